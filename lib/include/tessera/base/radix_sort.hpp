@@ -1,0 +1,55 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// A stable sort of 64-bit keys with a 32-bit payload: linear time, no heap, scratch from the caller.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "tessera/base/assert.hpp"
+
+namespace tessera {
+
+struct KeyedIndex {
+  std::uint64_t key = 0;
+  std::uint32_t index = 0;
+};
+
+/// Sorts items by key, equal keys in their first order. scratch: at least as long as items.
+/// O(8 n) at worst: one pass over the items for each byte in which the keys differ, and one that finds those bytes.
+inline void radix_sort(std::span<KeyedIndex> items, std::span<KeyedIndex> scratch) noexcept {
+  TESSERA_ASSERT(scratch.size() >= items.size());
+  std::uint64_t all_or = 0;
+  std::uint64_t all_and = ~std::uint64_t{0};
+  for (const KeyedIndex& item : items) {
+    all_or |= item.key;
+    all_and &= item.key;
+  }
+  const std::uint64_t differing = items.empty() ? 0 : all_or ^ all_and;
+  KeyedIndex* from = items.data();
+  KeyedIndex* to = scratch.data();
+  for (unsigned shift = 0; shift < 64; shift += 8) {
+    if (((differing >> shift) & 0xffU) == 0) continue;
+    std::array<std::uint32_t, 256> start{};
+    for (std::size_t i = 0; i < items.size(); ++i) ++start[(from[i].key >> shift) & 0xffU];
+    std::uint32_t sum = 0;
+    for (std::uint32_t& entry : start) {
+      const std::uint32_t count = entry;
+      entry = sum;
+      sum += count;
+    }
+    for (std::size_t i = 0; i < items.size(); ++i) {
+      to[start[(from[i].key >> shift) & 0xffU]++] = from[i];
+    }
+    KeyedIndex* const swap = from;
+    from = to;
+    to = swap;
+  }
+  if (from != items.data()) {
+    for (std::size_t i = 0; i < items.size(); ++i) items[i] = from[i];
+  }
+}
+
+}  // namespace tessera

@@ -1,0 +1,131 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// Free space: which voxels a scan's rays passed through. Rays are traced into bitmaps of their own, so a voxel counts one
+// pass a scan however many rays cross it, and the map's memory is touched once a block.
+#pragma once
+
+#include <array>
+#include <span>
+
+#include "tessera/grid/key_index.hpp"
+#include "tessera/inference/inference_config.hpp"
+#include "tessera/map/local_map.hpp"
+#include "tessera/registration/scan.hpp"
+
+namespace tessera {
+
+/// One block that rays cross.
+struct RayBlock {
+  BlockCoord coord;
+  SlabHandle block = 0;   ///< The map's block, once opened.
+  bool reserved = false;  ///< Spoken for while points are admitted one by one.
+  VoxelMask passed{};     ///< Voxels that a ray passed through.
+  VoxelMask hit{};        ///< Voxels that hold a point of this scan: never carved by it.
+
+  /// True iff some voxel is to be carved.
+  [[nodiscard]] bool carves() const noexcept {
+    std::uint64_t any = 0;
+    for (std::size_t z = 0; z < passed.size(); ++z) any |= passed[z] & ~hit[z];
+    return any != 0;
+  }
+};
+
+class FreeSpace {
+ public:
+  [[nodiscard]] static constexpr std::size_t required_bytes(const ScanCapacity& capacity) noexcept {
+    return KeyIndex::required_bytes(capacity.ray_blocks) + arena_bytes<RayBlock>(capacity.ray_blocks) +
+           arena_bytes<float>(kImagePixels);
+  }
+  [[nodiscard]] static Result<FreeSpace> make(Arena& arena, const ScanCapacity& capacity) noexcept;
+  FreeSpace() noexcept = default;
+
+  /// Starts a scan seen from origin_map (metres). O(capacity).
+  void begin(const FreeSpaceConfig& config, const Lattice& lattice, const Point3d& origin_map) noexcept;
+  /// Declares a return, so that no ray near its direction is carved beyond it. All returns before the first trace. O(1).
+  void add_return(const Point3f& p_map) noexcept;
+  /// Marks the voxel of a point. Fails with kResourceExhausted iff the ray blocks are full.
+  Status mark_hit(VoxelCoord voxel) noexcept;
+  /// Traces the ray to end_map, which must be in the grid, up to the nearest return near its direction less the margin.
+  /// is_return: end_map is a return, not the range limit. Fails with kResourceExhausted iff the ray blocks are full, with
+  /// the voxels before that marked. O(voxels crossed).
+  Status trace(const Point3f& end_map, bool is_return) noexcept;
+  /// Makes an entry for each block that trace could mark on the ray to end_map, its last voxel's included, and calls
+  /// visit(RayBlock&), which returns false to stop, for each. Marks nothing. Fails with kResourceExhausted iff the ray
+  /// blocks are full or visit stopped. O(voxels crossed).
+  template <class Visit>
+  Status for_each_block(const Point3f& end_map, Visit&& visit) noexcept;
+
+  [[nodiscard]] std::span<RayBlock> blocks() noexcept { return blocks_.first(count_); }
+  [[nodiscard]] std::uint64_t steps() const noexcept { return steps_; }
+  /// A bound on the voxels that a ray to end_map crosses, from its length alone: |dx| + |dy| + |dz| in voxels, plus 3.
+  [[nodiscard]] std::uint64_t most_steps(const Point3f& end_map) const noexcept;
+
+ private:
+  /// A cube around the sensor, its faces cut into kFacePixels^2 directions about half a degree apart; each pixel holds the
+  /// nearest return. Divisions only: no libm, the same on every machine.
+  static constexpr int kFacePixels = 192;
+  static constexpr std::size_t kImagePixels = std::size_t{6} * kFacePixels * kFacePixels;
+  [[nodiscard]] static std::size_t pixel_of(const Point3d& direction) noexcept;
+  [[nodiscard]] double carve_length_m(const Point3d& direction, double length_m, bool is_return) const noexcept;
+  [[nodiscard]] RayBlock* entry(BlockCoord block) noexcept;
+
+  KeyIndex index_{};
+  std::span<RayBlock> blocks_;
+  std::span<float> image_;
+  std::size_t count_ = 0;
+  std::uint64_t steps_ = 0;
+  FreeSpaceConfig config_{};
+  double resolution_m_ = 1.0;
+  Point3d origin_map_ = Point3d::Zero();
+};
+
+/// Steps through the cells of a unit grid that the segment from a to b crosses, both ends included, ties between axes to
+/// x, then y. visit(x, y, z, t) gets the cell and the part of the segment before it, and returns false to stop; false is
+/// then returned. At most |dx| + |dy| + |dz| + 3 cells.
+template <class Visit>
+bool walk_segment(const Point3d& a, const Point3d& b, Visit&& visit) noexcept {
+  std::array<std::int32_t, 3> cell{floor_to_int(a.x()), floor_to_int(a.y()), floor_to_int(a.z())};
+  const std::array<std::int32_t, 3> last{floor_to_int(b.x()), floor_to_int(b.y()), floor_to_int(b.z())};
+  std::array<double, 3> t_next{};
+  std::array<double, 3> t_step{};
+  std::array<std::int32_t, 3> step{};
+  std::array<std::int32_t, 3> left{};
+  constexpr double kNever = 1e300;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto i = static_cast<Eigen::Index>(axis);
+    const double d = b[i] - a[i];
+    step[axis] = d > 0.0 ? 1 : -1;
+    left[axis] = (last[axis] - cell[axis]) * step[axis];
+    const double border = cell[axis] + (step[axis] > 0 ? 1 : 0);
+    t_step[axis] = left[axis] > 0 ? 1.0 / (d * step[axis]) : kNever;
+    t_next[axis] = left[axis] > 0 ? (border - a[i]) / d : kNever;
+  }
+  // How many steps each axis takes is fixed in advance: rounding can change their order, never where they end.
+  double t = 0.0;
+  for (;;) {
+    if (!visit(cell[0], cell[1], cell[2], t)) return false;
+    std::size_t axis = 0;
+    if (t_next[1] < t_next[axis]) axis = 1;
+    if (t_next[2] < t_next[axis]) axis = 2;
+    if (left[axis] <= 0) return true;
+    t = t_next[axis];
+    cell[axis] += step[axis];
+    t_next[axis] = --left[axis] > 0 ? t_next[axis] + t_step[axis] : kNever;
+  }
+}
+
+template <class Visit>
+Status FreeSpace::for_each_block(const Point3f& end_map, Visit&& visit) noexcept {
+  const Point3d end = end_map.cast<double>();
+  const RayBlock* last = nullptr;
+  const bool all = walk_segment(origin_map_ / resolution_m_, end / resolution_m_, [&](int x, int y, int z, double) {
+    const BlockCoord here = block_of({x, y, z});
+    if (last != nullptr && last->coord == here) return true;
+    RayBlock* const block = entry(here);
+    last = block;
+    return block != nullptr && visit(*block);
+  });
+  return all ? Status::kOk : Status::kResourceExhausted;
+}
+
+}  // namespace tessera

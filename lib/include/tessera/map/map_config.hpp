@@ -1,0 +1,81 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// What a map is made with. Fixed for its life, stored in its file, and enough to compute its memory at compile time.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "tessera/base/arena.hpp"
+#include "tessera/grid/key_index.hpp"
+#include "tessera/grid/slab_pool.hpp"
+#include "tessera/semantics/dense_tuple.hpp"
+
+namespace tessera {
+
+/// How a voxel's counts are stored.
+enum class TuplePolicy : std::uint8_t {
+  kDense = 0,  ///< A float for each component.
+};
+
+struct MapConfig {
+  double resolution_m = 0.1;  ///< Edge of a voxel, > 0 and finite.
+  double prior = 0.001;       ///< sigma_0 of every component, added on read; >= 0 and finite.
+  /// Cap of a voxel's total evidence: what is over is taken from all components in proportion. 0: no cap.
+  float max_evidence = 25.0F;
+  /// Free evidence of one pass, > 0. A voxel counts at most 255 passes, so max_evidence / free_weight <= 255.
+  float free_weight = 0.1F;
+  TuplePolicy tuple = TuplePolicy::kDense;
+  /// Bytes for blocks, tuples and the free layer together, in use or not.
+  std::size_t storage_bytes = std::size_t{384} << 20U;
+};
+
+/// A block: 8 x 8 x 8 voxels. It holds label evidence, free evidence, or both.
+struct Block {
+  std::uint64_t key = 0;
+  std::uint32_t revision = 0;      ///< The map's revision when the block's content last changed.
+  SlabHandle labels = 0;           ///< Its LabelPage, or none.
+  SlabHandle free_passes = 0;      ///< Its FreePage, or none.
+  std::uint32_t label_voxels = 0;  ///< Voxels with evidence in 1 .. C + 1.
+  std::uint64_t reserved = 0;
+};
+static_assert(sizeof(Block) == 32);
+
+/// Where a block's tuples are, an octet at a time, and which voxels of an octet have label evidence.
+struct LabelPage {
+  std::array<SlabHandle, kBlockOctets> octets{};
+  std::array<std::uint8_t, kBlockOctets> observed{};
+};
+static_assert(sizeof(LabelPage) == 320);
+
+/// Passes of rays through each voxel of a block, x fastest, then y, then z.
+struct FreePage {
+  std::array<std::uint8_t, kBlockVoxels> passes{};
+};
+
+/// Sizes that a map's slab pool serves.
+enum SlabSize : int { kBlockSlab = 0, kLabelSlab = 1, kFreeSlab = 2, kOctetSlab = 3 };
+
+/// The most blocks that storage can hold, each with the least a block needs: itself and a free page.
+constexpr std::size_t max_blocks(const MapConfig& config) noexcept {
+  return config.storage_bytes / (sizeof(Block) + sizeof(FreePage)) + 1;
+}
+
+/// Bytes of arena that LocalMap::make takes for this configuration: the index, and the storage in whole pages.
+constexpr std::size_t required_bytes(const MapConfig& config) noexcept {
+  return KeyIndex::required_bytes(max_blocks(config)) +
+         config.storage_bytes / SlabPool::kPageBytes * SlabPool::kPageBytes;
+}
+
+/// The largest configuration whose required_bytes is at most budget_bytes; storage_bytes is 0 if none is.
+constexpr MapConfig fit_to_budget(MapConfig config, std::size_t budget_bytes) noexcept {
+  config.storage_bytes = budget_bytes / SlabPool::kPageBytes * SlabPool::kPageBytes;
+  while (config.storage_bytes > 0 && required_bytes(config) > budget_bytes) {
+    const std::size_t excess = required_bytes(config) - budget_bytes;
+    const std::size_t step = align_up(excess, SlabPool::kPageBytes);
+    config.storage_bytes -= step < config.storage_bytes ? step : config.storage_bytes;
+  }
+  return config;
+}
+
+}  // namespace tessera

@@ -1,0 +1,89 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// The dense count tuple: a float for each of the components 1 .. C + 1 of each voxel, exact to float addition. Eight
+// voxels of an octet lie together, a plane of eight counts a component, so that merging a scan touches only the planes of
+// the classes it saw.
+//
+// A tuple policy is a type with the static functions of this one. Component 0 (free) is never part of a tuple.
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+
+#include "tessera/semantics/evidence.hpp"
+
+namespace tessera {
+
+class DenseTuple {
+ public:
+  using Plane = OctetEvidence::Plane;
+
+  /// Bytes of an octet of tuples with num_components = C + 2 components.
+  [[nodiscard]] static constexpr std::uint32_t octet_bytes(int num_components) noexcept {
+    return static_cast<std::uint32_t>(kHeaderBytes + static_cast<std::size_t>(num_components - 1) * sizeof(Plane));
+  }
+
+  /// Adds evidence, plane by plane. Component 0 of added is ignored. O(components in added).
+  static void add(std::byte* octet, const OctetEvidence& added) noexcept {
+    const std::uint64_t labels = added.components() & ~std::uint64_t{1};
+    for (std::uint64_t rest = labels; rest != 0; rest &= rest - 1) {
+      const int component = std::countr_zero(rest);
+      float* const counts = plane(octet, component);
+      const Plane& more = added.read(component);
+      for (std::size_t v = 0; v < kOctetVoxels; ++v) counts[v] += more[v];
+    }
+    set_components(octet, components(octet) | labels);
+  }
+
+  /// Sum over the components of each voxel, in component order. O(components present in the octet).
+  [[nodiscard]] static Plane label_sums(const std::byte* octet) noexcept {
+    Plane sums{};
+    for (std::uint64_t rest = components(octet); rest != 0; rest &= rest - 1) {
+      const float* const counts = plane(octet, std::countr_zero(rest));
+      for (std::size_t v = 0; v < kOctetVoxels; ++v) sums[v] += counts[v];
+    }
+    return sums;
+  }
+
+  /// Multiplies one voxel's counts by factor in [0, 1].
+  static void scale(std::byte* octet, int voxel, float factor) noexcept {
+    for (std::uint64_t rest = components(octet); rest != 0; rest &= rest - 1) {
+      plane(octet, std::countr_zero(rest))[voxel] *= factor;
+    }
+  }
+
+  /// Writes one voxel's counts into sigma[1 .. C + 1]; entries of absent components are left as they are.
+  static void read(const std::byte* octet, int voxel, VoxelEvidence& into) noexcept {
+    for (std::uint64_t rest = components(octet); rest != 0; rest &= rest - 1) {
+      const int component = std::countr_zero(rest);
+      into.sigma[static_cast<std::size_t>(component)] = plane(octet, component)[voxel];
+    }
+  }
+
+ private:
+  /// The mask of components that any voxel of the octet has, padded so that planes are 32-byte aligned.
+  static constexpr std::size_t kHeaderBytes = 32;
+
+  [[nodiscard]] static std::uint64_t components(const std::byte* octet) noexcept {
+    std::uint64_t mask = 0;
+    std::memcpy(&mask, octet, sizeof(mask));
+    return mask;
+  }
+  static void set_components(std::byte* octet, std::uint64_t mask) noexcept {
+    std::memcpy(octet, &mask, sizeof(mask));
+  }
+  [[nodiscard]] static float* plane(std::byte* octet, int component) noexcept {
+    return reinterpret_cast<float*>(octet + offset(component));
+  }
+  [[nodiscard]] static const float* plane(const std::byte* octet, int component) noexcept {
+    return reinterpret_cast<const float*>(octet + offset(component));
+  }
+  [[nodiscard]] static std::size_t offset(int component) noexcept {
+    return kHeaderBytes + static_cast<std::size_t>(component - 1) * sizeof(Plane);
+  }
+};
+
+}  // namespace tessera

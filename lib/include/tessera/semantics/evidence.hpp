@@ -1,0 +1,59 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// Evidence in transit: one voxel's counts as they are read, and one octet's counts of a scan before they are merged.
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cstdint>
+
+#include "tessera/grid/lattice.hpp"
+#include "tessera/semantics/class_table.hpp"
+
+namespace tessera {
+
+/// One voxel's counts sigma_0 .. sigma_{C+1}, without the prior.
+struct VoxelEvidence {
+  int num_components = 0;
+  std::array<float, kMaxComponents> sigma{};
+
+  /// Sum of all counts, in component order.
+  [[nodiscard]] double total() const noexcept {
+    double sum = 0.0;
+    for (std::size_t l = 0; l < static_cast<std::size_t>(num_components); ++l) {
+      sum += static_cast<double>(sigma[l]);
+    }
+    return sum;
+  }
+};
+
+/// What one scan adds to the eight voxels of an octet: a plane of eight counts for each component. Planes of components
+/// that are not in the mask hold zeros.
+class OctetEvidence {
+ public:
+  using Plane = std::array<float, kOctetVoxels>;
+
+  /// The plane of a component, which from now on counts as touched.
+  Plane& plane(int component) noexcept {
+    components_ |= std::uint64_t{1} << static_cast<unsigned>(component);
+    return planes_[static_cast<std::size_t>(component)];
+  }
+  [[nodiscard]] const Plane& read(int component) const noexcept {
+    return planes_[static_cast<std::size_t>(component)];
+  }
+  [[nodiscard]] std::uint64_t components() const noexcept { return components_; }
+
+  /// Back to all zeros. O(components touched).
+  void clear() noexcept {
+    for (std::uint64_t rest = components_; rest != 0; rest &= rest - 1) {
+      planes_[static_cast<std::size_t>(std::countr_zero(rest))] = Plane{};
+    }
+    components_ = 0;
+  }
+
+ private:
+  std::uint64_t components_ = 0;
+  alignas(32) std::array<Plane, kMaxComponents> planes_{};
+};
+
+}  // namespace tessera

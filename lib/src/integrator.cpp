@@ -1,0 +1,179 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tessera/inference/integrator.hpp"
+
+#include <cmath>
+
+#include "tessera/inference/kernel.hpp"
+#include "tessera/inference/thinning.hpp"
+
+namespace tessera {
+
+namespace {
+
+bool valid(const InferenceConfig& config) noexcept {
+  const auto within = [](float v, float low, float high) { return v >= low && v <= high; };
+  const EntropyConfig& e = config.entropy;
+  const bool entropy = within(e.base_length, 0.0F, 16.0F) && within(e.entropy_length, 0.0F, 16.0F) &&
+                       within(e.fill_length, 0.0F, 16.0F) && within(e.smooth_above, 0.0F, 2.0F) &&
+                       e.fill_neighbours >= 1 && e.fill_neighbours <= 7 &&
+                       (e.block_edge == 1 || e.block_edge == 2 || e.block_edge == 4);
+  const bool ranges = within(config.min_range_m, 0.0F, 1e6F) && within(config.max_range_m, 0.0F, 1e6F) &&
+                      (config.max_range_m == 0.0F || config.max_range_m > config.min_range_m) &&
+                      (config.thinning_m == 0.0F || within(config.thinning_m, 1e-3F, 1e3F));
+  const bool kernel = within(config.kernel_length_m, 1e-3F, 1e3F) && within(config.kernel_scale, 1e-6F, 1e6F) &&
+                      within(config.min_weight, 0.0F, 1.0F);
+  const bool carving = within(config.free_space.neighbour_angle_rad, 0.0F, 0.2F) &&
+                       within(config.free_space.margin_voxels, 0.0F, 64.0F);
+  return entropy && ranges && kernel && carving;
+}
+
+}  // namespace
+
+Result<Integrator> Integrator::make(Arena& arena, const InferenceConfig& config,
+                                    const ScanCapacity& capacity) noexcept {
+  if (!valid(config) || capacity.points == 0 || capacity.tiles == 0 || capacity.ray_blocks == 0) {
+    return Status::kInvalidArgument;
+  }
+  if (!arena.aligned() || arena.remaining_bytes() < required_bytes(capacity, config.free_space.enabled)) {
+    return Status::kResourceExhausted;
+  }
+  Integrator result;
+  result.config_ = config;
+  result.registered_ = arena.take<ScanPoint>(capacity.points);
+  result.far_ = arena.take<ScanPoint>(capacity.points);
+  result.admitted_ = arena.take<ScanPoint>(capacity.points);
+  result.rays_ = arena.take<ScanPoint>(capacity.points);
+  result.sort_ = arena.take<KeyedIndex>(2 * std::size_t{capacity.points});
+  result.octets_ = arena.take<OctetEvidence>(8);
+  const Result<ScanTiles> tiles = ScanTiles::make(arena, capacity);
+  if (!tiles.ok()) return tiles.status();
+  result.tiles_ = *tiles;
+  const Result<KernelTile> kernel_tile = KernelTile::make(arena);
+  if (!kernel_tile.ok()) return kernel_tile.status();
+  result.kernel_tile_ = *kernel_tile;
+  if (config.free_space.enabled) {
+    const Result<FreeSpace> free_space = FreeSpace::make(arena, capacity);
+    if (!free_space.ok()) return free_space.status();
+    result.free_space_ = *free_space;
+  }
+  return result;
+}
+
+ScanReport Integrator::integrate(LocalMap& map, const ScanView& scan) noexcept {
+  ScanReport report;
+  report.points = static_cast<std::uint32_t>(scan.count);
+  admitted_count_ = ray_count_ = registered_count_ = far_count_ = 0;
+  const Point3f origin = scan.T_map_sensor.col(3).cast<float>();
+  report.pose = check_rigid(scan.T_map_sensor);
+  if (report.pose == Status::kOk && !map.lattice().voxel_of(origin).ok()) report.pose = Status::kInvalidArgument;
+  if (report.pose != Status::kOk) return report;
+  origin_map_ = scan.T_map_sensor.col(3);
+  map.begin_revision();
+
+  register_points(map, scan, report);
+  thin_points(map, report);
+  const bool all_fit = prepare(map);
+  if (!all_fit) {
+    map.close_empty_blocks();
+    admit_nearest_first(map, report);
+    // What was admitted fits by the bounds it was admitted with.
+    const bool fits = prepare(map);
+    TESSERA_ASSERT(fits);
+    static_cast<void>(fits);
+  }
+  report.admitted = static_cast<std::uint32_t>(admitted_count_);
+  write_labels(map, report);
+  if (config_.free_space.enabled) write_free_space(map, report);
+  // Blocks were opened by a bound; those that nothing was written to are taken back.
+  if (all_fit) {
+    close_unwritten_blocks(map);
+  } else {
+    map.close_empty_blocks();
+  }
+  return report;
+}
+
+void Integrator::register_points(const LocalMap& map, const ScanView& scan, ScanReport& report) noexcept {
+  const int unlabelled = map.classes().unlabelled();
+  const double min_square = static_cast<double>(config_.min_range_m) * static_cast<double>(config_.min_range_m);
+  const double max_m = static_cast<double>(config_.max_range_m);
+  // So that differences of cell and tile numbers within a scan fit 21 bits an axis.
+  const double finest_m = config_.thinning_m > 0.0F && static_cast<double>(config_.thinning_m) < map.lattice().resolution_m()
+                              ? static_cast<double>(config_.thinning_m)
+                              : map.lattice().resolution_m();
+  const double reach_m = finest_m * (kBlockLimit / 2);
+  largest_weight_ = 0.0F;
+  for (std::size_t i = 0; i < scan.count; ++i) {
+    if (registered_count_ == registered_.size() || far_count_ == far_.size()) {
+      report.over_capacity += static_cast<std::uint32_t>(scan.count - i);
+      return;
+    }
+    const float* const p_sensor = scan.points + i * scan.stride_floats;
+    const float weight = scan.weights == nullptr ? 1.0F : scan.weights[i];
+    if (!std::isfinite(p_sensor[0]) || !std::isfinite(p_sensor[1]) || !std::isfinite(p_sensor[2]) ||
+        !std::isfinite(weight) || weight < 0.0F) {
+      ++report.non_finite;
+      continue;
+    }
+    const Point3d d(static_cast<double>(p_sensor[0]), static_cast<double>(p_sensor[1]), static_cast<double>(p_sensor[2]));
+    const double square = d.squaredNorm();
+    if (square < min_square) {
+      ++report.too_near;
+      continue;
+    }
+    ScanPoint point{.p_map = transform(scan.T_map_sensor, p_sensor), .weight = weight};
+    const bool far = max_m > 0.0 && square > max_m * max_m;
+    if (far) {
+      ++report.beyond_range;
+      const Point3d direction = (point.p_map.cast<double>() - origin_map_).normalized();
+      point.p_map = (origin_map_ + direction * max_m).cast<float>();
+    }
+    const bool near_enough = far || square <= reach_m * reach_m;
+    const Result<VoxelCoord> voxel = map.lattice().voxel_of(point.p_map);
+    if (!near_enough || !voxel.ok() || !in_grid(ScanTiles::place_of(*voxel, unit_edge()).tile)) {
+      ++report.out_of_grid;
+      continue;
+    }
+    if (far) {
+      if (config_.free_space.enabled) far_[far_count_++] = point;
+      continue;
+    }
+    const std::uint8_t component = scan.components == nullptr ? std::uint8_t{0} : scan.components[i];
+    const bool known = component >= 1 && component < unlabelled;
+    point.component = known ? component : static_cast<std::uint8_t>(unlabelled);
+    if (!known) ++report.unlabelled;
+    if (weight > largest_weight_) largest_weight_ = weight;
+    registered_[registered_count_++] = point;
+  }
+}
+
+void Integrator::thin_points(const LocalMap& map, ScanReport& report) noexcept {
+  const int unlabelled = map.classes().unlabelled();
+  const auto thin_or_copy = [&](std::span<const ScanPoint> from, std::span<ScanPoint> to) {
+    if (config_.thinning_m > 0.0F) {
+      return thin(from, static_cast<double>(config_.thinning_m), unlabelled, to, sort_);
+    }
+    for (std::size_t i = 0; i < from.size(); ++i) to[i] = from[i];
+    return from.size();
+  };
+  admitted_count_ = thin_or_copy(registered_.first(registered_count_), admitted_);
+  ray_count_ = thin_or_copy(far_.first(far_count_), rays_);
+  report.thinned = static_cast<std::uint32_t>(admitted_count_);
+}
+
+float Integrator::kernel_radius(double resolution_m) const noexcept {
+  const double length = static_cast<double>(config_.kernel_length_m) / resolution_m;
+  // Weights above one can lift a contribution over the cut-off anywhere in the ball.
+  const double lift = static_cast<double>(largest_weight_) * static_cast<double>(config_.kernel_scale);
+  const double cut = lift > 0.0 ? static_cast<double>(config_.min_weight) / lift : 1.0;
+  const auto s = static_cast<double>(KernelTable::support(cut < 1.0 ? cut : 1.0));
+  return static_cast<float>(length * std::sqrt(s));
+}
+
+int Integrator::kernel_reach_units(double resolution_m) const noexcept {
+  const float radius = kernel_radius(resolution_m);
+  return (static_cast<int>(radius + 1.5F) + 1) / 2;
+}
+
+}  // namespace tessera

@@ -1,0 +1,149 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tessera/map/local_map.hpp"
+
+#include <cmath>
+
+namespace tessera {
+
+namespace {
+
+bool valid(const MapConfig& config, const ClassTable& classes) noexcept {
+  constexpr double kLargest = 1e6;  // beyond it float coordinates and counts mean nothing
+  const auto positive = [](double v) { return v > 0.0 && v <= kLargest; };
+  if (!positive(config.resolution_m) || !positive(static_cast<double>(config.free_weight))) return false;
+  if (!(config.prior >= 0.0 && config.prior <= kLargest)) return false;
+  if (!(config.max_evidence >= 0.0F && config.max_evidence <= 1e6F)) return false;
+  if (config.max_evidence > 0.0F && config.max_evidence < config.free_weight) return false;
+  if (config.max_evidence > 255.5F * config.free_weight) return false;
+  return classes.num_classes() >= 1 && config.storage_bytes >= 4 * SlabPool::kPageBytes;
+}
+
+}  // namespace
+
+Result<LocalMap> LocalMap::make(Arena& arena, const MapConfig& config,
+                                const ClassTable& classes) noexcept {
+  if (!valid(config, classes)) return Status::kInvalidArgument;
+  if (!arena.aligned() || arena.remaining_bytes() < required_bytes(config)) {
+    return Status::kResourceExhausted;
+  }
+  LocalMap map;
+  map.config_ = config;
+  map.classes_ = classes;
+  const Result<KeyIndex> index = KeyIndex::make(arena, max_blocks(config));
+  if (!index.ok()) return index.status();
+  map.index_ = *index;
+  const std::size_t pages = config.storage_bytes / SlabPool::kPageBytes;
+  map.pool_ = SlabPool(arena.take_untouched(pages * SlabPool::kPageBytes),
+                       {static_cast<std::uint32_t>(sizeof(Block)), static_cast<std::uint32_t>(sizeof(LabelPage)),
+                        static_cast<std::uint32_t>(sizeof(FreePage)),
+                        DenseTuple::octet_bytes(classes.num_components())});
+  if (config.max_evidence > 0.0F) {
+    const float passes = config.max_evidence / config.free_weight + 1e-3F;  // 25 / 0.1 is 250, not 249
+    map.max_passes_ = passes >= 255.0F ? std::uint8_t{255} : static_cast<std::uint8_t>(passes);
+  }
+  map.note_usage();
+  return map;
+}
+
+const Block* LocalMap::find(BlockCoord block) const noexcept {
+  const Result<BlockKey> key = pack(block);
+  if (!key.ok()) return nullptr;
+  const std::optional<std::uint32_t> handle = index_.find(*key);
+  return handle ? &block_at(*handle) : nullptr;
+}
+
+std::uint8_t LocalMap::free_passes(const Block& block, int octet, int voxel) const noexcept {
+  if (block.free_passes == 0) return 0;
+  const auto& page = *reinterpret_cast<const FreePage*>(pool_.at(block.free_passes));
+  return page.passes[static_cast<std::size_t>(row_order(octet, voxel))];
+}
+
+VoxelEvidence LocalMap::evidence(const Block& block, int octet, int voxel) const noexcept {
+  VoxelEvidence result;
+  result.num_components = num_components();
+  result.sigma[0] = static_cast<float>(free_passes(block, octet, voxel)) * config_.free_weight;
+  if (has_octet(block, octet)) {
+    DenseTuple::read(pool_.at(label_page(block).octets[static_cast<std::size_t>(octet)]), voxel, result);
+  }
+  return result;
+}
+
+VoxelEvidence LocalMap::evidence(VoxelCoord voxel) const noexcept {
+  const Block* const block = in_grid(voxel) ? find(block_of(voxel)) : nullptr;
+  if (block == nullptr) {
+    VoxelEvidence nothing;
+    nothing.num_components = num_components();
+    return nothing;
+  }
+  return evidence(*block, octet_in_block(voxel), voxel_in_octet(voxel));
+}
+
+VoxelEvidence LocalMap::evidence(const Point3f& p_map) const noexcept {
+  const Result<VoxelCoord> voxel = lattice().voxel_of(p_map);
+  if (voxel.ok()) return evidence(*voxel);
+  VoxelEvidence nothing;
+  nothing.num_components = num_components();
+  return nothing;
+}
+
+Estimate LocalMap::query(const Point3f& p_map) const noexcept {
+  return estimate(evidence(p_map), config_.prior);
+}
+
+Estimate LocalMap::query(VoxelCoord voxel) const noexcept {
+  return estimate(evidence(voxel), config_.prior);
+}
+
+std::span<const KeyedIndex> LocalMap::blocks_in_order(std::span<KeyedIndex> workspace) const noexcept {
+  const std::size_t n = index_.size();
+  TESSERA_ASSERT(workspace.size() >= 2 * n);
+  std::size_t i = 0;
+  index_.for_each([&](BlockKey key, std::uint32_t handle) { workspace[i++] = {key.bits, handle}; });
+  radix_sort(workspace.first(n), workspace.subspan(n, n));
+  return workspace.first(n);
+}
+
+MapUsage LocalMap::usage() const noexcept {
+  const std::size_t index_bytes = KeyIndex::required_bytes(max_blocks(config_));
+  return {.capacity_bytes = required_bytes(config_),
+          .used_bytes = index_bytes + pool_.used_bytes(),
+          .peak_bytes = peak_bytes_,
+          .blocks = index_.size(),
+          .label_voxels = label_voxels_,
+          .blocks_refused = blocks_refused_,
+          .storage_refused = pool_.refused()};
+}
+
+std::uint64_t LocalMap::count_free_voxels() const noexcept {
+  std::uint64_t count = 0;
+  index_.for_each([&](BlockKey, std::uint32_t handle) {
+    const Block& block = block_at(handle);
+    if (block.free_passes == 0) return;
+    for (int octet = 0; octet < kBlockOctets; ++octet) {
+      const unsigned labels = observed_labels(block, octet);
+      for (int voxel = 0; voxel < kOctetVoxels; ++voxel) {
+        if (((labels >> static_cast<unsigned>(voxel)) & 1U) != 0) continue;
+        if (free_passes(block, octet, voxel) > 0) ++count;
+      }
+    }
+  });
+  return count;
+}
+
+void LocalMap::note_usage() noexcept {
+  const std::size_t used = KeyIndex::required_bytes(max_blocks(config_)) + pool_.used_bytes();
+  if (used > peak_bytes_) peak_bytes_ = used;
+}
+
+void LocalMap::clear() noexcept {
+  index_.clear();
+  pool_.clear();
+  revision_ = 0;
+  label_voxels_ = 0;
+  blocks_refused_ = 0;
+  peak_bytes_ = 0;
+  note_usage();
+}
+
+}  // namespace tessera

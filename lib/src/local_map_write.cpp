@@ -1,0 +1,181 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// The writing half of LocalMap. Cap arithmetic: with n free passes of weight w, labels summing to s and the cap S,
+// n w + s <= S holds after every call (to float rounding).
+#include "tessera/map/local_map.hpp"
+
+namespace tessera {
+
+Result<SlabHandle> LocalMap::open_block(BlockCoord block) noexcept {
+  const Result<BlockKey> key = pack(block);
+  if (!key.ok()) return key.status();
+  if (const std::optional<std::uint32_t> handle = index_.find(*key)) return *handle;
+  const Result<SlabHandle> handle = pool_.allocate(kBlockSlab);
+  if (!handle.ok()) {
+    ++blocks_refused_;
+    return handle.status();
+  }
+  if (index_.insert(*key, *handle) != Status::kOk) {
+    pool_.release(kBlockSlab, *handle);
+    ++blocks_refused_;
+    return Status::kResourceExhausted;
+  }
+  mutable_block(*handle).key = key->bits;
+  note_usage();
+  return *handle;
+}
+
+void LocalMap::close_if_empty(SlabHandle handle) noexcept {
+  const Block& block = block_at(handle);
+  if (block.labels != 0 || block.free_passes != 0) return;
+  index_.erase(BlockKey{block.key});
+  pool_.release(kBlockSlab, handle);
+}
+
+void LocalMap::close_empty_blocks() noexcept {
+  index_.for_each([this](BlockKey, std::uint32_t handle) { close_if_empty(handle); });
+}
+
+Status LocalMap::ensure_octet(Block& block, int octet) noexcept {
+  const bool new_page = block.labels == 0;
+  if (new_page) {
+    const Result<SlabHandle> page = pool_.allocate(kLabelSlab);
+    if (!page.ok()) return page.status();
+    block.labels = *page;
+  }
+  SlabHandle& slot = mutable_label_page(block).octets[static_cast<std::size_t>(octet)];
+  if (slot != 0) return Status::kOk;
+  const Result<SlabHandle> tuples = pool_.allocate(kOctetSlab);
+  if (!tuples.ok()) {
+    if (new_page) {
+      pool_.release(kLabelSlab, block.labels);
+      block.labels = 0;
+    }
+    return tuples.status();
+  }
+  slot = *tuples;
+  note_usage();
+  return Status::kOk;
+}
+
+Status LocalMap::ensure_free_page(Block& block) noexcept {
+  if (block.free_passes != 0) return Status::kOk;
+  const Result<SlabHandle> page = pool_.allocate(kFreeSlab);
+  if (!page.ok()) return page.status();
+  block.free_passes = *page;
+  note_usage();
+  return Status::kOk;
+}
+
+void LocalMap::update_observed(Block& block, int octet) noexcept {
+  LabelPage& page = mutable_label_page(block);
+  SlabHandle& tuples = page.octets[static_cast<std::size_t>(octet)];
+  const DenseTuple::Plane sums = DenseTuple::label_sums(pool_.at(tuples));
+  unsigned now = 0;
+  for (std::size_t v = 0; v < kOctetVoxels; ++v) now |= (sums[v] > 0.0F ? 1U : 0U) << v;
+  std::uint8_t& observed = page.observed[static_cast<std::size_t>(octet)];
+  const int change = std::popcount(now) - std::popcount(unsigned{observed});
+  observed = static_cast<std::uint8_t>(now);
+  block.label_voxels = static_cast<std::uint32_t>(static_cast<int>(block.label_voxels) + change);
+  label_voxels_ = static_cast<std::uint64_t>(static_cast<std::int64_t>(label_voxels_) + change);
+  if (now == 0) {
+    pool_.release(kOctetSlab, tuples);
+    tuples = 0;
+    if (block.label_voxels == 0) {
+      pool_.release(kLabelSlab, block.labels);
+      block.labels = 0;
+    }
+  }
+}
+
+void LocalMap::hold_cap_on_labels(Block& block, int octet) noexcept {
+  const float cap = config_.max_evidence;
+  const float w = config_.free_weight;
+  std::byte* const tuples = pool_.at(mutable_label_page(block).octets[static_cast<std::size_t>(octet)]);
+  const DenseTuple::Plane sums = DenseTuple::label_sums(tuples);
+  for (int v = 0; v < kOctetVoxels; ++v) {
+    const float labels = sums[static_cast<std::size_t>(v)];
+    const std::uint8_t passes = free_passes(block, octet, v);
+    const float total = labels + static_cast<float>(passes) * w;
+    if (!(total > cap)) continue;
+    float free = 0.0F;
+    if (passes > 0) {
+      // Whole passes only, rounded down: a voxel rather stays occupied than is declared free by rounding.
+      const auto kept = static_cast<std::uint8_t>(static_cast<float>(passes) * (cap / total));
+      mutable_free_page(block).passes[static_cast<std::size_t>(row_order(octet, v))] = kept;
+      free = static_cast<float>(kept) * w;
+    }
+    if (labels > cap - free) DenseTuple::scale(tuples, v, (cap - free) / labels);
+  }
+}
+
+Status LocalMap::add_labels(SlabHandle handle, int octet, const OctetEvidence& added) noexcept {
+  if ((added.components() & ~std::uint64_t{1}) == 0) return Status::kOk;
+  Block& block = mutable_block(handle);
+  const Status status = ensure_octet(block, octet);
+  if (status != Status::kOk) return status;
+  DenseTuple::add(pool_.at(label_page(block).octets[static_cast<std::size_t>(octet)]), added);
+  if (config_.max_evidence > 0.0F) hold_cap_on_labels(block, octet);
+  update_observed(block, octet);
+  block.revision = revision_;
+  return Status::kOk;
+}
+
+void LocalMap::give_way_to_free(Block& block, int octet, int voxel, std::uint8_t passes) noexcept {
+  std::byte* const tuples = pool_.at(mutable_label_page(block).octets[static_cast<std::size_t>(octet)]);
+  const float labels = DenseTuple::label_sums(tuples)[static_cast<std::size_t>(voxel)];
+  const float room = config_.max_evidence - static_cast<float>(passes) * config_.free_weight;
+  if (labels <= room) return;
+  const float factor = passes == max_passes_ || room <= 0.0F ? 0.0F : room / labels;
+  DenseTuple::scale(tuples, voxel, factor);
+  if (factor == 0.0F) update_observed(block, octet);
+}
+
+Status LocalMap::add_free_pass(SlabHandle handle, const VoxelMask& mask) noexcept {
+  Block& block = mutable_block(handle);
+  std::uint64_t any = 0;
+  for (const std::uint64_t word : mask) any |= word;
+  if (any == 0) return Status::kOk;
+  const Status status = ensure_free_page(block);
+  if (status != Status::kOk) return status;
+  FreePage& page = mutable_free_page(block);
+  for (int z = 0; z < kBlockEdge; ++z) {
+    for (std::uint64_t rest = mask[static_cast<std::size_t>(z)]; rest != 0; rest &= rest - 1) {
+      const int yx = std::countr_zero(rest);
+      std::uint8_t& passes = page.passes[static_cast<std::size_t>(z * 64 + yx)];
+      if (passes < max_passes_) ++passes;
+      if (block.labels == 0 || !(config_.max_evidence > 0.0F)) continue;
+      const VoxelCoord v{yx & 7, yx >> 3, z};
+      const int octet = octet_in_block(v);
+      const int voxel = voxel_in_octet(v);
+      if (((unsigned{observed_labels(block, octet)} >> static_cast<unsigned>(voxel)) & 1U) == 0) continue;
+      give_way_to_free(block, octet, voxel, passes);
+    }
+  }
+  block.revision = revision_;
+  return Status::kOk;
+}
+
+Status LocalMap::restore(SlabHandle handle, int octet, int voxel, const VoxelEvidence& evidence,
+                         std::uint8_t passes) noexcept {
+  if (passes > max_passes_) return Status::kInvalidArgument;
+  Block& block = mutable_block(handle);
+  if (passes > 0) {
+    const Status status = ensure_free_page(block);
+    if (status != Status::kOk) return status;
+    mutable_free_page(block).passes[static_cast<std::size_t>(row_order(octet, voxel))] = passes;
+  }
+  OctetEvidence added;
+  for (int l = 1; l < num_components(); ++l) {
+    const float count = evidence.sigma[static_cast<std::size_t>(l)];
+    if (count > 0.0F) added.plane(l)[static_cast<std::size_t>(voxel)] = count;
+  }
+  if (added.components() == 0) return Status::kOk;
+  const Status status = ensure_octet(block, octet);
+  if (status != Status::kOk) return status;
+  DenseTuple::add(pool_.at(label_page(block).octets[static_cast<std::size_t>(octet)]), added);
+  update_observed(block, octet);
+  return Status::kOk;
+}
+
+}  // namespace tessera

@@ -1,0 +1,15 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// The map from behind and above, in perspective: every voxel a cube with three visible faces, the
+// nearest in front.
+#pragma once
+
+#include "render/camera.hpp"
+
+namespace tessera {
+
+/// width and height of the camera's picture.
+[[nodiscard]] Canvas draw_oblique_view(const Scene& scene, const Camera& camera,
+                                       const ImageOptions& options, Color background);
+
+}  // namespace tessera

@@ -1,0 +1,53 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "render/picture.hpp"
+
+#include <cmath>
+
+#include "render/framing.hpp"
+#include "render/png_encoder.hpp"
+#include "render/sheet.hpp"
+#include "render/target_file.hpp"
+
+namespace tessera {
+namespace {
+
+Outcome<void> check(float resolution_m, const ImageOptions& options) {
+  if (!std::isfinite(resolution_m) || resolution_m <= 0.0F) {
+    return Failure{"cannot draw voxels of " + std::to_string(resolution_m) +
+                   " m; the resolution must be positive"};
+  }
+  if (options.width_px < ImageOptions::kMinWidthPx ||
+      options.width_px > ImageOptions::kMaxWidthPx) {
+    return Failure{"cannot draw a picture " + std::to_string(options.width_px) +
+                   " pixels wide; choose " + std::to_string(ImageOptions::kMinWidthPx) + " to " +
+                   std::to_string(ImageOptions::kMaxWidthPx)};
+  }
+  const bool heading_ok = !options.heading_deg || std::isfinite(*options.heading_deg);
+  // Not <, >: also refuses what is not a number.
+  if (!(options.elevation_deg >= 5.0F && options.elevation_deg <= 85.0F) || !heading_ok) {
+    return Failure{"cannot draw from an elevation of " + std::to_string(options.elevation_deg) +
+                   " degrees or that heading; choose an elevation of 5 to 85 and a finite heading"};
+  }
+  return {};
+}
+
+}  // namespace
+
+Outcome<WriteReport> write_png(std::span<const RenderVoxel> voxels, float resolution_m,
+                               const ImageOptions& options, const std::string& path) {
+  if (const Outcome<void> checked = check(resolution_m, options); !checked.ok())
+    return checked.failure();
+  // Before the drawing, so that a wrong path is told at once.
+  Outcome<TargetFile> file = TargetFile::create(path);
+  if (!file.ok()) return file.failure();
+  const Scene scene = make_scene(voxels, resolution_m);
+  if (const Outcome<void> encoded = encode_png(draw_sheet(scene, options), *file); !encoded.ok()) {
+    return Failure{"cannot write " + path + ": " + encoded.failure().message,
+                   encoded.failure().kind};
+  }
+  if (const Outcome<void> committed = file->commit(); !committed.ok()) return committed.failure();
+  return WriteReport{scene.drawable, voxels.size() - scene.drawable};
+}
+
+}  // namespace tessera

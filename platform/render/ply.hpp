@@ -1,0 +1,45 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// Voxels as binary PLY for other people's tools (CloudCompare, MeshLab, Blender): as points with
+// all that is known about them, or as cubes.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+
+#include "render/picture.hpp"
+
+namespace tessera {
+
+/// A voxel to export: centre in metres, map frame, with its label's estimate.
+struct PlyVoxel {
+  float x = 0.0F;
+  float y = 0.0F;
+  float z = 0.0F;
+  Color color{};
+  std::uint8_t label = 0;    ///< The component with the largest concentration.
+  float probability = 0.0F;  ///< Of the label.
+  float variance = 0.0F;     ///< Of the label.
+  float evidence = 0.0F;     ///< The sum over all components.
+};
+
+enum class PlyForm {
+  kPoints,  ///< One vertex a voxel, at its centre: x y z red green blue label probability variance
+            ///< evidence.
+  kCubes,   ///< Quads: the cubes' faces that no other voxel covers, vertices x y z red green blue.
+            ///< Cubes of one colour share their corners; colours are per vertex because few tools
+            ///< read colours of faces.
+};
+
+/// Writes binary little-endian PLY, replacing what was at path only when the file is complete.
+/// Without voxels the file is valid and has no elements. resolution_m: edge of a voxel; centres lie
+/// on one lattice of it. kCubes leaves out voxels more than 10^6 voxels away from the first, and
+/// repeated ones. Fails with kUsage iff resolution_m is not positive, there are more corners than a
+/// PLY index can number, or path cannot be written to; with kFailure iff writing breaks off. On
+/// failure path is as it was. O(voxels); kPoints holds nothing, kCubes some 30 bytes a voxel and a
+/// corner.
+Outcome<WriteReport> write_ply(std::span<const PlyVoxel> voxels, float resolution_m,
+                               const std::string& path, PlyForm form = PlyForm::kPoints);
+
+}  // namespace tessera

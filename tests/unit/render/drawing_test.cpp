@@ -1,0 +1,114 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// The parts of a picture on their own: letters, framing, files that appear only when complete.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "render/bitmap_font.hpp"
+#include "render/canvas.hpp"
+#include "render/framing.hpp"
+#include "render/lettering.hpp"
+#include "render/target_file.hpp"
+#include "scratch_folder.hpp"
+
+namespace tessera {
+namespace {
+
+using test::ScratchFolder;
+
+TEST_CASE("glyph_of: every printable character has ink, and no two look the same") {
+  std::vector<Glyph> glyphs;
+  for (int code = '!'; code <= '~'; ++code) glyphs.push_back(glyph_of(static_cast<char>(code)));
+  REQUIRE(std::count(glyphs.begin(), glyphs.end(), Glyph{}) == 0);
+  std::sort(glyphs.begin(), glyphs.end());
+  REQUIRE(std::adjacent_find(glyphs.begin(), glyphs.end()) == glyphs.end());
+}
+
+TEST_CASE("glyph_of: what is not printable ASCII is shown as a question mark") {
+  REQUIRE(glyph_of('\n') == glyph_of('?'));
+  REQUIRE(glyph_of(static_cast<char>(0xE9)) == glyph_of('?'));
+}
+
+TEST_CASE("draw_text: text that leaves the canvas is clipped") {
+  Canvas canvas(20, 20, Color{});
+  draw_text(canvas, {-7.0F, -3.0F}, "clipped on all sides", 4.0F, Color{255, 255, 255});
+  REQUIRE(std::count(canvas.data(), canvas.data() + 400, Color{255, 255, 255}) > 0);
+}
+
+TEST_CASE("text_width: a UTF-8 character counts once") {
+  REQUIRE(text_width("stra\xC3\x9F"
+                     "e",
+                     2.0F) == text_width("strase", 2.0F));
+}
+
+TEST_CASE("scaled: a factor of one returns the colour itself") {
+  for (int value = 0; value < 256; ++value) {
+    const Color color{static_cast<std::uint8_t>(value), 0, 255};
+    REQUIRE(scaled(color, 1.0F) == color);
+  }
+}
+
+TEST_CASE("halved: each pixel is the mean of four") {
+  Canvas canvas(2, 2, Color{0, 0, 0});
+  canvas.at(0, 0) = {200, 100, 0};
+  canvas.at(1, 1) = {200, 100, 4};
+  REQUIRE(canvas.halved().at(0, 0) == Color{100, 50, 1});
+}
+
+TEST_CASE("robust_interval: one value among a thousand that is far away does not count") {
+  std::vector<float> values(1000);
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] = static_cast<float>(i) * 0.1F;
+  values.push_back(1.0e5F);
+  const Interval interval = robust_interval(values);
+  REQUIRE(interval.low <= 2.0F);
+  REQUIRE(interval.high < 120.0F);
+  REQUIRE(interval.high >= 98.0F);
+}
+
+TEST_CASE("round_length: the largest of 1, 2, 5, 10 ... that fits") {
+  REQUIRE(round_length(1.0F) == Approx(1.0));
+  REQUIRE(round_length(1.99F) == Approx(1.0));
+  REQUIRE(round_length(4.9F) == Approx(2.0));
+  REQUIRE(round_length(73.0F) == Approx(50.0));
+  REQUIRE(round_length(0.3F) == Approx(0.2));
+}
+
+TEST_CASE("stretch_of: finds the direction of a street") {
+  std::vector<RenderVoxel> voxels;
+  for (int i = -50; i <= 50; ++i) {
+    const float along = static_cast<float>(i);
+    const float across = static_cast<float>((i + 50) % 5);
+    voxels.push_back({along - across, along + across, 0.0F, {}});
+  }
+  REQUIRE(stretch_of(voxels).direction_rad == Approx(0.7854).margin(0.02));
+}
+
+TEST_CASE("TargetFile: dropped before commit, it leaves the target as it was and nothing else") {
+  const ScratchFolder folder;
+  test::write_bytes(folder.file("map"), "old");
+  {
+    Outcome<TargetFile> file = TargetFile::create(folder.file("map"));
+    REQUIRE(file.ok());
+    file->write("new", 3);
+  }
+  REQUIRE(test::read_bytes(folder.file("map")) == "old");
+  REQUIRE(folder.file_count() == 1);
+}
+
+TEST_CASE("TargetFile: a symbolic link stays one, and what it names is replaced") {
+  const ScratchFolder folder;
+  test::write_bytes(folder.file("map"), "old");
+  std::filesystem::create_symlink(folder.file("map"), folder.file("link"));
+  Outcome<TargetFile> file = TargetFile::create(folder.file("link"));
+  REQUIRE(file.ok());
+  file->write("new", 3);
+  REQUIRE(file->commit().ok());
+  REQUIRE(std::filesystem::is_symlink(folder.file("link")));
+  REQUIRE(test::read_bytes(folder.file("map")) == "new");
+}
+
+}  // namespace
+}  // namespace tessera
