@@ -73,6 +73,7 @@ ScanReport Integrator::integrate(LocalMap& map, const ScanView& scan) noexcept {
 
   register_points(map, scan, report);
   thin_points(map, report);
+  measure_kernel(map.lattice().resolution_m());
   const bool all_fit = prepare(map);
   if (!all_fit) {
     map.close_empty_blocks();
@@ -162,18 +163,14 @@ void Integrator::thin_points(const LocalMap& map, ScanReport& report) noexcept {
   report.thinned = static_cast<std::uint32_t>(admitted_count_);
 }
 
-float Integrator::kernel_radius(double resolution_m) const noexcept {
+void Integrator::measure_kernel(double resolution_m) noexcept {
   const double length = static_cast<double>(config_.kernel_length_m) / resolution_m;
   // Weights above one can lift a contribution over the cut-off anywhere in the ball.
   const double lift = static_cast<double>(largest_weight_) * static_cast<double>(config_.kernel_scale);
   const double cut = lift > 0.0 ? static_cast<double>(config_.min_weight) / lift : 1.0;
   const auto s = static_cast<double>(KernelTable::support(cut < 1.0 ? cut : 1.0));
-  return static_cast<float>(length * std::sqrt(s));
-}
-
-int Integrator::kernel_reach_units(double resolution_m) const noexcept {
-  const float radius = kernel_radius(resolution_m);
-  return (static_cast<int>(radius + 1.5F) + 1) / 2;
+  kernel_radius_ = static_cast<float>(length * std::sqrt(s));
+  kernel_reach_units_ = (static_cast<int>(kernel_radius_ + 1.5F) + 1) / 2;
 }
 
 }  // namespace tessera

@@ -20,7 +20,7 @@ constexpr BlockCoord operator+(const BlockCoord& a, const BlockCoord& b) noexcep
 }  // namespace
 
 bool Integrator::want_units(const LocalMap& map) noexcept {
-  if (config_.mode == InferenceMode::kKernel) return want_kernel_units(map);
+  if (config_.mode == InferenceMode::kKernel) return want_kernel_units();
   const std::size_t with_points = tiles_.tiles().size();
   for (std::size_t i = 0; i < with_points; ++i) tiles_.tiles()[i].wanted = tiles_.tiles()[i].occupied;
   if (config_.mode == InferenceMode::kCounting) return true;
@@ -50,8 +50,8 @@ bool Integrator::want_units(const LocalMap& map) noexcept {
   return true;
 }
 
-bool Integrator::want_kernel_units(const LocalMap& map) noexcept {
-  const int reach = kernel_reach_units(map.lattice().resolution_m());
+bool Integrator::want_kernel_units() noexcept {
+  const int reach = kernel_reach_units_;
   const std::size_t with_points = tiles_.tiles().size();
   for (std::size_t i = 0; i < with_points; ++i) {
     for (std::uint64_t rest = tiles_.tiles()[i].occupied; rest != 0; rest &= rest - 1) {
@@ -70,11 +70,11 @@ bool Integrator::want_kernel_units(const LocalMap& map) noexcept {
   return true;
 }
 
-std::uint64_t Integrator::evaluations_per_point(const LocalMap& map) const noexcept {
+std::uint64_t Integrator::evaluations_per_point() const noexcept {
   switch (config_.mode) {
     case InferenceMode::kCounting: return 1;
     case InferenceMode::kKernel: {
-      const auto side = static_cast<std::uint64_t>(2.0F * kernel_radius(map.lattice().resolution_m()) + 2.0F);
+      const auto side = static_cast<std::uint64_t>(2.0F * kernel_radius_ + 2.0F);
       return side * side * side;
     }
     case InferenceMode::kMultiEntropy: break;
@@ -153,7 +153,7 @@ bool Integrator::open_blocks(LocalMap& map) noexcept {
 bool Integrator::prepare(LocalMap& map) noexcept {
   const auto within_budget = [&] {
     if (config_.work_budget == 0) return true;
-    std::uint64_t work = admitted_count_ * evaluations_per_point(map);
+    std::uint64_t work = admitted_count_ * evaluations_per_point();
     if (config_.free_space.enabled) {
       for (const ScanPoint& point : admitted()) work += free_space_.most_steps(point.p_map);
       for (const ScanPoint& ray : admitted_rays()) work += free_space_.most_steps(ray.p_map);

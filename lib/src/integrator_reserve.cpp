@@ -32,7 +32,7 @@ bool Integrator::reserve_point(LocalMap& map, const ScanPoint& point, SlabPool::
   const ScanTiles::Place place = ScanTiles::place_of(*map.lattice().voxel_of(point.p_map), tiles_.unit_edge());
   int reach = 0;
   if (config_.mode == InferenceMode::kMultiEntropy) reach = 1;
-  if (config_.mode == InferenceMode::kKernel) reach = kernel_reach_units(map.lattice().resolution_m());
+  if (config_.mode == InferenceMode::kKernel) reach = kernel_reach_units_;
   SlabPool::Counts wanted = spoken_for;
   const bool open = for_units_around(place.tile, place.unit, reach, [&](const BlockCoord& coord, std::uint64_t box) {
     if (!in_grid(coord)) return true;
@@ -73,7 +73,7 @@ void Integrator::admit_nearest_first(LocalMap& map, ScanReport& report) noexcept
   SlabPool::Counts spoken_for{};
   std::uint64_t work = 0;
   bool budget_spent = false;
-  const std::uint64_t per_point = evaluations_per_point(map);
+  const std::uint64_t per_point = evaluations_per_point();
   for (const KeyedIndex& item : order_by_distance()) {
     const bool is_point = item.index < admitted_count_;
     ScanPoint& point = is_point ? admitted_[item.index] : rays_[item.index - admitted_count_];

@@ -89,9 +89,9 @@ void Integrator::write_units(LocalMap& map, const Tile& tile, EvidenceWork& work
 
 void Integrator::write_kernel_tile(LocalMap& map, const Tile& tile, EvidenceWork& work, ScanReport& report) noexcept {
   const double resolution_m = map.lattice().resolution_m();
-  const float radius = kernel_radius(resolution_m);
+  const float radius = kernel_radius_;
   const KernelShape kernel = shape(static_cast<float>(static_cast<double>(config_.kernel_length_m) / resolution_m));
-  const int reach_tiles = (kernel_reach_units(resolution_m) + 3) / 4;
+  const int reach_tiles = (kernel_reach_units_ + 3) / 4;
   kernel_tile_.clear();
   for (int dz = -reach_tiles; dz <= reach_tiles; ++dz) {
     for (int dy = -reach_tiles; dy <= reach_tiles; ++dy) {

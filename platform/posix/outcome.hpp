@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// How platform code reports failures that a person can mend: one line that says what, where, and what to do.
+// How platform code reports failures that a person can mend: one line that says what, where, and
+// what to do.
 #pragma once
 
 #include <optional>
@@ -9,7 +10,8 @@
 
 namespace tessera {
 
-/// Whose move it is: kUsage for bad input (exit status 1), kFailure for work that could not be completed (exit status 2).
+/// Whose move it is: kUsage for bad input (exit status 1), kFailure for work that could not be
+/// completed (exit status 2).
 enum class FailureKind { kUsage, kFailure };
 
 struct Failure {

@@ -56,14 +56,14 @@ class Integrator {
   /// Fills tiles and ray blocks for the admitted points and opens the map's blocks. False: something does not fit.
   bool prepare(LocalMap& map) noexcept;
   bool want_units(const LocalMap& map) noexcept;
-  bool want_kernel_units(const LocalMap& map) noexcept;
+  bool want_kernel_units() noexcept;
   bool trace_rays(const LocalMap& map) noexcept;
   bool open_blocks(LocalMap& map) noexcept;
   bool open_tile(LocalMap& map, Tile& tile) noexcept;
   /// Adds to wanted a bound on what writing units takes beyond what the map has; counted: units counted before.
   void count_needs(const LocalMap& map, const Tile& tile, std::uint64_t units, std::uint64_t counted,
                    SlabPool::Counts& wanted) const noexcept;
-  [[nodiscard]] std::uint64_t evaluations_per_point(const LocalMap& map) const noexcept;
+  [[nodiscard]] std::uint64_t evaluations_per_point() const noexcept;
   /// Admission one by one, nearest first.
   void admit_nearest_first(LocalMap& map, ScanReport& report) noexcept;
   [[nodiscard]] std::span<const KeyedIndex> order_by_distance() noexcept;
@@ -80,10 +80,8 @@ class Integrator {
   [[nodiscard]] int unit_edge() const noexcept {
     return config_.mode == InferenceMode::kMultiEntropy ? config_.entropy.block_edge : 2;
   }
-  /// Most units that a contribution's voxel lies from its point's unit, on an axis (kernel mode).
-  [[nodiscard]] int kernel_reach_units(double resolution_m) const noexcept;
-  /// The distance beyond which no contribution counts, voxels (kernel mode).
-  [[nodiscard]] float kernel_radius(double resolution_m) const noexcept;
+  /// Sets the two below for the scan's weights.
+  void measure_kernel(double resolution_m) noexcept;
 
   InferenceConfig config_{};
   std::span<ScanPoint> registered_;  ///< Returns in range, then scratch.
@@ -100,6 +98,8 @@ class Integrator {
   std::size_t admitted_count_ = 0;
   std::size_t ray_count_ = 0;
   float largest_weight_ = 0.0F;
+  float kernel_radius_ = 0.0F;   ///< Distance beyond which no contribution counts, voxels (kernel mode).
+  int kernel_reach_units_ = 0;   ///< Most units from a point's unit to one it contributes to, on an axis (kernel mode).
   Point3d origin_map_ = Point3d::Zero();
 };
 

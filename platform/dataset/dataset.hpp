@@ -1,0 +1,124 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// A recorded sequence in the folder layout of KITTI odometry and SemanticKITTI:
+// velodyne/NNNNNN.bin, <labels>/NNNNNN.label, poses.txt, calib.txt, classes.toml. open() checks by
+// names and sizes alone that everything is there and fits together; read() then brings one scan at
+// a time into memory that is allocated once.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "dataset/dataset_classes.hpp"
+#include "dataset/scan_listing.hpp"
+#include "posix/outcome.hpp"
+#include "tessera/base/geometry.hpp"
+#include "tessera/registration/scan.hpp"
+
+namespace tessera {
+
+inline constexpr std::string_view kNoLabels = "none";
+
+struct DatasetOptions {
+  std::optional<int> first;            ///< Scan number; the lowest there is if not given.
+  std::optional<int> last;             ///< Inclusive; the highest there is if not given.
+  std::string labels = "predictions";  ///< Folder of labels to learn from, or kNoLabels.
+};
+
+/// Raw label ids that the classes do not know, in one scan.
+struct UnknownRawIds {
+  static constexpr std::size_t kMaxExamples = 8;
+
+  std::uint64_t points = 0;
+  std::array<std::uint16_t, kMaxExamples>
+      examples{};  ///< Different ids, in the order of their appearance.
+  std::size_t num_examples = 0;
+
+  void add(std::uint16_t raw_id) noexcept;
+};
+
+/// The memory that scans are read into.
+class ScanBuffer {
+ public:
+  explicit ScanBuffer(std::size_t max_points) { reserve(max_points); }
+  /// Grows if necessary; never shrinks.
+  void reserve(std::size_t max_points);
+
+ private:
+  friend class Dataset;
+  std::vector<float> points_xyzi_;
+  std::vector<std::uint8_t> components_;
+};
+
+/// One scan. The spans point into the ScanBuffer that it was read into, until the next read.
+struct DatasetScan {
+  int number = 0;
+  std::span<const float> points_xyzi;  ///< x y z in metres, sensor frame, and intensity; as stored.
+  std::span<const std::uint8_t> components;  ///< One a point: 1 .. C, or C + 1.
+  UnknownRawIds unknown;
+  Matrix34d T_map_sensor = Matrix34d::Identity();  ///< As recorded: perhaps not rigid, not finite.
+
+  [[nodiscard]] std::size_t num_points() const noexcept { return components.size(); }
+  /// As the core takes it.
+  [[nodiscard]] ScanView view() const noexcept;
+};
+
+class Dataset {
+ public:
+  /// Fails with kUsage, naming the file and the remedy, iff: a folder (dir, velodyne, the labels)
+  /// or poses.txt is missing; there are no scans in the range; poses.txt has no row for a scan; a
+  /// .bin is not a multiple of 16 bytes or has more than 2^24 points; a label file is missing or
+  /// has another number of points; poses.txt, calib.txt or classes.toml are malformed. Scans may be
+  /// empty.
+  static Outcome<Dataset> open(const std::string& dir, const DatasetOptions& options = {});
+
+  [[nodiscard]] std::size_t num_scans() const noexcept { return scans_.size(); }
+  [[nodiscard]] int scan_number(std::size_t i) const { return scans_[i].number; }
+  [[nodiscard]] std::size_t num_points(std::size_t i) const { return scans_[i].points; }
+  /// Of the largest scan; what a ScanBuffer needs.
+  [[nodiscard]] std::size_t max_points() const noexcept { return max_points_; }
+  [[nodiscard]] const DatasetClasses& classes() const noexcept { return classes_; }
+  [[nodiscard]] bool has_labels() const noexcept { return labels_ != kNoLabels; }
+  /// Runs of numbers within the chosen range for which there is no scan: worth a warning
+  /// (to_text()).
+  [[nodiscard]] const std::vector<ScanRange>& missing() const noexcept { return missing_; }
+
+  /// Reads scan i. Does not use the heap if the buffer holds max_points() and nothing fails. Fails
+  /// with kFailure iff a file cannot be read any more or has changed its size since open().
+  Outcome<DatasetScan> read(std::size_t i, ScanBuffer& buffer) const;
+
+  /// The checks of open() for another folder of labels, ground truth say. Fails with kUsage.
+  Outcome<void> check_labels(const std::string& folder) const;
+  /// Reads the labels of scan i from that folder as components; out.size() must be num_points(i).
+  /// No heap unless it fails, as read() does.
+  Outcome<UnknownRawIds> read_labels(std::size_t i, std::string_view folder,
+                                     std::span<std::uint8_t> out) const;
+
+ private:
+  struct Entry {
+    int number = 0;
+    std::size_t points = 0;
+    Matrix34d T_map_sensor = Matrix34d::Identity();
+  };
+
+  Dataset(std::string dir, DatasetClasses classes, std::string labels);
+  Outcome<void> choose_scans(const DatasetOptions& options);
+  Outcome<void> measure_scans();
+  Outcome<void> attach_poses();
+  Outcome<void> check_label_files(const std::string& folder, std::string_view remedy) const;
+
+  std::string dir_;
+  DatasetClasses classes_;
+  std::string labels_;
+  std::vector<Entry> scans_;
+  std::vector<ScanRange> missing_;
+  std::size_t max_points_ = 0;
+};
+
+}  // namespace tessera

@@ -1,0 +1,34 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// Rows of twelve numbers, as KITTI's text files have them, read the same way in every locale.
+#pragma once
+
+#include <cstddef>
+#include <string_view>
+
+#include "posix/outcome.hpp"
+#include "tessera/base/geometry.hpp"
+
+namespace tessera {
+
+/// Where a row stands, for messages. line counts from 1.
+struct TextPlace {
+  std::string_view path;
+  std::size_t line = 0;
+};
+
+/// "path, line n: what; remedy".
+[[nodiscard]] Failure text_failure(const TextPlace& place, std::string_view what,
+                                   std::string_view remedy);
+
+/// Splits off the next line, without its end (LF or CRLF). text must not be empty.
+[[nodiscard]] std::string_view take_line(std::string_view& text) noexcept;
+/// Without the spaces and tabs around it.
+[[nodiscard]] std::string_view trimmed(std::string_view text) noexcept;
+
+/// Twelve numbers, separated by spaces or tabs, as a row-major 3x4 matrix. nan and inf are numbers:
+/// whether a pose is usable is decided where it is used. Fails with kUsage iff there are fewer or
+/// more numbers, or something that is not a number that a double can hold.
+Outcome<Matrix34d> parse_matrix34(std::string_view row, const TextPlace& place);
+
+}  // namespace tessera

@@ -1,0 +1,26 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// poses.txt of a KITTI sequence: one pose a scan, of the camera in the frame of the first camera.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "posix/outcome.hpp"
+#include "tessera/base/geometry.hpp"
+
+namespace tessera {
+
+/// Row n is the pose of scan n, exactly as written, rigid and finite or not: an absurd pose is
+/// refused where its scan is registered, so that it costs that scan and not the sequence. Blank
+/// lines do not count. Fails with kUsage iff the file cannot be read or a row is not twelve
+/// numbers.
+Outcome<std::vector<Matrix34d>> read_poses(const std::string& path);
+
+/// T_map_lidar = inv(T_camera_lidar) P T_camera_lidar with P = T_world_camera: the map frame is the
+/// LiDAR frame of a scan whose pose is the identity. T_camera_lidar must be invertible; NaN in P
+/// stays NaN.
+[[nodiscard]] Matrix34d lidar_pose(const Matrix34d& T_camera_lidar,
+                                   const Matrix34d& T_world_camera) noexcept;
+
+}  // namespace tessera

@@ -1,0 +1,62 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// An output file that appears under its name only when it is complete: bytes go to a temporary name
+// in the same folder, commit() makes them durable and renames. Whatever goes wrong before that, the
+// target stays as it was and the temporary is removed.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "posix/file_descriptor.hpp"
+#include "posix/outcome.hpp"
+
+namespace tessera {
+
+class AtomicFile {
+ public:
+  /// Creates the temporary. Symbolic links are followed: the file that they name is replaced.
+  /// Fails with kUsage iff path is empty, a folder, a device or the like, write-protected, or its
+  /// folder is missing or not writable. The only place that uses the heap.
+  static Outcome<AtomicFile> open(const std::string& path);
+
+  AtomicFile(AtomicFile&& other) noexcept { swap(other); }
+  AtomicFile& operator=(AtomicFile&& other) noexcept;
+  AtomicFile(const AtomicFile&) = delete;
+  AtomicFile& operator=(const AtomicFile&) = delete;
+  ~AtomicFile();
+
+  /// Appends bytes. False iff this or an earlier write failed (or the file is committed already);
+  /// commit() then says why, so that callers may ignore the value.
+  bool write(std::span<const std::byte> bytes) noexcept;
+  /// Flushes, syncs, closes, renames. Fails with kFailure iff any of these or an earlier write
+  /// failed, or on a second call; nothing is left behind then, and the target is as it was.
+  Outcome<void> commit();
+
+  /// As the user typed it.
+  [[nodiscard]] const std::string& path() const noexcept { return path_; }
+  [[nodiscard]] std::uint64_t written_bytes() const noexcept { return written_bytes_; }
+
+ private:
+  AtomicFile() = default;
+  void swap(AtomicFile& other) noexcept;
+  Outcome<void> create_temporary(unsigned mode);
+  bool write_through(std::span<const std::byte> bytes) noexcept;
+  bool flush() noexcept;
+  void sync_folder() const noexcept;
+  void discard() noexcept;
+
+  std::string path_;
+  std::string target_;     ///< path_ with symbolic links followed.
+  std::string temporary_;  ///< Empty once committed or discarded.
+  FileDescriptor file_;
+  std::unique_ptr<std::byte[]> buffer_;
+  std::size_t buffered_bytes_ = 0;
+  std::uint64_t written_bytes_ = 0;
+  int error_ = 0;  ///< The first errno; sticky.
+};
+
+}  // namespace tessera

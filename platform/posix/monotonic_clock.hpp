@@ -1,0 +1,34 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// Time that only ever moves forward, for durations and deadlines; its zero means nothing (on Linux,
+// the last boot) and it has no relation to the time of day.
+#pragma once
+
+#include <time.h>
+
+#include <cstdint>
+
+namespace tessera {
+
+struct MonotonicClock {
+  /// Microseconds.
+  [[nodiscard]] static std::int64_t now_us() noexcept {
+    const timespec now = read();
+    return std::int64_t{now.tv_sec} * 1'000'000 + std::int64_t{now.tv_nsec} / 1'000;
+  }
+  /// Seconds, to the nanosecond.
+  [[nodiscard]] static double now_s() noexcept {
+    const timespec now = read();
+    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+  }
+
+ private:
+  static timespec read() noexcept {
+    timespec now{};
+    ::clock_gettime(CLOCK_MONOTONIC,
+                    &now);  // Cannot fail: the clock is known and the pointer valid.
+    return now;
+  }
+};
+
+}  // namespace tessera

@@ -1,0 +1,59 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// Spinning laser scanners: which directions they measure, how exact, and which echoes they lose. A scan is taken at
+// one instant, as data sets that are corrected for the vehicle's motion during the turn show it.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "simulator/primitive.hpp"
+
+namespace tessera::street {
+
+struct LidarModel {
+  std::vector<double> elevations_rad;  ///< Top beam first.
+  int azimuth_steps = 0;
+  double max_range_m = 0.0;
+  double range_sigma_m = 0.0;
+  double height_m = 0.0;  ///< Of the sensor above the road.
+};
+
+/// 64 beams from +2 to -24.8 degrees, denser in the upper half; 2000 steps a turn; 120 m.
+LidarModel lidar_64_beams();
+/// 16 beams from +15 to -15 degrees; 1800 steps a turn; 100 m.
+LidarModel lidar_16_beams();
+
+/// One direction of the scan. range_m is kNoHit where nothing came back.
+struct Echo {
+  double range_m = kNoHit;
+  double cos_incidence = 1.0;
+  float intensity = 0.0F;
+  std::uint32_t object = 0;
+  RawId id = RawId::kUnlabelled;
+  Eigen::Vector3d p_street = Eigen::Vector3d::Zero();
+  Eigen::Vector3d p_sensor = Eigen::Vector3d::Zero();
+  [[nodiscard]] bool returned() const { return range_m < kNoHit; }
+};
+
+/// Echoes as an image: a row a beam (top first), a column an azimuth step, from straight ahead turning left.
+struct EchoImage {
+  int rows = 0;
+  int columns = 0;
+  std::vector<Echo> echoes;
+  [[nodiscard]] const Echo& at(int row, int column) const {
+    return echoes[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) +
+                  static_cast<std::size_t>(column)];
+  }
+};
+
+/// Answers what a ray meets first within its range; hit.range_m comes in as the limit.
+using Scene = std::function<void(const Ray& ray, Hit& hit)>;
+
+/// Noise and losses are drawn from `noise` and the beam's place in the image alone.
+EchoImage sweep(const LidarModel& model, const Eigen::Isometry3d& T_street_sensor, const Scene& scene,
+                std::uint64_t noise);
+
+}  // namespace tessera::street
