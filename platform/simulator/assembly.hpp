@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Puts solids of one object together in the object's own frame: x forward, y left, z up from its foot, metres.
+// Puts solids of one object together in the object's own frame: x forward, y left, z up from its
+// foot, metres.
 #pragma once
 
 #include <Eigen/Core>
@@ -24,7 +25,8 @@ class Assembly {
       : solids_(solids), at_(at), object_(object) {}
 
   /// foot: centre of the foot; half: half lengths in x and y.
-  void box(const Eigen::Vector3d& foot, const Eigen::Vector2d& half, double height, const Surface& surface) {
+  void box(const Eigen::Vector3d& foot, const Eigen::Vector2d& half, double height,
+           const Surface& surface) {
     tapered(foot, half, half, height, surface);
   }
   void tapered(const Eigen::Vector3d& foot, const Eigen::Vector2d& half, const Eigen::Vector2d& top,
@@ -34,7 +36,8 @@ class Assembly {
   void cylinder(const Eigen::Vector3d& foot, double radius, double height, const Surface& surface) {
     add(Shape::kCylinder, foot, {radius, radius, height}, surface);
   }
-  void ellipsoid(const Eigen::Vector3d& centre, const Eigen::Vector3d& half, const Surface& surface) {
+  void ellipsoid(const Eigen::Vector3d& centre, const Eigen::Vector3d& half,
+                 const Surface& surface) {
     add(Shape::kEllipsoid, centre, half, surface);
   }
 
@@ -45,8 +48,9 @@ class Assembly {
     solid.shape = shape;
     solid.cos_yaw = std::cos(at_.yaw_rad);
     solid.sin_yaw = std::sin(at_.yaw_rad);
-    solid.base = at_.base + Eigen::Vector3d(solid.cos_yaw * foot.x() - solid.sin_yaw * foot.y(),
-                                            solid.sin_yaw * foot.x() + solid.cos_yaw * foot.y(), foot.z());
+    solid.base =
+        at_.base + Eigen::Vector3d(solid.cos_yaw * foot.x() - solid.sin_yaw * foot.y(),
+                                   solid.sin_yaw * foot.x() + solid.cos_yaw * foot.y(), foot.z());
     solid.extent = extent;
     solid.surface = surface;
     solid.object = object_;

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// The front is a skin of bands and piers before a core: what the skin leaves open is a window or door recess.
+// The front is a skin of bands and piers before a core: what the skin leaves open is a window or
+// door recess.
 #include "simulator/building.hpp"
 
 #include <algorithm>
@@ -38,8 +39,10 @@ double bay_centre(const House& house, const Front& front, int bay) {
   return (bay + 0.5) * front.bay_m - 0.5 * house.width_m;
 }
 
-/// The wall of one storey from z0 upwards: sill band, lintel band, and the piers between the windows.
-void add_storey(Assembly& out, const House& house, const Front& front, int storey, const Surface& wall) {
+/// The wall of one storey from z0 upwards: sill band, lintel band, and the piers between the
+/// windows.
+void add_storey(Assembly& out, const House& house, const Front& front, int storey,
+                const Surface& wall) {
   const double z0 = storey * kStorey_m;
   const double y = -0.5 * kRecess_m;
   const Eigen::Vector2d band(0.5 * house.width_m, 0.5 * kRecess_m);
@@ -50,8 +53,8 @@ void add_storey(Assembly& out, const House& house, const Front& front, int store
     const double x = bay * front.bay_m - 0.5 * house.width_m;
     const bool corner = bay == 0 || bay == front.bays;
     const double inward = bay == 0 ? 0.5 * pier_half : -0.5 * pier_half;
-    out.box({corner ? x + inward : x, y, z0 + kSill_m}, {corner ? 0.5 * pier_half : pier_half, 0.5 * kRecess_m},
-            kWindowHeight_m, wall);
+    out.box({corner ? x + inward : x, y, z0 + kSill_m},
+            {corner ? 0.5 * pier_half : pier_half, 0.5 * kRecess_m}, kWindowHeight_m, wall);
   }
   // The band below the sills is open where the door is.
   for (int bay = 0; bay < front.bays; ++bay) {
@@ -87,7 +90,8 @@ void add_balcony(Assembly& out, double x, double z, const Surface& wall) {
   out.box({x, 0.5 * kDepth_m, z}, {kHalf_m, 0.5 * kDepth_m}, 0.16, wall);
   out.box({x, kDepth_m - 0.03, z + 1.0}, {kHalf_m, 0.03}, 0.07, wall);
   for (int bar = 0; bar <= 10; ++bar) {
-    out.box({x - kHalf_m + 0.03 + bar * (2.0 * kHalf_m - 0.06) / 10.0, kDepth_m - 0.03, z + 0.16}, {0.025, 0.025}, 0.85, wall);
+    out.box({x - kHalf_m + 0.03 + bar * (2.0 * kHalf_m - 0.06) / 10.0, kDepth_m - 0.03, z + 0.16},
+            {0.025, 0.025}, 0.85, wall);
   }
   for (const double side : {kHalf_m - 0.03, -kHalf_m + 0.03}) {
     out.box({x + side, 0.5 * kDepth_m, z + 0.16}, {0.03, 0.5 * kDepth_m}, 0.9, wall);
@@ -104,7 +108,8 @@ void add_roof(Assembly& out, Random& random, const House& house, double eaves) {
   }
   const double ridge = random.chance(0.6) ? foot.x() : foot.x() * 0.55;
   out.tapered({0, middle, eaves}, foot, {ridge, 0.05}, random.uniform(2.2, 3.4), tiles);
-  out.box({random.uniform(-0.3, 0.3) * house.width_m, middle + 0.8, eaves}, {0.35, 0.35}, 3.3, tiles);
+  out.box({random.uniform(-0.3, 0.3) * house.width_m, middle + 0.8, eaves}, {0.35, 0.35}, 3.3,
+          tiles);
 }
 
 }  // namespace
@@ -118,8 +123,8 @@ void add_house(Assembly& out, Random random, const House& house) {
   front.door_bay = random.below(front.bays);
   const double eaves = house.storeys * kStorey_m;
   const double core_depth = house.depth_m - kRecess_m;
-  out.box({0, -kRecess_m - 0.5 * core_depth, -kFootBelow_m}, {0.5 * house.width_m, 0.5 * core_depth},
-          eaves + kFootBelow_m, wall);
+  out.box({0, -kRecess_m - 0.5 * core_depth, -kFootBelow_m},
+          {0.5 * house.width_m, 0.5 * core_depth}, eaves + kFootBelow_m, wall);
   for (int storey = 0; storey < house.storeys; ++storey) {
     add_storey(out, house, front, storey, wall);
     add_windows(out, house, front, storey);

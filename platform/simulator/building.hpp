@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Houses whose street front has relief: recessed windows and doors, sills, balconies, eaves, chimneys.
+// Houses whose street front has relief: recessed windows and doors, sills, balconies, eaves,
+// chimneys.
 #pragma once
 
 #include "simulator/assembly.hpp"

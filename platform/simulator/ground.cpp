@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// The height field is stored at 0.25 m and walked in two levels: a tile of 4 m whose crest the ray clears is skipped
-// whole, so that grazing rays of 100 m stay cheap.
+// The height field is stored at 0.25 m and walked in two levels: a tile of 4 m whose crest the ray
+// clears is skipped whole, so that grazing rays of 100 m stay cheap.
 #include "simulator/ground.hpp"
 
 #include <Eigen/Geometry>
@@ -44,13 +44,16 @@ constexpr double kLowY = -(kStreetHalfWidth_m + kMargin_m);
 
 Ground::Ground(std::uint64_t seed, double half_length_m)
     : seed_(seed), half_length_m_(half_length_m) {
-  const auto tiles = [](double length_m) { return static_cast<int>(std::ceil(length_m / kTile_m)); };
+  const auto tiles = [](double length_m) {
+    return static_cast<int>(std::ceil(length_m / kTile_m));
+  };
   tile_columns_ = tiles(-2.0 * low_x(half_length_m));
   const int tile_rows = tiles(-2.0 * kLowY);
   columns_ = tile_columns_ * kTileCells + 1;
   rows_ = tile_rows * kTileCells + 1;
   heights_.reserve(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_));
-  crests_.assign(static_cast<std::size_t>(tile_columns_) * static_cast<std::size_t>(tile_rows), -1e9);
+  crests_.assign(static_cast<std::size_t>(tile_columns_) * static_cast<std::size_t>(tile_rows),
+                 -1e9);
   for (int row = 0; row < rows_; ++row) {
     for (int column = 0; column < columns_; ++column) {
       const double z = height(low_x(half_length_m) + column * kCell_m, kLowY + row * kCell_m);
@@ -78,8 +81,7 @@ bool Ground::is_parking(int side, int slot) const {
 double Ground::road_height(double x_m) const {
   const double phase = kTurn * unit_of(hash_of(seed_, Stream::kTerrain, 1));
   const double phase2 = kTurn * unit_of(hash_of(seed_, Stream::kTerrain, 2));
-  return 0.55 * std::sin(kTurn * x_m / 95.0 + phase) +
-         0.12 * std::sin(kTurn * x_m / 38.0 + phase2);
+  return 0.55 * std::sin(kTurn * x_m / 95.0 + phase) + 0.12 * std::sin(kTurn * x_m / 38.0 + phase2);
 }
 
 double Ground::height(double x_m, double y_m) const {
@@ -98,8 +100,9 @@ double Ground::height(double x_m, double y_m) const {
   }
   if (off < kSidewalkEnd_m) return base + kKerb_m;
   const double inland = std::min((off - kSidewalkEnd_m) / 4.0, 1.0);
-  const double hills = 0.22 * smooth_normal<2>(hash_of(seed_, Stream::kTerrain, 4), {x_m / 9.0, y_m / 6.0}) +
-                       0.08 * smooth_normal<2>(hash_of(seed_, Stream::kTerrain, 5), {x_m / 2.5, y_m / 2.5});
+  const double hills =
+      0.22 * smooth_normal<2>(hash_of(seed_, Stream::kTerrain, 4), {x_m / 9.0, y_m / 6.0}) +
+      0.08 * smooth_normal<2>(hash_of(seed_, Stream::kTerrain, 5), {x_m / 2.5, y_m / 2.5});
   return base + kKerb_m + tufts + inland * (0.15 + hills);
 }
 
@@ -135,8 +138,12 @@ void Ground::record(const Ray& ray, double t, Hit& nearest) const {
   if (t >= nearest.range_m) return;
   const Eigen::Vector3d at = ray.origin + t * ray.direction;
   constexpr double kReach_m = 0.12;
-  const double slope_x = (stored_height(at.x() + kReach_m, at.y()) - stored_height(at.x() - kReach_m, at.y())) / (2 * kReach_m);
-  const double slope_y = (stored_height(at.x(), at.y() + kReach_m) - stored_height(at.x(), at.y() - kReach_m)) / (2 * kReach_m);
+  const double slope_x =
+      (stored_height(at.x() + kReach_m, at.y()) - stored_height(at.x() - kReach_m, at.y())) /
+      (2 * kReach_m);
+  const double slope_y =
+      (stored_height(at.x(), at.y() + kReach_m) - stored_height(at.x(), at.y() - kReach_m)) /
+      (2 * kReach_m);
   const Eigen::Vector3d normal = Eigen::Vector3d(-slope_x, -slope_y, 1.0).normalized();
   nearest = {t, std::abs(normal.dot(ray.direction)), surface(at.x(), at.y()), 0};
 }

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// The street's floor: road, kerb strips of parking bays and grass, sidewalks and undulating gardens, as a height field.
-// Street frame: x along the street, y to the left of it, z up, metres; the street's middle is the origin.
+// The street's floor: road, kerb strips of parking bays and grass, sidewalks and undulating
+// gardens, as a height field. Street frame: x along the street, y to the left of it, z up, metres;
+// the street's middle is the origin.
 #pragma once
 
 #include <cstdint>
@@ -27,7 +28,8 @@ class Ground {
   /// The height without kerbs and grass: what a car's suspension feels.
   [[nodiscard]] double road_height(double x_m) const;
   [[nodiscard]] Surface surface(double x_m, double y_m) const;
-  /// Whether the kerb strip's slot (x from slot * kVergeSlot_m) on the side (+1 left, -1 right) is a parking bay.
+  /// Whether the kerb strip's slot (x from slot * kVergeSlot_m) on the side (+1 left, -1 right) is
+  /// a parking bay.
   [[nodiscard]] bool is_parking(int side, int slot) const;
 
   /// Shortens `nearest` to where the ray goes below the floor, if nearer.

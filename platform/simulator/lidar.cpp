@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Losses follow the returned power: reflectivity times the cosine of incidence over the squared range. That is what
-// makes far asphalt vanish while far walls stay.
+// Losses follow the returned power: reflectivity times the cosine of incidence over the squared
+// range. That is what makes far asphalt vanish while far walls stay.
 #include "simulator/lidar.hpp"
 
 #include <algorithm>
@@ -25,14 +25,17 @@ bool comes_back(const Hit& hit, Random& random) {
   return !random.chance(hit.surface.loss) && detected;
 }
 
-Echo measure(const Hit& hit, const Ray& ray, double sigma_m, Random& random) {
+Echo measure(const Hit& hit, const Ray& ray, const LidarModel& model, Random& random) {
   Echo echo;
-  echo.range_m = hit.range_m + sigma_m * std::clamp(random.gaussian(), -4.0, 4.0);
+  echo.range_m =
+      std::min(hit.range_m + model.range_sigma_m * std::clamp(random.gaussian(), -4.0, 4.0),
+               model.max_range_m);
   echo.cos_incidence = hit.cos_incidence;
   echo.object = hit.object;
   echo.id = hit.surface.id;
   echo.p_street = ray.origin + echo.range_m * ray.direction;
-  const double bright = hit.surface.reflectivity * (0.75 + 0.35 * hit.cos_incidence) + 0.04 * random.gaussian();
+  const double bright =
+      hit.surface.reflectivity * (0.75 + 0.35 * hit.cos_incidence) + 0.04 * random.gaussian();
   echo.intensity = static_cast<float>(std::clamp(bright, 0.0, 0.99));
   return echo;
 }
@@ -42,7 +45,8 @@ Echo measure(const Hit& hit, const Ray& ray, double sigma_m, Random& random) {
 LidarModel lidar_64_beams() {
   LidarModel model;
   for (int i = 0; i < 32; ++i) model.elevations_rad.push_back(radians(2.0 - i / 3.0));
-  for (int i = 0; i < 32; ++i) model.elevations_rad.push_back(radians(-8.83 - i * (24.8 - 8.83) / 31.0));
+  for (int i = 0; i < 32; ++i)
+    model.elevations_rad.push_back(radians(-8.83 - i * (24.8 - 8.83) / 31.0));
   model.azimuth_steps = 2000;
   model.max_range_m = 120.0;
   model.range_sigma_m = 0.02;
@@ -60,8 +64,8 @@ LidarModel lidar_16_beams() {
   return model;
 }
 
-EchoImage sweep(const LidarModel& model, const Eigen::Isometry3d& T_street_sensor, const Scene& scene,
-                std::uint64_t noise) {
+EchoImage sweep(const LidarModel& model, const Eigen::Isometry3d& T_street_sensor,
+                const Scene& scene, std::uint64_t noise) {
   EchoImage image;
   image.rows = static_cast<int>(model.elevations_rad.size());
   image.columns = model.azimuth_steps;
@@ -80,7 +84,7 @@ EchoImage sweep(const LidarModel& model, const Eigen::Isometry3d& T_street_senso
       Random random(hash_of(noise, Stream::kBeam, pixel));
       if (!comes_back(hit, random)) continue;
       Echo& echo = image.echoes[pixel];
-      echo = measure(hit, ray, model.range_sigma_m, random);
+      echo = measure(hit, ray, model, random);
       echo.p_sensor = echo.range_m * direction;
     }
   }

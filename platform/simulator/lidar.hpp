@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Spinning laser scanners: which directions they measure, how exact, and which echoes they lose. A scan is taken at
-// one instant, as data sets that are corrected for the vehicle's motion during the turn show it.
+// Spinning laser scanners: which directions they measure, how exact, and which echoes they lose. A
+// scan is taken at one instant, as data sets that are corrected for the vehicle's motion during the
+// turn show it.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -38,7 +39,8 @@ struct Echo {
   [[nodiscard]] bool returned() const { return range_m < kNoHit; }
 };
 
-/// Echoes as an image: a row a beam (top first), a column an azimuth step, from straight ahead turning left.
+/// Echoes as an image: a row a beam (top first), a column an azimuth step, from straight ahead
+/// turning left.
 struct EchoImage {
   int rows = 0;
   int columns = 0;
@@ -53,7 +55,7 @@ struct EchoImage {
 using Scene = std::function<void(const Ray& ray, Hit& hit)>;
 
 /// Noise and losses are drawn from `noise` and the beam's place in the image alone.
-EchoImage sweep(const LidarModel& model, const Eigen::Isometry3d& T_street_sensor, const Scene& scene,
-                std::uint64_t noise);
+EchoImage sweep(const LidarModel& model, const Eigen::Isometry3d& T_street_sensor,
+                const Scene& scene, std::uint64_t noise);
 
 }  // namespace tessera::street

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Ray intersection of the street's solids. Each is solved in its own frame with the ray's origin moved to the closest
-// approach first: at 100 m the squared terms would otherwise drown a pole of 3 cm.
+// Ray intersection of the street's solids. Each is solved in its own frame with the ray's origin
+// moved to the closest approach first: at 100 m the squared terms would otherwise drown a pole of 3
+// cm.
 #include "simulator/primitive.hpp"
 
 #include <Eigen/Geometry>
@@ -63,7 +64,8 @@ Chord box_chord(const Primitive& p, const Eigen::Vector3d& o, const Eigen::Vecto
   return chord;
 }
 
-/// Enters and leaves a round thing: |o + t d| <= 1 in the coordinates given, o being any point on the line.
+/// Enters and leaves a round thing: |o + t d| <= 1 in the coordinates given, o being any point on
+/// the line.
 bool solve_round(const Eigen::Vector3d& o, const Eigen::Vector3d& d, Chord& chord) {
   const double dd = d.squaredNorm();
   if (dd < 1e-18) return o.squaredNorm() <= 1.0;
@@ -134,9 +136,15 @@ Chord chord_of(const Primitive& p, const Ray& ray) {
   const Eigen::Vector3d o = far_o + shift * d;
   Chord chord;
   switch (p.shape) {
-    case Shape::kTaperedBox: chord = box_chord(p, o, d); break;
-    case Shape::kCylinder: chord = cylinder_chord(p, o, d); break;
-    case Shape::kEllipsoid: chord = ellipsoid_chord(p, o, d); break;
+    case Shape::kTaperedBox:
+      chord = box_chord(p, o, d);
+      break;
+    case Shape::kCylinder:
+      chord = cylinder_chord(p, o, d);
+      break;
+    case Shape::kEllipsoid:
+      chord = ellipsoid_chord(p, o, d);
+      break;
   }
   chord.enter_m += shift;
   chord.leave_m += shift;

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// The solids that the street is built of, and where a ray enters them. World frame, metres, z up throughout.
+// The solids that the street is built of, and where a ray enters them. World frame, metres, z up
+// throughout.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,7 +19,8 @@ struct Ray {
   Eigen::Vector3d direction;  ///< Unit length.
 };
 
-/// Where a ray enters and leaves a solid, in metres along the ray, and the outward normal where it enters.
+/// Where a ray enters and leaves a solid, in metres along the ray, and the outward normal where it
+/// enters.
 struct Chord {
   double enter_m = kNoHit;
   double leave_m = -kNoHit;
@@ -34,7 +36,8 @@ struct Hit {
 };
 
 enum class Shape : std::uint8_t {
-  kTaperedBox,  ///< Upright; rectangular foot and top of different size. A box, a hip or gable roof, a car's cabin.
+  kTaperedBox,  ///< Upright; rectangular foot and top of different size. A box, a hip or gable
+                ///< roof, a car's cabin.
   kCylinder,    ///< Upright, round.
   kEllipsoid,
 };
@@ -45,8 +48,8 @@ struct Primitive {
   Eigen::Vector3d base = Eigen::Vector3d::Zero();
   double cos_yaw = 1.0;
   double sin_yaw = 0.0;
-  /// Half lengths of the foot in x and y of the solid's own frame (a cylinder's radius twice) and the full height;
-  /// an ellipsoid's three half axes.
+  /// Half lengths of the foot in x and y of the solid's own frame (a cylinder's radius twice) and
+  /// the full height; an ellipsoid's three half axes.
   Eigen::Vector3d extent = Eigen::Vector3d::Ones();
   /// Half lengths of the top, tapered boxes only.
   Eigen::Vector2d top = Eigen::Vector2d::Ones();
@@ -61,11 +64,13 @@ struct Bounds {
 
 Bounds bounds_of(const Primitive& primitive);
 
-/// The part of the ray inside the solid, taken as an infinite line; empty (enter >= leave) where they miss.
+/// The part of the ray inside the solid, taken as an infinite line; empty (enter >= leave) where
+/// they miss.
 Chord chord_of(const Primitive& primitive, const Ray& ray);
 
-/// Shortens `nearest` to this solid's first echo if that is nearer. Porous solids let most of the ray through:
-/// which of their voxels are solid depends on the place alone, so every viewpoint meets the same leaves.
+/// Shortens `nearest` to this solid's first echo if that is nearer. Porous solids let most of the
+/// ray through: which of their voxels are solid depends on the place alone, so every viewpoint
+/// meets the same leaves.
 void meet(const Primitive& primitive, const Ray& ray, Hit& nearest);
 
 }  // namespace tessera::street

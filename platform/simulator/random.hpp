@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Randomness that is a pure function of a seed and of what it is for: a value drawn for one tree, one beam or one
-// point never depends on how many values were drawn before it for something else. No state is shared.
+// Randomness that is a pure function of a seed and of what it is for: a value drawn for one tree,
+// one beam or one point never depends on how many values were drawn before it for something else.
+// No state is shared.
 #pragma once
 
 #include <cmath>
@@ -9,7 +10,8 @@
 
 namespace tessera::street {
 
-/// Purposes of random numbers, so that two uses with the same coordinates do not see the same values.
+/// Purposes of random numbers, so that two uses with the same coordinates do not see the same
+/// values.
 enum class Stream : std::uint64_t {
   kTerrain = 1,
   kVerge,

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Smooth random fields over one to four coordinates: standard normal at every point, correlated over about one unit
-// of the coordinates, independent further away. Pure functions of the hash they start from.
+// Smooth random fields over one to four coordinates: standard normal at every point, correlated
+// over about one unit of the coordinates, independent further away. Pure functions of the hash they
+// start from.
 #pragma once
 
 #include <array>
@@ -22,7 +23,8 @@ constexpr double normal_of(std::uint64_t hash) noexcept {
   return (sum - 2.0) * kSqrt3;
 }
 
-/// Interpolates normals on the integer lattice; the weights are normalised so that the variance is one everywhere.
+/// Interpolates normals on the integer lattice; the weights are normalised so that the variance is
+/// one everywhere.
 template <std::size_t kDimensions>
 double smooth_normal(std::uint64_t hash, const std::array<double, kDimensions>& at) noexcept {
   std::array<std::int64_t, kDimensions> lattice{};

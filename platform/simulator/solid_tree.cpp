@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Median splits along the longest axis of the centres: the tree is balanced, so its depth (and the walk's stack) is
-// bounded by the logarithm of the number of solids.
+// Median splits along the longest axis of the centres: the tree is balanced, so its depth (and the
+// walk's stack) is bounded by the logarithm of the number of solids.
 #include "simulator/solid_tree.hpp"
 
 #include <algorithm>

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Solids in a bounding-volume hierarchy: the first thing that a ray meets among thousands in about a microsecond.
+// Solids in a bounding-volume hierarchy: the first thing that a ray meets among thousands in about
+// a microsecond.
 #pragma once
 
 #include <cstdint>
@@ -15,13 +16,15 @@ class SolidTree {
   SolidTree() = default;
   explicit SolidTree(std::vector<Primitive> solids);
 
-  /// Shortens `nearest` to the first echo of any solid, if nearer. Reads only; safe from several threads.
+  /// Shortens `nearest` to the first echo of any solid, if nearer. Reads only; safe from several
+  /// threads.
   void meet(const Ray& ray, Hit& nearest) const;
 
   [[nodiscard]] const std::vector<Primitive>& solids() const { return solids_; }
 
  private:
-  /// A leaf if count > 0: solids_[first, first + count). Else its children are nodes_[first] and nodes_[first + 1].
+  /// A leaf if count > 0: solids_[first, first + count). Else its children are nodes_[first] and
+  /// nodes_[first + 1].
   struct Node {
     Bounds bounds;
     std::uint32_t first = 0;

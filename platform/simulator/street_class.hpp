@@ -7,7 +7,8 @@
 
 namespace tessera::street {
 
-/// Raw ids as they are written to label files. Moving ones occur in the truth alone: a network of one scan cannot tell.
+/// Raw ids as they are written to label files. Moving ones occur in the truth alone: a network of
+/// one scan cannot tell.
 enum class RawId : std::uint16_t {
   kUnlabelled = 0,
   kCar = 10,
@@ -27,8 +28,8 @@ enum class RawId : std::uint16_t {
   kMovingPerson = 254,
 };
 
-/// What a beam meets. fill < 1: a porous volume in which that share of small voxels is solid (leaves).
-/// loss: share of echoes that never come back whatever the range, as from glass.
+/// What a beam meets. fill < 1: a porous volume in which that share of small voxels is solid
+/// (leaves). loss: share of echoes that never come back whatever the range, as from glass.
 struct Surface {
   RawId id = RawId::kUnlabelled;
   double reflectivity = 0.3;
@@ -40,21 +41,35 @@ struct Surface {
 constexpr Surface surface_of(RawId id) noexcept {
   switch (id) {
     case RawId::kCar:
-    case RawId::kMovingCar: return {id, 0.25, 0.04, 1.0};
-    case RawId::kBicycle: return {id, 0.20, 0.05, 1.0};
+    case RawId::kMovingCar:
+      return {id, 0.25, 0.04, 1.0};
+    case RawId::kBicycle:
+      return {id, 0.20, 0.05, 1.0};
     case RawId::kPerson:
-    case RawId::kMovingPerson: return {id, 0.36, 0.02, 1.0};
-    case RawId::kRoad: return {id, 0.21, 0.02, 1.0};
-    case RawId::kParking: return {id, 0.17, 0.02, 1.0};
-    case RawId::kSidewalk: return {id, 0.30, 0.01, 1.0};
-    case RawId::kBuilding: return {id, 0.26, 0.01, 1.0};
-    case RawId::kFence: return {id, 0.22, 0.02, 1.0};
-    case RawId::kVegetation: return {id, 0.31, 0.03, 1.0};
-    case RawId::kTrunk: return {id, 0.34, 0.01, 1.0};
-    case RawId::kTerrain: return {id, 0.34, 0.02, 1.0};
-    case RawId::kPole: return {id, 0.24, 0.02, 1.0};
-    case RawId::kTrafficSign: return {id, 0.75, 0.01, 1.0};
-    case RawId::kUnlabelled: return {id, 0.25, 0.02, 1.0};
+    case RawId::kMovingPerson:
+      return {id, 0.36, 0.02, 1.0};
+    case RawId::kRoad:
+      return {id, 0.21, 0.02, 1.0};
+    case RawId::kParking:
+      return {id, 0.17, 0.02, 1.0};
+    case RawId::kSidewalk:
+      return {id, 0.30, 0.01, 1.0};
+    case RawId::kBuilding:
+      return {id, 0.26, 0.01, 1.0};
+    case RawId::kFence:
+      return {id, 0.22, 0.02, 1.0};
+    case RawId::kVegetation:
+      return {id, 0.31, 0.03, 1.0};
+    case RawId::kTrunk:
+      return {id, 0.34, 0.01, 1.0};
+    case RawId::kTerrain:
+      return {id, 0.34, 0.02, 1.0};
+    case RawId::kPole:
+      return {id, 0.24, 0.02, 1.0};
+    case RawId::kTrafficSign:
+      return {id, 0.75, 0.01, 1.0};
+    case RawId::kUnlabelled:
+      return {id, 0.25, 0.02, 1.0};
   }
   return {};
 }

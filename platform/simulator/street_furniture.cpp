@@ -35,7 +35,8 @@ void add_car(Assembly& out, Random random, RawId id) {
   const double waist = van ? 1.05 : random.uniform(0.85, 0.95);
   const double roof = van ? random.uniform(1.9, 2.2) : random.uniform(1.42, 1.55);
   constexpr double kClearance = 0.22;
-  out.tapered({0, 0, kClearance}, {half, half_width}, {half - 0.08, half_width - 0.03}, waist - kClearance, paint);
+  out.tapered({0, 0, kClearance}, {half, half_width}, {half - 0.08, half_width - 0.03},
+              waist - kClearance, paint);
   // The cabin sits behind the bonnet; a van's and a hatchback's reaches the tail.
   const double front = van ? half - 0.75 : half - random.uniform(1.05, 1.25);
   const double back = (van || random.chance(0.5)) ? -half + 0.08 : -half + 0.65;
@@ -61,8 +62,10 @@ void add_person(Assembly& out, Random random, RawId id, double stride_rad) {
   const double scale = random.uniform(0.92, 1.08);
   const double swing = 0.26 * std::sin(stride_rad);
   for (const double side : {1.0, -1.0}) {
-    out.ellipsoid({side * swing * 0.6, side * 0.1, 0.42 * scale}, {0.1 + 0.5 * std::abs(swing), 0.085, 0.45 * scale}, cloth);
-    out.ellipsoid({-side * swing * 0.5, side * 0.25, 1.12 * scale}, {0.09, 0.06, 0.32 * scale}, cloth);
+    out.ellipsoid({side * swing * 0.6, side * 0.1, 0.42 * scale},
+                  {0.1 + 0.5 * std::abs(swing), 0.085, 0.45 * scale}, cloth);
+    out.ellipsoid({-side * swing * 0.5, side * 0.25, 1.12 * scale}, {0.09, 0.06, 0.32 * scale},
+                  cloth);
   }
   out.ellipsoid({0.0, 0.0, 1.13 * scale}, {0.16, 0.23, 0.36 * scale}, cloth);
   out.ellipsoid({0.02, 0.0, 1.6 * scale}, {0.1, 0.09, 0.13}, surface_of(id));
@@ -98,8 +101,9 @@ void add_tree(Assembly& trunk, Assembly& crown, Random random) {
     const double out_m = spread * std::sqrt(random.uniform()) * 0.75;
     const double up = random.uniform(0.0, 1.0);
     const double size = random.uniform(0.65, 1.15);
-    crown.ellipsoid({out_m * std::cos(turn), out_m * std::sin(turn), clear + 0.7 + up * (height - clear - 1.2)},
-                    {size * 1.15, size * 1.15, size * 0.8}, leaves(random.uniform(0.16, 0.3)));
+    crown.ellipsoid(
+        {out_m * std::cos(turn), out_m * std::sin(turn), clear + 0.7 + up * (height - clear - 1.2)},
+        {size * 1.15, size * 1.15, size * 0.8}, leaves(random.uniform(0.16, 0.3)));
   }
 }
 
@@ -120,18 +124,21 @@ void add_hedge(Assembly& out, Random random, double length_m) {
     const double x = (i + 0.5) * length_m / pieces - 0.5 * length_m;
     const double top = height + random.uniform(-0.12, 0.12) + kFootBelow_m;
     const double half = 0.5 * length_m / pieces;
-    out.tapered({x, random.uniform(-0.06, 0.06), -kFootBelow_m}, {half, 0.42}, {half, 0.33}, top, leaves(0.5));
+    out.tapered({x, random.uniform(-0.06, 0.06), -kFootBelow_m}, {half, 0.42}, {half, 0.33}, top,
+                leaves(0.5));
   }
 }
 
 void add_fence(Assembly& out, Random random, double length_m, FenceKind kind) {
   const Surface wood = surface_of(RawId::kFence);
-  const double height = kind == FenceKind::kBoards ? random.uniform(1.3, 1.8) : random.uniform(0.95, 1.25);
+  const double height =
+      kind == FenceKind::kBoards ? random.uniform(1.3, 1.8) : random.uniform(0.95, 1.25);
   constexpr double kBay_m = 2.0;
   const int bays = std::max(1, static_cast<int>(length_m / kBay_m));
   const double bay = length_m / bays;
   for (int i = 0; i <= bays; ++i) {
-    out.box({i * bay - 0.5 * length_m, 0, -kFootBelow_m}, {0.06, 0.06}, height + 0.1 + kFootBelow_m, wood);
+    out.box({i * bay - 0.5 * length_m, 0, -kFootBelow_m}, {0.06, 0.06}, height + 0.1 + kFootBelow_m,
+            wood);
   }
   if (kind == FenceKind::kMesh) {
     Surface mesh = wood;
@@ -142,7 +149,8 @@ void add_fence(Assembly& out, Random random, double length_m, FenceKind kind) {
     out.box({0, 0, height - 0.04}, {0.5 * length_m, 0.03}, 0.05, wood);
     return;
   }
-  for (const double z : {0.25, height - 0.25}) out.box({0, -0.04, z}, {0.5 * length_m, 0.02}, 0.09, wood);
+  for (const double z : {0.25, height - 0.25})
+    out.box({0, -0.04, z}, {0.5 * length_m, 0.02}, 0.09, wood);
   const double pitch = kind == FenceKind::kBoards ? 0.5 : 0.22;
   const double half = kind == FenceKind::kBoards ? 0.245 : 0.05;
   const int boards = static_cast<int>(length_m / pitch);

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// The things that stand or move in the street, each built at a placement in its own frame (x forward, y left, z up).
-// What an object looks like is drawn from `random`; the same numbers give the same object wherever it stands.
+// The things that stand or move in the street, each built at a placement in its own frame (x
+// forward, y left, z up). What an object looks like is drawn from `random`; the same numbers give
+// the same object wherever it stands.
 #pragma once
 
 #include "simulator/assembly.hpp"
@@ -12,12 +13,14 @@ namespace tessera::street {
 /// A saloon, hatchback or van with wheels and windows; id is kCar or kMovingCar.
 void add_car(Assembly& out, Random random, RawId id);
 
-/// Legs, body, arms and head, about 1.7 m; stride_rad swings the legs. id is kPerson or kMovingPerson.
+/// Legs, body, arms and head, about 1.7 m; stride_rad swings the legs. id is kPerson or
+/// kMovingPerson.
 void add_person(Assembly& out, Random random, RawId id, double stride_rad);
 
 void add_bicycle(Assembly& out, Random random);
 
-/// A trunk with a few boughs. The crown goes into `leaves`, a separate object: networks confuse the two on their own.
+/// A trunk with a few boughs. The crown goes into `leaves`, a separate object: networks confuse the
+/// two on their own.
 void add_tree(Assembly& trunk, Assembly& leaves, Random random);
 
 void add_bush(Assembly& out, Random random);

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// From the kerb outwards: parked cars and trees in the kerb strip, lamps and signs beside it, bins and bicycles along
-// the garden fences, gardens, houses, and hedges at the back that close the view.
+// From the kerb outwards: parked cars and trees in the kerb strip, lamps and signs beside it, bins
+// and bicycles along the garden fences, gardens, houses, and hedges at the back that close the
+// view.
 #include "simulator/street_plan.hpp"
 
 #include <cmath>
@@ -20,10 +21,12 @@ constexpr double kBackHedge_m = kStreetHalfWidth_m - 0.6;
 /// Draws one lot or slot: hands out its objects' numbers and puts them on the ground.
 class Drawing {
  public:
-  Drawing(std::uint64_t seed, int side, int place, const Ground& ground, std::vector<Primitive>& solids)
+  Drawing(std::uint64_t seed, int side, int place, const Ground& ground,
+          std::vector<Primitive>& solids)
       : random(seed), side_(side), place_(place), seed_(seed), ground_(ground), solids_(solids) {}
 
-  /// An object whose foot is `off` metres from the street's axis on this side; yaw as if on the right side.
+  /// An object whose foot is `off` metres from the street's axis on this side; yaw as if on the
+  /// right side.
   Assembly object(double x, double off, double yaw) {
     const double y = side_ * off;
     const double turned = side_ > 0 ? yaw + kPi : yaw;
@@ -114,12 +117,14 @@ void draw_house(Drawing& draw, double x) {
   add_house(walls, draw.fork(), house);
   draw_front_border(draw, x);
   for (int i = draw.random.below(4); i > 0; --i) {
-    plant_bush(draw, x + draw.random.uniform(-5.0, 5.0), kSidewalkEnd_m + draw.random.uniform(0.9, setback - 0.6));
+    plant_bush(draw, x + draw.random.uniform(-5.0, 5.0),
+               kSidewalkEnd_m + draw.random.uniform(0.9, setback - 0.6));
   }
   if (!detached) return;
   const double gap = 0.5 * (kLot_m - house.width_m);
   for (const double side : {1.0, -1.0}) {
-    if (draw.random.chance(0.5)) draw_border(draw, x + side * 0.5 * (kLot_m - gap), front + 1.5, gap, 0);
+    if (draw.random.chance(0.5))
+      draw_border(draw, x + side * 0.5 * (kLot_m - gap), front + 1.5, gap, 0);
   }
   if (setback > 3.2) plant_tree(draw, x + draw.random.uniform(-4.0, 4.0), kSidewalkEnd_m + 1.5);
   draw_border(draw, x, kBackHedge_m, kLot_m, 3);
@@ -128,9 +133,10 @@ void draw_house(Drawing& draw, double x) {
 void draw_kerb_slot(Drawing& draw, double x) {
   const double strip = 0.5 * (kRoadHalfWidth_m + kVergeEnd_m);
   if (draw.ground().is_parking(draw.side(), draw.place())) {
-    if (draw.random.chance(0.55)) {
-      Assembly car = draw.object(x + draw.random.uniform(-0.4, 0.4), strip + draw.random.uniform(-0.1, 0.12),
-                                 draw.random.uniform(-0.03, 0.03) + (draw.random.chance(0.15) ? kPi : 0.0));
+    if (draw.random.chance(0.48)) {
+      Assembly car =
+          draw.object(x + draw.random.uniform(-0.4, 0.4), strip + draw.random.uniform(-0.1, 0.12),
+                      draw.random.uniform(-0.03, 0.03) + (draw.random.chance(0.15) ? kPi : 0.0));
       add_car(car, draw.fork(), RawId::kCar);
     }
   } else if (draw.random.chance(0.8)) {
@@ -150,29 +156,34 @@ void draw_sidewalk_slot(Drawing& draw, double x) {
     add_sign(post, plate, draw.fork());
   }
   if (draw.random.chance(0.2)) {
-    Assembly bin = draw.object(x + draw.random.uniform(-2.5, 2.5), kSidewalkEnd_m - 0.35, draw.random.uniform(0.0, 0.4));
+    Assembly bin = draw.object(x + draw.random.uniform(-2.5, 2.5), kSidewalkEnd_m - 0.35,
+                               draw.random.uniform(0.0, 0.4));
     add_bin(bin, draw.fork());
   }
   if (draw.random.chance(0.25)) {
-    Assembly bicycle = draw.object(x + draw.random.uniform(-2.0, 2.0), kSidewalkEnd_m - 0.15, draw.random.uniform(-0.15, 0.15));
+    Assembly bicycle = draw.object(x + draw.random.uniform(-2.0, 2.0), kSidewalkEnd_m - 0.15,
+                                   draw.random.uniform(-0.15, 0.15));
     add_bicycle(bicycle, draw.fork());
   }
   if (draw.random.chance(0.14)) {
-    Assembly person = draw.object(x + draw.random.uniform(-2.5, 2.5), draw.random.uniform(6.6, 7.6), draw.random.uniform(0.0, 6.0));
+    Assembly person = draw.object(x + draw.random.uniform(-2.5, 2.5), draw.random.uniform(6.6, 7.6),
+                                  draw.random.uniform(0.0, 6.0));
     add_person(person, draw.fork(), RawId::kPerson, 0.3);
   }
 }
 
 }  // namespace
 
-std::vector<Primitive> lay_out_street(std::uint64_t seed, const Ground& ground, double half_length_m) {
+std::vector<Primitive> lay_out_street(std::uint64_t seed, const Ground& ground,
+                                      double half_length_m) {
   std::vector<Primitive> solids;
   const auto places = [&](double step_m) { return static_cast<int>(half_length_m / step_m); };
   for (const int side : {-1, 1}) {
     for (int lot = -places(kLot_m); lot < places(kLot_m); ++lot) {
       Drawing draw(hash_of(seed, Stream::kLot, side, lot), side, lot, ground, solids);
       const double x = (lot + 0.5) * kLot_m;
-      // The middle of the left side is a small park, so that every street has one within sight of both robots.
+      // The middle of the left side is a small park, so that every street has one within sight of
+      // both robots.
       const bool park = draw.random.chance(0.14) || (side > 0 && lot == 0);
       park ? draw_park(draw, x) : draw_house(draw, x);
     }

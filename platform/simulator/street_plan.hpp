@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Everything in the street that does not move. Each lot of 12 m and each kerb slot of 6 m is drawn from its own number,
-// so a longer street has the same middle.
+// Everything in the street that does not move. Each lot of 12 m and each kerb slot of 6 m is drawn
+// from its own number, so a longer street has the same middle.
 #pragma once
 
 #include <cstdint>
@@ -12,6 +12,7 @@
 
 namespace tessera::street {
 
-std::vector<Primitive> lay_out_street(std::uint64_t seed, const Ground& ground, double half_length_m);
+std::vector<Primitive> lay_out_street(std::uint64_t seed, const Ground& ground,
+                                      double half_length_m);
 
 }  // namespace tessera::street

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Each lane is a queue of equally spaced slots that all drive at the lane's speed, so nothing can collide; robots take
-// the first slots and cars some of the others.
+// Each lane is a queue of equally spaced slots that all drive at the lane's speed, so nothing can
+// collide; robots take the first slots and cars some of the others.
 #include "simulator/traffic.hpp"
 
 #include <cmath>
@@ -43,9 +43,12 @@ Eigen::Isometry3d Traffic::T_street_sensor(const Ground& ground, int robot, doub
   constexpr double kAhead_m = 0.5;
   const double x = along(robot, time_s);
   const double s = driven(robot, time_s);
-  const double sideways = (across(robot, s + kAhead_m) - across(robot, s - kAhead_m)) / (2.0 * kAhead_m);
+  const double sideways =
+      (across(robot, s + kAhead_m) - across(robot, s - kAhead_m)) / (2.0 * kAhead_m);
   const double yaw = heading(robot) > 0 ? std::atan(sideways) : kPi - std::atan(sideways);
-  const double climb = heading(robot) * (ground.road_height(x + kAhead_m) - ground.road_height(x - kAhead_m)) / (2.0 * kAhead_m);
+  const double climb = heading(robot) *
+                       (ground.road_height(x + kAhead_m) - ground.road_height(x - kAhead_m)) /
+                       (2.0 * kAhead_m);
   const double nod = 0.004 * std::sin(s / 1.9 + robot);
   const double roll = 0.006 * std::sin(s / 3.1 + 2.0 * robot);
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
@@ -53,7 +56,8 @@ Eigen::Isometry3d Traffic::T_street_sensor(const Ground& ground, int robot, doub
                    Eigen::AngleAxisd(nod - std::atan(climb), Eigen::Vector3d::UnitY()) *
                    Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitX()))
                       .toRotationMatrix();
-  pose.translation() = Eigen::Vector3d(x, across(robot, s), ground.road_height(x) + 0.03 + height_m);
+  pose.translation() =
+      Eigen::Vector3d(x, across(robot, s), ground.road_height(x) + 0.03 + height_m);
   return pose;
 }
 
@@ -70,7 +74,8 @@ void Traffic::add_cars(const Ground& ground, double half_length_m, int observer,
       const std::uint64_t hash = hash_of(seed_, Stream::kTraffic, lane, slot);
       if (!is_robot && unit_of(hash) > 0.55) continue;
       const double x = heading(lane) * (first + slot * kQueueGap_m);
-      const Placement at{{x, -heading(lane) * kLane_m, ground.road_height(x) + 0.03}, lane == 0 ? 0.0 : kPi};
+      const Placement at{{x, -heading(lane) * kLane_m, ground.road_height(x) + 0.03},
+                         lane == 0 ? 0.0 : kPi};
       Assembly car(solids, at, object_of(hash));
       add_car(car, Random(hash), RawId::kMovingCar);
     }
@@ -88,7 +93,8 @@ void Traffic::add_walkers(const Ground& ground, double half_length_m, double tim
       const double x = slot * kWalkerSlot_m + random.uniform(-5.0, 5.0) + pace * time_s;
       const double y = side * random.uniform(6.7, 7.7);
       if (std::abs(x) > half_length_m) continue;
-      Assembly person(solids, {{x, y, ground.height(x, y)}, pace > 0.0 ? 0.0 : kPi}, object_of(random.next()));
+      Assembly person(solids, {{x, y, ground.height(x, y)}, pace > 0.0 ? 0.0 : kPi},
+                      object_of(random.next()));
       add_person(person, Random(random.next()), RawId::kMovingPerson, 5.5 * time_s + slot);
     }
   }

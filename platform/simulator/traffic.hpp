@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// What moves: the robots, the other cars in their lanes, people on the sidewalks. Everything is a function of time
-// (seconds since the first scan), so scans can be made in any order. Traffic keeps to the right.
+// What moves: the robots, the other cars in their lanes, people on the sidewalks. Everything is a
+// function of time (seconds since the first scan), so scans can be made in any order. Traffic keeps
+// to the right.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -22,16 +23,18 @@ class Traffic {
 
   /// Even robots drive towards +x (their right side has y < 0), odd ones towards -x.
   static int heading(int robot) { return robot % 2 == 0 ? 1 : -1; }
-  /// Position along the street's axis, metres. The robots 0 and 1 start 30 m before and behind the middle.
+  /// Position along the street's axis, metres. The robots 0 and 1 start 30 m before and behind the
+  /// middle.
   [[nodiscard]] double along(int robot, double time_s) const;
   /// Metres driven since the first scan.
   [[nodiscard]] double driven(int robot, double time_s) const;
-  /// The sensor's pose in the street frame: x forward, y left, z up of the vehicle, height_m above the road.
+  /// The sensor's pose in the street frame: x forward, y left, z up of the vehicle, height_m above
+  /// the road.
   [[nodiscard]] Eigen::Isometry3d T_street_sensor(const Ground& ground, int robot, double time_s,
                                                   double height_m) const;
   /// The solids that move, as they stand at that time, without the observing robot's own vehicle.
-  [[nodiscard]] std::vector<Primitive> solids(const Ground& ground, double half_length_m, int observer,
-                                              double time_s) const;
+  [[nodiscard]] std::vector<Primitive> solids(const Ground& ground, double half_length_m,
+                                              int observer, double time_s) const;
 
  private:
   [[nodiscard]] double speed(int lane_heading) const;

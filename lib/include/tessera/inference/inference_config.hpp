@@ -38,9 +38,9 @@ struct FreeSpaceConfig {
   bool enabled = true;
   /// A ray is carved up to the nearest return in directions within this angle of its own (radians, small), so that rays
   /// that graze a surface or pass an edge closely free nothing of it. 0: its own return only.
-  float neighbour_angle_rad = 0.012F;
+  float neighbour_angle_rad = 0.015F;
   /// Carving ends this many voxels before that return.
-  float margin_voxels = 1.0F;
+  float margin_voxels = 2.0F;
 };
 
 struct InferenceConfig {

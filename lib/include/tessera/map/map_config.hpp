@@ -22,9 +22,9 @@ struct MapConfig {
   double resolution_m = 0.1;  ///< Edge of a voxel, > 0 and finite.
   double prior = 0.001;       ///< sigma_0 of every component, added on read; >= 0 and finite.
   /// Cap of a voxel's total evidence: what is over is taken from all components in proportion. 0: no cap.
-  float max_evidence = 25.0F;
+  float max_evidence = 100.0F;
   /// Free evidence of one pass, > 0. A voxel counts at most 255 passes, so max_evidence / free_weight <= 255.
-  float free_weight = 0.1F;
+  float free_weight = 0.4F;
   TuplePolicy tuple = TuplePolicy::kDense;
   /// Bytes for blocks, tuples and the free layer together, in use or not.
   std::size_t storage_bytes = std::size_t{384} << 20U;

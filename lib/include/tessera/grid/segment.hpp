@@ -1,0 +1,49 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// Walking a straight line through the grid, cell by cell: what carving and ray queries share.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "tessera/base/geometry.hpp"
+#include "tessera/grid/lattice.hpp"
+
+namespace tessera {
+
+/// Steps through the cells of a unit grid that the segment from a to b crosses, both ends included, ties between axes to
+/// x, then y. visit(x, y, z, t) gets the cell and the part of the segment before it, and returns false to stop; false is
+/// then returned. At most |dx| + |dy| + |dz| + 3 cells.
+template <class Visit>
+bool walk_segment(const Point3d& a, const Point3d& b, Visit&& visit) noexcept {
+  std::array<std::int32_t, 3> cell{floor_to_int(a.x()), floor_to_int(a.y()), floor_to_int(a.z())};
+  const std::array<std::int32_t, 3> last{floor_to_int(b.x()), floor_to_int(b.y()), floor_to_int(b.z())};
+  std::array<double, 3> t_next{};
+  std::array<double, 3> t_step{};
+  std::array<std::int32_t, 3> step{};
+  std::array<std::int32_t, 3> left{};
+  constexpr double kNever = 1e300;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto i = static_cast<Eigen::Index>(axis);
+    const double d = b[i] - a[i];
+    step[axis] = d > 0.0 ? 1 : -1;
+    left[axis] = (last[axis] - cell[axis]) * step[axis];
+    const double border = cell[axis] + (step[axis] > 0 ? 1 : 0);
+    t_step[axis] = left[axis] > 0 ? 1.0 / (d * step[axis]) : kNever;
+    t_next[axis] = left[axis] > 0 ? (border - a[i]) / d : kNever;
+  }
+  // How many steps each axis takes is fixed in advance: rounding can change their order, never where they end.
+  double t = 0.0;
+  for (;;) {
+    if (!visit(cell[0], cell[1], cell[2], t)) return false;
+    std::size_t axis = 0;
+    if (t_next[1] < t_next[axis]) axis = 1;
+    if (t_next[2] < t_next[axis]) axis = 2;
+    if (left[axis] <= 0) return true;
+    t = t_next[axis];
+    cell[axis] += step[axis];
+    t_next[axis] = --left[axis] > 0 ? t_next[axis] + t_step[axis] : kNever;
+  }
+}
+
+}  // namespace tessera

@@ -1,0 +1,81 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// The map file, .tsm: a header, the blocks in (z, y, x) order, an end mark. Little-endian, every part with its CRC-32C.
+// Streamed through an injected sink or source, so the core knows no files. Saving, loading and saving again gives the same
+// bytes. docs/memory.md has the layout byte by byte.
+//
+// Compatibility: a reader refuses a file with a newer major version, and reads any minor version of its own major one:
+// minor versions only append to the header, whose length is stored.
+#pragma once
+
+#include <array>
+#include <span>
+
+#include "tessera/base/geometry.hpp"
+#include "tessera/map/local_map.hpp"
+
+namespace tessera {
+
+/// Takes bytes; returns false if it cannot.
+struct ByteSink {
+  void* context = nullptr;
+  bool (*write)(void* context, std::span<const std::byte> bytes) = nullptr;
+};
+/// Gives bytes; returns how many, fewer than asked for at the end only.
+struct ByteSource {
+  void* context = nullptr;
+  std::size_t (*read)(void* context, std::span<std::byte> into) = nullptr;
+};
+
+enum class MapKind : std::uint8_t { kLocal = 0, kGlobal = 1 };
+
+/// What a file says of its map beside the voxels.
+struct MapIdentity {
+  static constexpr std::size_t kMaxSettings = 2048;
+  MapKind kind = MapKind::kLocal;
+  std::uint32_t robot = 0;
+  std::uint32_t epoch = 0;
+  bool has_T_global_map = false;
+  Matrix34d T_global_map = Matrix34d::Identity();
+  /// Text about how the map was made (JSON from the command line), not interpreted here.
+  std::array<char, kMaxSettings> settings{};
+  std::uint32_t settings_bytes = 0;
+};
+
+/// How saving or loading ended. what: a short phrase, static; offset_bytes: where in the file.
+struct [[nodiscard]] MapFileStatus {
+  Status status = Status::kOk;
+  const char* what = "";
+  std::uint64_t offset_bytes = 0;
+  [[nodiscard]] bool ok() const noexcept { return status == Status::kOk; }
+};
+
+/// A file's header: enough to make the map that the blocks go into.
+struct MapFileHeader {
+  MapConfig config{};  ///< storage_bytes: what the file's content needs, at least.
+  ClassTable classes{};
+  MapIdentity identity{};
+  std::uint64_t blocks = 0;
+  std::uint32_t revision = 0;
+};
+
+/// Memory that saving and loading work in: give one, reuse it at will.
+struct MapFileBuffer {
+  std::array<std::byte, 8192> bytes;
+};
+
+/// Writes the map. workspace: at least 2 * map.block_count() entries. Fails with kIo iff the sink refuses. O(map).
+MapFileStatus save(const LocalMap& map, const MapIdentity& identity, std::span<KeyedIndex> workspace,
+                   MapFileBuffer& buffer, const ByteSink& sink) noexcept;
+
+/// Reads and checks the header. Fails with kTruncated, kCorrupt (magic, checksum, a value out of range) or kUnsupported
+/// (a newer major version, an unknown tuple policy or kind).
+MapFileStatus load_header(const ByteSource& source, MapFileBuffer& buffer, MapFileHeader& header) noexcept;
+
+/// Reads the blocks after load_header into an empty map made with the header's configuration (storage_bytes may differ).
+/// Fails with kMismatch iff the map's resolution, prior, cap, free weight, tuple policy or classes differ or it is not
+/// empty; kResourceExhausted iff its storage is too small; kTruncated or kCorrupt. On failure the map is empty.
+MapFileStatus load_blocks(const ByteSource& source, const MapFileHeader& header, MapFileBuffer& buffer,
+                          LocalMap& map) noexcept;
+
+}  // namespace tessera

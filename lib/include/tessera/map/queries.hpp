@@ -1,0 +1,107 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// Reading a map: boxes, rays, and every observed voxel in order. Nothing here allocates or changes the map.
+#pragma once
+
+#include <cmath>
+#include <limits>
+#include <span>
+
+#include "tessera/grid/segment.hpp"
+#include "tessera/map/local_map.hpp"
+
+namespace tessera {
+
+/// Calls visit(VoxelCoord, const VoxelEvidence&) for every voxel of a block that has evidence, octet by octet.
+/// O(512 + observed voxels * C).
+template <class Visit>
+void for_each_observed(const LocalMap& map, const Block& block, Visit&& visit) {
+  const BlockCoord coord = unpack(BlockKey{block.key});
+  for (int octet = 0; octet < kBlockOctets; ++octet) {
+    const unsigned labels = map.observed_labels(block, octet);
+    for (int voxel = 0; voxel < kOctetVoxels; ++voxel) {
+      const bool labelled = ((labels >> static_cast<unsigned>(voxel)) & 1U) != 0;
+      if (!labelled && map.free_passes(block, octet, voxel) == 0) continue;
+      visit(voxel_at(coord, octet, voxel), map.evidence(block, octet, voxel));
+    }
+  }
+}
+
+/// The same for the whole map, blocks in (z, y, x) order. workspace: at least 2 * map.block_count() entries.
+template <class Visit>
+void for_each_observed(const LocalMap& map, std::span<KeyedIndex> workspace, Visit&& visit) {
+  for (const KeyedIndex& item : map.blocks_in_order(workspace)) {
+    for_each_observed(map, map.block_at(item.index), visit);
+  }
+}
+
+/// Calls visit(VoxelCoord, const VoxelEvidence&) for every observed voxel with low <= voxel <= high on each axis, blocks in
+/// (z, y, x) order. O(blocks in the box), whether the map has them or not; bounds outside the grid are clipped.
+template <class Visit>
+void for_each_in_box(const LocalMap& map, VoxelCoord low, VoxelCoord high, Visit&& visit) {
+  const auto clip = [](std::int32_t v) { return v < -kVoxelLimit ? -kVoxelLimit : (v >= kVoxelLimit ? kVoxelLimit - 1 : v); };
+  low = {clip(low.x), clip(low.y), clip(low.z)};
+  high = {clip(high.x), clip(high.y), clip(high.z)};
+  const BlockCoord first = block_of(low);
+  const BlockCoord last = block_of(high);
+  for (std::int32_t z = first.z; z <= last.z; ++z) {
+    for (std::int32_t y = first.y; y <= last.y; ++y) {
+      for (std::int32_t x = first.x; x <= last.x; ++x) {
+        const Block* const block = map.find({x, y, z});
+        if (block == nullptr) continue;
+        for_each_observed(map, *block, [&](const VoxelCoord& v, const VoxelEvidence& evidence) {
+          const bool inside = v.x >= low.x && v.x <= high.x && v.y >= low.y && v.y <= high.y && v.z >= low.z && v.z <= high.z;
+          if (inside) visit(v, evidence);
+        });
+      }
+    }
+  }
+}
+
+/// What a ray met.
+struct RayHit {
+  enum class End : std::uint8_t {
+    kMaxRange,    ///< Nothing but free (and, unless stop_at_unknown, unknown) voxels up to the range.
+    kOccupied,
+    kUnknown,     ///< Only with stop_at_unknown.
+    kInvalid,     ///< Origin not in the grid, or direction or range not finite and positive, or the ray leaves the grid.
+  };
+  End end = End::kInvalid;
+  VoxelCoord voxel{};
+  double distance_m = 0.0;  ///< From the origin to where the ray enters the voxel.
+  Estimate estimate{};
+};
+
+/// The first occupied voxel from origin_map along direction (any length > 0), up to max_range_m. Steps through at most
+/// 3 * max_range_m / resolution + 3 voxels.
+[[nodiscard]] inline RayHit cast_ray(const LocalMap& map, const Point3f& origin_map, const Point3f& direction,
+                                     double max_range_m, bool stop_at_unknown = false) noexcept {
+  RayHit result;
+  const Point3d d = direction.cast<double>();
+  const double norm = std::sqrt(d.squaredNorm());
+  if (!(norm > 0.0) || !(norm < 1e30) || !(max_range_m > 0.0)) return result;
+  const Point3d from = origin_map.cast<double>();
+  const Point3d to = from + d * (max_range_m / norm);
+  const Lattice lattice = map.lattice();
+  if (!lattice.voxel_of(origin_map).ok() || !lattice.voxel_of(to.cast<float>()).ok()) return result;
+  result.end = RayHit::End::kMaxRange;
+  result.distance_m = max_range_m;
+  walk_segment(from / lattice.resolution_m(), to / lattice.resolution_m(), [&](int x, int y, int z, double t) {
+    const Estimate here = map.query(VoxelCoord{x, y, z});
+    const bool unknown = here.state == VoxelState::kUnknown;
+    if (here.state == VoxelState::kFree || (unknown && !stop_at_unknown)) return true;
+    result = {.end = unknown ? RayHit::End::kUnknown : RayHit::End::kOccupied,
+              .voxel = {x, y, z},
+              .distance_m = t * max_range_m,
+              .estimate = here};
+    return false;
+  });
+  return result;
+}
+
+/// The map's content in 64 bits: resolution, class table, prior, tuple policy, and every observed voxel's evidence in
+/// (z, y, x) order of voxels. Capacity, block size and history do not count. workspace as above.
+/// O(64 blocks + observed voxels * C).
+[[nodiscard]] std::uint64_t digest(const LocalMap& map, std::span<KeyedIndex> workspace) noexcept;
+
+}  // namespace tessera

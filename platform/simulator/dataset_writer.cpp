@@ -1,0 +1,247 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// Files are written under a temporary name and renamed. Failures travel as an exception inside this
+// file and leave it as an Outcome.
+#include "simulator/dataset_writer.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <bit>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <fstream>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <vector>
+
+#include "simulator/random.hpp"
+#include "simulator/traffic.hpp"
+
+namespace tessera {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kScanFolders[] = {"velodyne", "labels", "predictions"};
+
+class WriteError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+[[noreturn]] void fail(const fs::path& path, const char* what, const std::string& reason) {
+  throw WriteError("cannot " + std::string(what) + " " + path.string() + " (" + reason +
+                   "): choose a folder that can be written and has room, or mend its permissions");
+}
+
+void make_folder(const fs::path& path) {
+  std::error_code error;
+  fs::create_directories(path, error);
+  if (error || !fs::is_directory(path))
+    fail(path, "create the folder", error ? error.message() : "not a folder");
+}
+
+void remove_if_there(const fs::path& path) {
+  std::error_code error;
+  fs::remove(path, error);
+  if (error) fail(path, "replace", error.message());
+}
+
+void write_file(const fs::path& path, std::string_view bytes) {
+  const fs::path temporary = path.string() + ".part";
+  {
+    std::ofstream stream(temporary, std::ios::binary | std::ios::trunc);
+    stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    stream.close();
+    if (!stream) {
+      std::error_code ignored;
+      fs::remove(temporary, ignored);
+      fail(path, "write", "the system refused it");
+    }
+  }
+  std::error_code error;
+  fs::rename(temporary, path, error);
+  if (error) fail(path, "write", error.message());
+}
+
+void put_u32(std::string& out, std::uint32_t value) {
+  for (unsigned shift = 0; shift < 32; shift += 8)
+    out.push_back(static_cast<char>((value >> shift) & 0xffU));
+}
+
+std::string point_bytes(const std::vector<std::array<float, 4>>& points) {
+  std::string bytes;
+  bytes.reserve(points.size() * 16);
+  for (const auto& point : points) {
+    for (const float number : point) put_u32(bytes, std::bit_cast<std::uint32_t>(number));
+  }
+  return bytes;
+}
+
+std::string label_bytes(const std::vector<std::uint32_t>& labels) {
+  std::string bytes;
+  bytes.reserve(labels.size() * 4);
+  for (const std::uint32_t label : labels) put_u32(bytes, label);
+  return bytes;
+}
+
+/// Independent of the locale; reads back as the same double.
+std::string text_of(double number) {
+  char digits[32];
+  const auto end = std::to_chars(std::begin(digits), std::end(digits), number).ptr;
+  return {std::begin(digits), end};
+}
+
+std::string rows_text(const Eigen::Isometry3d& pose, int rows, char between_rows) {
+  std::string text;
+  for (int row = 0; row < rows; ++row) {
+    for (int column = 0; column < 4; ++column) {
+      if (column > 0) text += ' ';
+      text += text_of(pose.matrix()(row, column));
+    }
+    text += row + 1 < rows ? between_rows : '\n';
+  }
+  return text;
+}
+
+std::string scan_name(int index) {
+  const std::string digits = std::to_string(index);
+  return std::string(6 - std::min<std::size_t>(digits.size(), 6), '0') + digits;
+}
+
+const char* suffix_of(const fs::path& folder) {
+  return folder.filename() == "velodyne" ? ".bin" : ".label";
+}
+
+/// Whether the name is that of a scan with number >= scans: left from a longer run.
+bool is_left_over(const fs::path& file, int scans) {
+  const std::string stem = file.stem().string();
+  const bool numbered =
+      stem.size() == 6 && stem.find_first_not_of("0123456789") == std::string::npos;
+  return numbered && file.extension() == suffix_of(file.parent_path()) && std::stoi(stem) >= scans;
+}
+
+void clear_left_overs(const fs::path& folder, int scans) {
+  std::vector<fs::path> left_over;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (is_left_over(entry.path(), scans)) left_over.push_back(entry.path());
+  }
+  for (const fs::path& path : left_over) remove_if_there(path);
+}
+
+Eigen::Isometry3d perturbed(const Eigen::Isometry3d& pose, const PoseError& error,
+                            std::uint64_t hash) {
+  street::Random random(hash);
+  const auto draw = [&random](double sigma) {
+    const double x = sigma * random.gaussian();
+    const double y = sigma * random.gaussian();
+    return Eigen::Vector3d(x, y, sigma * random.gaussian());
+  };
+  const Eigen::Vector3d shift = draw(error.translation_m);
+  const Eigen::Vector3d turn = draw(error.rotation_deg * 3.141592653589793 / 180.0);
+  Eigen::Isometry3d wrong = pose;
+  wrong.translation() += shift;
+  if (turn.norm() > 0.0)
+    wrong.linear() =
+        pose.linear() * Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix();
+  return wrong;
+}
+
+class Writer {
+ public:
+  Writer(const StreetSimulator& simulator, const fs::path& out, const DatasetOptions& options)
+      : simulator_(simulator), out_(out), options_(options) {}
+
+  void write() {
+    make_folder(out_);
+    for (int robot = 0; robot < simulator_.config().robots; ++robot) write_robot(robot);
+  }
+
+ private:
+  void write_robot(int robot) {
+    const int scans = simulator_.config().scans;
+    const fs::path folder = out_ / ("robot_" + std::to_string(robot));
+    for (const char* name : kScanFolders) {
+      make_folder(folder / name);
+      clear_left_overs(folder / name, scans);
+    }
+    remove_if_there(folder / "poses.txt");
+    write_frames(folder, robot);
+    std::string poses;
+    std::string times;
+    for (int index = 0; index < scans; ++index) {
+      write_scan(folder, robot, index);
+      poses += rows_text(simulator_.T_map_sensor(robot, index), 3, ' ');
+      times += text_of(index * street::kScanPeriod_s) + '\n';
+    }
+    write_file(folder / "times.txt", times);
+    write_file(folder / "poses.txt", poses);
+  }
+
+  void write_frames(const fs::path& folder, int robot) {
+    const Eigen::Isometry3d T_global_map = simulator_.T_global_map(robot);
+    write_file(folder / "T_global_map.txt", rows_text(T_global_map, 4, '\n'));
+    remove_if_there(folder / "T_global_map_perturbed.txt");
+    const PoseError& error = options_.pose_error;
+    if (error.translation_m <= 0.0 && error.rotation_deg <= 0.0) return;
+    const std::uint64_t hash =
+        street::hash_of(simulator_.config().seed, street::Stream::kPoseError, robot);
+    write_file(folder / "T_global_map_perturbed.txt",
+               rows_text(perturbed(T_global_map, error, hash), 4, '\n'));
+  }
+
+  void write_scan(const fs::path& folder, int robot, int index) {
+    const SimulatedScan scan = simulator_.scan(robot, index);
+    const std::string name = scan_name(index);
+    write_file(folder / "velodyne" / (name + ".bin"), point_bytes(scan.points));
+    write_file(folder / "labels" / (name + ".label"), label_bytes(scan.labels));
+    write_file(folder / "predictions" / (name + ".label"), label_bytes(scan.predictions));
+    ++done_;
+    if (options_.progress) {
+      options_.progress(done_, simulator_.config().robots * simulator_.config().scans);
+    }
+  }
+
+  const StreetSimulator& simulator_;
+  const fs::path& out_;
+  const DatasetOptions& options_;
+  int done_ = 0;
+};
+
+bool is_sigma(double value) { return std::isfinite(value) && value >= 0.0; }
+
+}  // namespace
+
+Outcome<void> write_dataset(const StreetSimulator& simulator, const fs::path& out,
+                            const DatasetOptions& options) {
+  if (!is_sigma(options.pose_error.translation_m) || !is_sigma(options.pose_error.rotation_deg)) {
+    return Failure{
+        "a pose error must be a finite number of metres or degrees, zero or more: give such a "
+        "number"};
+  }
+  std::error_code ignored;
+  if (fs::exists(out, ignored) && !fs::is_directory(out, ignored)) {
+    return Failure{out.string() + " is not a folder: choose another name for the output"};
+  }
+  const fs::path beyond = out / ("robot_" + std::to_string(simulator.config().robots));
+  if (fs::exists(beyond, ignored)) {
+    return Failure{beyond.string() +
+                   " is left from a run with more robots and would be mixed with this one: remove "
+                   "it, or choose another folder"};
+  }
+  try {
+    Writer(simulator, out, options).write();
+  } catch (const WriteError& error) {
+    return Failure{error.what(), FailureKind::kFailure};
+  } catch (const fs::filesystem_error& error) {
+    return Failure{"cannot read the folder " + error.path1().string() + " (" +
+                       error.code().message() + "): mend its permissions, or choose another folder",
+                   FailureKind::kFailure};
+  }
+  return {};
+}
+
+}  // namespace tessera

@@ -1,0 +1,42 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// Writes a simulated street to disk in the KITTI odometry / SemanticKITTI layout, one folder for
+// each robot.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+
+#include "posix/outcome.hpp"
+#include "simulator/street_simulator.hpp"
+
+namespace tessera {
+
+/// Standard deviations of a wrong guess at where a robot's map lies: on each axis, and of the
+/// rotation about each axis.
+struct PoseError {
+  double translation_m = 0.0;
+  double rotation_deg = 0.0;
+};
+
+struct DatasetOptions {
+  /// Adds T_global_map_perturbed.txt iff either number is positive. Both must be finite and not
+  /// negative.
+  PoseError pose_error;
+  /// Called after each scan with the number written so far and the total over all robots; may be
+  /// empty.
+  std::function<void(int done, int total)> progress;
+};
+
+/// Writes out/robot_K for each robot K: velodyne/NNNNNN.bin, labels/NNNNNN.label,
+/// predictions/NNNNNN.label, poses.txt (T_map_sensor, 3x4 row-major: there is no calib.txt, so
+/// poses are those of the scanner), times.txt (seconds) and T_global_map.txt (4x4 row-major, map to
+/// street). Every file appears complete or not at all, and poses.txt last: a folder that has it
+/// holds every scan. Scans that a longer run left in the same folders are removed. The same
+/// configuration gives the same bytes. Fails with kUsage iff a pose error is negative or not
+/// finite, `out` exists and is no folder, or it holds a robot_K beyond the configured number; with
+/// kFailure iff a folder or file cannot be written.
+Outcome<void> write_dataset(const StreetSimulator& simulator, const std::filesystem::path& out,
+                            const DatasetOptions& options);
+
+}  // namespace tessera

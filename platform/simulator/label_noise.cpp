@@ -1,0 +1,166 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// A point is mistaken where a standard normal field falls below the quantile of its class's error
+// probability. The field is smooth in space (patches of about a metre, as measured from a real
+// network) and in the distance driven; part of it is the same for all robots (some things look odd
+// from everywhere), most of it is each robot's own.
+#include "simulator/label_noise.hpp"
+
+#include <array>
+#include <cmath>
+#include <cstdlib>
+
+#include "simulator/confusion.hpp"
+#include "simulator/random.hpp"
+#include "simulator/smooth_noise.hpp"
+
+namespace tessera::street {
+namespace {
+
+constexpr double kViewLength_m = 12.0;  ///< Metres of driving over which a mistake lasts.
+constexpr double kSharedShare = 0.3;  ///< Of the field's variance: what all robots have in common.
+constexpr double kSaltShare = 0.008;  ///< Points mistaken on their own.
+constexpr double kUnlabelledShare = 0.008;
+constexpr int kBleedColumns = 4;
+constexpr int kBleedRows = 1;
+
+class Predictor {
+ public:
+  Predictor(std::uint64_t seed, const Viewpoint& viewpoint, const EchoImage& image)
+      : seed_(seed),
+        viewpoint_(viewpoint),
+        image_(image),
+        view_(viewpoint.driven_m / kViewLength_m) {}
+
+  std::vector<std::uint16_t> predict() {
+    std::vector<std::uint16_t> inner(image_.echoes.size(), 0);
+    for (std::size_t i = 0; i < inner.size(); ++i) {
+      if (image_.echoes[i].returned()) inner[i] = without_borders(image_.echoes[i]);
+    }
+    std::vector<std::uint16_t> said(inner.size(), 0);
+    std::size_t pixel = 0;
+    for (int row = 0; row < image_.rows; ++row) {
+      for (int column = 0; column < image_.columns; ++column, ++pixel) {
+        if (!image_.echoes[pixel].returned()) continue;
+        said[pixel] = salted(pixel, inner[bleed_source(row, column, pixel)]);
+      }
+    }
+    return said;
+  }
+
+ private:
+  [[nodiscard]] std::uint64_t own(Stream stream) const {
+    return hash_of(seed_, stream, 1 + viewpoint_.robot);
+  }
+  [[nodiscard]] std::uint64_t shared(Stream stream) const { return hash_of(seed_, stream, 0); }
+
+  /// Over patches of the given length.
+  [[nodiscard]] double patch(std::uint64_t hash, const Eigen::Vector3d& p, double length_m) const {
+    return smooth_normal<4>(hash, {p.x() / length_m, p.y() / length_m, p.z() / length_m, view_});
+  }
+
+  /// One value for the object as a whole.
+  [[nodiscard]] double whole(std::uint64_t hash, std::uint32_t object) const {
+    return smooth_normal<1>(mix(hash ^ object), {view_});
+  }
+
+  /// Standard normal; low where the network errs.
+  [[nodiscard]] double confidence(const Echo& echo, Stream stream, bool thing) const {
+    const double coarse_share = thing ? 0.3 : 0.62;
+    const double fine_share = thing ? 0.15 : 0.38;
+    const double own_share = 1.0 - kSharedShare;
+    double field = std::sqrt(own_share * coarse_share) * patch(own(stream), echo.p_street, 2.2) +
+                   std::sqrt(fine_share) * patch(mix(own(stream)), echo.p_street, 0.8);
+    if (thing) {
+      const double object_share = 1.0 - coarse_share - fine_share;
+      field += std::sqrt(own_share * object_share) * whole(own(stream), echo.object) +
+               std::sqrt(kSharedShare * (object_share + coarse_share)) *
+                   whole(shared(stream), echo.object);
+    } else {
+      field += std::sqrt(kSharedShare * coarse_share) * patch(shared(stream), echo.p_street, 2.5);
+    }
+    return field;
+  }
+
+  [[nodiscard]] std::uint16_t answer(const Echo& echo, RawId learned) const {
+    return mistaken_for(learned, answer_share(echo, is_thing(learned)));
+  }
+
+  /// Which of the wrong answers: one for an object as a whole, one for some metres of a surface.
+  [[nodiscard]] double answer_share(const Echo& echo, bool thing) const {
+    const std::uint64_t hash = own(Stream::kMistakeClass);
+    const double normal = thing ? whole(hash, echo.object) : patch(hash, echo.p_street, 2.5);
+    return std::min(normal_share(normal), 0.999999);
+  }
+
+  [[nodiscard]] std::uint16_t without_borders(const Echo& echo) const {
+    const RawId learned = learned_id(echo.id);
+    const double probability = mistake_probability(learned, echo.range_m, echo.cos_incidence);
+    const double field = confidence(echo, Stream::kMistake, is_thing(learned));
+    if (normal_share(field) >= probability) return static_cast<std::uint16_t>(learned);
+    return answer(echo, learned);
+  }
+
+  [[nodiscard]] bool near_border(int row, int column, RawId learned) const {
+    for (int dr = -kBleedRows; dr <= kBleedRows; ++dr) {
+      const int r = row + dr;
+      if (r < 0 || r >= image_.rows) continue;
+      for (int dc = -kBleedColumns; dc <= kBleedColumns; ++dc) {
+        const Echo& other = image_.at(r, (column + dc + image_.columns) % image_.columns);
+        if (other.returned() && learned_id(other.id) != learned) return true;
+      }
+    }
+    return false;
+  }
+
+  /// The pixel whose label ends up here. Thin and distinct things keep their own more often and
+  /// spread over what is behind them, as in the measured predictions.
+  [[nodiscard]] std::size_t bleed_source(int row, int column, std::size_t pixel) const {
+    const Echo& echo = image_.echoes[pixel];
+    const RawId learned = learned_id(echo.id);
+    if (!near_border(row, column, learned)) return pixel;
+    const double strength = is_thing(learned) ? 0.5 : 1.0;
+    const double sideways = 1.7 * strength * patch(own(Stream::kBleedColumn), echo.p_street, 0.8);
+    const double upright = 0.55 * strength * patch(own(Stream::kBleedRow), echo.p_street, 0.8);
+    const int dc =
+        std::clamp(static_cast<int>(std::lround(sideways)), -kBleedColumns, kBleedColumns);
+    const int dr = std::clamp(static_cast<int>(std::lround(upright)), -kBleedRows, kBleedRows);
+    const int r = row + dr;
+    if (r < 0 || r >= image_.rows) return pixel;
+    const int c = (column + dc + image_.columns) % image_.columns;
+    const auto source = static_cast<std::size_t>(r) * static_cast<std::size_t>(image_.columns) +
+                        static_cast<std::size_t>(c);
+    return image_.echoes[source].returned() ? source : pixel;
+  }
+
+  [[nodiscard]] std::uint16_t salted(std::size_t pixel, std::uint16_t said) const {
+    Random random(hash_of(own(Stream::kSalt), Stream::kSalt, viewpoint_.scan, pixel));
+    if (!random.chance(kSaltShare)) return said;
+    return mistaken_for(learned_id(image_.echoes[pixel].id), random.uniform());
+  }
+
+  std::uint64_t seed_;
+  Viewpoint viewpoint_;
+  const EchoImage& image_;
+  double view_;
+};
+
+}  // namespace
+
+std::vector<std::uint16_t> predict_labels(std::uint64_t seed, const Viewpoint& viewpoint,
+                                          const EchoImage& image) {
+  return Predictor(seed, viewpoint, image).predict();
+}
+
+std::vector<std::uint16_t> true_labels(std::uint64_t seed, const Viewpoint& viewpoint,
+                                       const EchoImage& image) {
+  std::vector<std::uint16_t> labels(image.echoes.size(), 0);
+  const std::uint64_t hash = hash_of(seed, Stream::kLabel, viewpoint.robot, viewpoint.scan);
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    const bool stray = unit_of(hash_of(hash, Stream::kLabel, i)) < kUnlabelledShare;
+    if (!stray) labels[i] = static_cast<std::uint16_t>(image.echoes[i].id);
+  }
+  return labels;
+}
+
+}  // namespace tessera::street
