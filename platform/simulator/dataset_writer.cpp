@@ -6,11 +6,13 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <fstream>
+#include <iterator>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -52,19 +54,15 @@ void remove_if_there(const fs::path& path) {
 
 void write_file(const fs::path& path, std::string_view bytes) {
   const fs::path temporary = path.string() + ".part";
-  {
-    std::ofstream stream(temporary, std::ios::binary | std::ios::trunc);
-    stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-    stream.close();
-    if (!stream) {
-      std::error_code ignored;
-      fs::remove(temporary, ignored);
-      fail(path, "write", "the system refused it");
-    }
-  }
+  std::ofstream stream(temporary, std::ios::binary | std::ios::trunc);
+  stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  stream.close();
   std::error_code error;
-  fs::rename(temporary, path, error);
-  if (error) fail(path, "write", error.message());
+  if (stream) fs::rename(temporary, path, error);
+  if (stream && !error) return;
+  std::error_code ignored;
+  fs::remove(temporary, ignored);
+  fail(path, "write", error ? error.message() : "the system refused it");
 }
 
 void put_u32(std::string& out, std::uint32_t value) {

@@ -169,6 +169,7 @@ bool Ground::walk_tile(const Ray& ray, double from, double to, Hit& nearest) con
 
 void Ground::meet(const Ray& ray, Hit& nearest) const {
   const double left = low_x(half_length_m_);
+  if (ray.direction.head<2>().norm() < 1e-9) return;  // Straight down: no scanner looks there.
   double t = 0.0;
   while (t < nearest.range_m) {
     const double x = ray.origin.x() + t * ray.direction.x() - left;

@@ -32,7 +32,8 @@ class Ground {
   /// a parking bay.
   [[nodiscard]] bool is_parking(int side, int slot) const;
 
-  /// Shortens `nearest` to where the ray goes below the floor, if nearer.
+  /// Shortens `nearest` to where the ray goes below the floor, if nearer; vertical rays are left
+  /// out.
   void meet(const Ray& ray, Hit& nearest) const;
 
  private:

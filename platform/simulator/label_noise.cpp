@@ -6,9 +6,9 @@
 // from everywhere), most of it is each robot's own.
 #include "simulator/label_noise.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
 
 #include "simulator/confusion.hpp"
 #include "simulator/random.hpp"
@@ -69,7 +69,7 @@ class Predictor {
     const double coarse_share = thing ? 0.3 : 0.62;
     const double fine_share = thing ? 0.15 : 0.38;
     const double own_share = 1.0 - kSharedShare;
-    double field = std::sqrt(own_share * coarse_share) * patch(own(stream), echo.p_street, 2.2) +
+    double field = std::sqrt(own_share * coarse_share) * patch(own(stream), echo.p_street, 1.9) +
                    std::sqrt(fine_share) * patch(mix(own(stream)), echo.p_street, 0.8);
     if (thing) {
       const double object_share = 1.0 - coarse_share - fine_share;

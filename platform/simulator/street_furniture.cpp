@@ -3,6 +3,7 @@
 // Shapes are as coarse as a map of 0.1 m voxels can tell apart, and no coarser.
 #include "simulator/street_furniture.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace tessera::street {

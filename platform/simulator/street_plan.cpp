@@ -5,6 +5,7 @@
 // view.
 #include "simulator/street_plan.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "simulator/building.hpp"

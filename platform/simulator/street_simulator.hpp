@@ -38,8 +38,8 @@ struct SimulatedScan {
       predictions;  ///< As a network errs: raw ids of static classes, never 0.
 };
 
-/// Frames: `global` is the street (x along it, z up, origin in its middle at road level); `map` of
-/// a robot is the frame of its own first scan; `sensor` is the laser scanner's.
+/// Frames: `global` is the street (x along it, z up, origin in its middle, within a metre of the
+/// road); `map` of a robot is the frame of its own first scan; `sensor` is the laser scanner's.
 class StreetSimulator {
  public:
   /// Fails (kUsage) iff the scene is unknown or a number is out of its range.
@@ -51,7 +51,7 @@ class StreetSimulator {
   [[nodiscard]] const SimulatorConfig& config() const;
 
   /// robot in [0, robots), index >= 0 (those beyond config().scans may run off the street's end).
-  /// About a quarter of a second for 64 beams. Reads only: scans may be made by several threads at
+  /// Costs about 130,000 rays for 64 beams. Reads only: scans may be made by several threads at
   /// once.
   [[nodiscard]] SimulatedScan scan(int robot, int index) const;
   /// The true pose: sensor to street frame.

@@ -91,18 +91,18 @@ void Traffic::add_walkers(const Ground& ground, double half_length_m, double tim
       if (random.chance(0.35)) continue;
       const double pace = random.uniform(0.9, 1.6) * (random.chance(0.5) ? 1.0 : -1.0);
       const double x = slot * kWalkerSlot_m + random.uniform(-5.0, 5.0) + pace * time_s;
-      const double y = side * random.uniform(6.7, 7.7);
+      const double y = side * random.uniform(6.75, 7.35);
       if (std::abs(x) > half_length_m) continue;
       Assembly person(solids, {{x, y, ground.height(x, y)}, pace > 0.0 ? 0.0 : kPi},
                       object_of(random.next()));
       add_person(person, Random(random.next()), RawId::kMovingPerson, 5.5 * time_s + slot);
     }
   }
-  // Someone crosses at the park, between the robots when they have come half way.
+  // Someone crosses in front of the park, timed to slip between the slots of both lanes.
   Random random(hash_of(seed_, Stream::kWalker, 0));
-  const double y = -kLane_m - 2.5 + 1.3 * time_s;
+  const double y = -5.15 + 1.5 * time_s;
   if (y > 7.0) return;
-  const double x = random.uniform(2.0, 9.0);
+  const double x = random.uniform(1.0, 2.5);
   Assembly person(solids, {{x, y, ground.height(x, y)}, 0.5 * kPi}, object_of(random.next()));
   add_person(person, Random(random.next()), RawId::kMovingPerson, 6.0 * time_s);
 }

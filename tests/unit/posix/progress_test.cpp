@@ -49,13 +49,14 @@ class Screen {
   [[nodiscard]] std::string shown() const {
     std::string text;
     // A pseudo terminal hands its content over in pieces, some of them a little later.
-    constexpr int kPatience_ms = 50;
+    int patience_ms = 2000;
     pollfd readable{read_end_.get(), POLLIN, 0};
-    while (::poll(&readable, 1, kPatience_ms) > 0) {
+    while (::poll(&readable, 1, patience_ms) > 0) {
       char piece[4096];
       const ssize_t count = ::read(read_end_.get(), piece, sizeof piece);
       if (count <= 0) break;
       text.append(piece, static_cast<std::size_t>(count));
+      patience_ms = 50;
     }
     return text;
   }
