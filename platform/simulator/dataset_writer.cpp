@@ -150,7 +150,7 @@ Eigen::Isometry3d perturbed(const Eigen::Isometry3d& pose, const PoseError& erro
 
 class Writer {
  public:
-  Writer(const StreetSimulator& simulator, const fs::path& out, const DatasetOptions& options)
+  Writer(const StreetSimulator& simulator, const fs::path& out, const DatasetWriterOptions& options)
       : simulator_(simulator), out_(out), options_(options) {}
 
   void write() {
@@ -205,7 +205,7 @@ class Writer {
 
   const StreetSimulator& simulator_;
   const fs::path& out_;
-  const DatasetOptions& options_;
+  const DatasetWriterOptions& options_;
   int done_ = 0;
 };
 
@@ -214,7 +214,7 @@ bool is_sigma(double value) { return std::isfinite(value) && value >= 0.0; }
 }  // namespace
 
 Outcome<void> write_dataset(const StreetSimulator& simulator, const fs::path& out,
-                            const DatasetOptions& options) {
+                            const DatasetWriterOptions& options) {
   if (!is_sigma(options.pose_error.translation_m) || !is_sigma(options.pose_error.rotation_deg)) {
     return Failure{
         "a pose error must be a finite number of metres or degrees, zero or more: give such a "

@@ -19,7 +19,7 @@ struct PoseError {
   double rotation_deg = 0.0;
 };
 
-struct DatasetOptions {
+struct DatasetWriterOptions {
   /// Adds T_global_map_perturbed.txt iff either number is positive. Both must be finite and not
   /// negative.
   PoseError pose_error;
@@ -37,6 +37,6 @@ struct DatasetOptions {
 /// finite, `out` exists and is no folder, or it holds a robot_K beyond the configured number; with
 /// kFailure iff a folder or file cannot be written.
 Outcome<void> write_dataset(const StreetSimulator& simulator, const std::filesystem::path& out,
-                            const DatasetOptions& options);
+                            const DatasetWriterOptions& options);
 
 }  // namespace tessera

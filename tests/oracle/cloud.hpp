@@ -39,15 +39,17 @@ struct Cloud {
 
 struct CloudOptions {
   int points = 800;
-  int classes = 5;             ///< C; clusters mix two of them.
-  double reach_m = 3.0;        ///< Clusters lie within this of the origin on each axis, on both sides of it.
-  double cluster_m = 0.35;     ///< Half the size of a cluster.
-  double unlabelled = 0.15;    ///< Share of unlabelled points.
-  bool weighted = false;       ///< Weights from 0 (a twentieth of the points) to 2, else all 1.
-  bool on_borders = false;     ///< Coordinates at whole multiples of a decimetre.
+  int classes = 5;  ///< C; clusters mix two of them.
+  double reach_m =
+      3.0;  ///< Clusters lie within this of the origin on each axis, on both sides of it.
+  double cluster_m = 0.35;   ///< Half the size of a cluster.
+  double unlabelled = 0.15;  ///< Share of unlabelled points.
+  bool weighted = false;     ///< Weights from 0 (a twentieth of the points) to 2, else all 1.
+  bool on_borders = false;   ///< Coordinates at whole multiples of a decimetre.
 };
 
-/// Clusters and sheets of points, so that classes meet, blocks stay empty between others, and densities differ.
+/// Clusters and sheets of points, so that classes meet, blocks stay empty between others, and
+/// densities differ.
 [[nodiscard]] Cloud random_cloud(Random& random, const CloudOptions& options);
 
 /// Prints the seed of a test and returns it.

@@ -30,7 +30,8 @@ double sparse_kernel(double r) {
 
 Voxel cell_of(const std::array<double, 3>& p, double edge_m) {
   Voxel cell{};
-  for (std::size_t i = 0; i < 3; ++i) cell[i] = static_cast<std::int64_t>(std::floor(p[i] / edge_m));
+  for (std::size_t i = 0; i < 3; ++i)
+    cell[i] = static_cast<std::int64_t>(std::floor(p[i] / edge_m));
   return cell;
 }
 
@@ -40,7 +41,8 @@ void LabelOracle::add_scan(const std::vector<OraclePoint>& points) {
     for (const OraclePoint& point : points) {
       const Voxel v = cell_of(point.p, resolution_m_);
       const std::int64_t edge = config_.entropy.block_edge;
-      blocks[{floor_divide(v[0], edge), floor_divide(v[1], edge), floor_divide(v[2], edge)}].push_back(point);
+      blocks[{floor_divide(v[0], edge), floor_divide(v[1], edge), floor_divide(v[2], edge)}]
+          .push_back(point);
     }
     infer_blocks(blocks);
     return;
@@ -85,7 +87,8 @@ void LabelOracle::spread(const OraclePoint& point) {
   const Voxel at = cell_of(point.p, resolution_m_);
   for (std::int64_t z = at[2] - reach; z <= at[2] + reach; ++z) {
     for (std::int64_t y = at[1] - reach; y <= at[1] + reach; ++y) {
-      for (std::int64_t x = at[0] - reach; x <= at[0] + reach; ++x) contribute({x, y, z}, point, length_m);
+      for (std::int64_t x = at[0] - reach; x <= at[0] + reach; ++x)
+        contribute({x, y, z}, point, length_m);
     }
   }
 }
@@ -117,7 +120,8 @@ bool LabelOracle::may_fill(const Voxel& block, const Blocks& blocks) const {
       if (point.component <= num_classes_) labels.insert(point.component);
     }
   }
-  return with_points >= config_.entropy.fill_neighbours && (!config_.entropy.fill_one_label || labels.size() <= 1);
+  return with_points >= config_.entropy.fill_neighbours &&
+         (!config_.entropy.fill_one_label || labels.size() <= 1);
 }
 
 void LabelOracle::infer_blocks(const Blocks& blocks) {
@@ -125,7 +129,8 @@ void LabelOracle::infer_blocks(const Blocks& blocks) {
   std::set<Voxel> empty;
   for (const auto& [block, points] : blocks) {
     const double entropy = class_entropy(points);
-    const double length = static_cast<double>(constants.base_length) + static_cast<double>(constants.entropy_length) * entropy;
+    const double length = static_cast<double>(constants.base_length) +
+                          static_cast<double>(constants.entropy_length) * entropy;
     const bool smooth = entropy > static_cast<double>(constants.smooth_above);
     learn(block, blocks, true, smooth, length * resolution_m_);
     if (smooth) ++smoothed_;
@@ -140,11 +145,13 @@ void LabelOracle::infer_blocks(const Blocks& blocks) {
   }
 }
 
-void LabelOracle::learn(const Voxel& block, const Blocks& blocks, bool own, bool neighbours, double length_m) {
+void LabelOracle::learn(const Voxel& block, const Blocks& blocks, bool own, bool neighbours,
+                        double length_m) {
   std::vector<OraclePoint> teachers;
   const auto take = [&](const Voxel& from) {
     const auto found = blocks.find(from);
-    if (found != blocks.end()) teachers.insert(teachers.end(), found->second.begin(), found->second.end());
+    if (found != blocks.end())
+      teachers.insert(teachers.end(), found->second.begin(), found->second.end());
   };
   if (own) take(block);
   if (neighbours) {
@@ -152,7 +159,8 @@ void LabelOracle::learn(const Voxel& block, const Blocks& blocks, bool own, bool
   }
   const std::int64_t edge = config_.entropy.block_edge;
   for (std::int64_t i = 0; i < edge * edge * edge; ++i) {
-    const Voxel voxel{block[0] * edge + i % edge, block[1] * edge + i / edge % edge, block[2] * edge + i / edge / edge};
+    const Voxel voxel{block[0] * edge + i % edge, block[1] * edge + i / edge % edge,
+                      block[2] * edge + i / edge / edge};
     for (const OraclePoint& point : teachers) contribute(voxel, point, length_m);
   }
 }

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// The counts of eq. 7 by brute force, from the specification alone: double precision, std::cos and std::sin, a sorted map
-// of voxels, no tiles, no tables. It shares no code with the library, only the names of the modes.
+// The counts of eq. 7 by brute force, from the specification alone: double precision, std::cos and
+// std::sin, a sorted map of voxels, no tiles, no tables. It shares no code with the library, only
+// the names of the modes.
 #pragma once
 
 #include <array>
@@ -40,8 +41,11 @@ class LabelOracle {
       : config_(config), resolution_m_(resolution_m), num_classes_(num_classes) {}
 
   void add_scan(const std::vector<OraclePoint>& points);
-  [[nodiscard]] const std::map<Voxel, std::map<int, OracleCount>>& voxels() const { return voxels_; }
-  /// How many blocks were filled, and how many learnt from their neighbours: for tests to see that they cover both.
+  [[nodiscard]] const std::map<Voxel, std::map<int, OracleCount>>& voxels() const {
+    return voxels_;
+  }
+  /// How many blocks were filled, and how many learnt from their neighbours: for tests to see that
+  /// they cover both.
   [[nodiscard]] int filled() const { return filled_; }
   [[nodiscard]] int smoothed() const { return smoothed_; }
 

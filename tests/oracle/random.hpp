@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Numbers for tests from a seed, the same on every machine and with every standard library: splitmix64.
+// Numbers for tests from a seed, the same on every machine and with every standard library:
+// splitmix64.
 #pragma once
 
 #include <cstdint>

@@ -14,7 +14,7 @@
 namespace {
 
 namespace fs = std::filesystem;
-using tessera::DatasetOptions;
+using tessera::DatasetWriterOptions;
 using tessera::FailureKind;
 using tessera::SimulatorConfig;
 using tessera::StreetSimulator;
@@ -129,7 +129,7 @@ TEST_CASE("write_dataset: the same configuration gives the same bytes") {
 TEST_CASE("write_dataset: a pose error adds a perturbed transform and leaves the true one") {
   const Scratch scratch;
   const StreetSimulator simulator = street(1, 1);
-  DatasetOptions options;
+  DatasetWriterOptions options;
   options.pose_error = {0.5, 2.0};
   REQUIRE(write_dataset(simulator, scratch / "out", options).ok());
   const auto truth = numbers(scratch / "out" / "robot_0" / "T_global_map.txt");
@@ -149,7 +149,7 @@ TEST_CASE("write_dataset: a pose error adds a perturbed transform and leaves the
 TEST_CASE("write_dataset: progress counts the scans of all robots up to the total") {
   const Scratch scratch;
   std::vector<std::pair<int, int>> calls;
-  DatasetOptions options;
+  DatasetWriterOptions options;
   options.progress = [&](int done, int total) { calls.emplace_back(done, total); };
   REQUIRE(write_dataset(street(2, 1), scratch / "out", options).ok());
   CHECK(calls == std::vector<std::pair<int, int>>{{1, 2}, {2, 2}});
@@ -208,7 +208,7 @@ TEST_CASE(
 
 TEST_CASE("write_dataset: negative and infinite pose errors are refused") {
   const Scratch scratch;
-  DatasetOptions options;
+  DatasetWriterOptions options;
   options.pose_error.translation_m = -0.1;
   CHECK_FALSE(write_dataset(street(1, 1), scratch / "out", options).ok());
   options.pose_error = {0.0, std::numeric_limits<double>::infinity()};

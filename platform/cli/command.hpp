@@ -1,0 +1,30 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// What a subcommand is: a function that declares its options and leaves a callback which sets the exit status.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+
+#include "posix/outcome.hpp"
+
+namespace tessera {
+
+/// 0 done, 1 bad input or usage, 2 the work could not be completed.
+inline constexpr int kExitDone = 0;
+inline constexpr int kExitUsage = 1;
+inline constexpr int kExitFailure = 2;
+
+/// Prints one line on stderr and gives the exit status that fits.
+int fail(const Failure& failure);
+/// Prints "warning: ..." on stderr.
+void warn(const std::string& message);
+
+void add_map_command(CLI::App& app, int& exit_status);
+void add_eval_command(CLI::App& app, int& exit_status);
+void add_query_command(CLI::App& app, int& exit_status);
+void add_export_command(CLI::App& app, int& exit_status);
+void add_info_command(CLI::App& app, int& exit_status);
+void add_simulate_command(CLI::App& app, int& exit_status);
+
+}  // namespace tessera

@@ -1,0 +1,59 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// The command: tessera SUBCOMMAND [options].
+#include <cstdio>
+#include <exception>
+
+#include "cli/command.hpp"
+#include "tessera/base/version.hpp"
+
+namespace tessera {
+
+int fail(const Failure& failure) {
+  std::fprintf(stderr, "tessera: %s\n", failure.message.c_str());
+  return failure.kind == FailureKind::kUsage ? kExitUsage : kExitFailure;
+}
+
+void warn(const std::string& message) { std::fprintf(stderr, "warning: %s\n", message.c_str()); }
+
+namespace {
+
+int run(int argc, char** argv) {
+  CLI::App app("Dense semantic occupancy maps that teams of robots build and share");
+  app.set_version_flag("--version", std::string("tessera ") + kVersion);
+  app.require_subcommand(1);
+  app.footer("Example: tessera map --dataset sequence --out map.tsm; see each subcommand's --help.");
+  int exit_status = kExitDone;
+  add_map_command(app, exit_status);
+  add_eval_command(app, exit_status);
+  add_query_command(app, exit_status);
+  add_export_command(app, exit_status);
+  add_info_command(app, exit_status);
+  add_simulate_command(app, exit_status);
+  for (CLI::App* const sub : app.get_subcommands([](CLI::App*) { return true; })) {
+    sub->set_version_flag("--version", std::string("tessera ") + kVersion);
+  }
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) return app.exit(error);
+    std::string message = error.what();
+    for (char& letter : message) letter = letter == '\n' ? ' ' : letter;
+    return fail({message + "; see tessera --help"});
+  }
+  return exit_status;
+}
+
+}  // namespace
+
+}  // namespace tessera
+
+int main(int argc, char** argv) {
+  try {
+    return tessera::run(argc, argv);
+  } catch (const std::bad_alloc&) {
+    return tessera::fail({"out of memory; give a smaller --memory or fewer scans", tessera::FailureKind::kFailure});
+  } catch (const std::exception& error) {
+    return tessera::fail({std::string("cannot go on: ") + error.what(), tessera::FailureKind::kFailure});
+  }
+}

@@ -1,0 +1,64 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// The options of "map", and how they become the core's configurations.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "cli/report.hpp"
+#include "posix/outcome.hpp"
+#include "tessera/inference/integrator.hpp"
+#include "tessera/map/map_config.hpp"
+
+namespace tessera {
+
+struct MapOptions {
+  std::string dataset;
+  std::string out;
+  std::string report;
+  std::string continue_from;
+  std::string labels = "predictions";
+  std::optional<int> first;
+  std::optional<int> last;
+  double resolution_m = 0.1;
+  std::string inference = "multi-entropy";
+  double kernel_length_m = 0.5;
+  double prior = 0.001;
+  double max_range_m = 40.0;
+  std::string downsample;  ///< Metres or "off"; empty: the resolution.
+  std::string free_space = "on";
+  std::string memory = "512M";
+  std::string counts = "dense";
+  std::uint32_t robot = 0;
+  double min_weight = 1.0 / 4096.0;
+  double max_evidence = 100.0;
+  double free_weight = 0.4;
+  double min_range_m = 0.5;
+  std::uint64_t work_budget = 0;
+  bool kernel_length_given = false;
+  bool resolution_given = false;
+};
+
+/// What mapping is set up with.
+struct MapSetup {
+  MapConfig map;
+  InferenceConfig inference;
+  std::size_t budget_bytes = 0;
+};
+
+void declare_map_options(CLI::App& command, MapOptions& options);
+
+/// Fails with kUsage, naming the option, iff a value is out of its range or options contradict each other.
+Outcome<MapSetup> set_up(const MapOptions& options);
+
+/// Every option's value, for reports and for the map's own record.
+Json to_json(const MapOptions& options, const MapSetup& setup);
+
+/// Splits the budget: scratch for scans of max_points returns, the rest for the map. With a budget too small for both,
+/// capacities shrink until scratch takes half. Fails with kUsage iff the budget holds no map at all.
+Outcome<ScanCapacity> split_budget(MapSetup& setup, std::size_t max_points);
+
+}  // namespace tessera

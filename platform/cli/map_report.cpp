@@ -1,0 +1,145 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/map_report.hpp"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "cli/command.hpp"
+
+namespace tessera {
+
+namespace {
+
+/// Sums of the scans' counters.
+struct Totals {
+  std::uint64_t points = 0, non_finite = 0, too_near = 0, beyond_range = 0, out_of_grid = 0, unlabelled = 0;
+  std::uint64_t unknown_ids = 0, bad_poses = 0, over_capacity = 0, refused_memory = 0, refused_work = 0, rays_refused = 0;
+  std::uint64_t left_out = 0, voxel_updates = 0, evaluations = 0, ray_steps = 0;
+};
+
+Totals sum(const std::vector<ScanRecord>& scans) {
+  Totals t;
+  for (const ScanRecord& scan : scans) {
+    const ScanReport& r = scan.report;
+    t.points += r.points;
+    t.non_finite += r.non_finite;
+    t.too_near += r.too_near;
+    t.beyond_range += r.beyond_range;
+    t.out_of_grid += r.out_of_grid;
+    t.unlabelled += r.unlabelled;
+    t.unknown_ids += scan.unknown_ids;
+    t.bad_poses += r.pose == Status::kOk ? 0U : 1U;
+    t.over_capacity += r.over_capacity;
+    t.refused_memory += r.refused_memory;
+    t.refused_work += r.refused_work;
+    t.rays_refused += r.rays_refused;
+    t.left_out += r.left_out();
+    t.voxel_updates += r.voxel_updates;
+    t.evaluations += r.evaluations;
+    t.ray_steps += r.ray_steps;
+  }
+  return t;
+}
+
+Json scan_json(const ScanRecord& scan) {
+  const ScanReport& r = scan.report;
+  return {{"index", scan.index},
+          {"points", r.points},
+          {"voxel_updates", r.voxel_updates},
+          {"milliseconds", scan.milliseconds},
+          {"left_out", r.left_out()},
+          {"pose", r.pose == Status::kOk ? "ok" : "refused"},
+          {"thinned", r.thinned},
+          {"admitted", r.admitted},
+          {"non_finite", r.non_finite},
+          {"too_near", r.too_near},
+          {"beyond_range", r.beyond_range},
+          {"out_of_grid", r.out_of_grid},
+          {"unlabelled", r.unlabelled},
+          {"unknown_ids", scan.unknown_ids},
+          {"refused_memory", r.refused_memory},
+          {"refused_work", r.refused_work},
+          {"over_capacity", r.over_capacity},
+          {"rays", r.rays},
+          {"rays_refused", r.rays_refused},
+          {"ray_steps", r.ray_steps},
+          {"kernel_evaluations", r.evaluations}};
+}
+
+}  // namespace
+
+Timing timing_of(const std::vector<ScanRecord>& scans) {
+  if (scans.empty()) return {};
+  std::vector<double> ms;
+  for (const ScanRecord& scan : scans) ms.push_back(scan.milliseconds);
+  std::sort(ms.begin(), ms.end());
+  const auto rank = [&](double share) {
+    const auto i = static_cast<std::size_t>(share * static_cast<double>(ms.size()));
+    return ms[std::min(i, ms.size() - 1)];
+  };
+  const double median = ms.size() % 2 == 1 ? ms[ms.size() / 2] : 0.5 * (ms[ms.size() / 2 - 1] + ms[ms.size() / 2]);
+  return {median, rank(0.99), ms.back()};
+}
+
+Json to_json(const MapRun& run, const LocalMap& map, const Json& config) {
+  Json json;
+  json["scans"] = Json::array();
+  for (const ScanRecord& scan : run.scans) json["scans"].push_back(scan_json(scan));
+  const Timing timing = timing_of(run.scans);
+  const Totals t = sum(run.scans);
+  json["totals"] = {{"median_ms", timing.median_ms}, {"p99_ms", timing.p99_ms}, {"max_ms", timing.max_ms},
+                    {"scans", run.scans.size()}, {"points", t.points}, {"voxel_updates", t.voxel_updates},
+                    {"kernel_evaluations", t.evaluations}, {"ray_steps", t.ray_steps}, {"left_out", t.left_out},
+                    {"non_finite", t.non_finite}, {"too_near", t.too_near}, {"beyond_range", t.beyond_range},
+                    {"out_of_grid", t.out_of_grid}, {"unlabelled", t.unlabelled}, {"unknown_ids", t.unknown_ids},
+                    {"bad_poses", t.bad_poses}};
+  const MapUsage usage = map.usage();
+  json["memory"] = {{"budget_bytes", run.budget_bytes},
+                    {"used_bytes", usage.used_bytes},
+                    {"peak_bytes", usage.peak_bytes},
+                    {"scratch_bytes", run.scratch_bytes},
+                    {"label_voxels", usage.label_voxels},
+                    {"free_voxels", map.count_free_voxels()},
+                    {"bytes_per_label_voxel", usage.label_voxels == 0 ? 0.0
+                                                                      : static_cast<double>(usage.used_bytes) /
+                                                                            static_cast<double>(usage.label_voxels)},
+                    {"refused", t.left_out},
+                    {"blocks", usage.blocks},
+                    {"blocks_refused", usage.blocks_refused},
+                    {"storage_refused", usage.storage_refused}};
+  json["heap_allocations_after_init"] = run.heap_allocations ? Json(*run.heap_allocations) : Json();
+  json["config"] = config;
+  json["digest"] = hex64(run.digest);
+  return json;
+}
+
+void print_summary(const MapRun& run, const LocalMap& map, const std::string& out) {
+  const Totals t = sum(run.scans);
+  const auto warn_if = [](std::uint64_t count, const char* what) {
+    if (count > 0) warn(std::to_string(count) + " " + what);
+  };
+  warn_if(t.bad_poses, "scans were left out: their pose is not a rigid transform within the grid");
+  warn_if(t.non_finite, "points were refused: coordinates that are not finite");
+  warn_if(t.out_of_grid, "points were refused: outside the grid");
+  warn_if(t.unknown_ids, "points have class ids that are in no class; they count as unlabelled");
+  warn_if(t.refused_memory + t.over_capacity + t.rays_refused,
+          "points or rays were left out for lack of memory; give a larger --memory or a coarser --resolution");
+  warn_if(t.refused_work, "points were left out: the work budget was spent");
+  const MapUsage usage = map.usage();
+  const Timing timing = timing_of(run.scans);
+  std::printf("%zu scans, %llu points into %s\n", run.scans.size(), static_cast<unsigned long long>(t.points), out.c_str());
+  std::printf("  time     median %.1f ms a scan, p99 %.1f ms, max %.1f ms\n", timing.median_ms, timing.p99_ms, timing.max_ms);
+  std::printf("  voxels   %llu labelled or occupied, %llu free\n", static_cast<unsigned long long>(usage.label_voxels),
+              static_cast<unsigned long long>(map.count_free_voxels()));
+  std::printf("  memory   %.1f MB used of %.1f MB, %.1f MB of it scratch, %.1f bytes a label voxel\n",
+              static_cast<double>(usage.used_bytes + run.scratch_bytes) / 1e6, static_cast<double>(run.budget_bytes) / 1e6,
+              static_cast<double>(run.scratch_bytes) / 1e6,
+              usage.label_voxels == 0 ? 0.0 : static_cast<double>(usage.used_bytes) / static_cast<double>(usage.label_voxels));
+  if (run.heap_allocations) {
+    std::printf("  heap     %llu allocations after start\n", static_cast<unsigned long long>(*run.heap_allocations));
+  }
+  std::printf("  digest   %s\n", hex64(run.digest).c_str());
+}
+
+}  // namespace tessera

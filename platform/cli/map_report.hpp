@@ -1,0 +1,45 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// The report of "map": a record a scan, then totals.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "cli/report.hpp"
+#include "tessera/inference/scan_report.hpp"
+#include "tessera/map/local_map.hpp"
+
+namespace tessera {
+
+struct ScanRecord {
+  int index = 0;
+  double milliseconds = 0.0;
+  std::uint64_t unknown_ids = 0;
+  ScanReport report;
+};
+
+/// What mapping was done with, and what came of it.
+struct MapRun {
+  std::vector<ScanRecord> scans;
+  std::size_t budget_bytes = 0;
+  std::size_t scratch_bytes = 0;
+  std::optional<std::uint64_t> heap_allocations;
+  std::uint64_t digest = 0;
+};
+
+/// median, p99, max of the scans' milliseconds; zeros without scans.
+struct Timing {
+  double median_ms = 0.0;
+  double p99_ms = 0.0;
+  double max_ms = 0.0;
+};
+Timing timing_of(const std::vector<ScanRecord>& scans);
+
+Json to_json(const MapRun& run, const LocalMap& map, const Json& config);
+
+/// A few lines for people on stdout, and warnings for what was refused or left out on stderr.
+void print_summary(const MapRun& run, const LocalMap& map, const std::string& out);
+
+}  // namespace tessera

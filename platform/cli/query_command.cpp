@@ -1,0 +1,122 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// tessera query: the state of a map at given points, CSV to CSV.
+#include <array>
+#include <charconv>
+#include <cstdio>
+#include <fstream>
+#include <limits>
+
+#include "cli/command.hpp"
+#include "cli/report.hpp"
+#include "cli/stored_map.hpp"
+#include "posix/atomic_file.hpp"
+
+namespace tessera {
+
+namespace {
+
+struct QueryOptions {
+  std::string map;
+  std::string points;
+  std::string out;
+  std::string report;
+};
+
+std::string_view trimmed(std::string_view text) {
+  while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
+  while (!text.empty() && (text.back() == ' ' || text.back() == '\t' || text.back() == '\r')) text.remove_suffix(1);
+  return text;
+}
+
+/// Three numbers, "nan" and "inf" among them; what is beyond a float becomes infinite, so out of the grid.
+std::optional<Point3f> parse_point(std::string_view line) {
+  Point3f p;
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    const std::size_t comma = line.find(',');
+    if ((comma == std::string_view::npos) != (axis == 2)) return std::nullopt;
+    std::string_view field = trimmed(line.substr(0, comma));
+    if (!field.empty() && field.front() == '+') field.remove_prefix(1);
+    double value = 0.0;
+    const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
+    if (end != field.data() + field.size() || field.empty() || error == std::errc::invalid_argument) return std::nullopt;
+    const bool huge = error == std::errc::result_out_of_range || value > 3e38 || value < -3e38;
+    p[axis] = huge ? std::numeric_limits<float>::infinity() : static_cast<float>(value);
+    line = comma == std::string_view::npos ? std::string_view{} : line.substr(comma + 1);
+  }
+  return p;
+}
+
+void put(AtomicFile& file, std::string_view text) { file.write(std::as_bytes(std::span(text))); }
+
+void put_number(AtomicFile& file, double value) {
+  std::array<char, 40> text{};
+  const int n = std::snprintf(text.data(), text.size(), ",%.9g", value);
+  put(file, {text.data(), static_cast<std::size_t>(n)});
+}
+
+void put_row(AtomicFile& file, const LocalMap& map, std::string_view point_text, const Point3f& p_map) {
+  const VoxelEvidence evidence = map.evidence(p_map);
+  const Estimate e = estimate(evidence, map.config().prior);
+  put(file, point_text);
+  put(file, ",");
+  put(file, to_string(e.state));
+  put(file, ",");
+  put(file, std::to_string(e.label));
+  put_number(file, e.probability);
+  put_number(file, e.variance);
+  put_number(file, e.evidence);
+  for (std::size_t l = 0; l < static_cast<std::size_t>(evidence.num_components); ++l) {
+    put_number(file, static_cast<double>(evidence.sigma[l]));
+  }
+  put(file, "\n");
+}
+
+Outcome<void> run_query(const QueryOptions& options) {
+  const Outcome<std::unique_ptr<StoredMap>> stored = load_map(options.map);
+  if (!stored.ok()) return stored.failure();
+  const LocalMap& map = (*stored)->map;
+  std::ifstream points(options.points);
+  if (!points) return Failure{"cannot read " + options.points + "; name a CSV file with the header x,y,z"};
+  std::string line;
+  if (!std::getline(points, line) || trimmed(line) != "x,y,z") {
+    return Failure{options.points + " line 1: the header must be x,y,z"};
+  }
+  Outcome<AtomicFile> out = AtomicFile::open(options.out);
+  if (!out.ok()) return out.failure();
+  std::string header = "x,y,z,state,label,probability,variance,evidence";
+  for (int l = 0; l < map.num_components(); ++l) header += ",sigma_" + std::to_string(l);
+  put(*out, header + "\n");
+  std::uint64_t rows = 0;
+  for (std::uint64_t number = 2; std::getline(points, line); ++number) {
+    const std::string_view text = trimmed(line);
+    if (text.empty()) continue;
+    const std::optional<Point3f> p_map = parse_point(text);
+    if (!p_map) return Failure{options.points + " line " + std::to_string(number) + ": not three numbers x,y,z; mend or remove it"};
+    put_row(*out, map, text, *p_map);
+    ++rows;
+  }
+  const Outcome<void> committed = out->commit();
+  if (!committed.ok()) return committed.failure();
+  std::printf("%llu points into %s\n", static_cast<unsigned long long>(rows), options.out.c_str());
+  return write_report({{"points", rows}, {"config", {{"map", options.map}, {"points", options.points}, {"out", options.out}}}},
+                      options.report);
+}
+
+}  // namespace
+
+void add_query_command(CLI::App& app, int& exit_status) {
+  CLI::App* const command = app.add_subcommand("query", "State of the map at given points");
+  auto o = std::make_shared<QueryOptions>();
+  command->add_option("--map", o->map, "Map file")->required();
+  command->add_option("--points", o->points, "CSV with the header x,y,z; metres, map frame")->required();
+  command->add_option("--out", o->out, "CSV to write")->required();
+  command->add_option("--report", o->report, "JSON report to write");
+  command->footer("Example: tessera query --map map.tsm --points points.csv --out states.csv");
+  command->callback([o, &exit_status] {
+    const Outcome<void> outcome = run_query(*o);
+    if (!outcome.ok()) exit_status = fail(outcome.failure());
+  });
+}
+
+}  // namespace tessera

@@ -1,0 +1,118 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/stored_map.hpp"
+
+#include <cstdlib>
+
+#include "posix/atomic_file.hpp"
+#include "posix/input_file.hpp"
+
+namespace tessera {
+
+namespace {
+
+/// The core's source of bytes, from a file.
+struct FileSource {
+  InputFile file;
+  std::string error;  ///< Not empty if the system failed, rather than the file ended.
+
+  ByteSource source() {
+    return {this, [](void* context, std::span<std::byte> into) -> std::size_t {
+              auto& self = *static_cast<FileSource*>(context);
+              const Outcome<std::size_t> n = self.file.read(into);
+              if (n.ok()) return *n;
+              self.error = n.failure().message;
+              return 0;
+            }};
+  }
+};
+
+Failure damaged(const std::string& path, const MapFileStatus& status) {
+  return {path + ": " + status.what + " (" + to_string(status.status) + " at byte " +
+          std::to_string(status.offset_bytes) + "); make the map again or use another copy"};
+}
+
+/// A file of so many bytes cannot need more storage than this: the smallest stored octet takes 7 bytes.
+std::uint64_t most_storage(std::uint64_t file_bytes) { return file_bytes * 512 + (std::uint64_t{1} << 20U); }
+
+Outcome<FileSource> open_source(const std::string& path) {
+  Outcome<InputFile> file = InputFile::open(path);
+  if (!file.ok()) return file.failure();
+  return FileSource{std::move(*file), {}};
+}
+
+}  // namespace
+
+Outcome<ArenaMemory> ArenaMemory::allocate(std::size_t bytes) {
+  ArenaMemory memory;
+  memory.size_ = align_up(bytes, kArenaAlignment);
+  memory.bytes_.reset(static_cast<std::byte*>(std::aligned_alloc(kArenaAlignment, memory.size_)));
+  if (memory.bytes_ == nullptr) {
+    return Failure{"the system does not give " + std::to_string(bytes) + " bytes of memory; choose a smaller --memory",
+                   FailureKind::kFailure};
+  }
+  return memory;
+}
+
+void ArenaMemory::Free::operator()(std::byte* bytes) const { std::free(bytes); }
+
+Outcome<MapFileHeader> load_map_header(const std::string& path) {
+  Outcome<FileSource> file = open_source(path);
+  if (!file.ok()) return file.failure();
+  const auto buffer = std::make_unique<MapFileBuffer>();
+  MapFileHeader header;
+  const MapFileStatus status = load_header(file->source(), *buffer, header);
+  if (!status.ok()) return damaged(path, status);
+  if (header.config.storage_bytes > most_storage(file->file.size_bytes())) {
+    return damaged(path, {Status::kCorrupt, "the header claims more blocks than the file can hold", status.offset_bytes});
+  }
+  return header;
+}
+
+Outcome<void> load_into(const std::string& path, LocalMap& map) {
+  Outcome<FileSource> file = open_source(path);
+  if (!file.ok()) return file.failure();
+  const auto buffer = std::make_unique<MapFileBuffer>();
+  MapFileHeader header;
+  MapFileStatus status = load_header(file->source(), *buffer, header);
+  if (status.ok()) status = load_blocks(file->source(), header, *buffer, map);
+  if (!file->error.empty()) return Failure{file->error, FailureKind::kFailure};
+  if (!status.ok()) return damaged(path, status);
+  return {};
+}
+
+Outcome<std::unique_ptr<StoredMap>> load_map(const std::string& path, std::size_t storage_bytes) {
+  Outcome<MapFileHeader> header = load_map_header(path);
+  if (!header.ok()) return header.failure();
+  auto stored = std::make_unique<StoredMap>();
+  stored->header = *header;
+  MapConfig config = header->config;
+  if (storage_bytes > config.storage_bytes) config.storage_bytes = storage_bytes;
+  Outcome<ArenaMemory> memory = ArenaMemory::allocate(required_bytes(config));
+  if (!memory.ok()) return memory.failure();
+  stored->memory = std::move(*memory);
+  Arena arena(stored->memory.span());
+  Result<LocalMap> map = LocalMap::make(arena, config, header->classes);
+  if (!map.ok()) return Failure{path + ": the header has a setting out of range; make the map again or use another copy"};
+  stored->map = *map;
+  const Outcome<void> loaded = load_into(path, stored->map);
+  if (!loaded.ok()) return loaded.failure();
+  return stored;
+}
+
+Outcome<void> save_map(const LocalMap& map, const MapIdentity& identity, std::span<KeyedIndex> workspace,
+                       const std::string& path) {
+  Outcome<AtomicFile> file = AtomicFile::open(path);
+  if (!file.ok()) return file.failure();
+  const ByteSink sink{&*file, [](void* context, std::span<const std::byte> bytes) {
+                        return static_cast<AtomicFile*>(context)->write(bytes);
+                      }};
+  const auto buffer = std::make_unique<MapFileBuffer>();
+  // A refused write is explained by commit, which knows the system's reason.
+  static_cast<void>(save(map, identity, workspace, *buffer, sink));
+  return file->commit();
+}
+
+std::vector<KeyedIndex> workspace_for(const LocalMap& map) { return std::vector<KeyedIndex>(2 * map.block_count()); }
+
+}  // namespace tessera

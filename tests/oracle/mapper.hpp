@@ -1,0 +1,73 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// The library under test: a map and an integrator in memory of exactly the size that they ask for,
+// so that a sanitizer sees every byte beyond it.
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "oracle/cloud.hpp"
+#include "oracle/label_oracle.hpp"
+#include "tessera/inference/integrator.hpp"
+
+namespace tessera::oracle {
+
+/// Memory aligned as an arena must be. Not initialised.
+class AlignedMemory {
+ public:
+  explicit AlignedMemory(std::size_t bytes);
+  [[nodiscard]] std::span<std::byte> span() { return {bytes_.get(), size_}; }
+
+ private:
+  struct Free {
+    void operator()(std::byte* bytes) const;
+  };
+  std::unique_ptr<std::byte, Free> bytes_;
+  std::size_t size_;
+};
+
+/// Small enough for tests to make many: 20,000 points, 8192 tiles, 16384 ray blocks.
+[[nodiscard]] constexpr ScanCapacity test_capacity() {
+  return {.points = 20000, .tiles = 8192, .ray_blocks = 16384};
+}
+
+/// 16 MB of storage, no cap, 255 passes.
+[[nodiscard]] MapConfig uncapped_map(double resolution_m);
+[[nodiscard]] ClassTable numbered_classes(int count);
+
+class Mapper {
+ public:
+  Mapper(const MapConfig& map, const InferenceConfig& inference, int classes,
+         const ScanCapacity& capacity = test_capacity());
+  ScanReport integrate(const Cloud& cloud, const Matrix34d& T_map_sensor = Matrix34d::Identity()) {
+    return integrator_.integrate(map_, cloud.view(T_map_sensor));
+  }
+  [[nodiscard]] LocalMap& map() { return map_; }
+  [[nodiscard]] const LocalMap& map() const { return map_; }
+  [[nodiscard]] const Integrator& integrator() const { return integrator_; }
+  /// The last scan's admitted points as the oracle takes them.
+  [[nodiscard]] std::vector<OraclePoint> admitted() const;
+  /// The last scan's admitted points and ray ends as a cloud for a mapper at the same place with
+  /// the same orientation; ray ends are handed back at twice their distance from the origin, so
+  /// that they are beyond the range again.
+  [[nodiscard]] Cloud admitted_cloud() const;
+
+ private:
+  AlignedMemory memory_;
+  LocalMap map_;
+  Integrator integrator_;
+};
+
+/// Every voxel with evidence.
+[[nodiscard]] std::map<Voxel, VoxelEvidence> observed_voxels(const LocalMap& map);
+
+/// True iff both maps have the same blocks and the same counts in them, bit for bit.
+[[nodiscard]] bool same_content(const LocalMap& a, const LocalMap& b);
+
+/// Blocks that hold no evidence at all.
+[[nodiscard]] std::size_t empty_blocks(const LocalMap& map);
+
+}  // namespace tessera::oracle

@@ -1,0 +1,69 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// Thinning against its brute-force oracle.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "oracle/mapper.hpp"
+#include "oracle/thinning_oracle.hpp"
+
+namespace tessera::oracle {
+namespace {
+
+std::vector<OraclePoint> points_of(const Cloud& cloud) {
+  std::vector<OraclePoint> points;
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const auto at = [&](std::size_t axis) { return static_cast<double>(cloud.xyz[3 * i + axis]); };
+    const double weight = cloud.weights.empty() ? 1.0 : static_cast<double>(cloud.weights[i]);
+    points.push_back({{at(0), at(1), at(2)}, weight, cloud.components[i]});
+  }
+  return points;
+}
+
+void check_thinning(const CloudOptions& options, float cell_m, std::uint64_t seed) {
+  Random random(announce_seed(seed));
+  const Cloud cloud = random_cloud(random, options);
+  InferenceConfig config{
+      .mode = InferenceMode::kCounting, .min_range_m = 0.0F, .thinning_m = cell_m};
+  config.free_space.enabled = false;
+  Mapper mapper(uncapped_map(0.1), config, options.classes);
+  const ScanReport report = mapper.integrate(cloud);
+  const std::map<Voxel, OraclePoint> expected =
+      thin_by_cell(points_of(cloud), static_cast<double>(cell_m), options.classes + 1);
+  CHECK(report.thinned == expected.size());
+  REQUIRE(mapper.admitted().size() == expected.size());
+  // Each expected point has one of the thinned ones within rounding of it; the order is not
+  // compared.
+  std::size_t unmatched = 0;
+  for (const auto& [cell, point] : expected) {
+    bool found = false;
+    for (const OraclePoint& candidate : mapper.admitted()) {
+      double off = 0.0;
+      for (std::size_t i = 0; i < 3; ++i)
+        off = std::max(off, std::abs(candidate.p[i] - point.p[i]));
+      found = found || (off < 1e-6 && candidate.component == point.component &&
+                        std::abs(candidate.weight - point.weight) < 1e-6);
+    }
+    if (!found) ++unmatched;
+  }
+  CHECK(unmatched == 0);
+}
+
+}  // namespace
+
+TEST_CASE("thinning: one point a cell, at the centroid, with the majority label") {
+  const float cell_m = GENERATE(0.07F, 0.1F, 0.25F, 1.0F);
+  CAPTURE(cell_m);
+  check_thinning({.points = 900}, cell_m, 401);
+}
+
+TEST_CASE("thinning: the label of the largest total weight wins and brings its mean weight") {
+  check_thinning({.points = 900, .weighted = true}, 0.25F, 402);
+}
+
+TEST_CASE("thinning: most points unlabelled") {
+  check_thinning({.points = 600, .unlabelled = 0.9}, 0.25F, 403);
+}
+
+}  // namespace tessera::oracle
