@@ -126,17 +126,17 @@ void Integrator::register_points(const LocalMap& map, const ScanView& scan, Scan
     ScanPoint point{.p_map = transform(scan.T_map_sensor, p_sensor), .weight = weight};
     const bool far = max_m > 0.0 && square > max_m * max_m;
     if (far) {
-      ++report.beyond_range;
       const Point3d direction = (point.p_map.cast<double>() - origin_map_).normalized();
       point.p_map = (origin_map_ + direction * max_m).cast<float>();
     }
-    const bool near_enough = far || square <= reach_m * reach_m;
+    const bool near_enough = (far ? max_m * max_m : square) <= reach_m * reach_m;
     const Result<VoxelCoord> voxel = map.lattice().voxel_of(point.p_map);
     if (!near_enough || !voxel.ok() || !in_grid(ScanTiles::place_of(*voxel, unit_edge()).tile)) {
       ++report.out_of_grid;
       continue;
     }
     if (far) {
+      ++report.beyond_range;
       if (config_.free_space.enabled) far_[far_count_++] = point;
       continue;
     }

@@ -98,32 +98,41 @@ bool Integrator::trace_rays(const LocalMap& map) noexcept {
   return true;
 }
 
-void Integrator::count_needs(const LocalMap& map, const Tile& tile, std::uint64_t units, std::uint64_t counted,
-                             SlabPool::Counts& wanted) const noexcept {
+void Integrator::count_tile(const LocalMap& map, const Tile& tile, std::uint64_t units, std::uint64_t counted,
+                            SlabPool::Counts& wanted) const noexcept {
   const int edge = tiles_.unit_edge();
-  // With the default edge a tile is one block, so its label page was counted iff any unit of it was.
-  const bool page_counted_before = edge == 2 && counted != 0;
-  std::array<bool, 8> page_counted{};
-  for (std::uint64_t rest = units; rest != 0; rest &= rest - 1) {
-    std::array<OctetPlace, 8> octets;
-    const int n = octets_of_unit(std::countr_zero(rest), edge, octets);
-    for (int i = 0; i < n; ++i) {
-      const BlockOctet at = locate(tile, octets[static_cast<std::size_t>(i)], edge);
-      const SlabHandle handle = tile.blocks[static_cast<std::size_t>(at.block)];
-      if (handle == 0) continue;  // out of the grid
-      const Block& block = map.block_at(handle);
-      if (!map.has_octet(block, at.octet)) ++wanted[kOctetSlab];
-      bool& page = page_counted[static_cast<std::size_t>(at.block)];
-      if (block.labels == 0 && !page && !page_counted_before) ++wanted[kLabelSlab];
-      page = true;
+  for (int i = 0; i < blocks_of_tile(edge); ++i) {
+    const std::uint64_t here = units & units_of_block(edge, i);
+    const BlockCoord coord = block_of_tile(tile.coord, edge, i);
+    if (here == 0 || !in_grid(coord)) continue;
+    const Block* const block = map.find(coord);
+    // With units of one voxel, tiles share a block and each counts its page: a bound, not the number.
+    if ((counted & units_of_block(edge, i)) == 0) {
+      if (block == nullptr) ++wanted[kBlockSlab];
+      if (block == nullptr || block->labels == 0) ++wanted[kLabelSlab];
+    }
+    for (std::uint64_t rest = here; rest != 0; rest &= rest - 1) {
+      std::array<OctetPlace, 8> octets;
+      const int n = octets_of_unit(std::countr_zero(rest), edge, octets);
+      for (int o = 0; o < n; ++o) {
+        const int octet = locate(tile, octets[static_cast<std::size_t>(o)], edge).octet;
+        if (block == nullptr || !map.has_octet(*block, octet)) ++wanted[kOctetSlab];
+      }
     }
   }
 }
 
-bool Integrator::open_tile(LocalMap& map, Tile& tile) noexcept {
-  for (int i = 0; i < blocks_of_tile(tiles_.unit_edge()); ++i) {
-    const BlockCoord coord = block_of_tile(tile.coord, tiles_.unit_edge(), i);
-    if (!in_grid(coord)) continue;
+void Integrator::count_ray_block(const LocalMap& map, const RayBlock& ray_block, SlabPool::Counts& wanted) const noexcept {
+  const Block* const block = map.find(ray_block.coord);
+  if (block == nullptr) ++wanted[kBlockSlab];
+  if (block == nullptr || block->free_passes == 0) ++wanted[kFreeSlab];
+}
+
+bool Integrator::open_tile(LocalMap& map, Tile& tile, std::uint64_t units) noexcept {
+  const int edge = tiles_.unit_edge();
+  for (int i = 0; i < blocks_of_tile(edge); ++i) {
+    const BlockCoord coord = block_of_tile(tile.coord, edge, i);
+    if ((units & units_of_block(edge, i)) == 0 || !in_grid(coord)) continue;
     const Result<SlabHandle> block = map.open_block(coord);
     if (!block.ok()) return false;
     tile.blocks[static_cast<std::size_t>(i)] = *block;
@@ -131,23 +140,27 @@ bool Integrator::open_tile(LocalMap& map, Tile& tile) noexcept {
   return true;
 }
 
+/// Counts first and opens then: a block opened in vain would keep its page from other uses.
 bool Integrator::open_blocks(LocalMap& map) noexcept {
   SlabPool::Counts wanted{};
+  for (const Tile& tile : tiles_.tiles()) {
+    if (tile.wanted != 0) count_tile(map, tile, tile.wanted, 0, wanted);
+  }
+  const std::span<RayBlock> ray_blocks = config_.free_space.enabled ? free_space_.blocks() : std::span<RayBlock>{};
+  for (const RayBlock& ray_block : ray_blocks) {
+    if (ray_block.carves()) count_ray_block(map, ray_block, wanted);
+  }
+  if (!map.fits(wanted)) return false;
   for (Tile& tile : tiles_.tiles()) {
-    if (tile.wanted == 0) continue;
-    if (!open_tile(map, tile)) return false;
-    count_needs(map, tile, tile.wanted, 0, wanted);
+    if (tile.wanted != 0 && !open_tile(map, tile, tile.wanted)) return false;
   }
-  if (config_.free_space.enabled) {
-    for (RayBlock& ray_block : free_space_.blocks()) {
-      if (!ray_block.carves()) continue;
-      const Result<SlabHandle> block = map.open_block(ray_block.coord);
-      if (!block.ok()) return false;
-      ray_block.block = *block;
-      if (map.block_at(*block).free_passes == 0) ++wanted[kFreeSlab];
-    }
+  for (RayBlock& ray_block : ray_blocks) {
+    if (!ray_block.carves()) continue;
+    const Result<SlabHandle> block = map.open_block(ray_block.coord);
+    if (!block.ok()) return false;
+    ray_block.block = *block;
   }
-  return map.fits(wanted);
+  return true;
 }
 
 bool Integrator::prepare(LocalMap& map) noexcept {

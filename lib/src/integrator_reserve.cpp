@@ -28,42 +28,57 @@ std::span<const KeyedIndex> Integrator::order_by_distance() noexcept {
   return sort_.first(n);
 }
 
-bool Integrator::reserve_point(LocalMap& map, const ScanPoint& point, SlabPool::Counts& spoken_for) noexcept {
-  const ScanTiles::Place place = ScanTiles::place_of(*map.lattice().voxel_of(point.p_map), tiles_.unit_edge());
-  int reach = 0;
-  if (config_.mode == InferenceMode::kMultiEntropy) reach = 1;
-  if (config_.mode == InferenceMode::kKernel) reach = kernel_reach_units_;
-  SlabPool::Counts wanted = spoken_for;
-  const bool open = for_units_around(place.tile, place.unit, reach, [&](const BlockCoord& coord, std::uint64_t box) {
-    if (!in_grid(coord)) return true;
-    const Result<std::uint32_t> number = tiles_.ensure(coord);
-    if (!number.ok()) return false;
-    Tile& tile = tiles_.tiles()[*number];
-    if ((box & ~tile.reserved) == 0) return true;
-    if (!open_tile(map, tile)) return false;
-    count_needs(map, tile, box & ~tile.reserved, tile.reserved, wanted);
-    return true;
-  });
-  if (!open || !map.fits(wanted)) return false;
-  spoken_for = wanted;
-  return for_units_around(place.tile, place.unit, reach, [&](const BlockCoord& coord, std::uint64_t box) {
-    if (Tile* const tile = tiles_.find(coord)) tile->reserved |= box;
-    return true;
-  });
+int Integrator::reach_units() const noexcept {
+  switch (config_.mode) {
+    case InferenceMode::kCounting: return 0;
+    case InferenceMode::kKernel: return kernel_reach_units_;
+    case InferenceMode::kMultiEntropy: break;
+  }
+  return 1;
 }
 
-bool Integrator::reserve_ray(LocalMap& map, const Point3f& end_map, SlabPool::Counts& spoken_for) noexcept {
+bool Integrator::open_reserved(LocalMap& map, const ScanPoint& point, bool is_point) noexcept {
+  const ScanTiles::Place place = ScanTiles::place_of(*map.lattice().voxel_of(point.p_map), tiles_.unit_edge());
+  const bool tiles_open =
+      !is_point || for_units_around(place.tile, place.unit, reach_units(), [&](const BlockCoord& coord, std::uint64_t box) {
+        Tile* const tile = tiles_.find(coord);
+        return tile == nullptr || open_tile(map, *tile, box);
+      });
+  if (!tiles_open || !config_.free_space.enabled) return tiles_open;
+  return free_space_.for_each_block(point.p_map, [&](RayBlock& ray_block) { return map.open_block(ray_block.coord).ok(); }) ==
+         Status::kOk;
+}
+
+bool Integrator::reserve(LocalMap& map, const ScanPoint& point, bool is_point, SlabPool::Counts& spoken_for) noexcept {
+  const ScanTiles::Place place = ScanTiles::place_of(*map.lattice().voxel_of(point.p_map), tiles_.unit_edge());
+  const bool carving = config_.free_space.enabled;
   SlabPool::Counts wanted = spoken_for;
-  const Status status = free_space_.for_each_block(end_map, [&](RayBlock& ray_block) {
-    if (ray_block.reserved) return true;
-    const Result<SlabHandle> block = map.open_block(ray_block.coord);
-    if (!block.ok()) return false;
-    if (map.block_at(*block).free_passes == 0) ++wanted[kFreeSlab];
-    return true;
-  });
-  if (status != Status::kOk || !map.fits(wanted)) return false;
+  const bool tiles_fit =
+      !is_point || for_units_around(place.tile, place.unit, reach_units(), [&](const BlockCoord& coord, std::uint64_t box) {
+        if (!in_grid(coord)) return true;
+        const Result<std::uint32_t> number = tiles_.ensure(coord);
+        if (!number.ok()) return false;
+        const Tile& tile = tiles_.tiles()[*number];
+        count_tile(map, tile, box & ~tile.reserved, tile.reserved, wanted);
+        return true;
+      });
+  const bool rays_fit = tiles_fit && (!carving || free_space_.for_each_block(point.p_map, [&](RayBlock& ray_block) {
+                          if (!ray_block.reserved) count_ray_block(map, ray_block, wanted);
+                          return true;
+                        }) == Status::kOk);
+  // Storage first: a block is opened only where all that goes with it fits. The index may still refuse; what was opened
+  // until then stays empty and is taken back after the scan.
+  if (!rays_fit || !map.fits(wanted) || !open_reserved(map, point, is_point)) return false;
+  wanted[kBlockSlab] = 0;  // opened by now
   spoken_for = wanted;
-  return free_space_.for_each_block(end_map, [](RayBlock& ray_block) { return ray_block.reserved = true; }) == Status::kOk;
+  if (is_point) {
+    for_units_around(place.tile, place.unit, reach_units(), [&](const BlockCoord& coord, std::uint64_t box) {
+      if (Tile* const tile = tiles_.find(coord)) tile->reserved |= box;
+      return true;
+    });
+  }
+  if (!carving) return true;
+  return free_space_.for_each_block(point.p_map, [](RayBlock& ray_block) { return ray_block.reserved = true; }) == Status::kOk;
 }
 
 void Integrator::admit_nearest_first(LocalMap& map, ScanReport& report) noexcept {
@@ -80,11 +95,7 @@ void Integrator::admit_nearest_first(LocalMap& map, ScanReport& report) noexcept
     const std::uint64_t cost =
         (is_point ? per_point : 0) + (carving ? free_space_.most_steps(point.p_map) : 0);
     budget_spent = budget_spent || (config_.work_budget != 0 && work + cost > config_.work_budget);
-    SlabPool::Counts wanted = spoken_for;
-    const bool fits = !budget_spent && (!is_point || reserve_point(map, point, wanted)) &&
-                      (!carving || reserve_ray(map, point.p_map, wanted));
-    if (fits) {
-      spoken_for = wanted;
+    if (!budget_spent && reserve(map, point, is_point, spoken_for)) {
       work += cost;
       continue;
     }

@@ -6,6 +6,18 @@
 
 namespace tessera {
 
+namespace {
+
+/// q - corner as a float in the same voxel: rounding up onto a voxel's far border would move the point to the next one.
+float local_coordinate(double q, double corner) noexcept {
+  const double exact = q - corner;
+  const auto rounded = static_cast<float>(exact);
+  const bool moved = floor_to_int(static_cast<double>(rounded)) != floor_to_int(exact);
+  return moved ? std::bit_cast<float>(std::bit_cast<std::uint32_t>(rounded) - 1U) : rounded;
+}
+
+}  // namespace
+
 Result<ScanTiles> ScanTiles::make(Arena& arena, const ScanCapacity& capacity) noexcept {
   if (arena.remaining_bytes() < required_bytes(capacity)) return Status::kResourceExhausted;
   ScanTiles result;
@@ -99,9 +111,9 @@ Status ScanTiles::build(std::span<const ScanPoint> points, const Lattice& lattic
     for (; end < items.size() && items[end].key == key; ++end) {
       const ScanPoint& point = points[items[end].index];
       const Point3d q = lattice.to_voxels(point.p_map);
-      points_[point_count_++] = {.x = static_cast<float>(q.x() - at.tile.x * edge),
-                                 .y = static_cast<float>(q.y() - at.tile.y * edge),
-                                 .z = static_cast<float>(q.z() - at.tile.z * edge),
+      points_[point_count_++] = {.x = local_coordinate(q.x(), at.tile.x * edge),
+                                 .y = local_coordinate(q.y(), at.tile.y * edge),
+                                 .z = local_coordinate(q.z(), at.tile.z * edge),
                                  .weight = point.weight,
                                  .component = point.component};
     }

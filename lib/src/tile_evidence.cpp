@@ -68,7 +68,6 @@ void add_points(std::span<const TilePoint> points, const Point3f& shift, const O
 void count_points(std::span<const TilePoint> points, const OctetPlace& octet, OctetEvidence& into,
                   EvidenceWork& work) noexcept {
   for (const TilePoint& point : points) {
-    // Rounding to float may have moved a point onto the far border of its octet.
     const auto side = [](float coordinate, int corner) {
       return coordinate >= static_cast<float>(corner + 1) ? std::size_t{1} : std::size_t{0};
     };

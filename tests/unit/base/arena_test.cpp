@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// The arena hands out aligned, zeroed, disjoint regions front to back, and says when there is no more.
+// The arena hands out aligned, zeroed, disjoint regions front to back, and says when there is no
+// more.
 #include "tessera/base/arena.hpp"
 
 #include <algorithm>

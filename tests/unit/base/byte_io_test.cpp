@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Numbers in byte buffers: little-endian on every machine, and a buffer that ends too early is noticed, never overrun.
+// Numbers in byte buffers: little-endian on every machine, and a buffer that ends too early is
+// noticed, never overrun.
 #include "tessera/base/byte_io.hpp"
 
 #include <array>
@@ -77,7 +78,8 @@ TEST_CASE("ByteWriter and ByteReader: negative and extreme integers keep their s
 
 TEST_CASE("ByteWriter and ByteReader: infinities, NaN and negative zero keep their bits") {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
-  for (const float value : {kInfinity, -kInfinity, std::numeric_limits<float>::quiet_NaN(), -0.0F}) {
+  for (const float value :
+       {kInfinity, -kInfinity, std::numeric_limits<float>::quiet_NaN(), -0.0F}) {
     std::array<std::byte, 4> buffer{};
     ByteWriter writer(buffer);
     writer.f32(value);

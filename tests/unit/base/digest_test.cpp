@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Digest and checksum are part of what is stored and compared between machines: the values here are fixed for good. A
-// change of one of them means that maps of before and after no longer compare equal, and files no longer load.
+// Digest and checksum are part of what is stored and compared between machines: the values here are
+// fixed for good. A change of one of them means that maps of before and after no longer compare
+// equal, and files no longer load.
 #include "tessera/base/digest.hpp"
 
 #include <array>
@@ -25,7 +26,8 @@ constexpr std::array<std::byte, kSize - 1> text(const char (&letters)[kSize]) {
   return bytes;
 }
 
-// mix64 is the output function of splitmix64: the generator seeded with 0 gives this published first number.
+// mix64 is the output function of splitmix64: the generator seeded with 0 gives this published
+// first number.
 static_assert(mix64(0x9e3779b97f4a7c15U) == 0xe220a8397b1dcdafU);
 static_assert(mix64(0) == 0);
 
@@ -45,7 +47,8 @@ TEST_CASE("Digest: length counts, also of zeros") {
 
 TEST_CASE("Digest: every single bit of a word counts") {
   const std::uint64_t plain = digest_of({5, 0, 7});
-  for (unsigned bit = 0; bit < 64; ++bit) CHECK(digest_of({5, std::uint64_t{1} << bit, 7}) != plain);
+  for (unsigned bit = 0; bit < 64; ++bit)
+    CHECK(digest_of({5, std::uint64_t{1} << bit, 7}) != plain);
 }
 
 TEST_CASE("Digest: the sign of zero does not count, any other bit of a float does") {

@@ -15,7 +15,8 @@ namespace {
 /// Items with these keys, numbered in their order.
 std::vector<KeyedIndex> numbered(const std::vector<std::uint64_t>& keys) {
   std::vector<KeyedIndex> items;
-  for (const std::uint64_t key : keys) items.push_back({key, static_cast<std::uint32_t>(items.size())});
+  for (const std::uint64_t key : keys)
+    items.push_back({key, static_cast<std::uint32_t>(items.size())});
   return items;
 }
 
@@ -69,7 +70,8 @@ TEST_CASE("radix_sort: keys that differ in one byte only, low or high") {
 }
 
 TEST_CASE("radix_sort: keys with the highest bit sort as unsigned numbers, last") {
-  CHECK(sorts_stably(numbered({~std::uint64_t{0}, 0, std::uint64_t{1} << 63U, 1, 0x7fffffffffffffffU})));
+  CHECK(sorts_stably(
+      numbered({~std::uint64_t{0}, 0, std::uint64_t{1} << 63U, 1, 0x7fffffffffffffffU})));
 }
 
 TEST_CASE("radix_sort: an odd number of passes ends in the items, not in the scratch") {

@@ -51,9 +51,9 @@ TEST_CASE("Result: carries a value that can only be moved") {
 
 TEST_CASE("to_string: every status has a phrase of its own") {
   std::set<std::string> phrases;
-  for (const Status status :
-       {Status::kOk, Status::kInvalidArgument, Status::kResourceExhausted, Status::kOutOfRange,
-        Status::kMismatch, Status::kCorrupt, Status::kTruncated, Status::kUnsupported, Status::kIo}) {
+  for (const Status status : {Status::kOk, Status::kInvalidArgument, Status::kResourceExhausted,
+                              Status::kOutOfRange, Status::kMismatch, Status::kCorrupt,
+                              Status::kTruncated, Status::kUnsupported, Status::kIo}) {
     phrases.insert(to_string(status));
   }
   CHECK(phrases.size() == 9);

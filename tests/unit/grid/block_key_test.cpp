@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Blocks, octets and voxels: keys hold every block of the grid in (z, y, x) order, and the parts of a block number its
-// 512 voxels without gap or overlap.
+// Blocks, octets and voxels: keys hold every block of the grid in (z, y, x) order, and the parts of
+// a block number its 512 voxels without gap or overlap.
 #include <array>
 #include <catch2/catch.hpp>
 #include <tuple>
@@ -12,7 +12,7 @@
 namespace tessera {
 namespace {
 
-constexpr std::array<std::int32_t, 7> kTelling{-kBlockLimit, -kBlockLimit + 1, -1, 0, 1,
+constexpr std::array<std::int32_t, 7> kTelling{-kBlockLimit,    -kBlockLimit + 1, -1, 0, 1,
                                                kBlockLimit - 2, kBlockLimit - 1};
 
 BlockCoord random_block(oracle::Random& random) {
@@ -70,7 +70,8 @@ TEST_CASE("pack: keys compare as (z, y, x) does, across zero too") {
 TEST_CASE("block_of: floors, so that the blocks beside zero are as large as all others") {
   CHECK(block_of({0, 7, 8}) == BlockCoord{0, 0, 1});
   CHECK(block_of({-1, -8, -9}) == BlockCoord{-1, -1, -2});
-  CHECK(block_of({-kVoxelLimit, 0, kVoxelLimit - 1}) == BlockCoord{-kBlockLimit, 0, kBlockLimit - 1});
+  CHECK(block_of({-kVoxelLimit, 0, kVoxelLimit - 1}) ==
+        BlockCoord{-kBlockLimit, 0, kBlockLimit - 1});
 }
 
 TEST_CASE("octet_in_block and voxel_in_octet: number a block's voxels without gap or overlap") {

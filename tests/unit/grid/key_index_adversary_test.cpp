@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Keys chosen by somebody who knows the hash cannot make the index slow or wrong: they are refused, and nothing else.
+// Keys chosen by somebody who knows the hash cannot make the index slow or wrong: they are refused,
+// and nothing else.
 #include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
@@ -69,7 +70,8 @@ struct Attacked {
   KeyIndex index;
 };
 
-TEST_CASE("KeyIndex: keys that share both buckets are refused once these are full, far below capacity") {
+TEST_CASE(
+    "KeyIndex: keys that share both buckets are refused once these are full, far below capacity") {
   Attacked attacked({3, 7});
   REQUIRE(attacked.index.size() < attacked.index.capacity());
   CHECK(attacked.index.insert(attacked.keys[attacked.slots], 99) == Status::kResourceExhausted);

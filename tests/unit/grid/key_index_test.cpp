@@ -142,14 +142,16 @@ TEST_CASE("KeyIndex: random keys fill it to capacity without a refusal") {
       while (model.size() < capacity) {
         const std::uint64_t bits = random.bits() >> 1U;
         if (!model.emplace(bits, static_cast<std::uint32_t>(bits)).second) continue;
-        REQUIRE(owned.index.insert(BlockKey{bits}, static_cast<std::uint32_t>(bits)) == Status::kOk);
+        REQUIRE(owned.index.insert(BlockKey{bits}, static_cast<std::uint32_t>(bits)) ==
+                Status::kOk);
       }
       CHECK(agrees(owned.index, model));
     }
   }
 }
 
-TEST_CASE("KeyIndex: the blocks of a street, side by side on both sides of zero, fill it to capacity") {
+TEST_CASE(
+    "KeyIndex: the blocks of a street, side by side on both sides of zero, fill it to capacity") {
   constexpr std::int32_t kHalf = 20;
   OwnedIndex owned(std::size_t{4} * kHalf * kHalf * 6);
   Model model;
@@ -176,8 +178,8 @@ TEST_CASE("KeyIndex: agrees with std::unordered_map through random inserts, find
     Model model;
     for (int step = 0; step < 6000; ++step) {
       INFO("step " << step);
-      const BlockKey key = pack_in_grid(
-          {random.below(5) - 2, random.below(5) - 2, random.below(5) - 2});
+      const BlockKey key =
+          pack_in_grid({random.below(5) - 2, random.below(5) - 2, random.below(5) - 2});
       const auto value = static_cast<std::uint32_t>(random.bits());
       const bool present = model.count(key.bits) == 1;
       REQUIRE(owned.index.find(key).has_value() == present);
@@ -185,8 +187,7 @@ TEST_CASE("KeyIndex: agrees with std::unordered_map through random inserts, find
         REQUIRE(owned.index.erase(key) == present);
         model.erase(key.bits);
       } else if (!present) {
-        const Status expected =
-            model.size() < kCapacity ? Status::kOk : Status::kResourceExhausted;
+        const Status expected = model.size() < kCapacity ? Status::kOk : Status::kResourceExhausted;
         REQUIRE(owned.index.insert(key, value) == expected);
         if (expected == Status::kOk) model[key.bits] = value;
       }

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Points and voxels: a point belongs to the voxel that contains it, negatives floor, what is outside the grid is refused.
+// Points and voxels: a point belongs to the voxel that contains it, negatives floor, what is
+// outside the grid is refused.
 #include "tessera/grid/lattice.hpp"
 
 #include <catch2/catch.hpp>
@@ -49,7 +50,8 @@ TEST_CASE("Lattice: negative coordinates floor, they do not round towards zero")
   CHECK(voxel(lattice, -1e-6F, -0.0F, 1e-6F) == VoxelCoord{-1, 0, 0});
 }
 
-TEST_CASE("Lattice: points on a border at a decimal resolution fall where decimal arithmetic says") {
+TEST_CASE(
+    "Lattice: points on a border at a decimal resolution fall where decimal arithmetic says") {
   const Lattice lattice(0.1);
   CHECK(voxel(lattice, 0.5F, 1.0F, 2.0F) == VoxelCoord{5, 10, 20});
   CHECK(voxel(lattice, -0.5F, -1.0F, -2.0F) == VoxelCoord{-5, -10, -20});
@@ -121,7 +123,8 @@ TEST_CASE("Lattice: the grid ends at -2^23 (inside) and 2^23 (outside) voxels on
 
 TEST_CASE("Lattice: the outermost voxels of the grid are found with their coordinates") {
   const Lattice lattice(1.0);
-  CHECK(voxel(lattice, -8388608.0F, 0.0F, 8388607.5F) == VoxelCoord{-kVoxelLimit, 0, kVoxelLimit - 1});
+  CHECK(voxel(lattice, -8388608.0F, 0.0F, 8388607.5F) ==
+        VoxelCoord{-kVoxelLimit, 0, kVoxelLimit - 1});
 }
 
 TEST_CASE("Lattice: finite points far outside the grid are refused, not wrapped round") {

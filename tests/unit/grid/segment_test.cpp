@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// A walk along a segment visits the cells that the segment crosses, each once, from one end to the other.
+// A walk along a segment visits the cells that the segment crosses, each once, from one end to the
+// other.
 #include "tessera/grid/segment.hpp"
 
 #include <catch2/catch.hpp>
@@ -35,7 +36,8 @@ std::vector<VoxelCoord> cells(const Point3d& a, const Point3d& b) {
 }
 
 VoxelCoord cell_of(const Point3d& p) {
-  return {static_cast<std::int32_t>(std::floor(p.x())), static_cast<std::int32_t>(std::floor(p.y())),
+  return {static_cast<std::int32_t>(std::floor(p.x())),
+          static_cast<std::int32_t>(std::floor(p.y())),
           static_cast<std::int32_t>(std::floor(p.z()))};
 }
 
@@ -78,7 +80,9 @@ TEST_CASE("walk_segment: stops where the visitor says, and says that it was stop
   CHECK(count == 3);
 }
 
-TEST_CASE("walk_segment: random segments step from cell to neighbour, from first to last, t never falling") {
+TEST_CASE(
+    "walk_segment: random segments step from cell to neighbour, from first to last, t never "
+    "falling") {
   constexpr std::uint64_t kSeed = 41;
   oracle::Random random(kSeed);
   for (int round = 0; round < 5000; ++round) {
@@ -113,7 +117,8 @@ TEST_CASE("walk_segment: the middle of every stay lies in the cell visited") {
   for (int round = 0; round < 2000; ++round) {
     INFO("seed " << kSeed << ", round " << round);
     const Point3d a{random.uniform(-9.0, 9.0), random.uniform(-9.0, 9.0), -3.3};
-    const Point3d b{random.uniform(-9.0, 9.0), random.uniform(-9.0, 9.0), random.uniform(-9.0, 9.0)};
+    const Point3d b{random.uniform(-9.0, 9.0), random.uniform(-9.0, 9.0),
+                    random.uniform(-9.0, 9.0)};
     const std::vector<Visit> visits = walk(a, b);
     for (std::size_t i = 0; i < visits.size(); ++i) {
       const double leaves = i + 1 < visits.size() ? visits[i + 1].t : 1.0;

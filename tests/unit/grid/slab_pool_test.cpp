@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// The pool gives zeroed items that never overlap, takes them back, and knows exactly what would still fit.
+// The pool gives zeroed items that never overlap, takes them back, and knows exactly what would
+// still fit.
 #include "tessera/grid/slab_pool.hpp"
 
 #include <algorithm>

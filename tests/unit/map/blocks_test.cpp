@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Blocks: opened once, kept in an order that does not depend on history, taken back when they hold nothing, and marked
-// with the revision that changed them last.
+// Blocks: opened once, kept in an order that does not depend on history, taken back when they hold
+// nothing, and marked with the revision that changed them last.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <tuple>
@@ -41,7 +41,8 @@ TEST_CASE("blocks_in_order: sorted by (z, y, x), across zero") {
   SmallMap small(config_of_pages(32));
   oracle::Random random(81);
   for (int i = 0; i < 150; ++i) {
-    REQUIRE(small.map.open_block({random.below(9) - 4, random.below(9) - 4, random.below(9) - 4}).ok());
+    REQUIRE(
+        small.map.open_block({random.below(9) - 4, random.below(9) - 4, random.below(9) - 4}).ok());
   }
   const std::vector<std::uint64_t> keys = keys_in_order(small.map);
   CHECK(keys.size() == small.map.block_count());
@@ -86,7 +87,8 @@ TEST_CASE("close_if_empty: leaves blocks with labels and blocks with free passes
 
 TEST_CASE("close_empty_blocks: takes back all that hold nothing and keeps the rest as it is") {
   SmallMap small(config_of_pages(16));
-  for (std::int32_t i = -8; i < 8; i += 3) REQUIRE(hit(small.map, {8 * i, 0, 0}, 2, 1.5F) == Status::kOk);
+  for (std::int32_t i = -8; i < 8; i += 3)
+    REQUIRE(hit(small.map, {8 * i, 0, 0}, 2, 1.5F) == Status::kOk);
   const Content before = content_of(small.map);
   for (std::int32_t i = -20; i < 20; ++i) REQUIRE(small.map.open_block({i, 0, 0}).ok());
   REQUIRE(small.map.block_count() == 40);

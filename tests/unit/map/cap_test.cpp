@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// The cap: no voxel's total evidence exceeds max_evidence, whatever was added in whatever order, and what gives way is
-// what should.
+// The cap: no voxel's total evidence exceeds max_evidence, whatever was added in whatever order,
+// and what gives way is what should.
 #include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
@@ -19,8 +19,8 @@ struct Caps {
   float max_evidence;
   float free_weight;
 };
-constexpr std::array<Caps, 6> kCaps{{{100.0F, 0.4F}, {25.0F, 0.1F}, {15.0F, 0.3F}, {10.0F, 3.0F},
-                                     {5.0F, 0.7F}, {1.0F, 1.0F}}};
+constexpr std::array<Caps, 6> kCaps{
+    {{100.0F, 0.4F}, {25.0F, 0.1F}, {15.0F, 0.3F}, {10.0F, 3.0F}, {5.0F, 0.7F}, {1.0F, 1.0F}}};
 
 SmallMap capped(const Caps& caps) {
   MapConfig config = config_of_pages(16);
@@ -67,7 +67,8 @@ TEST_CASE("cap: what is over is taken from all classes in proportion") {
   CHECK(static_cast<double>(evidence.sigma[4]) == Approx(25.0).margin(kTolerance));
 }
 
-TEST_CASE("cap: free evidence gives way to new labels at least in proportion, never the labels more") {
+TEST_CASE(
+    "cap: free evidence gives way to new labels at least in proportion, never the labels more") {
   constexpr std::uint64_t kSeed = 91;
   oracle::Random random(kSeed);
   for (int round = 0; round < 3000; ++round) {
@@ -76,7 +77,8 @@ TEST_CASE("cap: free evidence gives way to new labels at least in proportion, ne
     SmallMap small = capped(caps);
     carve_times(small.map, random.below(small.map.max_passes() + 1));
     const double free = static_cast<double>(small.map.evidence(kVoxel).sigma[0]);
-    const auto added = static_cast<float>(random.uniform(0.0, 2.0) * static_cast<double>(caps.max_evidence));
+    const auto added =
+        static_cast<float>(random.uniform(0.0, 2.0) * static_cast<double>(caps.max_evidence));
     REQUIRE(hit(small.map, kVoxel, 1, added) == Status::kOk);
     const double total = free + static_cast<double>(added);
     const double share = std::min(1.0, static_cast<double>(caps.max_evidence) / total);
@@ -94,7 +96,8 @@ TEST_CASE("cap: free evidence gives way by less than a pass more than its share"
   CHECK(free > 80.0 - 0.4 - kTolerance);
 }
 
-TEST_CASE("cap: holds through random labels and free passes, counters exact, other voxels untouched") {
+TEST_CASE(
+    "cap: holds through random labels and free passes, counters exact, other voxels untouched") {
   for (std::size_t which = 0; which < kCaps.size(); ++which) {
     const Caps caps = kCaps[which];
     const std::uint64_t seed = 100 + which;
@@ -130,14 +133,16 @@ TEST_CASE("cap: labels for one voxel leave a saturated free voxel of the same oc
   CHECK(small.map.evidence(kVoxel).sigma[0] == 50.0F * 0.3F);
 }
 
-TEST_CASE("cap: a hit reoccupies a voxel that was carved for ever, within a bounded number of hits") {
+TEST_CASE(
+    "cap: a hit reoccupies a voxel that was carved for ever, within a bounded number of hits") {
   for (const Caps& caps : kCaps) {
     for (const float weight : {0.1F, 0.5F, 1.0F}) {
       INFO("cap " << caps.max_evidence << ", weight " << weight);
       SmallMap small = capped(caps);
       carve_times(small.map, 600);
       REQUIRE(small.map.query(kVoxel).state == VoxelState::kFree);
-      // With every hit labels go from s to (s + h) S / (S + h) at least: half the cap after ln 2 (S / h + 1) hits.
+      // With every hit labels go from s to (s + h) S / (S + h) at least: half the cap after ln 2 (S
+      // / h + 1) hits.
       const double ratio = static_cast<double>(caps.max_evidence) / static_cast<double>(weight);
       const int bound = static_cast<int>(std::log(2.0) * (ratio + 1.0)) + 2;
       int hits = 0;

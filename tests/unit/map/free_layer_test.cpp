@@ -79,7 +79,9 @@ TEST_CASE("free layer: max_evidence / free_weight passes free any voxel, however
   }
 }
 
-TEST_CASE("free layer: a voxel whose labels are gone is free only, and its octet and label page are taken back") {
+TEST_CASE(
+    "free layer: a voxel whose labels are gone is free only, and its octet and label page are "
+    "taken back") {
   SmallMap small(config_of_pages(16));
   REQUIRE(hit(small.map, kVoxel, 1, 100.0F) == Status::kOk);
   for (int i = 0; i < 250; ++i) REQUIRE(carve(small.map, kVoxel) == Status::kOk);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Memory: its size is known at compile time, a map takes exactly that, writes nowhere else, and refuses settings and
-// memory that it cannot work with.
+// Memory: its size is known at compile time, a map takes exactly that, writes nowhere else, and
+// refuses settings and memory that it cannot work with.
 #include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
@@ -14,9 +14,8 @@ namespace {
 
 constexpr MapConfig kConfig = config_of_pages(16);
 constexpr std::size_t kBytes = required_bytes(kConfig);
-// 64 KiB of storage hold at most 65536 / 544 + 1 = 121 blocks, which takes 32 buckets of 64 bytes.
-static_assert(kBytes == 64 * 1024 + 32 * 64);
-static_assert(max_blocks(kConfig) == 121);
+static_assert(kBytes == KeyIndex::required_bytes(max_blocks(kConfig)) + 16 * SlabPool::kPageBytes);
+static_assert(kBytes % kArenaAlignment == 0);
 
 struct Guarded {
   alignas(kArenaAlignment) std::array<std::byte, kBytes> memory;
@@ -54,7 +53,8 @@ TEST_CASE("LocalMap: making one does not touch the storage") {
   Arena arena(guarded.memory);
   REQUIRE(LocalMap::make(arena, kConfig, table_of(3)).ok());
   const auto storage = std::span(guarded.memory).last(kConfig.storage_bytes);
-  CHECK(std::all_of(storage.begin(), storage.end(), [](std::byte b) { return b == std::byte{0xcd}; }));
+  CHECK(std::all_of(storage.begin(), storage.end(),
+                    [](std::byte b) { return b == std::byte{0xcd}; }));
 }
 
 TEST_CASE("LocalMap: writes nowhere but in its memory, also when it is full") {
@@ -168,6 +168,7 @@ TEST_CASE("max_passes: the whole passes that the cap holds, 255 without a cap") 
   CHECK(passes(1.0F, 1.0F) == 1);
   CHECK(passes(0.0F, 0.4F) == 255);
   CHECK(passes(249.9375F, 1.0F) == 249);
+  CHECK(passes(249.9995F, 1.0F) == 249);  // 250 would be over the cap by more than rounding
 }
 
 TEST_CASE("fit_to_budget: the largest storage whose required bytes stay within the budget") {

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Reading a map: every voxel of the grid has an answer, observed or not, and points ask the voxel that contains them.
+// Reading a map: every voxel of the grid has an answer, observed or not, and points ask the voxel
+// that contains them.
 #include <catch2/catch.hpp>
 #include <limits>
 
@@ -14,8 +15,8 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 TEST_CASE("LocalMap: a new map knows nothing anywhere") {
   const SmallMap small(config_of_pages(4));
-  for (const VoxelCoord v : {VoxelCoord{0, 0, 0}, VoxelCoord{-1, -8, 8},
-                             VoxelCoord{-kVoxelLimit, 0, kVoxelLimit - 1}}) {
+  for (const VoxelCoord v :
+       {VoxelCoord{0, 0, 0}, VoxelCoord{-1, -8, 8}, VoxelCoord{-kVoxelLimit, 0, kVoxelLimit - 1}}) {
     CHECK(small.map.evidence(v).total() == 0.0);
     CHECK(small.map.evidence(v).num_components == 5);
     CHECK(small.map.query(v).state == VoxelState::kUnknown);
@@ -62,7 +63,8 @@ TEST_CASE("LocalMap: a point that is not finite or outside the grid is unknown")
   }
 }
 
-TEST_CASE("LocalMap: a voxel outside the grid has no evidence, also where a neighbour at the edge has") {
+TEST_CASE(
+    "LocalMap: a voxel outside the grid has no evidence, also where a neighbour at the edge has") {
   SmallMap small(config_of_pages(8));
   REQUIRE(hit(small.map, {kVoxelLimit - 1, 0, 0}, 1, 1.0F) == Status::kOk);
   REQUIRE(hit(small.map, {-kVoxelLimit, 0, 0}, 1, 1.0F) == Status::kOk);

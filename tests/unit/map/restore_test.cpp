@@ -75,7 +75,8 @@ TEST_CASE("restore: where no free page fits nothing is set, and it is counted") 
 TEST_CASE("restore: a map restored voxel by voxel has the content of the first one") {
   SmallMap first(config_of_pages(16));
   for (std::int32_t i = 0; i < 60; ++i) {
-    REQUIRE(hit(first.map, {i % 9 - 4, i / 9 - 3, -i % 5}, 1 + i % 4, 0.3F * static_cast<float>(i)) == Status::kOk);
+    REQUIRE(hit(first.map, {i % 9 - 4, i / 9 - 3, -i % 5}, 1 + i % 4,
+                0.3F * static_cast<float>(i)) == Status::kOk);
     REQUIRE(carve(first.map, {i % 7 - 4, i / 7 - 3, -i % 3}) == Status::kOk);
   }
   const Content content = content_of(first.map);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Small maps for tests: memory of exactly the size that the map asks for, single observations, and a picture of a whole
-// map's content that two states can be compared by.
+// Small maps for tests: memory of exactly the size that the map asks for, single observations, and
+// a picture of a whole map's content that two states can be compared by.
 #pragma once
 
 #include <array>
@@ -45,8 +45,9 @@ double label_evidence(const LocalMap& map, VoxelCoord voxel);
 
 /// All that a map says: every voxel's counts, every block's revision, and its counters of content.
 struct Content {
-  std::map<std::tuple<int, int, int>, std::vector<float>> evidence;  ///< By (z, y, x), observed voxels only.
-  std::map<std::uint64_t, std::uint32_t> revisions;                  ///< Of blocks by key.
+  std::map<std::tuple<int, int, int>, std::vector<float>>
+      evidence;                                      ///< By (z, y, x), observed voxels only.
+  std::map<std::uint64_t, std::uint32_t> revisions;  ///< Of blocks by key.
   std::uint64_t label_voxels = 0;
   std::uint64_t free_voxels = 0;
   std::uint32_t revision = 0;

@@ -22,7 +22,8 @@ Matrix34d pose(const Eigen::Matrix3d& R, const Eigen::Vector3d& t) {
 Matrix34d random_pose(oracle::Random& random) {
   const Eigen::Quaterniond q(random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0),
                              random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0));
-  const Eigen::Vector3d t(random.uniform(-5e3, 5e3), random.uniform(-5e3, 5e3), random.uniform(-99.0, 99.0));
+  const Eigen::Vector3d t(random.uniform(-5e3, 5e3), random.uniform(-5e3, 5e3),
+                          random.uniform(-99.0, 99.0));
   return pose(q.normalized().toRotationMatrix(), t);
 }
 
@@ -31,13 +32,14 @@ TEST_CASE("check_rigid: the identity and random rotations anywhere are rigid") {
   INFO("seed " << kSeed);
   oracle::Random random(kSeed);
   CHECK(check_rigid(Matrix34d::Identity()) == Status::kOk);
-  for (int round = 0; round < 1000; ++round) REQUIRE(check_rigid(random_pose(random)) == Status::kOk);
+  for (int round = 0; round < 1000; ++round)
+    REQUIRE(check_rigid(random_pose(random)) == Status::kOk);
 }
 
 TEST_CASE("check_rigid: NaN or infinity in any entry is refused") {
-  for (const double bad : {std::numeric_limits<double>::quiet_NaN(),
-                           std::numeric_limits<double>::infinity(),
-                           -std::numeric_limits<double>::infinity()}) {
+  for (const double bad :
+       {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(),
+        -std::numeric_limits<double>::infinity()}) {
     for (int row = 0; row < 3; ++row) {
       for (int column = 0; column < 4; ++column) {
         Matrix34d T = Matrix34d::Identity();
@@ -75,7 +77,8 @@ TEST_CASE("check_rigid: a reflection is refused, though its columns are orthonor
     T(axis, axis) = -1.0;
     CHECK(check_rigid(T) == Status::kInvalidArgument);
   }
-  CHECK(check_rigid(pose(-Eigen::Matrix3d::Identity(), {0.0, 0.0, 0.0})) == Status::kInvalidArgument);
+  CHECK(check_rigid(pose(-Eigen::Matrix3d::Identity(), {0.0, 0.0, 0.0})) ==
+        Status::kInvalidArgument);
 }
 
 TEST_CASE("check_rigid: all zeros, and entries whose squares overflow, are refused") {
@@ -125,8 +128,9 @@ TEST_CASE("transform: equals the product in double, rounded once") {
     const std::array<float, 3> p{static_cast<float>(random.uniform(-80.0, 80.0)),
                                  static_cast<float>(random.uniform(-80.0, 80.0)),
                                  static_cast<float>(random.uniform(-5.0, 5.0))};
-    const Eigen::Vector3d expected = T * Eigen::Vector4d(static_cast<double>(p[0]), static_cast<double>(p[1]),
-                                                         static_cast<double>(p[2]), 1.0);
+    const Eigen::Vector3d expected =
+        T * Eigen::Vector4d(static_cast<double>(p[0]), static_cast<double>(p[1]),
+                            static_cast<double>(p[2]), 1.0);
     const Point3f got = transform(T, p.data());
     for (int axis = 0; axis < 3; ++axis) {
       // Half a unit in the last place of the float, and what the order of the double sum may add.

@@ -25,7 +25,9 @@ class Octet {
     DenseTuple::read(memory_.data(), voxel, evidence);
     return evidence;
   }
-  [[nodiscard]] DenseTuple::Plane label_sums() const { return DenseTuple::label_sums(memory_.data()); }
+  [[nodiscard]] DenseTuple::Plane label_sums() const {
+    return DenseTuple::label_sums(memory_.data());
+  }
   [[nodiscard]] bool canaries_alive() const {
     for (std::size_t i = bytes_; i < memory_.size(); ++i) {
       if (memory_[i] != kCanary) return false;

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// One scan's evidence for an octet: planes of eight counts, and a mask that says which were touched.
+// One scan's evidence for an octet: planes of eight counts, and a mask that says which were
+// touched.
 #include <catch2/catch.hpp>
 
 #include "tessera/semantics/evidence.hpp"
@@ -14,7 +15,8 @@ TEST_CASE("OctetEvidence: starts with no component and all zeros") {
   for (int l = 0; l < kMaxComponents; ++l) CHECK(evidence.read(l) == OctetEvidence::Plane{});
 }
 
-TEST_CASE("OctetEvidence: a plane that was asked for counts as touched, one that was read does not") {
+TEST_CASE(
+    "OctetEvidence: a plane that was asked for counts as touched, one that was read does not") {
   OctetEvidence evidence;
   evidence.plane(0)[1] = 2.0F;
   evidence.plane(kMaxComponents - 1)[7] = 3.0F;
@@ -32,7 +34,8 @@ TEST_CASE("OctetEvidence: clear gives back all zeros") {
   for (int l = 0; l < kMaxComponents; ++l) CHECK(evidence.read(l) == OctetEvidence::Plane{});
 }
 
-TEST_CASE("VoxelEvidence: the total counts the components there are, free and unlabelled included") {
+TEST_CASE(
+    "VoxelEvidence: the total counts the components there are, free and unlabelled included") {
   VoxelEvidence evidence;
   evidence.num_components = 4;
   evidence.sigma = {1.0F, 2.0F, 4.0F, 8.0F, 100.0F};

@@ -59,16 +59,20 @@ class Integrator {
   bool want_kernel_units() noexcept;
   bool trace_rays(const LocalMap& map) noexcept;
   bool open_blocks(LocalMap& map) noexcept;
-  bool open_tile(LocalMap& map, Tile& tile) noexcept;
+  bool open_tile(LocalMap& map, Tile& tile, std::uint64_t units) noexcept;
   /// Adds to wanted a bound on what writing units takes beyond what the map has; counted: units counted before.
-  void count_needs(const LocalMap& map, const Tile& tile, std::uint64_t units, std::uint64_t counted,
-                   SlabPool::Counts& wanted) const noexcept;
+  void count_tile(const LocalMap& map, const Tile& tile, std::uint64_t units, std::uint64_t counted,
+                  SlabPool::Counts& wanted) const noexcept;
+  void count_ray_block(const LocalMap& map, const RayBlock& ray_block, SlabPool::Counts& wanted) const noexcept;
   [[nodiscard]] std::uint64_t evaluations_per_point() const noexcept;
   /// Admission one by one, nearest first.
   void admit_nearest_first(LocalMap& map, ScanReport& report) noexcept;
   [[nodiscard]] std::span<const KeyedIndex> order_by_distance() noexcept;
-  bool reserve_point(LocalMap& map, const ScanPoint& point, SlabPool::Counts& spoken_for) noexcept;
-  bool reserve_ray(LocalMap& map, const Point3f& end_map, SlabPool::Counts& spoken_for) noexcept;
+  /// How far from a point's unit the units lie that it may contribute to.
+  [[nodiscard]] int reach_units() const noexcept;
+  /// Speaks for all that a point, its ray or both may need, or for nothing.
+  bool reserve(LocalMap& map, const ScanPoint& point, bool is_point, SlabPool::Counts& spoken_for) noexcept;
+  bool open_reserved(LocalMap& map, const ScanPoint& point, bool is_point) noexcept;
   void write_labels(LocalMap& map, ScanReport& report) noexcept;
   void write_units(LocalMap& map, const Tile& tile, EvidenceWork& work, ScanReport& report) noexcept;
   void write_kernel_tile(LocalMap& map, const Tile& tile, EvidenceWork& work, ScanReport& report) noexcept;

@@ -46,6 +46,13 @@ struct BlockOctet {
 /// The coordinates of block number i of a tile.
 [[nodiscard]] BlockCoord block_of_tile(const BlockCoord& tile, int unit_edge, int i) noexcept;
 
+/// The units of a tile that lie in its block number i.
+[[nodiscard]] constexpr std::uint64_t units_of_block(int unit_edge, int i) noexcept {
+  // Units 0 and 1 of each axis are in the first of two blocks.
+  return unit_edge == 4 ? std::uint64_t{0x0000000000330033} << (2 * (i & 1) + 8 * ((i >> 1) & 1) + 32 * (i >> 2))
+                        : ~std::uint64_t{0};
+}
+
 /// Calls visit(tile coordinates, mask of units) for every tile that holds a unit within reach units of this one on every
 /// axis; visit returns false to stop, and false is then returned. The units of all masks together are the whole cube.
 template <class Visit>
