@@ -105,11 +105,10 @@ void Integrator::register_points(const LocalMap& map, const ScanView& scan, Scan
                               : map.lattice().resolution_m();
   const double reach_m = finest_m * (kBlockLimit / 2);
   largest_weight_ = 0.0F;
-  for (std::size_t i = 0; i < scan.count; ++i) {
-    if (registered_count_ == registered_.size() || far_count_ == far_.size()) {
-      report.over_capacity += static_cast<std::uint32_t>(scan.count - i);
-      return;
-    }
+  // A scan with more returns than fit is sampled evenly, so that what is left is still all around the sensor.
+  const std::size_t step = scan.count == 0 ? 1 : (scan.count + registered_.size() - 1) / registered_.size();
+  report.over_capacity = static_cast<std::uint32_t>(scan.count - (scan.count + step - 1) / step);
+  for (std::size_t i = 0; i < scan.count; i += step) {
     const float* const p_sensor = scan.points + i * scan.stride_floats;
     const float weight = scan.weights == nullptr ? 1.0F : scan.weights[i];
     if (!std::isfinite(p_sensor[0]) || !std::isfinite(p_sensor[1]) || !std::isfinite(p_sensor[2]) ||

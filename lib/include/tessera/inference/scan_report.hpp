@@ -18,7 +18,7 @@ struct ScanReport {
   std::uint32_t beyond_range = 0;      ///< Farther than max_range_m: carve only.
   std::uint32_t out_of_grid = 0;       ///< Refused: outside the grid.
   std::uint32_t unlabelled = 0;        ///< Returns in range whose class is not known.
-  std::uint32_t over_capacity = 0;     ///< Left out: beyond ScanCapacity::points.
+  std::uint32_t over_capacity = 0;     ///< Left out: the scan has more returns than ScanCapacity::points; it was sampled evenly.
   std::uint32_t thinned = 0;           ///< Points after thinning.
   std::uint32_t admitted = 0;          ///< Thinned points that were integrated.
   std::uint32_t refused_memory = 0;    ///< Thinned points left out: map storage, index or scratch full.
