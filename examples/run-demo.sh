@@ -1,0 +1,51 @@
+#!/usr/bin/env bash
+# SPDX-FileCopyrightText: The tessera authors
+# SPDX-License-Identifier: Apache-2.0
+# run-demo.sh [OUT]: two simulated robots map a street, and the real scans are mapped too where they are there.
+# Leaves maps, reports and pictures in OUT (default out/demo).
+set -euo pipefail
+here=$(cd "$(dirname "$0")/.." && pwd)
+out=${1:-out/demo}
+mkdir -p "$out" || { echo "cannot write into $out; name another folder" >&2; exit 1; }
+out=$(cd "$out" && pwd)
+cd "$here"
+./tests/install-packages.sh demo
+cmake --preset release -DTESSERA_BUILD_TESTS=OFF || { echo "configuring failed, see above" >&2; exit 1; }
+cmake --build --preset release --target tessera_cli
+tessera=$here/build/release/tessera
+
+# map_and_show NAME DATASET TITLE [map options]: map, evaluate, picture, voxels.
+map_and_show() {
+  local name=$1 dataset=$2 title=$3
+  shift 3
+  "$tessera" map --dataset "$dataset" --out "$out/$name.tsm" --report "$out/$name.map.json" "$@" >"$out/$name.log"
+  "$tessera" eval --map "$out/$name.tsm" --dataset "$dataset" --report "$out/$name.eval.json" >>"$out/$name.log"
+  "$tessera" export --map "$out/$name.tsm" --format png --title "$title" --out "$out/$name.png" >>"$out/$name.log"
+  "$tessera" export --map "$out/$name.tsm" --format ply --out "$out/$name.ply" >>"$out/$name.log"
+}
+
+"$tessera" simulate --scene street --robots 2 --scans 20 --seed 1 --out "$out/street" >"$out/simulate.log"
+map_and_show robot_0 "$out/street/robot_0" "Simulated street, robot 0, 64 beams" --robot 0
+map_and_show robot_1 "$out/street/robot_1" "Simulated street, robot 1, 16 beams" --robot 1
+data=${TESSERA_DATA:-$here/../shared/data}
+names="robot_0 robot_1"
+if [ -d "$data/semantickitti_08" ]; then
+  map_and_show real "$data/semantickitti_08" "SemanticKITTI 08, scans 0-5" --first 0 --last 5
+  names+=" real"
+fi
+
+python3 - "$out" $names <<'PY'
+import json, sys
+out, names = sys.argv[1], sys.argv[2:]
+print()
+print(f"{'map':8} {'scans':>5} {'mIoU in':>8} {'mIoU map':>8} {'gain':>6} {'ms/scan':>8} {'B/voxel':>8} {'heap':>5}  picture")
+for name in names:
+    m = json.load(open(f"{out}/{name}.map.json"))
+    e = json.load(open(f"{out}/{name}.eval.json"))
+    gain = 100 * (e["mean_iou"] - e["input_mean_iou"])
+    heap = m["heap_allocations_after_init"]
+    print(f"{name:8} {m['totals']['scans']:5} {e['input_mean_iou']:8.4f} {e['mean_iou']:8.4f} {gain:+6.2f} "
+          f"{m['totals']['median_ms']:8.1f} {m['memory']['bytes_per_label_voxel']:8.1f} {'-' if heap is None else heap:>5}  {out}/{name}.png")
+print("mIoU: against ground truth, of the labels given and of the map; gain in points; ms: median; heap: allocations after start.")
+print(f"Voxels for CloudCompare or MeshLab: {out}/*.ply; reports: {out}/*.json")
+PY
