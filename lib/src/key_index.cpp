@@ -17,6 +17,15 @@ void KeyIndex::clear() noexcept {
   size_ = 0;
 }
 
+void KeyIndex::assign(BlockKey key, std::uint32_t value) noexcept {
+  const std::uint64_t hash = hash_of(key);
+  for (const std::uint32_t b : {first_bucket(hash), second_bucket(hash)}) {
+    for (std::size_t slot = 0; slot < kBucketSlots; ++slot) {
+      if (buckets_[b].keys[slot] == key.bits + 1) buckets_[b].values[slot] = value;
+    }
+  }
+}
+
 bool KeyIndex::erase(BlockKey key) noexcept {
   const std::uint64_t hash = hash_of(key);
   for (const std::uint32_t b : {first_bucket(hash), second_bucket(hash)}) {

@@ -8,6 +8,9 @@ namespace tessera {
 
 namespace {
 
+/// How far a quotient of two decimal settings may be off a whole number of passes: 25 / 0.1 is 250, not 249.
+constexpr float kPassRounding = 1e-4F;
+
 bool valid(const MapConfig& config, const ClassTable& classes) noexcept {
   constexpr double kLargest = 1e6;  // beyond it float coordinates and counts mean nothing
   const auto positive = [](double v) { return v > 0.0 && v <= kLargest; };
@@ -15,7 +18,8 @@ bool valid(const MapConfig& config, const ClassTable& classes) noexcept {
   if (!(config.prior >= 0.0 && config.prior <= kLargest)) return false;
   if (!(config.max_evidence >= 0.0F && config.max_evidence <= 1e6F)) return false;
   if (config.max_evidence > 0.0F && config.max_evidence < config.free_weight) return false;
-  if (config.max_evidence > 255.5F * config.free_weight) return false;
+  if (config.max_evidence > (255.0F + kPassRounding) * config.free_weight) return false;
+  if (config.tuple != TuplePolicy::kDense) return false;
   return classes.num_classes() >= 1 && config.storage_bytes >= 4 * SlabPool::kPageBytes;
 }
 
@@ -39,7 +43,7 @@ Result<LocalMap> LocalMap::make(Arena& arena, const MapConfig& config,
                         static_cast<std::uint32_t>(sizeof(FreePage)),
                         DenseTuple::octet_bytes(classes.num_components())});
   if (config.max_evidence > 0.0F) {
-    const float passes = config.max_evidence / config.free_weight + 1e-3F;  // 25 / 0.1 is 250, not 249
+    const float passes = config.max_evidence / config.free_weight + kPassRounding;
     map.max_passes_ = passes >= 255.0F ? std::uint8_t{255} : static_cast<std::uint8_t>(passes);
   }
   map.note_usage();

@@ -10,16 +10,14 @@ Result<SlabHandle> LocalMap::open_block(BlockCoord block) noexcept {
   const Result<BlockKey> key = pack(block);
   if (!key.ok()) return key.status();
   if (const std::optional<std::uint32_t> handle = index_.find(*key)) return *handle;
-  const Result<SlabHandle> handle = pool_.allocate(kBlockSlab);
-  if (!handle.ok()) {
-    ++blocks_refused_;
-    return handle.status();
-  }
-  if (index_.insert(*key, *handle) != Status::kOk) {
-    pool_.release(kBlockSlab, *handle);
+  // The index first: a block taken from the pool and given back would keep its page from other uses.
+  if (!pool_.fits_or_refuse({1, 0, 0, 0}) || index_.insert(*key, 0) != Status::kOk) {
     ++blocks_refused_;
     return Status::kResourceExhausted;
   }
+  const Result<SlabHandle> handle = pool_.allocate(kBlockSlab);
+  TESSERA_ASSERT(handle.ok());
+  index_.assign(*key, *handle);
   mutable_block(*handle).key = key->bits;
   note_usage();
   return *handle;
@@ -37,23 +35,17 @@ void LocalMap::close_empty_blocks() noexcept {
 }
 
 Status LocalMap::ensure_octet(Block& block, int octet) noexcept {
+  if (has_octet(block, octet)) return Status::kOk;
   const bool new_page = block.labels == 0;
+  if (!pool_.fits_or_refuse({0, new_page ? 1U : 0U, 0, 1})) return Status::kResourceExhausted;
   if (new_page) {
     const Result<SlabHandle> page = pool_.allocate(kLabelSlab);
-    if (!page.ok()) return page.status();
+    TESSERA_ASSERT(page.ok());
     block.labels = *page;
   }
-  SlabHandle& slot = mutable_label_page(block).octets[static_cast<std::size_t>(octet)];
-  if (slot != 0) return Status::kOk;
   const Result<SlabHandle> tuples = pool_.allocate(kOctetSlab);
-  if (!tuples.ok()) {
-    if (new_page) {
-      pool_.release(kLabelSlab, block.labels);
-      block.labels = 0;
-    }
-    return tuples.status();
-  }
-  slot = *tuples;
+  TESSERA_ASSERT(tuples.ok());
+  mutable_label_page(block).octets[static_cast<std::size_t>(octet)] = *tuples;
   note_usage();
   return Status::kOk;
 }
@@ -88,12 +80,13 @@ void LocalMap::update_observed(Block& block, int octet) noexcept {
   }
 }
 
-void LocalMap::hold_cap_on_labels(Block& block, int octet) noexcept {
+void LocalMap::hold_cap_on_labels(Block& block, int octet, unsigned voxels) noexcept {
   const float cap = config_.max_evidence;
   const float w = config_.free_weight;
   std::byte* const tuples = pool_.at(mutable_label_page(block).octets[static_cast<std::size_t>(octet)]);
   const DenseTuple::Plane sums = DenseTuple::label_sums(tuples);
-  for (int v = 0; v < kOctetVoxels; ++v) {
+  for (; voxels != 0; voxels &= voxels - 1) {
+    const int v = std::countr_zero(voxels);
     const float labels = sums[static_cast<std::size_t>(v)];
     const std::uint8_t passes = free_passes(block, octet, v);
     const float total = labels + static_cast<float>(passes) * w;
@@ -115,20 +108,21 @@ Status LocalMap::add_labels(SlabHandle handle, int octet, const OctetEvidence& a
   const Status status = ensure_octet(block, octet);
   if (status != Status::kOk) return status;
   DenseTuple::add(pool_.at(label_page(block).octets[static_cast<std::size_t>(octet)]), added);
-  if (config_.max_evidence > 0.0F) hold_cap_on_labels(block, octet);
+  if (config_.max_evidence > 0.0F) hold_cap_on_labels(block, octet, added.voxels());
   update_observed(block, octet);
   block.revision = revision_;
   return Status::kOk;
 }
 
-void LocalMap::give_way_to_free(Block& block, int octet, int voxel, std::uint8_t passes) noexcept {
+bool LocalMap::give_way_to_free(Block& block, int octet, int voxel, std::uint8_t passes) noexcept {
   std::byte* const tuples = pool_.at(mutable_label_page(block).octets[static_cast<std::size_t>(octet)]);
   const float labels = DenseTuple::label_sums(tuples)[static_cast<std::size_t>(voxel)];
   const float room = config_.max_evidence - static_cast<float>(passes) * config_.free_weight;
-  if (labels <= room) return;
+  if (labels <= room) return false;
   const float factor = passes == max_passes_ || room <= 0.0F ? 0.0F : room / labels;
   DenseTuple::scale(tuples, voxel, factor);
   if (factor == 0.0F) update_observed(block, octet);
+  return true;
 }
 
 Status LocalMap::add_free_pass(SlabHandle handle, const VoxelMask& mask) noexcept {
@@ -139,20 +133,23 @@ Status LocalMap::add_free_pass(SlabHandle handle, const VoxelMask& mask) noexcep
   const Status status = ensure_free_page(block);
   if (status != Status::kOk) return status;
   FreePage& page = mutable_free_page(block);
+  bool changed = false;
   for (int z = 0; z < kBlockEdge; ++z) {
     for (std::uint64_t rest = mask[static_cast<std::size_t>(z)]; rest != 0; rest &= rest - 1) {
       const int yx = std::countr_zero(rest);
       std::uint8_t& passes = page.passes[static_cast<std::size_t>(z * 64 + yx)];
-      if (passes < max_passes_) ++passes;
+      const bool saturated = passes == max_passes_;
+      changed = changed || !saturated;
+      if (!saturated) ++passes;
       if (block.labels == 0 || !(config_.max_evidence > 0.0F)) continue;
       const VoxelCoord v{yx & 7, yx >> 3, z};
       const int octet = octet_in_block(v);
       const int voxel = voxel_in_octet(v);
       if (((unsigned{observed_labels(block, octet)} >> static_cast<unsigned>(voxel)) & 1U) == 0) continue;
-      give_way_to_free(block, octet, voxel, passes);
+      changed = give_way_to_free(block, octet, voxel, passes) || changed;
     }
   }
-  block.revision = revision_;
+  if (changed) block.revision = revision_;
   return Status::kOk;
 }
 
@@ -160,19 +157,27 @@ Status LocalMap::restore(SlabHandle handle, int octet, int voxel, const VoxelEvi
                          std::uint8_t passes) noexcept {
   if (passes > max_passes_) return Status::kInvalidArgument;
   Block& block = mutable_block(handle);
-  if (passes > 0) {
-    const Status status = ensure_free_page(block);
-    if (status != Status::kOk) return status;
-    mutable_free_page(block).passes[static_cast<std::size_t>(row_order(octet, voxel))] = passes;
-  }
   OctetEvidence added;
   for (int l = 1; l < num_components(); ++l) {
     const float count = evidence.sigma[static_cast<std::size_t>(l)];
     if (count > 0.0F) added.plane(l)[static_cast<std::size_t>(voxel)] = count;
   }
-  if (added.components() == 0) return Status::kOk;
+  const bool labelled = added.components() != 0;
+  const bool new_free_page = passes > 0 && block.free_passes == 0;
+  const bool new_octet = labelled && !has_octet(block, octet);
+  if (!pool_.fits_or_refuse({0, new_octet && block.labels == 0 ? 1U : 0U, new_free_page ? 1U : 0U, new_octet ? 1U : 0U})) {
+    return Status::kResourceExhausted;
+  }
+  if (passes > 0) {
+    const Status status = ensure_free_page(block);
+    TESSERA_ASSERT(status == Status::kOk);
+    static_cast<void>(status);
+    mutable_free_page(block).passes[static_cast<std::size_t>(row_order(octet, voxel))] = passes;
+  }
+  if (!labelled) return Status::kOk;
   const Status status = ensure_octet(block, octet);
-  if (status != Status::kOk) return status;
+  TESSERA_ASSERT(status == Status::kOk);
+  static_cast<void>(status);
   DenseTuple::add(pool_.at(label_page(block).octets[static_cast<std::size_t>(octet)]), added);
   update_observed(block, octet);
   return Status::kOk;

@@ -70,6 +70,7 @@ void SlabPool::clear() noexcept {
     c = SizeClass{.item_bytes = c.item_bytes, .per_page = c.per_page};
   }
   pages_used_ = 0;
+  refused_ = 0;
 }
 
 }  // namespace tessera

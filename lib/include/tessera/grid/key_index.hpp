@@ -49,6 +49,9 @@ class KeyIndex {
   /// buckets read and three keys moved.
   Status insert(BlockKey key, std::uint32_t value) noexcept;
 
+  /// Sets the value of a key that is present. Reads two buckets at most.
+  void assign(BlockKey key, std::uint32_t value) noexcept;
+
   /// Removes a key; true iff it was present. Reads two buckets at most.
   bool erase(BlockKey key) noexcept;
 

@@ -35,7 +35,13 @@ class SlabPool {
   void release(int size, SlabHandle handle) noexcept;
   /// True iff all of these items could be allocated now, together. O(kMaxSizes).
   [[nodiscard]] bool fits(const Counts& wanted) const noexcept;
-  /// Forgets everything. O(1).
+  /// fits(), with a refusal counted where not.
+  [[nodiscard]] bool fits_or_refuse(const Counts& wanted) noexcept {
+    const bool fit = fits(wanted);
+    refused_ += fit ? 0U : 1U;
+    return fit;
+  }
+  /// Forgets everything, counters included. O(1).
   void clear() noexcept;
 
   [[nodiscard]] std::byte* at(SlabHandle handle) const noexcept {

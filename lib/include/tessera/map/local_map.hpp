@@ -129,8 +129,8 @@ class LocalMap {
   }
   Status ensure_octet(Block& block, int octet) noexcept;
   Status ensure_free_page(Block& block) noexcept;
-  void hold_cap_on_labels(Block& block, int octet) noexcept;
-  void give_way_to_free(Block& block, int octet, int voxel, std::uint8_t passes) noexcept;
+  void hold_cap_on_labels(Block& block, int octet, unsigned voxels) noexcept;
+  bool give_way_to_free(Block& block, int octet, int voxel, std::uint8_t passes) noexcept;
   void update_observed(Block& block, int octet) noexcept;
   void note_usage() noexcept;
 

@@ -56,9 +56,12 @@ struct FreePage {
 /// Sizes that a map's slab pool serves.
 enum SlabSize : int { kBlockSlab = 0, kLabelSlab = 1, kFreeSlab = 2, kOctetSlab = 3 };
 
-/// The most blocks that storage can hold, each with the least a block needs: itself and a free page.
+/// The most blocks that storage can hold, each with the least a block needs: itself and a free page, or a
+/// label page and an octet of the smallest tuples.
 constexpr std::size_t max_blocks(const MapConfig& config) noexcept {
-  return config.storage_bytes / (sizeof(Block) + sizeof(FreePage)) + 1;
+  constexpr std::size_t kLeastLabels = sizeof(LabelPage) + DenseTuple::octet_bytes(3);  // one class
+  constexpr std::size_t kLeast = sizeof(FreePage) < kLeastLabels ? sizeof(FreePage) : kLeastLabels;
+  return config.storage_bytes / (sizeof(Block) + kLeast) + 1;
 }
 
 /// Bytes of arena that LocalMap::make takes for this configuration: the index, and the storage in whole pages.
@@ -74,6 +77,11 @@ constexpr MapConfig fit_to_budget(MapConfig config, std::size_t budget_bytes) no
     const std::size_t excess = required_bytes(config) - budget_bytes;
     const std::size_t step = align_up(excess, SlabPool::kPageBytes);
     config.storage_bytes -= step < config.storage_bytes ? step : config.storage_bytes;
+  }
+  // A step down frees index memory too, so it may have gone a little too far.
+  for (MapConfig larger = config; config.storage_bytes > 0; config = larger) {
+    larger.storage_bytes += SlabPool::kPageBytes;
+    if (required_bytes(larger) > budget_bytes) break;
   }
   return config;
 }

@@ -43,6 +43,16 @@ class OctetEvidence {
   }
   [[nodiscard]] std::uint64_t components() const noexcept { return components_; }
 
+  /// The voxels that any label component was added to, a bit each.
+  [[nodiscard]] unsigned voxels() const noexcept {
+    unsigned mask = 0;
+    for (std::uint64_t rest = components_ & ~std::uint64_t{1}; rest != 0; rest &= rest - 1) {
+      const Plane& plane = planes_[static_cast<std::size_t>(std::countr_zero(rest))];
+      for (unsigned v = 0; v < kOctetVoxels; ++v) mask |= (plane[v] > 0.0F ? 1U : 0U) << v;
+    }
+    return mask;
+  }
+
   /// Back to all zeros. O(components touched).
   void clear() noexcept {
     for (std::uint64_t rest = components_; rest != 0; rest &= rest - 1) {
