@@ -100,7 +100,7 @@ double FreeSpace::carve_length_m(const Point3d& d, double length_m, bool is_retu
 
 std::uint64_t FreeSpace::most_steps(const Point3f& end_map) const noexcept {
   const Point3d d = end_map.cast<double>() - origin_map_;
-  return static_cast<std::uint64_t>((std::abs(d.x()) + std::abs(d.y()) + std::abs(d.z())) / resolution_m_) + 3;
+  return static_cast<std::uint64_t>((std::abs(d.x()) + std::abs(d.y()) + std::abs(d.z())) / resolution_m_) + 4;
 }
 
 Status FreeSpace::mark_hit(VoxelCoord voxel) noexcept {

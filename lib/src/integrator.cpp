@@ -104,7 +104,6 @@ void Integrator::register_points(const LocalMap& map, const ScanView& scan, Scan
                               ? static_cast<double>(config_.thinning_m)
                               : map.lattice().resolution_m();
   const double reach_m = finest_m * (kBlockLimit / 2);
-  largest_weight_ = 0.0F;
   // A scan with more returns than fit is sampled evenly, so that what is left is still all around the sensor.
   const std::size_t step = scan.count == 0 ? 1 : (scan.count + registered_.size() - 1) / registered_.size();
   report.over_capacity = static_cast<std::uint32_t>(scan.count - (scan.count + step - 1) / step);
@@ -143,7 +142,6 @@ void Integrator::register_points(const LocalMap& map, const ScanView& scan, Scan
     const bool known = component >= 1 && component < unlabelled;
     point.component = known ? component : static_cast<std::uint8_t>(unlabelled);
     if (!known) ++report.unlabelled;
-    if (weight > largest_weight_) largest_weight_ = weight;
     registered_[registered_count_++] = point;
   }
 }
@@ -152,7 +150,7 @@ void Integrator::thin_points(const LocalMap& map, ScanReport& report) noexcept {
   const int unlabelled = map.classes().unlabelled();
   const auto thin_or_copy = [&](std::span<const ScanPoint> from, std::span<ScanPoint> to) {
     if (config_.thinning_m > 0.0F) {
-      return thin(from, static_cast<double>(config_.thinning_m), unlabelled, to, sort_);
+      return thin(from, static_cast<double>(config_.thinning_m), unlabelled, to, sort_, config_.thinning_weight);
     }
     for (std::size_t i = 0; i < from.size(); ++i) to[i] = from[i];
     return from.size();
@@ -160,6 +158,8 @@ void Integrator::thin_points(const LocalMap& map, ScanReport& report) noexcept {
   admitted_count_ = thin_or_copy(registered_.first(registered_count_), admitted_);
   ray_count_ = thin_or_copy(far_.first(far_count_), rays_);
   report.thinned = static_cast<std::uint32_t>(admitted_count_);
+  largest_weight_ = 0.0F;
+  for (const ScanPoint& point : admitted()) largest_weight_ = point.weight > largest_weight_ ? point.weight : largest_weight_;
 }
 
 void Integrator::measure_kernel(double resolution_m) noexcept {

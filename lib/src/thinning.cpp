@@ -13,7 +13,8 @@ namespace tessera {
 namespace {
 
 /// The one point that stands for the cell's points, members[i].index in points.
-ScanPoint merge_cell(std::span<const ScanPoint> points, std::span<const KeyedIndex> members, int unlabelled) noexcept {
+ScanPoint merge_cell(std::span<const ScanPoint> points, std::span<const KeyedIndex> members, int unlabelled,
+                     ThinningWeight rule) noexcept {
   if (members.size() == 1) return points[members[0].index];
   Point3d sum = Point3d::Zero();
   std::array<double, kMaxComponents> weight{};
@@ -35,15 +36,16 @@ ScanPoint merge_cell(std::span<const ScanPoint> points, std::span<const KeyedInd
     if (weight[component] > weight[winner]) winner = component;
   }
   const auto n = static_cast<double>(members.size());
+  const double share = rule == ThinningWeight::kSum ? 1.0 : 1.0 / static_cast<double>(count[winner]);
   return {.p_map = (sum / n).cast<float>(),
-          .weight = static_cast<float>(weight[winner] / static_cast<double>(count[winner])),
+          .weight = static_cast<float>(weight[winner] * share),
           .component = static_cast<std::uint8_t>(winner)};
 }
 
 }  // namespace
 
 std::size_t thin(std::span<const ScanPoint> points, double cell_m, int unlabelled, std::span<ScanPoint> out,
-                 std::span<KeyedIndex> sort) noexcept {
+                 std::span<KeyedIndex> sort, ThinningWeight weight) noexcept {
   TESSERA_ASSERT(out.size() >= points.size() && sort.size() >= 2 * points.size());
   const std::span<KeyedIndex> items = sort.first(points.size());
   const Lattice cells(cell_m);
@@ -78,7 +80,7 @@ std::size_t thin(std::span<const ScanPoint> points, double cell_m, int unlabelle
   for (std::size_t first = 0; first < items.size();) {
     std::size_t end = first + 1;
     while (end < items.size() && items[end].key == items[first].key) ++end;
-    out[cells_out++] = merge_cell(points, items.subspan(first, end - first), unlabelled);
+    out[cells_out++] = merge_cell(points, items.subspan(first, end - first), unlabelled, weight);
     first = end;
   }
   return cells_out;

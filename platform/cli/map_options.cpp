@@ -58,13 +58,15 @@ void declare_map_options(CLI::App& command, MapOptions& o) {
   command.add_option("--max-range", o.max_range_m, "Farther returns add no hit, m; 0: no limit")->capture_default_str();
   command.add_option("--min-range", o.min_range_m, "Nearer returns are refused, m")->capture_default_str();
   command.add_option("--downsample", o.downsample, "Thinning cell, m, or off [the resolution]");
+  command.add_option("--thinning-weight", o.thinning_weight,
+                     "A thinned point weighs the mean or the sum of its points [kernel: sum, else mean]");
   command.add_option("--free-space", o.free_space, "on or off")->capture_default_str();
   command.add_option("--memory", o.memory, "Budget for map and scratch, bytes or with K, M, G")->capture_default_str();
   command.add_option("--counts", o.counts, "How counts are stored: dense")->capture_default_str();
   command.add_option("--robot", o.robot, "Robot id, kept in the map file")->capture_default_str();
   command.add_option("--min-weight", o.min_weight, "Smaller contributions are not added")->capture_default_str();
-  command.add_option("--max-evidence", o.max_evidence, "Cap of a voxel's evidence; 0: none")->capture_default_str();
-  command.add_option("--free-weight", o.free_weight, "Evidence of one pass of a ray")->capture_default_str();
+  command.add_option("--max-evidence", o.max_evidence, "Cap of a voxel's evidence; 0: none [100; kernel: 250]");
+  command.add_option("--free-weight", o.free_weight, "Evidence of one pass of a ray [0.4; kernel: 1]");
   command.add_option("--work-budget", o.work_budget, "Most kernel evaluations and ray steps a scan; 0: no limit")
       ->capture_default_str();
   command.add_option("--continue", o.continue_from, "Map file to go on from; its settings hold");
@@ -81,10 +83,13 @@ Outcome<MapSetup> set_up(const MapOptions& o) {
     return out_of_range("--min-range", text_of(o.min_range_m), "metres, under --max-range");
   }
   if (!(o.min_weight >= 0.0 && o.min_weight <= 1.0)) return out_of_range("--min-weight", text_of(o.min_weight), "a number from 0 to 1");
-  if (!(o.free_weight > 0.0 && o.free_weight <= 1e6)) return out_of_range("--free-weight", text_of(o.free_weight), "a number above 0");
-  const double passes = o.max_evidence / o.free_weight;
-  if (!(o.max_evidence >= 0.0 && o.max_evidence <= 1e6) || (o.max_evidence > 0.0 && !(passes >= 1.0 && passes <= 255.0))) {
-    return out_of_range("--max-evidence", text_of(o.max_evidence), "0, or 1 to 255 times --free-weight");
+  const bool kernel = o.inference == "kernel";
+  const double free_weight = o.free_weight.value_or(kernel ? 1.0 : 0.4);
+  const double max_evidence = o.max_evidence.value_or(kernel ? 250.0 : 100.0);
+  if (!(free_weight > 0.0 && free_weight <= 1e6)) return out_of_range("--free-weight", text_of(free_weight), "a number above 0");
+  const double passes = max_evidence / free_weight;
+  if (!(max_evidence >= 0.0 && max_evidence <= 1e6) || (max_evidence > 0.0 && !(passes >= 1.0 && passes <= 255.0))) {
+    return out_of_range("--max-evidence", text_of(max_evidence), "0, or 1 to 255 times --free-weight");
   }
   InferenceConfig& inference = setup.inference;
   if (o.inference == "multi-entropy") inference.mode = InferenceMode::kMultiEntropy;
@@ -107,6 +112,11 @@ Outcome<MapSetup> set_up(const MapOptions& o) {
     if (!given || !(*given >= 1e-3 && *given <= 1e3)) return out_of_range("--downsample", o.downsample, "metres from 0.001, or off");
     thinning_m = *given;
   }
+  if (!o.thinning_weight.empty() && o.thinning_weight != "mean" && o.thinning_weight != "sum") {
+    return out_of_range("--thinning-weight", o.thinning_weight, "mean or sum");
+  }
+  const bool sum = o.thinning_weight.empty() ? inference.mode == InferenceMode::kKernel : o.thinning_weight == "sum";
+  inference.thinning_weight = sum ? ThinningWeight::kSum : ThinningWeight::kMean;
   if (o.free_space != "on" && o.free_space != "off") return out_of_range("--free-space", o.free_space, "on or off");
   if (o.counts != "dense") return out_of_range("--counts", o.counts, "dense, the only store of this version");
   const std::optional<std::size_t> budget = parse_bytes(o.memory);
@@ -121,8 +131,8 @@ Outcome<MapSetup> set_up(const MapOptions& o) {
   inference.work_budget = o.work_budget;
   setup.map.resolution_m = o.resolution_m;
   setup.map.prior = o.prior;
-  setup.map.max_evidence = static_cast<float>(o.max_evidence);
-  setup.map.free_weight = static_cast<float>(o.free_weight);
+  setup.map.max_evidence = static_cast<float>(max_evidence);
+  setup.map.free_weight = static_cast<float>(free_weight);
   return setup;
 }
 
@@ -140,13 +150,14 @@ Json to_json(const MapOptions& o, const MapSetup& setup) {
   json["max_range"] = o.max_range_m;
   json["min_range"] = o.min_range_m;
   json["downsample"] = setup.inference.thinning_m > 0.0F ? Json(o.downsample.empty() ? setup.map.resolution_m : *parse_metres(o.downsample)) : Json("off");
+  json["thinning_weight"] = setup.inference.thinning_weight == ThinningWeight::kSum ? "sum" : "mean";
   json["free_space"] = o.free_space;
   json["memory"] = setup.budget_bytes;
   json["counts"] = o.counts;
   json["robot"] = o.robot;
   json["min_weight"] = o.min_weight;
-  json["max_evidence"] = o.max_evidence;
-  json["free_weight"] = o.free_weight;
+  json["max_evidence"] = setup.map.max_evidence;
+  json["free_weight"] = setup.map.free_weight;
   json["work_budget"] = o.work_budget;
   json["continue"] = o.continue_from;
   return json;

@@ -29,13 +29,14 @@ struct MapOptions {
   double prior = 0.001;
   double max_range_m = 40.0;
   std::string downsample;  ///< Metres or "off"; empty: the resolution.
+  std::string thinning_weight;  ///< "mean" or "sum"; empty: what the mode does better with.
   std::string free_space = "on";
   std::string memory = "512M";
   std::string counts = "dense";
   std::uint32_t robot = 0;
   double min_weight = 1.0 / 4096.0;
-  double max_evidence = 100.0;
-  double free_weight = 0.4;
+  std::optional<double> max_evidence;  ///< Without it, this and the next follow the mode: its sums have other sizes.
+  std::optional<double> free_weight;
   double min_range_m = 0.5;
   std::uint64_t work_budget = 0;
   bool kernel_length_given = false;

@@ -13,7 +13,7 @@ namespace tessera {
 
 /// Steps through the cells of a unit grid that the segment from a to b crosses, both ends included, ties between axes to
 /// x, then y. visit(x, y, z, t) gets the cell and the part of the segment before it, and returns false to stop; false is
-/// then returned. At most |dx| + |dy| + |dz| + 3 cells.
+/// then returned. Under |dx| + |dy| + |dz| + 4 cells.
 template <class Visit>
 bool walk_segment(const Point3d& a, const Point3d& b, Visit&& visit) noexcept {
   std::array<std::int32_t, 3> cell{floor_to_int(a.x()), floor_to_int(a.y()), floor_to_int(a.z())};

@@ -58,7 +58,7 @@ class FreeSpace {
 
   [[nodiscard]] std::span<RayBlock> blocks() noexcept { return blocks_.first(count_); }
   [[nodiscard]] std::uint64_t steps() const noexcept { return steps_; }
-  /// A bound on the voxels that a ray to end_map crosses, from its length alone: |dx| + |dy| + |dz| in voxels, plus 3.
+  /// A bound on the voxels that a ray to end_map crosses, from its length alone: |dx| + |dy| + |dz| in voxels, plus 4.
   [[nodiscard]] std::uint64_t most_steps(const Point3f& end_map) const noexcept;
 
  private:

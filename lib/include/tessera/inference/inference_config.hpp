@@ -22,6 +22,12 @@ constexpr const char* to_string(InferenceMode mode) noexcept {
   return "invalid";
 }
 
+/// The weight of the point that stands for a thinned cell, from the weights of the points with the cell's label.
+enum class ThinningWeight : std::uint8_t {
+  kMean = 0,  ///< One point is one observation, whatever the sensor's density there.
+  kSum = 1,   ///< As many observations as there were returns.
+};
+
 /// Constants of the multi-entropy mode. Lengths in voxels. An entropy block is block_edge voxels a side.
 struct EntropyConfig {
   float base_length = 3.0F;      ///< D_m = (base_length + entropy_length * E_c) * resolution.
@@ -53,6 +59,7 @@ struct InferenceConfig {
   float min_range_m = 0.5F;              ///< Nearer returns are refused: the robot itself, or a sensor's "no return".
   float max_range_m = 40.0F;             ///< Farther returns add no hit and carve up to here. 0: no limit.
   float thinning_m = 0.1F;               ///< Cell of the thinning grid; 0: off.
+  ThinningWeight thinning_weight = ThinningWeight::kMean;
   std::uint64_t work_budget = 0;         ///< Most kernel evaluations and ray steps a scan may take; 0: no limit.
 };
 

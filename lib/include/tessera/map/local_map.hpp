@@ -93,8 +93,8 @@ class LocalMap {
   /// True iff these many more items of each size could be given now, together.
   [[nodiscard]] bool fits(const SlabPool::Counts& wanted) const noexcept { return pool_.fits(wanted); }
 
-  /// Adds a scan's evidence to an octet, then holds the cap: free passes give way to labels first, rounded in favour of
-  /// occupancy. Fails with kResourceExhausted iff a label page or octet is needed and does not fit: counted, unchanged.
+  /// Adds a scan's evidence to an octet, then holds the cap: free passes and labels give way in proportion, in whole
+  /// passes rounded in favour of occupancy. Voxels without added evidence stay as they are. Fails with kResourceExhausted iff a label page or octet is needed and does not fit: counted, unchanged.
   /// O(components present).
   Status add_labels(SlabHandle block, int octet, const OctetEvidence& added) noexcept;
   /// Adds one pass to every voxel in mask; label evidence gives way where the cap is reached, and a tuple that has none

@@ -1,0 +1,107 @@
+#!/usr/bin/env python3
+# SPDX-FileCopyrightText: The tessera authors
+# SPDX-License-Identifier: Apache-2.0
+"""include_direction.py ROOT: who may include whom.
+
+Headers of the core see the folders below them, and of the standard library only what needs neither heap nor system.
+Folders of platform see the core and the platform folders before them. LCM and SocketCAN stay in the folder of that name.
+"""
+import pathlib
+import re
+import sys
+
+import tracked
+
+# A folder of the core may include itself and what is listed for it.
+CORE = {
+    "base": [],
+    "grid": ["base"],
+    "semantics": ["base", "grid"],
+    "map": ["base", "grid", "semantics"],
+    "registration": ["base", "grid", "semantics", "map"],
+    "inference": ["base", "grid", "semantics", "map", "registration"],
+}
+# What the core may include that is not its own: an allow-list, so <vector>, <iostream>, <thread>, <unistd.h> and the
+# rest of them are refused without being named.
+OUTSIDE = {
+    "algorithm", "array", "bit", "cfloat", "climits", "cmath", "compare", "concepts", "cstddef", "cstdint", "cstring",
+    "initializer_list", "iterator", "limits", "new", "numeric", "optional", "span", "string_view", "tuple",
+    "type_traits", "utility", "Eigen/Core", "Eigen/Geometry", "Eigen/LU"}
+# A folder of platform may include the core, itself and those before it.
+PLATFORM = ["posix", "dataset", "render", "simulator", "cli"]
+# Foreign headers that one folder of platform has to itself.
+RESERVED = {"lcm/": "lcm", "linux/can": "socketcan", "png.h": "render"}
+INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', re.M)
+
+
+def core_faults(folder, text):
+    """folder: that of the header; None for a source file, which may use all of the core."""
+    for kind, name in INCLUDE.findall(text):
+        if name.startswith("tessera/"):
+            target = name.split("/")[1]
+            if target not in CORE:
+                yield f"{name}: no such folder in the core"
+            elif folder and target != folder and target not in CORE.get(folder, []):
+                yield f"{folder} must not include {name}"
+        elif kind == "<" and name not in OUTSIDE:
+            yield f"the core must not include <{name}>"
+        elif kind == '"' and (folder or "/" in name):
+            yield f'the core must not include "{name}"'
+
+
+def platform_faults(folder, text):
+    seen = PLATFORM[:PLATFORM.index(folder) + 1] if folder in PLATFORM else [*PLATFORM[:-1], folder]
+    for _, name in INCLUDE.findall(text):
+        target = name.split("/")[0]
+        for prefix, owner in RESERVED.items():
+            if name.startswith(prefix) and folder != owner:
+                yield f"{folder} must not include {name}: that is for platform/{owner}"
+        if "/" in name and target not in seen and target in PLATFORM:
+            yield f"{folder} must not include {name}"
+        if ".." in name.split("/"):
+            yield f"{folder} includes {name} past its folder"
+
+
+def self_test():
+    """Each rule refuses what it is for, and lets through what it should."""
+    for folder, line in (("base", '"tessera/grid/lattice.hpp"'), ("map", '"tessera/inference/kernel.hpp"'),
+                         ("registration", '"tessera/inference/kernel.hpp"'), ("map", "<vector>"), ("map", "<thread>"),
+                         ("map", "<unistd.h>"), ("map", "<sys/stat.h>"), ("map", '"posix/outcome.hpp"'),
+                         (None, '"posix/outcome.hpp"'), (None, "<iostream>"), (None, "<tessera/nowhere/x.hpp>")):
+        assert list(core_faults(folder, f"#include {line}\n")), (folder, line)
+    for folder, line in (("map", '"tessera/grid/lattice.hpp"'), ("inference", '"tessera/registration/scan.hpp"'),
+                         ("base", "<array>"), (None, '"map_file_format.hpp"')):
+        assert not list(core_faults(folder, f"#  include {line}\n")), (folder, line)
+    for folder, line in (("posix", '"cli/command.hpp"'), ("dataset", "<render/ply.hpp>"), ("cli", "<lcm/lcm-cpp.hpp>"),
+                         ("posix", "<linux/can.h>"), ("cli", "<png.h>"), ("render", '"../cli/command.hpp"'),
+                         ("lcm", '"cli/command.hpp"')):
+        assert list(platform_faults(folder, f"#include {line}\n")), (folder, line)
+    for folder, line in (("cli", '"posix/outcome.hpp"'), ("lcm", '"posix/outcome.hpp"'), ("lcm", "<lcm/lcm-cpp.hpp>"),
+                         ("socketcan", "<linux/can.h>"), ("posix", "<sys/stat.h>")):
+        assert not list(platform_faults(folder, f"#include {line}\n")), (folder, line)
+
+
+def faults(root):
+    seen = 0
+    for path in tracked.code(root):
+        if path.parts[0] == "lib":
+            folder = path.parts[3] if path.parts[1] == "include" else None
+            found = core_faults(folder, tracked.text(root, path))
+        elif path.parts[0] == "platform":
+            found = platform_faults(path.parts[1], tracked.text(root, path))
+        else:
+            continue
+        seen += 1
+        yield from (f"{path}: {fault}" for fault in found)
+    if seen == 0:
+        yield f"{root}: no sources there"
+
+
+def main():
+    self_test()
+    found = list(faults(pathlib.Path(sys.argv[1])))
+    print("\n".join(found), file=sys.stderr)
+    return 1 if found else 0
+
+
+sys.exit(main())

@@ -1,0 +1,79 @@
+#!/usr/bin/env python3
+# SPDX-FileCopyrightText: The tessera authors
+# SPDX-License-Identifier: Apache-2.0
+"""tree.py ROOT: what lies where, how long a file may be, and what must not stand in one."""
+import pathlib
+import re
+import sys
+
+import tracked
+
+TOP = {"CMakeLists.txt", "CMakePresets.json", "LICENSE", "README.md",
+       "lib", "platform", "examples", "lcmtypes", "tests", "bench", "docs"}
+MAX_LINES = 300
+# Files that may be longer, each with its number of lines and the reason why splitting it would make it worse.
+LONGER = {}
+# The parts are joined so that this file does not contain them.
+WORDS = re.compile(r"\b(" + "|".join(["TO" + "DO", "FIX" + "ME", "X" * 3]) + r")\b")
+# Folders of one machine. Paths that the system itself has everywhere, as /usr, /dev and /proc, are none of these.
+MACHINE_PATH = re.compile(r"(?<![\w./$}>~-])/(home|root|Users|work|farm|mnt|opt|media|tmp|scratch)/[\w.-]+")
+LICENCE = "SPDX-License-Identifier: Apache-2.0"
+SIGNED = (*tracked.CODE, ".py", ".sh", ".cmake", ".in", ".lcm")
+
+
+def text_faults(path, text):
+    lines = text.splitlines()
+    if path.suffix in SIGNED or path.name == "CMakeLists.txt":
+        if not any(LICENCE in line for line in lines[:4]):
+            yield f"its first lines do not say {LICENCE}"
+        allowed = LONGER.get(str(path), MAX_LINES)
+        if len(lines) > allowed:
+            yield f"{len(lines)} lines, and at most {allowed} are readable"
+    if path.suffix in (".hpp", ".h") and "#pragma once" not in lines:
+        yield "has no #pragma once"
+    for number, line in enumerate(lines, 1):
+        for match in (*WORDS.finditer(line), *MACHINE_PATH.finditer(line)):
+            yield f"line {number} has {match.group(0)}"
+
+
+def name_faults(path):
+    if path.parts[0] not in TOP and not path.parts[0].startswith("."):
+        yield f"{path.parts[0]} has no place at the top level"
+    if path.suffix in tracked.CODE and not re.fullmatch(r"[a-z][a-z0-9_]*", path.stem):
+        yield "is not named in snake_case"
+
+
+def self_test():
+    def refused(name, text):
+        path = pathlib.PurePosixPath(name)
+        return [*name_faults(path), *text_faults(path, text)]
+
+    good = f"// {LICENCE}\n#pragma once\n"
+    assert not refused("lib/a.hpp", good)
+    assert not refused("docs/a.md", "see `/usr/include`, `../shared/data`, ${HOME}/opt/x and https://a.org/home/x\n")
+    assert refused("scripts/a.md", "")
+    assert refused("lib/A.hpp", good)
+    assert refused("lib/a.hpp", "#pragma once\n")
+    assert refused("lib/a.hpp", f"// {LICENCE}\n")
+    assert refused("lib/a.hpp", good + "//\n" * MAX_LINES)
+    assert refused("docs/a.md", "TO" + "DO: say more\n")
+    assert refused("docs/a.md", "run it in /ho" + "me/somebody/tessera\n")
+
+
+def main():
+    self_test()
+    root = pathlib.Path(sys.argv[1])
+    found, seen = [], 0
+    for path in tracked.files(root):
+        text = tracked.text(root, path)
+        if path.name == "LICENSE":
+            continue
+        seen += 1
+        found += [f"{path}: {fault}" for fault in (*name_faults(path), *(text_faults(path, text) if text else ()))]
+    if seen == 0:
+        found.append(f"{root}: no files there")
+    print("\n".join(found), file=sys.stderr)
+    return 1 if found else 0
+
+
+sys.exit(main())
