@@ -27,10 +27,12 @@ void add_row(const LocalMap& map, const Block& block, int y, int z, Digest& dige
     const VoxelCoord local{x, y, z};
     const int octet = octet_in_block(local);
     const int voxel = voxel_in_octet(local);
-    const bool labelled = ((unsigned{map.observed_labels(block, octet)} >> static_cast<unsigned>(voxel)) & 1U) != 0;
+    const bool labelled =
+        ((unsigned{map.observed_labels(block, octet)} >> static_cast<unsigned>(voxel)) & 1U) != 0;
     if (!labelled && map.free_passes(block, octet, voxel) == 0) continue;
     const VoxelCoord v = voxel_at(coord, octet, voxel);
-    digest.add((std::uint64_t{static_cast<std::uint32_t>(v.z)} << 32U) | static_cast<std::uint32_t>(v.y));
+    digest.add((std::uint64_t{static_cast<std::uint32_t>(v.z)} << 32U) |
+               static_cast<std::uint32_t>(v.y));
     digest.add(static_cast<std::uint32_t>(v.x));
     const VoxelEvidence evidence = map.evidence(block, octet, voxel);
     for (std::size_t l = 0; l < static_cast<std::size_t>(evidence.num_components); ++l) {
@@ -61,7 +63,8 @@ std::uint64_t digest(const LocalMap& map, std::span<KeyedIndex> workspace) noexc
         std::size_t row_end = row;
         while (row_end < layer_end && same(row, row_end, kRow)) ++row_end;
         for (int y = 0; y < kBlockEdge; ++y) {
-          for (std::size_t i = row; i < row_end; ++i) add_row(map, map.block_at(blocks[i].index), y, z, result);
+          for (std::size_t i = row; i < row_end; ++i)
+            add_row(map, map.block_at(blocks[i].index), y, z, result);
         }
         row = row_end;
       }

@@ -6,11 +6,13 @@
 
 namespace tessera {
 
-float class_entropy(std::uint32_t n, std::uint32_t n_max, std::uint32_t m, int num_classes) noexcept {
+float class_entropy(std::uint32_t n, std::uint32_t n_max, std::uint32_t m,
+                    int num_classes) noexcept {
   if (n == 0) return 0.0F;
   const double outcomes = num_classes;  // N - 1 with N = C + 1: free is an outcome too
   const double share = static_cast<double>(n_max) / static_cast<double>(n);
-  return static_cast<float>((1.0 - share) * (1.0 + (static_cast<double>(m) - 1.0) / (outcomes * outcomes)));
+  return static_cast<float>((1.0 - share) *
+                            (1.0 + (static_cast<double>(m) - 1.0) / (outcomes * outcomes)));
 }
 
 void measure_units(ScanTiles& tiles, int num_classes) noexcept {
@@ -32,7 +34,8 @@ void measure_units(ScanTiles& tiles, int num_classes) noexcept {
       here = 0;
     }
     const int classes = std::popcount(seen);
-    unit.class_entropy = class_entropy(labelled, most, static_cast<std::uint32_t>(classes), num_classes);
+    unit.class_entropy =
+        class_entropy(labelled, most, static_cast<std::uint32_t>(classes), num_classes);
     unit.label = classes == 0   ? UnitSample::kNoLabel
                  : classes == 1 ? static_cast<std::uint8_t>(std::countr_zero(seen))
                                 : UnitSample::kMixed;
@@ -53,7 +56,8 @@ EntropyDecision decide(const EntropyConfig& config, const UnitSample* own,
     if (face == nullptr) continue;
     ++with_points;
     if (face->label == UnitSample::kNoLabel) continue;
-    agree = agree && face->label != UnitSample::kMixed && (label == UnitSample::kNoLabel || label == face->label);
+    agree = agree && face->label != UnitSample::kMixed &&
+            (label == UnitSample::kNoLabel || label == face->label);
     label = face->label;
   }
   if (with_points < config.fill_neighbours || (config.fill_one_label && !agree)) return {};

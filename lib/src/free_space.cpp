@@ -24,7 +24,8 @@ Result<FreeSpace> FreeSpace::make(Arena& arena, const ScanCapacity& capacity) no
   return result;
 }
 
-void FreeSpace::begin(const FreeSpaceConfig& config, const Lattice& lattice, const Point3d& origin_map) noexcept {
+void FreeSpace::begin(const FreeSpaceConfig& config, const Lattice& lattice,
+                      const Point3d& origin_map) noexcept {
   config_ = config;
   resolution_m_ = lattice.resolution_m();
   origin_map_ = origin_map;
@@ -100,14 +101,16 @@ double FreeSpace::carve_length_m(const Point3d& d, double length_m, bool is_retu
 
 std::uint64_t FreeSpace::most_steps(const Point3f& end_map) const noexcept {
   const Point3d d = end_map.cast<double>() - origin_map_;
-  return static_cast<std::uint64_t>((std::abs(d.x()) + std::abs(d.y()) + std::abs(d.z())) / resolution_m_) + 4;
+  return static_cast<std::uint64_t>((std::abs(d.x()) + std::abs(d.y()) + std::abs(d.z())) /
+                                    resolution_m_) +
+         4;
 }
 
 Status FreeSpace::mark_hit(VoxelCoord voxel) noexcept {
   RayBlock* const block = entry(block_of(voxel));
   if (block == nullptr) return Status::kResourceExhausted;
-  block->hit[static_cast<std::size_t>(voxel.z & 7)] |= std::uint64_t{1}
-                                                       << static_cast<unsigned>((voxel.y & 7) * 8 + (voxel.x & 7));
+  block->hit[static_cast<std::size_t>(voxel.z & 7)] |=
+      std::uint64_t{1} << static_cast<unsigned>((voxel.y & 7) * 8 + (voxel.x & 7));
   return Status::kOk;
 }
 
@@ -117,23 +120,26 @@ Status FreeSpace::trace(const Point3f& end_map, bool is_return) noexcept {
   if (!(length_m > 0.0)) return Status::kOk;
   const double carve_m = carve_length_m(d, length_m, is_return);
   if (carve_m <= 0.0) return Status::kOk;
-  // The walk is the whole ray's, stopped early: what it visits is a prefix of what for_each_block visits, to the bit.
+  // The walk is the whole ray's, stopped early: what it visits is a prefix of what for_each_block
+  // visits, to the bit.
   const double t_stop = carve_m / length_m;
   const Point3d end = end_map.cast<double>();
   RayBlock* block = nullptr;
   bool full = false;
-  walk_segment(origin_map_ / resolution_m_, end / resolution_m_, [&](int x, int y, int z, double t) {
-    if (t >= t_stop) return false;
-    const BlockCoord here = block_of({x, y, z});
-    if (block == nullptr || !(block->coord == here)) {
-      block = entry(here);
-      full = block == nullptr;
-      if (full) return false;
-    }
-    block->passed[static_cast<std::size_t>(z & 7)] |= std::uint64_t{1} << static_cast<unsigned>((y & 7) * 8 + (x & 7));
-    ++steps_;
-    return true;
-  });
+  walk_segment(origin_map_ / resolution_m_, end / resolution_m_,
+               [&](int x, int y, int z, double t) {
+                 if (t >= t_stop) return false;
+                 const BlockCoord here = block_of({x, y, z});
+                 if (block == nullptr || !(block->coord == here)) {
+                   block = entry(here);
+                   full = block == nullptr;
+                   if (full) return false;
+                 }
+                 block->passed[static_cast<std::size_t>(z & 7)] |=
+                     std::uint64_t{1} << static_cast<unsigned>((y & 7) * 8 + (x & 7));
+                 ++steps_;
+                 return true;
+               });
   return full ? Status::kResourceExhausted : Status::kOk;
 }
 

@@ -14,14 +14,17 @@ namespace {
 bool valid(const InferenceConfig& config) noexcept {
   const auto within = [](float v, float low, float high) { return v >= low && v <= high; };
   const EntropyConfig& e = config.entropy;
-  const bool entropy = within(e.base_length, 0.0F, 16.0F) && within(e.entropy_length, 0.0F, 16.0F) &&
+  const bool entropy = within(e.base_length, 0.0F, 16.0F) &&
+                       within(e.entropy_length, 0.0F, 16.0F) &&
                        within(e.fill_length, 0.0F, 16.0F) && within(e.smooth_above, 0.0F, 2.0F) &&
                        e.fill_neighbours >= 1 && e.fill_neighbours <= 7 &&
                        (e.block_edge == 1 || e.block_edge == 2 || e.block_edge == 4);
-  const bool ranges = within(config.min_range_m, 0.0F, 1e6F) && within(config.max_range_m, 0.0F, 1e6F) &&
+  const bool ranges = within(config.min_range_m, 0.0F, 1e6F) &&
+                      within(config.max_range_m, 0.0F, 1e6F) &&
                       (config.max_range_m == 0.0F || config.max_range_m > config.min_range_m) &&
                       (config.thinning_m == 0.0F || within(config.thinning_m, 1e-3F, 1e3F));
-  const bool kernel = within(config.kernel_length_m, 1e-3F, 1e3F) && within(config.kernel_scale, 1e-6F, 1e6F) &&
+  const bool kernel = within(config.kernel_length_m, 1e-3F, 1e3F) &&
+                      within(config.kernel_scale, 1e-6F, 1e6F) &&
                       within(config.min_weight, 0.0F, 1.0F);
   const bool carving = within(config.free_space.neighbour_angle_rad, 0.0F, 0.2F) &&
                        within(config.free_space.margin_voxels, 0.0F, 64.0F);
@@ -35,7 +38,8 @@ Result<Integrator> Integrator::make(Arena& arena, const InferenceConfig& config,
   if (!valid(config) || capacity.points == 0 || capacity.tiles == 0 || capacity.ray_blocks == 0) {
     return Status::kInvalidArgument;
   }
-  if (!arena.aligned() || arena.remaining_bytes() < required_bytes(capacity, config.free_space.enabled)) {
+  if (!arena.aligned() ||
+      arena.remaining_bytes() < required_bytes(capacity, config.free_space.enabled)) {
     return Status::kResourceExhausted;
   }
   Integrator result;
@@ -66,7 +70,8 @@ ScanReport Integrator::integrate(LocalMap& map, const ScanView& scan) noexcept {
   admitted_count_ = ray_count_ = registered_count_ = far_count_ = 0;
   const Point3f origin = scan.T_map_sensor.col(3).cast<float>();
   report.pose = check_rigid(scan.T_map_sensor);
-  if (report.pose == Status::kOk && !map.lattice().voxel_of(origin).ok()) report.pose = Status::kInvalidArgument;
+  if (report.pose == Status::kOk && !map.lattice().voxel_of(origin).ok())
+    report.pose = Status::kInvalidArgument;
   if (report.pose != Status::kOk) return report;
   origin_map_ = scan.T_map_sensor.col(3);
   map.begin_revision();
@@ -95,17 +100,22 @@ ScanReport Integrator::integrate(LocalMap& map, const ScanView& scan) noexcept {
   return report;
 }
 
-void Integrator::register_points(const LocalMap& map, const ScanView& scan, ScanReport& report) noexcept {
+void Integrator::register_points(const LocalMap& map, const ScanView& scan,
+                                 ScanReport& report) noexcept {
   const int unlabelled = map.classes().unlabelled();
-  const double min_square = static_cast<double>(config_.min_range_m) * static_cast<double>(config_.min_range_m);
+  const double min_square =
+      static_cast<double>(config_.min_range_m) * static_cast<double>(config_.min_range_m);
   const double max_m = static_cast<double>(config_.max_range_m);
   // So that differences of cell and tile numbers within a scan fit 21 bits an axis.
-  const double finest_m = config_.thinning_m > 0.0F && static_cast<double>(config_.thinning_m) < map.lattice().resolution_m()
+  const double finest_m = config_.thinning_m > 0.0F && static_cast<double>(config_.thinning_m) <
+                                                           map.lattice().resolution_m()
                               ? static_cast<double>(config_.thinning_m)
                               : map.lattice().resolution_m();
   const double reach_m = finest_m * (kBlockLimit / 2);
-  // A scan with more returns than fit is sampled evenly, so that what is left is still all around the sensor.
-  const std::size_t step = scan.count == 0 ? 1 : (scan.count + registered_.size() - 1) / registered_.size();
+  // A scan with more returns than fit is sampled evenly, so that what is left is still all around
+  // the sensor.
+  const std::size_t step =
+      scan.count == 0 ? 1 : (scan.count + registered_.size() - 1) / registered_.size();
   report.over_capacity = static_cast<std::uint32_t>(scan.count - (scan.count + step - 1) / step);
   for (std::size_t i = 0; i < scan.count; i += step) {
     const float* const p_sensor = scan.points + i * scan.stride_floats;
@@ -115,7 +125,8 @@ void Integrator::register_points(const LocalMap& map, const ScanView& scan, Scan
       ++report.non_finite;
       continue;
     }
-    const Point3d d(static_cast<double>(p_sensor[0]), static_cast<double>(p_sensor[1]), static_cast<double>(p_sensor[2]));
+    const Point3d d(static_cast<double>(p_sensor[0]), static_cast<double>(p_sensor[1]),
+                    static_cast<double>(p_sensor[2]));
     const double square = d.squaredNorm();
     if (square < min_square) {
       ++report.too_near;
@@ -138,7 +149,8 @@ void Integrator::register_points(const LocalMap& map, const ScanView& scan, Scan
       if (config_.free_space.enabled) far_[far_count_++] = point;
       continue;
     }
-    const std::uint8_t component = scan.components == nullptr ? std::uint8_t{0} : scan.components[i];
+    const std::uint8_t component =
+        scan.components == nullptr ? std::uint8_t{0} : scan.components[i];
     const bool known = component >= 1 && component < unlabelled;
     point.component = known ? component : static_cast<std::uint8_t>(unlabelled);
     if (!known) ++report.unlabelled;
@@ -150,7 +162,8 @@ void Integrator::thin_points(const LocalMap& map, ScanReport& report) noexcept {
   const int unlabelled = map.classes().unlabelled();
   const auto thin_or_copy = [&](std::span<const ScanPoint> from, std::span<ScanPoint> to) {
     if (config_.thinning_m > 0.0F) {
-      return thin(from, static_cast<double>(config_.thinning_m), unlabelled, to, sort_, config_.thinning_weight);
+      return thin(from, static_cast<double>(config_.thinning_m), unlabelled, to, sort_,
+                  config_.thinning_weight);
     }
     for (std::size_t i = 0; i < from.size(); ++i) to[i] = from[i];
     return from.size();
@@ -159,13 +172,15 @@ void Integrator::thin_points(const LocalMap& map, ScanReport& report) noexcept {
   ray_count_ = thin_or_copy(far_.first(far_count_), rays_);
   report.thinned = static_cast<std::uint32_t>(admitted_count_);
   largest_weight_ = 0.0F;
-  for (const ScanPoint& point : admitted()) largest_weight_ = point.weight > largest_weight_ ? point.weight : largest_weight_;
+  for (const ScanPoint& point : admitted())
+    largest_weight_ = point.weight > largest_weight_ ? point.weight : largest_weight_;
 }
 
 void Integrator::measure_kernel(double resolution_m) noexcept {
   const double length = static_cast<double>(config_.kernel_length_m) / resolution_m;
   // Weights above one can lift a contribution over the cut-off anywhere in the ball.
-  const double lift = static_cast<double>(largest_weight_) * static_cast<double>(config_.kernel_scale);
+  const double lift =
+      static_cast<double>(largest_weight_) * static_cast<double>(config_.kernel_scale);
   const double cut = lift > 0.0 ? static_cast<double>(config_.min_weight) / lift : 1.0;
   const auto s = static_cast<double>(KernelTable::support(cut < 1.0 ? cut : 1.0));
   kernel_radius_ = static_cast<float>(length * std::sqrt(s));

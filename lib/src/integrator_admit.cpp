@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Admission: what the scan's points may need, and whether it is there. Everything here is an upper bound that the writing
-// stays under; blocks opened and not written are closed again.
+// Admission: what the scan's points may need, and whether it is there. Everything here is an upper
+// bound that the writing stays under; blocks opened and not written are closed again.
 #include "tessera/inference/integrator.hpp"
 #include "tessera/inference/kernel.hpp"
 
@@ -9,9 +9,9 @@ namespace tessera {
 
 namespace {
 
-constexpr std::array<BlockCoord, 6> kFaces{
-    BlockCoord{-1, 0, 0}, BlockCoord{1, 0, 0}, BlockCoord{0, -1, 0},
-    BlockCoord{0, 1, 0},  BlockCoord{0, 0, -1}, BlockCoord{0, 0, 1}};
+constexpr std::array<BlockCoord, 6> kFaces{BlockCoord{-1, 0, 0}, BlockCoord{1, 0, 0},
+                                           BlockCoord{0, -1, 0}, BlockCoord{0, 1, 0},
+                                           BlockCoord{0, 0, -1}, BlockCoord{0, 0, 1}};
 
 constexpr BlockCoord operator+(const BlockCoord& a, const BlockCoord& b) noexcept {
   return {a.x + b.x, a.y + b.y, a.z + b.z};
@@ -22,15 +22,19 @@ constexpr BlockCoord operator+(const BlockCoord& a, const BlockCoord& b) noexcep
 bool Integrator::want_units(const LocalMap& map) noexcept {
   if (config_.mode == InferenceMode::kKernel) return want_kernel_units();
   const std::size_t with_points = tiles_.tiles().size();
-  for (std::size_t i = 0; i < with_points; ++i) tiles_.tiles()[i].wanted = tiles_.tiles()[i].occupied;
+  for (std::size_t i = 0; i < with_points; ++i)
+    tiles_.tiles()[i].wanted = tiles_.tiles()[i].occupied;
   if (config_.mode == InferenceMode::kCounting) return true;
   measure_units(tiles_, map.classes().num_classes());
-  // Filling takes points in at least one face neighbour, so only tiles beside a tile with points on that face matter.
+  // Filling takes points in at least one face neighbour, so only tiles beside a tile with points on
+  // that face matter.
   for (std::size_t i = 0; i < with_points; ++i) {
     const std::uint64_t occupied = tiles_.tiles()[i].occupied;
-    const std::array<std::uint64_t, 6> spill = neighbour_masks(0, {occupied, occupied, occupied, occupied, occupied, occupied});
+    const std::array<std::uint64_t, 6> spill =
+        neighbour_masks(0, {occupied, occupied, occupied, occupied, occupied, occupied});
     for (std::size_t face = 0; face < 6; ++face) {
-      // spill[f ^ 1] is non-zero iff this tile has points on the side that touches the neighbour at face f.
+      // spill[f ^ 1] is non-zero iff this tile has points on the side that touches the neighbour at
+      // face f.
       if (spill[face ^ 1U] == 0) continue;
       const BlockCoord beside = tiles_.tiles()[i].coord + kFaces[face];
       if (!in_grid(beside)) continue;
@@ -44,7 +48,8 @@ bool Integrator::want_units(const LocalMap& map) noexcept {
       faces[face] = beside == nullptr ? 0 : beside->occupied;
     }
     const std::uint64_t filled =
-        at_least(neighbour_masks(tile.occupied, faces), config_.entropy.fill_neighbours) & ~tile.occupied;
+        at_least(neighbour_masks(tile.occupied, faces), config_.entropy.fill_neighbours) &
+        ~tile.occupied;
     tile.wanted = tile.occupied | filled;
   }
   return true;
@@ -56,13 +61,14 @@ bool Integrator::want_kernel_units() noexcept {
   for (std::size_t i = 0; i < with_points; ++i) {
     for (std::uint64_t rest = tiles_.tiles()[i].occupied; rest != 0; rest &= rest - 1) {
       const int unit = std::countr_zero(rest);
-      if (!for_units_around(tiles_.tiles()[i].coord, unit, reach, [&](const BlockCoord& coord, std::uint64_t box) {
-            if (!in_grid(coord)) return true;
-            const Result<std::uint32_t> tile = tiles_.ensure(coord);
-            if (!tile.ok()) return false;
-            tiles_.tiles()[*tile].wanted |= box;
-            return true;
-          })) {
+      if (!for_units_around(tiles_.tiles()[i].coord, unit, reach,
+                            [&](const BlockCoord& coord, std::uint64_t box) {
+                              if (!in_grid(coord)) return true;
+                              const Result<std::uint32_t> tile = tiles_.ensure(coord);
+                              if (!tile.ok()) return false;
+                              tiles_.tiles()[*tile].wanted |= box;
+                              return true;
+                            })) {
         return false;
       }
     }
@@ -72,12 +78,14 @@ bool Integrator::want_kernel_units() noexcept {
 
 std::uint64_t Integrator::evaluations_per_point() const noexcept {
   switch (config_.mode) {
-    case InferenceMode::kCounting: return 1;
+    case InferenceMode::kCounting:
+      return 1;
     case InferenceMode::kKernel: {
       const auto side = static_cast<std::uint64_t>(2.0F * kernel_radius_ + 2.0F);
       return side * side * side;
     }
-    case InferenceMode::kMultiEntropy: break;
+    case InferenceMode::kMultiEntropy:
+      break;
   }
   const auto edge = static_cast<std::uint64_t>(unit_edge());
   return 7 * edge * edge * edge;
@@ -98,15 +106,16 @@ bool Integrator::trace_rays(const LocalMap& map) noexcept {
   return true;
 }
 
-void Integrator::count_tile(const LocalMap& map, const Tile& tile, std::uint64_t units, std::uint64_t counted,
-                            SlabPool::Counts& wanted) const noexcept {
+void Integrator::count_tile(const LocalMap& map, const Tile& tile, std::uint64_t units,
+                            std::uint64_t counted, SlabPool::Counts& wanted) const noexcept {
   const int edge = tiles_.unit_edge();
   for (int i = 0; i < blocks_of_tile(edge); ++i) {
     const std::uint64_t here = units & units_of_block(edge, i);
     const BlockCoord coord = block_of_tile(tile.coord, edge, i);
     if (here == 0 || !in_grid(coord)) continue;
     const Block* const block = map.find(coord);
-    // With units of one voxel, tiles share a block and each counts its page: a bound, not the number.
+    // With units of one voxel, tiles share a block and each counts its page: a bound, not the
+    // number.
     if ((counted & units_of_block(edge, i)) == 0) {
       if (block == nullptr) ++wanted[kBlockSlab];
       if (block == nullptr || block->labels == 0) ++wanted[kLabelSlab];
@@ -122,7 +131,8 @@ void Integrator::count_tile(const LocalMap& map, const Tile& tile, std::uint64_t
   }
 }
 
-void Integrator::count_ray_block(const LocalMap& map, const RayBlock& ray_block, SlabPool::Counts& wanted) const noexcept {
+void Integrator::count_ray_block(const LocalMap& map, const RayBlock& ray_block,
+                                 SlabPool::Counts& wanted) const noexcept {
   const Block* const block = map.find(ray_block.coord);
   if (block == nullptr) ++wanted[kBlockSlab];
   if (block == nullptr || block->free_passes == 0) ++wanted[kFreeSlab];
@@ -146,7 +156,8 @@ bool Integrator::open_blocks(LocalMap& map) noexcept {
   for (const Tile& tile : tiles_.tiles()) {
     if (tile.wanted != 0) count_tile(map, tile, tile.wanted, 0, wanted);
   }
-  const std::span<RayBlock> ray_blocks = config_.free_space.enabled ? free_space_.blocks() : std::span<RayBlock>{};
+  const std::span<RayBlock> ray_blocks =
+      config_.free_space.enabled ? free_space_.blocks() : std::span<RayBlock>{};
   for (const RayBlock& ray_block : ray_blocks) {
     if (ray_block.carves()) count_ray_block(map, ray_block, wanted);
   }
@@ -174,7 +185,8 @@ bool Integrator::prepare(LocalMap& map) noexcept {
     return work <= config_.work_budget;
   };
   if (config_.free_space.enabled) free_space_.begin(config_.free_space, map.lattice(), origin_map_);
-  return within_budget() && tiles_.build(admitted(), map.lattice(), unit_edge(), sort_) == Status::kOk &&
+  return within_budget() &&
+         tiles_.build(admitted(), map.lattice(), unit_edge(), sort_) == Status::kOk &&
          want_units(map) && (!config_.free_space.enabled || trace_rays(map)) && open_blocks(map);
 }
 

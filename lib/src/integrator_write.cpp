@@ -7,9 +7,9 @@ namespace tessera {
 
 namespace {
 
-constexpr std::array<BlockCoord, 6> kFaces{
-    BlockCoord{-1, 0, 0}, BlockCoord{1, 0, 0}, BlockCoord{0, -1, 0},
-    BlockCoord{0, 1, 0},  BlockCoord{0, 0, -1}, BlockCoord{0, 0, 1}};
+constexpr std::array<BlockCoord, 6> kFaces{BlockCoord{-1, 0, 0}, BlockCoord{1, 0, 0},
+                                           BlockCoord{0, -1, 0}, BlockCoord{0, 1, 0},
+                                           BlockCoord{0, 0, -1}, BlockCoord{0, 0, 1}};
 
 }  // namespace
 
@@ -27,18 +27,21 @@ void Integrator::write_labels(LocalMap& map, ScanReport& report) noexcept {
   report.evaluations = work.evaluations;
 }
 
-void Integrator::write_units(LocalMap& map, const Tile& tile, EvidenceWork& work, ScanReport& report) noexcept {
+void Integrator::write_units(LocalMap& map, const Tile& tile, EvidenceWork& work,
+                             ScanReport& report) noexcept {
   const int edge = tiles_.unit_edge();
   const std::span<const TilePoint> points = tiles_.points();
   std::array<const Tile*, 6> beside;
   for (std::size_t face = 0; face < 6; ++face) {
     const BlockCoord& step = kFaces[face];
-    beside[face] = tiles_.find({tile.coord.x + step.x, tile.coord.y + step.y, tile.coord.z + step.z});
+    beside[face] =
+        tiles_.find({tile.coord.x + step.x, tile.coord.y + step.y, tile.coord.z + step.z});
   }
   for (std::uint64_t rest = tile.wanted; rest != 0; rest &= rest - 1) {
     const int unit = std::countr_zero(rest);
     const auto bit_of = [](int u) { return std::uint64_t{1} << static_cast<unsigned>(u); };
-    const UnitSample* const own = (tile.occupied & bit_of(unit)) != 0 ? &tiles_.sample(tile, unit) : nullptr;
+    const UnitSample* const own =
+        (tile.occupied & bit_of(unit)) != 0 ? &tiles_.sample(tile, unit) : nullptr;
     std::array<const UnitSample*, 6> faces{};
     std::array<Point3f, 6> shift{};
     EntropyDecision decision{.own = true};
@@ -54,7 +57,9 @@ void Integrator::write_units(LocalMap& map, const Tile& tile, EvidenceWork& work
         if (from == nullptr || (from->occupied & bit_of(neighbour)) == 0) continue;
         faces[face] = &tiles_.sample(*from, neighbour);
         shift[face] = Point3f::Zero();
-        if (!inside) shift[face][static_cast<Eigen::Index>(axis)] = static_cast<float>(direction * tiles_.tile_edge());
+        if (!inside)
+          shift[face][static_cast<Eigen::Index>(axis)] =
+              static_cast<float>(direction * tiles_.tile_edge());
       }
       decision = decide(config_.entropy, own, faces);
       if (!(decision.length_voxels > 0.0F)) continue;
@@ -66,13 +71,17 @@ void Integrator::write_units(LocalMap& map, const Tile& tile, EvidenceWork& work
       OctetEvidence& sums = octets_[0];
       sums.clear();
       if (config_.mode == InferenceMode::kCounting) {
-        count_points(points.subspan(own->begin, own->end - own->begin), octet, sums, work);
+        count_points(points.subspan(own->begin, own->end - own->begin), octet, config_.min_weight,
+                     sums, work);
       } else {
         const KernelShape kernel = shape(decision.length_voxels);
-        if (decision.own) add_points(points.subspan(own->begin, own->end - own->begin), Point3f::Zero(), octet, kernel, sums, work);
+        if (decision.own)
+          add_points(points.subspan(own->begin, own->end - own->begin), Point3f::Zero(), octet,
+                     kernel, sums, work);
         for (std::size_t face = 0; decision.neighbours && face < 6; ++face) {
           if (faces[face] == nullptr) continue;
-          add_points(points.subspan(faces[face]->begin, faces[face]->end - faces[face]->begin), shift[face], octet, kernel, sums, work);
+          add_points(points.subspan(faces[face]->begin, faces[face]->end - faces[face]->begin),
+                     shift[face], octet, kernel, sums, work);
         }
       }
       if (sums.components() == 0) continue;
@@ -87,22 +96,27 @@ void Integrator::write_units(LocalMap& map, const Tile& tile, EvidenceWork& work
   }
 }
 
-void Integrator::write_kernel_tile(LocalMap& map, const Tile& tile, EvidenceWork& work, ScanReport& report) noexcept {
+void Integrator::write_kernel_tile(LocalMap& map, const Tile& tile, EvidenceWork& work,
+                                   ScanReport& report) noexcept {
   const double resolution_m = map.lattice().resolution_m();
   const float radius = kernel_radius_;
-  const KernelShape kernel = shape(static_cast<float>(static_cast<double>(config_.kernel_length_m) / resolution_m));
+  const KernelShape kernel =
+      shape(static_cast<float>(static_cast<double>(config_.kernel_length_m) / resolution_m));
   const int reach_tiles = (kernel_reach_units_ + 3) / 4;
   kernel_tile_.clear();
   for (int dz = -reach_tiles; dz <= reach_tiles; ++dz) {
     for (int dy = -reach_tiles; dy <= reach_tiles; ++dy) {
       for (int dx = -reach_tiles; dx <= reach_tiles; ++dx) {
-        const Tile* const from = tiles_.find({tile.coord.x + dx, tile.coord.y + dy, tile.coord.z + dz});
+        const Tile* const from =
+            tiles_.find({tile.coord.x + dx, tile.coord.y + dy, tile.coord.z + dz});
         if (from == nullptr || from->occupied == 0) continue;
-        const Point3f shift(static_cast<float>(dx * kBlockEdge), static_cast<float>(dy * kBlockEdge),
+        const Point3f shift(static_cast<float>(dx * kBlockEdge),
+                            static_cast<float>(dy * kBlockEdge),
                             static_cast<float>(dz * kBlockEdge));
         const auto first = tiles_.sample(*from, std::countr_zero(from->occupied)).begin;
         const auto end = tiles_.sample(*from, 63 - std::countl_zero(from->occupied)).end;
-        kernel_tile_.add_points(tiles_.points().subspan(first, end - first), shift, radius, kernel, work);
+        kernel_tile_.add_points(tiles_.points().subspan(first, end - first), shift, radius, kernel,
+                                work);
       }
     }
   }
@@ -122,7 +136,8 @@ void Integrator::write_free_space(LocalMap& map, ScanReport& report) noexcept {
   for (const RayBlock& ray_block : free_space_.blocks()) {
     if (ray_block.block == 0) continue;
     VoxelMask carved;
-    for (std::size_t z = 0; z < carved.size(); ++z) carved[z] = ray_block.passed[z] & ~ray_block.hit[z];
+    for (std::size_t z = 0; z < carved.size(); ++z)
+      carved[z] = ray_block.passed[z] & ~ray_block.hit[z];
     const Status status = map.add_free_pass(ray_block.block, carved);
     TESSERA_ASSERT(status == Status::kOk);
     static_cast<void>(status);
@@ -133,7 +148,8 @@ void Integrator::write_free_space(LocalMap& map, ScanReport& report) noexcept {
 }
 
 void Integrator::close_unwritten_blocks(LocalMap& map) noexcept {
-  if (tiles_.unit_edge() == 1) return map.close_empty_blocks();  // tiles share blocks: a handle must be closed once
+  if (tiles_.unit_edge() == 1)
+    return map.close_empty_blocks();  // tiles share blocks: a handle must be closed once
   for (const Tile& tile : tiles_.tiles()) {
     for (const SlabHandle block : tile.blocks) {
       if (block != 0) map.close_if_empty(block);

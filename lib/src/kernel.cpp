@@ -5,7 +5,8 @@
 namespace tessera {
 
 /// The parabola through the ends and the middle of each segment.
-constexpr std::array<KernelTable::Segment, KernelTable::kSegments> KernelTable::make_table() noexcept {
+constexpr std::array<KernelTable::Segment, KernelTable::kSegments>
+KernelTable::make_table() noexcept {
   std::array<Segment, kSegments> table{};
   for (int i = 0; i < kSegments; ++i) {
     const auto value = [i](double t) {
@@ -21,6 +22,7 @@ constexpr std::array<KernelTable::Segment, KernelTable::kSegments> KernelTable::
   return table;
 }
 
-constinit const std::array<KernelTable::Segment, KernelTable::kSegments> KernelTable::kTable = make_table();
+constinit const std::array<KernelTable::Segment, KernelTable::kSegments> KernelTable::kTable =
+    make_table();
 
 }  // namespace tessera

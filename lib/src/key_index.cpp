@@ -50,8 +50,9 @@ int KeyIndex::empty_slot(const Bucket& bucket) noexcept {
 Status KeyIndex::insert(BlockKey key, std::uint32_t value) noexcept {
   TESSERA_ASSERT(!find(key).has_value());
   if (size_ == capacity_) return Status::kResourceExhausted;
-  // Breadth first from the key's two buckets: entry i was reached from entry parent[i] by the key in slot[i] of it.
-  // The first full-path found is a shortest one, so it visits no bucket twice and its keys can be moved from its end back.
+  // Breadth first from the key's two buckets: entry i was reached from entry parent[i] by the key
+  // in slot[i] of it. The first full-path found is a shortest one, so it visits no bucket twice and
+  // its keys can be moved from its end back.
   std::array<std::uint32_t, kMaxSearched> bucket;
   std::array<std::int8_t, kMaxSearched> parent;
   std::array<std::int8_t, kMaxSearched> slot;
@@ -66,14 +67,16 @@ Status KeyIndex::insert(BlockKey key, std::uint32_t value) noexcept {
     if (free_slot < 0) {
       for (int s = 0; s < kBucketSlots && reached < kMaxSearched; ++s, ++reached) {
         const auto next = static_cast<std::size_t>(reached);
-        bucket[next] = other_bucket(buckets_[bucket[at]].keys[static_cast<std::size_t>(s)], bucket[at]);
+        bucket[next] =
+            other_bucket(buckets_[bucket[at]].keys[static_cast<std::size_t>(s)], bucket[at]);
         parent[next] = static_cast<std::int8_t>(i);
         slot[next] = static_cast<std::int8_t>(s);
       }
       continue;
     }
-    // A key is copied to its new place before its old one is overwritten: at no moment is it absent.
-    for (int step = i; ; ) {
+    // A key is copied to its new place before its old one is overwritten: at no moment is it
+    // absent.
+    for (int step = i;;) {
       const auto here = static_cast<std::size_t>(step);
       Bucket& target = buckets_[bucket[here]];
       const auto into = static_cast<std::size_t>(free_slot);

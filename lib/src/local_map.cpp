@@ -8,13 +8,15 @@ namespace tessera {
 
 namespace {
 
-/// How far a quotient of two decimal settings may be off a whole number of passes: 25 / 0.1 is 250, not 249.
+/// How far a quotient of two decimal settings may be off a whole number of passes: 25 / 0.1 is 250,
+/// not 249.
 constexpr float kPassRounding = 1e-4F;
 
 bool valid(const MapConfig& config, const ClassTable& classes) noexcept {
   constexpr double kLargest = 1e6;  // beyond it float coordinates and counts mean nothing
   const auto positive = [](double v) { return v > 0.0 && v <= kLargest; };
-  if (!positive(config.resolution_m) || !positive(static_cast<double>(config.free_weight))) return false;
+  if (!positive(config.resolution_m) || !positive(static_cast<double>(config.free_weight)))
+    return false;
   if (!(config.prior >= 0.0 && config.prior <= kLargest)) return false;
   if (!(config.max_evidence >= 0.0F && config.max_evidence <= 1e6F)) return false;
   if (config.max_evidence > 0.0F && config.max_evidence < config.free_weight) return false;
@@ -38,10 +40,11 @@ Result<LocalMap> LocalMap::make(Arena& arena, const MapConfig& config,
   if (!index.ok()) return index.status();
   map.index_ = *index;
   const std::size_t pages = config.storage_bytes / SlabPool::kPageBytes;
-  map.pool_ = SlabPool(arena.take_untouched(pages * SlabPool::kPageBytes),
-                       {static_cast<std::uint32_t>(sizeof(Block)), static_cast<std::uint32_t>(sizeof(LabelPage)),
-                        static_cast<std::uint32_t>(sizeof(FreePage)),
-                        DenseTuple::octet_bytes(classes.num_components())});
+  map.pool_ = SlabPool(
+      arena.take_untouched(pages * SlabPool::kPageBytes),
+      {static_cast<std::uint32_t>(sizeof(Block)), static_cast<std::uint32_t>(sizeof(LabelPage)),
+       static_cast<std::uint32_t>(sizeof(FreePage)),
+       DenseTuple::octet_bytes(classes.num_components())});
   if (config.max_evidence > 0.0F) {
     const float passes = config.max_evidence / config.free_weight + kPassRounding;
     map.max_passes_ = passes >= 255.0F ? std::uint8_t{255} : static_cast<std::uint8_t>(passes);
@@ -68,7 +71,8 @@ VoxelEvidence LocalMap::evidence(const Block& block, int octet, int voxel) const
   result.num_components = num_components();
   result.sigma[0] = static_cast<float>(free_passes(block, octet, voxel)) * config_.free_weight;
   if (has_octet(block, octet)) {
-    DenseTuple::read(pool_.at(label_page(block).octets[static_cast<std::size_t>(octet)]), voxel, result);
+    DenseTuple::read(pool_.at(label_page(block).octets[static_cast<std::size_t>(octet)]), voxel,
+                     result);
   }
   return result;
 }
@@ -99,7 +103,8 @@ Estimate LocalMap::query(VoxelCoord voxel) const noexcept {
   return estimate(evidence(voxel), config_.prior);
 }
 
-std::span<const KeyedIndex> LocalMap::blocks_in_order(std::span<KeyedIndex> workspace) const noexcept {
+std::span<const KeyedIndex> LocalMap::blocks_in_order(
+    std::span<KeyedIndex> workspace) const noexcept {
   const std::size_t n = index_.size();
   TESSERA_ASSERT(workspace.size() >= 2 * n);
   std::size_t i = 0;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// The writing half of LocalMap. Cap arithmetic: with n free passes of weight w, labels summing to s and the cap S,
-// n w + s <= S holds after every call (to float rounding).
+// The writing half of LocalMap. Cap arithmetic: with n free passes of weight w, labels summing to s
+// and the cap S, n w + s <= S holds after every call (to float rounding).
 #include "tessera/map/local_map.hpp"
 
 namespace tessera {
@@ -10,7 +10,8 @@ Result<SlabHandle> LocalMap::open_block(BlockCoord block) noexcept {
   const Result<BlockKey> key = pack(block);
   if (!key.ok()) return key.status();
   if (const std::optional<std::uint32_t> handle = index_.find(*key)) return *handle;
-  // The index first: a block taken from the pool and given back would keep its page from other uses.
+  // The index first: a block taken from the pool and given back would keep its page from other
+  // uses.
   if (!pool_.fits_or_refuse({1, 0, 0, 0}) || index_.insert(*key, 0) != Status::kOk) {
     ++blocks_refused_;
     return Status::kResourceExhausted;
@@ -83,7 +84,8 @@ void LocalMap::update_observed(Block& block, int octet) noexcept {
 void LocalMap::hold_cap_on_labels(Block& block, int octet, unsigned voxels) noexcept {
   const float cap = config_.max_evidence;
   const float w = config_.free_weight;
-  std::byte* const tuples = pool_.at(mutable_label_page(block).octets[static_cast<std::size_t>(octet)]);
+  std::byte* const tuples =
+      pool_.at(mutable_label_page(block).octets[static_cast<std::size_t>(octet)]);
   const DenseTuple::Plane sums = DenseTuple::label_sums(tuples);
   for (; voxels != 0; voxels &= voxels - 1) {
     const int v = std::countr_zero(voxels);
@@ -93,7 +95,8 @@ void LocalMap::hold_cap_on_labels(Block& block, int octet, unsigned voxels) noex
     if (!(total > cap)) continue;
     float free = 0.0F;
     if (passes > 0) {
-      // Whole passes only, rounded down: a voxel rather stays occupied than is declared free by rounding.
+      // Whole passes only, rounded down: a voxel rather stays occupied than is declared free by
+      // rounding.
       const auto kept = static_cast<std::uint8_t>(static_cast<float>(passes) * (cap / total));
       mutable_free_page(block).passes[static_cast<std::size_t>(row_order(octet, v))] = kept;
       free = static_cast<float>(kept) * w;
@@ -115,7 +118,8 @@ Status LocalMap::add_labels(SlabHandle handle, int octet, const OctetEvidence& a
 }
 
 bool LocalMap::give_way_to_free(Block& block, int octet, int voxel, std::uint8_t passes) noexcept {
-  std::byte* const tuples = pool_.at(mutable_label_page(block).octets[static_cast<std::size_t>(octet)]);
+  std::byte* const tuples =
+      pool_.at(mutable_label_page(block).octets[static_cast<std::size_t>(octet)]);
   const float labels = DenseTuple::label_sums(tuples)[static_cast<std::size_t>(voxel)];
   const float room = config_.max_evidence - static_cast<float>(passes) * config_.free_weight;
   if (labels <= room) return false;
@@ -145,7 +149,8 @@ Status LocalMap::add_free_pass(SlabHandle handle, const VoxelMask& mask) noexcep
       const VoxelCoord v{yx & 7, yx >> 3, z};
       const int octet = octet_in_block(v);
       const int voxel = voxel_in_octet(v);
-      if (((unsigned{observed_labels(block, octet)} >> static_cast<unsigned>(voxel)) & 1U) == 0) continue;
+      if (((unsigned{observed_labels(block, octet)} >> static_cast<unsigned>(voxel)) & 1U) == 0)
+        continue;
       changed = give_way_to_free(block, octet, voxel, passes) || changed;
     }
   }
@@ -165,7 +170,8 @@ Status LocalMap::restore(SlabHandle handle, int octet, int voxel, const VoxelEvi
   const bool labelled = added.components() != 0;
   const bool new_free_page = passes > 0 && block.free_passes == 0;
   const bool new_octet = labelled && !has_octet(block, octet);
-  if (!pool_.fits_or_refuse({0, new_octet && block.labels == 0 ? 1U : 0U, new_free_page ? 1U : 0U, new_octet ? 1U : 0U})) {
+  if (!pool_.fits_or_refuse({0, new_octet && block.labels == 0 ? 1U : 0U, new_free_page ? 1U : 0U,
+                             new_octet ? 1U : 0U})) {
     return Status::kResourceExhausted;
   }
   if (passes > 0) {

@@ -51,7 +51,8 @@ class CheckedSink {
 /// Reads pieces and keeps their running checksum.
 class CheckedSource {
  public:
-  CheckedSource(const ByteSource& source, std::uint64_t offset) noexcept : source_(source), offset_(offset) {}
+  CheckedSource(const ByteSource& source, std::uint64_t offset) noexcept
+      : source_(source), offset_(offset) {}
   /// False at a premature end.
   [[nodiscard]] bool get(std::span<std::byte> into) noexcept {
     const std::size_t n = source_.read(source_.context, into);

@@ -18,9 +18,12 @@ MapFileStatus failed(const CheckedSource& source, Status status, const char* wha
 
 MapFileStatus check(CheckedSource& source, const char* bad) noexcept {
   switch (source.check_crc()) {
-    case CheckedSource::Check::kGood: return {};
-    case CheckedSource::Check::kBad: return failed(source, Status::kCorrupt, bad);
-    case CheckedSource::Check::kEnd: break;
+    case CheckedSource::Check::kGood:
+      return {};
+    case CheckedSource::Check::kBad:
+      return failed(source, Status::kCorrupt, bad);
+    case CheckedSource::Check::kEnd:
+      break;
   }
   return failed(source, Status::kTruncated, "the file ends before a checksum");
 }
@@ -70,14 +73,15 @@ Status parse_body(ByteReader& in, MapFileHeader& header) noexcept {
     header.identity.settings[i] = static_cast<char>(in.u8());
   }
   constexpr std::uint64_t kMostBlocks = std::uint64_t{1} << 32U;
-  if (!in.ok() || header.blocks > kMostBlocks || label_pages > header.blocks || free_pages > header.blocks ||
-      octets > kBlockOctets * label_pages) {
+  if (!in.ok() || header.blocks > kMostBlocks || label_pages > header.blocks ||
+      free_pages > header.blocks || octets > kBlockOctets * label_pages) {
     return Status::kCorrupt;
   }
   header.config.storage_bytes = static_cast<std::size_t>(
       pages_bytes(header.blocks, sizeof(Block)) + pages_bytes(label_pages, sizeof(LabelPage)) +
       pages_bytes(free_pages, sizeof(FreePage)) +
-      pages_bytes(octets, DenseTuple::octet_bytes(header.classes.num_components())) + 4 * SlabPool::kPageBytes);
+      pages_bytes(octets, DenseTuple::octet_bytes(header.classes.num_components())) +
+      4 * SlabPool::kPageBytes);
   return Status::kOk;
 }
 
@@ -90,16 +94,19 @@ MapFileStatus load_octet(CheckedSource& source, LocalMap& map, SlabHandle block,
     VoxelEvidence evidence;
     evidence.num_components = map.num_components();
     if (((observed >> static_cast<unsigned>(voxel)) & 1U) != 0) {
-      if (!source.get(one)) return failed(source, Status::kTruncated, "the file ends inside a block");
+      if (!source.get(one))
+        return failed(source, Status::kTruncated, "the file ends inside a block");
       const int count = std::to_integer<int>(one[0]);
       int last = 0;
       for (int i = 0; i < count; ++i) {
         std::array<std::byte, 5> bytes;
-        if (!source.get(bytes)) return failed(source, Status::kTruncated, "the file ends inside a block");
+        if (!source.get(bytes))
+          return failed(source, Status::kTruncated, "the file ends inside a block");
         ByteReader in(bytes);
         const int component = in.u8();
         const float value = in.f32();
-        if (component <= last || component >= map.num_components() || !(value > 0.0F) || !(value < 1e30F)) {
+        if (component <= last || component >= map.num_components() || !(value > 0.0F) ||
+            !(value < 1e30F)) {
           return failed(source, Status::kCorrupt, "a count is out of range");
         }
         last = component;
@@ -107,31 +114,39 @@ MapFileStatus load_octet(CheckedSource& source, LocalMap& map, SlabHandle block,
       }
       if (count == 0) return failed(source, Status::kCorrupt, "an observed voxel has no count");
     }
-    const auto free = passes.empty() ? std::uint8_t{0}
-                                     : std::to_integer<std::uint8_t>(passes[static_cast<std::size_t>(octet * kOctetVoxels + voxel)]);
+    const auto free = passes.empty()
+                          ? std::uint8_t{0}
+                          : std::to_integer<std::uint8_t>(
+                                passes[static_cast<std::size_t>(octet * kOctetVoxels + voxel)]);
     const Status status = map.restore(block, octet, voxel, evidence, free);
-    if (status == Status::kInvalidArgument) return failed(source, Status::kCorrupt, "a free count is out of range");
-    if (status != Status::kOk) return failed(source, status, "the map's storage is too small for this file");
+    if (status == Status::kInvalidArgument)
+      return failed(source, Status::kCorrupt, "a free count is out of range");
+    if (status != Status::kOk)
+      return failed(source, status, "the map's storage is too small for this file");
   }
   return {};
 }
 
-MapFileStatus load_block(CheckedSource& source, MapFileBuffer& buffer, LocalMap& map, std::uint64_t& last_key) noexcept {
+MapFileStatus load_block(CheckedSource& source, MapFileBuffer& buffer, LocalMap& map,
+                         std::uint64_t& last_key) noexcept {
   constexpr std::size_t kHead = 8 + 4 + 1 + 8;
   const std::span<std::byte> head = std::span(buffer.bytes).first(kHead);
-  if (!source.get(head)) return failed(source, Status::kTruncated, "the file ends before its last block");
+  if (!source.get(head))
+    return failed(source, Status::kTruncated, "the file ends before its last block");
   ByteReader in(head);
   const std::uint64_t key = in.u64();
   const std::uint32_t revision = in.u32();
   const std::uint8_t free = in.u8();
   const std::uint64_t octets = in.u64();
   const bool in_order = key + 1 > last_key && key >> 63U == 0;
-  if (!in_order || free > 1 || (free == 0 && octets == 0)) return failed(source, Status::kCorrupt, "a block's head is not valid");
+  if (!in_order || free > 1 || (free == 0 && octets == 0))
+    return failed(source, Status::kCorrupt, "a block's head is not valid");
   last_key = key + 1;
   std::span<std::byte> passes;
   if (free == 1) {
     passes = std::span(buffer.bytes).subspan(kHead, kBlockVoxels);
-    if (!source.get(passes)) return failed(source, Status::kTruncated, "the file ends inside a block");
+    if (!source.get(passes))
+      return failed(source, Status::kTruncated, "the file ends inside a block");
   }
   const Result<SlabHandle> block = map.open_block(unpack(BlockKey{key}));
   if (!block.ok()) return failed(source, block.status(), "the map has no room for a block");
@@ -145,27 +160,33 @@ MapFileStatus load_block(CheckedSource& source, MapFileBuffer& buffer, LocalMap&
     for (int voxel = 0; !passes.empty() && voxel < kOctetVoxels; ++voxel) {
       VoxelEvidence nothing;
       nothing.num_components = map.num_components();
-      const auto n = std::to_integer<std::uint8_t>(passes[static_cast<std::size_t>(octet * kOctetVoxels + voxel)]);
+      const auto n = std::to_integer<std::uint8_t>(
+          passes[static_cast<std::size_t>(octet * kOctetVoxels + voxel)]);
       const Status status = map.restore(*block, octet, voxel, nothing, n);
-      if (status == Status::kInvalidArgument) return failed(source, Status::kCorrupt, "a free count is out of range");
-      if (status != Status::kOk) return failed(source, status, "the map's storage is too small for this file");
+      if (status == Status::kInvalidArgument)
+        return failed(source, Status::kCorrupt, "a free count is out of range");
+      if (status != Status::kOk)
+        return failed(source, status, "the map's storage is too small for this file");
     }
   }
   return check(source, "a block's checksum does not match");
 }
 
-MapFileStatus load_all(CheckedSource& source, const MapFileHeader& header, MapFileBuffer& buffer, LocalMap& map) noexcept {
+MapFileStatus load_all(CheckedSource& source, const MapFileHeader& header, MapFileBuffer& buffer,
+                       LocalMap& map) noexcept {
   std::uint64_t last_key = 0;
   for (std::uint64_t i = 0; i < header.blocks; ++i) {
     const MapFileStatus status = load_block(source, buffer, map, last_key);
     if (!status.ok()) return status;
   }
   const std::span<std::byte> end = std::span(buffer.bytes).first(12);
-  if (!source.get(end)) return failed(source, Status::kTruncated, "the file ends before its end mark");
+  if (!source.get(end))
+    return failed(source, Status::kTruncated, "the file ends before its end mark");
   ByteReader in(end);
   const std::uint32_t mark = in.u32();
   const std::uint64_t blocks = in.u64();
-  if (mark != detail::kEndMark || blocks != header.blocks) return failed(source, Status::kCorrupt, "the end mark is not valid");
+  if (mark != detail::kEndMark || blocks != header.blocks)
+    return failed(source, Status::kCorrupt, "the end mark is not valid");
   const MapFileStatus status = check(source, "the end's checksum does not match");
   if (!status.ok()) return status;
   std::array<std::byte, 1> more;
@@ -176,42 +197,53 @@ MapFileStatus load_all(CheckedSource& source, const MapFileHeader& header, MapFi
 
 }  // namespace
 
-MapFileStatus load_header(const ByteSource& byte_source, MapFileBuffer& buffer, MapFileHeader& header) noexcept {
+MapFileStatus load_header(const ByteSource& byte_source, MapFileBuffer& buffer,
+                          MapFileHeader& header) noexcept {
   CheckedSource source(byte_source, 0);
   header = MapFileHeader{};
   const std::span<std::byte> preamble = std::span(buffer.bytes).first(detail::kPreambleBytes);
-  if (!source.get(preamble)) return failed(source, Status::kTruncated, "the file is too short for a header");
+  if (!source.get(preamble))
+    return failed(source, Status::kTruncated, "the file is too short for a header");
   ByteReader in(preamble);
   for (const char letter : detail::kMapMagic) {
-    if (in.u8() != static_cast<std::uint8_t>(letter)) return failed(source, Status::kCorrupt, "this is not a map file");
+    if (in.u8() != static_cast<std::uint8_t>(letter))
+      return failed(source, Status::kCorrupt, "this is not a map file");
   }
   const std::uint16_t major = in.u16();
   static_cast<void>(in.u16());  // any minor version of a major one that is known
   const std::uint32_t body_bytes = in.u32();
-  if (major != detail::kMapMajor) return failed(source, Status::kUnsupported, "the file has another major version");
-  if (body_bytes > kMaxHeaderBody) return failed(source, Status::kCorrupt, "the header's length is not valid");
-  const std::span<std::byte> body = std::span(buffer.bytes).subspan(detail::kPreambleBytes, body_bytes);
-  if (!source.get(body)) return failed(source, Status::kTruncated, "the file ends inside its header");
+  if (major != detail::kMapMajor)
+    return failed(source, Status::kUnsupported, "the file has another major version");
+  if (body_bytes > kMaxHeaderBody)
+    return failed(source, Status::kCorrupt, "the header's length is not valid");
+  const std::span<std::byte> body =
+      std::span(buffer.bytes).subspan(detail::kPreambleBytes, body_bytes);
+  if (!source.get(body))
+    return failed(source, Status::kTruncated, "the file ends inside its header");
   const MapFileStatus checksum = check(source, "the header's checksum does not match");
   if (!checksum.ok()) return checksum;
   ByteReader reader(body);
   const Status status = parse_body(reader, header);
-  if (status == Status::kUnsupported) return failed(source, status, "the header names a kind of map that is not known");
+  if (status == Status::kUnsupported)
+    return failed(source, status, "the header names a kind of map that is not known");
   if (status != Status::kOk) return failed(source, status, "the header has a value out of range");
   return {.offset_bytes = source.offset()};
 }
 
-MapFileStatus load_blocks(const ByteSource& byte_source, const MapFileHeader& header, MapFileBuffer& buffer,
-                          LocalMap& map) noexcept {
+MapFileStatus load_blocks(const ByteSource& byte_source, const MapFileHeader& header,
+                          MapFileBuffer& buffer, LocalMap& map) noexcept {
   CheckedSource source(byte_source, 0);
   const MapConfig& a = map.config();
   const MapConfig& b = header.config;
   const auto same = [](double x, double y) { return !(x < y) && !(x > y); };
-  const bool matches = same(a.resolution_m, b.resolution_m) && same(a.prior, b.prior) &&
-                       same(static_cast<double>(a.max_evidence), static_cast<double>(b.max_evidence)) &&
-                       same(static_cast<double>(a.free_weight), static_cast<double>(b.free_weight)) && a.tuple == b.tuple &&
-                       map.classes() == header.classes && map.block_count() == 0;
-  if (!matches) return failed(source, Status::kMismatch, "the map to load into was made with other settings, or is not empty");
+  const bool matches =
+      same(a.resolution_m, b.resolution_m) && same(a.prior, b.prior) &&
+      same(static_cast<double>(a.max_evidence), static_cast<double>(b.max_evidence)) &&
+      same(static_cast<double>(a.free_weight), static_cast<double>(b.free_weight)) &&
+      a.tuple == b.tuple && map.classes() == header.classes && map.block_count() == 0;
+  if (!matches)
+    return failed(source, Status::kMismatch,
+                  "the map to load into was made with other settings, or is not empty");
   const MapFileStatus status = load_all(source, header, buffer, map);
   if (!status.ok()) map.clear();
   return status;

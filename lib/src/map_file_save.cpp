@@ -29,7 +29,8 @@ bool has_free(const LocalMap& map, const Block& block) noexcept {
 std::uint64_t octet_mask(const LocalMap& map, const Block& block) noexcept {
   std::uint64_t mask = 0;
   for (int octet = 0; octet < kBlockOctets; ++octet) {
-    if (map.observed_labels(block, octet) != 0) mask |= std::uint64_t{1} << static_cast<unsigned>(octet);
+    if (map.observed_labels(block, octet) != 0)
+      mask |= std::uint64_t{1} << static_cast<unsigned>(octet);
   }
   return mask;
 }
@@ -49,8 +50,8 @@ ContentCounts count(const LocalMap& map, std::span<const KeyedIndex> blocks) noe
   return counts;
 }
 
-void put_header(const LocalMap& map, const MapIdentity& identity, const ContentCounts& counts, MapFileBuffer& buffer,
-                CheckedSink& sink) noexcept {
+void put_header(const LocalMap& map, const MapIdentity& identity, const ContentCounts& counts,
+                MapFileBuffer& buffer, CheckedSink& sink) noexcept {
   ByteWriter body(std::span(buffer.bytes).subspan(detail::kPreambleBytes));
   body.u8(static_cast<std::uint8_t>(identity.kind));
   body.u8(static_cast<std::uint8_t>(map.config().tuple));
@@ -78,7 +79,8 @@ void put_header(const LocalMap& map, const MapIdentity& identity, const ContentC
     body.u8(c.color.b);
   }
   body.u32(identity.settings_bytes);
-  for (std::size_t i = 0; i < identity.settings_bytes; ++i) body.u8(static_cast<std::uint8_t>(identity.settings[i]));
+  for (std::size_t i = 0; i < identity.settings_bytes; ++i)
+    body.u8(static_cast<std::uint8_t>(identity.settings[i]));
   TESSERA_ASSERT(body.ok());
   ByteWriter preamble(std::span(buffer.bytes).first(detail::kPreambleBytes));
   for (const char letter : detail::kMapMagic) preamble.u8(static_cast<std::uint8_t>(letter));
@@ -89,7 +91,8 @@ void put_header(const LocalMap& map, const MapIdentity& identity, const ContentC
   sink.put_crc();
 }
 
-void put_octet(const LocalMap& map, const Block& block, int octet, MapFileBuffer& buffer, CheckedSink& sink) noexcept {
+void put_octet(const LocalMap& map, const Block& block, int octet, MapFileBuffer& buffer,
+               CheckedSink& sink) noexcept {
   ByteWriter out(buffer.bytes);
   const unsigned observed = map.observed_labels(block, octet);
   out.u8(static_cast<std::uint8_t>(observed));
@@ -111,7 +114,8 @@ void put_octet(const LocalMap& map, const Block& block, int octet, MapFileBuffer
   sink.put(out.written());
 }
 
-void put_block(const LocalMap& map, const Block& block, MapFileBuffer& buffer, CheckedSink& sink) noexcept {
+void put_block(const LocalMap& map, const Block& block, MapFileBuffer& buffer,
+               CheckedSink& sink) noexcept {
   const std::uint64_t octets = octet_mask(map, block);
   const bool free = has_free(map, block);
   if (octets == 0 && !free) return;
@@ -122,7 +126,8 @@ void put_block(const LocalMap& map, const Block& block, MapFileBuffer& buffer, C
   out.u64(octets);
   if (free) {
     for (int octet = 0; octet < kBlockOctets; ++octet) {
-      for (int voxel = 0; voxel < kOctetVoxels; ++voxel) out.u8(map.free_passes(block, octet, voxel));
+      for (int voxel = 0; voxel < kOctetVoxels; ++voxel)
+        out.u8(map.free_passes(block, octet, voxel));
     }
   }
   sink.put(out.written());
@@ -134,8 +139,9 @@ void put_block(const LocalMap& map, const Block& block, MapFileBuffer& buffer, C
 
 }  // namespace
 
-MapFileStatus save(const LocalMap& map, const MapIdentity& identity, std::span<KeyedIndex> workspace,
-                   MapFileBuffer& buffer, const ByteSink& byte_sink) noexcept {
+MapFileStatus save(const LocalMap& map, const MapIdentity& identity,
+                   std::span<KeyedIndex> workspace, MapFileBuffer& buffer,
+                   const ByteSink& byte_sink) noexcept {
   TESSERA_ASSERT(identity.settings_bytes <= MapIdentity::kMaxSettings);
   CheckedSink sink(byte_sink);
   const std::span<const KeyedIndex> blocks = map.blocks_in_order(workspace);

@@ -8,7 +8,8 @@ namespace tessera {
 
 namespace {
 
-/// q - corner as a float in the same voxel: rounding up onto a voxel's far border would move the point to the next one.
+/// q - corner as a float in the same voxel: rounding up onto a voxel's far border would move the
+/// point to the next one.
 float local_coordinate(double q, double corner) noexcept {
   const double exact = q - corner;
   const auto rounded = static_cast<float>(exact);
@@ -67,16 +68,21 @@ Status ScanTiles::build(std::span<const ScanPoint> points, const Lattice& lattic
   TESSERA_ASSERT(points.size() <= points_.size() && sort.size() >= 2 * points.size());
   reset(unit_edge);
   if (points.empty()) return Status::kOk;
-  const auto place = [&](const ScanPoint& point) { return place_of(*lattice.voxel_of(point.p_map), unit_edge); };
+  const auto place = [&](const ScanPoint& point) {
+    return place_of(*lattice.voxel_of(point.p_map), unit_edge);
+  };
   BlockCoord low = place(points[0]).tile;
   BlockCoord high = low;
   for (const ScanPoint& point : points) {
     const BlockCoord tile = place(point).tile;
-    low = {tile.x < low.x ? tile.x : low.x, tile.y < low.y ? tile.y : low.y, tile.z < low.z ? tile.z : low.z};
-    high = {tile.x > high.x ? tile.x : high.x, tile.y > high.y ? tile.y : high.y, tile.z > high.z ? tile.z : high.z};
+    low = {tile.x < low.x ? tile.x : low.x, tile.y < low.y ? tile.y : low.y,
+           tile.z < low.z ? tile.z : low.z};
+    high = {tile.x > high.x ? tile.x : high.x, tile.y > high.y ? tile.y : high.y,
+            tile.z > high.z ? tile.z : high.z};
   }
   const auto width = [](std::int32_t from, std::int32_t to) {
-    return static_cast<unsigned>(std::bit_width(static_cast<std::uint32_t>(to) - static_cast<std::uint32_t>(from)));
+    return static_cast<unsigned>(
+        std::bit_width(static_cast<std::uint32_t>(to) - static_cast<std::uint32_t>(from)));
   };
   const unsigned x_shift = 6;
   const unsigned y_shift = x_shift + width(low.x, high.x);
@@ -85,9 +91,12 @@ Status ScanTiles::build(std::span<const ScanPoint> points, const Lattice& lattic
   const std::span<KeyedIndex> items = sort.first(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Place at = place(points[i]);
-    const auto relative = [](std::int32_t v, std::int32_t base) { return static_cast<std::uint64_t>(v - base); };
+    const auto relative = [](std::int32_t v, std::int32_t base) {
+      return static_cast<std::uint64_t>(v - base);
+    };
     items[i] = {static_cast<std::uint64_t>(at.unit) | (relative(at.tile.x, low.x) << x_shift) |
-                    (relative(at.tile.y, low.y) << y_shift) | (relative(at.tile.z, low.z) << z_shift),
+                    (relative(at.tile.y, low.y) << y_shift) |
+                    (relative(at.tile.z, low.z) << z_shift),
                 static_cast<std::uint32_t>(i)};
   }
   radix_sort(items, sort.subspan(points.size()));
@@ -125,27 +134,33 @@ Status ScanTiles::build(std::span<const ScanPoint> points, const Lattice& lattic
 }
 
 std::uint64_t box_mask(const std::array<int, 3>& low, const std::array<int, 3>& high) noexcept {
-  constexpr std::array<std::uint64_t, 3> kUnitAxis{0x1111111111111111U, 0x000f000f000f000fU, 0x000000000000ffffU};
+  constexpr std::array<std::uint64_t, 3> kUnitAxis{0x1111111111111111U, 0x000f000f000f000fU,
+                                                   0x000000000000ffffU};
   constexpr std::array<unsigned, 3> kStep{1, 4, 16};
   std::uint64_t mask = ~std::uint64_t{0};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const int from = low[axis] < 0 ? 0 : low[axis];
     const int to = high[axis] > 3 ? 3 : high[axis];
     std::uint64_t slabs = 0;
-    for (int i = from; i <= to; ++i) slabs |= kUnitAxis[axis] << (kStep[axis] * static_cast<unsigned>(i));
+    for (int i = from; i <= to; ++i)
+      slabs |= kUnitAxis[axis] << (kStep[axis] * static_cast<unsigned>(i));
     mask &= slabs;
   }
   return mask;
 }
 
-std::array<std::uint64_t, 6> neighbour_masks(std::uint64_t own, const std::array<std::uint64_t, 6>& faces) noexcept {
+std::array<std::uint64_t, 6> neighbour_masks(std::uint64_t own,
+                                             const std::array<std::uint64_t, 6>& faces) noexcept {
   constexpr std::uint64_t kX0 = 0x1111111111111111U;
   constexpr std::uint64_t kX3 = 0x8888888888888888U;
   constexpr std::uint64_t kY0 = 0x000f000f000f000fU;
   constexpr std::uint64_t kY3 = 0xf000f000f000f000U;
-  return {((own << 1U) & ~kX0) | ((faces[0] >> 3U) & kX0),  ((own >> 1U) & ~kX3) | ((faces[1] << 3U) & kX3),
-          ((own << 4U) & ~kY0) | ((faces[2] >> 12U) & kY0), ((own >> 4U) & ~kY3) | ((faces[3] << 12U) & kY3),
-          (own << 16U) | (faces[4] >> 48U),                 (own >> 16U) | (faces[5] << 48U)};
+  return {((own << 1U) & ~kX0) | ((faces[0] >> 3U) & kX0),
+          ((own >> 1U) & ~kX3) | ((faces[1] << 3U) & kX3),
+          ((own << 4U) & ~kY0) | ((faces[2] >> 12U) & kY0),
+          ((own >> 4U) & ~kY3) | ((faces[3] << 12U) & kY3),
+          (own << 16U) | (faces[4] >> 48U),
+          (own >> 16U) | (faces[5] << 48U)};
 }
 
 std::uint64_t at_least(const std::array<std::uint64_t, 6>& masks, int least) noexcept {

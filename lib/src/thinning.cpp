@@ -13,8 +13,8 @@ namespace tessera {
 namespace {
 
 /// The one point that stands for the cell's points, members[i].index in points.
-ScanPoint merge_cell(std::span<const ScanPoint> points, std::span<const KeyedIndex> members, int unlabelled,
-                     ThinningWeight rule) noexcept {
+ScanPoint merge_cell(std::span<const ScanPoint> points, std::span<const KeyedIndex> members,
+                     int unlabelled, ThinningWeight rule) noexcept {
   if (members.size() == 1) return points[members[0].index];
   Point3d sum = Point3d::Zero();
   std::array<double, kMaxComponents> weight{};
@@ -36,7 +36,8 @@ ScanPoint merge_cell(std::span<const ScanPoint> points, std::span<const KeyedInd
     if (weight[component] > weight[winner]) winner = component;
   }
   const auto n = static_cast<double>(members.size());
-  const double share = rule == ThinningWeight::kSum ? 1.0 : 1.0 / static_cast<double>(count[winner]);
+  const double share =
+      rule == ThinningWeight::kSum ? 1.0 : 1.0 / static_cast<double>(count[winner]);
   return {.p_map = (sum / n).cast<float>(),
           .weight = static_cast<float>(weight[winner] * share),
           .component = static_cast<std::uint8_t>(winner)};
@@ -44,14 +45,16 @@ ScanPoint merge_cell(std::span<const ScanPoint> points, std::span<const KeyedInd
 
 }  // namespace
 
-std::size_t thin(std::span<const ScanPoint> points, double cell_m, int unlabelled, std::span<ScanPoint> out,
-                 std::span<KeyedIndex> sort, ThinningWeight weight) noexcept {
+std::size_t thin(std::span<const ScanPoint> points, double cell_m, int unlabelled,
+                 std::span<ScanPoint> out, std::span<KeyedIndex> sort,
+                 ThinningWeight weight) noexcept {
   TESSERA_ASSERT(out.size() >= points.size() && sort.size() >= 2 * points.size());
   const std::span<KeyedIndex> items = sort.first(points.size());
   const Lattice cells(cell_m);
   const auto cell_of = [&](const ScanPoint& point) {
     const Point3d q = cells.to_voxels(point.p_map);
-    return std::array<std::int64_t, 3>{floor_to_int64(q.x()), floor_to_int64(q.y()), floor_to_int64(q.z())};
+    return std::array<std::int64_t, 3>{floor_to_int64(q.x()), floor_to_int64(q.y()),
+                                       floor_to_int64(q.z())};
   };
   if (points.empty()) return 0;
   std::array<std::int64_t, 3> low = cell_of(points[0]);
@@ -65,15 +68,19 @@ std::size_t thin(std::span<const ScanPoint> points, double cell_m, int unlabelle
   }
   // Keys relative to the scan's corner: few bits differ, so the sort takes few passes.
   const auto bits = [&](std::size_t axis) {
-    return static_cast<unsigned>(std::bit_width(static_cast<std::uint64_t>(high[axis] - low[axis])));
+    return static_cast<unsigned>(
+        std::bit_width(static_cast<std::uint64_t>(high[axis] - low[axis])));
   };
   const unsigned y_shift = bits(0);
   const unsigned z_shift = bits(0) + bits(1);
   TESSERA_ASSERT(z_shift + bits(2) <= 64);
   for (std::size_t i = 0; i < points.size(); ++i) {
     const std::array<std::int64_t, 3> cell = cell_of(points[i]);
-    const auto relative = [&](std::size_t axis) { return static_cast<std::uint64_t>(cell[axis] - low[axis]); };
-    items[i] = {relative(0) | (relative(1) << y_shift) | (relative(2) << z_shift), static_cast<std::uint32_t>(i)};
+    const auto relative = [&](std::size_t axis) {
+      return static_cast<std::uint64_t>(cell[axis] - low[axis]);
+    };
+    items[i] = {relative(0) | (relative(1) << y_shift) | (relative(2) << z_shift),
+                static_cast<std::uint32_t>(i)};
   }
   radix_sort(items, sort.subspan(points.size()));
   std::size_t cells_out = 0;

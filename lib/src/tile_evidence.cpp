@@ -10,7 +10,9 @@ namespace tessera {
 
 BlockOctet locate(const Tile& tile, const OctetPlace& octet, int unit_edge) noexcept {
   std::array<int, 3> c = octet.corner;
-  if (unit_edge == 1) c = {c[0] + 4 * (tile.coord.x & 1), c[1] + 4 * (tile.coord.y & 1), c[2] + 4 * (tile.coord.z & 1)};
+  if (unit_edge == 1)
+    c = {c[0] + 4 * (tile.coord.x & 1), c[1] + 4 * (tile.coord.y & 1),
+         c[2] + 4 * (tile.coord.z & 1)};
   const auto octet_axis = [&](std::size_t axis) { return (c[axis] & 7) >> 1; };
   return {.block = (c[0] >> 3) | ((c[1] >> 3) << 1) | ((c[2] >> 3) << 2),
           .octet = octet_axis(0) | (octet_axis(1) << 2) | (octet_axis(2) << 4)};
@@ -23,9 +25,11 @@ BlockCoord block_of_tile(const BlockCoord& tile, int unit_edge, int i) noexcept 
 }
 
 int octets_of_unit(int unit, int unit_edge, std::array<OctetPlace, 8>& out) noexcept {
-  const std::array<int, 3> corner{(unit & 3) * unit_edge, ((unit >> 2) & 3) * unit_edge, (unit >> 4) * unit_edge};
+  const std::array<int, 3> corner{(unit & 3) * unit_edge, ((unit >> 2) & 3) * unit_edge,
+                                  (unit >> 4) * unit_edge};
   if (unit_edge == 1) {
-    // A tile of four voxels starts at an even voxel of the map, so parity in the tile is parity in the map.
+    // A tile of four voxels starts at an even voxel of the map, so parity in the tile is parity in
+    // the map.
     const int voxel = (corner[0] & 1) | ((corner[1] & 1) << 1) | ((corner[2] & 1) << 2);
     out[0] = {.corner = {corner[0] & ~1, corner[1] & ~1, corner[2] & ~1},
               .voxels = static_cast<std::uint8_t>(1U << static_cast<unsigned>(voxel))};
@@ -36,8 +40,9 @@ int octets_of_unit(int unit, int unit_edge, std::array<OctetPlace, 8>& out) noex
     return 1;
   }
   for (int i = 0; i < 8; ++i) {
-    out[static_cast<std::size_t>(i)] = {
-        .corner = {corner[0] + 2 * (i & 1), corner[1] + 2 * ((i >> 1) & 1), corner[2] + 2 * (i >> 2)}};
+    out[static_cast<std::size_t>(i)] = {.corner = {corner[0] + 2 * (i & 1),
+                                                   corner[1] + 2 * ((i >> 1) & 1),
+                                                   corner[2] + 2 * (i >> 2)}};
   }
   return 8;
 }
@@ -55,7 +60,8 @@ void add_points(std::span<const TilePoint> points, const Point3f& shift, const O
       const float dx = x0 + static_cast<float>(v & 1U) - point.x;
       const float dy = y0 + static_cast<float>((v >> 1U) & 1U) - point.y;
       const float dz = z0 + static_cast<float>(v >> 2U) - point.z;
-      const float k = weight * KernelTable::at((dx * dx + dy * dy + dz * dz) * kernel.inverse_square);
+      const float k =
+          weight * KernelTable::at((dx * dx + dy * dy + dz * dz) * kernel.inverse_square);
       ++work.evaluations;
       if (!(k >= kernel.min_weight) || !(k > 0.0F)) continue;
       if (plane == nullptr) plane = &into.plane(point.component);
@@ -65,16 +71,17 @@ void add_points(std::span<const TilePoint> points, const Point3f& shift, const O
   }
 }
 
-void count_points(std::span<const TilePoint> points, const OctetPlace& octet, OctetEvidence& into,
-                  EvidenceWork& work) noexcept {
+void count_points(std::span<const TilePoint> points, const OctetPlace& octet, float min_weight,
+                  OctetEvidence& into, EvidenceWork& work) noexcept {
   for (const TilePoint& point : points) {
     const auto side = [](float coordinate, int corner) {
       return coordinate >= static_cast<float>(corner + 1) ? std::size_t{1} : std::size_t{0};
     };
-    const std::size_t v =
-        side(point.x, octet.corner[0]) | (side(point.y, octet.corner[1]) << 1U) | (side(point.z, octet.corner[2]) << 2U);
+    const std::size_t v = side(point.x, octet.corner[0]) | (side(point.y, octet.corner[1]) << 1U) |
+                          (side(point.z, octet.corner[2]) << 2U);
     ++work.evaluations;
-    if (((octet.voxels >> v) & 1U) == 0 || !(point.weight > 0.0F)) continue;
+    if (((octet.voxels >> v) & 1U) == 0 || !(point.weight > 0.0F) || point.weight < min_weight)
+      continue;
     into.plane(point.component)[v] += point.weight;
     ++work.updates;
   }
@@ -97,14 +104,16 @@ void KernelTile::clear() noexcept {
 
 void KernelTile::add_points(std::span<const TilePoint> points, const Point3f& shift, float radius,
                             const KernelShape& kernel, EvidenceWork& work) noexcept {
-  // The voxels of an axis whose centres may lie within radius: coordinates are at most a few tens, so int is exact.
+  // The voxels of an axis whose centres may lie within radius: coordinates are at most a few tens,
+  // so int is exact.
   const auto first = [radius](float p) {
     const float from = p - radius - 0.5F;
     return from <= 0.0F ? 0 : static_cast<int>(from);
   };
   const auto last = [radius](float p) {
     const float to = p + radius - 0.5F;
-    return to >= static_cast<float>(kBlockEdge - 1) ? kBlockEdge - 1 : (to < 0.0F ? -1 : static_cast<int>(to) );
+    return to >= static_cast<float>(kBlockEdge - 1) ? kBlockEdge - 1
+                                                    : (to < 0.0F ? -1 : static_cast<int>(to));
   };
   for (const TilePoint& point : points) {
     const float px = point.x + shift.x();
@@ -144,7 +153,8 @@ bool KernelTile::read(int octet, OctetEvidence& into) const noexcept {
   const int corner = row_order_corner(octet);
   for (std::uint64_t rest = components_; rest != 0; rest &= rest - 1) {
     const int component = std::countr_zero(rest);
-    const float* const from = &planes_->plane[static_cast<std::size_t>(component)][static_cast<std::size_t>(corner)];
+    const float* const from =
+        &planes_->plane[static_cast<std::size_t>(component)][static_cast<std::size_t>(corner)];
     constexpr std::array<int, kOctetVoxels> kOffsets{0, 1, 8, 9, 64, 65, 72, 73};
     OctetEvidence::Plane values{};
     bool here = false;

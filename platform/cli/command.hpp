@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// What a subcommand is: a function that declares its options and leaves a callback which sets the exit status.
+// What a subcommand is: a function that declares its options and leaves a callback which sets the
+// exit status.
 #pragma once
 
 #include <CLI/CLI.hpp>

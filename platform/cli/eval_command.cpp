@@ -50,9 +50,11 @@ Outcome<Matrix34d> read_transform(const std::string& path) {
   if (!file) return Failure{"cannot read " + path + "; name a text file with a 4x4 matrix"};
   Matrix34d T;
   for (int i = 0; i < 12; ++i) {
-    if (!(file >> T(i / 4, i % 4))) return Failure{path + " does not hold 16 numbers; write a 4x4 matrix, row by row"};
+    if (!(file >> T(i / 4, i % 4)))
+      return Failure{path + " does not hold 16 numbers; write a 4x4 matrix, row by row"};
   }
-  if (check_rigid(T) != Status::kOk) return Failure{path + " is not a rigid transform; its first three rows must be [R | t]"};
+  if (check_rigid(T) != Status::kOk)
+    return Failure{path + " is not a rigid transform; its first three rows must be [R | t]"};
   return T;
 }
 
@@ -60,11 +62,14 @@ Outcome<Matrix34d> read_transform(const std::string& path) {
 double range_of(const MapFileHeader& header) {
   const std::string text(header.identity.settings.data(), header.identity.settings_bytes);
   const Json settings = Json::parse(text, nullptr, false);
-  if (!settings.is_object() || !settings.contains("max_range") || !settings["max_range"].is_number()) return 0.0;
+  if (!settings.is_object() || !settings.contains("max_range") ||
+      !settings["max_range"].is_number())
+    return 0.0;
   return settings["max_range"].get<double>();
 }
 
-/// The maps between which the overlap is sought, and how to get from the evaluated map's frame into theirs.
+/// The maps between which the overlap is sought, and how to get from the evaluated map's frame into
+/// theirs.
 struct OverlapMap {
   std::unique_ptr<StoredMap> stored;
   Matrix34d T_own_map = Matrix34d::Identity();
@@ -131,12 +136,15 @@ Outcome<void> score_all(EvalRun& run) {
     const Outcome<DatasetScan> scan = run.dataset.read(i, buffer);
     if (!scan.ok()) return scan.failure();
     const std::size_t n = scan->num_points();
-    const Outcome<UnknownRawIds> t = run.dataset.read_labels(i, run.options.truth, std::span(truth).first(n));
+    const Outcome<UnknownRawIds> t =
+        run.dataset.read_labels(i, run.options.truth, std::span(truth).first(n));
     if (!t.ok()) return t.failure();
     if (run.options.input == kNoLabels) {
-      std::fill(input.begin(), input.end(), static_cast<std::uint8_t>(run.map.classes().unlabelled()));
+      std::fill(input.begin(), input.end(),
+                static_cast<std::uint8_t>(run.map.classes().unlabelled()));
     } else {
-      const Outcome<UnknownRawIds> p = run.dataset.read_labels(i, run.options.input, std::span(input).first(n));
+      const Outcome<UnknownRawIds> p =
+          run.dataset.read_labels(i, run.options.input, std::span(input).first(n));
       if (!p.ok()) return p.failure();
     }
     if (check_rigid(scan->T_map_sensor) == Status::kOk) {
@@ -152,25 +160,31 @@ Outcome<void> score_all(EvalRun& run) {
 
 void print_scores(const Scores& scores, const ClassTable& classes) {
   const int C = classes.num_classes();
-  std::printf("%llu points with labelled truth\n", static_cast<unsigned long long>(scores.points()));
-  std::printf("  mean IoU    input %.4f, map %.4f, gain %+.2f points\n", scores.input().mean_iou(C), scores.map().mean_iou(C),
+  std::printf("%llu points with labelled truth\n",
+              static_cast<unsigned long long>(scores.points()));
+  std::printf("  mean IoU    input %.4f, map %.4f, gain %+.2f points\n", scores.input().mean_iou(C),
+              scores.map().mean_iou(C),
               100.0 * (scores.map().mean_iou(C) - scores.input().mean_iou(C)));
-  std::printf("  accuracy %.4f, coverage %.5f, in any occupied voxel %.5f, calibration error %.4f\n", scores.accuracy(),
-              scores.coverage(), scores.coverage_any(), scores.calibration_error());
+  std::printf(
+      "  accuracy %.4f, coverage %.5f, in any occupied voxel %.5f, calibration error %.4f\n",
+      scores.accuracy(), scores.coverage(), scores.coverage_any(), scores.calibration_error());
   std::printf("  %-16s %8s %8s %8s\n", "IoU by class", "input", "map", "gain");
   for (int label = 1; label <= C; ++label) {
     if (!scores.map().present(label)) continue;
-    std::printf("  %-16s %8.4f %8.4f %+8.2f\n", std::string(classes[label].name_view()).c_str(), scores.input().iou(label),
-                scores.map().iou(label), 100.0 * (scores.map().iou(label) - scores.input().iou(label)));
+    std::printf("  %-16s %8.4f %8.4f %+8.2f\n", std::string(classes[label].name_view()).c_str(),
+                scores.input().iou(label), scores.map().iou(label),
+                100.0 * (scores.map().iou(label) - scores.input().iou(label)));
   }
 }
 
 Outcome<void> run_eval(const EvalOptions& options) {
-  if (options.max_range_m && !(*options.max_range_m > 0.0)) return Failure{"--max-range must be a number of metres above 0"};
+  if (options.max_range_m && !(*options.max_range_m > 0.0))
+    return Failure{"--max-range must be a number of metres above 0"};
   const Outcome<std::unique_ptr<StoredMap>> stored = load_map(options.map);
   if (!stored.ok()) return stored.failure();
-  const Outcome<Dataset> dataset =
-      Dataset::open(options.dataset, {.first = options.first, .last = options.last, .labels = std::string(kNoLabels)});
+  const Outcome<Dataset> dataset = Dataset::open(
+      options.dataset,
+      {.first = options.first, .last = options.last, .labels = std::string(kNoLabels)});
   if (!dataset.ok()) return dataset.failure();
   for (const std::string& folder : {options.truth, options.input}) {
     if (folder == kNoLabels) continue;
@@ -178,7 +192,8 @@ Outcome<void> run_eval(const EvalOptions& options) {
     if (!there.ok()) return there.failure();
   }
   if (!(dataset->classes().table() == (*stored)->map.classes())) {
-    return Failure{options.map + " was made with other classes than " + options.dataset + " has; evaluate with the data it was made from"};
+    return Failure{options.map + " was made with other classes than " + options.dataset +
+                   " has; evaluate with the data it was made from"};
   }
   const Outcome<std::vector<OverlapMap>> overlap = load_overlap(options.overlap_of);
   if (!overlap.ok()) return overlap.failure();
@@ -191,20 +206,26 @@ Outcome<void> run_eval(const EvalOptions& options) {
   }
   const Outcome<void> scored = score_all(run);
   if (!scored.ok()) return scored.failure();
-  if (run.non_finite > 0) warn(std::to_string(run.non_finite) + " points were left out: coordinates that are not finite");
+  if (run.non_finite > 0)
+    warn(std::to_string(run.non_finite) + " points were left out: coordinates that are not finite");
   if (run.scores.points() == 0) warn("no point has labelled truth in range; all figures are 0");
   print_scores(run.scores, run.map.classes());
   Json json = run.scores.json(run.map.classes());
   json["max_range"] = run.max_range_m;
-  json["config"] = {{"map", options.map}, {"dataset", options.dataset}, {"truth", options.truth}, {"input", options.input},
-                    {"overlap_of", options.overlap_of}, {"transform", options.transform}};
+  json["config"] = {{"map", options.map},
+                    {"dataset", options.dataset},
+                    {"truth", options.truth},
+                    {"input", options.input},
+                    {"overlap_of", options.overlap_of},
+                    {"transform", options.transform}};
   return write_report(json, options.report);
 }
 
 }  // namespace
 
 void add_eval_command(CLI::App& app, int& exit_status) {
-  CLI::App* const command = app.add_subcommand("eval", "Label the points of scans from a map and compare with ground truth");
+  CLI::App* const command = app.add_subcommand(
+      "eval", "Label the points of scans from a map and compare with ground truth");
   auto o = std::make_shared<EvalOptions>();
   command->add_option("--map", o->map, "Map file")->required();
   command->add_option("--dataset", o->dataset, "Folder in the KITTI layout")->required();
@@ -212,11 +233,17 @@ void add_eval_command(CLI::App& app, int& exit_status) {
   command->add_option("--first", o->first, "First scan number");
   command->add_option("--last", o->last, "Last scan number, inclusive");
   command->add_option("--truth", o->truth, "Folder of true labels")->capture_default_str();
-  command->add_option("--input", o->input, "Folder of the labels that the map learnt from, or none")->capture_default_str();
-  command->add_option("--max-range", o->max_range_m, "Leave farther points out, m [what the map was made with]");
-  command->add_option("--overlap-of", o->overlap_of, "Only points where both of these maps have a label")->expected(2);
+  command->add_option("--input", o->input, "Folder of the labels that the map learnt from, or none")
+      ->capture_default_str();
+  command->add_option("--max-range", o->max_range_m,
+                      "Leave farther points out, m [what the map was made with]");
+  command
+      ->add_option("--overlap-of", o->overlap_of,
+                   "Only points where both of these maps have a label")
+      ->expected(2);
   command->add_option("--transform", o->transform, "4x4 matrix, dataset to map frame");
-  command->footer("Example: tessera eval --map map.tsm --dataset semantickitti_08 --last 5 --report eval.json");
+  command->footer(
+      "Example: tessera eval --map map.tsm --dataset semantickitti_08 --last 5 --report eval.json");
   command->callback([o, &exit_status] {
     const Outcome<void> outcome = run_eval(*o);
     if (!outcome.ok()) exit_status = fail(outcome.failure());

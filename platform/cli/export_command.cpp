@@ -49,16 +49,19 @@ std::vector<PlyVoxel> occupied_voxels(const LocalMap& map, const ExportOptions& 
   return voxels;
 }
 
-Outcome<WriteReport> write_picture(const LocalMap& map, const std::vector<PlyVoxel>& voxels, const ExportOptions& options) {
+Outcome<WriteReport> write_picture(const LocalMap& map, const std::vector<PlyVoxel>& voxels,
+                                   const ExportOptions& options) {
   std::vector<RenderVoxel> colored;
   colored.reserve(voxels.size());
   for (const PlyVoxel& v : voxels) colored.push_back({v.x, v.y, v.z, v.color});
   ImageOptions image;
   image.width_px = options.width_px;
   image.title = options.title.empty() ? options.map : options.title;
-  image.view = options.view == "top" ? View::kTop : (options.view == "oblique" ? View::kOblique : View::kBoth);
+  image.view = options.view == "top" ? View::kTop
+                                     : (options.view == "oblique" ? View::kOblique : View::kBoth);
   for (int label = 1; label <= map.classes().num_classes(); ++label) {
-    image.legend.push_back({std::string(map.classes()[label].name_view()), map.classes()[label].color});
+    image.legend.push_back(
+        {std::string(map.classes()[label].name_view()), map.classes()[label].color});
   }
   image.legend.push_back({"no label", kUnlabelledColor});
   return write_png(colored, static_cast<float>(map.lattice().resolution_m()), image, options.out);
@@ -74,7 +77,8 @@ Outcome<void> run_export(const ExportOptions& options) {
   if (options.ply_form != "points" && options.ply_form != "cubes") {
     return Failure{"--ply-form " + options.ply_form + " is not known; give points or cubes"};
   }
-  if (options.width_px < ImageOptions::kMinWidthPx || options.width_px > ImageOptions::kMaxWidthPx) {
+  if (options.width_px < ImageOptions::kMinWidthPx ||
+      options.width_px > ImageOptions::kMaxWidthPx) {
     return Failure{"--width must be from 200 to 6000 pixels"};
   }
   const Outcome<std::unique_ptr<StoredMap>> stored = load_map(options.map);
@@ -83,18 +87,23 @@ Outcome<void> run_export(const ExportOptions& options) {
   const std::vector<PlyVoxel> voxels = occupied_voxels(map, options);
   const PlyForm form = options.ply_form == "cubes" ? PlyForm::kCubes : PlyForm::kPoints;
   const Outcome<WriteReport> written =
-      options.format == "png" ? write_picture(map, voxels, options)
-                              : write_ply(voxels, static_cast<float>(map.lattice().resolution_m()), options.out, form);
+      options.format == "png"
+          ? write_picture(map, voxels, options)
+          : write_ply(voxels, static_cast<float>(map.lattice().resolution_m()), options.out, form);
   if (!written.ok()) return written.failure();
-  std::printf("%llu occupied voxels into %s\n", static_cast<unsigned long long>(written->voxels), options.out.c_str());
+  std::printf("%llu occupied voxels into %s\n", static_cast<unsigned long long>(written->voxels),
+              options.out.c_str());
   if (voxels.empty()) warn("the map has no occupied voxel");
-  return write_report({{"voxels", written->voxels}, {"format", options.format}, {"out", options.out}}, options.report);
+  return write_report(
+      {{"voxels", written->voxels}, {"format", options.format}, {"out", options.out}},
+      options.report);
 }
 
 }  // namespace
 
 void add_export_command(CLI::App& app, int& exit_status) {
-  CLI::App* const command = app.add_subcommand("export", "A picture of the map, or its voxels for other tools");
+  CLI::App* const command =
+      app.add_subcommand("export", "A picture of the map, or its voxels for other tools");
   auto o = std::make_shared<ExportOptions>();
   command->add_option("--map", o->map, "Map file")->required();
   command->add_option("--format", o->format, "png or ply")->required();
@@ -104,8 +113,10 @@ void add_export_command(CLI::App& app, int& exit_status) {
   command->add_option("--width", o->width_px, "png: pixels")->capture_default_str();
   command->add_option("--title", o->title, "png: the line above [the map's name]");
   command->add_option("--ply-form", o->ply_form, "ply: points or cubes")->capture_default_str();
-  command->add_option("--min-evidence", o->min_evidence, "Leave voxels with less evidence out")->capture_default_str();
-  command->add_option("--min-probability", o->min_probability, "Leave less probable labels out")->capture_default_str();
+  command->add_option("--min-evidence", o->min_evidence, "Leave voxels with less evidence out")
+      ->capture_default_str();
+  command->add_option("--min-probability", o->min_probability, "Leave less probable labels out")
+      ->capture_default_str();
   command->footer("Example: tessera export --map map.tsm --format png --out map.png");
   command->callback([o, &exit_status] {
     const Outcome<void> outcome = run_export(*o);

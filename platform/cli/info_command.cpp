@@ -39,7 +39,8 @@ Content survey(const LocalMap& map, std::span<KeyedIndex> workspace) {
   return content;
 }
 
-Json to_json(const StoredMap& stored, const Content& content, std::uint64_t file_bytes, std::uint64_t digest_value) {
+Json to_json(const StoredMap& stored, const Content& content, std::uint64_t file_bytes,
+             std::uint64_t digest_value) {
   const LocalMap& map = stored.map;
   const MapIdentity& identity = stored.header.identity;
   const MapUsage usage = map.usage();
@@ -65,7 +66,8 @@ Json to_json(const StoredMap& stored, const Content& content, std::uint64_t file
   }
   json["T_global_map"] = Json();
   if (identity.has_T_global_map) {
-    json["T_global_map"] = std::vector<double>(identity.T_global_map.data(), identity.T_global_map.data() + 12);
+    json["T_global_map"] =
+        std::vector<double>(identity.T_global_map.data(), identity.T_global_map.data() + 12);
   }
   json["classes"] = Json::array();
   for (int label = 1; label <= map.classes().num_classes(); ++label) {
@@ -83,19 +85,25 @@ Json to_json(const StoredMap& stored, const Content& content, std::uint64_t file
 
 void print(const Json& json, const std::string& path) {
   const auto number = [&](const char* key) { return json[key].get<unsigned long long>(); };
-  std::printf("%s: %s map of robot %llu, epoch %llu\n", path.c_str(), json["kind"].get<std::string>().c_str(), number("robot"),
-              number("epoch"));
-  std::printf("  resolution   %g m, %zu classes, prior %g, %s counts\n", json["resolution"].get<double>(), json["classes"].size(),
-              json["prior"].get<double>(), json["counts"].get<std::string>().c_str());
-  std::printf("  evidence     at most %g a voxel (0: no cap), %g a pass of a ray\n", json["max_evidence"].get<double>(),
-              json["free_weight"].get<double>());
+  std::printf("%s: %s map of robot %llu, epoch %llu\n", path.c_str(),
+              json["kind"].get<std::string>().c_str(), number("robot"), number("epoch"));
+  std::printf("  resolution   %g m, %zu classes, prior %g, %s counts\n",
+              json["resolution"].get<double>(), json["classes"].size(), json["prior"].get<double>(),
+              json["counts"].get<std::string>().c_str());
+  std::printf("  evidence     at most %g a voxel (0: no cap), %g a pass of a ray\n",
+              json["max_evidence"].get<double>(), json["free_weight"].get<double>());
   if (json.contains("extent_low")) {
-    const auto axis = [&](std::size_t i) { return json["extent_high"][i].get<double>() - json["extent_low"][i].get<double>(); };
+    const auto axis = [&](std::size_t i) {
+      return json["extent_high"][i].get<double>() - json["extent_low"][i].get<double>();
+    };
     std::printf("  extent       %.1f x %.1f x %.1f m\n", axis(0), axis(1), axis(2));
   }
-  std::printf("  frame        %s\n", json["T_global_map"].is_null() ? "the robot's own, no T_global_map" : "T_global_map given");
-  std::printf("  voxels       %llu labelled or occupied, %llu with free evidence only, in %llu blocks\n", number("label_voxels"),
-              number("free_voxels"), number("blocks"));
+  std::printf("  frame        %s\n", json["T_global_map"].is_null()
+                                         ? "the robot's own, no T_global_map"
+                                         : "T_global_map given");
+  std::printf(
+      "  voxels       %llu labelled or occupied, %llu with free evidence only, in %llu blocks\n",
+      number("label_voxels"), number("free_voxels"), number("blocks"));
   std::printf("  file         %llu bytes\n", number("file_bytes"));
   std::printf("  digest       %s\n", json["digest"].get<std::string>().c_str());
   for (const Json& c : json["classes"]) {
@@ -111,7 +119,8 @@ Outcome<void> run_info(const std::string& path, const std::string& report) {
   if (!file.ok()) return file.failure();
   std::vector<KeyedIndex> workspace = workspace_for((*stored)->map);
   const Content content = survey((*stored)->map, workspace);
-  const Json json = to_json(**stored, content, file->size_bytes(), digest((*stored)->map, workspace));
+  const Json json =
+      to_json(**stored, content, file->size_bytes(), digest((*stored)->map, workspace));
   print(json, path);
   return write_report(json, report);
 }

@@ -22,7 +22,8 @@ int run(int argc, char** argv) {
   CLI::App app("Dense semantic occupancy maps that teams of robots build and share");
   app.set_version_flag("--version", std::string("tessera ") + kVersion);
   app.require_subcommand(1);
-  app.footer("Example: tessera map --dataset sequence --out map.tsm; see each subcommand's --help.");
+  app.footer(
+      "Example: tessera map --dataset sequence --out map.tsm; see each subcommand's --help.");
   int exit_status = kExitDone;
   add_map_command(app, exit_status);
   add_eval_command(app, exit_status);
@@ -52,8 +53,10 @@ int main(int argc, char** argv) {
   try {
     return tessera::run(argc, argv);
   } catch (const std::bad_alloc&) {
-    return tessera::fail({"out of memory; give a smaller --memory or fewer scans", tessera::FailureKind::kFailure});
+    return tessera::fail(
+        {"out of memory; give a smaller --memory or fewer scans", tessera::FailureKind::kFailure});
   } catch (const std::exception& error) {
-    return tessera::fail({std::string("cannot go on: ") + error.what(), tessera::FailureKind::kFailure});
+    return tessera::fail(
+        {std::string("cannot go on: ") + error.what(), tessera::FailureKind::kFailure});
   }
 }

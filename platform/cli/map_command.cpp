@@ -21,24 +21,30 @@ namespace tessera {
 namespace {
 
 /// The settings of the map that is continued hold; given ones must not contradict them.
-Outcome<void> adopt_settings(const MapOptions& options, const MapFileHeader& header, const Dataset& dataset, MapSetup& setup) {
+Outcome<void> adopt_settings(const MapOptions& options, const MapFileHeader& header,
+                             const Dataset& dataset, MapSetup& setup) {
   const std::string& path = options.continue_from;
-  if (header.identity.kind != MapKind::kLocal) return Failure{path + " is a global map; continue a robot's local map"};
-  const bool other = setup.map.resolution_m < header.config.resolution_m || setup.map.resolution_m > header.config.resolution_m;
+  if (header.identity.kind != MapKind::kLocal)
+    return Failure{path + " is a global map; continue a robot's local map"};
+  const bool other = setup.map.resolution_m < header.config.resolution_m ||
+                     setup.map.resolution_m > header.config.resolution_m;
   if (options.resolution_given && other) {
     return Failure{path + " has a resolution of " + std::to_string(header.config.resolution_m) +
                    " m; leave --resolution out or give the same"};
   }
   if (!(header.classes == dataset.classes().table())) {
-    return Failure{path + " has other classes than " + options.dataset + "; use data with the same classes"};
+    return Failure{path + " has other classes than " + options.dataset +
+                   "; use data with the same classes"};
   }
   setup.map = header.config;
-  if (options.downsample.empty()) setup.inference.thinning_m = static_cast<float>(header.config.resolution_m);
+  if (options.downsample.empty())
+    setup.inference.thinning_m = static_cast<float>(header.config.resolution_m);
   return {};
 }
 
 /// Reads and integrates every scan. Nothing in here uses the heap unless it fails.
-Outcome<void> integrate_all(const Dataset& dataset, ScanBuffer& buffer, Integrator& integrator, LocalMap& map, MapRun& run) {
+Outcome<void> integrate_all(const Dataset& dataset, ScanBuffer& buffer, Integrator& integrator,
+                            LocalMap& map, MapRun& run) {
   Progress progress("mapping", dataset.num_scans());
   const std::optional<std::uint64_t> before = heap_allocations();
   for (std::size_t i = 0; i < dataset.num_scans(); ++i) {
@@ -70,15 +76,16 @@ Outcome<void> record_settings(const Json& config, MapIdentity& identity) {
 
 /// How the map was made, for its own record: without the paths and ranges of this run.
 Json settings_of(Json config) {
-  for (const char* const key : {"dataset", "out", "continue", "memory", "first", "last"}) config.erase(key);
+  for (const char* const key : {"dataset", "out", "continue", "memory", "first", "last"})
+    config.erase(key);
   return config;
 }
 
 Outcome<void> run_map(const MapOptions& options) {
   Outcome<MapSetup> setup = set_up(options);
   if (!setup.ok()) return setup.failure();
-  const Outcome<Dataset> dataset =
-      Dataset::open(options.dataset, {.first = options.first, .last = options.last, .labels = options.labels});
+  const Outcome<Dataset> dataset = Dataset::open(
+      options.dataset, {.first = options.first, .last = options.last, .labels = options.labels});
   if (!dataset.ok()) return dataset.failure();
   if (!dataset->missing().empty()) warn("there are no scans " + to_text(dataset->missing()));
   MapIdentity identity{.robot = options.robot};
@@ -105,13 +112,16 @@ Outcome<void> run_map(const MapOptions& options) {
   MapRun run;
   run.budget_bytes = setup->budget_bytes;
   run.scratch_bytes = Integrator::required_bytes(*capacity, setup->inference.free_space.enabled);
-  const Outcome<ArenaMemory> memory = ArenaMemory::allocate(required_bytes(setup->map) + run.scratch_bytes);
+  const Outcome<ArenaMemory> memory =
+      ArenaMemory::allocate(required_bytes(setup->map) + run.scratch_bytes);
   if (!memory.ok()) return memory.failure();
   Arena arena(memory->span());
   Result<LocalMap> map = LocalMap::make(arena, setup->map, dataset->classes().table());
   if (!map.ok()) return Failure{std::string("the map cannot be made: ") + to_string(map.status())};
   Result<Integrator> integrator = Integrator::make(arena, setup->inference, *capacity);
-  if (!integrator.ok()) return Failure{std::string("the inference cannot be set up: ") + to_string(integrator.status())};
+  if (!integrator.ok())
+    return Failure{std::string("the inference cannot be set up: ") +
+                   to_string(integrator.status())};
   if (!options.continue_from.empty()) {
     const Outcome<void> loaded = load_into(options.continue_from, *map);
     if (!loaded.ok()) return loaded.failure();
@@ -131,10 +141,13 @@ Outcome<void> run_map(const MapOptions& options) {
 }  // namespace
 
 void add_map_command(CLI::App& app, int& exit_status) {
-  CLI::App* const command = app.add_subcommand("map", "Integrate a sequence of scans into one robot's local map");
+  CLI::App* const command =
+      app.add_subcommand("map", "Integrate a sequence of scans into one robot's local map");
   auto options = std::make_shared<MapOptions>();
   declare_map_options(*command, *options);
-  command->footer("Example: tessera map --dataset semantickitti_08 --last 5 --max-range 40 --out map.tsm --report map.json");
+  command->footer(
+      "Example: tessera map --dataset semantickitti_08 --last 5 --max-range 40 --out map.tsm "
+      "--report map.json");
   command->callback([command, options, &exit_status] {
     options->kernel_length_given = command->count("--kernel-length") > 0;
     options->resolution_given = command->count("--resolution") > 0;

@@ -28,14 +28,15 @@ struct MapOptions {
   double kernel_length_m = 0.5;
   double prior = 0.001;
   double max_range_m = 40.0;
-  std::string downsample;  ///< Metres or "off"; empty: the resolution.
+  std::string downsample;       ///< Metres or "off"; empty: the resolution.
   std::string thinning_weight;  ///< "mean" or "sum"; empty: what the mode does better with.
   std::string free_space = "on";
   std::string memory = "512M";
   std::string counts = "dense";
   std::uint32_t robot = 0;
   double min_weight = 1.0 / 4096.0;
-  std::optional<double> max_evidence;  ///< Without it, this and the next follow the mode: its sums have other sizes.
+  std::optional<double>
+      max_evidence;  ///< Without it, this and the next follow the mode: its sums have other sizes.
   std::optional<double> free_weight;
   double min_range_m = 0.5;
   std::uint64_t work_budget = 0;
@@ -52,14 +53,16 @@ struct MapSetup {
 
 void declare_map_options(CLI::App& command, MapOptions& options);
 
-/// Fails with kUsage, naming the option, iff a value is out of its range or options contradict each other.
+/// Fails with kUsage, naming the option, iff a value is out of its range or options contradict each
+/// other.
 Outcome<MapSetup> set_up(const MapOptions& options);
 
 /// Every option's value, for reports and for the map's own record.
 Json to_json(const MapOptions& options, const MapSetup& setup);
 
-/// Splits the budget: scratch for scans of max_points returns, the rest for the map. With a budget too small for both,
-/// capacities shrink until scratch takes half. Fails with kUsage iff the budget holds no map at all.
+/// Splits the budget: scratch for scans of max_points returns, the rest for the map. With a budget
+/// too small for both, capacities shrink until scratch takes half. Fails with kUsage iff the budget
+/// holds no map at all.
 Outcome<ScanCapacity> split_budget(MapSetup& setup, std::size_t max_points);
 
 }  // namespace tessera

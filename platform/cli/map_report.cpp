@@ -13,8 +13,10 @@ namespace {
 
 /// Sums of the scans' counters.
 struct Totals {
-  std::uint64_t points = 0, non_finite = 0, too_near = 0, beyond_range = 0, out_of_grid = 0, unlabelled = 0;
-  std::uint64_t unknown_ids = 0, bad_poses = 0, over_capacity = 0, refused_memory = 0, refused_work = 0, rays_refused = 0;
+  std::uint64_t points = 0, non_finite = 0, too_near = 0, beyond_range = 0, out_of_grid = 0,
+                unlabelled = 0;
+  std::uint64_t unknown_ids = 0, bad_poses = 0, over_capacity = 0, refused_memory = 0,
+                refused_work = 0, rays_refused = 0;
   std::uint64_t left_out = 0, voxel_updates = 0, evaluations = 0, ray_steps = 0;
 };
 
@@ -78,7 +80,8 @@ Timing timing_of(const std::vector<ScanRecord>& scans) {
     const auto i = static_cast<std::size_t>(share * static_cast<double>(ms.size()));
     return ms[std::min(i, ms.size() - 1)];
   };
-  const double median = ms.size() % 2 == 1 ? ms[ms.size() / 2] : 0.5 * (ms[ms.size() / 2 - 1] + ms[ms.size() / 2]);
+  const double median =
+      ms.size() % 2 == 1 ? ms[ms.size() / 2] : 0.5 * (ms[ms.size() / 2 - 1] + ms[ms.size() / 2]);
   return {median, rank(0.99), ms.back()};
 }
 
@@ -88,11 +91,21 @@ Json to_json(const MapRun& run, const LocalMap& map, const Json& config) {
   for (const ScanRecord& scan : run.scans) json["scans"].push_back(scan_json(scan));
   const Timing timing = timing_of(run.scans);
   const Totals t = sum(run.scans);
-  json["totals"] = {{"median_ms", timing.median_ms}, {"p99_ms", timing.p99_ms}, {"max_ms", timing.max_ms},
-                    {"scans", run.scans.size()}, {"points", t.points}, {"voxel_updates", t.voxel_updates},
-                    {"kernel_evaluations", t.evaluations}, {"ray_steps", t.ray_steps}, {"left_out", t.left_out},
-                    {"non_finite", t.non_finite}, {"too_near", t.too_near}, {"beyond_range", t.beyond_range},
-                    {"out_of_grid", t.out_of_grid}, {"unlabelled", t.unlabelled}, {"unknown_ids", t.unknown_ids},
+  json["totals"] = {{"median_ms", timing.median_ms},
+                    {"p99_ms", timing.p99_ms},
+                    {"max_ms", timing.max_ms},
+                    {"scans", run.scans.size()},
+                    {"points", t.points},
+                    {"voxel_updates", t.voxel_updates},
+                    {"kernel_evaluations", t.evaluations},
+                    {"ray_steps", t.ray_steps},
+                    {"left_out", t.left_out},
+                    {"non_finite", t.non_finite},
+                    {"too_near", t.too_near},
+                    {"beyond_range", t.beyond_range},
+                    {"out_of_grid", t.out_of_grid},
+                    {"unlabelled", t.unlabelled},
+                    {"unknown_ids", t.unknown_ids},
                     {"bad_poses", t.bad_poses}};
   const MapUsage usage = map.usage();
   json["memory"] = {{"budget_bytes", run.budget_bytes},
@@ -101,9 +114,10 @@ Json to_json(const MapRun& run, const LocalMap& map, const Json& config) {
                     {"scratch_bytes", run.scratch_bytes},
                     {"label_voxels", usage.label_voxels},
                     {"free_voxels", map.count_free_voxels()},
-                    {"bytes_per_label_voxel", usage.label_voxels == 0 ? 0.0
-                                                                      : static_cast<double>(usage.used_bytes) /
-                                                                            static_cast<double>(usage.label_voxels)},
+                    {"bytes_per_label_voxel", usage.label_voxels == 0
+                                                  ? 0.0
+                                                  : static_cast<double>(usage.used_bytes) /
+                                                        static_cast<double>(usage.label_voxels)},
                     {"refused", t.left_out},
                     {"blocks", usage.blocks},
                     {"blocks_refused", usage.blocks_refused},
@@ -124,20 +138,28 @@ void print_summary(const MapRun& run, const LocalMap& map, const std::string& ou
   warn_if(t.out_of_grid, "points were refused: outside the grid");
   warn_if(t.unknown_ids, "points have class ids that are in no class; they count as unlabelled");
   warn_if(t.refused_memory + t.over_capacity + t.rays_refused,
-          "points or rays were left out for lack of memory; give a larger --memory or a coarser --resolution");
+          "points or rays were left out for lack of memory; give a larger --memory or a coarser "
+          "--resolution");
   warn_if(t.refused_work, "points were left out: the work budget was spent");
   const MapUsage usage = map.usage();
   const Timing timing = timing_of(run.scans);
-  std::printf("%zu scans, %llu points into %s\n", run.scans.size(), static_cast<unsigned long long>(t.points), out.c_str());
-  std::printf("  time     median %.1f ms a scan, p99 %.1f ms, max %.1f ms\n", timing.median_ms, timing.p99_ms, timing.max_ms);
-  std::printf("  voxels   %llu labelled or occupied, %llu free\n", static_cast<unsigned long long>(usage.label_voxels),
+  std::printf("%zu scans, %llu points into %s\n", run.scans.size(),
+              static_cast<unsigned long long>(t.points), out.c_str());
+  std::printf("  time     median %.1f ms a scan, p99 %.1f ms, max %.1f ms\n", timing.median_ms,
+              timing.p99_ms, timing.max_ms);
+  std::printf("  voxels   %llu labelled or occupied, %llu free\n",
+              static_cast<unsigned long long>(usage.label_voxels),
               static_cast<unsigned long long>(map.count_free_voxels()));
-  std::printf("  memory   %.1f MB used of %.1f MB, %.1f MB of it scratch, %.1f bytes a label voxel\n",
-              static_cast<double>(usage.used_bytes + run.scratch_bytes) / 1e6, static_cast<double>(run.budget_bytes) / 1e6,
-              static_cast<double>(run.scratch_bytes) / 1e6,
-              usage.label_voxels == 0 ? 0.0 : static_cast<double>(usage.used_bytes) / static_cast<double>(usage.label_voxels));
+  std::printf(
+      "  memory   %.1f MB used of %.1f MB, %.1f MB of it scratch, %.1f bytes a label voxel\n",
+      static_cast<double>(usage.used_bytes + run.scratch_bytes) / 1e6,
+      static_cast<double>(run.budget_bytes) / 1e6, static_cast<double>(run.scratch_bytes) / 1e6,
+      usage.label_voxels == 0
+          ? 0.0
+          : static_cast<double>(usage.used_bytes) / static_cast<double>(usage.label_voxels));
   if (run.heap_allocations) {
-    std::printf("  heap     %llu allocations after start\n", static_cast<unsigned long long>(*run.heap_allocations));
+    std::printf("  heap     %llu allocations after start\n",
+                static_cast<unsigned long long>(*run.heap_allocations));
   }
   std::printf("  digest   %s\n", hex64(run.digest).c_str());
 }

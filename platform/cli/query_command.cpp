@@ -25,11 +25,13 @@ struct QueryOptions {
 
 std::string_view trimmed(std::string_view text) {
   while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
-  while (!text.empty() && (text.back() == ' ' || text.back() == '\t' || text.back() == '\r')) text.remove_suffix(1);
+  while (!text.empty() && (text.back() == ' ' || text.back() == '\t' || text.back() == '\r'))
+    text.remove_suffix(1);
   return text;
 }
 
-/// Three numbers, "nan" and "inf" among them; what is beyond a float becomes infinite, so out of the grid.
+/// Three numbers, "nan" and "inf" among them; what is beyond a float becomes infinite, so out of
+/// the grid.
 std::optional<Point3f> parse_point(std::string_view line) {
   Point3f p;
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
@@ -39,7 +41,8 @@ std::optional<Point3f> parse_point(std::string_view line) {
     if (!field.empty() && field.front() == '+') field.remove_prefix(1);
     double value = 0.0;
     const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
-    if (end != field.data() + field.size() || field.empty() || error == std::errc::invalid_argument) return std::nullopt;
+    if (end != field.data() + field.size() || field.empty() || error == std::errc::invalid_argument)
+      return std::nullopt;
     const bool huge = error == std::errc::result_out_of_range || value > 3e38 || value < -3e38;
     p[axis] = huge ? std::numeric_limits<float>::infinity() : static_cast<float>(value);
     line = comma == std::string_view::npos ? std::string_view{} : line.substr(comma + 1);
@@ -55,7 +58,8 @@ void put_number(AtomicFile& file, double value) {
   put(file, {text.data(), static_cast<std::size_t>(n)});
 }
 
-void put_row(AtomicFile& file, const LocalMap& map, std::string_view point_text, const Point3f& p_map) {
+void put_row(AtomicFile& file, const LocalMap& map, std::string_view point_text,
+             const Point3f& p_map) {
   const VoxelEvidence evidence = map.evidence(p_map);
   const Estimate e = estimate(evidence, map.config().prior);
   put(file, point_text);
@@ -77,7 +81,8 @@ Outcome<void> run_query(const QueryOptions& options) {
   if (!stored.ok()) return stored.failure();
   const LocalMap& map = (*stored)->map;
   std::ifstream points(options.points);
-  if (!points) return Failure{"cannot read " + options.points + "; name a CSV file with the header x,y,z"};
+  if (!points)
+    return Failure{"cannot read " + options.points + "; name a CSV file with the header x,y,z"};
   std::string line;
   if (!std::getline(points, line) || trimmed(line) != "x,y,z") {
     return Failure{options.points + " line 1: the header must be x,y,z"};
@@ -92,15 +97,19 @@ Outcome<void> run_query(const QueryOptions& options) {
     const std::string_view text = trimmed(line);
     if (text.empty()) continue;
     const std::optional<Point3f> p_map = parse_point(text);
-    if (!p_map) return Failure{options.points + " line " + std::to_string(number) + ": not three numbers x,y,z; mend or remove it"};
+    if (!p_map)
+      return Failure{options.points + " line " + std::to_string(number) +
+                     ": not three numbers x,y,z; mend or remove it"};
     put_row(*out, map, text, *p_map);
     ++rows;
   }
   const Outcome<void> committed = out->commit();
   if (!committed.ok()) return committed.failure();
   std::printf("%llu points into %s\n", static_cast<unsigned long long>(rows), options.out.c_str());
-  return write_report({{"points", rows}, {"config", {{"map", options.map}, {"points", options.points}, {"out", options.out}}}},
-                      options.report);
+  return write_report(
+      {{"points", rows},
+       {"config", {{"map", options.map}, {"points", options.points}, {"out", options.out}}}},
+      options.report);
 }
 
 }  // namespace
@@ -109,7 +118,8 @@ void add_query_command(CLI::App& app, int& exit_status) {
   CLI::App* const command = app.add_subcommand("query", "State of the map at given points");
   auto o = std::make_shared<QueryOptions>();
   command->add_option("--map", o->map, "Map file")->required();
-  command->add_option("--points", o->points, "CSV with the header x,y,z; metres, map frame")->required();
+  command->add_option("--points", o->points, "CSV with the header x,y,z; metres, map frame")
+      ->required();
   command->add_option("--out", o->out, "CSV to write")->required();
   command->add_option("--report", o->report, "JSON report to write");
   command->footer("Example: tessera query --map map.tsm --points points.csv --out states.csv");

@@ -47,7 +47,8 @@ void Scores::add(int truth, const Estimate& estimate, int input) {
 
 double Scores::calibration_error() const {
   double error = 0.0;
-  for (const Bin& bin : bins_) error += std::abs(static_cast<double>(bin.correct) - bin.probability);
+  for (const Bin& bin : bins_)
+    error += std::abs(static_cast<double>(bin.correct) - bin.probability);
   return covered_ == 0 ? 0.0 : error / static_cast<double>(covered_);
 }
 

@@ -39,7 +39,8 @@ class Confusion {
 
 class Scores {
  public:
-  /// One point with labelled truth: what the map says of its voxel, and what the given labels said (0: unlabelled).
+  /// One point with labelled truth: what the map says of its voxel, and what the given labels said
+  /// (0: unlabelled).
   void add(int truth, const Estimate& estimate, int input);
   [[nodiscard]] std::uint64_t points() const { return points_; }
   [[nodiscard]] const Confusion& map() const { return map_; }

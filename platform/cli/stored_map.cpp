@@ -32,8 +32,11 @@ Failure damaged(const std::string& path, const MapFileStatus& status) {
           std::to_string(status.offset_bytes) + "); make the map again or use another copy"};
 }
 
-/// A file of so many bytes cannot need more storage than this: the smallest stored octet takes 7 bytes.
-std::uint64_t most_storage(std::uint64_t file_bytes) { return file_bytes * 512 + (std::uint64_t{1} << 20U); }
+/// A file of so many bytes cannot need more storage than this: the smallest stored octet takes 7
+/// bytes.
+std::uint64_t most_storage(std::uint64_t file_bytes) {
+  return file_bytes * 512 + (std::uint64_t{1} << 20U);
+}
 
 Outcome<FileSource> open_source(const std::string& path) {
   Outcome<InputFile> file = InputFile::open(path);
@@ -48,7 +51,8 @@ Outcome<ArenaMemory> ArenaMemory::allocate(std::size_t bytes) {
   memory.size_ = align_up(bytes, kArenaAlignment);
   memory.bytes_.reset(static_cast<std::byte*>(std::aligned_alloc(kArenaAlignment, memory.size_)));
   if (memory.bytes_ == nullptr) {
-    return Failure{"the system does not give " + std::to_string(bytes) + " bytes of memory; choose a smaller --memory",
+    return Failure{"the system does not give " + std::to_string(bytes) +
+                       " bytes of memory; choose a smaller --memory",
                    FailureKind::kFailure};
   }
   return memory;
@@ -64,7 +68,9 @@ Outcome<MapFileHeader> load_map_header(const std::string& path) {
   const MapFileStatus status = load_header(file->source(), *buffer, header);
   if (!status.ok()) return damaged(path, status);
   if (header.config.storage_bytes > most_storage(file->file.size_bytes())) {
-    return damaged(path, {Status::kCorrupt, "the header claims more blocks than the file can hold", status.offset_bytes});
+    return damaged(
+        path, {Status::kCorrupt, "the file is truncated, or its header claims more than it holds",
+               status.offset_bytes});
   }
   return header;
 }
@@ -93,15 +99,17 @@ Outcome<std::unique_ptr<StoredMap>> load_map(const std::string& path, std::size_
   stored->memory = std::move(*memory);
   Arena arena(stored->memory.span());
   Result<LocalMap> map = LocalMap::make(arena, config, header->classes);
-  if (!map.ok()) return Failure{path + ": the header has a setting out of range; make the map again or use another copy"};
+  if (!map.ok())
+    return Failure{
+        path + ": the header has a setting out of range; make the map again or use another copy"};
   stored->map = *map;
   const Outcome<void> loaded = load_into(path, stored->map);
   if (!loaded.ok()) return loaded.failure();
   return stored;
 }
 
-Outcome<void> save_map(const LocalMap& map, const MapIdentity& identity, std::span<KeyedIndex> workspace,
-                       const std::string& path) {
+Outcome<void> save_map(const LocalMap& map, const MapIdentity& identity,
+                       std::span<KeyedIndex> workspace, const std::string& path) {
   Outcome<AtomicFile> file = AtomicFile::open(path);
   if (!file.ok()) return file.failure();
   const ByteSink sink{&*file, [](void* context, std::span<const std::byte> bytes) {
@@ -113,6 +121,8 @@ Outcome<void> save_map(const LocalMap& map, const MapIdentity& identity, std::sp
   return file->commit();
 }
 
-std::vector<KeyedIndex> workspace_for(const LocalMap& map) { return std::vector<KeyedIndex>(2 * map.block_count()); }
+std::vector<KeyedIndex> workspace_for(const LocalMap& map) {
+  return std::vector<KeyedIndex>(2 * map.block_count());
+}
 
 }  // namespace tessera

@@ -38,8 +38,10 @@ struct StoredMap {
 };
 
 /// Reads a map file; its storage is just what it needs, or storage_bytes if that is larger.
-/// Fails with kUsage iff the file is missing, damaged or of another kind; the message says what is wrong and where.
-Outcome<std::unique_ptr<StoredMap>> load_map(const std::string& path, std::size_t storage_bytes = 0);
+/// Fails with kUsage iff the file is missing, damaged or of another kind; the message says what is
+/// wrong and where.
+Outcome<std::unique_ptr<StoredMap>> load_map(const std::string& path,
+                                             std::size_t storage_bytes = 0);
 
 /// Reads only the header.
 Outcome<MapFileHeader> load_map_header(const std::string& path);
@@ -47,9 +49,10 @@ Outcome<MapFileHeader> load_map_header(const std::string& path);
 /// Reads path into a map that was made with its header's settings. Fails as load_map.
 Outcome<void> load_into(const std::string& path, LocalMap& map);
 
-/// Writes the map to a temporary name and renames it. workspace: at least 2 * map.block_count() entries.
-Outcome<void> save_map(const LocalMap& map, const MapIdentity& identity, std::span<KeyedIndex> workspace,
-                       const std::string& path);
+/// Writes the map to a temporary name and renames it. workspace: at least 2 * map.block_count()
+/// entries.
+Outcome<void> save_map(const LocalMap& map, const MapIdentity& identity,
+                       std::span<KeyedIndex> workspace, const std::string& path);
 
 /// Workspace for iterating over a map.
 std::vector<KeyedIndex> workspace_for(const LocalMap& map);

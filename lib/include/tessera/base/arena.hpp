@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// The one place memory comes from: a block of bytes given by the caller, handed out front to back and never returned.
+// The one place memory comes from: a block of bytes given by the caller, handed out front to back
+// and never returned.
 #pragma once
 
 #include <cstddef>
@@ -20,13 +21,15 @@ constexpr std::size_t align_up(std::size_t bytes, std::size_t alignment) noexcep
   return (bytes + alignment - 1) / alignment * alignment;
 }
 
-/// Bytes that taking count objects of T uses: for the constexpr size formulas, which must agree with take().
+/// Bytes that taking count objects of T uses: for the constexpr size formulas, which must agree
+/// with take().
 template <class T>
 constexpr std::size_t arena_bytes(std::size_t count) noexcept {
   return align_up(count * sizeof(T), kArenaAlignment);
 }
 
-/// Hands out regions of the caller's memory, which must be aligned to kArenaAlignment and outlive everything made in it.
+/// Hands out regions of the caller's memory, which must be aligned to kArenaAlignment and outlive
+/// everything made in it.
 class Arena {
  public:
   explicit Arena(std::span<std::byte> memory) noexcept : memory_(memory) {}
@@ -37,7 +40,8 @@ class Arena {
   }
   [[nodiscard]] std::size_t remaining_bytes() const noexcept { return memory_.size() - used_; }
 
-  /// Takes count value-initialised objects of T (zeroed for numbers); an empty span if they do not fit. O(count).
+  /// Takes count value-initialised objects of T (zeroed for numbers); an empty span if they do not
+  /// fit. O(count).
   template <class T>
   [[nodiscard]] std::span<T> take(std::size_t count) noexcept {
     static_assert(std::is_trivially_destructible_v<T>, "an arena never runs destructors");
@@ -47,7 +51,8 @@ class Arena {
     return {first, count};
   }
 
-  /// Takes bytes without touching them, so that pages the operating system has not yet given stay ungiven. O(1).
+  /// Takes bytes without touching them, so that pages the operating system has not yet given stay
+  /// ungiven. O(1).
   [[nodiscard]] std::span<std::byte> take_untouched(std::size_t bytes) noexcept {
     auto* const first = static_cast<std::byte*>(take_raw(bytes, 1));
     return first == nullptr ? std::span<std::byte>{} : std::span<std::byte>{first, bytes};

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// The hook for caller bugs and broken invariants. Compiled out unless TESSERA_ASSERTS is 1; when on, the program provides
-// tessera_assert_failed, which must not return.
+// The hook for caller bugs and broken invariants. Compiled out unless TESSERA_ASSERTS is 1; when
+// on, the program provides tessera_assert_failed, which must not return.
 #pragma once
 
 #ifndef TESSERA_ASSERTS
@@ -9,7 +9,8 @@
 #endif
 
 #if TESSERA_ASSERTS
-extern "C" [[noreturn]] void tessera_assert_failed(const char* expression, const char* file, int line);
+extern "C" [[noreturn]] void tessera_assert_failed(const char* expression, const char* file,
+                                                   int line);
 #define TESSERA_ASSERT(expression) \
   ((expression) ? static_cast<void>(0) : tessera_assert_failed(#expression, __FILE__, __LINE__))
 #else

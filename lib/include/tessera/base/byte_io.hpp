@@ -10,7 +10,8 @@
 
 namespace tessera {
 
-/// Writes numbers one after the other into a buffer; what does not fit is dropped and ok() turns false.
+/// Writes numbers one after the other into a buffer; what does not fit is dropped and ok() turns
+/// false.
 class ByteWriter {
  public:
   explicit constexpr ByteWriter(std::span<std::byte> buffer) noexcept : buffer_(buffer) {}
@@ -54,7 +55,9 @@ class ByteReader {
   constexpr float f32() noexcept { return std::bit_cast<float>(u32()); }
   constexpr double f64() noexcept { return std::bit_cast<double>(u64()); }
   [[nodiscard]] constexpr bool ok() const noexcept { return ok_; }
-  [[nodiscard]] constexpr std::size_t remaining() const noexcept { return buffer_.size() - position_; }
+  [[nodiscard]] constexpr std::size_t remaining() const noexcept {
+    return buffer_.size() - position_;
+  }
 
  private:
   constexpr std::uint64_t get(std::size_t bytes) noexcept {

@@ -15,7 +15,8 @@ constexpr std::array<std::uint32_t, 256> make_crc32_table() noexcept {
   std::array<std::uint32_t, 256> table{};
   for (std::uint32_t i = 0; i < 256; ++i) {
     std::uint32_t value = i;
-    for (int bit = 0; bit < 8; ++bit) value = (value >> 1U) ^ ((value & 1U) != 0 ? 0x82f63b78U : 0U);
+    for (int bit = 0; bit < 8; ++bit)
+      value = (value >> 1U) ^ ((value & 1U) != 0 ? 0x82f63b78U : 0U);
     table[i] = value;
   }
   return table;
@@ -24,7 +25,8 @@ inline constexpr std::array<std::uint32_t, 256> kCrc32Table = make_crc32_table()
 }  // namespace detail
 
 /// The checksum of bytes; previous continues an earlier call's value. O(size).
-constexpr std::uint32_t crc32c(std::span<const std::byte> bytes, std::uint32_t previous = 0) noexcept {
+constexpr std::uint32_t crc32c(std::span<const std::byte> bytes,
+                               std::uint32_t previous = 0) noexcept {
   std::uint32_t crc = ~previous;
   for (const std::byte b : bytes) {
     crc = (crc >> 8U) ^ detail::kCrc32Table[(crc ^ static_cast<std::uint32_t>(b)) & 0xffU];

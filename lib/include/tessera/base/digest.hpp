@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// A 64-bit digest of a sequence of words, the same on every machine. It detects difference; it is not cryptographic.
+// A 64-bit digest of a sequence of words, the same on every machine. It detects difference; it is
+// not cryptographic.
 #pragma once
 
 #include <bit>
@@ -8,7 +9,8 @@
 
 namespace tessera {
 
-/// The finalizer of splitmix64 (Steele, Lea, Flood, OOPSLA 2014): a bijection of 64 bits with full avalanche.
+/// The finalizer of splitmix64 (Steele, Lea, Flood, OOPSLA 2014): a bijection of 64 bits with full
+/// avalanche.
 constexpr std::uint64_t mix64(std::uint64_t x) noexcept {
   x ^= x >> 30U;
   x *= 0xbf58476d1ce4e5b9U;

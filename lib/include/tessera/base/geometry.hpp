@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Fixed-size geometry types. Frames are named at the variable: p_map is a point in the map frame, T_map_sensor takes
-// sensor coordinates to map coordinates.
+// Fixed-size geometry types. Frames are named at the variable: p_map is a point in the map frame,
+// T_map_sensor takes sensor coordinates to map coordinates.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// A stable sort of 64-bit keys with a 32-bit payload: linear time, no heap, scratch from the caller.
+// A stable sort of 64-bit keys with a 32-bit payload: linear time, no heap, scratch from the
+// caller.
 #pragma once
 
 #include <array>
@@ -18,7 +19,8 @@ struct KeyedIndex {
 };
 
 /// Sorts items by key, equal keys in their first order. scratch: at least as long as items.
-/// O(8 n) at worst: one pass over the items for each byte in which the keys differ, and one that finds those bytes.
+/// O(8 n) at worst: one pass over the items for each byte in which the keys differ, and one that
+/// finds those bytes.
 inline void radix_sort(std::span<KeyedIndex> items, std::span<KeyedIndex> scratch) noexcept {
   TESSERA_ASSERT(scratch.size() >= items.size());
   std::uint64_t all_or = 0;

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// The vocabulary of expected failures. Each function's docstring lists which of these it can return.
+// The vocabulary of expected failures. Each function's docstring lists which of these it can
+// return.
 #pragma once
 
 #include <cstdint>
@@ -10,35 +11,45 @@
 
 namespace tessera {
 
-enum class [[nodiscard]] Status : std::uint8_t {
-  kOk = 0,
-  kInvalidArgument,    ///< An argument is outside its documented range; nothing was changed.
-  kResourceExhausted,  ///< A fixed capacity is used up; nothing was changed.
-  kOutOfRange,         ///< A coordinate lies outside the grid.
-  kMismatch,           ///< Two things that must agree (resolution, classes, version) do not.
-  kCorrupt,            ///< Stored bytes fail a check (magic, length, checksum, value range).
-  kTruncated,          ///< Stored bytes end too early.
-  kUnsupported,        ///< A newer format, or a feature this build does not have.
-  kIo,                 ///< The injected sink or source reported a failure.
+enum class [[nodiscard]] Status : std::uint8_t{
+    kOk = 0,
+    kInvalidArgument,    ///< An argument is outside its documented range; nothing was changed.
+    kResourceExhausted,  ///< A fixed capacity is used up; nothing was changed.
+    kOutOfRange,         ///< A coordinate lies outside the grid.
+    kMismatch,           ///< Two things that must agree (resolution, classes, version) do not.
+    kCorrupt,            ///< Stored bytes fail a check (magic, length, checksum, value range).
+    kTruncated,          ///< Stored bytes end too early.
+    kUnsupported,        ///< A newer format, or a feature this build does not have.
+    kIo,                 ///< The injected sink or source reported a failure.
 };
 
 /// A short lower-case English phrase, for messages.
 constexpr const char* to_string(Status status) noexcept {
   switch (status) {
-    case Status::kOk: return "ok";
-    case Status::kInvalidArgument: return "invalid argument";
-    case Status::kResourceExhausted: return "capacity exhausted";
-    case Status::kOutOfRange: return "outside the grid";
-    case Status::kMismatch: return "does not match";
-    case Status::kCorrupt: return "corrupt";
-    case Status::kTruncated: return "truncated";
-    case Status::kUnsupported: return "not supported";
-    case Status::kIo: return "input/output failed";
+    case Status::kOk:
+      return "ok";
+    case Status::kInvalidArgument:
+      return "invalid argument";
+    case Status::kResourceExhausted:
+      return "capacity exhausted";
+    case Status::kOutOfRange:
+      return "outside the grid";
+    case Status::kMismatch:
+      return "does not match";
+    case Status::kCorrupt:
+      return "corrupt";
+    case Status::kTruncated:
+      return "truncated";
+    case Status::kUnsupported:
+      return "not supported";
+    case Status::kIo:
+      return "input/output failed";
   }
   return "unknown status";
 }
 
-/// A value, or the reason why there is none. T must be movable; the status is never kOk without a value.
+/// A value, or the reason why there is none. T must be movable; the status is never kOk without a
+/// value.
 template <class T>
 class [[nodiscard]] Result {
  public:

@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// A hash index from block keys to 32-bit values in fixed memory with a hard bound on work: a key lives in one of two
-// buckets of five, so a look-up reads two cache lines at most, whatever the keys. Inserting may move earlier keys to their
-// other bucket along a path found by a search of at most kMaxSearched buckets; where none is found the insert is refused.
+// A hash index from block keys to 32-bit values in fixed memory with a hard bound on work: a key
+// lives in one of two buckets of five, so a look-up reads two cache lines at most, whatever the
+// keys. Inserting may move earlier keys to their other bucket along a path found by a search of at
+// most kMaxSearched buckets; where none is found the insert is refused.
 #pragma once
 
 #include <array>
@@ -21,13 +22,14 @@ class KeyIndex {
  public:
   static constexpr int kBucketSlots = 5;
   static constexpr int kMaxProbes = 2 * kBucketSlots;  ///< Keys compared by find(), at most.
-  static constexpr int kMaxSearched = 62;              ///< Buckets visited by insert(), at most: 2 + 10 + 50.
+  static constexpr int kMaxSearched = 62;  ///< Buckets visited by insert(), at most: 2 + 10 + 50.
 
   /// Bytes for an index that holds up to capacity keys at 80 % load.
   [[nodiscard]] static constexpr std::size_t required_bytes(std::size_t capacity) noexcept {
     return arena_bytes<Bucket>(bucket_count(capacity));
   }
-  /// An index in memory from the arena. Fails with kResourceExhausted iff it does not fit. O(capacity).
+  /// An index in memory from the arena. Fails with kResourceExhausted iff it does not fit.
+  /// O(capacity).
   [[nodiscard]] static Result<KeyIndex> make(Arena& arena, std::size_t capacity) noexcept;
 
   KeyIndex() noexcept = default;
@@ -44,9 +46,9 @@ class KeyIndex {
     return std::nullopt;
   }
 
-  /// Adds a key that is not present. Fails with kResourceExhausted iff capacity() keys are present already or no bucket
-  /// within reach has room (possible for keys chosen to collide); the index is then unchanged. At most kMaxSearched
-  /// buckets read and three keys moved.
+  /// Adds a key that is not present. Fails with kResourceExhausted iff capacity() keys are present
+  /// already or no bucket within reach has room (possible for keys chosen to collide); the index is
+  /// then unchanged. At most kMaxSearched buckets read and three keys moved.
   Status insert(BlockKey key, std::uint32_t value) noexcept;
 
   /// Sets the value of a key that is present. Reads two buckets at most.
@@ -72,7 +74,8 @@ class KeyIndex {
   [[nodiscard]] std::size_t capacity() const noexcept { return capacity_; }
 
  private:
-  /// One cache line. Keys are stored plus one, so that zero means empty and fresh memory is an empty index.
+  /// One cache line. Keys are stored plus one, so that zero means empty and fresh memory is an
+  /// empty index.
   struct alignas(64) Bucket {
     std::array<std::uint64_t, kBucketSlots> keys{};
     std::array<std::uint32_t, kBucketSlots> values{};
@@ -97,7 +100,8 @@ class KeyIndex {
   [[nodiscard]] std::uint32_t scale(std::uint32_t part) const noexcept {
     return static_cast<std::uint32_t>((std::uint64_t{part} * buckets_.size()) >> 32U);
   }
-  [[nodiscard]] std::uint32_t other_bucket(std::uint64_t stored_key, std::uint32_t bucket) const noexcept {
+  [[nodiscard]] std::uint32_t other_bucket(std::uint64_t stored_key,
+                                           std::uint32_t bucket) const noexcept {
     const std::uint64_t hash = hash_of(BlockKey{stored_key - 1});
     const std::uint32_t first = first_bucket(hash);
     return first == bucket ? second_bucket(hash) : first;

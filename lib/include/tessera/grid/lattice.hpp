@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Where a point, a voxel and a block are: the only place that rounds coordinates. Voxel v covers [v, v + 1) * resolution
-// on each axis; a block is 8 x 8 x 8 voxels, an octet 2 x 2 x 2. Negative coordinates floor like positive ones.
+// Where a point, a voxel and a block are: the only place that rounds coordinates. Voxel v covers
+// [v, v + 1) * resolution on each axis; a block is 8 x 8 x 8 voxels, an octet 2 x 2 x 2. Negative
+// coordinates floor like positive ones.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +16,8 @@ inline constexpr int kBlockEdge = 8;
 inline constexpr int kBlockVoxels = kBlockEdge * kBlockEdge * kBlockEdge;
 inline constexpr int kOctetVoxels = 8;
 inline constexpr int kBlockOctets = kBlockVoxels / kOctetVoxels;
-/// Block coordinates are in [-kBlockLimit, kBlockLimit), so that three fit a 64-bit key with a bit to spare.
+/// Block coordinates are in [-kBlockLimit, kBlockLimit), so that three fit a 64-bit key with a bit
+/// to spare.
 inline constexpr std::int32_t kBlockLimit = 1 << 20;
 inline constexpr std::int32_t kVoxelLimit = kBlockLimit * kBlockEdge;
 
@@ -33,7 +35,8 @@ struct BlockCoord {
   friend constexpr bool operator==(const BlockCoord&, const BlockCoord&) = default;
 };
 
-/// A block's coordinates in 63 bits. Keys compare as (z, y, x), the order in which maps are iterated, saved and digested.
+/// A block's coordinates in 63 bits. Keys compare as (z, y, x), the order in which maps are
+/// iterated, saved and digested.
 struct BlockKey {
   std::uint64_t bits = 0;
   friend constexpr bool operator==(BlockKey, BlockKey) = default;
@@ -52,7 +55,9 @@ constexpr bool in_grid(VoxelCoord voxel) noexcept {
 /// Fails with kOutOfRange iff a coordinate is outside [-kBlockLimit, kBlockLimit).
 constexpr Result<BlockKey> pack(BlockCoord block) noexcept {
   if (!in_grid(block)) return Status::kOutOfRange;
-  constexpr auto biased = [](std::int32_t v) { return static_cast<std::uint64_t>(v + kBlockLimit); };
+  constexpr auto biased = [](std::int32_t v) {
+    return static_cast<std::uint64_t>(v + kBlockLimit);
+  };
   return BlockKey{(biased(block.z) << 42U) | (biased(block.y) << 21U) | biased(block.x)};
 }
 /// pack for a coordinate known to be in the grid.
@@ -94,7 +99,8 @@ constexpr int row_order(int octet, int voxel) noexcept {
 /// Row order of an octet's first voxel.
 constexpr int row_order_corner(int octet) noexcept { return row_order(octet, 0); }
 
-/// Largest integer not above value; |value| < 2^62. Without libm, so the same everywhere and inlined on every target.
+/// Largest integer not above value; |value| < 2^62. Without libm, so the same everywhere and
+/// inlined on every target.
 constexpr std::int64_t floor_to_int64(double value) noexcept {
   const auto truncated = static_cast<std::int64_t>(value);
   return truncated - (static_cast<double>(truncated) > value ? 1 : 0);
@@ -113,7 +119,8 @@ class Lattice {
   }
   [[nodiscard]] constexpr double resolution_m() const noexcept { return resolution_m_; }
 
-  /// The voxel that contains p_map (metres). Fails with kOutOfRange iff p_map is not finite or outside the grid.
+  /// The voxel that contains p_map (metres). Fails with kOutOfRange iff p_map is not finite or
+  /// outside the grid.
   [[nodiscard]] Result<VoxelCoord> voxel_of(const Point3f& p_map) const noexcept {
     const Point3d q = to_voxels(p_map);
     constexpr double limit = kVoxelLimit;
@@ -124,8 +131,8 @@ class Lattice {
     return VoxelCoord{floor_to_int(q.x()), floor_to_int(q.y()), floor_to_int(q.z())};
   }
 
-  /// p_map in units of voxels. A division, not a product with the inverse: points on a voxel border then fall where exact
-  /// arithmetic on the decimal resolution puts them in nearly all cases.
+  /// p_map in units of voxels. A division, not a product with the inverse: points on a voxel border
+  /// then fall where exact arithmetic on the decimal resolution puts them in nearly all cases.
   [[nodiscard]] Point3d to_voxels(const Point3f& p_map) const noexcept {
     return {static_cast<double>(p_map.x()) / resolution_m_,
             static_cast<double>(p_map.y()) / resolution_m_,

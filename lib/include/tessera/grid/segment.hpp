@@ -11,13 +11,15 @@
 
 namespace tessera {
 
-/// Steps through the cells of a unit grid that the segment from a to b crosses, both ends included, ties between axes to
-/// x, then y. visit(x, y, z, t) gets the cell and the part of the segment before it, and returns false to stop; false is
-/// then returned. Under |dx| + |dy| + |dz| + 4 cells.
+/// Steps through the cells of a unit grid that the segment from a to b crosses, both ends included,
+/// ties between axes to x, then y. visit(x, y, z, t) gets the cell and the part of the segment
+/// before it, and returns false to stop; false is then returned. Under |dx| + |dy| + |dz| + 4
+/// cells.
 template <class Visit>
 bool walk_segment(const Point3d& a, const Point3d& b, Visit&& visit) noexcept {
   std::array<std::int32_t, 3> cell{floor_to_int(a.x()), floor_to_int(a.y()), floor_to_int(a.z())};
-  const std::array<std::int32_t, 3> last{floor_to_int(b.x()), floor_to_int(b.y()), floor_to_int(b.z())};
+  const std::array<std::int32_t, 3> last{floor_to_int(b.x()), floor_to_int(b.y()),
+                                         floor_to_int(b.z())};
   std::array<double, 3> t_next{};
   std::array<double, 3> t_step{};
   std::array<std::int32_t, 3> step{};
@@ -32,7 +34,8 @@ bool walk_segment(const Point3d& a, const Point3d& b, Visit&& visit) noexcept {
     t_step[axis] = left[axis] > 0 ? 1.0 / (d * step[axis]) : kNever;
     t_next[axis] = left[axis] > 0 ? (border - a[i]) / d : kNever;
   }
-  // How many steps each axis takes is fixed in advance: rounding can change their order, never where they end.
+  // How many steps each axis takes is fixed in advance: rounding can change their order, never
+  // where they end.
   double t = 0.0;
   for (;;) {
     if (!visit(cell[0], cell[1], cell[2], t)) return false;

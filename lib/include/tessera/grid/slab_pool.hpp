@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Storage for a map's parts of a few fixed sizes, cut from one region in pages of 4 KiB: a page serves one size, and
-// which size is decided when it is first needed, so that no split between sizes has to be guessed in advance.
+// Storage for a map's parts of a few fixed sizes, cut from one region in pages of 4 KiB: a page
+// serves one size, and which size is decided when it is first needed, so that no split between
+// sizes has to be guessed in advance.
 #pragma once
 
 #include <array>
@@ -25,11 +26,13 @@ class SlabPool {
   using Counts = std::array<std::uint32_t, kMaxSizes>;
 
   SlabPool() noexcept = default;
-  /// storage: aligned to kArenaAlignment. item_bytes: each at most kPageBytes, a multiple of 16; zero for unused.
-  SlabPool(std::span<std::byte> storage, const std::array<std::uint32_t, kMaxSizes>& item_bytes) noexcept;
+  /// storage: aligned to kArenaAlignment. item_bytes: each at most kPageBytes, a multiple of 16;
+  /// zero for unused.
+  SlabPool(std::span<std::byte> storage,
+           const std::array<std::uint32_t, kMaxSizes>& item_bytes) noexcept;
 
-  /// A zeroed item. Fails with kResourceExhausted iff neither a released item of this size nor a page is left; counted in
-  /// refused(). O(item size).
+  /// A zeroed item. Fails with kResourceExhausted iff neither a released item of this size nor a
+  /// page is left; counted in refused(). O(item size).
   [[nodiscard]] Result<SlabHandle> allocate(int size) noexcept;
   /// Gives an item back for reuse at its size. O(1).
   void release(int size, SlabHandle handle) noexcept;
@@ -61,9 +64,9 @@ class SlabPool {
   struct SizeClass {
     std::uint32_t item_bytes = 0;
     std::uint32_t per_page = 0;
-    std::uint32_t released = 0;       ///< Items in the list that starts at first_released.
-    SlabHandle first_released = 0;    ///< A released item's first four bytes name the next.
-    std::uint32_t fresh = 0;          ///< Items of the newest page that were never handed out.
+    std::uint32_t released = 0;     ///< Items in the list that starts at first_released.
+    SlabHandle first_released = 0;  ///< A released item's first four bytes name the next.
+    std::uint32_t fresh = 0;        ///< Items of the newest page that were never handed out.
     SlabHandle next_fresh = 0;
     std::uint32_t live = 0;
   };

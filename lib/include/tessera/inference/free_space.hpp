@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Free space: which voxels a scan's rays passed through. Rays are traced into bitmaps of their own, so a voxel counts one
-// pass a scan however many rays cross it, and the map's memory is touched once a block.
+// Free space: which voxels a scan's rays passed through. Rays are traced into bitmaps of their own,
+// so a voxel counts one pass a scan however many rays cross it, and the map's memory is touched
+// once a block.
 #pragma once
 
 #include <array>
@@ -34,40 +35,46 @@ struct RayBlock {
 class FreeSpace {
  public:
   [[nodiscard]] static constexpr std::size_t required_bytes(const ScanCapacity& capacity) noexcept {
-    return KeyIndex::required_bytes(capacity.ray_blocks) + arena_bytes<RayBlock>(capacity.ray_blocks) +
-           arena_bytes<float>(kImagePixels);
+    return KeyIndex::required_bytes(capacity.ray_blocks) +
+           arena_bytes<RayBlock>(capacity.ray_blocks) + arena_bytes<float>(kImagePixels);
   }
   [[nodiscard]] static Result<FreeSpace> make(Arena& arena, const ScanCapacity& capacity) noexcept;
   FreeSpace() noexcept = default;
 
   /// Starts a scan seen from origin_map (metres). O(capacity).
-  void begin(const FreeSpaceConfig& config, const Lattice& lattice, const Point3d& origin_map) noexcept;
-  /// Declares a return, so that no ray near its direction is carved beyond it. All returns before the first trace. O(1).
+  void begin(const FreeSpaceConfig& config, const Lattice& lattice,
+             const Point3d& origin_map) noexcept;
+  /// Declares a return, so that no ray near its direction is carved beyond it. All returns before
+  /// the first trace. O(1).
   void add_return(const Point3f& p_map) noexcept;
   /// Marks the voxel of a point. Fails with kResourceExhausted iff the ray blocks are full.
   Status mark_hit(VoxelCoord voxel) noexcept;
-  /// Traces the ray to end_map, which must be in the grid, up to the nearest return near its direction less the margin.
-  /// is_return: end_map is a return, not the range limit. Fails with kResourceExhausted iff the ray blocks are full, with
-  /// the voxels before that marked. O(voxels crossed).
+  /// Traces the ray to end_map, which must be in the grid, up to the nearest return near its
+  /// direction less the margin. is_return: end_map is a return, not the range limit. Fails with
+  /// kResourceExhausted iff the ray blocks are full, with the voxels before that marked. O(voxels
+  /// crossed).
   Status trace(const Point3f& end_map, bool is_return) noexcept;
-  /// Makes an entry for each block that trace could mark on the ray to end_map, its last voxel's included, and calls
-  /// visit(RayBlock&), which returns false to stop, for each. Marks nothing. Fails with kResourceExhausted iff the ray
-  /// blocks are full or visit stopped. O(voxels crossed).
+  /// Makes an entry for each block that trace could mark on the ray to end_map, its last voxel's
+  /// included, and calls visit(RayBlock&), which returns false to stop, for each. Marks nothing.
+  /// Fails with kResourceExhausted iff the ray blocks are full or visit stopped. O(voxels crossed).
   template <class Visit>
   Status for_each_block(const Point3f& end_map, Visit&& visit) noexcept;
 
   [[nodiscard]] std::span<RayBlock> blocks() noexcept { return blocks_.first(count_); }
   [[nodiscard]] std::uint64_t steps() const noexcept { return steps_; }
-  /// A bound on the voxels that a ray to end_map crosses, from its length alone: |dx| + |dy| + |dz| in voxels, plus 4.
+  /// A bound on the voxels that a ray to end_map crosses, from its length alone: |dx| + |dy| + |dz|
+  /// in voxels, plus 4.
   [[nodiscard]] std::uint64_t most_steps(const Point3f& end_map) const noexcept;
 
  private:
-  /// A cube around the sensor, its faces cut into kFacePixels^2 directions about half a degree apart; each pixel holds the
-  /// nearest return. Divisions only: no libm, the same on every machine.
+  /// A cube around the sensor, its faces cut into kFacePixels^2 directions about half a degree
+  /// apart; each pixel holds the nearest return. Divisions only: no libm, the same on every
+  /// machine.
   static constexpr int kFacePixels = 192;
   static constexpr std::size_t kImagePixels = std::size_t{6} * kFacePixels * kFacePixels;
   [[nodiscard]] static std::size_t pixel_of(const Point3d& direction) noexcept;
-  [[nodiscard]] double carve_length_m(const Point3d& direction, double length_m, bool is_return) const noexcept;
+  [[nodiscard]] double carve_length_m(const Point3d& direction, double length_m,
+                                      bool is_return) const noexcept;
   [[nodiscard]] RayBlock* entry(BlockCoord block) noexcept;
 
   KeyIndex index_{};
@@ -84,13 +91,14 @@ template <class Visit>
 Status FreeSpace::for_each_block(const Point3f& end_map, Visit&& visit) noexcept {
   const Point3d end = end_map.cast<double>();
   const RayBlock* last = nullptr;
-  const bool all = walk_segment(origin_map_ / resolution_m_, end / resolution_m_, [&](int x, int y, int z, double) {
-    const BlockCoord here = block_of({x, y, z});
-    if (last != nullptr && last->coord == here) return true;
-    RayBlock* const block = entry(here);
-    last = block;
-    return block != nullptr && visit(*block);
-  });
+  const bool all = walk_segment(origin_map_ / resolution_m_, end / resolution_m_,
+                                [&](int x, int y, int z, double) {
+                                  const BlockCoord here = block_of({x, y, z});
+                                  if (last != nullptr && last->coord == here) return true;
+                                  RayBlock* const block = entry(here);
+                                  last = block;
+                                  return block != nullptr && visit(*block);
+                                });
   return all ? Status::kOk : Status::kResourceExhausted;
 }
 

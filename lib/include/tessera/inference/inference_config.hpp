@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// How scans become evidence: the three modes and their constants, with the reference's values as defaults.
+// How scans become evidence: the three modes and their constants, with the reference's values as
+// defaults.
 #pragma once
 
 #include <cstdint>
@@ -8,42 +9,50 @@
 namespace tessera {
 
 enum class InferenceMode : std::uint8_t {
-  kCounting = 0,      ///< A point adds its weight to its own voxel.
-  kKernel = 1,        ///< k_0 with a fixed length around every point (Gan et al., RA-L 2020), no block limits.
+  kCounting = 0,  ///< A point adds its weight to its own voxel.
+  kKernel =
+      1,  ///< k_0 with a fixed length around every point (Gan et al., RA-L 2020), no block limits.
   kMultiEntropy = 2,  ///< k_e: length and reach follow the scan's entropies (paper eq. 6).
 };
 
 constexpr const char* to_string(InferenceMode mode) noexcept {
   switch (mode) {
-    case InferenceMode::kCounting: return "counting";
-    case InferenceMode::kKernel: return "kernel";
-    case InferenceMode::kMultiEntropy: return "multi-entropy";
+    case InferenceMode::kCounting:
+      return "counting";
+    case InferenceMode::kKernel:
+      return "kernel";
+    case InferenceMode::kMultiEntropy:
+      return "multi-entropy";
   }
   return "invalid";
 }
 
-/// The weight of the point that stands for a thinned cell, from the weights of the points with the cell's label.
+/// The weight of the point that stands for a thinned cell, from the weights of the points with the
+/// cell's label.
 enum class ThinningWeight : std::uint8_t {
   kMean = 0,  ///< One point is one observation, whatever the sensor's density there.
   kSum = 1,   ///< As many observations as there were returns.
 };
 
-/// Constants of the multi-entropy mode. Lengths in voxels. An entropy block is block_edge voxels a side.
+/// Constants of the multi-entropy mode. Lengths in voxels. An entropy block is block_edge voxels a
+/// side.
 struct EntropyConfig {
-  float base_length = 3.0F;      ///< D_m = (base_length + entropy_length * E_c) * resolution.
+  float base_length = 3.0F;  ///< D_m = (base_length + entropy_length * E_c) * resolution.
   float entropy_length = 2.0F;
-  float smooth_above = 0.3F;     ///< A block with E_c above this learns from its face neighbours too.
-  float fill_length = 5.0F;      ///< D of a block without points that is filled from its neighbours.
-  int fill_neighbours = 2;       ///< Face neighbours with points that filling takes, 1 .. 6; 7 never fills.
-  bool fill_one_label = true;    ///< Fill only where all labelled points of the neighbours agree.
-  int block_edge = 2;            ///< 1, 2 or 4 voxels.
+  float smooth_above = 0.3F;  ///< A block with E_c above this learns from its face neighbours too.
+  float fill_length = 5.0F;   ///< D of a block without points that is filled from its neighbours.
+  int fill_neighbours =
+      2;  ///< Face neighbours with points that filling takes, 1 .. 6; 7 never fills.
+  bool fill_one_label = true;  ///< Fill only where all labelled points of the neighbours agree.
+  int block_edge = 2;          ///< 1, 2 or 4 voxels.
 };
 
 /// How rays give free evidence.
 struct FreeSpaceConfig {
   bool enabled = true;
-  /// A ray is carved up to the nearest return in directions within this angle of its own (radians, small), so that rays
-  /// that graze a surface or pass an edge closely free nothing of it. 0: its own return only.
+  /// A ray is carved up to the nearest return in directions within this angle of its own (radians,
+  /// small), so that rays that graze a surface or pass an edge closely free nothing of it. 0: its
+  /// own return only.
   float neighbour_angle_rad = 0.015F;
   /// Carving ends this many voxels before that return.
   float margin_voxels = 2.0F;
@@ -51,16 +60,19 @@ struct FreeSpaceConfig {
 
 struct InferenceConfig {
   InferenceMode mode = InferenceMode::kMultiEntropy;
-  float kernel_length_m = 0.5F;          ///< D of the kernel mode.
-  float kernel_scale = 1.0F;             ///< eps_0.
-  float min_weight = 1.0F / 4096.0F;     ///< Smaller contributions are not added; 0 adds the full ball.
+  float kernel_length_m = 0.5F;  ///< D of the kernel mode.
+  float kernel_scale = 1.0F;     ///< eps_0.
+  float min_weight =
+      1.0F / 4096.0F;  ///< Smaller contributions are not added; 0 adds the full ball.
   EntropyConfig entropy{};
   FreeSpaceConfig free_space{};
-  float min_range_m = 0.5F;              ///< Nearer returns are refused: the robot itself, or a sensor's "no return".
-  float max_range_m = 40.0F;             ///< Farther returns add no hit and carve up to here. 0: no limit.
-  float thinning_m = 0.1F;               ///< Cell of the thinning grid; 0: off.
+  float min_range_m =
+      0.5F;  ///< Nearer returns are refused: the robot itself, or a sensor's "no return".
+  float max_range_m = 40.0F;  ///< Farther returns add no hit and carve up to here. 0: no limit.
+  float thinning_m = 0.1F;    ///< Cell of the thinning grid; 0: off.
   ThinningWeight thinning_weight = ThinningWeight::kMean;
-  std::uint64_t work_budget = 0;         ///< Most kernel evaluations and ray steps a scan may take; 0: no limit.
+  std::uint64_t work_budget =
+      0;  ///< Most kernel evaluations and ray steps a scan may take; 0: no limit.
 };
 
 /// Capacities of an integrator's scratch memory. What goes beyond them is left out and counted.

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Turns a scan into evidence in a map: register, thin, admit, write, carve. Points are admitted before anything is
-// written, so the map afterwards is what integrating the admitted points alone would have made it. No heap, no clock.
+// Turns a scan into evidence in a map: register, thin, admit, write, carve. Points are admitted
+// before anything is written, so the map afterwards is what integrating the admitted points alone
+// would have made it. No heap, no clock.
 #pragma once
 
 #include <span>
@@ -20,50 +21,63 @@ namespace tessera {
 class Integrator {
  public:
   /// Bytes of arena that make takes. With free space off its part is left out.
-  [[nodiscard]] static constexpr std::size_t required_bytes(const ScanCapacity& capacity, bool free_space) noexcept {
-    return 2 * arena_bytes<ScanPoint>(capacity.points) + 2 * arena_bytes<ScanPoint>(capacity.points) +
-           arena_bytes<KeyedIndex>(2 * std::size_t{capacity.points}) + ScanTiles::required_bytes(capacity) +
-           KernelTile::required_bytes() + arena_bytes<OctetEvidence>(8) +
-           (free_space ? FreeSpace::required_bytes(capacity) : 0);
+  [[nodiscard]] static constexpr std::size_t required_bytes(const ScanCapacity& capacity,
+                                                            bool free_space) noexcept {
+    return 2 * arena_bytes<ScanPoint>(capacity.points) +
+           2 * arena_bytes<ScanPoint>(capacity.points) +
+           arena_bytes<KeyedIndex>(2 * std::size_t{capacity.points}) +
+           ScanTiles::required_bytes(capacity) + KernelTile::required_bytes() +
+           arena_bytes<OctetEvidence>(8) + (free_space ? FreeSpace::required_bytes(capacity) : 0);
   }
 
-  /// An integrator with scratch memory from the arena. Fails with kInvalidArgument iff a value of config is outside its
-  /// documented range (spec section 2) or a capacity is zero; kResourceExhausted iff the arena is too small.
+  /// An integrator with scratch memory from the arena. Fails with kInvalidArgument iff a value of
+  /// config is outside its documented range (spec section 2) or a capacity is zero;
+  /// kResourceExhausted iff the arena is too small.
   [[nodiscard]] static Result<Integrator> make(Arena& arena, const InferenceConfig& config,
                                                const ScanCapacity& capacity) noexcept;
   Integrator() noexcept = default;
 
-  /// Integrates one scan. Never fails: what was refused or left out is in the report, counted by reason.
+  /// Integrates one scan. Never fails: what was refused or left out is in the report, counted by
+  /// reason.
   ///
-  /// All points are admitted if what they may need fits the work budget, the scratch memory and the map's free storage.
-  /// If not, they are admitted one by one, nearest to the sensor first: a point and its ray together or not at all, by a
-  /// bound on what they may need; the work budget ends admission, a point that does not fit the memory is passed over.
+  /// All points are admitted if what they may need fits the work budget, the scratch memory and the
+  /// map's free storage. If not, they are admitted one by one, nearest to the sensor first: a point
+  /// and its ray together or not at all, by a bound on what they may need; the work budget ends
+  /// admission, a point that does not fit the memory is passed over.
   ///
-  /// Worst-case work with n points, at most: sorts O(n); evaluations n (counting), 7 n e^3 with unit edge e
-  /// (multi-entropy), n (2 D + 2)^3 with D in voxels (kernel); ray steps n (range in voxels * sqrt(3) + 3).
+  /// Worst-case work with n points, at most: sorts O(n); evaluations n (counting), 7 n e^3 with
+  /// unit edge e (multi-entropy), n (2 D + 2)^3 with D in voxels (kernel); ray steps n (range in
+  /// voxels * sqrt(3) + 3).
   ScanReport integrate(LocalMap& map, const ScanView& scan) noexcept;
 
-  /// The points of the last scan that were integrated, thinned, in the order in which they were added: for tests and for
-  /// those who want to see what the map learnt from.
-  [[nodiscard]] std::span<const ScanPoint> admitted() const noexcept { return admitted_.first(admitted_count_); }
+  /// The points of the last scan that were integrated, thinned, in the order in which they were
+  /// added: for tests and for those who want to see what the map learnt from.
+  [[nodiscard]] std::span<const ScanPoint> admitted() const noexcept {
+    return admitted_.first(admitted_count_);
+  }
   /// Ends of the last scan's rays to returns beyond the range limit, likewise.
-  [[nodiscard]] std::span<const ScanPoint> admitted_rays() const noexcept { return rays_.first(ray_count_); }
+  [[nodiscard]] std::span<const ScanPoint> admitted_rays() const noexcept {
+    return rays_.first(ray_count_);
+  }
   [[nodiscard]] const InferenceConfig& config() const noexcept { return config_; }
 
  private:
   void register_points(const LocalMap& map, const ScanView& scan, ScanReport& report) noexcept;
   void thin_points(const LocalMap& map, ScanReport& report) noexcept;
-  /// Fills tiles and ray blocks for the admitted points and opens the map's blocks. False: something does not fit.
+  /// Fills tiles and ray blocks for the admitted points and opens the map's blocks. False:
+  /// something does not fit.
   bool prepare(LocalMap& map) noexcept;
   bool want_units(const LocalMap& map) noexcept;
   bool want_kernel_units() noexcept;
   bool trace_rays(const LocalMap& map) noexcept;
   bool open_blocks(LocalMap& map) noexcept;
   bool open_tile(LocalMap& map, Tile& tile, std::uint64_t units) noexcept;
-  /// Adds to wanted a bound on what writing units takes beyond what the map has; counted: units counted before.
+  /// Adds to wanted a bound on what writing units takes beyond what the map has; counted: units
+  /// counted before.
   void count_tile(const LocalMap& map, const Tile& tile, std::uint64_t units, std::uint64_t counted,
                   SlabPool::Counts& wanted) const noexcept;
-  void count_ray_block(const LocalMap& map, const RayBlock& ray_block, SlabPool::Counts& wanted) const noexcept;
+  void count_ray_block(const LocalMap& map, const RayBlock& ray_block,
+                       SlabPool::Counts& wanted) const noexcept;
   [[nodiscard]] std::uint64_t evaluations_per_point() const noexcept;
   /// Admission one by one, nearest first.
   void admit_nearest_first(LocalMap& map, ScanReport& report) noexcept;
@@ -71,11 +85,14 @@ class Integrator {
   /// How far from a point's unit the units lie that it may contribute to.
   [[nodiscard]] int reach_units() const noexcept;
   /// Speaks for all that a point, its ray or both may need, or for nothing.
-  bool reserve(LocalMap& map, const ScanPoint& point, bool is_point, SlabPool::Counts& spoken_for) noexcept;
+  bool reserve(LocalMap& map, const ScanPoint& point, bool is_point,
+               SlabPool::Counts& spoken_for) noexcept;
   bool open_reserved(LocalMap& map, const ScanPoint& point, bool is_point) noexcept;
   void write_labels(LocalMap& map, ScanReport& report) noexcept;
-  void write_units(LocalMap& map, const Tile& tile, EvidenceWork& work, ScanReport& report) noexcept;
-  void write_kernel_tile(LocalMap& map, const Tile& tile, EvidenceWork& work, ScanReport& report) noexcept;
+  void write_units(LocalMap& map, const Tile& tile, EvidenceWork& work,
+                   ScanReport& report) noexcept;
+  void write_kernel_tile(LocalMap& map, const Tile& tile, EvidenceWork& work,
+                         ScanReport& report) noexcept;
   void write_free_space(LocalMap& map, ScanReport& report) noexcept;
   void close_unwritten_blocks(LocalMap& map) noexcept;
   [[nodiscard]] KernelShape shape(float length_voxels) const noexcept {
@@ -102,8 +119,10 @@ class Integrator {
   std::size_t admitted_count_ = 0;
   std::size_t ray_count_ = 0;
   float largest_weight_ = 0.0F;
-  float kernel_radius_ = 0.0F;   ///< Distance beyond which no contribution counts, voxels (kernel mode).
-  int kernel_reach_units_ = 0;   ///< Most units from a point's unit to one it contributes to, on an axis (kernel mode).
+  float kernel_radius_ =
+      0.0F;  ///< Distance beyond which no contribution counts, voxels (kernel mode).
+  int kernel_reach_units_ =
+      0;  ///< Most units from a point's unit to one it contributes to, on an axis (kernel mode).
   Point3d origin_map_ = Point3d::Zero();
 };
 

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// The sparse kernel k_0 (Melkumyan and Ramos, IJCAI 2009; paper eq. 5), tabulated over the squared distance.
+// The sparse kernel k_0 (Melkumyan and Ramos, IJCAI 2009; paper eq. 5), tabulated over the squared
+// distance.
 #pragma once
 
 #include <array>
@@ -12,8 +13,8 @@ namespace detail {
 
 inline constexpr double kPi = 3.14159265358979323846;
 
-/// sin by its series after reduction to [-pi/2, pi/2]. Own code, because libm's last bits differ between machines and
-/// every map must be the same everywhere.
+/// sin by its series after reduction to [-pi/2, pi/2]. Own code, because libm's last bits differ
+/// between machines and every map must be the same everywhere.
 constexpr double exact_sin(double x) noexcept {
   while (x > kPi) x -= 2 * kPi;
   while (x < -kPi) x += 2 * kPi;
@@ -41,11 +42,13 @@ constexpr double exact_sqrt(double x) noexcept {
 constexpr double kernel_exact(double r) noexcept {
   if (!(r < 1.0)) return 0.0;
   const double a = 2.0 * detail::kPi * r;
-  return (2.0 + detail::exact_cos(a)) * (1.0 - r) / 3.0 + detail::exact_sin(a) / (2.0 * detail::kPi);  // eq. (5)
+  return (2.0 + detail::exact_cos(a)) * (1.0 - r) / 3.0 +
+         detail::exact_sin(a) / (2.0 * detail::kPi);  // eq. (5)
 }
 
-/// k_0 as a quadratic in each of kSegments equal parts of [0, 1) in s = (d / D)^2: no square root, 3 kB of table.
-/// Error against the formula: at most 4e-7 absolute, and 3e-6 relative wherever k_0 >= 2^-12.
+/// k_0 as a quadratic in each of kSegments equal parts of [0, 1) in s = (d / D)^2: no square root,
+/// 3 kB of table. Error against the formula: at most 4e-7 absolute, and 3e-6 relative wherever k_0
+/// >= 2^-12.
 class KernelTable {
  public:
   static constexpr int kSegments = 256;
@@ -60,7 +63,8 @@ class KernelTable {
     return c.a + t * (c.b + t * c.c);
   }
 
-  /// The largest s at which k_0 still reaches value, rounded up: beyond it a contribution is surely under value.
+  /// The largest s at which k_0 still reaches value, rounded up: beyond it a contribution is surely
+  /// under value.
   [[nodiscard]] static constexpr float support(double value) noexcept {
     if (value <= 0.0) return 1.0F;
     double low = 0.0;

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// One scan's points in order of space. A unit is a cube of 1, 2 or 4 voxels (the entropy block); a tile is 4 x 4 x 4
-// units, so that which units hold points is one 64-bit word and neighbourhoods are shifts. With the default unit of two
-// voxels a tile is a block of the map.
+// One scan's points in order of space. A unit is a cube of 1, 2 or 4 voxels (the entropy block); a
+// tile is 4 x 4 x 4 units, so that which units hold points is one 64-bit word and neighbourhoods
+// are shifts. With the default unit of two voxels a tile is a block of the map.
 #pragma once
 
 #include <array>
@@ -32,19 +32,21 @@ struct UnitSample {
   static constexpr std::uint8_t kNoLabel = 0;
   static constexpr std::uint8_t kMixed = 255;
 
-  std::uint32_t begin = 0;        ///< Into ScanTiles::points().
+  std::uint32_t begin = 0;  ///< Into ScanTiles::points().
   std::uint32_t end = 0;
-  float class_entropy = 0.0F;     ///< E_c in [0, 1].
-  std::uint8_t label = kNoLabel;  ///< The label that all labelled points share, kMixed, or kNoLabel.
+  float class_entropy = 0.0F;  ///< E_c in [0, 1].
+  std::uint8_t label =
+      kNoLabel;  ///< The label that all labelled points share, kMixed, or kNoLabel.
 };
 
 struct Tile {
-  BlockCoord coord;                 ///< In units of tiles.
-  std::uint64_t occupied = 0;       ///< Units with points; unit x + 4 y + 16 z.
-  std::uint64_t wanted = 0;         ///< Units that may receive evidence.
-  std::uint64_t reserved = 0;       ///< Units spoken for while points are admitted one by one.
-  std::uint32_t first_unit = 0;     ///< Samples of the occupied units, in order of their bits.
-  /// The map's blocks that the tile covers: one, or eight for units of four voxels (x fastest). 0: not opened.
+  BlockCoord coord;              ///< In units of tiles.
+  std::uint64_t occupied = 0;    ///< Units with points; unit x + 4 y + 16 z.
+  std::uint64_t wanted = 0;      ///< Units that may receive evidence.
+  std::uint64_t reserved = 0;    ///< Units spoken for while points are admitted one by one.
+  std::uint32_t first_unit = 0;  ///< Samples of the occupied units, in order of their bits.
+  /// The map's blocks that the tile covers: one, or eight for units of four voxels (x fastest). 0:
+  /// not opened.
   std::array<SlabHandle, 8> blocks{};
 };
 
@@ -60,23 +62,26 @@ class ScanTiles {
 
   /// Forgets the last scan; no tiles then, and units of unit_edge voxels. O(capacity of tiles).
   void reset(int unit_edge) noexcept;
-  /// Sorts points (in the grid) into tiles and units. sort: at least 2 * points.size(). Fails with kResourceExhausted iff
-  /// there are more tiles than capacity: nothing is kept. O(n).
+  /// Sorts points (in the grid) into tiles and units. sort: at least 2 * points.size(). Fails with
+  /// kResourceExhausted iff there are more tiles than capacity: nothing is kept. O(n).
   Status build(std::span<const ScanPoint> points, const Lattice& lattice, int unit_edge,
                std::span<KeyedIndex> sort) noexcept;
-  /// The tile at coord, made empty if absent. Fails with kResourceExhausted iff the tiles or their index are full,
-  /// kOutOfRange iff coord is outside the grid.
+  /// The tile at coord, made empty if absent. Fails with kResourceExhausted iff the tiles or their
+  /// index are full, kOutOfRange iff coord is outside the grid.
   [[nodiscard]] Result<std::uint32_t> ensure(BlockCoord coord) noexcept;
   [[nodiscard]] Tile* find(BlockCoord coord) noexcept;
   [[nodiscard]] const Tile* find(BlockCoord coord) const noexcept;
 
   [[nodiscard]] std::span<Tile> tiles() noexcept { return tiles_.first(tile_count_); }
   [[nodiscard]] std::span<const Tile> tiles() const noexcept { return tiles_.first(tile_count_); }
-  [[nodiscard]] std::span<const TilePoint> points() const noexcept { return points_.first(point_count_); }
+  [[nodiscard]] std::span<const TilePoint> points() const noexcept {
+    return points_.first(point_count_);
+  }
   [[nodiscard]] std::span<UnitSample> units() noexcept { return units_.first(unit_count_); }
   /// The sample of an occupied unit.
   [[nodiscard]] const UnitSample& sample(const Tile& tile, int unit) const noexcept {
-    const std::uint64_t below = tile.occupied & ((std::uint64_t{1} << static_cast<unsigned>(unit)) - 1);
+    const std::uint64_t below =
+        tile.occupied & ((std::uint64_t{1} << static_cast<unsigned>(unit)) - 1);
     return units_[tile.first_unit + static_cast<std::size_t>(std::popcount(below))];
   }
   [[nodiscard]] int unit_edge() const noexcept { return unit_edge_; }
@@ -94,7 +99,6 @@ class ScanTiles {
   }
 
  private:
-
   KeyIndex index_{};
   std::span<Tile> tiles_;
   std::span<TilePoint> points_;
@@ -105,13 +109,15 @@ class ScanTiles {
   int unit_edge_ = 2;
 };
 
-/// The 64-bit mask of the units x0..x1, y0..y1, z0..z1 of a tile, bounds clipped to 0 .. 3; empty if any is reversed.
-[[nodiscard]] std::uint64_t box_mask(const std::array<int, 3>& low, const std::array<int, 3>& high) noexcept;
+/// The 64-bit mask of the units x0..x1, y0..y1, z0..z1 of a tile, bounds clipped to 0 .. 3; empty
+/// if any is reversed.
+[[nodiscard]] std::uint64_t box_mask(const std::array<int, 3>& low,
+                                     const std::array<int, 3>& high) noexcept;
 
-/// For each unit of a tile with mask own, whether its neighbour in each of the directions -x +x -y +y -z +z is set;
-/// faces: the masks of the six face-neighbour tiles in that order.
-[[nodiscard]] std::array<std::uint64_t, 6> neighbour_masks(std::uint64_t own,
-                                                           const std::array<std::uint64_t, 6>& faces) noexcept;
+/// For each unit of a tile with mask own, whether its neighbour in each of the directions -x +x -y
+/// +y -z +z is set; faces: the masks of the six face-neighbour tiles in that order.
+[[nodiscard]] std::array<std::uint64_t, 6> neighbour_masks(
+    std::uint64_t own, const std::array<std::uint64_t, 6>& faces) noexcept;
 
 /// Units in which at least least of the six masks are set. least in 1 .. 7.
 [[nodiscard]] std::uint64_t at_least(const std::array<std::uint64_t, 6>& masks, int least) noexcept;

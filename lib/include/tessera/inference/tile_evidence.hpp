@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// The sums of eq. 7 for one tile of a scan, in each mode. Every function adds up in a fixed order (tiles by offset, points
-// as sorted), so the same scan gives the same bits.
+// The sums of eq. 7 for one tile of a scan, in each mode. Every function adds up in a fixed order
+// (tiles by offset, points as sorted), so the same scan gives the same bits.
 #pragma once
 
 #include <array>
@@ -27,7 +27,8 @@ struct KernelShape {
   float min_weight = 0.0F;
 };
 
-/// The octets of a unit: where each begins in its tile (voxels, even), and which of its voxels belong to the unit.
+/// The octets of a unit: where each begins in its tile (voxels, even), and which of its voxels
+/// belong to the unit.
 struct OctetPlace {
   std::array<int, 3> corner{};  ///< Tile-local voxel coordinates.
   std::uint8_t voxels = 0xff;
@@ -42,27 +43,33 @@ struct BlockOctet {
 };
 [[nodiscard]] BlockOctet locate(const Tile& tile, const OctetPlace& octet, int unit_edge) noexcept;
 /// How many of the map's blocks a tile covers, in part or whole.
-[[nodiscard]] constexpr int blocks_of_tile(int unit_edge) noexcept { return unit_edge == 4 ? 8 : 1; }
+[[nodiscard]] constexpr int blocks_of_tile(int unit_edge) noexcept {
+  return unit_edge == 4 ? 8 : 1;
+}
 /// The coordinates of block number i of a tile.
 [[nodiscard]] BlockCoord block_of_tile(const BlockCoord& tile, int unit_edge, int i) noexcept;
 
 /// The units of a tile that lie in its block number i.
 [[nodiscard]] constexpr std::uint64_t units_of_block(int unit_edge, int i) noexcept {
   // Units 0 and 1 of each axis are in the first of two blocks.
-  return unit_edge == 4 ? std::uint64_t{0x0000000000330033} << (2 * (i & 1) + 8 * ((i >> 1) & 1) + 32 * (i >> 2))
+  return unit_edge == 4 ? std::uint64_t{0x0000000000330033}
+                              << (2 * (i & 1) + 8 * ((i >> 1) & 1) + 32 * (i >> 2))
                         : ~std::uint64_t{0};
 }
 
-/// Calls visit(tile coordinates, mask of units) for every tile that holds a unit within reach units of this one on every
-/// axis; visit returns false to stop, and false is then returned. The units of all masks together are the whole cube.
+/// Calls visit(tile coordinates, mask of units) for every tile that holds a unit within reach units
+/// of this one on every axis; visit returns false to stop, and false is then returned. The units of
+/// all masks together are the whole cube.
 template <class Visit>
 bool for_units_around(const BlockCoord& tile, int unit, int reach, Visit&& visit) noexcept {
-  const std::array<int, 3> at{tile.x * 4 + (unit & 3), tile.y * 4 + ((unit >> 2) & 3), tile.z * 4 + (unit >> 4)};
+  const std::array<int, 3> at{tile.x * 4 + (unit & 3), tile.y * 4 + ((unit >> 2) & 3),
+                              tile.z * 4 + (unit >> 4)};
   for (int tz = (at[2] - reach) >> 2; tz <= (at[2] + reach) >> 2; ++tz) {
     for (int ty = (at[1] - reach) >> 2; ty <= (at[1] + reach) >> 2; ++ty) {
       for (int tx = (at[0] - reach) >> 2; tx <= (at[0] + reach) >> 2; ++tx) {
-        const std::uint64_t box = box_mask({at[0] - reach - 4 * tx, at[1] - reach - 4 * ty, at[2] - reach - 4 * tz},
-                                           {at[0] + reach - 4 * tx, at[1] + reach - 4 * ty, at[2] + reach - 4 * tz});
+        const std::uint64_t box =
+            box_mask({at[0] - reach - 4 * tx, at[1] - reach - 4 * ty, at[2] - reach - 4 * tz},
+                     {at[0] + reach - 4 * tx, at[1] + reach - 4 * ty, at[2] + reach - 4 * tz});
         if (!visit(BlockCoord{tx, ty, tz}, box)) return false;
       }
     }
@@ -75,21 +82,24 @@ bool for_units_around(const BlockCoord& tile, int unit, int reach, Visit&& visit
 void add_points(std::span<const TilePoint> points, const Point3f& shift, const OctetPlace& octet,
                 const KernelShape& kernel, OctetEvidence& into, EvidenceWork& work) noexcept;
 
-/// Adds each point's weight to its own voxel.
-void count_points(std::span<const TilePoint> points, const OctetPlace& octet, OctetEvidence& into,
-                  EvidenceWork& work) noexcept;
+/// Adds each point's weight to its own voxel, unless it is under min_weight.
+void count_points(std::span<const TilePoint> points, const OctetPlace& octet, float min_weight,
+                  OctetEvidence& into, EvidenceWork& work) noexcept;
 
 /// The kernel mode's sums for a whole tile of 8 x 8 x 8 voxels.
 class KernelTile {
  public:
-  [[nodiscard]] static constexpr std::size_t required_bytes() noexcept { return arena_bytes<Planes>(1); }
+  [[nodiscard]] static constexpr std::size_t required_bytes() noexcept {
+    return arena_bytes<Planes>(1);
+  }
   [[nodiscard]] static Result<KernelTile> make(Arena& arena) noexcept;
   KernelTile() noexcept = default;
 
-  /// Adds the points, whose coordinates plus shift are relative to this tile's corner; radius: no contribution reaches a
-  /// voxel centre farther away (voxels). O(points * (2 radius + 1)^3), clipped to the tile.
-  void add_points(std::span<const TilePoint> points, const Point3f& shift, float radius, const KernelShape& kernel,
-                  EvidenceWork& work) noexcept;
+  /// Adds the points, whose coordinates plus shift are relative to this tile's corner; radius: no
+  /// contribution reaches a voxel centre farther away (voxels). O(points * (2 radius + 1)^3),
+  /// clipped to the tile.
+  void add_points(std::span<const TilePoint> points, const Point3f& shift, float radius,
+                  const KernelShape& kernel, EvidenceWork& work) noexcept;
   /// The sums of one octet. Returns false iff all are zero.
   [[nodiscard]] bool read(int octet, OctetEvidence& into) const noexcept;
   void clear() noexcept;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// One robot's map: blocks of voxels with count tuples and a free layer, in memory given by the caller. One writer.
-// Reading never allocates and never changes anything.
+// One robot's map: blocks of voxels with count tuples and a free layer, in memory given by the
+// caller. One writer. Reading never allocates and never changes anything.
 #pragma once
 
 #include <optional>
@@ -16,12 +16,12 @@ namespace tessera {
 
 /// How full a map is. Counters of refusals never decrease but by clear().
 struct MapUsage {
-  std::size_t capacity_bytes = 0;     ///< required_bytes of the configuration.
-  std::size_t used_bytes = 0;         ///< Index, and pages in use with their slack.
-  std::size_t peak_bytes = 0;         ///< Largest used_bytes so far.
+  std::size_t capacity_bytes = 0;  ///< required_bytes of the configuration.
+  std::size_t used_bytes = 0;      ///< Index, and pages in use with their slack.
+  std::size_t peak_bytes = 0;      ///< Largest used_bytes so far.
   std::uint64_t blocks = 0;
-  std::uint64_t label_voxels = 0;     ///< Voxels with evidence in 1 .. C + 1.
-  std::uint64_t blocks_refused = 0;   ///< Blocks not opened: storage full, or no place in the index.
+  std::uint64_t label_voxels = 0;    ///< Voxels with evidence in 1 .. C + 1.
+  std::uint64_t blocks_refused = 0;  ///< Blocks not opened: storage full, or no place in the index.
   std::uint64_t storage_refused = 0;  ///< Pages and octets not given for lack of storage.
 };
 
@@ -30,9 +30,10 @@ using VoxelMask = std::array<std::uint64_t, kBlockEdge>;
 
 class LocalMap {
  public:
-  /// A map in memory from the arena. Fails with kInvalidArgument iff a value of config is outside its documented range,
-  /// the table has no class, or the storage is under four pages; kResourceExhausted iff the arena has under
-  /// required_bytes(config) left or is not aligned to kArenaAlignment. O(index) time; storage is not touched.
+  /// A map in memory from the arena. Fails with kInvalidArgument iff a value of config is outside
+  /// its documented range, the table has no class, or the storage is under four pages;
+  /// kResourceExhausted iff the arena has under required_bytes(config) left or is not aligned to
+  /// kArenaAlignment. O(index) time; storage is not touched.
   [[nodiscard]] static Result<LocalMap> make(Arena& arena, const MapConfig& config,
                                              const ClassTable& classes) noexcept;
   LocalMap() noexcept = default;
@@ -42,19 +43,24 @@ class LocalMap {
   [[nodiscard]] Lattice lattice() const noexcept { return Lattice(config_.resolution_m); }
   [[nodiscard]] int num_components() const noexcept { return classes_.num_components(); }
 
-  // --- Reading -------------------------------------------------------------------------------------------------------
+  // --- Reading
+  // -------------------------------------------------------------------------------------------------------
 
-  /// A voxel's counts; all zero if it was never observed. Two cache lines of index, then at most one a component.
+  /// A voxel's counts; all zero if it was never observed. Two cache lines of index, then at most
+  /// one a component.
   [[nodiscard]] VoxelEvidence evidence(VoxelCoord voxel) const noexcept;
-  /// The same for the voxel that contains p_map (metres); all zero if it is not finite or out of the grid.
+  /// The same for the voxel that contains p_map (metres); all zero if it is not finite or out of
+  /// the grid.
   [[nodiscard]] VoxelEvidence evidence(const Point3f& p_map) const noexcept;
-  /// State, label, probability and variance at p_map; unknown if it is not finite or out of the grid.
+  /// State, label, probability and variance at p_map; unknown if it is not finite or out of the
+  /// grid.
   [[nodiscard]] Estimate query(const Point3f& p_map) const noexcept;
   [[nodiscard]] Estimate query(VoxelCoord voxel) const noexcept;
 
-  /// The blocks sorted by key, that is by (z, y, x); each entry's index is for block_at. workspace: at least
-  /// 2 * block_count() entries, else an assert. O(index capacity + blocks).
-  [[nodiscard]] std::span<const KeyedIndex> blocks_in_order(std::span<KeyedIndex> workspace) const noexcept;
+  /// The blocks sorted by key, that is by (z, y, x); each entry's index is for block_at. workspace:
+  /// at least 2 * block_count() entries, else an assert. O(index capacity + blocks).
+  [[nodiscard]] std::span<const KeyedIndex> blocks_in_order(
+      std::span<KeyedIndex> workspace) const noexcept;
   [[nodiscard]] std::size_t block_count() const noexcept { return index_.size(); }
   [[nodiscard]] const Block& block_at(std::uint32_t handle) const noexcept {
     return *reinterpret_cast<const Block*>(pool_.at(handle));
@@ -64,7 +70,8 @@ class LocalMap {
   [[nodiscard]] VoxelEvidence evidence(const Block& block, int octet, int voxel) const noexcept;
   /// Voxels of an octet with label evidence, a bit each.
   [[nodiscard]] std::uint8_t observed_labels(const Block& block, int octet) const noexcept {
-    return block.labels == 0 ? std::uint8_t{0} : label_page(block).observed[static_cast<std::size_t>(octet)];
+    return block.labels == 0 ? std::uint8_t{0}
+                             : label_page(block).observed[static_cast<std::size_t>(octet)];
   }
   /// True iff the block has a tuple octet there.
   [[nodiscard]] bool has_octet(const Block& block, int octet) const noexcept {
@@ -79,29 +86,35 @@ class LocalMap {
   /// Voxels with free evidence only. O(blocks).
   [[nodiscard]] std::uint64_t count_free_voxels() const noexcept;
 
-  // --- Writing (inference, map file) ---------------------------------------------------------------------------------
+  // --- Writing (inference, map file)
+  // ---------------------------------------------------------------------------------
 
   /// Starts the next revision.
   void begin_revision() noexcept { ++revision_; }
-  /// The block's handle, opening an empty one if needed. Fails with kOutOfRange iff the block is outside the grid;
-  /// kResourceExhausted iff storage or index has no place for it: counted, map unchanged.
+  /// The block's handle, opening an empty one if needed. Fails with kOutOfRange iff the block is
+  /// outside the grid; kResourceExhausted iff storage or index has no place for it: counted, map
+  /// unchanged.
   [[nodiscard]] Result<SlabHandle> open_block(BlockCoord block) noexcept;
   /// Takes back a block that holds no evidence; does nothing to others.
   void close_if_empty(SlabHandle block) noexcept;
   /// Takes back every block that holds no evidence. O(index capacity).
   void close_empty_blocks() noexcept;
   /// True iff these many more items of each size could be given now, together.
-  [[nodiscard]] bool fits(const SlabPool::Counts& wanted) const noexcept { return pool_.fits(wanted); }
+  [[nodiscard]] bool fits(const SlabPool::Counts& wanted) const noexcept {
+    return pool_.fits(wanted);
+  }
 
-  /// Adds a scan's evidence to an octet, then holds the cap: free passes and labels give way in proportion, in whole
-  /// passes rounded in favour of occupancy. Voxels without added evidence stay as they are. Fails with kResourceExhausted iff a label page or octet is needed and does not fit: counted, unchanged.
-  /// O(components present).
+  /// Adds a scan's evidence to an octet, then holds the cap: free passes and labels give way in
+  /// proportion, in whole passes rounded in favour of occupancy. Voxels without added evidence stay
+  /// as they are. Fails with kResourceExhausted iff a label page or octet is needed and does not
+  /// fit: counted, unchanged. O(components present).
   Status add_labels(SlabHandle block, int octet, const OctetEvidence& added) noexcept;
-  /// Adds one pass to every voxel in mask; label evidence gives way where the cap is reached, and a tuple that has none
-  /// left is taken back. Fails with kResourceExhausted iff a free page is needed and does not fit: counted, unchanged.
+  /// Adds one pass to every voxel in mask; label evidence gives way where the cap is reached, and a
+  /// tuple that has none left is taken back. Fails with kResourceExhausted iff a free page is
+  /// needed and does not fit: counted, unchanged.
   Status add_free_pass(SlabHandle block, const VoxelMask& mask) noexcept;
-  /// Sets a voxel that was never observed: what the map file restores. Fails with kResourceExhausted as the two above,
-  /// kInvalidArgument iff passes exceed the cap.
+  /// Sets a voxel that was never observed: what the map file restores. Fails with
+  /// kResourceExhausted as the two above, kInvalidArgument iff passes exceed the cap.
   Status restore(SlabHandle block, int octet, int voxel, const VoxelEvidence& evidence,
                  std::uint8_t passes) noexcept;
   void restore_revision(std::uint32_t revision) noexcept { revision_ = revision; }
@@ -111,7 +124,8 @@ class LocalMap {
   /// Forgets all content. O(index capacity).
   void clear() noexcept;
 
-  /// Free passes at which the free layer saturates: floor(max_evidence / free_weight), 255 without a cap.
+  /// Free passes at which the free layer saturates: floor(max_evidence / free_weight), 255 without
+  /// a cap.
   [[nodiscard]] std::uint8_t max_passes() const noexcept { return max_passes_; }
 
  private:

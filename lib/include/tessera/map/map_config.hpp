@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// What a map is made with. Fixed for its life, stored in its file, and enough to compute its memory at compile time.
+// What a map is made with. Fixed for its life, stored in its file, and enough to compute its memory
+// at compile time.
 #pragma once
 
 #include <cstddef>
@@ -21,9 +22,11 @@ enum class TuplePolicy : std::uint8_t {
 struct MapConfig {
   double resolution_m = 0.1;  ///< Edge of a voxel, > 0 and finite.
   double prior = 0.001;       ///< sigma_0 of every component, added on read; >= 0 and finite.
-  /// Cap of a voxel's total evidence: what is over is taken from all components in proportion. 0: no cap.
+  /// Cap of a voxel's total evidence: what is over is taken from all components in proportion. 0:
+  /// no cap.
   float max_evidence = 100.0F;
-  /// Free evidence of one pass, > 0. A voxel counts at most 255 passes, so max_evidence / free_weight <= 255.
+  /// Free evidence of one pass, > 0. A voxel counts at most 255 passes, so max_evidence /
+  /// free_weight <= 255.
   float free_weight = 0.4F;
   TuplePolicy tuple = TuplePolicy::kDense;
   /// Bytes for blocks, tuples and the free layer together, in use or not.
@@ -41,7 +44,8 @@ struct Block {
 };
 static_assert(sizeof(Block) == 32);
 
-/// Where a block's tuples are, an octet at a time, and which voxels of an octet have label evidence.
+/// Where a block's tuples are, an octet at a time, and which voxels of an octet have label
+/// evidence.
 struct LabelPage {
   std::array<SlabHandle, kBlockOctets> octets{};
   std::array<std::uint8_t, kBlockOctets> observed{};
@@ -56,21 +60,23 @@ struct FreePage {
 /// Sizes that a map's slab pool serves.
 enum SlabSize : int { kBlockSlab = 0, kLabelSlab = 1, kFreeSlab = 2, kOctetSlab = 3 };
 
-/// The most blocks that storage can hold, each with the least a block needs: itself and a free page, or a
-/// label page and an octet of the smallest tuples.
+/// The most blocks that storage can hold, each with the least a block needs: itself and a free
+/// page, or a label page and an octet of the smallest tuples.
 constexpr std::size_t max_blocks(const MapConfig& config) noexcept {
   constexpr std::size_t kLeastLabels = sizeof(LabelPage) + DenseTuple::octet_bytes(3);  // one class
   constexpr std::size_t kLeast = sizeof(FreePage) < kLeastLabels ? sizeof(FreePage) : kLeastLabels;
   return config.storage_bytes / (sizeof(Block) + kLeast) + 1;
 }
 
-/// Bytes of arena that LocalMap::make takes for this configuration: the index, and the storage in whole pages.
+/// Bytes of arena that LocalMap::make takes for this configuration: the index, and the storage in
+/// whole pages.
 constexpr std::size_t required_bytes(const MapConfig& config) noexcept {
   return KeyIndex::required_bytes(max_blocks(config)) +
          config.storage_bytes / SlabPool::kPageBytes * SlabPool::kPageBytes;
 }
 
-/// The largest configuration whose required_bytes is at most budget_bytes; storage_bytes is 0 if none is.
+/// The largest configuration whose required_bytes is at most budget_bytes; storage_bytes is 0 if
+/// none is.
 constexpr MapConfig fit_to_budget(MapConfig config, std::size_t budget_bytes) noexcept {
   config.storage_bytes = budget_bytes / SlabPool::kPageBytes * SlabPool::kPageBytes;
   while (config.storage_bytes > 0 && required_bytes(config) > budget_bytes) {

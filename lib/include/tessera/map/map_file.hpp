@@ -1,11 +1,12 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// The map file, .tsm: a header, the blocks in (z, y, x) order, an end mark. Little-endian, every part with its CRC-32C.
-// Streamed through an injected sink or source, so the core knows no files. Saving, loading and saving again gives the same
-// bytes. docs/memory.md has the layout byte by byte.
+// The map file, .tsm: a header, the blocks in (z, y, x) order, an end mark. Little-endian, every
+// part with its CRC-32C. Streamed through an injected sink or source, so the core knows no files.
+// Saving, loading and saving again gives the same bytes. docs/memory.md has the layout byte by
+// byte.
 //
-// Compatibility: a reader refuses a file with a newer major version, and reads any minor version of its own major one:
-// minor versions only append to the header, whose length is stored.
+// Compatibility: a reader refuses a file with a newer major version, and reads any minor version of
+// its own major one: minor versions only append to the header, whose length is stored.
 #pragma once
 
 #include <array>
@@ -64,18 +65,22 @@ struct MapFileBuffer {
   std::array<std::byte, 8192> bytes;
 };
 
-/// Writes the map. workspace: at least 2 * map.block_count() entries. Fails with kIo iff the sink refuses. O(map).
-MapFileStatus save(const LocalMap& map, const MapIdentity& identity, std::span<KeyedIndex> workspace,
-                   MapFileBuffer& buffer, const ByteSink& sink) noexcept;
+/// Writes the map. workspace: at least 2 * map.block_count() entries. Fails with kIo iff the sink
+/// refuses. O(map).
+MapFileStatus save(const LocalMap& map, const MapIdentity& identity,
+                   std::span<KeyedIndex> workspace, MapFileBuffer& buffer,
+                   const ByteSink& sink) noexcept;
 
-/// Reads and checks the header. Fails with kTruncated, kCorrupt (magic, checksum, a value out of range) or kUnsupported
-/// (a newer major version, an unknown tuple policy or kind).
-MapFileStatus load_header(const ByteSource& source, MapFileBuffer& buffer, MapFileHeader& header) noexcept;
+/// Reads and checks the header. Fails with kTruncated, kCorrupt (magic, checksum, a value out of
+/// range) or kUnsupported (a newer major version, an unknown tuple policy or kind).
+MapFileStatus load_header(const ByteSource& source, MapFileBuffer& buffer,
+                          MapFileHeader& header) noexcept;
 
-/// Reads the blocks after load_header into an empty map made with the header's configuration (storage_bytes may differ).
-/// Fails with kMismatch iff the map's resolution, prior, cap, free weight, tuple policy or classes differ or it is not
-/// empty; kResourceExhausted iff its storage is too small; kTruncated or kCorrupt. On failure the map is empty.
-MapFileStatus load_blocks(const ByteSource& source, const MapFileHeader& header, MapFileBuffer& buffer,
-                          LocalMap& map) noexcept;
+/// Reads the blocks after load_header into an empty map made with the header's configuration
+/// (storage_bytes may differ). Fails with kMismatch iff the map's resolution, prior, cap, free
+/// weight, tuple policy or classes differ or it is not empty; kResourceExhausted iff its storage is
+/// too small; kTruncated or kCorrupt. On failure the map is empty.
+MapFileStatus load_blocks(const ByteSource& source, const MapFileHeader& header,
+                          MapFileBuffer& buffer, LocalMap& map) noexcept;
 
 }  // namespace tessera

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Reading a map: boxes, rays, and every observed voxel in order. Nothing here allocates or changes the map.
+// Reading a map: boxes, rays, and every observed voxel in order. Nothing here allocates or changes
+// the map.
 #pragma once
 
 #include <cmath>
@@ -12,8 +13,8 @@
 
 namespace tessera {
 
-/// Calls visit(VoxelCoord, const VoxelEvidence&) for every voxel of a block that has evidence, octet by octet.
-/// O(512 + observed voxels * C).
+/// Calls visit(VoxelCoord, const VoxelEvidence&) for every voxel of a block that has evidence,
+/// octet by octet. O(512 + observed voxels * C).
 template <class Visit>
 void for_each_observed(const LocalMap& map, const Block& block, Visit&& visit) {
   const BlockCoord coord = unpack(BlockKey{block.key});
@@ -27,7 +28,8 @@ void for_each_observed(const LocalMap& map, const Block& block, Visit&& visit) {
   }
 }
 
-/// The same for the whole map, blocks in (z, y, x) order. workspace: at least 2 * map.block_count() entries.
+/// The same for the whole map, blocks in (z, y, x) order. workspace: at least 2 * map.block_count()
+/// entries.
 template <class Visit>
 void for_each_observed(const LocalMap& map, std::span<KeyedIndex> workspace, Visit&& visit) {
   for (const KeyedIndex& item : map.blocks_in_order(workspace)) {
@@ -35,11 +37,14 @@ void for_each_observed(const LocalMap& map, std::span<KeyedIndex> workspace, Vis
   }
 }
 
-/// Calls visit(VoxelCoord, const VoxelEvidence&) for every observed voxel with low <= voxel <= high on each axis, blocks in
-/// (z, y, x) order. O(blocks in the box), whether the map has them or not; bounds outside the grid are clipped.
+/// Calls visit(VoxelCoord, const VoxelEvidence&) for every observed voxel with low <= voxel <= high
+/// on each axis, blocks in (z, y, x) order. O(blocks in the box), whether the map has them or not;
+/// bounds outside the grid are clipped.
 template <class Visit>
 void for_each_in_box(const LocalMap& map, VoxelCoord low, VoxelCoord high, Visit&& visit) {
-  const auto clip = [](std::int32_t v) { return v < -kVoxelLimit ? -kVoxelLimit : (v >= kVoxelLimit ? kVoxelLimit - 1 : v); };
+  const auto clip = [](std::int32_t v) {
+    return v < -kVoxelLimit ? -kVoxelLimit : (v >= kVoxelLimit ? kVoxelLimit - 1 : v);
+  };
   low = {clip(low.x), clip(low.y), clip(low.z)};
   high = {clip(high.x), clip(high.y), clip(high.z)};
   const BlockCoord first = block_of(low);
@@ -50,7 +55,8 @@ void for_each_in_box(const LocalMap& map, VoxelCoord low, VoxelCoord high, Visit
         const Block* const block = map.find({x, y, z});
         if (block == nullptr) continue;
         for_each_observed(map, *block, [&](const VoxelCoord& v, const VoxelEvidence& evidence) {
-          const bool inside = v.x >= low.x && v.x <= high.x && v.y >= low.y && v.y <= high.y && v.z >= low.z && v.z <= high.z;
+          const bool inside = v.x >= low.x && v.x <= high.x && v.y >= low.y && v.y <= high.y &&
+                              v.z >= low.z && v.z <= high.z;
           if (inside) visit(v, evidence);
         });
       }
@@ -61,10 +67,11 @@ void for_each_in_box(const LocalMap& map, VoxelCoord low, VoxelCoord high, Visit
 /// What a ray met.
 struct RayHit {
   enum class End : std::uint8_t {
-    kMaxRange,    ///< Nothing but free (and, unless stop_at_unknown, unknown) voxels up to the range.
+    kMaxRange,  ///< Nothing but free (and, unless stop_at_unknown, unknown) voxels up to the range.
     kOccupied,
-    kUnknown,     ///< Only with stop_at_unknown.
-    kInvalid,     ///< Origin not in the grid, or direction or range not finite and positive, or the ray leaves the grid.
+    kUnknown,  ///< Only with stop_at_unknown.
+    kInvalid,  ///< Origin not in the grid, or direction or range not finite and positive, or the
+               ///< ray leaves the grid.
   };
   End end = End::kInvalid;
   VoxelCoord voxel{};
@@ -72,10 +79,11 @@ struct RayHit {
   Estimate estimate{};
 };
 
-/// The first occupied voxel from origin_map along direction (any length > 0), up to max_range_m. Steps through at most
-/// 3 * max_range_m / resolution + 3 voxels.
-[[nodiscard]] inline RayHit cast_ray(const LocalMap& map, const Point3f& origin_map, const Point3f& direction,
-                                     double max_range_m, bool stop_at_unknown = false) noexcept {
+/// The first occupied voxel from origin_map along direction (any length > 0), up to max_range_m.
+/// Steps through at most 3 * max_range_m / resolution + 3 voxels.
+[[nodiscard]] inline RayHit cast_ray(const LocalMap& map, const Point3f& origin_map,
+                                     const Point3f& direction, double max_range_m,
+                                     bool stop_at_unknown = false) noexcept {
   RayHit result;
   const Point3d d = direction.cast<double>();
   const double norm = std::sqrt(d.squaredNorm());
@@ -86,22 +94,23 @@ struct RayHit {
   if (!lattice.voxel_of(origin_map).ok() || !lattice.voxel_of(to.cast<float>()).ok()) return result;
   result.end = RayHit::End::kMaxRange;
   result.distance_m = max_range_m;
-  walk_segment(from / lattice.resolution_m(), to / lattice.resolution_m(), [&](int x, int y, int z, double t) {
-    const Estimate here = map.query(VoxelCoord{x, y, z});
-    const bool unknown = here.state == VoxelState::kUnknown;
-    if (here.state == VoxelState::kFree || (unknown && !stop_at_unknown)) return true;
-    result = {.end = unknown ? RayHit::End::kUnknown : RayHit::End::kOccupied,
-              .voxel = {x, y, z},
-              .distance_m = t * max_range_m,
-              .estimate = here};
-    return false;
-  });
+  walk_segment(from / lattice.resolution_m(), to / lattice.resolution_m(),
+               [&](int x, int y, int z, double t) {
+                 const Estimate here = map.query(VoxelCoord{x, y, z});
+                 const bool unknown = here.state == VoxelState::kUnknown;
+                 if (here.state == VoxelState::kFree || (unknown && !stop_at_unknown)) return true;
+                 result = {.end = unknown ? RayHit::End::kUnknown : RayHit::End::kOccupied,
+                           .voxel = {x, y, z},
+                           .distance_m = t * max_range_m,
+                           .estimate = here};
+                 return false;
+               });
   return result;
 }
 
-/// The map's content in 64 bits: resolution, class table, prior, tuple policy, and every observed voxel's evidence in
-/// (z, y, x) order of voxels. Capacity, block size and history do not count. workspace as above.
-/// O(64 blocks + observed voxels * C).
+/// The map's content in 64 bits: resolution, class table, prior, tuple policy, and every observed
+/// voxel's evidence in (z, y, x) order of voxels. Capacity, block size and history do not count.
+/// workspace as above. O(64 blocks + observed voxels * C).
 [[nodiscard]] std::uint64_t digest(const LocalMap& map, std::span<KeyedIndex> workspace) noexcept;
 
 }  // namespace tessera

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// A scan as it comes from a sensor, and the pose check. The camera's labels will be projected onto such a scan here; data
-// that arrives labelled needs the rigid transform alone.
+// A scan as it comes from a sensor, and the pose check. The camera's labels will be projected onto
+// such a scan here; data that arrives labelled needs the rigid transform alone.
 #pragma once
 
 #include <cstddef>
@@ -12,14 +12,18 @@
 
 namespace tessera {
 
-/// Labelled range data in the sensor frame. A view: the arrays stay the caller's and must outlive the call.
+/// Labelled range data in the sensor frame. A view: the arrays stay the caller's and must outlive
+/// the call.
 struct ScanView {
-  Matrix34d T_map_sensor = Matrix34d::Identity();  ///< [R | t], metres; sensor coordinates to map coordinates.
-  const float* points = nullptr;          ///< x y z of point i at points[i * stride_floats], metres, sensor frame.
-  std::size_t stride_floats = 4;          ///< 3 for packed x y z, 4 with an intensity that is not read.
+  Matrix34d T_map_sensor =
+      Matrix34d::Identity();  ///< [R | t], metres; sensor coordinates to map coordinates.
+  const float* points =
+      nullptr;  ///< x y z of point i at points[i * stride_floats], metres, sensor frame.
+  std::size_t stride_floats = 4;  ///< 3 for packed x y z, 4 with an intensity that is not read.
   std::size_t count = 0;
-  const std::uint8_t* components = nullptr;  ///< Component of point i: 1 .. C, or C + 1 if unlabelled; null: all unlabelled.
-  const float* weights = nullptr;            ///< Weight of point i, finite and >= 0; null: all 1.
+  const std::uint8_t* components =
+      nullptr;  ///< Component of point i: 1 .. C, or C + 1 if unlabelled; null: all unlabelled.
+  const float* weights = nullptr;  ///< Weight of point i, finite and >= 0; null: all 1.
 };
 
 /// A point after registration.
@@ -31,7 +35,8 @@ struct ScanPoint {
 /// Not a component: marks a point that was not admitted.
 inline constexpr std::uint8_t kRefused = 255;
 
-/// kOk iff T is rigid: finite, R^T R = I within 1e-3 an entry, det R > 0; else kInvalidArgument. O(1).
+/// kOk iff T is rigid: finite, R^T R = I within 1e-3 an entry, det R > 0; else kInvalidArgument.
+/// O(1).
 [[nodiscard]] inline Status check_rigid(const Matrix34d& T) noexcept {
   if (!T.allFinite()) return Status::kInvalidArgument;
   const Eigen::Matrix3d R = T.leftCols<3>();
@@ -42,13 +47,14 @@ inline constexpr std::uint8_t kRefused = 255;
 }
 
 /// p_map = R p_sensor + t, computed in double and rounded once.
-[[nodiscard]] inline Point3f transform(const Matrix34d& T_map_sensor, const float* p_sensor) noexcept {
+[[nodiscard]] inline Point3f transform(const Matrix34d& T_map_sensor,
+                                       const float* p_sensor) noexcept {
   const double x = static_cast<double>(p_sensor[0]);
   const double y = static_cast<double>(p_sensor[1]);
   const double z = static_cast<double>(p_sensor[2]);
   const auto row = [&](int r) {
-    return static_cast<float>(T_map_sensor(r, 0) * x + T_map_sensor(r, 1) * y + T_map_sensor(r, 2) * z +
-                              T_map_sensor(r, 3));
+    return static_cast<float>(T_map_sensor(r, 0) * x + T_map_sensor(r, 1) * y +
+                              T_map_sensor(r, 2) * z + T_map_sensor(r, 3));
   };
   return {row(0), row(1), row(2)};
 }

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// The semantic classes of a map: 0 is free, 1 .. C are classes with a name and a colour, C + 1 is "occupied, class
-// unknown". C is chosen at run time; a map carries its table, so that a file explains itself.
+// The semantic classes of a map: 0 is free, 1 .. C are classes with a name and a colour, C + 1 is
+// "occupied, class unknown". C is chosen at run time; a map carries its table, so that a file
+// explains itself.
 #pragma once
 
 #include <array>
@@ -12,8 +13,8 @@
 
 namespace tessera {
 
-inline constexpr int kMaxComponents = 64;                 ///< C + 2 <= 64.
-inline constexpr int kMaxClasses = kMaxComponents - 2;    ///< The largest C.
+inline constexpr int kMaxComponents = 64;               ///< C + 2 <= 64.
+inline constexpr int kMaxClasses = kMaxComponents - 2;  ///< The largest C.
 
 struct Color {
   std::uint8_t r = 0;
@@ -22,7 +23,8 @@ struct Color {
   friend constexpr bool operator==(const Color&, const Color&) = default;
 };
 
-/// One class: a name of at most 31 bytes (UTF-8, longer ones are cut), zero padded, and a colour for pictures.
+/// One class: a name of at most 31 bytes (UTF-8, longer ones are cut), zero padded, and a colour
+/// for pictures.
 struct SemanticClass {
   static constexpr std::size_t kNameBytes = 32;
   std::array<char, kNameBytes> name{};

@@ -1,10 +1,11 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// The dense count tuple: a float for each of the components 1 .. C + 1 of each voxel, exact to float addition. Eight
-// voxels of an octet lie together, a plane of eight counts a component, so that merging a scan touches only the planes of
-// the classes it saw.
+// The dense count tuple: a float for each of the components 1 .. C + 1 of each voxel, exact to
+// float addition. Eight voxels of an octet lie together, a plane of eight counts a component, so
+// that merging a scan touches only the planes of the classes it saw.
 //
-// A tuple policy is a type with the static functions of this one. Component 0 (free) is never part of a tuple.
+// A tuple policy is a type with the static functions of this one. Component 0 (free) is never part
+// of a tuple.
 #pragma once
 
 #include <array>
@@ -23,7 +24,8 @@ class DenseTuple {
 
   /// Bytes of an octet of tuples with num_components = C + 2 components.
   [[nodiscard]] static constexpr std::uint32_t octet_bytes(int num_components) noexcept {
-    return static_cast<std::uint32_t>(kHeaderBytes + static_cast<std::size_t>(num_components - 1) * sizeof(Plane));
+    return static_cast<std::uint32_t>(kHeaderBytes +
+                                      static_cast<std::size_t>(num_components - 1) * sizeof(Plane));
   }
 
   /// Adds evidence, plane by plane. Component 0 of added is ignored. O(components in added).
@@ -55,7 +57,8 @@ class DenseTuple {
     }
   }
 
-  /// Writes one voxel's counts into sigma[1 .. C + 1]; entries of absent components are left as they are.
+  /// Writes one voxel's counts into sigma[1 .. C + 1]; entries of absent components are left as
+  /// they are.
   static void read(const std::byte* octet, int voxel, VoxelEvidence& into) noexcept {
     for (std::uint64_t rest = components(octet); rest != 0; rest &= rest - 1) {
       const int component = std::countr_zero(rest);
@@ -64,7 +67,8 @@ class DenseTuple {
   }
 
  private:
-  /// The mask of components that any voxel of the octet has, padded so that planes are 32-byte aligned.
+  /// The mask of components that any voxel of the octet has, padded so that planes are 32-byte
+  /// aligned.
   static constexpr std::size_t kHeaderBytes = 32;
 
   [[nodiscard]] static std::uint64_t components(const std::byte* octet) noexcept {

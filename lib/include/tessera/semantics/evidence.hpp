@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Evidence in transit: one voxel's counts as they are read, and one octet's counts of a scan before they are merged.
+// Evidence in transit: one voxel's counts as they are read, and one octet's counts of a scan before
+// they are merged.
 #pragma once
 
 #include <array>
@@ -27,8 +28,8 @@ struct VoxelEvidence {
   }
 };
 
-/// What one scan adds to the eight voxels of an octet: a plane of eight counts for each component. Planes of components
-/// that are not in the mask hold zeros.
+/// What one scan adds to the eight voxels of an octet: a plane of eight counts for each component.
+/// Planes of components that are not in the mask hold zeros.
 class OctetEvidence {
  public:
   using Plane = std::array<float, kOctetVoxels>;
