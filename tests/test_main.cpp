@@ -8,7 +8,8 @@
 #include "tessera/base/assert.hpp"
 
 #if TESSERA_ASSERTS
-extern "C" [[noreturn]] void tessera_assert_failed(const char* expression, const char* file, int line) {
+extern "C" [[noreturn]] void tessera_assert_failed(const char* expression, const char* file,
+                                                   int line) {
   std::fprintf(stderr, "%s:%d: assertion failed: %s\n", file, line, expression);
   std::abort();
 }

@@ -12,6 +12,9 @@ namespace tessera {
 namespace {
 
 bool valid(const InferenceConfig& config) noexcept {
+  if (config.mode > InferenceMode::kMultiEntropy || config.thinning_weight > ThinningWeight::kSum) {
+    return false;
+  }
   const auto within = [](float v, float low, float high) { return v >= low && v <= high; };
   const EntropyConfig& e = config.entropy;
   const bool entropy = within(e.base_length, 0.0F, 16.0F) &&

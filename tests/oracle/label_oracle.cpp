@@ -57,7 +57,7 @@ void LabelOracle::add_scan(const std::vector<OraclePoint>& points) {
 }
 
 void LabelOracle::count(const OraclePoint& point) {
-  if (!(point.weight > 0.0)) return;
+  if (!(point.weight > 0.0) || point.weight < static_cast<double>(config_.min_weight)) return;
   OracleCount& entry = voxels_[cell_of(point.p, resolution_m_)][point.component];
   entry.sum += point.weight;
   ++entry.added;

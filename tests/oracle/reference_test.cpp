@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Numbers that the reference implementation produced from two real scans. Its blocks hold voxels 2k - 1 and 2k, so points
-// are moved by one voxel on each axis before they are integrated, and its prior is part of its counts.
+// Numbers that the reference implementation produced from two real scans. Its blocks hold voxels 2k
+// - 1 and 2k, so points are moved by one voxel on each axis before they are integrated, and its
+// prior is part of its counts.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <fstream>
@@ -38,7 +39,8 @@ Cloud read_points(const std::filesystem::path& path) {
   std::getline(file, line);
   while (std::getline(file, line)) {
     const std::vector<std::string> parts = split(line, ',');
-    cloud.add(std::stod(parts.at(0)), std::stod(parts.at(1)), std::stod(parts.at(2)), std::stoi(parts.at(3)));
+    cloud.add(std::stod(parts.at(0)), std::stod(parts.at(1)), std::stod(parts.at(2)),
+              std::stoi(parts.at(3)));
   }
   return cloud;
 }
@@ -56,7 +58,8 @@ Golden read_voxels(const std::filesystem::path& path) {
       const std::size_t colon = pair.find(':');
       voxel.counts[std::stoi(pair.substr(0, colon))] = std::stod(pair.substr(colon + 1));
     }
-    golden[{std::stoi(parts.at(0)) + 1, std::stoi(parts.at(1)) + 1, std::stoi(parts.at(2)) + 1}] = voxel;
+    golden[{std::stoi(parts.at(0)) + 1, std::stoi(parts.at(1)) + 1, std::stoi(parts.at(2)) + 1}] =
+        voxel;
   }
   return golden;
 }
@@ -84,7 +87,8 @@ int wrong_counts(const VoxelEvidence& evidence, const GoldenVoxel& golden) {
   for (int component = 0; component <= kClasses; ++component) {
     const auto found = golden.counts.find(component);
     const double expected = found == golden.counts.end() ? kPrior : found->second;
-    const double actual = kPrior + static_cast<double>(evidence.sigma[static_cast<std::size_t>(component)]);
+    const double actual =
+        kPrior + static_cast<double>(evidence.sigma[static_cast<std::size_t>(component)]);
     if (!(std::abs(actual - expected) <= 2e-5 + 1e-4 * expected)) ++wrong;
   }
   return wrong;
@@ -130,9 +134,10 @@ void integrate_all(Mapper& mapper, const std::vector<Cloud>& clouds) {
   }
 }
 
-/// True iff every point nearer to the voxel's centre than length_m lies in the voxel's block of 2 x 2 x 2 voxels or in one
-/// of that block's face neighbours.
-bool within_reach_of_blocks(const Voxel& voxel, const std::vector<OraclePoint>& points, double length_m) {
+/// True iff every point nearer to the voxel's centre than length_m lies in the voxel's block of 2 x
+/// 2 x 2 voxels or in one of that block's face neighbours.
+bool within_reach_of_blocks(const Voxel& voxel, const std::vector<OraclePoint>& points,
+                            double length_m) {
   for (const OraclePoint& point : points) {
     double square = 0.0;
     std::int64_t steps = 0;
@@ -155,7 +160,8 @@ TEST_CASE("reference: multi-entropy gives the reference's voxels, states and cou
   if (!folder) return;
   const bool one_label = GENERATE(true, false);
   const std::string scans = GENERATE(as<std::string>(), "scan0", "scan01");
-  const std::string name = std::string(one_label ? "voxels_hd_see_" : "voxels_hd_test_") + scans + ".csv";
+  const std::string name =
+      std::string(one_label ? "voxels_hd_see_" : "voxels_hd_test_") + scans + ".csv";
   CAPTURE(name);
   const Golden golden = read_voxels(*folder / name);
   REQUIRE(golden.size() > 1000);
@@ -171,7 +177,8 @@ TEST_CASE("reference: multi-entropy gives the reference's voxels, states and cou
   CHECK(result.other_state == 0);
 }
 
-TEST_CASE("reference: the kernel mode gives the S-BKI counts wherever block limits cut nothing off") {
+TEST_CASE(
+    "reference: the kernel mode gives the S-BKI counts wherever block limits cut nothing off") {
   const std::optional<std::filesystem::path> folder = given_path("../reference/golden");
   if (!folder) return;
   const std::string scans = GENERATE(as<std::string>(), "scan0", "scan01");
@@ -197,10 +204,12 @@ TEST_CASE("reference: the kernel mode gives the S-BKI counts wherever block limi
     }
     if (expected.counts.empty()) continue;
     ++compared;
-    const VoxelCoord at{static_cast<int>(voxel[0]), static_cast<int>(voxel[1]), static_cast<int>(voxel[2])};
+    const VoxelCoord at{static_cast<int>(voxel[0]), static_cast<int>(voxel[1]),
+                        static_cast<int>(voxel[2])};
     if (wrong_counts(mapper.map().evidence(at), expected) > 0) ++wrong;
   }
-  std::cout << "S-BKI " << scans << ": " << compared << " observed voxels compared, " << cut << " cut off by blocks\n";
+  std::cout << "S-BKI " << scans << ": " << compared << " observed voxels compared, " << cut
+            << " cut off by blocks\n";
   CHECK(compared > 500);
   CHECK(wrong == 0);
 }

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // The multi-entropy policy, case by case.
+#include "tessera/inference/entropy.hpp"
+
 #include <bit>
 #include <catch2/catch.hpp>
-
-#include "tessera/inference/entropy.hpp"
 
 namespace tessera {
 namespace {
@@ -13,7 +13,8 @@ UnitSample unit_of(std::uint8_t label, float entropy = 0.0F) {
   return {.begin = 0, .end = 1, .class_entropy = entropy, .label = label};
 }
 
-/// Which of the three things a unit can do: learn nothing, from its own points, from its own and its neighbours', be filled.
+/// Which of the three things a unit can do: learn nothing, from its own points, from its own and
+/// its neighbours', be filled.
 enum class Learns { kNothing, kOwn, kOwnAndNeighbours, kFilled };
 
 Learns learns(const EntropyDecision& decision) {
@@ -24,7 +25,9 @@ Learns learns(const EntropyDecision& decision) {
 
 }  // namespace
 
-TEST_CASE("class entropy: 0 for one class, 1 for one point of each of N - 1 classes and one more outcome") {
+TEST_CASE(
+    "class entropy: 0 for one class, 1 for one point of each of N - 1 classes and one more "
+    "outcome") {
   CHECK(class_entropy(0, 0, 0, 19) == 0.0F);
   CHECK(class_entropy(1, 1, 1, 19) == 0.0F);
   CHECK(class_entropy(1000, 1000, 1, 19) == 0.0F);
@@ -41,7 +44,9 @@ TEST_CASE("class entropy: the formula by hand") {
   CHECK(class_entropy(3, 1, 3, 20) == Approx(2.0 / 3.0 * (1.0 + 2.0 / 400.0)));
 }
 
-TEST_CASE("decide: a unit with points learns from its own, and above the threshold from its neighbours too") {
+TEST_CASE(
+    "decide: a unit with points learns from its own, and above the threshold from its neighbours "
+    "too") {
   const EntropyConfig config;
   const std::array<const UnitSample*, 6> alone{};
   const UnitSample pure = unit_of(3, 0.0F);
@@ -55,7 +60,8 @@ TEST_CASE("decide: a unit with points learns from its own, and above the thresho
   CHECK(decide(config, &mixed, alone).length_voxels == Approx(4.0F));
 }
 
-TEST_CASE("decide: an empty unit is filled by enough neighbours, of one label if that is asked for") {
+TEST_CASE(
+    "decide: an empty unit is filled by enough neighbours, of one label if that is asked for") {
   const UnitSample a = unit_of(2);
   const UnitSample b = unit_of(5);
   const UnitSample none = unit_of(UnitSample::kNoLabel);
@@ -99,7 +105,8 @@ TEST_CASE("decide: for all 64 sets of neighbours and every threshold, filling co
     config.fill_neighbours = least;
     for (unsigned set = 0; set < 64; ++set) {
       std::array<const UnitSample*, 6> faces{};
-      for (unsigned face = 0; face < 6; ++face) faces[face] = ((set >> face) & 1U) != 0 ? &a : nullptr;
+      for (unsigned face = 0; face < 6; ++face)
+        faces[face] = ((set >> face) & 1U) != 0 ? &a : nullptr;
       const bool filled = learns(decide(config, nullptr, faces)) == Learns::kFilled;
       CAPTURE(least, set);
       REQUIRE(filled == (std::popcount(set) >= least));

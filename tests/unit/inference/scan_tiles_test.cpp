@@ -27,7 +27,8 @@ bool is_set(std::uint64_t own, const std::array<std::uint64_t, 6>& faces, int x,
   return has(own, x, y, z);
 }
 
-constexpr std::array<std::array<int, 3>, 6> kSteps{{{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}}};
+constexpr std::array<std::array<int, 3>, 6> kSteps{
+    {{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}}};
 
 /// A mask with about a quarter, half or three quarters of its bits set.
 std::uint64_t random_mask(Random& random) {
@@ -91,9 +92,12 @@ TEST_CASE("place_of: negative voxels floor like positive ones") {
     const int w = 3 * v + 1;
     const VoxelCoord voxel{v, -v, w};
     const ScanTiles::Place place = ScanTiles::place_of(voxel, edge);
-    const std::array<int, 3> units{floor_divide(v, edge), floor_divide(-v, edge), floor_divide(w, edge)};
-    const std::array<int, 3> tiles{floor_divide(units[0], 4), floor_divide(units[1], 4), floor_divide(units[2], 4)};
-    const int unit = units[0] - 4 * tiles[0] + 4 * (units[1] - 4 * tiles[1]) + 16 * (units[2] - 4 * tiles[2]);
+    const std::array<int, 3> units{floor_divide(v, edge), floor_divide(-v, edge),
+                                   floor_divide(w, edge)};
+    const std::array<int, 3> tiles{floor_divide(units[0], 4), floor_divide(units[1], 4),
+                                   floor_divide(units[2], 4)};
+    const int unit =
+        units[0] - 4 * tiles[0] + 4 * (units[1] - 4 * tiles[1]) + 16 * (units[2] - 4 * tiles[2]);
     const bool right = place.tile == BlockCoord{tiles[0], tiles[1], tiles[2]} && place.unit == unit;
     if (!right) ++wrong;
   }
@@ -115,7 +119,8 @@ TEST_CASE("units around: the masks together are the cube, each unit once") {
         if (!has(mask, u & 3, (u >> 2) & 3, u >> 4)) continue;
         ++covered;
         inside = inside && std::abs(coord.x * 4 + (u & 3) - at[0]) <= reach &&
-                 std::abs(coord.y * 4 + ((u >> 2) & 3) - at[1]) <= reach && std::abs(coord.z * 4 + (u >> 4) - at[2]) <= reach;
+                 std::abs(coord.y * 4 + ((u >> 2) & 3) - at[1]) <= reach &&
+                 std::abs(coord.z * 4 + (u >> 4) - at[2]) <= reach;
       }
       return true;
     });
@@ -143,8 +148,9 @@ TEST_CASE("octets of a unit: they cover the unit's voxels, each once, in the rig
         if (((unsigned{octet.voxels} >> static_cast<unsigned>(v)) & 1U) == 0) continue;
         ++covered;
         const ScanTiles::Place place = ScanTiles::place_of(voxel_at(block, at.octet, v), edge);
-        const bool right = place.tile == tile.coord && place.unit == unit &&
-                           (units_of_block(edge, at.block) >> static_cast<unsigned>(unit) & 1U) != 0;
+        const bool right =
+            place.tile == tile.coord && place.unit == unit &&
+            (units_of_block(edge, at.block) >> static_cast<unsigned>(unit) & 1U) != 0;
         if (!right) ++wrong;
       }
     }

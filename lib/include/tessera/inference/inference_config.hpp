@@ -44,7 +44,7 @@ struct EntropyConfig {
   int fill_neighbours =
       2;  ///< Face neighbours with points that filling takes, 1 .. 6; 7 never fills.
   bool fill_one_label = true;  ///< Fill only where all labelled points of the neighbours agree.
-  int block_edge = 2;          ///< 1, 2 or 4 voxels.
+  int block_edge = 2;          ///< 1, 2 or 4 voxels; with 1 the grid ends at half its limit.
 };
 
 /// How rays give free evidence.

@@ -47,7 +47,7 @@ class Integrator {
   ///
   /// Worst-case work with n points, at most: sorts O(n); evaluations n (counting), 7 n e^3 with
   /// unit edge e (multi-entropy), n (2 D + 2)^3 with D in voxels (kernel); ray steps n (range in
-  /// voxels * sqrt(3) + 3).
+  /// voxels * sqrt(3) + 4).
   ScanReport integrate(LocalMap& map, const ScanView& scan) noexcept;
 
   /// The points of the last scan that were integrated, thinned, in the order in which they were

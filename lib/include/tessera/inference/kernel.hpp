@@ -47,7 +47,8 @@ constexpr double kernel_exact(double r) noexcept {
 }
 
 /// k_0 as a quadratic in each of kSegments equal parts of [0, 1) in s = (d / D)^2: no square root,
-/// 3 kB of table. Error against the formula: at most 4e-7 absolute, and 3e-6 relative wherever k_0
+/// 3 kB of table. Error against the formula: at most 4e-7 absolute, and 3.1e-6 relative wherever
+/// k_0
 /// >= 2^-12.
 class KernelTable {
  public:

@@ -1,0 +1,221 @@
+# SPDX-FileCopyrightText: The tessera authors
+# SPDX-License-Identifier: Apache-2.0
+"""map: options that are refused, memory that is scarce, outputs that cannot be written, going on from a map, and the
+report."""
+import unittest
+
+import kitti_folder as kitti
+from command_case import CommandCase
+
+SCAN_KEYS = {"index", "points", "voxel_updates", "milliseconds", "left_out"}
+TOTALS_KEYS = {"median_ms", "p99_ms", "max_ms", "scans"}
+MEMORY_KEYS = {"budget_bytes", "used_bytes", "peak_bytes", "scratch_bytes", "label_voxels", "free_voxels",
+               "bytes_per_label_voxel", "refused"}
+# Every option that says how a map is made, as the report's "config" names it.
+CONFIG_KEYS = {"dataset", "out", "first", "last", "labels", "resolution", "inference", "kernel_length", "prior",
+               "max_range", "downsample", "free_space", "memory", "counts", "robot", "min_weight", "max_evidence",
+               "continue"}
+
+
+class MapCase(CommandCase):
+    def setUp(self):
+        super().setUp()
+        self.scans = [kitti.corner_scan(i, pose=kitti.moved(0.3 * i)) for i in range(3)]
+        self.data = kitti.write_dataset(self.folder / "data", self.scans)
+        self.out = self.folder / "map.tsm"
+
+
+class Options(MapCase):
+    def test_resolution_must_be_a_length(self):
+        for value in ("0", "-0.1", "nan", "inf", "1e9", "fine"):
+            with self.subTest(value):
+                self.map_refused(self.data, f"--resolution={value}", saying=("--resolution",))
+
+    def test_numbers_out_of_range(self):
+        for option, value in (("--prior", "-1"), ("--prior", "nan"), ("--max-range", "-3"), ("--max-range", "nan"),
+                              ("--min-weight", "-1"), ("--min-weight", "2"), ("--max-evidence", "-1"),
+                              ("--max-evidence", "nan"), ("--free-weight", "0"), ("--downsample", "0"),
+                              ("--downsample", "much"), ("--free-space", "maybe"), ("--inference", "guess"),
+                              ("--robot", "-1"), ("--robot", "x"), ("--first", "one"), ("--work-budget", "-1")):
+            with self.subTest(option=option, value=value):
+                self.map_refused(self.data, f"{option}={value}", saying=(option,))
+
+    def test_memory_that_is_no_size(self):
+        for value in ("lots", "12Q", "-5M", "nan", "inf", "", "1e30G", "5MM"):
+            with self.subTest(value):
+                self.map_refused(self.data, "--memory", value, saying=("--memory",))
+
+    def test_memory_of_many_spellings(self):
+        for value, size in (("33554432", 32 << 20), ("32768K", 32 << 20), ("32M", 32 << 20), ("32MB", 32 << 20),
+                            ("0.03125G", 32 << 20)):
+            with self.subTest(value):
+                _, report = self.map_dataset(self.data, self.out, "--memory", value)
+                self.assertEqual(size, report["memory"]["budget_bytes"])
+
+    def test_unknown_option(self):
+        self.map_refused(self.data, "--resolutoin", "0.1", saying=("--resolutoin",))
+
+    def test_missing_required_option(self):
+        self.refused("map", "--out", self.out, saying=("--dataset",))
+        self.refused("map", "--dataset", self.data, saying=("--out",))
+
+    def test_kernel_length_needs_the_kernel_mode(self):
+        self.map_refused(self.data, "--inference", "multi-entropy", "--kernel-length", "0.3",
+                         saying=("--kernel-length", "kernel only"))
+        self.map_refused(self.data, "--kernel-length", "0.3", saying=("--kernel-length",))
+
+    def test_kernel_length_out_of_range(self):
+        for value in ("0", "-1", "nan", "1000"):
+            with self.subTest(value):
+                self.map_refused(self.data, "--inference", "kernel", f"--kernel-length={value}",
+                                 saying=("--kernel-length",))
+
+    def test_compact_counts_are_not_there_yet(self):
+        self.map_refused(self.data, "--counts", "compact", saying=("--counts", "compact", "dense"))
+
+
+class Memory(MapCase):
+    def test_too_small_for_the_scene_maps_what_fits(self):
+        data = kitti.write_dataset(self.folder / "scattered", [kitti.scattered_scan(i) for i in range(4)])
+        result, report = self.map_dataset(data, self.out, "--memory", "2M")
+        self.assert_warned(result, "lack of memory", "--memory")
+        memory = report["memory"]
+        self.assertGreater(memory["refused"], 0)
+        self.assertGreater(memory["label_voxels"], 0)
+        self.assertLessEqual(memory["peak_bytes"] + memory["scratch_bytes"], memory["budget_bytes"])
+        self.assertGreater(sum(scan["left_out"] for scan in report["scans"]), 0)
+        self.done("info", self.out)
+
+    def test_too_small_for_any_map(self):
+        for value in ("1K", "0", "1"):
+            with self.subTest(value):
+                self.map_refused(self.data, "--memory", value, saying=("--memory", "at least"))
+
+    def test_the_size_that_a_refusal_names_is_enough(self):
+        message = self.map_refused(self.data, "--memory", "1K")
+        self.map_dataset(self.data, self.out, "--memory", message.split()[-1])
+
+    def test_more_than_the_machine_has(self):
+        result = self.run_command("map", "--dataset", self.data, "--out", self.out, "--memory", "900000G")
+        self.assertIn(result.returncode, (1, 2))
+        self.assertEqual(1, len(result.stderr.splitlines()), result.stderr)
+        self.assertIn("--memory", result.stderr)
+        self.assertFalse(self.out.exists())
+
+    def test_enough_memory_refuses_nothing(self):
+        result, report = self.map_dataset(self.data, self.out)
+        self.assert_not_warned(result)
+        self.assertEqual(0, report["memory"]["refused"])
+
+
+class Output(MapCase):
+    def test_folder_that_is_missing(self):
+        self.refused("map", "--dataset", self.data, "--out", self.folder / "absent" / "a.tsm",
+                     saying=("absent", "folder does not exist"))
+
+    def test_folder_in_place_of_a_file(self):
+        self.refused("map", "--dataset", self.data, "--out", self.folder, saying=("it is a folder",))
+
+    def test_empty_name(self):
+        self.refused("map", "--dataset", self.data, "--out", "")
+
+    def test_unwritable_report_is_told_before_the_work(self):
+        self.refused("map", "--dataset", self.data, "--out", self.out, "--report", self.folder / "absent" / "r.json",
+                     saying=("absent",))
+        self.assertFalse(self.out.exists())
+
+
+class Continue(MapCase):
+    def test_gives_what_one_go_gives(self):
+        for options in ((), ("--inference", "kernel"), ("--inference", "counting"), ("--free-space", "off")):
+            with self.subTest(options):
+                _, whole = self.map_dataset(self.data, self.out, *options)
+                part, rest = self.folder / "part.tsm", self.folder / "rest.tsm"
+                self.map_dataset(self.data, part, *options, "--last", 0)
+                _, continued = self.map_dataset(self.data, rest, *options, "--first", 1, "--continue", part)
+                self.assertEqual(whole["digest"], continued["digest"])
+
+    def test_over_its_own_file(self):
+        _, whole = self.map_dataset(self.data, self.out)
+        part = self.folder / "part.tsm"
+        self.map_dataset(self.data, part, "--last", 1)
+        _, continued = self.map_dataset(self.data, part, "--first", 2, "--continue", part)
+        self.assertEqual(whole["digest"], continued["digest"])
+
+    def test_with_another_resolution(self):
+        self.map_dataset(self.data, self.out)
+        self.map_refused(self.data, "--resolution", "0.2", "--continue", self.out, saying=("--resolution", "0.1"))
+
+    def test_keeps_the_resolution_and_the_robot(self):
+        self.map_dataset(self.data, self.out, "--resolution", "0.25", "--robot", "7", "--last", "0")
+        _, report = self.map_dataset(self.data, self.out, "--first", 1, "--continue", self.out)
+        self.assertEqual(0.25, report["config"]["resolution"])
+        self.assertIn("robot 7", self.done("info", self.out).stdout)
+
+    def test_with_other_classes(self):
+        self.map_dataset(self.data, self.out)
+        (self.data / "classes.toml").write_text('[[class]]\nid = 1\nname = "thing"\ncolor = [1, 2, 3]\nraw = [40]\n')
+        self.map_refused(self.data, "--continue", self.out, saying=("classes",))
+
+    def test_with_a_file_that_is_no_map(self):
+        self.map_refused(self.data, "--continue", self.data / "poses.txt", saying=("poses.txt", "not a map file"))
+        self.map_refused(self.data, "--continue", self.folder / "absent.tsm", saying=("absent.tsm",))
+
+    def test_in_memory_too_small_for_the_map(self):
+        self.map_dataset(self.data, self.out)
+        self.map_refused(self.data, "--memory", "200K", "--continue", self.out, saying=("--memory",))
+
+
+class Report(MapCase):
+    def test_has_every_key_of_the_contract(self):
+        _, report = self.map_dataset(self.data, self.out)
+        self.assertEqual(3, len(report["scans"]))
+        for scan in report["scans"]:
+            self.assertLessEqual(SCAN_KEYS, scan.keys())
+        self.assertLessEqual(TOTALS_KEYS, report["totals"].keys())
+        self.assertLessEqual(MEMORY_KEYS, report["memory"].keys())
+        self.assertLessEqual(CONFIG_KEYS, report["config"].keys())
+        self.assertIn("heap_allocations_after_init", report)
+        self.assertRegex(report["digest"], r"^[0-9a-f]{16}$")
+
+    def test_figures_agree_with_each_other(self):
+        _, report = self.map_dataset(self.data, self.out)
+        memory, totals = report["memory"], report["totals"]
+        self.assertEqual([0, 1, 2], [scan["index"] for scan in report["scans"]])
+        self.assertEqual([300] * 3, [scan["points"] for scan in report["scans"]])
+        self.assertEqual(3, totals["scans"])
+        self.assertLessEqual(totals["median_ms"], totals["p99_ms"])
+        self.assertLessEqual(totals["p99_ms"], totals["max_ms"])
+        self.assertAlmostEqual(memory["used_bytes"] / memory["label_voxels"], memory["bytes_per_label_voxel"])
+        self.assertLessEqual(memory["used_bytes"], memory["peak_bytes"])
+        self.assertLessEqual(memory["peak_bytes"] + memory["scratch_bytes"], memory["budget_bytes"])
+
+    def test_no_heap_use_while_mapping(self):
+        _, report = self.map_dataset(self.data, self.out)
+        # Sanitizers keep the heap to themselves; the count is then null.
+        self.assertIn(report["heap_allocations_after_init"], (0, None))
+
+    def test_digest_of_the_same_scans_is_the_same(self):
+        _, once = self.map_dataset(self.data, self.out)
+        _, again = self.map_dataset(self.data, self.folder / "again.tsm")
+        self.assertEqual(once["digest"], again["digest"])
+        self.assertEqual(self.out.read_bytes(), (self.folder / "again.tsm").read_bytes())
+
+    def test_digest_does_not_depend_on_memory(self):
+        digests = {self.map_dataset(self.data, self.out, "--memory", memory)[1]["digest"]
+                   for memory in ("32M", "64M", "512M")}
+        self.assertEqual(1, len(digests))
+
+    def test_digest_tells_other_maps_apart(self):
+        variants = ((), ("--last", 1), ("--prior", 0.01), ("--resolution", 0.2), ("--free-space", "off"),
+                    ("--inference", "counting"), ("--labels", "none"))
+        digests = {self.map_dataset(self.data, self.out, *options)[1]["digest"] for options in variants}
+        self.assertEqual(len(variants), len(digests))
+
+    def test_digest_is_the_one_that_info_tells(self):
+        _, report = self.map_dataset(self.data, self.out)
+        self.assertIn(report["digest"], self.done("info", self.out).stdout)
+
+
+if __name__ == "__main__":
+    unittest.main()

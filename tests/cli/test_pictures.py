@@ -1,0 +1,100 @@
+# SPDX-FileCopyrightText: The tessera authors
+# SPDX-License-Identifier: Apache-2.0
+"""export: files that other tools open, and what it says when there is nothing to show."""
+import struct
+import unittest
+import zlib
+
+import kitti_folder as kitti
+from command_case import CommandCase
+
+PNG_MAGIC = b"\x89PNG\r\n\x1a\n"
+
+
+def png_chunks(data):
+    at = len(PNG_MAGIC)
+    while at < len(data):
+        length, = struct.unpack_from(">I", data, at)
+        body = data[at + 4:at + 8 + length]
+        crc, = struct.unpack_from(">I", data, at + 8 + length)
+        yield body[:4], body[4:], crc == zlib.crc32(body)
+        at += 12 + length
+
+
+class Export(CommandCase):
+    def setUp(self):
+        super().setUp()
+        self.data = kitti.write_dataset(self.folder / "data", [kitti.corner_scan(1)])
+        self.map_dataset(self.data, self.folder / "map.tsm")
+
+    def empty_map(self):
+        """Every point is refused, as it is nearer than a return can be."""
+        scan = kitti.Scan([(0.01, 0.0, 0.0)] * 5, [kitti.ROAD] * 5)
+        data = kitti.write_dataset(self.folder / "empty", [scan])
+        _, report = self.map_dataset(data, self.folder / "empty.tsm")
+        self.assertEqual(0, report["memory"]["label_voxels"])
+        return self.folder / "empty.tsm"
+
+    def test_ply(self):
+        for form in ("points", "cubes"):
+            with self.subTest(form):
+                self.done("export", "--map", "map.tsm", "--format", "ply", "--ply-form", form, "--out", "map.ply")
+                data = (self.folder / "map.ply").read_bytes()
+                head, _, body = data.partition(b"end_header\n")
+                self.assertTrue(head.startswith(b"ply\nformat binary_little_endian 1.0\n"), head[:60])
+                self.assertRegex(head, rb"element vertex [1-9][0-9]*\n")
+                self.assertGreater(len(body), 0)
+
+    def test_png(self):
+        for view in ("both", "top", "oblique"):
+            with self.subTest(view):
+                self.done("export", "--map", "map.tsm", "--format", "png", "--view", view, "--width", 320,
+                          "--out", "map.png")
+                data = (self.folder / "map.png").read_bytes()
+                self.assertTrue(data.startswith(PNG_MAGIC))
+                chunks = list(png_chunks(data))
+                self.assertEqual((b"IHDR", b"IEND"), (chunks[0][0], chunks[-1][0]))
+                self.assertTrue(all(sound for _, _, sound in chunks))
+                pixels = zlib.decompress(b"".join(body for kind, body, _ in chunks if kind == b"IDAT"))
+                self.assertGreater(len(set(pixels)), 10, "the picture is blank")
+
+    def test_the_same_map_gives_the_same_bytes(self):
+        for kind in ("ply", "png"):
+            for name in ("a", "b"):
+                self.done("export", "--map", "map.tsm", "--format", kind, "--title", "t", "--out", f"{name}.{kind}")
+            self.assertEqual((self.folder / f"a.{kind}").read_bytes(), (self.folder / f"b.{kind}").read_bytes())
+
+    def test_an_empty_map_is_exported_with_a_warning(self):
+        empty = self.empty_map()
+        for kind in ("ply", "png"):
+            with self.subTest(kind):
+                result = self.done("export", "--map", empty, "--format", kind, "--out", f"empty.{kind}")
+                self.assert_warned(result, "no occupied voxel")
+                self.assertGreater((self.folder / f"empty.{kind}").stat().st_size, 0)
+
+    def test_an_empty_map_can_be_asked_and_judged(self):
+        empty = self.empty_map()
+        _, rows = self.query_rows(empty, "x,y,z\n0,0,0\n")
+        self.assertEqual("unknown", rows[0]["state"])
+        self.done("info", empty)
+        self.done("eval", "--map", empty, "--dataset", self.data)
+
+    def test_bad_usage(self):
+        base = ("export", "--map", "map.tsm", "--out", "out.bin")
+        self.refused(*base, "--format", "bmp", saying=("--format", "bmp"))
+        self.refused(*base, "--format", "png", "--view", "side", saying=("--view", "side"))
+        self.refused(*base, "--format", "ply", "--ply-form", "balls", saying=("--ply-form", "balls"))
+        for width in ("0", "-5", "100000", "wide"):
+            self.refused(*base, "--format", "png", f"--width={width}", saying=("--width",))
+        self.assertFalse((self.folder / "out.bin").exists())
+
+    def test_unwritable_output(self):
+        for kind in ("ply", "png"):
+            base = ("export", "--map", "map.tsm", "--format", kind, "--out")
+            self.refused(*base, f"absent/map.{kind}", saying=("absent",))
+            self.refused(*base, self.folder, saying=("folder",))
+            self.assertFalse((self.folder / "absent").exists())
+
+
+if __name__ == "__main__":
+    unittest.main()

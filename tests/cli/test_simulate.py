@@ -1,0 +1,69 @@
+# SPDX-FileCopyrightText: The tessera authors
+# SPDX-License-Identifier: Apache-2.0
+"""simulate: a dataset a robot, which the other subcommands take as it is."""
+import json
+import unittest
+
+from command_case import CommandCase, MEMORY
+
+FILES = ("velodyne/000000.bin", "labels/000000.label", "predictions/000000.label", "poses.txt", "T_global_map.txt")
+
+
+class Simulate(CommandCase):
+    def simulate(self, out, *options):
+        self.done("simulate", "--scene", "street", "--robots", 2, "--scans", 1, "--out", out, *options)
+        return self.folder / out
+
+    def contents(self, out):
+        return {str(p.relative_to(out)): p.read_bytes() for p in sorted(out.rglob("*")) if p.is_file()}
+
+    def test_two_robots(self):
+        out = self.simulate("street", "--seed", 1)
+        self.assertEqual(["robot_0", "robot_1"], sorted(p.name for p in out.iterdir() if p.is_dir()))
+        for robot in ("robot_0", "robot_1"):
+            for name in FILES:
+                with self.subTest(robot=robot, name=name):
+                    self.assertGreater((out / robot / name).stat().st_size, 0)
+            points = (out / robot / "velodyne" / "000000.bin").stat().st_size // 16
+            self.assertGreater(points, 1000)
+            for folder in ("labels", "predictions"):
+                self.assertEqual(points, (out / robot / folder / "000000.label").stat().st_size // 4)
+
+    def test_the_seed_decides(self):
+        one, again, other = (self.contents(self.simulate(name, "--seed", seed))
+                             for name, seed in (("a", 1), ("b", 1), ("c", 2)))
+        self.assertEqual(one, again)
+        self.assertNotEqual(one, other)
+
+    def test_the_result_can_be_mapped_and_judged(self):
+        data = self.simulate("street", "--seed", 3) / "robot_0"
+        result, _ = self.map_dataset(data, "map.tsm", "--memory", "256M")
+        self.assert_not_warned(result)
+        self.done("eval", "--map", "map.tsm", "--dataset", data, "--report", "eval.json")
+        report = json.loads((self.folder / "eval.json").read_text())
+        self.assertGreater(report["coverage"], 0.9)
+        self.assertGreater(report["mean_iou"], 0.2)
+
+    def test_a_perturbed_frame_beside_the_true_one(self):
+        robot = self.simulate("street", "--pose-error", "0.5") / "robot_1"
+        texts = [(robot / name).read_text() for name in ("T_global_map.txt", "T_global_map_perturbed.txt")]
+        self.assertNotEqual(*texts)
+        self.assertEqual([16, 16], [len(text.split()) for text in texts])
+
+    def test_bad_usage(self):
+        for option, value in (("--scene", "moon"), ("--robots", "0"), ("--robots", "-2"), ("--robots", "99"),
+                              ("--scans", "0"), ("--scans", "-1"), ("--scans", "many"), ("--seed", "dice"),
+                              ("--pose-error", "-1"), ("--pose-error", "nan")):
+            with self.subTest(option=option, value=value):
+                message = self.refused("simulate", f"{option}={value}", "--out", "street")
+                self.assertTrue(option in message or option[2:] in message, message)
+                self.assertFalse((self.folder / "street").exists())
+
+    def test_unwritable_output(self):
+        (self.folder / "file").write_text("")
+        self.refused("simulate", "--scans", 1, "--out", "file", saying=("file",))
+        self.refused("simulate", "--scans", 1, "--out", "file/street", saying=("file",))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,63 @@
+# SPDX-FileCopyrightText: The tessera authors
+# SPDX-License-Identifier: Apache-2.0
+"""How the command is called: help, version, and what it says to mistakes."""
+import unittest
+
+from command_case import CommandCase
+
+SUBCOMMANDS = ("map", "eval", "query", "export", "info", "simulate")
+
+
+class Usage(CommandCase):
+    def test_help_has_an_example(self):
+        for subcommand in SUBCOMMANDS:
+            with self.subTest(subcommand):
+                result = self.done(subcommand, "--help")
+                self.assertIn(f"Example: tessera {subcommand} ", result.stdout)
+                self.assertEqual("", result.stderr)
+
+    def test_help_lists_the_subcommands(self):
+        text = self.done("--help").stdout
+        self.assertIn("Example: tessera ", text)
+        for subcommand in SUBCOMMANDS:
+            self.assertIn(subcommand, text)
+
+    def test_version_everywhere(self):
+        version = self.done("--version").stdout
+        self.assertRegex(version, r"^tessera \d+\.\d+\.\d+\n$")
+        for subcommand in SUBCOMMANDS:
+            with self.subTest(subcommand):
+                self.assertEqual(version, self.done(subcommand, "--version").stdout)
+
+    def test_no_subcommand(self):
+        self.refused(saying=("subcommand", "--help"))
+
+    def test_unknown_subcommand(self):
+        self.refused("paint", saying=("paint", "--help"))
+
+    def test_unknown_option(self):
+        self.refused("--loud", saying=("--loud", "--help"))
+        for subcommand in SUBCOMMANDS:
+            with self.subTest(subcommand):
+                self.refused(subcommand, "--loud", saying=("--loud", "--help"))
+
+    def test_option_without_its_value(self):
+        self.refused("map", "--dataset", saying=("--dataset",))
+
+    def test_option_given_twice(self):
+        self.refused("export", "--map", "a", "--map", "b", "--format", "ply", "--out", "c", saying=("--map",))
+
+    def test_missing_required_options(self):
+        for subcommand, option in (("map", "--dataset"), ("eval", "--map"), ("query", "--map"), ("export", "--map"),
+                                   ("info", "FILE"), ("simulate", "--out")):
+            with self.subTest(subcommand):
+                self.refused(subcommand, saying=(option,))
+
+    def test_a_refusal_stays_one_line_whatever_is_typed(self):
+        self.refused("info", "a\nb.tsm")
+        self.refused("paint\nthe\ntown")
+        self.refused("map", "--dataset", "a\nb", "--out", "c.tsm")
+
+
+if __name__ == "__main__":
+    unittest.main()
