@@ -180,6 +180,8 @@ void print_scores(const Scores& scores, const ClassTable& classes) {
 Outcome<void> run_eval(const EvalOptions& options) {
   if (options.max_range_m && !(*options.max_range_m > 0.0))
     return Failure{"--max-range must be a number of metres above 0"};
+  const Outcome<void> writable = check_writable(options.report);
+  if (!writable.ok()) return writable.failure();
   const Outcome<std::unique_ptr<StoredMap>> stored = load_map(options.map);
   if (!stored.ok()) return stored.failure();
   const Outcome<Dataset> dataset = Dataset::open(

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // The command: tessera SUBCOMMAND [options].
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 
@@ -10,7 +11,9 @@
 namespace tessera {
 
 int fail(const Failure& failure) {
-  std::fprintf(stderr, "tessera: %s\n", failure.message.c_str());
+  std::string message = failure.message;  // One line, though a name in it may hold several.
+  std::replace(message.begin(), message.end(), '\n', ' ');
+  std::fprintf(stderr, "tessera: %s\n", message.c_str());
   return failure.kind == FailureKind::kUsage ? kExitUsage : kExitFailure;
 }
 
@@ -38,9 +41,12 @@ int run(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) return app.exit(error);
-    std::string message = error.what();
-    for (char& letter : message) letter = letter == '\n' ? ' ' : letter;
-    return fail({message + "; see tessera --help"});
+    // A word that nobody knows explains more than the option that is missing because of it.
+    const std::vector<std::string> unknown = app.remaining(true);
+    if (!unknown.empty()) {
+      return fail({"there is no option or subcommand " + unknown.front() + "; see tessera --help"});
+    }
+    return fail({std::string(error.what()) + "; see tessera --help"});
   }
   return exit_status;
 }

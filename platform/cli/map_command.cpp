@@ -11,7 +11,6 @@
 #include "cli/stored_map.hpp"
 #include "dataset/dataset.hpp"
 #include "posix/allocation_counter.hpp"
-#include "posix/atomic_file.hpp"
 #include "posix/monotonic_clock.hpp"
 #include "posix/progress.hpp"
 #include "tessera/map/queries.hpp"
@@ -97,11 +96,11 @@ Outcome<void> run_map(const MapOptions& options) {
     identity.robot = header->identity.robot;
     identity.epoch = header->identity.epoch;
   }
-  // Opened before the work, so that an unwritable place is told at once.
+  // Before the work, so that an unwritable place is told at once.
+  if (options.out.empty()) return Failure{"--out has no name; name the map file to write"};
   for (const std::string& path : {options.out, options.report}) {
-    if (path.empty()) continue;
-    const Outcome<AtomicFile> probe = AtomicFile::open(path);
-    if (!probe.ok()) return probe.failure();
+    const Outcome<void> writable = check_writable(path);
+    if (!writable.ok()) return writable.failure();
   }
   const Outcome<ScanCapacity> capacity = split_budget(*setup, dataset->max_points());
   if (!capacity.ok()) return capacity.failure();

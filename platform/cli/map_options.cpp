@@ -84,6 +84,7 @@ void declare_map_options(CLI::App& command, MapOptions& o) {
   command
       .add_option("--work-budget", o.work_budget,
                   "Most kernel evaluations and ray steps a scan; 0: no limit")
+      ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
   command.add_option("--continue", o.continue_from, "Map file to go on from; its settings hold");
 }

@@ -18,6 +18,13 @@ Outcome<void> write_report(const Json& report, const std::string& path) {
   return file->commit();
 }
 
+Outcome<void> check_writable(const std::string& path) {
+  if (path.empty()) return {};
+  const Outcome<AtomicFile> probe = AtomicFile::open(path);
+  if (!probe.ok()) return probe.failure();
+  return {};
+}
+
 std::string hex64(std::uint64_t value) {
   std::array<char, 17> text{};
   std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(value));

@@ -17,6 +17,10 @@ using Json = nlohmann::ordered_json;
 /// Writes the report to path; does nothing if path is empty.
 Outcome<void> write_report(const Json& report, const std::string& path);
 
+/// Fails as write_report would for the place, without leaving anything there; to be asked before
+/// long work.
+Outcome<void> check_writable(const std::string& path);
+
 /// Sixteen hexadecimal digits.
 std::string hex64(std::uint64_t value);
 

@@ -23,6 +23,8 @@ struct SimulateOptions {
 Outcome<void> run_simulate(const SimulateOptions& options) {
   const Outcome<StreetSimulator> simulator = StreetSimulator::make(options.config);
   if (!simulator.ok()) return simulator.failure();
+  const Outcome<void> writable = check_writable(options.report);
+  if (!writable.ok()) return writable.failure();
   Progress progress("simulating", static_cast<std::uint64_t>(options.config.robots) *
                                       static_cast<std::uint64_t>(options.config.scans));
   const DatasetWriterOptions writer{
@@ -53,6 +55,7 @@ void add_simulate_command(CLI::App& app, int& exit_status) {
   command->add_option("--scans", o->config.scans, "Scans a robot, 1 to 1000")
       ->capture_default_str();
   command->add_option("--seed", o->config.seed, "Seed; the same gives the same bytes")
+      ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
   command->add_option("--out", o->out, "Folder to write robot_0, robot_1, ... into")->required();
   command

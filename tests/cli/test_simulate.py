@@ -4,7 +4,7 @@
 import json
 import unittest
 
-from command_case import CommandCase, MEMORY
+from command_case import FAILURE, USAGE, CommandCase
 
 FILES = ("velodyne/000000.bin", "labels/000000.label", "predictions/000000.label", "poses.txt", "T_global_map.txt")
 
@@ -52,17 +52,19 @@ class Simulate(CommandCase):
 
     def test_bad_usage(self):
         for option, value in (("--scene", "moon"), ("--robots", "0"), ("--robots", "-2"), ("--robots", "99"),
-                              ("--scans", "0"), ("--scans", "-1"), ("--scans", "many"), ("--seed", "dice"),
+                              ("--scans", "0"), ("--scans", "-1"), ("--scans", "many"), ("--seed", "dice"), ("--seed", "-1"),
                               ("--pose-error", "-1"), ("--pose-error", "nan")):
             with self.subTest(option=option, value=value):
                 message = self.refused("simulate", f"{option}={value}", "--out", "street")
-                self.assertTrue(option in message or option[2:] in message, message)
+                self.assertTrue(any(word in message for word in (option, option[2:], option[2:].replace("-", " "))))
                 self.assertFalse((self.folder / "street").exists())
 
     def test_unwritable_output(self):
         (self.folder / "file").write_text("")
         self.refused("simulate", "--scans", 1, "--out", "file", saying=("file",))
-        self.refused("simulate", "--scans", 1, "--out", "file/street", saying=("file",))
+        self.refused("simulate", "--scans", 1, "--out", "file/street", saying=("file",), exit_status=(USAGE, FAILURE))
+        self.refused("simulate", "--scans", 1, "--out", "street", "--report", "absent/r.json", saying=("absent",))
+        self.assertFalse((self.folder / "street").exists())
 
 
 if __name__ == "__main__":
