@@ -2,10 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """map: options that are refused, memory that is scarce, outputs that cannot be written, going on from a map, and the
 report."""
+import resource
+import subprocess
 import unittest
 
 import kitti_folder as kitti
-from command_case import CommandCase
+from command_case import FAILURE, MEMORY, TIME_LIMIT_S, CommandCase, command_path
 
 SCAN_KEYS = {"index", "points", "voxel_updates", "milliseconds", "left_out"}
 TOTALS_KEYS = {"median_ms", "p99_ms", "max_ms", "scans"}
@@ -115,6 +117,21 @@ class Output(MapCase):
 
     def test_folder_in_place_of_a_file(self):
         self.refused("map", "--dataset", self.data, "--out", self.folder, saying=("it is a folder",))
+
+    def test_a_device_that_fills_up_leaves_nothing(self):
+        """A limit on the size of files stands for a full disk."""
+        def limit():
+            resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
+        self.out.write_text("an earlier map")
+        # Signals are left as Python has them, that is with SIGXFSZ ignored, so that writing fails instead.
+        result = subprocess.run([command_path(), "map", "--dataset", self.data, "--out", self.out, *MEMORY],
+                                cwd=self.folder, text=True, capture_output=True, timeout=TIME_LIMIT_S, check=False,
+                                preexec_fn=limit, restore_signals=False)
+        self.assertEqual(FAILURE, result.returncode, result.stderr)
+        errors = [line for line in result.stderr.splitlines() if line.startswith("tessera: ")]
+        self.assertEqual(1, len(errors), result.stderr)
+        self.assertIn("map.tsm", errors[0])
+        self.assertEqual("an earlier map", self.out.read_text())
 
     def test_empty_name(self):
         self.refused("map", "--dataset", self.data, "--out", "")
