@@ -3,9 +3,11 @@
 // The command: tessera SUBCOMMAND [options].
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 
 #include "cli/command.hpp"
+#include "tessera/base/assert.hpp"
 #include "tessera/base/version.hpp"
 
 namespace tessera {
@@ -54,6 +56,14 @@ int run(int argc, char** argv) {
 }  // namespace
 
 }  // namespace tessera
+
+#if TESSERA_ASSERTS
+extern "C" [[noreturn]] void tessera_assert_failed(const char* expression, const char* file,
+                                                   int line) {
+  std::fprintf(stderr, "tessera: assertion failed at %s:%d: %s\n", file, line, expression);
+  std::abort();
+}
+#endif
 
 int main(int argc, char** argv) {
   try {

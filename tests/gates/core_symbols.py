@@ -1,46 +1,59 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: The tessera authors
 # SPDX-License-Identifier: Apache-2.0
-"""core_symbols.py ARCHIVE: the core needs nothing from outside but a short list of functions.
+"""core_symbols.py NM ARCHIVE FORBIDDEN: the core needs nothing from outside but a short list of functions.
 
-An allow-list: whatever is undefined in the archive and not defined in it must be named here. So heap, exceptions, RTTI,
-clocks, I/O and threads are all refused without naming them.
+An allow-list: whatever is undefined in ARCHIVE and not defined in it must be named here. So heap, exceptions, RTTI,
+clocks, I/O and threads are all refused without naming them. FORBIDDEN is an object file that uses one of each, built as
+the core is: the gate fails if it does not refuse all of them.
 """
 import re
 import subprocess
 import sys
 
 ALLOWED = re.compile(
-    r"^(mem(cpy|move|set|cmp)|sqrtf?|_GLOBAL_OFFSET_TABLE_|tessera_assert_failed|__stack_chk_fail|"
-    r"__asan_\w+|__ubsan_\w+|__sanitizer_\w+|__popcountdi2)$")
+    r"^(mem(cpy|move|set|cmp)|sqrtf?|__popcountdi2|_GLOBAL_OFFSET_TABLE_|__stack_chk_(fail|guard)|"
+    r"__asan_\w+|__ubsan_\w+|__sanitizer_\w+)$")  # the last line occurs in builds with sanitizers alone
+# What FORBIDDEN must be refused for, as patterns of mangled names.
+MUST_REFUSE = {
+    "the heap of C": "malloc", "operator new": "_Znwm", "operator delete": "_ZdlPv(m)?",
+    "exceptions": "__cxa_throw", "checks that throw": "_ZSt.*__throw_.*", "unwinding": "_Unwind_Resume",
+    "RTTI": "_ZTVN10__cxxabiv1.*", "guarded statics": "__cxa_guard_acquire", "clocks": "clock_gettime",
+    "formatted output": "printf", "files": "fopen", "threads": "pthread_create", "sockets": "socket", "exits": "abort"}
 
 
-def undefined(nm_text):
+def outside(nm_text):
+    """Names that are undefined in one of the objects and defined in none."""
     defined, wanted = set(), set()
     for line in nm_text.splitlines():
         fields = line.split()
-        if len(fields) < 2:
-            continue
-        kind, name = fields[-2], fields[-1]
-        (wanted if kind in "Uw" else defined).add(name)
-    return wanted - defined
+        if len(fields) >= 2 and len(fields[-2]) == 1:
+            (wanted if fields[-2] in "Uvw" else defined).add(fields[-1])
+    return wanted - defined, len(defined)
 
 
-def refused(nm_text):
-    return sorted(name for name in undefined(nm_text) if not ALLOWED.match(name))
+def refused(names):
+    return sorted(name for name in names if not ALLOWED.match(name))
+
+
+def symbols(nm, path):
+    return subprocess.run([nm, path], check=True, capture_output=True, text=True).stdout
 
 
 def main():
-    # The gate must catch what it is for.
-    for symbol in ("malloc", "_Znwm", "__cxa_throw", "_ZTVN10__cxxabiv117__class_type_infoE", "clock_gettime", "pthread_create", "printf"):
-        assert refused(f"                 U {symbol}\n") == [symbol], symbol
-    assert refused("0000 T own\n                 U own\n                 U memcpy\n") == []
-    text = subprocess.run(["nm", sys.argv[1]], check=True, capture_output=True, text=True).stdout
-    assert "tessera" in text, "the archive has no symbol of the core"
-    bad = refused(text)
-    for name in bad:
-        print(f"the core needs {name}, which is not on the list of {__file__}", file=sys.stderr)
-    return 1 if bad else 0
+    nm, archive, forbidden = sys.argv[1:]
+    assert outside("0000 T own\n                 U own\n                 w absent\n") == ({"absent"}, 1)
+    faults = []
+    caught = refused(outside(symbols(nm, forbidden))[0])
+    for what, pattern in MUST_REFUSE.items():
+        if not any(re.fullmatch(pattern, name) for name in caught):
+            faults.append(f"this gate would not notice {what}: {forbidden} should be refused for {pattern}")
+    names, defined = outside(symbols(nm, archive))
+    if defined < 10:
+        faults.append(f"{archive} defines {defined} symbols: that is not the core")
+    faults += [f"the core needs {name}, which is not on the list of allowed symbols" for name in refused(names)]
+    print("\n".join(faults), file=sys.stderr)
+    return 1 if faults else 0
 
 
 sys.exit(main())

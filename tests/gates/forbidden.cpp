@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// One of each thing that the core must not use, for the gates to refuse. It is compiled and never run.
+// One of each thing that the core must not use, for the gates to refuse. It is compiled and never
+// run.
 #include <pthread.h>
 #include <sys/socket.h>
 

@@ -20,12 +20,6 @@ tessera::KeyedIndex workspace[8192];
 
 }  // namespace
 
-#if TESSERA_ASSERTS
-extern "C" [[noreturn]] void tessera_assert_failed(const char*, const char*, int) {
-  __builtin_trap();
-}
-#endif
-
 int main() {
   tessera::ClassTable classes;
   if (classes.add("road", {128, 64, 128}) != tessera::Status::kOk) return 1;

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// The hook for caller bugs and broken invariants. Compiled out unless TESSERA_ASSERTS is 1; when
-// on, the program provides tessera_assert_failed, which must not return.
+// The hook for caller bugs and broken invariants. Compiled out unless TESSERA_ASSERTS is 1. When
+// on, a failure traps; a program that defines tessera_assert_failed itself, to log or to reach a
+// safe state, gets the call instead. It must not return.
 #pragma once
 
 #ifndef TESSERA_ASSERTS
