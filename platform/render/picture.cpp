@@ -4,10 +4,10 @@
 
 #include <cmath>
 
+#include "posix/atomic_file.hpp"
 #include "render/framing.hpp"
 #include "render/png_encoder.hpp"
 #include "render/sheet.hpp"
-#include "render/target_file.hpp"
 
 namespace tessera {
 namespace {
@@ -39,13 +39,15 @@ Outcome<WriteReport> write_png(std::span<const RenderVoxel> voxels, float resolu
   if (const Outcome<void> checked = check(resolution_m, options); !checked.ok())
     return checked.failure();
   // Before the drawing, so that a wrong path is told at once.
-  Outcome<TargetFile> file = TargetFile::create(path);
+  Outcome<AtomicFile> file = AtomicFile::open(path);
   if (!file.ok()) return file.failure();
   const Scene scene = make_scene(voxels, resolution_m);
-  if (const Outcome<void> encoded = encode_png(draw_sheet(scene, options), *file); !encoded.ok()) {
+  const Outcome<std::vector<std::byte>> encoded = encode_png(draw_sheet(scene, options));
+  if (!encoded.ok()) {
     return Failure{"cannot write " + path + ": " + encoded.failure().message,
                    encoded.failure().kind};
   }
+  file->write(*encoded);  // commit() tells a failure
   if (const Outcome<void> committed = file->commit(); !committed.ok()) return committed.failure();
   return WriteReport{scene.drawable, voxels.size() - scene.drawable};
 }

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <limits>
 
+#include "posix/atomic_file.hpp"
 #include "render/ply_mesh.hpp"
 #include "render/ply_stream.hpp"
-#include "render/target_file.hpp"
 
 namespace tessera {
 namespace {
@@ -31,7 +31,7 @@ void put_color(PlyStream& stream, Color color) {
   stream.put(color.b);
 }
 
-WriteReport write_points(std::span<const PlyVoxel> voxels, TargetFile& file) {
+WriteReport write_points(std::span<const PlyVoxel> voxels, AtomicFile& file) {
   WriteReport report;
   for (const PlyVoxel& voxel : voxels) report.voxels += is_finite(voxel) ? 1U : 0U;
   report.left_out = voxels.size() - report.voxels;
@@ -54,7 +54,7 @@ WriteReport write_points(std::span<const PlyVoxel> voxels, TargetFile& file) {
   return report;
 }
 
-void write_mesh(const VoxelMesh& mesh, double resolution_m, TargetFile& file) {
+void write_mesh(const VoxelMesh& mesh, double resolution_m, AtomicFile& file) {
   PlyStream stream(file);
   stream.text(header_start(mesh.corners.size()) + "element face " +
               std::to_string(mesh.quads.size()) +
@@ -84,7 +84,7 @@ Outcome<WriteReport> write_ply(std::span<const PlyVoxel> voxels, float resolutio
     return Failure{"cannot export voxels of " + std::to_string(resolution_m) +
                    " m; the resolution must be positive"};
   }
-  Outcome<TargetFile> file = TargetFile::create(path);
+  Outcome<AtomicFile> file = AtomicFile::open(path);
   if (!file.ok()) return file.failure();
   WriteReport report;
   if (form == PlyForm::kPoints) {

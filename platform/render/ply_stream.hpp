@@ -1,48 +1,44 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Bytes of PLY files: a header line by line, numbers little-endian whatever the machine, gathered
-// into large writes.
+// Bytes of PLY files: a header as text, then elements of numbers, little-endian whatever the
+// machine.
 #pragma once
 
+#include <array>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
-#include <vector>
 
-#include "render/target_file.hpp"
+#include "posix/atomic_file.hpp"
 
 namespace tessera {
 
+/// Failures to write are kept by the file and told by its commit().
 class PlyStream {
  public:
-  explicit PlyStream(TargetFile& file) : file_(file) { buffer_.reserve(kFlushBytes + kSlackBytes); }
-  PlyStream(const PlyStream&) = delete;
-  PlyStream& operator=(const PlyStream&) = delete;
-  ~PlyStream() { flush(); }
+  explicit PlyStream(AtomicFile& file) : file_(file) {}
 
-  void text(const std::string& line) { file_.write(line.data(), line.size()); }
-  void put(std::uint8_t value) { buffer_.push_back(value); }
+  void text(const std::string& lines) { file_.write(std::as_bytes(std::span(lines))); }
+  void put(std::uint8_t value) { element_.at(bytes_++) = std::byte{value}; }
   void put(std::uint32_t value) {
-    for (int shift = 0; shift < 32; shift += 8)
+    for (unsigned shift = 0; shift < 32; shift += 8)
       put(static_cast<std::uint8_t>((value >> shift) & 0xFFU));
   }
   void put(float value) { put(std::bit_cast<std::uint32_t>(value)); }
-  /// Call after each element.
+  /// Call after each element, which is at most kElementBytes long.
   void end_element() {
-    if (buffer_.size() >= kFlushBytes) flush();
-  }
-  void flush() {
-    file_.write(buffer_.data(), buffer_.size());
-    buffer_.clear();
+    file_.write(std::span(element_).first(bytes_));
+    bytes_ = 0;
   }
 
  private:
-  static constexpr std::size_t kFlushBytes = 1U << 20U;
-  static constexpr std::size_t kSlackBytes = 256;
+  static constexpr std::size_t kElementBytes = 64;
 
-  TargetFile& file_;
-  std::vector<std::uint8_t> buffer_;
+  AtomicFile& file_;
+  std::array<std::byte, kElementBytes> element_{};
+  std::size_t bytes_ = 0;
 };
 
 }  // namespace tessera

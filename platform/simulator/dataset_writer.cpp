@@ -1,7 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Files are written under a temporary name and renamed. Failures travel as an exception inside this
-// file and leave it as an Outcome.
+// Failures travel as an exception inside this file and leave it as an Outcome.
 #include "simulator/dataset_writer.hpp"
 
 #include <Eigen/Geometry>
@@ -11,14 +10,14 @@
 #include <charconv>
 #include <cmath>
 #include <cstdint>
-#include <fstream>
 #include <iterator>
-#include <stdexcept>
+#include <span>
 #include <string>
 #include <string_view>
 #include <system_error>
 #include <vector>
 
+#include "posix/atomic_file.hpp"
 #include "simulator/random.hpp"
 #include "simulator/traffic.hpp"
 
@@ -29,40 +28,37 @@ namespace fs = std::filesystem;
 
 constexpr const char* kScanFolders[] = {"velodyne", "labels", "predictions"};
 
-class WriteError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
+struct WriteError {
+  Failure failure;
 };
 
-[[noreturn]] void fail(const fs::path& path, const char* what, const std::string& reason) {
-  throw WriteError("cannot " + std::string(what) + " " + path.string() + " (" + reason +
-                   "): choose a folder that can be written and has room, or mend its permissions");
+[[noreturn]] void fail(const fs::path& path, const char* what, const std::string& reason,
+                       FailureKind kind) {
+  throw WriteError{{"cannot " + std::string(what) + " " + path.string() + " (" + reason +
+                        "): choose a folder that can be written and has room, or mend its "
+                        "permissions",
+                    kind}};
 }
 
 void make_folder(const fs::path& path) {
   std::error_code error;
   fs::create_directories(path, error);
-  if (error || !fs::is_directory(path))
-    fail(path, "create the folder", error ? error.message() : "not a folder");
+  if (error || !fs::is_directory(path, error))
+    fail(path, "create the folder", error ? error.message() : "not a folder", FailureKind::kUsage);
 }
 
 void remove_if_there(const fs::path& path) {
   std::error_code error;
   fs::remove(path, error);
-  if (error) fail(path, "replace", error.message());
+  if (error) fail(path, "replace", error.message(), FailureKind::kFailure);
 }
 
 void write_file(const fs::path& path, std::string_view bytes) {
-  const fs::path temporary = path.string() + ".part";
-  std::ofstream stream(temporary, std::ios::binary | std::ios::trunc);
-  stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  stream.close();
-  std::error_code error;
-  if (stream) fs::rename(temporary, path, error);
-  if (stream && !error) return;
-  std::error_code ignored;
-  fs::remove(temporary, ignored);
-  fail(path, "write", error ? error.message() : "the system refused it");
+  Outcome<AtomicFile> file = AtomicFile::open(path.string());
+  if (!file.ok()) throw WriteError{file.failure()};
+  file->write(std::as_bytes(std::span(bytes)));  // commit() tells a failure
+  const Outcome<void> committed = file->commit();
+  if (!committed.ok()) throw WriteError{committed.failure()};
 }
 
 void put_u32(std::string& out, std::uint32_t value) {
@@ -233,7 +229,7 @@ Outcome<void> write_dataset(const StreetSimulator& simulator, const fs::path& ou
   try {
     Writer(simulator, out, options).write();
   } catch (const WriteError& error) {
-    return Failure{error.what(), FailureKind::kFailure};
+    return error.failure;
   } catch (const fs::filesystem_error& error) {
     return Failure{"cannot read the folder " + error.path1().string() + " (" +
                        error.code().message() + "): mend its permissions, or choose another folder",

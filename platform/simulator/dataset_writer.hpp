@@ -34,8 +34,8 @@ struct DatasetWriterOptions {
 /// street). Every file appears complete or not at all, and poses.txt last: a folder that has it
 /// holds every scan. Scans that a longer run left in the same folders are removed. The same
 /// configuration gives the same bytes. Fails with kUsage iff a pose error is negative or not
-/// finite, `out` exists and is no folder, or it holds a robot_K beyond the configured number; with
-/// kFailure iff a folder or file cannot be written.
+/// finite, `out` or a folder below it cannot be made or be written to, or it holds a robot_K beyond
+/// the configured number; with kFailure iff writing itself fails, as on a full disk.
 Outcome<void> write_dataset(const StreetSimulator& simulator, const std::filesystem::path& out,
                             const DatasetWriterOptions& options);
 

@@ -5,7 +5,7 @@
 #include <set>
 
 #include "dataset/dataset_classes.hpp"
-#include "unit/posix/temporary_folder.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace tessera {
 namespace {

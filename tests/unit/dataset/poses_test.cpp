@@ -9,8 +9,8 @@
 
 #include "dataset/calibration.hpp"
 #include "dataset/number_row.hpp"
+#include "support/temporary_folder.hpp"
 #include "tessera/registration/scan.hpp"
-#include "unit/posix/temporary_folder.hpp"
 
 namespace tessera {
 namespace {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "unit/posix/temporary_folder.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace tessera::test {
 

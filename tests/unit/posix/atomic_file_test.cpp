@@ -12,7 +12,7 @@
 #include <optional>
 #include <utility>
 
-#include "unit/posix/temporary_folder.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace tessera {
 namespace {

@@ -3,7 +3,6 @@
 // The parts of a picture on their own: letters, framing, files that appear only when complete.
 #include <algorithm>
 #include <catch2/catch.hpp>
-#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -11,13 +10,9 @@
 #include "render/canvas.hpp"
 #include "render/framing.hpp"
 #include "render/lettering.hpp"
-#include "render/target_file.hpp"
-#include "scratch_folder.hpp"
 
 namespace tessera {
 namespace {
-
-using test::ScratchFolder;
 
 TEST_CASE("glyph_of: every printable character has ink, and no two look the same") {
   std::vector<Glyph> glyphs;
@@ -84,30 +79,6 @@ TEST_CASE("stretch_of: finds the direction of a street") {
     voxels.push_back({along - across, along + across, 0.0F, {}});
   }
   REQUIRE(stretch_of(voxels).direction_rad == Approx(0.7854).margin(0.02));
-}
-
-TEST_CASE("TargetFile: dropped before commit, it leaves the target as it was and nothing else") {
-  const ScratchFolder folder;
-  test::write_bytes(folder.file("map"), "old");
-  {
-    Outcome<TargetFile> file = TargetFile::create(folder.file("map"));
-    REQUIRE(file.ok());
-    file->write("new", 3);
-  }
-  REQUIRE(test::read_bytes(folder.file("map")) == "old");
-  REQUIRE(folder.file_count() == 1);
-}
-
-TEST_CASE("TargetFile: a symbolic link stays one, and what it names is replaced") {
-  const ScratchFolder folder;
-  test::write_bytes(folder.file("map"), "old");
-  std::filesystem::create_symlink(folder.file("map"), folder.file("link"));
-  Outcome<TargetFile> file = TargetFile::create(folder.file("link"));
-  REQUIRE(file.ok());
-  file->write("new", 3);
-  REQUIRE(file->commit().ok());
-  REQUIRE(std::filesystem::is_symlink(folder.file("link")));
-  REQUIRE(test::read_bytes(folder.file("map")) == "new");
 }
 
 }  // namespace

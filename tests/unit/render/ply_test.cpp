@@ -13,12 +13,12 @@
 #include <vector>
 
 #include "render/ply_mesh.hpp"
-#include "scratch_folder.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace tessera {
 namespace {
 
-using test::ScratchFolder;
+using test::TemporaryFolder;
 
 constexpr Color kRed{255, 30, 30};
 constexpr Color kBlue{100, 150, 245};
@@ -37,10 +37,10 @@ struct PlyFile {
 };
 
 PlyFile write(const std::vector<PlyVoxel>& voxels, PlyForm form) {
-  const ScratchFolder folder;
+  const TemporaryFolder folder;
   REQUIRE(write_ply(voxels, 0.1F, folder.file("map.ply"), form).ok());
-  REQUIRE(folder.file_count() == 1);
-  const std::string bytes = test::read_bytes(folder.file("map.ply"));
+  REQUIRE(folder.num_entries() == 1);
+  const std::string bytes = folder.read("map.ply");
   const std::string last_line = "end_header\n";
   const std::size_t end = bytes.find(last_line) + last_line.size();
   return {bytes.substr(0, end), bytes.substr(end)};
@@ -150,7 +150,7 @@ TEST_CASE("make_voxel_mesh: repeated voxels and voxels out of reach are left out
 }
 
 TEST_CASE("write_ply: voxels that are not finite are left out and counted") {
-  const ScratchFolder folder;
+  const TemporaryFolder folder;
   const PlyForm form = GENERATE(PlyForm::kPoints, PlyForm::kCubes);
   std::vector<PlyVoxel> voxels{voxel(0, 0, 0), voxel(1, 1, 1), voxel(2, 2, 2)};
   voxels[0].x = std::numeric_limits<float>::quiet_NaN();
@@ -169,19 +169,19 @@ TEST_CASE("write_ply: without voxels the file is valid and has no elements") {
 }
 
 TEST_CASE("write_ply: a resolution that is not positive is refused and nothing is written") {
-  const ScratchFolder folder;
+  const TemporaryFolder folder;
   const float resolution_m = GENERATE(0.0F, -0.1F, std::numeric_limits<float>::quiet_NaN());
   REQUIRE_FALSE(write_ply({}, resolution_m, folder.file("map.ply")).ok());
-  REQUIRE(folder.file_count() == 0);
+  REQUIRE(folder.num_entries() == 0);
 }
 
 TEST_CASE("write_ply: a folder that does not exist is refused with the path in the message") {
-  const ScratchFolder folder;
+  const TemporaryFolder folder;
   const std::string path = folder.file("missing/map.ply");
   const Outcome<WriteReport> report = write_ply({}, 0.1F, path);
   REQUIRE_FALSE(report.ok());
   REQUIRE_THAT(report.failure().message, Catch::Contains(path));
-  REQUIRE(folder.file_count() == 0);
+  REQUIRE(folder.num_entries() == 0);
 }
 
 }  // namespace

@@ -3,13 +3,13 @@
 // What lies on disk after a simulation, and what happens when it cannot.
 #include "simulator/dataset_writer.hpp"
 
-#include <unistd.h>
-
 #include <catch2/catch.hpp>
 #include <fstream>
 #include <limits>
 #include <sstream>
 #include <vector>
+
+#include "support/temporary_folder.hpp"
 
 namespace {
 
@@ -19,26 +19,7 @@ using tessera::FailureKind;
 using tessera::SimulatorConfig;
 using tessera::StreetSimulator;
 using tessera::write_dataset;
-
-/// A folder of its own for each test, gone afterwards.
-class Scratch {
- public:
-  Scratch() {
-    std::string name =
-        (fs::temp_directory_path() / "tessera-simulator-").string() + std::string(6, 'X');
-    path_ = mkdtemp(name.data());
-  }
-  Scratch(const Scratch&) = delete;
-  Scratch& operator=(const Scratch&) = delete;
-  ~Scratch() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  [[nodiscard]] fs::path operator/(const std::string& name) const { return path_ / name; }
-
- private:
-  fs::path path_;
-};
+using tessera::test::TemporaryFolder;
 
 /// The second robot's 16 beams are what keeps these tests quick, but the first one always comes
 /// along.
@@ -70,11 +51,11 @@ std::vector<double> numbers(const fs::path& path) {
 }  // namespace
 
 TEST_CASE("write_dataset: a folder a robot in the KITTI layout, of matching lengths") {
-  const Scratch scratch;
+  const TemporaryFolder scratch;
   const StreetSimulator simulator = street(2, 2);
-  REQUIRE(write_dataset(simulator, scratch / "out", {}).ok());
+  REQUIRE(write_dataset(simulator, scratch.path() / "out", {}).ok());
   for (const char* robot : {"robot_0", "robot_1"}) {
-    const fs::path folder = scratch / "out" / robot;
+    const fs::path folder = scratch.path() / "out" / robot;
     for (const std::string scan : {"000000", "000001"}) {
       const auto points = fs::file_size(folder / "velodyne" / (scan + ".bin"));
       CHECK(points > 0);
@@ -90,10 +71,10 @@ TEST_CASE("write_dataset: a folder a robot in the KITTI layout, of matching leng
 }
 
 TEST_CASE("write_dataset: the first pose is the identity and the poses read back exactly") {
-  const Scratch scratch;
+  const TemporaryFolder scratch;
   const StreetSimulator simulator = street(1, 2);
-  REQUIRE(write_dataset(simulator, scratch / "out", {}).ok());
-  const auto poses = numbers(scratch / "out" / "robot_0" / "poses.txt");
+  REQUIRE(write_dataset(simulator, scratch.path() / "out", {}).ok());
+  const auto poses = numbers(scratch.path() / "out" / "robot_0" / "poses.txt");
   const Eigen::Matrix4d expected[] = {Eigen::Matrix4d::Identity(),
                                       simulator.T_map_sensor(0, 1).matrix()};
   for (std::size_t i = 0; i < poses.size(); ++i) {
@@ -103,11 +84,12 @@ TEST_CASE("write_dataset: the first pose is the identity and the poses read back
 }
 
 TEST_CASE("write_dataset: points and labels on disk are those of the scan") {
-  const Scratch scratch;
+  const TemporaryFolder scratch;
   const StreetSimulator simulator = street(1, 1);
-  REQUIRE(write_dataset(simulator, scratch / "out", {}).ok());
+  REQUIRE(write_dataset(simulator, scratch.path() / "out", {}).ok());
   const auto scan = simulator.scan(0, 0);
-  const std::string bytes = content(scratch / "out" / "robot_0" / "predictions" / "000000.label");
+  const std::string bytes =
+      content(scratch.path() / "out" / "robot_0" / "predictions" / "000000.label");
   REQUIRE(bytes.size() == 4 * scan.predictions.size());
   bool same = true;
   for (std::size_t i = 0; i < scan.predictions.size(); ++i) {
@@ -117,23 +99,24 @@ TEST_CASE("write_dataset: points and labels on disk are those of the scan") {
 }
 
 TEST_CASE("write_dataset: the same configuration gives the same bytes") {
-  const Scratch scratch;
-  REQUIRE(write_dataset(street(1, 1), scratch / "a", {}).ok());
-  REQUIRE(write_dataset(street(1, 1), scratch / "b", {}).ok());
+  const TemporaryFolder scratch;
+  REQUIRE(write_dataset(street(1, 1), scratch.path() / "a", {}).ok());
+  REQUIRE(write_dataset(street(1, 1), scratch.path() / "b", {}).ok());
   for (const char* file :
        {"velodyne/000000.bin", "labels/000000.label", "predictions/000000.label", "poses.txt"}) {
-    CHECK(content(scratch / "a" / "robot_0" / file) == content(scratch / "b" / "robot_0" / file));
+    CHECK(content(scratch.path() / "a" / "robot_0" / file) ==
+          content(scratch.path() / "b" / "robot_0" / file));
   }
 }
 
 TEST_CASE("write_dataset: a pose error adds a perturbed transform and leaves the true one") {
-  const Scratch scratch;
+  const TemporaryFolder scratch;
   const StreetSimulator simulator = street(1, 1);
   DatasetWriterOptions options;
   options.pose_error = {0.5, 2.0};
-  REQUIRE(write_dataset(simulator, scratch / "out", options).ok());
-  const auto truth = numbers(scratch / "out" / "robot_0" / "T_global_map.txt");
-  const auto wrong = numbers(scratch / "out" / "robot_0" / "T_global_map_perturbed.txt");
+  REQUIRE(write_dataset(simulator, scratch.path() / "out", options).ok());
+  const auto truth = numbers(scratch.path() / "out" / "robot_0" / "T_global_map.txt");
+  const auto wrong = numbers(scratch.path() / "out" / "robot_0" / "T_global_map_perturbed.txt");
   REQUIRE(wrong.size() == 16);
   const Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> T(truth.data());
   const Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> P(wrong.data());
@@ -147,71 +130,71 @@ TEST_CASE("write_dataset: a pose error adds a perturbed transform and leaves the
 }
 
 TEST_CASE("write_dataset: progress counts the scans of all robots up to the total") {
-  const Scratch scratch;
+  const TemporaryFolder scratch;
   std::vector<std::pair<int, int>> calls;
   DatasetWriterOptions options;
   options.progress = [&](int done, int total) { calls.emplace_back(done, total); };
-  REQUIRE(write_dataset(street(2, 1), scratch / "out", options).ok());
+  REQUIRE(write_dataset(street(2, 1), scratch.path() / "out", options).ok());
   CHECK(calls == std::vector<std::pair<int, int>>{{1, 2}, {2, 2}});
 }
 
 TEST_CASE(
     "write_dataset: a shorter run leaves no scans of a longer one, and touches nothing else") {
-  const Scratch scratch;
-  REQUIRE(write_dataset(street(1, 2), scratch / "out", {}).ok());
-  std::ofstream(scratch / "out" / "robot_0" / "velodyne" / "notes.txt") << "mine";
-  REQUIRE(write_dataset(street(1, 1), scratch / "out", {}).ok());
-  CHECK(fs::exists(scratch / "out" / "robot_0" / "velodyne" / "000000.bin"));
-  CHECK_FALSE(fs::exists(scratch / "out" / "robot_0" / "velodyne" / "000001.bin"));
-  CHECK_FALSE(fs::exists(scratch / "out" / "robot_0" / "labels" / "000001.label"));
-  CHECK(fs::exists(scratch / "out" / "robot_0" / "velodyne" / "notes.txt"));
+  const TemporaryFolder scratch;
+  REQUIRE(write_dataset(street(1, 2), scratch.path() / "out", {}).ok());
+  std::ofstream(scratch.path() / "out" / "robot_0" / "velodyne" / "notes.txt") << "mine";
+  REQUIRE(write_dataset(street(1, 1), scratch.path() / "out", {}).ok());
+  CHECK(fs::exists(scratch.path() / "out" / "robot_0" / "velodyne" / "000000.bin"));
+  CHECK_FALSE(fs::exists(scratch.path() / "out" / "robot_0" / "velodyne" / "000001.bin"));
+  CHECK_FALSE(fs::exists(scratch.path() / "out" / "robot_0" / "labels" / "000001.label"));
+  CHECK(fs::exists(scratch.path() / "out" / "robot_0" / "velodyne" / "notes.txt"));
 }
 
 TEST_CASE("write_dataset: a folder with more robots than configured is refused") {
-  const Scratch scratch;
-  fs::create_directories(scratch / "out" / "robot_1");
-  const auto outcome = write_dataset(street(1, 1), scratch / "out", {});
+  const TemporaryFolder scratch;
+  fs::create_directories(scratch.path() / "out" / "robot_1");
+  const auto outcome = write_dataset(street(1, 1), scratch.path() / "out", {});
   REQUIRE_FALSE(outcome.ok());
   CHECK(outcome.failure().kind == FailureKind::kUsage);
   CHECK(outcome.failure().message.find("robot_1") != std::string::npos);
 }
 
 TEST_CASE("write_dataset: a file in the place of the output folder is refused") {
-  const Scratch scratch;
-  std::ofstream(scratch / "out") << "x";
-  const auto outcome = write_dataset(street(1, 1), scratch / "out", {});
+  const TemporaryFolder scratch;
+  std::ofstream(scratch.path() / "out") << "x";
+  const auto outcome = write_dataset(street(1, 1), scratch.path() / "out", {});
   REQUIRE_FALSE(outcome.ok());
   CHECK(outcome.failure().kind == FailureKind::kUsage);
 }
 
-TEST_CASE("write_dataset: a folder that cannot be made is a failure that names it") {
+TEST_CASE("write_dataset: a folder that cannot be made is refused by name") {
   const fs::path nowhere = "/proc/tessera-cannot-write-here";
   const auto outcome = write_dataset(street(1, 1), nowhere, {});
   REQUIRE_FALSE(outcome.ok());
-  CHECK(outcome.failure().kind == FailureKind::kFailure);
+  CHECK(outcome.failure().kind == FailureKind::kUsage);
   CHECK(outcome.failure().message.find(nowhere.string()) != std::string::npos);
   CHECK(outcome.failure().message.find('\n') == std::string::npos);
 }
 
 TEST_CASE(
-    "write_dataset: a file that cannot be replaced is a failure, without poses and without a stray "
+    "write_dataset: a file that cannot be replaced is refused, without poses and without a stray "
     "part") {
-  const Scratch scratch;
-  const fs::path folder = scratch / "out" / "robot_0";
+  const TemporaryFolder scratch;
+  const fs::path folder = scratch.path() / "out" / "robot_0";
   fs::create_directories(folder / "velodyne" / "000000.bin");
-  const auto outcome = write_dataset(street(1, 1), scratch / "out", {});
+  const auto outcome = write_dataset(street(1, 1), scratch.path() / "out", {});
   REQUIRE_FALSE(outcome.ok());
-  CHECK(outcome.failure().kind == FailureKind::kFailure);
+  CHECK(outcome.failure().kind == FailureKind::kUsage);
   CHECK_FALSE(fs::exists(folder / "poses.txt"));
-  CHECK_FALSE(fs::exists(folder / "velodyne" / "000000.bin.part"));
+  CHECK(std::distance(fs::directory_iterator(folder / "velodyne"), {}) == 1);
 }
 
 TEST_CASE("write_dataset: negative and infinite pose errors are refused") {
-  const Scratch scratch;
+  const TemporaryFolder scratch;
   DatasetWriterOptions options;
   options.pose_error.translation_m = -0.1;
-  CHECK_FALSE(write_dataset(street(1, 1), scratch / "out", options).ok());
+  CHECK_FALSE(write_dataset(street(1, 1), scratch.path() / "out", options).ok());
   options.pose_error = {0.0, std::numeric_limits<double>::infinity()};
-  CHECK_FALSE(write_dataset(street(1, 1), scratch / "out", options).ok());
-  CHECK_FALSE(fs::exists(scratch / "out"));
+  CHECK_FALSE(write_dataset(street(1, 1), scratch.path() / "out", options).ok());
+  CHECK_FALSE(fs::exists(scratch.path() / "out"));
 }
