@@ -58,16 +58,6 @@ Outcome<Matrix34d> read_transform(const std::string& path) {
   return T;
 }
 
-/// The range that the map was made with, from its own record; 0 (no limit) if it does not tell.
-double range_of(const MapFileHeader& header) {
-  const std::string text(header.identity.settings.data(), header.identity.settings_bytes);
-  const Json settings = Json::parse(text, nullptr, false);
-  if (!settings.is_object() || !settings.contains("max_range") ||
-      !settings["max_range"].is_number())
-    return 0.0;
-  return settings["max_range"].get<double>();
-}
-
 /// The maps between which the overlap is sought, and how to get from the evaluated map's frame into
 /// theirs.
 struct OverlapMap {
@@ -178,8 +168,8 @@ void print_scores(const Scores& scores, const ClassTable& classes) {
 }
 
 Outcome<void> run_eval(const EvalOptions& options) {
-  if (options.max_range_m && !(*options.max_range_m > 0.0))
-    return Failure{"--max-range must be a number of metres above 0"};
+  if (options.max_range_m && !(*options.max_range_m >= 0.0))
+    return Failure{"--max-range must be metres, 0 for no limit"};
   const Outcome<void> writable = check_writable(options.report);
   if (!writable.ok()) return writable.failure();
   const Outcome<std::unique_ptr<StoredMap>> stored = load_map(options.map);
@@ -200,7 +190,8 @@ Outcome<void> run_eval(const EvalOptions& options) {
   const Outcome<std::vector<OverlapMap>> overlap = load_overlap(options.overlap_of);
   if (!overlap.ok()) return overlap.failure();
   EvalRun run{.options = options, .dataset = *dataset, .map = (*stored)->map, .overlap = *overlap};
-  run.max_range_m = options.max_range_m ? *options.max_range_m : range_of((*stored)->header);
+  const Json range_m = recorded_setting((*stored)->header, "max_range");
+  run.max_range_m = options.max_range_m.value_or(range_m.is_number() ? range_m.get<double>() : 0.0);
   if (!options.transform.empty()) {
     const Outcome<Matrix34d> T = read_transform(options.transform);
     if (!T.ok()) return T.failure();
@@ -238,7 +229,7 @@ void add_eval_command(CLI::App& app, int& exit_status) {
   command->add_option("--input", o->input, "Folder of the labels that the map learnt from, or none")
       ->capture_default_str();
   command->add_option("--max-range", o->max_range_m,
-                      "Leave farther points out, m [what the map was made with]");
+                      "Leave farther points out, m; 0: no limit [as the map was made]");
   command
       ->add_option("--overlap-of", o->overlap_of,
                    "Only points where both of these maps have a label")

@@ -81,6 +81,8 @@ Outcome<void> run_export(const ExportOptions& options) {
       options.width_px > ImageOptions::kMaxWidthPx) {
     return Failure{"--width must be from 200 to 6000 pixels"};
   }
+  const Outcome<void> writable = check_writable(options.report);
+  if (!writable.ok()) return writable.failure();
   const Outcome<std::unique_ptr<StoredMap>> stored = load_map(options.map);
   if (!stored.ok()) return stored.failure();
   const LocalMap& map = (*stored)->map;

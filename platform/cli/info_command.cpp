@@ -113,6 +113,8 @@ void print(const Json& json, const std::string& path) {
 }
 
 Outcome<void> run_info(const std::string& path, const std::string& report) {
+  const Outcome<void> writable = check_writable(report);
+  if (!writable.ok()) return writable.failure();
   const Outcome<std::unique_ptr<StoredMap>> stored = load_map(path);
   if (!stored.ok()) return stored.failure();
   const Outcome<InputFile> file = InputFile::open(path);

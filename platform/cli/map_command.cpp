@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // tessera map: a sequence of scans into one robot's local map.
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 
@@ -19,26 +20,49 @@ namespace tessera {
 
 namespace {
 
+/// What is fixed for the life of a map, with the option that gives it to a new one.
+struct FixedSetting {
+  const char* option;
+  std::optional<double> given;
+  double held;
+};
+
 /// The settings of the map that is continued hold; given ones must not contradict them.
 Outcome<void> adopt_settings(const MapOptions& options, const MapFileHeader& header,
                              const Dataset& dataset, MapSetup& setup) {
   const std::string& path = options.continue_from;
   if (header.identity.kind != MapKind::kLocal)
     return Failure{path + " is a global map; continue a robot's local map"};
-  const bool other = setup.map.resolution_m < header.config.resolution_m ||
-                     setup.map.resolution_m > header.config.resolution_m;
-  if (options.resolution_given && other) {
-    return Failure{path + " has a resolution of " + std::to_string(header.config.resolution_m) +
-                   " m; leave --resolution out or give the same"};
+  const MapConfig& held = header.config;
+  std::optional<double> robot;
+  if (options.robot) robot = static_cast<double>(*options.robot);
+  const FixedSetting fixed[] = {
+      {"--resolution", options.resolution_m, held.resolution_m},
+      {"--prior", options.prior, held.prior},
+      {"--max-evidence", options.max_evidence, static_cast<double>(held.max_evidence)},
+      {"--free-weight", options.free_weight, static_cast<double>(held.free_weight)},
+      {"--robot", robot, static_cast<double>(header.identity.robot)}};
+  for (const FixedSetting& setting : fixed) {
+    // The file keeps some of them as floats.
+    if (!setting.given || std::abs(*setting.given - setting.held) <= 1e-6 * setting.held) continue;
+    return Failure{path + " was made with " + setting.option + " " + text_of(setting.held) +
+                   "; leave " + setting.option + " out or give the same"};
   }
   if (!(header.classes == dataset.classes().table())) {
     return Failure{path + " has other classes than " + options.dataset +
                    "; use data with the same classes"};
   }
-  setup.map = header.config;
+  setup.map = held;
   if (options.downsample.empty())
-    setup.inference.thinning_m = static_cast<float>(header.config.resolution_m);
+    setup.inference.thinning_m = static_cast<float>(held.resolution_m);
   return {};
+}
+
+void warn_of_another_mode(const MapOptions& options, const MapFileHeader& header) {
+  const Json mode = recorded_setting(header, "inference");
+  if (!mode.is_string() || mode == options.inference) return;
+  warn(options.continue_from + " was made with --inference " + mode.get<std::string>() +
+       " and goes on with " + options.inference);
 }
 
 /// Reads and integrates every scan. Nothing in here uses the heap unless it fails.
@@ -87,14 +111,15 @@ Outcome<void> run_map(const MapOptions& options) {
       options.dataset, {.first = options.first, .last = options.last, .labels = options.labels});
   if (!dataset.ok()) return dataset.failure();
   if (!dataset->missing().empty()) warn("there are no scans " + to_text(dataset->missing()));
-  MapIdentity identity{.robot = options.robot};
+  MapIdentity identity{.robot = options.robot.value_or(0)};
+  std::optional<MapFileHeader> earlier;
   if (!options.continue_from.empty()) {
     const Outcome<MapFileHeader> header = load_map_header(options.continue_from);
     if (!header.ok()) return header.failure();
     const Outcome<void> adopted = adopt_settings(options, *header, *dataset, *setup);
     if (!adopted.ok()) return adopted.failure();
-    identity.robot = header->identity.robot;
-    identity.epoch = header->identity.epoch;
+    identity = header->identity;
+    earlier = *header;
   }
   // Before the work, so that an unwritable place is told at once.
   if (options.out.empty()) return Failure{"--out has no name; name the map file to write"};
@@ -104,7 +129,8 @@ Outcome<void> run_map(const MapOptions& options) {
   }
   const Outcome<ScanCapacity> capacity = split_budget(*setup, dataset->max_points());
   if (!capacity.ok()) return capacity.failure();
-  const Json config = to_json(options, *setup);
+  Json config = to_json(options, *setup);
+  config["robot"] = identity.robot;
   const Outcome<void> recorded = record_settings(settings_of(config), identity);
   if (!recorded.ok()) return recorded.failure();
 
@@ -121,9 +147,10 @@ Outcome<void> run_map(const MapOptions& options) {
   if (!integrator.ok())
     return Failure{std::string("the inference cannot be set up: ") +
                    to_string(integrator.status())};
-  if (!options.continue_from.empty()) {
+  if (earlier) {
     const Outcome<void> loaded = load_into(options.continue_from, *map);
     if (!loaded.ok()) return loaded.failure();
+    warn_of_another_mode(options, *earlier);
   }
   ScanBuffer buffer(dataset->max_points());
   run.scans.reserve(dataset->num_scans());
@@ -149,7 +176,6 @@ void add_map_command(CLI::App& app, int& exit_status) {
       "--report map.json");
   command->callback([command, options, &exit_status] {
     options->kernel_length_given = command->count("--kernel-length") > 0;
-    options->resolution_given = command->count("--resolution") > 0;
     const Outcome<void> outcome = run_map(*options);
     if (!outcome.ok()) exit_status = fail(outcome.failure());
   });

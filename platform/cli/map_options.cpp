@@ -2,8 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/map_options.hpp"
 
+#include <array>
 #include <charconv>
 #include <cmath>
+#include <cstdio>
 
 namespace tessera {
 
@@ -41,13 +43,13 @@ Failure out_of_range(const char* option, const std::string& given, const char* a
   return {std::string(option) + " " + given + " is not allowed; give " + allowed};
 }
 
+}  // namespace
+
 std::string text_of(double value) {
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%g", value);
   return text.data();
 }
-
-}  // namespace
 
 void declare_map_options(CLI::App& command, MapOptions& o) {
   command.add_option("--dataset", o.dataset, "Folder in the KITTI layout")->required();
@@ -57,11 +59,11 @@ void declare_map_options(CLI::App& command, MapOptions& o) {
   command.add_option("--last", o.last, "Last scan number, inclusive");
   command.add_option("--labels", o.labels, "Folder of labels to learn from, or none")
       ->capture_default_str();
-  command.add_option("--resolution", o.resolution_m, "Voxel edge, m")->capture_default_str();
+  command.add_option("--resolution", o.resolution_m, "Voxel edge, m [0.1]");
   command.add_option("--inference", o.inference, "multi-entropy, kernel or counting")
       ->capture_default_str();
   command.add_option("--kernel-length", o.kernel_length_m, "D of the kernel mode, m [0.5]");
-  command.add_option("--prior", o.prior, "sigma_0 of every component")->capture_default_str();
+  command.add_option("--prior", o.prior, "sigma_0 of every component [0.001]");
   command.add_option("--max-range", o.max_range_m, "Farther returns add no hit, m; 0: no limit")
       ->capture_default_str();
   command.add_option("--min-range", o.min_range_m, "Nearer returns are refused, m")
@@ -74,7 +76,7 @@ void declare_map_options(CLI::App& command, MapOptions& o) {
   command.add_option("--memory", o.memory, "Budget for map and scratch, bytes or with K, M, G")
       ->capture_default_str();
   command.add_option("--counts", o.counts, "How counts are stored: dense")->capture_default_str();
-  command.add_option("--robot", o.robot, "Robot id, kept in the map file")->capture_default_str();
+  command.add_option("--robot", o.robot, "Robot id, kept in the map file [0]");
   command.add_option("--min-weight", o.min_weight, "Smaller contributions are not added")
       ->capture_default_str();
   command.add_option("--max-evidence", o.max_evidence,
@@ -86,16 +88,20 @@ void declare_map_options(CLI::App& command, MapOptions& o) {
                   "Most kernel evaluations and ray steps a scan; 0: no limit")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
-  command.add_option("--continue", o.continue_from, "Map file to go on from; its settings hold");
+  command.add_option(
+      "--continue", o.continue_from,
+      "Map file to go on from; resolution, prior, cap, weight of a pass and robot are its own");
 }
 
 Outcome<MapSetup> set_up(const MapOptions& o) {
   MapSetup setup;
-  if (!(o.resolution_m >= 1e-3 && o.resolution_m <= 100.0)) {
-    return out_of_range("--resolution", text_of(o.resolution_m), "metres from 0.001 to 100");
+  const double resolution_m = o.resolution_m.value_or(0.1);
+  if (!(resolution_m >= 1e-3 && resolution_m <= 100.0)) {
+    return out_of_range("--resolution", text_of(resolution_m), "metres from 0.001 to 100");
   }
-  if (!(o.prior >= 0.0 && o.prior <= 1e6))
-    return out_of_range("--prior", text_of(o.prior), "a number from 0 to 1e6");
+  const double prior = o.prior.value_or(0.001);
+  if (!(prior >= 0.0 && prior <= 1e6))
+    return out_of_range("--prior", text_of(prior), "a number from 0 to 1e6");
   if (!(o.max_range_m >= 0.0 && o.max_range_m <= 1e6))
     return out_of_range("--max-range", text_of(o.max_range_m), "metres, 0 for no limit");
   if (!(o.min_range_m >= 0.0 && (o.max_range_m <= 0.0 || o.min_range_m < o.max_range_m))) {
@@ -127,13 +133,13 @@ Outcome<MapSetup> set_up(const MapOptions& o) {
     return Failure{
         "--kernel-length applies to --inference kernel only; leave it out, or choose that mode"};
   }
-  if (!(o.kernel_length_m >= 0.5 * o.resolution_m && o.kernel_length_m <= 32.0 * o.resolution_m)) {
+  if (!(o.kernel_length_m >= 0.5 * resolution_m && o.kernel_length_m <= 32.0 * resolution_m)) {
     if (inference.mode == InferenceMode::kKernel) {
       return out_of_range("--kernel-length", text_of(o.kernel_length_m),
                           "metres from 0.5 to 32 voxels");
     }
   }
-  double thinning_m = o.resolution_m;
+  double thinning_m = resolution_m;
   if (o.downsample == "off") {
     thinning_m = 0.0;
   } else if (!o.downsample.empty()) {
@@ -162,8 +168,8 @@ Outcome<MapSetup> set_up(const MapOptions& o) {
   inference.thinning_m = static_cast<float>(thinning_m);
   inference.free_space.enabled = o.free_space == "on";
   inference.work_budget = o.work_budget;
-  setup.map.resolution_m = o.resolution_m;
-  setup.map.prior = o.prior;
+  setup.map.resolution_m = resolution_m;
+  setup.map.prior = prior;
   setup.map.max_evidence = static_cast<float>(max_evidence);
   setup.map.free_weight = static_cast<float>(free_weight);
   return setup;
@@ -192,7 +198,7 @@ Json to_json(const MapOptions& o, const MapSetup& setup) {
   json["free_space"] = o.free_space;
   json["memory"] = setup.budget_bytes;
   json["counts"] = o.counts;
-  json["robot"] = o.robot;
+  json["robot"] = o.robot.value_or(0);
   json["min_weight"] = o.min_weight;
   json["max_evidence"] = setup.map.max_evidence;
   json["free_weight"] = setup.map.free_weight;

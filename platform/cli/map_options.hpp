@@ -23,17 +23,17 @@ struct MapOptions {
   std::string labels = "predictions";
   std::optional<int> first;
   std::optional<int> last;
-  double resolution_m = 0.1;
+  std::optional<double> resolution_m;  ///< Without it: the map to continue, or 0.1.
   std::string inference = "multi-entropy";
   double kernel_length_m = 0.5;
-  double prior = 0.001;
+  std::optional<double> prior;  ///< Without it: the map to continue, or 0.001.
   double max_range_m = 40.0;
   std::string downsample;       ///< Metres or "off"; empty: the resolution.
   std::string thinning_weight;  ///< "mean" or "sum"; empty: what the mode does better with.
   std::string free_space = "on";
   std::string memory = "512M";
   std::string counts = "dense";
-  std::uint32_t robot = 0;
+  std::optional<std::uint32_t> robot;  ///< Without it: the map to continue, or 0.
   double min_weight = 1.0 / 4096.0;
   std::optional<double>
       max_evidence;  ///< Without it, this and the next follow the mode: its sums have other sizes.
@@ -41,7 +41,6 @@ struct MapOptions {
   double min_range_m = 0.5;
   std::uint64_t work_budget = 0;
   bool kernel_length_given = false;
-  bool resolution_given = false;
 };
 
 /// What mapping is set up with.
@@ -50,6 +49,9 @@ struct MapSetup {
   InferenceConfig inference;
   std::size_t budget_bytes = 0;
 };
+
+/// As a person would type the number.
+std::string text_of(double value);
 
 void declare_map_options(CLI::App& command, MapOptions& options);
 

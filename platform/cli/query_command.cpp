@@ -77,6 +77,8 @@ void put_row(AtomicFile& file, const LocalMap& map, std::string_view point_text,
 }
 
 Outcome<void> run_query(const QueryOptions& options) {
+  const Outcome<void> writable = check_writable(options.report);
+  if (!writable.ok()) return writable.failure();
   const Outcome<std::unique_ptr<StoredMap>> stored = load_map(options.map);
   if (!stored.ok()) return stored.failure();
   const LocalMap& map = (*stored)->map;

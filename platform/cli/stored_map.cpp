@@ -75,6 +75,12 @@ Outcome<MapFileHeader> load_map_header(const std::string& path) {
   return header;
 }
 
+Json recorded_setting(const MapFileHeader& header, const char* key) {
+  const std::string text(header.identity.settings.data(), header.identity.settings_bytes);
+  const Json settings = Json::parse(text, nullptr, false);
+  return settings.is_object() && settings.contains(key) ? settings[key] : Json();
+}
+
 Outcome<void> load_into(const std::string& path, LocalMap& map) {
   Outcome<FileSource> file = open_source(path);
   if (!file.ok()) return file.failure();

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/report.hpp"
 #include "posix/outcome.hpp"
 #include "tessera/base/arena.hpp"
 #include "tessera/map/map_file.hpp"
@@ -45,6 +46,9 @@ Outcome<std::unique_ptr<StoredMap>> load_map(const std::string& path,
 
 /// Reads only the header.
 Outcome<MapFileHeader> load_map_header(const std::string& path);
+
+/// What the map's own record says of an option that it was made with; null if it does not.
+Json recorded_setting(const MapFileHeader& header, const char* key);
 
 /// Reads path into a map that was made with its header's settings. Fails as load_map.
 Outcome<void> load_into(const std::string& path, LocalMap& map);

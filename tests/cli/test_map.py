@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """map: options that are refused, memory that is scarce, outputs that cannot be written, going on from a map, and the
 report."""
+import os
 import resource
 import subprocess
 import unittest
@@ -97,6 +98,7 @@ class Memory(MapCase):
         message = self.map_refused(self.data, "--memory", "1K")
         self.map_dataset(self.data, self.out, "--memory", message.split()[-1])
 
+    @unittest.skipIf(os.environ.get("TESSERA_SANITIZE"), "the sanitizer reports such an allocation itself")
     def test_more_than_the_machine_has(self):
         result = self.run_command("map", "--dataset", self.data, "--out", self.out, "--memory", "900000G")
         self.assertIn(result.returncode, (1, 2))
@@ -162,6 +164,21 @@ class Continue(MapCase):
     def test_with_another_resolution(self):
         self.map_dataset(self.data, self.out)
         self.map_refused(self.data, "--resolution", "0.2", "--continue", self.out, saying=("--resolution", "0.1"))
+
+    def test_with_another_setting_that_is_fixed_for_the_life_of_a_map(self):
+        self.map_dataset(self.data, self.out, "--robot", 3)
+        for option, other, held in (("--prior", "0.01", "0.001"), ("--max-evidence", "50", "100"),
+                                    ("--free-weight", "1", "0.4"), ("--robot", "4", "3")):
+            with self.subTest(option):
+                self.map_refused(self.data, option, other, "--continue", self.out, saying=(option, held))
+                self.map_dataset(self.data, self.folder / "same.tsm", option, held, "--continue", self.out)
+
+    def test_in_another_mode_is_warned_about(self):
+        self.map_dataset(self.data, self.out, "--inference", "counting")
+        run, _ = self.map_dataset(self.data, self.folder / "more.tsm", "--continue", self.out)
+        self.assert_warned(run, "--inference counting")
+        run, _ = self.map_dataset(self.data, self.folder / "same.tsm", "--inference", "counting", "--continue", self.out)
+        self.assert_not_warned(run)
 
     def test_keeps_the_resolution_and_the_robot(self):
         self.map_dataset(self.data, self.out, "--resolution", "0.25", "--robot", "7", "--last", "0")

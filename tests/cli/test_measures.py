@@ -182,6 +182,7 @@ class Eval(CommandCase):
     def test_range_is_the_maps_own_by_default(self):
         self.map_dataset(self.folder / "learnt", self.map_file, *COUNTING, "--max-range", "5")
         self.assertEqual(5, self.evaluate()[1]["points"])
+        self.assertEqual(6, self.evaluate("--max-range", "0")[1]["points"])
 
     def test_labels_from_elsewhere(self):
         _, report = self.evaluate("--truth", "predictions", "--input", "none")
@@ -208,7 +209,7 @@ class Eval(CommandCase):
         self.refused("eval", "--map", self.map_file, "--dataset", "absent", saying=("absent",))
         self.refused("eval", "--map", self.map_file, "--dataset", self.data, "--truth", "absent", saying=("absent",))
         self.refused("eval", "--map", self.map_file, "--dataset", self.data, "--input", "absent", saying=("absent",))
-        for value in ("0", "-1", "nan"):
+        for value in ("-1", "nan"):
             self.refused("eval", "--map", self.map_file, "--dataset", self.data, f"--max-range={value}",
                          saying=("--max-range",))
         self.refused("eval", "--map", self.map_file, "--dataset", self.data, "--report", "absent/r.json",

@@ -88,6 +88,18 @@ class Export(CommandCase):
             self.refused(*base, "--format", "png", f"--width={width}", saying=("--width",))
         self.assertFalse((self.folder / "out.bin").exists())
 
+    def test_unwritable_report_is_told_before_the_work(self):
+        (self.folder / "points.csv").write_text("x,y,z\n1,2,3\n")
+        out = self.folder / "out"
+        for command in (("export", "--map", "map.tsm", "--format", "png", "--out", out),
+                        ("query", "--map", "map.tsm", "--points", self.folder / "points.csv", "--out", out),
+                        ("info", "map.tsm")):
+            with self.subTest(command[0]):
+                arguments = (*command, "--report", self.folder / "absent" / "r.json")
+                self.refused(*arguments, saying=("absent",))
+                self.assertEqual("", self.run_command(*arguments).stdout)
+                self.assertFalse(out.exists())
+
     def test_unwritable_output(self):
         for kind in ("ply", "png"):
             base = ("export", "--map", "map.tsm", "--format", kind, "--out")

@@ -4,7 +4,7 @@
 import json
 import unittest
 
-from command_case import FAILURE, USAGE, CommandCase
+from command_case import CommandCase
 
 FILES = ("velodyne/000000.bin", "labels/000000.label", "predictions/000000.label", "poses.txt", "T_global_map.txt")
 
@@ -62,7 +62,7 @@ class Simulate(CommandCase):
     def test_unwritable_output(self):
         (self.folder / "file").write_text("")
         self.refused("simulate", "--scans", 1, "--out", "file", saying=("file",))
-        self.refused("simulate", "--scans", 1, "--out", "file/street", saying=("file",), exit_status=(USAGE, FAILURE))
+        self.refused("simulate", "--scans", 1, "--out", "file/street", saying=("file",))
         self.refused("simulate", "--scans", 1, "--out", "street", "--report", "absent/r.json", saying=("absent",))
         self.assertFalse((self.folder / "street").exists())
 
