@@ -28,7 +28,7 @@ class CheckedSink {
     raw(bytes);
   }
   void put_crc() noexcept {
-    std::array<std::byte, 4> bytes;
+    std::array<std::byte, 4> bytes{};
     ByteWriter writer(bytes);
     writer.u32(crc_);
     raw(bytes);
@@ -64,7 +64,7 @@ class CheckedSource {
   enum class Check { kGood, kBad, kEnd };
   [[nodiscard]] Check check_crc() noexcept {
     const std::uint32_t expected = crc_;
-    std::array<std::byte, 4> bytes;
+    std::array<std::byte, 4> bytes{};
     if (!get(bytes)) return Check::kEnd;
     crc_ = 0;
     return ByteReader(bytes).u32() == expected ? Check::kGood : Check::kBad;

@@ -59,7 +59,7 @@ Status parse_body(ByteReader& in, MapFileHeader& header) noexcept {
   header.identity.kind = static_cast<MapKind>(kind);
   header.config.tuple = static_cast<TuplePolicy>(tuple);
   for (int label = 0; label < classes; ++label) {
-    std::array<char, SemanticClass::kNameBytes> name;
+    std::array<char, SemanticClass::kNameBytes> name{};
     for (char& letter : name) letter = static_cast<char>(in.u8());
     name.back() = '\0';
     const Color color{in.u8(), in.u8(), in.u8()};
@@ -74,7 +74,9 @@ Status parse_body(ByteReader& in, MapFileHeader& header) noexcept {
   }
   constexpr std::uint64_t kMostBlocks = std::uint64_t{1} << 32U;
   if (!in.ok() || header.blocks > kMostBlocks || label_pages > header.blocks ||
-      free_pages > header.blocks || octets > kBlockOctets * label_pages) {
+      free_pages > header.blocks || octets > kBlockOctets * label_pages ||
+      (header.identity.has_T_global_map &&
+       check_rigid(header.identity.T_global_map) != Status::kOk)) {
     return Status::kCorrupt;
   }
   header.config.storage_bytes = static_cast<std::size_t>(
@@ -85,40 +87,46 @@ Status parse_body(ByteReader& in, MapFileHeader& header) noexcept {
   return Status::kOk;
 }
 
+constexpr const char* kEndsInBlock = "the file ends inside a block";
+
+/// The counts of one voxel with label evidence.
+MapFileStatus load_counts(CheckedSource& source, VoxelEvidence& evidence) noexcept {
+  std::array<std::byte, 1> one{};
+  if (!source.get(one)) return failed(source, Status::kTruncated, kEndsInBlock);
+  const int count = std::to_integer<int>(one[0]);
+  if (count == 0) return failed(source, Status::kCorrupt, "an observed voxel has no count");
+  int last = 0;
+  for (int i = 0; i < count; ++i) {
+    std::array<std::byte, 5> bytes{};
+    if (!source.get(bytes)) return failed(source, Status::kTruncated, kEndsInBlock);
+    ByteReader in(bytes);
+    const int component = in.u8();
+    const float value = in.f32();
+    if (component <= last || component >= evidence.num_components || !(value > 0.0F) ||
+        !(value < 1e30F)) {
+      return failed(source, Status::kCorrupt, "a count is out of range");
+    }
+    last = component;
+    evidence.sigma[static_cast<std::size_t>(component)] = value;
+  }
+  return {};
+}
+
+/// labelled: the octet's label evidence follows. passes: of the whole block; empty: none.
 MapFileStatus load_octet(CheckedSource& source, LocalMap& map, SlabHandle block, int octet,
-                         std::span<const std::byte> passes) noexcept {
-  std::array<std::byte, 1> one;
-  if (!source.get(one)) return failed(source, Status::kTruncated, "the file ends inside a block");
-  const unsigned observed = std::to_integer<unsigned>(one[0]);
-  for (int voxel = 0; voxel < kOctetVoxels; ++voxel) {
+                         bool labelled, std::span<const std::byte> passes) noexcept {
+  std::array<std::byte, 1> observed{};
+  if (labelled && !source.get(observed)) return failed(source, Status::kTruncated, kEndsInBlock);
+  for (unsigned voxel = 0; voxel < kOctetVoxels; ++voxel) {
     VoxelEvidence evidence;
     evidence.num_components = map.num_components();
-    if (((observed >> static_cast<unsigned>(voxel)) & 1U) != 0) {
-      if (!source.get(one))
-        return failed(source, Status::kTruncated, "the file ends inside a block");
-      const int count = std::to_integer<int>(one[0]);
-      int last = 0;
-      for (int i = 0; i < count; ++i) {
-        std::array<std::byte, 5> bytes;
-        if (!source.get(bytes))
-          return failed(source, Status::kTruncated, "the file ends inside a block");
-        ByteReader in(bytes);
-        const int component = in.u8();
-        const float value = in.f32();
-        if (component <= last || component >= map.num_components() || !(value > 0.0F) ||
-            !(value < 1e30F)) {
-          return failed(source, Status::kCorrupt, "a count is out of range");
-        }
-        last = component;
-        evidence.sigma[static_cast<std::size_t>(component)] = value;
-      }
-      if (count == 0) return failed(source, Status::kCorrupt, "an observed voxel has no count");
+    if (((std::to_integer<unsigned>(observed[0]) >> voxel) & 1U) != 0) {
+      const MapFileStatus status = load_counts(source, evidence);
+      if (!status.ok()) return status;
     }
-    const auto free = passes.empty()
-                          ? std::uint8_t{0}
-                          : std::to_integer<std::uint8_t>(
-                                passes[static_cast<std::size_t>(octet * kOctetVoxels + voxel)]);
-    const Status status = map.restore(block, octet, voxel, evidence, free);
+    const std::size_t at = static_cast<std::size_t>(octet) * kOctetVoxels + voxel;
+    const auto free = passes.empty() ? std::uint8_t{0} : std::to_integer<std::uint8_t>(passes[at]);
+    const Status status = map.restore(block, octet, static_cast<int>(voxel), evidence, free);
     if (status == Status::kInvalidArgument)
       return failed(source, Status::kCorrupt, "a free count is out of range");
     if (status != Status::kOk)
@@ -133,6 +141,8 @@ MapFileStatus load_block(CheckedSource& source, MapFileBuffer& buffer, LocalMap&
   const std::span<std::byte> head = std::span(buffer.bytes).first(kHead);
   if (!source.get(head))
     return failed(source, Status::kTruncated, "the file ends before its last block");
+  const MapFileStatus intact = check(source, "a block's head is damaged");
+  if (!intact.ok()) return intact;
   ByteReader in(head);
   const std::uint64_t key = in.u64();
   const std::uint32_t revision = in.u32();
@@ -145,29 +155,16 @@ MapFileStatus load_block(CheckedSource& source, MapFileBuffer& buffer, LocalMap&
   std::span<std::byte> passes;
   if (free == 1) {
     passes = std::span(buffer.bytes).subspan(kHead, kBlockVoxels);
-    if (!source.get(passes))
-      return failed(source, Status::kTruncated, "the file ends inside a block");
+    if (!source.get(passes)) return failed(source, Status::kTruncated, kEndsInBlock);
   }
   const Result<SlabHandle> block = map.open_block(unpack(BlockKey{key}));
   if (!block.ok()) return failed(source, block.status(), "the map has no room for a block");
   map.restore_revision(*block, revision);
   for (int octet = 0; octet < kBlockOctets; ++octet) {
-    if (((octets >> static_cast<unsigned>(octet)) & 1U) != 0) {
-      const MapFileStatus status = load_octet(source, map, *block, octet, passes);
-      if (!status.ok()) return status;
-      continue;
-    }
-    for (int voxel = 0; !passes.empty() && voxel < kOctetVoxels; ++voxel) {
-      VoxelEvidence nothing;
-      nothing.num_components = map.num_components();
-      const auto n = std::to_integer<std::uint8_t>(
-          passes[static_cast<std::size_t>(octet * kOctetVoxels + voxel)]);
-      const Status status = map.restore(*block, octet, voxel, nothing, n);
-      if (status == Status::kInvalidArgument)
-        return failed(source, Status::kCorrupt, "a free count is out of range");
-      if (status != Status::kOk)
-        return failed(source, status, "the map's storage is too small for this file");
-    }
+    const bool labelled = ((octets >> static_cast<unsigned>(octet)) & 1U) != 0;
+    if (!labelled && passes.empty()) continue;
+    const MapFileStatus status = load_octet(source, map, *block, octet, labelled, passes);
+    if (!status.ok()) return status;
   }
   return check(source, "a block's checksum does not match");
 }
@@ -189,7 +186,7 @@ MapFileStatus load_all(CheckedSource& source, const MapFileHeader& header, MapFi
     return failed(source, Status::kCorrupt, "the end mark is not valid");
   const MapFileStatus status = check(source, "the end's checksum does not match");
   if (!status.ok()) return status;
-  std::array<std::byte, 1> more;
+  std::array<std::byte, 1> more{};
   if (source.get(more)) return failed(source, Status::kCorrupt, "there is more after the end mark");
   map.restore_revision(header.revision);
   return {};

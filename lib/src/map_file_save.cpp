@@ -124,13 +124,17 @@ void put_block(const LocalMap& map, const Block& block, MapFileBuffer& buffer,
   out.u32(block.revision);
   out.u8(free ? 1 : 0);
   out.u64(octets);
+  sink.put(out.written());
+  // Of its own, so that a reader takes no storage on the word of a damaged head.
+  sink.put_crc();
   if (free) {
+    ByteWriter passes(buffer.bytes);
     for (int octet = 0; octet < kBlockOctets; ++octet) {
       for (int voxel = 0; voxel < kOctetVoxels; ++voxel)
-        out.u8(map.free_passes(block, octet, voxel));
+        passes.u8(map.free_passes(block, octet, voxel));
     }
+    sink.put(passes.written());
   }
-  sink.put(out.written());
   for (std::uint64_t rest = octets; rest != 0; rest &= rest - 1) {
     put_octet(map, block, std::countr_zero(rest), buffer, sink);
   }

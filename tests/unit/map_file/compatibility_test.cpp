@@ -3,6 +3,7 @@
 // Newer and hostile files whose checksums fit: what the version rule promises, and that no value is
 // trusted because its checksum is right.
 #include <catch2/catch.hpp>
+#include <limits>
 
 #include "sample_map.hpp"
 #include "stored_bytes.hpp"
@@ -60,6 +61,19 @@ TEST_CASE("a number of classes that no table has is refused") {
   CHECK(header_status(with_byte(bytes, kNumClasses, 0)) == Status::kCorrupt);
   CHECK(header_status(with_byte(bytes, kNumClasses, kMaxClasses + 1)) == Status::kCorrupt);
   CHECK(header_status(with_byte(bytes, kNumClasses, 255)) == Status::kCorrupt);
+}
+
+TEST_CASE(
+    "a T_global_map that is not rigid is refused, and one that is not there is not looked at") {
+  MapIdentity identity{.has_T_global_map = true};
+  CHECK(header_status(stored(sample_map(1).map, identity)) == Status::kOk);
+  for (const double entry : {2.0, -1.0, std::numeric_limits<double>::quiet_NaN()}) {
+    identity.has_T_global_map = true;
+    identity.T_global_map(1, 1) = entry;
+    CHECK(header_status(stored(sample_map(1).map, identity)) == Status::kCorrupt);
+    identity.has_T_global_map = false;
+    CHECK(header_status(stored(sample_map(1).map, identity)) == Status::kOk);
+  }
 }
 
 TEST_CASE("settings longer than their place are refused") {

@@ -20,16 +20,16 @@ enum class TuplePolicy : std::uint8_t {
 };
 
 struct MapConfig {
-  double resolution_m = 0.1;  ///< Edge of a voxel, > 0 and finite.
-  double prior = 0.001;       ///< sigma_0 of every component, added on read; >= 0 and finite.
+  double resolution_m = 0.1;  ///< Edge of a voxel, > 0 and at most 1e6.
+  double prior = 0.001;       ///< sigma_0 of every component, added on read; 0 to 1e6.
   /// Cap of a voxel's total evidence: what is over is taken from all components in proportion. 0:
-  /// no cap.
+  /// no cap; else free_weight to 255 free_weight, and at most 1e6.
   float max_evidence = 100.0F;
-  /// Free evidence of one pass, > 0. A voxel counts at most 255 passes, so max_evidence /
-  /// free_weight <= 255.
+  /// Free evidence of one pass, > 0 and at most 1e6. A voxel counts at most 255 passes.
   float free_weight = 0.4F;
   TuplePolicy tuple = TuplePolicy::kDense;
-  /// Bytes for blocks, tuples and the free layer together, in use or not.
+  /// Bytes for blocks, tuples and the free layer together, in use or not; at least four pages of
+  /// 4 KiB.
   std::size_t storage_bytes = std::size_t{384} << 20U;
 };
 

@@ -35,17 +35,6 @@ struct ScanPoint {
 /// Not a component: marks a point that was not admitted.
 inline constexpr std::uint8_t kRefused = 255;
 
-/// kOk iff T is rigid: finite, R^T R = I within 1e-3 an entry, det R > 0; else kInvalidArgument.
-/// O(1).
-[[nodiscard]] inline Status check_rigid(const Matrix34d& T) noexcept {
-  if (!T.allFinite()) return Status::kInvalidArgument;
-  const Eigen::Matrix3d R = T.leftCols<3>();
-  const Eigen::Matrix3d error = R.transpose() * R - Eigen::Matrix3d::Identity();
-  constexpr double kTolerance = 1e-3;
-  const bool rigid = error.cwiseAbs().maxCoeff() <= kTolerance && R.determinant() > 0.0;
-  return rigid ? Status::kOk : Status::kInvalidArgument;
-}
-
 /// p_map = R p_sensor + t, computed in double and rounded once.
 [[nodiscard]] inline Point3f transform(const Matrix34d& T_map_sensor,
                                        const float* p_sensor) noexcept {
