@@ -105,60 +105,59 @@ ScanReport Integrator::integrate(LocalMap& map, const ScanView& scan) noexcept {
 
 void Integrator::register_points(const LocalMap& map, const ScanView& scan,
                                  ScanReport& report) noexcept {
-  const int unlabelled = map.classes().unlabelled();
-  const double min_square =
-      static_cast<double>(config_.min_range_m) * static_cast<double>(config_.min_range_m);
-  const double max_m = static_cast<double>(config_.max_range_m);
-  // So that differences of cell and tile numbers within a scan fit 21 bits an axis.
-  const double finest_m = config_.thinning_m > 0.0F && static_cast<double>(config_.thinning_m) <
-                                                           map.lattice().resolution_m()
-                              ? static_cast<double>(config_.thinning_m)
-                              : map.lattice().resolution_m();
-  const double reach_m = finest_m * (kBlockLimit / 2);
   // A scan with more returns than fit is sampled evenly, so that what is left is still all around
   // the sensor.
   const std::size_t step =
       scan.count == 0 ? 1 : (scan.count + registered_.size() - 1) / registered_.size();
   report.over_capacity = static_cast<std::uint32_t>(scan.count - (scan.count + step - 1) / step);
-  for (std::size_t i = 0; i < scan.count; i += step) {
-    const float* const p_sensor = scan.points + i * scan.stride_floats;
-    const float weight = scan.weights == nullptr ? 1.0F : scan.weights[i];
-    if (!std::isfinite(p_sensor[0]) || !std::isfinite(p_sensor[1]) || !std::isfinite(p_sensor[2]) ||
-        !std::isfinite(weight) || weight < 0.0F) {
-      ++report.non_finite;
-      continue;
-    }
-    const Point3d d(static_cast<double>(p_sensor[0]), static_cast<double>(p_sensor[1]),
-                    static_cast<double>(p_sensor[2]));
-    const double square = d.squaredNorm();
-    if (square < min_square) {
-      ++report.too_near;
-      continue;
-    }
-    ScanPoint point{.p_map = transform(scan.T_map_sensor, p_sensor), .weight = weight};
-    const bool far = max_m > 0.0 && square > max_m * max_m;
-    if (far) {
-      const Point3d direction = (point.p_map.cast<double>() - origin_map_).normalized();
-      point.p_map = (origin_map_ + direction * max_m).cast<float>();
-    }
-    const bool near_enough = (far ? max_m * max_m : square) <= reach_m * reach_m;
-    const Result<VoxelCoord> voxel = map.lattice().voxel_of(point.p_map);
-    if (!near_enough || !voxel.ok() || !in_grid(ScanTiles::place_of(*voxel, unit_edge()).tile)) {
-      ++report.out_of_grid;
-      continue;
-    }
-    if (far) {
-      ++report.beyond_range;
-      if (config_.free_space.enabled) far_[far_count_++] = point;
-      continue;
-    }
-    const std::uint8_t component =
-        scan.components == nullptr ? std::uint8_t{0} : scan.components[i];
-    const bool known = component >= 1 && component < unlabelled;
-    point.component = known ? component : static_cast<std::uint8_t>(unlabelled);
-    if (!known) ++report.unlabelled;
-    registered_[registered_count_++] = point;
+  for (std::size_t i = 0; i < scan.count; i += step) register_point(map, scan, i, report);
+}
+
+void Integrator::register_point(const LocalMap& map, const ScanView& scan, std::size_t i,
+                                ScanReport& report) noexcept {
+  const float* const p_sensor = scan.points + i * scan.stride_floats;
+  const Point3d d(static_cast<double>(p_sensor[0]), static_cast<double>(p_sensor[1]),
+                  static_cast<double>(p_sensor[2]));
+  const float weight = scan.weights == nullptr ? 1.0F : scan.weights[i];
+  if (!d.allFinite() || !std::isfinite(weight) || weight < 0.0F) {
+    ++report.non_finite;
+    return;
   }
+  const double square = d.squaredNorm();
+  const auto min_m = static_cast<double>(config_.min_range_m);
+  if (square < min_m * min_m) {
+    ++report.too_near;
+    return;
+  }
+  ScanPoint point{.p_map = transform(scan.T_map_sensor, p_sensor), .weight = weight};
+  const auto max_m = static_cast<double>(config_.max_range_m);
+  const bool far = max_m > 0.0 && square > max_m * max_m;
+  if (far) {
+    const Point3d direction = (point.p_map.cast<double>() - origin_map_).normalized();
+    point.p_map = (origin_map_ + direction * max_m).cast<float>();
+  }
+  // So that differences of cell and tile numbers within a scan fit 21 bits an axis.
+  const double resolution_m = map.lattice().resolution_m();
+  const auto cell_m = static_cast<double>(config_.thinning_m);
+  const double finest_m = cell_m > 0.0 && cell_m < resolution_m ? cell_m : resolution_m;
+  const double reach_m = 0.5 * kBlockLimit * finest_m;
+  const bool near_enough = (far ? max_m * max_m : square) <= reach_m * reach_m;
+  const Result<VoxelCoord> voxel = map.lattice().voxel_of(point.p_map);
+  if (!near_enough || !voxel.ok() || !in_grid(ScanTiles::place_of(*voxel, unit_edge()).tile)) {
+    ++report.out_of_grid;
+    return;
+  }
+  if (far) {
+    ++report.beyond_range;
+    if (config_.free_space.enabled) far_[far_count_++] = point;
+    return;
+  }
+  const int unlabelled = map.classes().unlabelled();
+  const std::uint8_t component = scan.components == nullptr ? std::uint8_t{0} : scan.components[i];
+  const bool known = component >= 1 && component < unlabelled;
+  point.component = known ? component : static_cast<std::uint8_t>(unlabelled);
+  if (!known) ++report.unlabelled;
+  registered_[registered_count_++] = point;
 }
 
 void Integrator::thin_points(const LocalMap& map, ScanReport& report) noexcept {

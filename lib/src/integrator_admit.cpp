@@ -2,22 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Admission: what the scan's points may need, and whether it is there. Everything here is an upper
 // bound that the writing stays under; blocks opened and not written are closed again.
+#include <algorithm>
+
 #include "tessera/inference/integrator.hpp"
 #include "tessera/inference/kernel.hpp"
 
 namespace tessera {
-
-namespace {
-
-constexpr std::array<BlockCoord, 6> kFaces{BlockCoord{-1, 0, 0}, BlockCoord{1, 0, 0},
-                                           BlockCoord{0, -1, 0}, BlockCoord{0, 1, 0},
-                                           BlockCoord{0, 0, -1}, BlockCoord{0, 0, 1}};
-
-constexpr BlockCoord operator+(const BlockCoord& a, const BlockCoord& b) noexcept {
-  return {a.x + b.x, a.y + b.y, a.z + b.z};
-}
-
-}  // namespace
 
 bool Integrator::want_units(const LocalMap& map) noexcept {
   if (config_.mode == InferenceMode::kKernel) return want_kernel_units();
@@ -36,7 +26,7 @@ bool Integrator::want_units(const LocalMap& map) noexcept {
       // spill[f ^ 1] is non-zero iff this tile has points on the side that touches the neighbour at
       // face f.
       if (spill[face ^ 1U] == 0) continue;
-      const BlockCoord beside = tiles_.tiles()[i].coord + kFaces[face];
+      const BlockCoord beside = tiles_.tiles()[i].coord + kFaceSteps[face];
       if (!in_grid(beside)) continue;
       if (!tiles_.ensure(beside).ok()) return false;
     }
@@ -44,7 +34,7 @@ bool Integrator::want_units(const LocalMap& map) noexcept {
   for (Tile& tile : tiles_.tiles()) {
     std::array<std::uint64_t, 6> faces{};
     for (std::size_t face = 0; face < 6; ++face) {
-      const Tile* const beside = tiles_.find(tile.coord + kFaces[face]);
+      const Tile* const beside = tiles_.find(tile.coord + kFaceSteps[face]);
       faces[face] = beside == nullptr ? 0 : beside->occupied;
     }
     const std::uint64_t filled =
@@ -100,10 +90,9 @@ bool Integrator::trace_rays(const LocalMap& map) noexcept {
   for (const ScanPoint& point : admitted()) {
     if (free_space_.trace(point.p_map, true) != Status::kOk) return false;
   }
-  for (const ScanPoint& ray : admitted_rays()) {
-    if (free_space_.trace(ray.p_map, false) != Status::kOk) return false;
-  }
-  return true;
+  return std::ranges::all_of(admitted_rays(), [this](const ScanPoint& ray) {
+    return free_space_.trace(ray.p_map, false) == Status::kOk;
+  });
 }
 
 void Integrator::count_tile(const LocalMap& map, const Tile& tile, std::uint64_t units,
@@ -121,7 +110,7 @@ void Integrator::count_tile(const LocalMap& map, const Tile& tile, std::uint64_t
       if (block == nullptr || block->labels == 0) ++wanted[kLabelSlab];
     }
     for (std::uint64_t rest = here; rest != 0; rest &= rest - 1) {
-      std::array<OctetPlace, 8> octets;
+      std::array<OctetPlace, 8> octets{};
       const int n = octets_of_unit(std::countr_zero(rest), edge, octets);
       for (int o = 0; o < n; ++o) {
         const int octet = locate(tile, octets[static_cast<std::size_t>(o)], edge).octet;
@@ -132,7 +121,7 @@ void Integrator::count_tile(const LocalMap& map, const Tile& tile, std::uint64_t
 }
 
 void Integrator::count_ray_block(const LocalMap& map, const RayBlock& ray_block,
-                                 SlabPool::Counts& wanted) const noexcept {
+                                 SlabPool::Counts& wanted) noexcept {
   const Block* const block = map.find(ray_block.coord);
   if (block == nullptr) ++wanted[kBlockSlab];
   if (block == nullptr || block->free_passes == 0) ++wanted[kFreeSlab];

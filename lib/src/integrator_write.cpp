@@ -7,9 +7,61 @@ namespace tessera {
 
 namespace {
 
-constexpr std::array<BlockCoord, 6> kFaces{BlockCoord{-1, 0, 0}, BlockCoord{1, 0, 0},
-                                           BlockCoord{0, -1, 0}, BlockCoord{0, 1, 0},
-                                           BlockCoord{0, 0, -1}, BlockCoord{0, 0, 1}};
+using FaceTiles = std::array<const Tile*, 6>;
+
+constexpr std::uint64_t bit_of(int unit) { return std::uint64_t{1} << static_cast<unsigned>(unit); }
+
+/// A unit's points and those of its face neighbours; shift takes a neighbour's coordinates into the
+/// unit's tile.
+struct UnitPoints {
+  const UnitSample* own = nullptr;
+  std::array<const UnitSample*, 6> faces{};
+  std::array<Point3f, 6> shift{};
+};
+
+FaceTiles tiles_beside(const ScanTiles& tiles, const Tile& tile) noexcept {
+  FaceTiles beside{};
+  for (std::size_t face = 0; face < 6; ++face) {
+    beside[face] = tiles.find(tile.coord + kFaceSteps[face]);
+  }
+  return beside;
+}
+
+void look_around(const ScanTiles& tiles, const Tile& tile, const FaceTiles& beside, int unit,
+                 UnitPoints& around) noexcept {
+  for (std::size_t face = 0; face < 6; ++face) {
+    const std::size_t axis = face / 2;
+    const int direction = (face & 1U) != 0 ? 1 : -1;
+    const int step = 1 << (2 * axis);
+    const int along = (unit >> (2 * axis)) & 3;
+    const bool inside = along + direction >= 0 && along + direction <= 3;
+    const Tile* const from = inside ? &tile : beside[face];
+    const int neighbour = inside ? unit + direction * step : unit - direction * 3 * step;
+    if (from == nullptr || (from->occupied & bit_of(neighbour)) == 0) continue;
+    around.faces[face] = &tiles.sample(*from, neighbour);
+    around.shift[face] = Point3f::Zero();
+    if (!inside)
+      around.shift[face][static_cast<Eigen::Index>(axis)] =
+          static_cast<float>(direction * tiles.tile_edge());
+  }
+}
+
+std::span<const TilePoint> points_of(const ScanTiles& tiles, const UnitSample& sample) noexcept {
+  return tiles.points().subspan(sample.begin, sample.end - sample.begin);
+}
+
+/// The kernel's sums of one octet of a unit, of the points that were decided on.
+void sum_points(const ScanTiles& tiles, const UnitPoints& around, const EntropyDecision& decision,
+                const KernelShape& kernel, const OctetPlace& octet, OctetEvidence& sums,
+                EvidenceWork& work) noexcept {
+  if (decision.own)
+    add_points(points_of(tiles, *around.own), Point3f::Zero(), octet, kernel, sums, work);
+  for (std::size_t face = 0; decision.neighbours && face < 6; ++face) {
+    if (around.faces[face] == nullptr) continue;
+    add_points(points_of(tiles, *around.faces[face]), around.shift[face], octet, kernel, sums,
+               work);
+  }
+}
 
 }  // namespace
 
@@ -29,71 +81,44 @@ void Integrator::write_labels(LocalMap& map, ScanReport& report) noexcept {
 
 void Integrator::write_units(LocalMap& map, const Tile& tile, EvidenceWork& work,
                              ScanReport& report) noexcept {
-  const int edge = tiles_.unit_edge();
-  const std::span<const TilePoint> points = tiles_.points();
-  std::array<const Tile*, 6> beside;
-  for (std::size_t face = 0; face < 6; ++face) {
-    const BlockCoord& step = kFaces[face];
-    beside[face] =
-        tiles_.find({tile.coord.x + step.x, tile.coord.y + step.y, tile.coord.z + step.z});
-  }
+  const bool counting = config_.mode == InferenceMode::kCounting;
+  const FaceTiles beside = counting ? FaceTiles{} : tiles_beside(tiles_, tile);
   for (std::uint64_t rest = tile.wanted; rest != 0; rest &= rest - 1) {
     const int unit = std::countr_zero(rest);
-    const auto bit_of = [](int u) { return std::uint64_t{1} << static_cast<unsigned>(u); };
-    const UnitSample* const own =
-        (tile.occupied & bit_of(unit)) != 0 ? &tiles_.sample(tile, unit) : nullptr;
-    std::array<const UnitSample*, 6> faces{};
-    std::array<Point3f, 6> shift{};
-    EntropyDecision decision{.own = true};
-    if (config_.mode == InferenceMode::kMultiEntropy) {
-      for (std::size_t face = 0; face < 6; ++face) {
-        const std::size_t axis = face / 2;
-        const int direction = (face & 1U) != 0 ? 1 : -1;
-        const int step = 1 << (2 * axis);
-        const int along = (unit >> (2 * axis)) & 3;
-        const bool inside = along + direction >= 0 && along + direction <= 3;
-        const Tile* const from = inside ? &tile : beside[face];
-        const int neighbour = inside ? unit + direction * step : unit - direction * 3 * step;
-        if (from == nullptr || (from->occupied & bit_of(neighbour)) == 0) continue;
-        faces[face] = &tiles_.sample(*from, neighbour);
-        shift[face] = Point3f::Zero();
-        if (!inside)
-          shift[face][static_cast<Eigen::Index>(axis)] =
-              static_cast<float>(direction * tiles_.tile_edge());
-      }
-      decision = decide(config_.entropy, own, faces);
+    UnitPoints around;
+    if ((tile.occupied & bit_of(unit)) != 0) around.own = &tiles_.sample(tile, unit);
+    EntropyDecision decision;
+    if (!counting) {
+      look_around(tiles_, tile, beside, unit, around);
+      decision = decide(config_.entropy, around.own, around.faces);
       if (!(decision.length_voxels > 0.0F)) continue;
     }
-    std::array<OctetPlace, 8> octets;
-    const int n = octets_of_unit(unit, edge, octets);
+    std::array<OctetPlace, 8> octets{};
+    const int n = octets_of_unit(unit, tiles_.unit_edge(), octets);
     for (int i = 0; i < n; ++i) {
       const OctetPlace& octet = octets[static_cast<std::size_t>(i)];
       OctetEvidence& sums = octets_[0];
       sums.clear();
-      if (config_.mode == InferenceMode::kCounting) {
-        count_points(points.subspan(own->begin, own->end - own->begin), octet, config_.min_weight,
-                     sums, work);
+      if (counting) {
+        count_points(points_of(tiles_, *around.own), octet, config_.min_weight, sums, work);
       } else {
-        const KernelShape kernel = shape(decision.length_voxels);
-        if (decision.own)
-          add_points(points.subspan(own->begin, own->end - own->begin), Point3f::Zero(), octet,
-                     kernel, sums, work);
-        for (std::size_t face = 0; decision.neighbours && face < 6; ++face) {
-          if (faces[face] == nullptr) continue;
-          add_points(points.subspan(faces[face]->begin, faces[face]->end - faces[face]->begin),
-                     shift[face], octet, kernel, sums, work);
-        }
+        sum_points(tiles_, around, decision, shape(decision.length_voxels), octet, sums, work);
       }
       if (sums.components() == 0) continue;
-      const BlockOctet at = locate(tile, octet, edge);
-      const SlabHandle block = tile.blocks[static_cast<std::size_t>(at.block)];
-      if (block == 0) continue;
-      const Status status = map.add_labels(block, at.octet, sums);
-      TESSERA_ASSERT(status == Status::kOk);
-      static_cast<void>(status);
-      ++report.label_octets;
+      const BlockOctet at = locate(tile, octet, tiles_.unit_edge());
+      write_octet(map, tile.blocks[static_cast<std::size_t>(at.block)], at.octet, report);
     }
   }
+}
+
+/// Room was reserved before anything was written, so this cannot fail.
+void Integrator::write_octet(LocalMap& map, SlabHandle block, int octet,
+                             ScanReport& report) noexcept {
+  if (block == 0) return;  // outside the grid
+  const Status status = map.add_labels(block, octet, octets_[0]);
+  TESSERA_ASSERT(status == Status::kOk);
+  static_cast<void>(status);
+  ++report.label_octets;
 }
 
 void Integrator::write_kernel_tile(LocalMap& map, const Tile& tile, EvidenceWork& work,
@@ -124,11 +149,7 @@ void Integrator::write_kernel_tile(LocalMap& map, const Tile& tile, EvidenceWork
     const int octet = std::countr_zero(rest);
     OctetEvidence& sums = octets_[0];
     sums.clear();
-    if (!kernel_tile_.read(octet, sums)) continue;
-    const Status status = map.add_labels(tile.blocks[0], octet, sums);
-    TESSERA_ASSERT(status == Status::kOk);
-    static_cast<void>(status);
-    ++report.label_octets;
+    if (kernel_tile_.read(octet, sums)) write_octet(map, tile.blocks[0], octet, report);
   }
 }
 

@@ -27,6 +27,7 @@ void KeyIndex::assign(BlockKey key, std::uint32_t value) noexcept {
 }
 
 bool KeyIndex::erase(BlockKey key) noexcept {
+  if (buckets_.empty()) return false;
   const std::uint64_t hash = hash_of(key);
   for (const std::uint32_t b : {first_bucket(hash), second_bucket(hash)}) {
     Bucket& bucket = buckets_[b];
@@ -53,9 +54,9 @@ Status KeyIndex::insert(BlockKey key, std::uint32_t value) noexcept {
   // Breadth first from the key's two buckets: entry i was reached from entry parent[i] by the key
   // in slot[i] of it. The first full-path found is a shortest one, so it visits no bucket twice and
   // its keys can be moved from its end back.
-  std::array<std::uint32_t, kMaxSearched> bucket;
-  std::array<std::int8_t, kMaxSearched> parent;
-  std::array<std::int8_t, kMaxSearched> slot;
+  std::array<std::uint32_t, kMaxSearched> bucket{};
+  std::array<int, kMaxSearched> parent{};
+  std::array<int, kMaxSearched> slot{};
   const std::uint64_t hash = hash_of(key);
   bucket[0] = first_bucket(hash);
   bucket[1] = second_bucket(hash);
@@ -69,8 +70,8 @@ Status KeyIndex::insert(BlockKey key, std::uint32_t value) noexcept {
         const auto next = static_cast<std::size_t>(reached);
         bucket[next] =
             other_bucket(buckets_[bucket[at]].keys[static_cast<std::size_t>(s)], bucket[at]);
-        parent[next] = static_cast<std::int8_t>(i);
-        slot[next] = static_cast<std::int8_t>(s);
+        parent[next] = i;
+        slot[next] = s;
       }
       continue;
     }

@@ -59,7 +59,7 @@ bool SlabPool::fits(const Counts& wanted) const noexcept {
     const SizeClass& c = classes_[i];
     const std::uint32_t at_hand = c.released + c.fresh;
     if (wanted[i] <= at_hand) continue;
-    TESSERA_ASSERT(c.per_page != 0);
+    if (c.per_page == 0) return false;
     pages += (std::size_t{wanted[i] - at_hand} + c.per_page - 1) / c.per_page;
   }
   return pages <= page_count() - pages_used_;

@@ -102,6 +102,30 @@ void KernelTile::clear() noexcept {
   components_ = 0;
 }
 
+namespace {
+
+/// A point at px on a row of voxels; dyz: its squared distance from the row.
+struct PointBesideRow {
+  float px = 0.0F;
+  float dyz = 0.0F;
+  float weight = 0.0F;
+};
+
+/// Adds the point to voxels x0 .. x1 of a row.
+inline void add_row(const PointBesideRow& point, const KernelShape& kernel, int x0, int x1,
+                    float* row, EvidenceWork& work) noexcept {
+  for (int x = x0; x <= x1; ++x) {
+    const float dx = static_cast<float>(x) + 0.5F - point.px;
+    const float k = point.weight * KernelTable::at((dx * dx + point.dyz) * kernel.inverse_square);
+    ++work.evaluations;
+    if (!(k >= kernel.min_weight) || !(k > 0.0F)) continue;
+    row[x] += k;  // eq. (7)
+    ++work.updates;
+  }
+}
+
+}  // namespace
+
 void KernelTile::add_points(std::span<const TilePoint> points, const Point3f& shift, float radius,
                             const KernelShape& kernel, EvidenceWork& work) noexcept {
   // The voxels of an axis whose centres may lie within radius: coordinates are at most a few tens,
@@ -135,14 +159,7 @@ void KernelTile::add_points(std::span<const TilePoint> points, const Point3f& sh
         const float dyz = dy * dy + dz * dz;
         if (dyz > radius * radius) continue;
         float* const row = &plane[static_cast<std::size_t>((z * kBlockEdge + y) * kBlockEdge)];
-        for (int x = x0; x <= x1; ++x) {
-          const float dx = static_cast<float>(x) + 0.5F - px;
-          const float k = weight * KernelTable::at((dx * dx + dyz) * kernel.inverse_square);
-          ++work.evaluations;
-          if (!(k >= kernel.min_weight) || !(k > 0.0F)) continue;
-          row[x] += k;  // eq. (7)
-          ++work.updates;
-        }
+        add_row({px, dyz, weight}, kernel, x0, x1, row, work);
       }
     }
   }

@@ -54,6 +54,14 @@ static_assert(KeyIndex::kMaxSearched == 2 + 2 * 5 + 2 * 5 * 5);
 static_assert(KeyIndex::required_bytes(0) == 2 * 64);
 static_assert(KeyIndex::required_bytes(1000) == (1000 / 4 + 2) * 64);
 
+TEST_CASE("KeyIndex: without memory it holds nothing and takes nothing") {
+  KeyIndex index;
+  CHECK_FALSE(index.find(BlockKey{7}).has_value());
+  CHECK(index.insert(BlockKey{7}, 1) == Status::kResourceExhausted);
+  CHECK_FALSE(index.erase(BlockKey{7}));
+  CHECK(index.size() == 0);
+}
+
 TEST_CASE("KeyIndex: memory one cache line short is refused, exact memory is enough") {
   std::vector<Line> lines(KeyIndex::required_bytes(100) / sizeof(Line));
   const std::span<std::byte> memory = std::as_writable_bytes(std::span(lines));

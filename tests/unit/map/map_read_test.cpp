@@ -13,6 +13,17 @@ namespace {
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
+TEST_CASE("a map that was never made: every voxel is unknown, and nothing can be written") {
+  LocalMap map;
+  CHECK(map.query(Point3f(1.0F, 2.0F, 3.0F)).state == VoxelState::kUnknown);
+  CHECK(map.query(VoxelCoord{1, 2, 3}).state == VoxelState::kUnknown);
+  CHECK(map.find({0, 0, 0}) == nullptr);
+  CHECK(map.open_block({0, 0, 0}).status() == Status::kResourceExhausted);
+  CHECK(map.block_count() == 0);
+  CHECK(map.usage().blocks_refused == 1);
+  map.clear();
+}
+
 TEST_CASE("LocalMap: a new map knows nothing anywhere") {
   const SmallMap small(config_of_pages(4));
   for (const VoxelCoord v :

@@ -32,10 +32,12 @@ class KeyIndex {
   /// O(capacity).
   [[nodiscard]] static Result<KeyIndex> make(Arena& arena, std::size_t capacity) noexcept;
 
+  /// Holds nothing and takes nothing.
   KeyIndex() noexcept = default;
 
   /// The value of key, or nothing. Reads two buckets (128 bytes) at most.
   [[nodiscard]] std::optional<std::uint32_t> find(BlockKey key) const noexcept {
+    if (buckets_.empty()) return std::nullopt;
     const std::uint64_t hash = hash_of(key);
     for (const std::uint32_t b : {first_bucket(hash), second_bucket(hash)}) {
       const Bucket& bucket = buckets_[b];

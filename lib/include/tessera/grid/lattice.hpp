@@ -5,6 +5,7 @@
 // coordinates floor like positive ones.
 #pragma once
 
+#include <array>
 #include <cstdint>
 
 #include "tessera/base/geometry.hpp"
@@ -33,7 +34,15 @@ struct BlockCoord {
   std::int32_t y = 0;
   std::int32_t z = 0;
   friend constexpr bool operator==(const BlockCoord&, const BlockCoord&) = default;
+  friend constexpr BlockCoord operator+(const BlockCoord& a, const BlockCoord& b) noexcept {
+    return {a.x + b.x, a.y + b.y, a.z + b.z};
+  }
 };
+
+/// To the six neighbours that share a face, in the order -x, +x, -y, +y, -z, +z.
+inline constexpr std::array<BlockCoord, 6> kFaceSteps{BlockCoord{-1, 0, 0}, BlockCoord{1, 0, 0},
+                                                      BlockCoord{0, -1, 0}, BlockCoord{0, 1, 0},
+                                                      BlockCoord{0, 0, -1}, BlockCoord{0, 0, 1}};
 
 /// A block's coordinates in 63 bits. Keys compare as (z, y, x), the order in which maps are
 /// iterated, saved and digested.

@@ -75,7 +75,7 @@ class FreeSpace {
   [[nodiscard]] static std::size_t pixel_of(const Point3d& direction) noexcept;
   [[nodiscard]] double carve_length_m(const Point3d& direction, double length_m,
                                       bool is_return) const noexcept;
-  [[nodiscard]] RayBlock* entry(BlockCoord block) noexcept;
+  [[nodiscard]] RayBlock* entry(BlockCoord coord) noexcept;
 
   KeyIndex index_{};
   std::span<RayBlock> blocks_;

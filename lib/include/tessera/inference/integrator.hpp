@@ -62,6 +62,8 @@ class Integrator {
   [[nodiscard]] const InferenceConfig& config() const noexcept { return config_; }
 
  private:
+  void register_point(const LocalMap& map, const ScanView& scan, std::size_t i,
+                      ScanReport& report) noexcept;
   void register_points(const LocalMap& map, const ScanView& scan, ScanReport& report) noexcept;
   void thin_points(const LocalMap& map, ScanReport& report) noexcept;
   /// Fills tiles and ray blocks for the admitted points and opens the map's blocks. False:
@@ -76,8 +78,8 @@ class Integrator {
   /// counted before.
   void count_tile(const LocalMap& map, const Tile& tile, std::uint64_t units, std::uint64_t counted,
                   SlabPool::Counts& wanted) const noexcept;
-  void count_ray_block(const LocalMap& map, const RayBlock& ray_block,
-                       SlabPool::Counts& wanted) const noexcept;
+  static void count_ray_block(const LocalMap& map, const RayBlock& ray_block,
+                              SlabPool::Counts& wanted) noexcept;
   [[nodiscard]] std::uint64_t evaluations_per_point() const noexcept;
   /// Admission one by one, nearest first.
   void admit_nearest_first(LocalMap& map, ScanReport& report) noexcept;
@@ -91,6 +93,7 @@ class Integrator {
   void write_labels(LocalMap& map, ScanReport& report) noexcept;
   void write_units(LocalMap& map, const Tile& tile, EvidenceWork& work,
                    ScanReport& report) noexcept;
+  void write_octet(LocalMap& map, SlabHandle block, int octet, ScanReport& report) noexcept;
   void write_kernel_tile(LocalMap& map, const Tile& tile, EvidenceWork& work,
                          ScanReport& report) noexcept;
   void write_free_space(LocalMap& map, ScanReport& report) noexcept;

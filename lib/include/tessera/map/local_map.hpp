@@ -36,6 +36,7 @@ class LocalMap {
   /// kArenaAlignment. O(index) time; storage is not touched.
   [[nodiscard]] static Result<LocalMap> make(Arena& arena, const MapConfig& config,
                                              const ClassTable& classes) noexcept;
+  /// No map yet: every voxel is unknown, and nothing can be written.
   LocalMap() noexcept = default;
 
   [[nodiscard]] const MapConfig& config() const noexcept { return config_; }
@@ -43,8 +44,7 @@ class LocalMap {
   [[nodiscard]] Lattice lattice() const noexcept { return Lattice(config_.resolution_m); }
   [[nodiscard]] int num_components() const noexcept { return classes_.num_components(); }
 
-  // --- Reading
-  // -------------------------------------------------------------------------------------------------------
+  // --- Reading -----------------------------------------------------------------------------------
 
   /// A voxel's counts; all zero if it was never observed. Two cache lines of index, then at most
   /// one a component.
@@ -86,8 +86,7 @@ class LocalMap {
   /// Voxels with free evidence only. O(blocks).
   [[nodiscard]] std::uint64_t count_free_voxels() const noexcept;
 
-  // --- Writing (inference, map file)
-  // ---------------------------------------------------------------------------------
+  // --- Writing (inference, map file) -------------------------------------------------------------
 
   /// Starts the next revision.
   void begin_revision() noexcept { ++revision_; }
@@ -96,7 +95,7 @@ class LocalMap {
   /// unchanged.
   [[nodiscard]] Result<SlabHandle> open_block(BlockCoord block) noexcept;
   /// Takes back a block that holds no evidence; does nothing to others.
-  void close_if_empty(SlabHandle block) noexcept;
+  void close_if_empty(SlabHandle handle) noexcept;
   /// Takes back every block that holds no evidence. O(index capacity).
   void close_empty_blocks() noexcept;
   /// True iff these many more items of each size could be given now, together.
@@ -108,14 +107,14 @@ class LocalMap {
   /// proportion, in whole passes rounded in favour of occupancy. Voxels without added evidence stay
   /// as they are. Fails with kResourceExhausted iff a label page or octet is needed and does not
   /// fit: counted, unchanged. O(components present).
-  Status add_labels(SlabHandle block, int octet, const OctetEvidence& added) noexcept;
+  Status add_labels(SlabHandle handle, int octet, const OctetEvidence& added) noexcept;
   /// Adds one pass to every voxel in mask; label evidence gives way where the cap is reached, and a
   /// tuple that has none left is taken back. Fails with kResourceExhausted iff a free page is
   /// needed and does not fit: counted, unchanged.
-  Status add_free_pass(SlabHandle block, const VoxelMask& mask) noexcept;
+  Status add_free_pass(SlabHandle handle, const VoxelMask& mask) noexcept;
   /// Sets a voxel that was never observed: what the map file restores. Fails with
   /// kResourceExhausted as the two above, kInvalidArgument iff passes exceed the cap.
-  Status restore(SlabHandle block, int octet, int voxel, const VoxelEvidence& evidence,
+  Status restore(SlabHandle handle, int octet, int voxel, const VoxelEvidence& evidence,
                  std::uint8_t passes) noexcept;
   void restore_revision(std::uint32_t revision) noexcept { revision_ = revision; }
   void restore_revision(SlabHandle block, std::uint32_t revision) noexcept {
