@@ -2,16 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tessera/inference/free_space.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace tessera {
-
-namespace {
-
-/// sqrt is a basic IEEE operation: correctly rounded, so the same everywhere.
-double length_of(const Point3d& v) noexcept { return std::sqrt(v.squaredNorm()); }
-
-}  // namespace
 
 Result<FreeSpace> FreeSpace::make(Arena& arena, const ScanCapacity& capacity) noexcept {
   if (arena.remaining_bytes() < required_bytes(capacity)) return Status::kResourceExhausted;
@@ -20,7 +14,10 @@ Result<FreeSpace> FreeSpace::make(Arena& arena, const ScanCapacity& capacity) no
   if (!index.ok()) return index.status();
   result.index_ = *index;
   result.blocks_ = arena.take<RayBlock>(capacity.ray_blocks);
-  result.image_ = arena.take<float>(kImagePixels);
+  result.crossed_ = arena.take<std::uint32_t>(capacity.ray_blocks);
+  const Result<RangeImage> image = RangeImage::make(arena);
+  if (!image.ok()) return image.status();
+  result.image_ = *image;
   return result;
 }
 
@@ -32,7 +29,12 @@ void FreeSpace::begin(const FreeSpaceConfig& config, const Lattice& lattice,
   index_.clear();
   count_ = 0;
   steps_ = 0;
-  for (float& range_m : image_) range_m = 3.4e38F;
+  image_.clear();
+}
+
+void FreeSpace::forget_marks() noexcept {
+  for (RayBlock& block : blocks()) block = RayBlock{.coord = block.coord};
+  image_.clear();
 }
 
 RayBlock* FreeSpace::entry(BlockCoord coord) noexcept {
@@ -45,55 +47,17 @@ RayBlock* FreeSpace::entry(BlockCoord coord) noexcept {
   return &blocks_[count_++];
 }
 
-std::size_t FreeSpace::pixel_of(const Point3d& d) noexcept {
-  const double ax = d.x() < 0 ? -d.x() : d.x();
-  const double ay = d.y() < 0 ? -d.y() : d.y();
-  const double az = d.z() < 0 ? -d.z() : d.z();
-  std::size_t face = 0;
-  double u = 0.0;
-  double v = 0.0;
-  if (ax >= ay && ax >= az) {
-    face = d.x() < 0 ? 1 : 0;
-    u = d.y() / ax;
-    v = d.z() / ax;
-  } else if (ay >= az) {
-    face = d.y() < 0 ? 3 : 2;
-    u = d.x() / ay;
-    v = d.z() / ay;
-  } else {
-    face = d.z() < 0 ? 5 : 4;
-    u = d.x() / az;
-    v = d.y() / az;
-  }
-  const auto pixel = [](double w) {
-    const int i = static_cast<int>((w + 1.0) * (0.5 * kFacePixels));
-    return static_cast<std::size_t>(i < 0 ? 0 : (i >= kFacePixels ? kFacePixels - 1 : i));
-  };
-  return (face * kFacePixels + pixel(v)) * kFacePixels + pixel(u);
-}
-
 void FreeSpace::add_return(const Point3f& p_map) noexcept {
   const Point3d d = p_map.cast<double>() - origin_map_;
-  const double range_m = length_of(d);
-  if (!(range_m > 0.0)) return;
-  float& nearest = image_[pixel_of(d)];
-  if (static_cast<float>(range_m) < nearest) nearest = static_cast<float>(range_m);
+  const double range_m = norm(d);
+  if (range_m > 0.0) image_.add_return(d, range_m);
 }
 
 double FreeSpace::carve_length_m(const Point3d& d, double length_m, bool is_return) const noexcept {
-  double nearest = is_return ? length_m : 3.4e38;
+  double nearest = is_return ? length_m : static_cast<double>(RangeImage::kNone_m);
   if (config_.neighbour_angle_rad > 0.0F) {
-    const Point3d axis = std::abs(d.z()) < 0.9 * length_m ? Point3d(0, 0, 1) : Point3d(1, 0, 0);
-    Point3d side = d.cross(axis);
-    side *= length_m * static_cast<double>(config_.neighbour_angle_rad) / length_of(side);
-    const Point3d up = side.cross(d) / length_m;
-    for (int i = -1; i <= 1; ++i) {
-      for (int j = -1; j <= 1; ++j) {
-        const Point3d near = d + static_cast<double>(i) * side + static_cast<double>(j) * up;
-        const auto range_m = static_cast<double>(image_[pixel_of(near)]);
-        if (range_m < nearest) nearest = range_m;
-      }
-    }
+    const float neighbour_m = image_.nearest_m(d, config_.neighbour_angle_rad);
+    nearest = std::min(nearest, static_cast<double>(neighbour_m));
   }
   nearest -= static_cast<double>(config_.margin_voxels) * resolution_m_;
   return nearest < length_m ? nearest : length_m;
@@ -114,14 +78,40 @@ Status FreeSpace::mark_hit(VoxelCoord voxel) noexcept {
   return Status::kOk;
 }
 
+Result<std::span<const std::uint32_t>> FreeSpace::cross(const Point3f& end_map) noexcept {
+  std::size_t crossed = 0;
+  const RayBlock* last = nullptr;
+  const bool all = walk_segment(origin_map_ / resolution_m_, end_map.cast<double>() / resolution_m_,
+                                [&](int x, int y, int z, double) {
+                                  ++steps_;
+                                  const BlockCoord here = block_of({x, y, z});
+                                  if (last != nullptr && last->coord == here) return true;
+                                  last = entry(here);
+                                  if (last == nullptr || crossed == crossed_.size()) return false;
+                                  crossed_[crossed++] =
+                                      static_cast<std::uint32_t>(last - blocks_.data());
+                                  return true;
+                                });
+  if (!all) return Status::kResourceExhausted;
+  return std::span<const std::uint32_t>(crossed_.first(crossed));
+}
+
+void FreeSpace::truncate(std::size_t count) noexcept {
+  for (; count_ > count; --count_) {
+    const bool erased = index_.erase(*pack(blocks_[count_ - 1].coord));
+    TESSERA_ASSERT(erased);
+    static_cast<void>(erased);
+  }
+}
+
 Status FreeSpace::trace(const Point3f& end_map, bool is_return) noexcept {
   const Point3d d = end_map.cast<double>() - origin_map_;
-  const double length_m = length_of(d);
+  const double length_m = norm(d);
   if (!(length_m > 0.0)) return Status::kOk;
   const double carve_m = carve_length_m(d, length_m, is_return);
   if (carve_m <= 0.0) return Status::kOk;
-  // The walk is the whole ray's, stopped early: what it visits is a prefix of what for_each_block
-  // visits, to the bit.
+  // The walk is the whole ray's, stopped early: what it visits is a prefix of what cross() visits,
+  // to the bit.
   const double t_stop = carve_m / length_m;
   const Point3d end = end_map.cast<double>();
   RayBlock* block = nullptr;

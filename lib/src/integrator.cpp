@@ -22,15 +22,16 @@ bool valid(const InferenceConfig& config) noexcept {
                        within(e.fill_length, 0.0F, 16.0F) && within(e.smooth_above, 0.0F, 2.0F) &&
                        e.fill_neighbours >= 1 && e.fill_neighbours <= 7 &&
                        (e.block_edge == 1 || e.block_edge == 2 || e.block_edge == 4);
-  const bool ranges = within(config.min_range_m, 0.0F, 1e6F) &&
-                      within(config.max_range_m, 0.0F, 1e6F) &&
-                      (config.max_range_m == 0.0F || config.max_range_m > config.min_range_m) &&
-                      (config.thinning_m == 0.0F || within(config.thinning_m, 1e-3F, 1e3F));
+  const bool ranges =
+      within(config.min_range_m, 0.0F, 1e6F) && within(config.max_range_m, 0.0F, 1e6F) &&
+      (config.max_range_m == 0.0F || config.max_range_m > config.min_range_m) &&
+      (config.thinning_m == 0.0 || (config.thinning_m >= 1e-3 && config.thinning_m <= 1e3));
   const bool kernel = within(config.kernel_length_m, 1e-3F, 1e3F) &&
                       within(config.kernel_scale, 1e-6F, 1e6F) &&
                       within(config.min_weight, 0.0F, 1.0F);
-  const bool carving = within(config.free_space.neighbour_angle_rad, 0.0F, 0.2F) &&
-                       within(config.free_space.margin_voxels, 0.0F, 64.0F);
+  const bool carving =
+      within(config.free_space.neighbour_angle_rad, 0.0F, RangeImage::kMaxAngle_rad) &&
+      within(config.free_space.margin_voxels, 0.0F, 64.0F);
   return entropy && ranges && kernel && carving;
 }
 
@@ -38,9 +39,9 @@ bool valid(const InferenceConfig& config) noexcept {
 
 Result<Integrator> Integrator::make(Arena& arena, const InferenceConfig& config,
                                     const ScanCapacity& capacity) noexcept {
-  if (!valid(config) || capacity.points == 0 || capacity.tiles == 0 || capacity.ray_blocks == 0) {
-    return Status::kInvalidArgument;
-  }
+  const bool capacities = capacity.points > 0 && capacity.points <= ScanCapacity::kMaxPoints &&
+                          capacity.tiles > 0 && capacity.ray_blocks > 0;
+  if (!valid(config) || !capacities) return Status::kInvalidArgument;
   if (!arena.aligned() ||
       arena.remaining_bytes() < required_bytes(capacity, config.free_space.enabled)) {
     return Status::kResourceExhausted;
@@ -48,11 +49,9 @@ Result<Integrator> Integrator::make(Arena& arena, const InferenceConfig& config,
   Integrator result;
   result.config_ = config;
   result.registered_ = arena.take<ScanPoint>(capacity.points);
-  result.far_ = arena.take<ScanPoint>(capacity.points);
   result.admitted_ = arena.take<ScanPoint>(capacity.points);
-  result.rays_ = arena.take<ScanPoint>(capacity.points);
   result.sort_ = arena.take<KeyedIndex>(2 * std::size_t{capacity.points});
-  result.octets_ = arena.take<OctetEvidence>(8);
+  result.octet_ = arena.take<OctetEvidence>(1);
   const Result<ScanTiles> tiles = ScanTiles::make(arena, capacity);
   if (!tiles.ok()) return tiles.status();
   result.tiles_ = *tiles;
@@ -82,16 +81,23 @@ ScanReport Integrator::integrate(LocalMap& map, const ScanView& scan) noexcept {
   register_points(map, scan, report);
   thin_points(map, report);
   measure_kernel(map.lattice().resolution_m());
-  const bool all_fit = prepare(map);
+  begin_scratch(map);
+  const bool all_fit = within_budget() && prepare(map);
   if (!all_fit) {
     map.close_empty_blocks();
+    report.ray_steps = free_space_.steps();  // on trial
+    begin_scratch(map);
     admit_nearest_first(map, report);
-    // What was admitted fits by the bounds it was admitted with.
+    tiles_.forget_points();
+    free_space_.forget_marks();
     const bool fits = prepare(map);
     TESSERA_ASSERT(fits);
     static_cast<void>(fits);
   }
   report.admitted = static_cast<std::uint32_t>(admitted_count_);
+  report.tiles = static_cast<std::uint32_t>(tiles_.tiles().size());
+  report.ray_blocks = static_cast<std::uint32_t>(free_space_.blocks().size());
+  report.ray_steps += free_space_.steps();
   write_labels(map, report);
   if (config_.free_space.enabled) write_free_space(map, report);
   // Blocks were opened by a bound; those that nothing was written to are taken back.
@@ -103,14 +109,19 @@ ScanReport Integrator::integrate(LocalMap& map, const ScanView& scan) noexcept {
   return report;
 }
 
+void Integrator::begin_scratch(const LocalMap& map) noexcept {
+  tiles_.reset(unit_edge());
+  if (config_.free_space.enabled) free_space_.begin(config_.free_space, map.lattice(), origin_map_);
+}
+
 void Integrator::register_points(const LocalMap& map, const ScanView& scan,
                                  ScanReport& report) noexcept {
   // A scan with more returns than fit is sampled evenly, so that what is left is still all around
   // the sensor.
-  const std::size_t step =
-      scan.count == 0 ? 1 : (scan.count + registered_.size() - 1) / registered_.size();
-  report.over_capacity = static_cast<std::uint32_t>(scan.count - (scan.count + step - 1) / step);
-  for (std::size_t i = 0; i < scan.count; i += step) register_point(map, scan, i, report);
+  const std::uint64_t kept = scan.count < registered_.size() ? scan.count : registered_.size();
+  report.over_capacity = static_cast<std::uint32_t>(scan.count - kept);
+  for (std::uint64_t i = 0; i < kept; ++i)
+    register_point(map, scan, static_cast<std::size_t>(i * scan.count / kept), report);
 }
 
 void Integrator::register_point(const LocalMap& map, const ScanView& scan, std::size_t i,
@@ -119,11 +130,11 @@ void Integrator::register_point(const LocalMap& map, const ScanView& scan, std::
   const Point3d d(static_cast<double>(p_sensor[0]), static_cast<double>(p_sensor[1]),
                   static_cast<double>(p_sensor[2]));
   const float weight = scan.weights == nullptr ? 1.0F : scan.weights[i];
-  if (!d.allFinite() || !std::isfinite(weight) || weight < 0.0F) {
+  if (!d.allFinite() || !(weight >= 0.0F && weight <= kMaxWeight)) {
     ++report.non_finite;
     return;
   }
-  const double square = d.squaredNorm();
+  const double square = squared_norm(d);
   const auto min_m = static_cast<double>(config_.min_range_m);
   if (square < min_m * min_m) {
     ++report.too_near;
@@ -133,12 +144,12 @@ void Integrator::register_point(const LocalMap& map, const ScanView& scan, std::
   const auto max_m = static_cast<double>(config_.max_range_m);
   const bool far = max_m > 0.0 && square > max_m * max_m;
   if (far) {
-    const Point3d direction = (point.p_map.cast<double>() - origin_map_).normalized();
-    point.p_map = (origin_map_ + direction * max_m).cast<float>();
+    const Point3d ray = point.p_map.cast<double>() - origin_map_;
+    point.p_map = (origin_map_ + ray * (max_m / norm(ray))).cast<float>();
   }
   // So that differences of cell and tile numbers within a scan fit 21 bits an axis.
   const double resolution_m = map.lattice().resolution_m();
-  const auto cell_m = static_cast<double>(config_.thinning_m);
+  const double cell_m = config_.thinning_m;
   const double finest_m = cell_m > 0.0 && cell_m < resolution_m ? cell_m : resolution_m;
   const double reach_m = 0.5 * kBlockLimit * finest_m;
   const bool near_enough = (far ? max_m * max_m : square) <= reach_m * reach_m;
@@ -149,7 +160,7 @@ void Integrator::register_point(const LocalMap& map, const ScanView& scan, std::
   }
   if (far) {
     ++report.beyond_range;
-    if (config_.free_space.enabled) far_[far_count_++] = point;
+    if (config_.free_space.enabled) registered_[registered_.size() - ++far_count_] = point;
     return;
   }
   const int unlabelled = map.classes().unlabelled();
@@ -163,15 +174,14 @@ void Integrator::register_point(const LocalMap& map, const ScanView& scan, std::
 void Integrator::thin_points(const LocalMap& map, ScanReport& report) noexcept {
   const int unlabelled = map.classes().unlabelled();
   const auto thin_or_copy = [&](std::span<const ScanPoint> from, std::span<ScanPoint> to) {
-    if (config_.thinning_m > 0.0F) {
-      return thin(from, static_cast<double>(config_.thinning_m), unlabelled, to, sort_,
-                  config_.thinning_weight);
-    }
+    if (config_.thinning_m > 0.0)
+      return thin(from, config_.thinning_m, unlabelled, to, sort_, config_.thinning_weight);
     for (std::size_t i = 0; i < from.size(); ++i) to[i] = from[i];
     return from.size();
   };
   admitted_count_ = thin_or_copy(registered_.first(registered_count_), admitted_);
-  ray_count_ = thin_or_copy(far_.first(far_count_), rays_);
+  rays_ = admitted_.subspan(admitted_count_);
+  ray_count_ = thin_or_copy(registered_.last(far_count_), rays_);
   report.thinned = static_cast<std::uint32_t>(admitted_count_);
   largest_weight_ = 0.0F;
   for (const ScanPoint& point : admitted())

@@ -71,8 +71,10 @@ std::uint64_t Integrator::evaluations_per_point() const noexcept {
     case InferenceMode::kCounting:
       return 1;
     case InferenceMode::kKernel: {
+      // Beyond that no budget is met, and products with the number of points would wrap.
+      constexpr std::uint64_t kWidest = 4096;
       const auto side = static_cast<std::uint64_t>(2.0F * kernel_radius_ + 2.0F);
-      return side * side * side;
+      return side > kWidest ? kWidest * kWidest * kWidest : side * side * side;
     }
     case InferenceMode::kMultiEntropy:
       break;
@@ -82,7 +84,6 @@ std::uint64_t Integrator::evaluations_per_point() const noexcept {
 }
 
 bool Integrator::trace_rays(const LocalMap& map) noexcept {
-  free_space_.begin(config_.free_space, map.lattice(), origin_map_);
   for (const ScanPoint& point : admitted()) {
     free_space_.add_return(point.p_map);
     if (free_space_.mark_hit(*map.lattice().voxel_of(point.p_map)) != Status::kOk) return false;
@@ -163,20 +164,19 @@ bool Integrator::open_blocks(LocalMap& map) noexcept {
   return true;
 }
 
+bool Integrator::within_budget() const noexcept {
+  if (config_.work_budget == 0) return true;
+  std::uint64_t work = admitted_count_ * evaluations_per_point();
+  if (config_.free_space.enabled) {
+    for (const ScanPoint& point : admitted()) work += free_space_.most_steps(point.p_map);
+    for (const ScanPoint& ray : admitted_rays()) work += free_space_.most_steps(ray.p_map);
+  }
+  return work <= config_.work_budget;
+}
+
 bool Integrator::prepare(LocalMap& map) noexcept {
-  const auto within_budget = [&] {
-    if (config_.work_budget == 0) return true;
-    std::uint64_t work = admitted_count_ * evaluations_per_point();
-    if (config_.free_space.enabled) {
-      for (const ScanPoint& point : admitted()) work += free_space_.most_steps(point.p_map);
-      for (const ScanPoint& ray : admitted_rays()) work += free_space_.most_steps(ray.p_map);
-    }
-    return work <= config_.work_budget;
-  };
-  if (config_.free_space.enabled) free_space_.begin(config_.free_space, map.lattice(), origin_map_);
-  return within_budget() &&
-         tiles_.build(admitted(), map.lattice(), unit_edge(), sort_) == Status::kOk &&
-         want_units(map) && (!config_.free_space.enabled || trace_rays(map)) && open_blocks(map);
+  return tiles_.build(admitted(), map.lattice(), sort_) == Status::kOk && want_units(map) &&
+         (!config_.free_space.enabled || trace_rays(map)) && open_blocks(map);
 }
 
 }  // namespace tessera

@@ -97,7 +97,7 @@ void Integrator::write_units(LocalMap& map, const Tile& tile, EvidenceWork& work
     const int n = octets_of_unit(unit, tiles_.unit_edge(), octets);
     for (int i = 0; i < n; ++i) {
       const OctetPlace& octet = octets[static_cast<std::size_t>(i)];
-      OctetEvidence& sums = octets_[0];
+      OctetEvidence& sums = octet_[0];
       sums.clear();
       if (counting) {
         count_points(points_of(tiles_, *around.own), octet, config_.min_weight, sums, work);
@@ -114,8 +114,8 @@ void Integrator::write_units(LocalMap& map, const Tile& tile, EvidenceWork& work
 /// Room was reserved before anything was written, so this cannot fail.
 void Integrator::write_octet(LocalMap& map, SlabHandle block, int octet,
                              ScanReport& report) noexcept {
-  if (block == 0) return;  // outside the grid
-  const Status status = map.add_labels(block, octet, octets_[0]);
+  if (block == 0) return;  // beyond the grid's edge, where only coarse units reach
+  const Status status = map.add_labels(block, octet, octet_[0]);
   TESSERA_ASSERT(status == Status::kOk);
   static_cast<void>(status);
   ++report.label_octets;
@@ -147,7 +147,7 @@ void Integrator::write_kernel_tile(LocalMap& map, const Tile& tile, EvidenceWork
   }
   for (std::uint64_t rest = tile.wanted; rest != 0; rest &= rest - 1) {
     const int octet = std::countr_zero(rest);
-    OctetEvidence& sums = octets_[0];
+    OctetEvidence& sums = octet_[0];
     sums.clear();
     if (kernel_tile_.read(octet, sums)) write_octet(map, tile.blocks[0], octet, report);
   }
@@ -165,7 +165,6 @@ void Integrator::write_free_space(LocalMap& map, ScanReport& report) noexcept {
     ++report.free_blocks;
   }
   report.rays = static_cast<std::uint32_t>(admitted_count_ + ray_count_);
-  report.ray_steps = free_space_.steps();
 }
 
 void Integrator::close_unwritten_blocks(LocalMap& map) noexcept {

@@ -114,8 +114,9 @@ std::span<const KeyedIndex> LocalMap::blocks_in_order(
 }
 
 MapUsage LocalMap::usage() const noexcept {
-  const std::size_t index_bytes = KeyIndex::required_bytes(max_blocks(config_));
-  return {.capacity_bytes = required_bytes(config_),
+  const bool made = index_.capacity() > 0;
+  const std::size_t index_bytes = made ? KeyIndex::required_bytes(max_blocks(config_)) : 0;
+  return {.capacity_bytes = made ? required_bytes(config_) : 0,
           .used_bytes = index_bytes + pool_.used_bytes(),
           .peak_bytes = peak_bytes_,
           .blocks = index_.size(),

@@ -60,10 +60,9 @@ Status LocalMap::ensure_free_page(Block& block) noexcept {
   return Status::kOk;
 }
 
-void LocalMap::update_observed(Block& block, int octet) noexcept {
+void LocalMap::update_observed(Block& block, int octet, const DenseTuple::Plane& sums) noexcept {
   LabelPage& page = mutable_label_page(block);
   SlabHandle& tuples = page.octets[static_cast<std::size_t>(octet)];
-  const DenseTuple::Plane sums = DenseTuple::label_sums(pool_.at(tuples));
   unsigned now = 0;
   for (std::size_t v = 0; v < kOctetVoxels; ++v) now |= (sums[v] > 0.0F ? 1U : 0U) << v;
   std::uint8_t& observed = page.observed[static_cast<std::size_t>(octet)];
@@ -81,15 +80,15 @@ void LocalMap::update_observed(Block& block, int octet) noexcept {
   }
 }
 
-void LocalMap::hold_cap_on_labels(Block& block, int octet, unsigned voxels) noexcept {
+void LocalMap::hold_cap_on_labels(Block& block, int octet, unsigned voxels,
+                                  DenseTuple::Plane& sums) noexcept {
   const float cap = config_.max_evidence;
   const float w = config_.free_weight;
   std::byte* const tuples =
       pool_.at(mutable_label_page(block).octets[static_cast<std::size_t>(octet)]);
-  const DenseTuple::Plane sums = DenseTuple::label_sums(tuples);
   for (; voxels != 0; voxels &= voxels - 1) {
     const int v = std::countr_zero(voxels);
-    const float labels = sums[static_cast<std::size_t>(v)];
+    float& labels = sums[static_cast<std::size_t>(v)];
     const std::uint8_t passes = free_passes(block, octet, v);
     const float total = labels + static_cast<float>(passes) * w;
     if (!(total > cap)) continue;
@@ -101,7 +100,9 @@ void LocalMap::hold_cap_on_labels(Block& block, int octet, unsigned voxels) noex
       mutable_free_page(block).passes[static_cast<std::size_t>(row_order(octet, v))] = kept;
       free = static_cast<float>(kept) * w;
     }
-    if (labels > cap - free) DenseTuple::scale(tuples, v, (cap - free) / labels);
+    if (!(labels > cap - free)) continue;
+    DenseTuple::scale(tuples, v, (cap - free) / labels);
+    labels = cap - free;
   }
 }
 
@@ -110,9 +111,11 @@ Status LocalMap::add_labels(SlabHandle handle, int octet, const OctetEvidence& a
   Block& block = mutable_block(handle);
   const Status status = ensure_octet(block, octet);
   if (status != Status::kOk) return status;
-  DenseTuple::add(pool_.at(label_page(block).octets[static_cast<std::size_t>(octet)]), added);
-  if (config_.max_evidence > 0.0F) hold_cap_on_labels(block, octet, added.voxels());
-  update_observed(block, octet);
+  std::byte* const tuples = pool_.at(label_page(block).octets[static_cast<std::size_t>(octet)]);
+  DenseTuple::add(tuples, added);
+  DenseTuple::Plane sums = DenseTuple::label_sums(tuples);
+  if (config_.max_evidence > 0.0F) hold_cap_on_labels(block, octet, added.voxels(), sums);
+  update_observed(block, octet, sums);
   block.revision = revision_;
   return Status::kOk;
 }
@@ -120,12 +123,15 @@ Status LocalMap::add_labels(SlabHandle handle, int octet, const OctetEvidence& a
 bool LocalMap::give_way_to_free(Block& block, int octet, int voxel, std::uint8_t passes) noexcept {
   std::byte* const tuples =
       pool_.at(mutable_label_page(block).octets[static_cast<std::size_t>(octet)]);
-  const float labels = DenseTuple::label_sums(tuples)[static_cast<std::size_t>(voxel)];
+  DenseTuple::Plane sums = DenseTuple::label_sums(tuples);
+  float& labels = sums[static_cast<std::size_t>(voxel)];
   const float room = config_.max_evidence - static_cast<float>(passes) * config_.free_weight;
-  if (labels <= room) return false;
-  const float factor = passes == max_passes_ || room <= 0.0F ? 0.0F : room / labels;
-  DenseTuple::scale(tuples, voxel, factor);
-  if (factor == 0.0F) update_observed(block, octet);
+  // What is left beside a saturated free layer is rounding of the cap to whole passes.
+  const float kept = passes == max_passes_ || room <= 0.0F ? 0.0F : room;
+  if (labels <= kept) return false;
+  DenseTuple::scale(tuples, voxel, kept / labels);
+  labels = kept;
+  if (kept == 0.0F) update_observed(block, octet, sums);
   return true;
 }
 
@@ -184,8 +190,9 @@ Status LocalMap::restore(SlabHandle handle, int octet, int voxel, const VoxelEvi
   const Status status = ensure_octet(block, octet);
   TESSERA_ASSERT(status == Status::kOk);
   static_cast<void>(status);
-  DenseTuple::add(pool_.at(label_page(block).octets[static_cast<std::size_t>(octet)]), added);
-  update_observed(block, octet);
+  std::byte* const tuples = pool_.at(label_page(block).octets[static_cast<std::size_t>(octet)]);
+  DenseTuple::add(tuples, added);
+  update_observed(block, octet, DenseTuple::label_sums(tuples));
   return Status::kOk;
 }
 

@@ -37,6 +37,19 @@ void ScanTiles::reset(int unit_edge) noexcept {
   tile_count_ = point_count_ = unit_count_ = 0;
 }
 
+void ScanTiles::forget_points() noexcept {
+  for (Tile& tile : tiles()) tile = Tile{.coord = tile.coord};
+  point_count_ = unit_count_ = 0;
+}
+
+void ScanTiles::truncate(std::size_t count) noexcept {
+  for (; tile_count_ > count; --tile_count_) {
+    const bool erased = index_.erase(*pack(tiles_[tile_count_ - 1].coord));
+    TESSERA_ASSERT(erased);
+    static_cast<void>(erased);
+  }
+}
+
 Result<std::uint32_t> ScanTiles::ensure(BlockCoord coord) noexcept {
   const Result<BlockKey> key = pack(coord);
   if (!key.ok()) return key.status();
@@ -63,13 +76,13 @@ const Tile* ScanTiles::find(BlockCoord coord) const noexcept {
   return found ? &tiles_[*found] : nullptr;
 }
 
-Status ScanTiles::build(std::span<const ScanPoint> points, const Lattice& lattice, int unit_edge,
+Status ScanTiles::build(std::span<const ScanPoint> points, const Lattice& lattice,
                         std::span<KeyedIndex> sort) noexcept {
   TESSERA_ASSERT(points.size() <= points_.size() && sort.size() >= 2 * points.size());
-  reset(unit_edge);
+  TESSERA_ASSERT(point_count_ == 0);
   if (points.empty()) return Status::kOk;
   const auto place = [&](const ScanPoint& point) {
-    return place_of(*lattice.voxel_of(point.p_map), unit_edge);
+    return place_of(*lattice.voxel_of(point.p_map), unit_edge_);
   };
   BlockCoord low = place(points[0]).tile;
   BlockCoord high = low;
@@ -102,18 +115,17 @@ Status ScanTiles::build(std::span<const ScanPoint> points, const Lattice& lattic
   radix_sort(items, sort.subspan(points.size()));
 
   const double edge = tile_edge();
-  std::uint64_t current_tile = ~std::uint64_t{0};
+  std::uint64_t current_key = ~std::uint64_t{0};
+  Tile* current = nullptr;
   for (std::size_t first = 0; first < items.size();) {
     const std::uint64_t key = items[first].key;
     const Place at = place(points[items[first].index]);
-    if ((key >> x_shift) != current_tile) {
-      current_tile = key >> x_shift;
+    if ((key >> x_shift) != current_key) {
+      current_key = key >> x_shift;
       const Result<std::uint32_t> tile = ensure(at.tile);
-      if (!tile.ok()) {
-        reset(unit_edge);
-        return Status::kResourceExhausted;
-      }
-      tiles_[*tile].first_unit = static_cast<std::uint32_t>(unit_count_);
+      if (!tile.ok()) return Status::kResourceExhausted;
+      current = &tiles_[*tile];
+      current->first_unit = static_cast<std::uint32_t>(unit_count_);
     }
     const auto begin = static_cast<std::uint32_t>(point_count_);
     std::size_t end = first;
@@ -126,7 +138,7 @@ Status ScanTiles::build(std::span<const ScanPoint> points, const Lattice& lattic
                                  .weight = point.weight,
                                  .component = point.component};
     }
-    tiles_[tile_count_ - 1].occupied |= std::uint64_t{1} << static_cast<unsigned>(at.unit);
+    current->occupied |= std::uint64_t{1} << static_cast<unsigned>(at.unit);
     units_[unit_count_++] = {.begin = begin, .end = static_cast<std::uint32_t>(point_count_)};
     first = end;
   }

@@ -28,8 +28,12 @@ ScanPoint merge_cell(std::span<const ScanPoint> points, std::span<const KeyedInd
     seen |= std::uint64_t{1} << point.component;
   }
   const std::uint64_t unlabelled_bit = std::uint64_t{1} << static_cast<unsigned>(unlabelled);
-  std::uint64_t candidates = seen & ~unlabelled_bit;
-  if (candidates == 0) candidates = unlabelled_bit;
+  // A label of no weight says nothing, and must not take the place of a return that was there.
+  std::uint64_t candidates = 0;
+  for (std::uint64_t rest = seen & ~unlabelled_bit; rest != 0; rest &= rest - 1) {
+    if (weight[static_cast<std::size_t>(std::countr_zero(rest))] > 0.0) candidates |= rest & -rest;
+  }
+  if (candidates == 0) candidates = (seen & unlabelled_bit) != 0 ? unlabelled_bit : seen;
   auto winner = static_cast<std::size_t>(std::countr_zero(candidates));
   for (std::uint64_t rest = candidates; rest != 0; rest &= rest - 1) {
     const auto component = static_cast<std::size_t>(std::countr_zero(rest));

@@ -54,7 +54,7 @@ Outcome<void> adopt_settings(const MapOptions& options, const MapFileHeader& hea
   }
   setup.map = held;
   if (options.downsample.empty())
-    setup.inference.thinning_m = static_cast<float>(held.resolution_m);
+    setup.inference.thinning_m = held.resolution_m;
   return {};
 }
 

@@ -165,7 +165,7 @@ Outcome<MapSetup> set_up(const MapOptions& o) {
   inference.min_weight = static_cast<float>(o.min_weight);
   inference.min_range_m = static_cast<float>(o.min_range_m);
   inference.max_range_m = static_cast<float>(o.max_range_m);
-  inference.thinning_m = static_cast<float>(thinning_m);
+  inference.thinning_m = thinning_m;
   inference.free_space.enabled = o.free_space == "on";
   inference.work_budget = o.work_budget;
   setup.map.resolution_m = resolution_m;
@@ -190,7 +190,7 @@ Json to_json(const MapOptions& o, const MapSetup& setup) {
   json["max_range"] = o.max_range_m;
   json["min_range"] = o.min_range_m;
   json["downsample"] =
-      setup.inference.thinning_m > 0.0F
+      setup.inference.thinning_m > 0.0
           ? Json(o.downsample.empty() ? setup.map.resolution_m : *parse_metres(o.downsample))
           : Json("off");
   json["thinning_weight"] =

@@ -33,9 +33,9 @@ Totals sum(const std::vector<ScanRecord>& scans) {
     t.unknown_ids += scan.unknown_ids;
     t.bad_poses += r.pose == Status::kOk ? 0U : 1U;
     t.over_capacity += r.over_capacity;
-    t.refused_memory += r.refused_memory;
+    t.refused_memory += r.refused_memory();
     t.refused_work += r.refused_work;
-    t.rays_refused += r.rays_refused;
+    t.rays_refused += r.rays_refused_memory + r.rays_refused_work;
     t.left_out += r.left_out();
     t.voxel_updates += r.voxel_updates;
     t.evaluations += r.evaluations;
@@ -60,12 +60,17 @@ Json scan_json(const ScanRecord& scan) {
           {"out_of_grid", r.out_of_grid},
           {"unlabelled", r.unlabelled},
           {"unknown_ids", scan.unknown_ids},
-          {"refused_memory", r.refused_memory},
+          {"refused_memory", r.refused_memory()},
+          {"refused_storage", r.refused_storage},
+          {"refused_tiles", r.refused_tiles},
+          {"refused_ray_blocks", r.refused_ray_blocks},
           {"refused_work", r.refused_work},
           {"over_capacity", r.over_capacity},
           {"rays", r.rays},
-          {"rays_refused", r.rays_refused},
+          {"rays_refused", r.rays_refused_memory + r.rays_refused_work},
           {"ray_steps", r.ray_steps},
+          {"tiles", r.tiles},
+          {"ray_blocks", r.ray_blocks},
           {"kernel_evaluations", r.evaluations}};
 }
 

@@ -108,7 +108,7 @@ Outcome<std::unique_ptr<StoredMap>> load_map(const std::string& path, std::size_
   if (!map.ok())
     return Failure{
         path + ": the header has a setting out of range; make the map again or use another copy"};
-  stored->map = *map;
+  stored->map = std::move(*map);
   const Outcome<void> loaded = load_into(path, stored->map);
   if (!loaded.ok()) return loaded.failure();
   return stored;

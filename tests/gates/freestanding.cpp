@@ -24,13 +24,13 @@ int main() {
   tessera::ClassTable classes;
   if (classes.add("road", {128, 64, 128}) != tessera::Status::kOk) return 1;
   tessera::Arena arena(memory);
-  const tessera::Result<tessera::LocalMap> made = tessera::LocalMap::make(arena, kMap, classes);
+  tessera::Result<tessera::LocalMap> made = tessera::LocalMap::make(arena, kMap, classes);
   if (!made.ok()) return 2;
-  map = *made;
-  const tessera::Result<tessera::Integrator> inference =
+  map = std::move(*made);
+  tessera::Result<tessera::Integrator> inference =
       tessera::Integrator::make(arena, {}, kCapacity);
   if (!inference.ok()) return 3;
-  integrator = *inference;
+  integrator = std::move(*inference);
   const float point[3] = {5.05F, 0.05F, 0.05F};
   const std::uint8_t label = 1;
   const tessera::ScanView scan{

@@ -35,7 +35,7 @@ InferenceConfig config_of(const Setting& setting, bool free_space) {
   config.kernel_length_m = 0.27F;
   config.min_range_m = 0.05F;
   config.max_range_m = kRange_m;
-  config.thinning_m = 0.0F;
+  config.thinning_m = 0.0;
   return config;
 }
 
@@ -108,10 +108,11 @@ void check_law(const Setting& setting, bool free_space, std::uint64_t seed, Tall
   for (int scan = 0; scan < 2; ++scan) {
     CAPTURE(scan);
     const ScanReport report = mapper.integrate(random_scan(random));
-    CHECK(report.admitted + report.refused_memory + report.refused_work == report.thinned);
+    CHECK(report.admitted + report.refused_memory() + report.refused_work == report.thinned);
     CHECK(report.admitted == mapper.integrator().admitted().size());
     if (free_space)
-      CHECK(report.rays_refused + mapper.integrator().admitted_rays().size() ==
+      CHECK(report.rays_refused_memory + report.rays_refused_work +
+                mapper.integrator().admitted_rays().size() ==
             report.beyond_range);
     CHECK(empty_blocks(mapper.map()) == 0);
     const ScanReport expected = reference.integrate(mapper.admitted_cloud());
@@ -121,9 +122,9 @@ void check_law(const Setting& setting, bool free_space, std::uint64_t seed, Tall
             mapper.integrator().admitted_rays().size());
     REQUIRE(same_content(mapper.map(), reference.map()));
     CHECK(mapper.map().usage().label_voxels == reference.map().usage().label_voxels);
-    tally.refused_memory += report.refused_memory > 0 ? 1 : 0;
+    tally.refused_memory += report.refused_memory() > 0 ? 1 : 0;
     tally.refused_work += report.refused_work > 0 ? 1 : 0;
-    tally.refused_rays += report.rays_refused > 0 ? 1 : 0;
+    tally.refused_rays += report.rays_refused_memory + report.rays_refused_work > 0 ? 1 : 0;
     tally.admitted += report.admitted > 0 ? 1 : 0;
   }
 }
@@ -160,7 +161,7 @@ TEST_CASE("admission: under a work budget the points nearest to the sensor are a
   const Cloud cloud = random_cloud(random, {.points = 400, .classes = kClasses});
   Mapper mapper(uncapped_map(0.1), config, kClasses);
   const ScanReport report = mapper.integrate(cloud);
-  CHECK(report.refused_memory == 0);
+  CHECK(report.refused_memory() == 0);
   REQUIRE(report.refused_work > 0);
   REQUIRE(report.admitted > 0);
   std::vector<double> squares;

@@ -20,7 +20,7 @@ InferenceConfig bare_carving() {
   config.mode = InferenceMode::kCounting;
   config.free_space = {.enabled = true, .neighbour_angle_rad = 0.0F, .margin_voxels = 0.0F};
   config.min_range_m = 0.05F;
-  config.thinning_m = 0.0F;
+  config.thinning_m = 0.0;
   return config;
 }
 

@@ -28,14 +28,15 @@ TEST_CASE("integrator: every value outside its range is refused") {
   refuse(&InferenceConfig::min_weight, {-0.1F, 1.1F});
   refuse(&InferenceConfig::min_range_m, {-0.1F, 1e7F, 40.0F, 50.0F});
   refuse(&InferenceConfig::max_range_m, {-0.1F, 1e7F, 0.5F, 0.2F, INFINITY});
-  refuse(&InferenceConfig::thinning_m, {-0.1F, 1e-4F, 1e4F});
+  for (const double v : {-0.1, 1e-4, 1e4, std::numeric_limits<double>::quiet_NaN()})
+    changes.emplace_back([=](InferenceConfig& c) { c.thinning_m = v; });
   refuse_entropy(&EntropyConfig::base_length, std::vector<float>{-0.1F, 17.0F, nan});
   refuse_entropy(&EntropyConfig::entropy_length, std::vector<float>{-0.1F, 17.0F, nan});
   refuse_entropy(&EntropyConfig::fill_length, std::vector<float>{-0.1F, 17.0F, nan});
   refuse_entropy(&EntropyConfig::smooth_above, std::vector<float>{-0.1F, 2.1F, nan});
   refuse_entropy(&EntropyConfig::fill_neighbours, std::vector<int>{-1, 0, 8});
   refuse_entropy(&EntropyConfig::block_edge, std::vector<int>{-2, 0, 3, 5, 8});
-  for (const float v : {-0.1F, 0.3F, nan}) {
+  for (const float v : {-0.1F, 0.051F, nan}) {
     changes.emplace_back([=](InferenceConfig& c) { c.free_space.neighbour_angle_rad = v; });
   }
   for (const float v : {-0.1F, 65.0F, nan}) {

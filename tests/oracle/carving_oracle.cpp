@@ -31,6 +31,10 @@ double length_inside(const Vector& a, const Vector& b, const Voxel& voxel, doubl
   return (leave - enter) * std::sqrt(square);
 }
 
+Vector from_to(const Vector& a, const Vector& b) { return {b[0] - a[0], b[1] - a[1], b[2] - a[2]}; }
+
+double length(const Vector& v) { return std::hypot(v[0], v[1], v[2]); }
+
 }  // namespace
 
 void Pierced::add(const Vector& a, const Vector& b, double voxel_m) {
@@ -49,6 +53,26 @@ void Pierced::add(const Vector& a, const Vector& b, double voxel_m) {
       }
     }
   }
+}
+
+double nearest_within(std::span<const Vector> returns, const Vector& origin, const Vector& toward,
+                      double angle_rad) {
+  const Vector d = from_to(origin, toward);
+  double nearest_m = 1e300;
+  for (const Vector& p : returns) {
+    const Vector e = from_to(origin, p);
+    const Vector cross{d[1] * e[2] - d[2] * e[1], d[2] * e[0] - d[0] * e[2],
+                       d[0] * e[1] - d[1] * e[0]};
+    const double dot = d[0] * e[0] + d[1] * e[1] + d[2] * e[2];
+    if (std::atan2(length(cross), dot) <= angle_rad) nearest_m = std::min(nearest_m, length(e));
+  }
+  return nearest_m;
+}
+
+Vector point_along(const Vector& origin, const Vector& toward, double length_m) {
+  const Vector d = from_to(origin, toward);
+  const double part = std::clamp(length_m / length(d), 0.0, 1.0);
+  return {origin[0] + part * d[0], origin[1] + part * d[1], origin[2] + part * d[2]};
 }
 
 }  // namespace tessera::oracle

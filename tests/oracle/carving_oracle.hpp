@@ -1,10 +1,11 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // Which voxels a segment pierces, by testing every voxel of its bounding box against the three
-// slabs in double precision.
+// slabs in double precision; and where carving a ray ends, by measuring the angle to every return.
 #pragma once
 
 #include <set>
+#include <span>
 
 #include "oracle/label_oracle.hpp"
 
@@ -22,5 +23,14 @@ struct Pierced {
   /// volume).
   void add(const Vector& a, const Vector& b, double voxel_m);
 };
+
+/// The range from origin of the nearest return whose direction is within angle_rad of that of
+/// toward; 1e300 if there is none. O(returns).
+[[nodiscard]] double nearest_within(std::span<const Vector> returns, const Vector& origin,
+                                    const Vector& toward, double angle_rad);
+
+/// The point of the segment from origin to toward at length_m from origin, at most toward itself;
+/// origin if length_m is not positive.
+[[nodiscard]] Vector point_along(const Vector& origin, const Vector& toward, double length_m);
 
 }  // namespace tessera::oracle

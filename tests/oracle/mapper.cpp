@@ -40,8 +40,8 @@ Mapper::Mapper(const MapConfig& map, const InferenceConfig& inference, int class
   if (!made_map.ok()) throw std::logic_error(std::string("map: ") + to_string(made_map.status()));
   Result<Integrator> made = Integrator::make(arena, inference, capacity);
   if (!made.ok()) throw std::logic_error(std::string("integrator: ") + to_string(made.status()));
-  map_ = *made_map;
-  integrator_ = *made;
+  map_ = std::move(*made_map);
+  integrator_ = std::move(*made);
 }
 
 std::vector<OraclePoint> Mapper::admitted() const {

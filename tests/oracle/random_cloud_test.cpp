@@ -21,7 +21,7 @@ InferenceConfig labels_only(InferenceMode mode) {
   InferenceConfig config;
   config.mode = mode;
   config.free_space.enabled = false;
-  config.thinning_m = 0.0F;
+  config.thinning_m = 0.0;
   config.min_range_m = 0.0F;
   return config;
 }

@@ -76,7 +76,7 @@ TEST_CASE("real scans: every mode gives the brute-force counts") {
   config.free_space.enabled = false;
   config.kernel_length_m = 0.3F;
   if (mode == InferenceMode::kKernel)
-    config.thinning_m = 0.2F;  // the oracle visits every voxel of every ball
+    config.thinning_m = 0.2;  // the oracle visits every voxel of every ball
   MapConfig map_config = uncapped_map(0.1);
   map_config.storage_bytes = std::size_t{256} << 20U;
   Mapper mapper(map_config, config, kClasses, {.points = 150000, .tiles = 16384, .ray_blocks = 16});

@@ -77,7 +77,7 @@ InferenceConfig reference_config(InferenceMode mode) {
   config.free_space.enabled = false;
   config.min_range_m = 0.0F;
   config.max_range_m = 0.0F;
-  config.thinning_m = 0.0F;
+  config.thinning_m = 0.0;
   return config;
 }
 

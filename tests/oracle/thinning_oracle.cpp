@@ -6,7 +6,7 @@ namespace tessera::oracle {
 
 namespace {
 
-OraclePoint merge(const std::vector<OraclePoint>& members, int unlabelled) {
+OraclePoint merge(const std::vector<OraclePoint>& members, int unlabelled, ThinningWeight rule) {
   OraclePoint result;
   std::map<int, std::vector<double>> weights;
   for (const OraclePoint& member : members) {
@@ -23,7 +23,7 @@ OraclePoint merge(const std::vector<OraclePoint>& members, int unlabelled) {
     if (sum <= most) continue;
     most = sum;
     result.component = component;
-    result.weight = sum / static_cast<double>(list.size());
+    result.weight = rule == ThinningWeight::kSum ? sum : sum / static_cast<double>(list.size());
   }
   return result;
 }
@@ -31,11 +31,11 @@ OraclePoint merge(const std::vector<OraclePoint>& members, int unlabelled) {
 }  // namespace
 
 std::map<Voxel, OraclePoint> thin_by_cell(const std::vector<OraclePoint>& points, double cell_m,
-                                          int unlabelled) {
+                                          int unlabelled, ThinningWeight rule) {
   std::map<Voxel, std::vector<OraclePoint>> cells;
   for (const OraclePoint& point : points) cells[cell_of(point.p, cell_m)].push_back(point);
   std::map<Voxel, OraclePoint> result;
-  for (const auto& [cell, members] : cells) result[cell] = merge(members, unlabelled);
+  for (const auto& [cell, members] : cells) result[cell] = merge(members, unlabelled, rule);
   return result;
 }
 

@@ -8,9 +8,10 @@
 namespace tessera::oracle {
 
 /// One point a cell of cell_m, cells aligned with the origin: the centroid, the component with the
-/// largest total weight (ties to the lowest, unlabelled only if all are) and the mean weight of the
-/// points that have it. By cell.
+/// largest total weight (ties to the lowest, unlabelled only if all are) and the mean or summed
+/// weight of the points that have it. By cell.
 [[nodiscard]] std::map<Voxel, OraclePoint> thin_by_cell(const std::vector<OraclePoint>& points,
-                                                        double cell_m, int unlabelled);
+                                                        double cell_m, int unlabelled,
+                                                        ThinningWeight rule);
 
 }  // namespace tessera::oracle

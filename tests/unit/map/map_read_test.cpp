@@ -21,6 +21,8 @@ TEST_CASE("a map that was never made: every voxel is unknown, and nothing can be
   CHECK(map.open_block({0, 0, 0}).status() == Status::kResourceExhausted);
   CHECK(map.block_count() == 0);
   CHECK(map.usage().blocks_refused == 1);
+  CHECK(map.usage().capacity_bytes == 0);
+  CHECK(map.usage().used_bytes == 0);
   map.clear();
 }
 

@@ -19,10 +19,10 @@ ClassTable table_of(int num_classes) {
 SmallMap::SmallMap(const MapConfig& config, int num_classes)
     : lines(required_bytes(config) / sizeof(Line)) {
   Arena arena(std::as_writable_bytes(std::span(lines)));
-  const Result<LocalMap> made = LocalMap::make(arena, config, table_of(num_classes));
+  Result<LocalMap> made = LocalMap::make(arena, config, table_of(num_classes));
   REQUIRE(made.ok());
   REQUIRE(arena.remaining_bytes() == 0);
-  map = *made;
+  map = std::move(*made);
 }
 
 Status hit(LocalMap& map, VoxelCoord voxel, int component, float weight) {

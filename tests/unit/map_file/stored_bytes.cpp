@@ -61,9 +61,9 @@ LoadedMap::LoadedMap(const MapConfig& config, const ClassTable& classes)
   std::size_t space = memory.size();
   REQUIRE(std::align(kArenaAlignment, required_bytes(config), start, space) != nullptr);
   Arena arena(std::span(static_cast<std::byte*>(start), required_bytes(config)));
-  const Result<LocalMap> made = LocalMap::make(arena, config, classes);
+  Result<LocalMap> made = LocalMap::make(arena, config, classes);
   REQUIRE(made.ok());
-  map = *made;
+  map = std::move(*made);
 }
 
 MapFileStatus read_header(std::span<const std::byte> bytes, MapFileHeader& header) {

@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <cmath>
 
 #include "tessera/base/status.hpp"
 
@@ -16,6 +17,17 @@ using Point3f = Eigen::Matrix<float, 3, 1, Eigen::DontAlign>;
 using Point3d = Eigen::Matrix<double, 3, 1, Eigen::DontAlign>;
 /// A rigid transform's 3x4 matrix [R | t], row-major as the KITTI files have it.
 using Matrix34d = Eigen::Matrix<double, 3, 4, Eigen::RowMajor | Eigen::DontAlign>;
+
+/// x^2 + y^2 + z^2, summed in this order whatever the compiler and its vector unit: Eigen's own
+/// sums differ in their last bit from one to the other, and a map's digest with them.
+[[nodiscard]] constexpr double squared_norm(double x, double y, double z) noexcept {
+  return x * x + y * y + z * z;
+}
+[[nodiscard]] inline double squared_norm(const Point3d& v) noexcept {
+  return squared_norm(v.x(), v.y(), v.z());
+}
+/// sqrt is correctly rounded by IEEE 754, so the same everywhere.
+[[nodiscard]] inline double norm(const Point3d& v) noexcept { return std::sqrt(squared_norm(v)); }
 
 /// kOk iff T is rigid: finite, R^T R = I within 1e-3 an entry, det R > 0; else kInvalidArgument.
 /// O(1).

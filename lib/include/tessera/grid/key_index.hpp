@@ -50,7 +50,7 @@ class KeyIndex {
 
   /// Adds a key that is not present. Fails with kResourceExhausted iff capacity() keys are present
   /// already or no bucket within reach has room (possible for keys chosen to collide); the index is
-  /// then unchanged. At most kMaxSearched buckets read and three keys moved.
+  /// then unchanged. At most kMaxSearched buckets read and two keys moved.
   Status insert(BlockKey key, std::uint32_t value) noexcept;
 
   /// Sets the value of a key that is present. Reads two buckets at most.

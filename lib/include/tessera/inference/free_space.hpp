@@ -11,6 +11,7 @@
 #include "tessera/grid/key_index.hpp"
 #include "tessera/grid/segment.hpp"
 #include "tessera/inference/inference_config.hpp"
+#include "tessera/inference/range_image.hpp"
 #include "tessera/map/local_map.hpp"
 #include "tessera/registration/scan.hpp"
 
@@ -36,7 +37,8 @@ class FreeSpace {
  public:
   [[nodiscard]] static constexpr std::size_t required_bytes(const ScanCapacity& capacity) noexcept {
     return KeyIndex::required_bytes(capacity.ray_blocks) +
-           arena_bytes<RayBlock>(capacity.ray_blocks) + arena_bytes<float>(kImagePixels);
+           arena_bytes<RayBlock>(capacity.ray_blocks) +
+           arena_bytes<std::uint32_t>(capacity.ray_blocks) + RangeImage::required_bytes();
   }
   [[nodiscard]] static Result<FreeSpace> make(Arena& arena, const ScanCapacity& capacity) noexcept;
   FreeSpace() noexcept = default;
@@ -55,51 +57,37 @@ class FreeSpace {
   /// crossed).
   Status trace(const Point3f& end_map, bool is_return) noexcept;
   /// Makes an entry for each block that trace could mark on the ray to end_map, its last voxel's
-  /// included, and calls visit(RayBlock&), which returns false to stop, for each. Marks nothing.
-  /// Fails with kResourceExhausted iff the ray blocks are full or visit stopped. O(voxels crossed).
-  template <class Visit>
-  Status for_each_block(const Point3f& end_map, Visit&& visit) noexcept;
+  /// included, and gives their numbers in blocks(), which hold until the next call. Marks nothing.
+  /// Fails with kResourceExhausted iff the ray blocks or their index are full; entries made until
+  /// then stay, see truncate(). O(voxels crossed).
+  Result<std::span<const std::uint32_t>> cross(const Point3f& end_map) noexcept;
+  /// Takes back the entries made last, down to count. O(entries taken back).
+  void truncate(std::size_t count) noexcept;
+  /// Forgets returns and marks; the entries stay, so that trace() through them cannot fail.
+  /// O(capacity).
+  void forget_marks() noexcept;
 
   [[nodiscard]] std::span<RayBlock> blocks() noexcept { return blocks_.first(count_); }
+  /// Voxels stepped through since begin(), by trace() and cross().
   [[nodiscard]] std::uint64_t steps() const noexcept { return steps_; }
   /// A bound on the voxels that a ray to end_map crosses, from its length alone: |dx| + |dy| + |dz|
   /// in voxels, plus 4.
   [[nodiscard]] std::uint64_t most_steps(const Point3f& end_map) const noexcept;
 
  private:
-  /// A cube around the sensor, its faces cut into kFacePixels^2 directions about half a degree
-  /// apart; each pixel holds the nearest return. Divisions only: no libm, the same on every
-  /// machine.
-  static constexpr int kFacePixels = 192;
-  static constexpr std::size_t kImagePixels = std::size_t{6} * kFacePixels * kFacePixels;
-  [[nodiscard]] static std::size_t pixel_of(const Point3d& direction) noexcept;
   [[nodiscard]] double carve_length_m(const Point3d& direction, double length_m,
                                       bool is_return) const noexcept;
   [[nodiscard]] RayBlock* entry(BlockCoord coord) noexcept;
 
   KeyIndex index_{};
   std::span<RayBlock> blocks_;
-  std::span<float> image_;
+  std::span<std::uint32_t> crossed_;  ///< Numbers of the blocks that one ray crosses.
+  RangeImage image_{};
   std::size_t count_ = 0;
   std::uint64_t steps_ = 0;
   FreeSpaceConfig config_{};
   double resolution_m_ = 1.0;
   Point3d origin_map_ = Point3d::Zero();
 };
-
-template <class Visit>
-Status FreeSpace::for_each_block(const Point3f& end_map, Visit&& visit) noexcept {
-  const Point3d end = end_map.cast<double>();
-  const RayBlock* last = nullptr;
-  const bool all = walk_segment(origin_map_ / resolution_m_, end / resolution_m_,
-                                [&](int x, int y, int z, double) {
-                                  const BlockCoord here = block_of({x, y, z});
-                                  if (last != nullptr && last->coord == here) return true;
-                                  RayBlock* const block = entry(here);
-                                  last = block;
-                                  return block != nullptr && visit(*block);
-                                });
-  return all ? Status::kOk : Status::kResourceExhausted;
-}
 
 }  // namespace tessera

@@ -34,15 +34,16 @@ enum class ThinningWeight : std::uint8_t {
   kSum = 1,   ///< As many observations as there were returns.
 };
 
-/// Constants of the multi-entropy mode. Lengths in voxels. An entropy block is block_edge voxels a
-/// side.
+/// Constants of the multi-entropy mode. Lengths in voxels, 0 .. 16. An entropy block is block_edge
+/// voxels a side.
 struct EntropyConfig {
   float base_length = 3.0F;  ///< D_m = (base_length + entropy_length * E_c) * resolution.
   float entropy_length = 2.0F;
-  float smooth_above = 0.3F;  ///< A block with E_c above this learns from its face neighbours too.
-  float fill_length = 5.0F;   ///< D of a block without points that is filled from its neighbours.
-  int fill_neighbours =
-      2;  ///< Face neighbours with points that filling takes, 1 .. 6; 7 never fills.
+  /// A block with E_c above this learns from its face neighbours too. 0 .. 2; from 1 on none does.
+  float smooth_above = 0.3F;
+  float fill_length = 5.0F;  ///< D of a block without points that is filled from its neighbours.
+  /// Face neighbours with points that filling takes, 1 .. 6; 7 never fills.
+  int fill_neighbours = 2;
   bool fill_one_label = true;  ///< Fill only where all labelled points of the neighbours agree.
   int block_edge = 2;          ///< 1, 2 or 4 voxels; with 1 the grid ends at half its limit.
 };
@@ -51,8 +52,9 @@ struct EntropyConfig {
 struct FreeSpaceConfig {
   bool enabled = true;
   /// A ray is carved up to the nearest return in directions within this angle of its own (radians,
-  /// small), so that rays that graze a surface or pass an edge closely free nothing of it. 0: its
-  /// own return only.
+  /// 0 .. 0.05), so that rays that graze a surface or pass an edge closely free nothing of it. No
+  /// return within the angle is missed; returns up to 0.0148 rad beyond it may count, as directions
+  /// are kept in pixels. 0: its own return only.
   float neighbour_angle_rad = 0.015F;
   /// Carving ends this many voxels before that return.
   float margin_voxels = 2.0F;
@@ -60,24 +62,28 @@ struct FreeSpaceConfig {
 
 struct InferenceConfig {
   InferenceMode mode = InferenceMode::kMultiEntropy;
-  float kernel_length_m = 0.5F;  ///< D of the kernel mode.
-  float kernel_scale = 1.0F;     ///< eps_0.
-  float min_weight =
-      1.0F / 4096.0F;  ///< Smaller contributions are not added; 0 adds the full ball.
+  float kernel_length_m = 0.5F;  ///< D of the kernel mode, 0.001 .. 1000.
+  float kernel_scale = 1.0F;     ///< eps_0, 1e-6 .. 1e6.
+  /// Smaller contributions are not added, in any mode; 0 .. 1. 0 adds the full ball.
+  float min_weight = 1.0F / 4096.0F;
   EntropyConfig entropy{};
   FreeSpaceConfig free_space{};
-  float min_range_m =
-      0.5F;  ///< Nearer returns are refused: the robot itself, or a sensor's "no return".
-  float max_range_m = 40.0F;  ///< Farther returns add no hit and carve up to here. 0: no limit.
-  float thinning_m = 0.1F;    ///< Cell of the thinning grid; 0: off.
+  /// Nearer returns are refused: the robot itself, or a sensor's "no return". 0 .. 1e6.
+  float min_range_m = 0.5F;
+  /// Farther returns add no hit and carve up to here; above min_range_m, to 1e6. 0: no limit.
+  float max_range_m = 40.0F;
+  double thinning_m = 0.1;  ///< Cell of the thinning grid, 0.001 .. 1000; 0: off.
   ThinningWeight thinning_weight = ThinningWeight::kMean;
-  std::uint64_t work_budget =
-      0;  ///< Most kernel evaluations and ray steps a scan may take; 0: no limit.
+  /// A scan's kernel evaluations plus ray steps never exceed it; 0: no limit. Where a scan does not
+  /// fit the memory, its rays are walked up to three times, all of it within the budget.
+  std::uint64_t work_budget = 0;
 };
 
 /// Capacities of an integrator's scratch memory. What goes beyond them is left out and counted.
 struct ScanCapacity {
-  std::uint32_t points = 262144;      ///< Returns of a scan.
+  static constexpr std::uint32_t kMaxPoints = std::uint32_t{1} << 24U;
+
+  std::uint32_t points = 262144;      ///< Returns of a scan, at most kMaxPoints.
   std::uint32_t tiles = 65536;        ///< Blocks that a scan's label evidence may touch.
   std::uint32_t ray_blocks = 131072;  ///< Blocks that a scan's rays may cross.
 };

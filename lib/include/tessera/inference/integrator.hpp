@@ -20,22 +20,31 @@ namespace tessera {
 
 class Integrator {
  public:
+  /// What a point did not fit in.
+  enum class Refusal : std::uint8_t { kNone, kStorage, kTiles, kRayBlocks };
+
   /// Bytes of arena that make takes. With free space off its part is left out.
   [[nodiscard]] static constexpr std::size_t required_bytes(const ScanCapacity& capacity,
                                                             bool free_space) noexcept {
     return 2 * arena_bytes<ScanPoint>(capacity.points) +
-           2 * arena_bytes<ScanPoint>(capacity.points) +
            arena_bytes<KeyedIndex>(2 * std::size_t{capacity.points}) +
            ScanTiles::required_bytes(capacity) + KernelTile::required_bytes() +
-           arena_bytes<OctetEvidence>(8) + (free_space ? FreeSpace::required_bytes(capacity) : 0);
+           arena_bytes<OctetEvidence>(1) + (free_space ? FreeSpace::required_bytes(capacity) : 0);
   }
 
   /// An integrator with scratch memory from the arena. Fails with kInvalidArgument iff a value of
-  /// config is outside its documented range (spec section 2) or a capacity is zero;
+  /// config is outside its documented range or a capacity is zero;
   /// kResourceExhausted iff the arena is too small.
   [[nodiscard]] static Result<Integrator> make(Arena& arena, const InferenceConfig& config,
                                                const ScanCapacity& capacity) noexcept;
+  /// No scratch memory: every return of a scan is over capacity.
   Integrator() noexcept = default;
+  /// Moves only, as LocalMap.
+  Integrator(const Integrator&) = delete;
+  Integrator& operator=(const Integrator&) = delete;
+  Integrator(Integrator&&) noexcept = default;
+  Integrator& operator=(Integrator&&) noexcept = default;
+  ~Integrator() = default;
 
   /// Integrates one scan. Never fails: what was refused or left out is in the report, counted by
   /// reason.
@@ -47,7 +56,8 @@ class Integrator {
   ///
   /// Worst-case work with n points, at most: sorts O(n); evaluations n (counting), 7 n e^3 with
   /// unit edge e (multi-entropy), n (2 D + 2)^3 with D in voxels (kernel); ray steps n (range in
-  /// voxels * sqrt(3) + 4).
+  /// voxels * sqrt(3) + 4). Where not all fits: three times the ray steps, and n times the tiles in
+  /// reach (7, or (D / 8 + 2)^3) looked up; and always O(scratch tables), as they are cleared.
   ScanReport integrate(LocalMap& map, const ScanView& scan) noexcept;
 
   /// The points of the last scan that were integrated, thinned, in the order in which they were
@@ -66,6 +76,10 @@ class Integrator {
                       ScanReport& report) noexcept;
   void register_points(const LocalMap& map, const ScanView& scan, ScanReport& report) noexcept;
   void thin_points(const LocalMap& map, ScanReport& report) noexcept;
+  /// Empties the tables of tiles and ray blocks.
+  void begin_scratch(const LocalMap& map) noexcept;
+  /// Whether the bounds on the admitted points' work stay within the budget.
+  [[nodiscard]] bool within_budget() const noexcept;
   /// Fills tiles and ray blocks for the admitted points and opens the map's blocks. False:
   /// something does not fit.
   bool prepare(LocalMap& map) noexcept;
@@ -84,12 +98,14 @@ class Integrator {
   /// Admission one by one, nearest first.
   void admit_nearest_first(LocalMap& map, ScanReport& report) noexcept;
   [[nodiscard]] std::span<const KeyedIndex> order_by_distance() noexcept;
-  /// How far from a point's unit the units lie that it may contribute to.
-  [[nodiscard]] int reach_units() const noexcept;
+  /// Calls visit(tile, units) for the units that a point may contribute to, as for_units_around.
+  template <class Visit>
+  bool for_units_reached(const ScanTiles::Place& place, Visit&& visit) const noexcept;
   /// Speaks for all that a point, its ray or both may need, or for nothing.
-  bool reserve(LocalMap& map, const ScanPoint& point, bool is_point,
-               SlabPool::Counts& spoken_for) noexcept;
-  bool open_reserved(LocalMap& map, const ScanPoint& point, bool is_point) noexcept;
+  Refusal reserve(LocalMap& map, const ScanPoint& point, bool is_point,
+                  SlabPool::Counts& spoken_for) noexcept;
+  Refusal try_reserve(LocalMap& map, const ScanPoint& point, bool is_point,
+                      SlabPool::Counts& spoken_for) noexcept;
   void write_labels(LocalMap& map, ScanReport& report) noexcept;
   void write_units(LocalMap& map, const Tile& tile, EvidenceWork& work,
                    ScanReport& report) noexcept;
@@ -108,12 +124,12 @@ class Integrator {
   void measure_kernel(double resolution_m) noexcept;
 
   InferenceConfig config_{};
-  std::span<ScanPoint> registered_;  ///< Returns in range, then scratch.
-  std::span<ScanPoint> far_;         ///< Ray ends of returns beyond the range.
-  std::span<ScanPoint> admitted_;    ///< Thinned points.
-  std::span<ScanPoint> rays_;        ///< Thinned ray ends.
+  /// Returns in range from the front, ray ends of returns beyond the range from the back.
+  std::span<ScanPoint> registered_;
+  std::span<ScanPoint> admitted_;  ///< Thinned points, then thinned ray ends.
+  std::span<ScanPoint> rays_;      ///< The ray ends in admitted_.
   std::span<KeyedIndex> sort_;
-  std::span<OctetEvidence> octets_;
+  std::span<OctetEvidence> octet_;  ///< Sums of the octet at hand.
   ScanTiles tiles_{};
   KernelTile kernel_tile_{};
   FreeSpace free_space_{};

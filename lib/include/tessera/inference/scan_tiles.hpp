@@ -62,9 +62,15 @@ class ScanTiles {
 
   /// Forgets the last scan; no tiles then, and units of unit_edge voxels. O(capacity of tiles).
   void reset(int unit_edge) noexcept;
-  /// Sorts points (in the grid) into tiles and units. sort: at least 2 * points.size(). Fails with
-  /// kResourceExhausted iff there are more tiles than capacity: nothing is kept. O(n).
-  Status build(std::span<const ScanPoint> points, const Lattice& lattice, int unit_edge,
+  /// Forgets the points and all masks; the tiles stay, so that ensure() of the same ones cannot
+  /// fail. O(tiles).
+  void forget_points() noexcept;
+  /// Takes back the tiles made last, down to count. O(tiles taken back).
+  void truncate(std::size_t count) noexcept;
+  /// Sorts points (in the grid) into tiles and units, which must hold no points yet. sort: at least
+  /// 2 * points.size(). Fails with kResourceExhausted iff there are more tiles than capacity or the
+  /// index has no place for one; only reset() is of use then. O(n).
+  Status build(std::span<const ScanPoint> points, const Lattice& lattice,
                std::span<KeyedIndex> sort) noexcept;
   /// The tile at coord, made empty if absent. Fails with kResourceExhausted iff the tiles or their
   /// index are full, kOutOfRange iff coord is outside the grid.

@@ -77,6 +77,22 @@ bool for_units_around(const BlockCoord& tile, int unit, int reach, Visit&& visit
   return true;
 }
 
+/// The same for this unit and its six face neighbours.
+template <class Visit>
+bool for_units_across(const BlockCoord& tile, int unit, Visit&& visit) noexcept {
+  const std::uint64_t bit = std::uint64_t{1} << static_cast<unsigned>(unit);
+  std::uint64_t here = bit;
+  for (const std::uint64_t neighbours : neighbour_masks(bit, {})) here |= neighbours;
+  if (!visit(tile, here)) return false;
+  const std::array<std::uint64_t, 6> spill = neighbour_masks(0, {bit, bit, bit, bit, bit, bit});
+  for (std::size_t face = 0; face < 6; ++face) {
+    const std::uint64_t beside =
+        spill[face ^ 1U];  // units of the tile at that face that see this one
+    if (beside != 0 && !visit(tile + kFaceSteps[face], beside)) return false;
+  }
+  return true;
+}
+
 /// Adds to each voxel of the octet the kernel-weighted points; shift is added to their coordinates.
 /// O(8 points).
 void add_points(std::span<const TilePoint> points, const Point3f& shift, const OctetPlace& octet,

@@ -38,6 +38,12 @@ class LocalMap {
                                              const ClassTable& classes) noexcept;
   /// No map yet: every voxel is unknown, and nothing can be written.
   LocalMap() noexcept = default;
+  /// Moves only: a copy would write to the same memory. What was moved from is of no further use.
+  LocalMap(const LocalMap&) = delete;
+  LocalMap& operator=(const LocalMap&) = delete;
+  LocalMap(LocalMap&&) noexcept = default;
+  LocalMap& operator=(LocalMap&&) noexcept = default;
+  ~LocalMap() = default;
 
   [[nodiscard]] const MapConfig& config() const noexcept { return config_; }
   [[nodiscard]] const ClassTable& classes() const noexcept { return classes_; }
@@ -102,6 +108,10 @@ class LocalMap {
   [[nodiscard]] bool fits(const SlabPool::Counts& wanted) const noexcept {
     return pool_.fits(wanted);
   }
+  /// The same, with a refusal counted in MapUsage::storage_refused where not.
+  [[nodiscard]] bool fits_or_refuse(const SlabPool::Counts& wanted) noexcept {
+    return pool_.fits_or_refuse(wanted);
+  }
 
   /// Adds a scan's evidence to an octet, then holds the cap: free passes and labels give way in
   /// proportion, in whole passes rounded in favour of occupancy. Voxels without added evidence stay
@@ -142,9 +152,10 @@ class LocalMap {
   }
   Status ensure_octet(Block& block, int octet) noexcept;
   Status ensure_free_page(Block& block) noexcept;
-  void hold_cap_on_labels(Block& block, int octet, unsigned voxels) noexcept;
+  void hold_cap_on_labels(Block& block, int octet, unsigned voxels,
+                          DenseTuple::Plane& sums) noexcept;
   bool give_way_to_free(Block& block, int octet, int voxel, std::uint8_t passes) noexcept;
-  void update_observed(Block& block, int octet) noexcept;
+  void update_observed(Block& block, int octet, const DenseTuple::Plane& sums) noexcept;
   void note_usage() noexcept;
 
   MapConfig config_{};

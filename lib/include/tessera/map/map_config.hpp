@@ -22,8 +22,8 @@ enum class TuplePolicy : std::uint8_t {
 struct MapConfig {
   double resolution_m = 0.1;  ///< Edge of a voxel, > 0 and at most 1e6.
   double prior = 0.001;       ///< sigma_0 of every component, added on read; 0 to 1e6.
-  /// Cap of a voxel's total evidence: what is over is taken from all components in proportion. 0:
-  /// no cap; else free_weight to 255 free_weight, and at most 1e6.
+  /// Cap of a voxel's total evidence. Labels over it scale all components down; a free pass over it
+  /// scales the labels down. 0: no cap; else free_weight to 255 free_weight, and at most 1e6.
   float max_evidence = 100.0F;
   /// Free evidence of one pass, > 0 and at most 1e6. A voxel counts at most 255 passes.
   float free_weight = 0.4F;

@@ -23,8 +23,11 @@ struct ScanView {
   std::size_t count = 0;
   const std::uint8_t* components =
       nullptr;  ///< Component of point i: 1 .. C, or C + 1 if unlabelled; null: all unlabelled.
-  const float* weights = nullptr;  ///< Weight of point i, finite and >= 0; null: all 1.
+  const float* weights = nullptr;  ///< Weight of point i, 0 .. kMaxWeight; null: all 1.
 };
+
+/// The largest weight of a point, so that no sum of a scan comes near a float's limit.
+inline constexpr float kMaxWeight = 1e6F;
 
 /// A point after registration.
 struct ScanPoint {

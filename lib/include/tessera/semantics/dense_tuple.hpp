@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The dense count tuple: a float for each of the components 1 .. C + 1 of each voxel, exact to
 // float addition. Eight voxels of an octet lie together, a plane of eight counts a component, so
-// that merging a scan touches only the planes of the classes it saw.
+// that adding a scan writes only the planes of the classes it saw; the cap reads all.
 //
 // A tuple policy is a type with the static functions of this one. Component 0 (free) is never part
 // of a tuple.
