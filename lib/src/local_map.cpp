@@ -2,27 +2,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tessera/map/local_map.hpp"
 
-#include <cmath>
 
 namespace tessera {
 
 namespace {
 
-/// How far a quotient of two decimal settings may be off a whole number of passes: 25 / 0.1 is 250,
-/// not 249.
-constexpr float kPassRounding = 1e-4F;
-
 bool valid(const MapConfig& config, const ClassTable& classes) noexcept {
-  constexpr double kLargest = 1e6;  // beyond it float coordinates and counts mean nothing
-  const auto positive = [](double v) { return v > 0.0 && v <= kLargest; };
-  if (!positive(config.resolution_m) || !positive(static_cast<double>(config.free_weight)))
-    return false;
-  if (!(config.prior >= 0.0 && config.prior <= kLargest)) return false;
-  if (!(config.max_evidence >= 0.0F && config.max_evidence <= 1e6F)) return false;
-  if (config.max_evidence > 0.0F && config.max_evidence < config.free_weight) return false;
-  if (config.max_evidence > (255.0F + kPassRounding) * config.free_weight) return false;
-  if (config.tuple != TuplePolicy::kDense) return false;
-  return classes.num_classes() >= 1 && config.storage_bytes >= 4 * SlabPool::kPageBytes;
+  return in_range(config) && classes.num_classes() >= 1 &&
+         config.storage_bytes >= 4 * SlabPool::kPageBytes &&
+         config.storage_bytes <= MapConfig::kMaxStorageBytes;
 }
 
 }  // namespace
@@ -106,7 +94,7 @@ Estimate LocalMap::query(VoxelCoord voxel) const noexcept {
 std::span<const KeyedIndex> LocalMap::blocks_in_order(
     std::span<KeyedIndex> workspace) const noexcept {
   const std::size_t n = index_.size();
-  TESSERA_ASSERT(workspace.size() >= 2 * n);
+  if (workspace.size() < 2 * n) return {};
   std::size_t i = 0;
   index_.for_each([&](BlockKey key, std::uint32_t handle) { workspace[i++] = {key.bits, handle}; });
   radix_sort(workspace.first(n), workspace.subspan(n, n));

@@ -1,6 +1,9 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // Loading trusts nothing: every count and value is checked before it is used.
+#include <algorithm>
+#include <bit>
+
 #include "map_file_format.hpp"
 
 namespace tessera {
@@ -38,7 +41,7 @@ Status parse_body(ByteReader& in, MapFileHeader& header) noexcept {
   const std::uint8_t kind = in.u8();
   const std::uint8_t tuple = in.u8();
   const std::uint8_t classes = in.u8();
-  header.identity.has_T_global_map = in.u8() != 0;
+  const std::uint8_t has_T_global_map = in.u8();
   header.config.resolution_m = in.f64();
   header.config.prior = in.f64();
   header.config.max_evidence = in.f32();
@@ -49,13 +52,13 @@ Status parse_body(ByteReader& in, MapFileHeader& header) noexcept {
   for (int r = 0; r < 3; ++r) {
     for (int c = 0; c < 4; ++c) header.identity.T_global_map(r, c) = in.f64();
   }
-  header.blocks = in.u64();
-  const std::uint64_t label_pages = in.u64();
-  const std::uint64_t free_pages = in.u64();
-  const std::uint64_t octets = in.u64();
+  MapFileContent& content = header.content;
+  content = {
+      .blocks = in.u64(), .label_pages = in.u64(), .free_pages = in.u64(), .octets = in.u64()};
   if (kind > static_cast<std::uint8_t>(MapKind::kGlobal)) return Status::kUnsupported;
   if (tuple != static_cast<std::uint8_t>(TuplePolicy::kDense)) return Status::kUnsupported;
-  if (classes < 1 || classes > kMaxClasses) return Status::kCorrupt;
+  if (classes < 1 || classes > kMaxClasses || has_T_global_map > 1) return Status::kCorrupt;
+  header.identity.has_T_global_map = has_T_global_map == 1;
   header.identity.kind = static_cast<MapKind>(kind);
   header.config.tuple = static_cast<TuplePolicy>(tuple);
   for (int label = 0; label < classes; ++label) {
@@ -73,20 +76,22 @@ Status parse_body(ByteReader& in, MapFileHeader& header) noexcept {
     header.identity.settings[i] = static_cast<char>(in.u8());
   }
   constexpr std::uint64_t kMostBlocks = std::uint64_t{1} << 32U;
-  if (!in.ok() || header.blocks > kMostBlocks || label_pages > header.blocks ||
-      free_pages > header.blocks || octets > kBlockOctets * label_pages ||
-      (header.identity.has_T_global_map &&
-       check_rigid(header.identity.T_global_map) != Status::kOk)) {
-    return Status::kCorrupt;
-  }
+  const bool fits = content.blocks <= kMostBlocks && content.label_pages <= content.blocks &&
+                    content.free_pages <= content.blocks && content.octets >= content.label_pages &&
+                    content.octets <= kBlockOctets * content.label_pages;
+  const bool rigid =
+      !header.identity.has_T_global_map || check_rigid(header.identity.T_global_map) == Status::kOk;
+  if (!in.ok() || !fits || !rigid || !in_range(header.config)) return Status::kCorrupt;
   header.config.storage_bytes = static_cast<std::size_t>(
-      pages_bytes(header.blocks, sizeof(Block)) + pages_bytes(label_pages, sizeof(LabelPage)) +
-      pages_bytes(free_pages, sizeof(FreePage)) +
-      pages_bytes(octets, DenseTuple::octet_bytes(header.classes.num_components())) +
+      pages_bytes(content.blocks, sizeof(Block)) +
+      pages_bytes(content.label_pages, sizeof(LabelPage)) +
+      pages_bytes(content.free_pages, sizeof(FreePage)) +
+      pages_bytes(content.octets, DenseTuple::octet_bytes(header.classes.num_components())) +
       4 * SlabPool::kPageBytes);
   return Status::kOk;
 }
 
+constexpr const char* kNoSource = "there is no source to read";
 constexpr const char* kEndsInBlock = "the file ends inside a block";
 
 /// The counts of one voxel with label evidence.
@@ -112,11 +117,23 @@ MapFileStatus load_counts(CheckedSource& source, VoxelEvidence& evidence) noexce
   return {};
 }
 
+/// Float rounding may leave a sum a little over the cap.
+bool over_cap(const MapConfig& config, const VoxelEvidence& evidence,
+              std::uint8_t passes) noexcept {
+  if (!(config.max_evidence > 0.0F)) return false;
+  float sum = static_cast<float>(passes) * config.free_weight;
+  for (int l = 1; l < evidence.num_components; ++l)
+    sum += evidence.sigma[static_cast<std::size_t>(l)];
+  return sum > config.max_evidence * 1.001F;
+}
+
 /// labelled: the octet's label evidence follows. passes: of the whole block; empty: none.
 MapFileStatus load_octet(CheckedSource& source, LocalMap& map, SlabHandle block, int octet,
                          bool labelled, std::span<const std::byte> passes) noexcept {
   std::array<std::byte, 1> observed{};
   if (labelled && !source.get(observed)) return failed(source, Status::kTruncated, kEndsInBlock);
+  if (labelled && observed[0] == std::byte{0})
+    return failed(source, Status::kCorrupt, "an octet without an observed voxel");
   for (unsigned voxel = 0; voxel < kOctetVoxels; ++voxel) {
     VoxelEvidence evidence;
     evidence.num_components = map.num_components();
@@ -126,6 +143,8 @@ MapFileStatus load_octet(CheckedSource& source, LocalMap& map, SlabHandle block,
     }
     const std::size_t at = static_cast<std::size_t>(octet) * kOctetVoxels + voxel;
     const auto free = passes.empty() ? std::uint8_t{0} : std::to_integer<std::uint8_t>(passes[at]);
+    if (over_cap(map.config(), evidence, free))
+      return failed(source, Status::kCorrupt, "a voxel's evidence is over the cap");
     const Status status = map.restore(block, octet, static_cast<int>(voxel), evidence, free);
     if (status == Status::kInvalidArgument)
       return failed(source, Status::kCorrupt, "a free count is out of range");
@@ -135,8 +154,14 @@ MapFileStatus load_octet(CheckedSource& source, LocalMap& map, SlabHandle block,
   return {};
 }
 
-MapFileStatus load_block(CheckedSource& source, MapFileBuffer& buffer, LocalMap& map,
-                         std::uint64_t& last_key) noexcept {
+/// What of a file was loaded so far.
+struct Loaded {
+  MapFileContent content{};
+  std::uint64_t next_key = 0;  ///< Blocks come in ascending order of keys.
+};
+
+MapFileStatus load_block(CheckedSource& source, const MapFileHeader& header, MapFileBuffer& buffer,
+                         LocalMap& map, Loaded& loaded) noexcept {
   constexpr std::size_t kHead = 8 + 4 + 1 + 8;
   const std::span<std::byte> head = std::span(buffer.bytes).first(kHead);
   if (!source.get(head))
@@ -148,14 +173,20 @@ MapFileStatus load_block(CheckedSource& source, MapFileBuffer& buffer, LocalMap&
   const std::uint32_t revision = in.u32();
   const std::uint8_t free = in.u8();
   const std::uint64_t octets = in.u64();
-  const bool in_order = key + 1 > last_key && key >> 63U == 0;
-  if (!in_order || free > 1 || (free == 0 && octets == 0))
+  const bool in_order = key >= loaded.next_key && key >> 63U == 0;
+  if (!in_order || free > 1 || (free == 0 && octets == 0) || revision > header.revision)
     return failed(source, Status::kCorrupt, "a block's head is not valid");
-  last_key = key + 1;
+  loaded.next_key = key + 1;
+  loaded.content.blocks += 1;
+  loaded.content.free_pages += free;
+  loaded.content.label_pages += octets != 0 ? 1U : 0U;
+  loaded.content.octets += static_cast<std::uint64_t>(std::popcount(octets));
   std::span<std::byte> passes;
   if (free == 1) {
     passes = std::span(buffer.bytes).subspan(kHead, kBlockVoxels);
     if (!source.get(passes)) return failed(source, Status::kTruncated, kEndsInBlock);
+    if (std::ranges::all_of(passes, [](std::byte n) { return n == std::byte{0}; }))
+      return failed(source, Status::kCorrupt, "a block's free layer is empty");
   }
   const Result<SlabHandle> block = map.open_block(unpack(BlockKey{key}));
   if (!block.ok()) return failed(source, block.status(), "the map has no room for a block");
@@ -171,9 +202,9 @@ MapFileStatus load_block(CheckedSource& source, MapFileBuffer& buffer, LocalMap&
 
 MapFileStatus load_all(CheckedSource& source, const MapFileHeader& header, MapFileBuffer& buffer,
                        LocalMap& map) noexcept {
-  std::uint64_t last_key = 0;
-  for (std::uint64_t i = 0; i < header.blocks; ++i) {
-    const MapFileStatus status = load_block(source, buffer, map, last_key);
+  Loaded loaded;
+  for (std::uint64_t i = 0; i < header.content.blocks; ++i) {
+    const MapFileStatus status = load_block(source, header, buffer, map, loaded);
     if (!status.ok()) return status;
   }
   const std::span<std::byte> end = std::span(buffer.bytes).first(12);
@@ -182,7 +213,9 @@ MapFileStatus load_all(CheckedSource& source, const MapFileHeader& header, MapFi
   ByteReader in(end);
   const std::uint32_t mark = in.u32();
   const std::uint64_t blocks = in.u64();
-  if (mark != detail::kEndMark || blocks != header.blocks)
+  if (!(loaded.content == header.content))
+    return failed(source, Status::kCorrupt, "the blocks are not what the header says");
+  if (mark != detail::kEndMark || blocks != header.content.blocks)
     return failed(source, Status::kCorrupt, "the end mark is not valid");
   const MapFileStatus status = check(source, "the end's checksum does not match");
   if (!status.ok()) return status;
@@ -197,6 +230,7 @@ MapFileStatus load_all(CheckedSource& source, const MapFileHeader& header, MapFi
 MapFileStatus load_header(const ByteSource& byte_source, MapFileBuffer& buffer,
                           MapFileHeader& header) noexcept {
   CheckedSource source(byte_source, 0);
+  if (byte_source.read == nullptr) return failed(source, Status::kInvalidArgument, kNoSource);
   header = MapFileHeader{};
   const std::span<std::byte> preamble = std::span(buffer.bytes).first(detail::kPreambleBytes);
   if (!source.get(preamble))
@@ -224,12 +258,14 @@ MapFileStatus load_header(const ByteSource& byte_source, MapFileBuffer& buffer,
   if (status == Status::kUnsupported)
     return failed(source, status, "the header names a kind of map that is not known");
   if (status != Status::kOk) return failed(source, status, "the header has a value out of range");
+  header.header_bytes = source.offset();
   return {.offset_bytes = source.offset()};
 }
 
 MapFileStatus load_blocks(const ByteSource& byte_source, const MapFileHeader& header,
                           MapFileBuffer& buffer, LocalMap& map) noexcept {
-  CheckedSource source(byte_source, 0);
+  CheckedSource source(byte_source, header.header_bytes);
+  if (byte_source.read == nullptr) return failed(source, Status::kInvalidArgument, kNoSource);
   const MapConfig& a = map.config();
   const MapConfig& b = header.config;
   const auto same = [](double x, double y) { return !(x < y) && !(x > y); };

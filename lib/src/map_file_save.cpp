@@ -9,13 +9,6 @@ namespace {
 
 using detail::CheckedSink;
 
-struct ContentCounts {
-  std::uint64_t blocks = 0;
-  std::uint64_t label_pages = 0;
-  std::uint64_t free_pages = 0;
-  std::uint64_t octets = 0;
-};
-
 bool has_free(const LocalMap& map, const Block& block) noexcept {
   if (block.free_passes == 0) return false;
   for (int octet = 0; octet < kBlockOctets; ++octet) {
@@ -35,8 +28,8 @@ std::uint64_t octet_mask(const LocalMap& map, const Block& block) noexcept {
   return mask;
 }
 
-ContentCounts count(const LocalMap& map, std::span<const KeyedIndex> blocks) noexcept {
-  ContentCounts counts;
+MapFileContent count(const LocalMap& map, std::span<const KeyedIndex> blocks) noexcept {
+  MapFileContent counts;
   for (const KeyedIndex& item : blocks) {
     const Block& block = map.block_at(item.index);
     const std::uint64_t octets = octet_mask(map, block);
@@ -50,7 +43,7 @@ ContentCounts count(const LocalMap& map, std::span<const KeyedIndex> blocks) noe
   return counts;
 }
 
-void put_header(const LocalMap& map, const MapIdentity& identity, const ContentCounts& counts,
+void put_header(const LocalMap& map, const MapIdentity& identity, const MapFileContent& counts,
                 MapFileBuffer& buffer, CheckedSink& sink) noexcept {
   ByteWriter body(std::span(buffer.bytes).subspan(detail::kPreambleBytes));
   body.u8(static_cast<std::uint8_t>(identity.kind));
@@ -146,10 +139,14 @@ void put_block(const LocalMap& map, const Block& block, MapFileBuffer& buffer,
 MapFileStatus save(const LocalMap& map, const MapIdentity& identity,
                    std::span<KeyedIndex> workspace, MapFileBuffer& buffer,
                    const ByteSink& byte_sink) noexcept {
-  TESSERA_ASSERT(identity.settings_bytes <= MapIdentity::kMaxSettings);
+  if (map.classes().num_classes() == 0 || workspace.size() < 2 * map.block_count() ||
+      identity.settings_bytes > MapIdentity::kMaxSettings || byte_sink.write == nullptr) {
+    return {.status = Status::kInvalidArgument,
+            .what = "there is no map, workspace or sink to save"};
+  }
   CheckedSink sink(byte_sink);
   const std::span<const KeyedIndex> blocks = map.blocks_in_order(workspace);
-  const ContentCounts counts = count(map, blocks);
+  const MapFileContent counts = count(map, blocks);
   put_header(map, identity, counts, buffer, sink);
   for (const KeyedIndex& item : blocks) {
     if (!sink.ok()) break;

@@ -17,9 +17,11 @@ using Visits = std::vector<std::pair<std::tuple<int, int, int>, double>>;
 
 Visits in_box(const LocalMap& map, VoxelCoord low, VoxelCoord high) {
   Visits visits;
-  for_each_in_box(map, low, high, [&](const VoxelCoord& v, const VoxelEvidence& evidence) {
-    visits.push_back({{v.z, v.y, v.x}, evidence.total()});
-  });
+  std::vector<KeyedIndex> workspace(2 * map.block_count());
+  for_each_in_box(map, low, high, workspace,
+                  [&](const VoxelCoord& v, const VoxelEvidence& evidence) {
+                    visits.push_back({{v.z, v.y, v.x}, evidence.total()});
+                  });
   std::sort(visits.begin(), visits.end());
   return visits;
 }
@@ -48,6 +50,25 @@ TEST_CASE("a box visits each observed voxel in it once") {
                           low.z + random.integer(0, 20)};
     CHECK(in_box(sample.map, low, high) == by_looking(sample.map, low, high));
   }
+}
+
+TEST_CASE("a box as large as the grid visits what the whole map has, in the same order") {
+  const SmallMap sample = sample_map(4, 400, 300, 200);
+  std::vector<KeyedIndex> workspace(2 * sample.map.block_count());
+  std::vector<VoxelCoord> all;
+  std::vector<VoxelCoord> boxed;
+  for_each_observed(sample.map, workspace,
+                    [&](const VoxelCoord& v, const VoxelEvidence&) { all.push_back(v); });
+  constexpr int kMost = std::numeric_limits<std::int32_t>::max();
+  for_each_in_box(sample.map, {-kMost, -kMost, -kMost}, {kMost, kMost, kMost}, workspace,
+                  [&](const VoxelCoord& v, const VoxelEvidence&) { boxed.push_back(v); });
+  CHECK(boxed == all);
+}
+
+TEST_CASE("blocks in order: a workspace that is too short gives nothing") {
+  const SmallMap sample = sample_map(4);
+  std::vector<KeyedIndex> workspace(2 * sample.map.block_count() - 1);
+  CHECK(sample.map.blocks_in_order(workspace).empty());
 }
 
 TEST_CASE("a box of one voxel visits that voxel") {

@@ -108,6 +108,19 @@ TEST_CASE("counts that contradict each other are refused") {
   }
 }
 
+TEST_CASE("a header with a setting that no map can have is refused") {
+  const StoredBytes bytes = stored(sample_map(1).map);
+  constexpr std::size_t kResolution = kBodyOffset + 4;
+  constexpr std::size_t kPrior = kResolution + 8;
+  constexpr std::size_t kMaxEvidence = kPrior + 8;
+  constexpr std::size_t kFreeWeight = kMaxEvidence + 4;
+  CHECK(header_status(with_byte(bytes, kResolution + 7, 0xBF)) == Status::kCorrupt);   // negative
+  CHECK(header_status(with_byte(bytes, kPrior + 7, 0xFF)) == Status::kCorrupt);        // negative
+  CHECK(header_status(with_byte(bytes, kMaxEvidence + 3, 0x7F)) == Status::kCorrupt);  // huge
+  CHECK(header_status(with_byte(bytes, kFreeWeight + 3, 0xBE)) == Status::kCorrupt);   // negative
+  CHECK(header_status(with_byte(bytes, kBodyOffset + 3, 2)) == Status::kCorrupt);      // a flag
+}
+
 TEST_CASE("a header that promises fewer blocks than follow is refused when they follow") {
   const SmallMap sample = sample_map(1);
   const StoredBytes bytes = stored(sample.map);

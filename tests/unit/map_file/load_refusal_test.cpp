@@ -67,6 +67,27 @@ TEST_CASE("the storage that the header names is enough") {
   }
 }
 
+TEST_CASE("what cannot be saved or read is an invalid argument, and nothing is written") {
+  const SmallMap sample = sample_map(1);
+  std::vector<KeyedIndex> workspace(2 * sample.map.block_count());
+  MapFileBuffer buffer;
+  LimitedSink sink{.limit = 100000};
+  MapIdentity identity;
+  identity.settings_bytes = MapIdentity::kMaxSettings + 1;
+  CHECK(save(sample.map, identity, workspace, buffer, sink.sink()).status ==
+        Status::kInvalidArgument);
+  CHECK(save(sample.map, {}, workspace, buffer, ByteSink{}).status == Status::kInvalidArgument);
+  CHECK(save(sample.map, {}, std::span(workspace).first(1), buffer, sink.sink()).status ==
+        Status::kInvalidArgument);
+  CHECK(save(LocalMap{}, {}, workspace, buffer, sink.sink()).status == Status::kInvalidArgument);
+  CHECK(sink.bytes.empty());
+  MapFileHeader header;
+  CHECK(load_header(ByteSource{}, buffer, header).status == Status::kInvalidArgument);
+  REQUIRE(read_header(stored(sample.map), header).ok());
+  LoadedMap target(header.config, header.classes);
+  CHECK(load_blocks(ByteSource{}, header, buffer, target.map).status == Status::kInvalidArgument);
+}
+
 TEST_CASE("a sink that refuses at any place ends saving as input/output failed") {
   const SmallMap sample = sample_map(7, 6, 3);
   const std::size_t whole = stored(sample.map).size();

@@ -64,7 +64,7 @@ class LocalMap {
   [[nodiscard]] Estimate query(VoxelCoord voxel) const noexcept;
 
   /// The blocks sorted by key, that is by (z, y, x); each entry's index is for block_at. workspace:
-  /// at least 2 * block_count() entries, else an assert. O(index capacity + blocks).
+  /// at least 2 * block_count() entries, else nothing is given. O(index capacity + blocks).
   [[nodiscard]] std::span<const KeyedIndex> blocks_in_order(
       std::span<KeyedIndex> workspace) const noexcept;
   [[nodiscard]] std::size_t block_count() const noexcept { return index_.size(); }

@@ -20,7 +20,9 @@ enum class TuplePolicy : std::uint8_t {
 };
 
 struct MapConfig {
-  double resolution_m = 0.1;  ///< Edge of a voxel, > 0 and at most 1e6.
+  static constexpr std::size_t kMaxStorageBytes = (std::size_t{1} << 36U) - SlabPool::kPageBytes;
+
+  double resolution_m = 0.1;  ///< Edge of a voxel, 0.001 to 1e6.
   double prior = 0.001;       ///< sigma_0 of every component, added on read; 0 to 1e6.
   /// Cap of a voxel's total evidence. Labels over it scale all components down; a free pass over it
   /// scales the labels down. 0: no cap; else free_weight to 255 free_weight, and at most 1e6.
@@ -29,9 +31,25 @@ struct MapConfig {
   float free_weight = 0.4F;
   TuplePolicy tuple = TuplePolicy::kDense;
   /// Bytes for blocks, tuples and the free layer together, in use or not; at least four pages of
-  /// 4 KiB.
+  /// 4 KiB, and at most kMaxStorageBytes, what 32-bit handles reach.
   std::size_t storage_bytes = std::size_t{384} << 20U;
 };
+
+/// How far a quotient of two decimal settings may be off a whole number of passes: 25 / 0.1 is 250,
+/// not 249.
+inline constexpr float kPassRounding = 1e-4F;
+
+/// True iff every setting but storage_bytes is in its range. O(1).
+constexpr bool in_range(const MapConfig& config) noexcept {
+  constexpr double kLargest = 1e6;  // beyond it float coordinates and counts mean nothing
+  const double w_free = static_cast<double>(config.free_weight);
+  const bool passes = config.max_evidence >= config.free_weight &&
+                      config.max_evidence <= (255.0F + kPassRounding) * config.free_weight;
+  return config.resolution_m >= 1e-3 && config.resolution_m <= kLargest && config.prior >= 0.0 &&
+         config.prior <= kLargest && w_free > 0.0 && w_free <= kLargest &&
+         config.max_evidence >= 0.0F && config.max_evidence <= 1e6F &&
+         (config.max_evidence == 0.0F || passes) && config.tuple == TuplePolicy::kDense;
+}
 
 /// A block: 8 x 8 x 8 voxels. It holds label evidence, free evidence, or both.
 struct Block {

@@ -51,13 +51,23 @@ struct [[nodiscard]] MapFileStatus {
   [[nodiscard]] bool ok() const noexcept { return status == Status::kOk; }
 };
 
+/// What a file holds, so that storage for it can be computed.
+struct MapFileContent {
+  std::uint64_t blocks = 0;
+  std::uint64_t label_pages = 0;  ///< Blocks with label evidence.
+  std::uint64_t free_pages = 0;   ///< Blocks with free evidence.
+  std::uint64_t octets = 0;       ///< Octets with label evidence.
+  friend constexpr bool operator==(const MapFileContent&, const MapFileContent&) = default;
+};
+
 /// A file's header: enough to make the map that the blocks go into.
 struct MapFileHeader {
   MapConfig config{};  ///< storage_bytes: what the file's content needs, at least.
   ClassTable classes{};
   MapIdentity identity{};
-  std::uint64_t blocks = 0;
+  MapFileContent content{};
   std::uint32_t revision = 0;
+  std::uint64_t header_bytes = 0;  ///< Where the blocks begin in the file.
 };
 
 /// Memory that saving and loading work in: give one, reuse it at will.
@@ -65,21 +75,26 @@ struct MapFileBuffer {
   std::array<std::byte, 8192> bytes;
 };
 
-/// Writes the map. workspace: at least 2 * map.block_count() entries. Fails with kIo iff the sink
-/// refuses. O(map).
+/// Writes the map. workspace: at least 2 * map.block_count() entries. Fails with kInvalidArgument
+/// iff the map was never made, the workspace is too short, settings_bytes is over kMaxSettings or
+/// the sink has no function, and nothing is written; with kIo iff the sink refuses. O(map).
 MapFileStatus save(const LocalMap& map, const MapIdentity& identity,
                    std::span<KeyedIndex> workspace, MapFileBuffer& buffer,
                    const ByteSink& sink) noexcept;
 
 /// Reads and checks the header. Fails with kTruncated, kCorrupt (magic, checksum, a value out of
-/// range) or kUnsupported (a newer major version, an unknown tuple policy or kind).
+/// range), kUnsupported (a newer major version, an unknown tuple policy or kind), or
+/// kInvalidArgument iff the source has no function.
 MapFileStatus load_header(const ByteSource& source, MapFileBuffer& buffer,
                           MapFileHeader& header) noexcept;
 
 /// Reads the blocks after load_header into an empty map made with the header's configuration
 /// (storage_bytes may differ). Fails with kMismatch iff the map's resolution, prior, cap, free
-/// weight, tuple policy or classes differ or it is not empty; kResourceExhausted iff its storage is
-/// too small; kTruncated or kCorrupt. On failure the map is empty.
+/// weight, tuple policy or classes differ or it is not empty, or kInvalidArgument iff the source
+/// has no function: the map is then as it was. Else with kResourceExhausted iff its storage is too
+/// small, kTruncated or kCorrupt (a checksum, a value out of range, blocks out of order, a block
+/// without evidence or newer than the map, evidence over the cap, other content than the header
+/// says): the map is then empty.
 MapFileStatus load_blocks(const ByteSource& source, const MapFileHeader& header,
                           MapFileBuffer& buffer, LocalMap& map) noexcept;
 

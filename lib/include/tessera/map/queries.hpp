@@ -4,7 +4,6 @@
 // the map.
 #pragma once
 
-#include <cmath>
 #include <limits>
 #include <span>
 
@@ -38,27 +37,43 @@ void for_each_observed(const LocalMap& map, std::span<KeyedIndex> workspace, Vis
 }
 
 /// Calls visit(VoxelCoord, const VoxelEvidence&) for every observed voxel with low <= voxel <= high
-/// on each axis, blocks in (z, y, x) order. O(blocks in the box), whether the map has them or not;
-/// bounds outside the grid are clipped.
+/// on each axis, blocks in (z, y, x) order; bounds outside the grid are clipped. workspace as
+/// above. O(512) for each block of the map in the box, and a look-up for each block of the box or,
+/// if these are more than the map has, the sorting of the map's blocks.
 template <class Visit>
-void for_each_in_box(const LocalMap& map, VoxelCoord low, VoxelCoord high, Visit&& visit) {
+void for_each_in_box(const LocalMap& map, VoxelCoord low, VoxelCoord high,
+                     std::span<KeyedIndex> workspace, Visit&& visit) {
   const auto clip = [](std::int32_t v) {
     return v < -kVoxelLimit ? -kVoxelLimit : (v >= kVoxelLimit ? kVoxelLimit - 1 : v);
   };
   low = {clip(low.x), clip(low.y), clip(low.z)};
   high = {clip(high.x), clip(high.y), clip(high.z)};
+  if (low.x > high.x || low.y > high.y || low.z > high.z) return;
+  const auto visit_block = [&](const Block& block) {
+    for_each_observed(map, block, [&](const VoxelCoord& v, const VoxelEvidence& evidence) {
+      const bool inside = v.x >= low.x && v.x <= high.x && v.y >= low.y && v.y <= high.y &&
+                          v.z >= low.z && v.z <= high.z;
+      if (inside) visit(v, evidence);
+    });
+  };
   const BlockCoord first = block_of(low);
   const BlockCoord last = block_of(high);
+  const auto extent = [](std::int32_t a, std::int32_t b) { return static_cast<double>(b - a) + 1; };
+  const double blocks = extent(first.x, last.x) * extent(first.y, last.y) * extent(first.z, last.z);
+  if (blocks > static_cast<double>(map.block_count())) {
+    for (const KeyedIndex& item : map.blocks_in_order(workspace)) {
+      const BlockCoord at = unpack(BlockKey{item.key});
+      const bool meets = at.x >= first.x && at.x <= last.x && at.y >= first.y && at.y <= last.y &&
+                         at.z >= first.z && at.z <= last.z;
+      if (meets) visit_block(map.block_at(item.index));
+    }
+    return;
+  }
   for (std::int32_t z = first.z; z <= last.z; ++z) {
     for (std::int32_t y = first.y; y <= last.y; ++y) {
       for (std::int32_t x = first.x; x <= last.x; ++x) {
         const Block* const block = map.find({x, y, z});
-        if (block == nullptr) continue;
-        for_each_observed(map, *block, [&](const VoxelCoord& v, const VoxelEvidence& evidence) {
-          const bool inside = v.x >= low.x && v.x <= high.x && v.y >= low.y && v.y <= high.y &&
-                              v.z >= low.z && v.z <= high.z;
-          if (inside) visit(v, evidence);
-        });
+        if (block != nullptr) visit_block(*block);
       }
     }
   }
@@ -86,10 +101,10 @@ struct RayHit {
                                      bool stop_at_unknown = false) noexcept {
   RayHit result;
   const Point3d d = direction.cast<double>();
-  const double norm = std::sqrt(d.squaredNorm());
-  if (!(norm > 0.0) || !(norm < 1e30) || !(max_range_m > 0.0)) return result;
+  const double length = norm(d);
+  if (!(length > 0.0) || !(length < 1e30) || !(max_range_m > 0.0)) return result;
   const Point3d from = origin_map.cast<double>();
-  const Point3d to = from + d * (max_range_m / norm);
+  const Point3d to = from + d * (max_range_m / length);
   const Lattice lattice = map.lattice();
   if (!lattice.voxel_of(origin_map).ok() || !lattice.voxel_of(to.cast<float>()).ok()) return result;
   result.end = RayHit::End::kMaxRange;

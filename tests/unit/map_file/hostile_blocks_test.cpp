@@ -1,0 +1,102 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// Files whose checksums fit and whose blocks no map could have written: refused, so that what is
+// loaded keeps every promise that a map makes.
+#include <catch2/catch.hpp>
+#include <cstring>
+
+#include "sample_map.hpp"
+#include "stored_bytes.hpp"
+#include "tessera/base/crc32.hpp"
+
+namespace tessera {
+
+namespace {
+
+constexpr std::size_t kMaxEvidence = kBodyOffset + 4 + 16;
+constexpr std::size_t kRevision = kMaxEvidence + 8 + 8;
+constexpr std::size_t kOctets = kRevision + 4 + 96 + 24;
+constexpr std::size_t kHeadBytes = 21 + 4;
+
+/// A map of one octet of labels in one block, and one voxel of free space in another.
+StoredBytes two_blocks() {
+  SmallMap sample(config_of_pages(8), kSampleClasses);
+  sample.map.begin_revision();
+  observe(sample.map, {{{0, 0, 0}, 1, 9.0F}, {{40, 0, 0}, 0}});
+  return stored(sample.map);
+}
+
+/// Loads bytes into a map with ample storage; it must be empty after a refusal.
+MapFileStatus status_of(const StoredBytes& bytes) {
+  MapFileHeader header;
+  const MapFileStatus status = read_header(bytes, header);
+  if (!status.ok()) return status;
+  header.config.storage_bytes += 16 * SlabPool::kPageBytes;
+  LoadedMap target(header.config, header.classes);
+  const MapFileStatus loaded = read_into(bytes, target.map);
+  CHECK((loaded.ok() || target.map.block_count() == 0));
+  return loaded;
+}
+
+/// Replaces count bytes from `from` on, and the checksum after them.
+StoredBytes with_part(StoredBytes bytes, std::size_t from, std::size_t count,
+                      const StoredBytes& part) {
+  StoredBytes changed(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(from));
+  changed.insert(changed.end(), part.begin(), part.end());
+  const std::uint32_t crc = crc32c(part);
+  for (unsigned i = 0; i < 4; ++i)
+    changed.push_back(static_cast<std::byte>((crc >> (8 * i)) & 0xff));
+  changed.insert(changed.end(), bytes.begin() + static_cast<std::ptrdiff_t>(from + count + 4),
+                 bytes.end());
+  return changed;
+}
+
+}  // namespace
+
+TEST_CASE("the sound file is loaded") { CHECK(status_of(two_blocks()).ok()); }
+
+TEST_CASE("evidence over the cap is refused") {
+  const StoredBytes bytes = with_header(two_blocks(), [](StoredBytes& b) {
+    const float cap = 8.0F;
+    std::memcpy(&b[kMaxEvidence], &cap, sizeof cap);
+  });
+  CHECK(status_of(bytes).status == Status::kCorrupt);
+}
+
+TEST_CASE("a block newer than its map is refused") {
+  const StoredBytes bytes =
+      with_header(two_blocks(), [](StoredBytes& b) { b[kRevision] = std::byte{0}; });
+  CHECK(status_of(bytes).status == Status::kCorrupt);
+}
+
+TEST_CASE("other content than the header says is refused") {
+  const StoredBytes bytes =
+      with_header(two_blocks(), [](StoredBytes& b) { b[kOctets] = std::byte{2}; });
+  CHECK(status_of(bytes).status == Status::kCorrupt);
+}
+
+TEST_CASE("a free layer without a pass is refused") {
+  const StoredBytes bytes = two_blocks();
+  // header, first block (head; 1 + 1 + 5 bytes of labels; checksum), second block's head
+  const std::size_t passes = header_bytes(bytes) + kHeadBytes + 7 + 4 + kHeadBytes;
+  CHECK(status_of(with_part(bytes, passes, kBlockVoxels, StoredBytes(kBlockVoxels))).status ==
+        Status::kCorrupt);
+}
+
+TEST_CASE("an octet without an observed voxel is refused") {
+  const StoredBytes bytes = two_blocks();
+  CHECK(status_of(with_part(bytes, header_bytes(bytes) + kHeadBytes, 7, StoredBytes(1))).status ==
+        Status::kCorrupt);
+}
+
+TEST_CASE("damage is told at its place in the file") {
+  StoredBytes bytes = two_blocks();
+  bytes.back() ^= std::byte{1};
+  CHECK(status_of(bytes).offset_bytes == bytes.size());
+  bytes = two_blocks();
+  const std::size_t first_head_end = header_bytes(bytes) + kHeadBytes;
+  bytes[first_head_end - 1] ^= std::byte{1};
+  CHECK(status_of(bytes).offset_bytes == first_head_end);
+}
+
+}  // namespace tessera
