@@ -23,9 +23,13 @@ bool is_thing(RawId learned) noexcept;
 /// The probability that a point away from any border is mistaken. cos_incidence: 1 is head-on.
 double mistake_probability(RawId learned, double range_m, double cos_incidence) noexcept;
 
-/// What a mistaken point is called: the class at `share` in [0, 1) of the distribution of wrong
-/// answers. Also for unlabelled truth, where every answer is wrong. May be a class that does not
-/// occur in the street.
+/// What a mistaken thing, or a mistaken patch of a surface, is called: the class at `share` in
+/// [0, 1) of the distribution of its wrong answers. Of a thing only what it resembles as a whole,
+/// not what may stand beside it. Also for unlabelled truth, where every answer is wrong. May be a
+/// class that does not occur in the street.
 std::uint16_t mistaken_for(RawId learned, double share) noexcept;
+
+/// What a point that is mistaken on its own is called; `share` as above, of all wrong answers.
+std::uint16_t stray_answer(RawId learned, double share) noexcept;
 
 }  // namespace tessera::street

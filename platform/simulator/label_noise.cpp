@@ -136,7 +136,7 @@ class Predictor {
   [[nodiscard]] std::uint16_t salted(std::size_t pixel, std::uint16_t said) const {
     Random random(hash_of(own(Stream::kSalt), Stream::kSalt, viewpoint_.scan, pixel));
     if (!random.chance(kSaltShare)) return said;
-    return mistaken_for(learned_id(image_.echoes[pixel].id), random.uniform());
+    return stray_answer(learned_id(image_.echoes[pixel].id), random.uniform());
   }
 
   std::uint64_t seed_;

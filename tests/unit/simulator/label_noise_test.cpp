@@ -7,6 +7,7 @@
 #include <array>
 #include <catch2/catch.hpp>
 #include <map>
+#include <set>
 #include <utility>
 
 #include "simulator/confusion.hpp"
@@ -21,6 +22,7 @@ using tessera::street::learned_id;
 using tessera::street::mistake_probability;
 using tessera::street::mistaken_for;
 using tessera::street::RawId;
+using tessera::street::stray_answer;
 
 StreetSimulator street(std::uint64_t seed) {
   SimulatorConfig config;
@@ -117,11 +119,26 @@ TEST_CASE("Confusion: a mistake never names the truth nor nothing") {
         RawId::kParking, RawId::kSidewalk, RawId::kBuilding, RawId::kFence, RawId::kVegetation,
         RawId::kTrunk, RawId::kTerrain, RawId::kPole, RawId::kTrafficSign}) {
     for (double share = 0.0; share < 1.0; share += 0.01) {
-      const std::uint16_t said = mistaken_for(id, share);
-      REQUIRE(said != static_cast<std::uint16_t>(id));
-      REQUIRE(said != 0);
+      for (const std::uint16_t said : {mistaken_for(id, share), stray_answer(id, share)}) {
+        REQUIRE(said != static_cast<std::uint16_t>(id));
+        REQUIRE(said != 0);
+      }
     }
   }
+}
+
+TEST_CASE("Confusion: a whole car is mistaken for another vehicle, a point of it for anything") {
+  constexpr std::uint16_t kTruck = 18;
+  constexpr std::uint16_t kOtherVehicle = 20;
+  std::set<std::uint16_t> whole;
+  std::set<std::uint16_t> stray;
+  for (double share = 0.0; share < 1.0; share += 0.01) {
+    whole.insert(mistaken_for(RawId::kCar, share));
+    stray.insert(stray_answer(RawId::kCar, share));
+  }
+  CHECK(whole == std::set<std::uint16_t>{kTruck, kOtherVehicle});
+  CHECK(stray.count(kOtherVehicle) == 1);
+  CHECK(stray.count(static_cast<std::uint16_t>(RawId::kTerrain)) == 1);
 }
 
 TEST_CASE("Confusion: poles are mostly mistaken for trunks") {
@@ -140,6 +157,25 @@ TEST_CASE("Predictions: the mean IoU of both scanners is that of a mediocre netw
     CAPTURE(robot, iou);
     CHECK(iou > 0.35);
     CHECK(iou < 0.65);
+  }
+}
+
+TEST_CASE("Predictions: cars are called terrain at their borders only, whatever the seed") {
+  for (const std::uint64_t seed : {1U, 2U, 3U, 4U}) {
+    const StreetSimulator simulator = street(seed);
+    double cars = 0.0;
+    double terrain = 0.0;
+    for (const int index : {0, 6, 12, 18, 24, 30, 36}) {
+      const SimulatedScan scan = simulator.scan(1, index);
+      for (std::size_t i = 0; i < scan.labels.size(); ++i) {
+        if (learned(scan.labels[i]) != static_cast<std::uint32_t>(RawId::kCar)) continue;
+        cars += 1.0;
+        terrain += scan.predictions[i] == static_cast<std::uint32_t>(RawId::kTerrain) ? 1.0 : 0.0;
+      }
+    }
+    CAPTURE(seed, cars, terrain);
+    CHECK(cars > 1000.0);
+    CHECK(terrain < 0.03 * cars);
   }
 }
 
