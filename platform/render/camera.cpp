@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <vector>
 
 namespace tessera {
@@ -25,7 +26,48 @@ void aim(Camera& camera, float heading_rad, float elevation_rad) {
   camera.up = {se * ch, se * sh, ce};
 }
 
+/// Where the content is in a picture of one pixel a slope.
+struct Slopes {
+  Interval across;
+  Interval down;
+};
+
+Slopes slopes_of(const Scene& scene, const Camera& unscaled) {
+  std::vector<float> across;
+  std::vector<float> down;
+  for (const RenderVoxel& voxel : scene.sample) {
+    const std::optional<PixelPoint> slope = unscaled.pixel_of(voxel);
+    if (!slope) continue;
+    across.push_back(slope->x);
+    down.push_back(slope->y);
+  }
+  if (across.empty()) return {};
+  Extent x(stray_limits(across));
+  Extent y(stray_limits(down));
+  for (const RenderVoxel& voxel : scene.voxels) {
+    if (!is_drawable(voxel)) continue;
+    const std::optional<PixelPoint> slope = unscaled.pixel_of(voxel);
+    if (!slope) continue;
+    x.take(slope->x);
+    y.take(slope->y);
+  }
+  return {x.interval(), y.interval()};
+}
+
 }  // namespace
+
+std::optional<PixelPoint> Camera::pixel_of(const RenderVoxel& voxel) const {
+  const Vector3 d{voxel.x - eye_m.x, voxel.y - eye_m.y, voxel.z - eye_m.z};
+  const float depth_m = dot(d, forward);
+  if (depth_m < near_m) return std::nullopt;
+  return pixel_of(d, depth_m);
+}
+
+bool Camera::shows(const RenderVoxel& voxel) const {
+  const std::optional<PixelPoint> at = pixel_of(voxel);
+  return at && at->x >= 0.0F && at->y >= 0.0F && at->x < static_cast<float>(width_px) &&
+         at->y < static_cast<float>(height_px);
+}
 
 Camera place_camera(const Scene& scene, float heading_rad, float elevation_rad, int width_px,
                     int max_height_px) {
@@ -39,19 +81,10 @@ Camera place_camera(const Scene& scene, float heading_rad, float elevation_rad, 
   camera.eye_m = {scene.x_m.middle() - camera.focus_m * camera.forward.x,
                   scene.y_m.middle() - camera.focus_m * camera.forward.y,
                   scene.z_m.middle() - camera.focus_m * camera.forward.z};
-  std::vector<float> across;
-  std::vector<float> down;
-  for (const RenderVoxel& voxel : scene.sample) {
-    const Vector3 d{voxel.x - camera.eye_m.x, voxel.y - camera.eye_m.y, voxel.z - camera.eye_m.z};
-    const float depth_m = dot(d, camera.forward);
-    if (depth_m < camera.near_m) continue;
-    const PixelPoint slope = camera.pixel_of(d, depth_m);
-    across.push_back(slope.x);
-    down.push_back(slope.y);
-  }
+  const Slopes seen = slopes_of(scene, camera);
   const float voxel_slope = 2.0F * scene.resolution_m / camera.focus_m;
-  const Interval x = across.empty() ? Interval{} : robust_interval(across);
-  const Interval y = down.empty() ? Interval{} : robust_interval(down);
+  const Interval x = seen.across;
+  const Interval y = seen.down;
   const float x_span = (x.span() + voxel_slope) * (1.0F + 2.0F * kMargin);
   const float y_span = (y.span() + voxel_slope) * (1.0F + 2.0F * kMargin);
   const float width = static_cast<float>(width_px);

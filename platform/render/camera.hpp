@@ -4,6 +4,8 @@
 // picture.
 #pragma once
 
+#include <optional>
+
 #include "render/canvas.hpp"
 #include "render/framing.hpp"
 
@@ -37,6 +39,10 @@ struct Camera {
     return {x_px + scale_px * dot(from_eye_m, right) / depth_m,
             y_px - scale_px * dot(from_eye_m, up) / depth_m};
   }
+  /// The picture position of a voxel's centre; nothing if it is too close.
+  [[nodiscard]] std::optional<PixelPoint> pixel_of(const RenderVoxel& voxel) const;
+  /// True iff that position is inside of the picture.
+  [[nodiscard]] bool shows(const RenderVoxel& voxel) const;
 };
 
 /// A camera on the scene, which has a drawable voxel. heading_rad: where it looks, from the map's x

@@ -13,16 +13,21 @@ constexpr std::uint64_t kSampleSize = 200'000;
 constexpr float kFarthest_m = 1.0e6F;
 constexpr double kLowShare = 0.02;
 constexpr double kHighShare = 0.98;
-constexpr float kWidening = 0.1F;
+constexpr float kWidening = 0.5F;
 
-Interval robust_interval_of(std::span<const RenderVoxel> sample, float RenderVoxel::*coordinate,
-                            float resolution_m) {
+/// Where the cubes are along one axis, without stray ones.
+Interval extent_along(const Scene& scene, float RenderVoxel::*coordinate) {
+  if (scene.sample.empty()) return {};
   std::vector<float> values;
-  values.reserve(sample.size());
-  for (const RenderVoxel& voxel : sample) values.push_back(voxel.*coordinate);
-  if (values.empty()) return {};
-  const Interval centres = robust_interval(values);
-  return {centres.low - 0.5F * resolution_m, centres.high + 0.5F * resolution_m};
+  values.reserve(scene.sample.size());
+  for (const RenderVoxel& voxel : scene.sample) values.push_back(voxel.*coordinate);
+  Extent extent(stray_limits(values));
+  // Of all voxels: the sample would miss the outermost ones.
+  for (const RenderVoxel& voxel : scene.voxels) {
+    if (is_drawable(voxel)) extent.take(voxel.*coordinate);
+  }
+  const Interval centres = extent.interval();
+  return {centres.low - 0.5F * scene.resolution_m, centres.high + 0.5F * scene.resolution_m};
 }
 
 float percentile(std::vector<float>& values, double share) {
@@ -53,20 +58,16 @@ Scene make_scene(std::span<const RenderVoxel> voxels, float resolution_m) {
   for (const RenderVoxel& voxel : voxels) {
     if (is_drawable(voxel) && rank++ % stride == 0) scene.sample.push_back(voxel);
   }
-  scene.x_m = robust_interval_of(scene.sample, &RenderVoxel::x, resolution_m);
-  scene.y_m = robust_interval_of(scene.sample, &RenderVoxel::y, resolution_m);
-  scene.z_m = robust_interval_of(scene.sample, &RenderVoxel::z, resolution_m);
+  scene.x_m = extent_along(scene, &RenderVoxel::x);
+  scene.y_m = extent_along(scene, &RenderVoxel::y);
+  scene.z_m = extent_along(scene, &RenderVoxel::z);
   return scene;
 }
 
-Interval robust_interval(std::vector<float>& values) {
-  const auto [smallest, largest] = std::minmax_element(values.begin(), values.end());
-  const Interval extremes{*smallest, *largest};
-  Interval result{percentile(values, kLowShare), percentile(values, kHighShare)};
-  const float widening = kWidening * result.span();
-  result.low = std::max(result.low - widening, extremes.low);
-  result.high = std::min(result.high + widening, extremes.high);
-  return result;
+Interval stray_limits(std::vector<float>& values) {
+  const Interval most{percentile(values, kLowShare), percentile(values, kHighShare)};
+  const float widening = kWidening * most.span();
+  return {most.low - widening, most.high + widening};
 }
 
 Stretch stretch_of(std::span<const RenderVoxel> sample) {

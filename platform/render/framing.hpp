@@ -1,9 +1,10 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// What part of the map a picture shows. Stray voxels far from the rest must not shrink the rest, so
-// windows follow percentiles of the voxels and not their extremes.
+// What part of the map a picture shows: all of it, unless stray voxels far from the rest would
+// shrink the rest. What is stray follows from percentiles; what is not stray is never cut off.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -17,9 +18,10 @@ struct Interval {
   float high = 0.0F;
   [[nodiscard]] float span() const { return high - low; }
   [[nodiscard]] float middle() const { return 0.5F * (low + high); }
+  [[nodiscard]] bool contains(float value) const { return value >= low && value <= high; }
 };
 
-/// What the views draw, and where most of it is.
+/// What the views draw, and where all of it is that is not stray.
 struct Scene {
   std::span<const RenderVoxel> voxels;
   float resolution_m = 0.0F;
@@ -36,9 +38,28 @@ struct Scene {
 
 [[nodiscard]] Scene make_scene(std::span<const RenderVoxel> voxels, float resolution_m);
 
-/// The interval from the 2nd to the 98th percentile, widened by a tenth but not beyond the
-/// extremes. Reorders values; there must be at least one.
-[[nodiscard]] Interval robust_interval(std::vector<float>& values);
+/// Beyond this interval a value is stray: from the 2nd to the 98th percentile, widened by half at
+/// either end. Reorders values; there must be at least one.
+[[nodiscard]] Interval stray_limits(std::vector<float>& values);
+
+/// Grows from nothing to the smallest interval that holds the values given to it, but none beyond
+/// the limits.
+class Extent {
+ public:
+  explicit Extent(Interval limits) : limits_(limits) {}
+  void take(float value) {
+    if (!limits_.contains(value)) return;
+    extremes_ = any_ ? Interval{std::min(extremes_.low, value), std::max(extremes_.high, value)}
+                     : Interval{value, value};
+    any_ = true;
+  }
+  [[nodiscard]] Interval interval() const { return extremes_; }
+
+ private:
+  Interval limits_;
+  Interval extremes_;
+  bool any_ = false;
+};
 
 /// How the content lies in the x-y plane: where its longer side points, and how much longer that
 /// is.

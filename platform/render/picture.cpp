@@ -42,14 +42,16 @@ Outcome<WriteReport> write_png(std::span<const RenderVoxel> voxels, float resolu
   Outcome<AtomicFile> file = AtomicFile::open(path);
   if (!file.ok()) return file.failure();
   const Scene scene = make_scene(voxels, resolution_m);
-  const Outcome<std::vector<std::byte>> encoded = encode_png(draw_sheet(scene, options));
+  const Sheet sheet = draw_sheet(scene, options);
+  const Outcome<std::vector<std::byte>> encoded = encode_png(sheet.canvas);
   if (!encoded.ok()) {
     return Failure{"cannot write " + path + ": " + encoded.failure().message,
                    encoded.failure().kind};
   }
   file->write(*encoded);  // commit() tells a failure
   if (const Outcome<void> committed = file->commit(); !committed.ok()) return committed.failure();
-  return WriteReport{scene.drawable, voxels.size() - scene.drawable};
+  const std::uint64_t shown = scene.drawable - sheet.cut_off;
+  return WriteReport{shown, voxels.size() - shown};
 }
 
 }  // namespace tessera

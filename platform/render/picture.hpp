@@ -65,17 +65,18 @@ struct ImageOptions {
 };
 
 struct WriteReport {
-  std::uint64_t voxels = 0;  ///< Drawn or written.
-  std::uint64_t left_out =
-      0;  ///< Refused: a coordinate that is not finite, or too far away to be meant.
+  std::uint64_t voxels = 0;  ///< Written, or within each view of the picture.
+  /// Not written: a coordinate that is not finite, or too far away to be meant. Not in each view of
+  /// a picture: also stray voxels, so far from the rest that showing them would shrink it.
+  std::uint64_t left_out = 0;
 };
 
 /// Draws the voxels and writes a PNG to path, replacing what was there only when the picture is
-/// complete. resolution_m: edge of a voxel. No drawable voxel at all gives a picture that says
-/// "empty map". Fails with kUsage iff resolution_m, width_px or elevation_deg is outside its range
-/// or path cannot be written to; with kFailure iff writing breaks off (disk full). On failure path
-/// is as it was. O(voxels + pixels); memory some 40 bytes for each pixel of the picture beside the
-/// voxels.
+/// complete. The views show all voxels but stray ones, and their captions count those.
+/// resolution_m: edge of a voxel. No drawable voxel at all gives a picture that says "empty map".
+/// Fails with kUsage iff resolution_m, width_px or elevation_deg is outside its range or path
+/// cannot be written to; with kFailure iff writing breaks off (disk full). On failure path is as it
+/// was. O(voxels + pixels); memory some 40 bytes for each pixel of the picture beside the voxels.
 Outcome<WriteReport> write_png(std::span<const RenderVoxel> voxels, float resolution_m,
                                const ImageOptions& options, const std::string& path);
 

@@ -16,11 +16,25 @@ bool is_finite(const PlyVoxel& voxel) {
   return std::isfinite(voxel.x) && std::isfinite(voxel.y) && std::isfinite(voxel.z);
 }
 
-std::string header_start(std::uint64_t vertices) {
+/// What a point's properties beyond position and colour mean.
+std::string estimate_comments(std::span<const std::string> label_names) {
+  std::string text =
+      "comment label: the most likely class; probability, variance: of that class\n"
+      "comment evidence: the sum of all classes' counts\n";
+  for (std::size_t label = 0; label < label_names.size(); ++label) {
+    if (label_names[label].empty()) continue;
+    text += "comment label " + std::to_string(label) + ' ';
+    // A comment ends with its line.
+    for (const char c : label_names[label]) text += c == '\n' || c == '\r' ? ' ' : c;
+    text += '\n';
+  }
+  return text;
+}
+
+std::string header_start(std::uint64_t vertices, const std::string& comments = {}) {
   return "ply\nformat binary_little_endian 1.0\ncomment voxels of a tessera map, metres, map "
-         "frame\n"
-         "element vertex " +
-         std::to_string(vertices) +
+         "frame\n" +
+         comments + "element vertex " + std::to_string(vertices) +
          "\nproperty float x\nproperty float y\nproperty float z\n"
          "property uchar red\nproperty uchar green\nproperty uchar blue\n";
 }
@@ -31,12 +45,13 @@ void put_color(PlyStream& stream, Color color) {
   stream.put(color.b);
 }
 
-WriteReport write_points(std::span<const PlyVoxel> voxels, AtomicFile& file) {
+WriteReport write_points(std::span<const PlyVoxel> voxels, AtomicFile& file,
+                         std::span<const std::string> label_names) {
   WriteReport report;
   for (const PlyVoxel& voxel : voxels) report.voxels += is_finite(voxel) ? 1U : 0U;
   report.left_out = voxels.size() - report.voxels;
   PlyStream stream(file);
-  stream.text(header_start(report.voxels) +
+  stream.text(header_start(report.voxels, estimate_comments(label_names)) +
               "property uchar label\nproperty float probability\nproperty float variance\n"
               "property float evidence\nend_header\n");
   for (const PlyVoxel& voxel : voxels) {
@@ -79,7 +94,8 @@ void write_mesh(const VoxelMesh& mesh, double resolution_m, AtomicFile& file) {
 }  // namespace
 
 Outcome<WriteReport> write_ply(std::span<const PlyVoxel> voxels, float resolution_m,
-                               const std::string& path, PlyForm form) {
+                               const std::string& path, PlyForm form,
+                               std::span<const std::string> label_names) {
   if (!std::isfinite(resolution_m) || resolution_m <= 0.0F) {
     return Failure{"cannot export voxels of " + std::to_string(resolution_m) +
                    " m; the resolution must be positive"};
@@ -88,7 +104,7 @@ Outcome<WriteReport> write_ply(std::span<const PlyVoxel> voxels, float resolutio
   if (!file.ok()) return file.failure();
   WriteReport report;
   if (form == PlyForm::kPoints) {
-    report = write_points(voxels, *file);
+    report = write_points(voxels, *file, label_names);
   } else {
     // A voxel has at most eight corners of its own, and the numbers of corners are signed 32-bit
     // integers.

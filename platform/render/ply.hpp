@@ -39,7 +39,10 @@ enum class PlyForm {
 /// PLY index can number, or path cannot be written to; with kFailure iff writing breaks off. On
 /// failure path is as it was. O(voxels); kPoints holds nothing, kCubes some 30 bytes a voxel and a
 /// corner.
+/// label_names: of label 0, 1, ..., for the header's comments, which say what a point's label
+/// means; empty names are skipped.
 Outcome<WriteReport> write_ply(std::span<const PlyVoxel> voxels, float resolution_m,
-                               const std::string& path, PlyForm form = PlyForm::kPoints);
+                               const std::string& path, PlyForm form = PlyForm::kPoints,
+                               std::span<const std::string> label_names = {});
 
 }  // namespace tessera

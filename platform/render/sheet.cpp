@@ -147,11 +147,28 @@ void draw_scale_bar(Canvas& canvas, const Panel& panel, const Layout& layout) {
   canvas.fill({x + 3 * unit + bar - unit, bar_y - unit, unit, 3 * unit}, kInk);
 }
 
+/// By index of the scene's voxels: outside of a view.
+using CutOff = std::vector<bool>;
+
+/// Marks the drawable voxels that the view does not show; gives what its caption says of them.
+template <class Frame>
+std::string mark_cut_off(const Scene& scene, const Frame& frame, CutOff& cut_off) {
+  std::uint64_t count = 0;
+  for (std::size_t i = 0; i < scene.voxels.size(); ++i) {
+    if (!is_drawable(scene.voxels[i]) || frame.shows(scene.voxels[i])) continue;
+    cut_off[i] = true;
+    ++count;
+  }
+  if (count == 0) return "";
+  return ", " + std::to_string(count) + " stray voxel" + (count == 1 ? "" : "s") + " not shown";
+}
+
 Panel make_top_panel(const Scene& scene, const ImageOptions& options, const Layout& layout,
-                     int max_height) {
+                     int max_height, CutOff& cut_off) {
   const TopFrame frame = make_top_frame(scene, layout.content_width(), max_height);
   const char* axes = frame.turned ? "from above, x down, y right" : "from above, x right, y up";
-  return {draw_top_view(scene, frame, options, kGround), axes, frame.pixels_per_m, ""};
+  return {draw_top_view(scene, frame, options, kGround), axes + mark_cut_off(scene, frame, cut_off),
+          frame.pixels_per_m, ""};
 }
 
 float default_heading_rad(const Scene& scene) {
@@ -162,17 +179,18 @@ float default_heading_rad(const Scene& scene) {
 }
 
 Panel make_oblique_panel(const Scene& scene, const ImageOptions& options, const Layout& layout,
-                         int max_height) {
+                         int max_height, CutOff& cut_off) {
   const float heading_rad =
       options.heading_deg ? *options.heading_deg * kDegree : default_heading_rad(scene);
   const Camera camera = place_camera(scene, heading_rad, options.elevation_deg * kDegree,
                                      layout.content_width(), max_height);
-  return {draw_oblique_view(scene, camera, options, kGround), "oblique",
-          camera.scale_px / camera.focus_m, " in the middle"};
+  return {draw_oblique_view(scene, camera, options, kGround),
+          "oblique" + mark_cut_off(scene, camera, cut_off), camera.scale_px / camera.focus_m,
+          " in the middle"};
 }
 
 std::vector<Panel> make_panels(const Scene& scene, const ImageOptions& options,
-                               const Layout& layout) {
+                               const Layout& layout, CutOff& cut_off) {
   std::vector<Panel> panels;
   const float width = static_cast<float>(layout.content_width());
   if (scene.drawable == 0) {
@@ -183,11 +201,11 @@ std::vector<Panel> make_panels(const Scene& scene, const ImageOptions& options,
   const bool both = options.view == View::kBoth;
   if (options.view != View::kTop) {
     const int max_height = static_cast<int>((both ? 0.62F : 0.8F) * width);
-    panels.push_back(make_oblique_panel(scene, options, layout, max_height));
+    panels.push_back(make_oblique_panel(scene, options, layout, max_height, cut_off));
   }
   if (options.view != View::kOblique) {
     const int max_height = static_cast<int>((both ? 0.8F : 1.0F) * width);
-    panels.push_back(make_top_panel(scene, options, layout, max_height));
+    panels.push_back(make_top_panel(scene, options, layout, max_height, cut_off));
   }
   return panels;
 }
@@ -207,10 +225,11 @@ void letter_panel(Panel& panel, const Layout& layout) {
 
 }  // namespace
 
-Canvas draw_sheet(const Scene& scene, const ImageOptions& options) {
+Sheet draw_sheet(const Scene& scene, const ImageOptions& options) {
   const Layout layout = make_layout(options.width_px);
   const LegendGrid legend = make_legend(scene, options, layout);
-  std::vector<Panel> panels = make_panels(scene, options, layout);
+  CutOff cut_off(scene.voxels.size(), false);
+  std::vector<Panel> panels = make_panels(scene, options, layout, cut_off);
   const int title_height = options.title.empty() ? 0 : static_cast<int>(14.0F * layout.cell);
   const int legend_height =
       legend.rows == 0 ? 0 : legend.rows * layout.line_height() + layout.pad / 2;
@@ -230,7 +249,8 @@ Canvas draw_sheet(const Scene& scene, const ImageOptions& options) {
     y += panel.canvas.height() + layout.pad;
   }
   draw_legend(sheet, legend, layout, y);
-  return sheet.halved();
+  return {sheet.halved(),
+          static_cast<std::uint64_t>(std::count(cut_off.begin(), cut_off.end(), true))};
 }
 
 }  // namespace tessera

@@ -4,12 +4,19 @@
 // other.
 #pragma once
 
+#include <cstdint>
+
 #include "render/canvas.hpp"
 #include "render/framing.hpp"
 
 namespace tessera {
 
-/// options: within their ranges. The result has options.width_px columns.
-[[nodiscard]] Canvas draw_sheet(const Scene& scene, const ImageOptions& options);
+struct Sheet {
+  Canvas canvas;
+  std::uint64_t cut_off = 0;  ///< Drawable voxels that are outside of a view.
+};
+
+/// options: within their ranges. The canvas has options.width_px columns.
+[[nodiscard]] Sheet draw_sheet(const Scene& scene, const ImageOptions& options);
 
 }  // namespace tessera

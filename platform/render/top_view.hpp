@@ -21,6 +21,10 @@ struct TopFrame {
   int height_px = 0;
 
   [[nodiscard]] PixelPoint pixel_of(float x, float y) const;
+  /// True iff the voxel's centre is inside of the picture.
+  [[nodiscard]] bool shows(const RenderVoxel& voxel) const {
+    return x_m.contains(voxel.x) && y_m.contains(voxel.y);
+  }
   /// The map coordinates of a pixel's centre, x in .x and y in .y.
   [[nodiscard]] PixelPoint map_point_of(int x_px, int y_px) const;
 };

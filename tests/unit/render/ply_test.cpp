@@ -58,9 +58,22 @@ TEST_CASE("write_ply: the header of points names every property in the order of 
   REQUIRE(
       write({voxel(0, 0, 0), voxel(5, 0, 0)}, PlyForm::kPoints).header ==
       "ply\nformat binary_little_endian 1.0\ncomment voxels of a tessera map, metres, map frame\n"
+      "comment label: the most likely class; probability, variance: of that class\n"
+      "comment evidence: the sum of all classes' counts\n"
       "element vertex 2\nproperty float x\nproperty float y\nproperty float z\n"
       "property uchar red\nproperty uchar green\nproperty uchar blue\nproperty uchar label\n"
       "property float probability\nproperty float variance\nproperty float evidence\nend_header\n");
+}
+
+TEST_CASE("write_ply: comments name the labels, each on one line") {
+  const TemporaryFolder folder;
+  const std::vector<PlyVoxel> voxels(1, voxel(1, 2, 3));
+  const std::vector<std::string> names{"", "car", "two\nlines"};
+  REQUIRE(write_ply(voxels, 0.1F, folder.file("map.ply"), PlyForm::kPoints, names).ok());
+  const std::string bytes = folder.read("map.ply");
+  REQUIRE(bytes.find("\ncomment label 1 car\ncomment label 2 two lines\nelement ") <
+          bytes.find("end_header\n"));
+  REQUIRE(bytes.find("comment label 0") == std::string::npos);
 }
 
 TEST_CASE("write_ply: points take 28 bytes each and nothing more") {
