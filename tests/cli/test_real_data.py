@@ -1,0 +1,65 @@
+# SPDX-FileCopyrightText: The tessera authors
+# SPDX-License-Identifier: Apache-2.0
+"""What the README says the mapping reaches, on recorded scans: a network's labels get better by mapping them. Skipped
+where the scans are not at hand; a $TESSERA_DATA that does not hold them is an error."""
+import json
+import os
+import pathlib
+import sys
+import unittest
+from unittest import mock
+
+import command_case
+from command_case import CommandCase
+
+BESIDE_SOURCES = pathlib.Path(__file__).resolve().parents[3] / "shared" / "data"
+ROOT = pathlib.Path(os.environ.get("TESSERA_DATA", BESIDE_SOURCES))
+SEQUENCE = ROOT / "semantickitti_08"
+SCANS = ("--first", 0, "--last", 5)
+SETTINGS = ("--max-range", 40, "--resolution", 0.1)
+LARGE = ("--memory", "2G")
+SLOW_BUILD_LIMIT_S = 500
+
+
+def setUpModule():
+    if SEQUENCE.is_dir():
+        return
+    if "TESSERA_DATA" in os.environ:
+        raise RuntimeError(f"TESSERA_DATA is {ROOT}, which does not hold semantickitti_08")
+    # ctest looks for this sentence.
+    print(f"skipped: no given data: {SEQUENCE} is not there; set TESSERA_DATA", file=sys.stderr)
+    raise unittest.SkipTest("no given data")
+
+
+@mock.patch.object(command_case, "TIME_LIMIT_S", SLOW_BUILD_LIMIT_S)
+class Reach(CommandCase):
+    def map_and_score(self, *options):
+        """Both reports, and the gain: mean IoU of the map less that of its input on the same points, in points."""
+        map_file, mapped, scored = (self.folder / name for name in ("map.tsm", "map.json", "eval.json"))
+        self.done("map", "--dataset", SEQUENCE, *SCANS, *SETTINGS, *options, "--out", map_file, "--report", mapped)
+        self.done("eval", "--map", map_file, "--dataset", SEQUENCE, *SCANS, "--report", scored)
+        mapping, score = json.loads(mapped.read_text()), json.loads(scored.read_text())
+        self.assertEqual(0, mapping["memory"]["refused"])
+        self.assertEqual(0, mapping["heap_allocations_after_init"] or 0)  # null where they cannot be counted
+        self.assertGreater(score["coverage"], 0.999)
+        self.assertGreater(score["points"], 100000)
+        return mapping, score, 100 * (score["mean_iou"] - score["input_mean_iou"])
+
+    def test_kernel(self):
+        _, _, gain = self.map_and_score("--inference", "kernel", "--kernel-length", 0.3, "--free-space", "off", *LARGE)
+        self.assertGreaterEqual(gain, 1.4)
+
+    @unittest.skipIf(os.environ.get("TESSERA_SANITIZE"), "takes minutes with sanitizers")
+    def test_kernel_of_a_metre(self):
+        _, _, gain = self.map_and_score("--inference", "kernel", "--kernel-length", 1.0, "--free-space", "off", *LARGE)
+        self.assertGreaterEqual(gain, 2.1)
+
+    def test_multi_entropy_and_what_free_space_costs(self):
+        _, _, without = self.map_and_score("--free-space", "off")
+        self.assertGreaterEqual(without, 1.1)
+        _, _, gain = self.map_and_score()
+        self.assertGreaterEqual(gain, without - 0.2)
+
+
+if __name__ == "__main__":
+    unittest.main()
