@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tessera/map/local_map.hpp"
 
-
 namespace tessera {
 
 namespace {

@@ -1,7 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 #include "tessera/base/digest.hpp"
-
 #include "tessera/map/queries.hpp"
 
 namespace tessera {

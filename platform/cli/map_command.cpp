@@ -53,8 +53,7 @@ Outcome<void> adopt_settings(const MapOptions& options, const MapFileHeader& hea
                    "; use data with the same classes"};
   }
   setup.map = held;
-  if (options.downsample.empty())
-    setup.inference.thinning_m = held.resolution_m;
+  if (options.downsample.empty()) setup.inference.thinning_m = held.resolution_m;
   return {};
 }
 

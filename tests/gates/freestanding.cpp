@@ -27,8 +27,7 @@ int main() {
   tessera::Result<tessera::LocalMap> made = tessera::LocalMap::make(arena, kMap, classes);
   if (!made.ok()) return 2;
   map = std::move(*made);
-  tessera::Result<tessera::Integrator> inference =
-      tessera::Integrator::make(arena, {}, kCapacity);
+  tessera::Result<tessera::Integrator> inference = tessera::Integrator::make(arena, {}, kCapacity);
   if (!inference.ok()) return 3;
   integrator = std::move(*inference);
   const float point[3] = {5.05F, 0.05F, 0.05F};
