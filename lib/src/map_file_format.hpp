@@ -3,6 +3,7 @@
 // Constants and the checksummed streams that both halves of the map file share.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstring>
 
@@ -51,11 +52,13 @@ class CheckedSink {
 /// Reads pieces and keeps their running checksum.
 class CheckedSource {
  public:
-  CheckedSource(const ByteSource& source, std::uint64_t offset) noexcept
-      : source_(source), offset_(offset) {}
+  /// window: where bytes are read ahead to; empty: none are, so that the source can be read on.
+  CheckedSource(const ByteSource& source, std::uint64_t offset,
+                std::span<std::byte> window = {}) noexcept
+      : source_(source), window_(window), offset_(offset) {}
   /// False at a premature end.
   [[nodiscard]] bool get(std::span<std::byte> into) noexcept {
-    const std::size_t n = source_.read(source_.context, into);
+    const std::size_t n = window_.empty() ? source_.read(source_.context, into) : take(into);
     offset_ += n;
     if (n != into.size()) return false;
     crc_ = crc32c(into, crc_);
@@ -69,10 +72,25 @@ class CheckedSource {
     crc_ = 0;
     return ByteReader(bytes).u32() == expected ? Check::kGood : Check::kBad;
   }
+  /// Of what was given out, not of what was read ahead.
   [[nodiscard]] std::uint64_t offset() const noexcept { return offset_; }
 
  private:
+  std::size_t take(std::span<std::byte> into) noexcept {
+    std::size_t taken = 0;
+    while (taken < into.size()) {
+      if (ahead_.empty()) ahead_ = window_.first(source_.read(source_.context, window_));
+      if (ahead_.empty()) break;
+      const std::size_t n = std::min(ahead_.size(), into.size() - taken);
+      std::memcpy(into.data() + taken, ahead_.data(), n);
+      ahead_ = ahead_.subspan(n);
+      taken += n;
+    }
+    return taken;
+  }
   ByteSource source_;
+  std::span<std::byte> window_;
+  std::span<const std::byte> ahead_;
   std::uint64_t offset_;
   std::uint32_t crc_ = 0;
 };

@@ -64,9 +64,10 @@ Status parse_body(ByteReader& in, MapFileHeader& header) noexcept {
   for (int label = 0; label < classes; ++label) {
     std::array<char, SemanticClass::kNameBytes> name{};
     for (char& letter : name) letter = static_cast<char>(in.u8());
-    name.back() = '\0';
-    const Color color{in.u8(), in.u8(), in.u8()};
-    const Status status = header.classes.add(SemanticClass{name, color}.name_view(), color);
+    const SemanticClass given{name, {in.u8(), in.u8(), in.u8()}};
+    // What follows a name's end would not be written again.
+    if (!(SemanticClass::make(given.name_view(), given.color) == given)) return Status::kCorrupt;
+    const Status status = header.classes.add(given.name_view(), given.color);
     TESSERA_ASSERT(status == Status::kOk);
     static_cast<void>(status);
   }
@@ -82,16 +83,20 @@ Status parse_body(ByteReader& in, MapFileHeader& header) noexcept {
   const bool rigid =
       !header.identity.has_T_global_map || check_rigid(header.identity.T_global_map) == Status::kOk;
   if (!in.ok() || !fits || !rigid || !in_range(header.config)) return Status::kCorrupt;
-  header.config.storage_bytes = static_cast<std::size_t>(
+  const std::uint64_t needed =
       pages_bytes(content.blocks, sizeof(Block)) +
       pages_bytes(content.label_pages, sizeof(LabelPage)) +
       pages_bytes(content.free_pages, sizeof(FreePage)) +
-      pages_bytes(content.octets, DenseTuple::octet_bytes(header.classes.num_components())) +
-      4 * SlabPool::kPageBytes);
+      pages_bytes(content.octets, DenseTuple::octet_bytes(header.classes.num_components()));
+  if (needed > MapConfig::kMaxStorageBytes) return Status::kCorrupt;
+  header.config.storage_bytes = std::min(
+      static_cast<std::size_t>(needed) + 4 * SlabPool::kPageBytes, MapConfig::kMaxStorageBytes);
   return Status::kOk;
 }
 
 constexpr const char* kNoSource = "there is no source to read";
+/// A block's head and free passes are kept in the first bytes of the buffer; the rest reads ahead.
+constexpr std::size_t kPieceBytes = 1024;
 constexpr const char* kEndsInBlock = "the file ends inside a block";
 
 /// The counts of one voxel with label evidence.
@@ -160,6 +165,11 @@ struct Loaded {
   std::uint64_t next_key = 0;  ///< Blocks come in ascending order of keys.
 };
 
+bool no_more_than(const MapFileContent& a, const MapFileContent& b) noexcept {
+  return a.blocks <= b.blocks && a.label_pages <= b.label_pages && a.free_pages <= b.free_pages &&
+         a.octets <= b.octets;
+}
+
 MapFileStatus load_block(CheckedSource& source, const MapFileHeader& header, MapFileBuffer& buffer,
                          LocalMap& map, Loaded& loaded) noexcept {
   constexpr std::size_t kHead = 8 + 4 + 1 + 8;
@@ -181,6 +191,9 @@ MapFileStatus load_block(CheckedSource& source, const MapFileHeader& header, Map
   loaded.content.free_pages += free;
   loaded.content.label_pages += octets != 0 ? 1U : 0U;
   loaded.content.octets += static_cast<std::uint64_t>(std::popcount(octets));
+  // Before the content takes storage: what is too much for the header is not the storage's fault.
+  if (!no_more_than(loaded.content, header.content))
+    return failed(source, Status::kCorrupt, "the blocks are not what the header says");
   std::span<std::byte> passes;
   if (free == 1) {
     passes = std::span(buffer.bytes).subspan(kHead, kBlockVoxels);
@@ -264,7 +277,8 @@ MapFileStatus load_header(const ByteSource& byte_source, MapFileBuffer& buffer,
 
 MapFileStatus load_blocks(const ByteSource& byte_source, const MapFileHeader& header,
                           MapFileBuffer& buffer, LocalMap& map) noexcept {
-  CheckedSource source(byte_source, header.header_bytes);
+  CheckedSource source(byte_source, header.header_bytes,
+                       std::span(buffer.bytes).subspan(kPieceBytes));
   if (byte_source.read == nullptr) return failed(source, Status::kInvalidArgument, kNoSource);
   const MapConfig& a = map.config();
   const MapConfig& b = header.config;

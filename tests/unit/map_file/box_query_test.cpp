@@ -65,6 +65,24 @@ TEST_CASE("a box as large as the grid visits what the whole map has, in the same
   CHECK(boxed == all);
 }
 
+TEST_CASE("a box out of the grid visits nothing, not the grid's rim") {
+  SmallMap sample(config_of_pages(8), kSampleClasses);
+  constexpr int kHigh = kVoxelLimit - 1;
+  constexpr int kLow = -kVoxelLimit;
+  observe(sample.map, {{{kHigh, kHigh, kHigh}, 1, 1.0F}, {{kLow, kLow, kLow}, 1, 1.0F}});
+  CHECK(in_box(sample.map, {kHigh + 1, 0, 0}, {kHigh + 9, kHigh, kHigh}).empty());
+  CHECK(in_box(sample.map, {kLow, kLow, kLow - 9}, {0, 0, kLow - 1}).empty());
+}
+
+TEST_CASE("a box with a workspace that is too short visits nothing, however small the box") {
+  SmallMap sample(config_of_pages(8), kSampleClasses);
+  observe(sample.map, {{{0, 0, 0}, 1, 1.0F}});
+  int visits = 0;
+  for_each_in_box(sample.map, {0, 0, 0}, {0, 0, 0}, {},
+                  [&](const VoxelCoord&, const VoxelEvidence&) { ++visits; });
+  CHECK(visits == 0);
+}
+
 TEST_CASE("blocks in order: a workspace that is too short gives nothing") {
   const SmallMap sample = sample_map(4);
   std::vector<KeyedIndex> workspace(2 * sample.map.block_count() - 1);

@@ -121,6 +121,32 @@ TEST_CASE("a header with a setting that no map can have is refused") {
   CHECK(header_status(with_byte(bytes, kBodyOffset + 3, 2)) == Status::kCorrupt);      // a flag
 }
 
+TEST_CASE("a setting that is not a number is refused") {
+  const StoredBytes bytes = stored(sample_map(1).map);
+  for (const std::size_t setting : {kBodyOffset + 4, kBodyOffset + 4 + 8}) {
+    const StoredBytes nan = with_header(bytes, [&](StoredBytes& b) {
+      b[setting + 7] = std::byte{0x7F};
+      b[setting + 6] = std::byte{0xF8};
+    });
+    CHECK(header_status(nan) == Status::kCorrupt);
+  }
+}
+
+TEST_CASE("a class name with more after its end is refused: it could not be saved again") {
+  const StoredBytes bytes = stored(sample_map(1).map);
+  CHECK(header_status(with_byte(bytes, kBlocks + 32 + 30, 'x')) == Status::kCorrupt);
+  CHECK(header_status(with_byte(bytes, kBlocks + 32 + 31, 'x')) == Status::kCorrupt);
+}
+
+TEST_CASE("content that no map has storage for is refused") {
+  const StoredBytes bytes = stored(sample_map(1).map);
+  const StoredBytes vast = with_header(bytes, [](StoredBytes& b) {
+    // 2^31 and some blocks, all with labels, one octet in each
+    b[kBlocks + 3] = b[kBlocks + 8 + 3] = b[kBlocks + 24 + 3] = std::byte{0x80};
+  });
+  CHECK(header_status(vast) == Status::kCorrupt);
+}
+
 TEST_CASE("a header that promises fewer blocks than follow is refused when they follow") {
   const SmallMap sample = sample_map(1);
   const StoredBytes bytes = stored(sample.map);

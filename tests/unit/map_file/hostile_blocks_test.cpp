@@ -75,6 +75,20 @@ TEST_CASE("other content than the header says is refused") {
   CHECK(status_of(bytes).status == Status::kCorrupt);
 }
 
+TEST_CASE("more content than the header says is refused before it takes storage") {
+  const SmallMap large = sample_map(3, 1500, 120, 800);
+  const StoredBytes bytes = stored(large.map);
+  constexpr std::size_t kFreePages = kOctets - 8;
+  const StoredBytes fewer = with_header(bytes, [](StoredBytes& b) {
+    b[kFreePages] = std::byte{1};
+    b[kFreePages + 1] = std::byte{0};
+  });
+  MapFileHeader header;
+  REQUIRE(read_header(fewer, header).ok());
+  LoadedMap target(header.config, header.classes);
+  CHECK(read_into(fewer, target.map).status == Status::kCorrupt);
+}
+
 TEST_CASE("a free layer without a pass is refused") {
   const StoredBytes bytes = two_blocks();
   // header, first block (head; 1 + 1 + 5 bytes of labels; checksum), second block's head
@@ -87,6 +101,13 @@ TEST_CASE("an octet without an observed voxel is refused") {
   const StoredBytes bytes = two_blocks();
   CHECK(status_of(with_part(bytes, header_bytes(bytes) + kHeadBytes, 7, StoredBytes(1))).status ==
         Status::kCorrupt);
+}
+
+TEST_CASE("damage in a block's labels is told at that block's end") {
+  StoredBytes bytes = two_blocks();
+  const std::size_t labels = header_bytes(bytes) + kHeadBytes;
+  bytes[labels + 3] ^= std::byte{1};  // the count's lowest bit: a value as good as another
+  CHECK(status_of(bytes).offset_bytes == labels + 7 + 4);
 }
 
 TEST_CASE("damage is told at its place in the file") {

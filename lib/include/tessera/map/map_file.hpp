@@ -88,13 +88,13 @@ MapFileStatus save(const LocalMap& map, const MapIdentity& identity,
 MapFileStatus load_header(const ByteSource& source, MapFileBuffer& buffer,
                           MapFileHeader& header) noexcept;
 
-/// Reads the blocks after load_header into an empty map made with the header's configuration
-/// (storage_bytes may differ). Fails with kMismatch iff the map's resolution, prior, cap, free
-/// weight, tuple policy or classes differ or it is not empty, or kInvalidArgument iff the source
-/// has no function: the map is then as it was. Else with kResourceExhausted iff its storage is too
-/// small, kTruncated or kCorrupt (a checksum, a value out of range, blocks out of order, a block
-/// without evidence or newer than the map, evidence over the cap, other content than the header
-/// says): the map is then empty.
+/// Reads the blocks after load_header, and the source to its end, into an empty map made with the
+/// header's configuration (storage_bytes may differ). Fails with kMismatch iff the map's
+/// resolution, prior, cap, free weight, tuple policy or classes differ or it is not empty, or
+/// kInvalidArgument iff the source has no function: the map is then as it was. Else with
+/// kResourceExhausted iff its storage is too small, kTruncated or kCorrupt (a checksum, a value out
+/// of range, blocks out of order, a block without evidence or newer than the map, evidence over the
+/// cap, other content than the header says): the map is then empty.
 MapFileStatus load_blocks(const ByteSource& source, const MapFileHeader& header,
                           MapFileBuffer& buffer, LocalMap& map) noexcept;
 

@@ -28,7 +28,7 @@ void for_each_observed(const LocalMap& map, const Block& block, Visit&& visit) {
 }
 
 /// The same for the whole map, blocks in (z, y, x) order. workspace: at least 2 * map.block_count()
-/// entries.
+/// entries, else nothing is visited.
 template <class Visit>
 void for_each_observed(const LocalMap& map, std::span<KeyedIndex> workspace, Visit&& visit) {
   for (const KeyedIndex& item : map.blocks_in_order(workspace)) {
@@ -37,17 +37,18 @@ void for_each_observed(const LocalMap& map, std::span<KeyedIndex> workspace, Vis
 }
 
 /// Calls visit(VoxelCoord, const VoxelEvidence&) for every observed voxel with low <= voxel <= high
-/// on each axis, blocks in (z, y, x) order; bounds outside the grid are clipped. workspace as
-/// above. O(512) for each block of the map in the box, and a look-up for each block of the box or,
-/// if these are more than the map has, the sorting of the map's blocks.
+/// on each axis, blocks in (z, y, x) order; the box may reach out of the grid. workspace as above,
+/// whatever the box. O(512) for each block of the map in the box, and a look-up for each block of
+/// the box or, if these are more than the map has, the sorting of the map's blocks.
 template <class Visit>
 void for_each_in_box(const LocalMap& map, VoxelCoord low, VoxelCoord high,
                      std::span<KeyedIndex> workspace, Visit&& visit) {
-  const auto clip = [](std::int32_t v) {
-    return v < -kVoxelLimit ? -kVoxelLimit : (v >= kVoxelLimit ? kVoxelLimit - 1 : v);
-  };
-  low = {clip(low.x), clip(low.y), clip(low.z)};
-  high = {clip(high.x), clip(high.y), clip(high.z)};
+  // Whatever the box: a workspace that is too short shall not go unnoticed until a box is large.
+  if (workspace.size() < 2 * map.block_count()) return;
+  const auto at_least = [](std::int32_t v) { return v < -kVoxelLimit ? -kVoxelLimit : v; };
+  const auto at_most = [](std::int32_t v) { return v < kVoxelLimit ? v : kVoxelLimit - 1; };
+  low = {at_least(low.x), at_least(low.y), at_least(low.z)};
+  high = {at_most(high.x), at_most(high.y), at_most(high.z)};
   if (low.x > high.x || low.y > high.y || low.z > high.z) return;
   const auto visit_block = [&](const Block& block) {
     for_each_observed(map, block, [&](const VoxelCoord& v, const VoxelEvidence& evidence) {
@@ -125,7 +126,8 @@ struct RayHit {
 
 /// The map's content in 64 bits: resolution, class table, prior, tuple policy, and every observed
 /// voxel's evidence in (z, y, x) order of voxels. Capacity, block size and history do not count.
-/// workspace as above. O(64 blocks + observed voxels * C).
+/// workspace as above; one that is too short gives the digest of a map without voxels. O(64 blocks
+/// + observed voxels * C).
 [[nodiscard]] std::uint64_t digest(const LocalMap& map, std::span<KeyedIndex> workspace) noexcept;
 
 }  // namespace tessera
