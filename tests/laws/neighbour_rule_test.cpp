@@ -18,7 +18,7 @@ InferenceConfig counting(const FreeSpaceConfig& free_space) {
   config.mode = InferenceMode::kCounting;
   config.free_space = free_space;
   config.min_range_m = 0.05F;
-  config.thinning_m = 0.0F;
+  config.thinning_m = 0.0;
   return config;
 }
 
