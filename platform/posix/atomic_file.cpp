@@ -22,6 +22,7 @@ namespace {
 constexpr std::size_t kBufferBytes = std::size_t{1} << 16U;
 constexpr unsigned kNewFileMode = 0666;
 constexpr int kNameAttempts = 1000;
+constexpr const char* kOwnFiles = "/proc/self/fd";
 
 Failure refusal(const std::string& path, const char* reason) {
   return {"cannot write " + path + ": " + reason, FailureKind::kUsage};
@@ -76,21 +77,30 @@ Outcome<AtomicFile> AtomicFile::open(const std::string& path) {
   return file;
 }
 
-// Exclusive creation, so that two processes (or a leftover of a killed one) never share a
-// temporary.
+std::string AtomicFile::temporary_name(int attempt) const {
+  return target_ + "." + std::to_string(::getpid()) + "-" + std::to_string(attempt) + ".part";
+}
+
 Outcome<void> AtomicFile::create_temporary(unsigned mode) {
-  const std::string stem = target_ + "." + std::to_string(::getpid()) + "-";
-  for (int attempt = 0; attempt < kNameAttempts; ++attempt) {
-    std::string name = stem + std::to_string(attempt) + ".part";
+  if (::access(kOwnFiles, X_OK) == 0) {  // It takes this folder to give the file a name later.
+    const std::string folder = folder_of(target_);
+    file_ = FileDescriptor(::open(folder.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, kNewFileMode));
+  }
+  // Where the file system has no files without names. Exclusive creation, so that two processes (or
+  // a leftover of a killed one) never share a temporary.
+  for (int attempt = 0; !file_.is_open() && attempt < kNameAttempts; ++attempt) {
+    std::string name = temporary_name(attempt);
     file_ =
         FileDescriptor(::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, kNewFileMode));
-    if (file_.is_open()) {
+    if (file_.is_open())
       temporary_ = std::move(name);
-      // A replaced file keeps its permissions; failing to set them is no reason to lose the data.
-      if (mode != 0) static_cast<void>(!::fchmod(file_.get(), mode));
-      return {};
-    }
-    if (errno != EEXIST) break;
+    else if (errno != EEXIST)
+      break;
+  }
+  if (file_.is_open()) {
+    // A replaced file keeps its permissions; failing to set them is no reason to lose the data.
+    if (mode != 0) static_cast<void>(!::fchmod(file_.get(), mode));
+    return {};
   }
   const int reason = errno;
   if (reason == ENOENT) {
@@ -99,9 +109,24 @@ Outcome<void> AtomicFile::create_temporary(unsigned mode) {
   return system_failure("write", path_, reason, FailureKind::kUsage);
 }
 
+/// Gives the temporary a name, if it has none, for the moment before it is renamed: linking cannot
+/// replace a file. Returns errno.
+int AtomicFile::name_temporary() {
+  if (!temporary_.empty()) return 0;
+  const std::string self = std::string(kOwnFiles) + "/" + std::to_string(file_.get());
+  for (int attempt = 0; attempt < kNameAttempts; ++attempt) {
+    std::string name = temporary_name(attempt);
+    if (::linkat(AT_FDCWD, self.c_str(), AT_FDCWD, name.c_str(), AT_SYMLINK_FOLLOW) == 0) {
+      temporary_ = std::move(name);
+      return 0;
+    }
+    if (errno != EEXIST) return errno;
+  }
+  return EEXIST;
+}
+
 bool AtomicFile::write(std::span<const std::byte> bytes) noexcept {
   if (error_ != 0 || !file_.is_open()) return false;
-  written_bytes_ += bytes.size();
   if (bytes.size() > kBufferBytes - buffered_bytes_ && !flush()) return false;
   if (bytes.size() >= kBufferBytes) return write_through(bytes);
   if (!bytes.empty()) std::memcpy(buffer_.get() + buffered_bytes_, bytes.data(), bytes.size());
@@ -137,6 +162,7 @@ Outcome<void> AtomicFile::commit() {
   // Without this, a power cut soon after the renaming could leave an empty file under the final
   // name. EINVAL: a file system that knows no syncing.
   if (error_ == 0 && ::fsync(file_.get()) != 0 && errno != EINVAL) error_ = errno;
+  if (error_ == 0) error_ = name_temporary();
   if (!file_.close() && error_ == 0) error_ = errno;
   if (error_ == 0 && std::rename(temporary_.c_str(), target_.c_str()) != 0) error_ = errno;
   if (error_ != 0) {
@@ -169,7 +195,6 @@ void AtomicFile::swap(AtomicFile& other) noexcept {
   std::swap(file_, other.file_);
   std::swap(buffer_, other.buffer_);
   std::swap(buffered_bytes_, other.buffered_bytes_);
-  std::swap(written_bytes_, other.written_bytes_);
   std::swap(error_, other.error_);
 }
 

@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // An output file that appears under its name only when it is complete: bytes go to a temporary name
 // in the same folder, commit() makes them durable and renames. Whatever goes wrong before that, the
-// target stays as it was and the temporary is removed.
+// target stays as it was and the temporary is removed. Where the file system can, the temporary has
+// no name until commit(), so that a process that is killed leaves nothing either.
 #pragma once
 
 #include <cstddef>
@@ -20,7 +21,7 @@ class AtomicFile {
  public:
   /// Creates the temporary. Symbolic links are followed: the file that they name is replaced.
   /// Fails with kUsage iff path is empty, a folder, a device or the like, write-protected, or its
-  /// folder is missing or not writable. The only place that uses the heap.
+  /// folder is missing or not writable. This and commit() use the heap, write() does not.
   static Outcome<AtomicFile> open(const std::string& path);
 
   AtomicFile(AtomicFile&& other) noexcept { swap(other); }
@@ -38,12 +39,14 @@ class AtomicFile {
 
   /// As the user typed it.
   [[nodiscard]] const std::string& path() const noexcept { return path_; }
-  [[nodiscard]] std::uint64_t written_bytes() const noexcept { return written_bytes_; }
 
  private:
   AtomicFile() = default;
   void swap(AtomicFile& other) noexcept;
   Outcome<void> create_temporary(unsigned mode);
+  /// attempt counts from 0, for when a name is taken.
+  [[nodiscard]] std::string temporary_name(int attempt) const;
+  int name_temporary();
   bool write_through(std::span<const std::byte> bytes) noexcept;
   bool flush() noexcept;
   void sync_folder() const noexcept;
@@ -51,11 +54,10 @@ class AtomicFile {
 
   std::string path_;
   std::string target_;     ///< path_ with symbolic links followed.
-  std::string temporary_;  ///< Empty once committed or discarded.
+  std::string temporary_;  ///< Empty while it has no name, and once committed or discarded.
   FileDescriptor file_;
   std::unique_ptr<std::byte[]> buffer_;
   std::size_t buffered_bytes_ = 0;
-  std::uint64_t written_bytes_ = 0;
   int error_ = 0;  ///< The first errno; sticky.
 };
 

@@ -13,21 +13,10 @@ namespace tessera {
 struct MonotonicClock {
   /// Microseconds.
   [[nodiscard]] static std::int64_t now_us() noexcept {
-    const timespec now = read();
-    return std::int64_t{now.tv_sec} * 1'000'000 + std::int64_t{now.tv_nsec} / 1'000;
-  }
-  /// Seconds, to the nanosecond.
-  [[nodiscard]] static double now_s() noexcept {
-    const timespec now = read();
-    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-  }
-
- private:
-  static timespec read() noexcept {
     timespec now{};
-    ::clock_gettime(CLOCK_MONOTONIC,
-                    &now);  // Cannot fail: the clock is known and the pointer valid.
-    return now;
+    // Cannot fail: the clock is known and the pointer valid.
+    ::clock_gettime(CLOCK_MONOTONIC, &now);
+    return std::int64_t{now.tv_sec} * 1'000'000 + std::int64_t{now.tv_nsec} / 1'000;
   }
 };
 

@@ -20,13 +20,5 @@ TEST_CASE("MonotonicClock: never runs backwards and does move") {
   CHECK_FALSE(backwards);
 }
 
-TEST_CASE("MonotonicClock: seconds and microseconds are the same time") {
-  const std::int64_t before_us = MonotonicClock::now_us();
-  const double now_s = MonotonicClock::now_s();
-  const std::int64_t after_us = MonotonicClock::now_us();
-  CHECK(now_s * 1e6 >= static_cast<double>(before_us) - 1.0);
-  CHECK(now_s * 1e6 <= static_cast<double>(after_us) + 2.0);
-}
-
 }  // namespace
 }  // namespace tessera
