@@ -12,22 +12,6 @@ std::uint8_t to_channel(float value) {
   return static_cast<std::uint8_t>(std::clamp(value + 0.5F, 0.0F, 255.0F));
 }
 
-float squared_distance_to_segment(PixelPoint p, PixelPoint a, PixelPoint b) {
-  const float dx = b.x - a.x;
-  const float dy = b.y - a.y;
-  const float length2 = dx * dx + dy * dy;
-  const float along = length2 > 0.0F ? ((p.x - a.x) * dx + (p.y - a.y) * dy) / length2 : 0.0F;
-  const float t = std::clamp(along, 0.0F, 1.0F);
-  const float ex = p.x - (a.x + t * dx);
-  const float ey = p.y - (a.y + t * dy);
-  return ex * ex + ey * ey;
-}
-
-/// A coordinate as a pixel index in [0, limit], whatever its size.
-int clamp_to_pixels(float value, int limit) {
-  return static_cast<int>(std::clamp(value, 0.0F, static_cast<float>(limit)));
-}
-
 }  // namespace
 
 Color mix(Color under, Color over, float share) noexcept {
@@ -63,20 +47,6 @@ void Canvas::outline(PixelRect rect, int thickness, Color color) {
   fill({rect.x, rect.y + rect.height - thickness, rect.width, thickness}, color);
   fill({rect.x, rect.y, thickness, rect.height}, color);
   fill({rect.x + rect.width - thickness, rect.y, thickness, rect.height}, color);
-}
-
-void Canvas::line(PixelPoint from, PixelPoint to, float thickness, Color color) {
-  const float radius = 0.5F * thickness;
-  const int x_begin = clamp_to_pixels(std::min(from.x, to.x) - radius, width_);
-  const int x_end = clamp_to_pixels(std::max(from.x, to.x) + radius + 1.0F, width_);
-  const int y_begin = clamp_to_pixels(std::min(from.y, to.y) - radius, height_);
-  const int y_end = clamp_to_pixels(std::max(from.y, to.y) + radius + 1.0F, height_);
-  for (int y = y_begin; y < y_end; ++y) {
-    for (int x = x_begin; x < x_end; ++x) {
-      const PixelPoint centre{static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F};
-      if (squared_distance_to_segment(centre, from, to) <= radius * radius) at(x, y) = color;
-    }
-  }
 }
 
 void Canvas::blit(const Canvas& source, int x, int y) {

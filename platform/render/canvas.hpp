@@ -46,8 +46,6 @@ class Canvas {
   void fill(PixelRect rect, Color color, float opacity = 1.0F);
   /// A frame of the given thickness inside rect.
   void outline(PixelRect rect, int thickness, Color color);
-  /// A line with round ends.
-  void line(PixelPoint from, PixelPoint to, float thickness, Color color);
   void blit(const Canvas& source, int x, int y);
   /// Half the size by averaging 2 x 2 pixels; odd last rows and columns are dropped.
   [[nodiscard]] Canvas halved() const;

@@ -2,8 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render/lettering.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 
 #include "render/bitmap_font.hpp"
@@ -91,12 +93,37 @@ bool is_continuation_byte(char character) {
   return (static_cast<unsigned char>(character) & 0xC0U) == 0x80U;
 }
 
+std::size_t next_character(std::string_view text, std::size_t at) {
+  do ++at;
+  while (at < text.size() && is_continuation_byte(text[at]));
+  return at;
+}
+
+std::size_t previous_character(std::string_view text, std::size_t at) {
+  do --at;
+  while (at > 0 && is_continuation_byte(text[at]));
+  return at;
+}
+
 }  // namespace
 
 int text_width(std::string_view text, float cell_px) {
   int characters = 0;
   for (const char character : text) characters += is_continuation_byte(character) ? 0 : 1;
   return static_cast<int>(std::ceil(static_cast<float>(characters) * kAdvanceCells * cell_px));
+}
+
+std::string shortened(std::string_view text, int width_px, float cell_px) {
+  std::string whole(text);
+  if (text_width(text, cell_px) <= width_px) return whole;
+  constexpr std::string_view kGap = "...";
+  const auto fits = static_cast<int>(static_cast<float>(width_px) / (kAdvanceCells * cell_px));
+  const int kept = std::max(0, fits - static_cast<int>(kGap.size()));
+  std::size_t head = 0;
+  for (int left = kept - kept / 2; left > 0; --left) head = next_character(text, head);
+  std::size_t tail = text.size();
+  for (int left = kept / 2; left > 0; --left) tail = previous_character(text, tail);
+  return whole.replace(head, tail - head, kGap);
 }
 
 void draw_text(Canvas& canvas, PixelPoint top_left, std::string_view text, float cell_px,

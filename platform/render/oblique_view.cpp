@@ -155,33 +155,9 @@ void draw_cube(Target& target, const Camera& camera, const Light& light, const R
   draw_face(target, {moved(centre, ey, side(d.y)), ex, ez, scaled(voxel.color, y_tone)});
 }
 
-void draw_tracks(Canvas& canvas, const Camera& camera, const std::vector<Track>& tracks) {
-  const float thickness = std::max(3.0F, static_cast<float>(camera.width_px) / 500.0F);
-  for (const float widening : {4.0F, 0.0F}) {
-    for (const Track& track : tracks) {
-      const Color color = widening > 0.0F ? Color{0, 0, 0} : track.color;
-      std::optional<PixelPoint> before;
-      for (const TrackPoint& point : track.points) {
-        const Vector3 d{point.x - camera.eye_m.x, point.y - camera.eye_m.y,
-                        point.z - camera.eye_m.z};
-        const float depth_m = dot(d, camera.forward);
-        // Not >= : also false for points that are not numbers.
-        if (!(depth_m >= camera.near_m) || !std::isfinite(depth_m)) {
-          before.reset();
-          continue;
-        }
-        const PixelPoint at = camera.pixel_of(d, depth_m);
-        if (before) canvas.line(*before, at, thickness + widening, color);
-        before = at;
-      }
-    }
-  }
-}
-
 }  // namespace
 
-Canvas draw_oblique_view(const Scene& scene, const Camera& camera, const ImageOptions& options,
-                         Color background) {
+Canvas draw_oblique_view(const Scene& scene, const Camera& camera, Color background) {
   const auto pixels =
       static_cast<std::size_t>(camera.width_px) * static_cast<std::size_t>(camera.height_px);
   Target target{Canvas(camera.width_px, camera.height_px, background),
@@ -191,7 +167,6 @@ Canvas draw_oblique_view(const Scene& scene, const Camera& camera, const ImageOp
     if (is_drawable(voxel)) draw_cube(target, camera, light, voxel, scene.resolution_m);
   }
   apply_eye_dome(target.canvas, target.depth_m);
-  draw_tracks(target.canvas, camera, options.tracks);
   return std::move(target.canvas);
 }
 

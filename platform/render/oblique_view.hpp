@@ -9,7 +9,6 @@
 namespace tessera {
 
 /// width and height of the camera's picture.
-[[nodiscard]] Canvas draw_oblique_view(const Scene& scene, const Camera& camera,
-                                       const ImageOptions& options, Color background);
+[[nodiscard]] Canvas draw_oblique_view(const Scene& scene, const Camera& camera, Color background);
 
 }  // namespace tessera

@@ -23,12 +23,6 @@ Outcome<void> check(float resolution_m, const ImageOptions& options) {
                    " pixels wide; choose " + std::to_string(ImageOptions::kMinWidthPx) + " to " +
                    std::to_string(ImageOptions::kMaxWidthPx)};
   }
-  const bool heading_ok = !options.heading_deg || std::isfinite(*options.heading_deg);
-  // Not <, >: also refuses what is not a number.
-  if (!(options.elevation_deg >= 5.0F && options.elevation_deg <= 85.0F) || !heading_ok) {
-    return Failure{"cannot draw from an elevation of " + std::to_string(options.elevation_deg) +
-                   " degrees or that heading; choose an elevation of 5 to 85 and a finite heading"};
-  }
   return {};
 }
 

@@ -6,7 +6,6 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -30,38 +29,19 @@ struct LegendEntry {
   Color color{};
 };
 
-/// A point of a robot's path, metres, map frame.
-struct TrackPoint {
-  float x = 0.0F;
-  float y = 0.0F;
-  float z = 0.0F;
-};
-
-/// A robot's path, drawn over the map in both views.
-struct Track {
-  std::vector<TrackPoint> points;
-  Color color{255, 255, 255};
-};
-
 enum class View { kTop, kOblique, kBoth };
 
 struct ImageOptions {
-  static constexpr int kMinWidthPx = 200;
+  static constexpr int kMinWidthPx = 600;  ///< Less has no room for the lettering.
   static constexpr int kMaxWidthPx = 6000;
 
   int width_px = 1600;  ///< Of the whole picture; its height follows from the content.
   View view = View::kBoth;
   std::string title;                ///< One line above the views; empty for none.
   std::vector<LegendEntry> legend;  ///< Entries whose colour no voxel has are left out.
-  std::vector<Track> tracks;
   /// Top view: what is higher above the ground than this (crowns, roofs) is drawn translucently
   /// over what is below it; metres, +infinity to draw everything solid.
   float translucent_above_m = 3.0F;
-  /// Oblique view: the direction in which the viewer looks, degrees, counter-clockwise from the
-  /// map's x axis. Without it: half along the longer side of the content.
-  std::optional<float> heading_deg;
-  /// Oblique view: how far the viewer looks down, degrees in [5, 85].
-  float elevation_deg = 35.0F;
 };
 
 struct WriteReport {
@@ -74,7 +54,7 @@ struct WriteReport {
 /// Draws the voxels and writes a PNG to path, replacing what was there only when the picture is
 /// complete. The views show all voxels but stray ones, and their captions count those.
 /// resolution_m: edge of a voxel. No drawable voxel at all gives a picture that says "empty map".
-/// Fails with kUsage iff resolution_m, width_px or elevation_deg is outside its range or path
+/// Fails with kUsage iff resolution_m or width_px is outside its range or path
 /// cannot be written to; with kFailure iff writing breaks off (disk full). On failure path is as it
 /// was. O(voxels + pixels); memory some 40 bytes for each pixel of the picture beside the voxels.
 Outcome<WriteReport> write_png(std::span<const RenderVoxel> voxels, float resolution_m,

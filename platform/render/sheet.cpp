@@ -27,6 +27,7 @@ constexpr Color kFaintInk{110, 115, 123};
 constexpr float kDegree = std::numbers::pi_v<float> / 180.0F;
 /// How far the viewer looks past the longer side, so that both the fronts and the sides of things
 /// show; more for long streets, which would otherwise be a thin line into the distance.
+constexpr float kElevation_deg = 35.0F;  ///< How far the viewer of the oblique view looks down.
 constexpr float kHeadingOffset_deg = 32.0F;
 constexpr float kLongHeadingOffset_deg = 55.0F;
 constexpr float kLongRatio = 4.0F;
@@ -171,20 +172,19 @@ Panel make_top_panel(const Scene& scene, const ImageOptions& options, const Layo
           frame.pixels_per_m, ""};
 }
 
-float default_heading_rad(const Scene& scene) {
+/// The direction in which the viewer of the oblique view looks.
+float heading_rad_of(const Scene& scene) {
   const Stretch stretch = stretch_of(scene.sample);
   const float share = std::clamp((stretch.ratio - 1.0F) / (kLongRatio - 1.0F), 0.0F, 1.0F);
   return stretch.direction_rad +
          std::lerp(kHeadingOffset_deg, kLongHeadingOffset_deg, share) * kDegree;
 }
 
-Panel make_oblique_panel(const Scene& scene, const ImageOptions& options, const Layout& layout,
-                         int max_height, CutOff& cut_off) {
-  const float heading_rad =
-      options.heading_deg ? *options.heading_deg * kDegree : default_heading_rad(scene);
-  const Camera camera = place_camera(scene, heading_rad, options.elevation_deg * kDegree,
+Panel make_oblique_panel(const Scene& scene, const Layout& layout, int max_height,
+                         CutOff& cut_off) {
+  const Camera camera = place_camera(scene, heading_rad_of(scene), kElevation_deg * kDegree,
                                      layout.content_width(), max_height);
-  return {draw_oblique_view(scene, camera, options, kGround),
+  return {draw_oblique_view(scene, camera, kGround),
           "oblique" + mark_cut_off(scene, camera, cut_off), camera.scale_px / camera.focus_m,
           " in the middle"};
 }
@@ -201,7 +201,7 @@ std::vector<Panel> make_panels(const Scene& scene, const ImageOptions& options,
   const bool both = options.view == View::kBoth;
   if (options.view != View::kTop) {
     const int max_height = static_cast<int>((both ? 0.62F : 0.8F) * width);
-    panels.push_back(make_oblique_panel(scene, options, layout, max_height, cut_off));
+    panels.push_back(make_oblique_panel(scene, layout, max_height, cut_off));
   }
   if (options.view != View::kOblique) {
     const int max_height = static_cast<int>((both ? 0.8F : 1.0F) * width);
@@ -238,8 +238,9 @@ Sheet draw_sheet(const Scene& scene, const ImageOptions& options) {
   Canvas sheet(layout.width, height + height % 2, kPaper);
   int y = layout.pad;
   if (title_height > 0) {
-    draw_text(sheet, {static_cast<float>(layout.pad), static_cast<float>(y)}, options.title,
-              1.25F * layout.cell, kInk);
+    const float cell = 1.25F * layout.cell;
+    draw_text(sheet, {static_cast<float>(layout.pad), static_cast<float>(y)},
+              shortened(options.title, layout.content_width(), cell), cell, kInk);
   }
   y += title_height;
   for (Panel& panel : panels) {

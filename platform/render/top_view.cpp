@@ -54,21 +54,6 @@ Color color_of(const Layers& layers, std::size_t cell, Color background) {
   return mix(layers.low.color[cell], layers.all.color[cell], kTranslucentOpacity);
 }
 
-void draw_tracks(Canvas& canvas, const TopFrame& frame, const std::vector<Track>& tracks) {
-  const float thickness = std::max(3.0F, static_cast<float>(frame.width_px) / 500.0F);
-  for (const float widening : {4.0F, 0.0F}) {
-    for (const Track& track : tracks) {
-      const Color color = widening > 0.0F ? Color{0, 0, 0} : track.color;
-      for (std::size_t i = 0; i + 1 < track.points.size(); ++i) {
-        const PixelPoint from = frame.pixel_of(track.points[i].x, track.points[i].y);
-        const PixelPoint to = frame.pixel_of(track.points[i + 1].x, track.points[i + 1].y);
-        if (!std::isfinite(from.x + from.y + to.x + to.y)) continue;
-        canvas.line(from, to, thickness + widening, color);
-      }
-    }
-  }
-}
-
 }  // namespace
 
 PixelPoint TopFrame::pixel_of(float x, float y) const {
@@ -128,7 +113,6 @@ Canvas draw_top_view(const Scene& scene, const TopFrame& frame, const ImageOptio
       canvas.at(x, y) = color_of(layers, layers.all.index(column, row), background);
     }
   }
-  draw_tracks(canvas, frame, options.tracks);
   return canvas;
 }
 

@@ -39,6 +39,15 @@ TEST_CASE("text_width: a UTF-8 character counts once") {
                      2.0F) == text_width("strase", 2.0F));
 }
 
+TEST_CASE("shortened: a text that fits stays, a long one keeps its ends") {
+  const int room_px = text_width("0123456789", 2.0F);
+  CHECK(shortened("0123456789", room_px, 2.0F) == "0123456789");
+  CHECK(shortened("0123456789a", room_px, 2.0F) == "0123...89a");
+  CHECK(shortened("\xC3\xA4\xC3\xB6\xC3\xBC\xC3\x9F 34567 89ab\xC3\xA4", room_px, 2.0F) ==
+        "\xC3\xA4\xC3\xB6\xC3\xBC\xC3\x9F...ab\xC3\xA4");
+  CHECK(shortened("0123456789a", 1, 2.0F) == "...");
+}
+
 TEST_CASE("scaled: a factor of one returns the colour itself") {
   for (int value = 0; value < 256; ++value) {
     const Color color{static_cast<std::uint8_t>(value), 0, 255};

@@ -83,7 +83,7 @@ std::vector<RenderVoxel> flat_scene() {
   return voxels;
 }
 
-ImageOptions top_view(int width_px = 400) {
+ImageOptions top_view(int width_px = 600) {
   ImageOptions options;
   options.width_px = width_px;
   options.view = View::kTop;
@@ -105,7 +105,7 @@ TEST_CASE("write_png: the file starts with the PNG signature") {
 }
 
 TEST_CASE("write_png: the picture is as wide as asked") {
-  const int width_px = GENERATE(200, 333, 1600);
+  const int width_px = GENERATE(600, 777, 1600);
   ImageOptions options;
   options.width_px = width_px;
   REQUIRE(draw(flat_scene(), options).width == width_px);
@@ -172,7 +172,7 @@ TEST_CASE("write_png: the oblique view shows the top, and both kinds of sides da
   std::vector<RenderVoxel> voxels;
   for (int i = 0; i < 8 * 8 * 8; ++i) voxels.push_back(voxel(i % 8, i / 8 % 8, i / 64, kGrass));
   ImageOptions options;
-  options.width_px = 400;
+  options.width_px = 600;
   options.view = View::kOblique;
   const Picture picture = draw(voxels, options);
   REQUIRE(count_color(picture, kGrass) > 500);
@@ -199,27 +199,9 @@ TEST_CASE("write_png: a title adds a line of text") {
   REQUIRE(draw(flat_scene(), options).height > without);
 }
 
-TEST_CASE("write_png: a track is drawn in its colour in both views") {
-  const View view = GENERATE(View::kTop, View::kOblique);
-  ImageOptions options = top_view();
-  options.view = view;
-  options.tracks.push_back({{{-1.5F, 0.5F, 0.2F}, {1.5F, 0.5F, 0.2F}}, Color{10, 20, 230}});
-  REQUIRE(count_color(draw(flat_scene(), options), Color{10, 20, 230}) > 20);
-}
-
-TEST_CASE("write_png: track points that are not finite are skipped") {
-  ImageOptions options;
-  options.width_px = 300;
-  const float nan = std::numeric_limits<float>::quiet_NaN();
-  const float infinity = std::numeric_limits<float>::infinity();
-  options.tracks.push_back(
-      {{{0.0F, 0.0F, 0.0F}, {nan, 0.0F, 0.0F}, {infinity, 1.0F, -infinity}}, kCar});
-  REQUIRE(draw(flat_scene(), options).width == 300);
-}
-
 TEST_CASE("write_png: without voxels there is still a picture, and it has writing on it") {
   const Picture picture = draw({}, top_view());
-  REQUIRE(picture.width == 400);
+  REQUIRE(picture.width == 600);
   REQUIRE(count_color(picture, Color{110, 115, 123}) > 50);
 }
 
@@ -258,17 +240,11 @@ TEST_CASE("write_png: options out of range are refused and nothing is written") 
   narrow.width_px = ImageOptions::kMinWidthPx - 1;
   ImageOptions wide;
   wide.width_px = ImageOptions::kMaxWidthPx + 1;
-  ImageOptions steep;
-  steep.elevation_deg = 86.0F;
-  ImageOptions nowhere;
-  nowhere.heading_deg = nan;
   REQUIRE(refused(0.0F, {}));
   REQUIRE(refused(-0.1F, {}));
   REQUIRE(refused(nan, {}));
   REQUIRE(refused(0.1F, narrow));
   REQUIRE(refused(0.1F, wide));
-  REQUIRE(refused(0.1F, steep));
-  REQUIRE(refused(0.1F, nowhere));
 }
 
 TEST_CASE("write_png: a folder that does not exist is refused with the path in the message") {
