@@ -6,25 +6,32 @@
 set -euo pipefail
 here=$(cd "$(dirname "$0")/.." && pwd)
 out=${1:-out/demo}
-mkdir -p "$out" || { echo "cannot write into $out; name another folder" >&2; exit 1; }
+fail() { echo "run-demo.sh: $*" >&2; exit 1; }
+mkdir -p "$out" || fail "cannot write into $out; name another folder"
 out=$(cd "$out" && pwd)
 cd "$here"
 ./tests/install-packages.sh demo
-cmake --preset release -DTESSERA_BUILD_TESTS=OFF || { echo "configuring failed, see above" >&2; exit 1; }
-cmake --build --preset release --target tessera_cli
+# A build that the tests have been set up in stays so.
+tests=()
+[ -f build/release/CMakeCache.txt ] || tests=(-DTESSERA_BUILD_TESTS=OFF)
+cmake --preset release "${tests[@]}" || fail "CMake could not configure build/release, see above"
+cmake --build --preset release --target tessera_cli || fail "build/release does not build, see above"
 tessera=$here/build/release/tessera
 
 # map_and_show NAME DATASET TITLE [map options]: map, evaluate, picture, voxels.
 map_and_show() {
   local name=$1 dataset=$2 title=$3
   shift 3
-  "$tessera" map --dataset "$dataset" --out "$out/$name.tsm" --report "$out/$name.map.json" "$@" >"$out/$name.log"
-  "$tessera" eval --map "$out/$name.tsm" --dataset "$dataset" --report "$out/$name.eval.json" >>"$out/$name.log"
-  "$tessera" export --map "$out/$name.tsm" --format png --title "$title" --out "$out/$name.png" >>"$out/$name.log"
-  "$tessera" export --map "$out/$name.tsm" --format ply --out "$out/$name.ply" >>"$out/$name.log"
+  {
+    "$tessera" map --dataset "$dataset" --out "$out/$name.tsm" --report "$out/$name.map.json" "$@" &&
+      "$tessera" eval --map "$out/$name.tsm" --dataset "$dataset" --report "$out/$name.eval.json" &&
+      "$tessera" export --map "$out/$name.tsm" --format png --title "$title" --out "$out/$name.png" &&
+      "$tessera" export --map "$out/$name.tsm" --format ply --out "$out/$name.ply"
+  } >"$out/$name.log" || fail "mapping $dataset stopped, see above"
 }
 
-"$tessera" simulate --scene street --robots 2 --scans 20 --seed 1 --out "$out/street" >"$out/simulate.log"
+"$tessera" simulate --scene street --robots 2 --scans 20 --seed 1 --out "$out/street" >"$out/simulate.log" ||
+  fail "the simulation stopped, see above"
 map_and_show robot_0 "$out/street/robot_0" "Simulated street, robot 0, 64 beams" --robot 0
 map_and_show robot_1 "$out/street/robot_1" "Simulated street, robot 1, 16 beams" --robot 1
 data=${TESSERA_DATA:-$here/../shared/data}

@@ -2,8 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // tessera export: a map for people's eyes (PNG) and for other tools (PLY).
 #include <cstdio>
+#include <filesystem>
 
 #include "cli/command.hpp"
+#include "cli/number_text.hpp"
+#include "cli/outputs.hpp"
 #include "cli/report.hpp"
 #include "cli/stored_map.hpp"
 #include "render/ply.hpp"
@@ -49,6 +52,11 @@ std::vector<PlyVoxel> occupied_voxels(const LocalMap& map, const ExportOptions& 
   return voxels;
 }
 
+std::string title_of(const ExportOptions& options) {
+  if (!options.title.empty()) return options.title;
+  return std::filesystem::path(options.map).filename().string();
+}
+
 Outcome<WriteReport> write_picture(const LocalMap& map, const std::vector<PlyVoxel>& voxels,
                                    const ExportOptions& options) {
   std::vector<RenderVoxel> colored;
@@ -56,7 +64,7 @@ Outcome<WriteReport> write_picture(const LocalMap& map, const std::vector<PlyVox
   for (const PlyVoxel& v : voxels) colored.push_back({v.x, v.y, v.z, v.color});
   ImageOptions image;
   image.width_px = options.width_px;
-  image.title = options.title.empty() ? options.map : options.title;
+  image.title = title_of(options);
   image.view = options.view == "top" ? View::kTop
                                      : (options.view == "oblique" ? View::kOblique : View::kBoth);
   for (int label = 1; label <= map.classes().num_classes(); ++label) {
@@ -67,38 +75,92 @@ Outcome<WriteReport> write_picture(const LocalMap& map, const std::vector<PlyVox
   return write_png(colored, static_cast<float>(map.lattice().resolution_m()), image, options.out);
 }
 
-Outcome<void> run_export(const ExportOptions& options) {
-  if (options.format != "ply" && options.format != "png") {
-    return Failure{"--format " + options.format + " is not known; give ply or png"};
-  }
-  if (options.view != "both" && options.view != "top" && options.view != "oblique") {
-    return Failure{"--view " + options.view + " is not known; give both, top or oblique"};
-  }
-  if (options.ply_form != "points" && options.ply_form != "cubes") {
-    return Failure{"--ply-form " + options.ply_form + " is not known; give points or cubes"};
-  }
+Failure not_allowed(const char* option, const std::string& given, const std::string& allowed) {
+  return {std::string(option) + " " + given + " is not allowed; give " + allowed};
+}
+
+Outcome<void> check_usage(const ExportOptions& options) {
+  if (options.format != "ply" && options.format != "png")
+    return not_allowed("--format", options.format, "ply or png");
+  if (options.view != "both" && options.view != "top" && options.view != "oblique")
+    return not_allowed("--view", options.view, "both, top or oblique");
+  if (options.ply_form != "points" && options.ply_form != "cubes")
+    return not_allowed("--ply-form", options.ply_form, "points or cubes");
   if (options.width_px < ImageOptions::kMinWidthPx ||
       options.width_px > ImageOptions::kMaxWidthPx) {
-    return Failure{"--width must be from 200 to 6000 pixels"};
+    return not_allowed("--width", std::to_string(options.width_px),
+                       std::to_string(ImageOptions::kMinWidthPx) + " to " +
+                           std::to_string(ImageOptions::kMaxWidthPx) + " pixels");
   }
-  const Outcome<void> writable = check_writable(options.report);
-  if (!writable.ok()) return writable.failure();
+  if (!(options.min_evidence >= 0.0 && options.min_evidence <= 1e6))
+    return not_allowed("--min-evidence", text_of(options.min_evidence), "a number from 0 to 1e6");
+  if (!(options.min_probability >= 0.0 && options.min_probability <= 1.0))
+    return not_allowed("--min-probability", text_of(options.min_probability),
+                       "a number from 0 to 1");
+  if (options.out.empty()) return Failure{"--out has no name; name the file to write"};
+  return check_outputs({{"--out", options.out}, {"--report", options.report}},
+                       {{"--map", options.map}});
+}
+
+/// By label; 0 is no label.
+std::vector<std::string> label_names(const ClassTable& classes) {
+  std::vector<std::string> names(1);
+  for (int label = 1; label <= classes.num_classes(); ++label)
+    names.emplace_back(classes[label].name_view());
+  return names;
+}
+
+void warn_of_losses(const ExportOptions& options, std::size_t voxels, const WriteReport& written) {
+  const bool limited = options.min_evidence > 0.0 || options.min_probability > 0.0;
+  if (voxels == 0) {
+    warn(limited ? "no occupied voxel passes --min-evidence " + text_of(options.min_evidence) +
+                       " and --min-probability " + text_of(options.min_probability)
+                 : std::string("the map has no occupied voxel"));
+  }
+  if (written.left_out > 0) {
+    warn(counted(written.left_out, "voxel") +
+         (options.format == "png"
+              ? " not shown in each view: so far from the rest that the picture "
+                "would shrink"
+              : " left out: no finite coordinates"));
+  }
+}
+
+Json report_of(const ExportOptions& options, const WriteReport& written) {
+  return {{"voxels", written.voxels},
+          {"left_out", written.left_out},
+          {"format", options.format},
+          {"out", options.out},
+          {"config",
+           {{"map", options.map},
+            {"format", options.format},
+            {"out", options.out},
+            {"report", options.report},
+            {"view", options.view},
+            {"width", options.width_px},
+            {"title", title_of(options)},
+            {"ply_form", options.ply_form},
+            {"min_evidence", options.min_evidence},
+            {"min_probability", options.min_probability}}}};
+}
+
+Outcome<void> run_export(const ExportOptions& options) {
+  const Outcome<void> usage = check_usage(options);
+  if (!usage.ok()) return usage.failure();
   const Outcome<std::unique_ptr<StoredMap>> stored = load_map(options.map);
   if (!stored.ok()) return stored.failure();
   const LocalMap& map = (*stored)->map;
   const std::vector<PlyVoxel> voxels = occupied_voxels(map, options);
   const PlyForm form = options.ply_form == "cubes" ? PlyForm::kCubes : PlyForm::kPoints;
   const Outcome<WriteReport> written =
-      options.format == "png"
-          ? write_picture(map, voxels, options)
-          : write_ply(voxels, static_cast<float>(map.lattice().resolution_m()), options.out, form);
+      options.format == "png" ? write_picture(map, voxels, options)
+                              : write_ply(voxels, static_cast<float>(map.lattice().resolution_m()),
+                                          options.out, form, label_names(map.classes()));
   if (!written.ok()) return written.failure();
-  std::printf("%llu occupied voxels into %s\n", static_cast<unsigned long long>(written->voxels),
+  std::printf("%s into %s\n", counted(written->voxels, "occupied voxel").c_str(),
               options.out.c_str());
-  if (voxels.empty()) warn("the map has no occupied voxel");
-  return write_report(
-      {{"voxels", written->voxels}, {"format", options.format}, {"out", options.out}},
-      options.report);
+  warn_of_losses(options, voxels.size(), *written);
+  return write_report(report_of(options, *written), options.report);
 }
 
 }  // namespace
@@ -112,12 +174,16 @@ void add_export_command(CLI::App& app, int& exit_status) {
   command->add_option("--out", o->out, "File to write")->required();
   command->add_option("--report", o->report, "JSON report to write");
   command->add_option("--view", o->view, "png: both, top or oblique")->capture_default_str();
-  command->add_option("--width", o->width_px, "png: pixels")->capture_default_str();
-  command->add_option("--title", o->title, "png: the line above [the map's name]");
+  command->add_option("--width", o->width_px, "png: pixels, 600 to 6000")
+      ->check(whole_number<int>())
+      ->capture_default_str();
+  command->add_option("--title", o->title, "png: the line above [the map file's name]");
   command->add_option("--ply-form", o->ply_form, "ply: points or cubes")->capture_default_str();
   command->add_option("--min-evidence", o->min_evidence, "Leave voxels with less evidence out")
+      ->check(decimal_number())
       ->capture_default_str();
   command->add_option("--min-probability", o->min_probability, "Leave less probable labels out")
+      ->check(decimal_number())
       ->capture_default_str();
   command->footer("Example: tessera export --map map.tsm --format png --out map.png");
   command->callback([o, &exit_status] {

@@ -5,6 +5,8 @@
 #include <limits>
 
 #include "cli/command.hpp"
+#include "cli/number_text.hpp"
+#include "cli/outputs.hpp"
 #include "cli/report.hpp"
 #include "cli/stored_map.hpp"
 #include "posix/input_file.hpp"
@@ -51,8 +53,8 @@ Json to_json(const StoredMap& stored, const Content& content, std::uint64_t file
                {"resolution", map.config().resolution_m},
                {"prior", map.config().prior},
                {"counts", "dense"},
-               {"max_evidence", map.config().max_evidence},
-               {"free_weight", map.config().free_weight},
+               {"max_evidence", decimal_of(map.config().max_evidence)},
+               {"free_weight", decimal_of(map.config().free_weight)},
                {"file_bytes", file_bytes},
                {"blocks", usage.blocks},
                {"label_voxels", usage.label_voxels},
@@ -113,16 +115,16 @@ void print(const Json& json, const std::string& path) {
 }
 
 Outcome<void> run_info(const std::string& path, const std::string& report) {
-  const Outcome<void> writable = check_writable(report);
-  if (!writable.ok()) return writable.failure();
+  const Outcome<void> places = check_outputs({{"--report", report}}, {{"FILE", path}});
+  if (!places.ok()) return places.failure();
   const Outcome<std::unique_ptr<StoredMap>> stored = load_map(path);
   if (!stored.ok()) return stored.failure();
   const Outcome<InputFile> file = InputFile::open(path);
   if (!file.ok()) return file.failure();
   std::vector<KeyedIndex> workspace = workspace_for((*stored)->map);
   const Content content = survey((*stored)->map, workspace);
-  const Json json =
-      to_json(**stored, content, file->size_bytes(), digest((*stored)->map, workspace));
+  Json json = to_json(**stored, content, file->size_bytes(), digest((*stored)->map, workspace));
+  json["config"] = {{"file", path}, {"report", report}};
   print(json, path);
   return write_report(json, report);
 }

@@ -7,6 +7,7 @@
 #include <exception>
 
 #include "cli/command.hpp"
+#include "cli/map_options.hpp"
 #include "tessera/base/assert.hpp"
 #include "tessera/base/version.hpp"
 
@@ -22,6 +23,21 @@ int fail(const Failure& failure) {
 void warn(const std::string& message) { std::fprintf(stderr, "warning: %s\n", message.c_str()); }
 
 namespace {
+
+/// What is wrong with the words typed, and whose help says more.
+Failure usage_failure(const CLI::App& app, const CLI::ParseError& error) {
+  const std::vector<CLI::App*> called = app.get_subcommands();
+  const std::string subcommand = called.empty() ? "" : called.front()->get_name();
+  const std::string help =
+      "; see tessera " + (subcommand.empty() ? "" : subcommand + " ") + "--help";
+  // A word that nobody knows explains more than the option that is missing because of it.
+  const std::vector<std::string> unknown = app.remaining(true);
+  if (unknown.empty()) return {error.what() + help};
+  const std::string option = unknown.front().substr(0, unknown.front().find('='));
+  if (subcommand == "map" && is_planned_map_option(option))
+    return {option + " is not in this version; leave it out" + help};
+  return {"there is no option or subcommand " + unknown.front() + help};
+}
 
 int run(int argc, char** argv) {
   CLI::App app("Dense semantic occupancy maps that teams of robots build and share");
@@ -43,12 +59,7 @@ int run(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) return app.exit(error);
-    // A word that nobody knows explains more than the option that is missing because of it.
-    const std::vector<std::string> unknown = app.remaining(true);
-    if (!unknown.empty()) {
-      return fail({"there is no option or subcommand " + unknown.front() + "; see tessera --help"});
-    }
-    return fail({std::string(error.what()) + "; see tessera --help"});
+    return fail(usage_failure(app, error));
   }
   return exit_status;
 }

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "cli/report.hpp"
 #include "posix/outcome.hpp"
@@ -46,14 +47,16 @@ struct MapOptions {
 /// What mapping is set up with.
 struct MapSetup {
   MapConfig map;
+  double max_evidence = 0.0;  ///< As typed: the map's own are floats.
+  double free_weight = 0.0;
   InferenceConfig inference;
   std::size_t budget_bytes = 0;
 };
 
-/// As a person would type the number.
-std::string text_of(double value);
-
 void declare_map_options(CLI::App& command, MapOptions& options);
+
+/// True iff "map" is going to have the option, but has not in this version.
+bool is_planned_map_option(std::string_view option);
 
 /// Fails with kUsage, naming the option, iff a value is out of its range or options contradict each
 /// other.
@@ -66,5 +69,9 @@ Json to_json(const MapOptions& options, const MapSetup& setup);
 /// too small for both, capacities shrink until scratch takes half. Fails with kUsage iff the budget
 /// holds no map at all.
 Outcome<ScanCapacity> split_budget(MapSetup& setup, std::size_t max_points);
+
+/// A --memory, in whole MiB, with which split_budget gives a map at least so much storage.
+std::size_t budget_for_storage(const MapSetup& setup, std::size_t max_points,
+                               std::size_t storage_bytes);
 
 }  // namespace tessera

@@ -6,6 +6,8 @@
 #include <cstdio>
 
 #include "cli/command.hpp"
+#include "cli/losses.hpp"
+#include "cli/number_text.hpp"
 
 namespace tessera {
 
@@ -16,8 +18,15 @@ struct Totals {
   std::uint64_t points = 0, non_finite = 0, too_near = 0, beyond_range = 0, out_of_grid = 0,
                 unlabelled = 0;
   std::uint64_t unknown_ids = 0, bad_poses = 0, over_capacity = 0, refused_memory = 0,
-                refused_work = 0, rays_refused = 0;
+                refused_work = 0, rays_refused_memory = 0, rays_refused_work = 0;
   std::uint64_t left_out = 0, voxel_updates = 0, evaluations = 0, ray_steps = 0;
+
+  /// What a larger --memory would let in.
+  [[nodiscard]] std::uint64_t for_memory() const {
+    return refused_memory + over_capacity + rays_refused_memory;
+  }
+  /// What a larger --work-budget would let in.
+  [[nodiscard]] std::uint64_t for_work() const { return refused_work + rays_refused_work; }
 };
 
 Totals sum(const std::vector<ScanRecord>& scans) {
@@ -30,12 +39,13 @@ Totals sum(const std::vector<ScanRecord>& scans) {
     t.beyond_range += r.beyond_range;
     t.out_of_grid += r.out_of_grid;
     t.unlabelled += r.unlabelled;
-    t.unknown_ids += scan.unknown_ids;
+    t.unknown_ids += scan.unknown.points;
     t.bad_poses += r.pose == Status::kOk ? 0U : 1U;
     t.over_capacity += r.over_capacity;
     t.refused_memory += r.refused_memory();
     t.refused_work += r.refused_work;
-    t.rays_refused += r.rays_refused_memory + r.rays_refused_work;
+    t.rays_refused_memory += r.rays_refused_memory;
+    t.rays_refused_work += r.rays_refused_work;
     t.left_out += r.left_out();
     t.voxel_updates += r.voxel_updates;
     t.evaluations += r.evaluations;
@@ -59,7 +69,7 @@ Json scan_json(const ScanRecord& scan) {
           {"beyond_range", r.beyond_range},
           {"out_of_grid", r.out_of_grid},
           {"unlabelled", r.unlabelled},
-          {"unknown_ids", scan.unknown_ids},
+          {"unknown_ids", scan.unknown.points},
           {"refused_memory", r.refused_memory()},
           {"refused_storage", r.refused_storage},
           {"refused_tiles", r.refused_tiles},
@@ -68,10 +78,35 @@ Json scan_json(const ScanRecord& scan) {
           {"over_capacity", r.over_capacity},
           {"rays", r.rays},
           {"rays_refused", r.rays_refused_memory + r.rays_refused_work},
+          {"rays_refused_memory", r.rays_refused_memory},
+          {"rays_refused_work", r.rays_refused_work},
           {"ray_steps", r.ray_steps},
           {"tiles", r.tiles},
           {"ray_blocks", r.ray_blocks},
           {"kernel_evaluations", r.evaluations}};
+}
+
+void warn_of_losses(const std::vector<ScanRecord>& scans) {
+  const Totals t = sum(scans);
+  const auto warn_if = [](std::uint64_t count, const char* thing, const std::string& fate) {
+    if (count > 0) warn(counted(count, thing) + " " + fate);
+  };
+  NumberList bad_poses;
+  UnknownIdCount unknown;
+  for (const ScanRecord& scan : scans) {
+    if (scan.report.pose != Status::kOk) bad_poses.add(scan.index);
+    unknown.add(scan.index, scan.unknown);
+  }
+  warn_if(
+      t.bad_poses, "scan",
+      "left out, with a pose that is not a rigid transform within the grid: " + bad_poses.text());
+  warn_if(t.non_finite, "point", "refused: coordinates that are not finite");
+  warn_if(t.out_of_grid, "point", "refused: outside the grid");
+  if (unknown.points() > 0) warn(unknown.text());
+  warn_if(t.for_memory(), "refusal",
+          "of points or rays for lack of memory; give a larger --memory or a coarser --resolution");
+  warn_if(t.for_work(), "refusal",
+          "of points or rays, as the work budget was spent; give a larger --work-budget");
 }
 
 }  // namespace
@@ -123,7 +158,7 @@ Json to_json(const MapRun& run, const LocalMap& map, const Json& config) {
                                                   ? 0.0
                                                   : static_cast<double>(usage.used_bytes) /
                                                         static_cast<double>(usage.label_voxels)},
-                    {"refused", t.left_out},
+                    {"refused", t.refused_memory + t.over_capacity + t.rays_refused_memory},
                     {"blocks", usage.blocks},
                     {"blocks_refused", usage.blocks_refused},
                     {"storage_refused", usage.storage_refused}};
@@ -134,22 +169,11 @@ Json to_json(const MapRun& run, const LocalMap& map, const Json& config) {
 }
 
 void print_summary(const MapRun& run, const LocalMap& map, const std::string& out) {
-  const Totals t = sum(run.scans);
-  const auto warn_if = [](std::uint64_t count, const char* what) {
-    if (count > 0) warn(std::to_string(count) + " " + what);
-  };
-  warn_if(t.bad_poses, "scans were left out: their pose is not a rigid transform within the grid");
-  warn_if(t.non_finite, "points were refused: coordinates that are not finite");
-  warn_if(t.out_of_grid, "points were refused: outside the grid");
-  warn_if(t.unknown_ids, "points have class ids that are in no class; they count as unlabelled");
-  warn_if(t.refused_memory + t.over_capacity + t.rays_refused,
-          "points or rays were left out for lack of memory; give a larger --memory or a coarser "
-          "--resolution");
-  warn_if(t.refused_work, "points were left out: the work budget was spent");
+  warn_of_losses(run.scans);
   const MapUsage usage = map.usage();
   const Timing timing = timing_of(run.scans);
-  std::printf("%zu scans, %llu points into %s\n", run.scans.size(),
-              static_cast<unsigned long long>(t.points), out.c_str());
+  std::printf("%s, %s into %s\n", counted(run.scans.size(), "scan").c_str(),
+              counted(sum(run.scans).points, "point").c_str(), out.c_str());
   std::printf("  time     median %.1f ms a scan, p99 %.1f ms, max %.1f ms\n", timing.median_ms,
               timing.p99_ms, timing.max_ms);
   std::printf("  voxels   %llu labelled or occupied, %llu free\n",

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "cli/report.hpp"
+#include "dataset/dataset.hpp"
 #include "tessera/inference/scan_report.hpp"
 #include "tessera/map/local_map.hpp"
 
@@ -16,7 +17,7 @@ namespace tessera {
 struct ScanRecord {
   int index = 0;
   double milliseconds = 0.0;
-  std::uint64_t unknown_ids = 0;
+  UnknownRawIds unknown;
   ScanReport report;
 };
 

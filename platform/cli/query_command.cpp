@@ -4,13 +4,16 @@
 #include <array>
 #include <charconv>
 #include <cstdio>
-#include <fstream>
 #include <limits>
 
 #include "cli/command.hpp"
+#include "cli/number_text.hpp"
+#include "cli/outputs.hpp"
 #include "cli/report.hpp"
 #include "cli/stored_map.hpp"
+#include "dataset/number_row.hpp"
 #include "posix/atomic_file.hpp"
+#include "posix/input_file.hpp"
 
 namespace tessera {
 
@@ -23,13 +26,6 @@ struct QueryOptions {
   std::string report;
 };
 
-std::string_view trimmed(std::string_view text) {
-  while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
-  while (!text.empty() && (text.back() == ' ' || text.back() == '\t' || text.back() == '\r'))
-    text.remove_suffix(1);
-  return text;
-}
-
 /// Three numbers, "nan" and "inf" among them; what is beyond a float becomes infinite, so out of
 /// the grid.
 std::optional<Point3f> parse_point(std::string_view line) {
@@ -38,7 +34,7 @@ std::optional<Point3f> parse_point(std::string_view line) {
     const std::size_t comma = line.find(',');
     if ((comma == std::string_view::npos) != (axis == 2)) return std::nullopt;
     std::string_view field = trimmed(line.substr(0, comma));
-    if (!field.empty() && field.front() == '+') field.remove_prefix(1);
+    if (field.size() > 1 && field[0] == '+' && field[1] != '-') field.remove_prefix(1);
     double value = 0.0;
     const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
     if (end != field.data() + field.size() || field.empty() || error == std::errc::invalid_argument)
@@ -76,42 +72,68 @@ void put_row(AtomicFile& file, const LocalMap& map, std::string_view point_text,
   put(file, "\n");
 }
 
+/// The file's content after the header x,y,z.
+Outcome<std::string> read_points(const std::string& path) {
+  constexpr std::size_t kMaxTextBytes = std::size_t{1} << 32U;
+  Outcome<std::string> content = read_text_file(path, kMaxTextBytes);
+  if (!content.ok()) return content.failure();
+  if (content->empty()) return Failure{path + " is empty; its line 1 must be x,y,z"};
+  std::string_view text = *content;
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";  // Spreadsheets put it there.
+  if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
+  if (text.empty() || trimmed(take_line(text)) != "x,y,z") {
+    return text_failure({path, 1}, "the header is missing", "it must be x,y,z");
+  }
+  content->erase(0, content->size() - text.size());
+  return content;
+}
+
+void put_header(AtomicFile& out, const LocalMap& map) {
+  std::string header = "x,y,z,state,label,probability,variance,evidence";
+  for (int l = 0; l < map.num_components(); ++l) header += ",sigma_" + std::to_string(l);
+  put(out, header + "\n");
+}
+
+/// points: the lines from number 2 on. Gives the number of rows written.
+Outcome<std::uint64_t> put_rows(AtomicFile& out, const LocalMap& map, std::string_view points,
+                                const std::string& path) {
+  std::uint64_t rows = 0;
+  for (TextPlace place{path, 2}; !points.empty(); ++place.line) {
+    const std::string_view text = trimmed(take_line(points));
+    if (text.empty()) continue;
+    const std::optional<Point3f> p_map = parse_point(text);
+    if (!p_map) return text_failure(place, "not three numbers x,y,z", "mend or remove it");
+    put_row(out, map, text, *p_map);
+    ++rows;
+  }
+  return rows;
+}
+
 Outcome<void> run_query(const QueryOptions& options) {
-  const Outcome<void> writable = check_writable(options.report);
-  if (!writable.ok()) return writable.failure();
+  const Outcome<void> places =
+      check_outputs({{"--out", options.out}, {"--report", options.report}},
+                    {{"--map", options.map}, {"--points", options.points}});
+  if (!places.ok()) return places.failure();
   const Outcome<std::unique_ptr<StoredMap>> stored = load_map(options.map);
   if (!stored.ok()) return stored.failure();
   const LocalMap& map = (*stored)->map;
-  std::ifstream points(options.points);
-  if (!points)
-    return Failure{"cannot read " + options.points + "; name a CSV file with the header x,y,z"};
-  std::string line;
-  if (!std::getline(points, line) || trimmed(line) != "x,y,z") {
-    return Failure{options.points + " line 1: the header must be x,y,z"};
-  }
+  const Outcome<std::string> points = read_points(options.points);
+  if (!points.ok()) return points.failure();
   Outcome<AtomicFile> out = AtomicFile::open(options.out);
   if (!out.ok()) return out.failure();
-  std::string header = "x,y,z,state,label,probability,variance,evidence";
-  for (int l = 0; l < map.num_components(); ++l) header += ",sigma_" + std::to_string(l);
-  put(*out, header + "\n");
-  std::uint64_t rows = 0;
-  for (std::uint64_t number = 2; std::getline(points, line); ++number) {
-    const std::string_view text = trimmed(line);
-    if (text.empty()) continue;
-    const std::optional<Point3f> p_map = parse_point(text);
-    if (!p_map)
-      return Failure{options.points + " line " + std::to_string(number) +
-                     ": not three numbers x,y,z; mend or remove it"};
-    put_row(*out, map, text, *p_map);
-    ++rows;
-  }
+  put_header(*out, map);
+  const Outcome<std::uint64_t> rows = put_rows(*out, map, *points, options.points);
+  if (!rows.ok()) return rows.failure();
   const Outcome<void> committed = out->commit();
   if (!committed.ok()) return committed.failure();
-  std::printf("%llu points into %s\n", static_cast<unsigned long long>(rows), options.out.c_str());
-  return write_report(
-      {{"points", rows},
-       {"config", {{"map", options.map}, {"points", options.points}, {"out", options.out}}}},
-      options.report);
+  std::printf("%s into %s\n", counted(*rows, "point").c_str(), options.out.c_str());
+  return write_report({{"points", *rows},
+                       {"config",
+                        {{"map", options.map},
+                         {"points", options.points},
+                         {"out", options.out},
+                         {"report", options.report}}}},
+                      options.report);
 }
 
 }  // namespace

@@ -4,6 +4,8 @@
 #include <cstdio>
 
 #include "cli/command.hpp"
+#include "cli/number_text.hpp"
+#include "cli/outputs.hpp"
 #include "cli/report.hpp"
 #include "posix/progress.hpp"
 #include "simulator/dataset_writer.hpp"
@@ -20,11 +22,57 @@ struct SimulateOptions {
   std::string report;
 };
 
+// The simulator has the same limits; here they are told with the names of the options.
+constexpr int kMaxRobots = 8;
+constexpr int kMaxScans = 1000;
+constexpr double kMaxPoseErrorM = 100.0;
+constexpr double kMaxRotationErrorDeg = 180.0;
+
+Outcome<void> check_usage(const SimulateOptions& options) {
+  const auto in_range = [](int value, int most) { return value >= 1 && value <= most; };
+  const auto refusal = [](const char* option, const std::string& given, const std::string& range) {
+    return Failure{std::string(option) + " " + given + " is not allowed; give " + range};
+  };
+  const SimulatorConfig& config = options.config;
+  if (config.scene != "street") return refusal("--scene", config.scene, "street");
+  if (!in_range(config.robots, kMaxRobots))
+    return refusal("--robots", std::to_string(config.robots), "1 to " + std::to_string(kMaxRobots));
+  if (!in_range(config.scans, kMaxScans))
+    return refusal("--scans", std::to_string(config.scans), "1 to " + std::to_string(kMaxScans));
+  const double error_m = options.pose_error.translation_m;
+  if (!(error_m >= 0.0 && error_m <= kMaxPoseErrorM))
+    return refusal("--pose-error", text_of(error_m), "metres from 0 to 100");
+  const double error_deg = options.pose_error.rotation_deg;
+  if (!(error_deg >= 0.0 && error_deg <= kMaxRotationErrorDeg))
+    return refusal("--rotation-error", text_of(error_deg), "degrees from 0 to 180");
+  for (int robot = 0; robot < config.robots; ++robot) {
+    const std::string folder = options.out + "/robot_" + std::to_string(robot);
+    const Outcome<void> places =
+        check_outputs({{"--report", options.report}}, {}, {.path = folder});
+    if (!places.ok()) return places.failure();
+  }
+  return {};
+}
+
+Json report_of(const SimulateOptions& options) {
+  Json json = {{"scene", options.config.scene},
+               {"robots", options.config.robots},
+               {"scans", options.config.scans},
+               {"seed", options.config.seed},
+               {"out", options.out}};
+  Json config = json;
+  config["pose_error"] = options.pose_error.translation_m;
+  config["rotation_error"] = options.pose_error.rotation_deg;
+  config["report"] = options.report;
+  json["config"] = config;
+  return json;
+}
+
 Outcome<void> run_simulate(const SimulateOptions& options) {
+  const Outcome<void> usage = check_usage(options);
+  if (!usage.ok()) return usage.failure();
   const Outcome<StreetSimulator> simulator = StreetSimulator::make(options.config);
   if (!simulator.ok()) return simulator.failure();
-  const Outcome<void> writable = check_writable(options.report);
-  if (!writable.ok()) return writable.failure();
   Progress progress("simulating", static_cast<std::uint64_t>(options.config.robots) *
                                       static_cast<std::uint64_t>(options.config.scans));
   const DatasetWriterOptions writer{
@@ -36,12 +84,7 @@ Outcome<void> run_simulate(const SimulateOptions& options) {
   std::printf("%d robots, %d scans each into %s (seed %llu)\n", options.config.robots,
               options.config.scans, options.out.c_str(),
               static_cast<unsigned long long>(options.config.seed));
-  return write_report({{"scene", options.config.scene},
-                       {"robots", options.config.robots},
-                       {"scans", options.config.scans},
-                       {"seed", options.config.seed},
-                       {"out", options.out}},
-                      options.report);
+  return write_report(report_of(options), options.report);
 }
 
 }  // namespace
@@ -51,18 +94,25 @@ void add_simulate_command(CLI::App& app, int& exit_status) {
       app.add_subcommand("simulate", "Make a dataset a robot, with ground truth");
   auto o = std::make_shared<SimulateOptions>();
   command->add_option("--scene", o->config.scene, "Scene: street")->capture_default_str();
-  command->add_option("--robots", o->config.robots, "Robots, 1 to 8")->capture_default_str();
+  command->add_option("--robots", o->config.robots, "Robots, 1 to 8")
+      ->check(whole_number<int>())
+      ->capture_default_str();
   command->add_option("--scans", o->config.scans, "Scans a robot, 1 to 1000")
+      ->check(whole_number<int>())
       ->capture_default_str();
   command->add_option("--seed", o->config.seed, "Seed; the same gives the same bytes")
-      ->check(CLI::NonNegativeNumber)
+      ->check(whole_number<std::uint64_t>())
       ->capture_default_str();
   command->add_option("--out", o->out, "Folder to write robot_0, robot_1, ... into")->required();
   command
       ->add_option("--pose-error", o->pose_error.translation_m,
-                   "Sigma of T_global_map_perturbed.txt, m an axis")
+                   "Sigma of T_global_map_perturbed.txt, 0 to 100 m an axis")
+      ->check(decimal_number())
       ->capture_default_str();
-  command->add_option("--rotation-error", o->pose_error.rotation_deg, "The same, degrees an axis")
+  command
+      ->add_option("--rotation-error", o->pose_error.rotation_deg,
+                   "The same, 0 to 180 degrees an axis")
+      ->check(decimal_number())
       ->capture_default_str();
   command->add_option("--report", o->report, "JSON report to write");
   command->footer(

@@ -81,7 +81,7 @@ Json recorded_setting(const MapFileHeader& header, const char* key) {
   return settings.is_object() && settings.contains(key) ? settings[key] : Json();
 }
 
-Outcome<void> load_into(const std::string& path, LocalMap& map) {
+Outcome<bool> load_into(const std::string& path, LocalMap& map) {
   Outcome<FileSource> file = open_source(path);
   if (!file.ok()) return file.failure();
   const auto buffer = std::make_unique<MapFileBuffer>();
@@ -89,8 +89,9 @@ Outcome<void> load_into(const std::string& path, LocalMap& map) {
   MapFileStatus status = load_header(file->source(), *buffer, header);
   if (status.ok()) status = load_blocks(file->source(), header, *buffer, map);
   if (!file->error.empty()) return Failure{file->error, FailureKind::kFailure};
+  if (status.status == Status::kResourceExhausted) return false;
   if (!status.ok()) return damaged(path, status);
-  return {};
+  return true;
 }
 
 Outcome<std::unique_ptr<StoredMap>> load_map(const std::string& path, std::size_t storage_bytes) {
@@ -109,8 +110,13 @@ Outcome<std::unique_ptr<StoredMap>> load_map(const std::string& path, std::size_
     return Failure{
         path + ": the header has a setting out of range; make the map again or use another copy"};
   stored->map = std::move(*map);
-  const Outcome<void> loaded = load_into(path, stored->map);
+  const Outcome<bool> loaded = load_into(path, stored->map);
   if (!loaded.ok()) return loaded.failure();
+  if (!*loaded) {
+    return Failure{path +
+                   ": the file holds more than its header says; make the map again or use "
+                   "another copy"};
+  }
   return stored;
 }
 
@@ -122,8 +128,10 @@ Outcome<void> save_map(const LocalMap& map, const MapIdentity& identity,
                         return static_cast<AtomicFile*>(context)->write(bytes);
                       }};
   const auto buffer = std::make_unique<MapFileBuffer>();
+  const MapFileStatus status = save(map, identity, workspace, *buffer, sink);
   // A refused write is explained by commit, which knows the system's reason.
-  static_cast<void>(save(map, identity, workspace, *buffer, sink));
+  if (!status.ok() && status.status != Status::kIo)
+    return Failure{path + " cannot be written: " + status.what, FailureKind::kFailure};
   return file->commit();
 }
 

@@ -50,8 +50,9 @@ Outcome<MapFileHeader> load_map_header(const std::string& path);
 /// What the map's own record says of an option that it was made with; null if it does not.
 Json recorded_setting(const MapFileHeader& header, const char* key);
 
-/// Reads path into a map that was made with its header's settings. Fails as load_map.
-Outcome<void> load_into(const std::string& path, LocalMap& map);
+/// Reads path into a map that was made with its header's settings; the value is false iff the map's
+/// storage is too small for it, and the map is then of no use. Fails as load_map.
+Outcome<bool> load_into(const std::string& path, LocalMap& map);
 
 /// Writes the map to a temporary name and renames it. workspace: at least 2 * map.block_count()
 /// entries.

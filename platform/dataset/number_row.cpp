@@ -13,22 +13,6 @@ namespace {
 constexpr std::size_t kNumbers = 12;
 constexpr std::string_view kBlanks = " \t\r";
 
-/// Empty at the end of the row.
-std::string_view take_word(std::string_view& row) {
-  row.remove_prefix(std::min(row.find_first_not_of(kBlanks), row.size()));
-  const std::string_view word = row.substr(0, row.find_first_of(kBlanks));
-  row.remove_prefix(word.size());
-  return word;
-}
-
-bool parse_double(std::string_view word, double& value) {
-  // from_chars knows no plus sign, but "+-1" must not get through either.
-  if (word.size() > 1 && word[0] == '+' && word[1] != '-') word.remove_prefix(1);
-  const char* const end = word.data() + word.size();
-  const auto [stopped, error] = std::from_chars(word.data(), end, value);
-  return error == std::errc{} && stopped == end;
-}
-
 }  // namespace
 
 Failure text_failure(const TextPlace& place, std::string_view what, std::string_view remedy) {
@@ -36,6 +20,13 @@ Failure text_failure(const TextPlace& place, std::string_view what, std::string_
   message.append(", line ").append(std::to_string(place.line)).append(": ");
   message.append(what).append("; ").append(remedy);
   return {std::move(message)};
+}
+
+Failure not_a_number(const TextPlace& place, std::string_view word, std::string_view remedy) {
+  constexpr std::size_t kShownBytes = 32;
+  std::string what("'");
+  what.append(word.substr(0, kShownBytes)).append("' is not a number");
+  return text_failure(place, what, remedy);
 }
 
 std::string_view take_line(std::string_view& text) noexcept {
@@ -51,16 +42,28 @@ std::string_view trimmed(std::string_view text) noexcept {
   return text.substr(0, text.find_last_not_of(kBlanks) + 1);
 }
 
+std::string_view take_word(std::string_view& row) noexcept {
+  row.remove_prefix(std::min(row.find_first_not_of(kBlanks), row.size()));
+  const std::string_view word = row.substr(0, row.find_first_of(kBlanks));
+  row.remove_prefix(word.size());
+  return word;
+}
+
+bool parse_double(std::string_view word, double& value) noexcept {
+  // from_chars knows no plus sign, but "+-1" must not get through either.
+  if (word.size() > 1 && word[0] == '+' && word[1] != '-') word.remove_prefix(1);
+  const char* const end = word.data() + word.size();
+  const auto [stopped, error] = std::from_chars(word.data(), end, value);
+  return error == std::errc{} && stopped == end;
+}
+
 Outcome<Matrix34d> parse_matrix34(std::string_view row, const TextPlace& place) {
   Matrix34d matrix;
   std::size_t count = 0;
   for (std::string_view word = take_word(row); !word.empty(); word = take_word(row)) {
     double value = 0.0;
     if (!parse_double(word, value)) {
-      constexpr std::size_t kShownBytes = 32;
-      const std::string shown(word.substr(0, kShownBytes));
-      return text_failure(place, "'" + shown + "' is not a number",
-                          "write twelve numbers, separated by spaces");
+      return not_a_number(place, word, "write twelve numbers, separated by spaces");
     }
     if (count < kNumbers) matrix.data()[count] = value;
     ++count;

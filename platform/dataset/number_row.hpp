@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Rows of twelve numbers, as KITTI's text files have them, read the same way in every locale.
+// Rows of numbers, as KITTI's text files have them, read the same way in every locale.
 #pragma once
 
 #include <cstddef>
@@ -21,10 +21,19 @@ struct TextPlace {
 [[nodiscard]] Failure text_failure(const TextPlace& place, std::string_view what,
                                    std::string_view remedy);
 
+/// "path, line n: 'word' is not a number; remedy", a long word cut.
+[[nodiscard]] Failure not_a_number(const TextPlace& place, std::string_view word,
+                                   std::string_view remedy);
+
 /// Splits off the next line, without its end (LF or CRLF). text must not be empty.
 [[nodiscard]] std::string_view take_line(std::string_view& text) noexcept;
 /// Without the spaces and tabs around it.
 [[nodiscard]] std::string_view trimmed(std::string_view text) noexcept;
+
+/// Splits off the next word; empty at the end of the row.
+[[nodiscard]] std::string_view take_word(std::string_view& row) noexcept;
+/// False iff word is not a number that a double can hold, in full. A plus sign is allowed.
+[[nodiscard]] bool parse_double(std::string_view word, double& value) noexcept;
 
 /// Twelve numbers, separated by spaces or tabs, as a row-major 3x4 matrix. nan and inf are numbers:
 /// whether a pose is usable is decided where it is used. Fails with kUsage iff there are fewer or

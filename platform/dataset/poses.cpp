@@ -5,49 +5,13 @@
 #include <string_view>
 
 #include "dataset/number_row.hpp"
+#include "dataset/rigid.hpp"
 #include "posix/input_file.hpp"
 
 namespace tessera {
 namespace {
 
 constexpr std::size_t kMaxTextBytes = std::size_t{1} << 28U;
-
-// Written out rather than left to Eigen, whose order of summation depends on the vector width of
-// the build: the last bit of a pose decides about voxels, and so about the digest.
-Matrix34d product(const Matrix34d& A, const Matrix34d& B) noexcept {
-  Matrix34d result;
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 4; ++column) {
-      double sum = A(row, 0) * B(0, column) + A(row, 1) * B(1, column) + A(row, 2) * B(2, column);
-      if (column == 3) sum += A(row, 3);
-      result(row, column) = sum;
-    }
-  }
-  return result;
-}
-
-// The inverse itself, not the transpose: a Tr that was printed with few digits is not quite a
-// rotation, and the identity pose must still come out as the identity.
-Matrix34d inverse(const Matrix34d& T) noexcept {
-  const auto cofactor = [&T](int row, int column) {
-    const int r1 = (row + 1) % 3;
-    const int r2 = (row + 2) % 3;
-    const int c1 = (column + 1) % 3;
-    const int c2 = (column + 2) % 3;
-    return T(r1, c1) * T(r2, c2) - T(r1, c2) * T(r2, c1);
-  };
-  const double determinant =
-      T(0, 0) * cofactor(0, 0) + T(0, 1) * cofactor(0, 1) + T(0, 2) * cofactor(0, 2);
-  Matrix34d result;
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column) {
-      result(row, column) = cofactor(column, row) / determinant;
-    }
-    result(row, 3) =
-        -(result(row, 0) * T(0, 3) + result(row, 1) * T(1, 3) + result(row, 2) * T(2, 3));
-  }
-  return result;
-}
 
 }  // namespace
 

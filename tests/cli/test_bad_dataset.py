@@ -99,7 +99,7 @@ class CountedDataset(CommandCase):
             bad.predicted.append(kitti.ROAD)
             bad.true.append(kitti.ROAD)
         result, report = self.map_scans([bad])
-        self.assert_warned(result, "3 points were refused: coordinates that are not finite")
+        self.assert_warned(result, "3 points refused: coordinates that are not finite")
         self.assertEqual(3, report["scans"][0]["non_finite"])
         self.assertEqual(3, report["totals"]["non_finite"])
         _, clean = self.map_scans([good])
@@ -109,7 +109,7 @@ class CountedDataset(CommandCase):
         scan = kitti.corner_scan(1)
         scan.predicted[:4] = [7, 300, 65535, 7]
         result, report = self.map_scans([scan])
-        self.assert_warned(result, "4 points have class ids that are in no class")
+        self.assert_warned(result, "4 points with class ids that are in no class (7, 300, 65535), first in scan 0")
         self.assertEqual(4, report["totals"]["unknown_ids"])
         scan.predicted[:4] = [kitti.UNLABELLED] * 4
         _, unlabelled = self.map_scans([scan])
@@ -131,7 +131,7 @@ class CountedDataset(CommandCase):
         for name, pose in {"stretched": stretched, "mirrored": mirrored, "nan": unknown, "inf": nowhere}.items():
             with self.subTest(name):
                 result, report = self.map_scans([kitti.corner_scan(1), kitti.corner_scan(2, pose=pose)])
-                self.assert_warned(result, "1 scans were left out", "pose")
+                self.assert_warned(result, "1 scan left out", "pose", ": 1")
                 self.assertEqual(1, report["totals"]["bad_poses"])
                 self.assertEqual(["ok", "refused"], [scan["pose"] for scan in report["scans"]])
                 self.assertEqual(0, report["scans"][1]["voxel_updates"])
@@ -140,8 +140,15 @@ class CountedDataset(CommandCase):
 
     def test_a_pose_out_of_the_grid_refuses_its_points(self):
         result, report = self.map_scans([kitti.corner_scan(1, pose=kitti.moved(1e9))])
-        self.assert_warned(result, "left out" if report["totals"]["bad_poses"] else "outside the grid")
+        self.assert_warned(result, "1 scan left out", "within the grid: 0")
+        self.assertEqual(1, report["totals"]["bad_poses"])
         self.assertEqual(0, report["memory"]["label_voxels"])
+
+    def test_many_bad_poses_are_told_in_one_line(self):
+        bad = [kitti.Scan([], [], pose=("nan",) + kitti.IDENTITY[1:]) for _ in range(12)]
+        result, report = self.map_scans(bad)
+        self.assert_warned(result, "12 scans left out", ": 0, 1, 2, 3, 4, 5, 6, 7, ...")
+        self.assertEqual(12, report["totals"]["bad_poses"])
 
     def test_an_empty_scan_is_a_scan(self):
         _, report = self.map_scans([kitti.Scan([], []), kitti.corner_scan(1)])

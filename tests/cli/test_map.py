@@ -17,7 +17,7 @@ MEMORY_KEYS = {"budget_bytes", "used_bytes", "peak_bytes", "scratch_bytes", "lab
 # Every option that says how a map is made, as the report's "config" names it.
 CONFIG_KEYS = {"dataset", "out", "first", "last", "labels", "resolution", "inference", "kernel_length", "prior",
                "max_range", "downsample", "free_space", "memory", "counts", "robot", "min_weight", "max_evidence",
-               "continue"}
+               "continue", "report", "min_range", "thinning_weight", "free_weight", "work_budget"}
 
 
 class MapCase(CommandCase):
@@ -39,7 +39,8 @@ class Options(MapCase):
                               ("--min-weight", "-1"), ("--min-weight", "2"), ("--max-evidence", "-1"),
                               ("--max-evidence", "nan"), ("--free-weight", "0"), ("--downsample", "0"),
                               ("--downsample", "much"), ("--free-space", "maybe"), ("--inference", "guess"),
-                              ("--robot", "-1"), ("--robot", "x"), ("--first", "one"), ("--work-budget", "-1")):
+                              ("--robot", "-1"), ("--robot", "x"), ("--first", "one"), ("--work-budget", "-1"),
+                              ("--min-range", "-1"), ("--min-range", "50"), ("--thinning-weight", "most")):
             with self.subTest(option=option, value=value):
                 self.map_refused(self.data, f"{option}={value}", saying=(option,))
 
@@ -105,6 +106,15 @@ class Memory(MapCase):
         self.assertEqual(1, len(result.stderr.splitlines()), result.stderr)
         self.assertIn("--memory", result.stderr)
         self.assertFalse(self.out.exists())
+
+    def test_a_work_budget_that_is_spent_is_no_lack_of_memory(self):
+        result, report = self.map_dataset(self.data, self.out, "--work-budget", "2000")
+        self.assert_warned(result, "--work-budget")
+        self.assertNotIn("--memory", result.stderr)
+        self.assertEqual(0, report["memory"]["refused"])
+        self.assertGreater(report["totals"]["left_out"], 0)
+        self.assertEqual(report["totals"]["left_out"],
+                         sum(scan["refused_work"] + scan["rays_refused_work"] for scan in report["scans"]))
 
     def test_enough_memory_refuses_nothing(self):
         result, report = self.map_dataset(self.data, self.out)
@@ -196,8 +206,12 @@ class Continue(MapCase):
         self.map_refused(self.data, "--continue", self.folder / "absent.tsm", saying=("absent.tsm",))
 
     def test_in_memory_too_small_for_the_map(self):
-        self.map_dataset(self.data, self.out)
-        self.map_refused(self.data, "--memory", "200K", "--continue", self.out, saying=("--memory",))
+        data = kitti.write_dataset(self.folder / "scattered", [kitti.scattered_scan(i) for i in range(8)])
+        _, whole = self.map_dataset(data, self.out, "--memory", "64M")
+        message = self.map_refused(data, "--memory", "3M", "--continue", self.out, saying=("--memory 3M", "map.tsm"))
+        enough = message.split()[-1]
+        _, more = self.map_dataset(data, self.folder / "more.tsm", "--memory", enough, "--continue", self.out)
+        self.assertGreaterEqual(more["memory"]["label_voxels"], whole["memory"]["label_voxels"])
 
 
 class Report(MapCase):
@@ -208,7 +222,9 @@ class Report(MapCase):
             self.assertLessEqual(SCAN_KEYS, scan.keys())
         self.assertLessEqual(TOTALS_KEYS, report["totals"].keys())
         self.assertLessEqual(MEMORY_KEYS, report["memory"].keys())
-        self.assertLessEqual(CONFIG_KEYS, report["config"].keys())
+        self.assertEqual(CONFIG_KEYS, report["config"].keys())
+        self.assertEqual(0.4, report["config"]["free_weight"])
+        self.assertEqual(str(self.folder / "map.json"), report["config"]["report"])
         self.assertIn("heap_allocations_after_init", report)
         self.assertRegex(report["digest"], r"^[0-9a-f]{16}$")
 

@@ -8,19 +8,10 @@ import struct
 import unittest
 
 import kitti_folder as kitti
-from command_case import CommandCase
+from command_case import CommandCase, crc32c
 
 MOST_RESIDENT_BYTES = 512 << 20
 PREAMBLE_BYTES = 16  # magic, version, length of the header's body
-
-
-def crc32c(data):
-    crc = 0xFFFFFFFF
-    for byte in data:
-        crc ^= byte
-        for _ in range(8):
-            crc = (crc >> 1) ^ (0x82F63B78 if crc & 1 else 0)
-    return crc ^ 0xFFFFFFFF
 
 
 class Damage(CommandCase):

@@ -1,6 +1,8 @@
 # SPDX-FileCopyrightText: The tessera authors
 # SPDX-License-Identifier: Apache-2.0
 """export: files that other tools open, and what it says when there is nothing to show."""
+import json
+import re
 import struct
 import unittest
 import zlib
@@ -43,12 +45,16 @@ class Export(CommandCase):
                 head, _, body = data.partition(b"end_header\n")
                 self.assertTrue(head.startswith(b"ply\nformat binary_little_endian 1.0\n"), head[:60])
                 self.assertRegex(head, rb"element vertex [1-9][0-9]*\n")
-                self.assertGreater(len(body), 0)
+                if form == "points":
+                    for name in (b"label 9 road", b"label 13 building"):
+                        self.assertIn(b"comment " + name + b"\n", head)
+                    count = int(re.search(rb"element vertex (\d+)", head).group(1))
+                    self.assertEqual(28 * count, len(body))
 
     def test_png(self):
         for view in ("both", "top", "oblique"):
             with self.subTest(view):
-                self.done("export", "--map", "map.tsm", "--format", "png", "--view", view, "--width", 320,
+                self.done("export", "--map", "map.tsm", "--format", "png", "--view", view, "--width", 600,
                           "--out", "map.png")
                 data = (self.folder / "map.png").read_bytes()
                 self.assertTrue(data.startswith(PNG_MAGIC))
@@ -79,12 +85,42 @@ class Export(CommandCase):
         self.done("info", empty)
         self.done("eval", "--map", empty, "--dataset", self.data)
 
+    def test_limits(self):
+        base = ("export", "--map", "map.tsm", "--format", "ply", "--out", "out.ply")
+        self.assert_warned(self.done(*base, "--min-evidence", "1e6"), "no occupied voxel passes --min-evidence 1e+06")
+        self.assert_not_warned(self.done(*base, "--min-probability", "0.5"))
+        for option, value in (("--min-evidence", "-1"), ("--min-evidence", "nan"), ("--min-evidence", "1e7"),
+                              ("--min-probability", "-0.1"), ("--min-probability", "2"), ("--min-probability", "nan")):
+            with self.subTest(option=option, value=value):
+                self.refused(*base, f"{option}={value}", saying=(option, "a number from 0 to"))
+
+    def test_voxels_that_the_picture_does_not_show_are_told(self):
+        far = kitti.Scan([(2 + 0.1 * (i % 40), 0.1 * (i // 40), 0.05) for i in range(2000)],
+                         [kitti.ROAD] * 2000)
+        data = kitti.write_dataset(self.folder / "far", [far, kitti.Scan([(2, 0, 0)], [kitti.ROAD], pose=kitti.moved(9000.0))])
+        self.map_dataset(data, self.folder / "far.tsm", "--inference", "counting", "--free-space", "off")
+        result = self.done("export", "--map", "far.tsm", "--format", "png", "--out", "far.png", "--report", "far.json")
+        self.assert_warned(result, "1 voxel not shown in each view")
+        report = json.loads((self.folder / "far.json").read_text())
+        self.assertEqual(1, report["left_out"])
+
+    def test_a_long_title_and_letters_that_the_face_lacks(self):
+        for title in ("a" * 500, "Stra\u00dfe", "\n"):
+            self.done("export", "--map", "map.tsm", "--format", "png", "--title", title, "--out", "map.png")
+
+    def test_the_title_is_the_name_of_the_file(self):
+        (self.folder / "deep").mkdir()
+        (self.folder / "deep" / "map.tsm").write_bytes((self.folder / "map.tsm").read_bytes())
+        for name in ("map.tsm", "deep/map.tsm"):
+            self.done("export", "--map", name, "--format", "png", "--out", name.replace("/", "-") + ".png")
+        self.assertEqual((self.folder / "map.tsm.png").read_bytes(), (self.folder / "deep-map.tsm.png").read_bytes())
+
     def test_bad_usage(self):
         base = ("export", "--map", "map.tsm", "--out", "out.bin")
         self.refused(*base, "--format", "bmp", saying=("--format", "bmp"))
         self.refused(*base, "--format", "png", "--view", "side", saying=("--view", "side"))
         self.refused(*base, "--format", "ply", "--ply-form", "balls", saying=("--ply-form", "balls"))
-        for width in ("0", "-5", "100000", "wide"):
+        for width in ("0", "-5", "599", "100000", "wide"):
             self.refused(*base, "--format", "png", f"--width={width}", saying=("--width",))
         self.assertFalse((self.folder / "out.bin").exists())
 

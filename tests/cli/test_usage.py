@@ -53,6 +53,30 @@ class Usage(CommandCase):
             with self.subTest(subcommand):
                 self.refused(subcommand, saying=(option,))
 
+    def test_a_malformed_value_names_the_subcommands_help(self):
+        self.refused("map", "--dataset", "a", "--out", "b", "--last", "2.5", saying=("--last", "2.5", "map --help"))
+        self.refused("simulate", "--out", "b", "--scans", "x", saying=("--scans", "simulate --help"))
+
+    def test_whole_numbers_are_decimal_and_never_clamped(self):
+        required = {"map": ("--dataset", "a", "--out", "b"), "eval": ("--map", "a", "--dataset", "b"),
+                    "export": ("--map", "a", "--format", "png", "--out", "b"), "simulate": ("--out", "b")}
+        for subcommand, option in (("map", "--first"), ("map", "--last"), ("map", "--robot"), ("map", "--work-budget"),
+                                   ("eval", "--first"), ("eval", "--last"), ("export", "--width"),
+                                   ("simulate", "--robots"), ("simulate", "--scans"), ("simulate", "--seed")):
+            for value in ("0x2", "1e3", "2.0", "", "+2", "18446744073709551616", "9" * 40, "--" + "9" * 40):
+                with self.subTest(subcommand=subcommand, option=option, value=value):
+                    message = self.refused(subcommand, *required[subcommand], f"{option}={value}", saying=(option,))
+                    self.assertLess(len(message), 300)
+        self.refused("simulate", "--out", "b", "--seed=-1", saying=("--seed", "from 0 to 18446744073709551615"))
+        self.refused("map", "--dataset", "a", "--out", "b", "--work-budget=-1", saying=("--work-budget", "from 0 to"))
+
+    def test_options_of_a_later_version(self):
+        for option, value in (("--window", "40"), ("--archive", "tiles"), ("--deadline", "50")):
+            with self.subTest(option):
+                self.refused("map", "--dataset", "a", "--out", "b", option, value,
+                             saying=(option, "not in this version", "map --help"))
+                self.refused("map", "--dataset", "a", "--out", "b", f"{option}={value}", saying=("not in this version",))
+
     def test_a_refusal_stays_one_line_whatever_is_typed(self):
         self.refused("info", "a\nb.tsm")
         self.refused("paint\nthe\ntown")

@@ -1,0 +1,94 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/evaluation.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "cli/command.hpp"
+#include "cli/number_text.hpp"
+#include "dataset/rigid.hpp"
+#include "posix/progress.hpp"
+#include "tessera/registration/scan.hpp"
+
+namespace tessera {
+
+namespace {
+
+void score_scan(Evaluation& run, const DatasetScan& scan, std::span<const std::uint8_t> truth,
+                std::span<const std::uint8_t> input) {
+  const int unlabelled = run.map.classes().unlabelled();
+  const Matrix34d T_map_sensor = product(run.T_map_dataset, scan.T_map_sensor);
+  for (std::size_t i = 0; i < scan.num_points(); ++i) {
+    if (truth[i] == unlabelled) continue;
+    const float* const p_sensor = &scan.points_xyzi[4 * i];
+    const double square = static_cast<double>(p_sensor[0]) * static_cast<double>(p_sensor[0]) +
+                          static_cast<double>(p_sensor[1]) * static_cast<double>(p_sensor[1]) +
+                          static_cast<double>(p_sensor[2]) * static_cast<double>(p_sensor[2]);
+    if (!std::isfinite(square)) {
+      ++run.non_finite;
+      continue;
+    }
+    if (run.max_range_m > 0.0 && square > run.max_range_m * run.max_range_m) continue;
+    const Point3f p_map = transform(T_map_sensor, p_sensor);
+    if (!in_overlap(run.overlap, p_map)) continue;
+    run.scores.add(truth[i], run.map.query(p_map), input[i] == unlabelled ? 0 : input[i]);
+  }
+}
+
+/// Reads a scan's labels from the folder; kNoLabels gives unlabelled ones.
+Outcome<void> read_labels(const Dataset& dataset, std::size_t i, const std::string& folder,
+                          std::span<std::uint8_t> out, UnknownIdCount& unknown) {
+  if (folder == kNoLabels) {
+    std::fill(out.begin(), out.end(), dataset.classes().unlabelled());
+    return {};
+  }
+  const Outcome<UnknownRawIds> ids = dataset.read_labels(i, folder, out);
+  if (!ids.ok()) return ids.failure();
+  unknown.add(dataset.scan_number(i), *ids);
+  return {};
+}
+
+}  // namespace
+
+Outcome<void> score_all(Evaluation& run) {
+  const Dataset& dataset = run.dataset;
+  ScanBuffer buffer(dataset.max_points());
+  std::vector<std::uint8_t> truth(dataset.max_points());
+  std::vector<std::uint8_t> input(dataset.max_points());
+  Progress progress("evaluating", dataset.num_scans());
+  for (std::size_t i = 0; i < dataset.num_scans(); ++i) {
+    const Outcome<DatasetScan> scan = dataset.read(i, buffer);
+    if (!scan.ok()) return scan.failure();
+    const std::size_t n = scan->num_points();
+    const Outcome<void> t =
+        read_labels(dataset, i, run.truth, std::span(truth).first(n), run.unknown_truth);
+    if (!t.ok()) return t.failure();
+    const Outcome<void> p =
+        read_labels(dataset, i, run.input, std::span(input).first(n), run.unknown_input);
+    if (!p.ok()) return p.failure();
+    if (check_rigid(scan->T_map_sensor) == Status::kOk) {
+      score_scan(run, *scan, truth, input);
+    } else {
+      run.bad_poses.add(scan->number);
+    }
+    progress.update(i + 1);
+  }
+  progress.finish();
+  return {};
+}
+
+void warn_of_losses(const Evaluation& run) {
+  if (run.bad_poses.count() > 0) {
+    warn(counted(run.bad_poses.count(), "scan") +
+         " left out, with a pose that is not a rigid transform: " + run.bad_poses.text());
+  }
+  if (run.non_finite > 0)
+    warn(counted(run.non_finite, "point") + " left out: coordinates that are not finite");
+  for (const UnknownIdCount* const unknown : {&run.unknown_truth, &run.unknown_input}) {
+    if (unknown->points() > 0) warn(unknown->text());
+  }
+  if (run.scores.points() == 0) warn("no point has labelled truth in range; all figures are 0");
+}
+
+}  // namespace tessera

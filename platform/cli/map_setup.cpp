@@ -1,0 +1,195 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// From the options of "map" to the core's configurations: each group of options has its ranges.
+#include <charconv>
+#include <cmath>
+
+#include "cli/map_options.hpp"
+#include "cli/number_text.hpp"
+
+namespace tessera {
+
+namespace {
+
+/// "512M" and the like; K, M, G are powers of 1024.
+std::optional<std::size_t> parse_bytes(const std::string& text) {
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc{} || !(value >= 0.0)) return std::nullopt;
+  std::string unit(end, text.data() + text.size());
+  if (!unit.empty() && (unit.back() == 'B' || unit.back() == 'b')) unit.pop_back();
+  double factor = 1.0;
+  if (unit == "K" || unit == "k")
+    factor = 1024.0;
+  else if (unit == "M" || unit == "m")
+    factor = 1024.0 * 1024.0;
+  else if (unit == "G" || unit == "g")
+    factor = 1024.0 * 1024.0 * 1024.0;
+  else if (!unit.empty())
+    return std::nullopt;
+  if (value * factor > 1e15) return std::nullopt;
+  return static_cast<std::size_t>(value * factor);
+}
+
+std::optional<double> parse_metres(const std::string& text) {
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc{} || end != text.data() + text.size() || !std::isfinite(value))
+    return std::nullopt;
+  return value;
+}
+
+Failure out_of_range(const char* option, const std::string& given, const char* allowed) {
+  return {std::string(option) + " " + given + " is not allowed; give " + allowed};
+}
+
+Outcome<void> set_up_map(const MapOptions& o, MapSetup& setup) {
+  const double resolution_m = o.resolution_m.value_or(0.1);
+  if (!(resolution_m >= 1e-3 && resolution_m <= 100.0)) {
+    return out_of_range("--resolution", text_of(resolution_m), "metres from 0.001 to 100");
+  }
+  const double prior = o.prior.value_or(0.001);
+  if (!(prior >= 0.0 && prior <= 1e6))
+    return out_of_range("--prior", text_of(prior), "a number from 0 to 1e6");
+  const bool kernel = o.inference == "kernel";
+  const double free_weight = o.free_weight.value_or(kernel ? 1.0 : 0.4);
+  const double max_evidence = o.max_evidence.value_or(kernel ? 250.0 : 100.0);
+  if (!(free_weight > 0.0 && free_weight <= 1e6))
+    return out_of_range("--free-weight", text_of(free_weight), "a number above 0");
+  const double passes = max_evidence / free_weight;
+  if (!(max_evidence >= 0.0 && max_evidence <= 1e6) ||
+      (max_evidence > 0.0 && !(passes >= 1.0 && passes <= 255.0))) {
+    return out_of_range("--max-evidence", text_of(max_evidence),
+                        "0, or 1 to 255 times --free-weight");
+  }
+  if (o.counts != "dense")
+    return out_of_range("--counts", o.counts, "dense, the only store of this version");
+  setup.max_evidence = max_evidence;
+  setup.free_weight = free_weight;
+  setup.map.resolution_m = resolution_m;
+  setup.map.prior = prior;
+  setup.map.max_evidence = static_cast<float>(max_evidence);
+  setup.map.free_weight = static_cast<float>(free_weight);
+  return {};
+}
+
+Outcome<void> set_up_ranges(const MapOptions& o, InferenceConfig& inference) {
+  if (!(o.max_range_m >= 0.0 && o.max_range_m <= 1e6))
+    return out_of_range("--max-range", text_of(o.max_range_m), "metres, 0 for no limit");
+  if (!(o.min_range_m >= 0.0 && (o.max_range_m <= 0.0 || o.min_range_m < o.max_range_m))) {
+    return out_of_range("--min-range", text_of(o.min_range_m), "metres, under --max-range");
+  }
+  if (!(o.min_weight >= 0.0 && o.min_weight <= 1.0))
+    return out_of_range("--min-weight", text_of(o.min_weight), "a number from 0 to 1");
+  if (o.free_space != "on" && o.free_space != "off")
+    return out_of_range("--free-space", o.free_space, "on or off");
+  inference.min_weight = static_cast<float>(o.min_weight);
+  inference.min_range_m = static_cast<float>(o.min_range_m);
+  inference.max_range_m = static_cast<float>(o.max_range_m);
+  inference.free_space.enabled = o.free_space == "on";
+  inference.work_budget = o.work_budget;
+  return {};
+}
+
+Outcome<void> set_up_mode(const MapOptions& o, double resolution_m, InferenceConfig& inference) {
+  if (o.inference == "multi-entropy")
+    inference.mode = InferenceMode::kMultiEntropy;
+  else if (o.inference == "kernel")
+    inference.mode = InferenceMode::kKernel;
+  else if (o.inference == "counting")
+    inference.mode = InferenceMode::kCounting;
+  else
+    return out_of_range("--inference", o.inference, "multi-entropy, kernel or counting");
+  const bool kernel = inference.mode == InferenceMode::kKernel;
+  if (o.kernel_length_given && !kernel) {
+    return Failure{
+        "--kernel-length applies to --inference kernel only; leave it out, or choose that mode"};
+  }
+  const bool in_range =
+      o.kernel_length_m >= 0.5 * resolution_m && o.kernel_length_m <= 32.0 * resolution_m;
+  if (kernel && !in_range) {
+    return out_of_range("--kernel-length", text_of(o.kernel_length_m),
+                        "metres from 0.5 to 32 voxels");
+  }
+  inference.kernel_length_m = static_cast<float>(o.kernel_length_m);
+  return {};
+}
+
+Outcome<void> set_up_thinning(const MapOptions& o, double resolution_m,
+                              InferenceConfig& inference) {
+  inference.thinning_m = resolution_m;
+  if (o.downsample == "off") {
+    inference.thinning_m = 0.0;
+  } else if (!o.downsample.empty()) {
+    const std::optional<double> given = parse_metres(o.downsample);
+    if (!given || !(*given >= 1e-3 && *given <= 1e3))
+      return out_of_range("--downsample", o.downsample, "metres from 0.001 to 1000, or off");
+    inference.thinning_m = *given;
+  }
+  if (!o.thinning_weight.empty() && o.thinning_weight != "mean" && o.thinning_weight != "sum") {
+    return out_of_range("--thinning-weight", o.thinning_weight, "mean or sum");
+  }
+  const bool sum = o.thinning_weight.empty() ? inference.mode == InferenceMode::kKernel
+                                             : o.thinning_weight == "sum";
+  inference.thinning_weight = sum ? ThinningWeight::kSum : ThinningWeight::kMean;
+  return {};
+}
+
+}  // namespace
+
+Outcome<MapSetup> set_up(const MapOptions& o) {
+  MapSetup setup;
+  const Outcome<void> map = set_up_map(o, setup);
+  if (!map.ok()) return map.failure();
+  const Outcome<void> ranges = set_up_ranges(o, setup.inference);
+  if (!ranges.ok()) return ranges.failure();
+  const Outcome<void> mode = set_up_mode(o, setup.map.resolution_m, setup.inference);
+  if (!mode.ok()) return mode.failure();
+  const Outcome<void> thinning = set_up_thinning(o, setup.map.resolution_m, setup.inference);
+  if (!thinning.ok()) return thinning.failure();
+  const std::optional<std::size_t> budget = parse_bytes(o.memory);
+  if (!budget) return out_of_range("--memory", o.memory, "bytes, or a number with K, M or G");
+  setup.budget_bytes = *budget;
+  return setup;
+}
+
+Outcome<ScanCapacity> split_budget(MapSetup& setup, std::size_t max_points) {
+  ScanCapacity capacity;
+  const auto at_most = [](std::size_t value, std::size_t limit) {
+    return static_cast<std::uint32_t>(value < limit ? value : limit);
+  };
+  capacity.points = at_most(max_points == 0 ? 1 : max_points, std::size_t{1} << 24U);
+  capacity.tiles = 131072;
+  capacity.ray_blocks = 131072;
+  const bool free_space = setup.inference.free_space.enabled;
+  const auto scratch = [&] { return Integrator::required_bytes(capacity, free_space); };
+  // Tables shrink first, as most scans do not fill them; then the points a scan may have.
+  while (scratch() > setup.budget_bytes / 2 && capacity.tiles > 1024) {
+    capacity.tiles /= 2;
+    capacity.ray_blocks /= 2;
+  }
+  while (scratch() > setup.budget_bytes / 2 && capacity.points > 64) capacity.points /= 2;
+  const std::size_t taken = scratch();
+  if (taken < setup.budget_bytes) setup.map = fit_to_budget(setup.map, setup.budget_bytes - taken);
+  if (taken >= setup.budget_bytes || setup.map.storage_bytes < 4 * SlabPool::kPageBytes) {
+    return Failure{"--memory " + std::to_string(setup.budget_bytes) +
+                   " bytes hold no map; give at least " + std::to_string((2 * taken >> 20U) + 1) +
+                   "M"};
+  }
+  return capacity;
+}
+
+std::size_t budget_for_storage(const MapSetup& setup, std::size_t max_points,
+                               std::size_t storage_bytes) {
+  constexpr std::size_t kMiB = std::size_t{1} << 20U;
+  MapSetup trial = setup;
+  trial.budget_bytes = storage_bytes / kMiB * kMiB;
+  // Ends soon: scratch takes half at most, and the index some per cent of the rest.
+  while (true) {
+    trial.budget_bytes += kMiB;
+    if (split_budget(trial, max_points).ok() && trial.map.storage_bytes >= storage_bytes)
+      return trial.budget_bytes;
+  }
+}
+
+}  // namespace tessera

@@ -1,0 +1,40 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/number_text.hpp"
+
+#include <array>
+#include <cstdio>
+
+namespace tessera {
+
+CLI::Validator decimal_number() {
+  const auto check = [](std::string& text) -> std::string {
+    double value = 0.0;
+    const char* const end = text.data() + text.size();
+    const auto [stopped, error] = std::from_chars(text.data(), end, value);
+    return error == std::errc{} && stopped == end ? "" : text + " is not a number";
+  };
+  return {check, "", "decimal number"};
+}
+
+std::string text_of(double value) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%g", value);
+  return text.data();
+}
+
+double decimal_of(float value) {
+  std::array<char, 32> text{};
+  char* const end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
+  double decimal = static_cast<double>(value);
+  std::from_chars(text.data(), end, decimal);
+  return decimal;
+}
+
+std::string counted(std::uint64_t count, std::string_view singular) {
+  std::string text = std::to_string(count) + " ";
+  text.append(singular);
+  return count == 1 ? text : text + "s";
+}
+
+}  // namespace tessera
