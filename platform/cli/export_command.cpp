@@ -27,6 +27,7 @@ struct ExportOptions {
   int width_px = ImageOptions{}.width_px;
   double min_evidence = 0.0;
   double min_probability = 0.0;
+  double max_variance = 0.25;  ///< No label can have more.
 };
 
 /// What occupied voxels without a label look like.
@@ -39,6 +40,7 @@ std::vector<PlyVoxel> occupied_voxels(const LocalMap& map, const ExportOptions& 
     const Estimate e = estimate(evidence, map.config().prior);
     if (e.state != VoxelState::kOccupied || e.evidence < options.min_evidence) return;
     if (e.label != 0 && e.probability < options.min_probability) return;
+    if (e.label != 0 && e.variance > options.max_variance) return;
     const Point3d center = map.lattice().center_of(voxel);
     voxels.push_back({.x = static_cast<float>(center.x()),
                       .y = static_cast<float>(center.y()),
@@ -97,6 +99,8 @@ Outcome<void> check_usage(const ExportOptions& options) {
   if (!(options.min_probability >= 0.0 && options.min_probability <= 1.0))
     return not_allowed("--min-probability", text_of(options.min_probability),
                        "a number from 0 to 1");
+  if (!(options.max_variance >= 0.0 && options.max_variance <= 0.25))
+    return not_allowed("--max-variance", text_of(options.max_variance), "a number from 0 to 0.25");
   if (options.out.empty()) return Failure{"--out has no name; name the file to write"};
   return check_outputs({{"--out", options.out}, {"--report", options.report}},
                        {{"--map", options.map}});
@@ -111,10 +115,12 @@ std::vector<std::string> label_names(const ClassTable& classes) {
 }
 
 void warn_of_losses(const ExportOptions& options, std::size_t voxels, const WriteReport& written) {
-  const bool limited = options.min_evidence > 0.0 || options.min_probability > 0.0;
+  const bool limited =
+      options.min_evidence > 0.0 || options.min_probability > 0.0 || options.max_variance < 0.25;
   if (voxels == 0) {
     warn(limited ? "no occupied voxel passes --min-evidence " + text_of(options.min_evidence) +
-                       " and --min-probability " + text_of(options.min_probability)
+                       ", --min-probability " + text_of(options.min_probability) +
+                       " and --max-variance " + text_of(options.max_variance)
                  : std::string("the map has no occupied voxel"));
   }
   if (written.left_out > 0) {
@@ -141,7 +147,8 @@ Json report_of(const ExportOptions& options, const WriteReport& written) {
             {"title", title_of(options)},
             {"ply_form", options.ply_form},
             {"min_evidence", options.min_evidence},
-            {"min_probability", options.min_probability}}}};
+            {"min_probability", options.min_probability},
+            {"max_variance", options.max_variance}}}};
 }
 
 Outcome<void> run_export(const ExportOptions& options) {
@@ -183,6 +190,9 @@ void add_export_command(CLI::App& app, int& exit_status) {
       ->check(decimal_number())
       ->capture_default_str();
   command->add_option("--min-probability", o->min_probability, "Leave less probable labels out")
+      ->check(decimal_number())
+      ->capture_default_str();
+  command->add_option("--max-variance", o->max_variance, "Leave more uncertain labels out")
       ->check(decimal_number())
       ->capture_default_str();
   command->footer("Example: tessera export --map map.tsm --format png --out map.png");

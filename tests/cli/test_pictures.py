@@ -89,8 +89,15 @@ class Export(CommandCase):
         base = ("export", "--map", "map.tsm", "--format", "ply", "--out", "out.ply")
         self.assert_warned(self.done(*base, "--min-evidence", "1e6"), "no occupied voxel passes --min-evidence 1e+06")
         self.assert_not_warned(self.done(*base, "--min-probability", "0.5"))
+        for option, value in (("--min-probability", "0.9"), ("--max-variance", "0.02"), ("--min-evidence", "1.5")):
+            counts = []
+            for report, options in (("all.json", ()), ("some.json", (option, value))):
+                self.done(*base, *options, "--report", report)
+                counts.append(json.loads((self.folder / report).read_text())["voxels"])
+            self.assertTrue(0 < counts[1] < counts[0], (option, counts))
         for option, value in (("--min-evidence", "-1"), ("--min-evidence", "nan"), ("--min-evidence", "1e7"),
-                              ("--min-probability", "-0.1"), ("--min-probability", "2"), ("--min-probability", "nan")):
+                              ("--min-probability", "-0.1"), ("--min-probability", "2"), ("--min-probability", "nan"),
+                              ("--max-variance", "-1"), ("--max-variance", "0.26"), ("--max-variance", "nan")):
             with self.subTest(option=option, value=value):
                 self.refused(*base, f"{option}={value}", saying=(option, "a number from 0 to"))
 

@@ -81,7 +81,8 @@ InferenceConfig reference_config(InferenceMode mode) {
   return config;
 }
 
-/// Counts of the voxel that are not the golden ones to 2e-5 absolute + 1e-4 relative.
+/// Counts of the voxel that are not the golden ones to 2e-5 absolute + 1e-4 relative: the reference
+/// sums in single precision, and its numbers come with this tolerance.
 int wrong_counts(const VoxelEvidence& evidence, const GoldenVoxel& golden) {
   int wrong = 0;
   for (int component = 0; component <= kClasses; ++component) {
