@@ -27,6 +27,16 @@ std::uint32_t& refusal_counter(ScanReport& report, Integrator::Refusal refusal) 
   }
 }
 
+/// Moves the points that were not refused to the front, in their order, so that sums run as they
+/// would without the refused ones; returns their number.
+std::size_t keep_admitted(std::span<ScanPoint> points) noexcept {
+  std::size_t kept = 0;
+  for (const ScanPoint& point : points) {
+    if (point.component != kRefused) points[kept++] = point;
+  }
+  return kept;
+}
+
 }  // namespace
 
 /// Indices of the thinned points, then (from admitted_count_ on) of the far rays, nearest to the
@@ -51,6 +61,14 @@ bool Integrator::for_units_reached(const ScanTiles::Place& place, Visit&& visit)
   return for_units_around(place.tile, place.unit, reach, visit);
 }
 
+void Integrator::count_crossed(const LocalMap& map, std::span<const std::uint32_t> crossed,
+                               SlabPool::Counts& wanted) noexcept {
+  for (const std::uint32_t number : crossed) {
+    const RayBlock& ray_block = free_space_.blocks()[number];
+    if (!ray_block.reserved) count_ray_block(map, ray_block, wanted);
+  }
+}
+
 Integrator::Refusal Integrator::try_reserve(LocalMap& map, const ScanPoint& point, bool is_point,
                                             SlabPool::Counts& spoken_for) noexcept {
   const ScanTiles::Place place =
@@ -71,10 +89,7 @@ Integrator::Refusal Integrator::try_reserve(LocalMap& map, const ScanPoint& poin
     const Result<std::span<const std::uint32_t>> blocks = free_space_.cross(point.p_map);
     if (!blocks.ok()) return Refusal::kRayBlocks;
     crossed = *blocks;
-    for (const std::uint32_t number : crossed) {
-      const RayBlock& ray_block = free_space_.blocks()[number];
-      if (!ray_block.reserved) count_ray_block(map, ray_block, wanted);
-    }
+    count_crossed(map, crossed, wanted);
     if (!map.fits_or_refuse(wanted)) return Refusal::kStorage;
   }
   // A block is opened only where all that goes with it fits. The map's index may still refuse; what
@@ -135,14 +150,6 @@ void Integrator::admit_nearest_first(LocalMap& map, ScanReport& report) noexcept
     ++*counter;
     point.component = kRefused;
   }
-  // Kept in their order, so that sums run as they would without the refused ones.
-  const auto keep_admitted = [](std::span<ScanPoint> points) {
-    std::size_t kept = 0;
-    for (const ScanPoint& point : points) {
-      if (point.component != kRefused) points[kept++] = point;
-    }
-    return kept;
-  };
   admitted_count_ = keep_admitted(admitted_.first(admitted_count_));
   ray_count_ = keep_admitted(rays_.first(ray_count_));
 }

@@ -131,7 +131,11 @@ class Lattice {
   /// The voxel that contains p_map (metres). Fails with kOutOfRange iff p_map is not finite or
   /// outside the grid.
   [[nodiscard]] Result<VoxelCoord> voxel_of(const Point3f& p_map) const noexcept {
-    const Point3d q = to_voxels(p_map);
+    return voxel_of_double(p_map.cast<double>());
+  }
+  /// The same for coordinates of more digits. Not an overload: a sum of vectors would fit both.
+  [[nodiscard]] Result<VoxelCoord> voxel_of_double(const Point3d& p_map) const noexcept {
+    const Point3d q = p_map / resolution_m_;
     constexpr double limit = kVoxelLimit;
     // Written so that NaN fails.
     const bool inside = q.x() >= -limit && q.x() < limit && q.y() >= -limit && q.y() < limit &&
@@ -140,12 +144,10 @@ class Lattice {
     return VoxelCoord{floor_to_int(q.x()), floor_to_int(q.y()), floor_to_int(q.z())};
   }
 
-  /// p_map in units of voxels. A division, not a product with the inverse: points on a voxel border
-  /// then fall where exact arithmetic on the decimal resolution puts them in nearly all cases.
+  /// p_map in units of voxels: a division in double, as anyone would compute it who checks a voxel
+  /// by hand.
   [[nodiscard]] Point3d to_voxels(const Point3f& p_map) const noexcept {
-    return {static_cast<double>(p_map.x()) / resolution_m_,
-            static_cast<double>(p_map.y()) / resolution_m_,
-            static_cast<double>(p_map.z()) / resolution_m_};
+    return p_map.cast<double>() / resolution_m_;
   }
 
   /// The centre of a voxel, metres, map frame.

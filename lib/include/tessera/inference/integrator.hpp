@@ -33,8 +33,9 @@ class Integrator {
   }
 
   /// An integrator with scratch memory from the arena. Fails with kInvalidArgument iff a value of
-  /// config is outside its documented range or a capacity is zero;
-  /// kResourceExhausted iff the arena is too small.
+  /// config is outside its documented range, a capacity is zero, or points is over
+  /// ScanCapacity::kMaxPoints; kResourceExhausted iff the arena is too small or not aligned to
+  /// kArenaAlignment.
   [[nodiscard]] static Result<Integrator> make(Arena& arena, const InferenceConfig& config,
                                                const ScanCapacity& capacity) noexcept;
   /// No scratch memory: every return of a scan is over capacity.
@@ -92,6 +93,9 @@ class Integrator {
   /// counted before.
   void count_tile(const LocalMap& map, const Tile& tile, std::uint64_t units, std::uint64_t counted,
                   SlabPool::Counts& wanted) const noexcept;
+  /// The same for ray blocks that nothing has spoken for.
+  void count_crossed(const LocalMap& map, std::span<const std::uint32_t> crossed,
+                     SlabPool::Counts& wanted) noexcept;
   static void count_ray_block(const LocalMap& map, const RayBlock& ray_block,
                               SlabPool::Counts& wanted) noexcept;
   [[nodiscard]] std::uint64_t evaluations_per_point() const noexcept;

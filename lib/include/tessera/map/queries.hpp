@@ -36,6 +36,25 @@ void for_each_observed(const LocalMap& map, std::span<KeyedIndex> workspace, Vis
   }
 }
 
+namespace detail {
+
+/// Both corners belong to the box.
+template <class Coord>
+[[nodiscard]] constexpr bool is_within(const Coord& v, const Coord& low,
+                                       const Coord& high) noexcept {
+  return v.x >= low.x && v.x <= high.x && v.y >= low.y && v.y <= high.y && v.z >= low.z &&
+         v.z <= high.z;
+}
+
+constexpr void clip_to_grid(VoxelCoord& low, VoxelCoord& high) noexcept {
+  const auto at_least = [](std::int32_t v) { return v < -kVoxelLimit ? -kVoxelLimit : v; };
+  const auto at_most = [](std::int32_t v) { return v < kVoxelLimit ? v : kVoxelLimit - 1; };
+  low = {at_least(low.x), at_least(low.y), at_least(low.z)};
+  high = {at_most(high.x), at_most(high.y), at_most(high.z)};
+}
+
+}  // namespace detail
+
 /// Calls visit(VoxelCoord, const VoxelEvidence&) for every observed voxel with low <= voxel <= high
 /// on each axis, blocks in (z, y, x) order; the box may reach out of the grid. workspace as above,
 /// whatever the box. O(512) for each block of the map in the box, and a look-up for each block of
@@ -45,16 +64,11 @@ void for_each_in_box(const LocalMap& map, VoxelCoord low, VoxelCoord high,
                      std::span<KeyedIndex> workspace, Visit&& visit) {
   // Whatever the box: a workspace that is too short shall not go unnoticed until a box is large.
   if (workspace.size() < 2 * map.block_count()) return;
-  const auto at_least = [](std::int32_t v) { return v < -kVoxelLimit ? -kVoxelLimit : v; };
-  const auto at_most = [](std::int32_t v) { return v < kVoxelLimit ? v : kVoxelLimit - 1; };
-  low = {at_least(low.x), at_least(low.y), at_least(low.z)};
-  high = {at_most(high.x), at_most(high.y), at_most(high.z)};
+  detail::clip_to_grid(low, high);
   if (low.x > high.x || low.y > high.y || low.z > high.z) return;
   const auto visit_block = [&](const Block& block) {
     for_each_observed(map, block, [&](const VoxelCoord& v, const VoxelEvidence& evidence) {
-      const bool inside = v.x >= low.x && v.x <= high.x && v.y >= low.y && v.y <= high.y &&
-                          v.z >= low.z && v.z <= high.z;
-      if (inside) visit(v, evidence);
+      if (detail::is_within(v, low, high)) visit(v, evidence);
     });
   };
   const BlockCoord first = block_of(low);
@@ -63,10 +77,8 @@ void for_each_in_box(const LocalMap& map, VoxelCoord low, VoxelCoord high,
   const double blocks = extent(first.x, last.x) * extent(first.y, last.y) * extent(first.z, last.z);
   if (blocks > static_cast<double>(map.block_count())) {
     for (const KeyedIndex& item : map.blocks_in_order(workspace)) {
-      const BlockCoord at = unpack(BlockKey{item.key});
-      const bool meets = at.x >= first.x && at.x <= last.x && at.y >= first.y && at.y <= last.y &&
-                         at.z >= first.z && at.z <= last.z;
-      if (meets) visit_block(map.block_at(item.index));
+      if (detail::is_within(unpack(BlockKey{item.key}), first, last))
+        visit_block(map.block_at(item.index));
     }
     return;
   }

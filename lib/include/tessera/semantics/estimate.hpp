@@ -34,6 +34,12 @@ struct Estimate {
   double occupancy = 0.0;    ///< 1 - lambda_0, eq. 8, whatever the state.
 };
 
+/// The optional threshold on the label's variance: true iff there is a label and it is less certain
+/// than that.
+[[nodiscard]] constexpr bool is_uncertain(const Estimate& estimate, double max_variance) noexcept {
+  return estimate.label != 0 && estimate.variance > max_variance;
+}
+
 /// lambda_l = (prior + sigma_l) / sum over l' of (prior + sigma_l'). component in [0, C + 2). O(C).
 [[nodiscard]] inline double probability_of(const VoxelEvidence& evidence, int component,
                                            double prior) noexcept {
