@@ -144,6 +144,25 @@ Eigen::Isometry3d perturbed(const Eigen::Isometry3d& pose, const PoseError& erro
   return wrong;
 }
 
+/// Says that a folder is of this program, so that its scans may be replaced.
+constexpr const char* kMarker = "simulated.txt";
+
+/// Refuses a folder that holds what somebody else put there, and what a reader of the dataset would
+/// take into account.
+void check_folder(const fs::path& folder) {
+  if (!fs::exists(folder) || fs::is_empty(folder)) return;
+  if (!fs::exists(folder / kMarker)) {
+    throw WriteError{{"cannot write " + folder.string() +
+                      ": it holds files that were not simulated; choose another folder"}};
+  }
+  for (const char* const name : {"calib.txt", "classes.toml"}) {
+    if (fs::exists(folder / name)) {
+      throw WriteError{{"cannot write " + folder.string() + ": it holds a " + name +
+                        ", which is not part of it; remove it or choose another folder"}};
+    }
+  }
+}
+
 class Writer {
  public:
   Writer(const StreetSimulator& simulator, const fs::path& out, const DatasetWriterOptions& options)
@@ -151,13 +170,23 @@ class Writer {
 
   void write() {
     make_folder(out_);
+    for (int robot = 0; robot < simulator_.config().robots; ++robot) check_folder(folder_of(robot));
     for (int robot = 0; robot < simulator_.config().robots; ++robot) write_robot(robot);
   }
 
  private:
+  [[nodiscard]] fs::path folder_of(int robot) const {
+    return out_ / ("robot_" + std::to_string(robot));
+  }
+
   void write_robot(int robot) {
     const int scans = simulator_.config().scans;
-    const fs::path folder = out_ / ("robot_" + std::to_string(robot));
+    const fs::path folder = folder_of(robot);
+    make_folder(folder);
+    const SimulatorConfig& config = simulator_.config();
+    write_file(folder / kMarker, "scene " + config.scene + ", seed " + std::to_string(config.seed) +
+                                     ", robot " + std::to_string(robot) + ", " +
+                                     std::to_string(scans) + " scans\n");
     for (const char* name : kScanFolders) {
       make_folder(folder / name);
       clear_left_overs(folder / name, scans);

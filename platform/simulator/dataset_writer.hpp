@@ -32,10 +32,11 @@ struct DatasetWriterOptions {
 /// predictions/NNNNNN.label, poses.txt (T_map_sensor, 3x4 row-major: there is no calib.txt, so
 /// poses are those of the scanner), times.txt (seconds) and T_global_map.txt (4x4 row-major, map to
 /// street). Every file appears complete or not at all, and poses.txt last: a folder that has it
-/// holds every scan. Scans that a longer run left in the same folders are removed. The same
-/// configuration gives the same bytes. Fails with kUsage iff a pose error is negative or not
-/// finite, `out` or a folder below it cannot be made or be written to, or it holds a robot_K beyond
-/// the configured number; with kFailure iff writing itself fails, as on a full disk.
+/// holds every scan. simulated.txt tells what was simulated and marks the folder: scans that a
+/// longer run left in it are removed. The same configuration gives the same bytes. Fails with
+/// kUsage iff a pose error is negative or not finite, `out` or a folder below it cannot be made or
+/// be written to, it holds a robot_K beyond the configured number, or a robot_K holds files but no
+/// mark, or a calib.txt or classes.toml; with kFailure iff writing itself fails, as on a full disk.
 Outcome<void> write_dataset(const StreetSimulator& simulator, const std::filesystem::path& out,
                             const DatasetWriterOptions& options);
 

@@ -72,6 +72,35 @@ class Simulate(CommandCase):
                 self.refused("simulate", f"{option}={value}", "--out", "street", saying=(option, value))
                 self.assertFalse((self.folder / "street").exists())
 
+    def test_what_somebody_else_put_there_is_not_replaced(self):
+        scans = self.folder / "mine" / "robot_0" / "velodyne"
+        scans.mkdir(parents=True)
+        (scans / "000500.bin").write_bytes(b"mine")
+        self.refused("simulate", "--scans", 1, "--out", "mine", saying=("robot_0", "not simulated"))
+        self.assertEqual(["000500.bin"], [p.name for p in (self.folder / "mine").rglob("*") if p.is_file()])
+        robot = self.simulate("street") / "robot_1"
+        (robot / "calib.txt").write_text("Tr: 1 0 0 0 0 1 0 0 0 0 1 0\n")
+        self.refused("simulate", "--scans", 1, "--out", "street", saying=("robot_1", "calib.txt"))
+
+    def test_simulating_again_replaces_a_longer_run(self):
+        self.done("simulate", "--robots", 1, "--scans", 3, "--out", "again")
+        self.done("simulate", "--robots", 1, "--scans", 1, "--out", "again")
+        self.done("simulate", "--robots", 1, "--scans", 1, "--out", "fresh")
+        self.assertEqual(self.contents(self.folder / "fresh"), self.contents(self.folder / "again"))
+
+    def test_a_map_knows_where_it_lies(self):
+        street = self.simulate("street", "--seed", 3)
+        for robot in (0, 1):
+            data, out = street / f"robot_{robot}", f"map_{robot}.tsm"
+            self.map_dataset(data, out, "--robot", robot, "--memory", "256M")
+            self.done("info", out, "--report", "info.json")
+            info = json.loads((self.folder / "info.json").read_text())
+            given = [float(x) for x in (data / "T_global_map.txt").read_text().split()]
+            self.assertEqual(given[:12], info["T_global_map"])
+        result = self.done("eval", "--map", "map_0.tsm", "--dataset", street / "robot_0", "--overlap-of", "map_0.tsm",
+                           "map_1.tsm")
+        self.assert_not_warned(result)
+
     def test_unwritable_output(self):
         (self.folder / "file").write_text("")
         self.refused("simulate", "--scans", 1, "--out", "file", saying=("file",))
