@@ -9,6 +9,12 @@ out=${1:-out/demo}
 fail() { echo "run-demo.sh: $*" >&2; exit 1; }
 mkdir -p "$out" || fail "cannot write into $out; name another folder"
 out=$(cd "$out" && pwd)
+if [ -n "${TESSERA_DATA:-}" ]; then
+  data=$(cd "$TESSERA_DATA" && pwd) || fail "TESSERA_DATA names no folder: $TESSERA_DATA"
+  [ -d "$data/semantickitti_08" ] || fail "TESSERA_DATA holds no semantickitti_08: $TESSERA_DATA"
+else
+  data=$here/../shared/data
+fi
 cd "$here"
 ./tests/install-packages.sh demo
 # A build that the tests have been set up in stays so.
@@ -34,7 +40,6 @@ map_and_show() {
   fail "the simulation stopped, see above"
 map_and_show robot_0 "$out/street/robot_0" "Simulated street, robot 0, 64 beams" --robot 0
 map_and_show robot_1 "$out/street/robot_1" "Simulated street, robot 1, 16 beams" --robot 1
-data=${TESSERA_DATA:-$here/../shared/data}
 names="robot_0 robot_1"
 if [ -d "$data/semantickitti_08" ]; then
   map_and_show real "$data/semantickitti_08" "SemanticKITTI 08, scans 0-5" --first 0 --last 5

@@ -27,22 +27,27 @@ struct EvalOptions {
   std::optional<double> max_range_m;
 };
 
-void print_scores(const Scores& scores, const ClassTable& classes) {
+/// A row of the table: without an input there is no gain.
+void print_row(const char* name, double input, double map, bool has_input) {
+  if (has_input)
+    std::printf("  %-16s %8.4f %8.4f %+8.2f\n", name, input, map, 100.0 * (map - input));
+  else
+    std::printf("  %-16s %8s %8.4f %8s\n", name, "-", map, "-");
+}
+
+void print_scores(const Scores& scores, const ClassTable& classes, bool has_input) {
   const int C = classes.num_classes();
   std::printf("%llu points with labelled truth\n",
               static_cast<unsigned long long>(scores.points()));
-  std::printf("  mean IoU    input %.4f, map %.4f, gain %+.2f points\n", scores.input().mean_iou(C),
-              scores.map().mean_iou(C),
-              100.0 * (scores.map().mean_iou(C) - scores.input().mean_iou(C)));
   std::printf(
       "  accuracy %.4f, coverage %.5f, in any occupied voxel %.5f, calibration error %.4f\n",
       scores.accuracy(), scores.coverage(), scores.coverage_any(), scores.calibration_error());
-  std::printf("  %-16s %8s %8s %8s\n", "IoU by class", "input", "map", "gain");
+  std::printf("  %-16s %8s %8s %8s\n", "IoU", "input", "map", "gain");
+  print_row("mean", scores.input().mean_iou(C), scores.map().mean_iou(C), has_input);
   for (int label = 1; label <= C; ++label) {
     if (!scores.map().present(label)) continue;
-    std::printf("  %-16s %8.4f %8.4f %+8.2f\n", std::string(classes[label].name_view()).c_str(),
-                scores.input().iou(label), scores.map().iou(label),
-                100.0 * (scores.map().iou(label) - scores.input().iou(label)));
+    print_row(std::string(classes[label].name_view()).c_str(), scores.input().iou(label),
+              scores.map().iou(label), has_input);
   }
 }
 
@@ -83,7 +88,7 @@ Json json_of(const std::optional<T>& value) {
 }
 
 Json report_of(const EvalOptions& options, const Evaluation& run) {
-  Json json = run.scores.json(run.map.classes());
+  Json json = run.scores.json(run.map.classes(), options.input != kNoLabels);
   json["max_range"] = run.max_range_m;
   json["non_finite"] = run.non_finite;
   json["bad_poses"] = run.bad_poses.count();
@@ -123,7 +128,7 @@ Outcome<void> run_eval(const EvalOptions& options) {
   const Outcome<void> scored = score_all(run);
   if (!scored.ok()) return scored.failure();
   warn_of_losses(run);
-  print_scores(run.scores, run.map.classes());
+  print_scores(run.scores, run.map.classes(), options.input != kNoLabels);
   return write_report(report_of(options, run), options.report);
 }
 

@@ -40,7 +40,7 @@ std::vector<PlyVoxel> occupied_voxels(const LocalMap& map, const ExportOptions& 
     const Estimate e = estimate(evidence, map.config().prior);
     if (e.state != VoxelState::kOccupied || e.evidence < options.min_evidence) return;
     if (e.label != 0 && e.probability < options.min_probability) return;
-    if (e.label != 0 && e.variance > options.max_variance) return;
+    if (is_uncertain(e, options.max_variance)) return;
     const Point3d center = map.lattice().center_of(voxel);
     voxels.push_back({.x = static_cast<float>(center.x()),
                       .y = static_cast<float>(center.y()),
@@ -59,6 +59,10 @@ std::string title_of(const ExportOptions& options) {
   return std::filesystem::path(options.map).filename().string();
 }
 
+bool is_limited(const ExportOptions& options) {
+  return options.min_evidence > 0.0 || options.min_probability > 0.0 || options.max_variance < 0.25;
+}
+
 Outcome<WriteReport> write_picture(const LocalMap& map, const std::vector<PlyVoxel>& voxels,
                                    const ExportOptions& options) {
   std::vector<RenderVoxel> colored;
@@ -67,6 +71,7 @@ Outcome<WriteReport> write_picture(const LocalMap& map, const std::vector<PlyVox
   ImageOptions image;
   image.width_px = options.width_px;
   image.title = title_of(options);
+  if (is_limited(options)) image.empty_note = "no voxel passes the limits";
   image.view = options.view == "top" ? View::kTop
                                      : (options.view == "oblique" ? View::kOblique : View::kBoth);
   for (int label = 1; label <= map.classes().num_classes(); ++label) {
@@ -115,13 +120,12 @@ std::vector<std::string> label_names(const ClassTable& classes) {
 }
 
 void warn_of_losses(const ExportOptions& options, std::size_t voxels, const WriteReport& written) {
-  const bool limited =
-      options.min_evidence > 0.0 || options.min_probability > 0.0 || options.max_variance < 0.25;
   if (voxels == 0) {
-    warn(limited ? "no occupied voxel passes --min-evidence " + text_of(options.min_evidence) +
-                       ", --min-probability " + text_of(options.min_probability) +
-                       " and --max-variance " + text_of(options.max_variance)
-                 : std::string("the map has no occupied voxel"));
+    warn(is_limited(options)
+             ? "no occupied voxel passes --min-evidence " + text_of(options.min_evidence) +
+                   ", --min-probability " + text_of(options.min_probability) +
+                   " and --max-variance " + text_of(options.max_variance)
+             : std::string("the map has no occupied voxel"));
   }
   if (written.left_out > 0) {
     warn(counted(written.left_out, "voxel") +

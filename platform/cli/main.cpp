@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <string>
+#include <string_view>
 
 #include "cli/command.hpp"
 #include "cli/map_options.hpp"
@@ -52,8 +54,16 @@ int run(int argc, char** argv) {
   add_export_command(app, exit_status);
   add_info_command(app, exit_status);
   add_simulate_command(app, exit_status);
+  const std::string_view first = argc > 1 ? argv[1] : "";
+  bool known = first.empty() || first.starts_with('-');
   for (CLI::App* const sub : app.get_subcommands([](CLI::App*) { return true; })) {
+    known = known || sub->get_name() == first;
     sub->set_version_flag("--version", std::string("tessera ") + kVersion);
+  }
+  // Before the parser, to which a --help behind the word is enough.
+  if (!known) {
+    return fail(
+        {"there is no option or subcommand " + std::string(first) + "; see tessera --help"});
   }
   try {
     app.parse(argc, argv);

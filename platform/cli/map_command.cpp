@@ -15,6 +15,7 @@
 #include "cli/outputs.hpp"
 #include "cli/stored_map.hpp"
 #include "dataset/dataset.hpp"
+#include "dataset/transform_file.hpp"
 #include "posix/allocation_counter.hpp"
 #include "posix/monotonic_clock.hpp"
 #include "posix/progress.hpp"
@@ -97,13 +98,26 @@ Outcome<Workshop> make_workshop(const MapSetup& setup, const ScanCapacity& capac
   return Workshop{std::move(*memory), std::move(*map), std::move(*integrator), scratch_bytes};
 }
 
+/// Who maps, and where the map lies if the dataset says so.
+Outcome<MapIdentity> identity_of(const MapOptions& options) {
+  MapIdentity identity{.robot = options.robot.value_or(0)};
+  const std::string path = options.dataset + "/T_global_map.txt";
+  if (!std::filesystem::exists(path)) return identity;
+  const Outcome<Matrix34d> T_global_map = read_transform(path);
+  if (!T_global_map.ok()) return T_global_map.failure();
+  identity.has_T_global_map = true;
+  identity.T_global_map = *T_global_map;
+  return identity;
+}
+
 /// Everything is checked: maps the dataset and writes what came of it.
 Outcome<void> map_dataset(const MapOptions& options, MapSetup& setup, const Dataset& dataset,
                           const MapFileHeader* earlier) {
   const Outcome<ScanCapacity> capacity = split_budget(setup, dataset.max_points());
   if (!capacity.ok()) return capacity.failure();
-  MapIdentity identity{.robot = options.robot.value_or(0)};
-  if (earlier != nullptr) identity = earlier->identity;
+  Outcome<MapIdentity> own = identity_of(options);
+  if (!own.ok()) return own.failure();
+  MapIdentity identity = earlier == nullptr ? *own : earlier->identity;
   Json config = to_json(options, setup);
   config["robot"] = identity.robot;
   const Outcome<void> recorded = record_settings(settings_of(config), identity);

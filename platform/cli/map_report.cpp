@@ -101,6 +101,7 @@ void warn_of_losses(const std::vector<ScanRecord>& scans) {
       t.bad_poses, "scan",
       "left out, with a pose that is not a rigid transform within the grid: " + bad_poses.text());
   warn_if(t.non_finite, "point", "refused: coordinates that are not finite");
+  warn_if(t.too_near, "point", "refused: nearer to the sensor than --min-range");
   warn_if(t.out_of_grid, "point", "refused: outside the grid");
   if (unknown.points() > 0) warn(unknown.text());
   warn_if(t.for_memory(), "refusal",

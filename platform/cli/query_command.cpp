@@ -26,10 +26,10 @@ struct QueryOptions {
   std::string report;
 };
 
-/// Three numbers, "nan" and "inf" among them; what is beyond a float becomes infinite, so out of
+/// Three numbers, "nan" and "inf" among them; what is beyond a double becomes infinite, so out of
 /// the grid.
-std::optional<Point3f> parse_point(std::string_view line) {
-  Point3f p;
+std::optional<Point3d> parse_point(std::string_view line) {
+  Point3d p;
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
     const std::size_t comma = line.find(',');
     if ((comma == std::string_view::npos) != (axis == 2)) return std::nullopt;
@@ -39,8 +39,8 @@ std::optional<Point3f> parse_point(std::string_view line) {
     const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
     if (end != field.data() + field.size() || field.empty() || error == std::errc::invalid_argument)
       return std::nullopt;
-    const bool huge = error == std::errc::result_out_of_range || value > 3e38 || value < -3e38;
-    p[axis] = huge ? std::numeric_limits<float>::infinity() : static_cast<float>(value);
+    const bool huge = error == std::errc::result_out_of_range;
+    p[axis] = huge ? std::numeric_limits<double>::infinity() : value;
     line = comma == std::string_view::npos ? std::string_view{} : line.substr(comma + 1);
   }
   return p;
@@ -55,8 +55,11 @@ void put_number(AtomicFile& file, double value) {
 }
 
 void put_row(AtomicFile& file, const LocalMap& map, std::string_view point_text,
-             const Point3f& p_map) {
-  const VoxelEvidence evidence = map.evidence(p_map);
+             const Point3d& p_map) {
+  const Result<VoxelCoord> voxel = map.lattice().voxel_of_double(p_map);
+  VoxelEvidence evidence;
+  evidence.num_components = map.num_components();
+  if (voxel.ok()) evidence = map.evidence(*voxel);
   const Estimate e = estimate(evidence, map.config().prior);
   put(file, point_text);
   put(file, ",");
@@ -101,7 +104,7 @@ Outcome<std::uint64_t> put_rows(AtomicFile& out, const LocalMap& map, std::strin
   for (TextPlace place{path, 2}; !points.empty(); ++place.line) {
     const std::string_view text = trimmed(take_line(points));
     if (text.empty()) continue;
-    const std::optional<Point3f> p_map = parse_point(text);
+    const std::optional<Point3d> p_map = parse_point(text);
     if (!p_map) return text_failure(place, "not three numbers x,y,z", "mend or remove it");
     put_row(out, map, text, *p_map);
     ++rows;

@@ -52,17 +52,17 @@ double Scores::calibration_error() const {
   return covered_ == 0 ? 0.0 : error / static_cast<double>(covered_);
 }
 
-Json Scores::json(const ClassTable& classes) const {
+Json Scores::json(const ClassTable& classes, bool has_input) const {
   Json json;
   json["mean_iou"] = map_.mean_iou(classes.num_classes());
   json["iou"] = Json::object();
-  json["input_mean_iou"] = input_.mean_iou(classes.num_classes());
-  json["input_iou"] = Json::object();
+  json["input_mean_iou"] = has_input ? Json(input_.mean_iou(classes.num_classes())) : Json();
+  json["input_iou"] = has_input ? Json::object() : Json();
   for (int label = 1; label <= classes.num_classes(); ++label) {
     if (!map_.present(label)) continue;
     const std::string name(classes[label].name_view());
     json["iou"][name] = map_.iou(label);
-    json["input_iou"][name] = input_.iou(label);
+    if (has_input) json["input_iou"][name] = input_.iou(label);
   }
   json["coverage"] = coverage();
   json["coverage_any"] = coverage_any();

@@ -50,7 +50,8 @@ class Scores {
   [[nodiscard]] double accuracy() const { return share(correct_); }
   /// Expected calibration error over 15 equal bins of the label's probability, covered points.
   [[nodiscard]] double calibration_error() const;
-  [[nodiscard]] Json json(const ClassTable& classes) const;
+  /// has_input: without it what is said of the input is null.
+  [[nodiscard]] Json json(const ClassTable& classes, bool has_input) const;
 
  private:
   static constexpr std::size_t kBins = 15;

@@ -81,8 +81,11 @@ Outcome<void> run_simulate(const SimulateOptions& options) {
   const Outcome<void> written = write_dataset(*simulator, options.out, writer);
   if (!written.ok()) return written.failure();
   progress.finish();
-  std::printf("%d robots, %d scans each into %s (seed %llu)\n", options.config.robots,
-              options.config.scans, options.out.c_str(),
+  const auto number = [](int n, const char* thing) {
+    return counted(static_cast<std::uint64_t>(n), thing);
+  };
+  std::printf("%s, %s each into %s (seed %llu)\n", number(options.config.robots, "robot").c_str(),
+              number(options.config.scans, "scan").c_str(), options.out.c_str(),
               static_cast<unsigned long long>(options.config.seed));
   return write_report(report_of(options), options.report);
 }
@@ -91,7 +94,7 @@ Outcome<void> run_simulate(const SimulateOptions& options) {
 
 void add_simulate_command(CLI::App& app, int& exit_status) {
   CLI::App* const command =
-      app.add_subcommand("simulate", "Make a dataset a robot, with ground truth");
+      app.add_subcommand("simulate", "Make a dataset for each robot, with ground truth");
   auto o = std::make_shared<SimulateOptions>();
   command->add_option("--scene", o->config.scene, "Scene: street")->capture_default_str();
   command->add_option("--robots", o->config.robots, "Robots, 1 to 8")

@@ -59,7 +59,13 @@ Outcome<std::vector<int>> list_scans(const std::string& folder) {
   std::vector<int> numbers;
   while (!error && files != std::filesystem::directory_iterator()) {
     const std::string name = files->path().filename().string();
-    if (const std::optional<int> number = scan_number_of(name)) numbers.push_back(*number);
+    if (const std::optional<int> number = scan_number_of(name)) {
+      if (!files->is_regular_file()) {
+        return Failure{"cannot read " + files->path().string() +
+                       ": it is not a regular file; put the scan's file in its place"};
+      }
+      numbers.push_back(*number);
+    }
     files.increment(error);
   }
   if (error) return system_failure("list", folder, error.value(), FailureKind::kUsage);

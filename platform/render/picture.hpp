@@ -37,8 +37,9 @@ struct ImageOptions {
 
   int width_px = 1600;  ///< Of the whole picture; its height follows from the content.
   View view = View::kBoth;
-  std::string title;                ///< One line above the views; empty for none.
-  std::vector<LegendEntry> legend;  ///< Entries whose colour no voxel has are left out.
+  std::string title;                     ///< One line above the views; empty for none.
+  std::string empty_note = "empty map";  ///< What a picture without voxels says.
+  std::vector<LegendEntry> legend;       ///< Entries whose colour no voxel has are left out.
   /// Top view: what is higher above the ground than this (crowns, roofs) is drawn translucently
   /// over what is below it; metres, +infinity to draw everything solid.
   float translucent_above_m = 3.0F;

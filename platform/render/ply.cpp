@@ -20,7 +20,7 @@ bool is_finite(const PlyVoxel& voxel) {
 std::string estimate_comments(std::span<const std::string> label_names) {
   std::string text =
       "comment label: the most likely class; probability, variance: of that class\n"
-      "comment evidence: the sum of all classes' counts\n";
+      "comment evidence: the sum of all counts, free and unlabelled ones too\n";
   for (std::size_t label = 0; label < label_names.size(); ++label) {
     if (label_names[label].empty()) continue;
     text += "comment label " + std::to_string(label) + ' ';

@@ -210,13 +210,13 @@ std::vector<Panel> make_panels(const Scene& scene, const ImageOptions& options,
   return panels;
 }
 
-void letter_panel(Panel& panel, const Layout& layout) {
+void letter_panel(Panel& panel, const std::string& empty_note, const Layout& layout) {
   const int inset = static_cast<int>(4.0F * layout.cell);
   if (panel.caption.empty()) {
     const float cell = 2.0F * layout.cell;
-    const float x = 0.5F * static_cast<float>(panel.canvas.width() - text_width("empty map", cell));
+    const float x = 0.5F * static_cast<float>(panel.canvas.width() - text_width(empty_note, cell));
     const float y = 0.5F * (static_cast<float>(panel.canvas.height()) - 7.0F * cell);
-    draw_text(panel.canvas, {x, y}, "empty map", cell, kFaintInk);
+    draw_text(panel.canvas, {x, y}, empty_note, cell, kFaintInk);
     return;
   }
   draw_plate(panel.canvas, inset, inset, panel.caption, layout);
@@ -244,7 +244,7 @@ Sheet draw_sheet(const Scene& scene, const ImageOptions& options) {
   }
   y += title_height;
   for (Panel& panel : panels) {
-    letter_panel(panel, layout);
+    letter_panel(panel, options.empty_note, layout);
     sheet.blit(panel.canvas, layout.pad, y);
     sheet.outline({layout.pad, y, panel.canvas.width(), panel.canvas.height()}, 2, kRule);
     y += panel.canvas.height() + layout.pad;

@@ -33,6 +33,14 @@ class RefusedDataset(CommandCase):
         (self.data / "poses.txt").unlink()
         self.map_refused(self.data, saying=("poses.txt", "does not exist"))
 
+    def test_a_frame_that_is_not_rigid(self):
+        (self.data / "T_global_map.txt").write_text("2 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n")
+        self.map_refused(self.data, saying=("T_global_map.txt", "rigid"))
+
+    def test_a_folder_in_place_of_a_scan(self):
+        (self.data / "velodyne" / "000002.bin").mkdir()
+        self.map_refused(self.data, saying=("000002.bin", "not a regular file"))
+
     def test_fewer_poses_than_scans(self):
         kitti.write_poses(self.data, [kitti.IDENTITY])
         self.map_refused(self.data, saying=("poses.txt", "1 poses", "--last"))
@@ -104,6 +112,17 @@ class CountedDataset(CommandCase):
         self.assertEqual(3, report["totals"]["non_finite"])
         _, clean = self.map_scans([good])
         self.assertEqual(clean["digest"], report["digest"], "a refused point left a trace")
+
+    def test_points_on_the_sensor_are_counted(self):
+        scan = kitti.corner_scan(1)
+        scan.points.append((0.2, 0.2, 0.2))
+        for ids in (scan.predicted, scan.true):
+            ids.append(kitti.ROAD)
+        result, report = self.map_scans([scan])
+        self.assert_warned(result, "1 point refused: nearer to the sensor than --min-range")
+        self.assertEqual(1, report["totals"]["too_near"])
+        result, _ = self.map_scans([scan], "--min-range", "0")
+        self.assert_not_warned(result)
 
     def test_unknown_class_ids_count_as_unlabelled(self):
         scan = kitti.corner_scan(1)

@@ -68,6 +68,11 @@ class Query(CommandCase):
         _, rows = self.query_rows(self.map_file, "x,y,z\n-2.01,-0.01,-0.01\n-2.05,0.05,-0.05\n")
         self.assertEqual(["occupied", "unknown"], [row["state"] for row in rows])
 
+    def test_a_point_on_a_border_is_in_the_voxel_that_begins_there(self):
+        self.map_scan(kitti.Scan([(2.15, 0.05, 0.05)], [kitti.ROAD]))
+        _, rows = self.query_rows(self.map_file, "x,y,z\n2.1,0.0,0\n2.0999999999,0,0\n2.2,0,0\n")
+        self.assertEqual(["occupied", "unknown", "unknown"], [row["state"] for row in rows])
+
     def test_a_pose_moves_the_points(self):
         self.map_scan(kitti.Scan([(2.05, 0.05, 0.05)], [kitti.ROAD], pose=kitti.moved(10.0, -5.0, 1.0)))
         _, rows = self.query_rows(self.map_file, "x,y,z\n12.05,-4.95,1.05\n2.05,0.05,0.05\n")

@@ -34,6 +34,7 @@ class Usage(CommandCase):
 
     def test_unknown_subcommand(self):
         self.refused("paint", saying=("paint", "--help"))
+        self.refused("paint", "--help", saying=("paint", "--help"))
 
     def test_unknown_option(self):
         self.refused("--loud", saying=("--loud", "--help"))

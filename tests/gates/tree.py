@@ -63,15 +63,14 @@ def self_test():
 def main():
     self_test()
     root = pathlib.Path(sys.argv[1])
-    found, seen = [], 0
+    found = []
     for path in tracked.files(root):
         text = tracked.text(root, path)
         if path.name == "LICENSE":
             continue
-        seen += 1
         found += [f"{path}: {fault}" for fault in (*name_faults(path), *(text_faults(path, text) if text else ()))]
-    if seen == 0:
-        found.append(f"{root}: no files there")
+    tops = {path.parts[0] for path in tracked.files(root)}
+    found += [f"{name} is missing at the top level" for name in sorted(TOP - tops)]
     print("\n".join(found), file=sys.stderr)
     return 1 if found else 0
 

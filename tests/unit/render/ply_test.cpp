@@ -59,7 +59,7 @@ TEST_CASE("write_ply: the header of points names every property in the order of 
       write({voxel(0, 0, 0), voxel(5, 0, 0)}, PlyForm::kPoints).header ==
       "ply\nformat binary_little_endian 1.0\ncomment voxels of a tessera map, metres, map frame\n"
       "comment label: the most likely class; probability, variance: of that class\n"
-      "comment evidence: the sum of all classes' counts\n"
+      "comment evidence: the sum of all counts, free and unlabelled ones too\n"
       "element vertex 2\nproperty float x\nproperty float y\nproperty float z\n"
       "property uchar red\nproperty uchar green\nproperty uchar blue\nproperty uchar label\n"
       "property float probability\nproperty float variance\nproperty float evidence\nend_header\n");
