@@ -31,7 +31,8 @@ Result<LocalMap> LocalMap::make(Arena& arena, const MapConfig& config,
       arena.take_untouched(pages * SlabPool::kPageBytes),
       {static_cast<std::uint32_t>(sizeof(Block)), static_cast<std::uint32_t>(sizeof(LabelPage)),
        static_cast<std::uint32_t>(sizeof(FreePage)),
-       DenseTuple::octet_bytes(classes.num_components())});
+       TupleStore::octet_bytes(config.tuple, classes.num_components())});
+  map.tuples_ = TupleStore(config.tuple, config.max_evidence);
   if (config.max_evidence > 0.0F) {
     const float passes = config.max_evidence / config.free_weight + kPassRounding;
     map.max_passes_ = passes >= 255.0F ? std::uint8_t{255} : static_cast<std::uint8_t>(passes);
@@ -58,8 +59,8 @@ VoxelEvidence LocalMap::evidence(const Block& block, int octet, int voxel) const
   result.num_components = num_components();
   result.sigma[0] = static_cast<float>(free_passes(block, octet, voxel)) * config_.free_weight;
   if (has_octet(block, octet)) {
-    DenseTuple::read(pool_.at(label_page(block).octets[static_cast<std::size_t>(octet)]), voxel,
-                     result);
+    tuples_.read(pool_.at(label_page(block).octets[static_cast<std::size_t>(octet)]), voxel,
+                 result);
   }
   return result;
 }

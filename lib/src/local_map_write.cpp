@@ -60,7 +60,7 @@ Status LocalMap::ensure_free_page(Block& block) noexcept {
   return Status::kOk;
 }
 
-void LocalMap::update_observed(Block& block, int octet, const DenseTuple::Plane& sums) noexcept {
+void LocalMap::update_observed(Block& block, int octet, const TupleStore::Plane& sums) noexcept {
   LabelPage& page = mutable_label_page(block);
   SlabHandle& tuples = page.octets[static_cast<std::size_t>(octet)];
   unsigned now = 0;
@@ -81,7 +81,7 @@ void LocalMap::update_observed(Block& block, int octet, const DenseTuple::Plane&
 }
 
 void LocalMap::hold_cap_on_labels(Block& block, int octet, unsigned voxels,
-                                  DenseTuple::Plane& sums) noexcept {
+                                  TupleStore::Plane& sums) noexcept {
   const float cap = config_.max_evidence;
   const float w = config_.free_weight;
   std::byte* const tuples =
@@ -101,7 +101,7 @@ void LocalMap::hold_cap_on_labels(Block& block, int octet, unsigned voxels,
       free = static_cast<float>(kept) * w;
     }
     if (!(labels > cap - free)) continue;
-    DenseTuple::scale(tuples, v, (cap - free) / labels);
+    tuples_.scale(tuples, v, (cap - free) / labels);
     labels = cap - free;
   }
 }
@@ -112,8 +112,8 @@ Status LocalMap::add_labels(SlabHandle handle, int octet, const OctetEvidence& a
   const Status status = ensure_octet(block, octet);
   if (status != Status::kOk) return status;
   std::byte* const tuples = pool_.at(label_page(block).octets[static_cast<std::size_t>(octet)]);
-  DenseTuple::add(tuples, added);
-  DenseTuple::Plane sums = DenseTuple::label_sums(tuples);
+  tuples_.add(tuples, added);
+  TupleStore::Plane sums = tuples_.label_sums(tuples);
   if (config_.max_evidence > 0.0F) hold_cap_on_labels(block, octet, added.voxels(), sums);
   update_observed(block, octet, sums);
   block.revision = revision_;
@@ -123,13 +123,13 @@ Status LocalMap::add_labels(SlabHandle handle, int octet, const OctetEvidence& a
 bool LocalMap::give_way_to_free(Block& block, int octet, int voxel, std::uint8_t passes) noexcept {
   std::byte* const tuples =
       pool_.at(mutable_label_page(block).octets[static_cast<std::size_t>(octet)]);
-  DenseTuple::Plane sums = DenseTuple::label_sums(tuples);
+  TupleStore::Plane sums = tuples_.label_sums(tuples);
   float& labels = sums[static_cast<std::size_t>(voxel)];
   const float room = config_.max_evidence - static_cast<float>(passes) * config_.free_weight;
   // What is left beside a saturated free layer is rounding of the cap to whole passes.
   const float kept = passes == max_passes_ || room <= 0.0F ? 0.0F : room;
   if (labels <= kept) return false;
-  DenseTuple::scale(tuples, voxel, kept / labels);
+  tuples_.scale(tuples, voxel, kept / labels);
   labels = kept;
   if (kept == 0.0F) update_observed(block, octet, sums);
   return true;
@@ -166,14 +166,11 @@ Status LocalMap::add_free_pass(SlabHandle handle, const VoxelMask& mask) noexcep
 
 Status LocalMap::restore(SlabHandle handle, int octet, int voxel, const VoxelEvidence& evidence,
                          std::uint8_t passes) noexcept {
-  if (passes > max_passes_) return Status::kInvalidArgument;
+  if (passes > max_passes_ || !tuples_.holds(evidence)) return Status::kInvalidArgument;
   Block& block = mutable_block(handle);
-  OctetEvidence added;
-  for (int l = 1; l < num_components(); ++l) {
-    const float count = evidence.sigma[static_cast<std::size_t>(l)];
-    if (count > 0.0F) added.plane(l)[static_cast<std::size_t>(voxel)] = count;
-  }
-  const bool labelled = added.components() != 0;
+  bool labelled = evidence.rest > 0.0F;
+  for (int l = 1; l < num_components(); ++l)
+    labelled = labelled || evidence.sigma[static_cast<std::size_t>(l)] > 0.0F;
   const bool new_free_page = passes > 0 && block.free_passes == 0;
   const bool new_octet = labelled && !has_octet(block, octet);
   if (!pool_.fits_or_refuse({0, new_octet && block.labels == 0 ? 1U : 0U, new_free_page ? 1U : 0U,
@@ -191,8 +188,8 @@ Status LocalMap::restore(SlabHandle handle, int octet, int voxel, const VoxelEvi
   TESSERA_ASSERT(status == Status::kOk);
   static_cast<void>(status);
   std::byte* const tuples = pool_.at(label_page(block).octets[static_cast<std::size_t>(octet)]);
-  DenseTuple::add(tuples, added);
-  update_observed(block, octet, DenseTuple::label_sums(tuples));
+  tuples_.restore(tuples, voxel, evidence);
+  update_observed(block, octet, tuples_.label_sums(tuples));
   return Status::kOk;
 }
 

@@ -40,6 +40,10 @@ void add_row(const LocalMap& map, const Block& block, int y, int z, Digest& dige
         digest.add_float(evidence.sigma[l]);
       }
     }
+    if (evidence.rest > 0.0F) {
+      digest.add(kMaxComponents);
+      digest.add_float(evidence.rest);
+    }
   }
 }
 

@@ -56,7 +56,7 @@ Status parse_body(ByteReader& in, MapFileHeader& header) noexcept {
   content = {
       .blocks = in.u64(), .label_pages = in.u64(), .free_pages = in.u64(), .octets = in.u64()};
   if (kind > static_cast<std::uint8_t>(MapKind::kGlobal)) return Status::kUnsupported;
-  if (tuple != static_cast<std::uint8_t>(TuplePolicy::kDense)) return Status::kUnsupported;
+  if (tuple > static_cast<std::uint8_t>(TuplePolicy::kCompact)) return Status::kUnsupported;
   if (classes < 1 || classes > kMaxClasses || has_T_global_map > 1) return Status::kCorrupt;
   header.identity.has_T_global_map = has_T_global_map == 1;
   header.identity.kind = static_cast<MapKind>(kind);
@@ -83,11 +83,12 @@ Status parse_body(ByteReader& in, MapFileHeader& header) noexcept {
   const bool rigid =
       !header.identity.has_T_global_map || check_rigid(header.identity.T_global_map) == Status::kOk;
   if (!in.ok() || !fits || !rigid || !in_range(header.config)) return Status::kCorrupt;
-  const std::uint64_t needed =
-      pages_bytes(content.blocks, sizeof(Block)) +
-      pages_bytes(content.label_pages, sizeof(LabelPage)) +
-      pages_bytes(content.free_pages, sizeof(FreePage)) +
-      pages_bytes(content.octets, DenseTuple::octet_bytes(header.classes.num_components()));
+  const std::uint32_t octet_bytes =
+      TupleStore::octet_bytes(header.config.tuple, header.classes.num_components());
+  const std::uint64_t needed = pages_bytes(content.blocks, sizeof(Block)) +
+                               pages_bytes(content.label_pages, sizeof(LabelPage)) +
+                               pages_bytes(content.free_pages, sizeof(FreePage)) +
+                               pages_bytes(content.octets, octet_bytes);
   if (needed > MapConfig::kMaxStorageBytes) return Status::kCorrupt;
   header.config.storage_bytes = std::min(
       static_cast<std::size_t>(needed) + 4 * SlabPool::kPageBytes, MapConfig::kMaxStorageBytes);
@@ -105,7 +106,7 @@ MapFileStatus load_counts(CheckedSource& source, VoxelEvidence& evidence) noexce
   if (!source.get(one)) return failed(source, Status::kTruncated, kEndsInBlock);
   const int count = std::to_integer<int>(one[0]);
   if (count == 0) return failed(source, Status::kCorrupt, "an observed voxel has no count");
-  int last = 0;
+  int last = -1;  // 0 stands for the rest
   for (int i = 0; i < count; ++i) {
     std::array<std::byte, 5> bytes{};
     if (!source.get(bytes)) return failed(source, Status::kTruncated, kEndsInBlock);
@@ -117,7 +118,7 @@ MapFileStatus load_counts(CheckedSource& source, VoxelEvidence& evidence) noexce
       return failed(source, Status::kCorrupt, "a count is out of range");
     }
     last = component;
-    evidence.sigma[static_cast<std::size_t>(component)] = value;
+    (component == 0 ? evidence.rest : evidence.sigma[static_cast<std::size_t>(component)]) = value;
   }
   return {};
 }
@@ -129,7 +130,7 @@ bool over_cap(const MapConfig& config, const VoxelEvidence& evidence,
   float sum = static_cast<float>(passes) * config.free_weight;
   for (int l = 1; l < evidence.num_components; ++l)
     sum += evidence.sigma[static_cast<std::size_t>(l)];
-  return sum > config.max_evidence * 1.001F;
+  return sum + evidence.rest > config.max_evidence * 1.001F;
 }
 
 /// labelled: the octet's label evidence follows. passes: of the whole block; empty: none.
@@ -152,7 +153,7 @@ MapFileStatus load_octet(CheckedSource& source, LocalMap& map, SlabHandle block,
       return failed(source, Status::kCorrupt, "a voxel's evidence is over the cap");
     const Status status = map.restore(block, octet, static_cast<int>(voxel), evidence, free);
     if (status == Status::kInvalidArgument)
-      return failed(source, Status::kCorrupt, "a free count is out of range");
+      return failed(source, Status::kCorrupt, "a voxel has counts that no map can hold");
     if (status != Status::kOk)
       return failed(source, status, "the map's storage is too small for this file");
   }

@@ -96,11 +96,12 @@ void put_octet(const LocalMap& map, const Block& block, int octet, MapFileBuffer
     for (unsigned l = 1; l < static_cast<unsigned>(evidence.num_components); ++l) {
       if (evidence.sigma[l] > 0.0F) present |= std::uint64_t{1} << l;
     }
+    if (evidence.rest > 0.0F) present |= 1U;
     out.u8(static_cast<std::uint8_t>(std::popcount(present)));
     for (std::uint64_t rest = present; rest != 0; rest &= rest - 1) {
       const int l = std::countr_zero(rest);
       out.u8(static_cast<std::uint8_t>(l));
-      out.f32(evidence.sigma[static_cast<std::size_t>(l)]);
+      out.f32(l == 0 ? evidence.rest : evidence.sigma[static_cast<std::size_t>(l)]);
     }
   }
   TESSERA_ASSERT(out.ok());

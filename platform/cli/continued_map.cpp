@@ -49,6 +49,10 @@ Outcome<void> adopt_settings(const MapOptions& options, const MapFileHeader& hea
     return Failure{path + " was made with " + setting.option + " " + text_of(setting.held) +
                    "; leave " + setting.option + " out or give the same"};
   }
+  if (!options.counts.empty() && options.counts != to_string(held.tuple)) {
+    return Failure{path + " was made with --counts " + to_string(held.tuple) +
+                   "; leave --counts out or give the same"};
+  }
   if (!(header.classes == dataset.classes().table())) {
     return Failure{path + " has other classes than " + options.dataset +
                    "; use data with the same classes"};

@@ -52,7 +52,7 @@ Json to_json(const StoredMap& stored, const Content& content, std::uint64_t file
                {"revision", map.revision()},
                {"resolution", map.config().resolution_m},
                {"prior", map.config().prior},
-               {"counts", "dense"},
+               {"counts", to_string(map.config().tuple)},
                {"max_evidence", decimal_of(map.config().max_evidence)},
                {"free_weight", decimal_of(map.config().free_weight)},
                {"file_bytes", file_bytes},

@@ -35,7 +35,8 @@ void declare_map_options(CLI::App& command, MapOptions& o) {
   command.add_option("--free-space", o.free_space, "on or off")->capture_default_str();
   command.add_option("--memory", o.memory, "Budget for map and scratch, bytes or with K, M, G")
       ->capture_default_str();
-  command.add_option("--counts", o.counts, "How counts are stored: dense")->capture_default_str();
+  command.add_option("--counts", o.counts,
+                     "How counts are stored: dense or compact [kernel: dense, else compact]");
   command.add_option("--robot", o.robot, "Robot id, kept in the map file [0]")
       ->check(whole_number<std::uint32_t>());
   command.add_option("--min-weight", o.min_weight, "Smaller contributions are not added")
@@ -83,7 +84,7 @@ Json to_json(const MapOptions& o, const MapSetup& setup) {
       setup.inference.thinning_weight == ThinningWeight::kSum ? "sum" : "mean";
   json["free_space"] = o.free_space;
   json["memory"] = setup.budget_bytes;
-  json["counts"] = o.counts;
+  json["counts"] = to_string(setup.map.tuple);
   json["robot"] = o.robot.value_or(0);
   json["min_weight"] = o.min_weight;
   json["max_evidence"] = setup.max_evidence;

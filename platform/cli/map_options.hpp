@@ -33,7 +33,8 @@ struct MapOptions {
   std::string thinning_weight;  ///< "mean" or "sum"; empty: what the mode does better with.
   std::string free_space = "on";
   std::string memory = "512M";
-  std::string counts = "dense";
+  std::string counts;  ///< "dense" or "compact"; empty: the map to continue, or as the mode does
+                       ///< better.
   std::optional<std::uint32_t> robot;  ///< Without it: the map to continue, or 0.
   double min_weight = 1.0 / 4096.0;
   std::optional<double>

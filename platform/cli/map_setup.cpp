@@ -62,8 +62,11 @@ Outcome<void> set_up_map(const MapOptions& o, MapSetup& setup) {
     return out_of_range("--max-evidence", text_of(max_evidence),
                         "0, or 1 to 255 times --free-weight");
   }
-  if (o.counts != "dense")
-    return out_of_range("--counts", o.counts, "dense, the only store of this version");
+  if (!o.counts.empty() && o.counts != "dense" && o.counts != "compact")
+    return out_of_range("--counts", o.counts, "dense or compact");
+  // A long kernel brings many classes into a voxel: three slots are too few for them.
+  const bool dense = o.counts.empty() ? kernel : o.counts == "dense";
+  setup.map.tuple = dense ? TuplePolicy::kDense : TuplePolicy::kCompact;
   setup.max_evidence = max_evidence;
   setup.free_weight = free_weight;
   setup.map.resolution_m = resolution_m;

@@ -74,8 +74,14 @@ class Options(MapCase):
                 self.map_refused(self.data, "--inference", "kernel", f"--kernel-length={value}",
                                  saying=("--kernel-length",))
 
-    def test_compact_counts_are_not_there_yet(self):
-        self.map_refused(self.data, "--counts", "compact", saying=("--counts", "compact", "dense"))
+    def test_counts_are_dense_or_compact(self):
+        self.map_refused(self.data, "--counts", "sparse", saying=("--counts", "sparse", "dense or compact"))
+        for counts in ("dense", "compact"):
+            _, report = self.map_dataset(self.data, self.out, "--counts", counts)
+            self.assertEqual(counts, report["config"]["counts"])
+            self.assertIn(f"{counts} counts", self.done("info", self.out).stdout)
+        _, report = self.map_dataset(self.data, self.out)
+        self.assertEqual("compact", report["config"]["counts"])
 
 
 class Memory(MapCase):
@@ -156,7 +162,7 @@ class Output(MapCase):
 
 class Continue(MapCase):
     def test_gives_what_one_go_gives(self):
-        for options in ((), ("--inference", "kernel"), ("--inference", "counting"), ("--free-space", "off")):
+        for options in ((), ("--counts", "dense"), ("--inference", "kernel"), ("--inference", "counting"), ("--free-space", "off")):
             with self.subTest(options):
                 _, whole = self.map_dataset(self.data, self.out, *options)
                 part, rest = self.folder / "part.tsm", self.folder / "rest.tsm"
@@ -182,6 +188,13 @@ class Continue(MapCase):
             with self.subTest(option):
                 self.map_refused(self.data, option, other, "--continue", self.out, saying=(option, held))
                 self.map_dataset(self.data, self.folder / "same.tsm", option, held, "--continue", self.out)
+
+    def test_keeps_how_counts_are_stored(self):
+        for held, other in (("dense", "compact"), ("compact", "dense")):
+            self.map_dataset(self.data, self.out, "--counts", held)
+            self.map_refused(self.data, "--counts", other, "--continue", self.out, saying=("--counts", held))
+            _, report = self.map_dataset(self.data, self.folder / "more.tsm", "--continue", self.out)
+            self.assertEqual(held, report["config"]["counts"])
 
     def test_in_another_mode_is_warned_about(self):
         self.map_dataset(self.data, self.out, "--inference", "counting")
@@ -258,7 +271,7 @@ class Report(MapCase):
 
     def test_digest_tells_other_maps_apart(self):
         variants = ((), ("--last", 1), ("--prior", 0.01), ("--resolution", 0.2), ("--free-space", "off"),
-                    ("--inference", "counting"), ("--labels", "none"))
+                    ("--inference", "counting"), ("--labels", "none"), ("--counts", "dense"))
         digests = {self.map_dataset(self.data, self.out, *options)[1]["digest"] for options in variants}
         self.assertEqual(len(variants), len(digests))
 

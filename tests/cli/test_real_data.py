@@ -16,7 +16,7 @@ BESIDE_SOURCES = pathlib.Path(__file__).resolve().parents[3] / "shared" / "data"
 ROOT = pathlib.Path(os.environ.get("TESSERA_DATA", BESIDE_SOURCES))
 SEQUENCE = ROOT / "semantickitti_08"
 SCANS = ("--first", 0, "--last", 5)
-SETTINGS = ("--max-range", 40, "--resolution", 0.1)
+SETTINGS = ("--resolution", 0.1)
 LARGE = ("--memory", "2G")
 SLOW_BUILD_LIMIT_S = 500
 
@@ -33,10 +33,10 @@ def setUpModule():
 
 @mock.patch.object(command_case, "TIME_LIMIT_S", SLOW_BUILD_LIMIT_S)
 class Reach(CommandCase):
-    def map_and_score(self, *options):
+    def map_and_score(self, *options, reach_m=40):
         """Both reports, and the gain: mean IoU of the map less that of its input on the same points, in points."""
         map_file, mapped, scored = (self.folder / name for name in ("map.tsm", "map.json", "eval.json"))
-        self.done("map", "--dataset", SEQUENCE, *SCANS, *SETTINGS, *options, "--out", map_file, "--report", mapped)
+        self.done("map", "--dataset", SEQUENCE, *SCANS, *SETTINGS, "--max-range", reach_m, *options, "--out", map_file, "--report", mapped)
         self.done("eval", "--map", map_file, "--dataset", SEQUENCE, *SCANS, "--report", scored)
         mapping, score = json.loads(mapped.read_text()), json.loads(scored.read_text())
         self.assertEqual(0, mapping["memory"]["refused"])
@@ -53,6 +53,25 @@ class Reach(CommandCase):
     def test_kernel_of_a_metre(self):
         _, _, gain = self.map_and_score("--inference", "kernel", "--kernel-length", 1.0, "--free-space", "off", *LARGE)
         self.assertGreaterEqual(gain, 2.1)
+
+    def labels_of_occupied_voxels(self):
+        """By the bytes of the voxel's centre."""
+        self.done("export", "--map", self.folder / "map.tsm", "--format", "ply", "--out", "map.ply")
+        body = (self.folder / "map.ply").read_bytes().partition(b"end_header\n")[2]
+        return {body[i:i + 12]: body[i + 15] for i in range(0, len(body), 28)}
+
+    def test_compact_counts_are_as_good_as_dense_ones(self):
+        labels, gains = [], []
+        for counts in ("dense", "compact"):
+            mapping, _, gain = self.map_and_score("--free-space", "off", "--counts", counts, "--memory", "256M" if counts == "dense" else "128M",
+                                                 reach_m=0)
+            labels.append(self.labels_of_occupied_voxels())
+            gains.append(gain)
+        self.assertLess(mapping["memory"]["bytes_per_label_voxel"], 28)
+        self.assertEqual(labels[0].keys(), labels[1].keys())
+        same = sum(labels[1][voxel] == label for voxel, label in labels[0].items())
+        self.assertGreater(same / len(labels[0]), 0.9999)
+        self.assertLess(abs(gains[0] - gains[1]), 0.02)
 
     def test_multi_entropy_and_what_free_space_costs(self):
         _, _, without = self.map_and_score("--free-space", "off")

@@ -65,8 +65,11 @@ Content content_of(const LocalMap& map) {
       const VoxelCoord v{coord.x * 8 + i % 8, coord.y * 8 + i / 8 % 8, coord.z * 8 + i / 64};
       const VoxelEvidence evidence = map.evidence(v);
       const auto end = evidence.sigma.begin() + evidence.num_components;
-      if (std::all_of(evidence.sigma.begin(), end, [](float s) { return s == 0.0F; })) continue;
-      content.evidence[{v.z, v.y, v.x}].assign(evidence.sigma.begin(), end);
+      const bool none = std::all_of(evidence.sigma.begin(), end, [](float s) { return s == 0.0F; });
+      if (none && evidence.rest == 0.0F) continue;
+      std::vector<float>& counts = content.evidence[{v.z, v.y, v.x}];
+      counts.assign(evidence.sigma.begin(), end);
+      if (evidence.rest != 0.0F) counts.push_back(evidence.rest);
     }
   }
   return content;

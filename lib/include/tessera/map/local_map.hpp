@@ -123,7 +123,8 @@ class LocalMap {
   /// needed and does not fit: counted, unchanged.
   Status add_free_pass(SlabHandle handle, const VoxelMask& mask) noexcept;
   /// Sets a voxel that was never observed: what the map file restores. Fails with
-  /// kResourceExhausted as the two above, kInvalidArgument iff passes exceed the cap.
+  /// kResourceExhausted as the two above, kInvalidArgument iff passes exceed the cap or no tuple
+  /// can hold the counts.
   Status restore(SlabHandle handle, int octet, int voxel, const VoxelEvidence& evidence,
                  std::uint8_t passes) noexcept;
   void restore_revision(std::uint32_t revision) noexcept { revision_ = revision; }
@@ -153,15 +154,16 @@ class LocalMap {
   Status ensure_octet(Block& block, int octet) noexcept;
   Status ensure_free_page(Block& block) noexcept;
   void hold_cap_on_labels(Block& block, int octet, unsigned voxels,
-                          DenseTuple::Plane& sums) noexcept;
+                          TupleStore::Plane& sums) noexcept;
   bool give_way_to_free(Block& block, int octet, int voxel, std::uint8_t passes) noexcept;
-  void update_observed(Block& block, int octet, const DenseTuple::Plane& sums) noexcept;
+  void update_observed(Block& block, int octet, const TupleStore::Plane& sums) noexcept;
   void note_usage() noexcept;
 
   MapConfig config_{};
   ClassTable classes_{};
   KeyIndex index_{};
   SlabPool pool_{};
+  TupleStore tuples_{};
   std::uint32_t revision_ = 0;
   std::uint8_t max_passes_ = 255;
   std::uint64_t label_voxels_ = 0;

@@ -10,14 +10,9 @@
 #include "tessera/base/arena.hpp"
 #include "tessera/grid/key_index.hpp"
 #include "tessera/grid/slab_pool.hpp"
-#include "tessera/semantics/dense_tuple.hpp"
+#include "tessera/semantics/tuple_store.hpp"
 
 namespace tessera {
-
-/// How a voxel's counts are stored.
-enum class TuplePolicy : std::uint8_t {
-  kDense = 0,  ///< A float for each component.
-};
 
 struct MapConfig {
   static constexpr std::size_t kMaxStorageBytes = (std::size_t{1} << 36U) - SlabPool::kPageBytes;
@@ -48,7 +43,7 @@ constexpr bool in_range(const MapConfig& config) noexcept {
   return config.resolution_m >= 1e-3 && config.resolution_m <= kLargest && config.prior >= 0.0 &&
          config.prior <= kLargest && w_free > 0.0 && w_free <= kLargest &&
          config.max_evidence >= 0.0F && config.max_evidence <= 1e6F &&
-         (config.max_evidence == 0.0F || passes) && config.tuple == TuplePolicy::kDense;
+         (config.max_evidence == 0.0F || passes) && config.tuple <= TuplePolicy::kCompact;
 }
 
 /// A block: 8 x 8 x 8 voxels. It holds label evidence, free evidence, or both.
@@ -81,7 +76,8 @@ enum SlabSize : int { kBlockSlab = 0, kLabelSlab = 1, kFreeSlab = 2, kOctetSlab 
 /// The most blocks that storage can hold, each with the least a block needs: itself and a free
 /// page, or a label page and an octet of the smallest tuples.
 constexpr std::size_t max_blocks(const MapConfig& config) noexcept {
-  constexpr std::size_t kLeastLabels = sizeof(LabelPage) + DenseTuple::octet_bytes(3);  // one class
+  constexpr std::size_t kLeastOctet = TupleStore::octet_bytes(TuplePolicy::kDense, 3);  // one class
+  constexpr std::size_t kLeastLabels = sizeof(LabelPage) + kLeastOctet;
   constexpr std::size_t kLeast = sizeof(FreePage) < kLeastLabels ? sizeof(FreePage) : kLeastLabels;
   return config.storage_bytes / (sizeof(Block) + kLeast) + 1;
 }

@@ -57,6 +57,22 @@ class DenseTuple {
     }
   }
 
+  /// Whether a tuple can have these counts: a dense one has no rest.
+  [[nodiscard]] static bool holds(const VoxelEvidence& evidence) noexcept {
+    return !(evidence.rest > 0.0F);
+  }
+  /// Sets a voxel without evidence to counts that a tuple can have.
+  static void restore(std::byte* octet, int voxel, const VoxelEvidence& evidence) noexcept {
+    std::uint64_t present = components(octet);
+    for (int l = 1; l < evidence.num_components; ++l) {
+      const float count = evidence.sigma[static_cast<std::size_t>(l)];
+      if (!(count > 0.0F)) continue;
+      plane(octet, l)[voxel] = count;
+      present |= std::uint64_t{1} << static_cast<unsigned>(l);
+    }
+    set_components(octet, present);
+  }
+
   /// Writes one voxel's counts into sigma[1 .. C + 1]; entries of absent components are left as
   /// they are.
   static void read(const std::byte* octet, int voxel, VoxelEvidence& into) noexcept {

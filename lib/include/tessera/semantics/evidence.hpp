@@ -16,15 +16,18 @@ namespace tessera {
 /// One voxel's counts sigma_0 .. sigma_{C+1}, without the prior.
 struct VoxelEvidence {
   int num_components = 0;
+  /// Label evidence that the map no longer keeps apart by class: part of the total and of
+  /// occupancy, of no class. 0 from a dense map.
+  float rest = 0.0F;
   std::array<float, kMaxComponents> sigma{};
 
-  /// Sum of all counts, in component order.
+  /// Sum of all counts, in component order, then the rest.
   [[nodiscard]] double total() const noexcept {
     double sum = 0.0;
     for (std::size_t l = 0; l < static_cast<std::size_t>(num_components); ++l) {
       sum += static_cast<double>(sigma[l]);
     }
-    return sum;
+    return sum + static_cast<double>(rest);
   }
 };
 

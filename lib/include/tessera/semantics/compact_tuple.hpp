@@ -1,0 +1,85 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// The compact count tuple: 16 bytes a voxel, whatever the number of classes. Three slots of a class
+// and its count, and a rest, the evidence of all classes that are not in a slot.
+//
+// Counts are whole multiples of a quantum, a power of two that follows from the map's cap, so that
+// every count and its float are the same number. Where a class has no slot and all are taken, the
+// slot with the smallest count (among equals: of the highest class) goes to the rest if the new
+// class brings more, else what it brings goes to the rest.
+//
+// Error against the dense tuple, after n additions to a voxel and no cap reached: a count is too
+// small by at most the voxel's rest, plus n / 2 quanta, and too large by at most n / 2 quanta. A
+// count saturates at (2^24 - 1) quanta.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "tessera/semantics/evidence.hpp"
+
+namespace tessera {
+
+class CompactTuple {
+ public:
+  using Plane = OctetEvidence::Plane;
+  static constexpr int kSlots = 3;
+  static constexpr std::uint32_t kOctetBytes = sizeof(std::uint32_t) * kOctetVoxels * (kSlots + 1);
+
+  /// The quantum's inverse for a cap of max_evidence in (0, 1e6], or none (0): the largest power of
+  /// two with which the cap fits a count; 2^12 without a cap.
+  [[nodiscard]] static constexpr float quanta_per_unit(float max_evidence) noexcept {
+    if (!(max_evidence > 0.0F)) return 4096.0F;
+    float quanta = 16777216.0F;
+    while (quanta * max_evidence > static_cast<float>(kMostCount)) quanta *= 0.5F;
+    return quanta;
+  }
+
+  /// quanta: of quanta_per_unit, as in all that follows.
+  explicit constexpr CompactTuple(float quanta = 4096.0F) noexcept
+      : quanta_(quanta), quantum_(1.0F / quanta) {}
+
+  /// Adds evidence, component by component, each rounded to the nearest quantum. Component 0 of
+  /// added is ignored. O(components in added).
+  void add(std::byte* octet, const OctetEvidence& added) const noexcept;
+  /// Sum over slots and rest of each voxel.
+  [[nodiscard]] Plane label_sums(const std::byte* octet) const noexcept;
+  /// Multiplies one voxel's counts by factor in [0, 1], rounded down.
+  static void scale(std::byte* octet, int voxel, float factor) noexcept;
+  /// Writes one voxel's counts into sigma and rest; entries of classes without a slot are left as
+  /// they are.
+  void read(const std::byte* octet, int voxel, VoxelEvidence& into) const noexcept;
+  /// Whether a tuple can have these counts: of three classes at most, in whole quanta.
+  [[nodiscard]] bool holds(const VoxelEvidence& evidence) const noexcept {
+    return words_of(evidence)[0] != kNotHeld;
+  }
+  /// Sets a voxel without evidence to counts that a tuple can have.
+  void restore(std::byte* octet, int voxel, const VoxelEvidence& evidence) const noexcept;
+
+ private:
+  static constexpr unsigned kCountBits = 24;
+  static constexpr std::uint32_t kMostCount = (std::uint32_t{1} << kCountBits) - 1;
+  static constexpr std::size_t kRest = kSlots;
+  /// A slot's word is class << 24 | count; 0 if empty. The rest's word is its count.
+  using Words = std::array<std::uint32_t, kOctetVoxels>;
+  struct Octet {
+    std::array<Words, kSlots + 1> words;
+  };
+  static_assert(sizeof(Octet) == kOctetBytes);
+
+  /// No slot's word: there is no class 255.
+  static constexpr std::uint32_t kNotHeld = ~std::uint32_t{0};
+  /// A voxel's words; the first is kNotHeld if no tuple can have the counts.
+  [[nodiscard]] std::array<std::uint32_t, kSlots + 1> words_of(
+      const VoxelEvidence& evidence) const noexcept;
+  void add_plane(Octet& octet, std::uint32_t component, const Plane& plane) const noexcept;
+  static void add_to_rest(Octet& octet, std::size_t voxel, std::uint32_t count) noexcept;
+  static void find_slot(Octet& octet, std::size_t voxel, std::uint32_t component,
+                        std::uint32_t count) noexcept;
+
+  float quanta_;
+  float quantum_;
+};
+
+}  // namespace tessera

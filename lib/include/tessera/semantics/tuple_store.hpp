@@ -1,0 +1,69 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// A map's count tuples, in the policy that its configuration chose. The choice is made once an
+// octet, not once a voxel.
+#pragma once
+
+#include "tessera/semantics/compact_tuple.hpp"
+#include "tessera/semantics/dense_tuple.hpp"
+
+namespace tessera {
+
+/// How a voxel's counts are stored.
+enum class TuplePolicy : std::uint8_t {
+  kDense = 0,    ///< A float for each component.
+  kCompact = 1,  ///< Three (class, count) slots and a rest.
+};
+
+/// "dense" or "compact".
+constexpr const char* to_string(TuplePolicy policy) noexcept {
+  return policy == TuplePolicy::kDense ? "dense" : "compact";
+}
+
+class TupleStore {
+ public:
+  using Plane = OctetEvidence::Plane;
+
+  /// Bytes of an octet of tuples with num_components = C + 2 components.
+  [[nodiscard]] static constexpr std::uint32_t octet_bytes(TuplePolicy policy,
+                                                           int num_components) noexcept {
+    return policy == TuplePolicy::kDense ? DenseTuple::octet_bytes(num_components)
+                                         : CompactTuple::kOctetBytes;
+  }
+
+  constexpr TupleStore() noexcept = default;
+  /// max_evidence: the map's cap, 0 for none.
+  constexpr TupleStore(TuplePolicy policy, float max_evidence) noexcept
+      : policy_(policy), compact_(CompactTuple::quanta_per_unit(max_evidence)) {}
+
+  // As of the policy.
+  void add(std::byte* octet, const OctetEvidence& added) const noexcept {
+    dense() ? DenseTuple::add(octet, added) : compact_.add(octet, added);
+  }
+  [[nodiscard]] Plane label_sums(const std::byte* octet) const noexcept {
+    return dense() ? DenseTuple::label_sums(octet) : compact_.label_sums(octet);
+  }
+  void scale(std::byte* octet, int voxel, float factor) const noexcept {
+    dense() ? DenseTuple::scale(octet, voxel, factor) : CompactTuple::scale(octet, voxel, factor);
+  }
+  void read(const std::byte* octet, int voxel, VoxelEvidence& into) const noexcept {
+    dense() ? DenseTuple::read(octet, voxel, into) : compact_.read(octet, voxel, into);
+  }
+  /// Whether a tuple can have these counts.
+  [[nodiscard]] bool holds(const VoxelEvidence& evidence) const noexcept {
+    return dense() ? DenseTuple::holds(evidence) : compact_.holds(evidence);
+  }
+  /// Sets a voxel without evidence to counts that a tuple can have.
+  void restore(std::byte* octet, int voxel, const VoxelEvidence& evidence) const noexcept {
+    dense() ? DenseTuple::restore(octet, voxel, evidence)
+            : compact_.restore(octet, voxel, evidence);
+  }
+
+ private:
+  [[nodiscard]] constexpr bool dense() const noexcept { return policy_ == TuplePolicy::kDense; }
+
+  TuplePolicy policy_ = TuplePolicy::kDense;
+  CompactTuple compact_{};
+};
+
+}  // namespace tessera
