@@ -4,8 +4,65 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace tessera {
+
+namespace {
+
+int longest_axis(const Point3d& d) noexcept {
+  const Point3d size = d.cwiseAbs();
+  const int axis = size.y() > size.x() ? 1 : 0;
+  return size.z() > size[axis] ? 2 : axis;
+}
+
+/// Exchanges rows and columns of the 8 x 8 bytes that eight words are.
+void transpose_bytes(VoxelMask& words) noexcept {
+  for (unsigned half = 4; half > 0; half /= 2) {
+    // Bytes whose index has the bit `half`, of words that have it not, against the others'.
+    const std::uint64_t low = half == 4   ? 0x00000000ffffffffU
+                              : half == 2 ? 0x0000ffff0000ffffU
+                                          : 0x00ff00ff00ff00ffU;
+    const unsigned shift = 8 * half;
+    for (std::size_t i = 0; i < words.size(); ++i) {
+      if ((i & half) != 0) continue;
+      const std::uint64_t a = words[i];
+      const std::uint64_t b = words[i + half];
+      words[i] = (a & low) | ((b & low) << shift);
+      words[i + half] = ((a >> shift) & low) | (b & ~low);
+    }
+  }
+}
+
+/// Exchanges rows and columns of the 8 x 8 bits that a word is.
+constexpr std::uint64_t transpose_bits(std::uint64_t word) noexcept {
+  std::uint64_t t = (word ^ (word >> 7U)) & 0x00aa00aa00aa00aaU;
+  word ^= t ^ (t << 7U);
+  t = (word ^ (word >> 14U)) & 0x0000cccc0000ccccU;
+  word ^= t ^ (t << 14U);
+  t = (word ^ (word >> 28U)) & 0x00000000f0f0f0f0U;
+  return word ^ t ^ (t << 28U);
+}
+
+}  // namespace
+
+void RayBlock::turn(int axis) noexcept {
+  if (axis == words_along) return;
+  std::uint64_t any = 0;
+  for (const std::uint64_t word : passed) any |= word;
+  if (any != 0) {
+    // By way of words along z, bytes along y and bits along x.
+    if (words_along != 2) transpose_bytes(passed);
+    if (words_along == 0) {
+      for (std::uint64_t& word : passed) word = transpose_bits(word);
+    }
+    if (axis == 0) {
+      for (std::uint64_t& word : passed) word = transpose_bits(word);
+    }
+    if (axis != 2) transpose_bytes(passed);
+  }
+  words_along = static_cast<std::uint8_t>(axis);
+}
 
 Result<FreeSpace> FreeSpace::make(Arena& arena, const ScanCapacity& capacity) noexcept {
   if (arena.remaining_bytes() < required_bytes(capacity)) return Status::kResourceExhausted;
@@ -14,6 +71,7 @@ Result<FreeSpace> FreeSpace::make(Arena& arena, const ScanCapacity& capacity) no
   if (!index.ok()) return index.status();
   result.index_ = *index;
   result.blocks_ = arena.take<RayBlock>(capacity.ray_blocks);
+  result.recent_ = arena.take<std::uint32_t>(kRecent);
   result.crossed_ = arena.take<std::uint32_t>(capacity.ray_blocks);
   const Result<RangeImage> image = RangeImage::make(arena);
   if (!image.ok()) return image.status();
@@ -37,12 +95,20 @@ void FreeSpace::forget_marks() noexcept {
   image_.clear();
 }
 
-RayBlock* FreeSpace::entry(BlockCoord coord) noexcept {
+RayBlock* FreeSpace::find_entry(BlockCoord coord) noexcept {
   const Result<BlockKey> key = pack(coord);
   if (!key.ok()) return nullptr;
-  if (const auto found = index_.find(*key)) return &blocks_[*found];
+  const std::optional<std::uint32_t> found = index_.find(*key);
+  RayBlock* const block = found ? &blocks_[*found] : new_entry(coord);
+  if (block != nullptr)
+    recent_[recent_slot(coord)] = static_cast<std::uint32_t>(block - blocks_.data());
+  return block;
+}
+
+RayBlock* FreeSpace::new_entry(BlockCoord coord) noexcept {
   if (count_ == blocks_.size()) return nullptr;
-  if (index_.insert(*key, static_cast<std::uint32_t>(count_)) != Status::kOk) return nullptr;
+  if (index_.insert(*pack(coord), static_cast<std::uint32_t>(count_)) != Status::kOk)
+    return nullptr;
   blocks_[count_] = RayBlock{.coord = coord};
   return &blocks_[count_++];
 }
@@ -70,7 +136,8 @@ std::uint64_t FreeSpace::most_steps(const Point3f& end_map) const noexcept {
          4;
 }
 
-Status FreeSpace::mark_hit(VoxelCoord voxel) noexcept {
+Status FreeSpace::mark_hit(const Point3f& p_map) noexcept {
+  const VoxelCoord voxel = *Lattice(resolution_m_).voxel_of(p_map);
   RayBlock* const block = entry(block_of(voxel));
   if (block == nullptr) return Status::kResourceExhausted;
   block->hit[static_cast<std::size_t>(voxel.z & 7)] |=
@@ -80,18 +147,21 @@ Status FreeSpace::mark_hit(VoxelCoord voxel) noexcept {
 
 Result<std::span<const std::uint32_t>> FreeSpace::cross(const Point3f& end_map) noexcept {
   std::size_t crossed = 0;
-  const RayBlock* last = nullptr;
-  const bool all = walk_segment(origin_map_ / resolution_m_, end_map.cast<double>() / resolution_m_,
-                                [&](int x, int y, int z, double) {
-                                  ++steps_;
-                                  const BlockCoord here = block_of({x, y, z});
-                                  if (last != nullptr && last->coord == here) return true;
-                                  last = entry(here);
-                                  if (last == nullptr || crossed == crossed_.size()) return false;
-                                  crossed_[crossed++] =
-                                      static_cast<std::uint32_t>(last - blocks_.data());
-                                  return true;
-                                });
+  const SlabWalk walk = walk_to(end_map, 1.0);
+  VoxelMask nowhere{};
+  const bool all = walk.walk<true>([&](BlockCoord coord) -> std::uint64_t* {
+    const RayBlock* const block = entry(coord);
+    if (block == nullptr) return nullptr;
+    const auto number = static_cast<std::uint32_t>(block - blocks_.data());
+    // Around a border the walk asks for a block again, three blocks later at most.
+    for (std::size_t i = crossed; i > 0 && i + 3 > crossed; --i) {
+      if (crossed_[i - 1] == number) return nowhere.data();
+    }
+    if (crossed == crossed_.size()) return nullptr;
+    crossed_[crossed++] = number;
+    return nowhere.data();
+  });
+  steps_ += walk.voxels();
   if (!all) return Status::kResourceExhausted;
   return std::span<const std::uint32_t>(crossed_.first(crossed));
 }
@@ -104,33 +174,42 @@ void FreeSpace::truncate(std::size_t count) noexcept {
   }
 }
 
-Status FreeSpace::trace(const Point3f& end_map, bool is_return) noexcept {
+Status FreeSpace::trace(const Point3f& end_map, bool is_return, int axis) noexcept {
   const Point3d d = end_map.cast<double>() - origin_map_;
+  if (longest_axis(d) != axis) return Status::kOk;
   const double length_m = norm(d);
   if (!(length_m > 0.0)) return Status::kOk;
   const double carve_m = carve_length_m(d, length_m, is_return);
   if (carve_m <= 0.0) return Status::kOk;
-  // The walk is the whole ray's, stopped early: what it visits is a prefix of what cross() visits,
-  // to the bit.
-  const double t_stop = carve_m / length_m;
-  const Point3d end = end_map.cast<double>();
-  RayBlock* block = nullptr;
-  bool full = false;
-  walk_segment(origin_map_ / resolution_m_, end / resolution_m_,
-               [&](int x, int y, int z, double t) {
-                 if (t >= t_stop) return false;
-                 const BlockCoord here = block_of({x, y, z});
-                 if (block == nullptr || !(block->coord == here)) {
-                   block = entry(here);
-                   full = block == nullptr;
-                   if (full) return false;
-                 }
-                 block->passed[static_cast<std::size_t>(z & 7)] |=
-                     std::uint64_t{1} << static_cast<unsigned>((y & 7) * 8 + (x & 7));
-                 ++steps_;
-                 return true;
-               });
-  return full ? Status::kResourceExhausted : Status::kOk;
+  // A part of the whole ray's walk: what it marks is among what cross() visits, to the bit.
+  const SlabWalk walk = walk_to(end_map, carve_m / length_m);
+  steps_ += walk.voxels();
+  const bool all = walk.walk<false>([this, &walk](BlockCoord coord) -> std::uint64_t* {
+    RayBlock* const block = entry(coord);
+    if (block == nullptr) return nullptr;
+    if (block->words_along != walk.axis()) block->turn(walk.axis());
+    return block->passed.data();
+  });
+  return all ? Status::kOk : Status::kResourceExhausted;
+}
+
+Status FreeSpace::carve(std::span<const ScanPoint> returns,
+                        std::span<const ScanPoint> far_rays) noexcept {
+  for (const ScanPoint& point : returns) {
+    add_return(point.p_map);
+    if (mark_hit(point.p_map) != Status::kOk) return Status::kResourceExhausted;
+  }
+  // Axis by axis, so that few blocks are turned more than once.
+  for (int axis = 2; axis >= 0; --axis) {
+    for (const ScanPoint& point : returns) {
+      if (trace(point.p_map, true, axis) != Status::kOk) return Status::kResourceExhausted;
+    }
+    for (const ScanPoint& ray : far_rays) {
+      if (trace(ray.p_map, false, axis) != Status::kOk) return Status::kResourceExhausted;
+    }
+  }
+  for (RayBlock& block : blocks()) block.turn(2);
+  return Status::kOk;
 }
 
 }  // namespace tessera

@@ -114,63 +114,6 @@ void Integrator::begin_scratch(const LocalMap& map) noexcept {
   if (config_.free_space.enabled) free_space_.begin(config_.free_space, map.lattice(), origin_map_);
 }
 
-void Integrator::register_points(const LocalMap& map, const ScanView& scan,
-                                 ScanReport& report) noexcept {
-  // A scan with more returns than fit is sampled evenly, so that what is left is still all around
-  // the sensor.
-  const std::uint64_t kept = scan.count < registered_.size() ? scan.count : registered_.size();
-  report.over_capacity = static_cast<std::uint32_t>(scan.count - kept);
-  for (std::uint64_t i = 0; i < kept; ++i)
-    register_point(map, scan, static_cast<std::size_t>(i * scan.count / kept), report);
-}
-
-void Integrator::register_point(const LocalMap& map, const ScanView& scan, std::size_t i,
-                                ScanReport& report) noexcept {
-  const float* const p_sensor = scan.points + i * scan.stride_floats;
-  const Point3d d(static_cast<double>(p_sensor[0]), static_cast<double>(p_sensor[1]),
-                  static_cast<double>(p_sensor[2]));
-  const float weight = scan.weights == nullptr ? 1.0F : scan.weights[i];
-  if (!d.allFinite() || !(weight >= 0.0F && weight <= kMaxWeight)) {
-    ++report.non_finite;
-    return;
-  }
-  const double square = squared_norm(d);
-  const auto min_m = static_cast<double>(config_.min_range_m);
-  if (square < min_m * min_m) {
-    ++report.too_near;
-    return;
-  }
-  ScanPoint point{.p_map = transform(scan.T_map_sensor, p_sensor), .weight = weight};
-  const auto max_m = static_cast<double>(config_.max_range_m);
-  const bool far = max_m > 0.0 && square > max_m * max_m;
-  if (far) {
-    const Point3d ray = point.p_map.cast<double>() - origin_map_;
-    point.p_map = (origin_map_ + ray * (max_m / norm(ray))).cast<float>();
-  }
-  // So that differences of cell and tile numbers within a scan fit 21 bits an axis.
-  const double resolution_m = map.lattice().resolution_m();
-  const double cell_m = config_.thinning_m;
-  const double finest_m = cell_m > 0.0 && cell_m < resolution_m ? cell_m : resolution_m;
-  const double reach_m = 0.5 * kBlockLimit * finest_m;
-  const bool near_enough = (far ? max_m * max_m : square) <= reach_m * reach_m;
-  const Result<VoxelCoord> voxel = map.lattice().voxel_of(point.p_map);
-  if (!near_enough || !voxel.ok() || !in_grid(ScanTiles::place_of(*voxel, unit_edge()).tile)) {
-    ++report.out_of_grid;
-    return;
-  }
-  if (far) {
-    ++report.beyond_range;
-    if (config_.free_space.enabled) registered_[registered_.size() - ++far_count_] = point;
-    return;
-  }
-  const int unlabelled = map.classes().unlabelled();
-  const std::uint8_t component = scan.components == nullptr ? std::uint8_t{0} : scan.components[i];
-  const bool known = component >= 1 && component < unlabelled;
-  point.component = known ? component : static_cast<std::uint8_t>(unlabelled);
-  if (!known) ++report.unlabelled;
-  registered_[registered_count_++] = point;
-}
-
 void Integrator::thin_points(const LocalMap& map, ScanReport& report) noexcept {
   const int unlabelled = map.classes().unlabelled();
   const auto thin_or_copy = [&](std::span<const ScanPoint> from, std::span<ScanPoint> to) {
@@ -194,7 +137,7 @@ void Integrator::measure_kernel(double resolution_m) noexcept {
   const double lift =
       static_cast<double>(largest_weight_) * static_cast<double>(config_.kernel_scale);
   const double cut = lift > 0.0 ? static_cast<double>(config_.min_weight) / lift : 1.0;
-  const auto s = static_cast<double>(KernelTable::support(cut < 1.0 ? cut : 1.0));
+  const auto s = static_cast<double>(Kernel::support(cut < 1.0 ? cut : 1.0));
   kernel_radius_ = static_cast<float>(length * std::sqrt(s));
   kernel_reach_units_ = (static_cast<int>(kernel_radius_ + 1.5F) + 1) / 2;
 }

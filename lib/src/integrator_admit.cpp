@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Admission: what the scan's points may need, and whether it is there. Everything here is an upper
 // bound that the writing stays under; blocks opened and not written are closed again.
-#include <algorithm>
-
 #include "tessera/inference/integrator.hpp"
 #include "tessera/inference/kernel.hpp"
 
@@ -31,10 +29,11 @@ bool Integrator::want_units(const LocalMap& map) noexcept {
       if (!tiles_.ensure(beside).ok()) return false;
     }
   }
+  tiles_.link_faces();
   for (Tile& tile : tiles_.tiles()) {
     std::array<std::uint64_t, 6> faces{};
     for (std::size_t face = 0; face < 6; ++face) {
-      const Tile* const beside = tiles_.find(tile.coord + kFaceSteps[face]);
+      const Tile* const beside = tiles_.beside(tile, face);
       faces[face] = beside == nullptr ? 0 : beside->occupied;
     }
     const std::uint64_t filled =
@@ -83,19 +82,6 @@ std::uint64_t Integrator::evaluations_per_point() const noexcept {
   return 7 * edge * edge * edge;
 }
 
-bool Integrator::trace_rays(const LocalMap& map) noexcept {
-  for (const ScanPoint& point : admitted()) {
-    free_space_.add_return(point.p_map);
-    if (free_space_.mark_hit(*map.lattice().voxel_of(point.p_map)) != Status::kOk) return false;
-  }
-  for (const ScanPoint& point : admitted()) {
-    if (free_space_.trace(point.p_map, true) != Status::kOk) return false;
-  }
-  return std::ranges::all_of(admitted_rays(), [this](const ScanPoint& ray) {
-    return free_space_.trace(ray.p_map, false) == Status::kOk;
-  });
-}
-
 void Integrator::count_tile(const LocalMap& map, const Tile& tile, std::uint64_t units,
                             std::uint64_t counted, SlabPool::Counts& wanted) const noexcept {
   const int edge = tiles_.unit_edge();
@@ -111,10 +97,9 @@ void Integrator::count_tile(const LocalMap& map, const Tile& tile, std::uint64_t
       if (block == nullptr || block->labels == 0) ++wanted[kLabelSlab];
     }
     for (std::uint64_t rest = here; rest != 0; rest &= rest - 1) {
-      std::array<OctetPlace, 8> octets{};
-      const int n = octets_of_unit(std::countr_zero(rest), edge, octets);
-      for (int o = 0; o < n; ++o) {
-        const int octet = locate(tile, octets[static_cast<std::size_t>(o)], edge).octet;
+      const UnitOctets octets = octets_of_unit(std::countr_zero(rest), edge);
+      for (const OctetPlace& place : octets.places()) {
+        const int octet = locate(tile, place, edge).octet;
         if (block == nullptr || !map.has_octet(*block, octet)) ++wanted[kOctetSlab];
       }
     }
@@ -176,7 +161,9 @@ bool Integrator::within_budget() const noexcept {
 
 bool Integrator::prepare(LocalMap& map) noexcept {
   return tiles_.build(admitted(), map.lattice(), sort_) == Status::kOk && want_units(map) &&
-         (!config_.free_space.enabled || trace_rays(map)) && open_blocks(map);
+         (!config_.free_space.enabled ||
+          free_space_.carve(admitted(), admitted_rays()) == Status::kOk) &&
+         open_blocks(map);
 }
 
 }  // namespace tessera

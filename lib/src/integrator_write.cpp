@@ -7,8 +7,6 @@ namespace tessera {
 
 namespace {
 
-using FaceTiles = std::array<const Tile*, 6>;
-
 constexpr std::uint64_t bit_of(int unit) { return std::uint64_t{1} << static_cast<unsigned>(unit); }
 
 /// A unit's points and those of its face neighbours; shift takes a neighbour's coordinates into the
@@ -19,23 +17,14 @@ struct UnitPoints {
   std::array<Point3f, 6> shift{};
 };
 
-FaceTiles tiles_beside(const ScanTiles& tiles, const Tile& tile) noexcept {
-  FaceTiles beside{};
-  for (std::size_t face = 0; face < 6; ++face) {
-    beside[face] = tiles.find(tile.coord + kFaceSteps[face]);
-  }
-  return beside;
-}
-
-void look_around(const ScanTiles& tiles, const Tile& tile, const FaceTiles& beside, int unit,
-                 UnitPoints& around) noexcept {
+void look_around(const ScanTiles& tiles, const Tile& tile, int unit, UnitPoints& around) noexcept {
   for (std::size_t face = 0; face < 6; ++face) {
     const std::size_t axis = face / 2;
     const int direction = (face & 1U) != 0 ? 1 : -1;
     const int step = 1 << (2 * axis);
     const int along = (unit >> (2 * axis)) & 3;
     const bool inside = along + direction >= 0 && along + direction <= 3;
-    const Tile* const from = inside ? &tile : beside[face];
+    const Tile* const from = inside ? &tile : tiles.beside(tile, face);
     const int neighbour = inside ? unit + direction * step : unit - direction * 3 * step;
     if (from == nullptr || (from->occupied & bit_of(neighbour)) == 0) continue;
     around.faces[face] = &tiles.sample(*from, neighbour);
@@ -82,21 +71,20 @@ void Integrator::write_labels(LocalMap& map, ScanReport& report) noexcept {
 void Integrator::write_units(LocalMap& map, const Tile& tile, EvidenceWork& work,
                              ScanReport& report) noexcept {
   const bool counting = config_.mode == InferenceMode::kCounting;
-  const FaceTiles beside = counting ? FaceTiles{} : tiles_beside(tiles_, tile);
   for (std::uint64_t rest = tile.wanted; rest != 0; rest &= rest - 1) {
     const int unit = std::countr_zero(rest);
     UnitPoints around;
     if ((tile.occupied & bit_of(unit)) != 0) around.own = &tiles_.sample(tile, unit);
     EntropyDecision decision;
     if (!counting) {
-      look_around(tiles_, tile, beside, unit, around);
+      // Most units learn from their own points alone.
+      if (around.own == nullptr || around.own->class_entropy > config_.entropy.smooth_above)
+        look_around(tiles_, tile, unit, around);
       decision = decide(config_.entropy, around.own, around.faces);
       if (!(decision.length_voxels > 0.0F)) continue;
     }
-    std::array<OctetPlace, 8> octets{};
-    const int n = octets_of_unit(unit, tiles_.unit_edge(), octets);
-    for (int i = 0; i < n; ++i) {
-      const OctetPlace& octet = octets[static_cast<std::size_t>(i)];
+    const UnitOctets octets = octets_of_unit(unit, tiles_.unit_edge());
+    for (const OctetPlace& octet : octets.places()) {
       OctetEvidence& sums = octet_[0];
       sums.clear();
       if (counting) {

@@ -8,14 +8,58 @@ namespace tessera {
 
 namespace {
 
-/// q - corner as a float in the same voxel: rounding up onto a voxel's far border would move the
-/// point to the next one.
-float local_coordinate(double q, double corner) noexcept {
-  const double exact = q - corner;
-  const auto rounded = static_cast<float>(exact);
-  const bool moved = floor_to_int(static_cast<double>(rounded)) != floor_to_int(exact);
+/// q - corner as a float in the same voxel, which is at `voxel`: rounding up onto the voxel's far
+/// border would move the point to the next one.
+float local_coordinate(double q, double corner, int voxel) noexcept {
+  const auto rounded = static_cast<float>(q - corner);
+  const bool moved = rounded >= static_cast<float>(voxel + 1);
   return moved ? std::bit_cast<float>(std::bit_cast<std::uint32_t>(rounded) - 1U) : rounded;
 }
+
+VoxelCoord voxel_at(const Point3d& q) noexcept {
+  return {floor_to_int(q.x()), floor_to_int(q.y()), floor_to_int(q.z())};
+}
+
+/// Keys that sort points by tile, in (z, y, x) order, then by unit.
+class TileOrder {
+ public:
+  TileOrder(std::span<const ScanPoint> points, const Lattice& lattice, int unit_edge) noexcept
+      : unit_edge_(unit_edge) {
+    Point3f low = points[0].p_map;
+    Point3f high = low;
+    for (const ScanPoint& point : points) {
+      low = low.cwiseMin(point.p_map);
+      high = high.cwiseMax(point.p_map);
+    }
+    // The tile of a coordinate never falls where the coordinate rises.
+    corner_ = ScanTiles::place_of(voxel_at(lattice.to_voxels(low)), unit_edge).tile;
+    const BlockCoord last = ScanTiles::place_of(voxel_at(lattice.to_voxels(high)), unit_edge).tile;
+    const auto width = [](std::int32_t from, std::int32_t to) {
+      return static_cast<unsigned>(
+          std::bit_width(static_cast<std::uint32_t>(to) - static_cast<std::uint32_t>(from)));
+    };
+    y_shift_ = kUnitBits + width(corner_.x, last.x);
+    z_shift_ = y_shift_ + width(corner_.y, last.y);
+    TESSERA_ASSERT(z_shift_ + width(corner_.z, last.z) <= 64);
+  }
+  static constexpr unsigned kUnitBits = 6;
+
+  [[nodiscard]] std::uint64_t key_of(const VoxelCoord& voxel) const noexcept {
+    const ScanTiles::Place at = ScanTiles::place_of(voxel, unit_edge_);
+    const auto relative = [](std::int32_t v, std::int32_t base) {
+      return static_cast<std::uint64_t>(v - base);
+    };
+    return static_cast<std::uint64_t>(at.unit) | (relative(at.tile.x, corner_.x) << kUnitBits) |
+           (relative(at.tile.y, corner_.y) << y_shift_) |
+           (relative(at.tile.z, corner_.z) << z_shift_);
+  }
+
+ private:
+  BlockCoord corner_{};
+  unsigned y_shift_ = 0;
+  unsigned z_shift_ = 0;
+  int unit_edge_;
+};
 
 }  // namespace
 
@@ -76,71 +120,69 @@ const Tile* ScanTiles::find(BlockCoord coord) const noexcept {
   return found ? &tiles_[*found] : nullptr;
 }
 
+void ScanTiles::link_faces() noexcept {
+  for (Tile& tile : tiles()) tile.beside = {};
+  // Each pair of neighbours is looked up once, from its lower side.
+  for (std::size_t i = 0; i < tile_count_; ++i) {
+    for (std::size_t face = 1; face < 6; face += 2) {
+      Tile* const above = find(tiles_[i].coord + kFaceSteps[face]);
+      if (above == nullptr) continue;
+      tiles_[i].beside[face] = static_cast<std::uint32_t>(above - tiles_.data()) + 1;
+      above->beside[face ^ 1U] = static_cast<std::uint32_t>(i) + 1;
+    }
+  }
+}
+
 Status ScanTiles::build(std::span<const ScanPoint> points, const Lattice& lattice,
                         std::span<KeyedIndex> sort) noexcept {
   TESSERA_ASSERT(points.size() <= points_.size() && sort.size() >= 2 * points.size());
   TESSERA_ASSERT(point_count_ == 0);
   if (points.empty()) return Status::kOk;
-  const auto place = [&](const ScanPoint& point) {
-    return place_of(*lattice.voxel_of(point.p_map), unit_edge_);
-  };
-  BlockCoord low = place(points[0]).tile;
-  BlockCoord high = low;
-  for (const ScanPoint& point : points) {
-    const BlockCoord tile = place(point).tile;
-    low = {tile.x < low.x ? tile.x : low.x, tile.y < low.y ? tile.y : low.y,
-           tile.z < low.z ? tile.z : low.z};
-    high = {tile.x > high.x ? tile.x : high.x, tile.y > high.y ? tile.y : high.y,
-            tile.z > high.z ? tile.z : high.z};
-  }
-  const auto width = [](std::int32_t from, std::int32_t to) {
-    return static_cast<unsigned>(
-        std::bit_width(static_cast<std::uint32_t>(to) - static_cast<std::uint32_t>(from)));
-  };
-  const unsigned x_shift = 6;
-  const unsigned y_shift = x_shift + width(low.x, high.x);
-  const unsigned z_shift = y_shift + width(low.y, high.y);
-  TESSERA_ASSERT(z_shift + width(low.z, high.z) <= 64);
+  const TileOrder order(points, lattice, unit_edge_);
   const std::span<KeyedIndex> items = sort.first(points.size());
+  bool sorted = true;
+  std::uint64_t previous = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const Place at = place(points[i]);
-    const auto relative = [](std::int32_t v, std::int32_t base) {
-      return static_cast<std::uint64_t>(v - base);
-    };
-    items[i] = {static_cast<std::uint64_t>(at.unit) | (relative(at.tile.x, low.x) << x_shift) |
-                    (relative(at.tile.y, low.y) << y_shift) |
-                    (relative(at.tile.z, low.z) << z_shift),
-                static_cast<std::uint32_t>(i)};
+    const std::uint64_t key = order.key_of(voxel_at(lattice.to_voxels(points[i].p_map)));
+    items[i] = {key, static_cast<std::uint32_t>(i)};
+    sorted = sorted && key >= previous;
+    previous = key;
   }
-  radix_sort(items, sort.subspan(points.size()));
+  // Thinned by voxels, points come nearly always in this order.
+  if (!sorted) radix_sort(items, sort.subspan(points.size()));
 
-  const double edge = tile_edge();
-  std::uint64_t current_key = ~std::uint64_t{0};
-  Tile* current = nullptr;
-  for (std::size_t first = 0; first < items.size();) {
-    const std::uint64_t key = items[first].key;
-    const Place at = place(points[items[first].index]);
-    if ((key >> x_shift) != current_key) {
-      current_key = key >> x_shift;
-      const Result<std::uint32_t> tile = ensure(at.tile);
-      if (!tile.ok()) return Status::kResourceExhausted;
-      current = &tiles_[*tile];
-      current->first_unit = static_cast<std::uint32_t>(unit_count_);
+  const int edge = tile_edge();
+  std::uint64_t current_tile = ~std::uint64_t{0};
+  std::uint64_t current_unit = ~std::uint64_t{0};
+  Tile* tile = nullptr;
+  for (const KeyedIndex& item : items) {
+    const ScanPoint& point = points[item.index];
+    const Point3d q = lattice.to_voxels(point.p_map);
+    const VoxelCoord voxel = voxel_at(q);
+    if (item.key != current_unit) {
+      current_unit = item.key;
+      const Place at = place_of(voxel, unit_edge_);
+      if ((item.key >> TileOrder::kUnitBits) != current_tile) {
+        current_tile = item.key >> TileOrder::kUnitBits;
+        const Result<std::uint32_t> number = ensure(at.tile);
+        if (!number.ok()) return Status::kResourceExhausted;
+        tile = &tiles_[*number];
+        tile->first_unit = static_cast<std::uint32_t>(unit_count_);
+      }
+      tile->occupied |= std::uint64_t{1} << static_cast<unsigned>(at.unit);
+      const auto begin = static_cast<std::uint32_t>(point_count_);
+      units_[unit_count_++] = {.begin = begin, .end = begin};
     }
-    const auto begin = static_cast<std::uint32_t>(point_count_);
-    std::size_t end = first;
-    for (; end < items.size() && items[end].key == key; ++end) {
-      const ScanPoint& point = points[items[end].index];
-      const Point3d q = lattice.to_voxels(point.p_map);
-      points_[point_count_++] = {.x = local_coordinate(q.x(), at.tile.x * edge),
-                                 .y = local_coordinate(q.y(), at.tile.y * edge),
-                                 .z = local_coordinate(q.z(), at.tile.z * edge),
-                                 .weight = point.weight,
-                                 .component = point.component};
-    }
-    current->occupied |= std::uint64_t{1} << static_cast<unsigned>(at.unit);
-    units_[unit_count_++] = {.begin = begin, .end = static_cast<std::uint32_t>(point_count_)};
-    first = end;
+    const auto local = [edge](double coordinate, int v, int tile_coordinate) {
+      const int corner = tile_coordinate * edge;
+      return local_coordinate(coordinate, static_cast<double>(corner), v - corner);
+    };
+    points_[point_count_++] = {.x = local(q.x(), voxel.x, tile->coord.x),
+                               .y = local(q.y(), voxel.y, tile->coord.y),
+                               .z = local(q.z(), voxel.z, tile->coord.z),
+                               .weight = point.weight,
+                               .component = point.component};
+    ++units_[unit_count_ - 1].end;
   }
   return Status::kOk;
 }

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tessera/inference/thinning.hpp"
 
+#include <algorithm>
 #include <array>
 #include <bit>
 
@@ -12,10 +13,33 @@ namespace tessera {
 
 namespace {
 
+/// The mean of the members, all of one component.
+ScanPoint merge_alike(std::span<const ScanPoint> points, std::span<const KeyedIndex> members,
+                      ThinningWeight rule) noexcept {
+  Point3d sum = Point3d::Zero();
+  double weight = 0.0;
+  for (const KeyedIndex& member : members) {
+    const ScanPoint& point = points[member.index];
+    sum += point.p_map.cast<double>();
+    weight += static_cast<double>(point.weight);
+  }
+  const auto n = static_cast<double>(members.size());
+  const double share = rule == ThinningWeight::kSum ? 1.0 : 1.0 / n;
+  return {.p_map = (sum / n).cast<float>(),
+          .weight = static_cast<float>(weight * share),
+          .component = points[members[0].index].component};
+}
+
 /// The one point that stands for the cell's points, members[i].index in points.
 ScanPoint merge_cell(std::span<const ScanPoint> points, std::span<const KeyedIndex> members,
                      int unlabelled, ThinningWeight rule) noexcept {
-  if (members.size() == 1) return points[members[0].index];
+  const ScanPoint& first = points[members[0].index];
+  if (members.size() == 1) return first;
+  if (std::ranges::all_of(members, [&](const KeyedIndex& member) {
+        return points[member.index].component == first.component;
+      })) {
+    return merge_alike(points, members, rule);
+  }
   Point3d sum = Point3d::Zero();
   std::array<double, kMaxComponents> weight{};
   std::array<std::uint32_t, kMaxComponents> count{};
@@ -47,6 +71,57 @@ ScanPoint merge_cell(std::span<const ScanPoint> points, std::span<const KeyedInd
           .component = static_cast<std::uint8_t>(winner)};
 }
 
+/// Keys that sort cells by cubes of eight cells a side, in these by cubes of two, each in (z, y, x)
+/// order: where a cell is a voxel, that is by tile and unit.
+class CellOrder {
+ public:
+  CellOrder(std::span<const ScanPoint> points, const Lattice& cells) noexcept : cells_(cells) {
+    Point3f low = points[0].p_map;
+    Point3f high = low;
+    for (const ScanPoint& point : points) {
+      low = low.cwiseMin(point.p_map);
+      high = high.cwiseMax(point.p_map);
+    }
+    // The cell of a coordinate never falls where the coordinate rises.
+    const Cell first = cell_of(low);
+    const Cell last = cell_of(high);
+    // Relative to the scan's corner few bits differ, so the sort takes few passes.
+    for (std::size_t axis = 0; axis < 3; ++axis) corner_[axis] = first[axis] & ~std::int64_t{7};
+    const auto cubes = [&](std::size_t axis) {
+      return static_cast<unsigned>(
+          std::bit_width(static_cast<std::uint64_t>(last[axis] - corner_[axis]) >> 3U));
+    };
+    y_shift_ = kCubeBits + cubes(0);
+    z_shift_ = y_shift_ + cubes(1);
+    TESSERA_ASSERT(z_shift_ + cubes(2) <= 64);
+  }
+
+  [[nodiscard]] std::uint64_t key_of(const Point3f& p_map) const noexcept {
+    const Cell cell = cell_of(p_map);
+    const auto x = static_cast<std::uint64_t>(cell[0] - corner_[0]);
+    const auto y = static_cast<std::uint64_t>(cell[1] - corner_[1]);
+    const auto z = static_cast<std::uint64_t>(cell[2] - corner_[2]);
+    const std::uint64_t in_pair = (x & 1U) | ((y & 1U) << 1U) | ((z & 1U) << 2U);
+    const std::uint64_t pair = ((x & 6U) << 2U) | ((y & 6U) << 4U) | ((z & 6U) << 6U);
+    return in_pair | pair | ((x >> 3U) << kCubeBits) | ((y >> 3U) << y_shift_) |
+           ((z >> 3U) << z_shift_);
+  }
+
+ private:
+  using Cell = std::array<std::int64_t, 3>;
+  static constexpr unsigned kCubeBits = 9;
+
+  [[nodiscard]] Cell cell_of(const Point3f& p_map) const noexcept {
+    const Point3d q = cells_.to_voxels(p_map);
+    return {floor_to_int64(q.x()), floor_to_int64(q.y()), floor_to_int64(q.z())};
+  }
+
+  Lattice cells_;
+  Cell corner_{};
+  unsigned y_shift_ = 0;
+  unsigned z_shift_ = 0;
+};
+
 }  // namespace
 
 std::size_t thin(std::span<const ScanPoint> points, double cell_m, int unlabelled,
@@ -54,38 +129,10 @@ std::size_t thin(std::span<const ScanPoint> points, double cell_m, int unlabelle
                  ThinningWeight weight) noexcept {
   TESSERA_ASSERT(out.size() >= points.size() && sort.size() >= 2 * points.size());
   const std::span<KeyedIndex> items = sort.first(points.size());
-  const Lattice cells(cell_m);
-  const auto cell_of = [&](const ScanPoint& point) {
-    const Point3d q = cells.to_voxels(point.p_map);
-    return std::array<std::int64_t, 3>{floor_to_int64(q.x()), floor_to_int64(q.y()),
-                                       floor_to_int64(q.z())};
-  };
   if (points.empty()) return 0;
-  std::array<std::int64_t, 3> low = cell_of(points[0]);
-  std::array<std::int64_t, 3> high = low;
-  for (const ScanPoint& point : points) {
-    const std::array<std::int64_t, 3> cell = cell_of(point);
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      if (cell[axis] < low[axis]) low[axis] = cell[axis];
-      if (cell[axis] > high[axis]) high[axis] = cell[axis];
-    }
-  }
-  // Keys relative to the scan's corner: few bits differ, so the sort takes few passes.
-  const auto bits = [&](std::size_t axis) {
-    return static_cast<unsigned>(
-        std::bit_width(static_cast<std::uint64_t>(high[axis] - low[axis])));
-  };
-  const unsigned y_shift = bits(0);
-  const unsigned z_shift = bits(0) + bits(1);
-  TESSERA_ASSERT(z_shift + bits(2) <= 64);
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const std::array<std::int64_t, 3> cell = cell_of(points[i]);
-    const auto relative = [&](std::size_t axis) {
-      return static_cast<std::uint64_t>(cell[axis] - low[axis]);
-    };
-    items[i] = {relative(0) | (relative(1) << y_shift) | (relative(2) << z_shift),
-                static_cast<std::uint32_t>(i)};
-  }
+  const CellOrder order(points, Lattice(cell_m));
+  for (std::size_t i = 0; i < points.size(); ++i)
+    items[i] = {order.key_of(points[i].p_map), static_cast<std::uint32_t>(i)};
   radix_sort(items, sort.subspan(points.size()));
   std::size_t cells_out = 0;
   for (std::size_t first = 0; first < items.size();) {

@@ -3,20 +3,12 @@
 #include "tessera/inference/tile_evidence.hpp"
 
 #include <bit>
+#include <limits>
 
+#include "tessera/base/lanes.hpp"
 #include "tessera/inference/kernel.hpp"
 
 namespace tessera {
-
-BlockOctet locate(const Tile& tile, const OctetPlace& octet, int unit_edge) noexcept {
-  std::array<int, 3> c = octet.corner;
-  if (unit_edge == 1)
-    c = {c[0] + 4 * (tile.coord.x & 1), c[1] + 4 * (tile.coord.y & 1),
-         c[2] + 4 * (tile.coord.z & 1)};
-  const auto octet_axis = [&](std::size_t axis) { return (c[axis] & 7) >> 1; };
-  return {.block = (c[0] >> 3) | ((c[1] >> 3) << 1) | ((c[2] >> 3) << 2),
-          .octet = octet_axis(0) | (octet_axis(1) << 2) | (octet_axis(2) << 4)};
-}
 
 BlockCoord block_of_tile(const BlockCoord& tile, int unit_edge, int i) noexcept {
   if (unit_edge == 2) return tile;
@@ -24,51 +16,69 @@ BlockCoord block_of_tile(const BlockCoord& tile, int unit_edge, int i) noexcept 
   return {2 * tile.x + (i & 1), 2 * tile.y + ((i >> 1) & 1), 2 * tile.z + (i >> 2)};
 }
 
-int octets_of_unit(int unit, int unit_edge, std::array<OctetPlace, 8>& out) noexcept {
-  const std::array<int, 3> corner{(unit & 3) * unit_edge, ((unit >> 2) & 3) * unit_edge,
-                                  (unit >> 4) * unit_edge};
-  if (unit_edge == 1) {
-    // A tile of four voxels starts at an even voxel of the map, so parity in the tile is parity in
-    // the map.
-    const int voxel = (corner[0] & 1) | ((corner[1] & 1) << 1) | ((corner[2] & 1) << 2);
-    out[0] = {.corner = {corner[0] & ~1, corner[1] & ~1, corner[2] & ~1},
-              .voxels = static_cast<std::uint8_t>(1U << static_cast<unsigned>(voxel))};
-    return 1;
+namespace {
+
+/// Contributions of weight k_0 at squared distances, in lanes; zero where there is none.
+class Contribution {
+ public:
+  explicit Contribution(const KernelShape& kernel) noexcept
+      : inverse_square_(kernel.inverse_square),
+        // Anything above zero passes a min_weight of zero.
+        least_(all_lanes(kernel.min_weight > 0.0F ? kernel.min_weight
+                                                  : std::numeric_limits<float>::denorm_min())) {}
+
+  /// Sets counted to all ones where something is contributed.
+  [[nodiscard]] Float4 at(float weight, Float4 square, Int4& counted) const noexcept {
+    const Float4 k = weight * Kernel::at(square * inverse_square_);
+    counted = k >= least_;
+    return keep(counted, k);
   }
-  if (unit_edge == 2) {
-    out[0] = {.corner = corner};
-    return 1;
-  }
-  for (int i = 0; i < 8; ++i) {
-    out[static_cast<std::size_t>(i)] = {.corner = {corner[0] + 2 * (i & 1),
-                                                   corner[1] + 2 * ((i >> 1) & 1),
-                                                   corner[2] + 2 * (i >> 2)}};
-  }
-  return 8;
+
+ private:
+  float inverse_square_;
+  Float4 least_;
+};
+
+Int4 lanes_of(unsigned voxels) noexcept {
+  const auto lane = [voxels](unsigned v) { return -static_cast<std::int32_t>((voxels >> v) & 1U); };
+  return Int4{lane(0), lane(1), lane(2), lane(3)};
 }
+
+}  // namespace
 
 void add_points(std::span<const TilePoint> points, const Point3f& shift, const OctetPlace& octet,
                 const KernelShape& kernel, OctetEvidence& into, EvidenceWork& work) noexcept {
   const float x0 = static_cast<float>(octet.corner[0]) + 0.5F - shift.x();
   const float y0 = static_cast<float>(octet.corner[1]) + 0.5F - shift.y();
   const float z0 = static_cast<float>(octet.corner[2]) + 0.5F - shift.z();
+  const Float4 x{x0, x0 + 1.0F, x0, x0 + 1.0F};
+  const Float4 y{y0, y0, y0 + 1.0F, y0 + 1.0F};
+  const Contribution contribution(kernel);
+  const Int4 low_voxels = lanes_of(octet.voxels);
+  const Int4 high_voxels = lanes_of(octet.voxels >> 4U);
+  Int4 updates{};
   for (const TilePoint& point : points) {
     const float weight = point.weight * kernel.scale;
-    OctetEvidence::Plane* plane = nullptr;
-    for (unsigned v = 0; v < kOctetVoxels; ++v) {
-      if (((octet.voxels >> v) & 1U) == 0) continue;
-      const float dx = x0 + static_cast<float>(v & 1U) - point.x;
-      const float dy = y0 + static_cast<float>((v >> 1U) & 1U) - point.y;
-      const float dz = z0 + static_cast<float>(v >> 2U) - point.z;
-      const float k =
-          weight * KernelTable::at((dx * dx + dy * dy + dz * dz) * kernel.inverse_square);
-      ++work.evaluations;
-      if (!(k >= kernel.min_weight) || !(k > 0.0F)) continue;
-      if (plane == nullptr) plane = &into.plane(point.component);
-      (*plane)[v] += k;  // eq. (7)
-      ++work.updates;
-    }
+    const Float4 dx = x - point.x;
+    const Float4 dy = y - point.y;
+    const float dz_low = z0 - point.z;
+    const float dz_high = z0 + 1.0F - point.z;
+    const Float4 square = dx * dx + dy * dy;
+    Int4 low_counted;
+    Int4 high_counted;
+    const Float4 low = contribution.at(weight, square + dz_low * dz_low, low_counted);
+    const Float4 high = contribution.at(weight, square + dz_high * dz_high, high_counted);
+    low_counted &= low_voxels;
+    high_counted &= high_voxels;
+    if (!any(low_counted | high_counted)) continue;
+    updates -= low_counted + high_counted;
+    float* const plane = into.plane(point.component).data();
+    store4(plane, load4(plane) + keep(low_voxels, low));  // eq. (7)
+    store4(plane + 4, load4(plane + 4) + keep(high_voxels, high));
   }
+  work.evaluations +=
+      points.size() * static_cast<std::uint64_t>(std::popcount(unsigned{octet.voxels}));
+  work.updates += static_cast<std::uint64_t>(sum_of(updates));
 }
 
 void count_points(std::span<const TilePoint> points, const OctetPlace& octet, float min_weight,
@@ -104,65 +114,70 @@ void KernelTile::clear() noexcept {
 
 namespace {
 
-/// A point at px on a row of voxels; dyz: its squared distance from the row.
-struct PointBesideRow {
-  float px = 0.0F;
-  float dyz = 0.0F;
-  float weight = 0.0F;
-};
+/// The voxels of one axis whose centres may lie within radius of p, clipped to the tile; none if
+/// first > last. Coordinates are at most a few tens, so int is exact.
+struct Reach {
+  int first = 0;
+  int last = 0;
 
-/// Adds the point to voxels x0 .. x1 of a row.
-inline void add_row(const PointBesideRow& point, const KernelShape& kernel, int x0, int x1,
-                    float* row, EvidenceWork& work) noexcept {
-  for (int x = x0; x <= x1; ++x) {
-    const float dx = static_cast<float>(x) + 0.5F - point.px;
-    const float k = point.weight * KernelTable::at((dx * dx + point.dyz) * kernel.inverse_square);
-    ++work.evaluations;
-    if (!(k >= kernel.min_weight) || !(k > 0.0F)) continue;
-    row[x] += k;  // eq. (7)
-    ++work.updates;
+  Reach(float p, float radius) noexcept {
+    const float from = p - radius - 0.5F;
+    const float to = p + radius - 0.5F;
+    first = from <= 0.0F ? 0 : static_cast<int>(from);
+    last = to >= static_cast<float>(kBlockEdge - 1) ? kBlockEdge - 1
+                                                    : (to < 0.0F ? -1 : static_cast<int>(to));
   }
-}
+  [[nodiscard]] bool empty() const noexcept { return first > last; }
+};
 
 }  // namespace
 
 void KernelTile::add_points(std::span<const TilePoint> points, const Point3f& shift, float radius,
                             const KernelShape& kernel, EvidenceWork& work) noexcept {
-  // The voxels of an axis whose centres may lie within radius: coordinates are at most a few tens,
-  // so int is exact.
-  const auto first = [radius](float p) {
-    const float from = p - radius - 0.5F;
-    return from <= 0.0F ? 0 : static_cast<int>(from);
-  };
-  const auto last = [radius](float p) {
-    const float to = p + radius - 0.5F;
-    return to >= static_cast<float>(kBlockEdge - 1) ? kBlockEdge - 1
-                                                    : (to < 0.0F ? -1 : static_cast<int>(to));
-  };
+  const Contribution contribution(kernel);
+  const float square_radius = radius * radius;
+  constexpr Float4 kLowCenters{0.5F, 1.5F, 2.5F, 3.5F};
+  constexpr Float4 kHighCenters{4.5F, 5.5F, 6.5F, 7.5F};
+  Int4 updates{};
   for (const TilePoint& point : points) {
     const float px = point.x + shift.x();
     const float py = point.y + shift.y();
     const float pz = point.z + shift.z();
-    const int x0 = first(px);
-    const int x1 = last(px);
-    const int y0 = first(py);
-    const int y1 = last(py);
-    const int z1 = last(pz);
-    if (x0 > x1 || y0 > y1) continue;
+    const Reach x(px, radius);
+    const Reach y(py, radius);
+    const Reach z(pz, radius);
+    if (x.empty() || y.empty() || z.empty()) continue;
     const float weight = point.weight * kernel.scale;
-    std::array<float, kBlockVoxels>& plane = planes_->plane[point.component];
+    float* const plane = planes_->plane[point.component].data();
     components_ |= std::uint64_t{1} << point.component;
-    for (int z = first(pz); z <= z1; ++z) {
-      const float dz = static_cast<float>(z) + 0.5F - pz;
-      for (int y = y0; y <= y1; ++y) {
-        const float dy = static_cast<float>(y) + 0.5F - py;
+    // A row is two groups of four voxels.
+    const bool low = x.first < 4;
+    const bool high = x.last >= 4;
+    const Float4 dx_low = kLowCenters - px;
+    const Float4 dx_high = kHighCenters - px;
+    const Float4 low_square = dx_low * dx_low;
+    const Float4 high_square = dx_high * dx_high;
+    for (int iz = z.first; iz <= z.last; ++iz) {
+      const float dz = static_cast<float>(iz) + 0.5F - pz;
+      for (int iy = y.first; iy <= y.last; ++iy) {
+        const float dy = static_cast<float>(iy) + 0.5F - py;
         const float dyz = dy * dy + dz * dz;
-        if (dyz > radius * radius) continue;
-        float* const row = &plane[static_cast<std::size_t>((z * kBlockEdge + y) * kBlockEdge)];
-        add_row({px, dyz, weight}, kernel, x0, x1, row, work);
+        if (dyz > square_radius) continue;
+        work.evaluations += static_cast<std::uint64_t>(x.last - x.first + 1);
+        float* const row = plane + (iz * kBlockEdge + iy) * kBlockEdge;
+        Int4 counted;
+        if (low) {
+          store4(row, load4(row) + contribution.at(weight, low_square + dyz, counted));  // eq. (7)
+          updates -= counted;
+        }
+        if (high) {
+          store4(row + 4, load4(row + 4) + contribution.at(weight, high_square + dyz, counted));
+          updates -= counted;
+        }
       }
     }
   }
+  work.updates += static_cast<std::uint64_t>(sum_of(updates));
 }
 
 bool KernelTile::read(int octet, OctetEvidence& into) const noexcept {

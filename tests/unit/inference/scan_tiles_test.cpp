@@ -137,11 +137,9 @@ TEST_CASE("octets of a unit: they cover the unit's voxels, each once, in the rig
   const Tile tile{.coord = {tile_x, 1, -1}};
   std::size_t wrong = 0;
   for (int unit = 0; unit < 64; ++unit) {
-    std::array<OctetPlace, 8> octets;
-    const int n = octets_of_unit(unit, edge, octets);
+    const UnitOctets octets = octets_of_unit(unit, edge);
     int covered = 0;
-    for (int i = 0; i < n; ++i) {
-      const OctetPlace& octet = octets[static_cast<std::size_t>(i)];
+    for (const OctetPlace& octet : octets.places()) {
       const BlockOctet at = locate(tile, octet, edge);
       const BlockCoord block = block_of_tile(tile.coord, edge, at.block);
       for (int v = 0; v < kOctetVoxels; ++v) {

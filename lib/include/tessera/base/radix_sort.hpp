@@ -5,6 +5,7 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -19,23 +20,26 @@ struct KeyedIndex {
 };
 
 /// Sorts items by key, equal keys in their first order. scratch: at least as long as items.
-/// O(8 n) at worst: one pass over the items for each byte in which the keys differ, and one that
-/// finds those bytes.
+/// O(7 n) at worst: two passes over the items for each eleven bits in which the keys differ (at
+/// most six, or seven where they lie apart), and one that finds those bits. 8 kB of stack.
 inline void radix_sort(std::span<KeyedIndex> items, std::span<KeyedIndex> scratch) noexcept {
   TESSERA_ASSERT(scratch.size() >= items.size());
+  constexpr unsigned kDigitBits = 11;
+  constexpr std::uint64_t kDigit = (std::uint64_t{1} << kDigitBits) - 1;
   std::uint64_t all_or = 0;
   std::uint64_t all_and = ~std::uint64_t{0};
   for (const KeyedIndex& item : items) {
     all_or |= item.key;
     all_and &= item.key;
   }
-  const std::uint64_t differing = items.empty() ? 0 : all_or ^ all_and;
+  std::uint64_t differing = items.empty() ? 0 : all_or ^ all_and;
   KeyedIndex* from = items.data();
   KeyedIndex* to = scratch.data();
-  for (unsigned shift = 0; shift < 64; shift += 8) {
-    if (((differing >> shift) & 0xffU) == 0) continue;
-    std::array<std::uint32_t, 256> start{};
-    for (std::size_t i = 0; i < items.size(); ++i) ++start[(from[i].key >> shift) & 0xffU];
+  while (differing != 0) {
+    const auto shift = static_cast<unsigned>(std::countr_zero(differing));
+    differing &= ~(kDigit << shift);
+    std::array<std::uint32_t, kDigit + 1> start{};
+    for (std::size_t i = 0; i < items.size(); ++i) ++start[(from[i].key >> shift) & kDigit];
     std::uint32_t sum = 0;
     for (std::uint32_t& entry : start) {
       const std::uint32_t count = entry;
@@ -43,7 +47,7 @@ inline void radix_sort(std::span<KeyedIndex> items, std::span<KeyedIndex> scratc
       sum += count;
     }
     for (std::size_t i = 0; i < items.size(); ++i) {
-      to[start[(from[i].key >> shift) & 0xffU]++] = from[i];
+      to[start[(from[i].key >> shift) & kDigit]++] = from[i];
     }
     KeyedIndex* const swap = from;
     from = to;

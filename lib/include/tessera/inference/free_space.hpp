@@ -9,9 +9,9 @@
 #include <span>
 
 #include "tessera/grid/key_index.hpp"
-#include "tessera/grid/segment.hpp"
 #include "tessera/inference/inference_config.hpp"
 #include "tessera/inference/range_image.hpp"
+#include "tessera/inference/slab_walk.hpp"
 #include "tessera/map/local_map.hpp"
 #include "tessera/registration/scan.hpp"
 
@@ -20,12 +20,17 @@ namespace tessera {
 /// One block that rays cross.
 struct RayBlock {
   BlockCoord coord;
-  SlabHandle block = 0;   ///< The map's block, once opened.
-  bool reserved = false;  ///< Spoken for while points are admitted one by one.
-  VoxelMask passed{};     ///< Voxels that a ray passed through.
-  VoxelMask hit{};        ///< Voxels that hold a point of this scan: never carved by it.
+  SlabHandle block = 0;          ///< The map's block, once opened.
+  bool reserved = false;         ///< Spoken for while points are admitted one by one.
+  std::uint8_t words_along = 2;  ///< The axis along which passed's words run.
+  /// Voxels that a ray passed through: word a & 7 for the voxel at a on that axis, bit
+  /// (b & 7) + 8 (c & 7) for b, c on the other two; so a VoxelMask where that axis is z.
+  VoxelMask passed{};
+  VoxelMask hit{};  ///< Voxels that hold a point of this scan: never carved by it.
 
-  /// True iff some voxel is to be carved.
+  /// Turns passed so that its words run along axis. O(1).
+  void turn(int axis) noexcept;
+  /// True iff some voxel is to be carved; passed must run along z.
   [[nodiscard]] bool carves() const noexcept {
     std::uint64_t any = 0;
     for (std::size_t z = 0; z < passed.size(); ++z) any |= passed[z] & ~hit[z];
@@ -38,7 +43,8 @@ class FreeSpace {
   [[nodiscard]] static constexpr std::size_t required_bytes(const ScanCapacity& capacity) noexcept {
     return KeyIndex::required_bytes(capacity.ray_blocks) +
            arena_bytes<RayBlock>(capacity.ray_blocks) +
-           arena_bytes<std::uint32_t>(capacity.ray_blocks) + RangeImage::required_bytes();
+           arena_bytes<std::uint32_t>(capacity.ray_blocks) + arena_bytes<std::uint32_t>(kRecent) +
+           RangeImage::required_bytes();
   }
   [[nodiscard]] static Result<FreeSpace> make(Arena& arena, const ScanCapacity& capacity) noexcept;
   FreeSpace() noexcept = default;
@@ -46,16 +52,11 @@ class FreeSpace {
   /// Starts a scan seen from origin_map (metres). O(capacity).
   void begin(const FreeSpaceConfig& config, const Lattice& lattice,
              const Point3d& origin_map) noexcept;
-  /// Declares a return, so that no ray near its direction is carved beyond it. All returns before
-  /// the first trace. O(1).
-  void add_return(const Point3f& p_map) noexcept;
-  /// Marks the voxel of a point. Fails with kResourceExhausted iff the ray blocks are full.
-  Status mark_hit(VoxelCoord voxel) noexcept;
-  /// Traces the ray to end_map, which must be in the grid, up to the nearest return near its
-  /// direction less the margin. is_return: end_map is a return, not the range limit. Fails with
-  /// kResourceExhausted iff the ray blocks are full, with the voxels before that marked. O(voxels
-  /// crossed).
-  Status trace(const Point3f& end_map, bool is_return) noexcept;
+  /// Marks the voxels that the rays pass through: of each return up to the nearest return near its
+  /// direction less the margin, of each far ray likewise, up to its end. All ends must be in the
+  /// grid. A voxel that holds one of the returns is marked as hit. Fails with kResourceExhausted
+  /// iff the ray blocks are full, with some of the voxels marked. O(voxels crossed).
+  Status carve(std::span<const ScanPoint> returns, std::span<const ScanPoint> far_rays) noexcept;
   /// Makes an entry for each block that trace could mark on the ray to end_map, its last voxel's
   /// included, and gives their numbers in blocks(), which hold until the next call. Marks nothing.
   /// Fails with kResourceExhausted iff the ray blocks or their index are full; entries made until
@@ -63,24 +64,44 @@ class FreeSpace {
   Result<std::span<const std::uint32_t>> cross(const Point3f& end_map) noexcept;
   /// Takes back the entries made last, down to count. O(entries taken back).
   void truncate(std::size_t count) noexcept;
-  /// Forgets returns and marks; the entries stay, so that trace() through them cannot fail.
+  /// Forgets returns and marks; the entries stay, so that carve() through them cannot fail.
   /// O(capacity).
   void forget_marks() noexcept;
 
   [[nodiscard]] std::span<RayBlock> blocks() noexcept { return blocks_.first(count_); }
-  /// Voxels stepped through since begin(), by trace() and cross().
+  /// Voxels stepped through since begin(), by carve() and cross().
   [[nodiscard]] std::uint64_t steps() const noexcept { return steps_; }
   /// A bound on the voxels that a ray to end_map crosses, from its length alone: |dx| + |dy| + |dz|
   /// in voxels, plus 4.
   [[nodiscard]] std::uint64_t most_steps(const Point3f& end_map) const noexcept;
 
  private:
+  /// Numbers of the blocks last asked for, by the low bits of their coordinates.
+  static constexpr std::size_t kRecent = 4096;
+
+  void add_return(const Point3f& p_map) noexcept;
+  Status mark_hit(const Point3f& p_map) noexcept;
+  Status trace(const Point3f& end_map, bool is_return, int axis) noexcept;
+  [[nodiscard]] SlabWalk walk_to(const Point3f& end_map, double part) const noexcept {
+    return {origin_map_ / resolution_m_, end_map.cast<double>() / resolution_m_, part};
+  }
   [[nodiscard]] double carve_length_m(const Point3d& direction, double length_m,
                                       bool is_return) const noexcept;
-  [[nodiscard]] RayBlock* entry(BlockCoord coord) noexcept;
+  [[nodiscard]] RayBlock* entry(BlockCoord coord) noexcept {
+    // Rays side by side go through the same blocks. A stale number is caught by the coordinates.
+    const std::uint32_t recent = recent_[recent_slot(coord)];
+    if (recent < count_ && blocks_[recent].coord == coord) return &blocks_[recent];
+    return find_entry(coord);
+  }
+  [[nodiscard]] static std::size_t recent_slot(BlockCoord coord) noexcept {
+    return static_cast<std::size_t>((coord.x & 15) | ((coord.y & 15) << 4) | ((coord.z & 15) << 8));
+  }
+  [[nodiscard]] RayBlock* find_entry(BlockCoord coord) noexcept;
+  [[nodiscard]] RayBlock* new_entry(BlockCoord coord) noexcept;
 
   KeyIndex index_{};
   std::span<RayBlock> blocks_;
+  std::span<std::uint32_t> recent_;
   std::span<std::uint32_t> crossed_;  ///< Numbers of the blocks that one ray crosses.
   RangeImage image_{};
   std::size_t count_ = 0;

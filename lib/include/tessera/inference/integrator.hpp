@@ -73,8 +73,6 @@ class Integrator {
   [[nodiscard]] const InferenceConfig& config() const noexcept { return config_; }
 
  private:
-  void register_point(const LocalMap& map, const ScanView& scan, std::size_t i,
-                      ScanReport& report) noexcept;
   void register_points(const LocalMap& map, const ScanView& scan, ScanReport& report) noexcept;
   void thin_points(const LocalMap& map, ScanReport& report) noexcept;
   /// Empties the tables of tiles and ray blocks.
@@ -86,7 +84,6 @@ class Integrator {
   bool prepare(LocalMap& map) noexcept;
   bool want_units(const LocalMap& map) noexcept;
   bool want_kernel_units() noexcept;
-  bool trace_rays(const LocalMap& map) noexcept;
   bool open_blocks(LocalMap& map) noexcept;
   bool open_tile(LocalMap& map, Tile& tile, std::uint64_t units) noexcept;
   /// Adds to wanted a bound on what writing units takes beyond what the map has; counted: units

@@ -9,6 +9,7 @@
 #include <bit>
 #include <span>
 
+#include "tessera/base/bits.hpp"
 #include "tessera/base/radix_sort.hpp"
 #include "tessera/grid/key_index.hpp"
 #include "tessera/inference/inference_config.hpp"
@@ -48,6 +49,9 @@ struct Tile {
   /// The map's blocks that the tile covers: one, or eight for units of four voxels (x fastest). 0:
   /// not opened.
   std::array<SlabHandle, 8> blocks{};
+  /// Numbers of the tiles at its faces (kFaceSteps), plus one; 0: none. Only where ScanTiles::
+  /// link_faces was called after the last tile was made.
+  std::array<std::uint32_t, 6> beside{};
 };
 
 class ScanTiles {
@@ -78,6 +82,14 @@ class ScanTiles {
   [[nodiscard]] Tile* find(BlockCoord coord) noexcept;
   [[nodiscard]] const Tile* find(BlockCoord coord) const noexcept;
 
+  /// Sets Tile::beside of all tiles. O(tiles).
+  void link_faces() noexcept;
+  /// The tile at a face of this one, or null.
+  [[nodiscard]] const Tile* beside(const Tile& tile, std::size_t face) const noexcept {
+    const std::uint32_t number = tile.beside[face];
+    return number == 0 ? nullptr : &tiles_[number - 1];
+  }
+
   [[nodiscard]] std::span<Tile> tiles() noexcept { return tiles_.first(tile_count_); }
   [[nodiscard]] std::span<const Tile> tiles() const noexcept { return tiles_.first(tile_count_); }
   [[nodiscard]] std::span<const TilePoint> points() const noexcept {
@@ -88,7 +100,7 @@ class ScanTiles {
   [[nodiscard]] const UnitSample& sample(const Tile& tile, int unit) const noexcept {
     const std::uint64_t below =
         tile.occupied & ((std::uint64_t{1} << static_cast<unsigned>(unit)) - 1);
-    return units_[tile.first_unit + static_cast<std::size_t>(std::popcount(below))];
+    return units_[tile.first_unit + static_cast<std::size_t>(count_ones(below))];
   }
   [[nodiscard]] int unit_edge() const noexcept { return unit_edge_; }
   [[nodiscard]] int tile_edge() const noexcept { return 4 * unit_edge_; }

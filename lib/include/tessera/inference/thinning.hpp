@@ -14,10 +14,11 @@ namespace tessera {
 
 /// Thins points to one a cell of cell_m, cells aligned with the map frame's origin: the centroid of
 /// the cell's points, the component with the largest total weight (ties to the lowest; unlabelled
-/// only if all are), and the mean or summed weight of the points that have it. Cells come out in
-/// (z, y, x) order. Points farther than 2^20 cells from each other on an axis do not occur:
-/// registration refuses them. out: at least points.size(). sort: at least 2 * points.size().
-/// unlabelled: the component C + 1. Returns the cells. O(n).
+/// only if all are), and the mean or summed weight of the points that have it. Cells come out by
+/// cubes of eight cells a side, in these by cubes of two, in these by cell, each in (z, y, x)
+/// order. Points farther than 2^20 cells from each other on an axis do not occur: registration
+/// refuses them. out: at least points.size(). sort: at least 2 * points.size(). unlabelled: the
+/// component C + 1. Returns the cells. O(n).
 [[nodiscard]] std::size_t thin(std::span<const ScanPoint> points, double cell_m, int unlabelled,
                                std::span<ScanPoint> out, std::span<KeyedIndex> sort,
                                ThinningWeight weight = ThinningWeight::kMean) noexcept;

@@ -30,18 +30,59 @@ struct KernelShape {
 /// The octets of a unit: where each begins in its tile (voxels, even), and which of its voxels
 /// belong to the unit.
 struct OctetPlace {
-  std::array<int, 3> corner{};  ///< Tile-local voxel coordinates.
+  std::array<std::int8_t, 3> corner{};  ///< Tile-local voxel coordinates.
   std::uint8_t voxels = 0xff;
 };
-/// The octets that a unit covers: one, or eight for units of four voxels. Returns their number.
-[[nodiscard]] int octets_of_unit(int unit, int unit_edge, std::array<OctetPlace, 8>& out) noexcept;
+/// The octets that a unit covers.
+struct UnitOctets {
+  std::array<OctetPlace, 8> place{};
+  int count = 1;  ///< One, or eight for units of four voxels.
+
+  [[nodiscard]] std::span<const OctetPlace> places() const noexcept {
+    return {place.data(), static_cast<std::size_t>(count)};
+  }
+};
+[[nodiscard]] inline UnitOctets octets_of_unit(int unit, int unit_edge) noexcept {
+  const auto place = [](int x, int y, int z, unsigned voxels) {
+    return OctetPlace{.corner = {static_cast<std::int8_t>(x), static_cast<std::int8_t>(y),
+                                 static_cast<std::int8_t>(z)},
+                      .voxels = static_cast<std::uint8_t>(voxels)};
+  };
+  UnitOctets octets;
+  const int x = (unit & 3) * unit_edge;
+  const int y = ((unit >> 2) & 3) * unit_edge;
+  const int z = (unit >> 4) * unit_edge;
+  if (unit_edge == 2) {
+    octets.place[0] = place(x, y, z, 0xffU);
+  } else if (unit_edge == 1) {
+    // A tile of four voxels starts at an even voxel of the map, so parity in the tile is parity in
+    // the map.
+    const int voxel = (x & 1) | ((y & 1) << 1) | ((z & 1) << 2);
+    octets.place[0] = place(x & ~1, y & ~1, z & ~1, 1U << static_cast<unsigned>(voxel));
+  } else {
+    for (int i = 0; i < 8; ++i)
+      octets.place[static_cast<std::size_t>(i)] =
+          place(x + 2 * (i & 1), y + 2 * ((i >> 1) & 1), z + 2 * (i >> 2), 0xffU);
+    octets.count = 8;
+  }
+  return octets;
+}
 
 /// Which of a tile's blocks an octet lies in (Tile::blocks), and which octet of that block it is.
 struct BlockOctet {
   int block = 0;
   int octet = 0;
 };
-[[nodiscard]] BlockOctet locate(const Tile& tile, const OctetPlace& octet, int unit_edge) noexcept;
+[[nodiscard]] inline BlockOctet locate(const Tile& tile, const OctetPlace& octet,
+                                       int unit_edge) noexcept {
+  std::array<int, 3> c{octet.corner[0], octet.corner[1], octet.corner[2]};
+  if (unit_edge == 1)
+    c = {c[0] + 4 * (tile.coord.x & 1), c[1] + 4 * (tile.coord.y & 1),
+         c[2] + 4 * (tile.coord.z & 1)};
+  const auto octet_axis = [&](std::size_t axis) { return (c[axis] & 7) >> 1; };
+  return {.block = (c[0] >> 3) | ((c[1] >> 3) << 1) | ((c[2] >> 3) << 2),
+          .octet = octet_axis(0) | (octet_axis(1) << 2) | (octet_axis(2) << 4)};
+}
 /// How many of the map's blocks a tile covers, in part or whole.
 [[nodiscard]] constexpr int blocks_of_tile(int unit_edge) noexcept {
   return unit_edge == 4 ? 8 : 1;

@@ -1,0 +1,154 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// The walk that carves, against the brute-force slabs: random, axis-parallel, backward, diagonal
+// and border-riding rays; and what admission rests on: a part of a ray stays in the whole ray's
+// blocks.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <map>
+
+#include "oracle/carving_oracle.hpp"
+#include "oracle/cloud.hpp"
+#include "oracle/random.hpp"
+#include "tessera/base/bits.hpp"
+#include "tessera/inference/free_space.hpp"
+
+namespace tessera::oracle {
+namespace {
+
+struct Ray {
+  Vector a{};
+  Vector b{};
+};
+
+/// Coordinates that lie on borders, on centres and anywhere, in turn.
+Ray random_ray(Random& random, double reach) {
+  const auto coordinate = [&] {
+    const int whole = static_cast<int>(reach);
+    const int kind = random.below(3);
+    return kind == 0 ? static_cast<double>(random.below(2 * whole + 1) - whole)
+                     : (kind == 1 ? random.below(4 * whole + 1) * 0.5 - reach
+                                  : random.uniform(-reach, reach));
+  };
+  Ray ray{{coordinate(), coordinate(), coordinate()}, {coordinate(), coordinate(), coordinate()}};
+  const int shape = random.below(6);
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (shape < 3 && static_cast<int>(i) != shape) ray.b[i] = ray.a[i];  // along one axis
+    if (shape == 3) ray.b[i] = ray.a[i] + (ray.b[0] - ray.a[0]) * (i == 1 ? -1.0 : 1.0);
+  }
+  return ray;
+}
+
+Point3d point_of(const Vector& v) { return {v[0], v[1], v[2]}; }
+
+/// The voxels that a walk marks, by way of bitmaps as carving keeps them.
+std::set<Voxel> marked_by(const SlabWalk& walk) {
+  std::map<std::array<int, 3>, VoxelMask> blocks;
+  const bool all = walk.walk<false>([&](BlockCoord c) { return blocks[{c.x, c.y, c.z}].data(); });
+  CHECK(all);
+  std::set<Voxel> voxels;
+  const auto along = static_cast<std::size_t>(walk.axis());
+  const std::array<int, 2> across = axes_across(walk.axis());
+  for (const auto& [block, words] : blocks) {
+    for (std::size_t i = 0; i < 512; ++i) {
+      if (((words[i / 64] >> (i % 64)) & 1U) == 0) continue;
+      Voxel voxel{block[0] * 8, block[1] * 8, block[2] * 8};
+      voxel[along] += static_cast<std::int64_t>(i / 64);
+      voxel[static_cast<std::size_t>(across[0])] += static_cast<std::int64_t>(i % 8);
+      voxel[static_cast<std::size_t>(across[1])] += static_cast<std::int64_t>(i / 8 % 8);
+      voxels.insert(voxel);
+    }
+  }
+  return voxels;
+}
+
+std::set<std::array<int, 3>> blocks_asked_for(const SlabWalk& walk) {
+  std::set<std::array<int, 3>> blocks;
+  VoxelMask nowhere{};
+  CHECK(walk.walk<true>([&](BlockCoord c) {
+    blocks.insert({c.x, c.y, c.z});
+    return nowhere.data();
+  }));
+  return blocks;
+}
+
+}  // namespace
+
+TEST_CASE("slab walk: all voxels that a ray pierces, no others, and no more than it says") {
+  Random random(announce_seed(45));
+  for (int round = 0; round < 1500; ++round) {
+    const Ray ray = random_ray(random, 4.0);
+    CAPTURE(ray.a, ray.b);
+    Pierced pierced;
+    pierced.add(ray.a, ray.b, 1.0);
+    const SlabWalk walk(point_of(ray.a), point_of(ray.b), 1.0);
+    const std::set<Voxel> marked = marked_by(walk);
+    int missing = 0;
+    int extra = 0;
+    for (const Voxel& voxel : pierced.certain) missing += marked.count(voxel) == 0 ? 1 : 0;
+    for (const Voxel& voxel : marked) extra += pierced.possible.count(voxel) == 0 ? 1 : 0;
+    CHECK(missing == 0);
+    CHECK(extra == 0);
+    CHECK(marked.size() <= walk.voxels());
+    const double bound = std::abs(ray.b[0] - ray.a[0]) + std::abs(ray.b[1] - ray.a[1]) +
+                         std::abs(ray.b[2] - ray.a[2]) + 4.0;
+    CHECK(static_cast<double>(walk.voxels()) <= bound);
+  }
+}
+
+TEST_CASE("slab walk: a part of a ray pierces what it should, and enters the whole ray's blocks") {
+  Random random(announce_seed(46));
+  for (int round = 0; round < 1500; ++round) {
+    const Ray ray = random_ray(random, 21.0);
+    const int kind = random.below(3);
+    const double part =
+        kind == 0 ? random.uniform(1e-6, 1.0) : (kind == 1 ? 0.5 : std::nextafter(1.0, 0.0));
+    CAPTURE(ray.a, ray.b, part);
+    const SlabWalk walk(point_of(ray.a), point_of(ray.b), part);
+    const std::set<Voxel> marked = marked_by(walk);
+    Vector end{};
+    for (std::size_t i = 0; i < 3; ++i) end[i] = ray.a[i] + (ray.b[i] - ray.a[i]) * part;
+    Pierced pierced;
+    if (round % 10 == 0) {  // brute force over a box of 42 voxels a side
+      pierced.add(ray.a, end, 1.0);
+      for (const Voxel& voxel : pierced.certain) REQUIRE(marked.count(voxel) == 1);
+      for (const Voxel& voxel : marked) REQUIRE(pierced.possible.count(voxel) == 1);
+    }
+    const auto blocks = blocks_asked_for(SlabWalk(point_of(ray.a), point_of(ray.b), 1.0));
+    for (const Voxel& voxel : marked) {
+      REQUIRE(blocks.count({static_cast<int>(voxel[0] >> 3), static_cast<int>(voxel[1] >> 3),
+                            static_cast<int>(voxel[2] >> 3)}) == 1);
+    }
+  }
+}
+
+TEST_CASE("ray block: turning it keeps every voxel where it is") {
+  Random random(announce_seed(47));
+  RayBlock block;
+  std::set<std::array<int, 3>> voxels;
+  for (int i = 0; i < 100; ++i) {
+    const std::array<int, 3> v{random.below(8), random.below(8), random.below(8)};
+    voxels.insert(v);
+    block.passed[static_cast<std::size_t>(v[2])] |= std::uint64_t{1}
+                                                    << static_cast<unsigned>(v[0] + 8 * v[1]);
+  }
+  for (int turn = 0; turn < 60; ++turn) {
+    const int axis = random.below(3);
+    block.turn(axis);
+    const std::array<int, 2> across = axes_across(axis);
+    std::size_t found = 0;
+    for (const std::array<int, 3>& v : voxels) {
+      const int bit =
+          v[static_cast<std::size_t>(across[0])] + 8 * v[static_cast<std::size_t>(across[1])];
+      const std::uint64_t word =
+          block.passed[static_cast<std::size_t>(v[static_cast<std::size_t>(axis)])];
+      found += (word >> static_cast<unsigned>(bit)) & 1U;
+    }
+    CHECK(found == voxels.size());
+    std::size_t set = 0;
+    for (const std::uint64_t word : block.passed) set += static_cast<std::size_t>(count_ones(word));
+    CHECK(set == voxels.size());
+  }
+}
+
+}  // namespace tessera::oracle
