@@ -7,6 +7,30 @@
 
 namespace tessera {
 
+namespace {
+
+/// The layers of a block that units of a tile lie in, a bit each; units: all in block number i.
+unsigned layers_of_units(const Tile& tile, int unit_edge, int i, std::uint64_t units) noexcept {
+  unsigned rows = 0;  // of units, in z
+  for (unsigned z = 0; z < 4; ++z) rows |= ((units >> (16 * z)) & 0xffffU) != 0 ? 1U << z : 0U;
+  if (unit_edge == 2) return rows;
+  if (unit_edge == 1) {
+    const unsigned pair = ((rows & 3U) != 0 ? 1U : 0U) | ((rows & 12U) != 0 ? 2U : 0U);
+    return (tile.coord.z & 1) != 0 ? pair << 2U : pair;
+  }
+  const unsigned half = i >= 4 ? rows >> 2U : rows;
+  return ((half & 1U) != 0 ? 3U : 0U) | ((half & 2U) != 0 ? 12U : 0U);
+}
+
+unsigned layers_with_labels(const Block* block) noexcept {
+  unsigned layers = 0;
+  for (std::size_t i = 0; block != nullptr && i < kBlockLayers; ++i)
+    layers |= (block->labels[i] != 0 ? 1U : 0U) << i;
+  return layers;
+}
+
+}  // namespace
+
 bool Integrator::want_units(const LocalMap& map) noexcept {
   if (config_.mode == InferenceMode::kKernel) return want_kernel_units();
   const std::size_t with_points = tiles_.tiles().size();
@@ -90,12 +114,14 @@ void Integrator::count_tile(const LocalMap& map, const Tile& tile, std::uint64_t
     const BlockCoord coord = block_of_tile(tile.coord, edge, i);
     if (here == 0 || !in_grid(coord)) continue;
     const Block* const block = map.find(coord);
-    // With units of one voxel, tiles share a block and each counts its page: a bound, not the
-    // number.
-    if ((counted & units_of_block(edge, i)) == 0) {
-      if (block == nullptr) ++wanted[kBlockSlab];
-      if (block == nullptr || block->labels == 0) ++wanted[kLabelSlab];
-    }
+    // With units of one voxel, tiles share a block and each counts it and its pages: a bound, not
+    // the number.
+    const std::uint64_t before = counted & units_of_block(edge, i);
+    if (before == 0 && block == nullptr) ++wanted[kBlockSlab];
+    const unsigned new_layers = layers_of_units(tile, edge, i, here) &
+                                ~layers_of_units(tile, edge, i, before) &
+                                ~layers_with_labels(block);
+    wanted[kLabelSlab] += static_cast<std::uint32_t>(std::popcount(new_layers));
     for (std::uint64_t rest = here; rest != 0; rest &= rest - 1) {
       const UnitOctets octets = octets_of_unit(std::countr_zero(rest), edge);
       for (const OctetPlace& place : octets.places()) {
@@ -110,7 +136,12 @@ void Integrator::count_ray_block(const LocalMap& map, const RayBlock& ray_block,
                                  SlabPool::Counts& wanted) noexcept {
   const Block* const block = map.find(ray_block.coord);
   if (block == nullptr) ++wanted[kBlockSlab];
-  if (block == nullptr || block->free_passes == 0) ++wanted[kFreeSlab];
+  // On admission one by one nothing is marked yet: the ray may pass through every layer.
+  const bool marked = ray_block.carves();
+  VoxelMask carved{};
+  for (std::size_t z = 0; z < carved.size(); ++z)
+    carved[z] = marked ? ray_block.passed[z] & ~ray_block.hit[z] : ~std::uint64_t{0};
+  wanted[kFreeSlab] += free_pages_needed(block == nullptr ? Block{} : *block, carved);
 }
 
 bool Integrator::open_tile(LocalMap& map, Tile& tile, std::uint64_t units) noexcept {

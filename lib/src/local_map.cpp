@@ -23,7 +23,7 @@ Result<LocalMap> LocalMap::make(Arena& arena, const MapConfig& config,
   LocalMap map;
   map.config_ = config;
   map.classes_ = classes;
-  const Result<KeyIndex> index = KeyIndex::make(arena, max_blocks(config));
+  const Result<BlockIndex> index = BlockIndex::make(arena, max_blocks(config));
   if (!index.ok()) return index.status();
   map.index_ = *index;
   const std::size_t pages = config.storage_bytes / SlabPool::kPageBytes;
@@ -44,24 +44,23 @@ Result<LocalMap> LocalMap::make(Arena& arena, const MapConfig& config,
 const Block* LocalMap::find(BlockCoord block) const noexcept {
   const Result<BlockKey> key = pack(block);
   if (!key.ok()) return nullptr;
-  const std::optional<std::uint32_t> handle = index_.find(*key);
-  return handle ? &block_at(*handle) : nullptr;
+  const SlabHandle handle = find_handle(*key);
+  return handle != 0 ? &block_at(handle) : nullptr;
 }
 
 std::uint8_t LocalMap::free_passes(const Block& block, int octet, int voxel) const noexcept {
-  if (block.free_passes == 0) return 0;
-  const auto& page = *reinterpret_cast<const FreePage*>(pool_.at(block.free_passes));
-  return page.passes[static_cast<std::size_t>(row_order(octet, voxel))];
+  const SlabHandle handle = block.free_passes[layer_of_octet(octet)];
+  if (handle == 0) return 0;
+  const auto& page = *reinterpret_cast<const FreePage*>(pool_.at(handle));
+  return page.passes[row_in_layer(row_order(octet, voxel))];
 }
 
 VoxelEvidence LocalMap::evidence(const Block& block, int octet, int voxel) const noexcept {
   VoxelEvidence result;
   result.num_components = num_components();
   result.sigma[0] = static_cast<float>(free_passes(block, octet, voxel)) * config_.free_weight;
-  if (has_octet(block, octet)) {
-    tuples_.read(pool_.at(label_page(block).octets[static_cast<std::size_t>(octet)]), voxel,
-                 result);
-  }
+  const SlabHandle tuples = octet_handle(block, octet);
+  if (tuples != 0) tuples_.read(pool_.at(tuples), voxel, result);
   return result;
 }
 
@@ -96,16 +95,15 @@ std::span<const KeyedIndex> LocalMap::blocks_in_order(
   const std::size_t n = index_.size();
   if (workspace.size() < 2 * n) return {};
   std::size_t i = 0;
-  index_.for_each([&](BlockKey key, std::uint32_t handle) { workspace[i++] = {key.bits, handle}; });
+  index_.for_each([&](SlabHandle handle) { workspace[i++] = {block_at(handle).key, handle}; });
   radix_sort(workspace.first(n), workspace.subspan(n, n));
   return workspace.first(n);
 }
 
 MapUsage LocalMap::usage() const noexcept {
   const bool made = index_.capacity() > 0;
-  const std::size_t index_bytes = made ? KeyIndex::required_bytes(max_blocks(config_)) : 0;
   return {.capacity_bytes = made ? required_bytes(config_) : 0,
-          .used_bytes = index_bytes + pool_.used_bytes(),
+          .used_bytes = made ? index_.used_bytes() + pool_.used_bytes() : 0,
           .peak_bytes = peak_bytes_,
           .blocks = index_.size(),
           .label_voxels = label_voxels_,
@@ -115,9 +113,9 @@ MapUsage LocalMap::usage() const noexcept {
 
 std::uint64_t LocalMap::count_free_voxels() const noexcept {
   std::uint64_t count = 0;
-  index_.for_each([&](BlockKey, std::uint32_t handle) {
+  index_.for_each([&](SlabHandle handle) {
     const Block& block = block_at(handle);
-    if (block.free_passes == 0) return;
+    if (!block.has_free_passes()) return;
     for (int octet = 0; octet < kBlockOctets; ++octet) {
       const unsigned labels = observed_labels(block, octet);
       for (int voxel = 0; voxel < kOctetVoxels; ++voxel) {
@@ -130,7 +128,7 @@ std::uint64_t LocalMap::count_free_voxels() const noexcept {
 }
 
 void LocalMap::note_usage() noexcept {
-  const std::size_t used = KeyIndex::required_bytes(max_blocks(config_)) + pool_.used_bytes();
+  const std::size_t used = index_.used_bytes() + pool_.used_bytes();
   if (used > peak_bytes_) peak_bytes_ = used;
 }
 

@@ -9,83 +9,88 @@ namespace tessera {
 Result<SlabHandle> LocalMap::open_block(BlockCoord block) noexcept {
   const Result<BlockKey> key = pack(block);
   if (!key.ok()) return key.status();
-  if (const std::optional<std::uint32_t> handle = index_.find(*key)) return *handle;
+  if (const SlabHandle handle = find_handle(*key); handle != 0) return handle;
   // The index first: a block taken from the pool and given back would keep its page from other
   // uses.
-  if (!pool_.fits_or_refuse({1, 0, 0, 0}) || index_.insert(*key, 0) != Status::kOk) {
+  const bool fits = pool_.fits_or_refuse({1, 0, 0, 0});
+  const Result<BlockIndex::Place> place =
+      fits ? index_.make_room(*key) : Result<BlockIndex::Place>(Status::kResourceExhausted);
+  if (!place.ok()) {
     ++blocks_refused_;
+    note_usage();
     return Status::kResourceExhausted;
   }
   const Result<SlabHandle> handle = pool_.allocate(kBlockSlab);
   TESSERA_ASSERT(handle.ok());
-  index_.assign(*key, *handle);
   mutable_block(*handle).key = key->bits;
+  index_.insert(*place, *key, *handle);
   note_usage();
   return *handle;
 }
 
 void LocalMap::close_if_empty(SlabHandle handle) noexcept {
   const Block& block = block_at(handle);
-  if (block.labels != 0 || block.free_passes != 0) return;
-  index_.erase(BlockKey{block.key});
+  if (block.has_labels() || block.has_free_passes()) return;
+  index_.erase(BlockKey{block.key}, [=](SlabHandle item) { return item == handle; });
   pool_.release(kBlockSlab, handle);
 }
 
 void LocalMap::close_empty_blocks() noexcept {
-  index_.for_each([this](BlockKey, std::uint32_t handle) { close_if_empty(handle); });
+  index_.for_each([this](SlabHandle handle) { close_if_empty(handle); });
 }
 
 Status LocalMap::ensure_octet(Block& block, int octet) noexcept {
   if (has_octet(block, octet)) return Status::kOk;
-  const bool new_page = block.labels == 0;
+  SlabHandle& labels = block.labels[layer_of_octet(octet)];
+  const bool new_page = labels == 0;
   if (!pool_.fits_or_refuse({0, new_page ? 1U : 0U, 0, 1})) return Status::kResourceExhausted;
   if (new_page) {
     const Result<SlabHandle> page = pool_.allocate(kLabelSlab);
     TESSERA_ASSERT(page.ok());
-    block.labels = *page;
+    labels = *page;
   }
   const Result<SlabHandle> tuples = pool_.allocate(kOctetSlab);
   TESSERA_ASSERT(tuples.ok());
-  mutable_label_page(block).octets[static_cast<std::size_t>(octet)] = *tuples;
+  mutable_label_page(block, layer_of_octet(octet)).octets[octet_in_layer(octet)] = *tuples;
   note_usage();
   return Status::kOk;
 }
 
-Status LocalMap::ensure_free_page(Block& block) noexcept {
-  if (block.free_passes != 0) return Status::kOk;
+/// There must be storage for it.
+void LocalMap::ensure_free_page(Block& block, std::size_t layer) noexcept {
+  if (block.free_passes[layer] != 0) return;
   const Result<SlabHandle> page = pool_.allocate(kFreeSlab);
-  if (!page.ok()) return page.status();
-  block.free_passes = *page;
+  TESSERA_ASSERT(page.ok());
+  block.free_passes[layer] = *page;
   note_usage();
-  return Status::kOk;
 }
 
 void LocalMap::update_observed(Block& block, int octet, const TupleStore::Plane& sums) noexcept {
-  LabelPage& page = mutable_label_page(block);
-  SlabHandle& tuples = page.octets[static_cast<std::size_t>(octet)];
+  const std::size_t layer = layer_of_octet(octet);
+  LabelPage& page = mutable_label_page(block, layer);
+  SlabHandle& tuples = page.octets[octet_in_layer(octet)];
   unsigned now = 0;
   for (std::size_t v = 0; v < kOctetVoxels; ++v) now |= (sums[v] > 0.0F ? 1U : 0U) << v;
-  std::uint8_t& observed = page.observed[static_cast<std::size_t>(octet)];
+  std::uint8_t& observed = page.observed[octet_in_layer(octet)];
   const int change = std::popcount(now) - std::popcount(unsigned{observed});
   observed = static_cast<std::uint8_t>(now);
   block.label_voxels = static_cast<std::uint32_t>(static_cast<int>(block.label_voxels) + change);
   label_voxels_ = static_cast<std::uint64_t>(static_cast<std::int64_t>(label_voxels_) + change);
-  if (now == 0) {
-    pool_.release(kOctetSlab, tuples);
-    tuples = 0;
-    if (block.label_voxels == 0) {
-      pool_.release(kLabelSlab, block.labels);
-      block.labels = 0;
-    }
+  if (now != 0) return;
+  pool_.release(kOctetSlab, tuples);
+  tuples = 0;
+  for (const SlabHandle other : page.octets) {
+    if (other != 0) return;
   }
+  pool_.release(kLabelSlab, block.labels[layer]);
+  block.labels[layer] = 0;
 }
 
 void LocalMap::hold_cap_on_labels(Block& block, int octet, unsigned voxels,
                                   TupleStore::Plane& sums) noexcept {
   const float cap = config_.max_evidence;
   const float w = config_.free_weight;
-  std::byte* const tuples =
-      pool_.at(mutable_label_page(block).octets[static_cast<std::size_t>(octet)]);
+  std::byte* const tuples = pool_.at(octet_handle(block, octet));
   for (; voxels != 0; voxels &= voxels - 1) {
     const int v = std::countr_zero(voxels);
     float& labels = sums[static_cast<std::size_t>(v)];
@@ -97,7 +102,8 @@ void LocalMap::hold_cap_on_labels(Block& block, int octet, unsigned voxels,
       // Whole passes only, rounded down: a voxel rather stays occupied than is declared free by
       // rounding.
       const auto kept = static_cast<std::uint8_t>(static_cast<float>(passes) * (cap / total));
-      mutable_free_page(block).passes[static_cast<std::size_t>(row_order(octet, v))] = kept;
+      mutable_free_page(block, layer_of_octet(octet)).passes[row_in_layer(row_order(octet, v))] =
+          kept;
       free = static_cast<float>(kept) * w;
     }
     if (!(labels > cap - free)) continue;
@@ -111,7 +117,7 @@ Status LocalMap::add_labels(SlabHandle handle, int octet, const OctetEvidence& a
   Block& block = mutable_block(handle);
   const Status status = ensure_octet(block, octet);
   if (status != Status::kOk) return status;
-  std::byte* const tuples = pool_.at(label_page(block).octets[static_cast<std::size_t>(octet)]);
+  std::byte* const tuples = pool_.at(octet_handle(block, octet));
   tuples_.add(tuples, added);
   TupleStore::Plane sums = tuples_.label_sums(tuples);
   if (config_.max_evidence > 0.0F) hold_cap_on_labels(block, octet, added.voxels(), sums);
@@ -121,8 +127,7 @@ Status LocalMap::add_labels(SlabHandle handle, int octet, const OctetEvidence& a
 }
 
 bool LocalMap::give_way_to_free(Block& block, int octet, int voxel, std::uint8_t passes) noexcept {
-  std::byte* const tuples =
-      pool_.at(mutable_label_page(block).octets[static_cast<std::size_t>(octet)]);
+  std::byte* const tuples = pool_.at(octet_handle(block, octet));
   TupleStore::Plane sums = tuples_.label_sums(tuples);
   float& labels = sums[static_cast<std::size_t>(voxel)];
   const float room = config_.max_evidence - static_cast<float>(passes) * config_.free_weight;
@@ -137,21 +142,22 @@ bool LocalMap::give_way_to_free(Block& block, int octet, int voxel, std::uint8_t
 
 Status LocalMap::add_free_pass(SlabHandle handle, const VoxelMask& mask) noexcept {
   Block& block = mutable_block(handle);
-  std::uint64_t any = 0;
-  for (const std::uint64_t word : mask) any |= word;
-  if (any == 0) return Status::kOk;
-  const Status status = ensure_free_page(block);
-  if (status != Status::kOk) return status;
-  FreePage& page = mutable_free_page(block);
+  const std::uint32_t new_pages = free_pages_needed(block, mask);
+  if (new_pages > 0 && !pool_.fits_or_refuse({0, 0, new_pages, 0}))
+    return Status::kResourceExhausted;
   bool changed = false;
   for (int z = 0; z < kBlockEdge; ++z) {
+    if (mask[static_cast<std::size_t>(z)] == 0) continue;
+    const std::size_t layer = layer_of_row(z * kBlockEdge * kBlockEdge);
+    ensure_free_page(block, layer);
+    FreePage& page = mutable_free_page(block, layer);
     for (std::uint64_t rest = mask[static_cast<std::size_t>(z)]; rest != 0; rest &= rest - 1) {
       const int yx = std::countr_zero(rest);
-      std::uint8_t& passes = page.passes[static_cast<std::size_t>(z * 64 + yx)];
+      std::uint8_t& passes = page.passes[row_in_layer(z * kBlockEdge * kBlockEdge + yx)];
       const bool saturated = passes == max_passes_;
       changed = changed || !saturated;
       if (!saturated) ++passes;
-      if (block.labels == 0 || !(config_.max_evidence > 0.0F)) continue;
+      if (!block.has_labels() || !(config_.max_evidence > 0.0F)) continue;
       const VoxelCoord v{yx & 7, yx >> 3, z};
       const int octet = octet_in_block(v);
       const int voxel = voxel_in_octet(v);
@@ -171,23 +177,22 @@ Status LocalMap::restore(SlabHandle handle, int octet, int voxel, const VoxelEvi
   bool labelled = evidence.rest > 0.0F;
   for (int l = 1; l < num_components(); ++l)
     labelled = labelled || evidence.sigma[static_cast<std::size_t>(l)] > 0.0F;
-  const bool new_free_page = passes > 0 && block.free_passes == 0;
+  const std::size_t layer = layer_of_octet(octet);
+  const bool new_free_page = passes > 0 && block.free_passes[layer] == 0;
   const bool new_octet = labelled && !has_octet(block, octet);
-  if (!pool_.fits_or_refuse({0, new_octet && block.labels == 0 ? 1U : 0U, new_free_page ? 1U : 0U,
-                             new_octet ? 1U : 0U})) {
+  if (!pool_.fits_or_refuse({0, new_octet && block.labels[layer] == 0 ? 1U : 0U,
+                             new_free_page ? 1U : 0U, new_octet ? 1U : 0U})) {
     return Status::kResourceExhausted;
   }
   if (passes > 0) {
-    const Status status = ensure_free_page(block);
-    TESSERA_ASSERT(status == Status::kOk);
-    static_cast<void>(status);
-    mutable_free_page(block).passes[static_cast<std::size_t>(row_order(octet, voxel))] = passes;
+    ensure_free_page(block, layer);
+    mutable_free_page(block, layer).passes[row_in_layer(row_order(octet, voxel))] = passes;
   }
   if (!labelled) return Status::kOk;
   const Status status = ensure_octet(block, octet);
   TESSERA_ASSERT(status == Status::kOk);
   static_cast<void>(status);
-  std::byte* const tuples = pool_.at(label_page(block).octets[static_cast<std::size_t>(octet)]);
+  std::byte* const tuples = pool_.at(octet_handle(block, octet));
   tuples_.restore(tuples, voxel, evidence);
   update_observed(block, octet, tuples_.label_sums(tuples));
   return Status::kOk;

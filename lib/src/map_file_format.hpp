@@ -20,6 +20,29 @@ inline constexpr std::uint16_t kMapMinor = 0;
 inline constexpr std::size_t kPreambleBytes = 8 + 2 + 2 + 4;
 inline constexpr std::uint32_t kEndMark = 0x454e4421U;
 
+/// Bytes of storage that so many items of a size fill, in whole pages.
+constexpr std::uint64_t pages_bytes(std::uint64_t items, std::uint64_t item_bytes) noexcept {
+  const std::uint64_t per_page = SlabPool::kPageBytes / item_bytes;
+  return (items + per_page - 1) / per_page * SlabPool::kPageBytes;
+}
+
+/// Bytes of storage that hold a file's content, and a little more; 0 if none can. The header tells
+/// blocks with labels and with free evidence, but not in how many of their layers: so it is a
+/// bound.
+constexpr std::size_t storage_for(const MapFileContent& content,
+                                  std::uint32_t octet_bytes) noexcept {
+  const auto bytes_of = [&](std::uint64_t label_pages, std::uint64_t free_pages) {
+    return pages_bytes(content.blocks, sizeof(Block)) +
+           pages_bytes(label_pages, sizeof(LabelPage)) + pages_bytes(free_pages, sizeof(FreePage)) +
+           pages_bytes(content.octets, octet_bytes);
+  };
+  if (bytes_of(content.label_pages, content.free_pages) > MapConfig::kMaxStorageBytes) return 0;
+  const std::uint64_t most = bytes_of(std::min(content.octets, kBlockLayers * content.label_pages),
+                                      kBlockLayers * content.free_pages);
+  return std::min(static_cast<std::size_t>(most) + 4 * SlabPool::kPageBytes,
+                  MapConfig::kMaxStorageBytes);
+}
+
 /// Writes pieces and keeps their running checksum.
 class CheckedSink {
  public:

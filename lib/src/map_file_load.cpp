@@ -31,12 +31,6 @@ MapFileStatus check(CheckedSource& source, const char* bad) noexcept {
   return failed(source, Status::kTruncated, "the file ends before a checksum");
 }
 
-/// Bytes of storage that so many items of a size fill, in whole pages.
-std::uint64_t pages_bytes(std::uint64_t items, std::uint64_t item_bytes) noexcept {
-  const std::uint64_t per_page = SlabPool::kPageBytes / item_bytes;
-  return (items + per_page - 1) / per_page * SlabPool::kPageBytes;
-}
-
 Status parse_body(ByteReader& in, MapFileHeader& header) noexcept {
   const std::uint8_t kind = in.u8();
   const std::uint8_t tuple = in.u8();
@@ -85,14 +79,8 @@ Status parse_body(ByteReader& in, MapFileHeader& header) noexcept {
   if (!in.ok() || !fits || !rigid || !in_range(header.config)) return Status::kCorrupt;
   const std::uint32_t octet_bytes =
       TupleStore::octet_bytes(header.config.tuple, header.classes.num_components());
-  const std::uint64_t needed = pages_bytes(content.blocks, sizeof(Block)) +
-                               pages_bytes(content.label_pages, sizeof(LabelPage)) +
-                               pages_bytes(content.free_pages, sizeof(FreePage)) +
-                               pages_bytes(content.octets, octet_bytes);
-  if (needed > MapConfig::kMaxStorageBytes) return Status::kCorrupt;
-  header.config.storage_bytes = std::min(
-      static_cast<std::size_t>(needed) + 4 * SlabPool::kPageBytes, MapConfig::kMaxStorageBytes);
-  return Status::kOk;
+  header.config.storage_bytes = detail::storage_for(content, octet_bytes);
+  return header.config.storage_bytes == 0 ? Status::kCorrupt : Status::kOk;
 }
 
 constexpr const char* kNoSource = "there is no source to read";

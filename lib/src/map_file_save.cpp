@@ -10,7 +10,7 @@ namespace {
 using detail::CheckedSink;
 
 bool has_free(const LocalMap& map, const Block& block) noexcept {
-  if (block.free_passes == 0) return false;
+  if (!block.has_free_passes()) return false;
   for (int octet = 0; octet < kBlockOctets; ++octet) {
     for (int voxel = 0; voxel < kOctetVoxels; ++voxel) {
       if (map.free_passes(block, octet, voxel) != 0) return true;

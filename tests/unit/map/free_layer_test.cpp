@@ -88,7 +88,7 @@ TEST_CASE(
   const Block* const block = small.map.find(block_of(kVoxel));
   REQUIRE(block != nullptr);
   CHECK(block->label_voxels == 0);
-  CHECK(block->labels == 0);
+  CHECK_FALSE(block->has_labels());
   CHECK_FALSE(small.map.has_octet(*block, octet_in_block(kVoxel)));
   CHECK(small.map.count_free_voxels() == 1);
 }
@@ -124,7 +124,7 @@ TEST_CASE("free layer: label evidence of zero leaves no trace") {
   SmallMap small(config_of_pages(8));
   REQUIRE(hit(small.map, kVoxel, 1, 0.0F) == Status::kOk);
   CHECK(small.map.usage().label_voxels == 0);
-  CHECK(small.map.find(block_of(kVoxel))->labels == 0);
+  CHECK_FALSE(small.map.find(block_of(kVoxel))->has_labels());
   CHECK(small.map.query(kVoxel).state == VoxelState::kUnknown);
 }
 

@@ -12,8 +12,7 @@ namespace {
 /// A map of 4 pages: one of blocks, the others full of the free pages of 24 blocks.
 SmallMap full_of_free_pages() {
   SmallMap small(config_of_pages(4));
-  for (std::int32_t i = 0; i < 24; ++i)
-    REQUIRE(carve(small.map, {8 * i - 96, -1, 8}) == Status::kOk);
+  for (std::int32_t i = 0; i < 24; ++i) carve_layers(small.map, {8 * i - 96, -1, 8});
   return small;
 }
 
@@ -39,10 +38,9 @@ TEST_CASE("full map: blocks it has are opened again, however full") {
 }
 
 TEST_CASE("full map: a block that the storage has no place for is refused and counted") {
-  SmallMap small(config_of_pages(17));  // one page of 128 blocks, and 16 pages of 8 free pages
-  for (std::int32_t i = 0; i < 128; ++i)
-    REQUIRE(carve(small.map, {8 * i - 512, 7, -8}) == Status::kOk);
-  REQUIRE(max_blocks(small.map.config()) > 128);
+  SmallMap small(config_of_pages(9));  // one page of 64 blocks, and 8 pages of 32 free pages
+  for (std::int32_t i = 0; i < 64; ++i) carve_layers(small.map, {8 * i - 256, 7, -8});
+  REQUIRE(max_blocks(small.map.config()) > 64);
   const Content before = content_of(small.map);
   CHECK(small.map.open_block({0, 1, 0}).status() == Status::kResourceExhausted);
   CHECK(content_of(small.map) == before);
@@ -53,7 +51,7 @@ TEST_CASE("full map: a block that the storage has no place for is refused and co
 TEST_CASE("full map: a refused block takes no storage, and the peak is never under what is used") {
   MapConfig config = config_of_pages(4);
   while (max_blocks(config) < 128)
-    config.storage_bytes += 16;  // the index holds exactly a page of blocks
+    config.storage_bytes += 16;  // the index holds exactly two pages of blocks
   SmallMap small(config);
   for (std::int32_t i = 0; i < 128; ++i) REQUIRE(small.map.open_block({i, 0, 0}).ok());
   const MapUsage before = small.map.usage();
@@ -93,8 +91,8 @@ TEST_CASE("full map: labels for an octet that exists are taken, however full") {
 
 TEST_CASE("full map: refused labels leave the storage to others") {
   SmallMap small(config_of_pages(4));
-  for (std::int32_t i = 0; i < 9; ++i) REQUIRE(carve(small.map, {8 * i, 0, 0}) == Status::kOk);
-  const SlabPool::Counts rest{0, 0, 15, 0};  // seven on the second page, eight on the last
+  for (std::int32_t i = 0; i < 33; ++i) REQUIRE(carve(small.map, {8 * i, 0, 0}) == Status::kOk);
+  const SlabPool::Counts rest{0, 0, 63, 0};  // 31 on the second page, 32 on the last
   REQUIRE(small.map.fits(rest));
   REQUIRE(hit(small.map, {0, 0, 0}, 1, 1.0F) ==
           Status::kResourceExhausted);  // a label page, but no octet

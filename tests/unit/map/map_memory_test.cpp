@@ -14,7 +14,8 @@ namespace {
 
 constexpr MapConfig kConfig = config_of_pages(16);
 constexpr std::size_t kBytes = required_bytes(kConfig);
-static_assert(kBytes == KeyIndex::required_bytes(max_blocks(kConfig)) + 16 * SlabPool::kPageBytes);
+static_assert(kBytes ==
+              BlockIndex::required_bytes(max_blocks(kConfig)) + 16 * SlabPool::kPageBytes);
 static_assert(kBytes % kArenaAlignment == 0);
 
 struct Guarded {

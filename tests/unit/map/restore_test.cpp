@@ -39,7 +39,7 @@ TEST_CASE("restore: free passes alone make a free voxel, without a label page") 
   SmallMap small(config_of_pages(8));
   REQUIRE(restore(small.map, kVoxel, labels(0.0F, 0.0F), 250) == Status::kOk);
   CHECK(small.map.count_free_voxels() == 1);
-  CHECK(small.map.find(block_of(kVoxel))->labels == 0);
+  CHECK_FALSE(small.map.find(block_of(kVoxel))->has_labels());
 }
 
 TEST_CASE("restore: passes up to the cap are taken, one more is invalid and changes nothing") {
@@ -54,7 +54,7 @@ TEST_CASE("restore: passes up to the cap are taken, one more is invalid and chan
 
 TEST_CASE("restore: where the labels do not fit, the free passes are not set either") {
   SmallMap small(config_of_pages(4));
-  for (std::int32_t i = 0; i < 23; ++i) REQUIRE(carve(small.map, {8 * i, 80, 80}) == Status::kOk);
+  for (std::int32_t i = 0; i < 23; ++i) carve_layers(small.map, {8 * i, 80, 80});
   REQUIRE(small.map.open_block(block_of(kVoxel)).ok());
   const Content before = content_of(small.map);
   CHECK(restore(small.map, kVoxel, labels(1.0F, 0.0F), 5) == Status::kResourceExhausted);
@@ -64,7 +64,7 @@ TEST_CASE("restore: where the labels do not fit, the free passes are not set eit
 
 TEST_CASE("restore: where no free page fits nothing is set, and it is counted") {
   SmallMap small(config_of_pages(4));
-  for (std::int32_t i = 0; i < 24; ++i) REQUIRE(carve(small.map, {8 * i, 80, 80}) == Status::kOk);
+  for (std::int32_t i = 0; i < 24; ++i) carve_layers(small.map, {8 * i, 80, 80});
   REQUIRE(small.map.open_block(block_of(kVoxel)).ok());
   const Content before = content_of(small.map);
   CHECK(restore(small.map, kVoxel, labels(1.0F, 0.0F), 5) == Status::kResourceExhausted);

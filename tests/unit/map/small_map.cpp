@@ -46,6 +46,11 @@ Status carve(LocalMap& map, VoxelCoord voxel) {
   return map.add_free_pass(*block, mask_of(voxel));
 }
 
+void carve_layers(LocalMap& map, VoxelCoord voxel) {
+  for (std::int32_t z = 0; z < kBlockEdge; z += 2)
+    REQUIRE(carve(map, {voxel.x, voxel.y, voxel.z + z}) == Status::kOk);
+}
+
 double label_evidence(const LocalMap& map, VoxelCoord voxel) {
   const VoxelEvidence evidence = map.evidence(voxel);
   return evidence.total() - static_cast<double>(evidence.sigma[0]);

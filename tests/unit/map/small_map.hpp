@@ -37,6 +37,9 @@ struct SmallMap {
 Status hit(LocalMap& map, VoxelCoord voxel, int component, float weight);
 /// Opens the block of a voxel if needed and adds one free pass to that voxel.
 Status carve(LocalMap& map, VoxelCoord voxel);
+/// Adds free passes so that the block of a voxel has its free pages for all layers, up from the
+/// voxel, which must be in the lowest one.
+void carve_layers(LocalMap& map, VoxelCoord voxel);
 /// The mask with one voxel of its block.
 VoxelMask mask_of(VoxelCoord voxel);
 

@@ -17,7 +17,7 @@ namespace tessera {
 /// How full a map is. Counters of refusals never decrease but by clear().
 struct MapUsage {
   std::size_t capacity_bytes = 0;  ///< required_bytes of the configuration.
-  std::size_t used_bytes = 0;      ///< Index, and pages in use with their slack.
+  std::size_t used_bytes = 0;      ///< Pages in use with their slack, and the index's table.
   std::size_t peak_bytes = 0;      ///< Largest used_bytes so far.
   std::uint64_t blocks = 0;
   std::uint64_t label_voxels = 0;    ///< Voxels with evidence in 1 .. C + 1.
@@ -25,15 +25,12 @@ struct MapUsage {
   std::uint64_t storage_refused = 0;  ///< Pages and octets not given for lack of storage.
 };
 
-/// Bits of a block's 512 voxels: bit y * 8 + x of word z.
-using VoxelMask = std::array<std::uint64_t, kBlockEdge>;
-
 class LocalMap {
  public:
   /// A map in memory from the arena. Fails with kInvalidArgument iff a value of config is outside
   /// its documented range, the table has no class, or the storage is under four pages;
   /// kResourceExhausted iff the arena has under required_bytes(config) left or is not aligned to
-  /// kArenaAlignment. O(index) time; storage is not touched.
+  /// kArenaAlignment. O(index's table) time; storage is not touched.
   [[nodiscard]] static Result<LocalMap> make(Arena& arena, const MapConfig& config,
                                              const ClassTable& classes) noexcept;
   /// No map yet: every voxel is unknown, and nothing can be written.
@@ -64,7 +61,7 @@ class LocalMap {
   [[nodiscard]] Estimate query(VoxelCoord voxel) const noexcept;
 
   /// The blocks sorted by key, that is by (z, y, x); each entry's index is for block_at. workspace:
-  /// at least 2 * block_count() entries, else nothing is given. O(index capacity + blocks).
+  /// at least 2 * block_count() entries, else nothing is given. O(index + blocks).
   [[nodiscard]] std::span<const KeyedIndex> blocks_in_order(
       std::span<KeyedIndex> workspace) const noexcept;
   [[nodiscard]] std::size_t block_count() const noexcept { return index_.size(); }
@@ -76,12 +73,12 @@ class LocalMap {
   [[nodiscard]] VoxelEvidence evidence(const Block& block, int octet, int voxel) const noexcept;
   /// Voxels of an octet with label evidence, a bit each.
   [[nodiscard]] std::uint8_t observed_labels(const Block& block, int octet) const noexcept {
-    return block.labels == 0 ? std::uint8_t{0}
-                             : label_page(block).observed[static_cast<std::size_t>(octet)];
+    const LabelPage* const page = label_page(block, octet);
+    return page == nullptr ? std::uint8_t{0} : page->observed[octet_in_layer(octet)];
   }
   /// True iff the block has a tuple octet there.
   [[nodiscard]] bool has_octet(const Block& block, int octet) const noexcept {
-    return block.labels != 0 && label_page(block).octets[static_cast<std::size_t>(octet)] != 0;
+    return octet_handle(block, octet) != 0;
   }
   /// Passes of rays through a voxel of a block.
   [[nodiscard]] std::uint8_t free_passes(const Block& block, int octet, int voxel) const noexcept;
@@ -102,7 +99,7 @@ class LocalMap {
   [[nodiscard]] Result<SlabHandle> open_block(BlockCoord block) noexcept;
   /// Takes back a block that holds no evidence; does nothing to others.
   void close_if_empty(SlabHandle handle) noexcept;
-  /// Takes back every block that holds no evidence. O(index capacity).
+  /// Takes back every block that holds no evidence. O(index).
   void close_empty_blocks() noexcept;
   /// True iff these many more items of each size could be given now, together.
   [[nodiscard]] bool fits(const SlabPool::Counts& wanted) const noexcept {
@@ -131,7 +128,7 @@ class LocalMap {
   void restore_revision(SlabHandle block, std::uint32_t revision) noexcept {
     mutable_block(block).revision = revision;
   }
-  /// Forgets all content. O(index capacity).
+  /// Forgets all content. O(index).
   void clear() noexcept;
 
   /// Free passes at which the free layer saturates: floor(max_evidence / free_weight), 255 without
@@ -142,17 +139,27 @@ class LocalMap {
   [[nodiscard]] Block& mutable_block(SlabHandle handle) noexcept {
     return *reinterpret_cast<Block*>(pool_.at(handle));
   }
-  [[nodiscard]] const LabelPage& label_page(const Block& block) const noexcept {
-    return *reinterpret_cast<const LabelPage*>(pool_.at(block.labels));
+  /// The page of an octet's layer, or null.
+  [[nodiscard]] const LabelPage* label_page(const Block& block, int octet) const noexcept {
+    const SlabHandle page = block.labels[layer_of_octet(octet)];
+    return page == 0 ? nullptr : reinterpret_cast<const LabelPage*>(pool_.at(page));
   }
-  [[nodiscard]] LabelPage& mutable_label_page(const Block& block) noexcept {
-    return *reinterpret_cast<LabelPage*>(pool_.at(block.labels));
+  [[nodiscard]] SlabHandle octet_handle(const Block& block, int octet) const noexcept {
+    const LabelPage* const page = label_page(block, octet);
+    return page == nullptr ? 0 : page->octets[octet_in_layer(octet)];
   }
-  [[nodiscard]] FreePage& mutable_free_page(const Block& block) noexcept {
-    return *reinterpret_cast<FreePage*>(pool_.at(block.free_passes));
+  /// Of layers that the block has.
+  [[nodiscard]] LabelPage& mutable_label_page(const Block& block, std::size_t layer) noexcept {
+    return *reinterpret_cast<LabelPage*>(pool_.at(block.labels[layer]));
+  }
+  [[nodiscard]] FreePage& mutable_free_page(const Block& block, std::size_t layer) noexcept {
+    return *reinterpret_cast<FreePage*>(pool_.at(block.free_passes[layer]));
+  }
+  [[nodiscard]] SlabHandle find_handle(BlockKey key) const noexcept {
+    return index_.find(key, [&](SlabHandle item) { return block_at(item).key == key.bits; });
   }
   Status ensure_octet(Block& block, int octet) noexcept;
-  Status ensure_free_page(Block& block) noexcept;
+  void ensure_free_page(Block& block, std::size_t layer) noexcept;
   void hold_cap_on_labels(Block& block, int octet, unsigned voxels,
                           TupleStore::Plane& sums) noexcept;
   bool give_way_to_free(Block& block, int octet, int voxel, std::uint8_t passes) noexcept;
@@ -161,7 +168,7 @@ class LocalMap {
 
   MapConfig config_{};
   ClassTable classes_{};
-  KeyIndex index_{};
+  BlockIndex index_{};
   SlabPool pool_{};
   TupleStore tuples_{};
   std::uint32_t revision_ = 0;

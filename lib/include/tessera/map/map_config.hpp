@@ -8,7 +8,7 @@
 #include <cstdint>
 
 #include "tessera/base/arena.hpp"
-#include "tessera/grid/key_index.hpp"
+#include "tessera/grid/block_index.hpp"
 #include "tessera/grid/slab_pool.hpp"
 #include "tessera/semantics/tuple_store.hpp"
 
@@ -46,29 +46,71 @@ constexpr bool in_range(const MapConfig& config) noexcept {
          (config.max_evidence == 0.0F || passes) && config.tuple <= TuplePolicy::kCompact;
 }
 
+/// A block is kept in layers, two voxels high: sixteen octets each. What lies in a block is mostly
+/// flat.
+inline constexpr int kBlockLayers = kBlockEdge / 2;
+inline constexpr int kLayerOctets = kBlockOctets / kBlockLayers;
+inline constexpr int kLayerVoxels = kBlockVoxels / kBlockLayers;
+
 /// A block: 8 x 8 x 8 voxels. It holds label evidence, free evidence, or both.
 struct Block {
+  using Layers = std::array<SlabHandle, kBlockLayers>;
+
   std::uint64_t key = 0;
   std::uint32_t revision = 0;      ///< The map's revision when the block's content last changed.
-  SlabHandle labels = 0;           ///< Its LabelPage, or none.
-  SlabHandle free_passes = 0;      ///< Its FreePage, or none.
   std::uint32_t label_voxels = 0;  ///< Voxels with evidence in 1 .. C + 1.
-  std::uint64_t reserved = 0;
-};
-static_assert(sizeof(Block) == 32);
+  Layers labels{};                 ///< LabelPage of each layer, or none.
+  Layers free_passes{};            ///< FreePage of each layer, or none.
+  std::array<std::uint64_t, 2> reserved{};
 
-/// Where a block's tuples are, an octet at a time, and which voxels of an octet have label
-/// evidence.
+  [[nodiscard]] bool has_labels() const noexcept { return any(labels); }
+  [[nodiscard]] bool has_free_passes() const noexcept { return any(free_passes); }
+
+ private:
+  static constexpr bool any(const Layers& pages) noexcept {
+    return (pages[0] | pages[1] | pages[2] | pages[3]) != 0;
+  }
+};
+static_assert(sizeof(Block) == 64);
+
+/// Where the tuples of a layer's octets are, and which voxels of an octet have label evidence.
 struct LabelPage {
-  std::array<SlabHandle, kBlockOctets> octets{};
-  std::array<std::uint8_t, kBlockOctets> observed{};
+  std::array<SlabHandle, kLayerOctets> octets{};
+  std::array<std::uint8_t, kLayerOctets> observed{};
 };
-static_assert(sizeof(LabelPage) == 320);
+static_assert(sizeof(LabelPage) == 80);
 
-/// Passes of rays through each voxel of a block, x fastest, then y, then z.
+/// Passes of rays through each voxel of a layer, x fastest, then y, then z.
 struct FreePage {
-  std::array<std::uint8_t, kBlockVoxels> passes{};
+  std::array<std::uint8_t, kLayerVoxels> passes{};
 };
+
+/// The layer of an octet or of a voxel in row order, and the place in that layer.
+constexpr std::size_t layer_of_octet(int octet) noexcept {
+  return static_cast<std::size_t>(octet / kLayerOctets);
+}
+constexpr std::size_t octet_in_layer(int octet) noexcept {
+  return static_cast<std::size_t>(octet % kLayerOctets);
+}
+constexpr std::size_t layer_of_row(int row_order) noexcept {
+  return static_cast<std::size_t>(row_order / kLayerVoxels);
+}
+constexpr std::size_t row_in_layer(int row_order) noexcept {
+  return static_cast<std::size_t>(row_order % kLayerVoxels);
+}
+
+/// Bits of a block's 512 voxels: bit y * 8 + x of word z.
+using VoxelMask = std::array<std::uint64_t, kBlockEdge>;
+
+/// The free pages that a pass through the voxels of mask takes beyond those that the block has.
+constexpr std::uint32_t free_pages_needed(const Block& block, const VoxelMask& mask) noexcept {
+  std::uint32_t count = 0;
+  for (std::size_t layer = 0; layer < kBlockLayers; ++layer) {
+    const bool passed = (mask[2 * layer] | mask[2 * layer + 1]) != 0;
+    count += passed && block.free_passes[layer] == 0 ? 1U : 0U;
+  }
+  return count;
+}
 
 /// Sizes that a map's slab pool serves.
 enum SlabSize : int { kBlockSlab = 0, kLabelSlab = 1, kFreeSlab = 2, kOctetSlab = 3 };
@@ -85,7 +127,7 @@ constexpr std::size_t max_blocks(const MapConfig& config) noexcept {
 /// Bytes of arena that LocalMap::make takes for this configuration: the index, and the storage in
 /// whole pages.
 constexpr std::size_t required_bytes(const MapConfig& config) noexcept {
-  return KeyIndex::required_bytes(max_blocks(config)) +
+  return BlockIndex::required_bytes(max_blocks(config)) +
          config.storage_bytes / SlabPool::kPageBytes * SlabPool::kPageBytes;
 }
 

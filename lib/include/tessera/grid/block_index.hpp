@@ -1,0 +1,175 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// From a block's key to its handle, in memory that grows with the number of blocks: extendible
+// hashing over pages of 4 KiB. A page is 64 buckets of eight slots, a bucket is one cache line, a
+// slot one word: 32 bits of the key's hash and the handle. The key itself is with the block, which
+// the caller is asked for.
+//
+// The hash's upper part names a leaf, and a table says which page serves it. At first one page
+// serves all leaves; a page that has no room for an insert is split, and a new page takes over half
+// of its leaves. Within a page an entry is in one of two buckets. Entries are copied to their new
+// place before they leave the old one: at no moment is an entry absent.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "tessera/base/arena.hpp"
+#include "tessera/base/digest.hpp"
+#include "tessera/base/status.hpp"
+#include "tessera/grid/lattice.hpp"
+
+namespace tessera {
+
+class BlockIndex {
+ public:
+  static constexpr std::size_t kPageBytes = 4096;
+  static constexpr int kBucketSlots = 8;
+  static constexpr int kPageBuckets = 64;
+  static constexpr int kMaxProbes = 2 * kBucketSlots;  ///< Slots compared by find(), at most.
+  /// Entries of a leaf if all leaves are alike. A page takes about 490; so that no leaf is beyond
+  /// that by chance, five standard deviations less.
+  static constexpr std::size_t kLeafEntries = 384;
+
+  /// An empty slot that an insert may use until the index is changed again.
+  using Place = std::uint64_t*;
+
+  /// Bytes for an index of up to capacity entries: twelve for each leaf, and a page for each.
+  [[nodiscard]] static constexpr std::size_t required_bytes(std::size_t capacity) noexcept {
+    return arena_bytes<Leaf>(leaf_count(capacity)) + leaf_count(capacity) * kPageBytes;
+  }
+  /// An index in memory from the arena. Fails with kResourceExhausted iff it does not fit.
+  /// O(leaves); of the pages only the first is touched.
+  [[nodiscard]] static Result<BlockIndex> make(Arena& arena, std::size_t capacity) noexcept;
+
+  /// Holds nothing and takes nothing.
+  BlockIndex() noexcept = default;
+
+  /// The handle of key, or 0. is_item(handle) says whether that handle's item has the key. Reads
+  /// two buckets (128 bytes) at most, and asks only where 32 bits of the hash agree.
+  template <class IsItem>
+  [[nodiscard]] std::uint32_t find(BlockKey key, IsItem&& is_item) const noexcept {
+    const std::uint64_t* const slot = slot_of(key, is_item);
+    return slot == nullptr ? 0 : static_cast<std::uint32_t>(*slot);
+  }
+
+  /// Room for a key that is not present. Fails with kResourceExhausted iff capacity() keys are
+  /// present already, or no slot within reach is empty in a page that serves a single leaf
+  /// (possible for keys chosen to collide); no entry is lost, but pages may have been taken. At
+  /// most 64 buckets read for each split, and one more time; a split moves at most 512 entries and
+  /// rewrites at most half of the table of leaves, and a page is split at most log2(leaves) times.
+  [[nodiscard]] Result<Place> make_room(BlockKey key) noexcept;
+  /// Adds a key at a place that make_room gave for it. handle: not 0. O(1).
+  void insert(Place place, BlockKey key, std::uint32_t handle) noexcept;
+
+  /// Removes a key; true iff it was present. As find().
+  template <class IsItem>
+  bool erase(BlockKey key, IsItem&& is_item) noexcept {
+    const std::uint64_t* const slot = slot_of(key, is_item);
+    if (slot == nullptr) return false;
+    forget(const_cast<Place>(slot));
+    return true;
+  }
+
+  /// Calls visit(handle) for every entry, in no order that means anything. The entry visited may be
+  /// erased. O(pages in use).
+  template <class Visit>
+  void for_each(Visit&& visit) const noexcept {
+    for (std::size_t i = 0; i < pages_used_; ++i) {
+      for (const Bucket& bucket : pages_[i]) {
+        for (const std::uint64_t slot : bucket.slots) {
+          if (slot != 0) visit(static_cast<std::uint32_t>(slot));
+        }
+      }
+    }
+  }
+
+  /// The same for the entries of the next slots from place on, around the end and once around at
+  /// most; moves place on. Ends early, at the bucket at hand, after visit gave false. Returns the
+  /// slots looked at: at most slots and a bucket.
+  template <class Visit>
+  std::size_t for_some(std::size_t& place, std::size_t slots, Visit&& visit) const noexcept {
+    std::size_t seen = 0;
+    bool go_on = true;
+    const std::size_t buckets = pages_used_ * kPageBuckets;
+    for (std::size_t n = 0; n < buckets && seen < slots && go_on; ++n) {
+      if (place >= buckets) place = 0;
+      for (const std::uint64_t slot : pages_[place / kPageBuckets][place % kPageBuckets].slots) {
+        if (slot != 0) go_on = visit(static_cast<std::uint32_t>(slot)) && go_on;
+      }
+      seen += kBucketSlots;
+      if (go_on) ++place;
+    }
+    return seen;
+  }
+
+  /// Forgets every entry and gives back all pages but the first. O(leaves).
+  void clear() noexcept;
+
+  [[nodiscard]] std::size_t size() const noexcept { return size_; }
+  [[nodiscard]] std::size_t capacity() const noexcept { return capacity_; }
+  /// Bytes of the table of leaves and of the pages in use.
+  [[nodiscard]] std::size_t used_bytes() const noexcept {
+    return arena_bytes<Leaf>(leaves_.size()) + pages_used_ * kPageBytes;
+  }
+
+ private:
+  /// handle | hash << 32; 0 if empty.
+  struct alignas(64) Bucket {
+    std::array<std::uint64_t, kBucketSlots> slots;
+  };
+  using Page = std::array<Bucket, kPageBuckets>;
+  static_assert(sizeof(Page) == kPageBytes);
+  /// Entry i tells of leaf i and of page i; there are as many pages as leaves.
+  struct Leaf {
+    std::uint32_t page = 0;        ///< That serves the leaf.
+    std::uint32_t first_leaf = 0;  ///< That the page serves.
+    std::uint32_t end_leaf = 0;
+  };
+
+  [[nodiscard]] static constexpr std::size_t leaf_count(std::size_t capacity) noexcept {
+    return capacity / kLeafEntries + 1;
+  }
+  [[nodiscard]] static constexpr std::uint32_t hash_of(BlockKey key) noexcept {
+    return static_cast<std::uint32_t>(mix64(key.bits + 0x9e3779b97f4a7c15U) >> 32U);
+  }
+  /// Of the hash's upper bits; buckets are of its lower ones.
+  [[nodiscard]] std::size_t leaf_of(std::uint32_t hash) const noexcept {
+    return static_cast<std::size_t>((std::uint64_t{hash} * leaves_.size()) >> 32U);
+  }
+  [[nodiscard]] static constexpr std::uint32_t first_bucket(std::uint32_t hash) noexcept {
+    return hash % kPageBuckets;
+  }
+  /// Never the first: a bucket full of such keys would refuse early.
+  [[nodiscard]] static constexpr std::uint32_t second_bucket(std::uint32_t hash) noexcept {
+    const std::uint32_t bucket = (hash / kPageBuckets) % kPageBuckets;
+    return bucket != first_bucket(hash) ? bucket : bucket ^ (kPageBuckets / 2);
+  }
+
+  template <class IsItem>
+  [[nodiscard]] const std::uint64_t* slot_of(BlockKey key, IsItem&& is_item) const noexcept {
+    if (leaves_.empty()) return nullptr;
+    const std::uint32_t hash = hash_of(key);
+    const Page& page = pages_[leaves_[leaf_of(hash)].page];
+    for (const std::uint32_t b : {first_bucket(hash), second_bucket(hash)}) {
+      for (const std::uint64_t& slot : page[b].slots) {
+        if (slot >> 32U != hash || slot == 0) continue;
+        if (is_item(static_cast<std::uint32_t>(slot))) return &slot;
+      }
+    }
+    return nullptr;
+  }
+  void forget(Place slot) noexcept;
+  [[nodiscard]] static Place make_room_in(Page& page, std::uint32_t hash) noexcept;
+  [[nodiscard]] bool split(std::uint32_t page) noexcept;
+
+  std::span<Leaf> leaves_;
+  std::span<Page> pages_;
+  std::size_t pages_used_ = 0;
+  std::size_t capacity_ = 0;
+  std::size_t size_ = 0;
+};
+
+}  // namespace tessera

@@ -1,0 +1,122 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tessera/grid/block_index.hpp"
+
+namespace tessera {
+
+Result<BlockIndex> BlockIndex::make(Arena& arena, std::size_t capacity) noexcept {
+  if (arena.remaining_bytes() < required_bytes(capacity)) return Status::kResourceExhausted;
+  BlockIndex index;
+  index.leaves_ = arena.take<Leaf>(leaf_count(capacity));
+  const std::span<std::byte> pages = arena.take_untouched(leaf_count(capacity) * kPageBytes);
+  if (index.leaves_.empty() || pages.empty()) return Status::kResourceExhausted;
+  index.pages_ = {reinterpret_cast<Page*>(pages.data()), leaf_count(capacity)};
+  index.capacity_ = capacity;
+  index.clear();
+  return index;
+}
+
+void BlockIndex::clear() noexcept {
+  size_ = 0;
+  pages_used_ = 0;
+  if (leaves_.empty()) return;
+  for (Leaf& leaf : leaves_) leaf = Leaf{};
+  leaves_[0].end_leaf = static_cast<std::uint32_t>(leaves_.size());
+  pages_[0] = Page{};
+  pages_used_ = 1;
+}
+
+void BlockIndex::insert(Place place, BlockKey key, std::uint32_t handle) noexcept {
+  TESSERA_ASSERT(*place == 0 && handle != 0);
+  *place = std::uint64_t{hash_of(key)} << 32U | handle;
+  ++size_;
+}
+
+void BlockIndex::forget(Place slot) noexcept {
+  *slot = 0;
+  --size_;
+}
+
+Result<BlockIndex::Place> BlockIndex::make_room(BlockKey key) noexcept {
+  if (size_ == capacity_) return Status::kResourceExhausted;
+  const std::uint32_t hash = hash_of(key);
+  for (;;) {
+    const std::uint32_t page = leaves_[leaf_of(hash)].page;
+    const Place place = make_room_in(pages_[page], hash);
+    if (place != nullptr) return place;
+    if (!split(page)) return Status::kResourceExhausted;
+  }
+}
+
+BlockIndex::Place BlockIndex::make_room_in(Page& page, std::uint32_t hash) noexcept {
+  // Breadth first from the key's two buckets, each bucket once: bucket i was reached from bucket
+  // parent[i] by the entry in slot[i] of that. The first path to an empty slot is a shortest one.
+  std::array<std::uint32_t, kPageBuckets> bucket{};
+  std::array<std::size_t, kPageBuckets> parent{};
+  std::array<std::size_t, kPageBuckets> slot{};
+  bucket[0] = first_bucket(hash);
+  bucket[1] = second_bucket(hash);
+  std::uint64_t seen = std::uint64_t{1} << bucket[0] | std::uint64_t{1} << bucket[1];
+  std::size_t reached = 2;
+  for (std::size_t i = 0; i < reached; ++i) {
+    Bucket& here = page[bucket[i]];
+    for (std::size_t s = 0; s < kBucketSlots; ++s) {
+      const std::uint64_t entry = here.slots[s];
+      if (entry != 0) {
+        const auto its_hash = static_cast<std::uint32_t>(entry >> 32U);
+        const std::uint32_t first = first_bucket(its_hash);
+        const std::uint32_t other = first == bucket[i] ? second_bucket(its_hash) : first;
+        if ((seen >> other & 1U) != 0) continue;
+        seen |= std::uint64_t{1} << other;
+        bucket[reached] = other;
+        parent[reached] = i;
+        slot[reached] = s;
+        ++reached;
+        continue;
+      }
+      // Each entry on the path moves up by one, the last one first.
+      Place free_slot = &here.slots[s];
+      for (std::size_t step = i; step >= 2; step = parent[step]) {
+        std::uint64_t& from = page[bucket[parent[step]]].slots[slot[step]];
+        *free_slot = from;
+        free_slot = &from;
+      }
+      *free_slot = 0;
+      return free_slot;
+    }
+  }
+  return nullptr;
+}
+
+bool BlockIndex::split(std::uint32_t page) noexcept {
+  const std::uint32_t first = leaves_[page].first_leaf;
+  const std::uint32_t end = leaves_[page].end_leaf;
+  if (end - first < 2) return false;
+  // Pages serve disjoint leaves, so with two leaves in one page there is a page to spare.
+  TESSERA_ASSERT(pages_used_ < pages_.size());
+  const std::uint32_t middle = first + (end - first) / 2;
+  const auto added = static_cast<std::uint32_t>(pages_used_);
+  const auto moves = [&](std::uint64_t entry) {
+    return entry != 0 && leaf_of(static_cast<std::uint32_t>(entry >> 32U)) >= middle;
+  };
+  // Buckets do not depend on the leaf: each entry keeps its bucket and slot.
+  for (std::size_t b = 0; b < kPageBuckets; ++b) {
+    for (std::size_t s = 0; s < kBucketSlots; ++s) {
+      const std::uint64_t entry = pages_[page][b].slots[s];
+      pages_[added][b].slots[s] = moves(entry) ? entry : 0;
+    }
+  }
+  ++pages_used_;
+  leaves_[added].first_leaf = middle;
+  leaves_[added].end_leaf = end;
+  leaves_[page].end_leaf = middle;
+  for (std::size_t leaf = middle; leaf < end; ++leaf) leaves_[leaf].page = added;
+  for (Bucket& bucket : pages_[page]) {
+    for (std::uint64_t& entry : bucket.slots) {
+      if (moves(entry)) entry = 0;
+    }
+  }
+  return true;
+}
+
+}  // namespace tessera
