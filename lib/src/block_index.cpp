@@ -20,20 +20,24 @@ void BlockIndex::clear() noexcept {
   size_ = 0;
   pages_used_ = 0;
   if (leaves_.empty()) return;
-  for (Leaf& leaf : leaves_) leaf = Leaf{};
+  begin_move();
+  for (Leaf& leaf : leaves_) store_shared(leaf.page, 0U);
+  leaves_[0].first_leaf = 0;
   leaves_[0].end_leaf = static_cast<std::uint32_t>(leaves_.size());
-  pages_[0] = Page{};
+  clear_shared_words(pages_.data(), kPageBytes);
   pages_used_ = 1;
+  end_move();
 }
 
 void BlockIndex::insert(Place place, BlockKey key, std::uint32_t handle) noexcept {
   TESSERA_ASSERT(*place == 0 && handle != 0);
-  *place = std::uint64_t{hash_of(key)} << 32U | handle;
+  // What the handle names is complete before it can be found.
+  store_shared(*place, std::uint64_t{hash_of(key)} << 32U | handle, std::memory_order_release);
   ++size_;
 }
 
 void BlockIndex::forget(Place slot) noexcept {
-  *slot = 0;
+  store_shared(*slot, std::uint64_t{0});
   --size_;
 }
 
@@ -42,20 +46,26 @@ Result<BlockIndex::Place> BlockIndex::make_room(BlockKey key) noexcept {
   const std::uint32_t hash = hash_of(key);
   for (;;) {
     const std::uint32_t page = leaves_[leaf_of(hash)].page;
-    const Place place = make_room_in(pages_[page], hash);
+    for (const std::uint32_t b : {first_bucket(hash), second_bucket(hash)}) {
+      for (std::uint64_t& slot : pages_[page][b].slots) {
+        if (slot == 0) return &slot;
+      }
+    }
+    std::uint64_t* const place = make_room_in(pages_[page], hash);
     if (place != nullptr) return place;
     if (!split(page)) return Status::kResourceExhausted;
   }
 }
 
 BlockIndex::Place BlockIndex::make_room_in(Page& page, std::uint32_t hash) noexcept {
-  // Breadth first from the key's two buckets, each bucket once: bucket i was reached from bucket
-  // parent[i] by the entry in slot[i] of that. The first path to an empty slot is a shortest one.
-  std::array<std::uint32_t, kPageBuckets> bucket{};
-  std::array<std::size_t, kPageBuckets> parent{};
-  std::array<std::size_t, kPageBuckets> slot{};
-  bucket[0] = first_bucket(hash);
-  bucket[1] = second_bucket(hash);
+  // Breadth first from the key's two buckets, which are full, each bucket once: bucket i was
+  // reached from bucket parent[i] by the entry in slot[i] of that. The first path to an empty slot
+  // is a shortest one.
+  std::array<std::uint8_t, kPageBuckets> bucket{};
+  std::array<std::uint8_t, kPageBuckets> parent{};
+  std::array<std::uint8_t, kPageBuckets> slot{};
+  bucket[0] = static_cast<std::uint8_t>(first_bucket(hash));
+  bucket[1] = static_cast<std::uint8_t>(second_bucket(hash));
   std::uint64_t seen = std::uint64_t{1} << bucket[0] | std::uint64_t{1} << bucket[1];
   std::size_t reached = 2;
   for (std::size_t i = 0; i < reached; ++i) {
@@ -68,20 +78,22 @@ BlockIndex::Place BlockIndex::make_room_in(Page& page, std::uint32_t hash) noexc
         const std::uint32_t other = first == bucket[i] ? second_bucket(its_hash) : first;
         if ((seen >> other & 1U) != 0) continue;
         seen |= std::uint64_t{1} << other;
-        bucket[reached] = other;
-        parent[reached] = i;
-        slot[reached] = s;
+        bucket[reached] = static_cast<std::uint8_t>(other);
+        parent[reached] = static_cast<std::uint8_t>(i);
+        slot[reached] = static_cast<std::uint8_t>(s);
         ++reached;
         continue;
       }
       // Each entry on the path moves up by one, the last one first.
       Place free_slot = &here.slots[s];
+      begin_move();
       for (std::size_t step = i; step >= 2; step = parent[step]) {
         std::uint64_t& from = page[bucket[parent[step]]].slots[slot[step]];
-        *free_slot = from;
+        store_shared(*free_slot, from);
         free_slot = &from;
       }
-      *free_slot = 0;
+      store_shared(*free_slot, std::uint64_t{0});
+      end_move();
       return free_slot;
     }
   }
@@ -99,23 +111,26 @@ bool BlockIndex::split(std::uint32_t page) noexcept {
   const auto moves = [&](std::uint64_t entry) {
     return entry != 0 && leaf_of(static_cast<std::uint32_t>(entry >> 32U)) >= middle;
   };
+  begin_move();
   // Buckets do not depend on the leaf: each entry keeps its bucket and slot.
   for (std::size_t b = 0; b < kPageBuckets; ++b) {
     for (std::size_t s = 0; s < kBucketSlots; ++s) {
       const std::uint64_t entry = pages_[page][b].slots[s];
-      pages_[added][b].slots[s] = moves(entry) ? entry : 0;
+      store_shared(pages_[added][b].slots[s], moves(entry) ? entry : std::uint64_t{0});
     }
   }
   ++pages_used_;
   leaves_[added].first_leaf = middle;
   leaves_[added].end_leaf = end;
   leaves_[page].end_leaf = middle;
-  for (std::size_t leaf = middle; leaf < end; ++leaf) leaves_[leaf].page = added;
+  for (std::size_t leaf = middle; leaf < end; ++leaf)
+    store_shared(leaves_[leaf].page, added, std::memory_order_release);
   for (Bucket& bucket : pages_[page]) {
     for (std::uint64_t& entry : bucket.slots) {
-      if (moves(entry)) entry = 0;
+      if (moves(entry)) store_shared(entry, std::uint64_t{0});
     }
   }
+  end_move();
   return true;
 }
 

@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "tessera/base/assert.hpp"
+#include "tessera/base/shared_words.hpp"
 
 namespace tessera {
 
@@ -70,7 +71,7 @@ void CompactTuple::add(std::byte* octet_bytes, const OctetEvidence& added) const
     const int component = std::countr_zero(rest);
     add_plane(octet, static_cast<std::uint32_t>(component), added.read(component));
   }
-  std::memcpy(octet_bytes, &octet, sizeof(octet));
+  store_shared_words(octet_bytes, &octet, sizeof(octet));
 }
 
 CompactTuple::Plane CompactTuple::label_sums(const std::byte* octet_bytes) const noexcept {
@@ -93,7 +94,7 @@ void CompactTuple::scale(std::byte* octet_bytes, int voxel, float factor) noexce
     const auto count = static_cast<std::uint32_t>(static_cast<float>(word & kMostCount) * factor);
     word = count == 0 ? 0 : (word & ~kMostCount) | count;
   }
-  std::memcpy(octet_bytes, &octet, sizeof(octet));
+  store_shared_words(octet_bytes, &octet, sizeof(octet));
 }
 
 void CompactTuple::read(const std::byte* octet_bytes, int voxel,
@@ -137,7 +138,7 @@ void CompactTuple::restore(std::byte* octet_bytes, int voxel,
   std::memcpy(&octet, octet_bytes, sizeof(octet));
   for (std::size_t s = 0; s <= kSlots; ++s)
     octet.words[s][static_cast<std::size_t>(voxel)] = words[s];
-  std::memcpy(octet_bytes, &octet, sizeof(octet));
+  store_shared_words(octet_bytes, &octet, sizeof(octet));
 }
 
 }  // namespace tessera

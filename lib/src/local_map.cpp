@@ -30,8 +30,7 @@ Result<LocalMap> LocalMap::make(Arena& arena, const MapConfig& config,
   map.pool_ = SlabPool(
       arena.take_untouched(pages * SlabPool::kPageBytes),
       {static_cast<std::uint32_t>(sizeof(Block)), static_cast<std::uint32_t>(sizeof(LabelPage)),
-       static_cast<std::uint32_t>(sizeof(FreePage)),
-       TupleStore::octet_bytes(config.tuple, classes.num_components())});
+       static_cast<std::uint32_t>(sizeof(FreePage)), map.octet_bytes()});
   map.tuples_ = TupleStore(config.tuple, config.max_evidence);
   if (config.max_evidence > 0.0F) {
     const float passes = config.max_evidence / config.free_weight + kPassRounding;
@@ -133,8 +132,11 @@ void LocalMap::note_usage() noexcept {
 }
 
 void LocalMap::clear() noexcept {
+  store_shared(clear_stamp_, clear_stamp_ + 1);
+  std::atomic_thread_fence(std::memory_order_release);
   index_.clear();
   pool_.clear();
+  store_shared(clear_stamp_, clear_stamp_ + 1, std::memory_order_release);
   revision_ = 0;
   label_voxels_ = 0;
   blocks_refused_ = 0;

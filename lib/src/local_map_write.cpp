@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // The writing half of LocalMap. Cap arithmetic: with n free passes of weight w, labels summing to s
-// and the cap S, n w + s <= S holds after every call (to float rounding).
+// and the cap S, n w + s <= S holds after every call (to float rounding). All stores to what
+// readers of other threads may see are shared ones, within a Change of the block.
 #include "tessera/map/local_map.hpp"
 
 namespace tessera {
@@ -22,15 +23,20 @@ Result<SlabHandle> LocalMap::open_block(BlockCoord block) noexcept {
   }
   const Result<SlabHandle> handle = pool_.allocate(kBlockSlab);
   TESSERA_ASSERT(handle.ok());
-  mutable_block(*handle).key = key->bits;
+  Block& opened = mutable_block(*handle);
+  store_shared(opened.key, key->bits);
+  store_shared(opened.stamp, next_stamp(), std::memory_order_release);
   index_.insert(*place, *key, *handle);
   note_usage();
   return *handle;
 }
 
 void LocalMap::close_if_empty(SlabHandle handle) noexcept {
-  const Block& block = block_at(handle);
+  Block& block = mutable_block(handle);
   if (block.has_labels() || block.has_free_passes()) return;
+  // Odd until it is opened anew.
+  store_shared(block.stamp, block.stamp | 1U);
+  std::atomic_thread_fence(std::memory_order_release);
   index_.erase(BlockKey{block.key}, [=](SlabHandle item) { return item == handle; });
   pool_.release(kBlockSlab, handle);
 }
@@ -47,11 +53,12 @@ Status LocalMap::ensure_octet(Block& block, int octet) noexcept {
   if (new_page) {
     const Result<SlabHandle> page = pool_.allocate(kLabelSlab);
     TESSERA_ASSERT(page.ok());
-    labels = *page;
+    store_shared(labels, *page);
   }
   const Result<SlabHandle> tuples = pool_.allocate(kOctetSlab);
   TESSERA_ASSERT(tuples.ok());
-  mutable_label_page(block, layer_of_octet(octet)).octets[octet_in_layer(octet)] = *tuples;
+  store_shared(mutable_label_page(block, layer_of_octet(octet)).octets[octet_in_layer(octet)],
+               *tuples);
   note_usage();
   return Status::kOk;
 }
@@ -61,7 +68,7 @@ void LocalMap::ensure_free_page(Block& block, std::size_t layer) noexcept {
   if (block.free_passes[layer] != 0) return;
   const Result<SlabHandle> page = pool_.allocate(kFreeSlab);
   TESSERA_ASSERT(page.ok());
-  block.free_passes[layer] = *page;
+  store_shared(block.free_passes[layer], *page);
   note_usage();
 }
 
@@ -73,17 +80,17 @@ void LocalMap::update_observed(Block& block, int octet, const TupleStore::Plane&
   for (std::size_t v = 0; v < kOctetVoxels; ++v) now |= (sums[v] > 0.0F ? 1U : 0U) << v;
   std::uint8_t& observed = page.observed[octet_in_layer(octet)];
   const int change = std::popcount(now) - std::popcount(unsigned{observed});
-  observed = static_cast<std::uint8_t>(now);
+  store_shared(observed, static_cast<std::uint8_t>(now));
   block.label_voxels = static_cast<std::uint32_t>(static_cast<int>(block.label_voxels) + change);
   label_voxels_ = static_cast<std::uint64_t>(static_cast<std::int64_t>(label_voxels_) + change);
   if (now != 0) return;
   pool_.release(kOctetSlab, tuples);
-  tuples = 0;
+  store_shared(tuples, SlabHandle{0});
   for (const SlabHandle other : page.octets) {
     if (other != 0) return;
   }
   pool_.release(kLabelSlab, block.labels[layer]);
-  block.labels[layer] = 0;
+  store_shared(block.labels[layer], SlabHandle{0});
 }
 
 void LocalMap::hold_cap_on_labels(Block& block, int octet, unsigned voxels,
@@ -102,8 +109,8 @@ void LocalMap::hold_cap_on_labels(Block& block, int octet, unsigned voxels,
       // Whole passes only, rounded down: a voxel rather stays occupied than is declared free by
       // rounding.
       const auto kept = static_cast<std::uint8_t>(static_cast<float>(passes) * (cap / total));
-      mutable_free_page(block, layer_of_octet(octet)).passes[row_in_layer(row_order(octet, v))] =
-          kept;
+      FreePage& page = mutable_free_page(block, layer_of_octet(octet));
+      store_shared(page.passes[row_in_layer(row_order(octet, v))], kept);
       free = static_cast<float>(kept) * w;
     }
     if (!(labels > cap - free)) continue;
@@ -115,6 +122,7 @@ void LocalMap::hold_cap_on_labels(Block& block, int octet, unsigned voxels,
 Status LocalMap::add_labels(SlabHandle handle, int octet, const OctetEvidence& added) noexcept {
   if ((added.components() & ~std::uint64_t{1}) == 0) return Status::kOk;
   Block& block = mutable_block(handle);
+  const Change change(*this, handle);
   const Status status = ensure_octet(block, octet);
   if (status != Status::kOk) return status;
   std::byte* const tuples = pool_.at(octet_handle(block, octet));
@@ -122,7 +130,7 @@ Status LocalMap::add_labels(SlabHandle handle, int octet, const OctetEvidence& a
   TupleStore::Plane sums = tuples_.label_sums(tuples);
   if (config_.max_evidence > 0.0F) hold_cap_on_labels(block, octet, added.voxels(), sums);
   update_observed(block, octet, sums);
-  block.revision = revision_;
+  store_shared(block.revision, revision_);
   return Status::kOk;
 }
 
@@ -145,6 +153,7 @@ Status LocalMap::add_free_pass(SlabHandle handle, const VoxelMask& mask) noexcep
   const std::uint32_t new_pages = free_pages_needed(block, mask);
   if (new_pages > 0 && !pool_.fits_or_refuse({0, 0, new_pages, 0}))
     return Status::kResourceExhausted;
+  const Change change(*this, handle);
   bool changed = false;
   for (int z = 0; z < kBlockEdge; ++z) {
     if (mask[static_cast<std::size_t>(z)] == 0) continue;
@@ -156,7 +165,7 @@ Status LocalMap::add_free_pass(SlabHandle handle, const VoxelMask& mask) noexcep
       std::uint8_t& passes = page.passes[row_in_layer(z * kBlockEdge * kBlockEdge + yx)];
       const bool saturated = passes == max_passes_;
       changed = changed || !saturated;
-      if (!saturated) ++passes;
+      if (!saturated) store_shared(passes, static_cast<std::uint8_t>(passes + 1));
       if (!block.has_labels() || !(config_.max_evidence > 0.0F)) continue;
       const VoxelCoord v{yx & 7, yx >> 3, z};
       const int octet = octet_in_block(v);
@@ -166,7 +175,7 @@ Status LocalMap::add_free_pass(SlabHandle handle, const VoxelMask& mask) noexcep
       changed = give_way_to_free(block, octet, voxel, passes) || changed;
     }
   }
-  if (changed) block.revision = revision_;
+  if (changed) store_shared(block.revision, revision_);
   return Status::kOk;
 }
 
@@ -184,9 +193,11 @@ Status LocalMap::restore(SlabHandle handle, int octet, int voxel, const VoxelEvi
                              new_free_page ? 1U : 0U, new_octet ? 1U : 0U})) {
     return Status::kResourceExhausted;
   }
+  const Change change(*this, handle);
   if (passes > 0) {
     ensure_free_page(block, layer);
-    mutable_free_page(block, layer).passes[row_in_layer(row_order(octet, voxel))] = passes;
+    FreePage& page = mutable_free_page(block, layer);
+    store_shared(page.passes[row_in_layer(row_order(octet, voxel))], passes);
   }
   if (!labelled) return Status::kOk;
   const Status status = ensure_octet(block, octet);

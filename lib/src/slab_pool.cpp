@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tessera/grid/slab_pool.hpp"
 
-#include <cstring>
+#include "tessera/base/shared_words.hpp"
 
 namespace tessera {
 
@@ -23,7 +23,7 @@ Result<SlabHandle> SlabPool::allocate(int size) noexcept {
   SlabHandle handle = 0;
   if (c.released > 0) {
     handle = c.first_released;
-    std::memcpy(&c.first_released, at(handle), sizeof(SlabHandle));
+    c.first_released = static_cast<SlabHandle>(*link_of(handle));
     --c.released;
   } else {
     if (c.fresh == 0) {
@@ -40,14 +40,14 @@ Result<SlabHandle> SlabPool::allocate(int size) noexcept {
     --c.fresh;
   }
   ++c.live;
-  std::memset(at(handle), 0, c.item_bytes);
+  clear_shared_words(at(handle), c.item_bytes);
   return handle;
 }
 
 void SlabPool::release(int size, SlabHandle handle) noexcept {
   SizeClass& c = classes_[static_cast<std::size_t>(size)];
   TESSERA_ASSERT(c.live > 0);
-  std::memcpy(at(handle), &c.first_released, sizeof(SlabHandle));
+  store_shared(*link_of(handle), std::uint64_t{c.first_released});
   c.first_released = handle;
   ++c.released;
   --c.live;

@@ -24,8 +24,8 @@ CORE = {
 # What the core may include that is not its own: an allow-list, so <vector>, <iostream>, <thread>, <unistd.h> and the
 # rest of them are refused without being named.
 OUTSIDE = {
-    "algorithm", "array", "bit", "cfloat", "climits", "cmath", "compare", "concepts", "cstddef", "cstdint", "cstring",
-    "initializer_list", "iterator", "limits", "new", "numeric", "optional", "span", "string_view", "tuple",
+    "algorithm", "array", "atomic", "bit", "cfloat", "climits", "cmath", "compare", "concepts", "cstddef", "cstdint",
+    "cstring", "initializer_list", "iterator", "limits", "new", "numeric", "optional", "span", "string_view", "tuple",
     "type_traits", "utility", "Eigen/Core", "Eigen/Geometry", "Eigen/LU"}
 # A folder of platform may include the core, itself and those before it.
 PLATFORM = ["posix", "dataset", "render", "simulator", "cli"]

@@ -161,6 +161,34 @@ TEST_CASE("BlockIndex: says what an ordered map says, through random inserts and
   for (const auto& [bits, handle] : model) CHECK(visited.contains(handle));
 }
 
+TEST_CASE("BlockIndex: its stamp is even between changes and tells of entries that moved") {
+  OwnedIndex owned(5000);
+  std::size_t splits = 0;
+  std::size_t moves = 0;
+  for (std::size_t i = 0; i < 5000; ++i) {
+    const std::uint64_t before = owned.index.move_stamp();
+    const std::size_t used_bytes = owned.index.used_bytes();
+    REQUIRE(owned.insert(street_key(i)) == Status::kOk);
+    REQUIRE(owned.index.move_stamp() % 2 == 0);
+    const bool moved = owned.index.move_stamp() != before;
+    const bool split = owned.index.used_bytes() != used_bytes;
+    REQUIRE((moved || !split));
+    moves += moved ? 1U : 0U;
+    splits += split ? 1U : 0U;
+    REQUIRE(owned.index.find_shared(street_key(i), [&](std::uint32_t handle) {
+      return owned.keys[handle - 1] == street_key(i);
+    }) == i + 1);
+  }
+  CHECK(splits > 0);
+  CHECK(moves > splits);
+  CHECK(moves < 2500);  // most inserts find an empty slot
+  const std::uint64_t before = owned.index.move_stamp();
+  REQUIRE(owned.erase(street_key(7)));
+  CHECK(owned.index.move_stamp() == before);
+  owned.index.clear();
+  CHECK(owned.index.move_stamp() != before);
+}
+
 TEST_CASE("BlockIndex: a walk in pieces meets every entry once a round, whatever the pieces") {
   OwnedIndex owned(2000);
   for (std::size_t i = 0; i < 1500; ++i) REQUIRE(owned.insert(street_key(i)) == Status::kOk);

@@ -21,6 +21,7 @@ enum class [[nodiscard]] Status : std::uint8_t{
     kTruncated,          ///< Stored bytes end too early.
     kUnsupported,        ///< A newer format, or a feature this build does not have.
     kIo,                 ///< The injected sink or source reported a failure.
+    kBusy,               ///< Another thread was changing it; nothing was read, try again.
 };
 
 /// A short lower-case English phrase, for messages.
@@ -44,6 +45,8 @@ constexpr const char* to_string(Status status) noexcept {
       return "not supported";
     case Status::kIo:
       return "input/output failed";
+    case Status::kBusy:
+      return "busy";
   }
   return "unknown status";
 }

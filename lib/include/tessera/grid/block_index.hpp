@@ -18,6 +18,7 @@
 
 #include "tessera/base/arena.hpp"
 #include "tessera/base/digest.hpp"
+#include "tessera/base/shared_words.hpp"
 #include "tessera/base/status.hpp"
 #include "tessera/grid/lattice.hpp"
 
@@ -55,6 +56,29 @@ class BlockIndex {
     return slot == nullptr ? 0 : static_cast<std::uint32_t>(*slot);
   }
 
+  /// find() for another thread than the writer's. A key that is present all the while may be missed
+  /// where move_stamp() was odd before or is another one after. is_item may be asked of handles
+  /// that are no item's any more.
+  template <class IsItem>
+  [[nodiscard]] std::uint32_t find_shared(BlockKey key, IsItem&& is_item) const noexcept {
+    if (leaves_.empty()) return 0;
+    const std::uint32_t hash = hash_of(key);
+    // A page is complete before a leaf names it.
+    const Page& page = pages_[load_shared(leaves_[leaf_of(hash)].page, std::memory_order_acquire)];
+    for (const std::uint32_t b : {first_bucket(hash), second_bucket(hash)}) {
+      for (const std::uint64_t& slot : page[b].slots) {
+        const std::uint64_t entry = load_shared(slot, std::memory_order_acquire);
+        if (entry >> 32U != hash || entry == 0) continue;
+        if (is_item(static_cast<std::uint32_t>(entry))) return static_cast<std::uint32_t>(entry);
+      }
+    }
+    return 0;
+  }
+  /// Changes whenever entries change their places; odd while they do.
+  [[nodiscard]] std::uint64_t move_stamp() const noexcept {
+    return load_shared(move_stamp_, std::memory_order_acquire);
+  }
+
   /// Room for a key that is not present. Fails with kResourceExhausted iff capacity() keys are
   /// present already, or no slot within reach is empty in a page that serves a single leaf
   /// (possible for keys chosen to collide); no entry is lost, but pages may have been taken. At
@@ -67,9 +91,9 @@ class BlockIndex {
   /// Removes a key; true iff it was present. As find().
   template <class IsItem>
   bool erase(BlockKey key, IsItem&& is_item) noexcept {
-    const std::uint64_t* const slot = slot_of(key, is_item);
+    std::uint64_t* const slot = slot_of(key, is_item);
     if (slot == nullptr) return false;
-    forget(const_cast<Place>(slot));
+    forget(slot);
     return true;
   }
 
@@ -149,12 +173,12 @@ class BlockIndex {
   }
 
   template <class IsItem>
-  [[nodiscard]] const std::uint64_t* slot_of(BlockKey key, IsItem&& is_item) const noexcept {
+  [[nodiscard]] Place slot_of(BlockKey key, IsItem&& is_item) const noexcept {
     if (leaves_.empty()) return nullptr;
     const std::uint32_t hash = hash_of(key);
-    const Page& page = pages_[leaves_[leaf_of(hash)].page];
+    Page& page = pages_[leaves_[leaf_of(hash)].page];
     for (const std::uint32_t b : {first_bucket(hash), second_bucket(hash)}) {
-      for (const std::uint64_t& slot : page[b].slots) {
+      for (std::uint64_t& slot : page[b].slots) {
         if (slot >> 32U != hash || slot == 0) continue;
         if (is_item(static_cast<std::uint32_t>(slot))) return &slot;
       }
@@ -162,7 +186,14 @@ class BlockIndex {
     return nullptr;
   }
   void forget(Place slot) noexcept;
-  [[nodiscard]] static Place make_room_in(Page& page, std::uint32_t hash) noexcept;
+  void begin_move() noexcept {
+    store_shared(move_stamp_, move_stamp_ + 1);
+    std::atomic_thread_fence(std::memory_order_release);
+  }
+  void end_move() noexcept {
+    store_shared(move_stamp_, move_stamp_ + 1, std::memory_order_release);
+  }
+  [[nodiscard]] Place make_room_in(Page& page, std::uint32_t hash) noexcept;
   [[nodiscard]] bool split(std::uint32_t page) noexcept;
 
   std::span<Leaf> leaves_;
@@ -170,6 +201,7 @@ class BlockIndex {
   std::size_t pages_used_ = 0;
   std::size_t capacity_ = 0;
   std::size_t size_ = 0;
+  std::uint64_t move_stamp_ = 0;
 };
 
 }  // namespace tessera

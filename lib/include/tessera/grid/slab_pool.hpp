@@ -34,6 +34,12 @@ class SlabPool {
   /// A zeroed item. Fails with kResourceExhausted iff neither a released item of this size nor a
   /// page is left; counted in refused(). O(item size).
   [[nodiscard]] Result<SlabHandle> allocate(int size) noexcept;
+  /// True iff an item of so many bytes with this handle would lie in the storage: for handles that
+  /// were read while they may have been written.
+  [[nodiscard]] bool reaches(SlabHandle handle, std::size_t bytes) const noexcept {
+    const std::size_t end = std::size_t{handle} * kUnitBytes + bytes - kUnitBytes;
+    return handle != 0 && end <= storage_.size();
+  }
   /// Gives an item back for reuse at its size. O(1).
   void release(int size, SlabHandle handle) noexcept;
   /// True iff all of these items could be allocated now, together. O(kMaxSizes).
@@ -65,11 +71,14 @@ class SlabPool {
     std::uint32_t item_bytes = 0;
     std::uint32_t per_page = 0;
     std::uint32_t released = 0;     ///< Items in the list that starts at first_released.
-    SlabHandle first_released = 0;  ///< A released item's first four bytes name the next.
+    SlabHandle first_released = 0;  ///< A released item's first eight bytes name the next.
     std::uint32_t fresh = 0;        ///< Items of the newest page that were never handed out.
     SlabHandle next_fresh = 0;
     std::uint32_t live = 0;
   };
+  [[nodiscard]] std::uint64_t* link_of(SlabHandle handle) const noexcept {
+    return reinterpret_cast<std::uint64_t*>(at(handle));
+  }
   [[nodiscard]] std::size_t page_count() const noexcept { return storage_.size() / kPageBytes; }
 
   std::span<std::byte> storage_;

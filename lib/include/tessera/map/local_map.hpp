@@ -1,13 +1,15 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // One robot's map: blocks of voxels with count tuples and a free layer, in memory given by the
-// caller. One writer. Reading never allocates and never changes anything.
+// caller. One writer, whose thread alone may use what is here; other threads read through a
+// MapReader. Reading never allocates and never changes anything.
 #pragma once
 
 #include <optional>
 #include <span>
 
 #include "tessera/base/radix_sort.hpp"
+#include "tessera/base/shared_words.hpp"
 #include "tessera/map/map_config.hpp"
 #include "tessera/semantics/class_table.hpp"
 #include "tessera/semantics/estimate.hpp"
@@ -126,7 +128,8 @@ class LocalMap {
                  std::uint8_t passes) noexcept;
   void restore_revision(std::uint32_t revision) noexcept { revision_ = revision; }
   void restore_revision(SlabHandle block, std::uint32_t revision) noexcept {
-    mutable_block(block).revision = revision;
+    const Change change(*this, block);
+    store_shared(mutable_block(block).revision, revision);
   }
   /// Forgets all content. O(index).
   void clear() noexcept;
@@ -136,6 +139,30 @@ class LocalMap {
   [[nodiscard]] std::uint8_t max_passes() const noexcept { return max_passes_; }
 
  private:
+  friend class MapReader;
+  /// A change of a block, of its pages or of its tuples, for those who read meanwhile: made before
+  /// the first store and gone after the last. All stores between are shared ones.
+  class Change {
+   public:
+    Change(LocalMap& map, SlabHandle handle) noexcept
+        : map_(map), block_(map.mutable_block(handle)) {
+      store_shared(block_.stamp, block_.stamp | 1U);
+      std::atomic_thread_fence(std::memory_order_release);
+    }
+    ~Change() { store_shared(block_.stamp, map_.next_stamp(), std::memory_order_release); }
+    Change(const Change&) = delete;
+    Change& operator=(const Change&) = delete;
+    Change(Change&&) = delete;
+    Change& operator=(Change&&) = delete;
+
+   private:
+    LocalMap& map_;
+    Block& block_;
+  };
+  [[nodiscard]] std::uint64_t next_stamp() noexcept { return stamp_ += 2; }
+  [[nodiscard]] std::uint32_t octet_bytes() const noexcept {
+    return TupleStore::octet_bytes(config_.tuple, num_components());
+  }
   [[nodiscard]] Block& mutable_block(SlabHandle handle) noexcept {
     return *reinterpret_cast<Block*>(pool_.at(handle));
   }
@@ -166,6 +193,7 @@ class LocalMap {
   void update_observed(Block& block, int octet, const TupleStore::Plane& sums) noexcept;
   void note_usage() noexcept;
 
+  std::uint64_t clear_stamp_ = 0;  ///< Odd while clear() is at work. Beside what never changes.
   MapConfig config_{};
   ClassTable classes_{};
   BlockIndex index_{};
@@ -176,6 +204,7 @@ class LocalMap {
   std::uint64_t label_voxels_ = 0;
   std::uint64_t blocks_refused_ = 0;
   std::size_t peak_bytes_ = 0;
+  std::uint64_t stamp_ = 0;  ///< The last that a block got; even.
 };
 
 }  // namespace tessera

@@ -57,11 +57,14 @@ struct Block {
   using Layers = std::array<SlabHandle, kBlockLayers>;
 
   std::uint64_t key = 0;
+  /// For those who read while the map is written (MapReader): odd while the block is changed or not
+  /// the map's, zero before it is; else a number that no other state of any block has had.
+  std::uint64_t stamp = 0;
   std::uint32_t revision = 0;      ///< The map's revision when the block's content last changed.
   std::uint32_t label_voxels = 0;  ///< Voxels with evidence in 1 .. C + 1.
   Layers labels{};                 ///< LabelPage of each layer, or none.
   Layers free_passes{};            ///< FreePage of each layer, or none.
-  std::array<std::uint64_t, 2> reserved{};
+  std::uint64_t reserved = 0;
 
   [[nodiscard]] bool has_labels() const noexcept { return any(labels); }
   [[nodiscard]] bool has_free_passes() const noexcept { return any(free_passes); }
@@ -87,16 +90,16 @@ struct FreePage {
 
 /// The layer of an octet or of a voxel in row order, and the place in that layer.
 constexpr std::size_t layer_of_octet(int octet) noexcept {
-  return static_cast<std::size_t>(octet / kLayerOctets);
+  return static_cast<std::size_t>(octet) / kLayerOctets;
 }
 constexpr std::size_t octet_in_layer(int octet) noexcept {
-  return static_cast<std::size_t>(octet % kLayerOctets);
+  return static_cast<std::size_t>(octet) % kLayerOctets;
 }
 constexpr std::size_t layer_of_row(int row_order) noexcept {
-  return static_cast<std::size_t>(row_order / kLayerVoxels);
+  return static_cast<std::size_t>(row_order) / kLayerVoxels;
 }
 constexpr std::size_t row_in_layer(int row_order) noexcept {
-  return static_cast<std::size_t>(row_order % kLayerVoxels);
+  return static_cast<std::size_t>(row_order) % kLayerVoxels;
 }
 
 /// Bits of a block's 512 voxels: bit y * 8 + x of word z.

@@ -17,6 +17,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "tessera/base/shared_words.hpp"
 #include "tessera/semantics/evidence.hpp"
 
 namespace tessera {
@@ -50,6 +51,10 @@ class CompactTuple {
   /// Writes one voxel's counts into sigma and rest; entries of classes without a slot are left as
   /// they are.
   void read(const std::byte* octet, int voxel, VoxelEvidence& into) const noexcept;
+  /// Copies an octet that may be written meanwhile (shared_words.hpp).
+  static void copy_shared(const std::byte* octet, std::byte* to) noexcept {
+    load_shared_words(to, octet, kOctetBytes);
+  }
   /// Whether a tuple can have these counts: of three classes at most, in whole quanta.
   [[nodiscard]] bool holds(const VoxelEvidence& evidence) const noexcept {
     return words_of(evidence)[0] != kNotHeld;

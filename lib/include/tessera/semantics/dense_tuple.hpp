@@ -14,6 +14,7 @@
 #include <cstdint>
 #include <cstring>
 
+#include "tessera/base/shared_words.hpp"
 #include "tessera/semantics/evidence.hpp"
 
 namespace tessera {
@@ -33,9 +34,10 @@ class DenseTuple {
     const std::uint64_t labels = added.components() & ~std::uint64_t{1};
     for (std::uint64_t rest = labels; rest != 0; rest &= rest - 1) {
       const int component = std::countr_zero(rest);
-      float* const counts = plane(octet, component);
+      Plane counts = read_plane(octet, component);
       const Plane& more = added.read(component);
       for (std::size_t v = 0; v < kOctetVoxels; ++v) counts[v] += more[v];
+      store_shared_words(octet + offset(component), &counts, sizeof(counts));
     }
     set_components(octet, components(octet) | labels);
   }
@@ -53,7 +55,8 @@ class DenseTuple {
   /// Multiplies one voxel's counts by factor in [0, 1].
   static void scale(std::byte* octet, int voxel, float factor) noexcept {
     for (std::uint64_t rest = components(octet); rest != 0; rest &= rest - 1) {
-      plane(octet, std::countr_zero(rest))[voxel] *= factor;
+      const int component = std::countr_zero(rest);
+      set_count(octet, component, voxel, plane(octet, component)[voxel] * factor);
     }
   }
 
@@ -67,10 +70,20 @@ class DenseTuple {
     for (int l = 1; l < evidence.num_components; ++l) {
       const float count = evidence.sigma[static_cast<std::size_t>(l)];
       if (!(count > 0.0F)) continue;
-      plane(octet, l)[voxel] = count;
+      set_count(octet, l, voxel, count);
       present |= std::uint64_t{1} << static_cast<unsigned>(l);
     }
     set_components(octet, present);
+  }
+
+  /// Copies of an octet that may be written meanwhile (shared_words.hpp) what its mask names.
+  static void copy_shared(const std::byte* octet, std::byte* to, int num_components) noexcept {
+    load_shared_words(to, octet, sizeof(std::uint64_t));
+    const std::uint64_t known = (std::uint64_t{2} << static_cast<unsigned>(num_components - 1)) - 2;
+    for (std::uint64_t rest = components(to) & known; rest != 0; rest &= rest - 1) {
+      const std::size_t at = offset(std::countr_zero(rest));
+      load_shared_words(to + at, octet + at, sizeof(Plane));
+    }
   }
 
   /// Writes one voxel's counts into sigma[1 .. C + 1]; entries of absent components are left as
@@ -93,10 +106,21 @@ class DenseTuple {
     return mask;
   }
   static void set_components(std::byte* octet, std::uint64_t mask) noexcept {
-    std::memcpy(octet, &mask, sizeof(mask));
+    store_shared_words(octet, &mask, sizeof(mask));
   }
-  [[nodiscard]] static float* plane(std::byte* octet, int component) noexcept {
-    return reinterpret_cast<float*>(octet + offset(component));
+  [[nodiscard]] static Plane read_plane(const std::byte* octet, int component) noexcept {
+    Plane counts{};
+    std::memcpy(&counts, octet + offset(component), sizeof(counts));
+    return counts;
+  }
+  /// By the word: two counts share one.
+  static void set_count(std::byte* octet, int component, int voxel, float count) noexcept {
+    std::array<float, 2> pair{};
+    std::byte* const word =
+        octet + offset(component) + static_cast<std::size_t>(voxel / 2) * sizeof(pair);
+    std::memcpy(&pair, word, sizeof(pair));
+    pair[static_cast<std::size_t>(voxel % 2)] = count;
+    store_shared_words(word, &pair, sizeof(pair));
   }
   [[nodiscard]] static const float* plane(const std::byte* octet, int component) noexcept {
     return reinterpret_cast<const float*>(octet + offset(component));

@@ -49,6 +49,11 @@ class TupleStore {
   void read(const std::byte* octet, int voxel, VoxelEvidence& into) const noexcept {
     dense() ? DenseTuple::read(octet, voxel, into) : compact_.read(octet, voxel, into);
   }
+  /// Copies an octet while another thread may write to it. What is copied may be a mixture.
+  void copy_shared(const std::byte* octet, std::byte* to, int num_components) const noexcept {
+    dense() ? DenseTuple::copy_shared(octet, to, num_components)
+            : CompactTuple::copy_shared(octet, to);
+  }
   /// Whether a tuple can have these counts.
   [[nodiscard]] bool holds(const VoxelEvidence& evidence) const noexcept {
     return dense() ? DenseTuple::holds(evidence) : compact_.holds(evidence);

@@ -1,0 +1,111 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// Reading a map while another thread writes to it. The writer never waits and does not know of its
+// readers. A reader copies what it needs and looks whether the block was changed meanwhile; if so
+// it tries again, a bounded number of times.
+#pragma once
+
+#include <array>
+#include <span>
+
+#include "tessera/map/local_map.hpp"
+
+namespace tessera {
+
+/// A block as it was at one moment. Its content lies in the workspace that it was made in.
+class BlockSnapshot {
+ public:
+  /// An empty one.
+  BlockSnapshot() noexcept = default;
+  /// True iff the map had no such block: nothing in it was observed.
+  [[nodiscard]] bool empty() const noexcept { return free_passes_.empty(); }
+  [[nodiscard]] BlockCoord coord() const noexcept { return coord_; }
+  /// The map's revision when the block's content last changed.
+  [[nodiscard]] std::uint32_t revision() const noexcept { return revision_; }
+  /// As the functions of LocalMap of the same names.
+  [[nodiscard]] std::uint8_t observed_labels(int octet) const noexcept {
+    return observed_[static_cast<std::size_t>(octet)];
+  }
+  [[nodiscard]] std::uint8_t free_passes(int octet, int voxel) const noexcept {
+    return empty() ? std::uint8_t{0}
+                   : std::to_integer<std::uint8_t>(
+                         free_passes_[static_cast<std::size_t>(row_order(octet, voxel))]);
+  }
+  [[nodiscard]] VoxelEvidence evidence(int octet, int voxel) const noexcept;
+
+ private:
+  friend class MapReader;
+  BlockCoord coord_{};
+  std::uint32_t revision_ = 0;
+  int num_components_ = 0;
+  float free_weight_ = 0.0F;
+  TupleStore tuples_{};
+  std::size_t octet_bytes_ = 0;
+  std::span<const std::byte> free_passes_;  ///< A byte a voxel in row order.
+  std::span<const std::byte> octets_;
+  std::array<std::uint8_t, kBlockOctets> observed_{};
+  std::array<std::uint8_t, kBlockOctets> place_{};  ///< Of the octet in octets_, plus one.
+};
+
+/// A reader of a map; one for each thread that reads. The map must be made before the reader, and
+/// stay where it is while the reader is used: it must not be moved or moved to. Everything else may
+/// be done to it by its one writer meanwhile: scans integrated, blocks closed, content loaded, all
+/// cleared.
+///
+/// What is read is as it was after some one write to its block (a scan's evidence for an octet, a
+/// scan's free passes for a block, an octet's restored voxel), never a mixture, and never older
+/// than what this thread has seen or was told of before. Voxels of different octets or blocks may
+/// be of different scans; a snapshot's octets are of one moment, which may be in the middle of a
+/// scan.
+///
+/// A read tries kMaxAttempts times, then fails with kBusy: the writer was in the middle of a change
+/// each time, or was interrupted there. Try again later; retries() and busy() count. A try costs
+/// what LocalMap's reading does, and a copy of the octet (at most 2 kB) or of the block.
+class MapReader {
+ public:
+  static constexpr int kMaxAttempts = 64;
+
+  explicit MapReader(const LocalMap& map) noexcept : map_(&map) {}
+
+  /// A voxel's counts, as LocalMap::evidence. Fails with kBusy iff kMaxAttempts tries did.
+  [[nodiscard]] Result<VoxelEvidence> evidence(VoxelCoord voxel) noexcept;
+  [[nodiscard]] Result<VoxelEvidence> evidence(const Point3f& p_map) noexcept;
+  /// State, label, probability and variance, as LocalMap::query. Fails as evidence.
+  [[nodiscard]] Result<Estimate> query(VoxelCoord voxel) noexcept;
+  [[nodiscard]] Result<Estimate> query(const Point3f& p_map) noexcept;
+
+  /// Bytes of workspace that snapshot needs: 512, and 64 octets.
+  [[nodiscard]] std::size_t snapshot_bytes() const noexcept;
+  /// A whole block; one that the map does not have gives an empty snapshot. workspace: aligned to
+  /// eight bytes, of use until the snapshot is not. Fails with kOutOfRange iff the block is outside
+  /// the grid; kInvalidArgument iff the workspace is shorter than snapshot_bytes() or not aligned;
+  /// kBusy iff kMaxAttempts tries failed.
+  [[nodiscard]] Result<BlockSnapshot> snapshot(BlockCoord block,
+                                               std::span<std::byte> workspace) noexcept;
+
+  /// Tries that were in vain, since the reader was made.
+  [[nodiscard]] std::uint64_t retries() const noexcept { return retries_; }
+  /// Reads that failed with kBusy.
+  [[nodiscard]] std::uint64_t busy() const noexcept { return busy_; }
+
+ private:
+  enum class Outcome : std::uint8_t { kRead, kAbsent, kTorn };
+  template <class Copy>
+  Outcome try_read(BlockKey key, Copy& copy) noexcept;
+  template <class Copy>
+  Outcome read(BlockKey key, Copy&& copy) noexcept;
+  /// An item of the storage, or null where a handle that is torn reaches out of it.
+  template <class Item>
+  [[nodiscard]] const Item* item(SlabHandle handle,
+                                 std::size_t bytes = sizeof(Item)) const noexcept;
+  bool copy_octet(const Block& block, int octet, std::byte* to, bool& present) const noexcept;
+  bool copy_passes(const Block& block, std::size_t layer, std::byte* to) const noexcept;
+  bool copy_block(const Block& block, std::span<std::byte> workspace,
+                  BlockSnapshot& into) const noexcept;
+
+  const LocalMap* map_;
+  std::uint64_t retries_ = 0;
+  std::uint64_t busy_ = 0;
+};
+
+}  // namespace tessera
