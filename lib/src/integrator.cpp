@@ -67,9 +67,14 @@ Result<Integrator> Integrator::make(Arena& arena, const InferenceConfig& config,
 }
 
 ScanReport Integrator::integrate(LocalMap& map, const ScanView& scan) noexcept {
+  return integrate_scan(map, scan);
+}
+
+ScanReport Integrator::integrate_scan(LocalMap& map, const ScanView& scan) noexcept {
   ScanReport report;
   report.points = static_cast<std::uint32_t>(scan.count);
-  admitted_count_ = ray_count_ = registered_count_ = far_count_ = 0;
+  admitted_count_ = ray_count_ = registered_count_ = far_count_ = rays_cut_ = 0;
+  cut_ = false;
   const Point3f origin = scan.T_map_sensor.col(3).cast<float>();
   report.pose = check_rigid(scan.T_map_sensor);
   if (report.pose == Status::kOk && !map.lattice().voxel_of(origin).ok())
@@ -79,34 +84,44 @@ ScanReport Integrator::integrate(LocalMap& map, const ScanView& scan) noexcept {
   map.begin_revision();
 
   register_points(map, scan, report);
+  if (cut_) return report;
   thin_points(map, report);
   measure_kernel(map.lattice().resolution_m());
+  if (!in_time()) {
+    leave_out_all(report);
+    return report;
+  }
   begin_scratch(map);
-  const bool all_fit = within_budget() && prepare(map);
-  if (!all_fit) {
-    map.close_empty_blocks();
+  open_failed_ = false;
+  const bool all_fit = admit(map, report);
+  if (cut_) {
+    leave_out_all(report);
+  } else {
+    write(map, report);
+  }
+  close_unwritten_blocks(map, all_fit && !cut_);
+  report.admitted = static_cast<std::uint32_t>(admitted_count_);
+  return report;
+}
+
+bool Integrator::admit(LocalMap& map, ScanReport& report) noexcept {
+  set_work_limit(report);
+  const bool all_fit = !cut_ && within_limit(report) && prepare(map);
+  if (!all_fit && !cut_) {
+    if (open_failed_) map.close_empty_blocks();
     report.ray_steps = free_space_.steps();  // on trial
     begin_scratch(map);
-    admit_nearest_first(map, report);
+    admit_one_by_one(map, report);
     tiles_.forget_points();
     free_space_.forget_marks();
-    const bool fits = prepare(map);
-    TESSERA_ASSERT(fits);
+    const bool fits = in_time() && prepare(map);
+    TESSERA_ASSERT(fits || cut_);
     static_cast<void>(fits);
   }
-  report.admitted = static_cast<std::uint32_t>(admitted_count_);
   report.tiles = static_cast<std::uint32_t>(tiles_.tiles().size());
   report.ray_blocks = static_cast<std::uint32_t>(free_space_.blocks().size());
   report.ray_steps += free_space_.steps();
-  write_labels(map, report);
-  if (config_.free_space.enabled) write_free_space(map, report);
-  // Blocks were opened by a bound; those that nothing was written to are taken back.
-  if (all_fit) {
-    close_unwritten_blocks(map);
-  } else {
-    map.close_empty_blocks();
-  }
-  return report;
+  return all_fit;
 }
 
 void Integrator::begin_scratch(const LocalMap& map) noexcept {

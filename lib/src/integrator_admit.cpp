@@ -106,6 +106,34 @@ std::uint64_t Integrator::evaluations_per_point() const noexcept {
   return 7 * edge * edge * edge;
 }
 
+bool Integrator::trace_rays() noexcept {
+  if (free_space_.add_returns(admitted()) != Status::kOk) return false;
+  // Marks are a set, so with a deadline every sixteenth ray comes first, then those beside them:
+  // what is traced when time runs short is spread over all directions.
+  const std::size_t sweeps = deadline_ == nullptr ? 1 : 16;
+  const std::uint64_t to_write = admitted_count_ * evaluations_per_point();
+  const std::size_t rays = admitted_count_ + ray_count_;
+  std::size_t traced = 0;
+  for (std::size_t sweep = 0; sweep < sweeps && rays_cut_ == 0; ++sweep) {
+    // Axis by axis, so that few blocks are turned more than once.
+    for (int axis = 2; axis >= 0 && rays_cut_ == 0; --axis) {
+      for (std::size_t i = sweep; i < rays; i += sweeps) {
+        const bool is_return = i < admitted_count_;
+        const Point3f& end_map = is_return ? admitted_[i].p_map : rays_[i - admitted_count_].p_map;
+        if (free_space_.axis_of(end_map) != axis) continue;
+        if (traced % kRayBatch == 0 && !in_time(to_write)) {
+          rays_cut_ = rays - traced;
+          break;
+        }
+        if (free_space_.trace(end_map, is_return) != Status::kOk) return false;
+        ++traced;
+      }
+    }
+  }
+  free_space_.finish();
+  return true;
+}
+
 void Integrator::count_tile(const LocalMap& map, const Tile& tile, std::uint64_t units,
                             std::uint64_t counted, SlabPool::Counts& wanted) const noexcept {
   const int edge = tiles_.unit_edge();
@@ -169,32 +197,40 @@ bool Integrator::open_blocks(LocalMap& map) noexcept {
   }
   if (!map.fits(wanted)) return false;
   for (Tile& tile : tiles_.tiles()) {
-    if (tile.wanted != 0 && !open_tile(map, tile, tile.wanted)) return false;
+    if (tile.wanted == 0 || open_tile(map, tile, tile.wanted)) continue;
+    open_failed_ = true;
+    return false;
   }
   for (RayBlock& ray_block : ray_blocks) {
     if (!ray_block.carves()) continue;
     const Result<SlabHandle> block = map.open_block(ray_block.coord);
-    if (!block.ok()) return false;
+    if (!block.ok()) {
+      open_failed_ = true;
+      return false;
+    }
     ray_block.block = *block;
   }
   return true;
 }
 
-bool Integrator::within_budget() const noexcept {
-  if (config_.work_budget == 0) return true;
+bool Integrator::within_limit(ScanReport& report) noexcept {
+  over_limit_ = false;
+  if (work_limit_ == kNoLimit) return true;
   std::uint64_t work = admitted_count_ * evaluations_per_point();
   if (config_.free_space.enabled) {
     for (const ScanPoint& point : admitted()) work += free_space_.most_steps(point.p_map);
     for (const ScanPoint& ray : admitted_rays()) work += free_space_.most_steps(ray.p_map);
   }
-  return work <= config_.work_budget;
+  over_limit_ = work > work_limit_;
+  if (!over_limit_) report.work_predicted = work;
+  return !over_limit_;
 }
 
 bool Integrator::prepare(LocalMap& map) noexcept {
-  return tiles_.build(admitted(), map.lattice(), sort_) == Status::kOk && want_units(map) &&
-         (!config_.free_space.enabled ||
-          free_space_.carve(admitted(), admitted_rays()) == Status::kOk) &&
-         open_blocks(map);
+  rays_cut_ = 0;
+  return tiles_.build(admitted(), map.lattice(), sort_) == Status::kOk && in_time() &&
+         want_units(map) && in_time() && (!config_.free_space.enabled || trace_rays()) &&
+         in_time() && open_blocks(map);
 }
 
 }  // namespace tessera

@@ -50,6 +50,11 @@ void Integrator::register_points(const LocalMap& map, const ScanView& scan,
   const int unlabelled = map.classes().unlabelled();
   const Matrix34d T_map_sensor = scan.T_map_sensor;
   for (std::uint64_t k = 0; k < kept; ++k) {
+    if (k % kReturnBatch == 0 && !in_time()) {
+      report.returns_cut = static_cast<std::uint32_t>(kept);
+      registered_count_ = far_count_ = 0;
+      return;
+    }
     const auto i = static_cast<std::size_t>(kept == scan.count ? k : k * scan.count / kept);
     const float* const p_sensor = scan.points + i * scan.stride_floats;
     const double square =

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Writing: each octet of the map is touched once a scan, with the scan's sums complete.
 #include "tessera/inference/integrator.hpp"
+#include "write_in_time.hpp"
 
 namespace tessera {
 
@@ -54,16 +55,26 @@ void sum_points(const ScanTiles& tiles, const UnitPoints& around, const EntropyD
 
 }  // namespace
 
+void Integrator::write(LocalMap& map, ScanReport& report) noexcept {
+  write_labels(map, report);
+  if (config_.free_space.enabled) write_free_space(map, report);
+}
+
 void Integrator::write_labels(LocalMap& map, ScanReport& report) noexcept {
   EvidenceWork work;
-  for (const Tile& tile : tiles_.tiles()) {
-    if (tile.wanted == 0) continue;
+  const auto write = [&](const Tile& tile) {
+    if (tile.wanted == 0) return;
     if (config_.mode == InferenceMode::kKernel) {
       write_kernel_tile(map, tile, work, report);
     } else {
       write_units(map, tile, work, report);
     }
-  }
+  };
+  const auto leave = [&](const Tile& tile) {
+    if (tile.wanted != 0) count_cut_tile(tile, report);
+  };
+  const ScanTiles& tiles = tiles_;
+  write_in_time(tiles.tiles(), sensor_place(map, false), 1, write, leave);
   report.voxel_updates = work.updates;
   report.evaluations = work.evaluations;
 }
@@ -142,8 +153,8 @@ void Integrator::write_kernel_tile(LocalMap& map, const Tile& tile, EvidenceWork
 }
 
 void Integrator::write_free_space(LocalMap& map, ScanReport& report) noexcept {
-  for (const RayBlock& ray_block : free_space_.blocks()) {
-    if (ray_block.block == 0) continue;
+  const auto write = [&](const RayBlock& ray_block) {
+    if (ray_block.block == 0) return;
     VoxelMask carved;
     for (std::size_t z = 0; z < carved.size(); ++z)
       carved[z] = ray_block.passed[z] & ~ray_block.hit[z];
@@ -151,18 +162,36 @@ void Integrator::write_free_space(LocalMap& map, ScanReport& report) noexcept {
     TESSERA_ASSERT(status == Status::kOk);
     static_cast<void>(status);
     ++report.free_blocks;
-  }
-  report.rays = static_cast<std::uint32_t>(admitted_count_ + ray_count_);
+  };
+  const auto leave = [&](const RayBlock& ray_block) {
+    report.ray_blocks_cut += ray_block.block == 0 ? 0U : 1U;
+  };
+  const std::span<const RayBlock> blocks = free_space_.blocks();
+  write_in_time(blocks, sensor_place(map, true), kBlockBatch, write, leave);
+  report.rays_cut = static_cast<std::uint32_t>(rays_cut_);
+  report.rays = static_cast<std::uint32_t>(admitted_count_ + ray_count_ - rays_cut_);
 }
 
-void Integrator::close_unwritten_blocks(LocalMap& map) noexcept {
-  if (tiles_.unit_edge() == 1)
-    return map.close_empty_blocks();  // tiles share blocks: a handle must be closed once
+/// Blocks were opened by a bound; those that nothing was written to are taken back.
+void Integrator::close_unwritten_blocks(LocalMap& map, bool all_written) noexcept {
+  if (open_failed_) return map.close_empty_blocks();
+  // Tiles and rays share blocks, and each must be closed once.
+  const auto close = [&map](const BlockCoord& coord) {
+    if (map.find(coord) != nullptr) map.close_if_empty(*map.open_block(coord));
+  };
+  const int edge = tiles_.unit_edge();
   for (const Tile& tile : tiles_.tiles()) {
-    for (const SlabHandle block : tile.blocks) {
-      if (block != 0) map.close_if_empty(block);
+    for (int i = 0; i < blocks_of_tile(edge); ++i) {
+      const SlabHandle block = tile.blocks[static_cast<std::size_t>(i)];
+      if (!all_written || (block != 0 && edge == 1)) {
+        close(block_of_tile(tile.coord, edge, i));
+      } else if (block != 0) {
+        map.close_if_empty(block);
+      }
     }
   }
+  if (all_written || !config_.free_space.enabled) return;
+  for (const RayBlock& ray_block : free_space_.blocks()) close(ray_block.coord);
 }
 
 }  // namespace tessera

@@ -3,8 +3,6 @@
 // The law of admission, on random scans under random limits: whatever a scan's limits leave out,
 // the map is what integrating the admitted points and rays alone into an unconstrained map makes
 // it, bit for bit.
-#include <algorithm>
-#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -148,34 +146,6 @@ TEST_CASE("admission: the map is what the admitted points alone make of it, what
   CHECK(tally.refused_work > 5);
   if (free_space) CHECK(tally.refused_rays > 5);
   CHECK(tally.admitted > 20);
-}
-
-TEST_CASE("admission: under a work budget the points nearest to the sensor are admitted") {
-  const std::size_t which = GENERATE(range<std::size_t>(0, 5));
-  const bool free_space = GENERATE(false, true);
-  CAPTURE(which, free_space);
-  InferenceConfig config = config_of(kSettings[which], free_space);
-  constexpr std::array<std::uint64_t, 5> kLabelBudgets{100, 8000, 800, 8000, 8000};
-  config.work_budget = free_space ? 3000 + kLabelBudgets[which] : kLabelBudgets[which];
-  Random random(announce_seed(6001));
-  const Cloud cloud = random_cloud(random, {.points = 400, .classes = kClasses});
-  Mapper mapper(uncapped_map(0.1), config, kClasses);
-  const ScanReport report = mapper.integrate(cloud);
-  CHECK(report.refused_memory() == 0);
-  REQUIRE(report.refused_work > 0);
-  REQUIRE(report.admitted > 0);
-  std::vector<double> squares;
-  for (std::size_t i = 0; i < cloud.size(); ++i) {
-    const Point3f p(cloud.xyz[3 * i], cloud.xyz[3 * i + 1], cloud.xyz[3 * i + 2]);
-    if (p.norm() >= config.min_range_m) squares.push_back(p.cast<double>().squaredNorm());
-  }
-  std::sort(squares.begin(), squares.end());
-  REQUIRE(squares.size() == report.thinned);
-  double farthest = 0.0;
-  for (const ScanPoint& point : mapper.integrator().admitted()) {
-    farthest = std::max(farthest, point.p_map.cast<double>().squaredNorm());
-  }
-  CHECK(farthest == Approx(squares[report.admitted - 1]).epsilon(1e-6));
 }
 
 TEST_CASE("admission: the work done stays within the budget") {

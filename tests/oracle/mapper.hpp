@@ -48,6 +48,7 @@ class Mapper {
   [[nodiscard]] LocalMap& map() { return map_; }
   [[nodiscard]] const LocalMap& map() const { return map_; }
   [[nodiscard]] const Integrator& integrator() const { return integrator_; }
+  [[nodiscard]] Integrator& integrator() { return integrator_; }
   /// The last scan's admitted points as the oracle takes them.
   [[nodiscard]] std::vector<OraclePoint> admitted() const;
   /// The last scan's admitted points and ray ends as a cloud for a mapper at the same place with

@@ -8,6 +8,7 @@
 #include <span>
 
 #include "tessera/base/arena.hpp"
+#include "tessera/inference/deadline.hpp"
 #include "tessera/inference/free_space.hpp"
 #include "tessera/inference/inference_config.hpp"
 #include "tessera/inference/scan_report.hpp"
@@ -51,15 +52,46 @@ class Integrator {
   /// reason.
   ///
   /// All points are admitted if what they may need fits the work budget, the scratch memory and the
-  /// map's free storage. If not, they are admitted one by one, nearest to the sensor first: a point
-  /// and its ray together or not at all, by a bound on what they may need; the work budget ends
-  /// admission, a point that does not fit the memory is passed over.
+  /// map's free storage. If not, they are admitted one by one, a point and its ray together or not
+  /// at all. Over the work budget: near before far and sparse before dense (order_of_admission),
+  /// until the first that the budget does not cover. Within it: nearest first, passing over what
+  /// does not fit the memory.
   ///
   /// Worst-case work with n points, at most: sorts O(n); evaluations n (counting), 7 n e^3 with
   /// unit edge e (multi-entropy), n (2 D + 2)^3 with D in voxels (kernel); ray steps n (range in
   /// voxels * sqrt(3) + 4). Where not all fits: three times the ray steps, and n times the tiles in
   /// reach (7, or (D / 8 + 2)^3) looked up; and always O(scratch tables), as they are cleared.
   ScanReport integrate(LocalMap& map, const ScanView& scan) noexcept;
+  /// The same, to be done at due_us on the policy's clock. With time enough it is the same to the
+  /// bit.
+  ///
+  /// Time is spent as work: what fits the time left (Deadline::begin_work) is a work budget beside
+  /// config().work_budget. Then the clock is held against it: admission ends, and the tracing of
+  /// rays, when what was admitted would no longer be written in time; and where the time is up all
+  /// the same, what is not begun is left out: tiles and then blocks of free space are written in
+  /// rings of doubling distance around the sensor, nearest first, labels before free space.
+  ///
+  /// Law: call a tile's label evidence, or a block's free evidence, a part. With all admitted
+  /// points and all rays that were traced, each part is as if there had been no deadline, or as it
+  /// was before the scan: never between. Where tiles_cut, rays_cut and ray_blocks_cut are 0, the
+  /// map is what integrating the admitted points alone makes of it. Where the time is up before
+  /// writing, no part is changed.
+  ///
+  /// The clock is read before every quantum, and when time is up at most the quantum at hand is
+  /// finished. A quantum is at most one of: kReturnBatch returns registered; three O(n) passes over
+  /// the points (thinning, sorting, marking hits) or O(scratch tables) passes (clearing, entropies,
+  /// opening blocks); kPointBatch points admitted, at most (range in voxels * sqrt(3) + 4) ray
+  /// steps each; kRayBatch rays traced, likewise; one tile written, at most 7 e^3 evaluations for
+  /// each of its points and those of its faces (multi-entropy), or those of all points in reach
+  /// times its 512 voxels (kernel); kBlockBatch blocks carved, of 512 voxels. After it comes a
+  /// look-up for each tile and ray block of the scan, as blocks opened in vain are closed; if the
+  /// map's index refused one, the whole index is walked instead.
+  ScanReport integrate(LocalMap& map, const ScanView& scan, Deadline& deadline,
+                       std::int64_t due_us) noexcept;
+  static constexpr std::size_t kReturnBatch = 4096;
+  static constexpr std::size_t kPointBatch = 64;
+  static constexpr std::size_t kRayBatch = 64;
+  static constexpr std::size_t kBlockBatch = 32;
 
   /// The points of the last scan that were integrated, thinned, in the order in which they were
   /// added: for tests and for those who want to see what the map learnt from.
@@ -77,10 +109,29 @@ class Integrator {
   void thin_points(const LocalMap& map, ScanReport& report) noexcept;
   /// Empties the tables of tiles and ray blocks.
   void begin_scratch(const LocalMap& map) noexcept;
-  /// Whether the bounds on the admitted points' work stay within the budget.
-  [[nodiscard]] bool within_budget() const noexcept;
+  ScanReport integrate_scan(LocalMap& map, const ScanView& scan) noexcept;
+  /// Admits points and fills the scratch for them, up to where writing can begin. True: all of
+  /// them, and nothing was opened in vain. Ends where the deadline comes.
+  bool admit(LocalMap& map, ScanReport& report) noexcept;
+  /// Without a deadline, true. Else reads the clock, unless the time was up already: whether so
+  /// much work still fits.
+  [[nodiscard]] bool in_time(std::uint64_t work = 0) noexcept;
+  void set_work_limit(ScanReport& report) noexcept;
+  /// The deadline came before anything was written.
+  void leave_out_all(ScanReport& report) noexcept;
+  /// Calls write(item), or leave(item) for those that the deadline leaves out: in the order of
+  /// items, or with a deadline by rings around the coordinates centre, the clock read every batch
+  /// items.
+  template <class Item, class Write, class Leave>
+  void write_in_time(std::span<const Item> items, const BlockCoord& centre, std::size_t batch,
+                     Write&& write, Leave&& leave) noexcept;
+  /// The block that the sensor is in; the tile, if blocks is false.
+  [[nodiscard]] BlockCoord sensor_place(const LocalMap& map, bool blocks) const noexcept;
+  void count_cut_tile(const Tile& tile, ScanReport& report) const noexcept;
+  /// Whether the bounds on the admitted points' work stay within the limit.
+  [[nodiscard]] bool within_limit(ScanReport& report) noexcept;
   /// Fills tiles and ray blocks for the admitted points and opens the map's blocks. False:
-  /// something does not fit.
+  /// something does not fit, or the deadline came.
   bool prepare(LocalMap& map) noexcept;
   bool want_units(const LocalMap& map) noexcept;
   bool want_kernel_units() noexcept;
@@ -96,17 +147,26 @@ class Integrator {
   static void count_ray_block(const LocalMap& map, const RayBlock& ray_block,
                               SlabPool::Counts& wanted) noexcept;
   [[nodiscard]] std::uint64_t evaluations_per_point() const noexcept;
-  /// Admission one by one, nearest first.
-  void admit_nearest_first(LocalMap& map, ScanReport& report) noexcept;
-  [[nodiscard]] std::span<const KeyedIndex> order_by_distance() noexcept;
+  /// Admission one by one, in order_of_admission.
+  void admit_one_by_one(LocalMap& map, ScanReport& report) noexcept;
+  /// Counts what the work limit leaves out: the budget's or the deadline's.
+  [[nodiscard]] std::uint32_t* work_counter(ScanReport& report, bool is_point) const noexcept;
   /// Calls visit(tile, units) for the units that a point may contribute to, as for_units_around.
   template <class Visit>
   bool for_units_reached(const ScanTiles::Place& place, Visit&& visit) const noexcept;
   /// Speaks for all that a point, its ray or both may need, or for nothing.
   Refusal reserve(LocalMap& map, const ScanPoint& point, bool is_point,
                   SlabPool::Counts& spoken_for) noexcept;
-  Refusal try_reserve(LocalMap& map, const ScanPoint& point, bool is_point,
+  Refusal try_reserve(LocalMap& map, const ScanPoint& point, const ScanTiles::Place* new_unit,
                       SlabPool::Counts& spoken_for) noexcept;
+  [[nodiscard]] std::uint64_t receiving_units(const Tile& tile,
+                                              std::uint64_t reached) const noexcept;
+  /// Makes the tiles that a point at place needs, marks its unit, and adds to wanted what the units
+  /// that its admission lets receive evidence may take. False: tiles or their index are full.
+  bool count_units(const LocalMap& map, const ScanTiles::Place& place,
+                   SlabPool::Counts& wanted) noexcept;
+  bool open_units(LocalMap& map, const ScanTiles::Place& place) noexcept;
+  void write(LocalMap& map, ScanReport& report) noexcept;
   void write_labels(LocalMap& map, ScanReport& report) noexcept;
   void write_units(LocalMap& map, const Tile& tile, EvidenceWork& work,
                    ScanReport& report) noexcept;
@@ -114,7 +174,8 @@ class Integrator {
   void write_kernel_tile(LocalMap& map, const Tile& tile, EvidenceWork& work,
                          ScanReport& report) noexcept;
   void write_free_space(LocalMap& map, ScanReport& report) noexcept;
-  void close_unwritten_blocks(LocalMap& map) noexcept;
+  /// all_written: nothing was opened for rays in vain.
+  void close_unwritten_blocks(LocalMap& map, bool all_written) noexcept;
   [[nodiscard]] KernelShape shape(float length_voxels) const noexcept {
     return {1.0F / (length_voxels * length_voxels), config_.kernel_scale, config_.min_weight};
   }
@@ -138,6 +199,14 @@ class Integrator {
   std::size_t far_count_ = 0;
   std::size_t admitted_count_ = 0;
   std::size_t ray_count_ = 0;
+  Deadline* deadline_ = nullptr;  ///< Of the scan at hand.
+  bool cut_ = false;              ///< Its time is up.
+  bool over_limit_ = false;       ///< The scan as a whole takes more than the limit of work.
+  bool limit_is_deadline_ = false;
+  static constexpr std::uint64_t kNoLimit = ~std::uint64_t{0};
+  std::uint64_t work_limit_ = kNoLimit;
+  std::size_t rays_cut_ = 0;
+  bool open_failed_ = false;  ///< The map's index refused a block: some may be open for nothing.
   float largest_weight_ = 0.0F;
   float kernel_radius_ =
       0.0F;  ///< Distance beyond which no contribution counts, voxels (kernel mode).

@@ -31,14 +31,29 @@ struct ScanReport {
   std::uint32_t refused_tiles = 0;       ///< ScanCapacity::tiles.
   std::uint32_t refused_ray_blocks = 0;  ///< ScanCapacity::ray_blocks.
   std::uint32_t refused_work = 0;        ///< InferenceConfig::work_budget.
+  std::uint32_t refused_deadline = 0;    ///< The deadline, when admission foresaw it.
   std::uint32_t rays = 0;                ///< Rays of admitted points and beyond the range limit.
   std::uint32_t rays_refused_memory =
       0;                                ///< Rays beyond the range limit left out: storage, scratch.
   std::uint32_t rays_refused_work = 0;  ///< The same: work budget.
-  std::uint32_t tiles = 0;              ///< Tiles used, of ScanCapacity::tiles.
-  std::uint32_t ray_blocks = 0;         ///< Ray blocks used, of ScanCapacity::ray_blocks.
-  std::uint64_t voxel_updates = 0;      ///< Contributions added: pairs of a point and a voxel.
-  std::uint64_t evaluations = 0;        ///< Kernel evaluations done, in or out of support.
+  std::uint32_t rays_refused_deadline = 0;  ///< The same: the deadline, when admission foresaw it.
+  /// Left out because the deadline came, in the order in which that happens. Points and rays here
+  /// were admitted; a point may be left out with its ray, and is counted in both.
+  std::uint32_t returns_cut =
+      0;                        ///< Returns of a scan that was not registered in time: all of them.
+  std::uint32_t rays_cut = 0;   ///< Rays not traced.
+  std::uint32_t tiles_cut = 0;  ///< Tiles not written.
+  std::uint32_t points_cut = 0;      ///< Admitted points in these.
+  std::uint32_t ray_blocks_cut = 0;  ///< Blocks traced and not carved.
+  std::int64_t overshoot_us = 0;     ///< How late the scan ended; 0: in time, or no deadline.
+  /// The limit that held: the work budget, or what fits the deadline if that is less; 0: none.
+  std::uint64_t work_limit = 0;
+  /// What admission spoke for, of work_limit; 0 without a limit. work_spent() stays under it.
+  std::uint64_t work_predicted = 0;
+  std::uint32_t tiles = 0;          ///< Tiles used, of ScanCapacity::tiles.
+  std::uint32_t ray_blocks = 0;     ///< Ray blocks used, of ScanCapacity::ray_blocks.
+  std::uint64_t voxel_updates = 0;  ///< Contributions added: pairs of a point and a voxel.
+  std::uint64_t evaluations = 0;    ///< Kernel evaluations done, in or out of support.
   /// Voxels stepped through by rays: once, or up to three times where the scan did not fit as a
   /// whole (on trial, for admission, for carving).
   std::uint64_t ray_steps = 0;
@@ -49,10 +64,16 @@ struct ScanReport {
   [[nodiscard]] std::uint32_t refused_memory() const noexcept {
     return refused_storage + refused_tiles + refused_ray_blocks;
   }
+  /// Kernel evaluations and ray steps done.
+  [[nodiscard]] std::uint64_t work_spent() const noexcept { return evaluations + ray_steps; }
+  /// Returns, thinned points and rays left out by the deadline.
+  [[nodiscard]] std::uint32_t left_out_deadline() const noexcept {
+    return refused_deadline + rays_refused_deadline + returns_cut + rays_cut + points_cut;
+  }
   /// Returns, thinned points and rays that could have been integrated but were not.
   [[nodiscard]] std::uint32_t left_out() const noexcept {
     return over_capacity + refused_memory() + refused_work + rays_refused_memory +
-           rays_refused_work;
+           rays_refused_work + left_out_deadline();
   }
 };
 
