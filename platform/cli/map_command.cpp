@@ -25,16 +25,31 @@ namespace tessera {
 
 namespace {
 
+/// What the scans are integrated with and into.
+struct Workshop {
+  ArenaMemory memory;
+  LocalMap map;
+  Integrator integrator;
+  std::size_t scratch_bytes = 0;
+  Deadline deadline;
+};
+
+ScanReport integrate(Workshop& shop, const ScanView& scan, std::int64_t start_us,
+                     std::int64_t deadline_us) {
+  if (deadline_us == 0) return shop.integrator.integrate(shop.map, scan);
+  return shop.integrator.integrate(shop.map, scan, shop.deadline, start_us + deadline_us);
+}
+
 /// Reads and integrates every scan. Nothing in here uses the heap unless it fails.
-Outcome<void> integrate_all(const Dataset& dataset, ScanBuffer& buffer, Integrator& integrator,
-                            LocalMap& map, MapRun& run) {
+Outcome<void> integrate_all(const Dataset& dataset, ScanBuffer& buffer, Workshop& shop,
+                            MapRun& run) {
   Progress progress("mapping", dataset.num_scans());
   const std::optional<std::uint64_t> before = heap_allocations();
   for (std::size_t i = 0; i < dataset.num_scans(); ++i) {
     const Outcome<DatasetScan> scan = dataset.read(i, buffer);
     if (!scan.ok()) return scan.failure();
     const std::int64_t start_us = MonotonicClock::now_us();
-    const ScanReport report = integrator.integrate(map, scan->view());
+    const ScanReport report = integrate(shop, scan->view(), start_us, run.deadline_us);
     const double ms = static_cast<double>(MonotonicClock::now_us() - start_us) / 1000.0;
     run.scans.push_back({scan->number, ms, scan->unknown, report});
     std::array<char, 48> suffix{};
@@ -74,14 +89,6 @@ Outcome<void> check_places(const MapOptions& options) {
                        {options.dataset, {options.labels}});
 }
 
-/// What the scans are integrated with and into.
-struct Workshop {
-  ArenaMemory memory;
-  LocalMap map;
-  Integrator integrator;
-  std::size_t scratch_bytes = 0;
-};
-
 Outcome<Workshop> make_workshop(const MapSetup& setup, const ScanCapacity& capacity,
                                 const ClassTable& classes) {
   const std::size_t scratch_bytes =
@@ -95,7 +102,9 @@ Outcome<Workshop> make_workshop(const MapSetup& setup, const ScanCapacity& capac
   if (!integrator.ok())
     return Failure{std::string("the inference cannot be set up: ") +
                    to_string(integrator.status())};
-  return Workshop{std::move(*memory), std::move(*map), std::move(*integrator), scratch_bytes};
+  const Clock clock{nullptr, [](void*) { return MonotonicClock::now_us(); }};
+  return Workshop{std::move(*memory), std::move(*map), std::move(*integrator), scratch_bytes,
+                  Deadline(clock)};
 }
 
 /// Who maps, and where the map lies if the dataset says so.
@@ -132,9 +141,10 @@ Outcome<void> map_dataset(const MapOptions& options, MapSetup& setup, const Data
   MapRun run;
   run.budget_bytes = setup.budget_bytes;
   run.scratch_bytes = shop->scratch_bytes;
+  run.deadline_us = setup.deadline_us;
   run.scans.reserve(dataset.num_scans());
   ScanBuffer buffer(dataset.max_points());
-  const Outcome<void> done = integrate_all(dataset, buffer, shop->integrator, shop->map, run);
+  const Outcome<void> done = integrate_all(dataset, buffer, *shop, run);
   if (!done.ok()) return done.failure();
   std::vector<KeyedIndex> workspace = workspace_for(shop->map);
   run.digest = digest(shop->map, workspace);

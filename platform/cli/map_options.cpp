@@ -54,13 +54,18 @@ void declare_map_options(CLI::App& command, MapOptions& o) {
                   "Most kernel evaluations and ray steps a scan; 0: no limit")
       ->check(whole_number<std::uint64_t>())
       ->capture_default_str();
+  command
+      .add_option("--deadline", o.deadline_ms,
+                  "Time for a scan, ms; what does not fit is left out; 0: no limit")
+      ->check(decimal_number())
+      ->capture_default_str();
   command.add_option(
       "--continue", o.continue_from,
       "Map file to go on from; resolution, prior, cap, weight of a pass and robot are its own");
 }
 
 bool is_planned_map_option(std::string_view option) {
-  return option == "--window" || option == "--archive" || option == "--deadline";
+  return option == "--window" || option == "--archive";
 }
 
 Json to_json(const MapOptions& o, const MapSetup& setup) {
@@ -90,6 +95,7 @@ Json to_json(const MapOptions& o, const MapSetup& setup) {
   json["max_evidence"] = setup.max_evidence;
   json["free_weight"] = setup.free_weight;
   json["work_budget"] = o.work_budget;
+  json["deadline"] = o.deadline_ms;
   json["continue"] = o.continue_from;
   return json;
 }

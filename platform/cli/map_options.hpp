@@ -42,6 +42,7 @@ struct MapOptions {
   std::optional<double> free_weight;
   double min_range_m = 0.5;
   std::uint64_t work_budget = 0;
+  double deadline_ms = 0.0;  ///< For each scan; 0: none.
   bool kernel_length_given = false;
 };
 
@@ -51,6 +52,7 @@ struct MapSetup {
   double max_evidence = 0.0;  ///< As typed: the map's own are floats.
   double free_weight = 0.0;
   InferenceConfig inference;
+  std::int64_t deadline_us = 0;  ///< From the start of a scan's integration; 0: none.
   std::size_t budget_bytes = 0;
 };
 

@@ -18,8 +18,11 @@ struct Totals {
   std::uint64_t points = 0, non_finite = 0, too_near = 0, beyond_range = 0, out_of_grid = 0,
                 unlabelled = 0;
   std::uint64_t unknown_ids = 0, bad_poses = 0, over_capacity = 0, refused_memory = 0,
-                refused_work = 0, rays_refused_memory = 0, rays_refused_work = 0;
+                refused_work = 0, rays_refused_memory = 0, rays_refused_work = 0,
+                left_out_deadline = 0;
   std::uint64_t left_out = 0, voxel_updates = 0, evaluations = 0, ray_steps = 0;
+  std::uint64_t overruns = 0;
+  std::int64_t worst_overshoot_us = 0;
 
   /// What a larger --memory would let in.
   [[nodiscard]] std::uint64_t for_memory() const {
@@ -46,6 +49,9 @@ Totals sum(const std::vector<ScanRecord>& scans) {
     t.refused_work += r.refused_work;
     t.rays_refused_memory += r.rays_refused_memory;
     t.rays_refused_work += r.rays_refused_work;
+    t.left_out_deadline += r.left_out_deadline();
+    t.overruns += r.overshoot_us > 0 ? 1U : 0U;
+    t.worst_overshoot_us = std::max(t.worst_overshoot_us, r.overshoot_us);
     t.left_out += r.left_out();
     t.voxel_updates += r.voxel_updates;
     t.evaluations += r.evaluations;
@@ -53,6 +59,8 @@ Totals sum(const std::vector<ScanRecord>& scans) {
   }
   return t;
 }
+
+double ms_of(std::int64_t us) { return static_cast<double>(us) / 1000.0; }
 
 Json scan_json(const ScanRecord& scan) {
   const ScanReport& r = scan.report;
@@ -77,9 +85,21 @@ Json scan_json(const ScanRecord& scan) {
           {"refused_work", r.refused_work},
           {"over_capacity", r.over_capacity},
           {"rays", r.rays},
-          {"rays_refused", r.rays_refused_memory + r.rays_refused_work},
+          {"rays_refused", r.rays_refused_memory + r.rays_refused_work + r.rays_refused_deadline},
           {"rays_refused_memory", r.rays_refused_memory},
           {"rays_refused_work", r.rays_refused_work},
+          {"left_out_deadline", r.left_out_deadline()},
+          {"refused_deadline", r.refused_deadline},
+          {"rays_refused_deadline", r.rays_refused_deadline},
+          {"returns_cut", r.returns_cut},
+          {"rays_cut", r.rays_cut},
+          {"tiles_cut", r.tiles_cut},
+          {"points_cut", r.points_cut},
+          {"ray_blocks_cut", r.ray_blocks_cut},
+          {"overshoot_ms", ms_of(r.overshoot_us)},
+          {"work_limit", r.work_limit},
+          {"work_predicted", r.work_predicted},
+          {"work_spent", r.work_spent()},
           {"ray_steps", r.ray_steps},
           {"tiles", r.tiles},
           {"ray_blocks", r.ray_blocks},
@@ -108,6 +128,9 @@ void warn_of_losses(const std::vector<ScanRecord>& scans) {
           "of points or rays for lack of memory; give a larger --memory or a coarser --resolution");
   warn_if(t.for_work(), "refusal",
           "of points or rays, as the work budget was spent; give a larger --work-budget");
+  warn_if(t.left_out_deadline, "refusal",
+          "of points or rays, as the time was up; give a longer --deadline or a coarser "
+          "--resolution");
 }
 
 }  // namespace
@@ -141,6 +164,9 @@ Json to_json(const MapRun& run, const LocalMap& map, const Json& config) {
                     {"kernel_evaluations", t.evaluations},
                     {"ray_steps", t.ray_steps},
                     {"left_out", t.left_out},
+                    {"left_out_deadline", t.left_out_deadline},
+                    {"deadline_overruns", t.overruns},
+                    {"worst_overshoot_ms", ms_of(t.worst_overshoot_us)},
                     {"non_finite", t.non_finite},
                     {"too_near", t.too_near},
                     {"beyond_range", t.beyond_range},

@@ -26,6 +26,7 @@ struct MapRun {
   std::vector<ScanRecord> scans;
   std::size_t budget_bytes = 0;
   std::size_t scratch_bytes = 0;
+  std::int64_t deadline_us = 0;  ///< 0: none.
   std::optional<std::uint64_t> heap_allocations;
   std::uint64_t digest = 0;
 };

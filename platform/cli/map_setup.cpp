@@ -94,6 +94,16 @@ Outcome<void> set_up_ranges(const MapOptions& o, InferenceConfig& inference) {
   return {};
 }
 
+Outcome<void> set_up_deadline(const MapOptions& o, MapSetup& setup) {
+  // The clock counts microseconds.
+  const bool in_range = o.deadline_ms >= 0.001 && o.deadline_ms <= 1e9;
+  if (!in_range && (o.deadline_ms < 0.0 || o.deadline_ms > 0.0))
+    return out_of_range("--deadline", text_of(o.deadline_ms),
+                        "milliseconds from 0.001 to 1e9, or 0");
+  setup.deadline_us = static_cast<std::int64_t>(o.deadline_ms * 1000.0 + 0.5);
+  return {};
+}
+
 Outcome<void> set_up_mode(const MapOptions& o, double resolution_m, InferenceConfig& inference) {
   if (o.inference == "multi-entropy")
     inference.mode = InferenceMode::kMultiEntropy;
@@ -146,6 +156,8 @@ Outcome<MapSetup> set_up(const MapOptions& o) {
   if (!map.ok()) return map.failure();
   const Outcome<void> ranges = set_up_ranges(o, setup.inference);
   if (!ranges.ok()) return ranges.failure();
+  const Outcome<void> deadline = set_up_deadline(o, setup);
+  if (!deadline.ok()) return deadline.failure();
   const Outcome<void> mode = set_up_mode(o, setup.map.resolution_m, setup.inference);
   if (!mode.ok()) return mode.failure();
   const Outcome<void> thinning = set_up_thinning(o, setup.map.resolution_m, setup.inference);

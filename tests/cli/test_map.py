@@ -17,7 +17,7 @@ MEMORY_KEYS = {"budget_bytes", "used_bytes", "peak_bytes", "scratch_bytes", "lab
 # Every option that says how a map is made, as the report's "config" names it.
 CONFIG_KEYS = {"dataset", "out", "first", "last", "labels", "resolution", "inference", "kernel_length", "prior",
                "max_range", "downsample", "free_space", "memory", "counts", "robot", "min_weight", "max_evidence",
-               "continue", "report", "min_range", "thinning_weight", "free_weight", "work_budget"}
+               "continue", "report", "min_range", "thinning_weight", "free_weight", "work_budget", "deadline"}
 
 
 class MapCase(CommandCase):
@@ -39,7 +39,8 @@ class Options(MapCase):
                               ("--min-weight", "-1"), ("--min-weight", "2"), ("--max-evidence", "-1"),
                               ("--max-evidence", "nan"), ("--free-weight", "0"), ("--downsample", "0"),
                               ("--downsample", "much"), ("--free-space", "maybe"), ("--inference", "guess"),
-                              ("--robot", "-1"), ("--robot", "x"), ("--first", "one"), ("--work-budget", "-1"),
+                              ("--robot", "-1"), ("--robot", "x"), ("--first", "one"), ("--work-budget", "-1"), ("--deadline", "-1"),
+                              ("--deadline", "0.0009"), ("--deadline", "2e9"), ("--deadline", "soon"),
                               ("--min-range", "-1"), ("--min-range", "50"), ("--thinning-weight", "most")):
             with self.subTest(option=option, value=value):
                 self.map_refused(self.data, f"{option}={value}", saying=(option,))
@@ -112,15 +113,6 @@ class Memory(MapCase):
         self.assertEqual(1, len(result.stderr.splitlines()), result.stderr)
         self.assertIn("--memory", result.stderr)
         self.assertFalse(self.out.exists())
-
-    def test_a_work_budget_that_is_spent_is_no_lack_of_memory(self):
-        result, report = self.map_dataset(self.data, self.out, "--work-budget", "2000")
-        self.assert_warned(result, "--work-budget")
-        self.assertNotIn("--memory", result.stderr)
-        self.assertEqual(0, report["memory"]["refused"])
-        self.assertGreater(report["totals"]["left_out"], 0)
-        self.assertEqual(report["totals"]["left_out"],
-                         sum(scan["refused_work"] + scan["rays_refused_work"] for scan in report["scans"]))
 
     def test_enough_memory_refuses_nothing(self):
         result, report = self.map_dataset(self.data, self.out)

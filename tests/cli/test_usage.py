@@ -72,7 +72,7 @@ class Usage(CommandCase):
         self.refused("map", "--dataset", "a", "--out", "b", "--work-budget=-1", saying=("--work-budget", "from 0 to"))
 
     def test_options_of_a_later_version(self):
-        for option, value in (("--window", "40"), ("--archive", "tiles"), ("--deadline", "50")):
+        for option, value in (("--window", "40"), ("--archive", "tiles")):
             with self.subTest(option):
                 self.refused("map", "--dataset", "a", "--out", "b", option, value,
                              saying=(option, "not in this version", "map --help"))
