@@ -10,12 +10,6 @@ namespace tessera {
 
 namespace {
 
-int longest_axis(const Point3d& d) noexcept {
-  const Point3d size = d.cwiseAbs();
-  const int axis = size.y() > size.x() ? 1 : 0;
-  return size.z() > size[axis] ? 2 : axis;
-}
-
 /// Exchanges rows and columns of the 8 x 8 bytes that eight words are.
 void transpose_bytes(VoxelMask& words) noexcept {
   for (unsigned half = 4; half > 0; half /= 2) {
@@ -174,9 +168,8 @@ void FreeSpace::truncate(std::size_t count) noexcept {
   }
 }
 
-Status FreeSpace::trace(const Point3f& end_map, bool is_return, int axis) noexcept {
+Status FreeSpace::trace(const Point3f& end_map, bool is_return) noexcept {
   const Point3d d = end_map.cast<double>() - origin_map_;
-  if (longest_axis(d) != axis) return Status::kOk;
   const double length_m = norm(d);
   if (!(length_m > 0.0)) return Status::kOk;
   const double carve_m = carve_length_m(d, length_m, is_return);
@@ -193,23 +186,20 @@ Status FreeSpace::trace(const Point3f& end_map, bool is_return, int axis) noexce
   return all ? Status::kOk : Status::kResourceExhausted;
 }
 
-Status FreeSpace::carve(std::span<const ScanPoint> returns,
-                        std::span<const ScanPoint> far_rays) noexcept {
+Status FreeSpace::add_returns(std::span<const ScanPoint> returns) noexcept {
   for (const ScanPoint& point : returns) {
     add_return(point.p_map);
     if (mark_hit(point.p_map) != Status::kOk) return Status::kResourceExhausted;
   }
-  // Axis by axis, so that few blocks are turned more than once.
-  for (int axis = 2; axis >= 0; --axis) {
-    for (const ScanPoint& point : returns) {
-      if (trace(point.p_map, true, axis) != Status::kOk) return Status::kResourceExhausted;
-    }
-    for (const ScanPoint& ray : far_rays) {
-      if (trace(ray.p_map, false, axis) != Status::kOk) return Status::kResourceExhausted;
-    }
-  }
-  for (RayBlock& block : blocks()) block.turn(2);
   return Status::kOk;
+}
+
+int FreeSpace::axis_of(const Point3f& end_map) const noexcept {
+  return SlabWalk::longest_axis(end_map.cast<double>() - origin_map_);
+}
+
+void FreeSpace::finish() noexcept {
+  for (RayBlock& block : blocks()) block.turn(2);
 }
 
 }  // namespace tessera

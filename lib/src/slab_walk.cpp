@@ -17,8 +17,7 @@ std::int64_t fixed(double v, std::int64_t one) noexcept {
 SlabWalk::SlabWalk(const Point3d& a, const Point3d& b, double part) noexcept {
   const Point3d d = b - a;
   const Point3d size = d.cwiseAbs();
-  if (size.y() > size.x()) axis_ = 1;
-  if (size.z() > size[axis_]) axis_ = 2;
+  axis_ = longest_axis(d);
   direction_ = d[axis_] < 0.0 ? -1 : 1;
   Point3d end = b;
   if (part < 1.0) {

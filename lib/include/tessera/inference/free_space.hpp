@@ -52,11 +52,20 @@ class FreeSpace {
   /// Starts a scan seen from origin_map (metres). O(capacity).
   void begin(const FreeSpaceConfig& config, const Lattice& lattice,
              const Point3d& origin_map) noexcept;
-  /// Marks the voxels that the rays pass through: of each return up to the nearest return near its
-  /// direction less the margin, of each far ray likewise, up to its end. All ends must be in the
-  /// grid. A voxel that holds one of the returns is marked as hit. Fails with kResourceExhausted
-  /// iff the ray blocks are full, with some of the voxels marked. O(voxels crossed).
-  Status carve(std::span<const ScanPoint> returns, std::span<const ScanPoint> far_rays) noexcept;
+  /// Declares the returns, so that no ray near the direction of one is carved beyond it, and marks
+  /// their voxels, which must be in the grid, as hit. All before the first trace. Fails with
+  /// kResourceExhausted iff the ray blocks are full. O(returns).
+  Status add_returns(std::span<const ScanPoint> returns) noexcept;
+  /// The axis along which the ray to end_map is longest. Rays are best traced one axis after the
+  /// other.
+  [[nodiscard]] int axis_of(const Point3f& end_map) const noexcept;
+  /// Traces the ray to end_map, which must be in the grid, up to the nearest return near its
+  /// direction less the margin. is_return: end_map is a return, not the range limit. Fails with
+  /// kResourceExhausted iff the ray blocks are full, with some of the voxels marked. O(voxels
+  /// crossed).
+  Status trace(const Point3f& end_map, bool is_return) noexcept;
+  /// After the last trace: all of RayBlock::passed along z. O(ray blocks).
+  void finish() noexcept;
   /// Makes an entry for each block that trace could mark on the ray to end_map, its last voxel's
   /// included, and gives their numbers in blocks(), which hold until the next call. Marks nothing.
   /// Fails with kResourceExhausted iff the ray blocks or their index are full; entries made until
@@ -64,12 +73,12 @@ class FreeSpace {
   Result<std::span<const std::uint32_t>> cross(const Point3f& end_map) noexcept;
   /// Takes back the entries made last, down to count. O(entries taken back).
   void truncate(std::size_t count) noexcept;
-  /// Forgets returns and marks; the entries stay, so that carve() through them cannot fail.
+  /// Forgets returns and marks; the entries stay, so that trace() through them cannot fail.
   /// O(capacity).
   void forget_marks() noexcept;
 
   [[nodiscard]] std::span<RayBlock> blocks() noexcept { return blocks_.first(count_); }
-  /// Voxels stepped through since begin(), by carve() and cross().
+  /// Voxels stepped through since begin(), by trace() and cross().
   [[nodiscard]] std::uint64_t steps() const noexcept { return steps_; }
   /// A bound on the voxels that a ray to end_map crosses, from its length alone: |dx| + |dy| + |dz|
   /// in voxels, plus 4.
@@ -81,7 +90,6 @@ class FreeSpace {
 
   void add_return(const Point3f& p_map) noexcept;
   Status mark_hit(const Point3f& p_map) noexcept;
-  Status trace(const Point3f& end_map, bool is_return, int axis) noexcept;
   [[nodiscard]] SlabWalk walk_to(const Point3f& end_map, double part) const noexcept {
     return {origin_map_ / resolution_m_, end_map.cast<double>() / resolution_m_, part};
   }

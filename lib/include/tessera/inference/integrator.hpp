@@ -135,6 +135,7 @@ class Integrator {
   bool prepare(LocalMap& map) noexcept;
   bool want_units(const LocalMap& map) noexcept;
   bool want_kernel_units() noexcept;
+  bool trace_rays() noexcept;
   bool open_blocks(LocalMap& map) noexcept;
   bool open_tile(LocalMap& map, Tile& tile, std::uint64_t units) noexcept;
   /// Adds to wanted a bound on what writing units takes beyond what the map has; counted: units

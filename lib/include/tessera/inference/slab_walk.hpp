@@ -27,6 +27,12 @@ class SlabWalk {
   /// part are among those of the whole, to the bit.
   SlabWalk(const Point3d& a, const Point3d& b, double part) noexcept;
 
+  /// The axis on which |d| is largest; ties to x, then y.
+  [[nodiscard]] static int longest_axis(const Point3d& d) noexcept {
+    const Point3d size = d.cwiseAbs();
+    const int axis = size.y() > size.x() ? 1 : 0;
+    return size.z() > size[axis] ? 2 : axis;
+  }
   /// The axis whose slabs the walk goes through.
   [[nodiscard]] int axis() const noexcept { return axis_; }
   /// Voxels that the ray crosses. At most |dx| + |dy| + |dz| + 4, in voxels.
