@@ -4,6 +4,8 @@
 
 #include <bit>
 #include <cstring>
+#include <span>
+#include <utility>
 
 #include "tessera/base/assert.hpp"
 #include "tessera/base/shared_words.hpp"
@@ -128,6 +130,29 @@ std::array<std::uint32_t, CompactTuple::kSlots + 1> CompactTuple::words_of(
   }
   words[kRest] = whole_quanta(evidence.rest);
   return words[kRest] == kNotHeld ? std::array<std::uint32_t, kSlots + 1>{kNotHeld} : words;
+}
+
+void CompactTuple::condense(VoxelEvidence& evidence) const noexcept {
+  const float most = static_cast<float>(kMostCount) * quantum_;
+  const auto classes =
+      std::span(evidence.sigma).first(static_cast<std::size_t>(evidence.num_components));
+  std::array<std::size_t, kSlots> kept{};  // 0: none
+  for (std::size_t l = 1; l < classes.size(); ++l) {
+    std::size_t candidate = classes[l] > 0.0F ? l : 0;
+    for (std::size_t& slot : kept) {
+      if (candidate == 0) break;
+      const bool larger = slot == 0 || classes[candidate] > classes[slot];
+      // One that was displaced may be of a lower class than its equal.
+      const bool lower = candidate < slot && !(classes[candidate] < classes[slot]);
+      if (larger || lower) std::swap(slot, candidate);
+    }
+    if (candidate != 0) {
+      evidence.rest += classes[candidate];
+      classes[candidate] = 0.0F;
+    }
+  }
+  for (float& count : classes.subspan(1)) count = count < most ? count : most;
+  evidence.rest = evidence.rest < most ? evidence.rest : most;
 }
 
 void CompactTuple::restore(std::byte* octet_bytes, int voxel,

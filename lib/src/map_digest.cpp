@@ -49,10 +49,10 @@ void add_row(const LocalMap& map, const Block& block, int y, int z, Digest& dige
 
 }  // namespace
 
-std::uint64_t digest(const LocalMap& map, std::span<KeyedIndex> workspace) noexcept {
+Result<std::uint64_t> digest(const LocalMap& map, std::span<const KeyedIndex> blocks,
+                             const BlockLookup& lookup) noexcept {
   Digest result;
   add_settings(map, result);
-  const std::span<const KeyedIndex> blocks = map.blocks_in_order(workspace);
   const auto same = [&](std::size_t a, std::size_t b, unsigned shift) {
     return (blocks[a].key >> shift) == (blocks[b].key >> shift);
   };
@@ -66,8 +66,11 @@ std::uint64_t digest(const LocalMap& map, std::span<KeyedIndex> workspace) noexc
         std::size_t row_end = row;
         while (row_end < layer_end && same(row, row_end, kRow)) ++row_end;
         for (int y = 0; y < kBlockEdge; ++y) {
-          for (std::size_t i = row; i < row_end; ++i)
-            add_row(map, map.block_at(blocks[i].index), y, z, result);
+          for (std::size_t i = row; i < row_end; ++i) {
+            const Block* const block = lookup.find(lookup.context, blocks[i]);
+            if (block == nullptr) return Status::kIo;
+            add_row(map, *block, y, z, result);
+          }
         }
         row = row_end;
       }
@@ -75,6 +78,14 @@ std::uint64_t digest(const LocalMap& map, std::span<KeyedIndex> workspace) noexc
     layer = layer_end;
   }
   return result.value();
+}
+
+std::uint64_t digest(const LocalMap& map, std::span<KeyedIndex> workspace) noexcept {
+  // Only read through: a lookup's context is not const, as others' may change.
+  const BlockLookup lookup{const_cast<LocalMap*>(&map), [](void* context, const KeyedIndex& item) {
+                             return &static_cast<const LocalMap*>(context)->block_at(item.index);
+                           }};
+  return *digest(map, map.blocks_in_order(workspace), lookup);
 }
 
 }  // namespace tessera

@@ -4,32 +4,21 @@
 #include <algorithm>
 #include <bit>
 
-#include "map_file_format.hpp"
+#include "map_block_format.hpp"
 
 namespace tessera {
 
 namespace {
 
+using detail::BlockHead;
+using detail::check;
 using detail::CheckedSource;
+using detail::failed;
+using detail::kPieceBytes;
+using detail::read_content;
+using detail::read_head;
 
 constexpr std::size_t kMaxHeaderBody = 6144;
-
-/// What went wrong, at the place the source has reached.
-MapFileStatus failed(const CheckedSource& source, Status status, const char* what) noexcept {
-  return {status, what, source.offset()};
-}
-
-MapFileStatus check(CheckedSource& source, const char* bad) noexcept {
-  switch (source.check_crc()) {
-    case CheckedSource::Check::kGood:
-      return {};
-    case CheckedSource::Check::kBad:
-      return failed(source, Status::kCorrupt, bad);
-    case CheckedSource::Check::kEnd:
-      break;
-  }
-  return failed(source, Status::kTruncated, "the file ends before a checksum");
-}
 
 Status parse_body(ByteReader& in, MapFileHeader& header) noexcept {
   const std::uint8_t kind = in.u8();
@@ -84,69 +73,6 @@ Status parse_body(ByteReader& in, MapFileHeader& header) noexcept {
 }
 
 constexpr const char* kNoSource = "there is no source to read";
-/// A block's head and free passes are kept in the first bytes of the buffer; the rest reads ahead.
-constexpr std::size_t kPieceBytes = 1024;
-constexpr const char* kEndsInBlock = "the file ends inside a block";
-
-/// The counts of one voxel with label evidence.
-MapFileStatus load_counts(CheckedSource& source, VoxelEvidence& evidence) noexcept {
-  std::array<std::byte, 1> one{};
-  if (!source.get(one)) return failed(source, Status::kTruncated, kEndsInBlock);
-  const int count = std::to_integer<int>(one[0]);
-  if (count == 0) return failed(source, Status::kCorrupt, "an observed voxel has no count");
-  int last = -1;  // 0 stands for the rest
-  for (int i = 0; i < count; ++i) {
-    std::array<std::byte, 5> bytes{};
-    if (!source.get(bytes)) return failed(source, Status::kTruncated, kEndsInBlock);
-    ByteReader in(bytes);
-    const int component = in.u8();
-    const float value = in.f32();
-    if (component <= last || component >= evidence.num_components || !(value > 0.0F) ||
-        !(value < 1e30F)) {
-      return failed(source, Status::kCorrupt, "a count is out of range");
-    }
-    last = component;
-    (component == 0 ? evidence.rest : evidence.sigma[static_cast<std::size_t>(component)]) = value;
-  }
-  return {};
-}
-
-/// Float rounding may leave a sum a little over the cap.
-bool over_cap(const MapConfig& config, const VoxelEvidence& evidence,
-              std::uint8_t passes) noexcept {
-  if (!(config.max_evidence > 0.0F)) return false;
-  float sum = static_cast<float>(passes) * config.free_weight;
-  for (int l = 1; l < evidence.num_components; ++l)
-    sum += evidence.sigma[static_cast<std::size_t>(l)];
-  return sum + evidence.rest > config.max_evidence * 1.001F;
-}
-
-/// labelled: the octet's label evidence follows. passes: of the whole block; empty: none.
-MapFileStatus load_octet(CheckedSource& source, LocalMap& map, SlabHandle block, int octet,
-                         bool labelled, std::span<const std::byte> passes) noexcept {
-  std::array<std::byte, 1> observed{};
-  if (labelled && !source.get(observed)) return failed(source, Status::kTruncated, kEndsInBlock);
-  if (labelled && observed[0] == std::byte{0})
-    return failed(source, Status::kCorrupt, "an octet without an observed voxel");
-  for (unsigned voxel = 0; voxel < kOctetVoxels; ++voxel) {
-    VoxelEvidence evidence;
-    evidence.num_components = map.num_components();
-    if (((std::to_integer<unsigned>(observed[0]) >> voxel) & 1U) != 0) {
-      const MapFileStatus status = load_counts(source, evidence);
-      if (!status.ok()) return status;
-    }
-    const std::size_t at = static_cast<std::size_t>(octet) * kOctetVoxels + voxel;
-    const auto free = passes.empty() ? std::uint8_t{0} : std::to_integer<std::uint8_t>(passes[at]);
-    if (over_cap(map.config(), evidence, free))
-      return failed(source, Status::kCorrupt, "a voxel's evidence is over the cap");
-    const Status status = map.restore(block, octet, static_cast<int>(voxel), evidence, free);
-    if (status == Status::kInvalidArgument)
-      return failed(source, Status::kCorrupt, "a voxel has counts that no map can hold");
-    if (status != Status::kOk)
-      return failed(source, status, "the map's storage is too small for this file");
-  }
-  return {};
-}
 
 /// What of a file was loaded so far.
 struct Loaded {
@@ -161,45 +87,21 @@ bool no_more_than(const MapFileContent& a, const MapFileContent& b) noexcept {
 
 MapFileStatus load_block(CheckedSource& source, const MapFileHeader& header, MapFileBuffer& buffer,
                          LocalMap& map, Loaded& loaded) noexcept {
-  constexpr std::size_t kHead = 8 + 4 + 1 + 8;
-  const std::span<std::byte> head = std::span(buffer.bytes).first(kHead);
-  if (!source.get(head))
-    return failed(source, Status::kTruncated, "the file ends before its last block");
-  const MapFileStatus intact = check(source, "a block's head is damaged");
+  const auto pieces = std::span(buffer.bytes).first<kPieceBytes>();
+  BlockHead head;
+  const MapFileStatus intact = read_head(source, pieces, head);
   if (!intact.ok()) return intact;
-  ByteReader in(head);
-  const std::uint64_t key = in.u64();
-  const std::uint32_t revision = in.u32();
-  const std::uint8_t free = in.u8();
-  const std::uint64_t octets = in.u64();
-  const bool in_order = key >= loaded.next_key && key >> 63U == 0;
-  if (!in_order || free > 1 || (free == 0 && octets == 0) || revision > header.revision)
+  if (head.key < loaded.next_key || head.revision > header.revision)
     return failed(source, Status::kCorrupt, "a block's head is not valid");
-  loaded.next_key = key + 1;
+  loaded.next_key = head.key + 1;
   loaded.content.blocks += 1;
-  loaded.content.free_pages += free;
-  loaded.content.label_pages += octets != 0 ? 1U : 0U;
-  loaded.content.octets += static_cast<std::uint64_t>(std::popcount(octets));
+  loaded.content.free_pages += head.free ? 1U : 0U;
+  loaded.content.label_pages += head.octets != 0 ? 1U : 0U;
+  loaded.content.octets += static_cast<std::uint64_t>(std::popcount(head.octets));
   // Before the content takes storage: what is too much for the header is not the storage's fault.
   if (!no_more_than(loaded.content, header.content))
     return failed(source, Status::kCorrupt, "the blocks are not what the header says");
-  std::span<std::byte> passes;
-  if (free == 1) {
-    passes = std::span(buffer.bytes).subspan(kHead, kBlockVoxels);
-    if (!source.get(passes)) return failed(source, Status::kTruncated, kEndsInBlock);
-    if (std::ranges::all_of(passes, [](std::byte n) { return n == std::byte{0}; }))
-      return failed(source, Status::kCorrupt, "a block's free layer is empty");
-  }
-  const Result<SlabHandle> block = map.open_block(unpack(BlockKey{key}));
-  if (!block.ok()) return failed(source, block.status(), "the map has no room for a block");
-  map.restore_revision(*block, revision);
-  for (int octet = 0; octet < kBlockOctets; ++octet) {
-    const bool labelled = ((octets >> static_cast<unsigned>(octet)) & 1U) != 0;
-    if (!labelled && passes.empty()) continue;
-    const MapFileStatus status = load_octet(source, map, *block, octet, labelled, passes);
-    if (!status.ok()) return status;
-  }
-  return check(source, "a block's checksum does not match");
+  return read_content(source, pieces, head, map);
 }
 
 MapFileStatus load_all(CheckedSource& source, const MapFileHeader& header, MapFileBuffer& buffer,

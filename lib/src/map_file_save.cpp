@@ -1,46 +1,41 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-#include "map_file_format.hpp"
-#include "tessera/map/queries.hpp"
+#include <bit>
+
+#include "map_block_format.hpp"
 
 namespace tessera {
 
 namespace {
 
+using detail::BlockHead;
 using detail::CheckedSink;
+using detail::head_of;
+using detail::put_block;
 
-bool has_free(const LocalMap& map, const Block& block) noexcept {
-  if (!block.has_free_passes()) return false;
-  for (int octet = 0; octet < kBlockOctets; ++octet) {
-    for (int voxel = 0; voxel < kOctetVoxels; ++voxel) {
-      if (map.free_passes(block, octet, voxel) != 0) return true;
-    }
-  }
-  return false;
+/// A block and what of it is stored; block is nullptr where it cannot be had.
+struct Found {
+  const Block* block;
+  BlockHead head;
+};
+Found find(const LocalMap& map, const BlockLookup& lookup, const KeyedIndex& item) noexcept {
+  const Block* const block = lookup.find(lookup.context, item);
+  return {block, block == nullptr ? BlockHead{} : head_of(map, *block)};
 }
 
-std::uint64_t octet_mask(const LocalMap& map, const Block& block) noexcept {
-  std::uint64_t mask = 0;
-  for (int octet = 0; octet < kBlockOctets; ++octet) {
-    if (map.observed_labels(block, octet) != 0)
-      mask |= std::uint64_t{1} << static_cast<unsigned>(octet);
-  }
-  return mask;
-}
-
-MapFileContent count(const LocalMap& map, std::span<const KeyedIndex> blocks) noexcept {
-  MapFileContent counts;
+/// False iff a block cannot be had.
+bool count(const LocalMap& map, std::span<const KeyedIndex> blocks, const BlockLookup& lookup,
+           MapFileContent& counts) noexcept {
   for (const KeyedIndex& item : blocks) {
-    const Block& block = map.block_at(item.index);
-    const std::uint64_t octets = octet_mask(map, block);
-    const bool free = has_free(map, block);
-    if (octets == 0 && !free) continue;
+    const auto [block, head] = find(map, lookup, item);
+    if (block == nullptr) return false;
+    if (head.octets == 0 && !head.free) continue;
     ++counts.blocks;
-    counts.label_pages += octets != 0 ? 1U : 0U;
-    counts.free_pages += free ? 1U : 0U;
-    counts.octets += static_cast<std::uint64_t>(std::popcount(octets));
+    counts.label_pages += head.octets != 0 ? 1U : 0U;
+    counts.free_pages += head.free ? 1U : 0U;
+    counts.octets += static_cast<std::uint64_t>(std::popcount(head.octets));
   }
-  return counts;
+  return true;
 }
 
 void put_header(const LocalMap& map, const MapIdentity& identity, const MapFileContent& counts,
@@ -84,74 +79,26 @@ void put_header(const LocalMap& map, const MapIdentity& identity, const MapFileC
   sink.put_crc();
 }
 
-void put_octet(const LocalMap& map, const Block& block, int octet, MapFileBuffer& buffer,
-               CheckedSink& sink) noexcept {
-  ByteWriter out(buffer.bytes);
-  const unsigned observed = map.observed_labels(block, octet);
-  out.u8(static_cast<std::uint8_t>(observed));
-  for (int voxel = 0; voxel < kOctetVoxels; ++voxel) {
-    if (((observed >> static_cast<unsigned>(voxel)) & 1U) == 0) continue;
-    const VoxelEvidence evidence = map.evidence(block, octet, voxel);
-    std::uint64_t present = 0;
-    for (unsigned l = 1; l < static_cast<unsigned>(evidence.num_components); ++l) {
-      if (evidence.sigma[l] > 0.0F) present |= std::uint64_t{1} << l;
-    }
-    if (evidence.rest > 0.0F) present |= 1U;
-    out.u8(static_cast<std::uint8_t>(std::popcount(present)));
-    for (std::uint64_t rest = present; rest != 0; rest &= rest - 1) {
-      const int l = std::countr_zero(rest);
-      out.u8(static_cast<std::uint8_t>(l));
-      out.f32(l == 0 ? evidence.rest : evidence.sigma[static_cast<std::size_t>(l)]);
-    }
-  }
-  TESSERA_ASSERT(out.ok());
-  sink.put(out.written());
-}
-
-void put_block(const LocalMap& map, const Block& block, MapFileBuffer& buffer,
-               CheckedSink& sink) noexcept {
-  const std::uint64_t octets = octet_mask(map, block);
-  const bool free = has_free(map, block);
-  if (octets == 0 && !free) return;
-  ByteWriter out(buffer.bytes);
-  out.u64(block.key);
-  out.u32(block.revision);
-  out.u8(free ? 1 : 0);
-  out.u64(octets);
-  sink.put(out.written());
-  // Of its own, so that a reader takes no storage on the word of a damaged head.
-  sink.put_crc();
-  if (free) {
-    ByteWriter passes(buffer.bytes);
-    for (int octet = 0; octet < kBlockOctets; ++octet) {
-      for (int voxel = 0; voxel < kOctetVoxels; ++voxel)
-        passes.u8(map.free_passes(block, octet, voxel));
-    }
-    sink.put(passes.written());
-  }
-  for (std::uint64_t rest = octets; rest != 0; rest &= rest - 1) {
-    put_octet(map, block, std::countr_zero(rest), buffer, sink);
-  }
-  sink.put_crc();
-}
-
 }  // namespace
 
 MapFileStatus save(const LocalMap& map, const MapIdentity& identity,
-                   std::span<KeyedIndex> workspace, MapFileBuffer& buffer,
-                   const ByteSink& byte_sink) noexcept {
-  if (map.classes().num_classes() == 0 || workspace.size() < 2 * map.block_count() ||
-      identity.settings_bytes > MapIdentity::kMaxSettings || byte_sink.write == nullptr) {
+                   std::span<const KeyedIndex> blocks, const BlockLookup& lookup,
+                   MapFileBuffer& buffer, const ByteSink& byte_sink) noexcept {
+  if (map.classes().num_classes() == 0 || identity.settings_bytes > MapIdentity::kMaxSettings ||
+      lookup.find == nullptr || byte_sink.write == nullptr) {
     return {.status = Status::kInvalidArgument,
             .what = "there is no map, workspace or sink to save"};
   }
+  constexpr const char* kNoBlock = "a block cannot be read";
   CheckedSink sink(byte_sink);
-  const std::span<const KeyedIndex> blocks = map.blocks_in_order(workspace);
-  const MapFileContent counts = count(map, blocks);
+  MapFileContent counts;
+  if (!count(map, blocks, lookup, counts)) return {Status::kIo, kNoBlock, 0};
   put_header(map, identity, counts, buffer, sink);
   for (const KeyedIndex& item : blocks) {
     if (!sink.ok()) break;
-    put_block(map, map.block_at(item.index), buffer, sink);
+    const auto [block, head] = find(map, lookup, item);
+    if (block == nullptr) return {Status::kIo, kNoBlock, sink.offset()};
+    if (head.octets != 0 || head.free) put_block(map, *block, head, buffer.bytes, sink);
   }
   ByteWriter end(buffer.bytes);
   end.u32(detail::kEndMark);
@@ -160,6 +107,20 @@ MapFileStatus save(const LocalMap& map, const MapIdentity& identity,
   sink.put_crc();
   if (!sink.ok()) return {Status::kIo, "the sink refused the bytes", sink.offset()};
   return {.offset_bytes = sink.offset()};
+}
+
+MapFileStatus save(const LocalMap& map, const MapIdentity& identity,
+                   std::span<KeyedIndex> workspace, MapFileBuffer& buffer,
+                   const ByteSink& byte_sink) noexcept {
+  if (workspace.size() < 2 * map.block_count()) {
+    return {.status = Status::kInvalidArgument,
+            .what = "there is no map, workspace or sink to save"};
+  }
+  // Only read through: a lookup's context is not const, as others' may change.
+  const BlockLookup lookup{const_cast<LocalMap*>(&map), [](void* context, const KeyedIndex& item) {
+                             return &static_cast<const LocalMap*>(context)->block_at(item.index);
+                           }};
+  return save(map, identity, map.blocks_in_order(workspace), lookup, buffer, byte_sink);
 }
 
 }  // namespace tessera

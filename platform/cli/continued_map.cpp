@@ -20,14 +20,14 @@ struct FixedSetting {
   double held;
 };
 
+}  // namespace
+
 void warn_of_another_mode(const MapOptions& options, const MapFileHeader& header) {
   const Json mode = recorded_setting(header, "inference");
   if (!mode.is_string() || mode == options.inference) return;
   warn(options.continue_from + " was made with --inference " + mode.get<std::string>() +
        " and goes on with " + options.inference);
 }
-
-}  // namespace
 
 Outcome<void> adopt_settings(const MapOptions& options, const MapFileHeader& header,
                              const Dataset& dataset, MapSetup& setup) {

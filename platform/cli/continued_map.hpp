@@ -22,4 +22,7 @@ Outcome<void> adopt_settings(const MapOptions& options, const MapFileHeader& hea
 Outcome<void> load_earlier(const MapOptions& options, const MapFileHeader& header,
                            const MapSetup& setup, std::size_t max_points, LocalMap& map);
 
+/// Warns if the map was made in another mode than it goes on with.
+void warn_of_another_mode(const MapOptions& options, const MapFileHeader& header);
+
 }  // namespace tessera

@@ -35,9 +35,6 @@ Failure usage_failure(const CLI::App& app, const CLI::ParseError& error) {
   // A word that nobody knows explains more than the option that is missing because of it.
   const std::vector<std::string> unknown = app.remaining(true);
   if (unknown.empty()) return {error.what() + help};
-  const std::string option = unknown.front().substr(0, unknown.front().find('='));
-  if (subcommand == "map" && is_planned_map_option(option))
-    return {option + " is not in this version; leave it out" + help};
   return {"there is no option or subcommand " + unknown.front() + help};
 }
 

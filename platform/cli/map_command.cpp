@@ -12,6 +12,7 @@
 #include "cli/continued_map.hpp"
 #include "cli/map_options.hpp"
 #include "cli/map_report.hpp"
+#include "cli/map_window.hpp"
 #include "cli/outputs.hpp"
 #include "cli/stored_map.hpp"
 #include "dataset/dataset.hpp"
@@ -42,13 +43,14 @@ ScanReport integrate(Workshop& shop, const ScanView& scan, std::int64_t start_us
 
 /// Reads and integrates every scan. Nothing in here uses the heap unless it fails.
 Outcome<void> integrate_all(const Dataset& dataset, ScanBuffer& buffer, Workshop& shop,
-                            MapRun& run) {
+                            MapWindow* window, MapRun& run) {
   Progress progress("mapping", dataset.num_scans());
   const std::optional<std::uint64_t> before = heap_allocations();
   for (std::size_t i = 0; i < dataset.num_scans(); ++i) {
     const Outcome<DatasetScan> scan = dataset.read(i, buffer);
     if (!scan.ok()) return scan.failure();
     const std::int64_t start_us = MonotonicClock::now_us();
+    if (window != nullptr) window->step(shop.map, scan->view());
     const ScanReport report = integrate(shop, scan->view(), start_us, run.deadline_us);
     const double ms = static_cast<double>(MonotonicClock::now_us() - start_us) / 1000.0;
     run.scans.push_back({scan->number, ms, scan->unknown, report});
@@ -74,7 +76,8 @@ Outcome<void> record_settings(const Json& config, MapIdentity& identity) {
 
 /// How the map was made, for its own record: without the paths and ranges of this run.
 Json settings_of(Json config) {
-  for (const char* const key : {"dataset", "out", "report", "continue", "memory", "first", "last"})
+  for (const char* const key :
+       {"dataset", "out", "report", "continue", "memory", "first", "last", "window", "archive"})
     config.erase(key);
   return config;
 }
@@ -84,9 +87,12 @@ Outcome<void> check_places(const MapOptions& options) {
   // A map may go on under its own name: it is read before it is written.
   std::error_code error;
   const bool in_place = std::filesystem::equivalent(options.out, options.continue_from, error);
-  return check_outputs({{"--out", options.out}, {"--report", options.report}},
-                       {{"--continue", in_place ? "" : options.continue_from}},
-                       {options.dataset, {options.labels}});
+  const std::string archive =
+      options.archive.empty() ? std::string() : options.archive + "/" + ArchiveFile::kName;
+  return check_outputs(
+      {{"--out", options.out}, {"--report", options.report}},
+      {{"--continue", in_place ? "" : options.continue_from}, {"--archive", archive}},
+      {options.dataset, {options.labels}});
 }
 
 Outcome<Workshop> make_workshop(const MapSetup& setup, const ScanCapacity& capacity,
@@ -119,24 +125,65 @@ Outcome<MapIdentity> identity_of(const MapOptions& options) {
   return identity;
 }
 
+/// What there is of the map already.
+struct Earlier {
+  std::optional<ArchiveContent> archive;
+  std::optional<MapFileHeader> header;
+};
+
+Outcome<void> take_up(const MapOptions& options, const Earlier& earlier, const MapSetup& setup,
+                      std::size_t max_points, LocalMap& map) {
+  if (!earlier.archive) return load_earlier(options, *earlier.header, setup, max_points, map);
+  // The archive has all of it, and the window takes what it needs.
+  map.restore_revision(earlier.archive->revision);
+  warn_of_another_mode(options, *earlier.header);
+  return {};
+}
+
+Outcome<void> write_map(const MapOptions& options, const MapIdentity& identity, MapWindow* window,
+                        LocalMap& map, MapRun& run) {
+  run.usage = map.usage();
+  run.free_voxels = map.count_free_voxels();
+  if (window == nullptr || !window->has_archive()) {
+    std::vector<KeyedIndex> workspace = workspace_for(map);
+    run.digest = digest(map, workspace);
+    return save_map(map, identity, workspace, options.out);
+  }
+  const Outcome<std::uint64_t> whole = window->save_whole(map, identity, options.out);
+  if (!whole.ok()) return whole.failure();
+  run.digest = *whole;
+  return {};
+}
+
 /// Everything is checked: maps the dataset and writes what came of it.
 Outcome<void> map_dataset(const MapOptions& options, MapSetup& setup, const Dataset& dataset,
-                          const MapFileHeader* earlier) {
+                          const Earlier& earlier) {
+  if (!options.archive.empty()) {
+    setup.archive_bytes =
+        ArchiveFile::required_bytes(setup.map, dataset.classes().table().num_components(),
+                                    archive_blocks(setup, earlier.archive));
+  }
   const Outcome<ScanCapacity> capacity = split_budget(setup, dataset.max_points());
   if (!capacity.ok()) return capacity.failure();
   Outcome<MapIdentity> own = identity_of(options);
   if (!own.ok()) return own.failure();
-  MapIdentity identity = earlier == nullptr ? *own : earlier->identity;
+  MapIdentity identity = earlier.header ? earlier.header->identity : *own;
   Json config = to_json(options, setup);
   config["robot"] = identity.robot;
   const Outcome<void> recorded = record_settings(settings_of(config), identity);
   if (!recorded.ok()) return recorded.failure();
   Outcome<Workshop> shop = make_workshop(setup, *capacity, dataset.classes().table());
   if (!shop.ok()) return shop.failure();
-  if (earlier != nullptr) {
-    const Outcome<void> loaded =
-        load_earlier(options, *earlier, setup, dataset.max_points(), shop->map);
+  if (earlier.header) {
+    const Outcome<void> loaded = take_up(options, earlier, setup, dataset.max_points(), shop->map);
     if (!loaded.ok()) return loaded.failure();
+  }
+  std::unique_ptr<MapWindow> window;
+  if (options.window_m) {
+    Outcome<std::unique_ptr<MapWindow>> made =
+        MapWindow::make(options, setup, shop->map, identity, earlier.archive);
+    if (!made.ok()) return made.failure();
+    window = std::move(*made);
   }
   MapRun run;
   run.budget_bytes = setup.budget_bytes;
@@ -144,14 +191,13 @@ Outcome<void> map_dataset(const MapOptions& options, MapSetup& setup, const Data
   run.deadline_us = setup.deadline_us;
   run.scans.reserve(dataset.num_scans());
   ScanBuffer buffer(dataset.max_points());
-  const Outcome<void> done = integrate_all(dataset, buffer, *shop, run);
+  const Outcome<void> done = integrate_all(dataset, buffer, *shop, window.get(), run);
   if (!done.ok()) return done.failure();
-  std::vector<KeyedIndex> workspace = workspace_for(shop->map);
-  run.digest = digest(shop->map, workspace);
-  const Outcome<void> saved = save_map(shop->map, identity, workspace, options.out);
-  if (!saved.ok()) return saved.failure();
-  print_summary(run, shop->map, options.out);
-  return write_report(to_json(run, shop->map, config), options.report);
+  const Outcome<void> written = write_map(options, identity, window.get(), shop->map, run);
+  if (!written.ok()) return written.failure();
+  if (window != nullptr) window->report(run.window.emplace());
+  print_summary(run, options.out);
+  return write_report(to_json(run, config), options.report);
 }
 
 Outcome<void> run_map(const MapOptions& options) {
@@ -164,12 +210,20 @@ Outcome<void> run_map(const MapOptions& options) {
       options.dataset, {.first = options.first, .last = options.last, .labels = options.labels});
   if (!dataset.ok()) return dataset.failure();
   if (!dataset->missing().empty()) warn("there are no scans " + to_text(dataset->missing()));
-  if (options.continue_from.empty()) return map_dataset(options, *setup, *dataset, nullptr);
-  const Outcome<MapFileHeader> earlier = load_map_header(options.continue_from);
-  if (!earlier.ok()) return earlier.failure();
-  const Outcome<void> adopted = adopt_settings(options, *earlier, *dataset, *setup);
-  if (!adopted.ok()) return adopted.failure();
-  return map_dataset(options, *setup, *dataset, &*earlier);
+  Earlier earlier;
+  Outcome<std::optional<ArchiveContent>> archive = find_archive(options);
+  if (!archive.ok()) return archive.failure();
+  earlier.archive = std::move(*archive);
+  Outcome<std::optional<MapFileHeader>> header = earlier_map(options, earlier.archive);
+  if (!header.ok()) return header.failure();
+  earlier.header = std::move(*header);
+  if (earlier.header) {
+    const Outcome<void> adopted = adopt_settings(options, *earlier.header, *dataset, *setup);
+    if (!adopted.ok()) return adopted.failure();
+    const Outcome<void> window = set_up_window(options, setup->map.resolution_m, setup->window);
+    if (!window.ok()) return window.failure();
+  }
+  return map_dataset(options, *setup, *dataset, earlier);
 }
 
 }  // namespace

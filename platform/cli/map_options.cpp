@@ -62,10 +62,12 @@ void declare_map_options(CLI::App& command, MapOptions& o) {
   command.add_option(
       "--continue", o.continue_from,
       "Map file to go on from; resolution, prior, cap, weight of a pass and robot are its own");
-}
-
-bool is_planned_map_option(std::string_view option) {
-  return option == "--window" || option == "--archive";
+  command
+      .add_option("--window", o.window_m,
+                  "The map keeps what is this near the robot, m [everything]")
+      ->check(decimal_number());
+  command.add_option("--archive", o.archive,
+                     "Folder for what leaves the window, to come back when the robot does");
 }
 
 Json to_json(const MapOptions& o, const MapSetup& setup) {
@@ -97,6 +99,8 @@ Json to_json(const MapOptions& o, const MapSetup& setup) {
   json["work_budget"] = o.work_budget;
   json["deadline"] = o.deadline_ms;
   json["continue"] = o.continue_from;
+  json["window"] = o.window_m ? Json(*o.window_m) : Json();
+  json["archive"] = o.archive;
   return json;
 }
 

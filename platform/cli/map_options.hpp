@@ -13,6 +13,7 @@
 #include "posix/outcome.hpp"
 #include "tessera/inference/integrator.hpp"
 #include "tessera/map/map_config.hpp"
+#include "tessera/map/moving_window.hpp"
 
 namespace tessera {
 
@@ -21,6 +22,8 @@ struct MapOptions {
   std::string out;
   std::string report;
   std::string continue_from;
+  std::optional<double> window_m;  ///< Without it: the map keeps everything.
+  std::string archive;             ///< Folder; empty: none.
   std::string labels = "predictions";
   std::optional<int> first;
   std::optional<int> last;
@@ -54,21 +57,24 @@ struct MapSetup {
   InferenceConfig inference;
   std::int64_t deadline_us = 0;  ///< From the start of a scan's integration; 0: none.
   std::size_t budget_bytes = 0;
+  WindowConfig window;            ///< Where --window is given.
+  std::size_t archive_bytes = 0;  ///< Of the budget, for the archive's index.
 };
 
 void declare_map_options(CLI::App& command, MapOptions& options);
-
-/// True iff "map" is going to have the option, but has not in this version.
-bool is_planned_map_option(std::string_view option);
 
 /// Fails with kUsage, naming the option, iff a value is out of its range or options contradict each
 /// other.
 Outcome<MapSetup> set_up(const MapOptions& options);
 
+/// The window of a map with that resolution; set_up does it for a new map. Fails as set_up.
+Outcome<void> set_up_window(const MapOptions& options, double resolution_m, WindowConfig& window);
+
 /// Every option's value, for reports and for the map's own record.
 Json to_json(const MapOptions& options, const MapSetup& setup);
 
-/// Splits the budget: scratch for scans of max_points returns, the rest for the map. With a budget
+/// Splits the budget: the archive's part, scratch for scans of max_points returns, the rest for the
+/// map. With a budget
 /// too small for both, capacities shrink until scratch takes half. Fails with kUsage iff the budget
 /// holds no map at all.
 Outcome<ScanCapacity> split_budget(MapSetup& setup, std::size_t max_points);

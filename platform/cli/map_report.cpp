@@ -106,6 +106,24 @@ Json scan_json(const ScanRecord& scan) {
           {"kernel_evaluations", r.evaluations}};
 }
 
+Json window_json(const WindowTotals& w) {
+  return {{"radius_m", w.radius_m},
+          {"evicted", w.evicted},
+          {"evictions_refused", w.evictions_refused},
+          {"reloaded", w.reloaded},
+          {"merged", w.merged},
+          {"reloads_failed", w.reloads_failed},
+          {"steps_without_room", w.steps_without_room},
+          {"backlog", w.backlog},
+          {"most_backlog", w.most_backlog},
+          {"most_evicted", w.most_evicted},
+          {"most_reloaded", w.most_reloaded},
+          {"lost_blocks", w.lost_blocks},
+          {"archived_blocks", w.archived_blocks},
+          {"archive_bytes", w.archive_bytes},
+          {"index_bytes", w.index_bytes}};
+}
+
 void warn_of_losses(const std::vector<ScanRecord>& scans) {
   const Totals t = sum(scans);
   const auto warn_if = [](std::uint64_t count, const char* thing, const std::string& fate) {
@@ -149,7 +167,7 @@ Timing timing_of(const std::vector<ScanRecord>& scans) {
   return {median, rank(0.99), ms.back()};
 }
 
-Json to_json(const MapRun& run, const LocalMap& map, const Json& config) {
+Json to_json(const MapRun& run, const Json& config) {
   Json json;
   json["scans"] = Json::array();
   for (const ScanRecord& scan : run.scans) json["scans"].push_back(scan_json(scan));
@@ -174,13 +192,13 @@ Json to_json(const MapRun& run, const LocalMap& map, const Json& config) {
                     {"unlabelled", t.unlabelled},
                     {"unknown_ids", t.unknown_ids},
                     {"bad_poses", t.bad_poses}};
-  const MapUsage usage = map.usage();
+  const MapUsage& usage = run.usage;
   json["memory"] = {{"budget_bytes", run.budget_bytes},
                     {"used_bytes", usage.used_bytes},
                     {"peak_bytes", usage.peak_bytes},
                     {"scratch_bytes", run.scratch_bytes},
                     {"label_voxels", usage.label_voxels},
-                    {"free_voxels", map.count_free_voxels()},
+                    {"free_voxels", run.free_voxels},
                     {"bytes_per_label_voxel", usage.label_voxels == 0
                                                   ? 0.0
                                                   : static_cast<double>(usage.used_bytes) /
@@ -189,15 +207,16 @@ Json to_json(const MapRun& run, const LocalMap& map, const Json& config) {
                     {"blocks", usage.blocks},
                     {"blocks_refused", usage.blocks_refused},
                     {"storage_refused", usage.storage_refused}};
+  if (run.window) json["window"] = window_json(*run.window);
   json["heap_allocations_after_init"] = run.heap_allocations ? Json(*run.heap_allocations) : Json();
   json["config"] = config;
   json["digest"] = hex64(run.digest);
   return json;
 }
 
-void print_summary(const MapRun& run, const LocalMap& map, const std::string& out) {
+void print_summary(const MapRun& run, const std::string& out) {
   warn_of_losses(run.scans);
-  const MapUsage usage = map.usage();
+  const MapUsage& usage = run.usage;
   const Timing timing = timing_of(run.scans);
   std::printf("%s, %s into %s\n", counted(run.scans.size(), "scan").c_str(),
               counted(sum(run.scans).points, "point").c_str(), out.c_str());
@@ -205,7 +224,7 @@ void print_summary(const MapRun& run, const LocalMap& map, const std::string& ou
               timing.p99_ms, timing.max_ms);
   std::printf("  voxels   %llu labelled or occupied, %llu free\n",
               static_cast<unsigned long long>(usage.label_voxels),
-              static_cast<unsigned long long>(map.count_free_voxels()));
+              static_cast<unsigned long long>(run.free_voxels));
   std::printf(
       "  memory   %.1f MB used of %.1f MB, %.1f MB of it scratch, %.1f bytes a label voxel\n",
       static_cast<double>(usage.used_bytes + run.scratch_bytes) / 1e6,

@@ -21,6 +21,25 @@ struct ScanRecord {
   ScanReport report;
 };
 
+/// What the moving window did in all.
+struct WindowTotals {
+  double radius_m = 0.0;
+  std::uint64_t evicted = 0;
+  std::uint64_t evictions_refused = 0;
+  std::uint64_t reloaded = 0;
+  std::uint64_t merged = 0;  ///< On reloading, or with what was archived already.
+  std::uint64_t reloads_failed = 0;
+  std::uint64_t steps_without_room = 0;
+  std::uint64_t backlog = 0;  ///< After the last step.
+  std::uint64_t most_backlog = 0;
+  std::uint64_t most_evicted = 0;  ///< In a step.
+  std::uint64_t most_reloaded = 0;
+  std::uint64_t lost_blocks = 0;
+  std::uint64_t archived_blocks = 0;
+  std::uint64_t archive_bytes = 0;  ///< Of the file.
+  std::uint64_t index_bytes = 0;    ///< Of the budget.
+};
+
 /// What mapping was done with, and what came of it.
 struct MapRun {
   std::vector<ScanRecord> scans;
@@ -29,6 +48,9 @@ struct MapRun {
   std::int64_t deadline_us = 0;  ///< 0: none.
   std::optional<std::uint64_t> heap_allocations;
   std::uint64_t digest = 0;
+  MapUsage usage;  ///< After the last scan, as the next: with a window, what is in it.
+  std::uint64_t free_voxels = 0;
+  std::optional<WindowTotals> window;
 };
 
 /// median, p99, max of the scans' milliseconds; zeros without scans.
@@ -39,9 +61,9 @@ struct Timing {
 };
 Timing timing_of(const std::vector<ScanRecord>& scans);
 
-Json to_json(const MapRun& run, const LocalMap& map, const Json& config);
+Json to_json(const MapRun& run, const Json& config);
 
 /// A few lines for people on stdout, and warnings for what was refused or left out on stderr.
-void print_summary(const MapRun& run, const LocalMap& map, const std::string& out);
+void print_summary(const MapRun& run, const std::string& out);
 
 }  // namespace tessera

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // From the options of "map" to the core's configurations: each group of options has its ranges.
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 
@@ -150,6 +151,19 @@ Outcome<void> set_up_thinning(const MapOptions& o, double resolution_m,
 
 }  // namespace
 
+Outcome<void> set_up_window(const MapOptions& o, double resolution_m, WindowConfig& window) {
+  if (!o.window_m) {
+    if (o.archive.empty()) return {};
+    return Failure{"--archive is for what leaves the window; give --window too, or leave it out"};
+  }
+  const double edge_m = resolution_m * kBlockEdge;
+  window.radius_m = *o.window_m;
+  window.hysteresis_m = 2.0 * edge_m;
+  if (!(*o.window_m > 0.0 && *o.window_m <= 4000.0 * edge_m))
+    return out_of_range("--window", text_of(*o.window_m), "metres above 0, to 32000 voxels");
+  return {};
+}
+
 Outcome<MapSetup> set_up(const MapOptions& o) {
   MapSetup setup;
   const Outcome<void> map = set_up_map(o, setup);
@@ -162,6 +176,8 @@ Outcome<MapSetup> set_up(const MapOptions& o) {
   if (!mode.ok()) return mode.failure();
   const Outcome<void> thinning = set_up_thinning(o, setup.map.resolution_m, setup.inference);
   if (!thinning.ok()) return thinning.failure();
+  const Outcome<void> window = set_up_window(o, setup.map.resolution_m, setup.window);
+  if (!window.ok()) return window.failure();
   const std::optional<std::size_t> budget = parse_bytes(o.memory);
   if (!budget) return out_of_range("--memory", o.memory, "bytes, or a number with K, M or G");
   setup.budget_bytes = *budget;
@@ -170,6 +186,8 @@ Outcome<MapSetup> set_up(const MapOptions& o) {
 
 Outcome<ScanCapacity> split_budget(MapSetup& setup, std::size_t max_points) {
   ScanCapacity capacity;
+  const std::size_t budget_bytes =
+      setup.budget_bytes - std::min(setup.budget_bytes, setup.archive_bytes);
   const auto at_most = [](std::size_t value, std::size_t limit) {
     return static_cast<std::uint32_t>(value < limit ? value : limit);
   };
@@ -179,17 +197,17 @@ Outcome<ScanCapacity> split_budget(MapSetup& setup, std::size_t max_points) {
   const bool free_space = setup.inference.free_space.enabled;
   const auto scratch = [&] { return Integrator::required_bytes(capacity, free_space); };
   // Tables shrink first, as most scans do not fill them; then the points a scan may have.
-  while (scratch() > setup.budget_bytes / 2 && capacity.tiles > 1024) {
+  while (scratch() > budget_bytes / 2 && capacity.tiles > 1024) {
     capacity.tiles /= 2;
     capacity.ray_blocks /= 2;
   }
-  while (scratch() > setup.budget_bytes / 2 && capacity.points > 64) capacity.points /= 2;
+  while (scratch() > budget_bytes / 2 && capacity.points > 64) capacity.points /= 2;
   const std::size_t taken = scratch();
-  if (taken < setup.budget_bytes) setup.map = fit_to_budget(setup.map, setup.budget_bytes - taken);
-  if (taken >= setup.budget_bytes || setup.map.storage_bytes < 4 * SlabPool::kPageBytes) {
+  if (taken < budget_bytes) setup.map = fit_to_budget(setup.map, budget_bytes - taken);
+  if (taken >= budget_bytes || setup.map.storage_bytes < 4 * SlabPool::kPageBytes) {
     return Failure{"--memory " + std::to_string(setup.budget_bytes) +
-                   " bytes hold no map; give at least " + std::to_string((2 * taken >> 20U) + 1) +
-                   "M"};
+                   " bytes hold no map; give at least " +
+                   std::to_string(((2 * taken + setup.archive_bytes) >> 20U) + 1) + "M"};
   }
   return capacity;
 }

@@ -121,18 +121,36 @@ Outcome<std::unique_ptr<StoredMap>> load_map(const std::string& path, std::size_
 }
 
 Outcome<void> save_map(const LocalMap& map, const MapIdentity& identity,
-                       std::span<KeyedIndex> workspace, const std::string& path) {
+                       std::span<const KeyedIndex> blocks, const BlockLookup& lookup,
+                       const std::string& path) {
   Outcome<AtomicFile> file = AtomicFile::open(path);
   if (!file.ok()) return file.failure();
-  const ByteSink sink{&*file, [](void* context, std::span<const std::byte> bytes) {
-                        return static_cast<AtomicFile*>(context)->write(bytes);
+  struct Target {
+    AtomicFile& file;
+    bool refused = false;
+  } target{*file};
+  const ByteSink sink{&target, [](void* context, std::span<const std::byte> bytes) {
+                        auto& self = *static_cast<Target*>(context);
+                        self.refused = !self.file.write(bytes) || self.refused;
+                        return !self.refused;
                       }};
   const auto buffer = std::make_unique<MapFileBuffer>();
-  const MapFileStatus status = save(map, identity, workspace, *buffer, sink);
+  const MapFileStatus status = save(map, identity, blocks, lookup, *buffer, sink);
   // A refused write is explained by commit, which knows the system's reason.
-  if (!status.ok() && status.status != Status::kIo)
+  if (!status.ok() && !target.refused)
     return Failure{path + " cannot be written: " + status.what, FailureKind::kFailure};
   return file->commit();
+}
+
+Outcome<void> save_map(const LocalMap& map, const MapIdentity& identity,
+                       std::span<KeyedIndex> workspace, const std::string& path) {
+  struct InMemory {
+    const LocalMap& map;
+  } in_memory{map};
+  const BlockLookup lookup{&in_memory, [](void* context, const KeyedIndex& item) {
+                             return &static_cast<InMemory*>(context)->map.block_at(item.index);
+                           }};
+  return save_map(map, identity, map.blocks_in_order(workspace), lookup, path);
 }
 
 std::vector<KeyedIndex> workspace_for(const LocalMap& map) {

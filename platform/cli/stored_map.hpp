@@ -59,6 +59,12 @@ Outcome<bool> load_into(const std::string& path, LocalMap& map);
 Outcome<void> save_map(const LocalMap& map, const MapIdentity& identity,
                        std::span<KeyedIndex> workspace, const std::string& path);
 
+/// The same for blocks that a lookup gives; blocks: their keys in ascending order. Fails too iff
+/// one cannot be had.
+Outcome<void> save_map(const LocalMap& map, const MapIdentity& identity,
+                       std::span<const KeyedIndex> blocks, const BlockLookup& lookup,
+                       const std::string& path);
+
 /// Workspace for iterating over a map.
 std::vector<KeyedIndex> workspace_for(const LocalMap& map);
 

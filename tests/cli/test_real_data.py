@@ -79,6 +79,19 @@ class Reach(CommandCase):
         _, _, gain = self.map_and_score()
         self.assertGreaterEqual(gain, without - 0.2)
 
+    @unittest.skipUnless((ROOT / "kitti_raw_0013").is_dir(), "no kitti_raw_0013")
+    def test_a_window_of_64_mib_makes_the_map_of_a_long_drive(self):
+        reports = []
+        for options in (("--memory", "512M"), ("--memory", "64M", "--window", 45, "--archive", "spill")):
+            self.done("map", "--dataset", ROOT / "kitti_raw_0013", "--labels", "none", "--resolution", 0.2, *options,
+                      "--out", "drive.tsm", "--report", "drive.json")
+            reports.append(json.loads((self.folder / "drive.json").read_text()))
+        self.assertEqual([0, 0], [report["totals"]["left_out"] for report in reports])
+        self.assertEqual(reports[0]["digest"], reports[1]["digest"])
+        self.assertEqual(0, reports[1]["window"]["lost_blocks"] + reports[1]["window"]["merged"])
+        self.assertEqual(0, reports[1]["heap_allocations_after_init"] or 0)
+        self.assertLess(reports[1]["memory"]["peak_bytes"], reports[0]["memory"]["peak_bytes"] / 3)
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -71,13 +71,6 @@ class Usage(CommandCase):
         self.refused("simulate", "--out", "b", "--seed=-1", saying=("--seed", "from 0 to 18446744073709551615"))
         self.refused("map", "--dataset", "a", "--out", "b", "--work-budget=-1", saying=("--work-budget", "from 0 to"))
 
-    def test_options_of_a_later_version(self):
-        for option, value in (("--window", "40"), ("--archive", "tiles")):
-            with self.subTest(option):
-                self.refused("map", "--dataset", "a", "--out", "b", option, value,
-                             saying=(option, "not in this version", "map --help"))
-                self.refused("map", "--dataset", "a", "--out", "b", f"{option}={value}", saying=("not in this version",))
-
     def test_a_refusal_stays_one_line_whatever_is_typed(self):
         self.refused("info", "a\nb.tsm")
         self.refused("paint\nthe\ntown")

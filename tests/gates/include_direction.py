@@ -28,7 +28,7 @@ OUTSIDE = {
     "cstring", "initializer_list", "iterator", "limits", "new", "numeric", "optional", "span", "string_view", "tuple",
     "type_traits", "utility", "Eigen/Core", "Eigen/Geometry", "Eigen/LU"}
 # A folder of platform may include the core, itself and those before it.
-PLATFORM = ["posix", "dataset", "render", "simulator", "cli"]
+PLATFORM = ["posix", "archive", "dataset", "render", "simulator", "cli"]
 # Foreign headers that one folder of platform has to itself.
 RESERVED = {"lcm/": "lcm", "linux/can": "socketcan", "png.h": "render"}
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', re.M)

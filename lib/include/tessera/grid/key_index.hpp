@@ -68,7 +68,6 @@ class KeyIndex {
       }
     }
   }
-
   /// Forgets every key. O(capacity).
   void clear() noexcept;
 

@@ -27,6 +27,12 @@ struct MapUsage {
   std::uint64_t storage_refused = 0;  ///< Pages and octets not given for lack of storage.
 };
 
+/// A place in the order in which LocalMap::visit_blocks goes around; of use whatever becomes of the
+/// blocks.
+struct SweepCursor {
+  std::size_t place = 0;
+};
+
 class LocalMap {
  public:
   /// A map in memory from the arena. Fails with kInvalidArgument iff a value of config is outside
@@ -67,6 +73,17 @@ class LocalMap {
   [[nodiscard]] std::span<const KeyedIndex> blocks_in_order(
       std::span<KeyedIndex> workspace) const noexcept;
   [[nodiscard]] std::size_t block_count() const noexcept { return index_.size(); }
+  /// Calls visit(BlockKey, SlabHandle) for the blocks among the next entries of the index from the
+  /// cursor on, around its end and once around at most, and moves the cursor on. visit may remove
+  /// the block that it is given; false from it stops the cursor at the entries at hand, which the
+  /// next call begins with. Returns the entries looked at, at most entries + 7. While blocks are
+  /// opened, one may be met twice in a round or not at all.
+  template <class Visit>
+  std::size_t visit_blocks(SweepCursor& cursor, std::size_t entries, Visit&& visit) const noexcept {
+    return index_.for_some(cursor.place, entries, [&](SlabHandle handle) {
+      return visit(BlockKey{block_at(handle).key}, handle);
+    });
+  }
   [[nodiscard]] const Block& block_at(std::uint32_t handle) const noexcept {
     return *reinterpret_cast<const Block*>(pool_.at(handle));
   }
@@ -126,6 +143,14 @@ class LocalMap {
   /// can hold the counts.
   Status restore(SlabHandle handle, int octet, int voxel, const VoxelEvidence& evidence,
                  std::uint8_t passes) noexcept;
+  /// Adds counts and passes to a voxel that may have some: sums, then the cap as in add_labels;
+  /// passes stop at max_passes(), and of a compact tuple the three largest counts keep their class
+  /// (among equals the lower one), the others go to the rest. The same as restore for a voxel that
+  /// was never observed. Fails as restore, and nothing was changed. O(components present).
+  Status merge(SlabHandle handle, int octet, int voxel, const VoxelEvidence& added,
+               std::uint8_t passes) noexcept;
+  /// Closes a block with all its content. Work: its octets, 64 at most, and an entry of the index.
+  void remove_block(SlabHandle handle) noexcept;
   void restore_revision(std::uint32_t revision) noexcept { revision_ = revision; }
   void restore_revision(SlabHandle block, std::uint32_t revision) noexcept {
     const Change change(*this, block);

@@ -13,7 +13,7 @@
 #include <span>
 
 #include "tessera/base/geometry.hpp"
-#include "tessera/map/local_map.hpp"
+#include "tessera/map/block_lookup.hpp"
 
 namespace tessera {
 
@@ -81,6 +81,15 @@ struct MapFileBuffer {
 MapFileStatus save(const LocalMap& map, const MapIdentity& identity,
                    std::span<KeyedIndex> workspace, MapFileBuffer& buffer,
                    const ByteSink& sink) noexcept;
+
+/// The same for blocks that a lookup gives, such as those of a map that is only partly in memory;
+/// blocks: their keys in ascending order. Settings, classes and revision are those of map. Each
+/// block is asked for twice, in order. Fails with kInvalidArgument iff the map was never made,
+/// settings_bytes is over kMaxSettings, or lookup or sink has no function, and nothing is written;
+/// with kIo iff a block cannot be had or the sink refuses. O(blocks).
+MapFileStatus save(const LocalMap& map, const MapIdentity& identity,
+                   std::span<const KeyedIndex> blocks, const BlockLookup& lookup,
+                   MapFileBuffer& buffer, const ByteSink& sink) noexcept;
 
 /// Reads and checks the header. Fails with kTruncated, kCorrupt (magic, checksum, a value out of
 /// range), kUnsupported (a newer major version, an unknown tuple policy or kind), or

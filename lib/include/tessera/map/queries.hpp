@@ -8,7 +8,7 @@
 #include <span>
 
 #include "tessera/grid/segment.hpp"
-#include "tessera/map/local_map.hpp"
+#include "tessera/map/block_lookup.hpp"
 
 namespace tessera {
 
@@ -141,5 +141,11 @@ struct RayHit {
 /// workspace as above; one that is too short gives the digest of a map without voxels. O(64 blocks
 /// + observed voxels * C).
 [[nodiscard]] std::uint64_t digest(const LocalMap& map, std::span<KeyedIndex> workspace) noexcept;
+
+/// The same for blocks that a lookup gives; blocks: their keys in ascending order. Each block is
+/// asked for 64 times, once for each row of its voxels: the blocks of a layer of blocks take turns.
+/// Fails with kIo iff one cannot be had.
+[[nodiscard]] Result<std::uint64_t> digest(const LocalMap& map, std::span<const KeyedIndex> blocks,
+                                           const BlockLookup& lookup) noexcept;
 
 }  // namespace tessera

@@ -59,6 +59,10 @@ class CompactTuple {
   [[nodiscard]] bool holds(const VoxelEvidence& evidence) const noexcept {
     return words_of(evidence)[0] != kNotHeld;
   }
+  /// Makes sums of counts that tuples have into counts that one tuple can have: the three largest
+  /// keep their class (among equals the lower one), the others go to the rest; each saturates.
+  /// O(classes).
+  void condense(VoxelEvidence& evidence) const noexcept;
   /// Sets a voxel without evidence to counts that a tuple can have.
   void restore(std::byte* octet, int voxel, const VoxelEvidence& evidence) const noexcept;
 

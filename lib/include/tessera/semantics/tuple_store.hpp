@@ -58,6 +58,10 @@ class TupleStore {
   [[nodiscard]] bool holds(const VoxelEvidence& evidence) const noexcept {
     return dense() ? DenseTuple::holds(evidence) : compact_.holds(evidence);
   }
+  /// Makes sums of counts that tuples have into counts that a tuple can have.
+  void condense(VoxelEvidence& evidence) const noexcept {
+    if (!dense()) compact_.condense(evidence);
+  }
   /// Sets a voxel without evidence to counts that a tuple can have.
   void restore(std::byte* octet, int voxel, const VoxelEvidence& evidence) const noexcept {
     dense() ? DenseTuple::restore(octet, voxel, evidence)

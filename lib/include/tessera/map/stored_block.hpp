@@ -1,0 +1,39 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// One block as bytes, as a map file holds it (docs/memory.md has the layout): for archives and for
+// whatever else keeps blocks outside of a map.
+#pragma once
+
+#include <cstddef>
+#include <span>
+
+#include "tessera/map/map_file.hpp"
+
+namespace tessera {
+
+/// The most bytes of a block in a map with num_components = C + 2 components.
+constexpr std::size_t most_block_bytes(int num_components) noexcept {
+  const std::size_t counts = 5 * static_cast<std::size_t>(num_components);
+  return 21 + 4 + kBlockVoxels + kBlockOctets * (1 + kOctetVoxels * (1 + counts)) + 4;
+}
+
+/// Storage that a map needs to hold any one block, its own and no other, in whole pages.
+constexpr std::size_t one_block_storage(TuplePolicy tuple, int num_components) noexcept {
+  const std::size_t in_page = SlabPool::kPageBytes / TupleStore::octet_bytes(tuple, num_components);
+  // A page each of blocks, label pages and free pages, and one to spare.
+  return (3 + (kBlockOctets + in_page - 1) / in_page + 1) * SlabPool::kPageBytes;
+}
+
+/// Writes a block of the map. Returns the bytes written: 0 iff the block holds no evidence, or more
+/// than into.size() are needed; most_block_bytes is always enough. O(512 + observed voxels * C).
+std::size_t encode_block(const LocalMap& map, const Block& block,
+                         std::span<std::byte> into) noexcept;
+
+/// Adds a block that encode_block wrote to the map, opening it if it is not there: see
+/// LocalMap::merge; the block's revision is the later one. Fails with kResourceExhausted iff
+/// storage or index has no room for all of it: counted, map unchanged; kTruncated or kCorrupt iff
+/// the bytes are no such block: only bytes whose checksums fit can have changed the map. O(512 +
+/// observed voxels * C).
+MapFileStatus decode_block(std::span<const std::byte> bytes, LocalMap& map) noexcept;
+
+}  // namespace tessera

@@ -1,0 +1,169 @@
+# SPDX-FileCopyrightText: The tessera authors
+# SPDX-License-Identifier: Apache-2.0
+"""map --window and --archive: the map that comes out is the one without a window, whatever the robot drives."""
+import json
+import os
+import resource
+import subprocess
+import unittest
+
+import kitti_folder as kitti
+from command_case import DONE, TIME_LIMIT_S, CommandCase, command_path
+
+WINDOW = ("--window", 10)
+THERE_AND_BACK = [*range(0, 60, 4), *range(60, 0, -6), 200, 3, 7]
+
+
+class Window(CommandCase):
+    def setUp(self):
+        super().setUp()
+        self.data = kitti.write_dataset(
+            self.folder / "data", [kitti.corner_scan(i, pose=kitti.moved(x)) for i, x in enumerate(THERE_AND_BACK)])
+        self.archive = self.folder / "spill" / "blocks.tsa"
+
+    def archived(self, out, *options):
+        return self.map_dataset(self.data, self.folder / out, *WINDOW, "--archive", "spill", *options)
+
+    def whole(self, *options):
+        _, report = self.map_dataset(self.data, self.folder / "whole.tsm", *options)
+        return report, (self.folder / "whole.tsm").read_bytes()
+
+    def test_window_and_archive_are_the_map_without_a_window_byte_by_byte(self):
+        for options in ((), ("--counts", "dense"), ("--inference", "counting", "--max-evidence", 0)):
+            with self.subTest(options):
+                plain, expected = self.whole(*options)
+                self.archive.unlink(missing_ok=True)
+                result, report = self.archived("map.tsm", *options)
+                self.assertEqual(expected, (self.folder / "map.tsm").read_bytes())
+                self.assertEqual(plain["digest"], report["digest"])
+                self.assert_not_warned(result)
+                window = report["window"]
+                self.assertGreater(window["evicted"], 300)
+                self.assertGreater(window["reloaded"], 100)
+                for none in ("merged", "lost_blocks", "evictions_refused", "reloads_failed", "backlog"):
+                    self.assertEqual(0, window[none], none)
+                self.assertEqual(self.archive.stat().st_size, window["archive_bytes"])
+                self.assertEqual(10, window["radius_m"])
+                self.assertLess(report["memory"]["blocks"], plain["memory"]["blocks"] / 2)
+                self.assertEqual(0, report["heap_allocations_after_init"] or 0)
+                self.assertEqual(plain["totals"]["left_out"], report["totals"]["left_out"])
+
+    def test_a_map_that_does_not_fit_in_memory(self):
+        plain, expected = self.whole()
+        small = ("--memory", "3M")
+        _, without = self.map_dataset(self.data, self.folder / "map.tsm", *small)
+        self.assertGreater(without["memory"]["refused"], 1000)
+        result, report = self.archived("map.tsm", *small)
+        self.assert_not_warned(result)
+        self.assertEqual(0, report["totals"]["left_out"])
+        self.assertEqual(plain["digest"], report["digest"])
+        self.assertEqual(expected, (self.folder / "map.tsm").read_bytes())
+
+    def test_eval_query_and_info_work_on_what_comes_out(self):
+        plain, _ = self.whole()
+        self.archived("map.tsm")
+        self.done("info", "map.tsm", "--report", "info.json")
+        self.assertEqual(plain["digest"], json.loads((self.folder / "info.json").read_text())["digest"])
+        scores = []
+        for name in ("map.tsm", "whole.tsm"):
+            self.done("eval", "--map", name, "--dataset", self.data, "--report", "eval.json")
+            scores.append(json.loads((self.folder / "eval.json").read_text()))
+        self.assertGreater(scores[0]["coverage_any"], 0.99)
+        for key in ("coverage_any", "mean_iou", "points"):
+            self.assertEqual(scores[1][key], scores[0][key])
+
+    def test_a_window_narrower_than_the_scans_adds_what_meets_again(self):
+        exact = ("--inference", "counting", "--counts", "dense", "--max-evidence", 0)
+        plain, _ = self.whole(*exact)
+        _, report = self.map_dataset(self.data, self.folder / "map.tsm", "--window", 2, "--archive", "spill", *exact)
+        self.assertGreater(report["window"]["merged"], 0)
+        self.assertEqual(plain["digest"], report["digest"])
+
+    def test_without_an_archive_what_is_lost_is_counted_and_said(self):
+        result, report = self.map_dataset(self.data, self.folder / "map.tsm", *WINDOW)
+        self.assert_warned(result, "lost", "--archive")
+        self.assertGreater(report["window"]["lost_blocks"], 300)
+        self.assertEqual(report["window"]["lost_blocks"], report["window"]["evicted"])
+        self.assertEqual(0, report["window"]["archive_bytes"])
+
+    def parts(self, cut):
+        first = ("--last", cut - 1)
+        second = ("--first", cut)
+        return first, second
+
+    def test_going_on_from_map_and_archive(self):
+        plain, _ = self.whole()
+        first, second = self.parts(13)
+        self.archived("map.tsm", *first)
+        _, report = self.archived("map.tsm", *second, "--continue", "map.tsm")
+        self.assertEqual(plain["digest"], report["digest"])
+        self.assertEqual(0, report["window"]["merged"])
+        self.assertEqual((self.folder / "map.tsm").read_bytes(), (self.folder / "whole.tsm").read_bytes())
+
+    def test_going_on_after_a_run_that_was_cut_short(self):
+        first, second = self.parts(13)
+        self.archived("map.tsm", *first)
+        sound = self.archive.read_bytes()
+        for cut in (1, 40, 300):  # the mark of a complete run takes 32 bytes
+            with self.subTest(cut):
+                self.archive.write_bytes(sound[:-cut])
+                self.map_refused(self.data, *second, *WINDOW, "--archive", "spill", "--continue", "map.tsm",
+                                 saying=("another state", "blocks.tsa"))
+                result, report = self.archived("again.tsm", *second, "--continue", self.archive)
+                self.assert_warned(result, "cut short")
+                self.assertGreater(report["window"]["reloaded"], 0)
+                self.done("info", "again.tsm")
+
+    def test_an_archive_that_nothing_goes_on_from_is_not_overwritten(self):
+        self.archived("map.tsm", "--last", 9)
+        before = self.archive.read_bytes()
+        self.map_refused(self.data, *WINDOW, "--archive", "spill", saying=("earlier run", "--continue"))
+        other = kitti.write_dataset(self.folder / "other", [kitti.corner_scan(1)] * 3)
+        self.map_dataset(other, self.folder / "other.tsm")
+        self.map_refused(self.data, *WINDOW, "--archive", "spill", "--continue", "other.tsm", saying=("another state",))
+        self.assertEqual(before, self.archive.read_bytes())
+
+    def test_files_that_are_no_archives_or_are_damaged(self):
+        self.archived("map.tsm")
+        sound = self.archive.read_bytes()
+        middle = bytearray(sound)
+        middle[5000] ^= 1
+        newer = bytearray(sound)
+        newer[8] = 9
+        for data in (b"", b"ply\n" * 100, bytes(5000), sound[:50], bytes(newer), bytes(middle)):
+            with self.subTest(len(data)):
+                self.archive.write_bytes(data)
+                self.map_refused(self.data, *WINDOW, "--archive", "spill", "--continue", self.archive, saying=("blocks.tsa",))
+                self.assertEqual(data, self.archive.read_bytes())
+
+    def test_options_that_do_not_go_together(self):
+        self.map_refused(self.data, "--archive", "spill", saying=("--window",))
+        for metres in (0, -5, 1e9):
+            self.map_refused(self.data, "--window", metres, saying=("--window",))
+        self.refused("map", "--dataset", self.data, *WINDOW, "--archive", "spill", "--out", self.archive,
+                     saying=("--out", "--archive"))
+        (self.folder / "file").write_text("")
+        self.map_refused(self.data, *WINDOW, "--archive", "file", saying=("file",))
+
+    @unittest.skipIf(os.environ.get("TESSERA_SANITIZE"), "sanitizers write files of their own")
+    def test_a_full_disk_loses_nothing(self):
+        """The archive may not grow over a limit: the blocks stay in the map, and OUT, smaller, has all of them."""
+        exact = ("--counts", "dense", *WINDOW, "--archive", "spill", "--memory", "32M")
+        _, expected = self.whole("--counts", "dense")
+        limit = len(expected) + 4096
+        self.archived("map.tsm", "--counts", "dense")
+        self.assertGreater(self.archive.stat().st_size, limit)
+        self.archive.unlink()
+        # Signals are left as Python has them, that is with SIGXFSZ ignored, so that writing fails instead.
+        result = subprocess.run(
+            [command_path(), "map", "--dataset", self.data, "--out", "full.tsm", "--report", "full.json", *map(str, exact)],
+            cwd=self.folder, text=True, capture_output=True, timeout=TIME_LIMIT_S, check=False, restore_signals=False,
+            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)))
+        self.assertEqual(DONE, result.returncode, result.stderr)
+        self.assert_warned(result, "could not be written", "could not take all")
+        self.assertGreater(json.loads((self.folder / "full.json").read_text())["window"]["evictions_refused"], 0)
+        self.assertEqual(expected, (self.folder / "full.tsm").read_bytes())
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,51 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// The window's front door; what it does on a drive is in tests/laws.
+#include "tessera/map/moving_window.hpp"
+
+#include <catch2/catch.hpp>
+#include <limits>
+
+#include "unit/map/small_map.hpp"
+
+namespace tessera {
+
+TEST_CASE("moving window: settings out of range are refused") {
+  const WindowConfig good;
+  const auto made = [](const WindowConfig& config) {
+    return MovingWindow::make(config, 0.1).status();
+  };
+  CHECK(made(good) == Status::kOk);
+  WindowConfig bad = good;
+  for (const double radius : {0.0, -1.0, 4000.0, std::numeric_limits<double>::quiet_NaN()}) {
+    bad.radius_m = radius;
+    CHECK(made(bad) == Status::kInvalidArgument);
+  }
+  bad = good;
+  bad.hysteresis_m = -0.1;
+  CHECK(made(bad) == Status::kInvalidArgument);
+  for (std::uint32_t WindowConfig::*const field :
+       {&WindowConfig::entries_per_step, &WindowConfig::evictions_per_step,
+        &WindowConfig::pressed_evictions_per_step, &WindowConfig::regions_per_step,
+        &WindowConfig::reloads_per_step}) {
+    bad = good;
+    bad.*field = 0;
+    CHECK(made(bad) == Status::kInvalidArgument);
+  }
+  CHECK(MovingWindow::make(good, 0.0).status() == Status::kInvalidArgument);
+}
+
+TEST_CASE("moving window: nothing happens at a place out of the grid") {
+  SmallMap small(config_of_pages(16));
+  REQUIRE(hit(small.map, {0, 0, 0}, 1, 1.0F) == Status::kOk);
+  MovingWindow window = *MovingWindow::make({}, small.map.config().resolution_m);
+  const BlockArchive taker{.evict = [](void*, const LocalMap&, const Block&) { return true; }};
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  for (const double x : {1e9, kInfinity, std::numeric_limits<double>::quiet_NaN()})
+    CHECK(window.step(small.map, Point3d(x, 0, 0), taker).position == Status::kOutOfRange);
+  CHECK(small.map.block_count() == 1);
+  CHECK(window.step(small.map, Point3d(1e3, 0, 0), taker).evicted == 1);
+  CHECK(small.map.block_count() == 0);
+}
+
+}  // namespace tessera
