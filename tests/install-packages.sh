@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-FileCopyrightText: The tessera authors
 # SPDX-License-Identifier: Apache-2.0
-# install-packages.sh demo|tests|ci [--list]: installs from Debian what building, testing or continuous integration needs
-# and is not there yet. Says what it installs before it does. --list only prints all that the word stands for.
+# install-packages.sh demo|tests|bench|ci [--list]: installs from Debian what building, testing, measuring or continuous
+# integration needs and is not there yet. Says what it installs before it does. --list only prints all that the word stands for.
 set -euo pipefail
 
 fail() { echo "install-packages.sh: $*" >&2; exit 1; }
@@ -11,9 +11,10 @@ packages=(g++ cmake ninja-build libeigen3-dev libcli11-dev nlohmann-json3-dev li
 case "${1:-}" in
   demo) ;;
   tests) packages+=(catch2 binutils) ;;
+  bench) packages+=(git python3-matplotlib liboctomap-dev) ;;
   ci) packages+=(catch2 binutils git ccache clang clang-format clang-tidy g++-aarch64-linux-gnu libc6-dev-arm64-cross
                  qemu-user) ;;
-  *) fail "say demo, tests or ci" ;;
+  *) fail "say demo, tests, bench or ci" ;;
 esac
 if [ "${2:-}" = --list ]; then
   printf '%s\n' "${packages[@]}"

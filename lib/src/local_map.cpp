@@ -36,6 +36,7 @@ Result<LocalMap> LocalMap::make(Arena& arena, const MapConfig& config,
     const float passes = config.max_evidence / config.free_weight + kPassRounding;
     map.max_passes_ = passes >= 255.0F ? std::uint8_t{255} : static_cast<std::uint8_t>(passes);
   }
+  map.fill_states_of_passes();
   map.note_usage();
   return map;
 }
@@ -45,13 +46,6 @@ const Block* LocalMap::find(BlockCoord block) const noexcept {
   if (!key.ok()) return nullptr;
   const SlabHandle handle = find_handle(*key);
   return handle != 0 ? &block_at(handle) : nullptr;
-}
-
-std::uint8_t LocalMap::free_passes(const Block& block, int octet, int voxel) const noexcept {
-  const SlabHandle handle = block.free_passes[layer_of_octet(octet)];
-  if (handle == 0) return 0;
-  const auto& page = *reinterpret_cast<const FreePage*>(pool_.at(handle));
-  return page.passes[row_in_layer(row_order(octet, voxel))];
 }
 
 VoxelEvidence LocalMap::evidence(const Block& block, int octet, int voxel) const noexcept {
@@ -82,11 +76,31 @@ VoxelEvidence LocalMap::evidence(const Point3f& p_map) const noexcept {
 }
 
 Estimate LocalMap::query(const Point3f& p_map) const noexcept {
-  return estimate(evidence(p_map), config_.prior);
+  const Result<VoxelCoord> voxel = lattice().voxel_of(p_map);
+  return voxel.ok() ? query(*voxel) : CountSummary(num_components(), 0.0F).estimate(config_.prior);
 }
 
 Estimate LocalMap::query(VoxelCoord voxel) const noexcept {
-  return estimate(evidence(voxel), config_.prior);
+  const Block* const block = in_grid(voxel) ? find(block_of(voxel)) : nullptr;
+  if (block == nullptr) return CountSummary(num_components(), 0.0F).estimate(config_.prior);
+  return query(*block, octet_in_block(voxel), voxel_in_octet(voxel));
+}
+
+Estimate LocalMap::query(const Block& block, int octet, int voxel) const noexcept {
+  CountSummary counts(num_components(),
+                      static_cast<float>(free_passes(block, octet, voxel)) * config_.free_weight);
+  const SlabHandle tuples = octet_handle(block, octet);
+  if (tuples != 0) tuples_.summarize(pool_.at(tuples), voxel, counts);
+  return counts.estimate(config_.prior);
+}
+
+void LocalMap::fill_states_of_passes() noexcept {
+  float passes = 0.0F;
+  for (VoxelState& state : states_of_passes_) {
+    state =
+        CountSummary(num_components(), passes * config_.free_weight).estimate(config_.prior).state;
+    passes += 1.0F;
+  }
 }
 
 std::span<const KeyedIndex> LocalMap::blocks_in_order(

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "tessera/base/radix_sort.hpp"
+#include "tessera/grid/key_index.hpp"
 #include "tessera/map/moving_window.hpp"
 
 namespace tessera {

@@ -21,11 +21,13 @@ DEBIAN = {
     "PNG": "libpng-dev",
     "Catch2": "catch2",
     "Python3": "python3",
+    "octomap": "liboctomap-dev",
     "clang-format": "clang-format",
 }
 FIND = re.compile(r"^\s*find_(package|program)\s*\(([^)]*)\)", re.M)
 # What is only looked for, and left out where it is not there.
 ONLY_IN_CI = {"clang-format"}
+ONLY_IN_BENCH = {"octomap"}
 
 
 def wanted(text):
@@ -38,7 +40,7 @@ def faults(role, path, text, installed):
     """installed: role to the packages that the script names for it."""
     for name in wanted(text):
         package = DEBIAN.get(name)
-        where = "ci" if name in ONLY_IN_CI else role
+        where = "ci" if name in ONLY_IN_CI else "bench" if name in ONLY_IN_BENCH else role
         if package is None:
             yield f"{path} looks for {name}: say in {pathlib.Path(__file__).name} which Debian package has it"
         elif package not in installed[where]:
@@ -46,11 +48,12 @@ def faults(role, path, text, installed):
 
 
 def self_test():
-    installed = {"demo": {"libpng-dev"}, "tests": {"catch2"}, "ci": set()}
+    installed = {"demo": {"libpng-dev"}, "tests": {"catch2"}, "bench": set(), "ci": set()}
     assert not list(faults("demo", "a", "find_package(PNG REQUIRED)", installed))
     assert not list(faults("tests", "a", "  find_package(Catch2 2 REQUIRED)", installed))
     assert list(faults("demo", "a", "find_package(Catch2 2 REQUIRED)", installed))
     assert list(faults("demo", "a", "find_package(Unheard)", installed))
+    assert list(faults("demo", "a", "find_package(octomap QUIET)", installed))
     assert list(faults("tests", "a", "find_program(PROGRAM clang-format)", installed))
 
 
@@ -58,7 +61,7 @@ def main():
     self_test()
     root = pathlib.Path(sys.argv[1])
     installed = {}
-    for role in ("demo", "tests", "ci"):
+    for role in ("demo", "tests", "bench", "ci"):
         listed = subprocess.run([str(root / "tests/install-packages.sh"), role, "--list"], check=True,
                                 capture_output=True, text=True)
         installed[role] = set(listed.stdout.split())

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "small_map.hpp"
+#include "tessera/map/queries.hpp"
 
 namespace tessera {
 namespace {
@@ -105,6 +106,48 @@ TEST_CASE("LocalMap: the prior is no evidence, it only enters the estimate") {
   REQUIRE(hit(small.map, {0, 0, 0}, 1, 1.0F) == Status::kOk);
   CHECK(small.map.evidence(VoxelCoord{0, 0, 0}).total() == 1.0);
   CHECK(small.map.query(VoxelCoord{0, 0, 0}).probability == Approx(3.0 / 11.0));
+}
+
+TEST_CASE("LocalMap: query, cursor and state say what the evidence says, to the last bit") {
+  for (const TuplePolicy tuple : {TuplePolicy::kDense, TuplePolicy::kCompact}) {
+    for (const double prior : {0.0, 0.001, 7.0}) {
+      MapConfig config = config_of_pages(60);
+      config.tuple = tuple;
+      config.prior = prior;
+      config.free_weight = 0.3F;
+      config.max_evidence = 30.0F;
+      SmallMap small(config, 7);
+      std::uint64_t seed = 1;
+      const auto below = [&](std::uint64_t n) {
+        return static_cast<int>(mix64(seed += 0x9e3779b97f4a7c15U) % n);
+      };
+      const auto anywhere = [&] { return VoxelCoord{below(24) - 12, below(16) - 8, below(6) - 3}; };
+      for (int i = 0; i < 4000; ++i) {
+        const int component = 1 + below(8);
+        const Status status = i % 3 == 0 ? carve(small.map, anywhere())
+                                         : hit(small.map, anywhere(), component,
+                                               0.01F * static_cast<float>(1 + below(97)));
+        REQUIRE(status == Status::kOk);
+      }
+      BlockCursor cursor(small.map);
+      int free_only = 0;
+      for (int i = 0; i < 3000; ++i) {
+        const VoxelCoord v = i % 50 == 0 ? VoxelCoord{kVoxelLimit, i, 0} : anywhere();
+        const Estimate expected = estimate(small.map.evidence(v), prior);
+        for (const Estimate& given : {small.map.query(v), cursor.query(v)}) {
+          REQUIRE(given.state == expected.state);
+          REQUIRE(given.label == expected.label);
+          REQUIRE(given.probability == expected.probability);
+          REQUIRE(given.variance == expected.variance);
+          REQUIRE(given.evidence == expected.evidence);
+          REQUIRE(given.occupancy == expected.occupancy);
+        }
+        REQUIRE(cursor.state(v) == expected.state);
+        free_only += expected.evidence > 0.0 && expected.label == 0 ? 1 : 0;
+      }
+      CHECK(free_only > 50);
+    }
+  }
 }
 
 TEST_CASE("MapUsage: used bytes are the index and the pages in use, and grow a page at a time") {

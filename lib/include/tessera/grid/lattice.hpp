@@ -105,6 +105,10 @@ constexpr int row_order(int octet, int voxel) noexcept {
   const VoxelCoord v = voxel_at({0, 0, 0}, octet, voxel);
   return v.x + kBlockEdge * (v.y + kBlockEdge * v.z);
 }
+/// The same for a voxel of the grid.
+constexpr int row_order(VoxelCoord voxel) noexcept {
+  return (voxel.x & 7) | ((voxel.y & 7) << 3) | ((voxel.z & 7) << 6);
+}
 /// Row order of an octet's first voxel.
 constexpr int row_order_corner(int octet) noexcept { return row_order(octet, 0); }
 

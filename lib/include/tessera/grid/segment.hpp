@@ -35,17 +35,29 @@ bool walk_segment(const Point3d& a, const Point3d& b, Visit&& visit) noexcept {
     t_next[axis] = left[axis] > 0 ? (border - a[i]) / d : kNever;
   }
   // How many steps each axis takes is fixed in advance: rounding can change their order, never
-  // where they end.
+  // where they end. Each axis has its own code, as rays that stay on one or two axes are predicted
+  // well; indexing by axis would put a trip through memory into every step.
   double t = 0.0;
-  for (;;) {
-    if (!visit(cell[0], cell[1], cell[2], t)) return false;
-    std::size_t axis = 0;
-    if (t_next[1] < t_next[axis]) axis = 1;
-    if (t_next[2] < t_next[axis]) axis = 2;
-    if (left[axis] <= 0) return true;
+  const auto advance = [&](std::size_t axis) {
+    if (left[axis] <= 0) return false;
     t = t_next[axis];
     cell[axis] += step[axis];
     t_next[axis] = --left[axis] > 0 ? t_next[axis] + t_step[axis] : kNever;
+    return true;
+  };
+  for (;;) {
+    if (!visit(cell[0], cell[1], cell[2], t)) return false;
+    if (t_next[1] < t_next[0]) {
+      if (t_next[2] < t_next[1]) {
+        if (!advance(2)) return true;
+      } else {
+        if (!advance(1)) return true;
+      }
+    } else if (t_next[2] < t_next[0]) {
+      if (!advance(2)) return true;
+    } else {
+      if (!advance(0)) return true;
+    }
   }
 }
 

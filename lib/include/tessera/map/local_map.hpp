@@ -68,6 +68,18 @@ class LocalMap {
   [[nodiscard]] Estimate query(const Point3f& p_map) const noexcept;
   [[nodiscard]] Estimate query(VoxelCoord voxel) const noexcept;
 
+  /// The same for a voxel of a block.
+  [[nodiscard]] Estimate query(const Block& block, int octet, int voxel) const noexcept;
+  /// The state alone of a voxel of a block, which is what rays ask. Reads the tuple only where
+  /// there is label evidence.
+  [[nodiscard]] VoxelState state(const Block& block, VoxelCoord voxel) const noexcept {
+    const int octet = octet_in_block(voxel);
+    const auto place = static_cast<unsigned>(voxel_in_octet(voxel));
+    if (((unsigned{observed_labels(block, octet)} >> place) & 1U) != 0)
+      return query(block, octet, static_cast<int>(place)).state;
+    return states_of_passes_[free_passes(block, row_order(voxel))];
+  }
+
   /// The blocks sorted by key, that is by (z, y, x); each entry's index is for block_at. workspace:
   /// at least 2 * block_count() entries, else nothing is given. O(index + blocks).
   [[nodiscard]] std::span<const KeyedIndex> blocks_in_order(
@@ -100,7 +112,9 @@ class LocalMap {
     return octet_handle(block, octet) != 0;
   }
   /// Passes of rays through a voxel of a block.
-  [[nodiscard]] std::uint8_t free_passes(const Block& block, int octet, int voxel) const noexcept;
+  [[nodiscard]] std::uint8_t free_passes(const Block& block, int octet, int voxel) const noexcept {
+    return free_passes(block, row_order(octet, voxel));
+  }
 
   /// Grows by one with every scan; a block's revision tells which scan changed it last.
   [[nodiscard]] std::uint32_t revision() const noexcept { return revision_; }
@@ -200,6 +214,12 @@ class LocalMap {
     const LabelPage* const page = label_page(block, octet);
     return page == nullptr ? 0 : page->octets[octet_in_layer(octet)];
   }
+  /// row: the voxel's row order in the block.
+  [[nodiscard]] std::uint8_t free_passes(const Block& block, int row) const noexcept {
+    const SlabHandle page = block.free_passes[layer_of_row(row)];
+    if (page == 0) return 0;
+    return reinterpret_cast<const FreePage*>(pool_.at(page))->passes[row_in_layer(row)];
+  }
   /// Of layers that the block has.
   [[nodiscard]] LabelPage& mutable_label_page(const Block& block, std::size_t layer) noexcept {
     return *reinterpret_cast<LabelPage*>(pool_.at(block.labels[layer]));
@@ -217,6 +237,7 @@ class LocalMap {
   bool give_way_to_free(Block& block, int octet, int voxel, std::uint8_t passes) noexcept;
   void update_observed(Block& block, int octet, const TupleStore::Plane& sums) noexcept;
   void note_usage() noexcept;
+  void fill_states_of_passes() noexcept;
 
   std::uint64_t clear_stamp_ = 0;  ///< Odd while clear() is at work. Beside what never changes.
   MapConfig config_{};
@@ -226,6 +247,7 @@ class LocalMap {
   TupleStore tuples_{};
   std::uint32_t revision_ = 0;
   std::uint8_t max_passes_ = 255;
+  std::array<VoxelState, 256> states_of_passes_{};  ///< Of a voxel with free evidence alone.
   std::uint64_t label_voxels_ = 0;
   std::uint64_t blocks_refused_ = 0;
   std::size_t peak_bytes_ = 0;

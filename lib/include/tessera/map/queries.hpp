@@ -92,6 +92,49 @@ void for_each_in_box(const LocalMap& map, VoxelCoord low, VoxelCoord high,
   }
 }
 
+/// Finds blocks for voxels that come in an order: a voxel in the block of the last one costs no
+/// look-up. Of use only while nobody writes to the map.
+class BlockCursor {
+ public:
+  /// The map must outlive the cursor.
+  explicit BlockCursor(const LocalMap& map) noexcept : map_(&map) {}
+
+  /// The voxel's block; null where there is none. voxel: anywhere.
+  [[nodiscard]] const Block* at(VoxelCoord voxel) noexcept {
+    // Same block: coordinates differ in their last three bits only.
+    const auto differ = static_cast<std::uint32_t>(voxel.x ^ last_.x) |
+                        static_cast<std::uint32_t>(voxel.y ^ last_.y) |
+                        static_cast<std::uint32_t>(voxel.z ^ last_.z);
+    if (differ >= static_cast<std::uint32_t>(kBlockEdge) || !known_) {
+      block_ = map_->find(block_of(voxel));
+      last_ = voxel;
+      known_ = true;
+    }
+    return block_;
+  }
+  /// As LocalMap::query.
+  [[nodiscard]] Estimate query(VoxelCoord voxel) noexcept {
+    const Block* const block = at(voxel);
+    return block == nullptr ? map_->query(voxel)
+                            : map_->query(*block, octet_in_block(voxel), voxel_in_octet(voxel));
+  }
+  [[nodiscard]] Estimate query(const Point3f& p_map) noexcept {
+    const Result<VoxelCoord> voxel = map_->lattice().voxel_of(p_map);
+    return voxel.ok() ? query(*voxel) : map_->query(p_map);
+  }
+  /// LocalMap::query(voxel).state.
+  [[nodiscard]] VoxelState state(VoxelCoord voxel) noexcept {
+    const Block* const block = at(voxel);
+    return block == nullptr ? VoxelState::kUnknown : map_->state(*block, voxel);
+  }
+
+ private:
+  const LocalMap* map_;
+  VoxelCoord last_{};
+  const Block* block_ = nullptr;
+  bool known_ = false;
+};
+
 /// What a ray met.
 struct RayHit {
   enum class End : std::uint8_t {
@@ -122,15 +165,16 @@ struct RayHit {
   if (!lattice.voxel_of(origin_map).ok() || !lattice.voxel_of(to.cast<float>()).ok()) return result;
   result.end = RayHit::End::kMaxRange;
   result.distance_m = max_range_m;
+  BlockCursor cursor(map);
   walk_segment(from / lattice.resolution_m(), to / lattice.resolution_m(),
                [&](int x, int y, int z, double t) {
-                 const Estimate here = map.query(VoxelCoord{x, y, z});
-                 const bool unknown = here.state == VoxelState::kUnknown;
-                 if (here.state == VoxelState::kFree || (unknown && !stop_at_unknown)) return true;
+                 const VoxelState state = cursor.state({x, y, z});
+                 const bool unknown = state == VoxelState::kUnknown;
+                 if (state == VoxelState::kFree || (unknown && !stop_at_unknown)) return true;
                  result = {.end = unknown ? RayHit::End::kUnknown : RayHit::End::kOccupied,
                            .voxel = {x, y, z},
                            .distance_m = t * max_range_m,
-                           .estimate = here};
+                           .estimate = cursor.query(VoxelCoord{x, y, z})};
                  return false;
                });
   return result;

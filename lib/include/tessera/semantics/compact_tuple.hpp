@@ -16,8 +16,11 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
+#include <utility>
 
 #include "tessera/base/shared_words.hpp"
+#include "tessera/semantics/estimate.hpp"
 #include "tessera/semantics/evidence.hpp"
 
 namespace tessera {
@@ -55,6 +58,25 @@ class CompactTuple {
   static void copy_shared(const std::byte* octet, std::byte* to) noexcept {
     load_shared_words(to, octet, kOctetBytes);
   }
+  /// Adds one voxel's counts. Four words are read.
+  void summarize(const std::byte* octet, int voxel, CountSummary& into) const noexcept {
+    const auto word = [&](std::size_t s) {
+      std::uint32_t value = 0;
+      std::memcpy(&value, octet + s * sizeof(Words) + static_cast<std::size_t>(voxel) * 4, 4);
+      return value;
+    };
+    std::uint32_t a = word(0);
+    std::uint32_t b = word(1);
+    std::uint32_t c = word(2);
+    // Words sort by class; empty slots, all zero, come first.
+    if (b < a) std::swap(a, b);
+    if (c < b) std::swap(b, c);
+    if (b < a) std::swap(a, b);
+    for (const std::uint32_t slot : {a, b, c}) {
+      into.add(static_cast<int>(slot >> kCountBits), count_of(slot) * quantum_);
+    }
+    into.add_rest(count_of(word(kRest)) * quantum_);
+  }
   /// Whether a tuple can have these counts: of three classes at most, in whole quanta.
   [[nodiscard]] bool holds(const VoxelEvidence& evidence) const noexcept {
     return words_of(evidence)[0] != kNotHeld;
@@ -76,6 +98,10 @@ class CompactTuple {
     std::array<Words, kSlots + 1> words;
   };
   static_assert(sizeof(Octet) == kOctetBytes);
+  /// By way of a signed integer, which every processor converts in one instruction.
+  [[nodiscard]] static float count_of(std::uint32_t word) noexcept {
+    return static_cast<float>(static_cast<std::int32_t>(word & kMostCount));
+  }
 
   /// No slot's word: there is no class 255.
   static constexpr std::uint32_t kNotHeld = ~std::uint32_t{0};

@@ -15,6 +15,7 @@
 #include <cstring>
 
 #include "tessera/base/shared_words.hpp"
+#include "tessera/semantics/estimate.hpp"
 #include "tessera/semantics/evidence.hpp"
 
 namespace tessera {
@@ -92,6 +93,14 @@ class DenseTuple {
     for (std::uint64_t rest = components(octet); rest != 0; rest &= rest - 1) {
       const int component = std::countr_zero(rest);
       into.sigma[static_cast<std::size_t>(component)] = plane(octet, component)[voxel];
+    }
+  }
+
+  /// Adds one voxel's counts. O(components present in the octet).
+  static void summarize(const std::byte* octet, int voxel, CountSummary& into) noexcept {
+    for (std::uint64_t rest = components(octet); rest != 0; rest &= rest - 1) {
+      const int component = std::countr_zero(rest);
+      into.add(component, plane(octet, component)[voxel]);
     }
   }
 

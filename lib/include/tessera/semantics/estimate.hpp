@@ -49,28 +49,56 @@ struct Estimate {
   return concentration > 0.0 ? count / concentration : 0.0;  // eq. (8)
 }
 
+/// What an estimate needs of a voxel's counts, gathered in the order of components: free, labels
+/// ascending, the rest. Leaving out components without evidence changes nothing, not even a last
+/// bit.
+class CountSummary {
+ public:
+  /// free: sigma_0.
+  constexpr CountSummary(int num_components, float free) noexcept
+      : num_components_(num_components), free_(static_cast<double>(free)), total_(free_) {}
+  /// component in 1 .. C + 1, higher with every call.
+  constexpr void add(int component, float count) noexcept {
+    total_ += static_cast<double>(count);
+    if (count > most_ && component + 1 < num_components_) {
+      most_ = count;
+      label_ = component;
+    }
+  }
+  constexpr void add_rest(float rest) noexcept { total_ += static_cast<double>(rest); }
+
+  /// State, label and certainty. prior: sigma_0 of every component, >= 0. O(1).
+  [[nodiscard]] constexpr Estimate estimate(double prior) const noexcept {
+    Estimate result;
+    result.evidence = total_;
+    const double concentration = num_components_ * prior + total_;
+    if (concentration > 0.0) result.occupancy = 1.0 - (prior + free_) / concentration;  // eq. (8)
+    if (!(total_ > 0.0)) return result;
+    result.state = result.occupancy > 0.5 ? VoxelState::kOccupied : VoxelState::kFree;
+    if (label_ == 0) return result;
+    result.label = label_;
+    result.probability = (prior + static_cast<double>(most_)) / concentration;  // eq. (8)
+    result.variance =
+        result.probability * (1.0 - result.probability) / (concentration + 1.0);  // eq. (17)
+    return result;
+  }
+
+ private:
+  int num_components_;
+  int label_ = 0;
+  float most_ = 0.0F;
+  double free_;
+  double total_;
+};
+
 /// State, label and certainty of one voxel. prior: sigma_0 of every component, >= 0. O(C), no
 /// memory.
 [[nodiscard]] inline Estimate estimate(const VoxelEvidence& evidence, double prior) noexcept {
-  Estimate result;
-  result.evidence = evidence.total();
-  const double concentration = evidence.num_components * prior + result.evidence;
-  result.occupancy = concentration > 0.0 ? 1.0 - probability_of(evidence, 0, prior) : 0.0;
-  if (!(result.evidence > 0.0)) return result;
-  result.state = result.occupancy > 0.5 ? VoxelState::kOccupied : VoxelState::kFree;
-  float most = 0.0F;
-  for (int label = 1; label + 1 < evidence.num_components; ++label) {
-    const float count = evidence.sigma[static_cast<std::size_t>(label)];
-    if (count > most) {
-      most = count;
-      result.label = label;
-    }
-  }
-  if (result.label == 0) return result;
-  result.probability = probability_of(evidence, result.label, prior);
-  result.variance =
-      result.probability * (1.0 - result.probability) / (concentration + 1.0);  // eq. (17)
-  return result;
+  CountSummary summary(evidence.num_components, evidence.sigma[0]);
+  for (int l = 1; l < evidence.num_components; ++l)
+    summary.add(l, evidence.sigma[static_cast<std::size_t>(l)]);
+  summary.add_rest(evidence.rest);
+  return summary.estimate(prior);
 }
 
 }  // namespace tessera

@@ -54,6 +54,9 @@ class TupleStore {
     dense() ? DenseTuple::copy_shared(octet, to, num_components)
             : CompactTuple::copy_shared(octet, to);
   }
+  void summarize(const std::byte* octet, int voxel, CountSummary& into) const noexcept {
+    dense() ? DenseTuple::summarize(octet, voxel, into) : compact_.summarize(octet, voxel, into);
+  }
   /// Whether a tuple can have these counts.
   [[nodiscard]] bool holds(const VoxelEvidence& evidence) const noexcept {
     return dense() ? DenseTuple::holds(evidence) : compact_.holds(evidence);

@@ -1,0 +1,182 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// How long does it take to ask the map about a voxel: points in the order of a scan, voxels at
+// random inside and outside of what was seen, and along rays?
+#include <cmath>
+
+#include "scenes.hpp"
+
+namespace tessera::bench {
+
+namespace {
+
+constexpr std::size_t kRandomQueries = 1'000'000;
+
+/// splitmix64.
+struct Random {
+  std::uint64_t state = 1;
+  std::uint64_t next() { return mix64(state += 0x9e3779b97f4a7c15U); }
+  std::size_t below(std::size_t n) { return static_cast<std::size_t>(next() % n); }
+};
+
+/// What was asked, so that the work is done and can be compared.
+struct Answers {
+  std::uint64_t sum = 0;
+  void add(const Estimate& estimate) {
+    sum +=
+        static_cast<std::uint64_t>(estimate.state) + 4 * static_cast<std::uint64_t>(estimate.label);
+  }
+};
+
+std::vector<Point3f> points_in_map(const Scan& scan) {
+  std::vector<Point3f> points;
+  for (std::size_t i = 0; i < scan.components.size(); ++i)
+    points.push_back(transform(scan.T_map_sensor, &scan.points_xyzi[4 * i]));
+  return points;
+}
+
+std::vector<VoxelCoord> shuffled(std::vector<VoxelCoord> voxels) {
+  Random random;
+  for (std::size_t i = voxels.size(); i > 1; --i) std::swap(voxels[i - 1], voxels[random.below(i)]);
+  if (voxels.size() > kRandomQueries) voxels.resize(kRandomQueries);
+  return voxels;
+}
+
+/// Voxels anywhere in the box of what was observed: most of them were never seen.
+std::vector<VoxelCoord> anywhere(const std::vector<VoxelCoord>& observed) {
+  VoxelCoord low = observed.front();
+  VoxelCoord high = observed.front();
+  for (const VoxelCoord& v : observed) {
+    low = {std::min(low.x, v.x), std::min(low.y, v.y), std::min(low.z, v.z)};
+    high = {std::max(high.x, v.x), std::max(high.y, v.y), std::max(high.z, v.z)};
+  }
+  Random random{2};
+  const auto between = [&](std::int32_t a, std::int32_t b) {
+    return a + static_cast<std::int32_t>(random.below(static_cast<std::size_t>(b - a + 1)));
+  };
+  std::vector<VoxelCoord> voxels(std::min(kRandomQueries, observed.size()));
+  for (VoxelCoord& v : voxels)
+    v = {between(low.x, high.x), between(low.y, high.y), between(low.z, high.z)};
+  return voxels;
+}
+
+struct Question {
+  const char* name;
+  const char* title;
+  std::size_t voxels;  ///< Asked about in one go.
+  Times times{};
+  std::uint64_t answers = 0;
+};
+
+template <class Ask>
+void time(Question& question, Ask&& ask) {
+  Answers answers;
+  question.times.measure([&] { ask(answers); });
+  question.answers = answers.sum;
+}
+
+std::vector<double> ns_per_voxel(const std::vector<double>& ms, std::size_t voxels) {
+  std::vector<double> ns;
+  for (const double value : ms) ns.push_back(1e6 * value / static_cast<double>(voxels));
+  return ns;
+}
+
+/// Rays from the last scan's sensor towards each of its points and a metre on.
+struct Rays {
+  Point3f origin_map;
+  std::vector<Point3f> directions;
+  std::vector<double> ranges_m;
+
+  template <class Visit>
+  void cast(const LocalMap& map, Visit&& visit) const {
+    for (std::size_t i = 0; i < directions.size(); ++i)
+      visit(cast_ray(map, origin_map, directions[i], ranges_m[i]));
+  }
+};
+
+Rays rays_of(const Scan& scan, const std::vector<Point3f>& points) {
+  Rays rays{scan.origin_map(), {}, {}};
+  for (const Point3f& point : points) {
+    const Point3f direction = point - rays.origin_map;
+    const double range_m = norm(direction.cast<double>());
+    if (!(range_m > 0.5)) continue;
+    rays.directions.push_back(direction);
+    rays.ranges_m.push_back(range_m + 1.0);
+  }
+  return rays;
+}
+
+/// Voxels that the rays pass up to where they end, that one included.
+std::size_t steps_of(const Rays& rays, const LocalMap& map) {
+  std::size_t steps = 0;
+  for (std::size_t i = 0; i < rays.directions.size(); ++i) {
+    const RayHit hit = cast_ray(map, rays.origin_map, rays.directions[i], rays.ranges_m[i]);
+    const Point3d from = rays.origin_map.cast<double>() / map.config().resolution_m;
+    const Point3d d = rays.directions[i].cast<double>();
+    const Point3d to = from + d * (rays.ranges_m[i] / norm(d) / map.config().resolution_m);
+    walk_segment(from, to, [&](int x, int y, int z, double) {
+      ++steps;
+      return hit.end != RayHit::End::kOccupied || VoxelCoord{x, y, z} != hit.voxel;
+    });
+  }
+  return steps;
+}
+
+Outcome<Json> measure(const Options& options, Records& records) {
+  const Outcome<Scene> scene = load_scene(options);
+  if (!scene.ok()) return scene.failure();
+  Outcome<Mapper> mapper = Mapper::make(kFreeSpaceMode, *scene, options.resolution_m);
+  if (!mapper.ok()) return mapper.failure();
+  const Outcome<void> mapped = mapper->integrate_all(*scene);
+  if (!mapped.ok()) return mapped.failure();
+  const LocalMap& map = mapper->map();
+  const std::vector<Point3f> points = points_in_map(scene->scans.back());
+  const Rays rays = rays_of(scene->scans.back(), points);
+  const std::vector<VoxelCoord> observed = observed_voxels(*mapper);
+  const std::vector<VoxelCoord> inside = shuffled(observed);
+  const std::vector<VoxelCoord> outside = anywhere(observed);
+  std::vector<Question> questions{
+      {"scan_order", "points of a scan, in its order, cursor", points.size()},
+      {"scan_order_alone", "the same, each on its own", points.size()},
+      {"random_observed", "observed voxels at random", inside.size()},
+      {"random_anywhere", "voxels at random in the map's box", outside.size()},
+      {"along_rays", "voxels along rays", steps_of(rays, map)}};
+  const auto ask_voxels = [&](const std::vector<VoxelCoord>& voxels) {
+    return [&](Answers& answers) {
+      for (const VoxelCoord& voxel : voxels) answers.add(map.query(voxel));
+    };
+  };
+  for (int i = 0; i < 3 * options.repetitions; ++i) {
+    time(questions[0], [&](Answers& answers) {
+      BlockCursor cursor(map);
+      for (const Point3f& point : points) answers.add(cursor.query(point));
+    });
+    time(questions[1], [&](Answers& answers) {
+      for (const Point3f& point : points) answers.add(map.query(point));
+    });
+    time(questions[2], ask_voxels(inside));
+    time(questions[3], ask_voxels(outside));
+    time(questions[4], [&](Answers& answers) {
+      rays.cast(map, [&](const RayHit& hit) { answers.add(hit.estimate); });
+    });
+  }
+  Json json = Json::object();
+  for (const Question& question : questions) {
+    records.check(std::string("query_") + question.name, question.answers);
+    json[question.name] = {
+        {"title", question.title},
+        {"voxels", question.voxels},
+        {"ns_per_voxel", statistics(ns_per_voxel(question.times.ms, question.voxels))},
+        {"cpu_ns_per_voxel", median(ns_per_voxel(question.times.cpu_ms, question.voxels))}};
+  }
+  return Json{
+      {"observed_voxels", observed.size()}, {"rays", rays.directions.size()}, {"questions", json}};
+}
+
+}  // namespace
+
+}  // namespace tessera::bench
+
+int main(int argc, char** argv) {
+  return tessera::bench::run(argc, argv, "query", tessera::bench::measure);
+}

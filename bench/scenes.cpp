@@ -1,0 +1,126 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "scenes.hpp"
+
+#include <bit>
+
+#include "dataset/dataset.hpp"
+
+namespace tessera::bench {
+
+namespace {
+
+InferenceConfig inference_of(const Mode& mode, double resolution_m) {
+  InferenceConfig config;
+  config.mode = mode.inference;
+  config.kernel_length_m = static_cast<float>(3.0 * resolution_m);
+  config.free_space.enabled = mode.free_space;
+  config.max_range_m = 0.0F;
+  config.thinning_m = resolution_m;
+  if (mode.inference == InferenceMode::kKernel) config.thinning_weight = ThinningWeight::kSum;
+  return config;
+}
+
+MapConfig map_of(const Mode& mode, double resolution_m) {
+  MapConfig config;
+  config.resolution_m = resolution_m;
+  config.tuple = mode.tuple;
+  config.storage_bytes = mode.storage_bytes;
+  if (mode.inference == InferenceMode::kKernel) {
+    config.max_evidence = 250.0F;
+    config.free_weight = 1.0F;
+  }
+  return config;
+}
+
+}  // namespace
+
+ScanView Scan::view() const {
+  return {.T_map_sensor = T_map_sensor,
+          .points = points_xyzi.data(),
+          .stride_floats = 4,
+          .count = components.size(),
+          .components = components.data()};
+}
+
+Outcome<Scene> load_scene(const Options& options) {
+  const Outcome<Dataset> dataset =
+      Dataset::open(options.dataset, {.first = options.first, .last = options.last});
+  if (!dataset.ok()) return dataset.failure();
+  Scene scene;
+  scene.classes = dataset->classes().table();
+  scene.max_points = dataset->max_points();
+  if (scene.max_points == 0) return Failure{options.dataset + " has no points; choose other scans"};
+  ScanBuffer buffer(scene.max_points);
+  for (std::size_t i = 0; i < dataset->num_scans(); ++i) {
+    const Outcome<DatasetScan> scan = dataset->read(i, buffer);
+    if (!scan.ok()) return scan.failure();
+    scene.scans.push_back({{scan->points_xyzi.begin(), scan->points_xyzi.end()},
+                           {scan->components.begin(), scan->components.end()},
+                           scan->T_map_sensor});
+  }
+  return scene;
+}
+
+Outcome<std::string> digest_of_input(const Options& options) {
+  const Outcome<Scene> scene = load_scene(options);
+  if (!scene.ok()) return scene.failure();
+  Digest digest;
+  digest.add(std::bit_cast<std::uint64_t>(options.resolution_m));
+  for (const Scan& scan : scene->scans) {
+    for (const float value : scan.points_xyzi) digest.add_float(value);
+    for (const std::uint8_t component : scan.components) digest.add(component);
+    for (int i = 0; i < 12; ++i)
+      digest.add(std::bit_cast<std::uint64_t>(scan.T_map_sensor(i / 4, i % 4)));
+  }
+  return hex64(digest.value());
+}
+
+Outcome<Mapper> Mapper::make(const Mode& mode, const Scene& scene, double resolution_m) {
+  const MapConfig map_config = map_of(mode, resolution_m);
+  const ScanCapacity capacity{.points = static_cast<std::uint32_t>(scene.max_points),
+                              .tiles = 131072,
+                              .ray_blocks = 131072};
+  const std::size_t bytes = required_bytes(map_config) +
+                            Integrator::required_bytes(capacity, mode.free_space) + kArenaAlignment;
+  Mapper mapper;
+  mapper.memory_.reset(static_cast<std::byte*>(
+      std::aligned_alloc(kArenaAlignment, align_up(bytes, kArenaAlignment))));
+  if (mapper.memory_ == nullptr)
+    return Failure{"the system does not give the memory for a map", FailureKind::kFailure};
+  Arena arena(std::span<std::byte>(mapper.memory_.get(), bytes));
+  Result<LocalMap> map = LocalMap::make(arena, map_config, scene.classes);
+  Result<Integrator> integrator =
+      Integrator::make(arena, inference_of(mode, resolution_m), capacity);
+  if (!map.ok() || !integrator.ok())
+    return Failure{std::string("cannot make a map for ") + mode.name, FailureKind::kFailure};
+  mapper.map_ = std::move(*map);
+  mapper.integrator_ = std::move(*integrator);
+  return mapper;
+}
+
+Outcome<void> Mapper::integrate_all(const Scene& scene) {
+  for (const Scan& scan : scene.scans) {
+    const ScanReport report = integrate(scan);
+    if (report.pose != Status::kOk || report.left_out() > 0)
+      return Failure{"a scan did not fit as a whole", FailureKind::kFailure};
+  }
+  return {};
+}
+
+std::span<KeyedIndex> Mapper::workspace() {
+  workspace_.resize(std::max(workspace_.size(), 2 * map_.block_count()));
+  return workspace_;
+}
+
+std::uint64_t Mapper::digest_of_map() { return tessera::digest(map_, workspace()); }
+
+std::vector<VoxelCoord> observed_voxels(Mapper& mapper) {
+  std::vector<VoxelCoord> voxels;
+  for_each_observed(
+      mapper.map(), mapper.workspace(),
+      [&](const VoxelCoord& voxel, const VoxelEvidence&) { voxels.push_back(voxel); });
+  return voxels;
+}
+
+}  // namespace tessera::bench

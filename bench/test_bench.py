@@ -1,0 +1,92 @@
+# SPDX-FileCopyrightText: The tessera authors
+# SPDX-License-Identifier: Apache-2.0
+"""The benchmarks still run, find what they found before, and fill the pages; on a small scene, and never about time."""
+import json
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import write_docs
+
+HERE = pathlib.Path(__file__).resolve().parent
+BUILD = pathlib.Path(os.environ["TESSERA_BUILD"])
+MODES = {"kernel", "multi_entropy", "multi_entropy_free_space", "counting"}
+
+
+class Smoke(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.out = pathlib.Path(cls.folder.name)
+        cls.done = subprocess.run([sys.executable, "-B", HERE / "run.py", "--build", BUILD, "--out", cls.out, "--smoke"],
+                                  capture_output=True, text=True)
+        assert cls.done.returncode == 0, cls.done.stdout + cls.done.stderr
+        cls.found = json.loads((cls.out / "bench.json").read_text())
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    def test_every_result_is_the_one_on_record(self):
+        names = set()
+        for part in self.found.values():
+            digests = part.get("digests") or {}
+            self.assertEqual(digests.get("results"), digests.get("recorded"))
+            names |= set(digests.get("results") or {})
+        self.assertLessEqual(MODES | {"query_along_rays", "file_multi_entropy"}, names)
+
+    def test_times_are_whole(self):
+        integrate = self.found["integrate"]
+        self.assertEqual(MODES, set(integrate["modes"]))
+        for mode in integrate["modes"].values():
+            self.assertEqual(integrate["scans"] * integrate["repetitions"], mode["ms"]["count"])
+            self.assertEqual(mode["ms"]["count"], sum(mode["ms"]["histogram"]["counts"]))
+            ordered = [mode["ms"][key] for key in ("min", "median", "p99", "p999", "max")]
+            self.assertEqual(sorted(ordered), ordered)
+            self.assertGreater(ordered[0], 0)
+        self.assertGreater(integrate["naive"]["same_labels"], 0.999)
+        self.assertGreater(integrate["naive"]["updates"], sum(s["voxel_updates"] for s in integrate["modes"]["kernel"]["scans"]))
+        self.assertEqual({"scan_order", "scan_order_alone", "random_observed", "random_anywhere", "along_rays"}, set(self.found["query"]["questions"]))
+
+    def test_memory_and_agreement(self):
+        for setting in self.found["memory"]["settings"].values():
+            for run in setting["budgets"].values():
+                self.assertEqual(0, run["refused"])
+                self.assertEqual(0, run["heap_allocations"] or 0)
+                self.assertLess(run["used_bytes"] + run["scratch_bytes"], run["budget_bytes"])
+        for mode in self.found["agreement"]["modes"].values():
+            self.assertGreater(mode["same_label"], 0.999)
+        self.assertEqual(0, self.found["example"]["left_out"])
+
+    def test_a_wrong_result_fails(self):
+        part = self.found["map_file"]
+        wrong = self.out / "wrong.json"
+        wrong.write_text(json.dumps({part["digests"]["input"]: {"digests": {"file_multi_entropy": "0" * 16}}}))
+        done = subprocess.run([BUILD / "bench" / "bench_map_file", "--dataset", self.out / "street" / "robot_1", "--last", "1",
+                               "--repetitions", "1", "--digests", wrong, "--out", self.out / "again.json"],
+                              capture_output=True, text=True)
+        self.assertEqual(3, done.returncode)
+        self.assertIn("file_multi_entropy is not the one on record", done.stderr)
+
+    def test_pages_are_filled_and_their_text_is_kept(self):
+        pages = self.out / "docs"
+        pages.mkdir()
+        for name in write_docs.PAGES:
+            shutil.copy(HERE.parent / "docs" / name, pages)
+        subprocess.run([sys.executable, "-B", HERE / "write_docs.py", self.out / "bench.json", pages], check=True)
+        for name in write_docs.PAGES:
+            before, after = (HERE.parent / "docs" / name).read_text(), (pages / name).read_text()
+            self.assertEqual(write_docs.PART.sub("", before), write_docs.PART.sub("", after))
+            if "circumstances" in after:
+                self.assertIn("simulated street, 16 beams", after)
+            for part in re.findall(r"<!-- measured: \w+ -->(.*?)<!-- end measured -->", after, re.S):
+                self.assertGreater(len(part.strip()), 40)
+
+
+if __name__ == "__main__":
+    unittest.main()
