@@ -90,7 +90,7 @@ class Reach(CommandCase):
         self.assertEqual(reports[0]["digest"], reports[1]["digest"])
         self.assertEqual(0, reports[1]["window"]["lost_blocks"] + reports[1]["window"]["merged"])
         self.assertEqual(0, reports[1]["heap_allocations_after_init"] or 0)
-        self.assertLess(reports[1]["memory"]["peak_bytes"], reports[0]["memory"]["peak_bytes"] / 3)
+        self.assertLess(reports[1]["memory"]["peak_bytes"], reports[0]["memory"]["peak_bytes"] / 2.5)
 
 
 if __name__ == "__main__":

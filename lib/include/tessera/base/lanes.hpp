@@ -9,12 +9,6 @@
 #include <cstdint>
 #include <cstring>
 
-#if defined(__SSE2__)
-#include <emmintrin.h>
-#elif defined(__aarch64__)
-#include <arm_neon.h>
-#endif
-
 namespace tessera {
 
 using Float4 = float __attribute__((vector_size(16)));
@@ -33,10 +27,8 @@ inline void store4(float* p, Float4 lanes) noexcept { std::memcpy(p, &lanes, siz
 
 /// Correctly rounded in each lane (IEEE 754).
 [[nodiscard]] inline Float4 sqrt4(Float4 v) noexcept {
-#if defined(__SSE2__)
-  return _mm_sqrt_ps(v);
-#elif defined(__aarch64__)
-  return vsqrtq_f32(v);
+#if defined(__SSE__)
+  return __builtin_ia32_sqrtps(v);
 #else
   return Float4{std::sqrt(v[0]), std::sqrt(v[1]), std::sqrt(v[2]), std::sqrt(v[3])};
 #endif
@@ -51,15 +43,9 @@ inline void store4(float* p, Float4 lanes) noexcept { std::memcpy(p, &lanes, siz
   return v;
 }
 [[nodiscard]] inline bool any(Int4 mask) noexcept {
-#if defined(__SSE2__)
-  __m128i m;
-  std::memcpy(&m, &mask, sizeof(m));
-  return _mm_movemask_epi8(m) != 0;
-#else
   std::array<std::uint64_t, 2> halves{};
   std::memcpy(halves.data(), &mask, sizeof(mask));
   return (halves[0] | halves[1]) != 0;
-#endif
 }
 [[nodiscard]] inline std::int32_t sum_of(Int4 v) noexcept { return (v[0] + v[1]) + (v[2] + v[3]); }
 
