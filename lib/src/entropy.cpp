@@ -4,6 +4,8 @@
 
 #include <bit>
 
+#include "tessera/base/bits.hpp"
+
 namespace tessera {
 
 float class_entropy(std::uint32_t n, std::uint32_t n_max, std::uint32_t m,
@@ -33,7 +35,7 @@ void measure_units(ScanTiles& tiles, int num_classes) noexcept {
       if (here > most) most = here;
       here = 0;
     }
-    const int classes = std::popcount(seen);
+    const int classes = count_ones(seen);
     unit.class_entropy =
         class_entropy(labelled, most, static_cast<std::uint32_t>(classes), num_classes);
     unit.label = classes == 0   ? UnitSample::kNoLabel

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Admission: what the scan's points may need, and whether it is there. Everything here is an upper
 // bound that the writing stays under; blocks opened and not written are closed again.
+#include "tessera/base/bits.hpp"
 #include "tessera/inference/integrator.hpp"
 #include "tessera/inference/kernel.hpp"
 
@@ -68,24 +69,51 @@ bool Integrator::want_units(const LocalMap& map) noexcept {
   return true;
 }
 
+namespace {
+
+/// The units of a tile, `offset` tiles further on an axis, within reach on that axis of the units
+/// in mask. step: between units on the axis; first: those at 0 on it.
+std::uint64_t spread(std::uint64_t mask, int offset, int reach, unsigned step,
+                     std::uint64_t first) noexcept {
+  std::uint64_t result = 0;
+  for (int to = 0; to < 4; ++to) {
+    std::uint64_t within = 0;
+    for (int from = 0; from < 4; ++from) {
+      const int distance = to + 4 * offset - from;
+      if (distance <= reach && -distance <= reach)
+        within |= (mask >> (step * static_cast<unsigned>(from))) & first;
+    }
+    result |= within << (step * static_cast<unsigned>(to));
+  }
+  return result;
+}
+
+}  // namespace
+
+/// Boxes of units are what reaches on all three axes: one axis after the other.
 bool Integrator::want_kernel_units() noexcept {
   const int reach = kernel_reach_units_;
+  const int tiles = (reach + 3) / 4;
   const std::size_t with_points = tiles_.tiles().size();
   for (std::size_t i = 0; i < with_points; ++i) {
-    for (std::uint64_t rest = tiles_.tiles()[i].occupied; rest != 0; rest &= rest - 1) {
-      const int unit = std::countr_zero(rest);
-      if (!for_units_around(tiles_.tiles()[i].coord, unit, reach,
-                            [&](const BlockCoord& coord, std::uint64_t box) {
-                              if (!in_grid(coord)) return true;
-                              const Result<std::uint32_t> tile = tiles_.ensure(coord);
-                              if (!tile.ok()) return false;
-                              tiles_.tiles()[*tile].wanted |= box;
-                              return true;
-                            })) {
-        return false;
+    const BlockCoord at = tiles_.tiles()[i].coord;
+    const std::uint64_t occupied = tiles_.tiles()[i].occupied;
+    for (int dz = -tiles; dz <= tiles; ++dz) {
+      const std::uint64_t on_z = spread(occupied, dz, reach, 16, 0xffffU);
+      for (int dy = -tiles; dy <= tiles && on_z != 0; ++dy) {
+        const std::uint64_t on_y = spread(on_z, dy, reach, 4, 0x000f000f000f000fU);
+        for (int dx = -tiles; dx <= tiles && on_y != 0; ++dx) {
+          const std::uint64_t units = spread(on_y, dx, reach, 1, 0x1111111111111111U);
+          const BlockCoord coord{at.x + dx, at.y + dy, at.z + dz};
+          if (units == 0 || !in_grid(coord)) continue;
+          const Result<std::uint32_t> tile = tiles_.ensure(coord);
+          if (!tile.ok()) return false;
+          tiles_.tiles()[*tile].wanted |= units;
+        }
       }
     }
   }
+  tiles_.link_faces();
   return true;
 }
 
@@ -149,7 +177,11 @@ void Integrator::count_tile(const LocalMap& map, const Tile& tile, std::uint64_t
     const unsigned new_layers = layers_of_units(tile, edge, i, here) &
                                 ~layers_of_units(tile, edge, i, before) &
                                 ~layers_with_labels(block);
-    wanted[kLabelSlab] += static_cast<std::uint32_t>(std::popcount(new_layers));
+    wanted[kLabelSlab] += static_cast<std::uint32_t>(count_ones(new_layers));
+    if (block == nullptr && edge == 2) {
+      wanted[kOctetSlab] += static_cast<std::uint32_t>(count_ones(here));  // a unit is an octet
+      continue;
+    }
     for (std::uint64_t rest = here; rest != 0; rest &= rest - 1) {
       const UnitOctets octets = octets_of_unit(std::countr_zero(rest), edge);
       for (const OctetPlace& place : octets.places()) {

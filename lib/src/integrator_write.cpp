@@ -120,27 +120,36 @@ void Integrator::write_octet(LocalMap& map, SlabHandle block, int octet,
   ++report.label_octets;
 }
 
+/// Points reach boxes of units, so between a tile and one that its points reach there is a tile
+/// wherever the way goes: where a step leads to none, no point reaches from there.
 void Integrator::write_kernel_tile(LocalMap& map, const Tile& tile, EvidenceWork& work,
                                    ScanReport& report) noexcept {
   const double resolution_m = map.lattice().resolution_m();
   const float radius = kernel_radius_;
   const KernelShape kernel =
       shape(static_cast<float>(static_cast<double>(config_.kernel_length_m) / resolution_m));
-  const int reach_tiles = (kernel_reach_units_ + 3) / 4;
+  const int reach = kernel_reach_units_;
+  const int reach_tiles = (reach + 3) / 4;
   kernel_tile_.clear();
   for (int dz = -reach_tiles; dz <= reach_tiles; ++dz) {
-    for (int dy = -reach_tiles; dy <= reach_tiles; ++dy) {
-      for (int dx = -reach_tiles; dx <= reach_tiles; ++dx) {
-        const Tile* const from =
-            tiles_.find({tile.coord.x + dx, tile.coord.y + dy, tile.coord.z + dz});
+    const Tile* const on_z = tiles_.stepped(&tile, 2, dz);
+    for (int dy = -reach_tiles; dy <= reach_tiles && on_z != nullptr; ++dy) {
+      const Tile* const on_y = tiles_.stepped(on_z, 1, dy);
+      for (int dx = -reach_tiles; dx <= reach_tiles && on_y != nullptr; ++dx) {
+        const Tile* const from = tiles_.stepped(on_y, 0, dx);
         if (from == nullptr || from->occupied == 0) continue;
         const Point3f shift(static_cast<float>(dx * kBlockEdge),
                             static_cast<float>(dy * kBlockEdge),
                             static_cast<float>(dz * kBlockEdge));
-        const auto first = tiles_.sample(*from, std::countr_zero(from->occupied)).begin;
-        const auto end = tiles_.sample(*from, 63 - std::countl_zero(from->occupied)).end;
-        kernel_tile_.add_points(tiles_.points().subspan(first, end - first), shift, radius, kernel,
-                                work);
+        // Units of that tile, counted from this one's first, that reach this tile.
+        const auto low = [reach](int tiles) { return -reach - 4 * tiles; };
+        const auto high = [reach](int tiles) { return 3 + reach - 4 * tiles; };
+        std::uint64_t units =
+            from->occupied & box_mask({low(dx), low(dy), low(dz)}, {high(dx), high(dy), high(dz)});
+        for (; units != 0; units &= units - 1) {
+          const UnitSample& sample = tiles_.sample(*from, std::countr_zero(units));
+          kernel_tile_.add_points(points_of(tiles_, sample), shift, radius, kernel, work);
+        }
       }
     }
   }

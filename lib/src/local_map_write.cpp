@@ -3,6 +3,10 @@
 // The writing half of LocalMap. Cap arithmetic: with n free passes of weight w, labels summing to s
 // and the cap S, n w + s <= S holds after every call (to float rounding). All stores to what
 // readers of other threads may see are shared ones, within a Change of the block.
+#include <algorithm>
+#include <cstring>
+
+#include "tessera/base/bits.hpp"
 #include "tessera/map/local_map.hpp"
 
 namespace tessera {
@@ -79,7 +83,8 @@ void LocalMap::update_observed(Block& block, int octet, const TupleStore::Plane&
   unsigned now = 0;
   for (std::size_t v = 0; v < kOctetVoxels; ++v) now |= (sums[v] > 0.0F ? 1U : 0U) << v;
   std::uint8_t& observed = page.observed[octet_in_layer(octet)];
-  const int change = std::popcount(now) - std::popcount(unsigned{observed});
+  if (now == observed && now != 0) return;
+  const int change = count_ones(now) - count_ones(observed);
   store_shared(observed, static_cast<std::uint8_t>(now));
   block.label_voxels = static_cast<std::uint32_t>(static_cast<int>(block.label_voxels) + change);
   label_voxels_ = static_cast<std::uint64_t>(static_cast<std::int64_t>(label_voxels_) + change);
@@ -97,6 +102,11 @@ void LocalMap::hold_cap_on_labels(Block& block, int octet, unsigned voxels,
                                   TupleStore::Plane& sums) noexcept {
   const float cap = config_.max_evidence;
   const float w = config_.free_weight;
+  // Mostly there are no passes and no full voxel.
+  if (block.free_passes[layer_of_octet(octet)] == 0 &&
+      std::ranges::none_of(sums, [cap](float sum) { return sum > cap; })) {
+    return;
+  }
   std::byte* const tuples = pool_.at(octet_handle(block, octet));
   for (; voxels != 0; voxels &= voxels - 1) {
     const int v = std::countr_zero(voxels);
@@ -148,6 +158,63 @@ bool LocalMap::give_way_to_free(Block& block, int octet, int voxel, std::uint8_t
   return true;
 }
 
+namespace {
+
+/// Adds one to the bytes of eight passes whose bit is set in row, but not to those at `most`.
+/// Returns the bytes that were added to, a one each.
+std::uint64_t add_to_row(std::uint64_t& passes, std::uint64_t row, std::uint8_t most) noexcept {
+  constexpr std::uint64_t kOnes = 0x0101010101010101U;
+  constexpr std::uint64_t kLow = 0x7f7f7f7f7f7f7f7fU;
+  // Bit i of the row to byte i: there as its own bit, then as the byte's top bit, then as a one.
+  const std::uint64_t spread = (row * kOnes) & 0x8040201008040201U;
+  const std::uint64_t wanted = ((spread + kLow) >> 7U) & kOnes;
+  const std::uint64_t below = passes ^ (kOnes * most);  // zero bytes: full
+  const std::uint64_t open = ((((below & kLow) + kLow) | below) >> 7U) & kOnes;
+  passes += wanted & open;
+  return wanted & open;
+}
+
+/// One pass more for the voxels of two slices of a block. Returns whether anything changed.
+bool count_passes(FreePage& page, const std::array<std::uint64_t, 2>& slices,
+                  std::uint8_t most) noexcept {
+  std::uint64_t added = 0;
+  for (std::size_t row = 0; row < std::size_t{2} * kBlockEdge; ++row) {
+    const std::uint64_t bits = (slices[row / 8] >> (8 * (row % 8))) & 0xffU;
+    if (bits == 0) continue;
+    std::uint8_t* const at = &page.passes[8 * row];
+    std::uint64_t passes = 0;
+    std::memcpy(&passes, at, 8);
+    added |= add_to_row(passes, bits, most);
+    store_shared_words(at, &passes, 8);
+  }
+  return added != 0;
+}
+
+}  // namespace
+
+/// Labels give way where the cap is reached.
+bool LocalMap::give_way_in_layer(Block& block, std::size_t layer,
+                                 const std::array<std::uint64_t, 2>& slices) noexcept {
+  bool changed = false;
+  for (std::size_t i = 0; i < kLayerOctets; ++i) {
+    const int octet = static_cast<int>(layer * kLayerOctets + i);
+    const unsigned observed = observed_labels(block, octet);
+    if (observed == 0) continue;
+    // The octet's eight bits: two of a row, of two rows, of two slices.
+    const auto corner = static_cast<unsigned>(2 * (i & 3U) + 16 * (i >> 2U));
+    const auto of_slice = [corner](std::uint64_t slice) {
+      const auto rows = static_cast<unsigned>(slice >> corner);
+      return (rows & 3U) | ((rows >> 6U) & 12U);
+    };
+    unsigned carved = observed & (of_slice(slices[0]) | (of_slice(slices[1]) << 4U));
+    for (; carved != 0; carved &= carved - 1) {
+      const int voxel = std::countr_zero(carved);
+      changed = give_way_to_free(block, octet, voxel, free_passes(block, octet, voxel)) || changed;
+    }
+  }
+  return changed;
+}
+
 Status LocalMap::add_free_pass(SlabHandle handle, const VoxelMask& mask) noexcept {
   Block& block = mutable_block(handle);
   const std::uint32_t new_pages = free_pages_needed(block, mask);
@@ -155,25 +222,13 @@ Status LocalMap::add_free_pass(SlabHandle handle, const VoxelMask& mask) noexcep
     return Status::kResourceExhausted;
   const Change change(*this, handle);
   bool changed = false;
-  for (int z = 0; z < kBlockEdge; ++z) {
-    if (mask[static_cast<std::size_t>(z)] == 0) continue;
-    const std::size_t layer = layer_of_row(z * kBlockEdge * kBlockEdge);
+  for (std::size_t layer = 0; layer < kBlockLayers; ++layer) {
+    const std::array<std::uint64_t, 2> slices{mask[2 * layer], mask[2 * layer + 1]};
+    if ((slices[0] | slices[1]) == 0) continue;
     ensure_free_page(block, layer);
-    FreePage& page = mutable_free_page(block, layer);
-    for (std::uint64_t rest = mask[static_cast<std::size_t>(z)]; rest != 0; rest &= rest - 1) {
-      const int yx = std::countr_zero(rest);
-      std::uint8_t& passes = page.passes[row_in_layer(z * kBlockEdge * kBlockEdge + yx)];
-      const bool saturated = passes == max_passes_;
-      changed = changed || !saturated;
-      if (!saturated) store_shared(passes, static_cast<std::uint8_t>(passes + 1));
-      if (!block.has_labels() || !(config_.max_evidence > 0.0F)) continue;
-      const VoxelCoord v{yx & 7, yx >> 3, z};
-      const int octet = octet_in_block(v);
-      const int voxel = voxel_in_octet(v);
-      if (((unsigned{observed_labels(block, octet)} >> static_cast<unsigned>(voxel)) & 1U) == 0)
-        continue;
-      changed = give_way_to_free(block, octet, voxel, passes) || changed;
-    }
+    changed = count_passes(mutable_free_page(block, layer), slices, max_passes_) || changed;
+    if (config_.max_evidence > 0.0F && block.labels[layer] != 0)
+      changed = give_way_in_layer(block, layer, slices) || changed;
   }
   if (changed) store_shared(block.revision, revision_);
   return Status::kOk;

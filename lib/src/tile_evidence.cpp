@@ -3,8 +3,10 @@
 #include "tessera/inference/tile_evidence.hpp"
 
 #include <bit>
+#include <cstring>
 #include <limits>
 
+#include "tessera/base/bits.hpp"
 #include "tessera/base/lanes.hpp"
 #include "tessera/inference/kernel.hpp"
 
@@ -76,8 +78,7 @@ void add_points(std::span<const TilePoint> points, const Point3f& shift, const O
     store4(plane, load4(plane) + keep(low_voxels, low));  // eq. (7)
     store4(plane + 4, load4(plane + 4) + keep(high_voxels, high));
   }
-  work.evaluations +=
-      points.size() * static_cast<std::uint64_t>(std::popcount(unsigned{octet.voxels}));
+  work.evaluations += points.size() * static_cast<std::uint64_t>(count_ones(octet.voxels));
   work.updates += static_cast<std::uint64_t>(sum_of(updates));
 }
 
@@ -150,9 +151,11 @@ void KernelTile::add_points(std::span<const TilePoint> points, const Point3f& sh
     const float weight = point.weight * kernel.scale;
     float* const plane = planes_->plane[point.component].data();
     components_ |= std::uint64_t{1} << point.component;
-    // A row is two groups of four voxels.
-    const bool low = x.first < 4;
-    const bool high = x.last >= 4;
+    // A row is two groups of four voxels; how near each comes to the point along x.
+    const float low_near = px > 3.5F ? px - 3.5F : 0.0F;
+    const float high_near = px < 4.5F ? 4.5F - px : 0.0F;
+    const float low_reach = square_radius - low_near * low_near;
+    const float high_reach = square_radius - high_near * high_near;
     const Float4 dx_low = kLowCenters - px;
     const Float4 dx_high = kHighCenters - px;
     const Float4 low_square = dx_low * dx_low;
@@ -166,11 +169,11 @@ void KernelTile::add_points(std::span<const TilePoint> points, const Point3f& sh
         work.evaluations += static_cast<std::uint64_t>(x.last - x.first + 1);
         float* const row = plane + (iz * kBlockEdge + iy) * kBlockEdge;
         Int4 counted;
-        if (low) {
+        if (dyz <= low_reach) {
           store4(row, load4(row) + contribution.at(weight, low_square + dyz, counted));  // eq. (7)
           updates -= counted;
         }
-        if (high) {
+        if (dyz <= high_reach) {
           store4(row + 4, load4(row + 4) + contribution.at(weight, high_square + dyz, counted));
           updates -= counted;
         }
@@ -185,17 +188,13 @@ bool KernelTile::read(int octet, OctetEvidence& into) const noexcept {
   const int corner = row_order_corner(octet);
   for (std::uint64_t rest = components_; rest != 0; rest &= rest - 1) {
     const int component = std::countr_zero(rest);
-    const float* const from =
-        &planes_->plane[static_cast<std::size_t>(component)][static_cast<std::size_t>(corner)];
-    constexpr std::array<int, kOctetVoxels> kOffsets{0, 1, 8, 9, 64, 65, 72, 73};
-    OctetEvidence::Plane values{};
-    bool here = false;
-    for (std::size_t v = 0; v < kOctetVoxels; ++v) {
-      values[v] = from[kOffsets[v]];
-      here = here || values[v] > 0.0F;
-    }
-    if (!here) continue;
-    into.plane(component) = values;
+    const float* const from = planes_->plane[static_cast<std::size_t>(component)].data() + corner;
+    // Pairs along x of the octet's four rows. No sum is negative, so bits tell zero from the rest.
+    constexpr std::array<int, 4> kRows{0, 8, 64, 72};
+    std::array<std::uint64_t, 4> pairs{};
+    for (std::size_t i = 0; i < 4; ++i) std::memcpy(&pairs[i], from + kRows[i], 8);
+    if ((pairs[0] | pairs[1] | pairs[2] | pairs[3]) == 0) continue;
+    std::memcpy(into.plane(component).data(), pairs.data(), sizeof(pairs));
     any = true;
   }
   return any;

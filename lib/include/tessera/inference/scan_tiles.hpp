@@ -89,6 +89,13 @@ class ScanTiles {
     const std::uint32_t number = tile.beside[face];
     return number == 0 ? nullptr : &tiles_[number - 1];
   }
+  /// The tile so many steps along an axis, or null where one of the steps leads to no tile.
+  [[nodiscard]] const Tile* stepped(const Tile* tile, std::size_t axis, int steps) const noexcept {
+    const std::size_t face = 2 * axis + (steps > 0 ? 1 : 0);
+    for (int left = steps > 0 ? steps : -steps; left > 0 && tile != nullptr; --left)
+      tile = beside(*tile, face);
+    return tile;
+  }
 
   [[nodiscard]] std::span<Tile> tiles() noexcept { return tiles_.first(tile_count_); }
   [[nodiscard]] std::span<const Tile> tiles() const noexcept { return tiles_.first(tile_count_); }

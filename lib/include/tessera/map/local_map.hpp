@@ -234,6 +234,8 @@ class LocalMap {
   void ensure_free_page(Block& block, std::size_t layer) noexcept;
   void hold_cap_on_labels(Block& block, int octet, unsigned voxels,
                           TupleStore::Plane& sums) noexcept;
+  bool give_way_in_layer(Block& block, std::size_t layer,
+                         const std::array<std::uint64_t, 2>& slices) noexcept;
   bool give_way_to_free(Block& block, int octet, int voxel, std::uint8_t passes) noexcept;
   void update_observed(Block& block, int octet, const TupleStore::Plane& sums) noexcept;
   void note_usage() noexcept;
