@@ -146,14 +146,13 @@ bool Integrator::trace_rays() noexcept {
     // Axis by axis, so that few blocks are turned more than once.
     for (int axis = 2; axis >= 0 && rays_cut_ == 0; --axis) {
       for (std::size_t i = sweep; i < rays; i += sweeps) {
-        const bool is_return = i < admitted_count_;
-        const Point3f& end_map = is_return ? admitted_[i].p_map : rays_[i - admitted_count_].p_map;
+        const Point3f& end_map = ray_end(i);
         if (free_space_.axis_of(end_map) != axis) continue;
         if (traced % kRayBatch == 0 && !in_time(to_write)) {
           rays_cut_ = rays - traced;
           break;
         }
-        if (free_space_.trace(end_map, is_return) != Status::kOk) return false;
+        if (free_space_.trace(end_map, i < admitted_count_) != Status::kOk) return false;
         ++traced;
       }
     }

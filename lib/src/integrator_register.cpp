@@ -9,33 +9,75 @@ namespace tessera {
 
 namespace {
 
-/// What a return's distance and place are held against: the same for a whole scan.
+/// What a return is held against: the same for a whole scan.
 struct Limits {
-  Limits(const InferenceConfig& config, double resolution_m, int unit_edge) noexcept
-      : min_square(static_cast<double>(config.min_range_m) *
-                   static_cast<double>(config.min_range_m)),
+  Limits(const InferenceConfig& config, const LocalMap& map, const Point3d& origin,
+         int unit_edge) noexcept
+      : lattice(map.lattice()),
+        origin_map(origin),
+        min_square(squared(config.min_range_m)),
         max_m(static_cast<double>(config.max_range_m)),
+        max_square(max_m > 0.0 ? squared(config.max_range_m) : 1e300),
         // A tile of units of one voxel is half a block, so that tile numbers end at half the grid.
         voxels(unit_edge == 1 ? kVoxelLimit / 2 : kVoxelLimit) {
     // So that differences of cell and tile numbers within a scan fit 21 bits an axis.
     const double cell_m = config.thinning_m;
+    const double resolution_m = lattice.resolution_m();
     const double finest_m = cell_m > 0.0 && cell_m < resolution_m ? cell_m : resolution_m;
     const double reach_m = 0.5 * kBlockLimit * finest_m;
     reach_square = reach_m * reach_m;
-    max_square = max_m > 0.0 ? max_m * max_m : 1e300;
+  }
+  static double squared(float v) noexcept {
+    return static_cast<double>(v) * static_cast<double>(v);
   }
   /// Written so that NaN fails.
-  [[nodiscard]] bool in_grid(const Point3d& q) const noexcept {
+  [[nodiscard]] bool in_grid(const Point3f& p_map) const noexcept {
+    const Point3d q = lattice.to_voxels(p_map);
     return q.x() >= -voxels && q.x() < voxels && q.y() >= -voxels && q.y() < voxels &&
            q.z() >= -voxels && q.z() < voxels;
   }
 
+  Lattice lattice;
+  Point3d origin_map;
   double min_square;
   double max_m;
-  double max_square = 0.0;
+  double max_square;
   double reach_square = 0.0;
   double voxels;
 };
+
+enum class Fate : std::uint8_t { kRefused, kInRange, kFar };
+
+/// Sets point's place and weight; counts what is refused.
+Fate register_return(const ScanView& scan, std::size_t i, const Limits& limits, ScanPoint& point,
+                     ScanReport& report) noexcept {
+  const float* const p_sensor = scan.points + i * scan.stride_floats;
+  const double square =
+      squared_norm(static_cast<double>(p_sensor[0]), static_cast<double>(p_sensor[1]),
+                   static_cast<double>(p_sensor[2]));
+  point.weight = scan.weights == nullptr ? 1.0F : scan.weights[i];
+  // The square of a finite float does not overflow a double.
+  if (!(square < 1e300) || !(point.weight >= 0.0F && point.weight <= kMaxWeight)) {
+    ++report.non_finite;
+    return Fate::kRefused;
+  }
+  if (square < limits.min_square) {
+    ++report.too_near;
+    return Fate::kRefused;
+  }
+  point.p_map = transform(scan.T_map_sensor, p_sensor);
+  const bool far = square > limits.max_square;
+  if (far) {
+    const Point3d ray = point.p_map.cast<double>() - limits.origin_map;
+    point.p_map = (limits.origin_map + ray * (limits.max_m / norm(ray))).cast<float>();
+  }
+  if ((far ? limits.max_square : square) > limits.reach_square || !limits.in_grid(point.p_map)) {
+    ++report.out_of_grid;
+    return Fate::kRefused;
+  }
+  report.beyond_range += far ? 1U : 0U;
+  return far ? Fate::kFar : Fate::kInRange;
+}
 
 }  // namespace
 
@@ -45,10 +87,8 @@ void Integrator::register_points(const LocalMap& map, const ScanView& scan,
   // the sensor.
   const std::uint64_t kept = scan.count < registered_.size() ? scan.count : registered_.size();
   report.over_capacity = static_cast<std::uint32_t>(scan.count - kept);
-  const Limits limits(config_, map.lattice().resolution_m(), unit_edge());
-  const Lattice lattice = map.lattice();
+  const Limits limits(config_, map, origin_map_, unit_edge());
   const int unlabelled = map.classes().unlabelled();
-  const Matrix34d T_map_sensor = scan.T_map_sensor;
   for (std::uint64_t k = 0; k < kept; ++k) {
     if (k % kReturnBatch == 0 && !in_time()) {
       report.returns_cut = static_cast<std::uint32_t>(kept);
@@ -56,36 +96,11 @@ void Integrator::register_points(const LocalMap& map, const ScanView& scan,
       return;
     }
     const auto i = static_cast<std::size_t>(kept == scan.count ? k : k * scan.count / kept);
-    const float* const p_sensor = scan.points + i * scan.stride_floats;
-    const double square =
-        squared_norm(static_cast<double>(p_sensor[0]), static_cast<double>(p_sensor[1]),
-                     static_cast<double>(p_sensor[2]));
-    const float weight = scan.weights == nullptr ? 1.0F : scan.weights[i];
-    // The square of a finite float does not overflow a double.
-    if (!(square < 1e300) || !(weight >= 0.0F && weight <= kMaxWeight)) {
-      ++report.non_finite;
-      continue;
-    }
-    if (square < limits.min_square) {
-      ++report.too_near;
-      continue;
-    }
-    ScanPoint point{.p_map = transform(T_map_sensor, p_sensor), .weight = weight};
-    const bool far = square > limits.max_square;
-    if (far) {
-      const Point3d ray = point.p_map.cast<double>() - origin_map_;
-      point.p_map = (origin_map_ + ray * (limits.max_m / norm(ray))).cast<float>();
-    }
-    if ((far ? limits.max_square : square) > limits.reach_square ||
-        !limits.in_grid(lattice.to_voxels(point.p_map))) {
-      ++report.out_of_grid;
-      continue;
-    }
-    if (far) {
-      ++report.beyond_range;
-      if (config_.free_space.enabled) registered_[registered_.size() - ++far_count_] = point;
-      continue;
-    }
+    ScanPoint point;
+    const Fate fate = register_return(scan, i, limits, point, report);
+    if (fate == Fate::kFar && config_.free_space.enabled)
+      registered_[registered_.size() - ++far_count_] = point;
+    if (fate != Fate::kInRange) continue;
     const std::uint8_t component =
         scan.components == nullptr ? std::uint8_t{0} : scan.components[i];
     const bool known = component >= 1 && component < unlabelled;

@@ -146,6 +146,13 @@ Integrator::Refusal Integrator::reserve(LocalMap& map, const ScanPoint& point, b
   return refusal;
 }
 
+bool Integrator::is_spent(std::uint64_t work, std::uint64_t to_write, std::size_t& asked) noexcept {
+  if (work > work_limit_) return true;
+  if (asked++ % kPointBatch != 0 || in_time(to_write)) return false;
+  limit_is_deadline_ = true;
+  return true;
+}
+
 void Integrator::admit_one_by_one(LocalMap& map, ScanReport& report) noexcept {
   const bool carving = config_.free_space.enabled;
   SlabPool::Counts spoken_for{};
@@ -167,11 +174,7 @@ void Integrator::admit_one_by_one(LocalMap& map, ScanReport& report) noexcept {
     ScanPoint& point = is_point ? admitted_[item.index] : rays_[item.index - admitted_count_];
     const std::uint64_t steps = carving ? free_space_.most_steps(point.p_map) : 0;
     const std::uint64_t cost = (is_point ? per_point : 0) + 2 * steps;
-    if (!spent) {
-      spent = work + cost > work_limit_;
-      if (!spent && asked++ % kPointBatch == 0 && !in_time(to_write))
-        spent = limit_is_deadline_ = true;
-    }
+    spent = spent || is_spent(work + cost, to_write, asked);
     std::uint32_t* counter = work_counter(report, is_point);
     if (!spent) {
       const std::uint64_t steps_before = free_space_.steps();

@@ -136,6 +136,12 @@ class Integrator {
   bool want_units(const LocalMap& map) noexcept;
   bool want_kernel_units() noexcept;
   bool trace_rays() noexcept;
+  /// Where ray i ends: of the thinned points, then of the far rays.
+  [[nodiscard]] const Point3f& ray_end(std::size_t i) const noexcept {
+    return i < admitted_count_ ? admitted_[i].p_map : rays_[i - admitted_count_].p_map;
+  }
+  /// Whether so much work is over the limit, or the time is up but for what is to be written.
+  bool is_spent(std::uint64_t work, std::uint64_t to_write, std::size_t& asked) noexcept;
   bool open_blocks(LocalMap& map) noexcept;
   bool open_tile(LocalMap& map, Tile& tile, std::uint64_t units) noexcept;
   /// Adds to wanted a bound on what writing units takes beyond what the map has; counted: units

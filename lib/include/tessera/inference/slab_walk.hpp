@@ -77,15 +77,14 @@ template <bool kAllCorners, class WordsOf>
 class SlabWalk::Place {
  public:
   Place(const SlabWalk& walk, WordsOf& words_of) noexcept
-      : walk_(walk), words_of_(words_of), a_(walk.from_) {
-    const std::int32_t b_cell = cell(walk.across_[0].start);
-    const std::int32_t c_cell = cell(walk.across_[1].start);
-    b_block_ = b_cell >> 3;
-    c_block_ = c_cell >> 3;
-    b_ = walk.across_[0].start - b_block_ * kBlock;
-    c_ = walk.across_[1].start - c_block_ * kBlock;
-    words_ = words_at(0, 0);
-  }
+      : walk_(walk),
+        words_of_(words_of),
+        a_(walk.from_),
+        b_block_(cell(walk.across_[0].start) >> 3),
+        c_block_(cell(walk.across_[1].start) >> 3),
+        b_(walk.across_[0].start - b_block_ * kBlock),
+        c_(walk.across_[1].start - c_block_ * kBlock),
+        words_(words_at(0, 0)) {}
 
   [[nodiscard]] bool stopped() const noexcept { return words_ == nullptr; }
 
@@ -207,11 +206,11 @@ class SlabWalk::Place {
   const SlabWalk& walk_;
   WordsOf& words_of_;
   std::int32_t a_;
-  std::int32_t b_block_ = 0;
-  std::int32_t c_block_ = 0;
-  std::int64_t b_ = 0;
-  std::int64_t c_ = 0;
-  std::uint64_t* words_ = nullptr;
+  std::int32_t b_block_;
+  std::int32_t c_block_;
+  std::int64_t b_;
+  std::int64_t c_;
+  std::uint64_t* words_;  ///< Null: stopped.
 };
 
 template <bool kAllCorners, class WordsOf>
