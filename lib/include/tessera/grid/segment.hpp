@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Walking a straight line through the grid, cell by cell: what carving and ray queries share.
+// Walking a straight line through the grid, cell by cell, for queries along rays.
 #pragma once
 
 #include <array>
