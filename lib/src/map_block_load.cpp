@@ -11,7 +11,6 @@ namespace tessera {
 namespace {
 
 using detail::BlockHead;
-using detail::check;
 using detail::CheckedSource;
 using detail::failed;
 

@@ -81,10 +81,11 @@ Result<std::uint64_t> digest(const LocalMap& map, std::span<const KeyedIndex> bl
 }
 
 std::uint64_t digest(const LocalMap& map, std::span<KeyedIndex> workspace) noexcept {
-  // Only read through: a lookup's context is not const, as others' may change.
-  const BlockLookup lookup{const_cast<LocalMap*>(&map), [](void* context, const KeyedIndex& item) {
-                             return &static_cast<const LocalMap*>(context)->block_at(item.index);
-                           }};
+  const LocalMap* blocks = &map;
+  const BlockLookup lookup{
+      &blocks, [](void* context, const KeyedIndex& item) {
+        return &(*static_cast<const LocalMap**>(context))->block_at(item.index);
+      }};
   return *digest(map, map.blocks_in_order(workspace), lookup);
 }
 

@@ -15,7 +15,7 @@ using detail::put_block;
 
 /// A block and what of it is stored; block is nullptr where it cannot be had.
 struct Found {
-  const Block* block;
+  const Block* block = nullptr;
   BlockHead head;
 };
 Found find(const LocalMap& map, const BlockLookup& lookup, const KeyedIndex& item) noexcept {
@@ -116,10 +116,11 @@ MapFileStatus save(const LocalMap& map, const MapIdentity& identity,
     return {.status = Status::kInvalidArgument,
             .what = "there is no map, workspace or sink to save"};
   }
-  // Only read through: a lookup's context is not const, as others' may change.
-  const BlockLookup lookup{const_cast<LocalMap*>(&map), [](void* context, const KeyedIndex& item) {
-                             return &static_cast<const LocalMap*>(context)->block_at(item.index);
-                           }};
+  const LocalMap* blocks = &map;
+  const BlockLookup lookup{
+      &blocks, [](void* context, const KeyedIndex& item) {
+        return &(*static_cast<const LocalMap**>(context))->block_at(item.index);
+      }};
   return save(map, identity, map.blocks_in_order(workspace), lookup, buffer, byte_sink);
 }
 

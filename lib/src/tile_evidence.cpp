@@ -3,6 +3,7 @@
 #include "tessera/inference/tile_evidence.hpp"
 
 #include <bit>
+#include <cstddef>
 #include <cstring>
 #include <limits>
 
@@ -167,7 +168,7 @@ void KernelTile::add_points(std::span<const TilePoint> points, const Point3f& sh
         const float dyz = dy * dy + dz * dz;
         if (dyz > square_radius) continue;
         work.evaluations += static_cast<std::uint64_t>(x.last - x.first + 1);
-        float* const row = plane + (iz * kBlockEdge + iy) * kBlockEdge;
+        float* const row = plane + std::ptrdiff_t{iz * kBlockEdge + iy} * kBlockEdge;
         Int4 counted;
         if (dyz <= low_reach) {
           store4(row, load4(row) + contribution.at(weight, low_square + dyz, counted));  // eq. (7)
