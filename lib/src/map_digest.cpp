@@ -47,31 +47,42 @@ void add_row(const LocalMap& map, const Block& block, int y, int z, Digest& dige
   }
 }
 
+/// The first place from begin on, before end, where the block's key differs above shift.
+std::size_t end_of_run(std::span<const KeyedIndex> blocks, std::size_t begin, std::size_t end,
+                       unsigned shift) noexcept {
+  std::size_t i = begin;
+  while (i < end && (blocks[i].key >> shift) == (blocks[begin].key >> shift)) ++i;
+  return i;
+}
+
+/// Slice z of a row of blocks along x. False iff a block cannot be had.
+bool add_slice(const LocalMap& map, std::span<const KeyedIndex> row, const BlockLookup& lookup,
+               int z, Digest& digest) noexcept {
+  for (int y = 0; y < kBlockEdge; ++y) {
+    for (const KeyedIndex& item : row) {
+      const Block* const block = lookup.find(lookup.context, item);
+      if (block == nullptr) return false;
+      add_row(map, *block, y, z, digest);
+    }
+  }
+  return true;
+}
+
 }  // namespace
 
 Result<std::uint64_t> digest(const LocalMap& map, std::span<const KeyedIndex> blocks,
                              const BlockLookup& lookup) noexcept {
   Digest result;
   add_settings(map, result);
-  const auto same = [&](std::size_t a, std::size_t b, unsigned shift) {
-    return (blocks[a].key >> shift) == (blocks[b].key >> shift);
-  };
   constexpr unsigned kLayer = 42;  // z of the block
   constexpr unsigned kRow = 21;    // z and y
   for (std::size_t layer = 0; layer < blocks.size();) {
-    std::size_t layer_end = layer;
-    while (layer_end < blocks.size() && same(layer, layer_end, kLayer)) ++layer_end;
+    const std::size_t layer_end = end_of_run(blocks, layer, blocks.size(), kLayer);
     for (int z = 0; z < kBlockEdge; ++z) {
       for (std::size_t row = layer; row < layer_end;) {
-        std::size_t row_end = row;
-        while (row_end < layer_end && same(row, row_end, kRow)) ++row_end;
-        for (int y = 0; y < kBlockEdge; ++y) {
-          for (std::size_t i = row; i < row_end; ++i) {
-            const Block* const block = lookup.find(lookup.context, blocks[i]);
-            if (block == nullptr) return Status::kIo;
-            add_row(map, *block, y, z, result);
-          }
-        }
+        const std::size_t row_end = end_of_run(blocks, row, layer_end, kRow);
+        if (!add_slice(map, blocks.subspan(row, row_end - row), lookup, z, result))
+          return Status::kIo;
         row = row_end;
       }
     }

@@ -45,20 +45,14 @@ bool walk_segment(const Point3d& a, const Point3d& b, Visit&& visit) noexcept {
     t_next[axis] = --left[axis] > 0 ? t_next[axis] + t_step[axis] : kNever;
     return true;
   };
-  for (;;) {
+  const auto advance_nearest = [&] {
+    if (t_next[1] < t_next[0]) return t_next[2] < t_next[1] ? advance(2) : advance(1);
+    return t_next[2] < t_next[0] ? advance(2) : advance(0);
+  };
+  do {
     if (!visit(cell[0], cell[1], cell[2], t)) return false;
-    if (t_next[1] < t_next[0]) {
-      if (t_next[2] < t_next[1]) {
-        if (!advance(2)) return true;
-      } else {
-        if (!advance(1)) return true;
-      }
-    } else if (t_next[2] < t_next[0]) {
-      if (!advance(2)) return true;
-    } else {
-      if (!advance(0)) return true;
-    }
-  }
+  } while (advance_nearest());
+  return true;
 }
 
 }  // namespace tessera
