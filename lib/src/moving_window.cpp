@@ -15,15 +15,15 @@ constexpr double kDiagonal = 1.7320508075688773;
 }  // namespace
 
 Result<MovingWindow> MovingWindow::make(const WindowConfig& config, double resolution_m) noexcept {
-  const double edge_m = resolution_m * kBlockEdge;
-  const double far = (config.radius_m + config.hysteresis_m) / edge_m;
   const bool work = config.entries_per_step > 0 && config.evictions_per_step > 0 &&
                     config.pressed_evictions_per_step >= config.evictions_per_step &&
                     config.regions_per_step > 0 && config.reloads_per_step > 0;
-  if (!(resolution_m > 0.0) || !(config.radius_m > 0.0) || !(config.hysteresis_m >= 0.0) ||
-      !(far <= WindowConfig::kMaxRadiusBlocks) || !work) {
+  if (!(resolution_m > 0.0) || !(config.radius_m > 0.0) || !(config.hysteresis_m >= 0.0) || !work) {
     return Status::kInvalidArgument;
   }
+  const double edge_m = resolution_m * kBlockEdge;
+  const double far = (config.radius_m + config.hysteresis_m) / edge_m;
+  if (!(far <= WindowConfig::kMaxRadiusBlocks)) return Status::kInvalidArgument;
   const auto square = [](double blocks) { return floor_to_int64(blocks * blocks); };
   MovingWindow window;
   window.config_ = config;
