@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tessera/map/local_map.hpp"
 
+#include <bit>
+
 namespace tessera {
 
 namespace {
@@ -128,12 +130,19 @@ std::uint64_t LocalMap::count_free_voxels() const noexcept {
   std::uint64_t count = 0;
   index_.for_each([&](SlabHandle handle) {
     const Block& block = block_at(handle);
-    if (!block.has_free_passes()) return;
-    for (int octet = 0; octet < kBlockOctets; ++octet) {
-      const unsigned labels = observed_labels(block, octet);
-      for (int voxel = 0; voxel < kOctetVoxels; ++voxel) {
-        if (((labels >> static_cast<unsigned>(voxel)) & 1U) != 0) continue;
-        if (free_passes(block, octet, voxel) > 0) ++count;
+    for (std::size_t layer = 0; layer < kBlockLayers; ++layer) {
+      if (block.free_passes[layer] == 0) continue;
+      const auto& page = *reinterpret_cast<const FreePage*>(pool_.at(block.free_passes[layer]));
+      std::uint64_t passed = 0;
+      for (const std::uint8_t passes : page.passes) passed += passes != 0 ? 1U : 0U;
+      count += passed;
+      if (block.labels[layer] == 0) continue;
+      const int first = static_cast<int>(layer) * kLayerOctets;
+      for (int octet = first; octet < first + kLayerOctets; ++octet) {
+        for (unsigned labels = observed_labels(block, octet); labels != 0; labels &= labels - 1) {
+          const int voxel = std::countr_zero(labels);
+          count -= free_passes(block, octet, voxel) != 0 ? 1U : 0U;
+        }
       }
     }
   });

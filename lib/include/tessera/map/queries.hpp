@@ -151,7 +151,7 @@ struct RayHit {
 };
 
 /// The first occupied voxel from origin_map along direction (any length > 0), up to max_range_m.
-/// Steps through at most 3 * max_range_m / resolution + 4 voxels.
+/// Steps through at most max_range_m / resolution * sqrt(3) + 4 voxels.
 [[nodiscard]] inline RayHit cast_ray(const LocalMap& map, const Point3f& origin_map,
                                      const Point3f& direction, double max_range_m,
                                      bool stop_at_unknown = false) noexcept {
