@@ -10,9 +10,9 @@ fail() { echo "install-packages.sh: $*" >&2; exit 1; }
 packages=(g++ cmake ninja-build libeigen3-dev libcli11-dev nlohmann-json3-dev libtomlplusplus-dev libpng-dev python3)
 case "${1:-}" in
   demo) ;;
-  tests) packages+=(catch2 binutils) ;;
-  bench) packages+=(git python3-matplotlib liboctomap-dev) ;;
-  ci) packages+=(catch2 binutils git ccache clang clang-format clang-tidy g++-aarch64-linux-gnu libc6-dev-arm64-cross
+  tests) packages+=(catch2 binutils valgrind) ;;
+  bench) packages+=(binutils git python3-matplotlib liboctomap-dev valgrind) ;;
+  ci) packages+=(catch2 binutils valgrind git ccache clang clang-format clang-tidy g++-aarch64-linux-gnu libc6-dev-arm64-cross
                  qemu-user) ;;
   *) fail "say demo, tests, bench or ci" ;;
 esac
