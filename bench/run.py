@@ -14,6 +14,7 @@ import sys
 
 import example
 import memory
+import worst
 
 HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parent
@@ -122,6 +123,8 @@ def main():
         differing += [part["bench"]] if differs else []
     print("memory ...", flush=True)
     parts["memory"] = memory.measure(tessera, dataset, plan["last"], plan["budgets"], out)
+    print("worst cases ...", flush=True)
+    parts["worst_cases"] = worst.measure(options.build, count_instructions=not options.smoke)
     print("worked example ...", flush=True)
     parts["example"] = example.measure(tessera, out, 2 if options.smoke else example.SCANS)
     found.update(parts)

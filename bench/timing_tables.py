@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: The tessera authors
 # SPDX-License-Identifier: Apache-2.0
-"""The tables of docs/timing.md: what a unit of work costs, and a robot's period worked out from it."""
-from markdown import table
+"""The tables of docs/timing.md: what a unit of work costs, a robot's period worked out from it, and the worst cases."""
+from markdown import number, table
 
 # What the worked example takes for its robot: the simulated street's scanner of 16 beams, at 10 Hz.
 PERIOD_MS = 100
@@ -66,3 +66,14 @@ def example(found):
              f"`--memory {run['budget']}`: {run['budget_bytes'] / 1e6:.1f} MB"),
             ("left out", f"{run['left_out']:,}", "")]
     return table((f"{run['resolution_m']:g} m, {run['max_range_m']:g} m range, {run['scans']} scans", "as it is", "bound"), rows)
+
+
+def worst_cases(found):
+    rows = []
+    for case in found["worst_cases"].values():
+        operations, instructions = case["operations"], case["instructions"]
+        rows.append((f"`{case['call']}`", case["input"], f"{case['formula']}: {case['bound']:,.0f}", f"{operations:,.0f}",
+                     f"{instructions:,.0f}" if instructions else "-",
+                     f"{instructions / operations:,.1f}" if instructions and operations else "-",
+                     number(case["ns"] / 1e3), f"{case['stack_bytes']:,}" if case["stack_bytes"] else "-"))
+    return table(("call", "input", "operations, at most", "counted", "instructions", "an operation", "\u00b5s", "stack, bytes"), rows)

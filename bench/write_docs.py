@@ -110,7 +110,7 @@ def map_file(found):
 
 
 TABLES = {f.__name__: f for f in (circumstances, integrate, updates, limit, queries, memory, agreement, map_file,
-                                  timing_tables.costs, timing_tables.example)}
+                                  timing_tables.costs, timing_tables.example, timing_tables.worst_cases)}
 
 
 def fill(text, found):

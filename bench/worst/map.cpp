@@ -1,0 +1,257 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// States and writes that cost a map most: every class at once, all at the cap, keys that collide,
+// storage full.
+#include <cmath>
+
+#include "meter.hpp"
+#include "tessera/map/queries.hpp"
+
+namespace tessera::bench {
+
+namespace {
+
+constexpr std::size_t kMebibytes = 16;
+
+const char* name_of(TuplePolicy tuple) {
+  return tuple == TuplePolicy::kDense ? "dense" : "compact";
+}
+
+/// Keys of the first two of so many leaves: all in one page until the last split.
+std::vector<BlockCoord> two_leaves(std::size_t count, std::uint64_t leaves) {
+  return blocks_with_hash(
+      count, [leaves](std::uint32_t hash, std::uint64_t) { return (hash * leaves) >> 32U < 2; });
+}
+
+/// Keys that have the same two buckets of a page.
+std::vector<BlockCoord> same_buckets(std::size_t count) {
+  return blocks_with_hash(count, [](std::uint32_t hash, std::uint64_t) {
+    return hash >> 24U == 0 && hash % 64 == 5 && hash / 64 % 64 == 9;
+  });
+}
+
+double leaves_of(const MapConfig& config) {
+  return static_cast<double>(max_blocks(config) / BlockIndex::kLeafEntries + 1);
+}
+
+void measure_index(Meter& meter) {
+  const MapConfig config = config_of(TuplePolicy::kCompact, kMebibytes);
+  OwnedMap owned(config, kMostClasses);
+  LocalMap& map = owned.map;
+  // The insert that splits most is that into a full page.
+  const std::vector<BlockCoord> keys =
+      two_leaves(600, static_cast<std::uint64_t>(leaves_of(config)));
+  const auto used = [&map] { return map.usage().used_bytes; };
+  std::size_t splitting = 0;
+  std::size_t most = 0;
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    const std::size_t before = used();
+    if (!map.open_block(keys[i]).ok()) break;
+    if (used() - before > most) splitting = i;
+    most = std::max(most, used() - before);
+  }
+  double splits = 0.0;
+  meter.measure(
+      {"open_block_colliding", "LocalMap::open_block",
+       "a full page of keys of two leaves: all splits but the last leave them together",
+       "log2(leaves) splits of 512 entries"},
+      1,
+      [&] {
+        map.clear();
+        for (std::size_t i = 0; i < splitting; ++i) static_cast<void>(map.open_block(keys[i]));
+      },
+      [&] {
+        const std::size_t before = used();
+        static_cast<void>(map.open_block(keys[splitting]));
+        // A page of the pool comes with a block now and then; others are the index's.
+        splits = static_cast<double>((used() - before) / BlockIndex::kPageBytes);
+        return Operations{splits, std::ceil(std::log2(leaves_of(config))) + 1.0};
+      });
+  const std::vector<BlockCoord> crowd = same_buckets(17);
+  meter.measure(
+      {"find_colliding", "LocalMap::find", "both buckets full of others", "16 slots"}, 1000,
+      [&] {
+        map.clear();
+        for (std::size_t i = 0; i < 16; ++i) static_cast<void>(map.open_block(crowd[i]));
+      },
+      [&] {
+        std::uint64_t found = 0;
+        for (int i = 0; i < 1000; ++i) found += map.find(crowd[16]) == nullptr ? 0U : 1U;
+        return Operations{found == 0 ? 16.0 : 17.0, 16.0};
+      });
+  meter.measure(
+      {"make", "LocalMap::make", "16 MiB", "leaves"}, 1, [] {},
+      [&] {
+        Arena arena(std::as_writable_bytes(std::span(owned.lines)));
+        Result<LocalMap> made = LocalMap::make(arena, config, table_of(kMostClasses));
+        if (made.ok()) map = std::move(*made);
+        return Operations{leaves_of(config), leaves_of(config)};
+      });
+}
+
+void measure_octets(Meter& meter, TuplePolicy tuple) {
+  OwnedMap owned(config_of(tuple, kMebibytes), kMostClasses);
+  LocalMap& map = owned.map;
+  const std::string suffix = std::string("_") + name_of(tuple);
+  const OctetEvidence added = everything(map, 3.0F);
+  const double counts = 8.0 * (kMostClasses + 1);
+  SlabHandle block = 0;
+  const auto full = [&] {
+    map.clear();
+    block = fill_block(map, {1, 2, 3}, map.max_passes());
+  };
+  const std::string labels = "add_labels" + suffix;
+  const std::string labels_input =
+      std::string(name_of(tuple)) +
+      ": all 63 label components to 8 voxels at the cap, free passes too";
+  meter.measure({labels.c_str(), "LocalMap::add_labels", labels_input.c_str(), "8 (C + 1) counts"},
+                kBlockOctets, full, [&] {
+                  for (int octet = 0; octet < kBlockOctets; ++octet)
+                    static_cast<void>(map.add_labels(block, octet, added));
+                  return Operations{counts, counts};
+                });
+  VoxelMask all;
+  all.fill(~std::uint64_t{0});
+  const std::string pass = "add_free_pass" + suffix;
+  const std::string pass_input =
+      std::string(name_of(tuple)) + ": 512 voxels, all of which labels give way in";
+  const bool dense = tuple == TuplePolicy::kDense;
+  const double of_voxel = dense ? kMostClasses + 1.0 : 1.0;
+  meter.measure({pass.c_str(), "LocalMap::add_free_pass", pass_input.c_str(),
+                 dense ? "512 (C + 1) counts" : "512 tuples"},
+                1, full, [&] {
+                  static_cast<void>(map.add_free_pass(block, all));
+                  return Operations{512.0 * of_voxel, 512.0 * of_voxel};
+                });
+  const std::string query = "query" + suffix;
+  const std::string query_input =
+      std::string(name_of(tuple)) + ": voxels with evidence of every class";
+  meter.measure({query.c_str(), "LocalMap::query", query_input.c_str(), "C + 2 counts"},
+                kBlockVoxels, full, [&] {
+                  double label = 0.0;
+                  for (int i = 0; i < kBlockVoxels; ++i)
+                    label += map.query(voxel_at({1, 2, 3}, i / 8, i % 8)).label >= 0 ? 1.0 : 2.0;
+                  return Operations{kMostClasses + 2.0 + 0.0 * label, kMostClasses + 2.0};
+                });
+}
+
+void measure_voxels(Meter& meter) {
+  OwnedMap owned(config_of(TuplePolicy::kDense, kMebibytes), kMostClasses);
+  OwnedMap from(config_of(TuplePolicy::kDense, 4), kMostClasses);
+  LocalMap& map = owned.map;
+  const SlabHandle source = fill_block(from.map, {1, 2, 3}, 100);
+  const Block& full = from.map.block_at(source);
+  const double counts = kMostClasses + 1.0;
+  SlabHandle block = 0;
+  const auto each = [&](auto&& write) {
+    for (int i = 0; i < kBlockVoxels; ++i)
+      static_cast<void>(write(i / 8, i % 8, from.map.evidence(full, i / 8, i % 8),
+                              from.map.free_passes(full, i / 8, i % 8)));
+    return Operations{counts, counts};
+  };
+  const auto empty = [&] {
+    map.clear();
+    block = *map.open_block({1, 2, 3});
+  };
+  meter.measure({"restore", "LocalMap::restore", "dense: voxels of every class", "C + 1 counts"},
+                kBlockVoxels, empty, [&] {
+                  return each([&](int o, int v, const VoxelEvidence& e, std::uint8_t passes) {
+                    return map.restore(block, o, v, e, passes);
+                  });
+                });
+  meter.measure(
+      {"merge", "LocalMap::merge", "dense: voxels of every class, at the cap, into the same",
+       "C + 1 counts"},
+      kBlockVoxels,
+      [&] {
+        map.clear();
+        block = fill_block(map, {1, 2, 3}, 100);
+      },
+      [&] {
+        return each([&](int o, int v, const VoxelEvidence& e, std::uint8_t passes) {
+          return map.merge(block, o, v, e, passes);
+        });
+      });
+  meter.measure(
+      {"remove_block", "LocalMap::remove_block", "dense: a block with all its octets and pages",
+       "64 octets"},
+      1,
+      [&] {
+        map.clear();
+        block = fill_block(map, {1, 2, 3}, 100);
+      },
+      [&] {
+        map.remove_block(block);
+        return Operations{64.0, 64.0};
+      });
+}
+
+void measure_whole_map(Meter& meter) {
+  OwnedMap owned(config_of(TuplePolicy::kCompact, kMebibytes), kMostClasses);
+  LocalMap& map = owned.map;
+  // Storage exactly full of blocks with as little as a block can have; the last ones have nothing.
+  VoxelMask one{};
+  one[0] = 1;
+  double blocks = 0.0;
+  const auto fill = [&] {
+    map.clear();
+    blocks = 0.0;
+    for (std::int32_t i = 0;; ++i) {
+      const Result<SlabHandle> block = map.open_block({i % 256, i / 256 % 256, i / 65536});
+      if (!block.ok()) break;
+      static_cast<void>(map.add_free_pass(*block, one));
+      ++blocks;
+    }
+  };
+  fill();
+  const double most = static_cast<double>(max_blocks(map.config()));
+  std::vector<KeyedIndex> workspace(2 * map.block_count());
+  const auto nothing = [] {};
+  meter.measure({"count_free_voxels", "LocalMap::count_free_voxels",
+                 "16 MiB full of blocks with one free page each", "blocks"},
+                1, nothing, [&] {
+                  return Operations{map.count_free_voxels() > 0 ? blocks : 0.0, most};
+                });
+  meter.measure(
+      {"blocks_in_order", "LocalMap::blocks_in_order",
+       "16 MiB full of blocks with one free page each", "blocks"},
+      1, nothing, [&] {
+        return Operations{static_cast<double>(map.blocks_in_order(workspace).size()), most};
+      });
+  meter.measure({"digest", "digest", "16 MiB full of blocks with one free page each", "64 blocks"},
+                1, nothing, [&] {
+                  return Operations{digest(map, workspace) != 0 ? 64.0 * blocks : 0.0, 64.0 * most};
+                });
+  meter.measure(
+      {"visit_blocks", "LocalMap::visit_blocks", "4,096 entries of a full map", "entries + 7"}, 1,
+      nothing, [&] {
+        SweepCursor cursor;
+        return Operations{static_cast<double>(map.visit_blocks(
+                              cursor, 4096, [](BlockKey, SlabHandle) { return true; })),
+                          4096.0 + 7.0};
+      });
+  meter.measure(
+      {"open_block_full", "LocalMap::open_block", "storage is exactly full: refused", "1 look-up"},
+      1000, nothing, [&] {
+        double opened = 0.0;
+        for (std::int32_t i = 0; i < 1000; ++i)
+          opened += map.open_block({-i - 1, 0, 0}).ok() ? 1.0 : 0.0;
+        return Operations{1.0 + opened, 1.0};
+      });
+  meter.measure({"clear", "LocalMap::clear", "16 MiB full of blocks", "leaves"}, 1, fill, [&] {
+    map.clear();
+    return Operations{leaves_of(map.config()), leaves_of(map.config())};
+  });
+}
+
+}  // namespace
+
+void measure_map(Meter& meter) {
+  measure_index(meter);
+  measure_octets(meter, TuplePolicy::kDense);
+  measure_octets(meter, TuplePolicy::kCompact);
+  measure_voxels(meter);
+  measure_whole_map(meter);
+}
+
+}  // namespace tessera::bench
