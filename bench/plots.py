@@ -68,8 +68,8 @@ def latency(found, path):
 
 
 def queries(found, path):
-    required = {"scan_order": 40, "scan_order_alone": None, "random_observed": 150, "random_anywhere": 150, "along_rays": 8}
-    rows = [(q["title"], q["ns_per_voxel"]["median"], required[name], "#1f6f8b") for name, q in found["query"]["questions"].items()]
+    required = {"scan_order": 40, "scan_order_batch": 40, "random_observed": 150, "random_observed_batch": 150, "random_anywhere": 150, "along_rays": 8}
+    rows = [(q["title"], q["ns_per_voxel"]["median"], required.get(name), "#1f6f8b") for name, q in found["query"]["questions"].items()]
     if "octomap" in found:
         rows.append(("OctoMap: points of a scan", found["octomap"]["search_ns_per_voxel"]["median"], None, GREY))
     figure, axes = plt.subplots(figsize=(7.5, 3.0))

@@ -2,9 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // How long does it take to ask the map about a voxel: points in the order of a scan, voxels at
 // random inside and outside of what was seen, and along rays?
+#include <array>
 #include <cmath>
 
 #include "scenes.hpp"
+#include "tessera/grid/segment.hpp"
 
 namespace tessera::bench {
 
@@ -81,6 +83,18 @@ std::vector<double> ns_per_voxel(const std::vector<double>& ms, std::size_t voxe
   return ns;
 }
 
+/// Asks for as many at once as a caller might have room for on its stack.
+template <class Item>
+void ask_at_once(const LocalMap& map, std::span<const Item> items, Answers& answers) {
+  std::array<Estimate, 256> room;
+  while (!items.empty()) {
+    const std::size_t n = std::min(items.size(), room.size());
+    static_cast<void>(map.query(items.first(n), std::span<Estimate>(room).first(n)));
+    for (std::size_t i = 0; i < n; ++i) answers.add(room[i]);
+    items = items.subspan(n);
+  }
+}
+
 /// Rays from the last scan's sensor towards each of its points and a metre on.
 struct Rays {
   Point3f origin_map;
@@ -138,7 +152,9 @@ Outcome<Json> measure(const Options& options, Records& records) {
   std::vector<Question> questions{
       {"scan_order", "points of a scan, in its order, cursor", points.size()},
       {"scan_order_alone", "the same, each on its own", points.size()},
+      {"scan_order_batch", "the same, at once", points.size()},
       {"random_observed", "observed voxels at random", inside.size()},
+      {"random_observed_batch", "the same, at once", inside.size()},
       {"random_anywhere", "voxels at random in the map's box", outside.size()},
       {"along_rays", "voxels along rays", steps_of(rays, map)}};
   const auto ask_voxels = [&](const std::vector<VoxelCoord>& voxels) {
@@ -154,9 +170,11 @@ Outcome<Json> measure(const Options& options, Records& records) {
     time(questions[1], [&](Answers& answers) {
       for (const Point3f& point : points) answers.add(map.query(point));
     });
-    time(questions[2], ask_voxels(inside));
-    time(questions[3], ask_voxels(outside));
-    time(questions[4], [&](Answers& answers) {
+    time(questions[2], [&](Answers& answers) { ask_at_once<Point3f>(map, points, answers); });
+    time(questions[3], ask_voxels(inside));
+    time(questions[4], [&](Answers& answers) { ask_at_once<VoxelCoord>(map, inside, answers); });
+    time(questions[5], ask_voxels(outside));
+    time(questions[6], [&](Answers& answers) {
       rays.cast(map, [&](const RayHit& hit) { answers.add(hit.estimate); });
     });
   }

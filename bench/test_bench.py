@@ -54,7 +54,7 @@ class Smoke(unittest.TestCase):
             self.assertGreater(ordered[0], 0)
         self.assertGreater(integrate["naive"]["same_labels"], 0.999)
         self.assertGreater(integrate["naive"]["updates"], sum(s["voxel_updates"] for s in integrate["modes"]["kernel"]["scans"]))
-        self.assertEqual({"scan_order", "scan_order_alone", "random_observed", "random_anywhere", "along_rays"}, set(self.found["query"]["questions"]))
+        self.assertEqual({"scan_order", "scan_order_alone", "scan_order_batch", "random_observed", "random_observed_batch", "random_anywhere", "along_rays"}, set(self.found["query"]["questions"]))
 
     def test_memory_and_agreement(self):
         for setting in self.found["memory"]["settings"].values():

@@ -16,7 +16,7 @@ from markdown import number, table
 PART = re.compile(r"(<!-- measured: ([a-z_]+) -->\n).*?(<!-- end measured -->)", re.S)
 PAGES = ("benchmarks.md", "timing.md")
 REQUIRED_MS = {"kernel": (25, 12), "multi_entropy": (25, 10), "multi_entropy_free_space": (80, 40)}
-REQUIRED_NS = {"scan_order": 40, "random_observed": 150, "random_anywhere": 150, "along_rays": 8}
+REQUIRED_NS = {"scan_order": 40, "scan_order_batch": 40, "random_observed": 150, "random_observed_batch": 150, "random_anywhere": 150, "along_rays": 8}
 
 
 def circumstances(found):

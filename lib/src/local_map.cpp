@@ -39,6 +39,7 @@ Result<LocalMap> LocalMap::make(Arena& arena, const MapConfig& config,
     map.max_passes_ = passes >= 255.0F ? std::uint8_t{255} : static_cast<std::uint8_t>(passes);
   }
   map.fill_states_of_passes();
+  map.unobserved_ = CountSummary(map.num_components(), 0.0F).estimate(config.prior);
   map.note_usage();
   return map;
 }
@@ -77,30 +78,13 @@ VoxelEvidence LocalMap::evidence(const Point3f& p_map) const noexcept {
   return nothing;
 }
 
-Estimate LocalMap::query(const Point3f& p_map) const noexcept {
-  const Result<VoxelCoord> voxel = lattice().voxel_of(p_map);
-  return voxel.ok() ? query(*voxel) : CountSummary(num_components(), 0.0F).estimate(config_.prior);
-}
-
-Estimate LocalMap::query(VoxelCoord voxel) const noexcept {
-  const Block* const block = in_grid(voxel) ? find(block_of(voxel)) : nullptr;
-  if (block == nullptr) return CountSummary(num_components(), 0.0F).estimate(config_.prior);
-  return query(*block, octet_in_block(voxel), voxel_in_octet(voxel));
-}
-
-Estimate LocalMap::query(const Block& block, int octet, int voxel) const noexcept {
-  CountSummary counts(num_components(),
-                      static_cast<float>(free_passes(block, octet, voxel)) * config_.free_weight);
-  const SlabHandle tuples = octet_handle(block, octet);
-  if (tuples != 0) tuples_.summarize(pool_.at(tuples), voxel, counts);
-  return counts.estimate(config_.prior);
-}
-
 void LocalMap::fill_states_of_passes() noexcept {
   float passes = 0.0F;
+  only_labels_occupy_ = true;
   for (VoxelState& state : states_of_passes_) {
     state =
         CountSummary(num_components(), passes * config_.free_weight).estimate(config_.prior).state;
+    only_labels_occupy_ = only_labels_occupy_ && state != VoxelState::kOccupied;
     passes += 1.0F;
   }
 }

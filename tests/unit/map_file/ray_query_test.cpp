@@ -1,11 +1,12 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Rays, against walking along them in steps of a thousandth of a voxel.
+// Rays, against walking along them in steps of a thousandth of a voxel, and voxel by voxel.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 
 #include "sample_map.hpp"
+#include "tessera/grid/segment.hpp"
 #include "tessera/map/queries.hpp"
 
 namespace tessera {
@@ -80,6 +81,28 @@ SmallMap row() {
 
 const Point3f kOrigin{0.05F, 0.05F, 0.05F};
 
+Estimate estimate_of(const LocalMap& map, VoxelCoord voxel) {
+  return estimate(map.evidence(voxel), map.config().prior);
+}
+
+/// cast_ray as its definition has it: every voxel of the walk, one by one.
+RayHit walked(const LocalMap& map, const Ray& ray, double range_m, bool stop_at_unknown) {
+  RayHit hit{.end = RayHit::End::kMaxRange, .distance_m = range_m};
+  const Point3d from = ray.origin.cast<double>();
+  const Point3d d = ray.direction.cast<double>();
+  const Point3d to = from + d * (range_m / norm(d));
+  const double resolution_m = map.config().resolution_m;
+  walk_segment(from / resolution_m, to / resolution_m, [&](int x, int y, int z, double t) {
+    const VoxelCoord voxel{x, y, z};
+    const Estimate estimate = estimate_of(map, voxel);
+    const bool unknown = estimate.state == VoxelState::kUnknown;
+    if (estimate.state == VoxelState::kFree || (unknown && !stop_at_unknown)) return true;
+    hit = {unknown ? RayHit::End::kUnknown : RayHit::End::kOccupied, voxel, t * range_m, estimate};
+    return false;
+  });
+  return hit;
+}
+
 }  // namespace
 
 TEST_CASE("a ray ends where small steps along it end") {
@@ -95,6 +118,48 @@ TEST_CASE("a ray that stops at unknown voxels ends where small steps along it en
     }
   }
   compare(sample.map, true);
+}
+
+TEST_CASE("a ray meets what a walk that asks for every voxel meets, to the last bit") {
+  int ends[3]{};
+  for (const double prior : {0.001, 7.0}) {  // with 7, a single pass leaves a voxel occupied
+    for (const bool stop_at_unknown : {false, true}) {
+      MapConfig config = config_of_pages(200);
+      config.prior = prior;
+      SmallMap sample(config, kSampleClasses);
+      // Free on one side, with labels here and there; nothing on the other.
+      SampleRandom random(31);
+      for (int i = 0; i < 9000; ++i) {
+        const VoxelCoord v{random.integer(-30, 12), random.integer(-12, 12), random.integer(-9, 9)};
+        observe(sample.map, {{v, 0}});
+        const bool labelled = i % 150 == 0;
+        if (labelled) observe(sample.map, {{v, 1 + i % 3, 0.1F * static_cast<float>(i % 7)}});
+      }
+      CHECK(sample.map.only_labels_occupy() == (prior < 1.0));
+      for (int trial = 0; trial < 3000; ++trial) {
+        Ray ray = random_ray(random);
+        for (int axis = 0; axis < 3; ++axis) {
+          if (random.integer(0, 3) == 0) ray.direction[axis] = 0.0F;
+          if (random.integer(0, 3) == 0)
+            ray.origin[axis] = 0.1F * static_cast<float>(random.integer(-12, 12));
+        }
+        if (ray.direction.isZero()) continue;
+        const double range_m = random.uniform(0.05, 6.0);
+        const RayHit hit =
+            cast_ray(sample.map, ray.origin, ray.direction, range_m, stop_at_unknown);
+        const RayHit expected = walked(sample.map, ray, range_m, stop_at_unknown);
+        REQUIRE(hit.end == expected.end);
+        REQUIRE(hit.voxel == expected.voxel);
+        REQUIRE(hit.distance_m == expected.distance_m);
+        REQUIRE(hit.estimate.state == expected.estimate.state);
+        REQUIRE(hit.estimate.label == expected.estimate.label);
+        REQUIRE(hit.estimate.probability == expected.estimate.probability);
+        REQUIRE(hit.estimate.occupancy == expected.estimate.occupancy);
+        ++ends[static_cast<int>(hit.end)];
+      }
+    }
+  }
+  for (const int count : ends) CHECK(count > 500);
 }
 
 TEST_CASE("a ray passes free and unknown voxels and ends at the first occupied one") {

@@ -52,13 +52,23 @@ struct BlockKey {
   friend constexpr auto operator<=>(BlockKey, BlockKey) = default;
 };
 
+namespace detail {
+
+/// True iff all are in [-limit, limit). limit: a power of two, so that one comparison will do.
+constexpr bool all_within(std::int32_t limit, std::int32_t x, std::int32_t y,
+                          std::int32_t z) noexcept {
+  const auto bound = static_cast<std::uint32_t>(limit);
+  const auto biased = [&](std::int32_t v) { return static_cast<std::uint32_t>(v) + bound; };
+  return (biased(x) | biased(y) | biased(z)) < 2 * bound;
+}
+
+}  // namespace detail
+
 constexpr bool in_grid(BlockCoord block) noexcept {
-  constexpr auto inside = [](std::int32_t v) { return v >= -kBlockLimit && v < kBlockLimit; };
-  return inside(block.x) && inside(block.y) && inside(block.z);
+  return detail::all_within(kBlockLimit, block.x, block.y, block.z);
 }
 constexpr bool in_grid(VoxelCoord voxel) noexcept {
-  constexpr auto inside = [](std::int32_t v) { return v >= -kVoxelLimit && v < kVoxelLimit; };
-  return inside(voxel.x) && inside(voxel.y) && inside(voxel.z);
+  return detail::all_within(kVoxelLimit, voxel.x, voxel.y, voxel.z);
 }
 
 /// Fails with kOutOfRange iff a coordinate is outside [-kBlockLimit, kBlockLimit).

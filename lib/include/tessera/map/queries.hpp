@@ -4,11 +4,10 @@
 // the map.
 #pragma once
 
-#include <limits>
 #include <span>
 
-#include "tessera/grid/segment.hpp"
 #include "tessera/map/block_lookup.hpp"
+#include "tessera/map/cast_ray.hpp"
 
 namespace tessera {
 
@@ -115,8 +114,7 @@ class BlockCursor {
   /// As LocalMap::query.
   [[nodiscard]] Estimate query(VoxelCoord voxel) noexcept {
     const Block* const block = at(voxel);
-    return block == nullptr ? map_->query(voxel)
-                            : map_->query(*block, octet_in_block(voxel), voxel_in_octet(voxel));
+    return block == nullptr ? map_->query(voxel) : map_->query(*block, voxel);
   }
   [[nodiscard]] Estimate query(const Point3f& p_map) noexcept {
     const Result<VoxelCoord> voxel = map_->lattice().voxel_of(p_map);
@@ -134,51 +132,6 @@ class BlockCursor {
   const Block* block_ = nullptr;
   bool known_ = false;
 };
-
-/// What a ray met.
-struct RayHit {
-  enum class End : std::uint8_t {
-    kMaxRange,  ///< Nothing but free (and, unless stop_at_unknown, unknown) voxels up to the range.
-    kOccupied,
-    kUnknown,  ///< Only with stop_at_unknown.
-    kInvalid,  ///< Origin not in the grid, or direction or range not finite and positive, or the
-               ///< ray leaves the grid.
-  };
-  End end = End::kInvalid;
-  VoxelCoord voxel{};
-  double distance_m = 0.0;  ///< From the origin to where the ray enters the voxel.
-  Estimate estimate{};
-};
-
-/// The first occupied voxel from origin_map along direction (any length > 0), up to max_range_m.
-/// Steps through at most max_range_m / resolution * sqrt(3) + 4 voxels.
-[[nodiscard]] inline RayHit cast_ray(const LocalMap& map, const Point3f& origin_map,
-                                     const Point3f& direction, double max_range_m,
-                                     bool stop_at_unknown = false) noexcept {
-  RayHit result;
-  const Point3d d = direction.cast<double>();
-  const double length = norm(d);
-  if (!(length > 0.0) || !(length < 1e30) || !(max_range_m > 0.0)) return result;
-  const Point3d from = origin_map.cast<double>();
-  const Point3d to = from + d * (max_range_m / length);
-  const Lattice lattice = map.lattice();
-  if (!lattice.voxel_of(origin_map).ok() || !lattice.voxel_of(to.cast<float>()).ok()) return result;
-  result.end = RayHit::End::kMaxRange;
-  result.distance_m = max_range_m;
-  BlockCursor cursor(map);
-  walk_segment(from / lattice.resolution_m(), to / lattice.resolution_m(),
-               [&](int x, int y, int z, double t) {
-                 const VoxelState state = cursor.state({x, y, z});
-                 const bool unknown = state == VoxelState::kUnknown;
-                 if (state == VoxelState::kFree || (unknown && !stop_at_unknown)) return true;
-                 result = {.end = unknown ? RayHit::End::kUnknown : RayHit::End::kOccupied,
-                           .voxel = {x, y, z},
-                           .distance_m = t * max_range_m,
-                           .estimate = cursor.query(VoxelCoord{x, y, z})};
-                 return false;
-               });
-  return result;
-}
 
 /// The map's content in 64 bits: resolution, class table, prior, tuple policy, and every observed
 /// voxel's evidence in (z, y, x) order of voxels. Capacity, block size and history do not count.
