@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // Rays, against walking along them in steps of a thousandth of a voxel, and voxel by voxel.
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
@@ -121,7 +122,7 @@ TEST_CASE("a ray that stops at unknown voxels ends where small steps along it en
 }
 
 TEST_CASE("a ray meets what a walk that asks for every voxel meets, to the last bit") {
-  int ends[3]{};
+  std::array<int, 3> ends{};
   for (const double prior : {0.001, 7.0}) {  // with 7, a single pass leaves a voxel occupied
     for (const bool stop_at_unknown : {false, true}) {
       MapConfig config = config_of_pages(200);
@@ -155,7 +156,7 @@ TEST_CASE("a ray meets what a walk that asks for every voxel meets, to the last 
         REQUIRE(hit.estimate.label == expected.estimate.label);
         REQUIRE(hit.estimate.probability == expected.estimate.probability);
         REQUIRE(hit.estimate.occupancy == expected.estimate.occupancy);
-        ++ends[static_cast<int>(hit.end)];
+        ++ends.at(static_cast<std::size_t>(hit.end));
       }
     }
   }

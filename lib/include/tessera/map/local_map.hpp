@@ -67,11 +67,10 @@ class LocalMap {
   /// grid.
   [[nodiscard]] Estimate query(const Point3f& p_map) const noexcept;
   [[nodiscard]] Estimate query(VoxelCoord voxel) const noexcept;
-  /// The same for many at once: into[i] is the estimate of the i-th. Much faster than one by one
-  /// where the map is larger than the caches, as a group of kQueryGroup waits for memory together;
-  /// voxels that follow each other in one block share a look-up. Fails with kInvalidArgument iff
-  /// the sizes differ, and writes nothing then. As many look-ups as query one by one, at most; 1.5
-  /// kB of stack.
+  /// The same for many at once: into[i] is the estimate of the i-th. Faster than one by one where
+  /// the map is larger than the caches, as a group of kQueryGroup waits for memory together; voxels
+  /// that follow each other in one block share a look-up. Fails with kInvalidArgument iff the sizes
+  /// differ, and writes nothing then. At most two look-ups and a query each; 1 kB of stack.
   Status query(std::span<const Point3f> points_map, std::span<Estimate> into) const noexcept;
   Status query(std::span<const VoxelCoord> voxels, std::span<Estimate> into) const noexcept;
   static constexpr std::size_t kQueryGroup = 16;
