@@ -47,23 +47,24 @@ struct SegmentSteps {
 template <class Visit>
 bool walk_segment(const Point3d& a, const Point3d& b, Visit&& visit) noexcept {
   SegmentSteps steps(a, b);
-  auto& [cell, step, left, t_next, t_step] = steps;
   // Each axis has its own code, as rays that stay on one or two axes are predicted well; indexing
   // by axis would put a trip through memory into every step.
   double t = 0.0;
   const auto advance = [&](std::size_t axis) {
-    if (left[axis] <= 0) return false;
-    t = t_next[axis];
-    cell[axis] += step[axis];
-    t_next[axis] = --left[axis] > 0 ? t_next[axis] + t_step[axis] : SegmentSteps::kNever;
+    if (steps.left[axis] <= 0) return false;
+    t = steps.t_next[axis];
+    steps.cell[axis] += steps.step[axis];
+    steps.t_next[axis] =
+        --steps.left[axis] > 0 ? steps.t_next[axis] + steps.t_step[axis] : SegmentSteps::kNever;
     return true;
   };
   const auto advance_nearest = [&] {
-    if (t_next[1] < t_next[0]) return t_next[2] < t_next[1] ? advance(2) : advance(1);
-    return t_next[2] < t_next[0] ? advance(2) : advance(0);
+    if (steps.t_next[1] < steps.t_next[0])
+      return steps.t_next[2] < steps.t_next[1] ? advance(2) : advance(1);
+    return steps.t_next[2] < steps.t_next[0] ? advance(2) : advance(0);
   };
   do {
-    if (!visit(cell[0], cell[1], cell[2], t)) return false;
+    if (!visit(steps.cell[0], steps.cell[1], steps.cell[2], t)) return false;
   } while (advance_nearest());
   return true;
 }
