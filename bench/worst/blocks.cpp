@@ -124,15 +124,17 @@ void measure_window(Meter& meter) {
          fill_block(owned.map, {i, 0, 0}, 1) != 0 && owned.map.fits({1, 4, 4, 64});)
       ++i;
   };
-  meter.measure({"window_jump", "MovingWindow::step",
-                 "storage full, dense, every class, and all of it far away at once",
-                 "pressed_evictions_per_step blocks"},
-                1, fill, [&] {
-                  const WindowStep step =
-                      fresh.step(owned.map, Point3d(1000.0, 1000.0, 0.0), forgetful(bytes));
-                  return Operations{static_cast<double>(step.evicted),
-                                    static_cast<double>(config.pressed_evictions_per_step)};
-                });
+  meter.measure(
+      {"window_jump", "MovingWindow::step",
+       "storage full, dense, every class, and all of it far away at once",
+       "label_voxels_per_step + 511 voxels of C + 1 counts"},
+      1, fill, [&] {
+        const double before = static_cast<double>(owned.map.usage().label_voxels);
+        static_cast<void>(fresh.step(owned.map, Point3d(1000.0, 1000.0, 0.0), forgetful(bytes)));
+        const double left = static_cast<double>(owned.map.usage().label_voxels);
+        return Operations{(kMostClasses + 1.0) * (before - left),
+                          (kMostClasses + 1.0) * (config.label_voxels_per_step + 511.0)};
+      });
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include "tessera/map/local_map.hpp"
 
 #include <bit>
+#include <cstring>
 
 namespace tessera {
 
@@ -108,6 +109,32 @@ MapUsage LocalMap::usage() const noexcept {
           .label_voxels = label_voxels_,
           .blocks_refused = blocks_refused_,
           .storage_refused = pool_.refused()};
+}
+
+bool LocalMap::copy_passes(const Block& block, std::span<std::byte> into) const noexcept {
+  // Two voxels of an octet are neighbours in a row: from there to where the octet has them.
+  constexpr std::array<std::size_t, 4> kPairs{0, kBlockEdge, kBlockEdge * kBlockEdge,
+                                              kBlockEdge * kBlockEdge + kBlockEdge};
+  std::uint64_t any = 0;
+  for (std::size_t layer = 0; layer < kBlockLayers; ++layer) {
+    const std::span<std::byte> to = into.subspan(layer * kLayerVoxels, kLayerVoxels);
+    if (block.free_passes[layer] == 0) {
+      std::memset(to.data(), 0, to.size());
+      continue;
+    }
+    const auto& page = *reinterpret_cast<const FreePage*>(pool_.at(block.free_passes[layer]));
+    for (std::size_t octet = 0; octet < kLayerOctets; ++octet) {
+      const std::size_t corner = row_in_layer(row_order_corner(static_cast<int>(octet)));
+      std::array<std::uint8_t, kOctetVoxels> passes{};
+      for (std::size_t i = 0; i < kPairs.size(); ++i)
+        std::memcpy(&passes[2 * i], &page.passes[corner + kPairs[i]], 2);
+      std::memcpy(&to[octet * kOctetVoxels], passes.data(), kOctetVoxels);
+      std::uint64_t word = 0;
+      std::memcpy(&word, passes.data(), sizeof(word));
+      any |= word;
+    }
+  }
+  return any != 0;
 }
 
 std::uint64_t LocalMap::count_free_voxels() const noexcept {

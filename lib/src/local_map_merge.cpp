@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // What the moving window needs of a map: blocks that leave it, and content that comes back.
+#include <bit>
+
 #include "tessera/map/local_map.hpp"
 
 namespace tessera {
@@ -21,12 +23,7 @@ Status LocalMap::merge(SlabHandle handle, int octet, int voxel, const VoxelEvide
   }
   sum.rest += added.rest;
   const std::size_t layer = layer_of_octet(octet);
-  const bool new_free_page = passes > 0 && block.free_passes[layer] == 0;
-  const bool new_octet = labelled && !has_octet(block, octet);
-  if (!pool_.fits_or_refuse({0, new_octet && block.labels[layer] == 0 ? 1U : 0U,
-                             new_free_page ? 1U : 0U, new_octet ? 1U : 0U})) {
-    return Status::kResourceExhausted;
-  }
+  if (!has_room(block, octet, labelled, passes > 0)) return Status::kResourceExhausted;
   const Change change(*this, handle);
   if (passes > 0) {
     ensure_free_page(block, layer);
@@ -46,6 +43,33 @@ Status LocalMap::merge(SlabHandle handle, int octet, int voxel, const VoxelEvide
   if (config_.max_evidence > 0.0F)
     hold_cap_on_labels(block, octet, 1U << static_cast<unsigned>(voxel), sums);
   update_observed(block, octet, sums);
+  return Status::kOk;
+}
+
+Status LocalMap::merge_passes(SlabHandle handle, int octet, std::span<const std::byte> passes,
+                              unsigned mask) noexcept {
+  unsigned given = 0;
+  for (unsigned rest = mask; rest != 0; rest &= rest - 1) {
+    const auto voxel = static_cast<unsigned>(std::countr_zero(rest));
+    const auto more = std::to_integer<std::uint8_t>(passes[voxel]);
+    if (more > max_passes_) return Status::kInvalidArgument;
+    given |= (more != 0 ? 1U : 0U) << voxel;
+  }
+  if (given == 0) return Status::kOk;
+  Block& block = mutable_block(handle);
+  TESSERA_ASSERT((observed_labels(block, octet) & given) == 0);
+  if (!has_room(block, octet, false, true)) return Status::kResourceExhausted;
+  const Change change(*this, handle);
+  const std::size_t layer = layer_of_octet(octet);
+  ensure_free_page(block, layer);
+  FreePage& page = mutable_free_page(block, layer);
+  for (unsigned rest = given; rest != 0; rest &= rest - 1) {
+    const int voxel = std::countr_zero(rest);
+    std::uint8_t& here = page.passes[row_in_layer(row_order(octet, voxel))];
+    const unsigned total =
+        here + std::to_integer<unsigned>(passes[static_cast<std::size_t>(voxel)]);
+    store_shared(here, total < max_passes_ ? static_cast<std::uint8_t>(total) : max_passes_);
+  }
   return Status::kOk;
 }
 

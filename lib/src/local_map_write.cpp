@@ -234,6 +234,15 @@ Status LocalMap::add_free_pass(SlabHandle handle, const VoxelMask& mask) noexcep
   return Status::kOk;
 }
 
+bool LocalMap::has_room(const Block& block, int octet, bool labels, bool passes) noexcept {
+  const std::size_t layer = layer_of_octet(octet);
+  const bool new_octet = labels && !has_octet(block, octet);
+  const bool new_label_page = new_octet && block.labels[layer] == 0;
+  const bool new_free_page = passes && block.free_passes[layer] == 0;
+  return pool_.fits_or_refuse(
+      {0, new_label_page ? 1U : 0U, new_free_page ? 1U : 0U, new_octet ? 1U : 0U});
+}
+
 Status LocalMap::restore(SlabHandle handle, int octet, int voxel, const VoxelEvidence& evidence,
                          std::uint8_t passes) noexcept {
   if (passes > max_passes_ || !tuples_.holds(evidence)) return Status::kInvalidArgument;
@@ -242,12 +251,7 @@ Status LocalMap::restore(SlabHandle handle, int octet, int voxel, const VoxelEvi
   for (int l = 1; l < num_components(); ++l)
     labelled = labelled || evidence.sigma[static_cast<std::size_t>(l)] > 0.0F;
   const std::size_t layer = layer_of_octet(octet);
-  const bool new_free_page = passes > 0 && block.free_passes[layer] == 0;
-  const bool new_octet = labelled && !has_octet(block, octet);
-  if (!pool_.fits_or_refuse({0, new_octet && block.labels[layer] == 0 ? 1U : 0U,
-                             new_free_page ? 1U : 0U, new_octet ? 1U : 0U})) {
-    return Status::kResourceExhausted;
-  }
+  if (!has_room(block, octet, labelled, passes > 0)) return Status::kResourceExhausted;
   const Change change(*this, handle);
   if (passes > 0) {
     ensure_free_page(block, layer);

@@ -49,6 +49,14 @@ bool over_cap(const MapConfig& config, const VoxelEvidence& evidence,
   return sum + evidence.rest > config.max_evidence * 1.001F;
 }
 
+/// What a map says of content that it was given.
+MapFileStatus told(const CheckedSource& source, Status status) noexcept {
+  if (status == Status::kOk) return {};
+  if (status == Status::kInvalidArgument)
+    return failed(source, Status::kCorrupt, "a voxel has counts that no map can hold");
+  return failed(source, status, "the map's storage is too small for this file");
+}
+
 /// labelled: the octet's label evidence follows. passes: of the whole block; empty: none.
 MapFileStatus load_octet(CheckedSource& source, LocalMap& map, SlabHandle block, int octet,
                          bool labelled, std::span<const std::byte> passes) noexcept {
@@ -56,22 +64,29 @@ MapFileStatus load_octet(CheckedSource& source, LocalMap& map, SlabHandle block,
   if (labelled && !source.get(observed)) return failed(source, Status::kTruncated, kEndsInBlock);
   if (labelled && observed[0] == std::byte{0})
     return failed(source, Status::kCorrupt, "an octet without an observed voxel");
-  for (unsigned voxel = 0; voxel < kOctetVoxels; ++voxel) {
+  constexpr std::array<std::byte, kOctetVoxels> kNone{};
+  const std::span<const std::byte> free =
+      passes.empty() ? std::span<const std::byte>(kNone)
+                     : passes.subspan(static_cast<std::size_t>(octet) * kOctetVoxels, kOctetVoxels);
+  const unsigned with_labels = std::to_integer<unsigned>(observed[0]) |
+                               unsigned{map.observed_labels(map.block_at(block), octet)};
+  const MapFileStatus added =
+      told(source, map.merge_passes(block, octet, free, ~with_labels & 0xffU));
+  if (!added.ok()) return added;
+  for (unsigned rest = with_labels; rest != 0; rest &= rest - 1) {
+    const auto voxel = static_cast<unsigned>(std::countr_zero(rest));
     VoxelEvidence evidence;
     evidence.num_components = map.num_components();
     if (((std::to_integer<unsigned>(observed[0]) >> voxel) & 1U) != 0) {
       const MapFileStatus status = load_counts(source, evidence);
       if (!status.ok()) return status;
     }
-    const std::size_t at = static_cast<std::size_t>(octet) * kOctetVoxels + voxel;
-    const auto free = passes.empty() ? std::uint8_t{0} : std::to_integer<std::uint8_t>(passes[at]);
-    if (over_cap(map.config(), evidence, free))
+    const auto passed = std::to_integer<std::uint8_t>(free[voxel]);
+    if (over_cap(map.config(), evidence, passed))
       return failed(source, Status::kCorrupt, "a voxel's evidence is over the cap");
-    const Status status = map.merge(block, octet, static_cast<int>(voxel), evidence, free);
-    if (status == Status::kInvalidArgument)
-      return failed(source, Status::kCorrupt, "a voxel has counts that no map can hold");
-    if (status != Status::kOk)
-      return failed(source, status, "the map's storage is too small for this file");
+    const MapFileStatus status =
+        told(source, map.merge(block, octet, static_cast<int>(voxel), evidence, passed));
+    if (!status.ok()) return status;
   }
   return {};
 }

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 #include <bit>
+#include <cstring>
 
 #include "map_block_format.hpp"
 
@@ -11,13 +12,8 @@ namespace {
 using detail::CheckedSink;
 
 bool has_free(const LocalMap& map, const Block& block) noexcept {
-  if (!block.has_free_passes()) return false;
-  for (int octet = 0; octet < kBlockOctets; ++octet) {
-    for (int voxel = 0; voxel < kOctetVoxels; ++voxel) {
-      if (map.free_passes(block, octet, voxel) != 0) return true;
-    }
-  }
-  return false;
+  std::array<std::byte, kBlockVoxels> passes;
+  return block.has_free_passes() && map.copy_passes(block, passes);
 }
 
 std::uint64_t octet_mask(const LocalMap& map, const Block& block) noexcept {
@@ -29,6 +25,20 @@ std::uint64_t octet_mask(const LocalMap& map, const Block& block) noexcept {
   return mask;
 }
 
+/// A bit for each label component with evidence, and bit 0 for the rest.
+std::uint64_t present_counts(const VoxelEvidence& evidence) noexcept {
+  std::uint64_t present = 0;
+  // Most are zero, so two at once. No count is negative: bits tell.
+  for (std::size_t l = 0; l < kMaxComponents; l += 2) {
+    std::uint64_t pair = 0;
+    std::memcpy(&pair, &evidence.sigma[l], sizeof(pair));
+    if (pair == 0) continue;
+    present |= (evidence.sigma[l] > 0.0F ? std::uint64_t{1} : 0) << l;
+    present |= (evidence.sigma[l + 1] > 0.0F ? std::uint64_t{1} : 0) << (l + 1);
+  }
+  return (present & ~std::uint64_t{1}) | (evidence.rest > 0.0F ? 1U : 0U);
+}
+
 void put_octet(const LocalMap& map, const Block& block, int octet, std::span<std::byte> buffer,
                CheckedSink& sink) noexcept {
   ByteWriter out(buffer);
@@ -37,11 +47,7 @@ void put_octet(const LocalMap& map, const Block& block, int octet, std::span<std
   for (int voxel = 0; voxel < kOctetVoxels; ++voxel) {
     if (((observed >> static_cast<unsigned>(voxel)) & 1U) == 0) continue;
     const VoxelEvidence evidence = map.evidence(block, octet, voxel);
-    std::uint64_t present = 0;
-    for (unsigned l = 1; l < static_cast<unsigned>(evidence.num_components); ++l) {
-      if (evidence.sigma[l] > 0.0F) present |= std::uint64_t{1} << l;
-    }
-    if (evidence.rest > 0.0F) present |= 1U;
+    const std::uint64_t present = present_counts(evidence);
     out.u8(static_cast<std::uint8_t>(std::popcount(present)));
     for (std::uint64_t rest = present; rest != 0; rest &= rest - 1) {
       const int l = std::countr_zero(rest);
@@ -86,12 +92,9 @@ void detail::put_block(const LocalMap& map, const Block& block, const BlockHead&
   // Of its own, so that a reader takes no storage on the word of a damaged head.
   sink.put_crc();
   if (head.free) {
-    ByteWriter passes(buffer);
-    for (int octet = 0; octet < kBlockOctets; ++octet) {
-      for (int voxel = 0; voxel < kOctetVoxels; ++voxel)
-        passes.u8(map.free_passes(block, octet, voxel));
-    }
-    sink.put(passes.written());
+    const std::span<std::byte> passes = buffer.first(kBlockVoxels);
+    map.copy_passes(block, passes);
+    sink.put(passes);
   }
   for (std::uint64_t rest = head.octets; rest != 0; rest &= rest - 1) {
     put_octet(map, block, std::countr_zero(rest), buffer, sink);

@@ -17,7 +17,8 @@ constexpr double kDiagonal = 1.7320508075688773;
 Result<MovingWindow> MovingWindow::make(const WindowConfig& config, double resolution_m) noexcept {
   const bool work = config.entries_per_step > 0 && config.evictions_per_step > 0 &&
                     config.pressed_evictions_per_step >= config.evictions_per_step &&
-                    config.regions_per_step > 0 && config.reloads_per_step > 0;
+                    config.regions_per_step > 0 && config.reloads_per_step > 0 &&
+                    config.label_voxels_per_step > 0;
   if (!(resolution_m > 0.0) || !(config.radius_m > 0.0) || !(config.hysteresis_m >= 0.0) || !work) {
     return Status::kInvalidArgument;
   }
@@ -56,12 +57,14 @@ void MovingWindow::evict_far(LocalMap& map, const BlockArchive& archive,
                              WindowStep& report) noexcept {
   std::uint32_t left =
       map.fits(config_.reserve) ? config_.evictions_per_step : config_.pressed_evictions_per_step;
+  std::uint64_t voxels = 0;
   const auto is_far = [this](BlockKey key) { return square_distance(unpack(key)) > far_square_; };
   const std::size_t seen =
       map.visit_blocks(cursor_, config_.entries_per_step, [&](BlockKey key, SlabHandle handle) {
         if (!is_far(key)) return true;
-        if (left == 0) return false;
+        if (left == 0 || voxels >= config_.label_voxels_per_step) return false;
         --left;
+        voxels += map.block_at(handle).label_voxels;
         if (archive.evict(archive.context, map, map.block_at(handle))) {
           map.remove_block(handle);
           ++report.evicted;
@@ -89,8 +92,8 @@ void MovingWindow::reload_region(LocalMap& map, const BlockArchive& archive, Blo
       const int yx = std::countr_zero(rest);
       const BlockCoord block{region.x * 8 + (yx & 7), region.y * 8 + (yx >> 3), region.z * 8 + z};
       if (square_distance(block) > near_square_) continue;
-      const bool spent =
-          report.no_room || report.reloaded + report.reloads_failed == config_.reloads_per_step;
+      const bool spent = report.no_room || reloaded_voxels_ >= config_.label_voxels_per_step ||
+                         report.reloaded + report.reloads_failed == config_.reloads_per_step;
       if (spent) {
         ++report.reload_backlog;
         continue;
@@ -99,6 +102,8 @@ void MovingWindow::reload_region(LocalMap& map, const BlockArchive& archive, Blo
       const Status status = archive.reload(archive.context, map, pack_in_grid(block));
       if (status == Status::kOk) {
         ++report.reloaded;
+        const Block* const reloaded = map.find(block);
+        reloaded_voxels_ += reloaded == nullptr ? 0U : reloaded->label_voxels;
         report.merged += open ? 1U : 0U;
       } else {
         ++report.reload_backlog;
@@ -122,6 +127,7 @@ void MovingWindow::reload_near(LocalMap& map, const BlockArchive& archive,
   const std::uint64_t total = nx * ny * extent(low.z, high.z);
   const std::uint64_t most = total < config_.regions_per_step ? total : config_.regions_per_step;
   std::uint64_t resume = total;
+  reloaded_voxels_ = 0;
   for (std::uint64_t n = 0; n < most; ++n) {
     if (region_cursor_ >= total) region_cursor_ = 0;
     const BlockCoord region{low.x + static_cast<std::int32_t>(region_cursor_ % nx),

@@ -246,6 +246,38 @@ TEST_CASE("moving window: a jump is worked off step by step, and nothing waits f
   CHECK(total_evidence(twins.bounded.map()) == Approx(archived));
 }
 
+TEST_CASE("moving window: a step ends with the block that spends its label voxels, both ways") {
+  WindowConfig config = narrow_window();
+  config.entries_per_step = config.evictions_per_step = config.pressed_evictions_per_step = 1U
+                                                                                            << 20U;
+  config.regions_per_step = config.reloads_per_step = 1U << 20U;
+  config.label_voxels_per_step = 20;
+  Twins twins({InferenceMode::kCounting, TuplePolicy::kDense, 0.0F}, config);
+  Random random(announce_seed(7460));
+  for (int i = 0; i < 3; ++i) twins.drive(surroundings(random), 0.2 * i, 0.0);
+  const auto voxels = [&twins] { return twins.bounded.map().usage().label_voxels; };
+  const std::uint64_t all = voxels();
+  const auto step_at = [&](double x) {
+    return twins.window.step(twins.bounded.map(), Point3d(x, 0.0, 0.3), twins.archive.interface());
+  };
+  int steps = 0;
+  for (WindowStep step = step_at(90.0); step.eviction_backlog > 0; ++steps) {
+    const std::uint64_t before = voxels();
+    step = step_at(90.0);
+    REQUIRE(before - voxels() < 20 + kBlockVoxels);
+    REQUIRE((before - voxels() >= 20 || voxels() == 0));
+  }
+  CHECK(steps > 10);
+  for (steps = 0; !twins.archive.keys().empty(); ++steps) {
+    REQUIRE(steps < 10000);
+    const std::uint64_t before = voxels();
+    step_at(0.2);
+    REQUIRE(voxels() - before < 20 + kBlockVoxels);
+  }
+  CHECK(steps > 10);
+  CHECK(voxels() == all);
+}
+
 TEST_CASE("moving window: a map without room for what comes back leaves it archived") {
   MapConfig small = uncapped_map(0.1);
   small.storage_bytes = 4 * SlabPool::kPageBytes;

@@ -27,7 +27,7 @@ TEST_CASE("moving window: settings out of range are refused") {
   for (std::uint32_t WindowConfig::*const field :
        {&WindowConfig::entries_per_step, &WindowConfig::evictions_per_step,
         &WindowConfig::pressed_evictions_per_step, &WindowConfig::regions_per_step,
-        &WindowConfig::reloads_per_step}) {
+        &WindowConfig::reloads_per_step, &WindowConfig::label_voxels_per_step}) {
     bad = good;
     bad.*field = 0;
     CHECK(made(bad) == Status::kInvalidArgument);

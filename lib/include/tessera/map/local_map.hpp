@@ -131,6 +131,10 @@ class LocalMap {
     return free_passes(block, row_order(octet, voxel));
   }
 
+  /// Copies the passes of a block's 512 voxels, octet by octet; into: at least 512 bytes. True iff
+  /// any is not zero.
+  bool copy_passes(const Block& block, std::span<std::byte> into) const noexcept;
+
   /// Grows by one with every scan; a block's revision tells which scan changed it last.
   [[nodiscard]] std::uint32_t revision() const noexcept { return revision_; }
   [[nodiscard]] MapUsage usage() const noexcept;
@@ -178,6 +182,10 @@ class LocalMap {
   /// was never observed. Fails as restore, and nothing was changed. O(components present).
   Status merge(SlabHandle handle, int octet, int voxel, const VoxelEvidence& added,
                std::uint8_t passes) noexcept;
+  /// The same for passes alone, of an octet's voxels without label evidence; passes: eight, of
+  /// which those of the voxels in mask count. Fails as merge, and nothing was changed. O(8).
+  Status merge_passes(SlabHandle handle, int octet, std::span<const std::byte> passes,
+                      unsigned mask) noexcept;
   /// Closes a block with all its content. Work: its octets, 64 at most, and an entry of the index.
   void remove_block(SlabHandle handle) noexcept;
   void restore_revision(std::uint32_t revision) noexcept { revision_ = revision; }
@@ -240,6 +248,8 @@ class LocalMap {
   [[nodiscard]] SlabHandle find_handle(BlockKey key) const noexcept {
     return index_.find(key, [&](SlabHandle item) { return block_at(item).key == key.bits; });
   }
+  /// Whether there is room for what a voxel of an octet gets; a refusal is counted.
+  [[nodiscard]] bool has_room(const Block& block, int octet, bool labels, bool passes) noexcept;
   Status ensure_octet(Block& block, int octet) noexcept;
   void ensure_free_page(Block& block, std::size_t layer) noexcept;
   void hold_cap_on_labels(Block& block, int octet, unsigned voxels,

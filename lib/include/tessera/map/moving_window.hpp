@@ -31,6 +31,10 @@ struct WindowConfig {
   std::uint32_t pressed_evictions_per_step = 1024;
   std::uint32_t regions_per_step = 4096;  ///< Regions of the archive looked at; from 1.
   std::uint32_t reloads_per_step = 512;   ///< Blocks asked back from the archive; from 1.
+  /// Voxels with label evidence in the blocks handed to the archive, and of those asked back; from
+  /// 1. Beyond it a step hands out, and asks back, no further block: what a block costs is what is
+  /// in it.
+  std::uint32_t label_voxels_per_step = 65536;
   SlabPool::Counts reserve{1024, 2048, 2048, 8192};
 };
 
@@ -88,7 +92,8 @@ class MovingWindow {
   ///
   /// Worst-case work, wherever the robot jumps: entries_per_step + 7 keys compared twice,
   /// pressed_evictions_per_step blocks handed out and closed (64 octets each), regions_per_step
-  /// regions of 512 bits tested, reloads_per_step blocks asked back. No memory of its own.
+  /// regions of 512 bits tested, reloads_per_step blocks asked back; of both kinds no further one
+  /// after label_voxels_per_step voxels in them. No memory of its own.
   WindowStep step(LocalMap& map, const Point3d& p_map, const BlockArchive& archive) noexcept;
 
  private:
@@ -105,6 +110,7 @@ class MovingWindow {
   BlockCoord robot_{};
   SweepCursor cursor_{};
   std::uint64_t region_cursor_ = 0;
+  std::uint64_t reloaded_voxels_ = 0;  ///< Of the step at hand.
 };
 
 }  // namespace tessera
