@@ -1,10 +1,11 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Four floats at once, in the compiler's vector types: the same arithmetic in each lane as a scalar
-// would see, so the same bits on every machine. For hot loops of the library's own sources.
+// Four numbers at once, in the compiler's vector types: the same arithmetic in each lane as a
+// scalar would see, so the same bits on every machine. For hot loops of the library's own sources.
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -13,6 +14,7 @@ namespace tessera {
 
 using Float4 = float __attribute__((vector_size(16)));
 using Int4 = std::int32_t __attribute__((vector_size(16)));
+using Long2 = std::int64_t __attribute__((vector_size(16)));
 
 [[nodiscard]] inline Float4 all_lanes(float value) noexcept {
   return Float4{value, value, value, value};
@@ -46,6 +48,30 @@ inline void store4(float* p, Float4 lanes) noexcept { std::memcpy(p, &lanes, siz
   std::array<std::uint64_t, 2> halves{};
   std::memcpy(halves.data(), &mask, sizeof(mask));
   return (halves[0] | halves[1]) != 0;
+}
+/// Bit i: whether lane i of mask, each all ones or zero, is ones.
+[[nodiscard]] inline unsigned bits_of(Int4 mask) noexcept {
+#if defined(__SSE__)
+  Float4 lanes;
+  std::memcpy(&lanes, &mask, sizeof(lanes));
+  return static_cast<unsigned>(__builtin_ia32_movmskps(lanes));
+#else
+  mask &= Int4{1, 2, 4, 8};
+  return static_cast<unsigned>((mask[0] | mask[1]) | (mask[2] | mask[3]));
+#endif
+}
+/// The upper 32 bits of a's two, then b's two lanes.
+[[nodiscard]] inline Int4 upper_halves(Long2 a, Long2 b) noexcept {
+  static_assert(std::endian::native == std::endian::little);
+  Int4 a_halves;
+  Int4 b_halves;
+  std::memcpy(&a_halves, &a, sizeof(a));
+  std::memcpy(&b_halves, &b, sizeof(b));
+  return __builtin_shufflevector(a_halves, b_halves, 1, 3, 5, 7);
+}
+/// Lanes 1 .. 3 of a, then lane 0 of b.
+[[nodiscard]] inline Int4 next_lanes(Int4 a, Int4 b) noexcept {
+  return __builtin_shufflevector(a, b, 1, 2, 3, 4);
 }
 [[nodiscard]] inline std::int32_t sum_of(Int4 v) noexcept { return (v[0] + v[1]) + (v[2] + v[3]); }
 

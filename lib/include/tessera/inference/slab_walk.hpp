@@ -1,16 +1,20 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// A ray through the grid, a slab of voxels at a time along the axis on which it is longest. In a
-// slab it crosses at most one voxel border on each other axis, so it marks one to three voxels, all
-// of them in one word of a bitmap whose words run along that axis: no step waits for the one
-// before it.
+// A ray through the grid, by slabs of voxels across the axis on which it is longest. In a slab it
+// crosses at most one voxel border on each other axis, so it marks one to three voxels, all of them
+// in one word of a bitmap whose words run along that axis. The eight slabs of a block are worked
+// out at once; in them the ray crosses at most one border of blocks on each axis across.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 
 #include "tessera/base/geometry.hpp"
+#include "tessera/base/lanes.hpp"
 #include "tessera/grid/lattice.hpp"
 
 namespace tessera {
@@ -41,8 +45,8 @@ class SlabWalk {
   /// Walks. words_of(block) gives the eight words of a block's bitmap: word a & 7, bit
   /// (b & 7) + 8 (c & 7) for the voxel at a on the walk's axis and b, c on the axes across; null
   /// ends the walk, and false is returned. Sets every voxel's bit. Asks for a block whenever the
-  /// walk enters it, some of them twice in a row; with kAllCorners also for those that a part of
-  /// this ray could enter in place of another where two borders meet.
+  /// walk enters it; with kAllCorners also for those that a part of this ray could enter in place
+  /// of another where two borders meet.
   template <bool kAllCorners, class WordsOf>
   bool walk(WordsOf&& words_of) const noexcept;
 
@@ -55,6 +59,10 @@ class SlabWalk {
   [[nodiscard]] static std::int32_t cell(std::int64_t v) noexcept {
     return static_cast<std::int32_t>(v >> kFraction);
   }
+  /// Floor: which block of its axis v lies in.
+  [[nodiscard]] static std::int32_t block(std::int64_t v) noexcept {
+    return static_cast<std::int32_t>(v >> (kFraction + 3));
+  }
   /// The walk's coordinate on one of the axes across.
   struct Across {
     std::int64_t start = 0;
@@ -62,8 +70,20 @@ class SlabWalk {
     std::int64_t step = 0;   ///< A slab; at most one voxel.
     std::int64_t end = 0;
   };
-  template <bool kAllCorners, class WordsOf>
-  class Place;
+  /// Coordinates on both.
+  struct Pair {
+    std::int64_t b = 0;
+    std::int64_t c = 0;
+    friend Pair operator+(Pair p, Pair q) noexcept { return {p.b + q.b, p.c + q.c}; }
+    friend Pair operator-(Pair p, Pair q) noexcept { return {p.b - q.b, p.c - q.c}; }
+    friend Pair operator*(std::int64_t n, Pair p) noexcept { return {n * p.b, n * p.c}; }
+  };
+  class Slabs;
+
+  [[nodiscard]] BlockCoord block_at(std::int32_t a, std::int32_t b, std::int32_t c) const noexcept {
+    if (axis_ == 0) return {a, b, c};
+    return axis_ == 1 ? BlockCoord{b, a, c} : BlockCoord{b, c, a};
+  }
 
   int axis_ = 0;
   std::int32_t direction_ = 1;
@@ -72,166 +92,203 @@ class SlabWalk {
   std::array<Across, 2> across_{};
 };
 
-/// Where a walk has come to. Coordinates across are relative to the block.
-template <bool kAllCorners, class WordsOf>
-class SlabWalk::Place {
+/// What a walk crosses in the eight slabs of a block, or in those of them that it goes through.
+/// Coordinates are from a corner one block before the block in which it enters the slabs, as it may
+/// get to the blocks before and behind that one; a place is b + 32 c in whole voxels from there.
+class SlabWalk::Slabs {
  public:
-  Place(const SlabWalk& walk, WordsOf& words_of) noexcept
-      : walk_(walk),
-        words_of_(words_of),
-        a_(walk.from_),
-        b_block_(cell(walk.across_[0].start) >> 3),
-        c_block_(cell(walk.across_[1].start) >> 3),
-        b_(walk.across_[0].start - b_block_ * kBlock),
-        c_(walk.across_[1].start - c_block_ * kBlock),
-        words_(words_at(0, 0)) {}
-
-  [[nodiscard]] bool stopped() const noexcept { return words_ == nullptr; }
-
-  /// Marks what the ray crosses in this slab on its way to (b, c), absolute.
-  void cross_to(std::int64_t b, std::int64_t c) noexcept {
-    cross(b - b_block_ * kBlock, c - c_block_ * kBlock);
-  }
-  /// Enters the next slab.
-  void enter_next() noexcept {
-    const std::int32_t before = a_ >> 3;
-    a_ += walk_.direction_;
-    if ((a_ >> 3) != before) words_ = words_at(0, 0);
-  }
-  /// Crosses up to `slabs` slabs and enters the one behind them, up to the block's end along the
-  /// walk or a slab that needs more care: one where it leaves the block sideways, or crosses two
-  /// borders. Returns how many.
-  std::int32_t cross_plain_slabs(std::int32_t slabs) noexcept {
-    const std::int64_t b_step = walk_.across_[0].step;
-    const std::int64_t c_step = walk_.across_[1].step;
-    const std::int32_t direction = walk_.direction_;
-    const std::int32_t first = a_ & 7;
-    const std::int32_t in_block = direction > 0 ? kBlockEdge - first : first + 1;
-    const std::int32_t most = slabs < in_block ? slabs : in_block;
-    std::int64_t b = b_;
-    std::int64_t c = c_;
-    std::uint64_t* word = words_ + first;
-    unsigned at = index_of(b, c);
-    std::uint64_t here = kOneBit << at;
-    std::int32_t done = 0;
-    for (; done < most; ++done) {
-      const std::int64_t b_next = b + b_step;
-      const std::int64_t c_next = c + c_step;
-      if (outside(b_next | c_next)) break;
-      const unsigned to = index_of(b_next, c_next);
-      if (((kBothTurn >> (at ^ to)) & 1U) != 0) break;
-      const std::uint64_t there = kOneBit << to;
-      *word |= here | there;
-      word += direction;
-      at = to;
-      here = there;
-      b = b_next;
-      c = c_next;
+  explicit Slabs(const SlabWalk& walk) noexcept
+      : up_(walk.direction_ * Pair{walk.across_[0].step, walk.across_[1].step}),
+        size_b_(static_cast<double>(std::abs(up_.b))),
+        size_c_(static_cast<double>(std::abs(up_.c))),
+        b_grows_(walk.across_[0].step > 0),
+        c_grows_(walk.across_[1].step > 0),
+        entry_(walk.direction_ > 0 ? 0 : 1),
+        direction_(walk.direction_) {
+    for (std::size_t i = 0; i < kRamp; ++i) {
+      const auto n = static_cast<std::int64_t>(2 * i);
+      ramp_b_[i] = Long2{n * up_.b, (n + 1) * up_.b};
+      ramp_c_[i] = Long2{n * up_.c, (n + 1) * up_.c};
     }
-    b_ = b;
-    c_ = c;
-    a_ += done * direction;
-    if (done == in_block) words_ = words_at(0, 0);
-    return done;
+  }
+
+  /// All eight. lower: where the ray meets the border below slab 0.
+  void cross_all(Pair lower) noexcept {
+    const Int4 low = four_places(lower, 0);
+    const Int4 high = four_places(lower, 2);
+    const std::int32_t last = place(lower + 8 * up_);
+    std::memcpy(&places_[0], &low, sizeof(low));
+    std::memcpy(&places_[4], &high, sizeof(high));
+    places_[8] = last;
+    unsigned turns = both_turn(low, next_lanes(low, high)) |
+                     (both_turn(high, next_lanes(high, Int4{last, last, last, last})) << 4U);
+    corners_ = 0;
+    for (; turns != 0; turns &= turns - 1) {
+      const int slab = std::countr_zero(turns);
+      add_corner(slab, lower + (slab + entry_) * up_);
+    }
+  }
+  /// From slab `first` on, where the walk begins at `from`, to slab `last`, where it ends at `to`.
+  void cross_some(Pair lower, int first, Pair from, int last, Pair to) noexcept {
+    corners_ = 0;
+    for (int slab = first; slab != last + direction_; slab += direction_) {
+      const Pair in = slab == first ? from : lower + (slab + entry_) * up_;
+      const Pair out = slab == last ? to : lower + (slab + 1 - entry_) * up_;
+      place_in(slab) = place(in);
+      place_out(slab) = place(out);
+      const auto turned = static_cast<unsigned>(place(in) ^ place(out));
+      if ((turned & 31U) != 0 && (turned >> 5U) != 0) add_corner(slab, in);
+    }
+  }
+
+  /// Marks what is crossed in the slabs lowest .. highest and in the block that is b, c blocks from
+  /// the one where the walk enters them.
+  void mark(std::uint64_t* words, std::int32_t b, std::int32_t c, int lowest,
+            int highest) const noexcept {
+    const std::uint64_t* const bits = kBits.data() - (8 * b + 8 * 32 * c);
+    std::uint64_t here = bits[places_[static_cast<std::size_t>(lowest)]];
+    for (int slab = lowest; slab <= highest; ++slab) {
+      const std::uint64_t there = bits[places_[static_cast<std::size_t>(slab) + 1]];
+      words[slab] |= here | there;
+      here = there;
+    }
+    for (std::size_t i = 0; i < corners_; ++i) words[corner_slab_[i]] |= bits[corner_place_[i]];
+  }
+
+  /// How a walk leaves the block that it is in when it comes into slab `first`, if it leaves it on
+  /// both axes: on which of them it does so first, and whether in the same slab.
+  struct Exit {
+    bool by_b = false;
+    bool at_once = false;
+  };
+  [[nodiscard]] Exit leaves_first(int first) noexcept {
+    int slab = first;
+    while (in_block(place_out(slab)) && in_block(place_out(slab) >> 5)) slab += direction_;
+    const bool on_b = !in_block(place_out(slab));
+    const bool on_c = !in_block(place_out(slab) >> 5);
+    if (!(on_b && on_c)) return {on_b, false};
+    std::size_t corner = 0;
+    while (corner_slab_[corner] != slab) ++corner;
+    return {!in_block(corner_place_[corner]), true};
   }
 
  private:
-  /// Bit i: i differs from 0 in its low and in its high three bits.
-  static constexpr std::uint64_t kBothTurn = 0xfefefefefefefe00U;
+  static constexpr std::size_t kRamp = 4;
 
-  static constexpr std::uint64_t kOneBit = 1;
+  /// A place's bit in a block's word: 0 outside the block.
+  static constexpr std::array<std::uint64_t, 24 * 32> kBits = [] {
+    std::array<std::uint64_t, 24 * 32> bits{};
+    for (unsigned i = 0; i < 64; ++i) bits[(8 + i / 8) * 32 + 8 + i % 8] = std::uint64_t{1} << i;
+    return bits;
+  }();
 
-  /// Whether a coordinate, or one of two that are or-ed, is outside the block.
-  [[nodiscard]] static bool outside(std::int64_t v) noexcept {
-    return (static_cast<std::uint64_t>(v) >> (kFraction + 3)) != 0;
+  [[nodiscard]] static std::int32_t place(Pair at) noexcept { return cell(at.b) | cell(at.c) << 5; }
+  [[nodiscard]] static bool in_block(std::int32_t place) noexcept { return (place & 24) == 8; }
+  [[nodiscard]] std::int32_t& place_in(int slab) noexcept {
+    return places_[static_cast<std::size_t>(slab + entry_)];
   }
-  [[nodiscard]] static unsigned index_of(std::int64_t b, std::int64_t c) noexcept {
-    return static_cast<unsigned>(static_cast<std::uint64_t>(b) >> kFraction) |
-           (static_cast<unsigned>(static_cast<std::uint64_t>(c) >> (kFraction - 3)) & 56U);
+  [[nodiscard]] std::int32_t& place_out(int slab) noexcept {
+    return places_[static_cast<std::size_t>(slab + 1 - entry_)];
   }
-  [[nodiscard]] static std::uint64_t bit(std::int32_t b_cell, std::int32_t c_cell) noexcept {
-    return std::uint64_t{1} << static_cast<unsigned>((b_cell & 7) | ((c_cell & 7) << 3));
+  /// The places on four borders, from border 2 i on.
+  [[nodiscard]] Int4 four_places(Pair lower, std::size_t i) const noexcept {
+    const Long2 b{lower.b, lower.b};
+    const Long2 c{lower.c, lower.c};
+    const Int4 b_upper = upper_halves(b + ramp_b_[i], b + ramp_b_[i + 1]);
+    const Int4 c_upper = upper_halves(c + ramp_c_[i], c + ramp_c_[i + 1]);
+    return (b_upper >> (kFraction - 32)) | ((c_upper >> (kFraction - 37)) & ~31);
   }
-  /// Words of the block that the cells lie in, which are relative to this block.
-  [[nodiscard]] std::uint64_t* words_at(std::int32_t b_cell, std::int32_t c_cell) noexcept {
-    const std::int32_t a = a_ >> 3;
-    const std::int32_t b = b_block_ + (b_cell >> 3);
-    const std::int32_t c = c_block_ + (c_cell >> 3);
-    if (walk_.axis_ == 0) return words_of_(BlockCoord{a, b, c});
-    return words_of_(walk_.axis_ == 1 ? BlockCoord{b, a, c} : BlockCoord{b, c, a});
+  /// Bit i: places i differ in b and in c.
+  [[nodiscard]] static unsigned both_turn(Int4 here, Int4 there) noexcept {
+    const Int4 turned = here ^ there;
+    return bits_of(((turned & 31) == 0) | ((turned & ~31) == 0)) ^ 15U;
   }
-  /// How far the border is that a step from v goes towards.
-  [[nodiscard]] static double to_border(std::int64_t v, std::int64_t step) noexcept {
+  /// How far the border is that the walk goes towards.
+  [[nodiscard]] static double to_border(std::int64_t v, bool grows) noexcept {
     const std::int64_t inside = v & (kOne - 1);
-    return static_cast<double>(step > 0 ? kOne - inside : inside);
+    return static_cast<double>(grows ? kOne - inside : inside);
+  }
+  /// Two borders in one slab: a voxel in between, after the border that comes first.
+  void add_corner(int slab, Pair in) noexcept {
+    const bool b_first = to_border(in.b, b_grows_) * size_c_ <= to_border(in.c, c_grows_) * size_b_;
+    const std::int32_t b_from = b_first ? place_out(slab) : place_in(slab);
+    const std::int32_t c_from = b_first ? place_in(slab) : place_out(slab);
+    corner_slab_[corners_] = slab;
+    corner_place_[corners_] = (b_from & 31) | (c_from & ~31);
+    ++corners_;
   }
 
-  void cross(std::int64_t b_to, std::int64_t c_to) noexcept {
-    const std::int32_t b_from_cell = cell(b_);
-    const std::int32_t c_from_cell = cell(c_);
-    const std::int32_t b_to_cell = cell(b_to);
-    const std::int32_t c_to_cell = cell(c_to);
-    const bool leaves_block = ((b_to_cell | c_to_cell) & ~7) != 0;
-    words_[a_ & 7] |= bit(b_from_cell, c_from_cell);
-    if (b_from_cell != b_to_cell && c_from_cell != c_to_cell) {
-      // Two borders in one slab: a voxel in between, after the border that comes first.
-      const std::int64_t b_step = walk_.across_[0].step;
-      const std::int64_t c_step = walk_.across_[1].step;
-      const bool b_first = to_border(b_, b_step) * static_cast<double>(std::abs(c_step)) <=
-                           to_border(c_, c_step) * static_cast<double>(std::abs(b_step));
-      const std::int32_t b_mid = b_first ? b_to_cell : b_from_cell;
-      const std::int32_t c_mid = b_first ? c_from_cell : c_to_cell;
-      std::uint64_t* const mid = leaves_block ? words_at(b_mid, c_mid) : words_;
-      const bool corner = kAllCorners && leaves_block;
-      if (mid == nullptr || (corner && words_at(b_first ? b_from_cell : b_to_cell,
-                                                b_first ? c_to_cell : c_from_cell) == nullptr)) {
-        words_ = nullptr;
-        return;
-      }
-      mid[a_ & 7] |= bit(b_mid, c_mid);
-    }
-    if (leaves_block) {
-      words_ = words_at(b_to_cell, c_to_cell);
-      if (words_ == nullptr) return;
-      b_block_ += b_to_cell >> 3;
-      c_block_ += c_to_cell >> 3;
-      b_to &= kBlock - 1;
-      c_to &= kBlock - 1;
-    }
-    words_[a_ & 7] |= bit(b_to_cell, c_to_cell);
-    b_ = b_to;
-    c_ = c_to;
-  }
-
-  const SlabWalk& walk_;
-  WordsOf& words_of_;
-  std::int32_t a_;
-  std::int32_t b_block_;
-  std::int32_t c_block_;
-  std::int64_t b_;
-  std::int64_t c_;
-  std::uint64_t* words_;  ///< Null: stopped.
+  Pair up_;  ///< From a border to the next higher one.
+  double size_b_;
+  double size_c_;
+  bool b_grows_;
+  bool c_grows_;
+  int entry_;  ///< A slab's border where the walk comes in: 0 the lower, 1 the upper.
+  std::int32_t direction_;
+  std::size_t corners_ = 0;
+  std::array<Long2, kRamp> ramp_b_{};
+  std::array<Long2, kRamp> ramp_c_{};
+  std::array<std::int32_t, 9> places_{};  ///< Where the ray meets the slabs' borders.
+  std::array<std::int32_t, 8> corner_place_{};
+  std::array<std::int32_t, 8> corner_slab_{};
 };
 
 template <bool kAllCorners, class WordsOf>
 bool SlabWalk::walk(WordsOf&& words_of) const noexcept {
-  const Across& along_b = across_[0];
-  const Across& along_c = across_[1];
-  Place<kAllCorners, WordsOf> place(*this, words_of);
-  if (slabs_ > 0 && !place.stopped()) {
-    place.cross_to(along_b.first, along_c.first);
-    if (!place.stopped()) place.enter_next();
-    for (std::int32_t done = 1; done < slabs_ && !place.stopped();) {
-      done += place.cross_plain_slabs(slabs_ - done);
-      if (done == slabs_ || place.stopped()) break;
-      place.cross_to(along_b.first + done * along_b.step, along_c.first + done * along_c.step);
-      if (place.stopped()) break;
-      place.enter_next();
-      ++done;
+  const Pair step{across_[0].step, across_[1].step};
+  const std::int32_t first_block = from_ >> 3;
+  const std::int32_t last_slab = from_ + direction_ * slabs_;
+  const std::int32_t last_block = last_slab >> 3;
+  // Where the ray's line comes into the block's eight slabs, and where it meets their lowest
+  // border.
+  const std::int32_t before = direction_ > 0 ? from_ & 7 : 7 - (from_ & 7);
+  Pair enters = Pair{across_[0].first, across_[1].first} - (before + 1) * step;
+  const Pair to_lower = direction_ > 0 ? Pair{} : 8 * step;
+  Slabs slabs(*this);
+  for (std::int32_t a = first_block;; a += direction_) {
+    const Pair leaves = enters + 8 * step;
+    const bool begins = a == first_block;
+    const bool ends = a == last_block;
+    const Pair from = begins ? Pair{across_[0].start, across_[1].start} : enters;
+    const Pair to = ends ? Pair{across_[0].end, across_[1].end} : leaves;
+    const std::int32_t b = block(from.b);
+    const std::int32_t c = block(from.c);
+    const Pair corner{(b - 1) * kBlock, (c - 1) * kBlock};
+    const Pair lower = enters + to_lower - corner;
+    int first = direction_ > 0 ? 0 : 7;
+    int last = 7 - first;
+    if (begins || ends) {
+      if (begins) first = from_ & 7;
+      if (ends) last = last_slab & 7;
+      slabs.cross_some(lower, first, from - corner, last, to - corner);
+    } else {
+      slabs.cross_all(lower);
     }
+    const auto mark = [&](std::int32_t b_on, std::int32_t c_on) {
+      std::uint64_t* const words = words_of(block_at(a, b + b_on, c + c_on));
+      if (words == nullptr) return false;
+      if (begins || ends) {
+        slabs.mark(words, b_on, c_on, std::min(first, last), std::max(first, last));
+      } else {
+        slabs.mark(words, b_on, c_on, 0, 7);
+      }
+      return true;
+    };
+    if (!mark(0, 0)) return false;
+    const std::int32_t b_on = block(to.b) - b;
+    const std::int32_t c_on = block(to.c) - c;
+    if ((b_on | c_on) != 0) {
+      if (b_on != 0 && c_on != 0) {
+        const Slabs::Exit exit = slabs.leaves_first(first);
+        if (!(exit.by_b ? mark(b_on, 0) : mark(0, c_on))) return false;
+        if (kAllCorners && exit.at_once && !(exit.by_b ? mark(0, c_on) : mark(b_on, 0)))
+          return false;
+      }
+      if (!mark(b_on, c_on)) return false;
+    }
+    if (ends) return true;
+    enters = leaves;
   }
-  if (!place.stopped()) place.cross_to(along_b.end, along_c.end);
-  return !place.stopped();
 }
 
 }  // namespace tessera
