@@ -146,13 +146,8 @@ Result<std::span<const std::uint32_t>> FreeSpace::cross(const Point3f& end_map) 
   const bool all = walk.walk<true>([&](BlockCoord coord) -> std::uint64_t* {
     const RayBlock* const block = entry(coord);
     if (block == nullptr) return nullptr;
-    const auto number = static_cast<std::uint32_t>(block - blocks_.data());
-    // Around a border the walk asks for a block again, three blocks later at most.
-    for (std::size_t i = crossed; i > 0 && i + 3 > crossed; --i) {
-      if (crossed_[i - 1] == number) return nowhere.data();
-    }
     if (crossed == crossed_.size()) return nullptr;
-    crossed_[crossed++] = number;
+    crossed_[crossed++] = static_cast<std::uint32_t>(block - blocks_.data());
     return nowhere.data();
   });
   steps_ += walk.voxels();

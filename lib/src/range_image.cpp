@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tessera/base/lanes.hpp"
+
 namespace tessera {
 
 namespace {
@@ -58,12 +60,24 @@ struct Interval {
 class Ellipse {
  public:
   Ellipse(const FaceDirection& center, double sine) noexcept
-      : center_(center),
-        sine_(sine),
-        square_(1.0 - sine * sine),
-        columns_(extent(center.column)),
-        rows_(extent(center.row)),
-        touches_{row_where_touched(columns_.low, sine), row_where_touched(columns_.high, -sine)} {}
+      : center_(center), square_(1.0 - sine * sine), q_(square_ - center.column * center.column) {
+    // On columns and rows: the tangents of the angle between the face's axis and the two planes
+    // through the face's other coordinate that touch the cone.
+    const Double2 component{center.column, center.row};
+    const Double2 tangent =
+        sine / sqrt2(center.axis * center.axis + component * component - sine * sine);
+    const Double2 low = (component - center.axis * tangent) / (center.axis + component * tangent);
+    const Double2 high = (component + center.axis * tangent) / (center.axis - component * tangent);
+    columns_ = {low[0], high[0]};
+    rows_ = {low[1], high[1]};
+    // The plane through an outermost column is off the cone's axis by the cone's angle and touches
+    // the cone at the axis's foot in it.
+    const Double2 outermost{low[0], high[0]};
+    const Double2 off{sine, -sine};
+    const Double2 touches =
+        center.row / (center.axis + off * outermost / sqrt2(1.0 + outermost * outermost));
+    touches_ = {touches[0], touches[1]};
+  }
 
   [[nodiscard]] Interval rows() const noexcept { return rows_; }
   [[nodiscard]] bool meets_face() const noexcept {
@@ -74,10 +88,10 @@ class Ellipse {
   /// (axis + column u + row v)^2 = square (1 + u^2 + v^2).
   [[nodiscard]] Interval columns_at(double v) const noexcept {
     const double m = center_.axis + center_.row * v;
-    const double q = square_ - center_.column * center_.column;
-    const double under = square_ * (m * m - q * (1.0 + v * v));
+    const double under = square_ * (m * m - q_ * (1.0 + v * v));
     const double root = under > 0.0 ? std::sqrt(under) : 0.0;
-    return {(center_.column * m - root) / q, (center_.column * m + root) / q};
+    const Double2 columns = (center_.column * m + Double2{-root, root}) / q_;
+    return {columns[0], columns[1]};
   }
 
   /// The columns that the ellipse covers between two row coordinates in rows(), from those that it
@@ -91,27 +105,21 @@ class Ellipse {
   }
 
  private:
-  /// The tangents of the angle between the face's axis and the two planes through the face's other
-  /// coordinate that touch the cone.
-  [[nodiscard]] Interval extent(double component) const noexcept {
-    const double tangent =
-        sine_ / std::sqrt(center_.axis * center_.axis + component * component - sine_ * sine_);
-    return {(component - center_.axis * tangent) / (center_.axis + component * tangent),
-            (component + center_.axis * tangent) / (center_.axis - component * tangent)};
-  }
-  /// The row coordinate where the plane through u, which is off the cone's axis by `off`, touches
-  /// the cone: the axis's foot in it.
-  [[nodiscard]] double row_where_touched(double u, double off) const noexcept {
-    return center_.row / (center_.axis + off * u / std::sqrt(1.0 + u * u));
-  }
-
   FaceDirection center_;
-  double sine_;
   double square_;
+  double q_;
   Interval columns_;
   Interval rows_;
   Interval touches_;  ///< The row coordinates at the outermost columns.
 };
+
+/// True only if the cone does not meet the face, for a comparison: Ellipse's tangents are at most
+/// sine / 0.52, as the cone's axis is within 58 degrees of the face's.
+bool beside_face(const FaceDirection& center, double sine) noexcept {
+  const double farthest = std::max(std::abs(center.column), std::abs(center.row));
+  const double bound = sine / 0.52;
+  return farthest * (1.0 - bound) > center.axis * (1.0 + bound) + kRounding_rad;
+}
 
 /// The nearest in those of a face's pixels that the ellipse touches.
 float nearest_on_face(std::span<const float> ranges_m, int face, const Ellipse& ellipse,
@@ -166,7 +174,7 @@ float RangeImage::nearest_m(const Point3d& direction, float angle_rad) const noe
   for (int face = 0; face < 6; ++face) {
     const FaceDirection center = seen_from(face, unit);
     // A face ends 54.8 degrees from its axis, and no cone is wider than 2.9: cos(57.7 degrees).
-    if (center.axis < 0.53) continue;
+    if (center.axis < 0.53 || beside_face(center, sine)) continue;
     const Ellipse ellipse(center, sine);
     if (ellipse.meets_face()) nearest = nearest_on_face(ranges_m_, face, ellipse, nearest);
   }

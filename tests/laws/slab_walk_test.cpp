@@ -6,6 +6,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <map>
+#include <vector>
 
 #include "oracle/carving_oracle.hpp"
 #include "oracle/cloud.hpp"
@@ -65,10 +66,13 @@ std::set<Voxel> marked_by(const SlabWalk& walk) {
 std::set<std::array<int, 3>> blocks_asked_for(const SlabWalk& walk) {
   std::set<std::array<int, 3>> blocks;
   VoxelMask nowhere{};
+  int asked = 0;
   CHECK(walk.walk<true>([&](BlockCoord c) {
     blocks.insert({c.x, c.y, c.z});
+    ++asked;
     return nowhere.data();
   }));
+  CHECK(static_cast<std::size_t>(asked) == blocks.size());  // none twice
   return blocks;
 }
 
@@ -119,6 +123,32 @@ TEST_CASE("slab walk: a part of a ray pierces what it should, and enters the who
       REQUIRE(blocks.count({static_cast<int>(voxel[0] >> 3), static_cast<int>(voxel[1] >> 3),
                             static_cast<int>(voxel[2] >> 3)}) == 1);
     }
+  }
+}
+
+TEST_CASE(
+    "slab walk: where there is no room for a block, it ends, having marked the blocks before") {
+  Random random(announce_seed(48));
+  for (int round = 0; round < 300; ++round) {
+    const Ray ray = random_ray(random, 40.0);
+    CAPTURE(ray.a, ray.b);
+    const SlabWalk walk(point_of(ray.a), point_of(ray.b), 1.0);
+    std::vector<std::array<int, 3>> order;
+    std::map<std::array<int, 3>, VoxelMask> whole;
+    REQUIRE(walk.walk<false>([&](BlockCoord c) {
+      order.push_back({c.x, c.y, c.z});
+      return whole[order.back()].data();
+    }));
+    CHECK(order.size() == whole.size());
+    const auto room = static_cast<std::size_t>(random.below(static_cast<int>(order.size())));
+    std::map<std::array<int, 3>, VoxelMask> some;
+    std::size_t asked = 0;
+    CHECK_FALSE(walk.walk<false>([&](BlockCoord c) {
+      REQUIRE(order[asked] == std::array<int, 3>{c.x, c.y, c.z});
+      return asked++ == room ? nullptr : some[{c.x, c.y, c.z}].data();
+    }));
+    CHECK(asked == room + 1);
+    for (const auto& [block, words] : some) CHECK(words == whole.at(block));
   }
 }
 

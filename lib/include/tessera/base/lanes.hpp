@@ -14,6 +14,7 @@ namespace tessera {
 
 using Float4 = float __attribute__((vector_size(16)));
 using Int4 = std::int32_t __attribute__((vector_size(16)));
+using Double2 = double __attribute__((vector_size(16)));
 using Long2 = std::int64_t __attribute__((vector_size(16)));
 
 [[nodiscard]] inline Float4 all_lanes(float value) noexcept {
@@ -33,6 +34,15 @@ inline void store4(float* p, Float4 lanes) noexcept { std::memcpy(p, &lanes, siz
   return __builtin_ia32_sqrtps(v);
 #else
   return Float4{std::sqrt(v[0]), std::sqrt(v[1]), std::sqrt(v[2]), std::sqrt(v[3])};
+#endif
+}
+
+/// Correctly rounded in each lane (IEEE 754).
+[[nodiscard]] inline Double2 sqrt2(Double2 v) noexcept {
+#if defined(__SSE2__)
+  return __builtin_ia32_sqrtpd(v);
+#else
+  return Double2{std::sqrt(v[0]), std::sqrt(v[1])};
 #endif
 }
 

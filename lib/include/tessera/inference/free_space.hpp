@@ -102,7 +102,7 @@ class FreeSpace {
     return find_entry(coord);
   }
   [[nodiscard]] static std::size_t recent_slot(BlockCoord coord) noexcept {
-    return static_cast<std::size_t>((coord.x & 15) | ((coord.y & 15) << 4) | ((coord.z & 15) << 8));
+    return static_cast<std::size_t>((coord.x & 31) | ((coord.y & 31) << 5) | ((coord.z & 3) << 10));
   }
   [[nodiscard]] RayBlock* find_entry(BlockCoord coord) noexcept;
   [[nodiscard]] RayBlock* new_entry(BlockCoord coord) noexcept;

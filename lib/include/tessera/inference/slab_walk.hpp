@@ -44,9 +44,9 @@ class SlabWalk {
 
   /// Walks. words_of(block) gives the eight words of a block's bitmap: word a & 7, bit
   /// (b & 7) + 8 (c & 7) for the voxel at a on the walk's axis and b, c on the axes across; null
-  /// ends the walk, and false is returned. Sets every voxel's bit. Asks for a block whenever the
-  /// walk enters it; with kAllCorners also for those that a part of this ray could enter in place
-  /// of another where two borders meet.
+  /// ends the walk, and false is returned. Sets every voxel's bit. Asks once for each
+  /// block that the walk enters, in its order; with kAllCorners also for those that a part of this
+  /// ray could enter in place of another where two borders meet.
   template <bool kAllCorners, class WordsOf>
   bool walk(WordsOf&& words_of) const noexcept;
 
@@ -105,7 +105,7 @@ class SlabWalk::Slabs {
         c_grows_(walk.across_[1].step > 0),
         entry_(walk.direction_ > 0 ? 0 : 1),
         direction_(walk.direction_) {
-    for (std::size_t i = 0; i < kRamp; ++i) {
+    for (std::size_t i = 0; i < ramp_b_.size(); ++i) {
       const auto n = static_cast<std::int64_t>(2 * i);
       ramp_b_[i] = Long2{n * up_.b, (n + 1) * up_.b};
       ramp_c_[i] = Long2{n * up_.c, (n + 1) * up_.c};
@@ -173,8 +173,6 @@ class SlabWalk::Slabs {
   }
 
  private:
-  static constexpr std::size_t kRamp = 4;
-
   /// A place's bit in a block's word: 0 outside the block.
   static constexpr std::array<std::uint64_t, 24 * 32> kBits = [] {
     std::array<std::uint64_t, 24 * 32> bits{};
@@ -226,8 +224,8 @@ class SlabWalk::Slabs {
   int entry_;  ///< A slab's border where the walk comes in: 0 the lower, 1 the upper.
   std::int32_t direction_;
   std::size_t corners_ = 0;
-  std::array<Long2, kRamp> ramp_b_{};
-  std::array<Long2, kRamp> ramp_c_{};
+  std::array<Long2, 4> ramp_b_{};
+  std::array<Long2, 4> ramp_c_{};
   std::array<std::int32_t, 9> places_{};  ///< Where the ray meets the slabs' borders.
   std::array<std::int32_t, 8> corner_place_{};
   std::array<std::int32_t, 8> corner_slab_{};
@@ -236,58 +234,64 @@ class SlabWalk::Slabs {
 template <bool kAllCorners, class WordsOf>
 bool SlabWalk::walk(WordsOf&& words_of) const noexcept {
   const Pair step{across_[0].step, across_[1].step};
-  const std::int32_t first_block = from_ >> 3;
   const std::int32_t last_slab = from_ + direction_ * slabs_;
   const std::int32_t last_block = last_slab >> 3;
-  // Where the ray's line comes into the block's eight slabs, and where it meets their lowest
-  // border.
   const std::int32_t before = direction_ > 0 ? from_ & 7 : 7 - (from_ & 7);
-  Pair enters = Pair{across_[0].first, across_[1].first} - (before + 1) * step;
   const Pair to_lower = direction_ > 0 ? Pair{} : 8 * step;
+  const int entry = direction_ > 0 ? 0 : 7;
   Slabs slabs(*this);
-  for (std::int32_t a = first_block;; a += direction_) {
-    const Pair leaves = enters + 8 * step;
-    const bool begins = a == first_block;
-    const bool ends = a == last_block;
-    const Pair from = begins ? Pair{across_[0].start, across_[1].start} : enters;
-    const Pair to = ends ? Pair{across_[0].end, across_[1].end} : leaves;
+  // Words are asked for before the slabs are worked out: reading memory takes as long.
+  std::int32_t a = from_ >> 3;
+  const auto cross = [&](Pair from, Pair to, auto&& work_out, auto&& mark) {
     const std::int32_t b = block(from.b);
     const std::int32_t c = block(from.c);
-    const Pair corner{(b - 1) * kBlock, (c - 1) * kBlock};
-    const Pair lower = enters + to_lower - corner;
-    int first = direction_ > 0 ? 0 : 7;
-    int last = 7 - first;
-    if (begins || ends) {
-      if (begins) first = from_ & 7;
-      if (ends) last = last_slab & 7;
-      slabs.cross_some(lower, first, from - corner, last, to - corner);
-    } else {
-      slabs.cross_all(lower);
-    }
-    const auto mark = [&](std::int32_t b_on, std::int32_t c_on) {
-      std::uint64_t* const words = words_of(block_at(a, b + b_on, c + c_on));
-      if (words == nullptr) return false;
-      if (begins || ends) {
-        slabs.mark(words, b_on, c_on, std::min(first, last), std::max(first, last));
-      } else {
-        slabs.mark(words, b_on, c_on, 0, 7);
-      }
-      return true;
-    };
-    if (!mark(0, 0)) return false;
     const std::int32_t b_on = block(to.b) - b;
     const std::int32_t c_on = block(to.c) - c;
-    if ((b_on | c_on) != 0) {
-      if (b_on != 0 && c_on != 0) {
-        const Slabs::Exit exit = slabs.leaves_first(first);
-        if (!(exit.by_b ? mark(b_on, 0) : mark(0, c_on))) return false;
-        if (kAllCorners && exit.at_once && !(exit.by_b ? mark(0, c_on) : mark(b_on, 0)))
-          return false;
-      }
-      if (!mark(b_on, c_on)) return false;
+    std::uint64_t* const words = words_of(block_at(a, b, c));
+    if (words == nullptr) return false;
+    work_out(Pair{(b - 1) * kBlock, (c - 1) * kBlock});
+    mark(words, 0, 0);
+    if ((b_on | c_on) == 0) return true;
+    const auto mark_beside = [&](std::int32_t b_beside, std::int32_t c_beside) {
+      std::uint64_t* const beside = words_of(block_at(a, b + b_beside, c + c_beside));
+      if (beside != nullptr) mark(beside, b_beside, c_beside);
+      return beside != nullptr;
+    };
+    if (b_on != 0 && c_on != 0) {
+      const Slabs::Exit exit = slabs.leaves_first(a == from_ >> 3 ? from_ & 7 : entry);
+      if (!(exit.by_b ? mark_beside(b_on, 0) : mark_beside(0, c_on))) return false;
+      if (kAllCorners && exit.at_once && !(exit.by_b ? mark_beside(0, c_on) : mark_beside(b_on, 0)))
+        return false;
     }
-    if (ends) return true;
-    enters = leaves;
+    return mark_beside(b_on, c_on);
+  };
+  // Where the ray's line enters the block's eight slabs, the first of which it may begin in.
+  Pair enters = Pair{across_[0].first, across_[1].first} - (before + 1) * step;
+  const auto cross_part = [&](Pair from, int first, Pair to, int last) {
+    return cross(
+        from, to,
+        [&](Pair corner) {
+          slabs.cross_some(enters + to_lower - corner, first, from - corner, last, to - corner);
+        },
+        [&](std::uint64_t* words, std::int32_t b, std::int32_t c) {
+          slabs.mark(words, b, c, std::min(first, last), std::max(first, last));
+        });
+  };
+  const Pair start{across_[0].start, across_[1].start};
+  const Pair end{across_[0].end, across_[1].end};
+  if (a == last_block) return cross_part(start, from_ & 7, end, last_slab & 7);
+  if (!cross_part(start, from_ & 7, enters + 8 * step, 7 - entry)) return false;
+  for (;;) {
+    a += direction_;
+    enters = enters + 8 * step;
+    if (a == last_block) return cross_part(enters, entry, end, last_slab & 7);
+    const bool all = cross(
+        enters, enters + 8 * step,
+        [&](Pair corner) { slabs.cross_all(enters + to_lower - corner); },
+        [&](std::uint64_t* words, std::int32_t b, std::int32_t c) {
+          slabs.mark(words, b, c, 0, 7);
+        });
+    if (!all) return false;
   }
 }
 
