@@ -59,7 +59,7 @@ Status LocalMap::ensure_octet(Block& block, int octet) noexcept {
     TESSERA_ASSERT(page.ok());
     store_shared(labels, *page);
   }
-  const Result<SlabHandle> tuples = pool_.allocate(kOctetSlab);
+  const Result<SlabHandle> tuples = pool_.allocate(kOctetSlab, tuples_.zeroed_bytes());
   TESSERA_ASSERT(tuples.ok());
   store_shared(mutable_label_page(block, layer_of_octet(octet)).octets[octet_in_layer(octet)],
                *tuples);

@@ -17,9 +17,9 @@ SlabPool::SlabPool(std::span<std::byte> storage,
   }
 }
 
-Result<SlabHandle> SlabPool::allocate(int size) noexcept {
+Result<SlabHandle> SlabPool::allocate(int size, std::uint32_t zeroed_bytes) noexcept {
   SizeClass& c = classes_[static_cast<std::size_t>(size)];
-  TESSERA_ASSERT(c.item_bytes != 0);
+  TESSERA_ASSERT(c.item_bytes != 0 && zeroed_bytes <= c.item_bytes);
   SlabHandle handle = 0;
   if (c.released > 0) {
     handle = c.first_released;
@@ -40,7 +40,7 @@ Result<SlabHandle> SlabPool::allocate(int size) noexcept {
     --c.fresh;
   }
   ++c.live;
-  clear_shared_words(at(handle), c.item_bytes);
+  clear_shared_words(at(handle), zeroed_bytes);
   return handle;
 }
 

@@ -33,7 +33,12 @@ class SlabPool {
 
   /// A zeroed item. Fails with kResourceExhausted iff neither a released item of this size nor a
   /// page is left; counted in refused(). O(item size).
-  [[nodiscard]] Result<SlabHandle> allocate(int size) noexcept;
+  [[nodiscard]] Result<SlabHandle> allocate(int size) noexcept {
+    return allocate(size, classes_[static_cast<std::size_t>(size)].item_bytes);
+  }
+  /// An item of which the first zeroed_bytes alone, a multiple of 16, are zeroed: the rest is what
+  /// was there before. Fails as above. O(zeroed_bytes).
+  [[nodiscard]] Result<SlabHandle> allocate(int size, std::uint32_t zeroed_bytes) noexcept;
   /// True iff an item of so many bytes with this handle would lie in the storage: for handles that
   /// were read while they may have been written.
   [[nodiscard]] bool reaches(SlabHandle handle, std::size_t bytes) const noexcept {

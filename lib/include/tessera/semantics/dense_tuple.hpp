@@ -30,17 +30,23 @@ class DenseTuple {
                                       static_cast<std::size_t>(num_components - 1) * sizeof(Plane));
   }
 
+  /// Bytes of a new octet that must be zero: its mask. Planes that it does not name may be anything.
+  [[nodiscard]] static constexpr std::uint32_t zeroed_bytes() noexcept { return kHeaderBytes; }
+
   /// Adds evidence, plane by plane. Component 0 of added is ignored. O(components in added).
   static void add(std::byte* octet, const OctetEvidence& added) noexcept {
     const std::uint64_t labels = added.components() & ~std::uint64_t{1};
+    const std::uint64_t present = components(octet);
     for (std::uint64_t rest = labels; rest != 0; rest &= rest - 1) {
       const int component = std::countr_zero(rest);
-      Plane counts = read_plane(octet, component);
-      const Plane& more = added.read(component);
-      for (std::size_t v = 0; v < kOctetVoxels; ++v) counts[v] += more[v];
+      Plane counts = added.read(component);
+      if (((present >> static_cast<unsigned>(component)) & 1U) != 0) {
+        const Plane before = read_plane(octet, component);
+        for (std::size_t v = 0; v < kOctetVoxels; ++v) counts[v] += before[v];
+      }
       store_shared_words(octet + offset(component), &counts, sizeof(counts));
     }
-    set_components(octet, components(octet) | labels);
+    set_components(octet, present | labels);
   }
 
   /// Sum over the components of each voxel, in component order. O(components present in the octet).
@@ -71,8 +77,10 @@ class DenseTuple {
     for (int l = 1; l < evidence.num_components; ++l) {
       const float count = evidence.sigma[static_cast<std::size_t>(l)];
       if (!(count > 0.0F)) continue;
+      const std::uint64_t bit = std::uint64_t{1} << static_cast<unsigned>(l);
+      if ((present & bit) == 0) clear_shared_words(octet + offset(l), sizeof(Plane));
       set_count(octet, l, voxel, count);
-      present |= std::uint64_t{1} << static_cast<unsigned>(l);
+      present |= bit;
     }
     set_components(octet, present);
   }

@@ -36,6 +36,10 @@ class TupleStore {
   constexpr TupleStore(TuplePolicy policy, float max_evidence) noexcept
       : policy_(policy), compact_(CompactTuple::quanta_per_unit(max_evidence)) {}
 
+  /// Bytes of a new octet that must be zero before the first use.
+  [[nodiscard]] constexpr std::uint32_t zeroed_bytes() const noexcept {
+    return dense() ? DenseTuple::zeroed_bytes() : CompactTuple::kOctetBytes;
+  }
   // As of the policy.
   void add(std::byte* octet, const OctetEvidence& added) const noexcept {
     dense() ? DenseTuple::add(octet, added) : compact_.add(octet, added);
