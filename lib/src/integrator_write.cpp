@@ -40,6 +40,23 @@ std::span<const TilePoint> points_of(const ScanTiles& tiles, const UnitSample& s
   return tiles.points().subspan(sample.begin, sample.end - sample.begin);
 }
 
+/// Calls visit(points) for runs of the points of these occupied units, in order: units one after
+/// the other, with none of the tile's occupied ones between, are one run.
+template <class Visit>
+void for_point_runs(const ScanTiles& tiles, const Tile& tile, std::uint64_t units,
+                    Visit&& visit) noexcept {
+  while (units != 0) {
+    const std::uint64_t lowest = units & (~units + 1);
+    // Up to the first occupied unit that is left out.
+    const std::uint64_t left_out = tile.occupied & ~units & ~(lowest - 1);
+    const std::uint64_t run = units & ((left_out & (~left_out + 1)) - 1);
+    const UnitSample& first = tiles.sample(tile, std::countr_zero(run));
+    const UnitSample& last = tiles.sample(tile, 63 - std::countl_zero(run));
+    visit(tiles.points().subspan(first.begin, last.end - first.begin));
+    units &= ~run;
+  }
+}
+
 /// The kernel's sums of one octet of a unit, of the points that were decided on.
 void sum_points(const ScanTiles& tiles, const UnitPoints& around, const EntropyDecision& decision,
                 const KernelShape& kernel, const OctetPlace& octet, OctetEvidence& sums,
@@ -144,16 +161,15 @@ void Integrator::write_kernel_tile(LocalMap& map, const Tile& tile, EvidenceWork
         // Units of that tile, counted from this one's first, that reach this tile.
         const auto low = [reach](int tiles) { return -reach - 4 * tiles; };
         const auto high = [reach](int tiles) { return 3 + reach - 4 * tiles; };
-        std::uint64_t units =
+        const std::uint64_t units =
             from->occupied & box_mask({low(dx), low(dy), low(dz)}, {high(dx), high(dy), high(dz)});
-        for (; units != 0; units &= units - 1) {
-          const UnitSample& sample = tiles_.sample(*from, std::countr_zero(units));
-          kernel_tile_.add_points(points_of(tiles_, sample), shift, radius, kernel, work);
-        }
+        for_point_runs(tiles_, *from, units, [&](std::span<const TilePoint> points) {
+          kernel_tile_.add_points(points, shift, radius, kernel, work);
+        });
       }
     }
   }
-  for (std::uint64_t rest = tile.wanted; rest != 0; rest &= rest - 1) {
+  for (std::uint64_t rest = tile.wanted & kernel_tile_.touched(); rest != 0; rest &= rest - 1) {
     const int octet = std::countr_zero(rest);
     OctetEvidence& sums = octet_[0];
     sums.clear();

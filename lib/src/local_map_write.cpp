@@ -80,8 +80,7 @@ void LocalMap::update_observed(Block& block, int octet, const TupleStore::Plane&
   const std::size_t layer = layer_of_octet(octet);
   LabelPage& page = mutable_label_page(block, layer);
   SlabHandle& tuples = page.octets[octet_in_layer(octet)];
-  unsigned now = 0;
-  for (std::size_t v = 0; v < kOctetVoxels; ++v) now |= (sums[v] > 0.0F ? 1U : 0U) << v;
+  const unsigned now = bits_above(sums.data(), 0.0F);
   std::uint8_t& observed = page.observed[octet_in_layer(octet)];
   if (now == observed && now != 0) return;
   const int change = count_ones(now) - count_ones(observed);
@@ -102,11 +101,6 @@ void LocalMap::hold_cap_on_labels(Block& block, int octet, unsigned voxels,
                                   TupleStore::Plane& sums) noexcept {
   const float cap = config_.max_evidence;
   const float w = config_.free_weight;
-  // Mostly there are no passes and no full voxel.
-  if (block.free_passes[layer_of_octet(octet)] == 0 &&
-      std::ranges::none_of(sums, [cap](float sum) { return sum > cap; })) {
-    return;
-  }
   std::byte* const tuples = pool_.at(octet_handle(block, octet));
   for (; voxels != 0; voxels &= voxels - 1) {
     const int v = std::countr_zero(voxels);
@@ -136,9 +130,11 @@ Status LocalMap::add_labels(SlabHandle handle, int octet, const OctetEvidence& a
   const Status status = ensure_octet(block, octet);
   if (status != Status::kOk) return status;
   std::byte* const tuples = pool_.at(octet_handle(block, octet));
-  tuples_.add(tuples, added);
-  TupleStore::Plane sums = tuples_.label_sums(tuples);
-  if (config_.max_evidence > 0.0F) hold_cap_on_labels(block, octet, added.voxels(), sums);
+  TupleStore::Plane sums = tuples_.add(tuples, added);
+  // Mostly there are no passes and no full voxel.
+  if (config_.max_evidence > 0.0F && (block.free_passes[layer_of_octet(octet)] != 0 ||
+                                      bits_above(sums.data(), config_.max_evidence) != 0))
+    hold_cap_on_labels(block, octet, added.voxels(), sums);
   update_observed(block, octet, sums);
   store_shared(block.revision, revision_);
   return Status::kOk;

@@ -188,19 +188,17 @@ Status ScanTiles::build(std::span<const ScanPoint> points, const Lattice& lattic
 }
 
 std::uint64_t box_mask(const std::array<int, 3>& low, const std::array<int, 3>& high) noexcept {
-  constexpr std::array<std::uint64_t, 3> kUnitAxis{0x1111111111111111U, 0x000f000f000f000fU,
-                                                   0x000000000000ffffU};
-  constexpr std::array<unsigned, 3> kStep{1, 4, 16};
-  std::uint64_t mask = ~std::uint64_t{0};
+  std::array<unsigned, 3> from{};
+  std::array<unsigned, 3> beyond{};  // units after the last
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const int from = low[axis] < 0 ? 0 : low[axis];
-    const int to = high[axis] > 3 ? 3 : high[axis];
-    std::uint64_t slabs = 0;
-    for (int i = from; i <= to; ++i)
-      slabs |= kUnitAxis[axis] << (kStep[axis] * static_cast<unsigned>(i));
-    mask &= slabs;
+    if (low[axis] > high[axis] || low[axis] > 3 || high[axis] < 0) return 0;
+    from[axis] = low[axis] < 0 ? 0U : static_cast<unsigned>(low[axis]);
+    beyond[axis] = high[axis] > 3 ? 0U : static_cast<unsigned>(3 - high[axis]);
   }
-  return mask;
+  const std::uint64_t row = (0xfULL >> beyond[0]) & (0xfULL << from[0]);
+  const std::uint64_t slice = (0xffffULL >> (4 * beyond[1])) & (0xffffULL << (4 * from[1]));
+  const std::uint64_t cube = (~0ULL >> (16 * beyond[2])) & (~0ULL << (16 * from[2]));
+  return (row * 0x1111111111111111U) & (slice * 0x0001000100010001U) & cube;
 }
 
 std::array<std::uint64_t, 6> neighbour_masks(std::uint64_t own,

@@ -7,6 +7,7 @@
 #include <cstring>
 #include <limits>
 
+#include "kernel_rows.hpp"
 #include "tessera/base/bits.hpp"
 #include "tessera/base/lanes.hpp"
 #include "tessera/inference/kernel.hpp"
@@ -21,14 +22,17 @@ BlockCoord block_of_tile(const BlockCoord& tile, int unit_edge, int i) noexcept 
 
 namespace {
 
+/// Anything above zero passes a min_weight of zero.
+constexpr float least_counted(float min_weight) noexcept {
+  return min_weight > 0.0F ? min_weight : std::numeric_limits<float>::denorm_min();
+}
+
 /// Contributions of weight k_0 at squared distances, in lanes; zero where there is none.
 class Contribution {
  public:
   explicit Contribution(const KernelShape& kernel) noexcept
       : inverse_square_(kernel.inverse_square),
-        // Anything above zero passes a min_weight of zero.
-        least_(all_lanes(kernel.min_weight > 0.0F ? kernel.min_weight
-                                                  : std::numeric_limits<float>::denorm_min())) {}
+        least_(all_lanes(least_counted(kernel.min_weight))) {}
 
   /// Sets counted to all ones where something is contributed.
   [[nodiscard]] Float4 at(float weight, Float4 square, Int4& counted) const noexcept {
@@ -99,106 +103,110 @@ void count_points(std::span<const TilePoint> points, const OctetPlace& octet, fl
   }
 }
 
-Result<KernelTile> KernelTile::make(Arena& arena) noexcept {
+namespace {
+
+/// Whether this machine has AVX2 and its system keeps the registers.
+bool has_avx2() noexcept {
+#if defined(__x86_64__)
+  const auto cpuid = [](std::uint32_t leaf) {
+    std::array<std::uint32_t, 4> r{};
+    __asm__("cpuid" : "=a"(r[0]), "=b"(r[1]), "=c"(r[2]), "=d"(r[3]) : "a"(leaf), "c"(0));
+    return r;
+  };
+  constexpr std::uint32_t kSavesAndAvx = (1U << 27U) | (1U << 28U);
+  if (cpuid(0)[0] < 7 || (cpuid(1)[2] & kSavesAndAvx) != kSavesAndAvx) return false;
+  std::uint32_t low = 0;
+  std::uint32_t high = 0;
+  __asm__("xgetbv" : "=a"(low), "=d"(high) : "c"(0));
+  return (low & 6U) == 6U && (cpuid(7)[1] & (1U << 5U)) != 0;
+#else
+  return false;
+#endif
+}
+
+}  // namespace
+
+static_assert(kBlockEdge == kRowVoxels);
+
+bool KernelTile::has_wide_lanes() noexcept {
+  return has_avx2() && kernel_rows_of_eight() != nullptr;
+}
+
+Result<KernelTile> KernelTile::make(Arena& arena, KernelLanes lanes) noexcept {
   KernelTile tile;
   const std::span<Planes> planes = arena.take<Planes>(1);
   if (planes.empty()) return Status::kResourceExhausted;
   tile.planes_ = planes.data();
+  const bool wide = lanes == KernelLanes::kWidest && has_wide_lanes();
+  tile.add_rows_ = wide ? kernel_rows_of_eight() : kernel_rows_of_four();
   return tile;
 }
 
 void KernelTile::clear() noexcept {
   for (std::uint64_t rest = components_; rest != 0; rest &= rest - 1) {
-    planes_->plane[static_cast<std::size_t>(std::countr_zero(rest))].fill(0.0F);
+    const auto component = static_cast<std::size_t>(std::countr_zero(rest));
+    planes_->plane[component].fill(0.0F);
+    planes_->touched[component] = 0;
   }
   components_ = 0;
 }
 
+void KernelTile::add_points(std::span<const TilePoint> points, const Point3f& shift, float radius,
+                            const KernelShape& kernel, EvidenceWork& work) noexcept {
+  const KernelRows rows{.points = points.data(),
+                        .count = points.size(),
+                        .shift = {shift.x(), shift.y(), shift.z(), 0.0F},
+                        .radius = radius,
+                        .weight_scale = kernel.scale,
+                        .inverse_square = kernel.inverse_square,
+                        .least = least_counted(kernel.min_weight),
+                        .planes = planes_->plane[0].data(),
+                        .touched = planes_->touched.data()};
+  KernelRowsDone done;
+  add_rows_(rows, done);
+  components_ |= done.components;
+  work.updates += done.updates;
+  work.evaluations += done.evaluations;
+}
+
 namespace {
 
-/// The voxels of one axis whose centres may lie within radius of p, clipped to the tile; none if
-/// first > last. Coordinates are at most a few tens, so int is exact.
-struct Reach {
-  int first = 0;
-  int last = 0;
-
-  Reach(float p, float radius) noexcept {
-    const float from = p - radius - 0.5F;
-    const float to = p + radius - 0.5F;
-    first = from <= 0.0F ? 0 : static_cast<int>(from);
-    last = to >= static_cast<float>(kBlockEdge - 1) ? kBlockEdge - 1
-                                                    : (to < 0.0F ? -1 : static_cast<int>(to));
-  }
-  [[nodiscard]] bool empty() const noexcept { return first > last; }
-};
+/// The octets that rows y + 8 z go through.
+std::uint64_t octets_of_rows(std::uint64_t rows) noexcept {
+  rows |= rows >> 1U;  // pairs along y, then along z
+  rows |= rows >> 8U;
+  // Bits 0, 2, 4, 6 of every other byte to bits 0, 4, 8, 12 of every two.
+  rows &= 0x0055005500550055U;
+  rows = (rows | (rows << 4U)) & 0x0505050505050505U;
+  rows = (rows | (rows << 2U)) & 0x1111111111111111U;
+  return rows * 0xfU;
+}
 
 }  // namespace
 
-void KernelTile::add_points(std::span<const TilePoint> points, const Point3f& shift, float radius,
-                            const KernelShape& kernel, EvidenceWork& work) noexcept {
-  const Contribution contribution(kernel);
-  const float square_radius = radius * radius;
-  constexpr Float4 kLowCenters{0.5F, 1.5F, 2.5F, 3.5F};
-  constexpr Float4 kHighCenters{4.5F, 5.5F, 6.5F, 7.5F};
-  Int4 updates{};
-  for (const TilePoint& point : points) {
-    const float px = point.x + shift.x();
-    const float py = point.y + shift.y();
-    const float pz = point.z + shift.z();
-    const Reach x(px, radius);
-    const Reach y(py, radius);
-    const Reach z(pz, radius);
-    if (x.empty() || y.empty() || z.empty()) continue;
-    const float weight = point.weight * kernel.scale;
-    float* const plane = planes_->plane[point.component].data();
-    components_ |= std::uint64_t{1} << point.component;
-    // A row is two groups of four voxels; how near each comes to the point along x.
-    const float low_near = px > 3.5F ? px - 3.5F : 0.0F;
-    const float high_near = px < 4.5F ? 4.5F - px : 0.0F;
-    const float low_reach = square_radius - low_near * low_near;
-    const float high_reach = square_radius - high_near * high_near;
-    const Float4 dx_low = kLowCenters - px;
-    const Float4 dx_high = kHighCenters - px;
-    const Float4 low_square = dx_low * dx_low;
-    const Float4 high_square = dx_high * dx_high;
-    for (int iz = z.first; iz <= z.last; ++iz) {
-      const float dz = static_cast<float>(iz) + 0.5F - pz;
-      for (int iy = y.first; iy <= y.last; ++iy) {
-        const float dy = static_cast<float>(iy) + 0.5F - py;
-        const float dyz = dy * dy + dz * dz;
-        if (dyz > square_radius) continue;
-        work.evaluations += static_cast<std::uint64_t>(x.last - x.first + 1);
-        float* const row = plane + std::ptrdiff_t{iz * kBlockEdge + iy} * kBlockEdge;
-        Int4 counted;
-        if (dyz <= low_reach) {
-          store4(row, load4(row) + contribution.at(weight, low_square + dyz, counted));  // eq. (7)
-          updates -= counted;
-        }
-        if (dyz <= high_reach) {
-          store4(row + 4, load4(row + 4) + contribution.at(weight, high_square + dyz, counted));
-          updates -= counted;
-        }
-      }
-    }
-  }
-  work.updates += static_cast<std::uint64_t>(sum_of(updates));
+std::uint64_t KernelTile::touched() const noexcept {
+  std::uint64_t rows = 0;
+  for (std::uint64_t rest = components_; rest != 0; rest &= rest - 1)
+    rows |= planes_->touched[static_cast<std::size_t>(std::countr_zero(rest))];
+  return octets_of_rows(rows);
 }
 
 bool KernelTile::read(int octet, OctetEvidence& into) const noexcept {
-  bool any = false;
-  const int corner = row_order_corner(octet);
+  const auto corner = static_cast<std::size_t>(row_order_corner(octet));
+  // The octet's rows of this component: two of each of two slices.
+  const std::uint64_t rows = std::uint64_t{0x303} << (corner / kBlockEdge);
   for (std::uint64_t rest = components_; rest != 0; rest &= rest - 1) {
     const int component = std::countr_zero(rest);
-    const float* const from = planes_->plane[static_cast<std::size_t>(component)].data() + corner;
-    // Pairs along x of the octet's four rows. No sum is negative, so bits tell zero from the rest.
+    const auto c = static_cast<std::size_t>(component);
+    if ((planes_->touched[c] & rows) == 0) continue;
+    const float* const from = planes_->plane[c].data() + corner;
+    OctetEvidence::Plane sums;
+    // Pairs along x of the four rows.
     constexpr std::array<int, 4> kRows{0, 8, 64, 72};
-    std::array<std::uint64_t, 4> pairs{};
-    for (std::size_t i = 0; i < 4; ++i) std::memcpy(&pairs[i], from + kRows[i], 8);
-    if ((pairs[0] | pairs[1] | pairs[2] | pairs[3]) == 0) continue;
-    std::memcpy(into.plane(component).data(), pairs.data(), sizeof(pairs));
-    any = true;
+    for (std::size_t i = 0; i < 4; ++i) std::memcpy(&sums[2 * i], from + kRows[i], 8);
+    if (bits_above(sums.data(), 0.0F) != 0) into.assign(component, sums);
   }
-  return any;
+  return into.components() != 0;
 }
 
 }  // namespace tessera

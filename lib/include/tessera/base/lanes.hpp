@@ -83,6 +83,11 @@ inline void store4(float* p, Float4 lanes) noexcept { std::memcpy(p, &lanes, siz
 [[nodiscard]] inline Int4 next_lanes(Int4 a, Int4 b) noexcept {
   return __builtin_shufflevector(a, b, 1, 2, 3, 4);
 }
+/// Which of eight floats are above limit, a bit each. p: of any alignment.
+[[nodiscard]] inline unsigned bits_above(const float* p, float limit) noexcept {
+  const Float4 limits = all_lanes(limit);
+  return bits_of(load4(p) > limits) | (bits_of(load4(p + 4) > limits) << 4U);
+}
 [[nodiscard]] inline std::int32_t sum_of(Int4 v) noexcept { return (v[0] + v[1]) + (v[2] + v[3]); }
 
 }  // namespace tessera

@@ -64,6 +64,23 @@ class Kernel {
     return of_distance(sqrt4(s < one ? s : one));
   }
 
+  /// k_0 at r = d / D in [0, 1], for a float or for lanes of floats. Never out of line: it is also
+  /// compiled for instructions that not every machine has.
+  template <class Value>
+  [[nodiscard, gnu::always_inline]] static Value of_distance(Value r) noexcept {
+    const Value t = 1.0F - r;
+    const Value v = r * (2.0F - r);
+    Value h = 0.00646472955F * v + 0.0260426402F;
+    h = h * v + 0.15969111F;
+    h = h * v + 0.608398736F;
+    h = h * v + 1.62794662F;
+    h = h * v + 2.73004127F;
+    h = h * v + 2.50000072F;
+    h = h * v + 1.0F;
+    const Value u = t * t;
+    return (u * u) * (t * h);
+  }
+
   /// The largest s at which k_0 still reaches value, rounded up: beyond it a contribution is surely
   /// under value.
   [[nodiscard]] static constexpr float support(double value) noexcept {
@@ -76,23 +93,6 @@ class Kernel {
     }
     const double padded = high + 1e-5;
     return padded < 1.0 ? static_cast<float>(padded) : 1.0F;
-  }
-
- private:
-  /// r in [0, 1].
-  template <class Value>
-  [[nodiscard]] static Value of_distance(Value r) noexcept {
-    const Value t = 1.0F - r;
-    const Value v = r * (2.0F - r);
-    Value h = 0.00646472955F * v + 0.0260426402F;
-    h = h * v + 0.15969111F;
-    h = h * v + 0.608398736F;
-    h = h * v + 1.62794662F;
-    h = h * v + 2.73004127F;
-    h = h * v + 2.50000072F;
-    h = h * v + 1.0F;
-    const Value u = t * t;
-    return (u * u) * (t * h);
   }
 };
 

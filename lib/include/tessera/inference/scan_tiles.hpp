@@ -13,19 +13,11 @@
 #include "tessera/base/radix_sort.hpp"
 #include "tessera/grid/key_index.hpp"
 #include "tessera/inference/inference_config.hpp"
+#include "tessera/inference/tile_point.hpp"
 #include "tessera/map/map_config.hpp"
 #include "tessera/registration/scan.hpp"
 
 namespace tessera {
-
-/// A point in tile-local coordinates: voxels from the tile's corner.
-struct TilePoint {
-  float x = 0.0F;
-  float y = 0.0F;
-  float z = 0.0F;
-  float weight = 0.0F;
-  std::uint8_t component = 0;
-};
 
 /// The points of one unit, and what the entropies need to know of them.
 struct UnitSample {

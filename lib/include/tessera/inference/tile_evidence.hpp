@@ -143,13 +143,25 @@ void add_points(std::span<const TilePoint> points, const Point3f& shift, const O
 void count_points(std::span<const TilePoint> points, const OctetPlace& octet, float min_weight,
                   OctetEvidence& into, EvidenceWork& work) noexcept;
 
+struct KernelRows;
+struct KernelRowsDone;
+
+/// How many voxels the kernel is evaluated for at a time. The sums are the same to the last bit.
+enum class KernelLanes : std::uint8_t {
+  kWidest = 0,  ///< Eight where the machine has AVX2 and the library was built with it, else four.
+  kFour = 1,
+};
+
 /// The kernel mode's sums for a whole tile of 8 x 8 x 8 voxels.
 class KernelTile {
  public:
   [[nodiscard]] static constexpr std::size_t required_bytes() noexcept {
     return arena_bytes<Planes>(1);
   }
-  [[nodiscard]] static Result<KernelTile> make(Arena& arena) noexcept;
+  [[nodiscard]] static Result<KernelTile> make(Arena& arena,
+                                               KernelLanes lanes = KernelLanes::kWidest) noexcept;
+  /// Whether kWidest is more than four here.
+  [[nodiscard]] static bool has_wide_lanes() noexcept;
   KernelTile() noexcept = default;
 
   /// Adds the points, whose coordinates plus shift are relative to this tile's corner; radius: no
@@ -157,15 +169,19 @@ class KernelTile {
   /// clipped to the tile.
   void add_points(std::span<const TilePoint> points, const Point3f& shift, float radius,
                   const KernelShape& kernel, EvidenceWork& work) noexcept;
-  /// The sums of one octet. Returns false iff all are zero.
+  /// The octets that anything may have been added to, a bit each.
+  [[nodiscard]] std::uint64_t touched() const noexcept;
+  /// The sums of one octet, into what is cleared. Returns false iff all are zero.
   [[nodiscard]] bool read(int octet, OctetEvidence& into) const noexcept;
   void clear() noexcept;
 
  private:
   struct Planes {
     std::array<std::array<float, kBlockVoxels>, kMaxComponents> plane{};
+    std::array<std::uint64_t, kMaxComponents> touched{};  ///< Rows y + 8 z.
   };
   Planes* planes_ = nullptr;
+  void (*add_rows_)(const KernelRows& rows, KernelRowsDone& done) noexcept = nullptr;
   std::uint64_t components_ = 0;
 };
 

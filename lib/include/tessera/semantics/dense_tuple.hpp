@@ -30,23 +30,30 @@ class DenseTuple {
                                       static_cast<std::size_t>(num_components - 1) * sizeof(Plane));
   }
 
-  /// Bytes of a new octet that must be zero: its mask. Planes that it does not name may be anything.
+  /// Bytes of a new octet that must be zero: its mask. Planes that it does not name may be
+  /// anything.
   [[nodiscard]] static constexpr std::uint32_t zeroed_bytes() noexcept { return kHeaderBytes; }
 
-  /// Adds evidence, plane by plane. Component 0 of added is ignored. O(components in added).
-  static void add(std::byte* octet, const OctetEvidence& added) noexcept {
+  /// Adds evidence, plane by plane, and returns what label_sums is then. Component 0 of added is
+  /// ignored. O(components in added or present).
+  static Plane add(std::byte* octet, const OctetEvidence& added) noexcept {
     const std::uint64_t labels = added.components() & ~std::uint64_t{1};
     const std::uint64_t present = components(octet);
-    for (std::uint64_t rest = labels; rest != 0; rest &= rest - 1) {
+    Plane sums{};
+    for (std::uint64_t rest = labels | present; rest != 0; rest &= rest - 1) {
+      const std::uint64_t bit = rest & (~rest + 1);
       const int component = std::countr_zero(rest);
-      Plane counts = added.read(component);
-      if (((present >> static_cast<unsigned>(component)) & 1U) != 0) {
-        const Plane before = read_plane(octet, component);
-        for (std::size_t v = 0; v < kOctetVoxels; ++v) counts[v] += before[v];
+      Plane counts{};
+      if ((present & bit) != 0) counts = read_plane(octet, component);
+      if ((labels & bit) != 0) {
+        const Plane& more = added.read(component);
+        for (std::size_t v = 0; v < kOctetVoxels; ++v) counts[v] += more[v];
+        store_shared_words(octet + offset(component), &counts, sizeof(counts));
       }
-      store_shared_words(octet + offset(component), &counts, sizeof(counts));
+      for (std::size_t v = 0; v < kOctetVoxels; ++v) sums[v] += counts[v];
     }
-    set_components(octet, present | labels);
+    if ((labels & ~present) != 0) set_components(octet, present | labels);
+    return sums;
   }
 
   /// Sum over the components of each voxel, in component order. O(components present in the octet).

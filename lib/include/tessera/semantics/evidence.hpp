@@ -8,6 +8,7 @@
 #include <bit>
 #include <cstdint>
 
+#include "tessera/base/lanes.hpp"
 #include "tessera/grid/lattice.hpp"
 #include "tessera/semantics/class_table.hpp"
 
@@ -32,16 +33,24 @@ struct VoxelEvidence {
 };
 
 /// What one scan adds to the eight voxels of an octet: a plane of eight counts for each component.
-/// Planes of components that are not in the mask hold zeros.
 class OctetEvidence {
  public:
   using Plane = std::array<float, kOctetVoxels>;
 
-  /// The plane of a component, which from now on counts as touched.
+  /// The plane of a component, which from now on counts as touched; zeros at first.
   Plane& plane(int component) noexcept {
-    components_ |= std::uint64_t{1} << static_cast<unsigned>(component);
-    return planes_[static_cast<std::size_t>(component)];
+    const std::uint64_t bit = std::uint64_t{1} << static_cast<unsigned>(component);
+    Plane& plane = planes_[static_cast<std::size_t>(component)];
+    if ((components_ & bit) == 0) plane = Plane{};
+    components_ |= bit;
+    return plane;
   }
+  /// Sets the plane of a component.
+  void assign(int component, const Plane& counts) noexcept {
+    components_ |= std::uint64_t{1} << static_cast<unsigned>(component);
+    planes_[static_cast<std::size_t>(component)] = counts;
+  }
+  /// component: one of components().
   [[nodiscard]] const Plane& read(int component) const noexcept {
     return planes_[static_cast<std::size_t>(component)];
   }
@@ -52,18 +61,13 @@ class OctetEvidence {
     unsigned mask = 0;
     for (std::uint64_t rest = components_ & ~std::uint64_t{1}; rest != 0; rest &= rest - 1) {
       const Plane& plane = planes_[static_cast<std::size_t>(std::countr_zero(rest))];
-      for (unsigned v = 0; v < kOctetVoxels; ++v) mask |= (plane[v] > 0.0F ? 1U : 0U) << v;
+      mask |= bits_above(plane.data(), 0.0F);
     }
     return mask;
   }
 
-  /// Back to all zeros. O(components touched).
-  void clear() noexcept {
-    for (std::uint64_t rest = components_; rest != 0; rest &= rest - 1) {
-      planes_[static_cast<std::size_t>(std::countr_zero(rest))] = Plane{};
-    }
-    components_ = 0;
-  }
+  /// Back to nothing touched. O(1).
+  void clear() noexcept { components_ = 0; }
 
  private:
   std::uint64_t components_ = 0;

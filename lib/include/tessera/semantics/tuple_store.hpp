@@ -41,8 +41,11 @@ class TupleStore {
     return dense() ? DenseTuple::zeroed_bytes() : CompactTuple::kOctetBytes;
   }
   // As of the policy.
-  void add(std::byte* octet, const OctetEvidence& added) const noexcept {
-    dense() ? DenseTuple::add(octet, added) : compact_.add(octet, added);
+  /// Returns what label_sums is then.
+  Plane add(std::byte* octet, const OctetEvidence& added) const noexcept {
+    if (dense()) return DenseTuple::add(octet, added);
+    compact_.add(octet, added);
+    return compact_.label_sums(octet);
   }
   [[nodiscard]] Plane label_sums(const std::byte* octet) const noexcept {
     return dense() ? DenseTuple::label_sums(octet) : compact_.label_sums(octet);
