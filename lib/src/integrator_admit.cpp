@@ -109,6 +109,8 @@ bool Integrator::want_kernel_units() noexcept {
           const Result<std::uint32_t> tile = tiles_.ensure(coord);
           if (!tile.ok()) return false;
           tiles_.tiles()[*tile].wanted |= units;
+          // From there, this one is on the opposite side.
+          if (tiles == 1) tiles_.tiles()[*tile].sources |= 1U << (13 - dx - 3 * dy - 9 * dz);
         }
       }
     }
@@ -181,7 +183,10 @@ void Integrator::count_tile(const LocalMap& map, const Tile& tile, std::uint64_t
       wanted[kOctetSlab] += static_cast<std::uint32_t>(count_ones(here));  // a unit is an octet
       continue;
     }
-    for (std::uint64_t rest = here; rest != 0; rest &= rest - 1) {
+    for (std::uint64_t rest = here; edge == 2 && rest != 0; rest &= rest - 1) {
+      if (!map.has_octet(*block, std::countr_zero(rest))) ++wanted[kOctetSlab];
+    }
+    for (std::uint64_t rest = here; edge != 2 && rest != 0; rest &= rest - 1) {
       const UnitOctets octets = octets_of_unit(std::countr_zero(rest), edge);
       for (const OctetPlace& place : octets.places()) {
         const int octet = locate(tile, place, edge).octet;

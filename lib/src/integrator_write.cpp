@@ -137,39 +137,54 @@ void Integrator::write_octet(LocalMap& map, SlabHandle block, int octet,
   ++report.label_octets;
 }
 
+/// Adds the points of a tile (dx, dy, dz) tiles from the one at hand.
+void Integrator::add_kernel_points(const Tile& from, const std::array<int, 3>& offset,
+                                   const KernelShape& kernel, EvidenceWork& work) noexcept {
+  const int reach = kernel_reach_units_;
+  // Units of that tile, counted from this one's first, that reach this tile.
+  const auto low = [&](std::size_t axis) { return -reach - 4 * offset[axis]; };
+  const auto high = [&](std::size_t axis) { return 3 + reach - 4 * offset[axis]; };
+  const std::uint64_t units =
+      from.occupied & box_mask({low(0), low(1), low(2)}, {high(0), high(1), high(2)});
+  const auto shift = [&](std::size_t axis) {
+    return static_cast<float>(offset[axis] * kBlockEdge);
+  };
+  const Point3f to_tile(shift(0), shift(1), shift(2));
+  for_point_runs(tiles_, from, units, [&](std::span<const TilePoint> points) {
+    kernel_tile_.add_points(points, to_tile, kernel_radius_, kernel, work);
+  });
+}
+
 /// Points reach boxes of units, so between a tile and one that its points reach there is a tile
 /// wherever the way goes: where a step leads to none, no point reaches from there.
 void Integrator::write_kernel_tile(LocalMap& map, const Tile& tile, EvidenceWork& work,
                                    ScanReport& report) noexcept {
   const double resolution_m = map.lattice().resolution_m();
-  const float radius = kernel_radius_;
   const KernelShape kernel =
       shape(static_cast<float>(static_cast<double>(config_.kernel_length_m) / resolution_m));
-  const int reach = kernel_reach_units_;
-  const int reach_tiles = (reach + 3) / 4;
+  const int reach_tiles = (kernel_reach_units_ + 3) / 4;
   kernel_tile_.clear();
-  for (int dz = -reach_tiles; dz <= reach_tiles; ++dz) {
+  // In this order sums are the same however they are found.
+  for (unsigned rest = reach_tiles == 1 ? tile.sources : 0U; rest != 0; rest &= rest - 1) {
+    const int bit = std::countr_zero(rest);
+    const std::array<int, 3> offset{bit % 3 - 1, bit / 3 % 3 - 1, bit / 9 - 1};
+    const Tile* from = &tile;
+    for (std::size_t axis = 3; axis-- > 0;) from = tiles_.stepped(from, axis, offset[axis]);
+    if (from != nullptr) add_kernel_points(*from, offset, kernel, work);
+  }
+  for (int dz = -reach_tiles; dz <= reach_tiles && reach_tiles > 1; ++dz) {
     const Tile* const on_z = tiles_.stepped(&tile, 2, dz);
     for (int dy = -reach_tiles; dy <= reach_tiles && on_z != nullptr; ++dy) {
       const Tile* const on_y = tiles_.stepped(on_z, 1, dy);
       for (int dx = -reach_tiles; dx <= reach_tiles && on_y != nullptr; ++dx) {
         const Tile* const from = tiles_.stepped(on_y, 0, dx);
         if (from == nullptr || from->occupied == 0) continue;
-        const Point3f shift(static_cast<float>(dx * kBlockEdge),
-                            static_cast<float>(dy * kBlockEdge),
-                            static_cast<float>(dz * kBlockEdge));
-        // Units of that tile, counted from this one's first, that reach this tile.
-        const auto low = [reach](int tiles) { return -reach - 4 * tiles; };
-        const auto high = [reach](int tiles) { return 3 + reach - 4 * tiles; };
-        const std::uint64_t units =
-            from->occupied & box_mask({low(dx), low(dy), low(dz)}, {high(dx), high(dy), high(dz)});
-        for_point_runs(tiles_, *from, units, [&](std::span<const TilePoint> points) {
-          kernel_tile_.add_points(points, shift, radius, kernel, work);
-        });
+        add_kernel_points(*from, {dx, dy, dz}, kernel, work);
       }
     }
   }
-  for (std::uint64_t rest = tile.wanted & kernel_tile_.touched(); rest != 0; rest &= rest - 1) {
+  const std::uint64_t touched = tile.wanted & kernel_tile_.touched();
+  for (std::uint64_t rest = touched; rest != 0; rest &= rest - 1) {
     const int octet = std::countr_zero(rest);
     OctetEvidence& sums = octet_[0];
     sums.clear();

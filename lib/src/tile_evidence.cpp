@@ -182,6 +182,11 @@ std::uint64_t octets_of_rows(std::uint64_t rows) noexcept {
   return rows * 0xfU;
 }
 
+/// Two rows of each of two slices.
+std::uint64_t rows_of_octet(int octet) noexcept {
+  return std::uint64_t{0x303} << static_cast<unsigned>(row_order_corner(octet) / kBlockEdge);
+}
+
 }  // namespace
 
 std::uint64_t KernelTile::touched() const noexcept {
@@ -193,8 +198,7 @@ std::uint64_t KernelTile::touched() const noexcept {
 
 bool KernelTile::read(int octet, OctetEvidence& into) const noexcept {
   const auto corner = static_cast<std::size_t>(row_order_corner(octet));
-  // The octet's rows of this component: two of each of two slices.
-  const std::uint64_t rows = std::uint64_t{0x303} << (corner / kBlockEdge);
+  const std::uint64_t rows = rows_of_octet(octet);
   for (std::uint64_t rest = components_; rest != 0; rest &= rest - 1) {
     const int component = std::countr_zero(rest);
     const auto c = static_cast<std::size_t>(component);

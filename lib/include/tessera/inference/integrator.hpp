@@ -178,6 +178,8 @@ class Integrator {
   void write_units(LocalMap& map, const Tile& tile, EvidenceWork& work,
                    ScanReport& report) noexcept;
   void write_octet(LocalMap& map, SlabHandle block, int octet, ScanReport& report) noexcept;
+  void add_kernel_points(const Tile& from, const std::array<int, 3>& offset,
+                         const KernelShape& kernel, EvidenceWork& work) noexcept;
   void write_kernel_tile(LocalMap& map, const Tile& tile, EvidenceWork& work,
                          ScanReport& report) noexcept;
   void write_free_space(LocalMap& map, ScanReport& report) noexcept;

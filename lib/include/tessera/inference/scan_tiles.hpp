@@ -38,6 +38,9 @@ struct Tile {
   std::uint64_t wanted = 0;      ///< Units that may receive evidence.
   std::uint64_t reserved = 0;    ///< Units spoken for while points are admitted one by one.
   std::uint32_t first_unit = 0;  ///< Samples of the occupied units, in order of their bits.
+  /// Kernel mode, where no point reaches beyond the next tile: those around this one, itself too,
+  /// with points that reach it; bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1).
+  std::uint32_t sources = 0;
   /// The map's blocks that the tile covers: one, or eight for units of four voxels (x fastest). 0:
   /// not opened.
   std::array<SlabHandle, 8> blocks{};
