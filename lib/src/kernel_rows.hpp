@@ -59,7 +59,8 @@ template <class Row>
   const Float4 nothing{};
   for (std::size_t i = 0; i < rows.count; ++i) {
     const TilePoint& point = rows.points[i];
-    Float4 p{point.x, point.y, point.z, 0.0F};
+    // The fourth lane is never beyond the tile.
+    Float4 p{point.x, point.y, point.z, 0.5F * static_cast<float>(kRowVoxels)};
     p += rows.shift;
     // On each axis, the voxels whose centres may lie within the radius, clipped to the tile.
     const Float4 from = p - rows.radius - 0.5F;

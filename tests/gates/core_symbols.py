@@ -36,6 +36,20 @@ def refused(names):
     return sorted(name for name in names if not ALLOWED.match(name))
 
 
+def foreign(nm_text):
+    """Symbols of units for one kind of machine that the linker could take for those of other units, or that run
+    unasked: such a unit may define nothing but local ones and strong functions."""
+    unit, found = "", []
+    for line in nm_text.splitlines():
+        fields = line.split()
+        if len(fields) == 1 and line.endswith(":"):
+            unit = line[:-1]
+        elif "_avx2." in unit and len(fields) >= 2 and len(fields[-2]) == 1:
+            if fields[-2] in "WVuwi" or fields[-1].startswith("_GLOBAL__sub_I"):
+                found.append(f"{unit}: {fields[-1]}")
+    return found
+
+
 def symbols(nm, path):
     return subprocess.run([nm, path], check=True, capture_output=True, text=True).stdout
 
@@ -43,6 +57,8 @@ def symbols(nm, path):
 def main():
     nm, archive, forbidden = sys.argv[1:]
     assert outside("0000 T own\n                 U own\n                 w absent\n") == ({"absent"}, 1)
+    assert foreign("x_avx2.cpp.o:\n00 W f\n00 t _GLOBAL__sub_I_f\n00 T g\n00 t h\n\ny.cpp.o:\n00 W f\n") == [
+        "x_avx2.cpp.o: f", "x_avx2.cpp.o: _GLOBAL__sub_I_f"]
     faults = []
     caught = refused(outside(symbols(nm, forbidden))[0])
     for what, pattern in MUST_REFUSE.items():
@@ -52,6 +68,8 @@ def main():
     if defined < 10:
         faults.append(f"{archive} defines {defined} symbols: that is not the core")
     faults += [f"the core needs {name}, which is not on the list of allowed symbols" for name in refused(names)]
+    faults += [f"{name} of a unit for one kind of machine may be taken for another unit's, or runs unasked"
+               for name in foreign(symbols(nm, archive))]
     print("\n".join(faults), file=sys.stderr)
     return 1 if faults else 0
 

@@ -24,8 +24,8 @@ class TileSums {
  public:
   explicit TileSums(KernelLanes lanes) : memory_(KernelTile::required_bytes() + kArenaAlignment) {
     const auto at = reinterpret_cast<std::uintptr_t>(memory_.data());
-    Arena arena(
-        std::span(memory_).subspan((kArenaAlignment - at % kArenaAlignment) % kArenaAlignment));
+    const std::size_t skipped = (kArenaAlignment - at % kArenaAlignment) % kArenaAlignment;
+    Arena arena(std::span<std::byte>(memory_).subspan(skipped));
     tile_ = *KernelTile::make(arena, lanes);
   }
   KernelTile& tile() { return tile_; }
@@ -82,7 +82,7 @@ std::size_t different_bits(const Sums& a, const Sums& b) {
   for (std::size_t c = 0; c < a.size(); ++c) {
     for (std::size_t i = 0; i < a[c].size(); ++i)
       different +=
-          std::bit_cast<std::uint32_t>(a[c][i]) != std::bit_cast<std::uint32_t>(b[c][i]) ? 1 : 0;
+          std::bit_cast<std::uint32_t>(a[c][i]) != std::bit_cast<std::uint32_t>(b[c][i]) ? 1U : 0U;
   }
   return different;
 }
@@ -146,6 +146,7 @@ TEST_CASE("kernel tile: eight lanes give the bits of four, and both the sum of e
     REQUIRE(work_of_four.evaluations >= work_of_four.updates);
     updates += work_of_four.updates;
     // What is under min_weight may be missing of each point.
+    INFO(given.length << " " << round << " " << shift.transpose());
     REQUIRE(largest_error(sums, before, shift, given.length) <
             60 * (3e-6 + static_cast<double>(given.min_weight)));
     four.tile().clear();
