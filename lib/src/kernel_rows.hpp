@@ -15,6 +15,8 @@
 namespace tessera {
 
 inline constexpr int kRowVoxels = 8;
+inline constexpr int kSliceVoxels = 64;
+inline constexpr int kTileVoxels = 512;
 
 /// Points to add to a tile of 8 x 8 x 8 voxels. Lengths in voxels.
 struct KernelRows {
@@ -74,12 +76,11 @@ template <class Row>
     row.place(p, point.weight * rows.weight_scale);
     const unsigned clip = (0xffU >> static_cast<unsigned>(kRowVoxels - 1 - last[1])) &
                           (0xffU << static_cast<unsigned>(first[1]));
-    float* const plane =
-        rows.planes + std::size_t{point.component} * (kRowVoxels * kRowVoxels * kRowVoxels);
+    float* const plane = rows.planes + std::size_t{point.component} * kTileVoxels;
     std::uint64_t evaluated = 0;
     std::uint64_t touched = 0;
     for (std::int32_t z = first[2]; z <= last[2]; ++z) {
-      float* const slice = plane + std::ptrdiff_t{z} * (kRowVoxels * kRowVoxels);
+      float* const slice = plane + std::ptrdiff_t{z} * kSliceVoxels;
       unsigned left = row.within(static_cast<float>(z) + 0.5F - p[2]) & clip;
       touched |= std::uint64_t{left} << static_cast<unsigned>(kRowVoxels * z);
       for (; left != 0; left &= left - 1) {

@@ -79,6 +79,8 @@ class RowOfEight {
   Float8 weight_{};
   Float8 square_{};
   Float8 y_square_{};
+  // Not std::array, whose operator is an inline function.
+  // NOLINTNEXTLINE(cppcoreguidelines-avoid-c-arrays)
   alignas(32) float dyz_[kRowVoxels]{};
   Int8 updates_{};
 };

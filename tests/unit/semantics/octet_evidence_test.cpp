@@ -31,7 +31,7 @@ TEST_CASE("OctetEvidence: clear gives back all zeros") {
   for (const int l : {0, 3, 31, 32, 63}) evidence.plane(l).fill(1.0F);
   evidence.clear();
   CHECK(evidence.components() == 0);
-  for (int l = 0; l < kMaxComponents; ++l) CHECK(evidence.read(l) == OctetEvidence::Plane{});
+  for (int l = 0; l < kMaxComponents; ++l) CHECK(evidence.plane(l) == OctetEvidence::Plane{});
 }
 
 TEST_CASE(
