@@ -27,7 +27,7 @@ void measure_bytes(Meter& meter) {
       [] {},
       [&] {
         size = encode_block(owned.map, owned.map.block_at(handle), bytes);
-        return Operations{size > 0 ? kCounts : 0.0, kCounts};
+        return fixed(size > 0, kCounts);
       });
   meter.measure(
       {"decode_block", "decode_block", "the same, into the same block at the cap",
@@ -39,7 +39,7 @@ void measure_bytes(Meter& meter) {
       },
       [&] {
         const MapFileStatus status = decode_block(std::span(bytes).first(size), other.map);
-        return Operations{status.ok() ? kCounts : 1e9, kCounts};
+        return fixed(status.ok(), kCounts);
       });
 }
 
@@ -80,7 +80,7 @@ void measure_file(Meter& meter) {
   std::vector<KeyedIndex> workspace(2 * owned.map.block_count());
   MapFileStatus status;
   const double counts = kBlocks * kCounts;
-  const auto operations = [&] { return Operations{status.ok() ? counts : 1e12, counts}; };
+  const auto operations = [&] { return fixed(status.ok(), counts); };
   meter.measure(
       {"save", "save", "16 blocks, dense, every voxel of every class", "blocks 512 (C + 1) counts"},
       1, [&] { file.written = 0; },
@@ -109,31 +109,70 @@ BlockArchive forgetful(std::vector<std::byte>& bytes) {
           }};
 }
 
+/// Full blocks as bytes, 64 of one region: what the robot comes back to.
+struct Shelf {
+  std::vector<std::vector<std::byte>> blocks;
+  RegionMask mask{};
+
+  static const RegionMask* archived(void* context, BlockCoord region) {
+    return region == BlockCoord{0, 0, 0} ? &static_cast<Shelf*>(context)->mask : nullptr;
+  }
+  static Status reload(void* context, LocalMap& map, BlockKey key) {
+    auto& self = *static_cast<Shelf*>(context);
+    const BlockCoord at = unpack(key);
+    self.mask[0] &= ~(std::uint64_t{1} << static_cast<unsigned>(at.x + 8 * at.y));
+    return decode_block(self.blocks[static_cast<std::size_t>(at.x + 8 * at.y)], map).status;
+  }
+};
+
 void measure_window(Meter& meter) {
   // Storage full of the fullest blocks, and the robot is elsewhere all at once.
-  OwnedMap owned(config_of(TuplePolicy::kDense, 32), kMostClasses);
-  const WindowConfig config;
-  const Result<MovingWindow> window =
-      MovingWindow::make(config, owned.map.lattice().resolution_m());
+  constexpr std::uint32_t kPressed = 128;
+  OwnedMap owned(config_of(TuplePolicy::kDense, 24), kMostClasses);
+  LocalMap& map = owned.map;
+  const WindowConfig config{
+      .evictions_per_step = 64, .pressed_evictions_per_step = kPressed, .reloads_per_step = 64};
+  const Result<MovingWindow> window = MovingWindow::make(config, map.lattice().resolution_m());
   std::vector<std::byte> bytes(most_block_bytes(kMostClasses + 2));
   MovingWindow fresh = *window;
   const auto fill = [&] {
-    owned.map.clear();
+    map.clear();
     fresh = *window;
-    for (std::int32_t i = 0;
-         fill_block(owned.map, {i, 0, 0}, 1) != 0 && owned.map.fits({1, 4, 4, 64});)
+    for (std::int32_t i = 0; fill_block(map, {i % 8, i / 8, 0}, 1) != 0 && map.fits({1, 4, 4, 64});)
       ++i;
   };
+  const double counts = 512.0 * (kMostClasses + 1.0);
   meter.measure(
       {"window_jump", "MovingWindow::step",
-       "storage full, dense, every class, and all of it far away at once",
-       "label_voxels_per_step + 511 voxels of C + 1 counts"},
+       "storage full, dense, every class, and all of it far away at once; 128 evictions a step",
+       "pressed_evictions_per_step 512 (C + 1) counts"},
       1, fill, [&] {
-        const double before = static_cast<double>(owned.map.usage().label_voxels);
-        static_cast<void>(fresh.step(owned.map, Point3d(1000.0, 1000.0, 0.0), forgetful(bytes)));
-        const double left = static_cast<double>(owned.map.usage().label_voxels);
-        return Operations{(kMostClasses + 1.0) * (before - left),
-                          (kMostClasses + 1.0) * (config.label_voxels_per_step + 511.0)};
+        const WindowStep step = fresh.step(map, Point3d(1000.0, 1000.0, 0.0), forgetful(bytes));
+        return Operations{counts * step.evicted, counts * kPressed};
+      });
+  Shelf shelf;
+  fill();
+  for (std::int32_t i = 0; i < 64; ++i) {
+    shelf.blocks.emplace_back(encode_block(map, *map.find({i % 8, i / 8, 0}), bytes));
+    std::memcpy(shelf.blocks.back().data(), bytes.data(), shelf.blocks.back().size());
+  }
+  BlockArchive archive = forgetful(bytes);
+  archive.context = &shelf;
+  archive.archived = Shelf::archived;
+  archive.reload = Shelf::reload;
+  meter.measure(
+      {"window_return", "MovingWindow::step", "64 blocks come back, dense, every class",
+       "reloads_per_step 512 (C + 1) counts"},
+      1,
+      [&] {
+        map.clear();
+        fresh = *window;
+        shelf.mask[0] = ~std::uint64_t{0};
+      },
+      [&] {
+        const WindowStep step = fresh.step(map, Point3d(3.0, 3.0, 0.4), archive);
+        return Operations{step.reloaded == 64 ? counts * step.reloaded : 1e12,
+                          counts * config.reloads_per_step};
       });
 }
 

@@ -5,7 +5,7 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
+#include <limits>
 #include <vector>
 
 #include "harness.hpp"
@@ -26,6 +26,11 @@ struct Operations {
   double counted = 0.0;
   double bound = 0.0;
 };
+
+/// Work that its input fixes: so many, if all of it was done; else more than any bound.
+[[nodiscard]] inline Operations fixed(bool done, double count) {
+  return {done ? count : std::numeric_limits<double>::infinity(), count};
+}
 
 class Meter {
  public:
@@ -49,9 +54,9 @@ class Meter {
     add(worst, calls, operations, median(ns));
   }
 
-  /// A case an entry, in the order in which they were measured. within_bounds: none did more
-  /// operations than its formula says.
+  /// A case an entry, in the order in which they were measured.
   [[nodiscard]] const Json& cases() const { return cases_; }
+  /// The cases that did more operations than their formula says.
   [[nodiscard]] const std::vector<std::string>& beyond() const { return beyond_; }
 
  private:
@@ -98,8 +103,12 @@ template <class Chosen>
   return found;
 }
 
+/// Blocks whose keys have the same two buckets of a page.
+[[nodiscard]] std::vector<BlockCoord> same_buckets(std::size_t count);
+
 void measure_integrate(Meter& meter);
 void measure_map(Meter& meter);
+void measure_voxels(Meter& meter);
 void measure_reading(Meter& meter);
 void measure_blocks(Meter& meter);
 

@@ -5,6 +5,8 @@
 #include <cmath>
 
 #include "meter.hpp"
+#include "tessera/grid/segment.hpp"
+#include "tessera/map/cast_ray.hpp"
 #include "tessera/map/map_reader.hpp"
 #include "tessera/map/queries.hpp"
 
@@ -31,31 +33,46 @@ void measure_rays(Meter& meter) {
   OwnedMap owned(config_of(TuplePolicy::kCompact, 32), kMostClasses);
   const LocalMap& map = owned.map;
   constexpr int kRays = 100;
-  const double through_m = kEdgeBlocks * kBlockEdge * map.lattice().resolution_m();
-  const auto cast = [&](double range_m) {
-    double voxels = 0.0;
-    const auto range = static_cast<float>(range_m);
-    for (int i = 0; i < kRays; ++i) {
-      const float aside = 0.01F * static_cast<float>(i % 10);
-      const Point3f origin(0.01F + aside, 0.02F, 0.03F);
-      const Point3f direction(1.0F, 1.0F - 0.001F * aside, 1.0F);
-      voxels += cast_ray(map, origin, direction, range_m).end == RayHit::End::kMaxRange ? 1.0 : 1e9;
-    }
-    // Voxels crossed, by the ray's own extent on each axis.
-    const double crossed =
-        static_cast<double>(range) / std::sqrt(3.0) / map.lattice().resolution_m() * 3.0 + 1.0;
-    return Operations{crossed * voxels / kRays,
-                      std::sqrt(3.0) * range_m / map.lattice().resolution_m() + 4.0};
+  const auto origin = [](int i) {
+    return Point3f(0.01F + 0.01F * static_cast<float>(i % 10), 0.02F, 0.03F);
   };
+  const auto direction = [](int i) {
+    return Point3f(1.0F, 1.0F - 1e-5F * static_cast<float>(i % 10), 1.0F);
+  };
+  const double resolution_m = map.lattice().resolution_m();
+  // Voxels on the way, as the walk's own steps count them.
+  const auto crossed = [&](double range_m) {
+    double voxels = 0.0;
+    for (int i = 0; i < kRays; ++i) {
+      const Point3d from = origin(i).cast<double>();
+      const Point3d d = direction(i).cast<double>();
+      const SegmentSteps steps(from / resolution_m,
+                               (from + d * (range_m / norm(d))) / resolution_m);
+      voxels += 1.0 + steps.left[0] + steps.left[1] + steps.left[2];
+    }
+    return voxels / kRays;
+  };
+  const auto cast = [&](double range_m, double voxels) {
+    int through = 0;
+    for (int i = 0; i < kRays; ++i)
+      through +=
+          cast_ray(map, origin(i), direction(i), range_m).end == RayHit::End::kMaxRange ? 1 : 0;
+    return Operations{through == kRays ? voxels : 1e12,
+                      std::sqrt(3.0) * range_m / resolution_m + 4.0};
+  };
+  constexpr double kFar_m = 100.0;
+  const double far_voxels = crossed(kFar_m);
+  const double through_m = 0.98 * kEdgeBlocks * kBlockEdge * resolution_m * std::sqrt(3.0);
+  const double through_voxels = crossed(through_m);
   meter.measure(
       {"cast_ray_empty", "cast_ray", "100 m at 0.1 m along the diagonal of an empty map",
        "range sqrt(3) + 4 voxels"},
-      kRays, [] {}, [&] { return cast(100.0); });
+      kRays, [] {}, [&] { return cast(kFar_m, far_voxels); });
   pass_all(owned.map);
   meter.measure(
       {"cast_ray_free", "cast_ray", "the same through free space, as far as 16 blocks reach",
        "range sqrt(3) + 4 voxels"},
-      kRays, [] {}, [&] { return cast(0.98 * through_m * std::sqrt(3.0)); });
+      kRays, [] {}, [&] { return cast(through_m, through_voxels); });
   std::vector<KeyedIndex> workspace(2 * map.block_count());
   meter.measure(
       {"for_each_in_box", "for_each_in_box",
@@ -83,7 +100,7 @@ void measure_readers(Meter& meter) {
       [&] {
         double read = 0.0;
         for (int i = 0; i < 10; ++i) read += reader.snapshot(at, workspace).ok() ? 1.0 : 0.0;
-        return Operations{read == 10.0 ? 64.0 : 65.0, 64.0};
+        return fixed(read == 10.0, 64.0);
       });
   const VoxelCoord voxel = voxel_at(at, 63, 7);
   meter.measure(
@@ -92,7 +109,7 @@ void measure_readers(Meter& meter) {
       [&] {
         double read = 0.0;
         for (int i = 0; i < 1000; ++i) read += reader.query(voxel).ok() ? 1.0 : 0.0;
-        return Operations{read == 1000.0 ? kMostClasses + 2.0 : 1e9, kMostClasses + 2.0};
+        return fixed(read == 1000.0, kMostClasses + 2.0);
       });
   // As a writer leaves a block that is interrupted in the middle of a change. The memory is ours.
   const auto offset = reinterpret_cast<const std::byte*>(&owned.map.block_at(handle)) -

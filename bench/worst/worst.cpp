@@ -16,6 +16,7 @@ int main(int argc, char** argv) {
   Meter meter(std::atoi(argv[2]));
   measure_integrate(meter);
   measure_map(meter);
+  measure_voxels(meter);
   measure_reading(meter);
   measure_blocks(meter);
   Outcome<AtomicFile> file = AtomicFile::open(argv[1]);

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tessera/map/cast_ray.hpp"
 
+#include <algorithm>
 #include <array>
 #include <optional>
 
@@ -98,7 +99,7 @@ class RayWalk {
     for (std::size_t a = 0; a < 3; ++a) {
       here[a] = steps_.cell[a] & (kEdge[a] - 1);
       const std::int32_t border = steps_.step[a] > 0 ? kEdge[a] - here[a] : here[a] + 1;
-      count[a] = border < steps_.left[a] ? border : steps_.left[a];
+      count[a] = std::min(border, steps_.left[a]);
       row += here[a] * kStride[a];
     }
     corner_ = {steps_.cell[0] - here[0], steps_.cell[1] - here[1], steps_.cell[2] - here[2]};

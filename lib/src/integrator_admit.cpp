@@ -88,6 +88,39 @@ std::uint64_t spread(std::uint64_t mask, int offset, int reach, unsigned step,
   return result;
 }
 
+/// Wants these units of a tile, if any, and notes where from. False: there is no room for the tile.
+bool want(ScanTiles& tiles, BlockCoord coord, std::uint64_t units, unsigned source) noexcept {
+  if (units == 0 || !in_grid(coord)) return true;
+  const Result<std::uint32_t> number = tiles.ensure(coord);
+  if (!number.ok()) return false;
+  Tile& tile = tiles.tiles()[*number];
+  tile.wanted |= units;
+  tile.sources |= source;
+  return true;
+}
+
+/// Octets that these units of a tile would take, all in one of the map's blocks, or in one that is
+/// not there (null).
+std::uint32_t new_octets(const LocalMap& map, const Tile& tile, int edge, const Block* block,
+                         std::uint64_t units) noexcept {
+  if (block == nullptr && edge == 2)
+    return static_cast<std::uint32_t>(count_ones(units));  // a unit is an octet
+  std::uint32_t count = 0;
+  for (; units != 0; units &= units - 1) {
+    const int unit = std::countr_zero(units);
+    if (edge == 2) {
+      count += map.has_octet(*block, unit) ? 0U : 1U;
+      continue;
+    }
+    const UnitOctets octets = octets_of_unit(unit, edge);
+    for (const OctetPlace& place : octets.places()) {
+      const int octet = locate(tile, place, edge).octet;
+      count += block != nullptr && map.has_octet(*block, octet) ? 0U : 1U;
+    }
+  }
+  return count;
+}
+
 }  // namespace
 
 /// Boxes of units are what reaches on all three axes: one axis after the other.
@@ -104,13 +137,9 @@ bool Integrator::want_kernel_units() noexcept {
         const std::uint64_t on_y = spread(on_z, dy, reach, 4, 0x000f000f000f000fU);
         for (int dx = -tiles; dx <= tiles && on_y != 0; ++dx) {
           const std::uint64_t units = spread(on_y, dx, reach, 1, 0x1111111111111111U);
-          const BlockCoord coord{at.x + dx, at.y + dy, at.z + dz};
-          if (units == 0 || !in_grid(coord)) continue;
-          const Result<std::uint32_t> tile = tiles_.ensure(coord);
-          if (!tile.ok()) return false;
-          tiles_.tiles()[*tile].wanted |= units;
           // From there, this one is on the opposite side.
-          if (tiles == 1) tiles_.tiles()[*tile].sources |= 1U << (13 - dx - 3 * dy - 9 * dz);
+          const unsigned source = tiles == 1 ? 1U << (13 - dx - 3 * dy - 9 * dz) : 0U;
+          if (!want(tiles_, {at.x + dx, at.y + dy, at.z + dz}, units, source)) return false;
         }
       }
     }
@@ -179,20 +208,7 @@ void Integrator::count_tile(const LocalMap& map, const Tile& tile, std::uint64_t
                                 ~layers_of_units(tile, edge, i, before) &
                                 ~layers_with_labels(block);
     wanted[kLabelSlab] += static_cast<std::uint32_t>(count_ones(new_layers));
-    if (block == nullptr && edge == 2) {
-      wanted[kOctetSlab] += static_cast<std::uint32_t>(count_ones(here));  // a unit is an octet
-      continue;
-    }
-    for (std::uint64_t rest = here; edge == 2 && rest != 0; rest &= rest - 1) {
-      if (!map.has_octet(*block, std::countr_zero(rest))) ++wanted[kOctetSlab];
-    }
-    for (std::uint64_t rest = here; edge != 2 && rest != 0; rest &= rest - 1) {
-      const UnitOctets octets = octets_of_unit(std::countr_zero(rest), edge);
-      for (const OctetPlace& place : octets.places()) {
-        const int octet = locate(tile, place, edge).octet;
-        if (block == nullptr || !map.has_octet(*block, octet)) ++wanted[kOctetSlab];
-      }
-    }
+    wanted[kOctetSlab] += new_octets(map, tile, edge, block, here);
   }
 }
 

@@ -59,7 +59,9 @@ class RowOfFours {
   }
 
   [[nodiscard]] std::uint64_t updates() const noexcept {
-    return static_cast<std::uint64_t>(sum_of(updates_));
+    std::uint64_t sum = 0;
+    for (int i = 0; i < 4; ++i) sum += static_cast<std::uint32_t>(updates_[i]);
+    return sum;
   }
 
  private:

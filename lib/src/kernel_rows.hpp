@@ -4,7 +4,8 @@
 // is compiled for machines with AVX2, and none of that code may run elsewhere. So what its unit
 // instantiates from here has a class of its own for an argument, which keeps the linker from taking
 // it for another unit's; nothing here calls an inline function that compilers may leave out of
-// line; and headers with such functions or with objects to construct, as Eigen's, are not included.
+// line, as some of lanes.hpp are; and headers with objects to construct, as Eigen's, are not
+// included. A gate looks for what such a unit leaves behind (tests/gates/core_symbols.py).
 #pragma once
 
 #include <cstddef>

@@ -113,8 +113,8 @@ MapUsage LocalMap::usage() const noexcept {
 
 bool LocalMap::copy_passes(const Block& block, std::span<std::byte> into) const noexcept {
   // Two voxels of an octet are neighbours in a row: from there to where the octet has them.
-  constexpr std::array<std::size_t, 4> kPairs{0, kBlockEdge, kBlockEdge * kBlockEdge,
-                                              kBlockEdge * kBlockEdge + kBlockEdge};
+  constexpr std::size_t kRow = kBlockEdge;
+  constexpr std::array<std::size_t, 4> kPairs{0, kRow, kRow * kRow, kRow * kRow + kRow};
   std::uint64_t any = 0;
   for (std::size_t layer = 0; layer < kBlockLayers; ++layer) {
     const std::span<std::byte> to = into.subspan(layer * kLayerVoxels, kLayerVoxels);
@@ -137,25 +137,25 @@ bool LocalMap::copy_passes(const Block& block, std::span<std::byte> into) const 
   return any != 0;
 }
 
+std::uint64_t LocalMap::count_free_voxels(const Block& block, std::size_t layer) const noexcept {
+  if (block.free_passes[layer] == 0) return 0;
+  const auto& page = *reinterpret_cast<const FreePage*>(pool_.at(block.free_passes[layer]));
+  std::uint64_t count = 0;
+  for (const std::uint8_t passes : page.passes) count += passes != 0 ? 1U : 0U;
+  if (block.labels[layer] == 0) return count;
+  const int first = static_cast<int>(layer) * kLayerOctets;
+  for (int octet = first; octet < first + kLayerOctets; ++octet) {
+    for (unsigned labels = observed_labels(block, octet); labels != 0; labels &= labels - 1)
+      count -= free_passes(block, octet, std::countr_zero(labels)) != 0 ? 1U : 0U;
+  }
+  return count;
+}
+
 std::uint64_t LocalMap::count_free_voxels() const noexcept {
   std::uint64_t count = 0;
   index_.for_each([&](SlabHandle handle) {
-    const Block& block = block_at(handle);
-    for (std::size_t layer = 0; layer < kBlockLayers; ++layer) {
-      if (block.free_passes[layer] == 0) continue;
-      const auto& page = *reinterpret_cast<const FreePage*>(pool_.at(block.free_passes[layer]));
-      std::uint64_t passed = 0;
-      for (const std::uint8_t passes : page.passes) passed += passes != 0 ? 1U : 0U;
-      count += passed;
-      if (block.labels[layer] == 0) continue;
-      const int first = static_cast<int>(layer) * kLayerOctets;
-      for (int octet = first; octet < first + kLayerOctets; ++octet) {
-        for (unsigned labels = observed_labels(block, octet); labels != 0; labels &= labels - 1) {
-          const int voxel = std::countr_zero(labels);
-          count -= free_passes(block, octet, voxel) != 0 ? 1U : 0U;
-        }
-      }
-    }
+    for (std::size_t layer = 0; layer < kBlockLayers; ++layer)
+      count += count_free_voxels(block_at(handle), layer);
   });
   return count;
 }

@@ -37,57 +37,63 @@ Estimate LocalMap::query(const Block& block, VoxelCoord voxel) const noexcept {
 /// A voxel on its way through a group: each step reads what the step before has sent for.
 struct LocalMap::Ask {
   VoxelCoord voxel;
+  bool inside = false;     ///< The grid.
   bool as_before = false;  ///< In the block of the one before.
   BlockKey key;
   const Block* block = nullptr;
   SlabHandle labels = 0;
+
+  void send_for_bucket(const LocalMap& map, const Ask* before) noexcept {
+    inside = in_grid(voxel);
+    if (!inside) return;
+    key = pack_in_grid(block_of(voxel));
+    as_before = before != nullptr && before->inside && key == before->key;
+    if (!as_before) map.index_.prefetch(key);
+  }
+  void send_for_block(const LocalMap& map) noexcept {
+    if (as_before || !inside) return;
+    // Whose hash agrees is nearly always the one: its key, which the next step looks at, is awaited
+    // there.
+    const SlabHandle likely = map.index_.find(key, [](SlabHandle) { return true; });
+    if (likely == 0) return;
+    block = &map.block_at(likely);
+    prefetch(block);
+  }
+  void send_for_pages(const LocalMap& map, const Ask* before) noexcept {
+    if (as_before) {
+      block = before->block;
+    } else if (block != nullptr && block->key != key.bits) {
+      const SlabHandle handle = map.find_handle(key);
+      block = handle == 0 ? nullptr : &map.block_at(handle);
+    }
+    if (block == nullptr) return;
+    const int row = row_order(voxel);
+    labels = block->labels[layer_of_row(row)];
+    const SlabHandle passes = block->free_passes[layer_of_row(row)];
+    if (labels != 0)
+      prefetch(map.pool_.at(labels) + octet_in_layer(octet_in_block(voxel)) * sizeof(SlabHandle));
+    if (passes != 0) prefetch(map.pool_.at(passes) + row_in_layer(row));
+  }
+  void send_for_tuples(const LocalMap& map) const noexcept {
+    if (labels == 0) return;
+    const SlabHandle tuples = map.octet_handle(*block, octet_in_block(voxel));
+    if (tuples != 0) map.tuples_.prefetch(map.pool_.at(tuples));
+  }
 };
 
 void LocalMap::query_group(std::span<Ask> asks, Estimate* into) const noexcept {
-  const Ask* last = nullptr;
+  const Ask* before = nullptr;
   for (Ask& ask : asks) {
-    if (!in_grid(ask.voxel)) {
-      last = nullptr;
-      continue;
-    }
-    ask.key = pack_in_grid(block_of(ask.voxel));
-    ask.as_before = last != nullptr && ask.key == last->key;
-    last = &ask;
-    if (!ask.as_before) index_.prefetch(ask.key);
+    ask.send_for_bucket(*this, before);
+    before = &ask;
   }
+  for (Ask& ask : asks) ask.send_for_block(*this);
+  before = nullptr;
   for (Ask& ask : asks) {
-    if (ask.as_before || !in_grid(ask.voxel)) continue;
-    // Whose hash agrees is nearly always the one: its key, which the next step looks at, is awaited
-    // there.
-    const SlabHandle likely = index_.find(ask.key, [](SlabHandle) { return true; });
-    if (likely == 0) continue;
-    ask.block = &block_at(likely);
-    prefetch(ask.block);
+    ask.send_for_pages(*this, before);
+    before = &ask;
   }
-  const Block* block = nullptr;
-  for (Ask& ask : asks) {
-    if (!ask.as_before) {
-      block = ask.block;
-      if (block != nullptr && block->key != ask.key.bits) {
-        const SlabHandle handle = find_handle(ask.key);
-        block = handle == 0 ? nullptr : &block_at(handle);
-      }
-    }
-    ask.block = block;
-    if (block == nullptr) continue;
-    const int row = row_order(ask.voxel);
-    ask.labels = block->labels[layer_of_row(row)];
-    const SlabHandle passes = block->free_passes[layer_of_row(row)];
-    if (ask.labels != 0)
-      prefetch(pool_.at(ask.labels) +
-               octet_in_layer(octet_in_block(ask.voxel)) * sizeof(SlabHandle));
-    if (passes != 0) prefetch(pool_.at(passes) + row_in_layer(row));
-  }
-  for (Ask& ask : asks) {
-    if (ask.labels == 0) continue;
-    const SlabHandle tuples = octet_handle(*ask.block, octet_in_block(ask.voxel));
-    if (tuples != 0) tuples_.prefetch(pool_.at(tuples));
-  }
+  for (const Ask& ask : asks) ask.send_for_tuples(*this);
   for (const Ask& ask : asks)
     *into++ = ask.block == nullptr ? unobserved_ : query(*ask.block, ask.voxel);
 }

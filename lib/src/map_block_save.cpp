@@ -12,7 +12,7 @@ namespace {
 using detail::CheckedSink;
 
 bool has_free(const LocalMap& map, const Block& block) noexcept {
-  std::array<std::byte, kBlockVoxels> passes;
+  std::array<std::byte, kBlockVoxels> passes{};
   return block.has_free_passes() && map.copy_passes(block, passes);
 }
 

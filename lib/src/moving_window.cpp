@@ -55,21 +55,29 @@ WindowStep MovingWindow::step(LocalMap& map, const Point3d& p_map,
 
 void MovingWindow::evict_far(LocalMap& map, const BlockArchive& archive,
                              WindowStep& report) noexcept {
-  std::uint32_t left =
-      map.fits(config_.reserve) ? config_.evictions_per_step : config_.pressed_evictions_per_step;
+  const bool pressed = !map.fits(config_.reserve);
+  std::uint32_t left = pressed ? config_.pressed_evictions_per_step : config_.evictions_per_step;
   std::uint64_t voxels = 0;
+  // Of their own, and a bucket of the index at least: a block that is refused for ever must not
+  // keep those beside it waiting.
+  std::uint32_t refusals_left = left + BlockIndex::kBucketSlots - 1;
   const auto is_far = [this](BlockKey key) { return square_distance(unpack(key)) > far_square_; };
   const std::size_t seen =
       map.visit_blocks(cursor_, config_.entries_per_step, [&](BlockKey key, SlabHandle handle) {
         if (!is_far(key)) return true;
-        if (left == 0 || voxels >= config_.label_voxels_per_step) return false;
-        --left;
-        voxels += map.block_at(handle).label_voxels;
-        if (archive.evict(archive.context, map, map.block_at(handle))) {
+        const bool spent = left == 0 || refusals_left == 0 ||
+                           (!pressed && voxels >= config_.label_voxels_per_step);
+        if (spent) return false;
+        const Block& block = map.block_at(handle);
+        const std::uint32_t label_voxels = block.label_voxels;
+        if (archive.evict(archive.context, map, block)) {
           map.remove_block(handle);
           ++report.evicted;
+          --left;
+          voxels += label_voxels;
         } else {
           ++report.evictions_refused;
+          --refusals_left;
         }
         return true;
       });

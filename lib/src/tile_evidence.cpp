@@ -110,14 +110,14 @@ bool has_avx2() noexcept {
 #if defined(__x86_64__)
   const auto cpuid = [](std::uint32_t leaf) {
     std::array<std::uint32_t, 4> r{};
-    __asm__("cpuid" : "=a"(r[0]), "=b"(r[1]), "=c"(r[2]), "=d"(r[3]) : "a"(leaf), "c"(0));
+    __asm__ volatile("cpuid" : "=a"(r[0]), "=b"(r[1]), "=c"(r[2]), "=d"(r[3]) : "a"(leaf), "c"(0));
     return r;
   };
   constexpr std::uint32_t kSavesAndAvx = (1U << 27U) | (1U << 28U);
   if (cpuid(0)[0] < 7 || (cpuid(1)[2] & kSavesAndAvx) != kSavesAndAvx) return false;
   std::uint32_t low = 0;
   std::uint32_t high = 0;
-  __asm__("xgetbv" : "=a"(low), "=d"(high) : "c"(0));
+  __asm__ volatile("xgetbv" : "=a"(low), "=d"(high) : "c"(0));
   return (low & 6U) == 6U && (cpuid(7)[1] & (1U << 5U)) != 0;
 #else
   return false;
@@ -153,17 +153,23 @@ void KernelTile::clear() noexcept {
 
 void KernelTile::add_points(std::span<const TilePoint> points, const Point3f& shift, float radius,
                             const KernelShape& kernel, EvidenceWork& work) noexcept {
-  const KernelRows rows{.points = points.data(),
-                        .count = points.size(),
-                        .shift = {shift.x(), shift.y(), shift.z(), 0.0F},
-                        .radius = radius,
-                        .weight_scale = kernel.scale,
-                        .inverse_square = kernel.inverse_square,
-                        .least = least_counted(kernel.min_weight),
-                        .planes = planes_->plane[0].data(),
-                        .touched = planes_->touched.data()};
+  KernelRows rows{.points = points.data(),
+                  .count = 0,
+                  .shift = {shift.x(), shift.y(), shift.z(), 0.0F},
+                  .radius = radius,
+                  .weight_scale = kernel.scale,
+                  .inverse_square = kernel.inverse_square,
+                  .least = least_counted(kernel.min_weight),
+                  .planes = planes_->plane[0].data(),
+                  .touched = planes_->touched.data()};
   KernelRowsDone done;
-  add_rows_(rows, done);
+  // Updates are counted in 32 bits a lane, up to 128 a point.
+  constexpr std::size_t kMostPoints = std::size_t{1} << 20U;
+  for (; !points.empty(); points = points.subspan(rows.count)) {
+    rows.points = points.data();
+    rows.count = points.size() < kMostPoints ? points.size() : kMostPoints;
+    add_rows_(rows, done);
+  }
   components_ |= done.components;
   work.updates += done.updates;
   work.evaluations += done.evaluations;

@@ -3,8 +3,8 @@
 """stack_use.py OBJDUMP ARCHIVE PROBE [--list]: how much stack the core's calls take at most, by their machine code (x86-64).
 
 A function's frame is what its pushes and subtractions take, all paths added; a call's stack is the deepest chain of frames.
-Refused: a call over LIMIT, recursion, a frame whose size is not in the code. What is not the core's (functions that the
-caller injected, and those of ALLOWED) comes on top. PROBE: objects that must be refused, so that the gate shows it works."""
+Refused: a call over LIMIT, recursion, a frame whose size is not in the code. A call through a pointer may lead to any of
+the core's own TARGETS; what is not the core's (functions that the caller injected, and those of ALLOWED) comes on top. PROBE: objects that must be refused, so that the gate shows it works."""
 import collections
 import re
 import subprocess
@@ -13,6 +13,8 @@ import sys
 LIMIT = 12 * 1024
 # Of the C library and the compiler's: what they take comes on top.
 ALLOWED = re.compile(r"^(mem(cpy|set|move|cmp)|sqrtf?|__popcountdi2|__stack_chk_fail)$")
+# Functions of the core that it calls through pointers: parts of their mangled names.
+TARGETS = ("add_rows_of_four", "add_rows_of_eight", "SpanReader4read", "SpanWriter5write", "4_FUN")
 FUNCTION = re.compile(r"^[0-9a-f]+ <([^>]+)>:$")
 OBJECT = re.compile(r"^(\S+\.o):\s+file format")
 INSTRUCTION = re.compile(r"^\s+[0-9a-f]+:\s+(?:(?:rep|repz|notrack|bnd|data16|cs|lock)\s+)*(\S+)\s*(.*)$")
@@ -29,6 +31,7 @@ class Function:
         self.frame = RETURN_ADDRESS
         self.callees = set()
         self.unbounded = False
+        self.calls_pointer = False
 
 
 def signed(text):
@@ -57,6 +60,8 @@ def read(objdump, files):
     """{(object, name): Function} of all functions, and {name: object} of those that others can call."""
     functions, owner = {}, {}
     for path in files:
+        if "file format elf64-x86-64" not in subprocess.run([objdump, "-f", path], capture_output=True, text=True, check=True).stdout:
+            raise Refused(f"{path} is not of x86-64")
         text = subprocess.run([objdump, "-dr", "--no-show-raw-insn", path], capture_output=True, text=True, check=True).stdout
         where, at, branch = path, None, None
         for line in text.splitlines():
@@ -75,6 +80,7 @@ def read(objdump, files):
                 branch = None
                 if mnemonic.startswith(("call", "jmp")):
                     branch = None if operands.startswith("*") else at
+                    at.calls_pointer = at.calls_pointer or (branch is None and mnemonic.startswith("call"))
                     target = re.search(r"<([^>+]+)>$", operands)
                     if target and (mnemonic.startswith("call") or functions.get((where, target[1])) is not at):
                         at.callees.add(target[1])
@@ -86,6 +92,10 @@ def read(objdump, files):
 def depths(functions, owner, probing):
     """{(object, name): bytes}; raises Refused, but for calls of others if probing."""
     found, on_path = {}, []
+    targets = [key for key in functions if any(target in key[1] for target in TARGETS)]
+    for target in TARGETS:
+        if not probing and not any(target in name for _, name in targets):
+            raise Refused(f"no function is named {target} any more: TARGETS is out of date")
 
     def depth(key):
         if key in found:
@@ -97,6 +107,8 @@ def depths(functions, owner, probing):
             raise Refused(f"{key[1]} takes stack whose size its code does not tell")
         on_path.append(key)
         deepest = 0
+        for target in targets if function.calls_pointer else []:
+            deepest = max(deepest, depth(target))
         for name in sorted(function.callees):
             callee = (key[0], name) if (key[0], name) in functions else (owner.get(name), name)
             if callee in functions:

@@ -97,6 +97,18 @@ TEST_CASE("a free layer without a pass is refused") {
         Status::kCorrupt);
 }
 
+TEST_CASE("more passes than the cap allows are refused, in a voxel without labels too") {
+  const StoredBytes bytes = two_blocks();
+  const std::size_t passes = header_bytes(bytes) + kHeadBytes + 7 + 4 + kHeadBytes;
+  StoredBytes most(kBlockVoxels);
+  most[3] = std::byte{250};
+  CHECK(status_of(with_part(bytes, passes, kBlockVoxels, most)).ok());
+  most[3] = std::byte{251};
+  const MapFileStatus status = status_of(with_part(bytes, passes, kBlockVoxels, most));
+  CHECK(status.status == Status::kCorrupt);
+  CHECK(status.what == std::string("a voxel has counts that no map can hold"));
+}
+
 TEST_CASE("an octet without an observed voxel is refused") {
   const StoredBytes bytes = two_blocks();
   CHECK(status_of(with_part(bytes, header_bytes(bytes) + kHeadBytes, 7, StoredBytes(1))).status ==

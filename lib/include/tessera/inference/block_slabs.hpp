@@ -85,14 +85,17 @@ class BlockSlabs {
   /// the one where the walk enters them.
   void mark(std::uint64_t* words, std::int32_t b, std::int32_t c, int lowest,
             int highest) const noexcept {
-    const std::uint64_t* const bits = kBits.data() - (8 * b + 8 * 32 * c);
-    std::uint64_t here = bits[places_[static_cast<std::size_t>(lowest)]];
+    const std::int32_t corner = 8 * b + 8 * 32 * c;
+    const auto bit_of = [corner](std::int32_t place) {
+      return kBits[static_cast<std::size_t>(place - corner)];
+    };
+    std::uint64_t here = bit_of(places_[static_cast<std::size_t>(lowest)]);
     for (int slab = lowest; slab <= highest; ++slab) {
-      const std::uint64_t there = bits[places_[static_cast<std::size_t>(slab) + 1]];
+      const std::uint64_t there = bit_of(places_[static_cast<std::size_t>(slab) + 1]);
       words[slab] |= here | there;
       here = there;
     }
-    for (std::size_t i = 0; i < corners_; ++i) words[corner_slab_[i]] |= bits[corner_place_[i]];
+    for (std::size_t i = 0; i < corners_; ++i) words[corner_slab_[i]] |= bit_of(corner_place_[i]);
   }
 
   /// How a walk leaves the block that it is in when it comes into slab `first`, if it leaves it on

@@ -51,7 +51,7 @@ constexpr double kernel_exact(double r) noexcept {
 /// with t^5, so it is t^5 h(v) with v = 1 - t^2, and a polynomial of degree seven is h to 8e-9. All
 /// of its coefficients are positive, so nothing cancels. Error against the formula: at most 4e-7
 /// absolute, and 1.6e-6 relative wherever k_0 >= 2^-12. The same operations in the same order for
-/// one value and for four, so the same bits.
+/// one value and for lanes of them, so the same bits.
 class Kernel {
  public:
   /// k_0 at s = (d / D)^2. s >= 0; 0 from s = 1 on.

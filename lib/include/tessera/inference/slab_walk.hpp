@@ -125,7 +125,7 @@ bool SlabWalk::walk(WordsOf&& words_of) const noexcept {
   std::int32_t a = from_ >> 3;
   // Where the ray's line enters the block's eight slabs, the first of which it may begin in.
   Pair enters = Pair{across_[0].first, across_[1].first} -
-                std::int64_t{((from_ & 7) - entry) * direction_} * slab - slab;
+                std::int64_t{(from_ & 7) - entry} * direction_ * slab - slab;
   Slabs slabs(slab, direction_);
   const auto cross_part = [&](Pair from, int first, Pair to, int last) {
     const auto work_out = [&](Pair corner) -> Slabs& {

@@ -248,6 +248,8 @@ class LocalMap {
   [[nodiscard]] SlabHandle find_handle(BlockKey key) const noexcept {
     return index_.find(key, [&](SlabHandle item) { return block_at(item).key == key.bits; });
   }
+  [[nodiscard]] std::uint64_t count_free_voxels(const Block& block,
+                                                std::size_t layer) const noexcept;
   /// Whether there is room for what a voxel of an octet gets; a refusal is counted.
   [[nodiscard]] bool has_room(const Block& block, int octet, bool labels, bool passes) noexcept;
   Status ensure_octet(Block& block, int octet) noexcept;

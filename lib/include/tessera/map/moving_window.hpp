@@ -27,14 +27,15 @@ struct WindowConfig {
   double hysteresis_m = 2.0;
   std::uint32_t entries_per_step = 65536;  ///< Entries of the map's index looked at; from 1.
   std::uint32_t evictions_per_step = 512;  ///< Blocks handed to the archive; from 1.
-  /// The same while the map has no room for reserve; not under evictions_per_step.
+  /// The same while the map has no room for reserve, whatever their label voxels; not under
+  /// evictions_per_step.
   std::uint32_t pressed_evictions_per_step = 1024;
   std::uint32_t regions_per_step = 4096;  ///< Regions of the archive looked at; from 1.
   std::uint32_t reloads_per_step = 512;   ///< Blocks asked back from the archive; from 1.
   /// Voxels with label evidence in the blocks handed to the archive, and of those asked back; from
   /// 1. Beyond it a step hands out, and asks back, no further block: what a block costs is what is
-  /// in it.
-  std::uint32_t label_voxels_per_step = 65536;
+  /// in it. To keep up, at least what scans add in a step.
+  std::uint32_t label_voxels_per_step = 131072;
   SlabPool::Counts reserve{1024, 2048, 2048, 8192};
 };
 
@@ -91,9 +92,11 @@ class MovingWindow {
   /// order and go on where the last step ended, so that the same calls give the same map.
   ///
   /// Worst-case work, wherever the robot jumps: entries_per_step + 7 keys compared twice,
-  /// pressed_evictions_per_step blocks handed out and closed (64 octets each), regions_per_step
-  /// regions of 512 bits tested, reloads_per_step blocks asked back; of both kinds no further one
-  /// after label_voxels_per_step voxels in them. No memory of its own.
+  /// pressed_evictions_per_step blocks handed out and closed (64 octets each), and that many and 7
+  /// more that the archive refuses, regions_per_step regions of 512 bits tested, reloads_per_step
+  /// blocks asked back. While there is room for reserve, no further block after
+  /// label_voxels_per_step voxels in those handed out, and always in those asked back. No memory of
+  /// its own.
   WindowStep step(LocalMap& map, const Point3d& p_map, const BlockArchive& archive) noexcept;
 
  private:
