@@ -48,4 +48,31 @@ TEST_CASE("moving window: nothing happens at a place out of the grid") {
   CHECK(small.map.block_count() == 0);
 }
 
+TEST_CASE("moving window: blocks that are refused for ever keep no others waiting") {
+  WindowConfig config;
+  config.evictions_per_step = config.pressed_evictions_per_step = 1;
+  config.label_voxels_per_step = 1;
+  // Crowded, so that most share their place in the index with some that are refused.
+  constexpr std::int32_t kBlocks = 300;
+  for (const std::uint64_t every : {2U, 3U, 60U}) {
+    SmallMap small(config_of_pages(64));
+    for (std::int32_t i = 0; i < kBlocks; ++i)
+      REQUIRE(hit(small.map, {8 * i, 8 * (i % 7), 0}, 1, 1.0F) == Status::kOk);
+    std::uint64_t modulus = every;
+    const BlockArchive picky{
+        .context = &modulus, .evict = [](void* context, const LocalMap&, const Block& block) {
+          const auto x = static_cast<std::uint64_t>(unpack(BlockKey{block.key}).x);
+          return x % *static_cast<std::uint64_t*>(context) != 0;
+        }};
+    const std::size_t refused = (kBlocks + every - 1) / every;
+    MovingWindow window = *MovingWindow::make(config, small.map.config().resolution_m);
+    for (std::int32_t i = 0; i < 2 * kBlocks && small.map.block_count() > refused; ++i) {
+      const WindowStep step = window.step(small.map, Point3d(1e4, 0, 0), picky);
+      CHECK(step.evicted <= 1);
+      CHECK(step.evictions_refused <= 8);
+    }
+    CHECK(small.map.block_count() == refused);
+  }
+}
+
 }  // namespace tessera
