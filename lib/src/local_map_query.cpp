@@ -60,7 +60,7 @@ struct LocalMap::Ask {
     prefetch(block);
   }
   void send_for_pages(const LocalMap& map, const Ask* before) noexcept {
-    if (as_before) {
+    if (before != nullptr && as_before) {
       block = before->block;
     } else if (block != nullptr && block->key != key.bits) {
       const SlabHandle handle = map.find_handle(key);

@@ -106,20 +106,25 @@ void MovingWindow::reload_region(LocalMap& map, const BlockArchive& archive, Blo
         ++report.reload_backlog;
         continue;
       }
-      const bool open = map.find(block) != nullptr;
-      const Status status = archive.reload(archive.context, map, pack_in_grid(block));
-      if (status == Status::kOk) {
-        ++report.reloaded;
-        const Block* const reloaded = map.find(block);
-        reloaded_voxels_ += reloaded == nullptr ? 0U : reloaded->label_voxels;
-        report.merged += open ? 1U : 0U;
-      } else {
-        ++report.reload_backlog;
-        report.no_room = status == Status::kResourceExhausted;
-        report.reloads_failed += report.no_room ? 0U : 1U;
-      }
+      reload_block(map, archive, block, report);
     }
   }
+}
+
+void MovingWindow::reload_block(LocalMap& map, const BlockArchive& archive, BlockCoord block,
+                                WindowStep& report) noexcept {
+  const bool open = map.find(block) != nullptr;
+  const Status status = archive.reload(archive.context, map, pack_in_grid(block));
+  if (status != Status::kOk) {
+    ++report.reload_backlog;
+    report.no_room = status == Status::kResourceExhausted;
+    report.reloads_failed += report.no_room ? 0U : 1U;
+    return;
+  }
+  ++report.reloaded;
+  report.merged += open ? 1U : 0U;
+  const Block* const reloaded = map.find(block);
+  reloaded_voxels_ += reloaded == nullptr ? 0U : reloaded->label_voxels;
 }
 
 void MovingWindow::reload_near(LocalMap& map, const BlockArchive& archive,

@@ -105,6 +105,8 @@ class MovingWindow {
   void reload_near(LocalMap& map, const BlockArchive& archive, WindowStep& report) noexcept;
   void reload_region(LocalMap& map, const BlockArchive& archive, BlockCoord region,
                      WindowStep& report) noexcept;
+  void reload_block(LocalMap& map, const BlockArchive& archive, BlockCoord block,
+                    WindowStep& report) noexcept;
 
   WindowConfig config_{};
   std::int64_t near_square_ = 0;  ///< Between the centres of blocks, in blocks.
