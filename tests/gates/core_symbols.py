@@ -68,6 +68,8 @@ def main():
     if defined < 10:
         faults.append(f"{archive} defines {defined} symbols: that is not the core")
     faults += [f"the core needs {name}, which is not on the list of allowed symbols" for name in refused(names)]
+    if "_avx2." not in symbols(nm, archive):
+        faults.append(f"{archive} has no unit named *_avx2: this gate would not notice what one leaves behind")
     faults += [f"{name} of a unit for one kind of machine may be taken for another unit's, or runs unasked"
                for name in foreign(symbols(nm, archive))]
     print("\n".join(faults), file=sys.stderr)

@@ -4,7 +4,8 @@
 
 A function's frame is what its pushes and subtractions take, all paths added; a call's stack is the deepest chain of frames.
 Refused: a call over LIMIT, recursion, a frame whose size is not in the code. A call through a pointer may lead to any of
-the core's own TARGETS; what is not the core's (functions that the caller injected, and those of ALLOWED) comes on top. PROBE: objects that must be refused, so that the gate shows it works."""
+the core's own TARGETS; what is not the core's (functions that the caller injected, and those of ALLOWED) comes on top.
+PROBE: objects that must be refused, so that the gate shows it works."""
 import collections
 import re
 import subprocess

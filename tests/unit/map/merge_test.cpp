@@ -143,6 +143,36 @@ TEST_CASE("stored block: the bounds on its bytes and storage hold for a full one
   }
 }
 
+TEST_CASE("merge_passes: without room for a free page nothing changes, and it is counted") {
+  SmallMap small(config_of_pages(4));
+  const Result<SlabHandle> block = small.map.open_block({0, 0, 0});
+  REQUIRE(block.ok());
+  // Labels take the other pages.
+  for (std::int32_t i = 0; small.map.fits({0, 0, 1, 0}); ++i) {
+    REQUIRE(i < 10000);
+    static_cast<void>(hit(small.map, {8 * i, 0, 0}, 1, 1.0F));
+  }
+  const Content before = content_of(small.map);
+  const std::uint64_t refused = small.map.usage().storage_refused;
+  const std::vector<std::byte> passes(kOctetVoxels, std::byte{3});
+  CHECK(small.map.merge_passes(*block, 63, passes, 0xffU) == Status::kResourceExhausted);
+  CHECK(small.map.usage().storage_refused == refused + 1);
+  CHECK(content_of(small.map) == before);
+  CHECK(small.map.merge_passes(*block, 63, passes, 0U) == Status::kOk);
+}
+
+TEST_CASE("merge_passes: more than the cap's passes are invalid and change nothing") {
+  SmallMap small(config_of_pages(16));
+  const Result<SlabHandle> block = small.map.open_block({0, 0, 0});
+  REQUIRE(block.ok());
+  std::vector<std::byte> passes(kOctetVoxels, std::byte{3});
+  passes[5] = static_cast<std::byte>(small.map.max_passes() + 1);
+  CHECK(small.map.merge_passes(*block, 0, passes, 0xffU) == Status::kInvalidArgument);
+  CHECK(small.map.count_free_voxels() == 0);
+  CHECK(small.map.merge_passes(*block, 0, passes, 0xdfU) == Status::kOk);
+  CHECK(small.map.count_free_voxels() == 7);
+}
+
 TEST_CASE("remove: all that a block took can be used again") {
   SmallMap small(config_of_pages(8));
   for (int round = 0; round < 200; ++round) {
