@@ -4,8 +4,7 @@
 // window, and no step does more than it may.
 #include <catch2/catch.hpp>
 
-#include "laws/memory_archive.hpp"
-#include "tessera/map/queries.hpp"
+#include "laws/window_twins.hpp"
 
 namespace tessera::oracle {
 namespace {
@@ -20,60 +19,6 @@ WindowConfig narrow_window() {
           .regions_per_step = 24,
           .reloads_per_step = 9};
 }
-
-struct Setting {
-  InferenceMode mode;
-  TuplePolicy tuple;
-  float max_evidence;
-};
-
-/// A map with a window over an archive, and one without, that see the same scans.
-struct Twins {
-  Twins(const Setting& setting, const WindowConfig& config)
-      : bounded(map_of(setting), inference_of(setting), 5),
-        whole(map_of(setting), inference_of(setting), 5),
-        archive(bounded.map()),
-        window(*MovingWindow::make(config, 0.1)),
-        limits(config) {}
-
-  static MapConfig map_of(const Setting& setting) {
-    MapConfig map = uncapped_map(0.1);
-    map.max_evidence = setting.max_evidence;
-    map.tuple = setting.tuple;
-    return map;
-  }
-  static InferenceConfig inference_of(const Setting& setting) {
-    InferenceConfig config;
-    config.mode = setting.mode;
-    config.max_range_m = 3.5F;
-    config.thinning_m = 0.1;
-    return config;
-  }
-
-  /// A step without a scan.
-  WindowStep stand(double x) {
-    return window.step(bounded.map(), {x, 0, 0.3}, archive.interface());
-  }
-  WindowStep drive(const Cloud& cloud, double x, double y) {
-    Matrix34d T_map_sensor = Matrix34d::Identity();
-    T_map_sensor.col(3) = Point3d(x, y, 0.3);
-    const WindowStep step = window.step(bounded.map(), T_map_sensor.col(3), archive.interface());
-    REQUIRE(step.position == Status::kOk);
-    CHECK(step.entries <= limits.entries_per_step + 7);
-    CHECK(step.evicted + step.evictions_refused <= limits.pressed_evictions_per_step);
-    CHECK(step.regions <= limits.regions_per_step);
-    CHECK(step.reloaded + step.reloads_failed <= limits.reloads_per_step);
-    REQUIRE(bounded.integrate(cloud, T_map_sensor).left_out() == 0);
-    REQUIRE(whole.integrate(cloud, T_map_sensor).left_out() == 0);
-    return step;
-  }
-
-  Mapper bounded;
-  Mapper whole;
-  MemoryArchive archive;
-  MovingWindow window;
-  WindowConfig limits;
-};
 
 Cloud surroundings(Random& random) {
   Cloud cloud;
@@ -102,23 +47,6 @@ std::vector<Point3d> random_drive(Random& random) {
   }
   places.insert(places.end(), 3, p);
   return places;
-}
-
-std::uint64_t digest_of(const LocalMap& map) {
-  std::vector<KeyedIndex> workspace(2 * map.block_count());
-  return digest(map, workspace);
-}
-
-/// All of window and archive in the map.
-void gather(Twins& twins) {
-  for (const std::uint64_t key : twins.archive.keys())
-    REQUIRE(twins.archive.reload(twins.bounded.map(), BlockKey{key}) == Status::kOk);
-}
-
-double total_evidence(const LocalMap& map) {
-  double total = 0.0;
-  for (const auto& [voxel, evidence] : observed_voxels(map)) total += evidence.total();
-  return total;
 }
 
 }  // namespace
