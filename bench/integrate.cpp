@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // How long does a scan take to integrate, and how does that compare with the plain loop and with
-// what the machine's memory allows? One thread. Modes, the plain loop and the memory take turns, so
-// that whatever else the machine does falls on all of them.
+// what the machine's memory allows? One thread. Modes, the plain loop, the memory and the clock
+// take turns, so that whatever else the machine does falls on all of them.
 #include <cmath>
 #include <set>
 
@@ -14,6 +14,7 @@ namespace tessera::bench {
 namespace {
 
 constexpr std::size_t kBandwidthArrayBytes = std::size_t{128} << 20U;
+constexpr std::uint64_t kAdditions = std::uint64_t{1} << 24U;
 
 /// A mode's maps of the scene, and how long each scan took in each of them.
 struct ModeRun {
@@ -107,6 +108,13 @@ Json to_json(const ModeRun& run) {
           {"worst_scan_over_median_work", worst_over_median(works)}};
 }
 
+/// Of runs of kAdditions.
+std::vector<double> additions_per_ns(const std::vector<double>& ms) {
+  std::vector<double> per_ns;
+  for (const double value : ms) per_ns.push_back(1e-6 * static_cast<double>(kAdditions) / value);
+  return per_ns;
+}
+
 /// The plain loop over the points that the library admits, scan by scan.
 struct NaiveRun {
   NaiveKernelMap map;
@@ -177,6 +185,8 @@ Outcome<Json> measure(const Options& options, Records& records) {
     return Failure{"the plain loop and the library do not agree", FailureKind::kFailure};
   MemoryBandwidth memory(kBandwidthArrayBytes);
   std::vector<double> bytes_per_s;
+  Times additions;
+  Times at_once;
   for (int i = 0; i < options.repetitions; ++i) {
     for (ModeRun& run : runs) {
       const Outcome<void> mapped = map_once(run, *scene, true);
@@ -184,6 +194,10 @@ Outcome<Json> measure(const Options& options, Records& records) {
     }
     naive.map_once(true);
     bytes_per_s.push_back(memory.measure());
+    for (int k = 0; k < 4; ++k) {
+      additions.measure([] { add_dependently(kAdditions); });
+      at_once.measure([] { add_in_four_chains(kAdditions); });
+    }
   }
   Json modes = Json::object();
   for (const ModeRun& run : runs) {
@@ -198,6 +212,9 @@ Outcome<Json> measure(const Options& options, Records& records) {
               {"repetitions", options.repetitions},
               {"resolution_m", options.resolution_m},
               {"memory_bytes_per_s", statistics(bytes_per_s)},
+              {"clock_ghz", statistics(additions_per_ns(additions.ms))},
+              {"cpu_clock_ghz", statistics(additions_per_ns(additions.cpu_ms))},
+              {"cpu_additions_per_ns", statistics(additions_per_ns(at_once.cpu_ms))},
               {"naive",
                {{"ms", statistics(naive.times.ms)},
                 {"cpu_ms", statistics(naive.times.cpu_ms)},

@@ -1,18 +1,22 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // How long does it take to ask the map about a voxel: points in the order of a scan, voxels at
-// random inside and outside of what was seen, and along rays?
+// random inside and outside of what was seen, and along rays? Against the latency of a load.
 #include <array>
 #include <cmath>
 
 #include "scenes.hpp"
 #include "tessera/grid/segment.hpp"
+#include "yardsticks.hpp"
 
 namespace tessera::bench {
 
 namespace {
 
 constexpr std::size_t kRandomQueries = 1'000'000;
+constexpr std::size_t kLoads = std::size_t{1} << 20U;
+constexpr std::size_t kBytesInMemory = std::size_t{256} << 20U;
+constexpr std::size_t kBytesInL2 = std::size_t{256} << 10U;
 
 /// splitmix64.
 struct Random {
@@ -77,9 +81,9 @@ void time(Question& question, Ask&& ask) {
   question.answers = answers.sum;
 }
 
-std::vector<double> ns_per_voxel(const std::vector<double>& ms, std::size_t voxels) {
+std::vector<double> ns_each(const std::vector<double>& ms, std::size_t count) {
   std::vector<double> ns;
-  for (const double value : ms) ns.push_back(1e6 * value / static_cast<double>(voxels));
+  for (const double value : ms) ns.push_back(1e6 * value / static_cast<double>(count));
   return ns;
 }
 
@@ -136,6 +140,24 @@ std::size_t steps_of(const Rays& rays, const LocalMap& map) {
   return steps;
 }
 
+/// How long a load takes. Measured before and after the questions: between them it would leave
+/// them caches that are cold.
+struct Latency {
+  explicit Latency(std::size_t bytes) : loads(bytes) {}
+
+  void measure(int repetitions) {
+    for (int i = 0; i < repetitions; ++i) times.measure([&] { loads.load(kLoads); });
+  }
+
+  DependentLoads loads;
+  Times times;
+};
+
+Json to_json(const std::vector<double>& memory_ms, const std::vector<double>& l2_ms) {
+  return {{"memory", statistics(ns_each(memory_ms, kLoads))},
+          {"l2", statistics(ns_each(l2_ms, kLoads))}};
+}
+
 Outcome<Json> measure(const Options& options, Records& records) {
   const Outcome<Scene> scene = load_scene(options);
   if (!scene.ok()) return scene.failure();
@@ -162,6 +184,13 @@ Outcome<Json> measure(const Options& options, Records& records) {
       for (const VoxelCoord& voxel : voxels) answers.add(map.query(voxel));
     };
   };
+  Latency memory(kBytesInMemory);
+  Latency l2(kBytesInL2);
+  const auto measure_latencies = [&] {
+    memory.measure(1 + options.repetitions);
+    l2.measure(1 + options.repetitions);
+  };
+  measure_latencies();
   for (int i = 0; i < 3 * options.repetitions; ++i) {
     time(questions[0], [&](Answers& answers) {
       BlockCursor cursor(map);
@@ -178,17 +207,21 @@ Outcome<Json> measure(const Options& options, Records& records) {
       rays.cast(map, [&](const RayHit& hit) { answers.add(hit.estimate); });
     });
   }
+  measure_latencies();
   Json json = Json::object();
   for (const Question& question : questions) {
     records.check(std::string("query_") + question.name, question.answers);
     json[question.name] = {
         {"title", question.title},
         {"voxels", question.voxels},
-        {"ns_per_voxel", statistics(ns_per_voxel(question.times.ms, question.voxels))},
-        {"cpu_ns_per_voxel", median(ns_per_voxel(question.times.cpu_ms, question.voxels))}};
+        {"ns_per_voxel", statistics(ns_each(question.times.ms, question.voxels))},
+        {"cpu_ns_per_voxel", median(ns_each(question.times.cpu_ms, question.voxels))}};
   }
-  return Json{
-      {"observed_voxels", observed.size()}, {"rays", rays.directions.size()}, {"questions", json}};
+  return Json{{"observed_voxels", observed.size()},
+              {"rays", rays.directions.size()},
+              {"load_latency_ns", to_json(memory.times.ms, l2.times.ms)},
+              {"cpu_load_latency_ns", to_json(memory.times.cpu_ms, l2.times.cpu_ms)},
+              {"questions", json}};
 }
 
 }  // namespace

@@ -3,7 +3,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # run-bench.sh [--quick] [--write-docs] [--record-digests] [OUT]: installs what is missing, builds build/release, runs
 # every benchmark and draws the pictures. Leaves bench.json and *.png in OUT (default out/bench).
-#   --quick           few repetitions: a minute or two instead of ten
+#   --quick           few repetitions: a minute or two instead of twenty
 #   --write-docs      puts the figures into docs/benchmarks.md and docs/timing.md
 #   --record-digests  takes the results as right: only after inference was changed on purpose
 # Real scans are taken from the folder that TESSERA_DATA names, or ../shared/data, if it holds semantickitti_08; else a
@@ -34,6 +34,7 @@ fi
 cd "$here"
 if [ -d "$data/semantickitti_08" ]; then
   run+=(--dataset "$data/semantickitti_08")
+  [ ! -d "$data/kitti_raw_0013" ] || run+=(--drive "$data/kitti_raw_0013")
 else
   echo "No recorded scans: the figures will be of a simulated street. Set TESSERA_DATA to a folder with semantickitti_08."
 fi

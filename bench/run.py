@@ -14,10 +14,11 @@ import sys
 
 import example
 import memory
+import scan_instructions
+import sources
 import worst
 
 HERE = pathlib.Path(__file__).resolve().parent
-ROOT = HERE.parent
 DIGESTS = HERE / "digests.json"
 # Repetitions of the whole sequence, scans, scans for OctoMap, budgets.
 FULL = {"repetitions": 15, "last": 5, "octomap_last": 5, "budgets": ["64M", "128M", "256M", "512M"]}
@@ -51,16 +52,10 @@ def caches():
     return found
 
 
-def git(*arguments):
-    done = subprocess.run(["git", "-C", str(ROOT), *arguments], capture_output=True, text=True)
-    return done.stdout.strip() if done.returncode == 0 else ""
-
-
 def circumstances():
     memory_kb = [line.split()[1] for line in read("/proc/meminfo").splitlines() if line.startswith("MemTotal")]
-    changed = [line for line in git("status", "--porcelain", "-uno").splitlines() if not line.endswith((".md", ".png"))]
     return {"date": datetime.datetime.now(datetime.timezone.utc).strftime("%Y-%m-%d %H:%M UTC"),
-            "commit": (git("rev-parse", "--short=12", "HEAD") or "unknown") + (" with changes" if changed else ""),
+            "commit": sources.commit(),
             "cpu": cpu_model(), "cores": os.cpu_count(), "caches": caches(),
             "memory_gb": round(int(memory_kb[0]) / 1e6, 1) if memory_kb else None,
             "system": f"{platform.system()} {platform.release()}", "load_before": os.getloadavg()[0]}
@@ -102,6 +97,7 @@ def main():
     parser.add_argument("--build", required=True, type=pathlib.Path, help="folder that CMake built in")
     parser.add_argument("--out", required=True, type=pathlib.Path)
     parser.add_argument("--dataset", type=pathlib.Path, help="folder of a sequence; without it a street is simulated")
+    parser.add_argument("--drive", type=pathlib.Path, help="folder of a long drive without labels, for the moving window")
     size = parser.add_mutually_exclusive_group()
     size.add_argument("--quick", action="store_true", help="few repetitions")
     size.add_argument("--smoke", action="store_true", help="a small scene once: do the programs still work?")
@@ -125,6 +121,10 @@ def main():
     parts["memory"] = memory.measure(tessera, dataset, plan["last"], plan["budgets"], out)
     print("worst cases ...", flush=True)
     parts["worst_cases"] = worst.measure(options.build, count_instructions=not options.smoke)
+    if plan is FULL:
+        print("instructions of each scan ...", flush=True)
+        counted = scan_instructions.measure(options.build, dataset, plan["last"], options.drive)
+        parts.update({"scan_instructions": counted} if counted else {})
     print("worked example ...", flush=True)
     parts["example"] = example.measure(tessera, out, 2 if options.smoke else example.SCANS)
     found.update(parts)

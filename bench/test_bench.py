@@ -11,6 +11,7 @@ import sys
 import tempfile
 import unittest
 
+import scan_instructions
 import write_docs
 
 HERE = pathlib.Path(__file__).resolve().parent
@@ -65,6 +66,33 @@ class Smoke(unittest.TestCase):
         for mode in self.found["agreement"]["modes"].values():
             self.assertGreater(mode["same_label"], 0.999)
         self.assertEqual(0, self.found["example"]["left_out"])
+
+    def test_yardsticks(self):
+        integrate = self.found["integrate"]
+        for name in "clock_ghz", "cpu_clock_ghz", "cpu_additions_per_ns":
+            self.assertGreater(integrate[name]["min"], 0)
+        for latency in self.found["query"]["load_latency_ns"], self.found["query"]["cpu_load_latency_ns"]:
+            self.assertEqual({"memory", "l2"}, set(latency))
+            self.assertGreater(latency["l2"]["min"], 0)
+
+    @unittest.skipUnless(os.environ.get("TESSERA_CALLGRIND") == "ON" and shutil.which("valgrind"), "needs valgrind")
+    def test_instructions_of_each_scan(self):
+        robot = self.out / "street" / "robot_1"
+        found = scan_instructions.measure(BUILD, robot, 1, robot)
+        runs = found["runs"]
+        self.assertEqual({"kernel", "multi_entropy", "multi_entropy_free_space", "drive"}, set(runs))
+        scans = self.found["integrate"]["modes"]
+        for name, run in runs.items():
+            self.assertEqual(2, len(run["instructions"]))
+            self.assertEqual(max(run["instructions"]), run["worst"])
+            self.assertEqual(name == "drive", min(run["of_these_window"]) > 0)
+            if name != "drive":  # a voxel cannot be updated by less than an instruction, nor by thousands
+                for scan, count in zip(scans[name]["scans"], run["instructions"]):
+                    self.assertGreater(count, scan["voxel_updates"])
+                    self.assertLess(count, 5000 * (scan["voxel_updates"] + scan["ray_steps"]))
+        self.assertLess(runs["multi_entropy"]["worst"], min(runs["multi_entropy_free_space"]["instructions"]))
+        table = write_docs.scan_instructions({"scan_instructions": found})
+        self.assertIn(f"{runs['kernel']['worst'] / 1e6:.1f}", table)
 
     def test_a_wrong_result_fails(self):
         part = self.found["map_file"]

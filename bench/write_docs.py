@@ -4,7 +4,7 @@
 """write_docs.py BENCH_JSON DOCS: puts the figures into DOCS/benchmarks.md and DOCS/timing.md.
 
 A page keeps its text; what stands between <!-- measured: NAME --> and <!-- end measured --> is replaced by the table of
-that name."""
+that name, or stays where this run did not measure it."""
 import json
 import pathlib
 import re
@@ -21,6 +21,9 @@ REQUIRED_NS = {"scan_order": 40, "scan_order_batch": 40, "random_observed": 150,
 
 def circumstances(found):
     at, scene, build = found["circumstances"], found["scene"], found["integrate"]["build"]
+    clock = {"wall": found["integrate"]["clock_ghz"], "cpu": found["integrate"]["cpu_clock_ghz"]}
+    at_once = found["integrate"]["cpu_additions_per_ns"]
+    loads = found["query"]["cpu_load_latency_ns"]
     rows = [("machine", f"{at['cpu']}, {at['cores']} cores, {at['memory_gb']} GB, "
                         + ", ".join(f"{name} {size}" for name, size in at["caches"].items())),
             ("system", at["system"]),
@@ -29,6 +32,11 @@ def circumstances(found):
             ("scans", f"{scene['name']}, the first {scene['scans']}, {found['integrate']['resolution_m']:g} m, full range, "
                       f"thinned at the resolution; {found['integrate']['repetitions']} repetitions, each in an empty map"),
             ("load of the machine", f"{at['load_before']:.1f} before, {at['load_after']:.1f} after, of which about 1 is the benchmark"),
+            ("clock", f"{clock['cpu']['median']:.2f} GHz on a core, at best {clock['cpu']['max']:.2f}; by the clock on the wall "
+                      f"{clock['wall']['median']:.2f} (dependent additions, one a cycle)"),
+            ("additions at once, on a core", f"{at_once['median']:.1f} a ns, at best {at_once['max']:.1f} (four chains)"),
+            ("latency of a load, on a core", f"{loads['memory']['median']:.0f} ns, at best {loads['memory']['min']:.0f}, at random in 256 MiB; "
+                                             f"{loads['l2']['median']:.1f} ns, at best {loads['l2']['min']:.1f}, in 256 KiB"),
             ("memory bandwidth", f"{found['integrate']['memory_bytes_per_s']['median'] / 1e9:.1f} GB/s (triad, one thread)")]
     return table(("", "measured on"), rows)
 
@@ -72,11 +80,36 @@ def limit(found):
 
 
 def queries(found):
-    rows = [(q["title"], f"{q['voxels']:,}", *spread(q["ns_per_voxel"]), number(q["cpu_ns_per_voxel"]), REQUIRED_NS.get(name, "-"))
+    load_ns = found["query"]["cpu_load_latency_ns"]["memory"]["median"]
+    rows = [(q["title"], f"{q['voxels']:,}", *spread(q["ns_per_voxel"]), number(q["cpu_ns_per_voxel"]),
+             f"{q['cpu_ns_per_voxel'] / load_ns:.2f}", REQUIRED_NS.get(name, "-"))
             for name, q in found["query"]["questions"].items()]
     if "octomap" in found:
-        rows.append(("OctoMap: points of a scan", "-", *spread(found["octomap"]["search_ns_per_voxel"]), "-", "-"))
-    return table(("ns a voxel", "voxels", "min", "median", "p99", "p99.9", "max", "median on a core", "required"), rows)
+        rows.append(("OctoMap: points of a scan", "-", *spread(found["octomap"]["search_ns_per_voxel"]), "-", "-", "-"))
+    return table(("ns a voxel", "voxels", "min", "median", "p99", "p99.9", "max", "median on a core", "loads of memory latency",
+                  "required"), rows)
+
+
+def scan_instructions(found):
+    """None where they were not counted: they hold for a commit, on any machine."""
+    part = found.get("scan_instructions")
+    if part is None:
+        return None
+    rows = []
+    for run in part["runs"].values():
+        each = [f"{count / 1e6:.1f}" for count in run["instructions"]]
+        rows.append((run["title"], ", ".join(each) if len(each) <= 10 else f"{len(each)} scans, the first {each[0]}",
+                     f"{run['median'] / 1e6:.1f}", f"{run['worst'] / 1e6:.1f}", f"{run['worst_over_median']:.3f}",
+                     f"{run['required']} / {run['aim'] or '-'}"))
+    said = [f"Counted at {part['commit']}."]
+    if "drive" in part["runs"]:
+        drive = part["runs"]["drive"]
+        window = drive["window"]
+        said.append(f"The drive: {drive['dataset']}, `{drive['options']} --archive DIR`; a step of the window takes at most "
+                    f"{max(drive['of_these_window']) / 1e6:.1f} of these millions. It handed out {window['evicted']:,} blocks, at most "
+                    f"{window['most_evicted']:,} a step, at most {window['most_backlog']:,} waited; {window['lost_blocks']} were lost, "
+                    f"{drive['refused']} points refused.")
+    return table(("millions of instructions", "each scan", "median", "worst", "worst / median", "required / aim"), rows) + "\n\n" + " ".join(said)
 
 
 def memory(found):
@@ -109,7 +142,7 @@ def map_file(found):
     return table(("map of", "voxels", "file", "save", "load", "digest"), rows)
 
 
-TABLES = {f.__name__: f for f in (circumstances, integrate, updates, limit, queries, memory, agreement, map_file,
+TABLES = {f.__name__: f for f in (circumstances, integrate, updates, scan_instructions, limit, queries, memory, agreement, map_file,
                                   timing_tables.costs, timing_tables.example, timing_tables.worst_cases)}
 
 
@@ -118,7 +151,8 @@ def fill(text, found):
 
     def replace(match):
         used.append(match[2])
-        return f"{match[1]}\n{TABLES[match[2]](found)}\n\n{match[3]}"
+        written = TABLES[match[2]](found)
+        return match[0] if written is None else f"{match[1]}\n{written}\n\n{match[3]}"
     return PART.sub(replace, text), used
 
 

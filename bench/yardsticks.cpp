@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "harness.hpp"
+#include "tessera/base/digest.hpp"
 
 namespace tessera::bench {
 
@@ -15,7 +17,51 @@ std::size_t voxel_in_block(VoxelCoord v) {
   return static_cast<std::size_t>((v.x & 7) | ((v.y & 7) << 3) | ((v.z & 7) << 6));
 }
 
+/// The value, in a register, of which the compiler knows nothing more. It could add several
+/// summands at once otherwise, and some cores add a constant, if it is small, without a cycle.
+std::uint64_t unknown(std::uint64_t value) {
+  __asm__ volatile("" : "+r"(value));
+  return value;
+}
+
 }  // namespace
+
+void add_dependently(std::uint64_t n) {
+  std::uint64_t sum = 1;
+  const std::uint64_t summand = unknown(3);
+  const auto add = [summand](std::uint64_t before) { return unknown(before + summand); };
+  for (std::uint64_t i = 0; i < n; i += 8) sum = add(add(add(add(add(add(add(add(sum))))))));
+}
+
+void add_in_four_chains(std::uint64_t n) {
+  std::uint64_t a = 1;
+  std::uint64_t b = 2;
+  std::uint64_t c = 3;
+  std::uint64_t d = 4;
+  const std::uint64_t summand = unknown(3);
+  const auto add = [summand](std::uint64_t before) { return unknown(before + summand); };
+  for (std::uint64_t i = 0; i < n; i += 16) {
+    a = add(a), b = add(b), c = add(c), d = add(d);
+    a = add(a), b = add(b), c = add(c), d = add(d);
+    a = add(a), b = add(b), c = add(c), d = add(d);
+    a = add(a), b = add(b), c = add(c), d = add(d);
+  }
+}
+
+DependentLoads::DependentLoads(std::size_t bytes) : lines_(bytes / sizeof(Line)) {
+  for (Line& line : lines_) line.next = &line;
+  // Sattolo's shuffle makes a single cycle.
+  std::uint64_t state = 0;
+  for (std::size_t i = lines_.size() - 1; i > 0; --i)
+    std::swap(lines_[i].next, lines_[mix64(state += 0x9e3779b97f4a7c15U) % i].next);
+  at_ = lines_.data();
+}
+
+void DependentLoads::load(std::size_t n) {
+  const Line* at = at_;
+  for (std::size_t i = 0; i < n; ++i) at = at->next;
+  at_ = at;
+}
 
 MemoryBandwidth::MemoryBandwidth(std::size_t array_bytes)
     : a_(array_bytes / sizeof(double), 0.0),

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// What the library's times are compared with, measured in the same run: the machine's memory, and
-// the plain loop that anyone would write for the kernel's sum.
+// What the library's times are compared with, measured in the same run: the core's clock, the
+// machine's memory, and the plain loop that anyone would write for the kernel's sum.
 #pragma once
 
 #include <array>
@@ -15,6 +15,30 @@
 #include "tessera/registration/scan.hpp"
 
 namespace tessera::bench {
+
+/// A chain of n additions of integers in which each needs the one before: one a cycle on x86-64 and
+/// aarch64, so that its time is the clock's. n is a multiple of 16, here and below.
+void add_dependently(std::uint64_t n);
+/// The same n additions in four chains that do not need each other: what the core does at once.
+/// Another thread on the same core takes its part of that, and nothing of the clock.
+void add_in_four_chains(std::uint64_t n);
+
+/// Loads of which each needs the one before, in lines of memory in random order, as the system
+/// gives it for so many bytes: a load's latency, that of translating its address included. The
+/// order is one cycle through all of them.
+class DependentLoads {
+ public:
+  explicit DependentLoads(std::size_t bytes);
+  /// Goes on from where the last call ended.
+  void load(std::size_t n);
+
+ private:
+  struct alignas(64) Line {
+    const Line* next = nullptr;
+  };
+  std::vector<Line> lines_;
+  const Line* at_ = nullptr;
+};
 
 /// The triad a = b + s c over three arrays of far more than the last cache, one thread: bytes a
 /// second that it reads and writes (24 a element, without the line fill of the write).
