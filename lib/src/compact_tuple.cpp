@@ -66,7 +66,9 @@ void CompactTuple::add_plane(Octet& octet, std::uint32_t component,
   }
 }
 
-void CompactTuple::add(std::byte* octet_bytes, const OctetEvidence& added) const noexcept {
+template <class Evidence>
+CompactTuple::Plane CompactTuple::add_planes(std::byte* octet_bytes,
+                                             const Evidence& added) const noexcept {
   Octet octet{};
   std::memcpy(&octet, octet_bytes, sizeof(octet));
   for (std::uint64_t rest = added.components() & ~std::uint64_t{1}; rest != 0; rest &= rest - 1) {
@@ -74,11 +76,14 @@ void CompactTuple::add(std::byte* octet_bytes, const OctetEvidence& added) const
     add_plane(octet, static_cast<std::uint32_t>(component), added.read(component));
   }
   store_shared_words(octet_bytes, &octet, sizeof(octet));
+  return sums_of(octet);
 }
+template CompactTuple::Plane CompactTuple::add_planes(std::byte*,
+                                                      const OctetEvidence&) const noexcept;
+template CompactTuple::Plane CompactTuple::add_planes(std::byte*,
+                                                      const OctetOfBlock&) const noexcept;
 
-CompactTuple::Plane CompactTuple::label_sums(const std::byte* octet_bytes) const noexcept {
-  Octet octet{};
-  std::memcpy(&octet, octet_bytes, sizeof(octet));
+CompactTuple::Plane CompactTuple::sums_of(const Octet& octet) const noexcept {
   Plane sums{};
   for (std::size_t v = 0; v < kOctetVoxels; ++v) {
     std::uint32_t sum = octet.words[kRest][v];
@@ -86,6 +91,12 @@ CompactTuple::Plane CompactTuple::label_sums(const std::byte* octet_bytes) const
     sums[v] = static_cast<float>(static_cast<std::int32_t>(sum)) * quantum_;
   }
   return sums;
+}
+
+CompactTuple::Plane CompactTuple::label_sums(const std::byte* octet_bytes) const noexcept {
+  Octet octet{};
+  std::memcpy(&octet, octet_bytes, sizeof(octet));
+  return sums_of(octet);
 }
 
 void CompactTuple::scale(std::byte* octet_bytes, int voxel, float factor) noexcept {

@@ -55,9 +55,9 @@ Result<Integrator> Integrator::make(Arena& arena, const InferenceConfig& config,
   const Result<ScanTiles> tiles = ScanTiles::make(arena, capacity);
   if (!tiles.ok()) return tiles.status();
   result.tiles_ = *tiles;
-  const Result<KernelTile> kernel_tile = KernelTile::make(arena);
-  if (!kernel_tile.ok()) return kernel_tile.status();
-  result.kernel_tile_ = *kernel_tile;
+  const Result<KernelStrip> strip = KernelStrip::make(arena);
+  if (!strip.ok()) return strip.status();
+  result.strip_ = *strip;
   if (config.free_space.enabled) {
     const Result<FreeSpace> free_space = FreeSpace::make(arena, capacity);
     if (!free_space.ok()) return free_space.status();

@@ -40,23 +40,6 @@ std::span<const TilePoint> points_of(const ScanTiles& tiles, const UnitSample& s
   return tiles.points().subspan(sample.begin, sample.end - sample.begin);
 }
 
-/// Calls visit(points) for runs of the points of these occupied units, in order: units one after
-/// the other, with none of the tile's occupied ones between, are one run.
-template <class Visit>
-void for_point_runs(const ScanTiles& tiles, const Tile& tile, std::uint64_t units,
-                    Visit&& visit) noexcept {
-  while (units != 0) {
-    const std::uint64_t lowest = units & (~units + 1);
-    // Up to the first occupied unit that is left out.
-    const std::uint64_t left_out = tile.occupied & ~units & ~(lowest - 1);
-    const std::uint64_t run = units & ((left_out & (~left_out + 1)) - 1);
-    const UnitSample& first = tiles.sample(tile, std::countr_zero(run));
-    const UnitSample& last = tiles.sample(tile, 63 - std::countl_zero(run));
-    visit(tiles.points().subspan(first.begin, last.end - first.begin));
-    units &= ~run;
-  }
-}
-
 /// The kernel's sums of one octet of a unit, of the points that were decided on.
 void sum_points(const ScanTiles& tiles, const UnitPoints& around, const EntropyDecision& decision,
                 const KernelShape& kernel, const OctetPlace& octet, OctetEvidence& sums,
@@ -79,19 +62,21 @@ void Integrator::write(LocalMap& map, ScanReport& report) noexcept {
 
 void Integrator::write_labels(LocalMap& map, ScanReport& report) noexcept {
   EvidenceWork work;
+  const bool kernel = config_.mode == InferenceMode::kKernel;
   const auto write = [&](const Tile& tile) {
     if (tile.wanted == 0) return;
-    if (config_.mode == InferenceMode::kKernel) {
-      write_kernel_tile(map, tile, work, report);
-    } else {
-      write_units(map, tile, work, report);
-    }
+    const Tile* const alone = &tile;
+    kernel ? write_strip(map, {&alone, 1}, work, report) : write_units(map, tile, work, report);
   };
   const auto leave = [&](const Tile& tile) {
     if (tile.wanted != 0) count_cut_tile(tile, report);
   };
-  const ScanTiles& tiles = tiles_;
-  write_in_time(tiles.tiles(), sensor_place(map, false), 1, write, leave);
+  if (kernel && deadline_ == nullptr) {
+    write_strips(map, work, report);
+  } else {
+    const ScanTiles& tiles = tiles_;
+    write_in_time(tiles.tiles(), sensor_place(map, false), 1, write, leave);
+  }
   report.voxel_updates = work.updates;
   report.evaluations = work.evaluations;
 }
@@ -135,61 +120,6 @@ void Integrator::write_octet(LocalMap& map, SlabHandle block, int octet,
   TESSERA_ASSERT(status == Status::kOk);
   static_cast<void>(status);
   ++report.label_octets;
-}
-
-/// Adds the points of a tile (dx, dy, dz) tiles from the one at hand.
-void Integrator::add_kernel_points(const Tile& from, const std::array<int, 3>& offset,
-                                   const KernelShape& kernel, EvidenceWork& work) noexcept {
-  const int reach = kernel_reach_units_;
-  // Units of that tile, counted from this one's first, that reach this tile.
-  const auto low = [&](std::size_t axis) { return -reach - 4 * offset[axis]; };
-  const auto high = [&](std::size_t axis) { return 3 + reach - 4 * offset[axis]; };
-  const std::uint64_t units =
-      from.occupied & box_mask({low(0), low(1), low(2)}, {high(0), high(1), high(2)});
-  const auto shift = [&](std::size_t axis) {
-    return static_cast<float>(offset[axis] * kBlockEdge);
-  };
-  const Point3f to_tile(shift(0), shift(1), shift(2));
-  for_point_runs(tiles_, from, units, [&](std::span<const TilePoint> points) {
-    kernel_tile_.add_points(points, to_tile, kernel_radius_, kernel, work);
-  });
-}
-
-/// Points reach boxes of units, so between a tile and one that its points reach there is a tile
-/// wherever the way goes: where a step leads to none, no point reaches from there.
-void Integrator::write_kernel_tile(LocalMap& map, const Tile& tile, EvidenceWork& work,
-                                   ScanReport& report) noexcept {
-  const double resolution_m = map.lattice().resolution_m();
-  const KernelShape kernel =
-      shape(static_cast<float>(static_cast<double>(config_.kernel_length_m) / resolution_m));
-  const int reach_tiles = (kernel_reach_units_ + 3) / 4;
-  kernel_tile_.clear();
-  // In this order sums are the same however they are found.
-  for (unsigned rest = reach_tiles == 1 ? tile.sources : 0U; rest != 0; rest &= rest - 1) {
-    const int bit = std::countr_zero(rest);
-    const std::array<int, 3> offset{bit % 3 - 1, bit / 3 % 3 - 1, bit / 9 - 1};
-    const Tile* from = &tile;
-    for (std::size_t axis = 3; axis-- > 0;) from = tiles_.stepped(from, axis, offset[axis]);
-    if (from != nullptr) add_kernel_points(*from, offset, kernel, work);
-  }
-  for (int dz = -reach_tiles; dz <= reach_tiles && reach_tiles > 1; ++dz) {
-    const Tile* const on_z = tiles_.stepped(&tile, 2, dz);
-    for (int dy = -reach_tiles; dy <= reach_tiles && on_z != nullptr; ++dy) {
-      const Tile* const on_y = tiles_.stepped(on_z, 1, dy);
-      for (int dx = -reach_tiles; dx <= reach_tiles && on_y != nullptr; ++dx) {
-        const Tile* const from = tiles_.stepped(on_y, 0, dx);
-        if (from == nullptr || from->occupied == 0) continue;
-        add_kernel_points(*from, {dx, dy, dz}, kernel, work);
-      }
-    }
-  }
-  const std::uint64_t touched = tile.wanted & kernel_tile_.touched();
-  for (std::uint64_t rest = touched; rest != 0; rest &= rest - 1) {
-    const int octet = std::countr_zero(rest);
-    OctetEvidence& sums = octet_[0];
-    sums.clear();
-    if (kernel_tile_.read(octet, sums)) write_octet(map, tile.blocks[0], octet, report);
-  }
 }
 
 void Integrator::write_free_space(LocalMap& map, ScanReport& report) noexcept {

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "kernel_rows.hpp"
 
+#include <array>
+
 #include "tessera/inference/kernel.hpp"
 
 namespace tessera {
@@ -15,47 +17,63 @@ constexpr Float4 kHighCenters{4.5F, 5.5F, 6.5F, 7.5F};
 class RowOfFours {
  public:
   explicit RowOfFours(const KernelRows& rows) noexcept
-      : inverse_square_(rows.inverse_square),
-        least_(all_lanes(rows.least)),
-        square_radius_(rows.radius * rows.radius),
-        // What is passed over must be nothing: not even where rounding takes a centre that is
-        // farther than D for one that is nearer.
-        padded_square_(square_radius_ * (1.0F + 0x1p-18F)) {}
+      : corner_(rows.corner),
+        y_low_centers_(kLowCenters - rows.corner[1]),
+        y_high_centers_(kHighCenters - rows.corner[1]),
+        z_low_centers_(kLowCenters - rows.corner[2]),
+        z_high_centers_(kHighCenters - rows.corner[2]),
+        columns_(rows.columns),
+        weight_scale_(rows.weight_scale),
+        inverse_square_(rows.inverse_square),
+        square_radius_(rows.radius * rows.radius * kPadding),
+        least_(all_lanes(rows.least)) {}
 
-  [[nodiscard]] static bool beyond(Float4 from, Float4 to) noexcept {
-    return any((to < all_lanes(0.0F)) | (from >= all_lanes(static_cast<float>(kRowVoxels))));
+  [[nodiscard]] static bool beyond(Float4 from, Float4 to, Float4 size) noexcept {
+    return any((to < all_lanes(0.0F)) | (from >= size));
   }
 
-  void place(Float4 p, float weight) noexcept {
-    weight_ = weight;
-    const float px = p[0];
-    const Float4 dx_low = kLowCenters - px;
-    const Float4 dx_high = kHighCenters - px;
-    low_square_ = dx_low * dx_low;
-    high_square_ = dx_high * dx_high;
-    const Float4 dy_low = kLowCenters - p[1];
-    const Float4 dy_high = kHighCenters - p[1];
+  void place(const TilePoint& point, float square_reach) noexcept {
+    weight_ = point.weight * weight_scale_;
+    x_ = point.x;
+    const Float4 dy_low = y_low_centers_ - point.y;
+    const Float4 dy_high = y_high_centers_ - point.y;
     y_low_square_ = dy_low * dy_low;
     y_high_square_ = dy_high * dy_high;
-    const float low_near = px > 3.5F ? px - 3.5F : 0.0F;
-    const float high_near = px < 4.5F ? 4.5F - px : 0.0F;
-    low_reach_ = padded_square_ - low_near * low_near;
-    high_reach_ = padded_square_ - high_near * high_near;
+    const Float4 dz_low = z_low_centers_ - point.z;
+    const Float4 dz_high = z_high_centers_ - point.z;
+    store4(z_square_.data(), dz_low * dz_low);
+    store4(z_square_.data() + 4, dz_high * dz_high);
+    reach_ = all_lanes(square_reach);
   }
 
-  [[nodiscard]] unsigned within(float dz) noexcept {
-    const Float4 low = y_low_square_ + dz * dz;
-    const Float4 high = y_high_square_ + dz * dz;
-    store4(dyz_.data(), low);
-    store4(dyz_.data() + 4, high);
-    const Float4 limit = all_lanes(square_radius_);
-    return bits_of(low <= limit) | (bits_of(high <= limit) << 4U);
+  [[nodiscard]] unsigned within(int z) noexcept {
+    const float z_square = z_square_[static_cast<std::size_t>(z)];
+    const Float4 low = y_low_square_ + z_square;
+    const Float4 high = y_high_square_ + z_square;
+    float* const slice = dyz_.data() + std::ptrdiff_t{z} * kRowVoxels;
+    store4(slice, low);
+    store4(slice + 4, high);
+    return bits_of(low <= reach_) | (bits_of(high <= reach_) << 4U);
   }
 
-  void add(int y, float* row) noexcept {
-    const float dyz = dyz_[static_cast<std::size_t>(y)];
-    if (dyz <= low_reach_) add_four(low_square_ + dyz, row);
-    if (dyz <= high_reach_) add_four(high_square_ + dyz, row + 4);
+  void at(int column) noexcept {
+    const auto from = static_cast<float>(column);
+    const Float4 low = (kLowCenters + (from - corner_[0])) - x_;
+    const Float4 high = (kHighCenters + (from - corner_[0])) - x_;
+    low_square_ = low * low;
+    high_square_ = high * high;
+    const float low_apart = distance_to(low[0], low[3], 0.0F);
+    const float high_apart = distance_to(high[0], high[3], 0.0F);
+    low_reach_ = square_radius_ - low_apart * low_apart;
+    high_reach_ = square_radius_ - high_apart * high_apart;
+    low_inside_ = kLowCenters < all_lanes(columns_ - from);
+    high_inside_ = kHighCenters < all_lanes(columns_ - from);
+  }
+
+  void add(int row, float* at) noexcept {
+    const float dyz = dyz_[static_cast<std::size_t>(row)];
+    if (dyz <= low_reach_) add_four(low_square_ + dyz, low_inside_, at);
+    if (dyz <= high_reach_) add_four(high_square_ + dyz, high_inside_, at + 4);
   }
 
   [[nodiscard]] std::uint64_t updates() const noexcept {
@@ -65,26 +83,37 @@ class RowOfFours {
   }
 
  private:
-  void add_four(Float4 square, float* row) noexcept {
+  void add_four(Float4 square, Int4 inside, float* at) noexcept {
     const Float4 k = weight_ * Kernel::at(square * inverse_square_);
-    const Int4 counted = k >= least_;
-    store4(row, load4(row) + keep(counted, k));  // eq. (7)
+    const Int4 counted = (k >= least_) & inside;
+    store4(at, load4(at) + keep(counted, k));  // eq. (7)
     updates_ -= counted;
   }
 
+  Float4 corner_;
+  Float4 y_low_centers_;  ///< In the points' tile.
+  Float4 y_high_centers_;
+  Float4 z_low_centers_;
+  Float4 z_high_centers_;
+  float columns_;
+  float weight_scale_;
   float inverse_square_;
-  Float4 least_;
   float square_radius_;
-  float padded_square_;
+  Float4 least_;
   float weight_ = 0.0F;
-  Float4 low_square_{};
-  Float4 high_square_{};
+  float x_ = 0.0F;
   Float4 y_low_square_{};
   Float4 y_high_square_{};
+  Float4 reach_{};
+  Float4 low_square_{};
+  Float4 high_square_{};
   float low_reach_ = 0.0F;
   float high_reach_ = 0.0F;
-  alignas(16) std::array<float, kRowVoxels> dyz_{};
+  Int4 low_inside_{};  ///< Of the columns, those of the strip.
+  Int4 high_inside_{};
   Int4 updates_{};
+  alignas(16) std::array<float, kRowVoxels> z_square_{};
+  alignas(16) std::array<float, kTileRows> dyz_{};
 };
 
 void add_rows_of_four(const KernelRows& rows, KernelRowsDone& done) noexcept {

@@ -19,70 +19,93 @@ using Int8 = std::int32_t __attribute__((vector_size(32)));
 class RowOfEight {
  public:
   explicit RowOfEight(const KernelRows& rows) noexcept
-      : inverse_square_(rows.inverse_square),
-        least_(Float8{} + rows.least),
-        square_radius_(Float8{} + rows.radius * rows.radius) {}
+      : corner_(rows.corner),
+        y_centers_(kCenters - rows.corner[1]),
+        z_centers_(kCenters - rows.corner[2]),
+        columns_(rows.columns),
+        weight_scale_(rows.weight_scale),
+        inverse_square_(rows.inverse_square),
+        least_(rows.least) {}
 
-  [[nodiscard]] static bool beyond(Float4 from, Float4 to) noexcept {
-    const Float4 nothing{};
-    const Int4 out = (to < nothing) | (from >= nothing + static_cast<float>(kRowVoxels));
+  [[nodiscard]] static bool beyond(Float4 from, Float4 to, Float4 size) noexcept {
+    const Int4 out = (to < Float4{}) | (from >= size);
     Float4 signs;
     __builtin_memcpy(&signs, &out, sizeof(signs));
     return __builtin_ia32_movmskps(signs) != 0;
   }
 
-  void place(Float4 p, float weight) noexcept {
-    const Float8 centers{0.5F, 1.5F, 2.5F, 3.5F, 4.5F, 5.5F, 6.5F, 7.5F};
-    weight_ = Float8{} + weight;
-    const Float8 dx = centers - p[0];
-    const Float8 dy = centers - p[1];
-    square_ = dx * dx;
+  void place(const TilePoint& point, float square_reach) noexcept {
+    weight_ = Float8{} + point.weight * weight_scale_;
+    x_ = point.x;
+    const Float8 dy = y_centers_ - point.y;
     y_square_ = dy * dy;
+    const Float8 dz = z_centers_ - point.z;
+    const Float8 z_square = dz * dz;
+    __builtin_memcpy(z_square_, &z_square, sizeof(z_square));
+    reach_ = Float8{} + square_reach;
   }
 
-  [[nodiscard]] unsigned within(float dz) noexcept {
-    const Float8 dyz = y_square_ + dz * dz;
-    __builtin_memcpy(dyz_, &dyz, sizeof(dyz));
-    const Int8 in_reach = dyz <= square_radius_;
+  [[nodiscard]] unsigned within(int z) noexcept {
+    const Float8 dyz = y_square_ + z_square_[z];
+    __builtin_memcpy(dyz_ + kRowVoxels * z, &dyz, sizeof(dyz));
+    const Int8 in_reach = dyz <= reach_;
     Float8 signs;
     __builtin_memcpy(&signs, &in_reach, sizeof(signs));
     return static_cast<unsigned>(__builtin_ia32_movmskps256(signs));
   }
 
-  void add(int y, float* row) noexcept {
-    const Float8 s = (square_ + dyz_[y]) * inverse_square_;
+  void at(int column) noexcept {
+    const auto from = static_cast<float>(column);
+    const Float8 dx = (kCenters + (from - corner_[0])) - x_;
+    square_ = dx * dx;
+    inside_ = kCenters < Float8{} + (columns_ - from);
+  }
+
+  void add(int row, float* at) noexcept {
+    const Float8 s = (square_ + dyz_[row]) * inverse_square_;
     const Float8 r = __builtin_ia32_sqrtps256(__builtin_ia32_minps256(s, Float8{} + 1.0F));
     const Float8 k = weight_ * Kernel::of_distance(r);
-    const Int8 counted = k >= least_;
+    const Int8 counted = (k >= least_) & inside_;
     Int8 bits;
     __builtin_memcpy(&bits, &k, sizeof(bits));
     bits &= counted;
     Float8 kept;
     __builtin_memcpy(&kept, &bits, sizeof(kept));
     Float8 sums;
-    __builtin_memcpy(&sums, row, sizeof(sums));
+    __builtin_memcpy(&sums, at, sizeof(sums));
     sums += kept;  // eq. (7)
-    __builtin_memcpy(row, &sums, sizeof(sums));
+    __builtin_memcpy(at, &sums, sizeof(sums));
     updates_ -= counted;
   }
 
   [[nodiscard]] std::uint64_t updates() const noexcept {
-    std::int64_t sum = 0;
-    for (int i = 0; i < kRowVoxels; ++i) sum += updates_[i];
-    return static_cast<std::uint64_t>(sum);
+    std::uint64_t sum = 0;
+    for (int i = 0; i < kRowVoxels; ++i) sum += static_cast<std::uint32_t>(updates_[i]);
+    return sum;
   }
 
  private:
+  static constexpr Float8 kCenters{0.5F, 1.5F, 2.5F, 3.5F, 4.5F, 5.5F, 6.5F, 7.5F};
+
+  Float4 corner_;
+  Float8 y_centers_;  ///< In the points' tile.
+  Float8 z_centers_;
+  float columns_;
+  float weight_scale_;
   float inverse_square_;
-  Float8 least_;
-  Float8 square_radius_;
+  float least_;
   Float8 weight_{};
-  Float8 square_{};
+  float x_ = 0.0F;
   Float8 y_square_{};
-  // Not std::array, whose operator is an inline function.
-  // NOLINTNEXTLINE(cppcoreguidelines-avoid-c-arrays)
-  alignas(32) float dyz_[kRowVoxels]{};
+  Float8 reach_{};
+  Float8 square_{};
+  Int8 inside_{};  ///< Of the eight columns, those of the strip.
   Int8 updates_{};
+  // Not std::array, whose operator is an inline function.
+  // NOLINTBEGIN(cppcoreguidelines-avoid-c-arrays)
+  alignas(32) float z_square_[kRowVoxels]{};
+  alignas(32) float dyz_[kTileRows]{};
+  // NOLINTEND(cppcoreguidelines-avoid-c-arrays)
 };
 
 void add_rows_of_eight(const KernelRows& rows, KernelRowsDone& done) noexcept {

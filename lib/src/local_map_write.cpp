@@ -49,24 +49,6 @@ void LocalMap::close_empty_blocks() noexcept {
   index_.for_each([this](SlabHandle handle) { close_if_empty(handle); });
 }
 
-Status LocalMap::ensure_octet(Block& block, int octet) noexcept {
-  if (has_octet(block, octet)) return Status::kOk;
-  SlabHandle& labels = block.labels[layer_of_octet(octet)];
-  const bool new_page = labels == 0;
-  if (!pool_.fits_or_refuse({0, new_page ? 1U : 0U, 0, 1})) return Status::kResourceExhausted;
-  if (new_page) {
-    const Result<SlabHandle> page = pool_.allocate(kLabelSlab);
-    TESSERA_ASSERT(page.ok());
-    store_shared(labels, *page);
-  }
-  const Result<SlabHandle> tuples = pool_.allocate(kOctetSlab, tuples_.zeroed_bytes());
-  TESSERA_ASSERT(tuples.ok());
-  store_shared(mutable_label_page(block, layer_of_octet(octet)).octets[octet_in_layer(octet)],
-               *tuples);
-  note_usage();
-  return Status::kOk;
-}
-
 /// There must be storage for it.
 void LocalMap::ensure_free_page(Block& block, std::size_t layer) noexcept {
   if (block.free_passes[layer] != 0) return;
@@ -74,70 +56,6 @@ void LocalMap::ensure_free_page(Block& block, std::size_t layer) noexcept {
   TESSERA_ASSERT(page.ok());
   store_shared(block.free_passes[layer], *page);
   note_usage();
-}
-
-void LocalMap::update_observed(Block& block, int octet, const TupleStore::Plane& sums) noexcept {
-  const std::size_t layer = layer_of_octet(octet);
-  LabelPage& page = mutable_label_page(block, layer);
-  SlabHandle& tuples = page.octets[octet_in_layer(octet)];
-  const unsigned now = bits_above(sums.data(), 0.0F);
-  std::uint8_t& observed = page.observed[octet_in_layer(octet)];
-  if (now == observed && now != 0) return;
-  const int change = count_ones(now) - count_ones(observed);
-  store_shared(observed, static_cast<std::uint8_t>(now));
-  block.label_voxels = static_cast<std::uint32_t>(static_cast<int>(block.label_voxels) + change);
-  label_voxels_ = static_cast<std::uint64_t>(static_cast<std::int64_t>(label_voxels_) + change);
-  if (now != 0) return;
-  pool_.release(kOctetSlab, tuples);
-  store_shared(tuples, SlabHandle{0});
-  for (const SlabHandle other : page.octets) {
-    if (other != 0) return;
-  }
-  pool_.release(kLabelSlab, block.labels[layer]);
-  store_shared(block.labels[layer], SlabHandle{0});
-}
-
-void LocalMap::hold_cap_on_labels(Block& block, int octet, unsigned voxels,
-                                  TupleStore::Plane& sums) noexcept {
-  const float cap = config_.max_evidence;
-  const float w = config_.free_weight;
-  std::byte* const tuples = pool_.at(octet_handle(block, octet));
-  for (; voxels != 0; voxels &= voxels - 1) {
-    const int v = std::countr_zero(voxels);
-    float& labels = sums[static_cast<std::size_t>(v)];
-    const std::uint8_t passes = free_passes(block, octet, v);
-    const float total = labels + static_cast<float>(passes) * w;
-    if (!(total > cap)) continue;
-    float free = 0.0F;
-    if (passes > 0) {
-      // Whole passes only, rounded down: a voxel rather stays occupied than is declared free by
-      // rounding.
-      const auto kept = static_cast<std::uint8_t>(static_cast<float>(passes) * (cap / total));
-      FreePage& page = mutable_free_page(block, layer_of_octet(octet));
-      store_shared(page.passes[row_in_layer(row_order(octet, v))], kept);
-      free = static_cast<float>(kept) * w;
-    }
-    if (!(labels > cap - free)) continue;
-    tuples_.scale(tuples, v, (cap - free) / labels);
-    labels = cap - free;
-  }
-}
-
-Status LocalMap::add_labels(SlabHandle handle, int octet, const OctetEvidence& added) noexcept {
-  if ((added.components() & ~std::uint64_t{1}) == 0) return Status::kOk;
-  Block& block = mutable_block(handle);
-  const Change change(*this, handle);
-  const Status status = ensure_octet(block, octet);
-  if (status != Status::kOk) return status;
-  std::byte* const tuples = pool_.at(octet_handle(block, octet));
-  TupleStore::Plane sums = tuples_.add(tuples, added);
-  // Mostly there are no passes and no full voxel.
-  if (config_.max_evidence > 0.0F && (block.free_passes[layer_of_octet(octet)] != 0 ||
-                                      bits_above(sums.data(), config_.max_evidence) != 0))
-    hold_cap_on_labels(block, octet, added.voxels(), sums);
-  update_observed(block, octet, sums);
-  store_shared(block.revision, revision_);
-  return Status::kOk;
 }
 
 bool LocalMap::give_way_to_free(Block& block, int octet, int voxel, std::uint8_t passes) noexcept {

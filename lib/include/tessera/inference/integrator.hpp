@@ -11,6 +11,7 @@
 #include "tessera/inference/deadline.hpp"
 #include "tessera/inference/free_space.hpp"
 #include "tessera/inference/inference_config.hpp"
+#include "tessera/inference/kernel_strip.hpp"
 #include "tessera/inference/scan_report.hpp"
 #include "tessera/inference/scan_tiles.hpp"
 #include "tessera/inference/tile_evidence.hpp"
@@ -29,7 +30,7 @@ class Integrator {
                                                             bool free_space) noexcept {
     return 2 * arena_bytes<ScanPoint>(capacity.points) +
            arena_bytes<KeyedIndex>(2 * std::size_t{capacity.points}) +
-           ScanTiles::required_bytes(capacity) + KernelTile::required_bytes() +
+           ScanTiles::required_bytes(capacity) + KernelStrip::required_bytes() +
            arena_bytes<OctetEvidence>(1) + (free_space ? FreeSpace::required_bytes(capacity) : 0);
   }
 
@@ -178,10 +179,12 @@ class Integrator {
   void write_units(LocalMap& map, const Tile& tile, EvidenceWork& work,
                    ScanReport& report) noexcept;
   void write_octet(LocalMap& map, SlabHandle block, int octet, ScanReport& report) noexcept;
-  void add_kernel_points(const Tile& from, const std::array<int, 3>& offset,
-                         const KernelShape& kernel, EvidenceWork& work) noexcept;
-  void write_kernel_tile(LocalMap& map, const Tile& tile, EvidenceWork& work,
-                         ScanReport& report) noexcept;
+  void write_strips(LocalMap& map, EvidenceWork& work, ScanReport& report) noexcept;
+  void write_strip(LocalMap& map, std::span<const Tile* const> strip, EvidenceWork& work,
+                   ScanReport& report) noexcept;
+  /// Adds the points of the tile at an offset from the strip's first, if there is one.
+  void add_to_strip(std::span<const Tile* const> strip, const std::array<int, 3>& offset,
+                    const KernelShape& kernel, EvidenceWork& work) noexcept;
   void write_free_space(LocalMap& map, ScanReport& report) noexcept;
   /// all_written: nothing was opened for rays in vain.
   void close_unwritten_blocks(LocalMap& map, bool all_written) noexcept;
@@ -202,7 +205,7 @@ class Integrator {
   std::span<KeyedIndex> sort_;
   std::span<OctetEvidence> octet_;  ///< Sums of the octet at hand.
   ScanTiles tiles_{};
-  KernelTile kernel_tile_{};
+  KernelStrip strip_{};
   FreeSpace free_space_{};
   std::size_t registered_count_ = 0;
   std::size_t far_count_ = 0;

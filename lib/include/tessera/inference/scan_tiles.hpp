@@ -92,6 +92,10 @@ class ScanTiles {
     return tile;
   }
 
+  /// Its units want nothing more. O(1).
+  void mark_written(const Tile& tile) noexcept {
+    tiles_[static_cast<std::size_t>(&tile - tiles_.data())].wanted = 0;
+  }
   [[nodiscard]] std::span<Tile> tiles() noexcept { return tiles_.first(tile_count_); }
   [[nodiscard]] std::span<const Tile> tiles() const noexcept { return tiles_.first(tile_count_); }
   [[nodiscard]] std::span<const TilePoint> points() const noexcept {

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <span>
 
 #include "tessera/inference/entropy.hpp"
@@ -26,6 +27,10 @@ struct KernelShape {
   float scale = 1.0F;           ///< eps_0.
   float min_weight = 0.0F;
 };
+/// The least contribution that counts: anything above zero passes a min_weight of zero.
+[[nodiscard]] constexpr float least_counted(float min_weight) noexcept {
+  return min_weight > 0.0F ? min_weight : std::numeric_limits<float>::denorm_min();
+}
 
 /// The octets of a unit: where each begins in its tile (voxels, even), and which of its voxels
 /// belong to the unit.
@@ -142,47 +147,5 @@ void add_points(std::span<const TilePoint> points, const Point3f& shift, const O
 /// Adds each point's weight to its own voxel, unless it is under min_weight.
 void count_points(std::span<const TilePoint> points, const OctetPlace& octet, float min_weight,
                   OctetEvidence& into, EvidenceWork& work) noexcept;
-
-struct KernelRows;
-struct KernelRowsDone;
-
-/// How many voxels the kernel is evaluated for at a time. The sums are the same to the last bit.
-enum class KernelLanes : std::uint8_t {
-  kWidest = 0,  ///< Eight where the machine has AVX2 and the library was built with it, else four.
-  kFour = 1,
-};
-
-/// The kernel mode's sums for a whole tile of 8 x 8 x 8 voxels.
-class KernelTile {
- public:
-  [[nodiscard]] static constexpr std::size_t required_bytes() noexcept {
-    return arena_bytes<Planes>(1);
-  }
-  [[nodiscard]] static Result<KernelTile> make(Arena& arena,
-                                               KernelLanes lanes = KernelLanes::kWidest) noexcept;
-  /// Whether kWidest is more than four here.
-  [[nodiscard]] static bool has_wide_lanes() noexcept;
-  KernelTile() noexcept = default;
-
-  /// Adds the points, whose coordinates plus shift are relative to this tile's corner; radius: no
-  /// contribution reaches a voxel centre farther away (voxels). O(points * (2 radius + 1)^3),
-  /// clipped to the tile.
-  void add_points(std::span<const TilePoint> points, const Point3f& shift, float radius,
-                  const KernelShape& kernel, EvidenceWork& work) noexcept;
-  /// The octets that anything may have been added to, a bit each.
-  [[nodiscard]] std::uint64_t touched() const noexcept;
-  /// The sums of one octet, into what is cleared. Returns false iff all are zero.
-  [[nodiscard]] bool read(int octet, OctetEvidence& into) const noexcept;
-  void clear() noexcept;
-
- private:
-  struct Planes {
-    std::array<std::array<float, kBlockVoxels>, kMaxComponents> plane{};
-    std::array<std::uint64_t, kMaxComponents> touched{};  ///< Rows y + 8 z.
-  };
-  Planes* planes_ = nullptr;
-  void (*add_rows_)(const KernelRows& rows, KernelRowsDone& done) noexcept = nullptr;
-  std::uint64_t components_ = 0;
-};
 
 }  // namespace tessera

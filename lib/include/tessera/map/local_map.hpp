@@ -167,6 +167,13 @@ class LocalMap {
   /// as they are. Fails with kResourceExhausted iff a label page or octet is needed and does not
   /// fit: counted, unchanged. O(components present).
   Status add_labels(SlabHandle handle, int octet, const OctetEvidence& added) noexcept;
+  /// The same for these octets of a block. Returns how many of them there was anything for. Fails
+  /// as above: those before are added then, in order.
+  Result<int> add_labels(SlabHandle handle, std::uint64_t octets,
+                         const BlockEvidence& added) noexcept;
+  /// Sends for the memory that this takes: a block's pages, and once they are there these octets.
+  void prefetch_pages(SlabHandle handle) const noexcept;
+  void prefetch_octets(SlabHandle handle, std::uint64_t octets) const noexcept;
   /// Adds one pass to every voxel in mask; label evidence gives way where the cap is reached, and a
   /// tuple that has none left is taken back. Fails with kResourceExhausted iff a free page is
   /// needed and does not fit: counted, unchanged.
@@ -253,6 +260,8 @@ class LocalMap {
   /// Whether there is room for what a voxel of an octet gets; a refusal is counted.
   [[nodiscard]] bool has_room(const Block& block, int octet, bool labels, bool passes) noexcept;
   Status ensure_octet(Block& block, int octet) noexcept;
+  template <class Evidence>
+  void add_to_octet(Block& block, int octet, const Evidence& added) noexcept;
   void ensure_free_page(Block& block, std::size_t layer) noexcept;
   void hold_cap_on_labels(Block& block, int octet, unsigned voxels,
                           TupleStore::Plane& sums) noexcept;

@@ -45,8 +45,13 @@ class CompactTuple {
       : quanta_(quanta), quantum_(1.0F / quanta) {}
 
   /// Adds evidence, component by component, each rounded to the nearest quantum. Component 0 of
-  /// added is ignored. O(components in added).
-  void add(std::byte* octet, const OctetEvidence& added) const noexcept;
+  /// added is ignored. Returns what label_sums is then. O(components in added).
+  Plane add(std::byte* octet, const OctetEvidence& added) const noexcept {
+    return add_planes(octet, added);
+  }
+  Plane add(std::byte* octet, const OctetOfBlock& added) const noexcept {
+    return add_planes(octet, added);
+  }
   /// Sum over slots and rest of each voxel.
   [[nodiscard]] Plane label_sums(const std::byte* octet) const noexcept;
   /// Multiplies one voxel's counts by factor in [0, 1], rounded down.
@@ -108,6 +113,9 @@ class CompactTuple {
   /// A voxel's words; the first is kNotHeld if no tuple can have the counts.
   [[nodiscard]] std::array<std::uint32_t, kSlots + 1> words_of(
       const VoxelEvidence& evidence) const noexcept;
+  template <class Evidence>
+  Plane add_planes(std::byte* octet, const Evidence& added) const noexcept;
+  [[nodiscard]] Plane sums_of(const Octet& octet) const noexcept;
   void add_plane(Octet& octet, std::uint32_t component, const Plane& plane) const noexcept;
   static void add_to_rest(Octet& octet, std::size_t voxel, std::uint32_t count) noexcept;
   static void find_slot(Octet& octet, std::size_t voxel, std::uint32_t component,

@@ -2,7 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The dense count tuple: a float for each of the components 1 .. C + 1 of each voxel, exact to
 // float addition. Eight voxels of an octet lie together, a plane of eight counts a component, so
-// that adding a scan writes only the planes of the classes it saw; the cap reads all.
+// that adding a scan writes only the planes of the classes it saw; the cap reads all. Most octets
+// only ever see one component: the first that an octet gets has its plane beside the header, in
+// the cache line that is read anyway, and those of the others follow in their order.
 //
 // A tuple policy is a type with the static functions of this one. Component 0 (free) is never part
 // of a tuple.
@@ -24,43 +26,56 @@ class DenseTuple {
  public:
   using Plane = OctetEvidence::Plane;
 
+  /// The header and the first component's plane.
+  static constexpr std::size_t kFirstBytes = 64;
+
   /// Bytes of an octet of tuples with num_components = C + 2 components.
   [[nodiscard]] static constexpr std::uint32_t octet_bytes(int num_components) noexcept {
     return static_cast<std::uint32_t>(kHeaderBytes +
                                       static_cast<std::size_t>(num_components - 1) * sizeof(Plane));
   }
 
-  /// Bytes of a new octet that must be zero: its mask. Planes that it does not name may be
-  /// anything.
+  /// Bytes of a new octet that must be zero: its header. Planes that its mask does not name may
+  /// be anything.
   [[nodiscard]] static constexpr std::uint32_t zeroed_bytes() noexcept { return kHeaderBytes; }
 
   /// Adds evidence, plane by plane, and returns what label_sums is then. Component 0 of added is
-  /// ignored. O(components in added or present).
-  static Plane add(std::byte* octet, const OctetEvidence& added) noexcept {
+  /// ignored. Evidence: OctetEvidence or OctetOfBlock. O(components in added or present).
+  template <class Evidence>
+  static Plane add(std::byte* octet, const Evidence& added) noexcept {
     const std::uint64_t labels = added.components() & ~std::uint64_t{1};
-    const std::uint64_t present = components(octet);
+    const Header header = header_for(octet, labels);
+    const std::uint64_t present = header.components;
     Plane sums{};
     for (std::uint64_t rest = labels | present; rest != 0; rest &= rest - 1) {
       const std::uint64_t bit = rest & (~rest + 1);
-      const int component = std::countr_zero(rest);
+      std::byte* const plane = octet + header.offset(std::countr_zero(rest));
       Plane counts{};
-      if ((present & bit) != 0) counts = read_plane(octet, component);
+      if ((present & bit) != 0) std::memcpy(&counts, plane, sizeof(counts));
       if ((labels & bit) != 0) {
-        const Plane& more = added.read(component);
+        const Plane& more = added.read(std::countr_zero(rest));
         for (std::size_t v = 0; v < kOctetVoxels; ++v) counts[v] += more[v];
-        store_shared_words(octet + offset(component), &counts, sizeof(counts));
+        store_shared_words(plane, &counts, sizeof(counts));
       }
       for (std::size_t v = 0; v < kOctetVoxels; ++v) sums[v] += counts[v];
     }
-    if ((labels & ~present) != 0) set_components(octet, present | labels);
+    if ((labels & ~present) != 0) set_header(octet, {present | labels, header.first});
     return sums;
+  }
+
+  /// Sends for the planes that are there. O(components present in the octet).
+  static void prefetch_planes(const std::byte* octet) noexcept {
+    const Header header = header_of(octet);
+    for (std::uint64_t rest = header.components; rest != 0; rest &= rest - 1)
+      __builtin_prefetch(octet + header.offset(std::countr_zero(rest)), 1);
   }
 
   /// Sum over the components of each voxel, in component order. O(components present in the octet).
   [[nodiscard]] static Plane label_sums(const std::byte* octet) noexcept {
     Plane sums{};
-    for (std::uint64_t rest = components(octet); rest != 0; rest &= rest - 1) {
-      const float* const counts = plane(octet, std::countr_zero(rest));
+    const Header header = header_of(octet);
+    for (std::uint64_t rest = header.components; rest != 0; rest &= rest - 1) {
+      const float* const counts = plane(octet, header, std::countr_zero(rest));
       for (std::size_t v = 0; v < kOctetVoxels; ++v) sums[v] += counts[v];
     }
     return sums;
@@ -68,9 +83,11 @@ class DenseTuple {
 
   /// Multiplies one voxel's counts by factor in [0, 1].
   static void scale(std::byte* octet, int voxel, float factor) noexcept {
-    for (std::uint64_t rest = components(octet); rest != 0; rest &= rest - 1) {
+    const Header header = header_of(octet);
+    for (std::uint64_t rest = header.components; rest != 0; rest &= rest - 1) {
       const int component = std::countr_zero(rest);
-      set_count(octet, component, voxel, plane(octet, component)[voxel] * factor);
+      set_count(octet + header.offset(component), voxel,
+                plane(octet, header, component)[voxel] * factor);
     }
   }
 
@@ -80,24 +97,28 @@ class DenseTuple {
   }
   /// Sets a voxel without evidence to counts that a tuple can have.
   static void restore(std::byte* octet, int voxel, const VoxelEvidence& evidence) noexcept {
-    std::uint64_t present = components(octet);
+    Header header = header_of(octet);
     for (int l = 1; l < evidence.num_components; ++l) {
       const float count = evidence.sigma[static_cast<std::size_t>(l)];
       if (!(count > 0.0F)) continue;
       const std::uint64_t bit = std::uint64_t{1} << static_cast<unsigned>(l);
-      if ((present & bit) == 0) clear_shared_words(octet + offset(l), sizeof(Plane));
-      set_count(octet, l, voxel, count);
-      present |= bit;
+      if (header.components == 0) header.first = static_cast<std::uint64_t>(l);
+      std::byte* const plane = octet + header.offset(l);
+      if ((header.components & bit) == 0) clear_shared_words(plane, sizeof(Plane));
+      set_count(plane, voxel, count);
+      header.components |= bit;
     }
-    set_components(octet, present);
+    set_header(octet, header);
   }
 
   /// Copies of an octet that may be written meanwhile (shared_words.hpp) what its mask names.
   static void copy_shared(const std::byte* octet, std::byte* to, int num_components) noexcept {
-    load_shared_words(to, octet, sizeof(std::uint64_t));
+    load_shared_words(to, octet, sizeof(Header));
+    const Header header = header_of(to);
     const std::uint64_t known = (std::uint64_t{2} << static_cast<unsigned>(num_components - 1)) - 2;
-    for (std::uint64_t rest = components(to) & known; rest != 0; rest &= rest - 1) {
-      const std::size_t at = offset(std::countr_zero(rest));
+    if (((known >> header.first) & 1U) == 0) return set_header(to, {});  // being written
+    for (std::uint64_t rest = header.components & known; rest != 0; rest &= rest - 1) {
+      const std::size_t at = header.offset(std::countr_zero(rest));
       load_shared_words(to + at, octet + at, sizeof(Plane));
     }
   }
@@ -105,52 +126,62 @@ class DenseTuple {
   /// Writes one voxel's counts into sigma[1 .. C + 1]; entries of absent components are left as
   /// they are.
   static void read(const std::byte* octet, int voxel, VoxelEvidence& into) noexcept {
-    for (std::uint64_t rest = components(octet); rest != 0; rest &= rest - 1) {
+    const Header header = header_of(octet);
+    for (std::uint64_t rest = header.components; rest != 0; rest &= rest - 1) {
       const int component = std::countr_zero(rest);
-      into.sigma[static_cast<std::size_t>(component)] = plane(octet, component)[voxel];
+      into.sigma[static_cast<std::size_t>(component)] = plane(octet, header, component)[voxel];
     }
   }
 
   /// Adds one voxel's counts. O(components present in the octet).
   static void summarize(const std::byte* octet, int voxel, CountSummary& into) noexcept {
-    for (std::uint64_t rest = components(octet); rest != 0; rest &= rest - 1) {
+    const Header header = header_of(octet);
+    for (std::uint64_t rest = header.components; rest != 0; rest &= rest - 1) {
       const int component = std::countr_zero(rest);
-      into.add(component, plane(octet, component)[voxel]);
+      into.add(component, plane(octet, header, component)[voxel]);
     }
   }
 
  private:
-  /// The mask of components that any voxel of the octet has, padded so that planes are 32-byte
-  /// aligned.
+  /// Padded so that planes are 32-byte aligned.
   static constexpr std::size_t kHeaderBytes = 32;
 
-  [[nodiscard]] static std::uint64_t components(const std::byte* octet) noexcept {
-    std::uint64_t mask = 0;
-    std::memcpy(&mask, octet, sizeof(mask));
-    return mask;
+  struct Header {
+    std::uint64_t components = 0;  ///< Those that any voxel of the octet has, a bit each.
+    std::uint64_t first = 0;       ///< The one that came first; 0 while there is none.
+
+    [[nodiscard]] std::size_t offset(int component) const noexcept {
+      const auto l = static_cast<std::uint64_t>(component);
+      const std::uint64_t place = l == first ? 0 : l + (l < first ? 1 : 0) - 1;
+      return kHeaderBytes + static_cast<std::size_t>(place) * sizeof(Plane);
+    }
+  };
+
+  [[nodiscard]] static Header header_of(const std::byte* octet) noexcept {
+    Header header;
+    std::memcpy(&header, octet, sizeof(header));
+    return header;
   }
-  static void set_components(std::byte* octet, std::uint64_t mask) noexcept {
-    store_shared_words(octet, &mask, sizeof(mask));
+  /// The octet's, or for one that has no component what it is once it has these.
+  [[nodiscard]] static Header header_for(const std::byte* octet, std::uint64_t labels) noexcept {
+    Header header = header_of(octet);
+    if (header.components == 0) header.first = static_cast<std::uint64_t>(std::countr_zero(labels));
+    return header;
   }
-  [[nodiscard]] static Plane read_plane(const std::byte* octet, int component) noexcept {
-    Plane counts{};
-    std::memcpy(&counts, octet + offset(component), sizeof(counts));
-    return counts;
+  static void set_header(std::byte* octet, const Header& header) noexcept {
+    store_shared_words(octet, &header, sizeof(header));
   }
   /// By the word: two counts share one.
-  static void set_count(std::byte* octet, int component, int voxel, float count) noexcept {
+  static void set_count(std::byte* plane, int voxel, float count) noexcept {
     std::array<float, 2> pair{};
-    std::byte* const word =
-        octet + offset(component) + static_cast<std::size_t>(voxel / 2) * sizeof(pair);
+    std::byte* const word = plane + static_cast<std::size_t>(voxel / 2) * sizeof(pair);
     std::memcpy(&pair, word, sizeof(pair));
     pair[static_cast<std::size_t>(voxel % 2)] = count;
     store_shared_words(word, &pair, sizeof(pair));
   }
-  [[nodiscard]] static const float* plane(const std::byte* octet, int component) noexcept {
-    return reinterpret_cast<const float*>(octet + offset(component));
-  }
-  [[nodiscard]] static std::size_t offset(int component) noexcept {
-    return kHeaderBytes + static_cast<std::size_t>(component - 1) * sizeof(Plane);
+  [[nodiscard]] static const float* plane(const std::byte* octet, const Header& header,
+                                          int component) noexcept {
+    return reinterpret_cast<const float*>(octet + header.offset(component));
   }
 };
 

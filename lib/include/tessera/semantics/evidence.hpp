@@ -6,7 +6,9 @@
 
 #include <array>
 #include <bit>
+#include <cstddef>
 #include <cstdint>
+#include <cstring>
 
 #include "tessera/base/lanes.hpp"
 #include "tessera/grid/lattice.hpp"
@@ -56,22 +58,82 @@ class OctetEvidence {
   }
   [[nodiscard]] std::uint64_t components() const noexcept { return components_; }
 
-  /// The voxels that any label component was added to, a bit each.
-  [[nodiscard]] unsigned voxels() const noexcept {
-    unsigned mask = 0;
-    for (std::uint64_t rest = components_ & ~std::uint64_t{1}; rest != 0; rest &= rest - 1) {
-      const Plane& plane = planes_[static_cast<std::size_t>(std::countr_zero(rest))];
-      mask |= bits_above(plane.data(), 0.0F);
-    }
-    return mask;
-  }
-
   /// Back to nothing touched. O(1).
   void clear() noexcept { components_ = 0; }
 
  private:
   std::uint64_t components_ = 0;
   alignas(32) std::array<Plane, kMaxComponents> planes_{};
+};
+
+/// The voxels of an octet that any label component is added to, a bit each.
+template <class Evidence>
+[[nodiscard]] unsigned labelled_voxels(const Evidence& added) noexcept {
+  unsigned mask = 0;
+  for (std::uint64_t rest = added.components() & ~std::uint64_t{1}; rest != 0; rest &= rest - 1) {
+    const OctetEvidence::Plane& plane = added.read(std::countr_zero(rest));
+    mask |= bits_above(plane.data(), 0.0F);
+  }
+  return mask;
+}
+
+/// What one scan adds to a block of 8 x 8 x 8 voxels, where it was summed up: for each component,
+/// rows of sums along x.
+struct BlockEvidence {
+  const float* sums = nullptr;  ///< Of component 0, at the block's first voxel.
+  std::size_t row = 0;          ///< From a row to the next one: y + 8 z.
+  std::size_t component = 0;    ///< From a component to the next one.
+  std::uint64_t components = 0;
+  /// Of each component, the rows that may hold anything, a bit each; stride from one to the next.
+  const std::uint64_t* touched = nullptr;
+  std::size_t touched_stride = 1;
+
+  [[nodiscard]] OctetEvidence::Plane read(int octet, int of_component) const noexcept {
+    const float* const from = sums + first_row(octet) * row +
+                              static_cast<std::size_t>(2 * (octet & 3)) +
+                              static_cast<std::size_t>(of_component) * component;
+    OctetEvidence::Plane plane;
+    // Pairs along x of two rows of each of two slices.
+    std::memcpy(&plane[0], from, 8);
+    std::memcpy(&plane[2], from + row, 8);
+    std::memcpy(&plane[4], from + kBlockEdge * row, 8);
+    std::memcpy(&plane[6], from + (kBlockEdge + 1) * row, 8);
+    return plane;
+  }
+  /// Those with anything to add to an octet. O(components).
+  [[nodiscard]] std::uint64_t components_of(int octet) const noexcept {
+    const std::uint64_t rows = std::uint64_t{0x303} << first_row(octet);
+    std::uint64_t found = 0;
+    for (std::uint64_t rest = components; rest != 0; rest &= rest - 1) {
+      const int c = std::countr_zero(rest);
+      if ((touched[static_cast<std::size_t>(c) * touched_stride] & rows) != 0 &&
+          bits_above(read(octet, c).data(), 0.0F) != 0)
+        found |= rest & (~rest + 1);
+    }
+    return found;
+  }
+
+ private:
+  [[nodiscard]] static constexpr unsigned first_row(int octet) noexcept {
+    return static_cast<unsigned>(2 * ((octet >> 2) & 3) + 2 * kBlockEdge * (octet >> 4));
+  }
+};
+
+/// One octet of it.
+class OctetOfBlock {
+ public:
+  /// components: components_of the octet.
+  OctetOfBlock(const BlockEvidence& block, int octet, std::uint64_t components) noexcept
+      : block_(block), octet_(octet), components_(components) {}
+  [[nodiscard]] std::uint64_t components() const noexcept { return components_; }
+  [[nodiscard]] OctetEvidence::Plane read(int component) const noexcept {
+    return block_.read(octet_, component);
+  }
+
+ private:
+  const BlockEvidence& block_;
+  int octet_;
+  std::uint64_t components_;
 };
 
 }  // namespace tessera

@@ -42,10 +42,9 @@ class TupleStore {
   }
   // As of the policy.
   /// Returns what label_sums is then.
-  Plane add(std::byte* octet, const OctetEvidence& added) const noexcept {
-    if (dense()) return DenseTuple::add(octet, added);
-    compact_.add(octet, added);
-    return compact_.label_sums(octet);
+  template <class Evidence>
+  Plane add(std::byte* octet, const Evidence& added) const noexcept {
+    return dense() ? DenseTuple::add(octet, added) : compact_.add(octet, added);
   }
   [[nodiscard]] Plane label_sums(const std::byte* octet) const noexcept {
     return dense() ? DenseTuple::label_sums(octet) : compact_.label_sums(octet);
@@ -69,6 +68,15 @@ class TupleStore {
   void prefetch(const std::byte* octet) const noexcept {
     __builtin_prefetch(octet);
     if (!dense()) __builtin_prefetch(octet + CompactTuple::kOctetBytes / 2);
+  }
+  /// Sends for the memory that adding takes first, and once that is there for the rest.
+  void prefetch_to_add(const std::byte* octet) const noexcept {
+    __builtin_prefetch(octet, 1);
+    __builtin_prefetch(octet + (dense() ? DenseTuple::kFirstBytes : CompactTuple::kOctetBytes) / 2,
+                       1);
+  }
+  void prefetch_planes(const std::byte* octet) const noexcept {
+    if (dense()) DenseTuple::prefetch_planes(octet);
   }
   /// Whether a tuple can have these counts.
   [[nodiscard]] bool holds(const VoxelEvidence& evidence) const noexcept {
