@@ -63,8 +63,8 @@ std::uint64_t digest_of_scans(const Golden& golden) {
 constexpr std::array<Golden, 7> kGolden{{
     {InferenceMode::kCounting, ThinningWeight::kMean, false, 0xed39d1d483ad2b32U},
     {InferenceMode::kCounting, ThinningWeight::kMean, true, 0xeb6b9db202ba73f8U},
-    {InferenceMode::kKernel, ThinningWeight::kMean, false, 0xd3c46590d37fc2a1U},
-    {InferenceMode::kKernel, ThinningWeight::kSum, true, 0xd826984c01ca6113U},
+    {InferenceMode::kKernel, ThinningWeight::kMean, false, 0xef34f93f57be561dU},
+    {InferenceMode::kKernel, ThinningWeight::kSum, true, 0xdd544afda7bd27bdU},
     {InferenceMode::kMultiEntropy, ThinningWeight::kMean, false, 0x8b0c6bf3c6a3b902U},
     {InferenceMode::kMultiEntropy, ThinningWeight::kMean, true, 0x9f49d65105d014e5U},
     {InferenceMode::kMultiEntropy, ThinningWeight::kSum, true, 0xbd259ab494e40389U},
