@@ -30,75 +30,6 @@ unsigned layers_with_labels(const Block* block) noexcept {
   return layers;
 }
 
-}  // namespace
-
-bool Integrator::want_units(const LocalMap& map) noexcept {
-  if (config_.mode == InferenceMode::kKernel) return want_kernel_units();
-  const std::size_t with_points = tiles_.tiles().size();
-  for (std::size_t i = 0; i < with_points; ++i)
-    tiles_.tiles()[i].wanted = tiles_.tiles()[i].occupied;
-  if (config_.mode == InferenceMode::kCounting) return true;
-  measure_units(tiles_, map.classes().num_classes());
-  // Filling takes points in at least one face neighbour, so only tiles beside a tile with points on
-  // that face matter.
-  for (std::size_t i = 0; i < with_points; ++i) {
-    const std::uint64_t occupied = tiles_.tiles()[i].occupied;
-    const std::array<std::uint64_t, 6> spill =
-        neighbour_masks(0, {occupied, occupied, occupied, occupied, occupied, occupied});
-    for (std::size_t face = 0; face < 6; ++face) {
-      // spill[f ^ 1] is non-zero iff this tile has points on the side that touches the neighbour at
-      // face f.
-      if (spill[face ^ 1U] == 0) continue;
-      const BlockCoord beside = tiles_.tiles()[i].coord + kFaceSteps[face];
-      if (!in_grid(beside)) continue;
-      if (!tiles_.ensure(beside).ok()) return false;
-    }
-  }
-  tiles_.link_faces();
-  for (Tile& tile : tiles_.tiles()) {
-    std::array<std::uint64_t, 6> faces{};
-    for (std::size_t face = 0; face < 6; ++face) {
-      const Tile* const beside = tiles_.beside(tile, face);
-      faces[face] = beside == nullptr ? 0 : beside->occupied;
-    }
-    const std::uint64_t filled =
-        at_least(neighbour_masks(tile.occupied, faces), config_.entropy.fill_neighbours) &
-        ~tile.occupied;
-    tile.wanted = tile.occupied | filled;
-  }
-  return true;
-}
-
-namespace {
-
-/// The units of a tile, `offset` tiles further on an axis, within reach on that axis of the units
-/// in mask. step: between units on the axis; first: those at 0 on it.
-std::uint64_t spread(std::uint64_t mask, int offset, int reach, unsigned step,
-                     std::uint64_t first) noexcept {
-  std::uint64_t result = 0;
-  for (int to = 0; to < 4; ++to) {
-    std::uint64_t within = 0;
-    for (int from = 0; from < 4; ++from) {
-      const int distance = to + 4 * offset - from;
-      if (distance <= reach && -distance <= reach)
-        within |= (mask >> (step * static_cast<unsigned>(from))) & first;
-    }
-    result |= within << (step * static_cast<unsigned>(to));
-  }
-  return result;
-}
-
-/// Wants these units of a tile, if any, and notes where from. False: there is no room for the tile.
-bool want(ScanTiles& tiles, BlockCoord coord, std::uint64_t units, unsigned source) noexcept {
-  if (units == 0 || !in_grid(coord)) return true;
-  const Result<std::uint32_t> number = tiles.ensure(coord);
-  if (!number.ok()) return false;
-  Tile& tile = tiles.tiles()[*number];
-  tile.wanted |= units;
-  tile.sources |= source;
-  return true;
-}
-
 /// Octets that these units of a tile would take, all in one of the map's blocks, or in one that is
 /// not there (null).
 std::uint32_t new_octets(const LocalMap& map, const Tile& tile, int edge, const Block* block,
@@ -122,31 +53,6 @@ std::uint32_t new_octets(const LocalMap& map, const Tile& tile, int edge, const 
 }
 
 }  // namespace
-
-/// Boxes of units are what reaches on all three axes: one axis after the other.
-bool Integrator::want_kernel_units() noexcept {
-  const int reach = kernel_reach_units_;
-  const int tiles = (reach + 3) / 4;
-  const std::size_t with_points = tiles_.tiles().size();
-  for (std::size_t i = 0; i < with_points; ++i) {
-    const BlockCoord at = tiles_.tiles()[i].coord;
-    const std::uint64_t occupied = tiles_.tiles()[i].occupied;
-    for (int dz = -tiles; dz <= tiles; ++dz) {
-      const std::uint64_t on_z = spread(occupied, dz, reach, 16, 0xffffU);
-      for (int dy = -tiles; dy <= tiles && on_z != 0; ++dy) {
-        const std::uint64_t on_y = spread(on_z, dy, reach, 4, 0x000f000f000f000fU);
-        for (int dx = -tiles; dx <= tiles && on_y != 0; ++dx) {
-          const std::uint64_t units = spread(on_y, dx, reach, 1, 0x1111111111111111U);
-          // From there, this one is on the opposite side.
-          const unsigned source = tiles == 1 ? 1U << (13 - dx - 3 * dy - 9 * dz) : 0U;
-          if (!want(tiles_, {at.x + dx, at.y + dy, at.z + dz}, units, source)) return false;
-        }
-      }
-    }
-  }
-  tiles_.link_faces();
-  return true;
-}
 
 std::uint64_t Integrator::evaluations_per_point() const noexcept {
   switch (config_.mode) {

@@ -51,6 +51,24 @@ int KeyIndex::empty_slot(const Bucket& bucket) noexcept {
 Status KeyIndex::insert(BlockKey key, std::uint32_t value) noexcept {
   TESSERA_ASSERT(!find(key).has_value());
   if (size_ == capacity_) return Status::kResourceExhausted;
+  const std::uint64_t hash = hash_of(key);
+  // Mostly one of the key's two buckets has room.
+  for (const std::uint32_t b : {first_bucket(hash), second_bucket(hash)}) {
+    const int free_slot = empty_slot(buckets_[b]);
+    if (free_slot < 0) continue;
+    fill(buckets_[b], free_slot, key, value);
+    return Status::kOk;
+  }
+  return insert_by_moving(key, value);
+}
+
+void KeyIndex::fill(Bucket& bucket, int slot, BlockKey key, std::uint32_t value) noexcept {
+  bucket.keys[static_cast<std::size_t>(slot)] = key.bits + 1;
+  bucket.values[static_cast<std::size_t>(slot)] = value;
+  ++size_;
+}
+
+Status KeyIndex::insert_by_moving(BlockKey key, std::uint32_t value) noexcept {
   // Breadth first from the key's two buckets: entry i was reached from entry parent[i] by the key
   // in slot[i] of it. The first full-path found is a shortest one, so it visits no bucket twice and
   // its keys can be moved from its end back.
@@ -82,9 +100,7 @@ Status KeyIndex::insert(BlockKey key, std::uint32_t value) noexcept {
       Bucket& target = buckets_[bucket[here]];
       const auto into = static_cast<std::size_t>(free_slot);
       if (parent[here] < 0) {
-        target.keys[into] = key.bits + 1;
-        target.values[into] = value;
-        ++size_;
+        fill(target, free_slot, key, value);
         return Status::kOk;
       }
       const Bucket& source = buckets_[bucket[static_cast<std::size_t>(parent[here])]];

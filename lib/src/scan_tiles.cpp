@@ -120,17 +120,12 @@ const Tile* ScanTiles::find(BlockCoord coord) const noexcept {
   return found ? &tiles_[*found] : nullptr;
 }
 
-void ScanTiles::link_faces() noexcept {
-  for (Tile& tile : tiles()) tile.beside = {};
-  // Each pair of neighbours is looked up once, from its lower side.
-  for (std::size_t i = 0; i < tile_count_; ++i) {
-    for (std::size_t face = 1; face < 6; face += 2) {
-      Tile* const above = find(tiles_[i].coord + kFaceSteps[face]);
-      if (above == nullptr) continue;
-      tiles_[i].beside[face] = static_cast<std::uint32_t>(above - tiles_.data()) + 1;
-      above->beside[face ^ 1U] = static_cast<std::uint32_t>(i) + 1;
-    }
-  }
+Result<std::uint32_t> ScanTiles::link_beside(std::uint32_t number, std::size_t face) noexcept {
+  const Result<std::uint32_t> beside = ensure(tiles_[number].coord + kFaceSteps[face]);
+  if (!beside.ok()) return beside;
+  tiles_[number].beside[face] = *beside + 1;
+  tiles_[*beside].beside[face ^ 1U] = number + 1;
+  return beside;
 }
 
 Status ScanTiles::build(std::span<const ScanPoint> points, const Lattice& lattice,

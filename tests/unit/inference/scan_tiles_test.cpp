@@ -62,6 +62,70 @@ TEST_CASE("neighbour masks: each direction is the neighbour's bit, across tiles 
   CHECK(wrong == 0);
 }
 
+namespace {
+
+/// Units that units_along leaves out or adds, against all pairs of units on a line of tiles.
+template <std::size_t kAxis>
+std::size_t wrong_along(std::uint64_t units, int reach) {
+  const UnitsAlong along = units_along<kAxis>(units, reach);
+  const std::array<std::uint64_t, 3> tiles{along.below, along.own, along.above};
+  std::size_t wrong = 0;
+  for (int tile = -1; tile <= 1; ++tile) {
+    for (int to = 0; to < 64; ++to) {
+      std::array<int, 3> at{to & 3, (to >> 2) & 3, to >> 4};
+      const int place = at[kAxis] + 4 * tile;
+      bool expected = false;
+      for (at[kAxis] = 0; at[kAxis] < 4; ++at[kAxis])
+        expected =
+            expected || (has(units, at[0], at[1], at[2]) && std::abs(place - at[kAxis]) <= reach);
+      const bool found =
+          has(tiles[static_cast<std::size_t>(tile + 1)], to & 3, (to >> 2) & 3, to >> 4);
+      if (found != expected) ++wrong;
+    }
+  }
+  return wrong;
+}
+
+}  // namespace
+
+TEST_CASE("units along an axis: those within reach of one, in the next tiles too") {
+  Random random(73);
+  std::size_t wrong = 0;
+  for (int round = 0; round < 30; ++round) {
+    const std::uint64_t units = random_mask(random) & random_mask(random);
+    for (int reach = 0; reach <= 9; ++reach)
+      wrong += wrong_along<0>(units, reach) + wrong_along<1>(units, reach) +
+               wrong_along<2>(units, reach);
+  }
+  CHECK(wrong == 0);
+  CHECK(units_along<0>(1, 1).below == 8);
+  CHECK(units_along<2>(1, -3).own == 1);
+}
+
+TEST_CASE("tiles beside: made once, linked both ways, none beyond the grid") {
+  constexpr ScanCapacity kCapacity{.points = 1, .tiles = 3, .ray_blocks = 1};
+  alignas(kArenaAlignment) std::array<std::byte, ScanTiles::required_bytes(kCapacity)> memory{};
+  Arena arena(memory);
+  Result<ScanTiles> made = ScanTiles::make(arena, kCapacity);
+  REQUIRE(made.ok());
+  ScanTiles& tiles = *made;
+  const std::uint32_t own = *tiles.ensure({kBlockLimit - 1, 2, 3});
+  const std::uint32_t below = *tiles.ensure({kBlockLimit - 2, 2, 3});
+  CHECK(tiles.beside(tiles.tiles()[own], 0) == nullptr);
+  CHECK(*tiles.ensure_beside(own, 0) == below);
+  CHECK(tiles.beside(tiles.tiles()[own], 0) == &tiles.tiles()[below]);
+  CHECK(tiles.beside(tiles.tiles()[below], 1) == &tiles.tiles()[own]);
+  CHECK(tiles.ensure_beside(own, 1).status() == Status::kOutOfRange);
+  const std::uint32_t above = *tiles.ensure_beside(own, 5);
+  CHECK(tiles.tiles()[above].coord == BlockCoord{kBlockLimit - 1, 2, 4});
+  CHECK(*tiles.ensure_beside(above, 4) == own);
+  CHECK(tiles.tiles().size() == 3);
+  CHECK(tiles.ensure_beside(own, 3).status() == Status::kResourceExhausted);
+  tiles.forget_points();
+  CHECK(tiles.beside(tiles.tiles()[own], 5) == nullptr);
+  CHECK(*tiles.ensure_beside(own, 5) == above);
+}
+
 TEST_CASE("at_least: counts the masks of each unit") {
   Random random(72);
   std::size_t wrong = 0;

@@ -108,6 +108,9 @@ class KeyIndex {
     return first == bucket ? second_bucket(hash) : first;
   }
   static int empty_slot(const Bucket& bucket) noexcept;
+  void fill(Bucket& bucket, int slot, BlockKey key, std::uint32_t value) noexcept;
+  /// insert(), where both of the key's buckets are full.
+  Status insert_by_moving(BlockKey key, std::uint32_t value) noexcept;
 
   std::span<Bucket> buckets_;
   std::size_t capacity_ = 0;

@@ -44,8 +44,8 @@ struct Tile {
   /// The map's blocks that the tile covers: one, or eight for units of four voxels (x fastest). 0:
   /// not opened.
   std::array<SlabHandle, 8> blocks{};
-  /// Numbers of the tiles at its faces (kFaceSteps), plus one; 0: none. Only where ScanTiles::
-  /// link_faces was called after the last tile was made.
+  /// Numbers of the tiles at its faces (kFaceSteps), plus one; 0: none, or not linked by
+  /// ScanTiles:: ensure_beside.
   std::array<std::uint32_t, 6> beside{};
 };
 
@@ -64,7 +64,7 @@ class ScanTiles {
   /// Forgets the points and all masks; the tiles stay, so that ensure() of the same ones cannot
   /// fail. O(tiles).
   void forget_points() noexcept;
-  /// Takes back the tiles made last, down to count. O(tiles taken back).
+  /// Takes back the tiles made last, down to count; no tile may be linked. O(tiles taken back).
   void truncate(std::size_t count) noexcept;
   /// Sorts points (in the grid) into tiles and units, which must hold no points yet. sort: at least
   /// 2 * points.size(). Fails with kResourceExhausted iff there are more tiles than capacity or the
@@ -77,14 +77,19 @@ class ScanTiles {
   [[nodiscard]] Tile* find(BlockCoord coord) noexcept;
   [[nodiscard]] const Tile* find(BlockCoord coord) const noexcept;
 
-  /// Sets Tile::beside of all tiles. O(tiles).
-  void link_faces() noexcept;
-  /// The tile at a face of this one, or null.
+  /// The tile at a face of that with this number, made empty if absent; both are linked then, until
+  /// the points are forgotten. Fails as ensure.
+  [[nodiscard]] Result<std::uint32_t> ensure_beside(std::uint32_t number,
+                                                    std::size_t face) noexcept {
+    const std::uint32_t linked = tiles_[number].beside[face];
+    return linked != 0 ? Result<std::uint32_t>(linked - 1) : link_beside(number, face);
+  }
+  /// The tile linked at a face of this one, or null.
   [[nodiscard]] const Tile* beside(const Tile& tile, std::size_t face) const noexcept {
     const std::uint32_t number = tile.beside[face];
     return number == 0 ? nullptr : &tiles_[number - 1];
   }
-  /// The tile so many steps along an axis, or null where one of the steps leads to no tile.
+  /// The tile so many steps along an axis, or null where one of the steps has no link.
   [[nodiscard]] const Tile* stepped(const Tile* tile, std::size_t axis, int steps) const noexcept {
     const std::size_t face = 2 * axis + (steps > 0 ? 1 : 0);
     for (int left = steps > 0 ? steps : -steps; left > 0 && tile != nullptr; --left)
@@ -123,6 +128,8 @@ class ScanTiles {
   }
 
  private:
+  [[nodiscard]] Result<std::uint32_t> link_beside(std::uint32_t number, std::size_t face) noexcept;
+
   KeyIndex index_{};
   std::span<Tile> tiles_;
   std::span<TilePoint> points_;
@@ -142,6 +149,32 @@ class ScanTiles {
 /// +y -z +z is set; faces: the masks of the six face-neighbour tiles in that order.
 [[nodiscard]] std::array<std::uint64_t, 6> neighbour_masks(
     std::uint64_t own, const std::array<std::uint64_t, 6>& faces) noexcept;
+
+/// The units within reach of some units of a tile along one axis: of that tile, and of those next
+/// to it below and above. Those k tiles farther are what is next with a reach 4 k units shorter.
+struct UnitsAlong {
+  std::uint64_t below = 0;
+  std::uint64_t own = 0;
+  std::uint64_t above = 0;
+};
+/// reach: in units; below 1: the units themselves. O(reach), at most 7 steps.
+template <std::size_t kAxis>
+[[nodiscard]] constexpr UnitsAlong units_along(std::uint64_t units, int reach) noexcept {
+  constexpr std::array<std::uint64_t, 3> kFirsts{0x1111111111111111U, 0x000f000f000f000fU,
+                                                 0x000000000000ffffU};
+  constexpr unsigned kStep = 1U << (2 * kAxis);
+  constexpr std::uint64_t kFirst = kFirsts[kAxis];
+  constexpr std::uint64_t kLast = kFirst << (3 * kStep);
+  const auto up = [](std::uint64_t mask) { return (mask & ~kLast) << kStep; };
+  const auto down = [](std::uint64_t mask) { return (mask & ~kFirst) >> kStep; };
+  UnitsAlong along{.own = units};
+  for (int left = reach < 7 ? reach : 7; left > 0; --left) {
+    along.below |= down(along.below) | ((along.own & kFirst) << (3 * kStep));
+    along.above |= up(along.above) | ((along.own & kLast) >> (3 * kStep));
+    along.own |= up(along.own) | down(along.own);
+  }
+  return along;
+}
 
 /// Units in which at least least of the six masks are set. least in 1 .. 7.
 [[nodiscard]] std::uint64_t at_least(const std::array<std::uint64_t, 6>& masks, int least) noexcept;

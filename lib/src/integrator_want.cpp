@@ -1,0 +1,106 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// Which units may receive evidence of the points that are in the tiles, and the tiles for them.
+#include "tessera/inference/integrator.hpp"
+
+namespace tessera {
+
+bool Integrator::want_units(const LocalMap& map) noexcept {
+  if (config_.mode == InferenceMode::kKernel) return want_kernel_units();
+  const std::size_t with_points = tiles_.tiles().size();
+  for (std::size_t i = 0; i < with_points; ++i)
+    tiles_.tiles()[i].wanted = tiles_.tiles()[i].occupied;
+  if (config_.mode == InferenceMode::kCounting) return true;
+  measure_units(tiles_, map.classes().num_classes());
+  // Filling takes points in at least one face neighbour, so only tiles beside a tile with points on
+  // that face matter; tiles that are not linked have no say in each other.
+  for (std::size_t i = 0; i < with_points; ++i) {
+    const std::uint64_t occupied = tiles_.tiles()[i].occupied;
+    const std::array<std::uint64_t, 6> spill =
+        neighbour_masks(0, {occupied, occupied, occupied, occupied, occupied, occupied});
+    for (std::size_t face = 0; face < 6; ++face) {
+      // spill[f ^ 1] is non-zero iff this tile has points on the side that touches the neighbour at
+      // face f.
+      if (spill[face ^ 1U] == 0) continue;
+      const Status made = tiles_.ensure_beside(static_cast<std::uint32_t>(i), face).status();
+      if (made == Status::kResourceExhausted) return false;
+    }
+  }
+  for (Tile& tile : tiles_.tiles()) {
+    std::array<std::uint64_t, 6> faces{};
+    for (std::size_t face = 0; face < 6; ++face) {
+      const Tile* const beside = tiles_.beside(tile, face);
+      faces[face] = beside == nullptr ? 0 : beside->occupied;
+    }
+    const std::uint64_t filled =
+        at_least(neighbour_masks(tile.occupied, faces), config_.entropy.fill_neighbours) &
+        ~tile.occupied;
+    tile.wanted = tile.occupied | filled;
+  }
+  return true;
+}
+
+namespace {
+
+/// Units of a tile that some of a tile's points reach, and the way there from that tile: bit number
+/// of Tile::sources, if no point reaches beyond the next tile.
+struct Reached {
+  std::uint32_t tile = 0;
+  std::uint64_t units = 0;
+  int source = 0;
+};
+
+/// Calls visit(Reached) for this tile and those that hold units within reach of these on an axis,
+/// making them. False: visit gave false, or there is no room for a tile.
+template <std::size_t kAxis, class Visit>
+bool for_tiles_along(ScanTiles& tiles, const Reached& from, int reach, Visit&& visit) noexcept {
+  constexpr int kSourceStep = kAxis == 0 ? 1 : (kAxis == 1 ? 3 : 9);
+  const UnitsAlong near = units_along<kAxis>(from.units, reach);
+  if (!visit(Reached{from.tile, near.own, from.source})) return false;
+  for (const bool up : {false, true}) {
+    Reached at{from.tile, up ? near.above : near.below, from.source};
+    for (int left = reach; at.units != 0;) {
+      const Result<std::uint32_t> next = tiles.ensure_beside(at.tile, 2 * kAxis + (up ? 1 : 0));
+      if (next.status() == Status::kOutOfRange) break;  // the grid ends
+      if (!next.ok()) return false;
+      at.tile = *next;
+      // From there, the way back is the opposite one.
+      at.source -= up ? kSourceStep : -kSourceStep;
+      if (!visit(at)) return false;
+      left -= 4;
+      const UnitsAlong beyond = units_along<kAxis>(from.units, left);
+      at.units = up ? beyond.above : beyond.below;
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+/// Boxes of units are what reaches on all three axes: one axis after the other. Tiles are linked on
+/// the way along x, then y, then z; write_kernel_tile goes it back.
+bool Integrator::want_kernel_units() noexcept {
+  constexpr int kHere = 13;  // in Tile::sources
+  const int reach = kernel_reach_units_;
+  const bool next_only = reach <= 4;
+  const auto want = [&](const Reached& at) {
+    Tile& tile = tiles_.tiles()[at.tile];
+    tile.wanted |= at.units;
+    if (next_only) tile.sources |= 1U << static_cast<unsigned>(at.source);
+    return true;
+  };
+  const auto along_z = [&](const Reached& at) {
+    return for_tiles_along<2>(tiles_, at, reach, want);
+  };
+  const auto along_y = [&](const Reached& at) {
+    return for_tiles_along<1>(tiles_, at, reach, along_z);
+  };
+  const std::size_t with_points = tiles_.tiles().size();
+  for (std::size_t i = 0; i < with_points; ++i) {
+    const Reached own{static_cast<std::uint32_t>(i), tiles_.tiles()[i].occupied, kHere};
+    if (!for_tiles_along<0>(tiles_, own, reach, along_y)) return false;
+  }
+  return true;
+}
+
+}  // namespace tessera
