@@ -30,23 +30,17 @@ unsigned layers_with_labels(const Block* block) noexcept {
   return layers;
 }
 
-/// Octets that these units of a tile would take, all in one of the map's blocks, or in one that is
-/// not there (null).
-std::uint32_t new_octets(const LocalMap& map, const Tile& tile, int edge, const Block* block,
-                         std::uint64_t units) noexcept {
-  if (block == nullptr && edge == 2)
-    return static_cast<std::uint32_t>(count_ones(units));  // a unit is an octet
+/// Octets that these units of a tile would take, all in one of the map's blocks, beyond those that
+/// the block has.
+std::uint32_t new_octets(const Tile& tile, int edge, std::uint64_t units,
+                         std::uint64_t present) noexcept {
+  if (edge == 2) return static_cast<std::uint32_t>(count_ones(units & ~present));  // a unit each
   std::uint32_t count = 0;
   for (; units != 0; units &= units - 1) {
-    const int unit = std::countr_zero(units);
-    if (edge == 2) {
-      count += map.has_octet(*block, unit) ? 0U : 1U;
-      continue;
-    }
-    const UnitOctets octets = octets_of_unit(unit, edge);
+    const UnitOctets octets = octets_of_unit(std::countr_zero(units), edge);
     for (const OctetPlace& place : octets.places()) {
       const int octet = locate(tile, place, edge).octet;
-      count += block != nullptr && map.has_octet(*block, octet) ? 0U : 1U;
+      count += ((present >> static_cast<unsigned>(octet)) & 1U) != 0 ? 0U : 1U;
     }
   }
   return count;
@@ -98,14 +92,16 @@ bool Integrator::trace_rays() noexcept {
   return true;
 }
 
-void Integrator::count_tile(const LocalMap& map, const Tile& tile, std::uint64_t units,
+void Integrator::count_tile(const LocalMap& map, Tile& tile, std::uint64_t units,
                             std::uint64_t counted, SlabPool::Counts& wanted) const noexcept {
   const int edge = tiles_.unit_edge();
   for (int i = 0; i < blocks_of_tile(edge); ++i) {
     const std::uint64_t here = units & units_of_block(edge, i);
     const BlockCoord coord = block_of_tile(tile.coord, edge, i);
     if (here == 0 || !in_grid(coord)) continue;
-    const Block* const block = map.find(coord);
+    SlabHandle& handle = tile.blocks[static_cast<std::size_t>(i)];
+    if (handle == 0) handle = map.find_handle(coord);
+    const Block* const block = handle == 0 ? nullptr : &map.block_at(handle);
     // With units of one voxel, tiles share a block and each counts it and its pages: a bound, not
     // the number.
     const std::uint64_t before = counted & units_of_block(edge, i);
@@ -114,7 +110,8 @@ void Integrator::count_tile(const LocalMap& map, const Tile& tile, std::uint64_t
                                 ~layers_of_units(tile, edge, i, before) &
                                 ~layers_with_labels(block);
     wanted[kLabelSlab] += static_cast<std::uint32_t>(count_ones(new_layers));
-    wanted[kOctetSlab] += new_octets(map, tile, edge, block, here);
+    wanted[kOctetSlab] +=
+        new_octets(tile, edge, here, block == nullptr ? 0 : map.octets_of(*block));
   }
 }
 
@@ -134,10 +131,12 @@ bool Integrator::open_tile(LocalMap& map, Tile& tile, std::uint64_t units) noexc
   const int edge = tiles_.unit_edge();
   for (int i = 0; i < blocks_of_tile(edge); ++i) {
     const BlockCoord coord = block_of_tile(tile.coord, edge, i);
-    if ((units & units_of_block(edge, i)) == 0 || !in_grid(coord)) continue;
+    SlabHandle& handle = tile.blocks[static_cast<std::size_t>(i)];
+    if ((units & units_of_block(edge, i)) == 0 || handle != 0 || !in_grid(coord)) continue;
     const Result<SlabHandle> block = map.open_block(coord);
     if (!block.ok()) return false;
-    tile.blocks[static_cast<std::size_t>(i)] = *block;
+    handle = *block;
+    tile.opened |= static_cast<std::uint8_t>(1U << static_cast<unsigned>(i));
   }
   return true;
 }
@@ -145,7 +144,7 @@ bool Integrator::open_tile(LocalMap& map, Tile& tile, std::uint64_t units) noexc
 /// Counts first and opens then: a block opened in vain would keep its page from other uses.
 bool Integrator::open_blocks(LocalMap& map) noexcept {
   SlabPool::Counts wanted{};
-  for (const Tile& tile : tiles_.tiles()) {
+  for (Tile& tile : tiles_.tiles()) {
     if (tile.wanted != 0) count_tile(map, tile, tile.wanted, 0, wanted);
   }
   const std::span<RayBlock> ray_blocks =

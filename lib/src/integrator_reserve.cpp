@@ -74,7 +74,7 @@ bool Integrator::count_units(const LocalMap& map, const ScanTiles::Place& place,
     if (!in_grid(coord)) return true;
     const Result<std::uint32_t> number = tiles_.ensure(coord);
     if (!number.ok()) return false;
-    const Tile& tile = tiles_.tiles()[*number];
+    Tile& tile = tiles_.tiles()[*number];
     const std::uint64_t units = receiving_units(tile, reached) & ~tile.reserved;
     count_tile(map, tile, units, tile.reserved, wanted);
     return true;

@@ -155,7 +155,7 @@ void Integrator::close_unwritten_blocks(LocalMap& map, bool all_written) noexcep
       const SlabHandle block = tile.blocks[static_cast<std::size_t>(i)];
       if (!all_written || (block != 0 && edge == 1)) {
         close(block_of_tile(tile.coord, edge, i));
-      } else if (block != 0) {
+      } else if (((unsigned{tile.opened} >> static_cast<unsigned>(i)) & 1U) != 0) {
         map.close_if_empty(block);
       }
     }

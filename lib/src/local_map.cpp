@@ -5,6 +5,8 @@
 #include <bit>
 #include <cstring>
 
+#include "tessera/base/lanes.hpp"
+
 namespace tessera {
 
 namespace {
@@ -45,11 +47,30 @@ Result<LocalMap> LocalMap::make(Arena& arena, const MapConfig& config,
   return map;
 }
 
-const Block* LocalMap::find(BlockCoord block) const noexcept {
+SlabHandle LocalMap::find_handle(BlockCoord block) const noexcept {
   const Result<BlockKey> key = pack(block);
-  if (!key.ok()) return nullptr;
-  const SlabHandle handle = find_handle(*key);
+  return key.ok() ? find_handle(*key) : 0;
+}
+
+const Block* LocalMap::find(BlockCoord block) const noexcept {
+  const SlabHandle handle = find_handle(block);
   return handle != 0 ? &block_at(handle) : nullptr;
+}
+
+std::uint64_t LocalMap::octets_of(const Block& block) const noexcept {
+  std::uint64_t octets = 0;
+  for (std::size_t layer = 0; layer < kBlockLayers; ++layer) {
+    if (block.labels[layer] == 0) continue;
+    const auto& page = *reinterpret_cast<const LabelPage*>(pool_.at(block.labels[layer]));
+    std::uint64_t without = 0;
+    for (std::size_t i = 0; i < kLayerOctets; i += 4) {
+      Int4 handles;
+      std::memcpy(&handles, &page.octets[i], sizeof(handles));
+      without |= std::uint64_t{bits_of(handles == Int4{})} << i;
+    }
+    octets |= (without ^ 0xffffU) << (kLayerOctets * layer);
+  }
+  return octets;
 }
 
 VoxelEvidence LocalMap::evidence(const Block& block, int octet, int voxel) const noexcept {

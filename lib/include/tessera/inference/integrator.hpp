@@ -145,9 +145,9 @@ class Integrator {
   bool is_spent(std::uint64_t work, std::uint64_t to_write, std::size_t& asked) noexcept;
   bool open_blocks(LocalMap& map) noexcept;
   bool open_tile(LocalMap& map, Tile& tile, std::uint64_t units) noexcept;
-  /// Adds to wanted a bound on what writing units takes beyond what the map has; counted: units
-  /// counted before.
-  void count_tile(const LocalMap& map, const Tile& tile, std::uint64_t units, std::uint64_t counted,
+  /// Adds to wanted a bound on what writing units takes beyond what the map has, and notes the
+  /// blocks that are open; counted: units counted before.
+  void count_tile(const LocalMap& map, Tile& tile, std::uint64_t units, std::uint64_t counted,
                   SlabPool::Counts& wanted) const noexcept;
   /// The same for ray blocks that nothing has spoken for.
   void count_crossed(const LocalMap& map, std::span<const std::uint32_t> crossed,

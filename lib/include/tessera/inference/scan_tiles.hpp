@@ -34,6 +34,7 @@ struct UnitSample {
 
 struct Tile {
   BlockCoord coord;              ///< In units of tiles.
+  std::uint8_t opened = 0;       ///< Which of the blocks were opened for it, a bit each.
   std::uint64_t occupied = 0;    ///< Units with points; unit x + 4 y + 16 z.
   std::uint64_t wanted = 0;      ///< Units that may receive evidence.
   std::uint64_t reserved = 0;    ///< Units spoken for while points are admitted one by one.
@@ -42,7 +43,7 @@ struct Tile {
   /// with points that reach it; bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1).
   std::uint32_t sources = 0;
   /// The map's blocks that the tile covers: one, or eight for units of four voxels (x fastest). 0:
-  /// not opened.
+  /// not open, or not looked for.
   std::array<SlabHandle, 8> blocks{};
   /// Numbers of the tiles at its faces (kFaceSteps), plus one; 0: none, or not linked by
   /// ScanTiles:: ensure_beside.

@@ -106,6 +106,8 @@ class LocalMap {
   [[nodiscard]] const Block& block_at(std::uint32_t handle) const noexcept {
     return *reinterpret_cast<const Block*>(pool_.at(handle));
   }
+  /// The block's handle, or 0 if it is not open.
+  [[nodiscard]] SlabHandle find_handle(BlockCoord block) const noexcept;
   [[nodiscard]] const Block* find(BlockCoord block) const noexcept;
   /// Counts of one voxel of a block.
   [[nodiscard]] VoxelEvidence evidence(const Block& block, int octet, int voxel) const noexcept;
@@ -126,6 +128,8 @@ class LocalMap {
   [[nodiscard]] bool has_octet(const Block& block, int octet) const noexcept {
     return octet_handle(block, octet) != 0;
   }
+  /// The octets for which a block has tuples, a bit each.
+  [[nodiscard]] std::uint64_t octets_of(const Block& block) const noexcept;
   /// Passes of rays through a voxel of a block.
   [[nodiscard]] std::uint8_t free_passes(const Block& block, int octet, int voxel) const noexcept {
     return free_passes(block, row_order(octet, voxel));
