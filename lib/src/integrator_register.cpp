@@ -26,12 +26,15 @@ struct Limits {
     const double finest_m = cell_m > 0.0 && cell_m < resolution_m ? cell_m : resolution_m;
     const double reach_m = 0.5 * kBlockLimit * finest_m;
     reach_square = reach_m * reach_m;
+    // Twice the reach, as a pose may stretch a little.
+    near_edge = !(origin.cwiseAbs().maxCoeff() + 2.0 * reach_m < voxels * resolution_m);
   }
   static double squared(float v) noexcept {
     return static_cast<double>(v) * static_cast<double>(v);
   }
-  /// Written so that NaN fails.
+  /// Of a place in reach. Written so that NaN fails.
   [[nodiscard]] bool in_grid(const Point3f& p_map) const noexcept {
+    if (!near_edge) return true;
     const Point3d q = lattice.to_voxels(p_map);
     return q.x() >= -voxels && q.x() < voxels && q.y() >= -voxels && q.y() < voxels &&
            q.z() >= -voxels && q.z() < voxels;
@@ -43,6 +46,7 @@ struct Limits {
   double max_m;
   double max_square;
   double reach_square = 0.0;
+  bool near_edge = true;  ///< Places in reach may be outside the grid.
   double voxels;
 };
 

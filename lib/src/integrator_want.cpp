@@ -50,29 +50,36 @@ struct Reached {
   int source = 0;
 };
 
-/// Calls visit(Reached) for this tile and those that hold units within reach of these on an axis,
-/// making them. False: visit gave false, or there is no room for a tile.
+/// Calls visit(Reached) for the tiles after a tile on an axis, or before it, that hold units within
+/// reach of its ones, making them; nearest: those of the first. False: visit gave false, or there
+/// is no room for a tile.
 template <std::size_t kAxis, class Visit>
-bool for_tiles_along(ScanTiles& tiles, const Reached& from, int reach, Visit&& visit) noexcept {
+bool for_tiles_beside(ScanTiles& tiles, const Reached& from, std::uint64_t nearest, bool up,
+                      int reach, Visit&& visit) noexcept {
   constexpr int kSourceStep = kAxis == 0 ? 1 : (kAxis == 1 ? 3 : 9);
-  const UnitsAlong near = units_along<kAxis>(from.units, reach);
-  if (!visit(Reached{from.tile, near.own, from.source})) return false;
-  for (const bool up : {false, true}) {
-    Reached at{from.tile, up ? near.above : near.below, from.source};
-    for (int left = reach; at.units != 0;) {
-      const Result<std::uint32_t> next = tiles.ensure_beside(at.tile, 2 * kAxis + (up ? 1 : 0));
-      if (next.status() == Status::kOutOfRange) break;  // the grid ends
-      if (!next.ok()) return false;
-      at.tile = *next;
-      // From there, the way back is the opposite one.
-      at.source -= up ? kSourceStep : -kSourceStep;
-      if (!visit(at)) return false;
-      left -= 4;
-      const UnitsAlong beyond = units_along<kAxis>(from.units, left);
-      at.units = up ? beyond.above : beyond.below;
-    }
+  Reached at{from.tile, nearest, from.source};
+  while (at.units != 0) {
+    const Result<std::uint32_t> next = tiles.ensure_beside(at.tile, 2 * kAxis + (up ? 1 : 0));
+    if (next.status() == Status::kOutOfRange) return true;  // the grid ends
+    if (!next.ok()) return false;
+    at.tile = *next;
+    // From there, the way back is the opposite one.
+    at.source -= up ? kSourceStep : -kSourceStep;
+    if (!visit(at)) return false;
+    reach -= 4;
+    const UnitsAlong farther = units_along<kAxis>(from.units, reach);
+    at.units = up ? farther.above : farther.below;
   }
   return true;
+}
+
+/// The same for the tile itself and those on both sides.
+template <std::size_t kAxis, class Visit>
+bool for_tiles_along(ScanTiles& tiles, const Reached& from, int reach, Visit&& visit) noexcept {
+  const UnitsAlong near = units_along<kAxis>(from.units, reach);
+  return visit(Reached{from.tile, near.own, from.source}) &&
+         for_tiles_beside<kAxis>(tiles, from, near.below, false, reach, visit) &&
+         for_tiles_beside<kAxis>(tiles, from, near.above, true, reach, visit);
 }
 
 }  // namespace

@@ -8,10 +8,10 @@ namespace tessera {
 
 namespace {
 
-/// q - corner as a float in the same voxel, which is at `voxel`: rounding up onto the voxel's far
-/// border would move the point to the next one.
-float local_coordinate(double q, double corner, int voxel) noexcept {
-  const auto rounded = static_cast<float>(q - corner);
+/// q - corner as a float in the same voxel, which is at corner + voxel: rounding up onto the
+/// voxel's far border would move the point to the next one.
+float local_coordinate(double q, int corner, int voxel) noexcept {
+  const auto rounded = static_cast<float>(q - static_cast<double>(corner));
   const bool moved = rounded >= static_cast<float>(voxel + 1);
   return moved ? std::bit_cast<float>(std::bit_cast<std::uint32_t>(rounded) - 1U) : rounded;
 }
@@ -25,12 +25,7 @@ class TileOrder {
  public:
   TileOrder(std::span<const ScanPoint> points, const Lattice& lattice, int unit_edge) noexcept
       : unit_edge_(unit_edge) {
-    Point3f low = points[0].p_map;
-    Point3f high = low;
-    for (const ScanPoint& point : points) {
-      low = low.cwiseMin(point.p_map);
-      high = high.cwiseMax(point.p_map);
-    }
+    const auto [low, high] = bounds_of(points);
     // The tile of a coordinate never falls where the coordinate rises.
     corner_ = ScanTiles::place_of(voxel_at(lattice.to_voxels(low)), unit_edge).tile;
     const BlockCoord last = ScanTiles::place_of(voxel_at(lattice.to_voxels(high)), unit_edge).tile;
@@ -132,52 +127,69 @@ Status ScanTiles::build(std::span<const ScanPoint> points, const Lattice& lattic
                         std::span<KeyedIndex> sort) noexcept {
   TESSERA_ASSERT(points.size() <= points_.size() && sort.size() >= 2 * points.size());
   TESSERA_ASSERT(point_count_ == 0);
-  if (points.empty()) return Status::kOk;
+  // Thinned by voxels, points come nearly always in order.
+  const std::size_t tiles_before = tile_count_;
+  const Status as_they_come =
+      append(points.size(), lattice, [&](std::size_t i) -> const ScanPoint& { return points[i]; });
+  if (as_they_come != Status::kInvalidArgument) return as_they_come;
+  forget_points();
+  truncate(tiles_before);
   const TileOrder order(points, lattice, unit_edge_);
   const std::span<KeyedIndex> items = sort.first(points.size());
-  bool sorted = true;
-  std::uint64_t previous = 0;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const std::uint64_t key = order.key_of(voxel_at(lattice.to_voxels(points[i].p_map)));
-    items[i] = {key, static_cast<std::uint32_t>(i)};
-    sorted = sorted && key >= previous;
-    previous = key;
-  }
-  // Thinned by voxels, points come nearly always in this order.
-  if (!sorted) radix_sort(items, sort.subspan(points.size()));
+  for (std::size_t i = 0; i < points.size(); ++i)
+    items[i] = {order.key_of(voxel_at(lattice.to_voxels(points[i].p_map))),
+                static_cast<std::uint32_t>(i)};
+  radix_sort(items, sort.subspan(points.size()));
+  const Status sorted = append(points.size(), lattice, [&](std::size_t i) -> const ScanPoint& {
+    return points[items[i].index];
+  });
+  TESSERA_ASSERT(sorted != Status::kInvalidArgument);
+  return sorted;
+}
 
-  const int edge = tile_edge();
-  std::uint64_t current_tile = ~std::uint64_t{0};
-  std::uint64_t current_unit = ~std::uint64_t{0};
+/// Fails with kInvalidArgument iff a point is not in order, kResourceExhausted as build; then some
+/// of the points were appended.
+template <class PointAt>
+Status ScanTiles::append(std::size_t count, const Lattice& lattice, PointAt&& point_at) noexcept {
+  const int edge = tile_edge();  // a power of two
+  const auto is_in_tile = [edge](const VoxelCoord& v) {
+    return static_cast<unsigned>(v.x | v.y | v.z) < static_cast<unsigned>(edge);
+  };
   Tile* tile = nullptr;
-  for (const KeyedIndex& item : items) {
-    const ScanPoint& point = points[item.index];
+  VoxelCoord corner;  // of the tile
+  int unit = 0;
+  UnitSample* sample = nullptr;  // of the unit
+  for (std::size_t i = 0; i < count; ++i) {
+    const ScanPoint& point = point_at(i);
     const Point3d q = lattice.to_voxels(point.p_map);
     const VoxelCoord voxel = voxel_at(q);
-    if (item.key != current_unit) {
-      current_unit = item.key;
-      const Place at = place_of(voxel, unit_edge_);
-      if ((item.key >> TileOrder::kUnitBits) != current_tile) {
-        current_tile = item.key >> TileOrder::kUnitBits;
-        const Result<std::uint32_t> number = ensure(at.tile);
-        if (!number.ok()) return Status::kResourceExhausted;
-        tile = &tiles_[*number];
-        tile->first_unit = static_cast<std::uint32_t>(unit_count_);
-      }
-      tile->occupied |= std::uint64_t{1} << static_cast<unsigned>(at.unit);
-      const auto begin = static_cast<std::uint32_t>(point_count_);
-      units_[unit_count_++] = {.begin = begin, .end = begin};
+    const bool new_tile = tile == nullptr || !is_in_tile(voxel - corner);
+    if (new_tile) {
+      const BlockCoord coord = place_of(voxel, unit_edge_).tile;
+      if (tile != nullptr && pack_in_grid(coord) < pack_in_grid(tile->coord))
+        return Status::kInvalidArgument;
+      const Result<std::uint32_t> number = ensure(coord);
+      if (!number.ok()) return Status::kResourceExhausted;
+      tile = &tiles_[*number];
+      tile->first_unit = static_cast<std::uint32_t>(unit_count_);
+      corner = {coord.x * edge, coord.y * edge, coord.z * edge};
     }
-    const auto local = [edge](double coordinate, int v, int tile_coordinate) {
-      const int corner = tile_coordinate * edge;
-      return local_coordinate(coordinate, static_cast<double>(corner), v - corner);
-    };
-    points_[point_count_++] = {.x = local(q.x(), voxel.x, tile->coord.x),
-                               .y = local(q.y(), voxel.y, tile->coord.y),
-                               .z = local(q.z(), voxel.z, tile->coord.z),
+    const VoxelCoord in_tile = voxel - corner;
+    const int its_unit = place_of(in_tile, unit_edge_).unit;
+    if (new_tile || its_unit != unit) {
+      if (!new_tile && its_unit < unit) return Status::kInvalidArgument;
+      unit = its_unit;
+      tile->occupied |= std::uint64_t{1} << static_cast<unsigned>(unit);
+      const auto begin = static_cast<std::uint32_t>(point_count_);
+      sample = &units_[unit_count_++];
+      *sample = {.begin = begin, .end = begin};
+    }
+    ++sample->end;
+    points_[point_count_++] = {.x = local_coordinate(q.x(), corner.x, in_tile.x),
+                               .y = local_coordinate(q.y(), corner.y, in_tile.y),
+                               .z = local_coordinate(q.z(), corner.z, in_tile.z),
                                .weight = point.weight,
                                .component = point.component};
-    ++units_[unit_count_ - 1].end;
   }
   return Status::kOk;
 }

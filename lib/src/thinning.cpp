@@ -76,12 +76,7 @@ ScanPoint merge_cell(std::span<const ScanPoint> points, std::span<const KeyedInd
 class CellOrder {
  public:
   CellOrder(std::span<const ScanPoint> points, const Lattice& cells) noexcept : cells_(cells) {
-    Point3f low = points[0].p_map;
-    Point3f high = low;
-    for (const ScanPoint& point : points) {
-      low = low.cwiseMin(point.p_map);
-      high = high.cwiseMax(point.p_map);
-    }
+    const auto [low, high] = bounds_of(points);
     // The cell of a coordinate never falls where the coordinate rises.
     const Cell first = cell_of(low);
     const Cell last = cell_of(high);

@@ -27,6 +27,9 @@ struct VoxelCoord {
   std::int32_t y = 0;
   std::int32_t z = 0;
   friend constexpr bool operator==(const VoxelCoord&, const VoxelCoord&) = default;
+  friend constexpr VoxelCoord operator-(const VoxelCoord& a, const VoxelCoord& b) noexcept {
+    return {a.x - b.x, a.y - b.y, a.z - b.z};
+  }
 };
 
 struct BlockCoord {

@@ -129,6 +129,9 @@ class ScanTiles {
   }
 
  private:
+  /// Appends points, which come by tiles in (z, y, x) order, then by units.
+  template <class PointAt>
+  Status append(std::size_t count, const Lattice& lattice, PointAt&& point_at) noexcept;
   [[nodiscard]] Result<std::uint32_t> link_beside(std::uint32_t number, std::size_t face) noexcept;
 
   KeyIndex index_{};

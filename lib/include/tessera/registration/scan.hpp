@@ -6,8 +6,10 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "tessera/base/geometry.hpp"
+#include "tessera/base/lanes.hpp"
 #include "tessera/base/status.hpp"
 
 namespace tessera {
@@ -35,6 +37,25 @@ struct ScanPoint {
   float weight = 1.0F;
   std::uint8_t component = 0;
 };
+/// The smallest and the largest coordinates of points, metres.
+struct PointBounds {
+  Point3f low;
+  Point3f high;
+};
+/// points: at least one. O(points).
+[[nodiscard]] inline PointBounds bounds_of(std::span<const ScanPoint> points) noexcept {
+  const auto lanes_of = [](const ScanPoint& point) {
+    return Float4{point.p_map.x(), point.p_map.y(), point.p_map.z(), 0.0F};
+  };
+  Float4 low = lanes_of(points[0]);
+  Float4 high = low;
+  for (const ScanPoint& point : points) {
+    const Float4 at = lanes_of(point);
+    low = at < low ? at : low;
+    high = at > high ? at : high;
+  }
+  return {{low[0], low[1], low[2]}, {high[0], high[1], high[2]}};
+}
 /// Not a component: marks a point that was not admitted.
 inline constexpr std::uint8_t kRefused = 255;
 
