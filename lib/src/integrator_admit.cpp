@@ -4,7 +4,6 @@
 // bound that the writing stays under; blocks opened and not written are closed again.
 #include "tessera/base/bits.hpp"
 #include "tessera/inference/integrator.hpp"
-#include "tessera/inference/kernel.hpp"
 
 namespace tessera {
 

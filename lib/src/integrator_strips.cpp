@@ -24,22 +24,35 @@ void for_point_runs(const ScanTiles& tiles, const Tile& tile, std::uint64_t unit
   }
 }
 
+/// The next tile along x that is still to be written, or null: what is written wants no more. Tiles
+/// are linked where one's points reach the other; others that touch are found by way of a
+/// neighbour that they share.
+const Tile* next_to_write(const ScanTiles& tiles, const Tile& tile, int step) noexcept {
+  const Tile* next = tiles.stepped(&tile, 0, step);
+  for (std::size_t face = 2; face < 6 && next == nullptr; ++face) {
+    const Tile* const aside = tiles.beside(tile, face);
+    const Tile* const beyond = tiles.stepped(aside, 0, step);
+    if (beyond != nullptr) next = tiles.beside(*beyond, face ^ 1U);
+  }
+  return next != nullptr && next->wanted != 0 ? next : nullptr;
+}
+
 }  // namespace
 
+/// From each tile that is still to be written, all of its run along x.
 void Integrator::write_strips(LocalMap& map, EvidenceWork& work, ScanReport& report) noexcept {
   for (const Tile& tile : tiles_.tiles()) {
-    // What is written wants no more.
-    const auto to_write = [](const Tile* t) { return t != nullptr && t->wanted != 0; };
-    if (!to_write(&tile)) continue;
+    if (tile.wanted == 0) continue;
     const Tile* from = &tile;
-    for (int i = 1; i < KernelStrip::kTiles && to_write(tiles_.stepped(from, 0, -1)); ++i)
-      from = tiles_.stepped(from, 0, -1);
-    std::array<const Tile*, KernelStrip::kTiles> strip{};
-    std::size_t count = 0;
-    for (; count < strip.size() && to_write(from); from = tiles_.stepped(from, 0, 1))
-      strip[count++] = from;
-    write_strip(map, std::span(strip).first(count), work, report);
-    for (std::size_t i = 0; i < count; ++i) tiles_.mark_written(*strip[i]);
+    while (const Tile* const before = next_to_write(tiles_, *from, -1)) from = before;
+    while (from != nullptr) {
+      std::array<const Tile*, KernelStrip::kTiles> strip{};
+      std::size_t count = 0;
+      for (; count < strip.size() && from != nullptr; from = next_to_write(tiles_, *from, 1))
+        strip[count++] = from;
+      write_strip(map, std::span(strip).first(count), work, report);
+      for (std::size_t i = 0; i < count; ++i) tiles_.mark_written(*strip[i]);
+    }
   }
 }
 
