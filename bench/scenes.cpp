@@ -81,8 +81,9 @@ Outcome<Mapper> Mapper::make(const Mode& mode, const Scene& scene, double resolu
   const ScanCapacity capacity{.points = static_cast<std::uint32_t>(scene.max_points),
                               .tiles = 131072,
                               .ray_blocks = 131072};
+  const InferenceConfig inference = inference_of(mode, resolution_m);
   const std::size_t bytes = required_bytes(map_config) +
-                            Integrator::required_bytes(capacity, mode.free_space) + kArenaAlignment;
+                            Integrator::required_bytes(capacity, inference) + kArenaAlignment;
   Mapper mapper;
   mapper.memory_.reset(static_cast<std::byte*>(
       std::aligned_alloc(kArenaAlignment, align_up(bytes, kArenaAlignment))));
@@ -90,8 +91,7 @@ Outcome<Mapper> Mapper::make(const Mode& mode, const Scene& scene, double resolu
     return Failure{"the system does not give the memory for a map", FailureKind::kFailure};
   Arena arena(std::span<std::byte>(mapper.memory_.get(), bytes));
   Result<LocalMap> map = LocalMap::make(arena, map_config, scene.classes);
-  Result<Integrator> integrator =
-      Integrator::make(arena, inference_of(mode, resolution_m), capacity);
+  Result<Integrator> integrator = Integrator::make(arena, inference, capacity);
   if (!map.ok() || !integrator.ok())
     return Failure{std::string("cannot make a map for ") + mode.name, FailureKind::kFailure};
   mapper.map_ = std::move(*map);

@@ -122,9 +122,7 @@ void measure_scan(Meter& meter, const WorstCase& worst, const Setting& setting, 
                   double bound, Count&& count, bool full_map = false) {
   OwnedMap owned(setting.map, kMostClasses);
   std::vector<OwnedMap::Line> scratch(
-      Integrator::required_bytes(setting.capacity, setting.inference.free_space.enabled) /
-          kArenaAlignment +
-      1);
+      Integrator::required_bytes(setting.capacity, setting.inference) / kArenaAlignment + 1);
   Arena arena(std::as_writable_bytes(std::span(scratch)));
   Result<Integrator> integrator = Integrator::make(arena, setting.inference, setting.capacity);
   if (!integrator.ok()) return;

@@ -42,8 +42,7 @@ Result<Integrator> Integrator::make(Arena& arena, const InferenceConfig& config,
   const bool capacities = capacity.points > 0 && capacity.points <= ScanCapacity::kMaxPoints &&
                           capacity.tiles > 0 && capacity.ray_blocks > 0;
   if (!valid(config) || !capacities) return Status::kInvalidArgument;
-  if (!arena.aligned() ||
-      arena.remaining_bytes() < required_bytes(capacity, config.free_space.enabled)) {
+  if (!arena.aligned() || arena.remaining_bytes() < required_bytes(capacity, config)) {
     return Status::kResourceExhausted;
   }
   Integrator result;
@@ -55,9 +54,11 @@ Result<Integrator> Integrator::make(Arena& arena, const InferenceConfig& config,
   const Result<ScanTiles> tiles = ScanTiles::make(arena, capacity);
   if (!tiles.ok()) return tiles.status();
   result.tiles_ = *tiles;
-  const Result<KernelStrip> strip = KernelStrip::make(arena);
-  if (!strip.ok()) return strip.status();
-  result.strip_ = *strip;
+  if (config.mode == InferenceMode::kKernel) {
+    const Result<KernelStrip> strip = KernelStrip::make(arena);
+    if (!strip.ok()) return strip.status();
+    result.strip_ = *strip;
+  }
   if (config.free_space.enabled) {
     const Result<FreeSpace> free_space = FreeSpace::make(arena, capacity);
     if (!free_space.ok()) return free_space.status();

@@ -57,6 +57,10 @@ const Block* LocalMap::find(BlockCoord block) const noexcept {
   return handle != 0 ? &block_at(handle) : nullptr;
 }
 
+bool LocalMap::has_octet(const Block& block, int octet) const noexcept {
+  return octet_handle(block, octet) != 0;
+}
+
 std::uint64_t LocalMap::octets_of(const Block& block) const noexcept {
   std::uint64_t octets = 0;
   for (std::size_t layer = 0; layer < kBlockLayers; ++layer) {

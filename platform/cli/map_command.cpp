@@ -97,8 +97,7 @@ Outcome<void> check_places(const MapOptions& options) {
 
 Outcome<Workshop> make_workshop(const MapSetup& setup, const ScanCapacity& capacity,
                                 const ClassTable& classes) {
-  const std::size_t scratch_bytes =
-      Integrator::required_bytes(capacity, setup.inference.free_space.enabled);
+  const std::size_t scratch_bytes = Integrator::required_bytes(capacity, setup.inference);
   Outcome<ArenaMemory> memory = ArenaMemory::allocate(required_bytes(setup.map) + scratch_bytes);
   if (!memory.ok()) return memory.failure();
   Arena arena(memory->span());

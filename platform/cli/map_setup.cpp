@@ -194,8 +194,7 @@ Outcome<ScanCapacity> split_budget(MapSetup& setup, std::size_t max_points) {
   capacity.points = at_most(max_points == 0 ? 1 : max_points, std::size_t{1} << 24U);
   capacity.tiles = 131072;
   capacity.ray_blocks = 131072;
-  const bool free_space = setup.inference.free_space.enabled;
-  const auto scratch = [&] { return Integrator::required_bytes(capacity, free_space); };
+  const auto scratch = [&] { return Integrator::required_bytes(capacity, setup.inference); };
   // Tables shrink first, as most scans do not fill them; then the points a scan may have.
   while (scratch() > budget_bytes / 2 && capacity.tiles > 1024) {
     capacity.tiles /= 2;

@@ -10,7 +10,8 @@ namespace {
 constexpr tessera::MapConfig kMap{.storage_bytes = 1U << 20U};
 constexpr tessera::ScanCapacity kCapacity{.points = 256, .tiles = 512, .ray_blocks = 2048};
 constexpr std::size_t kBytes =
-    tessera::required_bytes(kMap) + tessera::Integrator::required_bytes(kCapacity, true);
+    tessera::required_bytes(kMap) +
+    tessera::Integrator::required_bytes(kCapacity, tessera::InferenceConfig{});
 static_assert(kBytes < (4U << 20U), "the whole of it fits 4 MiB");
 
 alignas(tessera::kArenaAlignment) std::byte memory[kBytes];

@@ -46,7 +46,7 @@ TEST_CASE("integrator: every value outside its range is refused") {
   changes.emplace_back(
       [](InferenceConfig& c) { c.thinning_weight = static_cast<ThinningWeight>(2); });
   const ScanCapacity capacity = test_capacity();
-  AlignedMemory memory(Integrator::required_bytes(capacity, true));
+  AlignedMemory memory(Integrator::required_bytes(capacity, InferenceConfig{}));
   for (std::size_t i = 0; i < changes.size(); ++i) {
     CAPTURE(i);
     InferenceConfig config;
@@ -58,7 +58,7 @@ TEST_CASE("integrator: every value outside its range is refused") {
 
 TEST_CASE("integrator: no capacity may be zero, and the arena must be large enough and aligned") {
   const ScanCapacity capacity = test_capacity();
-  const std::size_t needed = Integrator::required_bytes(capacity, true);
+  const std::size_t needed = Integrator::required_bytes(capacity, InferenceConfig{});
   AlignedMemory memory(needed + kArenaAlignment);
   const auto status_of = [&](std::span<std::byte> bytes, const ScanCapacity& with) {
     Arena arena(bytes);

@@ -33,8 +33,7 @@ ClassTable numbered_classes(int count) {
 
 Mapper::Mapper(const MapConfig& map, const InferenceConfig& inference, int classes,
                const ScanCapacity& capacity)
-    : memory_(required_bytes(map) +
-              Integrator::required_bytes(capacity, inference.free_space.enabled)) {
+    : memory_(required_bytes(map) + Integrator::required_bytes(capacity, inference)) {
   Arena arena(memory_.span());
   Result<LocalMap> made_map = LocalMap::make(arena, map, numbered_classes(classes));
   if (!made_map.ok()) throw std::logic_error(std::string("map: ") + to_string(made_map.status()));

@@ -25,13 +25,14 @@ class Integrator {
   /// What a point did not fit in.
   enum class Refusal : std::uint8_t { kNone, kStorage, kTiles, kRayBlocks };
 
-  /// Bytes of arena that make takes. With free space off its part is left out.
-  [[nodiscard]] static constexpr std::size_t required_bytes(const ScanCapacity& capacity,
-                                                            bool free_space) noexcept {
+  /// Bytes of arena that make takes: less without free space, and outside the kernel mode.
+  [[nodiscard]] static constexpr std::size_t required_bytes(
+      const ScanCapacity& capacity, const InferenceConfig& config) noexcept {
     return 2 * arena_bytes<ScanPoint>(capacity.points) +
            arena_bytes<KeyedIndex>(2 * std::size_t{capacity.points}) +
-           ScanTiles::required_bytes(capacity) + KernelStrip::required_bytes() +
-           arena_bytes<OctetEvidence>(1) + (free_space ? FreeSpace::required_bytes(capacity) : 0);
+           ScanTiles::required_bytes(capacity) + arena_bytes<OctetEvidence>(1) +
+           (config.mode == InferenceMode::kKernel ? KernelStrip::required_bytes() : 0) +
+           (config.free_space.enabled ? FreeSpace::required_bytes(capacity) : 0);
   }
 
   /// An integrator with scratch memory from the arena. Fails with kInvalidArgument iff a value of

@@ -125,9 +125,7 @@ class LocalMap {
   /// but for a large prior. Rays then need not read the free layer.
   [[nodiscard]] bool only_labels_occupy() const noexcept { return only_labels_occupy_; }
   /// True iff the block has a tuple octet there.
-  [[nodiscard]] bool has_octet(const Block& block, int octet) const noexcept {
-    return octet_handle(block, octet) != 0;
-  }
+  [[nodiscard]] bool has_octet(const Block& block, int octet) const noexcept;
   /// The octets for which a block has tuples, a bit each.
   [[nodiscard]] std::uint64_t octets_of(const Block& block) const noexcept;
   /// Passes of rays through a voxel of a block.

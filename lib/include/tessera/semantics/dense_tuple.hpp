@@ -73,11 +73,9 @@ class DenseTuple {
   /// Sum over the components of each voxel, in component order. O(components present in the octet).
   [[nodiscard]] static Plane label_sums(const std::byte* octet) noexcept {
     Plane sums{};
-    const Header header = header_of(octet);
-    for (std::uint64_t rest = header.components; rest != 0; rest &= rest - 1) {
-      const float* const counts = plane(octet, header, std::countr_zero(rest));
+    for_planes(octet, [&](int, const float* counts) {
       for (std::size_t v = 0; v < kOctetVoxels; ++v) sums[v] += counts[v];
-    }
+    });
     return sums;
   }
 
@@ -126,20 +124,15 @@ class DenseTuple {
   /// Writes one voxel's counts into sigma[1 .. C + 1]; entries of absent components are left as
   /// they are.
   static void read(const std::byte* octet, int voxel, VoxelEvidence& into) noexcept {
-    const Header header = header_of(octet);
-    for (std::uint64_t rest = header.components; rest != 0; rest &= rest - 1) {
-      const int component = std::countr_zero(rest);
-      into.sigma[static_cast<std::size_t>(component)] = plane(octet, header, component)[voxel];
-    }
+    for_planes(octet, [&](int component, const float* counts) {
+      into.sigma[static_cast<std::size_t>(component)] = counts[voxel];
+    });
   }
 
   /// Adds one voxel's counts. O(components present in the octet).
   static void summarize(const std::byte* octet, int voxel, CountSummary& into) noexcept {
-    const Header header = header_of(octet);
-    for (std::uint64_t rest = header.components; rest != 0; rest &= rest - 1) {
-      const int component = std::countr_zero(rest);
-      into.add(component, plane(octet, header, component)[voxel]);
-    }
+    for_planes(octet,
+               [&](int component, const float* counts) { into.add(component, counts[voxel]); });
   }
 
  private:
@@ -167,6 +160,22 @@ class DenseTuple {
     Header header = header_of(octet);
     if (header.components == 0) header.first = static_cast<std::uint64_t>(std::countr_zero(labels));
     return header;
+  }
+  /// Calls visit(component, its eight counts) for all that are there, in ascending order.
+  template <class Visit>
+  static void for_planes(const std::byte* octet, Visit&& visit) noexcept {
+    const Header header = header_of(octet);
+    const auto* const first = reinterpret_cast<const float*>(octet + kHeaderBytes);
+    const std::uint64_t below = (std::uint64_t{1} << header.first) - 1;
+    // Planes of components under the first one lie one place further than those above it.
+    for (std::uint64_t rest = header.components & below; rest != 0; rest &= rest - 1)
+      visit(std::countr_zero(rest), first + std::ptrdiff_t{std::countr_zero(rest)} * kOctetVoxels);
+    if (header.components == 0) return;
+    visit(static_cast<int>(header.first), first);
+    const float* const before = first - kOctetVoxels;
+    for (std::uint64_t rest = header.components & ~below & ~(below + 1); rest != 0;
+         rest &= rest - 1)
+      visit(std::countr_zero(rest), before + std::ptrdiff_t{std::countr_zero(rest)} * kOctetVoxels);
   }
   static void set_header(std::byte* octet, const Header& header) noexcept {
     store_shared_words(octet, &header, sizeof(header));
