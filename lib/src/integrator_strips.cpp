@@ -79,8 +79,8 @@ void Integrator::add_to_strip(std::span<const Tile* const> strip, const std::arr
 }
 
 /// In this order a voxel's sum is the same whatever strip it is in.
-void Integrator::write_strip(LocalMap& map, std::span<const Tile* const> strip, EvidenceWork& work,
-                             ScanReport& report) noexcept {
+void Integrator::sum_strip(const LocalMap& map, std::span<const Tile* const> strip,
+                           EvidenceWork& work) noexcept {
   const double resolution_m = map.lattice().resolution_m();
   const KernelShape kernel =
       shape(static_cast<float>(static_cast<double>(config_.kernel_length_m) / resolution_m));
@@ -109,6 +109,11 @@ void Integrator::write_strip(LocalMap& map, std::span<const Tile* const> strip, 
         add_to_strip(strip, {std::countr_zero(sources) - 1, dy, dz}, kernel, work);
     }
   }
+}
+
+void Integrator::write_strip(LocalMap& map, std::span<const Tile* const> strip, EvidenceWork& work,
+                             ScanReport& report) noexcept {
+  sum_strip(map, strip, work);
   for (std::size_t i = 0; i < strip.size(); ++i) {
     const SlabHandle block = strip[i]->blocks[0];
     const int tile = static_cast<int>(i);

@@ -36,8 +36,9 @@ void look_around(const ScanTiles& tiles, const Tile& tile, int unit, UnitPoints&
   }
 }
 
-std::span<const TilePoint> points_of(const ScanTiles& tiles, const UnitSample& sample) noexcept {
-  return tiles.points().subspan(sample.begin, sample.end - sample.begin);
+std::span<const TilePoint> points_of(const ScanTiles& tiles, const UnitSample* sample) noexcept {
+  if (sample == nullptr) return {};
+  return tiles.points().subspan(sample->begin, sample->end - sample->begin);
 }
 
 /// The kernel's sums of one octet of a unit, of the points that were decided on.
@@ -45,11 +46,10 @@ void sum_points(const ScanTiles& tiles, const UnitPoints& around, const EntropyD
                 const KernelShape& kernel, const OctetPlace& octet, OctetEvidence& sums,
                 EvidenceWork& work) noexcept {
   if (decision.own)
-    add_points(points_of(tiles, *around.own), Point3f::Zero(), octet, kernel, sums, work);
+    add_points(points_of(tiles, around.own), Point3f::Zero(), octet, kernel, sums, work);
   for (std::size_t face = 0; decision.neighbours && face < 6; ++face) {
     if (around.faces[face] == nullptr) continue;
-    add_points(points_of(tiles, *around.faces[face]), around.shift[face], octet, kernel, sums,
-               work);
+    add_points(points_of(tiles, around.faces[face]), around.shift[face], octet, kernel, sums, work);
   }
 }
 
@@ -101,7 +101,7 @@ void Integrator::write_units(LocalMap& map, const Tile& tile, EvidenceWork& work
       OctetEvidence& sums = octet_[0];
       sums.clear();
       if (counting) {
-        count_points(points_of(tiles_, *around.own), octet, config_.min_weight, sums, work);
+        count_points(points_of(tiles_, around.own), octet, config_.min_weight, sums, work);
       } else {
         sum_points(tiles_, around, decision, shape(decision.length_voxels), octet, sums, work);
       }

@@ -19,9 +19,9 @@ using Int8 = std::int32_t __attribute__((vector_size(32)));
 class RowOfEight {
  public:
   explicit RowOfEight(const KernelRows& rows) noexcept
-      : corner_(rows.corner),
-        y_centers_(kCenters - rows.corner[1]),
+      : y_centers_(kCenters - rows.corner[1]),
         z_centers_(kCenters - rows.corner[2]),
+        corner_(rows.corner),
         columns_(rows.columns),
         weight_scale_(rows.weight_scale),
         inverse_square_(rows.inverse_square),
@@ -47,7 +47,7 @@ class RowOfEight {
 
   [[nodiscard]] unsigned within(int z) noexcept {
     const Float8 dyz = y_square_ + z_square_[z];
-    __builtin_memcpy(dyz_ + kRowVoxels * z, &dyz, sizeof(dyz));
+    __builtin_memcpy(dyz_ + std::ptrdiff_t{z} * kRowVoxels, &dyz, sizeof(dyz));
     const Int8 in_reach = dyz <= reach_;
     Float8 signs;
     __builtin_memcpy(&signs, &in_reach, sizeof(signs));
@@ -87,15 +87,9 @@ class RowOfEight {
  private:
   static constexpr Float8 kCenters{0.5F, 1.5F, 2.5F, 3.5F, 4.5F, 5.5F, 6.5F, 7.5F};
 
-  Float4 corner_;
   Float8 y_centers_;  ///< In the points' tile.
   Float8 z_centers_;
-  float columns_;
-  float weight_scale_;
-  float inverse_square_;
-  float least_;
   Float8 weight_{};
-  float x_ = 0.0F;
   Float8 y_square_{};
   Float8 reach_{};
   Float8 square_{};
@@ -106,6 +100,12 @@ class RowOfEight {
   alignas(32) float z_square_[kRowVoxels]{};
   alignas(32) float dyz_[kTileRows]{};
   // NOLINTEND(cppcoreguidelines-avoid-c-arrays)
+  Float4 corner_;
+  float columns_;
+  float weight_scale_;
+  float inverse_square_;
+  float least_;
+  float x_ = 0.0F;
 };
 
 void add_rows_of_eight(const KernelRows& rows, KernelRowsDone& done) noexcept {

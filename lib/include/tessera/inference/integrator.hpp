@@ -181,6 +181,8 @@ class Integrator {
                    ScanReport& report) noexcept;
   void write_octet(LocalMap& map, SlabHandle block, int octet, ScanReport& report) noexcept;
   void write_strips(LocalMap& map, EvidenceWork& work, ScanReport& report) noexcept;
+  void sum_strip(const LocalMap& map, std::span<const Tile* const> strip,
+                 EvidenceWork& work) noexcept;
   void write_strip(LocalMap& map, std::span<const Tile* const> strip, EvidenceWork& work,
                    ScanReport& report) noexcept;
   /// Adds the points of the tile at an offset from the strip's first, if there is one.

@@ -94,7 +94,7 @@ struct BlockEvidence {
                               static_cast<std::size_t>(of_component) * component;
     OctetEvidence::Plane plane;
     // Pairs along x of two rows of each of two slices.
-    std::memcpy(&plane[0], from, 8);
+    std::memcpy(plane.data(), from, 8);
     std::memcpy(&plane[2], from + row, 8);
     std::memcpy(&plane[4], from + kBlockEdge * row, 8);
     std::memcpy(&plane[6], from + (kBlockEdge + 1) * row, 8);
