@@ -56,57 +56,88 @@ void Integrator::write_strips(LocalMap& map, EvidenceWork& work, ScanReport& rep
   }
 }
 
-/// Points reach boxes of units, so between a tile and one that its points reach there is a tile
-/// wherever the way goes: where a step leads to none, no point reaches from there.
-void Integrator::add_to_strip(std::span<const Tile* const> strip, const std::array<int, 3>& offset,
+/// Adds the points of the tile at an offset from the strip's first; tiles: of the strip.
+void Integrator::add_to_strip(const Tile* from, const std::array<int, 3>& offset, int tiles,
                               const KernelShape& kernel, EvidenceWork& work) noexcept {
-  const auto [dx, dy, dz] = offset;
-  const int last = static_cast<int>(strip.size()) - 1;
-  const int nearest = dx < 0 ? 0 : (dx > last ? last : dx);
-  const Tile* from = tiles_.stepped(strip[static_cast<std::size_t>(nearest)], 2, dz);
-  if (from != nullptr) from = tiles_.stepped(from, 1, dy);
-  if (from != nullptr) from = tiles_.stepped(from, 0, dx - nearest);
   if (from == nullptr || from->occupied == 0) return;
+  const auto [dx, dy, dz] = offset;
   // Units of that tile, counted from its first, that reach the strip.
   const int reach = kernel_reach_units_;
   const std::uint64_t units =
       from->occupied &
       box_mask({-reach - 4 * dx, -reach - 4 * dy, -reach - 4 * dz},
-               {4 * last + 3 + reach - 4 * dx, 3 + reach - 4 * dy, 3 + reach - 4 * dz});
+               {4 * tiles - 1 + reach - 4 * dx, 3 + reach - 4 * dy, 3 + reach - 4 * dz});
   for_point_runs(tiles_, *from, units, [&](std::span<const TilePoint> points) {
     strip_.add_points(points, offset, kernel_radius_, kernel, work);
   });
 }
 
-/// In this order a voxel's sum is the same whatever strip it is in.
+/// Adds a row of tiles along x; row: those of them that are (dy, dz) from the strip's, null where
+/// none is linked. Tiles that follow on either side are linked to these.
+void Integrator::add_row_to_strip(std::span<const Tile* const> strip,
+                                  std::span<const Tile* const> row, int dy, int dz,
+                                  const KernelShape& kernel, EvidenceWork& work) noexcept {
+  const int reach_tiles = (kernel_reach_units_ + 3) / 4;
+  const int count = static_cast<int>(row.size());
+  if (reach_tiles == 1) {
+    // Bit i + 1: some tile of the strip has the one at i for a source.
+    unsigned sources = 0;
+    for (std::size_t i = 0; i < strip.size(); ++i)
+      sources |= ((strip[i]->sources >> static_cast<unsigned>(12 + 3 * dy + 9 * dz)) & 7U) << i;
+    for (; sources != 0; sources &= sources - 1) {
+      const int dx = std::countr_zero(sources) - 1;
+      const int nearest = dx < 0 ? 0 : (dx < count ? dx : count - 1);
+      const Tile* const from =
+          tiles_.stepped(row[static_cast<std::size_t>(nearest)], 0, dx - nearest);
+      add_to_strip(from, {dx, dy, dz}, count, kernel, work);
+    }
+    return;
+  }
+  int dx = 0;
+  const Tile* from = row.front();
+  for (; dx > -reach_tiles && tiles_.stepped(from, 0, -1) != nullptr; --dx)
+    from = tiles_.stepped(from, 0, -1);
+  for (; dx < 0; ++dx, from = tiles_.stepped(from, 0, 1))
+    add_to_strip(from, {dx, dy, dz}, count, kernel, work);
+  for (const Tile* const of_strip : row)
+    add_to_strip(of_strip, {dx++, dy, dz}, count, kernel, work);
+  from = tiles_.stepped(row.back(), 0, 1);
+  for (; dx < count + reach_tiles && from != nullptr; ++dx, from = tiles_.stepped(from, 0, 1))
+    add_to_strip(from, {dx, dy, dz}, count, kernel, work);
+}
+
+/// Points reach boxes of units, so between a tile and one that its points reach there is a tile
+/// wherever the way goes: where a step leads to none, no point reaches from there. In this order a
+/// voxel's sum is the same whatever strip it is in.
 void Integrator::sum_strip(const LocalMap& map, std::span<const Tile* const> strip,
                            EvidenceWork& work) noexcept {
   const double resolution_m = map.lattice().resolution_m();
   const KernelShape kernel =
       shape(static_cast<float>(static_cast<double>(config_.kernel_length_m) / resolution_m));
   const int reach_tiles = (kernel_reach_units_ + 3) / 4;
-  const int beyond = static_cast<int>(strip.size()) + reach_tiles;
   strip_.begin(static_cast<int>(strip.size()));
   // Sums take longer than memory does.
-  for (const Tile* const tile : strip) {
-    if (tile->blocks[0] != 0) map.prefetch_pages(tile->blocks[0]);
-  }
+  for (const Tile* const tile : strip) map.prefetch_pages(tile->blocks[0]);
+  using Row = std::array<const Tile*, KernelStrip::kTiles>;
+  const auto step = [&](std::span<const Tile* const> from, std::size_t axis, int steps, Row& to) {
+    bool any = false;
+    for (std::size_t i = 0; i < from.size(); ++i) {
+      to[i] = tiles_.stepped(from[i], axis, steps);
+      any = any || to[i] != nullptr;
+    }
+    return any;
+  };
+  Row on_z{};
+  Row on_y{};
+  const std::span<const Tile* const> slice = std::span(on_z).first(strip.size());
+  const std::span<const Tile* const> row = std::span(on_y).first(strip.size());
   for (int dz = -reach_tiles; dz <= reach_tiles; ++dz) {
     for (const Tile* const tile : strip) {
-      if (dz == 0 && tile->blocks[0] != 0) map.prefetch_octets(tile->blocks[0], tile->wanted);
+      if (dz == 0) map.prefetch_octets(tile->blocks[0], tile->wanted);
     }
+    if (!step(strip, 2, dz, on_z)) continue;
     for (int dy = -reach_tiles; dy <= reach_tiles; ++dy) {
-      if (reach_tiles > 1) {
-        for (int dx = -reach_tiles; dx < beyond; ++dx)
-          add_to_strip(strip, {dx, dy, dz}, kernel, work);
-        continue;
-      }
-      // Bit i + 1: some tile of the strip has the one at i for a source.
-      unsigned sources = 0;
-      for (std::size_t i = 0; i < strip.size(); ++i)
-        sources |= ((strip[i]->sources >> static_cast<unsigned>(12 + 3 * dy + 9 * dz)) & 7U) << i;
-      for (; sources != 0; sources &= sources - 1)
-        add_to_strip(strip, {std::countr_zero(sources) - 1, dy, dz}, kernel, work);
+      if (step(slice, 1, dy, on_y)) add_row_to_strip(strip, row, dy, dz, kernel, work);
     }
   }
 }

@@ -85,7 +85,7 @@ bool for_tiles_along(ScanTiles& tiles, const Reached& from, int reach, Visit&& v
 }  // namespace
 
 /// Boxes of units are what reaches on all three axes: one axis after the other. Tiles are linked on
-/// the way along x, then y, then z; write_kernel_tile goes it back.
+/// the way along x, then y, then z; sum_strip goes it back.
 bool Integrator::want_kernel_units() noexcept {
   constexpr int kHere = 13;  // in Tile::sources
   const int reach = kernel_reach_units_;

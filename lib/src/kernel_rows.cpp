@@ -25,7 +25,7 @@ class RowOfFours {
         columns_(rows.columns),
         weight_scale_(rows.weight_scale),
         inverse_square_(rows.inverse_square),
-        square_radius_(rows.radius * rows.radius * kPadding),
+        square_radius_(padded(rows.radius) * padded(rows.radius)),
         least_(all_lanes(rows.least)) {}
 
   [[nodiscard]] static bool beyond(Float4 from, Float4 to, Float4 size) noexcept {

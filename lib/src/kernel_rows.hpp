@@ -46,7 +46,8 @@ struct KernelRowsDone {
   std::uint64_t components = 0;  ///< A bit each.
 };
 
-/// Adds to the planes and to what is done. O(points * (2 radius + 8)^3), clipped to the strip.
+/// Adds to the planes and to what is done. For each point 64 rows are looked at, and those in reach
+/// evaluated in eights of columns: O(points * 64 (2 radius + 8)) for what lies in the strip.
 using AddKernelRows = void (*)(const KernelRows& rows, KernelRowsDone& done) noexcept;
 
 /// For any machine.
@@ -54,9 +55,11 @@ using AddKernelRows = void (*)(const KernelRows& rows, KernelRowsDone& done) noe
 /// For machines with AVX2, the same sums to the last bit. Null iff this was built for others.
 [[nodiscard]] AddKernelRows kernel_rows_of_eight() noexcept;
 
-/// What is passed over must be nothing: not even where rounding takes a centre that is farther than
-/// D for one that is nearer.
-inline constexpr float kPadding = 1.0F + 0x1p-18F;
+/// A radius that is surely not under what distances, rounded in any strip's coordinates, come to:
+/// what is passed over must be nothing.
+[[gnu::always_inline]] inline float padded(float radius) noexcept {
+  return radius + (radius + 1.0F) * 0x1p-14F;
+}
 
 /// How far x is from the range first .. last.
 [[gnu::always_inline]] inline float distance_to(float first, float last, float x) noexcept {
@@ -80,20 +83,20 @@ template <class Row>
   Row row(rows);
   constexpr auto kEdge = static_cast<float>(kRowVoxels);
   const Float4 size{rows.columns, kEdge, kEdge, kEdge};
-  const float square_radius = rows.radius * rows.radius * kPadding;
+  const float radius = padded(rows.radius);
   for (std::size_t i = 0; i < rows.count; ++i) {
     const TilePoint& point = rows.points[i];
     // The fourth lane is never beyond the strip.
     Float4 p{point.x, point.y, point.z, 0.5F * kEdge};
     p += rows.corner;
     // On each axis, the voxels whose centres may lie within the radius.
-    const Float4 from = p - rows.radius - 0.5F;
-    const Float4 to = p + rows.radius - 0.5F;
+    const Float4 from = p - radius - 0.5F;
+    const Float4 to = p + radius - 0.5F;
     if (row.beyond(from, to, size)) continue;
     const auto first = static_cast<int>(from[0] > 0.0F ? from[0] : 0.0F);
     const auto last = static_cast<int>(to[0] < rows.columns - 1.0F ? to[0] : rows.columns - 1.0F);
     const float apart = distance_to(0.5F, rows.columns - 0.5F, p[0]);
-    row.place(point, square_radius - apart * apart);
+    row.place(point, radius * radius - apart * apart);
     // All rows first: their number is the only thing that a processor has to guess.
     std::uint64_t touched = 0;
     for (int z = 0; z < kRowVoxels; ++z)
@@ -110,6 +113,7 @@ template <class Row>
         ++evaluated;
       }
     }
+    // Of the voxels, not of the lanes: the same in every width.
     done.evaluations += evaluated * static_cast<std::uint64_t>(last - first + 1);
     done.components |= std::uint64_t{1} << point.component;
     std::uint64_t* const of_tiles = rows.touched + std::ptrdiff_t{point.component} * kStripTiles;

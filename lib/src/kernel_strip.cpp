@@ -10,6 +10,7 @@
 namespace tessera {
 
 static_assert(kBlockEdge == kRowVoxels && KernelStrip::kTiles == kStripTiles);
+static_assert(KernelStrip::required_bytes() >= sizeof(float) * kMaxComponents * kStripPlane);
 
 namespace {
 
@@ -64,13 +65,15 @@ void KernelStrip::begin(int tiles) noexcept {
   for (std::uint64_t rest = components_; rest != 0; rest &= rest - 1) {
     const auto component = static_cast<std::size_t>(std::countr_zero(rest));
     std::uint64_t rows = 0;
-    for (std::uint64_t& touched : planes_->touched[component]) {
+    for (std::size_t tile = 0; tile < kTiles; ++tile) {
+      std::uint64_t& touched = planes_->touched[component * kTiles + tile];
       rows |= touched;
       touched = 0;
     }
     for (; rows != 0; rows &= rows - 1) {
       const auto row = static_cast<std::size_t>(std::countr_zero(rows));
-      std::memset(&planes_->plane[component][row * kStripRow], 0, kStripRow * sizeof(float));
+      std::memset(&planes_->sums[component * kStripPlane + row * kStripRow], 0,
+                  kStripRow * sizeof(float));
     }
   }
   components_ = 0;
@@ -90,8 +93,8 @@ void KernelStrip::add_points(std::span<const TilePoint> points, const std::array
                   .weight_scale = kernel.scale,
                   .inverse_square = kernel.inverse_square,
                   .least = least_counted(kernel.min_weight),
-                  .planes = planes_->plane[0].data(),
-                  .touched = planes_->touched[0].data()};
+                  .planes = planes_->sums.data(),
+                  .touched = planes_->touched.data()};
   KernelRowsDone done;
   // Updates are counted in 32 bits a lane, up to 512 a point.
   constexpr std::size_t kMostPoints = std::size_t{1} << 20U;
@@ -108,18 +111,18 @@ void KernelStrip::add_points(std::span<const TilePoint> points, const std::array
 std::uint64_t KernelStrip::touched(int tile) const noexcept {
   std::uint64_t rows = 0;
   for (std::uint64_t rest = components_; rest != 0; rest &= rest - 1)
-    rows |= planes_->touched[static_cast<std::size_t>(std::countr_zero(rest))]
-                            [static_cast<std::size_t>(tile)];
+    rows |= planes_->touched[static_cast<std::size_t>(std::countr_zero(rest)) * kTiles +
+                             static_cast<std::size_t>(tile)];
   return octets_of_rows(rows);
 }
 
 BlockEvidence KernelStrip::sums(int tile) const noexcept {
   const auto t = static_cast<std::size_t>(tile);
-  return {.sums = planes_->plane[0].data() + t * kBlockEdge,
+  return {.sums = planes_->sums.data() + t * kBlockEdge,
           .row = kStripRow,
           .component = kStripPlane,
           .components = components_,
-          .touched = planes_->touched[0].data() + t,
+          .touched = planes_->touched.data() + t,
           .touched_stride = kTiles};
 }
 

@@ -98,20 +98,25 @@ Status LocalMap::add_labels(SlabHandle handle, int octet, const OctetEvidence& a
 /// In rounds, so that the octets' memory, which mostly is in no cache, is waited for together.
 Result<int> LocalMap::add_labels(SlabHandle handle, std::uint64_t octets,
                                  const BlockEvidence& added) noexcept {
+  std::array<std::uint64_t, kBlockOctets> components{};
+  std::uint64_t wanted = 0;
+  for (; octets != 0; octets &= octets - 1) {
+    const int octet = std::countr_zero(octets);
+    std::uint64_t& present = components[static_cast<std::size_t>(octet)];
+    present = added.components_of(octet) & ~std::uint64_t{1};
+    if (present != 0) wanted |= octets & (~octets + 1);
+  }
+  if (wanted == 0) return 0;
   Block& block = mutable_block(handle);
   const Change change(*this, handle);
   Status status = Status::kOk;
-  std::array<std::uint64_t, kBlockOctets> components{};
   std::uint64_t ready = 0;
-  for (; octets != 0; octets &= octets - 1) {
-    const int octet = std::countr_zero(octets);
-    const std::uint64_t present = added.components_of(octet);
-    if ((present & ~std::uint64_t{1}) == 0) continue;
+  for (std::uint64_t rest = wanted; rest != 0; rest &= rest - 1) {
+    const int octet = std::countr_zero(rest);
     status = ensure_octet(block, octet);
     if (status != Status::kOk) break;
     tuples_.prefetch_to_add(pool_.at(octet_handle(block, octet)));
-    components[static_cast<std::size_t>(octet)] = present;
-    ready |= octets & (~octets + 1);
+    ready |= rest & (~rest + 1);
   }
   for (std::uint64_t rest = ready; rest != 0; rest &= rest - 1)
     tuples_.prefetch_planes(pool_.at(octet_handle(block, std::countr_zero(rest))));
@@ -126,12 +131,14 @@ Result<int> LocalMap::add_labels(SlabHandle handle, std::uint64_t octets,
 }
 
 void LocalMap::prefetch_pages(SlabHandle handle) const noexcept {
+  if (handle == 0) return;
   for (const SlabHandle page : block_at(handle).labels) {
     if (page != 0) __builtin_prefetch(pool_.at(page), 1);
   }
 }
 
 void LocalMap::prefetch_octets(SlabHandle handle, std::uint64_t octets) const noexcept {
+  if (handle == 0) return;
   for (; octets != 0; octets &= octets - 1) {
     const SlabHandle tuples = octet_handle(block_at(handle), std::countr_zero(octets));
     if (tuples != 0) tuples_.prefetch_to_add(pool_.at(tuples));

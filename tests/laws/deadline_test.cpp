@@ -217,7 +217,9 @@ TEST_CASE("deadline: with time enough nothing is different, with no clock neithe
     CHECK(report.voxel_updates == expected.voxel_updates);
     // With a deadline the kernel mode writes tile by tile, and passes over other voxels that no
     // point reaches.
-    if (config.mode != InferenceMode::kKernel) CHECK(report.work_spent() == expected.work_spent());
+    const bool same_work = config.mode != InferenceMode::kKernel;
+    CHECK((!same_work || report.work_spent() == expected.work_spent()));
+    CHECK(report.work_predicted >= expected.work_spent());
     CHECK(report.work_predicted >= report.work_spent());
     REQUIRE(same_content(mapper.map(), plain.map()));
   }

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <catch2/catch.hpp>
+#include <vector>
 
 #include "oracle/random.hpp"
 
@@ -168,6 +169,30 @@ TEST_CASE("DenseTuple: agrees with a plain array through random adds and scales"
     }
     CHECK(octet.canaries_alive());
   }
+}
+
+TEST_CASE("dense tuple: a copy of whatever was found reads its octet alone and names no more") {
+  constexpr int kNumComponents = 7;
+  constexpr std::uint64_t kAll = ~std::uint64_t{0};
+  const std::array<std::uint64_t, 2> header =
+      GENERATE(std::array<std::uint64_t, 2>{kAll, 64}, std::array<std::uint64_t, 2>{kAll, kAll},
+               std::array<std::uint64_t, 2>{32, 3}, std::array<std::uint64_t, 2>{32, 0},
+               std::array<std::uint64_t, 2>{kAll, 6}, std::array<std::uint64_t, 2>{kAll, 7});
+  CAPTURE(header[0], header[1]);
+  // Of just that size, for the sanitizer.
+  const std::size_t words = DenseTuple::octet_bytes(kNumComponents) / sizeof(std::uint64_t);
+  std::vector<std::uint64_t> found(words, 0x3f8000003f800000U);  // ones
+  found[0] = header[0];
+  found[1] = header[1];
+  std::vector<std::uint64_t> copy(words, 0);
+  auto* const to = reinterpret_cast<std::byte*>(copy.data());
+  DenseTuple::copy_shared(reinterpret_cast<const std::byte*>(found.data()), to, kNumComponents);
+  VoxelEvidence evidence;
+  evidence.num_components = kNumComponents;
+  DenseTuple::read(to, 3, evidence);
+  const bool whole = header[0] == kAll && header[1] == 6;
+  for (std::size_t l = 0; l < evidence.sigma.size(); ++l)
+    CHECK(evidence.sigma[l] == (whole && l >= 1 && l < kNumComponents ? 1.0F : 0.0F));
 }
 
 }  // namespace

@@ -64,8 +64,9 @@ class Integrator {
   /// voxels * sqrt(3) + 4). Where not all fits: three times the ray steps, and n times the tiles in
   /// reach (7, or (D / 8 + 2)^3) looked up; and always O(scratch tables), as they are cleared.
   ScanReport integrate(LocalMap& map, const ScanView& scan) noexcept;
-  /// The same, to be done at due_us on the policy's clock. With time enough it is the same to the
-  /// bit.
+  /// The same, to be done at due_us on the policy's clock. With time enough the map is the same to
+  /// the bit; ScanReport::evaluations may differ in the kernel mode, which writes tile by tile
+  /// then.
   ///
   /// Time is spent as work: what fits the time left (Deadline::begin_work) is a work budget beside
   /// config().work_budget. Then the clock is held against it: admission ends, and the tracing of
@@ -185,8 +186,9 @@ class Integrator {
                  EvidenceWork& work) noexcept;
   void write_strip(LocalMap& map, std::span<const Tile* const> strip, EvidenceWork& work,
                    ScanReport& report) noexcept;
-  /// Adds the points of the tile at an offset from the strip's first, if there is one.
-  void add_to_strip(std::span<const Tile* const> strip, const std::array<int, 3>& offset,
+  void add_row_to_strip(std::span<const Tile* const> strip, std::span<const Tile* const> row,
+                        int dy, int dz, const KernelShape& kernel, EvidenceWork& work) noexcept;
+  void add_to_strip(const Tile* from, const std::array<int, 3>& offset, int tiles,
                     const KernelShape& kernel, EvidenceWork& work) noexcept;
   void write_free_space(LocalMap& map, ScanReport& report) noexcept;
   /// all_written: nothing was opened for rays in vain.

@@ -42,7 +42,7 @@ class KernelStrip {
   void begin(int tiles) noexcept;
   /// Adds the points of the tile that lies offset tiles from the strip's first one, in that tile's
   /// coordinates; radius: no contribution reaches a voxel centre farther away (voxels). A voxel's
-  /// sum is the same whatever strip it is in. O(points * (2 radius + 8)^3), clipped to the strip.
+  /// sum is the same whatever strip it is in. O(points * 64 (2 radius + 8)) for what lies in it.
   void add_points(std::span<const TilePoint> points, const std::array<int, 3>& offset, float radius,
                   const KernelShape& kernel, EvidenceWork& work) noexcept;
   /// The octets of a tile that anything may have been added to, a bit each.
@@ -53,8 +53,9 @@ class KernelStrip {
  private:
   static constexpr std::size_t kPlane = std::size_t{64} * kBlockEdge * (kTiles + 1);
   struct Planes {
-    std::array<std::array<float, kPlane>, kMaxComponents> plane{};
-    std::array<std::array<std::uint64_t, kTiles>, kMaxComponents> touched{};  ///< Rows y + 8 z.
+    std::array<float, kMaxComponents * kPlane> sums{};
+    /// Rows y + 8 z, by component and tile.
+    std::array<std::uint64_t, std::size_t{kMaxComponents} * kTiles> touched{};
   };
   using AddRows = void (*)(const KernelRows& rows, KernelRowsDone& done) noexcept;
 

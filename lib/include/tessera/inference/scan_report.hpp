@@ -53,7 +53,7 @@ struct ScanReport {
   std::uint32_t tiles = 0;          ///< Tiles used, of ScanCapacity::tiles.
   std::uint32_t ray_blocks = 0;     ///< Ray blocks used, of ScanCapacity::ray_blocks.
   std::uint64_t voxel_updates = 0;  ///< Contributions added: pairs of a point and a voxel.
-  std::uint64_t evaluations = 0;    ///< Kernel evaluations done, in or out of support.
+  std::uint64_t evaluations = 0;    ///< Voxels that kernels were evaluated for, in reach or not.
   /// Voxels stepped through by rays: once, or up to three times where the scan did not fit as a
   /// whole (on trial, for admission, for carving).
   std::uint64_t ray_steps = 0;

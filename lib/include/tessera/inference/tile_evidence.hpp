@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// The sums of eq. 7 for one tile of a scan, in each mode. Every function adds up in a fixed order
-// (tiles by offset, points as sorted), so the same scan gives the same bits.
+// The sums of eq. 7 for the octets of a tile (the kernel mode's: kernel_strip.hpp). Every function
+// adds up in a fixed order (tiles by offset, points as sorted), so the same scan gives the same
+// bits.
 #pragma once
 
 #include <array>

@@ -169,11 +169,11 @@ class LocalMap {
   /// as they are. Fails with kResourceExhausted iff a label page or octet is needed and does not
   /// fit: counted, unchanged. O(components present).
   Status add_labels(SlabHandle handle, int octet, const OctetEvidence& added) noexcept;
-  /// The same for these octets of a block. Returns how many of them there was anything for. Fails
-  /// as above: those before are added then, in order.
+  /// The same for these octets of a block, with room for all at once. Returns for how many there
+  /// was anything. Fails as above, with those before added. O(64 components present).
   Result<int> add_labels(SlabHandle handle, std::uint64_t octets,
                          const BlockEvidence& added) noexcept;
-  /// Sends for the memory that this takes: a block's pages, and once they are there these octets.
+  /// Sends for the memory that this takes: the pages of a block, if it is one, then these octets.
   void prefetch_pages(SlabHandle handle) const noexcept;
   void prefetch_octets(SlabHandle handle, std::uint64_t octets) const noexcept;
   /// Adds one pass to every voxel in mask; label evidence gives way where the cap is reached, and a

@@ -3,8 +3,8 @@
 // The dense count tuple: a float for each of the components 1 .. C + 1 of each voxel, exact to
 // float addition. Eight voxels of an octet lie together, a plane of eight counts a component, so
 // that adding a scan writes only the planes of the classes it saw; the cap reads all. Most octets
-// only ever see one component: the first that an octet gets has its plane beside the header, in
-// the cache line that is read anyway, and those of the others follow in their order.
+// only ever see one component: the first that an octet gets has its plane beside the header, and
+// those of the others follow in their order.
 //
 // A tuple policy is a type with the static functions of this one. Component 0 (free) is never part
 // of a tuple.
@@ -112,10 +112,15 @@ class DenseTuple {
   /// Copies of an octet that may be written meanwhile (shared_words.hpp) what its mask names.
   static void copy_shared(const std::byte* octet, std::byte* to, int num_components) noexcept {
     load_shared_words(to, octet, sizeof(Header));
-    const Header header = header_of(to);
+    Header header = header_of(to);
     const std::uint64_t known = (std::uint64_t{2} << static_cast<unsigned>(num_components - 1)) - 2;
-    if (((known >> header.first) & 1U) == 0) return set_header(to, {});  // being written
-    for (std::uint64_t rest = header.components & known; rest != 0; rest &= rest - 1) {
+    header.components &= known;
+    // Anything may be found where a block was given back meanwhile.
+    if (header.first >= std::uint64_t{kMaxComponents} ||
+        ((header.components >> header.first) & 1U) == 0)
+      header = {};
+    set_header(to, header);
+    for (std::uint64_t rest = header.components; rest != 0; rest &= rest - 1) {
       const std::size_t at = header.offset(std::countr_zero(rest));
       load_shared_words(to + at, octet + at, sizeof(Plane));
     }

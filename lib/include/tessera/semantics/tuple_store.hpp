@@ -63,17 +63,16 @@ class TupleStore {
   void summarize(const std::byte* octet, int voxel, CountSummary& into) const noexcept {
     dense() ? DenseTuple::summarize(octet, voxel, into) : compact_.summarize(octet, voxel, into);
   }
-  /// Sends for the memory that summarize reads first; of a dense octet, its mask and its first
-  /// plane.
+  /// Sends for the memory that summarize reads first; of a dense octet, its header and the first
+  /// component's plane.
   void prefetch(const std::byte* octet) const noexcept {
     __builtin_prefetch(octet);
-    if (!dense()) __builtin_prefetch(octet + CompactTuple::kOctetBytes / 2);
+    __builtin_prefetch(octet + first_bytes() / 2);
   }
   /// Sends for the memory that adding takes first, and once that is there for the rest.
   void prefetch_to_add(const std::byte* octet) const noexcept {
     __builtin_prefetch(octet, 1);
-    __builtin_prefetch(octet + (dense() ? DenseTuple::kFirstBytes : CompactTuple::kOctetBytes) / 2,
-                       1);
+    __builtin_prefetch(octet + first_bytes() / 2, 1);
   }
   void prefetch_planes(const std::byte* octet) const noexcept {
     if (dense()) DenseTuple::prefetch_planes(octet);
@@ -94,6 +93,10 @@ class TupleStore {
 
  private:
   [[nodiscard]] constexpr bool dense() const noexcept { return policy_ == TuplePolicy::kDense; }
+  /// Where an octet begins, in two cache lines at most.
+  [[nodiscard]] constexpr std::size_t first_bytes() const noexcept {
+    return dense() ? DenseTuple::kFirstBytes : CompactTuple::kOctetBytes;
+  }
 
   TuplePolicy policy_ = TuplePolicy::kDense;
   CompactTuple compact_{};
