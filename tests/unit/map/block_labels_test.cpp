@@ -114,6 +114,10 @@ TEST_CASE("a block's labels: what does not fit is refused and counted, what came
                                .components = 2,
                                .touched = touched.data(),
                                .touched_stride = 1};
+  // Compact octets of one block would just fit.
+  REQUIRE(small.map.add_labels(*small.map.open_block({1, 0, 0}), 0x3ff, evidence).ok());
+  const std::uint64_t before = small.map.usage().label_voxels;
+  CHECK(before == 80);
   const SlabHandle block = *small.map.open_block({0, 0, 0});
   const std::uint64_t refused = small.map.usage().storage_refused;
   const Result<int> written = small.map.add_labels(block, ~std::uint64_t{0}, evidence);
@@ -123,7 +127,8 @@ TEST_CASE("a block's labels: what does not fit is refused and counted, what came
   // The first ones, without a gap, each with its evidence.
   CHECK(octets != 0);
   CHECK((octets & (octets + 1)) == 0);
-  CHECK(small.map.usage().label_voxels == 8 * static_cast<std::uint64_t>(std::popcount(octets)));
+  CHECK(small.map.usage().label_voxels ==
+        before + 8 * static_cast<std::uint64_t>(std::popcount(octets)));
 }
 
 }  // namespace
