@@ -10,7 +10,6 @@
 namespace tessera {
 
 static_assert(kBlockEdge == kRowVoxels && KernelStrip::kTiles == kStripTiles);
-static_assert(KernelStrip::required_bytes() >= sizeof(float) * kMaxComponents * kStripPlane);
 
 namespace {
 
@@ -61,6 +60,7 @@ Result<KernelStrip> KernelStrip::make(Arena& arena, KernelLanes lanes) noexcept 
 }
 
 void KernelStrip::begin(int tiles) noexcept {
+  static_assert(kPlane == kStripPlane);
   TESSERA_ASSERT(tiles >= 1 && tiles <= kTiles);
   for (std::uint64_t rest = components_; rest != 0; rest &= rest - 1) {
     const auto component = static_cast<std::size_t>(std::countr_zero(rest));

@@ -45,8 +45,8 @@ struct Tile {
   /// The map's blocks that the tile covers: one, or eight for units of four voxels (x fastest). 0:
   /// not open, or not looked for.
   std::array<SlabHandle, 8> blocks{};
-  /// Numbers of the tiles at its faces (kFaceSteps), plus one; 0: none, or not linked by
-  /// ScanTiles:: ensure_beside.
+  /// Numbers of the tiles at its faces (kFaceSteps), plus one; 0: none, or not linked
+  /// (ScanTiles::ensure_beside).
   std::array<std::uint32_t, 6> beside{};
 };
 

@@ -83,9 +83,8 @@ class DenseTuple {
   static void scale(std::byte* octet, int voxel, float factor) noexcept {
     const Header header = header_of(octet);
     for (std::uint64_t rest = header.components; rest != 0; rest &= rest - 1) {
-      const int component = std::countr_zero(rest);
-      set_count(octet + header.offset(component), voxel,
-                plane(octet, header, component)[voxel] * factor);
+      std::byte* const plane = octet + header.offset(std::countr_zero(rest));
+      set_count(plane, voxel, reinterpret_cast<const float*>(plane)[voxel] * factor);
     }
   }
 
@@ -192,10 +191,6 @@ class DenseTuple {
     std::memcpy(&pair, word, sizeof(pair));
     pair[static_cast<std::size_t>(voxel % 2)] = count;
     store_shared_words(word, &pair, sizeof(pair));
-  }
-  [[nodiscard]] static const float* plane(const std::byte* octet, const Header& header,
-                                          int component) noexcept {
-    return reinterpret_cast<const float*>(octet + header.offset(component));
   }
 };
 
