@@ -57,11 +57,13 @@ Cloud one_voxel(int count) {
   return cloud;
 }
 
-/// Points where eight blocks meet.
-Cloud corners(int edge) {
+/// Points where eight blocks meet, so many blocks apart.
+Cloud corners(int edge, int blocks) {
   Cloud cloud;
   for (int i = 0; i < edge * edge * edge; ++i) {
-    const auto at = [](int v) { return static_cast<float>(v) * kEdge_m * kBlockEdge; };
+    const auto at = [blocks](int v) {
+      return static_cast<float>(v * blocks) * kEdge_m * kBlockEdge;
+    };
     cloud.add(at(i % edge), at(i / edge % edge), at(i / (edge * edge)), 1 + i % kMostClasses);
   }
   return cloud;
@@ -149,7 +151,8 @@ void measure_integrate(Meter& meter) {
   Setting rays = setting_of(InferenceMode::kMultiEntropy, true);
   const Cloud cube = full_cube(16);
   const Cloud voxel = one_voxel(4096);
-  const Cloud corner = corners(8);
+  const Cloud corner = corners(8, 1);
+  const Cloud alone = corners(8, 2);
   const Cloud diagonal = diagonals(1024, rays.inference.max_range_m);
   const double steps =
       n_of(diagonal) *
@@ -166,6 +169,12 @@ void measure_integrate(Meter& meter) {
                {"integrate_kernel_corners", kCall,
                 "kernel of 3 voxels: 512 points, each where eight blocks meet", kKernelFormula},
                kernel, corner, 512.0 * n_of(corner), evaluations);
+  measure_scan(
+      meter,
+      {"integrate_kernel_own_blocks", kCall,
+       "kernel of 3 voxels: 512 points, each where eight blocks meet that no other reaches",
+       kKernelFormula},
+      kernel, alone, 512.0 * n_of(alone), evaluations);
   measure_scan(meter,
                {"integrate_kernel_one_voxel", kCall,
                 "kernel of 3 voxels: 4,096 points in one voxel, of every class", kKernelFormula},

@@ -2,7 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // States and writes that cost a map most: every class at once, all at the cap, keys that collide,
 // storage full.
+#include <array>
+#include <bit>
 #include <cmath>
+#include <vector>
 
 #include "meter.hpp"
 #include "tessera/map/queries.hpp"
@@ -82,6 +85,35 @@ void measure_index(Meter& meter) {
       });
 }
 
+/// Sums of a block whose octets all are this one.
+class BlockSums {
+ public:
+  explicit BlockSums(const OctetEvidence& octet)
+      : components_(octet.components()), sums_(std::size_t{kMaxComponents} * kBlockVoxels) {
+    touched_.fill(~std::uint64_t{0});
+    for (std::uint64_t rest = components_; rest != 0; rest &= rest - 1) {
+      const int component = std::countr_zero(rest);
+      const OctetEvidence::Plane& plane = octet.read(component);
+      for (std::size_t i = 0; i < kBlockVoxels; ++i) {
+        const std::size_t voxel = (i & 1U) + 2 * (i / 8 & 1U) + 4 * (i / 64 & 1U);
+        sums_[static_cast<std::size_t>(component) * kBlockVoxels + i] = plane[voxel];
+      }
+    }
+  }
+  [[nodiscard]] BlockEvidence evidence() const {
+    return {.sums = sums_.data(),
+            .row = kBlockEdge,
+            .component = kBlockVoxels,
+            .components = components_,
+            .touched = touched_.data()};
+  }
+
+ private:
+  std::uint64_t components_;
+  std::vector<float> sums_;
+  std::array<std::uint64_t, kMaxComponents> touched_{};
+};
+
 void measure_octets(Meter& meter, TuplePolicy tuple) {
   OwnedMap owned(config_of(tuple, kMebibytes), kMostClasses);
   LocalMap& map = owned.map;
@@ -104,6 +136,18 @@ void measure_octets(Meter& meter, TuplePolicy tuple) {
                     done += map.add_labels(block, octet, added) == Status::kOk ? 1 : 0;
                   return fixed(done == kBlockOctets && map.usage().label_voxels == kBlockVoxels,
                                counts);
+                });
+  const BlockSums sums(added);
+  const std::string block_labels = "add_labels_block" + suffix;
+  const std::string block_labels_input =
+      std::string(name_of(tuple)) +
+      ": a block's 64 octets, all 63 label components at the cap, free passes too";
+  meter.measure({block_labels.c_str(), "LocalMap::add_labels", block_labels_input.c_str(),
+                 "512 (C + 1) counts"},
+                1, full, [&] {
+                  const Result<int> written =
+                      map.add_labels(block, ~std::uint64_t{0}, sums.evidence());
+                  return fixed(written.ok() && *written == kBlockOctets, kBlockOctets * counts);
                 });
   VoxelMask all;
   all.fill(~std::uint64_t{0});

@@ -145,6 +145,7 @@ void Integrator::sum_strip(const LocalMap& map, std::span<const Tile* const> str
 void Integrator::write_strip(LocalMap& map, std::span<const Tile* const> strip, EvidenceWork& work,
                              ScanReport& report) noexcept {
   sum_strip(map, strip, work);
+  ++report.strips;
   for (std::size_t i = 0; i < strip.size(); ++i) {
     const SlabHandle block = strip[i]->blocks[0];
     const int tile = static_cast<int>(i);

@@ -43,7 +43,17 @@ def name_faults(path):
         yield "is not named in snake_case"
 
 
+def installed_faults(headers, listing):
+    """Headers of the library that its CMakeLists.txt does not install."""
+    for header in sorted(headers):
+        if not re.search(rf"^ *{re.escape(header)}$", listing, re.MULTILINE):
+            yield f"lib/CMakeLists.txt does not install {header}"
+
+
 def self_test():
+    assert not [*installed_faults(["include/a.hpp"], "FILES\n  include/a.hpp\n")]
+    assert [*installed_faults(["include/a.hpp"], "FILES\n  include/ba.hpp\n")]
+
     def refused(name, text):
         path = pathlib.PurePosixPath(name)
         return [*name_faults(path), *text_faults(path, text)]
@@ -69,6 +79,9 @@ def main():
         if path.name == "LICENSE":
             continue
         found += [f"{path}: {fault}" for fault in (*name_faults(path), *(text_faults(path, text) if text else ()))]
+    headers = {str(path.relative_to("lib")) for path in tracked.files(root)
+               if path.is_relative_to("lib/include") and path.suffix == ".hpp"}
+    found += installed_faults(headers, (root / "lib/CMakeLists.txt").read_text())
     tops = {path.parts[0] for path in tracked.files(root)}
     found += [f"{name} is missing at the top level" for name in sorted(TOP - tops)]
     print("\n".join(found), file=sys.stderr)

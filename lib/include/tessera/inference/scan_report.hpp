@@ -57,6 +57,7 @@ struct ScanReport {
   /// Voxels stepped through by rays: once, or up to three times where the scan did not fit as a
   /// whole (on trial, for admission, for carving).
   std::uint64_t ray_steps = 0;
+  std::uint32_t strips = 0;        ///< Kernel mode: runs of tiles that were summed up together.
   std::uint32_t label_octets = 0;  ///< Octets written.
   std::uint32_t free_blocks = 0;   ///< Blocks carved.
 
