@@ -93,6 +93,17 @@ CompactTuple::Plane CompactTuple::sums_of(const Octet& octet) const noexcept {
   return sums;
 }
 
+void CompactTuple::add_rest(std::byte* octet_bytes, const Plane& counts) const noexcept {
+  constexpr auto kMost = static_cast<float>(kMostCount);
+  Octet octet{};
+  std::memcpy(&octet, octet_bytes, sizeof(octet));
+  for (std::size_t v = 0; v < kOctetVoxels; ++v) {
+    const float exact = counts[v] * quanta_ + 0.5F;
+    add_to_rest(octet, v, static_cast<std::uint32_t>(exact < kMost ? exact : kMost));
+  }
+  store_shared_words(octet_bytes, &octet, sizeof(octet));
+}
+
 CompactTuple::Plane CompactTuple::label_sums(const std::byte* octet_bytes) const noexcept {
   Octet octet{};
   std::memcpy(&octet, octet_bytes, sizeof(octet));

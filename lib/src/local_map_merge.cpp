@@ -3,6 +3,7 @@
 // What the moving window needs of a map: blocks that leave it, and content that comes back.
 #include <bit>
 
+#include "tessera/base/bits.hpp"
 #include "tessera/map/local_map.hpp"
 
 namespace tessera {
@@ -73,21 +74,76 @@ Status LocalMap::merge_passes(SlabHandle handle, int octet, std::span<const std:
   return Status::kOk;
 }
 
+/// Octets, with the last of a layer its page, and passes are taken back.
+void LocalMap::empty_block(Block& block) noexcept {
+  for (std::uint64_t octets = octets_of(block); octets != 0; octets &= octets - 1)
+    update_observed(block, std::countr_zero(octets), TupleStore::Plane{});
+  for (SlabHandle& page : block.free_passes) {
+    if (page == 0) continue;
+    pool_.release(kFreeSlab, page);
+    store_shared(page, SlabHandle{0});
+  }
+}
+
 void LocalMap::remove_block(SlabHandle handle) noexcept {
   {
     const Change change(*this, handle);
-    Block& block = mutable_block(handle);
-    for (int octet = 0; octet < kBlockOctets; ++octet) {
-      // Nothing observed any more: octets, and with the last of a layer its page, are taken back.
-      if (has_octet(block, octet)) update_observed(block, octet, TupleStore::Plane{});
-    }
-    for (SlabHandle& page : block.free_passes) {
-      if (page == 0) continue;
-      pool_.release(kFreeSlab, page);
-      store_shared(page, SlabHandle{0});
-    }
+    empty_block(mutable_block(handle));
   }
   close_if_empty(handle);
+}
+
+/// There must be room for it.
+void LocalMap::fill_octet(Block& block, int octet, const BlockContent& content) noexcept {
+  const BlockEvidence labels = content.labels();
+  const std::uint64_t components = labels.components_of(octet);
+  TupleStore::Plane rest{};
+  for (int v = 0; content.any_rest() && v < kOctetVoxels; ++v)
+    rest[static_cast<std::size_t>(v)] = content.rest(row_order(octet, v));
+  const bool any_rest = bits_above(rest.data(), 0.0F) != 0;
+  if (components == 0 && !any_rest) return;
+  const Status status = ensure_octet(block, octet);
+  TESSERA_ASSERT(status == Status::kOk);
+  static_cast<void>(status);
+  std::byte* const tuples = pool_.at(octet_handle(block, octet));
+  TupleStore::Plane sums = tuples_.add(tuples, OctetOfBlock(labels, octet, components));
+  if (any_rest) {
+    tuples_.add_rest(tuples, rest, num_components());
+    sums = tuples_.label_sums(tuples);
+  }
+  update_observed(block, octet, sums);
+}
+
+Status LocalMap::replace(SlabHandle handle, const BlockContent& content) noexcept {
+  Block& block = mutable_block(handle);
+  const Change change(*this, handle);
+  empty_block(block);
+  store_shared(block.revision, revision_);
+  const std::uint64_t label_octets = content.label_octets();
+  const std::uint64_t pass_octets = content.pass_octets();
+  SlabPool::Counts wanted{};
+  for (unsigned layer = 0; layer < kBlockLayers; ++layer) {
+    constexpr std::uint64_t kOfLayer = (std::uint64_t{1} << unsigned{kLayerOctets}) - 1;
+    const std::uint64_t labels = (label_octets >> (layer * kLayerOctets)) & kOfLayer;
+    wanted[kLabelSlab] += labels != 0 ? 1U : 0U;
+    wanted[kOctetSlab] += static_cast<std::uint32_t>(count_ones(labels));
+    wanted[kFreeSlab] += ((pass_octets >> (layer * kLayerOctets)) & kOfLayer) != 0 ? 1U : 0U;
+  }
+  if (!pool_.fits_or_refuse(wanted)) return Status::kResourceExhausted;
+  for (std::uint64_t rest = pass_octets; rest != 0; rest &= rest - 1) {
+    const int octet = std::countr_zero(rest);
+    ensure_free_page(block, layer_of_octet(octet));
+    FreePage& page = mutable_free_page(block, layer_of_octet(octet));
+    for (int v = 0; v < kOctetVoxels; ++v) {
+      const int row = row_order(octet, v);
+      const unsigned passes = content.passes(row);
+      store_shared(page.passes[row_in_layer(row)],
+                   static_cast<std::uint8_t>(passes < max_passes_ ? passes : max_passes_));
+    }
+  }
+  for (std::uint64_t rest = label_octets; rest != 0; rest &= rest - 1)
+    fill_octet(block, std::countr_zero(rest), content);
+  return Status::kOk;
 }
 
 }  // namespace tessera

@@ -10,28 +10,13 @@
 
 #include "tessera/base/radix_sort.hpp"
 #include "tessera/base/shared_words.hpp"
+#include "tessera/map/block_content.hpp"
 #include "tessera/map/map_config.hpp"
+#include "tessera/map/map_usage.hpp"
 #include "tessera/semantics/class_table.hpp"
 #include "tessera/semantics/estimate.hpp"
 
 namespace tessera {
-
-/// How full a map is. Counters of refusals never decrease but by clear().
-struct MapUsage {
-  std::size_t capacity_bytes = 0;  ///< required_bytes of the configuration.
-  std::size_t used_bytes = 0;      ///< Pages in use with their slack, and the index's table.
-  std::size_t peak_bytes = 0;      ///< Largest used_bytes so far.
-  std::uint64_t blocks = 0;
-  std::uint64_t label_voxels = 0;    ///< Voxels with evidence in 1 .. C + 1.
-  std::uint64_t blocks_refused = 0;  ///< Blocks not opened: storage full, or no place in the index.
-  std::uint64_t storage_refused = 0;  ///< Pages and octets not given for lack of storage.
-};
-
-/// A place in the order in which LocalMap::visit_blocks goes around; of use whatever becomes of the
-/// blocks.
-struct SweepCursor {
-  std::size_t place = 0;
-};
 
 class LocalMap {
  public:
@@ -111,6 +96,13 @@ class LocalMap {
   [[nodiscard]] const Block* find(BlockCoord block) const noexcept;
   /// Counts of one voxel of a block.
   [[nodiscard]] VoxelEvidence evidence(const Block& block, int octet, int voxel) const noexcept;
+  /// Calls label(component, count) for each label count of a voxel that has label evidence, and
+  /// rest(count) for its rest.
+  template <class Label, class Rest>
+  void visit_labels(const Block& block, int octet, int voxel, Label&& label,
+                    Rest&& rest) const noexcept {
+    tuples_.visit(pool_.at(octet_handle(block, octet)), voxel, label, rest);
+  }
   /// Voxels of an octet with label evidence, a bit each.
   [[nodiscard]] std::uint8_t observed_labels(const Block& block, int octet) const noexcept {
     const LabelPage* const page = label_page(block, octet);
@@ -195,6 +187,10 @@ class LocalMap {
   /// which those of the voxels in mask count. Fails as merge, and nothing was changed. O(8).
   Status merge_passes(SlabHandle handle, int octet, std::span<const std::byte> passes,
                       unsigned mask) noexcept;
+  /// Makes a block hold this and nothing else, as one change; passes stop at max_passes(), and the
+  /// cap is not held. Fails with kResourceExhausted iff storage has no room: counted, and the block
+  /// holds nothing then. O(512 + voxels * components).
+  Status replace(SlabHandle handle, const BlockContent& content) noexcept;
   /// Closes a block with all its content. Work: its octets, 64 at most, and an entry of the index.
   void remove_block(SlabHandle handle) noexcept;
   void restore_revision(std::uint32_t revision) noexcept { revision_ = revision; }
@@ -265,6 +261,8 @@ class LocalMap {
   template <class Evidence>
   void add_to_octet(Block& block, int octet, const Evidence& added) noexcept;
   void ensure_free_page(Block& block, std::size_t layer) noexcept;
+  void empty_block(Block& block) noexcept;
+  void fill_octet(Block& block, int octet, const BlockContent& content) noexcept;
   void hold_cap_on_labels(Block& block, int octet, unsigned voxels,
                           TupleStore::Plane& sums) noexcept;
   bool give_way_in_layer(Block& block, std::size_t layer,

@@ -82,6 +82,20 @@ class CompactTuple {
     }
     into.add_rest(count_of(word(kRest)) * quantum_);
   }
+  /// Calls label(component, count) for each of a voxel's slots, and rest(count) if there is any.
+  template <class Label, class Rest>
+  void visit(const std::byte* octet, int voxel, Label&& label, Rest&& rest) const noexcept {
+    const std::byte* const words = octet + static_cast<std::size_t>(voxel) * sizeof(std::uint32_t);
+    for (std::size_t s = 0; s <= kRest; ++s) {
+      std::uint32_t word = 0;
+      std::memcpy(&word, words + s * sizeof(Words), sizeof(word));
+      if (word == 0) continue;
+      s == kRest ? rest(count_of(word) * quantum_)
+                 : label(static_cast<int>(word >> kCountBits), count_of(word) * quantum_);
+    }
+  }
+  /// Adds to the rests of an octet, as add().
+  void add_rest(std::byte* octet, const Plane& counts) const noexcept;
   /// Whether a tuple can have these counts: of three classes at most, in whole quanta.
   [[nodiscard]] bool holds(const VoxelEvidence& evidence) const noexcept {
     return words_of(evidence)[0] != kNotHeld;

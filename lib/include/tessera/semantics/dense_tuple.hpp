@@ -133,6 +133,14 @@ class DenseTuple {
     });
   }
 
+  /// Calls label(component, count) for each component that a voxel has. O(components present).
+  template <class Label>
+  static void visit(const std::byte* octet, int voxel, Label&& label) noexcept {
+    for_planes(octet, [&](int component, const float* counts) {
+      if (counts[voxel] > 0.0F) label(component, counts[voxel]);
+    });
+  }
+
   /// Adds one voxel's counts. O(components present in the octet).
   static void summarize(const std::byte* octet, int voxel, CountSummary& into) noexcept {
     for_planes(octet,

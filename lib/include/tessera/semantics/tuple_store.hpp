@@ -46,6 +46,14 @@ class TupleStore {
   Plane add(std::byte* octet, const Evidence& added) const noexcept {
     return dense() ? DenseTuple::add(octet, added) : compact_.add(octet, added);
   }
+  /// Adds evidence of no known class: a dense tuple, which has no rest, counts it as component C
+  /// + 1.
+  void add_rest(std::byte* octet, const Plane& counts, int num_components) const noexcept {
+    if (!dense()) return compact_.add_rest(octet, counts);
+    OctetEvidence evidence;
+    evidence.assign(num_components - 1, counts);
+    static_cast<void>(DenseTuple::add(octet, evidence));
+  }
   [[nodiscard]] Plane label_sums(const std::byte* octet) const noexcept {
     return dense() ? DenseTuple::label_sums(octet) : compact_.label_sums(octet);
   }
@@ -62,6 +70,11 @@ class TupleStore {
   }
   void summarize(const std::byte* octet, int voxel, CountSummary& into) const noexcept {
     dense() ? DenseTuple::summarize(octet, voxel, into) : compact_.summarize(octet, voxel, into);
+  }
+  /// Calls label(component, count) for each count that a voxel has, and rest(count) for its rest.
+  template <class Label, class Rest>
+  void visit(const std::byte* octet, int voxel, Label&& label, Rest&& rest) const noexcept {
+    dense() ? DenseTuple::visit(octet, voxel, label) : compact_.visit(octet, voxel, label, rest);
   }
   /// Sends for the memory that summarize reads first; of a dense octet, its header and the first
   /// component's plane.

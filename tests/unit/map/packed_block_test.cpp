@@ -1,0 +1,188 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// Packed blocks: what goes in comes out, packing again gives the same bytes, and bytes that are no
+// packed block are refused.
+#include "tessera/map/packed_block.hpp"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <map>
+#include <tuple>
+#include <vector>
+
+#include "oracle/random.hpp"
+#include "small_map.hpp"
+
+namespace tessera {
+namespace {
+
+using oracle::Random;
+
+constexpr int kClasses = 6;
+constexpr int kComponents = kClasses + 2;
+
+/// A content with memory of its own.
+struct OwnContent {
+  OwnContent() : lines(BlockContent::required_bytes(kComponents) / kArenaAlignment) {
+    Arena arena(std::as_writable_bytes(std::span(lines)));
+    content = *BlockContent::make(arena, kComponents);
+  }
+  std::vector<SmallMap::Line> lines;
+  BlockContent content;
+};
+
+void fill(BlockContent& content, Random& random, int voxels) {
+  for (int i = 0; i < voxels; ++i) {
+    const int row = random.below(kBlockVoxels);
+    for (int n = random.below(4); n > 0; --n)
+      content.add(1 + random.below(kClasses + 1), row,
+                  static_cast<float>(random.uniform(0.0002, 90.0)));
+    if (random.below(5) == 0) content.add_rest(row, static_cast<float>(random.uniform(0.01, 2.0)));
+    if (random.below(3) == 0)
+      content.add_passes(row, 1U + static_cast<unsigned>(random.below(255)));
+  }
+  if (random.below(2) == 0) {
+    for (int row = 0; row < 128; ++row) content.add_passes(row, 7);
+  }
+}
+
+std::vector<std::byte> packed(const BlockContent& content) {
+  std::vector<std::byte> bytes(most_packed_bytes(kComponents));
+  bytes.resize(pack_block(content, bytes));
+  return bytes;
+}
+
+void unpack_into(std::span<const std::byte> bytes, BlockContent& content) {
+  unpack_block(
+      bytes,
+      [&](int row, int component, float count) {
+        component == 0 ? content.add_rest(row, count) : content.add(component, row, count);
+      },
+      [&](int row, unsigned passes) { content.add_passes(row, passes); });
+}
+
+TEST_CASE("packed block: what goes in comes out, to 2^-18 of each count; passes are exact") {
+  Random random(static_cast<std::uint64_t>(GENERATE(1, 2, 3, 4, 5)));
+  OwnContent given;
+  fill(given.content, random, random.below(200));
+  const std::vector<std::byte> bytes = packed(given.content);
+  OwnContent found;
+  unpack_into(bytes, found.content);
+  for (int row = 0; row < kBlockVoxels; ++row) {
+    for (int l = 1; l < kComponents; ++l) {
+      const float count = given.content.count(l, row);
+      REQUIRE(std::fabs(found.content.count(l, row) - count) <= count * 0x1p-18F);
+    }
+    REQUIRE(std::fabs(found.content.rest(row) - given.content.rest(row)) <=
+            given.content.rest(row) * 0x1p-18F);
+    const unsigned passes = given.content.passes(row);
+    REQUIRE(found.content.passes(row) == (passes < 255U ? passes : 255U));
+  }
+  CHECK(packed(found.content) == bytes);
+  if (!bytes.empty()) CHECK(check_packed(bytes, kComponents) == Status::kOk);
+}
+
+TEST_CASE("packed block: nothing takes no bytes, and too little room gives none") {
+  OwnContent own;
+  CHECK(packed(own.content).empty());
+  own.content.add(1, 17, 2.0F);
+  own.content.add_passes(300, 3);
+  const std::vector<std::byte> bytes = packed(own.content);
+  // Two masks, one octet's voxels and an entry, the uniform octets and one with eight passes.
+  CHECK(bytes.size() == 16 + 1 + 4 + 8 + 8);
+  std::vector<std::byte> less(bytes.size());
+  for (std::size_t size = 0; size < bytes.size(); ++size)
+    CHECK(pack_block(own.content, std::span(less).first(size)) == 0);
+  own.content.clear();
+  CHECK_FALSE(own.content.any());
+  CHECK(packed(own.content).empty());
+}
+
+TEST_CASE("packed block: counts at both ends of what a float can hold stay finite and positive") {
+  OwnContent own;
+  own.content.add(1, 0, 3.4e38F);
+  own.content.add(2, 0, 1e-30F);
+  OwnContent found;
+  unpack_into(packed(own.content), found.content);
+  CHECK(std::isfinite(found.content.count(1, 0)));
+  CHECK(found.content.count(1, 0) == Approx(3.4e38F).epsilon(1e-4));
+  CHECK(found.content.count(2, 0) == Approx(1e-30F).epsilon(1e-4));
+}
+
+TEST_CASE(
+    "packed block: every truncation, and random damage that is accepted, stays within bounds") {
+  Random random(7);
+  OwnContent given;
+  fill(given.content, random, 60);
+  const std::vector<std::byte> bytes = packed(given.content);
+  for (std::size_t size = 0; size < bytes.size(); ++size) {
+    const std::vector<std::byte> cut(bytes.begin(),
+                                     bytes.begin() + static_cast<std::ptrdiff_t>(size));
+    REQUIRE(check_packed(cut, kComponents) == Status::kCorrupt);
+  }
+  int accepted = 0;
+  for (int i = 0; i < 20000; ++i) {
+    std::vector<std::byte> damaged = bytes;
+    for (int n = 1 + random.below(3); n > 0; --n) {
+      auto& byte = damaged[static_cast<std::size_t>(random.below(static_cast<int>(bytes.size())))];
+      byte = static_cast<std::byte>(random.bits() & 0xffU);
+    }
+    if (check_packed(damaged, kComponents) != Status::kOk) continue;
+    ++accepted;
+    OwnContent found;
+    unpack_into(damaged, found.content);
+    // What is accepted is what packing would have written.
+    REQUIRE(packed(found.content) == damaged);
+  }
+  CHECK(accepted > 100);
+}
+
+TEST_CASE("replace: a block holds what it is given and nothing else, and can be packed again") {
+  const TuplePolicy tuple = GENERATE(TuplePolicy::kDense, TuplePolicy::kCompact);
+  MapConfig config = config_of_pages(64);
+  config.tuple = tuple;
+  config.max_evidence = 0.0F;
+  SmallMap small(config, kClasses);
+  Random random(11);
+  for (int round = 0; round < 20; ++round) {
+    OwnContent given;
+    fill(given.content, random, random.below(80));
+    const SlabHandle block = *small.map.open_block({3, -2, 5});
+    REQUIRE(small.map.replace(block, given.content) == Status::kOk);
+    OwnContent found;
+    add_block(small.map, small.map.block_at(block), found.content);
+    for (int row = 0; row < kBlockVoxels; ++row) {
+      float sum = 0.0F;
+      float expected = given.content.rest(row);
+      float rest = found.content.rest(row);
+      for (int l = 1; l < kComponents; ++l) {
+        sum += found.content.count(l, row);
+        expected += given.content.count(l, row);
+        if (tuple == TuplePolicy::kDense && l <= kClasses)
+          REQUIRE(found.content.count(l, row) == given.content.count(l, row));
+      }
+      // Compact: to half a quantum a count.
+      REQUIRE(std::fabs(sum + rest - expected) <= 4.0F / 4096.0F + expected * 1e-6F);
+      const unsigned passes = given.content.passes(row);
+      REQUIRE(found.content.passes(row) == (passes < 255U ? passes : 255U));
+    }
+    small.map.close_if_empty(block);
+  }
+}
+
+TEST_CASE("replace: where there is no room the block holds nothing, and the refusal is counted") {
+  MapConfig config = config_of_pages(4);
+  SmallMap small(config, kClasses);
+  Random random(13);
+  OwnContent given;
+  fill(given.content, random, 200);
+  const SlabHandle block = *small.map.open_block({0, 0, 0});
+  REQUIRE(hit(small.map, {1, 1, 1}, 2, 1.0F) == Status::kOk);
+  CHECK(small.map.replace(block, given.content) == Status::kResourceExhausted);
+  CHECK(small.map.usage().storage_refused == 1);
+  CHECK(small.map.usage().label_voxels == 0);
+  CHECK(small.map.count_free_voxels() == 0);
+}
+
+}  // namespace
+}  // namespace tessera
