@@ -20,6 +20,7 @@ CORE = {
     "map": ["base", "grid", "semantics"],
     "registration": ["base", "grid", "semantics", "map"],
     "inference": ["base", "grid", "semantics", "map", "registration"],
+    "fusion": ["base", "grid", "semantics", "map", "inference"],
 }
 # What the core may include that is not its own: an allow-list, so <vector>, <iostream>, <thread>, <unistd.h> and the
 # rest of them are refused without being named.

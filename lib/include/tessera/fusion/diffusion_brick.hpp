@@ -1,0 +1,177 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// Label diffusion over the nodes of a cube of blocks and of as much around it as they hang on. A
+// node's result is a pure function of the sums B within iterations * reach of it, always computed
+// in the same order: it is the same whichever brick it is computed in.
+#pragma once
+
+#include <array>
+#include <bit>
+#include <span>
+
+#include "tessera/base/arena.hpp"
+#include "tessera/base/lanes.hpp"
+#include "tessera/fusion/diffusion_config.hpp"
+#include "tessera/fusion/diffusion_stencil.hpp"
+#include "tessera/grid/lattice.hpp"
+#include "tessera/semantics/class_table.hpp"
+
+namespace tessera {
+
+/// A box of blocks.
+struct BlockBox {
+  BlockCoord first;
+  std::array<int, 3> size{1, 1, 1};
+};
+
+class DiffusionBrick {
+ public:
+  static constexpr int kMostEdge = 64;   ///< Voxels, with all that they hang on: a row is one word.
+  static constexpr int kMostBlocks = 6;  ///< Of the box that is computed, on an axis.
+
+  /// Memory for all nodes that a single block may hang on, with all classes and edges.
+  [[nodiscard]] static std::size_t required_bytes(const DiffusionConfig& config,
+                                                  double resolution_m, int num_components) noexcept;
+  /// Fails with kInvalidArgument iff iterations and length reach over kMostHalo voxels;
+  /// kResourceExhausted iff the arena is too small.
+  [[nodiscard]] static Result<DiffusionBrick> make(Arena& arena, const DiffusionConfig& config,
+                                                   double resolution_m,
+                                                   int num_components) noexcept;
+  DiffusionBrick() noexcept = default;
+
+  /// How far from a voxel what it hangs on may be, in voxels.
+  [[nodiscard]] static int halo_of(const DiffusionConfig& config, int reach) noexcept;
+  [[nodiscard]] int halo() const noexcept { return halo_; }
+  /// Blocks that a box may have on an axis: 4 .. kMostBlocks. The more, the less is done twice.
+  [[nodiscard]] int most_blocks() const noexcept {
+    const int blocks = (kMostEdge - 2 * halo_) / kBlockEdge;
+    return blocks < kMostBlocks ? blocks : kMostBlocks;
+  }
+
+  /// Starts with a box of blocks, 1 .. most_blocks() on an axis; classes: of its nodes, a bit each.
+  /// O(edge^2).
+  void begin(const BlockBox& box, std::uint64_t classes) noexcept;
+  /// Whether a voxel is in the box or near enough to matter to it.
+  [[nodiscard]] bool contains(VoxelCoord voxel) const noexcept {
+    const VoxelCoord v = voxel - origin_;
+    const auto below = [](std::int32_t x, int edge) {
+      return static_cast<std::uint32_t>(x) < static_cast<std::uint32_t>(edge);
+    };
+    return below(v.x, edge_[0]) && below(v.y, edge_[1]) && below(v.z, edge_[2]);
+  }
+  /// Marks a voxel that the brick contains as a node.
+  void mark(VoxelCoord voxel) noexcept {
+    const VoxelCoord v = voxel - origin_;
+    rows_[row_at(v.y, v.z)] |= std::uint64_t{1} << static_cast<unsigned>(v.x);
+  }
+  /// Numbers the nodes, all with sums zero. False iff there are more than memory holds: then a
+  /// smaller box must do, and one block always can. O(edge^2 + nodes * classes).
+  [[nodiscard]] bool number_nodes() noexcept;
+  /// Sets B of a node. component: one of the classes.
+  void set(VoxelCoord node, int component, float sum) noexcept {
+    sums_[node_at(node) * stride_ + lane_of_[static_cast<std::size_t>(component)]] = sum;
+  }
+  /// Diffuses. False iff there are more edges than memory holds, as above. work: the edges visited
+  /// are added. O(iterations * nodes * edges * classes).
+  [[nodiscard]] bool diffuse(std::uint64_t& work) noexcept;
+
+  /// A node of the box after diffuse().
+  struct NodeResult {
+    const float* z = nullptr;  ///< By lane.
+    float sum = 0.0F;          ///< |B|
+    float change = 0.0F;       ///< |Z_n - Z_{n-1}|
+  };
+  [[nodiscard]] NodeResult result(VoxelCoord node) const noexcept;
+  /// Classes of the lanes, ascending.
+  [[nodiscard]] std::span<const std::uint8_t> lanes() const noexcept {
+    return std::span(components_).first(lanes_);
+  }
+
+ private:
+  /// What a node's edges hang on.
+  struct Voice {
+    float inverse = 0.0F;     ///< 1 / |B|
+    float sure = 0.0F;        ///< How sure its label is, 0 to 1.
+    float loudness = 0.0F;    ///< What it gives of its evidence, 0 to 1.
+    std::uint32_t label = 0;  ///< Lane.
+  };
+  struct Node {
+    float sum = 0.0F;    ///< |B|
+    float share = 0.0F;  ///< What its edges' weights are multiplied by.
+    float change = 0.0F;
+    std::uint32_t first_edge = 0;
+    std::uint32_t edges = 0;
+  };
+  /// A neighbour, by its distance in the grid of nodes.
+  struct Offset {
+    std::int8_t dx = 0;
+    std::int8_t dy = 0;
+    std::int8_t dz = 0;
+    float weight = 0.0F;
+    std::int32_t cells = 0;
+  };
+  struct Edge {
+    std::uint32_t node;
+    float weight;
+  };
+  static constexpr std::size_t kRows = std::size_t{kMostEdge} * kMostEdge;
+  struct Capacity {
+    std::size_t nodes = 0;
+    std::size_t floats = 0;
+    std::size_t edges = 0;
+    std::size_t offsets = 0;
+  };
+  static constexpr std::uint32_t kNoNode = ~std::uint32_t{0};
+  static constexpr std::size_t kCells = kRows * kMostEdge;
+  [[nodiscard]] static Capacity capacity_of(const DiffusionConfig& config,
+                                            const DiffusionStencil& stencil,
+                                            int num_components) noexcept;
+  [[nodiscard]] std::size_t row_at(std::int32_t y, std::int32_t z) const noexcept {
+    return static_cast<std::size_t>(z * edge_[1] + y);
+  }
+  [[nodiscard]] std::size_t cell_at(std::int32_t x, std::int32_t y, std::int32_t z) const noexcept {
+    return row_at(y, z) * static_cast<std::size_t>(edge_[0]) + static_cast<std::size_t>(x);
+  }
+  [[nodiscard]] std::size_t node_at(VoxelCoord voxel) const noexcept {
+    const VoxelCoord v = voxel - origin_;
+    return node_of_cell_[cell_at(v.x, v.y, v.z)];
+  }
+  void describe_nodes() noexcept;
+  template <EdgeTerm kTerm>
+  float weigh(const Voice& own, std::span<Edge> edges) const noexcept;
+  [[nodiscard]] float weigh_edges(const Voice& own, std::span<Edge> edges) const noexcept;
+  template <class Visit>
+  void for_nodes(int margin, Visit&& visit) const noexcept;
+  [[nodiscard]] bool link_nodes() noexcept;
+  [[nodiscard]] bool link(std::size_t at, std::size_t cell) noexcept;
+  std::uint64_t step(const float* from, float* to, int margin) noexcept;
+  template <std::size_t kVectors>
+  std::uint64_t step_with(const float* from, float* to, int margin) noexcept;
+  void note_changes(const float* before, const float* after, int margin) noexcept;
+
+  DiffusionConfig config_{};
+  DiffusionStencil stencil_{};
+  int halo_ = 0;
+  std::span<std::uint64_t> rows_;  ///< Nodes of a row along x.
+  std::span<std::uint32_t> node_of_cell_;
+  std::span<Offset> offsets_;
+  std::span<Voice> voices_;
+  std::span<std::uint32_t> first_;  ///< Nodes before the row.
+  std::span<float> floats_;
+  std::span<Node> nodes_;
+  std::span<Edge> edges_;
+  std::size_t node_count_ = 0;
+  std::size_t edge_count_ = 0;
+  float* sums_ = nullptr;  ///< B, then the two Z in turn: by node and lane.
+  float* z_ = nullptr;
+  float* other_z_ = nullptr;
+  const float* result_ = nullptr;
+  std::size_t stride_ = 4;
+  std::size_t lanes_ = 0;
+  VoxelCoord origin_{};
+  std::array<int, 3> edge_{};
+  std::array<std::uint8_t, kMaxComponents> lane_of_{};
+  std::array<std::uint8_t, kMaxComponents> components_{};
+};
+
+}  // namespace tessera

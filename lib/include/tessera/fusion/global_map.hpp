@@ -1,0 +1,225 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// One map of what all robots have seen: a pure function of their replicas, frames and the settings.
+// What changes marks the blocks that hang on it; step() brings them up to date, the nearest first.
+// Once nothing waits, the map is what fusing everything anew would give, bit for bit.
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "tessera/fusion/agenda.hpp"
+#include "tessera/fusion/diffusion_brick.hpp"
+#include "tessera/fusion/replicas.hpp"
+#include "tessera/map/local_map.hpp"
+#include "tessera/map/packed_block.hpp"
+
+namespace tessera {
+
+struct GlobalMapConfig {
+  /// Of the map that is read. max_evidence: 0; free_weight and prior: those of the contributions.
+  MapConfig map{};
+  ReplicasConfig replicas{};
+  DiffusionConfig diffusion{};
+  std::uint32_t blocks = 1U << 15U;        ///< Blocks of the global grid.
+  std::uint32_t sum_segments = 1U << 16U;  ///< Undiffused sums, 128 bytes each.
+  /// Storage for blocks that a move of contributions changes, until all of them are there.
+  std::size_t staged_bytes = std::size_t{16} << 20U;
+};
+
+/// How things stand. Counters of refusals never decrease.
+struct GlobalMapReport {
+  std::uint64_t nodes = 0;
+  std::uint32_t blocks = 0;
+  std::uint32_t overlap_blocks = 0;
+  std::uint32_t waiting = 0;              ///< Blocks that are behind.
+  double residual = 0.0;                  ///< max |Z_n - Z_{n-1}| / max |B|, over the nodes.
+  double mean_variance = 0.0;             ///< Of the label, over the nodes, as the map gives it.
+  double mean_variance_undiffused = 0.0;  ///< The same of B.
+  std::uint64_t refused_blocks = 0;       ///< Times that a block of the global grid had no place.
+  std::uint64_t refused_sums = 0;         ///< Times that sums had no place: block left undiffused.
+  std::uint64_t refused_outputs = 0;      ///< Times that the map had no room for a block.
+  std::uint64_t torn_blocks = 0;          ///< Blocks of a move shown early: no room to stage them.
+  std::uint64_t saturated_voxels = 0;     ///< Times that a voxel had over 255 passes.
+  ReplicasUsage replicas{};
+};
+
+class GlobalMap {
+ public:
+  using Slot = Replicas::Slot;
+
+  [[nodiscard]] static std::size_t required_bytes(const GlobalMapConfig& config,
+                                                  int num_components) noexcept;
+  /// Fails with kInvalidArgument iff a setting is out of its range; kResourceExhausted iff the
+  /// arena is too small.
+  [[nodiscard]] static Result<GlobalMap> make(Arena& arena, const GlobalMapConfig& config,
+                                              const ClassTable& classes) noexcept;
+  /// Of no use before one that was made is moved here.
+  GlobalMap() noexcept = default;
+
+  // --- What arrives ------------------------------------------------------------------------------
+
+  /// The slot of a contribution, opened with this frame if it was not there. Fails with
+  /// kResourceExhausted iff there is no slot left.
+  [[nodiscard]] Result<Slot> open(const ContributionId& id,
+                                  const GridTransform& T_global_local) noexcept;
+  /// Takes a version of a block (Replicas::put) and marks what hangs on it. Fails with kCorrupt iff
+  /// packed is not empty and no packed block; kResourceExhausted as put(), and iff the global grid
+  /// has no place for a block: counted, unchanged. O(bytes + 27).
+  [[nodiscard]] Result<Replicas::Change> put(Slot slot, BlockKey key, std::uint32_t version,
+                                             std::span<const std::byte> packed) noexcept;
+  /// Moves a contribution to another frame with nothing sent anew, if revision is later than that
+  /// of the frame it has or waits for. Until the move is complete the map is as before, then all of
+  /// it is as after. Moves that wait while another is under way are made together. O(1).
+  [[nodiscard]] Replicas::Change set_frame(Slot slot, const GridTransform& T_global_local,
+                                           std::uint32_t revision) noexcept;
+  /// Takes a contribution out of the map, as a move, and then its replicas. Until that is done,
+  /// put() for it fails with kBusy. O(1).
+  void remove(Slot slot) noexcept;
+  /// Where near comes first: a place in the global frame. Without it all places are alike, which
+  /// takes the least work in all.
+  void set_focus(std::optional<BlockCoord> focus) noexcept { focus_ = focus; }
+
+  // --- Work --------------------------------------------------------------------------------------
+
+  /// Brings blocks up to date until none waits or so much work is done: entries read, edges
+  /// visited. Over it by one brick at most. Returns the work done.
+  std::uint64_t step(std::uint64_t budget) noexcept;
+  [[nodiscard]] std::uint32_t waiting() const noexcept { return agenda_.waiting(); }
+  /// Whether the map is behind what has arrived, or a move is under way.
+  [[nodiscard]] bool busy() const noexcept {
+    return agenda_.waiting() != 0 || phase_ != Phase::kSettled || moves_waiting_ != 0;
+  }
+
+  // --- What is there -----------------------------------------------------------------------------
+
+  /// The map, complete but while a finished move is copied into it: settled() says so.
+  [[nodiscard]] const LocalMap& map() const noexcept { return *map_; }
+  [[nodiscard]] bool settled() const noexcept { return phase_ != Phase::kMerging; }
+  /// A voxel's estimate; at any moment all voxels are as before a move or all as after it.
+  [[nodiscard]] Estimate query(VoxelCoord voxel) const noexcept;
+  /// Counts completed moves: what is read is told apart by it as before or after.
+  [[nodiscard]] std::uint32_t generation() const noexcept { return generation_; }
+  [[nodiscard]] const Replicas& replicas() const noexcept { return replicas_; }
+  [[nodiscard]] const GlobalMapConfig& config() const noexcept { return config_; }
+  /// Robots with label evidence in a block, a bit each (Replicas::Contribution::robot_bit).
+  [[nodiscard]] std::uint64_t robots_in(BlockCoord block) const noexcept;
+  /// O(blocks).
+  [[nodiscard]] GlobalMapReport report() const noexcept;
+
+ private:
+  /// Sums over nodes, in 2^-40: whole numbers, so that their order does not matter.
+  struct NodeStatistics {
+    std::uint64_t variance = 0;
+    std::uint64_t variance_undiffused = 0;
+    std::uint32_t nodes = 0;
+    float largest_sum = 0.0F;
+    float largest_change = 0.0F;
+  };
+  struct Record {
+    std::uint64_t key = 0;
+    std::uint64_t robots = 0;   ///< With label evidence here.
+    std::uint64_t classes = 0;  ///< Of its sums, where it is part of the graph.
+    SegmentStore::Chain sums = 0;
+    std::uint32_t sums_bytes = 0;
+    bool output_due = false;  ///< Though what is due first are sums.
+    bool moving = false;      ///< Part of a move that is under way: what it gives is staged.
+    AgendaLink link{};
+    NodeStatistics statistics{};
+  };
+  struct Records {
+    std::span<Record> all;
+    [[nodiscard]] Record& at(std::uint32_t number) const noexcept { return all[number - 1]; }
+    [[nodiscard]] AgendaLink& link(std::uint32_t number) const noexcept { return at(number).link; }
+  };
+
+  /// A move: first all blocks that it touches are marked, then they are brought up to date beside
+  /// the map, then they are shown, all at once, and copied into the map.
+  enum class Phase : std::uint8_t { kSettled, kMarking, kStaging, kMerging };
+  struct Move {
+    GridTransform to;  ///< Of the move that is under way.
+    std::uint32_t revision = 0;
+    bool under_way = false;
+    bool leaves = false;  ///< It is to be removed, or is being.
+    bool waits = false;   ///< For the moves that are under way to end.
+    GridTransform next;
+    std::uint32_t next_revision = 0;
+  };
+
+  /// The rest of make(): on its own, so that the stack of one part is gone before the next.
+  [[gnu::noinline]] static Result<GlobalMap> around(Arena& arena, const GlobalMapConfig& config,
+                                                    std::span<LocalMap> maps,
+                                                    int components) noexcept;
+  [[gnu::noinline]] Status set_up(Arena& arena, const GlobalMapConfig& config,
+                                  std::span<LocalMap> maps, int components) noexcept;
+  void begin_moves() noexcept;
+  std::uint64_t mark_moves(std::uint64_t budget) noexcept;
+  std::uint64_t merge_staged(std::uint64_t budget) noexcept;
+  std::uint64_t drop_replicas(Slot slot, std::uint64_t budget) noexcept;
+  void show_moves() noexcept;
+  void set_moving(Record& record) noexcept;
+  void moved(Record& record) noexcept;
+  [[nodiscard]] bool stage_content(BlockCoord block) noexcept;
+  void show_content(BlockCoord block) noexcept;
+  [[nodiscard]] std::uint32_t find_record(BlockCoord block) const noexcept;
+  [[nodiscard]] std::uint32_t open_record(BlockCoord block) noexcept;
+  void close_record(std::uint32_t number) noexcept;
+  [[nodiscard]] bool open_records(const GridTransform& T_global_local, BlockCoord local,
+                                  bool moving) noexcept;
+  void mark(std::uint32_t number, Agenda::Work work) noexcept;
+  void mark_halo(BlockCoord block, bool moving) noexcept;
+  [[nodiscard]] bool belongs_to_graph(std::uint64_t robots) const noexcept;
+
+  std::uint64_t update_sums(std::uint32_t number) noexcept;
+  std::uint64_t add_contributions(BlockCoord block, std::uint64_t& robots) noexcept;
+  std::uint64_t add_replica(const Replicas::Contribution& contribution,
+                            const Replicas::Replica& replica, BlockCoord block,
+                            bool& labelled) noexcept;
+  void add_priors() noexcept;
+  enum class Stored : std::uint8_t { kAsBefore, kAnew, kNoRoom };
+  [[nodiscard]] Stored store_sums(Record& record) noexcept;
+  bool drop_sums(Record& record) noexcept;
+
+  std::uint64_t update_outputs(std::uint32_t number) noexcept;
+  [[nodiscard]] bool diffuse_box(const BlockBox& box, std::uint64_t& work) noexcept;
+  [[nodiscard]] BlockBox waiting_around(BlockCoord block, int edge) const noexcept;
+  [[nodiscard]] static bool waits_for_output(const Record& record) noexcept;
+  [[nodiscard]] std::span<const std::byte> read_sums(const Record& record) noexcept;
+  std::uint64_t finish_block(Record& record) noexcept;
+  template <class Change>
+  NodeStatistics measure_nodes(Change&& change) noexcept;
+  [[nodiscard]] NodeStatistics measure_sums() noexcept;
+  void diffuse_node(VoxelCoord node, int row, NodeStatistics& statistics) noexcept;
+  void write_content(Record& record) noexcept;
+  void scale_to_passes() noexcept;
+  [[nodiscard]] Estimate estimate_at(int row) const noexcept;
+
+  GlobalMapConfig config_{};
+  LocalMap* map_ = nullptr;  ///< In the arena, for they are large.
+  LocalMap* staged_ = nullptr;
+  Replicas replicas_{};
+  SegmentStore sums_{};
+  BlockIndex index_{};
+  Records records_{};
+  std::uint32_t records_used_ = 0;
+  std::uint32_t free_records_ = 0;
+  std::uint32_t blocks_ = 0;
+  Agenda agenda_{};
+  std::span<Move> moves_;  ///< By slot.
+  Phase phase_ = Phase::kSettled;
+  std::uint32_t moves_waiting_ = 0;
+  std::uint32_t records_moving_ = 0;
+  std::uint32_t generation_ = 0;
+  SweepCursor merged_{};
+  Slot marked_slot_ = 0;
+  std::uint32_t marked_record_ = 0;  ///< The next to be marked.
+  bool marking_slot_ = false;
+  std::optional<BlockCoord> focus_;
+  DiffusionBrick brick_{};
+  BlockContent content_{};
+  std::span<std::uint8_t> observers_;  ///< Local voxels that went to each voxel of content_.
+  std::span<std::byte> packed_;        ///< Scratch for one packed block.
+  GlobalMapReport counted_{};
+};
+
+}  // namespace tessera

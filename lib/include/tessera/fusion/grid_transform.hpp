@@ -1,0 +1,99 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// Phi: where a contribution's voxels are in the global grid, and back. Both grids have the same
+// resolution, so all is in units of voxels. A global voxel takes the local voxel that contains its
+// centre, so a rotation leaves no holes; a local voxel that no global voxel takes goes to the one
+// that contains its own centre, so nothing is lost. Sums are written out, not Eigen's, and nothing
+// of libm is used but the square root, so every machine rounds alike.
+#pragma once
+
+#include <array>
+
+#include "tessera/grid/lattice.hpp"
+
+namespace tessera {
+
+class GridTransform {
+ public:
+  /// No shift and no rotation.
+  constexpr GridTransform() noexcept = default;
+  /// Fails with kInvalidArgument iff the transform is not rigid (check_rigid), or its translation
+  /// is over 2^20 voxels on an axis. What is not quite a rotation is made one. O(1).
+  [[nodiscard]] static Result<GridTransform> make(const Matrix34d& T_global_local,
+                                                  double resolution_m) noexcept;
+
+  /// Phi backwards: the local voxel that contains the centre of a global one.
+  [[nodiscard]] VoxelCoord to_local(VoxelCoord global) const noexcept {
+    if (shift_only_) return global - shift_;
+    const double x = global.x + 0.5 - t_[0];
+    const double y = global.y + 0.5 - t_[1];
+    const double z = global.z + 0.5 - t_[2];
+    return {floor_to_int(r_[0] * x + r_[3] * y + r_[6] * z),
+            floor_to_int(r_[1] * x + r_[4] * y + r_[7] * z),
+            floor_to_int(r_[2] * x + r_[5] * y + r_[8] * z)};
+  }
+
+  /// Calls visit(VoxelCoord) for the global voxels that get a local voxel's evidence: those that
+  /// take it, in the order of (z, y, x), or the one that it goes to. At most eight.
+  template <class Visit>
+  void for_targets(VoxelCoord local, Visit&& visit) const noexcept {
+    if (shift_only_)
+      return visit(VoxelCoord{local.x + shift_.x, local.y + shift_.y, local.z + shift_.z});
+    const std::array<double, 3> center = to_global(local);
+    // A centre in a cube is at most half its diagonal from the cube's own.
+    constexpr double kReach = 0.8661;
+    std::array<std::int32_t, 3> first{};
+    std::array<std::int32_t, 3> last{};
+    for (std::size_t i = 0; i < 3; ++i) {
+      first[i] = floor_to_int(center[i] - 0.5 - kReach) + 1;
+      last[i] = floor_to_int(center[i] - 0.5 + kReach);
+    }
+    bool taken = false;
+    for (std::int32_t z = first[2]; z <= last[2]; ++z) {
+      for (std::int32_t y = first[1]; y <= last[1]; ++y) {
+        for (std::int32_t x = first[0]; x <= last[0]; ++x) {
+          if (to_local({x, y, z}) != local) continue;
+          taken = true;
+          visit(VoxelCoord{x, y, z});
+        }
+      }
+    }
+    if (!taken)
+      visit(VoxelCoord{floor_to_int(center[0]), floor_to_int(center[1]), floor_to_int(center[2])});
+  }
+
+  /// The centre of a local voxel, in units of global voxels.
+  [[nodiscard]] std::array<double, 3> to_global(VoxelCoord local) const noexcept {
+    const double x = local.x + 0.5;
+    const double y = local.y + 0.5;
+    const double z = local.z + 0.5;
+    return {r_[0] * x + r_[1] * y + r_[2] * z + t_[0], r_[3] * x + r_[4] * y + r_[5] * z + t_[1],
+            r_[6] * x + r_[7] * y + r_[8] * z + t_[2]};
+  }
+
+  /// Blocks of a grid, corners included.
+  struct BlockRange {
+    BlockCoord first;
+    BlockCoord last;
+  };
+  /// The local blocks whose voxels may go to a global block: at most three on an axis.
+  [[nodiscard]] BlockRange local_blocks(BlockCoord global) const noexcept;
+  /// The global blocks that voxels of a local block may go to: at most three on an axis.
+  [[nodiscard]] BlockRange global_blocks(BlockCoord local) const noexcept;
+
+  /// Whether whole voxels go to whole voxels, one to one.
+  [[nodiscard]] bool shift_only() const noexcept { return shift_only_; }
+  friend bool operator==(const GridTransform&, const GridTransform&) = default;
+
+ private:
+  /// Blocks that are within half of center, in units of voxels.
+  [[nodiscard]] static BlockRange around(const std::array<double, 3>& center,
+                                         const std::array<double, 3>& half) noexcept;
+
+  std::array<double, 9> r_{1, 0, 0, 0, 1, 0, 0, 0, 1};  ///< Rotation to the global grid, by rows.
+  std::array<double, 3> t_{};                           ///< Voxels.
+  VoxelCoord shift_{};
+  bool shift_only_ = true;
+};
+
+}  // namespace tessera

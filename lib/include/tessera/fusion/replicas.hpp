@@ -1,0 +1,149 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// What every robot has published, as far as it has arrived: of each contribution the latest version
+// of each of its blocks. A version replaces an older one and is never added to it, so that order,
+// repetition and loss change nothing but what has arrived.
+#pragma once
+
+#include <compare>
+#include <span>
+
+#include "tessera/base/arena.hpp"
+#include "tessera/fusion/grid_transform.hpp"
+#include "tessera/fusion/segment_store.hpp"
+#include "tessera/grid/block_index.hpp"
+
+namespace tessera {
+
+/// Whose evidence it is. A robot that starts with an empty map opens a new epoch; submaps are parts
+/// of a map that a pose graph may move on their own.
+struct ContributionId {
+  std::uint32_t robot = 0;
+  std::uint32_t epoch = 0;
+  std::uint32_t submap = 0;
+  friend constexpr auto operator<=>(const ContributionId&, const ContributionId&) = default;
+};
+
+struct ReplicasConfig {
+  std::uint32_t segments = 1U << 17U;  ///< Of 128 bytes; a block takes at least one.
+  std::uint32_t blocks = 1U << 15U;    ///< Blocks of all contributions.
+  std::uint32_t contributions = 64;    ///< At most kMostContributions.
+  /// Segments that one robot's contributions may take together.
+  std::uint32_t robot_segments = 1U << 17U;
+};
+
+/// How full they are. Counters of refusals never decrease.
+struct ReplicasUsage {
+  std::uint32_t contributions = 0;
+  std::uint32_t blocks = 0;
+  std::uint32_t segments = 0;
+  std::size_t used_bytes = 0;         ///< Segments, records and the index's share of blocks in use.
+  std::uint64_t stale = 0;            ///< Versions that came late or twice: ignored.
+  std::uint64_t refused_storage = 0;  ///< Versions not taken: segments, blocks or index full.
+  std::uint64_t refused_quota = 0;    ///< Versions not taken: the robot's share is used up.
+};
+
+class Replicas {
+ public:
+  static constexpr std::uint32_t kMostContributions = 256;
+  static constexpr std::uint32_t kMostRobots = 64;
+  using Slot = std::uint32_t;  ///< Names a contribution while it is there.
+
+  struct Contribution {
+    ContributionId id;
+    bool present = false;
+    bool leaving = false;        ///< No longer part of any sum; its blocks are being dropped.
+    std::uint8_t robot_bit = 0;  ///< Of this robot's contributions alone; under kMostRobots.
+    std::uint32_t frame_revision = 0;
+    std::uint32_t first_block = 0;  ///< Of a list; a record's number plus one, 0: none.
+    std::uint32_t blocks = 0;
+    std::uint32_t segments = 0;
+    GridTransform T_global_local;
+  };
+  /// One block of a contribution.
+  struct Replica {
+    std::uint64_t key = 0;
+    std::uint32_t version = 0;
+    std::uint32_t bytes = 0;  ///< Packed; 0: known to be empty.
+    SegmentStore::Chain chain = 0;
+    Slot slot = 0;
+    std::uint32_t next = 0;  ///< In the contribution's list, as first_block.
+    std::uint32_t previous = 0;
+  };
+  /// What put() did. kStale: the version was not newer than the one that is held.
+  enum class Change : std::uint8_t { kTaken, kStale };
+
+  [[nodiscard]] static constexpr std::size_t required_bytes(const ReplicasConfig& config) noexcept {
+    return SegmentStore::required_bytes(config.segments) + arena_bytes<Replica>(config.blocks) +
+           BlockIndex::required_bytes(config.blocks) +
+           arena_bytes<Contribution>(config.contributions) +
+           arena_bytes<Slot>(config.contributions);
+  }
+  /// Fails with kInvalidArgument iff config.contributions is 0 or over kMostContributions;
+  /// kResourceExhausted iff the arena is too small. O(contributions + index).
+  [[nodiscard]] static Result<Replicas> make(Arena& arena, const ReplicasConfig& config) noexcept;
+  Replicas() noexcept = default;
+
+  /// The slot of a contribution, which is added if it is not there yet. Fails with
+  /// kResourceExhausted iff all slots, or all kMostRobots, are taken. O(contributions).
+  [[nodiscard]] Result<Slot> open(const ContributionId& id) noexcept;
+  /// Its slot, or nothing. O(log contributions).
+  [[nodiscard]] Result<Slot> find(const ContributionId& id) const noexcept;
+  /// Takes a version of a block: packed (packed_block.hpp), or empty where nothing is left of it.
+  /// Fails with kResourceExhausted iff storage or quota is used up: counted, and the older version
+  /// stays. O(bytes).
+  [[nodiscard]] Result<Change> put(Slot slot, BlockKey key, std::uint32_t version,
+                                   std::span<const std::byte> packed) noexcept;
+  /// Takes a block away: that of record(number). O(segments).
+  void drop(std::uint32_t number) noexcept;
+  /// Closes a contribution that has no block any more. O(contributions).
+  void close(Slot slot) noexcept;
+
+  /// The record of a block, or null.
+  [[nodiscard]] const Replica* find(Slot slot, BlockKey key) const noexcept;
+  /// The packed bytes of a block, in into, which must be long enough. O(bytes).
+  [[nodiscard]] std::span<const std::byte> read(const Replica& replica,
+                                                std::span<std::byte> into) const noexcept {
+    const std::span<std::byte> bytes = into.first(replica.bytes);
+    segments_.read(replica.chain, bytes);
+    return bytes;
+  }
+  void prefetch(const Replica& replica) const noexcept { segments_.prefetch(replica.chain); }
+
+  /// Slots by ascending id: the order in which evidence is added up.
+  [[nodiscard]] std::span<const Slot> in_order() const noexcept { return order_.first(present_); }
+  [[nodiscard]] const Contribution& contribution(Slot slot) const noexcept {
+    return contributions_[slot];
+  }
+  [[nodiscard]] const Replica& record(std::uint32_t number) const noexcept {
+    return records_[number - 1];
+  }
+  void set_frame(Slot slot, const GridTransform& T_global_local, std::uint32_t revision) noexcept {
+    contributions_[slot].T_global_local = T_global_local;
+    contributions_[slot].frame_revision = revision;
+  }
+  void set_leaving(Slot slot) noexcept { contributions_[slot].leaving = true; }
+  [[nodiscard]] ReplicasUsage usage() const noexcept;
+
+ private:
+  [[nodiscard]] static BlockKey index_key(Slot slot, std::uint64_t key) noexcept {
+    return {key ^ mix64(slot)};
+  }
+  [[nodiscard]] std::uint32_t find_record(Slot slot, BlockKey key) const noexcept;
+  [[nodiscard]] Result<std::uint32_t> add_record(Slot slot, BlockKey key) noexcept;
+  [[nodiscard]] std::uint32_t segments_of_robot(std::uint32_t robot) const noexcept;
+
+  ReplicasConfig config_{};
+  SegmentStore segments_{};
+  BlockIndex index_{};
+  std::span<Replica> records_;
+  std::span<Contribution> contributions_;
+  std::span<Slot> order_;
+  std::uint32_t present_ = 0;
+  std::uint32_t records_used_ = 0;  ///< Records that were ever taken.
+  std::uint32_t free_records_ = 0;  ///< A list by Replica::next, as first_block.
+  std::uint32_t blocks_ = 0;
+  ReplicasUsage counted_{};
+};
+
+}  // namespace tessera

@@ -1,0 +1,253 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tessera/fusion/diffusion_brick.hpp"
+
+#include <cmath>
+#include <cstring>
+#include <utility>
+
+#include "tessera/base/bits.hpp"
+
+namespace tessera {
+
+namespace {
+
+/// Evidence at which a node is half sure of its label.
+constexpr float kHalfSure = 4.0F;
+/// Evidence at which a node's own weight counts half: what was seen often does not drown the rest.
+constexpr float kLoud = 10.0F;
+
+}  // namespace
+
+int DiffusionBrick::halo_of(const DiffusionConfig& config, int reach) noexcept {
+  switch (config.mode) {
+    case DiffusionMode::kNone:
+      return 0;
+    case DiffusionMode::kPaper:
+      return (config.iterations - 1) * reach;
+    case DiffusionMode::kContractive:
+      return config.iterations * reach;
+  }
+  return 0;
+}
+
+DiffusionBrick::Capacity DiffusionBrick::capacity_of(const DiffusionConfig& config,
+                                                     const DiffusionStencil& stencil,
+                                                     int num_components) noexcept {
+  const int halo = halo_of(config, stencil.reach());
+  const auto edge = static_cast<std::size_t>(kBlockEdge + 2 * halo);
+  Capacity capacity;
+  capacity.nodes = edge * edge * edge;
+  capacity.floats = 3 * capacity.nodes * align_up(static_cast<std::size_t>(num_components - 2), 4);
+  capacity.offsets = static_cast<std::size_t>(stencil.edges()) + 1;
+  capacity.edges = capacity.nodes * static_cast<std::size_t>(halo > 0 ? stencil.edges() : 0) +
+                   capacity.offsets + 1;
+  return capacity;
+}
+
+std::size_t DiffusionBrick::required_bytes(const DiffusionConfig& config, double resolution_m,
+                                           int num_components) noexcept {
+  const DiffusionStencil stencil(static_cast<double>(config.length_m) / resolution_m);
+  const Capacity capacity = capacity_of(config, stencil, num_components);
+  return arena_bytes<std::uint64_t>(kRows) + arena_bytes<std::uint32_t>(kRows) +
+         arena_bytes<std::uint32_t>(kCells) + arena_bytes<Offset>(capacity.offsets) +
+         arena_bytes<float>(capacity.floats) + arena_bytes<Node>(capacity.nodes) +
+         arena_bytes<Voice>(capacity.nodes) + arena_bytes<Edge>(capacity.edges);
+}
+
+Result<DiffusionBrick> DiffusionBrick::make(Arena& arena, const DiffusionConfig& config,
+                                            double resolution_m, int num_components) noexcept {
+  DiffusionBrick brick;
+  brick.config_ = config;
+  brick.stencil_ = DiffusionStencil(static_cast<double>(config.length_m) / resolution_m);
+  brick.halo_ = halo_of(config, brick.stencil_.reach());
+  if (brick.halo_ > DiffusionConfig::kMostHalo) return Status::kInvalidArgument;
+  const Capacity capacity = capacity_of(config, brick.stencil_, num_components);
+  brick.rows_ = arena.take<std::uint64_t>(kRows);
+  brick.first_ = arena.take<std::uint32_t>(kRows);
+  brick.offsets_ = arena.take<Offset>(capacity.offsets);
+  const auto take = [&arena]<class T>(std::span<T>& span, std::size_t count) {
+    const std::span<std::byte> bytes = arena.take_untouched(arena_bytes<T>(count));
+    if (!bytes.empty()) span = {reinterpret_cast<T*>(bytes.data()), count};
+    return !bytes.empty();
+  };
+  const bool fits = take(brick.node_of_cell_, kCells) && take(brick.floats_, capacity.floats) &&
+                    take(brick.nodes_, capacity.nodes) && take(brick.voices_, capacity.nodes) &&
+                    take(brick.edges_, capacity.edges);
+  if (!fits || brick.rows_.empty() || brick.first_.empty() || brick.offsets_.empty())
+    return Status::kResourceExhausted;
+  std::size_t count = 0;
+  brick.stencil_.for_edges([&](int dx, int dy, int dz, float weight) {
+    brick.offsets_[count++] = {static_cast<std::int8_t>(dx), static_cast<std::int8_t>(dy),
+                               static_cast<std::int8_t>(dz), weight, 0};
+  });
+  brick.offsets_ = brick.offsets_.first(count);
+  return brick;
+}
+
+void DiffusionBrick::begin(const BlockBox& box, std::uint64_t classes) noexcept {
+  const VoxelCoord corner = voxel_at(box.first, 0, 0);
+  origin_ = {corner.x - halo_, corner.y - halo_, corner.z - halo_};
+  for (std::size_t i = 0; i < 3; ++i) edge_[i] = box.size[i] * kBlockEdge + 2 * halo_;
+  std::memset(rows_.data(), 0, static_cast<std::size_t>(edge_[1] * edge_[2]) * sizeof(rows_[0]));
+  for (Offset& offset : offsets_)
+    offset.cells = (offset.dz * edge_[1] + offset.dy) * edge_[0] + offset.dx;
+  lanes_ = 0;
+  for (std::uint64_t rest = classes; rest != 0; rest &= rest - 1) {
+    const auto component = static_cast<std::size_t>(std::countr_zero(rest));
+    lane_of_[component] = static_cast<std::uint8_t>(lanes_);
+    components_[lanes_++] = static_cast<std::uint8_t>(component);
+  }
+  stride_ = align_up(lanes_, 4);
+}
+
+bool DiffusionBrick::number_nodes() noexcept {
+  const auto rows = static_cast<std::size_t>(edge_[1] * edge_[2]);
+  node_count_ = 0;
+  for (std::size_t i = 0; i < rows; ++i) {
+    first_[i] = static_cast<std::uint32_t>(node_count_);
+    node_count_ += static_cast<std::size_t>(count_ones(rows_[i]));
+  }
+  const std::size_t floats = node_count_ * stride_;
+  if (3 * floats > floats_.size() || node_count_ > nodes_.size()) return false;
+  sums_ = floats_.data();
+  z_ = sums_ + floats;
+  other_z_ = z_ + floats;
+  std::memset(sums_, 0, floats * sizeof(float));
+  const auto cells = static_cast<std::size_t>(edge_[0]) * rows;
+  std::memset(node_of_cell_.data(), 0xff, cells * sizeof(node_of_cell_[0]));
+  std::uint32_t node = 0;
+  for (std::size_t i = 0; i < rows; ++i) {
+    std::uint32_t* const row = node_of_cell_.data() + i * static_cast<std::size_t>(edge_[0]);
+    for (std::uint64_t bits = rows_[i]; bits != 0; bits &= bits - 1)
+      row[std::countr_zero(bits)] = node++;
+  }
+  return true;
+}
+
+/// Sums go from lane to lane, so that lanes of classes that a node does not have change nothing.
+void DiffusionBrick::describe_nodes() noexcept {
+  for (std::size_t i = 0; i < node_count_; ++i) {
+    const float* const b = sums_ + i * stride_;
+    Voice voice{};
+    float sum = 0.0F;
+    float most = 0.0F;
+    for (std::size_t lane = 0; lane < lanes_; ++lane) {
+      sum += b[lane];
+      if (b[lane] > most) {
+        most = b[lane];
+        voice.label = static_cast<std::uint32_t>(lane);
+      }
+    }
+    voice.inverse = 1.0F / sum;
+    voice.sure = sum / (sum + kHalfSure);
+    voice.loudness = kLoud / (kLoud + sum);
+    voices_[i] = voice;
+    nodes_[i] = {};
+    nodes_[i].sum = sum;
+  }
+}
+
+/// Calls visit(node, x, y, z) for the nodes that are at least margin from the brick's border, while
+/// it returns true.
+template <class Visit>
+void DiffusionBrick::for_nodes(int margin, Visit&& visit) const noexcept {
+  const std::uint64_t before = (std::uint64_t{1} << static_cast<unsigned>(margin)) - 1;
+  const std::uint64_t inner =
+      (~std::uint64_t{0} >> static_cast<unsigned>(64 - (edge_[0] - margin))) & ~before;
+  for (int z = margin; z < edge_[2] - margin; ++z) {
+    for (int y = margin; y < edge_[1] - margin; ++y) {
+      const std::size_t row = row_at(y, z);
+      std::size_t node = first_[row] + static_cast<std::size_t>(count_ones(rows_[row] & before));
+      for (std::uint64_t bits = rows_[row] & inner; bits != 0; bits &= bits - 1, ++node) {
+        if (!visit(node, std::countr_zero(bits), y, z)) return;
+      }
+    }
+  }
+}
+
+bool DiffusionBrick::link_nodes() noexcept {
+  edge_count_ = 0;
+  bool fits = true;
+  for_nodes(stencil_.reach(), [&](std::size_t node, int x, int y, int z) {
+    fits = link(node, cell_at(x, y, z));
+    return fits;
+  });
+  return fits;
+}
+
+/// Z of the nodes at least margin from the border, from that of nodes reach nearer to it: eq. (15),
+/// or Z <- B + alpha P Z.
+template <std::size_t kVectors>
+std::uint64_t DiffusionBrick::step_with(const float* from, float* to, int margin) noexcept {
+  std::uint64_t visited = 0;
+  const bool paper = config_.mode == DiffusionMode::kPaper;
+  const std::size_t vectors = kVectors != 0 ? kVectors : stride_ / 4;
+  for_nodes(margin, [&](std::size_t at, int, int, int) {
+    const Node& node = nodes_[at];
+    std::array<Float4, kVectors != 0 ? kVectors : kMaxComponents / 4> sum{};
+    for (const Edge& edge : edges_.subspan(node.first_edge, node.edges)) {
+      const float* const z = from + edge.node * stride_;
+      const Float4 weight = all_lanes(edge.weight);
+      for (std::size_t i = 0; i < vectors; ++i) sum[i] += weight * load4(z + 4 * i);
+    }
+    visited += node.edges + 1;
+    const float* const b = sums_ + at * stride_;
+    const float* const own = from + at * stride_;
+    float* const next = to + at * stride_;
+    for (std::size_t i = 0; i < vectors; ++i) {
+      const Float4 spread = all_lanes(node.share) * sum[i];
+      store4(next + 4 * i, load4(b + 4 * i) + (paper ? load4(own + 4 * i) + spread : spread));
+    }
+    return true;
+  });
+  return visited;
+}
+
+std::uint64_t DiffusionBrick::step(const float* from, float* to, int margin) noexcept {
+  switch (stride_) {
+    case 4:
+      return step_with<1>(from, to, margin);
+    case 8:
+      return step_with<2>(from, to, margin);
+    case 12:
+      return step_with<3>(from, to, margin);
+    default:
+      return step_with<0>(from, to, margin);
+  }
+}
+
+void DiffusionBrick::note_changes(const float* before, const float* after, int margin) noexcept {
+  for_nodes(margin, [&](std::size_t at, int, int, int) {
+    float change = 0.0F;
+    for (std::size_t lane = at * stride_; lane < at * stride_ + lanes_; ++lane)
+      change += std::fabs(after[lane] - before[lane]);
+    nodes_[at].change = change;
+    return true;
+  });
+}
+
+bool DiffusionBrick::diffuse(std::uint64_t& work) noexcept {
+  describe_nodes();
+  work += node_count_;
+  result_ = sums_;
+  const int first = config_.mode == DiffusionMode::kPaper ? 1 : 0;
+  const int steps = config_.mode == DiffusionMode::kNone ? 0 : config_.iterations - first;
+  if (steps != 0 && !link_nodes()) return false;
+  const float* before = sums_;
+  for (int i = 1; i <= steps; ++i) {
+    before = result_;
+    work += step(before, z_, i * stencil_.reach());
+    result_ = z_;
+    std::swap(z_, other_z_);
+  }
+  note_changes(before, result_, halo_);
+  return true;
+}
+
+DiffusionBrick::NodeResult DiffusionBrick::result(VoxelCoord node) const noexcept {
+  const std::size_t at = node_at(node);
+  return {result_ + at * stride_, nodes_[at].sum, nodes_[at].change};
+}
+
+}  // namespace tessera

@@ -1,0 +1,20 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tessera/fusion/diffusion_stencil.hpp"
+
+#include "tessera/inference/kernel.hpp"
+
+namespace tessera {
+
+DiffusionStencil::DiffusionStencil(double length) noexcept : length_(length) {
+  while (reach_ < DiffusionConfig::kMostReach && weight_at((reach_ + 1) * (reach_ + 1)) > 0.0F)
+    ++reach_;
+  for_edges([this](int, int, int, float) { ++edges_; });
+}
+
+float DiffusionStencil::weight_at(int squared) const noexcept {
+  if (squared == 0) return 0.0F;
+  return static_cast<float>(kernel_exact(detail::exact_sqrt(squared) / length_));
+}
+
+}  // namespace tessera

@@ -1,0 +1,286 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// What arrives, and what it marks.
+#include "tessera/fusion/global_map.hpp"
+
+namespace tessera {
+
+namespace {
+
+constexpr std::uint64_t kClosed = ~std::uint64_t{0};
+
+bool in_range(const DiffusionConfig& config) noexcept {
+  const int least = config.mode == DiffusionMode::kPaper ? 1 : 0;
+  return config.mode <= DiffusionMode::kNone && config.edge <= EdgeTerm::kConfidence &&
+         config.iterations >= least && config.iterations <= DiffusionConfig::kMostHalo &&
+         config.length_m > 0.0F && config.length_m <= 1e6F && config.alpha > 0.0F &&
+         config.alpha < 1.0F && config.omega > 0.0F && config.omega <= 1000.0F &&
+         config.prior >= 0.0F && config.prior <= 1e6F;
+}
+
+MapConfig staged_config(const GlobalMapConfig& config) noexcept {
+  MapConfig staged = config.map;
+  staged.storage_bytes = config.staged_bytes;
+  return staged;
+}
+
+int halo_of(const GlobalMapConfig& config) noexcept {
+  const DiffusionStencil stencil(static_cast<double>(config.diffusion.length_m) /
+                                 config.map.resolution_m);
+  return DiffusionBrick::halo_of(config.diffusion, stencil.reach());
+}
+
+}  // namespace
+
+std::size_t GlobalMap::required_bytes(const GlobalMapConfig& config, int num_components) noexcept {
+  return tessera::required_bytes(config.map) + tessera::required_bytes(staged_config(config)) +
+         arena_bytes<LocalMap>(2) + arena_bytes<Move>(config.replicas.contributions) +
+         Replicas::required_bytes(config.replicas) +
+         SegmentStore::required_bytes(config.sum_segments) +
+         BlockIndex::required_bytes(config.blocks) + arena_bytes<Record>(config.blocks) +
+         DiffusionBrick::required_bytes(config.diffusion, config.map.resolution_m, num_components) +
+         BlockContent::required_bytes(num_components) + arena_bytes<std::uint8_t>(kBlockVoxels) +
+         arena_bytes<std::byte>(most_packed_bytes(num_components));
+}
+
+namespace {
+
+/// On its own, so that maps that are not yet in their place do not add up on the stack.
+[[gnu::noinline]] Status make_map(Arena& arena, const MapConfig& config, const ClassTable& classes,
+                                  LocalMap& into) noexcept {
+  Result<LocalMap> map = LocalMap::make(arena, config, classes);
+  if (map.ok()) into = std::move(*map);
+  return map.status();
+}
+
+template <class Part>
+Status put_in_place(Result<Part> made, Part& into) noexcept {
+  if (made.ok()) into = std::move(*made);
+  return made.status();
+}
+
+}  // namespace
+
+Status GlobalMap::set_up(Arena& arena, const GlobalMapConfig& config, std::span<LocalMap> maps,
+                         int components) noexcept {
+  config_ = config;
+  map_ = &maps.front();
+  staged_ = &maps.back();
+  Status status = put_in_place(Replicas::make(arena, config.replicas), replicas_);
+  if (status == Status::kOk)
+    status = put_in_place(SegmentStore::make(arena, config.sum_segments), sums_);
+  if (status == Status::kOk) status = put_in_place(BlockIndex::make(arena, config.blocks), index_);
+  if (status == Status::kOk)
+    status = put_in_place(
+        DiffusionBrick::make(arena, config.diffusion, config.map.resolution_m, components), brick_);
+  if (status == Status::kOk) status = put_in_place(BlockContent::make(arena, components), content_);
+  if (status != Status::kOk) return status;
+  const std::span<std::byte> records = arena.take_untouched(arena_bytes<Record>(config.blocks));
+  records_.all = {reinterpret_cast<Record*>(records.data()), config.blocks};
+  moves_ = arena.take<Move>(config.replicas.contributions);
+  observers_ = arena.take<std::uint8_t>(kBlockVoxels);
+  packed_ = arena.take<std::byte>(most_packed_bytes(components));
+  const bool fits = !records.empty() && !moves_.empty() && !observers_.empty() && !packed_.empty();
+  return fits ? Status::kOk : Status::kResourceExhausted;
+}
+
+Result<GlobalMap> GlobalMap::make(Arena& arena, const GlobalMapConfig& config,
+                                  const ClassTable& classes) noexcept {
+  if (!in_range(config.diffusion) || !tessera::in_range(config.map) ||
+      halo_of(config) > DiffusionConfig::kMostHalo)
+    return Status::kInvalidArgument;
+  const std::span<LocalMap> maps = arena.take<LocalMap>(2);
+  if (maps.empty()) return Status::kResourceExhausted;
+  Status status = make_map(arena, config.map, classes, maps[0]);
+  if (status == Status::kOk) status = make_map(arena, staged_config(config), classes, maps[1]);
+  if (status != Status::kOk) return status;
+  return around(arena, config, maps, classes.num_components());
+}
+
+Result<GlobalMap> GlobalMap::around(Arena& arena, const GlobalMapConfig& config,
+                                    std::span<LocalMap> maps, int components) noexcept {
+  GlobalMap global;
+  const Status status = global.set_up(arena, config, maps, components);
+  if (status != Status::kOk) return status;
+  return global;
+}
+
+std::uint32_t GlobalMap::find_record(BlockCoord block) const noexcept {
+  const Result<BlockKey> key = pack(block);
+  if (!key.ok()) return 0;
+  return index_.find(*key,
+                     [&](std::uint32_t number) { return records_.at(number).key == key->bits; });
+}
+
+/// 0 iff there is no place for it.
+std::uint32_t GlobalMap::open_record(BlockCoord block) noexcept {
+  if (const std::uint32_t number = find_record(block); number != 0) return number;
+  const Result<BlockKey> key = pack(block);
+  const bool full = free_records_ == 0 && records_used_ == config_.blocks;
+  const Result<BlockIndex::Place> place =
+      !key.ok() || full ? Result<BlockIndex::Place>(Status::kOutOfRange) : index_.make_room(*key);
+  if (!place.ok()) {
+    ++counted_.refused_blocks;
+    return 0;
+  }
+  std::uint32_t number = free_records_;
+  if (number != 0) {
+    free_records_ = records_.at(number).link.next;
+  } else {
+    number = ++records_used_;
+  }
+  records_.at(number) = {};
+  records_.at(number).key = key->bits;
+  index_.insert(*place, *key, number);
+  ++blocks_;
+  return number;
+}
+
+void GlobalMap::close_record(std::uint32_t number) noexcept {
+  Record& record = records_.at(number);
+  moved(record);
+  agenda_.remove(records_, number);
+  index_.erase(BlockKey{record.key}, [=](std::uint32_t other) { return other == number; });
+  record = {};
+  record.key = kClosed;
+  record.link.next = free_records_;
+  free_records_ = number;
+  --blocks_;
+}
+
+void GlobalMap::mark(std::uint32_t number, Agenda::Work work) noexcept {
+  AgendaLink& link = records_.link(number);
+  if (work == Agenda::kOutput && link.list != 0) {
+    records_.at(number).output_due = Agenda::work_of(link) == Agenda::kSums;
+    return;
+  }
+  if (link.list != 0 && Agenda::work_of(link) == Agenda::kSums) return;
+  if (link.list != 0) records_.at(number).output_due = true;
+  agenda_.remove(records_, number);
+  const BlockCoord block = unpack(BlockKey{records_.at(number).key});
+  agenda_.append(records_, number, work, focus_ ? Agenda::ring_of(block, *focus_) : 0);
+}
+
+namespace {
+
+template <class Visit>
+void for_blocks(const GridTransform::BlockRange& range, Visit&& visit) noexcept {
+  for (std::int32_t z = range.first.z; z <= range.last.z; ++z) {
+    for (std::int32_t y = range.first.y; y <= range.last.y; ++y) {
+      for (std::int32_t x = range.first.x; x <= range.last.x; ++x) visit(BlockCoord{x, y, z});
+    }
+  }
+}
+
+}  // namespace
+
+/// Places for the blocks that a local one goes to; all are marked, so one that stays empty is
+/// closed again.
+bool GlobalMap::open_records(const GridTransform& T_global_local, BlockCoord local,
+                             bool moving) noexcept {
+  bool all = true;
+  for_blocks(T_global_local.global_blocks(local), [&](BlockCoord block) {
+    // One without a place keeps none of the others from being marked: what a move leaves must go.
+    const std::uint32_t number = open_record(block);
+    all = all && number != 0;
+    if (number == 0) return;
+    if (moving) set_moving(records_.at(number));
+    mark(number, Agenda::kSums);
+  });
+  return all;
+}
+
+/// The graph's blocks that hang on this one's sums.
+void GlobalMap::mark_halo(BlockCoord block, bool moving) noexcept {
+  const int reach = (brick_.halo() + kBlockEdge - 1) / kBlockEdge;
+  const GridTransform::BlockRange range{{block.x - reach, block.y - reach, block.z - reach},
+                                        {block.x + reach, block.y + reach, block.z + reach}};
+  for_blocks(range, [&](BlockCoord near) {
+    const std::uint32_t number = find_record(near);
+    if (number == 0 || records_.at(number).sums == 0) return;
+    if (moving) set_moving(records_.at(number));
+    mark(number, Agenda::kOutput);
+  });
+}
+
+Result<GlobalMap::Slot> GlobalMap::open(const ContributionId& id,
+                                        const GridTransform& T_global_local) noexcept {
+  if (const Result<Slot> known = replicas_.find(id); known.ok()) return known;
+  const Result<Slot> slot = replicas_.open(id);
+  if (slot.ok()) replicas_.set_frame(*slot, T_global_local, 0);
+  return slot;
+}
+
+Result<Replicas::Change> GlobalMap::put(Slot slot, BlockKey key, std::uint32_t version,
+                                        std::span<const std::byte> packed) noexcept {
+  if (!packed.empty() && check_packed(packed, map_->num_components()) != Status::kOk)
+    return Status::kCorrupt;
+  const Replicas::Contribution& contribution = replicas_.contribution(slot);
+  const Move& move = moves_[slot];
+  if (contribution.leaving || move.leaves) return Status::kBusy;
+  const Replicas::Replica* const held = replicas_.find(slot, key);
+  if (held == nullptr || version > held->version) {
+    // While its move is under way, wherever it is and wherever it will be.
+    if (!open_records(contribution.T_global_local, unpack(key), move.under_way) ||
+        (move.under_way && !open_records(move.to, unpack(key), true)))
+      return Status::kResourceExhausted;
+  }
+  return replicas_.put(slot, key, version, packed);
+}
+
+std::uint64_t GlobalMap::step(std::uint64_t budget) noexcept {
+  if (busy()) map_->begin_revision();
+  std::uint64_t work = 0;
+  while (work < budget && busy()) {
+    if (phase_ == Phase::kSettled && moves_waiting_ != 0) begin_moves();
+    if (phase_ == Phase::kMarking) work += mark_moves(budget - work);
+    if (phase_ == Phase::kMerging) work += merge_staged(budget - work);
+    // Marks are complete before anything is brought up to date by them.
+    if (phase_ == Phase::kMarking || work >= budget) continue;
+    if (const std::uint32_t number = agenda_.first(); number != 0) {
+      work += Agenda::work_of(records_.link(number)) == Agenda::kSums ? update_sums(number)
+                                                                      : update_outputs(number);
+    }
+    if (phase_ == Phase::kStaging && records_moving_ == 0) show_moves();
+  }
+  return work;
+}
+
+std::uint64_t GlobalMap::robots_in(BlockCoord block) const noexcept {
+  const std::uint32_t number = find_record(block);
+  return number == 0 ? 0 : records_.at(number).robots;
+}
+
+GlobalMapReport GlobalMap::report() const noexcept {
+  GlobalMapReport report = counted_;
+  report.blocks = blocks_;
+  report.waiting = agenda_.waiting();
+  report.replicas = replicas_.usage();
+  std::uint64_t variance = 0;
+  std::uint64_t undiffused = 0;
+  double largest_sum = 0.0;
+  double largest_change = 0.0;
+  for (std::uint32_t number = 1; number <= records_used_; ++number) {
+    const Record& record = records_.at(number);
+    if (record.key == kClosed || record.statistics.nodes == 0) continue;
+    const NodeStatistics& of_block = record.statistics;
+    ++report.overlap_blocks;
+    report.nodes += of_block.nodes;
+    variance += of_block.variance;
+    undiffused += of_block.variance_undiffused;
+    const auto larger = [](double& most, float value) {
+      if (static_cast<double>(value) > most) most = static_cast<double>(value);
+    };
+    larger(largest_sum, of_block.largest_sum);
+    larger(largest_change, of_block.largest_change);
+  }
+  if (report.nodes != 0) {
+    const double unit = 0x1p-40 / static_cast<double>(report.nodes);
+    report.mean_variance = static_cast<double>(variance) * unit;
+    report.mean_variance_undiffused = static_cast<double>(undiffused) * unit;
+    report.residual = largest_sum > 0.0 ? largest_change / largest_sum : 0.0;
+  }
+  return report;
+}
+
+}  // namespace tessera

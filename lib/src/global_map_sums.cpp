@@ -1,0 +1,194 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// B of a block: what all contributions say of it, added up in the order of their ids.
+#include <cstring>
+
+#include "tessera/fusion/global_map.hpp"
+
+namespace tessera {
+
+namespace {
+
+constexpr int kRowX = kBlockEdge - 1;
+
+VoxelCoord voxel_of_row(BlockCoord block, int row) noexcept {
+  return {block.x * kBlockEdge + (row & kRowX), block.y * kBlockEdge + ((row >> 3) & kRowX),
+          block.z * kBlockEdge + (row >> 6)};
+}
+
+/// The voxels of one block that the voxel of a row goes to. Entries of a voxel follow each other,
+/// so the last answer is mostly the next.
+class RowTargets {
+ public:
+  RowTargets(const GridTransform& T_global_local, BlockCoord local, BlockCoord global) noexcept
+      : frame_(T_global_local), local_(local), global_(global) {}
+  [[nodiscard]] std::span<const int> of(int row) noexcept {
+    if (row != row_) {
+      row_ = row;
+      count_ = 0;
+      find(voxel_of_row(local_, row));
+    }
+    return std::span(rows_).first(count_);
+  }
+
+ private:
+  void find(VoxelCoord local) noexcept {
+    if (!frame_.shift_only()) {
+      // Mostly not even near.
+      const std::array<double, 3> center = frame_.to_global(local);
+      const std::array<std::int32_t, 3> block{global_.x, global_.y, global_.z};
+      for (std::size_t i = 0; i < 3; ++i) {
+        const double from = block[i] * kBlockEdge - 1.0;
+        if (center[i] < from || center[i] > from + kBlockEdge + 2.0) return;
+      }
+    }
+    frame_.for_targets(local, [this](VoxelCoord target) {
+      if (block_of(target) == global_) rows_[count_++] = row_order(target);
+    });
+  }
+
+  const GridTransform& frame_;
+  BlockCoord local_;
+  BlockCoord global_;
+  int row_ = -1;
+  std::size_t count_ = 0;
+  std::array<int, 8> rows_{};
+};
+
+}  // namespace
+
+/// labelled: set if a class has evidence here.
+std::uint64_t GlobalMap::add_replica(const Replicas::Contribution& contribution,
+                                     const Replicas::Replica& replica, BlockCoord block,
+                                     bool& labelled) noexcept {
+  const float omega = config_.diffusion.omega;
+  const int last_class = map_->num_components() - 2;
+  RowTargets targets(contribution.T_global_local, unpack(BlockKey{replica.key}), block);
+  VoxelMask observed{};
+  const auto observe = [&](int row) {
+    std::uint64_t& slice = observed[static_cast<std::size_t>(row >> 6)];
+    const std::uint64_t bit = std::uint64_t{1} << static_cast<unsigned>(row & 63);
+    if ((slice & bit) != 0) return;
+    slice |= bit;
+    for (const int target : targets.of(row)) {
+      std::uint8_t& count = observers_[static_cast<std::size_t>(target)];
+      count = static_cast<std::uint8_t>(count + (count < 255 ? 1 : 0));
+    }
+  };
+  return unpack_block(
+      replicas_.read(replica, packed_),
+      [&](int row, int component, float count) {
+        observe(row);
+        for (const int target : targets.of(row)) {
+          if (component == 0) {
+            content_.add_rest(target, omega * count);
+          } else {
+            content_.add(component, target, omega * count);
+            labelled = labelled || component <= last_class;
+          }
+        }
+      },
+      [&](int row, unsigned passes) {
+        observe(row);
+        for (const int target : targets.of(row)) content_.add_passes(target, passes);
+      });
+}
+
+std::uint64_t GlobalMap::add_contributions(BlockCoord block, std::uint64_t& robots) noexcept {
+  std::uint64_t work = 0;
+  for (const Slot slot : replicas_.in_order()) {
+    const Replicas::Contribution& contribution = replicas_.contribution(slot);
+    if (contribution.leaving) continue;
+    const GridTransform::BlockRange range = contribution.T_global_local.local_blocks(block);
+    bool labelled = false;
+    for (std::int32_t z = range.first.z; z <= range.last.z; ++z) {
+      for (std::int32_t y = range.first.y; y <= range.last.y; ++y) {
+        for (std::int32_t x = range.first.x; x <= range.last.x; ++x) {
+          ++work;
+          const Result<BlockKey> key = pack({x, y, z});
+          const Replicas::Replica* const replica = key.ok() ? replicas_.find(slot, *key) : nullptr;
+          if (replica != nullptr && replica->bytes != 0)
+            work += add_replica(contribution, *replica, block, labelled);
+        }
+      }
+    }
+    robots |= std::uint64_t{labelled ? 1U : 0U} << contribution.robot_bit;
+  }
+  return work;
+}
+
+/// Eq. (10): S_i lambda_i of every local voxel counts the prior too.
+void GlobalMap::add_priors() noexcept {
+  const auto prior = config_.diffusion.prior * config_.diffusion.omega;
+  const int last_class = map_->num_components() - 2;
+  for (int row = 0; row < kBlockVoxels; ++row) {
+    const auto observers = static_cast<float>(observers_[static_cast<std::size_t>(row)]);
+    bool node = false;
+    for (int l = 1; l <= last_class; ++l) node = node || content_.count(l, row) > 0.0F;
+    for (int l = 1; node && l <= last_class; ++l) content_.add(l, row, prior * observers);
+  }
+}
+
+bool GlobalMap::belongs_to_graph(std::uint64_t robots) const noexcept {
+  return config_.diffusion.whole_map ? robots != 0 : (robots & (robots - 1)) != 0;
+}
+
+GlobalMap::Stored GlobalMap::store_sums(Record& record) noexcept {
+  const std::span<const std::byte> bytes = packed_.first(pack_block(content_, packed_));
+  if (record.sums != 0 && record.sums_bytes == bytes.size() && sums_.equals(record.sums, bytes))
+    return Stored::kAsBefore;
+  const std::uint32_t held = SegmentStore::segments_of(record.sums_bytes);
+  if (SegmentStore::segments_of(bytes.size()) > held + sums_.free_segments()) {
+    ++counted_.refused_sums;
+    return Stored::kNoRoom;
+  }
+  sums_.release(record.sums);
+  record.sums = *sums_.write(bytes);
+  record.sums_bytes = static_cast<std::uint32_t>(bytes.size());
+  return Stored::kAnew;
+}
+
+/// Whether there were any.
+bool GlobalMap::drop_sums(Record& record) noexcept {
+  const bool any = record.sums != 0;
+  sums_.release(record.sums);
+  record.sums = 0;
+  record.sums_bytes = 0;
+  record.classes = 0;
+  record.statistics = {};
+  return any;
+}
+
+std::uint64_t GlobalMap::update_sums(std::uint32_t number) noexcept {
+  Record& record = records_.at(number);
+  agenda_.remove(records_, number);
+  const BlockCoord block = unpack(BlockKey{record.key});
+  content_.clear();
+  std::memset(observers_.data(), 0, observers_.size());
+  record.robots = 0;
+  const std::uint64_t work = add_contributions(block, record.robots) + 1;
+  const bool graph = belongs_to_graph(record.robots);
+  const bool diffused = graph && config_.diffusion.mode != DiffusionMode::kNone;
+  if (diffused) {
+    if (config_.diffusion.mode == DiffusionMode::kPaper) add_priors();
+    const std::uint64_t classes =
+        (std::uint64_t{1} << static_cast<unsigned>(map_->num_components() - 1)) - 2;
+    record.classes = content_.components() & classes;
+    const Stored stored = store_sums(record);
+    if (stored == Stored::kAnew) mark_halo(block, record.moving);
+    if (stored == Stored::kAsBefore)
+      record.output_due ? mark(number, Agenda::kOutput) : moved(record);
+    record.output_due = false;
+    if (stored != Stored::kNoRoom) return work;
+  }
+  record.output_due = false;
+  if (drop_sums(record)) mark_halo(block, record.moving);
+  if (graph && config_.diffusion.mode == DiffusionMode::kNone) record.statistics = measure_sums();
+  const bool empty = !content_.any();
+  write_content(record);
+  moved(record);
+  if (empty) close_record(number);
+  return work + kBlockOctets;
+}
+
+}  // namespace tessera

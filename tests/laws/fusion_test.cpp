@@ -1,0 +1,200 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// The laws of the global map: it hangs on what has arrived alone, not on when, how often or in
+// which order, nor on how the work was cut up.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <vector>
+
+#include "oracle/cloud.hpp"
+#include "oracle/team.hpp"
+
+namespace tessera::oracle {
+namespace {
+
+struct Robot {
+  OracleContribution contribution;
+  std::uint32_t frame_revision = 0;
+  bool removed = false;
+  std::map<std::uint64_t, std::pair<std::uint32_t, std::vector<std::byte>>> published;
+  GlobalMap::Slot slot = 0;
+};
+
+/// Some block anew, some voxels of the robot changed.
+void change(Robot& robot, Random& random, std::uint32_t version) {
+  const OracleVoxels more = random_voxels(random, 30, {0, 0, 0});
+  for (const auto& [voxel, counts] : more) robot.contribution.voxels[voxel] = counts;
+  for (const auto& [key, bytes] : pack_voxels(robot.contribution.voxels)) {
+    auto& held = robot.published[key];
+    if (held.second != bytes) held = {version, bytes};
+  }
+}
+
+std::uint64_t digest_anew(const GlobalMapConfig& config, std::vector<Robot>& robots,
+                          Random& random) {
+  Team team(config);
+  struct Chunk {
+    const Robot* robot;
+    std::uint64_t key;
+  };
+  std::vector<Chunk> chunks;
+  for (const Robot& robot : robots) {
+    if (robot.removed) continue;
+    for (const auto& [key, held] : robot.published) chunks.push_back({&robot, key});
+  }
+  for (std::size_t i = chunks.size(); i > 1; --i)
+    std::swap(chunks[i - 1], chunks[static_cast<std::size_t>(random.below(static_cast<int>(i)))]);
+  for (const Chunk& chunk : chunks) {
+    const OracleContribution& c = chunk.robot->contribution;
+    const GlobalMap::Slot slot =
+        *team.global().open(c.id, *GridTransform::make(c.T_global_local, 0.1));
+    const auto& [version, bytes] = chunk.robot->published.at(chunk.key);
+    REQUIRE(team.global().put(slot, BlockKey{chunk.key}, version, bytes).ok());
+  }
+  team.settle();
+  return team.digest();
+}
+
+/// Some of a robot's blocks, some of them late or twice.
+void put_some(GlobalMap& global, const Robot& robot, const decltype(Robot::published)& before,
+              Random& random) {
+  for (const auto& block : robot.published) {
+    const auto put = [&](const std::pair<std::uint32_t, std::vector<std::byte>>& what) {
+      REQUIRE(global.put(robot.slot, BlockKey{block.first}, what.first, what.second).ok());
+    };
+    if (random.below(3) == 0) put(block.second);
+    const auto late = before.find(block.first);
+    if (random.below(5) == 0 && late != before.end()) put(late->second);
+    if (random.below(5) == 0) put(block.second);
+  }
+}
+
+TEST_CASE("fusion: any order, repetition, move and cutting up of work is as fusing anew") {
+  const auto mode =
+      GENERATE(DiffusionMode::kContractive, DiffusionMode::kPaper, DiffusionMode::kNone);
+  const auto tuple = GENERATE(TuplePolicy::kCompact, TuplePolicy::kDense);
+  const int robots_count = GENERATE(3, 8);
+  CAPTURE(to_string(mode), robots_count);
+  Random random(announce_seed(71));
+  GlobalMapConfig config = team_config(tuple);
+  config.diffusion.mode = mode;
+  config.diffusion.edge = EdgeTerm::kConfidence;
+  config.diffusion.iterations = mode == DiffusionMode::kPaper ? 2 : 4;
+  config.diffusion.length_m = 0.2F;
+  Team team(config);
+  std::vector<Robot> robots(static_cast<std::size_t>(robots_count));
+  for (std::size_t i = 0; i < robots.size(); ++i) {
+    OracleContribution& c = robots[i].contribution;
+    // Two submaps of one robot among them.
+    c.id = {static_cast<std::uint32_t>(i == 1 ? 0 : i), 0, static_cast<std::uint32_t>(i == 1)};
+    if (i % 3 != 0) c.T_global_local = random_transform(random, 25.0 * random.uniform(), 0.5);
+    change(robots[i], random, 1);
+    robots[i].slot = *team.global().open(c.id, *GridTransform::make(c.T_global_local, 0.1));
+  }
+  for (std::uint32_t version = 2; version < 60; ++version) {
+    Robot& robot = robots[static_cast<std::size_t>(random.below(robots_count))];
+    if (robot.removed) continue;
+    const auto before = robot.published;
+    if (random.below(2) == 0) change(robot, random, version);
+    put_some(team.global(), robot, before, random);
+    if (random.below(4) == 0) {
+      // Two at once, of which an older one comes late.
+      robot.contribution.T_global_local = random_transform(random, 40.0 * random.uniform(), 0.5);
+      const GridTransform frame = *GridTransform::make(robot.contribution.T_global_local, 0.1);
+      robot.frame_revision += 2;
+      CHECK(team.global().set_frame(robot.slot, frame, robot.frame_revision) ==
+            Replicas::Change::kTaken);
+      CHECK(team.global().set_frame(robot.slot, GridTransform(), robot.frame_revision - 1) ==
+            Replicas::Change::kStale);
+    }
+    if (robots_count > 3 && version % 20 == 0) {
+      team.global().remove(robot.slot);
+      robot.removed = true;
+    }
+    team.global().set_focus(BlockCoord{random.below(3), random.below(3), 0});
+    team.global().step(static_cast<std::uint64_t>(random.below(20000)));
+  }
+  for (const Robot& robot : robots) {
+    for (const auto& [key, held] : robot.published) {
+      if (robot.removed) continue;
+      REQUIRE(team.global().put(robot.slot, BlockKey{key}, held.first, held.second).ok());
+    }
+  }
+  team.settle();
+  const std::uint64_t found = team.digest();
+  CHECK(found == digest_anew(config, robots, random));
+  CHECK(found == digest_anew(config, robots, random));
+  CHECK(team.global().report().nodes > 50);
+  CHECK(team.global().report().replicas.stale > 10);
+}
+
+TEST_CASE("fusion: a robot that says nothing new changes nothing, and costs no diffusion") {
+  Random random(announce_seed(72));
+  const GlobalMapConfig config = team_config(TuplePolicy::kCompact);
+  Team team(config);
+  std::vector<OracleContribution> contributions(2);
+  for (std::uint32_t i = 0; i < 2; ++i) {
+    contributions[i].id = {i, 0, 0};
+    contributions[i].voxels = random_voxels(random, 300, {0, 0, 0});
+    team.publish(contributions[i], 1);
+  }
+  team.settle();
+  const std::uint64_t before = team.digest();
+  team.publish(contributions[0], 1);
+  CHECK(team.global().waiting() == 0);
+  team.publish(contributions[0], 2);
+  CHECK(team.global().waiting() != 0);
+  std::uint64_t work = 0;
+  std::uint64_t steps = 0;
+  for (; team.global().waiting() != 0; ++steps) work += team.global().step(1);
+  CHECK(work < 3 * 300 * 10);
+  CHECK(team.digest() == before);
+}
+
+/// The turn of a quaternion of whole numbers: no function of libm, so the same everywhere.
+Matrix34d turned(double a, double b, double c, double d) {
+  const double n = a * a + b * b + c * c + d * d;
+  Matrix34d T;
+  T << (a * a + b * b - c * c - d * d) / n, 2 * (b * c - a * d) / n, 2 * (b * d + a * c) / n, 0.35,
+      2 * (b * c + a * d) / n, (a * a - b * b + c * c - d * d) / n, 2 * (c * d - a * b) / n, -0.2,
+      2 * (b * d - a * c) / n, 2 * (c * d + a * b) / n, (a * a - b * b - c * c + d * d) / n, 0.1;
+  return T;
+}
+
+TEST_CASE("fusion: every compiler, optimisation and machine gives these digests") {
+  struct Golden {
+    DiffusionMode mode;
+    EdgeTerm edge;
+    TuplePolicy tuple;
+    std::uint64_t digest;
+  };
+  const Golden golden = GENERATE(
+      Golden{DiffusionMode::kContractive, EdgeTerm::kConfidence, TuplePolicy::kCompact,
+             0x18c5a04dd41ffb84U},
+      Golden{DiffusionMode::kContractive, EdgeTerm::kSimilarity, TuplePolicy::kDense,
+             0xdfbe0dc4eede2f16U},
+      Golden{DiffusionMode::kContractive, EdgeTerm::kLabel, TuplePolicy::kDense,
+             0xca75e05068b95bdaU},
+      Golden{DiffusionMode::kPaper, EdgeTerm::kNone, TuplePolicy::kDense, 0x7548017698a86127U},
+      Golden{DiffusionMode::kNone, EdgeTerm::kNone, TuplePolicy::kCompact, 0xf076b6c580ab202cU});
+  Random random(73);
+  GlobalMapConfig config = team_config(golden.tuple);
+  config.diffusion.mode = golden.mode;
+  config.diffusion.edge = golden.edge;
+  config.diffusion.iterations = golden.mode == DiffusionMode::kPaper ? 2 : 6;
+  config.diffusion.length_m = 0.25F;
+  Team team(config);
+  for (std::uint32_t i = 0; i < 4; ++i) {
+    OracleContribution contribution;
+    contribution.id = {i, 0, 0};
+    contribution.voxels = random_voxels(random, 300, {0, 0, 0});
+    if (i != 0) contribution.T_global_local = turned(12.0, i, 2.0 - i, 3.0 * i);
+    team.publish(contribution, 1);
+  }
+  team.settle();
+  CAPTURE(to_string(golden.mode), to_string(golden.edge), team.digest());
+  CHECK(team.digest() == golden.digest);
+}
+
+}  // namespace
+}  // namespace tessera::oracle

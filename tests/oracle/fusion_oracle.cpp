@@ -1,0 +1,154 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "oracle/fusion_oracle.hpp"
+
+#include <cmath>
+#include <set>
+
+namespace tessera::oracle {
+
+namespace {
+
+using Matrix = Eigen::MatrixXd;
+
+std::array<double, 3> center_of(const Voxel& v, double resolution_m) {
+  return {(static_cast<double>(v[0]) + 0.5) * resolution_m,
+          (static_cast<double>(v[1]) + 0.5) * resolution_m,
+          (static_cast<double>(v[2]) + 0.5) * resolution_m};
+}
+
+Voxel block_of(const Voxel& v) {
+  const auto floor8 = [](std::int64_t x) { return x >= 0 ? x / 8 : -((7 - x) / 8); };
+  return {floor8(v[0]), floor8(v[1]), floor8(v[2])};
+}
+
+bool has_class(const OracleCounts& counts) {
+  for (std::size_t l = 1; l + 1 < counts.size(); ++l) {
+    if (counts[l] > 0.0) return true;
+  }
+  return false;
+}
+
+struct Sums {
+  OracleVoxels voxels;
+  std::map<Voxel, int> observers;                   ///< Local voxels that went there.
+  std::map<Voxel, std::set<std::uint32_t>> robots;  ///< By block.
+};
+
+Sums add_up(const std::vector<OracleContribution>& contributions, double omega,
+            double resolution_m) {
+  Sums sums;
+  for (const OracleContribution& contribution : contributions) {
+    for (const auto& [local, counts] : contribution.voxels) {
+      for (const Voxel& voxel : phi(contribution.T_global_local, resolution_m, local)) {
+        OracleCounts& here = sums.voxels[voxel];
+        here.resize(counts.size());
+        for (std::size_t l = 0; l < counts.size(); ++l) here[l] += omega * counts[l];
+        ++sums.observers[voxel];
+        if (has_class(counts)) sums.robots[block_of(voxel)].insert(contribution.id.robot);
+      }
+    }
+  }
+  return sums;
+}
+
+double row_norm(const Matrix& m) {
+  return m.rows() == 0 ? 0.0 : m.cwiseAbs().rowwise().sum().maxCoeff();
+}
+
+/// k_0 between all pairs of nodes, nothing on the diagonal.
+Matrix kernel_of(const std::vector<Voxel>& nodes, double length_m, double resolution_m) {
+  const auto n = static_cast<Eigen::Index>(nodes.size());
+  Matrix K = Matrix::Zero(n, n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    for (Eigen::Index j = 0; j < n; ++j) {
+      if (i == j) continue;
+      double squared = 0.0;
+      for (std::size_t a = 0; a < 3; ++a) {
+        const double d = static_cast<double>(nodes[static_cast<std::size_t>(i)][a] -
+                                             nodes[static_cast<std::size_t>(j)][a]) *
+                         resolution_m;
+        squared += d * d;
+      }
+      K(i, j) = sparse_kernel(std::sqrt(squared) / length_m);
+    }
+  }
+  return K;
+}
+
+}  // namespace
+
+std::vector<Voxel> phi(const Matrix34d& T_global_local, double resolution_m, const Voxel& local) {
+  const Eigen::Matrix3d R = T_global_local.leftCols<3>();
+  const Eigen::Vector3d t = T_global_local.col(3);
+  const std::array<double, 3> c = center_of(local, resolution_m);
+  const Eigen::Vector3d image = R * Eigen::Vector3d(c[0], c[1], c[2]) + t;
+  const Voxel nearest = cell_of({image.x(), image.y(), image.z()}, resolution_m);
+  std::vector<Voxel> takers;
+  for (std::int64_t dz = -2; dz <= 2; ++dz) {
+    for (std::int64_t dy = -2; dy <= 2; ++dy) {
+      for (std::int64_t dx = -2; dx <= 2; ++dx) {
+        const Voxel g{nearest[0] + dx, nearest[1] + dy, nearest[2] + dz};
+        const std::array<double, 3> gc = center_of(g, resolution_m);
+        const Eigen::Vector3d back = R.transpose() * (Eigen::Vector3d(gc[0], gc[1], gc[2]) - t);
+        if (cell_of({back.x(), back.y(), back.z()}, resolution_m) == local) takers.push_back(g);
+      }
+    }
+  }
+  if (takers.empty()) takers.push_back(nearest);
+  return takers;
+}
+
+OracleMap fuse(const std::vector<OracleContribution>& contributions, const DiffusionConfig& config,
+               double resolution_m, int num_classes) {
+  const auto omega = static_cast<double>(config.omega);
+  Sums sums = add_up(contributions, omega, resolution_m);
+  OracleMap result;
+  result.voxels = sums.voxels;
+  std::vector<Voxel> nodes;
+  for (const auto& [voxel, counts] : sums.voxels) {
+    const std::size_t needed = config.whole_map ? 1 : 2;
+    if (has_class(counts) && sums.robots[block_of(voxel)].size() >= needed) nodes.push_back(voxel);
+  }
+  const auto n = static_cast<Eigen::Index>(nodes.size());
+  const bool paper = config.mode == DiffusionMode::kPaper;
+  Matrix B = Matrix::Zero(n, num_classes);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const Voxel& voxel = nodes[static_cast<std::size_t>(i)];
+    for (int l = 1; l <= num_classes; ++l) {
+      B(i, l - 1) = sums.voxels[voxel][static_cast<std::size_t>(l)];
+      // Eq. (10) by eq. (8): S_i lambda_i = sigma_i and the prior.
+      if (paper) B(i, l - 1) += omega * static_cast<double>(config.prior) * sums.observers[voxel];
+    }
+  }
+  const Matrix K = kernel_of(nodes, static_cast<double>(config.length_m), resolution_m);
+  Matrix Z = paper ? Matrix::Zero(n, num_classes) : B;
+  Matrix before = Z;
+  Matrix step = K;
+  if (paper) {
+    step += Matrix::Identity(n, n);
+  } else {
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const double weights = K.row(i).sum();
+      if (weights > 0.0) step.row(i) *= static_cast<double>(config.alpha) / weights;
+    }
+  }
+  for (int i = 0; config.mode != DiffusionMode::kNone && i < config.iterations; ++i) {
+    before = Z;
+    Z = step * Z + B;  // Eq. (15)
+  }
+  result.residual = n == 0 ? 0.0 : row_norm(Z - before) / row_norm(B);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const Voxel& voxel = nodes[static_cast<std::size_t>(i)];
+    OracleNode node{OracleCounts(B.row(i).begin(), B.row(i).end()),
+                    OracleCounts(Z.row(i).begin(), Z.row(i).end())};
+    const double scale =
+        config.mode == DiffusionMode::kContractive ? B.row(i).sum() / Z.row(i).sum() : 1.0;
+    for (int l = 1; l <= num_classes; ++l)
+      result.voxels[voxel][static_cast<std::size_t>(l)] = Z(i, l - 1) * scale;
+    result.nodes.emplace(voxel, std::move(node));
+  }
+  return result;
+}
+
+}  // namespace tessera::oracle

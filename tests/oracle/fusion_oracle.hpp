@@ -1,0 +1,48 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// The global map by brute force, from the specification alone: Phi by trying every voxel, the graph
+// as dense matrices, double precision. It shares no code with the library's fusion.
+#pragma once
+
+#include <Eigen/Core>
+#include <map>
+#include <vector>
+
+#include "oracle/label_oracle.hpp"
+#include "tessera/fusion/diffusion_config.hpp"
+#include "tessera/fusion/replicas.hpp"
+
+namespace tessera::oracle {
+
+/// Counts of one voxel by component, the last one unlabelled; component 0 in passes.
+using OracleCounts = std::vector<double>;
+using OracleVoxels = std::map<Voxel, OracleCounts>;
+
+/// What one contribution holds, in its own frame.
+struct OracleContribution {
+  ContributionId id;
+  Matrix34d T_global_local = Matrix34d::Identity();
+  OracleVoxels voxels;
+};
+
+/// A node of the graph: the edges' other ends are found by position.
+struct OracleNode {
+  OracleCounts sums;      ///< B, or A of the paper mode: classes only.
+  OracleCounts diffused;  ///< Z_n
+};
+
+struct OracleMap {
+  OracleVoxels voxels;
+  std::map<Voxel, OracleNode> nodes;
+  double residual = 0.0;  ///< |Z_n - Z_{n-1}| / |B|
+};
+
+/// The voxels that get a local voxel's evidence, by trying all within two voxels of its image.
+[[nodiscard]] std::vector<Voxel> phi(const Matrix34d& T_global_local, double resolution_m,
+                                     const Voxel& local);
+
+/// config.edge must be kNone. num_classes: C.
+[[nodiscard]] OracleMap fuse(const std::vector<OracleContribution>& contributions,
+                             const DiffusionConfig& config, double resolution_m, int num_classes);
+
+}  // namespace tessera::oracle

@@ -1,0 +1,110 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// The global map against the specification's formulas as dense matrices in double precision.
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "oracle/cloud.hpp"
+#include "oracle/team.hpp"
+
+namespace tessera::oracle {
+namespace {
+
+std::vector<OracleContribution> random_team(Random& random, int robots, double degrees) {
+  std::vector<OracleContribution> team;
+  for (int i = 0; i < robots; ++i) {
+    OracleContribution contribution;
+    contribution.id = {static_cast<std::uint32_t>(10 + i), 0, 0};
+    contribution.voxels = random_voxels(random, 400, {-3, 2, 1});
+    if (degrees > 0.0) contribution.T_global_local = random_transform(random, degrees, 0.6);
+    team.push_back(std::move(contribution));
+  }
+  return team;
+}
+
+/// Relative to a voxel's evidence: what float sums can do.
+void check_same(const OracleVoxels& found, const OracleVoxels& expected) {
+  REQUIRE(found.size() == expected.size());
+  for (const auto& [voxel, counts] : expected) {
+    const auto at = found.find(voxel);
+    REQUIRE(at != found.end());
+    double total = 0.0;
+    for (const double count : counts) total += count;
+    for (std::size_t l = 0; l < counts.size(); ++l) {
+      CAPTURE(voxel[0], voxel[1], voxel[2], l, counts[l], at->second[l]);
+      REQUIRE(std::fabs(at->second[l] - counts[l]) <= 2e-5 * total + 1e-6);
+    }
+  }
+}
+
+TEST_CASE("fusion: the global map is that of the formulas, in every mode and frame") {
+  const std::uint64_t seed = announce_seed(41);
+  Random random(seed);
+  const double degrees = GENERATE(0.0, 3.0, 17.0, 45.0);
+  const auto mode =
+      GENERATE(DiffusionMode::kNone, DiffusionMode::kPaper, DiffusionMode::kContractive);
+  const int iterations = GENERATE(1, 2, 3);
+  const bool whole_map = GENERATE(false, true);
+  GlobalMapConfig config = team_config();
+  config.diffusion.mode = mode;
+  config.diffusion.iterations = iterations;
+  config.diffusion.length_m = 0.27F;
+  config.diffusion.alpha = 0.7F;
+  config.diffusion.omega = 1.0F;
+  config.diffusion.whole_map = whole_map;
+  if (mode == DiffusionMode::kPaper) config.map.prior = 0.0;
+  CAPTURE(degrees, to_string(mode), iterations, whole_map);
+  const std::vector<OracleContribution> team = random_team(random, 3, degrees);
+  Team fused(config);
+  for (const OracleContribution& contribution : team) fused.publish(contribution, 1);
+  fused.settle();
+  const OracleMap expected = fuse(team, config.diffusion, 0.1, kTeamClasses);
+  check_same(voxels_of(fused.global().map()), expected.voxels);
+  const GlobalMapReport report = fused.global().report();
+  CHECK(report.nodes == expected.nodes.size());
+  CHECK(report.nodes > 100);
+  if (mode == DiffusionMode::kContractive) {
+    CHECK(report.residual == Approx(expected.residual).epsilon(1e-4));
+    CHECK(report.residual <= std::pow(0.7, iterations) * (1.0 + 1e-5));
+  }
+  CHECK(report.refused_blocks + report.refused_sums + report.refused_outputs == 0);
+}
+
+TEST_CASE("fusion: omega weighs all evidence") {
+  Random random(announce_seed(42));
+  GlobalMapConfig config = team_config();
+  config.diffusion.mode = DiffusionMode::kContractive;
+  config.diffusion.omega = 2.0F;
+  const std::vector<OracleContribution> team = random_team(random, 2, 0.0);
+  Team fused(config);
+  for (const OracleContribution& contribution : team) fused.publish(contribution, 1);
+  fused.settle();
+  check_same(voxels_of(fused.global().map()),
+             fuse(team, config.diffusion, 0.1, kTeamClasses).voxels);
+}
+
+TEST_CASE("fusion: no voxel appears that nobody observed, and none is lost") {
+  Random random(announce_seed(43));
+  const GlobalMapConfig config = team_config();
+  const std::vector<OracleContribution> team = random_team(random, 4, 30.0);
+  Team fused(config);
+  double given = 0.0;
+  for (const OracleContribution& contribution : team) {
+    fused.publish(contribution, 1);
+    for (const auto& [voxel, counts] : contribution.voxels) {
+      const std::size_t targets = phi(contribution.T_global_local, 0.1, voxel).size();
+      CHECK(targets >= 1);
+      for (std::size_t l = 1; l < counts.size(); ++l)
+        given += counts[l] * static_cast<double>(targets);
+    }
+  }
+  fused.settle();
+  double found = 0.0;
+  for (const auto& [voxel, counts] : voxels_of(fused.global().map())) {
+    for (std::size_t l = 1; l < counts.size(); ++l) found += counts[l];
+  }
+  CHECK(found == Approx(given).epsilon(1e-5));
+}
+
+}  // namespace
+}  // namespace tessera::oracle

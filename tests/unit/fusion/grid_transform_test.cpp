@@ -1,0 +1,112 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// Phi: no holes, nothing lost, and block ranges that hold all that they should.
+#include "tessera/fusion/grid_transform.hpp"
+
+#include <catch2/catch.hpp>
+#include <set>
+#include <tuple>
+
+#include "oracle/cloud.hpp"
+#include "oracle/team.hpp"
+
+namespace tessera {
+namespace {
+
+using oracle::Random;
+
+std::tuple<int, int, int> key_of(VoxelCoord v) { return {v.x, v.y, v.z}; }
+
+bool within(const GridTransform::BlockRange& range, BlockCoord b) {
+  return b.x >= range.first.x && b.x <= range.last.x && b.y >= range.first.y &&
+         b.y <= range.last.y && b.z >= range.first.z && b.z <= range.last.z;
+}
+
+TEST_CASE(
+    "Phi: every global voxel inside gets evidence, every local voxel gives, 0 to 45 degrees") {
+  const double degrees = GENERATE(0.0, 0.5, 5.0, 12.0, 30.0, 45.0);
+  CAPTURE(degrees);
+  Random random(oracle::announce_seed(61));
+  const Matrix34d T = oracle::random_transform(random, degrees, 3.0);
+  const GridTransform frame = *GridTransform::make(T, 0.1);
+  constexpr int kEdge = 20;
+  std::set<std::tuple<int, int, int>> reached;
+  int lost = 0;
+  for (int z = 0; z < kEdge; ++z) {
+    for (int y = 0; y < kEdge; ++y) {
+      for (int x = 0; x < kEdge; ++x) {
+        const VoxelCoord local{x, y, z};
+        int targets = 0;
+        frame.for_targets(local, [&](VoxelCoord target) {
+          ++targets;
+          reached.insert(key_of(target));
+          REQUIRE(within(frame.global_blocks(block_of(local)), block_of(target)));
+          REQUIRE(within(frame.local_blocks(block_of(target)), block_of(local)));
+        });
+        lost += targets == 0 ? 1 : 0;
+        REQUIRE(targets <= 8);
+      }
+    }
+  }
+  CHECK(lost == 0);
+  // Any global voxel whose centre lies in the solid cube of local ones.
+  int holes = 0;
+  int inside = 0;
+  const auto [cx, cy, cz] = frame.to_global({kEdge / 2, kEdge / 2, kEdge / 2});
+  for (int z = -20; z <= 20; ++z) {
+    for (int y = -20; y <= 20; ++y) {
+      for (int x = -20; x <= 20; ++x) {
+        const VoxelCoord global{floor_to_int(cx) + x, floor_to_int(cy) + y, floor_to_int(cz) + z};
+        const VoxelCoord local = frame.to_local(global);
+        const auto in_cube = [](int v) { return v >= 0 && v < kEdge; };
+        if (!in_cube(local.x) || !in_cube(local.y) || !in_cube(local.z)) continue;
+        ++inside;
+        holes += reached.contains(key_of(global)) ? 0 : 1;
+      }
+    }
+  }
+  CHECK(inside > kEdge * kEdge * kEdge * 9 / 10);
+  CHECK(holes == 0);
+}
+
+TEST_CASE("Phi: a shift by whole voxels is one to one, and one by decimal metres is whole") {
+  Matrix34d T = Matrix34d::Identity();
+  T.col(3) = Point3d(0.3, -12.7, 4.0);
+  const GridTransform frame = *GridTransform::make(T, 0.1);
+  CHECK(frame.shift_only());
+  CHECK(frame.to_local({10, 10, 10}) == VoxelCoord{7, 137, -30});
+  T(0, 3) = 0.33;
+  CHECK_FALSE(GridTransform::make(T, 0.1)->shift_only());
+}
+
+TEST_CASE("Phi: what is no rigid transform, or out of the grid, is refused") {
+  Matrix34d T = Matrix34d::Identity();
+  T(0, 0) = 2.0;
+  CHECK(GridTransform::make(T, 0.1).status() == Status::kInvalidArgument);
+  T = Matrix34d::Identity();
+  T(2, 3) = 1e9;
+  CHECK(GridTransform::make(T, 0.1).status() == Status::kInvalidArgument);
+  T(2, 3) = std::numeric_limits<double>::quiet_NaN();
+  CHECK(GridTransform::make(T, 0.1).status() == Status::kInvalidArgument);
+}
+
+TEST_CASE("Phi: a matrix that is a rotation to four digits is made one") {
+  Random random(oracle::announce_seed(62));
+  Matrix34d T = oracle::random_transform(random, 20.0, 1.0);
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) T(i, j) = std::round(T(i, j) * 1e4) / 1e4;
+  }
+  const GridTransform frame = *GridTransform::make(T, 0.1);
+  // Back and forth a kilometre away: a rotation that was not one would be metres off.
+  for (int i = 0; i < 200; ++i) {
+    const VoxelCoord local{random.below(20000) - 10000, random.below(20000) - 10000,
+                           random.below(2000)};
+    const auto [x, y, z] = frame.to_global(local);
+    const VoxelCoord back =
+        frame.to_local({floor_to_int(x), floor_to_int(y), floor_to_int(z)}) - local;
+    REQUIRE(std::max({std::abs(back.x), std::abs(back.y), std::abs(back.z)}) <= 1);
+  }
+}
+
+}  // namespace
+}  // namespace tessera

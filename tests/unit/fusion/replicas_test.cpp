@@ -1,0 +1,134 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// Replicas: the latest version of each block, whatever comes in whatever order.
+#include "tessera/fusion/replicas.hpp"
+
+#include <catch2/catch.hpp>
+#include <map>
+#include <tuple>
+#include <vector>
+
+#include "oracle/mapper.hpp"
+#include "oracle/random.hpp"
+
+namespace tessera {
+namespace {
+
+struct OwnReplicas {
+  explicit OwnReplicas(const ReplicasConfig& given) : memory(Replicas::required_bytes(given)) {
+    Arena arena(memory.span());
+    replicas = *Replicas::make(arena, given);
+  }
+  oracle::AlignedMemory memory;
+  Replicas replicas;
+};
+
+std::vector<std::byte> bytes_of(std::size_t size, std::uint32_t value) {
+  return std::vector<std::byte>(size, static_cast<std::byte>(value & 0xffU));
+}
+
+std::vector<std::byte> held(const Replicas& replicas, Replicas::Slot slot, BlockKey key) {
+  const Replicas::Replica* const replica = replicas.find(slot, key);
+  if (replica == nullptr) return {};
+  std::vector<std::byte> bytes(replica->bytes);
+  static_cast<void>(replicas.read(*replica, bytes));
+  return bytes;
+}
+
+TEST_CASE("replicas: only the latest version counts, and the rest is counted as stale") {
+  OwnReplicas own({.segments = 64, .blocks = 16, .contributions = 4, .robot_segments = 64});
+  const Replicas::Slot slot = *own.replicas.open({7, 1, 0});
+  const BlockKey key{42};
+  CHECK(*own.replicas.put(slot, key, 3, bytes_of(200, 3)) == Replicas::Change::kTaken);
+  CHECK(*own.replicas.put(slot, key, 2, bytes_of(900, 2)) == Replicas::Change::kStale);
+  CHECK(*own.replicas.put(slot, key, 3, bytes_of(10, 9)) == Replicas::Change::kStale);
+  CHECK(held(own.replicas, slot, key) == bytes_of(200, 3));
+  CHECK(*own.replicas.put(slot, key, 9, bytes_of(50, 9)) == Replicas::Change::kTaken);
+  CHECK(held(own.replicas, slot, key) == bytes_of(50, 9));
+  // Known to be empty is not the same as unknown.
+  CHECK(*own.replicas.put(slot, key, 10, {}) == Replicas::Change::kTaken);
+  CHECK(own.replicas.find(slot, key)->bytes == 0);
+  CHECK(*own.replicas.put(slot, key, 9, bytes_of(50, 9)) == Replicas::Change::kStale);
+  CHECK(own.replicas.usage().stale == 3);
+  CHECK(own.replicas.usage().segments == 0);
+}
+
+TEST_CASE("replicas: contributions are in the order of their ids, whenever they came") {
+  OwnReplicas own({.segments = 8, .blocks = 8, .contributions = 4, .robot_segments = 8});
+  for (const ContributionId id : {ContributionId{5, 0, 1}, {2, 9, 0}, {5, 0, 0}, {2, 1, 3}})
+    REQUIRE(own.replicas.open(id).ok());
+  CHECK(own.replicas.open({9, 0, 0}).status() == Status::kResourceExhausted);
+  CHECK(own.replicas.open({5, 0, 1}).ok());  // is there already
+  std::vector<ContributionId> found;
+  for (const Replicas::Slot slot : own.replicas.in_order())
+    found.push_back(own.replicas.contribution(slot).id);
+  CHECK(found == std::vector<ContributionId>{{2, 1, 3}, {2, 9, 0}, {5, 0, 0}, {5, 0, 1}});
+  const auto bit = [&](ContributionId id) {
+    return own.replicas.contribution(*own.replicas.find(id)).robot_bit;
+  };
+  CHECK(bit({5, 0, 0}) == bit({5, 0, 1}));
+  CHECK(bit({5, 0, 0}) != bit({2, 1, 3}));
+  own.replicas.close(*own.replicas.find({2, 9, 0}));
+  CHECK_FALSE(own.replicas.find({2, 9, 0}).ok());
+  CHECK(own.replicas.open({9, 0, 0}).ok());
+}
+
+TEST_CASE("replicas: quota and storage refuse without loss, and say which it was") {
+  OwnReplicas own({.segments = 10, .blocks = 8, .contributions = 4, .robot_segments = 6});
+  const Replicas::Slot a = *own.replicas.open({1, 0, 0});
+  const Replicas::Slot b = *own.replicas.open({2, 0, 0});
+  const std::size_t three = 3 * SegmentStore::kPayloadBytes;
+  CHECK(own.replicas.put(a, {1}, 1, bytes_of(three, 1)).ok());
+  CHECK(own.replicas.put(a, {2}, 1, bytes_of(three, 2)).ok());
+  CHECK_FALSE(own.replicas.put(a, {3}, 1, bytes_of(1, 3)).ok());
+  CHECK(own.replicas.usage().refused_quota == 1);
+  CHECK(own.replicas.put(b, {1}, 1, bytes_of(three, 1)).ok());
+  CHECK_FALSE(own.replicas.put(b, {2}, 1, bytes_of(three, 1)).ok());
+  CHECK(own.replicas.usage().refused_storage == 1);
+  // A larger version that does not fit leaves the older one.
+  CHECK_FALSE(own.replicas.put(b, {1}, 2, bytes_of(5 * SegmentStore::kPayloadBytes, 2)).ok());
+  CHECK(held(own.replicas, b, {1}) == bytes_of(three, 1));
+  CHECK(own.replicas.put(a, {2}, 2, bytes_of(1, 4)).ok());
+  CHECK(own.replicas.put(a, {3}, 1, bytes_of(1, 3)).ok());
+}
+
+TEST_CASE("replicas: random versions, repeats and removals agree with a table") {
+  OwnReplicas own({.segments = 4000, .blocks = 400, .contributions = 8, .robot_segments = 4000});
+  oracle::Random random(17);
+  std::map<std::tuple<std::uint32_t, std::uint64_t>, std::tuple<std::uint32_t, std::size_t>> table;
+  std::vector<Replicas::Slot> slots;
+  for (std::uint32_t robot = 0; robot < 8; ++robot)
+    slots.push_back(*own.replicas.open({robot, 0, 0}));
+  for (int i = 0; i < 20000; ++i) {
+    const Replicas::Slot slot = slots[static_cast<std::size_t>(random.below(8))];
+    const std::uint64_t key = random.bits() % 40;
+    const auto place = table.find({slot, key});
+    if (random.below(20) == 0 && place != table.end()) {
+      std::uint32_t number = own.replicas.contribution(slot).first_block;
+      while (own.replicas.record(number).key != key) number = own.replicas.record(number).next;
+      own.replicas.drop(number);
+      table.erase(place);
+      continue;
+    }
+    const auto version = static_cast<std::uint32_t>(random.below(100));
+    const auto size = static_cast<std::size_t>(random.below(600));
+    const bool newer = place == table.end() || version > std::get<0>(place->second);
+    const Result<Replicas::Change> put =
+        own.replicas.put(slot, {key}, version, bytes_of(size, version));
+    REQUIRE(put.ok());
+    REQUIRE((*put == Replicas::Change::kTaken) == newer);
+    if (newer) table[{slot, key}] = {version, size};
+  }
+  std::uint32_t segments = 0;
+  for (const auto& [at, what] : table) {
+    const auto [slot, key] = at;
+    const auto [version, size] = what;
+    REQUIRE(held(own.replicas, slot, {key}) == bytes_of(size, version));
+    segments += SegmentStore::segments_of(size);
+  }
+  CHECK(own.replicas.usage().blocks == table.size());
+  CHECK(own.replicas.usage().segments == segments);
+}
+
+}  // namespace
+}  // namespace tessera
