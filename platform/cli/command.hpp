@@ -22,6 +22,7 @@ int fail(const Failure& failure);
 void warn(const std::string& message);
 
 void add_map_command(CLI::App& app, int& exit_status);
+void add_fuse_command(CLI::App& app, int& exit_status);
 void add_eval_command(CLI::App& app, int& exit_status);
 void add_query_command(CLI::App& app, int& exit_status);
 void add_export_command(CLI::App& app, int& exit_status);

@@ -46,6 +46,7 @@ int run(int argc, char** argv) {
       "Example: tessera map --dataset sequence --out map.tsm; see each subcommand's --help.");
   int exit_status = kExitDone;
   add_map_command(app, exit_status);
+  add_fuse_command(app, exit_status);
   add_eval_command(app, exit_status);
   add_query_command(app, exit_status);
   add_export_command(app, exit_status);

@@ -64,16 +64,6 @@ Outcome<void> integrate_all(const Dataset& dataset, ScanBuffer& buffer, Workshop
   return {};
 }
 
-Outcome<void> record_settings(const Json& config, MapIdentity& identity) {
-  const std::string text = config.dump(-1, ' ', false, Json::error_handler_t::replace);
-  if (text.size() > MapIdentity::kMaxSettings) {
-    return Failure{"the paths given are too long for the map's record; use shorter ones"};
-  }
-  std::memcpy(identity.settings.data(), text.data(), text.size());
-  identity.settings_bytes = static_cast<std::uint32_t>(text.size());
-  return {};
-}
-
 /// How the map was made, for its own record: without the paths and ranges of this run.
 Json settings_of(Json config) {
   for (const char* const key :

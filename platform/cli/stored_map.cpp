@@ -3,6 +3,7 @@
 #include "cli/stored_map.hpp"
 
 #include <cstdlib>
+#include <cstring>
 
 #include "posix/atomic_file.hpp"
 #include "posix/input_file.hpp"
@@ -79,6 +80,16 @@ Json recorded_setting(const MapFileHeader& header, const char* key) {
   const std::string text(header.identity.settings.data(), header.identity.settings_bytes);
   const Json settings = Json::parse(text, nullptr, false);
   return settings.is_object() && settings.contains(key) ? settings[key] : Json();
+}
+
+Outcome<void> record_settings(const Json& config, MapIdentity& identity) {
+  const std::string text = config.dump(-1, ' ', false, Json::error_handler_t::replace);
+  if (text.size() > MapIdentity::kMaxSettings) {
+    return Failure{"the paths given are too long for the map's record; use shorter ones"};
+  }
+  std::memcpy(identity.settings.data(), text.data(), text.size());
+  identity.settings_bytes = static_cast<std::uint32_t>(text.size());
+  return {};
 }
 
 Outcome<bool> load_into(const std::string& path, LocalMap& map) {

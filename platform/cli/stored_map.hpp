@@ -50,6 +50,9 @@ Outcome<MapFileHeader> load_map_header(const std::string& path);
 /// What the map's own record says of an option that it was made with; null if it does not.
 Json recorded_setting(const MapFileHeader& header, const char* key);
 
+/// Makes this the map's record. Fails with kUsage iff it is too long.
+Outcome<void> record_settings(const Json& config, MapIdentity& identity);
+
 /// Reads path into a map that was made with its header's settings; the value is false iff the map's
 /// storage is too small for it, and the map is then of no use. Fails as load_map.
 Outcome<bool> load_into(const std::string& path, LocalMap& map);

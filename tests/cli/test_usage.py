@@ -5,7 +5,7 @@ import unittest
 
 from command_case import CommandCase
 
-SUBCOMMANDS = ("map", "eval", "query", "export", "info", "simulate")
+SUBCOMMANDS = ("map", "fuse", "eval", "query", "export", "info", "simulate")
 
 
 class Usage(CommandCase):

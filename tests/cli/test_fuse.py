@@ -1,0 +1,170 @@
+# SPDX-FileCopyrightText: The tessera authors
+# SPDX-License-Identifier: Apache-2.0
+"""fuse: sums by hand, frames, what is refused, and that neither the order nor the name of a map matters."""
+import json
+import math
+import unittest
+
+import kitti_folder as kitti
+from command_case import CommandCase
+from counting import COUNTING
+
+FUSE_KEYS = {"voxels", "overlap_voxels", "iterations", "residual", "milliseconds", "digest", "mean_variance",
+             "mean_variance_undiffused", "alignment"}
+ROAD, CAR, BUILDING = f"sigma_{kitti.ROAD_LABEL}", f"sigma_{kitti.CAR_LABEL}", f"sigma_{kitti.BUILDING_LABEL}"
+
+
+def turned(degrees, x=0.0, y=0.0, z=0.0):
+    c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+    return [[c, -s, 0, x], [s, c, 0, y], [0, 0, 1, z], [0, 0, 0, 1]]
+
+
+class Fuse(CommandCase):
+    """A and B see one place: A a road, B the road and a car of its own; each alone sees a building."""
+    SHARED, OF_B, ALONE_A, ALONE_B = (2.05, 0.05, 0.05), (2.15, 0.05, 0.05), (20.05, 0.05, 0.05), (30.05, 0.05, 0.05)
+
+    def make_map(self, name, points, ids, *options):
+        folder = kitti.write_dataset(self.folder / f"data_{name}", [kitti.Scan(points, ids)])
+        map_file = self.folder / f"{name}.tsm"
+        self.map_dataset(folder, map_file, *COUNTING, *options)
+        return map_file
+
+    def setUp(self):
+        super().setUp()
+        self.a = self.make_map("a", [self.SHARED, self.ALONE_A], [kitti.ROAD, kitti.BUILDING])
+        self.b = self.make_map("b", [self.SHARED, (2.06, 0.05, 0.05), self.OF_B, self.ALONE_B],
+                               [kitti.ROAD, kitti.ROAD, kitti.CAR, kitti.BUILDING], "--robot", "1")
+        self.out = self.folder / "global.tsm"
+
+    def fuse(self, *words):
+        report = self.folder / "fuse.json"
+        result = self.done("fuse", *words, "--out", self.out, "--report", report)
+        return result, json.loads(report.read_text())
+
+    def row(self, p):
+        return self.query_rows(self.out, "x,y,z\n%g,%g,%g\n" % p)[1][0]
+
+    def test_has_every_key_of_the_contract(self):
+        self.assertLessEqual(FUSE_KEYS, self.fuse(self.a, self.b)[1].keys())
+
+    def test_plain_sum_by_hand(self):
+        _, report = self.fuse(self.a, self.b, "--diffusion", "none")
+        self.assertEqual(4, report["voxels"])
+        self.assertEqual(2, report["overlap_voxels"])
+        shared, alone = self.row(self.SHARED), self.row(self.ALONE_B)
+        self.assertAlmostEqual(3.0, float(shared[ROAD]), places=4)
+        self.assertEqual("occupied", alone["state"])
+        self.assertAlmostEqual(1.0, float(alone[BUILDING]), places=4)
+        self.assertEqual(report["mean_variance"], report["mean_variance_undiffused"])
+
+    def test_diffusion_keeps_evidence_and_makes_no_voxels(self):
+        _, report = self.fuse(self.a, self.b)
+        self.assertEqual(4, report["voxels"])
+        self.assertGreater(report["residual"], 0.0)
+        shared, car = self.row(self.SHARED), self.row(self.OF_B)
+        self.assertAlmostEqual(3.0, float(shared["evidence"]), places=2)
+        self.assertAlmostEqual(1.0, float(car["evidence"]), places=2)
+        self.assertGreater(float(shared[CAR]), 0.0)  # of its neighbour
+        self.assertGreater(float(car[ROAD]), 0.0)
+        self.assertAlmostEqual(1.0, float(self.row(self.ALONE_A)[BUILDING]), places=4)
+
+    def test_paper_by_hand(self):
+        # A_shared = 3 + 2 priors, A_car = 1 + 1 prior; the second pass adds each once more, and the neighbour by k_0(1/3).
+        self.fuse(self.a, self.b, "--diffusion", "paper", "--iterations", "2", "--diffusion-length", "0.3")
+        r = 1.0 / 3.0
+        k = (2 + math.cos(2 * math.pi * r)) * (1 - r) / 3 + math.sin(2 * math.pi * r) / (2 * math.pi)
+        shared = self.row(self.SHARED)
+        self.assertAlmostEqual(2 * (3 + 0.002) + k * 0.001, float(shared[ROAD]), places=4)
+        self.assertAlmostEqual(2 * 0.002 + k * (1 + 0.001), float(shared[CAR]), places=4)
+
+    def test_neither_order_nor_name_matters(self):
+        digest = self.fuse(self.a, self.b)[1]["digest"]
+        first = self.out.read_bytes()
+        self.assertEqual(digest, self.fuse(self.b, self.a)[1]["digest"])
+        self.assertEqual(first, self.out.read_bytes())
+        renamed = self.folder / "z.tsm"
+        self.a.rename(renamed)
+        self.assertEqual(digest, self.fuse(renamed, self.b)[1]["digest"])
+
+    def test_maps_of_the_same_robot_number_are_two_robots(self):
+        other = self.make_map("c", [self.SHARED], [kitti.CAR])
+        _, report = self.fuse(self.a, other, "--diffusion", "none")
+        self.assertEqual(1, report["overlap_voxels"])
+        self.assertEqual([0, 1], sorted(c["robot"] for c in report["contributions"]))
+
+    def test_transform_moves_a_map(self):
+        transform = self.folder / "T.txt"
+        transform.write_text("\n".join(" ".join(map(str, row)) for row in turned(90.0, x=5.0)))
+        self.fuse(self.a, self.b, "--diffusion", "none", "--transform", f"{self.b}={transform}")
+        # (2.05, 0.05) goes to (4.95, 2.05).
+        self.assertAlmostEqual(2.0, float(self.row((4.95, 2.05, 0.05))[ROAD]), places=4)
+        self.assertAlmostEqual(1.0, float(self.row(self.SHARED)[ROAD]), places=4)
+
+    def test_frames_that_are_off_are_warned_about(self):
+        wall = [kitti.corner_scan(seed=5, count=4000)]
+        maps = []
+        for robot in (0, 1):
+            folder = kitti.write_dataset(self.folder / f"wall_{robot}", wall)
+            maps.append(self.folder / f"wall_{robot}.tsm")
+            self.map_dataset(folder, maps[-1], *COUNTING, "--robot", robot)
+        result, report = self.fuse(*maps)
+        self.assert_not_warned(result)
+        self.assertAlmostEqual(1.0, report["alignment"])
+        transform = self.folder / "T.txt"
+        transform.write_text("\n".join(" ".join(map(str, row)) for row in turned(0.0, x=0.2)))
+        result, report = self.fuse(*maps, "--transform", f"{maps[1]}={transform}")
+        self.assert_warned(result, "do not lie on each other")
+        self.assertAlmostEqual(-0.2, report["alignments"][0]["best_shift_m"][0])
+
+    def test_global_maps_can_be_looked_at(self):
+        self.fuse(self.a, self.b)
+        self.assertIn("global map", self.done("info", self.out).stdout)
+        for form in ("ply", "png"):
+            self.done("export", "--map", self.out, "--format", form, "--out", self.folder / f"g.{form}")
+        self.done("eval", "--map", self.out, "--dataset", self.folder / "data_b")
+
+    def refused_fuse(self, *words, saying):
+        self.refused("fuse", *words, "--out", self.out, saying=saying)
+        self.assertFalse(self.out.exists())
+
+    def test_refuses_what_cannot_be_fused(self):
+        coarse = self.make_map("coarse", [self.SHARED], [kitti.ROAD], "--resolution", "0.2")
+        self.refused_fuse(self.a, coarse, saying=[coarse, "resolution 0.2", "0.1"])
+        self.refused_fuse(self.a, saying=["at least two"])
+        self.refused_fuse(self.a, self.a, saying=["named twice"])
+        self.refused_fuse(self.a, self.folder / "none.tsm", saying=["none.tsm"])
+        weighty = self.make_map("weighty", [self.SHARED], [kitti.ROAD], "--free-weight", "0.5")
+        self.refused_fuse(self.a, weighty, saying=["free weight 0.5"])
+        self.fuse(self.a, self.b)
+        other = self.folder / "other.tsm"
+        self.refused("fuse", self.a, self.out, "--out", other, saying=[self.out, "global map"])
+        self.assertFalse(other.exists())
+
+    def test_refuses_other_classes(self):
+        folder = kitti.write_dataset(self.folder / "other", [kitti.Scan([self.SHARED], [1])])
+        (folder / "classes.toml").write_text('[[class]]\nid = 1\nname = "grass"\ncolor = [0, 255, 0]\nraw = [1]\n')
+        other = self.folder / "other.tsm"
+        self.map_dataset(folder, other, *COUNTING)
+        self.refused_fuse(self.a, other, saying=[other, "classes"])
+
+    def test_refuses_bad_options(self):
+        both = (self.a, self.b)
+        for words, saying in (
+                (("--alpha", "1"), "--alpha 1"), (("--alpha", "0"), "--alpha 0"), (("--omega", "0"), "--omega 0"),
+                (("--iterations", "17"), "--iterations 17"), (("--iterations", "-1"), "--iterations -1"),
+                (("--diffusion", "paper", "--iterations", "0"), "--iterations 0"),
+                (("--diffusion-length", "nan"), "--diffusion-length"), (("--diffusion-length", "0"), "--diffusion-length"),
+                (("--diffusion-length", "2"), "--diffusion-length"), (("--diffusion", "heat"), "heat"),
+                (("--transform", "T.txt"), "T.txt"), (("--transform", "c.tsm=T.txt"), "c.tsm"),
+                (("--transform", f"{self.a}=none.txt"), "none.txt")):
+            with self.subTest(words):
+                self.refused_fuse(*both, *words, saying=[saying])
+
+    def test_never_writes_over_a_map_that_it_reads(self):
+        before = self.a.read_bytes()
+        self.refused("fuse", self.a, self.b, "--out", self.a, saying=["--out"])
+        self.assertEqual(before, self.a.read_bytes())
+
+
+if __name__ == "__main__":
+    unittest.main()
