@@ -49,7 +49,7 @@ std::size_t DiffusionBrick::required_bytes(const DiffusionConfig& config, double
                                            int num_components) noexcept {
   const DiffusionStencil stencil(static_cast<double>(config.length_m) / resolution_m);
   const Capacity capacity = capacity_of(config, stencil, num_components);
-  return arena_bytes<std::uint64_t>(kRows) + arena_bytes<std::uint32_t>(kRows) +
+  return arena_bytes<Row>(kRows) + arena_bytes<std::uint32_t>(kRows) +
          arena_bytes<std::uint32_t>(kCells) + arena_bytes<Offset>(capacity.offsets) +
          arena_bytes<float>(capacity.floats) + arena_bytes<Node>(capacity.nodes) +
          arena_bytes<Voice>(capacity.nodes) + arena_bytes<Edge>(capacity.edges);
@@ -63,7 +63,7 @@ Result<DiffusionBrick> DiffusionBrick::make(Arena& arena, const DiffusionConfig&
   brick.halo_ = halo_of(config, brick.stencil_.reach());
   if (brick.halo_ > DiffusionConfig::kMostHalo) return Status::kInvalidArgument;
   const Capacity capacity = capacity_of(config, brick.stencil_, num_components);
-  brick.rows_ = arena.take<std::uint64_t>(kRows);
+  brick.rows_ = arena.take<Row>(kRows);
   brick.first_ = arena.take<std::uint32_t>(kRows);
   brick.offsets_ = arena.take<Offset>(capacity.offsets);
   const auto take = [&arena]<class T>(std::span<T>& span, std::size_t count) {
@@ -106,7 +106,8 @@ bool DiffusionBrick::number_nodes() noexcept {
   node_count_ = 0;
   for (std::size_t i = 0; i < rows; ++i) {
     first_[i] = static_cast<std::uint32_t>(node_count_);
-    node_count_ += static_cast<std::size_t>(count_ones(rows_[i]));
+    for (const std::uint64_t word : rows_[i])
+      node_count_ += static_cast<std::size_t>(count_ones(word));
   }
   const std::size_t floats = node_count_ * stride_;
   if (3 * floats > floats_.size() || node_count_ > nodes_.size()) return false;
@@ -119,8 +120,10 @@ bool DiffusionBrick::number_nodes() noexcept {
   std::uint32_t node = 0;
   for (std::size_t i = 0; i < rows; ++i) {
     std::uint32_t* const row = node_of_cell_.data() + i * static_cast<std::size_t>(edge_[0]);
-    for (std::uint64_t bits = rows_[i]; bits != 0; bits &= bits - 1)
-      row[std::countr_zero(bits)] = node++;
+    for (std::size_t word = 0; word < rows_[i].size(); ++word) {
+      for (std::uint64_t bits = rows_[i][word]; bits != 0; bits &= bits - 1)
+        row[64 * word + static_cast<std::size_t>(std::countr_zero(bits))] = node++;
+    }
   }
   return true;
 }
@@ -152,15 +155,31 @@ void DiffusionBrick::describe_nodes() noexcept {
 /// it returns true.
 template <class Visit>
 void DiffusionBrick::for_nodes(int margin, Visit&& visit) const noexcept {
-  const std::uint64_t before = (std::uint64_t{1} << static_cast<unsigned>(margin)) - 1;
-  const std::uint64_t inner =
-      (~std::uint64_t{0} >> static_cast<unsigned>(64 - (edge_[0] - margin))) & ~before;
+  // Bits from the first of a word on that lie in margin .. edge - margin - 1.
+  const auto inner = [&](int word) {
+    const auto below = [](int bits) {
+      return bits <= 0 ? std::uint64_t{0}
+                       : ~std::uint64_t{0} >> static_cast<unsigned>(bits < 64 ? 64 - bits : 0);
+    };
+    return below(edge_[0] - margin - 64 * word) & ~below(margin - 64 * word);
+  };
+  const Row inside{inner(0), inner(1)};
   for (int z = margin; z < edge_[2] - margin; ++z) {
     for (int y = margin; y < edge_[1] - margin; ++y) {
       const std::size_t row = row_at(y, z);
-      std::size_t node = first_[row] + static_cast<std::size_t>(count_ones(rows_[row] & before));
-      for (std::uint64_t bits = rows_[row] & inner; bits != 0; bits &= bits - 1, ++node) {
-        if (!visit(node, std::countr_zero(bits), y, z)) return;
+      std::size_t before = first_[row];
+      for (std::size_t word = 0; word < inside.size(); ++word) {
+        const std::uint64_t all = rows_[row][word];
+        std::uint64_t bits = all & inside[word];
+        // Those left out at this end come before all others of the word.
+        std::size_t node = before;
+        if (bits != 0)
+          node += static_cast<std::size_t>(count_ones(all & ((bits & (0 - bits)) - 1)));
+        for (; bits != 0; bits &= bits - 1, ++node) {
+          const int x = static_cast<int>(64 * word) + std::countr_zero(bits);
+          if (!visit(node, x, y, z)) return;
+        }
+        before += static_cast<std::size_t>(count_ones(all));
       }
     }
   }
@@ -227,22 +246,32 @@ void DiffusionBrick::note_changes(const float* before, const float* after, int m
   });
 }
 
-bool DiffusionBrick::diffuse(std::uint64_t& work) noexcept {
+int DiffusionBrick::iterations() const noexcept {
+  if (config_.mode == DiffusionMode::kNone) return 0;
+  return config_.iterations - (config_.mode == DiffusionMode::kPaper ? 1 : 0);
+}
+
+bool DiffusionBrick::start(std::uint64_t& work) noexcept {
   describe_nodes();
   work += node_count_;
   result_ = sums_;
-  const int first = config_.mode == DiffusionMode::kPaper ? 1 : 0;
-  const int steps = config_.mode == DiffusionMode::kNone ? 0 : config_.iterations - first;
-  if (steps != 0 && !link_nodes()) return false;
-  const float* before = sums_;
-  for (int i = 1; i <= steps; ++i) {
-    before = result_;
-    work += step(before, z_, i * stencil_.reach());
-    result_ = z_;
-    std::swap(z_, other_z_);
-  }
+  iterated_ = 0;
+  if (iterations() == 0) return true;
+  const bool linked = link_nodes();
+  work += edge_count_;
+  return linked;
+}
+
+bool DiffusionBrick::iterate(std::uint64_t& work) noexcept {
+  if (iterated_ == iterations()) return false;
+  ++iterated_;
+  const float* const before = result_;
+  work += step(before, z_, iterated_ * stencil_.reach());
+  result_ = z_;
+  std::swap(z_, other_z_);
+  if (iterated_ < iterations()) return true;
   note_changes(before, result_, halo_);
-  return true;
+  return false;
 }
 
 DiffusionBrick::NodeResult DiffusionBrick::result(VoxelCoord node) const noexcept {

@@ -9,6 +9,14 @@ namespace {
 
 constexpr std::uint64_t kClosed = ~std::uint64_t{0};
 
+constexpr std::size_t cube(int edge) noexcept {
+  const auto e = static_cast<std::size_t>(edge);
+  return e * e * e;
+}
+/// Blocks of a job's box, and with those that it hangs on.
+constexpr std::size_t kBoxBlocks = cube(DiffusionBrick::kMostBlocks);
+constexpr std::size_t kNearBlocks = cube(DiffusionBrick::kMostEdge / kBlockEdge);
+
 bool in_range(const DiffusionConfig& config) noexcept {
   const int least = config.mode == DiffusionMode::kPaper ? 1 : 0;
   return config.mode <= DiffusionMode::kNone && config.edge <= EdgeTerm::kConfidence &&
@@ -39,6 +47,7 @@ std::size_t GlobalMap::required_bytes(const GlobalMapConfig& config, int num_com
          SegmentStore::required_bytes(config.sum_segments) +
          BlockIndex::required_bytes(config.blocks) + arena_bytes<Record>(config.blocks) +
          DiffusionBrick::required_bytes(config.diffusion, config.map.resolution_m, num_components) +
+         arena_bytes<std::uint32_t>(kBoxBlocks) + arena_bytes<std::uint32_t>(kNearBlocks) +
          BlockContent::required_bytes(num_components) + arena_bytes<std::uint8_t>(kBlockVoxels) +
          arena_bytes<std::byte>(most_packed_bytes(num_components));
 }
@@ -78,9 +87,12 @@ Status GlobalMap::set_up(Arena& arena, const GlobalMapConfig& config, std::span<
   const std::span<std::byte> records = arena.take_untouched(arena_bytes<Record>(config.blocks));
   records_.all = {reinterpret_cast<Record*>(records.data()), config.blocks};
   moves_ = arena.take<Move>(config.replicas.contributions);
+  box_blocks_ = arena.take<std::uint32_t>(kBoxBlocks);
+  near_blocks_ = arena.take<std::uint32_t>(kNearBlocks);
   observers_ = arena.take<std::uint8_t>(kBlockVoxels);
   packed_ = arena.take<std::byte>(most_packed_bytes(components));
-  const bool fits = !records.empty() && !moves_.empty() && !observers_.empty() && !packed_.empty();
+  const bool fits = !records.empty() && !moves_.empty() && !box_blocks_.empty() &&
+                    !near_blocks_.empty() && !observers_.empty() && !packed_.empty();
   return fits ? Status::kOk : Status::kResourceExhausted;
 }
 
@@ -232,6 +244,10 @@ std::uint64_t GlobalMap::step(std::uint64_t budget) noexcept {
   if (busy()) map_->begin_revision();
   std::uint64_t work = 0;
   while (work < budget && busy()) {
+    if (job_.stage != Job::Stage::kNone) {
+      work += go_on();
+      continue;
+    }
     if (phase_ == Phase::kSettled && moves_waiting_ != 0) begin_moves();
     if (phase_ == Phase::kMarking) work += mark_moves(budget - work);
     if (phase_ == Phase::kMerging) work += merge_staged(budget - work);
@@ -239,9 +255,10 @@ std::uint64_t GlobalMap::step(std::uint64_t budget) noexcept {
     if (phase_ == Phase::kMarking || work >= budget) continue;
     if (const std::uint32_t number = agenda_.first(); number != 0) {
       work += Agenda::work_of(records_.link(number)) == Agenda::kSums ? update_sums(number)
-                                                                      : update_outputs(number);
+                                                                      : begin_job(number);
     }
-    if (phase_ == Phase::kStaging && records_moving_ == 0) show_moves();
+    const bool complete = records_moving_ == 0 && job_.stage == Job::Stage::kNone;
+    if (phase_ == Phase::kStaging && complete) show_moves();
   }
   return work;
 }
@@ -254,7 +271,7 @@ std::uint64_t GlobalMap::robots_in(BlockCoord block) const noexcept {
 GlobalMapReport GlobalMap::report() const noexcept {
   GlobalMapReport report = counted_;
   report.blocks = blocks_;
-  report.waiting = agenda_.waiting();
+  report.waiting = waiting();
   report.replicas = replicas_.usage();
   std::uint64_t variance = 0;
   std::uint64_t undiffused = 0;

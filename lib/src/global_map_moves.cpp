@@ -90,7 +90,7 @@ void GlobalMap::moved(Record& record) noexcept {
 /// All that was staged is the map from now on.
 void GlobalMap::show_moves() noexcept {
   phase_ = Phase::kMerging;
-  ++generation_;
+  store_shared(view_, view_ + 3, std::memory_order_release);
   for (Move& move : moves_) move.under_way = false;
 }
 
@@ -142,6 +142,7 @@ std::uint64_t GlobalMap::merge_staged(std::uint64_t budget) noexcept {
     if (work >= budget) break;
   }
   if (staged_->block_count() != 0) return work;
+  if (view_ % 2 != 0) store_shared(view_, view_ - 1, std::memory_order_release);
   bool leaving = false;
   for (Slot slot = 0; slot < moves_.size(); ++slot) {
     if (!replicas_.contribution(slot).leaving) continue;

@@ -42,37 +42,40 @@ GlobalMap::NodeStatistics GlobalMap::measure_sums() noexcept {
   return measure_nodes([](int, NodeStatistics&) {});
 }
 
-/// Diffuses over the nodes that a box of blocks hangs on. False iff they are too many.
-bool GlobalMap::diffuse_box(const BlockBox& box, std::uint64_t& work) noexcept {
+/// The blocks of the graph in a box and as far around it as it hangs on.
+std::span<const std::uint32_t> GlobalMap::find_sums(const BlockBox& box,
+                                                    std::uint64_t& classes) noexcept {
   const int reach = (brick_.halo() + kBlockEdge - 1) / kBlockEdge;
-  constexpr std::size_t kMostOnAxis =
-      DiffusionBrick::kMostBlocks + 2 * DiffusionConfig::kMostHalo / kBlockEdge;
-  std::array<std::uint32_t, kMostOnAxis * kMostOnAxis * kMostOnAxis> found{};
   std::size_t count = 0;
-  std::uint64_t classes = 0;
   for (int z = -reach; z < box.size[2] + reach; ++z) {
     for (int y = -reach; y < box.size[1] + reach; ++y) {
       for (int x = -reach; x < box.size[0] + reach; ++x) {
         const std::uint32_t number =
             find_record({box.first.x + x, box.first.y + y, box.first.z + z});
         if (number == 0 || records_.at(number).sums == 0) continue;
-        found[count++] = number;
+        near_blocks_[count++] = number;
         classes |= records_.at(number).classes;
       }
     }
   }
-  work += count;
+  return near_blocks_.first(count);
+}
+
+/// The nodes that a box of blocks hangs on and their sums. False iff they are too many.
+bool GlobalMap::gather(const BlockBox& box, std::uint64_t& work) noexcept {
+  std::uint64_t classes = 0;
+  const std::span<const std::uint32_t> found = find_sums(box, classes);
+  work += found.size();
   brick_.begin(box, classes);
   const auto for_sums = [&](auto&& visit) {
-    for (const std::uint32_t number : std::span(found).first(count)) {
+    for (const std::uint32_t number : found) {
       const Record& record = records_.at(number);
-      const VoxelCoord corner = voxel_at(unpack(BlockKey{record.key}), 0, 0);
+      const BlockCoord block = unpack(BlockKey{record.key});
       work += unpack_block(
           read_sums(record),
           [&](int row, int component, float sum) {
             if (((record.classes >> static_cast<unsigned>(component)) & 1U) == 0) return;
-            const VoxelCoord voxel{corner.x + (row & 7), corner.y + ((row >> 3) & 7),
-                                   corner.z + (row >> 6)};
+            const VoxelCoord voxel = voxel_of_row(block, row);
             if (brick_.contains(voxel)) visit(voxel, component, sum);
           },
           [](int, unsigned) {});
@@ -81,7 +84,7 @@ bool GlobalMap::diffuse_box(const BlockBox& box, std::uint64_t& work) noexcept {
   for_sums([&](VoxelCoord voxel, int, float) { brick_.mark(voxel); });
   if (!brick_.number_nodes()) return false;
   for_sums([&](VoxelCoord voxel, int component, float sum) { brick_.set(voxel, component, sum); });
-  return brick_.diffuse(work);
+  return true;
 }
 
 namespace {
@@ -123,7 +126,8 @@ bool GlobalMap::waits_for_output(const Record& record) noexcept {
          Agenda::work_of(record.link) == Agenda::kOutput;
 }
 
-std::uint64_t GlobalMap::update_outputs(std::uint32_t number) noexcept {
+/// Takes those that wait around a block off the agenda, to be brought up to date together.
+std::uint64_t GlobalMap::begin_job(std::uint32_t number) noexcept {
   const BlockCoord block = unpack(BlockKey{records_.at(number).key});
   if (records_.at(number).sums == 0) {
     agenda_.remove(records_, number);
@@ -131,19 +135,50 @@ std::uint64_t GlobalMap::update_outputs(std::uint32_t number) noexcept {
     return 1;
   }
   std::uint64_t work = 1;
-  BlockBox box;
-  bool done = false;
-  for (int edge = brick_.most_blocks(); !done; edge /= 2) {
-    TESSERA_ASSERT(edge > 0);
-    box = waiting_around(block, edge);
-    done = diffuse_box(box, work);
+  BlockBox box = waiting_around(block, job_.edge);
+  while (!gather(box, work)) {
+    TESSERA_ASSERT(job_.edge > 1);
+    job_.edge /= 2;
+    box = waiting_around(block, job_.edge);
   }
+  job_.first = job_.last = 0;
   for_blocks(box, [&](BlockCoord inner) {
     const std::uint32_t at = find_record(inner);
     if (at == 0 || !waits_for_output(records_.at(at))) return;
     agenda_.remove(records_, at);
-    work += finish_block(records_.at(at));
+    box_blocks_[job_.last++] = at;
   });
+  job_.stage = Job::Stage::kLinking;
+  return work;
+}
+
+/// The next quantum of the job.
+std::uint64_t GlobalMap::go_on() noexcept {
+  using Stage = Job::Stage;
+  std::uint64_t work = 0;
+  if (job_.stage == Stage::kLinking) {
+    job_.stage = Stage::kIterating;
+    if (brick_.start(work)) return work;
+    // Too many edges: anew, in smaller parts.
+    TESSERA_ASSERT(job_.edge > 1);
+    job_.edge /= 2;
+    job_.stage = Stage::kNone;
+    while (job_.first != job_.last) mark(box_blocks_[job_.first++], Agenda::kOutput);
+    return work;
+  }
+  if (job_.stage == Stage::kIterating) {
+    if (!brick_.iterate(work)) job_.stage = Stage::kFinishing;
+    return work + 1;
+  }
+  Record& record = records_.at(box_blocks_[job_.first++]);
+  if (record.link.list != 0) {
+    // What arrived meanwhile comes first, and then this block is due again.
+    record.output_due = true;
+    ++work;
+  } else {
+    work += finish_block(record);
+  }
+  if (job_.first == job_.last) job_ = {};
   return work;
 }
 
@@ -156,10 +191,8 @@ std::uint64_t GlobalMap::finish_block(Record& record) noexcept {
         component == 0 ? content_.add_rest(row, sum) : content_.add(component, row, sum);
       },
       [&](int row, unsigned passes) { content_.add_passes(row, passes); });
-  const VoxelCoord corner = voxel_at(block, 0, 0);
   record.statistics = measure_nodes([&](int row, NodeStatistics& statistics) {
-    diffuse_node({corner.x + (row & 7), corner.y + ((row >> 3) & 7), corner.z + (row >> 6)}, row,
-                 statistics);
+    diffuse_node(voxel_of_row(block, row), row, statistics);
   });
   write_content(record);
   moved(record);

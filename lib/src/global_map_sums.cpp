@@ -9,13 +9,6 @@ namespace tessera {
 
 namespace {
 
-constexpr int kRowX = kBlockEdge - 1;
-
-VoxelCoord voxel_of_row(BlockCoord block, int row) noexcept {
-  return {block.x * kBlockEdge + (row & kRowX), block.y * kBlockEdge + ((row >> 3) & kRowX),
-          block.z * kBlockEdge + (row >> 6)};
-}
-
 /// The voxels of one block that the voxel of a row goes to. Entries of a voxel follow each other,
 /// so the last answer is mostly the next.
 class RowTargets {

@@ -86,11 +86,13 @@ void LocalMap::empty_block(Block& block) noexcept {
 }
 
 void LocalMap::remove_block(SlabHandle handle) noexcept {
-  {
-    const Change change(*this, handle);
-    empty_block(mutable_block(handle));
-  }
-  close_if_empty(handle);
+  Block& block = mutable_block(handle);
+  // Odd until it is opened anew: readers find it whole or not at all, never emptied.
+  store_shared(block.stamp, block.stamp | 1U);
+  std::atomic_thread_fence(std::memory_order_release);
+  index_.erase(BlockKey{block.key}, [=](SlabHandle item) { return item == handle; });
+  empty_block(block);
+  pool_.release(kBlockSlab, handle);
 }
 
 /// There must be room for it.

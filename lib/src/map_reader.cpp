@@ -82,10 +82,10 @@ bool MapReader::copy_octet(const Block& block, int octet, std::byte* to,
   return true;
 }
 
-Result<VoxelEvidence> MapReader::evidence(VoxelCoord voxel) noexcept {
-  VoxelEvidence result;
-  result.num_components = map_->num_components();
-  if (!in_grid(voxel)) return result;
+MapReader::Outcome MapReader::read_evidence(VoxelCoord voxel, VoxelEvidence& into) noexcept {
+  into = {};
+  into.num_components = map_->num_components();
+  if (!in_grid(voxel)) return Outcome::kAbsent;
   const int octet = octet_in_block(voxel);
   // Two kilobytes, written before they are read.
   // NOLINTNEXTLINE(cppcoreguidelines-pro-type-member-init)
@@ -102,10 +102,15 @@ Result<VoxelEvidence> MapReader::evidence(VoxelCoord voxel) noexcept {
     }
     return copy_octet(block, octet, tuples.data(), labelled);
   });
-  if (outcome == Outcome::kTorn) return Status::kBusy;
-  if (outcome == Outcome::kAbsent) return result;
-  result.sigma[0] = static_cast<float>(passes) * map_->config().free_weight;
-  if (labelled) map_->tuples_.read(tuples.data(), voxel_in_octet(voxel), result);
+  if (outcome != Outcome::kRead) return outcome;
+  into.sigma[0] = static_cast<float>(passes) * map_->config().free_weight;
+  if (labelled) map_->tuples_.read(tuples.data(), voxel_in_octet(voxel), into);
+  return outcome;
+}
+
+Result<VoxelEvidence> MapReader::evidence(VoxelCoord voxel) noexcept {
+  VoxelEvidence result;
+  if (read_evidence(voxel, result) == Outcome::kTorn) return Status::kBusy;
   return result;
 }
 

@@ -76,15 +76,15 @@ struct Readers {
 
 /// Runs write(round) until the readers, two threads of read(reader, random), have found label
 /// evidence so often; at least 48 rounds, and a bound that only readers who find nothing reach.
-template <class Write, class Read>
-void race(const LocalMap& map, Findings& findings, std::uint64_t least_full, Write&& write,
+template <class Reader = MapReader, class Map, class Write, class Read>
+void race(const Map& map, Findings& findings, std::uint64_t least_full, Write&& write,
           Read&& read) {
   constexpr int kLeastRounds = 48;
   constexpr int kMostRounds = 50000;
   Readers readers{findings};
   for (std::uint64_t seed = 1; seed <= 2; ++seed) {
     readers.threads.emplace_back([&, seed] {
-      MapReader reader(map);
+      Reader reader(map);
       oracle::Random random(seed);
       while (!findings.stop) {
         read(reader, random);

@@ -26,8 +26,11 @@ struct BlockBox {
 
 class DiffusionBrick {
  public:
-  static constexpr int kMostEdge = 64;   ///< Voxels, with all that they hang on: a row is one word.
-  static constexpr int kMostBlocks = 6;  ///< Of the box that is computed, on an axis.
+  /// Voxels of an axis, with all that they hang on: a row is two words.
+  static constexpr int kMostEdge = 128;
+  /// Of the box that is computed, on an axis. The more, the less is done twice.
+  static constexpr int kMostBlocks = 12;
+  static_assert(kMostBlocks * kBlockEdge + 2 * DiffusionConfig::kMostHalo <= kMostEdge);
 
   /// Memory for all nodes that a single block may hang on, with all classes and edges.
   [[nodiscard]] static std::size_t required_bytes(const DiffusionConfig& config,
@@ -42,13 +45,8 @@ class DiffusionBrick {
   /// How far from a voxel what it hangs on may be, in voxels.
   [[nodiscard]] static int halo_of(const DiffusionConfig& config, int reach) noexcept;
   [[nodiscard]] int halo() const noexcept { return halo_; }
-  /// Blocks that a box may have on an axis: 4 .. kMostBlocks. The more, the less is done twice.
-  [[nodiscard]] int most_blocks() const noexcept {
-    const int blocks = (kMostEdge - 2 * halo_) / kBlockEdge;
-    return blocks < kMostBlocks ? blocks : kMostBlocks;
-  }
 
-  /// Starts with a box of blocks, 1 .. most_blocks() on an axis; classes: of its nodes, a bit each.
+  /// Starts with a box of blocks, 1 .. kMostBlocks on an axis; classes: of its nodes, a bit each.
   /// O(edge^2).
   void begin(const BlockBox& box, std::uint64_t classes) noexcept;
   /// Whether a voxel is in the box or near enough to matter to it.
@@ -62,7 +60,8 @@ class DiffusionBrick {
   /// Marks a voxel that the brick contains as a node.
   void mark(VoxelCoord voxel) noexcept {
     const VoxelCoord v = voxel - origin_;
-    rows_[row_at(v.y, v.z)] |= std::uint64_t{1} << static_cast<unsigned>(v.x);
+    rows_[row_at(v.y, v.z)][static_cast<std::size_t>(v.x) / 64] |=
+        std::uint64_t{1} << (static_cast<unsigned>(v.x) % 64);
   }
   /// Numbers the nodes, all with sums zero. False iff there are more than memory holds: then a
   /// smaller box must do, and one block always can. O(edge^2 + nodes * classes).
@@ -71,11 +70,14 @@ class DiffusionBrick {
   void set(VoxelCoord node, int component, float sum) noexcept {
     sums_[node_at(node) * stride_ + lane_of_[static_cast<std::size_t>(component)]] = sum;
   }
-  /// Diffuses. False iff there are more edges than memory holds, as above. work: the edges visited
-  /// are added. O(iterations * nodes * edges * classes).
-  [[nodiscard]] bool diffuse(std::uint64_t& work) noexcept;
+  /// Links the nodes, once all sums are set. False iff there are more edges than memory holds, as
+  /// above. work: what was visited is added. O(nodes * (edges + classes)).
+  [[nodiscard]] bool start(std::uint64_t& work) noexcept;
+  /// The next iteration, if any is left. False after the last: the results are there. O(nodes *
+  /// edges * classes).
+  [[nodiscard]] bool iterate(std::uint64_t& work) noexcept;
 
-  /// A node of the box after diffuse().
+  /// A node of the box after the last iteration.
   struct NodeResult {
     const float* z = nullptr;  ///< By lane.
     float sum = 0.0F;          ///< |B|
@@ -114,6 +116,8 @@ class DiffusionBrick {
     std::uint32_t node;
     float weight;
   };
+  /// Nodes of a row along x, a bit each.
+  using Row = std::array<std::uint64_t, kMostEdge / 64>;
   static constexpr std::size_t kRows = std::size_t{kMostEdge} * kMostEdge;
   struct Capacity {
     std::size_t nodes = 0;
@@ -137,6 +141,7 @@ class DiffusionBrick {
     return node_of_cell_[cell_at(v.x, v.y, v.z)];
   }
   void describe_nodes() noexcept;
+  [[nodiscard]] int iterations() const noexcept;
   template <EdgeTerm kTerm>
   float weigh(const Voice& own, std::span<Edge> edges) const noexcept;
   [[nodiscard]] float weigh_edges(const Voice& own, std::span<Edge> edges) const noexcept;
@@ -152,7 +157,7 @@ class DiffusionBrick {
   DiffusionConfig config_{};
   DiffusionStencil stencil_{};
   int halo_ = 0;
-  std::span<std::uint64_t> rows_;  ///< Nodes of a row along x.
+  std::span<Row> rows_;
   std::span<std::uint32_t> node_of_cell_;
   std::span<Offset> offsets_;
   std::span<Voice> voices_;
@@ -166,6 +171,7 @@ class DiffusionBrick {
   float* z_ = nullptr;
   float* other_z_ = nullptr;
   const float* result_ = nullptr;
+  int iterated_ = 0;
   std::size_t stride_ = 4;
   std::size_t lanes_ = 0;
   VoxelCoord origin_{};

@@ -83,12 +83,16 @@ class GlobalMap {
   // --- Work --------------------------------------------------------------------------------------
 
   /// Brings blocks up to date until none waits or so much work is done: entries read, edges
-  /// visited. Over it by one brick at most. Returns the work done.
+  /// visited. Over it by one quantum at most: the sums of a block, the nodes of a brick gathered or
+  /// linked, an iteration over them, a block written. Returns the work done.
   std::uint64_t step(std::uint64_t budget) noexcept;
-  [[nodiscard]] std::uint32_t waiting() const noexcept { return agenda_.waiting(); }
+  /// Blocks that are behind.
+  [[nodiscard]] std::uint32_t waiting() const noexcept {
+    return agenda_.waiting() + job_.last - job_.first;
+  }
   /// Whether the map is behind what has arrived, or a move is under way.
   [[nodiscard]] bool busy() const noexcept {
-    return agenda_.waiting() != 0 || phase_ != Phase::kSettled || moves_waiting_ != 0;
+    return waiting() != 0 || phase_ != Phase::kSettled || moves_waiting_ != 0;
   }
 
   // --- What is there -----------------------------------------------------------------------------
@@ -96,10 +100,11 @@ class GlobalMap {
   /// The map, complete but while a finished move is copied into it: settled() says so.
   [[nodiscard]] const LocalMap& map() const noexcept { return *map_; }
   [[nodiscard]] bool settled() const noexcept { return phase_ != Phase::kMerging; }
-  /// A voxel's estimate; at any moment all voxels are as before a move or all as after it.
+  /// A voxel's estimate, for the thread that works; others have a GlobalReader each. At any moment
+  /// all voxels are as before a move or all as after it.
   [[nodiscard]] Estimate query(VoxelCoord voxel) const noexcept;
   /// Counts completed moves: what is read is told apart by it as before or after.
-  [[nodiscard]] std::uint32_t generation() const noexcept { return generation_; }
+  [[nodiscard]] std::uint64_t generation() const noexcept { return view_ / 2; }
   [[nodiscard]] const Replicas& replicas() const noexcept { return replicas_; }
   [[nodiscard]] const GlobalMapConfig& config() const noexcept { return config_; }
   /// Robots with label evidence in a block, a bit each (Replicas::Contribution::robot_bit).
@@ -108,6 +113,7 @@ class GlobalMap {
   [[nodiscard]] GlobalMapReport report() const noexcept;
 
  private:
+  friend class GlobalReader;
   /// Sums over nodes, in 2^-40: whole numbers, so that their order does not matter.
   struct NodeStatistics {
     std::uint64_t variance = 0;
@@ -131,6 +137,16 @@ class GlobalMap {
     std::span<Record> all;
     [[nodiscard]] Record& at(std::uint32_t number) const noexcept { return all[number - 1]; }
     [[nodiscard]] AgendaLink& link(std::uint32_t number) const noexcept { return at(number).link; }
+  };
+
+  /// Blocks whose outputs are under way, from step to step: nothing else is brought up to date
+  /// meanwhile, so that the sums stay as they were gathered.
+  struct Job {
+    enum class Stage : std::uint8_t { kNone, kLinking, kIterating, kFinishing };
+    Stage stage = Stage::kNone;
+    int edge = DiffusionBrick::kMostBlocks;  ///< Blocks of the cube that the next one is part of.
+    std::uint32_t first = 0;                 ///< In box_blocks_: of those that are not finished.
+    std::uint32_t last = 0;
   };
 
   /// A move: first all blocks that it touches are marked, then they are brought up to date beside
@@ -180,8 +196,11 @@ class GlobalMap {
   [[nodiscard]] Stored store_sums(Record& record) noexcept;
   bool drop_sums(Record& record) noexcept;
 
-  std::uint64_t update_outputs(std::uint32_t number) noexcept;
-  [[nodiscard]] bool diffuse_box(const BlockBox& box, std::uint64_t& work) noexcept;
+  std::uint64_t begin_job(std::uint32_t number) noexcept;
+  std::uint64_t go_on() noexcept;
+  [[nodiscard]] std::span<const std::uint32_t> find_sums(const BlockBox& box,
+                                                         std::uint64_t& classes) noexcept;
+  [[nodiscard]] bool gather(const BlockBox& box, std::uint64_t& work) noexcept;
   [[nodiscard]] BlockBox waiting_around(BlockCoord block, int edge) const noexcept;
   [[nodiscard]] static bool waits_for_output(const Record& record) noexcept;
   [[nodiscard]] std::span<const std::byte> read_sums(const Record& record) noexcept;
@@ -209,13 +228,18 @@ class GlobalMap {
   Phase phase_ = Phase::kSettled;
   std::uint32_t moves_waiting_ = 0;
   std::uint32_t records_moving_ = 0;
-  std::uint32_t generation_ = 0;
+  /// Twice the generation; one more while what is staged hides what the map has. Other threads
+  /// read it.
+  std::uint64_t view_ = 0;
   SweepCursor merged_{};
   Slot marked_slot_ = 0;
   std::uint32_t marked_record_ = 0;  ///< The next to be marked.
   bool marking_slot_ = false;
   std::optional<BlockCoord> focus_;
   DiffusionBrick brick_{};
+  Job job_{};
+  std::span<std::uint32_t> box_blocks_;   ///< Scratch: records of a job's box.
+  std::span<std::uint32_t> near_blocks_;  ///< Scratch: records that a job hangs on.
   BlockContent content_{};
   std::span<std::uint8_t> observers_;  ///< Local voxels that went to each voxel of content_.
   std::span<std::byte> packed_;        ///< Scratch for one packed block.

@@ -124,6 +124,11 @@ constexpr int row_order(VoxelCoord voxel) noexcept {
 }
 /// Row order of an octet's first voxel.
 constexpr int row_order_corner(int octet) noexcept { return row_order(octet, 0); }
+/// The voxel of a block that row_order names.
+constexpr VoxelCoord voxel_of_row(BlockCoord block, int row) noexcept {
+  return {block.x * kBlockEdge + (row & 7), block.y * kBlockEdge + ((row >> 3) & 7),
+          block.z * kBlockEdge + (row >> 6)};
+}
 
 /// Largest integer not above value; |value| < 2^62. Without libm, so the same everywhere and
 /// inlined on every target.

@@ -89,7 +89,10 @@ class MapReader {
   [[nodiscard]] std::uint64_t busy() const noexcept { return busy_; }
 
  private:
+  friend class GlobalReader;
   enum class Outcome : std::uint8_t { kRead, kAbsent, kTorn };
+  /// kAbsent: there is no such block, and into is without evidence.
+  [[nodiscard]] Outcome read_evidence(VoxelCoord voxel, VoxelEvidence& into) noexcept;
   template <class Copy>
   Outcome try_read(BlockKey key, Copy& copy) noexcept;
   template <class Copy>

@@ -1,0 +1,62 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// Reading the global map while another thread works on it. The writer never waits and does not know
+// of its readers.
+#pragma once
+
+#include <span>
+
+#include "tessera/fusion/global_map.hpp"
+#include "tessera/map/map_reader.hpp"
+
+namespace tessera {
+
+/// A reader of a global map; one for each thread that reads. The map must be made before the
+/// reader, and stay where it is while the reader is used.
+///
+/// What is read of a block is as MapReader says. All that one call reads is of one generation: as
+/// before a move of contributions or as after it, but for blocks that GlobalMapReport::torn_blocks
+/// counts. Generations never go back.
+///
+/// A call tries kMaxAttempts times, then fails with kBusy: a move was completed meanwhile each
+/// time, or a block was in the middle of a change. A try costs two of MapReader's a voxel.
+class GlobalReader {
+ public:
+  static constexpr int kMaxAttempts = MapReader::kMaxAttempts;
+
+  explicit GlobalReader(const GlobalMap& global) noexcept
+      : global_(&global), map_(*global.map_), staged_(*global.staged_) {}
+
+  /// A voxel's counts. Fails with kBusy iff kMaxAttempts tries did.
+  [[nodiscard]] Result<VoxelEvidence> evidence(VoxelCoord voxel) noexcept;
+  /// State, label, probability and variance. Fails as evidence.
+  [[nodiscard]] Result<Estimate> query(VoxelCoord voxel) noexcept;
+  [[nodiscard]] Result<Estimate> query(const Point3f& p_global) noexcept;
+  /// Many voxels of one generation. Fails with kInvalidArgument iff into is shorter than voxels;
+  /// kBusy as evidence. O(voxels) a try.
+  [[nodiscard]] Status query(std::span<const VoxelCoord> voxels, std::span<Estimate> into) noexcept;
+  /// Moves that were complete in what was read last: tells before from after.
+  [[nodiscard]] std::uint64_t generation() const noexcept { return generation_; }
+
+  /// Tries that were in vain, since the reader was made.
+  [[nodiscard]] std::uint64_t retries() const noexcept {
+    return retries_ + map_.retries() + staged_.retries();
+  }
+  /// Calls that failed with kBusy.
+  [[nodiscard]] std::uint64_t busy() const noexcept { return busy_; }
+
+ private:
+  [[nodiscard]] Estimate estimate_of(const VoxelEvidence& evidence) const noexcept;
+  [[nodiscard]] bool read(VoxelCoord voxel, bool staged, VoxelEvidence& into) noexcept;
+  template <class Read>
+  [[nodiscard]] bool read_one_generation(Read&& read) noexcept;
+
+  const GlobalMap* global_;
+  MapReader map_;
+  MapReader staged_;
+  std::uint64_t generation_ = 0;
+  std::uint64_t retries_ = 0;
+  std::uint64_t busy_ = 0;
+};
+
+}  // namespace tessera

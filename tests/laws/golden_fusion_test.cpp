@@ -1,0 +1,58 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// The same contributions give the same global map, to the bit, whatever the compiler, its
+// optimisation and the architecture. A digest here changes only if fusion does.
+#include <catch2/catch.hpp>
+
+#include "oracle/team.hpp"
+
+namespace tessera::oracle {
+namespace {
+
+/// The turn of a quaternion of whole numbers: no function of libm, so the same everywhere.
+Matrix34d turned(double a, double b, double c, double d) {
+  const double n = a * a + b * b + c * c + d * d;
+  Matrix34d T;
+  T << (a * a + b * b - c * c - d * d) / n, 2 * (b * c - a * d) / n, 2 * (b * d + a * c) / n, 0.35,
+      2 * (b * c + a * d) / n, (a * a - b * b + c * c - d * d) / n, 2 * (c * d - a * b) / n, -0.2,
+      2 * (b * d - a * c) / n, 2 * (c * d + a * b) / n, (a * a - b * b - c * c + d * d) / n, 0.1;
+  return T;
+}
+
+TEST_CASE("golden digest: fusing the same contributions gives the same map on every machine") {
+  struct Golden {
+    DiffusionMode mode;
+    EdgeTerm edge;
+    TuplePolicy tuple;
+    std::uint64_t digest;
+  };
+  const Golden golden = GENERATE(
+      Golden{DiffusionMode::kContractive, EdgeTerm::kConfidence, TuplePolicy::kCompact,
+             0x18c5a04dd41ffb84U},
+      Golden{DiffusionMode::kContractive, EdgeTerm::kSimilarity, TuplePolicy::kDense,
+             0xdfbe0dc4eede2f16U},
+      Golden{DiffusionMode::kContractive, EdgeTerm::kLabel, TuplePolicy::kDense,
+             0xca75e05068b95bdaU},
+      Golden{DiffusionMode::kPaper, EdgeTerm::kNone, TuplePolicy::kDense, 0x7548017698a86127U},
+      Golden{DiffusionMode::kNone, EdgeTerm::kNone, TuplePolicy::kCompact, 0xf076b6c580ab202cU});
+  Random random(73);
+  GlobalMapConfig config = team_config(golden.tuple);
+  config.diffusion.mode = golden.mode;
+  config.diffusion.edge = golden.edge;
+  config.diffusion.iterations = golden.mode == DiffusionMode::kPaper ? 2 : 6;
+  config.diffusion.length_m = 0.25F;
+  Team team(config);
+  for (std::uint32_t i = 0; i < 4; ++i) {
+    OracleContribution contribution;
+    contribution.id = {i, 0, 0};
+    contribution.voxels = random_voxels(random, 300, {0, 0, 0});
+    if (i != 0) contribution.T_global_local = turned(12.0, i, 2.0 - i, 3.0 * i);
+    team.publish(contribution, 1);
+  }
+  team.settle();
+  CAPTURE(to_string(golden.mode), to_string(golden.edge), team.digest());
+  CHECK(team.digest() == golden.digest);
+}
+
+}  // namespace
+}  // namespace tessera::oracle
