@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tessera/fusion/diffusion_brick.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <utility>
@@ -37,11 +38,18 @@ DiffusionBrick::Capacity DiffusionBrick::capacity_of(const DiffusionConfig& conf
   const int halo = halo_of(config, stencil.reach());
   const auto edge = static_cast<std::size_t>(kBlockEdge + 2 * halo);
   Capacity capacity;
-  capacity.nodes = edge * edge * edge;
-  capacity.floats = 3 * capacity.nodes * align_up(static_cast<std::size_t>(num_components - 2), 4);
+  // A block alone always fits; what is mostly there, surfaces with few classes, in larger boxes.
+  constexpr std::size_t kNodes = 40000;
+  constexpr std::size_t kLanes = 12;
+  constexpr std::size_t kEdges = 14;
+  const std::size_t cube = edge * edge * edge;
+  const std::size_t lanes = align_up(static_cast<std::size_t>(num_components - 2), 4);
+  const auto most_edges = static_cast<std::size_t>(halo > 0 ? stencil.edges() : 0);
+  capacity.nodes = std::max(cube, kNodes);
+  capacity.floats = 3 * std::max(cube * lanes, kNodes * std::min(lanes, kLanes));
   capacity.offsets = static_cast<std::size_t>(stencil.edges()) + 1;
-  capacity.edges = capacity.nodes * static_cast<std::size_t>(halo > 0 ? stencil.edges() : 0) +
-                   capacity.offsets + 1;
+  capacity.edges =
+      std::max(cube * most_edges, kNodes * std::min(most_edges, kEdges)) + capacity.offsets + 1;
   return capacity;
 }
 
@@ -92,6 +100,7 @@ void DiffusionBrick::begin(const BlockBox& box, std::uint64_t classes) noexcept 
   std::memset(rows_.data(), 0, static_cast<std::size_t>(edge_[1] * edge_[2]) * sizeof(rows_[0]));
   for (Offset& offset : offsets_)
     offset.cells = (offset.dz * edge_[1] + offset.dy) * edge_[0] + offset.dx;
+  node_count_ = 0;
   lanes_ = 0;
   for (std::uint64_t rest = classes; rest != 0; rest &= rest - 1) {
     const auto component = static_cast<std::size_t>(std::countr_zero(rest));
@@ -101,7 +110,8 @@ void DiffusionBrick::begin(const BlockBox& box, std::uint64_t classes) noexcept 
   stride_ = align_up(lanes_, 4);
 }
 
-bool DiffusionBrick::number_nodes() noexcept {
+void DiffusionBrick::number_nodes() noexcept {
+  TESSERA_ASSERT(fits());
   const auto rows = static_cast<std::size_t>(edge_[1] * edge_[2]);
   node_count_ = 0;
   for (std::size_t i = 0; i < rows; ++i) {
@@ -110,7 +120,6 @@ bool DiffusionBrick::number_nodes() noexcept {
       node_count_ += static_cast<std::size_t>(count_ones(word));
   }
   const std::size_t floats = node_count_ * stride_;
-  if (3 * floats > floats_.size() || node_count_ > nodes_.size()) return false;
   sums_ = floats_.data();
   z_ = sums_ + floats;
   other_z_ = z_ + floats;
@@ -125,7 +134,6 @@ bool DiffusionBrick::number_nodes() noexcept {
         row[64 * word + static_cast<std::size_t>(std::countr_zero(bits))] = node++;
     }
   }
-  return true;
 }
 
 /// Sums go from lane to lane, so that lanes of classes that a node does not have change nothing.

@@ -6,6 +6,14 @@
 
 namespace tessera {
 
+namespace {
+
+/// Less is no edge: it would change nothing, and make everything hang on more than it does. A
+/// length of two voxels that was rounded up must not reach a third.
+constexpr double kLeastWeight = 0x1p-20;
+
+}  // namespace
+
 DiffusionStencil::DiffusionStencil(double length) noexcept : length_(length) {
   while (reach_ < DiffusionConfig::kMostReach && weight_at((reach_ + 1) * (reach_ + 1)) > 0.0F)
     ++reach_;
@@ -14,7 +22,8 @@ DiffusionStencil::DiffusionStencil(double length) noexcept : length_(length) {
 
 float DiffusionStencil::weight_at(int squared) const noexcept {
   if (squared == 0) return 0.0F;
-  return static_cast<float>(kernel_exact(detail::exact_sqrt(squared) / length_));
+  const double weight = kernel_exact(detail::exact_sqrt(squared) / length_);
+  return weight >= kLeastWeight ? static_cast<float>(weight) : 0.0F;
 }
 
 }  // namespace tessera

@@ -69,6 +69,7 @@ bool GlobalMap::gather(const BlockBox& box, std::uint64_t& work) noexcept {
   brick_.begin(box, classes);
   const auto for_sums = [&](auto&& visit) {
     for (const std::uint32_t number : found) {
+      if (!brick_.fits()) return false;
       const Record& record = records_.at(number);
       const BlockCoord block = unpack(BlockKey{record.key});
       work += unpack_block(
@@ -80,11 +81,12 @@ bool GlobalMap::gather(const BlockBox& box, std::uint64_t& work) noexcept {
           },
           [](int, unsigned) {});
     }
+    return brick_.fits();
   };
-  for_sums([&](VoxelCoord voxel, int, float) { brick_.mark(voxel); });
-  if (!brick_.number_nodes()) return false;
-  for_sums([&](VoxelCoord voxel, int component, float sum) { brick_.set(voxel, component, sum); });
-  return true;
+  if (!for_sums([&](VoxelCoord voxel, int, float) { brick_.mark(voxel); })) return false;
+  brick_.number_nodes();
+  return for_sums(
+      [&](VoxelCoord voxel, int component, float sum) { brick_.set(voxel, component, sum); });
 }
 
 namespace {

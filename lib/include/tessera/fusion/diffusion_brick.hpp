@@ -29,7 +29,7 @@ class DiffusionBrick {
   /// Voxels of an axis, with all that they hang on: a row is two words.
   static constexpr int kMostEdge = 128;
   /// Of the box that is computed, on an axis. The more, the less is done twice.
-  static constexpr int kMostBlocks = 12;
+  static constexpr int kMostBlocks = 8;
   static_assert(kMostBlocks * kBlockEdge + 2 * DiffusionConfig::kMostHalo <= kMostEdge);
 
   /// Memory for all nodes that a single block may hang on, with all classes and edges.
@@ -60,12 +60,18 @@ class DiffusionBrick {
   /// Marks a voxel that the brick contains as a node.
   void mark(VoxelCoord voxel) noexcept {
     const VoxelCoord v = voxel - origin_;
-    rows_[row_at(v.y, v.z)][static_cast<std::size_t>(v.x) / 64] |=
-        std::uint64_t{1} << (static_cast<unsigned>(v.x) % 64);
+    std::uint64_t& word = rows_[row_at(v.y, v.z)][static_cast<std::size_t>(v.x) / 64];
+    const std::uint64_t bit = std::uint64_t{1} << (static_cast<unsigned>(v.x) % 64);
+    node_count_ += (word & bit) == 0 ? 1U : 0U;
+    word |= bit;
   }
-  /// Numbers the nodes, all with sums zero. False iff there are more than memory holds: then a
-  /// smaller box must do, and one block always can. O(edge^2 + nodes * classes).
-  [[nodiscard]] bool number_nodes() noexcept;
+  /// Whether there is memory for all nodes that are marked so far.
+  [[nodiscard]] bool fits() const noexcept {
+    return node_count_ <= nodes_.size() && 3 * node_count_ * stride_ <= floats_.size();
+  }
+  /// Numbers the nodes, all with sums zero. They must fit: those that one block hangs on always do.
+  /// O(edge^3 + nodes * classes).
+  void number_nodes() noexcept;
   /// Sets B of a node. component: one of the classes.
   void set(VoxelCoord node, int component, float sum) noexcept {
     sums_[node_at(node) * stride_ + lane_of_[static_cast<std::size_t>(component)]] = sum;

@@ -1,0 +1,118 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// A global map in an arena.
+#include "tessera/fusion/global_map.hpp"
+
+namespace tessera {
+
+namespace {
+
+constexpr std::size_t cube(int edge) noexcept {
+  const auto e = static_cast<std::size_t>(edge);
+  return e * e * e;
+}
+/// Blocks of a job's box, and with those that it hangs on.
+constexpr std::size_t kBoxBlocks = cube(DiffusionBrick::kMostBlocks);
+constexpr std::size_t kNearBlocks = cube(DiffusionBrick::kMostEdge / kBlockEdge);
+
+bool in_range(const DiffusionConfig& config) noexcept {
+  const int least = config.mode == DiffusionMode::kPaper ? 1 : 0;
+  return config.mode <= DiffusionMode::kNone && config.edge <= EdgeTerm::kConfidence &&
+         config.iterations >= least && config.iterations <= DiffusionConfig::kMostHalo &&
+         config.length_m > 0.0F && config.length_m <= 1e6F && config.alpha > 0.0F &&
+         config.alpha < 1.0F && config.omega > 0.0F && config.omega <= 1000.0F &&
+         config.prior >= 0.0F && config.prior <= 1e6F;
+}
+
+MapConfig staged_config(const GlobalMapConfig& config) noexcept {
+  MapConfig staged = config.map;
+  staged.storage_bytes = config.staged_bytes;
+  return staged;
+}
+
+int halo_of(const GlobalMapConfig& config) noexcept {
+  const DiffusionStencil stencil(static_cast<double>(config.diffusion.length_m) /
+                                 config.map.resolution_m);
+  return DiffusionBrick::halo_of(config.diffusion, stencil.reach());
+}
+
+}  // namespace
+
+std::size_t GlobalMap::required_bytes(const GlobalMapConfig& config, int num_components) noexcept {
+  return tessera::required_bytes(config.map) + tessera::required_bytes(staged_config(config)) +
+         arena_bytes<LocalMap>(2) + arena_bytes<Move>(config.replicas.contributions) +
+         Replicas::required_bytes(config.replicas) +
+         SegmentStore::required_bytes(config.sum_segments) +
+         BlockIndex::required_bytes(config.blocks) + arena_bytes<Record>(config.blocks) +
+         DiffusionBrick::required_bytes(config.diffusion, config.map.resolution_m, num_components) +
+         arena_bytes<std::uint32_t>(kBoxBlocks) + arena_bytes<std::uint32_t>(kNearBlocks) +
+         BlockContent::required_bytes(num_components) + arena_bytes<std::uint8_t>(kBlockVoxels) +
+         arena_bytes<std::byte>(most_packed_bytes(num_components));
+}
+
+namespace {
+
+/// On its own, so that maps that are not yet in their place do not add up on the stack.
+[[gnu::noinline]] Status make_map(Arena& arena, const MapConfig& config, const ClassTable& classes,
+                                  LocalMap& into) noexcept {
+  Result<LocalMap> map = LocalMap::make(arena, config, classes);
+  if (map.ok()) into = std::move(*map);
+  return map.status();
+}
+
+template <class Part>
+Status put_in_place(Result<Part> made, Part& into) noexcept {
+  if (made.ok()) into = std::move(*made);
+  return made.status();
+}
+
+}  // namespace
+
+Status GlobalMap::set_up(Arena& arena, const GlobalMapConfig& config, std::span<LocalMap> maps,
+                         int components) noexcept {
+  config_ = config;
+  map_ = &maps.front();
+  staged_ = &maps.back();
+  Status status = put_in_place(Replicas::make(arena, config.replicas), replicas_);
+  if (status == Status::kOk)
+    status = put_in_place(SegmentStore::make(arena, config.sum_segments), sums_);
+  if (status == Status::kOk) status = put_in_place(BlockIndex::make(arena, config.blocks), index_);
+  if (status == Status::kOk)
+    status = put_in_place(
+        DiffusionBrick::make(arena, config.diffusion, config.map.resolution_m, components), brick_);
+  if (status == Status::kOk) status = put_in_place(BlockContent::make(arena, components), content_);
+  if (status != Status::kOk) return status;
+  const std::span<std::byte> records = arena.take_untouched(arena_bytes<Record>(config.blocks));
+  records_.all = {reinterpret_cast<Record*>(records.data()), config.blocks};
+  moves_ = arena.take<Move>(config.replicas.contributions);
+  box_blocks_ = arena.take<std::uint32_t>(kBoxBlocks);
+  near_blocks_ = arena.take<std::uint32_t>(kNearBlocks);
+  observers_ = arena.take<std::uint8_t>(kBlockVoxels);
+  packed_ = arena.take<std::byte>(most_packed_bytes(components));
+  const bool fits = !records.empty() && !moves_.empty() && !box_blocks_.empty() &&
+                    !near_blocks_.empty() && !observers_.empty() && !packed_.empty();
+  return fits ? Status::kOk : Status::kResourceExhausted;
+}
+
+Result<GlobalMap> GlobalMap::make(Arena& arena, const GlobalMapConfig& config,
+                                  const ClassTable& classes) noexcept {
+  if (!in_range(config.diffusion) || !tessera::in_range(config.map) ||
+      halo_of(config) > DiffusionConfig::kMostHalo)
+    return Status::kInvalidArgument;
+  const std::span<LocalMap> maps = arena.take<LocalMap>(2);
+  if (maps.empty()) return Status::kResourceExhausted;
+  Status status = make_map(arena, config.map, classes, maps[0]);
+  if (status == Status::kOk) status = make_map(arena, staged_config(config), classes, maps[1]);
+  if (status != Status::kOk) return status;
+  return around(arena, config, maps, classes.num_components());
+}
+
+Result<GlobalMap> GlobalMap::around(Arena& arena, const GlobalMapConfig& config,
+                                    std::span<LocalMap> maps, int components) noexcept {
+  GlobalMap global;
+  const Status status = global.set_up(arena, config, maps, components);
+  if (status != Status::kOk) return status;
+  return global;
+}
+
+}  // namespace tessera
