@@ -111,5 +111,6 @@ void measure_map(Meter& meter);
 void measure_voxels(Meter& meter);
 void measure_reading(Meter& meter);
 void measure_blocks(Meter& meter);
+void measure_fusion(Meter& meter);
 
 }  // namespace tessera::bench

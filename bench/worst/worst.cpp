@@ -19,6 +19,7 @@ int main(int argc, char** argv) {
   measure_voxels(meter);
   measure_reading(meter);
   measure_blocks(meter);
+  measure_fusion(meter);
   Outcome<AtomicFile> file = AtomicFile::open(argv[1]);
   if (!file.ok()) return 2;
   const std::string text = meter.cases().dump(1) + "\n";
