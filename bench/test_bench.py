@@ -42,7 +42,7 @@ class Smoke(unittest.TestCase):
             self.assertEqual({name: results[name] for name, value in recorded.items() if value is not None},
                              {name: value for name, value in recorded.items() if value is not None})
             names |= set(results)
-        self.assertLessEqual(MODES | {"query_along_rays", "file_multi_entropy"}, names)
+        self.assertLessEqual(MODES | {"query_along_rays", "file_multi_entropy", "fusion", "fusion_turned"}, names)
 
     def test_times_are_whole(self):
         integrate = self.found["integrate"]
@@ -93,6 +93,17 @@ class Smoke(unittest.TestCase):
         self.assertLess(runs["multi_entropy"]["worst"], min(runs["multi_entropy_free_space"]["instructions"]))
         table = write_docs.scan_instructions({"scan_instructions": found})
         self.assertIn(f"{runs['kernel']['worst'] / 1e6:.1f}", table)
+
+    def test_fusion(self):
+        part = self.found["fusion"]
+        digests = part["digests"]["results"]
+        self.assertEqual(digests["fusion_turned"], digests["fusion_moved"])
+        self.assertNotEqual(digests["fusion_turned"], digests["fusion"])
+        self.assertGreater(part["nodes"], 1000)
+        self.assertEqual(part["nodes"], part["plain"]["nodes"])
+        self.assertLess(part["replica_bytes_per_label_voxel"], 12)
+        # A slice is over its work by a quantum at most, and here a brick's edges are the largest.
+        self.assertLess(part["moved"]["most_work_of_a_slice"], 12 * part["moved"]["slice_work"])
 
     def test_a_wrong_result_fails(self):
         part = self.found["map_file"]

@@ -10,6 +10,7 @@ import pathlib
 import re
 import sys
 
+import fusion_tables
 import timing_tables
 from markdown import number, table
 
@@ -143,7 +144,7 @@ def map_file(found):
 
 
 TABLES = {f.__name__: f for f in (circumstances, integrate, updates, scan_instructions, limit, queries, memory, agreement, map_file,
-                                  timing_tables.costs, timing_tables.example, timing_tables.worst_cases)}
+                                  fusion_tables.fusion, timing_tables.costs, timing_tables.example, timing_tables.worst_cases)}
 
 
 def fill(text, found):

@@ -45,6 +45,8 @@ DiffusionBrick::Capacity DiffusionBrick::capacity_of(const DiffusionConfig& conf
   const std::size_t cube = edge * edge * edge;
   const std::size_t lanes = align_up(static_cast<std::size_t>(num_components - 2), 4);
   const auto most_edges = static_cast<std::size_t>(halo > 0 ? stencil.edges() : 0);
+  const auto most_edge = static_cast<std::size_t>(kMostBlocks * kBlockEdge + 2 * halo);
+  capacity.cells = most_edge * most_edge * most_edge;
   capacity.nodes = std::max(cube, kNodes);
   capacity.floats = 3 * std::max(cube * lanes, kNodes * std::min(lanes, kLanes));
   capacity.offsets = static_cast<std::size_t>(stencil.edges()) + 1;
@@ -58,7 +60,7 @@ std::size_t DiffusionBrick::required_bytes(const DiffusionConfig& config, double
   const DiffusionStencil stencil(static_cast<double>(config.length_m) / resolution_m);
   const Capacity capacity = capacity_of(config, stencil, num_components);
   return arena_bytes<Row>(kRows) + arena_bytes<std::uint32_t>(kRows) +
-         arena_bytes<std::uint32_t>(kCells) + arena_bytes<Offset>(capacity.offsets) +
+         arena_bytes<std::uint32_t>(capacity.cells) + arena_bytes<Offset>(capacity.offsets) +
          arena_bytes<float>(capacity.floats) + arena_bytes<Node>(capacity.nodes) +
          arena_bytes<Voice>(capacity.nodes) + arena_bytes<Edge>(capacity.edges);
 }
@@ -79,9 +81,9 @@ Result<DiffusionBrick> DiffusionBrick::make(Arena& arena, const DiffusionConfig&
     if (!bytes.empty()) span = {reinterpret_cast<T*>(bytes.data()), count};
     return !bytes.empty();
   };
-  const bool fits = take(brick.node_of_cell_, kCells) && take(brick.floats_, capacity.floats) &&
-                    take(brick.nodes_, capacity.nodes) && take(brick.voices_, capacity.nodes) &&
-                    take(brick.edges_, capacity.edges);
+  const bool fits = take(brick.node_of_cell_, capacity.cells) &&
+                    take(brick.floats_, capacity.floats) && take(brick.nodes_, capacity.nodes) &&
+                    take(brick.voices_, capacity.nodes) && take(brick.edges_, capacity.edges);
   if (!fits || brick.rows_.empty() || brick.first_.empty() || brick.offsets_.empty())
     return Status::kResourceExhausted;
   std::size_t count = 0;

@@ -26,11 +26,10 @@ struct BlockBox {
 
 class DiffusionBrick {
  public:
-  /// Voxels of an axis, with all that they hang on: a row is two words.
-  static constexpr int kMostEdge = 128;
   /// Of the box that is computed, on an axis. The more, the less is done twice.
   static constexpr int kMostBlocks = 8;
-  static_assert(kMostBlocks * kBlockEdge + 2 * DiffusionConfig::kMostHalo <= kMostEdge);
+  /// Voxels of an axis, with all that they hang on: a row is two words.
+  static constexpr int kMostEdge = kMostBlocks * kBlockEdge + 2 * DiffusionConfig::kMostHalo;
 
   /// Memory for all nodes that a single block may hang on, with all classes and edges.
   [[nodiscard]] static std::size_t required_bytes(const DiffusionConfig& config,
@@ -123,16 +122,16 @@ class DiffusionBrick {
     float weight;
   };
   /// Nodes of a row along x, a bit each.
-  using Row = std::array<std::uint64_t, kMostEdge / 64>;
+  using Row = std::array<std::uint64_t, (kMostEdge + 63) / 64>;
   static constexpr std::size_t kRows = std::size_t{kMostEdge} * kMostEdge;
   struct Capacity {
+    std::size_t cells = 0;
     std::size_t nodes = 0;
     std::size_t floats = 0;
     std::size_t edges = 0;
     std::size_t offsets = 0;
   };
   static constexpr std::uint32_t kNoNode = ~std::uint32_t{0};
-  static constexpr std::size_t kCells = kRows * kMostEdge;
   [[nodiscard]] static Capacity capacity_of(const DiffusionConfig& config,
                                             const DiffusionStencil& stencil,
                                             int num_components) noexcept;
