@@ -167,6 +167,11 @@ GlobalMapReport GlobalMap::report() const noexcept {
   report.blocks = blocks_;
   report.waiting = waiting();
   report.replicas = replicas_.usage();
+  report.sum_bytes = std::size_t{sums_.used_segments()} * SegmentStore::kSegmentBytes;
+  const std::size_t records = arena_bytes<Record>(records_used_);
+  report.used_bytes = scratch_bytes(config_, map_->num_components()) + map_->usage().used_bytes +
+                      staged_->usage().used_bytes + report.replicas.used_bytes + report.sum_bytes +
+                      index_.used_bytes() + records;
   std::uint64_t variance = 0;
   std::uint64_t undiffused = 0;
   double largest_sum = 0.0;

@@ -39,11 +39,15 @@ int halo_of(const GlobalMapConfig& config) noexcept {
 }  // namespace
 
 std::size_t GlobalMap::required_bytes(const GlobalMapConfig& config, int num_components) noexcept {
-  return tessera::required_bytes(config.map) + tessera::required_bytes(staged_config(config)) +
-         arena_bytes<LocalMap>(2) + arena_bytes<Move>(config.replicas.contributions) +
+  return scratch_bytes(config, num_components) + tessera::required_bytes(config.map) +
+         tessera::required_bytes(staged_config(config)) +
          Replicas::required_bytes(config.replicas) +
          SegmentStore::required_bytes(config.sum_segments) +
-         BlockIndex::required_bytes(config.blocks) + arena_bytes<Record>(config.blocks) +
+         BlockIndex::required_bytes(config.blocks) + arena_bytes<Record>(config.blocks);
+}
+
+std::size_t GlobalMap::scratch_bytes(const GlobalMapConfig& config, int num_components) noexcept {
+  return arena_bytes<LocalMap>(2) + arena_bytes<Move>(config.replicas.contributions) +
          DiffusionBrick::required_bytes(config.diffusion, config.map.resolution_m, num_components) +
          arena_bytes<std::uint32_t>(kBoxBlocks) + arena_bytes<std::uint32_t>(kNearBlocks) +
          BlockContent::required_bytes(num_components) + arena_bytes<std::uint8_t>(kBlockVoxels) +

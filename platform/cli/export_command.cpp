@@ -5,11 +5,11 @@
 #include <filesystem>
 
 #include "cli/command.hpp"
+#include "cli/export_layers.hpp"
+#include "cli/fuse_inputs.hpp"
 #include "cli/number_text.hpp"
 #include "cli/outputs.hpp"
 #include "cli/report.hpp"
-#include "cli/stored_map.hpp"
-#include "render/ply.hpp"
 #include "tessera/map/queries.hpp"
 
 namespace tessera {
@@ -28,13 +28,11 @@ struct ExportOptions {
   double min_evidence = 0.0;
   double min_probability = 0.0;
   double max_variance = 0.25;  ///< No label can have more.
+  LayerOptions layer;
 };
 
-/// What occupied voxels without a label look like.
-constexpr Color kUnlabelledColor{128, 128, 128};
-
-std::vector<PlyVoxel> occupied_voxels(const LocalMap& map, const ExportOptions& options) {
-  std::vector<PlyVoxel> voxels;
+ExportedVoxels occupied_voxels(const LocalMap& map, const ExportOptions& options) {
+  ExportedVoxels exported;
   std::vector<KeyedIndex> workspace = workspace_for(map);
   for_each_observed(map, workspace, [&](const VoxelCoord& voxel, const VoxelEvidence& evidence) {
     const Estimate e = estimate(evidence, map.config().prior);
@@ -42,29 +40,31 @@ std::vector<PlyVoxel> occupied_voxels(const LocalMap& map, const ExportOptions& 
     if (e.label != 0 && e.probability < options.min_probability) return;
     if (is_uncertain(e, options.max_variance)) return;
     const Point3d center = map.lattice().center_of(voxel);
-    voxels.push_back({.x = static_cast<float>(center.x()),
-                      .y = static_cast<float>(center.y()),
-                      .z = static_cast<float>(center.z()),
-                      .color = e.label == 0 ? kUnlabelledColor : map.classes()[e.label].color,
-                      .label = static_cast<std::uint8_t>(e.label),
-                      .probability = static_cast<float>(e.probability),
-                      .variance = static_cast<float>(e.variance),
-                      .evidence = static_cast<float>(e.evidence)});
+    exported.places.push_back(voxel);
+    exported.voxels.push_back({.x = static_cast<float>(center.x()),
+                               .y = static_cast<float>(center.y()),
+                               .z = static_cast<float>(center.z()),
+                               .color = {},
+                               .label = static_cast<std::uint8_t>(e.label),
+                               .probability = static_cast<float>(e.probability),
+                               .variance = static_cast<float>(e.variance),
+                               .evidence = static_cast<float>(e.evidence)});
   });
-  return voxels;
+  return exported;
 }
 
 std::string title_of(const ExportOptions& options) {
   if (!options.title.empty()) return options.title;
-  return std::filesystem::path(options.map).filename().string();
+  const std::string name = std::filesystem::path(options.map).filename().string();
+  return options.layer.show == "class" ? name : name + ": " + options.layer.show;
 }
 
 bool is_limited(const ExportOptions& options) {
   return options.min_evidence > 0.0 || options.min_probability > 0.0 || options.max_variance < 0.25;
 }
 
-Outcome<WriteReport> write_picture(const LocalMap& map, const std::vector<PlyVoxel>& voxels,
-                                   const ExportOptions& options) {
+Outcome<WriteReport> write_picture(double resolution_m, const std::vector<PlyVoxel>& voxels,
+                                   const Layer& layer, const ExportOptions& options) {
   std::vector<RenderVoxel> colored;
   colored.reserve(voxels.size());
   for (const PlyVoxel& v : voxels) colored.push_back({v.x, v.y, v.z, v.color});
@@ -74,12 +74,8 @@ Outcome<WriteReport> write_picture(const LocalMap& map, const std::vector<PlyVox
   if (is_limited(options)) image.empty_note = "no voxel passes the limits";
   image.view = options.view == "top" ? View::kTop
                                      : (options.view == "oblique" ? View::kOblique : View::kBoth);
-  for (int label = 1; label <= map.classes().num_classes(); ++label) {
-    image.legend.push_back(
-        {std::string(map.classes()[label].name_view()), map.classes()[label].color});
-  }
-  image.legend.push_back({"no label", kUnlabelledColor});
-  return write_png(colored, static_cast<float>(map.lattice().resolution_m()), image, options.out);
+  image.legend = layer.legend;
+  return write_png(colored, static_cast<float>(resolution_m), image, options.out);
 }
 
 Failure not_allowed(const char* option, const std::string& given, const std::string& allowed) {
@@ -107,8 +103,11 @@ Outcome<void> check_usage(const ExportOptions& options) {
   if (!(options.max_variance >= 0.0 && options.max_variance <= 0.25))
     return not_allowed("--max-variance", text_of(options.max_variance), "a number from 0 to 0.25");
   if (options.out.empty()) return Failure{"--out has no name; name the file to write"};
-  return check_outputs({{"--out", options.out}, {"--report", options.report}},
-                       {{"--map", options.map}});
+  const Outcome<void> layer = check_layer(options.layer);
+  if (!layer.ok()) return layer.failure();
+  std::vector<NamedFile> inputs = files_of(options.layer.of, options.layer.transforms, "--of");
+  inputs.push_back({"--map", options.map});
+  return check_outputs({{"--out", options.out}, {"--report", options.report}}, inputs);
 }
 
 /// By label; 0 is no label.
@@ -136,23 +135,27 @@ void warn_of_losses(const ExportOptions& options, std::size_t voxels, const Writ
   }
 }
 
-Json report_of(const ExportOptions& options, const WriteReport& written) {
-  return {{"voxels", written.voxels},
-          {"left_out", written.left_out},
-          {"format", options.format},
-          {"out", options.out},
-          {"config",
-           {{"map", options.map},
-            {"format", options.format},
-            {"out", options.out},
-            {"report", options.report},
-            {"view", options.view},
-            {"width", options.width_px},
-            {"title", title_of(options)},
-            {"ply_form", options.ply_form},
-            {"min_evidence", options.min_evidence},
-            {"min_probability", options.min_probability},
-            {"max_variance", options.max_variance}}}};
+Json report_of(const ExportOptions& options, const WriteReport& written, const Layer& layer) {
+  Json json = {{"voxels", written.voxels},
+               {"left_out", written.left_out},
+               {"format", options.format},
+               {"out", options.out}};
+  json.update(layer.counts);
+  json["config"] = {{"map", options.map},
+                    {"format", options.format},
+                    {"out", options.out},
+                    {"report", options.report},
+                    {"show", options.layer.show},
+                    {"of", options.layer.of},
+                    {"transform", options.layer.transforms},
+                    {"view", options.view},
+                    {"width", options.width_px},
+                    {"title", title_of(options)},
+                    {"ply_form", options.ply_form},
+                    {"min_evidence", options.min_evidence},
+                    {"min_probability", options.min_probability},
+                    {"max_variance", options.max_variance}};
+  return json;
 }
 
 Outcome<void> run_export(const ExportOptions& options) {
@@ -161,17 +164,21 @@ Outcome<void> run_export(const ExportOptions& options) {
   const Outcome<std::unique_ptr<StoredMap>> stored = load_map(options.map);
   if (!stored.ok()) return stored.failure();
   const LocalMap& map = (*stored)->map;
-  const std::vector<PlyVoxel> voxels = occupied_voxels(map, options);
+  const double resolution_m = map.lattice().resolution_m();
+  ExportedVoxels exported = occupied_voxels(map, options);
+  const Outcome<Layer> layer = color_voxels(options.layer, **stored, options.map, exported);
+  if (!layer.ok()) return layer.failure();
+  const std::vector<PlyVoxel>& voxels = exported.voxels;
   const PlyForm form = options.ply_form == "cubes" ? PlyForm::kCubes : PlyForm::kPoints;
   const Outcome<WriteReport> written =
-      options.format == "png" ? write_picture(map, voxels, options)
-                              : write_ply(voxels, static_cast<float>(map.lattice().resolution_m()),
-                                          options.out, form, label_names(map.classes()));
+      options.format == "png" ? write_picture(resolution_m, voxels, *layer, options)
+                              : write_ply(voxels, static_cast<float>(resolution_m), options.out,
+                                          form, label_names(map.classes()));
   if (!written.ok()) return written.failure();
   std::printf("%s into %s\n", counted(written->voxels, "occupied voxel").c_str(),
               options.out.c_str());
   warn_of_losses(options, voxels.size(), *written);
-  return write_report(report_of(options, *written), options.report);
+  return write_report(report_of(options, *written, *layer), options.report);
 }
 
 }  // namespace
@@ -184,6 +191,7 @@ void add_export_command(CLI::App& app, int& exit_status) {
   command->add_option("--format", o->format, "png or ply")->required();
   command->add_option("--out", o->out, "File to write")->required();
   command->add_option("--report", o->report, "JSON report to write");
+  declare_layer_options(*command, o->layer);
   command->add_option("--view", o->view, "png: both, top or oblique")->capture_default_str();
   command->add_option("--width", o->width_px, "png: pixels, 600 to 6000")
       ->check(whole_number<int>())

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 #include <tuple>
 
 #include "cli/command.hpp"
@@ -80,13 +81,17 @@ Outcome<std::map<std::string, std::string>> parse_transforms(
 /// Robots by number, each map's own: a second map of the same robot and epoch gets a number that no
 /// map has.
 void tell_robots_apart(std::vector<FuseInput>& inputs) {
-  std::uint32_t last = 0;
-  for (const FuseInput& input : inputs) last = std::max(last, input.id.robot);
+  std::set<std::uint32_t> taken;
+  for (const FuseInput& input : inputs) taken.insert(input.id.robot);
+  std::uint32_t last = *taken.rbegin();
   for (std::size_t i = 1; i < inputs.size(); ++i) {
     const bool again =
         std::any_of(inputs.begin(), inputs.begin() + static_cast<std::ptrdiff_t>(i),
                     [&](const FuseInput& other) { return other.id == inputs[i].id; });
-    if (again) inputs[i].id = {++last, 0, 0};
+    if (!again) continue;
+    while (!taken.insert(++last).second) {
+    }
+    inputs[i].id = {last, 0, 0};
   }
 }
 
@@ -136,6 +141,17 @@ Outcome<std::vector<FuseInput>> load_inputs(const std::vector<std::string>& path
   });
   tell_robots_apart(inputs);
   return inputs;
+}
+
+std::vector<NamedFile> files_of(const std::vector<std::string>& paths,
+                                const std::vector<std::string>& transforms, const char* option) {
+  std::vector<NamedFile> files;
+  for (const std::string& path : paths) files.push_back({option, path});
+  for (const std::string& text : transforms) {
+    if (const std::size_t equals = text.rfind('='); equals != std::string::npos)
+      files.push_back({"--transform", text.substr(equals + 1)});
+  }
+  return files;
 }
 
 std::vector<PairAlignment> align_inputs(const std::vector<FuseInput>& inputs) {

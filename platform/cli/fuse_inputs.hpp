@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/outputs.hpp"
 #include "cli/stored_map.hpp"
 #include "posix/outcome.hpp"
 #include "tessera/fusion/alignment.hpp"
@@ -30,6 +31,10 @@ struct FuseInput {
 /// a transform is bad or names no map.
 Outcome<std::vector<FuseInput>> load_inputs(const std::vector<std::string>& paths,
                                             const std::vector<std::string>& transforms);
+
+/// The files that these words name, for check_outputs; option: of the maps.
+std::vector<NamedFile> files_of(const std::vector<std::string>& paths,
+                                const std::vector<std::string>& transforms, const char* option);
 
 /// How two of the maps lie on each other.
 struct PairAlignment {

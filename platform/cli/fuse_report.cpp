@@ -57,13 +57,20 @@ Json contributions_json(const std::vector<FuseInput>& inputs) {
   return json;
 }
 
+/// Blocks, or parts of them, that are not in the map for lack of room.
+std::uint64_t refused_blocks(const GlobalMapReport& report) {
+  return report.refused_blocks + report.refused_outputs + report.replicas.refused_storage +
+         report.replicas.refused_quota;
+}
+
 double per_voxel(std::size_t bytes, std::uint64_t voxels) {
   return voxels == 0 ? 0.0 : static_cast<double>(bytes) / static_cast<double>(voxels);
 }
 
 }  // namespace
 
-Json to_json(const FuseOptions& options, const GlobalMapConfig& config) {
+Json to_json(const FuseOptions& options, const GlobalMapConfig& config,
+             std::optional<std::size_t> budget_bytes) {
   return {{"maps", options.maps},
           {"out", options.out},
           {"report", options.report},
@@ -75,7 +82,8 @@ Json to_json(const FuseOptions& options, const GlobalMapConfig& config) {
           {"alpha", decimal_of(config.diffusion.alpha)},
           {"omega", decimal_of(config.diffusion.omega)},
           {"whole_map", config.diffusion.whole_map},
-          {"counts", to_string(config.map.tuple)}};
+          {"counts", to_string(config.map.tuple)},
+          {"memory", budget_bytes ? Json(*budget_bytes) : Json()}};
 }
 
 Json to_json(const FuseRun& run, const std::vector<FuseInput>& inputs, const Json& config) {
@@ -98,17 +106,30 @@ Json to_json(const FuseRun& run, const std::vector<FuseInput>& inputs, const Jso
                {"alignments", alignments_json(run, inputs)},
                {"contributions", contributions_json(inputs)}};
   json["memory"] = {
-      {"budget_bytes", run.arena_bytes},
+      {"budget_bytes", run.budget_bytes},
+      {"used_bytes", report.used_bytes},
       {"map_used_bytes", run.usage.used_bytes},
       {"replica_bytes", report.replicas.used_bytes},
+      {"sum_bytes", report.sum_bytes},
       {"bytes_per_replica_voxel", per_voxel(report.replicas.used_bytes, run.replica_voxels)},
       {"bytes_per_label_voxel", per_voxel(run.usage.used_bytes, run.usage.label_voxels)},
-      {"refused", report.refused_blocks + report.refused_outputs + report.refused_sums +
-                      report.replicas.refused_storage + report.replicas.refused_quota}};
+      {"refused", refused_blocks(report) + report.refused_sums},
+      {"refused_blocks", refused_blocks(report)},
+      {"refused_sums", report.refused_sums}};
   json["saturated_voxels"] = report.saturated_voxels;
   json["heap_allocations_after_init"] = run.heap_allocations ? Json(*run.heap_allocations) : Json();
   json["config"] = config;
   return json;
+}
+
+void warn_of_losses(const FuseRun& run) {
+  const std::uint64_t blocks = refused_blocks(run.report);
+  if (blocks > 0)
+    warn(counted(blocks, "refusal") + " of blocks for lack of memory; give a larger --memory");
+  if (run.report.refused_sums > 0) {
+    warn(counted(run.report.refused_sums, "block") +
+         " left undiffused for lack of memory; give a larger --memory");
+  }
 }
 
 void print_summary(const FuseRun& run, const std::vector<FuseInput>& inputs,
@@ -122,6 +143,10 @@ void print_summary(const FuseRun& run, const std::vector<FuseInput>& inputs,
               decimal_of(run.config.diffusion.length_m), run.report.residual);
   std::printf("  mean variance of the label in the overlap %.3g, of undiffused evidence %.3g\n",
               run.report.mean_variance, run.report.mean_variance_undiffused);
+  std::printf("  %.1f MB used of %.1f MB, %.1f MB of it the map\n",
+              static_cast<double>(run.report.used_bytes) / 1e6,
+              static_cast<double>(run.budget_bytes) / 1e6,
+              static_cast<double>(run.usage.used_bytes) / 1e6);
   std::printf("  %.0f ms to publish, %.0f ms to fuse; digest %s\n", run.publish_ms, run.fuse_ms,
               hex64(run.digest).c_str());
   for (const PairAlignment& pair : run.pairs) {

@@ -85,10 +85,36 @@ Json to_json(const StoredMap& stored, const Content& content, std::uint64_t file
   return json;
 }
 
+/// settings: as fuse records them; what they do not say is left out.
+void print_fusion(const Json& settings, const std::string& path) {
+  std::string robots;
+  if (settings.is_object() && settings.contains("robots") && settings["robots"].is_array()) {
+    for (const Json& robot : settings["robots"])
+      robots += (robots.empty() ? "" : ", ") + robot.dump();
+  }
+  std::printf("%s: global map%s\n", path.c_str(),
+              robots.empty() ? "" : (" of robots " + robots).c_str());
+  if (!settings.is_object()) return;
+  std::string text;
+  for (const char* const key :
+       {"diffusion", "iterations", "diffusion_length", "edge", "alpha", "omega", "whole_map"}) {
+    if (!settings.contains(key)) continue;
+    const Json& value = settings[key];
+    text += (text.empty() ? "" : ", ") + std::string(key) + " " +
+            (value.is_string() ? value.get<std::string>() : value.dump());
+  }
+  if (!text.empty()) std::printf("  fused with   %s\n", text.c_str());
+}
+
 void print(const Json& json, const std::string& path) {
   const auto number = [&](const char* key) { return json[key].get<unsigned long long>(); };
-  std::printf("%s: %s map of robot %llu, epoch %llu\n", path.c_str(),
-              json["kind"].get<std::string>().c_str(), number("robot"), number("epoch"));
+  const bool global = json["kind"] == "global";
+  if (global) {
+    print_fusion(json["settings"], path);
+  } else {
+    std::printf("%s: local map of robot %llu, epoch %llu\n", path.c_str(), number("robot"),
+                number("epoch"));
+  }
   std::printf("  resolution   %g m, %zu classes, prior %g, %s counts\n",
               json["resolution"].get<double>(), json["classes"].size(), json["prior"].get<double>(),
               json["counts"].get<std::string>().c_str());
@@ -100,9 +126,10 @@ void print(const Json& json, const std::string& path) {
     };
     std::printf("  extent       %.1f x %.1f x %.1f m\n", axis(0), axis(1), axis(2));
   }
-  std::printf("  frame        %s\n", json["T_global_map"].is_null()
-                                         ? "the robot's own, no T_global_map"
-                                         : "T_global_map given");
+  const char* const frame = global                           ? "the global one"
+                            : json["T_global_map"].is_null() ? "the robot's own, no T_global_map"
+                                                             : "T_global_map given";
+  std::printf("  frame        %s\n", frame);
   std::printf(
       "  voxels       %llu labelled or occupied, %llu with free evidence only, in %llu blocks\n",
       number("label_voxels"), number("free_voxels"), number("blocks"));

@@ -5,8 +5,10 @@
 
 #include <CLI/CLI.hpp>
 #include <charconv>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -37,6 +39,10 @@ std::string text_of(double value);
 /// The number that somebody typed who got this float: the shortest decimal text for it, as a
 /// double.
 double decimal_of(float value);
+
+/// Bytes of "512M" and the like: a number alone, or with K, M, G, which are powers of 1024. Nothing
+/// if it is no such text, negative, or over 10^15.
+std::optional<std::size_t> parse_bytes(const std::string& text);
 
 /// "1 scan", "2 scans".
 std::string counted(std::uint64_t count, std::string_view singular);

@@ -28,6 +28,17 @@ double Confusion::mean_iou(int num_classes) const {
   return count == 0 ? 0.0 : sum / count;
 }
 
+Json Confusion::counts(const ClassTable& classes) const {
+  Json json = Json::object();
+  for (int label = 1; label <= classes.num_classes(); ++label) {
+    const auto i = static_cast<std::size_t>(label);
+    json[std::string(classes[label].name_view())] = {{"true_positives", true_positive_[i]},
+                                                     {"false_positives", false_positive_[i]},
+                                                     {"false_negatives", false_negative_[i]}};
+  }
+  return json;
+}
+
 void Scores::add(int truth, const Estimate& estimate, int input) {
   ++points_;
   const bool occupied = estimate.state == VoxelState::kOccupied;
@@ -69,6 +80,8 @@ Json Scores::json(const ClassTable& classes, bool has_input) const {
   json["accuracy"] = accuracy();
   json["calibration_error"] = calibration_error();
   json["points"] = points();
+  json["counts"] = map_.counts(classes);
+  json["input_counts"] = has_input ? input_.counts(classes) : Json();
   return json;
 }
 

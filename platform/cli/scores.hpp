@@ -29,6 +29,8 @@ class Confusion {
   [[nodiscard]] double iou(int label) const;
   /// Mean over the classes present in the truth.
   [[nodiscard]] double mean_iou(int num_classes) const;
+  /// What IoUs are computed from, for every class by name: those of several runs can be added.
+  [[nodiscard]] Json counts(const ClassTable& classes) const;
 
  private:
   using Counts = std::array<std::uint64_t, kMaxComponents>;

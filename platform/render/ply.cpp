@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render/ply.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -50,10 +51,13 @@ WriteReport write_points(std::span<const PlyVoxel> voxels, AtomicFile& file,
   WriteReport report;
   for (const PlyVoxel& voxel : voxels) report.voxels += is_finite(voxel) ? 1U : 0U;
   report.left_out = voxels.size() - report.voxels;
+  const bool robots = std::any_of(voxels.begin(), voxels.end(),
+                                  [](const PlyVoxel& voxel) { return voxel.robots != 0; });
   PlyStream stream(file);
   stream.text(header_start(report.voxels, estimate_comments(label_names)) +
               "property uchar label\nproperty float probability\nproperty float variance\n"
-              "property float evidence\nend_header\n");
+              "property float evidence\n" +
+              (robots ? "property uchar robots\n" : "") + "end_header\n");
   for (const PlyVoxel& voxel : voxels) {
     if (!is_finite(voxel)) continue;
     stream.put(voxel.x);
@@ -64,6 +68,7 @@ WriteReport write_points(std::span<const PlyVoxel> voxels, AtomicFile& file,
     stream.put(voxel.probability);
     stream.put(voxel.variance);
     stream.put(voxel.evidence);
+    if (robots) stream.put(voxel.robots);
     stream.end_element();
   }
   return report;

@@ -22,11 +22,12 @@ struct PlyVoxel {
   float probability = 0.0F;  ///< Of the label.
   float variance = 0.0F;     ///< Of the label.
   float evidence = 0.0F;     ///< The sum over all components.
+  std::uint8_t robots = 0;   ///< With a label there; 0: none, or not known.
 };
 
 enum class PlyForm {
   kPoints,  ///< One vertex a voxel, at its centre: x y z red green blue label probability variance
-            ///< evidence.
+            ///< evidence, and robots if any voxel has some.
   kCubes,   ///< Quads: the cubes' faces that no other voxel covers, vertices x y z red green blue.
             ///< Cubes of one colour share their corners; colours are per vertex because few tools
             ///< read colours of faces.

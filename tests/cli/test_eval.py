@@ -56,6 +56,14 @@ class Eval(CommandCase):
         self.assertAlmostEqual(0.0, report["input_iou"]["car"])
         self.assertAlmostEqual(0.5 / 3, report["input_mean_iou"])
 
+    def test_hand_computed_counts(self):
+        _, report = self.evaluate()
+        keys = ("true_positives", "false_positives", "false_negatives")
+        for name, counts in (("road", (2, 1, 1)), ("car", (0, 1, 2)), ("building", (0, 0, 1)), ("pole", (0, 0, 0))):
+            self.assertEqual(dict(zip(keys, counts, strict=True)), report["counts"][name], name)
+        self.assertEqual((2, 1, 1), tuple(report["input_counts"]["road"][key] for key in keys))
+        self.assertIsNone(self.evaluate("--input", "none")[1]["input_counts"])
+
     def test_hand_computed_calibration(self):
         # A and B fall into different ones of the 15 bins.
         a, b = probability(2, 3), probability(1, 1)

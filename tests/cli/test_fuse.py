@@ -118,7 +118,11 @@ class Fuse(CommandCase):
 
     def test_global_maps_can_be_looked_at(self):
         self.fuse(self.a, self.b)
-        self.assertIn("global map", self.done("info", self.out).stdout)
+        text = self.done("info", self.out, "--report", "info.json").stdout
+        for words in ("global map of robots 0, 1", "diffusion contractive, iterations 8", "the global one"):
+            self.assertIn(words, text)
+        settings = json.loads((self.folder / "info.json").read_text())["settings"]
+        self.assertEqual(([0, 1], "contractive", 0.2), tuple(settings[k] for k in ("robots", "diffusion", "diffusion_length")))
         for form in ("ply", "png"):
             self.done("export", "--map", self.out, "--format", form, "--out", self.folder / f"g.{form}")
         self.done("eval", "--map", self.out, "--dataset", self.folder / "data_b")
@@ -160,10 +164,71 @@ class Fuse(CommandCase):
             with self.subTest(words):
                 self.refused_fuse(*both, *words, saying=[saying])
 
+    def test_refuses_more_maps_than_a_global_map_takes(self):
+        self.refused_fuse(*(f"{i}.tsm" for i in range(257)), saying=["257 maps", "at most 256"])
+        copies = []
+        for i in range(65):
+            copies.append(self.folder / f"copy_{i}.tsm")
+            copies[-1].write_bytes(self.a.read_bytes())
+        self.refused_fuse(*copies, saying=["65 robots", "at most 64"])
+        self.assertEqual(64, len(self.fuse(*copies[:-1], "--diffusion", "none")[1]["contributions"]))
+
+    def test_the_largest_robot_number_has_no_next(self):
+        last = str(2**32 - 1)
+        maps = [self.make_map(name, [self.SHARED], [kitti.ROAD], "--robot", last) for name in ("c", "d")]
+        _, report = self.fuse(*maps, "--diffusion", "none")
+        self.assertEqual([0, 2**32 - 1], sorted(c["robot"] for c in report["contributions"]))
+
+    def test_memory_that_suffices_changes_nothing(self):
+        _, whole = self.fuse(self.a, self.b)
+        before = self.out.read_bytes()
+        result, report = self.fuse(self.a, self.b, "--memory", "128M")
+        self.assert_not_warned(result)
+        self.assertEqual(before, self.out.read_bytes())
+        self.assertEqual(whole["digest"], report["digest"])
+        memory = report["memory"]
+        self.assertEqual((128 << 20, 0, 128 << 20), (memory["budget_bytes"], memory["refused"], report["config"]["memory"]))
+        self.assertLess(memory["map_used_bytes"] + memory["replica_bytes"] + memory["sum_bytes"], memory["used_bytes"])
+        self.assertLessEqual(memory["used_bytes"], memory["budget_bytes"])
+        self.assertIsNone(whole["config"]["memory"])
+        self.assertEqual(0, whole["memory"]["refused"])
+
+    def test_memory_that_is_too_small_is_told(self):
+        maps = []
+        for robot in (0, 1):
+            folder = kitti.write_dataset(self.folder / f"scattered_{robot}", [kitti.scattered_scan(robot + 1, 4000)])
+            maps.append(self.folder / f"scattered_{robot}.tsm")
+            self.map_dataset(folder, maps[-1], *COUNTING, "--robot", robot)
+        _, whole = self.fuse(*maps)
+        self.out.unlink()
+        self.refused("fuse", *maps, "--out", self.out, "--memory", "1M", saying=["--memory 1048576", "give at least"])
+        for text in ("lots", "-1", "1T"):
+            self.refused("fuse", *maps, "--out", self.out, f"--memory={text}", saying=["--memory", text])
+        self.assertFalse(self.out.exists())
+        message = self.run_command("fuse", *maps, "--out", self.out, "--memory", "1M").stderr
+        enough = int(message.rstrip().rsplit(" ", 1)[1].removesuffix("M")) << 10
+        self.assertLessEqual(self.fuse(*maps, "--memory", f"{enough}K")[1]["memory"]["used_bytes"], enough << 10)
+        # The least that is taken holds next to nothing.
+        least = 1 << 10
+        while enough - least > 32:
+            middle = (least + enough) // 2
+            result = self.run_command("fuse", *maps, "--out", self.out, "--memory", f"{middle}K")
+            least, enough = (least, middle) if result.returncode == 0 else (middle, enough)
+        result, report = self.fuse(*maps, "--memory", f"{enough}K")
+        self.assert_warned(result, "for lack of memory; give a larger --memory")
+        self.assertGreater(report["memory"]["refused_blocks"], 0)
+        self.assertLessEqual(report["memory"]["used_bytes"], enough << 10)
+        self.assertLess(report["voxels"], whole["voxels"])
+        self.done("info", self.out)
+
     def test_never_writes_over_a_map_that_it_reads(self):
         before = self.a.read_bytes()
         self.refused("fuse", self.a, self.b, "--out", self.a, saying=["--out"])
         self.assertEqual(before, self.a.read_bytes())
+        transform = self.folder / "T.txt"
+        transform.write_text("\n".join(" ".join(map(str, row)) for row in turned(0.0)))
+        words = (self.a, self.b, "--transform", f"{self.b}={transform}")
+        self.refused("fuse", *words, "--out", transform, saying=["--transform"])
 
 
 if __name__ == "__main__":

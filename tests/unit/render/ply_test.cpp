@@ -54,6 +54,17 @@ float float_at(const std::string& bytes, std::size_t offset) {
   return std::bit_cast<float>(bits);
 }
 
+TEST_CASE("write_ply: points tell the number of robots where any voxel has some") {
+  PlyVoxel seen = voxel(0, 0, 0);
+  seen.robots = 3;
+  const PlyFile file = write({seen, voxel(5, 0, 0)}, PlyForm::kPoints);
+  CHECK(file.header.find("property float evidence\nproperty uchar robots\nend_header\n") !=
+        std::string::npos);
+  REQUIRE(file.body.size() == 2 * (kPointBytes + 1));
+  CHECK(file.body[kPointBytes] == 3);
+  CHECK(file.body[2 * kPointBytes + 1] == 0);
+}
+
 TEST_CASE("write_ply: the header of points names every property in the order of the bytes") {
   REQUIRE(
       write({voxel(0, 0, 0), voxel(5, 0, 0)}, PlyForm::kPoints).header ==

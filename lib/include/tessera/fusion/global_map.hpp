@@ -36,6 +36,8 @@ struct GlobalMapReport {
   double residual = 0.0;                  ///< max |Z_n - Z_{n-1}| / max |B|, over the nodes.
   double mean_variance = 0.0;             ///< Of the label, over the nodes, as the map gives it.
   double mean_variance_undiffused = 0.0;  ///< The same of B.
+  std::size_t used_bytes = 0;             ///< Of its memory: what holds something, and scratch.
+  std::size_t sum_bytes = 0;              ///< Undiffused sums, of used_bytes.
   std::uint64_t refused_blocks = 0;       ///< Times that a block of the global grid had no place.
   std::uint64_t refused_sums = 0;         ///< Times that sums had no place: block left undiffused.
   std::uint64_t refused_outputs = 0;      ///< Times that the map had no room for a block.
@@ -162,6 +164,9 @@ class GlobalMap {
     std::uint32_t next_revision = 0;
   };
 
+  /// Of required_bytes, what does not hang on how much there is.
+  [[nodiscard]] static std::size_t scratch_bytes(const GlobalMapConfig& config,
+                                                 int num_components) noexcept;
   /// The rest of make(): on its own, so that the stack of one part is gone before the next.
   [[gnu::noinline]] static Result<GlobalMap> around(Arena& arena, const GlobalMapConfig& config,
                                                     std::span<LocalMap> maps,

@@ -1,0 +1,48 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// What the colours of exported voxels tell: their class, who contributed them, where robots
+// disagree, or how sure their label is.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+#include <vector>
+
+#include "cli/report.hpp"
+#include "cli/stored_map.hpp"
+#include "posix/outcome.hpp"
+#include "render/ply.hpp"
+
+namespace tessera {
+
+struct LayerOptions {
+  std::string show = "class";
+  std::vector<std::string> of;          ///< Local maps.
+  std::vector<std::string> transforms;  ///< Of them, as fuse has them.
+};
+
+/// What is exported, and where it is in the grid: by the same index, in the order of blocks, octets
+/// and voxels.
+struct ExportedVoxels {
+  std::vector<PlyVoxel> voxels;
+  std::vector<VoxelCoord> places;
+};
+
+/// What a layer adds to the picture and to the report.
+struct Layer {
+  std::vector<LegendEntry> legend;
+  Json counts = Json::object();
+};
+
+void declare_layer_options(CLI::App& command, LayerOptions& options);
+
+/// Fails with kUsage iff show is no layer, or the other options are missing or do not go with it.
+Outcome<void> check_layer(const LayerOptions& options);
+
+/// Colours the voxels of a map, and counts the robots of each where the layer is of robots. path:
+/// of the map, for messages. Warns of voxels that none of the local maps explains. Fails with
+/// kUsage iff the local maps cannot be loaded (load_inputs), or do not go with the map.
+Outcome<Layer> color_voxels(const LayerOptions& options, const StoredMap& map,
+                            const std::string& path, ExportedVoxels& exported);
+
+}  // namespace tessera
