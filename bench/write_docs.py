@@ -147,12 +147,12 @@ TABLES = {f.__name__: f for f in (circumstances, integrate, updates, scan_instru
                                   fusion_tables.fusion, timing_tables.costs, timing_tables.example, timing_tables.worst_cases)}
 
 
-def fill(text, found):
+def fill(text, found, tables=TABLES):
     used = []
 
     def replace(match):
         used.append(match[2])
-        written = TABLES[match[2]](found)
+        written = tables[match[2]](found)
         return match[0] if written is None else f"{match[1]}\n{written}\n\n{match[3]}"
     return PART.sub(replace, text), used
 

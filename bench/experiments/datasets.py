@@ -1,0 +1,127 @@
+# SPDX-FileCopyrightText: The tessera authors
+# SPDX-License-Identifier: Apache-2.0
+"""Datasets made of others: scans of several robots in one frame, labels that are wrong on purpose, frames that are."""
+import array
+import math
+import os
+import random
+import shutil
+
+FOLDERS = {"velodyne": ".bin", "labels": ".label", "predictions": ".label"}
+# Raw ids of SemanticKITTI, one for each class that is learned.
+RAW_IDS = (10, 11, 15, 18, 20, 30, 31, 32, 40, 44, 48, 49, 50, 51, 70, 71, 72, 80, 81)
+IDENTITY = [[1.0 if i == j else 0.0 for j in range(4)] for i in range(4)]
+
+
+def product(a, b):
+    return [[sum(a[i][k] * b[k][j] for k in range(4)) for j in range(4)] for i in range(4)]
+
+
+def inverse(T):
+    """Of a rigid transform."""
+    R = [[T[j][i] for j in range(3)] for i in range(3)]
+    t = [-sum(R[i][k] * T[k][3] for k in range(3)) for i in range(3)]
+    return [[*R[i], t[i]] for i in range(3)] + [[0.0, 0.0, 0.0, 1.0]]
+
+
+def read_transform(path):
+    numbers = [float(word) for word in path.read_text().split()]
+    return [numbers[4 * i:4 * i + 4] for i in range(4)]
+
+
+def write_transform(path, T):
+    path.write_text("".join(" ".join(repr(number) for number in row) + "\n" for row in T))
+    return path
+
+
+def read_poses(dataset):
+    """T_map_sensor of each scan, as 4 x 4 rows; for datasets without calib.txt."""
+    rows = [[float(word) for word in line.split()] for line in (dataset / "poses.txt").read_text().splitlines()]
+    return [[row[0:4], row[4:8], row[8:12], [0.0, 0.0, 0.0, 1.0]] for row in rows]
+
+
+def place_of(dataset):
+    """T_global_map."""
+    path = dataset / "T_global_map.txt"
+    return read_transform(path) if path.exists() else IDENTITY
+
+
+def name_of(scan, suffix):
+    return f"{scan:06d}{suffix}"
+
+
+def join(folder, parts):
+    """A dataset in the global frame of the scans of several: parts are (dataset, scan numbers)."""
+    shutil.rmtree(folder, ignore_errors=True)
+    for name in FOLDERS:
+        (folder / name).mkdir(parents=True)
+    poses = []
+    for dataset, scans in parts:
+        T_global_map, all_poses = place_of(dataset), read_poses(dataset)
+        for scan in scans:
+            for name, suffix in FOLDERS.items():
+                os.symlink((dataset / name / name_of(scan, suffix)).resolve(), folder / name / name_of(len(poses), suffix))
+            T = product(T_global_map, all_poses[scan])
+            poses.append(" ".join(repr(number) for row in T[:3] for number in row))
+    (folder / "poses.txt").write_text("\n".join(poses) + "\n")
+    return folder
+
+
+def relabel(folder, dataset, scans, change):
+    """The dataset with predictions[i] = change(prediction); files that do not change are links. Made once."""
+    if (folder / "complete").exists():
+        return folder
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    for entry in dataset.iterdir():
+        if entry.name != "predictions":
+            os.symlink(entry.resolve(), folder / entry.name)
+    (folder / "predictions").mkdir()
+    for path in sorted((dataset / "predictions").glob("*.label")):
+        target = folder / "predictions" / path.name
+        if int(path.stem) not in scans:
+            os.symlink(path.resolve(), target)
+            continue
+        ids = array.array("I", path.read_bytes())
+        target.write_bytes(array.array("I", map(change, ids)).tobytes())
+    (folder / "complete").touch()
+    return folder
+
+
+def noise(share, seed):
+    """Replaces that share of all labels by a class drawn evenly from all."""
+    draw = random.Random(seed)
+    return lambda raw: draw.choice(RAW_IDS) if draw.random() < share else raw
+
+
+# Both ways: moving ones too.
+SWAPPED = {10: 70, 252: 70, 70: 10, 40: 48, 48: 40}
+
+
+def swap(raw):
+    """Car and vegetation, road and sidewalk taken for each other."""
+    return SWAPPED.get(raw & 0xFFFF, raw)
+
+
+def direction(draw):
+    """Evenly from all directions."""
+    while True:
+        v = [draw.uniform(-1.0, 1.0) for _ in range(3)]
+        length = math.sqrt(sum(x * x for x in v))
+        if 0.1 < length <= 1.0:
+            return [x / length for x in v]
+
+
+def wrong_place(T_global_map, metres, degrees, seed):
+    """T_global_map moved by so much and then turned in place by so much, directions by the seed."""
+    draw = random.Random(seed)
+    shift, (x, y, z) = direction(draw), direction(draw)
+    a = math.radians(degrees)
+    c, s, d = math.cos(a), math.sin(a), 1.0 - math.cos(a)
+    R = [[c + x * x * d, x * y * d - z * s, x * z * d + y * s, 0.0],
+         [y * x * d + z * s, c + y * y * d, y * z * d - x * s, 0.0],
+         [z * x * d - y * s, z * y * d + x * s, c + z * z * d, 0.0], [0.0, 0.0, 0.0, 1.0]]
+    T = product(T_global_map, R)
+    for i in range(3):
+        T[i][3] += metres * shift[i]
+    return T

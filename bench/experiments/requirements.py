@@ -1,0 +1,66 @@
+# SPDX-FileCopyrightText: The tessera authors
+# SPDX-License-Identifier: Apache-2.0
+"""What is asked of the global map, and whether it is so."""
+import table_two
+
+LEAST_GAIN, LEAST_BY_DIFFUSION, MOST_LOSS, LEAST_OVER_LOCAL, LEAST_TIMES = 2.0, 0.5, -1.0, 5.0, 3.4
+
+
+def row(what, asked, measured, met):
+    return what, asked, measured, "yes" if met else "**no**"
+
+
+def of_class(item):
+    return f"{item[0]} {item[1]:+.2f}"
+
+
+def real(found):
+    rows = found["table_two"]["rows"]
+    of = table_two.verdict(rows)["contractive"]
+    unknown = found["table_two"]["unobserved"]["contractive"]["unknown"]
+    scene = "real pair: "
+    return [row(scene + "mIoU over the better local map", "above 0", f"{of['over_best_local']:+.2f}", of["over_best_local"] > 0),
+            row(scene + "mIoU over `none`", f"{LEAST_BY_DIFFUSION:+.1f}", f"{of['by_diffusion']:+.2f}", of["by_diffusion"] >= LEAST_BY_DIFFUSION),
+            row(scene + "mIoU over the input", f"{LEAST_GAIN:+.1f}, aim +3", f"{of['gain']:+.2f}", of["gain"] >= LEAST_GAIN),
+            row(scene + "largest loss of a class to diffusion", f"{MOST_LOSS:+.1f}, aim -0.3", of_class(of["worst_loss"]), of["worst_loss"][1] >= MOST_LOSS),
+            row(scene + "a class against the worse local map, the least", "0 or more", of_class(of["least_over_worse_local"]), of["least_over_worse_local"][1] >= 0),
+            row(scene + "labels where nobody had observed anything", "0 voxels", f"{unknown}", unknown == 0)]
+
+
+def over_local(rows):
+    """Global mIoU less the better local one, in points; and calibration errors of the global, and the better local map."""
+    locals_ = [rows["local_a"], rows["local_b"]]
+    return (100.0 * (rows["contractive"]["mean_iou"] - max(part["mean_iou"] for part in locals_)), rows["contractive"]["calibration_error"],
+            [part["calibration_error"] for part in locals_])
+
+
+def simulated(scene, rows):
+    gain, error, local_errors = over_local(rows)
+    return [row(f"{scene}: mIoU over the better local map", f"{LEAST_OVER_LOCAL:+.1f}", f"{gain:+.2f}", gain >= LEAST_OVER_LOCAL),
+            row(f"{scene}: calibration error", "at most " + " and ".join(f"{e:.3f}" for e in local_errors) + ", the locals'", f"{error:.3f}",
+                error <= min(local_errors))]
+
+
+def team(scene, found):
+    """Over the borders between neighbours."""
+    each = [over_local(pair) for pair in found["pairs"]]
+    name = f"{scene}, {found['robots']} robots"
+    worst = min(gain for gain, _, _ in each)
+    better = sum(error <= min(errors) for _, error, errors in each)
+    rows = [row(f"{name}: mIoU over the better local map, each of {len(each)} borders", f"{LEAST_OVER_LOCAL:+.1f}",
+                ", ".join(f"{gain:+.1f}" for gain, _, _ in each), worst >= LEAST_OVER_LOCAL),
+            row(f"{name}: calibration error no worse than both locals'", f"at {len(each)} borders", f"at {better}", better == len(each))]
+    if found["robots"] == 4:
+        times = found["efficiency"]["times_one_robot"]
+        rows.append(row(f"{name}: efficiency, times one robot", f"{LEAST_TIMES}", f"{times:.2f}", times >= LEAST_TIMES))
+    return rows
+
+
+def of(found):
+    rows = real(found) if "table_two" in found else []
+    for pair in found["pairs"]:
+        rows += simulated(f"street {pair['seed']}, {pair['scans']} scans", pair["rows"])
+    for scene in found["teams"]:
+        for one in scene["teams"]:
+            rows += team(f"long street {scene['seed']}", one)
+    return rows

@@ -1,0 +1,94 @@
+# SPDX-FileCopyrightText: The tessera authors
+# SPDX-License-Identifier: Apache-2.0
+"""The experiments still run, on a few scans, keep what they made, and fill the page."""
+import math
+import os
+import pathlib
+import sys
+import tempfile
+import unittest
+
+HERE = pathlib.Path(__file__).resolve().parent
+sys.path.append(str(HERE.parent))
+
+import datasets  # noqa: E402  these need the path above
+import diffusion  # noqa: E402
+import robustness  # noqa: E402
+import run_experiments  # noqa: E402
+import street  # noqa: E402
+import teams  # noqa: E402
+import write_page  # noqa: E402
+from workshop import Workshop  # noqa: E402
+from write_docs import PART, fill  # noqa: E402
+
+TESSERA = pathlib.Path(os.environ["TESSERA_BUILD"]) / "tessera"
+
+
+class Frames(unittest.TestCase):
+    def test_a_wrong_place_is_as_wrong_as_it_says(self):
+        right = datasets.wrong_place(datasets.IDENTITY, 3.0, 40.0, 7)
+        wrong = datasets.wrong_place(right, 0.3, 5.0, 1)
+        moved = [wrong[i][3] - right[i][3] for i in range(3)]
+        self.assertAlmostEqual(0.3, math.hypot(*moved))
+        turn = datasets.product(datasets.inverse(right), wrong)
+        self.assertAlmostEqual(5.0, math.degrees(math.acos((turn[0][0] + turn[1][1] + turn[2][2] - 1.0) / 2.0)))
+        there_and_back = datasets.product(wrong, datasets.inverse(wrong))
+        for i in range(4):
+            for j in range(4):
+                self.assertAlmostEqual(datasets.IDENTITY[i][j], there_and_back[i][j])
+
+    def test_labels_that_are_wrong(self):
+        change = datasets.noise(0.25, 1)
+        same = sum(change(252) == 252 for _ in range(4000))
+        self.assertTrue(2900 < same < 3100, same)  # 252 is none of the classes drawn
+        self.assertEqual([70, 10, 48, 40, 50], [datasets.swap(raw) for raw in (252, 70, 40, 48, 50)])
+
+
+class Teams(unittest.TestCase):
+    def test_neighbours_from_one_end_of_the_street_to_the_other(self):
+        self.assertEqual([(1, 0)], teams.neighbours(2))
+        self.assertEqual([(1, 3), (3, 2), (2, 0)], teams.neighbours(4))
+
+
+class Smoke(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.workshop = Workshop(TESSERA, cls.folder.name)
+        cls.pair = street.Pair(cls.workshop, 1, 4)
+        cls.found = {"pairs": [run_experiments.pair_rows(cls.pair)],
+                     "diffusion": {"street": diffusion.measure(cls.pair, street.RESOLUTION_M, quick=True)},
+                     "robustness": {"street": robustness.measure(cls.pair, quick=True)}}
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    def test_what_is_wrong_makes_the_map_worse(self):
+        found = self.found["robustness"]["street"]
+        right = found["right"]["none"]["mean_iou"]
+        self.assertGreater(right, 0.1)
+        for wrong in (*found["places"], *found["noise"], found["swapped"]):
+            self.assertLess(wrong["none"]["mean_iou"], right)
+
+    def test_what_was_made_is_kept(self):
+        self.workshop.call = self.fail
+        try:
+            self.assertEqual(self.found["pairs"][0], run_experiments.pair_rows(self.pair))
+        finally:
+            del self.workshop.call
+
+    def test_tables(self):
+        for table in (write_page.pairs, write_page.places, write_page.labels, write_page.grid, write_page.settings):
+            self.assertGreater(table(self.found).count("\n"), 2)
+
+    def test_the_page_has_a_place_for_every_table(self):
+        page = (HERE.parent.parent / "docs" / "experiments.md").read_text()
+        _, used = fill(page, {}, {name: lambda found: None for name in write_page.TABLES})
+        self.assertEqual(sorted(write_page.TABLES), sorted(used))
+        for part in PART.finditer(page):
+            self.assertGreater(len(part[0].splitlines()), 5)
+
+
+if __name__ == "__main__":
+    unittest.main()
