@@ -13,7 +13,8 @@ def losses(found, none):
     if found is None:
         return None
     by_class = {label: 100.0 * (found["iou"][label] - none["iou"][label]) for label in found["iou"]}
-    return {"by_diffusion": 100.0 * (found["mean_iou"] - none["mean_iou"]), "gain": 100.0 * (found["mean_iou"] - found["input_mean_iou"]),
+    return {"by_diffusion": 100.0 * (found["mean_iou"] - none["mean_iou"]),
+            "gain": 100.0 * (found["mean_iou"] - found["input_mean_iou"]),
             "worst_loss": min(by_class.items(), key=lambda item: item[1]), "calibration_error": found["calibration_error"],
             "residual": found["fuse"]["residual"], "milliseconds": found["fuse"]["milliseconds"],
             "mean_variance": found["fuse"]["mean_variance"]}
@@ -28,7 +29,8 @@ def measure(pair, resolution_m, quick=False):
     iterations, lengths = (ITERATIONS[1:5:3], LENGTHS[1:2]) if quick else (ITERATIONS, LENGTHS)
     alphas, edges, paper = (ALPHAS[:1], EDGES[:1], PAPER_ITERATIONS[:1]) if quick else (ALPHAS, EDGES, PAPER_ITERATIONS)
     return {"none": losses(none, none),
-            "grid": [{"iterations": n, "length": d, "found": run(f"n{n}_d{d:g}", iterations=n, diffusion_length=f"{d * resolution_m:g}")}
+            "grid": [{"iterations": n, "length": d,
+                      "found": run(f"n{n}_d{d:g}", iterations=n, diffusion_length=f"{d * resolution_m:g}")}
                      for d in lengths for n in iterations],
             "alpha": [{"alpha": a, "found": run(f"alpha{a:g}", alpha=a)} for a in alphas],
             "edge": [{"edge": edge, "found": run(f"edge_{edge}", edge=edge)} for edge in edges],

@@ -15,41 +15,41 @@ def of_class(item):
 
 
 def real(found):
-    rows = found["table_two"]["rows"]
-    of = table_two.verdict(rows)["contractive"]
+    of = table_two.verdict(found["table_two"]["rows"])["contractive"]
     unknown = found["table_two"]["unobserved"]["contractive"]["unknown"]
-    scene = "real pair: "
+    scene, loss, least = "real pair: ", of["worst_loss"], of["least_over_worse_local"]
     return [row(scene + "mIoU over the better local map", "above 0", f"{of['over_best_local']:+.2f}", of["over_best_local"] > 0),
-            row(scene + "mIoU over `none`", f"{LEAST_BY_DIFFUSION:+.1f}", f"{of['by_diffusion']:+.2f}", of["by_diffusion"] >= LEAST_BY_DIFFUSION),
+            row(scene + "mIoU over `none`", f"{LEAST_BY_DIFFUSION:+.1f}", f"{of['by_diffusion']:+.2f}",
+                of["by_diffusion"] >= LEAST_BY_DIFFUSION),
             row(scene + "mIoU over the input", f"{LEAST_GAIN:+.1f}, aim +3", f"{of['gain']:+.2f}", of["gain"] >= LEAST_GAIN),
-            row(scene + "largest loss of a class to diffusion", f"{MOST_LOSS:+.1f}, aim -0.3", of_class(of["worst_loss"]), of["worst_loss"][1] >= MOST_LOSS),
-            row(scene + "a class against the worse local map, the least", "0 or more", of_class(of["least_over_worse_local"]), of["least_over_worse_local"][1] >= 0),
+            row(scene + "largest loss of a class to diffusion", f"{MOST_LOSS:+.1f}, aim -0.3", of_class(loss),
+                loss[1] >= MOST_LOSS),
+            row(scene + "a class against the worse local map, the least", "0 or more", of_class(least), least[1] >= 0),
             row(scene + "labels where nobody had observed anything", "0 voxels", f"{unknown}", unknown == 0)]
 
 
 def over_local(rows):
-    """Global mIoU less the better local one, in points; and calibration errors of the global, and the better local map."""
+    """Global mIoU less the better local one, in points; the global map's calibration error, and the local maps'."""
     locals_ = [rows["local_a"], rows["local_b"]]
-    return (100.0 * (rows["contractive"]["mean_iou"] - max(part["mean_iou"] for part in locals_)), rows["contractive"]["calibration_error"],
-            [part["calibration_error"] for part in locals_])
+    gain = 100.0 * (rows["contractive"]["mean_iou"] - max(part["mean_iou"] for part in locals_))
+    return gain, rows["contractive"]["calibration_error"], [part["calibration_error"] for part in locals_]
 
 
 def simulated(scene, rows):
     gain, error, local_errors = over_local(rows)
+    allowed = "at most " + " and ".join(f"{e:.3f}" for e in local_errors) + ", the locals'"
     return [row(f"{scene}: mIoU over the better local map", f"{LEAST_OVER_LOCAL:+.1f}", f"{gain:+.2f}", gain >= LEAST_OVER_LOCAL),
-            row(f"{scene}: calibration error", "at most " + " and ".join(f"{e:.3f}" for e in local_errors) + ", the locals'", f"{error:.3f}",
-                error <= min(local_errors))]
+            row(f"{scene}: calibration error", allowed, f"{error:.3f}", error <= min(local_errors))]
 
 
 def team(scene, found):
     """Over the borders between neighbours."""
     each = [over_local(pair) for pair in found["pairs"]]
-    name = f"{scene}, {found['robots']} robots"
-    worst = min(gain for gain, _, _ in each)
+    name, count = f"{scene}, {found['robots']} robots", len(each)
     better = sum(error <= min(errors) for _, error, errors in each)
-    rows = [row(f"{name}: mIoU over the better local map, each of {len(each)} borders", f"{LEAST_OVER_LOCAL:+.1f}",
-                ", ".join(f"{gain:+.1f}" for gain, _, _ in each), worst >= LEAST_OVER_LOCAL),
-            row(f"{name}: calibration error no worse than both locals'", f"at {len(each)} borders", f"at {better}", better == len(each))]
+    rows = [row(f"{name}: mIoU over the better local map, each of {count} borders", f"{LEAST_OVER_LOCAL:+.1f}",
+                ", ".join(f"{gain:+.1f}" for gain, _, _ in each), min(gain for gain, _, _ in each) >= LEAST_OVER_LOCAL),
+            row(f"{name}: calibration error no worse than both locals'", f"at {count} borders", f"at {better}", better == count)]
     if found["robots"] == 4:
         times = found["efficiency"]["times_one_robot"]
         rows.append(row(f"{name}: efficiency, times one robot", f"{LEAST_TIMES}", f"{times:.2f}", times >= LEAST_TIMES))

@@ -28,7 +28,8 @@ class RealPair:
         return range(self.halves[robot][0], self.halves[robot][1] + 1)
 
     def judge_local(self, robot, maps=None, prefix=None):
-        return table_two.kept(self.workshop.judge(f"{prefix or self.name}_{'ab'[robot]}", (maps or self.maps)[robot], self.dataset, **self.asked))
+        return table_two.kept(self.workshop.judge(f"{prefix or self.name}_{'ab'[robot]}", (maps or self.maps)[robot],
+                                                  self.dataset, **self.asked))
 
     def judge_global(self, name, maps=None, **options):
         found = self.workshop.fuse_and_judge(f"{self.name}_{name}", maps or self.maps, self.dataset, options, self.asked)
@@ -49,10 +50,12 @@ def wrong_places(pair, metres, degrees, draws):
     for kind, amounts in (("metres", metres), ("degrees", degrees)):
         for amount in amounts:
             for seed in draws:
-                T = datasets.wrong_place(pair.places[1], amount if kind == "metres" else 0.0, amount if kind == "degrees" else 0.0, seed)
+                error = (amount, 0.0) if kind == "metres" else (0.0, amount)
+                T = datasets.wrong_place(pair.places[1], *error, seed)
                 name = f"{kind}_{amount:g}_{seed}"
                 path = datasets.write_transform(pair.workshop.out / f"{pair.name}_T_{name}.txt", T)
-                found.append({"kind": kind, "amount": amount, "seed": seed, **judged(pair, name, transform=f"{pair.maps[1]}={path}")})
+                found.append({"kind": kind, "amount": amount, "seed": seed,
+                              **judged(pair, name, transform=f"{pair.maps[1]}={path}")})
     return found
 
 
@@ -76,7 +79,7 @@ def noisy_labels(pair, shares):
 
 
 def measure(pair, quick=False):
-    return {"right": undisturbed(pair),
-            "places": wrong_places(pair, METRES[1::2] if quick else METRES, DEGREES[1:2] if quick else DEGREES, DRAWS[:1] if quick else DRAWS),
+    errors = (METRES[1::2], DEGREES[1:2], DRAWS[:1]) if quick else (METRES, DEGREES, DRAWS)
+    return {"right": undisturbed(pair), "places": wrong_places(pair, *errors),
             "noise": noisy_labels(pair, SHARES[1:2] if quick else SHARES),
             "swapped": relabelled(pair, "swapped", [None, datasets.swap])}

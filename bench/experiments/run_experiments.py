@@ -38,6 +38,7 @@ def compiler_of(program):
 def pair_rows(pair):
     """A simulated pair as Table II has the real one."""
     rows = {f"local_{letter}": pair.judge_local(robot) for robot, letter in enumerate("ab")}
+    rows["resampled"] = pair.judge_resampled()
     for name, options in table_two.METHODS.items():
         rows[name] = pair.judge_global(f"right_{name}", **options)
     return {"seed": pair.seed, "scans": pair.scans, "rows": rows}
@@ -52,8 +53,9 @@ def main():
     options = parser.parse_args()
     plan = QUICK if options.quick else FULL
     workshop = Workshop(options.tessera.resolve(), options.out.resolve())
-    found = {"circumstances": circumstances(), "compiler": compiler_of(options.tessera), "plan": "quick" if options.quick else "full",
-             "version": subprocess.run([options.tessera, "--version"], capture_output=True, text=True, check=True).stdout.strip()}
+    version = subprocess.run([options.tessera, "--version"], capture_output=True, text=True, check=True).stdout.strip()
+    found = {"circumstances": circumstances(), "compiler": compiler_of(options.tessera), "version": version,
+             "plan": "quick" if options.quick else "full"}
     print("two robots that pass each other ...", flush=True)
     pairs = [street.Pair(workshop, seed, scans) for seed, scans in plan["pairs"]]
     found["pairs"] = [pair_rows(pair) for pair in pairs]

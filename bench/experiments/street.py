@@ -6,6 +6,7 @@ import datasets
 import table_two
 
 RESOLUTION_M = 0.2
+FAR_M = 5000.0
 JUDGED_EVERY = 4  # scans: those between show the same voxels again
 
 
@@ -30,10 +31,18 @@ class Pair:
 
     def judge_local(self, robot, maps=None, prefix=None):
         """A local map lies in its own frame: the points are brought into it."""
-        T = datasets.write_transform(self.workshop.out / f"{self.name}_T_map_global_{robot}.txt", datasets.inverse(self.places[robot]))
+        path = self.workshop.out / f"{self.name}_T_map_global_{robot}.txt"
+        T = datasets.write_transform(path, datasets.inverse(self.places[robot]))
         return table_two.kept(self.workshop.judge(f"{prefix or self.name}_{'ab'[robot]}", (maps or self.maps)[robot],
                                                   self.all_scans, transform=T, **self.asked))
 
     def judge_global(self, name, maps=None, **options):
         found = self.workshop.fuse_and_judge(f"{self.name}_{name}", maps or self.maps, self.all_scans, options, self.asked)
         return found and {"fuse": table_two.kept_fuse(found["fuse"]), **table_two.kept(found["eval"])}
+
+    def judge_resampled(self):
+        """The first local map alone, brought into the global frame: fused with the second one far away."""
+        far = [row[:] for row in self.places[1]]
+        far[0][3] += FAR_M
+        T = datasets.write_transform(self.workshop.out / f"{self.name}_far.txt", far)
+        return self.judge_global("resampled", diffusion="none", transform=f"{self.maps[1]}={T}")

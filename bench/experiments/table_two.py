@@ -21,7 +21,8 @@ def local_maps(workshop, dataset, prefix, halves=HALVES, resolution_m=RESOLUTION
 
 def kept(judged):
     """What the tables need of a report of eval."""
-    return {key: judged[key] for key in ("mean_iou", "iou", "input_mean_iou", "input_iou", "accuracy", "coverage", "calibration_error", "points")}
+    keys = ("mean_iou", "iou", "input_mean_iou", "input_iou", "accuracy", "coverage", "calibration_error", "points")
+    return {key: judged[key] for key in keys}
 
 
 def kept_fuse(fused):
@@ -37,7 +38,8 @@ def measure(workshop, dataset, halves=HALVES):
     rows = {}
     for letter, path in zip("ab", counted):
         rows[f"counting_{letter}"] = kept(workshop.judge(f"real_counting_{letter}", path, dataset, **asked))
-    rows["counting_none"] = kept(workshop.fuse_and_judge("real_counting_none", counted, dataset, {"diffusion": "none"}, asked)["eval"])
+    both = workshop.fuse_and_judge("real_counting_none", counted, dataset, {"diffusion": "none"}, asked)
+    rows["counting_none"] = kept(both["eval"])
     for letter, path in zip("ab", maps):
         rows[f"local_{letter}"] = kept(workshop.judge(f"real_{letter}", path, dataset, **asked))
     fused = {}
@@ -74,7 +76,8 @@ def verdict(rows, methods=METHODS):
     found = {}
     for name in methods:
         loss = differences(rows, name, "none")
-        worse_local = {label: 100.0 * (rows[name]["iou"][label] - min(part["iou"].get(label, 0.0) for part in locals_)) for label in loss}
+        worse_local = {label: 100.0 * (iou - min(part["iou"].get(label, 0.0) for part in locals_))
+                       for label, iou in rows[name]["iou"].items()}
         found[name] = {"gain": 100.0 * (rows[name]["mean_iou"] - inputs), "by_diffusion": 100.0 * (rows[name]["mean_iou"] - none),
                        "over_best_local": 100.0 * (rows[name]["mean_iou"] - max(part["mean_iou"] for part in locals_)),
                        "worst_loss": min(loss.items(), key=lambda item: item[1]),

@@ -57,7 +57,8 @@ class Team:
         self.parts = parts(robots, end_m)
         self.maps, self.reports = [], []
         for robot, (dataset, (first, last)) in enumerate(zip(robots, self.parts)):
-            path, report = workshop.map(f"{self.name}_{robot}", dataset, first=first, last=last, resolution=RESOLUTION_M, robot=robot, memory="1G")
+            path, report = workshop.map(f"{self.name}_{robot}", dataset, first=first, last=last, resolution=RESOLUTION_M,
+                                        robot=robot, memory="1G")
             self.maps.append(path)
             self.reports.append(report)
 
@@ -71,11 +72,13 @@ class Team:
     def judge_pair(self, a, b, fused):
         """Both local maps and the global ones on what both robots have labels for, by the scans at their border."""
         x_m, pair = self.border(a, b), f"{self.name}_{a}{b}"
-        scans = datasets.join(self.workshop.out / f"{pair}_scans", [(self.robots[k], nearest(self.robots[k], self.parts[k], x_m)) for k in (a, b)])
+        chosen = [(self.robots[k], nearest(self.robots[k], self.parts[k], x_m)) for k in (a, b)]
+        scans = datasets.join(self.workshop.out / f"{pair}_scans", chosen)
         asked = {"overlap_of": [self.maps[a], self.maps[b]], "max_range": 40}
         found = {"robots": (a, b)}
         for name, robot in (("local_a", a), ("local_b", b)):
-            T = datasets.write_transform(self.workshop.out / f"{pair}_T_{robot}.txt", datasets.inverse(datasets.place_of(self.robots[robot])))
+            T_map_global = datasets.inverse(datasets.place_of(self.robots[robot]))
+            T = datasets.write_transform(self.workshop.out / f"{pair}_T_{robot}.txt", T_map_global)
             found[name] = table_two.kept(self.workshop.judge(f"{pair}_{robot}", self.maps[robot], scans, transform=T, **asked))
         for name, path in fused.items():
             found[name] = table_two.kept(self.workshop.judge(f"{pair}_{name}", path, scans, **asked))
@@ -117,7 +120,7 @@ class Team:
         found = {"robots": len(self.robots), "parts": self.parts, "end_m": self.end_m,
                  "fused": {name: table_two.kept_fuse(report) for name, report in reports.items()},
                  "alignments": [[pair["agreement"], pair["common"]] for pair in reports["none"]["alignments"]],
-                 "refused": [report["memory"]["refused"] for report in self.reports] + [report["memory"]["refused"] for report in reports.values()],
+                 "refused": [report["memory"]["refused"] for report in (*self.reports, *reports.values())],
                  "pairs": [self.judge_pair(a, b, fused) for a, b in neighbours(len(self.robots))],
                  "all": self.judge_all(fused), "efficiency": self.efficiency(reports["contractive"])}
         if len(self.robots) == 2:

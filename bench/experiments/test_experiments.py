@@ -55,21 +55,21 @@ class Smoke(unittest.TestCase):
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory()
         cls.workshop = Workshop(TESSERA, cls.folder.name)
-        cls.pair = street.Pair(cls.workshop, 1, 4)
-        cls.found = {"pairs": [run_experiments.pair_rows(cls.pair)],
-                     "diffusion": {"street": diffusion.measure(cls.pair, street.RESOLUTION_M, quick=True)},
-                     "robustness": {"street": robustness.measure(cls.pair, quick=True)}}
+        cls.pair = street.Pair(cls.workshop, 1, 2)
+        found = {"right": robustness.undisturbed(cls.pair), "noise": [],
+                 "places": robustness.wrong_places(cls.pair, (0.5,), (), (1,)),
+                 "swapped": robustness.relabelled(cls.pair, "swapped", [datasets.swap, datasets.swap])}
+        cls.found = {"pairs": [run_experiments.pair_rows(cls.pair)], "robustness": {"street": found},
+                     "diffusion": {"street": diffusion.measure(cls.pair, street.RESOLUTION_M, quick=True)}}
 
     @classmethod
     def tearDownClass(cls):
         cls.folder.cleanup()
 
-    def test_what_is_wrong_makes_the_map_worse(self):
+    def test_wrong_labels_make_the_map_worse(self):
         found = self.found["robustness"]["street"]
-        right = found["right"]["none"]["mean_iou"]
-        self.assertGreater(right, 0.1)
-        for wrong in (*found["places"], *found["noise"], found["swapped"]):
-            self.assertLess(wrong["none"]["mean_iou"], right)
+        self.assertGreater(found["right"]["none"]["mean_iou"], 0.1)
+        self.assertLess(found["swapped"]["none"]["mean_iou"], found["right"]["none"]["mean_iou"])
 
     def test_what_was_made_is_kept(self):
         self.workshop.call = self.fail

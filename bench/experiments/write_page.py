@@ -13,18 +13,24 @@ import table_two as two  # noqa: E402  these need the path above
 from markdown import number, table  # noqa: E402
 from write_docs import fill  # noqa: E402
 
-NAMES = {"counting_a": "counting, local A", "counting_b": "counting, local B", "counting_none": "counting, `none`", "local_a": "local A",
-         "local_b": "local B", "none": "global, `none`", "paper": "global, `paper`", "contractive": "global, `contractive`"}
+NAMES = {"counting_a": "counting, local A", "counting_b": "counting, local B", "counting_none": "counting, `none`",
+         "local_a": "local A", "local_b": "local B", "resampled": "local A alone, in the global frame",
+         "none": "global, `none`", "paper": "global, `paper`", "contractive": "global, `contractive`"}
 
 
 def percent(value, digits=2):
     return f"{100.0 * value:.{digits}f}"
 
 
+def variance_of(fused, key="mean_variance"):
+    return f"{1e4 * fused[key]:.1f}"
+
+
 def circumstances(found):
     at = found["circumstances"]
-    rows = [("machine", f"{at['cpu']}, {at['cores']} cores, {at['memory_gb']} GB"), ("system", at["system"]), ("compiler", found["compiler"]),
-            ("command", found["version"]), ("commit of the scripts, date", f"{at['commit']}, {at['date']}"), ("plan", found["plan"])]
+    rows = [("machine", f"{at['cpu']}, {at['cores']} cores, {at['memory_gb']} GB"), ("system", at["system"]),
+            ("compiler", found["compiler"]), ("command", found["version"]),
+            ("commit of the scripts, date", f"{at['commit']}, {at['date']}"), ("plan", found["plan"])]
     return table(("", "measured on"), rows)
 
 
@@ -37,9 +43,11 @@ def real_classes(found):
         return None
     rows = found["table_two"]["rows"]
     labels = sorted(rows["none"]["iou"], key=lambda label: -rows["none"]["input_iou"][label])
-    lines = [("input", *(percent(rows["none"]["input_iou"][label], 1) for label in labels), f"**{percent(rows['none']['input_mean_iou'])}**")]
-    for name, title in NAMES.items():
-        lines.append((title, *(percent(rows[name]["iou"].get(label, 0.0), 1) for label in labels), f"**{percent(rows[name]['mean_iou'])}**"))
+    lines = [("input", *(percent(rows["none"]["input_iou"][label], 1) for label in labels),
+              f"**{percent(rows['none']['input_mean_iou'])}**")]
+    for name in rows:
+        lines.append((NAMES[name], *(percent(rows[name]["iou"].get(label, 0.0), 1) for label in labels),
+                      f"**{percent(rows[name]['mean_iou'])}**"))
     return table(("IoU, %", *labels, "mean"), lines)
 
 
@@ -50,29 +58,33 @@ def real_summary(found):
     lines = []
     for name, of in two.verdict(rows).items():
         lines.append((NAMES[name], f"{of['gain']:+.2f}", f"{of['by_diffusion']:+.2f}", f"{of['over_best_local']:+.2f}",
-                      requirements.of_class(of["worst_loss"]) if name != "none" else "-", f"{rows[name]['calibration_error']:.3f}",
-                      f"{1e4 * fused[name]['mean_variance']:.1f}", f"{fused[name]['voxels']:,}", f"{fused[name]['milliseconds']:,.0f}"))
+                      requirements.of_class(of["worst_loss"]) if name != "none" else "-",
+                      f"{rows[name]['calibration_error']:.3f}", variance_of(fused[name]),
+                      f"{fused[name]['voxels']:,}", f"{fused[name]['milliseconds']:,.0f}"))
     said = ", ".join(f"{NAMES[name]} {rows[name]['calibration_error']:.3f}" for name in ("local_a", "local_b"))
     changed = found["table_two"]["unobserved"]
-    return (table(("points of mIoU", "over the input", "over `none`", "over the better local", "largest loss of a class", "calibration error",
-                   "mean variance, 1e-4", "label voxels", "ms to fuse"), lines)
-            + f"\n\nCalibration error of the local maps: {said}. Voxels that are occupied with a label in a diffused map and not in `none`: "
-            + "; ".join(f"`{name}` {sum(of.values()):,}, of which {of['unknown']} had not been observed and {of['free']:,} were free"
-                        for name, of in changed.items()) + ".")
+    head = ("points of mIoU", "over the input", "over `none`", "over the better local", "largest loss of a class",
+            "calibration error", "mean variance, 1e-4", "label voxels", "ms to fuse")
+    new = "; ".join(f"`{name}` {sum(of.values()):,}, of which {of['unknown']} had not been observed and {of['free']:,} were free"
+                    for name, of in changed.items())
+    return (table(head, lines) + f"\n\nCalibration error of the local maps: {said}. Voxels that are occupied with a label in a "
+            f"diffused map and not in `none`: {new}.")
 
 
 def paper_two(found):
     head = ("mean IoU, %", "input", "OctoMap local", "earlier fusion", "local", "global", "global over input", "global over local")
-    lines = [(f"paper, sequence {name}", *(f"{value:.2f}" for value in values), f"{values[4] - values[0]:+.2f}", f"{values[4] - values[3]:+.2f}")
-             for name, values in two.PAPER.items()]
+
+    def line(name, values):
+        return (name, *(f"{value:.2f}" for value in values), f"{values[4] - values[0]:+.2f}", f"{values[4] - values[3]:+.2f}")
+    lines = [line(f"paper, sequence {name}", values) for name, values in two.PAPER.items()]
     if "table_two" in found:
         rows = found["table_two"]["rows"]
 
         def best(kind):
             return max(rows[f"{kind}_a"]["mean_iou"], rows[f"{kind}_b"]["mean_iou"])
-        ours = [100.0 * value for value in (rows["none"]["input_mean_iou"], best("counting"), rows["counting_none"]["mean_iou"], best("local"),
-                                            rows["contractive"]["mean_iou"])]
-        lines.append(("here, sequence 08, scans 0-5", *(f"{value:.2f}" for value in ours), f"{ours[4] - ours[0]:+.2f}", f"{ours[4] - ours[3]:+.2f}"))
+        ours = (rows["none"]["input_mean_iou"], best("counting"), rows["counting_none"]["mean_iou"], best("local"),
+                rows["contractive"]["mean_iou"])
+        lines.append(line("here, sequence 08, scans 0-5", [100.0 * value for value in ours]))
     return table(head, lines)
 
 
@@ -80,12 +92,14 @@ def pairs(found):
     lines = []
     for pair in found["pairs"]:
         rows = pair["rows"]
-        for name in ("local_a", "local_b", *two.METHODS):
+        for name in ("local_a", "resampled", "local_b", *two.METHODS):
             of = rows[name]
             fuse = of.get("fuse")
-            lines.append((f"{pair['seed']}, {pair['scans']}", NAMES[name], percent(of["mean_iou"]), percent(of["accuracy"]), percent(of["coverage"]),
-                          f"{of['calibration_error']:.3f}", f"{1e4 * fuse['mean_variance']:.1f}" if fuse else "-"))
-    return table(("seed, scans", "map", "mIoU, %", "accuracy, %", "coverage, %", "calibration error", "mean variance, 1e-4"), lines)
+            lines.append((f"{pair['seed']}, {pair['scans']}", NAMES[name], percent(of["mean_iou"]), percent(of["iou"].get("road", 0.0), 1),
+                          percent(of["accuracy"]), percent(of["coverage"]), f"{of['calibration_error']:.3f}",
+                          variance_of(fuse) if fuse and name != "resampled" else "-"))
+    return table(("seed, scans", "map", "mIoU, %", "road, IoU %", "accuracy, %", "coverage, %", "calibration error",
+                  "mean variance, 1e-4"), lines)
 
 
 def variance(found):
@@ -94,10 +108,11 @@ def variance(found):
         for team in scene["teams"]:
             fused = team["fused"]
             local = [f"{1e4 * value:.1f}" for value in team.get("local_variances", [])]
-            lines.append((scene["seed"], team["robots"], " and ".join(local) or "-", f"{1e4 * fused['none']['mean_variance']:.1f}",
-                          f"{1e4 * fused['contractive']['mean_variance']:.1f}", f"{1e4 * fused['paper']['mean_variance']:.1f}",
-                          f"{1e4 * fused['paper']['mean_variance_undiffused']:.1f}"))
-    return table(("mean variance, 1e-4: seed", "robots", "local maps", "`none`", "`contractive`", "`paper`", "`paper`, undiffused"), lines)
+            undiffused = variance_of(fused["paper"], "mean_variance_undiffused")
+            lines.append((scene["seed"], team["robots"], " and ".join(local) or "-",
+                          *(variance_of(fused[name]) for name in ("none", "contractive", "paper")), undiffused))
+    return table(("mean variance, 1e-4: seed", "robots", "local maps", "`none`", "`contractive`", "`paper`",
+                  "`paper`, undiffused"), lines)
 
 
 def borders(found):
@@ -106,9 +121,10 @@ def borders(found):
         for team in scene["teams"]:
             for pair in team["pairs"]:
                 a, b = pair["robots"]
-                lines.append((scene["seed"], team["robots"], f"{a} and {b}", f"{pair['none']['points']:,}", percent(pair["none"]["input_mean_iou"], 1),
-                              *(percent(pair[name]["mean_iou"], 1) for name in ("local_a", "local_b", *two.METHODS)),
-                              " / ".join(f"{pair[name]['calibration_error']:.3f}" for name in ("local_a", "local_b", "contractive"))))
+                errors = " / ".join(f"{pair[name]['calibration_error']:.3f}" for name in ("local_a", "local_b", "contractive"))
+                lines.append((scene["seed"], team["robots"], f"{a} and {b}", f"{pair['none']['points']:,}",
+                              percent(pair["none"]["input_mean_iou"], 1),
+                              *(percent(pair[name]["mean_iou"], 1) for name in ("local_a", "local_b", *two.METHODS)), errors))
     return table(("seed", "team of", "robots", "points", "input", "first", "second", "`none`", "`paper`", "`contractive`",
                   "calibration error: first / second / `contractive`"), lines)
 
@@ -118,10 +134,11 @@ def everywhere(found):
     for scene in found["teams"]:
         for team in scene["teams"]:
             of = team["all"]
-            lines.append((scene["seed"], team["robots"], percent(of["none"]["input_mean_iou"], 1), *(percent(of[name]["mean_iou"], 1) for name in two.METHODS),
-                          percent(of["contractive"]["coverage"], 1), *(f"{of[name]['calibration_error']:.3f}" for name in two.METHODS)))
-    return table(("seed", "robots", "input, mIoU %", "`none`", "`paper`", "`contractive`", "coverage, %", "calibration error: `none`", "`paper`",
-                  "`contractive`"), lines)
+            lines.append((scene["seed"], team["robots"], percent(of["none"]["input_mean_iou"], 1),
+                          *(percent(of[name]["mean_iou"], 1) for name in two.METHODS), percent(of["contractive"]["coverage"], 1),
+                          *(f"{of[name]['calibration_error']:.3f}" for name in two.METHODS)))
+    return table(("seed", "robots", "input, mIoU %", "`none`", "`paper`", "`contractive`", "coverage, %",
+                  "calibration error: `none`", "`paper`", "`contractive`"), lines)
 
 
 def efficiency(found):
@@ -129,12 +146,13 @@ def efficiency(found):
     for scene in found["teams"]:
         for team in scene["teams"]:
             of = team["efficiency"]
-            lines.append((scene["seed"], team["robots"], f"{max(of['driven_s']):.1f}", f"{sum(of['local_m3']) / team['robots']:,.0f}", f"{of['global_m3']:,.0f}",
-                          f"{sum(of['local_m3_per_s']) / team['robots']:.0f}", f"{of['global_m3_per_s']:.0f}", f"**{of['times_one_robot']:.2f}**",
-                          f"{of['times_one_robot'] / team['robots']:.2f}", f"{max(of['worked_s']):.1f} + {of['fuse_s']:.1f}",
-                          f"{of['times_one_robot_worked']:.2f}"))
-    return table(("seed", "robots", "driven, s", "a local map, m3", "global, m3", "a robot, m3/s", "team, m3/s", "times one robot", "the same, a robot",
-                  "computed: a robot + fusing, s", "times one robot, computed"), lines)
+            count = team["robots"]
+            lines.append((scene["seed"], count, f"{max(of['driven_s']):.1f}", f"{sum(of['local_m3']) / count:,.0f}",
+                          f"{of['global_m3']:,.0f}", f"{sum(of['local_m3_per_s']) / count:.0f}", f"{of['global_m3_per_s']:.0f}",
+                          f"**{of['times_one_robot']:.2f}**", f"{of['times_one_robot'] / count:.2f}",
+                          f"{max(of['worked_s']):.1f} + {of['fuse_s']:.1f}", f"{of['times_one_robot_worked']:.2f}"))
+    return table(("seed", "robots", "driven, s", "a local map, m3", "global, m3", "a robot, m3/s", "team, m3/s", "times one robot",
+                  "the same, a robot", "computed: a robot + fusing, s", "times one robot, computed"), lines)
 
 
 def two_studies(found, part, each):
@@ -147,13 +165,15 @@ def places(found):
         right, merged = study["right"], {}
         for row in study["places"]:
             merged.setdefault((row["kind"], row["amount"]), []).append(row)
-        yield ("right", "-", percent(max(part["mean_iou"] for part in right["locals"])), percent(right["none"]["mean_iou"]),
-               percent(right["contractive"]["mean_iou"]), percent(right["contractive"]["fuse"]["alignment"], 1), "-")
+        local = percent(max(part["mean_iou"] for part in right["locals"]))
+        yield ("right", "-", local, percent(right["none"]["mean_iou"]), percent(right["contractive"]["mean_iou"]),
+               percent(right["contractive"]["fuse"]["alignment"], 1), "-")
         for (kind, amount), rows in merged.items():
             count = len(rows)
             mean = {name: sum(row[name]["mean_iou"] for row in rows) / count for name in ("none", "contractive")}
-            yield (f"{amount:g} " + ("m" if kind == "metres" else "degrees"), count, percent(max(part["mean_iou"] for part in right["locals"])),
-                   percent(mean["none"]), percent(mean["contractive"]), percent(sum(row["none"]["fuse"]["alignment"] for row in rows) / count, 1),
+            alignment = sum(row["none"]["fuse"]["alignment"] for row in rows) / count
+            yield (f"{amount:g} " + ("m" if kind == "metres" else "degrees"), count, local, percent(mean["none"]),
+                   percent(mean["contractive"]), percent(alignment, 1),
                    f"{sum(row['none']['fuse']['warned'] for row in rows)} of {count}")
     return table(("scene", "error", "directions", "better local, mIoU %", "`none`", "`contractive`", "alignment, %", "warned"),
                  two_studies(found, "robustness", each))
@@ -161,20 +181,22 @@ def places(found):
 
 def labels(found):
     def each(study):
-        rows = [("0 %", study["right"]), *((f"{100 * row['share']:g} %, {row['who']}", row) for row in study["noise"]), ("swapped, one", study["swapped"])]
-        for name, row in rows:
-            yield (name, *(percent(part["mean_iou"]) for part in row["locals"]), percent(row["none"]["mean_iou"]), percent(row["contractive"]["mean_iou"]),
-                   f"{100 * (row['contractive']['mean_iou'] - row['locals'][0]['mean_iou']):+.2f}", f"{row['contractive']['calibration_error']:.3f}",
-                   percent(row["none"]["fuse"]["alignment"], 1), "yes" if row["none"]["fuse"]["warned"] else "no")
-    return table(("scene", "wrong labels", "local A, mIoU %", "local B", "`none`", "`contractive`", "over local A", "calibration error", "alignment, %", "warned"),
-                 two_studies(found, "robustness", each))
+        noise = ((f"{100 * row['share']:g} %, {row['who']}", row) for row in study["noise"])
+        for name, row in (("0 %", study["right"]), *noise, ("swapped, one", study["swapped"])):
+            fused = row["contractive"]
+            yield (name, *(percent(part["mean_iou"]) for part in row["locals"]), percent(row["none"]["mean_iou"]),
+                   percent(fused["mean_iou"]), f"{100 * (fused['mean_iou'] - row['locals'][0]['mean_iou']):+.2f}",
+                   f"{fused['calibration_error']:.3f}", percent(fused["fuse"]["alignment"], 1),
+                   "yes" if fused["fuse"]["warned"] else "no")
+    return table(("scene", "wrong labels", "local A, mIoU %", "local B", "`none`", "`contractive`", "over local A",
+                  "calibration error", "alignment, %", "warned"), two_studies(found, "robustness", each))
 
 
 def settings_row(found):
     if found is None:
         return ("refused",) + ("-",) * 5
     return (f"{found['by_diffusion']:+.2f}", requirements.of_class(found["worst_loss"]), f"{found['calibration_error']:.3f}",
-            f"{1e4 * found['mean_variance']:.0f}", number(found["residual"]) if found["residual"] else "0", f"{found['milliseconds']:,.0f}")
+            f"{1e4 * found['mean_variance']:.0f}", number(found["residual"]), f"{found['milliseconds']:,.0f}")
 
 
 SETTINGS_HEAD = ("over `none`", "largest loss of a class", "calibration error", "mean variance, 1e-4", "residual", "ms")
@@ -184,9 +206,11 @@ def grid(found):
     def each(study):
         for n in sorted({row["iterations"] for row in study["grid"]}):
             cells = [row["found"] for row in study["grid"] if row["iterations"] == n]
-            yield (n, *("refused" if cell is None else f"{cell['by_diffusion']:+.2f} ({cell['worst_loss'][1]:+.2f})" for cell in cells))
+            yield (n, *("refused" if cell is None else f"{cell['by_diffusion']:+.2f} ({cell['worst_loss'][1]:+.2f})"
+                        for cell in cells))
     lengths = list(dict.fromkeys(row["length"] for study in found["diffusion"].values() for row in study["grid"]))
-    return table(("scene", "iterations", *(f"D = {length:g} voxels" for length in lengths)), two_studies(found, "diffusion", each))
+    return table(("scene", "iterations", *(f"D = {length:g} voxels" for length in lengths)),
+                 two_studies(found, "diffusion", each))
 
 
 def settings(found):
@@ -205,8 +229,8 @@ def settings(found):
     return table(("scene", "setting", *SETTINGS_HEAD), two_studies(found, "diffusion", each))
 
 
-TABLES = {f.__name__: f for f in (circumstances, required, real_classes, real_summary, paper_two, pairs, variance, borders, everywhere, efficiency,
-                                  places, labels, grid, settings)}
+TABLES = {f.__name__: f for f in (circumstances, required, real_classes, real_summary, paper_two, pairs, variance, borders,
+                                  everywhere, efficiency, places, labels, grid, settings)}
 
 
 def main():
