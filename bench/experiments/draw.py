@@ -65,7 +65,11 @@ def teams(found, path):
         sizes = [team["robots"] for team in scene["teams"]]
         most = max(most, *sizes)
         times.plot([1, *sizes], [1, *(team["efficiency"]["times_one_robot"] for team in scene["teams"])], style,
-                   color=COLOURS["contractive"], label=f"street {scene['seed']}")
+                   color=COLOURS["contractive"], label=f"street {scene['seed']}, its local maps")
+        local = scene["teams"][0]["efficiency"]["local_m3_per_s"]
+        alone = sum(local) / len(local)
+        times.plot([1, *sizes], [1, *(team["efficiency"]["global_m3_per_s"] / alone for team in scene["teams"])], style,
+                   color=COLOURS["none"], label=f"street {scene['seed']}, one alone")
         for team in scene["teams"]:
             for pair in team["pairs"]:
                 best = max(pair["local_a"]["mean_iou"], pair["local_b"]["mean_iou"])

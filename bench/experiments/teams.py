@@ -128,6 +128,12 @@ class Team:
         return found
 
 
+def alone(scene):
+    """m3/s of one robot that drives half of the street alone: the mean of the two that do in a team of two."""
+    rates = scene["teams"][0]["efficiency"]["local_m3_per_s"]
+    return sum(rates) / len(rates)
+
+
 def measure(workshop, scenes):
     """scenes: (seed, robots, scans). Teams of 2, 4, ... up to the scene's robots."""
     found = []

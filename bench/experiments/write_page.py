@@ -10,6 +10,7 @@ sys.path.append(str(pathlib.Path(__file__).resolve().parent.parent))
 
 import requirements  # noqa: E402
 import table_two as two  # noqa: E402  these need the path above
+import teams  # noqa: E402
 from markdown import number, table  # noqa: E402
 from write_docs import fill  # noqa: E402
 
@@ -150,9 +151,11 @@ def efficiency(found):
             lines.append((scene["seed"], count, f"{max(of['driven_s']):.1f}", f"{sum(of['local_m3']) / count:,.0f}",
                           f"{of['global_m3']:,.0f}", f"{sum(of['local_m3_per_s']) / count:.0f}", f"{of['global_m3_per_s']:.0f}",
                           f"**{of['times_one_robot']:.2f}**", f"{of['times_one_robot'] / count:.2f}",
+                          f"**{of['global_m3_per_s'] / teams.alone(scene):.2f}**",
                           f"{max(of['worked_s']):.1f} + {of['fuse_s']:.1f}", f"{of['times_one_robot_worked']:.2f}"))
-    return table(("seed", "robots", "driven, s", "a local map, m3", "global, m3", "a robot, m3/s", "team, m3/s", "times one robot",
-                  "the same, a robot", "computed: a robot + fusing, s", "times one robot, computed"), lines)
+    return table(("seed", "robots", "driven, s", "a local map, m3", "global, m3", "a robot, m3/s", "team, m3/s",
+                  "times its local maps", "a robot", "times one alone", "computed: a robot + fusing, s",
+                  "times its local maps, computed"), lines)
 
 
 def two_studies(found, part, each):
