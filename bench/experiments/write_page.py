@@ -96,8 +96,9 @@ def pairs(found):
         for name in ("local_a", "resampled", "local_b", *two.METHODS):
             of = rows[name]
             fuse = of.get("fuse")
-            lines.append((f"{pair['seed']}, {pair['scans']}", NAMES[name], percent(of["mean_iou"]), percent(of["iou"].get("road", 0.0), 1),
-                          percent(of["accuracy"]), percent(of["coverage"]), f"{of['calibration_error']:.3f}",
+            lines.append((f"{pair['seed']}, {pair['scans']}", NAMES[name], percent(of["mean_iou"]),
+                          percent(of["iou"].get("road", 0.0), 1), percent(of["accuracy"]), percent(of["coverage"]),
+                          f"{of['calibration_error']:.3f}",
                           variance_of(fuse) if fuse and name != "resampled" else "-"))
     return table(("seed, scans", "map", "mIoU, %", "road, IoU %", "accuracy, %", "coverage, %", "calibration error",
                   "mean variance, 1e-4"), lines)
@@ -137,9 +138,10 @@ def everywhere(found):
             of = team["all"]
             lines.append((scene["seed"], team["robots"], percent(of["none"]["input_mean_iou"], 1),
                           *(percent(of[name]["mean_iou"], 1) for name in two.METHODS), percent(of["contractive"]["coverage"], 1),
-                          *(f"{of[name]['calibration_error']:.3f}" for name in two.METHODS)))
+                          *(f"{of[name]['calibration_error']:.3f}" for name in two.METHODS),
+                          len(team["fused"]["none"]["warnings"])))
     return table(("seed", "robots", "input, mIoU %", "`none`", "`paper`", "`contractive`", "coverage, %",
-                  "calibration error: `none`", "`paper`", "`contractive`"), lines)
+                  "calibration error: `none`", "`paper`", "`contractive`", "pairs that `fuse` warns of"), lines)
 
 
 def efficiency(found):
