@@ -3,7 +3,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # run-experiments.sh [--quick] [--write-docs] [--tessera PROGRAM] [OUT]: installs what is missing, builds build/release,
 # redoes the paper's studies and draws them. Leaves experiments.json and *.png in OUT (default out/experiments), and what
-# they were made from: a second run makes only what is not there yet.
+# they were made from: a second run makes only what is not there yet, another program's run everything but the scenes.
 #   --quick            smaller scenes and fewer settings: a minute or two instead of an hour
 #   --write-docs       puts the figures into docs/experiments.md, and the pictures beside it
 #   --tessera PROGRAM  the command to study, instead of building it

@@ -34,11 +34,11 @@ class Workshop:
             sys.exit(f"run-experiments.sh: tessera {words[0]} stopped: {done.stderr.strip().splitlines()[-1:]}")
         return [line.removeprefix("warning: ") for line in done.stderr.splitlines() if line.startswith("warning: ")]
 
-    def kept(self, name, words, make):
+    def kept(self, name, words, make, program=None):
         """The JSON NAME.json that make() gives, unless these words and this program gave it before."""
         path = self.out / f"{name}.json"
         # Where results lie is no part of how they came about.
-        made_by = {"program": self.program, "words": [str(word).replace(str(self.out), "OUT") for word in words]}
+        made_by = {"program": program or self.program, "words": [str(word).replace(str(self.out), "OUT") for word in words]}
         if path.exists():
             kept = json.loads(path.read_text())
             if kept["made_by"] == made_by:
@@ -57,10 +57,11 @@ class Workshop:
         return found
 
     def simulate(self, seed, robots, scans):
-        """The folders of the robots."""
+        """The folders of the robots. They take long to make, and other programs take them as they are: after a change of the
+        simulator, OUT has to be another folder."""
         name = f"street_{seed}_{robots}_{scans}"
         words = ["simulate", "--scene", "street", "--robots", robots, "--scans", scans, "--seed", seed, "--out", self.out / name]
-        self.kept(f"{name}.simulated", words, lambda: self.reported(*words))
+        self.kept(f"{name}.simulated", words, lambda: self.reported(*words), program="any")
         return [self.out / name / f"robot_{robot}" for robot in range(robots)]
 
     def map(self, name, dataset, **options):
