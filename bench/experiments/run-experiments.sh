@@ -4,7 +4,7 @@
 # run-experiments.sh [--quick] [--write-docs] [--tessera PROGRAM] [OUT]: installs what is missing, builds build/release,
 # redoes the paper's studies and draws them. Leaves experiments.json and *.png in OUT (default out/experiments), and what
 # they were made from: a second run makes only what is not there yet, another program's run everything but the scenes.
-#   --quick            smaller scenes and fewer settings: a minute or two instead of an hour
+#   --quick            smaller scenes and fewer settings: about five minutes instead of an hour
 #   --write-docs       puts the figures into docs/experiments.md, and the pictures beside it
 #   --tessera PROGRAM  the command to study, instead of building it
 # Real scans are taken from the folder that TESSERA_DATA names, or ../shared/data, if it holds semantickitti_08.
