@@ -161,19 +161,25 @@ void DiffusionBrick::describe_nodes() noexcept {
   }
 }
 
+namespace {
+
+/// The bits of a word from one number to before another; of those that it has.
+constexpr std::uint64_t bits_within(int from, int to) noexcept {
+  const auto below = [](int bits) {
+    if (bits <= 0) return std::uint64_t{0};
+    return bits < 64 ? (std::uint64_t{1} << static_cast<unsigned>(bits)) - 1 : ~std::uint64_t{0};
+  };
+  return below(to) & ~below(from);
+}
+
+}  // namespace
+
 /// Calls visit(node, x, y, z) for the nodes that are at least margin from the brick's border, while
 /// it returns true.
 template <class Visit>
 void DiffusionBrick::for_nodes(int margin, Visit&& visit) const noexcept {
-  // Bits from the first of a word on that lie in margin .. edge - margin - 1.
-  const auto inner = [&](int word) {
-    const auto below = [](int bits) {
-      return bits <= 0 ? std::uint64_t{0}
-                       : ~std::uint64_t{0} >> static_cast<unsigned>(bits < 64 ? 64 - bits : 0);
-    };
-    return below(edge_[0] - margin - 64 * word) & ~below(margin - 64 * word);
-  };
-  const Row inside{inner(0), inner(1)};
+  const Row inside{bits_within(margin, edge_[0] - margin),
+                   bits_within(margin - 64, edge_[0] - margin - 64)};
   for (int z = margin; z < edge_[2] - margin; ++z) {
     for (int y = margin; y < edge_[1] - margin; ++y) {
       const std::size_t row = row_at(y, z);

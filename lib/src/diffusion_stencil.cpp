@@ -8,9 +8,9 @@ namespace tessera {
 
 namespace {
 
-/// Less is no edge: it would change nothing, and make everything hang on more than it does. A
-/// length of two voxels that was rounded up must not reach a third.
-constexpr double kLeastWeight = 0x1p-20;
+/// Less is rounding: a length of two voxels as a float is a little more, and must not reach a
+/// third, for a node without other neighbours would take all of that one.
+constexpr double kLeastWeight = 0x1p-44;
 
 }  // namespace
 

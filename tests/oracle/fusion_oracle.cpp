@@ -70,7 +70,8 @@ Matrix kernel_of(const std::vector<Voxel>& nodes, double length_m, double resolu
                          resolution_m;
         squared += d * d;
       }
-      K(i, j) = sparse_kernel(std::sqrt(squared) / length_m);
+      const double weight = sparse_kernel(std::sqrt(squared) / length_m);
+      K(i, j) = weight >= 0x1p-44 ? weight : 0.0;  // less is rounding
     }
   }
   return K;

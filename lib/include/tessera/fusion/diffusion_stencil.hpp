@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Edges of a node to its neighbours: k_0 of their distance, eq. (11), where it is at least 2^-20.
+// Edges of a node to its neighbours: k_0 of their distance, eq. (11), where it is at least 2^-44.
 #pragma once
 
 #include "tessera/fusion/diffusion_config.hpp"
