@@ -52,7 +52,8 @@ def main():
     parser.add_argument("--quick", action="store_true", help="less of everything: does it still work?")
     options = parser.parse_args()
     plan = QUICK if options.quick else FULL
-    workshop = Workshop(options.tessera.resolve(), options.out.resolve())
+    # Names of maps say what was made of which scans only within a plan.
+    workshop = Workshop(options.tessera.resolve(), options.out.resolve() / ("made_quick" if options.quick else "made"))
     version = subprocess.run([options.tessera, "--version"], capture_output=True, text=True, check=True).stdout.strip()
     found = {"circumstances": circumstances(), "compiler": compiler_of(options.tessera), "version": version,
              "plan": "quick" if options.quick else "full"}

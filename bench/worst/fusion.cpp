@@ -241,8 +241,8 @@ void measure_moves(Meter& meter, const FullBlock& full) {
         return fixed(known, 2.0 * (kMostClasses + 2));
       });
   meter.measure(
-      {"step_merge", "GlobalMap::step", "a staged block is copied",
-       "512 (C + 2) counts and 15 slots"},
+      {"step_merge", "GlobalMap::step", "staged blocks of one bucket are copied",
+       "8 blocks, 512 (C + 2) counts each, and 15 slots"},
       1,
       [&] {
         prepare();
@@ -253,7 +253,7 @@ void measure_moves(Meter& meter, const FullBlock& full) {
                           8.0 * (kEntries + 512.0) + 15.0};
       });
   meter.measure(
-      {"global_report", "GlobalMap::report", "all blocks that the grid has", "blocks"}, 1, [] {},
+      {"global_report", "GlobalMap::report", "83 blocks", "blocks"}, 1, [] {},
       [&] {
         const GlobalMapReport report = owned.global.report();
         return Operations{static_cast<double>(report.blocks), 1024.0};

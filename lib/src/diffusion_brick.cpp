@@ -269,7 +269,7 @@ int DiffusionBrick::iterations() const noexcept {
 
 bool DiffusionBrick::start(std::uint64_t& work) noexcept {
   describe_nodes();
-  work += node_count_;
+  work += node_count_ + static_cast<std::uint64_t>(edge_[1] * edge_[2]) / 16;
   result_ = sums_;
   iterated_ = 0;
   if (iterations() == 0) return true;
@@ -281,6 +281,7 @@ bool DiffusionBrick::start(std::uint64_t& work) noexcept {
 bool DiffusionBrick::iterate(std::uint64_t& work) noexcept {
   if (iterated_ == iterations()) return false;
   ++iterated_;
+  work += static_cast<std::uint64_t>(edge_[1] * edge_[2]) / 16;  // rows without nodes
   const float* const before = result_;
   work += step(before, z_, iterated_ * stencil_.reach());
   result_ = z_;

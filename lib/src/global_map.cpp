@@ -83,28 +83,28 @@ void for_blocks(const GridTransform::BlockRange& range, Visit&& visit) noexcept 
 /// Places for the blocks that a local one goes to; all are marked, so one that stays empty is
 /// closed again.
 bool GlobalMap::open_records(const GridTransform& T_global_local, BlockCoord local,
-                             bool moving) noexcept {
+                             Part part) noexcept {
   bool all = true;
   for_blocks(T_global_local.global_blocks(local), [&](BlockCoord block) {
     // One without a place keeps none of the others from being marked: what a move leaves must go.
     const std::uint32_t number = open_record(block);
     all = all && number != 0;
     if (number == 0) return;
-    if (moving) set_moving(records_.at(number));
+    set_part(records_.at(number), part);
     mark(number, Agenda::kSums);
   });
   return all;
 }
 
 /// The graph's blocks that hang on this one's sums.
-void GlobalMap::mark_halo(BlockCoord block, bool moving) noexcept {
+void GlobalMap::mark_halo(BlockCoord block, Part part) noexcept {
   const int reach = (brick_.halo() + kBlockEdge - 1) / kBlockEdge;
   const GridTransform::BlockRange range{{block.x - reach, block.y - reach, block.z - reach},
                                         {block.x + reach, block.y + reach, block.z + reach}};
   for_blocks(range, [&](BlockCoord near) {
     const std::uint32_t number = find_record(near);
     if (number == 0 || records_.at(number).sums == 0) return;
-    if (moving) set_moving(records_.at(number));
+    set_part(records_.at(number), part);
     mark(number, Agenda::kOutput);
   });
 }
@@ -123,12 +123,16 @@ Result<Replicas::Change> GlobalMap::put(Slot slot, BlockKey key, std::uint32_t v
     return Status::kCorrupt;
   const Replicas::Contribution& contribution = replicas_.contribution(slot);
   const Move& move = moves_[slot];
+  if (!contribution.present) return Status::kInvalidArgument;
   if (contribution.leaving || move.leaves) return Status::kBusy;
   const Replicas::Replica* const held = replicas_.find(slot, key);
   if (held == nullptr || version > held->version) {
-    // While its move is under way, wherever it is and wherever it will be.
-    if (!open_records(contribution.T_global_local, unpack(key), move.under_way) ||
-        (move.under_way && !open_records(move.to, unpack(key), true)))
+    // While its move is marked, wherever it is and wherever it will be. Once that is done the move
+    // does not wait for what arrives, which would put it off for as long as something does.
+    const bool marking = move.under_way && phase_ == Phase::kMarking;
+    const Part part = marking ? Part::kMove : (move.under_way ? Part::kMovedUpdate : Part::kUpdate);
+    if (!open_records(contribution.T_global_local, unpack(key), part) ||
+        (marking && !open_records(move.to, unpack(key), part)))
       return Status::kResourceExhausted;
   }
   return replicas_.put(slot, key, version, packed);
@@ -144,7 +148,9 @@ std::uint64_t GlobalMap::step(std::uint64_t budget) noexcept {
     }
     if (phase_ == Phase::kSettled && moves_waiting_ != 0) begin_moves();
     if (phase_ == Phase::kMarking) work += mark_moves(budget - work);
-    if (phase_ == Phase::kMerging) work += merge_staged(budget - work);
+    // Half of it, if something else waits.
+    if (phase_ == Phase::kMerging)
+      work += merge_staged((budget - work + 1) / (agenda_.waiting() != 0 ? 2 : 1));
     // Marks are complete before anything is brought up to date by them.
     if (phase_ == Phase::kMarking || work >= budget) continue;
     if (const std::uint32_t number = agenda_.first(); number != 0) {

@@ -20,7 +20,7 @@ bool in_range(const DiffusionConfig& config) noexcept {
   return config.mode <= DiffusionMode::kNone && config.edge <= EdgeTerm::kConfidence &&
          config.iterations >= least && config.iterations <= DiffusionConfig::kMostHalo &&
          config.length_m > 0.0F && config.length_m <= 1e6F && config.alpha > 0.0F &&
-         config.alpha < 1.0F && config.omega > 0.0F && config.omega <= 1000.0F &&
+         config.alpha < 1.0F && config.omega >= 1e-6F && config.omega <= 1000.0F &&
          config.prior >= 0.0F && config.prior <= 1e6F;
 }
 

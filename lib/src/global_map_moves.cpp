@@ -7,6 +7,7 @@ namespace tessera {
 
 Replicas::Change GlobalMap::set_frame(Slot slot, const GridTransform& T_global_local,
                                       std::uint32_t revision) noexcept {
+  if (!replicas_.contribution(slot).present) return Replicas::Change::kStale;
   Move& move = moves_[slot];
   std::uint32_t known = replicas_.contribution(slot).frame_revision;
   if (move.under_way) known = move.revision;
@@ -21,8 +22,10 @@ Replicas::Change GlobalMap::set_frame(Slot slot, const GridTransform& T_global_l
 
 void GlobalMap::remove(Slot slot) noexcept {
   Move& move = moves_[slot];
-  if (move.leaves) return;
+  if (move.leaves || !replicas_.contribution(slot).present) return;
   move.leaves = true;
+  // A move that is only being marked becomes this one.
+  if (move.under_way && phase_ == Phase::kMarking) return;
   moves_waiting_ += move.waits ? 0U : 1U;
   move.waits = true;
 }
@@ -60,8 +63,8 @@ std::uint64_t GlobalMap::mark_moves(std::uint64_t budget) noexcept {
     const Replicas::Replica& replica = replicas_.record(marked_record_);
     const BlockCoord local = unpack(BlockKey{replica.key});
     // Where there is no place for a block, that was counted, and what has a place goes on.
-    static_cast<void>(open_records(contribution.T_global_local, local, true));
-    if (!move.leaves) static_cast<void>(open_records(move.to, local, true));
+    static_cast<void>(open_records(contribution.T_global_local, local, Part::kMove));
+    if (!move.leaves) static_cast<void>(open_records(move.to, local, Part::kMove));
     marked_record_ = replica.next;
     if (marked_record_ == 0) ++marked_slot_;
     marking_slot_ = marked_record_ != 0;
@@ -77,9 +80,17 @@ std::uint64_t GlobalMap::mark_moves(std::uint64_t budget) noexcept {
   return work;
 }
 
-void GlobalMap::set_moving(Record& record) noexcept {
+void GlobalMap::set_part(Record& record, Part part) noexcept {
+  if (part == Part::kUpdate) return;
+  record.hidden = true;
+  if (part != Part::kMove) return;
   records_moving_ += record.moving ? 0U : 1U;
   record.moving = true;
+}
+
+GlobalMap::Part GlobalMap::part_of(const Record& record) noexcept {
+  if (record.moving) return Part::kMove;
+  return record.hidden ? Part::kMovedUpdate : Part::kUpdate;
 }
 
 void GlobalMap::moved(Record& record) noexcept {
@@ -118,7 +129,8 @@ void GlobalMap::write_content(Record& record) noexcept {
   const BlockCoord block = unpack(BlockKey{record.key});
   scale_to_passes();
   const SlabHandle staged = staged_->find_handle(block);
-  if (phase_ == Phase::kStaging && (record.moving || staged != 0)) {
+  if (phase_ != Phase::kStaging && phase_ != Phase::kMarking) record.hidden = false;
+  if (phase_ == Phase::kStaging && (record.hidden || staged != 0)) {
     if (stage_content(block)) return;
     ++counted_.torn_blocks;
   }
@@ -130,15 +142,16 @@ void GlobalMap::write_content(Record& record) noexcept {
 std::uint64_t GlobalMap::merge_staged(std::uint64_t budget) noexcept {
   std::uint64_t work = 1;
   while (staged_->block_count() != 0) {
-    work += staged_->visit_blocks(merged_, BlockIndex::kBucketSlots,
-                                  [&](BlockKey key, SlabHandle handle) {
-                                    content_.clear();
-                                    add_block(*staged_, staged_->block_at(handle), content_);
-                                    show_content(unpack(key));
-                                    staged_->remove_block(handle);
-                                    work += kBlockVoxels;
-                                    return true;
-                                  });
+    work += staged_->visit_blocks(
+        merged_, BlockIndex::kBucketSlots, [&](BlockKey key, SlabHandle handle) {
+          content_.clear();
+          add_block(*staged_, staged_->block_at(handle), content_);
+          show_content(unpack(key));
+          staged_->remove_block(handle);
+          work += kBlockVoxels +
+                  kBlockVoxels * static_cast<std::uint64_t>(count_ones(content_.components()));
+          return true;
+        });
     if (work >= budget) break;
   }
   if (staged_->block_count() != 0) return work;
@@ -159,6 +172,7 @@ std::uint64_t GlobalMap::drop_replicas(Slot slot, std::uint64_t budget) noexcept
     replicas_.drop(replicas_.contribution(slot).first_block);
   if (replicas_.contribution(slot).first_block != 0) return work;
   replicas_.close(slot);
+  moves_waiting_ -= moves_[slot].waits ? 1U : 0U;
   moves_[slot] = {};
   return work + 1;
 }

@@ -65,7 +65,7 @@ std::span<const std::uint32_t> GlobalMap::find_sums(const BlockBox& box,
 bool GlobalMap::gather(const BlockBox& box, std::uint64_t& work) noexcept {
   std::uint64_t classes = 0;
   const std::span<const std::uint32_t> found = find_sums(box, classes);
-  work += found.size();
+  work += near_blocks_.size();
   brick_.begin(box, classes);
   const auto for_sums = [&](auto&& visit) {
     for (const std::uint32_t number : found) {
@@ -136,7 +136,7 @@ std::uint64_t GlobalMap::begin_job(std::uint32_t number) noexcept {
     moved(records_.at(number));
     return 1;
   }
-  std::uint64_t work = 1;
+  std::uint64_t work = box_blocks_.size();  // looked up
   BlockBox box = waiting_around(block, job_.edge);
   while (!gather(box, work)) {
     TESSERA_ASSERT(job_.edge > 1);
@@ -165,21 +165,18 @@ std::uint64_t GlobalMap::go_on() noexcept {
     TESSERA_ASSERT(job_.edge > 1);
     job_.edge /= 2;
     job_.stage = Stage::kNone;
+    const std::uint32_t again = box_blocks_[job_.first];
     while (job_.first != job_.last) mark(box_blocks_[job_.first++], Agenda::kOutput);
-    return work;
+    // The same block first, for its box is the one that must be smaller.
+    return waits_for_output(records_.at(again)) ? work + begin_job(again) : work;
   }
   if (job_.stage == Stage::kIterating) {
     if (!brick_.iterate(work)) job_.stage = Stage::kFinishing;
     return work + 1;
   }
-  Record& record = records_.at(box_blocks_[job_.first++]);
-  if (record.link.list != 0) {
-    // What arrived meanwhile comes first, and then this block is due again.
-    record.output_due = true;
-    ++work;
-  } else {
-    work += finish_block(record);
-  }
+  // Also if something arrived for it meanwhile: it is behind then, and will be due again, but a
+  // block for which something always arrives must be seen.
+  work += finish_block(records_.at(box_blocks_[job_.first++]));
   if (job_.first == job_.last) job_ = {};
   return work;
 }

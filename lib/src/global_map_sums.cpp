@@ -168,14 +168,14 @@ std::uint64_t GlobalMap::update_sums(std::uint32_t number) noexcept {
         (std::uint64_t{1} << static_cast<unsigned>(map_->num_components() - 1)) - 2;
     record.classes = content_.components() & classes;
     const Stored stored = store_sums(record);
-    if (stored == Stored::kAnew) mark_halo(block, record.moving);
+    if (stored == Stored::kAnew) mark_halo(block, part_of(record));
     if (stored == Stored::kAsBefore)
       record.output_due ? mark(number, Agenda::kOutput) : moved(record);
     record.output_due = false;
     if (stored != Stored::kNoRoom) return work;
   }
   record.output_due = false;
-  if (drop_sums(record)) mark_halo(block, record.moving);
+  if (drop_sums(record)) mark_halo(block, part_of(record));
   if (graph && config_.diffusion.mode == DiffusionMode::kNone) record.statistics = measure_sums();
   const bool empty = !content_.any();
   write_content(record);

@@ -141,8 +141,8 @@ Outcome<DiffusionConfig> diffusion_of(const FuseOptions& options, const MapConfi
                         paper ? "1 to 16" : "0 to 16");
   if (!(config.alpha > 0.0F && config.alpha < 1.0F))
     return out_of_range("--alpha", text_of(options.alpha), "a number between 0 and 1");
-  if (!(config.omega > 0.0F && config.omega <= 1000.0F))
-    return out_of_range("--omega", text_of(options.omega), "a number above 0, at most 1000");
+  if (!(config.omega >= 1e-6F && config.omega <= 1000.0F))
+    return out_of_range("--omega", text_of(options.omega), "a number from 1e-6 to 1000");
   if (!(config.length_m > 0.0F && config.length_m <= 1e3F))
     return out_of_range("--diffusion-length", text_of(static_cast<double>(config.length_m)),
                         "metres above 0");

@@ -144,5 +144,84 @@ TEST_CASE("fusion: a move without room to stage it is made all the same, and cou
   CHECK(team.digest() == after.digest());
 }
 
+TEST_CASE("fusion: what always arrives is seen all the same, and puts off no move") {
+  Random random(announce_seed(78));
+  Team team(team_config());
+  std::vector<OracleContribution> contributions(2);
+  for (std::uint32_t i = 0; i < 2; ++i) {
+    contributions[i].id = {i, 0, 0};
+    contributions[i].voxels = random_voxels(random, 200, {0, 0, 0});
+    team.publish(contributions[i], 1);
+  }
+  team.settle();
+  GlobalMap& global = team.global();
+  REQUIRE(global.set_frame(0, *GridTransform::make(random_transform(random, 20.0, 0.4), 0.1), 1) ==
+          Replicas::Change::kTaken);
+  // One block changes at every step, and a brick takes several.
+  const PackedBlocks all = pack_voxels(contributions[1].voxels);
+  const std::uint64_t key = all.begin()->first;
+  const BlockCoord block = unpack(BlockKey{key});
+  OracleVoxels of_block;
+  for (const auto& [voxel, counts] : contributions[1].voxels) {
+    if (block_of(VoxelCoord{static_cast<std::int32_t>(voxel[0]),
+                            static_cast<std::int32_t>(voxel[1]),
+                            static_cast<std::int32_t>(voxel[2])}) == block)
+      of_block[voxel] = counts;
+  }
+  std::uint64_t seen = 0;
+  std::uint32_t version = 2;
+  std::uint64_t digest = team.digest();
+  const GlobalMap::Slot slot = *global.replicas().find({1, 0, 0});
+  for (; version < 3000 && (global.generation() == 0 || seen < 20); ++version) {
+    for (auto& [voxel, counts] : of_block) counts[1] = static_cast<double>(version % 64 + 1) / 64.0;
+    REQUIRE(global.put(slot, BlockKey{key}, version, pack_voxels(of_block).at(key)).ok());
+    static_cast<void>(global.step(4000));
+    const std::uint64_t now = team.digest();
+    seen += now != digest ? 1U : 0U;
+    digest = now;
+  }
+  CAPTURE(version, seen);
+  CHECK(global.generation() == 1);
+  CHECK(seen >= 20);
+}
+
+TEST_CASE("fusion: a slot that is empty takes nothing and has nothing to remove") {
+  Random random(announce_seed(79));
+  Team team(team_config());
+  OracleContribution contribution;
+  contribution.voxels = random_voxels(random, 60, {0, 0, 0});
+  team.publish(contribution, 1);
+  team.settle();
+  GlobalMap& global = team.global();
+  global.remove(0);
+  team.settle();
+  CHECK(global.put(0, BlockKey{1}, 9, {}).status() == Status::kInvalidArgument);
+  CHECK(global.set_frame(0, GridTransform(), 9) == Replicas::Change::kStale);
+  global.remove(0);
+  CHECK_FALSE(global.busy());
+  CHECK(global.replicas().usage().contributions == 0);
+  CHECK(global.replicas().usage().blocks == 0);
+}
+
+TEST_CASE("fusion: a robot that is removed while its move is marked leaves once") {
+  Random random(announce_seed(80));
+  Team team(team_config());
+  OracleContribution contribution;
+  contribution.voxels = random_voxels(random, 200, {0, 0, 0});
+  team.publish(contribution, 1);
+  team.settle();
+  GlobalMap& global = team.global();
+  const GridTransform frame = *GridTransform::make(random_transform(random, 20.0, 0.4), 0.1);
+  REQUIRE(global.set_frame(0, frame, 1) == Replicas::Change::kTaken);
+  static_cast<void>(global.step(60));
+  const bool queued = GENERATE(false, true);
+  if (queued) REQUIRE(global.set_frame(0, GridTransform(), 2) == Replicas::Change::kTaken);
+  global.remove(0);
+  team.settle();
+  CHECK(global.generation() == 1);
+  CHECK(global.replicas().usage().contributions == 0);
+  CHECK(global.map().block_count() == 0);
+}
+
 }  // namespace
 }  // namespace tessera::oracle

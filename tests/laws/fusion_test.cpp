@@ -151,5 +151,55 @@ TEST_CASE("fusion: a robot that says nothing new changes nothing, and costs no d
   CHECK(team.digest() == before);
 }
 
+TEST_CASE("fusion: blocks that hang on more than memory holds are done in smaller parts") {
+  // Every voxel of 3 x 3 x 3 blocks is a node with 80 edges: together more than there is room for.
+  GlobalMapConfig config = team_config();
+  config.diffusion.iterations = 1;
+  config.diffusion.length_m = 0.28F;
+  std::vector<OracleContribution> contributions(2);
+  for (std::uint32_t robot = 0; robot < 2; ++robot) {
+    contributions[robot].id = {robot, 0, 0};
+    for (std::int64_t i = 0; i < 24 * 24 * 24; ++i) {
+      OracleCounts counts(kTeamClasses + 2);
+      counts[static_cast<std::size_t>(1 + (i / 7 + robot) % 3)] = 1.0 + static_cast<double>(i % 5);
+      contributions[robot].voxels[{i % 24, i / 24 % 24, i / 576}] = counts;
+    }
+  }
+  Team together(config);
+  for (const OracleContribution& contribution : contributions) together.publish(contribution, 1);
+  together.settle();
+  CHECK(together.global().report().nodes == 24 * 24 * 24);
+  // One block after the other, each brought up to date before the next.
+  Team apart(config);
+  for (const OracleContribution& contribution : contributions) {
+    const GlobalMap::Slot slot = *apart.global().open(contribution.id, GridTransform());
+    for (const auto& [key, bytes] : pack_voxels(contribution.voxels)) {
+      REQUIRE(apart.global().put(slot, BlockKey{key}, 1, bytes).ok());
+      apart.settle();
+    }
+  }
+  CHECK(together.digest() == apart.digest());
+}
+
+TEST_CASE("fusion: what has no room is counted, and the rest is there") {
+  Random random(announce_seed(81));
+  GlobalMapConfig config = team_config();
+  SECTION("sums") { config.sum_segments = 2; }
+  SECTION("places of the grid") { config.blocks = 2; }
+  SECTION("the map") { config.map.storage_bytes = 4 * SlabPool::kPageBytes; }
+  Team team(config);
+  std::uint64_t refused = 0;
+  for (std::uint32_t robot = 0; robot < 2; ++robot) {
+    const GlobalMap::Slot slot = *team.global().open({robot, 0, 0}, GridTransform());
+    for (const auto& [key, bytes] : pack_voxels(random_voxels(random, 600, {0, 0, 0})))
+      refused += team.global().put(slot, BlockKey{key}, 1, bytes).ok() ? 0U : 1U;
+  }
+  team.settle();
+  const GlobalMapReport report = team.global().report();
+  CHECK(refused == (config.blocks == 2 ? report.refused_blocks : 0U));
+  CHECK(report.refused_blocks + report.refused_sums + report.refused_outputs > 0);
+  CHECK(team.global().map().usage().label_voxels > 0);
+}
+
 }  // namespace
 }  // namespace tessera::oracle

@@ -71,7 +71,6 @@ class Agenda {
   [[nodiscard]] static Work work_of(const AgendaLink& link) noexcept {
     return static_cast<Work>((link.list - 1) % kWorks);
   }
-  [[nodiscard]] std::uint32_t waiting(Work work) const noexcept { return waiting_[work]; }
   [[nodiscard]] std::uint32_t waiting() const noexcept {
     return waiting_[kSums] + waiting_[kOutput];
   }

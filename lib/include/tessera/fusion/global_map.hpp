@@ -65,9 +65,10 @@ class GlobalMap {
   /// kResourceExhausted iff there is no slot left.
   [[nodiscard]] Result<Slot> open(const ContributionId& id,
                                   const GridTransform& T_global_local) noexcept;
-  /// Takes a version of a block (Replicas::put) and marks what hangs on it. Fails with kCorrupt iff
-  /// packed is not empty and no packed block; kResourceExhausted as put(), and iff the global grid
-  /// has no place for a block: counted, unchanged. O(bytes + 27).
+  /// Takes a version of a block (Replicas::put) and marks what hangs on it. Fails with
+  /// kInvalidArgument iff the slot is empty; kBusy iff it is being removed; kCorrupt iff packed is
+  /// not empty and no packed block; kResourceExhausted as put(), and iff the global grid has no
+  /// place for a block: counted, unchanged. O(bytes + 27).
   [[nodiscard]] Result<Replicas::Change> put(Slot slot, BlockKey key, std::uint32_t version,
                                              std::span<const std::byte> packed) noexcept;
   /// Moves a contribution to another frame with nothing sent anew, if revision is later than that
@@ -75,8 +76,8 @@ class GlobalMap {
   /// it is as after. Moves that wait while another is under way are made together. O(1).
   [[nodiscard]] Replicas::Change set_frame(Slot slot, const GridTransform& T_global_local,
                                            std::uint32_t revision) noexcept;
-  /// Takes a contribution out of the map, as a move, and then its replicas. Until that is done,
-  /// put() for it fails with kBusy. O(1).
+  /// Takes a contribution out of the map, as a move, and then its replicas and its slot. Until that
+  /// is done, put() for it fails with kBusy. Nothing happens where the slot is empty. O(1).
   void remove(Slot slot) noexcept;
   /// Where near comes first: a place in the global frame. Without it all places are alike, which
   /// takes the least work in all.
@@ -85,8 +86,10 @@ class GlobalMap {
   // --- Work --------------------------------------------------------------------------------------
 
   /// Brings blocks up to date until none waits or so much work is done: entries read, edges
-  /// visited. Over it by one quantum at most: the sums of a block, the nodes of a brick gathered or
-  /// linked, an iteration over them, a block written. Returns the work done.
+  /// visited, places looked up. Over it by one quantum at most (docs/timing.md): the sums of a
+  /// block, the nodes of a brick gathered or linked, an iteration over them, a block written, a
+  /// block of a move marked, up to 8 copied, a block of each contribution that leaves dropped.
+  /// Returns the work done.
   std::uint64_t step(std::uint64_t budget) noexcept;
   /// Blocks that are behind.
   [[nodiscard]] std::uint32_t waiting() const noexcept {
@@ -131,7 +134,8 @@ class GlobalMap {
     SegmentStore::Chain sums = 0;
     std::uint32_t sums_bytes = 0;
     bool output_due = false;  ///< Though what is due first are sums.
-    bool moving = false;      ///< Part of a move that is under way: what it gives is staged.
+    bool moving = false;      ///< What a move that is under way makes of it is not staged yet.
+    bool hidden = false;      ///< What it gives while a move is under way is staged.
     AgendaLink link{};
     NodeStatistics statistics{};
   };
@@ -178,7 +182,9 @@ class GlobalMap {
   std::uint64_t merge_staged(std::uint64_t budget) noexcept;
   std::uint64_t drop_replicas(Slot slot, std::uint64_t budget) noexcept;
   void show_moves() noexcept;
-  void set_moving(Record& record) noexcept;
+  /// What a mark is part of: an update, a move that waits for it, or an update of what moves.
+  enum class Part : std::uint8_t { kUpdate, kMove, kMovedUpdate };
+  void set_part(Record& record, Part part) noexcept;
   void moved(Record& record) noexcept;
   [[nodiscard]] bool stage_content(BlockCoord block) noexcept;
   void show_content(BlockCoord block) noexcept;
@@ -186,9 +192,10 @@ class GlobalMap {
   [[nodiscard]] std::uint32_t open_record(BlockCoord block) noexcept;
   void close_record(std::uint32_t number) noexcept;
   [[nodiscard]] bool open_records(const GridTransform& T_global_local, BlockCoord local,
-                                  bool moving) noexcept;
+                                  Part part) noexcept;
   void mark(std::uint32_t number, Agenda::Work work) noexcept;
-  void mark_halo(BlockCoord block, bool moving) noexcept;
+  void mark_halo(BlockCoord block, Part part) noexcept;
+  [[nodiscard]] static Part part_of(const Record& record) noexcept;
   [[nodiscard]] bool belongs_to_graph(std::uint64_t robots) const noexcept;
 
   std::uint64_t update_sums(std::uint32_t number) noexcept;

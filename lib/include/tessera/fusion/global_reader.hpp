@@ -19,7 +19,8 @@ namespace tessera {
 /// counts. Generations never go back.
 ///
 /// A call tries kMaxAttempts times, then fails with kBusy: a move was completed meanwhile each
-/// time, or a block was in the middle of a change. A try costs two of MapReader's a voxel.
+/// time, or a block was in the middle of a change. A try costs up to two reads of MapReader a
+/// voxel.
 class GlobalReader {
  public:
   static constexpr int kMaxAttempts = MapReader::kMaxAttempts;
@@ -33,7 +34,7 @@ class GlobalReader {
   [[nodiscard]] Result<Estimate> query(VoxelCoord voxel) noexcept;
   [[nodiscard]] Result<Estimate> query(const Point3f& p_global) noexcept;
   /// Many voxels of one generation. Fails with kInvalidArgument iff into is shorter than voxels;
-  /// kBusy as evidence. O(voxels) a try.
+  /// kBusy as evidence, and into is of no use then. O(voxels) a try.
   [[nodiscard]] Status query(std::span<const VoxelCoord> voxels, std::span<Estimate> into) noexcept;
   /// Moves that were complete in what was read last: tells before from after.
   [[nodiscard]] std::uint64_t generation() const noexcept { return generation_; }

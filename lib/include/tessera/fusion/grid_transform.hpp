@@ -83,7 +83,6 @@ class GridTransform {
 
   /// Whether whole voxels go to whole voxels, one to one.
   [[nodiscard]] bool shift_only() const noexcept { return shift_only_; }
-  friend bool operator==(const GridTransform&, const GridTransform&) = default;
 
  private:
   /// Blocks that are within half of center, in units of voxels.

@@ -108,7 +108,6 @@ class Replicas {
     segments_.read(replica.chain, bytes);
     return bytes;
   }
-  void prefetch(const Replica& replica) const noexcept { segments_.prefetch(replica.chain); }
 
   /// Slots by ascending id: the order in which evidence is added up.
   [[nodiscard]] std::span<const Slot> in_order() const noexcept { return order_.first(present_); }

@@ -90,11 +90,7 @@ class SegmentStore {
       chain = next;
     }
   }
-  void prefetch(Chain chain) const noexcept {
-    if (chain != 0) __builtin_prefetch(&at(chain));
-  }
 
-  [[nodiscard]] std::uint32_t capacity() const noexcept { return capacity_; }
   [[nodiscard]] std::uint32_t used_segments() const noexcept { return used_; }
   [[nodiscard]] std::uint32_t free_segments() const noexcept { return capacity_ - used_; }
 

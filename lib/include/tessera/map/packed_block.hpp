@@ -43,8 +43,9 @@ Status check_packed(std::span<const std::byte> bytes, int num_components) noexce
 
 namespace detail {
 
-inline constexpr std::uint32_t kLargestShort = 0x7f7fffffU >> 6U;
-/// A count in 25 bits and back. Rounded to nearest, never up to infinity.
+/// 2^30: so large that none is meant, so small that sums of many stay finite.
+inline constexpr std::uint32_t kLargestShort = 0x4e800000U >> 6U;
+/// A count in 25 bits and back. Rounded to nearest, at most the largest.
 constexpr std::uint32_t short_float(float count) noexcept {
   const std::uint32_t rounded = (std::bit_cast<std::uint32_t>(count) + 32U) >> 6U;
   return rounded < kLargestShort ? rounded : kLargestShort;
