@@ -138,6 +138,22 @@ Result<Replicas::Change> GlobalMap::put(Slot slot, BlockKey key, std::uint32_t v
   return replicas_.put(slot, key, version, packed);
 }
 
+std::uint64_t GlobalMap::work_on_moves(std::uint64_t budget) noexcept {
+  if (phase_ == Phase::kSettled && moves_waiting_ != 0) begin_moves();
+  if (phase_ == Phase::kMarking) return mark_moves(budget);
+  // Half of it, if something else waits.
+  if (phase_ == Phase::kMerging)
+    return merge_staged((budget + 1) / (agenda_.waiting() != 0 ? 2 : 1));
+  return 0;
+}
+
+std::uint64_t GlobalMap::update_first() noexcept {
+  const std::uint32_t number = agenda_.first();
+  if (number == 0) return 0;
+  return Agenda::work_of(records_.link(number)) == Agenda::kSums ? update_sums(number)
+                                                                 : begin_job(number);
+}
+
 std::uint64_t GlobalMap::step(std::uint64_t budget) noexcept {
   if (busy()) map_->begin_revision();
   std::uint64_t work = 0;
@@ -146,17 +162,10 @@ std::uint64_t GlobalMap::step(std::uint64_t budget) noexcept {
       work += go_on();
       continue;
     }
-    if (phase_ == Phase::kSettled && moves_waiting_ != 0) begin_moves();
-    if (phase_ == Phase::kMarking) work += mark_moves(budget - work);
-    // Half of it, if something else waits.
-    if (phase_ == Phase::kMerging)
-      work += merge_staged((budget - work + 1) / (agenda_.waiting() != 0 ? 2 : 1));
+    work += work_on_moves(budget - work);
     // Marks are complete before anything is brought up to date by them.
     if (phase_ == Phase::kMarking || work >= budget) continue;
-    if (const std::uint32_t number = agenda_.first(); number != 0) {
-      work += Agenda::work_of(records_.link(number)) == Agenda::kSums ? update_sums(number)
-                                                                      : begin_job(number);
-    }
+    work += update_first();
     const bool complete = records_moving_ == 0 && job_.stage == Job::Stage::kNone;
     if (phase_ == Phase::kStaging && complete) show_moves();
   }

@@ -177,6 +177,8 @@ class GlobalMap {
                                                     int components) noexcept;
   [[gnu::noinline]] Status set_up(Arena& arena, const GlobalMapConfig& config,
                                   std::span<LocalMap> maps, int components) noexcept;
+  std::uint64_t work_on_moves(std::uint64_t budget) noexcept;
+  std::uint64_t update_first() noexcept;
   void begin_moves() noexcept;
   std::uint64_t mark_moves(std::uint64_t budget) noexcept;
   std::uint64_t merge_staged(std::uint64_t budget) noexcept;
