@@ -32,12 +32,7 @@ while [ $# -gt 0 ]; do
 done
 mkdir -p "$out" || fail "cannot write into $out; name another folder"
 out=$(cd "$out" && pwd)
-if [ -n "${TESSERA_DATA:-}" ]; then
-  data=$(cd "$TESSERA_DATA" && pwd) || fail "TESSERA_DATA names no folder: $TESSERA_DATA"
-  [ -d "$data/semantickitti_08" ] || fail "TESSERA_DATA holds no semantickitti_08: $TESSERA_DATA"
-else
-  data=$here/../shared/data
-fi
+. "$here/bench/recorded-scans.sh"
 cd "$here"
 if [ -d "$data/semantickitti_08" ]; then
   run+=(--dataset "$data/semantickitti_08")

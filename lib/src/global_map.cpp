@@ -172,11 +172,6 @@ std::uint64_t GlobalMap::step(std::uint64_t budget) noexcept {
   return work;
 }
 
-std::uint64_t GlobalMap::robots_in(BlockCoord block) const noexcept {
-  const std::uint32_t number = find_record(block);
-  return number == 0 ? 0 : records_.at(number).robots;
-}
-
 GlobalMapReport GlobalMap::report() const noexcept {
   GlobalMapReport report = counted_;
   report.blocks = blocks_;

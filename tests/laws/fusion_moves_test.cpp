@@ -19,13 +19,7 @@ TEST_CASE("fusion: while a contribution moves, readers see all of it before or a
   GlobalMapConfig config = team_config(tuple);
   config.diffusion.edge = EdgeTerm::kConfidence;
   Team team(config);
-  std::vector<OracleContribution> contributions(3);
-  for (std::uint32_t i = 0; i < 3; ++i) {
-    contributions[i].id = {i, 0, 0};
-    contributions[i].voxels = random_voxels(random, 400, {0, 0, 0});
-    team.publish(contributions[i], 1);
-  }
-  team.settle();
+  const std::vector<OracleContribution> contributions = publish_random(team, random, 3, 400);
   GlobalMap& global = team.global();
   const GlobalMap::Slot slot = *global.replicas().find({1, 0, 0});
   std::map<Voxel, double> seen;
@@ -86,13 +80,7 @@ TEST_CASE("fusion: a move ends, however little is done at a time") {
   Random random(announce_seed(77));
   const std::uint64_t budget = GENERATE(1U, 7U, 300U);
   Team team(team_config());
-  for (std::uint32_t i = 0; i < 2; ++i) {
-    OracleContribution contribution;
-    contribution.id = {i, 0, 0};
-    contribution.voxels = random_voxels(random, 60, {0, 0, 0});
-    team.publish(contribution, 1);
-  }
-  team.settle();
+  static_cast<void>(publish_random(team, random, 2, 60));
   GlobalMap& global = team.global();
   const GridTransform frame = *GridTransform::make(random_transform(random, 25.0, 0.7), 0.1);
   CHECK(global.set_frame(0, frame, 1) == Replicas::Change::kTaken);
@@ -147,13 +135,7 @@ TEST_CASE("fusion: a move without room to stage it is made all the same, and cou
 TEST_CASE("fusion: what always arrives is seen all the same, and puts off no move") {
   Random random(announce_seed(78));
   Team team(team_config());
-  std::vector<OracleContribution> contributions(2);
-  for (std::uint32_t i = 0; i < 2; ++i) {
-    contributions[i].id = {i, 0, 0};
-    contributions[i].voxels = random_voxels(random, 200, {0, 0, 0});
-    team.publish(contributions[i], 1);
-  }
-  team.settle();
+  const std::vector<OracleContribution> contributions = publish_random(team, random, 2, 200);
   GlobalMap& global = team.global();
   REQUIRE(global.set_frame(0, *GridTransform::make(random_transform(random, 20.0, 0.4), 0.1), 1) ==
           Replicas::Change::kTaken);

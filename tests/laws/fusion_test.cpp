@@ -132,13 +132,7 @@ TEST_CASE("fusion: a robot that says nothing new changes nothing, and costs no d
   Random random(announce_seed(72));
   const GlobalMapConfig config = team_config(TuplePolicy::kCompact);
   Team team(config);
-  std::vector<OracleContribution> contributions(2);
-  for (std::uint32_t i = 0; i < 2; ++i) {
-    contributions[i].id = {i, 0, 0};
-    contributions[i].voxels = random_voxels(random, 300, {0, 0, 0});
-    team.publish(contributions[i], 1);
-  }
-  team.settle();
+  const std::vector<OracleContribution> contributions = publish_random(team, random, 2, 300);
   const std::uint64_t before = team.digest();
   team.publish(contributions[0], 1);
   CHECK(team.global().waiting() == 0);

@@ -105,6 +105,17 @@ void Team::publish(const OracleContribution& contribution, std::uint32_t version
   }
 }
 
+std::vector<OracleContribution> publish_random(Team& team, Random& random, int robots, int voxels) {
+  std::vector<OracleContribution> contributions(static_cast<std::size_t>(robots));
+  for (std::uint32_t i = 0; i < contributions.size(); ++i) {
+    contributions[i].id = {i, 0, 0};
+    contributions[i].voxels = random_voxels(random, voxels, {0, 0, 0});
+    team.publish(contributions[i], 1);
+  }
+  team.settle();
+  return contributions;
+}
+
 std::uint64_t Team::digest() const {
   std::vector<KeyedIndex> workspace(2 * global_.map().block_count());
   return tessera::digest(global_.map(), workspace);

@@ -121,13 +121,7 @@ TEST_CASE("global reader: a robot that moves is seen before or after, never in p
 TEST_CASE("global reader: asks as the thread that works does") {
   oracle::Team team(oracle::team_config());
   oracle::Random random(91);
-  for (std::uint32_t i = 0; i < 2; ++i) {
-    OracleContribution contribution;
-    contribution.id = {i, 0, 0};
-    contribution.voxels = oracle::random_voxels(random, 100, {0, 0, 0});
-    team.publish(contribution, 1);
-  }
-  team.settle();
+  static_cast<void>(oracle::publish_random(team, random, 2, 100));
   GlobalReader reader(team.global());
   for (const auto& [voxel, counts] : oracle::voxels_of(team.global().map())) {
     const Estimate own = team.global().query(coord(voxel));
@@ -142,6 +136,7 @@ TEST_CASE("global reader: asks as the thread that works does") {
   CHECK(reader.query(voxels, short_of_one) == Status::kInvalidArgument);
   CHECK(reader.generation() == 0);
   CHECK(reader.busy() == 0);
+  CHECK(reader.retries() == 0);
 }
 
 }  // namespace tessera

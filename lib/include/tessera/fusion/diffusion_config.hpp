@@ -56,7 +56,7 @@ struct DiffusionConfig {
   int iterations = 8;      ///< n, 0 .. 16; paper mode: at least 1.
   float length_m = 0.2F;   ///< D of k_0 between voxels.
   float alpha = 0.98F;     ///< 0 < alpha < 1; contractive mode only.
-  float omega = 1.0F;      ///< Weight of all evidence, > 0, at most 1000.
+  float omega = 1.0F;      ///< Weight of all evidence, 1e-6 .. 1000.
   float prior = 0.001F;    ///< Of the contributions, >= 0: eq. (10) counts it; paper mode only.
   bool whole_map = false;  ///< Nodes wherever there are labels, not only where robots overlap.
 };

@@ -62,13 +62,14 @@ class GlobalMap {
   // --- What arrives ------------------------------------------------------------------------------
 
   /// The slot of a contribution, opened with this frame if it was not there. Fails with
-  /// kResourceExhausted iff there is no slot left.
+  /// kResourceExhausted iff all slots, or all Replicas::kMostRobots, are taken. O(contributions).
   [[nodiscard]] Result<Slot> open(const ContributionId& id,
                                   const GridTransform& T_global_local) noexcept;
   /// Takes a version of a block (Replicas::put) and marks what hangs on it. Fails with
   /// kInvalidArgument iff the slot is empty; kBusy iff it is being removed; kCorrupt iff packed is
   /// not empty and no packed block; kResourceExhausted as put(), and iff the global grid has no
-  /// place for a block: counted, unchanged. O(bytes + 27).
+  /// place for a block: counted, unchanged. O(bytes + contributions + 27 blocks, 54 while its move
+  /// is being marked).
   [[nodiscard]] Result<Replicas::Change> put(Slot slot, BlockKey key, std::uint32_t version,
                                              std::span<const std::byte> packed) noexcept;
   /// Moves a contribution to another frame with nothing sent anew, if revision is later than that
@@ -112,8 +113,6 @@ class GlobalMap {
   [[nodiscard]] std::uint64_t generation() const noexcept { return view_ / 2; }
   [[nodiscard]] const Replicas& replicas() const noexcept { return replicas_; }
   [[nodiscard]] const GlobalMapConfig& config() const noexcept { return config_; }
-  /// Robots with label evidence in a block, a bit each (Replicas::Contribution::robot_bit).
-  [[nodiscard]] std::uint64_t robots_in(BlockCoord block) const noexcept;
   /// O(blocks).
   [[nodiscard]] GlobalMapReport report() const noexcept;
 

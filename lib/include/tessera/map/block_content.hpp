@@ -25,7 +25,6 @@ class BlockContent {
   /// Fails with kResourceExhausted iff the arena is too small.
   [[nodiscard]] static Result<BlockContent> make(Arena& arena, int num_components) noexcept {
     BlockContent content;
-    content.num_components_ = num_components;
     content.sums_ = arena.take<float>(static_cast<std::size_t>(num_components) * kBlockVoxels);
     const std::span<Common> common = arena.take<Common>(1);
     if (content.sums_.empty() || common.empty()) return Status::kResourceExhausted;
@@ -83,7 +82,6 @@ class BlockContent {
     common_->passes[static_cast<std::size_t>(row)] = passes;
   }
 
-  [[nodiscard]] int num_components() const noexcept { return num_components_; }
   /// Label components that any voxel may have, a bit each.
   [[nodiscard]] std::uint64_t components() const noexcept { return common_->components; }
   [[nodiscard]] float count(int component, int row) const noexcept {
@@ -162,7 +160,6 @@ class BlockContent {
 
   std::span<float> sums_;  ///< Of each component, in row order.
   Common* common_ = nullptr;
-  int num_components_ = 0;
 };
 
 }  // namespace tessera
