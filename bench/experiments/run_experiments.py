@@ -39,6 +39,7 @@ def pair_rows(pair):
     """A simulated pair as Table II has the real one."""
     rows = {f"local_{letter}": pair.judge_local(robot) for robot, letter in enumerate("ab")}
     rows["resampled"] = pair.judge_resampled()
+    rows["together"] = pair.judge_together()
     for name, options in table_two.METHODS.items():
         rows[name] = pair.judge_global(f"right_{name}", **options)
     return {"seed": pair.seed, "scans": pair.scans, "rows": rows}

@@ -40,9 +40,19 @@ class Pair:
         found = self.workshop.fuse_and_judge(f"{self.name}_{name}", maps or self.maps, self.all_scans, options, self.asked)
         return found and {"fuse": table_two.kept_fuse(found["fuse"]), **table_two.kept(found["eval"])}
 
-    def judge_resampled(self):
-        """The first local map alone, brought into the global frame: fused with the second one far away."""
+    def judge_alone(self, name, path):
+        """One map brought into the global frame: fused with the second one far away."""
         far = [row[:] for row in self.places[1]]
         far[0][3] += FAR_M
         T = datasets.write_transform(self.workshop.out / f"{self.name}_far.txt", far)
-        return self.judge_global("resampled", diffusion="none", transform=f"{self.maps[1]}={T}")
+        return self.judge_global(name, [path, self.maps[1]], diffusion="none", transform=f"{self.maps[1]}={T}")
+
+    def judge_resampled(self):
+        return self.judge_alone("resampled", self.maps[0])
+
+    def judge_together(self):
+        """One map of all scans of both robots, in the global frame: what there would be to gain if nothing were lost on the
+        way from map to map."""
+        every = datasets.join(self.workshop.out / f"{self.name}_every", [(robot, range(self.scans)) for robot in self.robots])
+        path, _ = self.workshop.map(f"{self.name}_together", every, resolution=RESOLUTION_M, robot=len(self.robots))
+        return self.judge_alone("together", path)

@@ -16,6 +16,7 @@ from write_docs import fill  # noqa: E402
 
 NAMES = {"counting_a": "counting, local A", "counting_b": "counting, local B", "counting_none": "counting, `none`",
          "local_a": "local A", "local_b": "local B", "resampled": "local A alone, in the global frame",
+         "together": "one map of all scans",
          "none": "global, `none`", "paper": "global, `paper`", "contractive": "global, `contractive`"}
 
 
@@ -93,13 +94,13 @@ def pairs(found):
     lines = []
     for pair in found["pairs"]:
         rows = pair["rows"]
-        for name in ("local_a", "resampled", "local_b", *two.METHODS):
+        for name in ("local_a", "resampled", "local_b", "together", *two.METHODS):
             of = rows[name]
             fuse = of.get("fuse")
             lines.append((f"{pair['seed']}, {pair['scans']}", NAMES[name], percent(of["mean_iou"]),
                           percent(of["iou"].get("road", 0.0), 1), percent(of["accuracy"]), percent(of["coverage"]),
                           f"{of['calibration_error']:.3f}",
-                          variance_of(fuse) if fuse and name != "resampled" else "-"))
+                          variance_of(fuse) if fuse and name in two.METHODS else "-"))
     return table(("seed, scans", "map", "mIoU, %", "road, IoU %", "accuracy, %", "coverage, %", "calibration error",
                   "mean variance, 1e-4"), lines)
 
