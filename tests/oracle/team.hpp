@@ -30,6 +30,11 @@ using PackedBlocks = std::map<std::uint64_t, std::vector<std::byte>>;
 /// A turn about a random axis and a shift of up to shift_m on each.
 [[nodiscard]] Matrix34d random_transform(Random& random, double degrees, double shift_m);
 
+[[nodiscard]] inline VoxelCoord coord_of(const Voxel& voxel) noexcept {
+  return {static_cast<std::int32_t>(voxel[0]), static_cast<std::int32_t>(voxel[1]),
+          static_cast<std::int32_t>(voxel[2])};
+}
+
 class Team;
 /// So many robots with so many voxels each, published and fused.
 [[nodiscard]] std::vector<OracleContribution> publish_random(Team& team, Random& random, int robots,

@@ -17,11 +17,6 @@ using oracle::Voxel;
 constexpr std::int64_t kMove = 64;
 constexpr int kWatched = 40;
 
-VoxelCoord coord(const Voxel& voxel) {
-  return {static_cast<std::int32_t>(voxel[0]), static_cast<std::int32_t>(voxel[1]),
-          static_cast<std::int32_t>(voxel[2])};
-}
-
 OracleCounts counts_of(int label, double count) {
   OracleCounts counts(oracle::kTeamClasses + 2);
   counts[static_cast<std::size_t>(label)] = count;
@@ -68,9 +63,9 @@ void read_some(GlobalReader& reader, oracle::Random& random, std::uint64_t& last
   std::array<Estimate, 2 * kAtOnce> found;
   for (std::size_t i = 0; i < kAtOnce; ++i) {
     Voxel voxel = watched(random.below(kWatched));
-    voxels[2 * i] = coord(voxel);
+    voxels[2 * i] = oracle::coord_of(voxel);
     voxel[0] += kMove;
-    voxels[2 * i + 1] = coord(voxel);
+    voxels[2 * i + 1] = oracle::coord_of(voxel);
   }
   if (reader.query(voxels, found) != Status::kOk) return;
   const std::uint64_t generation = reader.generation();
@@ -124,8 +119,8 @@ TEST_CASE("global reader: asks as the thread that works does") {
   static_cast<void>(oracle::publish_random(team, random, 2, 100));
   GlobalReader reader(team.global());
   for (const auto& [voxel, counts] : oracle::voxels_of(team.global().map())) {
-    const Estimate own = team.global().query(coord(voxel));
-    const Result<Estimate> read = reader.query(coord(voxel));
+    const Estimate own = team.global().query(oracle::coord_of(voxel));
+    const Result<Estimate> read = reader.query(oracle::coord_of(voxel));
     REQUIRE(read.ok());
     CHECK((read->label == own.label && read->evidence == own.evidence));
   }
