@@ -142,7 +142,9 @@ TEST_CASE("fusion: what always arrives is seen all the same, and puts off no mov
           Replicas::Change::kTaken);
   // A block that both robots see changes at every step, and a brick takes several.
   const PackedBlocks all = pack_voxels(contributions[1].voxels);
-  const auto larger = [](const auto& a, const auto& b) { return a.second.size() < b.second.size(); };
+  const auto larger = [](const auto& a, const auto& b) {
+    return a.second.size() < b.second.size();
+  };
   const std::uint64_t key = std::max_element(all.begin(), all.end(), larger)->first;
   const BlockCoord block = unpack(BlockKey{key});
   OracleVoxels of_block;
