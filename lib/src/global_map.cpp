@@ -117,16 +117,16 @@ Result<GlobalMap::Slot> GlobalMap::open(const ContributionId& id,
   return slot;
 }
 
-Result<Replicas::Change> GlobalMap::put(Slot slot, BlockKey key, std::uint32_t version,
-                                        std::span<const std::byte> packed) noexcept {
+Result<Replicas::Change> GlobalMap::put(Slot slot, BlockKey key, const PartVersion& version,
+                                        std::span<const std::byte> packed,
+                                        std::span<const std::byte> wire) noexcept {
   if (!packed.empty() && check_packed(packed, map_->num_components()) != Status::kOk)
     return Status::kCorrupt;
   const Replicas::Contribution& contribution = replicas_.contribution(slot);
   const Move& move = moves_[slot];
   if (!contribution.present) return Status::kInvalidArgument;
   if (contribution.leaving || move.leaves) return Status::kBusy;
-  const Replicas::Replica* const held = replicas_.find(slot, key);
-  if (held == nullptr || version > held->version) {
+  if (replicas_.news(slot, key, version) != 0) {
     // While its move is marked, wherever it is and wherever it will be. Once that is done the move
     // does not wait for what arrives, which would put it off for as long as something does.
     const bool marking = move.under_way && phase_ == Phase::kMarking;
@@ -135,7 +135,7 @@ Result<Replicas::Change> GlobalMap::put(Slot slot, BlockKey key, std::uint32_t v
         (marking && !open_records(move.to, unpack(key), part)))
       return Status::kResourceExhausted;
   }
-  return replicas_.put(slot, key, version, packed);
+  return replicas_.put(slot, key, version, packed, wire);
 }
 
 std::uint64_t GlobalMap::work_on_moves(std::uint64_t budget) noexcept {

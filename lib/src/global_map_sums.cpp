@@ -13,13 +13,15 @@ namespace {
 /// so the last answer is mostly the next.
 class RowTargets {
  public:
-  RowTargets(const GridTransform& T_global_local, BlockCoord local, BlockCoord global) noexcept
-      : frame_(T_global_local), local_(local), global_(global) {}
+  /// layers: others have no targets.
+  RowTargets(const GridTransform& T_global_local, BlockCoord local, unsigned layers,
+             BlockCoord global) noexcept
+      : frame_(T_global_local), local_(local), layers_(layers), global_(global) {}
   [[nodiscard]] std::span<const int> of(int row) noexcept {
     if (row != row_) {
       row_ = row;
       count_ = 0;
-      find(voxel_of_row(local_, row));
+      if (((layers_ >> layer_of_row(row)) & 1U) != 0) find(voxel_of_row(local_, row));
     }
     return std::span(rows_).first(count_);
   }
@@ -42,6 +44,7 @@ class RowTargets {
 
   const GridTransform& frame_;
   BlockCoord local_;
+  unsigned layers_;
   BlockCoord global_;
   int row_ = -1;
   std::size_t count_ = 0;
@@ -56,7 +59,8 @@ std::uint64_t GlobalMap::add_replica(const Replicas::Contribution& contribution,
                                      bool& labelled) noexcept {
   const float omega = config_.diffusion.omega;
   const int last_class = map_->num_components() - 2;
-  RowTargets targets(contribution.T_global_local, unpack(BlockKey{replica.key}), block);
+  RowTargets targets(contribution.T_global_local, unpack(BlockKey{replica.key}), replica.live,
+                     block);
   VoxelMask observed{};
   const auto observe = [&](int row) {
     std::uint64_t& slice = observed[static_cast<std::size_t>(row >> 6)];
@@ -99,9 +103,9 @@ std::uint64_t GlobalMap::add_contributions(BlockCoord block, std::uint64_t& robo
         for (std::int32_t x = range.first.x; x <= range.last.x; ++x) {
           ++work;
           const Result<BlockKey> key = pack({x, y, z});
-          const Replicas::Replica* const replica = key.ok() ? replicas_.find(slot, *key) : nullptr;
-          if (replica != nullptr && replica->bytes != 0)
-            work += add_replica(contribution, *replica, block, labelled);
+          const Replicas::Replica* part = key.ok() ? replicas_.find(slot, *key) : nullptr;
+          for (; part != nullptr; part = replicas_.next_part(*part))
+            if (part->bytes != 0) work += add_replica(contribution, *part, block, labelled);
         }
       }
     }

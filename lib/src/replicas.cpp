@@ -88,10 +88,12 @@ const Replicas::Replica* Replicas::find(Slot slot, BlockKey key) const noexcept 
   return number == 0 ? nullptr : &records_[number - 1];
 }
 
-Result<std::uint32_t> Replicas::add_record(Slot slot, BlockKey key) noexcept {
+/// A record beside first, the block's first part, or of a block that has none.
+Result<std::uint32_t> Replicas::add_record(Slot slot, BlockKey key, std::uint32_t first) noexcept {
   if (blocks_ == config_.blocks) return Status::kResourceExhausted;
   const BlockKey hashed = index_key(slot, key.bits);
-  const Result<BlockIndex::Place> place = index_.make_room(hashed);
+  const Result<BlockIndex::Place> place =
+      first == 0 ? index_.make_room(hashed) : Result<BlockIndex::Place>(BlockIndex::Place{});
   if (!place.ok()) return place.status();
   std::uint32_t number = free_records_;
   if (number != 0) {
@@ -109,57 +111,111 @@ Result<std::uint32_t> Replicas::add_record(Slot slot, BlockKey key) noexcept {
   contribution.first_block = number;
   ++contribution.blocks;
   ++blocks_;
-  index_.insert(*place, hashed, number);
+  if (first == 0) {
+    index_.insert(*place, hashed, number);
+  } else {
+    replica.next_part = records_[first - 1].next_part;
+    records_[first - 1].next_part = number;
+  }
   return number;
 }
 
-Result<Replicas::Change> Replicas::put(Slot slot, BlockKey key, std::uint32_t version,
-                                       std::span<const std::byte> packed) noexcept {
+Replicas::Superseded Replicas::superseded(std::uint32_t first,
+                                          const PartVersion& version) const noexcept {
+  Superseded result{.news = version.layers};
+  for (std::uint32_t part = first; part != 0; part = record(part).next_part) {
+    if (record(part).version >= version.number)
+      result.news &= static_cast<std::uint8_t>(~record(part).live);
+  }
+  for (std::uint32_t part = first; part != 0; part = record(part).next_part) {
+    if ((record(part).live & ~result.news) != 0) continue;
+    result.segments += segments_of(record(part));
+    if (result.number == 0) result.number = part;
+  }
+  return result;
+}
+
+std::uint8_t Replicas::news(Slot slot, BlockKey key, const PartVersion& version) const noexcept {
+  return superseded(find_record(slot, key), version).news;
+}
+
+bool Replicas::has_room(Slot slot, std::uint32_t wanted, std::uint32_t held) noexcept {
+  if (wanted <= held) return true;
+  const std::uint32_t of_robot = segments_of_robot(contributions_[slot].id.robot);
+  if (of_robot - held + wanted > config_.robot_segments) {
+    ++counted_.refused_quota;
+    return false;
+  }
+  if (wanted - held <= segments_.free_segments()) return true;
+  ++counted_.refused_storage;
+  return false;
+}
+
+/// Takes these layers from a block's parts. Records stay, for parts to come: a list of them that is
+/// being walked stays a list.
+void Replicas::retire(std::uint32_t first, std::uint8_t news) noexcept {
+  for (std::uint32_t part = first; part != 0; part = record(part).next_part) {
+    Replica& replica = records_[part - 1];
+    replica.live &= static_cast<std::uint8_t>(~news);
+    if (replica.live == 0) empty(replica);
+  }
+}
+
+void Replicas::empty(Replica& replica) noexcept {
+  contributions_[replica.slot].segments -= segments_of(replica);
+  segments_.release(replica.chain);
+  replica.chain = 0;
+  replica.bytes = 0;
+  replica.wire_bytes = 0;
+}
+
+Result<Replicas::Change> Replicas::put(Slot slot, BlockKey key, const PartVersion& version,
+                                       std::span<const std::byte> packed,
+                                       std::span<const std::byte> wire) noexcept {
+  TESSERA_ASSERT(version.layers != 0 && version.first <= version.number && wire.size() <= 0xffffU);
   Contribution& contribution = contributions_[slot];
-  const std::uint32_t known = find_record(slot, key);
-  if (known != 0 && version <= record(known).version) {
+  const std::uint32_t first = find_record(slot, key);
+  const Superseded gone = superseded(first, version);
+  if (gone.news == 0) {
     ++counted_.stale;
     return Change::kStale;
   }
-  const std::uint32_t held = known == 0 ? 0 : SegmentStore::segments_of(record(known).bytes);
-  const std::uint32_t wanted = SegmentStore::segments_of(packed.size());
-  if (wanted > held) {
-    if (segments_of_robot(contribution.id.robot) - held + wanted > config_.robot_segments) {
-      ++counted_.refused_quota;
-      return Status::kResourceExhausted;
-    }
-    if (wanted - held > segments_.free_segments()) {
-      ++counted_.refused_storage;
-      return Status::kResourceExhausted;
-    }
-  }
+  const std::uint32_t wanted = SegmentStore::segments_of(packed.size() + wire.size());
+  if (!has_room(slot, wanted, gone.segments)) return Status::kResourceExhausted;
   const Result<std::uint32_t> number =
-      known != 0 ? Result<std::uint32_t>(known) : add_record(slot, key);
+      gone.number != 0 ? Result<std::uint32_t>(gone.number) : add_record(slot, key, first);
   if (!number.ok()) {
     ++counted_.refused_storage;
     return number.status();
   }
+  retire(first, gone.news);
   Replica& replica = records_[*number - 1];
-  segments_.release(replica.chain);
-  replica.chain = 0;
-  if (!packed.empty()) {
-    const Result<SegmentStore::Chain> chain = segments_.write(packed);
+  if (wanted != 0) {
+    const Result<SegmentStore::Chain> chain = segments_.write(packed, wire);
     TESSERA_ASSERT(chain.ok());
     replica.chain = *chain;
   }
+  contribution.segments += wanted;
   replica.bytes = static_cast<std::uint32_t>(packed.size());
-  replica.version = version;
-  contribution.segments += wanted - held;
+  replica.wire_bytes = static_cast<std::uint16_t>(wire.size());
+  replica.version = version.number;
+  replica.part = static_cast<std::uint8_t>(version.number - version.first);
+  replica.layers = version.layers;
+  replica.live = gone.news;
+  std::uint32_t newest = version.first;
+  const std::uint32_t head = first != 0 ? first : *number;
+  for (std::uint32_t part = head; part != 0; part = record(part).next_part)
+    newest = std::max(newest, record(part).newest);
+  for (std::uint32_t part = head; part != 0; part = record(part).next_part)
+    records_[part - 1].newest = newest;
   return Change::kTaken;
 }
 
-void Replicas::drop(std::uint32_t number) noexcept {
+/// Gives a record back that no block names any more.
+void Replicas::release(std::uint32_t number) noexcept {
   Replica& replica = records_[number - 1];
   Contribution& contribution = contributions_[replica.slot];
-  contribution.segments -= SegmentStore::segments_of(replica.bytes);
-  segments_.release(replica.chain);
-  index_.erase(index_key(replica.slot, replica.key),
-               [=](std::uint32_t other) { return other == number; });
+  empty(replica);
   if (replica.previous != 0) {
     records_[replica.previous - 1].next = replica.next;
   } else {
@@ -170,6 +226,18 @@ void Replicas::drop(std::uint32_t number) noexcept {
   --blocks_;
   replica.next = free_records_;
   free_records_ = number;
+}
+
+void Replicas::drop(std::uint32_t number) noexcept {
+  const Replica& replica = record(number);
+  const std::uint32_t first = find_record(replica.slot, BlockKey{replica.key});
+  index_.erase(index_key(replica.slot, replica.key),
+               [=](std::uint32_t other) { return other == first; });
+  for (std::uint32_t part = first; part != 0;) {
+    const std::uint32_t next = record(part).next_part;
+    release(part);
+    part = next;
+  }
 }
 
 ReplicasUsage Replicas::usage() const noexcept {

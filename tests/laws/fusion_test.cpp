@@ -195,5 +195,44 @@ TEST_CASE("fusion: what has no room is counted, and the rest is there") {
   CHECK(team.global().map().usage().label_voxels > 0);
 }
 
+TEST_CASE("fusion: a block that comes in parts, in whatever order, is the block") {
+  Random random(announce_seed(81));
+  std::vector<OracleContribution> contributions(2);
+  Team whole(team_config());
+  Team in_parts(team_config());
+  for (std::uint32_t i = 0; i < 2; ++i) {
+    contributions[i].id = {i, 0, 0};
+    contributions[i].voxels = random_voxels(random, 300, {0, 0, 0});
+    contributions[i].T_global_local = random_transform(random, 20.0, 0.3);
+    whole.publish(contributions[i], 9);
+    // What was known before, then layer by layer, some twice, the last layer's first.
+    OracleContribution older = contributions[i];
+    older.voxels = random_voxels(random, 300, {0, 0, 0});
+    for (const auto& [voxel, counts] : contributions[i].voxels) older.voxels[voxel] = counts;
+    in_parts.publish(older, 2);
+    const GlobalMap::Slot slot = *in_parts.global().replicas().find(older.id);
+    for (const std::uint32_t layer : {3U, 1U, 0U, 3U, 2U}) {
+      OracleVoxels of_layer;
+      for (const auto& [voxel, counts] : contributions[i].voxels) {
+        if (layer_of_row(row_order(coord_of(voxel))) == layer) of_layer[voxel] = counts;
+      }
+      const PackedBlocks packed = pack_voxels(of_layer);
+      for (const auto& [key, bytes] : pack_voxels(older.voxels)) {
+        const auto part = packed.find(key);
+        const PartVersion version{
+            .number = 3 + layer, .first = 3, .layers = static_cast<std::uint8_t>(1U << layer)};
+        REQUIRE(in_parts.global()
+                    .put(slot, BlockKey{key}, version,
+                         part == packed.end() ? std::span<const std::byte>{} : part->second)
+                    .ok());
+      }
+      in_parts.global().step(static_cast<std::uint64_t>(random.below(5000)));
+    }
+  }
+  whole.settle();
+  in_parts.settle();
+  CHECK(in_parts.digest() == whole.digest());
+}
+
 }  // namespace
 }  // namespace tessera::oracle

@@ -3,6 +3,8 @@
 // Replicas: the latest version of each block, whatever comes in whatever order.
 #include "tessera/fusion/replicas.hpp"
 
+#include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
 #include <map>
 #include <tuple>
@@ -128,6 +130,75 @@ TEST_CASE("replicas: random versions, repeats and removals agree with a table") 
   }
   CHECK(own.replicas.usage().blocks == table.size());
   CHECK(own.replicas.usage().segments == segments);
+}
+
+TEST_CASE("replicas: of each layer the latest version counts, in whatever parts it comes") {
+  constexpr std::uint32_t kSegments = 4096;
+  OwnReplicas own(
+      {.segments = kSegments, .blocks = 64, .contributions = 2, .robot_segments = kSegments});
+  const Replicas::Slot slot = *own.replicas.open({1, 0, 0});
+  oracle::Random random(oracle::announce_seed(4711));
+  const std::array<std::uint8_t, 7> parts{1, 2, 4, 8, 0b0011, 0b1100, kAllLayers};
+  struct Held {
+    std::uint32_t version = 0;
+    std::size_t bytes = 0;
+  };
+  std::map<std::uint64_t, std::array<Held, kBlockLayers>> table;
+  std::map<std::uint64_t, std::uint32_t> newest;
+  for (int i = 0; i < 4000; ++i) {
+    const auto key = static_cast<std::uint64_t>(random.below(16));
+    const auto first = static_cast<std::uint32_t>(random.below(200) + 1);
+    const PartVersion version{.number = first + static_cast<std::uint32_t>(random.below(4)),
+                              .first = first,
+                              .layers = parts[static_cast<std::size_t>(random.below(7))]};
+    const auto size = static_cast<std::size_t>(random.below(400));
+    std::uint8_t news = 0;
+    for (std::size_t layer = 0; layer < kBlockLayers; ++layer) {
+      if (((version.layers >> layer) & 1U) == 0) continue;
+      Held& held = table[key][layer];
+      if (version.number <= held.version) continue;
+      news |= static_cast<std::uint8_t>(1U << layer);
+      held = {version.number, size};
+    }
+    if (news != 0) newest[key] = std::max(newest[key], first);
+    REQUIRE(own.replicas.news(slot, {key}, version) == news);
+    const auto wire = bytes_of(size % 50, version.number + 1);
+    const Result<Replicas::Change> put =
+        own.replicas.put(slot, {key}, version, bytes_of(size, version.number), wire);
+    REQUIRE(put.ok());
+    REQUIRE((*put == Replicas::Change::kTaken) == (news != 0));
+  }
+  std::uint32_t segments = 0;
+  for (const auto& [key, layers] : table) {
+    std::uint8_t seen = 0;
+    for (const Replicas::Replica* part = own.replicas.find(slot, {key}); part != nullptr;
+         part = own.replicas.next_part(*part)) {
+      REQUIRE((seen & part->live) == 0);
+      REQUIRE((part->live & ~part->layers) == 0);
+      seen |= part->live;
+      if (part->live == 0) continue;
+      REQUIRE(part->newest == newest[key]);
+      std::vector<std::byte> bytes(part->bytes);
+      std::vector<std::byte> wire(part->wire_bytes);
+      CHECK(own.replicas.read(*part, bytes).size() == part->bytes);
+      CHECK(own.replicas.read_wire(*part, wire).size() == part->wire_bytes);
+      REQUIRE(bytes == bytes_of(part->bytes, part->version));
+      REQUIRE(wire == bytes_of(part->bytes % 50, part->version + 1));
+      segments += SegmentStore::segments_of(bytes.size() + wire.size());
+      for (std::size_t layer = 0; layer < kBlockLayers; ++layer) {
+        if (((part->live >> layer) & 1U) == 0) continue;
+        REQUIRE(layers[layer].version == part->version);
+        REQUIRE(layers[layer].bytes == part->bytes);
+      }
+    }
+    for (std::size_t layer = 0; layer < kBlockLayers; ++layer)
+      REQUIRE((((seen >> layer) & 1U) != 0) == (layers[layer].version != 0));
+  }
+  CHECK(own.replicas.usage().segments == segments);
+  while (own.replicas.contribution(slot).first_block != 0)
+    own.replicas.drop(own.replicas.contribution(slot).first_block);
+  CHECK(own.replicas.usage().segments == 0);
+  CHECK(own.replicas.usage().blocks == 0);
 }
 
 }  // namespace

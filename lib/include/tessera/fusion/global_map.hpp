@@ -65,13 +65,19 @@ class GlobalMap {
   /// kResourceExhausted iff all slots, or all Replicas::kMostRobots, are taken. O(contributions).
   [[nodiscard]] Result<Slot> open(const ContributionId& id,
                                   const GridTransform& T_global_local) noexcept;
-  /// Takes a version of a block (Replicas::put) and marks what hangs on it. Fails with
+  /// Takes a version of a part of a block (Replicas::put) and marks what hangs on it. Fails with
   /// kInvalidArgument iff the slot is empty; kBusy iff it is being removed; kCorrupt iff packed is
   /// not empty and no packed block; kResourceExhausted as put(), and iff the global grid has no
   /// place for a block: counted, unchanged. O(bytes + contributions + 27 blocks, 54 while its move
   /// is being marked).
+  [[nodiscard]] Result<Replicas::Change> put(Slot slot, BlockKey key, const PartVersion& version,
+                                             std::span<const std::byte> packed,
+                                             std::span<const std::byte> wire = {}) noexcept;
+  /// The same for a whole block.
   [[nodiscard]] Result<Replicas::Change> put(Slot slot, BlockKey key, std::uint32_t version,
-                                             std::span<const std::byte> packed) noexcept;
+                                             std::span<const std::byte> packed) noexcept {
+    return put(slot, key, {.number = version, .first = version}, packed);
+  }
   /// Moves a contribution to another frame with nothing sent anew, if revision is later than that
   /// of the frame it has or waits for. Until the move is complete the map is as before, then all of
   /// it is as after. Moves that wait while another is under way are made together. O(1).

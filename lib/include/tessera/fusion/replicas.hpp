@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // What every robot has published, as far as it has arrived: of each contribution the latest version
 // of each of its blocks. A version replaces an older one and is never added to it, so that order,
-// repetition and loss change nothing but what has arrived.
+// repetition and loss change nothing but what has arrived. A block that is large comes in parts,
+// which are whole layers of it and have versions of their own.
 #pragma once
 
 #include <compare>
@@ -12,6 +13,7 @@
 #include "tessera/fusion/grid_transform.hpp"
 #include "tessera/fusion/segment_store.hpp"
 #include "tessera/grid/block_index.hpp"
+#include "tessera/map/map_config.hpp"
 
 namespace tessera {
 
@@ -24,9 +26,20 @@ struct ContributionId {
   friend constexpr auto operator<=>(const ContributionId&, const ContributionId&) = default;
 };
 
+/// All layers of a block (map_config.hpp), a bit each.
+inline constexpr std::uint8_t kAllLayers = (1U << static_cast<unsigned>(kBlockLayers)) - 1U;
+
+/// Which of a block's versions this is. A block is always published as a whole, if need be in parts
+/// with versions that follow each other.
+struct PartVersion {
+  std::uint32_t number = 0;          ///< From 1; of each layer the highest counts.
+  std::uint32_t first = 0;           ///< Of the parts that were published together.
+  std::uint8_t layers = kAllLayers;  ///< Not 0.
+};
+
 struct ReplicasConfig {
-  std::uint32_t segments = 1U << 17U;  ///< Of 128 bytes; a block takes at least one.
-  std::uint32_t blocks = 1U << 15U;    ///< Blocks of all contributions.
+  std::uint32_t segments = 1U << 17U;  ///< Of 128 bytes; a part of a block takes at least one.
+  std::uint32_t blocks = 1U << 15U;    ///< Parts of blocks of all contributions.
   std::uint32_t contributions = 64;    ///< At most kMostContributions.
   /// Segments that one robot's contributions may take together.
   std::uint32_t robot_segments = 1U << 17U;
@@ -35,7 +48,7 @@ struct ReplicasConfig {
 /// How full they are. Counters of refusals never decrease.
 struct ReplicasUsage {
   std::uint32_t contributions = 0;
-  std::uint32_t blocks = 0;
+  std::uint32_t blocks = 0;  ///< Parts of blocks.
   std::uint32_t segments = 0;
   std::size_t used_bytes = 0;         ///< Segments, records and the index's share of blocks in use.
   std::uint64_t stale = 0;            ///< Versions that came late or twice: ignored.
@@ -56,19 +69,28 @@ class Replicas {
     std::uint8_t robot_bit = 0;  ///< Of this robot's contributions alone; under kMostRobots.
     std::uint32_t frame_revision = 0;
     std::uint32_t first_block = 0;  ///< Of a list; a record's number plus one, 0: none.
-    std::uint32_t blocks = 0;
+    std::uint32_t blocks = 0;       ///< Parts of blocks.
     std::uint32_t segments = 0;
     GridTransform T_global_local;
   };
-  /// One block of a contribution.
+  /// One block of a contribution, or a part of one.
   struct Replica {
     std::uint64_t key = 0;
     std::uint32_t version = 0;
-    std::uint32_t bytes = 0;  ///< Packed; 0: known to be empty.
-    SegmentStore::Chain chain = 0;
+    std::uint32_t newest = 0;       ///< The highest PartVersion::first that is known of the block.
+    std::uint32_t bytes = 0;        ///< Packed; 0: known to be empty.
+    SegmentStore::Chain chain = 0;  ///< What is packed, then what came on the wire.
     Slot slot = 0;
     std::uint32_t next = 0;  ///< In the contribution's list, as first_block.
     std::uint32_t previous = 0;
+    std::uint32_t next_part = 0;  ///< Of the same block, as first_block.
+    std::uint16_t wire_bytes = 0;
+    std::uint8_t part = 0;    ///< Its version less PartVersion::first.
+    std::uint8_t layers = 0;  ///< As published.
+    std::uint8_t live = 0;    ///< Of these, those of which no later version is known; 0: spare.
+    /// False: a later version of the whole block was published, and this only fills in for what of
+    /// it has not arrived.
+    [[nodiscard]] bool latest() const noexcept { return version >= newest; }
   };
   /// What put() did. kStale: the version was not newer than the one that is held.
   enum class Change : std::uint8_t { kTaken, kStale };
@@ -89,23 +111,44 @@ class Replicas {
   [[nodiscard]] Result<Slot> open(const ContributionId& id) noexcept;
   /// Its slot, or nothing. O(log contributions).
   [[nodiscard]] Result<Slot> find(const ContributionId& id) const noexcept;
-  /// Takes a version of a block: packed (packed_block.hpp), or empty where nothing is left of it.
-  /// Fails with kResourceExhausted iff storage or quota is used up: counted, and the older version
-  /// stays. O(bytes).
+  /// Takes a version of a block or of a part: packed (packed_block.hpp) with nothing in other
+  /// layers, or empty where nothing is left of it; wire: what is to be kept beside it, under 2^16
+  /// bytes. Fails with kResourceExhausted iff storage or quota is used up: counted, and what was
+  /// there stays. O(bytes).
+  [[nodiscard]] Result<Change> put(Slot slot, BlockKey key, const PartVersion& version,
+                                   std::span<const std::byte> packed,
+                                   std::span<const std::byte> wire = {}) noexcept;
+  /// The same for a whole block.
   [[nodiscard]] Result<Change> put(Slot slot, BlockKey key, std::uint32_t version,
-                                   std::span<const std::byte> packed) noexcept;
-  /// Takes a block away: that of record(number). O(segments).
+                                   std::span<const std::byte> packed) noexcept {
+    return put(slot, key, {.number = version, .first = version}, packed);
+  }
+  /// The layers of a part that are not known in this version or a later one, a bit each. O(parts).
+  [[nodiscard]] std::uint8_t news(Slot slot, BlockKey key,
+                                  const PartVersion& version) const noexcept;
+  /// Takes a block away with all its parts: that of record(number). O(segments).
   void drop(std::uint32_t number) noexcept;
   /// Closes a contribution that has no block any more. O(contributions).
   void close(Slot slot) noexcept;
 
-  /// The record of a block, or null.
+  /// The record of a block's first part, or null.
   [[nodiscard]] const Replica* find(Slot slot, BlockKey key) const noexcept;
+  /// Of the same block, or null. Their live layers have nothing in common.
+  [[nodiscard]] const Replica* next_part(const Replica& replica) const noexcept {
+    return replica.next_part == 0 ? nullptr : &record(replica.next_part);
+  }
   /// The packed bytes of a block, in into, which must be long enough. O(bytes).
   [[nodiscard]] std::span<const std::byte> read(const Replica& replica,
                                                 std::span<std::byte> into) const noexcept {
     const std::span<std::byte> bytes = into.first(replica.bytes);
     segments_.read(replica.chain, bytes);
+    return bytes;
+  }
+  /// What came with it on the wire. As read().
+  [[nodiscard]] std::span<const std::byte> read_wire(const Replica& replica,
+                                                     std::span<std::byte> into) const noexcept {
+    const std::span<std::byte> bytes = into.first(replica.wire_bytes);
+    segments_.read(replica.chain, bytes, replica.bytes);
     return bytes;
   }
 
@@ -129,7 +172,23 @@ class Replicas {
     return {key ^ mix64(slot)};
   }
   [[nodiscard]] std::uint32_t find_record(Slot slot, BlockKey key) const noexcept;
-  [[nodiscard]] Result<std::uint32_t> add_record(Slot slot, BlockKey key) noexcept;
+  /// What a version leaves of a block's parts.
+  struct Superseded {
+    std::uint8_t news = 0;
+    std::uint32_t segments = 0;  ///< Of parts that are gone.
+    std::uint32_t number = 0;    ///< The first of them or of those that are spare, or 0.
+  };
+  [[nodiscard]] Superseded superseded(std::uint32_t first,
+                                      const PartVersion& version) const noexcept;
+  [[nodiscard]] bool has_room(Slot slot, std::uint32_t wanted, std::uint32_t held) noexcept;
+  [[nodiscard]] Result<std::uint32_t> add_record(Slot slot, BlockKey key,
+                                                 std::uint32_t first) noexcept;
+  void retire(std::uint32_t first, std::uint8_t news) noexcept;
+  void empty(Replica& replica) noexcept;
+  void release(std::uint32_t number) noexcept;
+  [[nodiscard]] static std::uint32_t segments_of(const Replica& replica) noexcept {
+    return SegmentStore::segments_of(replica.bytes + replica.wire_bytes);
+  }
   [[nodiscard]] std::uint32_t segments_of_robot(std::uint32_t robot) const noexcept;
 
   ReplicasConfig config_{};

@@ -4,6 +4,7 @@
 // how much is stored and never on the order in which it came.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -40,32 +41,45 @@ class SegmentStore {
   [[nodiscard]] static constexpr std::uint32_t segments_of(std::size_t bytes) noexcept {
     return static_cast<std::uint32_t>((bytes + kPayloadBytes - 1) / kPayloadBytes);
   }
-  /// Stores bytes, not none. Fails with kResourceExhausted iff free_segments() are too few; nothing
-  /// was changed. O(bytes).
-  [[nodiscard]] Result<Chain> write(std::span<const std::byte> bytes) noexcept {
-    if (segments_of(bytes.size()) > free_segments()) return Status::kResourceExhausted;
+  /// Stores bytes, and more after them, not both none. Fails with kResourceExhausted iff
+  /// free_segments() are too few; nothing was changed. O(bytes).
+  [[nodiscard]] Result<Chain> write(std::span<const std::byte> bytes,
+                                    std::span<const std::byte> more = {}) noexcept {
+    if (segments_of(bytes.size() + more.size()) > free_segments())
+      return Status::kResourceExhausted;
     Chain first = 0;
     std::uint32_t* link = &first;
-    while (!bytes.empty()) {
-      const std::uint32_t taken = take();
-      *link = taken;
-      Segment& segment = at(taken);
-      const std::size_t part = bytes.size() < kPayloadBytes ? bytes.size() : kPayloadBytes;
-      std::memcpy(segment.payload.data(), bytes.data(), part);
-      bytes = bytes.subspan(part);
-      link = &segment.next;
+    std::size_t used = kPayloadBytes;
+    Segment* segment = nullptr;
+    for (std::span<const std::byte> rest : {bytes, more}) {
+      while (!rest.empty()) {
+        if (used == kPayloadBytes) {
+          *link = take();
+          segment = &at(*link);
+          link = &segment->next;
+          used = 0;
+        }
+        const std::size_t part = std::min(rest.size(), kPayloadBytes - used);
+        std::memcpy(segment->payload.data() + used, rest.data(), part);
+        rest = rest.subspan(part);
+        used += part;
+      }
     }
     *link = 0;
     return first;
   }
-  /// Copies a chain's first into.size() bytes, all of which it must have. O(bytes).
-  void read(Chain chain, std::span<std::byte> into) const noexcept {
+  /// Copies into.size() bytes of a chain from offset on, all of which it must have. O(offset +
+  /// bytes).
+  void read(Chain chain, std::span<std::byte> into, std::size_t offset = 0) const noexcept {
+    for (; offset >= kPayloadBytes && !into.empty(); offset -= kPayloadBytes)
+      chain = at(chain).next;
     while (!into.empty()) {
       const Segment& segment = at(chain);
       chain = segment.next;
-      const std::size_t part = into.size() < kPayloadBytes ? into.size() : kPayloadBytes;
-      std::memcpy(into.data(), segment.payload.data(), part);
+      const std::size_t part = std::min(into.size(), kPayloadBytes - offset);
+      std::memcpy(into.data(), segment.payload.data() + offset, part);
       into = into.subspan(part);
+      offset = 0;
     }
   }
   /// True iff the chain starts with these bytes. O(bytes).
