@@ -44,6 +44,7 @@ struct Mode {
   bool free_space = false;
   TuplePolicy tuple = TuplePolicy::kCompact;
   std::size_t storage_bytes = std::size_t{256} << 20U;
+  float max_range_m = 0.0F;  ///< 0: no limit.
 };
 
 inline constexpr Mode kKernelMode{"kernel", "kernel, D = 3 voxels", InferenceMode::kKernel,

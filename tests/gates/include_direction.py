@@ -18,6 +18,7 @@ CORE = {
     "grid": ["base"],
     "semantics": ["base", "grid"],
     "map": ["base", "grid", "semantics"],
+    "exchange": ["base", "grid", "semantics", "map"],
     "registration": ["base", "grid", "semantics", "map"],
     "inference": ["base", "grid", "semantics", "map", "registration"],
     "fusion": ["base", "grid", "semantics", "map", "inference"],
