@@ -4,6 +4,7 @@
 
 #include "block_model.hpp"
 #include "block_probabilities.hpp"
+#include "tessera/base/bits.hpp"
 #include "tessera/exchange/range_coder.hpp"
 
 namespace tessera {

@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
+#include <utility>
+
 #include "octet_code.hpp"
 #include "tessera/exchange/block_codec.hpp"
 

@@ -21,7 +21,7 @@ void fill_smoothly(BlockContent& content, oracle::Random& random, int num_compon
   for (int row = 0; row < kBlockVoxels; ++row) {
     const VoxelCoord v = voxel_of_row({0, 0, 0}, row);
     const double distance = v.z - (height + slope_x * (v.x - 4) + slope_y * (v.y - 4));
-    const double count = 3.0 * std::exp(-std::fabs(distance)) * random.uniform(0.9, 1.1);
+    const double count = random.uniform(2.7, 3.3) / (1.0 + distance * distance);
     if (std::fabs(distance) < 2.0) {
       content.add(v.x < 4 ? below : above, row, static_cast<float>(count));
       if (v.x == 4) content.add(below, row, static_cast<float>(0.3 * count));

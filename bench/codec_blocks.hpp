@@ -1,0 +1,46 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// The blocks of a map that is made as the command makes it, one content after the other.
+#pragma once
+
+#include <functional>
+
+#include "scenes.hpp"
+#include "tessera/map/packed_block.hpp"
+
+namespace tessera::bench {
+
+inline constexpr Mode kCommandMode{.name = "command",
+                                   .title = "multi-entropy, free space, 40 m",
+                                   .free_space = true,
+                                   .storage_bytes = std::size_t{512} << 20U,
+                                   .max_range_m = 40.0F};
+
+/// A block's content in memory of its own.
+class OwnContent {
+ public:
+  explicit OwnContent(int num_components)
+      : memory_(BlockContent::required_bytes(num_components) + kArenaAlignment) {
+    Arena arena{std::span<std::byte>(memory_)};
+    content_ = *BlockContent::make(arena, num_components);
+  }
+  [[nodiscard]] BlockContent& operator*() { return content_; }
+  [[nodiscard]] BlockContent* operator->() { return &content_; }
+
+ private:
+  std::vector<std::byte> memory_;
+  BlockContent content_;
+};
+
+/// Calls visit(content) for every block of the mapper, in (z, y, x) order.
+template <class Visit>
+void for_each_content(Mapper& mapper, Visit&& visit) {
+  OwnContent own(mapper.map().num_components());
+  for (const KeyedIndex& entry : mapper.map().blocks_in_order(mapper.workspace())) {
+    own->clear();
+    add_block(mapper.map(), mapper.map().block_at(entry.index), *own);
+    visit(*own);
+  }
+}
+
+}  // namespace tessera::bench

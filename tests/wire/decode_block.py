@@ -1,0 +1,282 @@
+#!/usr/bin/env python3
+# SPDX-FileCopyrightText: The tessera authors
+# SPDX-License-Identifier: Apache-2.0
+"""A decoder of a block's content, written from docs/wire-format.md alone, whose table it reads.
+
+decode_block.py PAGE FILE: decodes the blocks that write_blocks wrote and compares them with what it says they hold.
+"""
+import pathlib
+import re
+import sys
+
+LABELS, PASSES, LABELLED, FULL, VOXEL, SAME, REST, MORE, COMPONENT = 0, 1, 2, 10, 11, 27, 29, 30, 33
+PASSED, VOXEL_PASSED, FREED, ALL_FREED, VOXEL_FREED, NUMBER = 97, 105, 108, 135, 162, 170
+
+
+class Corrupt(Exception):
+    pass
+
+
+def check(condition):
+    if not condition:
+        raise Corrupt
+
+
+def table_of(page):
+    text = re.search(r"```table\n(.*?)```", page, re.DOTALL)[1]
+    numbers = [int(word) for word in re.findall(r"\d+", text)]
+    assert len(numbers) == 278
+    return numbers
+
+
+def count_of(level):
+    return (1 + (level - 1) % 4 / 4) * 2.0 ** ((level - 1) // 4 - 12)
+
+
+def passes_of(level):
+    return level if level <= 8 else (4 + level % 4) << (level // 4 - 1)
+
+
+class Bits:
+    def __init__(self, code, table):
+        self.code, self.read = code, 0
+        self.range, self.low, self.offset = 2**32 - 1, 0, 0
+        for _ in range(4):
+            self.offset = self.offset * 256 + self.next_byte()
+        check(self.offset < self.range)
+        self.learnt = [256 * initial for initial in table]
+        self.plain = self.bit_of(1)
+
+    def next_byte(self):
+        self.read += 1
+        return self.code[self.read - 1] if self.read <= len(self.code) else 0
+
+    def bit_of(self, p):
+        bound = (self.range >> 12) * p
+        bit = self.offset < bound
+        if bit:
+            self.range = bound
+        else:
+            self.range -= bound
+            self.offset -= bound
+            self.low = (self.low + bound) % 2**32
+        while self.range < 2**24:
+            self.range *= 256
+            self.low = self.low * 256 % 2**32
+            self.offset = self.offset * 256 + self.next_byte()
+        return bit
+
+    def even(self):
+        return self.bit_of(2048)
+
+    def bit(self, k):
+        if self.plain:
+            return self.even()
+        q = self.learnt[k]
+        bit = self.bit_of(max(q // 16, 1))
+        self.learnt[k] = q + (65536 - q) // 16 if bit else q - q // 16
+        return bit
+
+    def check_end(self):
+        n = (2**32 - self.low) % 2**32
+        check(self.offset == (n if n < self.range else (2**24 - self.low) % 2**24))
+        check(1 <= len(self.code) <= self.read and (len(self.code) == 1 or self.code[-1] != 0))
+
+    def number(self, group, expected, most):
+        k = NUMBER + 9 * group
+        if not self.bit(k):
+            value = 0
+            for _ in range(most.bit_length()):
+                value = 2 * value + self.even()
+            check(abs(value - expected) >= 16)
+        else:
+            digits = 0
+            while digits < 4 and self.bit(k + 1 + digits):
+                digits += 1
+            size = min(digits, 1)
+            negative = digits > 0 and self.bit(k + 5)
+            for i in range(1, digits):
+                size = 2 * size + (self.bit(k + 4 + digits) if i == 1 else self.even())
+            value = expected - size if negative else expected + size
+        check(1 <= value <= most)
+        return value
+
+
+class Octet:
+    def __init__(self):
+        self.labelled, self.freed = [False] * 8, [False] * 8
+        self.levels = [0] * 8
+        self.passed, self.f, self.passes = False, 0, 0
+
+
+def clamp(level):
+    return min(max(level, 1), 127)
+
+
+class Block:
+    """labels: {(octet, voxel): ((components), {slot: level})}; passes: {(octet, voxel): passes}."""
+
+    def __init__(self, code, layers, num_components, table):
+        self.bits, self.num_components = Bits(code, table), num_components
+        self.octets = [Octet() for _ in range(64)]
+        self.labels, self.passes = {}, {}
+        self.last_set, self.steps, self.last_passes = ((), False), [0, -4, -4, -4], 1
+        has_labels, has_passes = self.bits.bit(LABELS), self.bits.bit(PASSES)
+        check(has_labels or has_passes)
+        for o in range(64):
+            if layers >> (o // 16) & 1:
+                if has_labels:
+                    self.read_labels(o)
+                if has_passes:
+                    self.read_passes(o)
+        check(has_labels == bool(self.labels) and has_passes == bool(self.passes))
+        self.bits.check_end()
+
+    def before(self, o):
+        return [self.octets[o - 1] if o % 4 else Octet(), self.octets[o - 4] if o // 4 % 4 else Octet(),
+                self.octets[o - 16] if o >= 16 else Octet()]
+
+    def read_labels(self, o):
+        octet, before = self.octets[o], self.before(o)
+        if not self.bits.bit(LABELLED + sum(any(b.labelled) << i for i, b in enumerate(before))):
+            return
+        if self.bits.bit(FULL):
+            octet.labelled = [True] * 8
+        else:
+            for v in range(8):
+                less = [v - step for step in (1, 2, 4) if v & step]
+                octet.labelled[v] = self.bits.bit(VOXEL + 4 * len(less) + sum(octet.labelled[u] for u in less))
+            check(any(octet.labelled) and not all(octet.labelled))
+        levels, used, first = [[0] * 8 for _ in range(4)], {0}, True
+        for v in range(8):
+            slots = []
+            if octet.labelled[v]:
+                self.read_components(first)
+                first = False
+                components, rest = self.last_set
+                slots = [*range(len(components))] + [3] * rest
+            found = self.read_levels(v, slots, levels, used, before)
+            if octet.labelled[v]:
+                self.labels[o, v] = (components, found)
+        octet.levels = levels[0]
+
+    def read_components(self, first):
+        if self.bits.bit(SAME if first else SAME + 1):
+            check(self.last_set != ((), False))
+            return
+        rest = self.bits.bit(REST)
+        n = 0 if rest else 1
+        while n < 3 and self.bits.bit(MORE + n):
+            n += 1
+        components = []
+        for _ in range(n):
+            node = 1
+            for _ in range(6):
+                node = 2 * node + self.bits.bit(COMPONENT + node)
+            check(max(components, default=0) < node - 64 < self.num_components)
+            components.append(node - 64)
+        check((tuple(components), rest) != self.last_set)
+        self.last_set = (tuple(components), rest)
+
+    def read_levels(self, v, slots, levels, used, before):
+        found = {}
+        for s in range(4):
+            if s not in used:
+                if s not in slots:
+                    continue
+                used.add(s)
+                for u in range(v):
+                    levels[s][u] = clamp(levels[0][u] + self.steps[s])
+            expected = self.expected(s, v, levels, before)
+            levels[s][v] = expected
+            if s in slots:
+                group = v if s == 0 else 8 if v == 0 else 9
+                levels[s][v] = found[s] = self.bits.number(group, expected, 127)
+                if s > 0:
+                    self.steps[s] = levels[s][v] - levels[0][v]
+        return found
+
+    def expected(self, s, v, levels, before):
+        row = levels[s]
+        if v == 0:
+            if s > 0:
+                return clamp(levels[0][0] + self.steps[s])
+            known = [b.levels[1 << i] for i, b in enumerate(before) if any(b.labelled)]
+            return sum(known) // len(known) if known else 49
+        if v in (1, 2, 4):
+            return row[0]
+        if v == 7:
+            return clamp(int((2 * (row[3] + row[5] + row[6]) - row[1] - row[2] - row[4]) / 3))
+        one, other = {3: (1, 2), 5: (1, 4), 6: (2, 4)}[v]
+        return clamp(row[one] + row[other] - row[0])
+
+    def read_passes_level(self, group):
+        self.last_passes = self.bits.number(group, self.last_passes, 27)
+        return self.last_passes
+
+    def read_passes(self, o):
+        octet, before = self.octets[o], self.before(o)
+        labelled = [v for v in range(8) if octet.labelled[v]]
+        if labelled and self.bits.bit(PASSED + sum(b.passed << i for i, b in enumerate(before))):
+            octet.passed, c = True, 2
+            for v in labelled:
+                c = int(self.bits.bit(VOXEL_PASSED + c))
+                if c:
+                    self.passes[o, v] = passes_of(self.read_passes_level(10))
+            check(any((o, v) in self.passes for v in labelled))
+        others = [v for v in range(8) if not octet.labelled[v]]
+        if not others:
+            octet.f = 1
+            return
+        c = before[0].f + 3 * before[1].f + 9 * before[2].f
+        if not self.bits.bit(FREED + c):
+            return
+        if self.bits.bit(ALL_FREED + c):
+            octet.f = 2
+            for v in others:
+                octet.freed[v] = True
+        else:
+            octet.f = 1
+            for v in others:
+                near = [(octet if v & step else b).freed[v ^ step] for step, b in zip((1, 2, 4), before)]
+                octet.freed[v] = self.bits.bit(VOXEL_FREED + near[0] + 2 * near[1] + 4 * near[2])
+            check(any(octet.freed) and any(not octet.freed[v] for v in others))
+        for b in reversed(before):
+            if any(b.freed):
+                self.last_passes = b.passes
+        octet.passed, octet.passes = True, self.read_passes_level(11)
+        self.passes.update({(o, v): passes_of(octet.passes) for v in others if octet.freed[v]})
+
+    def lines(self):
+        """As write_blocks writes them: by octet and voxel."""
+        for o in range(64):
+            for v in range(8):
+                components, levels = self.labels.get((o, v), ((), {}))
+                words = [f"{c}:{count_of(levels[s]):.9g}" for s, c in enumerate(components)]
+                words += [f"rest:{count_of(levels[3]):.9g}"] if 3 in levels else []
+                words += [f"passes:{self.passes[o, v]}"] if (o, v) in self.passes else []
+                if words:
+                    yield f"{o} {v} " + " ".join(words)
+
+
+def main():
+    table = table_of(pathlib.Path(sys.argv[1]).read_text())
+    records = pathlib.Path(sys.argv[2]).read_text().split("block ")[1:]
+    corrupt = 0
+    for i, record in enumerate(records):
+        head, *content = record.splitlines()
+        layers, num_components, code = head.split(" ")
+        try:
+            found = [*Block(bytes.fromhex(code), int(layers), int(num_components), table).lines()] if code else []
+        except Corrupt:
+            found = ["corrupt"]
+            corrupt += 1
+        if found != content:
+            sys.exit(f"block {i} of {len(records)}: {found[:3]} instead of {content[:3]}")
+    print(f"{len(records)} blocks, {corrupt} of them corrupt, are what they are said to be")
+    if not corrupt < len(records):
+        sys.exit("nothing was compared")
+
+
+if __name__ == "__main__":
+    main()
