@@ -48,7 +48,7 @@ Outcome<Json> measure(const Options& options, Records&) {
     static_cast<void>(model.code_head());
     detail::OctetCode code;
     for (int octet = 0; octet < kBlockOctets; ++octet) {
-      detail::read_octet(content, octet, code);
+      detail::read_octet(content, octet, true, true, code);
       static_cast<void>(model.code_octet(octet, code));
     }
   });

@@ -54,7 +54,11 @@ class Decisions {
   std::array<Probability, kContexts> probabilities_;
 };
 
-std::size_t most_bytes_of(unsigned layers) noexcept { return most_coded_bytes(count_ones(layers)); }
+/// Where coding by what is likely takes so many bytes, it is given up: what it is meant for takes a
+/// tenth of it, and what plain coding then takes at most is promised.
+std::size_t too_many_bytes(unsigned layers) noexcept {
+  return 3 * most_coded_bytes(count_ones(layers)) / 4;
+}
 
 /// Octets of these layers, a bit each.
 std::uint64_t octets_in(unsigned layers) noexcept {
@@ -65,18 +69,29 @@ std::uint64_t octets_in(unsigned layers) noexcept {
   return octets;
 }
 
-void encode(const BlockContent& content, std::uint64_t octets, Coding coding,
+/// A content's octets that are coded, and which of them have something.
+struct Octets {
+  std::uint64_t coded;
+  std::uint64_t labels;
+  std::uint64_t passes;
+
+  Octets(const BlockContent& content, unsigned layers) noexcept
+      : coded(octets_in(layers)),
+        labels(content.label_octets() & coded),
+        passes(content.pass_octets() & coded) {}
+};
+
+void encode(const BlockContent& content, const Octets& octets, Coding coding,
             RangeEncoder& range) noexcept {
   range.encode(coding == Coding::kPlain, kPlainIsLikely);
   Decisions<RangeEncoder> decisions(range, coding);
-  const bool labels = (content.label_octets() & octets) != 0;
-  const bool passes = (content.pass_octets() & octets) != 0;
-  BlockModel<Decisions<RangeEncoder>> model(decisions, labels, passes);
+  BlockModel<Decisions<RangeEncoder>> model(decisions, octets.labels != 0, octets.passes != 0);
   static_cast<void>(model.code_head());
   OctetCode code;
-  for (; octets != 0; octets &= octets - 1) {
-    const int octet = std::countr_zero(octets);
-    read_octet(content, octet, code);
+  for (std::uint64_t rest = octets.coded; rest != 0; rest &= rest - 1) {
+    const int octet = std::countr_zero(rest);
+    const std::uint64_t bit = rest & (~rest + 1);
+    read_octet(content, octet, (octets.labels & bit) != 0, (octets.passes & bit) != 0, code);
     static_cast<void>(model.code_octet(octet, code));
   }
 }
@@ -110,11 +125,11 @@ bool decode(std::uint64_t octets, Coding coding, int num_components, RangeDecode
 
 std::size_t encode_block(const BlockContent& content, unsigned layers,
                          std::span<std::byte> into) noexcept {
-  const std::uint64_t octets = octets_in(layers);
-  if (((content.label_octets() | content.pass_octets()) & octets) == 0) return 0;
+  const Octets octets(content, layers);
+  if ((octets.labels | octets.passes) == 0) return 0;
   RangeEncoder likely(into);
   encode(content, octets, Coding::kLikely, likely);
-  if (likely.settled() < most_bytes_of(layers)) return likely.finish();
+  if (likely.settled() < too_many_bytes(layers)) return likely.finish();
   RangeEncoder plain(into);
   encode(content, octets, Coding::kPlain, plain);
   return plain.finish();
@@ -123,17 +138,16 @@ std::size_t encode_block(const BlockContent& content, unsigned layers,
 Status decode_block(std::span<const std::byte> bytes, unsigned layers, int num_components,
                     BlockContent& content) noexcept {
   if (bytes.empty()) return Status::kOk;
-  const std::uint64_t octets = octets_in(layers);
   RangeDecoder range(bytes);
   const Coding coding = range.decode(kPlainIsLikely) ? Coding::kPlain : Coding::kLikely;
-  if (!decode(octets, coding, num_components, range, content) || !range.at_end())
+  if (!decode(octets_in(layers), coding, num_components, range, content) || !range.at_end())
     return Status::kCorrupt;
   if (coding == Coding::kLikely)
-    return range.settled() < most_bytes_of(layers) ? Status::kOk : Status::kCorrupt;
+    return range.settled() < too_many_bytes(layers) ? Status::kOk : Status::kCorrupt;
   // Plain coding is for what would else be too long, and the encoder knows which.
   RangeEncoder likely({});
-  encode(content, octets, Coding::kLikely, likely);
-  return likely.settled() < most_bytes_of(layers) ? Status::kCorrupt : Status::kOk;
+  encode(content, Octets(content, layers), Coding::kLikely, likely);
+  return likely.settled() < too_many_bytes(layers) ? Status::kCorrupt : Status::kOk;
 }
 
 }  // namespace tessera

@@ -27,20 +27,22 @@ bool read_labels(const BlockContent& content, int row, VoxelCode& voxel) noexcep
 
 }  // namespace
 
-void read_octet(const BlockContent& content, int octet, OctetCode& code) noexcept {
+void read_octet(const BlockContent& content, int octet, bool labels, bool passes,
+                OctetCode& code) noexcept {
   code.labelled = code.freed = 0;
+  if (!labels && !passes) return;
   for (int v = 0; v < kOctetVoxels; ++v) {
     const int row = row_order(octet, v);
     const auto bit = static_cast<std::uint8_t>(1U << static_cast<unsigned>(v));
     VoxelCode& voxel = code.voxels[static_cast<std::size_t>(v)];
-    const auto passes = static_cast<std::uint8_t>(passes_level_of(content.passes(row)));
+    const int level = passes ? passes_level_of(content.passes(row)) : 0;
     voxel.passes = 0;
-    if (read_labels(content, row, voxel)) {
+    if (labels && read_labels(content, row, voxel)) {
       code.labelled |= bit;
-      voxel.passes = passes;
-    } else if (passes != 0) {
+      voxel.passes = static_cast<std::uint8_t>(level);
+    } else if (level != 0) {
       code.freed |= bit;
-      code.passes = passes;
+      code.passes = static_cast<std::uint8_t>(level);
     }
   }
 }

@@ -43,8 +43,10 @@ struct OctetCode {
   std::array<VoxelCode, kOctetVoxels> voxels{};
 };
 
-/// Reads an octet of quantised content; what is not quantised is asserted against.
-void read_octet(const BlockContent& content, int octet, OctetCode& code) noexcept;
+/// Reads an octet of quantised content, its labels or passes only where it is said to have any;
+/// what is not quantised is asserted against.
+void read_octet(const BlockContent& content, int octet, bool labels, bool passes,
+                OctetCode& code) noexcept;
 /// Adds an octet to content that has nothing there.
 void add_octet(const OctetCode& code, int octet, BlockContent& content) noexcept;
 

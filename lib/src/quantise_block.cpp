@@ -55,18 +55,17 @@ bool quantise_labels(BlockContent& content, int row) noexcept {
   }
   float rest = content.rest(row) + largest.rest;
   const int most = level_of(largest.counts[0].count);
+  const int least = most > kFaintLevels ? most - kFaintLevels : 1;
   Count last;
-  int last_level = kMostLevel;
+  int last_level = kMostLevel + 1;
   for (const Count& count : largest.counts) {
     int level = level_of(count.count);
-    if (level == 0) break;
-    if (level < most - kFaintLevels) {
+    // What has less evidence must not come before the other where levels are equal.
+    if (level >= last_level) level = count.component < last.component ? last_level - 1 : last_level;
+    if (level < least) {
       rest += count.count;
       continue;
     }
-    // What has less evidence must not come before the other where levels are equal.
-    if (level >= last_level) level = count.component < last.component ? last_level - 1 : last_level;
-    if (level == 0) break;
     content.set(count.component, row, count_of_level(level));
     last = count;
     last_level = level;
