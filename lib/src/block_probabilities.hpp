@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // How likely a one is at first, in units of 1 / 256, by Context: how often it was one in the blocks
 // of scans 3-5 of SemanticKITTI's sequence 08 (0.1 m, 40 m, multi-entropy), 4 .. 252. Where these
-// have no such decisions, or would teach which numbers classes have, even. bench_codec_table prints
+// have no such decisions, or would teach which numbers classes have, even. codec_table prints
 // it. Every change of it is another wire format.
 #pragma once
 

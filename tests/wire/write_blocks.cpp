@@ -7,6 +7,7 @@
 
 #include "oracle/mapper.hpp"
 #include "simulator/street_simulator.hpp"
+#include "tessera/exchange/evidence_levels.hpp"
 #include "tessera/map/packed_block.hpp"
 #include "unit/exchange/sample_content.hpp"
 
@@ -15,7 +16,7 @@ namespace {
 using tessera::oracle::Random;
 
 constexpr int kClasses = 19;
-constexpr int kComponents = kClasses + 2;
+constexpr int kComponents = tessera::kMaxComponents;
 
 /// "block LAYERS COMPONENTS HEX", then a line for each voxel with evidence, or "corrupt".
 class Writer {
@@ -80,6 +81,27 @@ void write_made_up(Writer& writer) {
   }
 }
 
+/// Layers of nothing likely, which are coded plainly.
+bool write_unlikely(Writer& writer) {
+  Random random(11);
+  std::size_t plain = 0;
+  for (int i = 0; i < 20; ++i) {
+    tessera::OwnContent own(kComponents);
+    for (int row = 0; row < tessera::kLayerVoxels; ++row) {
+      const int level = 21 + random.below(tessera::kMostLevel - 20);
+      own->set(1 + random.below(20), row, tessera::count_of_level(level));
+      own->set(21 + random.below(20), row, tessera::count_of_level(level - 20));
+      own->set(41 + random.below(22), row, tessera::count_of_level(level - random.below(20)));
+      own->add_rest(row, tessera::count_of_level(1 + random.below(tessera::kMostLevel)));
+      own->add_passes(row, tessera::passes_of_level(1 + random.below(tessera::kMostPassesLevel)));
+    }
+    writer.write(*own, 1);
+    const tessera::CodedBytes bytes = tessera::coded(*own, 1);
+    plain += bytes[0] == std::byte{0} && bytes[1] < std::byte{16} ? 1U : 0U;
+  }
+  return plain > 0;
+}
+
 bool write_street(Writer& writer) {
   const auto street = tessera::StreetSimulator::make({.scans = 4});
   if (!street.ok()) return false;
@@ -119,6 +141,6 @@ int main(int argc, char** argv) {
   if (file == nullptr) return 1;
   Writer writer(file);
   write_made_up(writer);
-  const bool ok = write_street(writer);
+  const bool ok = write_unlikely(writer) && write_street(writer);
   return std::fclose(file) == 0 && ok ? 0 : 2;
 }
