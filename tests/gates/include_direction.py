@@ -18,10 +18,10 @@ CORE = {
     "grid": ["base"],
     "semantics": ["base", "grid"],
     "map": ["base", "grid", "semantics"],
-    "exchange": ["base", "grid", "semantics", "map"],
     "registration": ["base", "grid", "semantics", "map"],
     "inference": ["base", "grid", "semantics", "map", "registration"],
     "fusion": ["base", "grid", "semantics", "map", "inference"],
+    "exchange": ["base", "grid", "semantics", "map", "fusion"],
 }
 # What the core may include that is not its own: an allow-list, so <vector>, <iostream>, <thread>, <unistd.h> and the
 # rest of them are refused without being named.

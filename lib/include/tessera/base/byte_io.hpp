@@ -22,8 +22,12 @@ class ByteWriter {
   constexpr void i32(std::int32_t value) noexcept { put(static_cast<std::uint32_t>(value), 4); }
   constexpr void f32(float value) noexcept { u32(std::bit_cast<std::uint32_t>(value)); }
   constexpr void f64(double value) noexcept { u64(std::bit_cast<std::uint64_t>(value)); }
+  constexpr void bytes(std::span<const std::byte> values) noexcept {
+    for (const std::byte value : values) put(std::to_integer<std::uint64_t>(value), 1);
+  }
   [[nodiscard]] constexpr bool ok() const noexcept { return ok_; }
   [[nodiscard]] constexpr std::size_t size() const noexcept { return position_; }
+  [[nodiscard]] constexpr std::size_t room() const noexcept { return buffer_.size() - position_; }
   [[nodiscard]] constexpr std::span<const std::byte> written() const noexcept {
     return buffer_.first(position_);
   }
@@ -54,6 +58,16 @@ class ByteReader {
   constexpr std::int32_t i32() noexcept { return static_cast<std::int32_t>(u32()); }
   constexpr float f32() noexcept { return std::bit_cast<float>(u32()); }
   constexpr double f64() noexcept { return std::bit_cast<double>(u64()); }
+  /// The next so many bytes, where they are; none if there are fewer.
+  constexpr std::span<const std::byte> bytes(std::size_t count) noexcept {
+    if (remaining() < count) {
+      ok_ = false;
+      position_ = buffer_.size();
+      return {};
+    }
+    position_ += count;
+    return buffer_.subspan(position_ - count, count);
+  }
   [[nodiscard]] constexpr bool ok() const noexcept { return ok_; }
   [[nodiscard]] constexpr std::size_t remaining() const noexcept {
     return buffer_.size() - position_;

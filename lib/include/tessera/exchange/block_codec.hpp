@@ -13,9 +13,6 @@
 
 namespace tessera {
 
-/// Layers of a block that a code is of, a bit each: 8 x 8 x 2 voxels, layer = voxel z / 2.
-inline constexpr unsigned kAllLayers = 0b1111;
-
 /// The most bytes that the code of so many layers can have: of one 1,113, of four 4,447.
 [[nodiscard]] constexpr std::size_t most_coded_bytes(int layers) noexcept {
   // Decisions where they are coded as equally likely. Of a voxel: whether its components are the

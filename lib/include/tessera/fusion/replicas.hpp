@@ -26,15 +26,12 @@ struct ContributionId {
   friend constexpr auto operator<=>(const ContributionId&, const ContributionId&) = default;
 };
 
-/// All layers of a block (map_config.hpp), a bit each.
-inline constexpr std::uint8_t kAllLayers = (1U << static_cast<unsigned>(kBlockLayers)) - 1U;
-
 /// Which of a block's versions this is. A block is always published as a whole, if need be in parts
 /// with versions that follow each other.
 struct PartVersion {
   std::uint32_t number = 0;          ///< From 1; of each layer the highest counts.
   std::uint32_t first = 0;           ///< Of the parts that were published together.
-  std::uint8_t layers = kAllLayers;  ///< Not 0.
+  std::uint8_t layers = kAllLayers;  ///< A bit each (map_config.hpp); not 0.
 };
 
 struct ReplicasConfig {

@@ -51,6 +51,8 @@ constexpr bool in_range(const MapConfig& config) noexcept {
 inline constexpr int kBlockLayers = kBlockEdge / 2;
 inline constexpr int kLayerOctets = kBlockOctets / kBlockLayers;
 inline constexpr int kLayerVoxels = kBlockVoxels / kBlockLayers;
+/// All layers of a block, a bit each.
+inline constexpr unsigned kAllLayers = (1U << static_cast<unsigned>(kBlockLayers)) - 1U;
 
 /// A block: 8 x 8 x 8 voxels. It holds label evidence, free evidence, or both.
 struct Block {

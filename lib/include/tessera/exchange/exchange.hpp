@@ -1,0 +1,210 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// How robots come to have the same replicas over a network that loses, repeats, reorders and cuts:
+// a state machine between datagrams and replicas, without sockets, clock or threads. Every version
+// has a number of its own within its contribution, and a chunk says of which range of numbers it
+// has all that still counts. So what a robot lacks is what its ranges leave out, anybody who has it
+// can give it, and all that is ever exchanged may be heard in any order, often, or not at all
+// (docs/exchange.md).
+#pragma once
+
+#include <span>
+
+#include "tessera/exchange/coverage.hpp"
+#include "tessera/exchange/exchange_config.hpp"
+#include "tessera/exchange/peer_table.hpp"
+#include "tessera/exchange/wire.hpp"
+#include "tessera/map/block_content.hpp"
+
+namespace tessera {
+
+class Exchange {
+ public:
+  using Slot = Replicas::Slot;
+
+  [[nodiscard]] static std::size_t required_bytes(const ExchangeConfig& config,
+                                                  int num_components) noexcept;
+  /// Fails with kInvalidArgument iff a setting is out of its range; kResourceExhausted iff the
+  /// arena is too small. What store and authenticator name must outlive it.
+  [[nodiscard]] static Result<Exchange> make(Arena& arena, const ExchangeConfig& config,
+                                             const ReplicaStore& store,
+                                             const Authenticator& authenticator,
+                                             const ClassTable& classes) noexcept;
+  /// Of no use before one that was made is moved here.
+  Exchange() noexcept = default;
+
+  // --- What this robot says ----------------------------------------------------------------------
+
+  /// Starts a contribution of this robot's: what publish() is of from now on. Fails with
+  /// kInvalidArgument iff T_global_map is no frame (GridTransform::make) or there is such a
+  /// contribution; kResourceExhausted iff there is no place for it.
+  [[nodiscard]] Status open(std::uint32_t epoch, std::uint32_t submap,
+                            const Matrix34d& T_global_map) noexcept;
+  /// Moves one of this robot's contributions of this session. Fails with kInvalidArgument iff there
+  /// is none or it is no frame.
+  [[nodiscard]] Status move(std::uint32_t epoch, std::uint32_t submap,
+                            const Matrix34d& T_global_map) noexcept;
+  /// Publishes a block, quantised (block_codec.hpp), in as many parts as it takes: into this
+  /// robot's own replicas, and to whom it may concern from the next send() on. Returns the bytes on
+  /// the wire. Fails with kInvalidArgument iff no contribution was started; as ReplicaStore::put,
+  /// and what was published before stays, as far as no part was taken. O(512 components).
+  [[nodiscard]] Result<std::uint32_t> publish(BlockKey key, const BlockContent& content) noexcept;
+  /// Tells the others, with the next send(), that this robot says no more.
+  void leave() noexcept { leave_due_ = true; }
+  /// Takes all of a robot out of the replicas, and hears it no more. Fails with kResourceExhausted
+  /// iff kMostExcluded are excluded.
+  [[nodiscard]] Status exclude(std::uint32_t robot) noexcept;
+
+  // --- Datagrams ---------------------------------------------------------------------------------
+
+  /// What arrived: any bytes at all. now_us: monotonic. Work: the tag's, and for each record that
+  /// is news decoding and a put; for each request a walk over the coverage.
+  void receive(std::span<const std::byte> datagram, std::int64_t now_us) noexcept;
+  /// The next datagram to send to all, in into, of at least kMostDatagramBytes. Returns its size: 0
+  /// iff nothing is due or the budget of bytes is used up; then ask again at the next tick. Work:
+  /// at most a walk over the parts of one contribution.
+  [[nodiscard]] std::size_t send(std::int64_t now_us, std::span<std::byte> into) noexcept;
+
+  // --- How things stand --------------------------------------------------------------------------
+
+  /// Counters never decrease. O(contributions).
+  [[nodiscard]] ExchangeReport report() const noexcept;
+  [[nodiscard]] const PeerTable& peers() const noexcept { return peers_; }
+  /// Of all that is there: equal on robots that have the same versions of the same blocks in the
+  /// same frames. O(contributions).
+  [[nodiscard]] std::uint64_t digest() const noexcept;
+
+ private:
+  struct Contribution {
+    ContributionId id;
+    bool own = false;       ///< Of this session: nobody else has more of it.
+    bool open = false;      ///< There is a frame, hence a slot.
+    bool excluded = false;  ///< Of a robot that is: nothing of it is taken.
+    Slot slot = 0;
+    std::uint32_t latest = 0;
+    std::uint32_t announced_frame = 0;
+    std::uint32_t frame_revision = 0;
+    Matrix34d T_global_map = Matrix34d::Identity();
+    std::uint64_t digest = 0;  ///< Sum over its parts.
+    Coverage coverage;
+    std::int64_t request_due_us = kNever;
+    std::int64_t request_pause_us = 0;  ///< Until it is asked for again.
+    std::uint32_t requests = 0;         ///< Since something came of one.
+    bool different = false;             ///< The last who was heard of it has another digest.
+    std::int64_t all_due_us = 0;        ///< Not to be asked for as a whole before.
+    std::int64_t all_pause_us = 0;
+    std::int64_t frame_due_us = kNever;
+    [[nodiscard]] bool complete() const noexcept {
+      return open && coverage.complete_to() >= latest && frame_revision >= announced_frame;
+    }
+  };
+  /// Versions that somebody asked for, and this robot has.
+  struct Answer {
+    std::uint32_t contribution = 0;
+    VersionRange range;  ///< What is left of it.
+    std::int64_t due_us = 0;
+    bool all = false;  ///< Said though others say the same: they may have less.
+  };
+  /// Parts to send next, by version.
+  struct Batch {
+    static constexpr std::size_t kMostParts = 128;
+    struct Part {
+      std::uint32_t record = 0;
+      std::uint32_t version = 0;
+    };
+    std::uint32_t contribution = 0;
+    VersionRange range;  ///< Of which these are all; what is left of it.
+    std::array<Part, kMostParts> parts{};
+    std::size_t count = 0;
+    std::size_t next = 0;
+    [[nodiscard]] bool empty() const noexcept { return range.first > range.last; }
+  };
+
+  static constexpr std::int64_t kNever = INT64_MAX;
+  /// Requests without an answer after which nobody is expected to have it.
+  static constexpr std::uint32_t kPatience = 16;
+
+  [[nodiscard]] std::int64_t random_us(std::int64_t below) noexcept;
+  [[nodiscard]] Contribution* find(const ContributionId& id) noexcept;
+  [[nodiscard]] Contribution* find_or_add(const ContributionId& id) noexcept;
+  [[nodiscard]] std::uint32_t number_of(const Contribution& contribution) const noexcept {
+    return static_cast<std::uint32_t>(&contribution - contributions_.data());
+  }
+  [[nodiscard]] bool is_excluded(std::uint32_t robot) const noexcept;
+  [[nodiscard]] std::uint64_t digest_of(Slot slot, BlockKey key) const noexcept;
+  [[nodiscard]] Result<Replicas::Change> put(Contribution& contribution, BlockKey key,
+                                             const PartVersion& version,
+                                             const BlockContent& content,
+                                             std::span<const std::byte> coded) noexcept;
+  [[nodiscard]] Status set_frame(Contribution& contribution, const Matrix34d& T_global_map,
+                                 std::uint32_t revision) noexcept;
+  [[nodiscard]] Status publish_parts(Contribution& contribution, BlockKey key,
+                                     const BlockContent& content, unsigned parts,
+                                     std::size_t whole_bytes, std::uint32_t& bytes) noexcept;
+
+  [[nodiscard]] Peer* accept(std::span<const std::byte> datagram, DatagramHeader& header,
+                             std::int64_t now_us) noexcept;
+  [[nodiscard]] bool hear(Peer& peer, const DatagramHeader& header, ByteReader& body,
+                          std::int64_t now_us) noexcept;
+  [[nodiscard]] bool hear_announcement(ByteReader& body, std::int64_t now_us) noexcept;
+  void hear_announced(const AnnouncedContribution& announced, std::int64_t now_us) noexcept;
+  [[nodiscard]] bool hear_request(ByteReader& body, std::int64_t now_us) noexcept;
+  void hear_requested(const RequestedContribution& requested, std::int64_t now_us) noexcept;
+  [[nodiscard]] bool hear_chunk(ByteReader& body, std::int64_t now_us) noexcept;
+  [[nodiscard]] bool take_records(Contribution& contribution, ByteReader& body,
+                                  VersionRange range) noexcept;
+  [[nodiscard]] bool hear_frame(ByteReader& body) noexcept;
+  void note_lack(Contribution& contribution, std::int64_t now_us) noexcept;
+  void note_digest(Contribution& contribution, const AnnouncedContribution& announced,
+                   std::int64_t now_us) noexcept;
+  void add_answer(const Answer& wanted) noexcept;
+  void answer_with_all(const Contribution& contribution, std::int64_t due_us) noexcept;
+  void drop_answers(std::uint32_t contribution, VersionRange heard) noexcept;
+
+  [[nodiscard]] bool write_body(DatagramKind& kind, ByteWriter& to, std::int64_t now_us) noexcept;
+  [[nodiscard]] bool write_announcement(ByteWriter& to, std::int64_t now_us) noexcept;
+  [[nodiscard]] bool write_due_frame(ByteWriter& to, std::int64_t now_us) noexcept;
+  [[nodiscard]] bool write_request(ByteWriter& to, std::int64_t now_us) noexcept;
+  [[nodiscard]] bool write_chunk(ByteWriter& to, std::int64_t now_us) noexcept;
+  void write_batch(ByteWriter& to, Batch& batch) noexcept;
+  void collect(Batch& batch) noexcept;
+  [[nodiscard]] bool next_fresh() noexcept;
+  [[nodiscard]] bool next_answer(std::int64_t now_us) noexcept;
+
+  ExchangeConfig config_{};
+  ReplicaStore store_{};
+  Authenticator authenticator_{};
+  ConfigurationDetails details_{};
+  std::uint32_t configuration_ = 0;
+  int num_components_ = 0;
+  std::span<Contribution> contributions_;
+  std::uint32_t known_ = 0;
+  std::span<Answer> answers_;
+  std::size_t waiting_answers_ = 0;
+  PeerTable peers_{};
+  std::array<std::uint32_t, ExchangeConfig::kMostExcluded> excluded_{};
+  std::size_t excluded_count_ = 0;
+  std::span<Batch> batches_;            ///< Of what is new, and of an answer.
+  std::uint32_t publishing_ = kNobody;  ///< The contribution that publish() is of.
+  std::uint32_t sent_ = 0;              ///< Of it, versions that went out or are in the batch.
+  bool answer_next_ = false;            ///< New blocks and answers take turns.
+  bool answered_ = false;               ///< The last chunk was an answer.
+  std::uint32_t announced_next_ = 0;  ///< The contribution that the next announcement begins with.
+  std::int64_t announce_due_us_ = 0;
+  bool announce_soon_ = false;
+  bool leave_due_ = false;
+  std::uint32_t control_sequence_ = 0;  ///< Of what a window is kept of.
+  std::uint32_t data_sequence_ = 0;
+  std::uint64_t random_ = 0;
+  std::int64_t budget_bytes_ = 0;
+  std::int64_t budget_us_ = 0;
+  bool started_ = false;
+  BlockContent content_{};
+  std::span<std::byte> packed_;  ///< Scratch for a packed block.
+  std::span<std::byte> coded_;   ///< Scratch for a record.
+  ExchangeReport counted_{};
+
+  static constexpr std::uint32_t kNobody = ~std::uint32_t{0};
+};
+
+}  // namespace tessera

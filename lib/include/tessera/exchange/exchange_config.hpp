@@ -1,0 +1,103 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// What the exchange is told and tells: its settings, where replicas are kept, and its report.
+#pragma once
+
+#include <cstdint>
+
+#include "tessera/fusion/replicas.hpp"
+#include "tessera/semantics/class_table.hpp"
+
+namespace tessera {
+
+struct ExchangeConfig {
+  static constexpr std::size_t kMostExcluded = 16;
+
+  std::uint32_t robot = 0;
+  /// Higher with every start of the robot, from a counter that outlives it and never from a clock:
+  /// what was recorded of an earlier session is no news.
+  std::uint32_t session = 1;
+  double resolution_m = 0.1;  ///< As MapConfig; so are the next two.
+  double prior = 0.001;
+  float free_weight = 0.4F;
+  std::uint32_t contributions = 64;  ///< That are known of, at most; Replicas::kMostContributions.
+  std::uint32_t peers = 64;          ///< Robots that are heard, at most.
+  std::uint32_t answers = 64;        ///< Ranges of versions that others wait for, at most.
+  /// What send() gives in all, over any time, is at most this rate and a burst.
+  std::uint32_t bytes_per_s = 1'500'000;
+  std::uint32_t burst_bytes = 128U << 10U;
+  std::int64_t announce_us = 1'000'000;      ///< Between announcements where nothing happens.
+  std::int64_t announce_soon_us = 150'000;   ///< After something was published.
+  std::int64_t request_us = 150'000;         ///< From a lack that is noticed to asking for it.
+  std::int64_t request_most_us = 1'000'000;  ///< Between requests that nobody answers yet.
+  /// The same where nobody is heard who has anything else: what never left a robot that is gone is
+  /// nowhere. Also the longest between requests for all of a contribution.
+  std::int64_t request_idle_us = 30'000'000;
+  std::int64_t answer_us = 60'000;  ///< Within which others than the origin answer.
+};
+
+/// Where replicas are kept: Replicas itself, or a global map around them.
+struct ReplicaStore {
+  void* context = nullptr;
+  const Replicas* replicas = nullptr;
+  /// As GlobalMap::open, put, set_frame and remove.
+  Result<Replicas::Slot> (*open)(void* context, const ContributionId& id,
+                                 const GridTransform& T_global_local) noexcept = nullptr;
+  Result<Replicas::Change> (*put)(void* context, Replicas::Slot slot, BlockKey key,
+                                  const PartVersion& version, std::span<const std::byte> packed,
+                                  std::span<const std::byte> wire) noexcept = nullptr;
+  void (*set_frame)(void* context, Replicas::Slot slot, const GridTransform& T_global_local,
+                    std::uint32_t revision) noexcept = nullptr;
+  void (*remove)(void* context, Replicas::Slot slot) noexcept = nullptr;
+};
+
+class GlobalMap;
+[[nodiscard]] ReplicaStore store_of(GlobalMap& global) noexcept;
+/// Replicas alone, for robots that only pass on what they hear. Removing takes O(parts).
+[[nodiscard]] ReplicaStore store_of(Replicas& replicas) noexcept;
+
+/// Counters never decrease.
+struct ExchangeReport {
+  // Datagrams that were received, each counted once more below if it was refused.
+  std::uint64_t received = 0;
+  std::uint64_t received_bytes = 0;
+  std::uint64_t refused_size = 0;           ///< Shorter than a header and a tag, or too long.
+  std::uint64_t refused_format = 0;         ///< No header of this format.
+  std::uint64_t refused_tag = 0;            ///< Damaged, or of none who has the key.
+  std::uint64_t refused_configuration = 0;  ///< Another resolution, class table or scale.
+  std::uint64_t refused_replay = 0;         ///< Heard before, or of an earlier session.
+  std::uint64_t refused_robot = 0;          ///< Another robot with this one's number.
+  std::uint64_t refused_excluded = 0;
+  std::uint64_t refused_peers = 0;  ///< No place in the table of peers.
+  std::uint64_t refused_body = 0;   ///< Well tagged, but no body of its kind.
+  std::uint64_t own_echoes = 0;
+  // What was in them.
+  std::uint64_t records_taken = 0;
+  std::uint64_t records_stale = 0;
+  std::uint64_t records_refused = 0;  ///< No room, or the robot's quota: asked for again later.
+  std::uint64_t records_early = 0;    ///< Chunks of contributions whose frame is not known yet.
+  std::uint64_t refused_contributions = 0;  ///< Times that there was no place for another.
+  std::uint64_t diverged = 0;   ///< Times that all versions were there and the digest was another.
+  std::uint64_t impostors = 0;  ///< Claims that more of this robot's own is known than it has.
+  // What was sent.
+  std::uint64_t sent = 0;
+  std::uint64_t sent_bytes = 0;
+  std::uint64_t announcements = 0;
+  std::uint64_t requests = 0;
+  std::uint64_t requests_saved = 0;  ///< Another robot asked for the same.
+  std::uint64_t frames = 0;
+  std::uint64_t fresh_chunks = 0;
+  std::uint64_t answer_chunks = 0;
+  std::uint64_t answer_bytes = 0;     ///< Of sent_bytes.
+  std::uint64_t answers_saved = 0;    ///< Another robot gave the same.
+  std::uint64_t refused_answers = 0;  ///< No place for what was asked for.
+  std::uint64_t published_parts = 0;
+  std::uint64_t refused_parts = 0;
+  // How things stand.
+  std::uint32_t contributions = 0;
+  std::uint32_t complete = 0;  ///< Of these, those of which nothing is known to be lacking.
+  std::uint32_t peers = 0;
+  std::uint32_t waiting_answers = 0;
+};
+
+}  // namespace tessera

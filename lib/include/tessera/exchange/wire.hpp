@@ -1,0 +1,148 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// What a datagram is made of (docs/wire-format.md): a header, a body by kind, a tag. Every datagram
+// stands alone. Reading checks lengths and ranges, never allocates, and never reads beyond the end.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "tessera/base/byte_io.hpp"
+#include "tessera/base/geometry.hpp"
+#include "tessera/exchange/authenticator.hpp"
+#include "tessera/fusion/replicas.hpp"
+
+namespace tessera {
+
+/// With the channel "TESSERA" and its NUL, 1,400 bytes: nothing on the way has to cut it up.
+inline constexpr std::size_t kMostDatagramBytes = 1392;
+inline constexpr std::size_t kHeaderBytes = 20;
+inline constexpr std::size_t kMostBodyBytes = kMostDatagramBytes - kHeaderBytes - kTagBytes;
+
+enum class DatagramKind : std::uint8_t {
+  kAnnounce = 1,  ///< What its sender has.
+  kRequest = 2,   ///< What its sender lacks.
+  kChunk = 3,     ///< Blocks of a contribution.
+  kFrame = 4,     ///< Where a contribution is.
+  kLeave = 5,     ///< Its sender says no more.
+};
+
+struct DatagramHeader {
+  DatagramKind kind = DatagramKind::kAnnounce;
+  std::uint32_t configuration = 0;  ///< ConfigurationDetails::checksum of the sender's.
+  std::uint32_t sender = 0;         ///< Robot.
+  std::uint32_t session = 0;        ///< Higher with every start of the sender.
+  std::uint32_t sequence = 0;       ///< Higher with every datagram of a session.
+};
+
+/// What robots must have alike to fuse what the others say.
+struct ConfigurationDetails {
+  double resolution_m = 0.0;
+  double prior = 0.0;
+  float free_weight = 0.0F;
+  std::uint16_t classes = 0;
+  std::uint32_t class_table = 0;  ///< CRC-32C of ids and names.
+  [[nodiscard]] std::uint32_t checksum() const noexcept;
+  friend bool operator==(const ConfigurationDetails&, const ConfigurationDetails&) = default;
+};
+
+/// What a robot has of a contribution.
+struct AnnouncedContribution {
+  ContributionId id;
+  std::uint32_t latest = 0;  ///< The highest version that it knows of.
+  std::uint32_t frame_revision = 0;
+  bool complete = false;     ///< It has all up to that.
+  std::uint64_t digest = 0;  ///< Of all that it has, if complete.
+};
+
+/// Versions from first to last.
+struct VersionRange {
+  std::uint32_t first = 1;
+  std::uint32_t last = 0;
+  friend constexpr bool operator==(const VersionRange&, const VersionRange&) = default;
+};
+
+/// What a robot lacks of a contribution.
+struct RequestedContribution {
+  static constexpr std::size_t kMostGaps = 8;
+  ContributionId id;
+  std::uint32_t frame_revision = 0;  ///< Of the frame that it has; 0: none.
+  bool all = false;                  ///< All, from whoever has another digest than this.
+  std::uint64_t digest = 0;
+  std::uint8_t gaps = 0;  ///< 0 with all.
+  std::array<VersionRange, kMostGaps> gap{};
+};
+
+/// What all records of a chunk are of. In the range they are all that is not superseded: who has
+/// them lacks nothing there.
+struct ChunkHeader {
+  ContributionId id;
+  VersionRange range;
+};
+
+/// A part of a block as it goes over the wire.
+struct ChunkRecord {
+  BlockCoord block;
+  PartVersion version;
+  std::span<const std::byte> coded;  ///< block_codec.hpp
+};
+
+struct FrameBody {
+  ContributionId id;
+  std::uint32_t revision = 0;
+  Matrix34d T_global_map = Matrix34d::Identity();
+};
+
+/// Bytes of a record's own, beside what is coded, at most.
+inline constexpr std::size_t kMostRecordHeaderBytes = 1 + 5 + 3 * 5 + 2;
+inline constexpr std::size_t kChunkHeaderBytes = 20;
+/// What fits a datagram whatever else the record says.
+inline constexpr std::size_t kMostCodedBytes =
+    kMostBodyBytes - kChunkHeaderBytes - kMostRecordHeaderBytes;
+
+// --- Writing. Each call writes all or nothing: false iff it does not fit. ------------------------
+
+void write_header(ByteWriter& to, const DatagramHeader& header) noexcept;
+void write_details(ByteWriter& to, const ConfigurationDetails& details) noexcept;
+bool write_announced(ByteWriter& to, const AnnouncedContribution& announced) noexcept;
+bool write_requested(ByteWriter& to, const RequestedContribution& requested) noexcept;
+void write_chunk_header(ByteWriter& to, const ChunkHeader& header) noexcept;
+bool write_frame(ByteWriter& to, const FrameBody& frame) noexcept;
+
+/// Records of a chunk, in the order of their versions.
+class RecordWriter {
+ public:
+  RecordWriter(ByteWriter& to, VersionRange range) noexcept : to_(to), version_(range.first - 1) {}
+  /// False iff it does not fit: nothing was written.
+  bool write(const ChunkRecord& record) noexcept;
+
+ private:
+  ByteWriter& to_;
+  std::uint32_t version_;
+  BlockCoord block_{};
+};
+
+// --- Reading. False iff what is there is none of these; the rest of the datagram is of no use. ---
+
+bool read_header(ByteReader& from, DatagramHeader& header) noexcept;
+bool read_details(ByteReader& from, ConfigurationDetails& details) noexcept;
+bool read_announced(ByteReader& from, AnnouncedContribution& announced) noexcept;
+bool read_requested(ByteReader& from, RequestedContribution& requested) noexcept;
+bool read_chunk_header(ByteReader& from, ChunkHeader& header) noexcept;
+bool read_frame(ByteReader& from, FrameBody& frame) noexcept;
+
+class RecordReader {
+ public:
+  RecordReader(ByteReader& from, VersionRange range) noexcept
+      : from_(from), range_(range), version_(range.first - 1) {}
+  bool read(ChunkRecord& record) noexcept;
+
+ private:
+  ByteReader& from_;
+  VersionRange range_;
+  std::uint32_t version_;
+  BlockCoord block_{};
+};
+
+}  // namespace tessera

@@ -1,0 +1,65 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tessera/exchange/coverage.hpp"
+
+#include <algorithm>
+
+namespace tessera {
+
+bool Coverage::contains(VersionRange range) const noexcept {
+  for (const VersionRange& known : ranges()) {
+    if (known.first <= range.first && range.last <= known.last) return true;
+  }
+  return range.first > range.last;
+}
+
+bool Coverage::add(VersionRange range) noexcept {
+  TESSERA_ASSERT(range.first >= 1);
+  if (contains(range)) return false;
+  // Those that it meets or touches become one with it. One before the first: no overflow at the
+  // end.
+  const auto touches = [](const VersionRange& before, const VersionRange& after) {
+    return after.first - 1 <= before.last;
+  };
+  std::size_t from = 0;
+  while (from < count_ && !touches(ranges_[from], range)) ++from;
+  std::size_t to = from;
+  for (; to < count_ && touches(range, ranges_[to]); ++to) {
+    range.first = std::min(range.first, ranges_[to].first);
+    range.last = std::max(range.last, ranges_[to].last);
+  }
+  if (to == from) {
+    std::copy_backward(&ranges_[from], &ranges_[count_], &ranges_[count_ + 1]);
+    ++count_;
+  } else {
+    std::copy(&ranges_[to], &ranges_[count_], &ranges_[from + 1]);
+    count_ -= to - from - 1;
+  }
+  ranges_[from] = range;
+  if (count_ <= kMostRanges) return true;
+  const auto shortest = std::min_element(ranges_.begin(), ranges_.begin() + count_,
+                                         [](const VersionRange& a, const VersionRange& b) {
+                                           return a.last - a.first < b.last - b.first;
+                                         });
+  std::copy(shortest + 1, ranges_.begin() + count_, shortest);
+  --count_;
+  return true;
+}
+
+std::size_t Coverage::gaps(std::uint32_t last, std::span<VersionRange> into) const noexcept {
+  std::size_t found = 0;
+  std::uint32_t next = 1;
+  for (const VersionRange& known : ranges()) {
+    if (known.first > last) break;
+    if (known.first > next) {
+      if (found == into.size()) return found;
+      into[found++] = {next, known.first - 1};
+    }
+    if (known.last >= last) return found;
+    next = known.last + 1;
+  }
+  if (found < into.size() && next <= last) into[found++] = {next, last};
+  return found;
+}
+
+}  // namespace tessera

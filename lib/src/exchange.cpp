@@ -1,0 +1,224 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// Making it, what this robot says, and how things stand.
+#include "tessera/exchange/exchange.hpp"
+
+#include <algorithm>
+
+#include "tessera/base/crc32.hpp"
+#include "tessera/exchange/block_codec.hpp"
+#include "tessera/fusion/global_map.hpp"
+
+namespace tessera {
+
+namespace {
+
+/// A record that takes more is published in parts, of which any fits.
+static_assert(most_coded_bytes(1) <= kMostCodedBytes);
+
+constexpr std::size_t kBatches = 2;
+constexpr std::size_t kMostCoded = most_coded_bytes(kBlockLayers);
+
+std::uint32_t checksum_of(const ClassTable& classes) noexcept {
+  std::uint32_t crc = 0;
+  for (int c = 1; c <= classes.num_classes(); ++c) {
+    const std::string_view name = classes[c].name_view();
+    crc = crc32c(std::as_bytes(std::span(name)), crc);
+    const std::byte end{0};
+    crc = crc32c({&end, 1}, crc);
+  }
+  return crc;
+}
+
+bool valid(const ExchangeConfig& config) noexcept {
+  return config.contributions >= 1 && config.contributions <= Replicas::kMostContributions &&
+         config.peers >= 1 && config.answers >= 1 && config.burst_bytes >= kMostDatagramBytes &&
+         config.announce_us > 0 && config.announce_soon_us > 0 && config.request_us > 0 &&
+         config.request_most_us >= config.request_us && config.answer_us > 0;
+}
+
+}  // namespace
+
+std::size_t Exchange::required_bytes(const ExchangeConfig& config, int num_components) noexcept {
+  return arena_bytes<Contribution>(config.contributions) + arena_bytes<Answer>(config.answers) +
+         PeerTable::required_bytes(config.peers) + arena_bytes<Batch>(kBatches) +
+         BlockContent::required_bytes(num_components) +
+         arena_bytes<std::byte>(most_packed_bytes(num_components)) +
+         arena_bytes<std::byte>(kMostCoded);
+}
+
+Result<Exchange> Exchange::make(Arena& arena, const ExchangeConfig& config,
+                                const ReplicaStore& store, const Authenticator& authenticator,
+                                const ClassTable& classes) noexcept {
+  if (!valid(config)) return Status::kInvalidArgument;
+  Exchange exchange;
+  exchange.config_ = config;
+  exchange.store_ = store;
+  exchange.authenticator_ = authenticator;
+  exchange.num_components_ = classes.num_components();
+  exchange.details_ = {.resolution_m = config.resolution_m,
+                       .prior = config.prior,
+                       .free_weight = config.free_weight,
+                       .classes = static_cast<std::uint16_t>(classes.num_classes()),
+                       .class_table = checksum_of(classes)};
+  exchange.configuration_ = exchange.details_.checksum();
+  exchange.random_ = mix64((std::uint64_t{config.robot} << 32U) + config.session);
+  exchange.contributions_ = arena.take<Contribution>(config.contributions);
+  exchange.answers_ = arena.take<Answer>(config.answers);
+  Result<PeerTable> peers = PeerTable::make(arena, config.peers);
+  exchange.batches_ = arena.take<Batch>(kBatches);
+  Result<BlockContent> content = BlockContent::make(arena, exchange.num_components_);
+  exchange.packed_ = arena.take<std::byte>(most_packed_bytes(exchange.num_components_));
+  exchange.coded_ = arena.take<std::byte>(kMostCoded);
+  if (exchange.contributions_.empty() || exchange.answers_.empty() || !peers.ok() ||
+      exchange.batches_.empty() || !content.ok() || exchange.packed_.empty() ||
+      exchange.coded_.empty())
+    return Status::kResourceExhausted;
+  exchange.peers_ = *peers;
+  exchange.content_ = *content;
+  return exchange;
+}
+
+std::int64_t Exchange::random_us(std::int64_t below) noexcept {
+  random_ += 0x9e3779b97f4a7c15U;
+  return static_cast<std::int64_t>(mix64(random_) % static_cast<std::uint64_t>(below));
+}
+
+Exchange::Contribution* Exchange::find(const ContributionId& id) noexcept {
+  for (Contribution& contribution : contributions_.first(known_)) {
+    if (contribution.id == id) return &contribution;
+  }
+  return nullptr;
+}
+
+Exchange::Contribution* Exchange::find_or_add(const ContributionId& id) noexcept {
+  if (Contribution* const known = find(id); known != nullptr) return known;
+  if (known_ == contributions_.size()) {
+    ++counted_.refused_contributions;
+    return nullptr;
+  }
+  Contribution& added = contributions_[known_++];
+  added.id = id;
+  added.excluded = is_excluded(id.robot);
+  return &added;
+}
+
+bool Exchange::is_excluded(std::uint32_t robot) const noexcept {
+  const auto end = excluded_.begin() + excluded_count_;
+  return std::find(excluded_.begin(), end, robot) != end;
+}
+
+/// Of what is held of a block: a sum over its parts, so that one can be taken away again.
+std::uint64_t Exchange::digest_of(Slot slot, BlockKey key) const noexcept {
+  std::uint64_t sum = 0;
+  for (const Replicas::Replica* part = store_.replicas->find(slot, key); part != nullptr;
+       part = store_.replicas->next_part(*part)) {
+    if (part->live == 0) continue;
+    sum += mix64(key.bits + mix64((std::uint64_t{part->version} << 8U) + part->live));
+  }
+  return sum;
+}
+
+Result<Replicas::Change> Exchange::put(Contribution& contribution, BlockKey key,
+                                       const PartVersion& version, const BlockContent& content,
+                                       std::span<const std::byte> coded) noexcept {
+  const std::uint64_t before = digest_of(contribution.slot, key);
+  const std::size_t packed = pack_block(content, packed_);
+  const Result<Replicas::Change> change =
+      store_.put(store_.context, contribution.slot, key, version, packed_.first(packed), coded);
+  contribution.digest += digest_of(contribution.slot, key) - before;
+  return change;
+}
+
+Status Exchange::set_frame(Contribution& contribution, const Matrix34d& T_global_map,
+                           std::uint32_t revision) noexcept {
+  const Result<GridTransform> frame = GridTransform::make(T_global_map, config_.resolution_m);
+  if (!frame.ok()) return Status::kInvalidArgument;
+  if (!contribution.open) {
+    const Result<Slot> slot = store_.open(store_.context, contribution.id, *frame);
+    if (!slot.ok()) return slot.status();
+    contribution.slot = *slot;
+    contribution.open = true;
+  }
+  store_.set_frame(store_.context, contribution.slot, *frame, revision);
+  contribution.T_global_map = T_global_map;
+  contribution.frame_revision = revision;
+  contribution.announced_frame = std::max(contribution.announced_frame, revision);
+  return Status::kOk;
+}
+
+Status Exchange::open(std::uint32_t epoch, std::uint32_t submap,
+                      const Matrix34d& T_global_map) noexcept {
+  const ContributionId id{config_.robot, epoch, submap};
+  const Contribution* const known = find(id);
+  if (known != nullptr && known->open) return Status::kInvalidArgument;
+  Contribution* const contribution = find_or_add(id);
+  if (contribution == nullptr) return Status::kResourceExhausted;
+  const Status status = set_frame(*contribution, T_global_map, 1);
+  if (status != Status::kOk) return status;
+  contribution->own = true;
+  contribution->frame_due_us = 0;
+  publishing_ = number_of(*contribution);
+  sent_ = 0;
+  announce_due_us_ = 0;
+  return Status::kOk;
+}
+
+Status Exchange::move(std::uint32_t epoch, std::uint32_t submap,
+                      const Matrix34d& T_global_map) noexcept {
+  Contribution* const contribution = find({config_.robot, epoch, submap});
+  if (contribution == nullptr || !contribution->own) return Status::kInvalidArgument;
+  const Status status = set_frame(*contribution, T_global_map, contribution->frame_revision + 1);
+  if (status == Status::kOk) contribution->frame_due_us = 0;
+  return status;
+}
+
+Status Exchange::exclude(std::uint32_t robot) noexcept {
+  if (is_excluded(robot)) return Status::kOk;
+  if (excluded_count_ == excluded_.size()) return Status::kResourceExhausted;
+  excluded_[excluded_count_++] = robot;
+  for (Contribution& contribution : contributions_.first(known_)) {
+    if (contribution.id.robot != robot) continue;
+    contribution.excluded = true;
+    if (contribution.open) store_.remove(store_.context, contribution.slot);
+    contribution.open = false;
+    contribution.request_due_us = contribution.frame_due_us = kNever;
+    contribution.coverage.clear();
+    contribution.digest = 0;
+    const std::uint32_t number = number_of(contribution);
+    drop_answers(number, {1, ~std::uint32_t{0}});
+    for (Batch& batch : batches_) {
+      if (batch.contribution == number) batch.range = {};
+    }
+  }
+  return Status::kOk;
+}
+
+std::uint64_t Exchange::digest() const noexcept {
+  // A sum: contributions came in any order.
+  std::uint64_t sum = 0;
+  for (const Contribution& contribution : contributions_.first(known_)) {
+    if (!contribution.open) continue;
+    Digest of;
+    of.add(contribution.id.robot);
+    of.add(std::uint64_t{contribution.id.epoch} << 32U | contribution.id.submap);
+    of.add(contribution.frame_revision);
+    of.add(contribution.digest);
+    sum += of.value();
+  }
+  return sum;
+}
+
+ExchangeReport Exchange::report() const noexcept {
+  ExchangeReport report = counted_;
+  for (const Contribution& contribution : contributions_.first(known_)) {
+    if (contribution.excluded) continue;
+    ++report.contributions;
+    report.complete += contribution.complete() ? 1U : 0U;
+  }
+  report.peers = static_cast<std::uint32_t>(peers_.all().size());
+  report.waiting_answers = static_cast<std::uint32_t>(waiting_answers_);
+  return report;
+}
+
+}  // namespace tessera

@@ -1,0 +1,68 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// A block into this robot's own replicas, in parts that each fit a datagram.
+#include "tessera/exchange/block_codec.hpp"
+#include "tessera/exchange/exchange.hpp"
+#include "tessera/map/packed_block.hpp"
+
+namespace tessera {
+
+namespace {
+
+/// The layers of one of so many parts.
+constexpr std::uint8_t layers_of(unsigned part, unsigned parts) noexcept {
+  const unsigned layers = static_cast<unsigned>(kBlockLayers) / parts;
+  return static_cast<std::uint8_t>(((1U << layers) - 1U) << (part * layers));
+}
+
+}  // namespace
+
+Status Exchange::publish_parts(Contribution& contribution, BlockKey key,
+                               const BlockContent& content, unsigned parts, std::size_t whole_bytes,
+                               std::uint32_t& bytes) noexcept {
+  const std::uint32_t first = contribution.latest + 1;
+  for (unsigned part = 0; part < parts; ++part) {
+    const std::uint8_t layers = layers_of(part, parts);
+    // Of a whole block it is there already.
+    const std::size_t coded = parts == 1 ? whole_bytes : encode_block(content, layers, coded_);
+    content_.clear();
+    if (const Status status = decode_block(coded_.first(coded), layers, num_components_, content_);
+        status != Status::kOk)
+      return status;
+    const PartVersion version{.number = first + part, .first = first, .layers = layers};
+    const Result<Replicas::Change> change =
+        put(contribution, key, version, content_, coded_.first(coded));
+    if (!change.ok()) {
+      ++counted_.refused_parts;
+      return change.status();
+    }
+    contribution.latest = version.number;
+    contribution.coverage.add({1, version.number});
+    bytes += static_cast<std::uint32_t>(coded) + 8;
+    ++counted_.published_parts;
+  }
+  return Status::kOk;
+}
+
+Result<std::uint32_t> Exchange::publish(BlockKey key, const BlockContent& content) noexcept {
+  if (publishing_ == kNobody) return Status::kInvalidArgument;
+  Contribution& contribution = contributions_[publishing_];
+  const std::size_t whole = encode_block(content, kAllLayers, coded_);
+  unsigned parts = 1;
+  const auto fits = [&] {
+    if (parts == 1) return whole <= kMostCodedBytes;
+    if (parts == static_cast<unsigned>(kBlockLayers)) return true;
+    for (unsigned part = 0; part < parts; ++part) {
+      if (encode_block(content, layers_of(part, parts), coded_) > kMostCodedBytes) return false;
+    }
+    return true;
+  };
+  while (!fits()) parts *= 2;
+  std::uint32_t bytes = 0;
+  const Status status = publish_parts(contribution, key, content, parts, whole, bytes);
+  announce_soon_ = announce_soon_ || bytes != 0;
+  if (status != Status::kOk) return status;
+  return bytes;
+}
+
+}  // namespace tessera

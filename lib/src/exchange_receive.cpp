@@ -1,0 +1,308 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// What arrives: who may speak, and what is done with each kind of datagram.
+#include <algorithm>
+
+#include "tessera/exchange/block_codec.hpp"
+#include "tessera/exchange/exchange.hpp"
+
+namespace tessera {
+
+namespace {
+
+constexpr bool is_control(DatagramKind kind) noexcept {
+  return kind == DatagramKind::kAnnounce || kind == DatagramKind::kRequest ||
+         kind == DatagramKind::kLeave;
+}
+
+}  // namespace
+
+/// The sender, if it is one to listen to; each refusal is counted.
+Peer* Exchange::accept(std::span<const std::byte> datagram, DatagramHeader& header,
+                       std::int64_t now_us) noexcept {
+  ++counted_.received;
+  counted_.received_bytes += datagram.size();
+  const auto refuse = [](std::uint64_t& counter) -> Peer* {
+    ++counter;
+    return nullptr;
+  };
+  if (datagram.size() < kHeaderBytes + kTagBytes || datagram.size() > kMostDatagramBytes)
+    return refuse(counted_.refused_size);
+  ByteReader reader(datagram.first(kHeaderBytes));
+  if (!read_header(reader, header)) return refuse(counted_.refused_format);
+  const std::span<const std::byte> message = datagram.first(datagram.size() - kTagBytes);
+  if (!authenticator_.check(authenticator_.context, message, datagram.last<kTagBytes>()))
+    return refuse(counted_.refused_tag);
+  if (header.sender == config_.robot) {
+    return refuse(header.session == config_.session ? counted_.own_echoes : counted_.refused_robot);
+  }
+  if (is_excluded(header.sender)) return refuse(counted_.refused_excluded);
+  Peer* const peer = peers_.find_or_add(header.sender, now_us);
+  if (peer == nullptr) return refuse(counted_.refused_peers);
+  if (is_control(header.kind) && !PeerTable::is_new(*peer, header.session, header.sequence))
+    return refuse(counted_.refused_replay);
+  peer->heard_us = now_us;
+  ++peer->datagrams;
+  if (header.configuration != configuration_ && header.kind != DatagramKind::kAnnounce)
+    return refuse(counted_.refused_configuration);
+  return peer;
+}
+
+void Exchange::receive(std::span<const std::byte> datagram, std::int64_t now_us) noexcept {
+  DatagramHeader header;
+  Peer* const peer = accept(datagram, header, now_us);
+  if (peer == nullptr) return;
+  ByteReader body(datagram.subspan(kHeaderBytes, datagram.size() - kHeaderBytes - kTagBytes));
+  if (!hear(*peer, header, body, now_us)) ++counted_.refused_body;
+}
+
+/// False iff the body is none of its kind.
+bool Exchange::hear(Peer& peer, const DatagramHeader& header, ByteReader& body,
+                    std::int64_t now_us) noexcept {
+  switch (header.kind) {
+    case DatagramKind::kAnnounce: {
+      ConfigurationDetails details;
+      if (!read_details(body, details)) return false;
+      peer.left = false;
+      peer.mismatch.reset();
+      if (header.configuration == configuration_) return hear_announcement(body, now_us);
+      // Its own, so that it can be said what is different.
+      peer.mismatch = details;
+      ++counted_.refused_configuration;
+      return true;
+    }
+    case DatagramKind::kRequest:
+      return hear_request(body, now_us);
+    case DatagramKind::kChunk:
+      return hear_chunk(body, now_us);
+    case DatagramKind::kFrame:
+      return hear_frame(body);
+    case DatagramKind::kLeave:
+      peer.left = true;
+      return body.remaining() == 0;
+  }
+  return false;
+}
+
+bool Exchange::hear_announcement(ByteReader& body, std::int64_t now_us) noexcept {
+  while (body.remaining() != 0) {
+    AnnouncedContribution announced;
+    if (!read_announced(body, announced)) return false;
+    hear_announced(announced, now_us);
+  }
+  return true;
+}
+
+void Exchange::hear_announced(const AnnouncedContribution& announced,
+                              std::int64_t now_us) noexcept {
+  Contribution* const contribution = find_or_add(announced.id);
+  if (contribution == nullptr || contribution->excluded) return;
+  if (contribution->own) {
+    counted_.impostors += announced.latest > contribution->latest ? 1U : 0U;
+    return;
+  }
+  contribution->latest = std::max(contribution->latest, announced.latest);
+  contribution->announced_frame = std::max(contribution->announced_frame, announced.frame_revision);
+  note_lack(*contribution, now_us);
+  note_digest(*contribution, announced, now_us);
+}
+
+/// Who knows of the same versions and holds something else has what this robot believes to be
+/// superseded, or lacks it: what superseded it went down with its origin. Then all is asked for.
+void Exchange::note_digest(Contribution& contribution, const AnnouncedContribution& announced,
+                           std::int64_t now_us) noexcept {
+  contribution.different = !contribution.open || contribution.digest != announced.digest;
+  if (!contribution.different) {
+    contribution.all_pause_us = 0;
+    return;
+  }
+  if (contribution.request_due_us != kNever) {
+    contribution.request_pause_us =
+        std::min(contribution.request_pause_us, config_.request_most_us);
+    contribution.request_due_us =
+        std::min(contribution.request_due_us, now_us + 2 * config_.request_most_us);
+  }
+  // Who has all that there is only has to be asked once more.
+  const bool settled =
+      announced.complete ? contribution.complete() : contribution.requests > kPatience;
+  if (!settled || contribution.latest != announced.latest || now_us < contribution.all_due_us)
+    return;
+  ++counted_.diverged;
+  contribution.all_due_us = kNever;  // until it is asked for
+  contribution.request_due_us = std::min(
+      contribution.request_due_us, now_us + config_.request_us + random_us(config_.request_us));
+}
+
+/// Sees to it that what is lacking is asked for, or no more.
+void Exchange::note_lack(Contribution& contribution, std::int64_t now_us) noexcept {
+  const bool wants_all = contribution.all_due_us == kNever;
+  if (contribution.own || contribution.excluded || (contribution.complete() && !wants_all)) {
+    contribution.request_due_us = kNever;
+    return;
+  }
+  if (contribution.request_due_us != kNever) return;
+  contribution.requests = 0;
+  contribution.request_pause_us = config_.request_us;
+  contribution.request_due_us = now_us + config_.request_us + random_us(config_.request_us);
+}
+
+bool Exchange::hear_request(ByteReader& body, std::int64_t now_us) noexcept {
+  while (body.remaining() != 0) {
+    RequestedContribution requested;
+    if (!read_requested(body, requested)) return false;
+    hear_requested(requested, now_us);
+  }
+  return true;
+}
+
+void Exchange::hear_requested(const RequestedContribution& requested,
+                              std::int64_t now_us) noexcept {
+  Contribution* const contribution = find(requested.id);
+  if (contribution == nullptr || !contribution->open) return;
+  const auto delay = [&] {
+    return contribution->own ? random_us(config_.answer_us / 8 + 1)
+                             : config_.answer_us / 4 + random_us(config_.answer_us);
+  };
+  if (requested.frame_revision < contribution->frame_revision)
+    contribution->frame_due_us = std::min(contribution->frame_due_us, now_us + delay());
+  if (requested.all) {
+    if (requested.digest != contribution->digest) answer_with_all(*contribution, now_us + delay());
+    return;
+  }
+  const auto gaps = std::span(requested.gap).first(requested.gaps);
+  for (const VersionRange& gap : gaps) {
+    for (const VersionRange& known : contribution->coverage.ranges()) {
+      const VersionRange both{std::max(gap.first, known.first), std::min(gap.last, known.last)};
+      if (both.first <= both.last)
+        add_answer({number_of(*contribution), both, now_us + delay(), false});
+    }
+  }
+  // Who lacks the same waits for the answer to this.
+  if (contribution->request_due_us == kNever || gaps.empty()) return;
+  const bool same = std::any_of(gaps.begin(), gaps.end(), [&](const VersionRange& gap) {
+    return !contribution->coverage.contains(gap) && gap.first <= contribution->latest;
+  });
+  if (!same) return;
+  ++counted_.requests_saved;
+  contribution->request_due_us =
+      std::max(contribution->request_due_us,
+               now_us + contribution->request_pause_us + random_us(contribution->request_pause_us));
+}
+
+void Exchange::answer_with_all(const Contribution& contribution, std::int64_t due_us) noexcept {
+  for (const VersionRange& known : contribution.coverage.ranges())
+    add_answer({number_of(contribution), known, due_us, true});
+}
+
+/// Where there is no place, it will be asked for again.
+void Exchange::add_answer(const Answer& wanted) noexcept {
+  for (Answer& answer : answers_.first(waiting_answers_)) {
+    const bool apart =
+        wanted.range.last < answer.range.first || answer.range.last < wanted.range.first;
+    if (answer.contribution != wanted.contribution || apart) continue;
+    answer.range.first = std::min(answer.range.first, wanted.range.first);
+    answer.range.last = std::max(answer.range.last, wanted.range.last);
+    answer.all = answer.all || wanted.all;
+    return;
+  }
+  if (waiting_answers_ == answers_.size()) {
+    ++counted_.refused_answers;
+    return;
+  }
+  answers_[waiting_answers_++] = wanted;
+}
+
+/// What somebody else has said needs no saying.
+void Exchange::drop_answers(std::uint32_t contribution, VersionRange heard) noexcept {
+  for (std::size_t i = 0; i < waiting_answers_;) {
+    VersionRange& range = answers_[i].range;
+    const bool apart = heard.last < range.first || range.last < heard.first;
+    if (answers_[i].contribution == contribution && !apart && !answers_[i].all) {
+      ++counted_.answers_saved;
+      if (heard.first <= range.first) {
+        range.first = heard.last == ~std::uint32_t{0} ? heard.last : heard.last + 1;
+        if (heard.last >= range.last) range = {};
+      } else if (heard.last >= range.last) {
+        range.last = heard.first - 1;
+      }
+    }
+    if (range.first > range.last) {
+      answers_[i] = answers_[--waiting_answers_];
+    } else {
+      ++i;
+    }
+  }
+}
+
+bool Exchange::hear_chunk(ByteReader& body, std::int64_t now_us) noexcept {
+  ChunkHeader header;
+  if (!read_chunk_header(body, header)) return false;
+  Contribution* const contribution = find_or_add(header.id);
+  if (contribution == nullptr || contribution->excluded) return true;
+  drop_answers(number_of(*contribution), header.range);
+  if (contribution->own) {
+    counted_.impostors += header.range.last > contribution->latest ? 1U : 0U;
+    return true;
+  }
+  contribution->latest = std::max(contribution->latest, header.range.last);
+  if (!contribution->open) {
+    ++counted_.records_early;
+    note_lack(*contribution, now_us);
+    return true;
+  }
+  const bool lacked = !contribution->coverage.contains(header.range);
+  const bool well_formed = take_records(*contribution, body, header.range);
+  // While something comes, the rest may too.
+  if (lacked && contribution->request_due_us != kNever) {
+    contribution->requests = 0;
+    contribution->request_pause_us = config_.request_us;
+    contribution->request_due_us = now_us + config_.request_us + random_us(config_.request_us);
+  }
+  note_lack(*contribution, now_us);
+  return well_formed;
+}
+
+/// What is refused stays a gap. False iff a record is none: what came before it is taken, and
+/// nothing is known of the rest.
+bool Exchange::take_records(Contribution& contribution, ByteReader& body,
+                            VersionRange range) noexcept {
+  RecordReader reader(body, range);
+  ChunkRecord record;
+  std::uint32_t first = range.first;
+  while (body.remaining() != 0) {
+    if (!reader.read(record)) return false;
+    const Result<BlockKey> key = pack(record.block);
+    TESSERA_ASSERT(key.ok());
+    if (store_.replicas->news(contribution.slot, *key, record.version) == 0) {
+      ++counted_.records_stale;
+      continue;
+    }
+    content_.clear();
+    if (decode_block(record.coded, record.version.layers, num_components_, content_) != Status::kOk)
+      return false;
+    if (put(contribution, *key, record.version, content_, record.coded).ok()) {
+      ++counted_.records_taken;
+      continue;
+    }
+    ++counted_.records_refused;
+    if (first < record.version.number)
+      contribution.coverage.add({first, record.version.number - 1});
+    first = record.version.number + 1;
+  }
+  if (first <= range.last) contribution.coverage.add({first, range.last});
+  return true;
+}
+
+bool Exchange::hear_frame(ByteReader& body) noexcept {
+  FrameBody frame;
+  if (!read_frame(body, frame) || body.remaining() != 0) return false;
+  Contribution* const contribution = find_or_add(frame.id);
+  if (contribution == nullptr || contribution->excluded || contribution->own) return true;
+  if (frame.revision >= contribution->frame_revision) contribution->frame_due_us = kNever;
+  if (frame.revision <= contribution->frame_revision) return true;
+  const Status status = set_frame(*contribution, frame.T_global_map, frame.revision);
+  if (status == Status::kResourceExhausted) ++counted_.refused_contributions;
+  return status != Status::kInvalidArgument;
+}
+
+}  // namespace tessera

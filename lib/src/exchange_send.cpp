@@ -1,0 +1,250 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// What is sent next: announcements, frames, requests, new blocks and answers, under a budget.
+#include <algorithm>
+
+#include "tessera/exchange/exchange.hpp"
+
+namespace tessera {
+
+namespace {
+
+constexpr std::size_t kFreshBatch = 0;
+constexpr std::size_t kAnswerBatch = 1;
+/// Frames are few and nothing goes without them: they are said unasked with one announcement of so
+/// many.
+constexpr std::uint64_t kAnnouncementsOfFrame = 8;
+
+}  // namespace
+
+std::size_t Exchange::send(std::int64_t now_us, std::span<std::byte> into) noexcept {
+  TESSERA_ASSERT(into.size() >= kMostDatagramBytes);
+  const std::int64_t most = config_.burst_bytes;
+  // A pause of an hour fills it as one of a second does, and nothing overflows.
+  const std::int64_t elapsed_us =
+      started_ ? std::clamp<std::int64_t>(now_us - budget_us_, 0, 3'600'000'000) : 0;
+  const std::int64_t earned = elapsed_us * config_.bytes_per_s / 1'000'000;
+  if (!started_) budget_bytes_ = most;
+  if (!started_ || earned > 0) budget_us_ = now_us;
+  started_ = true;
+  budget_bytes_ = std::min(most, budget_bytes_ + earned);
+  if (budget_bytes_ < static_cast<std::int64_t>(kMostDatagramBytes)) return 0;
+
+  ByteWriter to(into.first(kMostDatagramBytes - kTagBytes));
+  DatagramHeader header{.kind = DatagramKind::kAnnounce,
+                        .configuration = configuration_,
+                        .sender = config_.robot,
+                        .session = config_.session,
+                        .sequence = 0};
+  write_header(to, header);
+  if (!write_body(header.kind, to, now_us)) return 0;
+  TESSERA_ASSERT(to.ok());
+  const bool data = header.kind == DatagramKind::kChunk || header.kind == DatagramKind::kFrame;
+  header.sequence = data ? ++data_sequence_ : ++control_sequence_;
+  ByteWriter again(into.first(kHeaderBytes));
+  write_header(again, header);
+  const std::size_t size = to.size() + kTagBytes;
+  authenticator_.tag(authenticator_.context, into.first(to.size()),
+                     into.subspan(to.size()).first<kTagBytes>());
+  budget_bytes_ -= static_cast<std::int64_t>(size);
+  ++counted_.sent;
+  counted_.sent_bytes += size;
+  if (header.kind == DatagramKind::kChunk && answered_) counted_.answer_bytes += size;
+  return size;
+}
+
+bool Exchange::write_body(DatagramKind& kind, ByteWriter& to, std::int64_t now_us) noexcept {
+  if (leave_due_) {
+    leave_due_ = false;
+    kind = DatagramKind::kLeave;
+    return true;
+  }
+  if (announce_soon_) {
+    announce_due_us_ = std::min(announce_due_us_, now_us + config_.announce_soon_us);
+    announce_soon_ = false;
+  }
+  kind = DatagramKind::kFrame;
+  if (write_due_frame(to, now_us)) return true;
+  kind = DatagramKind::kAnnounce;
+  if (write_announcement(to, now_us)) return true;
+  kind = DatagramKind::kRequest;
+  if (write_request(to, now_us)) return true;
+  kind = DatagramKind::kChunk;
+  return write_chunk(to, now_us);
+}
+
+/// As many contributions as fit, this robot's first, the others in turn.
+bool Exchange::write_announcement(ByteWriter& to, std::int64_t now_us) noexcept {
+  if (now_us < announce_due_us_) return false;
+  announce_due_us_ =
+      now_us + config_.announce_us - config_.announce_us / 10 + random_us(config_.announce_us / 5);
+  write_details(to, details_);
+  const auto announce = [&](const Contribution& contribution) {
+    return write_announced(to, {.id = contribution.id,
+                                .latest = contribution.latest,
+                                .frame_revision = contribution.frame_revision,
+                                .complete = contribution.complete(),
+                                .digest = contribution.digest});
+  };
+  const bool with_frames = counted_.announcements % kAnnouncementsOfFrame == 0;
+  for (Contribution& contribution : contributions_.first(known_)) {
+    if (contribution.own && with_frames) contribution.frame_due_us = now_us;
+    if (contribution.own && !announce(contribution)) break;
+  }
+  for (std::uint32_t i = 0; i < known_; ++i) {
+    if (announced_next_ >= known_) announced_next_ = 0;
+    const Contribution& contribution = contributions_[announced_next_];
+    if (contribution.open && !contribution.own && !announce(contribution)) break;
+    ++announced_next_;
+  }
+  ++counted_.announcements;
+  return true;
+}
+
+bool Exchange::write_due_frame(ByteWriter& to, std::int64_t now_us) noexcept {
+  for (Contribution& contribution : contributions_.first(known_)) {
+    if (now_us < contribution.frame_due_us) continue;
+    contribution.frame_due_us = kNever;
+    ++counted_.frames;
+    return write_frame(to, {.id = contribution.id,
+                            .revision = contribution.frame_revision,
+                            .T_global_map = contribution.T_global_map});
+  }
+  return false;
+}
+
+/// All that is due and fits; each is asked for less and less often while nothing comes.
+bool Exchange::write_request(ByteWriter& to, std::int64_t now_us) noexcept {
+  bool any = false;
+  for (Contribution& contribution : contributions_.first(known_)) {
+    if (now_us < contribution.request_due_us) continue;
+    RequestedContribution requested{.id = contribution.id,
+                                    .frame_revision = contribution.frame_revision,
+                                    .all = contribution.all_due_us == kNever,
+                                    .digest = contribution.digest};
+    if (contribution.open && !requested.all) {
+      requested.gaps =
+          static_cast<std::uint8_t>(contribution.coverage.gaps(contribution.latest, requested.gap));
+    }
+    if (!write_requested(to, requested)) return any;
+    any = true;
+    if (requested.all) {
+      contribution.all_pause_us =
+          std::clamp(2 * contribution.all_pause_us, 2 * config_.request_most_us,
+                     std::max(2 * config_.request_most_us, config_.request_idle_us));
+      contribution.all_due_us = now_us + contribution.all_pause_us;
+    }
+    const bool soon = ++contribution.requests <= kPatience || contribution.different;
+    contribution.request_pause_us =
+        std::min(2 * contribution.request_pause_us,
+                 soon ? config_.request_most_us : config_.request_idle_us);
+    contribution.request_due_us =
+        now_us + contribution.request_pause_us + random_us(contribution.request_pause_us);
+    note_lack(contribution, now_us);
+  }
+  counted_.requests += any ? 1U : 0U;
+  return any;
+}
+
+/// The batch of what was published and has not gone out.
+bool Exchange::next_fresh() noexcept {
+  Batch& batch = batches_[kFreshBatch];
+  if (!batch.empty()) return true;
+  if (publishing_ == kNobody) return false;
+  const Contribution& own = contributions_[publishing_];
+  if (sent_ >= own.latest) return false;
+  batch.contribution = publishing_;
+  batch.range = {sent_ + 1, own.latest};
+  collect(batch);
+  sent_ = batch.range.last;
+  return true;
+}
+
+/// The batch of the answer that is due first.
+bool Exchange::next_answer(std::int64_t now_us) noexcept {
+  Batch& batch = batches_[kAnswerBatch];
+  if (!batch.empty()) return true;
+  std::size_t first = waiting_answers_;
+  for (std::size_t i = 0; i < waiting_answers_; ++i) {
+    if (answers_[i].due_us > now_us) continue;
+    if (first == waiting_answers_ || answers_[i].due_us < answers_[first].due_us) first = i;
+  }
+  if (first == waiting_answers_) return false;
+  Answer& answer = answers_[first];
+  batch.contribution = answer.contribution;
+  batch.range = answer.range;
+  collect(batch);
+  if (batch.range.last == answer.range.last) {
+    answer = answers_[--waiting_answers_];
+  } else {
+    answer.range.first = batch.range.last + 1;
+  }
+  return true;
+}
+
+/// The parts of the lowest versions in the batch's range; if there are more than it holds, the
+/// range ends with the last of them. O(parts of the contribution * log kMostParts).
+void Exchange::collect(Batch& batch) noexcept {
+  batch.count = batch.next = 0;
+  const Contribution& contribution = contributions_[batch.contribution];
+  const Replicas& replicas = *store_.replicas;
+  const auto begin = batch.parts.begin();
+  const auto later = [](const Batch::Part& a, const Batch::Part& b) {
+    return a.version < b.version;
+  };
+  std::uint32_t at = replicas.contribution(contribution.slot).first_block;
+  for (; at != 0; at = replicas.record(at).next) {
+    const Replicas::Replica& part = replicas.record(at);
+    const bool within = batch.range.first <= part.version && part.version <= batch.range.last;
+    if (part.live == 0 || !part.latest() || !within) continue;
+    if (batch.count == Batch::kMostParts) {
+      std::pop_heap(begin, begin + batch.count--, later);
+      // Whatever is beyond the last that stays is left for the next batch.
+      batch.range.last = batch.parts[batch.count].version - 1;
+      if (part.version > batch.range.last) continue;
+    }
+    batch.parts[batch.count++] = {at, part.version};
+    std::push_heap(begin, begin + batch.count, later);
+  }
+  std::sort_heap(begin, begin + batch.count, later);
+}
+
+bool Exchange::write_chunk(ByteWriter& to, std::int64_t now_us) noexcept {
+  const bool fresh = next_fresh();
+  const bool answer = next_answer(now_us);
+  if (!fresh && !answer) return false;
+  answered_ = answer && (answer_next_ || !fresh);
+  answer_next_ = !answered_;
+  ++(answered_ ? counted_.answer_chunks : counted_.fresh_chunks);
+  write_batch(to, batches_[answered_ ? kAnswerBatch : kFreshBatch]);
+  return true;
+}
+
+/// As much of the batch as fits.
+void Exchange::write_batch(ByteWriter& to, Batch& batch) noexcept {
+  const Contribution& contribution = contributions_[batch.contribution];
+  // The range's end is known only when it is written.
+  ByteWriter header = to;
+  write_chunk_header(to, {contribution.id, batch.range});
+  RecordWriter writer(to, batch.range);
+  VersionRange said = batch.range;
+  for (; batch.next < batch.count; ++batch.next) {
+    const Batch::Part& next = batch.parts[batch.next];
+    const Replicas::Replica& part = store_.replicas->record(next.record);
+    // Superseded since: what superseded it will be said.
+    if (part.version != next.version || part.live == 0) continue;
+    const ChunkRecord record{.block = unpack(BlockKey{part.key}),
+                             .version = {.number = part.version,
+                                         .first = part.version - part.part,
+                                         .layers = part.layers},
+                             .coded = store_.replicas->read_wire(part, coded_)};
+    if (!writer.write(record)) {
+      said.last = next.version - 1;
+      break;
+    }
+  }
+  write_chunk_header(header, {contribution.id, said});
+  batch.range.first = said.last + 1;
+}
+
+}  // namespace tessera

@@ -1,0 +1,208 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "network/simulated_network.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+
+#include "tessera/base/crc32.hpp"
+#include "tessera/exchange/block_codec.hpp"
+#include "tessera/map/packed_block.hpp"
+
+namespace tessera::network {
+
+namespace {
+
+constexpr int kComponents = kClasses + 2;
+
+template <class T>
+T made(Result<T> result) {
+  if (!result.ok()) throw std::runtime_error(to_string(result.status()));
+  return std::move(*result);
+}
+
+}  // namespace
+
+Robot::Robot(std::uint32_t number, std::uint32_t session, const ReplicasConfig& replicas,
+             const ExchangeConfig& config)
+    : session_(session),
+      memory_(Replicas::required_bytes(replicas) + Exchange::required_bytes(config, kComponents) +
+              BlockContent::required_bytes(kComponents)) {
+  Arena arena(memory_.span());
+  replicas_ = made(Replicas::make(arena, replicas));
+  ExchangeConfig own = config;
+  own.robot = number;
+  own.session = session;
+  exchange_ = made(Exchange::make(arena, own, store_of(replicas_), crc_authenticator(),
+                                  oracle::numbered_classes(kClasses)));
+  content_ = made(BlockContent::make(arena, kComponents));
+  Matrix34d T_global_map = Matrix34d::Identity();
+  T_global_map(0, 3) = number;
+  if (exchange_.open(session, 0, T_global_map) != Status::kOk) throw std::runtime_error("open");
+}
+
+Result<std::uint32_t> Robot::publish(BlockKey key, oracle::Random& random, int voxels) {
+  content_.clear();
+  for (int i = 0; i < voxels; ++i) {
+    const int row = random.below(kBlockVoxels);
+    content_.add(1 + random.below(kClasses), row, static_cast<float>(random.uniform(0.1, 50.0)));
+    if (random.below(4) == 0)
+      content_.add_passes(random.below(kBlockVoxels), static_cast<unsigned>(random.below(250) + 1));
+  }
+  quantise(content_);
+  return exchange_.publish(key, content_);
+}
+
+std::uint64_t Robot::content_digest() const {
+  Digest digest;
+  std::vector<std::byte> bytes(most_packed_bytes(kComponents));
+  for (const Replicas::Slot slot : replicas_.in_order()) {
+    const Replicas::Contribution& contribution = replicas_.contribution(slot);
+    std::map<std::pair<std::uint64_t, std::uint8_t>, std::uint64_t> parts;
+    for (std::uint32_t at = contribution.first_block; at != 0; at = replicas_.record(at).next) {
+      const Replicas::Replica& part = replicas_.record(at);
+      if (part.live != 0 && part.bytes != 0)
+        parts[{part.key, part.live}] = crc32c(replicas_.read(part, bytes));
+    }
+    digest.add(contribution.id.robot);
+    digest.add(contribution.id.epoch);
+    digest.add(contribution.frame_revision);
+    for (const auto& [part, crc] : parts) {
+      digest.add(part.first);
+      digest.add(part.second);
+      digest.add(crc);
+    }
+  }
+  return digest.value();
+}
+
+ReplicasConfig Network::default_replicas() {
+  return {
+      .segments = 1U << 16U, .blocks = 1U << 14U, .contributions = 16, .robot_segments = 1U << 16U};
+}
+
+Network::Network(int robots, const Link& link, std::uint64_t seed, ReplicasConfig replicas,
+                 ExchangeConfig config)
+    : random_(seed), replicas_(replicas), config_(config) {
+  config_.contributions = replicas.contributions;
+  for (int i = 0; i < robots; ++i) {
+    sessions_.push_back(1);
+    robots_.push_back(
+        std::make_unique<Robot>(static_cast<std::uint32_t>(i), 1, replicas_, config_));
+  }
+  set_link(link);
+}
+
+void Network::set_link(const Link& link) {
+  links_.assign(robots_.size() * robots_.size(), link);
+  bursts_.assign(links_.size(), 0);
+}
+
+void Network::set_link(int from, int to, const Link& link) {
+  links_[static_cast<std::size_t>(from * size() + to)] = link;
+}
+
+void Network::restart(int i) {
+  const auto at = static_cast<std::size_t>(i);
+  sent_before_ += robots_[at]->exchange().report().sent_bytes;
+  robots_[at] =
+      std::make_unique<Robot>(static_cast<std::uint32_t>(i), ++sessions_[at], replicas_, config_);
+}
+
+bool Network::hears(int from, int to) const {
+  if (from == to || off_.count(from) != 0 || off_.count(to) != 0) return false;
+  return groups_.empty() ||
+         groups_[static_cast<std::size_t>(from)] == groups_[static_cast<std::size_t>(to)];
+}
+
+void Network::deliver(int from, int to,
+                      const std::shared_ptr<const std::vector<std::byte>>& bytes) {
+  if (!hears(from, to)) return;
+  const auto number = static_cast<std::size_t>(from * size() + to);
+  const Link& link = links_[number];
+  int& burst = bursts_[number];
+  if (burst == 0 && link.burst > 0.0 && random_.uniform() < link.burst) burst = link.burst_length;
+  const bool lost = burst > 0 || random_.uniform() < link.loss;
+  burst -= burst > 0 ? 1 : 0;
+  if (lost) return;
+  const int copies = random_.uniform() < link.duplicate ? 2 : 1;
+  for (int copy = 0; copy < copies; ++copy) {
+    std::shared_ptr<const std::vector<std::byte>> arriving = bytes;
+    if (random_.uniform() < link.corrupt) {
+      std::vector<std::byte> damaged = *bytes;
+      if (random_.below(4) == 0) {
+        damaged.resize(static_cast<std::size_t>(random_.below(1500)));
+      } else {
+        damaged[static_cast<std::size_t>(random_.below(static_cast<int>(damaged.size())))] ^=
+            static_cast<std::byte>(1 + random_.below(255));
+      }
+      arriving = std::make_shared<const std::vector<std::byte>>(std::move(damaged));
+    }
+    const std::int64_t delay = link.delay_us + random_.below(static_cast<int>(link.jitter_us) + 1);
+    on_their_way_.push({now_us_ + delay, order_++, to, std::move(arriving)});
+  }
+}
+
+void Network::send_from(int i) {
+  std::vector<std::byte> datagram(kMostDatagramBytes);
+  Exchange& exchange = robot(i).exchange();
+  while (const std::size_t size = exchange.send(now_us_, datagram)) {
+    const auto bytes = std::make_shared<const std::vector<std::byte>>(
+        datagram.begin(), datagram.begin() + static_cast<std::ptrdiff_t>(size));
+    for (int to = 0; to < this->size(); ++to) deliver(i, to, bytes);
+  }
+}
+
+void Network::inject(int to, std::vector<std::byte> datagram) {
+  on_their_way_.push(
+      {now_us_, order_++, to, std::make_shared<const std::vector<std::byte>>(std::move(datagram))});
+}
+
+void Network::tick() {
+  while (!on_their_way_.empty() && on_their_way_.top().at_us <= now_us_) {
+    const Arrival arrival = on_their_way_.top();
+    on_their_way_.pop();
+    if (off_.count(arrival.to) == 0)
+      robot(arrival.to).exchange().receive(*arrival.bytes, arrival.at_us);
+  }
+  for (int i = 0; i < size(); ++i) {
+    if (off_.count(i) == 0) send_from(i);
+  }
+  now_us_ += kTickUs;
+}
+
+void Network::run(std::int64_t duration_us) {
+  for (const std::int64_t end = now_us_ + duration_us; now_us_ < end;) tick();
+}
+
+bool Network::agree() const {
+  std::set<std::uint64_t> digests;
+  std::set<std::uint64_t> contents;
+  for (int i = 0; i < size(); ++i) {
+    if (off_.count(i) != 0) continue;
+    digests.insert(robots_[static_cast<std::size_t>(i)]->exchange().digest());
+  }
+  if (digests.size() > 1) return false;
+  for (int i = 0; i < size(); ++i) {
+    if (off_.count(i) == 0) contents.insert(robots_[static_cast<std::size_t>(i)]->content_digest());
+  }
+  return contents.size() <= 1;
+}
+
+bool Network::settle(std::int64_t most_us) {
+  const std::int64_t end = now_us_ + most_us;
+  while (now_us_ < end) {
+    run(10 * kTickUs);
+    if (agree()) return true;
+  }
+  return false;
+}
+
+std::uint64_t Network::sent_bytes() const {
+  std::uint64_t sum = sent_before_;
+  for (const auto& robot : robots_) sum += robot->exchange().report().sent_bytes;
+  return sum;
+}
+
+}  // namespace tessera::network
