@@ -1,0 +1,89 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tessera/exchange/coverage.hpp"
+
+#include <catch2/catch.hpp>
+#include <set>
+#include <vector>
+
+#include "oracle/cloud.hpp"
+#include "oracle/random.hpp"
+
+namespace tessera {
+namespace {
+
+std::set<std::uint32_t> versions_of(const Coverage& coverage) {
+  std::set<std::uint32_t> versions;
+  for (const VersionRange& range : coverage.ranges()) {
+    for (std::uint32_t version = range.first; version <= range.last; ++version)
+      versions.insert(version);
+  }
+  return versions;
+}
+
+TEST_CASE("coverage: is the union of what was added, in whatever order") {
+  oracle::Random random(oracle::announce_seed(601));
+  for (int round = 0; round < 300; ++round) {
+    Coverage coverage;
+    std::set<std::uint32_t> wanted;
+    // Few numbers, so that there are never more ranges than fit.
+    for (int i = 0; i < 30; ++i) {
+      const auto first = static_cast<std::uint32_t>(1 + random.below(60));
+      const auto last = first + static_cast<std::uint32_t>(random.below(6));
+      bool news = false;
+      for (std::uint32_t version = first; version <= last; ++version)
+        news = wanted.insert(version).second || news;
+      REQUIRE(coverage.contains({first, last}) == !news);
+      REQUIRE(coverage.add({first, last}) == news);
+      REQUIRE(coverage.contains({first, last}));
+      REQUIRE(versions_of(coverage) == wanted);
+    }
+    std::uint32_t complete = 0;
+    while (wanted.count(complete + 1) != 0) ++complete;
+    REQUIRE(coverage.complete_to() == complete);
+    std::vector<VersionRange> gaps(64);
+    gaps.resize(coverage.gaps(70, gaps));
+    std::set<std::uint32_t> lacking;
+    for (const VersionRange& gap : gaps) {
+      for (std::uint32_t version = gap.first; version <= gap.last; ++version)
+        lacking.insert(version);
+    }
+    for (std::uint32_t version = 1; version <= 70; ++version)
+      REQUIRE(lacking.count(version) + wanted.count(version) == 1);
+  }
+}
+
+TEST_CASE("coverage: what does not fit is forgotten, the shortest first, and never claimed") {
+  Coverage coverage;
+  for (std::uint32_t i = 0; i < Coverage::kMostRanges; ++i)
+    CHECK(coverage.add({10 * i + 1, 10 * i + 5}));
+  CHECK(coverage.ranges().size() == Coverage::kMostRanges);
+  CHECK(coverage.add({1000, 1000}));
+  CHECK_FALSE(coverage.contains({1000, 1000}));
+  CHECK(coverage.add({2000, 2009}));
+  CHECK(coverage.contains({2000, 2009}));
+  CHECK(coverage.ranges().size() == Coverage::kMostRanges);
+  // One of the others went; of the rest nothing changed.
+  std::size_t whole = 0;
+  for (std::uint32_t i = 0; i < Coverage::kMostRanges; ++i)
+    whole += coverage.contains({10 * i + 1, 10 * i + 5}) ? 1U : 0U;
+  CHECK(whole == Coverage::kMostRanges - 1);
+}
+
+TEST_CASE("coverage: the highest versions are versions as others are") {
+  Coverage coverage;
+  constexpr std::uint32_t kLast = ~std::uint32_t{0};
+  CHECK(coverage.add({kLast - 1, kLast}));
+  CHECK(coverage.add({1, kLast - 2}));
+  CHECK(coverage.complete_to() == kLast);
+  CHECK(coverage.ranges().size() == 1);
+  std::vector<VersionRange> gaps(4);
+  CHECK(coverage.gaps(kLast, gaps) == 0);
+  coverage.clear();
+  CHECK(coverage.gaps(kLast, gaps) == 1);
+  CHECK(gaps[0] == VersionRange{1, kLast});
+  CHECK(coverage.gaps(0, gaps) == 0);
+}
+
+}  // namespace
+}  // namespace tessera
