@@ -1,0 +1,295 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "lcm/datagram_link.hpp"
+
+#include <netinet/in.h>
+#include <poll.h>
+#include <signal.h>
+#include <sys/eventfd.h>
+#include <sys/socket.h>
+#include <sys/uio.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+namespace tessera {
+namespace {
+
+sockaddr_in place_of(std::uint32_t address, std::uint16_t port) {
+  sockaddr_in place{};
+  place.sin_family = AF_INET;
+  place.sin_addr.s_addr = htonl(address);
+  place.sin_port = htons(port);
+  return place;
+}
+
+const sockaddr* generic(const sockaddr_in& place) {
+  return reinterpret_cast<const sockaddr*>(&place);
+}
+
+bool is_channel(std::string_view channel) {
+  return !channel.empty() && channel.size() <= kMaxChannelBytes &&
+         std::all_of(channel.begin(), channel.end(), [](char c) { return c > ' ' && c < '\x7f'; });
+}
+
+template <class Value>
+bool set_option(const FileDescriptor& socket, int level, int name, const Value& value) {
+  return ::setsockopt(socket.get(), level, name, &value, sizeof value) == 0;
+}
+
+/// With the kernel's count of what it dropped, where the message carries one.
+std::uint32_t dropped_by_kernel(msghdr& message) {
+  for (cmsghdr* c = CMSG_FIRSTHDR(&message); c != nullptr; c = CMSG_NXTHDR(&message, c)) {
+    if (c->cmsg_level != SOL_SOCKET || c->cmsg_type != SO_RXQ_OVFL) continue;
+    std::uint32_t dropped = 0;
+    std::memcpy(&dropped, CMSG_DATA(c), sizeof dropped);
+    return dropped;
+  }
+  return 0;
+}
+
+}  // namespace
+
+DatagramLink::DatagramLink(LinkConfig config, const UdpmUrl& url, NetworkInterface interface)
+    : config_(std::move(config)),
+      url_(url),
+      interface_(std::move(interface)),
+      queue_(config_.queue_slots) {}
+
+DatagramLink::~DatagramLink() {
+  if (!is_running_) return;
+  // An eventfd takes a first number always.
+  static_cast<void>(!::eventfd_write(stop_.get(), 1));
+  ::pthread_join(thread_, nullptr);
+}
+
+Outcome<std::unique_ptr<DatagramLink>> DatagramLink::open(const LinkConfig& config) {
+  const Outcome<UdpmUrl> url = UdpmUrl::parse(config.url);
+  if (!url.ok()) return url.failure();
+  if (!is_channel(config.channel)) {
+    return Failure{"cannot use the LCM channel \"" + config.channel +
+                   "\"; choose 1 to 63 letters, digits and signs"};
+  }
+  const Outcome<NetworkInterface> interface =
+      config.interface.empty() ? route_interface(url->group) : find_interface(config.interface);
+  if (!interface.ok()) return interface.failure();
+  std::unique_ptr<DatagramLink> link(new DatagramLink(config, *url, *interface));
+  for (const auto step :
+       {&DatagramLink::open_sender, &DatagramLink::open_receiver, &DatagramLink::start}) {
+    const Outcome<void> done = ((*link).*step)();
+    if (!done.ok()) return done.failure();
+  }
+  return link;
+}
+
+Outcome<void> DatagramLink::open_sender() {
+  sender_ = FileDescriptor(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+  ip_mreqn by{};
+  by.imr_ifindex = interface_.index;
+  const sockaddr_in own = place_of(interface_.address, 0);
+  const sockaddr_in group = place_of(url_.group, url_.port);
+  const bool opened = sender_.is_open() &&                                         //
+                      set_option(sender_, IPPROTO_IP, IP_MULTICAST_IF, by) &&      //
+                      set_option(sender_, IPPROTO_IP, IP_MULTICAST_TTL, url_.ttl)  //
+                      && set_option(sender_, IPPROTO_IP, IP_MULTICAST_LOOP, 1) &&  //
+                      // Rather an error here than fragments, of which one lost loses all.
+                      set_option(sender_, IPPROTO_IP, IP_MTU_DISCOVER, int{IP_PMTUDISC_DO}) &&
+                      ::bind(sender_.get(), generic(own), sizeof own) == 0 &&
+                      ::connect(sender_.get(), generic(group), sizeof group) == 0;
+  sockaddr_in named{};
+  socklen_t bytes = sizeof named;
+  if (!opened || ::getsockname(sender_.get(), reinterpret_cast<sockaddr*>(&named), &bytes) != 0) {
+    return Failure{"cannot send to " + config_.url + " by " + interface_.name + ": " +
+                       std::strerror(errno) + "; tessera doctor says how to mend it",
+                   FailureKind::kFailure};
+  }
+  self_ = {ntohl(named.sin_addr.s_addr), ntohs(named.sin_port)};
+  return {};
+}
+
+Outcome<void> DatagramLink::open_receiver() {
+  receiver_ = FileDescriptor(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+  ip_mreqn member{};
+  member.imr_multiaddr.s_addr = htonl(url_.group);
+  member.imr_ifindex = interface_.index;
+  const sockaddr_in group = place_of(url_.group, url_.port);
+  const bool opened =
+      receiver_.is_open() &&  //
+      // Other LCM programs of this machine have the same address.
+      set_option(receiver_, SOL_SOCKET, SO_REUSEADDR, 1) &&
+      set_option(receiver_, SOL_SOCKET, SO_RCVBUF, url_.receive_buffer_bytes) &&
+      set_option(receiver_, SOL_SOCKET, SO_RXQ_OVFL, 1) &&
+      // Only what comes by the interface that was chosen, whatever others of this machine joined.
+      set_option(receiver_, IPPROTO_IP, IP_MULTICAST_ALL, 0) &&
+      ::bind(receiver_.get(), generic(group), sizeof group) == 0 &&
+      set_option(receiver_, IPPROTO_IP, IP_ADD_MEMBERSHIP, member);
+  socklen_t bytes = sizeof receive_buffer_bytes_;
+  if (!opened ||
+      ::getsockopt(receiver_.get(), SOL_SOCKET, SO_RCVBUF, &receive_buffer_bytes_, &bytes) != 0) {
+    return Failure{"cannot receive from " + config_.url + " by " + interface_.name + ": " +
+                       std::strerror(errno) + "; tessera doctor says how to mend it",
+                   FailureKind::kFailure};
+  }
+  return {};
+}
+
+Outcome<void> DatagramLink::start() {
+  stop_ = FileDescriptor(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
+  int error = stop_.is_open() ? 0 : errno;
+  if (error == 0) {
+    // Signals are for the program's own threads: this one inherits that all are blocked.
+    sigset_t all{};
+    sigset_t before{};
+    ::sigfillset(&all);
+    ::pthread_sigmask(SIG_SETMASK, &all, &before);
+    const auto run = [](void* link) -> void* {
+      static_cast<DatagramLink*>(link)->receive_until_stopped();
+      return nullptr;
+    };
+    error = ::pthread_create(&thread_, nullptr, run, this);
+    ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
+  }
+  if (error != 0) {
+    return Failure{std::string("cannot start receiving: ") + std::strerror(error) +
+                       "; close other programs, then try again",
+                   FailureKind::kFailure};
+  }
+  is_running_ = true;
+  ::pthread_setname_np(thread_, "tessera-link");
+  return {};
+}
+
+bool DatagramLink::send(std::span<const std::byte> payload) noexcept {
+  return send_on(config_.channel, payload);
+}
+
+bool DatagramLink::send_on(std::string_view channel, std::span<const std::byte> payload) noexcept {
+  const bool fits = !channel.empty() && channel.size() <= kMaxChannelBytes && !payload.empty() &&
+                    payload.size() <= kMaxMessageBytes - channel.size() - 1;
+  if (!fits) {
+    counters_.add(LinkCounters::kRefused);
+    return false;
+  }
+  ShortHeader header;
+  const std::uint32_t sequence = sequence_.fetch_add(1, std::memory_order_relaxed);
+  const std::size_t header_bytes = write_header(header, sequence, channel);
+  // sendmsg reads payload, though its type does not say so.
+  iovec parts[] = {{header.data(), header_bytes},
+                   {const_cast<std::byte*>(payload.data()), payload.size()}};
+  msghdr message{};
+  message.msg_iov = parts;
+  message.msg_iovlen = 2;
+  ssize_t sent = -1;
+  do {
+    sent = ::sendmsg(sender_.get(), &message, MSG_NOSIGNAL);
+  } while (sent < 0 && errno == EINTR);
+  if (sent < 0) {
+    counters_.add(LinkCounters::kFailed);
+    return false;
+  }
+  counters_.add(LinkCounters::kSent);
+  counters_.add(LinkCounters::kSentBytes, payload.size());
+  return true;
+}
+
+void DatagramLink::receive_until_stopped() noexcept {
+  pollfd sources[] = {{receiver_.get(), POLLIN, 0}, {stop_.get(), POLLIN, 0}};
+  while (true) {
+    if (::poll(sources, 2, -1) < 0 && errno != EINTR) return;
+    if (sources[1].revents != 0) return;
+    // A bounded number, so that a flood does not keep the link from stopping.
+    constexpr int kBatch = 256;
+    for (int i = 0; i < kBatch && receive_one(); ++i) {
+    }
+  }
+}
+
+bool DatagramLink::receive_one() noexcept {
+  std::array<std::byte, kMaxUdpPayloadBytes> bytes;
+  alignas(cmsghdr) std::array<std::byte, CMSG_SPACE(sizeof(std::uint32_t))> control;
+  sockaddr_in from{};
+  iovec part{bytes.data(), bytes.size()};
+  msghdr message{};
+  message.msg_name = &from;
+  message.msg_namelen = sizeof from;
+  message.msg_iov = &part;
+  message.msg_iovlen = 1;
+  message.msg_control = control.data();
+  message.msg_controllen = control.size();
+  const ssize_t count = ::recvmsg(receiver_.get(), &message, 0);
+  if (count < 0) return errno == EINTR;
+  const std::uint32_t dropped = dropped_by_kernel(message);
+  if (dropped != 0) counters_.set(LinkCounters::kKernelDropped, dropped);
+  if ((message.msg_flags & MSG_TRUNC) != 0) {
+    counters_.add(LinkCounters::kTooLong);
+    return true;
+  }
+  take({bytes.data(), static_cast<std::size_t>(count)},
+       {ntohl(from.sin_addr.s_addr), ntohs(from.sin_port)});
+  return true;
+}
+
+void DatagramLink::take(std::span<const std::byte> datagram, const Endpoint& sender) noexcept {
+  if (sender == self_ && !config_.hear_itself) return counters_.add(LinkCounters::kOwn);
+  const ReceivedMessage message = read_message(datagram);
+  switch (message.kind) {
+    case MessageKind::kTooShort:
+      return counters_.add(LinkCounters::kTooShort);
+    case MessageKind::kTooLong:
+      return counters_.add(LinkCounters::kTooLong);
+    case MessageKind::kForeign:
+      return counters_.add(LinkCounters::kForeign);
+    case MessageKind::kNoChannel:
+      return counters_.add(LinkCounters::kNoChannel);
+    case MessageKind::kFragment:
+    case MessageKind::kShort:
+      break;
+  }
+  counters_.add(LinkCounters::kMissing, senders_.missing_before(sender, message.sequence));
+  if (message.kind == MessageKind::kFragment) return counters_.add(LinkCounters::kFragments);
+  if (message.channel != config_.channel) return counters_.add(LinkCounters::kOtherChannel);
+  if (message.payload.empty()) return counters_.add(LinkCounters::kTooShort);
+  Slot* const slot = queue_.claim();
+  if (slot == nullptr) return counters_.add(LinkCounters::kQueueFull);
+  slot->sender = sender;
+  slot->bytes = static_cast<std::uint32_t>(message.payload.size());
+  std::copy(message.payload.begin(), message.payload.end(), slot->payload.begin());
+  queue_.publish();
+  counters_.add(LinkCounters::kReceived);
+  counters_.add(LinkCounters::kReceivedBytes, message.payload.size());
+}
+
+DatagramLink::Received DatagramLink::receive(std::span<std::byte, kMaxMessageBytes> into) noexcept {
+  const Slot* const slot = queue_.front();
+  if (slot == nullptr) return {};
+  std::copy_n(slot->payload.begin(), slot->bytes, into.begin());
+  const Received received{into.first(slot->bytes), slot->sender};
+  queue_.pop();
+  return received;
+}
+
+LinkStatistics DatagramLink::statistics() const noexcept {
+  using C = LinkCounters;
+  const C& c = counters_;
+  return {.received = c[C::kReceived],
+          .received_bytes = c[C::kReceivedBytes],
+          .own = c[C::kOwn],
+          .other_channel = c[C::kOtherChannel],
+          .too_short = c[C::kTooShort],
+          .too_long = c[C::kTooLong],
+          .fragments = c[C::kFragments],
+          .foreign = c[C::kForeign],
+          .no_channel = c[C::kNoChannel],
+          .queue_full = c[C::kQueueFull],
+          .kernel_dropped = c[C::kKernelDropped],
+          .missing = c[C::kMissing],
+          .sent = c[C::kSent],
+          .sent_bytes = c[C::kSentBytes],
+          .refused = c[C::kRefused],
+          .failed = c[C::kFailed],
+          .queue_peak = queue_.peak()};
+}
+
+}  // namespace tessera

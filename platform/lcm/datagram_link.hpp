@@ -1,0 +1,110 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// Datagrams to and from every robot of an LCM network, in the wire format of LCM's short messages,
+// so that lcm-logger, lcm-logplayer and lcm-spy see them and are heard. The socket is our own:
+// liblcm puts fragments together before anybody can refuse them, allocates while it receives, and
+// does not tell who sent. Here a fragment is counted and dropped by its first four bytes, and after
+// open() neither sending nor receiving uses the heap.
+#pragma once
+
+#include <pthread.h>
+
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "lcm/link_statistics.hpp"
+#include "lcm/sender_table.hpp"
+#include "lcm/short_message.hpp"
+#include "lcm/udpm_url.hpp"
+#include "posix/file_descriptor.hpp"
+#include "posix/network_interface.hpp"
+#include "posix/outcome.hpp"
+#include "posix/spsc_queue.hpp"
+
+namespace tessera {
+
+struct LinkConfig {
+  std::string url = kDefaultUrl;
+  std::string channel = "TESSERA";  ///< 1 to 63 bytes, printable ASCII without space.
+  std::string interface = {};       ///< A name or an IPv4 address; empty: what the routes choose.
+  std::size_t queue_slots = 4096;   ///< 1,416 bytes each; rounded up to a power of two, up to 2^20.
+  bool hear_itself = false;         ///< Whether receive() gives what send() sent, too.
+};
+
+class DatagramLink {
+ public:
+  struct Received {
+    std::span<const std::byte> bytes{};  ///< Empty: nothing was waiting.
+    Endpoint sender{};                   ///< As the network says, which anybody can forge.
+  };
+
+  /// Opens the sockets and starts the thread that receives. Fails with kUsage iff the URL, the
+  /// channel or the interface is none; kFailure iff there is no route to the group where no
+  /// interface is named, or the system refuses a socket or the thread. Uses the heap.
+  static Outcome<std::unique_ptr<DatagramLink>> open(const LinkConfig& config);
+
+  DatagramLink(const DatagramLink&) = delete;
+  DatagramLink& operator=(const DatagramLink&) = delete;
+  /// Stops the thread, which takes as long as one datagram at most.
+  ~DatagramLink();
+
+  /// Payload bytes that fit into a message of the channel.
+  [[nodiscard]] std::size_t max_payload_bytes() const noexcept {
+    return kMaxMessageBytes - config_.channel.size() - 1;
+  }
+  /// Sends payload on the link's channel. False, and counted, iff it is empty or longer than
+  /// max_payload_bytes(), or the system refuses it (its buffer is full, no network, longer than the
+  /// interface's MTU). Never waits, never sends a part. For any thread.
+  bool send(std::span<const std::byte> payload) noexcept;
+  /// As send(), on another channel (1 to 63 bytes without a zero, else it is refused): for typed
+  /// messages to people's tools.
+  bool send_on(std::string_view channel, std::span<const std::byte> payload) noexcept;
+
+  /// Copies the oldest datagram that waits to into. Never waits. For one thread only.
+  Received receive(std::span<std::byte, kMaxMessageBytes> into) noexcept;
+
+  /// Of all threads until now; each number is exact, together they are of about the same moment.
+  [[nodiscard]] LinkStatistics statistics() const noexcept;
+  [[nodiscard]] const NetworkInterface& interface() const noexcept { return interface_; }
+  /// What the system granted of the URL's recv_buf_size, which it counts with its own overhead.
+  [[nodiscard]] int receive_buffer_bytes() const noexcept { return receive_buffer_bytes_; }
+
+ private:
+  struct Slot {
+    Endpoint sender{};
+    std::uint32_t bytes = 0;
+    std::array<std::byte, kMaxMessageBytes> payload{};
+  };
+
+  DatagramLink(LinkConfig config, const UdpmUrl& url, NetworkInterface interface);
+  Outcome<void> open_sender();
+  Outcome<void> open_receiver();
+  Outcome<void> start();
+  void receive_until_stopped() noexcept;
+  /// False iff nothing was there.
+  bool receive_one() noexcept;
+  void take(std::span<const std::byte> datagram, const Endpoint& sender) noexcept;
+
+  const LinkConfig config_;
+  const UdpmUrl url_;
+  const NetworkInterface interface_;
+  int receive_buffer_bytes_ = 0;
+  FileDescriptor sender_;
+  FileDescriptor receiver_;
+  FileDescriptor stop_;
+  Endpoint self_{};
+  std::atomic<std::uint32_t> sequence_{0};
+  SpscQueue<Slot> queue_;
+  SenderTable senders_;
+  LinkCounters counters_;
+  pthread_t thread_{};
+  bool is_running_ = false;
+};
+
+}  // namespace tessera

@@ -1,0 +1,68 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// What became of every datagram that reached a link or left it: one counter for each end it can
+// come to. None ever decreases.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+
+namespace tessera {
+
+struct LinkStatistics {
+  std::uint64_t received = 0;        ///< Handed over, or waiting to be.
+  std::uint64_t received_bytes = 0;  ///< Their payload.
+  std::uint64_t own = 0;             ///< Sent by this link, heard again and left out.
+  std::uint64_t other_channel = 0;   ///< LCM messages that are not for this link.
+  std::uint64_t too_short = 0;       ///< No room for LCM's header, or no payload.
+  std::uint64_t too_long = 0;        ///< Over 1,408 bytes; nothing behind them was read.
+  std::uint64_t fragments = 0;       ///< Parts of long LCM messages; never put together.
+  std::uint64_t foreign = 0;         ///< No LCM message.
+  std::uint64_t no_channel = 0;      ///< A channel's name that is empty, too long or without end.
+  std::uint64_t queue_full = 0;      ///< Lost here: receive() more often, or more queue_slots.
+  std::uint64_t kernel_dropped = 0;  ///< Lost before this link: a larger recv_buf_size.
+  std::uint64_t missing = 0;         ///< Lost on the way, by the numbers of their senders.
+  std::uint64_t sent = 0;
+  std::uint64_t sent_bytes = 0;  ///< Their payload.
+  std::uint64_t refused = 0;     ///< Not sent: empty, too long, or no channel.
+  std::uint64_t failed = 0;      ///< Not sent: the system refused.
+  std::uint64_t queue_peak = 0;  ///< The most datagrams that ever waited.
+};
+
+/// The same as they are counted, by several threads.
+class LinkCounters {
+ public:
+  enum Counter : std::uint8_t {
+    kReceived,
+    kReceivedBytes,
+    kOwn,
+    kOtherChannel,
+    kTooShort,
+    kTooLong,
+    kFragments,
+    kForeign,
+    kNoChannel,
+    kQueueFull,
+    kKernelDropped,
+    kMissing,
+    kSent,
+    kSentBytes,
+    kRefused,
+    kFailed,
+    kCount
+  };
+  void add(Counter counter, std::uint64_t amount = 1) noexcept {
+    values_[counter].fetch_add(amount, std::memory_order_relaxed);
+  }
+  void set(Counter counter, std::uint64_t value) noexcept {
+    values_[counter].store(value, std::memory_order_relaxed);
+  }
+  [[nodiscard]] std::uint64_t operator[](Counter counter) const noexcept {
+    return values_[counter].load(std::memory_order_relaxed);
+  }
+
+ private:
+  std::atomic<std::uint64_t> values_[kCount] = {};
+};
+
+}  // namespace tessera
