@@ -1,0 +1,54 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "security/datagram_seal.hpp"
+
+#include <sodium.h>
+
+namespace tessera {
+namespace {
+
+constexpr char kContext[crypto_kdf_CONTEXTBYTES + 1] = "tessera1";
+static_assert(crypto_kdf_KEYBYTES == kKeyBytes);
+static_assert(kTagBytes >= crypto_generichash_BYTES_MIN);
+
+const unsigned char* octets(std::span<const std::byte> bytes) {
+  return reinterpret_cast<const unsigned char*>(bytes.data());
+}
+
+}  // namespace
+
+Outcome<DatagramSeal> DatagramSeal::make(const SecretKey& fleet_key, KeyUse use) {
+  if (::sodium_init() < 0) return Failure{"libsodium does not start", FailureKind::kFailure};
+  DatagramSeal seal;
+  ::crypto_kdf_derive_from_key(seal.key_.bytes().data(), kKeyBytes, static_cast<std::uint64_t>(use),
+                               kContext, fleet_key.bytes().data());
+  return seal;
+}
+
+void DatagramSeal::tag(std::span<const std::byte> message,
+                       std::span<std::byte, kTagBytes> tag) const noexcept {
+  // Fails for lengths of tag and key that are out of its range, and these are constants.
+  ::crypto_generichash(reinterpret_cast<unsigned char*>(tag.data()), tag.size(), octets(message),
+                       message.size(), key_.bytes().data(), kKeyBytes);
+}
+
+bool DatagramSeal::check(std::span<const std::byte> message,
+                         std::span<const std::byte, kTagBytes> tag) const noexcept {
+  std::array<std::byte, kTagBytes> wanted;
+  this->tag(message, wanted);
+  return ::sodium_memcmp(wanted.data(), tag.data(), kTagBytes) == 0;
+}
+
+Authenticator DatagramSeal::authenticator() noexcept {
+  return {this,
+          [](void* seal, std::span<const std::byte> message,
+             std::span<std::byte, kTagBytes> tag) noexcept {
+            static_cast<const DatagramSeal*>(seal)->tag(message, tag);
+          },
+          [](void* seal, std::span<const std::byte> message,
+             std::span<const std::byte, kTagBytes> tag) noexcept {
+            return static_cast<const DatagramSeal*>(seal)->check(message, tag);
+          }};
+}
+
+}  // namespace tessera

@@ -1,0 +1,42 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// Tags by the fleet's key: who does not have it can neither make nor change a datagram. Who has it
+// can speak for any robot; RecordSigner is against that.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "posix/outcome.hpp"
+#include "security/key_file.hpp"
+#include "tessera/exchange/authenticator.hpp"
+
+namespace tessera {
+
+/// What a key derived from the fleet's is for. A tag for one use is worth nothing for another.
+enum class KeyUse : std::uint8_t {
+  kDatagram = 1,  ///< A whole datagram, on its way from its sender.
+  kRecord = 2,    ///< A chunk, on behalf of its origin, whoever passes it on.
+};
+
+/// Keyed BLAKE2b, 128 bits. No heap; a tag takes O(message).
+class DatagramSeal {
+ public:
+  /// Derives the key of that use. Fails with kFailure iff libsodium does not start.
+  static Outcome<DatagramSeal> make(const SecretKey& fleet_key, KeyUse use);
+
+  void tag(std::span<const std::byte> message, std::span<std::byte, kTagBytes> tag) const noexcept;
+  /// The comparison takes the same time wherever the tags differ.
+  [[nodiscard]] bool check(std::span<const std::byte> message,
+                           std::span<const std::byte, kTagBytes> tag) const noexcept;
+  /// For the exchange. This seal must outlive it and stay where it is.
+  [[nodiscard]] Authenticator authenticator() noexcept;
+
+ private:
+  DatagramSeal() = default;
+  SecretKey key_;
+};
+
+}  // namespace tessera

@@ -1,0 +1,73 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// Keys as text: one line of words each, in files that people can look at, copy and concatenate.
+//
+//     tessera-fleet-key 1 <64 hex digits> <check>           secret, one for the whole fleet
+//     tessera-robot-secret 1 <robot> <64 hex digits> <check> secret, one for each robot
+//     tessera-robot-public 1 <robot> <64 hex digits> <check> for everybody
+//
+// check: CRC-32C of all before it on the line without the last space, 8 hex digits, so that a slip
+// of the pen is found. Empty lines and lines that begin with # say nothing.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "posix/outcome.hpp"
+
+namespace tessera {
+
+inline constexpr std::size_t kKeyBytes = 32;
+
+/// 32 bytes that are wiped when they go. Copied on purpose only.
+class SecretKey {
+ public:
+  SecretKey() noexcept = default;
+  SecretKey(SecretKey&& other) noexcept;
+  SecretKey& operator=(SecretKey&& other) noexcept;
+  SecretKey(const SecretKey&) = delete;
+  SecretKey& operator=(const SecretKey&) = delete;
+  ~SecretKey();
+  [[nodiscard]] std::array<unsigned char, kKeyBytes>& bytes() noexcept { return bytes_; }
+  [[nodiscard]] const std::array<unsigned char, kKeyBytes>& bytes() const noexcept {
+    return bytes_;
+  }
+
+ private:
+  std::array<unsigned char, kKeyBytes> bytes_{};
+};
+
+struct RobotSecret {
+  std::uint32_t robot = 0;
+  SecretKey seed;  ///< Of the Ed25519 key.
+};
+
+struct RobotPublic {
+  std::uint32_t robot = 0;
+  std::array<unsigned char, kKeyBytes> key{};
+};
+
+/// Each reads a file that holds exactly one secret. Fails with kUsage iff the file is missing,
+/// unreadable, a symbolic link or no regular file; belongs to another user; may be read or written
+/// by others than its owner (the message has the chmod); is over 64 KiB; or is no file of this kind
+/// (a malformed line is named, never quoted). Uses the heap.
+Outcome<SecretKey> read_fleet_key(const std::string& path);
+Outcome<RobotSecret> read_robot_secret(const std::string& path);
+
+/// The fleet's public keys, in the order of the robots. Fails with kUsage iff the file is
+/// unreadable, over 64 KiB, may be written by others than its owner, has a malformed line, a
+/// private key or none at all, or two lines for one robot. Uses the heap.
+Outcome<std::vector<RobotPublic>> read_public_keys(const std::string& path);
+
+/// Each makes a key by the system's random numbers and writes it to a new file. Fails with kUsage
+/// iff the file is there already or cannot be made; kFailure iff writing fails.
+Outcome<void> make_fleet_key(const std::string& path);
+/// Writes robot_ID.key (secret) and robot_ID.pub into the folder; neither is left without the
+/// other. folder must exist.
+Outcome<void> make_robot_key(std::uint32_t robot, const std::string& folder);
+
+}  // namespace tessera

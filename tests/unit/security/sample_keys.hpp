@@ -1,0 +1,56 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// Keys that everybody knows, for tests; and a folder that goes when the test ends.
+#pragma once
+
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "security/key_file.hpp"
+
+namespace tessera {
+
+/// Bytes 0 to 31.
+inline constexpr const char* kFleetLine =
+    "tessera-fleet-key 1 000102030405060708090a0b0c0d0e0f101112131415161718191a1b1c1d1e1f "
+    "5d6db9c8\n";
+/// Robot 7 has the first key of RFC 8032, section 7.1.
+inline constexpr const char* kSecretLine =
+    "tessera-robot-secret 1 7 9d61b19deffd5a60ba844af492ec2cc44449c5697b326919703bac031cae7f60 "
+    "548ff309\n";
+inline constexpr const char* kPublicLine =
+    "tessera-robot-public 1 7 d75a980182b10ab7d54bfed3c964073a0ee172f3daa62325af021a68f707511a "
+    "dd5953e0\n";
+
+class KeyFolder {
+ public:
+  KeyFolder() {
+    path_ = (std::filesystem::temp_directory_path() / "tessera-keys-XXXXXX").string();
+    made_ = ::mkdtemp(path_.data()) != nullptr;
+  }
+  KeyFolder(const KeyFolder&) = delete;
+  KeyFolder& operator=(const KeyFolder&) = delete;
+  ~KeyFolder() {
+    std::error_code ignored;
+    if (made_) std::filesystem::remove_all(path_, ignored);
+  }
+  [[nodiscard]] const std::string& path() const { return path_; }
+  [[nodiscard]] std::string file(const std::string& name) const { return path_ + "/" + name; }
+  /// The path of a file with that content and those permissions.
+  [[nodiscard]] std::string write(const std::string& name, const std::string& text,
+                                  mode_t mode = 0600) const {
+    std::ofstream(file(name)) << text;
+    ::chmod(file(name).c_str(), mode);
+    return file(name);
+  }
+
+ private:
+  std::string path_;
+  bool made_ = false;
+};
+
+}  // namespace tessera
