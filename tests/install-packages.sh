@@ -7,12 +7,13 @@ set -euo pipefail
 
 fail() { echo "install-packages.sh: $*" >&2; exit 1; }
 
-packages=(g++ cmake ninja-build libeigen3-dev libcli11-dev nlohmann-json3-dev libtomlplusplus-dev libpng-dev python3)
+packages=(g++ cmake ninja-build libeigen3-dev libcli11-dev nlohmann-json3-dev libtomlplusplus-dev libpng-dev libsodium-dev liblcm-dev
+          liblcm-bin libglib2.0-dev python3)
 case "${1:-}" in
   demo) ;;
-  tests) packages+=(catch2 binutils valgrind) ;;
+  tests) packages+=(catch2 binutils valgrind iproute2) ;;
   bench) packages+=(binutils git python3-matplotlib liboctomap-dev valgrind) ;;
-  ci) packages+=(catch2 binutils valgrind git ccache clang clang-format clang-tidy g++-aarch64-linux-gnu libc6-dev-arm64-cross
+  ci) packages+=(catch2 binutils valgrind iproute2 git ccache clang clang-format clang-tidy g++-aarch64-linux-gnu libc6-dev-arm64-cross
                  qemu-user) ;;
   *) fail "say demo, tests, bench or ci" ;;
 esac
