@@ -4,6 +4,7 @@
 // cryptography: two functions that the program gives it.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -37,7 +38,7 @@ inline void crc_tag(void* /*context*/, std::span<const std::byte> message,
 
 inline bool crc_check(void* context, std::span<const std::byte> message,
                       std::span<const std::byte, kTagBytes> tag) noexcept {
-  std::byte wanted[kTagBytes];
+  std::array<std::byte, kTagBytes> wanted{};
   crc_tag(context, message, wanted);
   std::byte difference{0};
   for (std::size_t i = 0; i < kTagBytes; ++i) difference |= wanted[i] ^ tag[i];
