@@ -25,6 +25,7 @@ namespace {
 constexpr std::string_view kFleet = "tessera-fleet-key";
 constexpr std::string_view kSecret = "tessera-robot-secret";
 constexpr std::string_view kPublic = "tessera-robot-public";
+constexpr std::size_t kMaxLineBytes = 256;  ///< Of those that are written.
 constexpr std::size_t kMaxFileBytes = std::size_t{1} << 16U;
 constexpr unsigned kOthers = 077;
 constexpr unsigned kOthersWrite = 022;
@@ -97,9 +98,10 @@ std::string check_of(std::string_view text) {
 }
 
 struct KeyLine {
-  std::string_view kind;
+  std::string_view kind{};
   std::uint32_t robot = 0;
   std::array<unsigned char, kKeyBytes> key{};
+  ~KeyLine() { ::sodium_memzero(key.data(), key.size()); }
 };
 
 bool read_hex(std::string_view hex, std::array<unsigned char, kKeyBytes>& key) {
@@ -117,10 +119,10 @@ std::optional<KeyLine> parse_line(std::string_view line) {
   found.kind = take_word(rest);
   const bool of_robot = found.kind == kSecret || found.kind == kPublic;
   if (!of_robot && found.kind != kFleet) return std::nullopt;
-  std::string text(found.kind);
-  const std::string_view version = take_word(rest);
-  if (version != "1") return std::nullopt;
-  text.append(" 1");
+  if (take_word(rest) != "1") return std::nullopt;
+  std::string text;
+  text.reserve(line.size());
+  text.append(found.kind).append(" 1");
   if (of_robot) {
     const std::string_view robot = take_word(rest);
     const auto [end, error] =
@@ -182,8 +184,9 @@ std::string line_of(std::string_view kind, const std::uint32_t* robot,
                     const std::array<unsigned char, kKeyBytes>& key) {
   char hex[2 * kKeyBytes + 1] = {};
   ::sodium_bin2hex(hex, sizeof hex, key.data(), key.size());
-  std::string line(kind);
-  line.append(" 1 ");
+  std::string line;
+  line.reserve(kMaxLineBytes);  // Growing would leave copies behind that nobody wipes.
+  line.append(kind).append(" 1 ");
   if (robot != nullptr) line.append(std::to_string(*robot)).append(" ");
   line.append(hex);
   const std::string check = check_of(line);
@@ -194,7 +197,9 @@ std::string line_of(std::string_view kind, const std::uint32_t* robot,
 
 Outcome<void> write_key(const std::string& path, const char* comment, const std::string& line,
                         unsigned mode) {
-  const Text text(std::string("# ") + comment + "\n" + line);
+  Text text{std::string()};
+  text.bytes.reserve(kMaxLineBytes + line.size());
+  text.bytes.append("# ").append(comment).append("\n").append(line);
   return write_new_file(path, std::as_bytes(std::span(text.bytes)), mode);
 }
 
