@@ -33,7 +33,7 @@ struct LinkConfig {
   std::string url = kDefaultUrl;
   std::string channel = "TESSERA";  ///< 1 to 63 bytes, printable ASCII without space.
   std::string interface = {};       ///< A name or an IPv4 address; empty: what the routes choose.
-  std::size_t queue_slots = 4096;   ///< 1,416 bytes each; rounded up to a power of two, up to 2^20.
+  std::size_t queue_slots = 4096;   ///< 1,412 bytes each; rounded up to a power of two, up to 2^20.
   bool hear_itself = false;         ///< Whether receive() gives what send() sent, too.
 };
 
