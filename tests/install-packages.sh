@@ -8,7 +8,7 @@ set -euo pipefail
 fail() { echo "install-packages.sh: $*" >&2; exit 1; }
 
 packages=(g++ cmake ninja-build libeigen3-dev libcli11-dev nlohmann-json3-dev libtomlplusplus-dev libpng-dev libsodium-dev liblcm-dev
-          liblcm-bin libglib2.0-dev python3)
+          liblcm-bin python3)
 case "${1:-}" in
   demo) ;;
   tests) packages+=(catch2 binutils valgrind iproute2) ;;

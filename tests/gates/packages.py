@@ -12,7 +12,7 @@ import sys
 
 import tracked
 
-# The Debian package that gives what find_package() or find_program() looks for.
+# The Debian package that gives what find_package(), find_program(), find_path() or find_library() looks for.
 DEBIAN = {
     "Eigen3": "libeigen3-dev",
     "CLI11": "libcli11-dev",
@@ -23,8 +23,15 @@ DEBIAN = {
     "Python3": "python3",
     "octomap": "liboctomap-dev",
     "clang-format": "clang-format",
+    "Threads": "g++",
+    "lcm": "liblcm-dev",
+    "lcm/lcm.h": "liblcm-dev",
+    "lcm/lcm_coretypes.h": "liblcm-dev",
+    "lcm-gen": "liblcm-bin",
+    "sodium": "libsodium-dev",
+    "sodium.h": "libsodium-dev",
 }
-FIND = re.compile(r"^\s*find_(package|program)\s*\(([^)]*)\)", re.M)
+FIND = re.compile(r"^\s*find_(package|program|path|library)\s*\(([^)]*)\)", re.M)
 # What is only looked for, and left out where it is not there.
 ONLY_IN_CI = {"clang-format"}
 ONLY_IN_BENCH = {"octomap"}
@@ -54,6 +61,8 @@ def self_test():
     assert list(faults("demo", "a", "find_package(Catch2 2 REQUIRED)", installed))
     assert list(faults("demo", "a", "find_package(Unheard)", installed))
     assert list(faults("demo", "a", "find_package(octomap QUIET)", installed))
+    assert list(faults("demo", "a", "find_library(SODIUM sodium REQUIRED)", installed))
+    assert list(faults("demo", "a", "find_path(SODIUM_INCLUDE_DIR sodium.h REQUIRED)", installed))
     assert list(faults("tests", "a", "find_program(PROGRAM clang-format)", installed))
 
 
