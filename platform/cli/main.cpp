@@ -52,6 +52,8 @@ int run(int argc, char** argv) {
   add_export_command(app, exit_status);
   add_info_command(app, exit_status);
   add_simulate_command(app, exit_status);
+  add_doctor_command(app, exit_status);
+  add_key_command(app, exit_status);
   const std::string_view first = argc > 1 ? argv[1] : "";
   bool known = first.empty() || first.starts_with('-');
   for (CLI::App* const sub : app.get_subcommands([](CLI::App*) { return true; })) {

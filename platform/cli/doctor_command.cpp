@@ -1,0 +1,100 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// tessera doctor: what a node needs of this machine and its network, and how to mend what is
+// missing.
+#include <algorithm>
+#include <cstdio>
+
+#include "cli/command.hpp"
+#include "cli/doctor.hpp"
+#include "cli/number_text.hpp"
+#include "cli/outputs.hpp"
+#include "cli/report.hpp"
+
+namespace tessera {
+
+namespace {
+
+const char* to_string(CheckState state) {
+  switch (state) {
+    case CheckState::kGood:
+      return "good";
+    case CheckState::kAdvice:
+      return "advice";
+    case CheckState::kStops:
+      return "stops";
+  }
+  return "";
+}
+
+void print(const std::vector<Check>& checks) {
+  std::printf("%-7s %-18s %-44s  %s\n", "", "check", "found", "needed");
+  for (const Check& check : checks) {
+    std::printf("%-7s %-18s %-44s  %s\n", to_string(check.state), check.name, check.found.c_str(),
+                check.needed.c_str());
+    if (!check.mend.empty()) std::printf("%-26s -> %s\n", "", check.mend.c_str());
+  }
+}
+
+std::size_t count(const std::vector<Check>& checks, CheckState state) {
+  return static_cast<std::size_t>(std::count_if(
+      checks.begin(), checks.end(), [state](const Check& check) { return check.state == state; }));
+}
+
+Json to_json(const std::vector<Check>& checks, const DoctorOptions& options) {
+  Json json = {{"stops", count(checks, CheckState::kStops)},
+               {"advice", count(checks, CheckState::kAdvice)},
+               {"checks", Json::array()}};
+  for (const Check& check : checks) {
+    json["checks"].push_back({{"check", check.name},
+                              {"state", to_string(check.state)},
+                              {"found", check.found},
+                              {"needed", check.needed},
+                              {"mend", check.mend}});
+  }
+  json["config"] = {{"url", options.url},
+                    {"interface", options.interface},
+                    {"key", options.key},
+                    {"report", options.report}};
+  return json;
+}
+
+Outcome<void> run_doctor(const DoctorOptions& options) {
+  const Outcome<void> places =
+      check_outputs({{"--report", options.report}}, {{"--key", options.key}});
+  if (!places.ok()) return places.failure();
+  std::vector<Check> checks = check_network(options);
+  for (Check& check : check_machine(options)) checks.push_back(std::move(check));
+  print(checks);
+  const Outcome<void> reported = write_report(to_json(checks, options), options.report);
+  if (!reported.ok()) return reported.failure();
+  std::string stops;
+  for (const Check& check : checks) {
+    if (check.state == CheckState::kStops)
+      stops += (stops.empty() ? "" : ", ") + std::string(check.name);
+  }
+  if (stops.empty()) return {};
+  return Failure{"a node cannot work here: " + stops + "; the table says how to mend each",
+                 FailureKind::kFailure};
+}
+
+}  // namespace
+
+void add_doctor_command(CLI::App& app, int& exit_status) {
+  CLI::App* const command =
+      app.add_subcommand("doctor", "Whether this machine and network have what a node needs");
+  auto o = std::make_shared<DoctorOptions>();
+  command->add_option("--url", o->url, "The LCM network")->capture_default_str();
+  command->add_option(
+      "--interface", o->interface,
+      "Network interface, by name or IPv4 address; default: what the routes choose");
+  command->add_option("--key", o->key, "The fleet's key file");
+  command->add_option("--report", o->report, "JSON report to write");
+  command->footer("Example: tessera doctor --interface eth0 --key fleet.key");
+  command->callback([o, &exit_status] {
+    const Outcome<void> outcome = run_doctor(*o);
+    if (!outcome.ok()) exit_status = fail(outcome.failure());
+  });
+}
+
+}  // namespace tessera

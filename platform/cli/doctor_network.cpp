@@ -1,0 +1,158 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include <time.h>
+#include <unistd.h>
+
+#include <memory>
+
+#include "cli/doctor.hpp"
+#include "lcm/datagram_link.hpp"
+#include "posix/monotonic_clock.hpp"
+#include "posix/network_interface.hpp"
+
+namespace tessera {
+namespace {
+
+constexpr int kEchoes = 20;
+constexpr std::int64_t kEchoTimeout_us = 1'000'000;
+constexpr std::int64_t kEchoStep_us = 1'000;
+
+Check check_url(const Outcome<UdpmUrl>& url) {
+  const char* const needed = "udpm://GROUP:PORT?ttl=N";
+  if (!url.ok()) {
+    return {"LCM URL", CheckState::kStops, url.failure().message, needed,
+            std::string("use --url \"") + kDefaultUrl + "\""};
+  }
+  const std::string found = "group " + address_text(url->group) + ", port " +
+                            std::to_string(url->port) + ", ttl " + std::to_string(url->ttl);
+  if (url->ttl == 0) {
+    return {"LCM URL", CheckState::kAdvice, found, "ttl 1 to reach other machines",
+            "write ttl=1 unless all robots are on this machine"};
+  }
+  if (url->ttl > 1) {
+    return {"LCM URL", CheckState::kAdvice, found, "ttl 1 on one network",
+            "write ttl=1 unless routers between the robots pass multicast on"};
+  }
+  return {"LCM URL", CheckState::kGood, found, needed, ""};
+}
+
+Check check_interface(const Outcome<NetworkInterface>& interface) {
+  const char* const needed = "up, with an IPv4 address and multicast";
+  if (!interface.ok()) {
+    return {"interface", CheckState::kStops, interface.failure().message, needed,
+            "name one of `ip -4 address` by --interface"};
+  }
+  const std::string found = interface->name + ", " + address_text(interface->address) +
+                            (interface->is_up ? ", up" : ", down") +
+                            (interface->can_multicast ? ", multicast" : ", no multicast");
+  if (!interface->is_up || !interface->can_multicast) {
+    return {"interface", CheckState::kStops, found, needed,
+            "ip link set " + interface->name + " up multicast on"};
+  }
+  return {"interface", CheckState::kGood, found, needed, ""};
+}
+
+Check check_route(const UdpmUrl& url, const NetworkInterface& interface) {
+  const std::string needed = "by " + interface.name;
+  const std::string mend = "ip route add 224.0.0.0/4 dev " + interface.name;
+  const Outcome<NetworkInterface> route = route_interface(url.group);
+  // A node names its interface to the system, and so needs no route; liblcm does.
+  if (!route.ok()) {
+    return {"multicast route", CheckState::kAdvice, "none: LCM's own tools will not start", needed,
+            mend};
+  }
+  if (route->index != interface.index) {
+    return {"multicast route", CheckState::kAdvice,
+            "by " + route->name + ": LCM's own tools will not hear the robots", needed, mend};
+  }
+  return {"multicast route", CheckState::kGood, "by " + route->name, needed, ""};
+}
+
+Check check_mtu(const NetworkInterface& interface) {
+  const std::string found = std::to_string(interface.mtu_bytes) + " bytes";
+  const std::string needed = std::to_string(kMaxIpPacketBytes) + " bytes";
+  if (interface.mtu_bytes >= static_cast<int>(kMaxIpPacketBytes))
+    return {"MTU", CheckState::kGood, found, needed, ""};
+  return {"MTU", CheckState::kStops, found, needed,
+          "ip link set " + interface.name + " mtu 1500, and the same on switches and tunnels"};
+}
+
+Check check_buffer(const UdpmUrl& url, const DatagramLink& link) {
+  // The kernel grants twice of what was asked for, and counts its own overhead in it.
+  const int granted = link.receive_buffer_bytes() / 2;
+  const std::string found = std::to_string(granted) + " bytes";
+  const std::string needed = std::to_string(url.receive_buffer_bytes) + " bytes";
+  if (granted >= url.receive_buffer_bytes)
+    return {"receive buffer", CheckState::kGood, found, needed, ""};
+  return {"receive buffer", CheckState::kAdvice, found, needed,
+          "sysctl -w net.core.rmem_max=" + std::to_string(url.receive_buffer_bytes) +
+              ", and the same in /etc/sysctl.d"};
+}
+
+/// How many of kEchoes of the largest datagrams the link hears of itself.
+int count_echoes(DatagramLink& link) {
+  const std::vector<std::byte> payload(link.max_payload_bytes(), std::byte{0x5a});
+  for (int i = 0; i < kEchoes; ++i) static_cast<void>(link.send(payload));
+  std::array<std::byte, kMaxMessageBytes> buffer;
+  int heard = 0;
+  const std::int64_t end_us = MonotonicClock::now_us() + kEchoTimeout_us;
+  while (heard < kEchoes && MonotonicClock::now_us() < end_us) {
+    const DatagramLink::Received received = link.receive(buffer);
+    if (received.bytes.size() == payload.size()) ++heard;
+    if (!received.bytes.empty()) continue;
+    const timespec pause{0, kEchoStep_us * 1000};
+    ::nanosleep(&pause, nullptr);
+  }
+  return heard;
+}
+
+/// An url of this machine alone, on a channel of this process alone.
+LinkConfig echo_config(const UdpmUrl& url, const NetworkInterface& interface) {
+  return {.url = "udpm://" + address_text(url.group) + ":" + std::to_string(url.port) +
+                 "?ttl=0&recv_buf_size=" + std::to_string(url.receive_buffer_bytes),
+          .channel = "TESSERA_DOCTOR_" + std::to_string(::getpid()),
+          .interface = interface.name,
+          .queue_slots = 64,
+          .hear_itself = true};
+}
+
+void check_link(const UdpmUrl& url, const NetworkInterface& interface, std::vector<Check>& checks) {
+  const std::string needed = std::to_string(kEchoes) + " of " + std::to_string(kEchoes) + " heard";
+  const Outcome<std::unique_ptr<DatagramLink>> link =
+      DatagramLink::open(echo_config(url, interface));
+  if (!link.ok()) {
+    checks.push_back({"loopback multicast", CheckState::kStops, link.failure().message, needed,
+                      "ip link set " + interface.name + " up multicast on"});
+    return;
+  }
+  checks.push_back(check_buffer(url, **link));
+  const int heard = count_echoes(**link);
+  const std::string found = std::to_string(heard) + " of " + std::to_string(kEchoes) + " heard, " +
+                            std::to_string((*link)->statistics().failed) + " not sent";
+  if (heard == kEchoes) {
+    checks.push_back({"loopback multicast", CheckState::kGood, found, needed, ""});
+    return;
+  }
+  checks.push_back({"loopback multicast", heard > 0 ? CheckState::kAdvice : CheckState::kStops,
+                    found, needed,
+                    "let the firewall pass UDP port " + std::to_string(url.port) + " to " +
+                        address_text(url.group) + ", and mend the MTU if that is too small"});
+}
+
+}  // namespace
+
+std::vector<Check> check_network(const DoctorOptions& options) {
+  const Outcome<UdpmUrl> url = UdpmUrl::parse(options.url);
+  std::vector<Check> checks{check_url(url)};
+  if (!url.ok()) return checks;
+  const Outcome<NetworkInterface> interface =
+      options.interface.empty() ? route_interface(url->group) : find_interface(options.interface);
+  checks.push_back(check_interface(interface));
+  if (!interface.ok()) return checks;
+  checks.push_back(check_route(*url, *interface));
+  checks.push_back(check_mtu(*interface));
+  check_link(*url, *interface, checks);
+  return checks;
+}
+
+}  // namespace tessera
