@@ -106,7 +106,7 @@ TEST_CASE("SenderTable: numbers that wrap around and senders that start again") 
   CHECK(table.missing_before(a, (1U << 30U) + 2) == 1);
 }
 
-TEST_CASE("SenderTable: at 63, 64 and 65 senders; the one silent for longest goes") {
+TEST_CASE("SenderTable: at 63, 64 and 65 senders, of which the one silent for longest goes") {
   SenderTable table;
   for (std::uint16_t port = 1; port <= SenderTable::kSenders; ++port)
     CHECK(table.missing_before({1, port}, 10) == 0);

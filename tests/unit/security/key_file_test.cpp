@@ -137,7 +137,7 @@ TEST_CASE("make_fleet_key: a key of its own each time, for the owner alone, neve
     CHECK(entry.path().extension() != ".part");
 }
 
-TEST_CASE("make_robot_key: both files or none; public files put together are the fleet's") {
+TEST_CASE("make_robot_key: both files or none, and public files put together are the fleet's") {
   const KeyFolder folder;
   REQUIRE(make_robot_key(3, folder.path()).ok());
   REQUIRE(make_robot_key(0, folder.path()).ok());
