@@ -17,26 +17,9 @@
 namespace tessera {
 namespace {
 
-sockaddr_in place_of(std::uint32_t address, std::uint16_t port) {
-  sockaddr_in place{};
-  place.sin_family = AF_INET;
-  place.sin_addr.s_addr = htonl(address);
-  place.sin_port = htons(port);
-  return place;
-}
-
-const sockaddr* generic(const sockaddr_in& place) {
-  return reinterpret_cast<const sockaddr*>(&place);
-}
-
 bool is_channel(std::string_view channel) {
   return !channel.empty() && channel.size() <= kMaxChannelBytes &&
          std::all_of(channel.begin(), channel.end(), [](char c) { return c > ' ' && c < '\x7f'; });
-}
-
-template <class Value>
-bool set_option(const FileDescriptor& socket, int level, int name, const Value& value) {
-  return ::setsockopt(socket.get(), level, name, &value, sizeof value) == 0;
 }
 
 /// With the kernel's count of what it dropped, where the message carries one.
@@ -84,60 +67,10 @@ Outcome<std::unique_ptr<DatagramLink>> DatagramLink::open(const LinkConfig& conf
   return link;
 }
 
-Outcome<void> DatagramLink::open_sender() {
-  sender_ = FileDescriptor(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
-  ip_mreqn by{};
-  by.imr_ifindex = interface_.index;
-  const sockaddr_in own = place_of(interface_.address, 0);
-  const sockaddr_in group = place_of(url_.group, url_.port);
-  const bool opened = sender_.is_open() &&                                         //
-                      set_option(sender_, IPPROTO_IP, IP_MULTICAST_IF, by) &&      //
-                      set_option(sender_, IPPROTO_IP, IP_MULTICAST_TTL, url_.ttl)  //
-                      && set_option(sender_, IPPROTO_IP, IP_MULTICAST_LOOP, 1) &&  //
-                      // Rather an error here than fragments, of which one lost loses all.
-                      set_option(sender_, IPPROTO_IP, IP_MTU_DISCOVER, int{IP_PMTUDISC_DO}) &&
-                      ::bind(sender_.get(), generic(own), sizeof own) == 0 &&
-                      ::connect(sender_.get(), generic(group), sizeof group) == 0;
-  sockaddr_in named{};
-  socklen_t bytes = sizeof named;
-  if (!opened || ::getsockname(sender_.get(), reinterpret_cast<sockaddr*>(&named), &bytes) != 0) {
-    return Failure{"cannot send to " + config_.url + " by " + interface_.name + ": " +
-                       std::strerror(errno) + "; tessera doctor says how to mend it",
-                   FailureKind::kFailure};
-  }
-  self_ = {ntohl(named.sin_addr.s_addr), ntohs(named.sin_port)};
-  return {};
-}
-
-Outcome<void> DatagramLink::open_receiver() {
-  receiver_ = FileDescriptor(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
-  ip_mreqn member{};
-  member.imr_multiaddr.s_addr = htonl(url_.group);
-  member.imr_ifindex = interface_.index;
-  const sockaddr_in group = place_of(url_.group, url_.port);
-  const bool opened =
-      receiver_.is_open() &&  //
-      // Other LCM programs of this machine have the same address.
-      set_option(receiver_, SOL_SOCKET, SO_REUSEADDR, 1) &&
-      set_option(receiver_, SOL_SOCKET, SO_RCVBUF, url_.receive_buffer_bytes) &&
-      set_option(receiver_, SOL_SOCKET, SO_RXQ_OVFL, 1) &&
-      // Only what comes by the interface that was chosen, whatever others of this machine joined.
-      set_option(receiver_, IPPROTO_IP, IP_MULTICAST_ALL, 0) &&
-      ::bind(receiver_.get(), generic(group), sizeof group) == 0 &&
-      set_option(receiver_, IPPROTO_IP, IP_ADD_MEMBERSHIP, member);
-  socklen_t bytes = sizeof receive_buffer_bytes_;
-  if (!opened ||
-      ::getsockopt(receiver_.get(), SOL_SOCKET, SO_RCVBUF, &receive_buffer_bytes_, &bytes) != 0) {
-    return Failure{"cannot receive from " + config_.url + " by " + interface_.name + ": " +
-                       std::strerror(errno) + "; tessera doctor says how to mend it",
-                   FailureKind::kFailure};
-  }
-  return {};
-}
-
 Outcome<void> DatagramLink::start() {
   stop_ = FileDescriptor(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
-  int error = stop_.is_open() ? 0 : errno;
+  arrived_ = FileDescriptor(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
+  int error = stop_.is_open() && arrived_.is_open() ? 0 : errno;
   if (error == 0) {
     // Signals are for the program's own threads: this one inherits that all are blocked.
     sigset_t all{};
@@ -199,10 +132,13 @@ void DatagramLink::receive_until_stopped() noexcept {
   while (true) {
     if (::poll(sources, 2, -1) < 0 && errno != EINTR) return;
     if (sources[1].revents != 0) return;
-    // A bounded number, so that a flood does not keep the link from stopping.
+    // A bounded number, so that a flood keeps neither the link from stopping nor its reader asleep.
     constexpr int kBatch = 256;
+    const std::uint64_t before = counters_[LinkCounters::kReceived];
     for (int i = 0; i < kBatch && receive_one(); ++i) {
     }
+    if (counters_[LinkCounters::kReceived] != before)
+      static_cast<void>(!::eventfd_write(arrived_.get(), 1));
   }
 }
 
@@ -251,6 +187,10 @@ void DatagramLink::take(std::span<const std::byte> datagram, const Endpoint& sen
   if (message.kind == MessageKind::kFragment) return counters_.add(LinkCounters::kFragments);
   if (message.channel != config_.channel) return counters_.add(LinkCounters::kOtherChannel);
   if (message.payload.empty()) return counters_.add(LinkCounters::kTooShort);
+  queue(message, sender);
+}
+
+void DatagramLink::queue(const ReceivedMessage& message, const Endpoint& sender) noexcept {
   Slot* const slot = queue_.claim();
   if (slot == nullptr) return counters_.add(LinkCounters::kQueueFull);
   slot->sender = sender;
@@ -268,6 +208,18 @@ DatagramLink::Received DatagramLink::receive(std::span<std::byte, kMaxMessageByt
   const Received received{into.first(slot->bytes), slot->sender};
   queue_.pop();
   return received;
+}
+
+bool DatagramLink::wait(std::int64_t timeout_us) noexcept {
+  // In this order: what comes after the queue was seen empty is counted anew.
+  eventfd_t seen = 0;
+  static_cast<void>(!::eventfd_read(arrived_.get(), &seen));
+  if (queue_.front() != nullptr) return true;
+  if (timeout_us <= 0) return false;
+  pollfd source{arrived_.get(), POLLIN, 0};
+  const timespec timeout{timeout_us / 1'000'000, timeout_us % 1'000'000 * 1'000};
+  static_cast<void>(!::ppoll(&source, 1, &timeout, nullptr));
+  return queue_.front() != nullptr;
 }
 
 LinkStatistics DatagramLink::statistics() const noexcept {

@@ -69,6 +69,10 @@ class DatagramLink {
   /// Copies the oldest datagram that waits to into. Never waits. For one thread only.
   Received receive(std::span<std::byte, kMaxMessageBytes> into) noexcept;
 
+  /// Sleeps until a datagram waits, timeout_us at most; whether one does. timeout_us: microseconds,
+  /// 0 and less only asks. For the thread that receives.
+  bool wait(std::int64_t timeout_us) noexcept;
+
   /// Of all threads until now; each number is exact, together they are of about the same moment.
   [[nodiscard]] LinkStatistics statistics() const noexcept;
   [[nodiscard]] const NetworkInterface& interface() const noexcept { return interface_; }
@@ -90,6 +94,7 @@ class DatagramLink {
   /// False iff nothing was there.
   bool receive_one() noexcept;
   void take(std::span<const std::byte> datagram, const Endpoint& sender) noexcept;
+  void queue(const ReceivedMessage& message, const Endpoint& sender) noexcept;
 
   const LinkConfig config_;
   const UdpmUrl url_;
@@ -98,6 +103,7 @@ class DatagramLink {
   FileDescriptor sender_;
   FileDescriptor receiver_;
   FileDescriptor stop_;
+  FileDescriptor arrived_;  ///< Counts batches of which something was queued.
   Endpoint self_{};
   std::atomic<std::uint32_t> sequence_{0};
   SpscQueue<Slot> queue_;

@@ -14,6 +14,7 @@
 #include "lcm/status_publisher.hpp"
 #include "own_network.hpp"
 #include "posix/allocation_counter.hpp"
+#include "posix/monotonic_clock.hpp"
 
 namespace tessera {
 namespace {
@@ -80,6 +81,25 @@ TEST_CASE("DatagramLink: what one sends the other receives, once, in order, with
   CHECK(s.received == 0);
   CHECK(eventually([&] { return a->statistics().own == 3; }));
   CHECK(b->statistics().missing == 0);
+}
+
+TEST_CASE("DatagramLink: wait ends when a datagram comes, or with its time") {
+  if (!enter_own_network()) return;
+  const auto a = open_link(loopback_config());
+  const auto b = open_link(loopback_config());
+  Buffer buffer;
+  CHECK_FALSE(b->wait(0));
+  CHECK_FALSE(b->wait(-1));
+  const std::int64_t start_us = MonotonicClock::now_us();
+  CHECK_FALSE(b->wait(20'000));
+  CHECK(MonotonicClock::now_us() - start_us >= 20'000);
+  for (int i = 0; i < 200; ++i) {
+    REQUIRE(a->send(bytes_of("x")));
+    REQUIRE(b->wait(2'000'000));
+    REQUIRE(b->wait(0));
+    REQUIRE_FALSE(b->receive(buffer).bytes.empty());
+    REQUIRE_FALSE(b->wait(0));
+  }
 }
 
 TEST_CASE("DatagramLink: hears itself if it is asked to") {
