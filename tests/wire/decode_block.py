@@ -130,6 +130,9 @@ class Block:
                 if has_passes:
                     self.read_passes(o)
         check(has_labels == bool(self.labels) and has_passes == bool(self.passes))
+        bits = layers.bit_count() * 16 * (3 + 8 * 69) + 14
+        most = (bits + bits // 1024) // 8 + 1
+        check(self.bits.plain or self.bits.read - 4 < 3 * most // 4)
         self.bits.check_end()
 
     def before(self, o):
