@@ -145,6 +145,10 @@ class BlockIndex {
   void clear() noexcept;
 
   [[nodiscard]] std::size_t size() const noexcept { return size_; }
+  /// Of the pages in use; for_some() goes through so many.
+  [[nodiscard]] std::size_t slots() const noexcept {
+    return pages_used_ * kPageBuckets * kBucketSlots;
+  }
   [[nodiscard]] std::size_t capacity() const noexcept { return capacity_; }
   /// Bytes of the table of leaves and of the pages in use.
   [[nodiscard]] std::size_t used_bytes() const noexcept {

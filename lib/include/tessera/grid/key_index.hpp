@@ -68,6 +68,19 @@ class KeyIndex {
       }
     }
   }
+  /// The same for the keys of the next buckets from place on, around the end and once around at
+  /// most; moves place on. visit must not insert or erase. O(buckets).
+  template <class Visit>
+  void for_some(std::size_t& place, std::size_t buckets, Visit&& visit) const noexcept {
+    const std::size_t count = buckets < buckets_.size() ? buckets : buckets_.size();
+    for (std::size_t n = 0; n < count; ++n, ++place) {
+      if (place >= buckets_.size()) place = 0;
+      const Bucket& bucket = buckets_[place];
+      for (std::size_t slot = 0; slot < kBucketSlots; ++slot) {
+        if (bucket.keys[slot] != 0) visit(BlockKey{bucket.keys[slot] - 1}, bucket.values[slot]);
+      }
+    }
+  }
   /// Forgets every key. O(capacity).
   void clear() noexcept;
 

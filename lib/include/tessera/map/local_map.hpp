@@ -77,11 +77,12 @@ class LocalMap {
   [[nodiscard]] std::span<const KeyedIndex> blocks_in_order(
       std::span<KeyedIndex> workspace) const noexcept;
   [[nodiscard]] std::size_t block_count() const noexcept { return index_.size(); }
+  [[nodiscard]] std::size_t index_entries() const noexcept { return index_.slots(); }
   /// Calls visit(BlockKey, SlabHandle) for the blocks among the next entries of the index from the
   /// cursor on, around its end and once around at most, and moves the cursor on. visit may remove
   /// the block that it is given; false from it stops the cursor at the entries at hand, which the
   /// next call begins with. Returns the entries looked at, at most entries + 7. While blocks are
-  /// opened, one may be met twice in a round or not at all.
+  /// opened, one may be met twice in a round, or not at all if a call ends within an index's page.
   template <class Visit>
   std::size_t visit_blocks(SweepCursor& cursor, std::size_t entries, Visit&& visit) const noexcept {
     return index_.for_some(cursor.place, entries, [&](SlabHandle handle) {
@@ -94,7 +95,6 @@ class LocalMap {
   /// The block's handle, or 0 if it is not open.
   [[nodiscard]] SlabHandle find_handle(BlockCoord block) const noexcept;
   [[nodiscard]] const Block* find(BlockCoord block) const noexcept;
-  /// Counts of one voxel of a block.
   [[nodiscard]] VoxelEvidence evidence(const Block& block, int octet, int voxel) const noexcept;
   /// Calls label(component, count) for each label count of a voxel that has label evidence, and
   /// rest(count) for its rest.
@@ -131,6 +131,8 @@ class LocalMap {
 
   /// Grows by one with every scan; a block's revision tells which scan changed it last.
   [[nodiscard]] std::uint32_t revision() const noexcept { return revision_; }
+  /// The newest stamp of any block: every change gives its block a larger one.
+  [[nodiscard]] std::uint64_t stamp() const noexcept { return stamp_; }
   [[nodiscard]] MapUsage usage() const noexcept;
   /// Voxels with free evidence only. O(blocks).
   [[nodiscard]] std::uint64_t count_free_voxels() const noexcept;

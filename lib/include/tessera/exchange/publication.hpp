@@ -1,0 +1,109 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// What the publisher is told and tells: its settings, where published blocks go, and reports.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "tessera/map/block_content.hpp"
+
+namespace tessera {
+
+struct PublisherConfig {
+  /// Blocks that are published and in the map, or wait to be; from 1 to 2^28. With fewer than the
+  /// map's the rest is never published, and counted (PublisherReport::left_out).
+  std::uint32_t blocks = 131072;
+  /// Blocks that wait, from 64 to blocks. What finds no place is found again by later sweeps.
+  std::uint32_t candidates = 65536;
+  /// Within which a change of labelled voxels is published, from 1 ms to 1 h.
+  std::int64_t staleness_us = 1'000'000;
+  /// The same for voxels that are only free; not under staleness_us, at most 1 h.
+  std::int64_t free_staleness_us = 4'000'000;
+  /// Until a block that was refused is tried again; from 1 us to 1 h.
+  std::int64_t retry_us = 100'000;
+  /// A voxel's label evidence means something else after it grew or shrank by more than this; above
+  /// 1, at most 1e6.
+  float evidence_factor = 4.0F;
+  /// Labelled voxels that differ from which on a block does not wait for its time to be up, and by
+  /// which its number of them must have changed to be taken for new; from 1.
+  std::uint32_t many_voxels = 32;
+  /// Blocks from the focus, along each axis, within which what is new is due after a quarter of
+  /// staleness_us; beyond it after half.
+  std::int32_t near_blocks = 16;
+};
+
+/// What a published block takes on the wire.
+struct WireBytes {
+  std::uint32_t labels = 0;
+  std::uint32_t free = 0;
+};
+
+/// Where published blocks go and are kept. Functions must not change the map.
+struct Publication {
+  void* context = nullptr;
+  /// Rounds content to what the wire can say. The same content gives the same, and what it gave is
+  /// left as it is.
+  void (*quantise)(void* context, BlockContent& content) = nullptr;
+  /// Adds what was last published of a block to content. False: nothing was, or an empty block.
+  bool (*read)(void* context, BlockKey key, BlockContent& content) = nullptr;
+  /// Publishes a block anew, as this and nothing else; without any evidence: as emptied. Any error:
+  /// nothing was published, and it is tried again later.
+  Result<WireBytes> (*publish)(void* context, BlockKey key, const BlockContent& content) = nullptr;
+  /// False: a part of the block's evidence is not in the map but archived. What was published
+  /// stays until it is back, which the publisher notices as a change of the block. May be null: all
+  /// of a block always is in the map.
+  bool (*whole)(void* context, BlockKey key) = nullptr;
+};
+
+/// What a tick may do.
+struct PublisherBudget {
+  std::uint32_t entries = 65536;  ///< Of the map's index, looked at; in whole pages, at least one.
+  std::uint32_t compared = 1024;  ///< Blocks compared with what was published of them.
+  std::uint32_t bytes = 75000;    ///< On the wire; the last block may go over it.
+};
+
+/// What a tick did and left.
+struct PublisherReport {
+  std::uint32_t entries = 0;    ///< Of the map's index, looked at.
+  std::uint32_t noted = 0;      ///< Blocks found changed, that did not wait already.
+  std::uint32_t compared = 0;   ///< With what was published of them.
+  std::uint32_t unchanged = 0;  ///< Of these, dropped: they mean what was published.
+  std::uint32_t deferred = 0;   ///< Of these, put off, as too little is different.
+  std::uint32_t partial = 0;    ///< Of these, dropped, as they were not whole; not compared at all.
+  std::uint32_t published = 0;  ///< Emptied ones among them.
+  std::uint32_t emptied = 0;
+  std::uint32_t refused = 0;   ///< By publish: tried again later.
+  std::uint32_t left_out = 0;  ///< For which there was no room: more `candidates` or `blocks`.
+  WireBytes bytes;
+  std::uint32_t waiting = 0;       ///< Labelled ones after the tick.
+  std::uint32_t free_waiting = 0;  ///< With changes of voxels that are only free.
+  /// Of both, those that are late: more `bytes` or `compared` would have been needed.
+  std::uint32_t overdue = 0;
+  /// The longest, at most, from a change of labelled voxels to its publication in this tick: from
+  /// the last time that the block was seen unchanged.
+  std::int64_t worst_staleness_us = 0;
+};
+
+/// Sums over all ticks; nothing in it ever decreases.
+struct PublisherTotals {
+  std::uint64_t noted = 0;
+  std::uint64_t compared = 0;
+  std::uint64_t unchanged = 0;
+  std::uint64_t deferred = 0;
+  std::uint64_t partial = 0;
+  std::uint64_t published = 0;
+  std::uint64_t emptied = 0;
+  std::uint64_t refused = 0;
+  std::uint64_t left_out = 0;
+  std::uint64_t label_bytes = 0;
+  std::uint64_t free_bytes = 0;
+  std::uint64_t forgotten_waiting = 0;  ///< Forgotten with changes that were never published.
+  std::uint32_t peak_waiting = 0;       ///< Of all kinds.
+  std::int64_t worst_staleness_us = 0;
+  /// Publications of labelled changes by staleness, in eighths of staleness_us; the last: beyond
+  /// 15 of them.
+  std::array<std::uint64_t, 16> by_staleness{};
+};
+
+}  // namespace tessera

@@ -1,0 +1,152 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// Decides which blocks of a robot's map it publishes again, and when. A block is published only if
+// its meaning is another one than what was published of it (Significance): at the next tick if
+// little waits, else held off, as a block published later carries more, but so that a change of
+// labelled voxels is out within staleness_us wherever the budget allows. What it did not allow is
+// counted.
+//
+// Time is the caller's. The same maps, times, budgets and answers give the same publications.
+#pragma once
+
+#include <span>
+
+#include "tessera/exchange/due_wheel.hpp"
+#include "tessera/exchange/publication.hpp"
+#include "tessera/exchange/significance.hpp"
+#include "tessera/grid/key_index.hpp"
+#include "tessera/map/local_map.hpp"
+
+namespace tessera {
+
+class Publisher {
+ public:
+  /// Bytes of arena that make takes. num_components: those of the map.
+  [[nodiscard]] static constexpr std::size_t required_bytes(const PublisherConfig& config,
+                                                            int num_components) noexcept {
+    return KeyIndex::required_bytes(config.blocks) + arena_bytes<Candidate>(config.candidates) +
+           2 * BlockContent::required_bytes(num_components);
+  }
+  /// Fails with kInvalidArgument iff a value of config is outside its documented range;
+  /// kResourceExhausted iff the arena has under required_bytes left. map, num_components: those of
+  /// the map that is published. O(blocks).
+  [[nodiscard]] static Result<Publisher> make(Arena& arena, const PublisherConfig& config,
+                                              const MapConfig& map, int num_components) noexcept;
+  /// Publishes nothing.
+  Publisher() noexcept = default;
+
+  /// Where attention is: what is new near it comes first. Known from the first call on; before it,
+  /// nothing is near.
+  void set_focus(BlockCoord focus) noexcept {
+    focus_ = focus;
+    has_focus_ = true;
+  }
+
+  /// To be called every few tens of milliseconds between changes of the map; map: the same always.
+  /// now_us: monotonic, from 0; an earlier one than before counts as the same.
+  ///
+  /// Work, at worst: entries of the map's index, in whole pages of BlockIndex; a look-up for each
+  /// block changed since the last round through the index, and for a 64th of `blocks`; `compared`
+  /// blocks read from map and publication, compared, rounded and published, each O(512 + voxels *
+  /// components).
+  PublisherReport tick(const LocalMap& map, std::int64_t now_us, const PublisherBudget& budget,
+                       const Publication& publication) noexcept;
+
+  /// The block leaves the map without its evidence being wrong (MovingWindow evicts it): what was
+  /// published of it stays. Should it come back, it is compared with that. Two look-ups.
+  void forget(BlockKey key) noexcept;
+
+  [[nodiscard]] const PublisherTotals& totals() const noexcept { return totals_; }
+  /// Blocks that are published and in the map, or wait.
+  [[nodiscard]] std::size_t blocks() const noexcept { return index_.size(); }
+  [[nodiscard]] std::uint32_t waiting() const noexcept {
+    return labels_.wheel.waiting() + free_.wheel.waiting();
+  }
+
+ private:
+  static constexpr std::int64_t kNever = -1;
+  struct Candidate {
+    BlockKey key;
+    std::int64_t labels_since_us = kNever;  ///< Since when labelled voxels may mean another thing.
+    std::int64_t free_since_us = kNever;
+    DueLink link;
+    std::uint16_t published_labels = 0;  ///< Voxels with label evidence when it was published.
+    bool published = false;
+    bool fresh = false;  ///< New, or of many voxels more or fewer than published.
+    bool gone = false;   ///< Not in the map any more.
+  };
+  static_assert(sizeof(Candidate) == 48);
+  /// Of two kinds: blocks with labelled voxels that have changed, and with others alone.
+  struct Queue {
+    DueWheel wheel{1};
+    std::uint64_t bytes_q6 = 0;  ///< What a block took, of those compared lately.
+    [[nodiscard]] std::uint64_t expected_bytes() const noexcept {
+      return wheel.waiting() * bytes_q6 / 64;
+    }
+    void note_bytes(std::uint32_t bytes) noexcept { bytes_q6 = bytes_q6 - bytes_q6 / 64 + bytes; }
+  };
+  /// A round through the map's index, over as many ticks as it takes.
+  struct Round {
+    SweepCursor cursor;
+    std::uint64_t unchanged_stamp = 0;  ///< What has no newer stamp needs no look.
+    std::uint64_t start_stamp = 0;
+    std::int64_t unchanged_us = 0;  ///< When the newest of these stamps was given, or later.
+    std::int64_t start_us = 0;
+    bool going = false;
+    bool complete = false;  ///< Nothing was left out so far.
+  };
+  struct Tick;
+  /// Candidates as a wheel wants them.
+  struct Links {
+    std::span<Candidate> candidates;
+    [[nodiscard]] DueLink& link(std::uint32_t number) const noexcept {
+      return candidates[number - 1].link;
+    }
+  };
+
+  [[nodiscard]] Candidate& candidate(std::uint32_t number) noexcept {
+    return candidates_[number - 1];
+  }
+  [[nodiscard]] Queue& queue_of(const Candidate& waiting) noexcept {
+    return waiting.labels_since_us != kNever ? labels_ : free_;
+  }
+  [[nodiscard]] bool is_near(BlockKey key) const noexcept;
+  [[nodiscard]] std::int64_t due_of(const Candidate& waiting) const noexcept;
+  void enqueue(std::uint32_t number, std::int64_t due_us) noexcept;
+  void dequeue(std::uint32_t number) noexcept;
+  /// A candidate for a block that does not wait yet; 0: no room.
+  std::uint32_t open(BlockKey key) noexcept;
+  /// Back to what is published, or to what was never seen.
+  void close(std::uint32_t number) noexcept;
+  void release(std::uint32_t number) noexcept;
+
+  void begin_tick(const LocalMap& map, Tick& tick) noexcept;
+  void sweep(Tick& tick) noexcept;
+  bool note(Tick& tick, BlockKey key, const Block& block) noexcept;
+  void sweep_published(Tick& tick) noexcept;
+  void work_off(Tick& tick, Queue& queue, std::uint32_t count) noexcept;
+  std::uint32_t handle(Tick& tick, std::uint32_t number) noexcept;
+  [[nodiscard]] bool is_time(const Tick& tick, const Candidate& waiting,
+                             const Difference& difference) const noexcept;
+  std::uint32_t publish(Tick& tick, std::uint32_t number) noexcept;
+  void note_published(Tick& tick, const Candidate& waiting, const WireBytes& bytes) noexcept;
+  void end_tick(Tick& tick) noexcept;
+
+  PublisherConfig config_{};
+  Significance significance_;
+  KeyIndex index_;  ///< Of blocks: a candidate's number, or how many label voxels were published.
+  std::span<Candidate> candidates_;
+  std::uint32_t first_free_ = 0;  ///< Candidates that are not in use, by link.next.
+  BlockContent published_;        ///< Scratch.
+  BlockContent current_;
+  Queue labels_;
+  Queue free_;
+  Round round_;
+  std::size_t published_place_ = 0;
+  BlockCoord focus_{};
+  bool has_focus_ = false;
+  std::int64_t last_us_ = 0;
+  PublisherTotals totals_;
+};
+
+}  // namespace tessera

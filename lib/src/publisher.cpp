@@ -1,0 +1,117 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tessera/exchange/publisher.hpp"
+
+#include "publisher_tick.hpp"
+
+namespace tessera {
+
+namespace {
+
+constexpr std::int64_t kHour_us = 3'600'000'000;
+
+constexpr bool valid(const PublisherConfig& config) noexcept {
+  return config.blocks >= 1 && config.blocks <= (1U << 28U) && config.candidates >= 64 &&
+         config.candidates <= config.blocks && config.staleness_us >= 1000 &&
+         config.free_staleness_us >= config.staleness_us && config.free_staleness_us <= kHour_us &&
+         config.retry_us >= 1 && config.retry_us <= kHour_us && config.evidence_factor > 1.0F &&
+         config.evidence_factor <= 1e6F && config.many_voxels >= 1;
+}
+
+/// Intervals of a wheel: fine beside the staleness, and twice as far as that reaches.
+constexpr std::int64_t width_of(std::int64_t staleness_us) noexcept { return staleness_us / 32; }
+
+}  // namespace
+
+Result<Publisher> Publisher::make(Arena& arena, const PublisherConfig& config, const MapConfig& map,
+                                  int num_components) noexcept {
+  if (!valid(config)) return Status::kInvalidArgument;
+  if (!arena.aligned() || arena.remaining_bytes() < required_bytes(config, num_components))
+    return Status::kResourceExhausted;
+  Publisher publisher;
+  publisher.config_ = config;
+  publisher.significance_ = Significance(map, num_components, config.evidence_factor);
+  publisher.index_ = *KeyIndex::make(arena, config.blocks);
+  publisher.candidates_ = arena.take<Candidate>(config.candidates);
+  publisher.published_ = *BlockContent::make(arena, num_components);
+  publisher.current_ = *BlockContent::make(arena, num_components);
+  for (std::uint32_t number = config.candidates; number > 0; --number) publisher.release(number);
+  publisher.labels_.wheel = DueWheel(width_of(config.staleness_us));
+  publisher.free_.wheel = DueWheel(width_of(config.free_staleness_us));
+  return publisher;
+}
+
+PublisherReport Publisher::tick(const LocalMap& map, std::int64_t now_us,
+                                const PublisherBudget& budget,
+                                const Publication& publication) noexcept {
+  if (candidates_.empty()) return {};
+  Tick tick{.map = map, .budget = budget, .publication = publication, .now_us = now_us};
+  begin_tick(map, tick);
+  sweep(tick);
+  sweep_published(tick);
+  // What little waits is said at once; a quarter of the budget keeps enough for what is due.
+  const std::uint32_t waiting = labels_.wheel.waiting() + free_.wheel.waiting();
+  const bool labels_light = labels_.wheel.waiting() <= budget.compared / 2 &&
+                            labels_.expected_bytes() <= budget.bytes / 4;
+  tick.light = labels_light;
+  work_off(tick, labels_,
+           tick.light ? labels_.wheel.waiting() : labels_.wheel.pace(tick.now_us, tick.length_us));
+  tick.light = labels_light && waiting <= budget.compared / 2 &&
+               labels_.expected_bytes() + free_.expected_bytes() <= budget.bytes / 4;
+  work_off(tick, free_,
+           tick.light ? free_.wheel.waiting() : free_.wheel.pace(tick.now_us, tick.length_us));
+  end_tick(tick);
+  return tick.report;
+}
+
+void Publisher::begin_tick(const LocalMap& map, Tick& tick) noexcept {
+  TESSERA_ASSERT(tick.publication.quantise != nullptr && tick.publication.read != nullptr &&
+                 tick.publication.publish != nullptr);
+  if (tick.now_us < last_us_) tick.now_us = last_us_;
+  tick.length_us = tick.now_us - last_us_;
+  // Neither the first tick nor one after a pause says when the next one will be.
+  const std::int64_t longest_us = config_.staleness_us / 8;
+  if (tick.length_us > longest_us) tick.length_us = longest_us;
+  if (tick.length_us < 1) tick.length_us = 1;
+  last_us_ = tick.now_us;
+  labels_.wheel.advance(tick.now_us);
+  free_.wheel.advance(tick.now_us);
+  if (round_.going) return;
+  round_.going = true;
+  round_.complete = true;
+  round_.start_stamp = map.stamp();
+  round_.start_us = tick.now_us;
+}
+
+void Publisher::end_tick(Tick& tick) noexcept {
+  PublisherReport& report = tick.report;
+  report.waiting = labels_.wheel.waiting();
+  report.free_waiting = free_.wheel.waiting();
+  report.overdue = labels_.wheel.overdue(tick.now_us) + free_.wheel.overdue(tick.now_us);
+  totals_.noted += report.noted;
+  totals_.compared += report.compared;
+  totals_.unchanged += report.unchanged;
+  totals_.deferred += report.deferred;
+  totals_.partial += report.partial;
+  totals_.published += report.published;
+  totals_.emptied += report.emptied;
+  totals_.refused += report.refused;
+  totals_.left_out += report.left_out;
+  totals_.label_bytes += report.bytes.labels;
+  totals_.free_bytes += report.bytes.free;
+  if (report.worst_staleness_us > totals_.worst_staleness_us)
+    totals_.worst_staleness_us = report.worst_staleness_us;
+}
+
+void Publisher::forget(BlockKey key) noexcept {
+  const std::optional<std::uint32_t> value = index_.find(key);
+  if (!value) return;
+  if (is_waiting(*value)) {
+    ++totals_.forgotten_waiting;
+    dequeue(number_of(*value));
+    release(number_of(*value));
+  }
+  index_.erase(key);
+}
+
+}  // namespace tessera

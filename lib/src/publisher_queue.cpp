@@ -1,0 +1,153 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// Which blocks have changed: noted by going through the map's index, and through what is published.
+#include "publisher_tick.hpp"
+
+namespace tessera {
+
+namespace {
+
+/// Rounds end a tick between pages: an entry that moves while others are opened stays in its page
+/// or goes to a new one at the end, so that none is missed.
+constexpr std::size_t kPageEntries =
+    static_cast<std::size_t>(BlockIndex::kPageBuckets) * BlockIndex::kBucketSlots;
+
+constexpr std::int32_t apart(std::int32_t a, std::int32_t b) noexcept {
+  return a < b ? b - a : a - b;
+}
+
+}  // namespace
+
+bool Publisher::is_near(BlockKey key) const noexcept {
+  const BlockCoord block = unpack(key);
+  return has_focus_ && apart(block.x, focus_.x) <= config_.near_blocks &&
+         apart(block.y, focus_.y) <= config_.near_blocks &&
+         apart(block.z, focus_.z) <= config_.near_blocks;
+}
+
+std::int64_t Publisher::due_of(const Candidate& waiting) const noexcept {
+  std::int64_t due_us = waiting.free_since_us + config_.free_staleness_us;
+  if (waiting.labels_since_us != kNever) {
+    std::int64_t hold_us = config_.staleness_us;
+    if (waiting.fresh) hold_us = is_near(waiting.key) ? hold_us / 4 : hold_us / 2;
+    if (waiting.gone) hold_us = 0;
+    const std::int64_t labels_us = waiting.labels_since_us + hold_us;
+    due_us = waiting.free_since_us == kNever || labels_us < due_us ? labels_us : due_us;
+  }
+  return due_us;
+}
+
+void Publisher::enqueue(std::uint32_t number, std::int64_t due_us) noexcept {
+  Links links{candidates_};
+  queue_of(candidate(number)).wheel.insert(links, number, due_us);
+}
+
+void Publisher::dequeue(std::uint32_t number) noexcept {
+  Links links{candidates_};
+  queue_of(candidate(number)).wheel.remove(links, number);
+}
+
+void Publisher::release(std::uint32_t number) noexcept {
+  Candidate& unused = candidate(number);
+  unused = {};
+  unused.link.next = first_free_;
+  first_free_ = number;
+}
+
+std::uint32_t Publisher::open(BlockKey key) noexcept {
+  const std::uint32_t number = first_free_;
+  if (number == 0) return 0;
+  const std::optional<std::uint32_t> published = index_.find(key);
+  if (!published && index_.insert(key, kWaits | number) != Status::kOk) return 0;
+  if (published) index_.assign(key, kWaits | number);
+  Candidate& opened = candidate(number);
+  first_free_ = opened.link.next;
+  opened = {};
+  opened.key = key;
+  opened.published = published.has_value();
+  opened.published_labels = static_cast<std::uint16_t>(published.value_or(0));
+  return number;
+}
+
+void Publisher::close(std::uint32_t number) noexcept {
+  const Candidate& closed = candidate(number);
+  if (closed.published) {
+    index_.assign(closed.key, closed.published_labels);
+  } else {
+    index_.erase(closed.key);
+  }
+  release(number);
+}
+
+bool Publisher::note(Tick& tick, BlockKey key, const Block& block) noexcept {
+  const std::optional<std::uint32_t> value = index_.find(key);
+  const bool waits = value && is_waiting(*value);
+  const std::uint32_t number = waits ? number_of(*value) : open(key);
+  if (number == 0) {
+    ++tick.report.left_out;
+    return false;
+  }
+  if (waits) {
+    dequeue(number);
+  } else {
+    ++tick.report.noted;
+  }
+  Candidate& noted = candidate(number);
+  const std::uint32_t labels = block.label_voxels;
+  const std::uint32_t before = noted.published_labels;
+  noted.fresh = (labels < before ? before - labels : labels - before) >= config_.many_voxels;
+  noted.gone = false;
+  if (noted.free_since_us == kNever) noted.free_since_us = round_.unchanged_us;
+  const bool labelled = labels != 0 || before != 0;
+  if (labelled && noted.labels_since_us == kNever) noted.labels_since_us = round_.unchanged_us;
+  enqueue(number, due_of(noted));
+  return true;
+}
+
+void Publisher::sweep(Tick& tick) noexcept {
+  const std::size_t end = tick.map.index_entries();
+  std::size_t left = tick.budget.entries > kPageEntries ? tick.budget.entries : kPageEntries;
+  std::size_t& place = round_.cursor.place;
+  bool room = true;
+  while (room && left >= kPageEntries && place * BlockIndex::kBucketSlots < end) {
+    const std::size_t page_end = (place / BlockIndex::kPageBuckets + 1) * BlockIndex::kPageBuckets;
+    const std::size_t entries = (page_end - place) * BlockIndex::kBucketSlots;
+    const std::size_t seen =
+        tick.map.visit_blocks(round_.cursor, entries, [&](BlockKey key, SlabHandle at) {
+          const Block& block = tick.map.block_at(at);
+          room = block.stamp <= round_.unchanged_stamp || note(tick, key, block);
+          return room;
+        });
+    tick.report.entries += static_cast<std::uint32_t>(seen);
+    left -= seen < left ? seen : left;
+  }
+  // Where it stopped within a page, an entry may move to where it was before.
+  round_.complete = round_.complete && room;
+  if (!room || place * BlockIndex::kBucketSlots < end) return;
+  place = 0;
+  round_.going = false;
+  if (!round_.complete) return;
+  round_.unchanged_stamp = round_.start_stamp;
+  round_.unchanged_us = round_.start_us;
+}
+
+void Publisher::sweep_published(Tick& tick) noexcept {
+  const std::size_t most = tick.budget.entries / 16 + 1;
+  const std::size_t buckets = index_.capacity() / 64 + 1;
+  index_.for_some(published_place_, buckets < most ? buckets : most,
+                  [&](BlockKey key, std::uint32_t value) {
+                    if (is_waiting(value) || tick.map.find(unpack(key)) != nullptr) return;
+                    const std::uint32_t number = open(key);
+                    if (number == 0) {
+                      ++tick.report.left_out;
+                      return;
+                    }
+                    ++tick.report.noted;
+                    Candidate& gone = candidate(number);
+                    gone.gone = true;
+                    gone.labels_since_us = round_.unchanged_us;
+                    enqueue(number, due_of(gone));
+                  });
+}
+
+}  // namespace tessera

@@ -1,0 +1,117 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// What is done with the blocks that wait: compared, and published, put off or dropped.
+#include "publisher_tick.hpp"
+#include "tessera/map/packed_block.hpp"
+
+namespace tessera {
+
+namespace {
+
+/// Refusals in a tick after which no more is tried: most likely there is no room for anything.
+constexpr std::uint32_t kMostRefused = 8;
+
+}  // namespace
+
+void Publisher::work_off(Tick& tick, Queue& queue, std::uint32_t count) noexcept {
+  const std::uint32_t most = queue.wheel.waiting();
+  for (std::uint32_t done = 0; done < count && done < most; ++done) {
+    if (!tick.has_budget() || tick.report.refused >= kMostRefused) return;
+    const std::uint32_t number = queue.wheel.first();
+    dequeue(number);
+    queue.note_bytes(handle(tick, number));
+  }
+}
+
+/// Three quarters of the time: what is even over the ticks is a little early.
+bool Publisher::is_time(const Tick& tick, const Candidate& waiting,
+                        const Difference& difference) const noexcept {
+  if (tick.light || waiting.gone) return true;
+  const auto is_up = [&](std::int64_t since_us, std::int64_t staleness_us) {
+    return since_us != kNever && tick.now_us - since_us >= staleness_us / 4 * 3;
+  };
+  if (is_up(waiting.labels_since_us, config_.staleness_us)) return true;
+  if (is_up(waiting.free_since_us, config_.free_staleness_us)) return true;
+  return static_cast<std::uint32_t>(difference.labelled()) >= config_.many_voxels;
+}
+
+std::uint32_t Publisher::handle(Tick& tick, std::uint32_t number) noexcept {
+  Candidate& waiting = candidate(number);
+  const Publication& publication = tick.publication;
+  const Block* const block = tick.map.find(unpack(waiting.key));
+  waiting.gone = block == nullptr;
+  if (publication.whole != nullptr && !publication.whole(publication.context, waiting.key)) {
+    ++tick.report.partial;
+    if (waiting.gone) waiting.published = false;  // stays as published, and is not watched
+    close(number);
+    return 0;
+  }
+  ++tick.report.compared;
+  published_.clear();
+  current_.clear();
+  waiting.published = publication.read(publication.context, waiting.key, published_);
+  if (block != nullptr) {
+    add_block(tick.map, *block, current_);
+    if (!waiting.published) waiting.published_labels = 0;
+  }
+  const Difference difference = significance_.compare(published_, current_);
+  if (difference.free == 0) waiting.free_since_us = kNever;
+  if (difference.labelled() == 0) {
+    waiting.labels_since_us = kNever;
+  } else if (waiting.labels_since_us == kNever) {
+    waiting.labels_since_us = round_.unchanged_us;
+  }
+  if (!difference.any()) {
+    ++tick.report.unchanged;
+    close(number);
+    return 0;
+  }
+  if (!is_time(tick, waiting, difference)) {
+    ++tick.report.deferred;
+    waiting.fresh = false;
+    enqueue(number, due_of(waiting));
+    return 0;
+  }
+  return publish(tick, number);
+}
+
+std::uint32_t Publisher::publish(Tick& tick, std::uint32_t number) noexcept {
+  Candidate& waiting = candidate(number);
+  const Publication& publication = tick.publication;
+  publication.quantise(publication.context, current_);
+  // What cannot be said on the wire is no reason to say it again.
+  if (waiting.published && !significance_.compare(published_, current_).any()) {
+    ++tick.report.unchanged;
+    close(number);
+    return 0;
+  }
+  const Result<WireBytes> bytes = publication.publish(publication.context, waiting.key, current_);
+  if (!bytes.ok()) {
+    ++tick.report.refused;
+    enqueue(number, tick.now_us + config_.retry_us);
+    return 0;
+  }
+  note_published(tick, waiting, *bytes);
+  const Block* const block = tick.map.find(unpack(waiting.key));
+  waiting.published = current_.any();
+  waiting.published_labels =
+      static_cast<std::uint16_t>(block != nullptr ? block->label_voxels : 0U);
+  tick.report.emptied += waiting.published ? 0U : 1U;
+  close(number);
+  return bytes->labels + bytes->free;
+}
+
+void Publisher::note_published(Tick& tick, const Candidate& waiting,
+                               const WireBytes& bytes) noexcept {
+  ++tick.report.published;
+  tick.report.bytes.labels += bytes.labels;
+  tick.report.bytes.free += bytes.free;
+  if (waiting.labels_since_us == kNever) return;
+  const std::int64_t staleness_us = tick.now_us - waiting.labels_since_us;
+  if (staleness_us > tick.report.worst_staleness_us) tick.report.worst_staleness_us = staleness_us;
+  const std::int64_t eighths = staleness_us * 8 / config_.staleness_us;
+  constexpr std::int64_t kLast = 15;
+  ++totals_.by_staleness[static_cast<std::size_t>(eighths < kLast ? eighths : kLast)];
+}
+
+}  // namespace tessera
