@@ -50,7 +50,7 @@ void Significance::compare_labels(const BlockContent& published, const BlockCont
   const bool had = before.evidence > 0.0;
   const bool has = now.evidence > 0.0;
   if (!had && !has) {
-    difference.free += before.state != now.state ? 1U : 0U;
+    difference.free += before.state != now.state ? 1 : 0;
     return;
   }
   if (before.state != now.state || before.label != now.label || had != has) {
@@ -59,7 +59,7 @@ void Significance::compare_labels(const BlockContent& published, const BlockCont
   }
   const bool grown = now.evidence > evidence_factor_ * before.evidence;
   const bool shrunk = before.evidence > evidence_factor_ * now.evidence;
-  difference.evidence += grown || shrunk ? 1U : 0U;
+  difference.evidence += grown || shrunk ? 1 : 0;
 }
 
 Difference Significance::compare(const BlockContent& published,
@@ -77,7 +77,7 @@ Difference Significance::compare(const BlockContent& published,
     for (int v = 0; v < kOctetVoxels; ++v) {
       const int row = corner + row_order(0, v);
       const bool same = state_of(published.passes(row)) == state_of(current.passes(row));
-      difference.free += same ? 0U : 1U;
+      difference.free += same ? 0 : 1;
     }
   }
   return difference;

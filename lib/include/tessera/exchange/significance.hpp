@@ -15,11 +15,11 @@ namespace tessera {
 /// How two contents of a block differ, in voxels; a voxel counts once.
 struct Difference {
   /// Of another state or label, or with label evidence in one of the two only.
-  std::uint16_t labels = 0;
+  int labels = 0;
   /// Others whose label evidence has grown or shrunk by more than the factor.
-  std::uint16_t evidence = 0;
+  int evidence = 0;
   /// Without label evidence in either, of another state.
-  std::uint16_t free = 0;
+  int free = 0;
 
   /// Of voxels with label evidence.
   [[nodiscard]] constexpr int labelled() const noexcept { return labels + evidence; }

@@ -1,0 +1,338 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// What does a robot that maps at 10 Hz have to say? Drives along recorded scans with a tick every
+// 50 ms, and prints what was published in each second, how late, how often, what it costs, and how
+// much of the map means another thing than what others know of it. Blocks are not sent anywhere:
+// what they take on the wire is estimated. All but CPU time is the same in every run.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <ctime>
+#include <unordered_map>
+
+#include "dataset/dataset.hpp"
+#include "scenes.hpp"
+#include "tessera/exchange/publisher.hpp"
+#include "tessera/map/moving_window.hpp"
+#include "tessera/map/packed_block.hpp"
+
+namespace tessera::bench {
+
+namespace {
+
+struct Settings {
+  std::string dataset;
+  std::string labels = "predictions";
+  int laps = 1;  ///< The drive again, from where it ended.
+  int scans = 0;
+  int scan_ms = 100;
+  int tick_ms = 50;
+  PublisherConfig publisher;
+  PublisherBudget budget;
+  double bytes_label_voxel = 1.3;
+};
+
+/// Keeps what was published, and estimates what it takes on the wire.
+class Published {
+ public:
+  Published(int num_components, double bytes_label_voxel)
+      : packed_(most_packed_bytes(num_components)), bytes_label_voxel_(bytes_label_voxel) {}
+
+  Publication interface() {
+    return {this, [](void*, BlockContent& content) { quantise(content); },
+            [](void* self, BlockKey key, BlockContent& content) {
+              return static_cast<Published*>(self)->read(key, content);
+            },
+            [](void* self, BlockKey key, const BlockContent& content) {
+              return static_cast<Published*>(self)->publish(key, content);
+            }};
+  }
+  bool read(BlockKey key, BlockContent& content) const {
+    const auto found = blocks_.find(key.bits);
+    if (found == blocks_.end()) return false;
+    unpack_block(
+        found->second,
+        [&](int row, int component, float count) {
+          component == 0 ? content.add_rest(row, count) : content.add(component, row, count);
+        },
+        [&](int row, unsigned passes) { content.add_passes(row, passes); });
+    return true;
+  }
+  [[nodiscard]] const std::unordered_map<std::uint64_t, int>& times_sent() const { return sent_; }
+  [[nodiscard]] double voxels_sent() const { return label_voxels_sent_; }
+
+ private:
+  /// Counts to four binary digits, passes of voxels that are only free to one.
+  static void quantise(BlockContent& content) {
+    for (int row = 0; row < kBlockVoxels; ++row) {
+      bool labelled = content.rest(row) > 0.0F;
+      for (std::uint64_t rest = content.components(); rest != 0; rest &= rest - 1) {
+        const int component = std::countr_zero(rest);
+        const float count = content.count(component, row);
+        if (!(count > 0.0F)) continue;
+        labelled = true;
+        const std::uint32_t bits = std::bit_cast<std::uint32_t>(count) + (1U << 19U);
+        content.set(component, row, std::bit_cast<float>(bits & ~((1U << 20U) - 1U)));
+      }
+      if (!labelled && content.passes(row) != 0) content.set_passes(row, 1);
+    }
+  }
+  Result<WireBytes> publish(BlockKey key, const BlockContent& content) {
+    const std::size_t size = pack_block(content, packed_);
+    int labels = 0;
+    int free = 0;
+    for (int row = 0; row < kBlockVoxels; ++row) {
+      bool labelled = content.rest(row) > 0.0F;
+      for (std::uint64_t rest = content.components(); rest != 0; rest &= rest - 1)
+        labelled = labelled || content.count(std::countr_zero(rest), row) > 0.0F;
+      labels += labelled ? 1 : 0;
+      free += !labelled && content.passes(row) != 0 ? 1 : 0;
+    }
+    label_voxels_sent_ += labels;
+    blocks_[key.bits].assign(packed_.begin(), packed_.begin() + static_cast<std::ptrdiff_t>(size));
+    if (labels > 0) ++sent_[key.bits];
+    const double of_labels = labels > 0 ? 12.0 + bytes_label_voxel_ * labels : 0.0;
+    const double of_free = (labels > 0 ? 0.0 : 12.0) + 0.1 * free;
+    return WireBytes{static_cast<std::uint32_t>(of_labels), static_cast<std::uint32_t>(of_free)};
+  }
+
+  std::vector<std::byte> packed_;
+  double bytes_label_voxel_;
+  std::unordered_map<std::uint64_t, std::vector<std::byte>> blocks_;
+  std::unordered_map<std::uint64_t, int> sent_;
+  double label_voxels_sent_ = 0.0;
+};
+
+class Memory {
+ public:
+  explicit Memory(std::size_t bytes)
+      : size_(align_up(bytes, kArenaAlignment)),
+        bytes_(static_cast<std::byte*>(std::aligned_alloc(kArenaAlignment, size_))) {}
+  Arena arena() { return Arena(std::span<std::byte>(bytes_.get(), size_)); }
+
+ private:
+  struct Free {
+    void operator()(std::byte* bytes) const { std::free(bytes); }
+  };
+  std::size_t size_;
+  std::unique_ptr<std::byte, Free> bytes_;
+};
+
+double cpu_ms() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
+}
+
+/// What is published of the map, against what the map means now.
+class Disagreement {
+ public:
+  explicit Disagreement(const LocalMap& map)
+      : memory_(2 * BlockContent::required_bytes(map.num_components())),
+        significance_(map.config(), map.num_components(), 1e6F) {
+    Arena arena = memory_.arena();
+    published_ = *BlockContent::make(arena, map.num_components());
+    current_ = *BlockContent::make(arena, map.num_components());
+  }
+  void measure(const LocalMap& map, const Published& published) {
+    SweepCursor cursor;
+    double labels = 0.0;
+    double free = 0.0;
+    double all_free = 0.0;
+    map.visit_blocks(cursor, map.index_entries(), [&](BlockKey key, SlabHandle at) {
+      published_.clear();
+      current_.clear();
+      published.read(key, published_);
+      add_block(map, map.block_at(at), current_);
+      const Difference difference = significance_.compare(published_, current_);
+      labels += difference.labels;
+      free += difference.free;
+      for (int row = 0; row < kBlockVoxels; ++row) all_free += current_.passes(row) != 0 ? 1 : 0;
+      return true;
+    });
+    label_shares.push_back(labels / static_cast<double>(map.usage().label_voxels + 1));
+    free_shares.push_back(free / (all_free + 1.0));
+  }
+  std::vector<double> label_shares;
+  std::vector<double> free_shares;
+
+ private:
+  Memory memory_;
+  Significance significance_;
+  BlockContent published_;
+  BlockContent current_;
+};
+
+double mean(const std::vector<double>& values) {
+  double sum = 0.0;
+  for (const double value : values) sum += value;
+  return values.empty() ? 0.0 : sum / static_cast<double>(values.size());
+}
+
+struct Drive {
+  LocalMap map;
+  Integrator integrator;
+  Publisher publisher;
+  MovingWindow window;
+};
+
+Outcome<Scene> load(const Settings& settings) {
+  DatasetOptions options;
+  options.labels = settings.labels;
+  const Outcome<Dataset> dataset = Dataset::open(settings.dataset, options);
+  if (!dataset.ok()) return dataset.failure();
+  Scene scene;
+  scene.classes = dataset->classes().table();
+  scene.max_points = dataset->max_points();
+  ScanBuffer buffer(scene.max_points);
+  for (std::size_t i = 0; i < dataset->num_scans(); ++i) {
+    const Outcome<DatasetScan> scan = dataset->read(i, buffer);
+    if (!scan.ok()) return scan.failure();
+    scene.scans.push_back({{scan->points_xyzi.begin(), scan->points_xyzi.end()},
+                           {scan->components.begin(), scan->components.end()},
+                           scan->T_map_sensor});
+  }
+  return scene;
+}
+
+void report(const Drive& drive, const Published& published, const Disagreement& disagreement,
+            std::vector<double> tick_ms, double seconds) {
+  const PublisherTotals& totals = drive.publisher.totals();
+  double sent = 0.0;
+  for (const auto& [key, times] : published.times_sent()) sent += times;
+  std::sort(tick_ms.begin(), tick_ms.end());
+  std::uint64_t all = 0;
+  for (const std::uint64_t count : totals.by_staleness) all += count;
+  std::uint64_t sum = 0;
+  std::size_t p99 = 0;
+  while (p99 + 1 < totals.by_staleness.size() && 100 * (sum += totals.by_staleness[p99]) < 99 * all)
+    ++p99;
+  const auto mbits = [&](std::uint64_t bytes) {
+    return 8e-6 * static_cast<double>(bytes) / seconds;
+  };
+  std::printf(
+      "label %.2f free %.2f Mbit/s | sent %.2f times | staleness p99 < %zu/8 worst %.0f ms | tick "
+      "median %.2f p99 %.2f max %.2f ms | other meaning: labels %.2f %% free %.2f %%\n",
+      mbits(totals.label_bytes), mbits(totals.free_bytes),
+      sent / static_cast<double>(published.times_sent().size()), p99 + 1,
+      1e-3 * static_cast<double>(totals.worst_staleness_us), quantile(tick_ms, 0.5),
+      quantile(tick_ms, 0.99), tick_ms.back(), 100.0 * mean(disagreement.label_shares),
+      100.0 * mean(disagreement.free_shares));
+  std::printf(
+      "compared %.0f/s unchanged %.0f/s deferred %.0f/s left out %llu forgotten waiting %llu "
+      "peak waiting %u\n",
+      static_cast<double>(totals.compared) / seconds,
+      static_cast<double>(totals.unchanged) / seconds,
+      static_cast<double>(totals.deferred) / seconds,
+      static_cast<unsigned long long>(totals.left_out),
+      static_cast<unsigned long long>(totals.forgotten_waiting), totals.peak_waiting);
+}
+
+Outcome<void> measure(const Settings& settings) {
+  const Outcome<Scene> scene = load(settings);
+  if (!scene.ok()) return scene.failure();
+  MapConfig map_config;
+  map_config.tuple = TuplePolicy::kCompact;
+  map_config.storage_bytes = std::size_t{512} << 20U;
+  const ScanCapacity capacity{.points = static_cast<std::uint32_t>(scene->max_points),
+                              .tiles = 131072,
+                              .ray_blocks = 131072};
+  const InferenceConfig inference;
+  const int components = scene->classes.num_components();
+  Memory memory(required_bytes(map_config) + Integrator::required_bytes(capacity, inference) +
+                Publisher::required_bytes(settings.publisher, components));
+  Arena arena = memory.arena();
+  Result<LocalMap> map = LocalMap::make(arena, map_config, scene->classes);
+  Result<Integrator> integrator = Integrator::make(arena, inference, capacity);
+  Result<Publisher> publisher = Publisher::make(arena, settings.publisher, map_config, components);
+  const Result<MovingWindow> window =
+      MovingWindow::make({.radius_m = 50.0}, map_config.resolution_m);
+  if (!map.ok() || !integrator.ok() || !publisher.ok() || !window.ok())
+    return Failure{"a setting is out of its range", FailureKind::kUsage};
+  Drive drive{std::move(*map), std::move(*integrator), std::move(*publisher), *window};
+  Published published(components, settings.bytes_label_voxel);
+  Disagreement disagreement(drive.map);
+  const BlockArchive archive{&drive.publisher,
+                             [](void* context, const LocalMap&, const Block& block) {
+                               static_cast<Publisher*>(context)->forget(BlockKey{block.key});
+                               return true;
+                             },
+                             nullptr, nullptr};
+  const std::size_t count = scene->scans.size();
+  const auto& first = scene->scans.front().T_map_sensor;
+  const auto& last = scene->scans.back().T_map_sensor;
+  const Eigen::Vector3d lap = (last.col(3) - first.col(3)) * static_cast<double>(count) /
+                              static_cast<double>(count > 1 ? count - 1 : 1);
+  const std::size_t scans = settings.scans > 0 ? static_cast<std::size_t>(settings.scans)
+                                               : count * static_cast<std::size_t>(settings.laps);
+  std::vector<double> tick_ms;
+  std::uint64_t new_voxels = 0;
+  WireBytes second;
+  std::int64_t now_us = 0;
+  std::int64_t scan_us = 0;
+  std::size_t done = 0;
+  while (done < scans) {
+    if (now_us >= scan_us) {
+      Scan scan = scene->scans[done % count];
+      scan.T_map_sensor.col(3) += lap * static_cast<double>(done / count);
+      const Point3f at = scan.origin_map();
+      drive.window.step(drive.map, at.cast<double>(), archive);
+      drive.publisher.set_focus(block_of(*drive.map.lattice().voxel_of(at)));
+      const std::uint64_t before = drive.map.usage().label_voxels;
+      const ScanReport report = drive.integrator.integrate(drive.map, scan.view());
+      if (report.left_out() > 0) return Failure{"a scan did not fit", FailureKind::kFailure};
+      new_voxels += drive.map.usage().label_voxels - before;
+      scan_us += 1000 * settings.scan_ms;
+      ++done;
+    }
+    now_us += 1000 * settings.tick_ms;
+    const double start_ms = cpu_ms();
+    const PublisherReport report =
+        drive.publisher.tick(drive.map, now_us, settings.budget, published.interface());
+    tick_ms.push_back(cpu_ms() - start_ms);
+    second.labels += report.bytes.labels;
+    second.free += report.bytes.free;
+    if (tick_ms.size() % 10 == 0) disagreement.measure(drive.map, published);
+    if (now_us % 1'000'000 != 0) continue;
+    std::printf("%2lld s: label %.2f free %.2f Mbit/s, waiting %u + %u, late %u, blocks %zu\n",
+                static_cast<long long>(now_us / 1'000'000), 8e-6 * second.labels,
+                8e-6 * second.free, report.waiting, report.free_waiting, report.overdue,
+                drive.map.block_count());
+    second = {};
+  }
+  const double seconds = 1e-6 * static_cast<double>(now_us);
+  std::printf(
+      "%zu scans, %.0f new label voxels a scan, %.2f label bytes a new voxel\n", done,
+      static_cast<double>(new_voxels) / static_cast<double>(done),
+      static_cast<double>(drive.publisher.totals().label_bytes) / static_cast<double>(new_voxels));
+  report(drive, published, disagreement, tick_ms, seconds);
+  return {};
+}
+
+}  // namespace
+
+}  // namespace tessera::bench
+
+int main(int argc, char** argv) {
+  using tessera::bench::Settings;
+  Settings settings;
+  CLI::App app("What a robot that maps at 10 Hz says");
+  app.add_option("--dataset", settings.dataset)->required();
+  app.add_option("--labels", settings.labels, "folder of labels, or none");
+  app.add_option("--laps", settings.laps);
+  app.add_option("--scans", settings.scans, "in all, instead of laps");
+  app.add_option("--scan-ms", settings.scan_ms);
+  app.add_option("--tick-ms", settings.tick_ms);
+  app.add_option("--bytes", settings.budget.bytes, "a tick");
+  app.add_option("--compared", settings.budget.compared, "blocks a tick");
+  app.add_option("--factor", settings.publisher.evidence_factor);
+  app.add_option("--many", settings.publisher.many_voxels);
+  app.add_option("--near", settings.publisher.near_blocks);
+  app.add_option("--staleness-us", settings.publisher.staleness_us);
+  app.add_option("--free-staleness-us", settings.publisher.free_staleness_us);
+  app.add_option("--bytes-label-voxel", settings.bytes_label_voxel);
+  CLI11_PARSE(app, argc, argv);
+  const tessera::Outcome<void> outcome = tessera::bench::measure(settings);
+  if (outcome.ok()) return 0;
+  std::fprintf(stderr, "%s\n", outcome.failure().message.c_str());
+  return static_cast<int>(outcome.failure().kind);
+}
