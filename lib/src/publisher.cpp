@@ -15,7 +15,7 @@ constexpr bool valid(const PublisherConfig& config) noexcept {
          config.candidates <= config.blocks && config.staleness_us >= 1000 &&
          config.free_staleness_us >= config.staleness_us && config.free_staleness_us <= kHour_us &&
          config.retry_us >= 1 && config.retry_us <= kHour_us && config.evidence_factor > 1.0F &&
-         config.evidence_factor <= 1e6F && config.many_voxels >= 1;
+         config.evidence_factor <= 1e6F && config.few_voxels >= 1 && config.many_voxels >= 1;
 }
 
 /// Intervals of a wheel: fine beside the staleness, and twice as far as that reaches.
@@ -50,16 +50,13 @@ PublisherReport Publisher::tick(const LocalMap& map, std::int64_t now_us,
   sweep(tick);
   sweep_published(tick);
   // What little waits is said at once; a quarter of the budget keeps enough for what is due.
-  const std::uint32_t waiting = labels_.wheel.waiting() + free_.wheel.waiting();
-  const bool labels_light = labels_.wheel.waiting() <= budget.compared / 2 &&
-                            labels_.expected_bytes() <= budget.bytes / 4;
-  tick.light = labels_light;
-  work_off(tick, labels_,
-           tick.light ? labels_.wheel.waiting() : labels_.wheel.pace(tick.now_us, tick.length_us));
-  tick.light = labels_light && waiting <= budget.compared / 2 &&
-               labels_.expected_bytes() + free_.expected_bytes() <= budget.bytes / 4;
-  work_off(tick, free_,
-           tick.light ? free_.wheel.waiting() : free_.wheel.pace(tick.now_us, tick.length_us));
+  const auto is_light = [&](std::uint32_t waiting, std::uint64_t expected_bytes) {
+    return waiting <= budget.compared / 2 && expected_bytes <= budget.label_bytes / 4;
+  };
+  tick.light = is_light(labels_.wheel.waiting(), labels_.expected_bytes());
+  work_off(tick, labels_);
+  tick.light = tick.light && is_light(waiting(), free_.expected_bytes());
+  work_off(tick, free_);
   end_tick(tick);
   return tick.report;
 }
@@ -74,6 +71,8 @@ void Publisher::begin_tick(const LocalMap& map, Tick& tick) noexcept {
   if (tick.length_us > longest_us) tick.length_us = longest_us;
   if (tick.length_us < 1) tick.length_us = 1;
   last_us_ = tick.now_us;
+  const auto ticks = static_cast<std::uint64_t>(config_.staleness_us / tick.length_us);
+  tick.spare = labels_.expected_bytes() <= ticks * tick.budget.label_bytes / 2;
   labels_.wheel.advance(tick.now_us);
   free_.wheel.advance(tick.now_us);
   if (round_.going) return;

@@ -95,7 +95,8 @@ bool Publisher::note(Tick& tick, BlockKey key, const Block& block) noexcept {
   Candidate& noted = candidate(number);
   const std::uint32_t labels = block.label_voxels;
   const std::uint32_t before = noted.published_labels;
-  noted.fresh = (labels < before ? before - labels : labels - before) >= config_.many_voxels;
+  const std::uint32_t more = labels < before ? before - labels : labels - before;
+  noted.fresh = tick.spare && more >= config_.many_voxels;
   noted.gone = false;
   if (noted.free_since_us == kNever) noted.free_since_us = round_.unchanged_us;
   const bool labelled = labels != 0 || before != 0;

@@ -15,11 +15,12 @@ struct Publisher::Tick {
   std::int64_t now_us = 0;
   std::int64_t length_us = 0;  ///< As long as the last one, about.
   bool light = false;          ///< Little waits: what differs at all is published.
+  bool spare = false;          ///< Half of the budget does for all that waits.
   PublisherReport report{};
 
   [[nodiscard]] bool has_budget() const noexcept {
-    return report.compared < budget.compared &&
-           report.bytes.labels + report.bytes.free < budget.bytes;
+    return report.compared < budget.compared && report.bytes.labels < budget.label_bytes &&
+           report.bytes.free < budget.free_bytes;
   }
 };
 

@@ -13,9 +13,10 @@ constexpr std::uint32_t kMostRefused = 8;
 
 }  // namespace
 
-void Publisher::work_off(Tick& tick, Queue& queue, std::uint32_t count) noexcept {
-  const std::uint32_t most = queue.wheel.waiting();
-  for (std::uint32_t done = 0; done < count && done < most; ++done) {
+void Publisher::work_off(Tick& tick, Queue& queue) noexcept {
+  const std::uint32_t count =
+      tick.light ? queue.wheel.waiting() : queue.wheel.pace(tick.now_us, tick.length_us);
+  for (std::uint32_t done = 0; done < count; ++done) {
     if (!tick.has_budget() || tick.report.refused >= kMostRefused) return;
     const std::uint32_t number = queue.wheel.first();
     dequeue(number);
@@ -32,7 +33,7 @@ bool Publisher::is_time(const Tick& tick, const Candidate& waiting,
   };
   if (is_up(waiting.labels_since_us, config_.staleness_us)) return true;
   if (is_up(waiting.free_since_us, config_.free_staleness_us)) return true;
-  return static_cast<std::uint32_t>(difference.labelled()) >= config_.many_voxels;
+  return tick.spare && static_cast<std::uint32_t>(difference.labelled()) >= config_.many_voxels;
 }
 
 std::uint32_t Publisher::handle(Tick& tick, std::uint32_t number) noexcept {
@@ -56,7 +57,8 @@ std::uint32_t Publisher::handle(Tick& tick, std::uint32_t number) noexcept {
   }
   const Difference difference = significance_.compare(published_, current_);
   if (difference.free == 0) waiting.free_since_us = kNever;
-  if (difference.labelled() == 0) {
+  const auto labelled = static_cast<std::uint32_t>(difference.labelled());
+  if (labelled == 0) {
     waiting.labels_since_us = kNever;
   } else if (waiting.labels_since_us == kNever) {
     waiting.labels_since_us = round_.unchanged_us;
@@ -65,6 +67,10 @@ std::uint32_t Publisher::handle(Tick& tick, std::uint32_t number) noexcept {
     ++tick.report.unchanged;
     close(number);
     return 0;
+  }
+  if (labelled != 0 && labelled < config_.few_voxels && !waiting.gone) {
+    if (waiting.free_since_us == kNever) waiting.free_since_us = waiting.labels_since_us;
+    waiting.labels_since_us = kNever;
   }
   if (!is_time(tick, waiting, difference)) {
     ++tick.report.deferred;

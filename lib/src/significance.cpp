@@ -26,10 +26,10 @@ Significance::Significance(const MapConfig& config, int num_components,
 }
 
 Significance::Meaning Significance::meaning_of(const BlockContent& content,
-                                               int row) const noexcept {
+                                               std::uint64_t components, int row) const noexcept {
   CountSummary summary(num_components_, static_cast<float>(content.passes(row)) * free_weight_);
   Meaning meaning;
-  for (std::uint64_t rest = content.components(); rest != 0; rest &= rest - 1) {
+  for (std::uint64_t rest = components; rest != 0; rest &= rest - 1) {
     const int component = std::countr_zero(rest);
     const float count = content.count(component, row);
     summary.add(component, count);
@@ -43,34 +43,38 @@ Significance::Meaning Significance::meaning_of(const BlockContent& content,
   return meaning;
 }
 
-void Significance::compare_labels(const BlockContent& published, const BlockContent& current,
-                                  int row, Difference& difference) const noexcept {
-  const Meaning before = meaning_of(published, row);
-  const Meaning now = meaning_of(current, row);
-  const bool had = before.evidence > 0.0;
-  const bool has = now.evidence > 0.0;
-  if (!had && !has) {
-    difference.free += before.state != now.state ? 1 : 0;
-    return;
+void Significance::compare_octet(const BlockContent& published, const BlockContent& current,
+                                 int octet, Difference& difference) const noexcept {
+  // Most octets have one component or two, however many the block has.
+  const std::uint64_t components_before = published.labels().components_of(octet);
+  const std::uint64_t components_now = current.labels().components_of(octet);
+  for (int v = 0; v < kOctetVoxels; ++v) {
+    const int row = row_order_corner(octet) + row_order(0, v);
+    const Meaning before = meaning_of(published, components_before, row);
+    const Meaning now = meaning_of(current, components_now, row);
+    const bool same = before.state == now.state && before.label == now.label;
+    const bool had = before.evidence > 0.0;
+    const bool has = now.evidence > 0.0;
+    if (!had && !has) {
+      difference.free += same ? 0 : 1;
+      continue;
+    }
+    if (!same || had != has) {
+      ++difference.labels;
+      continue;
+    }
+    const bool grown = now.evidence > evidence_factor_ * before.evidence;
+    const bool shrunk = before.evidence > evidence_factor_ * now.evidence;
+    difference.evidence += grown || shrunk ? 1 : 0;
   }
-  if (before.state != now.state || before.label != now.label || had != has) {
-    ++difference.labels;
-    return;
-  }
-  const bool grown = now.evidence > evidence_factor_ * before.evidence;
-  const bool shrunk = before.evidence > evidence_factor_ * now.evidence;
-  difference.evidence += grown || shrunk ? 1 : 0;
 }
 
 Difference Significance::compare(const BlockContent& published,
                                  const BlockContent& current) const noexcept {
   Difference difference;
   const std::uint64_t labelled = published.label_octets() | current.label_octets();
-  for (std::uint64_t rest = labelled; rest != 0; rest &= rest - 1) {
-    const int corner = row_order_corner(std::countr_zero(rest));
-    for (int v = 0; v < kOctetVoxels; ++v)
-      compare_labels(published, current, corner + row_order(0, v), difference);
-  }
+  for (std::uint64_t rest = labelled; rest != 0; rest &= rest - 1)
+    compare_octet(published, current, std::countr_zero(rest), difference);
   const std::uint64_t passed = (published.pass_octets() | current.pass_octets()) & ~labelled;
   for (std::uint64_t rest = passed; rest != 0; rest &= rest - 1) {
     const int corner = row_order_corner(std::countr_zero(rest));

@@ -25,8 +25,11 @@ struct PublisherConfig {
   /// A voxel's label evidence means something else after it grew or shrank by more than this; above
   /// 1, at most 1e6.
   float evidence_factor = 4.0F;
-  /// Labelled voxels that differ from which on a block does not wait for its time to be up, and by
-  /// which its number of them must have changed to be taken for new; from 1.
+  /// Labelled voxels that differ, under which a block is due as if they were only free; from 1,
+  /// with which none is.
+  std::uint32_t few_voxels = 1;
+  /// From which on a block does not wait for its time to be up, while half of the budget would do
+  /// for all that waits; from 1. A block is new while it has so many more or fewer than published.
   std::uint32_t many_voxels = 32;
   /// Blocks from the focus, along each axis, within which what is new is due after a quarter of
   /// staleness_us; beyond it after half.
@@ -60,7 +63,9 @@ struct Publication {
 struct PublisherBudget {
   std::uint32_t entries = 65536;  ///< Of the map's index, looked at; in whole pages, at least one.
   std::uint32_t compared = 1024;  ///< Blocks compared with what was published of them.
-  std::uint32_t bytes = 75000;    ///< On the wire; the last block may go over it.
+  /// On the wire; the last block may go over either. 12 and 3 Mbit/s at 20 ticks a second.
+  std::uint32_t label_bytes = 75000;
+  std::uint32_t free_bytes = 18750;
 };
 
 /// What a tick did and left.

@@ -124,7 +124,7 @@ class Publisher {
   void sweep(Tick& tick) noexcept;
   bool note(Tick& tick, BlockKey key, const Block& block) noexcept;
   void sweep_published(Tick& tick) noexcept;
-  void work_off(Tick& tick, Queue& queue, std::uint32_t count) noexcept;
+  void work_off(Tick& tick, Queue& queue) noexcept;
   std::uint32_t handle(Tick& tick, std::uint32_t number) noexcept;
   [[nodiscard]] bool is_time(const Tick& tick, const Candidate& waiting,
                              const Difference& difference) const noexcept;

@@ -41,12 +41,13 @@ class Significance {
 
  private:
   struct Meaning;
-  [[nodiscard]] Meaning meaning_of(const BlockContent& content, int row) const noexcept;
+  [[nodiscard]] Meaning meaning_of(const BlockContent& content, std::uint64_t components,
+                                   int row) const noexcept;
   [[nodiscard]] VoxelState state_of(unsigned passes) const noexcept {
     return states_of_passes_[passes < 255U ? passes : 255U];
   }
-  void compare_labels(const BlockContent& published, const BlockContent& current, int row,
-                      Difference& difference) const noexcept;
+  void compare_octet(const BlockContent& published, const BlockContent& current, int octet,
+                     Difference& difference) const noexcept;
 
   std::array<VoxelState, 256> states_of_passes_{};  ///< Of a voxel with free evidence alone.
   int num_components_ = 0;

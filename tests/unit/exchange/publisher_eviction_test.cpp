@@ -1,0 +1,127 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// Blocks that leave the map: erased by evidence or handed to an archive, and back again.
+#include <catch2/catch.hpp>
+
+#include "sample_robot.hpp"
+
+namespace tessera {
+
+namespace {
+
+BlockCoord at(int i) { return block_of(voxel_of_block(i)); }
+
+void fill(LocalMap& map, int i, int voxels) {
+  for (int v = 0; v < voxels; ++v)
+    REQUIRE(hit(map, {8 * i + v % 8, v / 8, 0}, 1, 2.0F) == Status::kOk);
+}
+
+}  // namespace
+
+TEST_CASE("Publisher: a block whose evidence is gone is published as emptied") {
+  Robot robot;
+  fill(robot.map(), 0, 5);
+  fill(robot.map(), 1, 5);
+  CHECK(robot.tick().published == 2);
+  OwnContent nothing(5);
+  REQUIRE(robot.map().replace(robot.map().find_handle(at(0)), nothing.content) == Status::kOk);
+  const PublisherReport report = robot.tick();
+  CHECK(report.emptied == 1);
+  CHECK(robot.kept.blocks.size() == 1);
+  CHECK(robot.publisher.blocks() == 1);
+}
+
+TEST_CASE("Publisher: a block that is removed is published as emptied within the bound") {
+  Robot robot;
+  for (int i = 0; i < 50; ++i) fill(robot.map(), i, 5);
+  robot.tick();
+  for (int i = 0; i < 50; i += 2) robot.map().remove_block(robot.map().find_handle(at(i)));
+  for (int i = 0; i < 19; ++i) robot.tick();
+  CHECK(robot.publisher.totals().emptied == 25);
+  CHECK(robot.kept.blocks.size() == 25);
+  CHECK(robot.disagreement() == 0);
+}
+
+TEST_CASE("Publisher: what was published of a forgotten block stays, and is not sent again") {
+  Robot robot;
+  fill(robot.map(), 0, 5);
+  fill(robot.map(), 1, 5);
+  robot.tick();
+  robot.publisher.forget(BlockKey{key_of_block(0)});
+  robot.map().remove_block(robot.map().find_handle(at(0)));
+  for (int i = 0; i < 100; ++i) CHECK(robot.tick().published == 0);
+  CHECK(robot.kept.blocks.size() == 2);
+  CHECK(robot.publisher.blocks() == 1);
+
+  fill(robot.map(), 0, 5);  // back as it was
+  const PublisherReport report = robot.tick();
+  CHECK(report.compared == 1);
+  CHECK(report.unchanged == 1);
+  CHECK(report.published == 0);
+  CHECK(robot.publisher.blocks() == 2);
+
+  robot.map().remove_block(robot.map().find_handle(at(0)));  // now it is watched again
+  for (int i = 0; i < 20; ++i) robot.tick();
+  CHECK(robot.publisher.totals().emptied == 1);
+}
+
+TEST_CASE("Publisher: a block of which a part is archived waits until it is whole") {
+  Robot robot;
+  fill(robot.map(), 0, 5);
+  robot.tick();
+  robot.publisher.forget(BlockKey{key_of_block(0)});
+  robot.map().remove_block(robot.map().find_handle(at(0)));
+  robot.kept.archived.insert(key_of_block(0));
+
+  REQUIRE(hit(robot.map(), {7, 7, 7}, 1, 1.0F) == Status::kOk);  // seen before it is reloaded
+  const PublisherReport report = robot.tick();
+  CHECK(report.partial == 1);
+  CHECK(report.published == 0);
+  fill(robot.map(), 0, 5);  // reloaded
+  robot.kept.archived.clear();
+  CHECK(robot.tick().published == 1);
+  CHECK(robot.disagreement() == 0);
+}
+
+TEST_CASE(
+    "Publisher: a block that is gone but archived is not withdrawn, without being forgotten") {
+  Robot robot;
+  fill(robot.map(), 0, 5);
+  robot.tick();
+  robot.kept.archived.insert(key_of_block(0));
+  robot.map().remove_block(robot.map().find_handle(at(0)));
+  for (int i = 0; i < 40; ++i) CHECK(robot.tick().published == 0);
+  CHECK(robot.kept.blocks.size() == 1);
+  CHECK(robot.publisher.blocks() == 0);
+}
+
+TEST_CASE("Publisher: a block that is forgotten while it waits is counted") {
+  Robot robot;
+  robot.budget.compared = 0;
+  fill(robot.map(), 0, 5);
+  robot.tick();
+  CHECK(robot.publisher.waiting() == 1);
+  robot.publisher.forget(BlockKey{key_of_block(0)});
+  robot.publisher.forget(BlockKey{key_of_block(0)});
+  CHECK(robot.publisher.waiting() == 0);
+  CHECK(robot.publisher.blocks() == 0);
+  CHECK(robot.publisher.totals().forgotten_waiting == 1);
+}
+
+TEST_CASE(
+    "Publisher: a block that is removed and opened anew before it is withdrawn stays watched") {
+  Robot robot;
+  fill(robot.map(), 0, 5);
+  robot.tick();
+  robot.map().remove_block(robot.map().find_handle(at(0)));
+  robot.budget.compared = 0;
+  for (int i = 0; i < 20; ++i) robot.tick();
+  CHECK(robot.publisher.waiting() == 1);
+  fill(robot.map(), 0, 6);
+  robot.budget = kPlenty;
+  REQUIRE(robot.settles(40));
+  CHECK(robot.disagreement() == 0);
+  CHECK(robot.publisher.totals().emptied == 0);
+}
+
+}  // namespace tessera
