@@ -46,7 +46,7 @@ PublisherReport Publisher::tick(const LocalMap& map, std::int64_t now_us,
                                 const Publication& publication) noexcept {
   if (candidates_.empty()) return {};
   Tick tick{.map = map, .budget = budget, .publication = publication, .now_us = now_us};
-  begin_tick(map, tick);
+  begin_tick(tick);
   sweep(tick);
   sweep_published(tick);
   // What little waits is said at once; a quarter of the budget keeps enough for what is due.
@@ -61,7 +61,7 @@ PublisherReport Publisher::tick(const LocalMap& map, std::int64_t now_us,
   return tick.report;
 }
 
-void Publisher::begin_tick(const LocalMap& map, Tick& tick) noexcept {
+void Publisher::begin_tick(Tick& tick) noexcept {
   TESSERA_ASSERT(tick.publication.quantise != nullptr && tick.publication.read != nullptr &&
                  tick.publication.publish != nullptr);
   if (tick.now_us < last_us_) tick.now_us = last_us_;
@@ -75,11 +75,6 @@ void Publisher::begin_tick(const LocalMap& map, Tick& tick) noexcept {
   tick.spare = labels_.expected_bytes() <= ticks * tick.budget.label_bytes / 2;
   labels_.wheel.advance(tick.now_us);
   free_.wheel.advance(tick.now_us);
-  if (round_.going) return;
-  round_.going = true;
-  round_.complete = true;
-  round_.start_stamp = map.stamp();
-  round_.start_us = tick.now_us;
 }
 
 void Publisher::end_tick(Tick& tick) noexcept {

@@ -85,7 +85,10 @@ bool Publisher::note(Tick& tick, BlockKey key, const Block& block) noexcept {
   const std::uint32_t number = waits ? number_of(*value) : open(key);
   if (number == 0) {
     ++tick.report.left_out;
-    return false;
+    const bool listed = first_free_ == 0;
+    if (!listed && round_.unchanged_stamp < unlisted_stamp_)
+      unlisted_stamp_ = round_.unchanged_stamp;
+    return !listed;
   }
   if (waits) {
     dequeue(number);
@@ -105,27 +108,45 @@ bool Publisher::note(Tick& tick, BlockKey key, const Block& block) noexcept {
   return true;
 }
 
+void Publisher::begin_round(const Tick& tick) noexcept {
+  round_.going = true;
+  round_.complete = true;
+  round_.start_stamp = tick.map.stamp();
+  round_.start_us = tick.now_us;
+  // For some more keys at once, or every one that becomes free would mean to look at all again.
+  const std::size_t room = index_.capacity() - index_.size();
+  if (unlisted_stamp_ == kAllListed || room <= index_.capacity() / 64) return;
+  if (unlisted_stamp_ < round_.unchanged_stamp) round_.unchanged_stamp = unlisted_stamp_;
+  unlisted_stamp_ = kAllListed;
+}
+
 void Publisher::sweep(Tick& tick) noexcept {
+  if (!round_.going) begin_round(tick);
+  // Where it stopped within a page, an entry may have moved to where it was before.
+  if (round_.stopped && round_.stop_stamp != tick.map.stamp()) round_.complete = false;
+  round_.stopped = false;
   const std::size_t end = tick.map.index_entries();
   std::size_t left = tick.budget.entries > kPageEntries ? tick.budget.entries : kPageEntries;
   std::size_t& place = round_.cursor.place;
-  bool room = true;
-  while (room && left >= kPageEntries && place * BlockIndex::kBucketSlots < end) {
+  while (!round_.stopped && left >= kPageEntries && place * BlockIndex::kBucketSlots < end) {
     const std::size_t page_end = (place / BlockIndex::kPageBuckets + 1) * BlockIndex::kPageBuckets;
     const std::size_t entries = (page_end - place) * BlockIndex::kBucketSlots;
     const std::size_t seen =
         tick.map.visit_blocks(round_.cursor, entries, [&](BlockKey key, SlabHandle at) {
           const Block& block = tick.map.block_at(at);
-          room = block.stamp <= round_.unchanged_stamp || note(tick, key, block);
-          return room;
+          if (block.stamp > round_.unchanged_stamp && !note(tick, key, block))
+            round_.stopped = true;
+          return !round_.stopped;
         });
     tick.report.entries += static_cast<std::uint32_t>(seen);
     left -= seen < left ? seen : left;
   }
-  // Where it stopped within a page, an entry may move to where it was before.
-  round_.complete = round_.complete && room;
-  if (!room || place * BlockIndex::kBucketSlots < end) return;
-  place = 0;
+  round_.stop_stamp = tick.map.stamp();
+  if (!round_.stopped && place * BlockIndex::kBucketSlots >= end) end_round();
+}
+
+void Publisher::end_round() noexcept {
+  round_.cursor.place = 0;
   round_.going = false;
   if (!round_.complete) return;
   round_.unchanged_stamp = round_.start_stamp;

@@ -20,7 +20,7 @@ void Publisher::work_off(Tick& tick, Queue& queue) noexcept {
     if (!tick.has_budget() || tick.report.refused >= kMostRefused) return;
     const std::uint32_t number = queue.wheel.first();
     dequeue(number);
-    queue.note_bytes(handle(tick, number));
+    handle(tick, queue, number);
   }
 }
 
@@ -36,7 +36,21 @@ bool Publisher::is_time(const Tick& tick, const Candidate& waiting,
   return tick.spare && static_cast<std::uint32_t>(difference.labelled()) >= config_.many_voxels;
 }
 
-std::uint32_t Publisher::handle(Tick& tick, std::uint32_t number) noexcept {
+/// Keeps the times of what differs. Few labelled voxels go with the free ones.
+void Publisher::set_timers(Candidate& waiting, const Difference& difference) const noexcept {
+  const auto labelled = static_cast<std::uint32_t>(difference.labelled());
+  const bool few = labelled != 0 && labelled < config_.few_voxels && !waiting.gone;
+  const std::int64_t since_us =
+      waiting.labels_since_us != kNever ? waiting.labels_since_us : round_.unchanged_us;
+  if (difference.free == 0 && !few) {
+    waiting.free_since_us = kNever;
+  } else if (waiting.free_since_us == kNever) {
+    waiting.free_since_us = since_us;
+  }
+  waiting.labels_since_us = labelled == 0 || few ? kNever : since_us;
+}
+
+void Publisher::handle(Tick& tick, Queue& queue, std::uint32_t number) noexcept {
   Candidate& waiting = candidate(number);
   const Publication& publication = tick.publication;
   const Block* const block = tick.map.find(unpack(waiting.key));
@@ -45,7 +59,7 @@ std::uint32_t Publisher::handle(Tick& tick, std::uint32_t number) noexcept {
     ++tick.report.partial;
     if (waiting.gone) waiting.published = false;  // stays as published, and is not watched
     close(number);
-    return 0;
+    return;
   }
   ++tick.report.compared;
   published_.clear();
@@ -56,46 +70,38 @@ std::uint32_t Publisher::handle(Tick& tick, std::uint32_t number) noexcept {
     if (!waiting.published) waiting.published_labels = 0;
   }
   const Difference difference = significance_.compare(published_, current_);
-  if (difference.free == 0) waiting.free_since_us = kNever;
-  const auto labelled = static_cast<std::uint32_t>(difference.labelled());
-  if (labelled == 0) {
-    waiting.labels_since_us = kNever;
-  } else if (waiting.labels_since_us == kNever) {
-    waiting.labels_since_us = round_.unchanged_us;
-  }
+  set_timers(waiting, difference);
   if (!difference.any()) {
     ++tick.report.unchanged;
+    queue.note_bytes(0);
     close(number);
-    return 0;
-  }
-  if (labelled != 0 && labelled < config_.few_voxels && !waiting.gone) {
-    if (waiting.free_since_us == kNever) waiting.free_since_us = waiting.labels_since_us;
-    waiting.labels_since_us = kNever;
+    return;
   }
   if (!is_time(tick, waiting, difference)) {
     ++tick.report.deferred;
     waiting.fresh = false;
     enqueue(number, due_of(waiting));
-    return 0;
+    return;
   }
-  return publish(tick, number);
+  publish(tick, queue, number);
 }
 
-std::uint32_t Publisher::publish(Tick& tick, std::uint32_t number) noexcept {
+void Publisher::publish(Tick& tick, Queue& queue, std::uint32_t number) noexcept {
   Candidate& waiting = candidate(number);
   const Publication& publication = tick.publication;
   publication.quantise(publication.context, current_);
   // What cannot be said on the wire is no reason to say it again.
   if (waiting.published && !significance_.compare(published_, current_).any()) {
     ++tick.report.unchanged;
+    queue.note_bytes(0);
     close(number);
-    return 0;
+    return;
   }
   const Result<WireBytes> bytes = publication.publish(publication.context, waiting.key, current_);
   if (!bytes.ok()) {
     ++tick.report.refused;
     enqueue(number, tick.now_us + config_.retry_us);
-    return 0;
+    return;
   }
   note_published(tick, waiting, *bytes);
   const Block* const block = tick.map.find(unpack(waiting.key));
@@ -103,8 +109,8 @@ std::uint32_t Publisher::publish(Tick& tick, std::uint32_t number) noexcept {
   waiting.published_labels =
       static_cast<std::uint16_t>(block != nullptr ? block->label_voxels : 0U);
   tick.report.emptied += waiting.published ? 0U : 1U;
+  queue.note_bytes(bytes->labels + bytes->free);
   close(number);
-  return bytes->labels + bytes->free;
 }
 
 void Publisher::note_published(Tick& tick, const Candidate& waiting,

@@ -65,6 +65,7 @@ class Publisher {
 
  private:
   static constexpr std::int64_t kNever = -1;
+  static constexpr std::uint64_t kAllListed = ~std::uint64_t{0};
   struct Candidate {
     BlockKey key;
     std::int64_t labels_since_us = kNever;  ///< Since when labelled voxels may mean another thing.
@@ -79,7 +80,7 @@ class Publisher {
   /// Of two kinds: blocks with labelled voxels that have changed, and with others alone.
   struct Queue {
     DueWheel wheel{1};
-    std::uint64_t bytes_q6 = 0;  ///< What a block took, of those compared lately.
+    std::uint64_t bytes_q6 = 64 * 64;  ///< What a block took, of those done with lately.
     [[nodiscard]] std::uint64_t expected_bytes() const noexcept {
       return wheel.waiting() * bytes_q6 / 64;
     }
@@ -92,8 +93,10 @@ class Publisher {
     std::uint64_t start_stamp = 0;
     std::int64_t unchanged_us = 0;  ///< When the newest of these stamps was given, or later.
     std::int64_t start_us = 0;
+    std::uint64_t stop_stamp = 0;  ///< Of the map, when there was no room for a candidate.
     bool going = false;
-    bool complete = false;  ///< Nothing was left out so far.
+    bool stopped = false;
+    bool complete = false;  ///< No block may have been missed so far.
   };
   struct Tick;
   /// Candidates as a wheel wants them.
@@ -114,21 +117,24 @@ class Publisher {
   [[nodiscard]] std::int64_t due_of(const Candidate& waiting) const noexcept;
   void enqueue(std::uint32_t number, std::int64_t due_us) noexcept;
   void dequeue(std::uint32_t number) noexcept;
-  /// A candidate for a block that does not wait yet; 0: no room.
+  /// A candidate for a block that does not wait yet; 0: no room for it, or for its key.
   std::uint32_t open(BlockKey key) noexcept;
   /// Back to what is published, or to what was never seen.
   void close(std::uint32_t number) noexcept;
   void release(std::uint32_t number) noexcept;
 
-  void begin_tick(const LocalMap& map, Tick& tick) noexcept;
+  void begin_tick(Tick& tick) noexcept;
+  void begin_round(const Tick& tick) noexcept;
   void sweep(Tick& tick) noexcept;
+  void end_round() noexcept;
   bool note(Tick& tick, BlockKey key, const Block& block) noexcept;
   void sweep_published(Tick& tick) noexcept;
   void work_off(Tick& tick, Queue& queue) noexcept;
-  std::uint32_t handle(Tick& tick, std::uint32_t number) noexcept;
+  void set_timers(Candidate& waiting, const Difference& difference) const noexcept;
+  void handle(Tick& tick, Queue& queue, std::uint32_t number) noexcept;
   [[nodiscard]] bool is_time(const Tick& tick, const Candidate& waiting,
                              const Difference& difference) const noexcept;
-  std::uint32_t publish(Tick& tick, std::uint32_t number) noexcept;
+  void publish(Tick& tick, Queue& queue, std::uint32_t number) noexcept;
   void note_published(Tick& tick, const Candidate& waiting, const WireBytes& bytes) noexcept;
   void end_tick(Tick& tick) noexcept;
 
@@ -142,6 +148,8 @@ class Publisher {
   Queue labels_;
   Queue free_;
   Round round_;
+  /// Blocks with a newer stamp may have found no room for their keys.
+  std::uint64_t unlisted_stamp_ = kAllListed;
   std::size_t published_place_ = 0;
   BlockCoord focus_{};
   bool has_focus_ = false;
