@@ -93,6 +93,7 @@ void Publisher::end_tick(Tick& tick) noexcept {
   totals_.left_out += report.left_out;
   totals_.label_bytes += report.bytes.labels;
   totals_.free_bytes += report.bytes.free;
+  if (waiting() > totals_.peak_waiting) totals_.peak_waiting = waiting();
   if (report.worst_staleness_us > totals_.worst_staleness_us)
     totals_.worst_staleness_us = report.worst_staleness_us;
 }

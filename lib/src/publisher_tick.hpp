@@ -18,9 +18,11 @@ struct Publisher::Tick {
   bool spare = false;          ///< Half of the budget does for all that waits.
   PublisherReport report{};
 
-  [[nodiscard]] bool has_budget() const noexcept {
-    return report.compared < budget.compared && report.bytes.labels < budget.label_bytes &&
-           report.bytes.free < budget.free_bytes;
+  [[nodiscard]] bool has_label_bytes() const noexcept {
+    return report.bytes.labels < budget.label_bytes;
+  }
+  [[nodiscard]] bool has_free_bytes() const noexcept {
+    return report.bytes.free < budget.free_bytes;
   }
 };
 

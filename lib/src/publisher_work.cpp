@@ -17,7 +17,9 @@ void Publisher::work_off(Tick& tick, Queue& queue) noexcept {
   const std::uint32_t count =
       tick.light ? queue.wheel.waiting() : queue.wheel.pace(tick.now_us, tick.length_us);
   for (std::uint32_t done = 0; done < count; ++done) {
-    if (!tick.has_budget() || tick.report.refused >= kMostRefused) return;
+    const bool has_bytes = &queue == &labels_ ? tick.has_label_bytes() : tick.has_free_bytes();
+    if (!has_bytes || tick.report.compared >= tick.budget.compared) return;
+    if (tick.report.refused >= kMostRefused) return;
     const std::uint32_t number = queue.wheel.first();
     dequeue(number);
     handle(tick, queue, number);
@@ -55,6 +57,11 @@ void Publisher::handle(Tick& tick, Queue& queue, std::uint32_t number) noexcept 
   const Publication& publication = tick.publication;
   const Block* const block = tick.map.find(unpack(waiting.key));
   waiting.gone = block == nullptr;
+  if (!tick.has_label_bytes() && block != nullptr && block->has_labels()) {
+    ++tick.report.deferred;
+    enqueue(number, tick.now_us + config_.retry_us);
+    return;
+  }
   if (publication.whole != nullptr && !publication.whole(publication.context, waiting.key)) {
     ++tick.report.partial;
     if (waiting.gone) waiting.published = false;  // stays as published, and is not watched
