@@ -80,7 +80,7 @@ class Publisher {
   /// Of two kinds: blocks with labelled voxels that have changed, and with others alone.
   struct Queue {
     DueWheel wheel{1};
-    std::uint64_t bytes_q6 = 64 * 64;  ///< What a block took, of those done with lately.
+    std::uint64_t bytes_q6 = 4096;  ///< What a block took, of those done with lately.
     [[nodiscard]] std::uint64_t expected_bytes() const noexcept {
       return wheel.waiting() * bytes_q6 / 64;
     }
