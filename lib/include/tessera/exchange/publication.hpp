@@ -74,7 +74,7 @@ struct PublisherReport {
   std::uint32_t noted = 0;      ///< Blocks found changed, that did not wait already.
   std::uint32_t compared = 0;   ///< With what was published of them.
   std::uint32_t unchanged = 0;  ///< Of these, dropped: they mean what was published.
-  std::uint32_t deferred = 0;   ///< Of these, put off, as too little is different.
+  std::uint32_t deferred = 0;   ///< Put off: too little is different, or no bytes were left.
   std::uint32_t partial = 0;    ///< Of these, dropped, as they were not whole; not compared at all.
   std::uint32_t published = 0;  ///< Emptied ones among them.
   std::uint32_t emptied = 0;
