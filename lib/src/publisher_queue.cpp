@@ -90,20 +90,25 @@ bool Publisher::note(Tick& tick, BlockKey key, const Block& block) noexcept {
       unlisted_stamp_ = round_.unchanged_stamp;
     return !listed;
   }
+  Candidate& noted = candidate(number);
+  const std::uint32_t labels = block.label_voxels;
+  const std::uint32_t before = noted.published_labels;
+  const std::uint32_t more = labels < before ? before - labels : labels - before;
+  const bool fresh = tick.spare && more >= config_.many_voxels;
+  const bool timed =
+      noted.free_since_us != kNever && (noted.labels_since_us != kNever || (labels | before) == 0);
+  // Most that wait are noted again with each scan.
+  if (waits && timed && fresh == noted.fresh && !noted.gone) return true;
   if (waits) {
     dequeue(number);
   } else {
     ++tick.report.noted;
   }
-  Candidate& noted = candidate(number);
-  const std::uint32_t labels = block.label_voxels;
-  const std::uint32_t before = noted.published_labels;
-  const std::uint32_t more = labels < before ? before - labels : labels - before;
-  noted.fresh = tick.spare && more >= config_.many_voxels;
+  noted.fresh = fresh;
   noted.gone = false;
   if (noted.free_since_us == kNever) noted.free_since_us = round_.unchanged_us;
-  const bool labelled = labels != 0 || before != 0;
-  if (labelled && noted.labels_since_us == kNever) noted.labels_since_us = round_.unchanged_us;
+  if ((labels | before) != 0 && noted.labels_since_us == kNever)
+    noted.labels_since_us = round_.unchanged_us;
   enqueue(number, due_of(noted));
   return true;
 }

@@ -79,6 +79,8 @@ void Publisher::handle(Tick& tick, Queue& queue, std::uint32_t number) noexcept 
   const Difference difference = significance_.compare(published_, current_);
   set_timers(waiting, difference);
   if (!difference.any()) {
+    if (block != nullptr)
+      waiting.published_labels = static_cast<std::uint16_t>(block->label_voxels);
     ++tick.report.unchanged;
     queue.note_bytes(0);
     close(number);
