@@ -204,5 +204,28 @@ TEST_CASE("KeyIndex: agrees with std::unordered_map through random inserts, find
   }
 }
 
+TEST_CASE("KeyIndex: some buckets at a time, every key is met once a round") {
+  for (const std::size_t buckets : {1U, 7U, 52U, 1000U}) {
+    OwnedIndex owned(200);  // 52 buckets
+    Model model;
+    for (std::uint64_t key = 0; key < 150; ++key) {
+      REQUIRE(owned.index.insert(BlockKey{key}, static_cast<std::uint32_t>(key + 7)) ==
+              Status::kOk);
+      model[key] = static_cast<std::uint32_t>(key + 7);
+    }
+    std::size_t place = 0;
+    Model met;
+    for (std::size_t seen = 0; seen < 52; seen += buckets) {
+      const std::size_t left = 52 - seen;
+      owned.index.for_some(
+          place, buckets < left ? buckets : left,
+          [&](BlockKey key, std::uint32_t value) { CHECK(met.emplace(key.bits, value).second); });
+    }
+    CHECK(met == model);
+    owned.index.for_some(place, buckets, [&](BlockKey key, std::uint32_t) { met.erase(key.bits); });
+    CHECK(met.size() < model.size());  // around the end
+  }
+}
+
 }  // namespace
 }  // namespace tessera

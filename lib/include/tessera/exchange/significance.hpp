@@ -35,7 +35,7 @@ class Significance {
   Significance() noexcept = default;
 
   /// How current differs from published; both with the map's components. Passes over 255 count as
-  /// 255. O(512 + voxels with label evidence * components present); 64 bytes of stack.
+  /// 255. O(512 + voxels with label evidence * components present).
   [[nodiscard]] Difference compare(const BlockContent& published,
                                    const BlockContent& current) const noexcept;
 
