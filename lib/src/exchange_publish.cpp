@@ -1,6 +1,9 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // A block into this robot's own replicas, in parts that each fit a datagram.
+#include <algorithm>
+
+#include "tessera/base/bits.hpp"
 #include "tessera/exchange/block_codec.hpp"
 #include "tessera/exchange/exchange.hpp"
 #include "tessera/map/packed_block.hpp"
@@ -63,6 +66,57 @@ Result<std::uint32_t> Exchange::publish(BlockKey key, const BlockContent& conten
   announce_soon_ = announce_soon_ || bytes != 0;
   if (status != Status::kOk) return status;
   return bytes;
+}
+
+bool Exchange::read_published(BlockKey key, BlockContent& content) const noexcept {
+  if (publishing_ == kNobody) return false;
+  const Slot slot = contributions_[publishing_].slot;
+  bool any = false;
+  for (const Replicas::Replica* part = store_.replicas->find(slot, key); part != nullptr;
+       part = store_.replicas->next_part(*part)) {
+    const auto is_live = [part](int row) { return ((part->live >> layer_of_row(row)) & 1U) != 0; };
+    any = any || part->bytes != 0;
+    unpack_block(
+        store_.replicas->read(*part, packed_),
+        [&](int row, int component, float count) {
+          if (!is_live(row)) return;
+          component == 0 ? content.add_rest(row, count) : content.add(component, row, count);
+        },
+        [&](int row, unsigned passes) {
+          if (is_live(row)) content.add_passes(row, passes);
+        });
+  }
+  return any;
+}
+
+namespace {
+
+/// Of the bytes of a block, what its free-only voxels take, as real maps have it.
+std::uint32_t free_bytes(const BlockContent& content, std::uint32_t bytes) noexcept {
+  constexpr std::uint32_t kVoxelsOfByte = 14;
+  const std::uint64_t labelled = content.label_octets();
+  if (labelled == 0) return bytes;
+  const auto octets = static_cast<std::uint32_t>(count_ones(content.pass_octets() & ~labelled));
+  return std::min(bytes, octets * kOctetVoxels / kVoxelsOfByte);
+}
+
+}  // namespace
+
+Publication publication_of(Exchange& exchange) noexcept {
+  Publication publication;
+  publication.context = &exchange;
+  publication.quantise = [](void*, BlockContent& content) { tessera::quantise(content); };
+  publication.read = [](void* context, BlockKey key, BlockContent& content) {
+    return static_cast<const Exchange*>(context)->read_published(key, content);
+  };
+  publication.publish = [](void* context, BlockKey key,
+                           const BlockContent& content) -> Result<WireBytes> {
+    const Result<std::uint32_t> bytes = static_cast<Exchange*>(context)->publish(key, content);
+    if (!bytes.ok()) return bytes.status();
+    const std::uint32_t free = free_bytes(content, *bytes);
+    return WireBytes{.labels = *bytes - free, .free = free};
+  };
+  return publication;
 }
 
 }  // namespace tessera

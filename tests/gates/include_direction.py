@@ -19,7 +19,6 @@ CORE = {
     "semantics": ["base", "grid"],
     "map": ["base", "grid", "semantics"],
     "registration": ["base", "grid", "semantics", "map"],
-    "exchange": ["base", "grid", "semantics", "map"],
     "inference": ["base", "grid", "semantics", "map", "registration"],
     "fusion": ["base", "grid", "semantics", "map", "inference"],
     "exchange": ["base", "grid", "semantics", "map", "fusion"],

@@ -13,6 +13,7 @@
 #include "tessera/exchange/coverage.hpp"
 #include "tessera/exchange/exchange_config.hpp"
 #include "tessera/exchange/peer_table.hpp"
+#include "tessera/exchange/publication.hpp"
 #include "tessera/exchange/wire.hpp"
 #include "tessera/map/block_content.hpp"
 
@@ -49,6 +50,9 @@ class Exchange {
   /// the wire. Fails with kInvalidArgument iff no contribution was started; as ReplicaStore::put,
   /// and what was published before stays, as far as no part was taken. O(512 components).
   [[nodiscard]] Result<std::uint32_t> publish(BlockKey key, const BlockContent& content) noexcept;
+  /// Adds what was last published of a block to content. False: nothing was, or an empty block.
+  /// O(bytes).
+  [[nodiscard]] bool read_published(BlockKey key, BlockContent& content) const noexcept;
   /// Tells the others, with the next send(), that this robot says no more.
   void leave() noexcept { leave_due_ = true; }
   /// Takes all of a robot out of the replicas, and hears it no more. Fails with kResourceExhausted
@@ -206,5 +210,9 @@ class Exchange {
 
   static constexpr std::uint32_t kNobody = ~std::uint32_t{0};
 };
+
+/// What a Publisher publishes into. Of a block with labels, 1/14 of a byte is taken for each voxel
+/// that is only free, and the rest for its labels. exchange must outlive it.
+[[nodiscard]] Publication publication_of(Exchange& exchange) noexcept;
 
 }  // namespace tessera
