@@ -54,5 +54,5 @@ class Pair:
         """One map of all scans of both robots, in the global frame: what there would be to gain if nothing were lost on the
         way from map to map."""
         every = datasets.join(self.workshop.out / f"{self.name}_every", [(robot, range(self.scans)) for robot in self.robots])
-        path, _ = self.workshop.map(f"{self.name}_together", every, resolution=RESOLUTION_M, robot=len(self.robots))
+        path, _ = self.workshop.map(f"{self.name}_all", every, resolution=RESOLUTION_M, robot=len(self.robots))
         return self.judge_alone("together", path)

@@ -37,11 +37,12 @@ bool Coverage::add(VersionRange range) noexcept {
   }
   ranges_[from] = range;
   if (count_ <= kMostRanges) return true;
-  const auto shortest = std::min_element(ranges_.begin(), ranges_.begin() + count_,
-                                         [](const VersionRange& a, const VersionRange& b) {
-                                           return a.last - a.first < b.last - b.first;
-                                         });
-  std::copy(shortest + 1, ranges_.begin() + count_, shortest);
+  const std::span<VersionRange> all = std::span(ranges_).first(count_);
+  const auto shortest =
+      std::min_element(all.begin(), all.end(), [](const VersionRange& a, const VersionRange& b) {
+        return a.last - a.first < b.last - b.first;
+      });
+  std::copy(shortest + 1, all.end(), shortest);
   --count_;
   return true;
 }

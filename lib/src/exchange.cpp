@@ -104,8 +104,8 @@ Exchange::Contribution* Exchange::find_or_add(const ContributionId& id) noexcept
 }
 
 bool Exchange::is_excluded(std::uint32_t robot) const noexcept {
-  const auto end = excluded_.begin() + excluded_count_;
-  return std::find(excluded_.begin(), end, robot) != end;
+  const std::span<const std::uint32_t> all = std::span(excluded_).first(excluded_count_);
+  return std::find(all.begin(), all.end(), robot) != all.end();
 }
 
 /// Of what is held of a block: a sum over its parts, so that one can be taken away again.
@@ -131,7 +131,7 @@ Result<Replicas::Change> Exchange::put(Contribution& contribution, BlockKey key,
 }
 
 Status Exchange::set_frame(Contribution& contribution, const Matrix34d& T_global_map,
-                           std::uint32_t revision) noexcept {
+                           std::uint32_t revision) const noexcept {
   const Result<GridTransform> frame = GridTransform::make(T_global_map, config_.resolution_m);
   if (!frame.ok()) return Status::kInvalidArgument;
   if (!contribution.open) {

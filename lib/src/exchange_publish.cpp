@@ -102,21 +102,26 @@ std::uint32_t free_bytes(const BlockContent& content, std::uint32_t bytes) noexc
 
 }  // namespace
 
-Publication publication_of(Exchange& exchange) noexcept {
-  Publication publication;
-  publication.context = &exchange;
-  publication.quantise = [](void*, BlockContent& content) { tessera::quantise(content); };
-  publication.read = [](void* context, BlockKey key, BlockContent& content) {
+/// Named, so that the gate of the stack knows who calls them.
+struct ExchangePublication {
+  static void quantise(void* /*context*/, BlockContent& content) { tessera::quantise(content); }
+  static bool read(void* context, BlockKey key, BlockContent& content) {
     return static_cast<const Exchange*>(context)->read_published(key, content);
-  };
-  publication.publish = [](void* context, BlockKey key,
-                           const BlockContent& content) -> Result<WireBytes> {
+  }
+  static Result<WireBytes> publish(void* context, BlockKey key, const BlockContent& content) {
     const Result<std::uint32_t> bytes = static_cast<Exchange*>(context)->publish(key, content);
     if (!bytes.ok()) return bytes.status();
     const std::uint32_t free = free_bytes(content, *bytes);
     return WireBytes{.labels = *bytes - free, .free = free};
-  };
-  return publication;
+  }
+};
+
+Publication publication_of(Exchange& exchange) noexcept {
+  return {.context = &exchange,
+          .quantise = ExchangePublication::quantise,
+          .read = ExchangePublication::read,
+          .publish = ExchangePublication::publish,
+          .whole = nullptr};
 }
 
 }  // namespace tessera

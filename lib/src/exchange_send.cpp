@@ -188,25 +188,27 @@ void Exchange::collect(Batch& batch) noexcept {
   batch.count = batch.next = 0;
   const Contribution& contribution = contributions_[batch.contribution];
   const Replicas& replicas = *store_.replicas;
-  const auto begin = batch.parts.begin();
   const auto later = [](const Batch::Part& a, const Batch::Part& b) {
     return a.version < b.version;
   };
+  // The first count parts, a heap with the latest on top.
+  const auto heap = [&batch] { return std::span(batch.parts).subspan(0, batch.count); };
   std::uint32_t at = replicas.contribution(contribution.slot).first_block;
   for (; at != 0; at = replicas.record(at).next) {
     const Replicas::Replica& part = replicas.record(at);
     const bool within = batch.range.first <= part.version && part.version <= batch.range.last;
     if (part.live == 0 || !part.latest() || !within) continue;
     if (batch.count == Batch::kMostParts) {
-      std::pop_heap(begin, begin + batch.count--, later);
+      std::pop_heap(heap().begin(), heap().end(), later);
+      --batch.count;
       // Whatever is beyond the last that stays is left for the next batch.
       batch.range.last = batch.parts[batch.count].version - 1;
       if (part.version > batch.range.last) continue;
     }
     batch.parts[batch.count++] = {at, part.version};
-    std::push_heap(begin, begin + batch.count, later);
+    std::push_heap(heap().begin(), heap().end(), later);
   }
-  std::sort_heap(begin, begin + batch.count, later);
+  std::sort_heap(heap().begin(), heap().end(), later);
 }
 
 bool Exchange::write_chunk(ByteWriter& to, std::int64_t now_us) noexcept {

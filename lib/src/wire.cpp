@@ -13,7 +13,7 @@ constexpr std::size_t kIdBytes = 12;
 constexpr std::size_t kAnnouncedBytes = kIdBytes + 4 + 4 + 1 + 8;
 /// In place of a number of gaps.
 constexpr std::uint8_t kAll = 0xff;
-constexpr std::size_t kFrameBytes = kIdBytes + 4 + 12 * 8;
+constexpr std::size_t kFrameBytes = kIdBytes + 4 + 12 * sizeof(double);
 
 void write_id(ByteWriter& to, const ContributionId& id) noexcept {
   to.u32(id.robot);

@@ -141,7 +141,7 @@ class Exchange {
                                              const BlockContent& content,
                                              std::span<const std::byte> coded) noexcept;
   [[nodiscard]] Status set_frame(Contribution& contribution, const Matrix34d& T_global_map,
-                                 std::uint32_t revision) noexcept;
+                                 std::uint32_t revision) const noexcept;
   [[nodiscard]] Status publish_parts(Contribution& contribution, BlockKey key,
                                      const BlockContent& content, unsigned parts,
                                      std::size_t whole_bytes, std::uint32_t& bytes) noexcept;
