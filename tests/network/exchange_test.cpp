@@ -14,7 +14,9 @@ constexpr std::int64_t kSecond = 1'000'000;
 /// A block of a patch that the robot drives over: blocks are seen several times, then left behind.
 BlockKey patch_block(oracle::Random& random, std::int64_t now_us) {
   const auto along = static_cast<std::int32_t>(now_us / 200'000);
-  return *pack({along + random.below(8), random.below(8), random.below(2)});
+  const int x = along + random.below(8);
+  const int y = random.below(8);
+  return *pack({x, y, random.below(2)});
 }
 
 /// All that are there drive for so long, and publish so many blocks a second each.

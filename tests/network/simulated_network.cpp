@@ -45,10 +45,13 @@ Robot::Robot(std::uint32_t number, std::uint32_t session, const ReplicasConfig& 
 Result<std::uint32_t> Robot::publish(BlockKey key, oracle::Random& random, int voxels) {
   content_.clear();
   for (int i = 0; i < voxels; ++i) {
+    // One draw a statement: arguments are evaluated in any order.
     const int row = random.below(kBlockVoxels);
-    content_.add(1 + random.below(kClasses), row, static_cast<float>(random.uniform(0.1, 50.0)));
-    if (random.below(4) == 0)
-      content_.add_passes(random.below(kBlockVoxels), static_cast<unsigned>(random.below(250) + 1));
+    const int label = 1 + random.below(kClasses);
+    content_.add(label, row, static_cast<float>(random.uniform(0.1, 50.0)));
+    if (random.below(4) != 0) continue;
+    const int free_row = random.below(kBlockVoxels);
+    content_.add_passes(free_row, static_cast<unsigned>(random.below(250) + 1));
   }
   quantise(content_);
   return exchange_.publish(key, content_);
@@ -134,8 +137,8 @@ void Network::deliver(int from, int to,
       if (random_.below(4) == 0) {
         damaged.resize(static_cast<std::size_t>(random_.below(1500)));
       } else {
-        damaged[static_cast<std::size_t>(random_.below(static_cast<int>(damaged.size())))] ^=
-            static_cast<std::byte>(1 + random_.below(255));
+        const auto at = static_cast<std::size_t>(random_.below(static_cast<int>(damaged.size())));
+        damaged[at] ^= static_cast<std::byte>(1 + random_.below(255));
       }
       arriving = std::make_shared<const std::vector<std::byte>>(std::move(damaged));
     }

@@ -36,9 +36,13 @@ void fill_at_random(BlockContent& content, oracle::Random& random, int num_compo
                     int most_components, double part) {
   for (int row = 0; row < kBlockVoxels; ++row) {
     if (random.uniform() >= part) continue;
-    for (int n = random.below(most_components + 1); n > 0; --n)
-      content.set(1 + random.below(num_components - 1), row,
-                  static_cast<float>(std::ldexp(random.uniform(1.0, 2.0), random.below(34) - 14)));
+    // One draw a statement: arguments are evaluated in any order.
+    for (int n = random.below(most_components + 1); n > 0; --n) {
+      const int component = 1 + random.below(num_components - 1);
+      const int exponent = random.below(34) - 14;
+      content.set(component, row,
+                  static_cast<float>(std::ldexp(random.uniform(1.0, 2.0), exponent)));
+    }
     if (random.below(2) == 0)
       content.add_rest(row, static_cast<float>(random.uniform(1e-4, 100.0)));
     if (random.below(2) == 0) content.add_passes(row, static_cast<unsigned>(random.below(256)));
