@@ -1,16 +1,16 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// A publication that goes nowhere: keeps what was published, and estimates what it takes on the
-// wire.
+// What a robot publishes, as it goes out: an exchange with replicas of its own, whose datagrams are
+// counted and go nowhere.
 #pragma once
 
-#include <bit>
 #include <ctime>
+#include <memory>
 #include <unordered_map>
 #include <vector>
 
+#include "tessera/exchange/exchange.hpp"
 #include "tessera/exchange/publisher.hpp"
-#include "tessera/map/packed_block.hpp"
 
 namespace tessera::bench {
 
@@ -21,79 +21,96 @@ namespace tessera::bench {
   return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
 }
 
-/// Keeps what was published, and estimates what it takes on the wire.
-class Published {
+/// Bytes aligned as an arena must be.
+class Memory {
  public:
-  Published(int num_components, double bytes_label_voxel)
-      : packed_(most_packed_bytes(num_components)), bytes_label_voxel_(bytes_label_voxel) {}
-
-  Publication interface() {
-    return {this,
-            [](void* self, BlockContent& content) {
-              static_cast<Published*>(self)->timed([&] { quantise(content); });
-            },
-            [](void* self, BlockKey key, BlockContent& content) {
-              bool found = false;
-              auto* const published = static_cast<Published*>(self);
-              published->timed([&] { found = published->read(key, content); });
-              return found;
-            },
-            [](void* self, BlockKey key, const BlockContent& content) {
-              WireBytes bytes;
-              auto* const published = static_cast<Published*>(self);
-              published->timed([&] { bytes = published->publish(key, content); });
-              return Result<WireBytes>(bytes);
-            }};
-  }
-  /// CPU time in the functions of the interface.
-  [[nodiscard]] double cpu_spent_ms() const { return spent_ms_; }
-  bool read(BlockKey key, BlockContent& content) const {
-    const auto found = blocks_.find(key.bits);
-    if (found == blocks_.end()) return false;
-    unpack_block(
-        found->second,
-        [&](int row, int component, float count) {
-          component == 0 ? content.add_rest(row, count) : content.add(component, row, count);
-        },
-        [&](int row, unsigned passes) { content.add_passes(row, passes); });
-    return true;
-  }
-  [[nodiscard]] const std::unordered_map<std::uint64_t, int>& times_sent() const { return sent_; }
+  explicit Memory(std::size_t bytes)
+      : size_(align_up(bytes, kArenaAlignment)),
+        bytes_(static_cast<std::byte*>(std::aligned_alloc(kArenaAlignment, size_))) {}
+  Arena arena() { return Arena(std::span<std::byte>(bytes_.get(), size_)); }
 
  private:
-  /// Counts to four binary digits, passes of voxels that are only free to one.
-  static void quantise(BlockContent& content) {
-    for (int row = 0; row < kBlockVoxels; ++row) {
-      bool labelled = content.rest(row) > 0.0F;
-      for (std::uint64_t rest = content.components(); rest != 0; rest &= rest - 1) {
-        const int component = std::countr_zero(rest);
-        const float count = content.count(component, row);
-        if (!(count > 0.0F)) continue;
-        labelled = true;
-        const std::uint32_t bits = std::bit_cast<std::uint32_t>(count) + (1U << 19U);
-        content.set(component, row, std::bit_cast<float>(bits & ~((1U << 20U) - 1U)));
-      }
-      if (!labelled && content.passes(row) != 0) content.set_passes(row, 1);
-    }
-  }
-  WireBytes publish(BlockKey key, const BlockContent& content) {
-    const std::size_t size = pack_block(content, packed_);
-    int labels = 0;
-    int free = 0;
-    for (int row = 0; row < kBlockVoxels; ++row) {
-      bool labelled = content.rest(row) > 0.0F;
-      for (std::uint64_t rest = content.components(); rest != 0; rest &= rest - 1)
-        labelled = labelled || content.count(std::countr_zero(rest), row) > 0.0F;
-      labels += labelled ? 1 : 0;
-      free += !labelled && content.passes(row) != 0 ? 1 : 0;
-    }
-    blocks_[key.bits].assign(packed_.begin(), packed_.begin() + static_cast<std::ptrdiff_t>(size));
-    if (labels > 0) ++sent_[key.bits];
-    const double of_labels = labels > 0 ? 12.0 + bytes_label_voxel_ * labels : 0.0;
-    const double of_free = (labels > 0 ? 0.0 : 12.0) + 0.1 * free;
-    return {static_cast<std::uint32_t>(of_labels), static_cast<std::uint32_t>(of_free)};
-  }
+  struct Free {
+    void operator()(std::byte* bytes) const { std::free(bytes); }
+  };
+  std::size_t size_;
+  std::unique_ptr<std::byte, Free> bytes_;
+};
 
+class Published {
+ public:
+  Published(const MapConfig& map, const ClassTable& classes)
+      : memory_(Replicas::required_bytes(replicas_config()) +
+                Exchange::required_bytes(exchange_config(map), classes.num_components())) {
+    Arena arena = memory_.arena();
+    replicas_ = *Replicas::make(arena, replicas_config());
+    exchange_ = *Exchange::make(arena, exchange_config(map), store_of(replicas_),
+                                crc_authenticator(), classes);
+    opened_ = exchange_.open(1, 0, Matrix34d::Identity()) == Status::kOk;
+    to_exchange_ = publication_of(exchange_);
+  }
+  Published(const Published&) = delete;
+  Published& operator=(const Published&) = delete;
+
+  Publication interface() {
+    return {.context = this,
+            .quantise =
+                [](void* self, BlockContent& content) {
+                  auto* const published = static_cast<Published*>(self);
+                  published->timed([&] { published->to_exchange_.quantise(nullptr, content); });
+                },
+            .read =
+                [](void* self, BlockKey key, BlockContent& content) {
+                  auto* const published = static_cast<Published*>(self);
+                  bool found = false;
+                  published->timed([&] { found = published->read(key, content); });
+                  return found;
+                },
+            .publish =
+                [](void* self, BlockKey key, const BlockContent& content) {
+                  auto* const published = static_cast<Published*>(self);
+                  Result<WireBytes> bytes = Status::kBusy;
+                  published->timed([&] { bytes = published->publish(key, content); });
+                  return bytes;
+                },
+            .whole = nullptr};
+  }
+  [[nodiscard]] bool read(BlockKey key, BlockContent& content) const {
+    return exchange_.read_published(key, content);
+  }
+  /// Bytes of the datagrams that are due by now, with what LCM, UDP and IP put before each.
+  std::size_t send(std::int64_t now_us) {
+    constexpr std::size_t kBefore = 8 + 8 + 20 + 8;  // the channel, LCM, IP, UDP
+    std::size_t bytes = 0;
+    timed([&] {
+      while (const std::size_t size = exchange_.send(now_us, datagram_)) bytes += size + kBefore;
+    });
+    return bytes;
+  }
+  /// CPU time in all of this.
+  [[nodiscard]] double cpu_spent_ms() const { return spent_ms_; }
+  [[nodiscard]] const std::unordered_map<std::uint64_t, int>& times_sent() const { return sent_; }
+  [[nodiscard]] bool ok() const { return opened_; }
+
+ private:
+  static ReplicasConfig replicas_config() {
+    return {.segments = 1U << 21U,
+            .blocks = 1U << 19U,
+            .contributions = 2,
+            .robot_segments = 1U << 21U};
+  }
+  static ExchangeConfig exchange_config(const MapConfig& map) {
+    return {.resolution_m = map.resolution_m,
+            .prior = map.prior,
+            .free_weight = map.free_weight,
+            .contributions = 2,
+            .bytes_per_s = 12'500'000};
+  }
+  Result<WireBytes> publish(BlockKey key, const BlockContent& content) {
+    const Result<WireBytes> bytes = to_exchange_.publish(&exchange_, key, content);
+    if (bytes.ok() && bytes->labels > 0) ++sent_[key.bits];
+    return bytes;
+  }
   template <class Work>
   void timed(Work&& work) {
     const double start_ms = cpu_ms();
@@ -101,10 +118,13 @@ class Published {
     spent_ms_ += cpu_ms() - start_ms;
   }
 
-  std::vector<std::byte> packed_;
+  Memory memory_;
+  Replicas replicas_;
+  Exchange exchange_;
+  Publication to_exchange_;
+  bool opened_ = false;
+  std::vector<std::byte> datagram_ = std::vector<std::byte>(kMostDatagramBytes);
   double spent_ms_ = 0.0;
-  double bytes_label_voxel_;
-  std::unordered_map<std::uint64_t, std::vector<std::byte>> blocks_;
   std::unordered_map<std::uint64_t, int> sent_;
 };
 
