@@ -71,7 +71,7 @@ TEST_CASE("parse_matrix34: the locale does not matter") {
   std::setlocale(LC_ALL, before.c_str());
 }
 
-TEST_CASE("read_poses: a row a scan; blank lines, CRLF and a missing last line end do not count") {
+TEST_CASE("read_poses: a row a scan, blank lines, CRLF and a missing last line end do not count") {
   const TemporaryFolder folder;
   folder.write("p", std::string(kIdentityRow) + "\r\n\n" + kAxesRow);
   const Outcome<std::vector<Matrix34d>> poses = read_poses(folder.file("p"));

@@ -256,7 +256,7 @@ TEST_CASE("Publisher: time that goes back stands still") {
   CHECK(robot.publisher.totals().worst_staleness_us == 0);
 }
 
-TEST_CASE("Publisher: no budget, nothing done; an unmade one does nothing") {
+TEST_CASE("Publisher: no budget, nothing done, an unmade one does nothing") {
   Robot robot;
   relabel(robot.map(), 0, 3, 0);
   robot.budget = {.entries = 0, .compared = 0, .label_bytes = 0, .free_bytes = 0};

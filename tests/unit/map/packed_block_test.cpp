@@ -61,7 +61,7 @@ void unpack_into(std::span<const std::byte> bytes, BlockContent& content) {
       [&](int row, unsigned passes) { content.add_passes(row, passes); });
 }
 
-TEST_CASE("packed block: what goes in comes out, to 2^-18 of each count; passes are exact") {
+TEST_CASE("packed block: what goes in comes out, to 2^-18 of each count, passes are exact") {
   Random random(static_cast<std::uint64_t>(GENERATE(1, 2, 3, 4, 5)));
   OwnContent given;
   fill(given.content, random, random.below(200));

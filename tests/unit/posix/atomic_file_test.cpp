@@ -120,7 +120,7 @@ TEST_CASE("AtomicFile: a moved file is committed once, by its last owner") {
   CHECK(folder.num_entries() == 1);
 }
 
-TEST_CASE("AtomicFile: two writers of one target do not disturb each other; the last commit wins") {
+TEST_CASE("AtomicFile: two writers of one target do not disturb each other, the last commit wins") {
   const TemporaryFolder folder;
   Outcome<AtomicFile> first = AtomicFile::open(folder.file("a"));
   Outcome<AtomicFile> second = AtomicFile::open(folder.file("a"));
