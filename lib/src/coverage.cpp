@@ -29,10 +29,13 @@ bool Coverage::add(VersionRange range) noexcept {
     range.last = std::max(range.last, ranges_[to].last);
   }
   if (to == from) {
-    std::copy_backward(&ranges_[from], &ranges_[count_], &ranges_[count_ + 1]);
+    const std::span<VersionRange> moved = std::span(ranges_).subspan(from, count_ - from + 1);
+    std::copy_backward(moved.begin(), moved.end() - 1, moved.end());
     ++count_;
   } else {
-    std::copy(&ranges_[to], &ranges_[count_], &ranges_[from + 1]);
+    const std::span<VersionRange> all = std::span(ranges_).first(count_);
+    std::copy(all.begin() + static_cast<std::ptrdiff_t>(to), all.end(),
+              all.begin() + static_cast<std::ptrdiff_t>(from) + 1);
     count_ -= to - from - 1;
   }
   ranges_[from] = range;

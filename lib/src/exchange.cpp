@@ -80,6 +80,7 @@ Result<Exchange> Exchange::make(Arena& arena, const ExchangeConfig& config,
 }
 
 std::int64_t Exchange::random_us(std::int64_t below) noexcept {
+  if (below <= 0) return 0;
   random_ += 0x9e3779b97f4a7c15U;
   return static_cast<std::int64_t>(mix64(random_) % static_cast<std::uint64_t>(below));
 }
@@ -174,6 +175,7 @@ Status Exchange::move(std::uint32_t epoch, std::uint32_t submap,
 }
 
 Status Exchange::exclude(std::uint32_t robot) noexcept {
+  if (robot == config_.robot) return Status::kInvalidArgument;
   if (is_excluded(robot)) return Status::kOk;
   if (excluded_count_ == excluded_.size()) return Status::kResourceExhausted;
   excluded_[excluded_count_++] = robot;
@@ -186,6 +188,8 @@ Status Exchange::exclude(std::uint32_t robot) noexcept {
     contribution.coverage.clear();
     contribution.digest = 0;
     const std::uint32_t number = number_of(contribution);
+    for (Answer& answer : answers_.first(waiting_answers_))
+      answer.all = answer.all && answer.contribution != number;
     drop_answers(number, {1, ~std::uint32_t{0}});
     for (Batch& batch : batches_) {
       if (batch.contribution == number) batch.range = {};

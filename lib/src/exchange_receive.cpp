@@ -129,6 +129,10 @@ void Exchange::note_digest(Contribution& contribution, const AnnouncedContributi
     return;
   ++counted_.diverged;
   contribution.all_due_us = kNever;  // until it is asked for
+  if (contribution.request_due_us == kNever) {
+    contribution.requests = 0;
+    contribution.request_pause_us = config_.request_us;
+  }
   contribution.request_due_us = std::min(
       contribution.request_due_us, now_us + config_.request_us + random_us(config_.request_us));
 }

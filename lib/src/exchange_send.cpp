@@ -20,9 +20,9 @@ constexpr std::uint64_t kAnnouncementsOfFrame = 8;
 std::size_t Exchange::send(std::int64_t now_us, std::span<std::byte> into) noexcept {
   TESSERA_ASSERT(into.size() >= kMostDatagramBytes);
   const std::int64_t most = config_.burst_bytes;
-  // A pause of an hour fills it as one of a second does, and nothing overflows.
+  // A pause of a day fills it as one of some minutes does, and nothing overflows.
   const std::int64_t elapsed_us =
-      started_ ? std::clamp<std::int64_t>(now_us - budget_us_, 0, 3'600'000'000) : 0;
+      started_ ? std::clamp<std::int64_t>(now_us - budget_us_, 0, 1'000'000'000) : 0;
   const std::int64_t earned = elapsed_us * config_.bytes_per_s / 1'000'000;
   if (!started_) budget_bytes_ = most;
   if (!started_ || earned > 0) budget_us_ = now_us;
@@ -173,6 +173,7 @@ bool Exchange::next_answer(std::int64_t now_us) noexcept {
   Answer& answer = answers_[first];
   batch.contribution = answer.contribution;
   batch.range = answer.range;
+  batch.all = answer.all;
   collect(batch);
   if (batch.range.last == answer.range.last) {
     answer = answers_[--waiting_answers_];
@@ -197,7 +198,7 @@ void Exchange::collect(Batch& batch) noexcept {
   for (; at != 0; at = replicas.record(at).next) {
     const Replicas::Replica& part = replicas.record(at);
     const bool within = batch.range.first <= part.version && part.version <= batch.range.last;
-    if (part.live == 0 || !part.latest() || !within) continue;
+    if (part.live == 0 || !(part.latest() || batch.all) || !within) continue;
     if (batch.count == Batch::kMostParts) {
       std::pop_heap(heap().begin(), heap().end(), later);
       --batch.count;

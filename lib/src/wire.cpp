@@ -11,6 +11,8 @@ namespace {
 constexpr std::uint8_t kFormat = 1;
 constexpr std::size_t kIdBytes = 12;
 constexpr std::size_t kAnnouncedBytes = kIdBytes + 4 + 4 + 1 + 8;
+/// One less than there are numbers, so that there is always a next one.
+constexpr std::uint32_t kLastVersion = ~std::uint32_t{0} - 1;
 /// In place of a number of gaps.
 constexpr std::uint8_t kAll = 0xff;
 constexpr std::size_t kFrameBytes = kIdBytes + 4 + 12 * sizeof(double);
@@ -124,7 +126,7 @@ bool read_announced(ByteReader& from, AnnouncedContribution& announced) noexcept
   const std::uint8_t flags = from.u8();
   announced.complete = flags == 1;
   announced.digest = from.u64();
-  return from.ok() && flags <= 1;
+  return from.ok() && flags <= 1 && announced.latest <= kLastVersion;
 }
 
 bool write_requested(ByteWriter& to, const RequestedContribution& requested) noexcept {
@@ -158,7 +160,7 @@ bool read_requested(ByteReader& from, RequestedContribution& requested) noexcept
   for (VersionRange& gap : std::span(requested.gap).first(requested.gaps)) {
     gap.first = from.u32();
     gap.last = from.u32();
-    if (gap.first == 0 || gap.last < gap.first) return false;
+    if (gap.first == 0 || gap.last < gap.first || gap.last > kLastVersion) return false;
   }
   return from.ok();
 }
@@ -173,7 +175,8 @@ bool read_chunk_header(ByteReader& from, ChunkHeader& header) noexcept {
   read_id(from, header.id);
   header.range.first = from.u32();
   header.range.last = from.u32();
-  return from.ok() && header.range.first >= 1 && header.range.first <= header.range.last;
+  return from.ok() && header.range.first >= 1 && header.range.first <= header.range.last &&
+         header.range.last <= kLastVersion;
 }
 
 bool write_frame(ByteWriter& to, const FrameBody& frame) noexcept {

@@ -55,8 +55,8 @@ class Exchange {
   [[nodiscard]] bool read_published(BlockKey key, BlockContent& content) const noexcept;
   /// Tells the others, with the next send(), that this robot says no more.
   void leave() noexcept { leave_due_ = true; }
-  /// Takes all of a robot out of the replicas, and hears it no more. Fails with kResourceExhausted
-  /// iff kMostExcluded are excluded.
+  /// Takes all of a robot out of the replicas, and hears it no more. Fails with kInvalidArgument
+  /// iff it is this robot; kResourceExhausted iff kMostExcluded are excluded.
   [[nodiscard]] Status exclude(std::uint32_t robot) noexcept;
 
   // --- Datagrams ---------------------------------------------------------------------------------
@@ -118,6 +118,7 @@ class Exchange {
     };
     std::uint32_t contribution = 0;
     VersionRange range;  ///< Of which these are all; what is left of it.
+    bool all = false;    ///< With those that only fill in for later versions.
     std::array<Part, kMostParts> parts{};
     std::size_t count = 0;
     std::size_t next = 0;
