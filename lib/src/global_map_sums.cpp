@@ -91,6 +91,17 @@ std::uint64_t GlobalMap::add_replica(const Replicas::Contribution& contribution,
       });
 }
 
+std::uint64_t GlobalMap::add_local_block(const Replicas::Contribution& contribution, Slot slot,
+                                         BlockCoord local, BlockCoord block,
+                                         bool& labelled) noexcept {
+  std::uint64_t work = 1;
+  const Result<BlockKey> key = pack(local);
+  const Replicas::Replica* part = key.ok() ? replicas_.find(slot, *key) : nullptr;
+  for (; part != nullptr; part = replicas_.next_part(*part))
+    if (part->bytes != 0) work += add_replica(contribution, *part, block, labelled);
+  return work;
+}
+
 std::uint64_t GlobalMap::add_contributions(BlockCoord block, std::uint64_t& robots) noexcept {
   std::uint64_t work = 0;
   for (const Slot slot : replicas_.in_order()) {
@@ -98,17 +109,10 @@ std::uint64_t GlobalMap::add_contributions(BlockCoord block, std::uint64_t& robo
     if (contribution.leaving) continue;
     const GridTransform::BlockRange range = contribution.T_global_local.local_blocks(block);
     bool labelled = false;
-    for (std::int32_t z = range.first.z; z <= range.last.z; ++z) {
-      for (std::int32_t y = range.first.y; y <= range.last.y; ++y) {
-        for (std::int32_t x = range.first.x; x <= range.last.x; ++x) {
-          ++work;
-          const Result<BlockKey> key = pack({x, y, z});
-          const Replicas::Replica* part = key.ok() ? replicas_.find(slot, *key) : nullptr;
-          for (; part != nullptr; part = replicas_.next_part(*part))
-            if (part->bytes != 0) work += add_replica(contribution, *part, block, labelled);
-        }
-      }
-    }
+    for (std::int32_t z = range.first.z; z <= range.last.z; ++z)
+      for (std::int32_t y = range.first.y; y <= range.last.y; ++y)
+        for (std::int32_t x = range.first.x; x <= range.last.x; ++x)
+          work += add_local_block(contribution, slot, {x, y, z}, block, labelled);
     robots |= std::uint64_t{labelled ? 1U : 0U} << contribution.robot_bit;
   }
   return work;

@@ -133,7 +133,7 @@ TEST_CASE("DatagramLink: each hostile packet is counted as what it is, and the n
   stranger.send("");
   stranger.send("LC02\0\0\0"s);
   stranger.send("LC02\0\0\0\0TESSERA\0"s);
-  stranger.send("XXXX"s + std::string(200, '\xff'));
+  stranger.send("ABCD"s + std::string(200, '\xff'));
   stranger.send("LC02\0\0\0\0TESSERA"s);
   stranger.send("LC02\0\0\0\0"s + std::string(1000, 'c'));
   stranger.send("LC02\0\0\0\0OTHER\0x"s);

@@ -4,13 +4,11 @@
 #pragma once
 
 #include <sys/stat.h>
-#include <unistd.h>
 
-#include <filesystem>
-#include <fstream>
 #include <string>
 
 #include "security/key_file.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace tessera {
 
@@ -26,31 +24,21 @@ inline constexpr const char* kPublicLine =
     "tessera-robot-public 1 7 d75a980182b10ab7d54bfed3c964073a0ee172f3daa62325af021a68f707511a "
     "dd5953e0\n";
 
+/// A temporary folder of files with permissions.
 class KeyFolder {
  public:
-  KeyFolder() {
-    path_ = (std::filesystem::temp_directory_path() / "tessera-keys-XXXXXX").string();
-    made_ = ::mkdtemp(path_.data()) != nullptr;
-  }
-  KeyFolder(const KeyFolder&) = delete;
-  KeyFolder& operator=(const KeyFolder&) = delete;
-  ~KeyFolder() {
-    std::error_code ignored;
-    if (made_) std::filesystem::remove_all(path_, ignored);
-  }
-  [[nodiscard]] const std::string& path() const { return path_; }
-  [[nodiscard]] std::string file(const std::string& name) const { return path_ + "/" + name; }
+  [[nodiscard]] std::string path() const { return folder_.path().string(); }
+  [[nodiscard]] std::string file(const std::string& name) const { return folder_.file(name); }
   /// The path of a file with that content and those permissions.
   [[nodiscard]] std::string write(const std::string& name, const std::string& text,
                                   mode_t mode = 0600) const {
-    std::ofstream(file(name)) << text;
+    folder_.write(name, text);
     ::chmod(file(name).c_str(), mode);
     return file(name);
   }
 
  private:
-  std::string path_;
-  bool made_ = false;
+  test::TemporaryFolder folder_;
 };
 
 }  // namespace tessera

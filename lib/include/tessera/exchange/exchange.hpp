@@ -41,7 +41,7 @@ class Exchange {
   /// contribution; kResourceExhausted iff there is no place for it.
   [[nodiscard]] Status open(std::uint32_t epoch, std::uint32_t submap,
                             const Matrix34d& T_global_map) noexcept;
-  /// Moves one of this robot's contributions of this session. Fails with kInvalidArgument iff there
+  /// Moves a contribution that open() started. Fails with kInvalidArgument iff there
   /// is none or it is no frame.
   [[nodiscard]] Status move(std::uint32_t epoch, std::uint32_t submap,
                             const Matrix34d& T_global_map) noexcept;
@@ -81,7 +81,7 @@ class Exchange {
  private:
   struct Contribution {
     ContributionId id;
-    bool own = false;       ///< Of this session: nobody else has more of it.
+    bool own = false;       ///< Started by open(): nobody else has more of it.
     bool open = false;      ///< There is a frame, hence a slot.
     bool excluded = false;  ///< Of a robot that is: nothing of it is taken.
     Slot slot = 0;

@@ -207,6 +207,8 @@ class GlobalMap {
 
   std::uint64_t update_sums(std::uint32_t number) noexcept;
   std::uint64_t add_contributions(BlockCoord block, std::uint64_t& robots) noexcept;
+  std::uint64_t add_local_block(const Replicas::Contribution& contribution, Slot slot,
+                                BlockCoord local, BlockCoord block, bool& labelled) noexcept;
   std::uint64_t add_replica(const Replicas::Contribution& contribution,
                             const Replicas::Replica& replica, BlockCoord block,
                             bool& labelled) noexcept;
