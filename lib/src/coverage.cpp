@@ -50,6 +50,11 @@ bool Coverage::add(VersionRange range) noexcept {
   return true;
 }
 
+void Coverage::trim(std::uint32_t last) noexcept {
+  while (count_ != 0 && ranges_[count_ - 1].first > last) --count_;
+  if (count_ != 0) ranges_[count_ - 1].last = std::min(ranges_[count_ - 1].last, last);
+}
+
 std::size_t Coverage::gaps(std::uint32_t last, std::span<VersionRange> into) const noexcept {
   std::size_t found = 0;
   std::uint32_t next = 1;

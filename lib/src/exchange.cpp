@@ -5,7 +5,6 @@
 
 #include <algorithm>
 
-#include "tessera/base/crc32.hpp"
 #include "tessera/exchange/block_codec.hpp"
 #include "tessera/fusion/global_map.hpp"
 
@@ -19,20 +18,10 @@ static_assert(most_coded_bytes(1) <= kMostCodedBytes);
 constexpr std::size_t kBatches = 2;
 constexpr std::size_t kMostCoded = most_coded_bytes(kBlockLayers);
 
-std::uint32_t checksum_of(const ClassTable& classes) noexcept {
-  std::uint32_t crc = 0;
-  for (int c = 1; c <= classes.num_classes(); ++c) {
-    const std::string_view name = classes[c].name_view();
-    crc = crc32c(std::as_bytes(std::span(name)), crc);
-    const std::byte end{0};
-    crc = crc32c({&end, 1}, crc);
-  }
-  return crc;
-}
-
 bool valid(const ExchangeConfig& config) noexcept {
-  return config.contributions >= 1 && config.contributions <= Replicas::kMostContributions &&
-         config.peers >= 1 && config.answers >= 1 && config.burst_bytes >= kMostDatagramBytes &&
+  return config.contributions > config.own_contributions && config.own_contributions >= 1 &&
+         config.contributions <= Replicas::kMostContributions && config.peers >= 1 &&
+         config.answers >= 1 && config.burst_bytes >= kMostDatagramBytes &&
          config.announce_us > 0 && config.announce_soon_us > 0 && config.request_us > 0 &&
          config.request_most_us >= config.request_us && config.answer_us > 0;
 }
@@ -60,7 +49,7 @@ Result<Exchange> Exchange::make(Arena& arena, const ExchangeConfig& config,
                        .prior = config.prior,
                        .free_weight = config.free_weight,
                        .classes = static_cast<std::uint16_t>(classes.num_classes()),
-                       .class_table = checksum_of(classes)};
+                       .class_table = class_table_checksum(classes)};
   exchange.configuration_ = exchange.details_.checksum();
   exchange.random_ = mix64((std::uint64_t{config.robot} << 32U) + config.session);
   exchange.contributions_ = arena.take<Contribution>(config.contributions);
@@ -92,16 +81,27 @@ Exchange::Contribution* Exchange::find(const ContributionId& id) noexcept {
   return nullptr;
 }
 
-Exchange::Contribution* Exchange::find_or_add(const ContributionId& id) noexcept {
+/// Where there is no place, one of which only the name is known gives its own: who goes on talking
+/// of that one will be heard again.
+Exchange::Contribution* Exchange::find_or_add(const ContributionId& id, bool own) noexcept {
   if (Contribution* const known = find(id); known != nullptr) return known;
-  if (known_ == contributions_.size()) {
-    ++counted_.refused_contributions;
-    return nullptr;
+  const std::uint32_t kept =
+      config_.own_contributions - std::min(opened_, config_.own_contributions);
+  const std::size_t places = contributions_.size() - (own ? 0 : kept);
+  Contribution* added = nullptr;
+  if (known_ < places) {
+    added = &contributions_[known_++];
+  } else {
+    for (Contribution& other : contributions_.first(known_)) {
+      if (!other.open && added == nullptr) added = &other;
+    }
+    ++(added == nullptr ? counted_.refused_contributions : counted_.displaced_contributions);
+    if (added == nullptr) return nullptr;
   }
-  Contribution& added = contributions_[known_++];
-  added.id = id;
-  added.excluded = is_excluded(id.robot);
-  return &added;
+  *added = {};
+  added->id = id;
+  added->excluded = is_excluded(id.robot);
+  return added;
 }
 
 bool Exchange::is_excluded(std::uint32_t robot) const noexcept {
@@ -153,11 +153,16 @@ Status Exchange::open(std::uint32_t epoch, std::uint32_t submap,
   const ContributionId id{config_.robot, epoch, submap};
   const Contribution* const known = find(id);
   if (known != nullptr && known->open) return Status::kInvalidArgument;
-  Contribution* const contribution = find_or_add(id);
+  Contribution* const contribution = find_or_add(id, true);
   if (contribution == nullptr) return Status::kResourceExhausted;
+  // Whatever was said of it before was not said by this robot.
+  *contribution = {};
+  contribution->id = id;
   const Status status = set_frame(*contribution, T_global_map, 1);
   if (status != Status::kOk) return status;
   contribution->own = true;
+  ++opened_;
+  first_epoch_ = std::min(first_epoch_, epoch);
   contribution->frame_due_us = 0;
   publishing_ = number_of(*contribution);
   sent_ = 0;
@@ -185,12 +190,11 @@ Status Exchange::exclude(std::uint32_t robot) noexcept {
     if (contribution.open) store_.remove(store_.context, contribution.slot);
     contribution.open = false;
     contribution.request_due_us = contribution.frame_due_us = kNever;
+    contribution.latest = contribution.announced_frame = contribution.frame_revision = 0;
     contribution.coverage.clear();
     contribution.digest = 0;
     const std::uint32_t number = number_of(contribution);
-    for (Answer& answer : answers_.first(waiting_answers_))
-      answer.all = answer.all && answer.contribution != number;
-    drop_answers(number, {1, ~std::uint32_t{0}});
+    drop_answers(number, {1, ~std::uint32_t{0}}, true);
     for (Batch& batch : batches_) {
       if (batch.contribution == number) batch.range = {};
     }

@@ -8,11 +8,12 @@
 namespace tessera {
 
 bool Exchange::hear_request(ByteReader& body, std::int64_t now_us) noexcept {
-  while (body.remaining() != 0) {
-    RequestedContribution requested;
-    if (!read_requested(body, requested)) return false;
-    hear_requested(requested, now_us);
+  RequestedContribution requested;
+  for (ByteReader all = body; all.remaining() != 0;) {
+    if (!read_requested(all, requested)) return false;
   }
+  while (body.remaining() != 0 && read_requested(body, requested))
+    hear_requested(requested, now_us);
   return true;
 }
 
@@ -73,12 +74,12 @@ void Exchange::add_answer(const Answer& wanted) noexcept {
   answers_[waiting_answers_++] = wanted;
 }
 
-/// What somebody else has said needs no saying.
-void Exchange::drop_answers(std::uint32_t contribution, VersionRange heard) noexcept {
+/// What somebody else has said needs no saying; all: one who has the same as this robot said all.
+void Exchange::drop_answers(std::uint32_t contribution, VersionRange heard, bool all) noexcept {
   for (std::size_t i = 0; i < waiting_answers_;) {
     VersionRange& range = answers_[i].range;
     const bool apart = heard.last < range.first || range.last < heard.first;
-    if (answers_[i].contribution == contribution && !apart && !answers_[i].all) {
+    if (answers_[i].contribution == contribution && !apart && (all || !answers_[i].all)) {
       ++counted_.answers_saved;
       if (heard.first <= range.first) {
         range.first = heard.last == ~std::uint32_t{0} ? heard.last : heard.last + 1;

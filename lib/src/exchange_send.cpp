@@ -14,6 +14,9 @@ constexpr std::size_t kAnswerBatch = 1;
 /// Frames are few and nothing goes without them: they are said unasked with one announcement of so
 /// many.
 constexpr std::uint64_t kAnnouncementsOfFrame = 8;
+/// Announcements for which one who was heard to have something else is expected to be there still:
+/// of a hundred, one may arrive.
+constexpr std::int64_t kAwaited = 300;
 
 }  // namespace
 
@@ -84,6 +87,7 @@ bool Exchange::write_announcement(ByteWriter& to, std::int64_t now_us) noexcept 
                                 .latest = contribution.latest,
                                 .frame_revision = contribution.frame_revision,
                                 .complete = contribution.complete(),
+                                .origin = contribution.own,
                                 .digest = contribution.digest});
   };
   const bool with_frames = counted_.announcements % kAnnouncementsOfFrame == 0;
@@ -134,7 +138,8 @@ bool Exchange::write_request(ByteWriter& to, std::int64_t now_us) noexcept {
                      std::max(2 * config_.request_most_us, config_.request_idle_us));
       contribution.all_due_us = now_us + contribution.all_pause_us;
     }
-    const bool soon = ++contribution.requests <= kPatience || contribution.different;
+    const bool awaited = now_us - contribution.different_us <= kAwaited * config_.announce_us;
+    const bool soon = !contribution.full && (++contribution.requests <= kPatience || awaited);
     contribution.request_pause_us =
         std::min(2 * contribution.request_pause_us,
                  soon ? config_.request_most_us : config_.request_idle_us);
@@ -184,7 +189,9 @@ bool Exchange::next_answer(std::int64_t now_us) noexcept {
 }
 
 /// The parts of the lowest versions in the batch's range; if there are more than it holds, the
-/// range ends with the last of them. O(parts of the contribution * log kMostParts).
+/// range ends with the last of them. Versions are all different, but for what one who has the key
+/// makes up: so many of one version that they do not fit are cut short. O(parts of the contribution
+/// * log kMostParts).
 void Exchange::collect(Batch& batch) noexcept {
   batch.count = batch.next = 0;
   const Contribution& contribution = contributions_[batch.contribution];
@@ -210,6 +217,8 @@ void Exchange::collect(Batch& batch) noexcept {
     std::push_heap(heap().begin(), heap().end(), later);
   }
   std::sort_heap(heap().begin(), heap().end(), later);
+  batch.range.last = std::max(batch.range.last, batch.range.first);
+  while (batch.count != 0 && batch.parts[batch.count - 1].version > batch.range.last) --batch.count;
 }
 
 bool Exchange::write_chunk(ByteWriter& to, std::int64_t now_us) noexcept {
@@ -227,27 +236,30 @@ bool Exchange::write_chunk(ByteWriter& to, std::int64_t now_us) noexcept {
 void Exchange::write_batch(ByteWriter& to, Batch& batch) noexcept {
   const Contribution& contribution = contributions_[batch.contribution];
   // The range's end is known only when it is written.
-  ByteWriter header = to;
-  write_chunk_header(to, {contribution.id, batch.range});
+  ByteWriter again = to;
+  ChunkHeader header{
+      .id = contribution.id, .range = batch.range, .all = batch.all, .digest = contribution.digest};
+  write_chunk_header(to, header);
   RecordWriter writer(to, batch.range);
-  VersionRange said = batch.range;
+  std::uint32_t said = 0;
   for (; batch.next < batch.count; ++batch.next) {
     const Batch::Part& next = batch.parts[batch.next];
     const Replicas::Replica& part = store_.replicas->record(next.record);
     // Superseded since: what superseded it will be said.
-    if (part.version != next.version || part.live == 0) continue;
+    if (part.version != next.version || part.live == 0 || part.version == said) continue;
     const ChunkRecord record{.block = unpack(BlockKey{part.key}),
                              .version = {.number = part.version,
                                          .first = part.version - part.part,
                                          .layers = part.layers},
                              .coded = store_.replicas->read_wire(part, coded_)};
     if (!writer.write(record)) {
-      said.last = next.version - 1;
+      header.range.last = next.version - 1;
       break;
     }
+    said = part.version;
   }
-  write_chunk_header(header, {contribution.id, said});
-  batch.range.first = said.last + 1;
+  write_chunk_header(again, header);
+  batch.range.first = header.range.last + 1;
 }
 
 }  // namespace tessera

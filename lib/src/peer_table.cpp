@@ -13,6 +13,13 @@ Result<PeerTable> PeerTable::make(Arena& arena, std::uint32_t peers) noexcept {
   return table;
 }
 
+const Peer* PeerTable::find(std::uint32_t robot) const noexcept {
+  for (const Peer& peer : all()) {
+    if (peer.robot == robot) return &peer;
+  }
+  return nullptr;
+}
+
 Peer* PeerTable::find_or_add(std::uint32_t robot, std::int64_t now_us) noexcept {
   const std::span<Peer> known = peers_.first(count_);
   const auto same = std::find_if(known.begin(), known.end(),
@@ -33,25 +40,35 @@ Peer* PeerTable::find_or_add(std::uint32_t robot, std::int64_t now_us) noexcept 
   return place;
 }
 
-bool PeerTable::is_new(Peer& peer, std::uint32_t session, std::uint32_t sequence) noexcept {
-  if (session < peer.session) return false;
-  if (session > peer.session || peer.window == 0) {
+bool PeerTable::is_new(const Peer& peer, std::uint32_t session, std::uint32_t sequence) noexcept {
+  if (session != peer.session || peer.window == 0) return session >= peer.session;
+  if (sequence > peer.sequence) return true;
+  const std::uint32_t behind = peer.sequence - sequence;
+  return behind < kWindow && (peer.window >> behind & 1U) == 0;
+}
+
+void PeerTable::note(Peer& peer, std::uint32_t session, std::uint32_t sequence) noexcept {
+  if (session != peer.session || peer.window == 0) {
     peer.session = session;
     peer.sequence = sequence;
     peer.window = 1;
-    return true;
+    return;
   }
   if (sequence > peer.sequence) {
     const std::uint32_t ahead = sequence - peer.sequence;
     peer.window = ahead < kWindow ? peer.window << ahead | 1U : 1U;
     peer.sequence = sequence;
-    return true;
+    return;
   }
-  const std::uint32_t behind = peer.sequence - sequence;
-  if (behind >= kWindow) return false;
-  const std::uint64_t bit = std::uint64_t{1} << behind;
-  if ((peer.window & bit) != 0) return false;
-  peer.window |= bit;
+  peer.window |= std::uint64_t{1} << (peer.sequence - sequence);
+}
+
+bool PeerTable::note_data(Peer& peer, std::uint32_t session, std::uint32_t sequence) noexcept {
+  const bool later = session > peer.data_session ||
+                     (session == peer.data_session && sequence > peer.data_sequence);
+  if (!later) return false;
+  peer.data_session = session;
+  peer.data_sequence = sequence;
   return true;
 }
 

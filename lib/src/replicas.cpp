@@ -76,6 +76,13 @@ std::uint32_t Replicas::segments_of_robot(std::uint32_t robot) const noexcept {
   return sum;
 }
 
+std::uint32_t Replicas::blocks_of_robot(std::uint32_t robot) const noexcept {
+  std::uint32_t sum = 0;
+  for (const Slot slot : in_order())
+    sum += contributions_[slot].id.robot == robot ? contributions_[slot].blocks : 0U;
+  return sum;
+}
+
 std::uint32_t Replicas::find_record(Slot slot, BlockKey key) const noexcept {
   return index_.find(index_key(slot, key.bits), [&](std::uint32_t number) {
     const Replica& replica = record(number);
@@ -182,6 +189,10 @@ Result<Replicas::Change> Replicas::put(Slot slot, BlockKey key, const PartVersio
   }
   const std::uint32_t wanted = SegmentStore::segments_of(packed.size() + wire.size());
   if (!has_room(slot, wanted, gone.segments)) return Status::kResourceExhausted;
+  if (gone.number == 0 && blocks_of_robot(contribution.id.robot) >= config_.robot_blocks) {
+    ++counted_.refused_quota;
+    return Status::kResourceExhausted;
+  }
   const Result<std::uint32_t> number =
       gone.number != 0 ? Result<std::uint32_t>(gone.number) : add_record(slot, key, first);
   if (!number.ok()) {

@@ -15,6 +15,11 @@ constexpr std::size_t kAnnouncedBytes = kIdBytes + 4 + 4 + 1 + 8;
 constexpr std::uint32_t kLastVersion = ~std::uint32_t{0} - 1;
 /// In place of a number of gaps.
 constexpr std::uint8_t kAll = 0xff;
+/// Flags of a contribution that is announced.
+constexpr std::uint8_t kIsComplete = 1;
+constexpr std::uint8_t kIsOrigin = 2;
+/// Flag of a chunk.
+constexpr std::uint8_t kIsAll = 1;
 constexpr std::size_t kFrameBytes = kIdBytes + 4 + 12 * sizeof(double);
 
 void write_id(ByteWriter& to, const ContributionId& id) noexcept {
@@ -70,6 +75,17 @@ std::uint32_t ConfigurationDetails::checksum() const noexcept {
   return crc32c(to.written());
 }
 
+std::uint32_t class_table_checksum(const ClassTable& classes) noexcept {
+  std::uint32_t crc = 0;
+  for (int c = 1; c <= classes.num_classes(); ++c) {
+    const std::string_view name = classes[c].name_view();
+    crc = crc32c(std::as_bytes(std::span(name)), crc);
+    const std::byte end{0};
+    crc = crc32c({&end, 1}, crc);
+  }
+  return crc;
+}
+
 void write_header(ByteWriter& to, const DatagramHeader& header) noexcept {
   to.u8('T');
   to.u8('S');
@@ -114,7 +130,8 @@ bool write_announced(ByteWriter& to, const AnnouncedContribution& announced) noe
   write_id(to, announced.id);
   to.u32(announced.latest);
   to.u32(announced.frame_revision);
-  to.u8(announced.complete ? 1 : 0);
+  to.u8(static_cast<std::uint8_t>((announced.complete ? kIsComplete : 0) |
+                                  (announced.origin ? kIsOrigin : 0)));
   to.u64(announced.digest);
   return true;
 }
@@ -124,9 +141,10 @@ bool read_announced(ByteReader& from, AnnouncedContribution& announced) noexcept
   announced.latest = from.u32();
   announced.frame_revision = from.u32();
   const std::uint8_t flags = from.u8();
-  announced.complete = flags == 1;
+  announced.complete = (flags & kIsComplete) != 0;
+  announced.origin = (flags & kIsOrigin) != 0;
   announced.digest = from.u64();
-  return from.ok() && flags <= 1 && announced.latest <= kLastVersion;
+  return from.ok() && flags <= (kIsComplete | kIsOrigin) && announced.latest <= kLastVersion;
 }
 
 bool write_requested(ByteWriter& to, const RequestedContribution& requested) noexcept {
@@ -169,14 +187,19 @@ void write_chunk_header(ByteWriter& to, const ChunkHeader& header) noexcept {
   write_id(to, header.id);
   to.u32(header.range.first);
   to.u32(header.range.last);
+  to.u8(header.all ? kIsAll : 0);
+  if (header.all) to.u64(header.digest);
 }
 
 bool read_chunk_header(ByteReader& from, ChunkHeader& header) noexcept {
   read_id(from, header.id);
   header.range.first = from.u32();
   header.range.last = from.u32();
-  return from.ok() && header.range.first >= 1 && header.range.first <= header.range.last &&
-         header.range.last <= kLastVersion;
+  const std::uint8_t flags = from.u8();
+  header.all = flags == kIsAll;
+  header.digest = header.all ? from.u64() : 0;
+  return from.ok() && flags <= kIsAll && header.range.first >= 1 &&
+         header.range.first <= header.range.last && header.range.last <= kLastVersion;
 }
 
 bool write_frame(ByteWriter& to, const FrameBody& frame) noexcept {

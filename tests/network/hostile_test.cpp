@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cstring>
 
+#include "network/forger.hpp"
 #include "network/simulated_network.hpp"
 
 namespace tessera::network {
@@ -67,13 +68,6 @@ TEST_CASE("hostile: damaged and made-up datagrams change nothing, and each is co
   CHECK(after.contributions == before.contributions);
 }
 
-/// The tag of one who has the key, or needs none.
-void seal(std::vector<std::byte>& datagram) {
-  const Authenticator crc = crc_authenticator();
-  const std::span<std::byte> all(datagram);
-  crc.tag(nullptr, all.first(all.size() - kTagBytes), all.last<kTagBytes>());
-}
-
 TEST_CASE("hostile: well tagged bodies of any bytes are read within bounds, and break nothing") {
   Network network(2, {}, oracle::announce_seed(533));
   const std::vector<std::vector<std::byte>> good = recorded(network);
@@ -92,7 +86,7 @@ TEST_CASE("hostile: well tagged bodies of any bytes are read within bounds, and 
     // A new number each, or it would be taken for a repeat.
     ByteWriter sequence{std::span<std::byte>(bytes).subspan(16, 4)};
     sequence.u32(1000U + static_cast<std::uint32_t>(i));
-    seal(bytes);
+    Forger::seal(bytes);
     exchange.receive(bytes, 3'000'000 + i);
     std::vector<std::byte> answer(kMostDatagramBytes);
     if (i % 16 == 0) static_cast<void>(exchange.send(3'000'000 + i, answer));

@@ -24,6 +24,7 @@ TEST_CASE("peer table: a datagram is new once, within a window of 64, whatever t
     const bool behind = !heard.empty() && sequence + PeerTable::kWindow <= *heard.rbegin();
     const bool wanted = !behind && heard.count(sequence) == 0;
     REQUIRE(PeerTable::is_new(peer, 5, sequence) == wanted);
+    if (wanted) PeerTable::note(peer, 5, sequence);
     if (wanted) heard.insert(sequence);
     highest = *heard.rbegin() - 1000U;
   }
@@ -31,12 +32,27 @@ TEST_CASE("peer table: a datagram is new once, within a window of 64, whatever t
 
 TEST_CASE("peer table: an earlier session is never new, a later one begins anew") {
   Peer peer;
-  CHECK(PeerTable::is_new(peer, 5, 100));
-  CHECK_FALSE(PeerTable::is_new(peer, 5, 100));
-  CHECK_FALSE(PeerTable::is_new(peer, 4, 101));
-  CHECK(PeerTable::is_new(peer, 6, 1));
-  CHECK_FALSE(PeerTable::is_new(peer, 6, 1));
-  CHECK_FALSE(PeerTable::is_new(peer, 5, 102));
+  const auto hear = [&](std::uint32_t session, std::uint32_t sequence) {
+    const bool is_new = PeerTable::is_new(peer, session, sequence);
+    if (is_new) PeerTable::note(peer, session, sequence);
+    return is_new;
+  };
+  CHECK(hear(5, 100));
+  CHECK_FALSE(hear(5, 100));
+  CHECK_FALSE(hear(4, 101));
+  CHECK(hear(6, 1));
+  CHECK_FALSE(hear(6, 1));
+  CHECK_FALSE(hear(5, 102));
+}
+
+TEST_CASE("peer table: chunks may be heard again, which is no sign of life") {
+  Peer peer;
+  CHECK(PeerTable::note_data(peer, 5, 7));
+  CHECK_FALSE(PeerTable::note_data(peer, 5, 7));
+  CHECK_FALSE(PeerTable::note_data(peer, 5, 6));
+  CHECK_FALSE(PeerTable::note_data(peer, 4, 8));
+  CHECK(PeerTable::note_data(peer, 5, 8));
+  CHECK(PeerTable::note_data(peer, 6, 1));
 }
 
 TEST_CASE("peer table: a full table gives the place of who is silent longest, and of nobody else") {

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // Which versions of a contribution a robot lacks nothing of: it has them, or knows of later ones of
-// the same blocks. A union of ranges, which only grows: what is heard twice changes nothing, and
-// the order does not matter. Kept in fixed memory; what does not fit is forgotten, and heard again.
+// the same blocks. A union of ranges: what is heard twice changes nothing, and the order does not
+// matter. Kept in fixed memory; what does not fit is forgotten, and heard again.
 #pragma once
 
 #include <array>
@@ -21,6 +21,8 @@ class Coverage {
   /// forgotten. True iff anything new is covered. O(kMostRanges).
   bool add(VersionRange range) noexcept;
   void clear() noexcept { count_ = 0; }
+  /// Forgets what is beyond version last.
+  void trim(std::uint32_t last) noexcept;
   /// Whether all of it is covered.
   [[nodiscard]] bool contains(VersionRange range) const noexcept;
   /// All up to this version is covered, and the next one is not.

@@ -38,7 +38,8 @@ class Exchange {
 
   /// Starts a contribution of this robot's: what publish() is of from now on. Fails with
   /// kInvalidArgument iff T_global_map is no frame (GridTransform::make) or there is such a
-  /// contribution; kResourceExhausted iff there is no place for it.
+  /// contribution, as after a restart with an epoch that was there before; kResourceExhausted iff
+  /// there is no place for it.
   [[nodiscard]] Status open(std::uint32_t epoch, std::uint32_t submap,
                             const Matrix34d& T_global_map) noexcept;
   /// Moves a contribution that open() started. Fails with kInvalidArgument iff there
@@ -66,7 +67,7 @@ class Exchange {
   void receive(std::span<const std::byte> datagram, std::int64_t now_us) noexcept;
   /// The next datagram to send to all, in into, of at least kMostDatagramBytes. Returns its size: 0
   /// iff nothing is due or the budget of bytes is used up; then ask again at the next tick. Work:
-  /// at most a walk over the parts of one contribution.
+  /// at most a walk over the parts of two contributions.
   [[nodiscard]] std::size_t send(std::int64_t now_us, std::span<std::byte> into) noexcept;
 
   // --- How things stand --------------------------------------------------------------------------
@@ -94,8 +95,12 @@ class Exchange {
     std::int64_t request_due_us = kNever;
     std::int64_t request_pause_us = 0;  ///< Until it is asked for again.
     std::uint32_t requests = 0;         ///< Since something came of one.
-    bool different = false;             ///< The last who was heard of it has another digest.
-    std::int64_t all_due_us = 0;        ///< Not to be asked for as a whole before.
+    std::int64_t origin_us = kLongAgo;  ///< When its origin was last heard of it.
+    std::uint32_t origin_latest = 0;    ///< What it then said that there is.
+    /// When one was heard who has another digest; long ago if the last one had the same.
+    std::int64_t different_us = kLongAgo;
+    bool full = false;            ///< What came last was refused for lack of room.
+    std::int64_t all_due_us = 0;  ///< Not to be asked for as a whole before.
     std::int64_t all_pause_us = 0;
     std::int64_t frame_due_us = kNever;
     [[nodiscard]] bool complete() const noexcept {
@@ -126,12 +131,13 @@ class Exchange {
   };
 
   static constexpr std::int64_t kNever = INT64_MAX;
+  static constexpr std::int64_t kLongAgo = INT64_MIN / 2;
   /// Requests without an answer after which nobody is expected to have it.
   static constexpr std::uint32_t kPatience = 16;
 
   [[nodiscard]] std::int64_t random_us(std::int64_t below) noexcept;
   [[nodiscard]] Contribution* find(const ContributionId& id) noexcept;
-  [[nodiscard]] Contribution* find_or_add(const ContributionId& id) noexcept;
+  [[nodiscard]] Contribution* find_or_add(const ContributionId& id, bool own = false) noexcept;
   [[nodiscard]] std::uint32_t number_of(const Contribution& contribution) const noexcept {
     return static_cast<std::uint32_t>(&contribution - contributions_.data());
   }
@@ -151,20 +157,30 @@ class Exchange {
                              std::int64_t now_us) noexcept;
   [[nodiscard]] bool hear(Peer& peer, const DatagramHeader& header, ByteReader& body,
                           std::int64_t now_us) noexcept;
-  [[nodiscard]] bool hear_announcement(ByteReader& body, std::int64_t now_us) noexcept;
-  void hear_announced(const AnnouncedContribution& announced, std::int64_t now_us) noexcept;
+  [[nodiscard]] bool hear_announcement(ByteReader& body, const DatagramHeader& header, bool last,
+                                       std::int64_t now_us) noexcept;
+  void note_latest(Contribution& contribution, const AnnouncedContribution& announced,
+                   bool of_origin, std::int64_t now_us) const noexcept;
+  void hear_announced(const AnnouncedContribution& announced, bool of_origin,
+                      std::int64_t now_us) noexcept;
   [[nodiscard]] bool hear_request(ByteReader& body, std::int64_t now_us) noexcept;
   void hear_requested(const RequestedContribution& requested, std::int64_t now_us) noexcept;
   [[nodiscard]] bool hear_chunk(ByteReader& body, std::int64_t now_us) noexcept;
-  [[nodiscard]] bool take_records(Contribution& contribution, ByteReader& body,
-                                  VersionRange range) noexcept;
+  struct Taken {
+    bool well_formed = true;
+    bool grew = false;     ///< The coverage did.
+    bool refused = false;  ///< There was no room for some.
+  };
+  [[nodiscard]] Taken take_records(Contribution& contribution, ByteReader& body,
+                                   VersionRange range) noexcept;
   [[nodiscard]] bool hear_frame(ByteReader& body) noexcept;
   void note_lack(Contribution& contribution, std::int64_t now_us) noexcept;
   void note_digest(Contribution& contribution, const AnnouncedContribution& announced,
-                   std::int64_t now_us) noexcept;
+                   bool of_origin, std::int64_t now_us) noexcept;
+  [[nodiscard]] bool is_own_to_come(const ContributionId& id) const noexcept;
   void add_answer(const Answer& wanted) noexcept;
   void answer_with_all(const Contribution& contribution, std::int64_t due_us) noexcept;
-  void drop_answers(std::uint32_t contribution, VersionRange heard) noexcept;
+  void drop_answers(std::uint32_t contribution, VersionRange heard, bool all) noexcept;
 
   [[nodiscard]] bool write_body(DatagramKind& kind, ByteWriter& to, std::int64_t now_us) noexcept;
   [[nodiscard]] bool write_announcement(ByteWriter& to, std::int64_t now_us) noexcept;
@@ -189,11 +205,13 @@ class Exchange {
   PeerTable peers_{};
   std::array<std::uint32_t, ExchangeConfig::kMostExcluded> excluded_{};
   std::size_t excluded_count_ = 0;
-  std::span<Batch> batches_;            ///< Of what is new, and of an answer.
-  std::uint32_t publishing_ = kNobody;  ///< The contribution that publish() is of.
-  std::uint32_t sent_ = 0;              ///< Of it, versions that went out or are in the batch.
-  bool answer_next_ = false;            ///< New blocks and answers take turns.
-  bool answered_ = false;               ///< The last chunk was an answer.
+  std::span<Batch> batches_;                       ///< Of what is new, and of an answer.
+  std::uint32_t publishing_ = kNobody;             ///< The contribution that publish() is of.
+  std::uint32_t opened_ = 0;                       ///< Times that open() succeeded.
+  std::uint32_t first_epoch_ = ~std::uint32_t{0};  ///< The lowest that open() was called with.
+  std::uint32_t sent_ = 0;            ///< Of it, versions that went out or are in the batch.
+  bool answer_next_ = false;          ///< New blocks and answers take turns.
+  bool answered_ = false;             ///< The last chunk was an answer.
   std::uint32_t announced_next_ = 0;  ///< The contribution that the next announcement begins with.
   std::int64_t announce_due_us_ = 0;
   bool announce_soon_ = false;

@@ -21,8 +21,10 @@ struct ExchangeConfig {
   double prior = 0.001;
   float free_weight = 0.4F;
   std::uint32_t contributions = 64;  ///< That are known of, at most; Replicas::kMostContributions.
-  std::uint32_t peers = 64;          ///< Robots that are heard, at most.
-  std::uint32_t answers = 64;        ///< Ranges of versions that others wait for, at most.
+  /// Of these, places that only open() takes: nothing that is heard fills them.
+  std::uint32_t own_contributions = 1;
+  std::uint32_t peers = 64;    ///< Robots that are heard, at most.
+  std::uint32_t answers = 64;  ///< Ranges of versions that others wait for, at most.
   /// What send() gives in all, over any time, is at most this rate and a burst.
   std::uint32_t bytes_per_s = 1'500'000;
   std::uint32_t burst_bytes = 128U << 10U;
@@ -77,8 +79,10 @@ struct ExchangeReport {
   std::uint64_t records_refused = 0;  ///< No room, or the robot's quota: asked for again later.
   std::uint64_t records_early = 0;    ///< Chunks of contributions whose frame is not known yet.
   std::uint64_t refused_contributions = 0;  ///< Times that there was no place for another.
+  /// Contributions without a frame whose place another one took.
+  std::uint64_t displaced_contributions = 0;
   std::uint64_t diverged = 0;   ///< Times that all versions were there and the digest was another.
-  std::uint64_t impostors = 0;  ///< Claims that more of this robot's own is known than it has.
+  std::uint64_t impostors = 0;  ///< Claims that this robot said what it did not.
   // What was sent.
   std::uint64_t sent = 0;
   std::uint64_t sent_bytes = 0;

@@ -12,6 +12,7 @@
 #include "tessera/base/geometry.hpp"
 #include "tessera/exchange/authenticator.hpp"
 #include "tessera/fusion/replicas.hpp"
+#include "tessera/semantics/class_table.hpp"
 
 namespace tessera {
 
@@ -42,10 +43,13 @@ struct ConfigurationDetails {
   double prior = 0.0;
   float free_weight = 0.0F;
   std::uint16_t classes = 0;
-  std::uint32_t class_table = 0;  ///< CRC-32C of ids and names.
+  std::uint32_t class_table = 0;  ///< CRC-32C of the names.
   [[nodiscard]] std::uint32_t checksum() const noexcept;
   friend bool operator==(const ConfigurationDetails&, const ConfigurationDetails&) = default;
 };
+
+/// CRC-32C over the names of the classes, each with a zero byte after it.
+[[nodiscard]] std::uint32_t class_table_checksum(const ClassTable& classes) noexcept;
 
 /// What a robot has of a contribution.
 struct AnnouncedContribution {
@@ -53,6 +57,7 @@ struct AnnouncedContribution {
   std::uint32_t latest = 0;  ///< The highest version that it knows of.
   std::uint32_t frame_revision = 0;
   bool complete = false;     ///< It has all up to that.
+  bool origin = false;       ///< It is publishing it: there are no other versions.
   std::uint64_t digest = 0;  ///< Of all that it has, if complete.
 };
 
@@ -79,6 +84,8 @@ struct RequestedContribution {
 struct ChunkHeader {
   ContributionId id;
   VersionRange range;
+  bool all = false;          ///< Also those that only fill in for later versions.
+  std::uint64_t digest = 0;  ///< With all: of what its sender has of the contribution.
 };
 
 /// A part of a block as it goes over the wire.
@@ -96,10 +103,10 @@ struct FrameBody {
 
 /// Bytes of a record's own, beside what is coded, at most.
 inline constexpr std::size_t kMostRecordHeaderBytes = 1 + 5 + 3 * 5 + 2;
-inline constexpr std::size_t kChunkHeaderBytes = 20;
+inline constexpr std::size_t kMostChunkHeaderBytes = 29;
 /// What fits a datagram whatever else the record says.
 inline constexpr std::size_t kMostCodedBytes =
-    kMostBodyBytes - kChunkHeaderBytes - kMostRecordHeaderBytes;
+    kMostBodyBytes - kMostChunkHeaderBytes - kMostRecordHeaderBytes;
 
 // --- Writing. Each call writes all or nothing: false iff it does not fit. ------------------------
 

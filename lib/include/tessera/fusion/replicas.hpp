@@ -40,6 +40,8 @@ struct ReplicasConfig {
   std::uint32_t contributions = 64;    ///< At most kMostContributions.
   /// Segments that one robot's contributions may take together.
   std::uint32_t robot_segments = 1U << 17U;
+  /// Parts of blocks that they may have together; empty ones take no segment.
+  std::uint32_t robot_blocks = ~std::uint32_t{0};
 };
 
 /// How full they are. Counters of refusals never decrease.
@@ -187,6 +189,7 @@ class Replicas {
     return SegmentStore::segments_of(replica.bytes + replica.wire_bytes);
   }
   [[nodiscard]] std::uint32_t segments_of_robot(std::uint32_t robot) const noexcept;
+  [[nodiscard]] std::uint32_t blocks_of_robot(std::uint32_t robot) const noexcept;
 
   ReplicasConfig config_{};
   SegmentStore segments_{};

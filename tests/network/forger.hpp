@@ -1,0 +1,50 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// One who has the fleet's key, or needs none, and says what it likes.
+#pragma once
+
+#include <vector>
+
+#include "oracle/mapper.hpp"
+#include "tessera/exchange/wire.hpp"
+
+namespace tessera::network {
+
+/// What Network's robots must have alike.
+[[nodiscard]] ConfigurationDetails details_of_network();
+
+class Forger {
+ public:
+  explicit Forger(std::uint32_t robot, std::uint32_t session = 1)
+      : robot_(robot), session_(session) {}
+  /// A well tagged datagram of that kind with what write gives as its body.
+  template <class Write>
+  [[nodiscard]] std::vector<std::byte> datagram(DatagramKind kind, const Write& write) {
+    std::vector<std::byte> bytes(kMostDatagramBytes);
+    ByteWriter to(bytes);
+    write_header(to, {.kind = kind,
+                      .configuration = details_of_network().checksum(),
+                      .sender = robot_,
+                      .session = session_,
+                      .sequence = ++sequence_});
+    write(to);
+    bytes.resize(to.size() + kTagBytes);
+    seal(bytes);
+    return bytes;
+  }
+  [[nodiscard]] std::vector<std::byte> announcement(
+      std::initializer_list<AnnouncedContribution> all);
+  [[nodiscard]] std::vector<std::byte> frame(const ContributionId& id, std::uint32_t revision);
+  /// Of one record, which holds nothing.
+  [[nodiscard]] std::vector<std::byte> chunk(const ContributionId& id, VersionRange range,
+                                             BlockCoord block, std::uint32_t version);
+  /// Tags what it holds anew.
+  static void seal(std::vector<std::byte>& datagram);
+
+ private:
+  std::uint32_t robot_;
+  std::uint32_t session_;
+  std::uint32_t sequence_ = 0;
+};
+
+}  // namespace tessera::network
