@@ -6,10 +6,11 @@
 // and go nowhere. All but CPU time is the same in every run.
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <optional>
 
-#include "dataset/dataset.hpp"
 #include "published.hpp"
 #include "scenes.hpp"
+#include "security/fleet_signatures.hpp"
 #include "tessera/exchange/publisher.hpp"
 #include "tessera/map/moving_window.hpp"
 #include "tessera/map/packed_block.hpp"
@@ -21,6 +22,9 @@ namespace {
 struct Settings {
   std::string dataset;
   std::string labels = "predictions";
+  std::string
+      secret;  ///< Key file of the robot that drives, and of its fleet; none: no signatures.
+  std::string public_keys;
   int laps = 1;  ///< The drive again, from where it ended.
   int scans = 0;
   int scan_ms = 100;
@@ -81,23 +85,19 @@ struct Drive {
   MovingWindow window;
 };
 
-Outcome<Scene> load(const Settings& settings) {
-  DatasetOptions options;
-  options.labels = settings.labels;
-  const Outcome<Dataset> dataset = Dataset::open(settings.dataset, options);
-  if (!dataset.ok()) return dataset.failure();
-  Scene scene;
-  scene.classes = dataset->classes().table();
-  scene.max_points = dataset->max_points();
-  ScanBuffer buffer(scene.max_points);
-  for (std::size_t i = 0; i < dataset->num_scans(); ++i) {
-    const Outcome<DatasetScan> scan = dataset->read(i, buffer);
-    if (!scan.ok()) return scan.failure();
-    scene.scans.push_back({{scan->points_xyzi.begin(), scan->points_xyzi.end()},
-                           {scan->components.begin(), scan->components.end()},
-                           scan->T_map_sensor});
-  }
-  return scene;
+/// Of the key files that the settings name; none if they name none.
+Outcome<std::optional<FleetSignatures>> signatures_of(const Settings& settings) {
+  if (settings.secret.empty()) return std::optional<FleetSignatures>();
+  const Outcome<RobotSecret> secret = read_robot_secret(settings.secret);
+  if (!secret.ok()) return secret.failure();
+  Outcome<std::vector<RobotPublic>> keys = read_public_keys(settings.public_keys);
+  if (!keys.ok()) return keys.failure();
+  Outcome<RecordSigner> signer = RecordSigner::make(*secret);
+  Outcome<RecordVerifier> verifier = RecordVerifier::make(std::move(*keys));
+  if (!signer.ok() || !verifier.ok()) return signer.ok() ? verifier.failure() : signer.failure();
+  Outcome<FleetSignatures> fleet = FleetSignatures::make(std::move(*signer), std::move(*verifier));
+  if (!fleet.ok()) return fleet.failure();
+  return std::optional<FleetSignatures>(std::move(*fleet));
 }
 
 void report(const Drive& drive, const Published& published, const Disagreement& disagreement,
@@ -134,8 +134,12 @@ void report(const Drive& drive, const Published& published, const Disagreement& 
 }
 
 Outcome<void> measure(const Settings& settings) {
-  const Outcome<Scene> scene = load(settings);
+  DatasetOptions scans;
+  scans.labels = settings.labels;
+  const Outcome<Scene> scene = load_scene(settings.dataset, scans);
   if (!scene.ok()) return scene.failure();
+  Outcome<std::optional<FleetSignatures>> fleet = signatures_of(settings);
+  if (!fleet.ok()) return fleet.failure();
   MapConfig map_config;
   map_config.tuple = TuplePolicy::kCompact;
   map_config.storage_bytes = std::size_t{512} << 20U;
@@ -155,7 +159,7 @@ Outcome<void> measure(const Settings& settings) {
   if (!map.ok() || !integrator.ok() || !publisher.ok() || !window.ok())
     return Failure{"a setting is out of its range", FailureKind::kUsage};
   Drive drive{std::move(*map), std::move(*integrator), std::move(*publisher), *window};
-  Published published(map_config, scene->classes);
+  Published published(map_config, scene->classes, *fleet ? (*fleet)->signatures() : Signatures{});
   if (!published.ok()) return Failure{"nothing can be published", FailureKind::kFailure};
   Disagreement disagreement(drive.map);
   const BlockArchive archive{&drive.publisher,
@@ -240,6 +244,10 @@ int main(int argc, char** argv) {
   app.add_option("--label-bytes", settings.budget.label_bytes, "a tick");
   app.add_option("--free-bytes", settings.budget.free_bytes, "a tick");
   app.add_option("--compared", settings.budget.compared, "blocks a tick");
+  CLI::Option* const secret =
+      app.add_option("--secret", settings.secret, "key file of robot 0: signs what it says");
+  app.add_option("--public", settings.public_keys, "file of the fleet's public keys")
+      ->needs(secret);
   app.add_option("--factor", settings.publisher.evidence_factor);
   app.add_option("--few", settings.publisher.few_voxels);
   app.add_option("--many", settings.publisher.many_voxels);

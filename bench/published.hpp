@@ -39,13 +39,13 @@ class Memory {
 
 class Published {
  public:
-  Published(const MapConfig& map, const ClassTable& classes)
+  Published(const MapConfig& map, const ClassTable& classes, const Signatures& signatures = {})
       : memory_(Replicas::required_bytes(replicas_config()) +
                 Exchange::required_bytes(exchange_config(map), classes.num_components())) {
     Arena arena = memory_.arena();
     replicas_ = *Replicas::make(arena, replicas_config());
     exchange_ = *Exchange::make(arena, exchange_config(map), store_of(replicas_),
-                                crc_authenticator(), classes);
+                                crc_authenticator(), classes, signatures);
     opened_ = exchange_.open(1, 0, Matrix34d::Identity()) == Status::kOk;
     to_exchange_ = publication_of(exchange_);
   }

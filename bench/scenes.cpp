@@ -43,14 +43,13 @@ ScanView Scan::view() const {
           .components = components.data()};
 }
 
-Outcome<Scene> load_scene(const Options& options) {
-  const Outcome<Dataset> dataset =
-      Dataset::open(options.dataset, {.first = options.first, .last = options.last});
+Outcome<Scene> load_scene(const std::string& folder, const DatasetOptions& scans) {
+  const Outcome<Dataset> dataset = Dataset::open(folder, scans);
   if (!dataset.ok()) return dataset.failure();
   Scene scene;
   scene.classes = dataset->classes().table();
   scene.max_points = dataset->max_points();
-  if (scene.max_points == 0) return Failure{options.dataset + " has no points; choose other scans"};
+  if (scene.max_points == 0) return Failure{folder + " has no points; choose other scans"};
   ScanBuffer buffer(scene.max_points);
   for (std::size_t i = 0; i < dataset->num_scans(); ++i) {
     const Outcome<DatasetScan> scan = dataset->read(i, buffer);
@@ -60,6 +59,10 @@ Outcome<Scene> load_scene(const Options& options) {
                            scan->T_map_sensor});
   }
   return scene;
+}
+
+Outcome<Scene> load_scene(const Options& options) {
+  return load_scene(options.dataset, {.first = options.first, .last = options.last});
 }
 
 Outcome<std::string> digest_of_input(const Options& options) {

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "dataset/dataset.hpp"
 #include "harness.hpp"
 #include "tessera/inference/integrator.hpp"
 #include "tessera/map/local_map.hpp"
@@ -32,7 +33,9 @@ struct Scene {
   std::size_t max_points = 0;  ///< Of the largest scan.
 };
 
-/// The scans of the options' dataset. Fails as Dataset does, and with kUsage if they hold no point.
+/// The scans of a dataset. Fails as Dataset does, and with kUsage if they hold no point.
+Outcome<Scene> load_scene(const std::string& dataset, const DatasetOptions& scans);
+/// Those of the options' dataset.
 Outcome<Scene> load_scene(const Options& options);
 /// Names scans, labels, poses and resolution by their content.
 Outcome<std::string> digest_of_input(const Options& options);

@@ -17,6 +17,7 @@ static_assert(most_coded_bytes(1) <= kMostCodedBytes);
 
 constexpr std::size_t kBatches = 2;
 constexpr std::size_t kMostCoded = most_coded_bytes(kBlockLayers);
+constexpr std::size_t kMostKept = 1 + kMostProofBytes + kMostCodedBytes;
 
 bool valid(const ExchangeConfig& config) noexcept {
   return config.contributions > config.own_contributions && config.own_contributions >= 1 &&
@@ -33,17 +34,18 @@ std::size_t Exchange::required_bytes(const ExchangeConfig& config, int num_compo
          PeerTable::required_bytes(config.peers) + arena_bytes<Batch>(kBatches) +
          BlockContent::required_bytes(num_components) +
          arena_bytes<std::byte>(most_packed_bytes(num_components)) +
-         arena_bytes<std::byte>(kMostCoded);
+         arena_bytes<std::byte>(kMostCoded) + arena_bytes<std::byte>(kMostKept);
 }
 
 Result<Exchange> Exchange::make(Arena& arena, const ExchangeConfig& config,
                                 const ReplicaStore& store, const Authenticator& authenticator,
-                                const ClassTable& classes) noexcept {
+                                const ClassTable& classes, const Signatures& signatures) noexcept {
   if (!valid(config)) return Status::kInvalidArgument;
   Exchange exchange;
   exchange.config_ = config;
   exchange.store_ = store;
   exchange.authenticator_ = authenticator;
+  exchange.signatures_ = signatures;
   exchange.num_components_ = classes.num_components();
   exchange.details_ = {.resolution_m = config.resolution_m,
                        .prior = config.prior,
@@ -59,9 +61,10 @@ Result<Exchange> Exchange::make(Arena& arena, const ExchangeConfig& config,
   Result<BlockContent> content = BlockContent::make(arena, exchange.num_components_);
   exchange.packed_ = arena.take<std::byte>(most_packed_bytes(exchange.num_components_));
   exchange.coded_ = arena.take<std::byte>(kMostCoded);
+  exchange.kept_ = arena.take<std::byte>(kMostKept);
   if (exchange.contributions_.empty() || exchange.answers_.empty() || !peers.ok() ||
       exchange.batches_.empty() || !content.ok() || exchange.packed_.empty() ||
-      exchange.coded_.empty())
+      exchange.coded_.empty() || exchange.kept_.empty())
     return Status::kResourceExhausted;
   exchange.peers_ = *peers;
   exchange.content_ = *content;

@@ -34,7 +34,7 @@ Status Exchange::publish_parts(Contribution& contribution, BlockKey key,
       return status;
     const PartVersion version{.number = first + part, .first = first, .layers = layers};
     const Result<Replicas::Change> change =
-        put(contribution, key, version, content_, coded_.first(coded));
+        put(contribution, key, version, content_, to_keep(coded_.first(coded), {}));
     if (!change.ok()) {
       ++counted_.refused_parts;
       return change.status();

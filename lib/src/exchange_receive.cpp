@@ -3,7 +3,6 @@
 // What arrives: who may speak, and what is done with each kind of datagram.
 #include <algorithm>
 
-#include "tessera/exchange/block_codec.hpp"
 #include "tessera/exchange/exchange.hpp"
 
 namespace tessera {
@@ -12,11 +11,6 @@ namespace {
 
 /// Announcements that an origin misses before others are believed of what it has.
 constexpr std::int64_t kSilences = 3;
-
-constexpr bool is_control(DatagramKind kind) noexcept {
-  return kind == DatagramKind::kAnnounce || kind == DatagramKind::kRequest ||
-         kind == DatagramKind::kLeave;
-}
 
 }  // namespace
 
@@ -40,15 +34,20 @@ Peer* Exchange::accept(std::span<const std::byte> datagram, DatagramHeader& head
     return refuse(header.session == config_.session ? counted_.own_echoes : counted_.refused_robot);
   }
   if (is_excluded(header.sender)) return refuse(counted_.refused_excluded);
+  // A repeat is not worth the check of a signature.
+  const Peer* const known = peers_.find(header.sender);
+  if (is_control(header.kind) && known != nullptr &&
+      !PeerTable::is_new(*known, header.session, header.sequence))
+    return refuse(counted_.refused_replay);
+  if (header.is_signed != signatures_.on() || !is_signed_by_sender(header, message))
+    return refuse(counted_.refused_signature);
   Peer* const peer = peers_.find_or_add(header.sender, now_us);
   if (peer == nullptr) return refuse(counted_.refused_peers);
   bool later = true;
-  if (!is_control(header.kind)) {
-    later = PeerTable::note_data(*peer, header.session, header.sequence);
-  } else if (PeerTable::is_new(*peer, header.session, header.sequence)) {
+  if (is_control(header.kind)) {
     PeerTable::note(*peer, header.session, header.sequence);
   } else {
-    return refuse(counted_.refused_replay);
+    later = PeerTable::note_data(*peer, header.session, header.sequence);
   }
   if (later) peer->heard_us = now_us;
   ++peer->datagrams;
@@ -61,7 +60,9 @@ void Exchange::receive(std::span<const std::byte> datagram, std::int64_t now_us)
   DatagramHeader header;
   Peer* const peer = accept(datagram, header, now_us);
   if (peer == nullptr) return;
-  ByteReader body(datagram.subspan(kHeaderBytes, datagram.size() - kHeaderBytes - kTagBytes));
+  const std::size_t end =
+      kTagBytes + (header.is_signed && is_control(header.kind) ? kSignatureBytes : 0);
+  ByteReader body(datagram.subspan(kHeaderBytes, datagram.size() - kHeaderBytes - end));
   if (!hear(*peer, header, body, now_us)) ++counted_.refused_body;
 }
 
@@ -194,89 +195,6 @@ void Exchange::note_lack(Contribution& contribution, std::int64_t now_us) noexce
   contribution.requests = 0;
   contribution.request_pause_us = config_.request_us;
   contribution.request_due_us = now_us + config_.request_us + random_us(config_.request_us);
-}
-
-bool Exchange::hear_chunk(ByteReader& body, std::int64_t now_us) noexcept {
-  ChunkHeader header;
-  if (!read_chunk_header(body, header)) return false;
-  if (find(header.id) == nullptr && is_own_to_come(header.id)) {
-    ++counted_.impostors;
-    return true;
-  }
-  Contribution* const contribution = find_or_add(header.id);
-  if (contribution == nullptr || contribution->excluded) return true;
-  const bool same = header.all && header.digest == contribution->digest;
-  if (contribution->own) {
-    counted_.impostors += header.range.last > contribution->latest ? 1U : 0U;
-    drop_answers(number_of(*contribution), header.range, same);
-    return true;
-  }
-  contribution->latest = std::max(contribution->latest, header.range.last);
-  if (!contribution->open) {
-    ++counted_.records_early;
-    note_lack(*contribution, now_us);
-    return true;
-  }
-  const Taken taken = take_records(*contribution, body, header.range);
-  if (taken.well_formed) drop_answers(number_of(*contribution), header.range, same);
-  if (taken.grew || taken.refused) contribution->full = taken.refused;
-  // While something comes, the rest may too.
-  if (taken.grew && !taken.refused && contribution->request_due_us != kNever) {
-    contribution->requests = 0;
-    contribution->request_pause_us = config_.request_us;
-    contribution->request_due_us = now_us + config_.request_us + random_us(config_.request_us);
-  }
-  note_lack(*contribution, now_us);
-  return taken.well_formed;
-}
-
-/// What is refused stays a gap. Where a record is none, what came before it is taken, and nothing
-/// is known of the rest.
-Exchange::Taken Exchange::take_records(Contribution& contribution, ByteReader& body,
-                                       VersionRange range) noexcept {
-  Taken taken;
-  RecordReader reader(body, range);
-  ChunkRecord record;
-  std::uint32_t first = range.first;
-  while (body.remaining() != 0) {
-    if (!reader.read(record)) return {.well_formed = false};
-    const Result<BlockKey> key = pack(record.block);
-    TESSERA_ASSERT(key.ok());
-    if (store_.replicas->news(contribution.slot, *key, record.version) == 0) {
-      ++counted_.records_stale;
-      continue;
-    }
-    content_.clear();
-    if (decode_block(record.coded, record.version.layers, num_components_, content_) != Status::kOk)
-      return {.well_formed = false};
-    if (put(contribution, *key, record.version, content_, record.coded).ok()) {
-      ++counted_.records_taken;
-      continue;
-    }
-    ++counted_.records_refused;
-    taken.refused = true;
-    if (first < record.version.number)
-      taken.grew |= contribution.coverage.add({first, record.version.number - 1});
-    first = record.version.number + 1;
-  }
-  if (first <= range.last) taken.grew |= contribution.coverage.add({first, range.last});
-  return taken;
-}
-
-bool Exchange::hear_frame(ByteReader& body) noexcept {
-  FrameBody frame;
-  if (!read_frame(body, frame) || body.remaining() != 0) return false;
-  if (find(frame.id) == nullptr && is_own_to_come(frame.id)) {
-    ++counted_.impostors;
-    return true;
-  }
-  Contribution* const contribution = find_or_add(frame.id);
-  if (contribution == nullptr || contribution->excluded || contribution->own) return true;
-  if (frame.revision >= contribution->frame_revision) contribution->frame_due_us = kNever;
-  if (frame.revision <= contribution->frame_revision) return true;
-  const Status status = set_frame(*contribution, frame.T_global_map, frame.revision);
-  if (status == Status::kResourceExhausted) ++counted_.refused_contributions;
-  return status != Status::kInvalidArgument;
 }
 
 }  // namespace tessera

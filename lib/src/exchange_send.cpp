@@ -33,22 +33,24 @@ std::size_t Exchange::send(std::int64_t now_us, std::span<std::byte> into) noexc
   budget_bytes_ = std::min(most, budget_bytes_ + earned);
   if (budget_bytes_ < static_cast<std::int64_t>(kMostDatagramBytes)) return 0;
 
-  ByteWriter to(into.first(kMostDatagramBytes - kTagBytes));
+  const std::size_t end = kTagBytes + (signatures_.on() ? kSignatureBytes : 0);
+  ByteWriter to(into.first(kMostDatagramBytes - end));
   DatagramHeader header{.kind = DatagramKind::kAnnounce,
                         .configuration = configuration_,
                         .sender = config_.robot,
                         .session = config_.session,
-                        .sequence = 0};
+                        .sequence = 0,
+                        .is_signed = signatures_.on()};
   write_header(to, header);
   if (!write_body(header.kind, to, now_us)) return 0;
   TESSERA_ASSERT(to.ok());
-  const bool data = header.kind == DatagramKind::kChunk || header.kind == DatagramKind::kFrame;
-  header.sequence = data ? ++data_sequence_ : ++control_sequence_;
+  header.sequence = is_control(header.kind) ? ++control_sequence_ : ++data_sequence_;
   ByteWriter again(into.first(kHeaderBytes));
   write_header(again, header);
-  const std::size_t size = to.size() + kTagBytes;
-  authenticator_.tag(authenticator_.context, into.first(to.size()),
-                     into.subspan(to.size()).first<kTagBytes>());
+  const std::size_t tagged = sign(header.kind, into, to.size());
+  const std::size_t size = tagged + kTagBytes;
+  authenticator_.tag(authenticator_.context, into.first(tagged),
+                     into.subspan(tagged).first<kTagBytes>());
   budget_bytes_ -= static_cast<std::int64_t>(size);
   ++counted_.sent;
   counted_.sent_bytes += size;
@@ -110,9 +112,13 @@ bool Exchange::write_due_frame(ByteWriter& to, std::int64_t now_us) noexcept {
     if (now_us < contribution.frame_due_us) continue;
     contribution.frame_due_us = kNever;
     ++counted_.frames;
-    return write_frame(to, {.id = contribution.id,
-                            .revision = contribution.frame_revision,
-                            .T_global_map = contribution.T_global_map});
+    const FrameBody frame{.id = contribution.id,
+                          .revision = contribution.frame_revision,
+                          .T_global_map = contribution.T_global_map};
+    signature_ = contribution.frame_signature;
+    if (signatures_.on() && contribution.own)
+      signatures_.sign(signatures_.context, frame_message(frame), signature_);
+    return write_frame(to, frame);
   }
   return false;
 }
@@ -237,28 +243,46 @@ void Exchange::write_batch(ByteWriter& to, Batch& batch) noexcept {
   const Contribution& contribution = contributions_[batch.contribution];
   // The range's end is known only when it is written.
   ByteWriter again = to;
-  ChunkHeader header{
-      .id = contribution.id, .range = batch.range, .all = batch.all, .digest = contribution.digest};
+  ChunkHeader header{.id = contribution.id,
+                     .range = batch.range,
+                     .all = batch.all,
+                     .digest = contribution.digest,
+                     .proofs = signatures_.on() && !contribution.own};
+  const bool grows_tree = signatures_.on() && contribution.own;
   write_chunk_header(to, header);
   RecordWriter writer(to, batch.range);
   std::uint32_t said = 0;
+  tree_.clear();
   for (; batch.next < batch.count; ++batch.next) {
     const Batch::Part& next = batch.parts[batch.next];
     const Replicas::Replica& part = store_.replicas->record(next.record);
     // Superseded since: what superseded it will be said.
     if (part.version != next.version || part.live == 0 || part.version == said) continue;
-    const ChunkRecord record{.block = unpack(BlockKey{part.key}),
-                             .version = {.number = part.version,
-                                         .first = part.version - part.part,
-                                         .layers = part.layers},
-                             .coded = store_.replicas->read_wire(part, coded_)};
-    if (!writer.write(record)) {
+    ChunkRecord record{.block = unpack(BlockKey{part.key}),
+                       .version = {.number = part.version,
+                                   .first = part.version - part.part,
+                                   .layers = part.layers},
+                       .coded = store_.replicas->read_wire(part, kept_),
+                       .proof = {}};
+    if (signatures_.on()) {
+      const auto proof_bytes = std::to_integer<std::size_t>(record.coded[0]);
+      record.proof = record.coded.subspan(1, proof_bytes);
+      record.coded = record.coded.subspan(1 + proof_bytes);
+    }
+    if (tree_.full() || !writer.write(record)) {
       header.range.last = next.version - 1;
       break;
     }
+    if (grows_tree) tree_.add(leaf_of(signatures_, contribution.id, record));
     said = part.version;
   }
   write_chunk_header(again, header);
+  proofs_ = header.proofs;
+  if (grows_tree) {
+    const Hash root = tree_.count() == 0 ? Hash{} : tree_.root(signatures_);
+    const auto message = root_message(contribution.id, tree_.count(), root);
+    signatures_.sign(signatures_.context, message, signature_);
+  }
   batch.range.first = header.range.last + 1;
 }
 

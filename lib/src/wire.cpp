@@ -3,6 +3,7 @@
 #include "tessera/exchange/wire.hpp"
 
 #include "tessera/base/crc32.hpp"
+#include "tessera/exchange/record_proof.hpp"
 
 namespace tessera {
 
@@ -18,8 +19,11 @@ constexpr std::uint8_t kAll = 0xff;
 /// Flags of a contribution that is announced.
 constexpr std::uint8_t kIsComplete = 1;
 constexpr std::uint8_t kIsOrigin = 2;
-/// Flag of a chunk.
+/// Flags of a chunk.
 constexpr std::uint8_t kIsAll = 1;
+constexpr std::uint8_t kHasProofs = 2;
+/// Flag beside the kind.
+constexpr std::uint8_t kIsSigned = 0x80;
 constexpr std::size_t kFrameBytes = kIdBytes + 4 + 12 * sizeof(double);
 
 void write_id(ByteWriter& to, const ContributionId& id) noexcept {
@@ -90,7 +94,8 @@ void write_header(ByteWriter& to, const DatagramHeader& header) noexcept {
   to.u8('T');
   to.u8('S');
   to.u8(kFormat);
-  to.u8(static_cast<std::uint8_t>(header.kind));
+  to.u8(static_cast<std::uint8_t>(static_cast<std::uint8_t>(header.kind) |
+                                  (header.is_signed ? kIsSigned : 0)));
   to.u32(header.configuration);
   to.u32(header.sender);
   to.u32(header.session);
@@ -99,7 +104,9 @@ void write_header(ByteWriter& to, const DatagramHeader& header) noexcept {
 
 bool read_header(ByteReader& from, DatagramHeader& header) noexcept {
   const bool known = from.u8() == 'T' && from.u8() == 'S' && from.u8() == kFormat;
-  const std::uint8_t kind = from.u8();
+  const std::uint8_t flags = from.u8();
+  const auto kind = static_cast<std::uint8_t>(flags & ~kIsSigned);
+  header.is_signed = (flags & kIsSigned) != 0;
   header.kind = static_cast<DatagramKind>(kind);
   header.configuration = from.u32();
   header.sender = from.u32();
@@ -187,7 +194,7 @@ void write_chunk_header(ByteWriter& to, const ChunkHeader& header) noexcept {
   write_id(to, header.id);
   to.u32(header.range.first);
   to.u32(header.range.last);
-  to.u8(header.all ? kIsAll : 0);
+  to.u8(static_cast<std::uint8_t>((header.all ? kIsAll : 0) | (header.proofs ? kHasProofs : 0)));
   if (header.all) to.u64(header.digest);
 }
 
@@ -196,9 +203,10 @@ bool read_chunk_header(ByteReader& from, ChunkHeader& header) noexcept {
   header.range.first = from.u32();
   header.range.last = from.u32();
   const std::uint8_t flags = from.u8();
-  header.all = flags == kIsAll;
+  header.all = (flags & kIsAll) != 0;
+  header.proofs = (flags & kHasProofs) != 0;
   header.digest = header.all ? from.u64() : 0;
-  return from.ok() && flags <= kIsAll && header.range.first >= 1 &&
+  return from.ok() && flags <= (kIsAll | kHasProofs) && header.range.first >= 1 &&
          header.range.first <= header.range.last && header.range.last <= kLastVersion;
 }
 
@@ -231,7 +239,7 @@ bool RecordWriter::write(const ChunkRecord& record) noexcept {
   const auto length = static_cast<std::uint32_t>(record.coded.size());
   const std::size_t bytes = 1 + varint_bytes(step) + varint_bytes(moved[0]) +
                             varint_bytes(moved[1]) + varint_bytes(moved[2]) + varint_bytes(length) +
-                            length;
+                            length + record.proof.size();
   if (to_.room() < bytes) return false;
   const std::uint32_t part = record.version.number - record.version.first;
   to_.u8(static_cast<std::uint8_t>(record.version.layers | part << 4U));
@@ -239,6 +247,7 @@ bool RecordWriter::write(const ChunkRecord& record) noexcept {
   for (const std::uint32_t coordinate : moved) write_varint(to_, coordinate);
   write_varint(to_, length);
   to_.bytes(record.coded);
+  to_.bytes(record.proof);
   version_ = record.version.number;
   block_ = record.block;
   return true;
@@ -268,7 +277,10 @@ bool RecordReader::read(ChunkRecord& record) noexcept {
   block_ = {static_cast<std::int32_t>(place[0]), static_cast<std::int32_t>(place[1]),
             static_cast<std::int32_t>(place[2])};
   record.block = block_;
+  // A longer one could not be passed on.
+  if (length > kMostCodedBytes) return false;
   record.coded = from_.bytes(length);
+  record.proof = proofs_ ? read_proof(from_) : std::span<const std::byte>{};
   return from_.ok();
 }
 

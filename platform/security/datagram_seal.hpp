@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // Tags by the fleet's key: who does not have it can neither make nor change a datagram. Who has it
-// can speak for any robot; RecordSigner is against that.
+// can speak for any robot; FleetSignatures is against that.
 #pragma once
 
 #include <array>
@@ -15,10 +15,10 @@
 
 namespace tessera {
 
-/// What a key derived from the fleet's is for. A tag for one use is worth nothing for another.
+/// What a key derived from the fleet's is for: what comes to be tagged beside datagrams gets a
+/// number of its own, so that no tag is worth anything elsewhere.
 enum class KeyUse : std::uint8_t {
   kDatagram = 1,  ///< A whole datagram, on its way from its sender.
-  kRecord = 2,    ///< A chunk, on behalf of its origin, whoever passes it on.
 };
 
 /// Keyed BLAKE2b, 128 bits. No heap; a tag takes O(message).

@@ -12,10 +12,9 @@
 
 #include "posix/outcome.hpp"
 #include "security/key_file.hpp"
+#include "tessera/exchange/signatures.hpp"
 
 namespace tessera {
-
-inline constexpr std::size_t kSignatureBytes = 64;
 
 /// A robot's own key. No heap after make().
 class RecordSigner {

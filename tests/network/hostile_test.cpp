@@ -12,8 +12,9 @@ namespace {
 
 std::uint64_t refusals(const ExchangeReport& report) {
   return report.refused_size + report.refused_format + report.refused_tag +
-         report.refused_configuration + report.refused_replay + report.refused_robot +
-         report.refused_excluded + report.refused_peers + report.refused_body;
+         report.refused_signature + report.refused_configuration + report.refused_replay +
+         report.refused_robot + report.refused_excluded + report.refused_peers +
+         report.refused_body;
 }
 
 /// What a network of two said while a few blocks were published.

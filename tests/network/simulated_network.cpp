@@ -25,8 +25,9 @@ T made(Result<T> result) {
 }  // namespace
 
 Robot::Robot(std::uint32_t number, std::uint32_t session, const ReplicasConfig& replicas,
-             const ExchangeConfig& config)
+             const ExchangeConfig& config, std::optional<std::uint32_t> key)
     : session_(session),
+      key_(key.value_or(0)),
       memory_(Replicas::required_bytes(replicas) + Exchange::required_bytes(config, kComponents) +
               BlockContent::required_bytes(kComponents)) {
   Arena arena(memory_.span());
@@ -35,7 +36,8 @@ Robot::Robot(std::uint32_t number, std::uint32_t session, const ReplicasConfig& 
   own.robot = number;
   own.session = session;
   exchange_ = made(Exchange::make(arena, own, store_of(replicas_), crc_authenticator(),
-                                  oracle::numbered_classes(kClasses)));
+                                  oracle::numbered_classes(kClasses),
+                                  key ? key_.signatures() : Signatures{}));
   content_ = made(BlockContent::make(arena, kComponents));
   Matrix34d T_global_map = Matrix34d::Identity();
   T_global_map(0, 3) = number;
@@ -86,15 +88,18 @@ ReplicasConfig Network::default_replicas() {
 }
 
 Network::Network(int robots, const Link& link, std::uint64_t seed, ReplicasConfig replicas,
-                 ExchangeConfig config)
-    : random_(seed), replicas_(replicas), config_(config) {
+                 ExchangeConfig config, bool with_signatures)
+    : random_(seed), replicas_(replicas), config_(config), with_signatures_(with_signatures) {
   config_.contributions = replicas.contributions;
-  for (int i = 0; i < robots; ++i) {
-    sessions_.push_back(1);
-    robots_.push_back(
-        std::make_unique<Robot>(static_cast<std::uint32_t>(i), 1, replicas_, config_));
-  }
+  sessions_.assign(static_cast<std::size_t>(robots), 1);
+  for (std::size_t i = 0; i < sessions_.size(); ++i) robots_.push_back(new_robot(i));
   set_link(link);
+}
+
+std::unique_ptr<Robot> Network::new_robot(std::size_t i) const {
+  const auto number = static_cast<std::uint32_t>(i);
+  const std::optional<std::uint32_t> key = with_signatures_ ? std::optional(number) : std::nullopt;
+  return std::make_unique<Robot>(number, sessions_[i], replicas_, config_, key);
 }
 
 void Network::set_link(const Link& link) {
@@ -109,8 +114,8 @@ void Network::set_link(int from, int to, const Link& link) {
 void Network::restart(int i) {
   const auto at = static_cast<std::size_t>(i);
   sent_before_ += robots_[at]->exchange().report().sent_bytes;
-  robots_[at] =
-      std::make_unique<Robot>(static_cast<std::uint32_t>(i), ++sessions_[at], replicas_, config_);
+  ++sessions_[at];
+  robots_[at] = new_robot(at);
 }
 
 bool Network::hears(int from, int to) const {

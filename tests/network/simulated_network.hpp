@@ -7,10 +7,12 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <queue>
 #include <set>
 #include <vector>
 
+#include "network/toy_signatures.hpp"
 #include "oracle/mapper.hpp"
 #include "oracle/random.hpp"
 #include "tessera/exchange/exchange.hpp"
@@ -33,8 +35,11 @@ struct Link {
 
 class Robot {
  public:
+  /// key: whose it signs with; nobody's: it signs nothing.
   Robot(std::uint32_t number, std::uint32_t session, const ReplicasConfig& replicas,
-        const ExchangeConfig& config);
+        const ExchangeConfig& config, std::optional<std::uint32_t> key = {});
+  Robot(const Robot&) = delete;
+  Robot& operator=(const Robot&) = delete;
   [[nodiscard]] Exchange& exchange() { return exchange_; }
   [[nodiscard]] const Exchange& exchange() const { return exchange_; }
   [[nodiscard]] Replicas& replicas() { return replicas_; }
@@ -43,9 +48,11 @@ class Robot {
   Result<std::uint32_t> publish(BlockKey key, oracle::Random& random, int voxels);
   /// Of all that it holds, by its bytes, whatever the exchange says of it.
   [[nodiscard]] std::uint64_t content_digest() const;
+  [[nodiscard]] std::uint64_t signature_checks() const { return key_.checks(); }
 
  private:
   std::uint32_t session_;
+  ToySignatures key_;
   oracle::AlignedMemory memory_;
   Replicas replicas_;
   Exchange exchange_;
@@ -55,7 +62,8 @@ class Robot {
 class Network {
  public:
   Network(int robots, const Link& link, std::uint64_t seed,
-          ReplicasConfig replicas = default_replicas(), ExchangeConfig config = {});
+          ReplicasConfig replicas = default_replicas(), ExchangeConfig config = {},
+          bool with_signatures = false);
   [[nodiscard]] static ReplicasConfig default_replicas();
 
   [[nodiscard]] int size() const { return static_cast<int>(robots_.size()); }
@@ -99,8 +107,11 @@ class Network {
   [[nodiscard]] bool hears(int from, int to) const;
 
   oracle::Random random_;
+  [[nodiscard]] std::unique_ptr<Robot> new_robot(std::size_t i) const;
+
   ReplicasConfig replicas_;
   ExchangeConfig config_;
+  bool with_signatures_;
   std::vector<std::unique_ptr<Robot>> robots_;
   std::vector<std::uint32_t> sessions_;
   std::vector<Link> links_;

@@ -138,7 +138,7 @@ TEST_CASE("wire: records of a chunk come back as they were, and no others") {
     }
     REQUIRE(written == records.size());
     ByteReader from = body.reader();
-    RecordReader reader(from, range);
+    RecordReader reader(from, {.range = range});
     for (const ChunkRecord& record : records) {
       ChunkRecord read;
       REQUIRE(reader.read(read));
@@ -153,7 +153,7 @@ TEST_CASE("wire: records of a chunk come back as they were, and no others") {
     // Versions beyond the range are none of the chunk's.
     if (!records.empty()) {
       ByteReader again = body.reader();
-      RecordReader short_of_one(again, {range.first, records.back().version.number - 1});
+      RecordReader short_of_one(again, {.range = {range.first, records.back().version.number - 1}});
       ChunkRecord read;
       std::size_t fine = 0;
       while (fine < records.size() && short_of_one.read(read)) ++fine;
@@ -176,7 +176,7 @@ TEST_CASE("wire: any bytes are read within their bounds") {
     ChunkHeader header;
     if (!read_chunk_header(from, header)) continue;
     CHECK(header.range.first >= 1);
-    RecordReader reader(from, header.range);
+    RecordReader reader(from, header);
     ChunkRecord record;
     std::uint32_t before = header.range.first - 1;
     while (from.remaining() != 0 && reader.read(record)) {

@@ -14,6 +14,7 @@
 #include "tessera/exchange/exchange_config.hpp"
 #include "tessera/exchange/peer_table.hpp"
 #include "tessera/exchange/publication.hpp"
+#include "tessera/exchange/record_proof.hpp"
 #include "tessera/exchange/wire.hpp"
 #include "tessera/map/block_content.hpp"
 
@@ -26,11 +27,13 @@ class Exchange {
   [[nodiscard]] static std::size_t required_bytes(const ExchangeConfig& config,
                                                   int num_components) noexcept;
   /// Fails with kInvalidArgument iff a setting is out of its range; kResourceExhausted iff the
-  /// arena is too small. What store and authenticator name must outlive it.
+  /// arena is too small. What store, authenticator and signatures name must outlive it. With
+  /// signatures nothing is taken that its origin did not sign, and a fleet has all of them or none.
   [[nodiscard]] static Result<Exchange> make(Arena& arena, const ExchangeConfig& config,
                                              const ReplicaStore& store,
                                              const Authenticator& authenticator,
-                                             const ClassTable& classes) noexcept;
+                                             const ClassTable& classes,
+                                             const Signatures& signatures = {}) noexcept;
   /// Of no use before one that was made is moved here.
   Exchange() noexcept = default;
 
@@ -90,6 +93,7 @@ class Exchange {
     std::uint32_t announced_frame = 0;
     std::uint32_t frame_revision = 0;
     Matrix34d T_global_map = Matrix34d::Identity();
+    Signature frame_signature{};
     std::uint64_t digest = 0;  ///< Sum over its parts.
     Coverage coverage;
     std::int64_t request_due_us = kNever;
@@ -157,6 +161,8 @@ class Exchange {
                              std::int64_t now_us) noexcept;
   [[nodiscard]] bool hear(Peer& peer, const DatagramHeader& header, ByteReader& body,
                           std::int64_t now_us) noexcept;
+  [[nodiscard]] bool is_signed_by_sender(const DatagramHeader& header,
+                                         std::span<const std::byte> message) const noexcept;
   [[nodiscard]] bool hear_announcement(ByteReader& body, const DatagramHeader& header, bool last,
                                        std::int64_t now_us) noexcept;
   void note_latest(Contribution& contribution, const AnnouncedContribution& announced,
@@ -170,9 +176,16 @@ class Exchange {
     bool well_formed = true;
     bool grew = false;     ///< The coverage did.
     bool refused = false;  ///< There was no room for some.
+    bool forged = false;   ///< Its origin did not sign what is said.
   };
-  [[nodiscard]] Taken take_records(Contribution& contribution, ByteReader& body,
-                                   VersionRange range) noexcept;
+  [[nodiscard]] Taken take_chunk(Contribution& contribution, const ChunkHeader& header,
+                                 ByteReader& body) noexcept;
+  [[nodiscard]] Taken check_chunk(const Contribution& contribution, const ChunkHeader& header,
+                                  ByteReader records) noexcept;
+  [[nodiscard]] Taken take_records(Contribution& contribution, const ChunkHeader& header,
+                                   ByteReader records) noexcept;
+  [[nodiscard]] std::span<const std::byte> to_keep(std::span<const std::byte> coded,
+                                                   std::span<const std::byte> proof) const noexcept;
   [[nodiscard]] bool hear_frame(ByteReader& body) noexcept;
   void note_lack(Contribution& contribution, std::int64_t now_us) noexcept;
   void note_digest(Contribution& contribution, const AnnouncedContribution& announced,
@@ -188,6 +201,8 @@ class Exchange {
   [[nodiscard]] bool write_request(ByteWriter& to, std::int64_t now_us) noexcept;
   [[nodiscard]] bool write_chunk(ByteWriter& to, std::int64_t now_us) noexcept;
   void write_batch(ByteWriter& to, Batch& batch) noexcept;
+  [[nodiscard]] std::size_t sign(DatagramKind kind, std::span<std::byte> into,
+                                 std::size_t size) noexcept;
   void collect(Batch& batch) noexcept;
   [[nodiscard]] bool next_fresh() noexcept;
   [[nodiscard]] bool next_answer(std::int64_t now_us) noexcept;
@@ -195,6 +210,7 @@ class Exchange {
   ExchangeConfig config_{};
   ReplicaStore store_{};
   Authenticator authenticator_{};
+  Signatures signatures_{};
   ConfigurationDetails details_{};
   std::uint32_t configuration_ = 0;
   int num_components_ = 0;
@@ -224,7 +240,12 @@ class Exchange {
   bool started_ = false;
   BlockContent content_{};
   std::span<std::byte> packed_;  ///< Scratch for a packed block.
-  std::span<std::byte> coded_;   ///< Scratch for a record.
+  std::span<std::byte> coded_;   ///< Scratch for a block's code.
+  std::span<std::byte> kept_;    ///< Scratch for what is kept of a record as it came.
+  HashTree tree_{};              ///< Of the records of a chunk.
+  Signature signature_{};        ///< Of the chunk or frame that is received or sent.
+  bool proofs_ = false;          ///< The chunk that is sent has them, and no signature.
+  ProofCheck proof_check_{};
   ExchangeReport counted_{};
 
   static constexpr std::uint32_t kNobody = ~std::uint32_t{0};

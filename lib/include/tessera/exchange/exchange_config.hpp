@@ -66,6 +66,7 @@ struct ExchangeReport {
   std::uint64_t refused_size = 0;           ///< Shorter than a header and a tag, or too long.
   std::uint64_t refused_format = 0;         ///< No header of this format.
   std::uint64_t refused_tag = 0;            ///< Damaged, or of none who has the key.
+  std::uint64_t refused_signature = 0;      ///< Not signed by who is said to have said it.
   std::uint64_t refused_configuration = 0;  ///< Another resolution, class table or scale.
   std::uint64_t refused_replay = 0;         ///< Heard before, or of an earlier session.
   std::uint64_t refused_robot = 0;          ///< Another robot with this one's number.

@@ -11,6 +11,7 @@
 #include "tessera/base/byte_io.hpp"
 #include "tessera/base/geometry.hpp"
 #include "tessera/exchange/authenticator.hpp"
+#include "tessera/exchange/signatures.hpp"
 #include "tessera/fusion/replicas.hpp"
 #include "tessera/semantics/class_table.hpp"
 
@@ -29,12 +30,20 @@ enum class DatagramKind : std::uint8_t {
   kLeave = 5,     ///< Its sender says no more.
 };
 
+/// Said by its sender of itself, and once; what is not is of a contribution's origin, and may be
+/// passed on.
+[[nodiscard]] constexpr bool is_control(DatagramKind kind) noexcept {
+  return kind == DatagramKind::kAnnounce || kind == DatagramKind::kRequest ||
+         kind == DatagramKind::kLeave;
+}
+
 struct DatagramHeader {
   DatagramKind kind = DatagramKind::kAnnounce;
   std::uint32_t configuration = 0;  ///< ConfigurationDetails::checksum of the sender's.
   std::uint32_t sender = 0;         ///< Robot.
   std::uint32_t session = 0;        ///< Higher with every start of the sender.
   std::uint32_t sequence = 0;       ///< Higher with every datagram of a session.
+  bool is_signed = false;           ///< Its fleet signs what it says.
 };
 
 /// What robots must have alike to fuse what the others say.
@@ -82,17 +91,19 @@ struct RequestedContribution {
 /// What all records of a chunk are of. In the range they are all that is not superseded: who has
 /// them lacks nothing there.
 struct ChunkHeader {
-  ContributionId id;
-  VersionRange range;
+  ContributionId id{};
+  VersionRange range{};
   bool all = false;          ///< Also those that only fill in for later versions.
   std::uint64_t digest = 0;  ///< With all: of what its sender has of the contribution.
+  bool proofs = false;       ///< Each record has its own: its origin signed them in other chunks.
 };
 
 /// A part of a block as it goes over the wire.
 struct ChunkRecord {
   BlockCoord block;
   PartVersion version;
-  std::span<const std::byte> coded;  ///< block_codec.hpp
+  std::span<const std::byte> coded;    ///< block_codec.hpp
+  std::span<const std::byte> proof{};  ///< record_proof.hpp; none: the chunk's signature is.
 };
 
 struct FrameBody {
@@ -101,12 +112,14 @@ struct FrameBody {
   Matrix34d T_global_map = Matrix34d::Identity();
 };
 
+/// A record's proof: which leaf of how many, their path, and the signature.
+inline constexpr std::size_t kMostProofBytes = 1 + 4 * kHashBytes + kSignatureBytes;
 /// Bytes of a record's own, beside what is coded, at most.
 inline constexpr std::size_t kMostRecordHeaderBytes = 1 + 5 + 3 * 5 + 2;
 inline constexpr std::size_t kMostChunkHeaderBytes = 29;
 /// What fits a datagram whatever else the record says.
 inline constexpr std::size_t kMostCodedBytes =
-    kMostBodyBytes - kMostChunkHeaderBytes - kMostRecordHeaderBytes;
+    kMostBodyBytes - kMostChunkHeaderBytes - kMostRecordHeaderBytes - kMostProofBytes;
 
 // --- Writing. Each call writes all or nothing: false iff it does not fit. ------------------------
 
@@ -141,13 +154,17 @@ bool read_frame(ByteReader& from, FrameBody& frame) noexcept;
 
 class RecordReader {
  public:
-  RecordReader(ByteReader& from, VersionRange range) noexcept
-      : from_(from), range_(range), version_(range.first - 1) {}
+  RecordReader(ByteReader& from, const ChunkHeader& header) noexcept
+      : from_(from),
+        range_(header.range),
+        proofs_(header.proofs),
+        version_(header.range.first - 1) {}
   bool read(ChunkRecord& record) noexcept;
 
  private:
   ByteReader& from_;
   VersionRange range_;
+  bool proofs_;
   std::uint32_t version_;
   BlockCoord block_{};
 };

@@ -1,0 +1,25 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// A robot's key and its fleet's public ones, as the exchange calls them.
+#pragma once
+
+#include "security/record_signature.hpp"
+
+namespace tessera {
+
+class FleetSignatures {
+ public:
+  /// Fails with kUsage iff verifier does not know the signer's robot by the key that it signs with.
+  static Outcome<FleetSignatures> make(RecordSigner signer, RecordVerifier verifier);
+  /// For the exchange: Ed25519, and BLAKE2b of 128 bits as the hash. This must outlive it and stay
+  /// where it is.
+  [[nodiscard]] Signatures signatures() noexcept;
+
+ private:
+  FleetSignatures(RecordSigner signer, RecordVerifier verifier) noexcept
+      : signer_(std::move(signer)), verifier_(std::move(verifier)) {}
+  RecordSigner signer_;
+  RecordVerifier verifier_;
+};
+
+}  // namespace tessera

@@ -1,0 +1,171 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// With signatures no robot speaks for another, though it has the fleet's key and passes on what the
+// other said.
+#include <catch2/catch.hpp>
+
+#include "network/forger.hpp"
+#include "network/simulated_network.hpp"
+
+namespace tessera::network {
+namespace {
+
+constexpr std::int64_t kSecond = 1'000'000;
+
+struct Team : Network {
+  Team(int robots, const Link& link, std::uint64_t seed)
+      : Network(robots, link, oracle::announce_seed(seed), default_replicas(), {}, true) {}
+  /// Each robot that is on publishes so many blocks, one a tenth of a second.
+  void publish(int blocks, const std::vector<int>& robots) {
+    for (int block = 0; block < blocks; ++block) {
+      for (const int i : robots) {
+        const int x = random().below(40);
+        const int voxels = 1 + random().below(200);
+        REQUIRE(robot(i).publish(*pack({x, i, 0}), random(), voxels).ok());
+      }
+      run(kSecond / 10);
+    }
+  }
+};
+
+/// What a robot says within so long, nobody answering.
+std::vector<std::vector<std::byte>> said(Robot& robot, std::int64_t from_us, std::int64_t for_us) {
+  std::vector<std::vector<std::byte>> all;
+  std::vector<std::byte> datagram(kMostDatagramBytes);
+  for (std::int64_t now_us = from_us; now_us < from_us + for_us; now_us += kTickUs) {
+    while (const std::size_t size = robot.exchange().send(now_us, datagram))
+      all.emplace_back(datagram.begin(), datagram.begin() + static_cast<std::ptrdiff_t>(size));
+  }
+  return all;
+}
+
+TEST_CASE(
+    "signatures: a team over a bad network agrees, late joiners hear of robots that are gone") {
+  Team team(4, {.loss = 0.1, .jitter_us = 80'000, .duplicate = 0.05, .corrupt = 0.02}, 561);
+  team.switch_off(3);
+  team.publish(40, {0, 1, 2});
+  team.restart(1);
+  team.publish(10, {0, 1, 2});
+  REQUIRE(team.settle(120 * kSecond));
+  team.switch_off(0);
+  team.switch_off(1);
+  team.switch_on(3);
+  REQUIRE(team.settle(120 * kSecond));
+  const Replicas& late = team.robot(3).replicas();
+  for (const ContributionId id : {ContributionId{0, 1, 0}, {1, 1, 0}, {1, 2, 0}, {2, 1, 0}})
+    CHECK(late.contribution(*late.find(id)).blocks > 0);
+  for (int i = 0; i < 4; ++i) CHECK(team.robot(i).exchange().report().refused_signature == 0);
+}
+
+TEST_CASE("signatures: one check does for all records that were signed together") {
+  Team team(2, {}, 562);
+  team.publish(1, {0});
+  for (int i = 0; i < 200; ++i)
+    REQUIRE(team.robot(0).publish(*pack({i, 5, 0}), team.random(), 5).ok());
+  REQUIRE(team.settle(10 * kSecond));
+  const ExchangeReport report = team.robot(1).exchange().report();
+  CHECK(report.records_taken >= 200);
+  CHECK(team.robot(1).signature_checks() < report.records_taken / 4);
+  // What is heard again is not checked again.
+  const auto again = said(team.robot(0), team.now_us(), 5 * kSecond);
+  for (const auto& datagram : again) team.robot(1).exchange().receive(datagram, team.now_us());
+  const std::uint64_t before = team.robot(1).signature_checks();
+  for (const auto& datagram : again) team.robot(1).exchange().receive(datagram, team.now_us());
+  CHECK(team.robot(1).signature_checks() == before);
+}
+
+TEST_CASE("signatures: who signs by another key is not heard in a robot's name") {
+  Team team(2, {}, 563);
+  team.publish(10, {0, 1});
+  REQUIRE(team.settle(10 * kSecond));
+  Exchange& exchange = team.robot(0).exchange();
+  const std::uint64_t digest = exchange.digest();
+  const std::uint64_t content = team.robot(0).content_digest();
+  // Robot 2, which has the fleet's key, says it were robot 1, in a session that is newer.
+  Robot forger(1, 9, Network::default_replicas(), {}, 2);
+  REQUIRE(forger.exchange().open(1, 0, Matrix34d::Identity()) == Status::kOk);
+  for (int i = 0; i < 30; ++i) REQUIRE(forger.publish(*pack({i, 1, 0}), team.random(), 40).ok());
+  const auto datagrams = said(forger, team.now_us(), 3 * kSecond);
+  for (const auto& datagram : datagrams) exchange.receive(datagram, team.now_us());
+  const ExchangeReport report = exchange.report();
+  CHECK(report.refused_signature > datagrams.size() / 2);
+  CHECK(team.robot(0).content_digest() == content);
+  CHECK(exchange.digest() == digest);
+  // Nor does the robot itself seem to have started anew.
+  team.publish(3, {1});
+  REQUIRE(team.settle(10 * kSecond));
+}
+
+TEST_CASE("signatures: what is passed on is what its origin said, or nothing") {
+  Team team(3, {}, 564);
+  team.publish(20, {0});
+  REQUIRE(team.settle(10 * kSecond));
+  team.switch_off(0);
+  team.restart(2);
+  // What robot 1 answers to the one that knows nothing.
+  std::vector<std::vector<std::byte>> passed_on;
+  std::vector<std::byte> datagram(kMostDatagramBytes);
+  for (std::int64_t now_us = 0; now_us < 5 * kSecond; now_us += kTickUs) {
+    const std::int64_t at_us = team.now_us() + now_us;
+    while (const std::size_t size = team.robot(2).exchange().send(at_us, datagram))
+      team.robot(1).exchange().receive(std::span(datagram).first(size), at_us);
+    while (const std::size_t size = team.robot(1).exchange().send(at_us, datagram)) {
+      passed_on.emplace_back(datagram.begin(),
+                             datagram.begin() + static_cast<std::ptrdiff_t>(size));
+      const bool is_chunk = (datagram[3] & std::byte{0x7f}) == std::byte{3};
+      if (!is_chunk) team.robot(2).exchange().receive(passed_on.back(), at_us);
+    }
+  }
+  std::uint64_t taken = 0;
+  oracle::Random& random = team.random();
+  for (int round = 0; round < 20'000; ++round) {
+    std::vector<std::byte> changed =
+        passed_on[static_cast<std::size_t>(random.below(static_cast<int>(passed_on.size())))];
+    if ((changed[3] & std::byte{0x7f}) != std::byte{3}) continue;
+    // Within the records: the range is said by whoever passes them on.
+    const std::size_t first = kHeaderBytes + 21;
+    const int within = static_cast<int>(changed.size() - first - kTagBytes);
+    changed[first + static_cast<std::size_t>(random.below(within))] ^=
+        static_cast<std::byte>(1 + random.below(255));
+    Forger::seal(changed);
+    team.robot(2).exchange().receive(changed, team.now_us() + 6 * kSecond);
+    taken = team.robot(2).exchange().report().records_taken;
+  }
+  CHECK(team.robot(2).exchange().report().refused_signature > 20);
+  CHECK(taken > 0);
+  // Each record that was taken is as robot 1 has it.
+  const Replicas& heard = team.robot(2).replicas();
+  const Replicas& known = team.robot(1).replicas();
+  const Replicas::Slot heard_slot = *heard.find({0, 1, 0});
+  const Replicas::Slot known_slot = *known.find({0, 1, 0});
+  std::vector<std::byte> a(1U << 14U);
+  std::vector<std::byte> b(1U << 14U);
+  for (std::uint32_t at = heard.contribution(heard_slot).first_block; at != 0;
+       at = heard.record(at).next) {
+    const Replicas::Replica& part = heard.record(at);
+    if (part.live == 0) continue;
+    const Replicas::Replica* same = known.find(known_slot, {part.key});
+    while (same != nullptr && same->version != part.version) same = known.next_part(*same);
+    REQUIRE(same != nullptr);
+    const auto bytes = heard.read(part, a);
+    const auto wanted = known.read(*same, b);
+    CHECK(std::equal(bytes.begin(), bytes.end(), wanted.begin(), wanted.end()));
+  }
+}
+
+TEST_CASE("signatures: fleets with and without them do not hear each other") {
+  Team team(1, {}, 565);
+  Robot without(5, 1, Network::default_replicas(), {});
+  for (const auto& datagram : said(team.robot(0), 0, 2 * kSecond))
+    without.exchange().receive(datagram, 0);
+  for (const auto& datagram : said(without, 0, 2 * kSecond))
+    team.robot(0).exchange().receive(datagram, 0);
+  for (const Robot* robot : {&team.robot(0), &without}) {
+    const ExchangeReport report = robot->exchange().report();
+    CHECK(report.refused_signature == report.received);
+    CHECK(report.contributions == 1);
+  }
+}
+
+}  // namespace
+}  // namespace tessera::network
