@@ -85,21 +85,6 @@ struct Drive {
   MovingWindow window;
 };
 
-/// Of the key files that the settings name; none if they name none.
-Outcome<std::optional<FleetSignatures>> signatures_of(const Settings& settings) {
-  if (settings.secret.empty()) return std::optional<FleetSignatures>();
-  const Outcome<RobotSecret> secret = read_robot_secret(settings.secret);
-  if (!secret.ok()) return secret.failure();
-  Outcome<std::vector<RobotPublic>> keys = read_public_keys(settings.public_keys);
-  if (!keys.ok()) return keys.failure();
-  Outcome<RecordSigner> signer = RecordSigner::make(*secret);
-  Outcome<RecordVerifier> verifier = RecordVerifier::make(std::move(*keys));
-  if (!signer.ok() || !verifier.ok()) return signer.ok() ? verifier.failure() : signer.failure();
-  Outcome<FleetSignatures> fleet = FleetSignatures::make(std::move(*signer), std::move(*verifier));
-  if (!fleet.ok()) return fleet.failure();
-  return std::optional<FleetSignatures>(std::move(*fleet));
-}
-
 void report(const Drive& drive, const Published& published, const Disagreement& disagreement,
             std::vector<double> tick_ms, double seconds) {
   const PublisherTotals& totals = drive.publisher.totals();
@@ -134,12 +119,16 @@ void report(const Drive& drive, const Published& published, const Disagreement& 
 }
 
 Outcome<void> measure(const Settings& settings) {
-  DatasetOptions scans;
-  scans.labels = settings.labels;
-  const Outcome<Scene> scene = load_scene(settings.dataset, scans);
+  DatasetOptions of_dataset;
+  of_dataset.labels = settings.labels;
+  const Outcome<Scene> scene = load_scene(settings.dataset, of_dataset);
   if (!scene.ok()) return scene.failure();
-  Outcome<std::optional<FleetSignatures>> fleet = signatures_of(settings);
-  if (!fleet.ok()) return fleet.failure();
+  std::optional<FleetSignatures> fleet;
+  if (!settings.secret.empty()) {
+    Outcome<FleetSignatures> read = FleetSignatures::read(settings.secret, settings.public_keys);
+    if (!read.ok()) return read.failure();
+    fleet.emplace(std::move(*read));
+  }
   MapConfig map_config;
   map_config.tuple = TuplePolicy::kCompact;
   map_config.storage_bytes = std::size_t{512} << 20U;
@@ -159,7 +148,7 @@ Outcome<void> measure(const Settings& settings) {
   if (!map.ok() || !integrator.ok() || !publisher.ok() || !window.ok())
     return Failure{"a setting is out of its range", FailureKind::kUsage};
   Drive drive{std::move(*map), std::move(*integrator), std::move(*publisher), *window};
-  Published published(map_config, scene->classes, *fleet ? (*fleet)->signatures() : Signatures{});
+  Published published(map_config, scene->classes, fleet ? fleet->signatures() : Signatures{});
   if (!published.ok()) return Failure{"nothing can be published", FailureKind::kFailure};
   Disagreement disagreement(drive.map);
   const BlockArchive archive{&drive.publisher,

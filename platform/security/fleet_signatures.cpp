@@ -21,6 +21,19 @@ Outcome<FleetSignatures> FleetSignatures::make(RecordSigner signer, RecordVerifi
   return FleetSignatures(std::move(signer), std::move(verifier));
 }
 
+Outcome<FleetSignatures> FleetSignatures::read(const std::string& robot_secret,
+                                               const std::string& public_keys) {
+  const Outcome<RobotSecret> secret = read_robot_secret(robot_secret);
+  if (!secret.ok()) return secret.failure();
+  Outcome<std::vector<RobotPublic>> keys = read_public_keys(public_keys);
+  if (!keys.ok()) return keys.failure();
+  Outcome<RecordSigner> signer = RecordSigner::make(*secret);
+  if (!signer.ok()) return signer.failure();
+  Outcome<RecordVerifier> verifier = RecordVerifier::make(std::move(*keys));
+  if (!verifier.ok()) return verifier.failure();
+  return make(std::move(*signer), std::move(*verifier));
+}
+
 Signatures FleetSignatures::signatures() noexcept {
   return {.context = this,
           .sign =

@@ -3,6 +3,8 @@
 // A robot's key and its fleet's public ones, as the exchange calls them.
 #pragma once
 
+#include <string>
+
 #include "security/record_signature.hpp"
 
 namespace tessera {
@@ -11,6 +13,10 @@ class FleetSignatures {
  public:
   /// Fails with kUsage iff verifier does not know the signer's robot by the key that it signs with.
   static Outcome<FleetSignatures> make(RecordSigner signer, RecordVerifier verifier);
+  /// Of files as read_robot_secret() and read_public_keys() take them. Fails as they do, and as
+  /// make().
+  static Outcome<FleetSignatures> read(const std::string& robot_secret,
+                                       const std::string& public_keys);
   /// For the exchange: Ed25519, and BLAKE2b of 128 bits as the hash. This must outlive it and stay
   /// where it is.
   [[nodiscard]] Signatures signatures() noexcept;

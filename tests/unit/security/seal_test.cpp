@@ -172,9 +172,9 @@ TEST_CASE("FleetSignatures: as the exchange calls them") {
 TEST_CASE("FleetSignatures: a robot that the fleet does not know cannot start") {
   const KeyFolder folder;
   REQUIRE(make_robot_key(7, folder.path()).ok());
-  Outcome<RobotSecret> other = read_robot_secret(folder.file("robot_7.key"));
-  Outcome<FleetSignatures> fleet =
-      FleetSignatures::make(std::move(*RecordSigner::make(*other)), sample_verifier());
+  CHECK(FleetSignatures::read(folder.file("robot_7.key"), folder.file("robot_7.pub")).ok());
+  const Outcome<FleetSignatures> fleet =
+      FleetSignatures::read(folder.file("robot_7.key"), folder.write("p", kPublicLine));
   REQUIRE_FALSE(fleet.ok());
   CHECK(fleet.failure().kind == FailureKind::kUsage);
   CHECK(fleet.failure().message.find("robot 7") != std::string::npos);
