@@ -115,12 +115,8 @@ std::pair<double, double> time_of(const std::vector<std::vector<std::byte>>& cod
 }
 
 Outcome<Json> measure(const Options& options, Records& records) {
-  const Outcome<Scene> scene = load_scene(options);
-  if (!scene.ok()) return scene.failure();
-  Outcome<Mapper> mapper = Mapper::make(kCommandMode, *scene, options.resolution_m);
+  Outcome<Mapper> mapper = map_as_command(options);
   if (!mapper.ok()) return mapper.failure();
-  const Outcome<void> mapped = mapper->integrate_all(*scene);
-  if (!mapped.ok()) return mapped.failure();
   Counting counting(mapper->map());
   for_each_content(*mapper, [&](BlockContent& content) { counting.add(content); });
   const Counts& counts = counting.counts;

@@ -16,6 +16,17 @@ inline constexpr Mode kCommandMode{.name = "command",
                                    .storage_bytes = std::size_t{512} << 20U,
                                    .max_range_m = 40.0F};
 
+/// The options' scans, mapped so. Fails as load_scene() and Mapper do.
+inline Outcome<Mapper> map_as_command(const Options& options) {
+  const Outcome<Scene> scene = load_scene(options);
+  if (!scene.ok()) return scene.failure();
+  Outcome<Mapper> mapper = Mapper::make(kCommandMode, *scene, options.resolution_m);
+  if (!mapper.ok()) return mapper.failure();
+  const Outcome<void> mapped = mapper->integrate_all(*scene);
+  if (!mapped.ok()) return mapped.failure();
+  return mapper;
+}
+
 /// A block's content in memory of its own.
 class OwnContent {
  public:

@@ -34,12 +34,8 @@ struct Census {
 };
 
 Outcome<Json> measure(const Options& options, Records&) {
-  const Outcome<Scene> scene = load_scene(options);
-  if (!scene.ok()) return scene.failure();
-  Outcome<Mapper> mapper = Mapper::make(kCommandMode, *scene, options.resolution_m);
+  Outcome<Mapper> mapper = map_as_command(options);
   if (!mapper.ok()) return mapper.failure();
-  const Outcome<void> mapped = mapper->integrate_all(*scene);
-  if (!mapped.ok()) return mapped.failure();
   Census census;
   for_each_content(*mapper, [&](BlockContent& content) {
     quantise(content);
