@@ -112,5 +112,6 @@ void measure_voxels(Meter& meter);
 void measure_reading(Meter& meter);
 void measure_blocks(Meter& meter);
 void measure_fusion(Meter& meter);
+void measure_exchange(Meter& meter);
 
 }  // namespace tessera::bench

@@ -20,6 +20,7 @@ int main(int argc, char** argv) {
   measure_reading(meter);
   measure_blocks(meter);
   measure_fusion(meter);
+  measure_exchange(meter);
   Outcome<AtomicFile> file = AtomicFile::open(argv[1]);
   if (!file.ok()) return 2;
   const std::string text = meter.cases().dump(1) + "\n";

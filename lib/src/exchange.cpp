@@ -22,7 +22,7 @@ constexpr std::size_t kMostKept = 1 + kMostProofBytes + kMostCodedBytes;
 bool valid(const ExchangeConfig& config) noexcept {
   return config.contributions > config.own_contributions && config.own_contributions >= 1 &&
          config.contributions <= Replicas::kMostContributions && config.peers >= 1 &&
-         config.answers >= 1 && config.burst_bytes >= kMostDatagramBytes &&
+         config.answers >= 1 && config.fresh >= 1 && config.burst_bytes >= kMostDatagramBytes &&
          config.announce_us > 0 && config.announce_soon_us > 0 && config.request_us > 0 &&
          config.request_most_us >= config.request_us && config.answer_us > 0;
 }
@@ -31,8 +31,8 @@ bool valid(const ExchangeConfig& config) noexcept {
 
 std::size_t Exchange::required_bytes(const ExchangeConfig& config, int num_components) noexcept {
   return arena_bytes<Contribution>(config.contributions) + arena_bytes<Answer>(config.answers) +
-         PeerTable::required_bytes(config.peers) + arena_bytes<Batch>(kBatches) +
-         BlockContent::required_bytes(num_components) +
+         arena_bytes<Fresh>(config.fresh) + PeerTable::required_bytes(config.peers) +
+         arena_bytes<Batch>(kBatches) + BlockContent::required_bytes(num_components) +
          arena_bytes<std::byte>(most_packed_bytes(num_components)) +
          arena_bytes<std::byte>(kMostCoded) + arena_bytes<std::byte>(kMostKept);
 }
@@ -56,14 +56,15 @@ Result<Exchange> Exchange::make(Arena& arena, const ExchangeConfig& config,
   exchange.random_ = mix64((std::uint64_t{config.robot} << 32U) + config.session);
   exchange.contributions_ = arena.take<Contribution>(config.contributions);
   exchange.answers_ = arena.take<Answer>(config.answers);
+  exchange.fresh_ = arena.take<Fresh>(config.fresh);
   Result<PeerTable> peers = PeerTable::make(arena, config.peers);
   exchange.batches_ = arena.take<Batch>(kBatches);
   Result<BlockContent> content = BlockContent::make(arena, exchange.num_components_);
   exchange.packed_ = arena.take<std::byte>(most_packed_bytes(exchange.num_components_));
   exchange.coded_ = arena.take<std::byte>(kMostCoded);
   exchange.kept_ = arena.take<std::byte>(kMostKept);
-  if (exchange.contributions_.empty() || exchange.answers_.empty() || !peers.ok() ||
-      exchange.batches_.empty() || !content.ok() || exchange.packed_.empty() ||
+  if (exchange.contributions_.empty() || exchange.answers_.empty() || exchange.fresh_.empty() ||
+      !peers.ok() || exchange.batches_.empty() || !content.ok() || exchange.packed_.empty() ||
       exchange.coded_.empty() || exchange.kept_.empty())
     return Status::kResourceExhausted;
   exchange.peers_ = *peers;
@@ -169,6 +170,7 @@ Status Exchange::open(std::uint32_t epoch, std::uint32_t submap,
   contribution->frame_due_us = 0;
   publishing_ = number_of(*contribution);
   sent_ = 0;
+  fresh_count_ = 0;
   announce_due_us_ = 0;
   return Status::kOk;
 }

@@ -41,10 +41,43 @@ Status Exchange::publish_parts(Contribution& contribution, BlockKey key,
     }
     contribution.latest = version.number;
     contribution.coverage.add({1, version.number});
+    note_fresh(key, version.number);
     bytes += static_cast<std::uint32_t>(coded) + 8;
     ++counted_.published_parts;
   }
   return Status::kOk;
+}
+
+void Exchange::note_fresh(BlockKey key, std::uint32_t version) noexcept {
+  if (fresh_count_ == fresh_.size()) {
+    fresh_first_ = (fresh_first_ + 1) % fresh_.size();
+    --fresh_count_;
+  }
+  fresh_[(fresh_first_ + fresh_count_++) % fresh_.size()] = {key, version};
+}
+
+/// As collect(), of what was published last: O(kMostParts), or what collect() takes where more
+/// waits than is noted.
+void Exchange::collect_fresh(Batch& batch) noexcept {
+  if (fresh_count_ == 0 || fresh_[fresh_first_].version != batch.range.first) {
+    if (fresh_count_ != 0) batch.range.last = fresh_[fresh_first_].version - 1;
+    collect(batch);
+    return;
+  }
+  batch.count = batch.next = 0;
+  const Slot slot = contributions_[batch.contribution].slot;
+  while (fresh_count_ != 0 && batch.count < Batch::kMostParts) {
+    const Fresh& fresh = fresh_[fresh_first_];
+    const Replicas::Replica* part = store_.replicas->find(slot, fresh.key);
+    while (part != nullptr && (part->version != fresh.version || part->live == 0))
+      part = store_.replicas->next_part(*part);
+    // Else it is superseded already.
+    if (part != nullptr && part->latest())
+      batch.parts[batch.count++] = {store_.replicas->number_of(*part), fresh.version};
+    batch.range.last = fresh.version;
+    fresh_first_ = (fresh_first_ + 1) % fresh_.size();
+    --fresh_count_;
+  }
 }
 
 Result<std::uint32_t> Exchange::publish(BlockKey key, const BlockContent& content) noexcept {

@@ -166,7 +166,7 @@ bool Exchange::next_fresh() noexcept {
   if (sent_ >= own.latest) return false;
   batch.contribution = publishing_;
   batch.range = {sent_ + 1, own.latest};
-  collect(batch);
+  collect_fresh(batch);
   sent_ = batch.range.last;
   return true;
 }

@@ -169,6 +169,19 @@ TEST_CASE("network: a robot without room keeps what it has, and does not ask wit
   CHECK(network.sent_bytes() - sent < 100 * 3 * 20'000);
 }
 
+TEST_CASE("network: more than is noted of what is to be sent goes out all the same") {
+  ExchangeConfig config;
+  config.fresh = 3;
+  config.bytes_per_s = 20'000;
+  config.burst_bytes = 4'000;
+  Network network(2, {}, oracle::announce_seed(509), Network::default_replicas(), config);
+  for (int i = 0; i < 600; ++i)
+    REQUIRE(network.robot(0).publish(*pack({i % 500, 0, 0}), network.random(), 5).ok());
+  drive(network, 3 * kSecond, 30, false);
+  REQUIRE(network.settle(120 * kSecond));
+  CHECK(network.robot(1).exchange().report().requests < 5);
+}
+
 TEST_CASE("network: who is excluded is gone, and heard no more") {
   Network network(3, {}, oracle::announce_seed(507));
   drive(network, 3 * kSecond, 40);

@@ -134,6 +134,12 @@ class Exchange {
     [[nodiscard]] bool empty() const noexcept { return range.first > range.last; }
   };
 
+  /// A part that was published.
+  struct Fresh {
+    BlockKey key{};
+    std::uint32_t version = 0;
+  };
+
   static constexpr std::int64_t kNever = INT64_MAX;
   static constexpr std::int64_t kLongAgo = INT64_MIN / 2;
   /// Requests without an answer after which nobody is expected to have it.
@@ -204,6 +210,8 @@ class Exchange {
   [[nodiscard]] std::size_t sign(DatagramKind kind, std::span<std::byte> into,
                                  std::size_t size) noexcept;
   void collect(Batch& batch) noexcept;
+  void note_fresh(BlockKey key, std::uint32_t version) noexcept;
+  void collect_fresh(Batch& batch) noexcept;
   [[nodiscard]] bool next_fresh() noexcept;
   [[nodiscard]] bool next_answer(std::int64_t now_us) noexcept;
 
@@ -225,7 +233,10 @@ class Exchange {
   std::uint32_t publishing_ = kNobody;             ///< The contribution that publish() is of.
   std::uint32_t opened_ = 0;                       ///< Times that open() succeeded.
   std::uint32_t first_epoch_ = ~std::uint32_t{0};  ///< The lowest that open() was called with.
-  std::uint32_t sent_ = 0;            ///< Of it, versions that went out or are in the batch.
+  std::uint32_t sent_ = 0;  ///< Of it, versions that went out or are in the batch.
+  std::span<Fresh> fresh_;  ///< A ring, in the order of versions, up to the latest.
+  std::size_t fresh_first_ = 0;
+  std::size_t fresh_count_ = 0;
   bool answer_next_ = false;          ///< New blocks and answers take turns.
   bool answered_ = false;             ///< The last chunk was an answer.
   std::uint32_t announced_next_ = 0;  ///< The contribution that the next announcement begins with.

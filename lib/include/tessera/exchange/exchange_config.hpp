@@ -25,6 +25,9 @@ struct ExchangeConfig {
   std::uint32_t own_contributions = 1;
   std::uint32_t peers = 64;    ///< Robots that are heard, at most.
   std::uint32_t answers = 64;  ///< Ranges of versions that others wait for, at most.
+  /// Parts that were published and have not gone out, which are found without a search; of more the
+  /// first are searched for among all.
+  std::uint32_t fresh = 4096;
   /// What send() gives in all, over any time, is at most this rate and a burst.
   std::uint32_t bytes_per_s = 1'500'000;
   std::uint32_t burst_bytes = 128U << 10U;

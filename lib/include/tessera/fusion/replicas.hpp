@@ -159,6 +159,9 @@ class Replicas {
   [[nodiscard]] const Replica& record(std::uint32_t number) const noexcept {
     return records_[number - 1];
   }
+  [[nodiscard]] std::uint32_t number_of(const Replica& replica) const noexcept {
+    return static_cast<std::uint32_t>(&replica - records_.data()) + 1;
+  }
   void set_frame(Slot slot, const GridTransform& T_global_local, std::uint32_t revision) noexcept {
     contributions_[slot].T_global_local = T_global_local;
     contributions_[slot].frame_revision = revision;
