@@ -6,15 +6,12 @@
 #include <stdexcept>
 #include <string>
 
-#include "tessera/base/crc32.hpp"
+#include "network/held.hpp"
 #include "tessera/exchange/block_codec.hpp"
-#include "tessera/map/packed_block.hpp"
 
 namespace tessera::network {
 
 namespace {
-
-constexpr int kComponents = kClasses + 2;
 
 template <class T>
 T made(Result<T> result) {
@@ -25,20 +22,21 @@ T made(Result<T> result) {
 }  // namespace
 
 Robot::Robot(std::uint32_t number, std::uint32_t session, const ReplicasConfig& replicas,
-             const ExchangeConfig& config, std::optional<std::uint32_t> key)
+             const ExchangeConfig& config, std::optional<std::uint32_t> key, int classes)
     : session_(session),
       key_(key.value_or(0)),
-      memory_(Replicas::required_bytes(replicas) + Exchange::required_bytes(config, kComponents) +
-              BlockContent::required_bytes(kComponents)) {
+      components_(classes + 2),
+      memory_(Replicas::required_bytes(replicas) + Exchange::required_bytes(config, components_) +
+              BlockContent::required_bytes(components_)) {
   Arena arena(memory_.span());
   replicas_ = made(Replicas::make(arena, replicas));
   ExchangeConfig own = config;
   own.robot = number;
   own.session = session;
   exchange_ = made(Exchange::make(arena, own, store_of(replicas_), crc_authenticator(),
-                                  oracle::numbered_classes(kClasses),
+                                  oracle::numbered_classes(classes),
                                   key ? key_.signatures() : Signatures{}));
-  content_ = made(BlockContent::make(arena, kComponents));
+  content_ = made(BlockContent::make(arena, components_));
   Matrix34d T_global_map = Matrix34d::Identity();
   T_global_map(0, 3) = number;
   if (exchange_.open(session, 0, T_global_map) != Status::kOk) throw std::runtime_error("open");
@@ -60,26 +58,7 @@ Result<std::uint32_t> Robot::publish(BlockKey key, oracle::Random& random, int v
 }
 
 std::uint64_t Robot::content_digest() const {
-  Digest digest;
-  std::vector<std::byte> bytes(most_packed_bytes(kComponents));
-  for (const Replicas::Slot slot : replicas_.in_order()) {
-    const Replicas::Contribution& contribution = replicas_.contribution(slot);
-    std::map<std::pair<std::uint64_t, std::uint8_t>, std::uint64_t> parts;
-    for (std::uint32_t at = contribution.first_block; at != 0; at = replicas_.record(at).next) {
-      const Replicas::Replica& part = replicas_.record(at);
-      if (part.live != 0 && part.bytes != 0)
-        parts[{part.key, part.live}] = crc32c(replicas_.read(part, bytes));
-    }
-    digest.add(contribution.id.robot);
-    digest.add(contribution.id.epoch);
-    digest.add(contribution.frame_revision);
-    for (const auto& [part, crc] : parts) {
-      digest.add(part.first);
-      digest.add(part.second);
-      digest.add(crc);
-    }
-  }
-  return digest.value();
+  return network::content_digest(replicas_, components_);
 }
 
 ReplicasConfig Network::default_replicas() {
@@ -88,8 +67,12 @@ ReplicasConfig Network::default_replicas() {
 }
 
 Network::Network(int robots, const Link& link, std::uint64_t seed, ReplicasConfig replicas,
-                 ExchangeConfig config, bool with_signatures)
-    : random_(seed), replicas_(replicas), config_(config), with_signatures_(with_signatures) {
+                 ExchangeConfig config, bool with_signatures, int classes)
+    : random_(seed),
+      replicas_(replicas),
+      config_(config),
+      with_signatures_(with_signatures),
+      classes_(classes) {
   config_.contributions = replicas.contributions;
   sessions_.assign(static_cast<std::size_t>(robots), 1);
   for (std::size_t i = 0; i < sessions_.size(); ++i) robots_.push_back(new_robot(i));
@@ -99,7 +82,7 @@ Network::Network(int robots, const Link& link, std::uint64_t seed, ReplicasConfi
 std::unique_ptr<Robot> Network::new_robot(std::size_t i) const {
   const auto number = static_cast<std::uint32_t>(i);
   const std::optional<std::uint32_t> key = with_signatures_ ? std::optional(number) : std::nullopt;
-  return std::make_unique<Robot>(number, sessions_[i], replicas_, config_, key);
+  return std::make_unique<Robot>(number, sessions_[i], replicas_, config_, key, classes_);
 }
 
 void Network::set_link(const Link& link) {

@@ -37,12 +37,14 @@ class Robot {
  public:
   /// key: whose it signs with; nobody's: it signs nothing.
   Robot(std::uint32_t number, std::uint32_t session, const ReplicasConfig& replicas,
-        const ExchangeConfig& config, std::optional<std::uint32_t> key = {});
+        const ExchangeConfig& config, std::optional<std::uint32_t> key = {},
+        int classes = kClasses);
   Robot(const Robot&) = delete;
   Robot& operator=(const Robot&) = delete;
   [[nodiscard]] Exchange& exchange() { return exchange_; }
   [[nodiscard]] const Exchange& exchange() const { return exchange_; }
   [[nodiscard]] Replicas& replicas() { return replicas_; }
+  [[nodiscard]] const Replicas& replicas() const { return replicas_; }
   [[nodiscard]] std::uint32_t session() const { return session_; }
   /// Publishes a block with so many random voxels.
   Result<std::uint32_t> publish(BlockKey key, oracle::Random& random, int voxels);
@@ -53,6 +55,7 @@ class Robot {
  private:
   std::uint32_t session_;
   ToySignatures key_;
+  int components_;
   oracle::AlignedMemory memory_;
   Replicas replicas_;
   Exchange exchange_;
@@ -63,7 +66,7 @@ class Network {
  public:
   Network(int robots, const Link& link, std::uint64_t seed,
           ReplicasConfig replicas = default_replicas(), ExchangeConfig config = {},
-          bool with_signatures = false);
+          bool with_signatures = false, int classes = kClasses);
   [[nodiscard]] static ReplicasConfig default_replicas();
 
   [[nodiscard]] int size() const { return static_cast<int>(robots_.size()); }
@@ -112,6 +115,7 @@ class Network {
   ReplicasConfig replicas_;
   ExchangeConfig config_;
   bool with_signatures_;
+  int classes_;
   std::vector<std::unique_ptr<Robot>> robots_;
   std::vector<std::uint32_t> sessions_;
   std::vector<Link> links_;

@@ -1,0 +1,125 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include <sys/resource.h>
+
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "network/held.hpp"
+#include "posix/monotonic_clock.hpp"
+#include "processes/member.hpp"
+
+namespace tessera::processes {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// What stands before the payload of a datagram: the channel with its zero, LCM, UDP, IP.
+constexpr std::uint64_t kBeforePayload = 8 + 8 + 8 + 20;
+
+std::string hex(std::uint64_t value) {
+  std::array<char, 17> text{};
+  std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(value));
+  return text.data();
+}
+
+double seconds(const timeval& time) {
+  return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+}
+
+/// Of all threads of this process, user and system.
+double cpu_s() {
+  rusage used{};
+  ::getrusage(RUSAGE_SELF, &used);
+  return seconds(used.ru_utime) + seconds(used.ru_stime);
+}
+
+Json json_of(const ExchangeReport& report) {
+  return {{"received", report.received},
+          {"refused_size", report.refused_size},
+          {"refused_format", report.refused_format},
+          {"refused_tag", report.refused_tag},
+          {"refused_configuration", report.refused_configuration},
+          {"refused_replay", report.refused_replay},
+          {"refused_robot", report.refused_robot},
+          {"refused_peers", report.refused_peers},
+          {"refused_body", report.refused_body},
+          {"records_taken", report.records_taken},
+          {"records_stale", report.records_stale},
+          {"records_refused", report.records_refused},
+          {"records_early", report.records_early},
+          {"diverged", report.diverged},
+          {"sent", report.sent},
+          {"sent_bytes", report.sent_bytes},
+          {"announcements", report.announcements},
+          {"requests", report.requests},
+          {"requests_saved", report.requests_saved},
+          {"fresh_chunks", report.fresh_chunks},
+          {"answer_chunks", report.answer_chunks},
+          {"answers_saved", report.answers_saved},
+          {"peers", report.peers}};
+}
+
+Json json_of(const LinkStatistics& link) {
+  return {{"received", link.received},
+          {"received_bytes", link.received_bytes},
+          {"own", link.own},
+          {"queue_full", link.queue_full},
+          {"missing", link.missing},
+          {"kernel_dropped", link.kernel_dropped},
+          {"fragments", link.fragments},
+          {"foreign", link.foreign},
+          {"sent", link.sent},
+          {"failed", link.failed},
+          {"queue_peak", link.queue_peak},
+          {"sent_bytes", link.sent_bytes}};
+}
+
+}  // namespace
+
+std::string Member::report() const {
+  const int components = classes_.num_components();
+  const ExchangeReport exchange = exchange_.report();
+  const LinkStatistics link = link_->statistics();
+  Json contributions = Json::array();
+  for (const network::Held& held : network::held(replicas_, components)) {
+    contributions.push_back({{"robot", held.id.robot},
+                             {"epoch", held.id.epoch},
+                             {"blocks", held.blocks},
+                             {"label_evidence", held.label_evidence},
+                             {"passes", held.passes},
+                             {"digest", hex(held.digest)}});
+  }
+  Json mismatches = Json::array();
+  Json left = Json::array();
+  for (const Peer& peer : exchange_.peers().all()) {
+    if (peer.left) left.push_back(peer.robot);
+    if (peer.mismatch)
+      mismatches.push_back({{"robot", peer.robot}, {"resolution_m", peer.mismatch->resolution_m}});
+  }
+  const Json report{{"robot", config_.robot},
+                    {"session", config_.session},
+                    {"digest", hex(exchange_.digest())},
+                    {"content", hex(network::content_digest(replicas_, components))},
+                    {"known", exchange.contributions},
+                    {"complete", exchange.complete},
+                    {"contributions", contributions},
+                    {"mismatches", mismatches},
+                    {"left", left},
+                    {"published", published_},
+                    {"published_all", published_ >= blocks_in_all()},
+                    {"published_bytes", published_bytes_},
+                    {"now_s", 1e-6 * static_cast<double>(MonotonicClock::now_us())},
+                    {"start_s", 1e-6 * static_cast<double>(start_us_)},
+                    {"published_s", 1e-6 * static_cast<double>(published_us_)},
+                    {"changed_s", 1e-6 * static_cast<double>(changed_us_)},
+                    {"cpu_s", cpu_s()},
+                    {"wire_bytes", link.sent_bytes + kBeforePayload * link.sent},
+                    {"heard_bytes", link.received_bytes + kBeforePayload * link.received},
+                    {"exchange", json_of(exchange)},
+                    {"link", json_of(link)}};
+  return report.dump();
+}
+
+}  // namespace tessera::processes
