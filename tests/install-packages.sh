@@ -11,10 +11,10 @@ packages=(g++ cmake ninja-build libeigen3-dev libcli11-dev nlohmann-json3-dev li
           liblcm-bin python3)
 case "${1:-}" in
   demo) ;;
-  tests) packages+=(catch2 binutils valgrind iproute2 nftables) ;;
+  tests) packages+=(catch2 binutils valgrind iproute2 nftables busybox user-mode-linux) ;;
   bench) packages+=(binutils git python3-matplotlib liboctomap-dev valgrind) ;;
-  ci) packages+=(catch2 binutils valgrind iproute2 nftables git ccache clang clang-format clang-tidy g++-aarch64-linux-gnu libc6-dev-arm64-cross
-                 qemu-user) ;;
+  ci) packages+=(catch2 binutils valgrind iproute2 nftables busybox user-mode-linux git ccache clang clang-format clang-tidy
+                 g++-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user) ;;
   *) fail "say demo, tests, bench or ci" ;;
 esac
 if [ "${2:-}" = --list ]; then
