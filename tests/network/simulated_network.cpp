@@ -42,18 +42,22 @@ Robot::Robot(std::uint32_t number, std::uint32_t session, const ReplicasConfig& 
   if (exchange_.open(session, 0, T_global_map) != Status::kOk) throw std::runtime_error("open");
 }
 
-Result<std::uint32_t> Robot::publish(BlockKey key, oracle::Random& random, int voxels) {
-  content_.clear();
+void add_random(BlockContent& content, oracle::Random& random, int voxels) {
   for (int i = 0; i < voxels; ++i) {
     // One draw a statement: arguments are evaluated in any order.
     const int row = random.below(kBlockVoxels);
     const int label = 1 + random.below(kClasses);
-    content_.add(label, row, static_cast<float>(random.uniform(0.1, 50.0)));
+    content.add(label, row, static_cast<float>(random.uniform(0.1, 50.0)));
     if (random.below(4) != 0) continue;
     const int free_row = random.below(kBlockVoxels);
-    content_.add_passes(free_row, static_cast<unsigned>(random.below(250) + 1));
+    content.add_passes(free_row, static_cast<unsigned>(random.below(250) + 1));
   }
-  quantise(content_);
+  quantise(content);
+}
+
+Result<std::uint32_t> Robot::publish(BlockKey key, oracle::Random& random, int voxels) {
+  content_.clear();
+  add_random(content_, random, voxels);
   return exchange_.publish(key, content_);
 }
 

@@ -22,6 +22,9 @@ namespace tessera::network {
 inline constexpr int kClasses = 5;
 inline constexpr std::int64_t kTickUs = 10'000;
 
+/// Fills so many random voxels of an empty content, and rounds it as the wire says it.
+void add_random(BlockContent& content, oracle::Random& random, int voxels);
+
 /// What happens to a datagram on its way to one receiver.
 struct Link {
   double loss = 0.0;

@@ -6,15 +6,13 @@
 #include <array>
 #include <stdexcept>
 
+#include "network/simulated_network.hpp"
 #include "posix/monotonic_clock.hpp"
 #include "security/key_file.hpp"
-#include "tessera/exchange/block_codec.hpp"
 
 namespace tessera::processes {
 
 namespace {
-
-constexpr int kClasses = 5;
 
 template <class T>
 T made(Result<T> result, const char* what) {
@@ -34,7 +32,7 @@ Member::Member(const MemberConfig& config)
     : config_(config), random_(config.seed + 1000003ULL * config.robot + config.session) {
   ExchangeConfig exchange{.robot = config.robot, .session = config.session};
   if (config.map.empty()) {
-    classes_ = oracle::numbered_classes(kClasses);
+    classes_ = oracle::numbered_classes(network::kClasses);
     exchange.resolution_m = config.resolution_m;
   } else {
     map_ = std::make_unique<network::MapBlocks>(config.map);
@@ -78,16 +76,7 @@ int Member::blocks_in_all() const {
 /// Of a patch that the robot drives over: blocks are seen several times, then left behind.
 BlockKey Member::random_block() {
   content_.clear();
-  const int voxels = 10 + random_.below(60);
-  for (int i = 0; i < voxels; ++i) {
-    // One draw a statement: arguments are evaluated in any order.
-    const int row = random_.below(kBlockVoxels);
-    const int label = 1 + random_.below(kClasses);
-    content_.add(label, row, static_cast<float>(random_.uniform(0.1, 50.0)));
-    const int free_row = random_.below(kBlockVoxels);
-    content_.add_passes(free_row, static_cast<unsigned>(random_.below(250) + 1));
-  }
-  quantise(content_);
+  network::add_random(content_, random_, 10 + random_.below(60));
   const int x = published_ / 20 + random_.below(8);
   const int y = random_.below(8);
   return *pack({x, y, random_.below(2)});

@@ -1,0 +1,59 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "network/drive.hpp"
+
+#include <stdexcept>
+
+namespace tessera::network {
+
+namespace {
+
+MapConfig map_config() {
+  MapConfig config;
+  config.tuple = TuplePolicy::kCompact;
+  config.storage_bytes = std::size_t{512} << 20U;
+  return config;
+}
+
+ScanCapacity capacity(const Dataset& dataset) {
+  return {.points = static_cast<std::uint32_t>(dataset.max_points()),
+          .tiles = 131072,
+          .ray_blocks = 131072};
+}
+
+template <class T>
+T made(Result<T> result) {
+  if (!result.ok()) throw std::runtime_error(to_string(result.status()));
+  return std::move(*result);
+}
+
+}  // namespace
+
+Drive::Drive(const Dataset& dataset, std::size_t first, std::size_t count)
+    : dataset_(dataset),
+      next_(first),
+      end_(first + count),
+      buffer_(dataset.max_points()),
+      memory_(required_bytes(map_config()) + Integrator::required_bytes(capacity(dataset), {}) +
+              Publisher::required_bytes({}, dataset.classes().table().num_components())) {
+  Arena arena(memory_.span());
+  const ClassTable& classes = dataset.classes().table();
+  map_ = made(LocalMap::make(arena, map_config(), classes));
+  integrator_ = made(Integrator::make(arena, {}, capacity(dataset)));
+  publisher_ = made(Publisher::make(arena, {}, map_config(), classes.num_components()));
+}
+
+void Drive::integrate_next() {
+  const Outcome<DatasetScan> scan = dataset_.read(next_++, buffer_);
+  if (!scan.ok()) throw std::runtime_error(scan.failure().message);
+  const Point3f at = scan->T_map_sensor.col(3).cast<float>();
+  publisher_.set_focus(block_of(*map_.lattice().voxel_of(at)));
+  if (integrator_.integrate(map_, scan->view()).left_out() > 0)
+    throw std::runtime_error("a scan did not fit");
+}
+
+void Drive::tick(std::int64_t now_us, Exchange& exchange) {
+  static_cast<void>(publisher_.tick(map_, now_us, {}, publication_of(exchange)));
+}
+
+}  // namespace tessera::network
