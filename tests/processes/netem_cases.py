@@ -11,8 +11,8 @@ LATE = ("delay", "40ms", "40ms")
 OVERTAKING = ("delay", "20ms", "reorder", "30%", "50%")
 TWICE = ("duplicate", "20%")
 DAMAGED = ("corrupt", "10%")
-# Good and bad times of some 25 and 4 datagrams; in bad ones nearly all is lost.
-BURSTS = ("loss", "gemodel", "4%", "25%", "90%", "1%")
+# Good and bad times of some 12 and 4 datagrams; in bad ones nearly all is lost.
+BURSTS = ("loss", "gemodel", "8%", "25%", "90%", "1%")
 
 
 class Netem(TeamCase):

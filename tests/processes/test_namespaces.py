@@ -22,7 +22,7 @@ class Namespaces(TeamCase):
         self.assert_each_counts_once(reports)
         for report in reports:
             self.assertEqual(200, report["published"])
-            self.assertEqual(0, report["link"]["missing"])
+            self.assertEqual(0, report["link"]["failed"])
 
     def test_loss_on_every_link(self):
         for loss_percent in LOSSES_PERCENT:
@@ -33,7 +33,8 @@ class Namespaces(TeamCase):
                     members = self.members(network)
                     reports = self.settled(members, limit_s=240, contributions=3)
                     self.assert_each_counts_once(reports)
-                    for host in range(3):
+                    # Of some hundred datagrams 1 % may be none.
+                    for host in range(3 if loss_percent >= 10 else 0):
                         self.assertGreater(network.dropped(host), 0)
                     for member in members:
                         member.close()
@@ -68,11 +69,10 @@ class Namespaces(TeamCase):
     def test_killed_while_it_publishes_and_started_again(self):
         network = self.network(3)
         network.shape_all(loss_percent=10)
-        members = self.members(network, blocks=300)
-        time.sleep(0.4)
+        members = self.members(network, blocks=600, blocks_per_s=200)
+        self.report_where(members[0], lambda report: (held(report, 1, 1) or {"blocks": 0})["blocks"] >= 20)
         members[1].kill()
         delivered = [held(member.report(), 1, 1) for member in (members[0], members[2])]
-        self.assertTrue(any(delivered))
         members[1] = self.member(network, 1, session=2, blocks=100)
         # What nobody has any more of the first epoch stays lacking.
         reports = self.settled(members, contributions=4, lacking=True)
