@@ -43,7 +43,7 @@ def by_loss(axes, found):
         ratios = [row["bytes"] / rows[0]["bytes"] for row in rows]
         axes.bar(places, ratios, color=COLOURS[name], width=0.38, label=title)
         for place, row, ratio in zip(places, rows, ratios):
-            axes.annotate(f"{ratio:.1f}\n{row['settled_s']:.1f} s", (place, ratio), xytext=(0, 3), textcoords="offset points",
+            axes.annotate(f"{ratio:.2f}\n{row['settled_s']:.{int(row['settled_s'] < 10)}f} s", (place, ratio), xytext=(0, 3), textcoords="offset points",
                           ha="center", fontsize=6)
     axes.axhline(1.8, **REQUIRED)
     axes.annotate("at most, at 30 %", (-0.4, 1.8), xytext=(0, 3), textcoords="offset points", fontsize=7)
