@@ -37,7 +37,9 @@ std::vector<Held> held(const Replicas& replicas, int num_components) {
     std::set<std::uint64_t> keys;
     for (const auto& [name, part] : parts_of(replicas, contribution)) {
       const std::span<const std::byte> packed = replicas.read(*part, bytes);
-      const auto is_live = [&](int row) { return ((part->live >> layer_of_row(row)) & 1U) != 0; };
+      const auto is_live = [live = part->live](int row) {
+        return ((live >> layer_of_row(row)) & 1U) != 0;
+      };
       unpack_block(
           packed,
           [&](int row, int /*component*/, float count) {
