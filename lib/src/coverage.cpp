@@ -6,11 +6,18 @@
 
 namespace tessera {
 
+std::span<const VersionRange> Coverage::ranges_from(std::uint32_t version) const noexcept {
+  const std::span<const VersionRange> all = ranges();
+  const auto first = std::lower_bound(
+      all.begin(), all.end(), version,
+      [](const VersionRange& known, std::uint32_t sought) { return known.last < sought; });
+  return {first, all.end()};
+}
+
 bool Coverage::contains(VersionRange range) const noexcept {
-  for (const VersionRange& known : ranges()) {
-    if (known.first <= range.first && range.last <= known.last) return true;
-  }
-  return range.first > range.last;
+  if (range.first > range.last) return true;
+  const std::span<const VersionRange> from = ranges_from(range.first);
+  return !from.empty() && from.front().first <= range.first && range.last <= from.front().last;
 }
 
 bool Coverage::add(VersionRange range) noexcept {

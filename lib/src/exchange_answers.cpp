@@ -33,10 +33,10 @@ void Exchange::hear_requested(const RequestedContribution& requested,
   }
   const auto gaps = std::span(requested.gap).first(requested.gaps);
   for (const VersionRange& gap : gaps) {
-    for (const VersionRange& known : contribution->coverage.ranges()) {
+    for (const VersionRange& known : contribution->coverage.ranges_from(gap.first)) {
       const VersionRange both{std::max(gap.first, known.first), std::min(gap.last, known.last)};
-      if (both.first <= both.last)
-        add_answer({number_of(*contribution), both, now_us + delay(), false});
+      if (both.first > both.last) break;
+      if (!add_answer({number_of(*contribution), both, now_us + delay(), false})) return;
     }
   }
   // Who lacks the same waits for the answer to this.
@@ -52,12 +52,13 @@ void Exchange::hear_requested(const RequestedContribution& requested,
 }
 
 void Exchange::answer_with_all(const Contribution& contribution, std::int64_t due_us) noexcept {
-  for (const VersionRange& known : contribution.coverage.ranges())
-    add_answer({number_of(contribution), known, due_us, true});
+  for (const VersionRange& known : contribution.coverage.ranges()) {
+    if (!add_answer({number_of(contribution), known, due_us, true})) return;
+  }
 }
 
-/// Where there is no place, it will be asked for again.
-void Exchange::add_answer(const Answer& wanted) noexcept {
+/// False iff there is no place: it will be asked for again.
+bool Exchange::add_answer(const Answer& wanted) noexcept {
   for (Answer& answer : answers_.first(waiting_answers_)) {
     const bool apart =
         wanted.range.last < answer.range.first || answer.range.last < wanted.range.first;
@@ -65,13 +66,14 @@ void Exchange::add_answer(const Answer& wanted) noexcept {
     answer.range.first = std::min(answer.range.first, wanted.range.first);
     answer.range.last = std::max(answer.range.last, wanted.range.last);
     answer.all = answer.all || wanted.all;
-    return;
+    return true;
   }
   if (waiting_answers_ == answers_.size()) {
     ++counted_.refused_answers;
-    return;
+    return false;
   }
   answers_[waiting_answers_++] = wanted;
+  return true;
 }
 
 /// What somebody else has said needs no saying; all: one who has the same as this robot said all.

@@ -32,11 +32,12 @@ bool Exchange::hear_chunk(ByteReader& body, std::int64_t now_us) noexcept {
   const Taken taken = take_chunk(*contribution, header, body);
   if (taken.forged) ++counted_.refused_signature;
   if (taken.forged || !taken.well_formed) return taken.well_formed;
+  const bool fills = header.range.first <= contribution->latest;
   contribution->latest = std::max(contribution->latest, header.range.last);
   drop_answers(number_of(*contribution), header.range, same);
   if (taken.grew || taken.refused) contribution->full = taken.refused;
-  // While something comes, the rest may too.
-  if (taken.grew && !taken.refused && contribution->request_due_us != kNever) {
+  // While gaps are filled, others may be too. What is new says nothing of them.
+  if (fills && taken.grew && !taken.refused && contribution->request_due_us != kNever) {
     contribution->requests = 0;
     contribution->request_pause_us = config_.request_us;
     contribution->request_due_us = now_us + config_.request_us + random_us(config_.request_us);

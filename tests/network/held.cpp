@@ -38,7 +38,7 @@ std::vector<Held> held(const Replicas& replicas, int num_components) {
     for (const auto& [name, part] : parts_of(replicas, contribution)) {
       const std::span<const std::byte> packed = replicas.read(*part, bytes);
       const auto is_live = [live = part->live](int row) {
-        return ((live >> layer_of_row(row)) & 1U) != 0;
+        return ((unsigned{live} >> layer_of_row(row)) & 1U) != 0;
       };
       unpack_block(
           packed,

@@ -144,7 +144,7 @@ void measure(Settings settings) {
     settings.seconds = 1e-3 * settings.scan_ms * static_cast<double>(each) + 4.5;
   }
   const bool is_real = dataset || !settings.maps.empty();
-  Network network(settings.robots, {.loss = settings.loss}, 551, room(is_real), {}, classes);
+  Network network(settings.robots, {.loss = settings.loss}, 551, room(is_real), {}, false, classes);
   const Source publish = dataset   ? drives(settings, *dataset)
                          : is_real ? blocks_of_maps(settings)
                                    : random_blocks(settings);

@@ -15,7 +15,8 @@ namespace tessera {
 
 class Coverage {
  public:
-  static constexpr std::size_t kMostRanges = 32;
+  /// At loss of a third, what a robot says in a second leaves some hundred gaps.
+  static constexpr std::size_t kMostRanges = 256;
 
   /// Adds range.first .. range.last, from 1. Where there would be too many ranges, the shortest is
   /// forgotten. True iff anything new is covered. O(kMostRanges).
@@ -33,6 +34,8 @@ class Coverage {
   [[nodiscard]] std::span<const VersionRange> ranges() const noexcept {
     return std::span(ranges_).first(count_);
   }
+  /// Those from the first that ends at version or after it. O(log kMostRanges).
+  [[nodiscard]] std::span<const VersionRange> ranges_from(std::uint32_t version) const noexcept;
   /// The first of the gaps up to version last, in into. Returns how many.
   std::size_t gaps(std::uint32_t last, std::span<VersionRange> into) const noexcept;
 

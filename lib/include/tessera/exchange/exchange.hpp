@@ -197,7 +197,7 @@ class Exchange {
   void note_digest(Contribution& contribution, const AnnouncedContribution& announced,
                    bool of_origin, std::int64_t now_us) noexcept;
   [[nodiscard]] bool is_own_to_come(const ContributionId& id) const noexcept;
-  void add_answer(const Answer& wanted) noexcept;
+  [[nodiscard]] bool add_answer(const Answer& wanted) noexcept;
   void answer_with_all(const Contribution& contribution, std::int64_t due_us) noexcept;
   void drop_answers(std::uint32_t contribution, VersionRange heard, bool all) noexcept;
 

@@ -79,7 +79,7 @@ struct VersionRange {
 
 /// What a robot lacks of a contribution.
 struct RequestedContribution {
-  static constexpr std::size_t kMostGaps = 8;
+  static constexpr std::size_t kMostGaps = 32;
   ContributionId id;
   std::uint32_t frame_revision = 0;  ///< Of the frame that it has; 0: none.
   bool all = false;                  ///< All, from whoever has another digest than this.
