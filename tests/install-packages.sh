@@ -14,7 +14,7 @@ case "${1:-}" in
   tests) packages+=(catch2 binutils valgrind iproute2 nftables busybox user-mode-linux) ;;
   bench) packages+=(binutils git python3-matplotlib liboctomap-dev valgrind) ;;
   ci) packages+=(catch2 binutils valgrind iproute2 nftables busybox user-mode-linux git ccache clang clang-format clang-tidy
-                 g++-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user) ;;
+                 libclang-rt-dev g++-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user) ;;
   *) fail "say demo, tests, bench or ci" ;;
 esac
 if [ "${2:-}" = --list ]; then

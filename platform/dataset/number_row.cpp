@@ -18,7 +18,7 @@ constexpr std::string_view kBlanks = " \t\r";
 Failure text_failure(const TextPlace& place, std::string_view what, std::string_view remedy) {
   std::string message(place.path);
   message.append(", line ").append(std::to_string(place.line)).append(": ");
-  message.append(what).append("; ").append(remedy);
+  message.append(one_line(what)).append("; ").append(remedy);
   return {std::move(message)};
 }
 

@@ -17,7 +17,7 @@ struct TextPlace {
   std::size_t line = 0;
 };
 
-/// "path, line n: what; remedy".
+/// "path, line n: what; remedy", in one line whatever is quoted.
 [[nodiscard]] Failure text_failure(const TextPlace& place, std::string_view what,
                                    std::string_view remedy);
 

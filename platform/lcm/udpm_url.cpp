@@ -40,7 +40,7 @@ std::optional<std::uint32_t> ipv4(std::string_view text) {
 }
 
 Failure bad_url(std::string_view text, std::string_view reason) {
-  return {"cannot use the LCM URL " + std::string(text) + ": " + std::string(reason) +
+  return {"cannot use the LCM URL " + one_line(text) + ": " + std::string(reason) +
           "; write it in full, as " + kDefaultUrl};
 }
 

@@ -6,6 +6,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 
 namespace tessera {
@@ -18,6 +19,17 @@ struct Failure {
   std::string message;
   FailureKind kind = FailureKind::kUsage;
 };
+
+/// Text from outside, fit for a message: control characters as spaces, so that it stays one line
+/// and does nothing to a terminal.
+inline std::string one_line(std::string_view text) {
+  std::string line(text);
+  for (char& letter : line) {
+    const auto byte = static_cast<unsigned char>(letter);
+    if (byte < 0x20 || byte == 0x7f) letter = ' ';
+  }
+  return line;
+}
 
 /// A value of T or a Failure. Outcome<void> says only whether it went well.
 template <class T>

@@ -82,7 +82,7 @@ TEST_CASE("signatures: who signs by another key is not heard in a robot's name")
   const std::uint64_t digest = exchange.digest();
   const std::uint64_t content = team.robot(0).content_digest();
   // Robot 2, which has the fleet's key, says it were robot 1, in a session that is newer.
-  Robot forger(1, 9, Network::default_replicas(), {}, 2);
+  Robot forger(1, 9, Network::default_replicas(), {}, {.key = 2});
   REQUIRE(forger.exchange().open(1, 0, Matrix34d::Identity()) == Status::kOk);
   for (int i = 0; i < 30; ++i) REQUIRE(forger.publish(*pack({i, 1, 0}), team.random(), 40).ok());
   const auto datagrams = said(forger, team.now_us(), 3 * kSecond);

@@ -21,28 +21,7 @@ T made(Result<T> result) {
 
 }  // namespace
 
-Robot::Robot(std::uint32_t number, std::uint32_t session, const ReplicasConfig& replicas,
-             const ExchangeConfig& config, std::optional<std::uint32_t> key, int classes)
-    : session_(session),
-      key_(key.value_or(0)),
-      components_(classes + 2),
-      memory_(Replicas::required_bytes(replicas) + Exchange::required_bytes(config, components_) +
-              BlockContent::required_bytes(components_)) {
-  Arena arena(memory_.span());
-  replicas_ = made(Replicas::make(arena, replicas));
-  ExchangeConfig own = config;
-  own.robot = number;
-  own.session = session;
-  exchange_ = made(Exchange::make(arena, own, store_of(replicas_), crc_authenticator(),
-                                  oracle::numbered_classes(classes),
-                                  key ? key_.signatures() : Signatures{}));
-  content_ = made(BlockContent::make(arena, components_));
-  Matrix34d T_global_map = Matrix34d::Identity();
-  T_global_map(0, 3) = number;
-  if (exchange_.open(session, 0, T_global_map) != Status::kOk) throw std::runtime_error("open");
-}
-
-void add_random(BlockContent& content, oracle::Random& random, int voxels) {
+void add_random_voxels(BlockContent& content, oracle::Random& random, int voxels) {
   for (int i = 0; i < voxels; ++i) {
     // One draw a statement: arguments are evaluated in any order.
     const int row = random.below(kBlockVoxels);
@@ -55,9 +34,30 @@ void add_random(BlockContent& content, oracle::Random& random, int voxels) {
   quantise(content);
 }
 
+Robot::Robot(std::uint32_t number, std::uint32_t session, const ReplicasConfig& replicas,
+             const ExchangeConfig& config, const RobotOptions& options)
+    : session_(session),
+      key_(options.key.value_or(0)),
+      components_(options.classes + 2),
+      memory_(Replicas::required_bytes(replicas) + Exchange::required_bytes(config, components_) +
+              BlockContent::required_bytes(components_)) {
+  Arena arena(memory_.span());
+  replicas_ = made(Replicas::make(arena, replicas));
+  ExchangeConfig own = config;
+  own.robot = number;
+  own.session = session;
+  exchange_ = made(Exchange::make(arena, own, store_of(replicas_), options.authenticator,
+                                  oracle::numbered_classes(options.classes),
+                                  options.key ? key_.signatures() : Signatures{}));
+  content_ = made(BlockContent::make(arena, components_));
+  Matrix34d T_global_map = Matrix34d::Identity();
+  T_global_map(0, 3) = number;
+  if (exchange_.open(session, 0, T_global_map) != Status::kOk) throw std::runtime_error("open");
+}
+
 Result<std::uint32_t> Robot::publish(BlockKey key, oracle::Random& random, int voxels) {
   content_.clear();
-  add_random(content_, random, voxels);
+  add_random_voxels(content_, random, voxels);
   return exchange_.publish(key, content_);
 }
 
@@ -85,8 +85,10 @@ Network::Network(int robots, const Link& link, std::uint64_t seed, ReplicasConfi
 
 std::unique_ptr<Robot> Network::new_robot(std::size_t i) const {
   const auto number = static_cast<std::uint32_t>(i);
-  const std::optional<std::uint32_t> key = with_signatures_ ? std::optional(number) : std::nullopt;
-  return std::make_unique<Robot>(number, sessions_[i], replicas_, config_, key, classes_);
+  RobotOptions options;
+  options.classes = classes_;
+  if (with_signatures_) options.key = number;
+  return std::make_unique<Robot>(number, sessions_[i], replicas_, config_, options);
 }
 
 void Network::set_link(const Link& link) {

@@ -22,9 +22,6 @@ namespace tessera::network {
 inline constexpr int kClasses = 5;
 inline constexpr std::int64_t kTickUs = 10'000;
 
-/// Fills so many random voxels of an empty content, and rounds it as the wire says it.
-void add_random(BlockContent& content, oracle::Random& random, int voxels);
-
 /// What happens to a datagram on its way to one receiver.
 struct Link {
   double loss = 0.0;
@@ -36,12 +33,19 @@ struct Link {
   double corrupt = 0.0;  ///< A byte, or the length.
 };
 
+/// Adds what a robot may publish, quantised: so many random voxels.
+void add_random_voxels(BlockContent& content, oracle::Random& random, int voxels);
+
+struct RobotOptions {
+  std::optional<std::uint32_t> key{};  ///< Whose it signs with; nobody's: it signs nothing.
+  int classes = kClasses;
+  Authenticator authenticator = crc_authenticator();
+};
+
 class Robot {
  public:
-  /// key: whose it signs with; nobody's: it signs nothing.
   Robot(std::uint32_t number, std::uint32_t session, const ReplicasConfig& replicas,
-        const ExchangeConfig& config, std::optional<std::uint32_t> key = {},
-        int classes = kClasses);
+        const ExchangeConfig& config, const RobotOptions& options = {});
   Robot(const Robot&) = delete;
   Robot& operator=(const Robot&) = delete;
   [[nodiscard]] Exchange& exchange() { return exchange_; }

@@ -76,7 +76,7 @@ int Member::blocks_in_all() const {
 /// Of a patch that the robot drives over: blocks are seen several times, then left behind.
 BlockKey Member::random_block() {
   content_.clear();
-  network::add_random(content_, random_, 10 + random_.below(60));
+  network::add_random_voxels(content_, random_, 10 + random_.below(60));
   const int x = published_ / 20 + random_.below(8);
   const int y = random_.below(8);
   return *pack({x, y, random_.below(2)});

@@ -104,6 +104,12 @@ TEST_CASE("classes.toml: a syntax error names its line") {
   CHECK_THAT(refusal("\n\nname = = 3\n"), Contains(", line 3: not valid TOML") && Contains("mend"));
 }
 
+TEST_CASE("classes.toml: what is quoted of the file keeps the message one line") {
+  CHECK_THAT(refusal("[[class]]\nid =n\n1 ame = \"ca\"\n"), Contains(", line 2: not valid TOML"));
+  const std::string twice = entry("1", "a\\nb\\u001b", "[1]") + entry("2", "a\\nb\\u001b", "[2]");
+  CHECK_THAT(refusal(twice), Contains("the name 'a b ' is taken"));
+}
+
 TEST_CASE("classes.toml: no classes at all") {
   CHECK_THAT(refusal(""), Contains("no [[class]] entry") && Contains("add one"));
   CHECK_THAT(refusal("class = 3"), Contains("no [[class]] entry"));

@@ -19,6 +19,13 @@ TEST_CASE("UdpmUrl: a full URL") {
   CHECK(UdpmUrl::parse("udpm://239.255.255.255:65535?ttl=1")->port == 65535);
 }
 
+TEST_CASE("UdpmUrl: a refusal is one line, whatever the URL") {
+  const Outcome<UdpmUrl> url = UdpmUrl::parse("udpm://239.255.76.67:7667\n?ttl=0\x1b");
+  REQUIRE_FALSE(url.ok());
+  CHECK(url.failure().message.starts_with(
+      "cannot use the LCM URL udpm://239.255.76.67:7667 ?ttl=0 : its port"));
+}
+
 TEST_CASE("UdpmUrl: what is not full, or not sane, is refused with the URL and an example") {
   for (const char* const text : {"",
                                  "udpm://",

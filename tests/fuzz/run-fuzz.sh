@@ -1,0 +1,49 @@
+#!/usr/bin/env bash
+# SPDX-FileCopyrightText: The tessera authors
+# SPDX-License-Identifier: Apache-2.0
+# run-fuzz.sh [SECONDS] [TARGET...]: builds build/fuzz and fuzzes each target, all if none is named, for so many seconds
+# (60), one after the other. TESSERA_FUZZ_SEED: where random numbers begin (1). What is found that is new stays in
+# build/fuzz/found/TARGET; run-fuzz.sh merge [TARGET...] adds of it to tests/fuzz/corpus what reaches more code.
+# Stops at the first finding; its input is in build/fuzz/findings.
+set -euo pipefail
+fail() { echo "run-fuzz.sh: $*" >&2; exit 1; }
+
+cd "$(dirname "$0")/../.."
+all=(block_codec packed_block wire map_file exchange exchange_team messages text_files)
+# Bytes of an input at most: what a target makes use of.
+declare -A most=([block_codec]=4500 [packed_block]=4096 [wire]=1400 [map_file]=4096 [exchange]=4096 [exchange_team]=512
+                 [messages]=1500 [text_files]=2048)
+what=${1:-60}
+[ $# -eq 0 ] || shift
+[[ $what =~ ^([0-9]+|merge)$ ]] || fail "say how many seconds, or merge, then targets: ${all[*]}"
+targets=("$@")
+[ $# -gt 0 ] || targets=("${all[@]}")
+for target in "${targets[@]}"; do
+  [ -n "${most[$target]:-}" ] || fail "there is no target $target; there are ${all[*]}"
+done
+command -v clang++ >/dev/null || fail "clang is missing; tests/install-packages.sh ci installs it"
+
+cmake --preset fuzz >/dev/null
+cmake --build --preset fuzz --parallel "$(nproc)" --target "${targets[@]/#/fuzz_}"
+# Files are written for every input of some targets.
+[ ! -w /dev/shm ] || export TMPDIR=/dev/shm
+seed=${TESSERA_FUZZ_SEED:-1}
+mkdir -p build/fuzz/findings
+for target in "${targets[@]}"; do
+  found=build/fuzz/found/$target
+  corpus=tests/fuzz/corpus/$target
+  mkdir -p "$found" "$corpus"
+  limits=(-max_len="${most[$target]}" -timeout=20 -rss_limit_mb=2048)
+  if [ "$what" = merge ]; then
+    # Few inputs that reach all code that is reached; what reaches nothing more goes.
+    merged=$(mktemp -d -p build/fuzz)
+    build/fuzz/tests/fuzz/"fuzz_$target" -set_cover_merge=1 -use_counters=0 "${limits[@]}" "$merged" "$corpus" "$found" 2>&1 | tail -n 1
+    rm -rf "$corpus" && mv "$merged" "$corpus" && chmod 755 "$corpus"
+    continue
+  fi
+  echo "== $target: $what s, seed $seed"
+  build/fuzz/tests/fuzz/"fuzz_$target" -seed="$seed" -max_total_time="$what" -print_final_stats=1 "${limits[@]}" \
+    -artifact_prefix="build/fuzz/findings/${target}_" "$found" "$corpus" >"build/fuzz/$target.log" 2>&1 ||
+    { tail -n 40 "build/fuzz/$target.log"; fail "$target found something, see above and build/fuzz/$target.log"; }
+  grep -E 'DONE|stat::(number_of_executed_units|peak_rss_mb)' "build/fuzz/$target.log"
+done

@@ -1,0 +1,119 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tessera/exchange/wire.hpp"
+
+#include <algorithm>
+
+#include "fuzz/fuzz.hpp"
+
+namespace tessera::fuzz {
+
+namespace {
+
+constexpr std::uint32_t kLastVersion = ~std::uint32_t{0} - 1;
+
+/// What was read of the input, as it is written again.
+struct Echo {
+  explicit Echo(Bytes given) : input(given), from(given) {}
+  /// Of all that was read so far.
+  void check() const {
+    const std::size_t read = input.size() - from.remaining();
+    require(to.ok() && to.size() == read, "written in another length");
+    const Bytes all = to.written();
+    require(std::equal(all.begin(), all.end(), input.begin()), "not canonical");
+  }
+
+  Bytes input;
+  std::array<std::byte, kMostDatagramBytes> written{};
+  ByteReader from;
+  ByteWriter to{written};
+};
+
+void header(Echo& echo) {
+  DatagramHeader header;
+  if (!read_header(echo.from, header)) return;
+  require(header.kind >= DatagramKind::kAnnounce && header.kind <= DatagramKind::kLeave, "kind");
+  write_header(echo.to, header);
+  echo.check();
+}
+
+void announcement(Echo& echo) {
+  ConfigurationDetails details;
+  if (!read_details(echo.from, details)) return;
+  write_details(echo.to, details);
+  echo.check();
+  static_cast<void>(details.checksum());
+  AnnouncedContribution announced;
+  while (echo.from.remaining() != 0 && read_announced(echo.from, announced)) {
+    require(announced.latest <= kLastVersion, "a version that has no next one");
+    require(write_announced(echo.to, announced), "read and not written");
+    echo.check();
+  }
+}
+
+void request(Echo& echo) {
+  RequestedContribution requested;
+  while (echo.from.remaining() != 0 && read_requested(echo.from, requested)) {
+    require(requested.gaps <= RequestedContribution::kMostGaps, "too many gaps");
+    require(!requested.all || requested.gaps == 0, "gaps of all");
+    for (const VersionRange& gap : std::span(requested.gap).first(requested.gaps))
+      require(gap.first >= 1 && gap.first <= gap.last && gap.last <= kLastVersion, "a gap");
+    require(write_requested(echo.to, requested), "read and not written");
+    echo.check();
+    requested = {};
+  }
+}
+
+void chunk(Echo& echo) {
+  ChunkHeader header;
+  if (!read_chunk_header(echo.from, header)) return;
+  require(header.range.first >= 1 && header.range.first <= header.range.last &&
+              header.range.last <= kLastVersion,
+          "a range");
+  write_chunk_header(echo.to, header);
+  echo.check();
+  RecordReader reader(echo.from, header.range);
+  RecordWriter writer(echo.to, header.range);
+  ChunkRecord record;
+  std::uint32_t before = header.range.first - 1;
+  while (echo.from.remaining() != 0 && reader.read(record)) {
+    const PartVersion& version = record.version;
+    require(version.number > before && version.number <= header.range.last, "versions ascend");
+    require(version.first >= 1 && version.first <= version.number, "the first of the parts");
+    require(version.layers != 0 && version.layers <= kAllLayers, "layers");
+    require(pack(record.block).ok(), "a block that is not in the grid");
+    before = version.number;
+    require(writer.write(record), "read and not written");
+    echo.check();
+  }
+}
+
+void frame(Echo& echo) {
+  FrameBody frame;
+  if (!read_frame(echo.from, frame)) return;
+  require(frame.revision >= 1, "a revision of none");
+  require(write_frame(echo.to, frame), "read and not written");
+  echo.check();
+}
+
+}  // namespace
+
+void wire(Bytes bytes) {
+  Input input(bytes);
+  const int kind = input.below(5);
+  Echo echo(input.bytes(kMostDatagramBytes));
+  switch (kind) {
+    case 0:
+      return header(echo);
+    case 1:
+      return announcement(echo);
+    case 2:
+      return request(echo);
+    case 3:
+      return chunk(echo);
+    default:
+      return frame(echo);
+  }
+}
+
+}  // namespace tessera::fuzz
