@@ -72,7 +72,7 @@ void chunk(Echo& echo) {
           "a range");
   write_chunk_header(echo.to, header);
   echo.check();
-  RecordReader reader(echo.from, header.range);
+  RecordReader reader(echo.from, header);
   RecordWriter writer(echo.to, header.range);
   ChunkRecord record;
   std::uint32_t before = header.range.first - 1;
