@@ -234,4 +234,21 @@ ExchangeReport Exchange::report() const noexcept {
   return report;
 }
 
+std::size_t Exchange::contributions(std::span<ContributionState> into) const noexcept {
+  std::size_t count = 0;
+  for (const Contribution& one : contributions_.first(known_)) {
+    if (one.excluded) continue;
+    if (count < into.size()) {
+      into[count] = {.id = one.id,
+                     .own = one.own,
+                     .complete = one.complete(),
+                     .latest = one.latest,
+                     .covered = one.coverage.complete_to(),
+                     .digest = one.digest};
+    }
+    ++count;
+  }
+  return count;
+}
+
 }  // namespace tessera

@@ -6,8 +6,8 @@
 #include <optional>
 
 #include "cli/command.hpp"
-#include "cli/number_text.hpp"
-#include "cli/stored_map.hpp"
+#include "mapping/number_text.hpp"
+#include "mapping/stored_map.hpp"
 
 namespace tessera {
 

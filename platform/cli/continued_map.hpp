@@ -5,8 +5,8 @@
 
 #include <cstddef>
 
-#include "cli/map_options.hpp"
 #include "dataset/dataset.hpp"
+#include "mapping/map_options.hpp"
 #include "posix/outcome.hpp"
 #include "tessera/map/map_file.hpp"
 

@@ -7,9 +7,9 @@
 
 #include "cli/command.hpp"
 #include "cli/doctor.hpp"
-#include "cli/number_text.hpp"
-#include "cli/outputs.hpp"
-#include "cli/report.hpp"
+#include "mapping/number_text.hpp"
+#include "mapping/outputs.hpp"
+#include "mapping/report.hpp"
 
 namespace tessera {
 

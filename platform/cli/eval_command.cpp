@@ -5,10 +5,11 @@
 
 #include "cli/command.hpp"
 #include "cli/evaluation.hpp"
-#include "cli/number_text.hpp"
-#include "cli/outputs.hpp"
-#include "cli/stored_map.hpp"
+#include "cli/number_options.hpp"
 #include "dataset/transform_file.hpp"
+#include "mapping/number_text.hpp"
+#include "mapping/outputs.hpp"
+#include "mapping/stored_map.hpp"
 
 namespace tessera {
 

@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "cli/command.hpp"
-#include "cli/number_text.hpp"
 #include "dataset/rigid.hpp"
+#include "mapping/number_text.hpp"
 #include "posix/progress.hpp"
 #include "tessera/registration/scan.hpp"
 

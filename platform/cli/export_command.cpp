@@ -7,9 +7,10 @@
 #include "cli/command.hpp"
 #include "cli/export_layers.hpp"
 #include "cli/fuse_inputs.hpp"
-#include "cli/number_text.hpp"
-#include "cli/outputs.hpp"
-#include "cli/report.hpp"
+#include "cli/number_options.hpp"
+#include "mapping/number_text.hpp"
+#include "mapping/outputs.hpp"
+#include "mapping/report.hpp"
 #include "tessera/map/queries.hpp"
 
 namespace tessera {

@@ -11,7 +11,7 @@
 #include "cli/command.hpp"
 #include "cli/contributors.hpp"
 #include "cli/fuse_setup.hpp"
-#include "cli/number_text.hpp"
+#include "mapping/number_text.hpp"
 
 namespace tessera {
 

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "cli/report.hpp"
-#include "cli/stored_map.hpp"
+#include "mapping/report.hpp"
+#include "mapping/stored_map.hpp"
 #include "posix/outcome.hpp"
 #include "render/ply.hpp"
 

@@ -7,7 +7,8 @@
 
 #include "cli/command.hpp"
 #include "cli/fuse_report.hpp"
-#include "cli/number_text.hpp"
+#include "cli/number_options.hpp"
+#include "mapping/number_text.hpp"
 #include "posix/allocation_counter.hpp"
 #include "posix/monotonic_clock.hpp"
 #include "posix/progress.hpp"
@@ -109,7 +110,7 @@ Outcome<void> run_fuse(const FuseOptions& options) {
   const Outcome<void> robots = check_number_of_robots(*inputs);
   if (!robots.ok()) return robots.failure();
   const LocalMap& first = inputs->front().stored->map;
-  const Outcome<DiffusionConfig> diffusion = diffusion_of(options, first.config());
+  const Outcome<DiffusionConfig> diffusion = diffusion_of(options.diffusion, first.config());
   if (!diffusion.ok()) return diffusion.failure();
 
   FuseRun run;
@@ -169,7 +170,6 @@ void add_fuse_command(CLI::App& app, int& exit_status) {
   CLI::App* const command =
       app.add_subcommand("fuse", "Local maps to one global map by label diffusion");
   auto o = std::make_shared<FuseOptions>();
-  o->alpha = decimal_of(DiffusionConfig{}.alpha);
   command->add_option("MAPS", o->maps, "Local maps of one resolution and the same classes")
       ->required();
   command->add_option("--out", o->out, "Global map to write")->required();
@@ -178,22 +178,26 @@ void add_fuse_command(CLI::App& app, int& exit_status) {
       ->add_option("--transform", o->transforms,
                    "MAP.tsm=T.txt: 4x4 matrix T_global_map, row by row [as the map says]")
       ->allow_extra_args(false);
-  command->add_option("--diffusion", o->diffusion, "contractive, paper, or none (the plain sum)")
+  command
+      ->add_option("--diffusion", o->diffusion.mode, "contractive, paper, or none (the plain sum)")
       ->check(CLI::IsMember({"contractive", "paper", "none"}))
       ->capture_default_str();
-  command->add_option("--iterations", o->iterations, "Iterations n [8; paper: 2]")
+  command->add_option("--iterations", o->diffusion.iterations, "Iterations n [8; paper: 2]")
       ->check(whole_number<int>());
   command
-      ->add_option("--diffusion-length", o->length_m,
+      ->add_option("--diffusion-length", o->diffusion.length_m,
                    "Length D of its kernel, m [2 voxels; paper: 3]")
       ->check(decimal_number());
-  command->add_option("--alpha", o->alpha, "Share that neighbours give, 0 to 1 (contractive)")
+  command
+      ->add_option("--alpha", o->diffusion.alpha,
+                   "Share that neighbours give, 0 to 1 (contractive)")
       ->check(decimal_number())
       ->capture_default_str();
-  command->add_option("--omega", o->omega, "Weight of all evidence")
+  command->add_option("--omega", o->diffusion.omega, "Weight of all evidence")
       ->check(decimal_number())
       ->capture_default_str();
-  command->add_option("--edge", o->edge, "Edge term: none, label, similarity or confidence")
+  command
+      ->add_option("--edge", o->diffusion.edge, "Edge term: none, label, similarity or confidence")
       ->check(CLI::IsMember({"none", "label", "similarity", "confidence"}))
       ->capture_default_str();
   command->add_option("--counts", o->counts, "dense or compact counts [as the maps]")
@@ -201,7 +205,7 @@ void add_fuse_command(CLI::App& app, int& exit_status) {
   command->add_option("--memory", o->memory,
                       "Budget for the global map and its making, bytes or with K, M, G [what the "
                       "maps need]");
-  command->add_flag("--whole-map", o->whole_map,
+  command->add_flag("--whole-map", o->diffusion.whole_map,
                     "Diffuse wherever there are labels, not only where robots overlap");
   command->footer(
       "Example: tessera fuse robot_0.tsm robot_1.tsm --transform robot_1.tsm=T.txt --out "

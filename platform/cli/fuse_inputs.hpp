@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "cli/outputs.hpp"
-#include "cli/stored_map.hpp"
+#include "mapping/outputs.hpp"
+#include "mapping/stored_map.hpp"
 #include "posix/outcome.hpp"
 #include "tessera/fusion/alignment.hpp"
 #include "tessera/fusion/replicas.hpp"

@@ -6,7 +6,7 @@
 #include <cstdio>
 
 #include "cli/command.hpp"
-#include "cli/number_text.hpp"
+#include "mapping/number_text.hpp"
 
 namespace tessera {
 
@@ -75,8 +75,8 @@ Json to_json(const FuseOptions& options, const GlobalMapConfig& config,
           {"out", options.out},
           {"report", options.report},
           {"transform", options.transforms},
-          {"diffusion", options.diffusion},
-          {"edge", options.edge},
+          {"diffusion", options.diffusion.mode},
+          {"edge", options.diffusion.edge},
           {"iterations", config.diffusion.iterations},
           {"diffusion_length", decimal_of(config.diffusion.length_m)},
           {"alpha", decimal_of(config.diffusion.alpha)},

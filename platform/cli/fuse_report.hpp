@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "cli/fuse_setup.hpp"
-#include "cli/report.hpp"
+#include "mapping/report.hpp"
 #include "tessera/fusion/global_map.hpp"
 
 namespace tessera {

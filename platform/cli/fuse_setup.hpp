@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "cli/fuse_inputs.hpp"
+#include "mapping/diffusion_options.hpp"
 #include "posix/outcome.hpp"
 #include "tessera/fusion/global_map.hpp"
 
@@ -20,15 +21,9 @@ struct FuseOptions {
   std::string out;
   std::string report;
   std::vector<std::string> transforms;
-  std::string diffusion = "contractive";
-  std::string edge = to_string(DiffusionConfig{}.edge);
-  std::string counts;              ///< "dense" or "compact"; empty: as the maps.
-  std::string memory;              ///< Bytes; empty: what the maps need.
-  std::optional<int> iterations;   ///< Without it: 8, in paper mode 2.
-  std::optional<double> length_m;  ///< Without it: two voxels, in paper mode three.
-  double alpha = 0.0;              ///< As typed; filled with the default.
-  double omega = 1.0;
-  bool whole_map = false;
+  DiffusionOptions diffusion;
+  std::string counts;  ///< "dense" or "compact"; empty: as the maps.
+  std::string memory;  ///< Bytes; empty: what the maps need.
 };
 
 /// What the replicas of all maps take.
@@ -44,9 +39,6 @@ Outcome<void> check_number_of_robots(const std::vector<FuseInput>& inputs);
 
 /// --memory in bytes; nothing if it was not given. Fails with kUsage iff it is no number of bytes.
 Outcome<std::optional<std::size_t>> memory_of(const FuseOptions& options);
-
-/// map: of the inputs. Fails with kUsage, naming the option, iff a value is out of its range.
-Outcome<DiffusionConfig> diffusion_of(const FuseOptions& options, const MapConfig& map);
 
 /// Without a budget: capacities with which nothing is refused; what is not used is not touched
 /// either. With one: replicas and the diffusion's own memory get what they need, the sums up to a

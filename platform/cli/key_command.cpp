@@ -6,9 +6,10 @@
 #include <optional>
 
 #include "cli/command.hpp"
-#include "cli/number_text.hpp"
-#include "cli/outputs.hpp"
-#include "cli/report.hpp"
+#include "cli/number_options.hpp"
+#include "mapping/number_text.hpp"
+#include "mapping/outputs.hpp"
+#include "mapping/report.hpp"
 #include "security/key_file.hpp"
 
 namespace tessera {

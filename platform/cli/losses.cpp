@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <span>
 
-#include "cli/number_text.hpp"
+#include "mapping/number_text.hpp"
 
 namespace tessera {
 

@@ -9,7 +9,7 @@
 #include <string_view>
 
 #include "cli/command.hpp"
-#include "cli/map_options.hpp"
+#include "mapping/map_options.hpp"
 #include "tessera/base/assert.hpp"
 #include "tessera/base/version.hpp"
 
@@ -52,6 +52,7 @@ int run(int argc, char** argv) {
   add_export_command(app, exit_status);
   add_info_command(app, exit_status);
   add_simulate_command(app, exit_status);
+  add_node_command(app, exit_status);
   add_doctor_command(app, exit_status);
   add_key_command(app, exit_status);
   const std::string_view first = argc > 1 ? argv[1] : "";

@@ -7,7 +7,7 @@
 
 #include "cli/command.hpp"
 #include "cli/losses.hpp"
-#include "cli/number_text.hpp"
+#include "mapping/number_text.hpp"
 
 namespace tessera {
 

@@ -7,8 +7,8 @@
 #include <optional>
 #include <vector>
 
-#include "cli/report.hpp"
 #include "dataset/dataset.hpp"
+#include "mapping/report.hpp"
 #include "tessera/inference/scan_report.hpp"
 #include "tessera/map/local_map.hpp"
 

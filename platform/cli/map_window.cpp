@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "cli/command.hpp"
-#include "cli/number_text.hpp"
+#include "mapping/number_text.hpp"
 #include "tessera/map/queries.hpp"
 #include "tessera/registration/scan.hpp"
 

@@ -7,9 +7,9 @@
 #include <optional>
 
 #include "archive/archive_file.hpp"
-#include "cli/map_options.hpp"
 #include "cli/map_report.hpp"
-#include "cli/stored_map.hpp"
+#include "mapping/map_options.hpp"
+#include "mapping/stored_map.hpp"
 #include "posix/outcome.hpp"
 
 namespace tessera {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "cli/stored_map.hpp"
+#include "mapping/stored_map.hpp"
 #include "posix/outcome.hpp"
 
 namespace tessera {

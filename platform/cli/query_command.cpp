@@ -7,11 +7,11 @@
 #include <limits>
 
 #include "cli/command.hpp"
-#include "cli/number_text.hpp"
-#include "cli/outputs.hpp"
-#include "cli/report.hpp"
-#include "cli/stored_map.hpp"
 #include "dataset/number_row.hpp"
+#include "mapping/number_text.hpp"
+#include "mapping/outputs.hpp"
+#include "mapping/report.hpp"
+#include "mapping/stored_map.hpp"
 #include "posix/atomic_file.hpp"
 #include "posix/input_file.hpp"
 

@@ -6,7 +6,7 @@
 #include <array>
 #include <cstdint>
 
-#include "cli/report.hpp"
+#include "mapping/report.hpp"
 #include "tessera/semantics/class_table.hpp"
 #include "tessera/semantics/estimate.hpp"
 

@@ -4,9 +4,10 @@
 #include <cstdio>
 
 #include "cli/command.hpp"
-#include "cli/number_text.hpp"
-#include "cli/outputs.hpp"
-#include "cli/report.hpp"
+#include "cli/number_options.hpp"
+#include "mapping/number_text.hpp"
+#include "mapping/outputs.hpp"
+#include "mapping/report.hpp"
 #include "posix/progress.hpp"
 #include "simulator/dataset_writer.hpp"
 #include "simulator/street_simulator.hpp"

@@ -77,6 +77,8 @@ class Exchange {
 
   /// Counters never decrease. O(contributions).
   [[nodiscard]] ExchangeReport report() const noexcept;
+  /// Of each contribution that report() counts, as far as into goes; returns how many there are.
+  [[nodiscard]] std::size_t contributions(std::span<ContributionState> into) const noexcept;
   [[nodiscard]] const PeerTable& peers() const noexcept { return peers_; }
   /// Of all that is there: equal on robots that have the same versions of the same blocks in the
   /// same frames. O(contributions).

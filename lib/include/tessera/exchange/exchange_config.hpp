@@ -61,6 +61,16 @@ class GlobalMap;
 /// Replicas alone, for robots that only pass on what they hear. Removing takes O(parts).
 [[nodiscard]] ReplicaStore store_of(Replicas& replicas) noexcept;
 
+/// What a robot has of a contribution.
+struct ContributionState {
+  ContributionId id;
+  bool own = false;
+  bool complete = false;      ///< Nothing is known to be lacking.
+  std::uint32_t latest = 0;   ///< The highest version that is known of.
+  std::uint32_t covered = 0;  ///< Up to which nothing is lacking.
+  std::uint64_t digest = 0;
+};
+
 /// Counters never decrease.
 struct ExchangeReport {
   // Datagrams that were received, each counted once more below if it was refused.

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-#include "cli/report.hpp"
+#include "mapping/report.hpp"
 
 #include <cstdio>
 #include <span>

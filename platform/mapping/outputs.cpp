@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-#include "cli/outputs.hpp"
+#include "mapping/outputs.hpp"
 
 #include <algorithm>
 #include <filesystem>
 #include <system_error>
 
-#include "cli/report.hpp"
+#include "mapping/report.hpp"
 
 namespace tessera {
 

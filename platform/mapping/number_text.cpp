@@ -1,21 +1,13 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-#include "cli/number_text.hpp"
+#include "mapping/number_text.hpp"
 
 #include <array>
+#include <charconv>
 #include <cstdio>
+#include <system_error>
 
 namespace tessera {
-
-CLI::Validator decimal_number() {
-  const auto check = [](std::string& text) -> std::string {
-    double value = 0.0;
-    const char* const end = text.data() + text.size();
-    const auto [stopped, error] = std::from_chars(text.data(), end, value);
-    return error == std::errc{} && stopped == end ? "" : text + " is not a number";
-  };
-  return {check, "", "decimal number"};
-}
 
 std::string text_of(double value) {
   std::array<char, 32> text{};

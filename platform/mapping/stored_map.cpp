@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-#include "cli/stored_map.hpp"
+#include "mapping/stored_map.hpp"
 
 #include <cstdlib>
 #include <cstring>

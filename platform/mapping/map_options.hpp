@@ -3,13 +3,12 @@
 // The options of "map", and how they become the core's configurations.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
 
-#include "cli/report.hpp"
+#include "mapping/report.hpp"
 #include "posix/outcome.hpp"
 #include "tessera/inference/integrator.hpp"
 #include "tessera/map/map_config.hpp"
@@ -60,8 +59,6 @@ struct MapSetup {
   WindowConfig window;            ///< Where --window is given.
   std::size_t archive_bytes = 0;  ///< Of the budget, for the archive's index.
 };
-
-void declare_map_options(CLI::App& command, MapOptions& options);
 
 /// Fails with kUsage, naming the option, iff a value is out of its range or options contradict each
 /// other.

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "cli/report.hpp"
+#include "mapping/report.hpp"
 #include "posix/outcome.hpp"
 #include "tessera/base/arena.hpp"
 #include "tessera/map/map_file.hpp"

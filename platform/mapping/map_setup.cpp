@@ -5,8 +5,8 @@
 #include <charconv>
 #include <cmath>
 
-#include "cli/map_options.hpp"
-#include "cli/number_text.hpp"
+#include "mapping/map_options.hpp"
+#include "mapping/number_text.hpp"
 
 namespace tessera {
 

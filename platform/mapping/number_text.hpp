@@ -1,0 +1,28 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// Numbers as people type them, and as they are written back.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace tessera {
+
+/// As a person would type the number.
+std::string text_of(double value);
+
+/// The number that somebody typed who got this float: the shortest decimal text for it, as a
+/// double.
+double decimal_of(float value);
+
+/// Bytes of "512M" and the like: a number alone, or with K, M, G, which are powers of 1024. Nothing
+/// if it is no such text, negative, or over 10^15.
+std::optional<std::size_t> parse_bytes(const std::string& text);
+
+/// "1 scan", "2 scans".
+std::string counted(std::uint64_t count, std::string_view singular);
+
+}  // namespace tessera

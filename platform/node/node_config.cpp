@@ -1,0 +1,224 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "node/node_config.hpp"
+
+#include <algorithm>
+
+#include "node/config_file.hpp"
+#include "posix/input_file.hpp"
+#include "tessera/fusion/replicas.hpp"
+
+namespace tessera {
+
+namespace {
+
+constexpr std::int64_t kMost32 = std::numeric_limits<std::uint32_t>::max();
+
+/// What "map" and "fuse" call a key.
+struct OptionName {
+  std::string_view option;
+  ConfigKey key;
+};
+constexpr OptionName kOptionNames[] = {
+    {"--resolution", {"map", "resolution_m"}},
+    {"--inference", {"map", "inference"}},
+    {"--kernel-length", {"map", "kernel_length_m"}},
+    {"--prior", {"map", "prior"}},
+    {"--max-range", {"map", "max_range_m"}},
+    {"--min-range", {"map", "min_range_m"}},
+    {"--downsample", {"map", "downsample_m"}},
+    {"--thinning-weight", {"map", "thinning_weight"}},
+    {"--free-space", {"map", "free_space"}},
+    {"--free-weight", {"map", "free_weight"}},
+    {"--memory", {"map", "memory"}},
+    {"--fusion-memory", {"fusion", "memory"}},
+    {"--counts", {"map", "counts"}},
+    {"--min-weight", {"map", "min_weight"}},
+    {"--max-evidence", {"map", "max_evidence"}},
+    {"--work-budget", {"map", "work_budget"}},
+    {"--deadline", {"map", "deadline_ms"}},
+    {"--diffusion-length", {"fusion", "diffusion_length_m"}},
+    {"--iterations", {"fusion", "iterations"}},
+    {"--alpha", {"fusion", "alpha"}},
+    {"--omega", {"fusion", "omega"}},
+};
+
+void take_robot(ConfigFile& file, NodeConfig& c) {
+  file.require({"robot", "id"}, "a number that no other robot of the fleet has");
+  file.take({"robot", "id"}, c.robot, {0, kMost32});
+  file.require({"robot", "state"}, "a folder in which the node counts its starts");
+  file.take_path({"robot", "state"}, c.state);
+  file.take_path({"robot", "T_global_map"}, c.T_global_map);
+}
+
+void take_replay(ConfigFile& file, NodeConfig& c) {
+  constexpr std::int64_t kMostScan = std::numeric_limits<int>::max();
+  file.require({"replay", "dataset"}, "a folder in the KITTI layout");
+  file.take_path({"replay", "dataset"}, c.map.dataset);
+  file.take({"replay", "first"}, c.map.first, {0, kMostScan});
+  file.take({"replay", "last"}, c.map.last, {0, kMostScan});
+  file.take({"replay", "labels"}, c.map.labels);
+  file.take({"replay", "rate_hz"}, c.rate_hz, ConfigFile::Real{0.0, 1000.0});
+  file.take({"replay", "loop"}, c.loop);
+  file.take({"replay", "start_delay_s"}, c.start_delay_s, ConfigFile::Real{0.0, 86400.0});
+}
+
+void take_map(ConfigFile& file, NodeConfig& c) {
+  MapOptions& o = c.map;
+  const ConfigFile::Real any;
+  file.take({"map", "resolution_m"}, o.resolution_m, any);
+  file.take({"map", "inference"}, o.inference);
+  file.take({"map", "kernel_length_m"}, o.kernel_length_m, any);
+  o.kernel_length_given = file.is_given({"map", "kernel_length_m"});
+  file.take({"map", "prior"}, o.prior, any);
+  file.take({"map", "max_range_m"}, o.max_range_m, any);
+  file.take({"map", "min_range_m"}, o.min_range_m, any);
+  file.take_number_or({"map", "downsample_m"}, o.downsample, "off");
+  file.take({"map", "thinning_weight"}, o.thinning_weight);
+  bool free_space = true;
+  file.take({"map", "free_space"}, free_space);
+  o.free_space = free_space ? "on" : "off";
+  std::size_t memory_bytes = std::size_t{192} << 20U;
+  file.take_bytes({"map", "memory"}, memory_bytes);
+  o.memory = std::to_string(memory_bytes);
+  file.take({"map", "counts"}, o.counts);
+  file.take({"map", "min_weight"}, o.min_weight, any);
+  file.take({"map", "max_evidence"}, o.max_evidence, any);
+  file.take({"map", "free_weight"}, o.free_weight, any);
+  file.take({"map", "work_budget"}, o.work_budget, {});
+  file.take({"map", "deadline_ms"}, o.deadline_ms, any);
+  o.robot = c.robot;
+}
+
+void take_publish(ConfigFile& file, NodeConfig& c) {
+  file.take({"publish", "staleness_s"}, c.staleness_s, ConfigFile::Real{0.001, 3600.0});
+  file.take({"publish", "free_staleness_s"}, c.free_staleness_s,
+            ConfigFile::Real{c.staleness_s, 3600.0});
+  file.take({"publish", "evidence_factor"}, c.evidence_factor, ConfigFile::Real{1.01, 1e6});
+  file.take({"publish", "blocks"}, c.blocks, {64, std::int64_t{1} << 28});
+  file.take({"publish", "label_bytes_per_s"}, c.label_bytes_per_s, {1000, kMost32});
+  file.take({"publish", "free_bytes_per_s"}, c.free_bytes_per_s, {1000, kMost32});
+}
+
+void take_network(ConfigFile& file, NodeConfig& c) {
+  file.take({"network", "url"}, c.link.url);
+  file.take({"network", "interface"}, c.link.interface);
+  file.take({"network", "receive_slots"}, c.link.queue_slots, {16, 1 << 20});
+  file.take({"network", "send_slots"}, c.send_slots, {16, 1 << 20});
+  file.take({"network", "bytes_per_s"}, c.bytes_per_s, {1000, 125'000'000});
+  file.take({"network", "burst_bytes"}, c.burst_bytes, {4096, 16 << 20});
+  file.take({"network", "peers"}, c.peers, {1, 1024});
+  file.take({"network", "contributions"}, c.contributions, {1, Replicas::kMostContributions});
+  file.take({"network", "status"}, c.status);
+}
+
+void take_security(ConfigFile& file, NodeConfig& c) {
+  file.take_path({"security", "fleet_key"}, c.fleet_key);
+  file.take({"security", "exclude"}, c.exclude);
+}
+
+/// Nothing is promised that is not kept: a robot whose owner wants signatures does not run without.
+Outcome<void> refuse_signatures(ConfigFile& file) {
+  for (const char* const name : {"robot_secret", "robot_public_keys"}) {
+    std::string path;
+    file.take_path({"security", name}, path);
+    if (!path.empty()) {
+      return file.refusal({"security", name},
+                          "the exchange does not sign records yet; leave it out, and know that "
+                          "whoever has the fleet's key can speak for any robot");
+    }
+  }
+  return {};
+}
+
+void take_fusion(ConfigFile& file, NodeConfig& c) {
+  DiffusionOptions& d = c.diffusion;
+  const ConfigFile::Real any;
+  file.take_bytes({"fusion", "memory"}, c.fusion_memory_bytes);
+  file.take({"fusion", "diffusion"}, d.mode, {"contractive", "paper", "none"});
+  file.take({"fusion", "edge"}, d.edge, {"none", "label", "similarity", "confidence"});
+  file.take({"fusion", "iterations"}, d.iterations, {0, 16});
+  file.take({"fusion", "diffusion_length_m"}, d.length_m, any);
+  file.take({"fusion", "alpha"}, d.alpha, any);
+  file.take({"fusion", "omega"}, d.omega, any);
+  file.take({"fusion", "whole_map"}, d.whole_map);
+  file.take({"fusion", "counts"}, c.counts, {"dense", "compact"});
+  file.take({"fusion", "robot_share"}, c.robot_share, ConfigFile::Real{0.01, 1.0});
+  file.take({"fusion", "work_per_tick"}, c.work_per_tick, {1000, std::int64_t{1} << 40});
+  file.take({"fusion", "near_first"}, c.near_first);
+}
+
+void take_output(ConfigFile& file, NodeConfig& c) {
+  file.take_path({"output", "global_map"}, c.global_map);
+  file.take_path({"output", "local_map"}, c.local_map);
+  file.take_path({"output", "contribution"}, c.contribution);
+  file.take_path({"output", "report"}, c.report);
+  file.take_path({"output", "snapshots"}, c.snapshots);
+  file.take({"output", "snapshot_every_s"}, c.snapshot_every_s, ConfigFile::Real{0.05, 86400.0});
+}
+
+void take_run(ConfigFile& file, NodeConfig& c) {
+  file.take({"run", "tick_ms"}, c.tick_ms, {1, 1000});
+  file.take({"run", "wait_for_peers"}, c.wait_for_peers, {0, 1024});
+  file.take({"run", "quiet_s"}, c.quiet_s, ConfigFile::Real{0.0, 3600.0});
+  file.take({"run", "linger_s"}, c.linger_s, ConfigFile::Real{0.0, 86400.0});
+  file.take({"run", "duration_s"}, c.duration_s, ConfigFile::Real{0.0, 1e7});
+}
+
+}  // namespace
+
+Outcome<NodeConfig> parse_node_config(std::string_view text, const std::string& path) {
+  Outcome<ConfigFile> file = ConfigFile::parse(text, path);
+  if (!file.ok()) return file.failure();
+  NodeConfig config;
+  for (const auto take : {take_robot, take_replay, take_map, take_publish, take_network,
+                          take_security, take_fusion, take_output, take_run})
+    take(*file, config);
+  const Outcome<void> unsigned_records = refuse_signatures(*file);
+  const Outcome<void> finished = file->finish();
+  if (!finished.ok()) return finished.failure();
+  if (!unsigned_records.ok()) return unsigned_records.failure();
+  config.values = file->values();
+  return config;
+}
+
+namespace {
+
+constexpr std::size_t kMostConfigBytes = 1U << 20U;
+
+}  // namespace
+
+Outcome<NodeConfig> read_node_config(const std::string& path) {
+  const Outcome<std::string> text = read_text_file(path, kMostConfigBytes);
+  if (!text.ok()) return text.failure();
+  return parse_node_config(*text, path);
+}
+
+Failure in_words_of_config(const Failure& failure, const std::string& path) {
+  std::string message = failure.message;
+  const ConfigKey* first = nullptr;
+  std::size_t first_at = std::string::npos;
+  for (const OptionName& name : kOptionNames) {
+    std::size_t at = message.find(name.option);
+    const auto ends = [&] {
+      const std::size_t end = at + name.option.size();
+      return end == message.size() ||
+             (message[end] != '-' && std::isalpha(static_cast<unsigned char>(message[end])) == 0);
+    };
+    while (at != std::string::npos && !ends()) at = message.find(name.option, at + 1);
+    if (at == std::string::npos) continue;
+    if (at < first_at) {
+      first = &name.key;
+      first_at = at;
+    }
+    message.replace(at, name.option.size(), name.key.name);
+  }
+  if (first == nullptr) return failure;
+  const Outcome<std::string> text = read_text_file(path, kMostConfigBytes);
+  if (!text.ok()) return {path + ": " + message, failure.kind};
+  const Outcome<ConfigFile> file = ConfigFile::parse(*text, path);
+  if (!file.ok()) return {path + ": " + message, failure.kind};
+  return {file->refusal(*first, message).message, failure.kind};
+}
+
+}  // namespace tessera

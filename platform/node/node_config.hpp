@@ -1,0 +1,83 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// What a node is set up with: one file, described key by key in docs/node.md.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "lcm/datagram_link.hpp"
+#include "mapping/diffusion_options.hpp"
+#include "mapping/map_options.hpp"
+#include "mapping/report.hpp"
+#include "posix/outcome.hpp"
+#include "tessera/exchange/publication.hpp"
+
+namespace tessera {
+
+struct NodeConfig {
+  // [robot]
+  std::uint32_t robot = 0;
+  std::string state;         ///< Folder of the counter of starts.
+  std::string T_global_map;  ///< File; empty: as the dataset says, else the identity.
+  // [replay], [map]; not all of MapOptions is for a node.
+  MapOptions map;
+  double rate_hz = 10.0;  ///< 0: as fast as it goes.
+  bool loop = false;
+  double start_delay_s = 0.0;
+  // [publish]
+  double staleness_s = 1.0;
+  double free_staleness_s = 4.0;
+  double evidence_factor = 4.0;
+  std::uint32_t blocks = PublisherConfig{}.blocks;
+  std::uint32_t label_bytes_per_s = 1'500'000;
+  std::uint32_t free_bytes_per_s = 375'000;
+  // [network]
+  LinkConfig link;
+  std::uint32_t send_slots = 512;
+  std::uint32_t bytes_per_s = 1'500'000;
+  std::uint32_t burst_bytes = 128U << 10U;
+  std::uint32_t peers = 64;
+  std::uint32_t contributions = 64;
+  bool status = true;
+  // [security]
+  std::string fleet_key;
+  std::vector<std::uint32_t> exclude;
+  // [fusion]
+  std::size_t fusion_memory_bytes = std::size_t{256} << 20U;
+  DiffusionOptions diffusion;
+  std::string counts = "compact";
+  double robot_share = 0.5;
+  std::uint64_t work_per_tick = 1'000'000;
+  bool near_first = false;
+  // [output]
+  std::string global_map;
+  std::string local_map;
+  std::string contribution;
+  std::string report;
+  std::string snapshots;
+  double snapshot_every_s = 1.0;
+  // [run]
+  std::int64_t tick_ms = 50;
+  std::uint32_t wait_for_peers = 0;
+  double quiet_s = 3.0;
+  double linger_s = 60.0;
+  double duration_s = 0.0;  ///< 0: no limit.
+
+  Json values;  ///< All of it, by table and key.
+};
+
+/// Fails with kUsage, naming the line and what to write instead, iff the file is missing or has
+/// anything that is not as docs/node.md says. Ranges of the map's and the diffusion's settings are
+/// checked where they are set up (set_up_robot).
+Outcome<NodeConfig> read_node_config(const std::string& path);
+Outcome<NodeConfig> parse_node_config(std::string_view text, const std::string& path);
+
+/// "path, line n: [map] max_range_m -1 is not allowed; ..." of a failure that names an option of
+/// "map" or "fuse" (--max-range).
+Failure in_words_of_config(const Failure& failure, const std::string& path);
+
+}  // namespace tessera

@@ -1,0 +1,230 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// The report of "node".
+#include <array>
+
+#include "mapping/number_text.hpp"
+#include "node/node.hpp"
+#include "posix/monotonic_clock.hpp"
+
+namespace tessera {
+
+namespace {
+
+double ms_of(std::int64_t us) { return 1e-3 * static_cast<double>(us); }
+
+Json times_json(const DurationHistogram& times) {
+  return {{"count", times.count()},
+          {"median_ms", ms_of(times.quantile_us(0.5))},
+          {"p99_ms", ms_of(times.quantile_us(0.99))},
+          {"max_ms", ms_of(times.max_us())}};
+}
+
+Json exchange_json(const ExchangeReport& r) {
+  return {{"received", r.received},
+          {"received_bytes", r.received_bytes},
+          {"refused_size", r.refused_size},
+          {"refused_format", r.refused_format},
+          {"refused_tag", r.refused_tag},
+          {"refused_configuration", r.refused_configuration},
+          {"refused_replay", r.refused_replay},
+          {"refused_robot", r.refused_robot},
+          {"refused_excluded", r.refused_excluded},
+          {"refused_peers", r.refused_peers},
+          {"refused_body", r.refused_body},
+          {"own_echoes", r.own_echoes},
+          {"records_taken", r.records_taken},
+          {"records_stale", r.records_stale},
+          {"records_refused", r.records_refused},
+          {"records_early", r.records_early},
+          {"refused_contributions", r.refused_contributions},
+          {"diverged", r.diverged},
+          {"impostors", r.impostors},
+          {"sent", r.sent},
+          {"sent_bytes", r.sent_bytes},
+          {"announcements", r.announcements},
+          {"requests", r.requests},
+          {"requests_saved", r.requests_saved},
+          {"frames", r.frames},
+          {"fresh_chunks", r.fresh_chunks},
+          {"answer_chunks", r.answer_chunks},
+          {"answer_bytes", r.answer_bytes},
+          {"answers_saved", r.answers_saved},
+          {"refused_answers", r.refused_answers},
+          {"published_parts", r.published_parts},
+          {"refused_parts", r.refused_parts},
+          {"contributions", r.contributions},
+          {"complete", r.complete},
+          {"peers", r.peers},
+          {"waiting_answers", r.waiting_answers}};
+}
+
+Json publisher_json(const Publisher& publisher) {
+  const PublisherTotals& t = publisher.totals();
+  return {{"noted", t.noted},
+          {"compared", t.compared},
+          {"unchanged", t.unchanged},
+          {"deferred", t.deferred},
+          {"partial", t.partial},
+          {"published", t.published},
+          {"emptied", t.emptied},
+          {"refused", t.refused},
+          {"left_out", t.left_out},
+          {"label_bytes", t.label_bytes},
+          {"free_bytes", t.free_bytes},
+          {"peak_waiting", t.peak_waiting},
+          {"waiting", publisher.waiting()},
+          {"worst_staleness_ms", ms_of(t.worst_staleness_us)}};
+}
+
+Json link_json(const NetworkPort& port) {
+  const LinkStatistics s = port.link().statistics();
+  return {{"interface", port.link().interface().name},
+          {"receive_buffer_bytes", port.link().receive_buffer_bytes()},
+          {"received", s.received},
+          {"received_bytes", s.received_bytes},
+          {"own", s.own},
+          {"other_channel", s.other_channel},
+          {"too_short", s.too_short},
+          {"too_long", s.too_long},
+          {"fragments", s.fragments},
+          {"foreign", s.foreign},
+          {"no_channel", s.no_channel},
+          {"queue_full", s.queue_full},
+          {"kernel_dropped", s.kernel_dropped},
+          {"missing", s.missing},
+          {"sent", s.sent},
+          {"sent_bytes", s.sent_bytes},
+          {"refused", s.refused},
+          {"failed", s.failed},
+          {"queue_peak", s.queue_peak},
+          {"send_queue_full", port.send_queue_full()},
+          {"send_queue_peak", port.send_queue_peak()}};
+}
+
+Json contributions_json(const Robot& robot) {
+  std::vector<ContributionState> states(robot.exchange().contributions({}));
+  states.resize(robot.exchange().contributions(states));
+  const Replicas& replicas = robot.global().replicas();
+  Json json = Json::array();
+  for (const ContributionState& state : states) {
+    Json one = {{"robot", state.id.robot},     {"epoch", state.id.epoch},
+                {"submap", state.id.submap},   {"own", state.own},
+                {"complete", state.complete},  {"latest_version", state.latest},
+                {"covered_to", state.covered}, {"digest", hex64(state.digest)}};
+    const Result<Replicas::Slot> slot = replicas.find(state.id);
+    one["parts"] = slot.ok() ? Json(replicas.contribution(*slot).blocks) : Json(0);
+    json.push_back(std::move(one));
+  }
+  return json;
+}
+
+Json peers_json(const Robot& robot, std::int64_t now_us) {
+  Json json = Json::array();
+  for (const Peer& peer : robot.exchange().peers().all()) {
+    const std::string mismatch =
+        peer.mismatch ? mismatch_text(*peer.mismatch, robot.map().config(), robot.map().classes())
+                      : "";
+    json.push_back({{"robot", peer.robot},
+                    {"session", peer.session},
+                    {"datagrams", peer.datagrams},
+                    {"silent_s", 1e-6 * static_cast<double>(now_us - peer.heard_us)},
+                    {"left", peer.left},
+                    {"mismatch", mismatch}});
+  }
+  return json;
+}
+
+Json global_json(const Robot& robot) {
+  const GlobalMapReport r = robot.global().report();
+  const MapUsage usage = robot.global().map().usage();
+  return {{"label_voxels", usage.label_voxels},
+          {"free_voxels", robot.global().map().count_free_voxels()},
+          {"blocks", r.blocks},
+          {"overlap_blocks", r.overlap_blocks},
+          {"overlap_voxels", r.nodes},
+          {"residual", r.residual},
+          {"refused_blocks", r.refused_blocks + r.refused_outputs},
+          {"refused_sums", r.refused_sums},
+          {"refused_replicas", r.replicas.refused_storage + r.replicas.refused_quota},
+          {"saturated_voxels", r.saturated_voxels},
+          {"waiting", r.waiting}};
+}
+
+Json memory_json(const Robot& robot) {
+  const GlobalMapReport r = robot.global().report();
+  const MapUsage map = robot.map().usage();
+  return {{"budget_bytes", robot.memory_bytes()},
+          {"used_bytes", robot.used_bytes()},
+          {"map_used_bytes", map.used_bytes},
+          {"global_used_bytes", r.used_bytes},
+          {"global_map_used_bytes", robot.global().map().usage().used_bytes},
+          {"replica_bytes", r.replicas.used_bytes},
+          {"sum_bytes", r.sum_bytes}};
+}
+
+}  // namespace
+
+std::string mismatch_text(const ConfigurationDetails& theirs, const MapConfig& ours,
+                          const ClassTable& classes) {
+  std::string text;
+  const auto add = [&text](const std::string& what) { text += (text.empty() ? "" : ", ") + what; };
+  const auto differs = [&add](const char* what, double their, double our) {
+    if (their < our || their > our)
+      add(std::string(what) + " is " + text_of(their) + " there and " + text_of(our) + " here");
+  };
+  differs("resolution_m", theirs.resolution_m, ours.resolution_m);
+  differs("prior", theirs.prior, ours.prior);
+  differs("free_weight", decimal_of(theirs.free_weight), decimal_of(ours.free_weight));
+  differs("number of classes", theirs.classes, classes.num_classes());
+  if (text.empty()) add("ids or names of classes are others");
+  return text + "; give both robots the same";
+}
+
+Json Node::report() const {
+  const ExchangeReport exchange = robot_->exchange().report();
+  const double seconds = 1e-6 * static_cast<double>(run_.end_us - run_.start_us);
+  Json json = {{"robot", config_.robot},
+               {"epoch", setup_.robot.epoch},
+               {"ended_by", run_.ended_by},
+               {"seconds", seconds},
+               {"digest", hex64(global_digest_)},
+               {"exchange_digest", hex64(robot_->exchange().digest())},
+               {"local_digest", hex64(local_digest_.value_or(0))},
+               {"scans",
+                {{"integrated", run_.scans},
+                 {"points", run_.points},
+                 {"left_out", run_.left_out},
+                 {"unknown_ids", run_.unknown_ids},
+                 {"bad_poses", run_.bad_poses},
+                 {"worst_late_ms", ms_of(run_.worst_late_us)},
+                 {"times", times_json(run_.scan_times)}}}};
+  Json ticks = times_json(times().ticks);
+  ticks["period_ms"] = config_.tick_ms;
+  ticks["overruns"] = times().overruns;
+  ticks["worst_late_ms"] = ms_of(times().worst_late_us);
+  json["ticks"] = std::move(ticks);
+  json["receive_times"] = times_json(times().receiving);
+  json["sent_bytes"] = exchange.sent_bytes;
+  json["received_bytes"] = exchange.received_bytes;
+  json["heap_allocations_after_start"] =
+      run_.heap_allocations ? Json(*run_.heap_allocations) : Json();
+  json["global_map"] = global_json(*robot_);
+  json["memory"] = memory_json(*robot_);
+  json["contributions"] = contributions_json(*robot_);
+  json["peers"] = peers_json(*robot_, run_.end_us);
+  json["exchange"] = exchange_json(exchange);
+  json["publisher"] = publisher_json(robot_->publisher());
+  json["link"] = link_json(*port_);
+  Json snapshots = Json::array();
+  for (const Snapshot& snapshot : run_.snapshots) {
+    snapshots.push_back({{"file", snapshot.path},
+                         {"after_s", snapshot.after_s},
+                         {"label_voxels", snapshot.label_voxels}});
+  }
+  json["snapshots"] = std::move(snapshots);
+  json["config"] = config_.values;
+  return json;
+}
+
+}  // namespace tessera

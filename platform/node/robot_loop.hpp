@@ -1,0 +1,88 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// What a robot's thread does over and over: takes what has arrived as soon as it is there, ticks at
+// an even pace, sends what is due, and sleeps. When is the caller's.
+#pragma once
+
+#include <cstdint>
+
+#include "node/network_port.hpp"
+#include "node/robot.hpp"
+#include "posix/duration_histogram.hpp"
+#include "posix/monotonic_clock.hpp"
+
+namespace tessera {
+
+struct LoopTimes {
+  DurationHistogram ticks;      ///< Work of a tick, sending included.
+  DurationHistogram receiving;  ///< Work on what had arrived, fusing included.
+  std::uint64_t overruns = 0;   ///< Ticks that began a whole period late or more.
+  std::int64_t worst_late_us = 0;
+};
+
+/// For one thread; no heap. robot and port must outlive it.
+class RobotLoop {
+ public:
+  /// Datagrams that are taken at once, so that a flood keeps no tick waiting.
+  static constexpr int kReceiveBatch = 256;
+
+  /// The first tick is due at start_us. period_us: above 0.
+  RobotLoop(Robot& robot, NetworkPort& port, std::int64_t start_us, std::int64_t period_us) noexcept
+      : robot_(&robot), port_(&port), period_us_(period_us), due_us_(start_us) {}
+
+  /// Whether anything was there.
+  bool receive(std::int64_t now_us) noexcept {
+    std::array<std::byte, kMaxMessageBytes> bytes;
+    int count = 0;
+    for (; count < kReceiveBatch; ++count) {
+      const DatagramLink::Received received = port_->receive(bytes);
+      if (received.bytes.empty()) break;
+      robot_->receive(received.bytes, now_us);
+    }
+    if (count == 0) return false;
+    robot_->fuse();
+    times_.receiving.add(MonotonicClock::now_us() - now_us);
+    return true;
+  }
+
+  [[nodiscard]] std::int64_t tick_due_us() const noexcept { return due_us_; }
+  /// To be called once it is due. Ticks that were missed are not made up for. Returns what it took.
+  std::int64_t tick(std::int64_t now_us) noexcept {
+    const std::int64_t late_us = now_us - due_us_;
+    times_.worst_late_us = std::max(times_.worst_late_us, late_us);
+    if (late_us >= period_us_) ++times_.overruns;
+    due_us_ += (late_us / period_us_ + 1) * period_us_;
+    static_cast<void>(robot_->tick(now_us));
+    send(now_us);
+    const std::int64_t took_us = MonotonicClock::now_us() - now_us;
+    times_.ticks.add(took_us);
+    return took_us;
+  }
+
+  void send(std::int64_t now_us) noexcept {
+    while (true) {
+      const std::span<std::byte> into = port_->claim();
+      if (into.empty()) break;
+      const std::size_t bytes = robot_->send(now_us, into);
+      if (bytes == 0) break;
+      port_->commit(bytes);
+    }
+    port_->flush();
+  }
+
+  /// Until then, or something arrives, or a signal does.
+  void wait_until(std::int64_t us) noexcept {
+    static_cast<void>(port_->wait(us - MonotonicClock::now_us()));
+  }
+
+  [[nodiscard]] const LoopTimes& times() const noexcept { return times_; }
+
+ private:
+  Robot* robot_;
+  NetworkPort* port_;
+  std::int64_t period_us_;
+  std::int64_t due_us_;
+  LoopTimes times_;
+};
+
+}  // namespace tessera

@@ -1,0 +1,239 @@
+# SPDX-FileCopyrightText: The tessera authors
+# SPDX-License-Identifier: Apache-2.0
+"""tessera node: robots as processes over real multicast, in a network of their own."""
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+import own_network
+from command_case import DONE, TIME_LIMIT_S, USAGE, CommandCase, command_path
+
+if not own_network.enter():
+    print("skipped: no network namespaces permitted here (unshare -rn)", file=sys.stderr)
+    raise unittest.SkipTest("no network namespaces")
+
+PORT = 20000 + os.getpid() % 20000
+SCANS = 4
+# Heap allocations are not counted under sanitizers.
+COUNTED = not os.environ.get("TESSERA_SANITIZE")
+
+
+class NodeCase(CommandCase):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        folder = tempfile.TemporaryDirectory(prefix="tessera-street-")
+        cls.addClassCleanup(folder.cleanup)
+        cls.street = folder.name + "/street"
+        subprocess.run([command_path(), "simulate", "--scans", str(SCANS), "--seed", "5", "--out", cls.street], check=True,
+                       capture_output=True, timeout=TIME_LIMIT_S)
+
+    def config(self, number, name=None, /, **changes):
+        """Writes a configuration; changes: by table, a dictionary of keys, None to leave one out."""
+        name = name or f"robot_{number}"
+        tables = {
+            "robot": {"id": number, "state": "state"},
+            "replay": {"dataset": f"{self.street}/robot_{number}", "rate_hz": 0},
+            "map": {"resolution_m": 0.4, "max_range_m": 60.0, "memory": "24M"},
+            "publish": {"staleness_s": 0.2, "free_staleness_s": 0.4},
+            "network": {"url": f"udpm://239.255.76.67:{PORT}?ttl=0&recv_buf_size=400000", "interface": "lo"},
+            "fusion": {"memory": "32M"},
+            "output": {"global_map": f"{name}.global.tsm", "contribution": f"{name}.contribution.tsm", "report": f"{name}.json"},
+            "run": {"wait_for_peers": 1, "quiet_s": 1.5, "linger_s": 60},
+        }
+        for table, keys in changes.items():
+            tables.setdefault(table, {}).update(keys)
+        lines = []
+        for table, keys in tables.items():
+            lines.append(f"[{table}]")
+            lines += [f"{key} = {json.dumps(value)}" for key, value in keys.items() if value is not None]
+        path = self.folder / f"{name}.toml"
+        path.write_text("\n".join(lines) + "\n")
+        return path
+
+
+class Node(NodeCase):
+    def setUp(self):
+        super().setUp()
+        self.processes = []
+        self.addCleanup(self.end_all)
+
+    def end_all(self):
+        for process in self.processes:
+            if process.poll() is None:
+                process.kill()
+            process.communicate()
+
+    def start(self, config):
+        process = subprocess.Popen([command_path(), "node", "--config", str(config)], cwd=self.folder, text=True,
+                                   stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        self.processes.append(process)
+        return process
+
+    def finished(self, process, config):
+        """What came of it: the report, and what it said."""
+        out, error = process.communicate(timeout=TIME_LIMIT_S)
+        self.assertEqual(DONE, process.returncode, error)
+        report = json.loads(config.with_suffix(".json").read_text())
+        self.assertIn(report["digest"], out)
+        return report, error
+
+    def run_both(self, first, second):
+        processes = [(self.start(config), config) for config in (first, second)]
+        return [self.finished(*one)[0] for one in processes]
+
+    def assert_same(self, reports):
+        self.assertEqual(reports[0]["digest"], reports[1]["digest"])
+        self.assertEqual(reports[0]["exchange_digest"], reports[1]["exchange_digest"])
+
+    def test_two_robots_have_the_same_map_and_it_is_what_fusing_gives(self):
+        self.done("key", "new", "--fleet", "fleet.key")
+        key = {"security": {"fleet_key": "fleet.key"}}
+        reports = self.run_both(self.config(0, **key, output={"local_map": "local_0.tsm", "snapshots": "growing",
+                                                              "snapshot_every_s": 0.2}), self.config(1, **key))
+        self.assert_same(reports)
+        for robot, report in enumerate(reports):
+            self.assertEqual(("quiet", robot, 1), (report["ended_by"], report["robot"], report["epoch"]))
+            self.assertEqual([(0, 1, True), (1, 1, True)],
+                             sorted((c["robot"], c["epoch"], c["complete"]) for c in report["contributions"]))
+            self.assertEqual(SCANS, report["scans"]["integrated"])
+            self.assertEqual([1 - robot], [peer["robot"] for peer in report["peers"]])
+            self.assertEqual("", report["peers"][0]["mismatch"])
+            self.assertGreater(report["global_map"]["overlap_blocks"], 0)
+            self.assertEqual(0, report["exchange"]["refused_tag"] + report["exchange"]["records_refused"])
+            self.assertEqual(0 if COUNTED else None, report["heap_allocations_after_start"])
+            self.assertLessEqual(report["memory"]["used_bytes"], report["memory"]["budget_bytes"])
+            self.assertEqual("contractive", report["config"]["fusion"]["diffusion"])
+        info = self.info("robot_0.global.tsm")
+        self.assertEqual(("global", reports[0]["digest"], [0, 1]), (info["kind"], info["digest"], info["settings"]["robots"]))
+        self.assertEqual(reports[0]["local_digest"], self.info("local_0.tsm")["digest"])
+        # The global map is that of the contributions, whoever fuses them.
+        fused = self.folder / "fused.json"
+        self.done("fuse", "robot_0.contribution.tsm", "robot_1.contribution.tsm", "--out", "fused.tsm", "--counts", "compact",
+                  "--report", fused)
+        self.assertEqual(reports[0]["digest"], json.loads(fused.read_text())["digest"])
+        # The shared map grew.
+        voxels = [snapshot["label_voxels"] for snapshot in reports[0]["snapshots"]]
+        self.assertEqual(sorted(voxels), voxels)
+        self.assertGreater(len(set(voxels)), 1)
+        for snapshot in reports[0]["snapshots"]:
+            self.assertTrue((self.folder / snapshot["file"]).exists())
+
+    def info(self, map_file):
+        self.done("info", map_file, "--report", "info.json")
+        return json.loads((self.folder / "info.json").read_text())
+
+    def test_killed_and_started_again(self):
+        first, second = self.config(0), self.config(1, run={"wait_for_peers": 1, "quiet_s": 4, "linger_s": 60})
+        victim, other = self.start(first), self.start(second)
+        self.wait_for(lambda: (self.folder / "state/robot_0.starts").exists())
+        time.sleep(0.7)
+        victim.kill()
+        victim.communicate()
+        reports = [self.finished(self.start(first), first)[0], self.finished(other, second)[0]]
+        self.assert_same(reports)
+        self.assertEqual(2, reports[0]["epoch"])
+        epochs = {(c["robot"], c["epoch"]) for c in reports[0]["contributions"]}
+        self.assertLessEqual({(0, 2), (1, 1)}, epochs)
+        self.assertEqual(epochs, {(c["robot"], c["epoch"]) for c in reports[1]["contributions"]})
+
+    def wait_for(self, condition):
+        for _ in range(1000):
+            if condition():
+                return
+            time.sleep(0.02)
+        self.fail("waited in vain")
+
+    def test_a_signal_ends_it_with_all_outputs(self):
+        config = self.config(0, replay={"loop": True})
+        process = self.start(config)
+        self.wait_for(lambda: (self.folder / "state/robot_0.starts").exists())
+        time.sleep(0.5)
+        process.send_signal(signal.SIGTERM)
+        report, _ = self.finished(process, config)
+        self.assertEqual("signal", report["ended_by"])
+        self.assertTrue((self.folder / "robot_0.global.tsm").exists())
+
+    def test_without_the_fleets_key_nothing_is_taken(self):
+        self.done("key", "new", "--fleet", "fleet.key")
+        alone = {"run": {"wait_for_peers": 0, "quiet_s": 2.5, "linger_s": 20}}
+        reports = self.run_both(self.config(0, **alone, security={"fleet_key": "fleet.key"}), self.config(1, **alone))
+        for report in reports:
+            self.assertGreater(report["exchange"]["refused_tag"], 0)
+            self.assertEqual((0, 0, 1), (report["exchange"]["peers"], report["exchange"]["records_taken"],
+                                         report["exchange"]["contributions"]))
+
+    def test_another_configuration_is_named(self):
+        alone = {"run": {"wait_for_peers": 0, "quiet_s": 2.5, "linger_s": 20}}
+        processes = [(self.start(c), c) for c in (self.config(0, **alone), self.config(1, **alone, map={"resolution_m": 0.5}))]
+        for process, config in processes:
+            report, error = self.finished(process, config)
+            self.assertIn("resolution_m is 0.", report["peers"][0]["mismatch"])
+            self.assertIn("nothing is taken of robot", error)
+            self.assertGreater(report["exchange"]["refused_configuration"], 0)
+
+    def test_an_excluded_robot(self):
+        reports = self.run_both(self.config(0, security={"exclude": [1]}, run={"wait_for_peers": 0}), self.config(1))
+        self.assertGreater(reports[0]["exchange"]["refused_excluded"], 0)
+        self.assertEqual([0], [c["robot"] for c in reports[0]["contributions"]])
+        self.assertEqual({0, 1}, {c["robot"] for c in reports[1]["contributions"]})
+
+
+class BadConfiguration(NodeCase):
+    """Refused in one line, before anything is begun."""
+
+    def bad(self, *saying, **changes):
+        path = self.config(0, "bad", **changes)
+        self.refused("node", "--config", path, saying=saying, exit_status=USAGE)
+        self.assertEqual([], [p.name for p in self.folder.iterdir() if p != path])
+
+    def test_words(self):
+        self.bad("line 3", "there is no key stat in [robot]; did you mean state?", robot={"state": None, "stat": "s"})
+        self.bad("there is no key max_range in [map]", "max_range_m", map={"max_range": 20})
+        self.bad("there is no table [netwrok]; did you mean [network]?", netwrok={"url": "x"})
+        self.bad("there is no key rate_hz in [run]; it is in [replay]", run={"rate_hz": 1})
+        self.bad("[robot] id: is missing", robot={"id": None})
+        self.bad("[replay] dataset: is missing", replay={"dataset": None})
+
+    def test_values(self):
+        self.bad("[robot] id: is not a whole number", robot={"id": "zero"})
+        self.bad("[robot] id: -1 is not allowed", "line 2", robot={"id": -1})
+        self.bad("[replay] rate_hz: -1 is not allowed", replay={"rate_hz": -1})
+        self.bad("[replay] loop: is not true or false", replay={"loop": 1})
+        self.bad("[map] memory: is no number of bytes", map={"memory": "much"})
+        self.bad("[map] memory", "give at least", map={"memory": "1K"})
+        self.bad("line 8: [map] resolution_m: resolution_m 0 is not allowed", map={"resolution_m": 0})
+        self.bad("[map] kernel_length_m", map={"kernel_length_m": 0.5})
+        self.bad("[map] downsample_m", map={"downsample_m": "of"})
+        self.bad("[fusion] diffusion: \"strong\" is not allowed; give \"contractive\", \"paper\" or \"none\"",
+                 fusion={"diffusion": "strong"})
+        self.bad("[fusion] alpha", fusion={"alpha": 1})
+        self.bad("[fusion] memory", "give at least", fusion={"memory": "1M"})
+        self.bad("[security] exclude: is not a list", security={"exclude": ["x"]})
+        self.bad("does not sign records yet", security={"robot_secret": "robot_0.key"})
+
+    def test_what_is_named_is_not_there(self):
+        self.bad("nowhere", replay={"dataset": "nowhere"})
+        self.bad("fleet.key", security={"fleet_key": "fleet.key"})
+        self.bad("nowhere", output={"report": "nowhere/report.json"})
+        self.bad("the same file", output={"report": "one", "global_map": "one"})
+        self.bad("eth99", network={"interface": "eth99"})
+        self.bad("ttl", network={"url": "udpm://239.255.76.67:7667"})
+        self.refused("node", "--config", "no.toml", saying=("no.toml",))
+        self.refused("node", saying=("--config",))
+        (self.folder / "bad.toml").write_text("[robot\n")
+        self.refused("node", "--config", "bad.toml", saying=("line 1", "not valid TOML"))
+
+    def test_a_count_of_starts_that_is_none(self):
+        (self.folder / "state").mkdir()
+        (self.folder / "state/robot_0.starts").write_text("many\n")
+        self.refused("node", "--config", self.config(0, "bad"), saying=("holds no count of starts",))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,81 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "node/node_config.hpp"
+
+#include <catch2/catch.hpp>
+#include <fstream>
+#include <iterator>
+
+#include "node/start_counter.hpp"
+#include "support/temporary_folder.hpp"
+
+namespace tessera {
+namespace {
+
+constexpr const char* kLeast = "[robot]\nid = 3\nstate = 'state'\n[replay]\ndataset = 'street'\n";
+
+TEST_CASE("NodeConfig: with the least that is needed all else is as documented") {
+  const Outcome<NodeConfig> config = parse_node_config(kLeast, "node.toml");
+  REQUIRE(config.ok());
+  CHECK(config->robot == 3);
+  CHECK(config->map.robot == 3U);
+  CHECK(config->rate_hz == Approx(10.0));
+  CHECK(config->tick_ms == 50);
+  CHECK(config->link.url == kDefaultUrl);
+}
+
+TEST_CASE("NodeConfig: every key is described in docs/node.md with its default") {
+  const Outcome<NodeConfig> config = parse_node_config(kLeast, "node.toml");
+  REQUIRE(config.ok());
+  std::ifstream stream(TESSERA_NODE_DOCS);
+  const std::string docs{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+  std::size_t at = 0;
+  for (const auto& table : config->values.items()) {
+    at = docs.find("### [" + table.key() + "]", at);
+    INFO("[" << table.key() << "]");
+    REQUIRE(at != std::string::npos);
+    const std::string section = docs.substr(at, docs.find("\n##", at + 1) - at);
+    for (const auto& key : table.value().items()) {
+      INFO(key.key());
+      CHECK(section.find("\n| `" + key.key() + "` | ") != std::string::npos);
+    }
+  }
+}
+
+TEST_CASE("NodeConfig: refusals of map and fuse come in words of the configuration") {
+  const test::TemporaryFolder folder;
+  folder.write("node.toml", "[map]\nmax_range_m = 3\n\nmin_range_m = 5\n");
+  const std::string path = folder.file("node.toml");
+  const Failure failure =
+      in_words_of_config({"--min-range 5 is not allowed; give metres, under --max-range"}, path);
+  CHECK(failure.message == path +
+                               ", line 4: [map] min_range_m: min_range_m 5 is not allowed; give "
+                               "metres, under max_range_m");
+  CHECK(in_words_of_config({"no route to the group"}, path).message == "no route to the group");
+}
+
+TEST_CASE("count_start: each start is one more than the last, of each robot by itself") {
+  const test::TemporaryFolder folder;
+  const std::string state = folder.file("deep/state");
+  CHECK(*count_start(state, 3) == 1);
+  CHECK(*count_start(state, 3) == 2);
+  CHECK(*count_start(state, 4) == 1);
+  CHECK(*count_start(state, 3) == 3);
+  CHECK(folder.read("deep/state/robot_3.starts") == "3\n");
+}
+
+TEST_CASE("count_start: what is no count is refused and left as it is") {
+  const test::TemporaryFolder folder;
+  for (const char* const text : {"", "x\n", "1", "0\n", "-1\n", "4294967296\n", "1\n2\n"}) {
+    INFO(text);
+    folder.write("robot_0.starts", text);
+    const Outcome<std::uint32_t> start = count_start(folder.path().string(), 0);
+    REQUIRE_FALSE(start.ok());
+    CHECK(folder.read("robot_0.starts") == text);
+  }
+  folder.write("robot_0.starts", "4294967295\n");
+  CHECK_FALSE(count_start(folder.path().string(), 0).ok());
+}
+
+}  // namespace
+}  // namespace tessera
