@@ -13,8 +13,9 @@ struct PublishedMap {
   LocalMap map;
 };
 
-/// With dense counts and no cap, so that it holds every number as it was published. Fails with
-/// kFailure iff the system does not give the memory. Uses the heap.
+/// With compact counts, which hold what goes over the wire: three classes and a rest; to the last
+/// bit where the map's cap of evidence is such that a quantum is 2^-14 or less (CompactTuple).
+/// Fails with kFailure iff the system does not give the memory. Uses the heap.
 Outcome<std::unique_ptr<PublishedMap>> published_map(const Robot& robot);
 
 }  // namespace tessera

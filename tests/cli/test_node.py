@@ -114,8 +114,7 @@ class Node(NodeCase):
         self.assertEqual(reports[0]["local_digest"], self.info("local_0.tsm")["digest"])
         # The global map is that of the contributions, whoever fuses them.
         fused = self.folder / "fused.json"
-        self.done("fuse", "robot_0.contribution.tsm", "robot_1.contribution.tsm", "--out", "fused.tsm", "--counts", "compact",
-                  "--report", fused)
+        self.done("fuse", "robot_0.contribution.tsm", "robot_1.contribution.tsm", "--out", "fused.tsm", "--report", fused)
         self.assertEqual(reports[0]["digest"], json.loads(fused.read_text())["digest"])
         # The shared map grew.
         voxels = [snapshot["label_voxels"] for snapshot in reports[0]["snapshots"]]
@@ -214,7 +213,8 @@ class BadConfiguration(NodeCase):
                  fusion={"diffusion": "strong"})
         self.bad("[fusion] alpha", fusion={"alpha": 1})
         self.bad("[fusion] memory", "give at least", fusion={"memory": "1M"})
-        self.bad("[security] exclude: is not a list", security={"exclude": ["x"]})
+        self.bad("[security] exclude", "list of whole numbers", security={"exclude": ["x"]})
+        self.bad("[security] exclude: is not a list of numbers of robots", security={"exclude": [-1]})
         self.bad("does not sign records yet", security={"robot_secret": "robot_0.key"})
 
     def test_what_is_named_is_not_there(self):
