@@ -58,7 +58,7 @@ id = $robot
 state = "state"
 [replay]
 dataset = "../street/robot_$robot"
-rate_hz = 5
+rate_hz = 4
 [network]
 url = "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304"
 interface = "lo"
@@ -67,7 +67,7 @@ fleet_key = "fleet.key"
 [output]
 global_map = "global_of_$robot.tsm"
 report = "robot_$robot.json"
-$([ $robot = 1 ] || printf 'snapshots = "growing"\nsnapshot_every_s = 0.25')
+$([ $robot = 1 ] || printf 'snapshots = "growing"\nsnapshot_every_s = 0.5')
 [run]
 wait_for_peers = 1
 TOML
@@ -106,7 +106,7 @@ for percent in (25, 50, 75, 100):
     source, voxels = (enough[0]["file"], enough[0]["label_voxels"]) if enough and percent < 100 else (f"{out}/global_of_0.tsm", final)
     picture = f"{out}/shared_{percent:03}.png"
     subprocess.run([tessera, "export", "--map", source, "--format", "png", "--out", picture, "--title",
-                    f"The map that both robots share: {100 * voxels / final:.0f} % of {final} voxels"], check=True, stdout=subprocess.DEVNULL)
+                    f"The map that both robots share: {100 * voxels / final:.0f} % of {final} voxels"], check=True, cwd=out, stdout=subprocess.DEVNULL)
     pictures.append(picture)
 print()
 print(f"{'robot':5} {'scans':>5} {'seconds':>7} {'sent MB':>8} {'recv MB':>8} {'tick p50, p99 ms':>17} {'overruns':>8} {'memory MB':>9} {'heap':>5} {'voxels':>8}  digest")

@@ -150,7 +150,8 @@ void ConfigFile::take(ConfigKey key, std::string& value,
 void ConfigFile::take(ConfigKey key, std::vector<std::uint32_t>& value) {
   if (const Entry* const entry = find(key)) {
     const auto* const given = std::get_if<std::vector<std::int64_t>>(&entry->value);
-    [[maybe_unused]] static constexpr std::int64_t kMost = std::numeric_limits<std::uint32_t>::max();
+    [[maybe_unused]] static constexpr std::int64_t kMost =
+        std::numeric_limits<std::uint32_t>::max();
     const bool good = given != nullptr && std::all_of(given->begin(), given->end(), [](auto one) {
                         return one >= 0 && one <= kMost;
                       });

@@ -22,6 +22,12 @@ constexpr int kIncompletePatience = 3;
 
 std::int64_t microseconds(double seconds) { return static_cast<std::int64_t>(seconds * 1e6 + 0.5); }
 
+double cpu_s() {
+  timespec now{};
+  ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
 std::int64_t wall_clock_us() {
   timespec now{};
   ::clock_gettime(CLOCK_REALTIME, &now);
@@ -34,6 +40,7 @@ Outcome<void> Node::run(const std::atomic<bool>& stop) {
   const std::uint64_t total = config_.loop ? 1 : dataset_.num_scans();
   Progress progress("mapping", total);
   const std::optional<std::uint64_t> before = heap_allocations();
+  const double cpu_before_s = cpu_s();
   run_.start_us = MonotonicClock::now_us();
   first_scan_us_ = scan_due_us_ = run_.start_us + microseconds(config_.start_delay_s);
   loop_.emplace(*robot_, *port_, run_.start_us, 1000 * config_.tick_ms);
@@ -62,6 +69,7 @@ Outcome<void> Node::run(const std::atomic<bool>& stop) {
   loop_->send(MonotonicClock::now_us());
   port_->close();
   run_.end_us = MonotonicClock::now_us();
+  run_.cpu_s = cpu_s() - cpu_before_s;
   const std::optional<std::uint64_t> after = heap_allocations();
   if (before && after) run_.heap_allocations = *after - *before - snapshot_allocations_;
   progress.finish();

@@ -41,6 +41,7 @@ struct NodeRun {
   std::uint64_t left_out = 0;      ///< Points and rays: ScanReport::left_out.
   std::int64_t worst_late_us = 0;  ///< A scan, behind its rate.
   DurationHistogram scan_times;    ///< Integration.
+  double cpu_s = 0.0;              ///< Of all threads.
   std::vector<Snapshot> snapshots;
   /// In all threads, but for what writes snapshots; none where they cannot be counted.
   std::optional<std::uint64_t> heap_allocations;

@@ -51,7 +51,7 @@ struct NodeConfig {
   DiffusionOptions diffusion;
   std::string counts = "compact";
   double robot_share = 0.5;
-  std::uint64_t work_per_tick = 1'000'000;
+  std::uint64_t work_per_tick = 300'000;
   bool near_first = false;
   // [output]
   std::string global_map;

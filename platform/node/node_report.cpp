@@ -148,6 +148,7 @@ Json global_json(const Robot& robot) {
           {"refused_sums", r.refused_sums},
           {"refused_replicas", r.replicas.refused_storage + r.replicas.refused_quota},
           {"saturated_voxels", r.saturated_voxels},
+          {"work", robot.fusion_work()},
           {"waiting", r.waiting}};
 }
 
@@ -188,6 +189,7 @@ Json Node::report() const {
                {"epoch", setup_.robot.epoch},
                {"ended_by", run_.ended_by},
                {"seconds", seconds},
+               {"cpu_seconds", run_.cpu_s},
                {"digest", hex64(global_digest_)},
                {"exchange_digest", hex64(robot_->exchange().digest())},
                {"local_digest", hex64(local_digest_.value_or(0))},

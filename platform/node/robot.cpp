@@ -80,15 +80,25 @@ ScanReport Robot::integrate(const ScanView& scan, std::int64_t now_us) noexcept 
 PublisherReport Robot::tick(std::int64_t now_us) noexcept {
   ++ticks_since_scan_;
   work_left_ = config_.work_per_tick;
+  // The publisher's time begins with it: what was before the first tick is not stale for long.
+  if (first_tick_us_ == kNone) first_tick_us_ = now_us;
   const PublisherReport report =
-      publisher_.tick(map_, now_us, config_.budget, publication_of(exchange_));
+      publisher_.tick(map_, now_us - first_tick_us_, config_.budget, publication_of(exchange_));
   fuse();
   return report;
 }
 
 void Robot::fuse() noexcept {
   if (work_left_ == 0 || !global_.busy()) return;
-  work_left_ -= std::min(work_left_, global_.step(work_left_));
+  const std::uint64_t work = global_.step(work_left_);
+  fusion_work_ += work;
+  work_left_ -= std::min(work_left_, work);
+}
+
+bool Robot::fuse_in_spare_time() noexcept {
+  if (!global_.busy()) return false;
+  fusion_work_ += global_.step(kSpareWork);
+  return true;
 }
 
 bool Robot::settled() const noexcept {

@@ -25,8 +25,8 @@ struct RobotConfig {
   PublisherBudget budget{};  ///< Of a tick.
   ExchangeConfig exchange{};
   GlobalMapConfig global{};
-  std::uint64_t work_per_tick = 1'000'000;  ///< Of GlobalMap::step.
-  std::int64_t deadline_us = 0;             ///< For a scan; 0: none.
+  std::uint64_t work_per_tick = 300'000;  ///< Of GlobalMap::step.
+  std::int64_t deadline_us = 0;           ///< For a scan; 0: none.
   bool near_first = false;  ///< The global map is brought up to date around the robot first.
   std::uint32_t epoch = 1;
   Matrix34d T_global_map = Matrix34d::Identity();
@@ -56,9 +56,12 @@ class Robot {
   /// Goes on with the global map, as far as this tick's work is not spent: what has arrived is seen
   /// before the next tick then.
   void fuse() noexcept;
+  /// The same beside what a tick may do, in a small piece: some milliseconds. False: nothing waits.
+  bool fuse_in_spare_time() noexcept;
   /// Brings the global map up to date with all that has arrived, however long it takes.
   void finish() noexcept {
-    while (global_.busy()) static_cast<void>(global_.step(config_.work_per_tick));
+    while (fuse_in_spare_time()) {
+    }
   }
   /// The next datagram to send, as Exchange::send.
   [[nodiscard]] std::size_t send(std::int64_t now_us, std::span<std::byte> into) noexcept {
@@ -76,12 +79,17 @@ class Robot {
   [[nodiscard]] const LocalMap& map() const noexcept { return map_; }
   [[nodiscard]] const GlobalMap& global() const noexcept { return global_; }
   [[nodiscard]] const Publisher& publisher() const noexcept { return publisher_; }
+  /// Work that was done on the global map.
+  [[nodiscard]] std::uint64_t fusion_work() const noexcept { return fusion_work_; }
   [[nodiscard]] const RobotConfig& config() const noexcept { return config_; }
   [[nodiscard]] std::size_t memory_bytes() const noexcept { return memory_.span().size(); }
   /// Of memory_bytes(), what holds something, and what is scratch.
   [[nodiscard]] std::size_t used_bytes() const noexcept;
 
  private:
+  static constexpr std::int64_t kNone = INT64_MIN;
+  static constexpr std::uint64_t kSpareWork = 50'000;
+
   Robot(const RobotConfig& config, const Clock& clock) : config_(config), deadline_(clock) {}
   Status set_up(Arena& arena, const ClassTable& classes, const Authenticator& authenticator);
 
@@ -94,6 +102,8 @@ class Robot {
   Exchange exchange_;
   Deadline deadline_;
   std::uint64_t work_left_ = 0;
+  std::uint64_t fusion_work_ = 0;
+  std::int64_t first_tick_us_ = kNone;
   std::uint32_t ticks_since_scan_ = 0;
 };
 

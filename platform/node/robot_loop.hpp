@@ -4,6 +4,8 @@
 // an even pace, sends what is due, and sleeps. When is the caller's.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
 
 #include "node/network_port.hpp"
@@ -25,6 +27,8 @@ class RobotLoop {
  public:
   /// Datagrams that are taken at once, so that a flood keeps no tick waiting.
   static constexpr int kReceiveBatch = 256;
+  /// Less than this before something is due, nothing else is begun.
+  static constexpr std::int64_t kSpare_us = 3'000;
 
   /// The first tick is due at start_us. period_us: above 0.
   RobotLoop(Robot& robot, NetworkPort& port, std::int64_t start_us, std::int64_t period_us) noexcept
@@ -70,8 +74,12 @@ class RobotLoop {
     port_->flush();
   }
 
-  /// Until then, or something arrives, or a signal does.
+  /// Until then, or something arrives, or a signal does. Goes on with the global map meanwhile.
   void wait_until(std::int64_t us) noexcept {
+    while (us - MonotonicClock::now_us() > kSpare_us) {
+      if (port_->wait(0)) return;
+      if (!robot_->fuse_in_spare_time()) break;
+    }
     static_cast<void>(port_->wait(us - MonotonicClock::now_us()));
   }
 
