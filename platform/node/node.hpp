@@ -17,6 +17,7 @@
 #include "node/robot_loop.hpp"
 #include "node/robot_setup.hpp"
 #include "posix/duration_histogram.hpp"
+#include "posix/file_descriptor.hpp"
 #include "posix/progress.hpp"
 #include "security/datagram_seal.hpp"
 
@@ -96,6 +97,7 @@ class Node {
   Dataset dataset_;
   ScanBuffer buffer_;
   RobotSetup setup_;
+  FileDescriptor lock_;  ///< No other process is this robot.
   std::optional<DatagramSeal> seal_;
   std::unique_ptr<Robot> robot_;
   std::unique_ptr<NetworkPort> port_;

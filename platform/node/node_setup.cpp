@@ -58,6 +58,9 @@ Outcome<void> Node::set_up(const std::string& path) {
   Outcome<std::unique_ptr<NetworkPort>> port = NetworkPort::open(config_.link, config_.send_slots);
   if (!port.ok()) return port.failure();
   port_ = std::move(*port);
+  Outcome<FileDescriptor> lock = lock_robot(config_.state, config_.robot);
+  if (!lock.ok()) return lock.failure();
+  lock_ = std::move(*lock);
   const Outcome<std::uint32_t> start = count_start(config_.state, config_.robot);
   if (!start.ok()) return start.failure();
   setup_ = *trial;

@@ -2,6 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "node/start_counter.hpp"
 
+#include <fcntl.h>
+#include <sys/file.h>
+
+#include <cerrno>
 #include <charconv>
 #include <filesystem>
 #include <limits>
@@ -10,6 +14,7 @@
 
 #include "posix/atomic_file.hpp"
 #include "posix/input_file.hpp"
+#include "posix/system_failure.hpp"
 
 namespace tessera {
 
@@ -36,13 +41,25 @@ Outcome<std::uint32_t> read_count(const std::string& path) {
 
 }  // namespace
 
-Outcome<std::uint32_t> count_start(const std::string& folder, std::uint32_t robot) {
+Outcome<FileDescriptor> lock_robot(const std::string& folder, std::uint32_t robot) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) {
     return Failure{"cannot make the folder " + folder + ": " + error.message() +
                    "; name another one"};
   }
+  const std::string path = folder + "/robot_" + std::to_string(robot) + ".lock";
+  constexpr ::mode_t kMode = 0644;
+  FileDescriptor file(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, kMode));
+  if (!file.is_open()) return system_failure("open", path, errno, FailureKind::kUsage);
+  if (::flock(file.get(), LOCK_EX | LOCK_NB) != 0) {
+    return Failure{"robot " + std::to_string(robot) + " is running already, with the state in " +
+                   folder + "; end it, or give this one another number"};
+  }
+  return file;
+}
+
+Outcome<std::uint32_t> count_start(const std::string& folder, std::uint32_t robot) {
   const std::string path = folder + "/robot_" + std::to_string(robot) + ".starts";
   const Outcome<std::uint32_t> before = read_count(path);
   if (!before.ok()) return before.failure();

@@ -57,11 +57,27 @@ TEST_CASE("NodeConfig: refusals of map and fuse come in words of the configurati
 TEST_CASE("count_start: each start is one more than the last, of each robot by itself") {
   const test::TemporaryFolder folder;
   const std::string state = folder.file("deep/state");
+  const Outcome<FileDescriptor> lock = lock_robot(state, 3);
+  REQUIRE(lock.ok());
   CHECK(*count_start(state, 3) == 1);
   CHECK(*count_start(state, 3) == 2);
   CHECK(*count_start(state, 4) == 1);
   CHECK(*count_start(state, 3) == 3);
   CHECK(folder.read("deep/state/robot_3.starts") == "3\n");
+}
+
+TEST_CASE("lock_robot: a robot is one process at a time") {
+  const test::TemporaryFolder folder;
+  const std::string state = folder.path().string();
+  {
+    const Outcome<FileDescriptor> lock = lock_robot(state, 3);
+    REQUIRE(lock.ok());
+    const Outcome<FileDescriptor> second = lock_robot(state, 3);
+    REQUIRE_FALSE(second.ok());
+    CHECK(second.failure().message.find("robot 3 is running already") != std::string::npos);
+    CHECK(lock_robot(state, 4).ok());
+  }
+  CHECK(lock_robot(state, 3).ok());
 }
 
 TEST_CASE("count_start: what is no count is refused and left as it is") {
