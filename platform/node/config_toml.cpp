@@ -44,13 +44,19 @@ Outcome<ConfigFile> ConfigFile::parse(std::string_view text, std::string path) {
       const toml::table* const table = node.as_table();
       const std::string table_name(name.str());
       if (table == nullptr)
-        return refused(node, table_name + " is in no table", "put it below a line such as [robot]");
+        return refused(node, std::string(table_name).append(" is in no table"),
+                       "put it below a line such as [robot]");
       file.tables_.push_back({table_name, line_of(node)});
       for (const auto& [key, value] : *table) {
         std::optional<Value> taken = value_of(value);
         const std::string key_name(key.str());
         if (!taken) {
-          return refused(value, "[" + table_name + "] " + key_name + " is of no type that is used",
+          std::string what = "[";
+          what.append(table_name)
+              .append("] ")
+              .append(key_name)
+              .append(" is of no type that is used");
+          return refused(value, what,
                          "give text, a number, true or false, or a list of whole numbers");
         }
         file.entries_.push_back({table_name, key_name, line_of(value), std::move(*taken)});

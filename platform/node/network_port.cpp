@@ -59,7 +59,7 @@ Outcome<void> NetworkPort::start() {
 void NetworkPort::close() noexcept {
   if (!std::exchange(is_running_, false)) return;
   stopping_.store(true, std::memory_order_release);
-  static_cast<void>(!::eventfd_write(wake_.get(), 1));
+  static_cast<void>(::eventfd_write(wake_.get(), 1) != 0);
   ::pthread_join(thread_, nullptr);
 }
 
@@ -94,7 +94,7 @@ bool NetworkPort::report(const NodeStatus& status) noexcept {
 
 void NetworkPort::flush() noexcept {
   if (!std::exchange(unsent_, false)) return;
-  static_cast<void>(!::eventfd_write(wake_.get(), 1));
+  static_cast<void>(::eventfd_write(wake_.get(), 1) != 0);
 }
 
 void NetworkPort::send_until_stopped() noexcept {
@@ -103,7 +103,7 @@ void NetworkPort::send_until_stopped() noexcept {
     if (::poll(&source, 1, -1) < 0 && errno != EINTR) return;
     // In this order: what is committed after the queue was seen empty wakes anew.
     eventfd_t seen = 0;
-    static_cast<void>(!::eventfd_read(wake_.get(), &seen));
+    static_cast<void>(::eventfd_read(wake_.get(), &seen) != 0);
     const bool last = stopping_.load(std::memory_order_acquire);
     send_waiting();
     if (last) return;

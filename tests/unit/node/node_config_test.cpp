@@ -6,6 +6,7 @@
 #include <fstream>
 #include <iterator>
 
+#include "node/robot_setup.hpp"
 #include "node/start_counter.hpp"
 #include "support/temporary_folder.hpp"
 
@@ -64,6 +65,28 @@ TEST_CASE("count_start: each start is one more than the last, of each robot by i
   CHECK(*count_start(state, 4) == 1);
   CHECK(*count_start(state, 3) == 3);
   CHECK(folder.read("deep/state/robot_3.starts") == "3\n");
+}
+
+TEST_CASE("fit_global_map: what is made never takes more than it was given, and uses most of it") {
+  constexpr int kComponents = 21;
+  constexpr std::size_t kMiB = std::size_t{1} << 20U;
+  GlobalMapConfig config;
+  config.map.tuple = TuplePolicy::kCompact;
+  std::size_t largest_map = 0;
+  for (const std::size_t mib :
+       {std::size_t{64}, std::size_t{200}, std::size_t{256}, std::size_t{3000}}) {
+    INFO(mib);
+    const Outcome<GlobalMapConfig> fitted = fit_global_map(config, mib * kMiB, 0.5, kComponents);
+    REQUIRE(fitted.ok());
+    const std::size_t bytes = GlobalMap::required_bytes(*fitted, kComponents);
+    CHECK(bytes <= mib * kMiB);
+    CHECK(bytes >= mib * kMiB - kMiB);
+    CHECK(fitted->map.storage_bytes > largest_map);
+    largest_map = fitted->map.storage_bytes;
+  }
+  const Outcome<GlobalMapConfig> none = fit_global_map(config, 2 * kMiB, 0.5, kComponents);
+  REQUIRE_FALSE(none.ok());
+  CHECK(none.failure().message.find("give at least") != std::string::npos);
 }
 
 TEST_CASE("lock_robot: a robot is one process at a time") {
