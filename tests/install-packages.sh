@@ -10,7 +10,7 @@ fail() { echo "install-packages.sh: $*" >&2; exit 1; }
 packages=(g++ cmake ninja-build libeigen3-dev libcli11-dev nlohmann-json3-dev libtomlplusplus-dev libpng-dev libsodium-dev liblcm-dev
           liblcm-bin python3)
 case "${1:-}" in
-  demo) ;;
+  demo) packages+=(iproute2) ;;
   tests) packages+=(catch2 binutils valgrind iproute2 nftables busybox user-mode-linux) ;;
   bench) packages+=(binutils git python3-matplotlib liboctomap-dev valgrind) ;;
   ci) packages+=(catch2 binutils valgrind iproute2 nftables busybox user-mode-linux git ccache clang clang-format clang-tidy

@@ -102,7 +102,7 @@ bool DatagramLink::send_on(std::string_view channel, std::span<const std::byte> 
   const bool fits = !channel.empty() && channel.size() <= kMaxChannelBytes && !payload.empty() &&
                     payload.size() <= kMaxMessageBytes - channel.size() - 1;
   if (!fits) {
-    counters_.add(LinkCounters::kRefused);
+    counters_.add(LinkCounters::kSendRefused);
     return false;
   }
   ShortHeader header;
@@ -239,7 +239,7 @@ LinkStatistics DatagramLink::statistics() const noexcept {
           .missing = c[C::kMissing],
           .sent = c[C::kSent],
           .sent_bytes = c[C::kSentBytes],
-          .refused = c[C::kRefused],
+          .refused = c[C::kSendRefused],
           .failed = c[C::kFailed],
           .queue_peak = queue_.peak()};
 }

@@ -47,7 +47,7 @@ class LinkCounters {
     kMissing,
     kSent,
     kSentBytes,
-    kRefused,
+    kSendRefused,
     kFailed,
     kCount
   };
