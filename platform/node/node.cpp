@@ -6,6 +6,7 @@
 #include <time.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 
@@ -20,7 +21,7 @@ constexpr std::int64_t kStatusPeriod_us = 1'000'000;
 /// What lacks something waits longer for it: others may be about to come back.
 constexpr int kIncompletePatience = 3;
 
-std::int64_t microseconds(double seconds) { return static_cast<std::int64_t>(seconds * 1e6 + 0.5); }
+std::int64_t microseconds(double seconds) { return std::llround(seconds * 1e6); }
 
 double cpu_s() {
   timespec now{};
@@ -139,7 +140,8 @@ Outcome<void> Node::take_snapshot(std::int64_t now_us) {
   if (!global.settled()) return {};  // A move is being copied; the next tick will do.
   const std::optional<std::uint64_t> before = heap_allocations();
   std::array<char, 32> name{};
-  std::snprintf(name.data(), name.size(), "/global_%04zu.tsm", run_.snapshots.size());
+  static_cast<void>(
+      std::snprintf(name.data(), name.size(), "/global_%04zu.tsm", run_.snapshots.size()));
   Snapshot snapshot{config_.snapshots + name.data(),
                     1e-6 * static_cast<double>(now_us - run_.start_us),
                     global.map().usage().label_voxels};
@@ -172,8 +174,8 @@ const char* Node::reason_to_end(std::int64_t now_us) {
 void Node::show(Progress& progress) const {
   const ExchangeReport exchange = robot_->exchange().report();
   std::array<char, 48> suffix{};
-  std::snprintf(suffix.data(), suffix.size(), "%u of %u contributions whole", exchange.complete,
-                exchange.contributions);
+  static_cast<void>(std::snprintf(suffix.data(), suffix.size(), "%u of %u contributions whole",
+                                  exchange.complete, exchange.contributions));
   progress.update(config_.loop ? 0 : run_.scans, suffix.data());
 }
 

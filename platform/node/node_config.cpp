@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "node/node_config.hpp"
 
-#include <algorithm>
+#include <array>
+#include <cctype>
 
 #include "node/config_file.hpp"
 #include "posix/input_file.hpp"
@@ -19,7 +20,7 @@ struct OptionName {
   std::string_view option;
   ConfigKey key;
 };
-constexpr OptionName kOptionNames[] = {
+constexpr auto kOptionNames = std::to_array<OptionName>({
     {"--resolution", {"map", "resolution_m"}},
     {"--inference", {"map", "inference"}},
     {"--kernel-length", {"map", "kernel_length_m"}},
@@ -41,7 +42,7 @@ constexpr OptionName kOptionNames[] = {
     {"--iterations", {"fusion", "iterations"}},
     {"--alpha", {"fusion", "alpha"}},
     {"--omega", {"fusion", "omega"}},
-};
+});
 
 void take_robot(ConfigFile& file, NodeConfig& c) {
   file.require({"robot", "id"}, "a number that no other robot of the fleet has");

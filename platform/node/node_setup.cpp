@@ -25,7 +25,7 @@ Outcome<std::unique_ptr<Node>> Node::make(const NodeConfig& config, const std::s
 }
 
 Outcome<void> Node::check_places() const {
-  const Outcome<void> places = check_outputs(
+  Outcome<void> places = check_outputs(
       {{"[output] global_map", config_.global_map},
        {"[output] local_map", config_.local_map},
        {"[output] contribution", config_.contribution},

@@ -3,6 +3,7 @@
 #include "node/robot_setup.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 
 #include "dataset/transform_file.hpp"
@@ -46,7 +47,7 @@ ExchangeConfig exchange_of(const NodeConfig& config, const MapConfig& map, std::
   return exchange;
 }
 
-std::int64_t microseconds(double seconds) { return static_cast<std::int64_t>(seconds * 1e6 + 0.5); }
+std::int64_t microseconds(double seconds) { return std::llround(seconds * 1e6); }
 
 }  // namespace
 
