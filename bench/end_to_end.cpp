@@ -95,8 +95,7 @@ Outcome<Party> make_party(std::uint32_t number, const ClassTable& classes,
                         512);
   if (!port.ok()) return port.failure();
   party.port = std::move(*port);
-  Outcome<std::unique_ptr<Robot>> robot =
-      Robot::make(config_of(number), classes, crc_authenticator(), {});
+  Outcome<std::unique_ptr<Robot>> robot = Robot::make(config_of(number), classes, {}, {});
   if (!robot.ok()) return robot.failure();
   party.robot = std::move(*robot);
   return party;

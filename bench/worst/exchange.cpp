@@ -17,6 +17,7 @@ constexpr int kComponents = kMostClasses + 2;
 constexpr double kRow = 512.0 * kComponents;  // of a look through a block
 constexpr std::uint32_t kParts = 4096;
 constexpr std::uint32_t kOthers = 16;
+constexpr double kAnswers = 64.0;  // ExchangeConfig::answers
 
 /// Every voxel has three components, a rest and passes, each voxel others than the one before.
 void fill_worst(BlockContent& content, unsigned seed) {
@@ -184,8 +185,8 @@ void measure_receiving(Meter& meter) {
                 });
 }
 
-/// A request that a hostile robot makes: all contributions, eight gaps each, of which this robot
-/// has every other version.
+/// A request for all versions of all contributions, of which this robot has every other one: each
+/// would be an answer of its own.
 void measure_request(Meter& meter) {
   auto robot = std::make_unique<Robot>(99);
   std::vector<std::byte> datagram(kMostDatagramBytes);
@@ -228,14 +229,14 @@ void measure_request(Meter& meter) {
   std::span<const std::byte> request;
   meter.measure(
       {"receive_request", "Exchange::receive",
-       "16 contributions, 8 gaps each, over 32 ranges of coverage, 64 answers wait",
-       "gaps * ranges * answers"},
+       "all of 16 contributions with 256 ranges of coverage each; 64 answers wait",
+       "(answers + contributions) answers"},
       1,
       [&] {
         request = say(DatagramKind::kRequest, [&](ByteWriter& to) {
           for (std::uint32_t other = 1; other <= kOthers; ++other) {
-            RequestedContribution wanted{.id = {other, 1, 0}, .frame_revision = 1, .gaps = 8};
-            for (VersionRange& gap : wanted.gap) gap = {1, 4'000'000'000U};
+            RequestedContribution wanted{.id = {other, 1, 0}, .frame_revision = 1, .gaps = 1};
+            wanted.gap[0] = {1, 4'000'000'000U};
             if (!write_requested(to, wanted)) break;
           }
         });
@@ -243,7 +244,7 @@ void measure_request(Meter& meter) {
       [&] {
         robot->exchange.receive(request, 0);
         const bool heard = robot->exchange.report().waiting_answers != 0;
-        return fixed(heard, kOthers * 8.0 * Coverage::kMostRanges * 64.0);
+        return fixed(heard, (kAnswers + kOthers) * kAnswers);
       });
 }
 

@@ -182,10 +182,12 @@ bool read_requested(ByteReader& from, RequestedContribution& requested) noexcept
     return from.ok();
   }
   if (requested.gaps > RequestedContribution::kMostGaps) return false;
+  std::uint32_t before = 0;
   for (VersionRange& gap : std::span(requested.gap).first(requested.gaps)) {
     gap.first = from.u32();
     gap.last = from.u32();
-    if (gap.first == 0 || gap.last < gap.first || gap.last > kLastVersion) return false;
+    if (gap.first <= before || gap.last < gap.first || gap.last > kLastVersion) return false;
+    before = gap.last;
   }
   return from.ok();
 }

@@ -20,6 +20,7 @@
 #include "posix/file_descriptor.hpp"
 #include "posix/progress.hpp"
 #include "security/datagram_seal.hpp"
+#include "security/fleet_signatures.hpp"
 
 namespace tessera {
 
@@ -83,7 +84,7 @@ class Node {
   Node(const NodeConfig& config, Dataset dataset)
       : config_(config), dataset_(std::move(dataset)), buffer_(dataset_.max_points()) {}
   Outcome<void> set_up(const std::string& path);
-  Outcome<void> open_network();
+  Outcome<void> read_keys(const std::string& path);
   [[nodiscard]] Outcome<void> check_places() const;
   Outcome<void> integrate_next(std::int64_t now_us);
   Outcome<void> tick(std::int64_t now_us);
@@ -99,6 +100,7 @@ class Node {
   RobotSetup setup_;
   FileDescriptor lock_;  ///< No other process is this robot.
   std::optional<DatagramSeal> seal_;
+  std::optional<FleetSignatures> signatures_;
   std::unique_ptr<Robot> robot_;
   std::unique_ptr<NetworkPort> port_;
   std::optional<RobotLoop> loop_;

@@ -115,21 +115,18 @@ void take_network(ConfigFile& file, NodeConfig& c) {
 
 void take_security(ConfigFile& file, NodeConfig& c) {
   file.take_path({"security", "fleet_key"}, c.fleet_key);
+  file.take_path({"security", "robot_secret"}, c.robot_secret);
+  file.take_path({"security", "robot_public_keys"}, c.robot_public_keys);
   file.take({"security", "exclude"}, c.exclude);
 }
 
-/// Nothing is promised that is not kept: a robot whose owner wants signatures does not run without.
-Outcome<void> refuse_signatures(ConfigFile& file) {
-  for (const char* const name : {"robot_secret", "robot_public_keys"}) {
-    std::string path;
-    file.take_path({"security", name}, path);
-    if (!path.empty()) {
-      return file.refusal({"security", name},
-                          "the exchange does not sign records yet; leave it out, and know that "
-                          "whoever has the fleet's key can speak for any robot");
-    }
-  }
-  return {};
+/// A robot whose owner wants signatures does not run without.
+Outcome<void> check_signatures(const ConfigFile& file, const NodeConfig& c) {
+  if (c.robot_secret.empty() == c.robot_public_keys.empty()) return {};
+  const bool has_secret = !c.robot_secret.empty();
+  return file.refusal({"security", has_secret ? "robot_secret" : "robot_public_keys"},
+                      std::string("signatures take both: name ") +
+                          (has_secret ? "robot_public_keys" : "robot_secret") + " too");
 }
 
 void take_fusion(ConfigFile& file, NodeConfig& c) {
@@ -175,10 +172,10 @@ Outcome<NodeConfig> parse_node_config(std::string_view text, const std::string& 
   for (const auto take : {take_robot, take_replay, take_map, take_publish, take_network,
                           take_security, take_fusion, take_output, take_run})
     take(*file, config);
-  const Outcome<void> unsigned_records = refuse_signatures(*file);
   const Outcome<void> finished = file->finish();
   if (!finished.ok()) return finished.failure();
-  if (!unsigned_records.ok()) return unsigned_records.failure();
+  const Outcome<void> signatures = check_signatures(*file, config);
+  if (!signatures.ok()) return signatures.failure();
   config.values = file->values();
   return config;
 }

@@ -45,6 +45,8 @@ struct NodeConfig {
   bool status = true;
   // [security]
   std::string fleet_key;
+  std::string robot_secret;  ///< With robot_public_keys; none: no signatures.
+  std::string robot_public_keys;
   std::vector<std::uint32_t> exclude;
   // [fusion]
   std::size_t fusion_memory_bytes = std::size_t{256} << 20U;

@@ -25,13 +25,15 @@ Outcome<std::unique_ptr<Node>> Node::make(const NodeConfig& config, const std::s
 }
 
 Outcome<void> Node::check_places() const {
-  Outcome<void> places = check_outputs(
-      {{"[output] global_map", config_.global_map},
-       {"[output] local_map", config_.local_map},
-       {"[output] contribution", config_.contribution},
-       {"[output] report", config_.report}},
-      {{"[security] fleet_key", config_.fleet_key}, {"[robot] T_global_map", config_.T_global_map}},
-      {config_.map.dataset, {config_.map.labels}});
+  Outcome<void> places = check_outputs({{"[output] global_map", config_.global_map},
+                                        {"[output] local_map", config_.local_map},
+                                        {"[output] contribution", config_.contribution},
+                                        {"[output] report", config_.report}},
+                                       {{"[security] fleet_key", config_.fleet_key},
+                                        {"[security] robot_secret", config_.robot_secret},
+                                        {"[security] robot_public_keys", config_.robot_public_keys},
+                                        {"[robot] T_global_map", config_.T_global_map}},
+                                       {config_.map.dataset, {config_.map.labels}});
   if (!places.ok() || config_.snapshots.empty()) return places;
   std::error_code error;
   std::filesystem::create_directories(config_.snapshots, error);
@@ -40,21 +42,33 @@ Outcome<void> Node::check_places() const {
                  "; name another one"};
 }
 
-Outcome<void> Node::set_up(const std::string& path) {
-  const Outcome<void> places = check_places();
-  if (!places.ok()) return {in_words_of_config(places.failure(), path)};
-  // What can be refused is, before the start is counted.
-  const Outcome<RobotSetup> trial = set_up_robot(config_, dataset_, 1);
-  if (!trial.ok()) return {in_words_of_config(trial.failure(), path)};
-  Authenticator authenticator = crc_authenticator();
+Outcome<void> Node::read_keys(const std::string& path) {
   if (!config_.fleet_key.empty()) {
     const Outcome<SecretKey> key = read_fleet_key(config_.fleet_key);
     if (!key.ok()) return key.failure();
     Outcome<DatagramSeal> seal = DatagramSeal::make(*key, KeyUse::kDatagram);
     if (!seal.ok()) return seal.failure();
     seal_ = std::move(*seal);
-    authenticator = seal_->authenticator();
   }
+  if (config_.robot_secret.empty()) return {};
+  Outcome<FleetSignatures> signatures =
+      FleetSignatures::read(config_.robot_secret, config_.robot_public_keys);
+  if (!signatures.ok()) return signatures.failure();
+  signatures_.emplace(std::move(*signatures));
+  if (signatures_->robot() == config_.robot) return {};
+  return Failure{path + ": [security] robot_secret is of robot " +
+                 std::to_string(signatures_->robot()) + ", and [robot] id is " +
+                 std::to_string(config_.robot) + "; name the key file of this robot"};
+}
+
+Outcome<void> Node::set_up(const std::string& path) {
+  const Outcome<void> places = check_places();
+  if (!places.ok()) return {in_words_of_config(places.failure(), path)};
+  // What can be refused is, before the start is counted.
+  const Outcome<RobotSetup> trial = set_up_robot(config_, dataset_, 1);
+  if (!trial.ok()) return {in_words_of_config(trial.failure(), path)};
+  const Outcome<void> keys = read_keys(path);
+  if (!keys.ok()) return keys.failure();
   Outcome<std::unique_ptr<NetworkPort>> port = NetworkPort::open(config_.link, config_.send_slots);
   if (!port.ok()) return port.failure();
   port_ = std::move(*port);
@@ -67,7 +81,10 @@ Outcome<void> Node::set_up(const std::string& path) {
   setup_.robot.epoch = setup_.robot.exchange.session = *start;
   const Clock clock{nullptr, [](void*) { return MonotonicClock::now_us(); }};
   Outcome<std::unique_ptr<Robot>> robot =
-      Robot::make(setup_.robot, dataset_.classes().table(), authenticator, clock);
+      Robot::make(setup_.robot, dataset_.classes().table(),
+                  {.authenticator = seal_ ? seal_->authenticator() : crc_authenticator(),
+                   .signatures = signatures_ ? signatures_->signatures() : Signatures{}},
+                  clock);
   if (!robot.ok()) return robot.failure();
   robot_ = std::move(*robot);
   for (const std::uint32_t excluded : config_.exclude) {

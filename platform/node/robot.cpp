@@ -27,21 +27,20 @@ std::size_t RobotConfig::required_bytes(int num_components) const noexcept {
 }
 
 Outcome<std::unique_ptr<Robot>> Robot::make(const RobotConfig& config, const ClassTable& classes,
-                                            const Authenticator& authenticator,
-                                            const Clock& clock) {
+                                            const RobotKeys& keys, const Clock& clock) {
   std::unique_ptr<Robot> robot(new Robot(config, clock));
   Outcome<ArenaMemory> memory =
       ArenaMemory::allocate(config.required_bytes(classes.num_components()));
   if (!memory.ok()) return memory.failure();
   robot->memory_ = std::move(*memory);
   Arena arena(robot->memory_.span());
-  const Status status = robot->set_up(arena, classes, authenticator);
+  const Status status = robot->set_up(arena, classes, keys);
   if (status != Status::kOk)
     return Failure{std::string("the robot cannot be set up: ") + to_string(status)};
   return robot;
 }
 
-Status Robot::set_up(Arena& arena, const ClassTable& classes, const Authenticator& authenticator) {
+Status Robot::set_up(Arena& arena, const ClassTable& classes, const RobotKeys& keys) {
   const int components = classes.num_components();
   Status status = put_in_place(LocalMap::make(arena, config_.map, classes), map_);
   if (status == Status::kOk) {
@@ -54,9 +53,9 @@ Status Robot::set_up(Arena& arena, const ClassTable& classes, const Authenticato
   if (status == Status::kOk)
     status = put_in_place(GlobalMap::make(arena, config_.global, classes), global_);
   if (status == Status::kOk) {
-    status = put_in_place(
-        Exchange::make(arena, config_.exchange, store_of(global_), authenticator, classes),
-        exchange_);
+    status = put_in_place(Exchange::make(arena, config_.exchange, store_of(global_),
+                                         keys.authenticator, classes, keys.signatures),
+                          exchange_);
   }
   if (status == Status::kOk) status = exchange_.open(config_.epoch, 0, config_.T_global_map);
   return status;

@@ -34,14 +34,19 @@ struct RobotConfig {
   [[nodiscard]] std::size_t required_bytes(int num_components) const noexcept;
 };
 
+/// How it tags and signs what it sends, and checks what it hears.
+struct RobotKeys {
+  Authenticator authenticator = crc_authenticator();
+  Signatures signatures{};
+};
+
 /// For one thread. Nothing uses the heap after make().
 class Robot {
  public:
   /// clock: for deadlines. Fails with kUsage iff a setting is out of its range; kFailure iff the
-  /// system does not give the memory. What the authenticator names must outlive it.
+  /// system does not give the memory. What keys name must outlive it.
   static Outcome<std::unique_ptr<Robot>> make(const RobotConfig& config, const ClassTable& classes,
-                                              const Authenticator& authenticator,
-                                              const Clock& clock);
+                                              const RobotKeys& keys, const Clock& clock);
   Robot(const Robot&) = delete;
   Robot& operator=(const Robot&) = delete;
 
@@ -91,7 +96,7 @@ class Robot {
   static constexpr std::uint64_t kSpareWork = 50'000;
 
   Robot(const RobotConfig& config, const Clock& clock) : config_(config), deadline_(clock) {}
-  Status set_up(Arena& arena, const ClassTable& classes, const Authenticator& authenticator);
+  Status set_up(Arena& arena, const ClassTable& classes, const RobotKeys& keys);
 
   RobotConfig config_;
   ArenaMemory memory_;

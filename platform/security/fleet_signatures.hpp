@@ -17,6 +17,7 @@ class FleetSignatures {
   /// make().
   static Outcome<FleetSignatures> read(const std::string& robot_secret,
                                        const std::string& public_keys);
+  [[nodiscard]] std::uint32_t robot() const noexcept { return signer_.robot(); }
   /// For the exchange: Ed25519, and BLAKE2b of 128 bits as the hash. This must outlive it and stay
   /// where it is.
   [[nodiscard]] Signatures signatures() noexcept;

@@ -167,6 +167,23 @@ class Node(NodeCase):
             self.assertEqual((0, 0, 1), (report["exchange"]["peers"], report["exchange"]["records_taken"],
                                          report["exchange"]["contributions"]))
 
+    def fleet_keys(self, robots):
+        """Secrets in keys/, and of all the public ones but the last robot's in fleet.pub."""
+        for robot in range(robots):
+            self.done("key", "new", "--robot", robot, "--dir", "keys")
+        public = [(self.folder / f"keys/robot_{robot}.pub").read_text() for robot in range(robots)]
+        (self.folder / "all.pub").write_text("".join(public))
+        (self.folder / "fleet.pub").write_text("".join(public[:-1]))
+
+    def test_robots_that_sign(self):
+        self.fleet_keys(2)
+        reports = self.run_both(*(self.config(robot, security={"robot_secret": f"keys/robot_{robot}.key", "robot_public_keys": "all.pub"})
+                                  for robot in range(2)))
+        self.assert_same(reports)
+        for report in reports:
+            self.assertEqual((0, 0), (report["exchange"]["refused_signature"], report["exchange"]["refused_tag"]))
+            self.assertGreater(report["exchange"]["records_taken"], 0)
+
     def test_another_configuration_is_named(self):
         alone = {"run": {"wait_for_peers": 0, "quiet_s": 2.5, "linger_s": 20}}
         processes = [(self.start(c), c) for c in (self.config(0, **alone), self.config(1, **alone, map={"resolution_m": 0.5}))]
@@ -215,7 +232,10 @@ class BadConfiguration(NodeCase):
         self.bad("[fusion] memory", "give at least", fusion={"memory": "1M"})
         self.bad("[security] exclude", "list of whole numbers", security={"exclude": ["x"]})
         self.bad("[security] exclude: is not a list of numbers of robots", security={"exclude": [-1]})
-        self.bad("does not sign records yet", security={"robot_secret": "robot_0.key"})
+        self.bad("name robot_public_keys too", security={"robot_secret": "keys/robot_0.key"})
+        self.bad("name robot_secret too", security={"robot_public_keys": "fleet.pub"})
+        self.fleet_keys(2)
+        self.bad("robot_secret is of robot 1", security={"robot_secret": "keys/robot_1.key", "robot_public_keys": "fleet.pub"})
 
     def test_what_is_named_is_not_there(self):
         self.bad("nowhere", replay={"dataset": "nowhere"})

@@ -68,10 +68,12 @@ TEST_CASE("wire: what is written is what is read, and what is cut is refused") {
     RequestedContribution requested{.id = id, .frame_revision = any_number(random)};
     requested.all = random.below(4) == 0;
     requested.digest = requested.all ? random.bits() : 0;
-    requested.gaps = static_cast<std::uint8_t>(requested.all ? 0 : random.below(9));
+    requested.gaps = static_cast<std::uint8_t>(requested.all ? 0 : random.below(33));
+    std::uint32_t last = 0;
     for (std::size_t i = 0; i < requested.gaps; ++i) {
-      const std::uint32_t first = 1 + any_number(random) / 2;
-      requested.gap[i] = {first, first + any_number(random) / 2};
+      const std::uint32_t first = last + 1 + any_number(random) / 128;
+      last = first + any_number(random) / 128;
+      requested.gap[i] = {first, last};
     }
     REQUIRE(write_requested(body.to, requested));
     FrameBody frame{.id = id, .revision = 1 + any_number(random) / 2};

@@ -84,8 +84,8 @@ struct RequestedContribution {
   std::uint32_t frame_revision = 0;  ///< Of the frame that it has; 0: none.
   bool all = false;                  ///< All, from whoever has another digest than this.
   std::uint64_t digest = 0;
-  std::uint8_t gaps = 0;  ///< 0 with all.
-  std::array<VersionRange, kMostGaps> gap{};
+  std::uint8_t gaps = 0;                      ///< 0 with all.
+  std::array<VersionRange, kMostGaps> gap{};  ///< Ascending, none overlapping.
 };
 
 /// What all records of a chunk are of. In the range they are all that is not superseded: who has
