@@ -56,6 +56,15 @@ class NodeCase(CommandCase):
         path.write_text("\n".join(lines) + "\n")
         return path
 
+    def fleet_keys(self, robots):
+        """Secrets in keys/, and of all the public ones but the last robot's in fleet.pub."""
+        (self.folder / "keys").mkdir()
+        for robot in range(robots):
+            self.done("key", "new", "--robot", robot, "--dir", "keys")
+        public = [(self.folder / f"keys/robot_{robot}.pub").read_text() for robot in range(robots)]
+        (self.folder / "all.pub").write_text("".join(public))
+        (self.folder / "fleet.pub").write_text("".join(public[:-1]))
+
 
 class Node(NodeCase):
     def setUp(self):
@@ -166,14 +175,6 @@ class Node(NodeCase):
             self.assertGreater(report["exchange"]["refused_tag"], 0)
             self.assertEqual((0, 0, 1), (report["exchange"]["peers"], report["exchange"]["records_taken"],
                                          report["exchange"]["contributions"]))
-
-    def fleet_keys(self, robots):
-        """Secrets in keys/, and of all the public ones but the last robot's in fleet.pub."""
-        for robot in range(robots):
-            self.done("key", "new", "--robot", robot, "--dir", "keys")
-        public = [(self.folder / f"keys/robot_{robot}.pub").read_text() for robot in range(robots)]
-        (self.folder / "all.pub").write_text("".join(public))
-        (self.folder / "fleet.pub").write_text("".join(public[:-1]))
 
     def test_robots_that_sign(self):
         self.fleet_keys(2)
