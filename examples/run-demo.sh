@@ -72,13 +72,12 @@ $([ $robot = 1 ] || printf 'snapshots = "growing"\nsnapshot_every_s = 0.5')
 wait_for_peers = 1
 TOML
 done
-both='"$1" node --config robot_1.toml >robot_1.log & other=$!; "$1" node --config robot_0.toml >robot_0.log && wait $other'
-if unshare -rn ip link set lo up multicast on 2>/dev/null; then
-  network=(unshare -rn sh -c "ip link set lo up multicast on; $both" sh "$tessera")
-else
-  network=(sh -c "$both" sh "$tessera")
-fi
-(cd "$out/shared" && "${network[@]}") || fail "the two nodes stopped, see above; \"$tessera doctor --interface lo\" says what the network lacks"
+both='"$0" node --config robot_1.toml >robot_1.log & other=$!
+"$0" node --config robot_0.toml >robot_0.log || { kill $other; exit 1; }
+wait $other'
+network=("$here/tests/in-own-network.sh")
+"${network[@]}" true 2>/dev/null || network=()
+(cd "$out/shared" && "${network[@]}" sh -c "$both" "$tessera") || fail "the two nodes stopped, see above; \"$tessera doctor --interface lo\" says what the network lacks"
 
 python3 - "$out" $names <<'PY'
 import json, sys

@@ -9,12 +9,15 @@ fail() { echo "install-packages.sh: $*" >&2; exit 1; }
 
 packages=(g++ cmake ninja-build libeigen3-dev libcli11-dev nlohmann-json3-dev libtomlplusplus-dev libpng-dev libsodium-dev liblcm-dev
           liblcm-bin python3)
+network=(iproute2 nftables)
+# Debian has it for x86 alone.
+case "$(dpkg --print-architecture 2>/dev/null)" in amd64 | i386) network+=(busybox user-mode-linux) ;; esac
 case "${1:-}" in
   demo) packages+=(iproute2) ;;
-  tests) packages+=(catch2 binutils valgrind iproute2 nftables busybox user-mode-linux) ;;
+  tests) packages+=(catch2 binutils valgrind "${network[@]}") ;;
   bench) packages+=(binutils git python3-matplotlib liboctomap-dev valgrind) ;;
-  ci) packages+=(catch2 binutils valgrind iproute2 nftables busybox user-mode-linux git ccache clang clang-format clang-tidy
-                 libclang-rt-dev g++-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user) ;;
+  ci) packages+=(catch2 binutils valgrind "${network[@]}" git ccache clang clang-format clang-tidy libclang-rt-dev
+                 g++-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user) ;;
   *) fail "say demo, tests, bench or ci" ;;
 esac
 if [ "${2:-}" = --list ]; then

@@ -54,7 +54,7 @@ bool Coverage::add(VersionRange range) noexcept {
       });
   std::copy(shortest + 1, all.end(), shortest);
   --count_;
-  return true;
+  return contains(range);
 }
 
 void Coverage::trim(std::uint32_t last) noexcept {

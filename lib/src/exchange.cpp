@@ -24,7 +24,9 @@ bool valid(const ExchangeConfig& config) noexcept {
          config.contributions <= Replicas::kMostContributions && config.peers >= 1 &&
          config.answers >= 1 && config.fresh >= 1 && config.burst_bytes >= kMostDatagramBytes &&
          config.announce_us > 0 && config.announce_soon_us > 0 && config.request_us > 0 &&
-         config.request_most_us >= config.request_us && config.answer_us > 0;
+         config.request_most_us >= config.request_us &&
+         config.request_idle_us >= config.request_most_us && config.bytes_per_s > 0 &&
+         config.answer_us > 0;
 }
 
 }  // namespace
@@ -155,6 +157,9 @@ Status Exchange::set_frame(Contribution& contribution, const Matrix34d& T_global
 Status Exchange::open(std::uint32_t epoch, std::uint32_t submap,
                       const Matrix34d& T_global_map) noexcept {
   const ContributionId id{config_.robot, epoch, submap};
+  if (!GridTransform::make(T_global_map, config_.resolution_m).ok())
+    return Status::kInvalidArgument;
+  first_epoch_ = std::min(first_epoch_, epoch);
   const Contribution* const known = find(id);
   if (known != nullptr && known->open) return Status::kInvalidArgument;
   Contribution* const contribution = find_or_add(id, true);
@@ -166,7 +171,6 @@ Status Exchange::open(std::uint32_t epoch, std::uint32_t submap,
   if (status != Status::kOk) return status;
   contribution->own = true;
   ++opened_;
-  first_epoch_ = std::min(first_epoch_, epoch);
   contribution->frame_due_us = 0;
   publishing_ = number_of(*contribution);
   sent_ = 0;

@@ -52,9 +52,9 @@ void Exchange::hear_requested(const RequestedContribution& requested,
 }
 
 void Exchange::answer_with_all(const Contribution& contribution, std::int64_t due_us) noexcept {
-  for (const VersionRange& known : contribution.coverage.ranges()) {
-    if (!add_answer({number_of(contribution), known, due_us, true})) return;
-  }
+  // Also what is held and not covered.
+  const VersionRange all{1, std::max(contribution.latest, contribution.coverage.last())};
+  if (all.last != 0) static_cast<void>(add_answer({number_of(contribution), all, due_us, true}));
 }
 
 /// False iff there is no place: it will be asked for again.
@@ -82,13 +82,14 @@ void Exchange::drop_answers(std::uint32_t contribution, VersionRange heard, bool
     VersionRange& range = answers_[i].range;
     const bool apart = heard.last < range.first || range.last < heard.first;
     if (answers_[i].contribution == contribution && !apart && (all || !answers_[i].all)) {
-      ++counted_.answers_saved;
+      const VersionRange before = range;
       if (heard.first <= range.first) {
         range.first = heard.last == ~std::uint32_t{0} ? heard.last : heard.last + 1;
         if (heard.last >= range.last) range = {};
       } else if (heard.last >= range.last) {
         range.last = heard.first - 1;
       }
+      counted_.answers_saved += range == before ? 0U : 1U;
     }
     if (range.first > range.last) {
       answers_[i] = answers_[--waiting_answers_];

@@ -8,10 +8,11 @@
 
 namespace tessera {
 
-bool Exchange::hear_chunk(ByteReader& body, std::int64_t now_us) noexcept {
+/// later: it is no repeat, which whoever asked may never have heard.
+bool Exchange::hear_chunk(ByteReader& body, bool later, std::int64_t now_us) noexcept {
   ChunkHeader header;
   if (!read_chunk_header(body, header) || (header.proofs && !signatures_.on())) return false;
-  if (find(header.id) == nullptr && is_own_to_come(header.id)) {
+  if (is_own_to_come(header.id)) {
     ++counted_.impostors;
     return true;
   }
@@ -20,7 +21,7 @@ bool Exchange::hear_chunk(ByteReader& body, std::int64_t now_us) noexcept {
   const bool same = header.all && header.digest == contribution->digest;
   if (contribution->own) {
     counted_.impostors += header.range.last > contribution->latest ? 1U : 0U;
-    drop_answers(number_of(*contribution), header.range, same);
+    if (later) drop_answers(number_of(*contribution), header.range, same);
     return true;
   }
   if (!contribution->open) {
@@ -33,8 +34,8 @@ bool Exchange::hear_chunk(ByteReader& body, std::int64_t now_us) noexcept {
   if (taken.forged) ++counted_.refused_signature;
   if (taken.forged || !taken.well_formed) return taken.well_formed;
   const bool fills = header.range.first <= contribution->latest;
-  contribution->latest = std::max(contribution->latest, header.range.last);
-  drop_answers(number_of(*contribution), header.range, same);
+  if (!header.all) contribution->latest = std::max(contribution->latest, header.range.last);
+  if (later) drop_answers(number_of(*contribution), header.range, same);
   if (taken.grew || taken.refused) contribution->full = taken.refused;
   // While gaps are filled, others may be too. What is new says nothing of them.
   if (fills && taken.grew && !taken.refused && contribution->request_due_us != kNever) {
@@ -68,6 +69,10 @@ Exchange::Taken Exchange::take_records(Contribution& contribution, const ChunkHe
   ChunkRecord record;
   std::uint32_t first = header.range.first;
   std::array<std::byte, kMostProofBytes> made;
+  // All that its sender holds may be less than there is.
+  const auto cover = [&](VersionRange range) {
+    return !header.all && range.first <= range.last && contribution.coverage.add(range);
+  };
   for (std::uint32_t leaf = 0; records.remaining() != 0; ++leaf) {
     if (!reader.read(record)) return {.well_formed = false};
     const Result<BlockKey> key = pack(record.block);
@@ -79,7 +84,7 @@ Exchange::Taken Exchange::take_records(Contribution& contribution, const ChunkHe
     content_.clear();
     if (decode_block(record.coded, record.version.layers, num_components_, content_) != Status::kOk)
       return {.well_formed = false};
-    if (header.proofs && !proof_check_.check(signatures_, contribution.id, record))
+    if (header.proofs && !proof_check_.check(signatures_, configuration_, contribution.id, record))
       return {.forged = true};
     if (signatures_.on() && !header.proofs)
       record.proof = std::span(made).first(write_proof(tree_, leaf, signature_, made));
@@ -90,21 +95,19 @@ Exchange::Taken Exchange::take_records(Contribution& contribution, const ChunkHe
     }
     ++counted_.records_refused;
     taken.refused = true;
-    if (first < record.version.number)
-      taken.grew |= contribution.coverage.add({first, record.version.number - 1});
+    taken.grew |= cover({first, record.version.number - 1});
     first = record.version.number + 1;
   }
-  if (first <= header.range.last)
-    taken.grew |= contribution.coverage.add({first, header.range.last});
+  taken.grew |= cover({first, header.range.last});
   return taken;
 }
 
-bool Exchange::hear_frame(ByteReader& body) noexcept {
+bool Exchange::hear_frame(ByteReader& body, bool later) noexcept {
   FrameBody frame;
   if (!read_frame(body, frame)) return false;
   const std::span<const std::byte> signature = body.bytes(body.remaining());
   if (signature.size() != (signatures_.on() ? kSignatureBytes : 0)) return false;
-  if (find(frame.id) == nullptr && is_own_to_come(frame.id)) {
+  if (is_own_to_come(frame.id)) {
     ++counted_.impostors;
     return true;
   }
@@ -112,22 +115,29 @@ bool Exchange::hear_frame(ByteReader& body) noexcept {
   if (contribution == nullptr || contribution->excluded || contribution->own) return true;
   if (frame.revision < contribution->frame_revision) return true;
   if (frame.revision == contribution->frame_revision) {
-    contribution->frame_due_us = kNever;
+    const bool same =
+        frame.T_global_map == contribution->T_global_map &&
+        std::equal(signature.begin(), signature.end(), contribution->frame_signature.begin());
+    if (later && same) contribution->frame_due_us = kNever;
     return true;
   }
   if (signatures_.on() &&
-      !signatures_.check(signatures_.context, frame.id.robot, frame_message(frame),
+      !signatures_.check(signatures_.context, frame.id.robot, frame_message(configuration_, frame),
                          signature.first<kSignatureBytes>())) {
     ++counted_.refused_signature;
     return true;
   }
   const Status status = set_frame(*contribution, frame.T_global_map, frame.revision);
-  if (status == Status::kOk) {
-    contribution->frame_due_us = kNever;
-    std::copy(signature.begin(), signature.end(), contribution->frame_signature.begin());
+  if (status == Status::kInvalidArgument) return false;
+  // Without a place it is asked for as what finds no room is.
+  contribution->full = status == Status::kResourceExhausted;
+  if (contribution->full) {
+    ++counted_.refused_contributions;
+    return true;
   }
-  if (status == Status::kResourceExhausted) ++counted_.refused_contributions;
-  return status != Status::kInvalidArgument;
+  contribution->frame_due_us = kNever;
+  std::copy(signature.begin(), signature.end(), contribution->frame_signature.begin());
+  return true;
 }
 
 }  // namespace tessera

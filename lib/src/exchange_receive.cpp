@@ -14,18 +14,19 @@ constexpr std::int64_t kSilences = 3;
 
 }  // namespace
 
-/// The sender, if it is one to listen to; each refusal is counted.
-Peer* Exchange::accept(std::span<const std::byte> datagram, DatagramHeader& header,
-                       std::int64_t now_us) noexcept {
+/// Whether its sender is one to listen to; each refusal is counted.
+bool Exchange::accept(std::span<const std::byte> datagram, Heard& heard,
+                      std::int64_t now_us) noexcept {
   ++counted_.received;
   counted_.received_bytes += datagram.size();
-  const auto refuse = [](std::uint64_t& counter) -> Peer* {
+  const auto refuse = [](std::uint64_t& counter) {
     ++counter;
-    return nullptr;
+    return false;
   };
   if (datagram.size() < kHeaderBytes + kTagBytes || datagram.size() > kMostDatagramBytes)
     return refuse(counted_.refused_size);
   ByteReader reader(datagram.first(kHeaderBytes));
+  DatagramHeader& header = heard.header;
   if (!read_header(reader, header)) return refuse(counted_.refused_format);
   const std::span<const std::byte> message = datagram.first(datagram.size() - kTagBytes);
   if (!authenticator_.check(authenticator_.context, message, datagram.last<kTagBytes>()))
@@ -35,91 +36,108 @@ Peer* Exchange::accept(std::span<const std::byte> datagram, DatagramHeader& head
   }
   if (is_excluded(header.sender)) return refuse(counted_.refused_excluded);
   // A repeat is not worth the check of a signature.
-  const Peer* const known = peers_.find(header.sender);
-  if (is_control(header.kind) && known != nullptr &&
-      !PeerTable::is_new(*known, header.session, header.sequence))
+  heard.peer = peers_.find(header.sender);
+  if (is_control(header.kind) && heard.peer != nullptr &&
+      !PeerTable::is_new(*heard.peer, header.session, header.sequence))
     return refuse(counted_.refused_replay);
   if (header.is_signed != signatures_.on() || !is_signed_by_sender(header, message))
     return refuse(counted_.refused_signature);
-  Peer* const peer = peers_.find_or_add(header.sender, now_us);
-  if (peer == nullptr) return refuse(counted_.refused_peers);
-  bool later = true;
-  if (is_control(header.kind)) {
-    PeerTable::note(*peer, header.session, header.sequence);
-  } else {
-    later = PeerTable::note_data(*peer, header.session, header.sequence);
+  return note_peer(heard, now_us);
+}
+
+/// With signatures only what is signed makes a peer, or is a sign of its life.
+bool Exchange::note_peer(Heard& heard, std::int64_t now_us) noexcept {
+  const DatagramHeader& header = heard.header;
+  const bool proven = !signatures_.on() || is_control(header.kind);
+  if (proven) heard.peer = peers_.find_or_add(header.sender, now_us);
+  if (proven && heard.peer == nullptr) {
+    ++counted_.refused_peers;
+    return false;
   }
-  if (later) peer->heard_us = now_us;
-  ++peer->datagrams;
-  if (header.configuration != configuration_ && header.kind != DatagramKind::kAnnounce)
-    return refuse(counted_.refused_configuration);
-  return peer;
+  heard.later = true;
+  if (is_control(header.kind)) {
+    PeerTable::note(*heard.peer, header.session, header.sequence);
+  } else if (heard.peer != nullptr) {
+    heard.later = PeerTable::note_data(*heard.peer, header.session, header.sequence);
+  }
+  if (proven && heard.later) heard.peer->heard_us = now_us;
+  if (heard.peer != nullptr) ++heard.peer->datagrams;
+  if (header.configuration != configuration_ && header.kind != DatagramKind::kAnnounce) {
+    ++counted_.refused_configuration;
+    return false;
+  }
+  return true;
 }
 
 void Exchange::receive(std::span<const std::byte> datagram, std::int64_t now_us) noexcept {
-  DatagramHeader header;
-  Peer* const peer = accept(datagram, header, now_us);
-  if (peer == nullptr) return;
-  const std::size_t end =
-      kTagBytes + (header.is_signed && is_control(header.kind) ? kSignatureBytes : 0);
+  Heard heard;
+  if (!accept(datagram, heard, now_us)) return;
+  const bool ends_signed = heard.header.is_signed && is_control(heard.header.kind);
+  const std::size_t end = kTagBytes + (ends_signed ? kSignatureBytes : 0);
   ByteReader body(datagram.subspan(kHeaderBytes, datagram.size() - kHeaderBytes - end));
-  if (!hear(*peer, header, body, now_us)) ++counted_.refused_body;
+  if (!hear(heard, body, now_us)) ++counted_.refused_body;
 }
 
 /// False iff the body is none of its kind.
-bool Exchange::hear(Peer& peer, const DatagramHeader& header, ByteReader& body,
-                    std::int64_t now_us) noexcept {
-  // Of control messages that overtook each other the last one counts.
-  const bool last = header.session == peer.session && header.sequence == peer.sequence;
-  switch (header.kind) {
-    case DatagramKind::kAnnounce: {
-      ConfigurationDetails details;
-      if (!read_details(body, details)) return false;
-      peer.left = peer.left && !last;
-      peer.mismatch.reset();
-      if (header.configuration == configuration_)
-        return hear_announcement(body, header, last, now_us);
-      // Its own, so that it can be said what is different.
-      peer.mismatch = details;
-      ++counted_.refused_configuration;
-      return true;
-    }
+bool Exchange::hear(const Heard& heard, ByteReader& body, std::int64_t now_us) noexcept {
+  switch (heard.header.kind) {
+    case DatagramKind::kAnnounce:
+      return hear_announcement(heard, body, now_us);
     case DatagramKind::kRequest:
       return hear_request(body, now_us);
     case DatagramKind::kChunk:
-      return hear_chunk(body, now_us);
+      return hear_chunk(body, heard.later, now_us);
     case DatagramKind::kFrame:
-      return hear_frame(body);
+      return hear_frame(body, heard.later);
     case DatagramKind::kLeave:
-      peer.left = peer.left || last;
-      return body.remaining() == 0;
+      if (body.remaining() != 0) return false;
+      heard.peer->left = heard.peer->left || is_last(heard);
+      return true;
   }
   return false;
 }
 
-/// last: its sender said nothing after it. What an origin says of what it is publishing counts.
-bool Exchange::hear_announcement(ByteReader& body, const DatagramHeader& header, bool last,
+/// Of control messages that overtook each other the last one counts.
+bool Exchange::is_last(const Heard& heard) noexcept {
+  return heard.header.session == heard.peer->session &&
+         heard.header.sequence == heard.peer->sequence;
+}
+
+bool Exchange::hear_announcement(const Heard& heard, ByteReader& body,
                                  std::int64_t now_us) noexcept {
+  ConfigurationDetails details;
   AnnouncedContribution announced;
+  if (!read_details(body, details)) return false;
   for (ByteReader all = body; all.remaining() != 0;) {
     if (!read_announced(all, announced)) return false;
   }
+  const bool last = is_last(heard);
+  heard.peer->left = heard.peer->left && !last;
+  heard.peer->mismatch.reset();
+  if (heard.header.configuration != configuration_) {
+    // Its own, so that it can be said what is different.
+    heard.peer->mismatch = details;
+    ++counted_.refused_configuration;
+    return true;
+  }
+  // What an origin says of what it is publishing counts.
   while (body.remaining() != 0 && read_announced(body, announced)) {
-    const bool of_origin = last && announced.origin && announced.id.robot == header.sender;
+    const bool of_origin = last && announced.origin && announced.id.robot == heard.header.sender;
     hear_announced(announced, of_origin, now_us);
   }
   return true;
 }
 
-/// A contribution of this robot's that it has not opened, in an epoch that nobody can have heard
-/// of.
-bool Exchange::is_own_to_come(const ContributionId& id) const noexcept {
-  return id.robot == config_.robot && id.epoch >= first_epoch_;
+/// Of this robot, in an epoch in which only it speaks, and not opened by it.
+bool Exchange::is_own_to_come(const ContributionId& id) noexcept {
+  if (id.robot != config_.robot || id.epoch < first_epoch_) return false;
+  const Contribution* const known = find(id);
+  return known == nullptr || !known->own;
 }
 
 void Exchange::hear_announced(const AnnouncedContribution& announced, bool of_origin,
                               std::int64_t now_us) noexcept {
-  if (find(announced.id) == nullptr && is_own_to_come(announced.id)) {
+  if (is_own_to_come(announced.id)) {
     ++counted_.impostors;
     return;
   }

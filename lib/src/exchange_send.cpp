@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// What is sent next: announcements, frames, requests, new blocks and answers, under a budget.
+// What is sent next, under a budget: announcements, frames, requests, chunks.
 #include <algorithm>
 
 #include "tessera/exchange/exchange.hpp"
@@ -9,8 +9,6 @@ namespace tessera {
 
 namespace {
 
-constexpr std::size_t kFreshBatch = 0;
-constexpr std::size_t kAnswerBatch = 1;
 /// Frames are few and nothing goes without them: they are said unasked with one announcement of so
 /// many.
 constexpr std::uint64_t kAnnouncementsOfFrame = 8;
@@ -33,8 +31,7 @@ std::size_t Exchange::send(std::int64_t now_us, std::span<std::byte> into) noexc
   budget_bytes_ = std::min(most, budget_bytes_ + earned);
   if (budget_bytes_ < static_cast<std::int64_t>(kMostDatagramBytes)) return 0;
 
-  const std::size_t end = kTagBytes + (signatures_.on() ? kSignatureBytes : 0);
-  ByteWriter to(into.first(kMostDatagramBytes - end));
+  ByteWriter to(into.first(kMostDatagramBytes - kTagBytes));
   DatagramHeader header{.kind = DatagramKind::kAnnounce,
                         .configuration = configuration_,
                         .sender = config_.robot,
@@ -68,12 +65,22 @@ bool Exchange::write_body(DatagramKind& kind, ByteWriter& to, std::int64_t now_u
     announce_due_us_ = std::min(announce_due_us_, now_us + config_.announce_soon_us);
     announce_soon_ = false;
   }
+  ByteWriter before_signature = to;
+  if (signatures_.on()) before_signature.keep_free(kSignatureBytes);
   kind = DatagramKind::kFrame;
-  if (write_due_frame(to, now_us)) return true;
-  kind = DatagramKind::kAnnounce;
-  if (write_announcement(to, now_us)) return true;
-  kind = DatagramKind::kRequest;
-  if (write_request(to, now_us)) return true;
+  bool any = write_due_frame(before_signature, now_us);
+  if (!any) {
+    kind = DatagramKind::kAnnounce;
+    any = write_announcement(before_signature, now_us);
+  }
+  if (!any) {
+    kind = DatagramKind::kRequest;
+    any = write_request(before_signature, now_us);
+  }
+  if (any) {
+    to = before_signature;
+    return true;
+  }
   kind = DatagramKind::kChunk;
   return write_chunk(to, now_us);
 }
@@ -117,7 +124,7 @@ bool Exchange::write_due_frame(ByteWriter& to, std::int64_t now_us) noexcept {
                           .T_global_map = contribution.T_global_map};
     signature_ = contribution.frame_signature;
     if (signatures_.on() && contribution.own)
-      signatures_.sign(signatures_.context, frame_message(frame), signature_);
+      signatures_.sign(signatures_.context, frame_message(configuration_, frame), signature_);
     return write_frame(to, frame);
   }
   return false;
@@ -136,7 +143,7 @@ bool Exchange::write_request(ByteWriter& to, std::int64_t now_us) noexcept {
       requested.gaps =
           static_cast<std::uint8_t>(contribution.coverage.gaps(contribution.latest, requested.gap));
     }
-    if (!write_requested(to, requested)) return any;
+    if (!write_requested(to, requested)) break;
     any = true;
     if (requested.all) {
       contribution.all_pause_us =
@@ -155,135 +162,6 @@ bool Exchange::write_request(ByteWriter& to, std::int64_t now_us) noexcept {
   }
   counted_.requests += any ? 1U : 0U;
   return any;
-}
-
-/// The batch of what was published and has not gone out.
-bool Exchange::next_fresh() noexcept {
-  Batch& batch = batches_[kFreshBatch];
-  if (!batch.empty()) return true;
-  if (publishing_ == kNobody) return false;
-  const Contribution& own = contributions_[publishing_];
-  if (sent_ >= own.latest) return false;
-  batch.contribution = publishing_;
-  batch.range = {sent_ + 1, own.latest};
-  collect_fresh(batch);
-  sent_ = batch.range.last;
-  return true;
-}
-
-/// The batch of the answer that is due first.
-bool Exchange::next_answer(std::int64_t now_us) noexcept {
-  Batch& batch = batches_[kAnswerBatch];
-  if (!batch.empty()) return true;
-  std::size_t first = waiting_answers_;
-  for (std::size_t i = 0; i < waiting_answers_; ++i) {
-    if (answers_[i].due_us > now_us) continue;
-    if (first == waiting_answers_ || answers_[i].due_us < answers_[first].due_us) first = i;
-  }
-  if (first == waiting_answers_) return false;
-  Answer& answer = answers_[first];
-  batch.contribution = answer.contribution;
-  batch.range = answer.range;
-  batch.all = answer.all;
-  collect(batch);
-  if (batch.range.last == answer.range.last) {
-    answer = answers_[--waiting_answers_];
-  } else {
-    answer.range.first = batch.range.last + 1;
-  }
-  return true;
-}
-
-/// The parts of the lowest versions in the batch's range; if there are more than it holds, the
-/// range ends with the last of them. Versions are all different, but for what one who has the key
-/// makes up: so many of one version that they do not fit are cut short. O(parts of the contribution
-/// * log kMostParts).
-void Exchange::collect(Batch& batch) noexcept {
-  batch.count = batch.next = 0;
-  const Contribution& contribution = contributions_[batch.contribution];
-  const Replicas& replicas = *store_.replicas;
-  const auto later = [](const Batch::Part& a, const Batch::Part& b) {
-    return a.version < b.version;
-  };
-  // The first count parts, a heap with the latest on top.
-  const auto heap = [&batch] { return std::span(batch.parts).subspan(0, batch.count); };
-  std::uint32_t at = replicas.contribution(contribution.slot).first_block;
-  for (; at != 0; at = replicas.record(at).next) {
-    const Replicas::Replica& part = replicas.record(at);
-    const bool within = batch.range.first <= part.version && part.version <= batch.range.last;
-    if (part.live == 0 || !(part.latest() || batch.all) || !within) continue;
-    if (batch.count == Batch::kMostParts) {
-      std::pop_heap(heap().begin(), heap().end(), later);
-      --batch.count;
-      // Whatever is beyond the last that stays is left for the next batch.
-      batch.range.last = batch.parts[batch.count].version - 1;
-      if (part.version > batch.range.last) continue;
-    }
-    batch.parts[batch.count++] = {at, part.version};
-    std::push_heap(heap().begin(), heap().end(), later);
-  }
-  std::sort_heap(heap().begin(), heap().end(), later);
-  batch.range.last = std::max(batch.range.last, batch.range.first);
-  while (batch.count != 0 && batch.parts[batch.count - 1].version > batch.range.last) --batch.count;
-}
-
-bool Exchange::write_chunk(ByteWriter& to, std::int64_t now_us) noexcept {
-  const bool fresh = next_fresh();
-  const bool answer = next_answer(now_us);
-  if (!fresh && !answer) return false;
-  answered_ = answer && (answer_next_ || !fresh);
-  answer_next_ = !answered_;
-  ++(answered_ ? counted_.answer_chunks : counted_.fresh_chunks);
-  write_batch(to, batches_[answered_ ? kAnswerBatch : kFreshBatch]);
-  return true;
-}
-
-/// As much of the batch as fits.
-void Exchange::write_batch(ByteWriter& to, Batch& batch) noexcept {
-  const Contribution& contribution = contributions_[batch.contribution];
-  // The range's end is known only when it is written.
-  ByteWriter again = to;
-  ChunkHeader header{.id = contribution.id,
-                     .range = batch.range,
-                     .all = batch.all,
-                     .digest = contribution.digest,
-                     .proofs = signatures_.on() && !contribution.own};
-  const bool grows_tree = signatures_.on() && contribution.own;
-  write_chunk_header(to, header);
-  RecordWriter writer(to, batch.range);
-  std::uint32_t said = 0;
-  tree_.clear();
-  for (; batch.next < batch.count; ++batch.next) {
-    const Batch::Part& next = batch.parts[batch.next];
-    const Replicas::Replica& part = store_.replicas->record(next.record);
-    // Superseded since: what superseded it will be said.
-    if (part.version != next.version || part.live == 0 || part.version == said) continue;
-    ChunkRecord record{.block = unpack(BlockKey{part.key}),
-                       .version = {.number = part.version,
-                                   .first = part.version - part.part,
-                                   .layers = part.layers},
-                       .coded = store_.replicas->read_wire(part, kept_),
-                       .proof = {}};
-    if (signatures_.on()) {
-      const auto proof_bytes = std::to_integer<std::size_t>(record.coded[0]);
-      record.proof = record.coded.subspan(1, proof_bytes);
-      record.coded = record.coded.subspan(1 + proof_bytes);
-    }
-    if (tree_.full() || !writer.write(record)) {
-      header.range.last = next.version - 1;
-      break;
-    }
-    if (grows_tree) tree_.add(leaf_of(signatures_, contribution.id, record));
-    said = part.version;
-  }
-  write_chunk_header(again, header);
-  proofs_ = header.proofs;
-  if (grows_tree) {
-    const Hash root = tree_.count() == 0 ? Hash{} : tree_.root(signatures_);
-    const auto message = root_message(contribution.id, tree_.count(), root);
-    signatures_.sign(signatures_.context, message, signature_);
-  }
-  batch.range.first = header.range.last + 1;
 }
 
 }  // namespace tessera

@@ -33,7 +33,8 @@ Exchange::Taken Exchange::check_chunk(const Contribution& contribution, const Ch
     tree_.add(leaf_of(signatures_, header.id, record));
   }
   if (!news) return {};
-  const auto message = root_message(header.id, tree_.count(), tree_.root(signatures_));
+  const auto message =
+      root_message(configuration_, header.id, tree_.count(), tree_.root(signatures_));
   return {.forged = !signatures_.check(signatures_.context, header.id.robot, message, signature_)};
 }
 

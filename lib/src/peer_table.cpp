@@ -13,8 +13,8 @@ Result<PeerTable> PeerTable::make(Arena& arena, std::uint32_t peers) noexcept {
   return table;
 }
 
-const Peer* PeerTable::find(std::uint32_t robot) const noexcept {
-  for (const Peer& peer : all()) {
+Peer* PeerTable::find(std::uint32_t robot) const noexcept {
+  for (Peer& peer : peers_.first(count_)) {
     if (peer.robot == robot) return &peer;
   }
   return nullptr;

@@ -19,11 +19,12 @@ void write_id(ByteWriter& to, const ContributionId& id) noexcept {
 }
 
 /// As the header of a datagram of that kind begins, so that nothing is signed for two uses.
-void write_use(ByteWriter& to, DatagramKind kind) noexcept {
+void write_use(ByteWriter& to, DatagramKind kind, std::uint32_t configuration) noexcept {
   to.u8('T');
   to.u8('S');
   to.u8(1);
   to.u8(static_cast<std::uint8_t>(kind));
+  to.u32(configuration);
 }
 
 }  // namespace
@@ -46,22 +47,24 @@ Hash leaf_of(const Signatures& by, const ContributionId& id, const ChunkRecord& 
   return hash;
 }
 
-std::array<std::byte, kRootMessageBytes> root_message(const ContributionId& id,
+std::array<std::byte, kRootMessageBytes> root_message(std::uint32_t configuration,
+                                                      const ContributionId& id,
                                                       std::uint32_t leaves,
                                                       const Hash& root) noexcept {
   std::array<std::byte, kRootMessageBytes> message{};
   ByteWriter to(message);
-  write_use(to, DatagramKind::kChunk);
+  write_use(to, DatagramKind::kChunk, configuration);
   write_id(to, id);
   to.u8(static_cast<std::uint8_t>(leaves));
   to.bytes(root);
   return message;
 }
 
-std::array<std::byte, kFrameMessageBytes> frame_message(const FrameBody& frame) noexcept {
+std::array<std::byte, kFrameMessageBytes> frame_message(std::uint32_t configuration,
+                                                        const FrameBody& frame) noexcept {
   std::array<std::byte, kFrameMessageBytes> message{};
   ByteWriter to(message);
-  write_use(to, DatagramKind::kFrame);
+  write_use(to, DatagramKind::kFrame, configuration);
   write_frame(to, frame);
   return message;
 }
@@ -88,7 +91,7 @@ std::span<const std::byte> read_proof(ByteReader& from) noexcept {
   return from.bytes(1 + hashes * kHashBytes + kSignatureBytes);
 }
 
-bool ProofCheck::check(const Signatures& by, const ContributionId& id,
+bool ProofCheck::check(const Signatures& by, std::uint32_t configuration, const ContributionId& id,
                        const ChunkRecord& record) noexcept {
   ByteReader from(record.proof);
   const std::uint8_t place = from.u8();
@@ -103,7 +106,7 @@ bool ProofCheck::check(const Signatures& by, const ContributionId& id,
   const std::span<const std::byte> given = from.bytes(kSignatureBytes);
   if (!from.ok()) return false;
   const Hash root = HashTree::climb(by, leaf_of(by, id, record), leaf, leaves, way);
-  const auto message = root_message(id, leaves, root);
+  const auto message = root_message(configuration, id, leaves, root);
   if (known_ && std::equal(message.begin(), message.end(), message_.begin()) &&
       std::equal(given.begin(), given.end(), signature_.begin()))
     return true;

@@ -21,8 +21,10 @@ static_assert(std::atomic<bool>::is_always_lock_free);
 /// The first asks to stop, and what is there is written; the second ends at once.
 void stop_by_signal() {
   struct sigaction action {};
-  action.sa_handler = [](int) { stop_asked.store(true, std::memory_order_relaxed); };
-  action.sa_flags = static_cast<int>(SA_RESETHAND);
+  action.sa_handler = [](int) {
+    stop_asked.store(true, std::memory_order_relaxed);
+    for (const int signal : {SIGTERM, SIGINT}) ::signal(signal, SIG_DFL);
+  };
   ::sigemptyset(&action.sa_mask);
   for (const int signal : {SIGTERM, SIGINT}) ::sigaction(signal, &action, nullptr);
 }
@@ -86,18 +88,20 @@ void print_summary(const Node& node) {
 Outcome<void> run_node(const std::string& path) {
   const Outcome<NodeConfig> config = read_node_config(path);
   if (!config.ok()) return config.failure();
+  // Before the start is counted: what is counted ends as it is told to.
+  stop_by_signal();
   const Outcome<std::unique_ptr<Node>> node = Node::make(*config, path);
   if (!node.ok()) return node.failure();
   if (!(*node)->dataset().missing().empty())
     warn("there are no scans " + to_text((*node)->dataset().missing()));
-  stop_by_signal();
   const Outcome<void> done = (*node)->run(stop_asked);
   if (!done.ok()) return done.failure();
   const Outcome<void> written = (*node)->write_maps();
   if (!written.ok()) return written.failure();
+  const Outcome<void> reported = write_report((*node)->report(), config->report);
   warn_of_losses(**node);
   print_summary(**node);
-  return write_report((*node)->report(), config->report);
+  return reported;
 }
 
 }  // namespace

@@ -48,11 +48,12 @@ class NetworkPort {
   /// Sleeps until something arrives, timeout_us at most. A signal may wake it too.
   bool wait(std::int64_t timeout_us) noexcept { return link_->wait(timeout_us); }
 
+  /// Times that claim() or report() found no room: more send_slots.
+  [[nodiscard]] std::uint64_t send_queue_full() const noexcept { return send_queue_full_; }
+
   // --- For any thread ----------------------------------------------------------------------------
 
   [[nodiscard]] const DatagramLink& link() const noexcept { return *link_; }
-  /// Times that claim() or report() found no room: more send_slots.
-  [[nodiscard]] std::uint64_t send_queue_full() const noexcept { return send_queue_full_; }
   [[nodiscard]] std::size_t send_queue_peak() const noexcept { return queue_.peak(); }
 
  private:

@@ -85,7 +85,7 @@ class Node {
       : config_(config), dataset_(std::move(dataset)), buffer_(dataset_.max_points()) {}
   Outcome<void> set_up(const std::string& path);
   Outcome<void> read_keys(const std::string& path);
-  [[nodiscard]] Outcome<void> check_places() const;
+  [[nodiscard]] Outcome<void> check_places(const std::string& path) const;
   Outcome<void> integrate_next(std::int64_t now_us);
   Outcome<void> tick(std::int64_t now_us);
   void say_status(std::int64_t now_us);

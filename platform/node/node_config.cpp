@@ -21,6 +21,9 @@ struct OptionName {
   ConfigKey key;
 };
 constexpr auto kOptionNames = std::to_array<OptionName>({
+    {"--first", {"replay", "first"}},
+    {"--last", {"replay", "last"}},
+    {"--labels", {"replay", "labels"}},
     {"--resolution", {"map", "resolution_m"}},
     {"--inference", {"map", "inference"}},
     {"--kernel-length", {"map", "kernel_length_m"}},
@@ -120,6 +123,16 @@ void take_security(ConfigFile& file, NodeConfig& c) {
   file.take({"security", "exclude"}, c.exclude);
 }
 
+Outcome<void> check_excluded(const ConfigFile& file, const NodeConfig& c) {
+  const ConfigKey key{"security", "exclude"};
+  if (c.exclude.size() > ExchangeConfig::kMostExcluded) {
+    return file.refusal(
+        key, "takes " + std::to_string(ExchangeConfig::kMostExcluded) + " robots at most");
+  }
+  if (std::find(c.exclude.begin(), c.exclude.end(), c.robot) == c.exclude.end()) return {};
+  return file.refusal(key, "names this robot itself; leave it out");
+}
+
 /// A robot whose owner wants signatures does not run without.
 Outcome<void> check_signatures(const ConfigFile& file, const NodeConfig& c) {
   if (c.robot_secret.empty() == c.robot_public_keys.empty()) return {};
@@ -176,6 +189,8 @@ Outcome<NodeConfig> parse_node_config(std::string_view text, const std::string& 
   if (!finished.ok()) return finished.failure();
   const Outcome<void> signatures = check_signatures(*file, config);
   if (!signatures.ok()) return signatures.failure();
+  const Outcome<void> excluded = check_excluded(*file, config);
+  if (!excluded.ok()) return excluded.failure();
   config.values = file->values();
   return config;
 }

@@ -17,19 +17,20 @@ Outcome<std::unique_ptr<Node>> Node::make(const NodeConfig& config, const std::s
   const MapOptions& map = config.map;
   Outcome<Dataset> dataset =
       Dataset::open(map.dataset, {.first = map.first, .last = map.last, .labels = map.labels});
-  if (!dataset.ok()) return dataset.failure();
+  if (!dataset.ok()) return in_words_of_config(dataset.failure(), path);
   std::unique_ptr<Node> node(new Node(config, std::move(*dataset)));
   const Outcome<void> done = node->set_up(path);
   if (!done.ok()) return done.failure();
   return node;
 }
 
-Outcome<void> Node::check_places() const {
+Outcome<void> Node::check_places(const std::string& path) const {
   Outcome<void> places = check_outputs({{"[output] global_map", config_.global_map},
                                         {"[output] local_map", config_.local_map},
                                         {"[output] contribution", config_.contribution},
                                         {"[output] report", config_.report}},
-                                       {{"[security] fleet_key", config_.fleet_key},
+                                       {{"--config", path},
+                                        {"[security] fleet_key", config_.fleet_key},
                                         {"[security] robot_secret", config_.robot_secret},
                                         {"[security] robot_public_keys", config_.robot_public_keys},
                                         {"[robot] T_global_map", config_.T_global_map}},
@@ -62,7 +63,7 @@ Outcome<void> Node::read_keys(const std::string& path) {
 }
 
 Outcome<void> Node::set_up(const std::string& path) {
-  const Outcome<void> places = check_places();
+  const Outcome<void> places = check_places(path);
   if (!places.ok()) return {in_words_of_config(places.failure(), path)};
   // What can be refused is, before the start is counted.
   const Outcome<RobotSetup> trial = set_up_robot(config_, dataset_, 1);
@@ -88,11 +89,9 @@ Outcome<void> Node::set_up(const std::string& path) {
   if (!robot.ok()) return robot.failure();
   robot_ = std::move(*robot);
   for (const std::uint32_t excluded : config_.exclude) {
-    if (robot_->exchange().exclude(excluded) != Status::kOk) {
+    if (robot_->exchange().exclude(excluded) != Status::kOk)
       return Failure{path + ": [security] exclude: robot " + std::to_string(excluded) +
-                     " is this one, or there are more than " +
-                     std::to_string(ExchangeConfig::kMostExcluded) + "; leave it out"};
-    }
+                     " cannot be excluded; leave it out"};
   }
   return {};
 }

@@ -100,11 +100,6 @@ bool Robot::fuse_in_spare_time() noexcept {
   return true;
 }
 
-bool Robot::settled() const noexcept {
-  const ExchangeReport report = exchange_.report();
-  return idle() && report.complete == report.contributions;
-}
-
 std::size_t Robot::used_bytes() const noexcept {
   const int components = map_.num_components();
   return map_.usage().used_bytes + global_.report().used_bytes +

@@ -72,8 +72,6 @@ class Robot {
   [[nodiscard]] std::size_t send(std::int64_t now_us, std::span<std::byte> into) noexcept {
     return exchange_.send(now_us, into);
   }
-  /// Nothing waits to be published or fused, and all that is known of is there.
-  [[nodiscard]] bool settled() const noexcept;
   /// Nothing waits to be published or fused.
   [[nodiscard]] bool idle() const noexcept {
     return publisher_.waiting() == 0 && !global_.busy() && ticks_since_scan_ > 2;

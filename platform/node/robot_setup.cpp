@@ -76,6 +76,8 @@ Outcome<GlobalMapConfig> fit_global_map(GlobalMapConfig config, std::size_t memo
   config.replicas.blocks = config.blocks = std::max(kLeastParts, config.replicas.segments / 3);
   config.replicas.robot_segments =
       std::max(1U, static_cast<std::uint32_t>(robot_share * config.replicas.segments));
+  config.replicas.robot_blocks =
+      std::max(1U, static_cast<std::uint32_t>(robot_share * config.replicas.blocks));
   config.sum_segments = parts_of(0.12, SegmentStore::kSegmentBytes);
   config.staged_bytes =
       std::max(kLeastStorage, rest_bytes / 20 / SlabPool::kPageBytes * SlabPool::kPageBytes);

@@ -53,6 +53,7 @@ Outcome<FileDescriptor> lock_robot(const std::string& folder, std::uint32_t robo
   FileDescriptor file(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, kMode));
   if (!file.is_open()) return system_failure("open", path, errno, FailureKind::kUsage);
   if (::flock(file.get(), LOCK_EX | LOCK_NB) != 0) {
+    if (errno != EWOULDBLOCK) return system_failure("lock", path, errno, FailureKind::kUsage);
     return Failure{"robot " + std::to_string(robot) + " is running already, with the state in " +
                    folder + "; end it, or give this one another number"};
   }

@@ -31,7 +31,11 @@ Outcome<FleetSignatures> FleetSignatures::read(const std::string& robot_secret,
   if (!signer.ok()) return signer.failure();
   Outcome<RecordVerifier> verifier = RecordVerifier::make(std::move(*keys));
   if (!verifier.ok()) return verifier.failure();
-  return make(std::move(*signer), std::move(*verifier));
+  Outcome<FleetSignatures> fleet = make(std::move(*signer), std::move(*verifier));
+  if (fleet.ok()) return fleet;
+  return Failure{fleet.failure().message + ": add the line of its .pub file to " + public_keys +
+                     ", or name another file than " + robot_secret,
+                 fleet.failure().kind};
 }
 
 Signatures FleetSignatures::signatures() noexcept {

@@ -18,7 +18,8 @@ function(expect_version)
 endfunction()
 
 file(REMOVE_RECURSE ${WORK})
-set(arguments -S ${SOURCE}/tests/consumer -B ${WORK}/build -G Ninja -DCMAKE_BUILD_TYPE=Release
+# Debug: whether it builds is asked, and all of the core is built once more.
+set(arguments -S ${SOURCE}/tests/consumer -B ${WORK}/build -G Ninja -DCMAKE_BUILD_TYPE=Debug
               -DCMAKE_C_COMPILER=${C_COMPILER} -DCMAKE_CXX_COMPILER=${CXX_COMPILER})
 if(MODE STREQUAL "install")
   run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${WORK}/prefix)

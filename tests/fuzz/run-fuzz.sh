@@ -15,7 +15,7 @@ declare -A most=([block_codec]=4500 [packed_block]=4096 [wire]=1400 [map_file]=4
                  [messages]=1500 [text_files]=2048)
 what=${1:-60}
 [ $# -eq 0 ] || shift
-[[ $what =~ ^([0-9]+|merge)$ ]] || fail "say how many seconds, or merge, then targets: ${all[*]}"
+[[ $what =~ ^([1-9][0-9]*|merge)$ ]] || fail "say how many seconds, or merge, then targets: ${all[*]}"
 targets=("$@")
 [ $# -gt 0 ] || targets=("${all[@]}")
 for target in "${targets[@]}"; do

@@ -3,37 +3,12 @@
 // Whatever a network does: once datagrams get through again, all robots hold the same.
 #include <catch2/catch.hpp>
 
+#include "network/patch_drive.hpp"
 #include "network/simulated_network.hpp"
 #include "oracle/cloud.hpp"
 
 namespace tessera::network {
 namespace {
-
-constexpr std::int64_t kSecond = 1'000'000;
-
-/// A block of a patch that the robot drives over: blocks are seen several times, then left behind.
-BlockKey patch_block(oracle::Random& random, std::int64_t now_us) {
-  const auto along = static_cast<std::int32_t>(now_us / 200'000);
-  const int x = along + random.below(8);
-  const int y = random.below(8);
-  return *pack({x, y, random.below(2)});
-}
-
-/// All that are there drive for so long, and publish so many blocks a second each.
-void drive(Network& network, std::int64_t duration_us, int blocks_per_s, bool with_room = true) {
-  for (const std::int64_t end = network.now_us() + duration_us; network.now_us() < end;) {
-    for (int i = 0; i < network.size(); ++i) {
-      for (int block = 0; block < blocks_per_s / 20; ++block) {
-        const bool published = network.robot(i)
-                                   .publish(patch_block(network.random(), network.now_us()),
-                                            network.random(), 10 + network.random().below(60))
-                                   .ok();
-        REQUIRE((published || !with_room));
-      }
-    }
-    network.run(kSecond / 20);
-  }
-}
 
 TEST_CASE("network: loss on every link, and all robots hold the same in the end") {
   const auto seed = oracle::announce_seed(501);
@@ -52,13 +27,6 @@ TEST_CASE("network: loss on every link, and all robots hold the same in the end"
   CHECK(bytes_at(0.1) < 1.5 * lossless);
   CHECK(bytes_at(0.3) < 1.8 * lossless);
   bytes_at(0.7);
-}
-
-TEST_CASE("network: one datagram of a hundred is enough") {
-  Network network(3, {.loss = 0.99}, oracle::announce_seed(502));
-  drive(network, 3 * kSecond, 40);
-  REQUIRE(network.settle(200'000 * kSecond));
-  WARN(static_cast<double>(network.now_us()) / 1e6 << " s, " << network.sent_bytes() << " bytes");
 }
 
 TEST_CASE("network: a partition of 30 s, and both halves have all afterwards") {

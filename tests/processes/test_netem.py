@@ -9,7 +9,7 @@ import unittest
 import user_mode_linux
 from team import program
 
-LIMIT_S = 120
+LIMIT_S = 240
 
 
 class Netem(unittest.TestCase):

@@ -69,7 +69,8 @@ def run(command, directory, environment, modules=(), limit_s=120, memory="256M")
         kernel = subprocess.Popen(
             ["linux.uml", f"mem={memory}", "rootfstype=hostfs", "rootflags=/", "ro", f"init={init}", "con0=null,fd:1", "con=null",
              "quiet", "panic=-1"], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-            errors="replace", start_new_session=True)
+            # Its memory is a file there: not every /dev/shm has the room.
+            errors="replace", start_new_session=True, env={**os.environ, "TMPDIR": name})
         try:
             console, _ = kernel.communicate(timeout=limit_s + BOOT_LIMIT_S)
         except subprocess.TimeoutExpired:

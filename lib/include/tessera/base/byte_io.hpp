@@ -25,6 +25,10 @@ class ByteWriter {
   constexpr void bytes(std::span<const std::byte> values) noexcept {
     for (const std::byte value : values) put(std::to_integer<std::uint64_t>(value), 1);
   }
+  /// Takes bytes from the end of the room, for what comes after.
+  constexpr void keep_free(std::size_t bytes) noexcept {
+    buffer_ = buffer_.first(position_ + (room() < bytes ? 0 : room() - bytes));
+  }
   [[nodiscard]] constexpr bool ok() const noexcept { return ok_; }
   [[nodiscard]] constexpr std::size_t size() const noexcept { return position_; }
   [[nodiscard]] constexpr std::size_t room() const noexcept { return buffer_.size() - position_; }

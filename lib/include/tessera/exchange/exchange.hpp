@@ -39,7 +39,8 @@ class Exchange {
 
   // --- What this robot says ----------------------------------------------------------------------
 
-  /// Starts a contribution of this robot's: what publish() is of from now on. Fails with
+  /// Starts a contribution of this robot's: what publish() is of from now on. The first one before
+  /// anything is received: from then on nobody else says anything of that epoch. Fails with
   /// kInvalidArgument iff T_global_map is no frame (GridTransform::make) or there is such a
   /// contribution, as after a restart with an epoch that was there before; kResourceExhausted iff
   /// there is no place for it.
@@ -165,13 +166,20 @@ class Exchange {
                                      const BlockContent& content, unsigned parts,
                                      std::size_t whole_bytes, std::uint32_t& bytes) noexcept;
 
-  [[nodiscard]] Peer* accept(std::span<const std::byte> datagram, DatagramHeader& header,
-                             std::int64_t now_us) noexcept;
-  [[nodiscard]] bool hear(Peer& peer, const DatagramHeader& header, ByteReader& body,
-                          std::int64_t now_us) noexcept;
+  /// A datagram that was accepted.
+  struct Heard {
+    DatagramHeader header{};
+    Peer* peer = nullptr;  ///< Of a chunk or frame there may be none.
+    bool later = true;     ///< Of chunks and frames: no repeat.
+  };
+  [[nodiscard]] bool accept(std::span<const std::byte> datagram, Heard& heard,
+                            std::int64_t now_us) noexcept;
+  [[nodiscard]] bool note_peer(Heard& heard, std::int64_t now_us) noexcept;
+  [[nodiscard]] static bool is_last(const Heard& heard) noexcept;
+  [[nodiscard]] bool hear(const Heard& heard, ByteReader& body, std::int64_t now_us) noexcept;
   [[nodiscard]] bool is_signed_by_sender(const DatagramHeader& header,
                                          std::span<const std::byte> message) const noexcept;
-  [[nodiscard]] bool hear_announcement(ByteReader& body, const DatagramHeader& header, bool last,
+  [[nodiscard]] bool hear_announcement(const Heard& heard, ByteReader& body,
                                        std::int64_t now_us) noexcept;
   void note_latest(Contribution& contribution, const AnnouncedContribution& announced,
                    bool of_origin, std::int64_t now_us) const noexcept;
@@ -179,7 +187,7 @@ class Exchange {
                       std::int64_t now_us) noexcept;
   [[nodiscard]] bool hear_request(ByteReader& body, std::int64_t now_us) noexcept;
   void hear_requested(const RequestedContribution& requested, std::int64_t now_us) noexcept;
-  [[nodiscard]] bool hear_chunk(ByteReader& body, std::int64_t now_us) noexcept;
+  [[nodiscard]] bool hear_chunk(ByteReader& body, bool later, std::int64_t now_us) noexcept;
   struct Taken {
     bool well_formed = true;
     bool grew = false;     ///< The coverage did.
@@ -194,11 +202,11 @@ class Exchange {
                                    ByteReader records) noexcept;
   [[nodiscard]] std::span<const std::byte> to_keep(std::span<const std::byte> coded,
                                                    std::span<const std::byte> proof) const noexcept;
-  [[nodiscard]] bool hear_frame(ByteReader& body) noexcept;
+  [[nodiscard]] bool hear_frame(ByteReader& body, bool later) noexcept;
   void note_lack(Contribution& contribution, std::int64_t now_us) noexcept;
   void note_digest(Contribution& contribution, const AnnouncedContribution& announced,
                    bool of_origin, std::int64_t now_us) noexcept;
-  [[nodiscard]] bool is_own_to_come(const ContributionId& id) const noexcept;
+  [[nodiscard]] bool is_own_to_come(const ContributionId& id) noexcept;
   [[nodiscard]] bool add_answer(const Answer& wanted) noexcept;
   void answer_with_all(const Contribution& contribution, std::int64_t due_us) noexcept;
   void drop_answers(std::uint32_t contribution, VersionRange heard, bool all) noexcept;

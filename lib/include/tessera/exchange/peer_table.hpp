@@ -41,7 +41,7 @@ class PeerTable {
   /// if the table is full. Null iff it is full of robots heard within kSilentUs. O(peers).
   [[nodiscard]] Peer* find_or_add(std::uint32_t robot, std::int64_t now_us) noexcept;
   /// The robot's peer, or null. O(peers).
-  [[nodiscard]] const Peer* find(std::uint32_t robot) const noexcept;
+  [[nodiscard]] Peer* find(std::uint32_t robot) const noexcept;
   /// Whether a control message is none that was heard before. Those older than the last kWindow
   /// are taken for heard. O(1).
   [[nodiscard]] static bool is_new(const Peer& peer, std::uint32_t session,

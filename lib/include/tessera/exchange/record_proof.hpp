@@ -16,15 +16,17 @@ static_assert(kMostProofBytes == 1 + HashTree::kMostPath * kHashBytes + kSignatu
 [[nodiscard]] Hash leaf_of(const Signatures& by, const ContributionId& id,
                            const ChunkRecord& record) noexcept;
 
-/// What is signed of a tree.
-inline constexpr std::size_t kRootMessageBytes = 4 + 12 + 1 + kHashBytes;
-[[nodiscard]] std::array<std::byte, kRootMessageBytes> root_message(const ContributionId& id,
+/// What is signed of a tree. configuration: as in a datagram's header; evidence means nothing
+/// without.
+inline constexpr std::size_t kRootMessageBytes = 4 + 4 + 12 + 1 + kHashBytes;
+[[nodiscard]] std::array<std::byte, kRootMessageBytes> root_message(std::uint32_t configuration,
+                                                                    const ContributionId& id,
                                                                     std::uint32_t leaves,
                                                                     const Hash& root) noexcept;
 /// What is signed of a frame.
-inline constexpr std::size_t kFrameMessageBytes = 4 + 12 + 4 + 12 * sizeof(double);
+inline constexpr std::size_t kFrameMessageBytes = 4 + 4 + 12 + 4 + 12 * sizeof(double);
 [[nodiscard]] std::array<std::byte, kFrameMessageBytes> frame_message(
-    const FrameBody& frame) noexcept;
+    std::uint32_t configuration, const FrameBody& frame) noexcept;
 
 /// The proof of a leaf of a tree whose root was signed, in into. Returns its size.
 [[nodiscard]] std::size_t write_proof(const HashTree& tree, std::uint32_t leaf,
@@ -39,8 +41,8 @@ class ProofCheck {
  public:
   /// True iff the record's origin signed it. record.proof: as read_proof() gives it. O(bytes of the
   /// record), and at most one check of a signature.
-  [[nodiscard]] bool check(const Signatures& by, const ContributionId& id,
-                           const ChunkRecord& record) noexcept;
+  [[nodiscard]] bool check(const Signatures& by, std::uint32_t configuration,
+                           const ContributionId& id, const ChunkRecord& record) noexcept;
 
  private:
   std::array<std::byte, kRootMessageBytes> message_{};
