@@ -7,6 +7,7 @@
 
 #include "node/config_file.hpp"
 #include "posix/input_file.hpp"
+#include "tessera/exchange/exchange_config.hpp"
 #include "tessera/fusion/replicas.hpp"
 
 namespace tessera {

@@ -81,9 +81,7 @@ TEST_CASE("forger: versions that are made up hide none that come") {
 }
 
 TEST_CASE("forger: a table that is full of names has room for who has more than a name") {
-  ExchangeConfig config;
-  config.contributions = 16;
-  Fixture f(554, Network::default_replicas(), config);
+  Fixture f(554);
   for (std::uint32_t i = 0; i < 1000; ++i)
     f.say(f.forger.announcement({{.id = {1000 + i, 1, 0}, .latest = 1}}));
   CHECK(f.report().displaced_contributions > 0);
@@ -95,14 +93,27 @@ TEST_CASE("forger: a table that is full of names has room for who has more than 
 
 TEST_CASE("forger: places that are kept for a robot's own are not filled by what it hears") {
   ExchangeConfig config;
-  config.contributions = 8;
   config.own_contributions = 3;
-  Fixture f(555, Network::default_replicas(), config);
+  ReplicasConfig replicas = Network::default_replicas();
+  replicas.contributions = 8;
+  Fixture f(555, replicas, config);
   for (std::uint32_t i = 0; i < 100; ++i) f.say(f.forger.frame({1000 + i, 1, 0}, 1));
   CHECK(f.report().refused_contributions > 0);
   CHECK(f.exchange().open(1, 1, Matrix34d::Identity()) == Status::kOk);
   CHECK(f.exchange().open(1, 2, Matrix34d::Identity()) == Status::kOk);
   CHECK(f.exchange().open(1, 3, Matrix34d::Identity()) == Status::kResourceExhausted);
+}
+
+TEST_CASE("forger: who has no place for a contribution asks seldom for its frame") {
+  ReplicasConfig few = Network::default_replicas();
+  few.contributions = 3;
+  Network network(5, {}, oracle::announce_seed(560), few);
+  for (int i = 0; i < 5; ++i)
+    REQUIRE(network.robot(i).publish(*pack({i, 0, 0}), network.random(), 30).ok());
+  network.run(60 * kSecond);
+  const std::uint64_t before = network.robot(0).exchange().report().requests;
+  network.run(300 * kSecond);
+  CHECK(network.robot(0).exchange().report().requests - before < 60);
 }
 
 TEST_CASE("forger: blocks of nothing have a quota too") {

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // With signatures no robot speaks for another, though it has the fleet's key and passes on what the
 // other said.
+#include <algorithm>
 #include <catch2/catch.hpp>
 
 #include "network/forger.hpp"
@@ -39,6 +40,10 @@ std::vector<std::vector<std::byte>> said(Robot& robot, std::int64_t from_us, std
   return all;
 }
 
+bool is_chunk(const std::vector<std::byte>& datagram) {
+  return (datagram[3] & std::byte{0x7f}) == std::byte{3};
+}
+
 TEST_CASE(
     "signatures: a team over a bad network agrees, late joiners hear of robots that are gone") {
   Team team(4, {.loss = 0.1, .jitter_us = 80'000, .duplicate = 0.05, .corrupt = 0.02}, 561);
@@ -66,12 +71,82 @@ TEST_CASE("signatures: one check does for all records that were signed together"
   const ExchangeReport report = team.robot(1).exchange().report();
   CHECK(report.records_taken >= 200);
   CHECK(team.robot(1).signature_checks() < report.records_taken / 4);
-  // What is heard again is not checked again.
-  const auto again = said(team.robot(0), team.now_us(), 5 * kSecond);
-  for (const auto& datagram : again) team.robot(1).exchange().receive(datagram, team.now_us());
+}
+
+TEST_CASE("signatures: what is heard again is not checked again") {
+  Team team(2, {}, 566);
+  for (int i = 0; i < 40; ++i)
+    REQUIRE(team.robot(0).publish(*pack({i, 5, 0}), team.random(), 5).ok());
+  const auto all = said(team.robot(0), 0, 5 * kSecond);
+  CHECK(std::any_of(all.begin(), all.end(), is_chunk));
+  Exchange& exchange = team.robot(1).exchange();
+  for (const auto& datagram : all) exchange.receive(datagram, 0);
+  CHECK(exchange.report().records_taken == 40);
   const std::uint64_t before = team.robot(1).signature_checks();
-  for (const auto& datagram : again) team.robot(1).exchange().receive(datagram, team.now_us());
+  for (const auto& datagram : all) exchange.receive(datagram, 1);
   CHECK(team.robot(1).signature_checks() == before);
+}
+
+TEST_CASE("signatures: nothing that a robot said can be changed by who has the fleet's key") {
+  Team team(2, {}, 567);
+  for (int i = 0; i < 40; ++i)
+    REQUIRE(team.robot(0).publish(*pack({i, 5, 0}), team.random(), 5).ok());
+  const auto all = said(team.robot(0), 0, 5 * kSecond);
+  Exchange& exchange = team.robot(1).exchange();
+  for (const auto& datagram : all) exchange.receive(datagram, 0);
+  const std::uint64_t content = team.robot(1).content_digest();
+  oracle::Random& random = team.random();
+  for (int round = 0; round < 20'000; ++round) {
+    std::vector<std::byte> changed =
+        all[static_cast<std::size_t>(random.below(static_cast<int>(all.size())))];
+    const auto end = static_cast<int>(changed.size() - kTagBytes);
+    const int first = static_cast<int>(kHeaderBytes);
+    changed[static_cast<std::size_t>(first + random.below(end - first))] ^=
+        static_cast<std::byte>(1 + random.below(255));
+    ByteWriter sequence{std::span<std::byte>(changed).subspan(16, 4)};
+    sequence.u32(1000U + static_cast<std::uint32_t>(round));
+    Forger::seal(changed);
+    exchange.receive(changed, kSecond + round);
+  }
+  CHECK(team.robot(1).content_digest() == content);
+  CHECK(exchange.report().refused_signature > 5'000);
+}
+
+TEST_CASE("signatures: what was signed of another map is not taken for this one") {
+  Team team(1, {}, 568);
+  ExchangeConfig finer;
+  finer.resolution_m = 0.05;
+  Robot other(5, 1, Network::default_replicas(), finer, {.key = 5});
+  REQUIRE(other.publish(*pack({1, 2, 3}), team.random(), 20).ok());
+  for (std::vector<std::byte> datagram : said(other, 0, 5 * kSecond)) {
+    ByteWriter configuration{std::span<std::byte>(datagram).subspan(4, 4)};
+    configuration.u32(details_of_network().checksum());
+    Forger::seal(datagram);
+    team.robot(0).exchange().receive(datagram, 0);
+  }
+  CHECK(team.robot(0).exchange().report().refused_signature > 2);
+  CHECK(team.robot(0).exchange().report().records_taken == 0);
+  CHECK_FALSE(team.robot(0).replicas().find({5, 1, 0}).ok());
+}
+
+TEST_CASE("signatures: a record of any size can be passed on, beside whatever it was signed with") {
+  Team team(3, {.loss = 0.1}, 569);
+  team.switch_off(2);
+  oracle::Random& random = team.random();
+  std::size_t longest = 0;
+  for (int i = 0; i < 600; ++i) {
+    const int voxels = i % 4 == 0 ? 600 + random.below(1500) : 1 + random.below(5);
+    const Result<std::uint32_t> bytes = team.robot(0).publish(*pack({i, 0, 0}), random, voxels);
+    REQUIRE(bytes.ok());
+    longest = std::max<std::size_t>(longest, *bytes);
+    if (i % 20 == 0) team.run(kSecond / 10);
+  }
+  CHECK(longest > kMostCodedBytes);  // So there are parts, and wholes just below.
+  REQUIRE(team.settle(60 * kSecond));
+  team.switch_off(0);
+  team.switch_on(2);
+  REQUIRE(team.settle(60 * kSecond));
+  CHECK(team.robot(2).exchange().report().refused_body == 0);
 }
 
 TEST_CASE("signatures: who signs by another key is not heard in a robot's name") {
@@ -112,8 +187,7 @@ TEST_CASE("signatures: what is passed on is what its origin said, or nothing") {
     while (const std::size_t size = team.robot(1).exchange().send(at_us, datagram)) {
       passed_on.emplace_back(datagram.begin(),
                              datagram.begin() + static_cast<std::ptrdiff_t>(size));
-      const bool is_chunk = (datagram[3] & std::byte{0x7f}) == std::byte{3};
-      if (!is_chunk) team.robot(2).exchange().receive(passed_on.back(), at_us);
+      if (!is_chunk(passed_on.back())) team.robot(2).exchange().receive(passed_on.back(), at_us);
     }
   }
   std::uint64_t taken = 0;
@@ -121,7 +195,7 @@ TEST_CASE("signatures: what is passed on is what its origin said, or nothing") {
   for (int round = 0; round < 20'000; ++round) {
     std::vector<std::byte> changed =
         passed_on[static_cast<std::size_t>(random.below(static_cast<int>(passed_on.size())))];
-    if ((changed[3] & std::byte{0x7f}) != std::byte{3}) continue;
+    if (!is_chunk(changed)) continue;
     // Within the records: the range is said by whoever passes them on.
     const std::size_t first = kHeaderBytes + 21;
     const int within = static_cast<int>(changed.size() - first - kTagBytes);
