@@ -61,8 +61,14 @@ void draw_request(Input& input, ByteWriter& to) {
     requested.frame_revision = how >> 5U;
     requested.all = (how & 0x10U) != 0;
     requested.gaps = requested.all ? 0 : static_cast<std::uint8_t>(how & 7U);
-    for (VersionRange& gap : std::span(requested.gap).first(requested.gaps))
+    std::uint32_t last = 0;
+    for (VersionRange& gap : std::span(requested.gap).first(requested.gaps)) {
       gap = drawn_range(input);
+      // Mostly ascending, as they have to be.
+      if ((how & 8U) != 0) gap.first = last + 1 + gap.first % 64;
+      if ((how & 8U) != 0) gap.last = gap.first + gap.last % 64;
+      last = gap.last;
+    }
     static_cast<void>(write_requested(to, requested));
   }
 }
@@ -131,8 +137,9 @@ Datagram forged(DatagramHeader header, Bytes body) {
 
 std::uint64_t refusals(const ExchangeReport& report) {
   return report.refused_size + report.refused_format + report.refused_tag +
-         report.refused_configuration + report.refused_replay + report.refused_robot +
-         report.refused_excluded + report.refused_peers + report.refused_body + report.own_echoes;
+         report.refused_signature + report.refused_configuration + report.refused_replay +
+         report.refused_robot + report.refused_excluded + report.refused_peers +
+         report.refused_body + report.own_echoes;
 }
 
 }  // namespace tessera::fuzz

@@ -25,8 +25,9 @@ DatagramSeal seal_of(unsigned char secret) {
 
 std::uint64_t refusals(const ExchangeReport& report) {
   return report.refused_size + report.refused_format + report.refused_tag +
-         report.refused_configuration + report.refused_replay + report.refused_robot +
-         report.refused_excluded + report.refused_peers + report.refused_body + report.own_echoes;
+         report.refused_signature + report.refused_configuration + report.refused_replay +
+         report.refused_robot + report.refused_excluded + report.refused_peers +
+         report.refused_body + report.own_echoes;
 }
 
 bool is_data(const Datagram& datagram) {

@@ -20,7 +20,8 @@ inline BlockKey patch_block(oracle::Random& random, std::int64_t now_us) {
 }
 
 /// All that are there drive for so long, and publish so many blocks a second each.
-inline void drive(Network& network, std::int64_t duration_us, int blocks_per_s, bool with_room = true) {
+inline void drive(Network& network, std::int64_t duration_us, int blocks_per_s,
+                  bool with_room = true) {
   for (const std::int64_t end = network.now_us() + duration_us; network.now_us() < end;) {
     for (int i = 0; i < network.size(); ++i) {
       for (int block = 0; block < blocks_per_s / 20; ++block) {

@@ -151,11 +151,6 @@ void Network::send_from(int i) {
   }
 }
 
-void Network::inject(int to, std::vector<std::byte> datagram) {
-  on_their_way_.push(
-      {now_us_, order_++, to, std::make_shared<const std::vector<std::byte>>(std::move(datagram))});
-}
-
 void Network::tick() {
   while (!on_their_way_.empty() && on_their_way_.top().at_us <= now_us_) {
     const Arrival arrival = on_their_way_.top();

@@ -98,8 +98,6 @@ class Network {
   [[nodiscard]] bool agree() const;
   /// All bytes that were sent by anyone.
   [[nodiscard]] std::uint64_t sent_bytes() const;
-  /// What one robot sends reaches all others: as a test injects it.
-  void inject(int to, std::vector<std::byte> datagram);
 
  private:
   struct Arrival {

@@ -4,7 +4,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "tessera/base/crc32.hpp"
+#include "tessera/base/digest.hpp"
 
 namespace tessera {
 namespace {
@@ -14,8 +14,12 @@ Signatures toy() {
   Signatures by;
   by.hash = [](void*, std::span<const std::byte> message,
                std::span<std::byte, kHashBytes> hash) noexcept {
-    for (std::size_t i = 0; i < kHashBytes; ++i)
-      hash[i] = static_cast<std::byte>(crc32c(message, static_cast<std::uint32_t>(i)) & 0xffU);
+    Digest digest;
+    for (const std::byte byte : message) digest.add(std::to_integer<std::uint64_t>(byte));
+    for (std::size_t i = 0; i < kHashBytes; ++i) {
+      digest.add(i);
+      hash[i] = static_cast<std::byte>(digest.value() & 0xffU);
+    }
   };
   return by;
 }
@@ -41,7 +45,9 @@ TEST_CASE("hash tree: each leaf leads to the root by its path, and no other does
       const auto way = std::span(path).first(length);
       CHECK(HashTree::climb(by, leaf(i), i, count, way) == root);
       CHECK(HashTree::climb(by, leaf(i + 1), i, count, way) != root);
+      CHECK(HashTree::path_length(i, count) <= HashTree::kMostPath);
       if (length == 0) continue;
+      if ((i ^ 1U) < count) CHECK(HashTree::climb(by, leaf(i), i ^ 1U, count, way) != root);
       path[length - 1][3] ^= std::byte{1};
       CHECK(HashTree::climb(by, leaf(i), i, count, way) != root);
     }

@@ -1,0 +1,123 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// What a robot signs of its records, byte by byte: other bytes would lock out the robots that run
+// what was before.
+#include "tessera/exchange/record_proof.hpp"
+
+#include <catch2/catch.hpp>
+#include <cstdio>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sample_keys.hpp"
+#include "security/fleet_signatures.hpp"
+
+namespace tessera {
+namespace {
+
+constexpr ContributionId kId{7, 2, 1};
+constexpr std::uint32_t kConfiguration = 0x04030201;
+
+std::string hex_of(std::span<const std::byte> bytes) {
+  std::string text;
+  for (const std::byte b : bytes) {
+    char digits[3];
+    std::snprintf(digits, sizeof digits, "%02x", std::to_integer<unsigned>(b));
+    text += digits;
+  }
+  return text;
+}
+
+struct Fixture {
+  Fixture() {
+    const KeyFolder folder;
+    Outcome<FleetSignatures> read =
+        FleetSignatures::read(folder.write("s", kSecretLine), folder.write("p", kPublicLine));
+    REQUIRE(read.ok());
+    fleet.emplace(std::move(*read));
+    by = fleet->signatures();
+    for (int i = 0; i < 40; ++i) code.push_back(static_cast<std::byte>(i));
+    records = {
+        ChunkRecord{.block = {1, -2, 3},
+                    .version = {.number = 5, .first = 5, .layers = 15},
+                    .coded = std::as_bytes(std::span("abc", 3))},
+        ChunkRecord{
+            .block = {-9, 0, 4}, .version = {.number = 8, .first = 7, .layers = 12}, .coded = {}},
+        ChunkRecord{
+            .block = {0, 0, 0}, .version = {.number = 9, .first = 9, .layers = 3}, .coded = code}};
+    for (const ChunkRecord& record : records) tree.add(leaf_of(by, kId, record));
+    root = tree.root(by);
+    const auto message = root_message(kConfiguration, kId, tree.count(), root);
+    by.sign(by.context, message, signature);
+  }
+  std::optional<FleetSignatures> fleet;
+  Signatures by;
+  std::vector<std::byte> code;
+  std::vector<ChunkRecord> records;
+  HashTree tree;
+  Hash root{};
+  Signature signature{};
+};
+
+// By Python's hashlib.blake2b and struct from docs/wire-format.md.
+TEST_CASE("record proof: leaves and the root are those of the page") {
+  Fixture f;
+  CHECK(hex_of(leaf_of(f.by, kId, f.records[0])) == "c78625cb65397532369edf5baa8a3952");
+  CHECK(hex_of(leaf_of(f.by, kId, f.records[1])) == "e02a89fb5b2bc977c380f115941b4289");
+  CHECK(hex_of(leaf_of(f.by, kId, f.records[2])) == "fcd35c42eb58dcc9e5ba2dc532954293");
+  CHECK(hex_of(f.root) == "9d7c392712e131a895f6cb2bbb1e3769");
+  CHECK(hex_of(root_message(kConfiguration, kId, 3, f.root)) ==
+        "545301030102030407000000020000000100000003" + hex_of(f.root));
+  const FrameBody frame{.id = kId, .revision = 6};
+  CHECK(hex_of(frame_message(kConfiguration, frame)).substr(0, 48) ==
+        "545301040102030407000000020000000100000006000000");
+}
+
+TEST_CASE("record proof: each record stands alone, as it was signed and not otherwise") {
+  Fixture f;
+  for (std::uint32_t leaf = 0; leaf < 3; ++leaf) {
+    std::array<std::byte, kMostProofBytes> bytes{};
+    const std::size_t size = write_proof(f.tree, leaf, f.signature, bytes);
+    CHECK(size == 1 + (leaf == 2 ? 1 : 2) * kHashBytes + kSignatureBytes);
+    CHECK(std::to_integer<unsigned>(bytes[0]) == (leaf | 2U << 4U));
+    ByteReader from(bytes);
+    ChunkRecord record = f.records[leaf];
+    record.proof = read_proof(from);
+    REQUIRE(record.proof.size() == size);
+    CHECK(ProofCheck().check(f.by, kConfiguration, kId, record));
+    CHECK_FALSE(ProofCheck().check(f.by, kConfiguration + 1, kId, record));
+    CHECK_FALSE(ProofCheck().check(f.by, kConfiguration, {7, 2, 2}, record));
+    CHECK_FALSE(ProofCheck().check(f.by, kConfiguration, {8, 2, 1}, record));
+    ChunkRecord other = record;
+    ++other.version.number;
+    CHECK_FALSE(ProofCheck().check(f.by, kConfiguration, kId, other));
+    other = record;
+    --other.block.z;
+    CHECK_FALSE(ProofCheck().check(f.by, kConfiguration, kId, other));
+    for (std::size_t i = 0; i < size; ++i) {
+      std::array<std::byte, kMostProofBytes> changed = bytes;
+      changed[i] ^= std::byte{1};
+      ByteReader changed_from(changed);
+      other = record;
+      other.proof = read_proof(changed_from);
+      CHECK_FALSE((!other.proof.empty() && ProofCheck().check(f.by, kConfiguration, kId, other)));
+    }
+  }
+}
+
+TEST_CASE("record proof: a leaf beyond the tree is none, and nothing is read beyond the end") {
+  std::array<std::byte, kMostProofBytes> bytes{};
+  bytes[0] = std::byte{0x23};
+  ByteReader from(bytes);
+  CHECK(read_proof(from).empty());
+  CHECK_FALSE(from.ok());
+  for (std::size_t size = 0; size < kMostProofBytes; ++size) {
+    bytes[0] = std::byte{0xf0};
+    ByteReader cut(std::span<const std::byte>(bytes).first(size));
+    CHECK(read_proof(cut).empty());
+  }
+}
+
+}  // namespace
+}  // namespace tessera
