@@ -6,63 +6,19 @@ import os
 import signal
 import subprocess
 import sys
-import tempfile
 import time
 import unittest
 
 import own_network
-from command_case import DONE, TIME_LIMIT_S, USAGE, CommandCase, command_path
+from command_case import DONE, TIME_LIMIT_S, command_path
+from node_case import SCANS, NodeCase
 
 if not own_network.enter():
     print("skipped: no network namespaces permitted here (unshare -rn)", file=sys.stderr)
     raise unittest.SkipTest("no network namespaces")
 
-SCANS = 4
 # Heap allocations are not counted under sanitizers.
 COUNTED = not os.environ.get("TESSERA_SANITIZE")
-
-
-class NodeCase(CommandCase):
-    @classmethod
-    def setUpClass(cls):
-        super().setUpClass()
-        folder = tempfile.TemporaryDirectory(prefix="tessera-street-")
-        cls.addClassCleanup(folder.cleanup)
-        cls.street = folder.name + "/street"
-        subprocess.run([command_path(), "simulate", "--scans", str(SCANS), "--seed", "5", "--out", cls.street], check=True,
-                       capture_output=True, timeout=TIME_LIMIT_S)
-
-    def config(self, number, name=None, /, **changes):
-        """Writes a configuration; changes: by table, a dictionary of keys, None to leave one out."""
-        name = name or f"robot_{number}"
-        tables = {
-            "robot": {"id": number, "state": "state"},
-            "replay": {"dataset": f"{self.street}/robot_{number}", "rate_hz": 0},
-            "map": {"resolution_m": 0.4, "max_range_m": 60.0, "memory": "24M"},
-            "publish": {"staleness_s": 0.2, "free_staleness_s": 0.4},
-            "network": {"url": f"udpm://239.255.76.67:7667?ttl=0&recv_buf_size=400000", "interface": "lo"},
-            "fusion": {"memory": "32M"},
-            "output": {"global_map": f"{name}.global.tsm", "contribution": f"{name}.contribution.tsm", "report": f"{name}.json"},
-            "run": {"wait_for_peers": 1, "quiet_s": 1.5, "linger_s": 60},
-        }
-        for table, keys in changes.items():
-            tables.setdefault(table, {}).update(keys)
-        lines = []
-        for table, keys in tables.items():
-            lines.append(f"[{table}]")
-            lines += [f"{key} = {json.dumps(value)}" for key, value in keys.items() if value is not None]
-        path = self.folder / f"{name}.toml"
-        path.write_text("\n".join(lines) + "\n")
-        return path
-
-    def fleet_keys(self, robots):
-        """Secrets in keys/, and of all the public ones but the last robot's in fleet.pub."""
-        (self.folder / "keys").mkdir()
-        for robot in range(robots):
-            self.done("key", "new", "--robot", robot, "--dir", "keys")
-        public = [(self.folder / f"keys/robot_{robot}.pub").read_text() for robot in range(robots)]
-        (self.folder / "all.pub").write_text("".join(public))
-        (self.folder / "fleet.pub").write_text("".join(public[:-1]))
 
 
 class Node(NodeCase):
@@ -203,68 +159,6 @@ class Node(NodeCase):
         self.assertGreater(reports[0]["exchange"]["refused_excluded"], 0)
         self.assertEqual([0], [c["robot"] for c in reports[0]["contributions"]])
         self.assertEqual({0, 1}, {c["robot"] for c in reports[1]["contributions"]})
-
-
-class BadConfiguration(NodeCase):
-    """Refused in one line, before anything is begun."""
-
-    def bad(self, *saying, **changes):
-        path = self.config(0, "bad", **changes)
-        before = sorted(self.folder.rglob("*"))
-        self.refused("node", "--config", path, saying=saying, exit_status=USAGE)
-        self.assertEqual(before, sorted(self.folder.rglob("*")))
-
-    def test_words(self):
-        self.bad("line 3", "there is no key stat in [robot]; did you mean state?", robot={"state": None, "stat": "s"})
-        self.bad("there is no key max_range in [map]", "max_range_m", map={"max_range": 20})
-        self.bad("there is no table [netwrok]; did you mean [network]?", netwrok={"url": "x"})
-        self.bad("there is no key rate_hz in [run]; it is in [replay]", run={"rate_hz": 1})
-        self.bad("[robot] id: is missing", robot={"id": None})
-        self.bad("[replay] dataset: is missing", replay={"dataset": None})
-
-    def test_values(self):
-        self.bad("[robot] id: is not a whole number", robot={"id": "zero"})
-        self.bad("[robot] id: -1 is not allowed", "line 2", robot={"id": -1})
-        self.bad("[replay] rate_hz: -1 is not allowed", replay={"rate_hz": -1})
-        self.bad("[replay] loop: is not true or false", replay={"loop": 1})
-        self.bad("[map] memory: is no number of bytes", map={"memory": "much"})
-        self.bad("[map] memory", "give at least", map={"memory": "1K"})
-        self.bad("line 8: [map] resolution_m: resolution_m 0 is not allowed", map={"resolution_m": 0})
-        self.bad("[map] kernel_length_m", map={"kernel_length_m": 0.5})
-        self.bad("[map] downsample_m", map={"downsample_m": "of"})
-        self.bad("[fusion] diffusion: \"strong\" is not allowed; give \"contractive\", \"paper\" or \"none\"",
-                 fusion={"diffusion": "strong"})
-        self.bad("[fusion] alpha", fusion={"alpha": 1})
-        self.bad("[fusion] memory", "give at least", fusion={"memory": "1M"})
-        self.bad("[security] exclude", "list of whole numbers", security={"exclude": ["x"]})
-        self.bad("[security] exclude: is not a list of numbers of robots", security={"exclude": [-1]})
-        self.bad("[security] exclude: names this robot itself", security={"exclude": [3, 0]})
-        self.bad("[security] exclude: takes 16 robots at most", security={"exclude": list(range(1, 18))})
-        self.bad("name robot_public_keys too", security={"robot_secret": "keys/robot_0.key"})
-        self.bad("name robot_secret too", security={"robot_public_keys": "fleet.pub"})
-        self.fleet_keys(2)
-        self.bad("robot_secret is of robot 1", security={"robot_secret": "keys/robot_1.key", "robot_public_keys": "all.pub"})
-        self.bad("robot 1 is not among the public keys", "fleet.pub",
-                 security={"robot_secret": "keys/robot_1.key", "robot_public_keys": "fleet.pub"})
-        self.bad("[replay] first", replay={"first": 9, "last": 1})
-        self.bad("[replay] labels", replay={"labels": "nothing"})
-
-    def test_what_is_named_is_not_there(self):
-        self.bad("nowhere", replay={"dataset": "nowhere"})
-        self.bad("fleet.key", security={"fleet_key": "fleet.key"})
-        self.bad("nowhere", output={"report": "nowhere/report.json"})
-        self.bad("the same file", output={"report": "one", "global_map": "one"})
-        self.bad("eth99", network={"interface": "eth99"})
-        self.bad("ttl", network={"url": "udpm://239.255.76.67:7667"})
-        self.refused("node", "--config", "no.toml", saying=("no.toml",))
-        self.refused("node", saying=("--config",))
-        (self.folder / "bad.toml").write_text("[robot\n")
-        self.refused("node", "--config", "bad.toml", saying=("line 1", "not valid TOML"))
-
-    def test_a_count_of_starts_that_is_none(self):
-        (self.folder / "state").mkdir()
-        (self.folder / "state/robot_0.starts").write_text("many\n")
-        self.refused("node", "--config", self.config(0, "bad"), saying=("holds no count of starts",))
 
 
 if __name__ == "__main__":

@@ -1,0 +1,73 @@
+# SPDX-FileCopyrightText: The tessera authors
+# SPDX-License-Identifier: Apache-2.0
+"""tessera node: what is wrong with a configuration is said before anything starts."""
+import unittest
+
+from command_case import USAGE
+from node_case import NodeCase
+
+
+class BadConfiguration(NodeCase):
+    """Refused in one line, before anything is begun."""
+
+    def bad(self, *saying, **changes):
+        path = self.config(0, "bad", **changes)
+        before = sorted(self.folder.rglob("*"))
+        self.refused("node", "--config", path, saying=saying, exit_status=USAGE)
+        self.assertEqual(before, sorted(self.folder.rglob("*")))
+
+    def test_words(self):
+        self.bad("line 3", "there is no key stat in [robot]; did you mean state?", robot={"state": None, "stat": "s"})
+        self.bad("there is no key max_range in [map]", "max_range_m", map={"max_range": 20})
+        self.bad("there is no table [netwrok]; did you mean [network]?", netwrok={"url": "x"})
+        self.bad("there is no key rate_hz in [run]; it is in [replay]", run={"rate_hz": 1})
+        self.bad("[robot] id: is missing", robot={"id": None})
+        self.bad("[replay] dataset: is missing", replay={"dataset": None})
+
+    def test_values(self):
+        self.bad("[robot] id: is not a whole number", robot={"id": "zero"})
+        self.bad("[robot] id: -1 is not allowed", "line 2", robot={"id": -1})
+        self.bad("[replay] rate_hz: -1 is not allowed", replay={"rate_hz": -1})
+        self.bad("[replay] loop: is not true or false", replay={"loop": 1})
+        self.bad("[map] memory: is no number of bytes", map={"memory": "much"})
+        self.bad("[map] memory", "give at least", map={"memory": "1K"})
+        self.bad("line 8: [map] resolution_m: resolution_m 0 is not allowed", map={"resolution_m": 0})
+        self.bad("[map] kernel_length_m", map={"kernel_length_m": 0.5})
+        self.bad("[map] downsample_m", map={"downsample_m": "of"})
+        self.bad("[fusion] diffusion: \"strong\" is not allowed; give \"contractive\", \"paper\" or \"none\"",
+                 fusion={"diffusion": "strong"})
+        self.bad("[fusion] alpha", fusion={"alpha": 1})
+        self.bad("[fusion] memory", "give at least", fusion={"memory": "1M"})
+        self.bad("[security] exclude", "list of whole numbers", security={"exclude": ["x"]})
+        self.bad("[security] exclude: is not a list of numbers of robots", security={"exclude": [-1]})
+        self.bad("[security] exclude: names this robot itself", security={"exclude": [3, 0]})
+        self.bad("[security] exclude: takes 16 robots at most", security={"exclude": list(range(1, 18))})
+        self.bad("name robot_public_keys too", security={"robot_secret": "keys/robot_0.key"})
+        self.bad("name robot_secret too", security={"robot_public_keys": "fleet.pub"})
+        self.fleet_keys(2)
+        self.bad("robot_secret is of robot 1", security={"robot_secret": "keys/robot_1.key", "robot_public_keys": "all.pub"})
+        self.bad("robot 1 is not among the public keys", "fleet.pub",
+                 security={"robot_secret": "keys/robot_1.key", "robot_public_keys": "fleet.pub"})
+        self.bad("[replay] first", replay={"first": 9, "last": 1})
+        self.bad("[replay] labels", replay={"labels": "nothing"})
+
+    def test_what_is_named_is_not_there(self):
+        self.bad("nowhere", replay={"dataset": "nowhere"})
+        self.bad("fleet.key", security={"fleet_key": "fleet.key"})
+        self.bad("nowhere", output={"report": "nowhere/report.json"})
+        self.bad("the same file", output={"report": "one", "global_map": "one"})
+        self.bad("eth99", network={"interface": "eth99"})
+        self.bad("ttl", network={"url": "udpm://239.255.76.67:7667"})
+        self.refused("node", "--config", "no.toml", saying=("no.toml",))
+        self.refused("node", saying=("--config",))
+        (self.folder / "bad.toml").write_text("[robot\n")
+        self.refused("node", "--config", "bad.toml", saying=("line 1", "not valid TOML"))
+
+    def test_a_count_of_starts_that_is_none(self):
+        (self.folder / "state").mkdir()
+        (self.folder / "state/robot_0.starts").write_text("many\n")
+        self.refused("node", "--config", self.config(0, "bad"), saying=("holds no count of starts",))
+
+
+if __name__ == "__main__":
+    unittest.main()
