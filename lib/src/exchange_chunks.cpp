@@ -68,7 +68,7 @@ Exchange::Taken Exchange::take_records(Contribution& contribution, const ChunkHe
   RecordReader reader(records, header);
   ChunkRecord record;
   std::uint32_t first = header.range.first;
-  std::array<std::byte, kMostProofBytes> made;
+  std::array<std::byte, kMostProofBytes> made{};
   // All that its sender holds may be less than there is.
   const auto cover = [&](VersionRange range) {
     return !header.all && range.first <= range.last && contribution.coverage.add(range);

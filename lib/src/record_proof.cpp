@@ -30,7 +30,7 @@ void write_use(ByteWriter& to, DatagramKind kind, std::uint32_t configuration) n
 }  // namespace
 
 Hash leaf_of(const Signatures& by, const ContributionId& id, const ChunkRecord& record) noexcept {
-  std::array<std::byte, kMostLeafBytes> message;
+  std::array<std::byte, kMostLeafBytes> message{};
   ByteWriter to(message);
   to.u8(0);
   write_id(to, id);
@@ -71,7 +71,7 @@ std::array<std::byte, kFrameMessageBytes> frame_message(std::uint32_t configurat
 
 std::size_t write_proof(const HashTree& tree, std::uint32_t leaf, const Signature& signature,
                         std::span<std::byte, kMostProofBytes> into) noexcept {
-  std::array<Hash, HashTree::kMostPath> path;
+  std::array<Hash, HashTree::kMostPath> path{};
   const std::uint32_t length = tree.path(leaf, path);
   ByteWriter to(into);
   to.u8(static_cast<std::uint8_t>(leaf | (tree.count() - 1) << 4U));
