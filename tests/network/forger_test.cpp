@@ -21,7 +21,8 @@ struct Fixture {
   Exchange& exchange(int i = 0) { return network.robot(i).exchange(); }
   [[nodiscard]] ExchangeReport report(int i = 0) { return exchange(i).report(); }
   void say(const std::vector<std::byte>& datagram) {
-    for (const int i : {0, 1}) exchange(i).receive(datagram, network.now_us());
+    for (const int i : {0, 1})
+      exchange(i).receive(datagram, Network::clock_us(i, network.now_us()));
   }
   /// Publishes so many blocks on robot 1.
   void publish(int blocks) {

@@ -182,12 +182,16 @@ TEST_CASE("signatures: what is passed on is what its origin said, or nothing") {
   std::vector<std::byte> datagram(kMostDatagramBytes);
   for (std::int64_t now_us = 0; now_us < 5 * kSecond; now_us += kTickUs) {
     const std::int64_t at_us = team.now_us() + now_us;
-    while (const std::size_t size = team.robot(2).exchange().send(at_us, datagram))
-      team.robot(1).exchange().receive(std::span(datagram).first(size), at_us);
-    while (const std::size_t size = team.robot(1).exchange().send(at_us, datagram)) {
+    while (const std::size_t size =
+               team.robot(2).exchange().send(Network::clock_us(2, at_us), datagram))
+      team.robot(1).exchange().receive(std::span(datagram).first(size),
+                                       Network::clock_us(1, at_us));
+    while (const std::size_t size =
+               team.robot(1).exchange().send(Network::clock_us(1, at_us), datagram)) {
       passed_on.emplace_back(datagram.begin(),
                              datagram.begin() + static_cast<std::ptrdiff_t>(size));
-      if (!is_chunk(passed_on.back())) team.robot(2).exchange().receive(passed_on.back(), at_us);
+      if (!is_chunk(passed_on.back()))
+        team.robot(2).exchange().receive(passed_on.back(), Network::clock_us(2, at_us));
     }
   }
   std::uint64_t taken = 0;
@@ -202,7 +206,7 @@ TEST_CASE("signatures: what is passed on is what its origin said, or nothing") {
     changed[first + static_cast<std::size_t>(random.below(within))] ^=
         static_cast<std::byte>(1 + random.below(255));
     Forger::seal(changed);
-    team.robot(2).exchange().receive(changed, team.now_us() + 6 * kSecond);
+    team.robot(2).exchange().receive(changed, Network::clock_us(2, team.now_us() + 6 * kSecond));
     taken = team.robot(2).exchange().report().records_taken;
   }
   CHECK(team.robot(2).exchange().report().refused_signature > 20);

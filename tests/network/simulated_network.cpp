@@ -144,7 +144,7 @@ void Network::deliver(int from, int to,
 void Network::send_from(int i) {
   std::vector<std::byte> datagram(kMostDatagramBytes);
   Exchange& exchange = robot(i).exchange();
-  while (const std::size_t size = exchange.send(now_us_, datagram)) {
+  while (const std::size_t size = exchange.send(clock_us(i, now_us_), datagram)) {
     const auto bytes = std::make_shared<const std::vector<std::byte>>(
         datagram.begin(), datagram.begin() + static_cast<std::ptrdiff_t>(size));
     for (int to = 0; to < this->size(); ++to) deliver(i, to, bytes);
@@ -156,7 +156,7 @@ void Network::tick() {
     const Arrival arrival = on_their_way_.top();
     on_their_way_.pop();
     if (off_.count(arrival.to) == 0)
-      robot(arrival.to).exchange().receive(*arrival.bytes, arrival.at_us);
+      robot(arrival.to).exchange().receive(*arrival.bytes, clock_us(arrival.to, arrival.at_us));
   }
   for (int i = 0; i < size(); ++i) {
     if (off_.count(i) == 0) send_from(i);

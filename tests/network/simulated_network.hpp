@@ -80,6 +80,10 @@ class Network {
   [[nodiscard]] Robot& robot(int i) { return *robots_[static_cast<std::size_t>(i)]; }
   [[nodiscard]] oracle::Random& random() { return random_; }
   [[nodiscard]] std::int64_t now_us() const { return now_us_; }
+  /// What a robot's own clock says: each was started on another day, and none is set by another.
+  [[nodiscard]] static std::int64_t clock_us(int i, std::int64_t at_us) {
+    return at_us + 86'400'000'000 * i;
+  }
   /// Between all, or from one robot to another.
   void set_link(const Link& link);
   void set_link(int from, int to, const Link& link);
