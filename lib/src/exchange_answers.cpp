@@ -52,9 +52,8 @@ void Exchange::hear_requested(const RequestedContribution& requested,
 }
 
 void Exchange::answer_with_all(const Contribution& contribution, std::int64_t due_us) noexcept {
-  // Also what is held and not covered.
-  const VersionRange all{1, std::max(contribution.latest, contribution.coverage.last())};
-  if (all.last != 0) static_cast<void>(add_answer({number_of(contribution), all, due_us, true}));
+  // Also what is held and not covered, or beyond what its origin was last heard to have.
+  static_cast<void>(add_answer({number_of(contribution), {1, kLastVersion}, due_us, true}));
 }
 
 /// False iff there is no place: it will be asked for again.

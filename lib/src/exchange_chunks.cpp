@@ -8,8 +8,8 @@
 
 namespace tessera {
 
-/// later: it is no repeat, which whoever asked may never have heard.
-bool Exchange::hear_chunk(ByteReader& body, bool later, std::int64_t now_us) noexcept {
+/// is_new: it is no repeat, which whoever asked may never have heard.
+bool Exchange::hear_chunk(ByteReader& body, bool is_new, std::int64_t now_us) noexcept {
   ChunkHeader header;
   if (!read_chunk_header(body, header) || (header.proofs && !signatures_.on())) return false;
   if (is_own_to_come(header.id)) {
@@ -20,8 +20,8 @@ bool Exchange::hear_chunk(ByteReader& body, bool later, std::int64_t now_us) noe
   if (contribution == nullptr || contribution->excluded) return true;
   const bool same = header.all && header.digest == contribution->digest;
   if (contribution->own) {
-    counted_.impostors += header.range.last > contribution->latest ? 1U : 0U;
-    if (later) drop_answers(number_of(*contribution), header.range, same);
+    counted_.impostors += !header.all && header.range.last > contribution->latest ? 1U : 0U;
+    if (is_new) drop_answers(number_of(*contribution), header.range, same);
     return true;
   }
   if (!contribution->open) {
@@ -35,7 +35,7 @@ bool Exchange::hear_chunk(ByteReader& body, bool later, std::int64_t now_us) noe
   if (taken.forged || !taken.well_formed) return taken.well_formed;
   const bool fills = header.range.first <= contribution->latest;
   if (!header.all) contribution->latest = std::max(contribution->latest, header.range.last);
-  if (later) drop_answers(number_of(*contribution), header.range, same);
+  if (is_new) drop_answers(number_of(*contribution), header.range, same);
   if (taken.grew || taken.refused) contribution->full = taken.refused;
   // While gaps are filled, others may be too. What is new says nothing of them.
   if (fills && taken.grew && !taken.refused && contribution->request_due_us != kNever) {
@@ -102,7 +102,7 @@ Exchange::Taken Exchange::take_records(Contribution& contribution, const ChunkHe
   return taken;
 }
 
-bool Exchange::hear_frame(ByteReader& body, bool later) noexcept {
+bool Exchange::hear_frame(ByteReader& body, bool is_new) noexcept {
   FrameBody frame;
   if (!read_frame(body, frame)) return false;
   const std::span<const std::byte> signature = body.bytes(body.remaining());
@@ -118,7 +118,7 @@ bool Exchange::hear_frame(ByteReader& body, bool later) noexcept {
     const bool same =
         frame.T_global_map == contribution->T_global_map &&
         std::equal(signature.begin(), signature.end(), contribution->frame_signature.begin());
-    if (later && same) contribution->frame_due_us = kNever;
+    if (is_new && same) contribution->frame_due_us = kNever;
     return true;
   }
   if (signatures_.on() &&

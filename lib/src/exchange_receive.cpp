@@ -38,7 +38,7 @@ bool Exchange::accept(std::span<const std::byte> datagram, Heard& heard,
   // A repeat is not worth the check of a signature.
   heard.peer = peers_.find(header.sender);
   if (is_control(header.kind) && heard.peer != nullptr &&
-      !PeerTable::is_new(*heard.peer, header.session, header.sequence))
+      !heard.peer->control.is_new(header.session, header.sequence))
     return refuse(counted_.refused_replay);
   if (header.is_signed != signatures_.on() || !is_signed_by_sender(header, message))
     return refuse(counted_.refused_signature);
@@ -54,13 +54,12 @@ bool Exchange::note_peer(Heard& heard, std::int64_t now_us) noexcept {
     ++counted_.refused_peers;
     return false;
   }
-  heard.later = true;
-  if (is_control(header.kind)) {
-    PeerTable::note(*heard.peer, header.session, header.sequence);
-  } else if (heard.peer != nullptr) {
-    heard.later = PeerTable::note_data(*heard.peer, header.session, header.sequence);
+  if (heard.peer != nullptr) {
+    SequenceWindow& window = is_control(header.kind) ? heard.peer->control : heard.peer->data;
+    heard.is_new = window.is_new(header.session, header.sequence);
+    if (heard.is_new) window.note(header.session, header.sequence);
+    if (heard.is_new && proven) heard.peer->heard_us = now_us;
   }
-  if (proven && heard.later) heard.peer->heard_us = now_us;
   if (heard.peer != nullptr) ++heard.peer->datagrams;
   if (header.configuration != configuration_ && header.kind != DatagramKind::kAnnounce) {
     ++counted_.refused_configuration;
@@ -86,9 +85,9 @@ bool Exchange::hear(const Heard& heard, ByteReader& body, std::int64_t now_us) n
     case DatagramKind::kRequest:
       return hear_request(body, now_us);
     case DatagramKind::kChunk:
-      return hear_chunk(body, heard.later, now_us);
+      return hear_chunk(body, heard.is_new, now_us);
     case DatagramKind::kFrame:
-      return hear_frame(body, heard.later);
+      return hear_frame(body, heard.is_new);
     case DatagramKind::kLeave:
       if (body.remaining() != 0) return false;
       heard.peer->left = heard.peer->left || is_last(heard);
@@ -99,8 +98,8 @@ bool Exchange::hear(const Heard& heard, ByteReader& body, std::int64_t now_us) n
 
 /// Of control messages that overtook each other the last one counts.
 bool Exchange::is_last(const Heard& heard) noexcept {
-  return heard.header.session == heard.peer->session &&
-         heard.header.sequence == heard.peer->sequence;
+  return heard.header.session == heard.peer->control.session &&
+         heard.header.sequence == heard.peer->control.sequence;
 }
 
 bool Exchange::hear_announcement(const Heard& heard, ByteReader& body,

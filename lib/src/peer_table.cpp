@@ -40,36 +40,27 @@ Peer* PeerTable::find_or_add(std::uint32_t robot, std::int64_t now_us) noexcept 
   return place;
 }
 
-bool PeerTable::is_new(const Peer& peer, std::uint32_t session, std::uint32_t sequence) noexcept {
-  if (session != peer.session || peer.window == 0) return session >= peer.session;
-  if (sequence > peer.sequence) return true;
-  const std::uint32_t behind = peer.sequence - sequence;
-  return behind < kWindow && (peer.window >> behind & 1U) == 0;
+bool SequenceWindow::is_new(std::uint32_t of_session, std::uint32_t number) const noexcept {
+  if (of_session != session || heard == 0) return of_session >= session;
+  if (number > sequence) return true;
+  const std::uint32_t behind = sequence - number;
+  return behind < kSize && (heard >> behind & 1U) == 0;
 }
 
-void PeerTable::note(Peer& peer, std::uint32_t session, std::uint32_t sequence) noexcept {
-  if (session != peer.session || peer.window == 0) {
-    peer.session = session;
-    peer.sequence = sequence;
-    peer.window = 1;
+void SequenceWindow::note(std::uint32_t of_session, std::uint32_t number) noexcept {
+  if (of_session != session || heard == 0) {
+    session = of_session;
+    sequence = number;
+    heard = 1;
     return;
   }
-  if (sequence > peer.sequence) {
-    const std::uint32_t ahead = sequence - peer.sequence;
-    peer.window = ahead < kWindow ? peer.window << ahead | 1U : 1U;
-    peer.sequence = sequence;
+  if (number > sequence) {
+    const std::uint32_t ahead = number - sequence;
+    heard = ahead < kSize ? heard << ahead | 1U : 1U;
+    sequence = number;
     return;
   }
-  peer.window |= std::uint64_t{1} << (peer.sequence - sequence);
-}
-
-bool PeerTable::note_data(Peer& peer, std::uint32_t session, std::uint32_t sequence) noexcept {
-  const bool later = session > peer.data_session ||
-                     (session == peer.data_session && sequence > peer.data_sequence);
-  if (!later) return false;
-  peer.data_session = session;
-  peer.data_sequence = sequence;
-  return true;
+  heard |= std::uint64_t{1} << (sequence - number);
 }
 
 }  // namespace tessera

@@ -12,8 +12,6 @@ namespace {
 constexpr std::uint8_t kFormat = 1;
 constexpr std::size_t kIdBytes = 12;
 constexpr std::size_t kAnnouncedBytes = kIdBytes + 4 + 4 + 1 + 8;
-/// One less than there are numbers, so that there is always a next one.
-constexpr std::uint32_t kLastVersion = ~std::uint32_t{0} - 1;
 /// In place of a number of gaps.
 constexpr std::uint8_t kAll = 0xff;
 /// Flags of a contribution that is announced.

@@ -128,7 +128,7 @@ Json peers_json(const Robot& robot, std::int64_t now_us) {
         peer.mismatch ? mismatch_text(*peer.mismatch, robot.map().config(), robot.map().classes())
                       : "";
     json.push_back({{"robot", peer.robot},
-                    {"session", peer.session},
+                    {"session", peer.control.session},
                     {"datagrams", peer.datagrams},
                     {"silent_s", 1e-6 * static_cast<double>(now_us - peer.heard_us)},
                     {"left", peer.left},

@@ -12,29 +12,29 @@
 namespace tessera {
 namespace {
 
-TEST_CASE("peer table: a datagram is new once, within a window of 64, whatever the order") {
+TEST_CASE("sequence window: a datagram is new once, within a window of 64, whatever the order") {
   oracle::Random random(oracle::announce_seed(605));
-  Peer peer;
+  SequenceWindow window;
   std::set<std::uint32_t> heard;
   std::uint32_t highest = 0;
   for (int i = 0; i < 20000; ++i) {
     const int step = random.below(140) - 70;
     const std::uint32_t sequence =
         1000U + static_cast<std::uint32_t>(static_cast<int>(highest) + step + i / 1000);
-    const bool behind = !heard.empty() && sequence + PeerTable::kWindow <= *heard.rbegin();
+    const bool behind = !heard.empty() && sequence + SequenceWindow::kSize <= *heard.rbegin();
     const bool wanted = !behind && heard.count(sequence) == 0;
-    REQUIRE(PeerTable::is_new(peer, 5, sequence) == wanted);
-    if (wanted) PeerTable::note(peer, 5, sequence);
+    REQUIRE(window.is_new(5, sequence) == wanted);
+    if (wanted) window.note(5, sequence);
     if (wanted) heard.insert(sequence);
     highest = *heard.rbegin() - 1000U;
   }
 }
 
-TEST_CASE("peer table: an earlier session is never new, a later one begins anew") {
-  Peer peer;
+TEST_CASE("sequence window: an earlier session is never new, a later one begins anew") {
+  SequenceWindow window;
   const auto hear = [&](std::uint32_t session, std::uint32_t sequence) {
-    const bool is_new = PeerTable::is_new(peer, session, sequence);
-    if (is_new) PeerTable::note(peer, session, sequence);
+    const bool is_new = window.is_new(session, sequence);
+    if (is_new) window.note(session, sequence);
     return is_new;
   };
   CHECK(hear(5, 100));
@@ -43,16 +43,6 @@ TEST_CASE("peer table: an earlier session is never new, a later one begins anew"
   CHECK(hear(6, 1));
   CHECK_FALSE(hear(6, 1));
   CHECK_FALSE(hear(5, 102));
-}
-
-TEST_CASE("peer table: chunks may be heard again, which is no sign of life") {
-  Peer peer;
-  CHECK(PeerTable::note_data(peer, 5, 7));
-  CHECK_FALSE(PeerTable::note_data(peer, 5, 7));
-  CHECK_FALSE(PeerTable::note_data(peer, 5, 6));
-  CHECK_FALSE(PeerTable::note_data(peer, 4, 8));
-  CHECK(PeerTable::note_data(peer, 5, 8));
-  CHECK(PeerTable::note_data(peer, 6, 1));
 }
 
 TEST_CASE("peer table: a full table gives the place of who is silent longest, and of nobody else") {

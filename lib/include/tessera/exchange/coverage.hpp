@@ -30,10 +30,6 @@ class Coverage {
   [[nodiscard]] std::uint32_t complete_to() const noexcept {
     return count_ != 0 && ranges_[0].first == 1 ? ranges_[0].last : 0;
   }
-  /// The last version that is covered; 0: none is.
-  [[nodiscard]] std::uint32_t last() const noexcept {
-    return count_ == 0 ? 0 : ranges_[count_ - 1].last;
-  }
   /// Ascending, with a gap between any two.
   [[nodiscard]] std::span<const VersionRange> ranges() const noexcept {
     return std::span(ranges_).first(count_);

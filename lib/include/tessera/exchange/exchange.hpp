@@ -170,7 +170,7 @@ class Exchange {
   struct Heard {
     DatagramHeader header{};
     Peer* peer = nullptr;  ///< Of a chunk or frame there may be none.
-    bool later = true;     ///< Of chunks and frames: no repeat.
+    bool is_new = true;    ///< No repeat.
   };
   [[nodiscard]] bool accept(std::span<const std::byte> datagram, Heard& heard,
                             std::int64_t now_us) noexcept;
@@ -187,7 +187,7 @@ class Exchange {
                       std::int64_t now_us) noexcept;
   [[nodiscard]] bool hear_request(ByteReader& body, std::int64_t now_us) noexcept;
   void hear_requested(const RequestedContribution& requested, std::int64_t now_us) noexcept;
-  [[nodiscard]] bool hear_chunk(ByteReader& body, bool later, std::int64_t now_us) noexcept;
+  [[nodiscard]] bool hear_chunk(ByteReader& body, bool is_new, std::int64_t now_us) noexcept;
   struct Taken {
     bool well_formed = true;
     bool grew = false;     ///< The coverage did.
@@ -202,7 +202,7 @@ class Exchange {
                                    ByteReader records) noexcept;
   [[nodiscard]] std::span<const std::byte> to_keep(std::span<const std::byte> coded,
                                                    std::span<const std::byte> proof) const noexcept;
-  [[nodiscard]] bool hear_frame(ByteReader& body, bool later) noexcept;
+  [[nodiscard]] bool hear_frame(ByteReader& body, bool is_new) noexcept;
   void note_lack(Contribution& contribution, std::int64_t now_us) noexcept;
   void note_digest(Contribution& contribution, const AnnouncedContribution& announced,
                    bool of_origin, std::int64_t now_us) noexcept;

@@ -70,6 +70,9 @@ struct AnnouncedContribution {
   std::uint64_t digest = 0;  ///< Of all that it has, if complete.
 };
 
+/// One less than there are numbers, so that there is always a next one.
+inline constexpr std::uint32_t kLastVersion = ~std::uint32_t{0} - 1;
+
 /// Versions from first to last.
 struct VersionRange {
   std::uint32_t first = 1;
