@@ -21,7 +21,7 @@ constexpr std::uint32_t kSession = 5;
 constexpr std::int64_t kMostTimeUs = std::int64_t{1} << 50U;
 constexpr std::size_t kMostKept = 16;
 
-/// Of what a robot published in this session: nobody else changes it.
+/// Of what a robot published since it started: nobody else changes it.
 std::uint64_t own_content(const SmallRobot& robot) {
   const Replicas& replicas = robot.replicas();
   const Result<Replicas::Slot> slot = replicas.find({kNumber, kSession, 0});
