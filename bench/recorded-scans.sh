@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The tessera authors
 # SPDX-License-Identifier: Apache-2.0
-# Read by run-bench.sh and experiments/run-experiments.sh, which have $here and fail(): sets data to the folder of recorded
+# Read by scripts that have $here and fail(): sets data to the folder of recorded
 # scans that TESSERA_DATA names, or to ../shared/data, which need not be there.
 if [ -n "${TESSERA_DATA:-}" ]; then
   data=$(cd "$TESSERA_DATA" && pwd) || fail "TESSERA_DATA names no folder: $TESSERA_DATA"

@@ -9,12 +9,7 @@ out=${1:-out/demo}
 fail() { echo "run-demo.sh: $*" >&2; exit 1; }
 mkdir -p "$out" || fail "cannot write into $out; name another folder"
 out=$(cd "$out" && pwd)
-if [ -n "${TESSERA_DATA:-}" ]; then
-  data=$(cd "$TESSERA_DATA" && pwd) || fail "TESSERA_DATA names no folder: $TESSERA_DATA"
-  [ -d "$data/semantickitti_08" ] || fail "TESSERA_DATA holds no semantickitti_08: $TESSERA_DATA"
-else
-  data=$here/../shared/data
-fi
+. "$here/bench/recorded-scans.sh"
 cd "$here"
 ./tests/install-packages.sh demo
 # A build that the tests have been set up in stays so.

@@ -6,16 +6,10 @@ import json
 import pathlib
 import sys
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402  after the choice of what draws
+sys.path.append(str(pathlib.Path(__file__).resolve().parent.parent))
+from plots import GREY, REQUIRED, plt  # noqa: E402  needs the path above
 
 COLOURS = {"namespaces": "#b8452c", "simulated": "#1f6f8b", "once": "#8a6fb0", "drive": "#5a9e4b"}
-GREY = "#777777"
-REQUIRED = {"dashes": (4, 3), "color": "#444444", "linewidth": 1.0}
-plt.rcParams.update({"figure.dpi": 110, "font.size": 9, "axes.spines.top": False, "axes.spines.right": False,
-                     "axes.titlesize": 10, "axes.titleweight": "bold", "legend.frameon": False})
 
 
 def by_size(axes, found, what, scale, simulated):

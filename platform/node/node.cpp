@@ -21,8 +21,6 @@ constexpr std::int64_t kStatusPeriod_us = 1'000'000;
 /// What lacks something waits longer for it: others may be about to come back.
 constexpr int kIncompletePatience = 3;
 
-std::int64_t microseconds(double seconds) { return std::llround(seconds * 1e6); }
-
 double cpu_s() {
   timespec now{};
   ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
@@ -48,7 +46,7 @@ Outcome<void> Node::run(const std::atomic<bool>& stop) {
   quiet_since_us_ = status_due_us_ = snapshot_due_us_ = run_.start_us;
   while (true) {
     std::int64_t now_us = MonotonicClock::now_us();
-    static_cast<void>(loop_->receive(now_us));
+    loop_->receive(now_us);
     if (!scans_done_ && now_us >= scan_due_us_) {
       const Outcome<void> integrated = integrate_next(now_us);
       if (!integrated.ok()) return integrated.failure();

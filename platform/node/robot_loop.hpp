@@ -34,8 +34,7 @@ class RobotLoop {
   RobotLoop(Robot& robot, NetworkPort& port, std::int64_t start_us, std::int64_t period_us) noexcept
       : robot_(&robot), port_(&port), period_us_(period_us), due_us_(start_us) {}
 
-  /// Whether anything was there.
-  bool receive(std::int64_t now_us) noexcept {
+  void receive(std::int64_t now_us) noexcept {
     std::array<std::byte, kMaxMessageBytes> bytes;
     int count = 0;
     for (; count < kReceiveBatch; ++count) {
@@ -43,10 +42,9 @@ class RobotLoop {
       if (received.bytes.empty()) break;
       robot_->receive(received.bytes, now_us);
     }
-    if (count == 0) return false;
+    if (count == 0) return;
     robot_->fuse();
     times_.receiving.add(MonotonicClock::now_us() - now_us);
-    return true;
   }
 
   [[nodiscard]] std::int64_t tick_due_us() const noexcept { return due_us_; }

@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "dataset/transform_file.hpp"
+#include "posix/monotonic_clock.hpp"
 
 namespace tessera {
 
@@ -46,8 +47,6 @@ ExchangeConfig exchange_of(const NodeConfig& config, const MapConfig& map, std::
   exchange.burst_bytes = config.burst_bytes;
   return exchange;
 }
-
-std::int64_t microseconds(double seconds) { return std::llround(seconds * 1e6); }
 
 }  // namespace
 

@@ -6,6 +6,7 @@
 
 #include <time.h>
 
+#include <cmath>
 #include <cstdint>
 
 namespace tessera {
@@ -19,5 +20,10 @@ struct MonotonicClock {
     return std::int64_t{now.tv_sec} * 1'000'000 + std::int64_t{now.tv_nsec} / 1'000;
   }
 };
+
+/// The nearest whole number of them.
+[[nodiscard]] inline std::int64_t microseconds(double seconds) noexcept {
+  return std::llround(seconds * 1e6);
+}
 
 }  // namespace tessera

@@ -5,7 +5,6 @@
 #include "tessera/exchange/record_proof.hpp"
 
 #include <catch2/catch.hpp>
-#include <cstdio>
 #include <optional>
 #include <string>
 #include <vector>
@@ -18,16 +17,6 @@ namespace {
 
 constexpr ContributionId kId{7, 2, 1};
 constexpr std::uint32_t kConfiguration = 0x04030201;
-
-std::string hex_of(std::span<const std::byte> bytes) {
-  std::string text;
-  for (const std::byte b : bytes) {
-    char digits[3];
-    std::snprintf(digits, sizeof digits, "%02x", std::to_integer<unsigned>(b));
-    text += digits;
-  }
-  return text;
-}
 
 struct Fixture {
   Fixture() {

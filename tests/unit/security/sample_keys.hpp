@@ -1,10 +1,13 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Keys that everybody knows, for tests; and a folder that goes when the test ends.
+// Keys that everybody knows, for tests; bytes in words; and a folder that goes when the test ends.
 #pragma once
 
 #include <sys/stat.h>
 
+#include <cstddef>
+#include <cstdio>
+#include <span>
 #include <string>
 
 #include "security/key_file.hpp"
@@ -23,6 +26,16 @@ inline constexpr const char* kSecretLine =
 inline constexpr const char* kPublicLine =
     "tessera-robot-public 1 7 d75a980182b10ab7d54bfed3c964073a0ee172f3daa62325af021a68f707511a "
     "dd5953e0\n";
+
+inline std::string hex_of(std::span<const std::byte> bytes) {
+  std::string text;
+  for (const std::byte b : bytes) {
+    char digits[3];
+    std::snprintf(digits, sizeof digits, "%02x", std::to_integer<unsigned>(b));
+    text += digits;
+  }
+  return text;
+}
 
 /// A temporary folder of files with permissions.
 class KeyFolder {

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tags and signatures: known answers, and that whatever is changed is found.
 #include <catch2/catch.hpp>
-#include <cstdio>
 #include <string>
 #include <vector>
 
@@ -19,16 +18,6 @@ using Tag = std::array<std::byte, kTagBytes>;
 
 std::span<const std::byte> bytes_of(std::string_view text) {
   return std::as_bytes(std::span(text));
-}
-
-std::string hex_of(std::span<const std::byte> bytes) {
-  std::string text;
-  for (const std::byte b : bytes) {
-    char digits[3];
-    std::snprintf(digits, sizeof digits, "%02x", std::to_integer<unsigned>(b));
-    text += digits;
-  }
-  return text;
 }
 
 DatagramSeal sample_seal(KeyUse use) {
