@@ -18,14 +18,13 @@ Result<BlockIndex> BlockIndex::make(Arena& arena, std::size_t capacity) noexcept
 
 void BlockIndex::clear() noexcept {
   size_ = 0;
-  pages_used_ = 0;
   if (leaves_.empty()) return;
   begin_move();
   for (Leaf& leaf : leaves_) store_shared(leaf.page, 0U);
   leaves_[0].first_leaf = 0;
   leaves_[0].end_leaf = static_cast<std::uint32_t>(leaves_.size());
   clear_shared_words(pages_.data(), kPageBytes);
-  pages_used_ = 1;
+  store_shared(pages_used_, std::size_t{1});
   end_move();
 }
 
@@ -119,7 +118,7 @@ bool BlockIndex::split(std::uint32_t page) noexcept {
       store_shared(pages_[added][b].slots[s], moves(entry) ? entry : std::uint64_t{0});
     }
   }
-  ++pages_used_;
+  store_shared(pages_used_, pages_used_ + 1, std::memory_order_release);
   leaves_[added].first_leaf = middle;
   leaves_[added].end_leaf = end;
   leaves_[page].end_leaf = middle;

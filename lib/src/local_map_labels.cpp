@@ -35,7 +35,8 @@ void LocalMap::update_observed(Block& block, int octet, const TupleStore::Plane&
   if (now == observed && now != 0) return;
   const int change = count_ones(now) - count_ones(observed);
   store_shared(observed, static_cast<std::uint8_t>(now));
-  block.label_voxels = static_cast<std::uint32_t>(static_cast<int>(block.label_voxels) + change);
+  store_shared(block.label_voxels,
+               static_cast<std::uint32_t>(static_cast<int>(block.label_voxels) + change));
   label_voxels_ = static_cast<std::uint64_t>(static_cast<std::int64_t>(label_voxels_) + change);
   if (now != 0) return;
   pool_.release(kOctetSlab, tuples);

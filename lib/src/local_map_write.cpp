@@ -29,7 +29,7 @@ Result<SlabHandle> LocalMap::open_block(BlockCoord block) noexcept {
   TESSERA_ASSERT(handle.ok());
   Block& opened = mutable_block(*handle);
   store_shared(opened.key, key->bits);
-  store_shared(opened.stamp, next_stamp(), std::memory_order_release);
+  stamp_anew(opened);
   index_.insert(*place, *key, *handle);
   note_usage();
   return *handle;
@@ -43,6 +43,11 @@ void LocalMap::close_if_empty(SlabHandle handle) noexcept {
   std::atomic_thread_fence(std::memory_order_release);
   index_.erase(BlockKey{block.key}, [=](SlabHandle item) { return item == handle; });
   pool_.release(kBlockSlab, handle);
+}
+
+void LocalMap::restore_revision(SlabHandle block, std::uint32_t revision) noexcept {
+  const Change change(*this, block);
+  store_shared(mutable_block(block).revision, revision);
 }
 
 void LocalMap::close_empty_blocks() noexcept {

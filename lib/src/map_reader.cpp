@@ -134,10 +134,6 @@ Result<Estimate> MapReader::query(const Point3f& p_map) noexcept {
   return estimate(*found, map_->config().prior);
 }
 
-std::size_t MapReader::snapshot_bytes() const noexcept {
-  return kBlockVoxels + kBlockOctets * std::size_t{map_->octet_bytes()};
-}
-
 bool MapReader::copy_passes(const Block& block, std::size_t layer, std::byte* to) const noexcept {
   const SlabHandle free = load_shared(block.free_passes[layer]);
   if (free == 0) {
@@ -153,6 +149,7 @@ bool MapReader::copy_passes(const Block& block, std::size_t layer, std::byte* to
 bool MapReader::copy_block(const Block& block, std::span<std::byte> workspace,
                            BlockSnapshot& into) const noexcept {
   into.revision_ = load_shared(block.revision);
+  into.label_voxels_ = load_shared(block.label_voxels);
   for (std::size_t layer = 0; layer < kBlockLayers; ++layer) {
     if (!copy_passes(block, layer, workspace.subspan(layer * kLayerVoxels).data())) return false;
   }
@@ -196,6 +193,45 @@ Result<BlockSnapshot> MapReader::snapshot(BlockCoord block,
     result.octets_ = workspace.subspan(kBlockVoxels);
   }
   return result;
+}
+
+bool MapReader::lacks(BlockCoord block) noexcept {
+  const Result<BlockKey> key = pack(block);
+  if (!key.ok()) return true;
+  const auto nothing = [](const Block&) { return true; };
+  return try_read(*key, nothing) == Outcome::kAbsent;
+}
+
+bool MapReader::read_note(SlabHandle handle, BlockNote& into) const noexcept {
+  const Block* const block = item<Block>(handle);
+  if (block == nullptr) return false;
+  into.stamp = load_shared(block->stamp, std::memory_order_acquire);
+  into.key = BlockKey{load_shared(block->key)};
+  into.label_voxels = load_shared(block->label_voxels);
+  return true;
+}
+
+Result<std::size_t> MapReader::notes(std::size_t page, std::size_t first_slot,
+                                     std::span<BlockNote, kPageBlocks> into) noexcept {
+  const BlockIndex& index = map_->index_;
+  if (page >= pages()) return Status::kOutOfRange;
+  for (int attempt = 0; attempt < kMaxAttempts; ++attempt) {
+    const std::uint64_t moved = index.move_stamp();
+    std::size_t count = 0;
+    for (std::size_t slot = first_slot; slot < kPageBlocks; ++slot) {
+      const SlabHandle handle = index.handle_shared(page, slot);
+      if (handle == 0 || !read_note(handle, into[count])) continue;
+      std::atomic_thread_fence(std::memory_order_acquire);
+      // Else the block was closed meanwhile, and what was read may be another's.
+      if (index.handle_shared(page, slot) != handle) continue;
+      into[count++].slot = static_cast<std::uint32_t>(slot);
+    }
+    std::atomic_thread_fence(std::memory_order_acquire);
+    if (moved % 2 == 0 && index.move_stamp() == moved) return count;
+    ++retries_;
+  }
+  ++busy_;
+  return Status::kBusy;
 }
 
 }  // namespace tessera

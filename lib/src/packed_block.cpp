@@ -124,6 +124,22 @@ void add_block(const LocalMap& map, const Block& block, BlockContent& content) n
   }
 }
 
+void add_block(const BlockSnapshot& block, BlockContent& content) noexcept {
+  for (int octet = 0; octet < kBlockOctets; ++octet) {
+    for (unsigned voxels = block.observed_labels(octet); voxels != 0; voxels &= voxels - 1) {
+      const int v = std::countr_zero(voxels);
+      const int row = row_order(octet, v);
+      block.visit_labels(
+          octet, v, [&](int component, float count) { content.add(component, row, count); },
+          [&](float rest) { content.add_rest(row, rest); });
+    }
+    for (int v = 0; v < kOctetVoxels; ++v) {
+      const unsigned count = block.free_passes(octet, v);
+      if (count != 0) content.add_passes(row_order(octet, v), count);
+    }
+  }
+}
+
 namespace {
 
 /// Where the entries of a voxel end, or nullptr: they do not, or are no entries.

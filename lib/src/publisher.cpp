@@ -35,6 +35,8 @@ Result<Publisher> Publisher::make(Arena& arena, const PublisherConfig& config, c
   publisher.candidates_ = arena.take<Candidate>(config.candidates);
   publisher.published_ = *BlockContent::make(arena, num_components);
   publisher.current_ = *BlockContent::make(arena, num_components);
+  publisher.notes_ = arena.take<BlockNote>(MapReader::kPageBlocks);
+  publisher.workspace_ = arena.take<std::uint64_t>(snapshot_words(num_components));
   for (std::uint32_t number = config.candidates; number > 0; --number) publisher.release(number);
   publisher.labels_.wheel = DueWheel(width_of(config.staleness_us));
   publisher.free_.wheel = DueWheel(width_of(config.free_staleness_us));
@@ -45,7 +47,7 @@ PublisherReport Publisher::tick(const LocalMap& map, std::int64_t now_us,
                                 const PublisherBudget& budget,
                                 const Publication& publication) noexcept {
   if (candidates_.empty()) return {};
-  Tick tick{.map = map, .budget = budget, .publication = publication, .now_us = now_us};
+  Tick tick{.map = MapReader(map), .budget = budget, .publication = publication, .now_us = now_us};
   begin_tick(tick);
   sweep(tick);
   sweep_published(tick);
@@ -89,6 +91,7 @@ void Publisher::end_tick(Tick& tick) noexcept {
   totals_.partial += report.partial;
   totals_.published += report.published;
   totals_.emptied += report.emptied;
+  totals_.busy += report.busy;
   totals_.refused += report.refused;
   totals_.left_out += report.left_out;
   totals_.label_bytes += report.bytes.labels;

@@ -7,11 +7,6 @@ namespace tessera {
 
 namespace {
 
-/// Rounds end a tick between pages: an entry that moves while others are opened stays in its page
-/// or goes to a new one at the end, so that none is missed.
-constexpr std::size_t kPageEntries =
-    static_cast<std::size_t>(BlockIndex::kPageBuckets) * BlockIndex::kBucketSlots;
-
 constexpr std::int32_t apart(std::int32_t a, std::int32_t b) noexcept {
   return a < b ? b - a : a - b;
 }
@@ -79,10 +74,10 @@ void Publisher::close(std::uint32_t number) noexcept {
   release(number);
 }
 
-bool Publisher::note(Tick& tick, BlockKey key, const Block& block) noexcept {
-  const std::optional<std::uint32_t> value = index_.find(key);
+bool Publisher::note(Tick& tick, const BlockNote& block) noexcept {
+  const std::optional<std::uint32_t> value = index_.find(block.key);
   const bool waits = value && is_waiting(*value);
-  const std::uint32_t number = waits ? number_of(*value) : open(key);
+  const std::uint32_t number = waits ? number_of(*value) : open(block.key);
   if (number == 0) {
     ++tick.report.left_out;
     const bool listed = first_free_ == 0;
@@ -127,31 +122,35 @@ void Publisher::begin_round(const Tick& tick) noexcept {
 
 void Publisher::sweep(Tick& tick) noexcept {
   if (!round_.going) begin_round(tick);
+  const std::span<BlockNote, MapReader::kPageBlocks> notes(notes_);
+  // Before what is looked at: what changes meanwhile is newer.
+  const std::uint64_t stamp = tick.map.stamp();
   // Where it stopped within a page, an entry may have moved to where it was before.
-  if (round_.stopped && round_.stop_stamp != tick.map.stamp()) round_.complete = false;
-  round_.stopped = false;
-  const std::size_t end = tick.map.index_entries();
-  std::size_t left = tick.budget.entries > kPageEntries ? tick.budget.entries : kPageEntries;
-  std::size_t& place = round_.cursor.place;
-  while (!round_.stopped && left >= kPageEntries && place * BlockIndex::kBucketSlots < end) {
-    const std::size_t page_end = (place / BlockIndex::kPageBuckets + 1) * BlockIndex::kPageBuckets;
-    const std::size_t entries = (page_end - place) * BlockIndex::kBucketSlots;
-    const std::size_t seen =
-        tick.map.visit_blocks(round_.cursor, entries, [&](BlockKey key, SlabHandle at) {
-          const Block& block = tick.map.block_at(at);
-          if (block.stamp > round_.unchanged_stamp && !note(tick, key, block))
-            round_.stopped = true;
-          return !round_.stopped;
-        });
-    tick.report.entries += static_cast<std::uint32_t>(seen);
-    left -= seen < left ? seen : left;
-  }
-  round_.stop_stamp = tick.map.stamp();
-  if (!round_.stopped && place * BlockIndex::kBucketSlots >= end) end_round();
+  if (round_.slot != 0 && round_.stop_stamp != stamp) round_.complete = false;
+  std::size_t left = tick.budget.entries;
+  do {
+    const Result<std::size_t> found = tick.map.notes(round_.page, round_.slot, notes);
+    if (found.status() == Status::kOutOfRange) return end_round();
+    if (!found.ok()) {
+      ++tick.report.busy;
+      return;
+    }
+    tick.report.entries += static_cast<std::uint32_t>(MapReader::kPageBlocks);
+    for (const BlockNote& block : notes.first(*found)) {
+      if (block.stamp <= round_.unchanged_stamp || note(tick, block)) continue;
+      round_.slot = block.slot;
+      round_.stop_stamp = stamp;
+      return;
+    }
+    ++round_.page;
+    round_.slot = 0;
+    left -= left < MapReader::kPageBlocks ? left : MapReader::kPageBlocks;
+  } while (left >= MapReader::kPageBlocks);
+  if (round_.page >= tick.map.pages()) end_round();
 }
 
 void Publisher::end_round() noexcept {
-  round_.cursor.place = 0;
+  round_.page = round_.slot = 0;
   round_.going = false;
   if (!round_.complete) return;
   round_.unchanged_stamp = round_.start_stamp;
@@ -163,7 +162,7 @@ void Publisher::sweep_published(Tick& tick) noexcept {
   const std::size_t buckets = index_.capacity() / 64 + 1;
   index_.for_some(published_place_, buckets < most ? buckets : most,
                   [&](BlockKey key, std::uint32_t value) {
-                    if (is_waiting(value) || tick.map.find(unpack(key)) != nullptr) return;
+                    if (is_waiting(value) || !tick.map.lacks(unpack(key))) return;
                     const std::uint32_t number = open(key);
                     if (number == 0) {
                       ++tick.report.left_out;

@@ -9,7 +9,7 @@ namespace tessera {
 
 /// A tick at work.
 struct Publisher::Tick {
-  const LocalMap& map;
+  MapReader map;
   const PublisherBudget& budget;
   const Publication& publication;
   std::int64_t now_us = 0;

@@ -52,35 +52,45 @@ void Publisher::set_timers(Candidate& waiting, const Difference& difference) con
   waiting.labels_since_us = labelled == 0 || few ? kNever : since_us;
 }
 
+/// False: the block is being changed.
+bool Publisher::read(Tick& tick, BlockKey key, BlockSnapshot& into) noexcept {
+  const Result<BlockSnapshot> found =
+      tick.map.snapshot(unpack(key), std::as_writable_bytes(workspace_));
+  if (!found.ok()) return false;
+  into = *found;
+  return true;
+}
+
 void Publisher::handle(Tick& tick, Queue& queue, std::uint32_t number) noexcept {
   Candidate& waiting = candidate(number);
   const Publication& publication = tick.publication;
-  const Block* const block = tick.map.find(unpack(waiting.key));
-  waiting.gone = block == nullptr;
-  if (!tick.has_label_bytes() && block != nullptr && block->has_labels()) {
+  ++tick.report.compared;
+  BlockSnapshot block;
+  const bool is_read = read(tick, waiting.key, block);
+  tick.report.busy += is_read ? 0U : 1U;
+  if (!is_read || (!tick.has_label_bytes() && block.label_voxels() != 0)) {
     ++tick.report.deferred;
     enqueue(number, tick.now_us + config_.retry_us);
     return;
   }
+  waiting.gone = block.empty();
   if (publication.whole != nullptr && !publication.whole(publication.context, waiting.key)) {
     ++tick.report.partial;
     if (waiting.gone) waiting.published = false;  // stays as published, and is not watched
     close(number);
     return;
   }
-  ++tick.report.compared;
   published_.clear();
   current_.clear();
   waiting.published = publication.read(publication.context, waiting.key, published_);
-  if (block != nullptr) {
-    add_block(tick.map, *block, current_);
+  if (!waiting.gone) {
+    add_block(block, current_);
     if (!waiting.published) waiting.published_labels = 0;
   }
   const Difference difference = significance_.compare(published_, current_);
   set_timers(waiting, difference);
   if (!difference.any()) {
-    if (block != nullptr)
-      waiting.published_labels = static_cast<std::uint16_t>(block->label_voxels);
+    if (!waiting.gone) waiting.published_labels = static_cast<std::uint16_t>(block.label_voxels());
     ++tick.report.unchanged;
     queue.note_bytes(0);
     close(number);
@@ -92,10 +102,11 @@ void Publisher::handle(Tick& tick, Queue& queue, std::uint32_t number) noexcept 
     enqueue(number, due_of(waiting));
     return;
   }
-  publish(tick, queue, number);
+  publish(tick, queue, number, block.label_voxels());
 }
 
-void Publisher::publish(Tick& tick, Queue& queue, std::uint32_t number) noexcept {
+void Publisher::publish(Tick& tick, Queue& queue, std::uint32_t number,
+                        std::uint32_t label_voxels) noexcept {
   Candidate& waiting = candidate(number);
   const Publication& publication = tick.publication;
   publication.quantise(publication.context, current_);
@@ -113,10 +124,8 @@ void Publisher::publish(Tick& tick, Queue& queue, std::uint32_t number) noexcept
     return;
   }
   note_published(tick, waiting, *bytes);
-  const Block* const block = tick.map.find(unpack(waiting.key));
   waiting.published = current_.any();
-  waiting.published_labels =
-      static_cast<std::uint16_t>(block != nullptr ? block->label_voxels : 0U);
+  waiting.published_labels = static_cast<std::uint16_t>(label_voxels);
   tick.report.emptied += waiting.published ? 0U : 1U;
   queue.note_bytes(bytes->labels + bytes->free);
   close(number);

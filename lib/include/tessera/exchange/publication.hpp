@@ -74,10 +74,12 @@ struct PublisherReport {
   std::uint32_t noted = 0;      ///< Blocks found changed, that did not wait already.
   std::uint32_t compared = 0;   ///< With what was published of them.
   std::uint32_t unchanged = 0;  ///< Of these, dropped: they mean what was published.
-  std::uint32_t deferred = 0;   ///< Put off: too little is different, or no bytes were left.
+  std::uint32_t deferred =
+      0;  ///< Put off: too little is different, being changed, or no bytes left.
   std::uint32_t partial = 0;    ///< Of these, dropped, as they were not whole; not compared at all.
   std::uint32_t published = 0;  ///< Emptied ones among them.
   std::uint32_t emptied = 0;
+  std::uint32_t busy = 0;      ///< Blocks and pages that were in the middle of a change: likewise.
   std::uint32_t refused = 0;   ///< By publish: tried again later.
   std::uint32_t left_out = 0;  ///< For which there was no room: more `candidates` or `blocks`.
   WireBytes bytes;
@@ -99,6 +101,7 @@ struct PublisherTotals {
   std::uint64_t partial = 0;
   std::uint64_t published = 0;
   std::uint64_t emptied = 0;
+  std::uint64_t busy = 0;
   std::uint64_t refused = 0;
   std::uint64_t left_out = 0;
   std::uint64_t label_bytes = 0;

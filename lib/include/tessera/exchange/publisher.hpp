@@ -15,7 +15,7 @@
 #include "tessera/exchange/publication.hpp"
 #include "tessera/exchange/significance.hpp"
 #include "tessera/grid/key_index.hpp"
-#include "tessera/map/local_map.hpp"
+#include "tessera/map/map_reader.hpp"
 
 namespace tessera {
 
@@ -25,7 +25,9 @@ class Publisher {
   [[nodiscard]] static constexpr std::size_t required_bytes(const PublisherConfig& config,
                                                             int num_components) noexcept {
     return KeyIndex::required_bytes(config.blocks) + arena_bytes<Candidate>(config.candidates) +
-           2 * BlockContent::required_bytes(num_components);
+           2 * BlockContent::required_bytes(num_components) +
+           arena_bytes<BlockNote>(MapReader::kPageBlocks) +
+           arena_bytes<std::uint64_t>(snapshot_words(num_components));
   }
   /// Fails with kInvalidArgument iff a value of config is outside its documented range;
   /// kResourceExhausted iff the arena has under required_bytes left. map, num_components: those of
@@ -42,7 +44,8 @@ class Publisher {
     has_focus_ = true;
   }
 
-  /// To be called every few tens of milliseconds between changes of the map; map: the same always.
+  /// To be called every few tens of milliseconds, by any one thread, beside the one that writes to
+  /// the map too (MapReader); map: the same always.
   /// now_us: monotonic, from 0; an earlier one than before counts as the same.
   ///
   /// Work, at worst: entries of the map's index, in whole pages of BlockIndex; a look-up for each
@@ -64,6 +67,12 @@ class Publisher {
   }
 
  private:
+  /// Whatever the map keeps of a voxel.
+  static constexpr std::size_t snapshot_words(int num_components) noexcept {
+    const std::size_t dense = MapReader::snapshot_bytes(TuplePolicy::kDense, num_components);
+    const std::size_t compact = MapReader::snapshot_bytes(TuplePolicy::kCompact, num_components);
+    return (dense < compact ? compact : dense) / sizeof(std::uint64_t) + 1;
+  }
   static constexpr std::int64_t kNever = -1;
   static constexpr std::uint64_t kAllListed = ~std::uint64_t{0};
   struct Candidate {
@@ -88,14 +97,14 @@ class Publisher {
   };
   /// A round through the map's index, over as many ticks as it takes.
   struct Round {
-    SweepCursor cursor;
+    std::size_t page = 0;  ///< The next, and its first slot.
+    std::size_t slot = 0;
     std::uint64_t unchanged_stamp = 0;  ///< What has no newer stamp needs no look.
     std::uint64_t start_stamp = 0;
     std::int64_t unchanged_us = 0;  ///< When the newest of these stamps was given, or later.
     std::int64_t start_us = 0;
-    std::uint64_t stop_stamp = 0;  ///< Of the map, when there was no room for a candidate.
+    std::uint64_t stop_stamp = 0;  ///< Of the map, when it stopped within a page.
     bool going = false;
-    bool stopped = false;
     bool complete = false;  ///< No block may have been missed so far.
   };
   struct Tick;
@@ -127,14 +136,15 @@ class Publisher {
   void begin_round(const Tick& tick) noexcept;
   void sweep(Tick& tick) noexcept;
   void end_round() noexcept;
-  bool note(Tick& tick, BlockKey key, const Block& block) noexcept;
+  bool note(Tick& tick, const BlockNote& block) noexcept;
+  bool read(Tick& tick, BlockKey key, BlockSnapshot& into) noexcept;
   void sweep_published(Tick& tick) noexcept;
   void work_off(Tick& tick, Queue& queue) noexcept;
   void set_timers(Candidate& waiting, const Difference& difference) const noexcept;
   void handle(Tick& tick, Queue& queue, std::uint32_t number) noexcept;
   [[nodiscard]] bool is_time(const Tick& tick, const Candidate& waiting,
                              const Difference& difference) const noexcept;
-  void publish(Tick& tick, Queue& queue, std::uint32_t number) noexcept;
+  void publish(Tick& tick, Queue& queue, std::uint32_t number, std::uint32_t label_voxels) noexcept;
   void note_published(Tick& tick, const Candidate& waiting, const WireBytes& bytes) noexcept;
   void end_tick(Tick& tick) noexcept;
 
@@ -145,6 +155,8 @@ class Publisher {
   std::uint32_t first_free_ = 0;  ///< Candidates that are not in use, by link.next.
   BlockContent published_;        ///< Scratch.
   BlockContent current_;
+  std::span<BlockNote> notes_;          ///< Scratch: of a page of the map's index.
+  std::span<std::uint64_t> workspace_;  ///< Scratch: of a block as it is read.
   Queue labels_;
   Queue free_;
   Round round_;

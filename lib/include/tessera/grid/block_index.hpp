@@ -86,6 +86,15 @@ class BlockIndex {
     }
     return 0;
   }
+  /// Pages in use, and the handle in a slot of one (0: none), for another thread than the writer's.
+  [[nodiscard]] std::size_t pages_shared() const noexcept {
+    return load_shared(pages_used_, std::memory_order_acquire);
+  }
+  [[nodiscard]] std::uint32_t handle_shared(std::size_t page, std::size_t slot) const noexcept {
+    const Bucket& bucket = pages_[page][slot / kBucketSlots];
+    return static_cast<std::uint32_t>(
+        load_shared(bucket.slots[slot % kBucketSlots], std::memory_order_acquire));
+  }
   /// Changes whenever entries change their places; odd while they do.
   [[nodiscard]] std::uint64_t move_stamp() const noexcept {
     return load_shared(move_stamp_, std::memory_order_acquire);

@@ -196,10 +196,7 @@ class LocalMap {
   /// Closes a block with all its content. Work: its octets, 64 at most, and an entry of the index.
   void remove_block(SlabHandle handle) noexcept;
   void restore_revision(std::uint32_t revision) noexcept { revision_ = revision; }
-  void restore_revision(SlabHandle block, std::uint32_t revision) noexcept {
-    const Change change(*this, block);
-    store_shared(mutable_block(block).revision, revision);
-  }
+  void restore_revision(SlabHandle block, std::uint32_t revision) noexcept;
   /// Forgets all content. O(index).
   void clear() noexcept;
 
@@ -218,7 +215,7 @@ class LocalMap {
       store_shared(block_.stamp, block_.stamp | 1U);
       std::atomic_thread_fence(std::memory_order_release);
     }
-    ~Change() { store_shared(block_.stamp, map_.next_stamp(), std::memory_order_release); }
+    ~Change() { map_.stamp_anew(block_); }
     Change(const Change&) = delete;
     Change& operator=(const Change&) = delete;
     Change(Change&&) = delete;
@@ -228,12 +225,16 @@ class LocalMap {
     LocalMap& map_;
     Block& block_;
   };
-  [[nodiscard]] std::uint64_t next_stamp() noexcept { return stamp_ += 2; }
+  /// The block first: who sees the map's stamp then sees the changes up to it.
+  void stamp_anew(Block& block) noexcept {
+    store_shared(block.stamp, stamp_ + 2, std::memory_order_release);
+    store_shared(stamp_, stamp_ + 2, std::memory_order_release);
+  }
   [[nodiscard]] std::uint32_t octet_bytes() const noexcept {
     return TupleStore::octet_bytes(config_.tuple, num_components());
   }
-  [[nodiscard]] Block& mutable_block(SlabHandle handle) noexcept {
-    return *reinterpret_cast<Block*>(pool_.at(handle));
+  [[nodiscard]] Block& mutable_block(SlabHandle at) noexcept {
+    return *reinterpret_cast<Block*>(pool_.at(at));
   }
   [[nodiscard]] SlabHandle octet_handle(const Block& block, int octet) const noexcept {
     const LabelPage* const page = label_page(block, octet);
@@ -245,7 +246,6 @@ class LocalMap {
     if (page == 0) return 0;
     return reinterpret_cast<const FreePage*>(pool_.at(page))->passes[row_in_layer(row)];
   }
-  /// Of layers that the block has.
   [[nodiscard]] LabelPage& mutable_label_page(const Block& block, std::size_t layer) noexcept {
     return *reinterpret_cast<LabelPage*>(pool_.at(block.labels[layer]));
   }

@@ -22,6 +22,8 @@ class BlockSnapshot {
   [[nodiscard]] BlockCoord coord() const noexcept { return coord_; }
   /// The map's revision when the block's content last changed.
   [[nodiscard]] std::uint32_t revision() const noexcept { return revision_; }
+  /// Voxels with evidence in 1 .. C + 1.
+  [[nodiscard]] std::uint32_t label_voxels() const noexcept { return label_voxels_; }
   /// As the functions of LocalMap of the same names.
   [[nodiscard]] std::uint8_t observed_labels(int octet) const noexcept {
     return observed_[static_cast<std::size_t>(octet)];
@@ -32,11 +34,18 @@ class BlockSnapshot {
                          free_passes_[static_cast<std::size_t>(row_order(octet, voxel))]);
   }
   [[nodiscard]] VoxelEvidence evidence(int octet, int voxel) const noexcept;
+  template <class Label, class Rest>
+  void visit_labels(int octet, int voxel, Label&& label, Rest&& rest) const noexcept {
+    const std::size_t place = place_[static_cast<std::size_t>(octet)];
+    if (place == 0) return;
+    tuples_.visit(octets_.subspan((place - 1) * octet_bytes_).data(), voxel, label, rest);
+  }
 
  private:
   friend class MapReader;
   BlockCoord coord_{};
   std::uint32_t revision_ = 0;
+  std::uint32_t label_voxels_ = 0;
   int num_components_ = 0;
   float free_weight_ = 0.0F;
   TupleStore tuples_{};
@@ -45,6 +54,15 @@ class BlockSnapshot {
   std::span<const std::byte> octets_;
   std::array<std::uint8_t, kBlockOctets> observed_{};
   std::array<std::uint8_t, kBlockOctets> place_{};  ///< Of the octet in octets_, plus one.
+};
+
+/// What the map's index says of a block, without its content.
+struct BlockNote {
+  BlockKey key{};
+  /// As Block::stamp; odd while the block is changed, and then above that of its last state.
+  std::uint64_t stamp = 0;
+  std::uint32_t label_voxels = 0;
+  std::uint32_t slot = 0;  ///< Its place in the index's page.
 };
 
 /// A reader of a map; one for each thread that reads. The map must be made before the reader, and
@@ -75,13 +93,40 @@ class MapReader {
   [[nodiscard]] Result<Estimate> query(const Point3f& p_map) noexcept;
 
   /// Bytes of workspace that snapshot needs: 512, and 64 octets.
-  [[nodiscard]] std::size_t snapshot_bytes() const noexcept;
+  [[nodiscard]] static constexpr std::size_t snapshot_bytes(TuplePolicy tuple,
+                                                            int num_components) noexcept {
+    return kBlockVoxels + kBlockOctets * TupleStore::octet_bytes(tuple, num_components);
+  }
+  [[nodiscard]] std::size_t snapshot_bytes() const noexcept {
+    return snapshot_bytes(map_->config().tuple, map_->num_components());
+  }
   /// A whole block; one that the map does not have gives an empty snapshot. workspace: aligned to
   /// eight bytes, of use until the snapshot is not. Fails with kOutOfRange iff the block is outside
   /// the grid; kInvalidArgument iff the workspace is shorter than snapshot_bytes() or not aligned;
   /// kBusy iff kMaxAttempts tries failed.
   [[nodiscard]] Result<BlockSnapshot> snapshot(BlockCoord block,
                                                std::span<std::byte> workspace) noexcept;
+
+  /// Whether the map has no such block, for certain: false while it may just be changed. Two
+  /// look-ups.
+  [[nodiscard]] bool lacks(BlockCoord block) noexcept;
+
+  // --- What has changed --------------------------------------------------------------------------
+
+  /// The newest stamp of any block. Every change that this thread cannot see yet will be newer.
+  [[nodiscard]] std::uint64_t stamp() const noexcept {
+    return load_shared(map_->stamp_, std::memory_order_acquire);
+  }
+  static constexpr std::size_t kPageBlocks =
+      static_cast<std::size_t>(BlockIndex::kPageBuckets) * BlockIndex::kBucketSlots;
+  /// Pages of the map's index, of up to kPageBlocks blocks each. A block stays in its page or goes
+  /// to one behind all that there are: who reads all pages in order, until there are no more, meets
+  /// every block that was there from before until after.
+  [[nodiscard]] std::size_t pages() const noexcept { return map_->index_.pages_shared(); }
+  /// The blocks of a page from a slot on; returns how many. Fails with kOutOfRange iff there is no
+  /// such page; kBusy iff kMaxAttempts tries met entries that moved. O(kPageBlocks) a try.
+  [[nodiscard]] Result<std::size_t> notes(std::size_t page, std::size_t first_slot,
+                                          std::span<BlockNote, kPageBlocks> into) noexcept;
 
   /// Tries that were in vain, since the reader was made.
   [[nodiscard]] std::uint64_t retries() const noexcept { return retries_; }
@@ -93,6 +138,7 @@ class MapReader {
   enum class Outcome : std::uint8_t { kRead, kAbsent, kTorn };
   /// kAbsent: there is no such block, and into is without evidence.
   [[nodiscard]] Outcome read_evidence(VoxelCoord voxel, VoxelEvidence& into) noexcept;
+  [[nodiscard]] bool read_note(SlabHandle handle, BlockNote& into) const noexcept;
   template <class Copy>
   Outcome try_read(BlockKey key, Copy& copy) noexcept;
   template <class Copy>

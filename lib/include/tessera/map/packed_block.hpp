@@ -20,7 +20,7 @@
 
 #include "tessera/base/bits.hpp"
 #include "tessera/map/block_content.hpp"
-#include "tessera/map/local_map.hpp"
+#include "tessera/map/map_reader.hpp"
 
 namespace tessera {
 
@@ -36,6 +36,9 @@ std::size_t pack_block(const BlockContent& content, std::span<std::byte> into) n
 
 /// Adds all that a block of a map holds to content. O(512 + voxels * components present).
 void add_block(const LocalMap& map, const Block& block, BlockContent& content) noexcept;
+
+/// The same for a block as another thread has read it.
+void add_block(const BlockSnapshot& block, BlockContent& content) noexcept;
 
 /// kOk iff the bytes are what pack_block could have written for this many components; else
 /// kCorrupt. O(bytes).
