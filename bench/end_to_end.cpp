@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "node/robot_loop.hpp"
+#include "node/robot_setup.hpp"
 
 namespace tessera::bench {
 
@@ -82,7 +83,7 @@ void add_points(Robot& robot, int first, int last, int layer) {
 }
 
 struct Party {
-  std::unique_ptr<Robot> robot;
+  HeldRobot robot;
   std::unique_ptr<NetworkPort> port;
 };
 
@@ -95,7 +96,7 @@ Outcome<Party> make_party(std::uint32_t number, const ClassTable& classes,
                         512);
   if (!port.ok()) return port.failure();
   party.port = std::move(*port);
-  Outcome<std::unique_ptr<Robot>> robot = Robot::make(config_of(number), classes, {}, {});
+  Outcome<HeldRobot> robot = make_robot(config_of(number), classes, {}, {});
   if (!robot.ok()) return robot.failure();
   party.robot = std::move(*robot);
   return party;

@@ -13,7 +13,6 @@
 #include "dataset/dataset.hpp"
 #include "node/network_port.hpp"
 #include "node/node_config.hpp"
-#include "node/robot.hpp"
 #include "node/robot_loop.hpp"
 #include "node/robot_setup.hpp"
 #include "posix/duration_histogram.hpp"
@@ -101,7 +100,7 @@ class Node {
   FileDescriptor lock_;  ///< No other process is this robot.
   std::optional<DatagramSeal> seal_;
   std::optional<FleetSignatures> signatures_;
-  std::unique_ptr<Robot> robot_;
+  HeldRobot robot_;
   std::unique_ptr<NetworkPort> port_;
   std::optional<RobotLoop> loop_;
   NodeRun run_;

@@ -81,11 +81,11 @@ Outcome<void> Node::set_up(const std::string& path) {
   setup_ = *trial;
   setup_.robot.epoch = setup_.robot.exchange.session = *start;
   const Clock clock{nullptr, [](void*) { return MonotonicClock::now_us(); }};
-  Outcome<std::unique_ptr<Robot>> robot =
-      Robot::make(setup_.robot, dataset_.classes().table(),
-                  {.authenticator = seal_ ? seal_->authenticator() : crc_authenticator(),
-                   .signatures = signatures_ ? signatures_->signatures() : Signatures{}},
-                  clock);
+  Outcome<HeldRobot> robot =
+      make_robot(setup_.robot, dataset_.classes().table(),
+                 {.authenticator = seal_ ? seal_->authenticator() : crc_authenticator(),
+                  .signatures = signatures_ ? signatures_->signatures() : Signatures{}},
+                 clock);
   if (!robot.ok()) return robot.failure();
   robot_ = std::move(*robot);
   for (const std::uint32_t excluded : config_.exclude) {

@@ -4,7 +4,7 @@
 #pragma once
 
 #include "mapping/stored_map.hpp"
-#include "node/robot.hpp"
+#include "tessera/robot/robot.hpp"
 
 namespace tessera {
 

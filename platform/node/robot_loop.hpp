@@ -9,9 +9,9 @@
 #include <cstdint>
 
 #include "node/network_port.hpp"
-#include "node/robot.hpp"
 #include "posix/duration_histogram.hpp"
 #include "posix/monotonic_clock.hpp"
+#include "tessera/robot/robot.hpp"
 
 namespace tessera {
 

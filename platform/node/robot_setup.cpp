@@ -50,6 +50,18 @@ ExchangeConfig exchange_of(const NodeConfig& config, const MapConfig& map, std::
 
 }  // namespace
 
+Outcome<HeldRobot> make_robot(const RobotConfig& config, const ClassTable& classes,
+                              const RobotKeys& keys, const Clock& clock) {
+  Outcome<ArenaMemory> memory =
+      ArenaMemory::allocate(Robot::required_bytes(config, classes.num_components()));
+  if (!memory.ok()) return memory.failure();
+  Arena arena(memory->span());
+  const Result<Robot*> robot = Robot::make(arena, config, classes, keys, clock);
+  if (!robot.ok())
+    return Failure{std::string("the robot cannot be set up: ") + to_string(robot.status())};
+  return HeldRobot(std::move(*memory), **robot);
+}
+
 Outcome<GlobalMapConfig> fit_global_map(GlobalMapConfig config, std::size_t memory_bytes,
                                         double robot_share, int num_components) {
   constexpr std::size_t kLeastStorage = 4 * SlabPool::kPageBytes;

@@ -3,9 +3,12 @@
 // From a node's configuration to what its robot is made with.
 #pragma once
 
+#include <utility>
+
 #include "dataset/dataset.hpp"
+#include "mapping/stored_map.hpp"
 #include "node/node_config.hpp"
-#include "node/robot.hpp"
+#include "tessera/robot/robot.hpp"
 
 namespace tessera {
 
@@ -19,6 +22,26 @@ struct RobotSetup {
 /// messages are in words of "map" and "fuse" (in_words_of_config).
 Outcome<RobotSetup> set_up_robot(const NodeConfig& config, const Dataset& dataset,
                                  std::uint32_t epoch);
+
+/// A robot and its memory.
+class HeldRobot {
+ public:
+  /// None.
+  HeldRobot() = default;
+  HeldRobot(ArenaMemory memory, Robot& robot) : memory_(std::move(memory)), robot_(&robot) {}
+  [[nodiscard]] Robot& operator*() const { return *robot_; }
+  [[nodiscard]] Robot* operator->() const { return robot_; }
+
+ private:
+  ArenaMemory memory_;
+  Robot* robot_ = nullptr;
+};
+
+/// Takes the memory and makes the robot in it. clock: for deadlines. Fails with kUsage iff a
+/// setting is out of its range; kFailure iff the system does not give the memory. What keys name
+/// must outlive it.
+Outcome<HeldRobot> make_robot(const RobotConfig& config, const ClassTable& classes,
+                              const RobotKeys& keys, const Clock& clock);
 
 /// Capacities of a global map that fit into so many bytes. robot_share: of the replicas, for one
 /// robot. Fails with kUsage iff they hold no map.

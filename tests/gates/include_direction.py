@@ -22,6 +22,7 @@ CORE = {
     "inference": ["base", "grid", "semantics", "map", "registration"],
     "fusion": ["base", "grid", "semantics", "map", "inference"],
     "exchange": ["base", "grid", "semantics", "map", "fusion"],
+    "robot": ["base", "grid", "semantics", "map", "registration", "inference", "fusion", "exchange"],
 }
 # What the core may include that is not its own: an allow-list, so <vector>, <iostream>, <thread>, <unistd.h> and the
 # rest of them are refused without being named.

@@ -1,0 +1,46 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// A robot's local map and what makes it: for the thread that has the scans.
+#pragma once
+
+#include "tessera/robot/robot_config.hpp"
+
+namespace tessera {
+
+/// For one thread; others read its map through a MapReader each.
+class Mapper {
+ public:
+  /// Bytes of arena that make takes.
+  [[nodiscard]] static constexpr std::size_t required_bytes(const RobotConfig& config) noexcept {
+    return arena_bytes<Mapper>(1) + tessera::required_bytes(config.map) +
+           Integrator::required_bytes(config.scan, config.inference);
+  }
+  /// A mapper in the arena, of use as long as its memory is. clock: for deadlines. Fails as
+  /// LocalMap::make and Integrator::make.
+  [[nodiscard]] static Result<Mapper*> make(Arena& arena, const RobotConfig& config,
+                                            const ClassTable& classes, const Clock& clock) noexcept;
+  /// Of no use: make() gives those that are.
+  Mapper() noexcept = default;
+  Mapper(const Mapper&) = delete;
+  Mapper& operator=(const Mapper&) = delete;
+
+  /// Integrates a scan, within RobotConfig::deadline_us from now_us on if there is a deadline.
+  /// now_us: as of the clock. Cost: as Integrator::integrate.
+  ScanReport integrate(const ScanView& scan, std::int64_t now_us) noexcept;
+
+  [[nodiscard]] const LocalMap& map() const noexcept { return map_; }
+  [[nodiscard]] const Integrator& integrator() const noexcept { return integrator_; }
+  /// Of its memory, what holds something, and what is scratch.
+  [[nodiscard]] std::size_t used_bytes() const noexcept {
+    return map_.usage().used_bytes + scratch_bytes_;
+  }
+
+ private:
+  LocalMap map_;
+  Integrator integrator_;
+  Deadline deadline_;
+  std::int64_t deadline_us_ = 0;
+  std::size_t scratch_bytes_ = 0;
+};
+
+}  // namespace tessera

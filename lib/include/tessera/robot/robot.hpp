@@ -1,0 +1,77 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// A robot from scan to global map in one thread: a Mapper and a Sharer. Without sockets or a clock:
+// scans, datagrams and times are handed in.
+#pragma once
+
+#include "tessera/robot/mapper.hpp"
+#include "tessera/robot/sharer.hpp"
+
+namespace tessera {
+
+class Robot {
+ public:
+  /// Bytes of arena that make takes. num_components: of the class table.
+  [[nodiscard]] static std::size_t required_bytes(const RobotConfig& config,
+                                                  int num_components) noexcept {
+    return arena_bytes<Robot>(1) + Mapper::required_bytes(config) +
+           Sharer::required_bytes(config, num_components);
+  }
+  /// A robot in the arena, of use as long as its memory is. clock: for deadlines. What keys name
+  /// must outlive it. Fails with kInvalidArgument iff a setting is out of its range;
+  /// kResourceExhausted iff the arena has under required_bytes left or is not aligned to
+  /// kArenaAlignment.
+  [[nodiscard]] static Result<Robot*> make(Arena& arena, const RobotConfig& config,
+                                           const ClassTable& classes, const RobotKeys& keys,
+                                           const Clock& clock) noexcept;
+  /// Of no use: make() gives those that are.
+  Robot() noexcept = default;
+  Robot(const Robot&) = delete;
+  Robot& operator=(const Robot&) = delete;
+
+  /// As Mapper::integrate and Sharer::set_focus.
+  ScanReport integrate(const ScanView& scan, std::int64_t now_us) noexcept {
+    sharer_->set_focus(scan.T_map_sensor.col(3));
+    return mapper_->integrate(scan, now_us);
+  }
+  // The rest as Sharer's functions of the same names.
+  void receive(std::span<const std::byte> datagram, std::int64_t now_us) noexcept {
+    sharer_->receive(datagram, now_us);
+  }
+  PublisherReport tick(std::int64_t now_us) noexcept {
+    return sharer_->tick(mapper_->map(), now_us);
+  }
+  void fuse() noexcept { sharer_->fuse(); }
+  bool fuse_in_spare_time() noexcept { return sharer_->fuse_in_spare_time(); }
+  void finish() noexcept { sharer_->finish(); }
+  [[nodiscard]] std::size_t send(std::int64_t now_us, std::span<std::byte> into) noexcept {
+    return sharer_->send(now_us, into);
+  }
+  [[nodiscard]] bool idle() const noexcept { return sharer_->idle(); }
+
+  [[nodiscard]] Mapper& mapper() noexcept { return *mapper_; }
+  [[nodiscard]] Sharer& sharer() noexcept { return *sharer_; }
+  [[nodiscard]] Exchange& exchange() noexcept { return sharer_->exchange(); }
+  [[nodiscard]] const Exchange& exchange() const noexcept {
+    return static_cast<const Sharer*>(sharer_)->exchange();
+  }
+  [[nodiscard]] const LocalMap& map() const noexcept { return mapper_->map(); }
+  [[nodiscard]] const GlobalMap& global() const noexcept { return sharer_->global(); }
+  [[nodiscard]] const Publisher& publisher() const noexcept { return sharer_->publisher(); }
+  [[nodiscard]] std::uint64_t fusion_work() const noexcept { return sharer_->fusion_work(); }
+  [[nodiscard]] const RobotConfig& config() const noexcept { return config_; }
+  [[nodiscard]] std::size_t memory_bytes() const noexcept {
+    return required_bytes(config_, map().num_components());
+  }
+  /// Of memory_bytes(), what holds something, and what is scratch.
+  [[nodiscard]] std::size_t used_bytes() const noexcept {
+    return mapper_->used_bytes() + sharer_->used_bytes();
+  }
+
+ private:
+  RobotConfig config_{};
+  Mapper* mapper_ = nullptr;
+  Sharer* sharer_ = nullptr;
+};
+
+}  // namespace tessera

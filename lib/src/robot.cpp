@@ -1,0 +1,23 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tessera/robot/robot.hpp"
+
+namespace tessera {
+
+Result<Robot*> Robot::make(Arena& arena, const RobotConfig& config, const ClassTable& classes,
+                           const RobotKeys& keys, const Clock& clock) noexcept {
+  if (!arena.aligned()) return Status::kResourceExhausted;
+  const std::span<Robot> place = arena.take<Robot>(1);
+  if (place.empty()) return Status::kResourceExhausted;
+  Robot& robot = place.front();
+  const Result<Mapper*> mapper = Mapper::make(arena, config, classes, clock);
+  if (!mapper.ok()) return mapper.status();
+  const Result<Sharer*> sharer = Sharer::make(arena, config, classes, keys);
+  if (!sharer.ok()) return sharer.status();
+  robot.config_ = config;
+  robot.mapper_ = *mapper;
+  robot.sharer_ = *sharer;
+  return &robot;
+}
+
+}  // namespace tessera

@@ -1,0 +1,92 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+
+#include "put_in_place.hpp"
+#include "tessera/robot/sharer.hpp"
+
+namespace tessera {
+
+std::size_t Sharer::required_bytes(const RobotConfig& config, int num_components) noexcept {
+  return arena_bytes<Sharer>(1) + Publisher::required_bytes(config.publisher, num_components) +
+         GlobalMap::required_bytes(config.global, num_components) +
+         Exchange::required_bytes(config.exchange, num_components);
+}
+
+Status Sharer::set_up(Arena& arena, const RobotConfig& config, const ClassTable& classes,
+                      const RobotKeys& keys) noexcept {
+  const int components = classes.num_components();
+  Status status = put_in_place(
+      publisher_, [&] { return Publisher::make(arena, config.publisher, config.map, components); });
+  if (status == Status::kOk) {
+    status = put_in_place(global_, [&] { return GlobalMap::make(arena, config.global, classes); });
+  }
+  if (status == Status::kOk) {
+    status = put_in_place(exchange_, [&] {
+      return Exchange::make(arena, config.exchange, store_of(global_), keys.authenticator, classes,
+                            keys.signatures);
+    });
+  }
+  if (status == Status::kOk) status = exchange_.open(config.epoch, 0, config.T_global_map);
+  return status;
+}
+
+Result<Sharer*> Sharer::make(Arena& arena, const RobotConfig& config, const ClassTable& classes,
+                             const RobotKeys& keys) noexcept {
+  if (!arena.aligned()) return Status::kResourceExhausted;
+  const std::span<Sharer> place = arena.take<Sharer>(1);
+  if (place.empty()) return Status::kResourceExhausted;
+  Sharer& sharer = place.front();
+  const Status status = sharer.set_up(arena, config, classes, keys);
+  if (status != Status::kOk) return status;
+  sharer.budget_ = config.budget;
+  sharer.T_global_map_ = config.T_global_map;
+  sharer.resolution_m_ = config.map.resolution_m;
+  sharer.work_per_tick_ = config.work_per_tick;
+  sharer.near_first_ = config.near_first;
+  const int components = classes.num_components();
+  sharer.scratch_bytes_ = Publisher::required_bytes(config.publisher, components) +
+                          Exchange::required_bytes(config.exchange, components);
+  return &sharer;
+}
+
+void Sharer::set_focus(const Point3d& p_map) noexcept {
+  ticks_since_scan_ = 0;
+  const Lattice local(resolution_m_);
+  if (const auto voxel = local.voxel_of(p_map.cast<float>()); voxel.ok())
+    publisher_.set_focus(block_of(*voxel));
+  if (!near_first_) return;
+  const Point3d p_global = T_global_map_.leftCols<3>() * p_map + T_global_map_.col(3);
+  const auto voxel = global_.map().lattice().voxel_of(p_global.cast<float>());
+  if (voxel.ok()) global_.set_focus(block_of(*voxel));
+}
+
+PublisherReport Sharer::tick(const LocalMap& map, std::int64_t now_us) noexcept {
+  ++ticks_since_scan_;
+  work_left_ = work_per_tick_;
+  // The publisher's time begins with it: what was before the first tick is not stale for long.
+  if (first_tick_us_ == kNone) first_tick_us_ = now_us;
+  const PublisherReport report =
+      publisher_.tick(map, now_us - first_tick_us_, budget_, publication_of(exchange_));
+  fuse();
+  return report;
+}
+
+void Sharer::fuse() noexcept {
+  if (work_left_ == 0 || !global_.busy()) return;
+  const std::uint64_t work = global_.step(work_left_);
+  fusion_work_ += work;
+  work_left_ -= std::min(work_left_, work);
+}
+
+bool Sharer::fuse_in_spare_time() noexcept {
+  if (!global_.busy()) return false;
+  fusion_work_ += global_.step(kSpareWork);
+  return true;
+}
+
+std::size_t Sharer::used_bytes() const noexcept {
+  return scratch_bytes_ + global_.report().used_bytes;
+}
+
+}  // namespace tessera
