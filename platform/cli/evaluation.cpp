@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "cli/command.hpp"
-#include "dataset/rigid.hpp"
+#include "tessera/base/rigid.hpp"
 #include "mapping/number_text.hpp"
 #include "posix/progress.hpp"
 #include "tessera/registration/scan.hpp"

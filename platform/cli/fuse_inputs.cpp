@@ -8,7 +8,7 @@
 #include <tuple>
 
 #include "cli/command.hpp"
-#include "dataset/rigid.hpp"
+#include "tessera/base/rigid.hpp"
 #include "dataset/transform_file.hpp"
 #include "mapping/number_text.hpp"
 #include "tessera/map/queries.hpp"

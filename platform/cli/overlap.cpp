@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "cli/command.hpp"
-#include "dataset/rigid.hpp"
+#include "tessera/base/rigid.hpp"
 #include "tessera/registration/scan.hpp"
 
 namespace tessera {

@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "dataset/number_row.hpp"
-#include "dataset/rigid.hpp"
+#include "tessera/base/rigid.hpp"
 #include "posix/input_file.hpp"
 
 namespace tessera {

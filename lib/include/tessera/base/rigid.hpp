@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Products and inverses of transforms, the same to the last bit in every build. Written out rather
-// than left to Eigen, whose order of summation depends on the vector width of the build: the last
-// bit of a pose decides about voxels, and so about the digest.
+// Products, inverses and interpolation of transforms, the same to the last bit in every build.
+// Written out rather than left to Eigen, whose order of summation depends on the vector width of
+// the build, and nothing of libm is used but the square root: the last bit of a pose decides about
+// voxels, and so about the digest.
 #pragma once
 
 #include "tessera/base/geometry.hpp"
@@ -45,5 +46,21 @@ namespace tessera {
   }
   return result;
 }
+
+/// p_a = R p_b + t.
+[[nodiscard]] inline Point3d apply(const Matrix34d& T_a_b, const Point3d& p_b) noexcept {
+  const auto row = [&](int r) {
+    return T_a_b(r, 0) * p_b.x() + T_a_b(r, 1) * p_b.y() + T_a_b(r, 2) * p_b.z() + T_a_b(r, 3);
+  };
+  return {row(0), row(1), row(2)};
+}
+
+/// Between two rigid transforms, by share (0 .. 1) of the way from the first to the second: the
+/// translation on the straight line, the rotation about one axis at an even rate (slerp), the
+/// shorter way round. Within 1e-12 rad of that for turns up to a quarter, within 1e-6 rad up to a
+/// half; at a half turn either way round may be taken. The rotation of the result is exact to
+/// rounding, also where the given ones are only nearly rotations. O(1).
+[[nodiscard]] Matrix34d interpolate(const Matrix34d& from, const Matrix34d& to,
+                                    double share) noexcept;
 
 }  // namespace tessera
