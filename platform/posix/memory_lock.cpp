@@ -1,0 +1,86 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "posix/memory_lock.hpp"
+
+#include <fcntl.h>
+#include <malloc.h>
+#include <sys/mman.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <charconv>
+#include <cstring>
+
+#include "posix/file_descriptor.hpp"
+
+namespace tessera {
+
+namespace {
+
+std::size_t page_bytes() noexcept {
+  static const auto bytes = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+  return bytes;
+}
+
+/// Writes what is there: a page that was never written to is only then given one of its own.
+void touch(std::byte* first, std::size_t bytes) noexcept {
+  for (std::size_t at = 0; at < bytes; at += page_bytes()) {
+    auto* const byte = reinterpret_cast<volatile std::byte*>(first + at);
+    *byte = *byte;
+  }
+  if (bytes > 0) {
+    auto* const last = reinterpret_cast<volatile std::byte*>(first + bytes - 1);
+    *last = *last;
+  }
+}
+
+}  // namespace
+
+std::string lock_memory() {
+  if (::mlockall(MCL_CURRENT | MCL_FUTURE) == 0) return {};
+  const int error = errno;
+  if (error != EPERM && error != ENOMEM && error != EAGAIN) return std::strerror(error);
+  return "not permitted; raise the limit of locked memory (ulimit -l, LimitMEMLOCK of systemd)";
+}
+
+void prefault(std::span<std::byte> memory) noexcept { touch(memory.data(), memory.size()); }
+
+[[gnu::noinline]] void prefault_stack() noexcept {
+  constexpr std::size_t kBytes = std::size_t{256} << 10U;
+  // Written before it is read by nobody: only its pages are wanted.
+  std::array<std::byte, kBytes> room;
+  for (std::size_t at = 0; at < room.size(); at += 1024)
+    *const_cast<volatile std::byte*>(&room[at]) = std::byte{0};
+}
+
+void keep_freed_memory() noexcept {
+  ::mallopt(M_TRIM_THRESHOLD, -1);
+  ::mallopt(M_MMAP_MAX, 0);
+}
+
+PageFaults thread_page_faults() noexcept {
+  rusage usage{};
+  if (::getrusage(RUSAGE_THREAD, &usage) != 0) return {};
+  return {.minor = static_cast<std::uint64_t>(usage.ru_minflt),
+          .major = static_cast<std::uint64_t>(usage.ru_majflt)};
+}
+
+std::size_t resident_bytes() noexcept {
+  const FileDescriptor file(::open("/proc/self/statm", O_RDONLY | O_CLOEXEC));
+  if (!file.is_open()) return 0;
+  std::array<char, 128> text{};
+  const ssize_t size = ::read(file.get(), text.data(), text.size() - 1);
+  if (size <= 0) return 0;
+  // Pages in all, then those that are resident.
+  const char* const end = text.data() + size;
+  const char* at =
+      static_cast<const char*>(std::memchr(text.data(), ' ', static_cast<std::size_t>(size)));
+  if (at == nullptr) return 0;
+  std::size_t pages = 0;
+  if (std::from_chars(at + 1, end, pages).ec != std::errc()) return 0;
+  return pages * page_bytes();
+}
+
+}  // namespace tessera

@@ -1,0 +1,58 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// Threads with a role: a name that people see, a priority, the processors that it may use. What
+// the system does not permit is left out and said, so that a program without real-time rights runs
+// all the same.
+#pragma once
+
+#include <pthread.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+#include "posix/outcome.hpp"
+
+namespace tessera {
+
+struct ThreadRole {
+  std::string name;  ///< Up to 15 bytes; what is beyond is cut.
+  /// Of SCHED_FIFO, 1 .. 99; 0: shares processors fairly, as programs do.
+  int priority = 0;
+  std::uint64_t cpus = 0;  ///< A bit each, the first 64; 0: any.
+};
+
+/// What a thread of a role got.
+struct ThreadRights {
+  bool priority = true;  ///< False: asked for, and not permitted.
+  bool cpus = true;
+};
+
+/// A thread that is started once and joined. Its stack is of a fixed size and is touched before it
+/// runs, so that no page of it is missing later. All signals are blocked in it: they are for the
+/// program's first thread.
+class Thread {
+ public:
+  static constexpr std::size_t kStackBytes = 512U << 10U;
+
+  Thread() = default;
+  Thread(const Thread&) = delete;
+  Thread& operator=(const Thread&) = delete;
+  ~Thread() { join(); }
+
+  /// Runs run(context) in a thread of this role. Fails with kFailure iff the system gives no
+  /// thread; a caller bug if it runs already.
+  Outcome<void> start(const ThreadRole& role, void (*run)(void* context), void* context);
+  /// Waits until it has ended; at once if it never ran.
+  void join() noexcept;
+
+  [[nodiscard]] bool is_running() const noexcept { return is_running_; }
+  [[nodiscard]] const ThreadRights& rights() const noexcept { return rights_; }
+
+ private:
+  pthread_t thread_{};
+  bool is_running_ = false;
+  ThreadRights rights_;
+};
+
+}  // namespace tessera
