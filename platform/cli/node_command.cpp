@@ -15,18 +15,22 @@ namespace tessera {
 
 namespace {
 
-std::atomic<bool> stop_asked{false};
+NodeRequests requests;
 static_assert(std::atomic<bool>::is_always_lock_free);
 
 /// The first asks to stop, and what is there is written; the second ends at once.
 void stop_by_signal() {
   struct sigaction action {};
   action.sa_handler = [](int) {
-    stop_asked.store(true, std::memory_order_relaxed);
+    requests.stop.store(true, std::memory_order_relaxed);
     for (const int signal : {SIGTERM, SIGINT}) ::signal(signal, SIG_DFL);
   };
   ::sigemptyset(&action.sa_mask);
   for (const int signal : {SIGTERM, SIGINT}) ::sigaction(signal, &action, nullptr);
+  action.sa_handler = [](int) { requests.save.store(true, std::memory_order_relaxed); };
+  ::sigaction(SIGUSR1, &action, nullptr);
+  // A full disk, and nobody who reads what is said, are errors of a call and end nothing.
+  for (const int signal : {SIGXFSZ, SIGPIPE}) ::signal(signal, SIG_IGN);
 }
 
 void warn_of_losses(const Node& node) {
@@ -37,10 +41,10 @@ void warn_of_losses(const Node& node) {
   const auto warn_if = [](std::uint64_t count, const char* thing, const std::string& fate) {
     if (count > 0) warn(counted(count, thing) + " " + fate);
   };
-  warn_if(run.bad_poses, "scan", "left out, with a pose that is not a rigid transform");
-  warn_if(run.unknown_ids, "point",
+  warn_if(run.mapping.bad_poses, "scan", "left out, with a pose that is not a rigid transform");
+  warn_if(run.source.unknown_ids, "point",
           "with class ids that are in no class; they count as unlabelled");
-  warn_if(run.left_out, "refusal",
+  warn_if(run.mapping.left_out, "refusal",
           "of points or rays; give a larger [map] memory, work_budget or deadline_ms");
   warn_if(global.refused_blocks + global.refused_outputs + global.refused_sums +
               global.replicas.refused_storage,
@@ -65,9 +69,15 @@ void print_summary(const Node& node) {
   const MapUsage usage = node.robot().global().map().usage();
   const auto count = [](std::uint64_t n) { return static_cast<unsigned long long>(n); };
   std::printf("%s, %s heard, %u of %u contributions whole; ended by %s after %.1f s\n",
-              counted(run.scans, "scan").c_str(), counted(exchange.peers, "peer").c_str(),
+              counted(run.mapping.cycles, "scan").c_str(), counted(exchange.peers, "peer").c_str(),
               exchange.complete, exchange.contributions, run.ended_by,
               1e-6 * static_cast<double>(run.end_us - run.start_us));
+  const DurationHistogram& cycles = node.mapping().cycles();
+  std::printf("  mapping  median %.1f ms, p99 %.1f ms, max %.1f ms, %s\n",
+              1e-3 * static_cast<double>(cycles.quantile_us(0.5)),
+              1e-3 * static_cast<double>(cycles.quantile_us(0.99)),
+              1e-3 * static_cast<double>(cycles.max_us()),
+              counted(run.mapping.missed, "missed cycle").c_str());
   std::printf("  ticks    median %.1f ms, p99 %.1f ms, max %.1f ms, %s\n",
               1e-3 * static_cast<double>(times.ticks.quantile_us(0.5)),
               1e-3 * static_cast<double>(times.ticks.quantile_us(0.99)),
@@ -85,16 +95,23 @@ void print_summary(const Node& node) {
               hex64(node.global_digest()).c_str());
 }
 
-Outcome<void> run_node(const std::string& path) {
+Outcome<void> check_node(const NodeConfig& config, const std::string& path) {
+  const Outcome<void> checked = Node::check(config, path);
+  if (checked.ok()) std::printf("%s is in order: robot %u\n", path.c_str(), config.robot);
+  return checked;
+}
+
+Outcome<void> run_node(const std::string& path, bool only_check) {
   const Outcome<NodeConfig> config = read_node_config(path);
   if (!config.ok()) return config.failure();
+  if (only_check) return check_node(*config, path);
   // Before the start is counted: what is counted ends as it is told to.
   stop_by_signal();
   const Outcome<std::unique_ptr<Node>> node = Node::make(*config, path);
   if (!node.ok()) return node.failure();
   if (!(*node)->dataset().missing().empty())
     warn("there are no scans " + to_text((*node)->dataset().missing()));
-  const Outcome<void> done = (*node)->run(stop_asked);
+  const Outcome<void> done = (*node)->run(requests);
   if (!done.ok()) return done.failure();
   const Outcome<void> written = (*node)->write_maps();
   if (!written.ok()) return written.failure();
@@ -111,9 +128,12 @@ void add_node_command(CLI::App& app, int& exit_status) {
       "node", "A robot's process: maps, exchanges with the others, fuses what all have");
   auto path = std::make_shared<std::string>();
   command->add_option("--config", *path, "TOML file; every key is in docs/node.md")->required();
+  auto only_check = std::make_shared<bool>(false);
+  command->add_flag("--check", *only_check,
+                    "Only look whether the configuration and what it names are in order");
   command->footer("Example: tessera node --config robot_0.toml");
-  command->callback([path, &exit_status] {
-    const Outcome<void> outcome = run_node(*path);
+  command->callback([path, only_check, &exit_status] {
+    const Outcome<void> outcome = run_node(*path, *only_check);
     if (!outcome.ok()) exit_status = fail(outcome.failure());
   });
 }

@@ -3,7 +3,6 @@
 #include "node/network_port.hpp"
 
 #include <poll.h>
-#include <signal.h>
 #include <sys/eventfd.h>
 
 #include <cerrno>
@@ -21,46 +20,32 @@ NetworkPort::NetworkPort(std::unique_ptr<DatagramLink> link, std::size_t send_sl
     : link_(std::move(link)), status_(*link_), queue_(send_slots) {}
 
 Outcome<std::unique_ptr<NetworkPort>> NetworkPort::open(const LinkConfig& config,
-                                                        std::size_t send_slots) {
+                                                        std::size_t send_slots,
+                                                        const ThreadRole& sender) {
   Outcome<std::unique_ptr<DatagramLink>> link = DatagramLink::open(config);
   if (!link.ok()) return link.failure();
   std::unique_ptr<NetworkPort> port(new NetworkPort(std::move(*link), send_slots));
-  const Outcome<void> started = port->start();
+  const Outcome<void> started = port->start(sender);
   if (!started.ok()) return started.failure();
   return port;
 }
 
-Outcome<void> NetworkPort::start() {
+Outcome<void> NetworkPort::start(const ThreadRole& role) {
   wake_ = FileDescriptor(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
-  int error = wake_.is_open() ? 0 : errno;
-  if (error == 0) {
-    // Signals are for the program's own threads: this one inherits that all are blocked.
-    sigset_t all{};
-    sigset_t before{};
-    ::sigfillset(&all);
-    ::pthread_sigmask(SIG_SETMASK, &all, &before);
-    const auto run = [](void* port) -> void* {
-      static_cast<NetworkPort*>(port)->send_until_stopped();
-      return nullptr;
-    };
-    error = ::pthread_create(&thread_, nullptr, run, this);
-    ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
-  }
-  if (error != 0) {
-    return Failure{std::string("cannot start sending: ") + std::strerror(error) +
+  if (!wake_.is_open()) {
+    return Failure{std::string("cannot start sending: ") + std::strerror(errno) +
                        "; close other programs, then try again",
                    FailureKind::kFailure};
   }
-  is_running_ = true;
-  ::pthread_setname_np(thread_, "tessera-send");
-  return {};
+  return thread_.start(
+      role, [](void* port) { static_cast<NetworkPort*>(port)->send_until_stopped(); }, this);
 }
 
 void NetworkPort::close() noexcept {
-  if (!std::exchange(is_running_, false)) return;
+  if (!thread_.is_running()) return;
   stopping_.store(true, std::memory_order_release);
   static_cast<void>(::eventfd_write(wake_.get(), 1) != 0);
-  ::pthread_join(thread_, nullptr);
+  thread_.join();
 }
 
 std::span<std::byte> NetworkPort::claim() noexcept {

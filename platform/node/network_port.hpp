@@ -5,8 +5,6 @@
 // there from the start.
 #pragma once
 
-#include <pthread.h>
-
 #include <array>
 #include <atomic>
 #include <cstddef>
@@ -19,6 +17,7 @@
 #include "posix/file_descriptor.hpp"
 #include "posix/outcome.hpp"
 #include "posix/spsc_queue.hpp"
+#include "posix/thread.hpp"
 
 namespace tessera {
 
@@ -26,7 +25,9 @@ class NetworkPort {
  public:
   /// Fails as DatagramLink::open. Uses the heap; nothing after it does.
   static Outcome<std::unique_ptr<NetworkPort>> open(const LinkConfig& config,
-                                                    std::size_t send_slots);
+                                                    std::size_t send_slots,
+                                                    const ThreadRole& sender = {
+                                                        .name = "tessera-send"});
   NetworkPort(const NetworkPort&) = delete;
   NetworkPort& operator=(const NetworkPort&) = delete;
   ~NetworkPort() { close(); }
@@ -64,7 +65,7 @@ class NetworkPort {
   };
 
   NetworkPort(std::unique_ptr<DatagramLink> link, std::size_t send_slots);
-  Outcome<void> start();
+  Outcome<void> start(const ThreadRole& role);
   void send_until_stopped() noexcept;
   void send_waiting() noexcept;
 
@@ -75,8 +76,7 @@ class NetworkPort {
   std::atomic<bool> stopping_{false};
   std::uint64_t send_queue_full_ = 0;
   bool unsent_ = false;  ///< Something was committed since the last flush().
-  pthread_t thread_{};
-  bool is_running_ = false;
+  Thread thread_;
 };
 
 }  // namespace tessera

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// A robot's process: replays a dataset as its scans, keeps an even tick, hands datagrams over
-// between the network and the robot as soon as they are there, and ends when all is told.
+// A robot's process. Its threads map, share, receive and send, each at its own pace; the one that
+// runs this looks after them: it writes what they log, looks whether they live, and ends them.
 #pragma once
 
 #include <atomic>
@@ -11,13 +11,15 @@
 #include <vector>
 
 #include "dataset/dataset.hpp"
+#include "node/mapping_thread.hpp"
 #include "node/network_port.hpp"
 #include "node/node_config.hpp"
-#include "node/robot_loop.hpp"
+#include "node/replay_source.hpp"
 #include "node/robot_setup.hpp"
-#include "posix/duration_histogram.hpp"
+#include "node/sharing_thread.hpp"
 #include "posix/file_descriptor.hpp"
 #include "posix/progress.hpp"
+#include "posix/service_notice.hpp"
 #include "security/datagram_seal.hpp"
 #include "security/fleet_signatures.hpp"
 
@@ -35,86 +37,113 @@ struct NodeRun {
   const char* ended_by = "";
   std::int64_t start_us = 0;
   std::int64_t end_us = 0;
-  std::uint64_t scans = 0;
-  std::uint64_t points = 0;
-  std::uint64_t unknown_ids = 0;
-  std::uint64_t bad_poses = 0;
-  std::uint64_t left_out = 0;      ///< Points and rays: ScanReport::left_out.
-  std::int64_t worst_late_us = 0;  ///< A scan, behind its rate.
-  DurationHistogram scan_times;    ///< Integration.
-  double cpu_s = 0.0;              ///< Of all threads.
+  MappingStatus mapping{};
+  SourceCounters source{};
+  double cpu_s = 0.0;  ///< Of all threads.
   std::vector<Snapshot> snapshots;
+  std::string not_locked;  ///< Why memory is not locked; empty: it is, or was not to be.
+  std::size_t start_resident_bytes = 0;  ///< Once all threads run.
+  std::size_t end_resident_bytes = 0;
+  std::uint64_t saves = 0;  ///< Of the local map, asked for while it ran.
+  std::uint64_t failed_saves = 0;
+  std::uint64_t silences = 0;  ///< Times that a thread gave no sign of life for too long.
+  bool map_is_behind = false;  ///< The global map was not brought up to date in the end.
+  std::int64_t save_us = 0;    ///< What writing the maps took in the end.
   /// In all threads, but for what writes snapshots; none where they cannot be counted.
   std::optional<std::uint64_t> heap_allocations;
 };
 
+/// Asked for from outside, by signals.
+struct NodeRequests {
+  std::atomic<bool> stop{false};
+  std::atomic<bool> save{false};
+};
+
 class Node {
  public:
+  /// After a signal the global map is brought up to date no longer than this.
+  static constexpr std::int64_t kMostFinish_us = 2'000'000;
+
   /// Reads what the configuration names, counts the start, takes all memory and opens the network.
   /// path: of the configuration, for messages. Fails as each of these does.
   static Outcome<std::unique_ptr<Node>> make(const NodeConfig& config, const std::string& path);
+  /// As make(), up to where anything would be changed: nothing is counted, opened or written.
+  static Outcome<void> check(const NodeConfig& config, const std::string& path);
   Node(const Node&) = delete;
   Node& operator=(const Node&) = delete;
+  ~Node();
 
-  /// Until the scans are done and all is told, or stop becomes true. Fails with kFailure iff a scan
-  /// cannot be read any more or a snapshot not be written.
-  Outcome<void> run(const std::atomic<bool>& stop);
-  /// What the configuration names of maps; brings the global map up to date first.
+  /// Until the scans are done and all is told, or it is asked to stop. Fails with kFailure iff the
+  /// system gives no thread, a scan cannot be read any more or a map not be written.
+  Outcome<void> run(NodeRequests& requests);
+  /// What the configuration names of maps; brings the global map up to date first, after a signal
+  /// for kMostFinish_us at most.
   Outcome<void> write_maps();
   [[nodiscard]] Json report() const;
 
   [[nodiscard]] const Dataset& dataset() const { return dataset_; }
   [[nodiscard]] const NodeRun& result() const { return run_; }
-  /// After run().
-  [[nodiscard]] const LoopTimes& times() const { return loop_->times(); }
+  // After run().
+  [[nodiscard]] const LoopTimes& times() const { return sharing_->times(); }
+  [[nodiscard]] const MappingThread& mapping() const { return *mapping_; }
   [[nodiscard]] const Robot& robot() const { return *robot_; }
   [[nodiscard]] std::uint64_t global_digest() const { return global_digest_; }
 
  private:
-  /// What changes while anything new is said or heard.
-  struct Activity {
-    std::uint64_t taken = 0;
-    std::uint64_t published = 0;
-    std::uint64_t chunks = 0;
-    std::uint64_t contributions = 0;
-    friend bool operator==(const Activity&, const Activity&) = default;
-  };
-
-  Node(const NodeConfig& config, Dataset dataset)
-      : config_(config), dataset_(std::move(dataset)), buffer_(dataset_.max_points()) {}
+  Node(const NodeConfig& config, Dataset dataset) : config_(config), dataset_(std::move(dataset)) {}
   Outcome<void> set_up(const std::string& path);
   Outcome<void> read_keys(const std::string& path);
+  Outcome<void> check_all(const std::string& path);
   [[nodiscard]] Outcome<void> check_places(const std::string& path) const;
-  Outcome<void> integrate_next(std::int64_t now_us);
-  Outcome<void> tick(std::int64_t now_us);
+  [[nodiscard]] Outcome<void> make_snapshot_folder() const;
+  void make_threads();
+  Outcome<void> start_threads();
+  void stop_threads() noexcept;
+
+  // In the sharing thread, after each tick.
+  void after_tick(std::int64_t now_us);
   void say_status(std::int64_t now_us);
   Outcome<void> take_snapshot(std::int64_t now_us);
   [[nodiscard]] const char* reason_to_end(std::int64_t now_us);
+  void end(const char* reason) noexcept;
+
+  // In the thread of run().
+  void look_after(NodeRequests& requests, Progress& progress);
+  void look_for_life(std::int64_t now_us);
+  void save_local_map();
+  Outcome<void> write_what_is_named();
   void show(Progress& progress) const;
+  [[nodiscard]] Json mapping_json() const;
+  [[nodiscard]] Json realtime_json() const;
   [[nodiscard]] MapIdentity identity_of(MapKind kind) const;
 
   NodeConfig config_;
   Dataset dataset_;
-  ScanBuffer buffer_;
   RobotSetup setup_;
   FileDescriptor lock_;  ///< No other process is this robot.
   std::optional<DatagramSeal> seal_;
   std::optional<FleetSignatures> signatures_;
   HeldRobot robot_;
   std::unique_ptr<NetworkPort> port_;
-  std::optional<RobotLoop> loop_;
+  std::unique_ptr<ReplaySource> replay_;
+  std::unique_ptr<MappingThread> mapping_;
+  std::unique_ptr<SharingThread> sharing_;
+  ServiceNotice notice_;
+  LogQueue log_{"node"};
   NodeRun run_;
-  std::size_t next_scan_ = 0;
-  bool scans_done_ = false;
-  std::int64_t first_scan_us_ = 0;
-  std::int64_t scan_due_us_ = 0;
+  WakeUp service_;
+  WakeUp mapping_wake_;
+  std::atomic<const char*> ended_by_{nullptr};
+  std::atomic<bool> counting_{false};  ///< From here on allocations are counted.
+  // Of the sharing thread.
   std::int64_t scans_done_us_ = 0;
-  Activity activity_;
-  std::int64_t quiet_since_us_ = 0;
   std::int64_t status_due_us_ = 0;
-  DurationHistogram second_;  ///< Ticks since the last status.
   std::int64_t snapshot_due_us_ = 0;
   std::uint64_t snapshot_allocations_ = 0;
+  Outcome<void> sharing_outcome_;
+  // Of the thread of run().
+  std::uint64_t save_allocations_ = 0;
+  std::uint32_t late_threads_ = 0;  ///< A bit each, so that each silence is told once.
   std::uint64_t global_digest_ = 0;
   std::optional<std::uint64_t> local_digest_;
 };

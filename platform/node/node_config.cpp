@@ -95,6 +95,14 @@ void take_map(ConfigFile& file, NodeConfig& c) {
   o.robot = c.robot;
 }
 
+void take_mapping(ConfigFile& file, NodeConfig& c) {
+  file.take({"mapping", "period_ms"}, c.period_ms, {1, 10'000});
+  file.take({"realtime", "priority"}, c.priority, {0, 95});
+  file.take({"realtime", "lock_memory"}, c.lock_memory);
+  file.take({"realtime", "mapping_cpus"}, c.mapping_cpus);
+  file.take({"realtime", "other_cpus"}, c.other_cpus);
+}
+
 void take_publish(ConfigFile& file, NodeConfig& c) {
   file.take({"publish", "staleness_s"}, c.staleness_s, ConfigFile::Real{0.001, 3600.0});
   file.take({"publish", "free_staleness_s"}, c.free_staleness_s,
@@ -183,8 +191,8 @@ Outcome<NodeConfig> parse_node_config(std::string_view text, const std::string& 
   Outcome<ConfigFile> file = ConfigFile::parse(text, path);
   if (!file.ok()) return file.failure();
   NodeConfig config;
-  for (const auto take : {take_robot, take_replay, take_map, take_publish, take_network,
-                          take_security, take_fusion, take_output, take_run})
+  for (const auto take : {take_robot, take_replay, take_map, take_mapping, take_publish,
+                          take_network, take_security, take_fusion, take_output, take_run})
     take(*file, config);
   const Outcome<void> finished = file->finish();
   if (!finished.ok()) return finished.failure();

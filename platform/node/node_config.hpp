@@ -28,6 +28,12 @@ struct NodeConfig {
   double rate_hz = 10.0;  ///< 0: as fast as it goes.
   bool loop = false;
   double start_delay_s = 0.0;
+  // [mapping], [realtime]
+  std::int64_t period_ms = 100;
+  std::int64_t priority = 0;  ///< Of the mapping thread, SCHED_FIFO; 0: as any program.
+  bool lock_memory = false;
+  std::vector<std::uint32_t> mapping_cpus;  ///< Empty: any.
+  std::vector<std::uint32_t> other_cpus;
   // [publish]
   double staleness_s = 1.0;
   double free_staleness_s = 4.0;

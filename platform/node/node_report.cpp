@@ -184,6 +184,37 @@ std::string mismatch_text(const ConfigurationDetails& theirs, const MapConfig& o
   return text + "; give both robots the same";
 }
 
+Json Node::mapping_json() const {
+  const MappingStatus& m = run_.mapping;
+  const PageFaults& faults = mapping_->page_faults();
+  return {{"period_ms", config_.period_ms},
+          {"cycles", m.cycles},
+          {"missed", m.missed},
+          {"late", m.late},
+          {"shed", m.shed},
+          {"paused", m.paused},
+          {"lost", run_.source.lost},
+          {"clears", m.clears},
+          {"saves", run_.saves},
+          {"failed_saves", run_.failed_saves},
+          {"latencies", times_json(mapping_->latencies())},
+          {"thread", mapping_->thread_number()},
+          {"minor_page_faults", faults.minor},
+          {"major_page_faults", faults.major}};
+}
+
+Json Node::realtime_json() const {
+  return {{"memory_locked", config_.lock_memory && run_.not_locked.empty()},
+          {"why_not_locked", run_.not_locked},
+          {"priority_permitted", mapping_->rights().priority},
+          {"cpus_permitted", mapping_->rights().cpus},
+          {"silences", run_.silences},
+          {"start_resident_bytes", run_.start_resident_bytes},
+          {"end_resident_bytes", run_.end_resident_bytes},
+          {"map_is_behind", run_.map_is_behind},
+          {"save_ms", ms_of(run_.save_us)}};
+}
+
 Json Node::report() const {
   const ExchangeReport exchange = robot_->exchange().report();
   const double seconds = 1e-6 * static_cast<double>(run_.end_us - run_.start_us);
@@ -196,13 +227,15 @@ Json Node::report() const {
                {"exchange_digest", hex64(robot_->exchange().digest())},
                {"local_digest", hex64(local_digest_.value_or(0))},
                {"scans",
-                {{"integrated", run_.scans},
-                 {"points", run_.points},
-                 {"left_out", run_.left_out},
-                 {"unknown_ids", run_.unknown_ids},
-                 {"bad_poses", run_.bad_poses},
-                 {"worst_late_ms", ms_of(run_.worst_late_us)},
-                 {"times", times_json(run_.scan_times)}}}};
+                {{"integrated", run_.mapping.cycles},
+                 {"points", run_.mapping.points},
+                 {"left_out", run_.mapping.left_out},
+                 {"unknown_ids", run_.source.unknown_ids},
+                 {"bad_poses", run_.mapping.bad_poses},
+                 {"worst_late_ms", ms_of(run_.mapping.worst_late_us)},
+                 {"times", times_json(mapping_->cycles())}}}};
+  json["mapping"] = mapping_json();
+  json["realtime"] = realtime_json();
   Json ticks = times_json(times().ticks);
   ticks["period_ms"] = config_.tick_ms;
   ticks["overruns"] = times().overruns;

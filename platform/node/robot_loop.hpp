@@ -22,7 +22,7 @@ struct LoopTimes {
   std::int64_t worst_late_us = 0;
 };
 
-/// For one thread; no heap. robot and port must outlive it.
+/// For one thread; no heap. sharer, map and port must outlive it.
 class RobotLoop {
  public:
   /// Datagrams that are taken at once, so that a flood keeps no tick waiting.
@@ -30,9 +30,11 @@ class RobotLoop {
   /// Less than this before something is due, nothing else is begun.
   static constexpr std::int64_t kSpare_us = 3'000;
 
-  /// The first tick is due at start_us. period_us: above 0.
-  RobotLoop(Robot& robot, NetworkPort& port, std::int64_t start_us, std::int64_t period_us) noexcept
-      : robot_(&robot), port_(&port), period_us_(period_us), due_us_(start_us) {}
+  /// map: what is published; another thread may write to it. period_us: above 0.
+  RobotLoop(Sharer& sharer, const LocalMap& map, NetworkPort& port, std::int64_t period_us) noexcept
+      : sharer_(&sharer), map_(&map), port_(&port), period_us_(period_us) {}
+  /// The first tick is due then.
+  void begin(std::int64_t start_us) noexcept { due_us_ = start_us; }
 
   void receive(std::int64_t now_us) noexcept {
     std::array<std::byte, kMaxMessageBytes> bytes;
@@ -40,10 +42,10 @@ class RobotLoop {
     for (; count < kReceiveBatch; ++count) {
       const DatagramLink::Received received = port_->receive(bytes);
       if (received.bytes.empty()) break;
-      robot_->receive(received.bytes, now_us);
+      sharer_->receive(received.bytes, now_us);
     }
     if (count == 0) return;
-    robot_->fuse();
+    sharer_->fuse();
     times_.receiving.add(MonotonicClock::now_us() - now_us);
   }
 
@@ -54,7 +56,7 @@ class RobotLoop {
     times_.worst_late_us = std::max(times_.worst_late_us, late_us);
     if (late_us >= period_us_) ++times_.overruns;
     due_us_ += (late_us / period_us_ + 1) * period_us_;
-    static_cast<void>(robot_->tick(now_us));
+    static_cast<void>(sharer_->tick(*map_, now_us));
     send(now_us);
     const std::int64_t took_us = MonotonicClock::now_us() - now_us;
     times_.ticks.add(took_us);
@@ -65,7 +67,7 @@ class RobotLoop {
     while (true) {
       const std::span<std::byte> into = port_->claim();
       if (into.empty()) break;
-      const std::size_t bytes = robot_->send(now_us, into);
+      const std::size_t bytes = sharer_->send(now_us, into);
       if (bytes == 0) break;
       port_->commit(bytes);
     }
@@ -76,7 +78,7 @@ class RobotLoop {
   void wait_until(std::int64_t us) noexcept {
     while (us - MonotonicClock::now_us() > kSpare_us) {
       if (port_->wait(0)) return;
-      if (!robot_->fuse_in_spare_time()) break;
+      if (!sharer_->fuse_in_spare_time()) break;
     }
     static_cast<void>(port_->wait(us - MonotonicClock::now_us()));
   }
@@ -84,10 +86,11 @@ class RobotLoop {
   [[nodiscard]] const LoopTimes& times() const noexcept { return times_; }
 
  private:
-  Robot* robot_;
+  Sharer* sharer_;
+  const LocalMap* map_;
   NetworkPort* port_;
   std::int64_t period_us_;
-  std::int64_t due_us_;
+  std::int64_t due_us_ = 0;
   LoopTimes times_;
 };
 

@@ -31,6 +31,7 @@ class HeldRobot {
   HeldRobot(ArenaMemory memory, Robot& robot) : memory_(std::move(memory)), robot_(&robot) {}
   [[nodiscard]] Robot& operator*() const { return *robot_; }
   [[nodiscard]] Robot* operator->() const { return robot_; }
+  [[nodiscard]] std::span<std::byte> memory() const { return memory_.span(); }
 
  private:
   ArenaMemory memory_;

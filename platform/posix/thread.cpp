@@ -4,6 +4,7 @@
 
 #include <sched.h>
 #include <signal.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -64,6 +65,8 @@ bool set_cpus(pthread_t thread, std::uint64_t cpus) {
 }
 
 }  // namespace
+
+std::int64_t thread_number() noexcept { return ::gettid(); }
 
 Outcome<void> Thread::start(const ThreadRole& role, void (*run)(void*), void* context) {
   auto start = std::make_unique<Start>(Start{run, context});

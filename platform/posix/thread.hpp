@@ -27,6 +27,8 @@ struct ThreadRights {
   bool priority = true;  ///< False: asked for, and not permitted.
   bool cpus = true;
 };
+/// The number by which the system knows the calling thread.
+[[nodiscard]] std::int64_t thread_number() noexcept;
 
 /// A thread that is started once and joined. Its stack is of a fixed size and is touched before it
 /// runs, so that no page of it is missing later. All signals are blocked in it: they are for the

@@ -28,6 +28,9 @@ class Mapper {
   /// now_us: as of the clock. Cost: as Integrator::integrate.
   ScanReport integrate(const ScanView& scan, std::int64_t now_us) noexcept;
 
+  /// Forgets all content of the map. O(index).
+  void clear() noexcept { map_.clear(); }
+
   [[nodiscard]] const LocalMap& map() const noexcept { return map_; }
   [[nodiscard]] const Integrator& integrator() const noexcept { return integrator_; }
   /// Of its memory, what holds something, and what is scratch.

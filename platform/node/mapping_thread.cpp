@@ -1,0 +1,108 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "node/mapping_thread.hpp"
+
+#include <algorithm>
+
+#include "posix/monotonic_clock.hpp"
+
+namespace tessera {
+
+Outcome<void> MappingThread::start(const ThreadRole& role) {
+  return thread_.start(
+      role, [](void* self) { static_cast<MappingThread*>(self)->run(); }, this);
+}
+
+void MappingThread::stop() noexcept {
+  stopping_.store(true, std::memory_order_release);
+  wake_.wake();
+  thread_.join();
+}
+
+void MappingThread::pause(PauseReason reason, bool on) noexcept {
+  if (on) {
+    pause_.fetch_or(reason, std::memory_order_acq_rel);
+  } else {
+    pause_.fetch_and(~std::uint32_t{reason}, std::memory_order_acq_rel);
+  }
+  wake_.wake();
+}
+
+void MappingThread::run() noexcept {
+  thread_number_ = tessera::thread_number();
+  const PageFaults before = thread_page_faults();
+  while (!stopping_.load(std::memory_order_acquire)) work();
+  const PageFaults after = thread_page_faults();
+  page_faults_ = {.minor = after.minor - before.minor, .major = after.major - before.major};
+  heartbeat_.rest();
+}
+
+/// One turn: a scan, or a sleep.
+void MappingThread::work() noexcept {
+  const std::int64_t now_us = MonotonicClock::now_us();
+  heartbeat_.beat(now_us);
+  note_pause(now_us);
+  if (!paused()) clear_if_asked();
+  if (ScanSlot* const slot = source_.front(); slot != nullptr) {
+    if (paused()) {
+      ++now_.paused;
+      status_.set(now_);
+    } else {
+      take(*slot, now_us);
+    }
+    source_.pop();
+    return;
+  }
+  if (source_.ended()) ended_.store(true, std::memory_order_release);
+  wake_.sleep_until(now_us + config_.period_us);
+}
+
+void MappingThread::note_pause(std::int64_t now_us) noexcept {
+  const std::uint32_t pause = pause_.load(std::memory_order_acquire);
+  if (pause == now_.pause) return;
+  log_.say(LogLevel::kInfo, now_us, pause != 0 ? "pauses, for reasons %" : "goes on", pause);
+  now_.pause = pause;
+  status_.set(now_);
+  // What it did before can be seen by whoever sees that it pauses.
+  is_paused_.store(pause != 0, std::memory_order_release);
+}
+
+void MappingThread::clear_if_asked() noexcept {
+  const std::uint32_t asked = clear_asked_.load(std::memory_order_relaxed);
+  if (asked == cleared_) return;
+  cleared_ = asked;
+  mapper_.clear();
+  ++now_.clears;
+  now_.usage = mapper_.map().usage();
+  status_.set(now_);
+}
+
+void MappingThread::take(ScanSlot& slot, std::int64_t now_us) noexcept {
+  const std::int64_t late_us = now_us - slot.taken_us;
+  now_.worst_late_us = std::max(now_.worst_late_us, late_us);
+  if (late_us > config_.period_us) ++now_.late;
+  ScanView view = slot.view();
+  if (registration_.view != nullptr && !registration_.view(registration_.context, slot, view))
+    return;
+  const ScanReport report = mapper_.integrate(view, now_us);
+  const std::int64_t end_us = MonotonicClock::now_us();
+  cycles_.add(end_us - now_us);
+  latencies_.add(end_us - slot.taken_us);
+  ++now_.cycles;
+  now_.points += report.points;
+  now_.left_out += report.left_out();
+  now_.shed += report.left_out() != 0 ? 1U : 0U;
+  now_.bad_poses += report.pose == Status::kOk ? 0U : 1U;
+  if (end_us - now_us > config_.period_us) {
+    ++now_.missed;
+    log_.say(LogLevel::kWarning, end_us, "a cycle took % us of %", end_us - now_us,
+             config_.period_us);
+  }
+  now_.stamp_us = slot.stamp_us;
+  now_.end_us = end_us;
+  std::copy_n(view.T_map_sensor.data(), now_.T_map_sensor.size(), now_.T_map_sensor.begin());
+  now_.usage = mapper_.map().usage();
+  status_.set(now_);
+}
+
+}  // namespace tessera

@@ -1,0 +1,137 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// The thread that maps: takes a scan as soon as it is there, integrates it within its budget of
+// time, and says what it did. Between its start and its end it asks nothing of the system but to
+// sleep and to wake, takes no memory and no lock, and waits for no other thread.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+
+#include "node/scan_source.hpp"
+#include "posix/duration_histogram.hpp"
+#include "posix/heartbeat.hpp"
+#include "posix/latest_value.hpp"
+#include "posix/log.hpp"
+#include "posix/memory_lock.hpp"
+#include "posix/thread.hpp"
+#include "posix/wake_up.hpp"
+#include "tessera/robot/mapper.hpp"
+
+namespace tessera {
+
+/// Why the thread integrates nothing, a bit each; 0: it does.
+enum PauseReason : std::uint32_t {
+  kPausedByCommand = 1U << 0U,
+  kPausedByPose = 1U << 1U,  ///< Stale, frozen, jumping or corrupt.
+  kPausedToSave = 1U << 2U,
+};
+
+/// How things stand after a cycle; counters never decrease.
+struct MappingStatus {
+  std::uint64_t cycles = 0;    ///< Scans that were integrated.
+  std::uint64_t points = 0;    ///< Of these.
+  std::uint64_t left_out = 0;  ///< Points and rays: ScanReport::left_out.
+  std::uint64_t shed = 0;      ///< Scans of which something was left out.
+  std::uint64_t bad_poses = 0;
+  std::uint64_t paused = 0;        ///< Scans that came while mapping paused, and were left out.
+  std::uint64_t missed = 0;        ///< Cycles that took longer than the period.
+  std::uint64_t late = 0;          ///< Scans that had waited for more than a period.
+  std::uint64_t clears = 0;        ///< Times that the map was cleared.
+  std::int64_t worst_late_us = 0;  ///< From a scan's arrival to the begin of its cycle.
+  std::int64_t stamp_us = 0;       ///< Of the last scan that was integrated.
+  std::int64_t end_us = 0;         ///< When it was done.
+  std::uint32_t pause = 0;         ///< PauseReason.
+  std::array<double, 12> T_map_sensor{};  ///< Of the last scan, row by row; all 0 before it.
+  MapUsage usage{};
+};
+
+struct MappingConfig {
+  std::int64_t period_us = 100'000;
+};
+
+/// Makes a view for the integrator of what a sensor gave. Of the mapping thread.
+struct Registration {
+  void* context = nullptr;
+  /// None: the slot as it is. False: nothing can be made of it.
+  bool (*view)(void* context, ScanSlot& slot, ScanView& into) = nullptr;
+};
+
+class MappingThread {
+ public:
+  /// All must outlive it. The map is the thread's own from start() to stop(), but for readers.
+  /// wake: by which the source wakes it.
+  MappingThread(Mapper& mapper, ScanSource& source, WakeUp& wake, const MappingConfig& config,
+                const Registration& registration) noexcept
+      : mapper_(mapper),
+        source_(source),
+        wake_(wake),
+        config_(config),
+        registration_(registration) {}
+  MappingThread(const MappingThread&) = delete;
+  MappingThread& operator=(const MappingThread&) = delete;
+  ~MappingThread() { stop(); }
+
+  Outcome<void> start(const ThreadRole& role);
+  void stop() noexcept;
+
+  // --- For other threads -------------------------------------------------------------------------
+
+  /// Sets or takes back a reason to pause. True pauses begin after the cycle at hand: paused() says
+  /// when.
+  void pause(PauseReason reason, bool on) noexcept;
+  /// Whether the map is left alone: somebody else may read all of it until the pause ends.
+  [[nodiscard]] bool paused() const noexcept { return is_paused_.load(std::memory_order_acquire); }
+  /// Forgets all content, before the next scan.
+  void clear_map() noexcept {
+    clear_asked_.fetch_add(1, std::memory_order_relaxed);
+    wake_.wake();
+  }
+  [[nodiscard]] const LatestValue<MappingStatus>& status() const noexcept { return status_; }
+  [[nodiscard]] Heartbeat& heartbeat() noexcept { return heartbeat_; }
+  [[nodiscard]] LogQueue& log() noexcept { return log_; }
+  /// Every scan that there was is done with.
+  [[nodiscard]] bool ended() const noexcept { return ended_.load(std::memory_order_acquire); }
+
+  // --- After stop() ------------------------------------------------------------------------------
+
+  [[nodiscard]] const DurationHistogram& cycles() const noexcept { return cycles_; }
+  /// From a scan's arrival until it is in the map.
+  [[nodiscard]] const DurationHistogram& latencies() const noexcept { return latencies_; }
+  /// Between start and end of its work.
+  [[nodiscard]] PageFaults page_faults() const noexcept { return page_faults_; }
+  /// As the system knows it.
+  [[nodiscard]] std::int64_t thread_number() const noexcept { return thread_number_; }
+  [[nodiscard]] const ThreadRights& rights() const noexcept { return thread_.rights(); }
+
+ private:
+  void run() noexcept;
+  void work() noexcept;
+  void take(ScanSlot& slot, std::int64_t now_us) noexcept;
+  void note_pause(std::int64_t now_us) noexcept;
+  void clear_if_asked() noexcept;
+
+  Mapper& mapper_;
+  ScanSource& source_;
+  WakeUp& wake_;
+  const MappingConfig config_;
+  const Registration registration_;
+  std::atomic<bool> stopping_{false};
+  std::atomic<std::uint32_t> pause_{0};
+  std::atomic<bool> is_paused_{false};
+  std::atomic<std::uint32_t> clear_asked_{0};
+  std::atomic<bool> ended_{false};
+  std::uint32_t cleared_ = 0;
+  MappingStatus now_{};
+  LatestValue<MappingStatus> status_;
+  Heartbeat heartbeat_{"mapping", 2'000'000};
+  LogQueue log_{"mapping"};
+  DurationHistogram cycles_;
+  DurationHistogram latencies_;
+  PageFaults page_faults_{};
+  std::int64_t thread_number_ = 0;
+  Thread thread_;
+};
+
+}  // namespace tessera

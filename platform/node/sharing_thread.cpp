@@ -1,0 +1,62 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "node/sharing_thread.hpp"
+
+namespace tessera {
+
+Outcome<void> SharingThread::start(const ThreadRole& role, std::int64_t start_us) {
+  loop_.begin(start_us);
+  now_.quiet_since_us = start_us;
+  return thread_.start(
+      role, [](void* self) { static_cast<SharingThread*>(self)->run(); }, this);
+}
+
+void SharingThread::stop() noexcept {
+  stopping_.store(true, std::memory_order_release);
+  thread_.join();
+}
+
+void SharingThread::run() noexcept {
+  while (!stopping_.load(std::memory_order_acquire)) {
+    const std::int64_t now_us = MonotonicClock::now_us();
+    heartbeat_.beat(now_us);
+    loop_.receive(now_us);
+    if (now_us >= loop_.tick_due_us()) {
+      tick(now_us);
+      if (each_tick_.call != nullptr) each_tick_.call(each_tick_.context, now_us);
+    }
+    loop_.send(now_us);
+    loop_.wait_until(loop_.tick_due_us());
+  }
+  sharer_.exchange().leave();
+  loop_.send(MonotonicClock::now_us());
+  heartbeat_.rest();
+}
+
+void SharingThread::tick(std::int64_t now_us) noexcept {
+  MappingStatus mapping;
+  if (mapping_.status().get(mapping) && mapping.cycles != scans_seen_) {
+    scans_seen_ = mapping.cycles;
+    const auto& T = mapping.T_map_sensor;
+    sharer_.set_focus({T[3], T[7], T[11]});
+  }
+  second_.add(loop_.tick(now_us));
+  note_status(now_us);
+}
+
+void SharingThread::note_status(std::int64_t now_us) noexcept {
+  const ExchangeReport exchange = sharer_.exchange().report();
+  const Activity activity{exchange.records_taken, exchange.published_parts,
+                          exchange.fresh_chunks + exchange.answer_chunks, exchange.contributions};
+  ++now_.ticks;
+  now_.exchange = exchange;
+  now_.digest = sharer_.exchange().digest();
+  now_.waiting = sharer_.global().waiting();
+  now_.global = sharer_.global().map().usage();
+  now_.idle = sharer_.idle();
+  if (!now_.idle || activity != activity_) now_.quiet_since_us = now_us;
+  activity_ = activity;
+  status_.set(now_);
+}
+
+}  // namespace tessera

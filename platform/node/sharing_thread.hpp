@@ -1,0 +1,84 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// The thread that shares: publishes what mapping has changed, exchanges it with the others, and
+// keeps the global map. It reads the local map while the mapping thread writes to it.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+
+#include "node/mapping_thread.hpp"
+#include "node/robot_loop.hpp"
+
+namespace tessera {
+
+/// How things stand after a tick.
+struct SharingStatus {
+  std::uint64_t ticks = 0;
+  ExchangeReport exchange{};
+  std::uint64_t digest = 0;   ///< Exchange::digest().
+  std::uint32_t waiting = 0;  ///< Blocks of the global map that are behind.
+  MapUsage global{};
+  bool idle = false;                ///< Nothing waits to be published or fused.
+  std::int64_t quiet_since_us = 0;  ///< Since when nothing was published, heard or answered.
+};
+
+/// Called after each tick, in the sharing thread.
+struct EachTick {
+  void* context = nullptr;
+  void (*call)(void* context, std::int64_t now_us) = nullptr;
+};
+
+class SharingThread {
+ public:
+  /// All must outlive it. mapping: whose map is shared.
+  SharingThread(Sharer& sharer, const LocalMap& map, const MappingThread& mapping,
+                NetworkPort& port, std::int64_t tick_us, const EachTick& each_tick) noexcept
+      : sharer_(sharer),
+        mapping_(mapping),
+        each_tick_(each_tick),
+        loop_(sharer, map, port, tick_us) {}
+  SharingThread(const SharingThread&) = delete;
+  SharingThread& operator=(const SharingThread&) = delete;
+  ~SharingThread() { stop(); }
+
+  Outcome<void> start(const ThreadRole& role, std::int64_t start_us);
+  /// Says to the others that this robot leaves, and ends: within a tick.
+  void stop() noexcept;
+
+  /// It is not to pause for long without a sign of life.
+  [[nodiscard]] Heartbeat& heartbeat() noexcept { return heartbeat_; }
+  [[nodiscard]] const LatestValue<SharingStatus>& status() const noexcept { return status_; }
+  /// Ticks since the last call: for the thread itself, in each_tick.
+  [[nodiscard]] DurationHistogram& second() noexcept { return second_; }
+  /// After stop(), and in each_tick.
+  [[nodiscard]] const LoopTimes& times() const noexcept { return loop_.times(); }
+
+ private:
+  /// What changes while anything new is said or heard.
+  struct Activity {
+    std::uint64_t taken = 0;
+    std::uint64_t published = 0;
+    std::uint64_t chunks = 0;
+    std::uint64_t contributions = 0;
+    friend bool operator==(const Activity&, const Activity&) = default;
+  };
+  void run() noexcept;
+  void tick(std::int64_t now_us) noexcept;
+  void note_status(std::int64_t now_us) noexcept;
+
+  Sharer& sharer_;
+  const MappingThread& mapping_;
+  const EachTick each_tick_;
+  RobotLoop loop_;
+  std::atomic<bool> stopping_{false};
+  std::uint64_t scans_seen_ = 0;
+  Activity activity_{};
+  SharingStatus now_{};
+  LatestValue<SharingStatus> status_;
+  Heartbeat heartbeat_{"sharing", 5'000'000};
+  DurationHistogram second_;
+  Thread thread_;
+};
+
+}  // namespace tessera
