@@ -40,6 +40,8 @@ class BlockSnapshot {
     if (place == 0) return;
     tuples_.visit(octets_.subspan((place - 1) * octet_bytes_).data(), voxel, label, rest);
   }
+  /// The free passes of all 512 voxels in row order, a byte each; nothing of an empty one.
+  [[nodiscard]] std::span<const std::byte> free_rows() const noexcept { return free_passes_; }
 
  private:
   friend class MapReader;

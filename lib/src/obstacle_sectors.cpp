@@ -1,0 +1,239 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tessera/map/obstacle_sectors.hpp"
+
+#include <algorithm>
+#include <limits>
+
+namespace tessera {
+namespace {
+
+constexpr double kFar = std::numeric_limits<double>::infinity();
+constexpr double kMostVoxels = 4096.0;
+constexpr std::size_t kShares =
+    ObstacleSummary::kMostSectors * static_cast<std::size_t>(ObstacleSectors::kMostRings);
+
+bool is_config(const ObstacleSectorsConfig& c, double resolution_m) noexcept {
+  const bool sectors = c.count == 8 || c.count == 16 || c.count == 32;
+  // Written so that NaN fails.
+  const double most_m = kMostVoxels * resolution_m;
+  const bool range = c.max_range_m > 0.0 && c.max_range_m <= most_m;
+  const bool heights =
+      c.max_height_m >= c.min_height_m && c.max_height_m <= most_m && c.min_height_m >= -most_m;
+  const bool rings =
+      c.ring_m * ObstacleSectors::kMostRings >= c.max_range_m && c.ring_m <= c.max_range_m;
+  const bool rest = c.own_radius_m >= 0.0 && c.own_radius_m <= most_m && c.known_share > 0.0 &&
+                    c.known_share <= 1.0;
+  return sectors && range && heights && rings && rest;
+}
+
+}  // namespace
+
+std::size_t ObstacleSectors::required_bytes(const LocalMap& map) noexcept {
+  return arena_bytes<Share>(kShares) + arena_bytes<ObstacleSummary>(2) +
+         arena_bytes<std::byte>(MapReader(map).snapshot_bytes());
+}
+
+Result<ObstacleSectors> ObstacleSectors::make(const ObstacleSectorsConfig& config,
+                                              const LocalMap& map, Arena& arena) noexcept {
+  if (!is_config(config, map.lattice().resolution_m())) return Status::kInvalidArgument;
+  ObstacleSectors made;
+  made.config_ = config;
+  made.lattice_ = map.lattice();
+  made.prior_ = map.config().prior;
+  made.only_labels_occupy_ = map.only_labels_occupy();
+  made.make_directions();
+  made.shares_ = arena.take<Share>(kShares);
+  made.summaries_ = arena.take<ObstacleSummary>(2);
+  made.workspace_ = arena.take_untouched(MapReader(map).snapshot_bytes());
+  if (made.shares_.empty() || made.summaries_.empty() || made.workspace_.empty())
+    return Status::kResourceExhausted;
+  made.made_ = true;
+  return made;
+}
+
+/// By halving right angles: square roots are the same everywhere, sines are not.
+void ObstacleSectors::make_directions() noexcept {
+  const auto half_of = [](const Direction& d) {
+    return Direction{std::sqrt((1.0 + d.x) / 2.0), std::sqrt((1.0 - d.x) / 2.0)};
+  };
+  Direction step{0.0, 1.0};
+  for (int parts = 4; parts < config_.count; parts *= 2) step = half_of(step);
+  half_ = half_of(step);
+  Direction border{};
+  for (std::size_t i = 0; i < static_cast<std::size_t>(config_.count / 4); ++i) {
+    borders_[i] = border;
+    border = {border.x * step.x - border.y * step.y, border.x * step.y + border.y * step.x};
+  }
+}
+
+Status ObstacleSectors::begin(const Matrix34d& T_map_body, std::int64_t stamp_us) noexcept {
+  if (!made_) return Status::kResourceExhausted;
+  if (check_rigid(T_map_body) != Status::kOk) return Status::kInvalidArgument;
+  const double level = std::sqrt(squared_norm(T_map_body(0, 0), T_map_body(1, 0), 0.0));
+  constexpr double kSteep = 0.1;
+  if (level < kSteep) return Status::kInvalidArgument;
+  const Point3d body = T_map_body.col(3);
+  const double resolution_m = lattice_.resolution_m();
+  const double reach_m = config_.max_range_m + 2 * kBlockEdge * resolution_m;
+  const Point3d low = body + Point3d(-reach_m, -reach_m, config_.min_height_m);
+  const Point3d high = body + Point3d(reach_m, reach_m, config_.max_height_m);
+  const Result<VoxelCoord> center = lattice_.voxel_of_double(body);
+  const Result<VoxelCoord> lowest = lattice_.voxel_of_double(low);
+  const Result<VoxelCoord> highest = lattice_.voxel_of_double(high);
+  if (!center.ok() || !lowest.ok() || !highest.ok()) return Status::kOutOfRange;
+  x_m_ = body.x();
+  y_m_ = body.y();
+  ahead_ = {T_map_body(0, 0) / level, T_map_body(1, 0) / level};
+  center_x_ = block_of(*center).x;
+  center_y_ = block_of(*center).y;
+  // A voxel counts by its centre.
+  low_z_ = lowest->z + (lattice_.center_of(*lowest).z() < low.z() ? 1 : 0);
+  high_z_ = highest->z - (lattice_.center_of(*highest).z() > high.z() ? 1 : 0);
+  first_block_z_ = low_z_ >> 3;
+  last_block_z_ = high_z_ >> 3;
+  ring_ = place_ = 0;
+  busy_in_row_ = 0;
+  nearest_m_.fill(kFar);
+  for (Share& share : shares_) share = {};
+  current() = {};
+  current().count = config_.count;
+  current().stamp_us = stamp_us;
+  current().T_map_body = T_map_body;
+  for (ObstacleSector& sector : current().sectors) sector.available = true;
+  sweeping_ = true;
+  return Status::kOk;
+}
+
+/// x_map, y_map: from the body, along the map's axes.
+int ObstacleSectors::sector_of(double x_map, double y_map) const noexcept {
+  const double forward = x_map * ahead_.x + y_map * ahead_.y;
+  const double left = y_map * ahead_.x - x_map * ahead_.y;
+  double x = forward * half_.x - left * half_.y;
+  double y = forward * half_.y + left * half_.x;
+  const int quarter = config_.count / 4;
+  int sector = 0;
+  if (x <= 0.0 && y > 0.0) {
+    sector = quarter;
+    std::swap(x, y);
+    y = -y;
+  } else if (x < 0.0 && y <= 0.0) {
+    sector = 2 * quarter;
+    x = -x;
+    y = -y;
+  } else if (x >= 0.0 && y < 0.0) {
+    sector = 3 * quarter;
+    std::swap(x, y);
+    x = -x;
+  }
+  for (std::size_t i = 1; i < static_cast<std::size_t>(quarter); ++i)
+    if (borders_[i].x * y - borders_[i].y * x >= 0.0) ++sector;
+  return sector;
+}
+
+/// Of a square with its lowest corner there. All of them iff the body is in it.
+ObstacleSectors::Touched ObstacleSectors::touched_by(double x_map, double y_map,
+                                                     double edge_m) const noexcept {
+  const bool inside =
+      x_map <= 0.0 && x_map + edge_m >= 0.0 && y_map <= 0.0 && y_map + edge_m >= 0.0;
+  if (inside) return {0, config_.count};
+  const int n = config_.count;
+  const int first = sector_of(x_map, y_map);
+  int low = 0;
+  int high = 0;
+  // Seen from outside, a square's corners are less than half a turn apart.
+  for (int corner = 1; corner < 4; ++corner) {
+    const double x = x_map + ((corner & 1) != 0 ? edge_m : 0.0);
+    const double y = y_map + ((corner & 2) != 0 ? edge_m : 0.0);
+    const int apart = (sector_of(x, y) - first + n) % n;
+    const int steps = apart > n / 2 ? apart - n : apart;
+    low = std::min(low, steps);
+    high = std::max(high, steps);
+  }
+  return {(first + low + n) % n, std::min(high - low + 1, n)};
+}
+
+/// The columns of a square ring, one after the other around it. False behind the last ring.
+bool ObstacleSectors::next_column() noexcept {
+  const double edge_m = kBlockEdge * lattice_.resolution_m();
+  ++place_;
+  if (place_ < 8 * ring_) return true;
+  place_ = 0;
+  ++ring_;
+  // The body is somewhere in its block.
+  return (ring_ - 1) * edge_m <= config_.max_range_m;
+}
+
+ObstacleSectors::Column ObstacleSectors::column_at(std::int32_t x, std::int32_t y) const noexcept {
+  const double edge_m = kBlockEdge * lattice_.resolution_m();
+  const double x_map = x * edge_m - x_m_;
+  const double y_map = y * edge_m - y_m_;
+  const double dx = std::max({x_map, -(x_map + edge_m), 0.0});
+  const double dy = std::max({y_map, -(y_map + edge_m), 0.0});
+  return {x, y, std::sqrt(squared_norm(dx, dy, 0.0)), touched_by(x_map, y_map, edge_m)};
+}
+
+bool ObstacleSectors::is_behind(const Column& column) const noexcept {
+  for (int i = 0; i < column.touched.count; ++i) {
+    const auto sector = static_cast<std::size_t>((column.touched.first + i) % config_.count);
+    if (nearest_m_[sector] >= column.nearest_m) return false;
+  }
+  return true;
+}
+
+bool ObstacleSectors::step(MapReader& reader, std::uint32_t max_blocks) noexcept {
+  if (!sweeping_) return true;
+  std::uint64_t passed = std::uint64_t{16} * max_blocks + 1;
+  std::uint32_t left = std::max(max_blocks, column_blocks());
+  while (passed > 0) {
+    // Sides of the ring in turn: bottom to the right, right up, top to the left, left down.
+    const std::int32_t side = ring_ == 0 ? 0 : place_ / (2 * ring_);
+    const std::int32_t along = place_ - 2 * ring_ * side - ring_;
+    const std::int32_t dx = side == 0 ? along : side == 1 ? ring_ : side == 2 ? -along : -ring_;
+    const std::int32_t dy = side == 0 ? -ring_ : side == 1 ? along : side == 2 ? ring_ : -along;
+    const Column column = column_at(center_x_ + dx, center_y_ + dy);
+    if (column.nearest_m > config_.max_range_m || is_behind(column)) {
+      --passed;
+    } else {
+      if (left < column_blocks()) return false;
+      left -= column_blocks();
+      if (!read_column(reader, column)) {
+        if (++busy_in_row_ < kMostBusy) return false;
+        give_up(column);
+      }
+      busy_in_row_ = 0;
+    }
+    if (!next_column()) {
+      finish();
+      return true;
+    }
+  }
+  return false;
+}
+
+void ObstacleSectors::give_up(const Column& column) noexcept {
+  for (int i = 0; i < column.touched.count; ++i)
+    current()
+        .sectors[static_cast<std::size_t>((column.touched.first + i) % config_.count)]
+        .available = false;
+}
+
+void ObstacleSectors::finish() noexcept {
+  for (std::size_t i = 0; i < static_cast<std::size_t>(config_.count); ++i) {
+    ObstacleSector& sector = current().sectors[i];
+    const double end_m = std::min(sector.occupied ? sector.distance_m : kFar, config_.max_range_m);
+    for (std::size_t ring = 0; ring < kMostRings; ++ring) {
+      const double outer_m = static_cast<double>(ring + 1) * config_.ring_m;
+      const Share counted = share(i, ring);
+      // A ring without a column is the vehicle's own.
+      const bool known = counted.known >= config_.known_share * counted.all;
+      if (!known || outer_m > end_m) break;
+      sector.free_up_to_m = outer_m;
+    }
+    if (!sector.available) sector = {};
+  }
+  summaries_[1] = current();
+  sweeping_ = false;
+}
+
+}  // namespace tessera

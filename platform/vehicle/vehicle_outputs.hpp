@@ -1,0 +1,65 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// Makes the frames that are due out of the latest report. No clock, no heap, no waiting: who calls
+// it sends what it gives.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "vehicle/bus_table.hpp"
+#include "vehicle/can_frame.hpp"
+#include "vehicle/vehicle_report.hpp"
+
+namespace tessera {
+
+struct VehicleOutputsConfig {
+  std::uint32_t base_id = kDefaultBaseId;  ///< See is_base_id().
+  bool can_fd = false;  ///< Sectors in frames of CAN FD: all nodes on the bus must take them.
+};
+
+class VehicleOutputs {
+ public:
+  /// Identifiers within the base's 32 that are for sending.
+  static constexpr std::size_t kMessages = kBusIds - bus::kIdHeartbeat;
+
+  /// config.base_id: if it is none, that of the default is used.
+  explicit VehicleOutputs(const VehicleOutputsConfig& config = {}) noexcept;
+
+  /// Writes the frames that are due to into, those of the highest priority first, at most
+  /// into.size() of them; the others are due still. Returns how many. now_us: by any clock that
+  /// never goes back. All sectors of a summary are of one report, whichever call sends them. A
+  /// message that could not be sent for a whole cycle is sent once, and counted as skipped.
+  /// O(into.size() * 64 + 32).
+  std::size_t due(const VehicleReport& report, const BusReport& bus, std::int64_t now_us,
+                  std::span<CanFrame> into) noexcept;
+  /// When something will be due next; not before the first call of due().
+  [[nodiscard]] std::int64_t next_due_us() const noexcept;
+  /// Cycles of messages that were left out because due() was called too seldom or with too little
+  /// room.
+  [[nodiscard]] std::uint64_t skipped() const noexcept { return skipped_; }
+  [[nodiscard]] const VehicleOutputsConfig& config() const noexcept { return config_; }
+
+ private:
+  struct Schedule {
+    const BusMessage* message = nullptr;
+    std::int64_t next_us = 0;
+    std::uint8_t counter = 0;
+  };
+
+  void start(std::int64_t now_us) noexcept;
+  [[nodiscard]] bool is_used(const BusMessage& message) const noexcept;
+  void write(Schedule& schedule, const VehicleReport& report, const BusReport& bus,
+             std::int64_t now_us, CanFrame& frame) noexcept;
+  void begin_summary(const SectorsReport& sectors) noexcept;
+
+  VehicleOutputsConfig config_;
+  std::array<Schedule, kMessages> schedules_{};  ///< By identifier.
+  SectorsReport sectors_{};                      ///< Of the summary that is being sent.
+  std::uint8_t summary_ = 0;
+  std::uint64_t skipped_ = 0;
+  bool started_ = false;
+};
+
+}  // namespace tessera
