@@ -58,7 +58,7 @@ class VehiclePort {
 
   /// Fails as CanSocket::open, with kUsage iff the base identifier is none (is_base_id) or can_fd
   /// is asked of an interface without, and with kFailure iff the system refuses the thread. Uses
-  /// the heap; nothing after it does.
+  /// the heap; after it only trying to open an interface that is gone does.
   static Outcome<std::unique_ptr<VehiclePort>> open(const VehiclePortConfig& config);
   VehiclePort(const VehiclePort&) = delete;
   VehiclePort& operator=(const VehiclePort&) = delete;

@@ -154,8 +154,8 @@ inline constexpr auto kFdSectorsSignals = [] {
 
 inline constexpr Signal kMemoryUsed{"MemoryUsed", 0, 16, false, 0.01, 0, 0, 100, "%"};
 inline constexpr Signal kBlocks{"Blocks", 16, 24, false, 1, 0, 0, 16777215, ""};
-inline constexpr Signal kRefused{"RefusedPoints", 40, 24, false, 1, 0, 0, 16777215, ""};
-inline constexpr std::array kMapFillSignals{kMemoryUsed, kBlocks, kRefused};
+inline constexpr Signal kRefusedPoints{"RefusedPoints", 40, 24, false, 1, 0, 0, 16777215, ""};
+inline constexpr std::array kMapFillSignals{kMemoryUsed, kBlocks, kRefusedPoints};
 
 inline constexpr Signal kOverruns{"Overruns", 0, 16, false, 1, 0, 0, 65535, ""};
 inline constexpr Signal kCycleP99{"CycleP99", 16, 16, false, 0.01, 0, 0, 655.35, "ms"};

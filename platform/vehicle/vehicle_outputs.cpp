@@ -84,7 +84,7 @@ void write_informing(Data data, const BusMessage& message, const VehicleReport& 
     case bus::kIdMapFill:
       put_value(data, bus::kMemoryUsed, report.memory_share * 100.0);
       put(data, bus::kBlocks, report.blocks);
-      return put(data, bus::kRefused, report.refused_points);
+      return put(data, bus::kRefusedPoints, report.refused_points);
     case bus::kIdTiming:
       put(data, bus::kOverruns, report.overruns);
       put_value(data, bus::kCycleP99, milliseconds(report.cycle_p99_us));
@@ -145,13 +145,14 @@ std::size_t VehicleOutputs::due(const VehicleReport& report, const BusReport& bu
   std::size_t count = 0;
   for (Schedule& schedule : schedules_) {
     if (schedule.message == nullptr || now_us < schedule.next_us) continue;
-    const bool uses = is_used(*schedule.message);
-    if (uses && count == into.size()) continue;
     const std::int64_t cycle_us = std::int64_t{schedule.message->cycle_ms} * 1'000;
     const std::int64_t missed = (now_us - schedule.next_us) / cycle_us;
-    schedule.next_us += (missed + 1) * cycle_us;
+    schedule.next_us += missed * cycle_us;
+    const bool uses = is_used(*schedule.message);
+    if (uses) skipped_ += static_cast<std::uint64_t>(missed);
+    if (uses && count == into.size()) continue;
+    schedule.next_us += cycle_us;
     if (!uses) continue;
-    skipped_ += static_cast<std::uint64_t>(missed);
     if (schedule.message->place == bus::kIdSectorInfo) begin_summary(report.sectors);
     write(schedule, report, bus, now_us, into[count++]);
   }

@@ -1,0 +1,297 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "vehicle/vehicle_inputs.hpp"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "sample_vehicle.hpp"
+
+namespace tessera {
+namespace {
+
+using namespace bus;
+
+/// The frames of one pose, a millisecond apart; what the last of them gave.
+VehicleInputs::Taken take_all(VehicleInputs& inputs, const std::vector<CanFrame>& frames,
+                              std::int64_t& now_us) {
+  VehicleInputs::Taken taken;
+  for (const CanFrame& frame : frames) {
+    now_us += 1'000;
+    const VehicleInputs::Taken one = inputs.take(frame, now_us);
+    if (one.pose.has_value()) taken.pose = one.pose;
+    if (one.command.has_value()) taken.command = one.command;
+  }
+  return taken;
+}
+
+/// A vehicle that drives along x at 1 m/s and sends a pose and odometry every 20 ms.
+struct Drive {
+  explicit Drive(VehicleInputsConfig config = {}) : inputs(config), vehicle(config.base_id) {}
+  VehicleInputs::Taken step(bool with_pose = true, bool with_odometry = true) {
+    VehicleInputs::Taken taken;
+    const std::int64_t begin_us = now_us;
+    if (with_odometry) taken = inputs.take(vehicle.odometry(1.0, 0.0), now_us);
+    if (with_pose) taken = take_all(inputs, vehicle.pose(sent_pose(x_m)), now_us);
+    now_us = begin_us + 20'000;
+    x_m += 0.02;
+    return taken;
+  }
+  void settle() {
+    for (int i = 0; i < 20; ++i) static_cast<void>(step());
+    REQUIRE(inputs.pose_source(now_us) == PoseSource::kPose);
+  }
+  VehicleInputs inputs;
+  SampleVehicle vehicle;
+  std::int64_t now_us = 1'000'000;
+  double x_m = 0.0;
+};
+
+TEST_CASE("VehicleInputs: three frames make the pose that was sent, stamped when it was measured") {
+  Drive drive;
+  drive.settle();
+  SentPose sent = sent_pose(drive.x_m, -0.05, 0.01);
+  sent.roll_rad = 0.02;
+  sent.pitch_rad = -0.03;
+  const std::int64_t first_us = drive.now_us + 1'000;
+  const auto taken = take_all(drive.inputs, drive.vehicle.pose(sent), drive.now_us);
+  REQUIRE(taken.pose.has_value());
+  CHECK(taken.pose->usable);
+  CHECK(taken.pose->source == PoseSource::kPose);
+  const PoseObservation& got = taken.pose->observation;
+  CHECK(got.pose.stamp_us == first_us - 10'000);
+  CHECK((got.pose.T_map_body - to_transform(sent)).cwiseAbs().maxCoeff() < 1e-3);
+  CHECK(got.std_position_m == Approx(0.02));
+  CHECK(got.std_heading_rad == Approx(0.003));
+}
+
+TEST_CASE("VehicleInputs: one frame of CAN FD does the same") {
+  Drive drive;
+  for (int i = 0; i < 6; ++i) {
+    drive.now_us += 20'000;
+    const auto taken = drive.inputs.take(drive.vehicle.fd_pose(sent_pose(0.02 * i)), drive.now_us);
+    CHECK(taken.pose.has_value() == (i >= 1));  // The first has no counter to be compared with.
+    if (i < 1) continue;
+    CHECK(taken.pose->usable == (i >= 5));
+    CHECK(taken.pose->observation.pose.T_map_body(0, 3) == Approx(0.02 * i));
+    CHECK(taken.pose->observation.pose.stamp_us == drive.now_us - 10'000);
+  }
+  static_cast<void>(drive.inputs.take(drive.vehicle.fd_pose(sent_pose(0.1), false), drive.now_us));
+  CHECK(drive.inputs.counters().invalid_poses == 1);
+}
+
+TEST_CASE("VehicleInputs: frames of different poses are never put together") {
+  Drive drive;
+  drive.settle();
+  const auto first = drive.vehicle.pose(sent_pose(drive.x_m));
+  const auto second = drive.vehicle.pose(sent_pose(drive.x_m + 0.02));
+  // Two frames of the first, the last of the second; and the first's last frame too late.
+  CHECK_FALSE(take_all(drive.inputs, {first[0], first[1], second[2]}, drive.now_us).pose);
+  CHECK(drive.inputs.counters().incomplete_poses == 1);
+  CHECK_FALSE(take_all(drive.inputs, {second[0]}, drive.now_us).pose);
+  drive.now_us += 16'000;
+  CHECK_FALSE(take_all(drive.inputs, {second[1]}, drive.now_us).pose);
+  CHECK(drive.inputs.counters().incomplete_poses == 2);
+  // In any order of its frames a pose is whole.
+  auto third = drive.vehicle.pose(sent_pose(drive.x_m + 0.04));
+  std::swap(third[0], third[2]);
+  drive.now_us += 16'000;
+  CHECK(take_all(drive.inputs, third, drive.now_us).pose.has_value());
+}
+
+TEST_CASE("VehicleInputs: sixteen lost poses later the counter is the same, the pose is not") {
+  Drive drive;
+  drive.settle();
+  const auto old = drive.vehicle.pose(sent_pose(drive.x_m));
+  static_cast<void>(take_all(drive.inputs, {old[0]}, drive.now_us));
+  for (int i = 0; i < 15; ++i) static_cast<void>(drive.vehicle.pose(sent_pose(0)));
+  drive.now_us += 320'000;
+  const auto now = drive.vehicle.pose(sent_pose(9.0));
+  CHECK_FALSE(take_all(drive.inputs, {now[1], now[2]}, drive.now_us).pose.has_value());
+}
+
+TEST_CASE("VehicleInputs: a signal out of its range or 'no pose' makes no pose") {
+  Drive drive;
+  drive.settle();
+  auto frames = drive.vehicle.pose(sent_pose(drive.x_m));
+  const auto reseal = [&](CanFrame& frame) {
+    const auto counter = static_cast<std::uint8_t>(raw_of(frame.bytes(), kCounter4));
+    e2e_protect(E2eProfile::kProfile1, e2e_data_id(frame.id), counter,
+                std::span(frame.data).first(frame.size));
+  };
+  put_raw(frames[1].data, kAge, kNoPoseAge);
+  reseal(frames[1]);
+  CHECK_FALSE(take_all(drive.inputs, frames, drive.now_us).pose.has_value());
+  CHECK(drive.inputs.counters().invalid_poses == 1);
+  frames = drive.vehicle.pose(sent_pose(drive.x_m));
+  put_raw(frames[2].data, kRoll, 2000);
+  reseal(frames[2]);
+  CHECK_FALSE(take_all(drive.inputs, frames, drive.now_us).pose.has_value());
+  CHECK(drive.inputs.counters().invalid_poses == 2);
+}
+
+TEST_CASE("VehicleInputs: damaged, repeated, foreign and misshapen frames are told apart") {
+  Drive drive;
+  drive.settle();
+  const VehicleInputCounters before = drive.inputs.counters();
+  CanFrame frame = drive.vehicle.state(1);
+  static_cast<void>(drive.inputs.take(frame, drive.now_us));  // Initial.
+  static_cast<void>(drive.inputs.take(frame, drive.now_us));  // Repeated.
+  frame = drive.vehicle.state(2);
+  static_cast<void>(drive.inputs.take(frame, drive.now_us));
+  CHECK(drive.inputs.motion(drive.now_us) == MotionState::kMoving);
+  CHECK(drive.inputs.motion(drive.now_us + 300'001) == MotionState::kUnknown);
+  frame.data[1] ^= 0x10U;
+  static_cast<void>(drive.inputs.take(frame, drive.now_us));  // Wrong checksum.
+  frame.size = 3;
+  static_cast<void>(drive.inputs.take(frame, drive.now_us));
+  frame.id += 0x200;
+  static_cast<void>(drive.inputs.take(frame, drive.now_us));
+  static_cast<void>(drive.inputs.take({.id = kDefaultBaseId + kIdHeartbeat, .size = 8}, 0));
+  const VehicleInputCounters after = drive.inputs.counters();
+  CHECK(after.frames - before.frames == 7);
+  CHECK(after.foreign - before.foreign == 2);
+  CHECK(after.misshapen - before.misshapen == 1);
+  CHECK(after.refused - before.refused == 3);
+  CHECK(after.accepted - before.accepted == 1);
+  static_cast<void>(drive.inputs.take(drive.vehicle.state(9), drive.now_us));
+  CHECK(drive.inputs.counters().invalid_states == 1);
+}
+
+TEST_CASE("VehicleInputs: frames of another base are foreign, or refused if they claim ours") {
+  VehicleInputs inputs({.base_id = 0x200});
+  SampleVehicle ours(0x200);
+  SampleVehicle others(0x100);
+  static_cast<void>(inputs.take(ours.odometry(1, 0), 1));
+  static_cast<void>(inputs.take(ours.odometry(1, 0), 2));
+  CHECK(inputs.counters().accepted == 1);
+  CanFrame frame = others.odometry(1, 0);
+  static_cast<void>(inputs.take(frame, 3));
+  CHECK(inputs.counters().foreign == 1);
+  frame.id += 0x100;
+  static_cast<void>(inputs.take(frame, 4));
+  CHECK(inputs.counters().refused == 2);
+  // A base that is none is the default.
+  CHECK(VehicleInputs({.base_id = 0x111}).config().base_id == kDefaultBaseId);
+}
+
+TEST_CASE("VehicleInputs: a command is taken once, by its second frame, and not that of before") {
+  Drive drive;
+  std::int64_t now = 0;
+  const auto say = [&](VehicleCommand command, int number) {
+    return drive.inputs.take(drive.vehicle.command(static_cast<int>(command), number), now += 1000)
+        .command;
+  };
+  for (int i = 0; i < 10; ++i) CHECK_FALSE(say(VehicleCommand::kClear, 7).has_value());
+  CHECK_FALSE(say(VehicleCommand::kPause, 8).has_value());
+  const auto taken = say(VehicleCommand::kPause, 8);
+  REQUIRE(taken.has_value());
+  CHECK(taken->command == VehicleCommand::kPause);
+  CHECK(taken->number == 8);
+  CHECK(taken->received_us == now);
+  for (int i = 0; i < 10; ++i) CHECK_FALSE(say(VehicleCommand::kPause, 8).has_value());
+  // Flickering: never twice the same.
+  for (int i = 0; i < 10; ++i) {
+    CHECK_FALSE(say(VehicleCommand::kClear, 9).has_value());
+    CHECK_FALSE(say(VehicleCommand::kStart, 9).has_value());
+  }
+  CHECK_FALSE(say(VehicleCommand::kNone, 10).has_value());
+  CHECK_FALSE(say(VehicleCommand::kNone, 10).has_value());
+  CHECK_FALSE(say(VehicleCommand::kClear, 11).has_value());
+  CHECK(say(VehicleCommand::kClear, 11).has_value());
+  CHECK_FALSE(say(static_cast<VehicleCommand>(77), 12).has_value());
+  CHECK_FALSE(say(static_cast<VehicleCommand>(77), 12).has_value());
+  CHECK(drive.inputs.counters().commands == 2);
+  CHECK(drive.inputs.counters().unknown_commands == 1);
+}
+
+TEST_CASE("VehicleInputs: lost poses are bridged by odometry, bounded in time") {
+  Drive drive;
+  drive.settle();
+  const double x_lost = drive.x_m;
+  const std::int64_t lost_us = drive.now_us;
+  std::int64_t bridged_until_us = 0;
+  for (int i = 0; i < 200; ++i) {
+    const auto taken = drive.step(false);
+    if (!taken.pose.has_value()) continue;
+    REQUIRE(taken.pose->usable);
+    REQUIRE(taken.pose->source == PoseSource::kOdometry);
+    // It goes on at 1 m/s from where it was.
+    const double expected = x_lost + static_cast<double>(drive.now_us - 20'000 - lost_us) * 1e-6;
+    REQUIRE(taken.pose->observation.pose.T_map_body(0, 3) == Approx(expected).margin(0.04));
+    bridged_until_us = drive.now_us;
+  }
+  // From the timeout on until max_bridge_us.
+  CHECK(bridged_until_us - lost_us > 1'900'000);
+  CHECK(bridged_until_us - lost_us < 2'040'000);
+  CHECK(drive.inputs.pose_state(drive.now_us) == PoseVerdict::kStale);
+  CHECK(drive.inputs.pose_source(drive.now_us) == PoseSource::kNone);
+}
+
+TEST_CASE("VehicleInputs: bridging ends when the deviations are too large, or odometry stops") {
+  VehicleInputsConfig config;
+  config.max_bridge_us = 60'000'000;
+  Drive drive(config);
+  drive.settle();
+  int bridged = 0;
+  for (int i = 0; i < 3000; ++i) bridged += drive.step(false).pose.has_value() ? 1 : 0;
+  // 0.02 m/s and 0.002 rad/s use up 0.3 m in some seconds.
+  CHECK(bridged > 100);
+  CHECK(bridged < 700);
+  Drive silent;
+  silent.settle();
+  for (int i = 0; i < 12; ++i) static_cast<void>(silent.step(false));
+  REQUIRE(silent.inputs.pose_source(silent.now_us) == PoseSource::kOdometry);
+  CHECK(silent.inputs.pose_source(silent.now_us + 150'001) == PoseSource::kNone);
+}
+
+TEST_CASE("VehicleInputs: in mode pose nothing is bridged") {
+  Drive drive({.mode = PoseMode::kPose});
+  drive.settle();
+  for (int i = 0; i < 100; ++i) CHECK_FALSE(drive.step(false).pose.has_value());
+  CHECK(drive.inputs.pose_source(drive.now_us) == PoseSource::kNone);
+}
+
+TEST_CASE("VehicleInputs: odometry alone starts at the origin, and in another frame after a gap") {
+  Drive drive({.mode = PoseMode::kOdometry});
+  CHECK(drive.inputs.pose_state(drive.now_us) == PoseVerdict::kNone);
+  VehicleInputs::Taken taken;
+  for (int i = 0; i < 52; ++i) taken = drive.step(false);
+  REQUIRE(taken.pose.has_value());
+  CHECK(taken.pose->source == PoseSource::kOdometry);
+  CHECK(taken.pose->observation.pose.T_map_body(0, 3) == Approx(1.0));
+  CHECK(taken.pose->relocations == 0);
+  drive.now_us += 200'000;
+  CHECK(drive.inputs.pose_state(drive.now_us) == PoseVerdict::kStale);
+  // The counter goes on, so none of it is lost; but nobody knows where the vehicle went.
+  taken = drive.step(false);
+  REQUIRE(taken.pose.has_value());
+  CHECK(taken.pose->relocations == 1);
+  CHECK(drive.inputs.pose_state(drive.now_us - 20'000) == PoseVerdict::kGood);
+}
+
+TEST_CASE("VehicleInputs: odometry that is not valid or out of range is not used") {
+  Drive drive({.mode = PoseMode::kOdometry});
+  for (int i = 0; i < 5; ++i)
+    CHECK_FALSE(drive.inputs.take(drive.vehicle.odometry(1, 0, false), 1000 * i).pose.has_value());
+  CHECK(drive.inputs.counters().invalid_odometry == 4);
+}
+
+TEST_CASE("VehicleInputs: a frozen pose is found by the wheels") {
+  Drive drive({.mode = PoseMode::kPose});
+  drive.settle();
+  bool found = false;
+  const double stays = drive.x_m;
+  for (int i = 0; i < 100 && !found; ++i) {
+    drive.x_m = stays;
+    const auto taken = drive.step();
+    found = taken.pose.has_value() && taken.pose->verdict == PoseVerdict::kFrozen;
+    CHECK(i < 60);
+  }
+  CHECK(found);
+  CHECK(drive.inputs.pose_source(drive.now_us) == PoseSource::kNone);
+}
+
+}  // namespace
+}  // namespace tessera
