@@ -14,23 +14,14 @@
 #include <cstring>
 #include <utility>
 
+#include "lcm/udpm_sockets.hpp"
+
 namespace tessera {
 namespace {
 
 bool is_channel(std::string_view channel) {
   return !channel.empty() && channel.size() <= kMaxChannelBytes &&
          std::all_of(channel.begin(), channel.end(), [](char c) { return c > ' ' && c < '\x7f'; });
-}
-
-/// With the kernel's count of what it dropped, where the message carries one.
-std::uint32_t dropped_by_kernel(msghdr& message) {
-  for (cmsghdr* c = CMSG_FIRSTHDR(&message); c != nullptr; c = CMSG_NXTHDR(&message, c)) {
-    if (c->cmsg_level != SOL_SOCKET || c->cmsg_type != SO_RXQ_OVFL) continue;
-    std::uint32_t dropped = 0;
-    std::memcpy(&dropped, CMSG_DATA(c), sizeof dropped);
-    return dropped;
-  }
-  return 0;
 }
 
 }  // namespace
@@ -55,16 +46,27 @@ Outcome<std::unique_ptr<DatagramLink>> DatagramLink::open(const LinkConfig& conf
     return Failure{"cannot use the LCM channel \"" + config.channel +
                    "\"; choose 1 to 63 letters, digits and signs"};
   }
-  const Outcome<NetworkInterface> interface =
-      config.interface.empty() ? route_interface(url->group) : find_interface(config.interface);
+  const Outcome<NetworkInterface> interface = udpm_interface(config.interface, *url);
   if (!interface.ok()) return interface.failure();
   std::unique_ptr<DatagramLink> link(new DatagramLink(config, *url, *interface));
-  for (const auto step :
-       {&DatagramLink::open_sender, &DatagramLink::open_receiver, &DatagramLink::start}) {
+  for (const auto step : {&DatagramLink::open_sockets, &DatagramLink::start}) {
     const Outcome<void> done = ((*link).*step)();
     if (!done.ok()) return done.failure();
   }
   return link;
+}
+
+Outcome<void> DatagramLink::open_sockets() {
+  const UdpmPlace place{url_, config_.url, interface_};
+  Outcome<UdpmSender> sender = open_udpm_sender(place, true);
+  if (!sender.ok()) return sender.failure();
+  Outcome<UdpmReceiver> receiver = open_udpm_receiver(place, false);
+  if (!receiver.ok()) return receiver.failure();
+  sender_ = std::move(sender->socket);
+  self_ = sender->self;
+  receiver_ = std::move(receiver->socket);
+  receive_buffer_bytes_ = receiver->buffer_bytes;
+  return {};
 }
 
 Outcome<void> DatagramLink::start() {

@@ -87,8 +87,7 @@ class DatagramLink {
   };
 
   DatagramLink(LinkConfig config, const UdpmUrl& url, NetworkInterface interface);
-  Outcome<void> open_sender();
-  Outcome<void> open_receiver();
+  Outcome<void> open_sockets();
   Outcome<void> start();
   void receive_until_stopped() noexcept;
   /// False iff nothing was there.

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // LCM's UDP messages of one datagram, byte by byte: "LC02", a sequence number (big-endian), the
 // channel's name, a zero, the payload. Messages of several datagrams ("LC03") are recognised and
-// nothing else: there is no code here that puts one together.
+// nothing else: only sensors of the same machine may send those (long_message.hpp).
 #pragma once
 
 #include <array>
@@ -59,9 +59,10 @@ constexpr void write_big_endian(std::uint32_t value, std::span<std::byte> bytes)
 
 }  // namespace detail
 
-/// datagram: a UDP payload from anybody. Reads at most its first 72 bytes.
-[[nodiscard]] inline ReceivedMessage read_message(std::span<const std::byte> datagram) noexcept {
-  if (datagram.size() > kMaxUdpPayloadBytes) return {MessageKind::kTooLong};
+/// datagram: a UDP payload from anybody, of any length. Never gives kTooLong. Reads at most its
+/// first 72 bytes.
+[[nodiscard]] inline ReceivedMessage read_whole_message(
+    std::span<const std::byte> datagram) noexcept {
   if (datagram.size() < kShortHeaderBytes) return {MessageKind::kTooShort};
   const std::uint32_t magic = detail::read_big_endian(datagram);
   const std::uint32_t sequence = detail::read_big_endian(datagram.subspan(4));
@@ -75,6 +76,12 @@ constexpr void write_big_endian(std::uint32_t value, std::span<std::byte> bytes)
     return {MessageKind::kNoChannel};
   const std::string_view channel(reinterpret_cast<const char*>(rest.data()), length);
   return {MessageKind::kShort, sequence, channel, rest.subspan(length + 1)};
+}
+
+/// The same, of a network whose messages fit into one frame of Ethernet each.
+[[nodiscard]] inline ReceivedMessage read_message(std::span<const std::byte> datagram) noexcept {
+  if (datagram.size() > kMaxUdpPayloadBytes) return {MessageKind::kTooLong};
+  return read_whole_message(datagram);
 }
 
 using ShortHeader = std::array<std::byte, kShortHeaderBytes + kMaxChannelBytes + 1>;
