@@ -17,8 +17,8 @@
 namespace tessera {
 
 struct SlotCapacity {
-  std::size_t points = 131'072;         ///< Of a cloud; a third of the pixels of a depth image.
-  std::size_t cameras = 0;              ///< Label images of a slot, 0 .. ScanSlot::kMostCameras.
+  std::size_t points = 131'072;          ///< Of a cloud; a third of the pixels of a depth image.
+  std::size_t cameras = 0;               ///< Label images of a slot, 0 .. ScanSlot::kMostCameras.
   std::size_t image_pixels = 1'228'800;  ///< Of each label image: 1280 x 960.
 };
 
@@ -47,8 +47,7 @@ class ScanSlot {
   explicit ScanSlot(const SlotCapacity& capacity);
   /// Bytes that a slot takes from the heap.
   [[nodiscard]] static constexpr std::size_t required_bytes(const SlotCapacity& capacity) noexcept {
-    return capacity.points * (5 * sizeof(float) + 1) +
-           capacity.cameras * capacity.image_pixels;
+    return capacity.points * (5 * sizeof(float) + 1) + capacity.cameras * capacity.image_pixels;
   }
 
   // Set by the sensing thread; the mapping thread may change what it likes until it pops the slot.
@@ -62,8 +61,8 @@ class ScanSlot {
   bool has_components = false;  ///< Else components() mean nothing: label them by the images.
   bool has_weights = false;
   bool has_times = false;
-  bool images_missing = false;        ///< A camera that should have one has none here.
-  std::int32_t first_us = 0;          ///< Of the points' times, from the stamp on.
+  bool images_missing = false;  ///< A camera that should have one has none here.
+  std::int32_t first_us = 0;    ///< Of the points' times, from the stamp on.
   std::int32_t last_us = 0;
   Matrix34d T_body_sensor = Matrix34d::Identity();
   Matrix34d T_map_body = Matrix34d::Identity();    ///< At the stamp.

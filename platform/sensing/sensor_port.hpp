@@ -1,0 +1,129 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// The sensors of this machine: hears them over LCM, brings together what belongs together, and
+// hands whole scans to the mapping thread, which never waits and makes no system call for it. After
+// open() nothing uses the heap.
+#pragma once
+
+#include <pthread.h>
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "lcm/sensor_link.hpp"
+#include "lcm/sensor_messages.hpp"
+#include "posix/outcome.hpp"
+#include "posix/shared_report.hpp"
+#include "posix/spsc_queue.hpp"
+#include "sensing/sensor_matcher.hpp"
+
+namespace tessera {
+
+/// Names, 1 to 63 bytes each; one of each kind, as messages carry their sensor's number.
+struct SensorChannels {
+  std::string semantic_cloud = "TESSERA_SEMANTIC_CLOUD";
+  std::string cloud = "TESSERA_CLOUD";
+  std::string label_image = "TESSERA_LABEL_IMAGE";
+  std::string depth_image = "TESSERA_DEPTH_IMAGE";
+  std::string pose = "TESSERA_POSE";  ///< Empty: poses come by add_pose() alone.
+};
+
+/// What sensors stamp with; whoever stamps for this machine must use the same.
+enum class SensorClock : std::uint8_t {
+  kMonotonic,  ///< CLOCK_MONOTONIC, microseconds: never steps.
+  kWall,       ///< CLOCK_REALTIME, microseconds since 1970.
+};
+
+struct SensorPortConfig {
+  SensorLinkConfig link{};
+  SensorChannels channels{};
+  MatcherConfig matcher{};
+  SensorClock clock = SensorClock::kMonotonic;
+  bool takes_degraded_poses = true;
+};
+
+/// Everything that was counted, from the socket to the mapping thread.
+struct SensorReport {
+  SensorLinkReport link{};
+  // Messages that the link handed over: each is in one of these, or in match.
+  std::uint64_t other_channel = 0;
+  std::array<std::uint64_t, 6> faults{};  ///< By MessageFault; the first is not used.
+  std::uint64_t poses_invalid = 0;        ///< Said so themselves, or degraded and those not wanted.
+  std::uint64_t pose_gaps = 0;         ///< Numbers that no pose came with; a restart counts none.
+  std::uint64_t poses_queue_full = 0;  ///< Of add_pose().
+  MatchReport match{};
+  std::uint64_t longest_match_us = 0;  ///< From a scan's arrival until it was given out.
+};
+
+class SensorPort final : private SensorSink {
+ public:
+  /// Fails as SensorLink::open; with kUsage too iff a channel's name is too long or there twice.
+  /// The only use of the heap.
+  static Outcome<std::unique_ptr<SensorPort>> open(const SensorPortConfig& config);
+  /// Bytes that open() takes from the heap, but for names.
+  [[nodiscard]] static std::size_t required_bytes(const SensorPortConfig& config) noexcept;
+  SensorPort(const SensorPort&) = delete;
+  SensorPort& operator=(const SensorPort&) = delete;
+  ~SensorPort();
+
+  /// Starts a thread "tessera-sense" that calls step() until the port ends. Fails with kFailure iff
+  /// the system gives no thread. Signals are blocked in it.
+  Outcome<void> start();
+  /// What the sensing thread does, for those who have one of their own: waits for messages,
+  /// timeout_us at most, takes up to 256 datagrams, and hands over what is ready. Call it again
+  /// within max_wait_us.
+  void step(std::int64_t timeout_us) noexcept;
+  /// Ends a step() that waits. For any thread.
+  void wake() noexcept { link_->wake(); }
+
+  /// The oldest scan that is ready, the caller's until pop(); nullptr: there is none. For one
+  /// thread; neither waits nor makes a system call.
+  [[nodiscard]] ScanSlot* front() noexcept;
+  /// Gives it back. A caller bug unless front() gave one since the last call.
+  void pop() noexcept;
+
+  /// A pose from elsewhere, the vehicle's bus say. False, and counted, iff 256 wait. For one
+  /// thread; never waits.
+  bool add_pose(const StampedPose& pose) noexcept;
+
+  /// For any thread.
+  [[nodiscard]] SensorReport report() const noexcept { return shared_report_.load(); }
+  /// Now, in the sensors' clock.
+  [[nodiscard]] std::int64_t stamp_now_us() const noexcept;
+  [[nodiscard]] const SensorLink& link() const noexcept { return *link_; }
+
+ private:
+  static constexpr std::size_t kPoseQueue = 256;
+
+  SensorPort(const SensorPortConfig& config, std::unique_ptr<SensorLink> link);
+  void take(std::string_view channel, std::span<const std::byte> payload) noexcept override;
+  void take_cloud(std::span<const std::byte> payload, bool semantic) noexcept;
+  void take_label_image(std::span<const std::byte> payload) noexcept;
+  void take_depth_image(std::span<const std::byte> payload) noexcept;
+  void take_pose(std::span<const std::byte> payload) noexcept;
+  /// True iff there is none; counts it else.
+  bool is_fine(MessageFault fault) noexcept;
+  [[nodiscard]] SensorTime time() const noexcept;
+  void hand_over() noexcept;
+  static void* run(void* port) noexcept;
+
+  const SensorPortConfig config_;
+  std::unique_ptr<SensorLink> link_;
+  SensorMatcher matcher_;
+  SpscQueue<ScanSlot*> ready_;
+  SpscQueue<ScanSlot*> back_;
+  SpscQueue<StampedPose> poses_;
+  std::atomic<std::uint64_t> poses_queue_full_{0};
+  std::int32_t last_pose_number_ = 0;
+  bool knows_pose_number_ = false;
+  SensorReport report_{};
+  SharedReport<SensorReport> shared_report_;
+  std::atomic<bool> stop_{false};
+  pthread_t thread_{};
+  bool is_running_ = false;
+};
+
+}  // namespace tessera
