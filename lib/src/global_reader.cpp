@@ -70,4 +70,18 @@ Status GlobalReader::query(std::span<const VoxelCoord> voxels, std::span<Estimat
   return found ? Status::kOk : Status::kBusy;
 }
 
+Result<BlockSnapshot> GlobalReader::snapshot(BlockCoord block,
+                                             std::span<std::byte> workspace) noexcept {
+  Result<BlockSnapshot> found = Status::kBusy;
+  const bool done = read_one_generation([&](bool staged) {
+    found = staged ? staged_.snapshot(block, workspace) : BlockSnapshot{};
+    // A block that is staged no more is in the map since before it left.
+    if (found.ok() && found->empty()) found = map_.snapshot(block, workspace);
+    // Only of kBusy will another try make something else.
+    return found.status() != Status::kBusy;
+  });
+  if (!done) return Status::kBusy;
+  return found;
+}
+
 }  // namespace tessera

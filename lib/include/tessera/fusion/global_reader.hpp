@@ -36,6 +36,13 @@ class GlobalReader {
   /// Many voxels of one generation. Fails with kInvalidArgument iff into is shorter than voxels;
   /// kBusy as evidence, and into is of no use then. O(voxels) a try.
   [[nodiscard]] Status query(std::span<const VoxelCoord> voxels, std::span<Estimate> into) noexcept;
+  /// Bytes of workspace that snapshot needs.
+  [[nodiscard]] std::size_t snapshot_bytes() const noexcept { return map_.snapshot_bytes(); }
+  /// A whole block of one generation; one that the map does not have gives an empty snapshot.
+  /// workspace: aligned to eight bytes, of use until the snapshot is not. Fails as
+  /// MapReader::snapshot. A try costs up to two of those.
+  [[nodiscard]] Result<BlockSnapshot> snapshot(BlockCoord block,
+                                               std::span<std::byte> workspace) noexcept;
   /// Moves that were complete in what was read last: tells before from after.
   [[nodiscard]] std::uint64_t generation() const noexcept { return generation_; }
 
