@@ -1,0 +1,530 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// The matching policy, rule by rule. Stamps and times in milliseconds, for reading.
+#include "sensing/sensor_matcher.hpp"
+
+#include <catch2/catch.hpp>
+#include <limits>
+#include <random>
+#include <vector>
+
+namespace tessera {
+namespace {
+
+constexpr std::int64_t kMs = 1000;
+constexpr std::int32_t kLidar = 0;     ///< Semantic clouds.
+constexpr std::int32_t kRawLidar = 1;  ///< Needs images of cameras 0 and 1.
+constexpr std::int32_t kDepth = 5;     ///< A depth camera.
+
+MatcherConfig sample_config() {
+  MatcherConfig config;
+  config.sensors = {{kLidar, MountedKind::kSemanticCloud},
+                    {kRawLidar, MountedKind::kRawCloud},
+                    {kDepth, MountedKind::kDepthCamera}};
+  config.sensors[0].T_body_sensor(2, 3) = 2.0;
+  config.cameras = {0, 1};
+  config.slot = {.points = 8, .image_pixels = 4};
+  config.pending_scans = 3;
+  config.handed_scans = 2;
+  config.images = 3;
+  config.poses = 16;
+  return config;
+}
+
+/// A matcher and its clock.
+struct Bench {
+  explicit Bench(const MatcherConfig& config = sample_config()) : matcher(config) {}
+
+  [[nodiscard]] SensorTime time() const { return {now_ms * kMs, (now_ms + clock_ahead_ms) * kMs}; }
+  void scan(std::int32_t sensor, std::int64_t stamp_ms, std::int64_t last_ms = 0) {
+    ScanSlot& slot = matcher.next_scan();
+    slot.kind = sensor == kDepth ? SlotKind::kDepthImage : SlotKind::kCloud;
+    slot.sensor = sensor;
+    slot.stamp_us = stamp_ms * kMs;
+    slot.has_components = sensor == kLidar;
+    slot.count = 1;
+    slot.first_us = 0;
+    slot.last_us = static_cast<std::int32_t>(last_ms * kMs);
+    matcher.add_scan(time());
+  }
+  void image(std::int32_t camera, std::int64_t stamp_ms) {
+    SlotImage& next = matcher.next_image();
+    next.camera = camera;
+    next.stamp_us = stamp_ms * kMs;
+    next.width_px = next.height_px = 2;
+    // Tells images from each other.
+    std::fill(next.memory.begin(), next.memory.end(), static_cast<std::uint8_t>(stamp_ms + camera));
+    matcher.add_image(time());
+  }
+  void pose(std::int64_t stamp_ms) {
+    StampedPose one{.stamp_us = stamp_ms * kMs};
+    one.T_map_body(0, 3) = static_cast<double>(stamp_ms);
+    matcher.add_pose(one, time());
+  }
+  /// Poses every 10 ms.
+  void poses(std::int64_t first_ms, std::int64_t last_ms) {
+    for (std::int64_t at = first_ms; at <= last_ms; at += 10) pose(at);
+  }
+  /// The next that is given out, and back at once; -1: none.
+  std::int64_t given() {
+    const ScanSlot* const slot = matcher.take_ready(time());
+    if (slot == nullptr) return -1;
+    const std::int64_t stamp_ms = slot->stamp_us / kMs;
+    matcher.give_back(slot);
+    return stamp_ms;
+  }
+  [[nodiscard]] const MatchReport& report() const { return matcher.report(); }
+
+  SensorMatcher matcher;
+  std::int64_t now_ms = 1000;
+  std::int64_t clock_ahead_ms = 0;
+};
+
+TEST_CASE("matching: a cloud is given out as soon as poses lie on both sides of its stamp") {
+  Bench bench;
+  bench.scan(kLidar, 995);
+  CHECK(bench.given() == -1);
+  bench.pose(990);
+  CHECK(bench.given() == -1);
+  bench.pose(1000);
+  const ScanSlot* const slot = bench.matcher.take_ready(bench.time());
+  REQUIRE(slot != nullptr);
+  CHECK(slot->T_map_body(0, 3) == Approx(995));
+  CHECK(slot->T_map_sensor(0, 3) == Approx(995));
+  CHECK(slot->T_map_sensor(2, 3) == Approx(2));
+  REQUIRE(slot->poses().size() == 2);
+  CHECK(slot->poses()[0].stamp_us == 990 * kMs);
+  CHECK(slot->poses()[1].stamp_us == 1000 * kMs);
+  CHECK(slot->num_images == 0);
+  CHECK_FALSE(slot->images_missing);
+}
+
+TEST_CASE("matching: a sweep waits for the pose at its last point, not at its stamp alone") {
+  Bench bench;
+  bench.poses(900, 1000);
+  bench.scan(kLidar, 950, 60);
+  CHECK(bench.given() == -1);
+  bench.pose(1010);
+  CHECK(bench.given() == 950);
+  CHECK(bench.report().sweep_beyond_poses == 0);
+}
+
+TEST_CASE("matching: where poses end within the sweep, it is taken after max_wait_us, counted") {
+  Bench bench;
+  bench.poses(900, 1000);
+  bench.scan(kLidar, 950, 60);
+  bench.now_ms += 99;
+  CHECK(bench.given() == -1);
+  bench.now_ms += 1;
+  CHECK(bench.given() == 950);
+  CHECK(bench.report().sweep_beyond_poses == 1);
+}
+
+TEST_CASE("matching: without a pose at its stamp a cloud is dropped after max_wait_us") {
+  Bench bench;
+  bench.scan(kLidar, 995);
+  bench.pose(990);
+  bench.now_ms += 100;
+  CHECK(bench.given() == -1);
+  CHECK(bench.report().without_pose == 1);
+  CHECK(bench.matcher.pending() == 0);
+}
+
+TEST_CASE("matching: poses that will never be near its stamp drop a cloud at once") {
+  Bench bench;
+  bench.scan(kLidar, 900);
+  bench.pose(810);
+  bench.pose(970);  // 160 ms later: farther apart than max_pose_gap_us.
+  CHECK(bench.given() == -1);
+  CHECK(bench.report().without_pose == 1);
+  bench.scan(kLidar, 800);  // Before all poses.
+  CHECK(bench.given() == -1);
+  CHECK(bench.report().without_pose == 2);
+}
+
+TEST_CASE("matching: a raw cloud waits for each camera to reach its stamp, and takes the nearest") {
+  Bench bench;
+  bench.poses(900, 1000);
+  bench.image(0, 940);
+  bench.image(1, 930);
+  bench.scan(kRawLidar, 950);
+  CHECK(bench.given() == -1);  // Both could still have a nearer one.
+  bench.image(0, 965);
+  CHECK(bench.given() == -1);
+  bench.image(1, 955);
+  const ScanSlot* const slot = bench.matcher.take_ready(bench.time());
+  REQUIRE(slot != nullptr);
+  REQUIRE(slot->images().size() == 2);
+  CHECK(slot->images()[0].camera == 0);
+  CHECK(slot->images()[0].stamp_us == 940 * kMs);
+  CHECK(slot->images()[0].components()[3] == static_cast<std::uint8_t>(940));
+  CHECK(slot->images()[1].stamp_us == 955 * kMs);
+  CHECK_FALSE(slot->images_missing);
+}
+
+TEST_CASE("matching: an image before the stamp will do if the camera's next one is farther") {
+  Bench bench;
+  bench.poses(900, 1000);
+  for (const std::int32_t camera : {0, 1}) {
+    bench.image(camera, 850);
+    bench.image(camera, 945);
+  }
+  // Every 95 ms: the next is at 1040, and 945 is 5 ms away.
+  bench.scan(kRawLidar, 950);
+  CHECK(bench.given() == 950);
+}
+
+TEST_CASE("matching: of two images that are as near, the earlier is taken") {
+  Bench bench;
+  bench.poses(900, 1000);
+  for (const std::int32_t camera : {0, 1}) {
+    bench.image(camera, 940);
+    bench.image(camera, 960);
+  }
+  bench.scan(kRawLidar, 950);
+  const ScanSlot* const slot = bench.matcher.take_ready(bench.time());
+  REQUIRE(slot != nullptr);
+  CHECK(slot->images()[0].stamp_us == 940 * kMs);
+}
+
+TEST_CASE("matching: an image over max_image_offset_us away is none") {
+  for (const std::int64_t offset_ms : {50, 51}) {
+    Bench bench;
+    bench.poses(800, 1010);
+    bench.image(0, 900 + offset_ms);
+    bench.image(1, 900);
+    bench.scan(kRawLidar, 900);
+    CHECK(bench.given() == 900);
+    CHECK(bench.report().partly_unlabelled == (offset_ms > 50 ? 1 : 0));
+  }
+}
+
+TEST_CASE("matching: after max_wait_us a raw cloud is taken with the images that there are") {
+  Bench bench;
+  bench.poses(900, 1000);
+  bench.image(1, 940);
+  bench.scan(kRawLidar, 950);
+  bench.now_ms += 99;
+  CHECK(bench.given() == -1);
+  bench.now_ms += 1;
+  const ScanSlot* const slot = bench.matcher.take_ready(bench.time());
+  REQUIRE(slot != nullptr);
+  CHECK(slot->images_missing);
+  REQUIRE(slot->images().size() == 1);
+  CHECK(slot->images()[0].camera == 1);
+  CHECK(bench.report().partly_unlabelled == 1);
+  bench.matcher.give_back(slot);
+  bench.scan(kRawLidar, 999);
+  bench.now_ms += 100;
+  CHECK(bench.given() == 999);
+  CHECK(bench.report().unlabelled == 1);
+}
+
+TEST_CASE("matching: with missing_images = drop a cloud without all of its images is dropped") {
+  MatcherConfig config = sample_config();
+  config.missing_images = MissingImages::kDrop;
+  Bench bench(config);
+  bench.poses(900, 1000);
+  bench.image(1, 950);
+  bench.scan(kRawLidar, 950);
+  bench.now_ms += 100;
+  CHECK(bench.given() == -1);
+  CHECK(bench.report().without_images == 1);
+  // A cloud that is labelled needs none.
+  bench.scan(kLidar, 950);
+  CHECK(bench.given() == 950);
+}
+
+TEST_CASE("matching: a depth image needs the labels of its own camera and stamp") {
+  Bench bench;
+  bench.poses(900, 1000);
+  bench.image(0, 950);
+  bench.image(kDepth, 949);
+  bench.scan(kDepth, 950);
+  CHECK(bench.given() == -1);
+  bench.image(kDepth, 950);
+  const ScanSlot* const slot = bench.matcher.take_ready(bench.time());
+  REQUIRE(slot != nullptr);
+  CHECK(slot->kind == SlotKind::kDepthImage);
+  REQUIRE(slot->images().size() == 1);
+  CHECK(slot->images()[0].camera == kDepth);
+  CHECK(slot->images()[0].stamp_us == 950 * kMs);
+}
+
+TEST_CASE("matching: scans are given out by rising stamp, whatever the order they came in") {
+  Bench bench;
+  bench.poses(900, 1000);
+  bench.scan(kLidar, 990);
+  bench.scan(kRawLidar, 970);
+  bench.scan(kLidar, 980);
+  CHECK(bench.given() == -1);  // 970 waits for images, and the others for it.
+  bench.now_ms += 100;
+  CHECK(bench.given() == 970);
+  CHECK(bench.given() == 980);
+  CHECK(bench.given() == 990);
+}
+
+TEST_CASE("matching: a scan older than one of its sensor that was given out is refused") {
+  Bench bench;
+  bench.poses(900, 1000);
+  bench.scan(kLidar, 980);
+  CHECK(bench.given() == 980);
+  bench.scan(kLidar, 970);
+  CHECK(bench.report().out_of_order == 1);
+  CHECK(bench.matcher.pending() == 0);
+  // Of another sensor it is none.
+  bench.scan(kRawLidar, 970);
+  CHECK(bench.matcher.pending() == 1);
+}
+
+TEST_CASE("matching: a stamp that its sensor has had is refused, waiting or given out") {
+  Bench bench;
+  bench.scan(kLidar, 980);
+  bench.scan(kLidar, 980);
+  CHECK(bench.report().duplicates == 1);
+  bench.poses(900, 1000);
+  CHECK(bench.given() == 980);
+  bench.scan(kLidar, 980);
+  CHECK(bench.report().duplicates == 2);
+  CHECK(bench.given() == -1);
+}
+
+TEST_CASE("matching: what is stamped ahead of now, or long before, is refused, of each kind") {
+  Bench bench;
+  for (const std::int64_t stamp_ms : {1021, 499}) {
+    bench.scan(kLidar, stamp_ms);
+    bench.image(0, stamp_ms);
+    bench.pose(stamp_ms);
+  }
+  for (const TimelinessCounts& counts :
+       {bench.report().scans, bench.report().image_stamps, bench.report().pose_stamps}) {
+    CHECK(counts.future == 1);
+    CHECK(counts.ancient == 1);
+  }
+  CHECK(bench.matcher.pending() == 0);
+  bench.scan(kLidar, 1020);
+  bench.scan(kLidar, 500);
+  CHECK(bench.matcher.pending() == 2);
+}
+
+TEST_CASE("matching: stamps at the ends of the numbers are refused like others") {
+  Bench bench;
+  for (const std::int64_t stamp_us :
+       {std::numeric_limits<std::int64_t>::min(), std::numeric_limits<std::int64_t>::max()}) {
+    ScanSlot& slot = bench.matcher.next_scan();
+    slot.sensor = kLidar;
+    slot.has_components = true;
+    slot.stamp_us = stamp_us;
+    bench.matcher.add_scan(bench.time());
+    bench.matcher.add_pose({.stamp_us = stamp_us}, bench.time());
+  }
+  CHECK(bench.report().scans.ancient + bench.report().scans.future == 2);
+  CHECK(bench.report().pose_stamps.ancient + bench.report().pose_stamps.future == 2);
+}
+
+TEST_CASE("matching: images and poses that are not later than their last are refused") {
+  Bench bench;
+  bench.image(0, 950);
+  bench.image(0, 950);
+  bench.image(0, 940);
+  bench.image(1, 940);
+  CHECK(bench.report().images == 2);
+  CHECK(bench.report().images_out_of_order == 2);
+  bench.pose(950);
+  bench.pose(950);
+  bench.pose(940);
+  CHECK(bench.report().poses == 1);
+  CHECK(bench.report().poses_out_of_order == 2);
+}
+
+TEST_CASE("matching: sensors and cameras that are not configured are refused") {
+  Bench bench;
+  bench.scan(9, 950);
+  bench.image(9, 950);
+  CHECK(bench.report().unknown_sensor == 1);
+  CHECK(bench.report().unknown_camera == 1);
+  // A known number with another kind of message is unknown as well.
+  ScanSlot& slot = bench.matcher.next_scan();
+  slot.kind = SlotKind::kCloud;
+  slot.sensor = kRawLidar;
+  slot.has_components = true;
+  slot.stamp_us = 950 * kMs;
+  bench.matcher.add_scan(bench.time());
+  CHECK(bench.report().unknown_sensor == 2);
+}
+
+TEST_CASE("matching: a pose that is not rigid is refused") {
+  Bench bench;
+  StampedPose bad{.stamp_us = 950 * kMs};
+  bad.T_map_body(0, 0) = 2.0;
+  bench.matcher.add_pose(bad, bench.time());
+  CHECK(bench.report().poses_not_rigid == 1);
+}
+
+TEST_CASE("matching: at N-1, N and N+1 scans that wait, the oldest of too many is dropped") {
+  Bench bench;
+  for (const std::int64_t stamp_ms : {950, 960, 970}) bench.scan(kLidar, stamp_ms);
+  CHECK(bench.matcher.pending() == 3);
+  CHECK(bench.report().superseded == 0);
+  bench.scan(kLidar, 980);
+  CHECK(bench.matcher.pending() == 3);
+  CHECK(bench.report().superseded == 1);
+  bench.poses(900, 1000);
+  CHECK(bench.given() == 960);
+}
+
+TEST_CASE("matching: while the mapping thread is behind, only the newest that is ready is kept") {
+  Bench bench;
+  bench.poses(900, 1000);
+  bench.scan(kLidar, 910);
+  bench.scan(kLidar, 920);
+  const ScanSlot* const first = bench.matcher.take_ready(bench.time());
+  const ScanSlot* const second = bench.matcher.take_ready(bench.time());
+  REQUIRE(second != nullptr);
+  for (const std::int64_t stamp_ms : {930, 940, 950}) {
+    bench.scan(kLidar, stamp_ms);
+    CHECK(bench.matcher.take_ready(bench.time()) == nullptr);
+  }
+  CHECK(bench.matcher.pending() == 1);
+  CHECK(bench.report().superseded == 2);
+  bench.matcher.give_back(first);
+  CHECK(bench.given() == 950);
+  bench.matcher.give_back(second);
+}
+
+TEST_CASE("matching: a full track of poses forgets its oldest, a camera its oldest image") {
+  Bench bench;
+  bench.now_ms = 1200;
+  for (std::int64_t at = 1000; at < 1200; at += 10) bench.pose(at);
+  CHECK(bench.matcher.track().size() == 16);
+  CHECK(bench.matcher.track().oldest_us() == 1040 * kMs);
+  for (const std::int32_t camera : {0, 1})
+    for (std::int64_t at = 1100; at <= 1130; at += 10) bench.image(camera, at);
+  bench.scan(kRawLidar, 1105);
+  const ScanSlot* const slot = bench.matcher.take_ready(bench.time());
+  REQUIRE(slot != nullptr);
+  CHECK(slot->images()[0].stamp_us == 1110 * kMs);
+}
+
+TEST_CASE("matching: a step of the sensors' clock drops all that was stamped before it") {
+  Bench bench;
+  bench.poses(900, 1000);
+  bench.image(0, 950);
+  bench.scan(kLidar, 1005);
+  bench.now_ms += 10;
+  bench.clock_ahead_ms = 3'600'000;
+  CHECK(bench.given() == -1);
+  CHECK(bench.report().clock_steps == 1);
+  CHECK(bench.report().dropped_by_step == 1);
+  CHECK(bench.matcher.track().size() == 0);
+  // And what is stamped in the new time is taken, forth and back.
+  for (const std::int64_t ahead_ms : {std::int64_t{3'600'000}, std::int64_t{-3'600'000}}) {
+    bench.clock_ahead_ms = ahead_ms;
+    const std::int64_t stamp_now_ms = bench.now_ms + ahead_ms;
+    bench.pose(stamp_now_ms - 10);
+    bench.pose(stamp_now_ms);
+    bench.scan(kLidar, stamp_now_ms - 5);
+    CHECK(bench.given() == stamp_now_ms - 5);
+  }
+  CHECK(bench.report().clock_steps == 2);
+}
+
+TEST_CASE("matching: a clock that is slowly adjusted does not step") {
+  Bench bench;
+  for (int i = 0; i < 50; ++i) {
+    bench.now_ms += 10;
+    bench.clock_ahead_ms += 5;
+    bench.pose(bench.now_ms + bench.clock_ahead_ms);
+  }
+  CHECK(bench.report().clock_steps == 0);
+  CHECK(bench.report().poses == 50);
+}
+
+TEST_CASE("matching: a cloud's poses are thinned evenly, with the first and the last") {
+  MatcherConfig config = sample_config();
+  config.poses = 512;
+  Bench bench(config);
+  for (std::int64_t at = 800; at <= 1000; ++at) bench.pose(at);
+  bench.scan(kLidar, 810, 180);
+  const ScanSlot* const slot = bench.matcher.take_ready(bench.time());
+  REQUIRE(slot != nullptr);
+  REQUIRE(slot->poses().size() == ScanSlot::kMostPoses);
+  CHECK(slot->poses().front().stamp_us == 810 * kMs);
+  CHECK(slot->poses().back().stamp_us == 990 * kMs);
+  for (std::size_t i = 1; i < slot->num_poses; ++i) {
+    const std::int64_t step_us = slot->poses()[i].stamp_us - slot->poses()[i - 1].stamp_us;
+    CHECK(step_us >= 2 * kMs);
+    CHECK(step_us <= 3 * kMs);
+  }
+}
+
+TEST_CASE("matching: each scan, image and pose ends in one counter, whatever comes") {
+  constexpr unsigned kSeed = 17;
+  INFO("seed " << kSeed);
+  std::mt19937 random(kSeed);
+  Bench bench;
+  std::uint64_t scans = 0, images = 0, poses = 0;
+  std::vector<const ScanSlot*> held;
+  std::int64_t last_given_us[6] = {};
+  for (int i = 0; i < 20'000; ++i) {
+    bench.now_ms += static_cast<std::int64_t>(random() % 8);
+    if (random() % 2000 == 0) bench.clock_ahead_ms = static_cast<std::int64_t>(random() % 100'000);
+    const std::int64_t now_ms = bench.now_ms + bench.clock_ahead_ms;
+    const std::int64_t late_ms = static_cast<std::int64_t>(random() % 40);
+    const std::int64_t odd_ms = random() % 50 == 0 ? 700 : 0;
+    const std::int64_t stamp_ms = now_ms - late_ms - odd_ms + (random() % 90 == 0 ? 800 : 0);
+    switch (random() % 4) {
+      case 0: {
+        const std::int32_t sensors[] = {kLidar, kRawLidar, kDepth, 4};
+        bench.scan(sensors[random() % 4], stamp_ms, static_cast<std::int64_t>(random() % 30));
+        ++scans;
+        break;
+      }
+      case 1: {
+        const std::int32_t cameras[] = {0, 1, kDepth, 3};
+        bench.image(cameras[random() % 4], stamp_ms);
+        ++images;
+        break;
+      }
+      default:
+        bench.pose(stamp_ms + 15);
+        ++poses;
+    }
+    const ScanSlot* const slot = bench.matcher.take_ready(bench.time());
+    if (slot != nullptr) {
+      // Rising for each sensor but for a step of the clock.
+      if (bench.report().clock_steps == 0) REQUIRE(slot->stamp_us > last_given_us[slot->sensor]);
+      last_given_us[slot->sensor] = slot->stamp_us;
+      held.push_back(slot);
+    }
+    if (!held.empty() && random() % 3 == 0) {
+      bench.matcher.give_back(held.front());
+      held.erase(held.begin());
+    }
+    REQUIRE(held.size() <= 2);
+  }
+  const MatchReport& r = bench.report();
+  CHECK(r.given > 100);
+  CHECK(r.clock_steps > 0);
+  CHECK(r.given + r.unknown_sensor + r.scans.future + r.scans.ancient + r.duplicates +
+            r.out_of_order + r.without_pose + r.without_images + r.superseded + r.dropped_by_step +
+            bench.matcher.pending() ==
+        scans);
+  CHECK(r.images + r.unknown_camera + r.image_stamps.future + r.image_stamps.ancient +
+            r.images_out_of_order ==
+        images);
+  CHECK(r.poses + r.pose_stamps.future + r.pose_stamps.ancient + r.poses_out_of_order +
+            r.poses_not_rigid ==
+        poses);
+}
+
+TEST_CASE("matching: needs the memory that it says") {
+  MatcherConfig config = sample_config();
+  const std::size_t before = SensorMatcher::required_bytes(config);
+  config.slot.points += 1000;
+  // Three that wait, two given out, one that is written: 21 bytes a point each.
+  CHECK(SensorMatcher::required_bytes(config) - before == 6 * 21 * 1000);
+}
+
+}  // namespace
+}  // namespace tessera
