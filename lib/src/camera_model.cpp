@@ -77,7 +77,7 @@ double fisheye_limit(const CameraIntrinsics& c) noexcept {
   Polynomial leaves = radius;
   leaves.factors[0] = -edges.farthest_corner();
   const double limit = std::min(turn, first_crossing(leaves, turn));
-  return radius.at(limit) < edges.nearest_side() ? 0.0 : limit;
+  return turn < kPi && radius.at(limit) < edges.nearest_side() ? 0.0 : limit;
 }
 
 bool valid(const CameraIntrinsics& c) noexcept {

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tessera/registration/deskew.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -45,8 +46,8 @@ class Knots {
  public:
   Knots(const PoseTrack& track, const Sweep& sweep, const DeskewConfig& config,
         const Matrix34d& T_stamp_map, const TimeRange& range, DeskewReport& report) noexcept
-      : first_us_(static_cast<std::int64_t>(std::floor(range.first_us))) {
-    const auto last_us = static_cast<std::int64_t>(std::ceil(range.last_us));
+      : first_us_(rounded(range.first_us)) {
+    const std::int64_t last_us = rounded(range.last_us);
     // Whole microseconds, so that knots are at the stamps that the track is asked for.
     step_us_ = (last_us - first_us_) / (config.knots - 1) + 1;
     count_ = static_cast<int>((last_us - first_us_) / step_us_) + 2;
@@ -72,10 +73,11 @@ class Knots {
                            Point3d& p_stamp) const noexcept {
     int i = static_cast<int>((time_us - static_cast<double>(first_us_)) /
                              static_cast<double>(step_us_));
-    if (i > count_ - 2) i = count_ - 2;
+    if (i > count_ - 2) i = count_ - 2;  // The first and the last time may be rounded inwards.
     const auto k = static_cast<std::size_t>(i);
     const double span_us = times_us_[k + 1] - times_us_[k];
-    const double share = span_us > 0.0 ? (time_us - times_us_[k]) / span_us : 0.0;
+    const double share =
+        span_us > 0.0 ? std::clamp((time_us - times_us_[k]) / span_us, 0.0, 1.0) : 0.0;
     const bool needs_next = share > 0.0;
     if (!known_[k] || (needs_next && !known_[k + 1])) return false;
     p_stamp = apply(T_stamp_knot_[k], p_sensor);
@@ -86,6 +88,10 @@ class Knots {
   }
 
  private:
+  static std::int64_t rounded(double time_us) noexcept {
+    return static_cast<std::int64_t>(std::floor(time_us + 0.5));
+  }
+
   std::int64_t first_us_;
   std::int64_t step_us_ = 1;
   int count_ = 0;

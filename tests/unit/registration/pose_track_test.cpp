@@ -6,24 +6,15 @@
 
 #include <catch2/catch.hpp>
 #include <limits>
-#include <vector>
 
 #include "oracle/random.hpp"
 #include "tessera/base/rigid.hpp"
+#include "unit/registration/arena_memory.hpp"
 
 namespace tessera {
 namespace {
 
 constexpr std::int64_t kGap_us = 100'000;
-
-struct Memory {
-  explicit Memory(std::size_t bytes) : lines(bytes / kArenaAlignment + 1) {}
-  struct alignas(kArenaAlignment) Line {
-    std::byte bytes[kArenaAlignment];
-  };
-  std::vector<Line> lines;
-  [[nodiscard]] Arena arena() { return Arena(std::as_writable_bytes(std::span<Line>(lines))); }
-};
 
 /// x metres along, turned to the left by quarters of a turn.
 Matrix34d pose_at(double x, int quarters = 0) {
@@ -44,7 +35,7 @@ struct Track {
     REQUIRE(made.ok());
     track = *made;
   }
-  Memory memory;
+  AlignedMemory memory;
   Arena arena;
   PoseTrack track;
 };
@@ -184,7 +175,7 @@ TEST_CASE("pose track: the search finds what looking at every pair finds") {
 }
 
 TEST_CASE("pose track: capacities out of range and too small an arena are refused") {
-  Memory memory(PoseTrack::required_bytes(4));
+  AlignedMemory memory(PoseTrack::required_bytes(4));
   Arena none(std::span<std::byte>{});
   CHECK(PoseTrack::make(0, none).status() == Status::kInvalidArgument);
   CHECK(PoseTrack::make(PoseTrack::kMostPoses + 1, none).status() == Status::kInvalidArgument);
