@@ -101,12 +101,21 @@ class Predictor {
     return answer(echo, learned);
   }
 
+  /// The column that many to the right; -1 beside an image that does not close.
+  [[nodiscard]] int beside(int column, int by) const {
+    const int c = column + by;
+    if (image_.closes) return (c + image_.columns) % image_.columns;
+    return c < image_.columns ? std::max(c, -1) : -1;
+  }
+
   [[nodiscard]] bool near_border(int row, int column, RawId learned) const {
     for (int dr = -kBleedRows; dr <= kBleedRows; ++dr) {
       const int r = row + dr;
       if (r < 0 || r >= image_.rows) continue;
       for (int dc = -kBleedColumns; dc <= kBleedColumns; ++dc) {
-        const Echo& other = image_.at(r, (column + dc + image_.columns) % image_.columns);
+        const int c = beside(column, dc);
+        if (c < 0) continue;
+        const Echo& other = image_.at(r, c);
         if (other.returned() && learned_id(other.id) != learned) return true;
       }
     }
@@ -126,8 +135,8 @@ class Predictor {
         std::clamp(static_cast<int>(std::lround(sideways)), -kBleedColumns, kBleedColumns);
     const int dr = std::clamp(static_cast<int>(std::lround(upright)), -kBleedRows, kBleedRows);
     const int r = row + dr;
-    if (r < 0 || r >= image_.rows) return pixel;
-    const int c = (column + dc + image_.columns) % image_.columns;
+    const int c = beside(column, dc);
+    if (r < 0 || r >= image_.rows || c < 0) return pixel;
     const auto source = static_cast<std::size_t>(r) * static_cast<std::size_t>(image_.columns) +
                         static_cast<std::size_t>(c);
     return image_.echoes[source].returned() ? source : pixel;

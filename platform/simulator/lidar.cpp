@@ -66,6 +66,13 @@ LidarModel lidar_16_beams() {
 
 EchoImage sweep(const LidarModel& model, const Eigen::Isometry3d& T_street_sensor,
                 const Scene& scene, std::uint64_t noise) {
+  return sweep(
+      model, SweepPoses{T_street_sensor},
+      [&scene](int, const Ray& ray, Hit& hit) { scene(ray, hit); }, noise);
+}
+
+EchoImage sweep(const LidarModel& model, const SweepPoses& T_street_sensor,
+                const MovingScene& scene, std::uint64_t noise) {
   EchoImage image;
   image.rows = static_cast<int>(model.elevations_rad.size());
   image.columns = model.azimuth_steps;
@@ -76,10 +83,12 @@ EchoImage sweep(const LidarModel& model, const Eigen::Isometry3d& T_street_senso
       const double azimuth = kTurn * column / image.columns;
       const Eigen::Vector3d direction(std::cos(elevation) * std::cos(azimuth),
                                       std::cos(elevation) * std::sin(azimuth), std::sin(elevation));
-      const Ray ray{T_street_sensor.translation(), T_street_sensor.linear() * direction};
+      const Eigen::Isometry3d& pose =
+          T_street_sensor[T_street_sensor.size() == 1 ? 0 : static_cast<std::size_t>(column)];
+      const Ray ray{pose.translation(), pose.linear() * direction};
       Hit hit;
       hit.range_m = model.max_range_m;
-      scene(ray, hit);
+      scene(column, ray, hit);
       if (hit.range_m >= model.max_range_m || hit.range_m < kMinRange_m) continue;
       Random random(hash_of(noise, Stream::kBeam, pixel));
       if (!comes_back(hit, random)) continue;

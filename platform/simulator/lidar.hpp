@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Spinning laser scanners: which directions they measure, how exact, and which echoes they lose. A
 // scan is taken at one instant, as data sets that are corrected for the vehicle's motion during the
-// turn show it.
+// turn show it, or while the vehicle drives, as the scanner gives it.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -44,6 +44,7 @@ struct Echo {
 struct EchoImage {
   int rows = 0;
   int columns = 0;
+  bool closes = true;  ///< The last column is beside the first.
   std::vector<Echo> echoes;
   [[nodiscard]] const Echo& at(int row, int column) const {
     return echoes[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) +
@@ -53,6 +54,16 @@ struct EchoImage {
 
 /// Answers what a ray meets first within its range; hit.range_m comes in as the limit.
 using Scene = std::function<void(const Ray& ray, Hit& hit)>;
+
+/// Poses of the sensor at the times of its columns: one for all, or one a column.
+using SweepPoses = std::vector<Eigen::Isometry3d>;
+/// As a Scene, at the time of a column.
+using MovingScene = std::function<void(int column, const Ray& ray, Hit& hit)>;
+
+/// The sensor moves while it turns: each echo's p_sensor is in the sensor's frame at the echo's own
+/// time. Noise and losses as below.
+EchoImage sweep(const LidarModel& model, const SweepPoses& T_street_sensor,
+                const MovingScene& scene, std::uint64_t noise);
 
 /// Noise and losses are drawn from `noise` and the beam's place in the image alone.
 EchoImage sweep(const LidarModel& model, const Eigen::Isometry3d& T_street_sensor,

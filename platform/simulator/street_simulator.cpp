@@ -8,11 +8,13 @@
 #include <cmath>
 #include <utility>
 
+#include "dataset/dataset_classes.hpp"
 #include "simulator/ground.hpp"
 #include "simulator/label_noise.hpp"
 #include "simulator/lidar.hpp"
 #include "simulator/random.hpp"
 #include "simulator/solid_tree.hpp"
+#include "simulator/street_cameras.hpp"
 #include "simulator/street_plan.hpp"
 #include "simulator/traffic.hpp"
 
@@ -54,7 +56,9 @@ struct StreetSimulator::Street {
         half_length(half_length_m(traffic, given)),
         ground(given.seed, half_length),
         standing(street::lay_out_street(given.seed, ground, half_length)),
-        models{street::lidar_64_beams(), street::lidar_16_beams()} {}
+        models{street::lidar_64_beams(), street::lidar_16_beams()},
+        cameras(street::street_cameras()),
+        classes(DatasetClasses::semantic_kitti()) {}
 
   [[nodiscard]] const street::LidarModel& model(int robot) const {
     return models[static_cast<std::size_t>(robot % 2)];
@@ -66,6 +70,8 @@ struct StreetSimulator::Street {
   street::Ground ground;
   street::SolidTree standing;
   std::array<street::LidarModel, 2> models;
+  std::vector<street::StreetCamera> cameras;
+  DatasetClasses classes;
 };
 
 StreetSimulator::StreetSimulator(std::unique_ptr<const Street> street)
@@ -90,20 +96,70 @@ Outcome<StreetSimulator> StreetSimulator::make(const SimulatorConfig& config) {
 
 const SimulatorConfig& StreetSimulator::config() const { return street_->config; }
 
-SimulatedScan StreetSimulator::scan(int robot, int index) const {
+/// The street as it stands at a time, without the observing robot's own vehicle.
+class StreetSimulator::Moment {
+ public:
+  Moment(const Street& street, int robot, double now_s)
+      : street_(street),
+        moving_(street.traffic.solids(street.ground, street.half_length, robot, now_s)) {}
+  void meet(const street::Ray& ray, street::Hit& hit) const {
+    street_.ground.meet(ray, hit);
+    street_.standing.meet(ray, hit);
+    moving_.meet(ray, hit);
+  }
+
+ private:
+  const Street& street_;
+  street::SolidTree moving_;
+};
+
+/// Seconds after the stamp at which a scanner that turns left and faces ahead at the stamp measures
+/// a column.
+double StreetSimulator::column_time_s(int column, int columns) {
+  const int from_ahead = 2 * column < columns ? column : column - columns;
+  return street::kScanPeriod_s * from_ahead / columns;
+}
+
+street::EchoImage StreetSimulator::measure(int robot, int index) const {
   const Street& here = *street_;
   const double now_s = time_s(index);
-  const street::SolidTree moving(here.traffic.solids(here.ground, here.half_length, robot, now_s));
-  const auto scene = [&](const street::Ray& ray, street::Hit& hit) {
-    here.ground.meet(ray, hit);
-    here.standing.meet(ray, hit);
-    moving.meet(ray, hit);
-  };
   const std::uint64_t noise =
       street::hash_of(here.config.seed, street::Stream::kBeam, robot, index);
-  const street::EchoImage image =
-      street::sweep(here.model(robot), T_global_sensor(robot, index), scene, noise);
-  const street::Viewpoint viewpoint{robot, here.traffic.driven(robot, now_s), index};
+  const street::LidarModel& model = here.model(robot);
+  if (!here.config.sweep) {
+    const Moment moment(here, robot, now_s);
+    return street::sweep(
+        model, T_global_sensor(robot, index),
+        [&](const street::Ray& ray, street::Hit& hit) { moment.meet(ray, hit); }, noise);
+  }
+  // What moves is placed anew ten times a turn; the sensor for every column.
+  constexpr int kMoments = 10;
+  std::vector<Moment> moments;
+  for (int i = 0; i < kMoments; ++i) {
+    const double middle_s = ((i + 0.5) / kMoments - 0.5) * street::kScanPeriod_s;
+    moments.emplace_back(here, robot, now_s + middle_s);
+  }
+  std::vector<int> moment_of;
+  street::SweepPoses poses;
+  for (int column = 0; column < model.azimuth_steps; ++column) {
+    const double after_s = column_time_s(column, model.azimuth_steps);
+    moment_of.push_back(std::min(
+        static_cast<int>((after_s / street::kScanPeriod_s + 0.5) * kMoments), kMoments - 1));
+    poses.push_back(T_global_sensor_at(robot, now_s + after_s));
+  }
+  return street::sweep(
+      model, poses,
+      [&](int column, const street::Ray& ray, street::Hit& hit) {
+        moments[static_cast<std::size_t>(moment_of[static_cast<std::size_t>(column)])].meet(ray,
+                                                                                            hit);
+      },
+      noise);
+}
+
+SimulatedScan StreetSimulator::scan(int robot, int index) const {
+  const Street& here = *street_;
+  const street::EchoImage image = measure(robot, index);
+  const street::Viewpoint viewpoint{robot, here.traffic.driven(robot, time_s(index)), index};
   const auto truth = street::true_labels(here.config.seed, viewpoint, image);
   const auto said = street::predict_labels(here.config.seed, viewpoint, image);
 
@@ -115,18 +171,64 @@ SimulatedScan StreetSimulator::scan(int robot, int index) const {
     scan.points.push_back({p.x(), p.y(), p.z(), echo.intensity});
     scan.labels.push_back(truth[i]);
     scan.predictions.push_back(said[i]);
+    if (!here.config.sweep) continue;
+    const int column = static_cast<int>(i % static_cast<std::size_t>(image.columns));
+    scan.times_s.push_back(static_cast<float>(column_time_s(column, image.columns)));
   }
   return scan;
 }
 
-Eigen::Isometry3d StreetSimulator::T_global_sensor(int robot, int index) const {
-  return street_->traffic.T_street_sensor(street_->ground, robot, time_s(index),
+std::vector<SimulatedCamera> StreetSimulator::cameras() const {
+  std::vector<SimulatedCamera> cameras;
+  for (const street::StreetCamera& camera : street_->cameras)
+    cameras.push_back({camera.name, camera.model, camera.T_camera_sensor, camera.offset_s});
+  return cameras;
+}
+
+SimulatedLabelImage StreetSimulator::label_image(int robot, int camera, int index) const {
+  const Street& here = *street_;
+  const street::StreetCamera& view = here.cameras[static_cast<std::size_t>(camera)];
+  const double then_s = time_s(index) + view.offset_s;
+  const Moment moment(here, robot, then_s);
+  const street::EchoImage seen =
+      street::look(view, T_global_sensor_at(robot, then_s),
+                   [&](const street::Ray& ray, street::Hit& hit) { moment.meet(ray, hit); });
+  const int cameras = static_cast<int>(here.cameras.size());
+  const street::Viewpoint viewpoint{robot, here.traffic.driven(robot, then_s),
+                                    (index + 1) * cameras + camera};
+  const std::vector<std::uint16_t> said = street::predict_labels(here.config.seed, viewpoint, seen);
+  SimulatedLabelImage image{view.model.width_px(), view.model.height_px(), {}, {}};
+  const auto component = [&](std::uint16_t raw_id) {
+    const std::uint8_t given = here.classes.component(raw_id);
+    return given == here.classes.unlabelled() ? std::uint8_t{0} : given;
+  };
+  for (int row = 0; row < image.height_px; ++row) {
+    for (int column = 0; column < image.width_px; ++column) {
+      const auto i = static_cast<std::size_t>(row / street::kLabelStride_px * seen.columns +
+                                              column / street::kLabelStride_px);
+      image.labels.push_back(component(static_cast<std::uint16_t>(seen.echoes[i].id)));
+      image.predictions.push_back(component(said[i]));
+    }
+  }
+  return image;
+}
+
+Eigen::Isometry3d StreetSimulator::T_global_sensor_at(int robot, double time_s) const {
+  return street_->traffic.T_street_sensor(street_->ground, robot, time_s,
                                           street_->model(robot).height_m);
+}
+
+Eigen::Isometry3d StreetSimulator::T_global_sensor(int robot, int index) const {
+  return T_global_sensor_at(robot, time_s(index));
 }
 
 Eigen::Isometry3d StreetSimulator::T_map_sensor(int robot, int index) const {
   if (index == 0) return Eigen::Isometry3d::Identity();
-  return T_global_map(robot).inverse(Eigen::Isometry) * T_global_sensor(robot, index);
+  return T_map_sensor_at(robot, time_s(index));
+}
+
+Eigen::Isometry3d StreetSimulator::T_map_sensor_at(int robot, double time_s) const {
+  return T_global_map(robot).inverse(Eigen::Isometry) * T_global_sensor_at(robot, time_s);
 }
 
 Eigen::Isometry3d StreetSimulator::T_global_map(int robot) const {

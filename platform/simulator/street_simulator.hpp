@@ -14,8 +14,13 @@
 #include <vector>
 
 #include "posix/outcome.hpp"
+#include "tessera/registration/camera_model.hpp"
 
 namespace tessera {
+
+namespace street {
+struct EchoImage;
+}
 
 struct SimulatorConfig {
   std::string scene = "street";  ///< The only scene there is.
@@ -25,6 +30,9 @@ struct SimulatorConfig {
   int robots = 2;
   /// 1 .. 1000, at 10 Hz and 8.4 to 9.6 m/s. The street is lengthened for more than about 100.
   int scans = 20;
+  /// Scans are swept while the robot drives: the scanner turns left once a scan, and faces ahead at
+  /// the scan's stamp.
+  bool sweep = false;
 };
 
 /// Points and labels have the same length and order: beam by beam from the top, each turning left
@@ -35,7 +43,25 @@ struct SimulatedScan {
   std::vector<std::uint32_t>
       labels;  ///< Truth: SemanticKITTI raw ids, 252 and 254 for what moves, 0 unlabelled.
   std::vector<std::uint32_t>
-      predictions;  ///< As a network errs: raw ids of static classes, never 0.
+      predictions;             ///< As a network errs: raw ids of static classes, never 0.
+  std::vector<float> times_s;  ///< Swept scans only: of each point, from the scan's stamp.
+};
+
+/// A camera of a robot, for what reads the dataset.
+struct SimulatedCamera {
+  std::string name;
+  CameraModel model;
+  Eigen::Isometry3d T_camera_sensor = Eigen::Isometry3d::Identity();
+  double offset_s = 0.0;  ///< When its image is taken, from the scan's stamp.
+};
+
+/// A byte a pixel, by rows: SemanticKITTI's class, 1 .. 19, or 0 where there is none. Each label
+/// covers 2 x 2 pixels, as a network's output does.
+struct SimulatedLabelImage {
+  int width_px = 0;
+  int height_px = 0;
+  std::vector<std::uint8_t> labels;       ///< Truth.
+  std::vector<std::uint8_t> predictions;  ///< As a network errs.
 };
 
 /// Frames: `global` is the street (x along it, z up, origin in its middle, within a metre of the
@@ -54,15 +80,25 @@ class StreetSimulator {
   /// Costs about 130,000 rays for 64 beams. Reads only: scans may be made by several threads at
   /// once.
   [[nodiscard]] SimulatedScan scan(int robot, int index) const;
+  /// The cameras that every robot has.
+  [[nodiscard]] std::vector<SimulatedCamera> cameras() const;
+  /// camera: of cameras(); index as for scan(). At most 80,000 rays.
+  [[nodiscard]] SimulatedLabelImage label_image(int robot, int camera, int index) const;
   /// The true pose: sensor to street frame.
   [[nodiscard]] Eigen::Isometry3d T_global_sensor(int robot, int index) const;
+  /// The same at any time, seconds from the stamp of scan 0, as the robot reports it.
+  [[nodiscard]] Eigen::Isometry3d T_map_sensor_at(int robot, double time_s) const;
   /// The true pose as the robot reports it: sensor to its own map frame; the identity for index 0.
   [[nodiscard]] Eigen::Isometry3d T_map_sensor(int robot, int index) const;
   /// Where the robot's map lies in the street.
   [[nodiscard]] Eigen::Isometry3d T_global_map(int robot) const;
 
  private:
+  [[nodiscard]] Eigen::Isometry3d T_global_sensor_at(int robot, double time_s) const;
   struct Street;
+  class Moment;
+  [[nodiscard]] static double column_time_s(int column, int columns);
+  [[nodiscard]] street::EchoImage measure(int robot, int index) const;
   explicit StreetSimulator(std::unique_ptr<const Street> street);
   std::unique_ptr<const Street> street_;
 };

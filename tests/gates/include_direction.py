@@ -33,9 +33,10 @@ OUTSIDE = {
 # A folder of platform may include the core, itself and those before it.
 PLATFORM = ["posix", "archive", "dataset", "render", "simulator", "lcm", "vehicle", "socketcan", "sensing", "service", "security",
             "mapping", "node", "cli"]
+PLATFORM = ["posix", "archive", "image", "dataset", "render", "simulator", "lcm", "security", "mapping", "node", "cli"]
 # Foreign headers that one folder of platform has to itself, by how their names begin. LCM's own are lcm/lcm.h,
 # lcm/lcm-cpp.hpp, lcm/lcm_coretypes.h and lcm/eventlog.h; no header of platform/lcm may be named like them.
-RESERVED = {"lcm/lcm": "lcm", "lcm/eventlog": "lcm", "linux/can": "socketcan", "png.h": "render", "sodium": "security"}
+RESERVED = {"lcm/lcm": "lcm", "lcm/eventlog": "lcm", "linux/can": "socketcan", "png.h": "image", "sodium": "security"}
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', re.M)
 
 
@@ -78,7 +79,7 @@ def self_test():
                          ("base", "<array>"), (None, '"map_file_format.hpp"')):
         assert not list(core_faults(folder, f"#  include {line}\n")), (folder, line)
     for folder, line in (("posix", '"cli/command.hpp"'), ("dataset", "<render/ply.hpp>"), ("cli", "<lcm/lcm-cpp.hpp>"),
-                         ("posix", "<linux/can.h>"), ("cli", "<png.h>"), ("render", '"../cli/command.hpp"'),
+                         ("posix", "<linux/can.h>"), ("cli", "<png.h>"), ("render", "<png.h>"), ("posix", '"image/png_image.hpp"'), ("render", '"../cli/command.hpp"'),
                          ("lcm", '"cli/command.hpp"'), ("cli", '"lcm/lcm.h"'), ("cli", "<lcm/eventlog.h>"),
                          ("lcm", "<sodium.h>")):
         assert list(platform_faults(folder, f"#include {line}\n")), (folder, line)

@@ -52,9 +52,10 @@ struct DeskewReport {
 /// Writes x y z of point i, in the sensor's frame at the stamp, to out[i * points.stride_floats];
 /// what follows in the stride is not touched. out may be the points' own memory. The poses are
 /// interpolated at knots, evenly from the first time of a point to the last, and a point between
-/// two of them is put on the straight line between the places that they give it: for a turn of a
-/// between two knots that is off by up to range * a^2 / 8, 0.2 mm at 40 m and 2 rad/s over 0.1 s
-/// with 32 knots. The same bits on every machine. O(points + knots log(track.size())).
+/// two of them is put on the straight line between the places that they give it: for a turn of a in
+/// the time t between two knots, at an acceleration of b, that is off by up to
+/// (range * a^2 + b t^2) / 8: 0.2 mm at 40 m and 2 rad/s over 0.1 s with 32 knots. The same bits on
+/// every machine. O(points + knots log(track.size())).
 DeskewReport deskew(const PoseTrack& track, const Sweep& sweep, const DeskewConfig& config,
                     std::span<float> out) noexcept;
 

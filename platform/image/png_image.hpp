@@ -1,0 +1,35 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// PNG files: pictures for people, and label images of one byte a pixel.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "posix/outcome.hpp"
+
+namespace tessera {
+
+/// A picture by rows from the top, without padding.
+struct PixelsView {
+  int width_px = 0;
+  int height_px = 0;
+  int bytes_per_pixel = 1;  ///< 1: grey; 3: red, green, blue.
+  const void* pixels = nullptr;
+};
+
+/// The bytes of the file; the same pixels give the same bytes. Fails with kFailure iff the encoder
+/// does.
+Outcome<std::vector<std::byte>> encode_png(const PixelsView& picture);
+
+/// Reads an 8-bit grey PNG of exactly that size into out, which has a byte for each of its pixels.
+/// Values come out as they are stored: no gamma, no colour is turned to grey. Fails with kUsage,
+/// naming the file and the remedy, iff it is missing, unreadable, over 64 MiB, no intact PNG, not
+/// of 8 bits grey, or of another size. Uses the heap.
+Outcome<void> read_grey_png(std::string_view path, int width_px, int height_px,
+                            std::span<std::uint8_t> out);
+
+}  // namespace tessera
