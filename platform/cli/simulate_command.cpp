@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // tessera simulate: a dataset a robot, with ground truth.
 #include <cstdio>
+#include <utility>
 
 #include "cli/command.hpp"
 #include "cli/number_options.hpp"
@@ -19,6 +20,8 @@ namespace {
 struct SimulateOptions {
   SimulatorConfig config;
   PoseError pose_error;
+  std::string cameras = "off";
+  std::string sweep = "off";
   std::string out;
   std::string report;
 };
@@ -46,6 +49,10 @@ Outcome<void> check_usage(const SimulateOptions& options) {
   const double error_deg = options.pose_error.rotation_deg;
   if (!(error_deg >= 0.0 && error_deg <= kMaxRotationErrorDeg))
     return refusal("--rotation-error", text_of(error_deg), "degrees from 0 to 180");
+  for (const auto& [option, value] :
+       {std::pair{"--cameras", options.cameras}, std::pair{"--sweep", options.sweep}}) {
+    if (value != "on" && value != "off") return refusal(option, value, "on or off");
+  }
   for (int robot = 0; robot < config.robots; ++robot) {
     const std::string folder = options.out + "/robot_" + std::to_string(robot);
     const Outcome<void> places =
@@ -64,6 +71,8 @@ Json report_of(const SimulateOptions& options) {
   Json config = json;
   config["pose_error"] = options.pose_error.translation_m;
   config["rotation_error"] = options.pose_error.rotation_deg;
+  config["cameras"] = options.cameras;
+  config["sweep"] = options.sweep;
   config["report"] = options.report;
   json["config"] = config;
   return json;
@@ -72,12 +81,15 @@ Json report_of(const SimulateOptions& options) {
 Outcome<void> run_simulate(const SimulateOptions& options) {
   const Outcome<void> usage = check_usage(options);
   if (!usage.ok()) return usage.failure();
-  const Outcome<StreetSimulator> simulator = StreetSimulator::make(options.config);
+  SimulatorConfig config = options.config;
+  config.sweep = options.sweep == "on";
+  const Outcome<StreetSimulator> simulator = StreetSimulator::make(config);
   if (!simulator.ok()) return simulator.failure();
   Progress progress("simulating", static_cast<std::uint64_t>(options.config.robots) *
                                       static_cast<std::uint64_t>(options.config.scans));
   const DatasetWriterOptions writer{
       .pose_error = options.pose_error,
+      .cameras = options.cameras == "on",
       .progress = [&](int done, int) { progress.update(static_cast<std::uint64_t>(done)); }};
   const Outcome<void> written = write_dataset(*simulator, options.out, writer);
   if (!written.ok()) return written.failure();
@@ -117,6 +129,14 @@ void add_simulate_command(CLI::App& app, int& exit_status) {
       ->add_option("--rotation-error", o->pose_error.rotation_deg,
                    "The same, 0 to 180 degrees an axis")
       ->check(decimal_number())
+      ->capture_default_str();
+  command
+      ->add_option("--cameras", o->cameras,
+                   "on or off: add label images of three cameras, and cameras.toml")
+      ->capture_default_str();
+  command
+      ->add_option("--sweep", o->sweep,
+                   "on or off: scans are swept while the robot drives; adds times/")
       ->capture_default_str();
   command->add_option("--report", o->report, "JSON report to write");
   command->footer(

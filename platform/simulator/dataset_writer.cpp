@@ -6,18 +6,17 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
-#include <bit>
-#include <charconv>
 #include <cmath>
 #include <cstdint>
-#include <iterator>
 #include <span>
 #include <string>
 #include <string_view>
 #include <system_error>
 #include <vector>
 
+#include "image/png_image.hpp"
 #include "posix/atomic_file.hpp"
+#include "simulator/dataset_formats.hpp"
 #include "simulator/random.hpp"
 #include "simulator/traffic.hpp"
 
@@ -25,6 +24,12 @@ namespace tessera {
 namespace {
 
 namespace fs = std::filesystem;
+using street::label_bytes;
+using street::number_bytes;
+using street::point_bytes;
+using street::rows_text;
+using street::scan_name;
+using street::text_of;
 
 constexpr const char* kScanFolders[] = {"velodyne", "labels", "predictions"};
 
@@ -61,53 +66,11 @@ void write_file(const fs::path& path, std::string_view bytes) {
   if (!committed.ok()) throw WriteError{committed.failure()};
 }
 
-void put_u32(std::string& out, std::uint32_t value) {
-  for (unsigned shift = 0; shift < 32; shift += 8)
-    out.push_back(static_cast<char>((value >> shift) & 0xffU));
-}
-
-std::string point_bytes(const std::vector<std::array<float, 4>>& points) {
-  std::string bytes;
-  bytes.reserve(points.size() * 16);
-  for (const auto& point : points) {
-    for (const float number : point) put_u32(bytes, std::bit_cast<std::uint32_t>(number));
-  }
-  return bytes;
-}
-
-std::string label_bytes(const std::vector<std::uint32_t>& labels) {
-  std::string bytes;
-  bytes.reserve(labels.size() * 4);
-  for (const std::uint32_t label : labels) put_u32(bytes, label);
-  return bytes;
-}
-
-/// Independent of the locale; reads back as the same double.
-std::string text_of(double number) {
-  char digits[32];
-  const auto end = std::to_chars(std::begin(digits), std::end(digits), number).ptr;
-  return {std::begin(digits), end};
-}
-
-std::string rows_text(const Eigen::Isometry3d& pose, int rows, char between_rows) {
-  std::string text;
-  for (int row = 0; row < rows; ++row) {
-    for (int column = 0; column < 4; ++column) {
-      if (column > 0) text += ' ';
-      text += text_of(pose.matrix()(row, column));
-    }
-    text += row + 1 < rows ? between_rows : '\n';
-  }
-  return text;
-}
-
-std::string scan_name(int index) {
-  const std::string digits = std::to_string(index);
-  return std::string(6 - std::min<std::size_t>(digits.size(), 6), '0') + digits;
-}
-
+/// What a file of a scan ends in, by the folder that it is in.
 const char* suffix_of(const fs::path& folder) {
-  return folder.filename() == "velodyne" ? ".bin" : ".label";
+  if (folder.parent_path().filename() == "cameras") return ".png";
+  const bool numbers = folder.filename() == "velodyne" || folder.filename() == "times";
+  return numbers ? ".bin" : ".label";
 }
 
 /// Whether the name is that of a scan with number >= scans: left from a longer run.
@@ -119,11 +82,18 @@ bool is_left_over(const fs::path& file, int scans) {
 }
 
 void clear_left_overs(const fs::path& folder, int scans) {
+  if (!fs::exists(folder)) return;
   std::vector<fs::path> left_over;
   for (const auto& entry : fs::directory_iterator(folder)) {
     if (is_left_over(entry.path(), scans)) left_over.push_back(entry.path());
   }
   for (const fs::path& path : left_over) remove_if_there(path);
+}
+
+/// What an earlier run with more options left; a reader would take it into account.
+void clear_folder(const fs::path& folder) {
+  clear_left_overs(folder, 0);
+  if (fs::exists(folder) && fs::is_empty(folder)) remove_if_there(folder);
 }
 
 Eigen::Isometry3d perturbed(const Eigen::Isometry3d& pose, const PoseError& error,
@@ -192,7 +162,9 @@ class Writer {
       clear_left_overs(folder / name, scans);
     }
     remove_if_there(folder / "poses.txt");
+    prepare_extras(folder);
     write_frames(folder, robot);
+    if (options_.cameras || config.sweep) write_dense_poses(folder, robot);
     std::string poses;
     std::string times;
     for (int index = 0; index < scans; ++index) {
@@ -202,6 +174,49 @@ class Writer {
     }
     write_file(folder / "times.txt", times);
     write_file(folder / "poses.txt", poses);
+  }
+
+  /// Makes the folders of cameras and times, or clears what an earlier run left of them.
+  void prepare_extras(const fs::path& folder) {
+    const int scans = simulator_.config().scans;
+    const auto prepare = [scans](const fs::path& extra, bool wanted) {
+      if (wanted) make_folder(extra);
+      wanted ? clear_left_overs(extra, scans) : clear_folder(extra);
+    };
+    prepare(folder / "times", simulator_.config().sweep);
+    for (const char* name : {"cameras.toml", "poses_dense.txt"}) remove_if_there(folder / name);
+    const std::vector<SimulatedCamera> cameras = simulator_.cameras();
+    for (std::size_t camera = 0; camera < cameras.size(); ++camera)
+      prepare(folder / "cameras" / std::to_string(camera), options_.cameras);
+    if (options_.cameras)
+      write_file(folder / "cameras.toml", street::cameras_toml(cameras));
+    else
+      clear_folder(folder / "cameras");
+  }
+
+  /// Every 10 ms, with two turns of the scanner before the first scan and after the last.
+  void write_dense_poses(const fs::path& folder, int robot) {
+    constexpr int kPosesPerScan = 10;
+    constexpr int kAround = 2 * kPosesPerScan;
+    std::string poses;
+    for (int i = -kAround; i <= (simulator_.config().scans - 1) * kPosesPerScan + kAround; ++i) {
+      const double stamp_s = i * street::kScanPeriod_s / kPosesPerScan;
+      poses +=
+          text_of(stamp_s) + ' ' + rows_text(simulator_.T_map_sensor_at(robot, stamp_s), 3, ' ');
+    }
+    write_file(folder / "poses_dense.txt", poses);
+  }
+
+  void write_images(const fs::path& folder, int robot, int index) {
+    const int cameras = static_cast<int>(simulator_.cameras().size());
+    for (int camera = 0; camera < cameras; ++camera) {
+      const SimulatedLabelImage image = simulator_.label_image(robot, camera, index);
+      const Outcome<std::vector<std::byte>> png =
+          encode_png({image.width_px, image.height_px, 1, image.predictions.data()});
+      if (!png.ok()) throw WriteError{png.failure()};
+      write_file(folder / "cameras" / std::to_string(camera) / (scan_name(index) + ".png"),
+                 {reinterpret_cast<const char*>(png->data()), png->size()});
+    }
   }
 
   void write_frames(const fs::path& folder, int robot) {
@@ -222,6 +237,9 @@ class Writer {
     write_file(folder / "velodyne" / (name + ".bin"), point_bytes(scan.points));
     write_file(folder / "labels" / (name + ".label"), label_bytes(scan.labels));
     write_file(folder / "predictions" / (name + ".label"), label_bytes(scan.predictions));
+    if (!scan.times_s.empty())
+      write_file(folder / "times" / (name + ".bin"), number_bytes(scan.times_s));
+    if (options_.cameras) write_images(folder, robot, index);
     ++done_;
     if (options_.progress) {
       options_.progress(done_, simulator_.config().robots * simulator_.config().scans);

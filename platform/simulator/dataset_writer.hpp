@@ -23,6 +23,8 @@ struct DatasetWriterOptions {
   /// Adds T_global_map_perturbed.txt iff either number is positive. Both must be finite and not
   /// negative.
   PoseError pose_error;
+  /// Adds label images as a network would predict them, and what cameras they are of.
+  bool cameras = false;
   /// Called after each scan with the number written so far and the total over all robots; may be
   /// empty.
   std::function<void(int done, int total)> progress;
@@ -31,12 +33,15 @@ struct DatasetWriterOptions {
 /// Writes out/robot_K for each robot K: velodyne/NNNNNN.bin, labels/NNNNNN.label,
 /// predictions/NNNNNN.label, poses.txt (T_map_sensor, 3x4 row-major: there is no calib.txt, so
 /// poses are those of the scanner), times.txt (seconds) and T_global_map.txt (4x4 row-major, map to
-/// street). Every file appears complete or not at all, and poses.txt last: a folder that has it
-/// holds every scan. simulated.txt tells what was simulated and marks the folder: scans that a
-/// longer run left in it are removed. The same configuration gives the same bytes. Fails with
-/// kUsage iff a pose error is negative or not finite, `out` or a folder below it cannot be made or
-/// be written to, it holds a robot_K beyond the configured number, or a robot_K holds files but no
-/// mark, or a calib.txt or classes.toml; with kFailure iff writing itself fails, as on a full disk.
+/// street). With cameras also cameras.toml and cameras/C/NNNNNN.png, with swept scans
+/// times/NNNNNN.bin (a float32 a point, seconds from the scan's stamp); with either poses_dense.txt
+/// (every 10 ms: seconds, then as poses.txt). Every file appears complete or not at all, and
+/// poses.txt last: a folder that has it holds every scan. simulated.txt tells what was simulated
+/// and marks the folder: scans that a longer run left in it are removed. The same configuration
+/// gives the same bytes. Fails with kUsage iff a pose error is negative or not finite, `out` or a
+/// folder below it cannot be made or be written to, it holds a robot_K beyond the configured
+/// number, or a robot_K holds files but no mark, or a calib.txt or classes.toml; with kFailure iff
+/// writing itself fails, as on a full disk.
 Outcome<void> write_dataset(const StreetSimulator& simulator, const std::filesystem::path& out,
                             const DatasetWriterOptions& options);
 
