@@ -21,6 +21,7 @@ struct EvalOptions {
   std::string report;
   std::string truth = "labels";
   std::string input = "predictions";
+  std::string deskew;
   std::string transform;
   std::vector<std::string> overlap_of;
   std::optional<int> first;
@@ -55,9 +56,9 @@ void print_scores(const Scores& scores, const ClassTable& classes, bool has_inpu
 Outcome<void> check_usage(const EvalOptions& options) {
   if (options.max_range_m && !(*options.max_range_m >= 0.0))
     return Failure{"--max-range must be metres, 0 for no limit"};
-  if (options.truth == kNoLabels) {
-    return Failure{
-        "--truth none: there is nothing to compare with; name the folder of the true labels"};
+  if (options.truth == kNoLabels || options.truth == kCameraLabels) {
+    return Failure{"--truth " + options.truth +
+                   ": there is nothing to compare with; name the folder of the true labels"};
   }
   std::vector<NamedFile> inputs{{"--map", options.map}, {"--transform", options.transform}};
   for (const std::string& path : options.overlap_of) inputs.push_back({"--overlap-of", path});
@@ -67,12 +68,17 @@ Outcome<void> check_usage(const EvalOptions& options) {
 
 /// The dataset with the label folders that are asked for, and with the map's classes.
 Outcome<Dataset> open_dataset(const EvalOptions& options, const ClassTable& classes) {
-  Outcome<Dataset> dataset = Dataset::open(
-      options.dataset,
-      {.first = options.first, .last = options.last, .labels = std::string(kNoLabels)});
+  const Outcome<Deskewing> deskew = parse_deskewing(options.deskew);
+  if (!deskew.ok()) return deskew.failure();
+  const bool cameras = options.input == kCameraLabels;
+  Outcome<Dataset> dataset =
+      Dataset::open(options.dataset, {.first = options.first,
+                                      .last = options.last,
+                                      .labels = std::string(cameras ? kCameraLabels : kNoLabels),
+                                      .deskew = *deskew});
   if (!dataset.ok()) return dataset.failure();
   for (const std::string& folder : {options.truth, options.input}) {
-    if (folder == kNoLabels) continue;
+    if (folder == kNoLabels || folder == kCameraLabels) continue;
     const Outcome<void> there = dataset->check_labels(folder);
     if (!there.ok()) return there.failure();
   }
@@ -102,6 +108,7 @@ Json report_of(const EvalOptions& options, const Evaluation& run) {
                     {"last", json_of(options.last)},
                     {"truth", options.truth},
                     {"input", options.input},
+                    {"deskew", options.deskew.empty() ? "where timed" : options.deskew},
                     {"max_range", json_of(options.max_range_m)},
                     {"overlap_of", options.overlap_of},
                     {"transform", options.transform}};
@@ -145,12 +152,17 @@ void add_eval_command(CLI::App& app, int& exit_status) {
   command->add_option("--first", o->first, "First scan number")->check(whole_number<int>());
   command->add_option("--last", o->last, "Last scan number, inclusive")->check(whole_number<int>());
   command->add_option("--truth", o->truth, "Folder of true labels")->capture_default_str();
-  command->add_option("--input", o->input, "Folder of the labels that the map learnt from, or none")
+  command
+      ->add_option("--input", o->input,
+                   "Folder of the labels that the map learnt from, cameras or none")
       ->capture_default_str();
   command
       ->add_option("--max-range", o->max_range_m,
                    "Leave farther points out, m; 0: no limit [as the map was made]")
       ->check(decimal_number());
+  command->add_option(
+      "--deskew", o->deskew,
+      "on or off: take motion out of scans by their points' times [where there are]");
   command
       ->add_option("--overlap-of", o->overlap_of,
                    "Only points where both of these maps have a label")

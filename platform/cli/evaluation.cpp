@@ -6,9 +6,9 @@
 #include <cmath>
 
 #include "cli/command.hpp"
-#include "tessera/base/rigid.hpp"
 #include "mapping/number_text.hpp"
 #include "posix/progress.hpp"
+#include "tessera/base/rigid.hpp"
 #include "tessera/registration/scan.hpp"
 
 namespace tessera {
@@ -64,9 +64,13 @@ Outcome<void> score_all(Evaluation& run) {
     const Outcome<void> t =
         read_labels(dataset, i, run.truth, std::span(truth).first(n), run.unknown_truth);
     if (!t.ok()) return t.failure();
-    const Outcome<void> p =
-        read_labels(dataset, i, run.input, std::span(input).first(n), run.unknown_input);
-    if (!p.ok()) return p.failure();
+    if (run.input == kCameraLabels) {
+      std::copy(scan->components.begin(), scan->components.end(), input.begin());
+    } else {
+      const Outcome<void> p =
+          read_labels(dataset, i, run.input, std::span(input).first(n), run.unknown_input);
+      if (!p.ok()) return p.failure();
+    }
     if (check_rigid(scan->T_map_sensor) == Status::kOk) {
       score_scan(run, *scan, truth, input);
     } else {

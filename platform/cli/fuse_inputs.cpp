@@ -8,9 +8,9 @@
 #include <tuple>
 
 #include "cli/command.hpp"
-#include "tessera/base/rigid.hpp"
 #include "dataset/transform_file.hpp"
 #include "mapping/number_text.hpp"
+#include "tessera/base/rigid.hpp"
 #include "tessera/map/queries.hpp"
 
 namespace tessera {

@@ -12,8 +12,11 @@ void declare_map_options(CLI::App& command, MapOptions& o) {
   command.add_option("--report", o.report, "JSON report to write");
   command.add_option("--first", o.first, "First scan number")->check(whole_number<int>());
   command.add_option("--last", o.last, "Last scan number, inclusive")->check(whole_number<int>());
-  command.add_option("--labels", o.labels, "Folder of labels to learn from, or none")
+  command.add_option("--labels", o.labels, "Folder of labels to learn from, cameras or none")
       ->capture_default_str();
+  command.add_option(
+      "--deskew", o.deskew,
+      "on or off: take motion out of scans by their points' times [where there are]");
   command.add_option("--resolution", o.resolution_m, "Voxel edge, m [0.1]")
       ->check(decimal_number());
   command.add_option("--inference", o.inference, "multi-entropy, kernel or counting")

@@ -41,25 +41,30 @@ ScanReport integrate(Workshop& shop, const ScanView& scan, std::int64_t start_us
   return shop.integrator.integrate(shop.map, scan, shop.deadline, start_us + deadline_us);
 }
 
-/// Reads and integrates every scan. Nothing in here uses the heap unless it fails.
+/// Reads and integrates every scan. Nothing in here uses the heap unless it fails, but for decoding
+/// the cameras' images, which a robot does not do.
 Outcome<void> integrate_all(const Dataset& dataset, ScanBuffer& buffer, Workshop& shop,
                             MapWindow* window, MapRun& run) {
   Progress progress("mapping", dataset.num_scans());
   const std::optional<std::uint64_t> before = heap_allocations();
+  std::uint64_t decoding = 0;
   for (std::size_t i = 0; i < dataset.num_scans(); ++i) {
+    const std::uint64_t before_reading = heap_allocations().value_or(0);
     const Outcome<DatasetScan> scan = dataset.read(i, buffer);
     if (!scan.ok()) return scan.failure();
+    if (dataset.cameras() != nullptr) decoding += heap_allocations().value_or(0) - before_reading;
     const std::int64_t start_us = MonotonicClock::now_us();
     if (window != nullptr) window->step(shop.map, scan->view());
     const ScanReport report = integrate(shop, scan->view(), start_us, run.deadline_us);
     const double ms = static_cast<double>(MonotonicClock::now_us() - start_us) / 1000.0;
-    run.scans.push_back({scan->number, ms, scan->unknown, report});
+    run.scans.push_back(
+        {scan->number, ms, scan->unknown, report, {scan->deskew, scan->projection}});
     std::array<char, 48> suffix{};
     std::snprintf(suffix.data(), suffix.size(), "%.1f ms/scan", ms);
     progress.update(i + 1, suffix.data());
   }
   const std::optional<std::uint64_t> after = heap_allocations();
-  if (before && after) run.heap_allocations = *after - *before;
+  if (before && after) run.heap_allocations = *after - *before - decoding;
   progress.finish();
   return {};
 }
@@ -195,8 +200,11 @@ Outcome<void> run_map(const MapOptions& options) {
   // Before the work, so that an unwritable place is told at once.
   const Outcome<void> places = check_places(options);
   if (!places.ok()) return places.failure();
+  const Outcome<Deskewing> deskew = parse_deskewing(options.deskew);
+  if (!deskew.ok()) return deskew.failure();
   const Outcome<Dataset> dataset = Dataset::open(
-      options.dataset, {.first = options.first, .last = options.last, .labels = options.labels});
+      options.dataset,
+      {.first = options.first, .last = options.last, .labels = options.labels, .deskew = *deskew});
   if (!dataset.ok()) return dataset.failure();
   if (!dataset->missing().empty()) warn("there are no scans " + to_text(dataset->missing()));
   Earlier earlier;

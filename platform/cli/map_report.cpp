@@ -60,50 +60,59 @@ Totals sum(const std::vector<ScanRecord>& scans) {
   return t;
 }
 
+RegistrationTotals registration_of(const std::vector<ScanRecord>& scans) {
+  RegistrationTotals totals;
+  for (const ScanRecord& scan : scans) totals.add(scan.registration);
+  return totals;
+}
+
 double ms_of(std::int64_t us) { return static_cast<double>(us) / 1000.0; }
 
 Json scan_json(const ScanRecord& scan) {
   const ScanReport& r = scan.report;
-  return {{"index", scan.index},
-          {"points", r.points},
-          {"voxel_updates", r.voxel_updates},
-          {"milliseconds", scan.milliseconds},
-          {"left_out", r.left_out()},
-          {"pose", r.pose == Status::kOk ? "ok" : "refused"},
-          {"thinned", r.thinned},
-          {"admitted", r.admitted},
-          {"non_finite", r.non_finite},
-          {"too_near", r.too_near},
-          {"beyond_range", r.beyond_range},
-          {"out_of_grid", r.out_of_grid},
-          {"unlabelled", r.unlabelled},
-          {"unknown_ids", scan.unknown.points},
-          {"refused_memory", r.refused_memory()},
-          {"refused_storage", r.refused_storage},
-          {"refused_tiles", r.refused_tiles},
-          {"refused_ray_blocks", r.refused_ray_blocks},
-          {"refused_work", r.refused_work},
-          {"over_capacity", r.over_capacity},
-          {"rays", r.rays},
-          {"rays_refused", r.rays_refused_memory + r.rays_refused_work + r.rays_refused_deadline},
-          {"rays_refused_memory", r.rays_refused_memory},
-          {"rays_refused_work", r.rays_refused_work},
-          {"left_out_deadline", r.left_out_deadline()},
-          {"refused_deadline", r.refused_deadline},
-          {"rays_refused_deadline", r.rays_refused_deadline},
-          {"returns_cut", r.returns_cut},
-          {"rays_cut", r.rays_cut},
-          {"tiles_cut", r.tiles_cut},
-          {"points_cut", r.points_cut},
-          {"ray_blocks_cut", r.ray_blocks_cut},
-          {"overshoot_ms", ms_of(r.overshoot_us)},
-          {"work_limit", r.work_limit},
-          {"work_predicted", r.work_predicted},
-          {"work_spent", r.work_spent()},
-          {"ray_steps", r.ray_steps},
-          {"tiles", r.tiles},
-          {"ray_blocks", r.ray_blocks},
-          {"kernel_evaluations", r.evaluations}};
+  Json json = {
+      {"index", scan.index},
+      {"points", r.points},
+      {"voxel_updates", r.voxel_updates},
+      {"milliseconds", scan.milliseconds},
+      {"left_out", r.left_out()},
+      {"pose", r.pose == Status::kOk ? "ok" : "refused"},
+      {"thinned", r.thinned},
+      {"admitted", r.admitted},
+      {"non_finite", r.non_finite},
+      {"too_near", r.too_near},
+      {"beyond_range", r.beyond_range},
+      {"out_of_grid", r.out_of_grid},
+      {"unlabelled", r.unlabelled},
+      {"unknown_ids", scan.unknown.points},
+      {"refused_memory", r.refused_memory()},
+      {"refused_storage", r.refused_storage},
+      {"refused_tiles", r.refused_tiles},
+      {"refused_ray_blocks", r.refused_ray_blocks},
+      {"refused_work", r.refused_work},
+      {"over_capacity", r.over_capacity},
+      {"rays", r.rays},
+      {"rays_refused", r.rays_refused_memory + r.rays_refused_work + r.rays_refused_deadline},
+      {"rays_refused_memory", r.rays_refused_memory},
+      {"rays_refused_work", r.rays_refused_work},
+      {"left_out_deadline", r.left_out_deadline()},
+      {"refused_deadline", r.refused_deadline},
+      {"rays_refused_deadline", r.rays_refused_deadline},
+      {"returns_cut", r.returns_cut},
+      {"rays_cut", r.rays_cut},
+      {"tiles_cut", r.tiles_cut},
+      {"points_cut", r.points_cut},
+      {"ray_blocks_cut", r.ray_blocks_cut},
+      {"overshoot_ms", ms_of(r.overshoot_us)},
+      {"work_limit", r.work_limit},
+      {"work_predicted", r.work_predicted},
+      {"work_spent", r.work_spent()},
+      {"ray_steps", r.ray_steps},
+      {"tiles", r.tiles},
+      {"ray_blocks", r.ray_blocks},
+      {"kernel_evaluations", r.evaluations}};
+  write_registration(scan.registration, json);
+  return json;
 }
 
 Json window_json(const WindowTotals& w) {
@@ -192,6 +201,7 @@ Json to_json(const MapRun& run, const Json& config) {
                     {"unlabelled", t.unlabelled},
                     {"unknown_ids", t.unknown_ids},
                     {"bad_poses", t.bad_poses}};
+  registration_of(run.scans).write(json["totals"]);
   const MapUsage& usage = run.usage;
   json["memory"] = {{"budget_bytes", run.budget_bytes},
                     {"used_bytes", usage.used_bytes},
@@ -222,6 +232,7 @@ void print_summary(const MapRun& run, const std::string& out) {
               counted(sum(run.scans).points, "point").c_str(), out.c_str());
   std::printf("  time     median %.1f ms a scan, p99 %.1f ms, max %.1f ms\n", timing.median_ms,
               timing.p99_ms, timing.max_ms);
+  registration_of(run.scans).print();
   std::printf("  voxels   %llu labelled or occupied, %llu free\n",
               static_cast<unsigned long long>(usage.label_voxels),
               static_cast<unsigned long long>(run.free_voxels));

@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "cli/registration_report.hpp"
 #include "dataset/dataset.hpp"
 #include "mapping/report.hpp"
 #include "tessera/inference/scan_report.hpp"
@@ -19,6 +20,7 @@ struct ScanRecord {
   double milliseconds = 0.0;
   UnknownRawIds unknown;
   ScanReport report;
+  RegistrationRecord registration{};
 };
 
 /// What the moving window did in all.

@@ -48,6 +48,7 @@ void ScanBuffer::reserve(std::size_t max_points) {
   if (components_.size() >= max_points) return;
   points_xyzi_.resize(max_points * kFloatsPerPoint);
   components_.resize(max_points);
+  times_s_.resize(max_points);
 }
 
 ScanView DatasetScan::view() const noexcept {
@@ -79,15 +80,54 @@ Outcome<DatasetScan> Dataset::read(std::size_t i, ScanBuffer& buffer) const {
                    .points_xyzi = points,
                    .components = components,
                    .unknown = {},
+                   .deskew = {},
+                   .projection = {},
                    .T_map_sensor = entry.T_map_sensor};
-  if (!has_labels()) {
-    std::fill(components.begin(), components.end(), classes_.unlabelled());
-    return scan;
+  if (deskews_) {
+    const Outcome<DeskewReport> deskewed = deskew(entry, buffer);
+    if (!deskewed.ok()) return deskewed.failure();
+    scan.deskew = *deskewed;
   }
-  const Outcome<UnknownRawIds> unknown = read_labels(i, labels_, components);
+  const Outcome<void> labelled = read_components(i, components, scan);
+  if (!labelled.ok()) return labelled.failure();
+  return scan;
+}
+
+Outcome<DeskewReport> Dataset::deskew(const Entry& entry, ScanBuffer& buffer) const {
+  const std::span<float> times_s(buffer.times_s_.data(), entry.points);
+  const ScanFilePath path(dir_, "times", entry.number, ".bin");
+  Outcome<InputFile> file = open_unchanged(path, times_s.size_bytes());
+  if (!file.ok()) return file.failure();
+  const Outcome<void> filled = file->read_exactly(std::as_writable_bytes(times_s));
+  if (!filled.ok()) return filled.failure();
+  const Sweep sweep{.points = {buffer.points_xyzi_.data(), kFloatsPerPoint, entry.points},
+                    .times_s = times_s.data(),
+                    .stamp_us = motion_->stamp_us(entry.number)};
+  DeskewConfig config;
+  config.max_gap_us = ScanMotion::kMaxGap_us;
+  return tessera::deskew(motion_->track(), sweep, config, buffer.points_xyzi_);
+}
+
+Outcome<void> Dataset::read_components(std::size_t i, std::span<std::uint8_t> out,
+                                       DatasetScan& scan) const {
+  if (cameras_ != nullptr) {
+    const ScanToLabel to_label{.number = scan.number,
+                               .points = {scan.points_xyzi.data(), kFloatsPerPoint, out.size()},
+                               .motion = motion_ ? &*motion_ : nullptr,
+                               .num_classes = classes_.table().num_classes()};
+    const Outcome<LabelReport> projected = cameras_->read(to_label, out);
+    if (!projected.ok()) return projected.failure();
+    scan.projection = *projected;
+    return {};
+  }
+  if (!has_labels()) {
+    std::fill(out.begin(), out.end(), classes_.unlabelled());
+    return {};
+  }
+  const Outcome<UnknownRawIds> unknown = read_labels(i, labels_, out);
   if (!unknown.ok()) return unknown.failure();
   scan.unknown = *unknown;
-  return scan;
+  return {};
 }
 
 Outcome<UnknownRawIds> Dataset::read_labels(std::size_t i, std::string_view folder,

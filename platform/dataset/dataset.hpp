@@ -1,7 +1,9 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // A recorded sequence in the folder layout of KITTI odometry and SemanticKITTI:
-// velodyne/NNNNNN.bin, <labels>/NNNNNN.label, poses.txt, calib.txt, classes.toml. open() checks by
+// velodyne/NNNNNN.bin, <labels>/NNNNNN.label, poses.txt, calib.txt, classes.toml; and, beyond that
+// layout, times/NNNNNN.bin (a float32 a point, seconds from the scan's stamp), times.txt,
+// poses_dense.txt, cameras.toml and the cameras' NNNNNN.png of class numbers. open() checks by
 // names and sizes alone that everything is there and fits together; read() then brings one scan at
 // a time into memory that is allocated once.
 #pragma once
@@ -9,26 +11,44 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "dataset/camera_labels.hpp"
 #include "dataset/dataset_classes.hpp"
 #include "dataset/scan_listing.hpp"
+#include "dataset/scan_motion.hpp"
 #include "posix/outcome.hpp"
 #include "tessera/base/geometry.hpp"
+#include "tessera/registration/deskew.hpp"
 #include "tessera/registration/scan.hpp"
 
 namespace tessera {
 
 inline constexpr std::string_view kNoLabels = "none";
+/// Labels from the cameras of cameras.toml, by projection.
+inline constexpr std::string_view kCameraLabels = "cameras";
+
+/// Whether the robot's motion is taken out of scans that have times of their points.
+enum class Deskewing : std::uint8_t {
+  kWhereTimed,  ///< If the dataset has a folder times.
+  kOn,          ///< A dataset without it is refused.
+  kOff,
+};
+
+/// "on", "off" or, for where there are times, "". Fails with kUsage iff it is something else.
+Outcome<Deskewing> parse_deskewing(std::string_view text);
 
 struct DatasetOptions {
-  std::optional<int> first;            ///< Scan number; the lowest there is if not given.
-  std::optional<int> last;             ///< Inclusive; the highest there is if not given.
-  std::string labels = "predictions";  ///< Folder of labels to learn from, or kNoLabels.
+  std::optional<int> first;  ///< Scan number; the lowest there is if not given.
+  std::optional<int> last;   ///< Inclusive; the highest there is if not given.
+  /// Folder of labels to learn from, kCameraLabels or kNoLabels.
+  std::string labels = "predictions";
+  Deskewing deskew = Deskewing::kWhereTimed;
 };
 
 /// Raw label ids that the classes do not know, in one scan.
@@ -54,14 +74,18 @@ class ScanBuffer {
   friend class Dataset;
   std::vector<float> points_xyzi_;
   std::vector<std::uint8_t> components_;
+  std::vector<float> times_s_;
 };
 
 /// One scan. The spans point into the ScanBuffer that it was read into, until the next read.
 struct DatasetScan {
   int number = 0;
-  std::span<const float> points_xyzi;  ///< x y z in metres, sensor frame, and intensity; as stored.
+  /// x y z in metres, sensor frame, and intensity; as stored, or deskewed.
+  std::span<const float> points_xyzi;
   std::span<const std::uint8_t> components;  ///< One a point: 1 .. C, or C + 1.
   UnknownRawIds unknown;
+  std::optional<DeskewReport> deskew;              ///< Where motion was taken out.
+  std::optional<LabelReport> projection;           ///< Where the labels are the cameras'.
   Matrix34d T_map_sensor = Matrix34d::Identity();  ///< As recorded: perhaps not rigid, not finite.
 
   [[nodiscard]] std::size_t num_points() const noexcept { return components.size(); }
@@ -74,8 +98,10 @@ class Dataset {
   /// Fails with kUsage, naming the file and the remedy, iff: a folder (dir, velodyne, the labels)
   /// or poses.txt is missing; there are no scans in the range; poses.txt has no row for a scan; a
   /// .bin is not a multiple of 16 bytes or has more than 2^24 points; a label file is missing or
-  /// has another number of points; poses.txt, calib.txt or classes.toml are malformed. Scans may be
-  /// empty.
+  /// has another number of points; poses.txt, calib.txt or classes.toml are malformed; where scans
+  /// are deskewed, a file of times is missing or has another number of points, or ScanMotion::load
+  /// fails; where the labels are the cameras', CameraLabels::open fails, an image is missing, or
+  /// ScanMotion::load fails and is needed. Scans may be empty.
   static Outcome<Dataset> open(const std::string& dir, const DatasetOptions& options = {});
 
   [[nodiscard]] std::size_t num_scans() const noexcept { return scans_.size(); }
@@ -84,13 +110,20 @@ class Dataset {
   /// Of the largest scan; what a ScanBuffer needs.
   [[nodiscard]] std::size_t max_points() const noexcept { return max_points_; }
   [[nodiscard]] const DatasetClasses& classes() const noexcept { return classes_; }
-  [[nodiscard]] bool has_labels() const noexcept { return labels_ != kNoLabels; }
+  /// Whether a scan that is read has labels from a folder.
+  [[nodiscard]] bool has_labels() const noexcept {
+    return labels_ != kNoLabels && labels_ != kCameraLabels;
+  }
+  [[nodiscard]] bool deskews() const noexcept { return deskews_; }
+  /// Null unless the labels are the cameras'.
+  [[nodiscard]] const CameraLabels* cameras() const noexcept { return cameras_.get(); }
   /// Runs of numbers within the chosen range for which there is no scan: worth a warning
   /// (to_text()).
   [[nodiscard]] const std::vector<ScanRange>& missing() const noexcept { return missing_; }
 
-  /// Reads scan i. Does not use the heap if the buffer holds max_points() and nothing fails. Fails
-  /// with kFailure iff a file cannot be read any more or has changed its size since open().
+  /// Reads scan i, one at a time. Does not use the heap if the buffer holds max_points() and
+  /// nothing fails, but for decoding the cameras' images. Fails with kFailure iff a file cannot be
+  /// read any more or has changed its size since open(), with kUsage iff CameraLabels::read does.
   Outcome<DatasetScan> read(std::size_t i, ScanBuffer& buffer) const;
 
   /// The checks of open() for another folder of labels, ground truth say. Fails with kUsage.
@@ -111,11 +144,19 @@ class Dataset {
   Outcome<void> choose_scans(const DatasetOptions& options);
   Outcome<void> measure_scans();
   Outcome<void> attach_poses();
+  Outcome<void> check_times();
+  Outcome<void> check_cameras();
+  Outcome<DeskewReport> deskew(const Entry& entry, ScanBuffer& buffer) const;
+  Outcome<void> read_components(std::size_t i, std::span<std::uint8_t> out,
+                                DatasetScan& scan) const;
   Outcome<void> check_label_files(const std::string& folder, std::string_view remedy) const;
 
   std::string dir_;
   DatasetClasses classes_;
   std::string labels_;
+  bool deskews_ = false;
+  std::optional<ScanMotion> motion_;
+  std::unique_ptr<CameraLabels> cameras_;
   std::vector<Entry> scans_;
   std::vector<ScanRange> missing_;
   std::size_t max_points_ = 0;

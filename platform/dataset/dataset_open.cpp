@@ -40,6 +40,13 @@ Failure no_scan_in(ScanRange range, const std::vector<int>& found, const std::st
 
 }  // namespace
 
+Outcome<Deskewing> parse_deskewing(std::string_view text) {
+  if (text.empty()) return Deskewing::kWhereTimed;
+  if (text == "on") return Deskewing::kOn;
+  if (text == "off") return Deskewing::kOff;
+  return Failure{"--deskew " + one_line(text) + " is not allowed; give on or off"};
+}
+
 Outcome<Dataset> Dataset::open(const std::string& dir, const DatasetOptions& options) {
   const Outcome<void> folder = require_folder("dataset folder", dir, "check the name");
   if (!folder.ok()) return folder.failure();
@@ -49,7 +56,16 @@ Outcome<Dataset> Dataset::open(const std::string& dir, const DatasetOptions& opt
   Dataset dataset(dir, std::move(*classes), options.labels);
   const Outcome<void> chosen = dataset.choose_scans(options);
   if (!chosen.ok()) return chosen.failure();
-  for (const auto step : {&Dataset::attach_poses, &Dataset::measure_scans}) {
+  dataset.deskews_ =
+      options.deskew == Deskewing::kOn || (options.deskew == Deskewing::kWhereTimed &&
+                                           std::filesystem::is_directory(in_folder(dir, "times")));
+  if (options.labels == kCameraLabels) {
+    Outcome<std::unique_ptr<CameraLabels>> cameras = CameraLabels::open(dir);
+    if (!cameras.ok()) return cameras.failure();
+    dataset.cameras_ = std::move(*cameras);
+  }
+  for (const auto step : {&Dataset::attach_poses, &Dataset::measure_scans, &Dataset::check_times,
+                          &Dataset::check_cameras}) {
     const Outcome<void> done = (dataset.*step)();
     if (!done.ok()) return done.failure();
   }
@@ -129,7 +145,42 @@ Outcome<void> Dataset::attach_poses() {
     scan.T_map_sensor =
         lidar_pose(*T_camera_lidar, (*poses)[static_cast<std::size_t>(scan.number)]);
   }
+  if (!deskews_ && (cameras_ == nullptr || !cameras_->needs_motion())) return {};
+  std::vector<Matrix34d> T_map_sensor;
+  for (const Matrix34d& pose : *poses) T_map_sensor.push_back(lidar_pose(*T_camera_lidar, pose));
+  Outcome<ScanMotion> motion = ScanMotion::load(
+      dir_, {.T_map_sensor = T_map_sensor, .T_camera_lidar = *T_camera_lidar}, needed);
+  if (!motion.ok()) return motion.failure();
+  motion_ = std::move(*motion);
   return {};
+}
+
+Outcome<void> Dataset::check_times() {
+  if (!deskews_) return {};
+  const Outcome<void> present =
+      require_folder("folder of times", in_folder(dir_, "times"),
+                     "get the times of the points, or do without: --deskew off");
+  if (!present.ok()) return present.failure();
+  for (const Entry& scan : scans_) {
+    const ScanFilePath path(dir_, "times", scan.number, ".bin");
+    const Outcome<std::uint64_t> size = file_size_bytes(path);
+    if (!size.ok()) return size.failure();
+    if (*size == scan.points * sizeof(float)) continue;
+    return Failure{std::string(path.view()) + " has " + std::to_string(*size) +
+                   " bytes, but its scan has " + std::to_string(scan.points) +
+                   " points of 4 each; get the times that belong to this scan, or do without: "
+                   "--deskew off"};
+  }
+  return {};
+}
+
+Outcome<void> Dataset::check_cameras() {
+  if (cameras_ == nullptr) return {};
+  std::vector<int> numbers;
+  for (const Entry& scan : scans_) numbers.push_back(scan.number);
+  const Outcome<void> there = cameras_->check_images(numbers);
+  if (!there.ok()) return there.failure();
+  return cameras_->reserve(max_points_);
 }
 
 Outcome<void> Dataset::check_labels(const std::string& folder) const {

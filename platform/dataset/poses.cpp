@@ -5,8 +5,8 @@
 #include <string_view>
 
 #include "dataset/number_row.hpp"
-#include "tessera/base/rigid.hpp"
 #include "posix/input_file.hpp"
+#include "tessera/base/rigid.hpp"
 
 namespace tessera {
 namespace {

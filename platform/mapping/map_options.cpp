@@ -12,6 +12,7 @@ Json to_json(const MapOptions& o, const MapSetup& setup) {
   json["first"] = o.first ? Json(*o.first) : Json();
   json["last"] = o.last ? Json(*o.last) : Json();
   json["labels"] = o.labels;
+  json["deskew"] = o.deskew.empty() ? "where timed" : o.deskew;
   json["resolution"] = setup.map.resolution_m;
   json["inference"] = o.inference;
   json["kernel_length"] =

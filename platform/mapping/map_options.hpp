@@ -24,6 +24,7 @@ struct MapOptions {
   std::optional<double> window_m;  ///< Without it: the map keeps everything.
   std::string archive;             ///< Folder; empty: none.
   std::string labels = "predictions";
+  std::string deskew;  ///< "on" or "off"; empty: where the dataset has times.
   std::optional<int> first;
   std::optional<int> last;
   std::optional<double> resolution_m;  ///< Without it: the map to continue, or 0.1.

@@ -1,0 +1,37 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// cameras.toml: which cameras a robot has, where they sit, and where their label images are.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "posix/outcome.hpp"
+#include "tessera/registration/camera_model.hpp"
+#include "tessera/registration/label_projection.hpp"
+
+namespace tessera {
+
+struct CameraDescription {
+  std::string name;    ///< Not empty, its own.
+  std::string folder;  ///< Of its images NNNNNN.png, in the dataset; may be empty.
+  std::string mask;    ///< A PNG that is 0 where the camera sees the robot itself; empty: none.
+  CameraModel model;
+  Matrix34d T_camera_lidar = Matrix34d::Identity();  ///< Rigid; camera x right, y down, z forward.
+  std::int64_t offset_us = 0;                        ///< From the scan's stamp to the image's.
+};
+
+/// The [[camera]] entries, in their order: name, model ("pinhole" or "fisheye"), width, height,
+/// focal = [x, y], centre = [x, y], T_camera_lidar = 3x4 by rows (metres); and, if there is need,
+/// folder, mask, distortion (k1 k2 p1 p2 k3, a pinhole's last or last three may be left out; k1 k2
+/// k3 k4), stamp_offset (seconds). path: for messages. Fails with kUsage, naming file, line and
+/// remedy, iff it is not TOML, a key is missing, unknown or has a wrong value, a model is refused
+/// (CameraModel::make), or there are no cameras or more than kMostCameras.
+Outcome<std::vector<CameraDescription>> parse_cameras(std::string_view text,
+                                                      const std::string& path);
+/// The same from a file. Fails as parse_cameras and read_text_file do.
+Outcome<std::vector<CameraDescription>> read_cameras(const std::string& path);
+
+}  // namespace tessera
