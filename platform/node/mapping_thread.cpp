@@ -19,7 +19,7 @@ void MappingThread::stop() noexcept {
   thread_.join();
 }
 
-void MappingThread::pause(PauseReason reason, bool on) noexcept {
+void MappingThread::pause(MappingPause reason, bool on) noexcept {
   if (on) {
     pause_.fetch_or(reason, std::memory_order_acq_rel);
   } else {

@@ -22,10 +22,11 @@
 namespace tessera {
 
 /// Why the thread integrates nothing, a bit each; 0: it does.
-enum PauseReason : std::uint32_t {
+enum MappingPause : std::uint32_t {
   kPausedByCommand = 1U << 0U,
-  kPausedByPose = 1U << 1U,  ///< Stale, frozen, jumping or corrupt.
+  kPausedByPose = 1U << 1U,  ///< There is none that may be mapped with.
   kPausedToSave = 1U << 2U,
+  kPausedByNewFrame = 1U << 3U,  ///< Poses are of another frame than the map.
 };
 
 /// How things stand after a cycle; counters never decrease.
@@ -42,7 +43,7 @@ struct MappingStatus {
   std::int64_t worst_late_us = 0;  ///< From a scan's arrival to the begin of its cycle.
   std::int64_t stamp_us = 0;       ///< Of the last scan that was integrated.
   std::int64_t end_us = 0;         ///< When it was done.
-  std::uint32_t pause = 0;         ///< PauseReason.
+  std::uint32_t pause = 0;         ///< MappingPause.
   std::array<double, 12> T_map_sensor{};  ///< Of the last scan, row by row; all 0 before it.
   MapUsage usage{};
 };
@@ -80,7 +81,7 @@ class MappingThread {
 
   /// Sets or takes back a reason to pause. True pauses begin after the cycle at hand: paused() says
   /// when.
-  void pause(PauseReason reason, bool on) noexcept;
+  void pause(MappingPause reason, bool on) noexcept;
   /// Whether the map is left alone: somebody else may read all of it until the pause ends.
   [[nodiscard]] bool paused() const noexcept { return is_paused_.load(std::memory_order_acquire); }
   /// Forgets all content, before the next scan.

@@ -232,7 +232,13 @@ void SensorPort::take_pose(std::span<const std::byte> payload) noexcept {
     ++report_.poses_invalid;
     return;
   }
-  matcher_.add_pose({pose.stamp_us, pose.T_map_body}, time());
+  const SensorTime now = time();
+  const PoseFilter& filter = config_.pose_filter;
+  if (filter.may_use != nullptr && !filter.may_use(filter.context, pose, now.stamp_now_us)) {
+    ++report_.poses_filtered;
+    return;
+  }
+  matcher_.add_pose({pose.stamp_us, pose.T_map_body}, now);
 }
 
 }  // namespace tessera

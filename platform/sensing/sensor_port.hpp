@@ -37,12 +37,20 @@ enum class SensorClock : std::uint8_t {
   kWall,       ///< CLOCK_REALTIME, microseconds since 1970.
 };
 
+/// Asked for each pose that comes over LCM, in the sensing thread; without one all are taken.
+struct PoseFilter {
+  void* context = nullptr;
+  /// stamp_now_us: now, by the sensors' clock.
+  bool (*may_use)(void* context, const PoseMessage& pose, std::int64_t stamp_now_us) = nullptr;
+};
+
 struct SensorPortConfig {
   SensorLinkConfig link{};
   SensorChannels channels{};
   MatcherConfig matcher{};
   SensorClock clock = SensorClock::kMonotonic;
   bool takes_degraded_poses = true;
+  PoseFilter pose_filter{};
 };
 
 /// Everything that was counted, from the socket to the mapping thread.
@@ -52,6 +60,7 @@ struct SensorReport {
   std::uint64_t other_channel = 0;
   std::array<std::uint64_t, 6> faults{};  ///< By MessageFault; the first is not used.
   std::uint64_t poses_invalid = 0;        ///< Said so themselves, or degraded and those not wanted.
+  std::uint64_t poses_filtered = 0;       ///< Not wanted by the filter.
   std::uint64_t pose_gaps = 0;         ///< Numbers that no pose came with; a restart counts none.
   std::uint64_t poses_queue_full = 0;  ///< Of add_pose().
   MatchReport match{};

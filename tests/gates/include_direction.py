@@ -31,9 +31,8 @@ OUTSIDE = {
     "cstring", "initializer_list", "iterator", "limits", "new", "numeric", "optional", "span", "string_view", "tuple",
     "type_traits", "utility", "Eigen/Core", "Eigen/Geometry", "Eigen/LU"}
 # A folder of platform may include the core, itself and those before it.
-PLATFORM = ["posix", "archive", "dataset", "render", "simulator", "lcm", "vehicle", "socketcan", "sensing", "service", "security",
-            "mapping", "node", "cli"]
-PLATFORM = ["posix", "archive", "image", "dataset", "render", "simulator", "lcm", "security", "mapping", "node", "cli"]
+PLATFORM = ["posix", "archive", "image", "dataset", "render", "simulator", "lcm", "vehicle", "socketcan", "sensing", "service",
+            "security", "mapping", "node", "cli"]
 # Foreign headers that one folder of platform has to itself, by how their names begin. LCM's own are lcm/lcm.h,
 # lcm/lcm-cpp.hpp, lcm/lcm_coretypes.h and lcm/eventlog.h; no header of platform/lcm may be named like them.
 RESERVED = {"lcm/lcm": "lcm", "lcm/eventlog": "lcm", "linux/can": "socketcan", "png.h": "image", "sodium": "security"}

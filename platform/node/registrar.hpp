@@ -1,0 +1,86 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// From what sensors give to what the integrator takes: motion taken out, labels of cameras, points
+// of depth images. Of the mapping thread; its memory is there from the start.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "dataset/cameras_toml.hpp"
+#include "mapping/stored_map.hpp"
+#include "posix/latest_value.hpp"
+#include "posix/outcome.hpp"
+#include "sensing/scan_slot.hpp"
+#include "tessera/registration/depth_image.hpp"
+#include "tessera/registration/deskew.hpp"
+
+namespace tessera {
+
+struct RegistrarConfig {
+  std::vector<CameraDescription> cameras;  ///< By their numbers in messages.
+  int num_classes = 0;
+  SlotCapacity slot{};
+  DeskewConfig deskew{};
+  LabelProjectionConfig projection{};
+  DepthConfig depth{};
+  /// Of the camera that depth images come from; -1: none.
+  int depth_camera = -1;
+  Matrix34d T_body_lidar = Matrix34d::Identity();
+};
+
+/// Counters never decrease.
+struct RegistrarReport {
+  std::uint64_t deskewed = 0;         ///< Scans.
+  std::uint64_t not_deskewed = 0;     ///< Had times, but no poses around them: taken as they are.
+  std::uint64_t points_unplaced = 0;  ///< Of deskewed ones.
+  std::uint64_t projected = 0;        ///< Scans that were labelled by cameras.
+  std::uint64_t labelled = 0;         ///< Points of these.
+  std::uint64_t occluded = 0;         ///< Once a camera.
+  std::uint64_t images_without_pose = 0;
+  std::uint64_t images_refused = 0;  ///< Of another size than the camera, or of no known one.
+  std::uint64_t depth_images = 0;
+  std::uint64_t flying = 0;   ///< Pixels at the edges of depths.
+  std::uint64_t refused = 0;  ///< Scans of which nothing could be made.
+};
+
+class Registrar {
+ public:
+  /// Fails with kUsage iff a mask cannot be read or a number is out of its range; kFailure iff the
+  /// system does not give the memory.
+  static Outcome<std::unique_ptr<Registrar>> make(const RegistrarConfig& config);
+  Registrar(const Registrar&) = delete;
+  Registrar& operator=(const Registrar&) = delete;
+
+  /// What the slot holds, as the integrator takes it; changes the slot. False, and counted: nothing
+  /// can be made of it. No heap, no system call. Cost: that of deskew, LabelProjector::project and
+  /// DepthCamera::to_points.
+  bool view(ScanSlot& slot, ScanView& into) noexcept;
+  /// For any thread.
+  [[nodiscard]] const LatestValue<RegistrarReport>& report() const noexcept { return report_; }
+  [[nodiscard]] std::size_t memory_bytes() const noexcept { return memory_.span().size(); }
+
+ private:
+  static constexpr std::int64_t kMaxGap_us = 250'000;
+
+  explicit Registrar(const RegistrarConfig& config) : config_(config) {}
+  Outcome<void> set_up();
+  [[nodiscard]] std::size_t required_bytes() const;
+  Outcome<void> read_masks();
+  void take_out_motion(ScanSlot& slot) noexcept;
+  void take_labels(ScanSlot& slot) noexcept;
+  bool take_depths(ScanSlot& slot, ScanView& into) noexcept;
+
+  RegistrarConfig config_;
+  ArenaMemory memory_;
+  std::vector<std::vector<std::uint8_t>> masks_;  ///< Empty for cameras without.
+  PoseTrack track_;
+  LabelProjector projector_;
+  DepthCamera depth_;
+  std::span<float> depth_points_;
+  std::span<std::uint8_t> depth_components_;
+  RegistrarReport counted_{};
+  LatestValue<RegistrarReport> report_;
+};
+
+}  // namespace tessera

@@ -1,0 +1,131 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "node/sensing_thread.hpp"
+
+#include <algorithm>
+
+#include "posix/monotonic_clock.hpp"
+
+namespace tessera {
+
+Outcome<std::unique_ptr<SensingThread>> SensingThread::open(const SensorPortConfig& config,
+                                                            const PoseGuardConfig& guard,
+                                                            VehiclePort* vehicle) {
+  std::unique_ptr<SensingThread> sensing(new SensingThread(guard, vehicle));
+  SensorPortConfig with_filter = config;
+  with_filter.pose_filter = {
+      sensing.get(), [](void* self, const PoseMessage& pose, std::int64_t stamp_now_us) {
+        return static_cast<SensingThread*>(self)->may_use(pose, stamp_now_us);
+      }};
+  // Two sources of poses would contradict each other.
+  if (vehicle != nullptr) with_filter.channels.pose.clear();
+  Outcome<std::unique_ptr<SensorPort>> port = SensorPort::open(with_filter);
+  if (!port.ok()) return port.failure();
+  sensing->port_ = std::move(*port);
+  return sensing;
+}
+
+Outcome<void> SensingThread::start(const ThreadRole& role, MappingThread& mapping,
+                                   WakeUp& mapping_wake) {
+  mapping_ = &mapping;
+  mapping_wake_ = &mapping_wake;
+  return thread_.start(
+      role, [](void* self) { static_cast<SensingThread*>(self)->run(); }, this);
+}
+
+void SensingThread::stop() noexcept {
+  stopping_.store(true, std::memory_order_release);
+  if (port_) port_->wake();
+  thread_.join();
+}
+
+SourceCounters SensingThread::counters() const noexcept {
+  const MatchReport match = port_->report().match;
+  return {.offered = match.given, .lost = match.superseded, .unknown_ids = 0};
+}
+
+void SensingThread::run() noexcept {
+  while (!stopping_.load(std::memory_order_acquire)) {
+    heartbeat_.beat(MonotonicClock::now_us());
+    take_vehicle_poses();
+    port_->step(kTurn_us);
+    const std::uint64_t given = port_->report().match.given;
+    if (given != given_) mapping_wake_->wake();
+    given_ = given;
+    pause_or_go_on();
+  }
+  heartbeat_.rest();
+}
+
+void SensingThread::note(const StampedPose& pose) noexcept {
+  ++now_.poses;
+  now_.stamp_us = pose.stamp_us;
+  std::copy_n(pose.T_map_body.data(), now_.T_map_body.size(), now_.T_map_body.begin());
+}
+
+/// From here on poses are of another frame: what is mapped with them does not fit to what there is.
+void SensingThread::note_relocations(std::uint64_t relocations) noexcept {
+  if (relocations == now_.relocations) return;
+  now_.relocations = relocations;
+  log_.say(LogLevel::kError, MonotonicClock::now_us(),
+           "poses are of another frame than before; clear the map, or start if they are not");
+  mapping_->pause(kPausedByNewFrame, true);
+}
+
+bool SensingThread::may_use(const PoseMessage& pose, std::int64_t stamp_now_us) noexcept {
+  // What is not known is not held against a pose.
+  const double sigma_m = std::max(pose.position_sigma_m.maxCoeff(), 0.0);
+  const PoseObservation observation{.pose = {pose.stamp_us, pose.T_map_body},
+                                    .received_us = stamp_now_us,
+                                    .std_position_m = sigma_m,
+                                    .std_heading_rad = std::max(pose.rotation_sigma_rad, 0.0)};
+  const bool good = guard_.judge(observation) == PoseVerdict::kGood;
+  if (good) {
+    note(observation.pose);
+  } else {
+    ++now_.refused;
+  }
+  note_relocations(guard_.relocations());
+  return good;
+}
+
+void SensingThread::take_vehicle_poses() noexcept {
+  if (vehicle_ == nullptr) return;
+  while (const JudgedPose* const pose = vehicle_->poses().front()) {
+    if (pose->usable) {
+      note(pose->observation.pose);
+      // What does not fit is counted by the port.
+      static_cast<void>(port_->add_pose(pose->observation.pose));
+    } else {
+      ++now_.refused;
+    }
+    note_relocations(pose->relocations);
+    vehicle_->poses().pop();
+  }
+}
+
+bool SensingThread::poses_are_good() noexcept {
+  if (vehicle_ == nullptr) {
+    now_.verdict = guard_.state(port_->stamp_now_us());
+    return now_.verdict == PoseVerdict::kGood;
+  }
+  VehiclePortStatus status;
+  if (!vehicle_->status(status)) return was_good_;
+  now_.verdict = status.bus.pose_verdict;
+  return status.bus.pose_source != PoseSource::kNone;
+}
+
+void SensingThread::pause_or_go_on() noexcept {
+  const bool good = poses_are_good();
+  if (good != was_good_) {
+    mapping_->pause(kPausedByPose, !good);
+    now_.pauses += good ? 0U : 1U;
+    log_.say(good ? LogLevel::kInfo : LogLevel::kWarning, MonotonicClock::now_us(),
+             good ? "poses are good" : "no pose may be mapped with: verdict %",
+             static_cast<std::int64_t>(now_.verdict));
+    was_good_ = good;
+  }
+  status_.set(now_);
+}
+
+}  // namespace tessera

@@ -1,0 +1,87 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// The thread that takes what sensors send and where the robot is, and hands whole scans to the one
+// that maps. Poses come over LCM, or from the vehicle's bus; either way a guard judges them, and
+// while none may be used, mapping pauses.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <memory>
+
+#include "node/mapping_thread.hpp"
+#include "node/scan_source.hpp"
+#include "posix/latest_value.hpp"
+#include "sensing/sensor_port.hpp"
+#include "socketcan/vehicle_port.hpp"
+#include "vehicle/pose_guard.hpp"
+
+namespace tessera {
+
+/// Where the robot is, and whether that may be mapped with.
+struct SensingStatus {
+  PoseVerdict verdict = PoseVerdict::kNone;  ///< Of poses over LCM; those of the bus say theirs.
+  std::int64_t stamp_us = 0;                 ///< Of the last pose that was used; 0: none yet.
+  std::array<double, 12> T_map_body{};       ///< Row by row.
+  std::uint64_t poses = 0;                   ///< That were used.
+  std::uint64_t refused = 0;                 ///< By the guard.
+  std::uint64_t pauses = 0;                  ///< Times that poses became unusable.
+  std::uint64_t relocations = 0;             ///< Times that poses came to be of another frame.
+};
+
+class SensingThread final : public ScanSource {
+ public:
+  /// vehicle: where poses come from, if not over LCM; may be null; must outlive it. Fails as
+  /// SensorPort::open.
+  static Outcome<std::unique_ptr<SensingThread>> open(const SensorPortConfig& config,
+                                                      const PoseGuardConfig& guard,
+                                                      VehiclePort* vehicle);
+  ~SensingThread() { stop(); }
+
+  /// Both must outlive it. Fails as Thread::start.
+  Outcome<void> start(const ThreadRole& role, MappingThread& mapping, WakeUp& mapping_wake);
+  void stop() noexcept;
+
+  [[nodiscard]] ScanSlot* front() noexcept override { return port_->front(); }
+  void pop() noexcept override { port_->pop(); }
+  [[nodiscard]] bool ended() const noexcept override { return false; }
+  [[nodiscard]] SourceCounters counters() const noexcept override;
+
+  // For any thread.
+  [[nodiscard]] const LatestValue<SensingStatus>& status() const noexcept { return status_; }
+  [[nodiscard]] SensorReport report() const noexcept { return port_->report(); }
+  [[nodiscard]] Heartbeat& heartbeat() noexcept { return heartbeat_; }
+  [[nodiscard]] LogQueue& log() noexcept { return log_; }
+  /// Now, by the clock that sensors stamp with.
+  [[nodiscard]] std::int64_t stamp_now_us() const noexcept { return port_->stamp_now_us(); }
+
+ private:
+  /// Between two looks at how poses stand.
+  static constexpr std::int64_t kTurn_us = 20'000;
+
+  SensingThread(const PoseGuardConfig& guard, VehiclePort* vehicle)
+      : guard_(guard), vehicle_(vehicle) {}
+  void run() noexcept;
+  bool may_use(const PoseMessage& pose, std::int64_t stamp_now_us) noexcept;
+  void take_vehicle_poses() noexcept;
+  void note(const StampedPose& pose) noexcept;
+  void note_relocations(std::uint64_t relocations) noexcept;
+  [[nodiscard]] bool poses_are_good() noexcept;
+  void pause_or_go_on() noexcept;
+
+  std::unique_ptr<SensorPort> port_;
+  PoseGuard guard_;
+  VehiclePort* vehicle_;
+  MappingThread* mapping_ = nullptr;
+  WakeUp* mapping_wake_ = nullptr;
+  bool was_good_ = true;
+  std::uint64_t given_ = 0;
+  SensingStatus now_{};
+  LatestValue<SensingStatus> status_;
+  std::atomic<bool> stopping_{false};
+  Heartbeat heartbeat_{"sensing", 2'000'000};
+  LogQueue log_{"sensing"};
+  Thread thread_;
+};
+
+}  // namespace tessera
