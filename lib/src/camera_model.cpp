@@ -184,7 +184,10 @@ Sight CameraModel::project(const Point3d& p_camera, Pixel& pixel) const noexcept
   if (!(aside < 1e150 && std::abs(p_camera.z()) < 1e150)) return Sight::kOutside;
   const double angle_rad = angle_of(aside, p_camera.z());
   if (!(angle_rad <= limit_)) return p_camera.z() > 0.0 ? Sight::kOutside : Sight::kBehind;
-  const double scale = fisheye_radius(c).at(angle_rad) / aside;
+  const double s = angle_rad * angle_rad;
+  const auto& k = c.distortion;
+  const double radius = angle_rad * (1.0 + s * (k[0] + s * (k[1] + s * (k[2] + s * k[3]))));
+  const double scale = radius / aside;
   return in_image(scale * p_camera.x(), scale * p_camera.y(), pixel);
 }
 

@@ -45,6 +45,8 @@ Result<LabelProjector> LabelProjector::make(Arena& arena, const LabelProjectionC
   LabelProjector projector;
   projector.config_ = config;
   projector.capacity_ = capacity;
+  projector.cells_per_pixel_ =
+      (std::uint64_t{1} << kShift) / static_cast<std::uint64_t>(config.cell_px) + 1;
   projector.placed_ = arena.take<Placed>(capacity.points);
   projector.best_cosine_ = arena.take<float>(capacity.points);
   projector.camera_ = arena.take<std::uint8_t>(capacity.points);
@@ -88,8 +90,8 @@ void LabelProjector::place(const PointsView& points, const LabelCamera& camera,
     placed.row = static_cast<std::uint16_t>(pixel.row + 0.5);
     placed.range_m = static_cast<float>(range_m);
     placed.cosine = static_cast<float>(p_camera.z() / range_m);
-    float& nearest_m = nearest_m_[static_cast<std::size_t>(
-        placed.row / config_.cell_px * cells_.columns + placed.column / config_.cell_px)];
+    float& nearest_m = nearest_m_[static_cast<std::size_t>(cell_of(placed.row) * cells_.columns +
+                                                           cell_of(placed.column))];
     nearest_m = std::min(nearest_m, placed.range_m);
   }
 }
@@ -115,7 +117,7 @@ bool LabelProjector::nearer_along(const Probe& probe, int columns, int rows) noe
 
 bool LabelProjector::occluded(const Placed& placed) noexcept {
   const Probe probe{
-      placed.column / config_.cell_px, placed.row / config_.cell_px,
+      cell_of(placed.column), cell_of(placed.row),
       placed.range_m - (config_.tolerance_m + config_.tolerance_share * placed.range_m)};
   if (cell_m(probe) < probe.nearer_than_m) return true;
   struct Direction {

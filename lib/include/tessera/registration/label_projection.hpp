@@ -141,6 +141,10 @@ class LabelProjector {
   }
 
   [[nodiscard]] Status check(const LabelCamera& camera) const noexcept;
+  /// pixel / cell_px without a division: exact for pixels up to 2^14 and cells up to 64.
+  [[nodiscard]] int cell_of(std::uint16_t pixel) const noexcept {
+    return static_cast<int>((pixel * cells_per_pixel_) >> kShift);
+  }
   void place(const PointsView& points, const LabelCamera& camera,
              LabelCameraReport& report) noexcept;
   void take_labels(const LabelCamera& camera, std::size_t number, int num_classes,
@@ -157,6 +161,8 @@ class LabelProjector {
   std::span<float> nearest_m_;
   Cells cells_{};
   std::size_t count_ = 0;
+  static constexpr unsigned kShift = 26;
+  std::uint64_t cells_per_pixel_ = 0;  ///< Times 2^kShift, rounded up.
   std::uint64_t cells_read_ = 0;
 };
 
