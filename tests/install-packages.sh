@@ -11,7 +11,7 @@ packages=(g++ cmake ninja-build libeigen3-dev libcli11-dev nlohmann-json3-dev li
           liblcm-bin python3)
 network=(iproute2 nftables)
 # Debian has it for x86 alone.
-case "$(dpkg --print-architecture 2>/dev/null)" in amd64 | i386) network+=(busybox user-mode-linux) ;; esac
+case "$(dpkg --print-architecture 2>/dev/null)" in amd64 | i386) network+=(busybox can-utils user-mode-linux) ;; esac
 case "${1:-}" in
   demo) packages+=(iproute2) ;;
   tests) packages+=(catch2 binutils strace valgrind "${network[@]}") ;;

@@ -65,7 +65,7 @@ inline constexpr int kPoseSources = 3;
 enum class BusState : std::uint8_t { kActive = 0, kPassive = 1, kOff = 2, kDown = 3 };
 inline constexpr int kBusStates = 4;
 
-enum class CommandResult : std::uint8_t { kNone = 0, kAccepted = 1, kDone = 2, kRefused = 3 };
+enum class CommandResult : std::uint8_t { kNone = 0, kAccepted = 1, kDone = 2, kDenied = 3 };
 inline constexpr int kCommandResults = 4;
 
 enum class Convergence : std::uint8_t { kUnknown = 0, kAlone = 1, kAgree = 2, kDiffer = 3 };

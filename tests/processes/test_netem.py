@@ -6,6 +6,7 @@ import pathlib
 import sys
 import unittest
 
+sys.path.append(str(pathlib.Path(__file__).resolve().parent.parent / "support"))
 import user_mode_linux
 from team import program
 

@@ -27,7 +27,7 @@ struct ObstacleSectorsConfig {
   double max_height_m = 1.0;
   double own_radius_m = 0.0;  ///< Nearer than this is the vehicle: no obstacle, and not unknown.
   double ring_m = 1.0;        ///< Width of the rings in which is counted what is known.
-  double known_share = 0.5;   ///< A ring of a sector is known if so many of its columns are.
+  double known_share = 0.8;   ///< A ring of a sector is known if so many of its columns are.
 };
 
 /// Sector i covers the directions [i - 1/2, i + 1/2) * 360 / count degrees, from the body's x axis
