@@ -29,6 +29,7 @@ void add_export_command(CLI::App& app, int& exit_status);
 void add_info_command(CLI::App& app, int& exit_status);
 void add_simulate_command(CLI::App& app, int& exit_status);
 void add_node_command(CLI::App& app, int& exit_status);
+void add_play_command(CLI::App& app, int& exit_status);
 void add_doctor_command(CLI::App& app, int& exit_status);
 void add_key_command(CLI::App& app, int& exit_status);
 

@@ -53,6 +53,7 @@ int run(int argc, char** argv) {
   add_info_command(app, exit_status);
   add_simulate_command(app, exit_status);
   add_node_command(app, exit_status);
+  add_play_command(app, exit_status);
   add_doctor_command(app, exit_status);
   add_key_command(app, exit_status);
   const std::string_view first = argc > 1 ? argv[1] : "";

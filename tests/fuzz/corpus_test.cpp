@@ -94,6 +94,9 @@ TEST_CASE("fuzz: a team on a hostile network") {
 TEST_CASE("fuzz: LCM messages, URLs and senders") {
   run_over_corpus("messages", messages, 5000, 607);
 }
+TEST_CASE("fuzz: sensors' messages, fragments and queries") {
+  run_over_corpus("sensors", sensors, 5000, 609);
+}
 TEST_CASE("fuzz: files of datasets and keys") {
   run_over_corpus("text_files", text_files, 600, 608);
 }

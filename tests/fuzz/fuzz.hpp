@@ -28,6 +28,8 @@ void exchange(Bytes bytes);
 void exchange_team(Bytes bytes);
 /// LCM messages, URLs and senders.
 void messages(Bytes bytes);
+/// Sensors' messages, whole and in fragments, and queries.
+void sensors(Bytes bytes);
 /// Files of datasets and keys.
 void text_files(Bytes bytes);
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "fuzz/forged_datagram.hpp"
+#include "fuzz/sensor_seeds.hpp"
 #include "network/simulated_network.hpp"
 #include "tessera/exchange/block_codec.hpp"
 #include "tessera/map/packed_block.hpp"
@@ -284,4 +285,6 @@ int main(int argc, char** argv) {
   tessera::fuzz::lies(corpus);
   tessera::fuzz::maps(corpus);
   tessera::fuzz::texts(corpus);
+  for (const tessera::Datagram& input : tessera::fuzz::sensor_seeds())
+    corpus.add("sensors", tessera::fuzz::Seed().all(input));
 }

@@ -1,0 +1,115 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// tessera play: a dataset as live sensors.
+#include <cstdio>
+
+#include "cli/command.hpp"
+#include "cli/dataset_player.hpp"
+#include "cli/number_options.hpp"
+#include "mapping/number_text.hpp"
+
+namespace tessera {
+
+namespace {
+
+struct PlayOptions {
+  std::string dataset;
+  std::optional<int> first;
+  std::optional<int> last;
+  std::string labels = "predictions";
+  std::string messages = "semantic";
+  std::string poses = "lcm";
+  std::string clock = "monotonic";
+  bool loop = false;
+  PlayerConfig player;
+};
+
+Outcome<void> check_usage(const PlayOptions& options) {
+  const auto refusal = [](const char* option, const std::string& given, const char* choices) {
+    return Failure{std::string(option) + " " + one_line(given) + " is not allowed; give " +
+                   choices};
+  };
+  if (options.messages != "semantic" && options.messages != "raw")
+    return refusal("--messages", options.messages, "semantic or raw");
+  if (options.poses != "lcm" && options.poses != "none")
+    return refusal("--poses", options.poses, "lcm or none");
+  if (options.clock != "monotonic" && options.clock != "wall")
+    return refusal("--clock", options.clock, "monotonic or wall");
+  if (!(options.player.rate_hz >= 0.1 && options.player.rate_hz <= 1000.0))
+    return refusal("--rate", text_of(options.player.rate_hz), "scans a second from 0.1 to 1000");
+  if (options.messages == "semantic" && options.labels == kNoLabels)
+    return refusal("--labels", options.labels, "a folder of labels, or --messages raw");
+  return {};
+}
+
+void print_summary(const DatasetPlayer& player, const PlayOptions& options) {
+  const PlayerReport& report = player.report();
+  std::printf("%s and %s sent to %s, %.1f MB, stamped by the %s clock\n",
+              counted(report.scans, "scan").c_str(), counted(report.poses, "pose").c_str(),
+              options.player.url.c_str(), 1e-6 * static_cast<double>(player.sender().sent_bytes()),
+              options.clock.c_str());
+  if (report.bad_poses > 0)
+    warn(counted(report.bad_poses, "scan") + " sent without pose, as theirs is not rigid");
+  if (report.late > 0)
+    warn(counted(report.late, "scan") + " sent late; give a lower --rate, or less work to others");
+}
+
+Outcome<void> run_play(PlayOptions options) {
+  const Outcome<void> usage = check_usage(options);
+  if (!usage.ok()) return usage.failure();
+  options.player.semantic = options.messages == "semantic";
+  options.player.sends_poses = options.poses == "lcm";
+  options.player.clock = options.clock == "wall" ? SensorClock::kWall : SensorClock::kMonotonic;
+  DatasetOptions dataset_options;
+  dataset_options.first = options.first;
+  dataset_options.last = options.last;
+  dataset_options.labels = options.player.semantic ? options.labels : std::string(kNoLabels);
+  const Outcome<Dataset> dataset = Dataset::open(options.dataset, dataset_options);
+  if (!dataset.ok()) return dataset.failure();
+  const Outcome<std::unique_ptr<DatasetPlayer>> player =
+      DatasetPlayer::open(options.player, *dataset);
+  if (!player.ok()) return player.failure();
+  do {
+    for (std::size_t i = 0; i < dataset->num_scans(); ++i) {
+      const Outcome<void> played = (*player)->play(i);
+      if (!played.ok()) return played.failure();
+    }
+  } while (options.loop);
+  print_summary(**player, options);
+  return {};
+}
+
+}  // namespace
+
+void add_play_command(CLI::App& app, int& exit_status) {
+  CLI::App* const command =
+      app.add_subcommand("play", "Send a dataset over LCM as the sensors of this machine would");
+  auto o = std::make_shared<PlayOptions>();
+  command->add_option("--dataset", o->dataset, "Folder to send")->required();
+  command->add_option("--first", o->first, "First scan number")->check(whole_number<int>());
+  command->add_option("--last", o->last, "Last scan number")->check(whole_number<int>());
+  command->add_option("--labels", o->labels, "Folder of labels")->capture_default_str();
+  command->add_option("--messages", o->messages, "semantic: labelled clouds; raw: without labels")
+      ->capture_default_str();
+  command->add_option("--poses", o->poses, "lcm: a pose with each scan; none")
+      ->capture_default_str();
+  command->add_option("--sensor", o->player.sensor, "Number of the clouds' sensor")
+      ->check(whole_number<std::int32_t>())
+      ->capture_default_str();
+  command->add_option("--rate", o->player.rate_hz, "Scans a second, 0.1 to 1000")
+      ->check(decimal_number())
+      ->capture_default_str();
+  command->add_option("--clock", o->clock, "What stamps: monotonic or wall")->capture_default_str();
+  command->add_option("--url", o->player.url, "LCM network of the sensors; its ttl must be 0")
+      ->capture_default_str();
+  command->add_option("--interface", o->player.interface, "Name or IPv4 address")
+      ->capture_default_str();
+  command->add_flag("--loop", o->loop, "Begin again after the last scan, until it is ended");
+  command->footer("Example: tessera play --dataset street/robot_0 --rate 10");
+  command->callback([o, &exit_status] {
+    const Outcome<void> outcome = run_play(*o);
+    if (!outcome.ok()) exit_status = fail(outcome.failure());
+  });
+}
+
+}  // namespace tessera

@@ -1,0 +1,68 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// hear_sensors FOLDER COUNT SECONDS: hears COUNT scans and writes each into FOLDER: its points, its
+// components, and a line of what else it says. Prints "ready" when it hears.
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <string>
+
+#include "posix/monotonic_clock.hpp"
+#include "sensing/sensor_port.hpp"
+
+namespace tessera {
+namespace {
+
+void write(const std::string& path, const void* bytes, std::size_t count) {
+  std::ofstream(path, std::ios::binary)
+      .write(static_cast<const char*>(bytes), static_cast<std::streamsize>(count));
+}
+
+void write_scan(const std::string& folder, int number, ScanSlot& scan) {
+  const std::string path = folder + "/" + std::to_string(number);
+  write(path + ".xyz", scan.xyz().data(), std::size_t{12} * scan.count);
+  write(path + ".components", scan.components().data(), scan.has_components ? scan.count : 0);
+  std::ofstream line(path + ".txt");
+  line.precision(17);
+  line << scan.stamp_us << ' ' << scan.sensor << ' ' << scan.num_poses;
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column < 4; ++column) line << ' ' << scan.T_map_sensor(row, column);
+  line << '\n';
+}
+
+int hear(const std::string& folder, int count, std::int64_t seconds) {
+  SensorPortConfig config;
+  config.matcher.sensors = {{0, MountedKind::kSemanticCloud}, {0, MountedKind::kRawCloud}};
+  config.matcher.slot = {.points = 150'000, .image_pixels = 1};
+  // What was recorded is older than what sensors send.
+  config.matcher.max_age_us = 3'600'000'000;
+  Outcome<std::unique_ptr<SensorPort>> port = SensorPort::open(config);
+  if (!port.ok()) {
+    std::fprintf(stderr, "hear_sensors: %s\n", port.failure().message.c_str());
+    return EXIT_FAILURE;
+  }
+  std::puts("ready");
+  std::fflush(stdout);
+  const std::int64_t end_us = MonotonicClock::now_us() + seconds * 1'000'000;
+  int heard = 0;
+  while (heard < count && MonotonicClock::now_us() < end_us) {
+    (*port)->step(10'000);
+    for (ScanSlot* scan = (*port)->front(); scan != nullptr; scan = (*port)->front()) {
+      write_scan(folder, heard++, *scan);
+      (*port)->pop();
+    }
+  }
+  const SensorReport report = (*port)->report();
+  std::printf("%d heard, %llu without pose, %llu dropped by the kernel\n", heard,
+              static_cast<unsigned long long>(report.match.without_pose),
+              static_cast<unsigned long long>(report.link.kernel_dropped));
+  return heard == count ? EXIT_SUCCESS : EXIT_FAILURE;
+}
+
+}  // namespace
+}  // namespace tessera
+
+int main(int argc, char** argv) {
+  if (argc != 4) return EXIT_FAILURE;
+  return tessera::hear(argv[1], std::atoi(argv[2]), std::atoi(argv[3]));
+}

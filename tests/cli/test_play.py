@@ -1,0 +1,103 @@
+# SPDX-FileCopyrightText: The tessera authors
+# SPDX-License-Identifier: Apache-2.0
+"""play: a dataset as live sensors, heard by a port of ours, recorded and played by LCM's own programs."""
+import array
+import os
+import pathlib
+import signal
+import subprocess
+import time
+import unittest
+
+import own_network
+from command_case import CommandCase, command_path
+
+URL = "udpm://239.255.76.68:7668?ttl=0"
+SCANS = 3
+IN_OWN_NETWORK = own_network.enter()
+
+
+def packed_points(path):
+    """x y z of a velodyne file's points."""
+    numbers = array.array("f", path.read_bytes())
+    del numbers[3::4]
+    return numbers.tobytes()
+
+
+class Play(CommandCase):
+    def hear(self, name, count=SCANS):
+        """A port in a process of its own, which hears already."""
+        folder = self.folder / name
+        folder.mkdir()
+        process = subprocess.Popen([os.environ["TESSERA_HEAR_SENSORS"], folder, str(count), "20"], text=True,
+                                   stdout=subprocess.PIPE)
+        self.addCleanup(process.stdout.close)
+        self.addCleanup(process.wait)
+        self.addCleanup(process.kill)
+        self.assertEqual("ready\n", process.stdout.readline())
+        return process, folder
+
+    def heard(self, process, folder):
+        said = process.communicate(timeout=60)[0]
+        self.assertEqual(0, process.returncode, said)
+        return {path.name: path.read_bytes() for path in sorted(folder.iterdir())}
+
+    def logger(self, log):
+        """LCM's recorder, which hears already."""
+        process = subprocess.Popen(["lcm-logger", "-q", "--flush-interval=1", f"--lcm-url={URL}", log],
+                                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        self.addCleanup(process.wait)
+        self.addCleanup(process.kill)
+        return process
+
+    def test_a_port_hears_the_dataset_live_and_from_a_log(self):
+        if not IN_OWN_NETWORK:
+            self.skipTest("skipped: no network namespaces are permitted here")
+        # For LCM's programs.
+        subprocess.run(["ip", "route", "add", "224.0.0.0/4", "dev", "lo"], check=False, capture_output=True)
+        self.done("simulate", "--robots", 1, "--scans", SCANS, "--out", "street")
+        data = self.folder / "street" / "robot_0"
+        log = self.folder / "run.lcm"
+        logger = self.logger(log)
+        live = self.hear("live")
+        # It records only when it has joined: until then, play to nobody.
+        deadline = time.monotonic() + 20
+        while not log.exists() and time.monotonic() < deadline:
+            time.sleep(0.05)
+        time.sleep(0.3)
+        result = self.done("play", "--dataset", data, "--rate", 5, "--labels", "labels")
+        self.assertIn(f"{SCANS} scans and {SCANS} poses sent to", result.stdout)
+        self.assert_not_warned(result)
+        first = self.heard(*live)
+        for scan in range(SCANS):
+            self.assertEqual(packed_points(data / "velodyne" / f"{scan:06}.bin"), first[f"{scan}.xyz"])
+            self.assertEqual((data / "velodyne" / f"{scan:06}.bin").stat().st_size // 16, len(first[f"{scan}.components"]))
+            self.assertGreater(len(set(first[f"{scan}.components"])), 3)
+        stamps = [int(first[f"{scan}.txt"].split()[0]) for scan in range(SCANS)]
+        self.assertEqual(stamps, sorted(stamps))
+        # What the logger holds back it writes when it hears something more.
+        self.done("play", "--dataset", data, "--rate", 5, "--last", 0, "--messages", "raw", "--poses", "none", "--sensor", 9)
+        time.sleep(0.3)
+        logger.send_signal(signal.SIGINT)
+        logger.wait(timeout=20)
+        again = self.hear("again")
+        player = subprocess.Popen(["lcm-logplayer", "-s", "1", "-l", URL, log], stdout=subprocess.DEVNULL,
+                                  stderr=subprocess.DEVNULL)
+        self.addCleanup(player.wait)
+        self.addCleanup(player.kill)
+        self.assertEqual(first, self.heard(*again))
+
+    def test_bad_usage(self):
+        self.done("simulate", "--robots", 1, "--scans", 1, "--out", "street")
+        data = self.folder / "street" / "robot_0"
+        for option, value in (("--rate", "0"), ("--rate", "nan"), ("--rate", "fast"), ("--messages", "some"),
+                              ("--poses", "can"), ("--clock", "sun"), ("--labels", "none"), ("--labels", "nowhere"),
+                              ("--url", "udpm://239.255.76.68:7668?ttl=1"), ("--url", "memq://"), ("--interface", "eth99"),
+                              ("--sensor", "x"), ("--first", "7")):
+            with self.subTest(option=option, value=value):
+                self.refused("play", "--dataset", data, f"{option}={value}", saying=(value,) if option != "--first" else ())
+        self.refused("play", "--dataset", "nowhere", saying=("nowhere",))
+
+
+if __name__ == "__main__":
+    unittest.main()

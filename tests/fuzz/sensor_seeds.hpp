@@ -1,0 +1,13 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// Inputs for the body "sensors" to begin with.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+namespace tessera::fuzz {
+
+[[nodiscard]] std::vector<std::vector<std::byte>> sensor_seeds();
+
+}  // namespace tessera::fuzz
