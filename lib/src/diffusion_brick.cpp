@@ -20,51 +20,6 @@ constexpr float kLoud = 10.0F;
 
 }  // namespace
 
-int DiffusionBrick::halo_of(const DiffusionConfig& config, int reach) noexcept {
-  switch (config.mode) {
-    case DiffusionMode::kNone:
-      return 0;
-    case DiffusionMode::kPaper:
-      return (config.iterations - 1) * reach;
-    case DiffusionMode::kContractive:
-      return config.iterations * reach;
-  }
-  return 0;
-}
-
-DiffusionBrick::Capacity DiffusionBrick::capacity_of(const DiffusionConfig& config,
-                                                     const DiffusionStencil& stencil,
-                                                     int num_components) noexcept {
-  const int halo = halo_of(config, stencil.reach());
-  const auto edge = static_cast<std::size_t>(kBlockEdge + 2 * halo);
-  Capacity capacity;
-  // A block alone always fits; what is mostly there, surfaces with few classes, in larger boxes.
-  constexpr std::size_t kNodes = 40000;
-  constexpr std::size_t kLanes = 12;
-  constexpr std::size_t kEdges = 14;
-  const std::size_t cube = edge * edge * edge;
-  const std::size_t lanes = align_up(static_cast<std::size_t>(num_components - 2), 4);
-  const auto most_edges = static_cast<std::size_t>(halo > 0 ? stencil.edges() : 0);
-  const auto most_edge = static_cast<std::size_t>(kMostBlocks * kBlockEdge + 2 * halo);
-  capacity.cells = most_edge * most_edge * most_edge;
-  capacity.nodes = std::max(cube, kNodes);
-  capacity.floats = 3 * std::max(cube * lanes, kNodes * std::min(lanes, kLanes));
-  capacity.offsets = static_cast<std::size_t>(stencil.edges()) + 1;
-  capacity.edges =
-      std::max(cube * most_edges, kNodes * std::min(most_edges, kEdges)) + capacity.offsets + 1;
-  return capacity;
-}
-
-std::size_t DiffusionBrick::required_bytes(const DiffusionConfig& config, double resolution_m,
-                                           int num_components) noexcept {
-  const DiffusionStencil stencil(static_cast<double>(config.length_m) / resolution_m);
-  const Capacity capacity = capacity_of(config, stencil, num_components);
-  return arena_bytes<Row>(kRows) + arena_bytes<std::uint32_t>(kRows) +
-         arena_bytes<std::uint32_t>(capacity.cells) + arena_bytes<Offset>(capacity.offsets) +
-         arena_bytes<float>(capacity.floats) + arena_bytes<Node>(capacity.nodes) +
-         arena_bytes<Voice>(capacity.nodes) + arena_bytes<Edge>(capacity.edges);
-}
-
 Result<DiffusionBrick> DiffusionBrick::make(Arena& arena, const DiffusionConfig& config,
                                             double resolution_m, int num_components) noexcept {
   DiffusionBrick brick;

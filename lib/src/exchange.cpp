@@ -5,7 +5,6 @@
 
 #include <algorithm>
 
-#include "tessera/exchange/block_codec.hpp"
 #include "tessera/fusion/global_map.hpp"
 
 namespace tessera {
@@ -14,10 +13,6 @@ namespace {
 
 /// A record that takes more is published in parts, of which any fits.
 static_assert(most_coded_bytes(1) <= kMostCodedBytes);
-
-constexpr std::size_t kBatches = 2;
-constexpr std::size_t kMostCoded = most_coded_bytes(kBlockLayers);
-constexpr std::size_t kMostKept = 1 + kMostProofBytes + kMostCodedBytes;
 
 bool valid(const ExchangeConfig& config) noexcept {
   return config.contributions > config.own_contributions && config.own_contributions >= 1 &&
@@ -30,14 +25,6 @@ bool valid(const ExchangeConfig& config) noexcept {
 }
 
 }  // namespace
-
-std::size_t Exchange::required_bytes(const ExchangeConfig& config, int num_components) noexcept {
-  return arena_bytes<Contribution>(config.contributions) + arena_bytes<Answer>(config.answers) +
-         arena_bytes<Fresh>(config.fresh) + PeerTable::required_bytes(config.peers) +
-         arena_bytes<Batch>(kBatches) + BlockContent::required_bytes(num_components) +
-         arena_bytes<std::byte>(most_packed_bytes(num_components)) +
-         arena_bytes<std::byte>(kMostCoded) + arena_bytes<std::byte>(kMostKept);
-}
 
 Result<Exchange> Exchange::make(Arena& arena, const ExchangeConfig& config,
                                 const ReplicaStore& store, const Authenticator& authenticator,
@@ -238,21 +225,32 @@ ExchangeReport Exchange::report() const noexcept {
   return report;
 }
 
+ContributionState Exchange::state_of(const Contribution& contribution) noexcept {
+  return {.id = contribution.id,
+          .own = contribution.own,
+          .complete = contribution.complete(),
+          .latest = contribution.latest,
+          .covered = contribution.coverage.complete_to(),
+          .digest = contribution.digest};
+}
+
 std::size_t Exchange::contributions(std::span<ContributionState> into) const noexcept {
   std::size_t count = 0;
   for (const Contribution& one : contributions_.first(known_)) {
     if (one.excluded) continue;
-    if (count < into.size()) {
-      into[count] = {.id = one.id,
-                     .own = one.own,
-                     .complete = one.complete(),
-                     .latest = one.latest,
-                     .covered = one.coverage.complete_to(),
-                     .digest = one.digest};
-    }
+    if (count < into.size()) into[count] = state_of(one);
     ++count;
   }
   return count;
+}
+
+Result<ContributionState> Exchange::contribution_at(std::size_t index) const noexcept {
+  for (const Contribution& one : contributions_.first(known_)) {
+    if (one.excluded) continue;
+    if (index == 0) return state_of(one);
+    --index;
+  }
+  return Status::kOutOfRange;
 }
 
 }  // namespace tessera

@@ -7,14 +7,6 @@ namespace tessera {
 
 namespace {
 
-constexpr std::size_t cube(int edge) noexcept {
-  const auto e = static_cast<std::size_t>(edge);
-  return e * e * e;
-}
-/// Blocks of a job's box, and with those that it hangs on.
-constexpr std::size_t kBoxBlocks = cube(DiffusionBrick::kMostBlocks);
-constexpr std::size_t kNearBlocks = cube(DiffusionBrick::kMostEdge / kBlockEdge);
-
 bool in_range(const DiffusionConfig& config) noexcept {
   const int least = config.mode == DiffusionMode::kPaper ? 1 : 0;
   return config.mode <= DiffusionMode::kNone && config.edge <= EdgeTerm::kConfidence &&
@@ -24,12 +16,6 @@ bool in_range(const DiffusionConfig& config) noexcept {
          config.prior >= 0.0F && config.prior <= 1e6F;
 }
 
-MapConfig staged_config(const GlobalMapConfig& config) noexcept {
-  MapConfig staged = config.map;
-  staged.storage_bytes = config.staged_bytes;
-  return staged;
-}
-
 int halo_of(const GlobalMapConfig& config) noexcept {
   const DiffusionStencil stencil(static_cast<double>(config.diffusion.length_m) /
                                  config.map.resolution_m);
@@ -37,22 +23,6 @@ int halo_of(const GlobalMapConfig& config) noexcept {
 }
 
 }  // namespace
-
-std::size_t GlobalMap::required_bytes(const GlobalMapConfig& config, int num_components) noexcept {
-  return scratch_bytes(config, num_components) + tessera::required_bytes(config.map) +
-         tessera::required_bytes(staged_config(config)) +
-         Replicas::required_bytes(config.replicas) +
-         SegmentStore::required_bytes(config.sum_segments) +
-         BlockIndex::required_bytes(config.blocks) + arena_bytes<Record>(config.blocks);
-}
-
-std::size_t GlobalMap::scratch_bytes(const GlobalMapConfig& config, int num_components) noexcept {
-  return arena_bytes<LocalMap>(2) + arena_bytes<Move>(config.replicas.contributions) +
-         DiffusionBrick::required_bytes(config.diffusion, config.map.resolution_m, num_components) +
-         arena_bytes<std::uint32_t>(kBoxBlocks) + arena_bytes<std::uint32_t>(kNearBlocks) +
-         BlockContent::required_bytes(num_components) + arena_bytes<std::uint8_t>(kBlockVoxels) +
-         arena_bytes<std::byte>(most_packed_bytes(num_components));
-}
 
 namespace {
 
@@ -89,8 +59,8 @@ Status GlobalMap::set_up(Arena& arena, const GlobalMapConfig& config, std::span<
   const std::span<std::byte> records = arena.take_untouched(arena_bytes<Record>(config.blocks));
   records_.all = {reinterpret_cast<Record*>(records.data()), config.blocks};
   moves_ = arena.take<Move>(config.replicas.contributions);
-  box_blocks_ = arena.take<std::uint32_t>(kBoxBlocks);
-  near_blocks_ = arena.take<std::uint32_t>(kNearBlocks);
+  box_blocks_ = arena.take<std::uint32_t>(cube(DiffusionBrick::kMostBlocks));
+  near_blocks_ = arena.take<std::uint32_t>(cube(DiffusionBrick::kMostEdge / kBlockEdge));
   observers_ = arena.take<std::uint8_t>(kBlockVoxels);
   packed_ = arena.take<std::byte>(most_packed_bytes(components));
   const bool fits = !records.empty() && !moves_.empty() && !box_blocks_.empty() &&

@@ -55,9 +55,9 @@ PublisherReport Publisher::tick(const LocalMap& map, std::int64_t now_us,
   const auto is_light = [&](std::uint32_t waiting, std::uint64_t expected_bytes) {
     return waiting <= budget.compared / 2 && expected_bytes <= budget.label_bytes / 4;
   };
-  tick.light = is_light(labels_.wheel.waiting(), labels_.expected_bytes());
+  tick.light = budget.at_once || is_light(labels_.wheel.waiting(), labels_.expected_bytes());
   work_off(tick, labels_);
-  tick.light = tick.light && is_light(waiting(), free_.expected_bytes());
+  tick.light = budget.at_once || (tick.light && is_light(waiting(), free_.expected_bytes()));
   work_off(tick, free_);
   end_tick(tick);
   return tick.report;
@@ -110,6 +110,22 @@ void Publisher::forget(BlockKey key) noexcept {
     release(number_of(*value));
   }
   index_.erase(key);
+}
+
+void Publisher::clear() noexcept {
+  index_.clear();
+  first_free_ = 0;
+  for (auto number = static_cast<std::uint32_t>(candidates_.size()); number > 0; --number)
+    release(number);
+  labels_ = {};
+  free_ = {};
+  labels_.wheel = DueWheel(width_of(config_.staleness_us));
+  free_.wheel = DueWheel(width_of(config_.free_staleness_us));
+  // What is in the map from now on was not there before.
+  round_ = {};
+  round_.unchanged_us = last_us_;
+  unlisted_stamp_ = kAllListed;
+  published_place_ = 0;
 }
 
 }  // namespace tessera

@@ -7,12 +7,6 @@
 
 namespace tessera {
 
-std::size_t Sharer::required_bytes(const RobotConfig& config, int num_components) noexcept {
-  return arena_bytes<Sharer>(1) + Publisher::required_bytes(config.publisher, num_components) +
-         GlobalMap::required_bytes(config.global, num_components) +
-         Exchange::required_bytes(config.exchange, num_components);
-}
-
 Status Sharer::set_up(Arena& arena, const RobotConfig& config, const ClassTable& classes,
                       const RobotKeys& keys) noexcept {
   const int components = classes.num_components();
@@ -37,6 +31,7 @@ Result<Sharer*> Sharer::make(Arena& arena, const RobotConfig& config, const Clas
   const std::span<Sharer> place = arena.take<Sharer>(1);
   if (place.empty()) return Status::kResourceExhausted;
   Sharer& sharer = place.front();
+  if (config.submap_ticks == 0) return Status::kInvalidArgument;
   const Status status = sharer.set_up(arena, config, classes, keys);
   if (status != Status::kOk) return status;
   sharer.budget_ = config.budget;
@@ -44,6 +39,8 @@ Result<Sharer*> Sharer::make(Arena& arena, const RobotConfig& config, const Clas
   sharer.resolution_m_ = config.map.resolution_m;
   sharer.work_per_tick_ = config.work_per_tick;
   sharer.near_first_ = config.near_first;
+  sharer.submap_ticks_ = config.submap_ticks;
+  sharer.submap_.epoch = config.epoch;
   const int components = classes.num_components();
   sharer.scratch_bytes_ = Publisher::required_bytes(config.publisher, components) +
                           Exchange::required_bytes(config.exchange, components);
@@ -66,10 +63,54 @@ PublisherReport Sharer::tick(const LocalMap& map, std::int64_t now_us) noexcept 
   work_left_ = work_per_tick_;
   // The publisher's time begins with it: what was before the first tick is not stale for long.
   if (first_tick_us_ == kNone) first_tick_us_ = now_us;
-  const PublisherReport report =
-      publisher_.tick(map, now_us - first_tick_us_, budget_, publication_of(exchange_));
+  PublisherReport report;
+  if (!flush_.due) {
+    PublisherBudget budget = budget_;
+    budget.at_once = submap_.ending;
+    report = publisher_.tick(map, now_us - first_tick_us_, budget, publication_of(exchange_));
+    note_flush();
+  }
   fuse();
   return report;
+}
+
+void Sharer::note_flush() noexcept {
+  if (!submap_.ending) return;
+  const bool noted = publisher_.rounds() >= flush_.rounds;
+  --flush_.ticks_left;
+  flush_.due = flush_.ticks_left == 0 || (noted && publisher_.waiting() == 0);
+}
+
+Status Sharer::request_submap(const Matrix34d& T_global_map) noexcept {
+  if (submap_.ending) return Status::kBusy;
+  if (!GridTransform::make(T_global_map, resolution_m_).ok()) return Status::kInvalidArgument;
+  if (submap_.submap == UINT32_MAX) return Status::kResourceExhausted;
+  submap_.ending = true;
+  flush_ = {.T_global_map = T_global_map,
+            // The round at hand may have passed what the last scan changed.
+            .rounds = publisher_.rounds() + 2,
+            .ticks_left = submap_ticks_};
+  return Status::kOk;
+}
+
+Status Sharer::open_submap() noexcept {
+  if (!flush_.due) return Status::kInvalidArgument;
+  flush_.due = submap_.ending = false;
+  submap_.last = exchange_.open(submap_.epoch, submap_.submap + 1, flush_.T_global_map);
+  if (submap_.last != Status::kOk) return submap_.last;
+  ++submap_.submap;
+  ++submap_.opened;
+  submap_.lost_blocks += publisher_.waiting();
+  submap_.cut_short += publisher_.rounds() < flush_.rounds ? 1U : 0U;
+  T_global_map_ = flush_.T_global_map;
+  publisher_.clear();
+  return Status::kOk;
+}
+
+Status Sharer::set_frame(std::uint32_t submap, const Matrix34d& T_global_map) noexcept {
+  const Status status = exchange_.move(submap_.epoch, submap, T_global_map);
+  if (status == Status::kOk && submap == submap_.submap) T_global_map_ = T_global_map;
+  return status;
 }
 
 void Sharer::fuse() noexcept {
@@ -81,8 +122,15 @@ void Sharer::fuse() noexcept {
 
 bool Sharer::fuse_in_spare_time() noexcept {
   if (!global_.busy()) return false;
-  fusion_work_ += global_.step(kSpareWork);
+  static_cast<void>(fuse(kSpareWork));
   return true;
+}
+
+std::uint64_t Sharer::fuse(std::uint64_t work) noexcept {
+  if (work == 0 || !global_.busy()) return 0;
+  const std::uint64_t done = global_.step(work);
+  fusion_work_ += done;
+  return done;
 }
 
 std::size_t Sharer::used_bytes() const noexcept {

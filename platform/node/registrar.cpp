@@ -132,7 +132,7 @@ void Registrar::take_labels(ScanSlot& slot) noexcept {
       continue;
     }
     const Matrix34d& T_camera_lidar = config_.cameras[number].T_camera_lidar;
-    const CameraMount mount{.T_camera_body = compose(T_camera_lidar, inverse(config_.T_body_lidar)),
+    const CameraMount mount{.T_camera_body = product(T_camera_lidar, inverse(config_.T_body_lidar)),
                             .T_body_lidar = slot.T_body_sensor};
     const Result<Matrix34d> T =
         camera_from_lidar(track_, mount, image.stamp_us, slot.stamp_us, kMaxGap_us);

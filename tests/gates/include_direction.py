@@ -26,6 +26,8 @@ CORE = {
 }
 # What the core may include that is not its own: an allow-list, so <vector>, <iostream>, <thread>, <unistd.h> and the
 # rest of them are refused without being named.
+# The C interface includes nothing of the C++ headers, and these alone.
+C_OUTSIDE = {"stddef.h", "stdint.h"}
 OUTSIDE = {
     "algorithm", "array", "atomic", "bit", "cfloat", "climits", "cmath", "compare", "concepts", "cstddef", "cstdint",
     "cstring", "initializer_list", "iterator", "limits", "new", "numeric", "optional", "span", "string_view", "tuple",
@@ -39,11 +41,20 @@ RESERVED = {"lcm/lcm": "lcm", "lcm/eventlog": "lcm", "linux/can": "socketcan", "
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', re.M)
 
 
+def c_faults(text):
+    """Of a header of the C interface."""
+    for kind, name in INCLUDE.findall(text):
+        if not name.startswith("tessera/c/") and not (kind == "<" and name in C_OUTSIDE):
+            yield f"a header for C must not include {name}"
+
+
 def core_faults(folder, text):
     """folder: that of the header; None for a source file, which may use all of the core."""
     for kind, name in INCLUDE.findall(text):
         if name.startswith("tessera/"):
             target = name.split("/")[1]
+            if folder is None and name == "tessera/tessera.h":
+                continue
             if target not in CORE:
                 yield f"{name}: no such folder in the core"
             elif folder and target != folder and target not in CORE.get(folder, []):
@@ -77,6 +88,10 @@ def self_test():
     for folder, line in (("map", '"tessera/grid/lattice.hpp"'), ("inference", '"tessera/registration/scan.hpp"'),
                          ("base", "<array>"), (None, '"map_file_format.hpp"')):
         assert not list(core_faults(folder, f"#  include {line}\n")), (folder, line)
+    for line in ("<string.h>", "<cstdint>", '"tessera/map/local_map.hpp"', '"config.h"'):
+        assert list(c_faults(f"#include {line}\n")), line
+    for line in ("<stdint.h>", '"tessera/c/config.h"'):
+        assert not list(c_faults(f"#include {line}\n")), line
     for folder, line in (("posix", '"cli/command.hpp"'), ("dataset", "<render/ply.hpp>"), ("cli", "<lcm/lcm-cpp.hpp>"),
                          ("posix", "<linux/can.h>"), ("cli", "<png.h>"), ("render", "<png.h>"), ("posix", '"image/png_image.hpp"'), ("render", '"../cli/command.hpp"'),
                          ("lcm", '"cli/command.hpp"'), ("cli", '"lcm/lcm.h"'), ("cli", "<lcm/eventlog.h>"),
@@ -92,7 +107,7 @@ def faults(root):
     for path in tracked.code(root):
         if path.parts[0] == "lib":
             folder = path.parts[3] if path.parts[1] == "include" else None
-            found = core_faults(folder, tracked.text(root, path))
+            found = (c_faults if path.suffix == ".h" else lambda text: core_faults(folder, text))(tracked.text(root, path))
         elif path.parts[0] == "platform":
             found = platform_faults(path.parts[1], tracked.text(root, path))
         else:

@@ -80,7 +80,7 @@ def main():
             continue
         found += [f"{path}: {fault}" for fault in (*name_faults(path), *(text_faults(path, text) if text else ()))]
     headers = {str(path.relative_to("lib")) for path in tracked.files(root)
-               if path.is_relative_to("lib/include") and path.suffix == ".hpp"}
+               if path.is_relative_to("lib/include") and path.suffix in (".hpp", ".h")}
     found += installed_faults(headers, (root / "lib/CMakeLists.txt").read_text())
     tops = {path.parts[0] for path in tracked.files(root)}
     found += [f"{name} is missing at the top level" for name in sorted(TOP - tops)]

@@ -10,13 +10,14 @@
 
 #include <span>
 
+#include "tessera/exchange/block_codec.hpp"
 #include "tessera/exchange/coverage.hpp"
 #include "tessera/exchange/exchange_config.hpp"
 #include "tessera/exchange/peer_table.hpp"
 #include "tessera/exchange/publication.hpp"
 #include "tessera/exchange/record_proof.hpp"
 #include "tessera/exchange/wire.hpp"
-#include "tessera/map/block_content.hpp"
+#include "tessera/map/packed_block.hpp"
 
 namespace tessera {
 
@@ -24,8 +25,14 @@ class Exchange {
  public:
   using Slot = Replicas::Slot;
 
-  [[nodiscard]] static std::size_t required_bytes(const ExchangeConfig& config,
-                                                  int num_components) noexcept;
+  [[nodiscard]] static constexpr std::size_t required_bytes(const ExchangeConfig& config,
+                                                            int num_components) noexcept {
+    return arena_bytes<Contribution>(config.contributions) + arena_bytes<Answer>(config.answers) +
+           arena_bytes<Fresh>(config.fresh) + PeerTable::required_bytes(config.peers) +
+           arena_bytes<Batch>(kBatches) + BlockContent::required_bytes(num_components) +
+           arena_bytes<std::byte>(most_packed_bytes(num_components)) +
+           arena_bytes<std::byte>(kMostCoded) + arena_bytes<std::byte>(kMostKept);
+  }
   /// Fails with kInvalidArgument iff a setting is out of its range; kResourceExhausted iff the
   /// arena is too small. What store, authenticator and signatures name must outlive it. With
   /// signatures nothing is taken that its origin did not sign, and a fleet has all of them or none.
@@ -80,6 +87,8 @@ class Exchange {
   [[nodiscard]] ExchangeReport report() const noexcept;
   /// Of each contribution that report() counts, as far as into goes; returns how many there are.
   [[nodiscard]] std::size_t contributions(std::span<ContributionState> into) const noexcept;
+  /// The one at this place of them. Fails with kOutOfRange iff there are not so many.
+  [[nodiscard]] Result<ContributionState> contribution_at(std::size_t index) const noexcept;
   [[nodiscard]] const PeerTable& peers() const noexcept { return peers_; }
   /// Of all that is there: equal on robots that have the same versions of the same blocks in the
   /// same frames. O(contributions).
@@ -143,11 +152,15 @@ class Exchange {
     std::uint32_t version = 0;
   };
 
+  static constexpr std::size_t kBatches = 2;
+  static constexpr std::size_t kMostCoded = most_coded_bytes(kBlockLayers);
+  static constexpr std::size_t kMostKept = 1 + kMostProofBytes + kMostCodedBytes;
   static constexpr std::int64_t kNever = INT64_MAX;
   static constexpr std::int64_t kLongAgo = INT64_MIN / 2;
   /// Requests without an answer after which nobody is expected to have it.
   static constexpr std::uint32_t kPatience = 16;
 
+  [[nodiscard]] static ContributionState state_of(const Contribution& contribution) noexcept;
   [[nodiscard]] std::int64_t random_us(std::int64_t below) noexcept;
   [[nodiscard]] Contribution* find(const ContributionId& id) noexcept;
   [[nodiscard]] Contribution* find_or_add(const ContributionId& id, bool own = false) noexcept;

@@ -66,6 +66,8 @@ struct PublisherBudget {
   /// On the wire; the last block may go over either. 12 and 3 Mbit/s at 20 ticks a second.
   std::uint32_t label_bytes = 75000;
   std::uint32_t free_bytes = 18750;
+  /// Nothing is held off: what the rest of the budget allows is published at this tick.
+  bool at_once = false;
 };
 
 /// What a tick did and left.

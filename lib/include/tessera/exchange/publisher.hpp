@@ -58,6 +58,12 @@ class Publisher {
   /// The block leaves the map without its evidence being wrong (MovingWindow evicts it): what was
   /// published of it stays. Should it come back, it is compared with that. Two look-ups.
   void forget(BlockKey key) noexcept;
+  /// Forgets all that was published and all that waits, for a map that was cleared and a
+  /// publication that begins anew. Totals stay. O(blocks + candidates).
+  void clear() noexcept;
+  /// Rounds through the map's index after which no block was missed: what changed before one began
+  /// is published, waits, or was left out and counted once it has ended.
+  [[nodiscard]] std::uint64_t rounds() const noexcept { return rounds_; }
 
   [[nodiscard]] const PublisherTotals& totals() const noexcept { return totals_; }
   /// Blocks that are published and in the map, or wait.
@@ -160,6 +166,7 @@ class Publisher {
   Queue labels_;
   Queue free_;
   Round round_;
+  std::uint64_t rounds_ = 0;
   /// Blocks with a newer stamp may have found no room for their keys.
   std::uint64_t unlisted_stamp_ = kAllListed;
   std::size_t published_place_ = 0;

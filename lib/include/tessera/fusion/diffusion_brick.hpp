@@ -5,6 +5,7 @@
 // in the same order: it is the same whichever brick it is computed in.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <span>
@@ -33,8 +34,9 @@ class DiffusionBrick {
 
   /// Memory for all nodes that a single block may hang on, with all classes and edges, and for
   /// 40,000 with 12 classes and 14 edges each where that is more.
-  [[nodiscard]] static std::size_t required_bytes(const DiffusionConfig& config,
-                                                  double resolution_m, int num_components) noexcept;
+  [[nodiscard]] static constexpr std::size_t required_bytes(const DiffusionConfig& config,
+                                                            double resolution_m,
+                                                            int num_components) noexcept;
   /// Fails with kInvalidArgument iff iterations and length reach over kMostHalo voxels;
   /// kResourceExhausted iff the arena is too small.
   [[nodiscard]] static Result<DiffusionBrick> make(Arena& arena, const DiffusionConfig& config,
@@ -43,7 +45,7 @@ class DiffusionBrick {
   DiffusionBrick() noexcept = default;
 
   /// How far from a voxel what it hangs on may be, in voxels.
-  [[nodiscard]] static int halo_of(const DiffusionConfig& config, int reach) noexcept;
+  [[nodiscard]] static constexpr int halo_of(const DiffusionConfig& config, int reach) noexcept;
   [[nodiscard]] int halo() const noexcept { return halo_; }
 
   /// Starts with a box of blocks, 1 .. kMostBlocks on an axis; classes: of its nodes, a bit each.
@@ -133,9 +135,9 @@ class DiffusionBrick {
     std::size_t offsets = 0;
   };
   static constexpr std::uint32_t kNoNode = ~std::uint32_t{0};
-  [[nodiscard]] static Capacity capacity_of(const DiffusionConfig& config,
-                                            const DiffusionStencil& stencil,
-                                            int num_components) noexcept;
+  [[nodiscard]] static constexpr Capacity capacity_of(const DiffusionConfig& config,
+                                                      const DiffusionStencil& stencil,
+                                                      int num_components) noexcept;
   [[nodiscard]] std::size_t row_at(std::int32_t y, std::int32_t z) const noexcept {
     return static_cast<std::size_t>(z * edge_[1] + y);
   }
@@ -185,5 +187,51 @@ class DiffusionBrick {
   std::array<std::uint8_t, kMaxComponents> lane_of_{};
   std::array<std::uint8_t, kMaxComponents> components_{};
 };
+
+constexpr int DiffusionBrick::halo_of(const DiffusionConfig& config, int reach) noexcept {
+  switch (config.mode) {
+    case DiffusionMode::kNone:
+      return 0;
+    case DiffusionMode::kPaper:
+      return (config.iterations - 1) * reach;
+    case DiffusionMode::kContractive:
+      return config.iterations * reach;
+  }
+  return 0;
+}
+
+constexpr DiffusionBrick::Capacity DiffusionBrick::capacity_of(const DiffusionConfig& config,
+                                                               const DiffusionStencil& stencil,
+                                                               int num_components) noexcept {
+  const int halo = halo_of(config, stencil.reach());
+  const auto edge = static_cast<std::size_t>(kBlockEdge + 2 * halo);
+  Capacity capacity;
+  // A block alone always fits; what is mostly there, surfaces with few classes, in larger boxes.
+  constexpr std::size_t kNodes = 40000;
+  constexpr std::size_t kLanes = 12;
+  constexpr std::size_t kEdges = 14;
+  const std::size_t cube = edge * edge * edge;
+  const std::size_t lanes = align_up(static_cast<std::size_t>(num_components - 2), 4);
+  const auto most_edges = static_cast<std::size_t>(halo > 0 ? stencil.edges() : 0);
+  const auto most_edge = static_cast<std::size_t>(kMostBlocks * kBlockEdge + 2 * halo);
+  capacity.cells = most_edge * most_edge * most_edge;
+  capacity.nodes = std::max(cube, kNodes);
+  capacity.floats = 3 * std::max(cube * lanes, kNodes * std::min(lanes, kLanes));
+  capacity.offsets = static_cast<std::size_t>(stencil.edges()) + 1;
+  capacity.edges =
+      std::max(cube * most_edges, kNodes * std::min(most_edges, kEdges)) + capacity.offsets + 1;
+  return capacity;
+}
+
+constexpr std::size_t DiffusionBrick::required_bytes(const DiffusionConfig& config,
+                                                     double resolution_m,
+                                                     int num_components) noexcept {
+  const DiffusionStencil stencil(static_cast<double>(config.length_m) / resolution_m);
+  const Capacity capacity = capacity_of(config, stencil, num_components);
+  return arena_bytes<Row>(kRows) + arena_bytes<std::uint32_t>(kRows) +
+         arena_bytes<std::uint32_t>(capacity.cells) + arena_bytes<Offset>(capacity.offsets) +
+         arena_bytes<float>(capacity.floats) + arena_bytes<Node>(capacity.nodes) +
+         arena_bytes<Voice>(capacity.nodes) + arena_bytes<Edge>(capacity.edges);
+}
 
 }  // namespace tessera

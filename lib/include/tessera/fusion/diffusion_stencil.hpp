@@ -4,21 +4,22 @@
 #pragma once
 
 #include "tessera/fusion/diffusion_config.hpp"
+#include "tessera/inference/kernel.hpp"
 
 namespace tessera {
 
 class DiffusionStencil {
  public:
-  DiffusionStencil() noexcept = default;
+  constexpr DiffusionStencil() noexcept = default;
   /// length: D in voxels. Offsets beyond kMostReach on an axis have no edge. O(kMostReach^3).
-  explicit DiffusionStencil(double length) noexcept;
+  explicit constexpr DiffusionStencil(double length) noexcept;
   /// The largest offset on an axis with an edge.
-  [[nodiscard]] int reach() const noexcept { return reach_; }
+  [[nodiscard]] constexpr int reach() const noexcept { return reach_; }
   /// Edges of a node with all neighbours.
-  [[nodiscard]] int edges() const noexcept { return edges_; }
+  [[nodiscard]] constexpr int edges() const noexcept { return edges_; }
   /// Calls visit(dx, dy, dz, weight) for every edge, in the order of (z, y, x). O(reach^3).
   template <class Visit>
-  void for_edges(Visit&& visit) const noexcept {
+  constexpr void for_edges(Visit&& visit) const noexcept {
     for (int dz = -reach_; dz <= reach_; ++dz) {
       for (int dy = -reach_; dy <= reach_; ++dy) {
         for (int dx = -reach_; dx <= reach_; ++dx) {
@@ -30,12 +31,25 @@ class DiffusionStencil {
   }
 
  private:
+  /// Less is rounding: a length of two voxels as a float is a little more, and must not reach a
+  /// third, for a node without other neighbours would take all of that one.
+  static constexpr double kLeastWeight = 0x1p-44;
   /// k_0 at a squared distance, voxels; 0 for none: a node has no edge to itself.
-  [[nodiscard]] float weight_at(int squared) const noexcept;
+  [[nodiscard]] constexpr float weight_at(int squared) const noexcept {
+    if (squared == 0) return 0.0F;
+    const double weight = kernel_exact(detail::exact_sqrt(squared) / length_);
+    return weight >= kLeastWeight ? static_cast<float>(weight) : 0.0F;
+  }
 
   double length_ = 1.0;
   int reach_ = 0;
   int edges_ = 0;
 };
+
+constexpr DiffusionStencil::DiffusionStencil(double length) noexcept : length_(length) {
+  while (reach_ < DiffusionConfig::kMostReach && weight_at((reach_ + 1) * (reach_ + 1)) > 0.0F)
+    ++reach_;
+  for_edges([this](int, int, int, float) { ++edges_; });
+}
 
 }  // namespace tessera

@@ -50,8 +50,8 @@ class GlobalMap {
  public:
   using Slot = Replicas::Slot;
 
-  [[nodiscard]] static std::size_t required_bytes(const GlobalMapConfig& config,
-                                                  int num_components) noexcept;
+  [[nodiscard]] static constexpr std::size_t required_bytes(const GlobalMapConfig& config,
+                                                            int num_components) noexcept;
   /// Fails with kInvalidArgument iff a setting is out of its range; kResourceExhausted iff the
   /// arena is too small.
   [[nodiscard]] static Result<GlobalMap> make(Arena& arena, const GlobalMapConfig& config,
@@ -173,9 +173,18 @@ class GlobalMap {
     std::uint32_t next_revision = 0;
   };
 
+  static constexpr std::size_t cube(int edge) noexcept {
+    const auto e = static_cast<std::size_t>(edge);
+    return e * e * e;
+  }
+  static constexpr MapConfig staged_config(const GlobalMapConfig& config) noexcept {
+    MapConfig staged = config.map;
+    staged.storage_bytes = config.staged_bytes;
+    return staged;
+  }
   /// Of required_bytes, what does not hang on how much there is.
-  [[nodiscard]] static std::size_t scratch_bytes(const GlobalMapConfig& config,
-                                                 int num_components) noexcept;
+  [[nodiscard]] static constexpr std::size_t scratch_bytes(const GlobalMapConfig& config,
+                                                           int num_components) noexcept;
   /// The rest of make(): on its own, so that the stack of one part is gone before the next.
   [[gnu::noinline]] static Result<GlobalMap> around(Arena& arena, const GlobalMapConfig& config,
                                                     std::span<LocalMap> maps,
@@ -266,5 +275,24 @@ class GlobalMap {
   std::span<std::byte> packed_;        ///< Scratch for one packed block.
   GlobalMapReport counted_{};
 };
+
+constexpr std::size_t GlobalMap::required_bytes(const GlobalMapConfig& config,
+                                                int num_components) noexcept {
+  return scratch_bytes(config, num_components) + tessera::required_bytes(config.map) +
+         tessera::required_bytes(staged_config(config)) +
+         Replicas::required_bytes(config.replicas) +
+         SegmentStore::required_bytes(config.sum_segments) +
+         BlockIndex::required_bytes(config.blocks) + arena_bytes<Record>(config.blocks);
+}
+
+constexpr std::size_t GlobalMap::scratch_bytes(const GlobalMapConfig& config,
+                                               int num_components) noexcept {
+  return arena_bytes<LocalMap>(2) + arena_bytes<Move>(config.replicas.contributions) +
+         DiffusionBrick::required_bytes(config.diffusion, config.map.resolution_m, num_components) +
+         arena_bytes<std::uint32_t>(cube(DiffusionBrick::kMostBlocks)) +
+         arena_bytes<std::uint32_t>(cube(DiffusionBrick::kMostEdge / kBlockEdge)) +
+         BlockContent::required_bytes(num_components) + arena_bytes<std::uint8_t>(kBlockVoxels) +
+         arena_bytes<std::byte>(most_packed_bytes(num_components));
+}
 
 }  // namespace tessera

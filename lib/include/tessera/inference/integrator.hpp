@@ -105,6 +105,8 @@ class Integrator {
   [[nodiscard]] std::span<const ScanPoint> admitted_rays() const noexcept {
     return rays_.first(ray_count_);
   }
+  /// Of scans from now on; 0: no limit.
+  void set_work_budget(std::uint64_t work) noexcept { config_.work_budget = work; }
   [[nodiscard]] const InferenceConfig& config() const noexcept { return config_; }
 
  private:

@@ -3,6 +3,7 @@
 // A robot's local map and what makes it: for the thread that has the scans.
 #pragma once
 
+#include "tessera/map/map_file.hpp"
 #include "tessera/robot/robot_config.hpp"
 
 namespace tessera {
@@ -11,7 +12,7 @@ namespace tessera {
 class Mapper {
  public:
   /// Bytes of arena that make takes.
-  [[nodiscard]] static constexpr std::size_t required_bytes(const RobotConfig& config) noexcept {
+  [[nodiscard]] static constexpr std::size_t required_bytes(const RobotSettings& config) noexcept {
     return arena_bytes<Mapper>(1) + tessera::required_bytes(config.map) +
            Integrator::required_bytes(config.scan, config.inference);
   }
@@ -28,8 +29,19 @@ class Mapper {
   /// now_us: as of the clock. Cost: as Integrator::integrate.
   ScanReport integrate(const ScanView& scan, std::int64_t now_us) noexcept;
 
-  /// Forgets all content of the map. O(index).
+  /// The same, to be done at due_us on the clock, whatever the configuration says.
+  ScanReport integrate_until(const ScanView& scan, std::int64_t due_us) noexcept {
+    return integrator_.integrate(map_, scan, deadline_, due_us);
+  }
+  /// Another limit of a scan's work than InferenceConfig::work_budget; 0: none.
+  void set_work_budget(std::uint64_t work) noexcept { integrator_.set_work_budget(work); }
+  /// Empties the map, as for a new submap. O(index).
   void clear() noexcept { map_.clear(); }
+  /// Reads a map file into the map. As load_blocks; header: as load_header gave it.
+  MapFileStatus load(const ByteSource& source, const MapFileHeader& header,
+                     MapFileBuffer& buffer) noexcept {
+    return load_blocks(source, header, buffer, map_);
+  }
 
   [[nodiscard]] const LocalMap& map() const noexcept { return map_; }
   [[nodiscard]] const Integrator& integrator() const noexcept { return integrator_; }

@@ -12,8 +12,8 @@ namespace tessera {
 class Robot {
  public:
   /// Bytes of arena that make takes. num_components: of the class table.
-  [[nodiscard]] static std::size_t required_bytes(const RobotConfig& config,
-                                                  int num_components) noexcept {
+  [[nodiscard]] static constexpr std::size_t required_bytes(const RobotSettings& config,
+                                                            int num_components) noexcept {
     return arena_bytes<Robot>(1) + Mapper::required_bytes(config) +
            Sharer::required_bytes(config, num_components);
   }
@@ -34,12 +34,24 @@ class Robot {
     sharer_->set_focus(scan.T_map_sensor.col(3));
     return mapper_->integrate(scan, now_us);
   }
+  /// The same as Mapper::integrate_until.
+  ScanReport integrate_until(const ScanView& scan, std::int64_t due_us) noexcept {
+    sharer_->set_focus(scan.T_map_sensor.col(3));
+    return mapper_->integrate_until(scan, due_us);
+  }
   // The rest as Sharer's functions of the same names.
   void receive(std::span<const std::byte> datagram, std::int64_t now_us) noexcept {
     sharer_->receive(datagram, now_us);
   }
-  PublisherReport tick(std::int64_t now_us) noexcept {
-    return sharer_->tick(mapper_->map(), now_us);
+  /// As Sharer::tick; where a submap is due it is opened, and the map begins anew.
+  PublisherReport tick(std::int64_t now_us) noexcept;
+  /// Asks for a new submap, as Sharer::request_submap: what is integrated until it is there, at
+  /// most submap_ticks ticks later (Sharer::submap), is still of the one that ends.
+  [[nodiscard]] Status new_submap(const Matrix34d& T_global_map) noexcept {
+    return sharer_->request_submap(T_global_map);
+  }
+  [[nodiscard]] Status set_frame(std::uint32_t submap, const Matrix34d& T_global_map) noexcept {
+    return sharer_->set_frame(submap, T_global_map);
   }
   void fuse() noexcept { sharer_->fuse(); }
   bool fuse_in_spare_time() noexcept { return sharer_->fuse_in_spare_time(); }
@@ -51,6 +63,7 @@ class Robot {
 
   [[nodiscard]] Mapper& mapper() noexcept { return *mapper_; }
   [[nodiscard]] Sharer& sharer() noexcept { return *sharer_; }
+  [[nodiscard]] const Sharer& sharer() const noexcept { return *sharer_; }
   [[nodiscard]] Exchange& exchange() noexcept { return sharer_->exchange(); }
   [[nodiscard]] const Exchange& exchange() const noexcept {
     return static_cast<const Sharer*>(sharer_)->exchange();

@@ -11,7 +11,8 @@
 
 namespace tessera {
 
-struct RobotConfig {
+/// All but the frame: enough to compute its memory at compile time.
+struct RobotSettings {
   MapConfig map{};
   InferenceConfig inference{};
   ScanCapacity scan{};
@@ -22,8 +23,25 @@ struct RobotConfig {
   std::uint64_t work_per_tick = 300'000;  ///< Of GlobalMap::step.
   std::int64_t deadline_us = 0;           ///< For a scan; 0: none.
   bool near_first = false;  ///< The global map is brought up to date around the robot first.
+  /// Ticks that a submap which ends has to be published whole; from 1.
+  std::uint32_t submap_ticks = 100;
+  /// Higher with every start that begins with an empty map; of a map that was loaded its own.
   std::uint32_t epoch = 1;
-  Matrix34d T_global_map = Matrix34d::Identity();
+};
+
+struct RobotConfig : RobotSettings {
+  Matrix34d T_global_map = Matrix34d::Identity();  ///< Of the first submap.
+};
+
+/// Of the contribution that a robot's local map is published as.
+struct SubmapReport {
+  std::uint32_t epoch = 0;
+  std::uint32_t submap = 0;
+  bool ending = false;            ///< Another one was requested.
+  std::uint32_t opened = 0;       ///< Beside the first.
+  std::uint64_t lost_blocks = 0;  ///< Changed in a submap that ended, and not published any more.
+  std::uint32_t cut_short = 0;    ///< Submaps that ended before all of them had been looked at.
+  Status last = Status::kOk;      ///< How the last request ended: Exchange::open.
 };
 
 /// How it tags and signs what it sends, and checks what it hears.

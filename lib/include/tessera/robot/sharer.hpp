@@ -12,8 +12,12 @@ namespace tessera {
 class Sharer {
  public:
   /// Bytes of arena that make takes.
-  [[nodiscard]] static std::size_t required_bytes(const RobotConfig& config,
-                                                  int num_components) noexcept;
+  [[nodiscard]] static constexpr std::size_t required_bytes(const RobotSettings& config,
+                                                            int num_components) noexcept {
+    return arena_bytes<Sharer>(1) + Publisher::required_bytes(config.publisher, num_components) +
+           GlobalMap::required_bytes(config.global, num_components) +
+           Exchange::required_bytes(config.exchange, num_components);
+  }
   /// A sharer in the arena, of use as long as its memory is, with the robot's first contribution
   /// opened. What keys name must outlive it. Fails as Publisher::make, GlobalMap::make,
   /// Exchange::make and Exchange::open.
@@ -35,11 +39,41 @@ class Sharer {
   /// Publishes what has changed in map, and goes on with the global map. map: the same always. To
   /// be called at an even pace. Cost: as Publisher::tick, and work_per_tick of GlobalMap::step.
   PublisherReport tick(const LocalMap& map, std::int64_t now_us) noexcept;
+
+  // --- Submaps -----------------------------------------------------------------------------------
+  //
+  // A submap that ends is published whole first: from the request on ticks hold nothing off, until
+  // a round through the map that began after the request has ended and nothing waits, or for
+  // RobotSettings::submap_ticks; what then still waits is counted as lost. After that nothing is
+  // published until open_submap() was called, and the map is to be cleared (Mapper::clear) between
+  // that call and the next tick. Robot does both.
+
+  /// Asks for a new submap with this frame. Fails with kInvalidArgument iff it is no frame
+  /// (GridTransform::make); kBusy iff one is being waited for; kResourceExhausted iff there is no
+  /// number left.
+  [[nodiscard]] Status request_submap(const Matrix34d& T_global_map) noexcept;
+  /// The submap that ends is published, as far as it ever will be.
+  [[nodiscard]] bool submap_due() const noexcept { return flush_.due; }
+  /// Opens the submap that was asked for. Fails with kInvalidArgument iff none is due; else as
+  /// Exchange::open, and then the request is over, and all goes on as before it: the map must not
+  /// be cleared. O(Publisher::clear).
+  [[nodiscard]] Status open_submap() noexcept;
+  /// Moves a submap of this start to another frame, nothing being sent anew but that. Fails with
+  /// kInvalidArgument iff there is no such submap or it is no frame.
+  [[nodiscard]] Status set_frame(std::uint32_t submap, const Matrix34d& T_global_map) noexcept;
+  [[nodiscard]] const SubmapReport& submap() const noexcept { return submap_; }
+  /// Of the submap that is published into.
+  [[nodiscard]] const Matrix34d& T_global_map() const noexcept { return T_global_map_; }
+
+  // --- The global map ----------------------------------------------------------------------------
+
   /// Goes on with the global map, as far as this tick's work is not spent: what has arrived is seen
   /// before the next tick then.
   void fuse() noexcept;
   /// The same beside what a tick may do, in a small piece: some milliseconds. False: nothing waits.
   bool fuse_in_spare_time() noexcept;
+  /// The same with so much work of GlobalMap::step. Returns the work done.
+  std::uint64_t fuse(std::uint64_t work) noexcept;
   /// Brings the global map up to date with all that has arrived, however long it takes.
   void finish() noexcept {
     while (fuse_in_spare_time()) {
@@ -51,7 +85,7 @@ class Sharer {
   }
   /// Nothing waits to be published or fused, and there were ticks since the last scan to find out.
   [[nodiscard]] bool idle() const noexcept {
-    return publisher_.waiting() == 0 && !global_.busy() && ticks_since_scan_ > 2;
+    return publisher_.waiting() == 0 && !global_.busy() && ticks_since_scan_ > 2 && !submap_.ending;
   }
 
   [[nodiscard]] Exchange& exchange() noexcept { return exchange_; }
@@ -67,6 +101,14 @@ class Sharer {
   static constexpr std::int64_t kNone = INT64_MIN;
   static constexpr std::uint64_t kSpareWork = 50'000;
 
+  /// What a submap that ends still has to do.
+  struct Flush {
+    Matrix34d T_global_map = Matrix34d::Identity();  ///< Of the next one.
+    std::uint64_t rounds = 0;                        ///< Of the publisher's, at which all is noted.
+    std::uint32_t ticks_left = 0;
+    bool due = false;
+  };
+  void note_flush() noexcept;
   [[nodiscard]] Status set_up(Arena& arena, const RobotConfig& config, const ClassTable& classes,
                               const RobotKeys& keys) noexcept;
 
@@ -75,8 +117,11 @@ class Sharer {
   Exchange exchange_;
   PublisherBudget budget_{};
   Matrix34d T_global_map_ = Matrix34d::Identity();
+  SubmapReport submap_{};
+  Flush flush_{};
   double resolution_m_ = 0.0;  ///< Of the local map.
   std::uint64_t work_per_tick_ = 0;
+  std::uint32_t submap_ticks_ = 1;
   std::size_t scratch_bytes_ = 0;
   std::uint64_t work_left_ = 0;
   std::uint64_t fusion_work_ = 0;

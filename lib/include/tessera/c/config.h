@@ -1,0 +1,183 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// What a robot is made with, for C: settings, classes, and the functions that the program gives.
+#pragma once
+
+#include <stddef.h>
+#include <stdint.h>
+
+/// What the memory of a robot must be aligned to, in bytes.
+#define TESSERA_ALIGNMENT 64
+/// The most bytes that a datagram has.
+#define TESSERA_MOST_DATAGRAM_BYTES 1392
+#define TESSERA_MOST_CLASSES 62
+#define TESSERA_TAG_BYTES 16
+#define TESSERA_SIGNATURE_BYTES 64
+#define TESSERA_HASH_BYTES 16
+
+/// How a call ended.
+typedef enum tessera_status {
+  TESSERA_OK = 0,
+  TESSERA_INVALID_ARGUMENT = 1,    ///< outside its documented range, or NULL; nothing was changed
+  TESSERA_RESOURCE_EXHAUSTED = 2,  ///< a fixed capacity is used up; nothing was changed
+  TESSERA_OUT_OF_RANGE = 3,        ///< a coordinate lies outside the grid
+  TESSERA_MISMATCH = 4,            ///< two things that must agree do not
+  TESSERA_CORRUPT = 5,             ///< stored bytes fail a check
+  TESSERA_TRUNCATED = 6,           ///< stored bytes end too early
+  TESSERA_UNSUPPORTED = 7,         ///< of a newer version than this library
+  TESSERA_IO = 8,                  ///< the program's function for reading or writing failed
+  TESSERA_BUSY = 9                 ///< not now: try again
+} tessera_status;
+
+/// Settings of enumerated kinds; fields are uint32_t, so that their size is the same everywhere.
+enum { TESSERA_COUNTING = 0, TESSERA_KERNEL = 1, TESSERA_MULTI_ENTROPY = 2 };   ///< mode
+enum { TESSERA_DENSE = 0, TESSERA_COMPACT = 1 };                                ///< tuple
+enum { TESSERA_THINNING_MEAN = 0, TESSERA_THINNING_SUM = 1 };                   ///< weight
+enum { TESSERA_CONTRACTIVE = 0, TESSERA_PAPER = 1, TESSERA_NO_DIFFUSION = 2 };  ///< diffusion
+enum {
+  TESSERA_EDGE_DISTANCE = 0,
+  TESSERA_EDGE_LABEL = 1,
+  TESSERA_EDGE_SIMILARITY = 2,
+  TESSERA_EDGE_CONFIDENCE = 3
+};  ///< edge
+
+/// Settings. tessera_config_init fills in the defaults; fields and their ranges are those of the
+/// C++ structs of the names in brackets, whose headers have more to say about each.
+typedef struct tessera_config {
+  uint32_t struct_bytes;  ///< sizeof(tessera_config), as the program was compiled
+  uint32_t robot;         ///< this robot's number, alone in its fleet
+  uint32_t epoch;         ///< higher with every start that begins with an empty map
+  uint32_t session;       ///< higher with every start
+
+  /// The local map, and what of it the global one shares [MapConfig].
+  double resolution_m;
+  double prior;
+  uint64_t local_bytes;   ///< storage of the local map
+  uint64_t global_bytes;  ///< storage of the global map
+  float max_evidence;     ///< of the local map; the global one has no cap
+  float free_weight;
+  uint32_t local_tuple;
+  uint32_t global_tuple;
+
+  /// Scratch for a scan [ScanCapacity].
+  uint32_t scan_points;
+  uint32_t scan_tiles;
+  uint32_t scan_ray_blocks;
+  /// Inference [InferenceConfig].
+  uint32_t mode;
+  double thinning_m;
+  float min_range_m;
+  float max_range_m;
+  uint32_t thinning_weight;
+  uint32_t free_space;  ///< 0: rays give no free evidence
+  float neighbour_angle_rad;
+  float margin_voxels;
+  float kernel_length_m;
+  float kernel_scale;
+  float min_weight;
+  float base_length;  ///< from here on [EntropyConfig]
+  float entropy_length;
+  float smooth_above;
+  float fill_length;
+  uint32_t fill_neighbours;
+  uint32_t fill_one_label;
+  uint32_t block_edge;
+  uint64_t work_budget;  ///< of a scan; 0: no limit
+  int64_t deadline_us;   ///< for a scan, from its now_us on; 0: none. Needs a clock
+
+  /// What of its map a robot publishes, and when [PublisherConfig, PublisherBudget].
+  uint32_t publisher_blocks;
+  uint32_t publisher_candidates;
+  int64_t staleness_us;
+  int64_t free_staleness_us;
+  int64_t retry_us;
+  float evidence_factor;
+  uint32_t few_voxels;
+  uint32_t many_voxels;
+  int32_t near_blocks;
+  uint32_t tick_entries;
+  uint32_t tick_compared;
+  uint32_t tick_label_bytes;
+  uint32_t tick_free_bytes;
+  uint32_t submap_ticks;  ///< that a submap which ends has to be published whole
+
+  /// The exchange with other robots [ExchangeConfig].
+  uint32_t contributions;
+  uint32_t own_contributions;  ///< of these, kept for this robot's submaps
+  uint32_t peers;
+  uint32_t answers;
+  uint32_t fresh;
+  uint32_t bytes_per_s;
+  uint32_t burst_bytes;
+  int64_t announce_us;
+  int64_t announce_soon_us;
+  int64_t request_us;
+  int64_t request_most_us;
+  int64_t request_idle_us;
+  int64_t answer_us;
+
+  /// The global map [GlobalMapConfig, ReplicasConfig].
+  uint64_t staged_bytes;
+  uint32_t global_blocks;
+  uint32_t sum_segments;
+  uint32_t replica_segments;
+  uint32_t replica_blocks;
+  uint32_t robot_segments;
+  uint32_t robot_blocks;
+  uint64_t work_per_tick;
+  uint32_t near_first;  ///< 1: brought up to date around the robot first
+  /// How contributions become one map [DiffusionConfig].
+  uint32_t diffusion;
+  uint32_t edge;
+  int32_t iterations;
+  float length_m;
+  float alpha;
+  float omega;
+  float diffusion_prior;
+  uint32_t whole_map;
+  uint32_t reserved;  ///< 0
+} tessera_config;
+
+/// The least struct_bytes that is taken, up to and with the inference's settings: fields beyond
+/// have their defaults.
+#define TESSERA_CONFIG_LEAST_BYTES offsetof(tessera_config, publisher_blocks)
+
+/// A class 1 .. C, by its place in the table.
+typedef struct tessera_class {
+  char name[32];  ///< UTF-8, at most 31 bytes, then zeros
+  uint8_t red;
+  uint8_t green;
+  uint8_t blue;
+  uint8_t reserved;  ///< 0
+} tessera_class;
+
+/// Functions of the program. All are called with context, only from calls of the program's, on
+/// their thread; what they name must outlive the robot. A group whose functions are all NULL is
+/// left out. None of them may call back into this library, and what they take of the stack comes on
+/// top.
+typedef struct tessera_callbacks {
+  uint32_t struct_bytes;  ///< sizeof(tessera_callbacks)
+  uint32_t reserved;      ///< 0
+
+  /// Microseconds since any zero, never fewer than the last time; for deadlines.
+  void* clock_context;
+  int64_t (*now_us)(void* context);
+
+  /// How datagrams are tagged and checked; default: a checksum, which finds damage and stops
+  /// nobody. check_tag: 1 iff tag is what tag_message fills in for the message.
+  void* tag_context;
+  void (*tag_message)(void* context, const uint8_t* message, size_t bytes,
+                      uint8_t tag[TESSERA_TAG_BYTES]);
+  int32_t (*check_tag)(void* context, const uint8_t* message, size_t bytes,
+                       const uint8_t tag[TESSERA_TAG_BYTES]);
+
+  /// With these no robot can speak for another; default: none, and then the whole fleet has none.
+  /// check_signature: 1 iff that robot signed the message.
+  void* signature_context;
+  void (*sign)(void* context, const uint8_t* message, size_t bytes,
+               uint8_t signature[TESSERA_SIGNATURE_BYTES]);
+  int32_t (*check_signature)(void* context, uint32_t robot, const uint8_t* message, size_t bytes,
+                             const uint8_t signature[TESSERA_SIGNATURE_BYTES]);
+  void (*hash)(void* context, const uint8_t* message, size_t bytes,
+               uint8_t hash[TESSERA_HASH_BYTES]);
+} tessera_callbacks;

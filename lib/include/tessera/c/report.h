@@ -1,0 +1,242 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// What a robot is handed and gives back, for C: scans, estimates, reports.
+#pragma once
+
+#include <stddef.h>
+#include <stdint.h>
+
+/// Which map is asked.
+enum { TESSERA_LOCAL_MAP = 0, TESSERA_GLOBAL_MAP = 1 };
+/// tessera_estimate.state
+enum { TESSERA_UNKNOWN = 0, TESSERA_FREE = 1, TESSERA_OCCUPIED = 2 };
+/// tessera_ray_hit.end
+enum {
+  TESSERA_RAY_MAX_RANGE = 0,
+  TESSERA_RAY_OCCUPIED = 1,
+  TESSERA_RAY_UNKNOWN = 2,  ///< only where it was to stop there
+  TESSERA_RAY_INVALID = 3   ///< not in the grid, or direction or range not finite and positive
+};
+
+/// Range data with labels. Arrays stay the caller's, and must be there for the call.
+typedef struct tessera_scan {
+  uint32_t struct_bytes;      ///< sizeof(tessera_scan)
+  uint32_t stride_floats;     ///< from point to point: 3 for packed x y z, 4 with an intensity
+  const float* points;        ///< x y z, metres, sensor frame
+  const uint8_t* components;  ///< 1 .. C, C + 1: unlabelled; NULL: all unlabelled
+  const float* weights;       ///< 0 .. 1e6; NULL: all 1
+  uint64_t count;             ///< of points
+  double T_map_sensor[12];    ///< [R | t], rows first, metres: sensor to map coordinates
+  int64_t now_us;             ///< of the clock
+  int64_t due_us;             ///< of the clock: to be done by then; 0: as configured
+} tessera_scan;
+
+/// What an integrated scan did, and what it left out [ScanReport].
+typedef struct tessera_scan_report {
+  uint32_t struct_bytes;
+  uint32_t pose;  ///< tessera_status; not TESSERA_OK: nothing was done
+  uint32_t points;
+  uint32_t non_finite;
+  uint32_t too_near;
+  uint32_t beyond_range;
+  uint32_t out_of_grid;
+  uint32_t unlabelled;
+  uint32_t over_capacity;
+  uint32_t thinned;
+  uint32_t admitted;
+  uint32_t refused_storage;
+  uint32_t refused_tiles;
+  uint32_t refused_ray_blocks;
+  uint32_t refused_work;
+  uint32_t refused_deadline;
+  uint32_t rays;
+  uint32_t rays_refused_memory;
+  uint32_t rays_refused_work;
+  uint32_t rays_refused_deadline;
+  uint32_t returns_cut;
+  uint32_t rays_cut;
+  uint32_t tiles_cut;
+  uint32_t points_cut;
+  uint32_t ray_blocks_cut;
+  uint32_t left_out;  ///< all that could have been integrated and was not
+  int64_t overshoot_us;
+  uint64_t work_limit;
+  uint64_t work_spent;
+  uint64_t voxel_updates;
+  uint32_t label_octets;
+  uint32_t free_blocks;
+} tessera_scan_report;
+
+/// State, label and certainty of a voxel [Estimate].
+typedef struct tessera_estimate {
+  double probability;  ///< of the label
+  double variance;     ///< of the label
+  double evidence;     ///< sum of the counts
+  double occupancy;
+  int32_t label;   ///< 1 .. C; 0: none
+  uint32_t state;  ///< TESSERA_UNKNOWN, ...
+} tessera_estimate;
+
+/// An observed voxel of a box. It covers [x, x + 1) * resolution_m on each axis.
+typedef struct tessera_voxel {
+  int32_t x;
+  int32_t y;
+  int32_t z;
+  uint32_t reserved;
+  tessera_estimate estimate;
+} tessera_voxel;
+
+/// Where the walk through a box is; of use while nothing is written to the map.
+typedef struct tessera_box_cursor {
+  int32_t low[3];   ///< voxels, these included
+  int32_t high[3];  ///< voxels, these included
+  uint32_t map;
+  uint32_t done;     ///< 1: all was given
+  int32_t block[3];  ///< the library's, from here on
+  uint32_t place;
+  uint32_t next;
+  uint32_t by_index;
+} tessera_box_cursor;
+
+typedef struct tessera_ray_hit {
+  double distance_m;  ///< from the origin to where the ray enters the voxel
+  int32_t x;
+  int32_t y;
+  int32_t z;
+  uint32_t end;  ///< TESSERA_RAY_MAX_RANGE, ...
+  tessera_estimate estimate;
+} tessera_ray_hit;
+
+typedef struct tessera_nearest {
+  double distance_m;  ///< to the voxel's centre
+  int32_t x;
+  int32_t y;
+  int32_t z;
+  uint32_t found;  ///< 0: nothing occupied within the radius
+  tessera_estimate estimate;
+} tessera_nearest;
+
+/// What a tick did and left [PublisherReport].
+typedef struct tessera_tick_report {
+  uint32_t struct_bytes;
+  uint32_t compared;
+  uint32_t published;
+  uint32_t emptied;
+  uint32_t refused;
+  uint32_t left_out;
+  uint32_t label_bytes;
+  uint32_t free_bytes;
+  uint32_t waiting;
+  uint32_t free_waiting;
+  uint32_t overdue;
+  uint32_t reserved;
+  int64_t worst_staleness_us;
+} tessera_tick_report;
+
+/// The submap that is published into [SubmapReport].
+typedef struct tessera_submap_report {
+  uint32_t struct_bytes;
+  uint32_t epoch;
+  uint32_t submap;
+  uint32_t ending;  ///< 1: another one was requested
+  uint32_t opened;
+  uint32_t cut_short;
+  uint64_t lost_blocks;
+  uint32_t last;  ///< tessera_status of the last request
+  uint32_t reserved;
+} tessera_submap_report;
+
+/// How full a map is [MapUsage].
+typedef struct tessera_map_usage {
+  uint32_t struct_bytes;
+  uint32_t reserved;
+  uint64_t capacity_bytes;
+  uint64_t used_bytes;
+  uint64_t peak_bytes;
+  uint64_t blocks;
+  uint64_t label_voxels;
+  uint64_t blocks_refused;
+  uint64_t storage_refused;
+} tessera_map_usage;
+
+/// How the global map stands [GlobalMapReport, ReplicasUsage].
+typedef struct tessera_global_report {
+  uint32_t struct_bytes;
+  uint32_t settled;  ///< 0: a finished move is being copied; boxes, rays and the nearest must wait
+  uint32_t busy;     ///< 1: the map is behind what has arrived
+  uint32_t blocks;
+  uint32_t overlap_blocks;
+  uint32_t waiting;
+  uint64_t nodes;
+  double residual;
+  double mean_variance;
+  uint64_t used_bytes;
+  uint64_t refused_blocks;
+  uint64_t refused_sums;
+  uint64_t refused_outputs;
+  uint64_t torn_blocks;
+  uint64_t generation;
+  uint32_t contributions;
+  uint32_t replica_blocks;
+  uint64_t replica_bytes;
+  uint64_t replicas_stale;
+  uint64_t replicas_refused_storage;
+  uint64_t replicas_refused_quota;
+} tessera_global_report;
+
+/// What came, what went, and how it stands [ExchangeReport]. Counters never decrease.
+typedef struct tessera_exchange_report {
+  uint32_t struct_bytes;
+  uint32_t contributions;
+  uint32_t complete;  ///< of these, those of which nothing is known to be lacking
+  uint32_t peers;
+  uint64_t digest;  ///< of all that is there: equal on robots that have the same
+  uint64_t received;
+  uint64_t received_bytes;
+  uint64_t refused_size;
+  uint64_t refused_format;
+  uint64_t refused_tag;
+  uint64_t refused_signature;
+  uint64_t refused_configuration;
+  uint64_t refused_replay;
+  uint64_t refused_robot;
+  uint64_t refused_excluded;
+  uint64_t refused_peers;
+  uint64_t refused_body;
+  uint64_t own_echoes;
+  uint64_t records_taken;
+  uint64_t records_stale;
+  uint64_t records_refused;
+  uint64_t records_early;
+  uint64_t refused_contributions;
+  uint64_t displaced_contributions;
+  uint64_t diverged;
+  uint64_t impostors;
+  uint64_t sent;
+  uint64_t sent_bytes;
+  uint64_t announcements;
+  uint64_t requests;
+  uint64_t frames;
+  uint64_t fresh_chunks;
+  uint64_t answer_chunks;
+  uint64_t published_parts;
+  uint64_t refused_parts;
+} tessera_exchange_report;
+
+/// What a robot has of a contribution [ContributionState].
+typedef struct tessera_contribution {
+  uint32_t struct_bytes;
+  uint32_t robot;
+  uint32_t epoch;
+  uint32_t submap;
+  uint32_t own;
+  uint32_t complete;
+  uint32_t latest;
+  uint32_t covered;
+  uint64_t digest;
+} tessera_contribution;
+
+/// Reads both maps while another thread works on them: for one thread, in the caller's memory.
+typedef struct tessera_reader {
+  uint64_t opaque[16];
+} tessera_reader;

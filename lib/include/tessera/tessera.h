@@ -1,0 +1,185 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// The library for C programs (C99): a robot from scan to global map, in memory that the program
+// gives. docs/embedding.md shows how.
+//
+// Every function returns how it ended; it refuses NULL, a struct_bytes that no version had, and
+// memory that is no robot with TESSERA_INVALID_ARGUMENT, and then nothing was changed. Only what is
+// named beside that is said with each. Nothing allocates, waits, or reads a clock but the one that
+// was given.
+//
+// A robot is for one thread at a time; other threads have a tessera_reader each.
+//
+// Structs begin with their size. Newer versions of this library append fields to those, and add
+// functions; a program that was compiled with an older header goes on working, as long as
+// tessera_abi_version() is its TESSERA_ABI_VERSION. A report is filled as far as the caller's
+// struct_bytes goes, which says afterwards how much was filled.
+#pragma once
+
+#include "tessera/c/config.h"
+#include "tessera/c/report.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/// Higher with every function or field that was added.
+#define TESSERA_API_VERSION 1u
+/// Another one with every change that programs which are compiled already do not bear.
+#define TESSERA_ABI_VERSION 1u
+
+/// Those of the library that the program was linked with.
+uint32_t tessera_api_version(void);
+uint32_t tessera_abi_version(void);
+/// As "0.1.0". Static.
+const char* tessera_version(void);
+/// A short phrase, for messages; for any number. Static.
+const char* tessera_status_text(tessera_status status);
+
+// --- Making ---------------------------------------------------------------------------------
+
+/// A robot, at the beginning of the memory that it was made in.
+typedef struct tessera_robot tessera_robot;
+
+/// Fills in the defaults. struct_bytes: sizeof(tessera_config). TESSERA_UNSUPPORTED iff it is more
+/// than this library knows.
+tessera_status tessera_config_init(tessera_config* config, uint32_t struct_bytes);
+/// The memory that a robot takes. Fails with TESSERA_INVALID_ARGUMENT iff a setting is out of its
+/// range or num_classes is not 1 .. TESSERA_MOST_CLASSES; TESSERA_UNSUPPORTED as above.
+tessera_status tessera_required_bytes(const tessera_config* config, uint32_t num_classes,
+                                      uint64_t* bytes);
+/// Makes a robot in memory, which must be aligned to TESSERA_ALIGNMENT, stay where it is and be
+/// nothing else's; callbacks: may be NULL. What is given is copied, but for what the callbacks'
+/// contexts name. No function is there to end a robot: its memory may be used anew at any time.
+/// Fails as tessera_required_bytes, and with TESSERA_INVALID_ARGUMENT iff memory is not aligned, a
+/// group of callbacks has some functions and lacks others, or there is a deadline and no clock;
+/// TESSERA_RESOURCE_EXHAUSTED iff bytes are too few.
+tessera_status tessera_robot_make(const tessera_config* config, const tessera_class* classes,
+                                  uint32_t num_classes, const tessera_callbacks* callbacks,
+                                  void* memory, uint64_t bytes, tessera_robot** robot);
+/// Of its memory, what holds something and what is scratch. O(blocks of the global map).
+tessera_status tessera_used_bytes(const tessera_robot* robot, uint64_t* bytes);
+
+// --- Mapping --------------------------------------------------------------------------------
+
+/// Integrates a scan into the local map. What is refused or left out is in the report, which may be
+/// NULL. TESSERA_INVALID_ARGUMENT iff stride_floats is under 3, there are points and none are
+/// given, or due_us is given and no clock was; what is wrong with a pose is in the report. Cost:
+/// bounded by the work budget, or by due_us; docs/timing.md.
+tessera_status tessera_integrate(tessera_robot* robot, const tessera_scan* scan,
+                                 tessera_scan_report* report);
+/// Another work budget for scans from now on; 0: no limit.
+tessera_status tessera_set_work_budget(tessera_robot* robot, uint64_t work);
+
+// --- Asking, from the robot's thread --------------------------------------------------------
+
+/// The voxel at p (x y z, metres, frame of the map; unknown if out of the grid). O(1).
+tessera_status tessera_query(const tessera_robot* robot, uint32_t map, const float* p,
+                             tessera_estimate* estimate);
+/// The same for count points (x y z each); estimates: as many. Faster than one by one.
+tessera_status tessera_query_many(const tessera_robot* robot, uint32_t map, const float* points,
+                                  uint32_t count, tessera_estimate* estimates);
+/// The first occupied voxel from origin along direction, within max_range_m. TESSERA_BUSY iff the
+/// global map is not settled. O(range in voxels).
+tessera_status tessera_cast_ray(const tessera_robot* robot, uint32_t map, const float* origin,
+                                const float* direction, double max_range_m, int32_t stop_at_unknown,
+                                tessera_ray_hit* hit);
+/// The occupied voxel nearest to p. Fails with TESSERA_OUT_OF_RANGE iff p is not in the grid;
+/// TESSERA_INVALID_ARGUMENT iff radius_m is not above 0 or over 256 voxels; TESSERA_BUSY as above.
+/// O((2 radius / block + 5)^3) at most.
+tessera_status tessera_nearest_occupied(const tessera_robot* robot, uint32_t map, const float* p,
+                                        double radius_m, tessera_nearest* nearest);
+/// Begins a walk through the box between two corners (metres; clipped to the grid).
+tessera_status tessera_box_begin(const tessera_robot* robot, uint32_t map, const float* low,
+                                 const float* high, tessera_box_cursor* cursor);
+/// The next observed voxels of the box, block by block: count of them, at most capacity. Looks up
+/// 4096 blocks at most, so count may be 0 before cursor->done is 1. Blocks come in the order of
+/// (z, y, x), or in that of the map's index where the box has more blocks than the map.
+/// TESSERA_INVALID_ARGUMENT iff the cursor is none that tessera_box_begin began; TESSERA_BUSY as
+/// above.
+tessera_status tessera_box_next(const tessera_robot* robot, tessera_box_cursor* cursor,
+                                tessera_voxel* voxels, uint32_t capacity, uint32_t* count);
+tessera_status tessera_map_usage_of(const tessera_robot* robot, uint32_t map,
+                                    tessera_map_usage* usage);
+
+// --- Asking, from other threads -------------------------------------------------------------
+
+/// Makes a reader, for one thread, while the robot is not worked on.
+tessera_status tessera_reader_make(const tessera_robot* robot, tessera_reader* reader);
+/// As tessera_query, while the robot is worked on. TESSERA_BUSY iff the voxel was being changed all
+/// the time: try again later.
+tessera_status tessera_reader_query(tessera_reader* reader, uint32_t map, const float* p,
+                                    tessera_estimate* estimate);
+
+// --- Sharing --------------------------------------------------------------------------------
+
+/// Takes a datagram that arrived: any bytes, from anybody. What is refused is counted in the
+/// exchange's report. now_us: monotonic, as everywhere below.
+tessera_status tessera_receive(tessera_robot* robot, const void* datagram, size_t bytes,
+                               int64_t now_us);
+/// Publishes what has changed, and goes on with the global map (work_per_tick). To be called at an
+/// even pace, every few tens of milliseconds. report: may be NULL.
+tessera_status tessera_tick(tessera_robot* robot, int64_t now_us, tessera_tick_report* report);
+/// The next datagram to send to all, in into; its size in bytes: 0 iff nothing is due now. To be
+/// called until it is 0. TESSERA_INVALID_ARGUMENT iff capacity is under
+/// TESSERA_MOST_DATAGRAM_BYTES.
+tessera_status tessera_send(tessera_robot* robot, int64_t now_us, void* into, size_t capacity,
+                            size_t* bytes);
+/// Goes on with the global map until it is up to date or so much work is done; done may be NULL.
+tessera_status tessera_fuse(tessera_robot* robot, uint64_t work, uint64_t* done);
+/// 1 iff nothing waits to be published or fused, and there were ticks since the last scan.
+tessera_status tessera_is_idle(const tessera_robot* robot, uint32_t* idle);
+/// Says with the next datagram that this robot says no more.
+tessera_status tessera_leave(tessera_robot* robot);
+/// Takes all of another robot out of the global map, and hears it no more. TESSERA_INVALID_ARGUMENT
+/// iff it is this one; TESSERA_RESOURCE_EXHAUSTED iff sixteen are excluded.
+tessera_status tessera_exclude(tessera_robot* robot, uint32_t excluded);
+
+/// Ends the submap and begins another one, with its own frame (12 numbers, [R | t], rows first):
+/// what is not published of the old one is published by the next ticks, then the local map begins
+/// anew, at the latest after submap_ticks; tessera_submap says when. Until then scans are of the
+/// old one. Fails with TESSERA_INVALID_ARGUMENT iff it is no rigid transform; TESSERA_BUSY iff a
+/// submap is ending.
+tessera_status tessera_new_submap(tessera_robot* robot, const double* T_global_map);
+/// Moves a submap of this start, with nothing sent anew but its frame. TESSERA_INVALID_ARGUMENT iff
+/// there is no such submap, or it is no rigid transform.
+tessera_status tessera_set_frame(tessera_robot* robot, uint32_t submap, const double* T_global_map);
+
+// --- Reports --------------------------------------------------------------------------------
+
+tessera_status tessera_submap(const tessera_robot* robot, tessera_submap_report* report);
+tessera_status tessera_global(const tessera_robot* robot, tessera_global_report* report);
+tessera_status tessera_exchange(const tessera_robot* robot, tessera_exchange_report* report);
+/// The contribution of that place, from 0. TESSERA_OUT_OF_RANGE iff there are not so many.
+tessera_status tessera_contribution_at(const tessera_robot* robot, uint32_t index,
+                                       tessera_contribution* contribution);
+
+// --- Files ----------------------------------------------------------------------------------
+
+/// Memory that the next two need for as much as the map holds now.
+tessera_status tessera_workspace_bytes(const tessera_robot* robot, uint32_t map, uint64_t* bytes);
+/// The map's content in 64 bits: the same for the same voxels, however they came there. workspace:
+/// aligned to eight. TESSERA_RESOURCE_EXHAUSTED iff it is too small; TESSERA_BUSY as above.
+tessera_status tessera_map_digest(const tessera_robot* robot, uint32_t map, void* workspace,
+                                  uint64_t workspace_bytes, uint64_t* digest);
+/// Writes the map as a map file (.tsm), in pieces; write: 1 iff it took them all, in order. Fails
+/// as tessera_map_digest, and with TESSERA_IO iff write did not.
+tessera_status tessera_save_map(tessera_robot* robot, uint32_t map, void* workspace,
+                                uint64_t workspace_bytes,
+                                int32_t (*write)(void* context, const uint8_t* bytes, size_t count),
+                                void* context);
+/// Reads a map file into the local map, which must be empty; read: how many bytes it gave, fewer
+/// than asked for at the end only. Fails with TESSERA_MISMATCH iff it is of another configuration
+/// or the map is not empty, TESSERA_TRUNCATED, TESSERA_CORRUPT, TESSERA_UNSUPPORTED; and
+/// TESSERA_RESOURCE_EXHAUSTED iff it does not fit: the map is empty then.
+tessera_status tessera_load_map(tessera_robot* robot,
+                                size_t (*read)(void* context, uint8_t* into, size_t capacity),
+                                void* context);
+
+/// A program may define void tessera_assert_failed(const char* expression, const char* file, int
+/// line), which must not return: it is called where the library was built with TESSERA_ASSERTS and
+/// finds a bug, its own or the program's. Without it the library traps.
+
+#ifdef __cplusplus
+}
+#endif

@@ -1,0 +1,226 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// The C interface: making a robot, mapping, sharing.
+#include "tessera_c.hpp"
+
+#include <string_view>
+
+using namespace tessera;
+using namespace tessera::c_interface;
+
+namespace {
+
+/// As many bytes as there are with programs of version 1.
+constexpr std::size_t kScanBytes = sizeof(tessera_scan);
+constexpr std::size_t kCallbacksBytes = sizeof(tessera_callbacks);
+
+bool all_or_none(bool first, bool second, bool third) noexcept {
+  return first == second && second == third;
+}
+
+Status read_callbacks(const tessera_callbacks* from, tessera_callbacks& into) noexcept {
+  if (from == nullptr) return Status::kOk;
+  const Status status = read_struct(from, kCallbacksBytes, into);
+  if (status != Status::kOk) return status;
+  const bool whole =
+      all_or_none(into.tag_message != nullptr, into.check_tag != nullptr,
+                  into.tag_message != nullptr) &&
+      all_or_none(into.sign != nullptr, into.check_signature != nullptr, into.hash != nullptr);
+  return whole ? Status::kOk : Status::kInvalidArgument;
+}
+
+/// Names end at the first zero, or with the 31st byte.
+Status read_classes(const tessera_class* from, std::uint32_t count, ClassTable& into) noexcept {
+  if (from == nullptr || count < 1 || count > TESSERA_MOST_CLASSES) return Status::kInvalidArgument;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    std::size_t length = 0;
+    while (length < sizeof(from[i].name) && from[i].name[length] != '\0') ++length;
+    const Status status = into.add(std::string_view(from[i].name, length),
+                                   {from[i].red, from[i].green, from[i].blue});
+    if (status != Status::kOk) return status;
+  }
+  return Status::kOk;
+}
+
+bool is_clock_there(const RobotConfig& config, const tessera_callbacks& callbacks) noexcept {
+  return config.deadline_us == 0 || callbacks.now_us != nullptr;
+}
+
+void report_of(const ScanReport& from, tessera_scan_report& to) noexcept {
+  to.pose = static_cast<std::uint32_t>(from.pose);
+  to.points = from.points;
+  to.non_finite = from.non_finite;
+  to.too_near = from.too_near;
+  to.beyond_range = from.beyond_range;
+  to.out_of_grid = from.out_of_grid;
+  to.unlabelled = from.unlabelled;
+  to.over_capacity = from.over_capacity;
+  to.thinned = from.thinned;
+  to.admitted = from.admitted;
+  to.refused_storage = from.refused_storage;
+  to.refused_tiles = from.refused_tiles;
+  to.refused_ray_blocks = from.refused_ray_blocks;
+  to.refused_work = from.refused_work;
+  to.refused_deadline = from.refused_deadline;
+  to.rays = from.rays;
+  to.rays_refused_memory = from.rays_refused_memory;
+  to.rays_refused_work = from.rays_refused_work;
+  to.rays_refused_deadline = from.rays_refused_deadline;
+  to.returns_cut = from.returns_cut;
+  to.rays_cut = from.rays_cut;
+  to.tiles_cut = from.tiles_cut;
+  to.points_cut = from.points_cut;
+  to.ray_blocks_cut = from.ray_blocks_cut;
+  to.left_out = from.left_out();
+  to.overshoot_us = from.overshoot_us;
+  to.work_limit = from.work_limit;
+  to.work_spent = from.work_spent();
+  to.voxel_updates = from.voxel_updates;
+  to.label_octets = from.label_octets;
+  to.free_blocks = from.free_blocks;
+}
+
+}  // namespace
+
+extern "C" {
+
+tessera_status tessera_robot_make(const tessera_config* config, const tessera_class* classes,
+                                  uint32_t num_classes, const tessera_callbacks* callbacks,
+                                  void* memory, uint64_t bytes, tessera_robot** robot) {
+  if (memory == nullptr || robot == nullptr ||
+      reinterpret_cast<std::uintptr_t>(memory) % TESSERA_ALIGNMENT != 0)
+    return TESSERA_INVALID_ARGUMENT;
+  RobotConfig core;
+  Status status = read_config(config, core);
+  if (status != Status::kOk) return status_of(status);
+  Arena arena({static_cast<std::byte*>(memory), bytes});
+  const std::span<tessera_robot> place = arena.take<tessera_robot>(1);
+  if (place.empty()) return TESSERA_RESOURCE_EXHAUSTED;
+  tessera_robot& made = place.front();
+  // On its way to the maps it is no more on the stack than it must be.
+  ClassTable& table = made.header.classes;
+  status = read_classes(classes, num_classes, table);
+  if (status == Status::kOk) status = read_callbacks(callbacks, made.callbacks);
+  if (status == Status::kOk && !is_clock_there(core, made.callbacks))
+    status = Status::kInvalidArgument;
+  if (status != Status::kOk) return status_of(status);
+
+  const Result<Robot*> inner =
+      Robot::make(arena, core, table, keys_of(made.callbacks), clock_of(made.callbacks));
+  if (!inner.ok()) return status_of(inner.status());
+  made.robot = *inner;
+  made.magic = tessera_robot::kMagic;
+  *robot = &made;
+  return TESSERA_OK;
+}
+
+tessera_status tessera_used_bytes(const tessera_robot* robot, uint64_t* bytes) {
+  if (!is_robot(robot) || bytes == nullptr) return TESSERA_INVALID_ARGUMENT;
+  *bytes = robot->robot->used_bytes() + sizeof(tessera_robot);
+  return TESSERA_OK;
+}
+
+tessera_status tessera_integrate(tessera_robot* robot, const tessera_scan* scan,
+                                 tessera_scan_report* report) {
+  if (!is_robot(robot) || (report != nullptr && !can_fill(report))) return TESSERA_INVALID_ARGUMENT;
+  tessera_scan given{};
+  if (const Status status = read_struct(scan, kScanBytes, given); status != Status::kOk)
+    return status_of(status);
+  const bool points = given.stride_floats >= 3 && (given.count == 0 || given.points != nullptr) &&
+                      given.count <= UINT32_MAX;
+  if (!points || (given.due_us != 0 && robot->callbacks.now_us == nullptr))
+    return TESSERA_INVALID_ARGUMENT;
+  const ScanView view{.T_map_sensor = matrix_of(given.T_map_sensor),
+                      .points = given.points,
+                      .stride_floats = given.stride_floats,
+                      .count = given.count,
+                      .components = given.components,
+                      .weights = given.weights};
+  Robot& core = *robot->robot;
+  const ScanReport done = given.due_us == 0 ? core.integrate(view, given.now_us)
+                                            : core.integrate_until(view, given.due_us);
+  if (report == nullptr) return TESSERA_OK;
+  tessera_scan_report filled{};
+  report_of(done, filled);
+  fill(filled, report);
+  return TESSERA_OK;
+}
+
+tessera_status tessera_set_work_budget(tessera_robot* robot, uint64_t work) {
+  if (!is_robot(robot)) return TESSERA_INVALID_ARGUMENT;
+  robot->robot->mapper().set_work_budget(work);
+  return TESSERA_OK;
+}
+
+tessera_status tessera_receive(tessera_robot* robot, const void* datagram, size_t bytes,
+                               int64_t now_us) {
+  if (!is_robot(robot) || datagram == nullptr) return TESSERA_INVALID_ARGUMENT;
+  robot->robot->receive({static_cast<const std::byte*>(datagram), bytes}, now_us);
+  return TESSERA_OK;
+}
+
+tessera_status tessera_tick(tessera_robot* robot, int64_t now_us, tessera_tick_report* report) {
+  if (!is_robot(robot) || (report != nullptr && !can_fill(report))) return TESSERA_INVALID_ARGUMENT;
+  const PublisherReport done = robot->robot->tick(now_us);
+  if (report == nullptr) return TESSERA_OK;
+  tessera_tick_report filled{};
+  filled.compared = done.compared;
+  filled.published = done.published;
+  filled.emptied = done.emptied;
+  filled.refused = done.refused;
+  filled.left_out = done.left_out;
+  filled.label_bytes = done.bytes.labels;
+  filled.free_bytes = done.bytes.free;
+  filled.waiting = done.waiting;
+  filled.free_waiting = done.free_waiting;
+  filled.overdue = done.overdue;
+  filled.worst_staleness_us = done.worst_staleness_us;
+  fill(filled, report);
+  return TESSERA_OK;
+}
+
+tessera_status tessera_send(tessera_robot* robot, int64_t now_us, void* into, size_t capacity,
+                            size_t* bytes) {
+  if (!is_robot(robot) || into == nullptr || bytes == nullptr ||
+      capacity < TESSERA_MOST_DATAGRAM_BYTES)
+    return TESSERA_INVALID_ARGUMENT;
+  *bytes = robot->robot->send(now_us, {static_cast<std::byte*>(into), capacity});
+  return TESSERA_OK;
+}
+
+tessera_status tessera_fuse(tessera_robot* robot, uint64_t work, uint64_t* done) {
+  if (!is_robot(robot)) return TESSERA_INVALID_ARGUMENT;
+  const std::uint64_t spent = robot->robot->sharer().fuse(work);
+  if (done != nullptr) *done = spent;
+  return TESSERA_OK;
+}
+
+tessera_status tessera_is_idle(const tessera_robot* robot, uint32_t* idle) {
+  if (!is_robot(robot) || idle == nullptr) return TESSERA_INVALID_ARGUMENT;
+  *idle = robot->robot->idle() ? 1U : 0U;
+  return TESSERA_OK;
+}
+
+tessera_status tessera_leave(tessera_robot* robot) {
+  if (!is_robot(robot)) return TESSERA_INVALID_ARGUMENT;
+  robot->robot->exchange().leave();
+  return TESSERA_OK;
+}
+
+tessera_status tessera_exclude(tessera_robot* robot, uint32_t excluded) {
+  if (!is_robot(robot)) return TESSERA_INVALID_ARGUMENT;
+  return status_of(robot->robot->exchange().exclude(excluded));
+}
+
+tessera_status tessera_new_submap(tessera_robot* robot, const double* T_global_map) {
+  if (!is_robot(robot) || T_global_map == nullptr) return TESSERA_INVALID_ARGUMENT;
+  return status_of(robot->robot->new_submap(matrix_of(T_global_map)));
+}
+
+tessera_status tessera_set_frame(tessera_robot* robot, uint32_t submap,
+                                 const double* T_global_map) {
+  if (!is_robot(robot) || T_global_map == nullptr) return TESSERA_INVALID_ARGUMENT;
+  return status_of(robot->robot->set_frame(submap, matrix_of(T_global_map)));
+}
+
+}  // extern "C"

@@ -1,0 +1,98 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// What the units of the C interface share: the robot behind the handle, and how structs of callers
+// that were compiled with another header are read and filled.
+#pragma once
+
+#include <cstring>
+
+#include "tessera/map/map_file.hpp"
+#include "tessera/robot/robot.hpp"
+#include "tessera/tessera.h"
+
+struct tessera_robot {
+  static constexpr std::uint64_t kMagic = 0x74657373'6572'6101U;
+  std::uint64_t magic = 0;
+  tessera::Robot* robot = nullptr;
+  tessera_callbacks callbacks{};
+  /// Of the file that is read or written: too much for the stack.
+  tessera::MapFileHeader header{};
+  tessera::MapFileBuffer buffer{};
+};
+
+namespace tessera::c_interface {
+
+inline tessera_status status_of(Status status) noexcept {
+  return static_cast<tessera_status>(status);
+}
+
+inline bool is_robot(const tessera_robot* robot) noexcept {
+  return robot != nullptr &&
+         reinterpret_cast<std::uintptr_t>(robot) % alignof(tessera_robot) == 0 &&
+         robot->magic == tessera_robot::kMagic;
+}
+
+inline bool is_map(std::uint32_t map) noexcept { return map <= TESSERA_GLOBAL_MAP; }
+inline const LocalMap& map_of(const tessera_robot& robot, std::uint32_t map) noexcept {
+  const Robot& both = *robot.robot;
+  return map == TESSERA_LOCAL_MAP ? both.map() : both.global().map();
+}
+/// Whether all of the map can be read as one.
+inline bool is_settled(const tessera_robot& robot, std::uint32_t map) noexcept {
+  return map == TESSERA_LOCAL_MAP || robot.robot->global().settled();
+}
+
+/// Copies as much of a struct as the caller has over into, which has the defaults. Structs grow by
+/// whole multiples of eight bytes. Fails with kInvalidArgument iff there is none or it is of a size
+/// that none had; kUnsupported iff it is of a newer version.
+template <class Struct>
+Status read_struct(const Struct* from, std::size_t least_bytes, Struct& into) noexcept {
+  if (from == nullptr) return Status::kInvalidArgument;
+  std::uint32_t bytes = 0;
+  std::memcpy(&bytes, from, sizeof(bytes));
+  if (bytes < least_bytes || bytes % 8 != 0) return Status::kInvalidArgument;
+  if (bytes > sizeof(Struct)) return Status::kUnsupported;
+  std::memcpy(&into, from, bytes);
+  return Status::kOk;
+}
+
+template <class Struct>
+bool can_fill(const Struct* report) noexcept {
+  return report != nullptr && report->struct_bytes >= 8 && report->struct_bytes % 8 == 0;
+}
+/// Gives the caller as much of a report as there is room for.
+template <class Struct>
+void fill(Struct& filled, Struct* into) noexcept {
+  static_assert(sizeof(Struct) % 8 == 0);
+  if (into->struct_bytes < sizeof(Struct)) {
+    filled.struct_bytes = into->struct_bytes;
+  } else {
+    filled.struct_bytes = sizeof(Struct);
+  }
+  std::memcpy(into, &filled, filled.struct_bytes);
+}
+
+inline Point3f point_of(const float* p) noexcept { return {p[0], p[1], p[2]}; }
+inline Matrix34d matrix_of(const double* rows) noexcept {
+  Matrix34d matrix;
+  for (int i = 0; i < 12; ++i) matrix(i / 4, i % 4) = rows[i];
+  return matrix;
+}
+
+inline tessera_estimate estimate_of(const Estimate& from) noexcept {
+  return {.probability = from.probability,
+          .variance = from.variance,
+          .evidence = from.evidence,
+          .occupancy = from.occupancy,
+          .label = from.label,
+          .state = static_cast<std::uint32_t>(from.state)};
+}
+
+/// Fails as tessera_required_bytes.
+Status read_config(const tessera_config* from, RobotConfig& into) noexcept;
+
+/// The caller's functions as the core wants them; callbacks must stay where they are.
+Clock clock_of(tessera_callbacks& callbacks) noexcept;
+RobotKeys keys_of(tessera_callbacks& callbacks) noexcept;
+
+}  // namespace tessera::c_interface

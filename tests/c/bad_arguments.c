@@ -1,0 +1,509 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// Every function refuses what it cannot work with, and says so; structs of older and newer
+// programs; functions of the program for time, tags and signatures.
+#include <math.h>
+#include <string.h>
+
+#include "support.h"
+
+#define REFUSED(call) CHECK((call) == TESSERA_INVALID_ARGUMENT)
+
+static const double identity[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+static const double mirrored[12] = {-1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+static uint64_t workspace[1u << 15];
+static union {
+  uint8_t bytes[ROBOT_BYTES];
+  uint64_t alignment;
+} memory __attribute__((aligned(TESSERA_ALIGNMENT)));
+
+static int32_t take_all(void* context, const uint8_t* bytes, size_t count) {
+  (void)context;
+  (void)bytes;
+  (void)count;
+  return 1;
+}
+static size_t give_none(void* context, uint8_t* into, size_t capacity) {
+  (void)context;
+  (void)into;
+  (void)capacity;
+  return 0;
+}
+static size_t give_too_much(void* context, uint8_t* into, size_t capacity) {
+  (void)context;
+  (void)into;
+  return capacity + 1;
+}
+
+static void test_versions(void) {
+  CHECK(tessera_api_version() == TESSERA_API_VERSION);
+  CHECK(tessera_abi_version() == TESSERA_ABI_VERSION);
+  CHECK(strlen(tessera_version()) >= 5);
+  CHECK(strcmp(tessera_status_text(TESSERA_OK), "ok") == 0);
+  CHECK(strcmp(tessera_status_text(TESSERA_BUSY), "busy") == 0);
+  CHECK(strcmp(tessera_status_text((tessera_status)77), "unknown status") == 0);
+  CHECK(strcmp(tessera_status_text((tessera_status)256), "unknown status") == 0);
+}
+
+static void test_making(void) {
+  tessera_config config = small_config(1);
+  tessera_robot* robot = NULL;
+  uint64_t bytes = 0;
+  REFUSED(tessera_config_init(NULL, sizeof(config)));
+  REFUSED(tessera_config_init(&config, 0));
+  REFUSED(tessera_config_init(&config, sizeof(config) - 1));
+  CHECK_STATUS(TESSERA_UNSUPPORTED, tessera_config_init(&config, sizeof(config) + 8));
+  REFUSED(tessera_required_bytes(NULL, 2, &bytes));
+  REFUSED(tessera_required_bytes(&config, 0, &bytes));
+  REFUSED(tessera_required_bytes(&config, TESSERA_MOST_CLASSES + 1, &bytes));
+  REFUSED(tessera_required_bytes(&config, 2, NULL));
+  CHECK_STATUS(TESSERA_OK, tessera_required_bytes(&config, 2, &bytes));
+
+  REFUSED(tessera_robot_make(NULL, classes, 2, NULL, memory.bytes, bytes, &robot));
+  REFUSED(tessera_robot_make(&config, NULL, 2, NULL, memory.bytes, bytes, &robot));
+  REFUSED(tessera_robot_make(&config, classes, 0, NULL, memory.bytes, bytes, &robot));
+  REFUSED(tessera_robot_make(&config, classes, 63, NULL, memory.bytes, bytes, &robot));
+  REFUSED(tessera_robot_make(&config, classes, 2, NULL, NULL, bytes, &robot));
+  REFUSED(tessera_robot_make(&config, classes, 2, NULL, memory.bytes + 8, bytes, &robot));
+  REFUSED(tessera_robot_make(&config, classes, 2, NULL, memory.bytes, bytes, NULL));
+  const uint64_t too_few[4] = {0, 64, bytes / 2, bytes - 64};
+  for (int i = 0; i < 4; ++i) {
+    CHECK_STATUS(TESSERA_RESOURCE_EXHAUSTED,
+                 tessera_robot_make(&config, classes, 2, NULL, memory.bytes, too_few[i], &robot));
+  }
+  CHECK(robot == NULL);
+  config.deadline_us = 1000;
+  REFUSED(tessera_robot_make(&config, classes, 2, NULL, memory.bytes, bytes, &robot));
+}
+
+/// Each setting out of its range is refused, wherever memory is counted or a robot is made.
+static void test_settings(void) {
+  const uint32_t kinds[8] = {
+      offsetof(tessera_config, local_tuple), offsetof(tessera_config, global_tuple),
+      offsetof(tessera_config, mode),        offsetof(tessera_config, thinning_weight),
+      offsetof(tessera_config, free_space),  offsetof(tessera_config, diffusion),
+      offsetof(tessera_config, edge),        offsetof(tessera_config, reserved)};
+  const uint32_t numbers[12] = {offsetof(tessera_config, scan_points),
+                                offsetof(tessera_config, scan_tiles),
+                                offsetof(tessera_config, scan_ray_blocks),
+                                offsetof(tessera_config, block_edge),
+                                offsetof(tessera_config, publisher_blocks),
+                                offsetof(tessera_config, publisher_candidates),
+                                offsetof(tessera_config, few_voxels),
+                                offsetof(tessera_config, contributions),
+                                offsetof(tessera_config, peers),
+                                offsetof(tessera_config, answers),
+                                offsetof(tessera_config, bytes_per_s),
+                                offsetof(tessera_config, submap_ticks)};
+  uint64_t bytes = 0;
+  tessera_robot* robot = NULL;
+  for (int i = 0; i < 8; ++i) {
+    tessera_config config = small_config(1);
+    const uint32_t too_large = 256;  // 0 in a byte
+    memcpy((uint8_t*)&config + kinds[i], &too_large, sizeof(too_large));
+    REFUSED(tessera_required_bytes(&config, 2, &bytes));
+  }
+  for (int i = 0; i < 12; ++i) {
+    tessera_config config = small_config(1);
+    memset((uint8_t*)&config + numbers[i], 0, sizeof(uint32_t));
+    REFUSED(tessera_robot_make(&config, classes, 2, NULL, memory.bytes, ROBOT_BYTES, &robot));
+  }
+  const double resolutions[4] = {0.0, -1.0, (double)INFINITY, (double)NAN};
+  for (int i = 0; i < 4; ++i) {
+    tessera_config config = small_config(1);
+    config.resolution_m = resolutions[i];
+    REFUSED(tessera_required_bytes(&config, 2, &bytes));
+  }
+  tessera_config config = small_config(1);
+  config.iterations = INT32_MAX;
+  REFUSED(tessera_required_bytes(&config, 2, &bytes));
+  config = small_config(1);
+  config.length_m = NAN;
+  REFUSED(tessera_required_bytes(&config, 2, &bytes));
+  config = small_config(1);
+  config.local_bytes = UINT64_MAX;
+  REFUSED(tessera_required_bytes(&config, 2, &bytes));
+  CHECK(robot == NULL);
+}
+
+/// A program that was compiled with a shorter config: what it does not know has its default.
+static void test_older_programs(void) {
+  tessera_config whole = small_config(1);
+  CHECK_STATUS(TESSERA_OK, tessera_config_init(&whole, sizeof(whole)));
+  uint64_t of_whole = 0;
+  uint64_t of_older = 0;
+  CHECK_STATUS(TESSERA_OK, tessera_required_bytes(&whole, 2, &of_whole));
+  uint8_t older[TESSERA_CONFIG_LEAST_BYTES + 8];
+  memset(older, 0xa5, sizeof(older));
+  CHECK_STATUS(TESSERA_OK,
+               tessera_config_init((tessera_config*)(void*)older, TESSERA_CONFIG_LEAST_BYTES));
+  for (size_t i = TESSERA_CONFIG_LEAST_BYTES; i < sizeof(older); ++i) CHECK(older[i] == 0xa5);
+  CHECK_STATUS(TESSERA_OK,
+               tessera_required_bytes((const tessera_config*)(const void*)older, 2, &of_older));
+  CHECK(of_older == of_whole);
+  whole.publisher_blocks *= 2;
+  CHECK_STATUS(TESSERA_OK, tessera_required_bytes(&whole, 2, &of_whole));
+  CHECK(of_older < of_whole);
+  whole.struct_bytes = TESSERA_CONFIG_LEAST_BYTES;
+  CHECK_STATUS(TESSERA_OK, tessera_required_bytes(&whole, 2, &of_whole));
+  CHECK(of_older == of_whole);
+  whole.struct_bytes = TESSERA_CONFIG_LEAST_BYTES - 8;
+  REFUSED(tessera_required_bytes(&whole, 2, &of_whole));
+  whole.struct_bytes = sizeof(whole) + 8;
+  CHECK_STATUS(TESSERA_UNSUPPORTED, tessera_required_bytes(&whole, 2, &of_whole));
+}
+
+static void test_handles(tessera_robot* robot) {
+  uint8_t none[64] __attribute__((aligned(TESSERA_ALIGNMENT))) = {0};
+  tessera_robot* const not_robots[3] = {NULL, (tessera_robot*)(void*)none,
+                                        (tessera_robot*)(void*)((uint8_t*)robot + 1)};
+  const float p[3] = {1, 2, 3};
+  const tessera_scan scan = {.struct_bytes = sizeof(scan), .stride_floats = 3};
+  tessera_estimate estimate;
+  tessera_ray_hit hit;
+  tessera_nearest nearest;
+  tessera_box_cursor cursor;
+  tessera_voxel voxel;
+  tessera_reader reader = {{0}};
+  tessera_map_usage usage = {.struct_bytes = sizeof(usage)};
+  tessera_submap_report submap = {.struct_bytes = sizeof(submap)};
+  tessera_global_report global = {.struct_bytes = sizeof(global)};
+  tessera_exchange_report exchange = {.struct_bytes = sizeof(exchange)};
+  tessera_contribution contribution = {.struct_bytes = sizeof(contribution)};
+  uint8_t datagram[TESSERA_MOST_DATAGRAM_BYTES] = {0};
+  uint64_t number = 0;
+  uint32_t count = 0;
+  size_t size = 0;
+  CHECK_STATUS(TESSERA_OK, tessera_box_begin(robot, 0, p, p, &cursor));
+  for (int i = 0; i < 3; ++i) {
+    tessera_robot* const no = not_robots[i];
+    REFUSED(tessera_used_bytes(no, &number));
+    REFUSED(tessera_integrate(no, &scan, NULL));
+    REFUSED(tessera_set_work_budget(no, 1));
+    REFUSED(tessera_query(no, 0, p, &estimate));
+    REFUSED(tessera_query_many(no, 0, p, 1, &estimate));
+    REFUSED(tessera_cast_ray(no, 0, p, p, 1.0, 0, &hit));
+    REFUSED(tessera_nearest_occupied(no, 0, p, 1.0, &nearest));
+    REFUSED(tessera_box_begin(no, 0, p, p, &cursor));
+    REFUSED(tessera_box_next(no, &cursor, &voxel, 1, &count));
+    REFUSED(tessera_map_usage_of(no, 0, &usage));
+    REFUSED(tessera_reader_make(no, &reader));
+    REFUSED(tessera_receive(no, datagram, sizeof(datagram), 0));
+    REFUSED(tessera_tick(no, 0, NULL));
+    REFUSED(tessera_send(no, 0, datagram, sizeof(datagram), &size));
+    REFUSED(tessera_fuse(no, 1, NULL));
+    REFUSED(tessera_is_idle(no, &count));
+    REFUSED(tessera_leave(no));
+    REFUSED(tessera_exclude(no, 7));
+    REFUSED(tessera_new_submap(no, identity));
+    REFUSED(tessera_set_frame(no, 0, identity));
+    REFUSED(tessera_submap(no, &submap));
+    REFUSED(tessera_global(no, &global));
+    REFUSED(tessera_exchange(no, &exchange));
+    REFUSED(tessera_contribution_at(no, 0, &contribution));
+    REFUSED(tessera_workspace_bytes(no, 0, &number));
+    REFUSED(tessera_map_digest(no, 0, workspace, sizeof(workspace), &number));
+    REFUSED(tessera_save_map(no, 0, workspace, sizeof(workspace), take_all, NULL));
+    REFUSED(tessera_load_map(no, give_none, NULL));
+  }
+}
+
+static void test_scans(tessera_robot* robot) {
+  const float points[6] = {5, 0, 0, NAN, 0, 0};
+  tessera_scan scan = {.struct_bytes = sizeof(scan),
+                       .stride_floats = 3,
+                       .points = points,
+                       .count = 2,
+                       .T_map_sensor = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}};
+  tessera_scan_report report = {.struct_bytes = sizeof(report)};
+  CHECK_STATUS(TESSERA_OK, tessera_integrate(robot, &scan, &report));
+  CHECK(report.points == 2 && report.non_finite == 1 && report.struct_bytes == sizeof(report));
+  struct {
+    uint32_t struct_bytes;
+    uint32_t pose;
+    uint64_t beyond;
+  } shorter = {8, 77, 99};
+  CHECK_STATUS(TESSERA_OK, tessera_integrate(robot, &scan, (tessera_scan_report*)(void*)&shorter));
+  CHECK(shorter.struct_bytes == 8 && shorter.pose == TESSERA_OK && shorter.beyond == 99);
+  report.struct_bytes = 12;
+  REFUSED(tessera_integrate(robot, &scan, &report));
+  report.struct_bytes = sizeof(report) + 64;  // of a newer program
+  CHECK_STATUS(TESSERA_OK, tessera_integrate(robot, &scan, &report));
+  CHECK(report.struct_bytes == sizeof(report));
+  memcpy(scan.T_map_sensor, mirrored, sizeof(mirrored));
+  CHECK_STATUS(TESSERA_OK, tessera_integrate(robot, &scan, &report));
+  CHECK(report.pose == TESSERA_INVALID_ARGUMENT);
+  REFUSED(tessera_integrate(robot, NULL, &report));
+  tessera_scan bad = scan;
+  bad.struct_bytes = sizeof(bad) - 8;
+  REFUSED(tessera_integrate(robot, &bad, NULL));
+  bad.struct_bytes = sizeof(bad) + 8;
+  CHECK_STATUS(TESSERA_UNSUPPORTED, tessera_integrate(robot, &bad, NULL));
+  bad = scan;
+  bad.stride_floats = 2;
+  REFUSED(tessera_integrate(robot, &bad, NULL));
+  bad = scan;
+  bad.points = NULL;
+  REFUSED(tessera_integrate(robot, &bad, NULL));
+  bad = scan;
+  bad.count = UINT64_MAX;
+  REFUSED(tessera_integrate(robot, &bad, NULL));
+  bad = scan;
+  bad.due_us = 5;
+  REFUSED(tessera_integrate(robot, &bad, NULL));
+  report.struct_bytes = sizeof(report);
+  memcpy(scan.T_map_sensor, identity, sizeof(identity));
+  CHECK_STATUS(TESSERA_OK, tessera_set_work_budget(robot, 1));
+  CHECK_STATUS(TESSERA_OK, tessera_integrate(robot, &scan, &report));
+  CHECK(report.work_limit == 1 && report.left_out == 1 && report.refused_work == 1);
+  CHECK_STATUS(TESSERA_OK, tessera_set_work_budget(robot, 0));
+  integrate_street(robot, 0.0, 0.0);
+  uint64_t number = 0;
+  CHECK_STATUS(TESSERA_RESOURCE_EXHAUSTED, tessera_map_digest(robot, 0, workspace, 8, &number));
+}
+
+static void test_asking(tessera_robot* robot) {
+  const float p[3] = {1, 2, 3};
+  const float low[3] = {0, 0, 0};
+  const float beyond[3] = {NAN, 2, 3};
+  tessera_estimate estimate;
+  tessera_ray_hit hit;
+  tessera_nearest nearest;
+  tessera_box_cursor cursor;
+  tessera_voxel voxel;
+  tessera_reader reader = {{0}};
+  tessera_map_usage usage = {.struct_bytes = sizeof(usage)};
+  uint32_t count = 0;
+  REFUSED(tessera_query(robot, 2, p, &estimate));
+  REFUSED(tessera_query(robot, 0, NULL, &estimate));
+  REFUSED(tessera_query(robot, 0, p, NULL));
+  CHECK_STATUS(TESSERA_OK, tessera_query(robot, 0, beyond, &estimate));
+  CHECK(estimate.state == TESSERA_UNKNOWN);
+  CHECK_STATUS(TESSERA_OK, tessera_query(robot, 1, beyond, &estimate));
+  CHECK(estimate.state == TESSERA_UNKNOWN);
+  CHECK_STATUS(TESSERA_OK, tessera_query_many(robot, 0, NULL, 0, NULL));
+  REFUSED(tessera_cast_ray(robot, 2, low, p, 1.0, 0, &hit));
+  REFUSED(tessera_cast_ray(robot, 0, NULL, p, 1.0, 0, &hit));
+  REFUSED(tessera_cast_ray(robot, 0, low, NULL, 1.0, 0, &hit));
+  REFUSED(tessera_cast_ray(robot, 0, low, p, 1.0, 0, NULL));
+  CHECK_STATUS(TESSERA_OK, tessera_cast_ray(robot, 0, beyond, p, 1.0, 0, &hit));
+  CHECK(hit.end == TESSERA_RAY_INVALID);
+  REFUSED(tessera_nearest_occupied(robot, 2, p, 1.0, &nearest));
+  REFUSED(tessera_nearest_occupied(robot, 0, NULL, 1.0, &nearest));
+  REFUSED(tessera_nearest_occupied(robot, 0, p, 1.0, NULL));
+  REFUSED(tessera_nearest_occupied(robot, 0, p, 0.0, &nearest));
+  REFUSED(tessera_nearest_occupied(robot, 0, p, 1e9, &nearest));
+  REFUSED(tessera_nearest_occupied(robot, 0, p, (double)NAN, &nearest));
+  CHECK_STATUS(TESSERA_OUT_OF_RANGE, tessera_nearest_occupied(robot, 0, beyond, 1.0, &nearest));
+  REFUSED(tessera_box_begin(robot, 2, low, p, &cursor));
+  REFUSED(tessera_box_begin(robot, 0, NULL, p, &cursor));
+  REFUSED(tessera_box_begin(robot, 0, low, NULL, &cursor));
+  REFUSED(tessera_box_begin(robot, 0, low, p, NULL));
+  REFUSED(tessera_box_begin(robot, 0, p, low, &cursor));
+  REFUSED(tessera_box_begin(robot, 0, beyond, p, &cursor));
+  CHECK_STATUS(TESSERA_OK, tessera_box_begin(robot, 0, low, p, &cursor));
+  REFUSED(tessera_box_next(robot, NULL, &voxel, 1, &count));
+  REFUSED(tessera_box_next(robot, &cursor, NULL, 1, &count));
+  REFUSED(tessera_box_next(robot, &cursor, &voxel, 0, &count));
+  REFUSED(tessera_box_next(robot, &cursor, &voxel, 1, NULL));
+  tessera_box_cursor bad = cursor;
+  bad.map = 2;
+  REFUSED(tessera_box_next(robot, &bad, &voxel, 1, &count));
+  bad = cursor;
+  bad.next = 4096;
+  REFUSED(tessera_box_next(robot, &bad, &voxel, 1, &count));
+  bad = cursor;
+  bad.low[0] = INT32_MIN;
+  REFUSED(tessera_box_next(robot, &bad, &voxel, 1, &count));
+  bad = cursor;
+  bad.by_index = 0;
+  bad.block[2] = INT32_MAX;
+  REFUSED(tessera_box_next(robot, &bad, &voxel, 1, &count));
+  REFUSED(tessera_map_usage_of(robot, 2, &usage));
+  REFUSED(tessera_map_usage_of(robot, 0, NULL));
+  usage.struct_bytes = 4;
+  REFUSED(tessera_map_usage_of(robot, 0, &usage));
+  REFUSED(tessera_reader_query(&reader, 0, p, &estimate));
+  REFUSED(tessera_reader_query(NULL, 0, p, &estimate));
+  REFUSED(tessera_reader_make(robot, NULL));
+  CHECK_STATUS(TESSERA_OK, tessera_reader_make(robot, &reader));
+  REFUSED(tessera_reader_query(&reader, 2, p, &estimate));
+  REFUSED(tessera_reader_query(&reader, 0, NULL, &estimate));
+  REFUSED(tessera_reader_query(&reader, 0, p, NULL));
+}
+
+static void test_sharing(tessera_robot* robot) {
+  uint8_t datagram[TESSERA_MOST_DATAGRAM_BYTES] = {1, 2, 3};
+  tessera_tick_report tick = {.struct_bytes = 4};
+  tessera_submap_report submap = {.struct_bytes = 0};
+  tessera_global_report global = {.struct_bytes = 1};
+  tessera_exchange_report exchange = {.struct_bytes = sizeof(exchange)};
+  tessera_contribution contribution = {.struct_bytes = sizeof(contribution)};
+  uint64_t number = 0;
+  size_t size = 0;
+  REFUSED(tessera_receive(robot, NULL, 10, 0));
+  CHECK_STATUS(TESSERA_OK, tessera_receive(robot, datagram, 3, 0));
+  CHECK_STATUS(TESSERA_OK, tessera_receive(robot, datagram, sizeof(datagram), 0));
+  CHECK_STATUS(TESSERA_OK, tessera_exchange(robot, &exchange));
+  CHECK(exchange.received == 2 && exchange.refused_size == 1 && exchange.refused_format == 1);
+  REFUSED(tessera_tick(robot, 0, &tick));
+  REFUSED(tessera_send(robot, 0, NULL, sizeof(datagram), &size));
+  REFUSED(tessera_send(robot, 0, datagram, sizeof(datagram) - 1, &size));
+  REFUSED(tessera_send(robot, 0, datagram, sizeof(datagram), NULL));
+  REFUSED(tessera_is_idle(robot, NULL));
+  REFUSED(tessera_used_bytes(robot, NULL));
+  REFUSED(tessera_exclude(robot, 1));
+  REFUSED(tessera_new_submap(robot, NULL));
+  REFUSED(tessera_new_submap(robot, mirrored));
+  REFUSED(tessera_set_frame(robot, 0, NULL));
+  REFUSED(tessera_set_frame(robot, 0, mirrored));
+  REFUSED(tessera_set_frame(robot, 3, identity));
+  REFUSED(tessera_submap(robot, &submap));
+  REFUSED(tessera_submap(robot, NULL));
+  REFUSED(tessera_global(robot, &global));
+  REFUSED(tessera_global(robot, NULL));
+  REFUSED(tessera_exchange(robot, NULL));
+  REFUSED(tessera_contribution_at(robot, 0, NULL));
+  CHECK_STATUS(TESSERA_OK, tessera_contribution_at(robot, 0, &contribution));
+  CHECK(contribution.own == 1 && contribution.robot == 1);
+  CHECK_STATUS(TESSERA_OUT_OF_RANGE, tessera_contribution_at(robot, 1, &contribution));
+  REFUSED(tessera_workspace_bytes(robot, 2, &number));
+  REFUSED(tessera_workspace_bytes(robot, 0, NULL));
+  REFUSED(tessera_map_digest(robot, 0, NULL, sizeof(workspace), &number));
+  REFUSED(tessera_map_digest(robot, 0, (uint8_t*)workspace + 1, 64, &number));
+  REFUSED(tessera_map_digest(robot, 2, workspace, sizeof(workspace), &number));
+  REFUSED(tessera_map_digest(robot, 0, workspace, sizeof(workspace), NULL));
+  REFUSED(tessera_save_map(robot, 0, NULL, sizeof(workspace), take_all, NULL));
+  REFUSED(tessera_save_map(robot, 2, workspace, sizeof(workspace), take_all, NULL));
+  REFUSED(tessera_save_map(robot, 0, workspace, sizeof(workspace), NULL, NULL));
+  REFUSED(tessera_load_map(robot, NULL, NULL));
+  CHECK_STATUS(TESSERA_TRUNCATED, tessera_load_map(robot, give_none, NULL));
+  CHECK_STATUS(TESSERA_TRUNCATED, tessera_load_map(robot, give_too_much, NULL));
+}
+
+/// --- Functions of the program ------------------------------------------------------------------
+
+static uint32_t key;
+static int64_t clock_us;
+static int clock_readings;
+
+static int64_t read_clock(void* context) {
+  CHECK(context == &clock_us);
+  ++clock_readings;
+  return clock_us;
+}
+static uint32_t mix(const uint8_t* bytes, size_t count, uint32_t seed) {
+  uint32_t sum = seed + 2166136261u;
+  for (size_t i = 0; i < count; ++i) sum = (sum ^ bytes[i]) * 16777619u;
+  return sum;
+}
+static void repeat(uint32_t sum, uint8_t* into, size_t count) {
+  for (size_t i = 0; i < count; ++i) into[i] = (uint8_t)(sum >> (8 * (i % 4)));
+}
+static void tag_message(void* context, const uint8_t* message, size_t bytes, uint8_t* tag) {
+  repeat(mix(message, bytes, *(const uint32_t*)context), tag, TESSERA_TAG_BYTES);
+}
+static int32_t check_tag(void* context, const uint8_t* message, size_t bytes, const uint8_t* tag) {
+  uint8_t wanted[TESSERA_TAG_BYTES];
+  tag_message(context, message, bytes, wanted);
+  return memcmp(wanted, tag, sizeof(wanted)) == 0;
+}
+static void sign(void* context, const uint8_t* message, size_t bytes, uint8_t* signature) {
+  repeat(mix(message, bytes, *(const uint32_t*)context), signature, TESSERA_SIGNATURE_BYTES);
+}
+static int32_t check_signature(void* context, uint32_t robot, const uint8_t* message, size_t bytes,
+                               const uint8_t* signature) {
+  uint8_t wanted[TESSERA_SIGNATURE_BYTES];
+  (void)context;
+  sign(&robot, message, bytes, wanted);
+  return memcmp(wanted, signature, sizeof(wanted)) == 0;
+}
+static void hash(void* context, const uint8_t* message, size_t bytes, uint8_t* into) {
+  (void)context;
+  repeat(mix(message, bytes, 0), into, TESSERA_HASH_BYTES);
+}
+
+static void test_callbacks(void) {
+  static const uint32_t numbers[2] = {1, 2};
+  tessera_callbacks callbacks[2];
+  tessera_robot* robots[2];
+  int64_t now_us = 0;
+  for (uint32_t i = 0; i < 2; ++i) {
+    const tessera_callbacks all = {.struct_bytes = sizeof(all),
+                                   .clock_context = &clock_us,
+                                   .now_us = read_clock,
+                                   .tag_context = &key,
+                                   .tag_message = tag_message,
+                                   .check_tag = check_tag,
+                                   .signature_context = (void*)(uintptr_t)&numbers[i],
+                                   .sign = sign,
+                                   .check_signature = check_signature,
+                                   .hash = hash};
+    callbacks[i] = all;
+    tessera_config config = small_config(i + 1);
+    config.deadline_us = 1000000;
+    robots[i] = small_robot(i, &config, &callbacks[i]);
+    integrate_street(robots[i], 0.0, 2.0 * i);
+  }
+  CHECK(clock_readings > 0);
+  CHECK(exchange_until_equal(robots[0], robots[1], &now_us, 400, 0) <= 400);
+  tessera_exchange_report report = {.struct_bytes = sizeof(report)};
+  CHECK_STATUS(TESSERA_OK, tessera_exchange(robots[1], &report));
+  CHECK(report.records_taken > 0 && report.refused_tag == 0 && report.refused_signature == 0);
+  // One without the key is not heard.
+  key = 1;
+  uint8_t datagram[TESSERA_MOST_DATAGRAM_BYTES];
+  size_t bytes = 0;
+  CHECK_STATUS(TESSERA_OK, tessera_leave(robots[0]));
+  CHECK_STATUS(TESSERA_OK, tessera_send(robots[0], now_us, datagram, sizeof(datagram), &bytes));
+  CHECK(bytes > 0);
+  key = 0;
+  CHECK_STATUS(TESSERA_OK, tessera_receive(robots[1], datagram, bytes, now_us));
+  CHECK_STATUS(TESSERA_OK, tessera_exchange(robots[1], &report));
+  CHECK(report.refused_tag == 1);
+
+  // Half of a group is none.
+  const tessera_config config = small_config(3);
+  tessera_robot* robot = NULL;
+  for (int i = 0; i < 5; ++i) {
+    tessera_callbacks half = callbacks[0];
+    if (i == 0) half.tag_message = NULL;
+    if (i == 1) half.check_tag = NULL;
+    if (i == 2) half.sign = NULL;
+    if (i == 3) half.check_signature = NULL;
+    if (i == 4) half.hash = NULL;
+    REFUSED(tessera_robot_make(&config, classes, 2, &half, memory.bytes, ROBOT_BYTES, &robot));
+  }
+  callbacks[0].struct_bytes = 8;
+  REFUSED(
+      tessera_robot_make(&config, classes, 2, &callbacks[0], memory.bytes, ROBOT_BYTES, &robot));
+}
+
+static void passed(const char* what) {
+  if (failures == 0) printf("PASS %s\n", what);
+}
+
+int main(void) {
+  test_versions();
+  passed("versions");
+  test_making();
+  passed("making");
+  test_settings();
+  passed("settings");
+  test_older_programs();
+  passed("structs of older and newer programs");
+  const tessera_config config = small_config(1);
+  tessera_robot* robot = small_robot(0, &config, NULL);
+  test_sharing(robot);
+  passed("sharing");
+  test_handles(robot);
+  passed("handles");
+  test_asking(robot);
+  passed("asking");
+  test_scans(robot);
+  passed("scans");
+  test_callbacks();
+  passed("callbacks");
+  passed("all");
+  return failures == 0 ? 0 : 1;
+}

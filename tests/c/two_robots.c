@@ -1,0 +1,231 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// All that an embedded program does, in C, with static memory, without the C++ library: two robots
+// map and exchange until they have the same global map; queries; submaps; files.
+#include <string.h>
+
+#include "support.h"
+
+static const double identity[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+static const double shifted[12] = {1, 0, 0, 2.0, 0, 1, 0, 0, 0, 0, 1, 0};
+static uint64_t workspace[1u << 17];
+
+/// A file in memory.
+static struct {
+  uint8_t bytes[4u << 20];
+  size_t written;
+  size_t read;
+  size_t room;
+} file;
+
+static int32_t write_file(void* context, const uint8_t* bytes, size_t count) {
+  CHECK(context == &file);
+  if (file.written + count > file.room) return 0;
+  memcpy(file.bytes + file.written, bytes, count);
+  file.written += count;
+  return 1;
+}
+
+static size_t read_file(void* context, uint8_t* into, size_t capacity) {
+  const size_t left = file.written - file.read;
+  const size_t count = left < capacity ? left : capacity;
+  CHECK(context == &file);
+  memcpy(into, file.bytes + file.read, count);
+  file.read += count;
+  return count;
+}
+
+static void finish(tessera_robot* robot) {
+  uint64_t done = 0;
+  do {
+    CHECK_STATUS(TESSERA_OK, tessera_fuse(robot, 1000000, &done));
+  } while (done != 0);
+}
+
+static void test_queries(const tessera_robot* robot, uint32_t map) {
+  const float road[3] = {3.1F, 0.1F, 0.1F};
+  const float points[9] = {3.1F, 0.1F, 0.1F, 10.7F, 0.1F, 1.1F, 0.1F, 0.1F, 900.0F};
+  tessera_estimate estimate;
+  tessera_estimate many[3];
+  CHECK_STATUS(TESSERA_OK, tessera_query(robot, map, road, &estimate));
+  CHECK(estimate.state == TESSERA_OCCUPIED && estimate.label == 1);
+  CHECK(estimate.probability > 0.5 && estimate.probability <= 1.0);
+  CHECK_STATUS(TESSERA_OK, tessera_query_many(robot, map, points, 3, many));
+  CHECK(memcmp(&many[0], &estimate, sizeof(estimate)) == 0);
+  CHECK(many[1].label == 2 && many[2].state == TESSERA_UNKNOWN);
+
+  const float origin[3] = {0.1F, 0.1F, 1.1F};
+  const float ahead[3] = {1.0F, 0.0F, 0.0F};
+  tessera_ray_hit hit;
+  CHECK_STATUS(TESSERA_OK, tessera_cast_ray(robot, map, origin, ahead, 30.0, 0, &hit));
+  CHECK(hit.end == TESSERA_RAY_OCCUPIED && hit.estimate.label == 2);
+  CHECK(hit.distance_m > 9.0 && hit.distance_m < 12.0);
+  CHECK_STATUS(TESSERA_OK, tessera_cast_ray(robot, map, origin, ahead, 5.0, 0, &hit));
+  CHECK(hit.end == TESSERA_RAY_MAX_RANGE);
+
+  const float off_wall[3] = {9.5F, 0.1F, 1.1F};
+  tessera_nearest nearest;
+  CHECK_STATUS(TESSERA_OK, tessera_nearest_occupied(robot, map, off_wall, 5.0, &nearest));
+  CHECK(nearest.found == 1 && nearest.distance_m > 0.2 && nearest.distance_m < 2.0);
+}
+
+/// The voxels of a box, however many are asked for at once, are those that have evidence.
+static void test_box(const tessera_robot* robot, uint32_t map) {
+  static tessera_voxel voxels[1024];
+  const float boxes[2][6] = {{2.0F, -2.0F, -1.0F, 4.0F, 2.0F, 1.0F},
+                             {-1e9F, -1e9F, -1e9F, 1e9F, 1e9F, 1e9F}};
+  const uint32_t capacities[3] = {1024, 100, 1};
+  for (int box = 0; box < 2; ++box) {
+    uint64_t totals[3] = {0, 0, 0};
+    uint64_t sums[3] = {0, 0, 0};
+    for (int i = 0; i < 3; ++i) {
+      tessera_box_cursor cursor;
+      CHECK_STATUS(TESSERA_OK, tessera_box_begin(robot, map, boxes[box], boxes[box] + 3, &cursor));
+      while (cursor.done == 0) {
+        uint32_t count = 0;
+        CHECK_STATUS(TESSERA_OK, tessera_box_next(robot, &cursor, voxels, capacities[i], &count));
+        CHECK(count <= capacities[i]);
+        for (uint32_t n = 0; n < count; ++n) {
+          const float centre[3] = {(float)((voxels[n].x + 0.5) * 0.2),
+                                   (float)((voxels[n].y + 0.5) * 0.2),
+                                   (float)((voxels[n].z + 0.5) * 0.2)};
+          tessera_estimate estimate;
+          CHECK_STATUS(TESSERA_OK, tessera_query(robot, map, centre, &estimate));
+          CHECK(memcmp(&estimate, &voxels[n].estimate, sizeof(estimate)) == 0);
+          CHECK(estimate.state != TESSERA_UNKNOWN);
+          sums[i] += (uint64_t)(voxels[n].x * 73856093) ^ (uint64_t)(voxels[n].y * 19349663) ^
+                     (uint64_t)(voxels[n].z * 83492791);
+        }
+        totals[i] += count;
+      }
+    }
+    CHECK(totals[0] > 100 && totals[1] == totals[0] && totals[2] == totals[0]);
+    CHECK(sums[1] == sums[0] && sums[2] == sums[0]);
+  }
+}
+
+static void test_files(tessera_robot* robot, const tessera_config* config) {
+  uint64_t bytes = 0;
+  CHECK_STATUS(TESSERA_OK, tessera_workspace_bytes(robot, TESSERA_LOCAL_MAP, &bytes));
+  CHECK(bytes > 0 && bytes <= sizeof(workspace));
+  file.room = sizeof(file.bytes);
+  CHECK_STATUS(TESSERA_OK, tessera_save_map(robot, TESSERA_LOCAL_MAP, workspace, sizeof(workspace),
+                                            write_file, &file));
+  CHECK(file.written > 1000);
+
+  tessera_robot* again = small_robot(5, config, NULL);
+  file.read = 0;
+  CHECK_STATUS(TESSERA_OK, tessera_load_map(again, read_file, &file));
+  CHECK(map_digest_of(again, TESSERA_LOCAL_MAP) == map_digest_of(robot, TESSERA_LOCAL_MAP));
+  file.read = 0;
+  CHECK_STATUS(TESSERA_MISMATCH, tessera_load_map(again, read_file, &file));
+
+  again = small_robot(5, config, NULL);
+  file.bytes[file.written / 2] ^= 1;
+  file.read = 0;
+  CHECK_STATUS(TESSERA_CORRUPT, tessera_load_map(again, read_file, &file));
+  file.bytes[file.written / 2] ^= 1;
+  const size_t whole = file.written;
+  file.written = whole / 2;
+  file.read = 0;
+  CHECK_STATUS(TESSERA_TRUNCATED, tessera_load_map(again, read_file, &file));
+  file.written = 0;
+  file.room = 100;
+  CHECK_STATUS(TESSERA_IO, tessera_save_map(robot, TESSERA_LOCAL_MAP, workspace, sizeof(workspace),
+                                            write_file, &file));
+  CHECK_STATUS(TESSERA_RESOURCE_EXHAUSTED,
+               tessera_save_map(robot, TESSERA_LOCAL_MAP, workspace, 8, write_file, &file));
+}
+
+static void test_submaps(tessera_robot* a, tessera_robot* b, int64_t* now_us) {
+  tessera_submap_report submap = {.struct_bytes = sizeof(submap)};
+  tessera_map_usage usage = {.struct_bytes = sizeof(usage)};
+  integrate_street(a, 0.4, 0.0);
+  CHECK_STATUS(TESSERA_OK, tessera_new_submap(a, shifted));
+  CHECK_STATUS(TESSERA_BUSY, tessera_new_submap(a, shifted));
+  CHECK_STATUS(TESSERA_OK, tessera_submap(a, &submap));
+  CHECK(submap.ending == 1 && submap.submap == 0);
+  CHECK(exchange_until_equal(a, b, now_us, 400, 0) <= 400);
+  CHECK_STATUS(TESSERA_OK, tessera_submap(a, &submap));
+  CHECK(submap.ending == 0 && submap.submap == 1 && submap.opened == 1);
+  CHECK(submap.lost_blocks == 0 && submap.cut_short == 0 && submap.last == TESSERA_OK);
+  CHECK_STATUS(TESSERA_OK, tessera_map_usage_of(a, TESSERA_LOCAL_MAP, &usage));
+  CHECK(usage.blocks == 0);
+
+  integrate_street(a, 0.0, 4.0);
+  CHECK(exchange_until_equal(a, b, now_us, 400, 7) <= 400);
+  tessera_contribution contribution = {.struct_bytes = sizeof(contribution)};
+  uint32_t of_a = 0;
+  uint32_t index = 0;
+  while (tessera_contribution_at(b, index, &contribution) == TESSERA_OK) {
+    if (contribution.robot == 1) ++of_a;
+    CHECK(contribution.complete == 1);
+    ++index;
+  }
+  CHECK(index == 3 && of_a == 2);
+
+  // The older submap goes where a pose graph wants it, the newer stays.
+  const uint64_t before = map_digest_of(b, TESSERA_GLOBAL_MAP);
+  CHECK_STATUS(TESSERA_OK, tessera_set_frame(a, 0, shifted));
+  CHECK(exchange_until_equal(a, b, now_us, 400, 0) <= 400);
+  finish(a);
+  finish(b);
+  CHECK(map_digest_of(b, TESSERA_GLOBAL_MAP) != before);
+  CHECK(map_digest_of(a, TESSERA_GLOBAL_MAP) == map_digest_of(b, TESSERA_GLOBAL_MAP));
+  CHECK_STATUS(TESSERA_OK, tessera_set_frame(a, 0, identity));
+  CHECK(exchange_until_equal(a, b, now_us, 400, 0) <= 400);
+  finish(b);
+  CHECK(map_digest_of(b, TESSERA_GLOBAL_MAP) == before);
+}
+
+int main(void) {
+  const tessera_config config_a = small_config(1);
+  const tessera_config config_b = small_config(2);
+  tessera_robot* a = small_robot(0, &config_a, NULL);
+  tessera_robot* b = small_robot(1, &config_b, NULL);
+  int64_t now_us = 0;
+
+  integrate_street(a, 0.0, 0.0);
+  integrate_street(b, 0.0, 2.0);
+  CHECK(digest_of(a) != digest_of(b));
+  const int ticks = exchange_until_equal(a, b, &now_us, 400, 5);
+  CHECK(ticks <= 400);
+  CHECK(map_digest_of(a, TESSERA_GLOBAL_MAP) == map_digest_of(b, TESSERA_GLOBAL_MAP));
+  CHECK(map_digest_of(a, TESSERA_GLOBAL_MAP) != map_digest_of(a, TESSERA_LOCAL_MAP));
+  if (failures == 0)
+    printf("PASS one global map after %d ticks, one datagram of five lost\n", ticks);
+
+  test_queries(a, TESSERA_LOCAL_MAP);
+  test_queries(b, TESSERA_GLOBAL_MAP);
+  if (failures == 0) printf("PASS queries\n");
+  test_box(a, TESSERA_LOCAL_MAP);
+  test_box(b, TESSERA_GLOBAL_MAP);
+  if (failures == 0) printf("PASS boxes\n");
+
+  tessera_reader reader;
+  tessera_estimate of_reader;
+  tessera_estimate of_robot;
+  const float road[3] = {3.1F, 0.1F, 0.1F};
+  CHECK_STATUS(TESSERA_OK, tessera_reader_make(a, &reader));
+  for (uint32_t map = TESSERA_LOCAL_MAP; map <= TESSERA_GLOBAL_MAP; ++map) {
+    CHECK_STATUS(TESSERA_OK, tessera_reader_query(&reader, map, road, &of_reader));
+    CHECK_STATUS(TESSERA_OK, tessera_query(a, map, road, &of_robot));
+    CHECK(memcmp(&of_reader, &of_robot, sizeof(of_robot)) == 0);
+  }
+  if (failures == 0) printf("PASS a reader's estimates\n");
+
+  test_files(a, &config_a);
+  if (failures == 0) printf("PASS files\n");
+  test_submaps(a, b, &now_us);
+  if (failures == 0) printf("PASS submaps\n");
+
+  tessera_exchange_report exchange = {.struct_bytes = sizeof(exchange)};
+  CHECK_STATUS(TESSERA_OK, tessera_exclude(b, 1));
+  finish(b);
+  CHECK_STATUS(TESSERA_OK, tessera_exchange(b, &exchange));
+  CHECK(exchange.contributions == 1);
+  CHECK_STATUS(TESSERA_OK, tessera_leave(a));
+  if (failures == 0) printf("PASS a robot excluded\n");
+  if (failures == 0) printf("PASS all\n");
+  return failures == 0 ? 0 : 1;
+}

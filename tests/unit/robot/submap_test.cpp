@@ -1,0 +1,149 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include <catch2/catch.hpp>
+
+#include "small_team.hpp"
+
+namespace tessera {
+namespace {
+
+const Matrix34d kFirst = shift_of(1.0, -2.0);
+const Matrix34d kSecond = shift_of(8.0, 4.0);
+
+/// The global map of both parts, each from a map and a publisher of its own: submaps by hand.
+std::uint64_t digest_by_hand(RobotConfig config, std::initializer_list<int> first, int second) {
+  const ClassTable classes = small_robot_classes();
+  const int components = classes.num_components();
+  oracle::AlignedMemory memory(GlobalMap::required_bytes(config.global, components) +
+                               Exchange::required_bytes(config.exchange, components) +
+                               2 * (Mapper::required_bytes(config) +
+                                    Publisher::required_bytes(config.publisher, components)));
+  Arena arena(memory.span());
+  GlobalMap global = *GlobalMap::make(arena, config.global, classes);
+  Exchange exchange =
+      *Exchange::make(arena, config.exchange, store_of(global), crc_authenticator(), classes);
+  for (std::uint32_t submap = 0; submap < 2; ++submap) {
+    REQUIRE(exchange.open(config.epoch, submap, submap == 0 ? kFirst : kSecond) == Status::kOk);
+    Mapper& mapper = **Mapper::make(arena, config, classes, {});
+    Publisher publisher = *Publisher::make(arena, config.publisher, config.map, components);
+    if (submap == 0) {
+      for (const int part : first) mapper.integrate(StreetPart(part).view(), 0);
+    } else {
+      mapper.integrate(StreetPart(second).view(), 0);
+    }
+    for (std::int64_t tick = 0; tick < 200; ++tick)
+      publisher.tick(mapper.map(), tick * kTick_us, config.budget, publication_of(exchange));
+    REQUIRE(publisher.waiting() == 0);
+  }
+  while (global.busy()) global.step(100'000);
+  return digest_of(global.map());
+}
+
+RobotConfig config_at_first() {
+  RobotConfig config = small_robot_config(1);
+  config.T_global_map = kFirst;
+  return config;
+}
+
+TEST_CASE("Submap: one that ends is published whole, and the next begins with an empty map") {
+  const RobotConfig config = config_at_first();
+  SmallRobotMemory one(config);
+  REQUIRE(one.robot != nullptr);
+  Robot& robot = *one.robot;
+  std::int64_t now_us = 0;
+  robot.integrate(StreetPart(1).view(), 0);
+  REQUIRE(robot.new_submap(kSecond) == Status::kOk);
+  CHECK(robot.sharer().submap().ending);
+  CHECK_FALSE(robot.idle());
+  robot.integrate(StreetPart(2).view(), 0);  // still of the first
+  while (robot.sharer().submap().ending) static_cast<void>(robot.tick(now_us += kTick_us));
+  CHECK(robot.map().block_count() == 0);
+  CHECK(robot.sharer().submap().submap == 1);
+  CHECK(robot.sharer().submap().lost_blocks == 0);
+  CHECK(robot.sharer().submap().cut_short == 0);
+  robot.integrate(StreetPart(3).view(), 0);
+  REQUIRE(settle(robot, now_us) <= 1000);
+  CHECK(robot.global().replicas().usage().contributions == 2);
+  CHECK(digest_of(robot.global().map()) == digest_by_hand(config, {1, 2}, 3));
+  CHECK(robot.publisher().totals().emptied == 0);
+}
+
+TEST_CASE("Submap: each is moved on its own, as if it had always been there") {
+  RobotConfig config = config_at_first();
+  SmallRobotMemory one(config);
+  Robot& robot = *one.robot;
+  std::int64_t now_us = 0;
+  robot.integrate(StreetPart(1).view(), 0);
+  REQUIRE(robot.new_submap(shift_of(20.0, 0.0)) == Status::kOk);
+  REQUIRE(settle(robot, now_us) <= 1000);
+  robot.integrate(StreetPart(2).view(), 0);
+  REQUIRE(settle(robot, now_us) <= 1000);
+  CHECK(robot.set_frame(2, kFirst) == Status::kInvalidArgument);
+  REQUIRE(robot.set_frame(1, kSecond) == Status::kOk);
+  CHECK(robot.sharer().T_global_map() == kSecond);
+  REQUIRE(robot.set_frame(0, shift_of(3.0, 3.0)) == Status::kOk);
+  CHECK(robot.sharer().T_global_map() == kSecond);
+  REQUIRE(robot.set_frame(0, kFirst) == Status::kOk);
+  robot.finish();
+  CHECK(digest_of(robot.global().map()) == digest_by_hand(config, {1}, 2));
+}
+
+TEST_CASE("Submap: what its ticks do not do is counted as lost") {
+  RobotConfig config = config_at_first();
+  config.submap_ticks = 1;
+  config.budget.label_bytes = 100;
+  config.budget.free_bytes = 100;
+  SmallRobotMemory one(config);
+  Robot& robot = *one.robot;
+  robot.integrate(StreetPart(1).view(), 0);
+  const std::uint64_t blocks = robot.map().block_count();
+  REQUIRE(robot.new_submap(kSecond) == Status::kOk);
+  const PublisherReport report = robot.tick(kTick_us);
+  CHECK(robot.sharer().submap().submap == 1);
+  CHECK(robot.sharer().submap().cut_short == 1);
+  CHECK(report.published > 0);
+  CHECK(robot.sharer().submap().lost_blocks == report.waiting + report.free_waiting);
+  CHECK(robot.sharer().submap().lost_blocks == blocks - report.published);
+  // Nothing of it is published later.
+  std::int64_t now_us = kTick_us;
+  REQUIRE(settle(robot, now_us) <= 1000);
+  CHECK(robot.publisher().totals().published == report.published);
+}
+
+TEST_CASE("Submap: what cannot be a submap is refused, and all goes on as before") {
+  RobotConfig config = config_at_first();
+  config.exchange.contributions = config.global.replicas.contributions = 2;
+  config.exchange.own_contributions = 1;
+  SmallRobotMemory one(config);
+  Robot& robot = *one.robot;
+  Matrix34d mirrored = Matrix34d::Identity();
+  mirrored(0, 0) = -1.0;
+  CHECK(robot.new_submap(mirrored) == Status::kInvalidArgument);
+  CHECK(robot.sharer().open_submap() == Status::kInvalidArgument);
+  std::int64_t now_us = 0;
+  for (std::uint32_t submap = 1; submap <= 2; ++submap) {
+    robot.integrate(StreetPart(1).view(), 0);
+    REQUIRE(robot.new_submap(kSecond) == Status::kOk);
+    CHECK(robot.new_submap(kSecond) == Status::kBusy);
+    REQUIRE(settle(robot, now_us) <= 1000);
+  }
+  // There were places for two.
+  CHECK(robot.sharer().submap().last == Status::kResourceExhausted);
+  CHECK(robot.sharer().submap().submap == 1);
+  CHECK(robot.sharer().submap().opened == 1);
+  CHECK(robot.map().block_count() > 0);
+  const std::uint64_t published = robot.publisher().totals().published;
+  robot.integrate(StreetPart(5).view(), 0);
+  REQUIRE(settle(robot, now_us) <= 1000);
+  CHECK(robot.publisher().totals().published > published);
+  CHECK(robot.publisher().totals().emptied == 0);
+}
+
+TEST_CASE("Submap: of no ticks is no setting") {
+  RobotConfig config = config_at_first();
+  config.submap_ticks = 0;
+  CHECK(SmallRobotMemory(config).robot == nullptr);
+}
+
+}  // namespace
+}  // namespace tessera
