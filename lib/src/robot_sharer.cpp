@@ -35,7 +35,7 @@ Result<Sharer*> Sharer::make(Arena& arena, const RobotConfig& config, const Clas
   const Status status = sharer.set_up(arena, config, classes, keys);
   if (status != Status::kOk) return status;
   sharer.budget_ = config.budget;
-  sharer.T_global_map_ = config.T_global_map;
+  sharer.frame_ = config.T_global_map;
   sharer.resolution_m_ = config.map.resolution_m;
   sharer.work_per_tick_ = config.work_per_tick;
   sharer.near_first_ = config.near_first;
@@ -53,7 +53,7 @@ void Sharer::set_focus(const Point3d& p_map) noexcept {
   if (const auto voxel = local.voxel_of(p_map.cast<float>()); voxel.ok())
     publisher_.set_focus(block_of(*voxel));
   if (!near_first_) return;
-  const Point3d p_global = T_global_map_.leftCols<3>() * p_map + T_global_map_.col(3);
+  const Point3d p_global = frame_.leftCols<3>() * p_map + frame_.col(3);
   const auto voxel = global_.map().lattice().voxel_of(p_global.cast<float>());
   if (voxel.ok()) global_.set_focus(block_of(*voxel));
 }
@@ -102,14 +102,14 @@ Status Sharer::open_submap() noexcept {
   ++submap_.opened;
   submap_.lost_blocks += publisher_.waiting();
   submap_.cut_short += publisher_.rounds() < flush_.rounds ? 1U : 0U;
-  T_global_map_ = flush_.T_global_map;
+  frame_ = flush_.T_global_map;
   publisher_.clear();
   return Status::kOk;
 }
 
 Status Sharer::set_frame(std::uint32_t submap, const Matrix34d& T_global_map) noexcept {
   const Status status = exchange_.move(submap_.epoch, submap, T_global_map);
-  if (status == Status::kOk && submap == submap_.submap) T_global_map_ = T_global_map;
+  if (status == Status::kOk && submap == submap_.submap) frame_ = T_global_map;
   return status;
 }
 

@@ -79,7 +79,7 @@ tessera_status tessera_save_map(tessera_robot* robot, uint32_t map, void* worksp
     identity.robot = robot->robot->config().exchange.robot;
     identity.epoch = robot->robot->config().epoch;
     identity.has_T_global_map = true;
-    identity.T_global_map = robot->robot->sharer().T_global_map();
+    identity.T_global_map = robot->robot->sharer().frame();
   }
   FileOfC file{.write = write, .context = context};
   return status_of(

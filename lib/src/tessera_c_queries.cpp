@@ -18,8 +18,8 @@ struct Reader {
   MapReader local;
   GlobalReader global;
 };
-static_assert(sizeof(Reader) <= sizeof(tessera_reader) &&
-              alignof(Reader) <= alignof(tessera_reader));
+static_assert(sizeof(Reader) <= sizeof(tessera_reader));
+static_assert(alignof(tessera_reader) % alignof(Reader) == 0);
 
 Estimate query_global(const GlobalMap& global, const Point3f& p) noexcept {
   const Result<VoxelCoord> voxel = global.map().lattice().voxel_of(p);

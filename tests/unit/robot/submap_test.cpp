@@ -80,9 +80,9 @@ TEST_CASE("Submap: each is moved on its own, as if it had always been there") {
   REQUIRE(settle(robot, now_us) <= 1000);
   CHECK(robot.set_frame(2, kFirst) == Status::kInvalidArgument);
   REQUIRE(robot.set_frame(1, kSecond) == Status::kOk);
-  CHECK(robot.sharer().T_global_map() == kSecond);
+  CHECK(robot.sharer().frame() == kSecond);
   REQUIRE(robot.set_frame(0, shift_of(3.0, 3.0)) == Status::kOk);
-  CHECK(robot.sharer().T_global_map() == kSecond);
+  CHECK(robot.sharer().frame() == kSecond);
   REQUIRE(robot.set_frame(0, kFirst) == Status::kOk);
   robot.finish();
   CHECK(digest_of(robot.global().map()) == digest_by_hand(config, {1}, 2));

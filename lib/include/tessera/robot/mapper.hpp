@@ -24,6 +24,9 @@ class Mapper {
   Mapper() noexcept = default;
   Mapper(const Mapper&) = delete;
   Mapper& operator=(const Mapper&) = delete;
+  Mapper(Mapper&&) = delete;
+  Mapper& operator=(Mapper&&) = delete;
+  ~Mapper() = default;
 
   /// Integrates a scan, within RobotConfig::deadline_us from now_us on if there is a deadline.
   /// now_us: as of the clock. Cost: as Integrator::integrate.

@@ -28,6 +28,9 @@ class Robot {
   Robot() noexcept = default;
   Robot(const Robot&) = delete;
   Robot& operator=(const Robot&) = delete;
+  Robot(Robot&&) = delete;
+  Robot& operator=(Robot&&) = delete;
+  ~Robot() = default;
 
   /// As Mapper::integrate and Sharer::set_focus.
   ScanReport integrate(const ScanView& scan, std::int64_t now_us) noexcept {

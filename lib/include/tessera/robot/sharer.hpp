@@ -28,6 +28,9 @@ class Sharer {
   Sharer() noexcept = default;
   Sharer(const Sharer&) = delete;
   Sharer& operator=(const Sharer&) = delete;
+  Sharer(Sharer&&) = delete;
+  Sharer& operator=(Sharer&&) = delete;
+  ~Sharer() = default;
 
   /// Where the robot is, with every scan that it takes: what is new near it is published first.
   /// p_map: metres; out of the grid it is of no account. O(1).
@@ -62,8 +65,8 @@ class Sharer {
   /// kInvalidArgument iff there is no such submap or it is no frame.
   [[nodiscard]] Status set_frame(std::uint32_t submap, const Matrix34d& T_global_map) noexcept;
   [[nodiscard]] const SubmapReport& submap() const noexcept { return submap_; }
-  /// Of the submap that is published into.
-  [[nodiscard]] const Matrix34d& T_global_map() const noexcept { return T_global_map_; }
+  /// T_global_map of the submap that is published into.
+  [[nodiscard]] const Matrix34d& frame() const noexcept { return frame_; }
 
   // --- The global map ----------------------------------------------------------------------------
 
@@ -116,7 +119,7 @@ class Sharer {
   GlobalMap global_;
   Exchange exchange_;
   PublisherBudget budget_{};
-  Matrix34d T_global_map_ = Matrix34d::Identity();
+  Matrix34d frame_ = Matrix34d::Identity();
   SubmapReport submap_{};
   Flush flush_{};
   double resolution_m_ = 0.0;  ///< Of the local map.
