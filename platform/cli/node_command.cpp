@@ -109,8 +109,9 @@ Outcome<void> run_node(const std::string& path, bool only_check) {
   stop_by_signal();
   const Outcome<std::unique_ptr<Node>> node = Node::make(*config, path);
   if (!node.ok()) return node.failure();
-  if (!(*node)->dataset().missing().empty())
-    warn("there are no scans " + to_text((*node)->dataset().missing()));
+  const Dataset* const dataset = (*node)->dataset();
+  if (dataset != nullptr && !dataset->missing().empty())
+    warn("there are no scans " + to_text(dataset->missing()));
   const Outcome<void> done = (*node)->run(requests);
   if (!done.ok()) return done.failure();
   const Outcome<void> written = (*node)->write_maps();

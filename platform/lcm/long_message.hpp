@@ -19,7 +19,7 @@ namespace tessera {
 
 inline constexpr std::size_t kFragmentHeaderBytes = 20;
 /// What UDP over IPv4 carries at most.
-inline constexpr std::size_t kMostDatagramBytes = 65'507;
+inline constexpr std::size_t kMostUdpPayloadBytes = 65'507;
 /// LCM's own: a message of more bytes of channel, zero and payload goes in fragments.
 inline constexpr std::size_t kMostWholeBytes = 65'499;
 /// LCM's own: bytes behind the header of each fragment but the last.

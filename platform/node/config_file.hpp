@@ -4,6 +4,7 @@
 // name that there is, and so is every value of another type or out of its range, with its line.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -75,6 +76,10 @@ class ConfigFile {
   /// "path, line n: [table] key: what" with the line of the key, or of its table, if there is one.
   [[nodiscard]] Failure refusal(ConfigKey key, const std::string& what) const;
   [[nodiscard]] bool is_given(ConfigKey key) const { return find(key) != nullptr; }
+  [[nodiscard]] bool has_table(std::string_view name) const {
+    return std::any_of(tables_.begin(), tables_.end(),
+                       [name](const Table& table) { return table.name == name; });
+  }
   /// All keys that were taken, and their values after that.
   [[nodiscard]] const Json& values() const { return values_; }
 

@@ -87,6 +87,8 @@ void MappingThread::take(ScanSlot& slot, std::int64_t now_us) noexcept {
   const ScanReport report = mapper_.integrate(view, now_us);
   const std::int64_t end_us = MonotonicClock::now_us();
   cycles_.add(end_us - now_us);
+  now_.last_cycle_us = end_us - now_us;
+  now_.worst_cycle_us = std::max(now_.worst_cycle_us, now_.last_cycle_us);
   latencies_.add(end_us - slot.taken_us);
   ++now_.cycles;
   now_.points += report.points;

@@ -36,14 +36,16 @@ struct MappingStatus {
   std::uint64_t left_out = 0;  ///< Points and rays: ScanReport::left_out.
   std::uint64_t shed = 0;      ///< Scans of which something was left out.
   std::uint64_t bad_poses = 0;
-  std::uint64_t paused = 0;        ///< Scans that came while mapping paused, and were left out.
-  std::uint64_t missed = 0;        ///< Cycles that took longer than the period.
-  std::uint64_t late = 0;          ///< Scans that had waited for more than a period.
-  std::uint64_t clears = 0;        ///< Times that the map was cleared.
-  std::int64_t worst_late_us = 0;  ///< From a scan's arrival to the begin of its cycle.
-  std::int64_t stamp_us = 0;       ///< Of the last scan that was integrated.
-  std::int64_t end_us = 0;         ///< When it was done.
-  std::uint32_t pause = 0;         ///< MappingPause.
+  std::uint64_t paused = 0;  ///< Scans that came while mapping paused, and were left out.
+  std::uint64_t missed = 0;  ///< Cycles that took longer than the period.
+  std::uint64_t late = 0;    ///< Scans that had waited for more than a period.
+  std::uint64_t clears = 0;  ///< Times that the map was cleared.
+  std::int64_t last_cycle_us = 0;
+  std::int64_t worst_cycle_us = 0;
+  std::int64_t worst_late_us = 0;         ///< From a scan's arrival to the begin of its cycle.
+  std::int64_t stamp_us = 0;              ///< Of the last scan that was integrated.
+  std::int64_t end_us = 0;                ///< When it was done.
+  std::uint32_t pause = 0;                ///< MappingPause.
   std::array<double, 12> T_map_sensor{};  ///< Of the last scan, row by row; all 0 before it.
   MapUsage usage{};
 };

@@ -30,28 +30,11 @@ double cpu_s() {
 
 Node::~Node() { stop_threads(); }
 
-Outcome<void> Node::start_threads() {
-  const ThreadRoles roles = thread_roles(config_);
-  run_.start_us = MonotonicClock::now_us();
-  status_due_us_ = snapshot_due_us_ = run_.start_us;
-  const Outcome<void> sharing = sharing_->start(roles.sharing, run_.start_us);
-  if (!sharing.ok()) return sharing.failure();
-  const Outcome<void> mapping = mapping_->start(roles.mapping);
-  if (!mapping.ok()) return mapping.failure();
-  return replay_->start(roles.replay, run_.start_us);
-}
-
-/// What feeds a thread ends before it.
-void Node::stop_threads() noexcept {
-  if (replay_) replay_->stop();
-  if (mapping_) mapping_->stop();
-  if (sharing_) sharing_->stop();
-  if (port_) port_->close();
-}
-
 Outcome<void> Node::run(NodeRequests& requests) {
-  Progress progress("mapping", config_.loop ? 1 : dataset_.num_scans());
+  Progress progress("mapping", endless() ? 1 : dataset_->num_scans());
   const double cpu_before_s = cpu_s();
+  const Outcome<void> vehicle = make_vehicle(requests);
+  if (!vehicle.ok()) return vehicle.failure();
   const Outcome<void> started = start_threads();
   if (!started.ok()) return started.failure();
   const std::optional<std::uint64_t> before = heap_allocations();
@@ -68,16 +51,18 @@ Outcome<void> Node::run(NodeRequests& requests) {
   if (before && after)
     run_.heap_allocations = *after - *before - snapshot_allocations_ - save_allocations_;
   static_cast<void>(mapping_->status().get(run_.mapping));
-  run_.source = replay_->counters();
+  run_.source = source().counters();
   progress.finish();
   if (!sharing_outcome_.ok()) return sharing_outcome_.failure();
-  return replay_->outcome();
+  return replay_ ? replay_->outcome() : Outcome<void>();
 }
 
 void Node::look_after(NodeRequests& requests, Progress& progress) {
   const bool for_journal = std::getenv("JOURNAL_STREAM") != nullptr;
   LogWriter writer(Progress::kStandardError, for_journal);
-  LogQueue* const queues[] = {&log_, &mapping_->log()};
+  std::vector<LogQueue*> queues{&log_, &mapping_->log()};
+  if (sensing_) queues.push_back(&sensing_->log());
+  if (vehicle_) queues.push_back(&vehicle_->log());
   if (!run_.not_locked.empty())
     log_.say(LogLevel::kWarning, run_.start_us, "memory is not locked; see the report");
   if (!mapping_->rights().priority)
@@ -99,17 +84,21 @@ void Node::look_after(NodeRequests& requests, Progress& progress) {
 }
 
 void Node::look_for_life(std::int64_t now_us) {
-  const Heartbeat* const hearts[] = {&mapping_->heartbeat(), &sharing_->heartbeat()};
+  const Heartbeat* const hearts[] = {&mapping_->heartbeat(), &sharing_->heartbeat(),
+                                     sensing_ ? &sensing_->heartbeat() : nullptr,
+                                     vehicle_ ? &vehicle_->heartbeat() : nullptr};
+  static constexpr const char* kSilent[] = {
+      "the mapping thread gives no sign of life", "the sharing thread gives no sign of life",
+      "the sensing thread gives no sign of life", "the vehicle thread gives no sign of life"};
   bool alive = true;
   for (std::uint32_t i = 0; i < std::size(hearts); ++i) {
+    if (hearts[i] == nullptr) continue;
     const std::uint32_t bit = 1U << i;
     const bool late = hearts[i]->is_late(now_us);
     alive = alive && !late;
     if (late && (late_threads_ & bit) == 0) {
       ++run_.silences;
-      log_.say(LogLevel::kError, now_us,
-               i == 0 ? "the mapping thread gives no sign of life"
-                      : "the sharing thread gives no sign of life");
+      log_.say(LogLevel::kError, now_us, kSilent[i]);
     }
     late_threads_ = late ? late_threads_ | bit : late_threads_ & ~bit;
   }
@@ -130,7 +119,7 @@ void Node::show(Progress& progress) const {
   std::array<char, 48> suffix{};
   static_cast<void>(std::snprintf(suffix.data(), suffix.size(), "%u of %u contributions whole",
                                   sharing.exchange.complete, sharing.exchange.contributions));
-  progress.update(config_.loop ? 0 : mapping.cycles, suffix.data());
+  progress.update(endless() ? 0 : mapping.cycles, suffix.data());
 }
 
 }  // namespace tessera

@@ -14,9 +14,12 @@
 #include "node/mapping_thread.hpp"
 #include "node/network_port.hpp"
 #include "node/node_config.hpp"
+#include "node/query_thread.hpp"
+#include "node/registrar.hpp"
 #include "node/replay_source.hpp"
 #include "node/robot_setup.hpp"
 #include "node/sharing_thread.hpp"
+#include "node/vehicle_thread.hpp"
 #include "posix/file_descriptor.hpp"
 #include "posix/progress.hpp"
 #include "posix/service_notice.hpp"
@@ -44,8 +47,6 @@ struct NodeRun {
   std::string not_locked;  ///< Why memory is not locked; empty: it is, or was not to be.
   std::size_t start_resident_bytes = 0;  ///< Once all threads run.
   std::size_t end_resident_bytes = 0;
-  std::uint64_t saves = 0;  ///< Of the local map, asked for while it ran.
-  std::uint64_t failed_saves = 0;
   std::uint64_t silences = 0;  ///< Times that a thread gave no sign of life for too long.
   bool map_is_behind = false;  ///< The global map was not brought up to date in the end.
   std::int64_t save_us = 0;    ///< What writing the maps took in the end.
@@ -56,7 +57,7 @@ struct NodeRun {
 /// Asked for from outside, by signals.
 struct NodeRequests {
   std::atomic<bool> stop{false};
-  std::atomic<bool> save{false};
+  std::atomic<bool> save{false};  ///< The local map.
 };
 
 class Node {
@@ -81,7 +82,8 @@ class Node {
   Outcome<void> write_maps();
   [[nodiscard]] Json report() const;
 
-  [[nodiscard]] const Dataset& dataset() const { return dataset_; }
+  /// What is replayed; null with sensors.
+  [[nodiscard]] const Dataset* dataset() const { return dataset_ ? &*dataset_ : nullptr; }
   [[nodiscard]] const NodeRun& result() const { return run_; }
   // After run().
   [[nodiscard]] const LoopTimes& times() const { return sharing_->times(); }
@@ -90,13 +92,23 @@ class Node {
   [[nodiscard]] std::uint64_t global_digest() const { return global_digest_; }
 
  private:
-  Node(const NodeConfig& config, Dataset dataset) : config_(config), dataset_(std::move(dataset)) {}
+  explicit Node(const NodeConfig& config) : config_(config) {}
+  Outcome<void> open_inputs(const std::string& path);
+  Outcome<void> open_sensors();
+  Outcome<void> make_sensing();
+  Outcome<void> make_vehicle(NodeRequests& requests);
+  [[nodiscard]] ScanSizes scan_sizes() const;
+  [[nodiscard]] const ClassTable& classes() const { return classes_->table(); }
+  [[nodiscard]] SensorPortConfig sensor_config() const;
+  [[nodiscard]] ScanSource& source() const;
+  /// There is no last scan.
+  [[nodiscard]] bool endless() const { return config_.loop || config_.sensors.enabled; }
   Outcome<void> set_up(const std::string& path);
   Outcome<void> read_keys(const std::string& path);
   Outcome<void> check_all(const std::string& path);
   [[nodiscard]] Outcome<void> check_places(const std::string& path) const;
   [[nodiscard]] Outcome<void> make_snapshot_folder() const;
-  void make_threads();
+  Outcome<void> make_threads();
   Outcome<void> start_threads();
   void stop_threads() noexcept;
 
@@ -115,25 +127,39 @@ class Node {
   void show(Progress& progress) const;
   [[nodiscard]] Json mapping_json() const;
   [[nodiscard]] Json realtime_json() const;
+  [[nodiscard]] Json sensors_json() const;
+  [[nodiscard]] Json vehicle_json() const;
+  [[nodiscard]] Json queries_json() const;
   [[nodiscard]] MapIdentity identity_of(MapKind kind) const;
 
   NodeConfig config_;
-  Dataset dataset_;
+  std::optional<Dataset> dataset_;
+  std::optional<DatasetClasses> classes_;
+  std::vector<CameraDescription> cameras_;
+  Matrix34d T_body_lidar_ = Matrix34d::Identity();
   RobotSetup setup_;
   FileDescriptor lock_;  ///< No other process is this robot.
   std::optional<DatagramSeal> seal_;
   std::optional<FleetSignatures> signatures_;
   HeldRobot robot_;
   std::unique_ptr<NetworkPort> port_;
+  // Each may be null, but for mapping and sharing.
+  std::unique_ptr<VehiclePort> vehicle_port_;
   std::unique_ptr<ReplaySource> replay_;
+  std::unique_ptr<SensingThread> sensing_;
+  std::unique_ptr<Registrar> registrar_;
   std::unique_ptr<MappingThread> mapping_;
   std::unique_ptr<SharingThread> sharing_;
+  std::unique_ptr<VehicleThread> vehicle_;
+  std::unique_ptr<QueryThread> queries_;
   ServiceNotice notice_;
   LogQueue log_{"node"};
   NodeRun run_;
   WakeUp service_;
   WakeUp mapping_wake_;
   std::atomic<const char*> ended_by_{nullptr};
+  std::atomic<std::uint64_t> saves_{0};  ///< Of the local map, asked for while it ran.
+  std::atomic<std::uint64_t> failed_saves_{0};
   std::atomic<bool> counting_{false};  ///< From here on allocations are counted.
   // Of the sharing thread.
   std::int64_t scans_done_us_ = 0;

@@ -58,7 +58,6 @@ void take_robot(ConfigFile& file, NodeConfig& c) {
 
 void take_replay(ConfigFile& file, NodeConfig& c) {
   constexpr std::int64_t kMostScan = std::numeric_limits<int>::max();
-  file.require({"replay", "dataset"}, "a folder in the KITTI layout");
   file.take_path({"replay", "dataset"}, c.map.dataset);
   file.take({"replay", "first"}, c.map.first, {0, kMostScan});
   file.take({"replay", "last"}, c.map.last, {0, kMostScan});
@@ -97,6 +96,11 @@ void take_map(ConfigFile& file, NodeConfig& c) {
 
 void take_mapping(ConfigFile& file, NodeConfig& c) {
   file.take({"mapping", "period_ms"}, c.period_ms, {1, 10'000});
+  // What is replayed is to be the same each time; what is sensed is to be there in time.
+  constexpr double kShare = 0.55;
+  if (c.sensors.enabled) c.map.deadline_ms = kShare * static_cast<double>(c.period_ms);
+  c.priority = c.sensors.enabled ? 40 : 0;
+  c.lock_memory = c.sensors.enabled;
   file.take({"realtime", "priority"}, c.priority, {0, 95});
   file.take({"realtime", "lock_memory"}, c.lock_memory);
   file.take({"realtime", "mapping_cpus"}, c.mapping_cpus);
@@ -191,8 +195,9 @@ Outcome<NodeConfig> parse_node_config(std::string_view text, const std::string& 
   Outcome<ConfigFile> file = ConfigFile::parse(text, path);
   if (!file.ok()) return file.failure();
   NodeConfig config;
-  for (const auto take : {take_robot, take_replay, take_map, take_mapping, take_publish,
-                          take_network, take_security, take_fusion, take_output, take_run})
+  for (const auto take :
+       {take_robot, take_replay, take_sensors, take_vehicle, take_mapping, take_map, take_publish,
+        take_network, take_security, take_fusion, take_service, take_output, take_run})
     take(*file, config);
   const Outcome<void> finished = file->finish();
   if (!finished.ok()) return finished.failure();
@@ -200,6 +205,8 @@ Outcome<NodeConfig> parse_node_config(std::string_view text, const std::string& 
   if (!signatures.ok()) return signatures.failure();
   const Outcome<void> excluded = check_excluded(*file, config);
   if (!excluded.ok()) return excluded.failure();
+  const Outcome<void> sensors = check_sensors(*file, config);
+  if (!sensors.ok()) return sensors.failure();
   config.values = file->values();
   return config;
 }

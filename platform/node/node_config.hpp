@@ -10,13 +10,52 @@
 #include <vector>
 
 #include "lcm/datagram_link.hpp"
+#include "lcm/sensor_link.hpp"
 #include "mapping/diffusion_options.hpp"
 #include "mapping/map_options.hpp"
 #include "mapping/report.hpp"
 #include "posix/outcome.hpp"
+#include "service/query_port.hpp"
 #include "tessera/exchange/publication.hpp"
+#include "vehicle/bus_table.hpp"
+#include "vehicle/pose_guard.hpp"
 
 namespace tessera {
+
+class ConfigFile;
+
+/// [sensors]: where scans and poses come from that are not replayed.
+struct SensorsConfig {
+  bool enabled = false;  ///< There is the table, and no dataset to replay.
+  std::string url = kDefaultSensorUrl;
+  std::string interface = "lo";
+  std::string clouds = "semantic";            ///< "semantic", "raw", "none".
+  std::int32_t lidar = 0;                     ///< Number of clouds' sensor in messages.
+  std::uint32_t points = 131'072;             ///< Of a scan, at most.
+  std::string T_body_lidar;                   ///< File; empty: the identity.
+  std::string cameras;                        ///< cameras.toml; empty: none.
+  std::optional<std::uint32_t> depth_camera;  ///< Of these, that gives depth images.
+  std::string classes;                        ///< classes.toml; empty: SemanticKITTI's.
+  std::string clock = "monotonic";            ///< "monotonic", "wall".
+  std::string poses = "lcm";                  ///< "lcm", "can".
+  std::string missing_images = "unlabelled";
+  double max_wait_ms = 100.0;
+  double max_image_offset_ms = 50.0;
+};
+
+/// [vehicle]: its CAN bus, and what makes a pose unfit to map with.
+struct VehicleConfig {
+  std::string can;  ///< Interface; empty: none.
+  std::uint32_t base_id = kDefaultBaseId;
+  std::string mode = "bridging";  ///< "pose", "bridging", "odometry".
+  bool can_fd = false;
+  std::uint32_t sectors = 16;
+  double sector_range_m = 20.0;
+  double sector_low_m = -1.0;
+  double sector_high_m = 1.0;
+  double own_radius_m = 0.0;
+  PoseGuardConfig guard{};
+};
 
 struct NodeConfig {
   // [robot]
@@ -28,6 +67,13 @@ struct NodeConfig {
   double rate_hz = 10.0;  ///< 0: as fast as it goes.
   bool loop = false;
   double start_delay_s = 0.0;
+  SensorsConfig sensors;
+  VehicleConfig vehicle;
+  // [service]
+  bool queries = false;
+  std::string query_url = kDefaultQueryUrl;
+  std::string query_interface = "lo";
+  std::uint32_t queries_per_s = 200;
   // [mapping], [realtime]
   std::int64_t period_ms = 100;
   std::int64_t priority = 0;  ///< Of the mapping thread, SCHED_FIFO; 0: as any program.
@@ -77,6 +123,13 @@ struct NodeConfig {
 
   Json values;  ///< All of it, by table and key.
 };
+
+/// The tables of sensors, vehicle and service.
+void take_sensors(ConfigFile& file, NodeConfig& config);
+void take_vehicle(ConfigFile& file, NodeConfig& config);
+void take_service(ConfigFile& file, NodeConfig& config);
+/// Whether they fit together.
+Outcome<void> check_sensors(const ConfigFile& file, const NodeConfig& config);
 
 /// Fails with kUsage, naming the line and what to write instead, iff the file is missing or has
 /// anything that is not as docs/node.md says. Ranges of the map's and the diffusion's settings are

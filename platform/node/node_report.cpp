@@ -195,8 +195,8 @@ Json Node::mapping_json() const {
           {"paused", m.paused},
           {"lost", run_.source.lost},
           {"clears", m.clears},
-          {"saves", run_.saves},
-          {"failed_saves", run_.failed_saves},
+          {"saves", saves_.load()},
+          {"failed_saves", failed_saves_.load()},
           {"latencies", times_json(mapping_->latencies())},
           {"thread", mapping_->thread_number()},
           {"minor_page_faults", faults.minor},
@@ -236,6 +236,9 @@ Json Node::report() const {
                  {"times", times_json(mapping_->cycles())}}}};
   json["mapping"] = mapping_json();
   json["realtime"] = realtime_json();
+  if (sensing_) json["sensors"] = sensors_json();
+  if (vehicle_) json["vehicle"] = vehicle_json();
+  if (queries_) json["queries"] = queries_json();
   Json ticks = times_json(times().ticks);
   ticks["period_ms"] = config_.tick_ms;
   ticks["overruns"] = times().overruns;

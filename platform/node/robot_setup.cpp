@@ -16,6 +16,7 @@ namespace {
 Outcome<Matrix34d> frame_of(const NodeConfig& config) {
   std::string path = config.T_global_map;
   if (path.empty()) {
+    if (config.sensors.enabled) return Matrix34d(Matrix34d::Identity());
     path = config.map.dataset + "/T_global_map.txt";
     std::error_code error;
     if (!std::filesystem::exists(path, error)) return Matrix34d(Matrix34d::Identity());
@@ -99,13 +100,13 @@ Outcome<GlobalMapConfig> fit_global_map(GlobalMapConfig config, std::size_t memo
   return config;
 }
 
-Outcome<RobotSetup> set_up_robot(const NodeConfig& config, const Dataset& dataset,
+Outcome<RobotSetup> set_up_robot(const NodeConfig& config, const ScanSizes& scans,
                                  std::uint32_t epoch) {
   const Outcome<MapSetup> map = set_up(config.map);
   if (!map.ok()) return map.failure();
   RobotSetup setup;
   setup.map = *map;
-  const Outcome<ScanCapacity> capacity = split_budget(setup.map, dataset.max_points());
+  const Outcome<ScanCapacity> capacity = split_budget(setup.map, scans.max_points);
   if (!capacity.ok()) return capacity.failure();
   const Outcome<DiffusionConfig> diffusion = diffusion_of(config.diffusion, setup.map.map);
   if (!diffusion.ok()) return diffusion.failure();
@@ -137,8 +138,7 @@ Outcome<RobotSetup> set_up_robot(const NodeConfig& config, const Dataset& datase
   global.map.tuple = config.counts == "dense" ? TuplePolicy::kDense : TuplePolicy::kCompact;
   global.replicas.contributions = config.contributions;
   const Outcome<GlobalMapConfig> fitted =
-      fit_global_map(global, config.fusion_memory_bytes, config.robot_share,
-                     dataset.classes().table().num_components());
+      fit_global_map(global, config.fusion_memory_bytes, config.robot_share, scans.num_components);
   if (!fitted.ok()) return fitted.failure();
   robot.global = *fitted;
   return setup;

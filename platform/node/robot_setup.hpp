@@ -5,7 +5,6 @@
 
 #include <utility>
 
-#include "dataset/dataset.hpp"
 #include "mapping/stored_map.hpp"
 #include "node/node_config.hpp"
 #include "tessera/robot/robot.hpp"
@@ -17,10 +16,16 @@ struct RobotSetup {
   RobotConfig robot;
 };
 
-/// dataset: what the robot replays; epoch: of this start. Fails with kUsage iff a setting of the
+/// What a robot's scans are like.
+struct ScanSizes {
+  std::size_t max_points = 0;
+  int num_components = 0;  ///< Of the class table.
+};
+
+/// epoch: of this start. Fails with kUsage iff a setting of the
 /// map or the diffusion is out of its range, the frame is none, or a budget of memory holds no map;
 /// messages are in words of "map" and "fuse" (in_words_of_config).
-Outcome<RobotSetup> set_up_robot(const NodeConfig& config, const Dataset& dataset,
+Outcome<RobotSetup> set_up_robot(const NodeConfig& config, const ScanSizes& scans,
                                  std::uint32_t epoch);
 
 /// A robot and its memory.

@@ -3,7 +3,6 @@
 #include "socketcan/vehicle_port.hpp"
 
 #include <poll.h>
-#include <signal.h>
 #include <sys/eventfd.h>
 #include <time.h>
 
@@ -43,9 +42,9 @@ VehiclePort::VehiclePort(const VehiclePortConfig& config, CanSocket socket)
       commands_(config.command_slots) {}
 
 VehiclePort::~VehiclePort() {
-  if (!is_running_) return;
+  if (!thread_.is_running()) return;
   static_cast<void>(!::eventfd_write(stop_.get(), 1));
-  ::pthread_join(thread_, nullptr);
+  thread_.join();
 }
 
 Outcome<std::unique_ptr<VehiclePort>> VehiclePort::open(const VehiclePortConfig& config) {
@@ -68,28 +67,13 @@ Outcome<std::unique_ptr<VehiclePort>> VehiclePort::open(const VehiclePortConfig&
 
 Outcome<void> VehiclePort::start() {
   stop_ = FileDescriptor(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
-  int error = stop_.is_open() ? 0 : errno;
-  if (error == 0) {
-    // Signals are for the program's own threads: this one inherits that all are blocked.
-    sigset_t all{};
-    sigset_t before{};
-    ::sigfillset(&all);
-    ::pthread_sigmask(SIG_SETMASK, &all, &before);
-    const auto body = [](void* port) -> void* {
-      static_cast<VehiclePort*>(port)->run();
-      return nullptr;
-    };
-    error = ::pthread_create(&thread_, nullptr, body, this);
-    ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
-  }
-  if (error != 0) {
-    return Failure{std::string("cannot start the thread for CAN: ") + std::strerror(error) +
+  if (!stop_.is_open()) {
+    return Failure{std::string("cannot start the thread for CAN: ") + std::strerror(errno) +
                        "; close other programs, then try again",
                    FailureKind::kFailure};
   }
-  is_running_ = true;
-  ::pthread_setname_np(thread_, "tessera-can");
-  return {};
+  return thread_.start(
+      config_.thread, [](void* port) { static_cast<VehiclePort*>(port)->run(); }, this);
 }
 
 void VehiclePort::run() noexcept {

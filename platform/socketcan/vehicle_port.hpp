@@ -6,8 +6,6 @@
 // off or an interface that is gone is waited for.
 #pragma once
 
-#include <pthread.h>
-
 #include <array>
 #include <atomic>
 #include <cstdint>
@@ -15,6 +13,7 @@
 
 #include "posix/latest_value.hpp"
 #include "posix/spsc_queue.hpp"
+#include "posix/thread.hpp"
 #include "socketcan/can_socket.hpp"
 #include "vehicle/vehicle_inputs.hpp"
 #include "vehicle/vehicle_outputs.hpp"
@@ -27,6 +26,7 @@ struct VehiclePortConfig {
   bool can_fd = false;  ///< Whether sectors are sent in frames of CAN FD.
   std::size_t pose_slots = 256;
   std::size_t command_slots = 16;
+  ThreadRole thread{.name = "tessera-can"};
 };
 
 /// All that the port knows, as of one moment. Counters only grow.
@@ -110,8 +110,7 @@ class VehiclePort {
   bool more_is_due_ = false;
   std::int64_t reopen_us_ = 0;
   FileDescriptor stop_;
-  pthread_t thread_{};
-  bool is_running_ = false;
+  Thread thread_;
 };
 
 }  // namespace tessera

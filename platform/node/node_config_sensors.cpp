@@ -1,0 +1,87 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// The tables of a configuration that say where a node's scans and poses come from, and whom it
+// answers.
+#include "node/config_file.hpp"
+#include "node/node_config.hpp"
+
+namespace tessera {
+
+void take_sensors(ConfigFile& file, NodeConfig& c) {
+  SensorsConfig& s = c.sensors;
+  s.enabled = file.has_table("sensors");
+  file.take({"sensors", "url"}, s.url);
+  file.take({"sensors", "interface"}, s.interface);
+  file.take({"sensors", "clouds"}, s.clouds, {"semantic", "raw", "none"});
+  file.take({"sensors", "lidar"}, s.lidar, {0, 1'000'000});
+  file.take({"sensors", "points"}, s.points, {1, 4'000'000});
+  file.take_path({"sensors", "T_body_lidar"}, s.T_body_lidar);
+  file.take_path({"sensors", "cameras"}, s.cameras);
+  file.take({"sensors", "depth_camera"}, s.depth_camera, {0, 5});
+  file.take_path({"sensors", "classes"}, s.classes);
+  file.take({"sensors", "clock"}, s.clock, {"monotonic", "wall"});
+  file.take({"sensors", "poses"}, s.poses, {"lcm", "can"});
+  file.take({"sensors", "missing_images"}, s.missing_images, {"unlabelled", "drop"});
+  file.take({"sensors", "max_wait_ms"}, s.max_wait_ms, ConfigFile::Real{1.0, 10'000.0});
+  file.take({"sensors", "max_image_offset_ms"}, s.max_image_offset_ms,
+            ConfigFile::Real{0.0, 10'000.0});
+}
+
+void take_vehicle(ConfigFile& file, NodeConfig& c) {
+  VehicleConfig& v = c.vehicle;
+  PoseGuardConfig& guard = v.guard;
+  file.take({"vehicle", "can"}, v.can);
+  file.take({"vehicle", "base_id"}, v.base_id, {0, 0x7e0});
+  file.take({"vehicle", "mode"}, v.mode, {"pose", "bridging", "odometry"});
+  file.take({"vehicle", "can_fd"}, v.can_fd);
+  file.take({"vehicle", "sectors"}, v.sectors, {16, 32});
+  file.take({"vehicle", "sector_range_m"}, v.sector_range_m, ConfigFile::Real{0.5, 60.0});
+  file.take({"vehicle", "sector_low_m"}, v.sector_low_m, ConfigFile::Real{-20.0, 20.0});
+  file.take({"vehicle", "sector_high_m"}, v.sector_high_m, ConfigFile::Real{v.sector_low_m, 20.0});
+  file.take({"vehicle", "own_radius_m"}, v.own_radius_m, ConfigFile::Real{0.0, 20.0});
+  double timeout_ms = 1e-3 * static_cast<double>(guard.timeout_us);
+  file.take({"vehicle", "pose_timeout_ms"}, timeout_ms, ConfigFile::Real{10.0, 10'000.0});
+  guard.timeout_us = static_cast<std::int64_t>(1e3 * timeout_ms);
+  guard.max_age_us = guard.timeout_us;
+  file.take({"vehicle", "max_speed_mps"}, guard.max_speed_mps, ConfigFile::Real{0.01, 200.0});
+  file.take({"vehicle", "max_yaw_rate_radps"}, guard.max_yaw_rate_radps,
+            ConfigFile::Real{0.01, 50.0});
+  file.take({"vehicle", "max_std_position_m"}, guard.max_std_position_m,
+            ConfigFile::Real{1e-3, 100.0});
+  file.take({"vehicle", "max_std_heading_rad"}, guard.max_std_heading_rad,
+            ConfigFile::Real{1e-4, 3.2});
+}
+
+void take_service(ConfigFile& file, NodeConfig& c) {
+  c.queries = c.sensors.enabled;
+  file.take({"service", "queries"}, c.queries);
+  file.take({"service", "url"}, c.query_url);
+  file.take({"service", "interface"}, c.query_interface);
+  file.take({"service", "queries_per_s"}, c.queries_per_s, {1, 100'000});
+}
+
+Outcome<void> check_sensors(const ConfigFile& file, const NodeConfig& c) {
+  const SensorsConfig& s = c.sensors;
+  if (s.enabled == file.is_given({"replay", "dataset"})) {
+    return file.refusal({s.enabled ? "sensors" : "replay", s.enabled ? "url" : "dataset"},
+                        s.enabled ? "there is [replay] dataset too; a node has one or the other"
+                                  : "is missing; give a folder in the KITTI layout, or a table "
+                                    "[sensors]");
+  }
+  if (!is_base_id(c.vehicle.base_id))
+    return file.refusal({"vehicle", "base_id"}, "is no multiple of 32 up to 2016 (0x7e0)");
+  if (c.vehicle.sectors != 16 && c.vehicle.sectors != 32)
+    return file.refusal({"vehicle", "sectors"}, "is neither 16 nor 32");
+  if (!s.enabled) return {};
+  if (s.poses == "can" && c.vehicle.can.empty())
+    return file.refusal({"sensors", "poses"}, "come over no bus; name [vehicle] can");
+  if (s.clouds == "none" && !s.depth_camera)
+    return file.refusal({"sensors", "clouds"}, "are none; name a depth_camera then");
+  if (s.clouds == "raw" && s.cameras.empty())
+    return file.refusal({"sensors", "clouds"}, "without labels need cameras; name their file");
+  if (s.depth_camera && s.cameras.empty())
+    return file.refusal({"sensors", "depth_camera"}, "is in no file; name cameras too");
+  return {};
+}
+
+}  // namespace tessera

@@ -1,0 +1,134 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// Where a node's scans come from: a dataset, or sensors, with their classes and cameras.
+#include <algorithm>
+
+#include "dataset/transform_file.hpp"
+#include "node/node.hpp"
+#include "posix/input_file.hpp"
+#include "posix/monotonic_clock.hpp"
+#include "tessera/base/rigid.hpp"
+
+namespace tessera {
+
+namespace {
+
+std::size_t pixels_of(const CameraDescription& camera) {
+  const CameraIntrinsics& image = camera.model.intrinsics();
+  return static_cast<std::size_t>(image.width_px) * static_cast<std::size_t>(image.height_px);
+}
+
+Outcome<DatasetClasses> classes_of(const SensorsConfig& sensors) {
+  if (sensors.classes.empty()) return DatasetClasses::semantic_kitti();
+  constexpr std::size_t kMostBytes = 1U << 20U;
+  const Outcome<std::string> text = read_text_file(sensors.classes, kMostBytes);
+  if (!text.ok()) return text.failure();
+  return DatasetClasses::parse(*text, sensors.classes);
+}
+
+}  // namespace
+
+Outcome<void> Node::open_inputs(const std::string& path) {
+  if (config_.sensors.enabled) return open_sensors();
+  const MapOptions& map = config_.map;
+  Outcome<Dataset> dataset =
+      Dataset::open(map.dataset, {.first = map.first, .last = map.last, .labels = map.labels});
+  if (!dataset.ok()) return in_words_of_config(dataset.failure(), path);
+  dataset_.emplace(std::move(*dataset));
+  classes_ = dataset_->classes();
+  return {};
+}
+
+Outcome<void> Node::open_sensors() {
+  const SensorsConfig& sensors = config_.sensors;
+  Outcome<DatasetClasses> classes = classes_of(sensors);
+  if (!classes.ok()) return classes.failure();
+  classes_ = std::move(*classes);
+  if (!sensors.T_body_lidar.empty()) {
+    const Outcome<Matrix34d> T = read_transform(sensors.T_body_lidar);
+    if (!T.ok()) return T.failure();
+    T_body_lidar_ = *T;
+  }
+  if (sensors.cameras.empty()) return {};
+  Outcome<std::vector<CameraDescription>> cameras = read_cameras(sensors.cameras);
+  if (!cameras.ok()) return cameras.failure();
+  cameras_ = std::move(*cameras);
+  if (!sensors.depth_camera || *sensors.depth_camera < cameras_.size()) return {};
+  return Failure{sensors.cameras + " has " + std::to_string(cameras_.size()) +
+                 " cameras; [sensors] depth_camera counts from 0"};
+}
+
+ScanSizes Node::scan_sizes() const {
+  std::size_t points = dataset_ ? dataset_->max_points() : config_.sensors.points;
+  if (config_.sensors.enabled && config_.sensors.depth_camera) {
+    const CameraIntrinsics& image = cameras_[*config_.sensors.depth_camera].model.intrinsics();
+    points = std::max(
+        points, DepthCamera::most_points(image.width_px, image.height_px, DepthConfig{}.step_px));
+  }
+  return {.max_points = points, .num_components = classes().num_components()};
+}
+
+SensorPortConfig Node::sensor_config() const {
+  const SensorsConfig& sensors = config_.sensors;
+  SensorPortConfig port;
+  port.link.url = sensors.url;
+  port.link.interface = sensors.interface;
+  port.clock = sensors.clock == "wall" ? SensorClock::kWall : SensorClock::kMonotonic;
+  MatcherConfig& matcher = port.matcher;
+  matcher.max_wait_us = microseconds(1e-3 * sensors.max_wait_ms);
+  matcher.max_image_offset_us = microseconds(1e-3 * sensors.max_image_offset_ms);
+  matcher.missing_images =
+      sensors.missing_images == "drop" ? MissingImages::kDrop : MissingImages::kUnlabelled;
+  matcher.slot.points = scan_sizes().max_points;
+  matcher.slot.image_pixels = 1;
+  for (const CameraDescription& camera : cameras_)
+    matcher.slot.image_pixels = std::max(matcher.slot.image_pixels, pixels_of(camera));
+  if (sensors.clouds != "none") {
+    const bool raw = sensors.clouds == "raw";
+    matcher.sensors.push_back({.number = sensors.lidar,
+                               .kind = raw ? MountedKind::kRawCloud : MountedKind::kSemanticCloud,
+                               .T_body_sensor = T_body_lidar_});
+    for (std::size_t i = 0; raw && i < cameras_.size(); ++i) {
+      if (sensors.depth_camera != i) matcher.cameras.push_back(static_cast<std::int32_t>(i));
+    }
+  }
+  if (sensors.depth_camera) {
+    const std::size_t camera = *sensors.depth_camera;
+    // A depth image lies in the memory of the points' coordinates.
+    matcher.slot.points = std::max(matcher.slot.points, matcher.slot.image_pixels / 3 + 1);
+    matcher.sensors.push_back(
+        {.number = static_cast<std::int32_t>(camera),
+         .kind = MountedKind::kDepthCamera,
+         .T_body_sensor = product(T_body_lidar_, inverse(cameras_[camera].T_camera_lidar))});
+  }
+  return port;
+}
+
+Outcome<void> Node::make_sensing() {
+  if (!config_.sensors.enabled) {
+    // The source wakes the mapping thread, which takes from the source.
+    replay_ = std::make_unique<ReplaySource>(
+        *dataset_, ReplayConfig{config_.rate_hz, config_.loop, config_.start_delay_s},
+        mapping_wake_);
+    return {};
+  }
+  const SensorPortConfig port = sensor_config();
+  const bool by_bus = config_.sensors.poses == "can";
+  Outcome<std::unique_ptr<SensingThread>> sensing =
+      SensingThread::open(port, config_.vehicle.guard, by_bus ? vehicle_port_.get() : nullptr);
+  if (!sensing.ok()) return sensing.failure();
+  sensing_ = std::move(*sensing);
+  RegistrarConfig registrar;
+  registrar.cameras = cameras_;
+  registrar.num_classes = classes().num_classes();
+  registrar.slot = port.matcher.slot;
+  registrar.T_body_lidar = T_body_lidar_;
+  if (config_.sensors.depth_camera)
+    registrar.depth_camera = static_cast<int>(*config_.sensors.depth_camera);
+  Outcome<std::unique_ptr<Registrar>> made = Registrar::make(registrar);
+  if (!made.ok()) return made.failure();
+  registrar_ = std::move(*made);
+  return {};
+}
+
+}  // namespace tessera

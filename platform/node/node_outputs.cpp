@@ -1,0 +1,103 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// The maps that a node writes: while it runs, and in the end.
+#include <string_view>
+
+#include "node/node.hpp"
+#include "node/published_map.hpp"
+#include "posix/allocation_counter.hpp"
+#include "posix/monotonic_clock.hpp"
+#include "tessera/map/queries.hpp"
+
+namespace tessera {
+
+MapIdentity Node::identity_of(MapKind kind) const {
+  MapIdentity identity{.kind = kind};
+  Json settings;
+  if (kind == MapKind::kLocal) {
+    identity.robot = config_.robot;
+    identity.epoch = setup_.robot.epoch;
+    identity.has_T_global_map = true;
+    identity.T_global_map = setup_.robot.T_global_map;
+    settings = to_json(config_.map, setup_.map);
+    for (const char* const key :
+         {"dataset", "out", "report", "continue", "memory", "first", "last", "window", "archive"})
+      settings.erase(key);
+  } else {
+    settings = config_.values.value("fusion", Json::object());
+    settings.erase("memory");
+    settings["max_range"] = config_.map.max_range_m;
+    Json robots = Json::array();
+    const Replicas& replicas = robot_->global().replicas();
+    for (const Replicas::Slot slot : replicas.in_order()) {
+      const Json robot = replicas.contribution(slot).id.robot;
+      if (robots.empty() || robots.back() != robot) robots.push_back(robot);
+    }
+    settings["robots"] = std::move(robots);
+  }
+  static_cast<void>(record_settings(settings, identity));
+  return identity;
+}
+
+void Node::save_local_map() {
+  if (config_.local_map.empty()) {
+    log_.say(LogLevel::kWarning, MonotonicClock::now_us(),
+             "a save was asked for, but [output] local_map names no file");
+    return;
+  }
+  // The map is this thread's while mapping pauses; what shares goes on reading it.
+  mapping_->pause(kPausedToSave, true);
+  while (!mapping_->paused()) service_.sleep_until(MonotonicClock::now_us() + 1'000);
+  const std::optional<std::uint64_t> before = heap_allocations();
+  std::vector<KeyedIndex> workspace = workspace_for(robot_->map());
+  const Outcome<void> saved =
+      save_map(robot_->map(), identity_of(MapKind::kLocal), workspace, config_.local_map);
+  const std::optional<std::uint64_t> after = heap_allocations();
+  if (before && after) save_allocations_ += *after - *before;
+  mapping_->pause(kPausedToSave, false);
+  // A disk that is full now may have room later: the node goes on.
+  if (!saved.ok()) {
+    failed_saves_.fetch_add(1, std::memory_order_relaxed);
+    log_.say(LogLevel::kError, MonotonicClock::now_us(), "the map could not be saved");
+  } else {
+    saves_.fetch_add(1, std::memory_order_relaxed);
+  }
+}
+
+Outcome<void> Node::write_maps() {
+  const std::int64_t start_us = MonotonicClock::now_us();
+  const bool hurried = std::string_view(run_.ended_by) == "signal";
+  bool behind = true;
+  while (behind && (!hurried || MonotonicClock::now_us() - start_us < kMostFinish_us))
+    behind = robot_->fuse_in_spare_time();
+  run_.map_is_behind = behind;
+  const Outcome<void> written = write_what_is_named();
+  run_.save_us = MonotonicClock::now_us() - start_us;
+  return written;
+}
+
+Outcome<void> Node::write_what_is_named() {
+  const LocalMap& global = robot_->global().map();
+  std::vector<KeyedIndex> workspace = workspace_for(global);
+  global_digest_ = digest(global, workspace);
+  if (!config_.global_map.empty()) {
+    const Outcome<void> saved =
+        save_map(global, identity_of(MapKind::kGlobal), workspace, config_.global_map);
+    if (!saved.ok()) return saved.failure();
+  }
+  std::vector<KeyedIndex> local_workspace = workspace_for(robot_->map());
+  local_digest_ = digest(robot_->map(), local_workspace);
+  if (!config_.local_map.empty()) {
+    const Outcome<void> saved =
+        save_map(robot_->map(), identity_of(MapKind::kLocal), local_workspace, config_.local_map);
+    if (!saved.ok()) return saved.failure();
+  }
+  if (config_.contribution.empty()) return {};
+  const Outcome<std::unique_ptr<PublishedMap>> published = published_map(*robot_);
+  if (!published.ok()) return published.failure();
+  std::vector<KeyedIndex> published_workspace = workspace_for((*published)->map);
+  return save_map((*published)->map, identity_of(MapKind::kLocal), published_workspace,
+                  config_.contribution);
+}
+
+}  // namespace tessera

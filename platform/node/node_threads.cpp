@@ -1,0 +1,109 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// What a node's threads are made of, in which order they begin and end.
+#include <algorithm>
+
+#include "node/node.hpp"
+#include "node/thread_roles.hpp"
+#include "posix/monotonic_clock.hpp"
+
+namespace tessera {
+
+namespace {
+
+VehiclePortConfig vehicle_config(const NodeConfig& config) {
+  VehiclePortConfig port;
+  port.socket.interface = config.vehicle.can;
+  port.socket.clock = config.sensors.clock == "wall" ? CanClock::kRealtime : CanClock::kMonotonic;
+  port.inputs.base_id = config.vehicle.base_id;
+  port.inputs.guard = config.vehicle.guard;
+  port.inputs.mode = config.vehicle.mode == "pose"       ? PoseMode::kPose
+                     : config.vehicle.mode == "odometry" ? PoseMode::kOdometry
+                                                         : PoseMode::kBridging;
+  port.can_fd = config.vehicle.can_fd;
+  port.thread = thread_roles(config).vehicle;
+  return port;
+}
+
+}  // namespace
+
+ScanSource& Node::source() const {
+  if (sensing_) return *sensing_;
+  return *replay_;
+}
+
+Outcome<void> Node::make_threads() {
+  if (!config_.vehicle.can.empty()) {
+    Outcome<std::unique_ptr<VehiclePort>> opened = VehiclePort::open(vehicle_config(config_));
+    if (!opened.ok()) return opened.failure();
+    vehicle_port_ = std::move(*opened);
+  }
+  const Outcome<void> sensing = make_sensing();
+  if (!sensing.ok()) return sensing.failure();
+  Registration registration;
+  if (registrar_) {
+    registration = {registrar_.get(), [](void* registrar, ScanSlot& slot, ScanView& into) {
+                      return static_cast<Registrar*>(registrar)->view(slot, into);
+                    }};
+  }
+  mapping_ = std::make_unique<MappingThread>(robot_->mapper(), source(), mapping_wake_,
+                                             MappingConfig{.period_us = 1000 * config_.period_ms},
+                                             registration);
+  const EachTick each_tick{
+      this, [](void* self, std::int64_t now_us) { static_cast<Node*>(self)->after_tick(now_us); }};
+  sharing_ = std::make_unique<SharingThread>(robot_->sharer(), robot_->map(), *mapping_, *port_,
+                                             1000 * config_.tick_ms, each_tick);
+  if (!config_.queries) return {};
+  Outcome<std::unique_ptr<QueryThread>> queries =
+      QueryThread::open({.url = config_.query_url,
+                         .interface = config_.query_interface,
+                         .limits = {.requests_per_s = static_cast<int>(config_.queries_per_s)}},
+                        {.local = &robot_->map(), .global = &robot_->global()});
+  if (!queries.ok()) return queries.failure();
+  queries_ = std::move(*queries);
+  return {};
+}
+
+Outcome<void> Node::make_vehicle(NodeRequests& requests) {
+  if (!vehicle_port_) return {};
+  VehicleThreadConfig config;
+  config.sectors.count = static_cast<int>(config_.vehicle.sectors);
+  config.sectors.max_range_m = config_.vehicle.sector_range_m;
+  config.sectors.min_height_m = config_.vehicle.sector_low_m;
+  config.sectors.max_height_m = config_.vehicle.sector_high_m;
+  config.sectors.own_radius_m = config_.vehicle.own_radius_m;
+  config.robot = config_.robot;
+  config.period_us = 1000 * config_.period_ms;
+  Outcome<std::unique_ptr<VehicleThread>> made =
+      VehicleThread::make(config, robot_->map(), *vehicle_port_, *mapping_, *sharing_,
+                          sensing_.get(), {requests.save, saves_, failed_saves_});
+  if (!made.ok()) return made.failure();
+  vehicle_ = std::move(*made);
+  return {};
+}
+
+Outcome<void> Node::start_threads() {
+  const ThreadRoles roles = thread_roles(config_);
+  run_.start_us = MonotonicClock::now_us();
+  status_due_us_ = snapshot_due_us_ = run_.start_us;
+  Outcome<void> started = sharing_->start(roles.sharing, run_.start_us);
+  if (started.ok()) started = mapping_->start(roles.mapping);
+  if (started.ok() && queries_) started = queries_->start(roles.query);
+  if (started.ok() && vehicle_) started = vehicle_->start(roles.sending);
+  if (started.ok() && sensing_) started = sensing_->start(roles.sensing, *mapping_, mapping_wake_);
+  if (started.ok() && replay_) started = replay_->start(roles.replay, run_.start_us);
+  return started;
+}
+
+/// What feeds a thread ends before it.
+void Node::stop_threads() noexcept {
+  if (replay_) replay_->stop();
+  if (sensing_) sensing_->stop();
+  if (queries_) queries_->stop();
+  if (mapping_) mapping_->stop();
+  if (vehicle_) vehicle_->stop();
+  if (sharing_) sharing_->stop();
+  if (port_) port_->close();
+}
+
+}  // namespace tessera

@@ -1,0 +1,41 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// The thread that answers planners: it takes what the others leave, reads the maps while they are
+// written, and keeps nobody waiting.
+#pragma once
+
+#include <atomic>
+#include <memory>
+
+#include "posix/thread.hpp"
+#include "service/query_port.hpp"
+
+namespace tessera {
+
+class QueryThread {
+ public:
+  /// Fails as QueryPort::open. maps: must outlive it and stay where they are.
+  static Outcome<std::unique_ptr<QueryThread>> open(const QueryPortConfig& config,
+                                                    const ServedMaps& maps);
+  QueryThread(const QueryThread&) = delete;
+  QueryThread& operator=(const QueryThread&) = delete;
+  ~QueryThread() { stop(); }
+
+  Outcome<void> start(const ThreadRole& role);
+  /// Takes kTurn_us at most.
+  void stop() noexcept;
+  /// For any thread.
+  [[nodiscard]] QueryPortReport report() const noexcept { return port_->report(); }
+
+ private:
+  static constexpr std::int64_t kTurn_us = 50'000;
+
+  explicit QueryThread(std::unique_ptr<QueryPort> port) : port_(std::move(port)) {}
+  void run() noexcept;
+
+  std::unique_ptr<QueryPort> port_;
+  std::atomic<bool> stopping_{false};
+  Thread thread_;
+};
+
+}  // namespace tessera

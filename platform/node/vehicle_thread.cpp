@@ -1,0 +1,246 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "node/vehicle_thread.hpp"
+
+#include <algorithm>
+
+#include "posix/monotonic_clock.hpp"
+#include "tessera/base/arena.hpp"
+
+namespace tessera {
+
+Outcome<std::unique_ptr<VehicleThread>> VehicleThread::make(const VehicleThreadConfig& config,
+                                                            const LocalMap& map, VehiclePort& port,
+                                                            MappingThread& mapping,
+                                                            const SharingThread& sharing,
+                                                            const SensingThread* sensing,
+                                                            const SaveRequests& saves) {
+  std::unique_ptr<VehicleThread> made(
+      new VehicleThread(config, map, port, mapping, sharing, sensing, saves));
+  Outcome<ArenaMemory> memory = ArenaMemory::allocate(ObstacleSectors::required_bytes(map));
+  if (!memory.ok()) return memory.failure();
+  made->memory_ = std::move(*memory);
+  Arena arena(made->memory_.span());
+  Result<ObstacleSectors> sectors = ObstacleSectors::make(config.sectors, map, arena);
+  if (!sectors.ok()) {
+    return Failure{std::string("the obstacle sectors cannot be set up: ") +
+                   to_string(sectors.status()) + "; see [vehicle] sector_range_m and the like"};
+  }
+  made->sectors_ = std::move(*sectors);
+  return made;
+}
+
+Outcome<void> VehicleThread::start(const ThreadRole& role) {
+  start_us_ = MonotonicClock::now_us();
+  return thread_.start(
+      role, [](void* self) { static_cast<VehicleThread*>(self)->run(); }, this);
+}
+
+void VehicleThread::stop() noexcept {
+  stopping_.store(true, std::memory_order_release);
+  wake_.wake();
+  thread_.join();
+}
+
+void VehicleThread::run() noexcept {
+  std::int64_t due_us = MonotonicClock::now_us();
+  while (!stopping_.load(std::memory_order_acquire)) {
+    const std::int64_t now_us = MonotonicClock::now_us();
+    if (now_us - due_us >= kPeriod_us) {
+      ++counted_.late;
+      due_us = now_us;
+    }
+    heartbeat_.beat(now_us);
+    turn(now_us);
+    due_us += kPeriod_us;
+    wake_.sleep_until(due_us);
+  }
+  told_.state = MappingState::kStopping;
+  port_.report(told_);
+  heartbeat_.rest();
+}
+
+void VehicleThread::turn(std::int64_t now_us) noexcept {
+  take_commands(now_us);
+  sweep();
+  tell_state(now_us);
+  ++counted_.reports;
+  port_.report(told_);
+  report_.set(counted_);
+}
+
+void VehicleThread::take_commands(std::int64_t now_us) noexcept {
+  while (const TakenCommand* const command = port_.commands().front()) {
+    carry_out(*command, now_us);
+    port_.commands().pop();
+  }
+  note_saves();
+}
+
+void VehicleThread::carry_out(const TakenCommand& command, std::int64_t now_us) noexcept {
+  ++counted_.commands;
+  told_.command_number = command.number;
+  told_.command_result = CommandResult::kDone;
+  log_.say(LogLevel::kInfo, now_us, "command % of the vehicle",
+           static_cast<std::int64_t>(command.command));
+  switch (command.command) {
+    case VehicleCommand::kStart:
+      mapping_.pause(kPausedByCommand, false);
+      mapping_.pause(kPausedByNewFrame, false);
+      return;
+    case VehicleCommand::kPause:
+      mapping_.pause(kPausedByCommand, true);
+      return;
+    case VehicleCommand::kClear:
+      mapping_.clear_map();
+      mapping_.pause(kPausedByNewFrame, false);
+      return;
+    case VehicleCommand::kSave:
+      saves_done_ = saves_.done.load(std::memory_order_relaxed);
+      saves_failed_ = saves_.failed.load(std::memory_order_relaxed);
+      saves_.asked.store(true, std::memory_order_relaxed);
+      saving_ = true;
+      told_.command_result = CommandResult::kAccepted;
+      return;
+    case VehicleCommand::kNone:
+      break;
+  }
+  told_.command_result = CommandResult::kRefused;
+}
+
+/// A save takes longer than a turn.
+void VehicleThread::note_saves() noexcept {
+  if (!saving_) return;
+  const bool done = saves_.done.load(std::memory_order_relaxed) != saves_done_;
+  const bool failed = saves_.failed.load(std::memory_order_relaxed) != saves_failed_;
+  if (!done && !failed) return;
+  saving_ = false;
+  told_.command_result = failed ? CommandResult::kRefused : CommandResult::kDone;
+}
+
+/// The pose that is known last: of the sensors, or of the last scan.
+bool VehicleThread::find_pose(Matrix34d& T_map_body, std::int64_t& stamp_us) const noexcept {
+  if (sensing_ != nullptr) {
+    SensingStatus sensing;
+    if (!sensing_->status().get(sensing) || sensing.poses == 0) return false;
+    std::copy(sensing.T_map_body.begin(), sensing.T_map_body.end(), T_map_body.data());
+    stamp_us = sensing.stamp_us;
+    return true;
+  }
+  MappingStatus mapping;
+  if (!mapping_.status().get(mapping) || mapping.cycles == 0) return false;
+  std::copy(mapping.T_map_sensor.begin(), mapping.T_map_sensor.end(), T_map_body.data());
+  stamp_us = mapping.end_us;
+  return true;
+}
+
+void VehicleThread::sweep() noexcept {
+  Matrix34d T_map_body;
+  std::int64_t stamp_us = 0;
+  const bool paused = mapping_.paused();
+  if (!sectors_.is_sweeping() && !paused && find_pose(T_map_body, stamp_us))
+    static_cast<void>(sectors_.begin(T_map_body, stamp_us) == Status::kOk);
+  if (sectors_.is_sweeping() && sectors_.step(reader_, kBlocksPerTurn)) {
+    ++counted_.sweeps;
+    tell_sectors();
+  }
+  told_.sectors.state = counted_.sweeps == 0 ? SectorsState::kNone
+                        : paused             ? SectorsState::kHeld
+                                             : SectorsState::kCurrent;
+}
+
+void VehicleThread::tell_sectors() noexcept {
+  const ObstacleSummary& summary = sectors_.latest();
+  told_.sectors.count = summary.count;
+  told_.sectors.pose_stamp_us = summary.stamp_us;
+  told_.sectors.max_range_m = static_cast<float>(config_.sectors.max_range_m);
+  told_.sectors.min_height_m = static_cast<float>(config_.sectors.min_height_m);
+  told_.sectors.max_height_m = static_cast<float>(config_.sectors.max_height_m);
+  for (std::size_t i = 0; i < static_cast<std::size_t>(summary.count); ++i) {
+    const ObstacleSector& from = summary.sectors[i];
+    told_.sectors.sectors[i] = {.available = from.available,
+                                .occupied = from.occupied,
+                                .label = static_cast<std::uint8_t>(from.label),
+                                .distance_m = static_cast<float>(from.distance_m),
+                                .occupancy = static_cast<float>(from.occupancy),
+                                .free_up_to_m = static_cast<float>(from.free_up_to_m)};
+  }
+}
+
+void VehicleThread::tell_state(std::int64_t now_us) noexcept {
+  told_.robot_id = static_cast<std::uint16_t>(config_.robot);
+  told_.started_us = start_us_;
+  told_.period_us = config_.period_us;
+  MappingStatus mapping;
+  if (mapping_.status().get(mapping)) tell_mapping(mapping, now_us);
+  SharingStatus sharing;
+  if (sharing_.status().get(sharing)) tell_team(sharing);
+}
+
+void VehicleThread::tell_mapping(const MappingStatus& mapping, std::int64_t now_us) noexcept {
+  const std::int64_t silent_us = now_us - std::max(mapping.end_us, start_us_);
+  const bool is_silent = silent_us > kSilentPeriods * config_.period_us;
+  told_.pause_reason = PauseReason::kNone;
+  told_.state = mapping.cycles == 0 ? MappingState::kStarting : MappingState::kMapping;
+  if (mapping.pause != 0) {
+    told_.state = MappingState::kPaused;
+    told_.pause_reason = (mapping.pause & kPausedByNewFrame) != 0 ? PauseReason::kJumpingPose
+                         : (mapping.pause & kPausedByPose) != 0   ? pose_reason()
+                                                                  : PauseReason::kCommand;
+  } else if (is_silent && mapping.cycles > 0) {
+    told_.state = MappingState::kPaused;
+    told_.pause_reason = PauseReason::kNoSensor;
+  }
+  if (mapping_.heartbeat().is_late(now_us)) told_.state = MappingState::kFault;
+  const auto used = static_cast<double>(mapping.usage.used_bytes);
+  told_.memory_share = std::min(1.0, used / static_cast<double>(storage_bytes_));
+  told_.blocks = mapping.usage.blocks;
+  told_.refused_points = mapping.left_out;
+  told_.overruns = mapping.missed;
+  if (mapping.cycles != cycles_seen_) {
+    cycles_.add(mapping.last_cycle_us);
+    cycles_seen_ = mapping.cycles;
+  }
+  told_.cycle_p99_us = cycles_.quantile_us(0.99);
+  told_.cycle_worst_us = mapping.worst_cycle_us;
+}
+
+/// Why no pose may be mapped with.
+PauseReason VehicleThread::pose_reason() const noexcept {
+  SensingStatus sensing;
+  if (sensing_ == nullptr || !sensing_->status().get(sensing)) return PauseReason::kNoPose;
+  switch (sensing.verdict) {
+    case PoseVerdict::kStale:
+      return PauseReason::kStalePose;
+    case PoseVerdict::kFrozen:
+      return PauseReason::kFrozenPose;
+    case PoseVerdict::kJumping:
+      return PauseReason::kJumpingPose;
+    case PoseVerdict::kCorrupt:
+      return PauseReason::kCorruptPose;
+    case PoseVerdict::kUncertain:
+      return PauseReason::kUncertainPose;
+    case PoseVerdict::kRecovering:
+      return PauseReason::kRecoveringPose;
+    case PoseVerdict::kGood:
+    case PoseVerdict::kNone:
+    case PoseVerdict::kOutOfOrder:
+      break;
+  }
+  return PauseReason::kNoPose;
+}
+
+void VehicleThread::tell_team(const SharingStatus& sharing) noexcept {
+  const ExchangeReport& exchange = sharing.exchange;
+  told_.peers = exchange.peers;
+  told_.contributions_known = exchange.contributions;
+  told_.contributions_whole = exchange.complete;
+  // Whoever has all that was announced has what all others have.
+  const bool whole = exchange.complete == exchange.contributions;
+  told_.peers_agreeing = whole ? exchange.peers : 0;
+  told_.convergence = exchange.peers == 0 ? Convergence::kAlone
+                      : whole             ? Convergence::kAgree
+                                          : Convergence::kDiffer;
+}
+
+}  // namespace tessera

@@ -1,0 +1,120 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// The thread that speaks for the node to the vehicle: it sweeps the map for obstacles around the
+// robot, tells how all stands twenty times a second, and carries out what the vehicle commands.
+// The bus itself is VehiclePort's.
+#pragma once
+
+#include <atomic>
+#include <memory>
+
+#include "node/mapping_thread.hpp"
+#include "node/sensing_thread.hpp"
+#include "node/sharing_thread.hpp"
+#include "socketcan/vehicle_port.hpp"
+#include "tessera/map/obstacle_sectors.hpp"
+
+namespace tessera {
+
+struct VehicleThreadConfig {
+  ObstacleSectorsConfig sectors{};
+  std::uint32_t robot = 0;
+  std::int64_t period_us = 100'000;  ///< Of mapping.
+};
+
+/// What the vehicle asks of the whole process. For any thread.
+struct SaveRequests {
+  std::atomic<bool>& asked;
+  const std::atomic<std::uint64_t>& done;
+  const std::atomic<std::uint64_t>& failed;
+};
+
+/// Counters never decrease.
+struct VehicleThreadReport {
+  std::uint64_t reports = 0;
+  std::uint64_t sweeps = 0;  ///< Around the robot, that ended.
+  std::uint64_t commands = 0;
+  std::uint64_t late = 0;  ///< Turns that began a whole period late or more.
+};
+
+class VehicleThread {
+ public:
+  static constexpr std::int64_t kPeriod_us = 50'000;
+  /// Blocks that are looked up for a turn; a sweep that takes more goes on in the next.
+  static constexpr std::uint32_t kBlocksPerTurn = 4096;
+
+  /// sensing may be null, as in a replay. All must outlive it. Fails with kUsage iff a setting of
+  /// the sectors is out of its range; kFailure iff the system does not give the memory.
+  static Outcome<std::unique_ptr<VehicleThread>> make(const VehicleThreadConfig& config,
+                                                      const LocalMap& map, VehiclePort& port,
+                                                      MappingThread& mapping,
+                                                      const SharingThread& sharing,
+                                                      const SensingThread* sensing,
+                                                      const SaveRequests& saves);
+  VehicleThread(const VehicleThread&) = delete;
+  VehicleThread& operator=(const VehicleThread&) = delete;
+  ~VehicleThread() { stop(); }
+
+  Outcome<void> start(const ThreadRole& role);
+  /// Tells the vehicle that the node stops, and ends.
+  void stop() noexcept;
+  /// For any thread.
+  [[nodiscard]] const LatestValue<VehicleThreadReport>& report() const noexcept { return report_; }
+  [[nodiscard]] Heartbeat& heartbeat() noexcept { return heartbeat_; }
+  [[nodiscard]] LogQueue& log() noexcept { return log_; }
+
+ private:
+  /// A sensor that is silent for longer is said to be.
+  static constexpr std::int64_t kSilentPeriods = 5;
+
+  VehicleThread(const VehicleThreadConfig& config, const LocalMap& map, VehiclePort& port,
+                MappingThread& mapping, const SharingThread& sharing, const SensingThread* sensing,
+                const SaveRequests& saves)
+      : config_(config),
+        reader_(map),
+        storage_bytes_(map.usage().capacity_bytes),
+        port_(port),
+        mapping_(mapping),
+        sharing_(sharing),
+        sensing_(sensing),
+        saves_(saves) {}
+  void run() noexcept;
+  void turn(std::int64_t now_us) noexcept;
+  void take_commands(std::int64_t now_us) noexcept;
+  void carry_out(const TakenCommand& command, std::int64_t now_us) noexcept;
+  void note_saves() noexcept;
+  void sweep() noexcept;
+  void tell_sectors() noexcept;
+  void tell_state(std::int64_t now_us) noexcept;
+  void tell_mapping(const MappingStatus& mapping, std::int64_t now_us) noexcept;
+  void tell_team(const SharingStatus& sharing) noexcept;
+  [[nodiscard]] PauseReason pose_reason() const noexcept;
+  [[nodiscard]] bool find_pose(Matrix34d& T_map_body, std::int64_t& stamp_us) const noexcept;
+
+  VehicleThreadConfig config_;
+  MapReader reader_;
+  std::size_t storage_bytes_;
+  VehiclePort& port_;
+  MappingThread& mapping_;
+  const SharingThread& sharing_;
+  const SensingThread* sensing_;
+  const SaveRequests saves_;
+  ArenaMemory memory_;
+  ObstacleSectors sectors_;
+  VehicleReport told_{};
+  bool saving_ = false;
+  std::uint64_t saves_done_ = 0;
+  std::uint64_t saves_failed_ = 0;
+  std::uint64_t cycles_seen_ = 0;
+  DurationHistogram cycles_;  ///< As the mapping thread tells them.
+  std::int64_t start_us_ = 0;
+  VehicleThreadReport counted_{};
+  LatestValue<VehicleThreadReport> report_;
+  WakeUp wake_;
+  std::atomic<bool> stopping_{false};
+  Heartbeat heartbeat_{"vehicle", 1'000'000};
+  LogQueue log_{"vehicle"};
+  Thread thread_;
+};
+
+}  // namespace tessera
