@@ -164,6 +164,22 @@ bool ObstacleSectors::next_column() noexcept {
   return (ring_ - 1) * edge_m <= config_.max_range_m;
 }
 
+/// The sides of the ring in turn: below to the right, right up, above to the left, left down.
+ObstacleSectors::Column ObstacleSectors::current_column() const noexcept {
+  const std::int32_t side = ring_ == 0 ? 0 : place_ / (2 * ring_);
+  const std::int32_t along = place_ - 2 * ring_ * side - ring_;
+  switch (side) {
+    case 0:
+      return column_at(center_x_ + along, center_y_ - ring_);
+    case 1:
+      return column_at(center_x_ + ring_, center_y_ + along);
+    case 2:
+      return column_at(center_x_ - along, center_y_ + ring_);
+    default:
+      return column_at(center_x_ - ring_, center_y_ - along);
+  }
+}
+
 ObstacleSectors::Column ObstacleSectors::column_at(std::int32_t x, std::int32_t y) const noexcept {
   const double edge_m = kBlockEdge * lattice_.resolution_m();
   const double x_map = x * edge_m - x_m_;
@@ -184,19 +200,17 @@ bool ObstacleSectors::is_behind(const Column& column) const noexcept {
 bool ObstacleSectors::step(MapReader& reader, std::uint32_t max_blocks) noexcept {
   if (!sweeping_) return true;
   std::uint64_t passed = std::uint64_t{16} * max_blocks + 1;
-  std::uint32_t left = std::max(max_blocks, column_blocks());
+  const std::uint32_t voxels_before = current().voxels_read;
+  std::uint32_t looked_up = 0;
   while (passed > 0) {
-    // Sides of the ring in turn: bottom to the right, right up, top to the left, left down.
-    const std::int32_t side = ring_ == 0 ? 0 : place_ / (2 * ring_);
-    const std::int32_t along = place_ - 2 * ring_ * side - ring_;
-    const std::int32_t dx = side == 0 ? along : side == 1 ? ring_ : side == 2 ? -along : -ring_;
-    const std::int32_t dy = side == 0 ? -ring_ : side == 1 ? along : side == 2 ? ring_ : -along;
-    const Column column = column_at(center_x_ + dx, center_y_ + dy);
+    const Column column = current_column();
     if (column.nearest_m > config_.max_range_m || is_behind(column)) {
       --passed;
     } else {
-      if (left < column_blocks()) return false;
-      left -= column_blocks();
+      const std::uint32_t work =
+          looked_up + (current().voxels_read - voxels_before) / kVoxelsPerBlock;
+      if (looked_up > 0 && work + column_blocks() > max_blocks) return false;
+      looked_up += column_blocks();
       if (!read_column(reader, column)) {
         if (++busy_in_row_ < kMostBusy) return false;
         give_up(column);

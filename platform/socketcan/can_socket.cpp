@@ -116,11 +116,16 @@ Outcome<CanSocket> CanSocket::open(const CanSocketConfig& config,
   return made;
 }
 
+/// Whichever of reading and sending is told first; the other is not.
+void CanSocket::note_down() noexcept {
+  if (state_ != BusState::kDown) ++counters_.went_down;
+  state_ = BusState::kDown;
+}
+
 CanSocket::Read CanSocket::failed_read(int error) noexcept {
   if (error == EAGAIN || error == EWOULDBLOCK) return Read::kNothing;
   if (error == EINTR || error == ENOBUFS) return Read::kOther;
-  ++counters_.went_down;
-  state_ = BusState::kDown;
+  note_down();
   return error == ENETDOWN ? Read::kDown : Read::kGone;
 }
 
@@ -225,12 +230,11 @@ CanSocket::Sent CanSocket::send(const CanFrame& frame) noexcept {
     ++counters_.no_buffer;
     return Sent::kNoBuffer;
   }
+  const int error = errno;
   ++counters_.send_failed;
-  if (errno == ENETDOWN) {
-    state_ = BusState::kDown;
-    return Sent::kDown;
-  }
-  return errno == ENXIO || errno == ENODEV ? Sent::kGone : Sent::kFailed;
+  if (error != ENETDOWN && error != ENXIO && error != ENODEV) return Sent::kFailed;
+  note_down();
+  return error == ENETDOWN ? Sent::kDown : Sent::kGone;
 }
 
 }  // namespace tessera

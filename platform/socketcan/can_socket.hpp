@@ -86,6 +86,7 @@ class CanSocket {
 
  private:
   Read failed_read(int error) noexcept;
+  void note_down() noexcept;
   void take_error_frame(const void* frame) noexcept;
   [[nodiscard]] std::int64_t received_at(std::int64_t kernel_us) noexcept;
 

@@ -101,6 +101,7 @@ void VehiclePort::turn(std::int64_t now) noexcept {
   if (!socket_.is_open() && now >= reopen_us_) reopen(now);
   static_cast<void>(report_.get(latest_report_));
   queue_full_ = false;
+  room_ = kMostPerTurn;
   retry_waiting();
   send_due(now);
   tell_status(now);
@@ -151,8 +152,8 @@ void VehiclePort::send_due(std::int64_t now) noexcept {
                       .pose_source = inputs_.pose_source(now),
                       .bus = socket_.is_open() ? socket_.state() : BusState::kDown};
   std::array<CanFrame, kMostPerTurn> frames;
-  const std::size_t count = outputs_.due(latest_report_, bus, now, frames);
-  more_is_due_ = count == frames.size();
+  const std::size_t count = outputs_.due(latest_report_, bus, now, std::span(frames).first(room_));
+  more_is_due_ = count == room_;
   for (const CanFrame& frame : std::span(frames).first(count)) send(frame);
 }
 
@@ -176,7 +177,7 @@ void VehiclePort::send(const CanFrame& frame) noexcept {
 
 void VehiclePort::retry_waiting() noexcept {
   for (Waiting& waiting : waiting_) {
-    if (waiting.tries == 0 || queue_full_) continue;
+    if (waiting.tries == 0 || queue_full_ || room_ == 0) continue;
     if (!socket_.is_open() || waiting.tries > kMostTries) {
       waiting.tries = 0;
       ++counted_.frames_given_up;
@@ -185,6 +186,7 @@ void VehiclePort::retry_waiting() noexcept {
     const CanFrame frame = waiting.frame;
     const int tries = std::exchange(waiting.tries, 0) + 1;
     ++counted_.frames_retried;
+    --room_;
     send(frame);
     if (waiting.tries > 0) waiting.tries = tries;
   }

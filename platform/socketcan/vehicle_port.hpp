@@ -68,7 +68,8 @@ class VehiclePort {
   /// Poses and commands, to be read by one thread each (which may be the same).
   [[nodiscard]] SpscQueue<JudgedPose>& poses() noexcept { return poses_; }
   [[nodiscard]] SpscQueue<TakenCommand>& commands() noexcept { return commands_; }
-  /// What the vehicle is to be told from now on. For one thread; never waits.
+  /// What the vehicle is to be told from now on; if it does not come again within half a second,
+  /// the vehicle is told of that instead. For one thread; never waits.
   void report(const VehicleReport& report) noexcept { report_.set(report); }
   /// For any thread; as LatestValue::get.
   [[nodiscard]] bool status(VehiclePortStatus& into) const noexcept { return status_.get(into); }
@@ -106,6 +107,7 @@ class VehiclePort {
   VehicleReport latest_report_{};
   VehiclePortStatus counted_{};
   std::array<Waiting, kBusIds> waiting_{};  ///< By place behind the base.
+  std::size_t room_ = 0;                    ///< Frames that may still be sent in this turn.
   bool queue_full_ = false;                 ///< Found so in this turn.
   bool more_is_due_ = false;
   std::int64_t reopen_us_ = 0;

@@ -41,8 +41,9 @@ enum class PauseReason : std::uint8_t {
   kNoSensor = 9,
   kMemoryFull = 10,
   kOverload = 11,
+  kSilent = 12,  ///< Only the thread on the bus lives: nobody else has reported for too long.
 };
-inline constexpr int kPauseReasons = 12;
+inline constexpr int kPauseReasons = 13;
 
 /// What is wrong with a pose, or with all poses lately.
 enum class PoseVerdict : std::uint8_t {

@@ -29,9 +29,9 @@ double not_more(const Signal& signal, double value) noexcept {
 }
 
 void write_heartbeat(Data data, const VehicleReport& report, const BusReport& bus,
-                     std::int64_t now_us) noexcept {
-  put_name(data, bus::kMappingState, report.state);
-  put_name(data, bus::kPauseReason, report.pause_reason);
+                     std::int64_t now_us, bool silent) noexcept {
+  put_name(data, bus::kMappingState, silent ? MappingState::kFault : report.state);
+  put_name(data, bus::kPauseReason, silent ? PauseReason::kSilent : report.pause_reason);
   put_name(data, bus::kPoseVerdict, bus.pose_verdict);
   put_name(data, bus::kPoseSource, bus.pose_source);
   put_name(data, bus::kBusState, bus.bus);
@@ -133,8 +133,9 @@ void VehicleOutputs::start(std::int64_t now_us) noexcept {
   }
 }
 
-void VehicleOutputs::begin_summary(const SectorsReport& sectors) noexcept {
+void VehicleOutputs::begin_summary(const SectorsReport& sectors, bool silent) noexcept {
   sectors_ = sectors;
+  if (silent && sectors.state == SectorsState::kCurrent) sectors_.state = SectorsState::kHeld;
   sectors_.count = sectors.count > 16 ? kMostSectors : 16;
   summary_ = static_cast<std::uint8_t>((summary_ + 1) % 16);
 }
@@ -153,7 +154,8 @@ std::size_t VehicleOutputs::due(const VehicleReport& report, const BusReport& bu
     if (uses && count == into.size()) continue;
     schedule.next_us += cycle_us;
     if (!uses) continue;
-    if (schedule.message->place == bus::kIdSectorInfo) begin_summary(report.sectors);
+    if (schedule.message->place == bus::kIdSectorInfo)
+      begin_summary(report.sectors, is_silent(report, now_us));
     write(schedule, report, bus, now_us, into[count++]);
   }
   return count;
@@ -165,7 +167,7 @@ void VehicleOutputs::write(Schedule& schedule, const VehicleReport& report, cons
   frame = {.id = config_.base_id + message.place, .size = message.size, .is_fd = message.is_fd};
   const Data data(frame.data.data(), message.size);
   if (message.place == bus::kIdHeartbeat) {
-    write_heartbeat(data, report, bus, now_us);
+    write_heartbeat(data, report, bus, now_us, is_silent(report, now_us));
   } else if (message.place == bus::kIdSectorInfo) {
     put_raw(data, bus::kSummaryCounter, summary_);
     write_sector_info(data, sectors_, now_us);

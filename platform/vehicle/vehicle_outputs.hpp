@@ -16,6 +16,8 @@ namespace tessera {
 
 struct VehicleOutputsConfig {
   std::uint32_t base_id = kDefaultBaseId;  ///< See is_base_id().
+  /// A report that is older says Fault and Silent in the heartbeat, and that sectors are held.
+  std::int64_t report_timeout_us = 500'000;
   bool can_fd = false;  ///< Sectors in frames of CAN FD: all nodes on the bus must take them.
 };
 
@@ -50,9 +52,12 @@ class VehicleOutputs {
 
   void start(std::int64_t now_us) noexcept;
   [[nodiscard]] bool is_used(const BusMessage& message) const noexcept;
+  [[nodiscard]] bool is_silent(const VehicleReport& report, std::int64_t now_us) const noexcept {
+    return now_us - report.made_us > config_.report_timeout_us;
+  }
   void write(Schedule& schedule, const VehicleReport& report, const BusReport& bus,
              std::int64_t now_us, CanFrame& frame) noexcept;
-  void begin_summary(const SectorsReport& sectors) noexcept;
+  void begin_summary(const SectorsReport& sectors, bool silent) noexcept;
 
   VehicleOutputsConfig config_;
   std::array<Schedule, kMessages> schedules_{};  ///< By identifier.

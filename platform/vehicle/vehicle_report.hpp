@@ -33,6 +33,7 @@ struct SectorsReport {
 };
 
 struct VehicleReport {
+  std::int64_t made_us = 0;  ///< When it was last true; clock as now_us.
   MappingState state = MappingState::kStarting;
   PauseReason pause_reason = PauseReason::kNone;
   CommandResult command_result = CommandResult::kNone;

@@ -70,8 +70,8 @@ class Member:
             raise AssertionError("the member does not answer")
         return self.process.stdout.readline().strip()
 
-    def status(self):
-        self.process.stdin.write("\n")
+    def status(self, word=""):
+        self.process.stdin.write(word + "\n")
         return json.loads(self.line())
 
     def close(self):

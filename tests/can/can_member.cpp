@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // can_member INTERFACE [--fd] [--sectors N] [--mode pose|bridging|odometry]: a port on a vehicle's
 // bus with a report that stays the same. Says "ready", or why not. For each line on its input it
-// writes one of JSON: what it has seen until now. Ends with its input.
+// writes one of JSON: what it has seen until now; "silent" ends its reports. Ends with its input.
 #include <poll.h>
 
 #include <cstdio>
@@ -134,9 +134,10 @@ json as_json(const VehiclePort& port, const Seen& seen) {
 }
 
 /// False at the end of the input.
-bool answer(const VehiclePort& port, const Seen& seen) {
+bool answer(const VehiclePort& port, const Seen& seen, bool& reporting) {
   std::string line;
   if (!std::getline(std::cin, line)) return false;
+  if (line == "silent") reporting = false;
   std::puts(as_json(port, seen).dump().c_str());
   std::fflush(stdout);
   return true;
@@ -148,7 +149,8 @@ int run(const VehiclePortConfig& config, int sectors) {
     std::puts(port.failure().message.c_str());
     return port.failure().kind == FailureKind::kUsage ? 1 : 2;
   }
-  (*port)->report(report_of(sectors));
+  VehicleReport report = report_of(sectors);
+  bool reporting = true;
   std::puts("ready");
   std::fflush(stdout);
   Seen seen;
@@ -156,7 +158,9 @@ int run(const VehiclePortConfig& config, int sectors) {
   while (true) {
     const bool asked = ::poll(&input, 1, 10) > 0;
     drain(**port, seen);
-    if (asked && !answer(**port, seen)) return 0;
+    if (asked && !answer(**port, seen, reporting)) return 0;
+    report.made_us = now_us(CanClock::kMonotonic);
+    if (reporting) (*port)->report(report);
   }
 }
 

@@ -184,7 +184,7 @@ class Load(unittest.TestCase):
                 load = total(fd, sectors)
                 self.assertLess(load, 30)
                 row = f"| {'CAN FD, 500 kbit/s and 2 Mbit/s' if fd else 'CAN 2.0, 500 kbit/s'} | {sectors} | {load:.2f} % |"
-                self.assertIn(row, self.page)
+                self.assertTrue(row in self.page, row)
 
 
 if __name__ == "__main__":

@@ -199,6 +199,19 @@ class Vcan(unittest.TestCase):
         status = bus.until(lambda: (s := member.status())["source"] == 1 and s["reopened"] == 1 and s, "come back")
         self.check_counters(status)
 
+    def test_silent_process(self):
+        """The heartbeat goes on, but does not say that all is well."""
+        interface = self.interface()
+        member = self.member(interface)
+        state = bus.FILE.named("HEARTBEAT").signals["MappingState"]
+        reason = bus.FILE.named("HEARTBEAT").signals["PauseReason"]
+        bus.listen(interface.name, lambda heard: "Mapping" in map(state.named, heard.of("HEARTBEAT")))
+        member.status("silent")
+        heard = bus.listen(interface.name, lambda heard: "Fault" in map(state.named, heard.of("HEARTBEAT")))
+        self.assertEqual("Silent", reason.named(heard.of("HEARTBEAT")[-1]))
+        heard = bus.listen(interface.name, lambda heard: len(heard.of("SECTOR_INFO")) > 1)
+        self.assertEqual("Held", bus.FILE.named("SECTOR_INFO").signals["SectorsState"].named(heard.of("SECTOR_INFO")[-1]))
+
     def test_error_frames(self):
         """As a controller's driver would report, sent by somebody else."""
         interface = self.interface()

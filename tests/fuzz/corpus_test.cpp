@@ -100,6 +100,7 @@ TEST_CASE("fuzz: sensors' messages, fragments and queries") {
 TEST_CASE("fuzz: files of datasets and keys") {
   run_over_corpus("text_files", text_files, 600, 608);
 }
+TEST_CASE("fuzz: frames of a vehicle's bus") { run_over_corpus("vehicle", vehicle, 3000, 609); }
 #endif
 
 }  // namespace

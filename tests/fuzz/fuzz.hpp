@@ -32,6 +32,8 @@ void messages(Bytes bytes);
 void sensors(Bytes bytes);
 /// Files of datasets and keys.
 void text_files(Bytes bytes);
+/// Frames of a vehicle's bus: whatever is used is a pose that may be.
+void vehicle(Bytes bytes);
 
 /// Throws std::logic_error with what, unless it holds.
 inline void require(bool holds, const char* what) {

@@ -20,6 +20,7 @@ VehicleReport sample_report(int sectors = 16) {
   report.command_result = CommandResult::kDone;
   report.command_number = 42;
   report.started_us = 500'000;
+  report.made_us = 1'000'000'000'000;
   report.memory_share = 0.4321;
   report.blocks = 123'456;
   report.refused_points = 1ULL << 40U;
@@ -219,6 +220,21 @@ TEST_CASE("VehicleOutputs: a pause is caught up by one frame of each, not by man
   CHECK(outputs.due(sample_report(), {}, 1'010'000, into) == 0);
   CHECK(outputs.due(sample_report(), {}, 61'000'000, into) == all + 4);
   CHECK(outputs.due(sample_report(), {}, 61'000'001, into) == 0);
+}
+
+TEST_CASE(
+    "VehicleOutputs: a report that is no longer renewed is a fault, and its sectors are held") {
+  VehicleReport report = sample_report();
+  report.made_us = 1'000'000;
+  VehicleOutputs outputs;
+  const auto frames = run(outputs, report, 700);
+  for (std::size_t i = 0; i < 7; ++i) {
+    INFO("heartbeat " << i);
+    const auto data = frames.at(kIdHeartbeat)[i].bytes();
+    CHECK(raw_of(data, kMappingState) == (i <= 5 ? 2 : 4));
+    CHECK(raw_of(data, kPauseReason) == (i <= 5 ? 4 : 12));
+    CHECK(raw_of(frames.at(kIdSectorInfo)[2 * i].bytes(), kSectorsState) == (i <= 5 ? 1 : 2));
+  }
 }
 
 TEST_CASE("VehicleOutputs: another base gives other identifiers and checksums") {

@@ -65,6 +65,7 @@ struct ObstacleSummary {
 class ObstacleSectors {
  public:
   static constexpr int kMostRings = 64;
+  static constexpr std::uint32_t kVoxelsPerBlock = 8;  ///< They take about as long.
   /// Calls in a row that may find a column busy before its sectors are given up for this sweep.
   static constexpr int kMostBusy = 16;
 
@@ -85,10 +86,11 @@ class ObstacleSectors {
   /// heights reach out of the grid; kResourceExhausted iff nothing was made.
   Status begin(const Matrix34d& T_map_body, std::int64_t stamp_us) noexcept;
   /// Goes on with it; true iff it has ended, by this call or before. reader: of the map that this
-  /// was made for. Looks up at most max(max_blocks, column_blocks()) blocks, and passes at most 16
-  /// * max_blocks + 1 columns that are out of range or behind what was found. A block that the map
-  /// has costs a snapshot and at most 512 estimates (O(C)), each column 64 times at most count / 4
-  /// comparisons; a sweep has at most (2 * range / block + 3)^2 columns.
+  /// was made for. Looks up at most max(max_blocks, column_blocks()) blocks, where kVoxelsPerBlock
+  /// voxels that are read count as one more (but not in the last column of a call), and passes at
+  /// most 16 * max_blocks + 1 columns that are out of range or behind what was found. A block that
+  /// the map has costs a snapshot and at most 512 estimates (O(C)), each column 64 times at most
+  /// count / 4 comparisons; a sweep has at most (2 * range / block + 3)^2 columns.
   bool step(MapReader& reader, std::uint32_t max_blocks) noexcept;
   /// Blocks of one column, so the least that step can do.
   [[nodiscard]] std::uint32_t column_blocks() const noexcept {
@@ -123,6 +125,7 @@ class ObstacleSectors {
   [[nodiscard]] int sector_of(double x_map, double y_map) const noexcept;
   [[nodiscard]] Touched touched_by(double x_map, double y_map, double edge_m) const noexcept;
   [[nodiscard]] bool next_column() noexcept;
+  [[nodiscard]] Column current_column() const noexcept;
   [[nodiscard]] Column column_at(std::int32_t x, std::int32_t y) const noexcept;
   [[nodiscard]] bool is_behind(const Column& column) const noexcept;
   [[nodiscard]] bool read_column(MapReader& reader, const Column& column) noexcept;

@@ -1,0 +1,52 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// Obstacle sectors around a place in a small map, for tests.
+#pragma once
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <vector>
+
+#include "small_map.hpp"
+#include "tessera/map/obstacle_sectors.hpp"
+
+namespace tessera {
+
+inline constexpr double kTurn = 6.283185307179586;
+
+inline Matrix34d pose_at(double x, double y, double z, double heading) {
+  Matrix34d T = Matrix34d::Identity();
+  T(0, 0) = T(1, 1) = std::cos(heading);
+  T(1, 0) = std::sin(heading);
+  T(0, 1) = -T(1, 0);
+  T(0, 3) = x;
+  T(1, 3) = y;
+  T(2, 3) = z;
+  return T;
+}
+
+/// A map, a reader, and sectors in memory of just their size.
+struct Rig {
+  explicit Rig(const ObstacleSectorsConfig& config, const MapConfig& map_config = pages())
+      : small(map_config), lines(ObstacleSectors::required_bytes(small.map) / sizeof(Line)) {
+    Arena arena(std::as_writable_bytes(std::span(lines)));
+    Result<ObstacleSectors> made = ObstacleSectors::make(config, small.map, arena);
+    REQUIRE(made.ok());
+    REQUIRE(arena.remaining_bytes() == 0);
+    sectors = *made;
+  }
+  static MapConfig pages() { return config_of_pages(600); }
+  const ObstacleSummary& sweep(const Matrix34d& T_map_body, std::uint32_t blocks = 1000) {
+    MapReader reader(small.map);
+    REQUIRE(sectors.begin(T_map_body, 77) == Status::kOk);
+    int calls = 0;
+    while (!sectors.step(reader, blocks)) REQUIRE(++calls < 100'000);
+    return sectors.latest();
+  }
+  using Line = SmallMap::Line;
+  SmallMap small;
+  std::vector<Line> lines;
+  ObstacleSectors sectors;
+};
+
+}  // namespace tessera
