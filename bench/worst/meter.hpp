@@ -111,6 +111,7 @@ void measure_map(Meter& meter);
 void measure_voxels(Meter& meter);
 void measure_reading(Meter& meter);
 void measure_blocks(Meter& meter);
+void measure_registration(Meter& meter);
 void measure_fusion(Meter& meter);
 void measure_exchange(Meter& meter);
 

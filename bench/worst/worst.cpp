@@ -19,6 +19,7 @@ int main(int argc, char** argv) {
   measure_voxels(meter);
   measure_reading(meter);
   measure_blocks(meter);
+  measure_registration(meter);
   measure_fusion(meter);
   measure_exchange(meter);
   Outcome<AtomicFile> file = AtomicFile::open(argv[1]);

@@ -163,7 +163,7 @@ class Eval(CommandCase):
         _, report = self.evaluate("--first", "0", "--max-range", "20")
         self.assertEqual({"map": str(self.map_file), "dataset": str(self.data), "truth": "labels", "input": "predictions",
                           "report": str(self.folder / "eval.json"), "first": 0, "last": None, "max_range": 20.0,
-                          "overlap_of": [], "transform": ""}, report["config"])
+                          "overlap_of": [], "deskew": "where timed", "transform": ""}, report["config"])
 
     def test_a_transform_is_sixteen_numbers(self):
         T = self.folder / "T.txt"

@@ -18,7 +18,7 @@ MEMORY_KEYS = {"budget_bytes", "used_bytes", "peak_bytes", "scratch_bytes", "lab
 CONFIG_KEYS = {"dataset", "out", "first", "last", "labels", "resolution", "inference", "kernel_length", "prior",
                "max_range", "downsample", "free_space", "memory", "counts", "robot", "min_weight", "max_evidence",
                "continue", "window", "archive", "report", "min_range", "thinning_weight", "free_weight", "work_budget",
-               "deadline"}
+               "deadline", "deskew"}
 
 
 class MapCase(CommandCase):
