@@ -55,12 +55,11 @@ Ray ray_of(const CameraModel& model, DepthAlong along, int column, int row) noex
           static_cast<float>(direction->z() / length)};
 }
 
-/// The counter of a pixel that gives no point for its depth; null if it may.
-std::uint32_t* refusal(float depth_m, const DepthConfig& config, DepthReport& report) noexcept {
-  if (depth_m == 0.0F) return &report.no_depth;
-  if (depth_m < config.min_depth_m) return &report.too_near;
-  if (depth_m > config.max_depth_m) return &report.too_far;
-  return nullptr;
+/// 0 without labels.
+std::uint8_t label_at(const DepthImage& image, int column, int row) noexcept {
+  if (image.labels == nullptr) return 0;
+  return image.labels[static_cast<std::size_t>(row) * image.label_stride_bytes +
+                      static_cast<std::size_t>(column)];
 }
 
 }  // namespace
@@ -86,19 +85,29 @@ Result<DepthCamera> DepthCamera::make(Arena& arena, const CameraModel& model,
   return camera;
 }
 
-bool DepthCamera::flying(const DepthImage& image, int column, int row,
-                         float depth_m) const noexcept {
-  const float tolerance_m = config_.edge_m + config_.edge_share * depth_m;
+bool DepthCamera::flying(const DepthImage& image, const Sample& sample) const noexcept {
+  const auto [column, row, depth_m, ray] = sample;
+  const float low_m = depth_m - (config_.edge_m + config_.edge_share * depth_m);
+  const float high_m = depth_m + (config_.edge_m + config_.edge_share * depth_m);
   const auto between = [&](float a, float b) {
     // A missing neighbour says nothing.
     if (a == 0.0F || b == 0.0F) return false;
-    return (a < depth_m - tolerance_m && b > depth_m + tolerance_m) ||
-           (b < depth_m - tolerance_m && a > depth_m + tolerance_m);
+    return (a < low_m && b > high_m) || (b < low_m && a > high_m);
   };
   const bool in_row = column > 0 && column + 1 < model_.width_px() &&
                       between(depth_at(image, column - 1, row), depth_at(image, column + 1, row));
   return in_row || (row > 0 && row + 1 < model_.height_px() &&
                     between(depth_at(image, column, row - 1), depth_at(image, column, row + 1)));
+}
+
+std::uint32_t* DepthCamera::refusal(const DepthImage& image, const Sample& sample,
+                                    DepthReport& report) const noexcept {
+  if (sample.depth_m == 0.0F) return &report.no_depth;
+  if (sample.depth_m < config_.min_depth_m) return &report.too_near;
+  if (sample.depth_m > config_.max_depth_m) return &report.too_far;
+  if (sample.ray[0] == 0.0F && sample.ray[1] == 0.0F && sample.ray[2] == 0.0F)
+    return &report.no_ray;
+  return flying(image, sample) ? &report.flying : nullptr;
 }
 
 DepthReport DepthCamera::to_points(const DepthImage& image, int num_classes,
@@ -114,29 +123,20 @@ DepthReport DepthCamera::to_points(const DepthImage& image, int num_classes,
     report.status = Status::kInvalidArgument;
     return report;
   }
-  const float* ray = rays_.data();
-  for (int row = 0; row < model_.height_px(); row += config_.step_px) {
-    for (int column = 0; column < model_.width_px(); column += config_.step_px, ray += 3) {
-      const float depth_m = depth_at(image, column, row);
-      if (std::uint32_t* const refused = refusal(depth_m, config_, report)) {
+  Sample sample;
+  sample.ray = rays_.data();
+  for (sample.row = 0; sample.row < model_.height_px(); sample.row += config_.step_px) {
+    for (sample.column = 0; sample.column < model_.width_px();
+         sample.column += config_.step_px, sample.ray += 3) {
+      sample.depth_m = depth_at(image, sample.column, sample.row);
+      if (std::uint32_t* const refused = refusal(image, sample, report)) {
         ++*refused;
         continue;
       }
-      if (ray[0] == 0.0F && ray[1] == 0.0F && ray[2] == 0.0F) {
-        ++report.no_ray;
-        continue;
-      }
-      if (flying(image, column, row, depth_m)) {
-        ++report.flying;
-        continue;
-      }
       const std::size_t i = report.points++;
-      for (std::size_t axis = 0; axis < 3; ++axis) points[3 * i + axis] = ray[axis] * depth_m;
-      const std::uint8_t label =
-          image.labels == nullptr
-              ? std::uint8_t{0}
-              : image.labels[static_cast<std::size_t>(row) * image.label_stride_bytes +
-                             static_cast<std::size_t>(column)];
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        points[3 * i + axis] = sample.ray[axis] * sample.depth_m;
+      const std::uint8_t label = label_at(image, sample.column, sample.row);
       const bool known = label >= 1 && label <= num_classes;
       report.unlabelled += known ? 0U : 1U;
       components[i] = known ? label : static_cast<std::uint8_t>(num_classes + 1);

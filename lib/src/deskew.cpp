@@ -63,7 +63,7 @@ class Knots {
       ++report.knots;
       report.knots_without_pose += known_[k] ? 0 : 1;
       if (known_[k])
-        T_stamp_knot_[k] = product(T_stamp_map, product(*T_map_body, sweep.T_body_sensor));
+        poses_stamp_[k] = product(T_stamp_map, product(*T_map_body, sweep.T_body_sensor));
     }
   }
 
@@ -80,16 +80,19 @@ class Knots {
         span_us > 0.0 ? std::clamp((time_us - times_us_[k]) / span_us, 0.0, 1.0) : 0.0;
     const bool needs_next = share > 0.0;
     if (!known_[k] || (needs_next && !known_[k + 1])) return false;
-    p_stamp = apply(T_stamp_knot_[k], p_sensor);
+    p_stamp = apply(poses_stamp_[k], p_sensor);
     if (!needs_next) return true;
-    const Point3d next = apply(T_stamp_knot_[k + 1], p_sensor);
+    const Point3d next = apply(poses_stamp_[k + 1], p_sensor);
     for (int axis = 0; axis < 3; ++axis) p_stamp[axis] += share * (next[axis] - p_stamp[axis]);
     return true;
   }
 
  private:
+  /// Moved to where it is positive, so that cutting off the fraction is rounding down: no libm.
   static std::int64_t rounded(double time_us) noexcept {
-    return static_cast<std::int64_t>(std::floor(time_us + 0.5));
+    constexpr std::int64_t kAbove_us = 20'000'000;
+    const double moved_us = time_us + (static_cast<double>(kAbove_us) + 0.5);
+    return static_cast<std::int64_t>(moved_us) - kAbove_us;
   }
 
   std::int64_t first_us_;
@@ -97,7 +100,7 @@ class Knots {
   int count_ = 0;
   std::array<bool, DeskewConfig::kMostKnots> known_{};
   std::array<double, DeskewConfig::kMostKnots> times_us_{};
-  std::array<Matrix34d, DeskewConfig::kMostKnots> T_stamp_knot_;
+  std::array<Matrix34d, DeskewConfig::kMostKnots> poses_stamp_;  ///< T_stamp_knot.
 };
 
 bool valid(const Sweep& sweep, const DeskewConfig& config, std::span<float> out) noexcept {

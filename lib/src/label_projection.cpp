@@ -33,6 +33,12 @@ Point3d at(const PointsView& points, std::size_t i) noexcept {
   return {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])};
 }
 
+/// From -0.5 on, so that cutting off the fraction is rounding down.
+std::uint16_t nearest_pixel(double place) noexcept {
+  const double from_edge = place + 0.5;
+  return static_cast<std::uint16_t>(from_edge);
+}
+
 /// The square of a finite float does not overflow a double. Written so that NaN fails.
 bool finite(const Point3d& p) noexcept { return squared_norm(p) < 1e300; }
 
@@ -85,9 +91,8 @@ void LabelProjector::place(const PointsView& points, const LabelCamera& camera,
     report.outside += sight == Sight::kOutside ? 1U : 0U;
     if (sight != Sight::kSeen) continue;
     const double range_m = norm(p_camera);
-    // Not negative, so cutting off the fraction is rounding down.
-    placed.column = static_cast<std::uint16_t>(pixel.column + 0.5);
-    placed.row = static_cast<std::uint16_t>(pixel.row + 0.5);
+    placed.column = nearest_pixel(pixel.column);
+    placed.row = nearest_pixel(pixel.row);
     placed.range_m = static_cast<float>(range_m);
     placed.cosine = static_cast<float>(p_camera.z() / range_m);
     float& nearest_m = nearest_m_[static_cast<std::size_t>(cell_of(placed.row) * cells_.columns +
@@ -125,10 +130,9 @@ bool LabelProjector::occluded(const Placed& placed) noexcept {
     int rows;
   };
   constexpr std::array<Direction, 4> kDirections{{{1, 0}, {0, 1}, {1, 1}, {1, -1}}};
-  for (const auto [columns, rows] : kDirections) {
-    if (nearer_along(probe, columns, rows) && nearer_along(probe, -columns, -rows)) return true;
-  }
-  return false;
+  return std::ranges::any_of(kDirections, [&](const Direction& to) {
+    return nearer_along(probe, to.columns, to.rows) && nearer_along(probe, -to.columns, -to.rows);
+  });
 }
 
 void LabelProjector::take_labels(const LabelCamera& camera, std::size_t number, int num_classes,

@@ -3,19 +3,29 @@
 """Labels from cameras, and scans swept while the robot drives: simulated, mapped, judged, and refused where files are
 missing or wrong."""
 import json
+import pathlib
 import shutil
+import subprocess
+import tempfile
 import unittest
 
-from command_case import CommandCase
+from command_case import USAGE, CommandCase, command_path
 
 
 class Cameras(CommandCase):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.simulated = tempfile.TemporaryDirectory(prefix="tessera-cli-")
+        cls.addClassCleanup(cls.simulated.cleanup)
+        subprocess.run([command_path(), "simulate", "--robots", "2", "--scans", "3", "--seed", "4", "--cameras", "on",
+                        "--sweep", "on", "--out", cls.simulated.name], check=True, capture_output=True)
+
     def setUp(self):
         super().setUp()
         # The second robot has 16 beams.
-        self.done("simulate", "--robots", 2, "--scans", 3, "--seed", 4, "--cameras", "on", "--sweep", "on", "--out", "s")
-        shutil.rmtree(self.folder / "s" / "robot_0")
         self.data = self.folder / "s" / "robot_1"
+        shutil.copytree(pathlib.Path(self.simulated.name) / "robot_1", self.data)
 
     def map(self, *options):
         self.done("map", "--dataset", self.data, "--out", "map.tsm", "--report", "map.json", "--memory", "128M", *options)
@@ -64,7 +74,10 @@ class Cameras(CommandCase):
         (self.data / "cameras.toml").write_text(toml)
         image = self.data / "cameras" / "2" / "000001.png"
         image.write_bytes(image.read_bytes()[:-100])
-        refused("--labels", "cameras", saying=("000001.png", "complete copy"))
+        cut = self.run_command("map", "--dataset", self.data, "--out", "map.tsm", "--labels", "cameras")
+        self.assertEqual(USAGE, cut.returncode)
+        self.assertRegex(cut.stderr.splitlines()[-1], "000001.png is not an intact PNG.*complete copy")
+        self.assertFalse((self.folder / "map.tsm").exists())
         image.unlink()
         refused("--labels", "cameras", saying=("000001.png", "'rear'"))
         (self.data / "times" / "000001.bin").write_bytes(b"1234")

@@ -87,8 +87,16 @@ class DepthCamera {
                         std::span<std::uint8_t> components) const noexcept;
 
  private:
-  [[nodiscard]] bool flying(const DepthImage& image, int column, int row,
-                            float depth_m) const noexcept;
+  struct Sample {
+    int column = 0;
+    int row = 0;
+    float depth_m = 0.0F;
+    const float* ray = nullptr;
+  };
+  /// The counter of a pixel that gives no point; null if it does.
+  [[nodiscard]] std::uint32_t* refusal(const DepthImage& image, const Sample& sample,
+                                       DepthReport& report) const noexcept;
+  [[nodiscard]] bool flying(const DepthImage& image, const Sample& sample) const noexcept;
 
   CameraModel model_;
   DepthConfig config_{};
