@@ -114,8 +114,9 @@ int main(int argc, char** argv) {
   MapClient map(argv[1]);
   if (!map.is_open()) return fail("cannot use that URL");
   tessera_query query{};
-  query.map = argc > 5 && std::strcmp(argv[5], "global") == 0 ? tessera_query::GLOBAL
-                                                              : tessera_query::LOCAL;
+  const bool is_global = argc > 5 && std::strcmp(argv[5], "global") == 0;
+  query.map = tessera_query::LOCAL;
+  if (is_global) query.map = tessera_query::GLOBAL;
   for (int axis = 0; axis < 3; ++axis) query.point[0][axis] = std::strtof(argv[2 + axis], nullptr);
 
   tessera_reply reply{};

@@ -3,6 +3,8 @@
 // One thread moves contributions to and fro and takes updates, while others read the global map.
 #include "tessera/fusion/global_reader.hpp"
 
+#include <vector>
+
 #include "oracle/team.hpp"
 #include "race.hpp"
 
@@ -132,6 +134,49 @@ TEST_CASE("global reader: asks as the thread that works does") {
   CHECK(reader.generation() == 0);
   CHECK(reader.busy() == 0);
   CHECK(reader.retries() == 0);
+}
+
+TEST_CASE("global reader: a block is what its voxels are, also in the middle of a move") {
+  oracle::Team team(oracle::team_config());
+  GlobalMap& global = team.global();
+  team.publish(stayer(0), 1);
+  team.publish(mover(), 1);
+  team.settle();
+  GlobalReader reader(global);
+  std::vector<std::uint64_t> words(reader.snapshot_bytes() / 8 + 1);
+  const std::span<std::byte> workspace = std::as_writable_bytes(std::span(words));
+  Matrix34d away = Matrix34d::Identity();
+  away(0, 3) = static_cast<double>(kMove) * global.map().config().resolution_m;
+  const GridTransform frame = *GridTransform::make(away, global.map().config().resolution_m);
+  REQUIRE(global.set_frame(*global.replicas().find(mover().id), frame, 1) ==
+          Replicas::Change::kTaken);
+  int steps = 0;
+  int occupied = 0;
+  for (bool busy = true; busy; ++steps) {
+    busy = global.busy();
+    for (int i = 0; i < 2 * kWatched; ++i) {
+      Voxel voxel = watched(i / 2);
+      voxel[0] += i % 2 == 0 ? 0 : kMove;
+      const VoxelCoord at = oracle::coord_of(voxel);
+      const Result<BlockSnapshot> block = reader.snapshot(block_of(at), workspace);
+      REQUIRE(block.ok());
+      const Estimate of_block =
+          block->empty() ? Estimate{}
+                         : estimate(block->evidence(octet_in_block(at), voxel_in_octet(at)),
+                                    global.map().config().prior);
+      const Result<Estimate> of_voxel = reader.query(at);
+      REQUIRE(of_voxel.ok());
+      CHECK(of_block.state == of_voxel->state);
+      CHECK(of_block.label == of_voxel->label);
+      CHECK(of_block.evidence == of_voxel->evidence);
+      occupied += of_voxel->state == VoxelState::kOccupied ? 1 : 0;
+    }
+    if (busy) global.step(50);
+  }
+  CHECK(steps > 4);
+  CHECK(occupied >= steps * kWatched);
+  CHECK(reader.snapshot({kBlockLimit, 0, 0}, workspace).status() == Status::kOutOfRange);
+  CHECK(reader.snapshot({0, 0, 0}, workspace.first(100)).status() == Status::kInvalidArgument);
 }
 
 }  // namespace tessera

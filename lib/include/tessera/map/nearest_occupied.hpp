@@ -68,23 +68,19 @@ class NearestSearch {
     double searched = 0.0;
     for (std::int32_t shell = 0; !stopped_; ++shell) {
       // All that is nearer than this lies in the shells before.
-      searched = std::min(reach(shell), limit_);
+      searched = reach(shell);
       const double target = found_.found ? std::sqrt(best_squared_) : limit_;
       if (searched > target) break;
       visit_shell(shell);
     }
     const double target = found_.found ? std::sqrt(best_squared_) : limit_;
     found_.complete = !stopped_ && !found_.busy;
-    found_.searched_m =
-        (found_.complete ? limit_or(target) : std::min(searched, target)) * resolution_m;
+    found_.searched_m = (found_.complete ? target : std::min(searched, target)) * resolution_m;
     found_.distance_m = found_.found ? target * resolution_m : 0.0;
     return found_;
   }
 
  private:
-  [[nodiscard]] double limit_or(double target) const noexcept {
-    return found_.found ? target : limit_;
-  }
   /// Distance within which everything lies in shells below this one.
   [[nodiscard]] double reach(std::int32_t shell) const noexcept {
     if (shell == 0) return 0.0;
