@@ -12,7 +12,7 @@ import unittest
 import own_network
 from command_case import CommandCase, command_path
 
-URL = "udpm://239.255.76.68:7668?ttl=0"
+URL = "udpm://239.255.76.68:7668?ttl=0&recv_buf_size=4194304"
 SCANS = 3
 IN_OWN_NETWORK = own_network.enter()
 
@@ -50,6 +50,14 @@ class Play(CommandCase):
         self.addCleanup(process.kill)
         return process
 
+    def knock(self, data, log, size):
+        """Until the log has more than size bytes."""
+        deadline = time.monotonic() + 60
+        while not log.exists() or log.stat().st_size <= size:
+            self.assertLess(time.monotonic(), deadline, "lcm-logger writes nothing")
+            self.done("play", "--dataset", data, "--last", 0, "--messages", "raw", "--poses", "none", "--sensor", 9)
+            time.sleep(0.2)
+
     def test_a_port_hears_the_dataset_live_and_from_a_log(self):
         if not IN_OWN_NETWORK:
             self.skipTest("skipped: no network namespaces are permitted here")
@@ -60,11 +68,10 @@ class Play(CommandCase):
         log = self.folder / "run.lcm"
         logger = self.logger(log)
         live = self.hear("live")
-        # It records only when it has joined: until then, play to nobody.
-        deadline = time.monotonic() + 20
-        while not log.exists() and time.monotonic() < deadline:
-            time.sleep(0.05)
-        time.sleep(0.3)
+        # It hears once it has joined, and writes when it hears something more: it is knocked at, by what no port takes.
+        knocked = 12 * ((data / "velodyne" / "000000.bin").stat().st_size // 16)
+        self.knock(data, log, knocked)
+        before = log.stat().st_size
         result = self.done("play", "--dataset", data, "--rate", 5, "--labels", "labels")
         self.assertIn(f"{SCANS} scans and {SCANS} poses sent to", result.stdout)
         self.assert_not_warned(result)
@@ -75,9 +82,11 @@ class Play(CommandCase):
             self.assertGreater(len(set(first[f"{scan}.components"])), 3)
         stamps = [int(first[f"{scan}.txt"].split()[0]) for scan in range(SCANS)]
         self.assertEqual(stamps, sorted(stamps))
-        # What the logger holds back it writes when it hears something more.
-        self.done("play", "--dataset", data, "--rate", 5, "--last", 0, "--messages", "raw", "--poses", "none", "--sensor", 9)
-        time.sleep(0.3)
+        heard = sum(len(content) for content in first.values())
+        self.knock(data, log, before + heard)
+        # It flushes once a second, when it hears something.
+        time.sleep(1.2)
+        self.knock(data, log, log.stat().st_size)
         logger.send_signal(signal.SIGINT)
         logger.wait(timeout=20)
         again = self.hear("again")
