@@ -285,6 +285,6 @@ int main(int argc, char** argv) {
   tessera::fuzz::lies(corpus);
   tessera::fuzz::maps(corpus);
   tessera::fuzz::texts(corpus);
-  for (const tessera::Datagram& input : tessera::fuzz::sensor_seeds())
+  for (const std::vector<std::byte>& input : tessera::fuzz::sensor_seeds())
     corpus.add("sensors", tessera::fuzz::Seed().all(input));
 }

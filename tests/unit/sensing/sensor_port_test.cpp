@@ -9,6 +9,7 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
+#include <utility>
 #include <vector>
 
 #include "lcm/sensor_sender.hpp"
@@ -165,6 +166,52 @@ TEST_CASE("SensorPort: poses from another thread serve as those that come over L
   REQUIRE(port->add_pose({.stamp_us = now_us + 1}));
   REQUIRE(eventually([&] { return port->front() != nullptr; }));
   CHECK(sweep.is_in(*port->front()));
+  port->pop();
+}
+
+TEST_CASE("SensorPort: a raw cloud with its camera's labels, and a depth image with its own") {
+  if (!enter_own_network()) return;
+  SensorPortConfig config = port_config();
+  config.matcher.sensors = {{1, MountedKind::kRawCloud}, {5, MountedKind::kDepthCamera}};
+  config.matcher.cameras = {0};
+  config.matcher.slot = {.points = 100, .image_pixels = 6};
+  const auto port = open_port(config);
+  const auto sender = open_sender();
+  const std::int64_t now_us = port->stamp_now_us();
+  const std::int64_t depth_us = now_us - 1'000;
+  const std::vector<float> xyz{1.0F, 2.0F, 3.0F};
+  const std::vector<std::uint8_t> labels{1, 2, 3, 4, 5, 6};
+  const std::vector<std::uint16_t> depth_mm{0, 1'500, 65'535, 1, 2, 3};
+  const auto image = [&](std::int64_t stamp_us, std::int32_t camera) {
+    const ImageHeader header{.stamp_us = stamp_us, .camera = camera, .width_px = 3, .height_px = 2};
+    return std::pair(header, encode(ImageToSend{header, labels}));
+  };
+  REQUIRE(sender->send("TESSERA_POSE", pose_message(now_us - 5'000, 1)));
+  REQUIRE(sender->send("TESSERA_CLOUD",
+                       encode(CloudToSend{.stamp_us = now_us, .sensor = 1, .xyz = xyz})));
+  REQUIRE(sender->send("TESSERA_DEPTH_IMAGE", encode(DepthToSend{.header = image(depth_us, 5).first,
+                                                                 .depth_mm = depth_mm})));
+  REQUIRE(sender->send("TESSERA_LABEL_IMAGE", image(depth_us, 5).second));
+  REQUIRE(sender->send("TESSERA_LABEL_IMAGE", image(now_us + 500, 0).second));
+  REQUIRE(sender->send("TESSERA_POSE", pose_message(now_us + 1'000, 2)));
+  REQUIRE(eventually_stepped(*port, [&] { return port->front() != nullptr; }));
+  const ScanSlot& depth = *port->front();
+  CHECK(depth.kind == SlotKind::kDepthImage);
+  CHECK(depth.stamp_us == depth_us);
+  REQUIRE(depth.depth_m().size() == 6);
+  CHECK(depth.depth_m()[1] == 1.5F);
+  REQUIRE(depth.images().size() == 1);
+  CHECK(std::equal(labels.begin(), labels.end(), depth.images()[0].components().begin()));
+  port->pop();
+  REQUIRE(eventually_stepped(*port, [&] { return port->front() != nullptr; }));
+  const ScanSlot& cloud = *port->front();
+  CHECK(cloud.kind == SlotKind::kCloud);
+  CHECK_FALSE(cloud.has_components);
+  CHECK(cloud.view().components == nullptr);
+  CHECK(cloud.view().points[2] == 3.0F);
+  REQUIRE(cloud.images().size() == 1);
+  CHECK(cloud.images()[0].stamp_us == now_us + 500);
+  CHECK_FALSE(cloud.images_missing);
   port->pop();
 }
 
