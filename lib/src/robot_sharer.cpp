@@ -31,7 +31,7 @@ Result<Sharer*> Sharer::make(Arena& arena, const RobotConfig& config, const Clas
   const std::span<Sharer> place = arena.take<Sharer>(1);
   if (place.empty()) return Status::kResourceExhausted;
   Sharer& sharer = place.front();
-  if (config.submap_ticks == 0) return Status::kInvalidArgument;
+  if (config.submap_ticks == 0 || !(config.submap_length_m >= 0.0)) return Status::kInvalidArgument;
   const Status status = sharer.set_up(arena, config, classes, keys);
   if (status != Status::kOk) return status;
   sharer.budget_ = config.budget;
@@ -40,6 +40,7 @@ Result<Sharer*> Sharer::make(Arena& arena, const RobotConfig& config, const Clas
   sharer.work_per_tick_ = config.work_per_tick;
   sharer.near_first_ = config.near_first;
   sharer.submap_ticks_ = config.submap_ticks;
+  sharer.submap_length_m_ = config.submap_length_m;
   sharer.submap_.epoch = config.epoch;
   const int components = classes.num_components();
   sharer.scratch_bytes_ = Publisher::required_bytes(config.publisher, components) +
@@ -50,12 +51,24 @@ Result<Sharer*> Sharer::make(Arena& arena, const RobotConfig& config, const Clas
 void Sharer::set_focus(const Point3d& p_map) noexcept {
   ticks_since_scan_ = 0;
   const Lattice local(resolution_m_);
-  if (const auto voxel = local.voxel_of(p_map.cast<float>()); voxel.ok())
+  if (const auto voxel = local.voxel_of(p_map.cast<float>()); voxel.ok()) {
     publisher_.set_focus(block_of(*voxel));
+    note_way(p_map);
+  }
   if (!near_first_) return;
   const Point3d p_global = frame_.leftCols<3>() * p_map + frame_.col(3);
   const auto voxel = global_.map().lattice().voxel_of(p_global.cast<float>());
   if (voxel.ok()) global_.set_focus(block_of(*voxel));
+}
+
+void Sharer::note_way(const Point3d& p_map) noexcept {
+  if (has_place_) way_m_ += norm(p_map - last_p_map_);
+  last_p_map_ = p_map;
+  has_place_ = true;
+  if (submap_length_m_ == 0.0 || way_m_ < submap_length_m_ || submap_.ending) return;
+  // One that is refused is asked for again after the same way.
+  way_m_ = 0.0;
+  submap_.last = request_submap(frame_);
 }
 
 PublisherReport Sharer::tick(const LocalMap& map, std::int64_t now_us) noexcept {
@@ -86,6 +99,7 @@ Status Sharer::request_submap(const Matrix34d& T_global_map) noexcept {
   if (!GridTransform::make(T_global_map, resolution_m_).ok()) return Status::kInvalidArgument;
   if (submap_.submap == UINT32_MAX) return Status::kResourceExhausted;
   submap_.ending = true;
+  way_m_ = 0.0;
   flush_ = {.T_global_map = T_global_map,
             // The round at hand may have passed what the last scan changed.
             .rounds = publisher_.rounds() + 2,

@@ -64,6 +64,7 @@ void for_fields_of_sharing(tessera_config& c, RobotConfig& core, Visit&& visit) 
   visit(c.tick_compared, core.budget.compared);
   visit(c.tick_label_bytes, core.budget.label_bytes);
   visit(c.tick_free_bytes, core.budget.free_bytes);
+  visit(c.submap_length_m, core.submap_length_m);
   visit(c.submap_ticks, core.submap_ticks);
   visit(c.contributions, core.exchange.contributions);
   visit(c.own_contributions, core.exchange.own_contributions);
@@ -183,10 +184,8 @@ uint32_t tessera_api_version(void) { return TESSERA_API_VERSION; }
 uint32_t tessera_abi_version(void) { return TESSERA_ABI_VERSION; }
 const char* tessera_version(void) { return kVersion; }
 
-const char* tessera_status_text(tessera_status status) {
-  // Any number may come from C.
-  const auto number = static_cast<std::uint32_t>(status);
-  return number <= TESSERA_BUSY ? to_string(static_cast<Status>(number)) : "unknown status";
+const char* tessera_status_text(uint32_t status) {
+  return status <= TESSERA_BUSY ? to_string(static_cast<Status>(status)) : "unknown status";
 }
 
 tessera_status tessera_config_init(tessera_config* config, uint32_t struct_bytes) {

@@ -102,11 +102,16 @@ tessera_status tessera_exchange(const tessera_robot* robot, tessera_exchange_rep
   filled.sent_bytes = from.sent_bytes;
   filled.announcements = from.announcements;
   filled.requests = from.requests;
+  filled.requests_saved = from.requests_saved;
   filled.frames = from.frames;
   filled.fresh_chunks = from.fresh_chunks;
   filled.answer_chunks = from.answer_chunks;
+  filled.answer_bytes = from.answer_bytes;
+  filled.answers_saved = from.answers_saved;
+  filled.refused_answers = from.refused_answers;
   filled.published_parts = from.published_parts;
   filled.refused_parts = from.refused_parts;
+  filled.waiting_answers = from.waiting_answers;
   fill(filled, report);
   return TESSERA_OK;
 }

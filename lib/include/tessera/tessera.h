@@ -34,7 +34,7 @@ uint32_t tessera_abi_version(void);
 /// As "0.1.0". Static.
 const char* tessera_version(void);
 /// A short phrase, for messages; for any number. Static.
-const char* tessera_status_text(tessera_status status);
+const char* tessera_status_text(uint32_t status);
 
 // --- Making ---------------------------------------------------------------------------------
 
@@ -53,7 +53,7 @@ tessera_status tessera_required_bytes(const tessera_config* config, uint32_t num
 /// contexts name. No function is there to end a robot: its memory may be used anew at any time.
 /// Fails as tessera_required_bytes, and with TESSERA_INVALID_ARGUMENT iff memory is not aligned, a
 /// group of callbacks has some functions and lacks others, or there is a deadline and no clock;
-/// TESSERA_RESOURCE_EXHAUSTED iff bytes are too few.
+/// TESSERA_RESOURCE_EXHAUSTED iff bytes are too few. The memory may hold anything then.
 tessera_status tessera_robot_make(const tessera_config* config, const tessera_class* classes,
                                   uint32_t num_classes, const tessera_callbacks* callbacks,
                                   void* memory, uint64_t bytes, tessera_robot** robot);

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 #include <catch2/catch.hpp>
+#include <limits>
 
 #include "small_team.hpp"
 
@@ -139,10 +140,40 @@ TEST_CASE("Submap: what cannot be a submap is refused, and all goes on as before
   CHECK(robot.publisher().totals().emptied == 0);
 }
 
-TEST_CASE("Submap: of no ticks is no setting") {
+TEST_CASE("Submap: after so long a way another one begins, with the same frame") {
+  RobotConfig config = config_at_first();
+  config.submap_length_m = 8.0;
+  SmallRobotMemory one(config);
+  Robot& robot = *one.robot;
+  std::int64_t now_us = 0;
+  const StreetPart part(1);
+  ScanView view = part.view();
+  const auto drive_to = [&](double x_m, double y_m) {
+    view.T_map_sensor = shift_of(x_m, y_m);
+    robot.integrate(view, 0);
+    REQUIRE(settle(robot, now_us) <= 1000);
+    return robot.sharer().submap().submap;
+  };
+  CHECK(drive_to(100.0, 0.0) == 0);  // where it begins is no way
+  CHECK(drive_to(105.0, 0.0) == 0);
+  CHECK(drive_to(105.0, 2.9) == 0);
+  CHECK(drive_to(1e9, 2.9) == 0);  // out of the grid
+  CHECK(drive_to(105.0, 3.1) == 1);
+  CHECK(robot.map().block_count() == 0);
+  CHECK(robot.sharer().frame() == kFirst);
+  CHECK(drive_to(105.0, 10.0) == 1);
+  CHECK(drive_to(105.0, 8.0) == 2);
+}
+
+TEST_CASE("Submap: what is no setting of one") {
   RobotConfig config = config_at_first();
   config.submap_ticks = 0;
   CHECK(SmallRobotMemory(config).robot == nullptr);
+  config.submap_ticks = 1;
+  for (const double length_m : {-1.0, std::numeric_limits<double>::quiet_NaN()}) {
+    config.submap_length_m = length_m;
+    CHECK(SmallRobotMemory(config).robot == nullptr);
+  }
 }
 
 }  // namespace

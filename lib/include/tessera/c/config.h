@@ -91,6 +91,7 @@ typedef struct tessera_config {
   int64_t staleness_us;
   int64_t free_staleness_us;
   int64_t retry_us;
+  double submap_length_m;  ///< of the robot's way, after which a new submap begins; 0: on request
   float evidence_factor;
   uint32_t few_voxels;
   uint32_t many_voxels;

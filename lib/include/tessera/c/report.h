@@ -216,11 +216,17 @@ typedef struct tessera_exchange_report {
   uint64_t sent_bytes;
   uint64_t announcements;
   uint64_t requests;
+  uint64_t requests_saved;
   uint64_t frames;
   uint64_t fresh_chunks;
   uint64_t answer_chunks;
+  uint64_t answer_bytes;
+  uint64_t answers_saved;
+  uint64_t refused_answers;
   uint64_t published_parts;
   uint64_t refused_parts;
+  uint32_t waiting_answers;
+  uint32_t reserved;
 } tessera_exchange_report;
 
 /// What a robot has of a contribution [ContributionState].

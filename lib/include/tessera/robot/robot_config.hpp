@@ -25,6 +25,9 @@ struct RobotSettings {
   bool near_first = false;  ///< The global map is brought up to date around the robot first.
   /// Ticks that a submap which ends has to be published whole; from 1.
   std::uint32_t submap_ticks = 100;
+  /// Way of the robot, summed from scan to scan, after which a new submap with the same frame is
+  /// requested; 0: none is. At least 0.
+  double submap_length_m = 0.0;
   /// Higher with every start that begins with an empty map; of a map that was loaded its own.
   std::uint32_t epoch = 1;
 };

@@ -32,15 +32,17 @@ class Sharer {
   Sharer& operator=(Sharer&&) = delete;
   ~Sharer() = default;
 
-  /// Where the robot is, with every scan that it takes: what is new near it is published first.
-  /// p_map: metres; out of the grid it is of no account. O(1).
+  /// Where the robot is, with every scan that it takes: what is new near it is published first, and
+  /// its way is summed up for RobotSettings::submap_length_m. p_map: metres; out of the grid it is
+  /// of no account. O(1).
   void set_focus(const Point3d& p_map) noexcept;
   /// What arrived, from anybody, as Exchange::receive.
   void receive(std::span<const std::byte> datagram, std::int64_t now_us) noexcept {
     exchange_.receive(datagram, now_us);
   }
-  /// Publishes what has changed in map, and goes on with the global map. map: the same always. To
-  /// be called at an even pace. Cost: as Publisher::tick, and work_per_tick of GlobalMap::step.
+  /// Publishes what has changed in map, and goes on with the global map. map: the same always, and
+  /// not written to meanwhile. To be called at an even pace. Cost: as Publisher::tick, and
+  /// work_per_tick of GlobalMap::step.
   PublisherReport tick(const LocalMap& map, std::int64_t now_us) noexcept;
 
   // --- Submaps -----------------------------------------------------------------------------------
@@ -112,6 +114,7 @@ class Sharer {
     bool due = false;
   };
   void note_flush() noexcept;
+  void note_way(const Point3d& p_map) noexcept;
   [[nodiscard]] Status set_up(Arena& arena, const RobotConfig& config, const ClassTable& classes,
                               const RobotKeys& keys) noexcept;
 
@@ -122,6 +125,10 @@ class Sharer {
   Matrix34d frame_ = Matrix34d::Identity();
   SubmapReport submap_{};
   Flush flush_{};
+  double submap_length_m_ = 0.0;
+  double way_m_ = 0.0;  ///< Since a submap was requested.
+  Point3d last_p_map_ = Point3d::Zero();
+  bool has_place_ = false;
   double resolution_m_ = 0.0;  ///< Of the local map.
   std::uint64_t work_per_tick_ = 0;
   std::uint32_t submap_ticks_ = 1;
