@@ -89,6 +89,26 @@ TEST_CASE("Submap: each is moved on its own, as if it had always been there") {
   CHECK(digest_of(robot.global().map()) == digest_by_hand(config, {1}, 2));
 }
 
+TEST_CASE("Submap: one that ends holds nothing off, however much waits") {
+  RobotConfig config = config_at_first();
+  config.budget.compared = 16;
+  config.publisher.staleness_us = 10'000'000;
+  config.publisher.free_staleness_us = 20'000'000;
+  SmallRobotMemory one(config);
+  Robot& robot = *one.robot;
+  robot.integrate(StreetPart(1).view(), 0);
+  const std::size_t ticks_of_all = robot.map().block_count() / config.budget.compared + 3;
+  REQUIRE(ticks_of_all >= 8);
+  REQUIRE(ticks_of_all < 40);
+  REQUIRE(robot.new_submap(kSecond) == Status::kOk);
+  std::size_t ticks = 0;
+  std::int64_t now_us = 0;
+  for (; robot.sharer().submap().ending; ++ticks) static_cast<void>(robot.tick(now_us += kTick_us));
+  CHECK(ticks <= ticks_of_all);
+  CHECK(robot.sharer().submap().lost_blocks == 0);
+  CHECK(robot.sharer().submap().cut_short == 0);
+}
+
 TEST_CASE("Submap: what its ticks do not do is counted as lost") {
   RobotConfig config = config_at_first();
   config.submap_ticks = 1;
