@@ -105,7 +105,7 @@ void VehicleThread::carry_out(const TakenCommand& command, std::int64_t now_us) 
     case VehicleCommand::kNone:
       break;
   }
-  told_.command_result = CommandResult::kRefused;
+  told_.command_result = CommandResult::kDenied;
 }
 
 /// A save takes longer than a turn.
@@ -115,7 +115,7 @@ void VehicleThread::note_saves() noexcept {
   const bool failed = saves_.failed.load(std::memory_order_relaxed) != saves_failed_;
   if (!done && !failed) return;
   saving_ = false;
-  told_.command_result = failed ? CommandResult::kRefused : CommandResult::kDone;
+  told_.command_result = failed ? CommandResult::kDenied : CommandResult::kDone;
 }
 
 /// The pose that is known last: of the sensors, or of the last scan.
@@ -168,6 +168,7 @@ void VehicleThread::tell_sectors() noexcept {
 }
 
 void VehicleThread::tell_state(std::int64_t now_us) noexcept {
+  told_.made_us = now_us;
   told_.robot_id = static_cast<std::uint16_t>(config_.robot);
   told_.started_us = start_us_;
   told_.period_us = config_.period_us;

@@ -8,6 +8,7 @@
 #include <atomic>
 #include <memory>
 
+#include "mapping/stored_map.hpp"
 #include "node/mapping_thread.hpp"
 #include "node/sensing_thread.hpp"
 #include "node/sharing_thread.hpp"
