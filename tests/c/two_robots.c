@@ -93,8 +93,8 @@ static void test_box(const tessera_robot* robot, uint32_t map) {
           CHECK_STATUS(TESSERA_OK, tessera_query(robot, map, centre, &estimate));
           CHECK(memcmp(&estimate, &voxels[n].estimate, sizeof(estimate)) == 0);
           CHECK(estimate.state != TESSERA_UNKNOWN);
-          sums[i] += (uint64_t)(voxels[n].x * 73856093) ^ (uint64_t)(voxels[n].y * 19349663) ^
-                     (uint64_t)(voxels[n].z * 83492791);
+          sums[i] += (uint64_t)voxels[n].x * 73856093u ^ (uint64_t)voxels[n].y * 19349663u ^
+                     (uint64_t)voxels[n].z * 83492791u;
         }
         totals[i] += count;
       }
