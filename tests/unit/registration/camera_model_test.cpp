@@ -47,12 +47,14 @@ std::vector<CameraIntrinsics> sample_cameras() {
 
 /// The formulas as they stand in the header, wherever the point is.
 Pixel formula(const CameraIntrinsics& c, const Point3d& p) {
-  const long double X = p.x();
-  const long double Y = p.y();
-  const long double Z = p.z();
+  const auto wide = [](double number) { return static_cast<long double>(number); };
+  const long double X = wide(p.x());
+  const long double Y = wide(p.y());
+  const long double Z = wide(p.z());
   long double x = 0.0L;
   long double y = 0.0L;
-  const auto& k = c.distortion;
+  std::array<long double, 5> k{};
+  for (std::size_t i = 0; i < k.size(); ++i) k[i] = wide(c.distortion[i]);
   if (c.kind == CameraKind::kPinhole) {
     const long double u = X / Z;
     const long double v = Y / Z;
@@ -63,13 +65,13 @@ Pixel formula(const CameraIntrinsics& c, const Point3d& p) {
   } else {
     const long double aside = std::hypot(X, Y);
     const long double t = std::atan2(aside, Z);
-    const long double d = t * (1.0L + k[0] * t * t + k[1] * std::pow(t, 4) + k[2] * std::pow(t, 6) +
-                               k[3] * std::pow(t, 8));
+    const long double d = t * (1.0L + k[0] * t * t + k[1] * std::pow(t, 4.0L) +
+                               k[2] * std::pow(t, 6.0L) + k[3] * std::pow(t, 8.0L));
     x = aside > 0.0L ? d * X / aside : 0.0L;
     y = aside > 0.0L ? d * Y / aside : 0.0L;
   }
-  return {static_cast<double>(c.focal_x_px * x + c.centre_x_px),
-          static_cast<double>(c.focal_y_px * y + c.centre_y_px)};
+  return {static_cast<double>(wide(c.focal_x_px) * x + wide(c.centre_x_px)),
+          static_cast<double>(wide(c.focal_y_px) * y + wide(c.centre_y_px))};
 }
 
 Point3d drawn_point(oracle::Random& random) {
