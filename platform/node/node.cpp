@@ -6,6 +6,7 @@
 #include <time.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <cstdlib>
 
@@ -60,9 +61,11 @@ Outcome<void> Node::run(NodeRequests& requests) {
 void Node::look_after(NodeRequests& requests, Progress& progress) {
   const bool for_journal = std::getenv("JOURNAL_STREAM") != nullptr;
   LogWriter writer(Progress::kStandardError, for_journal);
-  std::vector<LogQueue*> queues{&log_, &mapping_->log()};
-  if (sensing_) queues.push_back(&sensing_->log());
-  if (vehicle_) queues.push_back(&vehicle_->log());
+  std::array<LogQueue*, 4> all{&log_, &mapping_->log()};
+  std::size_t count = 2;
+  if (sensing_) all[count++] = &sensing_->log();
+  if (vehicle_) all[count++] = &vehicle_->log();
+  const std::span<LogQueue* const> queues = std::span(all).first(count);
   if (!run_.not_locked.empty())
     log_.say(LogLevel::kWarning, run_.start_us, "memory is not locked; see the report");
   if (!mapping_->rights().priority)

@@ -1,0 +1,96 @@
+# SPDX-FileCopyrightText: The tessera authors
+# SPDX-License-Identifier: Apache-2.0
+"""tessera node with sensors over LCM: it maps what they send, and a planner in another process asks what it has."""
+import json
+import os
+import subprocess
+import sys
+import time
+import unittest
+
+import own_network
+from command_case import DONE, TIME_LIMIT_S, command_path
+from node_case import SCANS, NodeCase
+
+if not own_network.enter():
+    print("skipped: no network namespaces permitted here (unshare -rn)", file=sys.stderr)
+    raise unittest.SkipTest("no network namespaces")
+
+# Good poses that it takes until the first is used.
+RECOVER_AFTER = 5
+
+
+class Sensing(NodeCase):
+    def sensing(self, **changes):
+        tables = {"replay": {"dataset": None, "rate_hz": None}, "sensors": {"points": 150000}, "run": {"wait_for_peers": 0, "duration_s": 6},
+                  "map": {"deadline_ms": 1000}, "realtime": {"priority": 0}}
+        for table, keys in changes.items():
+            tables[table] = {**tables.get(table, {}), **keys}
+        return self.config(0, **tables)
+
+    def run_with_player(self, config, *options, meanwhile=lambda: None):
+        node = subprocess.Popen([command_path(), "node", "--config", str(config)], cwd=self.folder, text=True, stdin=subprocess.DEVNULL,
+                                stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        try:
+            time.sleep(1)
+            self.done("play", "--dataset", f"{self.street}/robot_0", "--interface", "lo", "--rate", 10, *options)
+            meanwhile()
+            _, error = node.communicate(timeout=TIME_LIMIT_S)
+        finally:
+            if node.poll() is None:
+                node.kill()
+                node.communicate()
+        self.assertEqual(DONE, node.returncode, error)
+        return json.loads(config.with_suffix(".json").read_text()), error
+
+    def test_it_maps_what_sensors_send(self):
+        report, error = self.run_with_player(self.sensing(output={"local_map": "local.tsm"}))
+        sensors = report["sensors"]
+        self.assertEqual(SCANS - (RECOVER_AFTER - 1), report["scans"]["integrated"], sensors)
+        self.assertEqual((RECOVER_AFTER - 1, RECOVER_AFTER - 1), (sensors["poses_refused"], sensors["match"]["without_pose"]))
+        self.assertEqual((0, 0, 0), (sensors["malformed"], sensors["kernel_dropped"], report["mapping"]["lost"]))
+        if not os.environ.get("TESSERA_SANITIZE"):
+            self.assertEqual(0, report["heap_allocations_after_start"])
+        self.assertIn("poses are good", error)
+        # The same scans, mapped from their files: poses went by way of quaternions, so not to the last bit.
+        self.done("map", "--dataset", f"{self.street}/robot_0", "--first", RECOVER_AFTER - 1, "--resolution", 0.4, "--max-range", 60,
+                  "--out", "files.tsm")
+        voxels = [self.label_voxels(name) for name in ("local.tsm", "files.tsm")]
+        self.assertLess(abs(voxels[0] - voxels[1]), 0.01 * voxels[1])
+
+    def label_voxels(self, map_file):
+        self.done("info", map_file, "--report", "info.json")
+        return json.loads((self.folder / "info.json").read_text())["label_voxels"]
+
+    def test_a_planner_asks_while_it_maps(self):
+        planner = os.environ["TESSERA_PLANNER"]
+        answers = []
+
+        def ask():
+            result = subprocess.run([planner, "udpm://239.255.76.69:7669?ttl=0", "0", "0", "0"], cwd=self.folder, text=True,
+                                    capture_output=True, timeout=TIME_LIMIT_S)
+            answers.append(result)
+        report, _ = self.run_with_player(self.sensing(), meanwhile=ask)
+        self.assertEqual(0, answers[0].returncode, answers[0].stderr)
+        self.assertGreater(report["queries"]["answered"], 0)
+        self.assertEqual(0, report["queries"]["malformed"])
+
+    def test_without_poses_nothing_is_mapped_and_it_says_so(self):
+        report, error = self.run_with_player(self.sensing(), "--poses", "none")
+        self.assertEqual(0, report["scans"]["integrated"])
+        self.assertEqual(SCANS, report["sensors"]["match"]["without_pose"])
+        self.assertIn("no pose may be mapped with", error)
+
+    def test_settings_that_contradict_each_other(self):
+        for changes, words in (({"replay": {"dataset": "street/robot_0"}}, "one or the other"),
+                               ({"sensors": {"poses": "can"}}, "name [vehicle] can"),
+                               ({"sensors": {"clouds": "none"}}, "depth_camera"),
+                               ({"sensors": {"clouds": "raw"}}, "need cameras"),
+                               ({"vehicle": {"sectors": 20}}, "neither 16 nor 32"),
+                               ({"vehicle": {"base_id": 100}}, "multiple of 32")):
+            with self.subTest(words):
+                self.refused("node", "--check", "--config", self.sensing(**changes), saying=(words,))
+
+
+if __name__ == "__main__":
+    unittest.main()
