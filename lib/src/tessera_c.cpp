@@ -108,6 +108,8 @@ tessera_status tessera_robot_make(const tessera_config* config, const tessera_cl
   const Result<Robot*> inner =
       Robot::make(arena, core, table, keys_of(made.callbacks), clock_of(made.callbacks));
   if (!inner.ok()) return status_of(inner.status());
+  made.workspace = arena.take<std::uint64_t>(workspace_words(table.num_components()));
+  if (made.workspace.empty()) return TESSERA_RESOURCE_EXHAUSTED;
   made.robot = *inner;
   made.magic = tessera_robot::kMagic;
   *robot = &made;

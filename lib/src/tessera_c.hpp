@@ -18,9 +18,15 @@ struct tessera_robot {
   /// Of the file that is read or written: too much for the stack.
   tessera::MapFileHeader header{};
   tessera::MapFileBuffer buffer{};
+  std::span<std::uint64_t> workspace{};  ///< Of searches: a block as it is read.
 };
 
 namespace tessera::c_interface {
+
+/// Words of a robot's workspace.
+constexpr std::size_t workspace_words(int num_components) noexcept {
+  return MapReader::most_snapshot_bytes(num_components) / sizeof(std::uint64_t) + 1;
+}
 
 inline tessera_status status_of(Status status) noexcept {
   return static_cast<tessera_status>(status);

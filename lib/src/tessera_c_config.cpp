@@ -205,8 +205,9 @@ tessera_status tessera_required_bytes(const tessera_config* config, uint32_t num
   RobotConfig core;
   const Status status = read_config(config, core);
   if (status != Status::kOk) return status_of(status);
-  *bytes = arena_bytes<tessera_robot>(1) +
-           Robot::required_bytes(core, static_cast<int>(num_classes) + 2);
+  const int components = static_cast<int>(num_classes) + 2;
+  *bytes = arena_bytes<tessera_robot>(1) + Robot::required_bytes(core, components) +
+           arena_bytes<std::uint64_t>(workspace_words(components));
   return TESSERA_OK;
 }
 

@@ -3,7 +3,7 @@
 // The C interface: asking the maps.
 #include "tessera/fusion/global_reader.hpp"
 #include "tessera/map/cast_ray.hpp"
-#include "tessera/map/nearest.hpp"
+#include "tessera/map/nearest_occupied.hpp"
 #include "tessera_c.hpp"
 
 using namespace tessera;
@@ -20,6 +20,10 @@ struct Reader {
 };
 static_assert(sizeof(Reader) <= sizeof(tessera_reader));
 static_assert(alignof(tessera_reader) % alignof(Reader) == 0);
+
+constexpr double kMostNearestVoxels = 256.0;
+/// All blocks that so large a radius reaches, each with content.
+constexpr int kNearestWork = 66 * 66 * 66 * kNearestBlockWork;
 
 Estimate query_global(const GlobalMap& global, const Point3f& p) noexcept {
   const Result<VoxelCoord> voxel = global.map().lattice().voxel_of(p);
@@ -81,8 +85,14 @@ tessera_status tessera_nearest_occupied(const tessera_robot* robot, uint32_t map
   if (!is_robot(robot) || !is_map(map) || p == nullptr || nearest == nullptr)
     return TESSERA_INVALID_ARGUMENT;
   if (!is_settled(*robot, map)) return TESSERA_BUSY;
-  const Result<NearestVoxel> found = nearest_occupied(map_of(*robot, map), point_of(p), radius_m);
+  const LocalMap& of = map_of(*robot, map);
+  if (!(radius_m <= kMostNearestVoxels * of.config().resolution_m)) return TESSERA_INVALID_ARGUMENT;
+  MapReader reader(of);
+  const NearestQuery query{.p_map = point_of(p), .radius_m = radius_m, .max_work = kNearestWork};
+  const Result<NearestOccupied> found = nearest_occupied(
+      reader, of.lattice(), of.config().prior, query, std::as_writable_bytes(robot->workspace));
   if (!found.ok()) return status_of(found.status());
+  if (!found->complete) return TESSERA_BUSY;
   *nearest = {.distance_m = found->distance_m,
               .x = found->voxel.x,
               .y = found->voxel.y,

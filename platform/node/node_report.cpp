@@ -20,6 +20,17 @@ Json times_json(const DurationHistogram& times) {
           {"max_ms", ms_of(times.max_us())}};
 }
 
+/// With how many took how long: [milliseconds at most, count].
+Json histogram_json(const DurationHistogram& times) {
+  Json json = times_json(times);
+  Json buckets = Json::array();
+  times.for_each([&](std::int64_t most_us, std::uint64_t count) {
+    buckets.push_back({ms_of(most_us), count});
+  });
+  json["buckets"] = std::move(buckets);
+  return json;
+}
+
 Json exchange_json(const ExchangeReport& r) {
   return {{"received", r.received},
           {"received_bytes", r.received_bytes},
@@ -76,7 +87,8 @@ Json publisher_json(const Publisher& publisher) {
           {"free_bytes", t.free_bytes},
           {"peak_waiting", t.peak_waiting},
           {"waiting", publisher.waiting()},
-          {"worst_staleness_ms", ms_of(t.worst_staleness_us)}};
+          {"worst_staleness_ms", ms_of(t.worst_staleness_us)},
+          {"by_staleness", t.by_staleness}};
 }
 
 Json link_json(const NetworkPort& port) {
@@ -197,7 +209,8 @@ Json Node::mapping_json() const {
           {"clears", m.clears},
           {"saves", saves_.load()},
           {"failed_saves", failed_saves_.load()},
-          {"latencies", times_json(mapping_->latencies())},
+          {"cycle_times", histogram_json(mapping_->cycles())},
+          {"latencies", histogram_json(mapping_->latencies())},
           {"thread", mapping_->thread_number()},
           {"minor_page_faults", faults.minor},
           {"major_page_faults", faults.major}};
@@ -244,7 +257,7 @@ Json Node::report() const {
   ticks["overruns"] = times().overruns;
   ticks["worst_late_ms"] = ms_of(times().worst_late_us);
   json["ticks"] = std::move(ticks);
-  json["receive_times"] = times_json(times().receiving);
+  json["receive_times"] = histogram_json(times().receiving);
   json["sent_bytes"] = exchange.sent_bytes;
   json["received_bytes"] = exchange.received_bytes;
   json["heap_allocations_after_start"] =

@@ -34,6 +34,14 @@ class DurationHistogram {
     }
     return max_us_;
   }
+  /// Calls visit(most_us, count) for each bucket that is not empty, shortest first: so many took up
+  /// to most_us. O(buckets).
+  template <class Visit>
+  void for_each(Visit&& visit) const {
+    for (std::size_t i = 0; i < counts_.size(); ++i) {
+      if (counts_[i] != 0) visit(last_of(i), counts_[i]);
+    }
+  }
   void clear() noexcept { *this = {}; }
 
  private:

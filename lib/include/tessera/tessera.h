@@ -86,7 +86,8 @@ tessera_status tessera_cast_ray(const tessera_robot* robot, uint32_t map, const 
                                 tessera_ray_hit* hit);
 /// The occupied voxel nearest to p. Fails with TESSERA_OUT_OF_RANGE iff p is not in the grid;
 /// TESSERA_INVALID_ARGUMENT iff radius_m is not above 0 or over 256 voxels; TESSERA_BUSY as above.
-/// O((2 radius / block + 5)^3) at most.
+/// A look-up for each block up to one beyond the nearest obstacle, and 512 voxels in each that the
+/// map has: (2 radius / block + 2)^3 blocks at most.
 tessera_status tessera_nearest_occupied(const tessera_robot* robot, uint32_t map, const float* p,
                                         double radius_m, tessera_nearest* nearest);
 /// Begins a walk through the box between two corners (metres; clipped to the grid).

@@ -41,5 +41,20 @@ TEST_CASE("DurationHistogram: what is out of its range counts as its end") {
   CHECK(histogram.count() == 0);
 }
 
+TEST_CASE("DurationHistogram: its buckets are visited shortest first, and hold all") {
+  DurationHistogram histogram;
+  for (const std::int64_t us : {7, 7, 500, 1'000'000}) histogram.add(us);
+  std::uint64_t count = 0;
+  std::int64_t last_us = -1;
+  histogram.for_each([&](std::int64_t most_us, std::uint64_t some) {
+    CHECK(most_us > last_us);
+    last_us = most_us;
+    count += some;
+  });
+  CHECK(count == 4);
+  CHECK(last_us >= 1'000'000);
+  CHECK(last_us <= 1'030'000);
+}
+
 }  // namespace
 }  // namespace tessera

@@ -108,7 +108,7 @@ typedef struct tessera_ray_hit {
 } tessera_ray_hit;
 
 typedef struct tessera_nearest {
-  double distance_m;  ///< to the voxel's centre
+  double distance_m;  ///< to the voxel's nearest point; 0: within it
   int32_t x;
   int32_t y;
   int32_t z;

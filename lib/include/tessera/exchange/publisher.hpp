@@ -73,11 +73,8 @@ class Publisher {
   }
 
  private:
-  /// Whatever the map keeps of a voxel.
   static constexpr std::size_t snapshot_words(int num_components) noexcept {
-    const std::size_t dense = MapReader::snapshot_bytes(TuplePolicy::kDense, num_components);
-    const std::size_t compact = MapReader::snapshot_bytes(TuplePolicy::kCompact, num_components);
-    return (dense < compact ? compact : dense) / sizeof(std::uint64_t) + 1;
+    return MapReader::most_snapshot_bytes(num_components) / sizeof(std::uint64_t) + 1;
   }
   static constexpr std::int64_t kNever = -1;
   static constexpr std::uint64_t kAllListed = ~std::uint64_t{0};

@@ -99,6 +99,12 @@ class MapReader {
                                                             int num_components) noexcept {
     return kBlockVoxels + kBlockOctets * TupleStore::octet_bytes(tuple, num_components);
   }
+  /// Whatever a map keeps of a voxel.
+  [[nodiscard]] static constexpr std::size_t most_snapshot_bytes(int num_components) noexcept {
+    const std::size_t dense = snapshot_bytes(TuplePolicy::kDense, num_components);
+    const std::size_t compact = snapshot_bytes(TuplePolicy::kCompact, num_components);
+    return dense < compact ? compact : dense;
+  }
   [[nodiscard]] std::size_t snapshot_bytes() const noexcept {
     return snapshot_bytes(map_->config().tuple, map_->num_components());
   }
