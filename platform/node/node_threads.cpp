@@ -14,7 +14,6 @@ namespace {
 VehiclePortConfig vehicle_config(const NodeConfig& config) {
   VehiclePortConfig port;
   port.socket.interface = config.vehicle.can;
-  port.socket.clock = config.sensors.clock == "wall" ? CanClock::kRealtime : CanClock::kMonotonic;
   port.inputs.base_id = config.vehicle.base_id;
   port.inputs.guard = config.vehicle.guard;
   port.inputs.mode = config.vehicle.mode == "pose"       ? PoseMode::kPose

@@ -8,6 +8,13 @@
 
 namespace tessera {
 
+namespace {
+
+/// Beyond any pose that is of use, in both directions.
+constexpr std::int64_t kFar_us = 3'600'000'000;
+
+}  // namespace
+
 Outcome<std::unique_ptr<SensingThread>> SensingThread::open(const SensorPortConfig& config,
                                                             const PoseGuardConfig& guard,
                                                             VehiclePort* vehicle) {
@@ -72,11 +79,16 @@ void SensingThread::note_relocations(std::uint64_t relocations) noexcept {
   mapping_->pause(kPausedByNewFrame, true);
 }
 
+/// The guard's clock is the monotonic one: sensors' may be set, and a pose is as old as before.
 bool SensingThread::may_use(const PoseMessage& pose, std::int64_t stamp_now_us) noexcept {
   // What is not known is not held against a pose.
   const double sigma_m = std::max(pose.position_sigma_m.maxCoeff(), 0.0);
-  const PoseObservation observation{.pose = {pose.stamp_us, pose.T_map_body},
-                                    .received_us = stamp_now_us,
+  const std::int64_t now_us = MonotonicClock::now_us();
+  // A stamp may be any number.
+  const std::int64_t ahead_us =
+      std::clamp(pose.stamp_us, stamp_now_us - kFar_us, stamp_now_us + kFar_us) - stamp_now_us;
+  const PoseObservation observation{.pose = {now_us + ahead_us, pose.T_map_body},
+                                    .received_us = now_us,
                                     .std_position_m = sigma_m,
                                     .std_heading_rad = std::max(pose.rotation_sigma_rad, 0.0)};
   const bool good = guard_.judge(observation) == PoseVerdict::kGood;
@@ -94,8 +106,10 @@ void SensingThread::take_vehicle_poses() noexcept {
   while (const JudgedPose* const pose = vehicle_->poses().front()) {
     if (pose->usable) {
       note(pose->observation.pose);
+      StampedPose in_sensors_clock = pose->observation.pose;
+      in_sensors_clock.stamp_us += port_->stamp_now_us() - MonotonicClock::now_us();
       // What does not fit is counted by the port.
-      static_cast<void>(port_->add_pose(pose->observation.pose));
+      static_cast<void>(port_->add_pose(in_sensors_clock));
     } else {
       ++now_.refused;
     }
@@ -106,7 +120,7 @@ void SensingThread::take_vehicle_poses() noexcept {
 
 bool SensingThread::poses_are_good() noexcept {
   if (vehicle_ == nullptr) {
-    now_.verdict = guard_.state(port_->stamp_now_us());
+    now_.verdict = guard_.state(MonotonicClock::now_us());
     return now_.verdict == PoseVerdict::kGood;
   }
   VehiclePortStatus status;

@@ -21,7 +21,7 @@ namespace tessera {
 /// Where the robot is, and whether that may be mapped with.
 struct SensingStatus {
   PoseVerdict verdict = PoseVerdict::kNone;  ///< Of poses over LCM; those of the bus say theirs.
-  std::int64_t stamp_us = 0;                 ///< Of the last pose that was used; 0: none yet.
+  std::int64_t stamp_us = 0;                 ///< Of the last pose that was used, MonotonicClock.
   std::array<double, 12> T_map_body{};       ///< Row by row.
   std::uint64_t poses = 0;                   ///< That were used.
   std::uint64_t refused = 0;                 ///< By the guard.
