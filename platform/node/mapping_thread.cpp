@@ -94,7 +94,10 @@ void MappingThread::take(ScanSlot& slot, std::int64_t now_us) noexcept {
   now_.points += report.points;
   now_.left_out += report.left_out();
   now_.shed += report.left_out() != 0 ? 1U : 0U;
+  const std::uint32_t refused = report.refused_memory() + report.rays_refused_memory;
+  now_.refused_memory += refused;
   now_.bad_poses += report.pose == Status::kOk ? 0U : 1U;
+  say_losses(report.left_out(), refused, end_us);
   if (end_us - now_us > config_.period_us) {
     ++now_.missed;
     log_.say(LogLevel::kWarning, end_us, "a cycle took % us of %", end_us - now_us,
@@ -105,6 +108,17 @@ void MappingThread::take(ScanSlot& slot, std::int64_t now_us) noexcept {
   std::copy_n(view.T_map_sensor.data(), now_.T_map_sensor.size(), now_.T_map_sensor.begin());
   now_.usage = mapper_.map().usage();
   status_.set(now_);
+}
+
+/// Each line comes once a second at most.
+void MappingThread::say_losses(std::uint32_t left_out, std::uint32_t refused,
+                               std::int64_t now_us) noexcept {
+  if (refused != 0)
+    log_.say(LogLevel::kWarning, now_us,
+             "the map's memory is full: % points and rays left out; see [map] memory", refused);
+  if (left_out != refused)
+    log_.say(LogLevel::kWarning, now_us, "% points and rays left out, to be in time",
+             left_out - refused);
 }
 
 }  // namespace tessera

@@ -31,10 +31,11 @@ enum MappingPause : std::uint32_t {
 
 /// How things stand after a cycle; counters never decrease.
 struct MappingStatus {
-  std::uint64_t cycles = 0;    ///< Scans that were integrated.
-  std::uint64_t points = 0;    ///< Of these.
-  std::uint64_t left_out = 0;  ///< Points and rays: ScanReport::left_out.
-  std::uint64_t shed = 0;      ///< Scans of which something was left out.
+  std::uint64_t cycles = 0;          ///< Scans that were integrated.
+  std::uint64_t points = 0;          ///< Of these.
+  std::uint64_t left_out = 0;        ///< Points and rays: ScanReport::left_out.
+  std::uint64_t shed = 0;            ///< Scans of which something was left out.
+  std::uint64_t refused_memory = 0;  ///< Of left_out: for want of memory.
   std::uint64_t bad_poses = 0;
   std::uint64_t paused = 0;  ///< Scans that came while mapping paused, and were left out.
   std::uint64_t missed = 0;  ///< Cycles that took longer than the period.
@@ -114,6 +115,7 @@ class MappingThread {
   void take(ScanSlot& slot, std::int64_t now_us) noexcept;
   void note_pause(std::int64_t now_us) noexcept;
   void clear_if_asked() noexcept;
+  void say_losses(std::uint32_t left_out, std::uint32_t refused, std::int64_t now_us) noexcept;
 
   Mapper& mapper_;
   ScanSource& source_;

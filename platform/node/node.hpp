@@ -169,6 +169,7 @@ class Node {
   Outcome<void> sharing_outcome_;
   // Of the thread of run().
   std::uint64_t save_allocations_ = 0;
+  std::string save_failure_;        ///< Why the last save that failed did.
   std::uint32_t late_threads_ = 0;  ///< A bit each, so that each silence is told once.
   std::uint64_t global_digest_ = 0;
   std::optional<std::uint64_t> local_digest_;

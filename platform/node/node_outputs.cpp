@@ -58,7 +58,9 @@ void Node::save_local_map() {
   // A disk that is full now may have room later: the node goes on.
   if (!saved.ok()) {
     failed_saves_.fetch_add(1, std::memory_order_relaxed);
-    log_.say(LogLevel::kError, MonotonicClock::now_us(), "the map could not be saved");
+    // The writer of the log is this thread: the text stays until it has written it.
+    save_failure_ = "the map could not be saved: " + saved.failure().message;
+    log_.say(LogLevel::kError, MonotonicClock::now_us(), save_failure_.c_str());
   } else {
     saves_.fetch_add(1, std::memory_order_relaxed);
   }

@@ -204,6 +204,7 @@ Json Node::mapping_json() const {
           {"missed", m.missed},
           {"late", m.late},
           {"shed", m.shed},
+          {"refused_memory", m.refused_memory},
           {"paused", m.paused},
           {"lost", run_.source.lost},
           {"clears", m.clears},

@@ -61,6 +61,7 @@ Json Node::sensors_json() const {
           {"poses_invalid", r.poses_invalid},
           {"pose_gaps", r.pose_gaps},
           {"pauses", status.pauses},
+          {"silences", status.silences},
           {"relocations", status.relocations},
           {"longest_match_ms", 1e-3 * static_cast<double>(r.longest_match_us)},
           {"match", match_json(r.match)},

@@ -13,6 +13,29 @@ namespace {
 /// Beyond any pose that is of use, in both directions.
 constexpr std::int64_t kFar_us = 3'600'000'000;
 
+/// Why no pose may be mapped with.
+const char* reason_of(PoseVerdict verdict) noexcept {
+  switch (verdict) {
+    case PoseVerdict::kStale:
+      return "poses are stale";
+    case PoseVerdict::kFrozen:
+      return "poses are frozen";
+    case PoseVerdict::kJumping:
+      return "poses jump";
+    case PoseVerdict::kCorrupt:
+      return "poses are corrupt";
+    case PoseVerdict::kUncertain:
+      return "poses are uncertain";
+    case PoseVerdict::kRecovering:
+      return "poses are too few since they were bad";
+    case PoseVerdict::kGood:
+    case PoseVerdict::kNone:
+    case PoseVerdict::kOutOfOrder:
+      break;
+  }
+  return "there are no poses";
+}
+
 }  // namespace
 
 Outcome<std::unique_ptr<SensingThread>> SensingThread::open(const SensorPortConfig& config,
@@ -52,16 +75,45 @@ SourceCounters SensingThread::counters() const noexcept {
 }
 
 void SensingThread::run() noexcept {
+  scan_us_ = MonotonicClock::now_us();
   while (!stopping_.load(std::memory_order_acquire)) {
     heartbeat_.beat(MonotonicClock::now_us());
     take_vehicle_poses();
     port_->step(kTurn_us);
-    const std::uint64_t given = port_->report().match.given;
-    if (given != given_) mapping_wake_->wake();
-    given_ = given;
+    const MatchReport match = port_->report().match;
+    if (match.given != match_.given) mapping_wake_->wake();
+    watch_sensors(match, MonotonicClock::now_us());
+    match_ = match;
     pause_or_go_on();
   }
   heartbeat_.rest();
+}
+
+/// Says what the counters of a turn tell of the sensors; each line comes once a second at most.
+void SensingThread::watch_sensors(const MatchReport& match, std::int64_t now_us) noexcept {
+  if (match.clock_steps != match_.clock_steps)
+    log_.say(LogLevel::kWarning, now_us, "the sensors' clock was set; what waited is dropped");
+  const std::uint64_t bare = match.unlabelled + match.partly_unlabelled + match.without_images;
+  if (bare != match_.unlabelled + match_.partly_unlabelled + match_.without_images)
+    log_.say(LogLevel::kWarning, now_us, "a scan without images of its cameras; % so far",
+             static_cast<std::int64_t>(bare));
+  if (match.superseded != match_.superseded)
+    log_.say(LogLevel::kWarning, now_us, "more scans than can be mapped; % left out so far",
+             static_cast<std::int64_t>(match.superseded));
+  if (match.given != match_.given) {
+    if (sensors_silent_)
+      log_.say(LogLevel::kInfo, now_us, "scans come again, after % ms", (now_us - scan_us_) / 1000);
+    sensors_silent_ = false;
+    scan_us_ = now_us;
+  } else if (!sensors_silent_ && now_us - scan_us_ > kSilence_us) {
+    sensors_silent_ = true;
+    ++now_.silences;
+    log_.say(LogLevel::kWarning, now_us,
+             "no scan for % ms; refused by their stamps so far: %, without a pose: %",
+             (now_us - scan_us_) / 1000,
+             static_cast<std::int64_t>(match.scans.future + match.scans.ancient),
+             static_cast<std::int64_t>(match.without_pose));
+  }
 }
 
 void SensingThread::note(const StampedPose& pose) noexcept {
@@ -135,8 +187,7 @@ void SensingThread::pause_or_go_on() noexcept {
     mapping_->pause(kPausedByPose, !good);
     now_.pauses += good ? 0U : 1U;
     log_.say(good ? LogLevel::kInfo : LogLevel::kWarning, MonotonicClock::now_us(),
-             good ? "poses are good" : "no pose may be mapped with: verdict %",
-             static_cast<std::int64_t>(now_.verdict));
+             good ? "poses are good" : reason_of(now_.verdict));
     was_good_ = good;
   }
   status_.set(now_);

@@ -27,6 +27,7 @@ struct SensingStatus {
   std::uint64_t refused = 0;                 ///< By the guard.
   std::uint64_t pauses = 0;                  ///< Times that poses became unusable.
   std::uint64_t relocations = 0;             ///< Times that poses came to be of another frame.
+  std::uint64_t silences = 0;                ///< Times that no scan came for kSilence_us.
 };
 
 class SensingThread final : public ScanSource {
@@ -58,6 +59,8 @@ class SensingThread final : public ScanSource {
  private:
   /// Between two looks at how poses stand.
   static constexpr std::int64_t kTurn_us = 20'000;
+  /// Sensors that give no scan for so long are said to be silent.
+  static constexpr std::int64_t kSilence_us = 1'000'000;
 
   SensingThread(const PoseGuardConfig& guard, VehiclePort* vehicle)
       : guard_(guard), vehicle_(vehicle) {}
@@ -68,6 +71,7 @@ class SensingThread final : public ScanSource {
   void note_relocations(std::uint64_t relocations) noexcept;
   [[nodiscard]] bool poses_are_good() noexcept;
   void pause_or_go_on() noexcept;
+  void watch_sensors(const MatchReport& match, std::int64_t now_us) noexcept;
 
   std::unique_ptr<SensorPort> port_;
   PoseGuard guard_;
@@ -75,7 +79,9 @@ class SensingThread final : public ScanSource {
   MappingThread* mapping_ = nullptr;
   WakeUp* mapping_wake_ = nullptr;
   bool was_good_ = true;
-  std::uint64_t given_ = 0;
+  MatchReport match_{};          ///< As it was in the turn before.
+  std::int64_t scan_us_ = 0;     ///< When one was given last.
+  bool sensors_silent_ = false;  ///< None was, for too long.
   SensingStatus now_{};
   LatestValue<SensingStatus> status_;
   std::atomic<bool> stopping_{false};

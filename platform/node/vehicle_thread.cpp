@@ -62,6 +62,7 @@ void VehicleThread::run() noexcept {
 
 void VehicleThread::turn(std::int64_t now_us) noexcept {
   take_commands(now_us);
+  watch_bus(now_us);
   sweep();
   tell_state(now_us);
   ++counted_.reports;
@@ -116,6 +117,18 @@ void VehicleThread::note_saves() noexcept {
   if (!done && !failed) return;
   saving_ = false;
   told_.command_result = failed ? CommandResult::kDenied : CommandResult::kDone;
+}
+
+void VehicleThread::watch_bus(std::int64_t now_us) noexcept {
+  VehiclePortStatus port;
+  if (!port_.status(port) || port.bus.bus == bus_) return;
+  bus_ = port.bus.bus;
+  const bool well = bus_ == BusState::kActive;
+  log_.say(well ? LogLevel::kInfo : LogLevel::kWarning, now_us,
+           well                         ? "the bus is active again"
+           : bus_ == BusState::kPassive ? "the bus is error passive"
+           : bus_ == BusState::kOff     ? "the bus is off; its driver has to restart it"
+                                        : "the bus is down: its interface is down or gone");
 }
 
 /// The pose that is known last: of the sensors, or of the last scan.

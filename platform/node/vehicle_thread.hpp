@@ -84,6 +84,7 @@ class VehicleThread {
   void take_commands(std::int64_t now_us) noexcept;
   void carry_out(const TakenCommand& command, std::int64_t now_us) noexcept;
   void note_saves() noexcept;
+  void watch_bus(std::int64_t now_us) noexcept;
   void sweep() noexcept;
   void tell_sectors() noexcept;
   void tell_state(std::int64_t now_us) noexcept;
@@ -107,6 +108,7 @@ class VehicleThread {
   std::uint64_t saves_done_ = 0;
   std::uint64_t saves_failed_ = 0;
   std::uint64_t cycles_seen_ = 0;
+  BusState bus_ = BusState::kActive;
   DurationHistogram cycles_;  ///< As the mapping thread tells them.
   std::int64_t start_us_ = 0;
   VehicleThreadReport counted_{};
