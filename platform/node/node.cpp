@@ -74,6 +74,7 @@ void Node::look_after(NodeRequests& requests, Progress& progress) {
   while (true) {
     const std::int64_t now_us = MonotonicClock::now_us();
     look_for_life(now_us);
+    look_for_others(now_us);
     writer.write(queues);
     show(progress);
     run_.ended_by = ended_by_.load(std::memory_order_acquire);
@@ -107,6 +108,20 @@ void Node::look_for_life(std::int64_t now_us) {
   }
   // Without it the service manager ends this process and starts it again.
   if (alive) notice_.tell("WATCHDOG=1");
+}
+
+void Node::look_for_others(std::int64_t now_us) {
+  SharingStatus sharing;
+  if (!sharing_->status().get(sharing)) return;
+  if (sharing.in_reach != peers_seen_)
+    log_.say(LogLevel::kInfo, now_us, "robots in reach: %, before: %", sharing.in_reach,
+             peers_seen_);
+  peers_seen_ = sharing.in_reach;
+  if (sharing.exchange.records_refused != refused_seen_)
+    log_.say(LogLevel::kWarning, now_us,
+             "records of other robots refused: %; see [fusion] memory and robot_share",
+             static_cast<std::int64_t>(sharing.exchange.records_refused));
+  refused_seen_ = sharing.exchange.records_refused;
 }
 
 void Node::end(const char* reason) noexcept {

@@ -122,6 +122,7 @@ class Node {
   // In the thread of run().
   void look_after(NodeRequests& requests, Progress& progress);
   void look_for_life(std::int64_t now_us);
+  void look_for_others(std::int64_t now_us);
   void save_local_map();
   Outcome<void> write_what_is_named();
   void show(Progress& progress) const;
@@ -169,6 +170,8 @@ class Node {
   Outcome<void> sharing_outcome_;
   // Of the thread of run().
   std::uint64_t save_allocations_ = 0;
+  std::uint32_t peers_seen_ = 0;
+  std::uint64_t refused_seen_ = 0;  ///< Records of others.
   std::string save_failure_;        ///< Why the last save that failed did.
   std::uint32_t late_threads_ = 0;  ///< A bit each, so that each silence is told once.
   std::uint64_t global_digest_ = 0;

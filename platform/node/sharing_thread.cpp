@@ -50,6 +50,9 @@ void SharingThread::note_status(std::int64_t now_us) noexcept {
                           exchange.fresh_chunks + exchange.answer_chunks, exchange.contributions};
   ++now_.ticks;
   now_.exchange = exchange;
+  now_.in_reach = 0;
+  for (const Peer& peer : sharer_.exchange().peers().all())
+    now_.in_reach += !peer.left && now_us - peer.heard_us <= kReach_us ? 1U : 0U;
   now_.digest = sharer_.exchange().digest();
   now_.waiting = sharer_.global().waiting();
   now_.global = sharer_.global().map().usage();

@@ -16,8 +16,9 @@ namespace tessera {
 struct SharingStatus {
   std::uint64_t ticks = 0;
   ExchangeReport exchange{};
-  std::uint64_t digest = 0;   ///< Exchange::digest().
-  std::uint32_t waiting = 0;  ///< Blocks of the global map that are behind.
+  std::uint32_t in_reach = 0;  ///< Robots that were heard within kReach_us and did not leave.
+  std::uint64_t digest = 0;    ///< Exchange::digest().
+  std::uint32_t waiting = 0;   ///< Blocks of the global map that are behind.
   MapUsage global{};
   bool idle = false;                ///< Nothing waits to be published or fused.
   std::int64_t quiet_since_us = 0;  ///< Since when nothing was published, heard or answered.
@@ -31,6 +32,8 @@ struct EachTick {
 
 class SharingThread {
  public:
+  static constexpr std::int64_t kReach_us = 3'000'000;
+
   /// All must outlive it. mapping: whose map is shared.
   SharingThread(Sharer& sharer, const LocalMap& map, const MappingThread& mapping,
                 NetworkPort& port, std::int64_t tick_us, const EachTick& each_tick) noexcept

@@ -246,15 +246,15 @@ PauseReason VehicleThread::pose_reason() const noexcept {
 
 void VehicleThread::tell_team(const SharingStatus& sharing) noexcept {
   const ExchangeReport& exchange = sharing.exchange;
-  told_.peers = exchange.peers;
+  told_.peers = sharing.in_reach;
   told_.contributions_known = exchange.contributions;
   told_.contributions_whole = exchange.complete;
   // Whoever has all that was announced has what all others have.
   const bool whole = exchange.complete == exchange.contributions;
-  told_.peers_agreeing = whole ? exchange.peers : 0;
-  told_.convergence = exchange.peers == 0 ? Convergence::kAlone
-                      : whole             ? Convergence::kAgree
-                                          : Convergence::kDiffer;
+  told_.peers_agreeing = whole ? sharing.in_reach : 0;
+  told_.convergence = sharing.in_reach == 0 ? Convergence::kAlone
+                      : whole               ? Convergence::kAgree
+                                            : Convergence::kDiffer;
 }
 
 }  // namespace tessera
