@@ -7,7 +7,7 @@
 
 #include "oracle/cloud.hpp"
 #include "oracle/random.hpp"
-#include "sample_vehicle.hpp"
+#include "sample_pose.hpp"
 #include "vehicle/vehicle_inputs.hpp"
 
 namespace tessera {
@@ -50,15 +50,15 @@ CanFrame random_frame(oracle::Random& random, const std::vector<CanFrame>& recor
 TEST_CASE("VehicleInputs: 10,000 random, damaged and replayed frames, and no wrong pose is used") {
   oracle::Random random(oracle::announce_seed(7401));
   VehicleInputs inputs({.mode = PoseMode::kPose});
-  SampleVehicle vehicle;
+  VehicleFrames vehicle;
   std::vector<CanFrame> recorded;
   std::int64_t now_us = 1'000'000;
   std::uint64_t used = 0;
   int hostile = 0;
   for (double x = 0.0; hostile < 10'000; x += 0.02) {
     const std::int64_t begin_us = now_us;
-    std::vector<CanFrame> frames = vehicle.pose(sent_pose(x));
-    frames.push_back(vehicle.odometry(1.0, 0.0));
+    const auto pose = vehicle.pose(sent_pose(x));
+    const std::array frames{pose[0], pose[1], pose[2], vehicle.odometry({1.0, 0.0})};
     for (const CanFrame& frame : frames) {
       now_us += 200;
       const auto check = [&](const VehicleInputs::Taken& taken) {
@@ -91,7 +91,7 @@ TEST_CASE("VehicleInputs: 10,000 random, damaged and replayed frames, and no wro
 TEST_CASE("VehicleInputs: among damaged frames alone the vehicle's poses stay good") {
   oracle::Random random(oracle::announce_seed(7402));
   VehicleInputs inputs({.mode = PoseMode::kPose});
-  SampleVehicle vehicle;
+  VehicleFrames vehicle;
   std::int64_t now_us = 1'000'000;
   int good = 0;
   for (int i = 0; i < 1000; ++i) {

@@ -6,7 +6,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "sample_vehicle.hpp"
+#include "sample_pose.hpp"
 
 namespace tessera {
 namespace {
@@ -14,7 +14,7 @@ namespace {
 using namespace bus;
 
 /// The frames of one pose, a millisecond apart; what the last of them gave.
-VehicleInputs::Taken take_all(VehicleInputs& inputs, const std::vector<CanFrame>& frames,
+VehicleInputs::Taken take_all(VehicleInputs& inputs, std::span<const CanFrame> frames,
                               std::int64_t& now_us) {
   VehicleInputs::Taken taken;
   for (const CanFrame& frame : frames) {
@@ -26,13 +26,18 @@ VehicleInputs::Taken take_all(VehicleInputs& inputs, const std::vector<CanFrame>
   return taken;
 }
 
+VehicleInputs::Taken take_all(VehicleInputs& inputs, std::initializer_list<CanFrame> frames,
+                              std::int64_t& now_us) {
+  return take_all(inputs, std::span(frames.begin(), frames.size()), now_us);
+}
+
 /// A vehicle that drives along x at 1 m/s and sends a pose and odometry every 20 ms.
 struct Drive {
   explicit Drive(VehicleInputsConfig config = {}) : inputs(config), vehicle(config.base_id) {}
   VehicleInputs::Taken step(bool with_pose = true, bool with_odometry = true) {
     VehicleInputs::Taken taken;
     const std::int64_t begin_us = now_us;
-    if (with_odometry) taken = inputs.take(vehicle.odometry(1.0, 0.0), now_us);
+    if (with_odometry) taken = inputs.take(vehicle.odometry({1.0, 0.0}), now_us);
     if (with_pose) taken = take_all(inputs, vehicle.pose(sent_pose(x_m)), now_us);
     now_us = begin_us + 20'000;
     x_m += 0.02;
@@ -43,7 +48,7 @@ struct Drive {
     REQUIRE(inputs.pose_source(now_us) == PoseSource::kPose);
   }
   VehicleInputs inputs;
-  SampleVehicle vehicle;
+  VehicleFrames vehicle;
   std::int64_t now_us = 1'000'000;
   double x_m = 0.0;
 };
@@ -135,10 +140,10 @@ TEST_CASE("VehicleInputs: damaged, repeated, foreign and misshapen frames are to
   Drive drive;
   drive.settle();
   const VehicleInputCounters before = drive.inputs.counters();
-  CanFrame frame = drive.vehicle.state(1);
+  CanFrame frame = drive.vehicle.state(MotionState::kStanding);
   static_cast<void>(drive.inputs.take(frame, drive.now_us));  // Initial.
   static_cast<void>(drive.inputs.take(frame, drive.now_us));  // Repeated.
-  frame = drive.vehicle.state(2);
+  frame = drive.vehicle.state(MotionState::kMoving);
   static_cast<void>(drive.inputs.take(frame, drive.now_us));
   CHECK(drive.inputs.motion(drive.now_us) == MotionState::kMoving);
   CHECK(drive.inputs.motion(drive.now_us + 300'001) == MotionState::kUnknown);
@@ -155,18 +160,19 @@ TEST_CASE("VehicleInputs: damaged, repeated, foreign and misshapen frames are to
   CHECK(after.misshapen - before.misshapen == 1);
   CHECK(after.refused - before.refused == 3);
   CHECK(after.accepted - before.accepted == 1);
-  static_cast<void>(drive.inputs.take(drive.vehicle.state(9), drive.now_us));
+  static_cast<void>(
+      drive.inputs.take(drive.vehicle.state(static_cast<MotionState>(9)), drive.now_us));
   CHECK(drive.inputs.counters().invalid_states == 1);
 }
 
 TEST_CASE("VehicleInputs: frames of another base are foreign, or refused if they claim ours") {
   VehicleInputs inputs({.base_id = 0x200});
-  SampleVehicle ours(0x200);
-  SampleVehicle others(0x100);
-  static_cast<void>(inputs.take(ours.odometry(1, 0), 1));
-  static_cast<void>(inputs.take(ours.odometry(1, 0), 2));
+  VehicleFrames ours(0x200);
+  VehicleFrames others(0x100);
+  static_cast<void>(inputs.take(ours.odometry({1.0, 0.0}), 1));
+  static_cast<void>(inputs.take(ours.odometry({1.0, 0.0}), 2));
   CHECK(inputs.counters().accepted == 1);
-  CanFrame frame = others.odometry(1, 0);
+  CanFrame frame = others.odometry({1.0, 0.0});
   static_cast<void>(inputs.take(frame, 3));
   CHECK(inputs.counters().foreign == 1);
   frame.id += 0x100;
@@ -179,9 +185,8 @@ TEST_CASE("VehicleInputs: frames of another base are foreign, or refused if they
 TEST_CASE("VehicleInputs: a command is taken once, by its second frame, and not that of before") {
   Drive drive;
   std::int64_t now = 0;
-  const auto say = [&](VehicleCommand command, int number) {
-    return drive.inputs.take(drive.vehicle.command(static_cast<int>(command), number), now += 1000)
-        .command;
+  const auto say = [&](VehicleCommand command, std::uint8_t number) {
+    return drive.inputs.take(drive.vehicle.command(command, number), now += 1000).command;
   };
   for (int i = 0; i < 10; ++i) CHECK_FALSE(say(VehicleCommand::kClear, 7).has_value());
   CHECK_FALSE(say(VehicleCommand::kPause, 8).has_value());
@@ -274,7 +279,8 @@ TEST_CASE("VehicleInputs: odometry alone starts at the origin, and in another fr
 TEST_CASE("VehicleInputs: odometry that is not valid or out of range is not used") {
   Drive drive({.mode = PoseMode::kOdometry});
   for (int i = 0; i < 5; ++i)
-    CHECK_FALSE(drive.inputs.take(drive.vehicle.odometry(1, 0, false), 1000 * i).pose.has_value());
+    CHECK_FALSE(
+        drive.inputs.take(drive.vehicle.odometry({.valid = false}), 1000 * i).pose.has_value());
   CHECK(drive.inputs.counters().invalid_odometry == 4);
 }
 

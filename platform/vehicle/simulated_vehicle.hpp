@@ -1,0 +1,54 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// A vehicle that drives along given poses and says so on its bus: what a controller sends, cycle by
+// cycle. No clock, no heap; whoever calls it has both.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "tessera/registration/pose_track.hpp"
+#include "vehicle/vehicle_frames.hpp"
+
+namespace tessera {
+
+struct SimulatedVehicleConfig {
+  std::uint32_t base_id = kDefaultBaseId;  ///< See is_base_id().
+  std::int64_t max_gap_us = 250'000;       ///< Between poses, as PoseTrack::at.
+  double std_position_m = 0.02;            ///< What is said of the poses' deviations.
+  double std_heading_rad = 0.003;
+};
+
+class SimulatedVehicle {
+ public:
+  /// Of poses and odometry.
+  static constexpr std::int64_t kCycle_us = 20'000;
+  /// The vehicle's state and its command, which is none, come in every so many cycles.
+  static constexpr int kSlowCycles = 5;
+  static constexpr std::size_t kMostFrames = 6;
+
+  explicit SimulatedVehicle(const SimulatedVehicleConfig& config = {}) noexcept
+      : config_(config), frames_(config.base_id) {}
+
+  /// The frames of a cycle, in the order to send them, valid until the next call: pose, odometry
+  /// since the cycle before, and every kSlowCycles of them state and command. at_us: where on the
+  /// track; age_us: how long ago that was. Where the track has no pose (PoseTrack::at), no pose is
+  /// sent and odometry is not valid, as in the first cycle. O(log track.size()).
+  std::span<const CanFrame> cycle(const PoseTrack& track, std::int64_t at_us,
+                                  std::int64_t age_us) noexcept;
+  [[nodiscard]] std::uint64_t poses() const noexcept { return poses_; }
+
+ private:
+  [[nodiscard]] SentOdometry since_before(const StampedPose& now) const noexcept;
+
+  SimulatedVehicleConfig config_;
+  VehicleFrames frames_;
+  std::array<CanFrame, kMostFrames> out_{};
+  StampedPose before_{};
+  bool has_before_ = false;
+  int cycles_ = 0;  ///< Until state and command are due.
+  std::uint64_t poses_ = 0;
+};
+
+}  // namespace tessera
