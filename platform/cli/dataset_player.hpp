@@ -1,18 +1,23 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Sends a dataset as sensors would: a cloud a scan and its pose, stamped with the machine's clock,
-// at an even rate.
+// Sends a dataset as sensors would: clouds, label images and poses over LCM, each when it would be
+// measured, stamped with the machine's clock; poses over the vehicle's bus, if that is wanted.
 #pragma once
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "cli/play_timeline.hpp"
+#include "cli/scan_ahead.hpp"
 #include "dataset/dataset.hpp"
 #include "lcm/sensor_sender.hpp"
 #include "posix/outcome.hpp"
 #include "sensing/sensor_port.hpp"
+#include "socketcan/can_socket.hpp"
+#include "vehicle/simulated_vehicle.hpp"
 
 namespace tessera {
 
@@ -22,44 +27,94 @@ struct PlayerConfig {
   SensorChannels channels{};
   SensorClock clock = SensorClock::kMonotonic;
   double rate_hz = 10.0;
-  std::int32_t sensor = 0;  ///< Number of the clouds.
-  bool semantic = true;     ///< Clouds with components, else without.
-  bool sends_poses = true;
+  std::int32_t sensor = 0;    ///< Number of the clouds.
+  bool semantic = true;       ///< Clouds with components, else without, with images and times.
+  bool sends_poses = true;    ///< Over LCM.
+  std::string can_interface;  ///< Poses over that bus; empty: none.
+  std::uint32_t can_base_id = kDefaultBaseId;
 };
 
 struct PlayerReport {
   std::uint64_t scans = 0;
-  std::uint64_t poses = 0;
-  std::uint64_t bad_poses = 0;  ///< Not rigid: their scans are sent without.
-  std::uint64_t late = 0;       ///< Scans that were sent after the next one was due.
+  std::uint64_t images = 0;
+  std::uint64_t poses = 0;      ///< Over LCM or CAN.
+  std::uint64_t bad_poses = 0;  ///< Scans without pose: theirs is not rigid.
+  std::uint64_t late = 0;       ///< Times that all was late by over a period, and put off for it.
+  std::int64_t worst_late_us = 0;  ///< Of what was sent.
+  std::uint64_t frames = 0;        ///< Over CAN.
+  std::uint64_t frames_lost = 0;   ///< That the bus did not take.
 };
 
 class DatasetPlayer {
  public:
-  /// Fails as SensorSender::open. dataset: must outlive the player.
+  /// dir: of the dataset, which must outlive the player and, unless config.semantic, be opened with
+  /// with_motion and without deskewing. Fails as SensorSender::open, CanSocket::open and
+  /// PlayTimeline::make; and, unless config.semantic, where there is a cameras.toml as
+  /// CameraLabels::open and check_images.
   static Outcome<std::unique_ptr<DatasetPlayer>> open(const PlayerConfig& config,
-                                                      const Dataset& dataset);
+                                                      const Dataset& dataset,
+                                                      const std::string& dir);
 
-  /// Waits until scan i is due, the next period after the last one, and sends its pose and it.
-  /// Fails as Dataset::read; with kFailure iff the system does not send.
-  Outcome<void> play(std::size_t i);
+  /// Sends all of it once, after what was sent before. Fails as ScanAhead::next; with kUsage iff a
+  /// sweep is stretched over more than a message can say; with kFailure iff the system does not
+  /// send, or the bus is gone.
+  Outcome<void> play();
 
   [[nodiscard]] const PlayerReport& report() const noexcept { return report_; }
   [[nodiscard]] const SensorSender& sender() const noexcept { return *sender_; }
 
  private:
-  DatasetPlayer(const PlayerConfig& config, const Dataset& dataset,
-                std::unique_ptr<SensorSender> sender);
-  /// Gives the moment's stamp in the sensors' clock.
-  std::int64_t wait_until_due();
+  static constexpr int kCloud = -1;
+
+  /// What is sent of a scan: a camera's image, or the cloud.
+  struct Part {
+    std::int64_t due_us = 0;  ///< As PlayTimeline says times.
+    std::int64_t stamp_us = 0;
+    std::int64_t begin_us = 0;  ///< That it is stamped by, where that is not begin_us_ any more.
+    int camera = kCloud;
+    std::shared_ptr<const ScanToPlay> scan;
+  };
+  /// What is due next.
+  enum class Next : std::uint8_t { kNothing, kPose, kCycle, kPart };
+
+  DatasetPlayer(const PlayerConfig& config, const Dataset& dataset, PlayTimeline timeline,
+                std::unique_ptr<SensorSender> sender, ScanAhead::Source source);
+  Outcome<void> open_bus();
+  void begin_pass();
+  [[nodiscard]] Next next(std::int64_t& due_us) const;
+  Outcome<void> fetch_until(std::int64_t due_us);
+  Outcome<void> fetch();
+  void wait_until(std::int64_t due_us);
+  /// All that follows comes later by so much.
+  void put_off(std::int64_t due_us, std::int64_t by_us);
+  [[nodiscard]] std::int64_t stamp_of(const Part& part) const {
+    return (part.begin_us != 0 ? part.begin_us : begin_us_) + part.stamp_us + clock_ahead_us_;
+  }
+  Outcome<void> send_pose();
+  Outcome<void> send_cycle(std::int64_t due_us);
+  Outcome<void> send_part();
+  Outcome<void> send_cloud(const Part& part);
   Outcome<void> send(const std::string& channel, const std::vector<std::byte>& message);
 
   const PlayerConfig config_;
   const Dataset& dataset_;
+  const PlayTimeline timeline_;
   std::unique_ptr<SensorSender> sender_;
-  ScanBuffer buffer_;
-  std::vector<float> xyz_;
-  std::int64_t due_us_ = 0;
+  std::vector<CameraDescription> cameras_;
+  bool has_times_ = false;
+  ScanAhead ahead_;
+  std::optional<CanSocket> bus_;
+  SimulatedVehicle vehicle_;
+  std::int64_t earliest_us_ = 0;  ///< Of a scan's parts, from its stamp on.
+  // Of a pass.
+  std::int64_t begin_us_ = 0;  ///< Monotonic, of the first scan's stamp; once it is known.
+  bool has_begun_ = false;
+  std::int64_t clock_ahead_us_ = 0;  ///< The sensors' clock, of the monotonic one.
+  std::int64_t last_us_ = 0;         ///< Monotonic, when something was due last.
+  std::size_t next_scan_ = 0;        ///< That is not fetched.
+  std::size_t next_pose_ = 0;
+  std::int64_t next_cycle_us_ = 0;
+  std::vector<Part> parts_;  ///< That were fetched, in the order in which they are due.
   PlayerReport report_;
 };
 

@@ -19,6 +19,8 @@ struct PlayOptions {
   std::string labels = "predictions";
   std::string messages = "semantic";
   std::string poses = "lcm";
+  std::string can;
+  std::optional<std::uint32_t> can_base;
   std::string clock = "monotonic";
   bool loop = false;
   PlayerConfig player;
@@ -31,8 +33,14 @@ Outcome<void> check_usage(const PlayOptions& options) {
   };
   if (options.messages != "semantic" && options.messages != "raw")
     return refusal("--messages", options.messages, "semantic or raw");
-  if (options.poses != "lcm" && options.poses != "none")
-    return refusal("--poses", options.poses, "lcm or none");
+  if (options.poses != "lcm" && options.poses != "can" && options.poses != "none")
+    return refusal("--poses", options.poses, "lcm, can or none");
+  if (options.poses == "can" && options.can.empty())
+    return Failure{"--poses can needs a bus; name its interface with --can"};
+  if (options.poses != "can" && (!options.can.empty() || options.can_base))
+    return Failure{"--can and --can-base are of no use without --poses can; leave them out"};
+  if (!is_base_id(options.can_base.value_or(kDefaultBaseId)))
+    return refusal("--can-base", std::to_string(*options.can_base), "a multiple of 32 up to 2016");
   if (options.clock != "monotonic" && options.clock != "wall")
     return refusal("--clock", options.clock, "monotonic or wall");
   if (!(options.player.rate_hz >= 0.1 && options.player.rate_hz <= 1000.0))
@@ -44,14 +52,24 @@ Outcome<void> check_usage(const PlayOptions& options) {
 
 void print_summary(const DatasetPlayer& player, const PlayOptions& options) {
   const PlayerReport& report = player.report();
-  std::printf("%s and %s sent to %s, %.1f MB, stamped by the %s clock\n",
-              counted(report.scans, "scan").c_str(), counted(report.poses, "pose").c_str(),
-              options.player.url.c_str(), 1e-6 * static_cast<double>(player.sender().sent_bytes()),
-              options.clock.c_str());
+  const std::string images =
+      report.images > 0 ? ", " + counted(report.images, "label image") : std::string();
+  const std::string frames = options.can.empty()
+                                 ? std::string()
+                                 : " and " + counted(report.frames, "frame") + " to " + options.can;
+  std::printf("%s%s and %s sent to %s%s, %.1f MB, stamped by the %s clock; %.1f ms late at worst\n",
+              counted(report.scans, "scan").c_str(), images.c_str(),
+              counted(report.poses, "pose").c_str(), options.player.url.c_str(), frames.c_str(),
+              1e-6 * static_cast<double>(player.sender().sent_bytes()), options.clock.c_str(),
+              1e-3 * static_cast<double>(report.worst_late_us));
   if (report.bad_poses > 0)
     warn(counted(report.bad_poses, "scan") + " sent without pose, as theirs is not rigid");
   if (report.late > 0)
-    warn(counted(report.late, "scan") + " sent late; give a lower --rate, or less work to others");
+    warn("late by over a period " + counted(report.late, "time") +
+         ", which put off what followed; give a lower --rate, or less work to others");
+  if (report.frames_lost > 0)
+    warn(counted(report.frames_lost, "frame") + " not taken by the bus; see \"ip -details " +
+         "-statistics link show " + options.can + "\"");
 }
 
 Outcome<void> run_play(PlayOptions options) {
@@ -59,21 +77,24 @@ Outcome<void> run_play(PlayOptions options) {
   if (!usage.ok()) return usage.failure();
   options.player.semantic = options.messages == "semantic";
   options.player.sends_poses = options.poses == "lcm";
+  options.player.can_interface = options.can;
+  options.player.can_base_id = options.can_base.value_or(kDefaultBaseId);
   options.player.clock = options.clock == "wall" ? SensorClock::kWall : SensorClock::kMonotonic;
   DatasetOptions dataset_options;
   dataset_options.first = options.first;
   dataset_options.last = options.last;
   dataset_options.labels = options.player.semantic ? options.labels : std::string(kNoLabels);
+  dataset_options.with_motion = true;
+  // What takes the motion out of raw clouds is the node.
+  if (!options.player.semantic) dataset_options.deskew = Deskewing::kOff;
   const Outcome<Dataset> dataset = Dataset::open(options.dataset, dataset_options);
   if (!dataset.ok()) return dataset.failure();
   const Outcome<std::unique_ptr<DatasetPlayer>> player =
-      DatasetPlayer::open(options.player, *dataset);
+      DatasetPlayer::open(options.player, *dataset, options.dataset);
   if (!player.ok()) return player.failure();
   do {
-    for (std::size_t i = 0; i < dataset->num_scans(); ++i) {
-      const Outcome<void> played = (*player)->play(i);
-      if (!played.ok()) return played.failure();
-    }
+    const Outcome<void> played = (*player)->play();
+    if (!played.ok()) return played.failure();
   } while (options.loop);
   print_summary(**player, options);
   return {};
@@ -89,10 +110,15 @@ void add_play_command(CLI::App& app, int& exit_status) {
   command->add_option("--first", o->first, "First scan number")->check(whole_number<int>());
   command->add_option("--last", o->last, "Last scan number")->check(whole_number<int>());
   command->add_option("--labels", o->labels, "Folder of labels")->capture_default_str();
-  command->add_option("--messages", o->messages, "semantic: labelled clouds; raw: without labels")
+  command
+      ->add_option("--messages", o->messages,
+                   "semantic: labelled clouds; raw: clouds as measured, and label images")
       ->capture_default_str();
-  command->add_option("--poses", o->poses, "lcm: a pose with each scan; none")
+  command->add_option("--poses", o->poses, "lcm; can: a simulated vehicle on the bus --can; none")
       ->capture_default_str();
+  command->add_option("--can", o->can, "CAN interface, with --poses can");
+  command->add_option("--can-base", o->can_base, "Identifier of COMMAND there, 256 by default")
+      ->check(whole_number<std::uint32_t>());
   command->add_option("--sensor", o->player.sensor, "Number of the clouds' sensor")
       ->check(whole_number<std::int32_t>())
       ->capture_default_str();

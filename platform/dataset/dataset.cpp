@@ -84,7 +84,7 @@ Outcome<DatasetScan> Dataset::read(std::size_t i, ScanBuffer& buffer) const {
                    .projection = {},
                    .T_map_sensor = entry.T_map_sensor};
   if (deskews_) {
-    const Outcome<DeskewReport> deskewed = deskew(entry, buffer);
+    const Outcome<DeskewReport> deskewed = deskew(i, buffer);
     if (!deskewed.ok()) return deskewed.failure();
     scan.deskew = *deskewed;
   }
@@ -93,13 +93,19 @@ Outcome<DatasetScan> Dataset::read(std::size_t i, ScanBuffer& buffer) const {
   return scan;
 }
 
-Outcome<DeskewReport> Dataset::deskew(const Entry& entry, ScanBuffer& buffer) const {
-  const std::span<float> times_s(buffer.times_s_.data(), entry.points);
-  const ScanFilePath path(dir_, "times", entry.number, ".bin");
-  Outcome<InputFile> file = open_unchanged(path, times_s.size_bytes());
+Outcome<void> Dataset::read_times(std::size_t i, std::span<float> out) const {
+  TESSERA_ASSERT(has_times_ && out.size() == scans_[i].points);
+  const ScanFilePath path(dir_, "times", scans_[i].number, ".bin");
+  Outcome<InputFile> file = open_unchanged(path, out.size_bytes());
   if (!file.ok()) return file.failure();
-  const Outcome<void> filled = file->read_exactly(std::as_writable_bytes(times_s));
-  if (!filled.ok()) return filled.failure();
+  return file->read_exactly(std::as_writable_bytes(out));
+}
+
+Outcome<DeskewReport> Dataset::deskew(std::size_t i, ScanBuffer& buffer) const {
+  const Entry& entry = scans_[i];
+  const std::span<float> times_s(buffer.times_s_.data(), entry.points);
+  const Outcome<void> read = read_times(i, times_s);
+  if (!read.ok()) return read.failure();
   const Sweep sweep{.points = {buffer.points_xyzi_.data(), kFloatsPerPoint, entry.points},
                     .times_s = times_s.data(),
                     .stamp_us = motion_->stamp_us(entry.number)};

@@ -49,6 +49,9 @@ struct DatasetOptions {
   /// Folder of labels to learn from, kCameraLabels or kNoLabels.
   std::string labels = "predictions";
   Deskewing deskew = Deskewing::kWhereTimed;
+  /// Also load what is known of the robot's motion, and check the times of points, where the
+  /// dataset has them and this class itself needs neither.
+  bool with_motion = false;
 };
 
 /// Raw label ids that the classes do not know, in one scan.
@@ -115,6 +118,14 @@ class Dataset {
     return labels_ != kNoLabels && labels_ != kCameraLabels;
   }
   [[nodiscard]] bool deskews() const noexcept { return deskews_; }
+  /// Of scan i, as recorded: perhaps not rigid, not finite.
+  [[nodiscard]] const Matrix34d& T_map_sensor(std::size_t i) const {
+    return scans_[i].T_map_sensor;
+  }
+  /// Null unless scans are deskewed, cameras have offsets, or DatasetOptions::with_motion.
+  [[nodiscard]] const ScanMotion* motion() const noexcept { return motion_ ? &*motion_ : nullptr; }
+  /// Whether read_times() can be called: scans are deskewed, or there are times and with_motion.
+  [[nodiscard]] bool has_times() const noexcept { return has_times_; }
   /// Null unless the labels are the cameras'.
   [[nodiscard]] const CameraLabels* cameras() const noexcept { return cameras_.get(); }
   /// Runs of numbers within the chosen range for which there is no scan: worth a warning
@@ -133,6 +144,10 @@ class Dataset {
   Outcome<UnknownRawIds> read_labels(std::size_t i, std::string_view folder,
                                      std::span<std::uint8_t> out) const;
 
+  /// Reads the times of the points of scan i, seconds from its stamp; out.size() must be
+  /// num_points(i), and has_times(). No heap unless it fails, as read() does.
+  Outcome<void> read_times(std::size_t i, std::span<float> out) const;
+
  private:
   struct Entry {
     int number = 0;
@@ -146,7 +161,7 @@ class Dataset {
   Outcome<void> attach_poses();
   Outcome<void> check_times();
   Outcome<void> check_cameras();
-  Outcome<DeskewReport> deskew(const Entry& entry, ScanBuffer& buffer) const;
+  Outcome<DeskewReport> deskew(std::size_t i, ScanBuffer& buffer) const;
   Outcome<void> read_components(std::size_t i, std::span<std::uint8_t> out,
                                 DatasetScan& scan) const;
   Outcome<void> check_label_files(const std::string& folder, std::string_view remedy) const;
@@ -155,6 +170,8 @@ class Dataset {
   DatasetClasses classes_;
   std::string labels_;
   bool deskews_ = false;
+  bool has_times_ = false;
+  bool wants_motion_ = false;  ///< If there is any.
   std::optional<ScanMotion> motion_;
   std::unique_ptr<CameraLabels> cameras_;
   std::vector<Entry> scans_;

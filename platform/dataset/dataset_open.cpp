@@ -56,9 +56,13 @@ Outcome<Dataset> Dataset::open(const std::string& dir, const DatasetOptions& opt
   Dataset dataset(dir, std::move(*classes), options.labels);
   const Outcome<void> chosen = dataset.choose_scans(options);
   if (!chosen.ok()) return chosen.failure();
+  std::error_code error;
+  const bool timed = std::filesystem::is_directory(in_folder(dir, "times"), error);
   dataset.deskews_ =
-      options.deskew == Deskewing::kOn || (options.deskew == Deskewing::kWhereTimed &&
-                                           std::filesystem::is_directory(in_folder(dir, "times")));
+      options.deskew == Deskewing::kOn || (options.deskew == Deskewing::kWhereTimed && timed);
+  dataset.has_times_ = dataset.deskews_ || (options.with_motion && timed);
+  dataset.wants_motion_ =
+      options.with_motion && std::filesystem::exists(in_folder(dir, "times.txt"), error);
   if (options.labels == kCameraLabels) {
     Outcome<std::unique_ptr<CameraLabels>> cameras = CameraLabels::open(dir);
     if (!cameras.ok()) return cameras.failure();
@@ -145,7 +149,8 @@ Outcome<void> Dataset::attach_poses() {
     scan.T_map_sensor =
         lidar_pose(*T_camera_lidar, (*poses)[static_cast<std::size_t>(scan.number)]);
   }
-  if (!deskews_ && (cameras_ == nullptr || !cameras_->needs_motion())) return {};
+  const bool needs_motion = deskews_ || (cameras_ != nullptr && cameras_->needs_motion());
+  if (!needs_motion && !wants_motion_) return {};
   std::vector<Matrix34d> T_map_sensor;
   for (const Matrix34d& pose : *poses) T_map_sensor.push_back(lidar_pose(*T_camera_lidar, pose));
   Outcome<ScanMotion> motion = ScanMotion::load(
@@ -156,7 +161,7 @@ Outcome<void> Dataset::attach_poses() {
 }
 
 Outcome<void> Dataset::check_times() {
-  if (!deskews_) return {};
+  if (!has_times_) return {};
   const Outcome<void> present =
       require_folder("folder of times", in_folder(dir_, "times"),
                      "get the times of the points, or do without: --deskew off");

@@ -1,0 +1,70 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// Reads a dataset's scans, with the images and times that belong to them, ahead of whoever plays
+// them: files and pictures take longer at one time than at another.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "dataset/dataset.hpp"
+#include "posix/spsc_queue.hpp"
+#include "posix/thread.hpp"
+#include "posix/wake_up.hpp"
+
+namespace tessera {
+
+struct ScanToPlay {
+  std::size_t scan = 0;  ///< Of the dataset's.
+  std::vector<float> xyz;
+  std::vector<std::uint8_t> components;
+  std::vector<float> times_s;                     ///< Recorded, of each point; or empty.
+  std::vector<std::vector<std::uint8_t>> images;  ///< Of each camera, a byte a pixel.
+};
+
+class ScanAhead {
+ public:
+  /// Scans that are read ahead.
+  static constexpr std::size_t kSlots = 4;
+
+  struct Source {
+    const Dataset* dataset = nullptr;
+    std::string dir;                         ///< Of the dataset.
+    std::vector<CameraDescription> cameras;  ///< Whose images are read.
+    bool with_times = false;                 ///< As Dataset::read_times.
+  };
+  /// source.dataset must outlive it.
+  explicit ScanAhead(Source source);
+  ~ScanAhead();
+  ScanAhead(const ScanAhead&) = delete;
+  ScanAhead& operator=(const ScanAhead&) = delete;
+
+  /// Fails as Thread::start.
+  Outcome<void> start();
+  /// The next scan, from the first on, and behind the last the first again; waits until it is read.
+  /// Fails as Dataset::read and read_grey_png; do not call it again then.
+  Outcome<std::unique_ptr<ScanToPlay>> next();
+
+ private:
+  struct Slot {
+    std::unique_ptr<ScanToPlay> scan;
+    std::optional<Failure> failure;
+  };
+
+  void run() noexcept;
+  [[nodiscard]] Outcome<std::unique_ptr<ScanToPlay>> read(std::size_t i);
+
+  const Source source_;
+  ScanBuffer buffer_;
+  SpscQueue<Slot> queue_;
+  WakeUp reader_;
+  WakeUp player_;
+  std::atomic<bool> stopping_{false};
+  Thread thread_;
+};
+
+}  // namespace tessera
