@@ -211,8 +211,8 @@ bool MapReader::read_note(SlabHandle handle, BlockNote& into) const noexcept {
   return true;
 }
 
-Result<std::size_t> MapReader::notes(std::size_t page, std::size_t first_slot,
-                                     std::span<BlockNote, kPageBlocks> into) noexcept {
+Result<PageNotes> MapReader::notes(std::size_t page, std::size_t first_slot,
+                                   std::span<BlockNote, kPageBlocks> into) noexcept {
   const BlockIndex& index = map_->index_;
   if (page >= pages()) return Status::kOutOfRange;
   for (int attempt = 0; attempt < kMaxAttempts; ++attempt) {
@@ -227,7 +227,7 @@ Result<std::size_t> MapReader::notes(std::size_t page, std::size_t first_slot,
       into[count++].slot = static_cast<std::uint32_t>(slot);
     }
     std::atomic_thread_fence(std::memory_order_acquire);
-    if (moved % 2 == 0 && index.move_stamp() == moved) return count;
+    if (moved % 2 == 0 && index.move_stamp() == moved) return PageNotes{count, moved};
     ++retries_;
   }
   ++busy_;

@@ -123,23 +123,21 @@ void Publisher::begin_round(const Tick& tick) noexcept {
 void Publisher::sweep(Tick& tick) noexcept {
   if (!round_.going) begin_round(tick);
   const std::span<BlockNote, MapReader::kPageBlocks> notes(notes_);
-  // Before what is looked at: what changes meanwhile is newer.
-  const std::uint64_t stamp = tick.map.stamp();
-  // Where it stopped within a page, an entry may have moved to where it was before.
-  if (round_.slot != 0 && round_.stop_stamp != stamp) round_.complete = false;
   std::size_t left = tick.budget.entries;
   do {
-    const Result<std::size_t> found = tick.map.notes(round_.page, round_.slot, notes);
+    const Result<PageNotes> found = tick.map.notes(round_.page, round_.slot, notes);
     if (found.status() == Status::kOutOfRange) return end_round();
     if (!found.ok()) {
       ++tick.report.busy;
       return;
     }
+    // Where it stopped within a page, an entry may have moved to where it was before.
+    if (round_.slot != 0 && round_.stop_moves != found->moves) round_.complete = false;
     tick.report.entries += static_cast<std::uint32_t>(MapReader::kPageBlocks);
-    for (const BlockNote& block : notes.first(*found)) {
+    for (const BlockNote& block : notes.first(found->count)) {
       if (block.stamp <= round_.unchanged_stamp || note(tick, block)) continue;
       round_.slot = block.slot;
-      round_.stop_stamp = stamp;
+      round_.stop_moves = found->moves;
       return;
     }
     ++round_.page;

@@ -4,7 +4,6 @@
 
 #include <netinet/in.h>
 #include <poll.h>
-#include <signal.h>
 #include <sys/eventfd.h>
 #include <sys/socket.h>
 #include <sys/uio.h>
@@ -33,10 +32,10 @@ DatagramLink::DatagramLink(LinkConfig config, const UdpmUrl& url, NetworkInterfa
       queue_(config_.queue_slots) {}
 
 DatagramLink::~DatagramLink() {
-  if (!is_running_) return;
+  if (!thread_.is_running()) return;
   // An eventfd takes a first number always.
   static_cast<void>(!::eventfd_write(stop_.get(), 1));
-  ::pthread_join(thread_, nullptr);
+  thread_.join();
 }
 
 Outcome<std::unique_ptr<DatagramLink>> DatagramLink::open(const LinkConfig& config) {
@@ -72,28 +71,14 @@ Outcome<void> DatagramLink::open_sockets() {
 Outcome<void> DatagramLink::start() {
   stop_ = FileDescriptor(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
   arrived_ = FileDescriptor(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
-  int error = stop_.is_open() && arrived_.is_open() ? 0 : errno;
-  if (error == 0) {
-    // Signals are for the program's own threads: this one inherits that all are blocked.
-    sigset_t all{};
-    sigset_t before{};
-    ::sigfillset(&all);
-    ::pthread_sigmask(SIG_SETMASK, &all, &before);
-    const auto run = [](void* link) -> void* {
-      static_cast<DatagramLink*>(link)->receive_until_stopped();
-      return nullptr;
-    };
-    error = ::pthread_create(&thread_, nullptr, run, this);
-    ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
-  }
-  if (error != 0) {
-    return Failure{std::string("cannot start receiving: ") + std::strerror(error) +
+  if (!stop_.is_open() || !arrived_.is_open()) {
+    return Failure{std::string("cannot start receiving: ") + std::strerror(errno) +
                        "; close other programs, then try again",
                    FailureKind::kFailure};
   }
-  is_running_ = true;
-  ::pthread_setname_np(thread_, "tessera-link");
-  return {};
+  return thread_.start(
+      config_.thread, [](void* link) { static_cast<DatagramLink*>(link)->receive_until_stopped(); },
+      this);
 }
 
 bool DatagramLink::send(std::span<const std::byte> payload) noexcept {

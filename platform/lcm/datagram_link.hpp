@@ -7,8 +7,6 @@
 // open() neither sending nor receiving uses the heap.
 #pragma once
 
-#include <pthread.h>
-
 #include <array>
 #include <atomic>
 #include <cstddef>
@@ -26,6 +24,7 @@
 #include "posix/network_interface.hpp"
 #include "posix/outcome.hpp"
 #include "posix/spsc_queue.hpp"
+#include "posix/thread.hpp"
 
 namespace tessera {
 
@@ -35,6 +34,7 @@ struct LinkConfig {
   std::string interface = {};       ///< A name or an IPv4 address; empty: what the routes choose.
   std::size_t queue_slots = 4096;   ///< 1,412 bytes each; rounded up to a power of two, up to 2^20.
   bool hear_itself = false;         ///< Whether receive() gives what send() sent, too.
+  ThreadRole thread{.name = "tessera-link"};  ///< That receives.
 };
 
 class DatagramLink {
@@ -108,8 +108,7 @@ class DatagramLink {
   SpscQueue<Slot> queue_;
   SenderTable senders_;
   LinkCounters counters_;
-  pthread_t thread_{};
-  bool is_running_ = false;
+  Thread thread_;
 };
 
 }  // namespace tessera

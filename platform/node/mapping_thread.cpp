@@ -19,13 +19,15 @@ void MappingThread::stop() noexcept {
   thread_.join();
 }
 
-void MappingThread::pause(MappingPause reason, bool on) noexcept {
-  if (on) {
-    pause_.fetch_or(reason, std::memory_order_acq_rel);
-  } else {
-    pause_.fetch_and(~std::uint32_t{reason}, std::memory_order_acq_rel);
-  }
+std::uint64_t MappingThread::pause(MappingPause reason, bool on) noexcept {
+  constexpr std::uint64_t kCall = std::uint64_t{1} << 32U;
+  std::uint64_t before = pause_.load(std::memory_order_relaxed);
+  std::uint64_t after = 0;
+  do {
+    after = (on ? before | reason : before & ~std::uint64_t{reason}) + kCall;
+  } while (!pause_.compare_exchange_weak(before, after, std::memory_order_acq_rel));
   wake_.wake();
+  return after;
 }
 
 void MappingThread::run() noexcept {
@@ -42,7 +44,7 @@ void MappingThread::work() noexcept {
   const std::int64_t now_us = MonotonicClock::now_us();
   heartbeat_.beat(now_us);
   note_pause(now_us);
-  if (!paused()) clear_if_asked();
+  if ((now_.pause & kPausedToSave) == 0) clear_if_asked();
   if (ScanSlot* const slot = source_.front(); slot != nullptr) {
     if (paused()) {
       ++now_.paused;
@@ -58,13 +60,16 @@ void MappingThread::work() noexcept {
 }
 
 void MappingThread::note_pause(std::int64_t now_us) noexcept {
-  const std::uint32_t pause = pause_.load(std::memory_order_acquire);
-  if (pause == now_.pause) return;
-  log_.say(LogLevel::kInfo, now_us, pause != 0 ? "pauses, for reasons %" : "goes on", pause);
-  now_.pause = pause;
-  status_.set(now_);
-  // What it did before can be seen by whoever sees that it pauses.
-  is_paused_.store(pause != 0, std::memory_order_release);
+  const std::uint64_t asked = pause_.load(std::memory_order_acquire);
+  if (asked == taken_.load(std::memory_order_relaxed)) return;
+  const auto reasons = static_cast<std::uint32_t>(asked & kReasons);
+  if (reasons != now_.pause) {
+    log_.say(LogLevel::kInfo, now_us, reasons != 0 ? "pauses, for reasons %" : "goes on", reasons);
+    now_.pause = reasons;
+    status_.set(now_);
+  }
+  // What it did before can be seen by whoever sees that it goes by this.
+  taken_.store(asked, std::memory_order_release);
 }
 
 void MappingThread::clear_if_asked() noexcept {

@@ -82,12 +82,19 @@ class MappingThread {
 
   // --- For other threads -------------------------------------------------------------------------
 
-  /// Sets or takes back a reason to pause. True pauses begin after the cycle at hand: paused() says
-  /// when.
-  void pause(MappingPause reason, bool on) noexcept;
-  /// Whether the map is left alone: somebody else may read all of it until the pause ends.
-  [[nodiscard]] bool paused() const noexcept { return is_paused_.load(std::memory_order_acquire); }
-  /// Forgets all content, before the next scan.
+  /// Sets or takes back a reason to pause; begins after the cycle at hand: has_taken() of what this
+  /// returns says when.
+  std::uint64_t pause(MappingPause reason, bool on) noexcept;
+  /// Whether the thread goes by this call of pause(). If that set a reason, the map is left alone
+  /// until it is taken back: all of it may be read.
+  [[nodiscard]] bool has_taken(std::uint64_t call) const noexcept {
+    return taken_.load(std::memory_order_acquire) >> 32U >= call >> 32U;
+  }
+  [[nodiscard]] bool paused() const noexcept {
+    return (taken_.load(std::memory_order_acquire) & kReasons) != 0;
+  }
+  /// Forgets all content, before the next scan and also while it pauses, but to save:
+  /// MappingStatus::clears says when.
   void clear_map() noexcept {
     clear_asked_.fetch_add(1, std::memory_order_relaxed);
     wake_.wake();
@@ -113,6 +120,7 @@ class MappingThread {
   void run() noexcept;
   void work() noexcept;
   void take(ScanSlot& slot, std::int64_t now_us) noexcept;
+  static constexpr std::uint64_t kReasons = 0xffff'ffffU;
   void note_pause(std::int64_t now_us) noexcept;
   void clear_if_asked() noexcept;
   void say_losses(std::uint32_t left_out, std::uint32_t refused, std::int64_t now_us) noexcept;
@@ -123,8 +131,9 @@ class MappingThread {
   const MappingConfig config_;
   const Registration registration_;
   std::atomic<bool> stopping_{false};
-  std::atomic<std::uint32_t> pause_{0};
-  std::atomic<bool> is_paused_{false};
+  /// Reasons, and above them how often pause() was called: as asked for, and as gone by.
+  std::atomic<std::uint64_t> pause_{0};
+  std::atomic<std::uint64_t> taken_{0};
   std::atomic<std::uint32_t> clear_asked_{0};
   std::atomic<bool> ended_{false};
   std::uint32_t cleared_ = 0;

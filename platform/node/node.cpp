@@ -29,7 +29,11 @@ double cpu_s() {
 
 }  // namespace
 
-Node::~Node() { stop_threads(); }
+Node::~Node() {
+  stop_threads();
+  // Until the maps are written the vehicle is told that the node stops.
+  if (vehicle_) vehicle_->stop();
+}
 
 Outcome<void> Node::run(NodeRequests& requests) {
   Progress progress("mapping", endless() ? 1 : dataset_->num_scans());
@@ -54,15 +58,14 @@ Outcome<void> Node::run(NodeRequests& requests) {
   static_cast<void>(mapping_->status().get(run_.mapping));
   run_.source = source().counters();
   progress.finish();
-  if (!sharing_outcome_.ok()) return sharing_outcome_.failure();
   return replay_ ? replay_->outcome() : Outcome<void>();
 }
 
 void Node::look_after(NodeRequests& requests, Progress& progress) {
   const bool for_journal = std::getenv("JOURNAL_STREAM") != nullptr;
   LogWriter writer(Progress::kStandardError, for_journal);
-  std::array<LogQueue*, 4> all{&log_, &mapping_->log()};
-  std::size_t count = 2;
+  std::array<LogQueue*, 5> all{&log_, &sharing_log_, &mapping_->log()};
+  std::size_t count = 3;
   if (sensing_) all[count++] = &sensing_->log();
   if (vehicle_) all[count++] = &vehicle_->log();
   const std::span<LogQueue* const> queues = std::span(all).first(count);
@@ -73,7 +76,6 @@ void Node::look_after(NodeRequests& requests, Progress& progress) {
              config_.priority);
   while (true) {
     const std::int64_t now_us = MonotonicClock::now_us();
-    look_for_life(now_us);
     look_for_others(now_us);
     writer.write(queues);
     show(progress);
@@ -85,43 +87,6 @@ void Node::look_after(NodeRequests& requests, Progress& progress) {
     service_.sleep_until(now_us + kLook_us);
   }
   writer.write(queues);
-}
-
-void Node::look_for_life(std::int64_t now_us) {
-  const Heartbeat* const hearts[] = {&mapping_->heartbeat(), &sharing_->heartbeat(),
-                                     sensing_ ? &sensing_->heartbeat() : nullptr,
-                                     vehicle_ ? &vehicle_->heartbeat() : nullptr};
-  static constexpr const char* kSilent[] = {
-      "the mapping thread gives no sign of life", "the sharing thread gives no sign of life",
-      "the sensing thread gives no sign of life", "the vehicle thread gives no sign of life"};
-  bool alive = true;
-  for (std::uint32_t i = 0; i < std::size(hearts); ++i) {
-    if (hearts[i] == nullptr) continue;
-    const std::uint32_t bit = 1U << i;
-    const bool late = hearts[i]->is_late(now_us);
-    alive = alive && !late;
-    if (late && (late_threads_ & bit) == 0) {
-      ++run_.silences;
-      log_.say(LogLevel::kError, now_us, kSilent[i]);
-    }
-    late_threads_ = late ? late_threads_ | bit : late_threads_ & ~bit;
-  }
-  // Without it the service manager ends this process and starts it again.
-  if (alive) notice_.tell("WATCHDOG=1");
-}
-
-void Node::look_for_others(std::int64_t now_us) {
-  SharingStatus sharing;
-  if (!sharing_->status().get(sharing)) return;
-  if (sharing.in_reach != peers_seen_)
-    log_.say(LogLevel::kInfo, now_us, "robots in reach: %, before: %", sharing.in_reach,
-             peers_seen_);
-  peers_seen_ = sharing.in_reach;
-  if (sharing.exchange.records_refused != refused_seen_)
-    log_.say(LogLevel::kWarning, now_us,
-             "records of other robots refused: %; see [fusion] memory and robot_share",
-             static_cast<std::int64_t>(sharing.exchange.records_refused));
-  refused_seen_ = sharing.exchange.records_refused;
 }
 
 void Node::end(const char* reason) noexcept {

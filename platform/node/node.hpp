@@ -44,6 +44,7 @@ struct NodeRun {
   SourceCounters source{};
   double cpu_s = 0.0;  ///< Of all threads.
   std::vector<Snapshot> snapshots;
+  std::uint64_t failed_snapshots = 0;
   std::string not_locked;  ///< Why memory is not locked; empty: it is, or was not to be.
   std::size_t start_resident_bytes = 0;  ///< Once all threads run.
   std::size_t end_resident_bytes = 0;
@@ -106,6 +107,7 @@ class Node {
   Outcome<void> set_up(const std::string& path);
   Outcome<void> read_keys(const std::string& path);
   Outcome<void> check_all(const std::string& path);
+  [[nodiscard]] Outcome<void> check_urls() const;
   [[nodiscard]] Outcome<void> check_places(const std::string& path) const;
   [[nodiscard]] Outcome<void> make_snapshot_folder() const;
   Outcome<void> make_threads();
@@ -114,6 +116,7 @@ class Node {
 
   // In the sharing thread, after each tick.
   void after_tick(std::int64_t now_us);
+  void look_for_life(std::int64_t now_us);
   void say_status(std::int64_t now_us);
   Outcome<void> take_snapshot(std::int64_t now_us);
   [[nodiscard]] const char* reason_to_end(std::int64_t now_us);
@@ -121,7 +124,6 @@ class Node {
 
   // In the thread of run().
   void look_after(NodeRequests& requests, Progress& progress);
-  void look_for_life(std::int64_t now_us);
   void look_for_others(std::int64_t now_us);
   void save_local_map();
   Outcome<void> write_what_is_named();
@@ -144,6 +146,7 @@ class Node {
   std::optional<FleetSignatures> signatures_;
   HeldRobot robot_;
   std::unique_ptr<NetworkPort> port_;
+  WakeUp mapping_wake_;  ///< Before whoever wakes by it.
   // Each may be null, but for mapping and sharing.
   std::unique_ptr<VehiclePort> vehicle_port_;
   std::unique_ptr<ReplaySource> replay_;
@@ -157,7 +160,6 @@ class Node {
   LogQueue log_{"node"};
   NodeRun run_;
   WakeUp service_;
-  WakeUp mapping_wake_;
   std::atomic<const char*> ended_by_{nullptr};
   std::atomic<std::uint64_t> saves_{0};  ///< Of the local map, asked for while it ran.
   std::atomic<std::uint64_t> failed_saves_{0};
@@ -167,13 +169,13 @@ class Node {
   std::int64_t status_due_us_ = 0;
   std::int64_t snapshot_due_us_ = 0;
   std::uint64_t snapshot_allocations_ = 0;
-  Outcome<void> sharing_outcome_;
+  LogQueue sharing_log_{"sharing"};
+  std::uint32_t late_threads_ = 0;  ///< A bit each, so that each silence is told once.
   // Of the thread of run().
   std::uint64_t save_allocations_ = 0;
   std::uint32_t peers_seen_ = 0;
   std::uint64_t refused_seen_ = 0;  ///< Records of others.
   std::string save_failure_;        ///< Why the last save that failed did.
-  std::uint32_t late_threads_ = 0;  ///< A bit each, so that each silence is told once.
   std::uint64_t global_digest_ = 0;
   std::optional<std::uint64_t> local_digest_;
 };

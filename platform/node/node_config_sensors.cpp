@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The tables of a configuration that say where a node's scans and poses come from, and whom it
 // answers.
+#include <algorithm>
+
 #include "node/config_file.hpp"
 #include "node/node_config.hpp"
 
@@ -72,6 +74,13 @@ Outcome<void> check_sensors(const ConfigFile& file, const NodeConfig& c) {
     return file.refusal({"vehicle", "base_id"}, "is no multiple of 32 up to 2016 (0x7e0)");
   if (c.vehicle.sectors != 16 && c.vehicle.sectors != 32)
     return file.refusal({"vehicle", "sectors"}, "is neither 16 nor 32");
+  const auto is_none = [](std::uint32_t cpu) { return cpu >= 64; };
+  for (const auto* const cpus : {&c.mapping_cpus, &c.other_cpus}) {
+    if (std::any_of(cpus->begin(), cpus->end(), is_none)) {
+      return file.refusal({"realtime", cpus == &c.mapping_cpus ? "mapping_cpus" : "other_cpus"},
+                          "names a processor over 63");
+    }
+  }
   if (!s.enabled) return {};
   if (s.poses == "can" && c.vehicle.can.empty())
     return file.refusal({"sensors", "poses"}, "come over no bus; name [vehicle] can");

@@ -115,7 +115,7 @@ Outcome<void> Node::make_sensing() {
   const SensorPortConfig port = sensor_config();
   const bool by_bus = config_.sensors.poses == "can";
   Outcome<std::unique_ptr<SensingThread>> sensing =
-      SensingThread::open(port, config_.vehicle.guard, by_bus ? vehicle_port_.get() : nullptr);
+      SensingThread::open(port, config_.vehicle.guard, vehicle_port_.get(), by_bus);
   if (!sensing.ok()) return sensing.failure();
   sensing_ = std::move(*sensing);
   RegistrarConfig registrar;

@@ -43,11 +43,12 @@ void Node::save_local_map() {
   if (config_.local_map.empty()) {
     log_.say(LogLevel::kWarning, MonotonicClock::now_us(),
              "a save was asked for, but [output] local_map names no file");
+    failed_saves_.fetch_add(1, std::memory_order_relaxed);
     return;
   }
   // The map is this thread's while mapping pauses; what shares goes on reading it.
-  mapping_->pause(kPausedToSave, true);
-  while (!mapping_->paused()) service_.sleep_until(MonotonicClock::now_us() + 1'000);
+  const std::uint64_t call = mapping_->pause(kPausedToSave, true);
+  while (!mapping_->has_taken(call)) service_.sleep_until(MonotonicClock::now_us() + 1'000);
   const std::optional<std::uint64_t> before = heap_allocations();
   std::vector<KeyedIndex> workspace = workspace_for(robot_->map());
   const Outcome<void> saved =
@@ -78,28 +79,32 @@ Outcome<void> Node::write_maps() {
   return written;
 }
 
+/// Each is tried, whatever becomes of the others; fails as the first that does.
 Outcome<void> Node::write_what_is_named() {
   const LocalMap& global = robot_->global().map();
   std::vector<KeyedIndex> workspace = workspace_for(global);
   global_digest_ = digest(global, workspace);
-  if (!config_.global_map.empty()) {
-    const Outcome<void> saved =
-        save_map(global, identity_of(MapKind::kGlobal), workspace, config_.global_map);
-    if (!saved.ok()) return saved.failure();
-  }
+  Outcome<void> outcome;
+  const auto note = [&outcome](const Outcome<void>& saved) {
+    if (outcome.ok()) outcome = saved;
+  };
+  if (!config_.global_map.empty())
+    note(save_map(global, identity_of(MapKind::kGlobal), workspace, config_.global_map));
   std::vector<KeyedIndex> local_workspace = workspace_for(robot_->map());
   local_digest_ = digest(robot_->map(), local_workspace);
   if (!config_.local_map.empty()) {
-    const Outcome<void> saved =
-        save_map(robot_->map(), identity_of(MapKind::kLocal), local_workspace, config_.local_map);
-    if (!saved.ok()) return saved.failure();
+    note(save_map(robot_->map(), identity_of(MapKind::kLocal), local_workspace, config_.local_map));
   }
-  if (config_.contribution.empty()) return {};
+  if (config_.contribution.empty()) return outcome;
   const Outcome<std::unique_ptr<PublishedMap>> published = published_map(*robot_);
-  if (!published.ok()) return published.failure();
+  if (!published.ok()) {
+    note(published.failure());
+    return outcome;
+  }
   std::vector<KeyedIndex> published_workspace = workspace_for((*published)->map);
-  return save_map((*published)->map, identity_of(MapKind::kLocal), published_workspace,
-                  config_.contribution);
+  note(save_map((*published)->map, identity_of(MapKind::kLocal), published_workspace,
+                config_.contribution));
+  return outcome;
 }
 
 }  // namespace tessera

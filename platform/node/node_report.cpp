@@ -277,6 +277,7 @@ Json Node::report() const {
                          {"label_voxels", snapshot.label_voxels}});
   }
   json["snapshots"] = std::move(snapshots);
+  json["failed_snapshots"] = run_.failed_snapshots;
   json["config"] = config_.values;
   return json;
 }

@@ -91,6 +91,7 @@ Json Node::vehicle_json() const {
           {"went_down", port.socket.went_down},
           {"reopened", port.reopened},
           {"kernel_dropped", port.socket.kernel_dropped},
+          {"stale", port.socket.stale},
           {"pose_timeouts", port.pose_timeouts},
           {"relocations", port.relocations}};
 }

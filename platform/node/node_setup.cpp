@@ -34,7 +34,29 @@ Outcome<void> Node::check_all(const std::string& path) {
   const Outcome<RobotSetup> trial = set_up_robot(config_, scan_sizes(), 1);
   if (!trial.ok()) return {in_words_of_config(trial.failure(), path)};
   setup_ = *trial;
+  const Outcome<void> urls = check_urls();
+  if (!urls.ok()) return urls.failure();
   return read_keys(path);
+}
+
+/// What the ports would refuse once they are opened.
+Outcome<void> Node::check_urls() const {
+  struct Named {
+    const char* key;
+    const std::string& text;
+    bool used;
+  };
+  const Named urls[] = {{"[network] url", config_.link.url, true},
+                        {"[sensors] url", config_.sensors.url, config_.sensors.enabled},
+                        {"[service] url", config_.query_url, config_.queries}};
+  for (const Named& named : urls) {
+    if (!named.used) continue;
+    const Outcome<UdpmUrl> url = UdpmUrl::parse(named.text);
+    if (!url.ok()) return Failure{std::string(named.key) + ": " + url.failure().message};
+    if (&named.text == &config_.sensors.url && url->ttl != 0)
+      return Failure{"[sensors] url: long messages are for one machine; write ttl=0"};
+  }
+  return {};
 }
 
 Outcome<void> Node::check_places(const std::string& path) const {
@@ -89,8 +111,10 @@ Outcome<void> Node::set_up(const std::string& path) {
     keep_freed_memory();
     run_.not_locked = lock_memory();
   }
+  LinkConfig link = config_.link;
+  link.thread = thread_roles(config_).link;
   Outcome<std::unique_ptr<NetworkPort>> port =
-      NetworkPort::open(config_.link, config_.send_slots, thread_roles(config_).sending);
+      NetworkPort::open(link, config_.send_slots, thread_roles(config_).sending);
   if (!port.ok()) return port.failure();
   port_ = std::move(*port);
   Outcome<FileDescriptor> lock = lock_robot(config_.state, config_.robot);

@@ -29,14 +29,55 @@ std::int64_t wall_clock_us() {
 }  // namespace
 
 void Node::after_tick(std::int64_t now_us) {
+  look_for_life(now_us);
   say_status(now_us);
-  const bool may_write = sharing_outcome_.ok() && counting_.load(std::memory_order_acquire);
+  const bool may_write = counting_.load(std::memory_order_acquire);
   if (!config_.snapshots.empty() && now_us >= snapshot_due_us_ && may_write) {
     snapshot_due_us_ = now_us + microseconds(config_.snapshot_every_s);
-    sharing_outcome_ = take_snapshot(now_us);
-    if (!sharing_outcome_.ok()) end("failure");
+    if (!take_snapshot(now_us).ok()) {
+      ++run_.failed_snapshots;
+      sharing_log_.say(LogLevel::kError, now_us, "a snapshot could not be written");
+    }
   }
   if (const char* const reason = reason_to_end(now_us); *reason != '\0') end(reason);
+}
+
+/// Looked at here, as this thread neither saves what is asked for nor writes the log.
+void Node::look_for_life(std::int64_t now_us) {
+  const Heartbeat* const hearts[] = {&mapping_->heartbeat(),
+                                     sensing_ ? &sensing_->heartbeat() : nullptr,
+                                     vehicle_ ? &vehicle_->heartbeat() : nullptr};
+  static constexpr const char* kSilent[] = {
+      "the mapping thread gives no sign of life", "the sharing thread gives no sign of life",
+      "the sensing thread gives no sign of life", "the vehicle thread gives no sign of life"};
+  bool alive = true;
+  for (std::uint32_t i = 0; i < std::size(hearts); ++i) {
+    if (hearts[i] == nullptr) continue;
+    const std::uint32_t bit = 1U << i;
+    const bool late = hearts[i]->is_late(now_us);
+    alive = alive && !late;
+    if (late && (late_threads_ & bit) == 0) {
+      ++run_.silences;
+      sharing_log_.say(LogLevel::kError, now_us, kSilent[i]);
+    }
+    late_threads_ = late ? late_threads_ | bit : late_threads_ & ~bit;
+  }
+  // Without it the service manager ends this process and starts it again.
+  if (alive) notice_.tell("WATCHDOG=1");
+}
+
+void Node::look_for_others(std::int64_t now_us) {
+  SharingStatus sharing;
+  if (!sharing_->status().get(sharing)) return;
+  if (sharing.in_reach != peers_seen_)
+    log_.say(LogLevel::kInfo, now_us, "robots in reach: %, before: %", sharing.in_reach,
+             peers_seen_);
+  peers_seen_ = sharing.in_reach;
+  if (sharing.exchange.records_refused != refused_seen_)
+    log_.say(LogLevel::kWarning, now_us,
+             "records of other robots refused: %; see [fusion] memory and robot_share",
+             static_cast<std::int64_t>(sharing.exchange.records_refused));
+  refused_seen_ = sharing.exchange.records_refused;
 }
 
 void Node::say_status(std::int64_t now_us) {

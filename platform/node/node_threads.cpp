@@ -100,7 +100,7 @@ void Node::stop_threads() noexcept {
   if (sensing_) sensing_->stop();
   if (queries_) queries_->stop();
   if (mapping_) mapping_->stop();
-  if (vehicle_) vehicle_->stop();
+  if (vehicle_) vehicle_->say_stopping();
   if (sharing_) sharing_->stop();
   if (port_) port_->close();
 }

@@ -40,15 +40,16 @@ const char* reason_of(PoseVerdict verdict) noexcept {
 
 Outcome<std::unique_ptr<SensingThread>> SensingThread::open(const SensorPortConfig& config,
                                                             const PoseGuardConfig& guard,
-                                                            VehiclePort* vehicle) {
-  std::unique_ptr<SensingThread> sensing(new SensingThread(guard, vehicle));
+                                                            VehiclePort* vehicle,
+                                                            bool poses_by_bus) {
+  std::unique_ptr<SensingThread> sensing(new SensingThread(guard, vehicle, poses_by_bus));
   SensorPortConfig with_filter = config;
   with_filter.pose_filter = {
       sensing.get(), [](void* self, const PoseMessage& pose, std::int64_t stamp_now_us) {
         return static_cast<SensingThread*>(self)->may_use(pose, stamp_now_us);
       }};
   // Two sources of poses would contradict each other.
-  if (vehicle != nullptr) with_filter.channels.pose.clear();
+  if (poses_by_bus) with_filter.channels.pose.clear();
   Outcome<std::unique_ptr<SensorPort>> port = SensorPort::open(with_filter);
   if (!port.ok()) return port.failure();
   sensing->port_ = std::move(*port);
@@ -123,15 +124,22 @@ void SensingThread::note(const StampedPose& pose) noexcept {
 }
 
 /// From here on poses are of another frame: what is mapped with them does not fit to what there is.
+/// Whoever has a vehicle is asked; without one there is nobody to ask.
 void SensingThread::note_relocations(std::uint64_t relocations) noexcept {
   if (relocations == now_.relocations) return;
   now_.relocations = relocations;
-  log_.say(LogLevel::kError, MonotonicClock::now_us(),
-           "poses are of another frame than before; clear the map, or start if they are not");
-  mapping_->pause(kPausedByNewFrame, true);
+  const std::int64_t now_us = MonotonicClock::now_us();
+  if (vehicle_ != nullptr) {
+    log_.say(LogLevel::kError, now_us,
+             "poses are of another frame than before; command clear, or start if they are not");
+    mapping_->pause(kPausedByNewFrame, true);
+  } else {
+    log_.say(LogLevel::kError, now_us,
+             "poses are of another frame than before: the map is cleared");
+    mapping_->clear_map();
+  }
 }
 
-/// The guard's clock is the monotonic one: sensors' may be set, and a pose is as old as before.
 bool SensingThread::may_use(const PoseMessage& pose, std::int64_t stamp_now_us) noexcept {
   // What is not known is not held against a pose.
   const double sigma_m = std::max(pose.position_sigma_m.maxCoeff(), 0.0);
@@ -154,7 +162,7 @@ bool SensingThread::may_use(const PoseMessage& pose, std::int64_t stamp_now_us) 
 }
 
 void SensingThread::take_vehicle_poses() noexcept {
-  if (vehicle_ == nullptr) return;
+  if (!poses_by_bus_) return;
   while (const JudgedPose* const pose = vehicle_->poses().front()) {
     if (pose->usable) {
       note(pose->observation.pose);
@@ -171,12 +179,14 @@ void SensingThread::take_vehicle_poses() noexcept {
 }
 
 bool SensingThread::poses_are_good() noexcept {
-  if (vehicle_ == nullptr) {
+  VehiclePortStatus status;
+  const bool told = vehicle_ != nullptr && vehicle_->status(status);
+  if (!poses_by_bus_) {
+    if (told) guard_.moves({.received_us = MonotonicClock::now_us(), .state = status.motion});
     now_.verdict = guard_.state(MonotonicClock::now_us());
     return now_.verdict == PoseVerdict::kGood;
   }
-  VehiclePortStatus status;
-  if (!vehicle_->status(status)) return was_good_;
+  if (!told) return was_good_;
   now_.verdict = status.bus.pose_verdict;
   return status.bus.pose_source != PoseSource::kNone;
 }

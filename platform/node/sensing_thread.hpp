@@ -32,11 +32,11 @@ struct SensingStatus {
 
 class SensingThread final : public ScanSource {
  public:
-  /// vehicle: where poses come from, if not over LCM; may be null; must outlive it. Fails as
-  /// SensorPort::open.
+  /// vehicle: may be null, else it says whether the robot moves, and with poses_by_bus where it is;
+  /// must outlive it. Fails as SensorPort::open.
   static Outcome<std::unique_ptr<SensingThread>> open(const SensorPortConfig& config,
                                                       const PoseGuardConfig& guard,
-                                                      VehiclePort* vehicle);
+                                                      VehiclePort* vehicle, bool poses_by_bus);
   ~SensingThread() { stop(); }
 
   /// Both must outlive it. Fails as Thread::start.
@@ -62,8 +62,9 @@ class SensingThread final : public ScanSource {
   /// Sensors that give no scan for so long are said to be silent.
   static constexpr std::int64_t kSilence_us = 1'000'000;
 
-  SensingThread(const PoseGuardConfig& guard, VehiclePort* vehicle)
-      : guard_(guard), vehicle_(vehicle) {}
+  SensingThread(const PoseGuardConfig& guard, VehiclePort* vehicle, bool poses_by_bus)
+      : guard_(guard), vehicle_(vehicle), poses_by_bus_(poses_by_bus) {}
+
   void run() noexcept;
   bool may_use(const PoseMessage& pose, std::int64_t stamp_now_us) noexcept;
   void take_vehicle_poses() noexcept;
@@ -76,6 +77,7 @@ class SensingThread final : public ScanSource {
   std::unique_ptr<SensorPort> port_;
   PoseGuard guard_;
   VehiclePort* vehicle_;
+  bool poses_by_bus_;
   MappingThread* mapping_ = nullptr;
   WakeUp* mapping_wake_ = nullptr;
   bool was_good_ = true;

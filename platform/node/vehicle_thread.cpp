@@ -6,6 +6,7 @@
 
 #include "posix/monotonic_clock.hpp"
 #include "tessera/base/arena.hpp"
+#include "tessera/base/version.hpp"
 
 namespace tessera {
 
@@ -75,7 +76,7 @@ void VehicleThread::take_commands(std::int64_t now_us) noexcept {
     carry_out(*command, now_us);
     port_.commands().pop();
   }
-  note_saves();
+  note_pending();
 }
 
 void VehicleThread::carry_out(const TakenCommand& command, std::int64_t now_us) noexcept {
@@ -93,42 +94,46 @@ void VehicleThread::carry_out(const TakenCommand& command, std::int64_t now_us) 
       mapping_.pause(kPausedByCommand, true);
       return;
     case VehicleCommand::kClear:
-      mapping_.clear_map();
-      mapping_.pause(kPausedByNewFrame, false);
-      return;
     case VehicleCommand::kSave:
-      saves_done_ = saves_.done.load(std::memory_order_relaxed);
-      saves_failed_ = saves_.failed.load(std::memory_order_relaxed);
-      saves_.asked.store(true, std::memory_order_relaxed);
-      saving_ = true;
-      told_.command_result = CommandResult::kAccepted;
-      return;
+      return begin(command);
     case VehicleCommand::kNone:
       break;
   }
   told_.command_result = CommandResult::kDenied;
 }
 
-/// A save takes longer than a turn.
-void VehicleThread::note_saves() noexcept {
-  if (!saving_) return;
-  const bool done = saves_.done.load(std::memory_order_relaxed) != saves_done_;
-  const bool failed = saves_.failed.load(std::memory_order_relaxed) != saves_failed_;
-  if (!done && !failed) return;
-  saving_ = false;
-  told_.command_result = failed ? CommandResult::kDenied : CommandResult::kDone;
+void VehicleThread::begin(const TakenCommand& command) noexcept {
+  told_.command_result = CommandResult::kAccepted;
+  pending_ = {.command = command.command, .number = command.number};
+  if (command.command == VehicleCommand::kClear) {
+    MappingStatus mapping;
+    static_cast<void>(mapping_.status().get(mapping));
+    pending_.done = mapping.clears;
+    mapping_.clear_map();
+    mapping_.pause(kPausedByNewFrame, false);
+    return;
+  }
+  pending_.done = saves_.done.load(std::memory_order_relaxed);
+  pending_.failed = saves_.failed.load(std::memory_order_relaxed);
+  saves_.asked.store(true, std::memory_order_relaxed);
 }
 
-void VehicleThread::watch_bus(std::int64_t now_us) noexcept {
-  VehiclePortStatus port;
-  if (!port_.status(port) || port.bus.bus == bus_) return;
-  bus_ = port.bus.bus;
-  const bool well = bus_ == BusState::kActive;
-  log_.say(well ? LogLevel::kInfo : LogLevel::kWarning, now_us,
-           well                         ? "the bus is active again"
-           : bus_ == BusState::kPassive ? "the bus is error passive"
-           : bus_ == BusState::kOff     ? "the bus is off; its driver has to restart it"
-                                        : "the bus is down: its interface is down or gone");
+/// What became of it is told only while no other command came.
+void VehicleThread::note_pending() noexcept {
+  if (pending_.command == VehicleCommand::kNone) return;
+  std::uint64_t done = saves_.done.load(std::memory_order_relaxed);
+  std::uint64_t failed = saves_.failed.load(std::memory_order_relaxed);
+  if (pending_.command == VehicleCommand::kClear) {
+    MappingStatus mapping;
+    if (!mapping_.status().get(mapping)) return;
+    done = mapping.clears;
+    failed = pending_.failed;
+  }
+  if (done == pending_.done && failed == pending_.failed) return;
+  if (told_.command_number == pending_.number)
+    told_.command_result =
+        failed != pending_.failed ? CommandResult::kDenied : CommandResult::kDone;
+  pending_ = {};
 }
 
 /// The pose that is known last: of the sensors, or of the last scan.
@@ -150,16 +155,12 @@ bool VehicleThread::find_pose(Matrix34d& T_map_body, std::int64_t& stamp_us) con
 void VehicleThread::sweep() noexcept {
   Matrix34d T_map_body;
   std::int64_t stamp_us = 0;
-  const bool paused = mapping_.paused();
-  if (!sectors_.is_sweeping() && !paused && find_pose(T_map_body, stamp_us))
+  if (!sectors_.is_sweeping() && !mapping_.paused() && find_pose(T_map_body, stamp_us))
     static_cast<void>(sectors_.begin(T_map_body, stamp_us) == Status::kOk);
   if (sectors_.is_sweeping() && sectors_.step(reader_, kBlocksPerTurn)) {
     ++counted_.sweeps;
     tell_sectors();
   }
-  told_.sectors.state = counted_.sweeps == 0 ? SectorsState::kNone
-                        : paused             ? SectorsState::kHeld
-                                             : SectorsState::kCurrent;
 }
 
 void VehicleThread::tell_sectors() noexcept {
@@ -182,6 +183,9 @@ void VehicleThread::tell_sectors() noexcept {
 
 void VehicleThread::tell_state(std::int64_t now_us) noexcept {
   told_.made_us = now_us;
+  told_.version = {static_cast<std::uint8_t>(kVersionMajor),
+                   static_cast<std::uint8_t>(kVersionMinor),
+                   static_cast<std::uint8_t>(kVersionPatch)};
   told_.robot_id = static_cast<std::uint16_t>(config_.robot);
   told_.started_us = start_us_;
   told_.period_us = config_.period_us;
@@ -206,6 +210,12 @@ void VehicleThread::tell_mapping(const MappingStatus& mapping, std::int64_t now_
     told_.pause_reason = PauseReason::kNoSensor;
   }
   if (mapping_.heartbeat().is_late(now_us)) told_.state = MappingState::kFault;
+  if (told_.state == MappingState::kMapping) told_.pause_reason = shortage(mapping, now_us);
+  if (is_stopping_.load(std::memory_order_relaxed)) told_.state = MappingState::kStopping;
+  // What is not renewed by scans is not what is there now, however fresh the pose.
+  told_.sectors.state = counted_.sweeps == 0                    ? SectorsState::kNone
+                        : told_.state == MappingState::kMapping ? SectorsState::kCurrent
+                                                                : SectorsState::kHeld;
   const auto used = static_cast<double>(mapping.usage.used_bytes);
   told_.memory_share = std::min(1.0, used / static_cast<double>(storage_bytes_));
   told_.blocks = mapping.usage.blocks;
@@ -217,6 +227,18 @@ void VehicleThread::tell_mapping(const MappingStatus& mapping, std::int64_t now_
   }
   told_.cycle_p99_us = cycles_.quantile_us(0.99);
   told_.cycle_worst_us = mapping.worst_cycle_us;
+}
+
+/// What did not fit lately, though it maps.
+PauseReason VehicleThread::shortage(const MappingStatus& mapping, std::int64_t now_us) noexcept {
+  const std::uint64_t refused = mapping.usage.storage_refused + mapping.usage.blocks_refused;
+  if (refused != refused_seen_) refused_us_ = now_us;
+  if (mapping.missed != missed_seen_) missed_us_ = now_us;
+  refused_seen_ = refused;
+  missed_seen_ = mapping.missed;
+  const auto is_recent = [now_us](std::int64_t us) { return us != 0 && now_us - us < kTold_us; };
+  if (is_recent(refused_us_)) return PauseReason::kMemoryFull;
+  return is_recent(missed_us_) ? PauseReason::kOverload : PauseReason::kNone;
 }
 
 /// Why no pose may be mapped with.

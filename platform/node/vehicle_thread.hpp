@@ -57,7 +57,8 @@ class VehicleThread {
   ~VehicleThread() { stop(); }
 
   Outcome<void> start(const ThreadRole& role);
-  /// Tells the vehicle that the node stops, and ends.
+  /// From here on the vehicle is told that the node stops.
+  void say_stopping() noexcept { is_stopping_.store(true, std::memory_order_relaxed); }
   void stop() noexcept;
   /// For any thread.
   [[nodiscard]] const LatestValue<VehicleThreadReport>& report() const noexcept { return report_; }
@@ -65,6 +66,8 @@ class VehicleThread {
   [[nodiscard]] LogQueue& log() noexcept { return log_; }
 
  private:
+  /// So long is told that something did not fit.
+  static constexpr std::int64_t kTold_us = 2'000'000;
   /// A sensor that is silent for longer is said to be.
   static constexpr std::int64_t kSilentPeriods = 5;
 
@@ -83,7 +86,9 @@ class VehicleThread {
   void turn(std::int64_t now_us) noexcept;
   void take_commands(std::int64_t now_us) noexcept;
   void carry_out(const TakenCommand& command, std::int64_t now_us) noexcept;
-  void note_saves() noexcept;
+  void begin(const TakenCommand& command) noexcept;
+  void note_pending() noexcept;
+  [[nodiscard]] PauseReason shortage(const MappingStatus& mapping, std::int64_t now_us) noexcept;
   void watch_bus(std::int64_t now_us) noexcept;
   void sweep() noexcept;
   void tell_sectors() noexcept;
@@ -104,9 +109,18 @@ class VehicleThread {
   ArenaMemory memory_;
   ObstacleSectors sectors_;
   VehicleReport told_{};
-  bool saving_ = false;
-  std::uint64_t saves_done_ = 0;
-  std::uint64_t saves_failed_ = 0;
+  /// A command that takes longer than a turn.
+  struct Pending {
+    VehicleCommand command = VehicleCommand::kNone;
+    std::uint8_t number = 0;
+    std::uint64_t done = 0;  ///< Such commands that were done before it, and that failed.
+    std::uint64_t failed = 0;
+  };
+  Pending pending_{};
+  std::uint64_t refused_seen_ = 0;  ///< By a map that is full.
+  std::int64_t refused_us_ = 0;
+  std::uint64_t missed_seen_ = 0;
+  std::int64_t missed_us_ = 0;
   std::uint64_t cycles_seen_ = 0;
   BusState bus_ = BusState::kActive;
   DurationHistogram cycles_;  ///< As the mapping thread tells them.
@@ -115,6 +129,7 @@ class VehicleThread {
   LatestValue<VehicleThreadReport> report_;
   WakeUp wake_;
   std::atomic<bool> stopping_{false};
+  std::atomic<bool> is_stopping_{false};
   Heartbeat heartbeat_{"vehicle", 1'000'000};
   LogQueue log_{"vehicle"};
   Thread thread_;

@@ -163,24 +163,33 @@ CanSocket::Read CanSocket::read(CanFrame& frame, std::int64_t& received_us) noex
   if (state_ != BusState::kPassive) state_ = BusState::kActive;
   frame = {.id = raw.can_id & CAN_SFF_MASK, .size = raw.len, .is_fd = is_fd};
   std::copy_n(raw.data, raw.len, frame.data.begin());
-  received_us = received_at(attached.kernel_us);
-  return Read::kFrame;
+  return received_at(attached.kernel_us, received_us) ? Read::kFrame : Read::kOther;
 }
 
 /// The kernel stamps by the time of day, which may be set at any moment: what counts is how long
-/// ago it was.
-std::int64_t CanSocket::received_at(std::int64_t kernel_us) noexcept {
+/// ago it was. So long ago as cannot be is the clock's doing if it was set since the last frame;
+/// else the frame has waited, as this process did not run.
+bool CanSocket::received_at(std::int64_t kernel_us, std::int64_t& received_us) noexcept {
+  constexpr std::int64_t kStep_us = 50'000;
   const std::int64_t now = now_us(clock_);
-  if (kernel_us == 0) {
+  const std::int64_t day_us = now_us(CanClock::kRealtime);
+  const std::int64_t ahead_us = day_us - now_us(CanClock::kMonotonic);
+  const bool was_set =
+      knows_day_ && (ahead_us - day_ahead_us_ > kStep_us || day_ahead_us_ - ahead_us > kStep_us);
+  day_ahead_us_ = ahead_us;
+  knows_day_ = true;
+  received_us = now;
+  const std::int64_t ago = day_us - kernel_us;
+  if (kernel_us == 0 || ago < 0 || (ago > kMostWaitUs && was_set)) {
     ++counters_.no_stamp;
-    return now;
+    return true;
   }
-  const std::int64_t ago = now_us(CanClock::kRealtime) - kernel_us;
-  if (ago < 0 || ago > kMostWaitUs) {
-    ++counters_.no_stamp;
-    return now;
+  if (ago > kMostWaitUs) {
+    ++counters_.stale;
+    return false;
   }
-  return now - ago;
+  received_us = now - ago;
+  return true;
 }
 
 void CanSocket::take_error_frame(const void* frame) noexcept {

@@ -33,6 +33,7 @@ struct CanSocketCounters {
   std::uint64_t overflows = 0;  ///< Of the controller's own buffers.
   std::uint64_t no_acknowledge = 0;
   std::uint64_t went_down = 0;  ///< Interface down, or gone.
+  std::uint64_t stale = 0;      ///< Over two seconds old when they were read: left out.
   std::uint64_t no_stamp = 0;   ///< Frames whose time was not the kernel's, or made no sense.
 };
 
@@ -88,12 +89,15 @@ class CanSocket {
   Read failed_read(int error) noexcept;
   void note_down() noexcept;
   void take_error_frame(const void* frame) noexcept;
-  [[nodiscard]] std::int64_t received_at(std::int64_t kernel_us) noexcept;
+  /// False: the frame is too old to be of use.
+  [[nodiscard]] bool received_at(std::int64_t kernel_us, std::int64_t& received_us) noexcept;
 
   FileDescriptor socket_;
   CanClock clock_ = CanClock::kMonotonic;
   bool can_fd_ = false;
   BusState state_ = BusState::kActive;
+  std::int64_t day_ahead_us_ = 0;  ///< Of the monotonic clock, the time of day, at the last frame.
+  bool knows_day_ = false;
   std::uint32_t last_dropped_ = 0;  ///< As the kernel counts.
   CanSocketCounters counters_{};
 };

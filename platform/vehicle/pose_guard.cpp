@@ -32,6 +32,7 @@ PoseVerdict PoseGuard::judge(const PoseObservation& observation) noexcept {
     const bool settled = state_ == PoseVerdict::kGood || good_in_row_ >= config_.recover_after;
     verdict = settled ? PoseVerdict::kGood : PoseVerdict::kRecovering;
     state_ = verdict;
+    was_good_ = was_good_ || settled;
   } else if (found != PoseVerdict::kOutOfOrder) {
     fail(found);
   }
@@ -78,8 +79,7 @@ PoseVerdict PoseGuard::inspect(const PoseObservation& observation) noexcept {
   if (observation.std_position_m > config_.max_std_position_m ||
       observation.std_heading_rad > config_.max_std_heading_rad)
     return PoseVerdict::kUncertain;
-  if (has_reference_ && !is_plausible_step(reference_, observation) && !is_relocated(observation))
-    return PoseVerdict::kJumping;
+  if (has_reference_ && jumps(observation)) return PoseVerdict::kJumping;
   candidate_in_row_ = 0;
   const bool frozen = is_frozen(observation);
   reference_ = {pose, observation.std_position_m, observation.std_heading_rad};
@@ -87,7 +87,8 @@ PoseVerdict PoseGuard::inspect(const PoseObservation& observation) noexcept {
   return frozen ? PoseVerdict::kFrozen : PoseVerdict::kGood;
 }
 
-bool PoseGuard::is_plausible_step(const Reference& from, const PoseObservation& to) const noexcept {
+/// How far a step goes, as a share of the farthest that is plausible.
+double PoseGuard::strain(const Reference& from, const PoseObservation& to) const noexcept {
   const double seconds = static_cast<double>(to.pose.stamp_us - from.pose.stamp_us) * 1e-6;
   const double far_m = config_.max_speed_mps * seconds + config_.slack_m +
                        config_.sigmas * std::hypot(from.std_position_m, to.std_position_m);
@@ -95,16 +96,25 @@ bool PoseGuard::is_plausible_step(const Reference& from, const PoseObservation& 
                          config_.sigmas * std::hypot(from.std_heading_rad, to.std_heading_rad);
   const Matrix34d& before = from.pose.T_map_body;
   const Matrix34d& after = to.pose.T_map_body;
-  return distance_m(before, after) <= far_m && turn_between(before, after) <= far_rad;
+  return std::max(distance_m(before, after) / far_m, turn_between(before, after) / far_rad);
+}
+
+/// What a jump led to stays beyond it, though time makes the way there plausible: a pose belongs to
+/// where it strains less.
+bool PoseGuard::jumps(const PoseObservation& observation) noexcept {
+  const double here = strain(reference_, observation);
+  const double there = candidate_in_row_ > 0 ? strain(candidate_, observation) : 2.0;
+  if (here <= 1.0 && here <= there) return false;
+  return !is_relocated(observation, there <= 1.0);
 }
 
 /// Poses beyond a jump are believed once so many of them agree with each other.
-bool PoseGuard::is_relocated(const PoseObservation& observation) noexcept {
-  const bool agrees = candidate_in_row_ > 0 && is_plausible_step(candidate_, observation);
+bool PoseGuard::is_relocated(const PoseObservation& observation, bool agrees) noexcept {
   candidate_in_row_ = agrees ? candidate_in_row_ + 1 : 1;
   candidate_ = {observation.pose, observation.std_position_m, observation.std_heading_rad};
   if (candidate_in_row_ < config_.relocate_after) return false;
-  ++relocations_;
+  // A frame that nothing was mapped in is none that was left.
+  relocations_ += was_good_ ? 1U : 0U;
   window_ = {};
   frozen_ = false;
   return true;

@@ -90,9 +90,9 @@ class PoseGuard {
   };
 
   [[nodiscard]] PoseVerdict inspect(const PoseObservation& observation) noexcept;
-  [[nodiscard]] bool is_plausible_step(const Reference& from,
-                                       const PoseObservation& to) const noexcept;
-  [[nodiscard]] bool is_relocated(const PoseObservation& observation) noexcept;
+  [[nodiscard]] double strain(const Reference& from, const PoseObservation& to) const noexcept;
+  [[nodiscard]] bool jumps(const PoseObservation& observation) noexcept;
+  [[nodiscard]] bool is_relocated(const PoseObservation& observation, bool agrees) noexcept;
   [[nodiscard]] bool is_frozen(const PoseObservation& observation) noexcept;
   [[nodiscard]] double said_speed_mps(std::int64_t now_us) const noexcept;
   void fail(PoseVerdict verdict) noexcept;
@@ -111,6 +111,7 @@ class PoseGuard {
   int candidate_in_row_ = 0;
   Window window_{};
   bool frozen_ = false;
+  bool was_good_ = false;  ///< A pose was used, ever.
   std::array<std::uint64_t, kPoseVerdicts> counts_{};
   std::uint64_t timeouts_ = 0;
   std::uint64_t relocations_ = 0;

@@ -106,7 +106,7 @@ class Publisher {
     std::uint64_t start_stamp = 0;
     std::int64_t unchanged_us = 0;  ///< When the newest of these stamps was given, or later.
     std::int64_t start_us = 0;
-    std::uint64_t stop_stamp = 0;  ///< Of the map, when it stopped within a page.
+    std::uint64_t stop_moves = 0;  ///< Of the map's index, when it stopped within a page.
     bool going = false;
     bool complete = false;  ///< No block may have been missed so far.
   };

@@ -67,6 +67,12 @@ struct BlockNote {
   std::uint32_t slot = 0;  ///< Its place in the index's page.
 };
 
+/// How many notes were read of a page.
+struct PageNotes {
+  std::size_t count = 0;
+  std::uint64_t moves = 0;  ///< Another whenever entries of the index change their places.
+};
+
 /// A reader of a map; one for each thread that reads. The map must be made before the reader, and
 /// stay where it is while the reader is used: it must not be moved or moved to. Everything else may
 /// be done to it by its one writer meanwhile: scans integrated, blocks closed, content loaded, all
@@ -131,10 +137,10 @@ class MapReader {
   /// to one behind all that there are: who reads all pages in order, until there are no more, meets
   /// every block that was there from before until after.
   [[nodiscard]] std::size_t pages() const noexcept { return map_->index_.pages_shared(); }
-  /// The blocks of a page from a slot on; returns how many. Fails with kOutOfRange iff there is no
+  /// The blocks of a page from a slot on. Fails with kOutOfRange iff there is no
   /// such page; kBusy iff kMaxAttempts tries met entries that moved. O(kPageBlocks) a try.
-  [[nodiscard]] Result<std::size_t> notes(std::size_t page, std::size_t first_slot,
-                                          std::span<BlockNote, kPageBlocks> into) noexcept;
+  [[nodiscard]] Result<PageNotes> notes(std::size_t page, std::size_t first_slot,
+                                        std::span<BlockNote, kPageBlocks> into) noexcept;
 
   /// Tries that were in vain, since the reader was made.
   [[nodiscard]] std::uint64_t retries() const noexcept { return retries_; }
