@@ -75,7 +75,7 @@ Outcome<std::unique_ptr<DatasetPlayer>> DatasetPlayer::open(const PlayerConfig& 
   if (!sender.ok()) return sender.failure();
   Outcome<PlayTimeline> timeline = PlayTimeline::make(dataset, config.rate_hz);
   if (!timeline.ok()) return timeline.failure();
-  ScanAhead::Source source{.dataset = &dataset, .dir = dir};
+  ScanAhead::Source source{.dataset = &dataset, .dir = dir, .cameras = {}};
   if (!config.semantic) {
     Outcome<std::vector<CameraDescription>> cameras = cameras_of(dataset, dir);
     if (!cameras.ok()) return cameras.failure();
