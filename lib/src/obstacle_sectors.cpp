@@ -131,26 +131,28 @@ int ObstacleSectors::sector_of(double x_map, double y_map) const noexcept {
   return sector;
 }
 
-/// Of a square with its lowest corner there. All of them iff the body is in it.
+/// Of a square with its lowest corner there. All of them iff the body is in it. Else the square is
+/// less than half a turn wide, from its rightmost corner to its leftmost; which corners these are
+/// follows from the side that it is on. Sectors of corners alone do not tell: close to an edge they
+/// are half of all sectors apart, on either way around.
 ObstacleSectors::Touched ObstacleSectors::touched_by(double x_map, double y_map,
                                                      double edge_m) const noexcept {
-  const bool inside =
-      x_map <= 0.0 && x_map + edge_m >= 0.0 && y_map <= 0.0 && y_map + edge_m >= 0.0;
-  if (inside) return {0, config_.count};
+  const double x_end = x_map + edge_m;
+  const double y_end = y_map + edge_m;
+  const int side_x = x_map > 0.0 ? 1 : (x_end < 0.0 ? -1 : 0);
+  const int side_y = y_map > 0.0 ? 1 : (y_end < 0.0 ? -1 : 0);
   const int n = config_.count;
-  const int first = sector_of(x_map, y_map);
-  int low = 0;
-  int high = 0;
-  // Seen from outside, a square's corners are less than half a turn apart.
-  for (int corner = 1; corner < 4; ++corner) {
-    const double x = x_map + ((corner & 1) != 0 ? edge_m : 0.0);
-    const double y = y_map + ((corner & 2) != 0 ? edge_m : 0.0);
-    const int apart = (sector_of(x, y) - first + n) % n;
-    const int steps = apart > n / 2 ? apart - n : apart;
-    low = std::min(low, steps);
-    high = std::max(high, steps);
-  }
-  return {(first + low + n) % n, std::min(high - low + 1, n)};
+  if (side_x == 0 && side_y == 0) return {0, n};
+  const bool right_x_end = side_y != 0 ? side_y > 0 : side_x < 0;
+  const bool right_y_end = side_x != 0 ? side_x < 0 : side_y < 0;
+  const bool left_x_end = side_y != 0 ? side_y < 0 : side_x < 0;
+  const bool left_y_end = side_x != 0 ? side_x > 0 : side_y < 0;
+  const int first = sector_of(right_x_end ? x_end : x_map, right_y_end ? y_end : y_map);
+  const int last = sector_of(left_x_end ? x_end : x_map, left_y_end ? y_end : y_map);
+  const int apart = (last - first + n) % n;
+  // A narrow square on a border, which rounding has put the wrong way about.
+  if (apart == n - 1) return {last, 2};
+  return {first, apart + 1};
 }
 
 /// The columns of a square ring, one after the other around it. False behind the last ring.
@@ -239,9 +241,11 @@ void ObstacleSectors::finish() noexcept {
     for (std::size_t ring = 0; ring < kMostRings; ++ring) {
       const double outer_m = static_cast<double>(ring + 1) * config_.ring_m;
       const Share counted = share(i, ring);
-      // A ring without a column is the vehicle's own.
-      const bool known = counted.known >= config_.known_share * counted.all;
-      if (!known || outer_m > end_m) break;
+      // A ring without a column is the vehicle's own, or narrower than the voxels: then it goes
+      // together with the rings behind it, up to the first that has one.
+      if (outer_m > end_m) break;
+      if (counted.all == 0 && outer_m > config_.own_radius_m) continue;
+      if (counted.known < config_.known_share * counted.all) break;
       sector.free_up_to_m = outer_m;
     }
     if (!sector.available) sector = {};

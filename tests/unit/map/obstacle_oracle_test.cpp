@@ -12,27 +12,6 @@
 namespace tessera {
 namespace {
 
-/// The sectors that a voxel's square is in a part of, by angles; -1 for the place of the body.
-std::vector<int> sectors_of_square(double x, double y, double edge, double heading, int count) {
-  std::vector<double> turns;
-  for (const double dx : {0.0, edge})
-    for (const double dy : {0.0, edge}) turns.push_back(std::atan2(y + dy, x + dx) - heading);
-  const double first = turns[0];
-  for (double& turn : turns) turn = first + std::remainder(turn - first, kTurn);
-  const double width = kTurn / count;
-  const double low = *std::min_element(turns.begin(), turns.end()) + width / 2;
-  const double high = *std::max_element(turns.begin(), turns.end()) + width / 2;
-  std::vector<int> sectors;
-  if (x <= 0 && x + edge >= 0 && y <= 0 && y + edge >= 0) {
-    for (int i = 0; i < count; ++i) sectors.push_back(i);
-    return sectors;
-  }
-  const auto number = [&](double turn) { return static_cast<int>(std::floor(turn / width)); };
-  for (int i = number(low); i <= number(high); ++i)
-    sectors.push_back(((i % count) + count) % count);
-  return sectors;
-}
-
 /// All by definition: every voxel of the band within the range is asked.
 ObstacleSummary by_brute_force(const LocalMap& map, const ObstacleSectorsConfig& c,
                                const Matrix34d& T) {
@@ -82,8 +61,10 @@ ObstacleSummary by_brute_force(const LocalMap& map, const ObstacleSectorsConfig&
     ObstacleSector& sector = result.sectors[i];
     const double end = sector.occupied ? std::min(sector.distance_m, c.max_range_m) : c.max_range_m;
     for (std::size_t ring = 0; static_cast<double>(ring + 1) * c.ring_m <= end; ++ring) {
+      const double outer = static_cast<double>(ring + 1) * c.ring_m;
+      if (all[i][ring] == 0 && outer > c.own_radius_m) continue;  // With the next.
       if (known[i][ring] < c.known_share * all[i][ring]) break;
-      sector.free_up_to_m = static_cast<double>(ring + 1) * c.ring_m;
+      sector.free_up_to_m = outer;
     }
   }
   return result;

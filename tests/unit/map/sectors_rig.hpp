@@ -3,6 +3,7 @@
 // Obstacle sectors around a place in a small map, for tests.
 #pragma once
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <vector>
@@ -23,6 +24,28 @@ inline Matrix34d pose_at(double x, double y, double z, double heading) {
   T(1, 3) = y;
   T(2, 3) = z;
   return T;
+}
+
+/// The sectors that a voxel's square is in a part of, by angles; -1 for the place of the body.
+inline std::vector<int> sectors_of_square(double x, double y, double edge, double heading,
+                                          int count) {
+  std::vector<double> turns;
+  for (const double dx : {0.0, edge})
+    for (const double dy : {0.0, edge}) turns.push_back(std::atan2(y + dy, x + dx) - heading);
+  const double first = turns[0];
+  for (double& turn : turns) turn = first + std::remainder(turn - first, kTurn);
+  const double width = kTurn / count;
+  const double low = *std::min_element(turns.begin(), turns.end()) + width / 2;
+  const double high = *std::max_element(turns.begin(), turns.end()) + width / 2;
+  std::vector<int> sectors;
+  if (x <= 0 && x + edge >= 0 && y <= 0 && y + edge >= 0) {
+    for (int i = 0; i < count; ++i) sectors.push_back(i);
+    return sectors;
+  }
+  const auto number = [&](double turn) { return static_cast<int>(std::floor(turn / width)); };
+  for (int i = number(low); i <= number(high); ++i)
+    sectors.push_back(((i % count) + count) % count);
+  return sectors;
 }
 
 /// A map, a reader, and sectors in memory of just their size.

@@ -44,7 +44,10 @@ struct ObstacleSector {
   double probability = 0.0;  ///< Of the label.
   double occupancy = 0.0;    ///< Above 0.5, else it would not be occupied.
   /// Up to here, in whole rings, enough columns of voxels are known and none is occupied. A column
-  /// is known if any voxel of it in the band of heights was observed.
+  /// is known if any voxel of it in the band of heights was observed, and belongs to the ring and
+  /// the sector that its centre is in. A ring of a sector in which there is no centre, as it is
+  /// narrower than the voxels, goes together with the next that has one, and is unknown if none
+  /// has.
   double free_up_to_m = 0.0;
 };
 
