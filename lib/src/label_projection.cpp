@@ -33,10 +33,11 @@ Point3d at(const PointsView& points, std::size_t i) noexcept {
   return {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])};
 }
 
-/// From -0.5 on, so that cutting off the fraction is rounding down.
-std::uint16_t nearest_pixel(double place) noexcept {
+/// From -0.5 on, so that cutting off the fraction is rounding down. The sum may be rounded up: that
+/// of 0.5 and the number before it is 1, so a place in the image is not always under its side.
+std::uint16_t nearest_pixel(double place, int side_px) noexcept {
   const double from_edge = place + 0.5;
-  return static_cast<std::uint16_t>(from_edge);
+  return static_cast<std::uint16_t>(std::min(static_cast<int>(from_edge), side_px - 1));
 }
 
 /// The square of a finite float does not overflow a double. Written so that NaN fails.
@@ -91,8 +92,8 @@ void LabelProjector::place(const PointsView& points, const LabelCamera& camera,
     report.outside += sight == Sight::kOutside ? 1U : 0U;
     if (sight != Sight::kSeen) continue;
     const double range_m = norm(p_camera);
-    placed.column = nearest_pixel(pixel.column);
-    placed.row = nearest_pixel(pixel.row);
+    placed.column = nearest_pixel(pixel.column, camera.model.width_px());
+    placed.row = nearest_pixel(pixel.row, camera.model.height_px());
     placed.range_m = static_cast<float>(range_m);
     placed.cosine = static_cast<float>(p_camera.z() / range_m);
     float& nearest_m = nearest_m_[static_cast<std::size_t>(cell_of(placed.row) * cells_.columns +

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Points and cameras that cannot be used are counted and told; the work stays within its bound.
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <limits>
 
 #include "tessera/registration/label_projection.hpp"
@@ -74,6 +75,18 @@ TEST_CASE("label projection: a camera that cannot be used is left out and says w
         Status::kInvalidArgument);
   const Camera large(641, 482, 100.0, 1, looking(0.0));
   CHECK(status_with([&](LabelCamera& c) { c = large.view; }) == Status::kResourceExhausted);
+}
+
+TEST_CASE("label projection: a place just before the end of a pixel is in that pixel") {
+  // 0.5 more is 1 when rounded, which would be the next pixel.
+  const double most = std::nextafter(0.5, 0.0);
+  REQUIRE(most + 0.5 == 1.0);
+  Camera camera(1, 1, most, 4, looking(0.0));
+  camera.pixels.push_back(7);  // Behind the image.
+  camera.view.labels = camera.pixels.data();
+  const Projected got = project({{1, -1, 0}, {1, 0, -1}, {1, -1, -1}}, {camera.view});
+  CHECK(got.report.labelled == 3);
+  CHECK(got.components == std::vector<std::uint8_t>{4, 4, 4});
 }
 
 TEST_CASE("label projection: points beyond the capacity stay unlabelled and are counted") {
