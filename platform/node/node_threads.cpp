@@ -66,11 +66,7 @@ Outcome<void> Node::make_threads() {
 Outcome<void> Node::make_vehicle(NodeRequests& requests) {
   if (!vehicle_port_) return {};
   VehicleThreadConfig config;
-  config.sectors.count = static_cast<int>(config_.vehicle.sectors);
-  config.sectors.max_range_m = config_.vehicle.sector_range_m;
-  config.sectors.min_height_m = config_.vehicle.sector_low_m;
-  config.sectors.max_height_m = config_.vehicle.sector_high_m;
-  config.sectors.own_radius_m = config_.vehicle.own_radius_m;
+  config.sectors = sectors_of(config_.vehicle);
   config.robot = config_.robot;
   config.period_us = 1000 * config_.period_ms;
   Outcome<std::unique_ptr<VehicleThread>> made =

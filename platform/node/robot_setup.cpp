@@ -51,6 +51,17 @@ ExchangeConfig exchange_of(const NodeConfig& config, const MapConfig& map, std::
 
 }  // namespace
 
+ObstacleSectorsConfig sectors_of(const VehicleConfig& vehicle) noexcept {
+  ObstacleSectorsConfig sectors;
+  sectors.count = static_cast<int>(vehicle.sectors);
+  sectors.max_range_m = vehicle.sector_range_m;
+  sectors.min_height_m = vehicle.sector_low_m;
+  sectors.max_height_m = vehicle.sector_high_m;
+  sectors.own_radius_m = vehicle.own_radius_m;
+  sectors.ring_m = std::min(1.0, vehicle.sector_range_m);
+  return sectors;
+}
+
 Outcome<HeldRobot> make_robot(const RobotConfig& config, const ClassTable& classes,
                               const RobotKeys& keys, const Clock& clock) {
   Outcome<ArenaMemory> memory =

@@ -7,6 +7,7 @@
 
 #include "mapping/stored_map.hpp"
 #include "node/node_config.hpp"
+#include "tessera/map/obstacle_sectors.hpp"
 #include "tessera/robot/robot.hpp"
 
 namespace tessera {
@@ -27,6 +28,9 @@ struct ScanSizes {
 /// messages are in words of "map" and "fuse" (in_words_of_config).
 Outcome<RobotSetup> set_up_robot(const NodeConfig& config, const ScanSizes& scans,
                                  std::uint32_t epoch);
+
+/// Rings of a metre, or one of the whole range if that is less.
+ObstacleSectorsConfig sectors_of(const VehicleConfig& vehicle) noexcept;
 
 /// A robot and its memory.
 class HeldRobot {

@@ -89,6 +89,30 @@ TEST_CASE("fit_global_map: what is made never takes more than it was given, and 
   CHECK(none.failure().message.find("give at least") != std::string::npos);
 }
 
+TEST_CASE("sectors_of: every range that a file may give makes sectors") {
+  MapConfig map_config;
+  map_config.storage_bytes = 4 * SlabPool::kPageBytes;
+  ClassTable classes;
+  REQUIRE(classes.add("road", {}) == Status::kOk);
+  Outcome<ArenaMemory> memory = ArenaMemory::allocate(required_bytes(map_config));
+  REQUIRE(memory.ok());
+  Arena arena(memory->span());
+  const Result<LocalMap> map = LocalMap::make(arena, map_config, classes);
+  REQUIRE(map.ok());
+  Outcome<ArenaMemory> own = ArenaMemory::allocate(ObstacleSectors::required_bytes(*map));
+  REQUIRE(own.ok());
+  const std::string vehicle = std::string(kLeast) + "[vehicle]\ncan = 'can0'\nsector_range_m = ";
+  for (const char* const range : {"0.5", "0.75", "0.99", "1.0", "1.01", "20.0", "60.0"}) {
+    INFO(range << " m");
+    const Outcome<NodeConfig> config = parse_node_config(vehicle + range + "\n", "node.toml");
+    REQUIRE(config.ok());
+    Arena own_arena(own->span());
+    CHECK(ObstacleSectors::make(sectors_of(config->vehicle), *map, own_arena).ok());
+  }
+  for (const char* const range : {"0.49", "60.1"})
+    CHECK_FALSE(parse_node_config(vehicle + range + "\n", "node.toml").ok());
+}
+
 TEST_CASE("lock_robot: a robot is one process at a time") {
   const test::TemporaryFolder folder;
   const std::string state = folder.path().string();
