@@ -124,6 +124,7 @@ void Publisher::clear() noexcept {
   // What is in the map from now on was not there before.
   round_ = {};
   round_.unchanged_us = last_us_;
+  noted_stamp_ = 0;
   unlisted_stamp_ = kAllListed;
   published_place_ = 0;
 }

@@ -152,8 +152,27 @@ void Publisher::end_round() noexcept {
   round_.going = false;
   if (!round_.complete) return;
   ++rounds_;
+  noted_stamp_ = round_.start_stamp;
   round_.unchanged_stamp = round_.start_stamp;
   round_.unchanged_us = round_.start_us;
+}
+
+std::optional<std::uint64_t> Publisher::unnoted(const LocalMap& map) noexcept {
+  if (candidates_.empty()) return 0;
+  MapReader reader(map);
+  const std::span<BlockNote, MapReader::kPageBlocks> notes(notes_);
+  std::uint64_t count = 0;
+  const std::size_t pages = reader.pages();
+  for (std::size_t page = 0; page < pages; ++page) {
+    const Result<std::size_t> found = reader.notes(page, 0, notes);
+    if (!found.ok()) return std::nullopt;
+    for (const BlockNote& block : notes.first(*found)) {
+      if (block.stamp <= noted_stamp_) continue;
+      const std::optional<std::uint32_t> value = index_.find(block.key);
+      count += value && is_waiting(*value) ? 0U : 1U;
+    }
+  }
+  return count;
 }
 
 void Publisher::sweep_published(Tick& tick) noexcept {

@@ -22,7 +22,7 @@ Result<Robot*> Robot::make(Arena& arena, const RobotConfig& config, const ClassT
 
 PublisherReport Robot::tick(std::int64_t now_us) noexcept {
   const PublisherReport report = sharer_->tick(mapper_->map(), now_us);
-  if (sharer_->submap_due() && sharer_->open_submap() == Status::kOk) mapper_->clear();
+  if (sharer_->submap_due() && sharer_->open_submap(map()) == Status::kOk) mapper_->clear();
   return report;
 }
 

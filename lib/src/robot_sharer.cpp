@@ -69,6 +69,7 @@ void Sharer::note_way(const Point3d& p_map) noexcept {
   // One that is refused is asked for again after the same way.
   way_m_ = 0.0;
   submap_.last = request_submap(frame_);
+  flush_.keeps_frame = submap_.last == Status::kOk;
 }
 
 PublisherReport Sharer::tick(const LocalMap& map, std::int64_t now_us) noexcept {
@@ -81,15 +82,17 @@ PublisherReport Sharer::tick(const LocalMap& map, std::int64_t now_us) noexcept 
     PublisherBudget budget = budget_;
     budget.at_once = submap_.ending;
     report = publisher_.tick(map, now_us - first_tick_us_, budget, publication_of(exchange_));
-    note_flush();
+    note_flush(map);
   }
   fuse();
   return report;
 }
 
-void Sharer::note_flush() noexcept {
+void Sharer::note_flush(const LocalMap& map) noexcept {
   if (!submap_.ending) return;
-  const bool noted = publisher_.rounds() >= flush_.rounds;
+  // A round takes several ticks where the index is long: what it has passed may have changed again.
+  const bool noted = publisher_.rounds() >= flush_.rounds &&
+                     publisher_.noted_stamp() == MapReader(map).stamp();
   --flush_.ticks_left;
   flush_.due = flush_.ticks_left == 0 || (noted && publisher_.waiting() == 0);
 }
@@ -107,15 +110,16 @@ Status Sharer::request_submap(const Matrix34d& T_global_map) noexcept {
   return Status::kOk;
 }
 
-Status Sharer::open_submap() noexcept {
+Status Sharer::open_submap(const LocalMap& map) noexcept {
   if (!flush_.due) return Status::kInvalidArgument;
   flush_.due = submap_.ending = false;
   submap_.last = exchange_.open(submap_.epoch, submap_.submap + 1, flush_.T_global_map);
   if (submap_.last != Status::kOk) return submap_.last;
   ++submap_.submap;
   ++submap_.opened;
-  submap_.lost_blocks += publisher_.waiting();
-  submap_.cut_short += publisher_.rounds() < flush_.rounds ? 1U : 0U;
+  const std::optional<std::uint64_t> unnoted = publisher_.unnoted(map);
+  submap_.lost_blocks += publisher_.waiting() + unnoted.value_or(0);
+  submap_.cut_short += publisher_.rounds() < flush_.rounds || !unnoted ? 1U : 0U;
   frame_ = flush_.T_global_map;
   publisher_.clear();
   return Status::kOk;
@@ -123,7 +127,9 @@ Status Sharer::open_submap() noexcept {
 
 Status Sharer::set_frame(std::uint32_t submap, const Matrix34d& T_global_map) noexcept {
   const Status status = exchange_.move(submap_.epoch, submap, T_global_map);
-  if (status == Status::kOk && submap == submap_.submap) frame_ = T_global_map;
+  if (status != Status::kOk || submap != submap_.submap) return status;
+  frame_ = T_global_map;
+  if (submap_.ending && flush_.keeps_frame) flush_.T_global_map = T_global_map;
   return status;
 }
 

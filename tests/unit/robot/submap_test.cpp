@@ -140,7 +140,7 @@ TEST_CASE("Submap: what cannot be a submap is refused, and all goes on as before
   Matrix34d mirrored = Matrix34d::Identity();
   mirrored(0, 0) = -1.0;
   CHECK(robot.new_submap(mirrored) == Status::kInvalidArgument);
-  CHECK(robot.sharer().open_submap() == Status::kInvalidArgument);
+  CHECK(robot.sharer().open_submap(robot.map()) == Status::kInvalidArgument);
   std::int64_t now_us = 0;
   for (std::uint32_t submap = 1; submap <= 2; ++submap) {
     robot.integrate(StreetPart(1).view(), 0);
@@ -183,6 +183,99 @@ TEST_CASE("Submap: after so long a way another one begins, with the same frame")
   CHECK(robot.sharer().frame() == kFirst);
   CHECK(drive_to(105.0, 10.0) == 1);
   CHECK(drive_to(105.0, 8.0) == 2);
+}
+
+/// A robot whose index is gone through in many ticks, and points alone in blocks of their own.
+RobotConfig config_of_slow_rounds() {
+  RobotConfig config = config_at_first();
+  config.inference.mode = InferenceMode::kCounting;
+  config.inference.free_space.enabled = false;
+  config.budget.entries = 512;
+  return config;
+}
+
+void integrate_block(Robot& robot, int number) {
+  const float points[3] = {2.4F, 0.0F, 0.0F};
+  const std::uint8_t road = 1;
+  ScanView scan{.points = points, .stride_floats = 3, .count = 1, .components = &road};
+  scan.T_map_sensor = shift_of(1.6 * (number % 64), 1.6 * (number / 64));
+  robot.integrate(scan, 0);
+}
+
+TEST_CASE("Submap: what changes behind a round of many ticks is published or counted as lost") {
+  for (const int scanned_ticks : {30, 1000}) {
+    RobotConfig config = config_of_slow_rounds();
+    config.submap_ticks = 80;
+    SmallRobotMemory one(config);
+    Robot& robot = *one.robot;
+    int blocks = 0;
+    std::int64_t now_us = 0;
+    while (blocks < 1200) integrate_block(robot, blocks++);
+    REQUIRE(settle(robot, now_us) <= 1000);
+    REQUIRE(robot.map().block_count() == 1200);
+    REQUIRE(robot.new_submap(kSecond) == Status::kOk);
+    int ticks = 0;
+    for (; robot.sharer().submap().ending; ++ticks) {
+      if (ticks < scanned_ticks) integrate_block(robot, blocks++);
+      static_cast<void>(robot.tick(now_us += kTick_us));
+    }
+    INFO("scans for " << scanned_ticks << " ticks; it took " << ticks);
+    const SubmapReport report = robot.sharer().submap();
+    CHECK(robot.publisher().totals().published + report.lost_blocks ==
+          static_cast<std::uint64_t>(blocks));
+    CHECK(ticks > 30);
+    CHECK(ticks <= 80);
+    CHECK((report.lost_blocks == 0) == (scanned_ticks == 30));
+    CHECK(robot.map().block_count() == 0);
+  }
+}
+
+TEST_CASE("Submap: what is written between its last tick and its end is counted as lost") {
+  const RobotConfig config = config_of_slow_rounds();
+  const ClassTable classes = small_robot_classes();
+  oracle::AlignedMemory memory(Mapper::required_bytes(config) +
+                               Sharer::required_bytes(config, classes.num_components()));
+  Arena arena(memory.span());
+  Mapper& mapper = **Mapper::make(arena, config, classes, {});
+  Sharer& sharer = **Sharer::make(arena, config, classes, {});
+  mapper.integrate(StreetPart(1).view(), 0);
+  REQUIRE(sharer.request_submap(kSecond) == Status::kOk);
+  std::int64_t now_us = 0;
+  while (!sharer.submap_due()) static_cast<void>(sharer.tick(mapper.map(), now_us += kTick_us));
+  const std::size_t before = mapper.map().block_count();
+  REQUIRE(sharer.publisher().totals().published == before);
+  const StreetPart part(2);
+  ScanView late = part.view();
+  late.T_map_sensor = shift_of(100.0, 0.0);
+  mapper.integrate(late, 0);
+  const std::size_t after = mapper.map().block_count();
+  REQUIRE(after > before);
+  REQUIRE(sharer.open_submap(mapper.map()) == Status::kOk);
+  CHECK(sharer.submap().lost_blocks == after - before);
+}
+
+TEST_CASE("Submap: a loop closure while one ends for its length moves the next one too") {
+  RobotConfig config = config_at_first();
+  config.submap_length_m = 8.0;
+  SmallRobotMemory one(config);
+  Robot& robot = *one.robot;
+  std::int64_t now_us = 0;
+  const StreetPart part(1);
+  ScanView view = part.view();
+  robot.integrate(view, 0);
+  view.T_map_sensor = shift_of(9.0, 0.0);
+  robot.integrate(view, 0);
+  REQUIRE(robot.sharer().submap().ending);
+  REQUIRE(robot.set_frame(0, kSecond) == Status::kOk);
+  REQUIRE(settle(robot, now_us) <= 1000);
+  CHECK(robot.sharer().submap().submap == 1);
+  CHECK(robot.sharer().frame() == kSecond);
+  // What was asked for with a frame of its own has that.
+  REQUIRE(robot.new_submap(kFirst) == Status::kOk);
+  REQUIRE(robot.set_frame(1, shift_of(3.0, 3.0)) == Status::kOk);
+  REQUIRE(settle(robot, now_us) <= 1000);
+  CHECK(robot.sharer().submap().submap == 2);
+  CHECK(robot.sharer().frame() == kFirst);
 }
 
 TEST_CASE("Submap: what is no setting of one") {

@@ -9,6 +9,7 @@
 // Time is the caller's. The same maps, times, budgets and answers give the same publications.
 #pragma once
 
+#include <optional>
 #include <span>
 
 #include "tessera/exchange/due_wheel.hpp"
@@ -64,6 +65,12 @@ class Publisher {
   /// Rounds through the map's index after which no block was missed: what changed before one began
   /// is published, waits, or was left out and counted once it has ended.
   [[nodiscard]] std::uint64_t rounds() const noexcept { return rounds_; }
+  /// The map's stamp (MapReader::stamp) when the last of these rounds began; 0: none has ended.
+  /// While the map's is the same, nothing has changed that was not noted.
+  [[nodiscard]] std::uint64_t noted_stamp() const noexcept { return noted_stamp_; }
+  /// Blocks of the map that have changed since then and do not wait: a tick would note most of
+  /// them. Nothing if a page of the index is being changed at every try. O(index).
+  [[nodiscard]] std::optional<std::uint64_t> unnoted(const LocalMap& map) noexcept;
 
   [[nodiscard]] const PublisherTotals& totals() const noexcept { return totals_; }
   /// Blocks that are published and in the map, or wait.
@@ -164,6 +171,7 @@ class Publisher {
   Queue free_;
   Round round_;
   std::uint64_t rounds_ = 0;
+  std::uint64_t noted_stamp_ = 0;
   /// Blocks with a newer stamp may have found no room for their keys.
   std::uint64_t unlisted_stamp_ = kAllListed;
   std::size_t published_place_ = 0;

@@ -26,7 +26,7 @@ struct RobotSettings {
   /// Ticks that a submap which ends has to be published whole; from 1.
   std::uint32_t submap_ticks = 100;
   /// Way of the robot, summed from scan to scan, after which a new submap with the same frame is
-  /// requested; 0: none is. At least 0.
+  /// requested (that which the old one has when it ends); 0: none is. At least 0.
   double submap_length_m = 0.0;
   /// Higher with every start that begins with an empty map; of a map that was loaded its own.
   std::uint32_t epoch = 1;

@@ -40,18 +40,23 @@ class Sharer {
   void receive(std::span<const std::byte> datagram, std::int64_t now_us) noexcept {
     exchange_.receive(datagram, now_us);
   }
-  /// Publishes what has changed in map, and goes on with the global map. map: the same always, and
-  /// not written to meanwhile. To be called at an even pace. Cost: as Publisher::tick, and
-  /// work_per_tick of GlobalMap::step.
+  /// Publishes what has changed in map, and goes on with the global map. map: the same always;
+  /// another thread may write to it meanwhile (MapReader). To be called at an even pace. Cost: as
+  /// Publisher::tick, and work_per_tick of GlobalMap::step.
   PublisherReport tick(const LocalMap& map, std::int64_t now_us) noexcept;
 
   // --- Submaps -----------------------------------------------------------------------------------
   //
   // A submap that ends is published whole first: from the request on ticks hold nothing off, until
-  // a round through the map that began after the request has ended and nothing waits, or for
-  // RobotSettings::submap_ticks; what then still waits is counted as lost. After that nothing is
-  // published until open_submap() was called, and the map is to be cleared (Mapper::clear) between
+  // all that has changed up to then is noted and nothing waits, or for RobotSettings::submap_ticks.
+  // After that nothing is published until open_submap() was called, which counts as lost what
+  // waits, and what has changed and was not noted. The map is to be cleared (Mapper::clear) between
   // that call and the next tick. Robot does both.
+  //
+  // Where another thread has the map, it must be handed over: that thread stops writing when
+  // submap_due() is told to it, this one calls open_submap() then, and no tick until that one has
+  // cleared the map. What it writes until it stops is of the old submap, published or counted; what
+  // it would write between open_submap() and Mapper::clear() would be lost uncounted.
 
   /// Asks for a new submap with this frame. Fails with kInvalidArgument iff it is no frame
   /// (GridTransform::make); kBusy iff one is being waited for; kResourceExhausted iff there is no
@@ -59,12 +64,15 @@ class Sharer {
   [[nodiscard]] Status request_submap(const Matrix34d& T_global_map) noexcept;
   /// The submap that ends is published, as far as it ever will be.
   [[nodiscard]] bool submap_due() const noexcept { return flush_.due; }
-  /// Opens the submap that was asked for. Fails with kInvalidArgument iff none is due; else as
-  /// Exchange::open, and then the request is over, and all goes on as before it: the map must not
-  /// be cleared. O(Publisher::clear).
-  [[nodiscard]] Status open_submap() noexcept;
-  /// Moves a submap of this start to another frame, nothing being sent anew but that. Fails with
-  /// kInvalidArgument iff there is no such submap or it is no frame.
+  /// Opens the submap that was asked for. map: as tick's, and not written to until it was cleared.
+  /// Fails with kInvalidArgument iff none is due; else as Exchange::open, and then the request is
+  /// over, and all goes on as before it: the map must not be cleared. O(Publisher::clear +
+  /// Publisher::unnoted).
+  [[nodiscard]] Status open_submap(const LocalMap& map) noexcept;
+  /// Moves a submap of this start to another frame, nothing being sent anew but that. One that was
+  /// requested for submap_length_m and is not open yet follows the submap that it continues; one of
+  /// request_submap has the frame that was given there. Fails with kInvalidArgument iff there is no
+  /// such submap or it is no frame.
   [[nodiscard]] Status set_frame(std::uint32_t submap, const Matrix34d& T_global_map) noexcept;
   [[nodiscard]] const SubmapReport& submap() const noexcept { return submap_; }
   /// T_global_map of the submap that is published into.
@@ -112,8 +120,9 @@ class Sharer {
     std::uint64_t rounds = 0;                        ///< Of the publisher's, at which all is noted.
     std::uint32_t ticks_left = 0;
     bool due = false;
+    bool keeps_frame = false;  ///< Of the submap that ends, wherever that is moved.
   };
-  void note_flush() noexcept;
+  void note_flush(const LocalMap& map) noexcept;
   void note_way(const Point3d& p_map) noexcept;
   [[nodiscard]] Status set_up(Arena& arena, const RobotConfig& config, const ClassTable& classes,
                               const RobotKeys& keys) noexcept;
