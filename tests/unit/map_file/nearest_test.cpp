@@ -154,6 +154,28 @@ TEST_CASE("the nearest obstacle: within the voxel, at the radius, in a corner of
   CHECK(corner.work == query.max_work);
 }
 
+TEST_CASE("the nearest obstacle: blocks that are too far off or in no grid are work too") {
+  SmallMap sample(config_of_pages(64), kSampleClasses);
+  observe(sample.map, {{{9, 4, 4}, 2, 1.0F}});
+  // Of the 27 blocks around, one has something; some are farther off than the radius.
+  NearestQuery query{.p_map = {0.15F, 0.45F, 0.45F}, .radius_m = 0.8};
+  const NearestOccupied found = nearest(sample.map, query);
+  CHECK(found.complete);
+  CHECK(found.work == 27 - 1 + kNearestBlockWork);
+  // An eighth of the blocks around a corner is in the grid.
+  query.p_map = Point3f::Constant(static_cast<float>(-0.1 * (kVoxelLimit - 4)));
+  query.max_work = 1000;
+  const auto work_within = [&](double radius_m) {
+    query.radius_m = radius_m;
+    const NearestOccupied corner = nearest(sample.map, query);
+    CHECK(corner.complete == (radius_m < 10.0));
+    return corner.work;
+  };
+  CHECK(work_within(0.8) == 3 * 3 * 3);
+  CHECK(work_within(3.0) == 9 * 9 * 9);
+  CHECK(work_within(100.0) == 1000);
+}
+
 TEST_CASE("the nearest obstacle: each refusal") {
   const SmallMap sample = sample_map(1);
   MapReader reader(sample.map);
@@ -167,6 +189,8 @@ TEST_CASE("the nearest obstacle: each refusal") {
   CHECK(status({.radius_m = static_cast<double>(kNaN)}, workspace.bytes()) ==
         Status::kInvalidArgument);
   CHECK(status({.radius_m = 1e9}, workspace.bytes()) == Status::kInvalidArgument);
+  CHECK(status({.radius_m = 1.0, .max_work = NearestQuery::kMostWork + 1}, workspace.bytes()) ==
+        Status::kInvalidArgument);
   CHECK(status({.radius_m = 1.0}, workspace.bytes().first(100)) == Status::kInvalidArgument);
   CHECK(status({.radius_m = 1.0}, workspace.bytes().subspan(1)) == Status::kInvalidArgument);
   CHECK(status({.p_map = {kNaN, 0, 0}, .radius_m = 1.0}, workspace.bytes()) == Status::kOutOfRange);

@@ -18,8 +18,10 @@ struct NearestQuery {
   Point3f p_map = Point3f::Zero();  ///< Metres.
   double radius_m = 0.0;            ///< How far is searched; > 0.
   std::uint64_t classes = 0;        ///< Bit l: voxels of label l count; 0: all that are occupied.
-  /// Of work: a block that the map does not have costs 1, another kNearestBlockWork.
+  /// Of work, at most kMostWork: a block that the map does not have, that is farther than what was
+  /// found or than the radius, or that is not in the grid, costs 1, another kNearestBlockWork.
   int max_work = 16'384;
+  static constexpr int kMostWork = 1 << 30;
 };
 inline constexpr int kNearestBlockWork = 16;
 
@@ -104,15 +106,17 @@ class NearestSearch {
     }
   }
   void visit_block(BlockCoord block) noexcept {
-    if (!in_grid(block)) return;
-    const VoxelCoord low{block.x * kBlockEdge, block.y * kBlockEdge, block.z * kBlockEdge};
-    if (squared_distance(at_, low, kBlockEdge) > best_squared_) return;
     if (found_.work >= query_.max_work) {
       stopped_ = true;
       return;
     }
+    // Before anything else: shells are mostly blocks that are not looked up.
+    ++found_.work;
+    if (!in_grid(block)) return;
+    const VoxelCoord low{block.x * kBlockEdge, block.y * kBlockEdge, block.z * kBlockEdge};
+    if (squared_distance(at_, low, kBlockEdge) > best_squared_) return;
     const Result<BlockSnapshot> content = reader_.snapshot(block, workspace_);
-    found_.work += content.ok() && content->empty() ? 1 : kNearestBlockWork;
+    if (!content.ok() || !content->empty()) found_.work += kNearestBlockWork - 1;
     if (!content.ok()) {
       found_.busy = stopped_ = true;
       return;
@@ -164,16 +168,18 @@ class NearestSearch {
 /// Searches a Reader with Result<BlockSnapshot> snapshot(BlockCoord, workspace): MapReader,
 /// GlobalReader. Blocks are of the moments when they were read. workspace: as the reader's
 /// snapshot(). Fails with kOutOfRange iff the point is not finite or not in the grid;
-/// kInvalidArgument iff the radius is not finite and positive or over 2^20 voxels, or the workspace
-/// is too short or not aligned. Stops when max_work is used up: at most max_work +
-/// kNearestBlockWork units, of which one is a look-up that finds nothing, and kNearestBlockWork the
-/// copy of a block and a look at its 512 voxels. Exact if complete.
+/// kInvalidArgument iff the radius is not finite and positive or over 2^20 voxels, max_work is over
+/// kMostWork, or the workspace is too short or not aligned. Stops when max_work is used up: under
+/// max_work + kNearestBlockWork units, of which one is at most a look-up that finds nothing, and
+/// kNearestBlockWork the copy of a block and a look at its 512 voxels. Exact if complete.
 template <class Reader>
 [[nodiscard]] Result<NearestOccupied> nearest_occupied(Reader& reader, const Lattice& lattice,
                                                        double prior, const NearestQuery& query,
                                                        std::span<std::byte> workspace) noexcept {
   const double voxels = query.radius_m / lattice.resolution_m();
-  if (!(voxels > 0.0) || !(voxels <= static_cast<double>(1 << 20))) return Status::kInvalidArgument;
+  if (!(voxels > 0.0) || !(voxels <= static_cast<double>(1 << 20)) ||
+      query.max_work > NearestQuery::kMostWork)
+    return Status::kInvalidArgument;
   if (workspace.size() < reader.snapshot_bytes() ||
       reinterpret_cast<std::uintptr_t>(workspace.data()) % alignof(std::uint64_t) != 0)
     return Status::kInvalidArgument;
