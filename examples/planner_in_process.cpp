@@ -3,7 +3,7 @@
 // A planner in the robot's process: its own thread reads the local and the global map while another
 // one goes on mapping and fusing. Neither waits for the other. A read may find a voxel in the
 // middle of a change, and says so: a planner asks again in its next cycle.
-#include <algorithm>
+#include <array>
 #include <atomic>
 #include <cstdio>
 #include <optional>
@@ -11,6 +11,8 @@
 #include <vector>
 
 #include "tessera/fusion/global_reader.hpp"
+#include "tessera/map/nearest_occupied.hpp"
+#include "tessera/map/reader_ray.hpp"
 #include "tessera/robot/robot.hpp"
 
 using namespace tessera;
@@ -27,48 +29,31 @@ constexpr RobotSettings kSettings{
                .diffusion = {.iterations = 2, .length_m = 0.4F},
                .staged_bytes = 1U << 20U}};
 
-alignas(kArenaAlignment) std::byte memory[Robot::required_bytes(kSettings, 3)];
+constexpr int kComponents = 3;  // one class, unlabelled, free
+alignas(kArenaAlignment) std::byte memory[Robot::required_bytes(kSettings, kComponents)];
 
-/// What the planner's thread asks, all of it bounded. Points: metres, global frame.
+/// What the planner's thread asks, all of it bounded, in memory of its own. Points: metres, global
+/// frame. Nothing: the map was changed all the time, or the work did not reach.
 class Planner {
  public:
-  explicit Planner(const Robot& robot) : local_(robot.map()), global_(robot.global()) {}
+  explicit Planner(const Robot& robot)
+      : local_(robot.map()), global_(robot.global()), map_(robot.global().map()) {}
 
-  /// Occupied voxels of a box, all of one generation of the global map; none while it changes.
-  std::optional<std::vector<VoxelCoord>> occupied(VoxelCoord low, VoxelCoord high) {
-    std::vector<VoxelCoord> voxels;
-    for (int z = low.z; z <= high.z; ++z)
-      for (int y = low.y; y <= high.y; ++y)
-        for (int x = low.x; x <= high.x; ++x) voxels.push_back({x, y, z});
-    std::vector<Estimate> estimates(voxels.size());
-    if (global_.query(voxels, estimates) != Status::kOk) return std::nullopt;
-    std::vector<VoxelCoord> found;
-    for (std::size_t i = 0; i < voxels.size(); ++i)
-      if (estimates[i].state == VoxelState::kOccupied) found.push_back(voxels[i]);
-    return found;
-  }
-  /// How far the way from p along direction (of length 1) is known to be free of obstacles.
+  /// How far the way from p along direction is known to be free: up to what is occupied or unknown.
   std::optional<double> free_way_m(const Point3f& p, const Point3f& direction, double most_m) {
-    for (double way_m = 0.0; way_m < most_m; way_m += kVoxel_m / 2) {
-      const Result<Estimate> here = global_.query(p + direction * static_cast<float>(way_m));
-      if (!here.ok()) return std::nullopt;
-      if (here->state == VoxelState::kOccupied) return way_m;
-    }
-    return most_m;
+    constexpr int kMostVoxels = 1000;
+    const ReaderRay ray =
+        cast_ray(global_, map_.lattice(), p, direction, most_m, true, kMostVoxels);
+    if (ray.busy || ray.hit.end == RayHit::End::kInvalid) return std::nullopt;
+    return ray.hit.distance_m;
   }
-  /// Distance to the nearest obstacle's centre within a cube of 2 reach_m around p.
-  std::optional<double> nearest_m(const Point3f& p, double reach_m) {
-    const Lattice lattice(kVoxel_m);
-    const Point3f reach = Point3f::Constant(static_cast<float>(reach_m));
-    const auto low = lattice.voxel_of(p - reach);
-    const auto high = lattice.voxel_of(p + reach);
-    if (!low.ok() || !high.ok()) return std::nullopt;
-    const auto found = occupied(*low, *high);
-    if (!found) return std::nullopt;
-    double nearest = reach_m;
-    for (const VoxelCoord& voxel : *found)
-      nearest = std::min(nearest, norm(lattice.center_of(voxel) - p.cast<double>()));
-    return nearest;
+  /// The nearest obstacle; found false: there is none within reach_m.
+  std::optional<NearestOccupied> nearest(const Point3f& p, double reach_m) {
+    const NearestQuery query{.p_map = p, .radius_m = reach_m, .max_work = 4096};
+    const auto found =
+        nearest_occupied(global_, map_.lattice(), map_.config().prior, query,
+                         std::as_writable_bytes(std::span<std::uint64_t>(workspace_)));
+    return found.ok() && found->complete ? std::optional(*found) : std::nullopt;
   }
   /// What only this robot has seen, as fresh as its last scan.
   std::optional<VoxelState> own_state(const Point3f& p_map) {
@@ -79,6 +64,8 @@ class Planner {
  private:
   MapReader local_;
   GlobalReader global_;
+  const LocalMap& map_;  ///< For what never changes: its lattice and settings.
+  std::array<std::uint64_t, MapReader::most_snapshot_bytes(kComponents) / 8 + 1> workspace_{};
 };
 
 /// A wall ahead, 2 m high, from a sensor that moves towards it.
@@ -113,14 +100,14 @@ int main() {
     // At least once more after all is there.
     for (bool last = false; !last || answers == 0; std::this_thread::yield()) {
       last = done.load();
-      const auto way_m = planner.free_way_m({0.1F, 0.1F, 1.1F}, {1, 0, 0}, 20.0);
-      const auto nearest_m = planner.nearest_m({6.0F, 0.1F, 1.1F}, 3.0);
+      const auto way_m = planner.free_way_m({2.1F, 0.1F, 0.1F}, {1, 0, 0}, 20.0);
+      const auto nearest = planner.nearest({6.0F, 0.1F, 1.1F}, 3.0);
       const auto own = planner.own_state({4.1F, 0.1F, 1.1F});
-      if (!way_m || !nearest_m || !own) continue;  // busy: in the next cycle
+      if (!way_m || !nearest || !own) continue;  // busy: in the next cycle
       ++answers;
       if (last)
-        std::printf("free for %.1f m; nearest obstacle %.1f m off; 4 m ahead: %s\n", *way_m,
-                    *nearest_m, to_string(*own));
+        std::printf("free for %.1f m; nearest obstacle %s %.1f m off; 4 m ahead: %s\n", *way_m,
+                    nearest->found ? "is" : "is more than", nearest->searched_m, to_string(*own));
     }
   });
   for (int step = 0; step < 40; ++step) {
