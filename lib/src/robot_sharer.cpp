@@ -91,8 +91,8 @@ PublisherReport Sharer::tick(const LocalMap& map, std::int64_t now_us) noexcept 
 void Sharer::note_flush(const LocalMap& map) noexcept {
   if (!submap_.ending) return;
   // A round takes several ticks where the index is long: what it has passed may have changed again.
-  const bool noted = publisher_.rounds() >= flush_.rounds &&
-                     publisher_.noted_stamp() == MapReader(map).stamp();
+  const bool noted =
+      publisher_.rounds() >= flush_.rounds && publisher_.noted_stamp() == MapReader(map).stamp();
   --flush_.ticks_left;
   flush_.due = flush_.ticks_left == 0 || (noted && publisher_.waiting() == 0);
 }
