@@ -10,17 +10,13 @@ using namespace tessera::c_interface;
 
 namespace {
 
-/// As many bytes as there are with programs of version 1.
-constexpr std::size_t kScanBytes = sizeof(tessera_scan);
-constexpr std::size_t kCallbacksBytes = sizeof(tessera_callbacks);
-
 bool all_or_none(bool first, bool second, bool third) noexcept {
   return first == second && second == third;
 }
 
 Status read_callbacks(const tessera_callbacks* from, tessera_callbacks& into) noexcept {
   if (from == nullptr) return Status::kOk;
-  const Status status = read_struct(from, kCallbacksBytes, into);
+  const Status status = read_struct(from, TESSERA_CALLBACKS_LEAST_BYTES, into);
   if (status != Status::kOk) return status;
   const bool whole =
       all_or_none(into.tag_message != nullptr, into.check_tag != nullptr,
@@ -126,11 +122,13 @@ tessera_status tessera_integrate(tessera_robot* robot, const tessera_scan* scan,
                                  tessera_scan_report* report) {
   if (!is_robot(robot) || (report != nullptr && !can_fill(report))) return TESSERA_INVALID_ARGUMENT;
   tessera_scan given{};
-  if (const Status status = read_struct(scan, kScanBytes, given); status != Status::kOk)
+  if (const Status status = read_struct(scan, TESSERA_SCAN_LEAST_BYTES, given);
+      status != Status::kOk)
     return status_of(status);
   const bool points = given.stride_floats >= 3 && (given.count == 0 || given.points != nullptr) &&
                       given.count <= UINT32_MAX;
-  if (!points || (given.due_us != 0 && robot->callbacks.now_us == nullptr))
+  if (!points || !is_time(given.now_us) || !is_time(given.due_us) ||
+      (given.due_us != 0 && robot->callbacks.now_us == nullptr))
     return TESSERA_INVALID_ARGUMENT;
   const ScanView view{.T_map_sensor = matrix_of(given.T_map_sensor),
                       .points = given.points,
@@ -156,13 +154,14 @@ tessera_status tessera_set_work_budget(tessera_robot* robot, uint64_t work) {
 
 tessera_status tessera_receive(tessera_robot* robot, const void* datagram, size_t bytes,
                                int64_t now_us) {
-  if (!is_robot(robot) || datagram == nullptr) return TESSERA_INVALID_ARGUMENT;
+  if (!is_robot(robot) || datagram == nullptr || !is_time(now_us)) return TESSERA_INVALID_ARGUMENT;
   robot->robot->receive({static_cast<const std::byte*>(datagram), bytes}, now_us);
   return TESSERA_OK;
 }
 
 tessera_status tessera_tick(tessera_robot* robot, int64_t now_us, tessera_tick_report* report) {
-  if (!is_robot(robot) || (report != nullptr && !can_fill(report))) return TESSERA_INVALID_ARGUMENT;
+  if (!is_robot(robot) || !is_time(now_us) || (report != nullptr && !can_fill(report)))
+    return TESSERA_INVALID_ARGUMENT;
   const PublisherReport done = robot->robot->tick(now_us);
   if (report == nullptr) return TESSERA_OK;
   tessera_tick_report filled{};
@@ -183,7 +182,7 @@ tessera_status tessera_tick(tessera_robot* robot, int64_t now_us, tessera_tick_r
 
 tessera_status tessera_send(tessera_robot* robot, int64_t now_us, void* into, size_t capacity,
                             size_t* bytes) {
-  if (!is_robot(robot) || into == nullptr || bytes == nullptr ||
+  if (!is_robot(robot) || into == nullptr || bytes == nullptr || !is_time(now_us) ||
       capacity < TESSERA_MOST_DATAGRAM_BYTES)
     return TESSERA_INVALID_ARGUMENT;
   *bytes = robot->robot->send(now_us, {static_cast<std::byte*>(into), capacity});

@@ -48,15 +48,26 @@ inline bool is_settled(const tessera_robot& robot, std::uint32_t map) noexcept {
   return map == TESSERA_LOCAL_MAP || robot.robot->global().settled();
 }
 
-/// Copies as much of a struct as the caller has over into, which has the defaults. Structs grow by
-/// whole multiples of eight bytes. Fails with kInvalidArgument iff there is none or it is of a size
-/// that none had; kUnsupported iff it is of a newer version.
+/// Sums and differences of a few such times are far from an overflow.
+constexpr bool is_time(std::int64_t time_us) noexcept {
+  return time_us >= -TESSERA_MOST_TIME_US && time_us <= TESSERA_MOST_TIME_US;
+}
+
+/// Structs have and grow by whole multiples of that: pointers may be all that they have.
+constexpr bool is_whole(std::uint32_t struct_bytes) noexcept {
+  return struct_bytes % sizeof(void*) == 0;
+}
+
+/// Copies as much of a struct as the caller has over into, which has the defaults. least_bytes:
+/// what programs of version 1 have, so not what the struct has now. Fails with
+/// kInvalidArgument iff there is none, or it is shorter or not whole; kUnsupported iff it is of a
+/// newer version.
 template <class Struct>
 Status read_struct(const Struct* from, std::size_t least_bytes, Struct& into) noexcept {
   if (from == nullptr) return Status::kInvalidArgument;
   std::uint32_t bytes = 0;
   std::memcpy(&bytes, from, sizeof(bytes));
-  if (bytes < least_bytes || bytes % 8 != 0) return Status::kInvalidArgument;
+  if (bytes < least_bytes || !is_whole(bytes)) return Status::kInvalidArgument;
   if (bytes > sizeof(Struct)) return Status::kUnsupported;
   std::memcpy(&into, from, bytes);
   return Status::kOk;
@@ -64,7 +75,7 @@ Status read_struct(const Struct* from, std::size_t least_bytes, Struct& into) no
 
 template <class Struct>
 bool can_fill(const Struct* report) noexcept {
-  return report != nullptr && report->struct_bytes >= 8 && report->struct_bytes % 8 == 0;
+  return report != nullptr && report->struct_bytes >= 8 && is_whole(report->struct_bytes);
 }
 /// Gives the caller as much of a report as there is room for.
 template <class Struct>

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The C program's functions as the core wants them. Named, so that the gate of the stack knows who
 // calls them.
+#include <algorithm>
+
 #include "tessera_c.hpp"
 
 namespace {
@@ -20,6 +22,10 @@ std::uint8_t* room_of(std::span<std::byte> bytes) noexcept {
 
 /// Outside of the library's namespace, and so of what may call through pointers by its name.
 struct CallbacksOfC {
+  static std::int64_t now_us(void* context) noexcept {
+    const tessera_callbacks& by = callbacks_at(context);
+    return std::clamp(by.now_us(by.clock_context), -TESSERA_MOST_TIME_US, TESSERA_MOST_TIME_US);
+  }
   static void tag(void* context, std::span<const std::byte> message,
                   std::span<std::byte, tessera::kTagBytes> tag) noexcept {
     const tessera_callbacks& by = callbacks_at(context);
@@ -52,7 +58,8 @@ struct CallbacksOfC {
 namespace tessera::c_interface {
 
 Clock clock_of(tessera_callbacks& callbacks) noexcept {
-  return {callbacks.clock_context, callbacks.now_us};
+  if (callbacks.now_us == nullptr) return {};
+  return {&callbacks, &CallbacksOfC::now_us};
 }
 
 RobotKeys keys_of(tessera_callbacks& callbacks) noexcept {

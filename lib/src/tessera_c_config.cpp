@@ -136,7 +136,7 @@ bool are_sizes(const RobotConfig& config) noexcept {
          config.scan.ray_blocks >= 1 && config.publisher.blocks >= 1 &&
          config.publisher.blocks <= (1U << 28U) && diffusion.iterations >= 0 &&
          diffusion.iterations <= DiffusionConfig::kMostHalo && diffusion.length_m > 0.0F &&
-         diffusion.length_m <= 1e6F && config.deadline_us >= 0;
+         diffusion.length_m <= 1e6F && config.deadline_us >= 0 && is_time(config.deadline_us);
 }
 
 tessera_config defaults() noexcept {
@@ -167,6 +167,7 @@ Status read_config(const tessera_config* from, RobotConfig& into) noexcept {
   global.prior = into.exchange.prior = into.map.prior;
   global.free_weight = into.exchange.free_weight = into.map.free_weight;
   global.max_evidence = 0.0F;
+  into.global.replicas.contributions = into.exchange.contributions;
   // As eq. (10) has it: the prior is in what is summed up.
   if (into.global.diffusion.mode == DiffusionMode::kPaper) global.prior = 0.0;
   return are_sizes(into) ? Status::kOk : Status::kInvalidArgument;
@@ -189,7 +190,7 @@ const char* tessera_status_text(uint32_t status) {
 }
 
 tessera_status tessera_config_init(tessera_config* config, uint32_t struct_bytes) {
-  if (config == nullptr || struct_bytes < TESSERA_CONFIG_LEAST_BYTES || struct_bytes % 8 != 0)
+  if (config == nullptr || struct_bytes < TESSERA_CONFIG_LEAST_BYTES || !is_whole(struct_bytes))
     return TESSERA_INVALID_ARGUMENT;
   if (struct_bytes > sizeof(tessera_config)) return TESSERA_UNSUPPORTED;
   tessera_config c = defaults();

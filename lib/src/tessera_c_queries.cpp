@@ -21,10 +21,6 @@ struct Reader {
 static_assert(sizeof(Reader) <= sizeof(tessera_reader));
 static_assert(alignof(tessera_reader) % alignof(Reader) == 0);
 
-constexpr double kMostNearestVoxels = 256.0;
-/// All blocks that so large a radius reaches, each with content.
-constexpr int kNearestWork = 66 * 66 * 66 * kNearestBlockWork;
-
 Estimate query_global(const GlobalMap& global, const Point3f& p) noexcept {
   const Result<VoxelCoord> voxel = global.map().lattice().voxel_of(p);
   return voxel.ok() ? global.query(*voxel) : global.map().query(p);
@@ -81,24 +77,28 @@ tessera_status tessera_cast_ray(const tessera_robot* robot, uint32_t map, const 
 }
 
 tessera_status tessera_nearest_occupied(const tessera_robot* robot, uint32_t map, const float* p,
-                                        double radius_m, tessera_nearest* nearest) {
-  if (!is_robot(robot) || !is_map(map) || p == nullptr || nearest == nullptr)
+                                        double radius_m, uint32_t max_work,
+                                        tessera_nearest* nearest) {
+  if (!is_robot(robot) || !is_map(map) || p == nullptr || nearest == nullptr || max_work < 1 ||
+      max_work > NearestQuery::kMostWork)
     return TESSERA_INVALID_ARGUMENT;
   if (!is_settled(*robot, map)) return TESSERA_BUSY;
   const LocalMap& of = map_of(*robot, map);
-  if (!(radius_m <= kMostNearestVoxels * of.config().resolution_m)) return TESSERA_INVALID_ARGUMENT;
   MapReader reader(of);
-  const NearestQuery query{.p_map = point_of(p), .radius_m = radius_m, .max_work = kNearestWork};
+  const NearestQuery query{
+      .p_map = point_of(p), .radius_m = radius_m, .max_work = static_cast<int>(max_work)};
   const Result<NearestOccupied> found = nearest_occupied(
       reader, of.lattice(), of.config().prior, query, std::as_writable_bytes(robot->workspace));
   if (!found.ok()) return status_of(found.status());
-  if (!found->complete) return TESSERA_BUSY;
   *nearest = {.distance_m = found->distance_m,
               .x = found->voxel.x,
               .y = found->voxel.y,
               .z = found->voxel.z,
               .found = found->found ? 1U : 0U,
-              .estimate = estimate_of(found->estimate)};
+              .estimate = estimate_of(found->estimate),
+              .searched_m = found->searched_m,
+              .complete = found->complete ? 1U : 0U,
+              .reserved = 0};
   return TESSERA_OK;
 }
 

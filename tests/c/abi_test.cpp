@@ -71,6 +71,10 @@ static_assert(TESSERA_TAG_BYTES == kTagBytes);
 static_assert(TESSERA_SIGNATURE_BYTES == kSignatureBytes);
 static_assert(TESSERA_HASH_BYTES == kHashBytes);
 static_assert(TESSERA_CONFIG_LEAST_BYTES % 8 == 0);
+// What version 1 had: these never change, whatever is appended to the structs.
+static_assert(sizeof(void*) != 8 ||
+              (TESSERA_SCAN_LEAST_BYTES == 152 && TESSERA_CALLBACKS_LEAST_BYTES == 80 &&
+               TESSERA_CONFIG_LEAST_BYTES == 168));
 static_assert(sizeof(tessera_class::name) == SemanticClass::kNameBytes);
 
 TEST_CASE("C interface: each status has the core's words, and there are no more") {
@@ -102,7 +106,23 @@ TEST_CASE("C interface: defaults are the core's") {
   std::uint64_t bytes = 0;
   REQUIRE(tessera_required_bytes(&config, 19, &bytes) == TESSERA_OK);
   CHECK(bytes > Robot::required_bytes(made, 21));
-  CHECK(bytes < Robot::required_bytes(made, 21) + 16384);
+  // The handle, its buffer for files, and a block as searches read it.
+  CHECK(bytes < Robot::required_bytes(made, 21) + MapReader::most_snapshot_bytes(21) + 16384);
+}
+
+TEST_CASE("C interface: the number of contributions is the replicas' too") {
+  tessera_config config;
+  REQUIRE(tessera_config_init(&config, sizeof(config)) == TESSERA_OK);
+  RobotSettings core;
+  std::uint64_t bytes = 0;
+  REQUIRE(tessera_required_bytes(&config, 19, &bytes) == TESSERA_OK);
+  const std::uint64_t beside = bytes - Robot::required_bytes(core, 21);
+  for (const std::uint32_t contributions : {8U, 32U, 200U}) {
+    config.contributions = core.exchange.contributions = core.global.replicas.contributions =
+        contributions;
+    REQUIRE(tessera_required_bytes(&config, 19, &bytes) == TESSERA_OK);
+    CHECK(bytes - Robot::required_bytes(core, 21) == beside);
+  }
 }
 
 }  // namespace

@@ -59,7 +59,7 @@ static void test_handles(tessera_robot* robot) {
     REFUSED(tessera_query(no, 0, p, &estimate));
     REFUSED(tessera_query_many(no, 0, p, 1, &estimate));
     REFUSED(tessera_cast_ray(no, 0, p, p, 1.0, 0, &hit));
-    REFUSED(tessera_nearest_occupied(no, 0, p, 1.0, &nearest));
+    REFUSED(tessera_nearest_occupied(no, 0, p, 1.0, 999, &nearest));
     REFUSED(tessera_box_begin(no, 0, p, p, &cursor));
     REFUSED(tessera_box_next(no, &cursor, &voxel, 1, &count));
     REFUSED(tessera_map_usage_of(no, 0, &usage));
@@ -164,13 +164,16 @@ static void test_asking(tessera_robot* robot) {
   REFUSED(tessera_cast_ray(robot, 0, low, p, 1.0, 0, NULL));
   CHECK_STATUS(TESSERA_OK, tessera_cast_ray(robot, 0, beyond, p, 1.0, 0, &hit));
   CHECK(hit.end == TESSERA_RAY_INVALID);
-  REFUSED(tessera_nearest_occupied(robot, 2, p, 1.0, &nearest));
-  REFUSED(tessera_nearest_occupied(robot, 0, NULL, 1.0, &nearest));
-  REFUSED(tessera_nearest_occupied(robot, 0, p, 1.0, NULL));
-  REFUSED(tessera_nearest_occupied(robot, 0, p, 0.0, &nearest));
-  REFUSED(tessera_nearest_occupied(robot, 0, p, 1e9, &nearest));
-  REFUSED(tessera_nearest_occupied(robot, 0, p, (double)NAN, &nearest));
-  CHECK_STATUS(TESSERA_OUT_OF_RANGE, tessera_nearest_occupied(robot, 0, beyond, 1.0, &nearest));
+  REFUSED(tessera_nearest_occupied(robot, 2, p, 1.0, 999, &nearest));
+  REFUSED(tessera_nearest_occupied(robot, 0, NULL, 1.0, 999, &nearest));
+  REFUSED(tessera_nearest_occupied(robot, 0, p, 1.0, 999, NULL));
+  REFUSED(tessera_nearest_occupied(robot, 0, p, 0.0, 999, &nearest));
+  REFUSED(tessera_nearest_occupied(robot, 0, p, 1e9, 999, &nearest));
+  REFUSED(tessera_nearest_occupied(robot, 0, p, (double)NAN, 999, &nearest));
+  CHECK_STATUS(TESSERA_OUT_OF_RANGE,
+               tessera_nearest_occupied(robot, 0, beyond, 1.0, 999, &nearest));
+  REFUSED(tessera_nearest_occupied(robot, 0, p, 1.0, 0, &nearest));
+  REFUSED(tessera_nearest_occupied(robot, 0, p, 1.0, (1u << 30) + 1, &nearest));
   REFUSED(tessera_box_begin(robot, 2, low, p, &cursor));
   REFUSED(tessera_box_begin(robot, 0, NULL, p, &cursor));
   REFUSED(tessera_box_begin(robot, 0, low, NULL, &cursor));
@@ -257,6 +260,23 @@ static void test_sharing(tessera_robot* robot) {
   CHECK_STATUS(TESSERA_TRUNCATED, tessera_load_map(robot, give_too_much, NULL));
 }
 
+/// Times with which a sum would overflow, and the last ones that will do.
+static void test_times(tessera_robot* robot) {
+  const int64_t most = TESSERA_MOST_TIME_US;
+  const int64_t times[7] = {INT64_MIN, -most - 1, most + 1, INT64_MAX, -most, 0, most};
+  uint8_t datagram[TESSERA_MOST_DATAGRAM_BYTES] = {0};
+  size_t size = 0;
+  tessera_scan scan = {.struct_bytes = sizeof(scan), .stride_floats = 3};
+  for (int i = 0; i < 7; ++i) {
+    const tessera_status expected = i < 4 ? TESSERA_INVALID_ARGUMENT : TESSERA_OK;
+    scan.now_us = times[i];
+    CHECK_STATUS(expected, tessera_integrate(robot, &scan, NULL));
+    CHECK_STATUS(expected, tessera_tick(robot, times[i], NULL));
+    CHECK_STATUS(expected, tessera_receive(robot, datagram, sizeof(datagram), times[i]));
+    CHECK_STATUS(expected, tessera_send(robot, times[i], datagram, sizeof(datagram), &size));
+  }
+}
+
 static void passed(const char* what) {
   if (failures == 0) printf("PASS %s\n", what);
 }
@@ -272,6 +292,8 @@ int main(void) {
   passed("asking");
   test_scans(robot);
   passed("scans");
+  test_times(small_robot(1, &config, NULL));
+  passed("times");
   passed("all");
   return failures == 0 ? 0 : 1;
 }

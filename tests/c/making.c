@@ -100,6 +100,9 @@ static void test_settings(void) {
   config.length_m = NAN;
   REFUSED(tessera_required_bytes(&config, 2, &bytes));
   config = small_config(1);
+  config.deadline_us = INT64_MAX;
+  REFUSED(tessera_required_bytes(&config, 2, &bytes));
+  config = small_config(1);
   config.local_bytes = UINT64_MAX;
   REFUSED(tessera_required_bytes(&config, 2, &bytes));
   CHECK(robot == NULL);
@@ -174,6 +177,18 @@ static void hash(void* context, const uint8_t* message, size_t bytes, uint8_t* i
   repeat(mix(message, bytes, 0), into, TESSERA_HASH_BYTES);
 }
 
+static tessera_status integrate_point(tessera_robot* robot, int64_t now_us, int64_t due_us) {
+  const float point[3] = {5, 0, 0};
+  const tessera_scan scan = {.struct_bytes = sizeof(scan),
+                             .stride_floats = 3,
+                             .points = point,
+                             .count = 1,
+                             .T_map_sensor = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0},
+                             .now_us = now_us,
+                             .due_us = due_us};
+  return tessera_integrate(robot, &scan, NULL);
+}
+
 static void test_callbacks(void) {
   static const uint32_t numbers[2] = {1, 2};
   tessera_callbacks callbacks[2];
@@ -225,6 +240,16 @@ static void test_callbacks(void) {
     if (i == 4) half.hash = NULL;
     REFUSED(tessera_robot_make(&config, classes, 2, &half, memory.bytes, ROBOT_BYTES, &robot));
   }
+  // A clock of any numbers is no overflow.
+  static const int64_t readings[4] = {INT64_MIN, -1, 1, INT64_MAX};
+  for (int i = 0; i < 4; ++i) {
+    clock_us = readings[i];
+    CHECK_STATUS(TESSERA_OK, integrate_point(robots[0], -TESSERA_MOST_TIME_US, 0));
+    CHECK_STATUS(TESSERA_OK, integrate_point(robots[0], TESSERA_MOST_TIME_US, 0));
+    CHECK_STATUS(TESSERA_OK, integrate_point(robots[0], 0, -TESSERA_MOST_TIME_US));
+  }
+  REFUSED(integrate_point(robots[0], 0, INT64_MIN));
+  REFUSED(integrate_point(robots[0], 0, INT64_MAX));
   callbacks[0].struct_bytes = 8;
   REFUSED(
       tessera_robot_make(&config, classes, 2, &callbacks[0], memory.bytes, ROBOT_BYTES, &robot));

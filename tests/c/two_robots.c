@@ -65,8 +65,22 @@ static void test_queries(const tessera_robot* robot, uint32_t map) {
 
   const float off_wall[3] = {9.5F, 0.1F, 1.1F};
   tessera_nearest nearest;
-  CHECK_STATUS(TESSERA_OK, tessera_nearest_occupied(robot, map, off_wall, 5.0, &nearest));
+  CHECK_STATUS(TESSERA_OK, tessera_nearest_occupied(robot, map, off_wall, 5.0, 10000, &nearest));
   CHECK(nearest.found == 1 && nearest.distance_m > 0.2 && nearest.distance_m < 2.0);
+  CHECK(nearest.complete == 1 && nearest.searched_m == nearest.distance_m);
+  // Too far from all: however much work is spent, it is said how far that reached.
+  const float far_off[3] = {0.1F, 0.1F, 400.0F};
+  double searched_m = -1.0;
+  for (uint32_t max_work = 1; max_work <= 100000; max_work *= 10) {
+    CHECK_STATUS(TESSERA_OK,
+                 tessera_nearest_occupied(robot, map, far_off, 300.0, max_work, &nearest));
+    CHECK(nearest.found == 0 && nearest.complete == 0);
+    CHECK(nearest.searched_m >= searched_m && nearest.searched_m < 300.0);
+    searched_m = nearest.searched_m;
+  }
+  CHECK(searched_m > 30.0);
+  CHECK_STATUS(TESSERA_OK, tessera_nearest_occupied(robot, map, far_off, 3.0, 1000, &nearest));
+  CHECK(nearest.found == 0 && nearest.complete == 1 && nearest.searched_m > 2.999);
 }
 
 /// The voxels of a box, however many are asked for at once, are those that have evidence.

@@ -3,17 +3,21 @@
 // The library for C programs (C99): a robot from scan to global map, in memory that the program
 // gives. docs/embedding.md shows how.
 //
-// Every function returns how it ended; it refuses NULL, a struct_bytes that no version had, and
-// memory that is no robot with TESSERA_INVALID_ARGUMENT, and then nothing was changed. Only what is
-// named beside that is said with each. Nothing allocates, waits, or reads a clock but the one that
-// was given.
+// Every function returns how it ended; it refuses NULL, memory that is no robot, a struct_bytes
+// under the least that the struct may have or in no whole eights (fours where pointers have four
+// bytes), and times beyond TESSERA_MOST_TIME_US of zero with TESSERA_INVALID_ARGUMENT, and then
+// nothing was changed. Only what is named beside that is said with each. Nothing allocates, waits,
+// or reads a clock but the one that was given.
 //
 // A robot is for one thread at a time; other threads have a tessera_reader each.
 //
 // Structs begin with their size. Newer versions of this library append fields to those, and add
 // functions; a program that was compiled with an older header goes on working, as long as
 // tessera_abi_version() is its TESSERA_ABI_VERSION. A report is filled as far as the caller's
-// struct_bytes goes, which says afterwards how much was filled.
+// struct_bytes goes, which says afterwards how much was filled. The least struct_bytes is 8 of a
+// report, and TESSERA_CONFIG_LEAST_BYTES, TESSERA_SCAN_LEAST_BYTES, TESSERA_CALLBACKS_LEAST_BYTES
+// of these. One that is more than this library knows is taken of reports, and is
+// TESSERA_UNSUPPORTED of what the program hands over.
 #pragma once
 
 #include "tessera/c/config.h"
@@ -84,12 +88,15 @@ tessera_status tessera_query_many(const tessera_robot* robot, uint32_t map, cons
 tessera_status tessera_cast_ray(const tessera_robot* robot, uint32_t map, const float* origin,
                                 const float* direction, double max_range_m, int32_t stop_at_unknown,
                                 tessera_ray_hit* hit);
-/// The occupied voxel nearest to p. Fails with TESSERA_OUT_OF_RANGE iff p is not in the grid;
-/// TESSERA_INVALID_ARGUMENT iff radius_m is not above 0 or over 256 voxels; TESSERA_BUSY as above.
-/// A look-up for each block up to one beyond the nearest obstacle, and 512 voxels in each that the
-/// map has: (2 radius / block + 2)^3 blocks at most.
+/// The occupied voxel nearest to p. Blocks are looked at outwards from p, until no nearer one is
+/// possible or max_work is used up: a block that the map does not have, or that is too far off,
+/// costs 1, another 16 (512 voxels); at most max_work + 15. nearest->complete says which; docs/
+/// queries.md has what a radius takes. Fails with TESSERA_OUT_OF_RANGE iff p is not in the grid;
+/// TESSERA_INVALID_ARGUMENT iff radius_m is not above 0 or over 2^20 voxels, or max_work is not
+/// 1 .. 2^30; TESSERA_BUSY as above.
 tessera_status tessera_nearest_occupied(const tessera_robot* robot, uint32_t map, const float* p,
-                                        double radius_m, tessera_nearest* nearest);
+                                        double radius_m, uint32_t max_work,
+                                        tessera_nearest* nearest);
 /// Begins a walk through the box between two corners (metres; clipped to the grid).
 tessera_status tessera_box_begin(const tessera_robot* robot, uint32_t map, const float* low,
                                  const float* high, tessera_box_cursor* cursor);

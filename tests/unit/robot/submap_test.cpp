@@ -191,6 +191,7 @@ RobotConfig config_of_slow_rounds() {
   config.inference.mode = InferenceMode::kCounting;
   config.inference.free_space.enabled = false;
   config.budget.entries = 512;
+  config.map.storage_bytes = 4U << 20U;
   return config;
 }
 

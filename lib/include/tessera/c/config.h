@@ -14,6 +14,8 @@
 #define TESSERA_TAG_BYTES 16
 #define TESSERA_SIGNATURE_BYTES 64
 #define TESSERA_HASH_BYTES 16
+/// Times that are handed in are at most so far from zero: 36,000 years.
+#define TESSERA_MOST_TIME_US (INT64_C(1) << 60)
 
 /// How a call ended.
 typedef enum tessera_status {
@@ -160,7 +162,8 @@ typedef struct tessera_callbacks {
   uint32_t struct_bytes;  ///< sizeof(tessera_callbacks)
   uint32_t reserved;      ///< 0
 
-  /// Microseconds since any zero, never fewer than the last time; for deadlines.
+  /// Microseconds since any zero, never fewer than the last time; for deadlines. Beyond
+  /// TESSERA_MOST_TIME_US they count as that.
   void* clock_context;
   int64_t (*now_us)(void* context);
 
@@ -182,3 +185,6 @@ typedef struct tessera_callbacks {
   void (*hash)(void* context, const uint8_t* message, size_t bytes,
                uint8_t hash[TESSERA_HASH_BYTES]);
 } tessera_callbacks;
+
+/// The least struct_bytes that is taken: what programs of version 1 have.
+#define TESSERA_CALLBACKS_LEAST_BYTES (offsetof(tessera_callbacks, hash) + sizeof(void*))

@@ -31,6 +31,9 @@ typedef struct tessera_scan {
   int64_t due_us;             ///< of the clock: to be done by then; 0: as configured
 } tessera_scan;
 
+/// The least struct_bytes that is taken: what programs of version 1 have.
+#define TESSERA_SCAN_LEAST_BYTES (offsetof(tessera_scan, due_us) + sizeof(int64_t))
+
 /// What an integrated scan did, and what it left out [ScanReport].
 typedef struct tessera_scan_report {
   uint32_t struct_bytes;
@@ -112,8 +115,13 @@ typedef struct tessera_nearest {
   int32_t x;
   int32_t y;
   int32_t z;
-  uint32_t found;  ///< 0: nothing occupied within the radius
+  uint32_t found;  ///< 0: nothing occupied where it was looked
   tessera_estimate estimate;
+  /// All that is nearer than this was looked at: what was found is the nearest if its distance_m is
+  /// not above it, and if nothing was, there is nothing within it.
+  double searched_m;
+  uint32_t complete;  ///< 1: searched_m reaches what was found, or the radius; 0: max_work ended it
+  uint32_t reserved;
 } tessera_nearest;
 
 /// What a tick did and left [PublisherReport].

@@ -29,7 +29,7 @@ class Mapper {
   ~Mapper() = default;
 
   /// Integrates a scan, within RobotConfig::deadline_us from now_us on if there is a deadline.
-  /// now_us: as of the clock. Cost: as Integrator::integrate.
+  /// now_us: as of the clock; the sum must not overflow. Cost: as Integrator::integrate.
   ScanReport integrate(const ScanView& scan, std::int64_t now_us) noexcept;
 
   /// The same, to be done at due_us on the clock, whatever the configuration says.
