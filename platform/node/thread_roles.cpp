@@ -28,7 +28,9 @@ ThreadRoles thread_roles(const NodeConfig& config) {
                     .link = role("tessera-link", 1),
                     .mapping = role("tessera-map", 0),
                     .sending = role("tessera-send", -1),
-                    .sharing = role("tessera-share", -2),
+                    // It works on the global map for as long as there is something to do, and must
+                    // not keep others from the processor: who localises, who plans.
+                    .sharing = without_priority("tessera-share"),
                     .replay = without_priority("tessera-replay"),
                     .query = without_priority("tessera-query")};
   roles.mapping.cpus = mask_of(config.mapping_cpus);

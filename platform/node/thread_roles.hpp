@@ -21,7 +21,7 @@ struct ThreadRoles {
 };
 
 /// With [realtime] priority P: the vehicle P + 3, sensing P + 2, link P + 1, mapping P, sending P -
-/// 1 and sharing P - 2 but at least 1; the others none.
+/// 1 but at least 1; the others none.
 [[nodiscard]] ThreadRoles thread_roles(const NodeConfig& config);
 
 }  // namespace tessera
