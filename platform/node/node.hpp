@@ -119,6 +119,7 @@ class Node {
   void look_for_life(std::int64_t now_us);
   void say_status(std::int64_t now_us);
   Outcome<void> take_snapshot(std::int64_t now_us);
+  [[nodiscard]] bool no_scan_will_come(std::int64_t now_us) const;
   [[nodiscard]] const char* reason_to_end(std::int64_t now_us);
   void end(const char* reason) noexcept;
 

@@ -184,6 +184,7 @@ void take_output(ConfigFile& file, NodeConfig& c) {
 void take_run(ConfigFile& file, NodeConfig& c) {
   file.take({"run", "tick_ms"}, c.tick_ms, {1, 1000});
   file.take({"run", "wait_for_peers"}, c.wait_for_peers, {0, 1024});
+  file.take({"run", "silence_s"}, c.silence_s, ConfigFile::Real{0.0, 86400.0});
   file.take({"run", "quiet_s"}, c.quiet_s, ConfigFile::Real{0.0, 3600.0});
   file.take({"run", "linger_s"}, c.linger_s, ConfigFile::Real{0.0, 86400.0});
   file.take({"run", "duration_s"}, c.duration_s, ConfigFile::Real{0.0, 1e7});

@@ -117,6 +117,7 @@ struct NodeConfig {
   // [run]
   std::int64_t tick_ms = 50;
   std::uint32_t wait_for_peers = 0;
+  double silence_s = 0.0;  ///< Without a scan, when there was one: none will come; 0: one may.
   double quiet_s = 3.0;
   double linger_s = 60.0;
   double duration_s = 0.0;  ///< 0: no limit.

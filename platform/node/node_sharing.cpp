@@ -128,11 +128,25 @@ Outcome<void> Node::take_snapshot(std::int64_t now_us) {
   return {};
 }
 
+/// Of a dataset, when all are done with; of sensors, when they have been silent for so long as the
+/// configuration says.
+bool Node::no_scan_will_come(std::int64_t now_us) const {
+  if (mapping_->ended()) return true;
+  MappingStatus mapping;
+  if (!config_.sensors.enabled || config_.silence_s <= 0.0 || !mapping_->status().get(mapping))
+    return false;
+  return mapping.cycles > 0 && now_us - mapping.end_us >= microseconds(config_.silence_s);
+}
+
 const char* Node::reason_to_end(std::int64_t now_us) {
   if (config_.duration_s > 0.0 && now_us - run_.start_us >= microseconds(config_.duration_s))
     return "duration";
   SharingStatus sharing;
-  if (!mapping_->ended() || !sharing_->status().get(sharing)) return "";
+  if (!no_scan_will_come(now_us)) {
+    scans_done_us_ = 0;
+    return "";
+  }
+  if (!sharing_->status().get(sharing)) return "";
   if (scans_done_us_ == 0) scans_done_us_ = now_us;
   const ExchangeReport& exchange = sharing.exchange;
   const int patience = exchange.complete == exchange.contributions ? 1 : kIncompletePatience;
