@@ -1,0 +1,59 @@
+#!/usr/bin/env python3
+# SPDX-FileCopyrightText: The tessera authors
+# SPDX-License-Identifier: Apache-2.0
+"""draw_mission.py OUT PNG: draws the latencies of the mission's two nodes, and how the map that they share grew."""
+import json
+import pathlib
+import sys
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402  after the choice of what draws
+
+COLOURS = ("#1f6f8b", "#b8452c")
+plt.rcParams.update({"figure.dpi": 110, "font.size": 9, "axes.spines.top": False, "axes.spines.right": False,
+                     "axes.titlesize": 10, "axes.titleweight": "bold", "legend.frameon": False})
+
+
+def latencies(axes, reports):
+    rows = (("scan's arrival to map", lambda r: r["mapping"]["latencies"]), ("mapping cycle", lambda r: r["scans"]["times"]),
+            ("sharing tick", lambda r: r["ticks"]))
+    for place, (_, times) in enumerate(rows):
+        for report, colour, above in zip(reports, COLOURS, (-0.14, 0.14)):
+            found = times(report)
+            y = place + above
+            axes.plot([found["median_ms"], found["max_ms"]], [y, y], color=colour, linewidth=1.2)
+            axes.plot(found["median_ms"], y, "o", color=colour, label=f"robot {report['robot']}" if place == 0 else None)
+            axes.plot(found["p99_ms"], y, "|", color=colour, markersize=12, markeredgewidth=2)
+            axes.plot(found["max_ms"], y, "x", color=colour, markersize=5)
+    axes.axvline(reports[0]["mapping"]["period_ms"], color="#444444", linewidth=1.0, dashes=(4, 3))
+    axes.annotate("period of scans", (reports[0]["mapping"]["period_ms"], 1.0), xycoords=("data", "axes fraction"), fontsize=7, ha="right", va="bottom")
+    axes.set_yticks(range(len(rows)), [name for name, _ in rows])
+    axes.set_ylim(len(rows) - 0.5, -0.5)
+    axes.set_xlim(left=0)
+    axes.set(xlabel="ms: median (dot), 99 % (bar), worst (cross)", title="How long it took")
+    axes.grid(alpha=0.25, axis="x")
+    axes.legend(loc="lower right")
+
+
+def growth(axes, report):
+    snapshots = report["snapshots"]
+    axes.step([s["after_s"] for s in snapshots], [s["label_voxels"] / 1e6 for s in snapshots], where="post", color=COLOURS[0])
+    axes.set(xlabel="seconds since the start of robot 0's node", ylabel="voxels with a label [million]", title="The map that they share")
+    axes.set_ylim(bottom=0)
+    axes.grid(alpha=0.25)
+
+
+def main():
+    out, path = sys.argv[1:]
+    reports = [json.loads((pathlib.Path(out) / f"robot_{robot}.json").read_text()) for robot in (0, 1)]
+    figure, (left, right) = plt.subplots(1, 2, figsize=(9.5, 3.6), gridspec_kw={"width_ratios": [3, 2]})
+    latencies(left, reports)
+    growth(right, reports[0])
+    figure.tight_layout()
+    figure.savefig(path)
+
+
+if __name__ == "__main__":
+    main()

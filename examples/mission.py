@@ -1,0 +1,150 @@
+#!/usr/bin/env python3
+# SPDX-FileCopyrightText: The tessera authors
+# SPDX-License-Identifier: Apache-2.0
+"""mission.py TESSERA STREET OUT [RATE_HZ]: two robots in a street, each with a process of its own on this machine.
+
+A player for each robot is its LiDAR, its cameras and its localisation: what it measures goes over the machine's own
+network to the robot's node, which labels the points by the cameras, maps them and shares what it maps with the other
+node over multicast. Where there is a virtual CAN interface, poses go over that as a vehicle would send them. Ends when
+both nodes have all that there is to know; leaves their maps, reports and logs in OUT. At fewer than 10 scans a second
+all is played in slow motion.
+"""
+import os
+import pathlib
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+
+ROBOTS = (0, 1)
+BASE_IDS = {0: 0x100, 1: 0x120}
+READY_S, END_S = 30, 150
+
+CONFIG = """\
+[robot]
+id = {robot}
+state = "state"
+T_global_map = "{data}/T_global_map.txt"
+[sensors]
+url = "{url}"
+interface = "lo"
+clouds = "raw"
+cameras = "{data}/cameras.toml"
+poses = "{poses}"
+max_wait_ms = {max_wait_ms}
+max_image_offset_ms = {max_image_offset_ms}
+[mapping]
+period_ms = {period_ms}
+[map]
+deadline_ms = {deadline_ms}
+{vehicle}[service]
+queries = false
+[network]
+url = "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304"
+interface = "lo"
+[security]
+fleet_key = "fleet.key"
+[output]
+global_map = "global_of_{robot}.tsm"
+report = "robot_{robot}.json"
+{snapshots}[run]
+wait_for_peers = 1
+silence_s = 2
+quiet_s = 3
+"""
+
+
+def can_interface():
+    """A virtual bus that is up, or None."""
+    shown = subprocess.run(["ip", "-o", "link", "show", "up", "type", "vcan"], capture_output=True, text=True, check=False)
+    return shown.stdout.split(":")[1].strip().split("@")[0] if shown.returncode == 0 and shown.stdout else None
+
+
+def sensor_url(robot):
+    return f"udpm://239.255.76.68:{7668 + robot}?ttl=0&recv_buf_size=8388608"
+
+
+def write_config(out, robot, data, can, rate_hz):
+    period_ms = round(1000 / rate_hz)
+    (out / f"robot_{robot}.toml").write_text(CONFIG.format(
+        robot=robot, data=data, url=sensor_url(robot), poses="can" if can else "lcm", period_ms=period_ms,
+        # Two robots, and all that they would sense, share one computer here.
+        deadline_ms=0.8 * period_ms,
+        # A sweep ends half a period after its stamp, images are within half a period of it.
+        max_wait_ms=period_ms, max_image_offset_ms=period_ms / 2,
+        vehicle=f'[vehicle]\ncan = "{can}"\nbase_id = {BASE_IDS[robot]}\n' if can else "",
+        # Of one robot, as each picture takes it a part of a tick.
+        snapshots='snapshots = "growing"\nsnapshot_every_s = 0.5\n' if robot == 0 else ""))
+
+
+def start_node(tessera, out, robot):
+    """A node that has said that it is ready, as it would to systemd."""
+    with tempfile.TemporaryDirectory() as folder, socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as notices:
+        notices.bind(f"{folder}/notify")
+        notices.settimeout(1)
+        with open(out / f"robot_{robot}.log", "w", encoding="utf-8") as log:
+            node = subprocess.Popen([tessera, "node", "--config", f"robot_{robot}.toml"], cwd=out, stdout=log, stderr=log,
+                                    stdin=subprocess.DEVNULL, env={**os.environ, "NOTIFY_SOCKET": f"{folder}/notify"})
+        for _ in range(READY_S):
+            try:
+                if b"READY=1" in notices.recv(4096):
+                    return node
+            except TimeoutError:
+                pass
+            if node.poll() is not None:
+                break
+    end([node])
+    sys.exit(f"the node of robot {robot} did not start: " + (out / f"robot_{robot}.log").read_text().strip())
+
+
+def start_player(tessera, out, robot, data, can, rate_hz):
+    words = ["--poses", "can", "--can", can, "--can-base", str(BASE_IDS[robot])] if can else []
+    with open(out / f"player_{robot}.log", "w", encoding="utf-8") as log:
+        return subprocess.Popen([tessera, "play", "--dataset", data, "--messages", "raw", "--url", sensor_url(robot), "--rate", str(rate_hz), *words],
+                                stdout=log, stderr=log, stdin=subprocess.DEVNULL)
+
+
+def end(processes):
+    for process in processes:
+        if process.poll() is None:
+            process.kill()
+        process.wait()
+
+
+def wait(process, name, log, deadline):
+    try:
+        if process.wait(timeout=max(1.0, deadline - time.monotonic())) == 0:
+            return
+    except subprocess.TimeoutExpired:
+        sys.exit(f"the {name} did not end; see {log}")
+    sys.exit(f"the {name} stopped: " + log.read_text().strip())
+
+
+def main():
+    tessera, street, out = (pathlib.Path(word).resolve() for word in sys.argv[1:4])
+    rate_hz = float(sys.argv[4]) if len(sys.argv) > 4 else 4.0
+    can = can_interface()
+    print(f"Poses go over the CAN interface {can}." if can else "Poses go over LCM: there is no virtual CAN interface that is up.")
+    data = {robot: street / f"robot_{robot}" for robot in ROBOTS}
+    running = []
+    try:
+        nodes, players = {}, {}
+        for robot in ROBOTS:
+            write_config(out, robot, data[robot], can, rate_hz)
+            nodes[robot] = start_node(tessera, out, robot)
+            running.append(nodes[robot])
+        for robot in ROBOTS:
+            players[robot] = start_player(tessera, out, robot, data[robot], can, rate_hz)
+            running.append(players[robot])
+        deadline = time.monotonic() + END_S
+        for robot in ROBOTS:
+            wait(players[robot], f"player of robot {robot}", out / f"player_{robot}.log", deadline)
+        for robot in ROBOTS:
+            wait(nodes[robot], f"node of robot {robot}", out / f"robot_{robot}.log", deadline)
+    finally:
+        end(running)
+
+
+if __name__ == "__main__":
+    main()
