@@ -34,7 +34,7 @@ def latencies(axes, reports):
     axes.set_xlim(left=0)
     axes.set(xlabel="ms: median (dot), 99 % (bar), worst (cross)", title="How long it took")
     axes.grid(alpha=0.25, axis="x")
-    axes.legend(loc="lower right")
+    axes.legend(loc="center right")
 
 
 def growth(axes, report):

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// hear_sensors FOLDER COUNT SECONDS: hears COUNT scans and writes each into FOLDER: its points, its
-// components, and a line of what else it says. Prints "ready" when it hears.
+// hear_sensors FOLDER COUNT SECONDS [CAMERAS]: hears COUNT scans and writes each into FOLDER: its
+// points, its components, times and images, and a line of what else it says. Prints "ready" when it
+// hears. CAMERAS: how many cameras' images raw clouds need, of up to 640 x 480.
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
@@ -28,12 +29,22 @@ void write_scan(const std::string& folder, int number, ScanSlot& scan) {
   for (int row = 0; row < 3; ++row)
     for (int column = 0; column < 4; ++column) line << ' ' << scan.T_map_sensor(row, column);
   line << '\n';
+  write(path + ".times", scan.times_s().data(), scan.has_times ? std::size_t{4} * scan.count : 0);
+  std::ofstream images(path + ".images");
+  for (const SlotImage& image : scan.images()) {
+    images << image.camera << ' ' << image.stamp_us << ' ' << image.width_px << ' '
+           << image.height_px << '\n';
+    write(path + ".image" + std::to_string(image.camera), image.components().data(),
+          image.components().size());
+  }
 }
 
-int hear(const std::string& folder, int count, std::int64_t seconds) {
+int hear(const std::string& folder, int count, std::int64_t seconds, int cameras) {
   SensorPortConfig config;
   config.matcher.sensors = {{0, MountedKind::kSemanticCloud}, {0, MountedKind::kRawCloud}};
-  config.matcher.slot = {.points = 150'000, .image_pixels = 1};
+  for (int camera = 0; camera < cameras; ++camera) config.matcher.cameras.push_back(camera);
+  config.matcher.slot = {.points = 150'000,
+                         .image_pixels = cameras > 0 ? std::size_t{640} * 480 : 1};
   // What was recorded is older than what sensors send.
   config.matcher.max_age_us = 3'600'000'000;
   Outcome<std::unique_ptr<SensorPort>> port = SensorPort::open(config);
@@ -63,6 +74,7 @@ int hear(const std::string& folder, int count, std::int64_t seconds) {
 }  // namespace tessera
 
 int main(int argc, char** argv) {
-  if (argc != 4) return EXIT_FAILURE;
-  return tessera::hear(argv[1], std::atoi(argv[2]), std::atoi(argv[3]));
+  if (argc != 4 && argc != 5) return EXIT_FAILURE;
+  return tessera::hear(argv[1], std::atoi(argv[2]), std::atoi(argv[3]),
+                       argc == 5 ? std::atoi(argv[4]) : 0);
 }

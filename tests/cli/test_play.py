@@ -25,11 +25,11 @@ def packed_points(path):
 
 
 class Play(CommandCase):
-    def hear(self, name, count=SCANS):
+    def hear(self, name, count=SCANS, cameras=0):
         """A port in a process of its own, which hears already."""
         folder = self.folder / name
         folder.mkdir()
-        process = subprocess.Popen([os.environ["TESSERA_HEAR_SENSORS"], folder, str(count), "20"], text=True,
+        process = subprocess.Popen([os.environ["TESSERA_HEAR_SENSORS"], folder, str(count), "20", str(cameras)], text=True,
                                    stdout=subprocess.PIPE)
         self.addCleanup(process.stdout.close)
         self.addCleanup(process.wait)
@@ -96,11 +96,52 @@ class Play(CommandCase):
         self.addCleanup(player.kill)
         self.assertEqual(first, self.heard(*again))
 
+    def test_a_node_gets_all_that_sensors_would_give_it(self):
+        """Raw clouds as they are in the files, with times, what three cameras saw, and poses in between."""
+        if not IN_OWN_NETWORK:
+            self.skipTest("skipped: no network namespaces are permitted here")
+        self.done("simulate", "--robots", 1, "--scans", SCANS, "--cameras", "on", "--sweep", "on", "--out", "street")
+        data = self.folder / "street" / "robot_0"
+        live = self.hear("live", cameras=3)
+        # In slow motion, so that it is heard on a busy machine too; images are within 47 ms of their scan at 10 Hz.
+        result = self.done("play", "--dataset", data, "--messages", "raw", "--rate", 9.9)
+        poses = SCANS * 10 - 9 + 2 * 20
+        self.assertIn(f"{SCANS} scans, {3 * SCANS} label images and {poses} poses sent to", result.stdout)
+        heard = self.heard(*live)
+        stretch = 10 / 9.9
+        for scan in range(SCANS):
+            stamp, _, scan_poses, *_ = heard[f"{scan}.txt"].split()
+            self.assertEqual(packed_points(data / "velodyne" / f"{scan:06}.bin"), heard[f"{scan}.xyz"])
+            self.assertEqual(b"", heard[f"{scan}.components"])
+            # Poses over the sweep of 100 ms, and those around it.
+            self.assertGreaterEqual(int(scan_poses), 10)
+            recorded = array.array("f", (data / "times" / f"{scan:06}.bin").read_bytes())
+            times = array.array("f", heard[f"{scan}.times"])
+            self.assertEqual(len(recorded), len(times))
+            self.assertLess(max(abs(stretch * r - t) for r, t in zip(recorded, times)), 1e-6)
+            images = [tuple(map(int, line.split())) for line in heard[f"{scan}.images"].decode().splitlines()]
+            self.assertEqual([(0, 640, 384), (1, 640, 384), (2, 640, 480)], [(camera, *size) for camera, _, *size in images])
+            for (camera, taken, width, height), offset_ms in zip(images, (-31, 18, -47)):
+                self.assertAlmostEqual(stretch * offset_ms, 1e-3 * (taken - int(stamp)), delta=0.01)
+                image = heard[f"{scan}.image{camera}"]
+                self.assertEqual(width * height, len(image))
+                self.assertGreater(len(set(image)), 3)
+                self.assertLess(max(image), 20)
+
+    def test_without_a_bus_there_is_no_vehicle(self):
+        self.done("simulate", "--robots", 1, "--scans", 1, "--out", "street")
+        play = ("play", "--dataset", self.folder / "street" / "robot_0", "--poses")
+        self.refused(*play, "can", saying=("--can",))
+        self.refused(*play, "lcm", "--can", "can0", saying=("--poses can",))
+        self.refused(*play, "can", "--can", "nocan9", saying=("nocan9", "ip -details link show type can"))
+        self.refused(*play, "can", "--can", "nocan9", "--can-base", 100, saying=("100", "multiple of 32"))
+        self.refused(*play, "can", "--can", "nocan9", "--can-base", 2048, saying=("2048",))
+
     def test_bad_usage(self):
         self.done("simulate", "--robots", 1, "--scans", 1, "--out", "street")
         data = self.folder / "street" / "robot_0"
         for option, value in (("--rate", "0"), ("--rate", "nan"), ("--rate", "fast"), ("--messages", "some"),
-                              ("--poses", "can"), ("--clock", "sun"), ("--labels", "none"), ("--labels", "nowhere"),
+                              ("--poses", "bus"), ("--clock", "sun"), ("--labels", "none"), ("--labels", "nowhere"),
                               ("--url", "udpm://239.255.76.68:7668?ttl=1"), ("--url", "memq://"), ("--interface", "eth99"),
                               ("--sensor", "x"), ("--first", "7")):
             with self.subTest(option=option, value=value):

@@ -26,11 +26,6 @@ VehicleInputs::Taken take_all(VehicleInputs& inputs, std::span<const CanFrame> f
   return taken;
 }
 
-VehicleInputs::Taken take_all(VehicleInputs& inputs, std::initializer_list<CanFrame> frames,
-                              std::int64_t& now_us) {
-  return take_all(inputs, std::span(frames.begin(), frames.size()), now_us);
-}
-
 /// A vehicle that drives along x at 1 m/s and sends a pose and odometry every 20 ms.
 struct Drive {
   explicit Drive(VehicleInputsConfig config = {}) : inputs(config), vehicle(config.base_id) {}
@@ -92,11 +87,11 @@ TEST_CASE("VehicleInputs: frames of different poses are never put together") {
   const auto first = drive.vehicle.pose(sent_pose(drive.x_m));
   const auto second = drive.vehicle.pose(sent_pose(drive.x_m + 0.02));
   // Two frames of the first, the last of the second; and the first's last frame too late.
-  CHECK_FALSE(take_all(drive.inputs, {first[0], first[1], second[2]}, drive.now_us).pose);
+  CHECK_FALSE(take_all(drive.inputs, std::array{first[0], first[1], second[2]}, drive.now_us).pose);
   CHECK(drive.inputs.counters().incomplete_poses == 1);
-  CHECK_FALSE(take_all(drive.inputs, {second[0]}, drive.now_us).pose);
+  CHECK_FALSE(take_all(drive.inputs, std::array{second[0]}, drive.now_us).pose);
   drive.now_us += 16'000;
-  CHECK_FALSE(take_all(drive.inputs, {second[1]}, drive.now_us).pose);
+  CHECK_FALSE(take_all(drive.inputs, std::array{second[1]}, drive.now_us).pose);
   CHECK(drive.inputs.counters().incomplete_poses == 2);
   // In any order of its frames a pose is whole.
   auto third = drive.vehicle.pose(sent_pose(drive.x_m + 0.04));
@@ -109,11 +104,11 @@ TEST_CASE("VehicleInputs: sixteen lost poses later the counter is the same, the 
   Drive drive;
   drive.settle();
   const auto old = drive.vehicle.pose(sent_pose(drive.x_m));
-  static_cast<void>(take_all(drive.inputs, {old[0]}, drive.now_us));
+  static_cast<void>(take_all(drive.inputs, std::array{old[0]}, drive.now_us));
   for (int i = 0; i < 15; ++i) static_cast<void>(drive.vehicle.pose(sent_pose(0)));
   drive.now_us += 320'000;
   const auto now = drive.vehicle.pose(sent_pose(9.0));
-  CHECK_FALSE(take_all(drive.inputs, {now[1], now[2]}, drive.now_us).pose.has_value());
+  CHECK_FALSE(take_all(drive.inputs, std::array{now[1], now[2]}, drive.now_us).pose.has_value());
 }
 
 TEST_CASE("VehicleInputs: a signal out of its range or 'no pose' makes no pose") {
