@@ -64,7 +64,8 @@ void MappingThread::note_pause(std::int64_t now_us) noexcept {
   if (asked == taken_.load(std::memory_order_relaxed)) return;
   const auto reasons = static_cast<std::uint32_t>(asked & kReasons);
   if (reasons != now_.pause) {
-    log_.say(LogLevel::kInfo, now_us, reasons != 0 ? "pauses, for reasons %" : "goes on", reasons);
+    log_.say_change(LogLevel::kInfo, now_us, reasons != 0 ? "pauses, for reasons %" : "goes on",
+                    reasons);
     now_.pause = reasons;
     status_.set(now_);
   }
@@ -99,10 +100,8 @@ void MappingThread::take(ScanSlot& slot, std::int64_t now_us) noexcept {
   now_.points += report.points;
   now_.left_out += report.left_out();
   now_.shed += report.left_out() != 0 ? 1U : 0U;
-  const std::uint32_t refused = report.refused_memory() + report.rays_refused_memory;
-  now_.refused_memory += refused;
   now_.bad_poses += report.pose == Status::kOk ? 0U : 1U;
-  say_losses(report.left_out(), refused, end_us);
+  say_losses(report, end_us);
   if (end_us - now_us > config_.period_us) {
     ++now_.missed;
     log_.say(LogLevel::kWarning, end_us, "a cycle took % us of %", end_us - now_us,
@@ -116,14 +115,18 @@ void MappingThread::take(ScanSlot& slot, std::int64_t now_us) noexcept {
 }
 
 /// Each line comes once a second at most.
-void MappingThread::say_losses(std::uint32_t left_out, std::uint32_t refused,
-                               std::int64_t now_us) noexcept {
-  if (refused != 0)
+void MappingThread::say_losses(const ScanReport& report, std::int64_t now_us) noexcept {
+  const std::uint32_t memory = report.refused_memory() + report.rays_refused_memory;
+  now_.refused_memory += memory;
+  if (memory != 0)
     log_.say(LogLevel::kWarning, now_us,
-             "the map's memory is full: % points and rays left out; see [map] memory", refused);
-  if (left_out != refused)
-    log_.say(LogLevel::kWarning, now_us, "% points and rays left out, to be in time",
-             left_out - refused);
+             "the map's memory is full: % points and rays left out; see [map] memory", memory);
+  if (report.over_capacity != 0)
+    log_.say(LogLevel::kWarning, now_us,
+             "a scan has % points too many; the rest was sampled evenly", report.over_capacity);
+  const std::uint32_t time = report.left_out() - memory - report.over_capacity;
+  if (time != 0)
+    log_.say(LogLevel::kWarning, now_us, "% points and rays left out, to be in time", time);
 }
 
 }  // namespace tessera

@@ -123,7 +123,7 @@ class MappingThread {
   static constexpr std::uint64_t kReasons = 0xffff'ffffU;
   void note_pause(std::int64_t now_us) noexcept;
   void clear_if_asked() noexcept;
-  void say_losses(std::uint32_t left_out, std::uint32_t refused, std::int64_t now_us) noexcept;
+  void say_losses(const ScanReport& report, std::int64_t now_us) noexcept;
 
   Mapper& mapper_;
   ScanSource& source_;

@@ -89,6 +89,20 @@ void Node::look_after(NodeRequests& requests, Progress& progress) {
   writer.write(queues);
 }
 
+void Node::look_for_others(std::int64_t now_us) {
+  SharingStatus sharing;
+  if (!sharing_->status().get(sharing)) return;
+  if (sharing.in_reach != peers_seen_)
+    log_.say_change(LogLevel::kInfo, now_us, "robots in reach: %, before: %", sharing.in_reach,
+                    peers_seen_);
+  peers_seen_ = sharing.in_reach;
+  if (sharing.exchange.records_refused != refused_seen_)
+    log_.say(LogLevel::kWarning, now_us,
+             "records of other robots refused: %; see [fusion] memory and robot_share",
+             static_cast<std::int64_t>(sharing.exchange.records_refused));
+  refused_seen_ = sharing.exchange.records_refused;
+}
+
 void Node::end(const char* reason) noexcept {
   const char* none = nullptr;
   ended_by_.compare_exchange_strong(none, reason, std::memory_order_acq_rel);

@@ -174,6 +174,7 @@ class Node {
   std::uint32_t late_threads_ = 0;  ///< A bit each, so that each silence is told once.
   // Of the thread of run().
   std::uint64_t save_allocations_ = 0;
+  std::int64_t notice_due_us_ = 0;
   std::uint32_t peers_seen_ = 0;
   std::uint64_t refused_seen_ = 0;  ///< Records of others.
   std::string save_failure_;        ///< Why the last save that failed did.

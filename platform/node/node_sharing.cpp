@@ -17,6 +17,8 @@ namespace tessera {
 namespace {
 
 constexpr std::int64_t kStatusPeriod_us = 1'000'000;
+/// Between two signs of life to the service manager.
+constexpr std::int64_t kNotice_us = 500'000;
 /// What lacks something waits longer for it: others may be about to come back.
 constexpr int kIncompletePatience = 3;
 
@@ -58,26 +60,14 @@ void Node::look_for_life(std::int64_t now_us) {
     alive = alive && !late;
     if (late && (late_threads_ & bit) == 0) {
       ++run_.silences;
-      sharing_log_.say(LogLevel::kError, now_us, kSilent[i]);
+      sharing_log_.say_change(LogLevel::kError, now_us, kSilent[i]);
     }
     late_threads_ = late ? late_threads_ | bit : late_threads_ & ~bit;
   }
   // Without it the service manager ends this process and starts it again.
-  if (alive) notice_.tell("WATCHDOG=1");
-}
-
-void Node::look_for_others(std::int64_t now_us) {
-  SharingStatus sharing;
-  if (!sharing_->status().get(sharing)) return;
-  if (sharing.in_reach != peers_seen_)
-    log_.say(LogLevel::kInfo, now_us, "robots in reach: %, before: %", sharing.in_reach,
-             peers_seen_);
-  peers_seen_ = sharing.in_reach;
-  if (sharing.exchange.records_refused != refused_seen_)
-    log_.say(LogLevel::kWarning, now_us,
-             "records of other robots refused: %; see [fusion] memory and robot_share",
-             static_cast<std::int64_t>(sharing.exchange.records_refused));
-  refused_seen_ = sharing.exchange.records_refused;
+  if (!alive || now_us < notice_due_us_) return;
+  notice_.tell("WATCHDOG=1");
+  notice_due_us_ = now_us + kNotice_us;
 }
 
 void Node::say_status(std::int64_t now_us) {

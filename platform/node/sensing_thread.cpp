@@ -103,7 +103,8 @@ void SensingThread::watch_sensors(const MatchReport& match, std::int64_t now_us)
              static_cast<std::int64_t>(match.superseded));
   if (match.given != match_.given) {
     if (sensors_silent_)
-      log_.say(LogLevel::kInfo, now_us, "scans come again, after % ms", (now_us - scan_us_) / 1000);
+      log_.say_change(LogLevel::kInfo, now_us, "scans come again, after % ms",
+                      (now_us - scan_us_) / 1000);
     sensors_silent_ = false;
     scan_us_ = now_us;
   } else if (!sensors_silent_ && now_us - scan_us_ > kSilence_us) {
@@ -130,12 +131,13 @@ void SensingThread::note_relocations(std::uint64_t relocations) noexcept {
   now_.relocations = relocations;
   const std::int64_t now_us = MonotonicClock::now_us();
   if (vehicle_ != nullptr) {
-    log_.say(LogLevel::kError, now_us,
-             "poses are of another frame than before; command clear, or start if they are not");
+    log_.say_change(
+        LogLevel::kError, now_us,
+        "poses are of another frame than before; command clear, or start if they are not");
     mapping_->pause(kPausedByNewFrame, true);
   } else {
-    log_.say(LogLevel::kError, now_us,
-             "poses are of another frame than before: the map is cleared");
+    log_.say_change(LogLevel::kError, now_us,
+                    "poses are of another frame than before: the map is cleared");
     mapping_->clear_map();
   }
 }
@@ -196,8 +198,8 @@ void SensingThread::pause_or_go_on() noexcept {
   if (good != was_good_) {
     mapping_->pause(kPausedByPose, !good);
     now_.pauses += good ? 0U : 1U;
-    log_.say(good ? LogLevel::kInfo : LogLevel::kWarning, MonotonicClock::now_us(),
-             good ? "poses are good" : reason_of(now_.verdict));
+    log_.say_change(good ? LogLevel::kInfo : LogLevel::kWarning, MonotonicClock::now_us(),
+                    good ? "poses are good" : reason_of(now_.verdict));
     was_good_ = good;
   }
   status_.set(now_);

@@ -83,8 +83,8 @@ void VehicleThread::carry_out(const TakenCommand& command, std::int64_t now_us) 
   ++counted_.commands;
   told_.command_number = command.number;
   told_.command_result = CommandResult::kDone;
-  log_.say(LogLevel::kInfo, now_us, "command % of the vehicle",
-           static_cast<std::int64_t>(command.command));
+  log_.say_change(LogLevel::kInfo, now_us, "command % of the vehicle",
+                  static_cast<std::int64_t>(command.command));
   switch (command.command) {
     case VehicleCommand::kStart:
       mapping_.pause(kPausedByCommand, false);
@@ -116,6 +116,18 @@ void VehicleThread::begin(const TakenCommand& command) noexcept {
   pending_.done = saves_.done.load(std::memory_order_relaxed);
   pending_.failed = saves_.failed.load(std::memory_order_relaxed);
   saves_.asked.store(true, std::memory_order_relaxed);
+}
+
+void VehicleThread::watch_bus(std::int64_t now_us) noexcept {
+  VehiclePortStatus port;
+  if (!port_.status(port) || port.bus.bus == bus_) return;
+  bus_ = port.bus.bus;
+  const bool well = bus_ == BusState::kActive;
+  log_.say_change(well ? LogLevel::kInfo : LogLevel::kWarning, now_us,
+                  well                         ? "the bus is active again"
+                  : bus_ == BusState::kPassive ? "the bus is error passive"
+                  : bus_ == BusState::kOff     ? "the bus is off; its driver has to restart it"
+                                               : "the bus is down: its interface is down or gone");
 }
 
 /// What became of it is told only while no other command came.

@@ -70,7 +70,7 @@ LogWriter::Said& LogWriter::said(const LogRecord& record) noexcept {
 
 void LogWriter::write(const char* name, const LogRecord& record) noexcept {
   Said& before = said(record);
-  if (record.stamp_us - before.last_us < kQuiet_us) {
+  if (!record.is_change && record.stamp_us - before.last_us < kQuiet_us) {
     ++before.held_back;
     return;
   }

@@ -23,6 +23,7 @@ struct LogRecord {
   const char* text = nullptr;  ///< Of the program; each % in it stands for the next number.
   std::array<std::int64_t, 3> numbers{};
   LogLevel level = LogLevel::kInfo;
+  bool is_change = false;  ///< Of a state: written however soon it comes again.
 };
 
 /// One thread says, another takes.
@@ -34,14 +35,12 @@ class LogQueue {
   /// Never waits, no system call, no heap. False, and counted, iff there is no room.
   bool say(LogLevel level, std::int64_t stamp_us, const char* text, std::int64_t a = 0,
            std::int64_t b = 0, std::int64_t c = 0) noexcept {
-    LogRecord* const record = queue_.claim();
-    if (record == nullptr) {
-      lost_.fetch_add(1, std::memory_order_relaxed);
-      return false;
-    }
-    *record = {stamp_us, text, {a, b, c}, level};
-    queue_.publish();
-    return true;
+    return put({stamp_us, text, {a, b, c}, level, false});
+  }
+  /// The same of a change of state, so that the last line tells what holds.
+  bool say_change(LogLevel level, std::int64_t stamp_us, const char* text, std::int64_t a = 0,
+                  std::int64_t b = 0) noexcept {
+    return put({stamp_us, text, {a, b, 0}, level, true});
   }
   [[nodiscard]] std::uint64_t lost() const noexcept {
     return lost_.load(std::memory_order_relaxed);
@@ -49,6 +48,16 @@ class LogQueue {
 
  private:
   friend class LogWriter;
+  bool put(const LogRecord& said) noexcept {
+    LogRecord* const record = queue_.claim();
+    if (record == nullptr) {
+      lost_.fetch_add(1, std::memory_order_relaxed);
+      return false;
+    }
+    *record = said;
+    queue_.publish();
+    return true;
+  }
   const char* name_;
   SpscQueue<LogRecord> queue_;
   std::atomic<std::uint64_t> lost_{0};
@@ -60,7 +69,8 @@ class LogWriter {
  public:
   /// Records of a call, so that a flood keeps its thread from nothing else.
   static constexpr int kMostRecords = 256;
-  /// Within which a text is written once; how often it was said is with the next one.
+  /// Within which a text is written once, unless it tells of a change of state; how often it was
+  /// said is with the next one.
   static constexpr std::int64_t kQuiet_us = 1'000'000;
 
   /// descriptor: where lines go; stays the caller's. prefixed: each line begins with its level, as
