@@ -153,14 +153,14 @@ class Poses(NodeOnBus):
 class Bus(NodeOnBus):
     def cangen(self, *words):
         """Random bytes at the rate that the machine gives."""
-        subprocess.run(["cangen", self.interface.name, "-g", "0", "-i", "-x", *words], check=False, timeout=bus.LIMIT_S,
+        subprocess.run(["cangen", self.interface.name, "-g", "0", "-i", *words], check=False, timeout=bus.LIMIT_S,
                        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
     def test_random_and_malformed_frames_and_a_flood(self):
         node = self.start()
         self.command("Pause", 1)
         self.command("Start", 2)
-        time.sleep(0.5)
+        time.sleep(1)
         blocks = self.bus.value("MAP_FILL", "Blocks")
         # All identifiers and lengths; then ours, with random bytes of any length, of the right one, and of CAN FD.
         each = RANDOM_FRAMES // 8
@@ -177,27 +177,28 @@ class Bus(NodeOnBus):
         flood.wait(timeout=bus.LIMIT_S)
         print(f"flooded for {time.monotonic() - begin:.1f} s", file=sys.stderr)
         self.comes_to("Mapping", "None", "well again after a flood")
-        time.sleep(0.5)
+        time.sleep(1)
         # No scan was mapped with a pose that is not the vehicle's: there is nothing but the wall.
         self.assertEqual(blocks, self.bus.value("MAP_FILL", "Blocks"))
         report = node.end()
         vehicle = self.check_counters(report)
         print({key: vehicle[key] for key in ("frames", "accepted", "refused", "misshapen", "kernel_dropped")}, file=sys.stderr)
         self.assertGreater(vehicle["refused"], each)
-        self.assertGreater(vehicle["misshapen"], each // 2)
+        self.assertGreater(vehicle["misshapen"], 100)
         self.assertEqual((0, 0, 2), (vehicle["relocations"], report["mapping"]["clears"], vehicle["commands"]))
         self.wall_is_where_it_is()
 
     def test_bus_off(self):
         node = self.start()
+        # On a bus that is off nothing comes.
+        self.vehicle.silent = True
+        time.sleep(0.1)
         bus.cansend(self.interface.name, "20000040#0000000000000000")
         node.says("the bus is off")
         bus.until(lambda: self.bus.value("HEARTBEAT", "BusState") == "Off", "bus off in the heartbeat")
-        # On a bus that is off nothing comes.
-        self.vehicle.with_pose = False
         self.comes_to("Paused", "StalePose", "bus off")
         bus.cansend(self.interface.name, "20000100#0000000000000000")
-        self.vehicle.with_pose = True
+        self.vehicle.silent = False
         node.says("the bus is active again")
         self.comes_to("Mapping", "None", "well again after bus off")
         self.assertEqual((1, 2), tuple(node.end()["vehicle"][key] for key in ("bus_off", "error_frames")))

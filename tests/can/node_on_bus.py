@@ -26,7 +26,7 @@ class Vehicle(bus.Vehicle):
 
     def __init__(self, interface):
         self.x, self.deviation, self.wheel_speed, self.damaged = 0.0, 0.02, 0.0, False
-        self.alternating, self.far = False, False
+        self.alternating, self.far, self.silent = False, False, False
         self.command, self.cycles = ("None", 0), 0
         super().__init__(interface)
 
@@ -35,6 +35,8 @@ class Vehicle(bus.Vehicle):
 
     def cycle(self, begin):
         self.cycles += 1
+        if self.silent:
+            return
         self.send(*self.frame("ODOMETRY", OdometryValid="Valid", WheelSpeed=self.wheel_speed, YawRate=0.0, StdWheelSpeed=0.02))
         if self.cycles % COMMAND_EACH == 0:
             self.send(*self.frame("COMMAND", Command=self.command[0], CommandNumber=self.command[1]))
@@ -55,9 +57,9 @@ class Candump:
 
     def __init__(self, interface):
         self.last, self.times, self.lock = {}, collections.defaultdict(list), threading.Lock()
-        # Without the bus's own end of it: an interface that goes away ends candump.
         self.process = subprocess.Popen(["candump", "-L", interface], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
-        threading.Thread(target=self.read, daemon=True).start()
+        self.reader = threading.Thread(target=self.read, daemon=True)
+        self.reader.start()
 
     def read(self):
         for line in self.process.stdout:
@@ -85,6 +87,8 @@ class Candump:
     def close(self):
         self.process.terminate()
         self.process.wait(timeout=bus.LIMIT_S)
+        self.reader.join(bus.LIMIT_S)
+        self.process.stdout.close()
 
 
 class NodeOnBus(unittest.TestCase):
@@ -109,6 +113,8 @@ class NodeOnBus(unittest.TestCase):
         """A node that maps already."""
         tables = running_node.sensing()
         tables["sensors"].update({"poses": "can", "clock": "wall" if clock is time.time else "monotonic"})
+        # As on a robot.
+        tables["realtime"] = {"priority": 40, "lock_memory": True}
         tables["vehicle"] = {"can": self.interface.name, "mode": mode}
         config = running_node.write_config(self.folder, "node", tables, **changes)
         self.node = running_node.RunningNode(self.folder, config)
@@ -117,6 +123,7 @@ class NodeOnBus(unittest.TestCase):
         self.sensors.x_m = lambda: self.vehicle.x
         self.addCleanup(self.sensors.close)
         self.comes_to("Mapping", "None")
+        bus.until(lambda: self.bus.value("MAP_FILL", "Blocks"), "a map")
         return self.node
 
     def comes_to(self, state, reason, what=""):

@@ -1,0 +1,48 @@
+# SPDX-FileCopyrightText: The tessera authors
+# SPDX-License-Identifier: Apache-2.0
+"""What tests of a node's faults share: a node with sensors before a wall, and what it says of them."""
+import contextlib
+import pathlib
+import sys
+
+import command_case
+
+sys.path.append(str(pathlib.Path(__file__).resolve().parent.parent / "support"))
+from running_node import RunningNode, sensing, write_config
+from sensor_sender import Sensors
+
+
+class Faults(command_case.CommandCase):
+    def setUp(self):
+        super().setUp()
+        self.closing = contextlib.ExitStack()
+        self.addCleanup(self.closing.close)
+
+    def sensors(self, **options):
+        sensors = Sensors(**options)
+        self.closing.callback(sensors.close)
+        return sensors
+
+    def node(self, name="node", robot=0, environment=None, **changes):
+        config = write_config(self.folder, name, sensing(name, robot), **changes)
+        node = RunningNode(self.folder, config, environment=environment)
+        self.closing.callback(node.close)
+        return node
+
+    def mapping(self, **changes):
+        """A node that maps already, and its sensors."""
+        sensors = self.sensors()
+        node = self.node(**changes)
+        node.says("mapping: goes on")
+        return node, sensors
+
+    def states_at(self, *points, file="node.tsm"):
+        rows = self.query_rows(file, "x,y,z\n" + "".join(f"{x},{y},{z}\n" for x, y, z in points))[1]
+        return [(row["state"], int(row["label"])) for row in rows]
+
+    def check_scans(self, report, sensors):
+        """Each cloud that was sent is in one counter. Those before the node heard are in none."""
+        match = report["sensors"]["match"]
+        ends = ("given", "future", "ancient", "duplicates", "out_of_order", "without_pose", "without_images", "superseded")
+        self.assertLessEqual(sum(match[end] for end in ends), sensors.clouds)
+        self.assertLessEqual(report["mapping"]["cycles"] + report["mapping"]["paused"], match["given"])

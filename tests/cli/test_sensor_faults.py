@@ -1,0 +1,139 @@
+# SPDX-FileCopyrightText: The tessera authors
+# SPDX-License-Identifier: Apache-2.0
+"""What becomes of a node when its sensors, their poses or their stamps fail: the rows of docs/operations.md that need no
+CAN bus."""
+import sys
+import time
+import unittest
+
+import own_network
+from fault_case import Faults
+from sensor_sender import WALL_CLASS
+
+if not own_network.enter():
+    print("skipped: no network namespaces permitted here (unshare -rn)", file=sys.stderr)
+    raise unittest.SkipTest("no network namespaces")
+
+IMAGE = (64, 48)
+CAMERAS = f"""[[camera]]
+name = "front"
+model = "pinhole"
+width = {IMAGE[0]}
+height = {IMAGE[1]}
+focal = [32, 32]
+centre = [32, 24]
+T_camera_lidar = [0, -1, 0, 0, 0, 0, -1, 0, 1, 0, 0, 0]
+"""
+
+
+class SensorFaults(Faults):
+    def test_a_silent_sensor(self):
+        node, sensors = self.mapping()
+        sensors.with_clouds = False
+        place = node.says("no scan for ")
+        sensors.with_clouds = True
+        node.says("scans come again", place)
+        report = node.end()
+        self.assertEqual(1, report["sensors"]["silences"])
+        self.check_scans(report, sensors)
+
+    def test_a_burst_and_the_newest_wins(self):
+        node, sensors = self.mapping()
+        sensors.with_clouds = False
+        time.sleep(0.3)
+        place = node.here()
+        now_us = sensors.stamp_us()
+        newest = [(3.1, 0.05 + 0.1 * i, 0.05 + 0.1 * k) for i in range(8) for k in range(8)]
+        for i in range(50):
+            sensors.send_cloud(now_us - 1000 * (50 - i), points=newest)
+        sensors.send_cloud(now_us, points=newest, component=WALL_CLASS + 1)
+        node.says("more scans than can be mapped", place)
+        time.sleep(0.3)
+        report = node.end()
+        match = report["sensors"]["match"]
+        self.assertGreater(match["superseded"], 20)
+        self.check_scans(report, sensors)
+        self.assertEqual([("occupied", WALL_CLASS + 1)], self.states_at((3.1, 0.3, 0.3)))
+
+    def test_a_camera_that_is_missing(self):
+        (self.folder / "cameras.toml").write_text(CAMERAS)
+        sensors = self.sensors()
+        sensors.component = None
+        node = self.node(sensors={"clouds": "raw", "cameras": "cameras.toml"})
+        node.says("a scan without images")
+        sensors.image = IMAGE
+        time.sleep(1)
+        report = node.end()
+        match, registration = report["sensors"]["match"], report["sensors"]["registration"]
+        self.assertGreater(match["unlabelled"], 0)
+        self.assertGreater(match["images"], 0)
+        self.assertGreater(registration["labelled"], 0)
+        self.assertGreaterEqual(report["mapping"]["cycles"], match["given"] - report["mapping"]["paused"])
+        self.assertEqual([("occupied", WALL_CLASS)], self.states_at((5.1, 0.1, 0.1)))
+
+    def test_a_camera_that_must_not_be_missing(self):
+        (self.folder / "cameras.toml").write_text(CAMERAS)
+        sensors = self.sensors()
+        sensors.component = None
+        node = self.node(sensors={"clouds": "raw", "cameras": "cameras.toml", "missing_images": "drop"})
+        node.says("a scan without images")
+        node.says("no scan for ")
+        report = node.end()
+        self.assertEqual(0, report["mapping"]["cycles"])
+        self.assertGreater(report["sensors"]["match"]["without_images"], 0)
+
+    def test_bad_poses_over_lcm(self):
+        node, sensors = self.mapping()
+
+        def fault(words, **what):
+            with self.subTest(words):
+                before = {key: getattr(sensors, key) for key in what}
+                place = node.here()
+                for key, value in what.items():
+                    setattr(sensors, key, value)
+                place = node.says(words, place)
+                for key, value in before.items():
+                    setattr(sensors, key, value)
+                node.says("poses are good", place)
+
+        fault("poses are stale", with_poses=False)
+        fault("poses are uncertain", sigma_m=1.0)
+        fault("poses are corrupt", position=[2e5, 0.0, 0.0])
+        # Not a rotation, and not a number: refused before anybody looks at the pose.
+        fault("poses are stale", rotation=(2.0, 0.0, 0.0, 0.0))
+        fault("poses are stale", rotation=(float("nan"), 0.0, 0.0, 0.0))
+        report = node.end()
+        self.assertGreater(report["sensors"]["malformed"], 0)
+        self.assertEqual(0, report["sensors"]["relocations"])
+        self.assertEqual([("occupied", WALL_CLASS), ("free", 0)], self.states_at((5.1, 0.1, 0.1), (3.1, 0.1, 0.1)))
+
+    def test_poses_of_another_frame_are_not_mapped_with(self):
+        node, sensors = self.mapping()
+        sensors.position = [50.0, 0.0, 0.0]
+        node.says("poses are of another frame")
+        time.sleep(0.5)
+        report = node.end()
+        self.assertEqual(1, report["sensors"]["relocations"])
+        self.assertGreater(report["mapping"]["paused"], 0)
+        self.assertEqual([("occupied", WALL_CLASS), ("unknown", 0)], self.states_at((5.1, 0.1, 0.1), (55.1, 0.1, 0.1)))
+
+    def test_stamps_that_step(self):
+        """The clock of who sends, not that of the machine: docs/operations.md names the test of that one."""
+        node, sensors = self.mapping(sensors={"clock": "monotonic"})
+        for offset_s, words in ((100.0, "poses are corrupt"), (-100.0, "poses are stale")):
+            place = node.here()
+            sensors.offset_s = offset_s
+            place = node.says(words, place)
+            sensors.offset_s = 0.0
+            node.says("poses are good", place)
+        report = node.end()
+        match = report["sensors"]["match"]
+        self.assertGreater(match["future"], 0)
+        self.assertGreater(match["ancient"], 0)
+        self.assertEqual(0, match["clock_steps"])
+        self.check_scans(report, sensors)
+        self.assertEqual(0, report["sensors"]["relocations"])
+
+
+if __name__ == "__main__":
+    unittest.main()
