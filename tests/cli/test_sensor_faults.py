@@ -45,7 +45,7 @@ class SensorFaults(Faults):
         now_us = sensors.stamp_us()
         newest = [(3.1, 0.05 + 0.1 * i, 0.05 + 0.1 * k) for i in range(8) for k in range(8)]
         for i in range(50):
-            sensors.send_cloud(now_us - 1000 * (50 - i), points=[(x + 4.0, y, z) for x, y, z in newest])
+            sensors.send_cloud(now_us - 1000 * (50 - i), points=[(x, y - 2.0, z) for x, y, z in newest])
         sensors.send_cloud(now_us, points=newest, component=WALL_CLASS + 1)
         node.says("more scans than can be mapped", place)
         time.sleep(0.3)
