@@ -164,9 +164,9 @@ std::optional<std::uint64_t> Publisher::unnoted(const LocalMap& map) noexcept {
   std::uint64_t count = 0;
   const std::size_t pages = reader.pages();
   for (std::size_t page = 0; page < pages; ++page) {
-    const Result<std::size_t> found = reader.notes(page, 0, notes);
+    const Result<PageNotes> found = reader.notes(page, 0, notes);
     if (!found.ok()) return std::nullopt;
-    for (const BlockNote& block : notes.first(*found)) {
+    for (const BlockNote& block : notes.first(found->count)) {
       if (block.stamp <= noted_stamp_) continue;
       const std::optional<std::uint32_t> value = index_.find(block.key);
       count += value && is_waiting(*value) ? 0U : 1U;
