@@ -196,7 +196,7 @@ RobotConfig config_of_slow_rounds() {
 }
 
 void integrate_block(Robot& robot, int number) {
-  const float points[3] = {2.4F, 0.0F, 0.0F};
+  const float points[3] = {2.5F, 0.9F, 0.9F};
   const std::uint8_t road = 1;
   ScanView scan{.points = points, .stride_floats = 3, .count = 1, .components = &road};
   scan.T_map_sensor = shift_of(1.6 * (number % 64), 1.6 * (number / 64));
@@ -222,8 +222,10 @@ TEST_CASE("Submap: what changes behind a round of many ticks is published or cou
     }
     INFO("scans for " << scanned_ticks << " ticks; it took " << ticks);
     const SubmapReport report = robot.sharer().submap();
-    CHECK(robot.publisher().totals().published + report.lost_blocks ==
-          static_cast<std::uint64_t>(blocks));
+    // Of the lost, those that changed since the last whole round began may have been published.
+    const std::uint64_t known = robot.publisher().totals().published + report.lost_blocks;
+    CHECK(known >= static_cast<std::uint64_t>(blocks));
+    CHECK(known <= static_cast<std::uint64_t>(blocks) + (scanned_ticks == 30 ? 0 : 10));
     CHECK(ticks > 30);
     CHECK(ticks <= 80);
     CHECK((report.lost_blocks == 0) == (scanned_ticks == 30));

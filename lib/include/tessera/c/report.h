@@ -149,8 +149,8 @@ typedef struct tessera_submap_report {
   uint32_t ending;  ///< 1: another one was requested
   uint32_t opened;
   uint32_t cut_short;
-  uint64_t lost_blocks;
-  uint32_t last;  ///< tessera_status of the last request
+  uint64_t lost_blocks;  ///< at most so many
+  uint32_t last;         ///< tessera_status of the last request
   uint32_t reserved;
 } tessera_submap_report;
 

@@ -68,8 +68,9 @@ class Publisher {
   /// The map's stamp (MapReader::stamp) when the last of these rounds began; 0: none has ended.
   /// While the map's is the same, nothing has changed that was not noted.
   [[nodiscard]] std::uint64_t noted_stamp() const noexcept { return noted_stamp_; }
-  /// Blocks of the map that have changed since then and do not wait: a tick would note most of
-  /// them. Nothing if a page of the index is being changed at every try. O(index).
+  /// Blocks of the map that have changed since then and do not wait: those that nobody has heard
+  /// of, and those that the round at hand has met and ticks have published. Nothing if a page of
+  /// the index is being changed at every try. O(index).
   [[nodiscard]] std::optional<std::uint64_t> unnoted(const LocalMap& map) noexcept;
 
   [[nodiscard]] const PublisherTotals& totals() const noexcept { return totals_; }

@@ -40,11 +40,13 @@ struct RobotConfig : RobotSettings {
 struct SubmapReport {
   std::uint32_t epoch = 0;
   std::uint32_t submap = 0;
-  bool ending = false;            ///< Another one was requested.
-  std::uint32_t opened = 0;       ///< Beside the first.
-  std::uint64_t lost_blocks = 0;  ///< Changed in a submap that ended, and not published any more.
-  std::uint32_t cut_short = 0;    ///< Submaps that ended before all of them had been looked at.
-  Status last = Status::kOk;      ///< How the last request ended: Exchange::open.
+  bool ending = false;       ///< Another one was requested.
+  std::uint32_t opened = 0;  ///< Beside the first.
+  /// At most so many changed in a submap that ended, and are not published any more: a block that
+  /// changed after the last whole round began counts, though it may have been published since.
+  std::uint64_t lost_blocks = 0;
+  std::uint32_t cut_short = 0;  ///< Submaps that ended before all of them had been looked at.
+  Status last = Status::kOk;    ///< How the last request ended: Exchange::open.
 };
 
 /// How it tags and signs what it sends, and checks what it hears.
