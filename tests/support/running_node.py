@@ -8,7 +8,7 @@ import subprocess
 import threading
 import time
 
-LIMIT_S = 8
+LIMIT_S = 30
 
 
 def until(holds, what, limit_s=LIMIT_S):
