@@ -37,7 +37,12 @@ struct MapQuery {
   std::int32_t cursor = 0;
   std::uint64_t class_mask = 0;
   double length_m = 0.0;
-  std::array<Point3f, kMostPoints> points{};
+  // Eigen's own default leaves them as they are.
+  std::array<Point3f, kMostPoints> points = [] {
+    std::array<Point3f, kMostPoints> zeros;
+    zeros.fill(Point3f::Zero());
+    return zeros;
+  }();
 };
 
 enum class QueryError : std::uint8_t {
