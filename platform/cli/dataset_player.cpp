@@ -57,7 +57,6 @@ DatasetPlayer::DatasetPlayer(const PlayerConfig& config, const Dataset& dataset,
       timeline_(std::move(timeline)),
       sender_(std::move(sender)),
       cameras_(source.cameras),
-      has_times_(source.with_times),
       ahead_(std::move(source)),
       vehicle_({.base_id = config.can_base_id, .max_gap_us = timeline_.max_gap_us()}) {
   for (const CameraDescription& camera : cameras_)

@@ -101,7 +101,6 @@ class DatasetPlayer {
   const PlayTimeline timeline_;
   std::unique_ptr<SensorSender> sender_;
   std::vector<CameraDescription> cameras_;
-  bool has_times_ = false;
   ScanAhead ahead_;
   std::optional<CanSocket> bus_;
   SimulatedVehicle vehicle_;
