@@ -51,7 +51,8 @@ class SensorFaults(Faults):
         time.sleep(0.3)
         report = node.end()
         match = report["sensors"]["match"]
-        self.assertGreater(match["superseded"], 20)
+        # How many depends on how fast they are sent and mapped.
+        self.assertGreater(match["superseded"], 0)
         self.check_scans(report, sensors)
         self.assertEqual([("occupied", WALL_CLASS + 1)], self.states_at((3.1, 0.3, 0.3)))
 
