@@ -25,9 +25,9 @@ struct Start {
 
 void* run_prefaulted(void* context) {
   const std::unique_ptr<Start> start(static_cast<Start*>(context));
-  const Start todo = *start;
+  const Start given = *start;
   prefault_stack();
-  todo.run(todo.context);
+  given.run(given.context);
   return nullptr;
 }
 

@@ -14,8 +14,8 @@ constexpr double kMovingYawRate_radps = 0.01;
 
 }  // namespace
 
-SentOdometry SimulatedVehicle::since_before(const StampedPose& now) const noexcept {
-  SentOdometry odometry;
+WheelMotion SimulatedVehicle::since_before(const StampedPose& now) const noexcept {
+  WheelMotion odometry;
   odometry.valid = has_before_ && now.stamp_us > before_.stamp_us;
   if (!odometry.valid) return odometry;
   const double seconds = 1e-6 * static_cast<double>(now.stamp_us - before_.stamp_us);
@@ -38,7 +38,7 @@ SentOdometry SimulatedVehicle::since_before(const StampedPose& now) const noexce
 std::span<const CanFrame> SimulatedVehicle::cycle(const PoseTrack& track, std::int64_t at_us,
                                                   std::int64_t age_us) noexcept {
   std::size_t count = 0;
-  SentOdometry odometry{.valid = false};
+  WheelMotion odometry{.valid = false};
   const Result<Matrix34d> T_map_body = track.at(at_us, config_.max_gap_us);
   if (T_map_body.ok()) {
     SentPose pose = to_sent_pose(*T_map_body);

@@ -40,7 +40,7 @@ class SimulatedVehicle {
   [[nodiscard]] std::uint64_t poses() const noexcept { return poses_; }
 
  private:
-  [[nodiscard]] SentOdometry since_before(const StampedPose& now) const noexcept;
+  [[nodiscard]] WheelMotion since_before(const StampedPose& now) const noexcept;
 
   SimulatedVehicleConfig config_;
   VehicleFrames frames_;

@@ -61,7 +61,7 @@ CanFrame VehicleFrames::fd_pose(const SentPose& pose, bool valid) noexcept {
                            {kFdAge, pose.age_ms}});
 }
 
-CanFrame VehicleFrames::odometry(const SentOdometry& odometry) noexcept {
+CanFrame VehicleFrames::odometry(const WheelMotion& odometry) noexcept {
   return frame(kIdOdometry, {{kOdometryValid, odometry.valid ? 1.0 : 0.0},
                              {kWheelSpeed, odometry.speed_mps},
                              {kYawRate, odometry.yaw_rate_radps},

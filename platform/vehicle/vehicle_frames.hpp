@@ -19,7 +19,7 @@ struct SignalValue {
   double value = 0.0;
 };
 
-struct SentOdometry {
+struct WheelMotion {
   double speed_mps = 0.0;
   double yaw_rate_radps = 0.0;
   double std_speed_mps = 0.02;
@@ -37,7 +37,7 @@ class VehicleFrames {
   /// nearest that they can; an age over 254 ms says that there is no pose.
   [[nodiscard]] std::array<CanFrame, 3> pose(const SentPose& pose) noexcept;
   [[nodiscard]] CanFrame fd_pose(const SentPose& pose, bool valid = true) noexcept;
-  [[nodiscard]] CanFrame odometry(const SentOdometry& odometry) noexcept;
+  [[nodiscard]] CanFrame odometry(const WheelMotion& odometry) noexcept;
   [[nodiscard]] CanFrame state(MotionState state) noexcept;
   [[nodiscard]] CanFrame command(VehicleCommand command, std::uint8_t number) noexcept;
   /// The message at a place behind the base (bus::kIdCommand, ...), also with signals that are not
