@@ -131,26 +131,15 @@ void DatagramLink::receive_until_stopped() noexcept {
 
 bool DatagramLink::receive_one() noexcept {
   std::array<std::byte, kMaxUdpPayloadBytes> bytes;
-  alignas(cmsghdr) std::array<std::byte, CMSG_SPACE(sizeof(std::uint32_t))> control;
-  sockaddr_in from{};
-  iovec part{bytes.data(), bytes.size()};
-  msghdr message{};
-  message.msg_name = &from;
-  message.msg_namelen = sizeof from;
-  message.msg_iov = &part;
-  message.msg_iovlen = 1;
-  message.msg_control = control.data();
-  message.msg_controllen = control.size();
-  const ssize_t count = ::recvmsg(receiver_.get(), &message, 0);
-  if (count < 0) return errno == EINTR;
-  const std::uint32_t dropped = dropped_by_kernel(message);
-  if (dropped != 0) counters_.set(LinkCounters::kKernelDropped, dropped);
-  if ((message.msg_flags & MSG_TRUNC) != 0) {
+  const UdpmDatagram datagram = receive_datagram(receiver_.get(), bytes);
+  if (datagram.read != UdpmDatagram::Read::kTaken)
+    return datagram.read == UdpmDatagram::Read::kInterrupted;
+  if (datagram.dropped != 0) counters_.set(LinkCounters::kKernelDropped, datagram.dropped);
+  if (datagram.is_cut) {
     counters_.add(LinkCounters::kTooLong);
     return true;
   }
-  take({bytes.data(), static_cast<std::size_t>(count)},
-       {ntohl(from.sin_addr.s_addr), ntohs(from.sin_port)});
+  take({bytes.data(), datagram.bytes}, datagram.sender);
   return true;
 }
 

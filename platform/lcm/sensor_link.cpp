@@ -64,24 +64,13 @@ void SensorLink::receive(std::int64_t timeout_us, SensorSink& sink) noexcept {
 }
 
 bool SensorLink::receive_one(SensorSink& sink) noexcept {
-  alignas(cmsghdr) std::array<std::byte, CMSG_SPACE(sizeof(std::uint32_t))> control;
-  sockaddr_in from{};
-  iovec part{datagram_.data(), datagram_.size()};
-  msghdr message{};
-  message.msg_name = &from;
-  message.msg_namelen = sizeof from;
-  message.msg_iov = &part;
-  message.msg_iovlen = 1;
-  message.msg_control = control.data();
-  message.msg_controllen = control.size();
-  const ssize_t count = ::recvmsg(receiver_.get(), &message, 0);
-  if (count < 0) return errno == EINTR;
-  const std::uint32_t dropped = dropped_by_kernel(message);
-  if (dropped != 0) report_.kernel_dropped = dropped;
+  const UdpmDatagram datagram = receive_datagram(receiver_.get(), datagram_);
+  if (datagram.read != UdpmDatagram::Read::kTaken)
+    return datagram.read == UdpmDatagram::Read::kInterrupted;
+  if (datagram.dropped != 0) report_.kernel_dropped = datagram.dropped;
   ++report_.datagrams;
-  report_.bytes += static_cast<std::uint64_t>(count);
-  take(std::span<const std::byte>(datagram_).first(static_cast<std::size_t>(count)),
-       {ntohl(from.sin_addr.s_addr), ntohs(from.sin_port)}, sink);
+  report_.bytes += datagram.bytes;
+  take(std::span<const std::byte>(datagram_).first(datagram.bytes), datagram.sender, sink);
   return true;
 }
 

@@ -3,7 +3,9 @@
 #include "lcm/udpm_sockets.hpp"
 
 #include <netinet/in.h>
+#include <sys/socket.h>
 
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <utility>
@@ -95,6 +97,9 @@ Outcome<UdpmReceiver> open_udpm_receiver(const UdpmPlace& place, bool at_any_pri
   return receiver;
 }
 
+namespace {
+
+/// How many datagrams the kernel has dropped before a message, where the message tells; else 0.
 std::uint32_t dropped_by_kernel(msghdr& message) noexcept {
   for (cmsghdr* c = CMSG_FIRSTHDR(&message); c != nullptr; c = CMSG_NXTHDR(&message, c)) {
     if (c->cmsg_level != SOL_SOCKET || c->cmsg_type != SO_RXQ_OVFL) continue;
@@ -103,6 +108,29 @@ std::uint32_t dropped_by_kernel(msghdr& message) noexcept {
     return dropped;
   }
   return 0;
+}
+
+}  // namespace
+
+UdpmDatagram receive_datagram(int socket, std::span<std::byte> into) noexcept {
+  alignas(cmsghdr) std::array<std::byte, CMSG_SPACE(sizeof(std::uint32_t))> control;
+  sockaddr_in from{};
+  iovec part{into.data(), into.size()};
+  msghdr message{};
+  message.msg_name = &from;
+  message.msg_namelen = sizeof from;
+  message.msg_iov = &part;
+  message.msg_iovlen = 1;
+  message.msg_control = control.data();
+  message.msg_controllen = control.size();
+  const ssize_t count = ::recvmsg(socket, &message, 0);
+  using Read = UdpmDatagram::Read;
+  if (count < 0) return {.read = errno == EINTR ? Read::kInterrupted : Read::kNothing};
+  return {.read = Read::kTaken,
+          .bytes = static_cast<std::size_t>(count),
+          .is_cut = (message.msg_flags & MSG_TRUNC) != 0,
+          .sender = {ntohl(from.sin_addr.s_addr), ntohs(from.sin_port)},
+          .dropped = dropped_by_kernel(message)};
 }
 
 }  // namespace tessera

@@ -4,9 +4,9 @@
 // interface whatever the routes say. Neither ever blocks.
 #pragma once
 
-#include <sys/socket.h>
-
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 
 #include "lcm/sender_table.hpp"
@@ -44,7 +44,19 @@ Outcome<UdpmReceiver> open_udpm_receiver(const UdpmPlace& place, bool at_any_pri
 /// find_interface and route_interface.
 Outcome<NetworkInterface> udpm_interface(const std::string& name, const UdpmUrl& url);
 
-/// How many datagrams the kernel has dropped before a message, where the message tells; else 0.
-[[nodiscard]] std::uint32_t dropped_by_kernel(msghdr& message) noexcept;
+struct UdpmDatagram {
+  enum class Read : std::uint8_t {
+    kNothing,  ///< None waits.
+    kInterrupted,
+    kTaken,
+  };
+  Read read = Read::kNothing;
+  std::size_t bytes = 0;
+  bool is_cut = false;  ///< It was longer than the memory for it.
+  Endpoint sender{};
+  std::uint32_t dropped = 0;  ///< By the kernel before it, ever, where it tells; else 0.
+};
+/// Takes the oldest datagram that waits at a receiver's socket. One system call, no heap.
+[[nodiscard]] UdpmDatagram receive_datagram(int socket, std::span<std::byte> into) noexcept;
 
 }  // namespace tessera

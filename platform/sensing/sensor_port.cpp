@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sensing/sensor_port.hpp"
 
-#include <signal.h>
 #include <time.h>
 
 #include <algorithm>
@@ -59,35 +58,20 @@ std::size_t SensorPort::required_bytes(const SensorPortConfig& config) noexcept 
 }
 
 SensorPort::~SensorPort() {
-  if (!is_running_) return;
   stop_.store(true, std::memory_order_relaxed);
   link_->wake();
-  ::pthread_join(thread_, nullptr);
+  thread_.join();
 }
 
 Outcome<void> SensorPort::start() {
-  sigset_t all{};
-  sigset_t before{};
-  ::sigfillset(&all);
-  ::pthread_sigmask(SIG_SETMASK, &all, &before);
-  const int error = ::pthread_create(&thread_, nullptr, &SensorPort::run, this);
-  ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
-  if (error != 0) {
-    return Failure{std::string("cannot start hearing sensors: ") + std::strerror(error) +
-                       "; close other programs, then try again",
-                   FailureKind::kFailure};
-  }
-  is_running_ = true;
-  ::pthread_setname_np(thread_, "tessera-sense");
-  return {};
+  return thread_.start(
+      {.name = "tessera-sense"}, [](void* port) { static_cast<SensorPort*>(port)->run(); }, this);
 }
 
-void* SensorPort::run(void* port) noexcept {
-  auto* const self = static_cast<SensorPort*>(port);
+void SensorPort::run() noexcept {
   // As often as what waits is looked at when no message comes.
   constexpr std::int64_t kTimeout_us = 5'000;
-  while (!self->stop_.load(std::memory_order_relaxed)) self->step(kTimeout_us);
-  return nullptr;
+  while (!stop_.load(std::memory_order_relaxed)) step(kTimeout_us);
 }
 
 std::int64_t SensorPort::stamp_now_us() const noexcept {

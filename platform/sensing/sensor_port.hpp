@@ -5,8 +5,6 @@
 // open() nothing uses the heap.
 #pragma once
 
-#include <pthread.h>
-
 #include <array>
 #include <atomic>
 #include <cstdint>
@@ -18,6 +16,7 @@
 #include "posix/outcome.hpp"
 #include "posix/shared_report.hpp"
 #include "posix/spsc_queue.hpp"
+#include "posix/thread.hpp"
 #include "sensing/sensor_matcher.hpp"
 
 namespace tessera {
@@ -117,7 +116,7 @@ class SensorPort final : private SensorSink {
   bool is_fine(MessageFault fault) noexcept;
   [[nodiscard]] SensorTime time() const noexcept;
   void hand_over() noexcept;
-  static void* run(void* port) noexcept;
+  void run() noexcept;
 
   const SensorPortConfig config_;
   std::unique_ptr<SensorLink> link_;
@@ -131,8 +130,7 @@ class SensorPort final : private SensorSink {
   SensorReport report_{};
   SharedReport<SensorReport> shared_report_;
   std::atomic<bool> stop_{false};
-  pthread_t thread_{};
-  bool is_running_ = false;
+  Thread thread_;
 };
 
 }  // namespace tessera
