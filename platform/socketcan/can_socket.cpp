@@ -15,6 +15,8 @@
 #include <cerrno>
 #include <cstring>
 
+#include "posix/monotonic_clock.hpp"
+
 namespace tessera {
 namespace {
 
@@ -68,13 +70,13 @@ Attached attached_to(msghdr& message) noexcept {
   return attached;
 }
 
-}  // namespace
-
-std::int64_t now_us(CanClock clock) noexcept {
+std::int64_t time_of_day_us() noexcept {
   timespec now{};
-  ::clock_gettime(clock == CanClock::kMonotonic ? CLOCK_MONOTONIC : CLOCK_REALTIME, &now);
+  ::clock_gettime(CLOCK_REALTIME, &now);
   return microseconds_of(now);
 }
+
+}  // namespace
 
 Outcome<CanSocket> CanSocket::open(const CanSocketConfig& config,
                                    std::span<const std::uint32_t> ids) {
@@ -86,7 +88,6 @@ Outcome<CanSocket> CanSocket::open(const CanSocketConfig& config,
   const unsigned index = ::if_nametoindex(config.interface.c_str());
   if (index == 0) return fails("there is none of that name", 0, FailureKind::kUsage);
   CanSocket made;
-  made.clock_ = config.clock;
   made.socket_ = FileDescriptor(::socket(PF_CAN, SOCK_RAW | SOCK_CLOEXEC | SOCK_NONBLOCK, CAN_RAW));
   if (!made.socket_.is_open()) return fails("no socket", errno, FailureKind::kFailure);
   const FileDescriptor& socket = made.socket_;
@@ -171,9 +172,9 @@ CanSocket::Read CanSocket::read(CanFrame& frame, std::int64_t& received_us) noex
 /// else the frame has waited, as this process did not run.
 bool CanSocket::received_at(std::int64_t kernel_us, std::int64_t& received_us) noexcept {
   constexpr std::int64_t kStep_us = 50'000;
-  const std::int64_t now = now_us(clock_);
-  const std::int64_t day_us = now_us(CanClock::kRealtime);
-  const std::int64_t ahead_us = day_us - now_us(CanClock::kMonotonic);
+  const std::int64_t now = MonotonicClock::now_us();
+  const std::int64_t day_us = time_of_day_us();
+  const std::int64_t ahead_us = day_us - now;
   const bool was_set =
       knows_day_ && (ahead_us - day_ahead_us_ > kStep_us || day_ahead_us_ - ahead_us > kStep_us);
   day_ahead_us_ = ahead_us;

@@ -37,12 +37,8 @@ struct CanSocketCounters {
   std::uint64_t no_stamp = 0;   ///< Frames whose time was not the kernel's, or made no sense.
 };
 
-/// Whose microseconds frames are stamped with.
-enum class CanClock : std::uint8_t { kMonotonic, kRealtime };
-
 struct CanSocketConfig {
   std::string interface = "can0";
-  CanClock clock = CanClock::kMonotonic;
   int receive_buffer_bytes = 256 * 1024;  ///< Asked of the system, which may grant less.
 };
 
@@ -68,7 +64,7 @@ class CanSocket {
   static Outcome<CanSocket> open(const CanSocketConfig& config, std::span<const std::uint32_t> ids);
   CanSocket() noexcept = default;
 
-  /// The oldest frame that waits. received_us: by the clock of the configuration, when the kernel
+  /// The oldest frame that waits. received_us: by MonotonicClock, when the kernel
   /// got it. One system call, three where a stamp is converted.
   Read read(CanFrame& frame, std::int64_t& received_us) noexcept;
   /// One system call.
@@ -93,7 +89,6 @@ class CanSocket {
   [[nodiscard]] bool received_at(std::int64_t kernel_us, std::int64_t& received_us) noexcept;
 
   FileDescriptor socket_;
-  CanClock clock_ = CanClock::kMonotonic;
   bool can_fd_ = false;
   BusState state_ = BusState::kActive;
   std::int64_t day_ahead_us_ = 0;  ///< Of the monotonic clock, the time of day, at the last frame.
@@ -101,8 +96,5 @@ class CanSocket {
   std::uint32_t last_dropped_ = 0;  ///< As the kernel counts.
   CanSocketCounters counters_{};
 };
-
-/// Microseconds of that clock.
-[[nodiscard]] std::int64_t now_us(CanClock clock) noexcept;
 
 }  // namespace tessera

@@ -12,6 +12,7 @@
 #include <memory>
 
 #include "posix/latest_value.hpp"
+#include "posix/monotonic_clock.hpp"
 #include "posix/spsc_queue.hpp"
 #include "posix/thread.hpp"
 #include "socketcan/can_socket.hpp"
@@ -94,7 +95,7 @@ class VehiclePort {
   void close_socket(std::int64_t now) noexcept;
   void reopen(std::int64_t now) noexcept;
   void tell_status(std::int64_t now) noexcept;
-  [[nodiscard]] std::int64_t now() const noexcept { return now_us(config_.socket.clock); }
+  [[nodiscard]] std::int64_t now() const noexcept { return MonotonicClock::now_us(); }
 
   const VehiclePortConfig config_;
   CanSocket socket_;

@@ -11,6 +11,7 @@
 #include <string>
 #include <string_view>
 
+#include "posix/monotonic_clock.hpp"
 #include "socketcan/vehicle_port.hpp"
 
 namespace tessera {
@@ -65,7 +66,7 @@ void drain(VehiclePort& port, Seen& seen) {
 VehicleReport report_of(int sectors) {
   VehicleReport report;
   report.state = MappingState::kMapping;
-  report.started_us = now_us(CanClock::kMonotonic);
+  report.started_us = MonotonicClock::now_us();
   report.memory_share = 0.25;
   report.blocks = 1234;
   report.overruns = 7;
@@ -159,7 +160,7 @@ int run(const VehiclePortConfig& config, int sectors) {
     const bool asked = ::poll(&input, 1, 10) > 0;
     drain(**port, seen);
     if (asked && !answer(**port, seen, reporting)) return 0;
-    report.made_us = now_us(CanClock::kMonotonic);
+    report.made_us = MonotonicClock::now_us();
     if (reporting) (*port)->report(report);
   }
 }
