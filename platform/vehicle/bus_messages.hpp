@@ -126,31 +126,27 @@ inline constexpr int kFirstSectorBit = 16;
 inline constexpr int kFirstFdSectorBit = 32;
 inline constexpr Signal kFdSummaryCounter{"SummaryCounter", 24, 4, false, 1, 0, 0, 15, ""};
 
-inline constexpr auto kSectorsSignals = [] {
-  std::array<std::array<Signal, 3 + 4 * kSectorsPerFrame>, kMostSectors / kSectorsPerFrame> all{};
+/// The signals of all frames that together carry the sectors: three at the head of each, then the
+/// parts of its sectors. kInFrame: sectors of a frame. first: bit of its first sector.
+template <std::size_t kInFrame>
+[[nodiscard]] constexpr auto sectors_signals(const std::array<Signal, 3>& head,
+                                             int first) noexcept {
+  constexpr std::size_t kParts = 4;
+  std::array<std::array<Signal, 3 + kParts * kInFrame>, std::size_t{kMostSectors} / kInFrame> all{};
   for (std::size_t frame = 0; frame < all.size(); ++frame) {
-    all[frame] = {kCrc8, kCounter4, kSummaryCounter};
-    for (std::size_t i = 0; i < 4U * kSectorsPerFrame; ++i) {
-      const int place = static_cast<int>(i / 4);
-      all[frame][3 + i] = of_sector(kSectorParts[i % 4], place, kFirstSectorBit,
-                                    static_cast<int>(frame) * kSectorsPerFrame + place);
+    for (std::size_t i = 0; i < head.size(); ++i) all[frame][i] = head[i];
+    for (std::size_t i = 0; i < kParts * kInFrame; ++i) {
+      const int place = static_cast<int>(i / kParts);
+      all[frame][3 + i] = of_sector(kSectorParts[i % kParts], place, first,
+                                    static_cast<int>(frame * kInFrame) + place);
     }
   }
   return all;
-}();
-inline constexpr auto kFdSectorsSignals = [] {
-  std::array<std::array<Signal, 3 + 4 * kSectorsPerFdFrame>, kMostSectors / kSectorsPerFdFrame>
-      all{};
-  for (std::size_t frame = 0; frame < all.size(); ++frame) {
-    all[frame] = {kCrc16, kCounter8, kFdSummaryCounter};
-    for (std::size_t i = 0; i < 4U * kSectorsPerFdFrame; ++i) {
-      const int place = static_cast<int>(i / 4);
-      all[frame][3 + i] = of_sector(kSectorParts[i % 4], place, kFirstFdSectorBit,
-                                    static_cast<int>(frame) * kSectorsPerFdFrame + place);
-    }
-  }
-  return all;
-}();
+}
+inline constexpr auto kSectorsSignals =
+    sectors_signals<kSectorsPerFrame>({kCrc8, kCounter4, kSummaryCounter}, kFirstSectorBit);
+inline constexpr auto kFdSectorsSignals =
+    sectors_signals<kSectorsPerFdFrame>({kCrc16, kCounter8, kFdSummaryCounter}, kFirstFdSectorBit);
 
 inline constexpr Signal kMemoryUsed{"MemoryUsed", 0, 16, false, 0.01, 0, 0, 100, "%"};
 inline constexpr Signal kBlocks{"Blocks", 16, 24, false, 1, 0, 0, 16777215, ""};
