@@ -85,6 +85,13 @@ class Sensing(NodeCase):
         self.assertGreater(report["queries"]["answered"], 0)
         self.assertEqual(0, report["queries"]["malformed"])
 
+    def test_a_budget_that_is_too_small_sheds_work_and_loses_no_scan(self):
+        report, error = self.run_with_player(self.sensing(map={"deadline_ms": 1}))
+        mapping = report["mapping"]
+        self.assertEqual((SCANS - (RECOVER_AFTER - 1), 0), (mapping["cycles"], mapping["lost"]))
+        self.assertGreater(mapping["shed"], 0)
+        self.assertIn("points and rays left out, to be in time", error)
+
     def test_without_poses_nothing_is_mapped_and_it_says_so(self):
         report, error = self.run_with_player(self.sensing(), "--poses", "none")
         self.assertEqual(0, report["scans"]["integrated"])
