@@ -9,6 +9,8 @@ cd "$(dirname "$0")/../.."
 ./tests/install-packages.sh bench
 cmake --preset release >/dev/null
 cmake --build --preset release --parallel "$(nproc)" --target tessera_cli
-network=(./tests/in-own-network.sh)
+# liblcm's logger and player, unlike the node, ask the routes where to send.
+network=(./tests/in-own-network.sh sh -c 'ip route replace 224.0.0.0/4 dev lo && exec "$@"' sh)
 "${network[@]}" true 2>/dev/null || network=()
-exec "${network[@]}" python3 -B bench/onboard/measure.py --tessera build/release/tessera --seconds "${1:-300}" --out "${2:-build/release/bench/onboard}"
+# That of Debian, which has matplotlib.
+exec "${network[@]}" /usr/bin/python3 -B bench/onboard/measure.py --tessera build/release/tessera --seconds "${1:-300}" --out "${2:-build/release/bench/onboard}"

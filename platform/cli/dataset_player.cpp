@@ -49,21 +49,22 @@ Outcome<std::vector<CameraDescription>> cameras_of(const Dataset& dataset, const
 
 }  // namespace
 
-DatasetPlayer::DatasetPlayer(const PlayerConfig& config, const Dataset& dataset,
-                             PlayTimeline timeline, std::unique_ptr<SensorSender> sender,
+DatasetPlayer::DatasetPlayer(const PlayerConfig& config, const Dataset& dataset, PlayTimeline there,
+                             PlayTimeline back, std::unique_ptr<SensorSender> sender,
                              ScanAhead::Source source)
     : config_(config),
       dataset_(dataset),
-      timeline_(std::move(timeline)),
+      there_(std::move(there)),
+      back_(std::move(back)),
       sender_(std::move(sender)),
       cameras_(source.cameras),
       ahead_(std::move(source)),
-      vehicle_({.base_id = config.can_base_id, .max_gap_us = timeline_.max_gap_us()}) {
+      vehicle_({.base_id = config.can_base_id, .max_gap_us = there_.max_gap_us()}) {
   for (const CameraDescription& camera : cameras_)
-    earliest_us_ = std::min(earliest_us_, timeline_.played(camera.offset_us));
+    earliest_us_ = std::min({earliest_us_, there_.played(camera.offset_us),
+                             config_.loop ? back_.played(camera.offset_us) : std::int64_t{0}});
   for (std::size_t i = 0; i < dataset_.num_scans(); ++i) {
-    if (!timeline_.track().at(timeline_.scan_us(i), timeline_.max_gap_us()).ok())
-      ++report_.bad_poses;
+    if (!there_.track().at(there_.scan_us(i), there_.max_gap_us()).ok()) ++report_.bad_poses;
   }
 }
 
@@ -74,7 +75,10 @@ Outcome<std::unique_ptr<DatasetPlayer>> DatasetPlayer::open(const PlayerConfig& 
   if (!sender.ok()) return sender.failure();
   Outcome<PlayTimeline> timeline = PlayTimeline::make(dataset, config.rate_hz);
   if (!timeline.ok()) return timeline.failure();
-  ScanAhead::Source source{.dataset = &dataset, .dir = dir, .cameras = {}};
+  Outcome<PlayTimeline> back = timeline->back();
+  if (!back.ok()) return back.failure();
+  ScanAhead::Source source{
+      .dataset = &dataset, .dir = dir, .cameras = {}, .there_and_back = config.loop};
   if (!config.semantic) {
     Outcome<std::vector<CameraDescription>> cameras = cameras_of(dataset, dir);
     if (!cameras.ok()) return cameras.failure();
@@ -82,7 +86,8 @@ Outcome<std::unique_ptr<DatasetPlayer>> DatasetPlayer::open(const PlayerConfig& 
     source.with_times = dataset.has_times();
   }
   std::unique_ptr<DatasetPlayer> player(new DatasetPlayer(config, dataset, std::move(*timeline),
-                                                          std::move(*sender), std::move(source)));
+                                                          std::move(*back), std::move(*sender),
+                                                          std::move(source)));
   const Outcome<void> bus = player->open_bus();
   if (!bus.ok()) return bus.failure();
   const Outcome<void> started = player->ahead_.start();
@@ -102,8 +107,8 @@ Outcome<void> DatasetPlayer::open_bus() {
 void DatasetPlayer::begin_pass() {
   has_begun_ = false;
   next_scan_ = 0;
-  next_pose_ = config_.sends_poses ? 0 : timeline_.track().size();
-  next_cycle_us_ = bus_ ? timeline_.track().oldest_us() : kNever;
+  next_pose_ = config_.sends_poses ? 0 : timeline_->track().size();
+  next_cycle_us_ = bus_ ? timeline_->track().oldest_us() : kNever;
 }
 
 Outcome<void> DatasetPlayer::play() {
@@ -114,20 +119,22 @@ Outcome<void> DatasetPlayer::play() {
     const Outcome<void> fetched = fetch_until(due_us);
     if (!fetched.ok()) return fetched.failure();
     const Next what = next(due_us);
-    if (what == Next::kNothing) return {};
+    if (what == Next::kNothing) break;
     wait_until(due_us);
     const Outcome<void> sent = what == Next::kPose    ? send_pose()
                                : what == Next::kCycle ? send_cycle(due_us)
                                                       : send_part();
     if (!sent.ok()) return sent.failure();
   }
+  timeline_ = timeline_ == &there_ ? &back_ : &there_;
+  return {};
 }
 
 /// Of what is due at once, poses come first.
 DatasetPlayer::Next DatasetPlayer::next(std::int64_t& due_us) const {
   Next what = Next::kNothing;
   due_us = kNever;
-  const PoseTrack& track = timeline_.track();
+  const PoseTrack& track = timeline_->track();
   if (next_pose_ < track.size()) {
     what = Next::kPose;
     due_us = track[next_pose_].stamp_us;
@@ -145,7 +152,7 @@ DatasetPlayer::Next DatasetPlayer::next(std::int64_t& due_us) const {
 
 Outcome<void> DatasetPlayer::fetch_until(std::int64_t due_us) {
   while (next_scan_ < dataset_.num_scans() &&
-         timeline_.scan_us(next_scan_) + earliest_us_ <= due_us) {
+         timeline_->scan_us(next_scan_) + earliest_us_ <= due_us) {
     const Outcome<void> fetched = fetch();
     if (!fetched.ok()) return fetched.failure();
     due_us = std::min(due_us, parts_.front().due_us);
@@ -157,16 +164,18 @@ Outcome<void> DatasetPlayer::fetch() {
   Outcome<std::unique_ptr<ScanToPlay>> read = ahead_.next();
   if (!read.ok()) return read.failure();
   const std::shared_ptr<const ScanToPlay> scan = std::move(*read);
-  const std::int64_t stamp_us = timeline_.scan_us(next_scan_++);
+  const std::int64_t stamp_us = timeline_->scan_us(next_scan_++);
   for (std::size_t i = 0; i < cameras_.size(); ++i) {
-    const std::int64_t taken_us = stamp_us + timeline_.played(cameras_[i].offset_us);
+    const std::int64_t taken_us = stamp_us + timeline_->played(cameras_[i].offset_us);
     parts_.push_back({taken_us, taken_us, 0, static_cast<int>(i), scan});
   }
-  // A sweep is told of when it has ended.
-  float last_s = 0.0F;
-  for (const float time_s : scan->times_s) last_s = std::max(last_s, time_s);
-  const auto ends_us = static_cast<std::int64_t>(1e6 * static_cast<double>(std::min(last_s, 1.0F)));
-  parts_.push_back({stamp_us + timeline_.played(ends_us), stamp_us, 0, kCloud, scan});
+  // A sweep is told of when it has ended: on the way back, with what was measured first.
+  std::int64_t ends_us = 0;
+  for (const float time_s : scan->times_s) {
+    const double recorded_us = 1e6 * std::clamp(static_cast<double>(time_s), -1.0, 1.0);
+    ends_us = std::max(ends_us, timeline_->played(std::llround(recorded_us)));
+  }
+  parts_.push_back({stamp_us + ends_us, stamp_us, 0, kCloud, scan});
   std::stable_sort(parts_.begin(), parts_.end(),
                    [](const Part& a, const Part& b) { return a.due_us < b.due_us; });
   return {};
@@ -209,7 +218,7 @@ Outcome<void> DatasetPlayer::send(const std::string& channel,
 }
 
 Outcome<void> DatasetPlayer::send_pose() {
-  const StampedPose& pose = timeline_.track()[next_pose_++];
+  const StampedPose& pose = timeline_->track()[next_pose_++];
   const PoseMessage message{.stamp_us = begin_us_ + pose.stamp_us + clock_ahead_us_,
                             .sequence = static_cast<std::int32_t>(report_.poses++),
                             .quality = PoseQuality::kGood,
@@ -221,9 +230,9 @@ Outcome<void> DatasetPlayer::send_pose() {
 
 Outcome<void> DatasetPlayer::send_cycle(std::int64_t due_us) {
   next_cycle_us_ = due_us + SimulatedVehicle::kCycle_us;
-  if (next_cycle_us_ > timeline_.track().latest_us()) next_cycle_us_ = kNever;
+  if (next_cycle_us_ > timeline_->track().latest_us()) next_cycle_us_ = kNever;
   const std::int64_t age_us = MonotonicClock::now_us() - (begin_us_ + due_us);
-  for (const CanFrame& frame : vehicle_.cycle(timeline_.track(), due_us, age_us)) {
+  for (const CanFrame& frame : vehicle_.cycle(timeline_->track(), due_us, age_us)) {
     CanSocket::Sent sent = bus_->send(frame);
     for (int i = 1; i < kTries && sent == CanSocket::Sent::kNoBuffer; ++i) {
       sleep_until(MonotonicClock::now_us() + 1'000);
@@ -258,7 +267,7 @@ Outcome<void> DatasetPlayer::send_cloud(const Part& part) {
   std::vector<std::int32_t> times_us;
   times_us.reserve(scan.times_s.size());
   for (const float time_s : scan.times_s) {
-    const double us = 1e6 * timeline_.stretch() * static_cast<double>(time_s);
+    const double us = 1e6 * timeline_->stretch() * static_cast<double>(time_s);
     if (!(std::abs(us) <= kMostSweep_us)) {
       return Failure{"scan " + std::to_string(dataset_.scan_number(scan.scan)) +
                      " has points over a second from its stamp, played at this rate; give a "

@@ -30,6 +30,7 @@ struct PlayerConfig {
   std::int32_t sensor = 0;    ///< Number of the clouds.
   bool semantic = true;       ///< Clouds with components, else without, with images and times.
   bool sends_poses = true;    ///< Over LCM.
+  bool loop = false;          ///< The second time it is played, and each second after, back.
   std::string can_interface;  ///< Poses over that bus; empty: none.
   std::uint32_t can_base_id = kDefaultBaseId;
 };
@@ -55,9 +56,9 @@ class DatasetPlayer {
                                                       const Dataset& dataset,
                                                       const std::string& dir);
 
-  /// Sends all of it once, after what was sent before. Fails as ScanAhead::next; with kUsage iff a
-  /// sweep is stretched over more than a message can say; with kFailure iff the system does not
-  /// send, or the bus is gone.
+  /// Sends all of it once, after what was sent before; only once, unless config.loop. Fails as
+  /// ScanAhead::next; with kUsage iff a sweep is stretched over more than a message can say; with
+  /// kFailure iff the system does not send, or the bus is gone.
   Outcome<void> play();
 
   [[nodiscard]] const PlayerReport& report() const noexcept { return report_; }
@@ -77,8 +78,8 @@ class DatasetPlayer {
   /// What is due next.
   enum class Next : std::uint8_t { kNothing, kPose, kCycle, kPart };
 
-  DatasetPlayer(const PlayerConfig& config, const Dataset& dataset, PlayTimeline timeline,
-                std::unique_ptr<SensorSender> sender, ScanAhead::Source source);
+  DatasetPlayer(const PlayerConfig& config, const Dataset& dataset, PlayTimeline there,
+                PlayTimeline back, std::unique_ptr<SensorSender> sender, ScanAhead::Source source);
   Outcome<void> open_bus();
   void begin_pass();
   [[nodiscard]] Next next(std::int64_t& due_us) const;
@@ -98,7 +99,8 @@ class DatasetPlayer {
 
   const PlayerConfig config_;
   const Dataset& dataset_;
-  const PlayTimeline timeline_;
+  const PlayTimeline there_;
+  const PlayTimeline back_;
   std::unique_ptr<SensorSender> sender_;
   std::vector<CameraDescription> cameras_;
   ScanAhead ahead_;
@@ -106,6 +108,7 @@ class DatasetPlayer {
   SimulatedVehicle vehicle_;
   std::int64_t earliest_us_ = 0;  ///< Of a scan's parts, from its stamp on.
   // Of a pass.
+  const PlayTimeline* timeline_ = &there_;
   std::int64_t begin_us_ = 0;  ///< Monotonic, of the first scan's stamp; once it is known.
   bool has_begun_ = false;
   std::int64_t clock_ahead_us_ = 0;  ///< The sensors' clock, of the monotonic one.

@@ -78,6 +78,7 @@ Outcome<void> run_play(PlayOptions options) {
   options.player.semantic = options.messages == "semantic";
   options.player.sends_poses = options.poses == "lcm";
   options.player.can_interface = options.can;
+  options.player.loop = options.loop;
   options.player.can_base_id = options.can_base.value_or(kDefaultBaseId);
   options.player.clock = options.clock == "wall" ? SensorClock::kWall : SensorClock::kMonotonic;
   DatasetOptions dataset_options;
@@ -130,7 +131,8 @@ void add_play_command(CLI::App& app, int& exit_status) {
       ->capture_default_str();
   command->add_option("--interface", o->player.interface, "Name or IPv4 address")
       ->capture_default_str();
-  command->add_flag("--loop", o->loop, "Begin again after the last scan, until it is ended");
+  command->add_flag("--loop", o->loop,
+                    "Back from the last scan to the first, and on so, until it is ended");
   command->footer("Example: tessera play --dataset street/robot_0 --rate 10");
   command->callback([o, &exit_status] {
     const Outcome<void> outcome = run_play(*o);

@@ -82,4 +82,20 @@ Outcome<PlayTimeline> PlayTimeline::make(const Dataset& dataset, double rate_hz)
   return timeline;
 }
 
+Outcome<PlayTimeline> PlayTimeline::back() const {
+  PlayTimeline timeline;
+  timeline.stretch_ = -stretch_;
+  const Outcome<void> reserved = timeline.reserve(track_.size());
+  if (!reserved.ok()) return reserved.failure();
+  const std::int64_t end_us = scans_us_.back();
+  timeline.scans_us_.reserve(scans_us_.size());
+  for (auto stamp = scans_us_.rbegin(); stamp != scans_us_.rend(); ++stamp)
+    timeline.scans_us_.push_back(end_us - *stamp);
+  for (std::size_t i = track_.size(); i > 0; --i) {
+    const StampedPose& pose = track_[i - 1];
+    static_cast<void>(timeline.track_.add({end_us - pose.stamp_us, pose.T_map_body}));
+  }
+  return timeline;
+}
+
 }  // namespace tessera

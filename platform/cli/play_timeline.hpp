@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <cstdlib>
 #include <vector>
 
 #include "dataset/dataset.hpp"
@@ -21,13 +22,17 @@ class PlayTimeline {
   /// rate_hz: of scans, as the median of the steps between them. Fails with kFailure iff there is
   /// no memory for the poses.
   static Outcome<PlayTimeline> make(const Dataset& dataset, double rate_hz);
+  /// The same way back, as if time ran the other way: from the last scan, at 0, to the first. Fails
+  /// as make().
+  [[nodiscard]] Outcome<PlayTimeline> back() const;
 
+  /// Of the scan that is played as number i.
   [[nodiscard]] std::int64_t scan_us(std::size_t i) const { return scans_us_[i]; }
   /// All poses around the scans; of a dataset without times, that of each scan.
   [[nodiscard]] const PoseTrack& track() const noexcept { return track_; }
   /// Between poses that are interpolated.
-  [[nodiscard]] std::int64_t max_gap_us() const noexcept { return played(kMostGap_us); }
-  /// What recorded microseconds are when they are played.
+  [[nodiscard]] std::int64_t max_gap_us() const noexcept { return std::abs(played(kMostGap_us)); }
+  /// What recorded microseconds are when they are played; of the way back, before instead of after.
   [[nodiscard]] std::int64_t played(std::int64_t recorded_us) const noexcept;
   [[nodiscard]] double stretch() const noexcept { return stretch_; }
 

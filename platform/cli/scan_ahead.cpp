@@ -30,9 +30,11 @@ Outcome<void> ScanAhead::start() {
 }
 
 void ScanAhead::run() noexcept {
+  const std::size_t num_scans = source_.dataset->num_scans();
   for (std::size_t i = 0; !stopping_.load(std::memory_order_acquire);
-       i = (i + 1) % source_.dataset->num_scans()) {
-    Outcome<std::unique_ptr<ScanToPlay>> scan = read(i);
+       i = (i + 1) % (2 * num_scans)) {
+    if (i == num_scans && !source_.there_and_back) return;
+    Outcome<std::unique_ptr<ScanToPlay>> scan = read(i < num_scans ? i : 2 * num_scans - 1 - i);
     Slot* slot = queue_.claim();
     for (; slot == nullptr; slot = queue_.claim()) {
       reader_.sleep_until(MonotonicClock::now_us() + kPatience_us);

@@ -36,6 +36,7 @@ class ScanAhead {
     std::string dir;                         ///< Of the dataset.
     std::vector<CameraDescription> cameras;  ///< Whose images are read.
     bool with_times = false;                 ///< As Dataset::read_times.
+    bool there_and_back = false;             ///< From the last scan to the first, then on again.
   };
   /// source.dataset must outlive it.
   explicit ScanAhead(Source source);
@@ -45,7 +46,8 @@ class ScanAhead {
 
   /// Fails as Thread::start.
   Outcome<void> start();
-  /// The next scan, from the first on, and behind the last the first again; waits until it is read.
+  /// The next scan, from the first to the last, and if it goes there and back, from the last to the
+  /// first, and on so; waits until it is read. Not to be called for more than there are.
   /// Fails as Dataset::read and read_grey_png; do not call it again then.
   Outcome<std::unique_ptr<ScanToPlay>> next();
 

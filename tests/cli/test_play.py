@@ -128,6 +128,32 @@ class Play(CommandCase):
                 self.assertGreater(len(set(image)), 3)
                 self.assertLess(max(image), 20)
 
+    def test_a_loop_drives_back_as_if_time_ran_the_other_way(self):
+        if not IN_OWN_NETWORK:
+            self.skipTest("skipped: no network namespaces are permitted here")
+        self.done("simulate", "--robots", 1, "--scans", SCANS, "--cameras", "on", "--sweep", "on", "--out", "street")
+        data = self.folder / "street" / "robot_0"
+        live = self.hear("live", count=2 * SCANS + 1, cameras=3)
+        player = subprocess.Popen([command_path(), "play", "--dataset", data, "--messages", "raw", "--rate", "9.9", "--loop"],
+                                  stdout=subprocess.DEVNULL)
+        self.addCleanup(player.wait)
+        self.addCleanup(player.kill)
+        heard = self.heard(*live)
+        self.assertIsNone(player.poll())
+        stretch = 10 / 9.9
+        order = [*range(SCANS), *reversed(range(SCANS)), 0]
+        stamps = [int(heard[f"{i}.txt"].split()[0]) for i in range(len(order))]
+        self.assertEqual(stamps, sorted(set(stamps)))
+        for i, scan in enumerate(order):
+            sign = -1 if SCANS <= i < 2 * SCANS else 1
+            self.assertEqual(packed_points(data / "velodyne" / f"{scan:06}.bin"), heard[f"{i}.xyz"])
+            recorded = array.array("f", (data / "times" / f"{scan:06}.bin").read_bytes())
+            times = array.array("f", heard[f"{i}.times"])
+            self.assertLess(max(abs(sign * stretch * r - t) for r, t in zip(recorded, times)), 1e-6)
+            for line, offset_ms in zip(heard[f"{i}.images"].decode().splitlines(), (-31, 18, -47)):
+                taken = int(line.split()[1])
+                self.assertAlmostEqual(sign * stretch * offset_ms, 1e-3 * (taken - stamps[i]), delta=0.01)
+
     def test_without_a_bus_there_is_no_vehicle(self):
         self.done("simulate", "--robots", 1, "--scans", 1, "--out", "street")
         play = ("play", "--dataset", self.folder / "street" / "robot_0", "--poses")
