@@ -107,6 +107,7 @@ ScanReport Integrator::integrate_scan(LocalMap& map, const ScanView& scan) noexc
 
 bool Integrator::admit(LocalMap& map, ScanReport& report) noexcept {
   set_work_limit(report);
+  if (!cut_) shed_points(map, report);
   const bool all_fit = !cut_ && within_limit(report) && prepare(map);
   if (!all_fit && !cut_) {
     if (open_failed_) map.close_empty_blocks();

@@ -67,19 +67,24 @@ std::uint64_t Integrator::evaluations_per_point() const noexcept {
 bool Integrator::trace_rays() noexcept {
   if (free_space_.add_returns(admitted()) != Status::kOk) return false;
   // Marks are a set, so with a deadline every sixteenth ray comes first, then those beside them:
-  // what is traced when time runs short is spread over all directions.
-  const std::size_t sweeps = deadline_ == nullptr ? 1 : 16;
-  const std::uint64_t to_write = admitted_count_ * evaluations_per_point();
+  // what is traced when time runs short is spread over all directions. The next scan goes on where
+  // it ran short, so that a robot which stands sees along all rays in the end.
+  const std::size_t sweeps = deadline_ == nullptr ? 1 : kRaySweeps;
+  const std::uint64_t to_write = admitted_count_ * foreseen_per_point();
   const std::size_t rays = admitted_count_ + ray_count_;
   std::size_t traced = 0;
-  for (std::size_t sweep = 0; sweep < sweeps && rays_cut_ == 0; ++sweep) {
+  const std::size_t first = first_sweep_ % sweeps;
+  for (std::size_t n = 0; n < sweeps && rays_cut_ == 0; ++n) {
+    const std::size_t sweep = (first + n) % sweeps;
     // Axis by axis, so that few blocks are turned more than once.
     for (int axis = 2; axis >= 0 && rays_cut_ == 0; --axis) {
       for (std::size_t i = sweep; i < rays; i += sweeps) {
         const Point3f& end_map = ray_end(i);
         if (free_space_.axis_of(end_map) != axis) continue;
-        if (traced % kRayBatch == 0 && !in_time(to_write)) {
+        if (traced % kRayBatch == 0 &&
+            !in_time(to_write + kBlockWork * free_space_.blocks().size())) {
           rays_cut_ = rays - traced;
+          first_sweep_ = sweep;
           break;
         }
         if (free_space_.trace(end_map, i < admitted_count_) != Status::kOk) return false;
@@ -171,13 +176,17 @@ bool Integrator::open_blocks(LocalMap& map) noexcept {
 
 bool Integrator::within_limit(ScanReport& report) noexcept {
   over_limit_ = false;
+  rays_predicted_ = 0;
   if (work_limit_ == kNoLimit) return true;
-  std::uint64_t work = admitted_count_ * evaluations_per_point();
   if (config_.free_space.enabled) {
-    for (const ScanPoint& point : admitted()) work += free_space_.most_steps(point.p_map);
-    for (const ScanPoint& ray : admitted_rays()) work += free_space_.most_steps(ray.p_map);
+    for (const ScanPoint& point : admitted())
+      rays_predicted_ += free_space_.most_steps(point.p_map);
+    for (const ScanPoint& ray : admitted_rays())
+      rays_predicted_ += free_space_.most_steps(ray.p_map);
   }
-  over_limit_ = work > work_limit_;
+  const std::uint64_t work = admitted_count_ * evaluations_per_point() + rays_predicted_;
+  // What a deadline has room for was seen to by shed_points(), and the clock does the rest.
+  over_limit_ = config_.work_budget != 0 && work > config_.work_budget;
   if (!over_limit_) report.work_predicted = work;
   return !over_limit_;
 }

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // Integrating until a given time: the limit that time sets, and what is left out where it comes.
+#include "tessera/inference/admission_order.hpp"
 #include "tessera/inference/integrator.hpp"
 
 namespace tessera {
@@ -11,11 +12,40 @@ ScanReport Integrator::integrate(LocalMap& map, const ScanView& scan, Deadline& 
   deadline_ = &deadline;
   ScanReport report = integrate_scan(map, scan);
   deadline_ = nullptr;
-  // Bounds were predicted, so bounds are what the rate is of; but not those of work that was cut.
-  const bool whole = report.tiles_cut + report.ray_blocks_cut + report.rays_cut == 0 && !cut_;
-  deadline.end(whole ? report.work_predicted : report.work_spent());
+  deadline.end(work_done(report));
+  learn_from(report);
   report.overshoot_us = deadline.overshoot_us();
   return report;
+}
+
+/// As it was foreseen, so that the rate is of what is foreseen; but what was cut counts as it was
+/// done.
+std::uint64_t Integrator::work_done(const ScanReport& report) const noexcept {
+  if (cut_ || report.tiles_cut + report.ray_blocks_cut > 0) return report.work_spent();
+  if (report.work_predicted == 0) return 0;
+  const std::uint64_t never = evaluations_per_point() - foreseen_per_point();
+  const std::uint64_t done =
+      report.work_predicted - admitted_count_ * never + kBlockWork * report.ray_blocks;
+  if (report.rays_cut == 0) return done;
+  const double cut = static_cast<double>(report.rays_cut) /
+                     static_cast<double>(std::uint64_t{report.rays} + report.rays_cut);
+  return done - static_cast<std::uint64_t>(cut * static_cast<double>(rays_predicted_));
+}
+
+/// Half as much again as what points took lately: what most scenes take is far from the bound.
+void Integrator::learn_from(const ScanReport& report) noexcept {
+  if (report.tiles_cut > 0) {
+    seen_per_point_ = 2 * foreseen_per_point();
+  } else if (!cut_ && admitted_count_ > 0) {
+    const std::uint64_t seen = (report.evaluations * 3 / 2 + admitted_count_) / admitted_count_;
+    const std::uint64_t before = seen_per_point_ - seen_per_point_ / 8;
+    seen_per_point_ = seen > before ? seen : before;
+  }
+}
+
+std::uint64_t Integrator::foreseen_per_point() const noexcept {
+  const std::uint64_t most = evaluations_per_point();
+  return seen_per_point_ != 0 && seen_per_point_ < most ? seen_per_point_ : most;
 }
 
 bool Integrator::in_time(std::uint64_t work) noexcept {
@@ -35,6 +65,30 @@ void Integrator::set_work_limit(ScanReport& report) noexcept {
     if (limit_is_deadline_) work_limit_ = fits;
   }
   report.work_limit = work_limit_ == kNoLimit ? 0 : work_limit_;
+}
+
+/// Rays are traced while there is time, and no longer, so only labels must be foreseen; where they
+/// take all of the time that there is, a quarter of it is kept for rays.
+void Integrator::shed_points(const LocalMap& map, ScanReport& report) noexcept {
+  const std::uint64_t labels = admitted_count_ * foreseen_per_point();
+  const std::uint64_t most = config_.free_space.enabled ? work_limit_ / 4 * 3 : work_limit_;
+  if (!limit_is_deadline_ || labels <= most) return;
+  const AdmissionScene scene{.points = admitted(),
+                             .rays = {},
+                             .lattice = map.lattice(),
+                             .origin_map = origin_map_,
+                             .unit_edge = unit_edge(),
+                             .spread = true};
+  std::uint64_t left = most / foreseen_per_point();
+  for (const KeyedIndex& item : order_of_admission(scene, sort_)) {
+    if (left > 0) {
+      --left;
+      continue;
+    }
+    admitted_[item.index].component = kRefused;
+    ++report.refused_deadline;
+  }
+  admitted_count_ = keep_admitted(admitted_.first(admitted_count_));
 }
 
 void Integrator::leave_out_all(ScanReport& report) noexcept {

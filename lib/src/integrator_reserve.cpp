@@ -23,17 +23,15 @@ std::uint32_t& refusal_counter(ScanReport& report, Integrator::Refusal refusal) 
   }
 }
 
-/// Moves the points that were not refused to the front, in their order, so that sums run as they
-/// would without the refused ones; returns their number.
-std::size_t keep_admitted(std::span<ScanPoint> points) noexcept {
+}  // namespace
+
+std::size_t Integrator::keep_admitted(std::span<ScanPoint> points) noexcept {
   std::size_t kept = 0;
   for (const ScanPoint& point : points) {
     if (point.component != kRefused) points[kept++] = point;
   }
   return kept;
 }
-
-}  // namespace
 
 template <class Visit>
 bool Integrator::for_units_reached(const ScanTiles::Place& place, Visit&& visit) const noexcept {
@@ -158,6 +156,7 @@ void Integrator::admit_one_by_one(LocalMap& map, ScanReport& report) noexcept {
   SlabPool::Counts spoken_for{};
   std::uint64_t work = report.ray_steps;  // on trial
   std::uint64_t to_write = 0;             // of the work, what comes after admission
+  rays_predicted_ = 0;
   bool spent = false;
   std::size_t asked = 0;
   const std::uint64_t per_point = evaluations_per_point();
@@ -182,6 +181,7 @@ void Integrator::admit_one_by_one(LocalMap& map, ScanReport& report) noexcept {
       const bool fits = refusal == Refusal::kNone;
       work += fits ? cost : free_space_.steps() - steps_before;
       to_write += fits ? cost - steps : 0;
+      rays_predicted_ += fits ? steps : 0;
       if (fits) continue;
       counter = is_point ? &refusal_counter(report, refusal) : &report.rays_refused_memory;
     }

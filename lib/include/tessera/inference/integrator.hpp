@@ -68,9 +68,10 @@ class Integrator {
   /// the bit; ScanReport::evaluations may differ in the kernel mode, which writes tile by tile
   /// then.
   ///
-  /// Time is spent as work: what fits the time left (Deadline::begin_work) is a work budget beside
-  /// config().work_budget. Then the clock is held against it: admission ends, and the tracing of
-  /// rays, when what was admitted would no longer be written in time; and where the time is up all
+  /// Time is spent as work. Of the points, by order_of_admission, those are admitted whose labels
+  /// fit the time left (Deadline::begin_work). Then the clock is held against it: rays are traced,
+  /// spread over all directions, as long as what was admitted can still be written in time
+  /// (admission one by one, where memory is short, ends likewise); and where the time is up all
   /// the same, what is not begun is left out: tiles and then blocks of free space are written in
   /// rings of doubling distance around the sensor, nearest first, labels before free space.
   ///
@@ -94,6 +95,8 @@ class Integrator {
   static constexpr std::size_t kReturnBatch = 4096;
   static constexpr std::size_t kPointBatch = 64;
   static constexpr std::size_t kRayBatch = 64;
+  /// Parts of a scan's rays, each spread over all directions, that are traced one after the other.
+  static constexpr std::size_t kRaySweeps = 16;
   static constexpr std::size_t kBlockBatch = 32;
 
   /// The points of the last scan that were integrated, thinned, in the order in which they were
@@ -122,6 +125,16 @@ class Integrator {
   /// much work still fits.
   [[nodiscard]] bool in_time(std::uint64_t work = 0) noexcept;
   void set_work_limit(ScanReport& report) noexcept;
+  /// Leaves out the points whose labels could not be written in time, by order_of_admission.
+  void shed_points(const LocalMap& map, ScanReport& report) noexcept;
+  /// The work that was done since set_work_limit(), as Deadline counts it.
+  [[nodiscard]] std::uint64_t work_done(const ScanReport& report) const noexcept;
+  void learn_from(const ScanReport& report) noexcept;
+  /// Evaluations for a point that time is kept for: at most evaluations_per_point().
+  [[nodiscard]] std::uint64_t foreseen_per_point() const noexcept;
+  /// Moves the points that were not refused to the front, in their order, so that sums run as they
+  /// would without the refused ones; returns their number.
+  [[nodiscard]] static std::size_t keep_admitted(std::span<ScanPoint> points) noexcept;
   /// The deadline came before anything was written.
   void leave_out_all(ScanReport& report) noexcept;
   /// Calls write(item), or leave(item) for those that the deadline leaves out: in the order of
@@ -222,10 +235,15 @@ class Integrator {
   bool cut_ = false;              ///< Its time is up.
   bool over_limit_ = false;       ///< The scan as a whole takes more than the limit of work.
   bool limit_is_deadline_ = false;
+  /// Steps that opening and carving a ray block takes as long as, about.
+  static constexpr std::uint64_t kBlockWork = 128;
   static constexpr std::uint64_t kNoLimit = ~std::uint64_t{0};
   std::uint64_t work_limit_ = kNoLimit;
+  std::uint64_t rays_predicted_ = 0;  ///< Ray steps of all admitted, at most.
+  std::uint64_t seen_per_point_ = 0;  ///< Of the scans with a deadline; 0: nothing yet.
   std::size_t rays_cut_ = 0;
-  bool open_failed_ = false;  ///< The map's index refused a block: some may be open for nothing.
+  std::size_t first_sweep_ = 0;  ///< That rays are traced in.
+  bool open_failed_ = false;     ///< The map's index refused a block: some may be open for nothing.
   float largest_weight_ = 0.0F;
   float kernel_radius_ =
       0.0F;  ///< Distance beyond which no contribution counts, voxels (kernel mode).

@@ -31,8 +31,8 @@ struct ScanReport {
   std::uint32_t refused_tiles = 0;       ///< ScanCapacity::tiles.
   std::uint32_t refused_ray_blocks = 0;  ///< ScanCapacity::ray_blocks.
   std::uint32_t refused_work = 0;        ///< InferenceConfig::work_budget.
-  std::uint32_t refused_deadline = 0;    ///< The deadline, when admission foresaw it.
-  std::uint32_t rays = 0;                ///< Rays of admitted points and beyond the range limit.
+  std::uint32_t refused_deadline = 0;    ///< The deadline, as it was foreseen.
+  std::uint32_t rays = 0;  ///< Traced: of admitted points, and beyond the range limit.
   std::uint32_t rays_refused_memory =
       0;                                ///< Rays beyond the range limit left out: storage, scratch.
   std::uint32_t rays_refused_work = 0;  ///< The same: work budget.
@@ -46,9 +46,10 @@ struct ScanReport {
   std::uint32_t points_cut = 0;      ///< Admitted points in these.
   std::uint32_t ray_blocks_cut = 0;  ///< Blocks traced and not carved.
   std::int64_t overshoot_us = 0;     ///< How late the scan ended; 0: in time, or no deadline.
-  /// The limit that held: the work budget, or what fits the deadline if that is less; 0: none.
+  /// The limit that held: the work budget, or what fits the deadline if that is less, against which
+  /// labels are held and not rays; 0: none.
   std::uint64_t work_limit = 0;
-  /// What admission spoke for, of work_limit; 0 without a limit. work_spent() stays under it.
+  /// Bounds of what was admitted; 0 without a limit. work_spent() stays under it.
   std::uint64_t work_predicted = 0;
   std::uint32_t tiles = 0;          ///< Tiles used, of ScanCapacity::tiles.
   std::uint32_t ray_blocks = 0;     ///< Ray blocks used, of ScanCapacity::ray_blocks.
@@ -70,6 +71,15 @@ struct ScanReport {
   /// Returns, thinned points and rays left out by the deadline.
   [[nodiscard]] std::uint32_t left_out_deadline() const noexcept {
     return refused_deadline + rays_refused_deadline + returns_cut + rays_cut + points_cut;
+  }
+  /// Thinned points whose evidence is in the map.
+  [[nodiscard]] std::uint32_t points_kept() const noexcept { return admitted - points_cut; }
+  /// Rays of all thinned points, and of all thinned directions beyond the range limit; 0 without
+  /// free space. Of these, `rays` were traced.
+  [[nodiscard]] std::uint32_t rays_wanted() const noexcept {
+    const std::uint32_t beyond = rays_refused_memory + rays_refused_work + rays_refused_deadline;
+    const std::uint32_t others = rays + rays_cut + beyond;
+    return others == 0 ? 0 : others + thinned - admitted;
   }
   /// Returns, thinned points and rays that could have been integrated but were not.
   [[nodiscard]] std::uint32_t left_out() const noexcept {
