@@ -99,6 +99,10 @@ void MappingThread::take(ScanSlot& slot, std::int64_t now_us) noexcept {
   ++now_.cycles;
   now_.points += report.points;
   now_.left_out += report.left_out();
+  now_.thinned += report.thinned;
+  now_.points_kept += report.points_kept();
+  now_.rays_wanted += report.rays_wanted();
+  now_.rays += report.rays;
   now_.shed += report.left_out() != 0 ? 1U : 0U;
   now_.bad_poses += report.pose == Status::kOk ? 0U : 1U;
   say_losses(report, end_us);
@@ -108,6 +112,7 @@ void MappingThread::take(ScanSlot& slot, std::int64_t now_us) noexcept {
              config_.period_us);
   }
   now_.stamp_us = slot.stamp_us;
+  if (now_.first_us == 0) now_.first_us = end_us;
   now_.end_us = end_us;
   std::copy_n(view.T_map_sensor.data(), now_.T_map_sensor.size(), now_.T_map_sensor.begin());
   now_.usage = mapper_.map().usage();

@@ -34,6 +34,10 @@ struct MappingStatus {
   std::uint64_t cycles = 0;          ///< Scans that were integrated.
   std::uint64_t points = 0;          ///< Of these.
   std::uint64_t left_out = 0;        ///< Points and rays: ScanReport::left_out.
+  std::uint64_t thinned = 0;         ///< Points after thinning: ScanReport, as the next two.
+  std::uint64_t points_kept = 0;     ///< Of these.
+  std::uint64_t rays_wanted = 0;     ///< ScanReport::rays_wanted.
+  std::uint64_t rays = 0;            ///< Of these, traced.
   std::uint64_t shed = 0;            ///< Scans of which something was left out.
   std::uint64_t refused_memory = 0;  ///< Of left_out: for want of memory.
   std::uint64_t bad_poses = 0;
@@ -45,7 +49,8 @@ struct MappingStatus {
   std::int64_t worst_cycle_us = 0;
   std::int64_t worst_late_us = 0;         ///< From a scan's arrival to the begin of its cycle.
   std::int64_t stamp_us = 0;              ///< Of the last scan that was integrated.
-  std::int64_t end_us = 0;                ///< When it was done.
+  std::int64_t first_us = 0;              ///< When the first was done; 0 before it.
+  std::int64_t end_us = 0;                ///< When the last was.
   std::uint32_t pause = 0;                ///< MappingPause.
   std::array<double, 12> T_map_sensor{};  ///< Of the last scan, row by row; all 0 before it.
   MapUsage usage{};

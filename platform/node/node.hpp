@@ -38,6 +38,7 @@ struct Snapshot {
 /// What a run did. Durations are monotonic.
 struct NodeRun {
   const char* ended_by = "";
+  std::int64_t made_us = 0;  ///< Before anything was read or taken.
   std::int64_t start_us = 0;
   std::int64_t end_us = 0;
   MappingStatus mapping{};

@@ -17,6 +17,7 @@ namespace tessera {
 
 Outcome<std::unique_ptr<Node>> Node::make(const NodeConfig& config, const std::string& path) {
   std::unique_ptr<Node> node(new Node(config));
+  node->run_.made_us = MonotonicClock::now_us();
   const Outcome<void> done = node->set_up(path);
   if (!done.ok()) return done.failure();
   return node;
