@@ -151,6 +151,8 @@ def fill(text, found, tables=TABLES):
     used = []
 
     def replace(match):
+        if match[2] not in tables:  # Another program's.
+            return match[0]
         used.append(match[2])
         written = tables[match[2]](found)
         return match[0] if written is None else f"{match[1]}\n{written}\n\n{match[3]}"

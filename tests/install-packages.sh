@@ -14,9 +14,9 @@ network=(iproute2 nftables)
 case "$(dpkg --print-architecture 2>/dev/null)" in amd64 | i386) network+=(busybox can-utils user-mode-linux) ;; esac
 case "${1:-}" in
   demo) packages+=(iproute2) ;;
-  tests) packages+=(catch2 binutils strace valgrind "${network[@]}") ;;
-  bench) packages+=(binutils git python3-matplotlib liboctomap-dev valgrind) ;;
-  ci) packages+=(catch2 binutils strace valgrind "${network[@]}" git ccache clang clang-format clang-tidy libclang-rt-dev
+  tests) packages+=(catch2 binutils strace systemd valgrind "${network[@]}") ;;
+  bench) packages+=(binutils git python3-matplotlib liboctomap-dev valgrind "${network[@]}") ;;
+  ci) packages+=(catch2 binutils strace systemd valgrind "${network[@]}" git ccache clang clang-format clang-tidy libclang-rt-dev
                  g++-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user) ;;
   *) fail "say demo, tests, bench or ci" ;;
 esac

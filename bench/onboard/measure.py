@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: The tessera authors
 # SPDX-License-Identifier: Apache-2.0
-"""measure.py --tessera COMMAND --seconds N --out DIR: a node as on a robot, with the recorded traffic of two peers coming in;
-OUT/onboard.json, OUT/onboard.png and a table. To be run in a network of its own (run-onboard.sh)."""
+"""measure.py --tessera COMMAND --seconds N --out DIR: a node as on a robot, with the recorded traffic of two peers coming in.
+Writes DIR/onboard.json. To be run in a network of its own (run-onboard.sh)."""
 import argparse
 import json
 import pathlib
@@ -19,6 +19,12 @@ URL = "udpm://239.255.76.67:7667?ttl=0"
 SENSORS = "udpm://239.255.76.68:766{}?ttl=0&recv_buf_size=8388608"
 SCANS = 60
 RATE_HZ = 10
+SAMPLE_S = 10
+
+
+def resident_bytes(process):
+    with open(f"/proc/{process.pid}/status", encoding="ascii") as status:
+        return next(1024 * int(line.split()[1]) for line in status if line.startswith("VmRSS:"))
 
 
 def toml(path, tables):
@@ -90,52 +96,21 @@ class Bench:
                        **changes)
         found["output"] = {"report": f"{name}.json"}
         toml(path, found)
-        node = self.start(self.tessera, "node", "--config", path, stderr=subprocess.DEVNULL)
-        time.sleep(0.5)
-        started = time.monotonic()
+        # Sensors run already when a robot's computer starts.
         self.start(self.tessera, "play", "--dataset", self.street / "robot_0", "--url", SENSORS.format(8), "--interface", "lo", "--rate",
                    RATE_HZ, "--loop", stderr=subprocess.DEVNULL)
+        time.sleep(2)
+        node = self.start(self.tessera, "node", "--config", path, stderr=subprocess.DEVNULL)
         self.start("lcm-logplayer", "--lcm-url", URL, log, stderr=subprocess.DEVNULL)
+        resident = []
+        for _ in range(self.seconds // SAMPLE_S - 1):
+            time.sleep(SAMPLE_S)
+            resident.append(resident_bytes(node))
         node.wait(timeout=self.seconds + 120)
         self.end_all()
         report = json.loads((self.out / f"{name}.json").read_text())
-        report["measured_s"] = time.monotonic() - started
+        report["resident_bytes_each_10_s"] = resident
         return report
-
-
-def row(name, r):
-    mapping, realtime, ticks = r["mapping"], r["realtime"], r["ticks"]
-    cycle, latency = mapping["cycle_times"], mapping["latencies"]
-    peers = sum(1 for c in r["contributions"] if not c["own"])
-    left_out = 100 * r["scans"]["left_out"] / max(r["scans"]["points"], 1)
-    return [name, mapping["cycles"], mapping["missed"], mapping["lost"], f"{cycle['median_ms']:.0f}, {cycle['p99_ms']:.0f}, {cycle['max_ms']:.0f}",
-            f"{latency['median_ms']:.0f}, {latency['p99_ms']:.0f}", f"{left_out:.1f}", f"{mapping['minor_page_faults']}, {mapping['major_page_faults']}",
-            r["heap_allocations_after_start"], f"{realtime['start_resident_bytes'] / 2**20:.0f}, {realtime['end_resident_bytes'] / 2**20:.0f}",
-            f"{ticks['median_ms']:.0f}, {ticks['p99_ms']:.0f}", peers]
-
-
-HEAD = ["node", "cycles", "missed", "lost", "cycle p50, p99, max ms", "sensor to map p50, p99 ms", "left out %", "page faults", "heap",
-        "memory MiB, start and end", "tick p50, p99 ms", "peers' contributions"]
-
-
-def draw(found, path):
-    from plots import GREY, plt
-    figure, axes = plt.subplots(1, 3, figsize=(11, 3.6))
-    for place, (key, title) in enumerate((("cycle_times", "mapping cycle"), ("latencies", "sensor to map"), ("receive_times", "wire to global"))):
-        for (name, report), colour in zip(found["runs"].items(), ("#1f6f8b", "#b8452c")):
-            times = report[key] if key in report else report["mapping"][key]
-            edges = [0.0] + [most for most, _ in times["buckets"]]
-            axes[place].stairs([count for _, count in times["buckets"]], edges, fill=False, color=colour, label=name)
-        axes[place].set_title(title)
-        axes[place].set_xlabel("ms")
-        axes[place].set_yscale("log")
-        axes[place].grid(alpha=0.25)
-    axes[0].set_ylabel("how often")
-    axes[0].legend()
-    at = found["circumstances"]
-    figure.text(0.01, 0.01, f"{found['seconds']} s, {at['cpu']}, {at['commit']}; a shared virtual machine", fontsize=7, color=GREY)
-    figure.tight_layout(rect=(0, 0.04, 1, 1))
-    figure.savefig(path)
 
 
 def main():
@@ -158,11 +133,6 @@ def main():
         bench.end_all()
     found = {"circumstances": circumstances(), "seconds": arguments.seconds, "runs": runs}
     (bench.out / "onboard.json").write_text(json.dumps(found, indent=1) + "\n")
-    draw(found, bench.out / "onboard.png")
-    print("| " + " | ".join(HEAD) + " |")
-    print("|---" * len(HEAD) + "|")
-    for name, report in runs.items():
-        print("| " + " | ".join(str(one) for one in row(name, report)) + " |")
 
 
 if __name__ == "__main__":

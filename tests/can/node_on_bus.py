@@ -53,10 +53,11 @@ class Vehicle(bus.Vehicle):
 
 
 class Candump:
-    """What is on the bus from now on: the last frame of each message, how many there were, and when."""
+    """What is on the bus from now on: the last frame of each message, how many there were, and when; and all of those to keep."""
 
     def __init__(self, interface):
         self.last, self.times, self.lock = {}, collections.defaultdict(list), threading.Lock()
+        self.kept = {}
         self.process = subprocess.Popen(["candump", "-L", interface], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
         self.reader = threading.Thread(target=self.read, daemon=True)
         self.reader.start()
@@ -70,6 +71,23 @@ class Candump:
                 number = int(found[2], 16)
                 self.last[number] = bytes.fromhex(found[4])
                 self.times[number].append(float(found[1]))
+                if number in self.kept:
+                    self.kept[number].append((float(found[1]), self.last[number]))
+
+    def keep(self, *names):
+        """Keeps the frames of these messages from now on, and none of before."""
+        with self.lock:
+            self.kept = {bus.FILE.named(name).id: [] for name in names}
+
+    def first(self, name, **values):
+        """When the first of the kept frames with these values came, or None."""
+        signals = bus.FILE.named(name).signals
+        with self.lock:
+            kept = list(self.kept[bus.FILE.named(name).id])
+        for at_s, data in kept:
+            if all((signals[key].named(data) or signals[key].value(data)) == value for key, value in values.items()):
+                return at_s
+        return None
 
     def count(self, name):
         with self.lock:
