@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: The tessera authors
 # SPDX-License-Identifier: Apache-2.0
-"""draw_mission.py OUT PNG: draws the latencies of the mission's two nodes, and how the map that they share grew."""
+"""draw_mission.py OUT PNG: draws the latencies of the mission's nodes, and how the map that they share grew."""
 import json
 import pathlib
 import sys
@@ -11,7 +11,7 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  after the choice of what draws
 
-COLOURS = ("#1f6f8b", "#b8452c")
+COLOURS = ("#1f6f8b", "#b8452c", "#5b7f2b", "#7a4f9a")
 plt.rcParams.update({"figure.dpi": 110, "font.size": 9, "axes.spines.top": False, "axes.spines.right": False,
                      "axes.titlesize": 10, "axes.titleweight": "bold", "legend.frameon": False})
 
@@ -20,9 +20,9 @@ def latencies(axes, reports):
     rows = (("scan's arrival to map", lambda r: r["mapping"]["latencies"]), ("mapping cycle", lambda r: r["scans"]["times"]),
             ("sharing tick", lambda r: r["ticks"]))
     for place, (_, times) in enumerate(rows):
-        for report, colour, above in zip(reports, COLOURS, (-0.14, 0.14)):
+        for i, (report, colour) in enumerate(zip(reports, COLOURS)):
             found = times(report)
-            y = place + above
+            y = place + 0.25 * (i - (len(reports) - 1) / 2)
             axes.plot([found["median_ms"], found["max_ms"]], [y, y], color=colour, linewidth=1.2)
             axes.plot(found["median_ms"], y, "o", color=colour, label=f"robot {report['robot']}" if place == 0 else None)
             axes.plot(found["p99_ms"], y, "|", color=colour, markersize=12, markeredgewidth=2)
@@ -47,7 +47,7 @@ def growth(axes, report):
 
 def main():
     out, path = sys.argv[1:]
-    reports = [json.loads((pathlib.Path(out) / f"robot_{robot}.json").read_text()) for robot in (0, 1)]
+    reports = [json.loads((pathlib.Path(out) / f"robot_{robot}.json").read_text()) for robot in range(len(list(pathlib.Path(out).glob("robot_?.json"))))]
     figure, (left, right) = plt.subplots(1, 2, figsize=(9.5, 3.6), gridspec_kw={"width_ratios": [3, 2]})
     latencies(left, reports)
     growth(right, reports[0])

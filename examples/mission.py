@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: The tessera authors
 # SPDX-License-Identifier: Apache-2.0
-"""mission.py TESSERA STREET OUT [RATE_HZ]: two robots in a street, each with a process of its own on this machine.
+"""mission.py TESSERA STREET OUT [RATE_HZ]: robots in a street, each with a process of its own on this machine.
 
 A player for each robot is its LiDAR, its cameras and its localisation: what it measures goes over the machine's own
 network to the robot's node, which labels the points by the cameras, maps them and shares what it maps with the other
-node over multicast. Where there is a virtual CAN interface, poses go over that as a vehicle would send them. Ends when
-both nodes have all that there is to know; leaves their maps, reports and logs in OUT. At fewer than 10 scans a second
+nodes over multicast. Where there is a virtual CAN interface, poses go over that as a vehicle would send them. Ends when
+all nodes have all that there is to know; leaves their maps, reports and logs in OUT. At fewer than 10 scans a second
 all is played in slow motion.
 """
 import os
@@ -17,8 +17,6 @@ import sys
 import tempfile
 import time
 
-ROBOTS = (0, 1)
-BASE_IDS = {0: 0x100, 1: 0x120}
 READY_S, END_S = 30, 150
 
 CONFIG = """\
@@ -49,7 +47,7 @@ fleet_key = "fleet.key"
 global_map = "global_of_{robot}.tsm"
 report = "robot_{robot}.json"
 {snapshots}[run]
-wait_for_peers = 1
+wait_for_peers = {peers}
 silence_s = 2
 quiet_s = 3
 """
@@ -65,15 +63,20 @@ def sensor_url(robot):
     return f"udpm://239.255.76.68:{7668 + robot}?ttl=0&recv_buf_size=8388608"
 
 
-def write_config(out, robot, data, can, rate_hz):
+def base_id(robot):
+    """Of its messages on the bus."""
+    return 0x100 + 0x20 * robot
+
+
+def write_config(out, robot, peers, data, can, rate_hz):
     period_ms = round(1000 / rate_hz)
     (out / f"robot_{robot}.toml").write_text(CONFIG.format(
-        robot=robot, data=data, url=sensor_url(robot), poses="can" if can else "lcm", period_ms=period_ms,
-        # Two robots, and all that they would sense, share one computer here.
+        robot=robot, peers=peers, data=data, url=sensor_url(robot), poses="can" if can else "lcm", period_ms=period_ms,
+        # All robots, and all that they would sense, share one computer here.
         deadline_ms=0.8 * period_ms,
         # A sweep ends half a period after its stamp, images are within half a period of it.
         max_wait_ms=period_ms, max_image_offset_ms=period_ms / 2,
-        vehicle=f'[vehicle]\ncan = "{can}"\nbase_id = {BASE_IDS[robot]}\n' if can else "",
+        vehicle=f'[vehicle]\ncan = "{can}"\nbase_id = {base_id(robot)}\n' if can else "",
         # Of one robot, as each picture takes it a part of a tick.
         snapshots='snapshots = "growing"\nsnapshot_every_s = 0.5\n' if robot == 0 else ""))
 
@@ -99,7 +102,7 @@ def start_node(tessera, out, robot):
 
 
 def start_player(tessera, out, robot, data, can, rate_hz):
-    words = ["--poses", "can", "--can", can, "--can-base", str(BASE_IDS[robot])] if can else []
+    words = ["--poses", "can", "--can", can, "--can-base", str(base_id(robot))] if can else []
     with open(out / f"player_{robot}.log", "w", encoding="utf-8") as log:
         return subprocess.Popen([tessera, "play", "--dataset", data, "--messages", "raw", "--url", sensor_url(robot), "--rate", str(rate_hz), *words],
                                 stdout=log, stderr=log, stdin=subprocess.DEVNULL)
@@ -123,24 +126,24 @@ def wait(process, name, log, deadline):
 
 def main():
     tessera, street, out = (pathlib.Path(word).resolve() for word in sys.argv[1:4])
-    rate_hz = float(sys.argv[4]) if len(sys.argv) > 4 else 4.0
+    rate_hz = float(sys.argv[4]) if len(sys.argv) > 4 else 3.0
     can = can_interface()
     print(f"Poses go over the CAN interface {can}." if can else "Poses go over LCM: there is no virtual CAN interface that is up.")
-    data = {robot: street / f"robot_{robot}" for robot in ROBOTS}
+    data = {int(path.name.removeprefix("robot_")): path for path in sorted(street.glob("robot_?"))}
     running = []
     try:
         nodes, players = {}, {}
-        for robot in ROBOTS:
-            write_config(out, robot, data[robot], can, rate_hz)
+        for robot in data:
+            write_config(out, robot, len(data) - 1, data[robot], can, rate_hz)
             nodes[robot] = start_node(tessera, out, robot)
             running.append(nodes[robot])
-        for robot in ROBOTS:
+        for robot in data:
             players[robot] = start_player(tessera, out, robot, data[robot], can, rate_hz)
             running.append(players[robot])
         deadline = time.monotonic() + END_S
-        for robot in ROBOTS:
+        for robot in data:
             wait(players[robot], f"player of robot {robot}", out / f"player_{robot}.log", deadline)
-        for robot in ROBOTS:
+        for robot in data:
             wait(nodes[robot], f"node of robot {robot}", out / f"robot_{robot}.log", deadline)
     finally:
         end(running)

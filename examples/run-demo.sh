@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-FileCopyrightText: The tessera authors
 # SPDX-License-Identifier: Apache-2.0
-# run-demo.sh [OUT]: two simulated robots map a street, each by itself from its files, then on a mission: a process each
-# that hears a LiDAR, three cameras and where it is, and shares one map with the other over multicast. The real scans are
+# run-demo.sh [OUT]: three simulated robots map a street, each by itself from its files, then on a mission: a process each
+# that hears a LiDAR, three cameras and where it is, and shares one map with the others over multicast. The real scans are
 # mapped too where they are there. Leaves maps, reports and pictures in OUT (default out/demo).
 set -euo pipefail
 here=$(cd "$(dirname "$0")/.." && pwd)
@@ -32,11 +32,12 @@ map_and_show() {
   } >"$out/$name.log" || fail "mapping $dataset stopped, see above"
 }
 
-"$tessera" simulate --scene street --robots 2 --scans 20 --cameras on --sweep on --seed 1 --out "$out/street" >"$out/simulate.log" ||
+"$tessera" simulate --scene street --robots 3 --scans 20 --cameras on --sweep on --seed 1 --out "$out/street" >"$out/simulate.log" ||
   fail "the simulation stopped, see above"
 map_and_show robot_0 "$out/street/robot_0" "Simulated street, robot 0, 64 beams" --robot 0
 map_and_show robot_1 "$out/street/robot_1" "Simulated street, robot 1, 16 beams" --robot 1
-names="robot_0 robot_1"
+map_and_show robot_2 "$out/street/robot_2" "Simulated street, robot 2, 64 beams" --robot 2
+names="robot_0 robot_1 robot_2"
 if [ -d "$data/semantickitti_08" ]; then
   map_and_show real "$data/semantickitti_08" "SemanticKITTI 08, scans 0-5" --first 0 --last 5
   names+=" real"
@@ -51,7 +52,7 @@ network=("$here/tests/in-own-network.sh" sh -c 'ip link add can0 type vcan 2>/de
 "$here/tests/in-own-network.sh" true 2>/dev/null || network=()
 "${network[@]}" python3 -B "$here/examples/mission.py" "$tessera" "$out/street" "$out/shared" ||
   fail "the mission stopped, see above; \"$tessera doctor --interface lo\" says what the network lacks"
-for robot in 0 1; do
+for robot in 0 1 2; do
   "$tessera" eval --map "$out/shared/global_of_0.tsm" --dataset "$out/street/robot_$robot" --input cameras \
     --transform "$out/street/robot_$robot/T_global_map.txt" --report "$out/shared/eval_$robot.json" >"$out/shared/eval_$robot.log" ||
     fail "the shared map could not be evaluated, see above"
@@ -75,7 +76,7 @@ PY
 python3 - "$out/shared" "$tessera" <<'PY'
 import json, pathlib, subprocess, sys
 out, tessera = sys.argv[1:]
-reports = [json.load(open(f"{out}/robot_{robot}.json")) for robot in (0, 1)]
+reports = [json.load(open(f"{out}/robot_{robot}.json")) for robot in (0, 1, 2)]
 final = reports[0]["global_map"]["label_voxels"]
 pictures = []
 for percent in (25, 50, 75, 100):
@@ -83,7 +84,7 @@ for percent in (25, 50, 75, 100):
     source, voxels = (enough[0]["file"], enough[0]["label_voxels"]) if enough and percent < 100 else (f"{out}/global_of_0.tsm", final)
     picture = f"{out}/shared_{percent:03}.png"
     subprocess.run([tessera, "export", "--map", source, "--format", "png", "--out", picture, "--title",
-                    f"The map that both robots share: {100 * voxels / final:.0f} % of {final} voxels"], check=True, cwd=out, stdout=subprocess.DEVNULL)
+                    f"The map that all robots share: {100 * voxels / final:.0f} % of {final} voxels"], check=True, cwd=out, stdout=subprocess.DEVNULL)
     pictures.append(picture)
 print()
 print(f"{'robot':5} {'scans':>5} {'cycle p50, p99 ms':>18} {'to map p50, p99 ms':>18} {'missed':>6} {'sent MB':>8} {'recv MB':>8} {'memory MB':>9} {'heap':>5} {'voxels':>8}  digest")
@@ -96,13 +97,13 @@ scans = len(list((pathlib.Path(out).parent / "street" / "robot_0" / "velodyne").
 images = sum(r["sensors"]["match"]["images"] for r in reports)
 left_out = sum(r["mapping"]["shed"] for r in reports)
 print(f"scans: of {scans}, each with what three cameras saw ({images} images); of {left_out} something was left out to be in time. to map: from the")
-print("scan's arrival until it is in the map, with its deskewing and its labels. Played in slow motion, 4 scans a second.")
-same = reports[0]["digest"] == reports[1]["digest"]
-print("Two processes, one map: " + ("the digests are the same." if same else "THE DIGESTS DIFFER."))
-evals = [json.load(open(f"{out}/eval_{robot}.json")) for robot in (0, 1)]
+print("scan's arrival until it is in the map, with its deskewing and its labels. Played in slow motion, 3 scans a second.")
+same = len({r["digest"] for r in reports}) == 1
+print("Three processes, one map: " + ("the digests are the same." if same else "THE DIGESTS DIFFER."))
+evals = [json.load(open(f"{out}/eval_{robot}.json")) for robot in (0, 1, 2)]
 
 def mean_iou(kind):
-    """Of both robots' scans, by their counts of every class."""
+    """Of all robots' scans, by their counts of every class."""
     ious = []
     for name in sorted({name for e in evals for name in e[kind]}):
         counts = [e[kind][name] for e in evals if name in e[kind]]
@@ -112,7 +113,7 @@ def mean_iou(kind):
     return sum(ious) / len(ious)
 
 seen, known = mean_iou("input_counts"), mean_iou("counts")
-print(f"Against ground truth, over the scans of both: mIoU {known:.4f} of the shared map, {seen:.4f} of what the cameras said ({100 * (known - seen):+.2f} points).")
+print(f"Against ground truth, over the scans of all: mIoU {known:.4f} of the shared map, {seen:.4f} of what the cameras said ({100 * (known - seen):+.2f} points).")
 print("The shared map growing: " + " ".join(pictures))
 sys.exit(0 if same else 1)
 PY
