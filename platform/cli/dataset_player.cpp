@@ -280,6 +280,7 @@ Outcome<void> DatasetPlayer::send_cloud(const Part& part) {
   const bool semantic = config_.semantic && !scan.components.empty();
   if (semantic) cloud.components = scan.components;
   ++report_.scans;
+  if (config_.progress) config_.progress(report_.scans);
   return send(semantic ? config_.channels.semantic_cloud : config_.channels.cloud, encode(cloud));
 }
 

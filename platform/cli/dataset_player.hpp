@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -33,6 +34,7 @@ struct PlayerConfig {
   bool loop = false;          ///< The second time it is played, and each second after, back.
   std::string can_interface;  ///< Poses over that bus; empty: none.
   std::uint32_t can_base_id = kDefaultBaseId;
+  std::function<void(std::uint64_t scans)> progress;  ///< Called with how many were sent; or none.
 };
 
 struct PlayerReport {

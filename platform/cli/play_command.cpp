@@ -7,6 +7,9 @@
 #include "cli/dataset_player.hpp"
 #include "cli/number_options.hpp"
 #include "mapping/number_text.hpp"
+#include "mapping/outputs.hpp"
+#include "mapping/report.hpp"
+#include "posix/progress.hpp"
 
 namespace tessera {
 
@@ -23,8 +26,37 @@ struct PlayOptions {
   std::optional<std::uint32_t> can_base;
   std::string clock = "monotonic";
   bool loop = false;
+  std::string report;
   PlayerConfig player;
 };
+
+Json report_of(const DatasetPlayer& player, const PlayOptions& options) {
+  const PlayerReport& report = player.report();
+  return {{"scans", report.scans},
+          {"images", report.images},
+          {"poses", report.poses},
+          {"bad_poses", report.bad_poses},
+          {"late", report.late},
+          {"worst_late_ms", 1e-3 * static_cast<double>(report.worst_late_us)},
+          {"frames", report.frames},
+          {"frames_lost", report.frames_lost},
+          {"sent_bytes", player.sender().sent_bytes()},
+          {"config",
+           {{"dataset", options.dataset},
+            {"first", options.first ? Json(*options.first) : Json()},
+            {"last", options.last ? Json(*options.last) : Json()},
+            {"messages", options.messages},
+            {"labels", options.labels},
+            {"poses", options.poses},
+            {"can", options.can},
+            {"can_base", options.can_base.value_or(kDefaultBaseId)},
+            {"sensor", options.player.sensor},
+            {"rate", options.player.rate_hz},
+            {"clock", options.clock},
+            {"url", options.player.url},
+            {"interface", options.player.interface},
+            {"report", options.report}}}};
+}
 
 Outcome<void> check_usage(const PlayOptions& options) {
   const auto refusal = [](const char* option, const std::string& given, const char* choices) {
@@ -47,7 +79,9 @@ Outcome<void> check_usage(const PlayOptions& options) {
     return refusal("--rate", text_of(options.player.rate_hz), "scans a second from 0.1 to 1000");
   if (options.messages == "semantic" && options.labels == kNoLabels)
     return refusal("--labels", options.labels, "a folder of labels, or --messages raw");
-  return {};
+  if (options.loop && !options.report.empty())
+    return Failure{"--loop has no end at which --report would be written; give one of them"};
+  return check_outputs({{"--report", options.report}}, {}, {.path = options.dataset});
 }
 
 void print_summary(const DatasetPlayer& player, const PlayOptions& options) {
@@ -90,6 +124,11 @@ Outcome<void> run_play(PlayOptions options) {
   if (!options.player.semantic) dataset_options.deskew = Deskewing::kOff;
   const Outcome<Dataset> dataset = Dataset::open(options.dataset, dataset_options);
   if (!dataset.ok()) return dataset.failure();
+  std::optional<Progress> progress;
+  if (!options.loop) {
+    progress.emplace("playing", dataset->num_scans());
+    options.player.progress = [&progress](std::uint64_t scans) { progress->update(scans); };
+  }
   const Outcome<std::unique_ptr<DatasetPlayer>> player =
       DatasetPlayer::open(options.player, *dataset, options.dataset);
   if (!player.ok()) return player.failure();
@@ -97,8 +136,9 @@ Outcome<void> run_play(PlayOptions options) {
     const Outcome<void> played = (*player)->play();
     if (!played.ok()) return played.failure();
   } while (options.loop);
+  progress->finish();
   print_summary(**player, options);
-  return {};
+  return write_report(report_of(**player, options), options.report);
 }
 
 }  // namespace
@@ -133,6 +173,7 @@ void add_play_command(CLI::App& app, int& exit_status) {
       ->capture_default_str();
   command->add_flag("--loop", o->loop,
                     "Back from the last scan to the first, and on so, until it is ended");
+  command->add_option("--report", o->report, "JSON report to write");
   command->footer("Example: tessera play --dataset street/robot_0 --rate 10");
   command->callback([o, &exit_status] {
     const Outcome<void> outcome = run_play(*o);

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """play: a dataset as live sensors, heard by a port of ours, recorded and played by LCM's own programs."""
 import array
+import json
 import os
 import pathlib
 import signal
@@ -72,7 +73,10 @@ class Play(CommandCase):
         knocked = 12 * ((data / "velodyne" / "000000.bin").stat().st_size // 16)
         self.knock(data, log, knocked)
         before = log.stat().st_size
-        result = self.done("play", "--dataset", data, "--rate", 5, "--labels", "labels")
+        result = self.done("play", "--dataset", data, "--rate", 5, "--labels", "labels", "--report", "play.json")
+        report = json.loads((self.folder / "play.json").read_text())
+        self.assertEqual((SCANS, SCANS, 5.0), (report["scans"], report["poses"], report["config"]["rate"]))
+        self.assertGreater(report["sent_bytes"], sum(path.stat().st_size for path in (data / "velodyne").iterdir()) * 12 // 16)
         self.assertIn(f"{SCANS} scans and {SCANS} poses sent to", result.stdout)
         self.assert_not_warned(result)
         first = self.heard(*live)
@@ -173,6 +177,8 @@ class Play(CommandCase):
             with self.subTest(option=option, value=value):
                 self.refused("play", "--dataset", data, f"{option}={value}", saying=(value,) if option != "--first" else ())
         self.refused("play", "--dataset", "nowhere", saying=("nowhere",))
+        self.refused("play", "--dataset", data, "--loop", "--report", "play.json", saying=("--loop", "--report"))
+        self.refused("play", "--dataset", data, "--report", data / "poses.txt", saying=("poses.txt",))
 
 
 if __name__ == "__main__":

@@ -128,7 +128,7 @@ class Realtime(NodeCase):
         self.assertIn("the map could not be saved", error)
         self.assertIn("local.tsm", error)
         self.assertFalse((self.folder / "local.tsm").exists())
-        self.assertEqual([], [path for path in pathlib.Path(self.folder).iterdir() if ".tmp" in path.name])
+        self.assertEqual([], [path for path in pathlib.Path(self.folder).iterdir() if path.suffix == ".part"])
 
     def test_a_budget_that_is_too_small_sheds_work(self):
         report, _ = self.run_node(self.alone(map={"deadline_ms": 1, "resolution_m": 0.1, "memory": "64M"}))
