@@ -142,9 +142,11 @@ int main(int argc, char** argv) {
   query.kind = tessera_query::RAY;
   query.point[1][0] = 1.0F;  // Along x.
   query.length_m = 20.0;
+  query.flags = tessera_query::STOP_AT_UNKNOWN;  // What nobody has seen is not free.
   if (!map.ask(query, reply) || reply.error != tessera_reply::OK) return fail("no answer");
-  const bool hit = (reply.flags & tessera_reply::FOUND) != 0;
-  std::printf("ahead      %s %.2f m\n", hit ? "an obstacle after" : "nothing up to",
-              static_cast<double>(reply.distance_m));
+  const char* const end = (reply.flags & tessera_reply::FOUND) != 0        ? "an obstacle after"
+                          : (reply.flags & tessera_reply::AT_UNKNOWN) != 0 ? "not known beyond"
+                                                                           : "free up to";
+  std::printf("ahead      %s %.2f m\n", end, static_cast<double>(reply.distance_m));
   return print_around(map, query) ? EXIT_SUCCESS : fail("no answer");
 }

@@ -203,7 +203,11 @@ void CanSocket::take_error_frame(const void* frame) noexcept {
   };
   if (has(CAN_ERR_ACK)) ++counters_.no_acknowledge;
   if (tells(CAN_ERR_CRTL_RX_OVERFLOW | CAN_ERR_CRTL_TX_OVERFLOW)) ++counters_.overflows;
-  if (tells(CAN_ERR_CRTL_RX_WARNING | CAN_ERR_CRTL_TX_WARNING)) ++counters_.error_warnings;
+  if (tells(CAN_ERR_CRTL_RX_WARNING | CAN_ERR_CRTL_TX_WARNING)) {
+    ++counters_.error_warnings;
+    // On the way back from passive drivers tell of no more than that.
+    if (state_ == BusState::kPassive) state_ = BusState::kActive;
+  }
   if (tells(CAN_ERR_CRTL_ACTIVE)) state_ = BusState::kActive;
   if (tells(CAN_ERR_CRTL_RX_PASSIVE | CAN_ERR_CRTL_TX_PASSIVE)) {
     ++counters_.error_passive;

@@ -93,8 +93,13 @@ void VehiclePort::run() noexcept {
     if (after < next_turn_us && next_turn_us - after <= kReopenUs) continue;
     turn(after);
     const std::int64_t due_us = std::clamp(outputs_.next_due_us(), after, after + kReopenUs);
-    next_turn_us = std::max(after + kTurnUs, more_is_due_ ? after : due_us);
+    next_turn_us = std::max(after + kTurnUs, more_is_due_ || a_frame_waits() ? after : due_us);
   }
+}
+
+bool VehiclePort::a_frame_waits() const noexcept {
+  return std::any_of(waiting_.begin(), waiting_.end(),
+                     [](const Waiting& waiting) { return waiting.tries > 0; });
 }
 
 void VehiclePort::turn(std::int64_t now) noexcept {

@@ -94,6 +94,8 @@ class VehiclePort {
   void retry_waiting() noexcept;
   void close_socket(std::int64_t now) noexcept;
   void reopen(std::int64_t now) noexcept;
+  /// One that the bus had no room for.
+  [[nodiscard]] bool a_frame_waits() const noexcept;
   void tell_status(std::int64_t now) noexcept;
   [[nodiscard]] std::int64_t now() const noexcept { return MonotonicClock::now_us(); }
 

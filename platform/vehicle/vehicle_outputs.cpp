@@ -125,6 +125,7 @@ bool VehicleOutputs::is_used(const BusMessage& message) const noexcept {
 /// What only informs starts later, so that not all falls due together.
 void VehicleOutputs::start(std::int64_t now_us) noexcept {
   started_ = true;
+  start_us_ = now_us;
   for (Schedule& schedule : schedules_) {
     if (schedule.message == nullptr) continue;
     const std::uint32_t place = schedule.message->place;

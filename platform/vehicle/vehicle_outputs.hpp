@@ -4,6 +4,7 @@
 // it sends what it gives.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -53,7 +54,7 @@ class VehicleOutputs {
   void start(std::int64_t now_us) noexcept;
   [[nodiscard]] bool is_used(const BusMessage& message) const noexcept;
   [[nodiscard]] bool is_silent(const VehicleReport& report, std::int64_t now_us) const noexcept {
-    return now_us - report.made_us > config_.report_timeout_us;
+    return now_us - std::max(report.made_us, start_us_) > config_.report_timeout_us;
   }
   void write(Schedule& schedule, const VehicleReport& report, const BusReport& bus,
              std::int64_t now_us, CanFrame& frame) noexcept;
@@ -65,6 +66,7 @@ class VehicleOutputs {
   std::uint8_t summary_ = 0;
   std::uint64_t skipped_ = 0;
   bool started_ = false;
+  std::int64_t start_us_ = 0;  ///< Of the first call of due(): there may be no report yet.
 };
 
 }  // namespace tessera

@@ -46,8 +46,9 @@ struct VehicleReport {
   std::int64_t cycle_p99_us = 0;
   std::int64_t cycle_worst_us = 0;
   std::int64_t period_us = 0;
-  std::uint32_t peers = 0;           ///< In reach.
-  std::uint32_t peers_agreeing = 0;  ///< Of these, those whose digest is ours.
+  std::uint32_t peers = 0;  ///< In reach.
+  std::uint32_t peers_agreeing =
+      0;  ///< All of them where all that was announced is here; else none.
   std::uint32_t contributions_known = 0;
   std::uint32_t contributions_whole = 0;
   Convergence convergence = Convergence::kUnknown;

@@ -211,6 +211,21 @@ TEST_CASE("VehicleOutputs: with too little room the least important waits, nothi
   CHECK(outputs.skipped() > 0);
 }
 
+TEST_CASE("VehicleOutputs: before the first report it starts, for as long as a report is trusted") {
+  VehicleOutputs outputs;
+  constexpr std::int64_t kBooted_us = 90'000'000;
+  std::array<CanFrame, 64> into;
+  const auto heartbeat_at = [&](std::int64_t now_us) {
+    const std::size_t count = outputs.due({}, {}, now_us, into);
+    const auto found = std::find_if(into.begin(), into.begin() + static_cast<std::ptrdiff_t>(count),
+                                    [](const CanFrame& f) { return f.id - 0x100 == kIdHeartbeat; });
+    REQUIRE(found != into.begin() + static_cast<std::ptrdiff_t>(count));
+    return raw_of(found->bytes(), kMappingState);
+  };
+  CHECK(heartbeat_at(kBooted_us) == static_cast<std::uint64_t>(MappingState::kStarting));
+  CHECK(heartbeat_at(kBooted_us + 10'000'000) == static_cast<std::uint64_t>(MappingState::kFault));
+}
+
 TEST_CASE("VehicleOutputs: a pause is caught up by one frame of each, not by many") {
   VehicleOutputs outputs;
   std::array<CanFrame, 64> into;
