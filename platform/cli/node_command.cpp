@@ -114,12 +114,12 @@ Outcome<void> run_node(const std::string& path, bool only_check) {
     warn("there are no scans " + to_text(dataset->missing()));
   const Outcome<void> done = (*node)->run(requests);
   if (!done.ok()) return done.failure();
+  // Whatever becomes of the maps, the report may have room, on another disk say.
   const Outcome<void> written = (*node)->write_maps();
-  if (!written.ok()) return written.failure();
   const Outcome<void> reported = write_report((*node)->report(), config->report);
   warn_of_losses(**node);
   print_summary(**node);
-  return reported;
+  return written.ok() ? reported : written;
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 // sleep and to wake, takes no memory and no lock, and waits for no other thread.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cstdint>
@@ -119,9 +120,12 @@ class MappingThread {
   [[nodiscard]] PageFaults page_faults() const noexcept { return page_faults_; }
   /// As the system knows it.
   [[nodiscard]] std::int64_t thread_number() const noexcept { return thread_number_; }
-  [[nodiscard]] const ThreadRights& rights() const noexcept { return thread_.rights(); }
 
  private:
+  /// It beats once a cycle or a sleep, which take a period each; a slow cycle is no silence.
+  static constexpr std::int64_t silence_us(std::int64_t period_us) noexcept {
+    return std::max<std::int64_t>(2'000'000, 2 * period_us);
+  }
   void run() noexcept;
   void work() noexcept;
   void take(ScanSlot& slot, std::int64_t now_us) noexcept;
@@ -144,7 +148,7 @@ class MappingThread {
   std::uint32_t cleared_ = 0;
   MappingStatus now_{};
   LatestValue<MappingStatus> status_;
-  Heartbeat heartbeat_{"mapping", 2'000'000};
+  Heartbeat heartbeat_{"mapping", silence_us(config_.period_us)};
   LogQueue log_{"mapping"};
   DurationHistogram cycles_;
   DurationHistogram latencies_;

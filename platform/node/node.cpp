@@ -49,6 +49,7 @@ Outcome<void> Node::run(NodeRequests& requests) {
   look_after(requests, progress);
   notice_.tell("STOPPING=1");
   stop_threads();
+  run_.silences += sharing_silences_;
   run_.end_us = MonotonicClock::now_us();
   run_.end_resident_bytes = resident_bytes();
   run_.cpu_s = cpu_s() - cpu_before_s;
@@ -69,13 +70,10 @@ void Node::look_after(NodeRequests& requests, Progress& progress) {
   if (sensing_) all[count++] = &sensing_->log();
   if (vehicle_) all[count++] = &vehicle_->log();
   const std::span<LogQueue* const> queues = std::span(all).first(count);
-  if (!run_.not_locked.empty())
-    log_.say(LogLevel::kWarning, run_.start_us, "memory is not locked; see the report");
-  if (!mapping_->rights().priority)
-    log_.say(LogLevel::kWarning, run_.start_us, "no right to priority %; see docs/operations.md",
-             config_.priority);
+  say_missing_rights();
   while (true) {
     const std::int64_t now_us = MonotonicClock::now_us();
+    look_for_sharing(now_us);
     look_for_others(now_us);
     writer.write(queues);
     show(progress);
@@ -87,6 +85,27 @@ void Node::look_after(NodeRequests& requests, Progress& progress) {
     service_.sleep_until(now_us + kLook_us);
   }
   writer.write(queues);
+}
+
+void Node::say_missing_rights() {
+  if (!run_.not_locked.empty())
+    log_.say(LogLevel::kWarning, run_.start_us, "memory is not locked; see the report");
+  if (run_.missing.priority != 0)
+    log_.say(LogLevel::kWarning, run_.start_us, "no right to priority %; see docs/operations.md",
+             run_.missing.priority);
+  if (run_.missing.cpus)
+    log_.say(LogLevel::kWarning, run_.start_us,
+             "processors of mapping_cpus or other_cpus are not permitted or not there");
+}
+
+/// Looked at here, as it is the sharing thread that looks at the others.
+void Node::look_for_sharing(std::int64_t now_us) {
+  const bool late = sharing_->heartbeat().is_late(now_us);
+  if (late && !sharing_is_late_) {
+    ++sharing_silences_;
+    log_.say_change(LogLevel::kError, now_us, "the sharing thread gives no sign of life");
+  }
+  sharing_is_late_ = late;
 }
 
 void Node::look_for_others(std::int64_t now_us) {

@@ -49,12 +49,11 @@ void Node::save_local_map() {
   // The map is this thread's while mapping pauses; what shares goes on reading it.
   const std::uint64_t call = mapping_->pause(kPausedToSave, true);
   while (!mapping_->has_taken(call)) service_.sleep_until(MonotonicClock::now_us() + 1'000);
-  const std::optional<std::uint64_t> before = heap_allocations();
+  // Of this thread alone: the sharing thread may write a snapshot meanwhile.
+  const std::uint64_t before = thread_heap_allocations().value_or(0);
   std::vector<KeyedIndex> workspace = workspace_for(robot_->map());
   const Outcome<void> saved =
       save_map(robot_->map(), identity_of(MapKind::kLocal), workspace, config_.local_map);
-  const std::optional<std::uint64_t> after = heap_allocations();
-  if (before && after) save_allocations_ += *after - *before;
   mapping_->pause(kPausedToSave, false);
   // A disk that is full now may have room later: the node goes on.
   if (!saved.ok()) {
@@ -65,6 +64,7 @@ void Node::save_local_map() {
   } else {
     saves_.fetch_add(1, std::memory_order_relaxed);
   }
+  save_allocations_ += thread_heap_allocations().value_or(0) - before;
 }
 
 Outcome<void> Node::write_maps() {

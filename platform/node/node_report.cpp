@@ -220,8 +220,8 @@ Json Node::mapping_json() const {
 Json Node::realtime_json() const {
   return {{"memory_locked", config_.lock_memory && run_.not_locked.empty()},
           {"why_not_locked", run_.not_locked},
-          {"priority_permitted", mapping_->rights().priority},
-          {"cpus_permitted", mapping_->rights().cpus},
+          {"priority_permitted", run_.missing.priority == 0},
+          {"cpus_permitted", !run_.missing.cpus},
           {"silences", run_.silences},
           {"first_scan_ms",
            run_.mapping.first_us != 0 ? Json(ms_of(run_.mapping.first_us - run_.made_us)) : Json()},

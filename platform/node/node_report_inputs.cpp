@@ -1,11 +1,33 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // The parts of a node's report that tell of its sensors, its vehicle and those who ask it.
+#include <array>
+
 #include "node/node.hpp"
 
 namespace tessera {
 
 namespace {
+
+template <std::size_t kCount>
+Json counts_json(const std::array<std::uint64_t, kCount>& counts) {
+  Json json = Json::array();
+  for (const std::uint64_t count : counts) json.push_back(count);
+  return json;
+}
+
+Json fragments_json(const AssemblerReport& r) {
+  return {{"taken", r.taken},
+          {"malformed", r.malformed},
+          {"too_large", r.too_large},
+          {"inconsistent", r.inconsistent},
+          {"duplicates", r.duplicates},
+          {"messages", r.messages},
+          {"torn", r.torn},
+          {"timed_out", r.timed_out},
+          {"superseded", r.superseded},
+          {"evicted", r.evicted}};
+}
 
 Json match_json(const MatchReport& m) {
   return {{"given", m.given},
@@ -17,13 +39,20 @@ Json match_json(const MatchReport& m) {
           {"without_pose", m.without_pose},
           {"without_images", m.without_images},
           {"superseded", m.superseded},
+          {"dropped_by_step", m.dropped_by_step},
           {"unlabelled", m.unlabelled},
           {"partly_unlabelled", m.partly_unlabelled},
           {"sweep_beyond_poses", m.sweep_beyond_poses},
           {"images", m.images},
+          {"unknown_camera", m.unknown_camera},
+          {"images_future", m.image_stamps.future},
+          {"images_ancient", m.image_stamps.ancient},
           {"images_out_of_order", m.images_out_of_order},
           {"poses", m.poses},
+          {"poses_future", m.pose_stamps.future},
+          {"poses_ancient", m.pose_stamps.ancient},
           {"poses_out_of_order", m.poses_out_of_order},
+          {"poses_not_rigid", m.poses_not_rigid},
           {"clock_steps", m.clock_steps}};
 }
 
@@ -52,13 +81,18 @@ Json Node::sensors_json() const {
   std::uint64_t faults = 0;
   for (const std::uint64_t count : r.faults) faults += count;
   return {{"datagrams", r.link.datagrams},
+          {"bytes", r.link.bytes},
           {"messages", r.link.messages},
           {"malformed", r.link.malformed + faults},
+          {"by_fault", counts_json(r.faults)},
+          {"fragments", fragments_json(r.link.fragments)},
           {"kernel_dropped", r.link.kernel_dropped},
           {"other_channel", r.other_channel},
           {"poses_used", status.poses},
           {"poses_refused", status.refused},
           {"poses_invalid", r.poses_invalid},
+          {"poses_filtered", r.poses_filtered},
+          {"poses_queue_full", r.poses_queue_full},
           {"pose_gaps", r.pose_gaps},
           {"pauses", status.pauses},
           {"silences", status.silences},
@@ -81,30 +115,50 @@ Json Node::vehicle_json() const {
           {"frames", port.inputs.frames},
           {"accepted", port.inputs.accepted},
           {"refused", port.inputs.refused},
+          {"by_status", counts_json(port.inputs.by_status)},
           {"foreign", port.inputs.foreign},
           {"misshapen", port.inputs.misshapen},
+          {"incomplete_poses", port.inputs.incomplete_poses},
+          {"invalid_poses", port.inputs.invalid_poses},
+          {"invalid_odometry", port.inputs.invalid_odometry},
+          {"invalid_states", port.inputs.invalid_states},
+          {"unknown_commands", port.inputs.unknown_commands},
+          {"verdicts", counts_json(port.verdicts)},
+          {"pose_timeouts", port.pose_timeouts},
+          {"relocations", port.relocations},
+          {"poses_dropped", port.poses_dropped},
+          {"commands_dropped", port.commands_dropped},
+          {"cycles_skipped", port.cycles_skipped},
+          {"frames_retried", port.frames_retried},
+          {"given_up", port.frames_given_up},
+          {"reopened", port.reopened},
+          {"received", port.socket.received},
+          {"socket_foreign", port.socket.foreign},
+          {"kernel_dropped", port.socket.kernel_dropped},
           {"sent", port.socket.sent},
           {"no_buffer", port.socket.no_buffer},
-          {"given_up", port.frames_given_up},
+          {"send_failed", port.socket.send_failed},
           {"error_frames", port.socket.error_frames},
+          {"error_warnings", port.socket.error_warnings},
+          {"error_passive", port.socket.error_passive},
           {"bus_off", port.socket.bus_off},
+          {"restarted", port.socket.restarted},
+          {"overflows", port.socket.overflows},
+          {"no_acknowledge", port.socket.no_acknowledge},
           {"went_down", port.socket.went_down},
-          {"reopened", port.reopened},
-          {"kernel_dropped", port.socket.kernel_dropped},
           {"stale", port.socket.stale},
-          {"pose_timeouts", port.pose_timeouts},
-          {"relocations", port.relocations}};
+          {"no_stamp", port.socket.no_stamp}};
 }
 
 Json Node::queries_json() const {
   const QueryPortReport r = queries_->report();
-  Json errors = Json::array();
-  for (const std::uint64_t count : r.queries.errors) errors.push_back(count);
   return {{"answered", r.queries.errors[0]},
-          {"by_error", std::move(errors)},
+          {"by_error", counts_json(r.queries.errors)},
           {"incomplete", r.queries.incomplete},
           {"malformed", r.malformed},
+          {"queue_full", r.queue_full},
           {"not_sent", r.not_sent},
+          {"work", r.queries.work},
           {"most_work", r.queries.most_work}};
 }
 

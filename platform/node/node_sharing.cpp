@@ -33,10 +33,15 @@ std::int64_t wall_clock_us() {
 void Node::after_tick(std::int64_t now_us) {
   look_for_life(now_us);
   say_status(now_us);
+  listen_for_scans(now_us);
   const bool may_write = counting_.load(std::memory_order_acquire);
   if (!config_.snapshots.empty() && now_us >= snapshot_due_us_ && may_write) {
     snapshot_due_us_ = now_us + microseconds(config_.snapshot_every_s);
-    if (!take_snapshot(now_us).ok()) {
+    // Of this thread alone: the first thread may save the local map meanwhile.
+    const std::uint64_t before = thread_heap_allocations().value_or(0);
+    const bool taken = take_snapshot(now_us).ok();
+    snapshot_allocations_ += thread_heap_allocations().value_or(0) - before;
+    if (!taken) {
       ++run_.failed_snapshots;
       sharing_log_.say(LogLevel::kError, now_us, "a snapshot could not be written");
     }
@@ -44,23 +49,26 @@ void Node::after_tick(std::int64_t now_us) {
   if (const char* const reason = reason_to_end(now_us); *reason != '\0') end(reason);
 }
 
-/// Looked at here, as this thread neither saves what is asked for nor writes the log.
+/// Looked at here, as this thread neither saves what is asked for nor writes the log. Whether it
+/// lives itself the first thread sees.
 void Node::look_for_life(std::int64_t now_us) {
-  const Heartbeat* const hearts[] = {&mapping_->heartbeat(),
-                                     sensing_ ? &sensing_->heartbeat() : nullptr,
-                                     vehicle_ ? &vehicle_->heartbeat() : nullptr};
-  static constexpr const char* kSilent[] = {
-      "the mapping thread gives no sign of life", "the sharing thread gives no sign of life",
-      "the sensing thread gives no sign of life", "the vehicle thread gives no sign of life"};
+  struct Watched {
+    const Heartbeat* heart;
+    const char* silent;
+  };
+  const Watched all[] = {
+      {&mapping_->heartbeat(), "the mapping thread gives no sign of life"},
+      {sensing_ ? &sensing_->heartbeat() : nullptr, "the sensing thread gives no sign of life"},
+      {vehicle_ ? &vehicle_->heartbeat() : nullptr, "the vehicle thread gives no sign of life"}};
   bool alive = true;
-  for (std::uint32_t i = 0; i < std::size(hearts); ++i) {
-    if (hearts[i] == nullptr) continue;
+  for (std::uint32_t i = 0; i < std::size(all); ++i) {
+    if (all[i].heart == nullptr) continue;
     const std::uint32_t bit = 1U << i;
-    const bool late = hearts[i]->is_late(now_us);
+    const bool late = all[i].heart->is_late(now_us);
     alive = alive && !late;
     if (late && (late_threads_ & bit) == 0) {
       ++run_.silences;
-      sharing_log_.say_change(LogLevel::kError, now_us, kSilent[i]);
+      sharing_log_.say_change(LogLevel::kError, now_us, all[i].silent);
     }
     late_threads_ = late ? late_threads_ | bit : late_threads_ & ~bit;
   }
@@ -79,7 +87,7 @@ void Node::say_status(std::int64_t now_us) {
   DurationHistogram& second = sharing_->second();
   const NodeStatus status{.robot = config_.robot,
                           .epoch = setup_.robot.epoch,
-                          .peers = sharing.exchange.peers,
+                          .peers = sharing.in_reach,
                           .stamp_us = wall_clock_us(),
                           .tick_median_us = static_cast<std::int32_t>(second.quantile_us(0.5)),
                           .tick_max_us = static_cast<std::int32_t>(second.max_us()),
@@ -101,7 +109,6 @@ void Node::say_status(std::int64_t now_us) {
 Outcome<void> Node::take_snapshot(std::int64_t now_us) {
   const GlobalMap& global = robot_->global();
   if (!global.settled()) return {};  // A move is being copied; the next tick will do.
-  const std::optional<std::uint64_t> before = heap_allocations();
   std::array<char, 32> name{};
   static_cast<void>(
       std::snprintf(name.data(), name.size(), "/global_%04zu.tsm", run_.snapshots.size()));
@@ -113,9 +120,18 @@ Outcome<void> Node::take_snapshot(std::int64_t now_us) {
       save_map(global.map(), identity_of(MapKind::kGlobal), workspace, snapshot.path);
   if (!saved.ok()) return saved.failure();
   run_.snapshots.push_back(std::move(snapshot));
-  const std::optional<std::uint64_t> after = heap_allocations();
-  if (before && after) snapshot_allocations_ += *after - *before;
   return {};
+}
+
+/// A scan that is left out, as mapping pauses or for want of a pose, is one too.
+void Node::listen_for_scans(std::int64_t now_us) {
+  if (!sensing_ || config_.silence_s <= 0.0) return;
+  const MatchReport m = sensing_->report().match;
+  const std::uint64_t heard = m.given + m.scans.future + m.scans.ancient + m.duplicates +
+                              m.out_of_order + m.without_pose + m.without_images + m.superseded +
+                              m.dropped_by_step;
+  if (heard != scans_heard_) scan_heard_us_ = now_us;
+  scans_heard_ = heard;
 }
 
 /// Of a dataset, when all are done with; of sensors, when they have been silent for so long as the
@@ -125,7 +141,8 @@ bool Node::no_scan_will_come(std::int64_t now_us) const {
   MappingStatus mapping;
   if (!config_.sensors.enabled || config_.silence_s <= 0.0 || !mapping_->status().get(mapping))
     return false;
-  return mapping.cycles > 0 && now_us - mapping.end_us >= microseconds(config_.silence_s);
+  const std::int64_t last_us = std::max(scan_heard_us_, mapping.end_us);
+  return scans_heard_ > 0 && now_us - last_us >= microseconds(config_.silence_s);
 }
 
 const char* Node::reason_to_end(std::int64_t now_us) {

@@ -56,7 +56,8 @@ Outcome<void> Node::make_threads() {
   Outcome<std::unique_ptr<QueryThread>> queries =
       QueryThread::open({.url = config_.query_url,
                          .interface = config_.query_interface,
-                         .limits = {.requests_per_s = static_cast<int>(config_.queries_per_s)}},
+                         .limits = {.requests_per_s = static_cast<int>(config_.queries_per_s)},
+                         .thread = thread_roles(config_).query_link},
                         {.local = &robot_->map(), .global = &robot_->global()});
   if (!queries.ok()) return queries.failure();
   queries_ = std::move(*queries);
@@ -87,7 +88,12 @@ Outcome<void> Node::start_threads() {
   if (started.ok() && vehicle_) started = vehicle_->start(roles.sending);
   if (started.ok() && sensing_) started = sensing_->start(roles.sensing, *mapping_, mapping_wake_);
   if (started.ok() && replay_) started = replay_->start(roles.replay, run_.start_us);
-  return started;
+  if (!started.ok()) return started;
+  // Last, as threads inherit it.
+  const bool kept = keep_first_thread_to(roles.first);
+  run_.missing = missing_rights(roles);
+  run_.missing.cpus = run_.missing.cpus || !kept;
+  return {};
 }
 
 /// What feeds a thread ends before it.

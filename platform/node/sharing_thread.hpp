@@ -50,7 +50,7 @@ class SharingThread {
   void stop() noexcept;
 
   /// It is not to pause for long without a sign of life.
-  [[nodiscard]] Heartbeat& heartbeat() noexcept { return heartbeat_; }
+  [[nodiscard]] const Heartbeat& heartbeat() const noexcept { return heartbeat_; }
   [[nodiscard]] const LatestValue<SharingStatus>& status() const noexcept { return status_; }
   /// Ticks since the last call: for the thread itself, in each_tick.
   [[nodiscard]] DurationHistogram& second() noexcept { return second_; }
@@ -79,7 +79,8 @@ class SharingThread {
   Activity activity_{};
   SharingStatus now_{};
   LatestValue<SharingStatus> status_;
-  Heartbeat heartbeat_{"sharing", 5'000'000};
+  /// Longer than the others': it has no priority. Shorter than a service manager waits.
+  Heartbeat heartbeat_{"sharing", 3'000'000};
   DurationHistogram second_;
   Thread thread_;
 };

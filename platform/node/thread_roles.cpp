@@ -2,7 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "node/thread_roles.hpp"
 
+#include <dirent.h>
+#include <sched.h>
+
 #include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <memory>
 
 namespace tessera {
 
@@ -12,6 +18,26 @@ std::uint64_t mask_of(const std::vector<std::uint32_t>& cpus) {
   std::uint64_t mask = 0;
   for (const std::uint32_t cpu : cpus) mask |= cpu < 64 ? std::uint64_t{1} << cpu : 0;
   return mask;
+}
+
+bool runs_only_on(pid_t thread, std::uint64_t cpus) {
+  cpu_set_t may{};
+  if (::sched_getaffinity(thread, sizeof may, &may) != 0) return true;  // It has ended.
+  for (unsigned cpu = 0; cpu < CPU_SETSIZE; ++cpu) {
+    const bool wanted = cpu < 64 && (cpus >> cpu & 1U) != 0;
+    if (CPU_ISSET(cpu, &may) && !wanted) return false;
+  }
+  return true;
+}
+
+void look_at(pid_t thread, const ThreadRole& role, int mapping_priority, MissingRights& missing) {
+  sched_param has{};
+  // What shares processors fairly has 0 here. One that has ended has nothing to be refused.
+  const bool known = ::sched_getparam(thread, &has) == 0;
+  if (known && has.sched_priority != role.priority && role.priority >= mapping_priority)
+    missing.priority =
+        missing.priority == 0 ? role.priority : std::min(missing.priority, role.priority);
+  if (role.cpus != 0 && !runs_only_on(thread, role.cpus)) missing.cpus = true;
 }
 
 }  // namespace
@@ -32,9 +58,40 @@ ThreadRoles thread_roles(const NodeConfig& config) {
                     // not keep others from the processor: who localises, who plans.
                     .sharing = without_priority("tessera-share"),
                     .replay = without_priority("tessera-replay"),
-                    .query = without_priority("tessera-query")};
+                    .query = without_priority("tessera-query"),
+                    .query_link = without_priority("tessera-ask"),
+                    .first = without_priority("")};
   roles.mapping.cpus = mask_of(config.mapping_cpus);
   return roles;
+}
+
+bool keep_first_thread_to(const ThreadRole& role) {
+  if (role.cpus == 0) return true;
+  cpu_set_t set{};
+  for (unsigned cpu = 0; cpu < 64; ++cpu) {
+    if ((role.cpus >> cpu & 1U) != 0) CPU_SET(cpu, &set);
+  }
+  return ::sched_setaffinity(0, sizeof set, &set) == 0;
+}
+
+MissingRights missing_rights(const ThreadRoles& roles) {
+  const ThreadRole* const all[] = {&roles.vehicle, &roles.sensing, &roles.link,
+                                   &roles.mapping, &roles.sending, &roles.sharing,
+                                   &roles.replay,  &roles.query,   &roles.query_link};
+  MissingRights missing;
+  const std::string folder = "/proc/self/task/";
+  const std::unique_ptr<DIR, int (*)(DIR*)> threads(::opendir(folder.c_str()), ::closedir);
+  if (!threads) return missing;
+  while (const dirent* const entry = ::readdir(threads.get())) {
+    std::string name;
+    std::ifstream file(folder + entry->d_name + "/comm");
+    if (!std::getline(file, name)) continue;
+    const auto thread = static_cast<pid_t>(std::strtol(entry->d_name, nullptr, 10));
+    for (const ThreadRole* const role : all) {
+      if (role->name == name) look_at(thread, *role, roles.mapping.priority, missing);
+    }
+  }
+  return missing;
 }
 
 }  // namespace tessera

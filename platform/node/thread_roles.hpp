@@ -17,11 +17,27 @@ struct ThreadRoles {
   ThreadRole sending;
   ThreadRole sharing;
   ThreadRole replay;
-  ThreadRole query;  ///< Answers planners; takes what is left.
+  ThreadRole query;       ///< Answers planners; takes what is left.
+  ThreadRole query_link;  ///< Receives what they ask.
+  ThreadRole first;       ///< That of the program: it saves and writes the log.
+};
+
+/// What was asked for and the system did not permit.
+struct MissingRights {
+  /// The lowest that a thread was refused, from the mapping thread's up; 0: none.
+  int priority = 0;
+  bool cpus = false;  ///< Of any thread.
 };
 
 /// With [realtime] priority P: the vehicle P + 3, sensing P + 2, link P + 1, mapping P, sending P -
 /// 1 but at least 1; the others none.
 [[nodiscard]] ThreadRoles thread_roles(const NodeConfig& config);
+
+/// Of the calling thread. Threads that it starts later inherit its processors. False iff the system
+/// does not permit it.
+[[nodiscard]] bool keep_first_thread_to(const ThreadRole& role);
+
+/// By what the threads of this process, known by their names, really have. Uses the heap.
+[[nodiscard]] MissingRights missing_rights(const ThreadRoles& roles);
 
 }  // namespace tessera

@@ -14,7 +14,7 @@ Outcome<std::unique_ptr<VehicleThread>> VehicleThread::make(const VehicleThreadC
                                                             const LocalMap& map, VehiclePort& port,
                                                             MappingThread& mapping,
                                                             const SharingThread& sharing,
-                                                            const SensingThread* sensing,
+                                                            SensingThread* sensing,
                                                             const SaveRequests& saves) {
   std::unique_ptr<VehicleThread> made(
       new VehicleThread(config, map, port, mapping, sharing, sensing, saves));
@@ -221,7 +221,7 @@ void VehicleThread::tell_mapping(const MappingStatus& mapping, std::int64_t now_
     told_.state = MappingState::kPaused;
     told_.pause_reason = PauseReason::kNoSensor;
   }
-  if (mapping_.heartbeat().is_late(now_us)) told_.state = MappingState::kFault;
+  if (hangs_one(now_us)) told_.state = MappingState::kFault;
   if (told_.state == MappingState::kMapping) told_.pause_reason = shortage(mapping, now_us);
   if (is_stopping_.load(std::memory_order_relaxed)) told_.state = MappingState::kStopping;
   // What is not renewed by scans is not what is there now, however fresh the pose.

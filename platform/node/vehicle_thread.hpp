@@ -50,7 +50,7 @@ class VehicleThread {
                                                       const LocalMap& map, VehiclePort& port,
                                                       MappingThread& mapping,
                                                       const SharingThread& sharing,
-                                                      const SensingThread* sensing,
+                                                      SensingThread* sensing,
                                                       const SaveRequests& saves);
   VehicleThread(const VehicleThread&) = delete;
   VehicleThread& operator=(const VehicleThread&) = delete;
@@ -72,7 +72,7 @@ class VehicleThread {
   static constexpr std::int64_t kSilentPeriods = 5;
 
   VehicleThread(const VehicleThreadConfig& config, const LocalMap& map, VehiclePort& port,
-                MappingThread& mapping, const SharingThread& sharing, const SensingThread* sensing,
+                MappingThread& mapping, const SharingThread& sharing, SensingThread* sensing,
                 const SaveRequests& saves)
       : config_(config),
         reader_(map),
@@ -96,6 +96,11 @@ class VehicleThread {
   void tell_mapping(const MappingStatus& mapping, std::int64_t now_us) noexcept;
   void tell_team(const SharingStatus& sharing) noexcept;
   [[nodiscard]] PauseReason pose_reason() const noexcept;
+  /// Whether one of those hangs that what is told of maps and poses comes from.
+  [[nodiscard]] bool hangs_one(std::int64_t now_us) const noexcept {
+    return mapping_.heartbeat().is_late(now_us) || sharing_.heartbeat().is_late(now_us) ||
+           (sensing_ != nullptr && sensing_->heartbeat().is_late(now_us));
+  }
   [[nodiscard]] bool find_pose(Matrix34d& T_map_body, std::int64_t& stamp_us) const noexcept;
 
   VehicleThreadConfig config_;
@@ -104,7 +109,7 @@ class VehicleThread {
   VehiclePort& port_;
   MappingThread& mapping_;
   const SharingThread& sharing_;
-  const SensingThread* sensing_;
+  SensingThread* sensing_;
   const SaveRequests saves_;
   ArenaMemory memory_;
   ObstacleSectors sectors_;

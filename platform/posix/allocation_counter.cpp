@@ -30,6 +30,7 @@
 
 namespace tessera {
 std::optional<std::uint64_t> heap_allocations() noexcept { return std::nullopt; }
+std::optional<std::uint64_t> thread_heap_allocations() noexcept { return std::nullopt; }
 }  // namespace tessera
 
 #else
@@ -39,14 +40,21 @@ namespace {
 
 constinit std::atomic<std::uint64_t> allocations{0};
 static_assert(std::atomic<std::uint64_t>::is_always_lock_free);
+// There from the thread's start: another model could take it from the heap, at the first use.
+[[gnu::tls_model("initial-exec")]] constinit thread_local std::uint64_t thread_allocations = 0;
 
-void count_one() noexcept { allocations.fetch_add(1, std::memory_order_relaxed); }
+void count_one() noexcept {
+  allocations.fetch_add(1, std::memory_order_relaxed);
+  ++thread_allocations;
+}
 
 }  // namespace
 
 std::optional<std::uint64_t> heap_allocations() noexcept {
   return allocations.load(std::memory_order_relaxed);
 }
+
+std::optional<std::uint64_t> thread_heap_allocations() noexcept { return thread_allocations; }
 
 }  // namespace tessera
 

@@ -15,4 +15,7 @@ namespace tessera {
 /// and C libraries other than glibc do not let themselves be wrapped this way. A relaxed load.
 [[nodiscard]] std::optional<std::uint64_t> heap_allocations() noexcept;
 
+/// Of these, those that the calling thread made.
+[[nodiscard]] std::optional<std::uint64_t> thread_heap_allocations() noexcept;
+
 }  // namespace tessera

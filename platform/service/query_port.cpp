@@ -14,7 +14,8 @@ Outcome<std::unique_ptr<QueryPort>> QueryPort::open(const QueryPortConfig& confi
   const LinkConfig link_config{.url = config.url,
                                .channel = kQueryChannel,
                                .interface = config.interface,
-                               .queue_slots = kQueue};
+                               .queue_slots = kQueue,
+                               .thread = config.thread};
   Outcome<std::unique_ptr<DatagramLink>> link = DatagramLink::open(link_config);
   if (!link.ok()) return link.failure();
   return std::unique_ptr<QueryPort>(new QueryPort(std::move(*link), maps, config.limits));

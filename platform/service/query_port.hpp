@@ -21,6 +21,7 @@ struct QueryPortConfig {
   std::string url = kDefaultQueryUrl;
   std::string interface = "lo";  ///< A name or an IPv4 address; empty: what the routes choose.
   QueryLimits limits{};
+  ThreadRole thread{.name = "tessera-ask"};  ///< That receives.
 };
 
 struct QueryPortReport {

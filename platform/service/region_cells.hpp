@@ -35,7 +35,7 @@ class CellSummary {
 };
 
 /// Reads cells block by block. A block that the map does not have costs 1, another
-/// kNearestBlockWork; neighbouring cells of one block share its cost.
+/// kNearestBlockWork; cells of one block that are read one after another share its cost.
 template <class Reader>
 class RegionCells {
  public:

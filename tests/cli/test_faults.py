@@ -4,12 +4,14 @@
 docs/operations.md."""
 import contextlib
 import ctypes
+import json
 import math
 import os
 import pathlib
 import random
 import signal
 import socket
+import struct
 import sys
 import tempfile
 import threading
@@ -18,8 +20,8 @@ import unittest
 
 import own_network
 from fault_case import Faults
-from running_node import until
-from sensor_sender import WALL_CLASS
+from running_node import LIMIT_S, until
+from sensor_sender import GROUP, WALL_CLASS
 
 if not own_network.enter():
     print("skipped: no network namespaces permitted here (unshare -rn)", file=sys.stderr)
@@ -80,6 +82,37 @@ class OwnFaults(Faults):
         self.assertGreaterEqual(report["ticks"]["worst_late_ms"], 1000)
         self.assertEqual([("occupied", WALL_CLASS)], self.states_at((5.1, 0.1, 0.1)))
 
+    def test_sensors_whose_scans_are_left_out_are_not_silent(self):
+        node, sensors = self.mapping(run={"silence_s": 2, "quiet_s": 0.5})
+        place = node.here()
+        sensors.with_poses = False
+        node.says("poses are stale", place)
+        time.sleep(4)
+        self.assertIsNone(node.process.poll(), node.said)
+        sensors.with_clouds = False
+        node.process.wait(timeout=LIMIT_S)
+        self.assertEqual("quiet", json.loads(node.report_path.read_text())["ended_by"])
+
+    def test_what_is_lost_on_the_way_is_in_the_report(self):
+        node, sensors = self.mapping(service={"queries": True})
+        # A long message's first part, of two.
+        head = struct.pack(">IIIIHH", 0x4C433033, 1_000_000, 2000, 0, 0, 2)
+        sensors.socket.sendto(head + b"TESSERA_CLOUD\0" + bytes(1000), GROUP)
+        time.sleep(0.5)
+        report = node.end()
+        sensing, match, queries = report["sensors"], report["sensors"]["match"], report["queries"]
+        fragments = sensing["fragments"]
+        self.assertEqual((1, 0), (fragments.pop("taken"), fragments.pop("messages")))
+        self.assertEqual({"malformed", "too_large", "inconsistent", "duplicates", "torn", "timed_out", "superseded", "evicted"}, set(fragments))
+        self.assertEqual({0}, set(fragments.values()))
+        # Those that the guard refused at the start.
+        self.assertGreater(sensing["poses_filtered"], 0)
+        self.assertEqual(sensing["poses_refused"], sensing["poses_filtered"])
+        self.assertEqual((0, 0), (sensing["poses_queue_full"], sum(sensing["by_fault"])))
+        for end in ("dropped_by_step", "unknown_camera", "images_future", "images_ancient", "poses_future", "poses_ancient", "poses_not_rigid"):
+            self.assertEqual(0, match[end], end)
+        self.assertEqual((0, 0), (queries["queue_full"], queries["work"]))
+
 
 class Service(Faults):
     """As a service manager would start it."""
@@ -133,22 +166,40 @@ class Service(Faults):
         self.assertEqual("signal", report["ended_by"])
         self.assertEqual([("occupied", WALL_CLASS)], self.states_at((5.1, 0.1, 0.1)))
 
-    def test_a_thread_that_hangs_is_told_by_silence(self):
-        node, _ = self.served()
-        node.says("mapping: goes on")
-        thread = next(task for task in pathlib.Path(f"/proc/{node.process.pid}/task").iterdir()
-                      if (task / "comm").read_text().strip() == "tessera-map")
+    @contextlib.contextmanager
+    def held(self, node, name):
+        """A thread of the node stands still."""
+        thread = next(int(task.name) for task in pathlib.Path(f"/proc/{node.process.pid}/task").iterdir()
+                      if (task / "comm").read_text().strip() == name)
         libc = ctypes.CDLL(None, use_errno=True)
         for request in (SEIZE, INTERRUPT):
-            if libc.ptrace(ctypes.c_long(request), ctypes.c_long(int(thread.name)), None, None) != 0:
+            if libc.ptrace(ctypes.c_long(request), ctypes.c_long(thread), None, None) != 0:
                 self.skipTest(f"skipped: no thread can be held here: {os.strerror(ctypes.get_errno())}")
-        node.says("the mapping thread gives no sign of life")
-        self.assertTrue(self.is_silent())
-        os.waitpid(int(thread.name), 0x40000000)  # __WALL
-        self.assertEqual(0, libc.ptrace(ctypes.c_long(DETACH), ctypes.c_long(int(thread.name)), None, None))
-        self.told("WATCHDOG=1", since=len(self.heard))
+        yield
+        os.waitpid(thread, 0x40000000)  # __WALL
+        self.assertEqual(0, libc.ptrace(ctypes.c_long(DETACH), ctypes.c_long(thread), None, None))
+
+    def test_a_thread_that_hangs_is_told_by_silence(self):
+        node, _ = self.served()
+        place = node.says("mapping: goes on")
+        names = {"tessera-map": "mapping", "tessera-sense": "sensing", "tessera-share": "sharing"}
+        for name, called in names.items():
+            with self.held(node, name):
+                place = node.says("gives no sign of life", place)
+                self.assertTrue(self.is_silent(), name)
+            self.assertTrue(node.said[:place].endswith(f"the {called} thread gives no sign of life"), node.said)
+            self.told("WATCHDOG=1", since=len(self.heard))
         report = node.end()
-        self.assertEqual(1, report["realtime"]["silences"])
+        self.assertEqual(len(names), report["realtime"]["silences"])
+
+    def test_a_long_period_is_no_silence(self):
+        node, sensors = self.served(mapping={"period_ms": 5000})
+        node.says("mapping: goes on")
+        sensors.with_clouds = False
+        time.sleep(4)
+        self.told("WATCHDOG=1", since=len(self.heard))
+        self.assertNotIn("no sign of life", node.said)
+        self.assertEqual(0, node.end()["realtime"]["silences"])
 
 
 class Team(Faults):

@@ -3,6 +3,7 @@
 """tessera node: robots as processes over real multicast, in a network of their own."""
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -33,8 +34,8 @@ class Node(NodeCase):
                 process.kill()
             process.communicate()
 
-    def start(self, config):
-        process = subprocess.Popen([command_path(), "node", "--config", str(config)], cwd=self.folder, text=True,
+    def start(self, config, *before):
+        process = subprocess.Popen([*before, command_path(), "node", "--config", str(config)], cwd=self.folder, text=True,
                                    stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
         self.processes.append(process)
         return process
@@ -126,6 +127,41 @@ class Node(NodeCase):
         report, _ = self.finished(process, config)
         self.assertEqual("signal", report["ended_by"])
         self.assertTrue((self.folder / "robot_0.global.tsm").exists())
+
+    def test_a_map_that_cannot_be_written_stops_no_other_output(self):
+        (self.folder / "maps").mkdir()
+        config = self.config(0, replay={"loop": True}, output={"global_map": "maps/global.tsm"}, run={"duration_s": 60})
+        process = self.start(config)
+        self.wait_for(lambda: (self.folder / "state/robot_0.starts").exists())
+        shutil.rmtree(self.folder / "maps")
+        process.send_signal(signal.SIGTERM)
+        out, error = process.communicate(timeout=TIME_LIMIT_S)
+        self.assertNotEqual(DONE, process.returncode, error)
+        self.assertIn("maps/global.tsm", error)
+        report = json.loads(config.with_suffix(".json").read_text())
+        self.assertEqual("signal", report["ended_by"])
+        self.assertIn(report["digest"], out)
+        self.assertTrue((self.folder / "robot_0.contribution.tsm").exists())
+
+    ALONE = {"wait_for_peers": 0, "quiet_s": 0.5}
+
+    @unittest.skipIf(os.cpu_count() > 63, "a machine that has all processors that can be named")
+    def test_processors_that_other_threads_do_not_get_are_said(self):
+        config = self.config(0, realtime={"other_cpus": [63]}, run=self.ALONE)
+        report, error = self.finished(self.start(config), config)
+        self.assertFalse(report["realtime"]["cpus_permitted"])
+        self.assertTrue(report["realtime"]["priority_permitted"])
+        self.assertIn("processors of mapping_cpus or other_cpus", error)
+
+    def test_a_priority_that_only_threads_before_mapping_do_not_get_is_said(self):
+        limited = ("prlimit", "--rtprio=10", "setpriv", "--bounding-set=-all", "--inh-caps=-all", "--")
+        if subprocess.run([*limited, "chrt", "-f", "10", "true"], capture_output=True, check=False).returncode != 0:
+            self.skipTest("this limit cannot be set here")
+        config = self.config(0, realtime={"priority": 10}, run=self.ALONE)
+        report, error = self.finished(self.start(config, *limited), config)
+        if report["realtime"]["priority_permitted"]:
+            self.skipTest("the right to more cannot be given away here")
+        self.assertIn("no right to priority 11", error)
 
     def test_without_the_fleets_key_nothing_is_taken(self):
         self.done("key", "new", "--fleet", "fleet.key")

@@ -131,4 +131,21 @@ TEST_CASE("The counting allocator still does what the C library promises") {
 }
 
 }  // namespace
+TEST_CASE("thread_heap_allocations: counts this thread's and no other's") {
+  if (!can_count()) return;
+  const auto before = thread_heap_allocations();
+  free_seen(::malloc(100));
+  CHECK(*thread_heap_allocations() - *before == 1);
+  std::uint64_t of_other = 0;
+  std::thread other([&of_other] {
+    const auto begin = thread_heap_allocations();
+    for (int i = 0; i < 3; ++i) free_seen(::malloc(100));
+    of_other = *thread_heap_allocations() - *begin;
+  });
+  const auto started = thread_heap_allocations();  // Starting one allocates.
+  other.join();
+  CHECK(of_other == 3);
+  CHECK(*thread_heap_allocations() == *started);
+}
+
 }  // namespace tessera

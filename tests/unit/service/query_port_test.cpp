@@ -62,7 +62,7 @@ TEST_CASE("QueryPort: the example planner asks everything and gets the map's ans
   INFO(said);
   CHECK(said.find("here       free, label 0\n") != std::string::npos);
   CHECK(said.find("nearest    label 2, 0.95 m away\n") != std::string::npos);
-  CHECK(said.find("ahead      an obstacle after 0.95 m\n") != std::string::npos);
+  CHECK(said.find("ahead      not known beyond 0.15 m\n") != std::string::npos);
   CHECK(said.find("around     11 x 11 cells of 0.40 m\n") != std::string::npos);
   CHECK(said.find('#') != std::string::npos);
   CHECK(port->report().queries.errors[0] >= 4);

@@ -118,6 +118,23 @@ TEST_CASE("QueryService: a region stops where its work is used up, and goes on f
   CHECK(cells.size() == static_cast<std::size_t>(all.count));
 }
 
+TEST_CASE("QueryService: each row of a region's cells reads its blocks") {
+  SmallMap sample(config_of_pages(64), kSampleClasses);
+  observe(sample.map, {{{0, 0, 0}, 2, 1.0F}});
+  Bench bench({.local = &sample.map});
+  // 32 x 32 x 1 voxels, four blocks along each of the long axes.
+  MapQuery query = box(0.05F, 0.05F, 1);
+  query.points[1] = {3.15F, 3.15F, 0.05F};
+  const MapReply reply = bench.ask(query);
+  REQUIRE(reply.error == QueryError::kNone);
+  CHECK(reply.size_cells == std::array<std::int32_t, 3>{32, 32, 1});
+  // Eight rows have a block that is there, 16, and three that are not; in the others none is.
+  CHECK(reply.work == 8 * (16 + 3) + 24 * 4);
+  // Cells of a block's edge: each block once.
+  query.cell_voxels = 8;
+  CHECK(bench.ask(query).work == 16 + 15);
+}
+
 TEST_CASE("QueryService: rays are cast_ray's") {
   const SmallMap sample = sample_map(1, 900, 12, 200);
   Bench bench({.local = &sample.map});
