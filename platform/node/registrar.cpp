@@ -24,6 +24,11 @@ LabelProjectionCapacity capacity_of(const RegistrarConfig& config) {
   return capacity;
 }
 
+template <class Image>
+bool has_size_of(const CameraIntrinsics& camera, const Image& image) noexcept {
+  return image.width_px == camera.width_px && image.height_px == camera.height_px;
+}
+
 }  // namespace
 
 Outcome<std::unique_ptr<Registrar>> Registrar::make(const RegistrarConfig& config) {
@@ -126,8 +131,7 @@ void Registrar::take_labels(ScanSlot& slot) noexcept {
   for (const SlotImage& image : slot.images()) {
     const auto number = static_cast<std::size_t>(image.camera);
     if (image.camera < 0 || number >= config_.cameras.size() ||
-        image.width_px != config_.cameras[number].model.intrinsics().width_px ||
-        image.height_px != config_.cameras[number].model.intrinsics().height_px) {
+        !has_size_of(config_.cameras[number].model.intrinsics(), image)) {
       ++counted_.images_refused;
       continue;
     }
@@ -159,19 +163,24 @@ void Registrar::take_labels(ScanSlot& slot) noexcept {
 }
 
 bool Registrar::take_depths(ScanSlot& slot, ScanView& into) noexcept {
-  const DepthImage image{
-      .millimetres = nullptr,
-      .metres = slot.depth_m().data(),
-      .stride_pixels = static_cast<std::size_t>(slot.width_px),
-      .labels = slot.num_images > 0 ? slot.images()[0].components().data() : nullptr,
-      .label_stride_bytes =
-          slot.num_images > 0 ? static_cast<std::size_t>(slot.images()[0].width_px) : 0};
   if (config_.depth_camera < 0) return false;
   const CameraIntrinsics& expected =
       config_.cameras[static_cast<std::size_t>(config_.depth_camera)].model.intrinsics();
-  if (slot.width_px != expected.width_px || slot.height_px != expected.height_px) {
+  if (!has_size_of(expected, slot)) {
     ++counted_.images_refused;
     return false;
+  }
+  const auto width = static_cast<std::size_t>(expected.width_px);
+  DepthImage image{.metres = slot.depth_m().data(), .stride_pixels = width};
+  if (slot.num_images > 0) {
+    const SlotImage& labels = slot.images()[0];
+    // Of another size they would be read beyond their end, so the depths go without.
+    if (has_size_of(expected, labels)) {
+      image.labels = labels.components().data();
+      image.label_stride_bytes = width;
+    } else {
+      ++counted_.images_refused;
+    }
   }
   const DepthReport report =
       depth_.to_points(image, config_.num_classes, depth_points_, depth_components_);

@@ -38,7 +38,8 @@ struct RegistrarReport {
   std::uint64_t labelled = 0;         ///< Points of these.
   std::uint64_t occluded = 0;         ///< Once a camera.
   std::uint64_t images_without_pose = 0;
-  std::uint64_t images_refused = 0;  ///< Of another size than the camera, or of no known one.
+  /// Of another size than the camera, or of no known one; depths whose labels are go without them.
+  std::uint64_t images_refused = 0;
   std::uint64_t depth_images = 0;
   std::uint64_t flying = 0;   ///< Pixels at the edges of depths.
   std::uint64_t refused = 0;  ///< Scans of which nothing could be made.
