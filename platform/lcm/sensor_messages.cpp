@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <tessera_cloud.hpp>
 #include <tessera_depth_image.hpp>
 #include <tessera_label_image.hpp>
@@ -128,6 +129,13 @@ bool read_transform(const tessera_pose& message, Matrix34d& T) {
   return check_rigid(T) == Status::kOk;
 }
 
+/// A comparison with NaN is false, so who looks for the largest of them would pass it over.
+bool has_deviations(const tessera_pose& message) {
+  return std::isfinite(message.rotation_sigma_rad) &&
+         std::all_of(std::begin(message.position_sigma_m), std::end(message.position_sigma_m),
+                     [](double sigma_m) { return std::isfinite(sigma_m); });
+}
+
 }  // namespace
 
 MessageFault decode_semantic_cloud(std::span<const std::byte> message, const CloudMemory& memory,
@@ -202,7 +210,8 @@ MessageFault decode_pose(std::span<const std::byte> message, PoseMessage& pose) 
   result.sequence = read.sequence;
   result.quality = static_cast<PoseQuality>(read.quality);
   const bool is_valid = result.quality != PoseQuality::kInvalid;
-  if (is_valid && !read_transform(read, result.T_map_body)) return MessageFault::kValue;
+  if (is_valid && !(read_transform(read, result.T_map_body) && has_deviations(read)))
+    return MessageFault::kValue;
   result.position_sigma_m = {read.position_sigma_m[0], read.position_sigma_m[1],
                              read.position_sigma_m[2]};
   result.rotation_sigma_rad = read.rotation_sigma_rad;

@@ -23,7 +23,8 @@ enum class MessageFault : std::uint8_t {
   kCounts,     ///< Negative, or they do not fit each other or the message's length.
   kTooLarge,   ///< More than there is memory for.
   kValue,      ///< A number that has no meaning: a size of 0, a time too far from the stamp, a pose
-               ///< that is not finite or whose rotation has not the length 1 within 1e-3.
+               ///< that is not finite, nor its deviations, or whose rotation has not the length 1
+               ///< within 1e-3.
 };
 
 /// Where a cloud's numbers go. The spans' sizes are what there is room for: xyz for three floats a

@@ -107,10 +107,17 @@ TEST_CASE("decode_pose: a quarter turn about z, and what is no pose") {
   CHECK(fault_with([](tessera_pose& p) { p.rotation[0] = 1e300; }) == MessageFault::kValue);
   CHECK(fault_with([&](tessera_pose& p) { p.rotation[1] = kNaN; }) == MessageFault::kValue);
   CHECK(fault_with([&](tessera_pose& p) { p.position_m[1] = kNaN; }) == MessageFault::kValue);
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto unsure = [&](tessera_pose& p) { p.position_sigma_m[axis] = kNaN; };
+    CHECK(fault_with(unsure) == MessageFault::kValue);
+  }
+  CHECK(fault_with([&](tessera_pose& p) { p.rotation_sigma_rad = kNaN; }) == MessageFault::kValue);
+  CHECK(fault_with([](tessera_pose& p) { p.position_sigma_m[2] = HUGE_VAL; }) ==
+        MessageFault::kValue);
   // What says itself that it is invalid need not have numbers.
   const auto invalid = [&](tessera_pose& p) {
     p.quality = tessera_pose::INVALID;
-    p.rotation[0] = kNaN;
+    p.rotation[0] = p.rotation_sigma_rad = kNaN;
   };
   CHECK(fault_with(invalid) == MessageFault::kNone);
 }
