@@ -36,11 +36,24 @@ void touch(std::byte* first, std::size_t bytes) noexcept {
   }
 }
 
+/// Whether the system gives so much more; no page of it is taken.
+bool can_take(std::size_t bytes) noexcept {
+  if (bytes == 0) return true;
+  void* const at =
+      ::mmap(nullptr, bytes, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+  if (at == MAP_FAILED) return false;
+  ::munmap(at, bytes);
+  return true;
+}
+
 }  // namespace
 
-std::string lock_memory() {
-  if (::mlockall(MCL_CURRENT | MCL_FUTURE) == 0) return {};
+std::string lock_memory(std::size_t room_bytes) {
+  const bool locked = ::mlockall(MCL_CURRENT | MCL_FUTURE) == 0;
+  // All that comes is locked too, so behind the limit the system would give no memory at all.
+  if (locked && can_take(room_bytes)) return {};
   const int error = errno;
+  ::munlockall();
   if (error != EPERM && error != ENOMEM && error != EAGAIN) return std::strerror(error);
   return "not permitted; raise the limit of locked memory (ulimit -l, LimitMEMLOCK of systemd)";
 }
@@ -58,6 +71,8 @@ void prefault(std::span<std::byte> memory) noexcept { touch(memory.data(), memor
 void keep_freed_memory() noexcept {
   ::mallopt(M_TRIM_THRESHOLD, -1);
   ::mallopt(M_MMAP_MAX, 0);
+  // Each further heap reserves 64 MiB of addresses, which count where locked memory has a limit.
+  ::mallopt(M_ARENA_MAX, 1);
 }
 
 PageFaults thread_page_faults() noexcept {

@@ -12,14 +12,16 @@
 namespace tessera {
 
 /// Locks all memory that the process has and will get, so that nothing of it is paged out. Empty
-/// iff it did; else why not, and what to do.
-[[nodiscard]] std::string lock_memory();
+/// iff it did; else nothing is locked, and it says why not and what to do. Once it is locked, no
+/// more is given than the limit of locked memory: so call it when memory is taken. room_bytes: what
+/// will be taken later; where the limit has no room for that, nothing is locked.
+[[nodiscard]] std::string lock_memory(std::size_t room_bytes = 0);
 /// Gives every page of memory its place now. Content stays as it is. O(pages).
 void prefault(std::span<std::byte> memory) noexcept;
 /// The same for the part of the calling thread's stack that its calls will use.
 void prefault_stack() noexcept;
 /// Memory that is freed stays the process's own, so that what is allocated later needs no new
-/// pages as long as it is not more than before.
+/// pages as long as it is not more than before. All threads that begin later share one heap.
 void keep_freed_memory() noexcept;
 
 /// Pages that were fetched for whoever asks: from memory, and from a disk.

@@ -92,6 +92,22 @@ class Realtime(NodeCase):
         self.assertIn("no right to priority 10", error)
         self.assertIn("memory is not locked", error)
 
+    def test_a_limit_of_locked_memory_that_is_less_than_it_takes(self):
+        # More than is there when it begins, less than it takes; and enough for that, but not for writing maps.
+        for limit_bytes in (256 << 20, 512 << 20):
+            limited = ("prlimit", f"--memlock={limit_bytes}")
+            if subprocess.run([*limited, "true"], capture_output=True).returncode != 0:
+                self.skipTest("this limit cannot be set here")
+            with self.subTest(limit_bytes):
+                report, error = self.run_node(self.alone(realtime=LOCKED, fusion={"memory": "300M"}, run={"duration_s": 2}), *limited,
+                                              "setpriv", "--bounding-set=-all", "--inh-caps=-all", "--")
+                realtime = report["realtime"]
+                self.assertGreater(report["mapping"]["cycles"], 0)
+                if realtime["memory_locked"]:
+                    self.skipTest("these rights cannot be given away here")
+                self.assertIn("LimitMEMLOCK", realtime["why_not_locked"])
+                self.assertIn("memory is not locked", error)
+
     def test_a_save_is_asked_for_while_it_runs(self):
         def save_twice(process):
             self.started()
