@@ -19,6 +19,7 @@
 #include "node/replay_source.hpp"
 #include "node/robot_setup.hpp"
 #include "node/sharing_thread.hpp"
+#include "node/thread_roles.hpp"
 #include "node/vehicle_thread.hpp"
 #include "posix/file_descriptor.hpp"
 #include "posix/progress.hpp"
@@ -47,12 +48,13 @@ struct NodeRun {
   std::vector<Snapshot> snapshots;
   std::uint64_t failed_snapshots = 0;
   std::string not_locked;  ///< Why memory is not locked; empty: it is, or was not to be.
+  MissingRights missing{};
   std::size_t start_resident_bytes = 0;  ///< Once all threads run.
   std::size_t end_resident_bytes = 0;
   std::uint64_t silences = 0;  ///< Times that a thread gave no sign of life for too long.
   bool map_is_behind = false;  ///< The global map was not brought up to date in the end.
   std::int64_t save_us = 0;    ///< What writing the maps took in the end.
-  /// In all threads, but for what writes snapshots; none where they cannot be counted.
+  /// In all threads, but for what writes maps; none where they cannot be counted.
   std::optional<std::uint64_t> heap_allocations;
 };
 
@@ -98,6 +100,7 @@ class Node {
   Outcome<void> open_inputs(const std::string& path);
   Outcome<void> open_sensors();
   Outcome<void> make_sensing();
+  Outcome<void> make_registrar();
   Outcome<void> make_vehicle(NodeRequests& requests);
   [[nodiscard]] ScanSizes scan_sizes() const;
   [[nodiscard]] const ClassTable& classes() const { return classes_->table(); }
@@ -109,6 +112,7 @@ class Node {
   Outcome<void> read_keys(const std::string& path);
   Outcome<void> check_all(const std::string& path);
   [[nodiscard]] Outcome<void> check_urls() const;
+  [[nodiscard]] Outcome<void> check_sectors(const std::string& path) const;
   [[nodiscard]] Outcome<void> check_places(const std::string& path) const;
   [[nodiscard]] Outcome<void> make_snapshot_folder() const;
   Outcome<void> make_threads();
@@ -120,12 +124,15 @@ class Node {
   void look_for_life(std::int64_t now_us);
   void say_status(std::int64_t now_us);
   Outcome<void> take_snapshot(std::int64_t now_us);
+  void listen_for_scans(std::int64_t now_us);
   [[nodiscard]] bool no_scan_will_come(std::int64_t now_us) const;
   [[nodiscard]] const char* reason_to_end(std::int64_t now_us);
   void end(const char* reason) noexcept;
 
   // In the thread of run().
   void look_after(NodeRequests& requests, Progress& progress);
+  void say_missing_rights();
+  void look_for_sharing(std::int64_t now_us);
   void look_for_others(std::int64_t now_us);
   void save_local_map();
   Outcome<void> write_what_is_named();
@@ -167,6 +174,8 @@ class Node {
   std::atomic<std::uint64_t> failed_saves_{0};
   std::atomic<bool> counting_{false};  ///< From here on allocations are counted.
   // Of the sharing thread.
+  std::uint64_t scans_heard_ = 0;  ///< That sensors sent, whatever became of them.
+  std::int64_t scan_heard_us_ = 0;
   std::int64_t scans_done_us_ = 0;
   std::int64_t status_due_us_ = 0;
   std::int64_t snapshot_due_us_ = 0;
@@ -174,6 +183,8 @@ class Node {
   LogQueue sharing_log_{"sharing"};
   std::uint32_t late_threads_ = 0;  ///< A bit each, so that each silence is told once.
   // Of the thread of run().
+  bool sharing_is_late_ = false;
+  std::uint64_t sharing_silences_ = 0;
   std::uint64_t save_allocations_ = 0;
   std::int64_t notice_due_us_ = 0;
   std::uint32_t peers_seen_ = 0;

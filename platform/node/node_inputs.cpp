@@ -118,10 +118,16 @@ Outcome<void> Node::make_sensing() {
       SensingThread::open(port, config_.vehicle.guard, vehicle_port_.get(), by_bus);
   if (!sensing.ok()) return sensing.failure();
   sensing_ = std::move(*sensing);
+  return {};
+}
+
+/// Reads the cameras' masks.
+Outcome<void> Node::make_registrar() {
+  if (!config_.sensors.enabled) return {};
   RegistrarConfig registrar;
   registrar.cameras = cameras_;
   registrar.num_classes = classes().num_classes();
-  registrar.slot = port.matcher.slot;
+  registrar.slot = sensor_config().matcher.slot;
   registrar.T_body_lidar = T_body_lidar_;
   if (config_.sensors.depth_camera)
     registrar.depth_camera = static_cast<int>(*config_.sensors.depth_camera);

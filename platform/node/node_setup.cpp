@@ -15,6 +15,17 @@
 
 namespace tessera {
 
+namespace {
+
+/// What a node takes once its memory is locked: stacks, and what writing maps needs. A contribution
+/// is made a map of its own for that, of no more than is shared.
+std::size_t later_bytes(const NodeConfig& config) {
+  constexpr std::size_t kAlways = std::size_t{64} << 20U;
+  return kAlways + (config.contribution.empty() ? 0 : config.fusion_memory_bytes);
+}
+
+}  // namespace
+
 Outcome<std::unique_ptr<Node>> Node::make(const NodeConfig& config, const std::string& path) {
   std::unique_ptr<Node> node(new Node(config));
   node->run_.made_us = MonotonicClock::now_us();
@@ -37,7 +48,30 @@ Outcome<void> Node::check_all(const std::string& path) {
   setup_ = *trial;
   const Outcome<void> urls = check_urls();
   if (!urls.ok()) return urls.failure();
+  const Outcome<void> registrar = make_registrar();
+  if (!registrar.ok()) return registrar.failure();
+  const Outcome<void> sectors = check_sectors(path);
+  if (!sectors.ok()) return sectors.failure();
   return read_keys(path);
+}
+
+/// Tried with the smallest map of these voxels, as the robot's own is made later.
+Outcome<void> Node::check_sectors(const std::string& path) const {
+  if (config_.vehicle.can.empty()) return {};
+  MapConfig config = setup_.robot.map;
+  config.storage_bytes = 4 * SlabPool::kPageBytes;
+  Outcome<ArenaMemory> memory = ArenaMemory::allocate(required_bytes(config));
+  if (!memory.ok()) return memory.failure();
+  Arena arena(memory->span());
+  const Result<LocalMap> map = LocalMap::make(arena, config, classes());
+  if (!map.ok()) return Failure{std::string("no map can be made: ") + to_string(map.status())};
+  const Outcome<ArenaMemory> room = ArenaMemory::allocate(ObstacleSectors::required_bytes(*map));
+  if (!room.ok()) return room.failure();
+  Arena sectors_arena(room->span());
+  if (ObstacleSectors::make(sectors_of(config_.vehicle), *map, sectors_arena).ok()) return {};
+  return Failure{path +
+                 ": [vehicle] sector_range_m, own_radius_m, sector_low_m or sector_high_m is more "
+                 "than 4096 voxels of [map] resolution_m; give less, or larger voxels"};
 }
 
 /// What the ports would refuse once they are opened.
@@ -108,10 +142,7 @@ Outcome<void> Node::set_up(const std::string& path) {
   const Outcome<void> snapshots = make_snapshot_folder();
   if (!snapshots.ok()) return snapshots.failure();
   // Before anything is taken that is to stay where it is.
-  if (config_.lock_memory) {
-    keep_freed_memory();
-    run_.not_locked = lock_memory();
-  }
+  if (config_.lock_memory) keep_freed_memory();
   LinkConfig link = config_.link;
   link.thread = thread_roles(config_).link;
   Outcome<std::unique_ptr<NetworkPort>> port =
@@ -137,8 +168,11 @@ Outcome<void> Node::set_up(const std::string& path) {
       return Failure{path + ": [security] exclude: robot " + std::to_string(excluded) +
                      " cannot be excluded; leave it out"};
   }
-  if (config_.lock_memory) prefault(robot_.memory());
-  return make_threads();
+  const Outcome<void> threads = make_threads();
+  if (!threads.ok() || !config_.lock_memory) return threads;
+  prefault(robot_.memory());
+  run_.not_locked = lock_memory(later_bytes(config_));
+  return {};
 }
 
 }  // namespace tessera

@@ -3,6 +3,7 @@
 #include "node/sensing_thread.hpp"
 
 #include <algorithm>
+#include <numeric>
 
 #include "posix/monotonic_clock.hpp"
 
@@ -81,17 +82,18 @@ void SensingThread::run() noexcept {
     heartbeat_.beat(MonotonicClock::now_us());
     take_vehicle_poses();
     port_->step(kTurn_us);
-    const MatchReport match = port_->report().match;
-    if (match.given != match_.given) mapping_wake_->wake();
-    watch_sensors(match, MonotonicClock::now_us());
-    match_ = match;
+    const SensorReport report = port_->report();
+    if (report.match.given != match_.given) mapping_wake_->wake();
+    watch_sensors(report, MonotonicClock::now_us());
+    match_ = report.match;
     pause_or_go_on();
   }
   heartbeat_.rest();
 }
 
 /// Says what the counters of a turn tell of the sensors; each line comes once a second at most.
-void SensingThread::watch_sensors(const MatchReport& match, std::int64_t now_us) noexcept {
+void SensingThread::watch_sensors(const SensorReport& report, std::int64_t now_us) noexcept {
+  const MatchReport& match = report.match;
   if (match.clock_steps != match_.clock_steps)
     log_.say(LogLevel::kWarning, now_us, "the sensors' clock was set; what waited is dropped");
   const std::uint64_t bare = match.unlabelled + match.partly_unlabelled + match.without_images;
@@ -110,12 +112,30 @@ void SensingThread::watch_sensors(const MatchReport& match, std::int64_t now_us)
   } else if (!sensors_silent_ && now_us - scan_us_ > kSilence_us) {
     sensors_silent_ = true;
     ++now_.silences;
-    log_.say(LogLevel::kWarning, now_us,
-             "no scan for % ms; refused by their stamps so far: %, without a pose: %",
-             (now_us - scan_us_) / 1000,
-             static_cast<std::int64_t>(match.scans.future + match.scans.ancient),
-             static_cast<std::int64_t>(match.without_pose));
+    say_silence(report, now_us);
   }
+}
+
+/// Where scans went that never were given.
+void SensingThread::say_silence(const SensorReport& report, std::int64_t now_us) noexcept {
+  const MatchReport& match = report.match;
+  const std::uint64_t by_stamp =
+      match.scans.future + match.scans.ancient + match.duplicates + match.out_of_order;
+  log_.say(LogLevel::kWarning, now_us,
+           "no scan for % ms; refused by their stamps so far: %, without a pose: %",
+           (now_us - scan_us_) / 1000, static_cast<std::int64_t>(by_stamp),
+           static_cast<std::int64_t>(match.without_pose));
+  const std::uint64_t faults =
+      std::accumulate(report.faults.begin(), report.faults.end(), std::uint64_t{0});
+  const AssemblerReport& parts = report.link.fragments;
+  const std::uint64_t not_whole = parts.malformed + parts.too_large + parts.inconsistent +
+                                  parts.torn + parts.timed_out + parts.superseded + parts.evicted;
+  if (faults + match.unknown_sensor + not_whole == 0) return;
+  log_.say(LogLevel::kWarning, now_us,
+           "messages that cannot be read so far: %, of sensors that are not configured: %, long "
+           "ones not whole, or parts of them refused: %",
+           static_cast<std::int64_t>(faults), static_cast<std::int64_t>(match.unknown_sensor),
+           static_cast<std::int64_t>(not_whole));
 }
 
 void SensingThread::note(const StampedPose& pose) noexcept {
@@ -129,6 +149,8 @@ void SensingThread::note(const StampedPose& pose) noexcept {
 void SensingThread::note_relocations(std::uint64_t relocations) noexcept {
   if (relocations == now_.relocations) return;
   now_.relocations = relocations;
+  // Else a scan from between the frames would get a pose half way between them.
+  port_->forget_poses();
   const std::int64_t now_us = MonotonicClock::now_us();
   if (vehicle_ != nullptr) {
     log_.say_change(
@@ -166,6 +188,8 @@ bool SensingThread::may_use(const PoseMessage& pose, std::int64_t stamp_now_us) 
 void SensingThread::take_vehicle_poses() noexcept {
   if (!poses_by_bus_) return;
   while (const JudgedPose* const pose = vehicle_->poses().front()) {
+    // Before it is taken: this one may be of the new frame already.
+    note_relocations(pose->relocations);
     if (pose->usable) {
       note(pose->observation.pose);
       StampedPose in_sensors_clock = pose->observation.pose;
@@ -175,7 +199,6 @@ void SensingThread::take_vehicle_poses() noexcept {
     } else {
       ++now_.refused;
     }
-    note_relocations(pose->relocations);
     vehicle_->poses().pop();
   }
 }

@@ -72,7 +72,8 @@ class SensingThread final : public ScanSource {
   void note_relocations(std::uint64_t relocations) noexcept;
   [[nodiscard]] bool poses_are_good() noexcept;
   void pause_or_go_on() noexcept;
-  void watch_sensors(const MatchReport& match, std::int64_t now_us) noexcept;
+  void watch_sensors(const SensorReport& report, std::int64_t now_us) noexcept;
+  void say_silence(const SensorReport& report, std::int64_t now_us) noexcept;
 
   std::unique_ptr<SensorPort> port_;
   PoseGuard guard_;

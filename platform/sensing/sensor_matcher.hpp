@@ -89,6 +89,9 @@ class SensorMatcher {
   /// Takes a pose, or refuses it, counted: not rigid, a stamp too far from now or not later than
   /// the last one's.
   void add_pose(const StampedPose& pose, const SensorTime& time) noexcept;
+  /// Poses from here on are of another frame, so none lies between one of them and one from before:
+  /// a scan of the time between has no pose.
+  void forget_poses() noexcept { track_.clear(); }
 
   /// The oldest scan that has what it needs or has waited long enough; nullptr: there is none, or
   /// handed_scans were given and not given back. Drops, counted, what will never have a pose. While

@@ -138,6 +138,11 @@ bool SensorPort::add_pose(const StampedPose& pose) noexcept {
   return true;
 }
 
+void SensorPort::forget_poses() noexcept {
+  while (poses_.front() != nullptr) poses_.pop();
+  matcher_.forget_poses();
+}
+
 bool SensorPort::is_fine(MessageFault fault) noexcept {
   if (fault == MessageFault::kNone) return true;
   ++report_.faults[static_cast<std::size_t>(fault)];

@@ -96,6 +96,9 @@ class SensorPort final : private SensorSink {
   /// A pose from elsewhere, the vehicle's bus say. False, and counted, iff 256 wait. For one
   /// thread; never waits.
   bool add_pose(const StampedPose& pose) noexcept;
+  /// As SensorMatcher::forget_poses(), also of those that add_pose() put in and that still wait.
+  /// For the thread that calls step(), a filter of poses too.
+  void forget_poses() noexcept;
 
   /// For any thread.
   [[nodiscard]] SensorReport report() const noexcept { return shared_report_.load(); }

@@ -63,6 +63,19 @@ class BadConfiguration(NodeCase):
         (self.folder / "bad.toml").write_text("[robot\n")
         self.refused("node", "--config", "bad.toml", saying=("line 1", "not valid TOML"))
 
+    def test_what_sensors_and_vehicle_cannot_be_set_up_with(self):
+        """Also by --check: it passes nothing that the start refuses."""
+        (self.folder / "cameras.toml").write_text('[[camera]]\nname = "front"\nmodel = "pinhole"\nwidth = 64\nheight = 48\n'
+                                                  'focal = [32, 32]\ncentre = [32, 24]\nmask = "nowhere.png"\n'
+                                                  'T_camera_lidar = [0, -1, 0, 0, 0, 0, -1, 0, 1, 0, 0, 0]\n')
+        for changes, words in (({"replay": {"dataset": None, "rate_hz": None}, "sensors": {"clouds": "raw", "cameras": "cameras.toml"}},
+                                "nowhere.png"),
+                               ({"map": {"resolution_m": 0.01, "max_range_m": 20.0}, "vehicle": {"can": "can7", "sector_range_m": 60}},
+                                "sector_range_m")):
+            with self.subTest(words):
+                self.bad(words, **changes)
+                self.refused("node", "--check", "--config", self.config(0, "bad", **changes), saying=(words,))
+
     def test_a_count_of_starts_that_is_none(self):
         (self.folder / "state").mkdir()
         (self.folder / "state/robot_0.starts").write_text("many\n")

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What becomes of a node when its sensors, their poses or their stamps fail: the rows of docs/operations.md that need no
 CAN bus."""
+import re
 import sys
 import time
 import unittest
@@ -36,6 +37,18 @@ class SensorFaults(Faults):
         report = node.end()
         self.assertEqual(1, report["sensors"]["silences"])
         self.check_scans(report, sensors)
+
+    def test_where_messages_went_that_became_no_scan(self):
+        # Clouds of a sensor that is not configured, and clouds of more points than there is room for.
+        for changes, words in (({"lidar": 1}, "of sensors that are not configured: "), ({"points": 1000}, "that cannot be read so far: ")):
+            with self.subTest(words):
+                sensors = self.sensors()
+                node = self.node(sensors=changes)
+                place = node.says("no scan for ")
+                place = node.says(words, place)
+                self.assertGreater(int(re.match(r"\d+", node.said[place:])[0]), 0)
+                self.assertEqual(0, node.end()["sensors"]["match"]["given"])
+                sensors.close()
 
     def test_a_burst_and_the_newest_wins(self):
         node, sensors = self.mapping()
@@ -116,6 +129,21 @@ class SensorFaults(Faults):
         report = node.end()
         self.assertEqual((1, 1), (report["sensors"]["relocations"], report["mapping"]["clears"]))
         self.assertEqual([("unknown", 0), ("occupied", WALL_CLASS)], self.states_at((5.1, 0.1, 0.1), (55.1, 0.1, 0.1)))
+
+    def test_no_scan_lies_half_way_between_two_frames(self):
+        node, sensors = self.mapping()
+        # At 200 Hz the last pose that was used and the first of the other frame are near enough to interpolate between.
+        sensors.with_poses = False
+        for cycle in range(500):
+            if cycle == 200:
+                sensors.position = [50.0, 0.0, 0.0]
+            sensors.send_pose()
+            time.sleep(0.005)
+        report = node.end()
+        self.assertEqual((1, 1), (report["sensors"]["relocations"], report["mapping"]["clears"]))
+        between = self.states_at(*[(4.1 + 0.2 * i, 0.1, 0.1) for i in range(240)])
+        self.assertNotIn("occupied", {state for state, _ in between})
+        self.assertEqual([("occupied", WALL_CLASS)], self.states_at((55.1, 0.1, 0.1)))
 
     def test_stamps_that_step(self):
         """The clock of who sends, not that of the machine: docs/operations.md names the test of that one."""

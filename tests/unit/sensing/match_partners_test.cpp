@@ -70,6 +70,19 @@ TEST_CASE("matching: poses that will never be near its stamp drop a cloud at onc
   CHECK(bench.report().without_pose == 2);
 }
 
+TEST_CASE("matching: no pose is interpolated between those before and after they were forgotten") {
+  Bench bench;
+  bench.poses(900, 950);
+  bench.scan(kLidar, 975);
+  bench.matcher.forget_poses();
+  bench.poses(990, 1000);  // Near enough, but of another frame.
+  CHECK(bench.given() == -1);
+  CHECK(bench.report().without_pose == 1);
+  CHECK(bench.matcher.pending() == 0);
+  bench.scan(kLidar, 995);
+  CHECK(bench.given() == 995);
+}
+
 TEST_CASE("matching: a raw cloud waits for each camera to reach its stamp, and takes the nearest") {
   Bench bench;
   bench.poses(900, 1000);

@@ -169,6 +169,21 @@ TEST_CASE("SensorPort: poses from another thread serve as those that come over L
   port->pop();
 }
 
+TEST_CASE("SensorPort: poses that are forgotten serve no scan, nor those that still wait then") {
+  if (!enter_own_network()) return;
+  const auto port = open_port(port_config());
+  const auto sender = open_sender();
+  const std::int64_t now_us = port->stamp_now_us();
+  REQUIRE(port->add_pose({.stamp_us = now_us - 4'000}));
+  port->step(0);
+  REQUIRE(port->add_pose({.stamp_us = now_us - 2'000}));
+  port->forget_poses();
+  REQUIRE(sender->send("TESSERA_SEMANTIC_CLOUD", Sweep(10, 1).message(now_us)));
+  REQUIRE(port->add_pose({.stamp_us = now_us + 1}));
+  REQUIRE(eventually_stepped(*port, [&] { return port->report().match.without_pose == 1; }));
+  CHECK(port->front() == nullptr);
+}
+
 TEST_CASE("SensorPort: a raw cloud with its camera's labels, and a depth image with its own") {
   if (!enter_own_network()) return;
   SensorPortConfig config = port_config();
