@@ -45,7 +45,8 @@ def main():
     if "reactions_ms" in found:
         reactions(axes[4], found["reactions_ms"])
     axes[0].set_ylabel("how often")
-    axes[0].legend(fontsize=7)
+    axes[0].set_ylim(top=8 * axes[0].get_ylim()[1])
+    axes[0].legend(fontsize=7, loc="upper left")
     at = found["circumstances"]
     figure.text(0.01, 0.01, f"{found['seconds']} s each, {at['cpu']}, {at['commit']}; a shared virtual machine", fontsize=7, color=GREY)
     figure.tight_layout(rect=(0, 0.04, 1, 1))
