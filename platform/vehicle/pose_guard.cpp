@@ -14,6 +14,10 @@ double distance_m(const Matrix34d& a, const Matrix34d& b) noexcept {
 
 bool is_deviation(double value) noexcept { return std::isfinite(value) && value >= 0.0; }
 
+bool is_number(const std::optional<double>& value) noexcept {
+  return value.has_value() && std::isfinite(*value);
+}
+
 }  // namespace
 
 double turn_between(const Matrix34d& a, const Matrix34d& b) noexcept {
@@ -23,7 +27,32 @@ double turn_between(const Matrix34d& a, const Matrix34d& b) noexcept {
   return std::acos(std::clamp((trace - 1.0) / 2.0, -1.0, 1.0));
 }
 
+void PoseGuard::moves(const VehicleMotion& motion) noexcept {
+  add_up(motion.received_us);
+  motion_ = motion;
+}
+
+bool PoseGuard::is_recent(std::int64_t now_us) const noexcept {
+  return now_us - motion_.received_us <= config_.motion_timeout_us;
+}
+
+/// What was said holds until something else is. A pose that came in three frames has the time of
+/// the first, which may be before that of odometry between them.
+void PoseGuard::add_up(std::int64_t now_us) noexcept {
+  const std::int64_t step_us = now_us - said_.until_us;
+  if (step_us <= 0) return;
+  said_.until_us = now_us;
+  if (!is_recent(now_us) || !is_number(motion_.speed_mps) || !is_number(motion_.yaw_rate_radps)) {
+    said_.blind_us += step_us;
+    return;
+  }
+  const double seconds = static_cast<double>(step_us) * 1e-6;
+  said_.sum.way_m += std::abs(*motion_.speed_mps) * seconds;
+  said_.sum.turn_rad += std::abs(*motion_.yaw_rate_radps) * seconds;
+}
+
 PoseVerdict PoseGuard::judge(const PoseObservation& observation) noexcept {
+  add_up(observation.received_us);
   static_cast<void>(state(observation.received_us));
   const PoseVerdict found = inspect(observation);
   PoseVerdict verdict = found;
@@ -54,6 +83,7 @@ void PoseGuard::forget() noexcept {
   has_pose_ = silent_ = has_reference_ = frozen_ = false;
   window_ = {};
   candidate_in_row_ = 0;
+  said_.until_us = 0;  // The clock may be another one now.
 }
 
 void PoseGuard::fail(PoseVerdict verdict) noexcept {
@@ -81,28 +111,57 @@ PoseVerdict PoseGuard::inspect(const PoseObservation& observation) noexcept {
     return PoseVerdict::kUncertain;
   if (has_reference_ && jumps(observation)) return PoseVerdict::kJumping;
   candidate_in_row_ = 0;
-  const bool frozen = is_frozen(observation);
-  reference_ = {pose, observation.std_position_m, observation.std_heading_rad};
+  const Reach said = said_since_reference(observation);
+  const bool held = has_reference_ && is_held(pose, said);
+  const bool frozen = is_frozen(pose, said);
+  reference_ = {pose, observation.std_position_m, observation.std_heading_rad, said_};
   has_reference_ = true;
+  if (!held) moved_ = reference_;
   return frozen ? PoseVerdict::kFrozen : PoseVerdict::kGood;
 }
 
-/// How far a step goes, as a share of the farthest that is plausible.
-double PoseGuard::strain(const Reference& from, const PoseObservation& to) const noexcept {
+/// How far a step goes, as a share of the farthest that is plausible: reach, or what the vehicle
+/// can do in that time if it is less.
+double PoseGuard::share(const Reference& from, const PoseObservation& to,
+                        const Reach& reach) const noexcept {
   const double seconds = static_cast<double>(to.pose.stamp_us - from.pose.stamp_us) * 1e-6;
-  const double far_m = config_.max_speed_mps * seconds + config_.slack_m +
+  const double far_m = std::min(reach.way_m, config_.max_speed_mps * seconds) + config_.slack_m +
                        config_.sigmas * std::hypot(from.std_position_m, to.std_position_m);
-  const double far_rad = config_.max_yaw_rate_radps * seconds + config_.slack_rad +
+  const double far_rad = std::min(reach.turn_rad, config_.max_yaw_rate_radps * seconds) +
+                         config_.slack_rad +
                          config_.sigmas * std::hypot(from.std_heading_rad, to.std_heading_rad);
   const Matrix34d& before = from.pose.T_map_body;
   const Matrix34d& after = to.pose.T_map_body;
   return std::max(distance_m(before, after) / far_m, turn_between(before, after) / far_rad);
 }
 
+/// A bit more than the vehicle said that it moved since then.
+PoseGuard::Reach PoseGuard::said_since(const Reference& from) const noexcept {
+  return {config_.wheels_factor * (said_.sum.way_m - from.said.sum.way_m),
+          config_.wheels_factor * (said_.sum.turn_rad - from.said.sum.turn_rad)};
+}
+
+/// Time alone does not make another frame plausible: behind a silence what the vehicle said of its
+/// motion counts, and where it said nothing, max_blind_us at most.
+double PoseGuard::strain(const Reference& from, const PoseObservation& to) const noexcept {
+  const std::int64_t blind_us = std::min(said_.blind_us - from.said.blind_us, config_.max_blind_us);
+  const double seconds = static_cast<double>(std::max(blind_us, config_.timeout_us)) * 1e-6;
+  const Reach said = said_since(from);
+  return share(from, to,
+               {said.way_m + config_.max_speed_mps * seconds,
+                said.turn_rad + config_.max_yaw_rate_radps * seconds});
+}
+
+/// The same from the last pose that moved: one that was held and catches up with the vehicle has
+/// not left its frame. Only what the vehicle said counts here, else standing would allow any step.
+double PoseGuard::lag_strain(const PoseObservation& to) const noexcept {
+  return share(moved_, to, said_since(moved_));
+}
+
 /// What a jump led to stays beyond it, though time makes the way there plausible: a pose belongs to
 /// where it strains less.
 bool PoseGuard::jumps(const PoseObservation& observation) noexcept {
-  const double here = strain(reference_, observation);
+  const double here = std::min(strain(reference_, observation), lag_strain(observation));
   const double there = candidate_in_row_ > 0 ? strain(candidate_, observation) : 2.0;
   if (here <= 1.0 && here <= there) return false;
   return !is_relocated(observation, there <= 1.0);
@@ -111,7 +170,7 @@ bool PoseGuard::jumps(const PoseObservation& observation) noexcept {
 /// Poses beyond a jump are believed once so many of them agree with each other.
 bool PoseGuard::is_relocated(const PoseObservation& observation, bool agrees) noexcept {
   candidate_in_row_ = agrees ? candidate_in_row_ + 1 : 1;
-  candidate_ = {observation.pose, observation.std_position_m, observation.std_heading_rad};
+  candidate_ = {observation.pose, observation.std_position_m, observation.std_heading_rad, said_};
   if (candidate_in_row_ < config_.relocate_after) return false;
   // A frame that nothing was mapped in is none that was left.
   relocations_ += was_good_ ? 1U : 0U;
@@ -120,36 +179,56 @@ bool PoseGuard::is_relocated(const PoseObservation& observation, bool agrees) no
   return true;
 }
 
-double PoseGuard::said_speed_mps(std::int64_t now_us) const noexcept {
-  if (now_us - motion_.received_us > config_.motion_timeout_us) return 0.0;
-  if (motion_.speed_mps.has_value() && std::isfinite(*motion_.speed_mps))
-    return std::abs(*motion_.speed_mps);
-  return motion_.state == MotionState::kMoving ? config_.moving_speed_mps : 0.0;
-}
-
-bool PoseGuard::is_frozen(const PoseObservation& observation) noexcept {
-  const StampedPose& pose = observation.pose;
-  if (!window_.open) {
-    window_ = {.start = pose, .travel_m = 0.0, .open = true};
-    return frozen_;
-  }
+/// Backwards and to the right are negative.
+PoseGuard::Reach PoseGuard::said_since_reference(
+    const PoseObservation& observation) const noexcept {
+  if (!is_recent(observation.received_us)) return {};
   // Time without poses proves nothing: what the vehicle did meanwhile is not known.
   const std::int64_t step_us =
-      std::min(pose.stamp_us - reference_.pose.stamp_us, config_.timeout_us);
-  window_.travel_m += said_speed_mps(observation.received_us) * static_cast<double>(step_us) * 1e-6;
+      std::min(observation.pose.stamp_us - reference_.pose.stamp_us, config_.timeout_us);
+  const double seconds = static_cast<double>(step_us) * 1e-6;
+  double speed_mps = motion_.state == MotionState::kMoving ? config_.moving_speed_mps : 0.0;
+  if (is_number(motion_.speed_mps)) speed_mps = *motion_.speed_mps;
+  const bool turns = is_number(motion_.yaw_rate_radps) &&
+                     std::abs(*motion_.yaw_rate_radps) >= config_.min_yaw_rate_radps;
+  return {speed_mps * seconds, turns ? *motion_.yaw_rate_radps * seconds : 0.0};
+}
+
+/// Whether it stays where the last one was while the vehicle moves on. A radian counts as a metre,
+/// so that what is noise in one of them does not hide that the other stays.
+bool PoseGuard::is_held(const StampedPose& pose, const Reach& said) const noexcept {
+  const Matrix34d& before = reference_.pose.T_map_body;
+  const double went = distance_m(before, pose.T_map_body) + turn_between(before, pose.T_map_body);
+  return went < config_.frozen_share * (std::abs(said.way_m) + std::abs(said.turn_rad));
+}
+
+bool PoseGuard::is_frozen(const StampedPose& pose, const Reach& said) noexcept {
+  // Forward and back again is no way that the pose could be asked for.
+  if (!window_.open || window_.said.way_m * said.way_m < 0.0) {
+    window_ = {.start = pose, .said = {}, .open = true};
+    return frozen_;
+  }
+  window_.said.way_m += said.way_m;
+  window_.said.turn_rad += said.turn_rad;
+  const double said_m = std::abs(window_.said.way_m);
+  const double said_rad = std::abs(window_.said.turn_rad);
   const double went_m = distance_m(window_.start.T_map_body, pose.T_map_body);
+  const double turned_rad = turn_between(window_.start.T_map_body, pose.T_map_body);
+  const bool goes = went_m >= config_.frozen_share * said_m;
+  const bool turns = turned_rad >= config_.frozen_share * said_rad;
   // While it is frozen, the pose need only move to be alive again.
-  if (frozen_ && went_m >= config_.frozen_share * config_.frozen_travel_m &&
-      went_m >= config_.frozen_share * window_.travel_m) {
+  if (frozen_ && goes && turns &&
+      (went_m >= config_.frozen_share * config_.frozen_travel_m ||
+       turned_rad >= config_.frozen_share * config_.frozen_turn_rad)) {
     frozen_ = false;
-    window_ = {.start = pose, .travel_m = 0.0, .open = true};
+    window_ = {.start = pose, .said = {}, .open = true};
     return false;
   }
-  if (pose.stamp_us - window_.start.stamp_us < config_.frozen_us ||
-      window_.travel_m < config_.frozen_travel_m)
-    return frozen_;
-  frozen_ = went_m < config_.frozen_share * window_.travel_m;
-  window_ = {.start = pose, .travel_m = 0.0, .open = true};
+  const bool far = said_m >= config_.frozen_travel_m;
+  const bool wide = said_rad >= config_.frozen_turn_rad;
+  if (pose.stamp_us - window_.start.stamp_us < config_.frozen_us || (!far && !wide)) return frozen_;
+  frozen_ = (far && !goes) || (wide && !turns);
+  window_ = {.start = pose, .said = {}, .open = true};
   return frozen_;
 }
 

@@ -33,9 +33,13 @@ struct PoseGuardConfig {
   double max_std_position_m = 0.30;
   double max_std_heading_rad = 0.05;
   double max_coordinate_m = 100'000.0;
-  std::int64_t frozen_us = 300'000;  ///< A window for frozen poses takes so long at least, and
-  double frozen_travel_m = 0.5;      ///< the vehicle goes so far in it.
-  double frozen_share = 0.2;         ///< Frozen if the pose goes by less than this share of it.
+  double wheels_factor = 1.2;  ///< Way and turn are at most so many times what the vehicle said.
+  std::int64_t max_blind_us = 1'000'000;  ///< Where it said nothing: as far as it gets in this.
+  std::int64_t frozen_us = 300'000;       ///< A window for frozen poses takes so long at least, and
+  double frozen_travel_m = 0.5;           ///< the vehicle goes so far in it, or
+  double frozen_turn_rad = 0.3;           ///< turns so far.
+  double frozen_share = 0.2;  ///< Frozen if the pose goes or turns by less than this share of it.
+  double min_yaw_rate_radps = 0.05;  ///< Less is no turn, but may be a gyroscope's bias.
   double moving_speed_mps = 0.2;     ///< What "moving" says at least where no speed is known.
   std::int64_t motion_timeout_us = 300'000;  ///< What the vehicle says of its motion lasts so long.
   int recover_after = 5;                     ///< Good poses in a row before poses are used again.
@@ -46,7 +50,8 @@ struct PoseGuardConfig {
 struct VehicleMotion {
   std::int64_t received_us = 0;
   MotionState state = MotionState::kUnknown;
-  std::optional<double> speed_mps{};  ///< By its wheels, negative backwards.
+  std::optional<double> speed_mps{};       ///< By its wheels, negative backwards.
+  std::optional<double> yaw_rate_radps{};  ///< Positive to the left.
 };
 
 class PoseGuard {
@@ -58,7 +63,7 @@ class PoseGuard {
   /// O(1), no heap.
   PoseVerdict judge(const PoseObservation& observation) noexcept;
   /// What the vehicle says; the newest counts.
-  void moves(const VehicleMotion& motion) noexcept { motion_ = motion; }
+  void moves(const VehicleMotion& motion) noexcept;
   /// What holds now, also while nothing comes: kGood iff the last pose was and is recent.
   PoseVerdict state(std::int64_t now_us) noexcept;
   /// As if there had been no pose; counters stay.
@@ -76,29 +81,49 @@ class PoseGuard {
   [[nodiscard]] const PoseGuardConfig& config() const noexcept { return config_; }
 
  private:
+  /// How far it goes, and how far it turns.
+  struct Reach {
+    double way_m = 0.0;
+    double turn_rad = 0.0;
+  };
+  /// What the vehicle said since the start, without signs, and the time that it said nothing of.
+  struct Said {
+    Reach sum{};
+    std::int64_t blind_us = 0;
+    std::int64_t until_us = 0;
+  };
   /// A pose that later ones are compared with.
   struct Reference {
     StampedPose pose{};
     double std_position_m = 0.0;
     double std_heading_rad = 0.0;
+    Said said{};  ///< Until it came.
   };
   /// How far the vehicle says that it went, and from which pose on.
   struct Window {
     StampedPose start{};
-    double travel_m = 0.0;
+    Reach said{};  ///< Backwards and to the right are negative.
     bool open = false;
   };
 
   [[nodiscard]] PoseVerdict inspect(const PoseObservation& observation) noexcept;
+  [[nodiscard]] Reach said_since(const Reference& from) const noexcept;
   [[nodiscard]] double strain(const Reference& from, const PoseObservation& to) const noexcept;
+  [[nodiscard]] double lag_strain(const PoseObservation& to) const noexcept;
+  [[nodiscard]] double share(const Reference& from, const PoseObservation& to,
+                             const Reach& reach) const noexcept;
   [[nodiscard]] bool jumps(const PoseObservation& observation) noexcept;
   [[nodiscard]] bool is_relocated(const PoseObservation& observation, bool agrees) noexcept;
-  [[nodiscard]] bool is_frozen(const PoseObservation& observation) noexcept;
-  [[nodiscard]] double said_speed_mps(std::int64_t now_us) const noexcept;
+  [[nodiscard]] bool is_frozen(const StampedPose& pose, const Reach& said) noexcept;
+  [[nodiscard]] bool is_held(const StampedPose& pose, const Reach& said) const noexcept;
+  [[nodiscard]] Reach said_since_reference(const PoseObservation& observation) const noexcept;
+  [[nodiscard]] bool is_recent(std::int64_t now_us) const noexcept;
+  void add_up(std::int64_t now_us) noexcept;
   void fail(PoseVerdict verdict) noexcept;
 
   PoseGuardConfig config_;
   VehicleMotion motion_{};
+  Said said_{};
   PoseVerdict state_ = PoseVerdict::kNone;
   int good_in_row_ = 0;
   bool has_pose_ = false;
@@ -107,6 +132,7 @@ class PoseGuard {
   std::int64_t last_stamp_us_ = 0;
   std::int64_t last_received_us_ = 0;
   Reference reference_{};  ///< The last one that was plausible.
+  Reference moved_{};      ///< The last one of those that moved when the vehicle did.
   Reference candidate_{};  ///< The last one beyond a jump.
   int candidate_in_row_ = 0;
   Window window_{};

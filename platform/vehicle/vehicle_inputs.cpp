@@ -109,8 +109,14 @@ void VehicleInputs::take_state(const CanFrame& frame, std::int64_t received_us) 
   motion_.state = static_cast<MotionState>(state);
   motion_.received_us = received_us;
   if (received_us - odometry_received_us_ > config_.guard.motion_timeout_us)
-    motion_.speed_mps.reset();
+    motion_.speed_mps = motion_.yaw_rate_radps = std::nullopt;
   guard_.moves(motion_);
+}
+
+/// What the vehicle cannot do is no more believed of its wheels than of its poses.
+bool VehicleInputs::is_plausible(double speed_mps, double yaw_rate_radps) const noexcept {
+  return std::abs(speed_mps) <= config_.guard.max_speed_mps &&
+         std::abs(yaw_rate_radps) <= config_.guard.max_yaw_rate_radps;
 }
 
 void VehicleInputs::take_odometry(const CanFrame& frame, std::int64_t received_us,
@@ -119,11 +125,12 @@ void VehicleInputs::take_odometry(const CanFrame& frame, std::int64_t received_u
   const double speed = value_of(data, bus::kWheelSpeed);
   const double yaw_rate = value_of(data, bus::kYawRate);
   if (raw_of(data, bus::kOdometryValid) != 1 || !in_range(bus::kWheelSpeed, speed) ||
-      !in_range(bus::kYawRate, yaw_rate)) {
+      !in_range(bus::kYawRate, yaw_rate) || !is_plausible(speed, yaw_rate)) {
     ++counters_.invalid_odometry;
     return;
   }
   motion_.speed_mps = speed;
+  motion_.yaw_rate_radps = yaw_rate;
   motion_.received_us = odometry_received_us_ = received_us;
   guard_.moves(motion_);
   const OdometryMeasurement measurement{.stamp_us = received_us,
@@ -178,7 +185,11 @@ void VehicleInputs::take_pose(const SentPose& sent, std::int64_t received_us,
                                     .received_us = received_us,
                                     .std_position_m = sent.std_position_m,
                                     .std_heading_rad = sent.std_heading_rad};
+  const std::uint64_t relocations = guard_.relocations();
   const PoseVerdict verdict = guard_.judge(observation);
+  // A pose that was frozen for a while was anchored to, and which of it and the wheels is wrong is
+  // not known. And what was anchored in a frame that was left is not of the new one.
+  if (verdict == PoseVerdict::kFrozen || guard_.relocations() != relocations) odometry_.forget();
   const bool good = verdict == PoseVerdict::kGood;
   if (good)
     static_cast<void>(odometry_.anchor(observation.pose, observation.std_position_m,

@@ -17,7 +17,8 @@ namespace tessera {
 
 enum class PoseMode : std::uint8_t {
   kPose,      ///< Poses alone.
-  kBridging,  ///< Poses; while they are bad, odometry from the last good one, bounded.
+  kBridging,  ///< Poses; while they are bad, odometry from the last good one, bounded, and not
+              ///< behind a frozen one.
   kOdometry,  ///< Odometry alone, from where the robot starts: a map of its own frame.
 };
 
@@ -56,8 +57,8 @@ struct VehicleInputCounters {
   std::array<std::uint64_t, kE2eStatuses> by_status{};  ///< Frames that were neither foreign nor
                                                         ///< misshapen; their sum.
   std::uint64_t incomplete_poses = 0;                   ///< Of which a frame did not come in time.
-  std::uint64_t invalid_poses = 0;  ///< The vehicle said so, or a signal was out of range.
-  std::uint64_t invalid_odometry = 0;
+  std::uint64_t invalid_poses = 0;     ///< The vehicle said so, or a signal was out of range.
+  std::uint64_t invalid_odometry = 0;  ///< The same, or beyond the guard's limits.
   std::uint64_t invalid_states = 0;    ///< Of motion, that have no meaning.
   std::uint64_t commands = 0;          ///< Taken.
   std::uint64_t unknown_commands = 0;  ///< New, but without a meaning.
@@ -97,6 +98,7 @@ class VehicleInputs {
   void take_part(PoseAssembly::Part part, const CanFrame& frame, std::int64_t received_us,
                  Taken& taken) noexcept;
   void take_pose(const SentPose& sent, std::int64_t received_us, Taken& taken) noexcept;
+  [[nodiscard]] bool is_plausible(double speed_mps, double yaw_rate_radps) const noexcept;
   [[nodiscard]] bool may_reckon(std::int64_t now_us) const noexcept;
   void start_reckoning(std::int64_t now_us) noexcept;
 

@@ -6,40 +6,13 @@
 #include <cmath>
 #include <limits>
 
+#include "pose_drive.hpp"
 #include "vehicle/pose_assembly.hpp"
 
 namespace tessera {
 namespace {
 
-constexpr std::int64_t kPeriodUs = 20'000;
-
-/// A guard and a source of poses that drives along x at 2 m/s, every 20 ms.
-struct Drive {
-  explicit Drive(PoseGuardConfig config = {}) : guard(config) {}
-  PoseObservation next() {
-    now_us += kPeriodUs;
-    x_m += 0.04;
-    return at(x_m);
-  }
-  [[nodiscard]] PoseObservation at(double x, double heading = 0.0) const {
-    SentPose sent;
-    sent.p_map = Point3d(x, 1.0, 0.0);
-    sent.heading_rad = heading;
-    return {.pose = {now_us - 5'000, to_transform(sent)},
-            .received_us = now_us,
-            .std_position_m = 0.02,
-            .std_heading_rad = 0.002};
-  }
-  /// Until poses are used; what the last of so many gave.
-  PoseVerdict settle(int poses = 20) {
-    PoseVerdict verdict = PoseVerdict::kNone;
-    for (int i = 0; i < poses; ++i) verdict = guard.judge(next());
-    return verdict;
-  }
-  PoseGuard guard;
-  std::int64_t now_us = 1'000'000;
-  double x_m = 0.0;
-};
+using Drive = PoseDrive;
 
 TEST_CASE("PoseGuard: the fifth good pose in a row is the first that is used") {
   Drive drive;
@@ -174,70 +147,6 @@ TEST_CASE("PoseGuard: poses that jump to and fro are never believed") {
     REQUIRE(drive.guard.judge(drive.at(there)) == PoseVerdict::kJumping);
   }
   CHECK(drive.guard.relocations() == 0);
-}
-
-/// Poses that stay where they are, until they are found out; how long that took.
-std::int64_t freeze(Drive& drive, VehicleMotion motion, std::int64_t at_most_us) {
-  const std::int64_t from_us = drive.now_us;
-  while (drive.now_us - from_us <= at_most_us) {
-    drive.now_us += kPeriodUs;
-    motion.received_us = drive.now_us;
-    drive.guard.moves(motion);
-    if (drive.guard.judge(drive.at(drive.x_m)) == PoseVerdict::kFrozen)
-      return drive.now_us - from_us;
-  }
-  return -1;
-}
-
-TEST_CASE("PoseGuard: a pose that stays while the wheels turn is frozen within two windows") {
-  for (const double speed : {2.0, 10.0, -2.0}) {
-    Drive drive;
-    for (int i = 0; i < 50; ++i) {
-      const PoseObservation pose = drive.next();
-      drive.guard.moves({pose.received_us, MotionState::kMoving, 2.0});
-      static_cast<void>(drive.guard.judge(pose));
-    }
-    REQUIRE(drive.guard.state(drive.now_us) == PoseVerdict::kGood);
-    const std::int64_t took_us = freeze(drive, {0, MotionState::kMoving, speed}, 5'000'000);
-    CHECK(took_us > 0);
-    CHECK(took_us <= 2 * (300'000 + kPeriodUs));
-  }
-}
-
-TEST_CASE("PoseGuard: frozen without a speed takes longer, standing is never frozen") {
-  Drive moving;
-  REQUIRE(moving.settle() == PoseVerdict::kGood);
-  const std::int64_t took_us = freeze(moving, {0, MotionState::kMoving, {}}, 10'000'000);
-  CHECK(took_us > 0);
-  CHECK(took_us <= 2 * (2'500'000 + kPeriodUs));
-  Drive standing;
-  REQUIRE(standing.settle() == PoseVerdict::kGood);
-  CHECK(freeze(standing, {0, MotionState::kStanding, 0.0}, 10'000'000) == -1);
-  CHECK(standing.guard.state(standing.now_us) == PoseVerdict::kGood);
-}
-
-TEST_CASE("PoseGuard: what the vehicle said too long ago proves nothing") {
-  Drive drive;
-  REQUIRE(drive.settle() == PoseVerdict::kGood);
-  drive.guard.moves({drive.now_us, MotionState::kMoving, 1.0});
-  for (int i = 0; i < 500; ++i) {
-    drive.now_us += kPeriodUs;
-    REQUIRE(drive.guard.judge(drive.at(drive.x_m)) == PoseVerdict::kGood);
-  }
-}
-
-TEST_CASE("PoseGuard: a frozen pose that moves again is alive, after five") {
-  Drive drive;
-  REQUIRE(drive.settle() == PoseVerdict::kGood);
-  REQUIRE(freeze(drive, {0, MotionState::kMoving, 2.0}, 5'000'000) > 0);
-  int poses = 0;
-  PoseVerdict verdict = PoseVerdict::kFrozen;
-  while (verdict != PoseVerdict::kGood && ++poses < 100) {
-    const PoseObservation pose = drive.next();
-    drive.guard.moves({pose.received_us, MotionState::kMoving, 2.0});
-    verdict = drive.guard.judge(pose);
-  }
-  CHECK(poses <= 10);
 }
 
 TEST_CASE("PoseGuard: forget() begins anew and keeps counting") {

@@ -6,6 +6,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "bus_drive.hpp"
 #include "sample_pose.hpp"
 
 namespace tessera {
@@ -13,40 +14,7 @@ namespace {
 
 using namespace bus;
 
-/// The frames of one pose, a millisecond apart; what the last of them gave.
-VehicleInputs::Taken take_all(VehicleInputs& inputs, std::span<const CanFrame> frames,
-                              std::int64_t& now_us) {
-  VehicleInputs::Taken taken;
-  for (const CanFrame& frame : frames) {
-    now_us += 1'000;
-    const VehicleInputs::Taken one = inputs.take(frame, now_us);
-    if (one.pose.has_value()) taken.pose = one.pose;
-    if (one.command.has_value()) taken.command = one.command;
-  }
-  return taken;
-}
-
-/// A vehicle that drives along x at 1 m/s and sends a pose and odometry every 20 ms.
-struct Drive {
-  explicit Drive(VehicleInputsConfig config = {}) : inputs(config), vehicle(config.base_id) {}
-  VehicleInputs::Taken step(bool with_pose = true, bool with_odometry = true) {
-    VehicleInputs::Taken taken;
-    const std::int64_t begin_us = now_us;
-    if (with_odometry) taken = inputs.take(vehicle.odometry({1.0, 0.0}), now_us);
-    if (with_pose) taken = take_all(inputs, vehicle.pose(sent_pose(x_m)), now_us);
-    now_us = begin_us + 20'000;
-    x_m += 0.02;
-    return taken;
-  }
-  void settle() {
-    for (int i = 0; i < 20; ++i) static_cast<void>(step());
-    REQUIRE(inputs.pose_source(now_us) == PoseSource::kPose);
-  }
-  VehicleInputs inputs;
-  VehicleFrames vehicle;
-  std::int64_t now_us = 1'000'000;
-  double x_m = 0.0;
-};
+using Drive = BusDrive;
 
 TEST_CASE("VehicleInputs: three frames make the pose that was sent, stamped when it was measured") {
   Drive drive;
@@ -204,94 +172,6 @@ TEST_CASE("VehicleInputs: a command is taken once, by its second frame, and not 
   CHECK_FALSE(say(static_cast<VehicleCommand>(77), 12).has_value());
   CHECK(drive.inputs.counters().commands == 2);
   CHECK(drive.inputs.counters().unknown_commands == 1);
-}
-
-TEST_CASE("VehicleInputs: lost poses are bridged by odometry, bounded in time") {
-  Drive drive;
-  drive.settle();
-  const double x_lost = drive.x_m;
-  const std::int64_t lost_us = drive.now_us;
-  std::int64_t bridged_until_us = 0;
-  for (int i = 0; i < 200; ++i) {
-    const auto taken = drive.step(false);
-    if (!taken.pose.has_value()) continue;
-    REQUIRE(taken.pose->usable);
-    REQUIRE(taken.pose->source == PoseSource::kOdometry);
-    // It goes on at 1 m/s from where it was.
-    const double expected = x_lost + static_cast<double>(drive.now_us - 20'000 - lost_us) * 1e-6;
-    REQUIRE(taken.pose->observation.pose.T_map_body(0, 3) == Approx(expected).margin(0.04));
-    bridged_until_us = drive.now_us;
-  }
-  // From the timeout on until max_bridge_us.
-  CHECK(bridged_until_us - lost_us > 1'900'000);
-  CHECK(bridged_until_us - lost_us < 2'040'000);
-  CHECK(drive.inputs.pose_state(drive.now_us) == PoseVerdict::kStale);
-  CHECK(drive.inputs.pose_source(drive.now_us) == PoseSource::kNone);
-}
-
-TEST_CASE("VehicleInputs: bridging ends when the deviations are too large, or odometry stops") {
-  VehicleInputsConfig config;
-  config.max_bridge_us = 60'000'000;
-  Drive drive(config);
-  drive.settle();
-  int bridged = 0;
-  for (int i = 0; i < 3000; ++i) bridged += drive.step(false).pose.has_value() ? 1 : 0;
-  // 0.02 m/s and 0.002 rad/s use up 0.3 m in some seconds.
-  CHECK(bridged > 100);
-  CHECK(bridged < 700);
-  Drive silent;
-  silent.settle();
-  for (int i = 0; i < 12; ++i) static_cast<void>(silent.step(false));
-  REQUIRE(silent.inputs.pose_source(silent.now_us) == PoseSource::kOdometry);
-  CHECK(silent.inputs.pose_source(silent.now_us + 150'001) == PoseSource::kNone);
-}
-
-TEST_CASE("VehicleInputs: in mode pose nothing is bridged") {
-  Drive drive({.mode = PoseMode::kPose});
-  drive.settle();
-  for (int i = 0; i < 100; ++i) CHECK_FALSE(drive.step(false).pose.has_value());
-  CHECK(drive.inputs.pose_source(drive.now_us) == PoseSource::kNone);
-}
-
-TEST_CASE("VehicleInputs: odometry alone starts at the origin, and in another frame after a gap") {
-  Drive drive({.mode = PoseMode::kOdometry});
-  CHECK(drive.inputs.pose_state(drive.now_us) == PoseVerdict::kNone);
-  VehicleInputs::Taken taken;
-  for (int i = 0; i < 52; ++i) taken = drive.step(false);
-  REQUIRE(taken.pose.has_value());
-  CHECK(taken.pose->source == PoseSource::kOdometry);
-  CHECK(taken.pose->observation.pose.T_map_body(0, 3) == Approx(1.0));
-  CHECK(taken.pose->relocations == 0);
-  drive.now_us += 200'000;
-  CHECK(drive.inputs.pose_state(drive.now_us) == PoseVerdict::kStale);
-  // The counter goes on, so none of it is lost; but nobody knows where the vehicle went.
-  taken = drive.step(false);
-  REQUIRE(taken.pose.has_value());
-  CHECK(taken.pose->relocations == 1);
-  CHECK(drive.inputs.pose_state(drive.now_us - 20'000) == PoseVerdict::kGood);
-}
-
-TEST_CASE("VehicleInputs: odometry that is not valid or out of range is not used") {
-  Drive drive({.mode = PoseMode::kOdometry});
-  for (int i = 0; i < 5; ++i)
-    CHECK_FALSE(
-        drive.inputs.take(drive.vehicle.odometry({.valid = false}), 1000 * i).pose.has_value());
-  CHECK(drive.inputs.counters().invalid_odometry == 4);
-}
-
-TEST_CASE("VehicleInputs: a frozen pose is found by the wheels") {
-  Drive drive({.mode = PoseMode::kPose});
-  drive.settle();
-  bool found = false;
-  const double stays = drive.x_m;
-  for (int i = 0; i < 100 && !found; ++i) {
-    drive.x_m = stays;
-    const auto taken = drive.step();
-    found = taken.pose.has_value() && taken.pose->verdict == PoseVerdict::kFrozen;
-    CHECK(i < 60);
-  }
-  CHECK(found);
-  CHECK(drive.inputs.pose_source(drive.now_us) == PoseSource::kNone);
 }
 
 }  // namespace
