@@ -178,11 +178,13 @@ void Integrator::admit_one_by_one(LocalMap& map, ScanReport& report) noexcept {
     if (!spent) {
       const std::uint64_t steps_before = free_space_.steps();
       const Refusal refusal = reserve(map, point, is_point, spoken_for);
-      const bool fits = refusal == Refusal::kNone;
-      work += fits ? cost : free_space_.steps() - steps_before;
-      to_write += fits ? cost - steps : 0;
-      rays_predicted_ += fits ? steps : 0;
-      if (fits) continue;
+      if (refusal == Refusal::kNone) {
+        work += cost;
+        to_write += cost - steps;
+        rays_predicted_ += steps;
+        continue;
+      }
+      work += free_space_.steps() - steps_before;
       counter = is_point ? &refusal_counter(report, refusal) : &report.rays_refused_memory;
     }
     ++*counter;
