@@ -90,7 +90,7 @@ Outcome<void> Node::start_threads() {
   if (started.ok() && replay_) started = replay_->start(roles.replay, run_.start_us);
   if (!started.ok()) return started;
   // Last, as threads inherit it.
-  const bool kept = keep_first_thread_to(roles.first);
+  const bool kept = keep_to_cpus(roles.first.cpus);
   run_.missing = missing_rights(roles);
   run_.missing.cpus = run_.missing.cpus || !kept;
   return {};

@@ -65,15 +65,6 @@ ThreadRoles thread_roles(const NodeConfig& config) {
   return roles;
 }
 
-bool keep_first_thread_to(const ThreadRole& role) {
-  if (role.cpus == 0) return true;
-  cpu_set_t set{};
-  for (unsigned cpu = 0; cpu < 64; ++cpu) {
-    if ((role.cpus >> cpu & 1U) != 0) CPU_SET(cpu, &set);
-  }
-  return ::sched_setaffinity(0, sizeof set, &set) == 0;
-}
-
 MissingRights missing_rights(const ThreadRoles& roles) {
   const ThreadRole* const all[] = {&roles.vehicle, &roles.sensing, &roles.link,
                                    &roles.mapping, &roles.sending, &roles.sharing,

@@ -33,10 +33,6 @@ struct MissingRights {
 /// 1 but at least 1; the others none.
 [[nodiscard]] ThreadRoles thread_roles(const NodeConfig& config);
 
-/// Of the calling thread. Threads that it starts later inherit its processors. False iff the system
-/// does not permit it.
-[[nodiscard]] bool keep_first_thread_to(const ThreadRole& role);
-
 /// By what the threads of this process, known by their names, really have. Uses the heap.
 [[nodiscard]] MissingRights missing_rights(const ThreadRoles& roles);
 

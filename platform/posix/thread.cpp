@@ -54,7 +54,7 @@ bool set_priority(pthread_t thread, int priority) {
   return ::pthread_setschedparam(thread, SCHED_FIFO, &parameters) == 0;
 }
 
-bool set_cpus(pthread_t thread, std::uint64_t cpus) {
+bool set_cpus(pthread_t thread, std::uint64_t cpus) noexcept {
   if (cpus == 0) return true;
   cpu_set_t set;
   CPU_ZERO(&set);
@@ -65,6 +65,8 @@ bool set_cpus(pthread_t thread, std::uint64_t cpus) {
 }
 
 }  // namespace
+
+bool keep_to_cpus(std::uint64_t cpus) noexcept { return set_cpus(::pthread_self(), cpus); }
 
 std::int64_t thread_number() noexcept { return ::gettid(); }
 

@@ -27,6 +27,9 @@ struct ThreadRights {
   bool priority = true;  ///< False: asked for, and not permitted.
   bool cpus = true;
 };
+/// Keeps the calling thread, and those that it starts from now on, to these processors, a bit each;
+/// 0: as it is. False iff the system does not permit it.
+[[nodiscard]] bool keep_to_cpus(std::uint64_t cpus) noexcept;
 /// The number by which the system knows the calling thread.
 [[nodiscard]] std::int64_t thread_number() noexcept;
 
