@@ -6,8 +6,6 @@ namespace tessera {
 
 namespace {
 
-constexpr double kPi = 3.141592653589793;
-
 /// Sign changes in rising order.
 struct Crossings {
   std::array<double, Polynomial::kMostDegree> places{};

@@ -9,6 +9,8 @@
 
 namespace tessera {
 
+inline constexpr double kPi = 3.141592653589793;
+
 struct Polynomial {
   static constexpr std::size_t kMostDegree = 9;
 

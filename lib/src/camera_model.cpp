@@ -11,8 +11,6 @@ namespace tessera {
 
 namespace {
 
-constexpr double kPi = 3.141592653589793;
-
 /// Where an image ends, in units of the focal lengths from its centre.
 struct Edges {
   explicit Edges(const CameraIntrinsics& c) noexcept

@@ -92,7 +92,7 @@ bool GlobalMap::gather(const BlockBox& box, std::uint64_t& work) noexcept {
 namespace {
 
 template <class Visit>
-void for_blocks(const BlockBox& box, Visit&& visit) noexcept {
+void for_box(const BlockBox& box, Visit&& visit) noexcept {
   for (int z = 0; z < box.size[2]; ++z) {
     for (int y = 0; y < box.size[1]; ++y) {
       for (int x = 0; x < box.size[0]; ++x)
@@ -112,14 +112,13 @@ BlockBox GlobalMap::waiting_around(BlockCoord block, int edge) const noexcept {
   };
   BlockCoord low = block;
   BlockCoord high = block;
-  for_blocks(
-      {{corner(block.x), corner(block.y), corner(block.z)}, {edge, edge, edge}},
-      [&](BlockCoord near) {
-        const std::uint32_t number = find_record(near);
-        if (number == 0 || !waits_for_output(records_.at(number))) return;
-        low = {std::min(low.x, near.x), std::min(low.y, near.y), std::min(low.z, near.z)};
-        high = {std::max(high.x, near.x), std::max(high.y, near.y), std::max(high.z, near.z)};
-      });
+  for_box({{corner(block.x), corner(block.y), corner(block.z)}, {edge, edge, edge}},
+          [&](BlockCoord near) {
+            const std::uint32_t number = find_record(near);
+            if (number == 0 || !waits_for_output(records_.at(number))) return;
+            low = {std::min(low.x, near.x), std::min(low.y, near.y), std::min(low.z, near.z)};
+            high = {std::max(high.x, near.x), std::max(high.y, near.y), std::max(high.z, near.z)};
+          });
   return {low, {high.x - low.x + 1, high.y - low.y + 1, high.z - low.z + 1}};
 }
 
@@ -144,7 +143,7 @@ std::uint64_t GlobalMap::begin_job(std::uint32_t number) noexcept {
     box = waiting_around(block, job_.edge);
   }
   job_.first = job_.last = 0;
-  for_blocks(box, [&](BlockCoord inner) {
+  for_box(box, [&](BlockCoord inner) {
     const std::uint32_t at = find_record(inner);
     if (at == 0 || !waits_for_output(records_.at(at))) return;
     agenda_.remove(records_, at);

@@ -10,8 +10,6 @@ namespace tessera {
 
 namespace {
 
-constexpr std::uint64_t bit_of(int unit) { return std::uint64_t{1} << static_cast<unsigned>(unit); }
-
 std::uint32_t& refusal_counter(ScanReport& report, Integrator::Refusal refusal) noexcept {
   switch (refusal) {
     case Integrator::Refusal::kTiles:
@@ -67,7 +65,7 @@ bool Integrator::count_units(const LocalMap& map, const ScanTiles::Place& place,
                              SlabPool::Counts& wanted) noexcept {
   const Result<std::uint32_t> own = tiles_.ensure(place.tile);
   if (!own.ok()) return false;
-  tiles_.tiles()[*own].occupied |= bit_of(place.unit);
+  tiles_.tiles()[*own].occupied |= unit_bit(place.unit);
   return for_units_reached(place, [&](const BlockCoord& coord, std::uint64_t reached) {
     if (!in_grid(coord)) return true;
     const Result<std::uint32_t> number = tiles_.ensure(coord);
@@ -133,11 +131,11 @@ Integrator::Refusal Integrator::reserve(LocalMap& map, const ScanPoint& point, b
       ScanTiles::place_of(*map.lattice().voxel_of(point.p_map), tiles_.unit_edge());
   const Tile* const before = is_point ? tiles_.find(place.tile) : nullptr;
   const bool new_unit =
-      is_point && (before == nullptr || (before->occupied & bit_of(place.unit)) == 0);
+      is_point && (before == nullptr || (before->occupied & unit_bit(place.unit)) == 0);
   const Refusal refusal = try_reserve(map, point, new_unit ? &place : nullptr, spoken_for);
   if (refusal != Refusal::kNone) {
     Tile* const tile = new_unit ? tiles_.find(place.tile) : nullptr;
-    if (tile != nullptr) tile->occupied &= ~bit_of(place.unit);
+    if (tile != nullptr) tile->occupied &= ~unit_bit(place.unit);
     tiles_.truncate(tiles);
     free_space_.truncate(ray_blocks);
   }

@@ -8,8 +8,6 @@ namespace tessera {
 
 namespace {
 
-constexpr std::uint64_t bit_of(int unit) { return std::uint64_t{1} << static_cast<unsigned>(unit); }
-
 /// A unit's points and those of its face neighbours; shift takes a neighbour's coordinates into the
 /// unit's tile.
 struct UnitPoints {
@@ -27,7 +25,7 @@ void look_around(const ScanTiles& tiles, const Tile& tile, int unit, UnitPoints&
     const bool inside = along + direction >= 0 && along + direction <= 3;
     const Tile* const from = inside ? &tile : tiles.beside(tile, face);
     const int neighbour = inside ? unit + direction * step : unit - direction * 3 * step;
-    if (from == nullptr || (from->occupied & bit_of(neighbour)) == 0) continue;
+    if (from == nullptr || (from->occupied & unit_bit(neighbour)) == 0) continue;
     around.faces[face] = &tiles.sample(*from, neighbour);
     around.shift[face] = Point3f::Zero();
     if (!inside)
@@ -87,7 +85,7 @@ void Integrator::write_units(LocalMap& map, const Tile& tile, EvidenceWork& work
   for (std::uint64_t rest = tile.wanted; rest != 0; rest &= rest - 1) {
     const int unit = std::countr_zero(rest);
     UnitPoints around;
-    if ((tile.occupied & bit_of(unit)) != 0) around.own = &tiles_.sample(tile, unit);
+    if ((tile.occupied & unit_bit(unit)) != 0) around.own = &tiles_.sample(tile, unit);
     EntropyDecision decision;
     if (!counting) {
       // Most units learn from their own points alone.

@@ -179,7 +179,7 @@ Status ScanTiles::append(std::size_t count, const Lattice& lattice, PointAt&& po
     if (new_tile || its_unit != unit) {
       if (!new_tile && its_unit < unit) return Status::kInvalidArgument;
       unit = its_unit;
-      tile->occupied |= std::uint64_t{1} << static_cast<unsigned>(unit);
+      tile->occupied |= unit_bit(unit);
       const auto begin = static_cast<std::uint32_t>(point_count_);
       sample = &units_[unit_count_++];
       *sample = {.begin = begin, .end = begin};

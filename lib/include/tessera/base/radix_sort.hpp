@@ -14,6 +14,7 @@
 
 namespace tessera {
 
+/// What is sorted: a key, and whose it is.
 struct KeyedIndex {
   std::uint64_t key = 0;
   std::uint32_t index = 0;

@@ -11,6 +11,7 @@
 
 namespace tessera {
 
+/// Whether a call did what it was asked, or why not.
 enum class [[nodiscard]] Status : std::uint8_t{
     kOk = 0,
     kInvalidArgument,    ///< An argument is outside its documented range; nothing was changed.

@@ -101,6 +101,7 @@ typedef struct tessera_box_cursor {
   uint32_t by_index;
 } tessera_box_cursor;
 
+/// What tessera_cast_ray met.
 typedef struct tessera_ray_hit {
   double distance_m;  ///< from the origin to where the ray enters the voxel
   int32_t x;
@@ -110,6 +111,7 @@ typedef struct tessera_ray_hit {
   tessera_estimate estimate;
 } tessera_ray_hit;
 
+/// What tessera_nearest_occupied found.
 typedef struct tessera_nearest {
   double distance_m;  ///< to the voxel's nearest point; 0: within it
   int32_t x;

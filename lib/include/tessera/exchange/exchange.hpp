@@ -133,6 +133,7 @@ class Exchange {
   /// Parts to send next, by version.
   struct Batch {
     static constexpr std::size_t kMostParts = 128;
+    /// A record that waits to be sent.
     struct Part {
       std::uint32_t record = 0;
       std::uint32_t version = 0;

@@ -25,6 +25,7 @@ struct SequenceWindow {
   void note(std::uint32_t of_session, std::uint32_t number) noexcept;
 };
 
+/// What is known of another robot that was heard.
 struct Peer {
   std::uint32_t robot = 0;
   SequenceWindow control;     ///< Announcements, requests and leaves: each counts once.

@@ -10,6 +10,7 @@
 
 namespace tessera {
 
+/// Settings and room of a publisher.
 struct PublisherConfig {
   /// Blocks that are published and in the map, or wait to be; from 1 to 2^28. With fewer than the
   /// map's the rest is never published, and counted (PublisherReport::left_out).

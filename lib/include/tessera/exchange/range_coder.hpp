@@ -57,6 +57,7 @@ class Probability {
   std::uint16_t value_ = kWhole / 2;
 };
 
+/// Writes decisions of ones and zeros by their probabilities.
 class RangeEncoder {
  public:
   explicit constexpr RangeEncoder(std::span<std::byte> into) noexcept : into_(into) {}
@@ -117,6 +118,7 @@ class RangeEncoder {
   std::uint32_t range_ = 0xffffffffU;
 };
 
+/// Reads what RangeEncoder wrote, with the same probabilities in the same order.
 class RangeDecoder {
  public:
   explicit constexpr RangeDecoder(std::span<const std::byte> bytes) noexcept : bytes_(bytes) {

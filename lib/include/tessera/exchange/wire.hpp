@@ -22,6 +22,7 @@ inline constexpr std::size_t kMostDatagramBytes = 1392;
 inline constexpr std::size_t kHeaderBytes = 20;
 inline constexpr std::size_t kMostBodyBytes = kMostDatagramBytes - kHeaderBytes - kTagBytes;
 
+/// What a datagram is for.
 enum class DatagramKind : std::uint8_t {
   kAnnounce = 1,  ///< What its sender has.
   kRequest = 2,   ///< What its sender lacks.
@@ -37,6 +38,7 @@ enum class DatagramKind : std::uint8_t {
          kind == DatagramKind::kLeave;
 }
 
+/// What every datagram begins with, behind the letters and the format.
 struct DatagramHeader {
   DatagramKind kind = DatagramKind::kAnnounce;
   std::uint32_t configuration = 0;  ///< ConfigurationDetails::checksum of the sender's.
@@ -109,6 +111,7 @@ struct ChunkRecord {
   std::span<const std::byte> proof{};  ///< record_proof.hpp; none: the chunk's signature is.
 };
 
+/// Where a contribution lies: the higher revision holds.
 struct FrameBody {
   ContributionId id;
   std::uint32_t revision = 0;
@@ -155,6 +158,7 @@ bool read_requested(ByteReader& from, RequestedContribution& requested) noexcept
 bool read_chunk_header(ByteReader& from, ChunkHeader& header) noexcept;
 bool read_frame(ByteReader& from, FrameBody& frame) noexcept;
 
+/// A chunk's records, one after the other, checked as they are read.
 class RecordReader {
  public:
   RecordReader(ByteReader& from, const ChunkHeader& header) noexcept

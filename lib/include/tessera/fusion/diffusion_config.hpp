@@ -7,6 +7,7 @@
 
 namespace tessera {
 
+/// How evidence goes from a voxel to its neighbours.
 enum class DiffusionMode : std::uint8_t {
   kContractive = 0,  ///< Z <- B + alpha P Z: evidence stays what was observed.
   kPaper = 1,        ///< Paper eqs. 10-16: evidence grows with every iteration.

@@ -16,6 +16,7 @@
 
 namespace tessera {
 
+/// Settings and room of a global map.
 struct GlobalMapConfig {
   /// Of the map that is read. max_evidence: 0; free_weight and prior: those of the contributions.
   MapConfig map{};

@@ -34,6 +34,7 @@ struct PartVersion {
   std::uint8_t layers = kAllLayers;  ///< A bit each (map_config.hpp); not 0.
 };
 
+/// Room for what robots publish.
 struct ReplicasConfig {
   std::uint32_t segments = 1U << 17U;  ///< Of 128 bytes; a part of a block takes at least one.
   std::uint32_t blocks = 1U << 15U;    ///< Parts of blocks of all contributions.
@@ -61,6 +62,7 @@ class Replicas {
   static constexpr std::uint32_t kMostRobots = 64;
   using Slot = std::uint32_t;  ///< Names a contribution while it is there.
 
+  /// What is known of a contribution, beside its blocks.
   struct Contribution {
     ContributionId id;
     bool present = false;

@@ -22,6 +22,7 @@ inline constexpr int kBlockOctets = kBlockVoxels / kOctetVoxels;
 inline constexpr std::int32_t kBlockLimit = 1 << 20;
 inline constexpr std::int32_t kVoxelLimit = kBlockLimit * kBlockEdge;
 
+/// A voxel: it covers [v, v + 1) * resolution on each axis.
 struct VoxelCoord {
   std::int32_t x = 0;
   std::int32_t y = 0;
@@ -32,6 +33,7 @@ struct VoxelCoord {
   }
 };
 
+/// A block of 8 x 8 x 8 voxels, by its place in the grid of blocks.
 struct BlockCoord {
   std::int32_t x = 0;
   std::int32_t y = 0;

@@ -8,6 +8,7 @@
 
 namespace tessera {
 
+/// How a point gives evidence to voxels.
 enum class InferenceMode : std::uint8_t {
   kCounting = 0,  ///< A point adds its weight to its own voxel.
   kKernel =

@@ -32,10 +32,16 @@ struct UnitSample {
       kNoLabel;  ///< The label that all labelled points share, kMixed, or kNoLabel.
 };
 
+/// A unit's place in a tile's masks.
+[[nodiscard]] constexpr std::uint64_t unit_bit(int unit) noexcept {
+  return std::uint64_t{1} << static_cast<unsigned>(unit);
+}
+
+/// 4 x 4 x 4 units of a scan.
 struct Tile {
   BlockCoord coord;              ///< In units of tiles.
   std::uint8_t opened = 0;       ///< Which of the blocks were opened for it, a bit each.
-  std::uint64_t occupied = 0;    ///< Units with points; unit x + 4 y + 16 z.
+  std::uint64_t occupied = 0;    ///< Units with points (unit_bit); unit x + 4 y + 16 z.
   std::uint64_t wanted = 0;      ///< Units that may receive evidence.
   std::uint64_t reserved = 0;    ///< Units spoken for while points are admitted one by one.
   std::uint32_t first_unit = 0;  ///< Samples of the occupied units, in order of their bits.
@@ -110,8 +116,7 @@ class ScanTiles {
   [[nodiscard]] std::span<UnitSample> units() noexcept { return units_.first(unit_count_); }
   /// The sample of an occupied unit.
   [[nodiscard]] const UnitSample& sample(const Tile& tile, int unit) const noexcept {
-    const std::uint64_t below =
-        tile.occupied & ((std::uint64_t{1} << static_cast<unsigned>(unit)) - 1);
+    const std::uint64_t below = tile.occupied & (unit_bit(unit) - 1);
     return units_[tile.first_unit + static_cast<std::size_t>(count_ones(below))];
   }
   [[nodiscard]] int unit_edge() const noexcept { return unit_edge_; }

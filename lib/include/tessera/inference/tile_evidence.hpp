@@ -127,7 +127,7 @@ bool for_units_around(const BlockCoord& tile, int unit, int reach, Visit&& visit
 /// The same for this unit and its six face neighbours.
 template <class Visit>
 bool for_units_across(const BlockCoord& tile, int unit, Visit&& visit) noexcept {
-  const std::uint64_t bit = std::uint64_t{1} << static_cast<unsigned>(unit);
+  const std::uint64_t bit = unit_bit(unit);
   std::uint64_t here = bit;
   for (const std::uint64_t neighbours : neighbour_masks(bit, {})) here |= neighbours;
   if (!visit(tile, here)) return false;

@@ -9,6 +9,7 @@ namespace tessera {
 
 /// What a ray met.
 struct RayHit {
+  /// Why the ray ended.
   enum class End : std::uint8_t {
     kMaxRange,  ///< Nothing but free (and, unless stop_at_unknown, unknown) voxels up to the range.
     kOccupied,

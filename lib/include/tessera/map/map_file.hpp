@@ -28,6 +28,7 @@ struct ByteSource {
   std::size_t (*read)(void* context, std::span<std::byte> into) = nullptr;
 };
 
+/// One robot's map, or one fused of several.
 enum class MapKind : std::uint8_t { kLocal = 0, kGlobal = 1 };
 
 /// What a file says of its map beside the voxels.

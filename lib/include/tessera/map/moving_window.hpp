@@ -15,6 +15,7 @@
 
 namespace tessera {
 
+/// How far the window reaches and how much moves at a time.
 struct WindowConfig {
   /// The farthest radius, in blocks.
   static constexpr double kMaxRadiusBlocks = 4096.0;

@@ -14,6 +14,7 @@
 
 namespace tessera {
 
+/// What is searched for, from where and how far.
 struct NearestQuery {
   Point3f p_map = Point3f::Zero();  ///< Metres.
   double radius_m = 0.0;            ///< How far is searched; > 0.

@@ -19,6 +19,7 @@
 
 namespace tessera {
 
+/// The sectors around the body, and what counts as an obstacle in them.
 struct ObstacleSectorsConfig {
   int count = 16;             ///< Sectors: 8, 16 or 32.
   double max_range_m = 20.0;  ///< Horizontally.
@@ -51,6 +52,7 @@ struct ObstacleSector {
   double free_up_to_m = 0.0;
 };
 
+/// The sectors of one sweep, and when and where it was.
 struct ObstacleSummary {
   static constexpr std::size_t kMostSectors = 32;
   std::array<ObstacleSector, kMostSectors> sectors{};

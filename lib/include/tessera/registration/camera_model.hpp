@@ -15,6 +15,7 @@
 
 namespace tessera {
 
+/// By which model a lens projects.
 enum class CameraKind : std::uint8_t {
   /// Pinhole with radial and tangential distortion k1 k2 p1 p2 k3 (Brown, 1966, in the order of
   /// OpenCV): with x = X/Z, y = Y/Z, r^2 = x^2 + y^2, q = 1 + k1 r^2 + k2 r^4 + k3 r^6:
@@ -38,11 +39,13 @@ struct CameraIntrinsics {
   std::array<double, 5> distortion{};  ///< k1 k2 p1 p2 k3, or k1 k2 k3 k4 0.
 };
 
+/// A place in an image; (0, 0) is the middle of the first pixel.
 struct Pixel {
   double column = 0.0;
   double row = 0.0;
 };
 
+/// Whether a camera sees a point.
 enum class Sight : std::uint8_t {
   kSeen,
   kBehind,   ///< Behind the camera or at its centre.
@@ -58,7 +61,7 @@ class CameraModel {
   static constexpr double kWidestTangent = 100.0;
   static constexpr double kMostNumber = 1e6;  ///< Of any number of a calibration.
 
-  /// Fails with kInvalidArgument iff a number is not within kMostNumber, a side is not 1 ..
+  /// Fails with kInvalidArgument iff a number is not within kMostNumber, a side is not 1 to
   /// kMostPixels, a focal length is not above 0, or a fisheye has a fifth distortion number; with
   /// kMismatch iff the model is not one-to-one: of a pinhole up to the image's farthest corner, of
   /// a fisheye up to its nearest side (the corners of a round image may see nothing). A pinhole

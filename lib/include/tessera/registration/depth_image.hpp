@@ -35,6 +35,7 @@ struct DepthImage {
   std::size_t label_stride_bytes = 0;    ///< At least the width.
 };
 
+/// Which pixels of a depth image become points.
 struct DepthConfig {
   DepthAlong along = DepthAlong::kAxis;
   int step_px = 2;            ///< Every so-and-so-manieth pixel of a row and row, 1 .. 64.

@@ -14,6 +14,7 @@
 
 namespace tessera {
 
+/// How poses over a sweep are taken.
 struct DeskewConfig {
   static constexpr int kMostKnots = 64;
 

@@ -39,6 +39,7 @@ struct LabelCamera {
   std::size_t mask_stride_bytes = 0;  ///< At least the width.
 };
 
+/// How occlusion is told, and labels are chosen.
 struct LabelProjectionConfig {
   int cell_px = 2;      ///< Edge of the range image's cells, 1 .. 64.
   int reach_cells = 4;  ///< How far the neighbourhood goes to each side, 0 .. 16; 0: own cell only.
@@ -71,6 +72,7 @@ struct LabelCameraReport {
   std::uint32_t labelled = 0;      ///< Points that have their label from this camera.
 };
 
+/// What became of the points of a scan.
 struct LabelReport {
   /// kOk, or kInvalidArgument iff there are more than kMostCameras, the classes are not 1 .. 62 or
   /// there is less room for components than points: then nothing was done.
@@ -83,6 +85,7 @@ struct LabelReport {
   std::array<LabelCameraReport, kMostCameras> cameras{};
 };
 
+/// Labels for a scan's points from the cameras' label images, in memory of an arena.
 class LabelProjector {
  public:
   static constexpr int kMostCellPixels = 64;

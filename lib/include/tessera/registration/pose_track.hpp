@@ -14,6 +14,7 @@
 
 namespace tessera {
 
+/// Where the body was, and when.
 struct StampedPose {
   std::int64_t stamp_us = 0;
   Matrix34d T_map_body = Matrix34d::Identity();

@@ -16,6 +16,7 @@ namespace tessera {
 inline constexpr int kMaxComponents = 64;               ///< C + 2 <= 64.
 inline constexpr int kMaxClasses = kMaxComponents - 2;  ///< The largest C.
 
+/// sRGB, as pictures show a class.
 struct Color {
   std::uint8_t r = 0;
   std::uint8_t g = 0;

@@ -10,6 +10,7 @@
 
 namespace tessera {
 
+/// What a voxel is, by its evidence.
 enum class VoxelState : std::uint8_t { kUnknown = 0, kFree = 1, kOccupied = 2 };
 
 /// "unknown", "free" or "occupied".
