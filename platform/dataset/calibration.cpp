@@ -14,7 +14,6 @@
 namespace tessera {
 namespace {
 
-constexpr std::size_t kMaxTextBytes = std::size_t{1} << 20U;
 constexpr std::string_view kKey = "Tr:";
 
 Outcome<Matrix34d> parse_transform(std::string_view numbers, const TextPlace& place) {
@@ -33,7 +32,7 @@ Outcome<Matrix34d> read_calibration(const std::string& path) {
   if (std::filesystem::status(path, error).type() == std::filesystem::file_type::not_found) {
     return Matrix34d{Matrix34d::Identity()};
   }
-  const Outcome<std::string> content = read_text_file(path, kMaxTextBytes);
+  const Outcome<std::string> content = read_text_file(path, kMostDescriptionBytes);
   if (!content.ok()) return content.failure();
 
   std::optional<Matrix34d> T_camera_lidar;

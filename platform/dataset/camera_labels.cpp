@@ -14,10 +14,6 @@
 namespace tessera {
 namespace {
 
-std::string in_folder(const std::string& dir, const std::string& name) {
-  return (std::filesystem::path(dir) / name).string();
-}
-
 std::size_t pixels_of(const CameraDescription& camera) {
   return static_cast<std::size_t>(camera.model.width_px()) *
          static_cast<std::size_t>(camera.model.height_px());

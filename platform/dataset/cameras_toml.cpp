@@ -12,26 +12,41 @@
 #include <span>
 
 #include "dataset/number_row.hpp"
+#include "dataset/toml_nesting.hpp"
 #include "posix/input_file.hpp"
 
 namespace tessera {
 namespace {
 
-constexpr std::size_t kMaxTextBytes = std::size_t{1} << 20U;
 constexpr double kMostOffset_s = 10.0;
 
 constexpr std::array<std::string_view, 11> kKeys{
     "name",  "folder", "mask",       "model",          "width",       "height",
     "focal", "centre", "distortion", "T_camera_lidar", "stamp_offset"};
 
-/// One [[camera]] entry. A value that is wrong is remembered, the first of them: the rest of the
-/// entry is read as if nothing had happened.
+constexpr std::array<std::string_view, 11> kDepthKeys{
+    "model",       "width",       "height", "focal",     "centre",   "distortion",
+    "depth_scale", "depth_along", "step",   "min_depth", "max_depth"};
+
+/// What an entry may have, and what to say where it has not what it needs.
+struct EntryKind {
+  std::span<const std::string_view> keys;
+  const char* needs;
+};
+constexpr EntryKind kCameraEntry{
+    kKeys, "each [[camera]] needs name, model, width, height, focal, centre and T_camera_lidar"};
+constexpr EntryKind kDepthEntry{
+    kDepthKeys, "a depth camera needs model, width, height, focal, centre and depth_scale"};
+
+/// One [[camera]] entry, or a depth camera's file. A value that is wrong is remembered, the first
+/// of them: the rest of the entry is read as if nothing had happened.
 class Entry {
  public:
-  Entry(const toml::table& table, const std::string& path) : table_(table), path_(path) {
+  Entry(const toml::table& table, const std::string& path, const EntryKind& kind)
+      : table_(table), path_(path), kind_(kind) {
     for (const auto& [key, value] : table) {
       const std::string_view known = key.str();
-      if (std::find(kKeys.begin(), kKeys.end(), known) == kKeys.end())
+      if (std::find(kind.keys.begin(), kind.keys.end(), known) == kind.keys.end())
         refuse(value, "there is no key '" + std::string(known) + "' of a camera",
                "remove it or mend its name");
     }
@@ -48,14 +63,26 @@ class Entry {
     return value;
   }
 
-  int pixels(const char* key) {
-    const toml::node* node = find(key, true);
+  /// From 1 to most; 1 where it may be missing and is.
+  int pixels(const char* key, bool needed = true, int most = CameraModel::kMostPixels) {
+    const toml::node* node = find(key, needed);
     if (node == nullptr) return 1;
     const std::int64_t value = node->is_integer() ? node->as_integer()->get() : 0;
-    if (value >= 1 && value <= CameraModel::kMostPixels) return static_cast<int>(value);
+    if (value >= 1 && value <= most) return static_cast<int>(value);
     refuse(*node, std::string(key) + " is not a whole number of pixels",
-           "write 1 to " + std::to_string(CameraModel::kMostPixels));
+           "write 1 to " + std::to_string(most));
     return 1;
+  }
+
+  /// In low .. high; otherwise, and where it may be missing, what is given.
+  double number(const char* key, bool needed, double low, double high, double otherwise) {
+    const toml::node* node = find(key, needed);
+    if (node == nullptr) return otherwise;
+    const std::optional<double> value = node->value<double>();
+    if (value && *value >= low && *value <= high) return *value;
+    refuse(*node, std::string(key) + " is no such number",
+           "write one from " + one_line(std::to_string(low)) + " to " + std::to_string(high));
+    return otherwise;
   }
 
   double seconds(const char* key) {
@@ -99,14 +126,14 @@ class Entry {
   const toml::node* find(const char* key, bool needed) {
     const toml::node* node = table_.get(key);
     if (node == nullptr && needed) {
-      refuse(table_, std::string("this camera has no '") + key + "'",
-             "each [[camera]] needs name, model, width, height, focal, centre and T_camera_lidar");
+      refuse(table_, std::string("this camera has no '") + key + "'", kind_.needs);
     }
     return node;
   }
 
   const toml::table& table_;
   const std::string& path_;
+  EntryKind kind_;
   std::optional<Failure> failure_;
 };
 
@@ -137,10 +164,10 @@ CameraIntrinsics read_intrinsics(Entry& entry) {
   return c;
 }
 
-void make_model(Entry& entry, CameraDescription& camera) {
+void make_model(Entry& entry, CameraModel& into) {
   const Result<CameraModel> model = CameraModel::make(read_intrinsics(entry));
   if (model.ok()) {
-    camera.model = *model;
+    into = *model;
   } else if (model.status() == Status::kMismatch) {
     entry.refuse("distortion", "this distortion folds the image onto itself",
                  "check the numbers, their order and the focal lengths; a lens has one pixel for "
@@ -153,12 +180,12 @@ void make_model(Entry& entry, CameraDescription& camera) {
 
 Outcome<CameraDescription> read_camera(const toml::table& table, const std::string& path) {
   constexpr std::array<std::size_t, 1> kTwelve{12};
-  Entry entry(table, path);
+  Entry entry(table, path, kCameraEntry);
   CameraDescription camera;
   camera.name = entry.text("name", true);
   camera.folder = entry.text("folder", false);
   camera.mask = entry.text("mask", false);
-  make_model(entry, camera);
+  make_model(entry, camera.model);
   const auto T = entry.numbers<12>("T_camera_lidar", true, kTwelve,
                                    "write the 3x4 matrix [R | t] by rows, 12 numbers");
   std::copy(T.begin(), T.end(), camera.T_camera_lidar.data());
@@ -166,6 +193,27 @@ Outcome<CameraDescription> read_camera(const toml::table& table, const std::stri
     entry.refuse("T_camera_lidar", "it is no rigid transform",
                  "write [R | t] by rows, R a rotation with four digits at least");
   camera.offset_us = std::llround(entry.seconds("stamp_offset") * 1e6);
+  if (entry.failure()) return *entry.failure();
+  return camera;
+}
+
+Outcome<DepthCameraDescription> read_depth_entry(const toml::table& root, const std::string& path) {
+  Entry entry(root, path, kDepthEntry);
+  DepthCameraDescription camera;
+  make_model(entry, camera.model);
+  camera.depth_scale_m = entry.number("depth_scale", true, 1e-6, 1.0, 0.001);
+  const std::string along =
+      root.contains("depth_along") ? entry.text("depth_along", false) : "axis";
+  if (along != "axis" && along != "ray")
+    entry.refuse("depth_along", "there is no depth along '" + one_line(along) + "'",
+                 "write \"axis\" or \"ray\"");
+  camera.depth.along = along == "ray" ? DepthAlong::kRay : DepthAlong::kAxis;
+  camera.depth.step_px = entry.pixels("step", false, 64);
+  camera.depth.min_depth_m = static_cast<float>(entry.number("min_depth", false, 0.0, 1000.0, 0.2));
+  camera.depth.max_depth_m =
+      static_cast<float>(entry.number("max_depth", false, 0.0, 1000.0, 10.0));
+  if (camera.depth.min_depth_m > camera.depth.max_depth_m)
+    entry.refuse("max_depth", "max_depth is less than min_depth", "give a larger max_depth");
   if (entry.failure()) return *entry.failure();
   return camera;
 }
@@ -195,21 +243,43 @@ Outcome<std::vector<CameraDescription>> read_entries(const toml::table& root,
   return cameras;
 }
 
+Failure not_toml(const toml::parse_error& error, const std::string& path) {
+  return text_failure({path, error.source().begin.line},
+                      "not valid TOML (" + std::string(error.description()) + ")",
+                      "mend the syntax");
+}
+
 }  // namespace
 
 Outcome<std::vector<CameraDescription>> parse_cameras(std::string_view text,
                                                       const std::string& path) {
+  const Outcome<void> nesting = check_nesting(text, path);
+  if (!nesting.ok()) return nesting.failure();
   try {
     return read_entries(toml::parse(text), path);
   } catch (const toml::parse_error& error) {
-    return text_failure({path, error.source().begin.line},
-                        "not valid TOML (" + std::string(error.description()) + ")",
-                        "mend the syntax");
+    return not_toml(error, path);
   }
 }
 
+Outcome<DepthCameraDescription> parse_depth_camera(std::string_view text, const std::string& path) {
+  const Outcome<void> nesting = check_nesting(text, path);
+  if (!nesting.ok()) return nesting.failure();
+  try {
+    return read_depth_entry(toml::parse(text), path);
+  } catch (const toml::parse_error& error) {
+    return not_toml(error, path);
+  }
+}
+
+Outcome<DepthCameraDescription> read_depth_camera(const std::string& path) {
+  const Outcome<std::string> text = read_text_file(path, kMostDescriptionBytes);
+  if (!text.ok()) return text.failure();
+  return parse_depth_camera(*text, path);
+}
+
 Outcome<std::vector<CameraDescription>> read_cameras(const std::string& path) {
-  const Outcome<std::string> text = read_text_file(path, kMaxTextBytes);
+  const Outcome<std::string> text = read_text_file(path, kMostDescriptionBytes);
   if (!text.ok()) return text.failure();
   return parse_cameras(*text, path);
 }

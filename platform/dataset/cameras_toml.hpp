@@ -10,6 +10,7 @@
 
 #include "posix/outcome.hpp"
 #include "tessera/registration/camera_model.hpp"
+#include "tessera/registration/depth_image.hpp"
 #include "tessera/registration/label_projection.hpp"
 
 namespace tessera {
@@ -33,5 +34,20 @@ Outcome<std::vector<CameraDescription>> parse_cameras(std::string_view text,
                                                       const std::string& path);
 /// The same from a file. Fails as parse_cameras and read_text_file do.
 Outcome<std::vector<CameraDescription>> read_cameras(const std::string& path);
+
+/// The camera of depth images.
+struct DepthCameraDescription {
+  CameraModel model;
+  DepthConfig depth;             ///< Every pixel is sampled unless step says otherwise.
+  double depth_scale_m = 0.001;  ///< Metres of one unit of a depth image.
+};
+
+/// Keys without a table: model, width, height, focal, centre and distortion as above, depth_scale
+/// (metres, 1e-6 to 1); and, if there is need, depth_along ("axis", or "ray"), step (pixels, 1 to
+/// 64), min_depth and max_depth (metres, 0 to 1000). Fails with kUsage as parse_cameras does, and
+/// iff max_depth is less than min_depth.
+Outcome<DepthCameraDescription> parse_depth_camera(std::string_view text, const std::string& path);
+/// The same from a file. Fails as parse_depth_camera and read_text_file do.
+Outcome<DepthCameraDescription> read_depth_camera(const std::string& path);
 
 }  // namespace tessera

@@ -16,6 +16,7 @@
 
 #include "dataset/dataset_classes.hpp"
 #include "dataset/number_row.hpp"
+#include "dataset/toml_nesting.hpp"
 
 namespace tessera {
 namespace {
@@ -191,6 +192,8 @@ class ClassesReader {
 }  // namespace
 
 Outcome<DatasetClasses> DatasetClasses::parse(std::string_view text, const std::string& path) {
+  const Outcome<void> nesting = check_nesting(text, path);
+  if (!nesting.ok()) return nesting.failure();
   try {
     const Outcome<ParsedClasses> parsed = ClassesReader(path).read(toml::parse(text));
     if (!parsed.ok()) return parsed.failure();

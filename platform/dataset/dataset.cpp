@@ -51,6 +51,16 @@ void ScanBuffer::reserve(std::size_t max_points) {
   times_s_.resize(max_points);
 }
 
+std::span<float> ScanBuffer::points_xyzi(std::size_t num_points) {
+  reserve(num_points);
+  return {points_xyzi_.data(), num_points * kFloatsPerPoint};
+}
+
+std::span<std::uint8_t> ScanBuffer::components(std::size_t num_points) {
+  reserve(num_points);
+  return {components_.data(), num_points};
+}
+
 ScanView DatasetScan::view() const noexcept {
   ScanView view;
   view.T_map_sensor = T_map_sensor;
@@ -66,9 +76,8 @@ Dataset::Dataset(std::string dir, DatasetClasses classes, std::string labels)
 
 Outcome<DatasetScan> Dataset::read(std::size_t i, ScanBuffer& buffer) const {
   const Entry& entry = scans_[i];
-  buffer.reserve(entry.points);
-  const std::span<float> points(buffer.points_xyzi_.data(), entry.points * kFloatsPerPoint);
-  const std::span<std::uint8_t> components(buffer.components_.data(), entry.points);
+  const std::span<float> points = buffer.points_xyzi(entry.points);
+  const std::span<std::uint8_t> components = buffer.components(entry.points);
 
   const ScanFilePath path(dir_, "velodyne", entry.number, ".bin");
   Outcome<InputFile> file = open_unchanged(path, points.size_bytes());

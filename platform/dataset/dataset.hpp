@@ -24,6 +24,7 @@
 #include "dataset/scan_motion.hpp"
 #include "posix/outcome.hpp"
 #include "tessera/base/geometry.hpp"
+#include "tessera/registration/depth_image.hpp"
 #include "tessera/registration/deskew.hpp"
 #include "tessera/registration/scan.hpp"
 
@@ -72,6 +73,9 @@ class ScanBuffer {
   explicit ScanBuffer(std::size_t max_points) { reserve(max_points); }
   /// Grows if necessary; never shrinks.
   void reserve(std::size_t max_points);
+  /// The memory of a scan of so many points, reserved if it is not.
+  [[nodiscard]] std::span<float> points_xyzi(std::size_t num_points);
+  [[nodiscard]] std::span<std::uint8_t> components(std::size_t num_points);
 
  private:
   friend class Dataset;
@@ -89,6 +93,7 @@ struct DatasetScan {
   UnknownRawIds unknown;
   std::optional<DeskewReport> deskew;              ///< Where motion was taken out.
   std::optional<LabelReport> projection;           ///< Where the labels are the cameras'.
+  std::optional<DepthReport> depth{};              ///< Where it is of a depth image.
   Matrix34d T_map_sensor = Matrix34d::Identity();  ///< As recorded: perhaps not rigid, not finite.
 
   [[nodiscard]] std::size_t num_points() const noexcept { return components.size(); }
@@ -96,7 +101,28 @@ struct DatasetScan {
   [[nodiscard]] ScanView view() const noexcept;
 };
 
-class Dataset {
+/// Where scans to be mapped come from.
+class RecordedScans {
+ public:
+  virtual ~RecordedScans() = default;
+  [[nodiscard]] virtual std::size_t num_scans() const noexcept = 0;
+  /// Of the largest scan; what a ScanBuffer needs.
+  [[nodiscard]] virtual std::size_t max_points() const noexcept = 0;
+  [[nodiscard]] virtual const DatasetClasses& classes() const noexcept = 0;
+  /// Whether read() uses the heap for decoding files.
+  [[nodiscard]] virtual bool decodes() const noexcept = 0;
+  /// Reads scan i, one at a time.
+  virtual Outcome<DatasetScan> read(std::size_t i, ScanBuffer& buffer) const = 0;
+
+ protected:
+  RecordedScans() = default;
+  RecordedScans(const RecordedScans&) = default;
+  RecordedScans& operator=(const RecordedScans&) = default;
+  RecordedScans(RecordedScans&&) = default;
+  RecordedScans& operator=(RecordedScans&&) = default;
+};
+
+class Dataset final : public RecordedScans {
  public:
   /// Fails with kUsage, naming the file and the remedy, iff: a folder (dir, velodyne, the labels)
   /// or poses.txt is missing; there are no scans in the range; poses.txt has no row for a scan; a
@@ -107,12 +133,12 @@ class Dataset {
   /// ScanMotion::load fails and is needed. Scans may be empty.
   static Outcome<Dataset> open(const std::string& dir, const DatasetOptions& options = {});
 
-  [[nodiscard]] std::size_t num_scans() const noexcept { return scans_.size(); }
+  [[nodiscard]] std::size_t num_scans() const noexcept override { return scans_.size(); }
   [[nodiscard]] int scan_number(std::size_t i) const { return scans_[i].number; }
   [[nodiscard]] std::size_t num_points(std::size_t i) const { return scans_[i].points; }
-  /// Of the largest scan; what a ScanBuffer needs.
-  [[nodiscard]] std::size_t max_points() const noexcept { return max_points_; }
-  [[nodiscard]] const DatasetClasses& classes() const noexcept { return classes_; }
+  [[nodiscard]] std::size_t max_points() const noexcept override { return max_points_; }
+  [[nodiscard]] const DatasetClasses& classes() const noexcept override { return classes_; }
+  [[nodiscard]] bool decodes() const noexcept override { return cameras_ != nullptr; }
   /// Whether a scan that is read has labels from a folder.
   [[nodiscard]] bool has_labels() const noexcept {
     return labels_ != kNoLabels && labels_ != kCameraLabels;
@@ -135,7 +161,7 @@ class Dataset {
   /// Reads scan i, one at a time. Does not use the heap if the buffer holds max_points() and
   /// nothing fails, but for decoding the cameras' images. Fails with kFailure iff a file cannot be
   /// read any more or has changed its size since open(), with kUsage iff CameraLabels::read does.
-  Outcome<DatasetScan> read(std::size_t i, ScanBuffer& buffer) const;
+  Outcome<DatasetScan> read(std::size_t i, ScanBuffer& buffer) const override;
 
   /// The checks of open() for another folder of labels, ground truth say. Fails with kUsage.
   Outcome<void> check_labels(const std::string& folder) const;

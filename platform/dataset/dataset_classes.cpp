@@ -8,12 +8,11 @@
 #include <initializer_list>
 #include <system_error>
 
+#include "dataset/number_row.hpp"
 #include "posix/input_file.hpp"
 
 namespace tessera {
 namespace {
-
-constexpr std::size_t kMaxTextBytes = std::size_t{1} << 20U;
 
 struct StandardClass {
   std::string_view name;
@@ -55,13 +54,21 @@ DatasetClasses DatasetClasses::semantic_kitti() {
   return classes;
 }
 
+DatasetClasses DatasetClasses::numbered(const ClassTable& table) {
+  DatasetClasses classes(table);
+  for (int label = 1; label <= table.num_classes(); ++label)
+    classes.components_[static_cast<std::size_t>(label)] = static_cast<std::uint8_t>(label);
+  classes.components_[0] = classes.unlabelled();
+  return classes;
+}
+
 Outcome<DatasetClasses> DatasetClasses::load(const std::string& folder) {
   const std::string path = (std::filesystem::path(folder) / "classes.toml").string();
   std::error_code error;
   if (std::filesystem::status(path, error).type() == std::filesystem::file_type::not_found) {
     return semantic_kitti();
   }
-  const Outcome<std::string> text = read_text_file(path, kMaxTextBytes);
+  const Outcome<std::string> text = read_text_file(path, kMostDescriptionBytes);
   if (!text.ok()) return text.failure();
   return parse(*text, path);
 }

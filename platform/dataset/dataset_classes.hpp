@@ -19,6 +19,8 @@ class DatasetClasses {
  public:
   /// SemanticKITTI's standard map: 1 car .. 19 traffic-sign.
   [[nodiscard]] static DatasetClasses semantic_kitti();
+  /// Classes whose raw ids are their labels; 0 is known to be unlabelled.
+  [[nodiscard]] static DatasetClasses numbered(const ClassTable& table);
   /// text: the content of a classes.toml; path: for messages. Fails with kUsage, naming file, line
   /// and remedy, iff it is not TOML or not a gapless table of 1 .. 62 classes whose raw ids differ.
   static Outcome<DatasetClasses> parse(std::string_view text, const std::string& path);

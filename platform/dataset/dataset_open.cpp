@@ -9,6 +9,7 @@
 #include "dataset/calibration.hpp"
 #include "dataset/dataset.hpp"
 #include "dataset/poses.hpp"
+#include "dataset/scan_listing.hpp"
 
 namespace tessera {
 namespace {
@@ -16,10 +17,6 @@ namespace {
 constexpr std::uint64_t kBytesPerPoint = 16;
 constexpr std::uint64_t kBytesPerLabel = 4;
 constexpr std::uint64_t kMaxPointsPerScan = std::uint64_t{1} << 24U;
-
-std::string in_folder(const std::string& dir, const std::string& name) {
-  return (std::filesystem::path(dir) / name).string();
-}
 
 Outcome<void> require_folder(const std::string& what, const std::string& path,
                              std::string_view remedy) {

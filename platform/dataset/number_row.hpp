@@ -11,6 +11,10 @@
 
 namespace tessera {
 
+/// Of a text file that describes a dataset, and of one with a row for each scan or sample.
+inline constexpr std::size_t kMostDescriptionBytes = std::size_t{1} << 20U;
+inline constexpr std::size_t kMostRowsBytes = std::size_t{1} << 28U;
+
 /// Where a row stands, for messages. line counts from 1.
 struct TextPlace {
   std::string_view path;

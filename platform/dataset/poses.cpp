@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dataset/poses.hpp"
 
+#include <algorithm>
 #include <string_view>
 
 #include "dataset/number_row.hpp"
@@ -9,14 +10,9 @@
 #include "tessera/base/rigid.hpp"
 
 namespace tessera {
-namespace {
-
-constexpr std::size_t kMaxTextBytes = std::size_t{1} << 28U;
-
-}  // namespace
 
 Outcome<std::vector<Matrix34d>> read_poses(const std::string& path) {
-  const Outcome<std::string> content = read_text_file(path, kMaxTextBytes);
+  const Outcome<std::string> content = read_text_file(path, kMostRowsBytes);
   if (!content.ok()) return content.failure();
   std::vector<Matrix34d> poses;
   std::string_view text = *content;
@@ -27,7 +23,17 @@ Outcome<std::vector<Matrix34d>> read_poses(const std::string& path) {
     if (!pose.ok()) return pose.failure();
     poses.push_back(*pose);
   }
+  const Outcome<void> usable = check_some_rigid(path, poses);
+  if (!usable.ok()) return usable.failure();
   return poses;
+}
+
+Outcome<void> check_some_rigid(const std::string& path, const std::vector<Matrix34d>& poses) {
+  const auto is_rigid = [](const Matrix34d& pose) { return check_rigid(pose) == Status::kOk; };
+  if (poses.empty() || std::any_of(poses.begin(), poses.end(), is_rigid)) return {};
+  return Failure{path + ": none of its " + std::to_string(poses.size()) +
+                 " poses is a rigid transform; check that they are finite, with the rotation row "
+                 "by row and before the translation, and without a scale"};
 }
 
 Matrix34d lidar_pose(const Matrix34d& T_camera_lidar, const Matrix34d& T_world_camera) noexcept {

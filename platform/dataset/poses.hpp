@@ -13,9 +13,13 @@ namespace tessera {
 
 /// Row n is the pose of scan n, exactly as written, rigid and finite or not: an absurd pose is
 /// refused where its scan is registered, so that it costs that scan and not the sequence. Blank
-/// lines do not count. Fails with kUsage iff the file cannot be read or a row is not twelve
-/// numbers.
+/// lines do not count. Fails with kUsage iff the file cannot be read, a row is not twelve numbers,
+/// or check_some_rigid() fails.
 Outcome<std::vector<Matrix34d>> read_poses(const std::string& path);
+
+/// Fails with kUsage iff there are poses in this file and not one of them is a rigid transform:
+/// these are no poses at all, or of another form than they were taken for.
+Outcome<void> check_some_rigid(const std::string& path, const std::vector<Matrix34d>& poses);
 
 /// T_map_lidar = inv(T_camera_lidar) P T_camera_lidar with P = T_world_camera: the map frame is the
 /// LiDAR frame of a scan whose pose is the identity. T_camera_lidar must be invertible; NaN in P

@@ -53,6 +53,10 @@ ScanFilePath::ScanFilePath(std::string_view dataset, std::string_view folder, in
   append(extension);
 }
 
+std::string in_folder(const std::string& dir, const std::string& name) {
+  return (std::filesystem::path(dir) / name).string();
+}
+
 Outcome<std::vector<int>> list_scans(const std::string& folder) {
   std::error_code error;
   std::filesystem::directory_iterator files(folder, error);

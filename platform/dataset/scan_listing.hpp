@@ -39,6 +39,9 @@ class ScanFilePath {
   std::size_t length_ = 0;
 };
 
+/// "<dir>/<name>".
+[[nodiscard]] std::string in_folder(const std::string& dir, const std::string& name);
+
 /// The numbers of all files NNNNNN.bin in the folder, ascending; other names are passed over. Fails
 /// with kUsage iff the folder is missing, unreadable or without such a file.
 Outcome<std::vector<int>> list_scans(const std::string& folder);

@@ -14,7 +14,6 @@
 namespace tessera {
 namespace {
 
-constexpr std::size_t kMaxTextBytes = std::size_t{1} << 28U;
 /// 285,000 years, so that microseconds fit and differences do.
 constexpr double kMostSeconds = 9e12;
 
@@ -29,7 +28,7 @@ Outcome<std::int64_t> take_stamp(std::string_view& row, const TextPlace& place) 
 /// Calls add(row, place), which gives an Outcome<void>, for every line that is not blank.
 template <class Add>
 Outcome<void> for_rows(const std::string& path, Add&& add) {
-  const Outcome<std::string> content = read_text_file(path, kMaxTextBytes);
+  const Outcome<std::string> content = read_text_file(path, kMostRowsBytes);
   if (!content.ok()) return content.failure();
   std::string_view text = *content;
   for (TextPlace place{path, 1}; !text.empty(); ++place.line) {

@@ -34,8 +34,10 @@ std::uint32_t big_endian(const std::byte* bytes) {
 /// The decoder would turn other kinds of pixels into grey; only this tells them apart.
 bool read_header(std::span<const std::byte> file, Header& header) {
   constexpr std::array<unsigned char, 8> kSignature{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
+  constexpr std::array<unsigned char, 8> kFirstChunk{0, 0, 0, 13, 'I', 'H', 'D', 'R'};
   constexpr std::size_t kBytes = 26;
-  if (file.size() < kBytes || std::memcmp(file.data(), kSignature.data(), kSignature.size()) != 0)
+  if (file.size() < kBytes || std::memcmp(file.data(), kSignature.data(), kSignature.size()) != 0 ||
+      std::memcmp(file.data() + 8, kFirstChunk.data(), kFirstChunk.size()) != 0)
     return false;
   header.width = big_endian(file.data() + 16);
   header.height = big_endian(file.data() + 20);
@@ -69,12 +71,14 @@ class Decoder {
   Decoder& operator=(const Decoder&) = delete;
   ~Decoder() { png_destroy_read_struct(&png_, &info_, nullptr); }
 
-  /// rows: as many as the header says, each as long as it says. Nothing with a destructor lives in
-  /// here, as libpng leaves it by a jump.
-  bool decode(png_bytepp rows) {
+  /// rows: as many as the header says, each as long as it says; libpng may have found another
+  /// header. Nothing with a destructor lives in here, as libpng leaves it by a jump.
+  bool decode(png_bytepp rows, std::size_t count, std::size_t row_bytes) {
     if (png_ == nullptr || info_ == nullptr) return false;
     if (setjmp(png_jmpbuf(png_)) != 0) return false;
     png_read_info(png_, info_);
+    if (png_get_image_height(png_, info_) != count || png_get_rowbytes(png_, info_) != row_bytes)
+      png_error(png_, "two headers");
     png_read_image(png_, rows);
     png_read_end(png_, nullptr);
     return true;
@@ -105,19 +109,61 @@ std::string size_text(std::uint32_t width, std::uint32_t height) {
   return std::to_string(width) + " x " + std::to_string(height);
 }
 
-Outcome<void> check_header(std::string_view path, const Header& header, int width_px,
-                           int height_px) {
-  const auto width = static_cast<std::uint32_t>(width_px);
-  const auto height = static_cast<std::uint32_t>(height_px);
-  if (header.bits != 8 || header.color != PNG_COLOR_TYPE_GRAY)
-    return Failure{std::string(path) +
-                   " is not an 8-bit grey PNG; write the number of the class as the grey of each "
-                   "pixel"};
+/// What an image should be.
+struct Wanted {
+  int width_px = 0;
+  int height_px = 0;
+  bool eight = false;
+  bool sixteen = false;
+};
+
+const char* kind_text(const Wanted& wanted) {
+  if (!wanted.sixteen)
+    return "an 8-bit grey PNG; write the number of the class as the grey of each pixel";
+  if (!wanted.eight) return "a 16-bit grey PNG; write the depth as the grey of each pixel";
+  return "an 8- or 16-bit grey PNG; write the id of the class as the grey of each pixel";
+}
+
+Outcome<void> check_header(std::string_view path, const Header& header, const Wanted& wanted) {
+  const auto width = static_cast<std::uint32_t>(wanted.width_px);
+  const auto height = static_cast<std::uint32_t>(wanted.height_px);
+  const bool bits = (header.bits == 8 && wanted.eight) || (header.bits == 16 && wanted.sixteen);
+  if (!bits || header.color != PNG_COLOR_TYPE_GRAY)
+    return Failure{std::string(path) + " is not " + kind_text(wanted)};
   if (header.width != width || header.height != height)
     return Failure{std::string(path) + " has " + size_text(header.width, header.height) +
                    " pixels, but its camera " + size_text(width, height) +
                    "; mend width and height of the camera, or get the images that belong to it"};
   return {};
+}
+
+Failure damaged(std::string_view path, const char* reason) {
+  return Failure{std::string(path) + " is not an intact PNG (" + one_line(reason) +
+                 "); get a complete copy"};
+}
+
+Outcome<Header> check_file(std::string_view path, std::span<const std::byte> file,
+                           const Wanted& wanted) {
+  Header header;
+  if (!read_header(file, header)) return damaged(path, "no header");
+  const Outcome<void> fits = check_header(path, header, wanted);
+  if (!fits.ok()) return fits.failure();
+  return header;
+}
+
+/// into: row_bytes for each row.
+Outcome<void> decode_rows(std::string_view path, std::span<const std::byte> file,
+                          std::size_t row_bytes, std::span<std::uint8_t> into) {
+  std::vector<png_bytep> rows(into.size() / row_bytes);
+  for (std::size_t row = 0; row < rows.size(); ++row) rows[row] = into.data() + row * row_bytes;
+  Decoder decoder(file);
+  if (!decoder.decode(rows.data(), rows.size(), row_bytes)) return damaged(path, decoder.reason());
+  return {};
+}
+
+bool has_room(const Wanted& wanted, std::size_t pixels) {
+  return pixels ==
+         static_cast<std::size_t>(wanted.width_px) * static_cast<std::size_t>(wanted.height_px);
 }
 
 }  // namespace
@@ -143,21 +189,34 @@ Outcome<void> read_grey_png(std::string_view path, int width_px, int height_px,
                             std::span<std::uint8_t> out) {
   const Outcome<std::vector<std::byte>> file = read_file(path);
   if (!file.ok()) return file.failure();
-  const auto damaged = [&](const char* reason) {
-    return Failure{std::string(path) + " is not an intact PNG (" + one_line(reason) +
-                   "); get a complete copy"};
-  };
-  if (out.size() != static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px))
+  const Wanted wanted{width_px, height_px, true, false};
+  if (!has_room(wanted, out.size()))
     return Failure{"no room for the pixels of " + std::string(path), FailureKind::kFailure};
-  Header header;
-  if (!read_header(*file, header)) return damaged("no header");
-  const Outcome<void> fits = check_header(path, header, width_px, height_px);
-  if (!fits.ok()) return fits.failure();
-  std::vector<png_bytep> rows(static_cast<std::size_t>(height_px));
-  for (std::size_t row = 0; row < rows.size(); ++row)
-    rows[row] = out.data() + row * static_cast<std::size_t>(width_px);
-  Decoder decoder(*file);
-  if (!decoder.decode(rows.data())) return damaged(decoder.reason());
+  const Outcome<Header> header = check_file(path, *file, wanted);
+  if (!header.ok()) return header.failure();
+  return decode_rows(path, *file, static_cast<std::size_t>(width_px), out);
+}
+
+Outcome<void> read_grey_png(std::string_view path, int width_px, int height_px, GreyBits bits,
+                            std::span<std::uint16_t> out) {
+  const Outcome<std::vector<std::byte>> file = read_file(path);
+  if (!file.ok()) return file.failure();
+  const Wanted wanted{width_px, height_px, bits == GreyBits::kEightOrSixteen, true};
+  if (!has_room(wanted, out.size()))
+    return Failure{"no room for the pixels of " + std::string(path), FailureKind::kFailure};
+  const Outcome<Header> header = check_file(path, *file, wanted);
+  if (!header.ok()) return header.failure();
+  const std::size_t pixel_bytes = header->bits == 16 ? 2 : 1;
+  std::vector<std::uint8_t> bytes(out.size() * pixel_bytes);
+  const Outcome<void> decoded =
+      decode_rows(path, *file, static_cast<std::size_t>(width_px) * pixel_bytes, bytes);
+  if (!decoded.ok()) return decoded.failure();
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    // Big-endian in the file.
+    const unsigned value =
+        pixel_bytes == 1 ? unsigned{bytes[i]} : unsigned{bytes[2 * i]} << 8U | bytes[2 * i + 1];
+    out[i] = static_cast<std::uint16_t>(value);
+  }
   return {};
 }
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// PNG files: pictures for people, and label images of one byte a pixel.
+// PNG files: pictures for people, label images, and depth images of two bytes a pixel.
 #pragma once
 
 #include <cstddef>
@@ -31,5 +31,14 @@ Outcome<std::vector<std::byte>> encode_png(const PixelsView& picture);
 /// of 8 bits grey, or of another size. Uses the heap.
 Outcome<void> read_grey_png(std::string_view path, int width_px, int height_px,
                             std::span<std::uint8_t> out);
+
+/// Which grey images are meant.
+enum class GreyBits : std::uint8_t {
+  kSixteen,         ///< 16 bits: depths.
+  kEightOrSixteen,  ///< Ids of classes.
+};
+/// The same for grey PNGs with more bits; those of 8 bits are not scaled.
+Outcome<void> read_grey_png(std::string_view path, int width_px, int height_px, GreyBits bits,
+                            std::span<std::uint16_t> out);
 
 }  // namespace tessera

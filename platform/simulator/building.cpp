@@ -10,7 +10,7 @@ namespace tessera::street {
 namespace {
 
 constexpr double kRecess_m = 0.22;
-constexpr double kFootBelow_m = 1.2;  // Gardens rise and fall; the walls go down into them.
+constexpr double kWallsBelow_m = 1.2;  // Gardens rise and fall; the walls go down into them.
 constexpr double kStorey_m = 2.9;
 constexpr double kSill_m = 0.95;
 constexpr double kWindowHeight_m = 1.35;
@@ -59,13 +59,13 @@ void add_storey(Assembly& out, const House& house, const Front& front, int store
   // The band below the sills is open where the door is.
   for (int bay = 0; bay < front.bays; ++bay) {
     const double x = bay_centre(house, front, bay);
-    const double below = storey == 0 ? kFootBelow_m : 0.0;
+    const double below = storey == 0 ? kWallsBelow_m : 0.0;
     if (storey == 0 && bay == front.door_bay) {
       for (const double side : {1.0, -1.0}) {
         out.box({x + side * 0.5 * (0.5 * front.bay_m + front.half_window_m), y, z0 - below},
                 {0.5 * pier_half, 0.5 * kRecess_m}, kSill_m + below, wall);
       }
-      out.box({x, 0.4, -kFootBelow_m}, {0.8, 0.4}, kFootBelow_m + 0.15, wall);  // Doorstep.
+      out.box({x, 0.4, -kWallsBelow_m}, {0.8, 0.4}, kWallsBelow_m + 0.15, wall);  // Doorstep.
       continue;
     }
     out.box({x, y, z0 - below}, {0.5 * front.bay_m, 0.5 * kRecess_m}, kSill_m + below, wall);
@@ -123,8 +123,8 @@ void add_house(Assembly& out, Random random, const House& house) {
   front.door_bay = random.below(front.bays);
   const double eaves = house.storeys * kStorey_m;
   const double core_depth = house.depth_m - kRecess_m;
-  out.box({0, -kRecess_m - 0.5 * core_depth, -kFootBelow_m},
-          {0.5 * house.width_m, 0.5 * core_depth}, eaves + kFootBelow_m, wall);
+  out.box({0, -kRecess_m - 0.5 * core_depth, -kWallsBelow_m},
+          {0.5 * house.width_m, 0.5 * core_depth}, eaves + kWallsBelow_m, wall);
   for (int storey = 0; storey < house.storeys; ++storey) {
     add_storey(out, house, front, storey, wall);
     add_windows(out, house, front, storey);

@@ -7,6 +7,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "simulator/random.hpp"
 #include "simulator/smooth_noise.hpp"
@@ -18,7 +19,6 @@ constexpr double kCell_m = 0.25;
 constexpr int kTileCells = 16;
 constexpr double kTile_m = kCell_m * kTileCells;
 constexpr double kMargin_m = 2.0;
-constexpr double kTurn = 6.283185307179586;
 constexpr double kKerb_m = 0.12;
 
 /// Where the ray leaves the square of the lattice that it is in at t (a little beyond the border).
@@ -79,9 +79,10 @@ bool Ground::is_parking(int side, int slot) const {
 }
 
 double Ground::road_height(double x_m) const {
-  const double phase = kTurn * unit_of(hash_of(seed_, Stream::kTerrain, 1));
-  const double phase2 = kTurn * unit_of(hash_of(seed_, Stream::kTerrain, 2));
-  return 0.55 * std::sin(kTurn * x_m / 95.0 + phase) + 0.12 * std::sin(kTurn * x_m / 38.0 + phase2);
+  const double phase = (2.0 * std::numbers::pi) * unit_of(hash_of(seed_, Stream::kTerrain, 1));
+  const double phase2 = (2.0 * std::numbers::pi) * unit_of(hash_of(seed_, Stream::kTerrain, 2));
+  return 0.55 * std::sin((2.0 * std::numbers::pi) * x_m / 95.0 + phase) +
+         0.12 * std::sin((2.0 * std::numbers::pi) * x_m / 38.0 + phase2);
 }
 
 double Ground::height(double x_m, double y_m) const {

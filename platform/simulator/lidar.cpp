@@ -6,18 +6,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "simulator/random.hpp"
 
 namespace tessera::street {
 namespace {
 
-constexpr double kTurn = 6.283185307179586;
 constexpr double kMinRange_m = 0.9;
 /// Power (1/m^2) at which an echo comes back in 63 % of the cases.
 constexpr double kPowerScale = 1.6e-6;
 
-double radians(double degrees) { return degrees * kTurn / 360.0; }
+double radians(double degrees) { return degrees * (2.0 * std::numbers::pi) / 360.0; }
 
 bool comes_back(const Hit& hit, Random& random) {
   const double power = hit.surface.reflectivity * hit.cos_incidence / (hit.range_m * hit.range_m);
@@ -80,7 +80,7 @@ EchoImage sweep(const LidarModel& model, const SweepPoses& T_street_sensor,
   std::size_t pixel = 0;
   for (const double elevation : model.elevations_rad) {
     for (int column = 0; column < image.columns; ++column, ++pixel) {
-      const double azimuth = kTurn * column / image.columns;
+      const double azimuth = (2.0 * std::numbers::pi) * column / image.columns;
       const Eigen::Vector3d direction(std::cos(elevation) * std::cos(azimuth),
                                       std::cos(elevation) * std::sin(azimuth), std::sin(elevation));
       const Eigen::Isometry3d& pose =

@@ -9,7 +9,7 @@
 namespace tessera::street {
 namespace {
 
-constexpr double kFootBelow_m = 0.35;  // Sunk into uneven ground, so that no gap shows on a slope.
+constexpr double kSunk_m = 0.35;  // Sunk into uneven ground, so that no gap shows on a slope.
 
 Surface glass(RawId id) {
   Surface surface = surface_of(id);
@@ -91,9 +91,9 @@ void add_tree(Assembly& trunk, Assembly& crown, Random random) {
   const double clear = random.uniform(2.2, 3.1);
   const double radius = random.uniform(0.13, 0.26);
   const Surface bark = surface_of(RawId::kTrunk);
-  trunk.cylinder({0, 0, -kFootBelow_m}, radius, clear + 0.9 + kFootBelow_m, bark);
-  trunk.tapered({0, 0, -kFootBelow_m}, {radius * 1.7, radius * 1.7}, {radius * 0.7, radius * 0.7},
-                0.35 + kFootBelow_m, bark);
+  trunk.cylinder({0, 0, -kSunk_m}, radius, clear + 0.9 + kSunk_m, bark);
+  trunk.tapered({0, 0, -kSunk_m}, {radius * 1.7, radius * 1.7}, {radius * 0.7, radius * 0.7},
+                0.35 + kSunk_m, bark);
   trunk.cylinder({0, 0, clear + 0.9}, 0.6 * radius, 0.45 * (height - clear), bark);
   const double spread = random.uniform(1.5, 2.5);
   const int clumps = 7 + random.below(5);
@@ -123,9 +123,9 @@ void add_hedge(Assembly& out, Random random, double length_m) {
   const int pieces = static_cast<int>(length_m / kPiece_m);
   for (int i = 0; i < pieces; ++i) {
     const double x = (i + 0.5) * length_m / pieces - 0.5 * length_m;
-    const double top = height + random.uniform(-0.12, 0.12) + kFootBelow_m;
+    const double top = height + random.uniform(-0.12, 0.12) + kSunk_m;
     const double half = 0.5 * length_m / pieces;
-    out.tapered({x, random.uniform(-0.06, 0.06), -kFootBelow_m}, {half, 0.42}, {half, 0.33}, top,
+    out.tapered({x, random.uniform(-0.06, 0.06), -kSunk_m}, {half, 0.42}, {half, 0.33}, top,
                 leaves(0.5));
   }
 }
@@ -138,8 +138,7 @@ void add_fence(Assembly& out, Random random, double length_m, FenceKind kind) {
   const int bays = std::max(1, static_cast<int>(length_m / kBay_m));
   const double bay = length_m / bays;
   for (int i = 0; i <= bays; ++i) {
-    out.box({i * bay - 0.5 * length_m, 0, -kFootBelow_m}, {0.06, 0.06}, height + 0.1 + kFootBelow_m,
-            wood);
+    out.box({i * bay - 0.5 * length_m, 0, -kSunk_m}, {0.06, 0.06}, height + 0.1 + kSunk_m, wood);
   }
   if (kind == FenceKind::kMesh) {
     Surface mesh = wood;
@@ -165,7 +164,7 @@ void add_fence(Assembly& out, Random random, double length_m, FenceKind kind) {
 void add_lamp(Assembly& out, Random random) {
   const Surface metal = surface_of(RawId::kPole);
   const double height = random.uniform(5.2, 6.4);
-  out.cylinder({0, 0, -kFootBelow_m}, 0.12, 0.9 + kFootBelow_m, metal);
+  out.cylinder({0, 0, -kSunk_m}, 0.12, 0.9 + kSunk_m, metal);
   out.cylinder({0, 0, 0.9}, 0.075, height - 0.9, metal);
   out.box({0, 0.75, height}, {0.05, 0.8}, 0.08, metal);
   out.box({0, 1.5, height - 0.04}, {0.12, 0.3}, 0.14, metal);
@@ -173,7 +172,7 @@ void add_lamp(Assembly& out, Random random) {
 
 void add_sign(Assembly& post, Assembly& plate, Random random) {
   const double height = random.uniform(2.2, 2.7);
-  post.cylinder({0, 0, -kFootBelow_m}, 0.04, height + kFootBelow_m, surface_of(RawId::kPole));
+  post.cylinder({0, 0, -kSunk_m}, 0.04, height + kSunk_m, surface_of(RawId::kPole));
   const bool board = random.chance(0.35);
   const double half = board ? random.uniform(0.4, 0.55) : random.uniform(0.3, 0.36);
   const double tall = board ? random.uniform(0.4, 0.55) : 2.0 * half;
@@ -187,7 +186,7 @@ void add_sign(Assembly& post, Assembly& plate, Random random) {
 void add_bin(Assembly& out, Random random) {
   const Surface plastic = surface_of(RawId::kUnlabelled);
   const double height = random.uniform(0.85, 1.15);
-  out.tapered({0, 0, -kFootBelow_m}, {0.24, 0.24}, {0.3, 0.3}, height + kFootBelow_m, plastic);
+  out.tapered({0, 0, -kSunk_m}, {0.24, 0.24}, {0.3, 0.3}, height + kSunk_m, plastic);
   out.box({0.03, 0, height}, {0.34, 0.32}, 0.06, plastic);
 }
 

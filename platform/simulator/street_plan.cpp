@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "simulator/building.hpp"
 #include "simulator/street_furniture.hpp"
@@ -14,7 +15,6 @@
 namespace tessera::street {
 namespace {
 
-constexpr double kPi = 3.141592653589793;
 constexpr double kLot_m = 12.0;
 constexpr double kFenceLine_m = kSidewalkEnd_m + 0.3;
 constexpr double kBackHedge_m = kStreetHalfWidth_m - 0.6;
@@ -30,7 +30,7 @@ class Drawing {
   /// right side.
   Assembly object(double x, double off, double yaw) {
     const double y = side_ * off;
-    const double turned = side_ > 0 ? yaw + kPi : yaw;
+    const double turned = side_ > 0 ? yaw + std::numbers::pi : yaw;
     return {solids_, {{x, y, ground_.height(x, y)}, turned}, next_object()};
   }
   Random fork() { return Random(random.next()); }
@@ -61,7 +61,7 @@ void plant_tree(Drawing& draw, double x, double off) {
 }
 
 void plant_bush(Drawing& draw, double x, double off) {
-  Assembly bush = draw.object(x, off, draw.random.uniform(0.0, kPi));
+  Assembly bush = draw.object(x, off, draw.random.uniform(0.0, std::numbers::pi));
   add_bush(bush, draw.fork());
 }
 
@@ -135,9 +135,9 @@ void draw_kerb_slot(Drawing& draw, double x) {
   const double strip = 0.5 * (kRoadHalfWidth_m + kVergeEnd_m);
   if (draw.ground().is_parking(draw.side(), draw.place())) {
     if (draw.random.chance(0.48)) {
-      Assembly car =
-          draw.object(x + draw.random.uniform(-0.4, 0.4), strip + draw.random.uniform(-0.1, 0.12),
-                      draw.random.uniform(-0.03, 0.03) + (draw.random.chance(0.15) ? kPi : 0.0));
+      Assembly car = draw.object(
+          x + draw.random.uniform(-0.4, 0.4), strip + draw.random.uniform(-0.1, 0.12),
+          draw.random.uniform(-0.03, 0.03) + (draw.random.chance(0.15) ? std::numbers::pi : 0.0));
       add_car(car, draw.fork(), RawId::kCar);
     }
   } else if (draw.random.chance(0.8)) {
@@ -152,8 +152,8 @@ void draw_sidewalk_slot(Drawing& draw, double x) {
   }
   if (draw.random.chance(0.3)) {
     const double at = x + draw.random.uniform(-2.0, 1.5);
-    Assembly post = draw.object(at, kVergeEnd_m + 0.3, kPi);
-    Assembly plate = draw.object(at, kVergeEnd_m + 0.3, kPi);
+    Assembly post = draw.object(at, kVergeEnd_m + 0.3, std::numbers::pi);
+    Assembly plate = draw.object(at, kVergeEnd_m + 0.3, std::numbers::pi);
     add_sign(post, plate, draw.fork());
   }
   if (draw.random.chance(0.2)) {

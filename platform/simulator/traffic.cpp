@@ -5,6 +5,7 @@
 #include "simulator/traffic.hpp"
 
 #include <cmath>
+#include <numbers>
 
 #include "simulator/random.hpp"
 #include "simulator/street_furniture.hpp"
@@ -12,7 +13,6 @@
 namespace tessera::street {
 namespace {
 
-constexpr double kPi = 3.141592653589793;
 constexpr double kStart_m = 30.0;
 constexpr double kQueueGap_m = 24.0;
 constexpr double kLane_m = 1.75;
@@ -34,7 +34,7 @@ double Traffic::along(int robot, double time_s) const {
 }
 
 double Traffic::across(int robot, double driven_m) const {
-  const double phase = 2.0 * kPi * unit_of(hash_of(seed_, Stream::kDrive, 100, robot));
+  const double phase = 2.0 * std::numbers::pi * unit_of(hash_of(seed_, Stream::kDrive, 100, robot));
   return -heading(robot) * kLane_m + 0.15 * std::sin(driven_m / 9.0 + phase);
 }
 
@@ -45,7 +45,8 @@ Eigen::Isometry3d Traffic::T_street_sensor(const Ground& ground, int robot, doub
   const double s = driven(robot, time_s);
   const double sideways =
       (across(robot, s + kAhead_m) - across(robot, s - kAhead_m)) / (2.0 * kAhead_m);
-  const double yaw = heading(robot) > 0 ? std::atan(sideways) : kPi - std::atan(sideways);
+  const double yaw =
+      heading(robot) > 0 ? std::atan(sideways) : std::numbers::pi - std::atan(sideways);
   const double climb = heading(robot) *
                        (ground.road_height(x + kAhead_m) - ground.road_height(x - kAhead_m)) /
                        (2.0 * kAhead_m);
@@ -75,7 +76,7 @@ void Traffic::add_cars(const Ground& ground, double half_length_m, int observer,
       if (!is_robot && unit_of(hash) > 0.55) continue;
       const double x = heading(lane) * (first + slot * kQueueGap_m);
       const Placement at{{x, -heading(lane) * kLane_m, ground.road_height(x) + 0.03},
-                         lane == 0 ? 0.0 : kPi};
+                         lane == 0 ? 0.0 : std::numbers::pi};
       Assembly car(solids, at, object_of(hash));
       add_car(car, Random(hash), RawId::kMovingCar);
     }
@@ -93,7 +94,7 @@ void Traffic::add_walkers(const Ground& ground, double half_length_m, double tim
       const double x = slot * kWalkerSlot_m + random.uniform(-5.0, 5.0) + pace * time_s;
       const double y = side * random.uniform(6.75, 7.35);
       if (std::abs(x) > half_length_m) continue;
-      Assembly person(solids, {{x, y, ground.height(x, y)}, pace > 0.0 ? 0.0 : kPi},
+      Assembly person(solids, {{x, y, ground.height(x, y)}, pace > 0.0 ? 0.0 : std::numbers::pi},
                       object_of(random.next()));
       add_person(person, Random(random.next()), RawId::kMovingPerson, 5.5 * time_s + slot);
     }
@@ -103,7 +104,8 @@ void Traffic::add_walkers(const Ground& ground, double half_length_m, double tim
   const double y = -5.15 + 1.5 * time_s;
   if (y > 7.0) return;
   const double x = random.uniform(1.0, 2.5);
-  Assembly person(solids, {{x, y, ground.height(x, y)}, 0.5 * kPi}, object_of(random.next()));
+  Assembly person(solids, {{x, y, ground.height(x, y)}, 0.5 * std::numbers::pi},
+                  object_of(random.next()));
   add_person(person, Random(random.next()), RawId::kMovingPerson, 6.0 * time_s);
 }
 
