@@ -12,10 +12,6 @@ namespace tessera {
 
 namespace {
 
-Failure out_of_range(const char* option, const std::string& given, const char* allowed) {
-  return {std::string(option) + " " + given + " is not allowed; give " + allowed};
-}
-
 template <class Value>
 std::optional<Value> named(const std::string& name, std::initializer_list<Value> values) {
   for (const Value value : values) {
@@ -42,15 +38,15 @@ Outcome<DiffusionConfig> diffusion_of(const DiffusionOptions& options, const Map
   config.whole_map = options.whole_map;
   const int least = paper ? 1 : 0;
   if (config.iterations < least || config.iterations > DiffusionConfig::kMostHalo)
-    return out_of_range("--iterations", std::to_string(config.iterations),
-                        paper ? "1 to 16" : "0 to 16");
+    return not_allowed("--iterations", std::to_string(config.iterations),
+                       paper ? "1 to 16" : "0 to 16");
   if (!(config.alpha > 0.0F && config.alpha < 1.0F))
-    return out_of_range("--alpha", text_of(options.alpha), "a number between 0 and 1");
+    return not_allowed("--alpha", text_of(options.alpha), "a number between 0 and 1");
   if (!(config.omega >= 1e-6F && config.omega <= 1000.0F))
-    return out_of_range("--omega", text_of(options.omega), "a number from 1e-6 to 1000");
+    return not_allowed("--omega", text_of(options.omega), "a number from 1e-6 to 1000");
   if (!(config.length_m > 0.0F && config.length_m <= 1e3F))
-    return out_of_range("--diffusion-length", text_of(static_cast<double>(config.length_m)),
-                        "metres above 0");
+    return not_allowed("--diffusion-length", text_of(static_cast<double>(config.length_m)),
+                       "metres above 0");
   const DiffusionStencil stencil(static_cast<double>(config.length_m) / map.resolution_m);
   if (static_cast<double>(config.length_m) > 9.0 * map.resolution_m ||
       DiffusionBrick::halo_of(config, stencil.reach()) > DiffusionConfig::kMostHalo) {

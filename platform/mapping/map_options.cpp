@@ -7,12 +7,24 @@ namespace tessera {
 Json to_json(const MapOptions& o, const MapSetup& setup) {
   Json json;
   json["dataset"] = o.dataset;
+  // Where they are given: the settings of a dataset are what they were.
+  if (!o.pcd.empty()) json["pcd"] = o.pcd;
+  if (!o.ply.empty()) json["ply"] = o.ply;
+  if (!o.depth.empty()) {
+    json["depth"] = o.depth;
+    json["label_images"] = o.label_images;
+    json["intrinsics"] = o.intrinsics;
+  }
+  if (!o.poses.empty()) json["poses"] = o.poses;
   json["out"] = o.out;
   json["report"] = o.report;
   json["first"] = o.first ? Json(*o.first) : Json();
   json["last"] = o.last ? Json(*o.last) : Json();
-  json["labels"] = o.labels;
-  json["deskew"] = o.deskew.empty() ? "where timed" : o.deskew;
+  const bool is_cloud = !o.pcd.empty() || !o.ply.empty();
+  json["labels"] = is_cloud && o.labels != "none" ? "field" : o.labels;
+  if (!o.depth.empty()) json["labels"] = o.label_images.empty() ? "none" : "images";
+  const char* const deskew = is_cloud || !o.depth.empty() ? "off" : "where timed";
+  json["deskew"] = o.deskew.empty() ? deskew : o.deskew;
   json["resolution"] = setup.map.resolution_m;
   json["inference"] = o.inference;
   json["kernel_length"] =
@@ -36,7 +48,19 @@ Json to_json(const MapOptions& o, const MapSetup& setup) {
   json["continue"] = o.continue_from;
   json["window"] = o.window_m ? Json(*o.window_m) : Json();
   json["archive"] = o.archive;
+  if (!o.prior_map.empty()) {
+    json["prior_map"] = o.prior_map;
+    json["prior_map_weight"] = o.prior_map_weight;
+  }
   return json;
+}
+
+Json settings_of(Json config) {
+  for (const char* const key :
+       {"dataset", "pcd", "ply", "depth", "label_images", "intrinsics", "poses", "prior_map", "out",
+        "report", "continue", "memory", "first", "last", "window", "archive"})
+    config.erase(key);
+  return config;
 }
 
 }  // namespace tessera

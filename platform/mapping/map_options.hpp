@@ -17,7 +17,15 @@
 namespace tessera {
 
 struct MapOptions {
-  std::string dataset;
+  std::string dataset;  ///< One of this, pcd, ply and depth.
+  std::string pcd;
+  std::string ply;
+  std::string depth;         ///< Or this: a folder of depth images,
+  std::string label_images;  ///< of their labels, if there are any,
+  std::string intrinsics;    ///< and the file of their camera.
+  std::string poses;         ///< Of pcd, ply and depth.
+  std::string prior_map;     ///< A .bt or .ot file; empty: none.
+  double prior_map_weight = 1.0;
   std::string out;
   std::string report;
   std::string continue_from;
@@ -47,6 +55,13 @@ struct MapOptions {
   std::uint64_t work_budget = 0;
   double deadline_ms = 0.0;  ///< For each scan; 0: none.
   bool kernel_length_given = false;
+  bool labels_given = false;
+  bool prior_map_weight_given = false;
+
+  /// The folder that the scans are in.
+  [[nodiscard]] const std::string& folder() const noexcept {
+    return !pcd.empty() ? pcd : !ply.empty() ? ply : !depth.empty() ? depth : dataset;
+  }
 };
 
 /// What mapping is set up with.
@@ -70,6 +85,10 @@ Outcome<void> set_up_window(const MapOptions& options, double resolution_m, Wind
 
 /// Every option's value, for reports and for the map's own record.
 Json to_json(const MapOptions& options, const MapSetup& setup);
+
+/// How a map was made, for its own record: without the paths and ranges of this run. config: as
+/// to_json gave it.
+Json settings_of(Json config);
 
 /// Splits the budget: the archive's part, scratch for scans of max_points returns, the rest for the
 /// map. With a budget

@@ -20,31 +20,27 @@ std::optional<double> parse_metres(const std::string& text) {
   return value;
 }
 
-Failure out_of_range(const char* option, const std::string& given, const char* allowed) {
-  return {std::string(option) + " " + given + " is not allowed; give " + allowed};
-}
-
 Outcome<void> set_up_map(const MapOptions& o, MapSetup& setup) {
   const double resolution_m = o.resolution_m.value_or(0.1);
   if (!(resolution_m >= 1e-3 && resolution_m <= 100.0)) {
-    return out_of_range("--resolution", text_of(resolution_m), "metres from 0.001 to 100");
+    return not_allowed("--resolution", text_of(resolution_m), "metres from 0.001 to 100");
   }
   const double prior = o.prior.value_or(0.001);
   if (!(prior >= 0.0 && prior <= 1e6))
-    return out_of_range("--prior", text_of(prior), "a number from 0 to 1e6");
+    return not_allowed("--prior", text_of(prior), "a number from 0 to 1e6");
   const bool kernel = o.inference == "kernel";
   const double free_weight = o.free_weight.value_or(kernel ? 1.0 : 0.4);
   const double max_evidence = o.max_evidence.value_or(kernel ? 250.0 : 100.0);
   if (!(free_weight > 0.0 && free_weight <= 1e6))
-    return out_of_range("--free-weight", text_of(free_weight), "a number above 0");
+    return not_allowed("--free-weight", text_of(free_weight), "a number above 0");
   const double passes = max_evidence / free_weight;
   if (!(max_evidence >= 0.0 && max_evidence <= 1e6) ||
       (max_evidence > 0.0 && !(passes >= 1.0 && passes <= 255.0))) {
-    return out_of_range("--max-evidence", text_of(max_evidence),
-                        "0, or 1 to 255 times --free-weight");
+    return not_allowed("--max-evidence", text_of(max_evidence),
+                       "0, or 1 to 255 times --free-weight");
   }
   if (!o.counts.empty() && o.counts != "dense" && o.counts != "compact")
-    return out_of_range("--counts", o.counts, "dense or compact");
+    return not_allowed("--counts", o.counts, "dense or compact");
   // A long kernel brings many classes into a voxel: three slots are too few for them.
   const bool dense = o.counts.empty() ? kernel : o.counts == "dense";
   setup.map.tuple = dense ? TuplePolicy::kDense : TuplePolicy::kCompact;
@@ -54,19 +50,28 @@ Outcome<void> set_up_map(const MapOptions& o, MapSetup& setup) {
   setup.map.prior = prior;
   setup.map.max_evidence = static_cast<float>(max_evidence);
   setup.map.free_weight = static_cast<float>(free_weight);
+  if (o.prior_map_weight_given && o.prior_map.empty())
+    return Failure{"--prior-map-weight is for --prior-map; name an OctoMap file, or leave it out"};
+  if (!o.prior_map.empty() && !o.continue_from.empty()) {
+    return Failure{"--prior-map is for a new map; leave it out, as the map to continue has it"};
+  }
+  const double most = max_evidence > 0.0 ? max_evidence : 1000.0;
+  if (!(o.prior_map_weight >= 0.001 && o.prior_map_weight <= most))
+    return not_allowed("--prior-map-weight", text_of(o.prior_map_weight),
+                       "evidence from 0.001 to --max-evidence");
   return {};
 }
 
 Outcome<void> set_up_ranges(const MapOptions& o, InferenceConfig& inference) {
   if (!(o.max_range_m >= 0.0 && o.max_range_m <= 1e6))
-    return out_of_range("--max-range", text_of(o.max_range_m), "metres, 0 for no limit");
+    return not_allowed("--max-range", text_of(o.max_range_m), "metres, 0 for no limit");
   if (!(o.min_range_m >= 0.0 && (o.max_range_m <= 0.0 || o.min_range_m < o.max_range_m))) {
-    return out_of_range("--min-range", text_of(o.min_range_m), "metres, under --max-range");
+    return not_allowed("--min-range", text_of(o.min_range_m), "metres, under --max-range");
   }
   if (!(o.min_weight >= 0.0 && o.min_weight <= 1.0))
-    return out_of_range("--min-weight", text_of(o.min_weight), "a number from 0 to 1");
+    return not_allowed("--min-weight", text_of(o.min_weight), "a number from 0 to 1");
   if (o.free_space != "on" && o.free_space != "off")
-    return out_of_range("--free-space", o.free_space, "on or off");
+    return not_allowed("--free-space", o.free_space, "on or off");
   inference.min_weight = static_cast<float>(o.min_weight);
   inference.min_range_m = static_cast<float>(o.min_range_m);
   inference.max_range_m = static_cast<float>(o.max_range_m);
@@ -78,9 +83,10 @@ Outcome<void> set_up_ranges(const MapOptions& o, InferenceConfig& inference) {
 Outcome<void> set_up_deadline(const MapOptions& o, MapSetup& setup) {
   // The clock counts microseconds.
   const bool in_range = o.deadline_ms >= 0.001 && o.deadline_ms <= 1e9;
-  if (!in_range && (o.deadline_ms < 0.0 || o.deadline_ms > 0.0))
-    return out_of_range("--deadline", text_of(o.deadline_ms),
-                        "milliseconds from 0.001 to 1e9, or 0");
+  const bool none = o.deadline_ms >= 0.0 && o.deadline_ms <= 0.0;
+  if (!in_range && !none)
+    return not_allowed("--deadline", text_of(o.deadline_ms),
+                       "milliseconds from 0.001 to 1e9, or 0");
   setup.deadline_us = static_cast<std::int64_t>(o.deadline_ms * 1000.0 + 0.5);
   return {};
 }
@@ -93,7 +99,7 @@ Outcome<void> set_up_mode(const MapOptions& o, double resolution_m, InferenceCon
   else if (o.inference == "counting")
     inference.mode = InferenceMode::kCounting;
   else
-    return out_of_range("--inference", o.inference, "multi-entropy, kernel or counting");
+    return not_allowed("--inference", o.inference, "multi-entropy, kernel or counting");
   const bool kernel = inference.mode == InferenceMode::kKernel;
   if (o.kernel_length_given && !kernel) {
     return Failure{
@@ -102,8 +108,8 @@ Outcome<void> set_up_mode(const MapOptions& o, double resolution_m, InferenceCon
   const bool in_range =
       o.kernel_length_m >= 0.5 * resolution_m && o.kernel_length_m <= 32.0 * resolution_m;
   if (kernel && !in_range) {
-    return out_of_range("--kernel-length", text_of(o.kernel_length_m),
-                        "metres from 0.5 to 32 voxels");
+    return not_allowed("--kernel-length", text_of(o.kernel_length_m),
+                       "metres from 0.5 to 32 voxels");
   }
   inference.kernel_length_m = static_cast<float>(o.kernel_length_m);
   return {};
@@ -117,11 +123,11 @@ Outcome<void> set_up_thinning(const MapOptions& o, double resolution_m,
   } else if (!o.downsample.empty()) {
     const std::optional<double> given = parse_metres(o.downsample);
     if (!given || !(*given >= 1e-3 && *given <= 1e3))
-      return out_of_range("--downsample", o.downsample, "metres from 0.001 to 1000, or off");
+      return not_allowed("--downsample", o.downsample, "metres from 0.001 to 1000, or off");
     inference.thinning_m = *given;
   }
   if (!o.thinning_weight.empty() && o.thinning_weight != "mean" && o.thinning_weight != "sum") {
-    return out_of_range("--thinning-weight", o.thinning_weight, "mean or sum");
+    return not_allowed("--thinning-weight", o.thinning_weight, "mean or sum");
   }
   const bool sum = o.thinning_weight.empty() ? inference.mode == InferenceMode::kKernel
                                              : o.thinning_weight == "sum";
@@ -140,7 +146,7 @@ Outcome<void> set_up_window(const MapOptions& o, double resolution_m, WindowConf
   window.radius_m = *o.window_m;
   window.hysteresis_m = 2.0 * edge_m;
   if (!(*o.window_m > 0.0 && *o.window_m <= 4000.0 * edge_m))
-    return out_of_range("--window", text_of(*o.window_m), "metres above 0, to 32000 voxels");
+    return not_allowed("--window", text_of(*o.window_m), "metres above 0, to 32000 voxels");
   return {};
 }
 
@@ -159,7 +165,7 @@ Outcome<MapSetup> set_up(const MapOptions& o) {
   const Outcome<void> window = set_up_window(o, setup.map.resolution_m, setup.window);
   if (!window.ok()) return window.failure();
   const std::optional<std::size_t> budget = parse_bytes(o.memory);
-  if (!budget) return out_of_range("--memory", o.memory, "bytes, or a number with K, M or G");
+  if (!budget) return not_allowed("--memory", o.memory, "bytes, or a number with K, M or G");
   setup.budget_bytes = *budget;
   return setup;
 }

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Bytes of PLY files: a header as text, then elements of numbers, little-endian whatever the
-// machine.
+// Bytes of PLY files and of tables: a header as text, then elements of numbers, little-endian
+// whatever the machine.
 #pragma once
 
 #include <array>
@@ -34,7 +34,7 @@ class PlyStream {
   }
 
  private:
-  static constexpr std::size_t kElementBytes = 64;
+  static constexpr std::size_t kElementBytes = 320;  ///< A row with the counts of 64 components.
 
   AtomicFile& file_;
   std::array<std::byte, kElementBytes> element_{};
