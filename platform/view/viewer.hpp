@@ -1,0 +1,73 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// What the page asks for: its files, which maps there are, what has changed in them, one voxel, and
+// how things stand. docs/view.md has all of it. It keeps nothing of a page between two requests.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "view/view_map.hpp"
+#include "view/web_server.hpp"
+
+namespace tessera {
+
+struct ViewerConfig {
+  ListenAddress address;
+  std::uint32_t voxels_per_s = 0;  ///< To all pages together; 0: no limit.
+};
+
+struct ViewerReport {
+  WebServerReport web{};
+  std::uint64_t messages = 0;  ///< Of changed blocks.
+  std::uint64_t blocks = 0;    ///< In them.
+  std::uint64_t bytes = 0;
+  /// Messages that were cut short or empty, as the voxels of a second were used up or a block was
+  /// being changed at every try: what was left out comes later.
+  std::uint64_t deferred = 0;
+};
+
+/// Not for several threads at once, but for report().
+class Viewer {
+ public:
+  /// How things stand, for the page's panels and tracks: docs/view.md, /status.
+  using Status = std::function<Json()>;
+
+  /// Begins to listen. maps: at most 64. Fails as WebServer::open.
+  static Outcome<std::unique_ptr<Viewer>> open(const ViewerConfig& config,
+                                               std::vector<std::unique_ptr<ViewMap>> maps,
+                                               Status status);
+  Viewer(const Viewer&) = delete;
+  Viewer& operator=(const Viewer&) = delete;
+  ~Viewer() = default;
+
+  /// Where to point a browser.
+  [[nodiscard]] std::string url() const { return address_.url(server_->port()); }
+  /// As WebServer::serve.
+  void serve(int timeout_ms) noexcept;
+  /// For any thread.
+  [[nodiscard]] ViewerReport report() const noexcept { return shared_report_.load(); }
+
+ private:
+  Viewer(const ViewerConfig& config, std::vector<std::unique_ptr<ViewMap>> maps, Status status);
+  [[nodiscard]] WebReply answer(WebRequest& request);
+  [[nodiscard]] WebReply maps_reply() const;
+  [[nodiscard]] WebReply status_reply() const;
+  [[nodiscard]] WebReply blocks_reply(WebRequest& request);
+  [[nodiscard]] WebReply keys_reply(WebRequest& request);
+  [[nodiscard]] WebReply voxel_reply(WebRequest& request);
+  [[nodiscard]] ViewMap* map_of(const WebRequest& request) const;
+
+  ListenAddress address_;
+  std::vector<std::unique_ptr<ViewMap>> maps_;
+  Status status_;
+  ViewBudget budget_;
+  std::uint64_t session_;
+  ViewerReport report_{};
+  SharedReport<ViewerReport> shared_report_;
+  std::unique_ptr<WebServer> server_;
+};
+
+}  // namespace tessera

@@ -1,0 +1,235 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "view/web_server.hpp"
+
+#include <microhttpd.h>
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <exception>
+#include <utility>
+
+#include "posix/monotonic_clock.hpp"
+
+namespace tessera {
+
+namespace {
+
+/// Nothing of the page comes from elsewhere, and nothing of it is for pages of elsewhere.
+constexpr std::pair<const char*, const char*> kHeaders[] = {
+    {"Content-Security-Policy",
+     "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' "
+     "data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"},
+    {"X-Content-Type-Options", "nosniff"},
+    {"Cross-Origin-Resource-Policy", "same-origin"},
+    {"Cross-Origin-Opener-Policy", "same-origin"},
+    {"Referrer-Policy", "no-referrer"},
+    {"Cache-Control", "no-store"},
+};
+
+WebReply refusal(unsigned status, const char* why) {
+  WebReply reply;
+  reply.status = status;
+  reply.text = std::string(why) + "\n";
+  return reply;
+}
+
+const char* header_of(MHD_Connection* connection, const char* name) {
+  return ::MHD_lookup_connection_value(connection, MHD_HEADER_KIND, name);
+}
+
+}  // namespace
+
+/// What the library calls.
+struct WebCallbacks {
+  static MHD_Result answer(void* server, MHD_Connection* connection, const char* url,
+                           const char* method, const char*, const char*, std::size_t*,
+                           void** state) noexcept {
+    // The first call is for the headers alone; a reply to it would end the connection, as is right
+    // where a body follows.
+    const bool has_body = header_of(connection, MHD_HTTP_HEADER_CONTENT_LENGTH) != nullptr ||
+                          header_of(connection, MHD_HTTP_HEADER_TRANSFER_ENCODING) != nullptr;
+    if (*state == nullptr && !has_body) {
+      *state = server;
+      return MHD_YES;
+    }
+    return static_cast<MHD_Result>(
+        static_cast<WebServer*>(server)->answer(connection, url, method));
+  }
+  static void connection(void* server, MHD_Connection* connection, void** link,
+                         MHD_ConnectionNotificationCode what) noexcept {
+    if (what == MHD_CONNECTION_NOTIFY_STARTED) {
+      *link = static_cast<WebServer*>(server)->begin(connection);
+    } else if (*link != nullptr) {
+      *static_cast<WebServer::Link*>(*link) = {};
+    }
+  }
+  static void completed(void*, MHD_Connection* connection, void**,
+                        MHD_RequestTerminationCode) noexcept {
+    const MHD_ConnectionInfo* const info =
+        ::MHD_get_connection_info(connection, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
+    if (info == nullptr || info->socket_context == nullptr) return;
+    static_cast<WebServer::Link*>(info->socket_context)->since_us = MonotonicClock::now_us();
+  }
+  static void give_back(void* room) noexcept { static_cast<WebServer::Room*>(room)->taken = false; }
+};
+
+std::optional<std::string_view> WebRequest::argument(const char* name) const noexcept {
+  const char* const value = ::MHD_lookup_connection_value(connection_, MHD_GET_ARGUMENT_KIND, name);
+  return value == nullptr ? std::nullopt : std::optional<std::string_view>(value);
+}
+
+std::span<std::byte> WebRequest::room() noexcept {
+  for (std::size_t i = 0; i < WebServer::kRooms; ++i) {
+    if (server_.room_states_[i].taken) continue;
+    server_.room_states_[i].taken = true;
+    room_ = static_cast<int>(i);
+    return {server_.rooms_.get() + i * WebServer::kRoomBytes, WebServer::kRoomBytes};
+  }
+  return {};
+}
+
+WebServer::WebServer(Handler handler)
+    : handler_(std::move(handler)), rooms_(std::make_unique<std::byte[]>(kRooms * kRoomBytes)) {
+  for (Room& room : room_states_) room.server = this;
+}
+
+WebServer::~WebServer() {
+  if (daemon_ != nullptr) ::MHD_stop_daemon(daemon_);
+}
+
+Outcome<std::unique_ptr<WebServer>> WebServer::open(const ListenAddress& address, Handler handler) {
+  std::unique_ptr<WebServer> server(new WebServer(std::move(handler)));
+  const unsigned flags =
+      MHD_USE_EPOLL | (address.is_ipv6() ? static_cast<unsigned>(MHD_USE_IPv6) : 0U);
+  constexpr unsigned kPatience_s = kPatience_us / 1'000'000;
+  errno = 0;
+  server->daemon_ = ::MHD_start_daemon(
+      flags, 0, nullptr, nullptr, &WebCallbacks::answer, server.get(), MHD_OPTION_SOCK_ADDR,
+      reinterpret_cast<const sockaddr*>(&address.socket), MHD_OPTION_CONNECTION_LIMIT,
+      kMostConnections, MHD_OPTION_CONNECTION_MEMORY_LIMIT, kConnectionBytes,
+      MHD_OPTION_CONNECTION_TIMEOUT, kPatience_s, MHD_OPTION_NOTIFY_CONNECTION,
+      &WebCallbacks::connection, server.get(), MHD_OPTION_NOTIFY_COMPLETED,
+      &WebCallbacks::completed, nullptr, MHD_OPTION_END);
+  if (server->daemon_ == nullptr) {
+    return Failure{"cannot serve at " + address.url(address.port) + ": " + std::strerror(errno) +
+                       "; give another address or port, or port 0 for any that is free",
+                   FailureKind::kFailure};
+  }
+  const MHD_DaemonInfo* const info =
+      ::MHD_get_daemon_info(server->daemon_, MHD_DAEMON_INFO_BIND_PORT);
+  server->port_ = info == nullptr ? address.port : info->port;
+  return server;
+}
+
+void WebServer::serve(int timeout_ms) noexcept {
+  static_cast<void>(::MHD_run_wait(daemon_, timeout_ms));
+  drop_late();
+  shared_report_.store(report_);
+}
+
+WebServer::Link* WebServer::begin(MHD_Connection* connection) noexcept {
+  ++report_.connections;
+  const MHD_ConnectionInfo* const info =
+      ::MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD);
+  for (Link& link : links_) {
+    if (link.socket >= 0 || info == nullptr) continue;
+    link = {.socket = info->connect_fd, .since_us = MonotonicClock::now_us()};
+    return &link;
+  }
+  return nullptr;
+}
+
+/// Whoever sends or takes a byte now and then is no less late. Where nearly all places are taken,
+/// the one that is longest without a reply leaves, so that others can come.
+void WebServer::drop_late() noexcept {
+  constexpr std::ptrdiff_t kSpare = 8;
+  const std::int64_t now_us = MonotonicClock::now_us();
+  const auto waits = [](const Link& link) { return link.socket >= 0 && !link.dropped; };
+  for (Link& link : links_) {
+    if (waits(link) && now_us - link.since_us > kPatience_us) drop(link);
+  }
+  if (std::count_if(links_.begin(), links_.end(), waits) + kSpare <=
+      static_cast<std::ptrdiff_t>(kMostConnections))
+    return;
+  Link* oldest = nullptr;
+  for (Link& link : links_) {
+    if (waits(link) && (oldest == nullptr || link.since_us < oldest->since_us)) oldest = &link;
+  }
+  drop(*oldest);
+}
+
+void WebServer::drop(Link& link) noexcept {
+  link.dropped = true;
+  ++report_.dropped;
+  ::shutdown(link.socket, SHUT_RDWR);
+}
+
+WebReply WebServer::reply_to(WebRequest& request, MHD_Connection* connection,
+                             std::string_view method) {
+  // The library leaves the body of a reply to HEAD out.
+  if (method != "GET" && method != "HEAD") {
+    ++report_.refused_method;
+    return refusal(MHD_HTTP_METHOD_NOT_ALLOWED, "only GET is answered");
+  }
+  if (header_of(connection, MHD_HTTP_HEADER_CONTENT_LENGTH) != nullptr ||
+      header_of(connection, MHD_HTTP_HEADER_TRANSFER_ENCODING) != nullptr) {
+    ++report_.refused_body;
+    return refusal(MHD_HTTP_CONTENT_TOO_LARGE, "a request has no body here");
+  }
+  const char* const host = header_of(connection, MHD_HTTP_HEADER_HOST);
+  if (host == nullptr || !is_trusted_host(host)) {
+    ++report_.refused_host;
+    return refusal(MHD_HTTP_FORBIDDEN,
+                   "this is served by address alone: open it by its numbers, or as localhost");
+  }
+  return handler_(request);
+}
+
+MHD_Response* WebServer::response_of(WebReply& reply, WebRequest& request) {
+  if (request.room_ >= 0 && reply.room_bytes > 0) {
+    const auto room = static_cast<std::size_t>(request.room_);
+    MHD_Response* const response = ::MHD_create_response_from_buffer_with_free_callback_cls(
+        reply.room_bytes, rooms_.get() + room * kRoomBytes, &WebCallbacks::give_back,
+        &room_states_[room]);
+    if (response != nullptr) request.room_ = -1;
+    return response;
+  }
+  // The library's functions take pointers to what they do not change.
+  if (!reply.lasting.empty()) {
+    return ::MHD_create_response_from_buffer(
+        reply.lasting.size(), const_cast<std::byte*>(reply.lasting.data()), MHD_RESPMEM_PERSISTENT);
+  }
+  return ::MHD_create_response_from_buffer(reply.text.size(), reply.text.data(),
+                                           MHD_RESPMEM_MUST_COPY);
+}
+
+int WebServer::answer(MHD_Connection* connection, std::string_view path,
+                      std::string_view method) noexcept {
+  ++report_.requests;
+  WebRequest request(connection, path, *this);
+  int queued = MHD_NO;
+  try {
+    WebReply reply = reply_to(request, connection, method);
+    report_.refused_path +=
+        reply.status == MHD_HTTP_NOT_FOUND || reply.status == MHD_HTTP_BAD_REQUEST ? 1 : 0;
+    report_.refused_busy += reply.status == MHD_HTTP_SERVICE_UNAVAILABLE ? 1 : 0;
+    MHD_Response* const response = response_of(reply, request);
+    if (response != nullptr) {
+      for (const auto& [name, value] : kHeaders) ::MHD_add_response_header(response, name, value);
+      ::MHD_add_response_header(response, MHD_HTTP_HEADER_CONTENT_TYPE, reply.type);
+      if (reply.status == MHD_HTTP_METHOD_NOT_ALLOWED)
+        ::MHD_add_response_header(response, MHD_HTTP_HEADER_ALLOW, "GET");
+      queued = ::MHD_queue_response(connection, reply.status, response);
+      ::MHD_destroy_response(response);
+    }
+  } catch (const std::exception&) {
+    queued = MHD_NO;  // No memory: the connection ends.
+  }
+  if (request.room_ >= 0) room_states_[static_cast<std::size_t>(request.room_)].taken = false;
+  return queued;
+}
+
+}  // namespace tessera
