@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "dataset/number_row.hpp"
+#include "dataset/toml_nesting.hpp"
 #include "node/config_file.hpp"
 
 namespace tessera {
@@ -38,6 +39,8 @@ Outcome<ConfigFile> ConfigFile::parse(std::string_view text, std::string path) {
     }
     return Value(std::move(numbers));
   };
+  const Outcome<void> nesting = check_nesting(text, file.path_);
+  if (!nesting.ok()) return nesting.failure();
   try {
     const toml::table root = toml::parse(text);
     for (const auto& [name, node] : root) {

@@ -42,8 +42,10 @@ Outcome<void> Node::run(NodeRequests& requests) {
   if (!vehicle.ok()) return vehicle.failure();
   const Outcome<void> started = start_threads();
   if (!started.ok()) return started.failure();
+  if (view_) std::fprintf(stderr, "the maps are shown at %s\n", view_->url().c_str());
   const std::optional<std::uint64_t> before = heap_allocations();
   counting_.store(true, std::memory_order_release);
+  if (view_) view_->begin();
   run_.start_resident_bytes = resident_bytes();
   notice_.tell("READY=1");
   look_after(requests, progress);
@@ -55,7 +57,8 @@ Outcome<void> Node::run(NodeRequests& requests) {
   run_.cpu_s = cpu_s() - cpu_before_s;
   const std::optional<std::uint64_t> after = heap_allocations();
   if (before && after)
-    run_.heap_allocations = *after - *before - snapshot_allocations_ - save_allocations_;
+    run_.heap_allocations = *after - *before - snapshot_allocations_ - save_allocations_ -
+                            (view_ ? view_->heap_allocations() : 0);
   static_cast<void>(mapping_->status().get(run_.mapping));
   run_.source = source().counters();
   progress.finish();

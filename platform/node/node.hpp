@@ -21,6 +21,7 @@
 #include "node/sharing_thread.hpp"
 #include "node/thread_roles.hpp"
 #include "node/vehicle_thread.hpp"
+#include "node/view_thread.hpp"
 #include "posix/file_descriptor.hpp"
 #include "posix/progress.hpp"
 #include "posix/service_notice.hpp"
@@ -116,6 +117,7 @@ class Node {
   [[nodiscard]] Outcome<void> check_places(const std::string& path) const;
   [[nodiscard]] Outcome<void> make_snapshot_folder() const;
   Outcome<void> make_threads();
+  Outcome<void> make_services();
   Outcome<void> start_threads();
   void stop_threads() noexcept;
 
@@ -142,6 +144,7 @@ class Node {
   [[nodiscard]] Json sensors_json() const;
   [[nodiscard]] Json vehicle_json() const;
   [[nodiscard]] Json queries_json() const;
+  [[nodiscard]] Json view_json() const;
   [[nodiscard]] MapIdentity identity_of(MapKind kind) const;
 
   NodeConfig config_;
@@ -165,6 +168,7 @@ class Node {
   std::unique_ptr<SharingThread> sharing_;
   std::unique_ptr<VehicleThread> vehicle_;
   std::unique_ptr<QueryThread> queries_;
+  std::unique_ptr<ViewThread> view_;
   ServiceNotice notice_;
   LogQueue log_{"node"};
   NodeRun run_;

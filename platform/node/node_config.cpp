@@ -206,6 +206,8 @@ Outcome<NodeConfig> parse_node_config(std::string_view text, const std::string& 
   if (!signatures.ok()) return signatures.failure();
   const Outcome<void> excluded = check_excluded(*file, config);
   if (!excluded.ok()) return excluded.failure();
+  const Outcome<void> view = check_view(*file, config);
+  if (!view.ok()) return view.failure();
   const Outcome<void> sensors = check_sensors(*file, config);
   if (!sensors.ok()) return sensors.failure();
   config.values = file->values();

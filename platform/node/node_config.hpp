@@ -11,12 +11,11 @@
 
 #include "lcm/datagram_link.hpp"
 #include "lcm/sensor_link.hpp"
-#include "mapping/diffusion_options.hpp"
 #include "mapping/map_options.hpp"
 #include "mapping/report.hpp"
+#include "mapping/sharing_setup.hpp"
 #include "posix/outcome.hpp"
 #include "service/query_port.hpp"
-#include "tessera/exchange/publication.hpp"
 #include "vehicle/bus_table.hpp"
 #include "vehicle/pose_guard.hpp"
 
@@ -57,9 +56,10 @@ struct VehicleConfig {
   PoseGuardConfig guard{};
 };
 
-struct NodeConfig {
+/// With what is shared, and how it becomes one map: [robot] robot, [publish], [fusion], and the
+/// rates of [network].
+struct NodeConfig : SharingOptions {
   // [robot]
-  std::uint32_t robot = 0;
   std::string state;         ///< Folder of the counter of starts.
   std::string T_global_map;  ///< File; empty: as the dataset says, else the identity.
   // [replay], [map]; not all of MapOptions is for a node.
@@ -74,39 +74,24 @@ struct NodeConfig {
   std::string query_url = kDefaultQueryUrl;
   std::string query_interface = "lo";
   std::uint32_t queries_per_s = 200;
+  std::string view;              ///< Address and port to show the maps at; empty: none.
+  bool view_everywhere = false;  ///< It may be one that other machines reach.
+  std::uint32_t view_voxels_per_s = 50'000;
   // [mapping], [realtime]
   std::int64_t period_ms = 100;
   std::int64_t priority = 0;  ///< Of the mapping thread, SCHED_FIFO; 0: as any program.
   bool lock_memory = false;
   std::vector<std::uint32_t> mapping_cpus;  ///< Empty: any.
   std::vector<std::uint32_t> other_cpus;
-  // [publish]
-  double staleness_s = 1.0;
-  double free_staleness_s = 4.0;
-  double evidence_factor = 4.0;
-  std::uint32_t blocks = PublisherConfig{}.blocks;
-  std::uint32_t label_bytes_per_s = 1'500'000;
-  std::uint32_t free_bytes_per_s = 375'000;
   // [network]
   LinkConfig link;
   std::uint32_t send_slots = 512;
-  std::uint32_t bytes_per_s = 1'500'000;
-  std::uint32_t burst_bytes = 128U << 10U;
-  std::uint32_t peers = 64;
-  std::uint32_t contributions = 64;
   bool status = true;
   // [security]
   std::string fleet_key;
   std::string robot_secret;  ///< With robot_public_keys; none: no signatures.
   std::string robot_public_keys;
   std::vector<std::uint32_t> exclude;
-  // [fusion]
-  std::size_t fusion_memory_bytes = std::size_t{256} << 20U;
-  DiffusionOptions diffusion;
-  std::string counts = "compact";
-  double robot_share = 0.5;
-  std::uint64_t work_per_tick = 300'000;
-  bool near_first = false;
   // [output]
   std::string global_map;
   std::string local_map;
@@ -115,7 +100,6 @@ struct NodeConfig {
   std::string snapshots;
   double snapshot_every_s = 1.0;
   // [run]
-  std::int64_t tick_ms = 50;
   std::uint32_t wait_for_peers = 0;
   double silence_s = 0.0;  ///< Without a scan, when there was one: none will come; 0: one may.
   double quiet_s = 3.0;
@@ -129,6 +113,8 @@ struct NodeConfig {
 void take_sensors(ConfigFile& file, NodeConfig& config);
 void take_vehicle(ConfigFile& file, NodeConfig& config);
 void take_service(ConfigFile& file, NodeConfig& config);
+/// Whether the address is one, and for whom it is meant.
+Outcome<void> check_view(const ConfigFile& file, const NodeConfig& config);
 /// Whether they fit together.
 Outcome<void> check_sensors(const ConfigFile& file, const NodeConfig& config);
 

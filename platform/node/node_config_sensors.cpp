@@ -6,6 +6,7 @@
 
 #include "node/config_file.hpp"
 #include "node/node_config.hpp"
+#include "view/listen_address.hpp"
 
 namespace tessera {
 
@@ -60,6 +61,20 @@ void take_service(ConfigFile& file, NodeConfig& c) {
   file.take({"service", "url"}, c.query_url);
   file.take({"service", "interface"}, c.query_interface);
   file.take({"service", "queries_per_s"}, c.queries_per_s, {1, 100'000});
+  file.take({"service", "view"}, c.view);
+  file.take({"service", "view_everywhere"}, c.view_everywhere);
+  file.take({"service", "view_voxels_per_s"}, c.view_voxels_per_s, {1'000, 10'000'000});
+}
+
+Outcome<void> check_view(const ConfigFile& file, const NodeConfig& c) {
+  if (c.view.empty()) return {};
+  const ConfigKey key{"service", "view"};
+  const Outcome<ListenAddress> address = parse_listen_address(c.view);
+  if (!address.ok()) return file.refusal(key, address.failure().message);
+  if (address->is_loopback() || c.view_everywhere) return {};
+  return file.refusal(key, c.view +
+                               " is for everybody who reaches this machine; write view_everywhere "
+                               "= true too if that is meant, or give 127.0.0.1:8080");
 }
 
 Outcome<void> check_sensors(const ConfigFile& file, const NodeConfig& c) {

@@ -259,6 +259,7 @@ Json Node::report() const {
   if (sensing_) json["sensors"] = sensors_json();
   if (vehicle_) json["vehicle"] = vehicle_json();
   if (queries_) json["queries"] = queries_json();
+  if (view_) json["view"] = view_json();
   Json ticks = times_json(times().ticks);
   ticks["period_ms"] = config_.tick_ms;
   ticks["overruns"] = times().overruns;

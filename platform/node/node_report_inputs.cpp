@@ -162,4 +162,21 @@ Json Node::queries_json() const {
           {"most_work", r.queries.most_work}};
 }
 
+Json Node::view_json() const {
+  const ViewerReport r = view_->report();
+  return {{"connections", r.web.connections},
+          {"requests", r.web.requests},
+          {"refused_method", r.web.refused_method},
+          {"refused_host", r.web.refused_host},
+          {"refused_body", r.web.refused_body},
+          {"refused_path", r.web.refused_path},
+          {"refused_busy", r.web.refused_busy},
+          {"dropped", r.web.dropped},
+          {"messages", r.messages},
+          {"blocks", r.blocks},
+          {"bytes", r.bytes},
+          {"deferred", r.deferred},
+          {"heap_allocations", view_->heap_allocations()}};
+}
+
 }  // namespace tessera

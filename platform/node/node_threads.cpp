@@ -52,6 +52,26 @@ Outcome<void> Node::make_threads() {
       this, [](void* self, std::int64_t now_us) { static_cast<Node*>(self)->after_tick(now_us); }};
   sharing_ = std::make_unique<SharingThread>(robot_->sharer(), robot_->map(), *mapping_, *port_,
                                              1000 * config_.tick_ms, each_tick);
+  return make_services();
+}
+
+Outcome<void> Node::make_services() {
+  if (!config_.view.empty()) {
+    const Outcome<ListenAddress> address = parse_listen_address(config_.view);
+    if (!address.ok()) return address.failure();
+    Outcome<std::unique_ptr<ViewThread>> view =
+        ViewThread::open({.address = *address, .voxels_per_s = config_.view_voxels_per_s},
+                         {.robot = config_.robot,
+                          .T_global_map = setup_.robot.T_global_map,
+                          .period_us = 1000 * config_.period_ms,
+                          .local = &robot_->map(),
+                          .global = &robot_->global(),
+                          .mapping = mapping_.get(),
+                          .sharing = sharing_.get(),
+                          .port = port_.get()});
+    if (!view.ok()) return view.failure();
+    view_ = std::move(*view);
+  }
   if (!config_.queries) return {};
   Outcome<std::unique_ptr<QueryThread>> queries =
       QueryThread::open({.url = config_.query_url,
@@ -85,6 +105,7 @@ Outcome<void> Node::start_threads() {
   Outcome<void> started = sharing_->start(roles.sharing, run_.start_us);
   if (started.ok()) started = mapping_->start(roles.mapping);
   if (started.ok() && queries_) started = queries_->start(roles.query);
+  if (started.ok() && view_) started = view_->start(roles.view);
   if (started.ok() && vehicle_) started = vehicle_->start(roles.sending);
   if (started.ok() && sensing_) started = sensing_->start(roles.sensing, *mapping_, mapping_wake_);
   if (started.ok() && replay_) started = replay_->start(roles.replay, run_.start_us);
@@ -101,6 +122,7 @@ void Node::stop_threads() noexcept {
   if (replay_) replay_->stop();
   if (sensing_) sensing_->stop();
   if (queries_) queries_->stop();
+  if (view_) view_->stop();
   if (mapping_) mapping_->stop();
   if (vehicle_) vehicle_->say_stopping();
   if (sharing_) sharing_->stop();

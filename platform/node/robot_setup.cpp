@@ -7,7 +7,6 @@
 #include <filesystem>
 
 #include "dataset/transform_file.hpp"
-#include "posix/monotonic_clock.hpp"
 
 namespace tessera {
 
@@ -22,31 +21,6 @@ Outcome<Matrix34d> frame_of(const NodeConfig& config) {
     if (!std::filesystem::exists(path, error)) return Matrix34d(Matrix34d::Identity());
   }
   return read_transform(path);
-}
-
-PublisherBudget budget_of(const NodeConfig& config) {
-  PublisherBudget budget;
-  const double tick_s = 1e-3 * static_cast<double>(config.tick_ms);
-  const auto of_tick = [tick_s](std::uint32_t per_s) {
-    return static_cast<std::uint32_t>(std::max(1.0, tick_s * static_cast<double>(per_s)));
-  };
-  budget.label_bytes = of_tick(config.label_bytes_per_s);
-  budget.free_bytes = of_tick(config.free_bytes_per_s);
-  return budget;
-}
-
-ExchangeConfig exchange_of(const NodeConfig& config, const MapConfig& map, std::uint32_t session) {
-  ExchangeConfig exchange;
-  exchange.robot = config.robot;
-  exchange.session = session;
-  exchange.resolution_m = map.resolution_m;
-  exchange.prior = map.prior;
-  exchange.free_weight = map.free_weight;
-  exchange.contributions = config.contributions;
-  exchange.peers = config.peers;
-  exchange.bytes_per_s = config.bytes_per_s;
-  exchange.burst_bytes = config.burst_bytes;
-  return exchange;
 }
 
 }  // namespace
@@ -74,43 +48,6 @@ Outcome<HeldRobot> make_robot(const RobotConfig& config, const ClassTable& class
   return HeldRobot(std::move(*memory), **robot);
 }
 
-Outcome<GlobalMapConfig> fit_global_map(GlobalMapConfig config, std::size_t memory_bytes,
-                                        double robot_share, int num_components) {
-  constexpr std::size_t kLeastStorage = 4 * SlabPool::kPageBytes;
-  constexpr std::uint32_t kLeastParts = 64;
-  constexpr std::size_t kLeastBytes = std::size_t{4} << 20U;
-  config.replicas.segments = config.replicas.robot_segments = kLeastParts;
-  config.replicas.blocks = config.blocks = config.sum_segments = kLeastParts;
-  config.staged_bytes = config.map.storage_bytes = kLeastStorage;
-  // The diffusion's brick, for the most part.
-  const std::size_t fixed_bytes = GlobalMap::required_bytes(config, num_components);
-  if (memory_bytes < fixed_bytes + kLeastBytes) {
-    return Failure{"--fusion-memory " + std::to_string(memory_bytes) +
-                   " bytes hold no global map; give at least " +
-                   std::to_string(((fixed_bytes + kLeastBytes) >> 20U) + 1) + "M"};
-  }
-  const std::size_t rest_bytes = memory_bytes - fixed_bytes;
-  const auto parts_of = [rest_bytes](double share, std::size_t bytes) {
-    const double parts = share * static_cast<double>(rest_bytes) / static_cast<double>(bytes);
-    return static_cast<std::uint32_t>(std::clamp(parts, double{kLeastParts}, 1e9));
-  };
-  // Shares as two robots in a street of 0.1 m voxels fill them.
-  config.replicas.segments = parts_of(0.25, SegmentStore::kSegmentBytes);
-  config.replicas.blocks = config.blocks = std::max(kLeastParts, config.replicas.segments / 3);
-  config.replicas.robot_segments =
-      std::max(1U, static_cast<std::uint32_t>(robot_share * config.replicas.segments));
-  config.replicas.robot_blocks =
-      std::max(1U, static_cast<std::uint32_t>(robot_share * config.replicas.blocks));
-  config.sum_segments = parts_of(0.12, SegmentStore::kSegmentBytes);
-  config.staged_bytes =
-      std::max(kLeastStorage, rest_bytes / 20 / SlabPool::kPageBytes * SlabPool::kPageBytes);
-  const std::size_t without_map =
-      GlobalMap::required_bytes(config, num_components) - required_bytes(config.map);
-  config.map = fit_to_budget(config.map, memory_bytes - without_map);
-  config.map.storage_bytes = std::min(config.map.storage_bytes, MapConfig::kMaxStorageBytes);
-  return config;
-}
-
 Outcome<RobotSetup> set_up_robot(const NodeConfig& config, const ScanSizes& scans,
                                  std::uint32_t epoch) {
   const Outcome<MapSetup> map = set_up(config.map);
@@ -119,39 +56,13 @@ Outcome<RobotSetup> set_up_robot(const NodeConfig& config, const ScanSizes& scan
   setup.map = *map;
   const Outcome<ScanCapacity> capacity = split_budget(setup.map, scans.max_points);
   if (!capacity.ok()) return capacity.failure();
-  const Outcome<DiffusionConfig> diffusion = diffusion_of(config.diffusion, setup.map.map);
-  if (!diffusion.ok()) return diffusion.failure();
   const Outcome<Matrix34d> T_global_map = frame_of(config);
   if (!T_global_map.ok()) return T_global_map.failure();
-
-  RobotConfig& robot = setup.robot;
-  robot.map = setup.map.map;
-  robot.inference = setup.map.inference;
-  robot.scan = *capacity;
-  robot.deadline_us = setup.map.deadline_us;
-  robot.publisher.blocks = config.blocks;
-  robot.publisher.candidates = std::max<std::uint32_t>(64, config.blocks / 2);
-  robot.publisher.staleness_us = microseconds(config.staleness_s);
-  robot.publisher.free_staleness_us = microseconds(config.free_staleness_s);
-  robot.publisher.evidence_factor = static_cast<float>(config.evidence_factor);
-  robot.budget = budget_of(config);
-  robot.exchange = exchange_of(config, robot.map, epoch);
-  robot.work_per_tick = config.work_per_tick;
-  robot.near_first = config.near_first;
-  robot.epoch = epoch;
-  robot.T_global_map = *T_global_map;
-
-  GlobalMapConfig global;
-  global.diffusion = *diffusion;
-  global.map = robot.map;
-  global.map.max_evidence = 0.0F;
-  if (diffusion->mode == DiffusionMode::kPaper) global.map.prior = 0.0;
-  global.map.tuple = config.counts == "dense" ? TuplePolicy::kDense : TuplePolicy::kCompact;
-  global.replicas.contributions = config.contributions;
-  const Outcome<GlobalMapConfig> fitted =
-      fit_global_map(global, config.fusion_memory_bytes, config.robot_share, scans.num_components);
-  if (!fitted.ok()) return fitted.failure();
-  robot.global = *fitted;
+  const Outcome<RobotConfig> robot = set_up_sharing(config, setup.map, scans.num_components, epoch);
+  if (!robot.ok()) return robot.failure();
+  setup.robot = *robot;
+  setup.robot.scan = *capacity;
+  setup.robot.T_global_map = *T_global_map;
   return setup;
 }
 

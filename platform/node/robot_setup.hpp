@@ -53,9 +53,4 @@ class HeldRobot {
 Outcome<HeldRobot> make_robot(const RobotConfig& config, const ClassTable& classes,
                               const RobotKeys& keys, const Clock& clock);
 
-/// Capacities of a global map that fit into so many bytes. robot_share: of the replicas, for one
-/// robot. Fails with kUsage iff they hold no map.
-Outcome<GlobalMapConfig> fit_global_map(GlobalMapConfig config, std::size_t memory_bytes,
-                                        double robot_share, int num_components);
-
 }  // namespace tessera

@@ -60,15 +60,16 @@ ThreadRoles thread_roles(const NodeConfig& config) {
                     .replay = without_priority("tessera-replay"),
                     .query = without_priority("tessera-query"),
                     .query_link = without_priority("tessera-ask"),
+                    .view = without_priority("tessera-view"),
                     .first = without_priority("")};
   roles.mapping.cpus = mask_of(config.mapping_cpus);
   return roles;
 }
 
 MissingRights missing_rights(const ThreadRoles& roles) {
-  const ThreadRole* const all[] = {&roles.vehicle, &roles.sensing, &roles.link,
-                                   &roles.mapping, &roles.sending, &roles.sharing,
-                                   &roles.replay,  &roles.query,   &roles.query_link};
+  const ThreadRole* const all[] = {&roles.vehicle,    &roles.sensing, &roles.link,   &roles.mapping,
+                                   &roles.sending,    &roles.sharing, &roles.replay, &roles.query,
+                                   &roles.query_link, &roles.view};
   MissingRights missing;
   const std::string folder = "/proc/self/task/";
   const std::unique_ptr<DIR, int (*)(DIR*)> threads(::opendir(folder.c_str()), ::closedir);

@@ -19,6 +19,7 @@ struct ThreadRoles {
   ThreadRole replay;
   ThreadRole query;       ///< Answers planners; takes what is left.
   ThreadRole query_link;  ///< Receives what they ask.
+  ThreadRole view;        ///< Shows maps in browsers; behind all others.
   ThreadRole first;       ///< That of the program: it saves and writes the log.
 };
 

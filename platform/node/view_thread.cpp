@@ -1,0 +1,188 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "node/view_thread.hpp"
+
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <bit>
+#include <cmath>
+
+#include "posix/allocation_counter.hpp"
+#include "tessera/base/rigid.hpp"
+
+namespace tessera {
+
+namespace {
+
+/// What a node knows of its global map's contributors without asking those who fuse: what its own
+/// map says at a voxel. Of the view's thread.
+class OwnMarks {
+ public:
+  explicit OwnMarks(const ViewedNode& node)
+      : local_(*node.local), reader_(*node.local), T_map_global_(inverse(node.T_global_map)) {}
+  /// 0: this robot has no label there; two: it has, and whether it is another than the fused one.
+  void mark(const BlockSnapshot& block, BlockMarks& marks) {
+    const Lattice lattice = local_.lattice();
+    const double prior = local_.config().prior;
+    for (int octet = 0; octet < kBlockOctets; ++octet) {
+      for (unsigned left = block.observed_labels(octet); left != 0; left &= left - 1) {
+        const int voxel = std::countr_zero(left);
+        VoxelMark& mark = marks[static_cast<std::size_t>(row_order(octet, voxel))];
+        mark = {.contributor = 0, .disagreement = false};
+        const Point3d p_map =
+            T_map_global_.leftCols<3>() * lattice.center_of(voxel_at(block.coord(), octet, voxel)) +
+            T_map_global_.col(3);
+        const Result<VoxelCoord> own = lattice.voxel_of_double(p_map);
+        if (!own.ok()) continue;
+        const Result<Estimate> e = reader_.query(*own);
+        if (!e.ok() || e->label == 0) continue;
+        const int fused = estimate(block.evidence(octet, voxel), prior).label;
+        mark = {.contributor = VoxelMark::kTwo, .disagreement = fused != e->label};
+      }
+    }
+  }
+
+ private:
+  const LocalMap& local_;
+  MapReader reader_;
+  Matrix34d T_map_global_;
+};
+
+std::vector<std::unique_ptr<ViewMap>> maps_of(const ViewedNode& node) {
+  const std::string robot = "robot " + std::to_string(node.robot);
+  ViewMapInfo local;
+  local.name = "local map of " + robot;
+  local.robot = node.robot;
+  local.T_global_map = node.T_global_map;
+  local.live = true;
+  local.contributors = {robot};
+  ViewMapInfo global;
+  global.name = "global map";
+  global.global = true;
+  global.robot = node.robot;
+  global.live = true;
+  global.contributors = {"other robots alone", robot + ", alone or with others"};
+  global.marks = [own = std::make_shared<OwnMarks>(node)](
+                     const BlockSnapshot& block, BlockMarks& marks) { own->mark(block, marks); };
+  std::vector<std::unique_ptr<ViewMap>> maps;
+  maps.push_back(std::make_unique<ViewMap>(*node.local, std::move(local)));
+  maps.push_back(std::make_unique<ViewMap>(*node.global, std::move(global)));
+  return maps;
+}
+
+double ms_of(std::int64_t us) { return 1e-3 * static_cast<double>(us); }
+
+Json network_json(const SharingStatus& sharing, const NetworkPort& port) {
+  const ExchangeReport& r = sharing.exchange;
+  const LinkStatistics link = port.link().statistics();
+  const std::uint64_t refused = r.refused_size + r.refused_format + r.refused_tag +
+                                r.refused_signature + r.refused_configuration + r.refused_replay +
+                                r.refused_robot + r.refused_excluded + r.refused_peers +
+                                r.refused_body;
+  return {{"in_reach", sharing.in_reach},
+          {"peers", r.peers},
+          {"contributions", r.contributions},
+          {"complete", r.complete},
+          {"sent", link.sent},
+          {"sent_bytes", link.sent_bytes},
+          {"received", link.received},
+          {"received_bytes", link.received_bytes},
+          {"missing", link.missing},
+          {"lost_here", link.queue_full + link.kernel_dropped + link.failed},
+          {"refused", refused}};
+}
+
+}  // namespace
+
+Outcome<std::unique_ptr<ViewThread>> ViewThread::open(const ViewerConfig& config,
+                                                      const ViewedNode& node) {
+  const double step_m = 2.0 * node.local->config().resolution_m;
+  std::unique_ptr<ViewThread> thread(new ViewThread(node, step_m));
+  Outcome<std::unique_ptr<Viewer>> viewer =
+      Viewer::open(config, maps_of(node), [self = thread.get()] { return self->status(); });
+  if (!viewer.ok()) return viewer.failure();
+  thread->viewer_ = std::move(*viewer);
+  return thread;
+}
+
+Outcome<void> ViewThread::start(const ThreadRole& role) {
+  return thread_.start(
+      role, [](void* self) { static_cast<ViewThread*>(self)->run(); }, this);
+}
+
+void ViewThread::stop() noexcept {
+  stopping_.store(true, std::memory_order_release);
+  thread_.join();
+}
+
+void ViewThread::run() noexcept {
+  // Behind every thread that shares processors fairly. What is refused is no loss.
+  constexpr int kNice = 10;
+  static_cast<void>(::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), kNice));
+  while (!stopping_.load(std::memory_order_acquire)) {
+    if (!begun_.load(std::memory_order_acquire)) {
+      ::usleep(1000 * kTurn_ms);
+      continue;
+    }
+    viewer_->serve(kTurn_ms);
+    look();
+    heap_allocations_.store(thread_heap_allocations().value_or(0), std::memory_order_relaxed);
+  }
+}
+
+/// Far more often than cycles end, so that nearly each of them is seen; those that are not, count.
+void ViewThread::look() noexcept {
+  const std::uint64_t before = mapping_.cycles;
+  if (!node_.mapping->status().get(mapping_) || mapping_.cycles == before) return;
+  cycles_.add(mapping_.last_cycle_us);
+  unseen_ += mapping_.cycles - before - 1;
+  note_place(mapping_.T_map_sensor);
+}
+
+void ViewThread::note_place(const std::array<double, 12>& T_map_sensor) noexcept {
+  const std::array<float, 3> place{static_cast<float>(T_map_sensor[3]),
+                                   static_cast<float>(T_map_sensor[7]),
+                                   static_cast<float>(T_map_sensor[11])};
+  if (places_ > 0) {
+    const std::array<float, 3>& last = track_[places_ - 1];
+    const double moved_m = std::hypot(static_cast<double>(place[0]) - static_cast<double>(last[0]),
+                                      static_cast<double>(place[1]) - static_cast<double>(last[1]),
+                                      static_cast<double>(place[2]) - static_cast<double>(last[2]));
+    if (moved_m < step_m_ * static_cast<double>(std::size_t{1} << thinned_)) return;
+  }
+  if (places_ == kTrack) {
+    for (std::size_t i = 0; 2 * i < kTrack; ++i) track_[i] = track_[2 * i];
+    places_ = kTrack / 2;
+    thinned_ += thinned_ < 40 ? 1 : 0;
+  }
+  track_[places_++] = place;
+}
+
+Json ViewThread::status() const {
+  Json robot = {{"robot", node_.robot}, {"track", Json::array()}, {"T_map_sensor", Json()}};
+  robot["T_global_map"] =
+      std::vector<double>(node_.T_global_map.data(), node_.T_global_map.data() + 12);
+  for (std::size_t i = 0; i < places_; ++i) robot["track"].push_back(track_[i]);
+  if (mapping_.cycles > 0) robot["T_map_sensor"] = mapping_.T_map_sensor;
+  Json buckets = Json::array();
+  cycles_.for_each([&buckets](std::int64_t most_us, std::uint64_t count) {
+    buckets.push_back({ms_of(most_us), count});
+  });
+  SharingStatus sharing;
+  static_cast<void>(node_.sharing->status().get(sharing));
+  Json json = {{"live", true}, {"robots", Json::array({robot})}};
+  json["timing"] = {{"period_ms", ms_of(node_.period_us)},
+                    {"cycles", mapping_.cycles},
+                    {"missed", mapping_.missed},
+                    {"p50_ms", ms_of(cycles_.quantile_us(0.5))},
+                    {"p99_ms", ms_of(cycles_.quantile_us(0.99))},
+                    {"max_ms", ms_of(mapping_.worst_cycle_us)},
+                    {"unseen", unseen_},
+                    {"ticks", sharing.ticks},
+                    {"buckets", std::move(buckets)}};
+  json["network"] = network_json(sharing, *node_.port);
+  return json;
+}
+
+}  // namespace tessera

@@ -1,0 +1,82 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// The thread that shows a node's maps in browsers: it takes what the others leave, reads what they
+// write, and keeps nobody waiting. It alone uses the heap after the start, a little for each
+// request, and counts that.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <memory>
+
+#include "node/mapping_thread.hpp"
+#include "node/sharing_thread.hpp"
+#include "posix/duration_histogram.hpp"
+#include "posix/thread.hpp"
+#include "view/viewer.hpp"
+
+namespace tessera {
+
+/// What is shown. All must outlive the thread and stay where they are.
+struct ViewedNode {
+  std::uint32_t robot = 0;
+  Matrix34d T_global_map = Matrix34d::Identity();
+  std::int64_t period_us = 100'000;
+  const LocalMap* local = nullptr;
+  const GlobalMap* global = nullptr;
+  const MappingThread* mapping = nullptr;
+  const SharingThread* sharing = nullptr;
+  const NetworkPort* port = nullptr;
+};
+
+class ViewThread {
+ public:
+  /// Places of a robot's track that are kept; then every other one is forgotten.
+  static constexpr std::size_t kTrack = 2048;
+
+  /// Begins to listen. Fails as Viewer::open.
+  static Outcome<std::unique_ptr<ViewThread>> open(const ViewerConfig& config,
+                                                   const ViewedNode& node);
+  ViewThread(const ViewThread&) = delete;
+  ViewThread& operator=(const ViewThread&) = delete;
+  ~ViewThread() { stop(); }
+
+  Outcome<void> start(const ThreadRole& role);
+  /// Nothing is answered before this.
+  void begin() noexcept { begun_.store(true, std::memory_order_release); }
+  /// Takes kTurn_ms, or what a reply at hand takes.
+  void stop() noexcept;
+
+  [[nodiscard]] std::string url() const { return viewer_->url(); }
+  /// For any thread.
+  [[nodiscard]] ViewerReport report() const noexcept { return viewer_->report(); }
+  /// Of this thread.
+  [[nodiscard]] std::uint64_t heap_allocations() const noexcept {
+    return heap_allocations_.load(std::memory_order_relaxed);
+  }
+
+ private:
+  static constexpr int kTurn_ms = 20;
+
+  ViewThread(const ViewedNode& node, double step_m) : node_(node), step_m_(step_m) {}
+  void run() noexcept;
+  void look() noexcept;
+  void note_place(const std::array<double, 12>& T_map_sensor) noexcept;
+  [[nodiscard]] Json status() const;
+
+  const ViewedNode node_;
+  const double step_m_;  ///< Between two places of the track, at least.
+  std::unique_ptr<Viewer> viewer_;
+  MappingStatus mapping_{};
+  std::uint64_t unseen_ = 0;  ///< Cycles that ended between two looks.
+  DurationHistogram cycles_;
+  std::array<std::array<float, 3>, kTrack> track_{};
+  std::size_t places_ = 0;
+  std::size_t thinned_ = 0;  ///< Times that every other place was forgotten.
+  std::atomic<std::uint64_t> heap_allocations_{0};
+  std::atomic<bool> begun_{false};
+  std::atomic<bool> stopping_{false};
+  Thread thread_;
+};
+
+}  // namespace tessera
