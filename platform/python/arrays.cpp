@@ -1,0 +1,187 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "arrays.hpp"
+
+#include <cstring>
+#include <limits>
+#include <string>
+
+namespace tessera::python {
+
+namespace {
+
+/// Wider is no point any more, but an array whose axes are the other way round.
+constexpr py::ssize_t kMostColumns = 32;
+constexpr const char* kPointsShape = "(N, 3) or wider, up to 32: x y z first";
+
+std::string shape_of(const py::array& array) {
+  std::string text = "(";
+  for (py::ssize_t i = 0; i < array.ndim(); ++i)
+    text += (i == 0 ? "" : ", ") + std::to_string(array.shape(i));
+  return text + (array.ndim() == 1 ? ",)" : ")");
+}
+
+std::string type_of(const py::array& array) { return py::str(array.dtype()); }
+
+template <class T>
+bool is_of(const py::array& array) {
+  return py::isinstance<py::array_t<T>>(array);
+}
+
+bool is_aligned(const py::array& array, std::size_t bytes) {
+  return reinterpret_cast<std::uintptr_t>(array.data()) % bytes == 0;
+}
+
+[[noreturn]] void refuse_shape(const py::array& array, const std::string& name,
+                               const std::string& wanted) {
+  throw InputError(name + " has the shape " + shape_of(array) + "; give " + wanted);
+}
+
+}  // namespace
+
+PointsView points_of(const py::array& array, const char* name) {
+  const std::string n(name);
+  if (!is_of<float>(array))
+    raise_type(n + " is of " + type_of(array) + "; give float32: " + n + ".astype(numpy.float32)");
+  if (array.ndim() != 2 || array.shape(1) < 3 || array.shape(1) > kMostColumns)
+    refuse_shape(array, n, kPointsShape);
+  PointsView points;
+  points.count = static_cast<std::size_t>(array.shape(0));
+  if (points.count == 0) return points;
+  // Counters of reports are of 32 bits.
+  if (points.count > std::numeric_limits<std::uint32_t>::max())
+    throw InputError(n + " has the shape " + shape_of(array) + "; give at most 2^32 - 1 points");
+  constexpr auto kFloat = static_cast<py::ssize_t>(sizeof(float));
+  // Between rows, of which one alone has none to go to.
+  const py::ssize_t step = points.count == 1 ? 3 * kFloat : array.strides(0);
+  const bool fits = array.strides(1) == kFloat && step >= 0 && step % kFloat == 0 &&
+                    is_aligned(array, alignof(float));
+  if (!fits) {
+    throw InputError(n +
+                     " does not have x y z next to each other in rows that go forward; give "
+                     "numpy.ascontiguousarray(" +
+                     n + ")");
+  }
+  points.points = static_cast<const float*>(array.data());
+  points.stride_floats = static_cast<std::size_t>(step / kFloat);
+  return points;
+}
+
+const float* weights_of(const py::array& array, std::size_t count) {
+  if (!is_of<float>(array))
+    raise_type("weights is of " + type_of(array) + "; give float32: weights.astype(numpy.float32)");
+  if (array.ndim() != 1 || static_cast<std::size_t>(array.shape(0)) != count)
+    refuse_shape(array, "weights", "one for each of the " + std::to_string(count) + " points");
+  if (count == 0) return nullptr;
+  const bool fits = (count == 1 || array.strides(0) == static_cast<py::ssize_t>(sizeof(float))) &&
+                    is_aligned(array, alignof(float));
+  if (!fits) throw InputError("weights has gaps; give numpy.ascontiguousarray(weights)");
+  return static_cast<const float*>(array.data());
+}
+
+LabelsView labels_of(const std::optional<py::array>& array, std::size_t count, const char* name) {
+  LabelsView labels;
+  labels.count = count;
+  labels.width_bytes = 1;
+  if (!array) return labels;
+  const std::string n(name);
+  const bool known =
+      is_of<std::uint8_t>(*array) || is_of<std::uint16_t>(*array) || is_of<std::uint32_t>(*array);
+  if (!known) {
+    raise_type(n + " is of " + type_of(*array) +
+               "; give uint8 for components, or uint32 for raw ids: " + n +
+               ".astype(numpy.uint32)");
+  }
+  if (array->ndim() != 1 || static_cast<std::size_t>(array->shape(0)) != count)
+    refuse_shape(*array, n, "one for each of the " + std::to_string(count) + " points");
+  // An empty array may have no memory, and is still one that was given.
+  static constexpr std::byte kNothing{};
+  labels.data = count == 0 ? &kNothing : static_cast<const std::byte*>(array->data());
+  labels.stride_bytes = array->strides(0);
+  labels.width_bytes = static_cast<std::size_t>(array->itemsize());
+  return labels;
+}
+
+const std::uint8_t* components_of(const LabelsView& labels, const DatasetClasses* classes,
+                                  std::vector<std::uint8_t>& scratch, UnknownRawIds& unknown) {
+  if (labels.data == nullptr) return nullptr;
+  if (labels.are_components() && (labels.stride_bytes == 1 || labels.count < 2))
+    return reinterpret_cast<const std::uint8_t*>(labels.data);
+  if (scratch.size() < labels.count) scratch.resize(labels.count);
+  const std::byte* from = labels.data;
+  for (std::size_t i = 0; i < labels.count; ++i, from += labels.stride_bytes) {
+    if (labels.are_components()) {
+      scratch[i] = std::to_integer<std::uint8_t>(*from);
+      continue;
+    }
+    // The lower half of a number of 32 bits comes first, as everywhere that this is built for.
+    std::uint16_t raw_id = 0;
+    std::memcpy(&raw_id, from, sizeof(raw_id));
+    if (!classes->is_known(raw_id)) unknown.add(raw_id);
+    scratch[i] = classes->component(raw_id);
+  }
+  return scratch.data();
+}
+
+Matrix34d pose_of(const std::optional<PoseArray>& array, const char* name) {
+  Matrix34d T = Matrix34d::Identity();
+  if (!array) return T;
+  const bool is_square = array->ndim() == 2 && array->shape(0) == 4 && array->shape(1) == 4;
+  const bool has_rows = array->ndim() == 2 && array->shape(0) == 3 && array->shape(1) == 4;
+  if (!is_square && !has_rows) refuse_shape(*array, name, "(4, 4) or (3, 4): [R | t], metres");
+  const auto at = array->unchecked<2>();
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 4; ++column) T(row, column) = at(row, column);
+  }
+  const bool ends_well =
+      !is_square || (at(3, 0) == 0.0 && at(3, 1) == 0.0 && at(3, 2) == 0.0 && at(3, 3) == 1.0);
+  if (!ends_well || check_rigid(T) != Status::kOk) {
+    throw InputError(std::string(name) +
+                     " is not a rigid transform: give [R | t] with R a rotation, all finite");
+  }
+  return T;
+}
+
+py::array_t<double> array_of(const Matrix34d& T) {
+  py::array_t<double> array({4, 4});
+  auto at = array.mutable_unchecked<2>();
+  for (int row = 0; row < 4; ++row) {
+    for (int column = 0; column < 4; ++column)
+      at(row, column) = row < 3 ? T(row, column) : (column == 3 ? 1.0 : 0.0);
+  }
+  return array;
+}
+
+Coordinates::Coordinates(const py::array& array, const char* name) {
+  is_double_ = is_of<double>(array);
+  if (!is_double_ && !is_of<float>(array))
+    raise_type(std::string(name) + " is of " + type_of(array) + "; give float32 or float64");
+  const bool is_one = array.ndim() == 1 && array.shape(0) == 3;
+  const bool are_many = array.ndim() == 2 && array.shape(1) >= 3 && array.shape(1) <= kMostColumns;
+  if (!is_one && !are_many)
+    refuse_shape(array, name, std::string(kPointsShape) + "; or (3,) for one");
+  data_ = static_cast<const char*>(array.data());
+  count_ = is_one ? 1 : static_cast<std::size_t>(array.shape(0));
+  row_bytes_ = is_one ? 0 : array.strides(0);
+  column_bytes_ = array.strides(is_one ? 0 : 1);
+}
+
+Point3d Coordinates::operator[](std::size_t i) const noexcept {
+  const char* const row = data_ + static_cast<std::ptrdiff_t>(i) * row_bytes_;
+  Point3d p;
+  for (int axis = 0; axis < 3; ++axis) {
+    const char* const from = row + axis * column_bytes_;
+    double value = 0.0;
+    float single = 0.0F;
+    if (is_double_) {
+      std::memcpy(&value, from, sizeof(value));
+    } else {
+      std::memcpy(&single, from, sizeof(single));
+      value = static_cast<double>(single);
+    }
+    p[axis] = value;
+  }
+  return p;
+}
+
+}  // namespace tessera::python

@@ -1,0 +1,12 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// How good a map is, for Python.
+#pragma once
+
+#include "errors.hpp"
+
+namespace tessera::python {
+
+void add_evaluation(py::module_& module);
+
+}  // namespace tessera::python

@@ -1,0 +1,213 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// tessera.fuse: local maps into one global map.
+#include "fusing.hpp"
+
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <string>
+#include <variant>
+
+#include "arrays.hpp"
+#include "held_map.hpp"
+#include "mapping/fusion_run.hpp"
+
+namespace tessera::python {
+
+namespace {
+
+using Given = std::variant<std::shared_ptr<HeldMap>, std::filesystem::path>;
+
+class FusedMap final : public HeldMap {
+ public:
+  FusedMap(std::shared_ptr<FusionRun> run, const MapIdentity& identity, Json report)
+      : HeldMap(run, run->map(), identity), report_(std::move(report)) {}
+  [[nodiscard]] py::object report() const { return dict_of(report_); }
+
+ private:
+  Json report_;
+};
+
+/// The maps by their names, each once, and what keeps others from writing to them.
+struct Inputs {
+  std::vector<std::string> names;
+  std::vector<std::shared_ptr<StoredMap>> stored;
+  std::vector<Gate*> gates;
+};
+
+Inputs gather(const std::vector<Given>& maps) {
+  Inputs inputs;
+  for (std::size_t i = 0; i < maps.size(); ++i) {
+    std::string name = "maps[" + std::to_string(i) + "]";
+    if (const auto* const held = std::get_if<std::shared_ptr<HeldMap>>(&maps[i])) {
+      if (*held == nullptr) throw InputError(name + " is None; give a map or its file");
+      if ((*held)->stored() == nullptr || (*held)->identity().kind == MapKind::kGlobal)
+        throw InputError(name + " is a global map; give the local maps that it was made of");
+      inputs.stored.push_back((*held)->stored());
+      inputs.gates.push_back(&(*held)->gate());
+    } else {
+      name = std::get<std::filesystem::path>(maps[i]).string();
+      const py::gil_scoped_release released;
+      Outcome<std::unique_ptr<StoredMap>> loaded = load_map(name);
+      inputs.stored.emplace_back(loaded.ok() ? std::move(*loaded) : nullptr);
+      if (!loaded.ok()) raise(loaded.failure());
+    }
+    const auto before = inputs.stored.end() - 1;
+    const bool is_new =
+        std::find(inputs.stored.begin(), before, *before) == before &&
+        std::find(inputs.names.begin(), inputs.names.end(), name) == inputs.names.end();
+    if (!is_new) throw InputError(name + " is named twice; a map's evidence counts once");
+    inputs.names.push_back(std::move(name));
+  }
+  // Everybody takes them in the same order.
+  std::sort(inputs.gates.begin(), inputs.gates.end());
+  return inputs;
+}
+
+/// All but warnings, which need the GIL.
+Outcome<std::shared_ptr<FusedMap>> run(const Inputs& given,
+                                       const std::vector<std::optional<Matrix34d>>& transforms,
+                                       const FuseOptions& options,
+                                       std::vector<std::string>& warnings) {
+  std::vector<std::unique_lock<std::shared_mutex>> alone;
+  for (Gate* const gate : given.gates) alone.emplace_back(gate->mutex);
+  std::vector<FuseInput> gathered;
+  for (std::size_t i = 0; i < given.stored.size(); ++i) {
+    measure_content(*given.stored[i]);
+    Outcome<FuseInput> input = to_fuse(given.names[i], given.stored[i]);
+    if (!input.ok()) return input.failure();
+    if (i < transforms.size() && transforms[i]) {
+      input->T_global_map = *transforms[i];
+      input->placed = true;
+    }
+    gathered.push_back(std::move(*input));
+  }
+  const Outcome<std::vector<FuseInput>> inputs = arrange_inputs(std::move(gathered), warnings);
+  if (!inputs.ok()) return inputs.failure();
+  const Outcome<void> robots = check_number_of_robots(*inputs);
+  if (!robots.ok()) return robots.failure();
+  const Outcome<DiffusionConfig> diffusion =
+      diffusion_of(options.diffusion, inputs->front().stored->map.config());
+  if (!diffusion.ok()) return diffusion.failure();
+  std::vector<PairAlignment> pairs = align_inputs(*inputs, warnings);
+  Outcome<std::unique_ptr<FusionRun>> prepared = FusionRun::prepare(*inputs, options, *diffusion);
+  if (!prepared.ok()) return prepared.failure();
+  std::shared_ptr<FusionRun> fusion = std::move(*prepared);
+  const Outcome<void> fused = fusion->fuse(*inputs, {});
+  if (!fused.ok()) return fused.failure();
+  fusion->measure();
+  fusion->run().pairs = std::move(pairs);
+  for (std::string& loss : losses_of(fusion->run())) warnings.push_back(std::move(loss));
+  const Outcome<std::optional<std::size_t>> budget_bytes = memory_of(options);
+  const Json config = to_json(options, fusion->run().config, *budget_bytes);
+  MapIdentity identity{.kind = MapKind::kGlobal};
+  const Outcome<void> recorded = record_settings(record_of(*inputs, config), identity);
+  if (!recorded.ok()) return recorded.failure();
+  Json report = to_json(fusion->run(), *inputs, config);
+  return std::make_shared<FusedMap>(std::move(fusion), identity, std::move(report));
+}
+
+std::shared_ptr<FusedMap> fuse(
+    const std::vector<Given>& maps,
+    const std::optional<std::vector<std::optional<PoseArray>>>& transforms,
+    const DiffusionArguments& diffusion, const std::optional<std::string>& counts,
+    const std::optional<std::size_t>& memory_bytes) {
+  check(check_number_of_maps(maps.size()));
+  if (transforms && transforms->size() != maps.size())
+    throw InputError("there are " + std::to_string(transforms->size()) + " transforms for " +
+                     std::to_string(maps.size()) + " maps; give one for each, or None");
+  FuseOptions options;
+  options.diffusion = options_of(diffusion);
+  if (counts && *counts != "dense" && *counts != "compact")
+    throw InputError("counts " + one_line(*counts) + " is not allowed; give dense or compact");
+  options.counts = counts.value_or("");
+  if (memory_bytes) options.memory = std::to_string(*memory_bytes);
+  std::vector<std::optional<Matrix34d>> T_global_map;
+  for (const auto& transform : transforms.value_or(std::vector<std::optional<PoseArray>>{})) {
+    T_global_map.emplace_back();
+    if (transform) T_global_map.back() = pose_of(transform, "transforms");
+  }
+  const Inputs inputs = gather(maps);
+  options.maps = inputs.names;
+  std::vector<std::string> warnings;
+  Outcome<std::shared_ptr<FusedMap>> fused = [&] {
+    const py::gil_scoped_release released;
+    return run(inputs, T_global_map, options, warnings);
+  }();
+  warn_of(warnings);
+  return value_of(std::move(fused));
+}
+
+}  // namespace
+
+py::object dict_of(const Json& json) {
+  return py::module_::import("json").attr("loads")(json.dump());
+}
+
+void warn_of(const std::vector<std::string>& warnings) {
+  for (const std::string& warning : warnings) {
+    if (PyErr_WarnEx(PyExc_UserWarning, in_words_of_python(warning).c_str(), 1) != 0)
+      throw py::error_already_set();
+  }
+}
+
+DiffusionOptions options_of(const DiffusionArguments& given) {
+  for (const char* const mode : {"contractive", "paper", "none"}) {
+    if (given.diffusion != mode) continue;
+    for (const char* const edge : {"none", "label", "similarity", "confidence"}) {
+      if (given.edge != edge) continue;
+      DiffusionOptions o;
+      o.mode = mode;
+      o.edge = edge;
+      o.iterations = given.iterations;
+      o.length_m = given.diffusion_length_m;
+      o.alpha = given.alpha;
+      o.omega = given.omega;
+      o.whole_map = given.whole_map;
+      return o;
+    }
+    throw InputError("edge " + one_line(given.edge) +
+                     " is not allowed; give none, label, similarity or confidence");
+  }
+  throw InputError("diffusion " + one_line(given.diffusion) +
+                   " is not allowed; give contractive, paper or none");
+}
+
+void add_fusing(py::module_& module) {
+  const DiffusionOptions by_default;
+  py::class_<FusedMap, HeldMap, std::shared_ptr<FusedMap>>(module, "FusedMap",
+                                                           "A global map that fuse() made.")
+      .def_property_readonly("report", &FusedMap::report,
+                             "The report of `tessera fuse`, as a dictionary.");
+  module.def(
+      "fuse",
+      [](const std::vector<Given>& maps,
+         const std::optional<std::vector<std::optional<PoseArray>>>& transforms,
+         std::string diffusion, std::string edge, std::optional<int> iterations,
+         std::optional<double> diffusion_length_m, double alpha, double omega, bool whole_map,
+         const std::optional<std::string>& counts, const std::optional<std::size_t>& memory_bytes) {
+        return fuse(maps, transforms,
+                    {std::move(diffusion), std::move(edge), iterations, diffusion_length_m, alpha,
+                     omega, whole_map},
+                    counts, memory_bytes);
+      },
+      py::arg("maps"), py::arg("transforms") = py::none(), py::kw_only(),
+      py::arg("diffusion") = by_default.mode, py::arg("edge") = by_default.edge,
+      py::arg("iterations") = py::none(), py::arg("diffusion_length_m") = py::none(),
+      py::arg("alpha") = by_default.alpha, py::arg("omega") = by_default.omega,
+      py::arg("whole_map") = by_default.whole_map, py::arg("counts") = py::none(),
+      py::arg("memory_bytes") = py::none(),
+      R"(Local maps, or files of them, into one global map by label diffusion, as `tessera fuse`.
+
+transforms: for each map T_global_map (4, 4) or None for what the map says, else the identity. None
+for iterations and diffusion_length_m: 8 and two voxels, in paper mode 2 and three. memory_bytes:
+None: what the maps need. What people should know is a UserWarning. Raises InputError iff a map is a
+global one, named twice, or does not go with the others, a file cannot be read, or a value is out of
+its range; TypeError iff one is of another type; Error iff the system does not give the memory, or the
+global map refuses a block. The maps are not to be written to or read meanwhile: others wait.)");
+}
+
+}  // namespace tessera::python

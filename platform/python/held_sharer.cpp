@@ -1,0 +1,58 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "held_sharer.hpp"
+
+#include <array>
+
+namespace tessera::python {
+
+std::shared_ptr<HeldSharer> HeldSharer::make(std::shared_ptr<HeldLocalMap> map,
+                                             const SharingOptions& options,
+                                             const Matrix34d& T_global_map, std::uint32_t epoch) {
+  const ClassTable& classes = map->classes();
+  RobotConfig config =
+      value_of(set_up_sharing(options, map->setup(), classes.num_components(), epoch));
+  config.T_global_map = T_global_map;
+  const std::shared_ptr<HeldSharer> held(new HeldSharer(std::move(map), config));
+  held->memory_ = std::make_shared<ArenaMemory>(
+      value_of(ArenaMemory::allocate(Sharer::required_bytes(config, classes.num_components()))));
+  Arena arena(held->memory_->span());
+  const Result<Sharer*> sharer = Sharer::make(arena, config, classes, RobotKeys{});
+  if (!sharer.ok())
+    throw InputError(std::string("the sharer cannot be set up: ") + to_string(sharer.status()));
+  held->sharer_ = *sharer;
+  // A move that has been made and is not all there yet is copied first.
+  held->gate_->settle = [raw = held->sharer_] {
+    while (!raw->global().settled()) static_cast<void>(raw->fuse_in_spare_time());
+  };
+  held->global_ = std::make_shared<HeldMap>(held->memory_, held->sharer_->global().map(),
+                                            MapIdentity{.kind = MapKind::kGlobal}, held->gate_);
+  return held;
+}
+
+void HeldSharer::open_submap() {
+  if (!sharer_->submap_due()) return;
+  const std::unique_lock alone(map_->gate().mutex);
+  LocalMap& map = map_->stored()->map;
+  // Where it cannot be opened all goes on as before, and the report says so.
+  if (sharer_->open_submap(map) == Status::kOk) map.clear();
+}
+
+std::vector<std::string> HeldSharer::tick(std::int64_t now_us) {
+  std::vector<std::string> datagrams;
+  const py::gil_scoped_release released;
+  const std::unique_lock alone(gate_->mutex);
+  if (const LastScan last = map_->last_scan(); last.number != scans_seen_) {
+    scans_seen_ = last.number;
+    sharer_->set_focus(last.p_map);
+  }
+  // The map may be written to meanwhile: this reads it as a MapReader.
+  static_cast<void>(sharer_->tick(map_->stored()->map, now_us));
+  open_submap();
+  std::array<std::byte, kMostDatagramBytes> datagram;
+  while (const std::size_t size = sharer_->send(now_us, datagram))
+    datagrams.emplace_back(reinterpret_cast<const char*>(datagram.data()), size);
+  return datagrams;
+}
+
+}  // namespace tessera::python

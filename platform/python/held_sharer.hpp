@@ -1,0 +1,54 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// A sharer that Python holds: what a robot says of its map and hears of others', as bytes.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "held_map.hpp"
+#include "mapping/sharing_setup.hpp"
+#include "tessera/robot/sharer.hpp"
+
+namespace tessera::python {
+
+class HeldSharer {
+ public:
+  /// epoch: of this start. Raises InputError iff an option is out of its range, T_global_map is no
+  /// frame or the budget holds no map; Error iff the system does not give the memory.
+  static std::shared_ptr<HeldSharer> make(std::shared_ptr<HeldLocalMap> map,
+                                          const SharingOptions& options,
+                                          const Matrix34d& T_global_map, std::uint32_t epoch);
+
+  /// Publishes what has changed in the map and gives all that is to be sent now.
+  std::vector<std::string> tick(std::int64_t now_us);
+  /// change(sharer) while nobody else uses it, without the GIL.
+  template <class Change>
+  auto change(Change&& change) const {
+    const py::gil_scoped_release released;
+    const std::unique_lock alone(gate_->mutex);
+    return change(*sharer_);
+  }
+  /// The global map, for reading; keeps the sharer's memory alive.
+  [[nodiscard]] const std::shared_ptr<HeldMap>& global() const { return global_; }
+  [[nodiscard]] const RobotConfig& config() const { return config_; }
+
+ private:
+  HeldSharer(std::shared_ptr<HeldLocalMap> map, RobotConfig config)
+      : map_(std::move(map)), config_(std::move(config)) {}
+  void open_submap();
+
+  std::shared_ptr<HeldLocalMap> map_;
+  RobotConfig config_;
+  std::shared_ptr<ArenaMemory> memory_;
+  Sharer* sharer_ = nullptr;
+  std::shared_ptr<Gate> gate_ = std::make_shared<Gate>();
+  std::shared_ptr<HeldMap> global_;
+  std::uint64_t scans_seen_ = 0;
+};
+
+void add_sharer(py::module_& module);
+
+}  // namespace tessera::python

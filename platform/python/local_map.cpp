@@ -1,0 +1,174 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// tessera.LocalMap.
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <filesystem>
+
+#include "arrays.hpp"
+#include "held_map.hpp"
+#include "map_arguments.hpp"
+
+namespace tessera::python {
+
+namespace {
+
+/// Before anything is integrated: where warnings are errors, the map is as before.
+void warn_of_sampling(std::size_t points, std::size_t most) {
+  if (points <= most) return;
+  const std::string message = std::to_string(points) + " points are more than max_points " +
+                              std::to_string(most) +
+                              ": the scan is sampled evenly; make the map with a larger max_points";
+  if (PyErr_WarnEx(PyExc_UserWarning, message.c_str(), 1) != 0) throw py::error_already_set();
+}
+
+IntegrationReport integrate(HeldLocalMap& map, const py::array& points,
+                            const std::optional<py::array>& labels,
+                            const std::optional<PoseArray>& T_map_sensor,
+                            const std::optional<py::array>& weights) {
+  const PointsView view = points_of(points, "points");
+  ScanView scan;
+  scan.points = view.points;
+  scan.stride_floats = view.stride_floats;
+  scan.count = view.count;
+  const LabelsView given = labels_of(labels, view.count, "labels");
+  if (!given.are_components() && map.class_table().raw_ids == nullptr) {
+    throw InputError(
+        "labels are raw ids, which a map file does not know; give components (uint8), or load the "
+        "map with the data set's classes");
+  }
+  if (weights) scan.weights = weights_of(*weights, view.count);
+  scan.T_map_sensor = pose_of(T_map_sensor, "T_map_sensor");
+  warn_of_sampling(view.count, map.max_points());
+  const IntegrationReport report = map.integrate(scan, given);
+  if (report.scan.pose != Status::kOk) {
+    throw InputError(
+        "T_map_sensor puts the sensor out of the grid, 2^20 voxels from its middle; "
+        "nothing was integrated");
+  }
+  return report;
+}
+
+py::dict usage(const HeldLocalMap& map) {
+  struct Figures {
+    MapUsage usage;
+    std::uint64_t free_voxels;
+  };
+  const Figures f = map.read([](const LocalMap& m) {
+    return Figures{m.usage(), m.count_free_voxels()};
+  });
+  py::dict d;
+  d["budget_bytes"] = map.setup().budget_bytes;
+  d["used_bytes"] = f.usage.used_bytes;
+  d["peak_bytes"] = f.usage.peak_bytes;
+  d["scratch_bytes"] = map.scratch_bytes();
+  d["label_voxels"] = f.usage.label_voxels;
+  d["free_voxels"] = f.free_voxels;
+  d["bytes_per_label_voxel"] =
+      f.usage.label_voxels == 0
+          ? 0.0
+          : static_cast<double>(f.usage.used_bytes) / static_cast<double>(f.usage.label_voxels);
+  d["blocks"] = f.usage.blocks;
+  d["blocks_refused"] = f.usage.blocks_refused;
+  d["storage_refused"] = f.usage.storage_refused;
+  d["refused"] = f.usage.blocks_refused + f.usage.storage_refused;
+  return d;
+}
+
+Classes given_classes(const std::optional<Classes>& classes) {
+  return classes ? *classes : classes_of(DatasetClasses::semantic_kitti());
+}
+
+constexpr const char* kIntegrate = R"(Adds one scan's evidence and returns a ScanReport.
+
+points: (N, 3) or wider float32, x y z first, metres, sensor frame; not copied. labels: (N,) uint8
+components (1 .. C; anything else is unlabelled), or uint16 or uint32 raw ids (the lower 16 bits);
+None: all unlabelled. T_map_sensor: (4, 4) or (3, 4), sensor to map, metres; None: the identity.
+weights: (N,) float32, 0 .. 1e6; None: all 1.
+
+What is refused of the points is counted in the report; a scan of more than max_points is sampled,
+with a UserWarning. Raises TypeError iff an array is of another type; InputError iff of another shape,
+points or weights are not laid out as they have to be, the pose is not rigid or out of the grid, or
+raw ids are given and not known. The map is then as before.
+The GIL is released; the arrays must not be written to meanwhile.)";
+
+}  // namespace
+
+void add_local_map(py::module_& module) {
+  const MapOptions by_default;
+  py::class_<HeldLocalMap, HeldMap, std::shared_ptr<HeldLocalMap>>(
+      module, "LocalMap", R"(One robot's map, made of its scans.
+
+Arguments are the options of `tessera map`, with the same defaults; docs/python.md has them all.)")
+      .def(py::init([](const std::optional<Classes>& classes, std::optional<double> resolution_m,
+                       std::size_t memory_bytes, std::string inference,
+                       std::optional<double> kernel_length_m, std::optional<double> prior,
+                       double max_range_m, double min_range_m, std::optional<double> downsample_m,
+                       std::optional<std::string> thinning_weight, bool free_space,
+                       std::optional<std::string> counts, double min_weight,
+                       std::optional<double> max_evidence, std::optional<double> free_weight,
+                       std::uint64_t work_budget, double deadline_ms, std::uint32_t robot,
+                       const std::optional<PoseArray>& T_global_map, std::size_t max_points) {
+             const MapOptions options = options_of(
+                 {resolution_m, prior, max_evidence, free_weight, std::move(counts), robot},
+                 {memory_bytes, std::move(inference), kernel_length_m, max_range_m, min_range_m,
+                  downsample_m, std::move(thinning_weight), free_space, min_weight, work_budget,
+                  deadline_ms});
+             std::optional<Matrix34d> T;
+             if (T_global_map) T = pose_of(T_global_map, "T_global_map");
+             return HeldLocalMap::make(options, given_classes(classes), T, max_points);
+           }),
+           py::arg("classes") = py::none(), py::kw_only(), py::arg("resolution_m") = py::none(),
+           py::arg("memory_bytes") = std::size_t{512} << 20U,
+           py::arg("inference") = by_default.inference, py::arg("kernel_length_m") = py::none(),
+           py::arg("prior") = py::none(), py::arg("max_range_m") = by_default.max_range_m,
+           py::arg("min_range_m") = by_default.min_range_m, py::arg("downsample_m") = py::none(),
+           py::arg("thinning_weight") = py::none(), py::arg("free_space") = true,
+           py::arg("counts") = py::none(), py::arg("min_weight") = by_default.min_weight,
+           py::arg("max_evidence") = py::none(), py::arg("free_weight") = py::none(),
+           py::arg("work_budget") = by_default.work_budget,
+           py::arg("deadline_ms") = by_default.deadline_ms, py::arg("robot") = 0,
+           py::arg("T_global_map") = py::none(),
+           py::arg("max_points") = std::size_t{ScanCapacity{}.points},
+           R"(An empty map that never takes more than memory_bytes.
+
+classes: None: SemanticKITTI's. max_points: of a scan; more are sampled evenly. Raises InputError iff
+a value is out of its range or the budget holds no map, Error iff the system does not give the
+memory.)")
+      .def_static(
+          "load",
+          [](const std::filesystem::path& path, const std::optional<Classes>& classes,
+             std::size_t memory_bytes, std::string inference, std::optional<double> kernel_length_m,
+             double max_range_m, double min_range_m, std::optional<double> downsample_m,
+             std::optional<std::string> thinning_weight, bool free_space, double min_weight,
+             std::uint64_t work_budget, double deadline_ms, std::size_t max_points) {
+            const MapOptions options =
+                options_of({}, {memory_bytes, std::move(inference), kernel_length_m, max_range_m,
+                                min_range_m, downsample_m, std::move(thinning_weight), free_space,
+                                min_weight, work_budget, deadline_ms});
+            return HeldLocalMap::load(path.string(), options, classes, max_points);
+          },
+          py::arg("path"), py::arg("classes") = py::none(), py::kw_only(),
+          py::arg("memory_bytes") = std::size_t{512} << 20U,
+          py::arg("inference") = by_default.inference, py::arg("kernel_length_m") = py::none(),
+          py::arg("max_range_m") = by_default.max_range_m,
+          py::arg("min_range_m") = by_default.min_range_m, py::arg("downsample_m") = py::none(),
+          py::arg("thinning_weight") = py::none(), py::arg("free_space") = true,
+          py::arg("min_weight") = by_default.min_weight,
+          py::arg("work_budget") = by_default.work_budget,
+          py::arg("deadline_ms") = by_default.deadline_ms,
+          py::arg("max_points") = std::size_t{ScanCapacity{}.points},
+          R"(The local map of a .tsm file, to go on with. Its resolution, prior, counts and robot are the file's.
+
+classes: the data set's, for labels as raw ids; None: labels have to be components. Raises InputError
+iff the file is missing, damaged or a global map, classes are others, the budget is too small, or a
+value is out of its range; Error iff the system does not give the memory.)")
+      .def("integrate", &integrate, py::arg("points"), py::arg("labels") = py::none(),
+           py::arg("T_map_sensor") = py::none(), py::arg("weights") = py::none(), kIntegrate)
+      .def("clear", &HeldLocalMap::clear, "Forgets all content.")
+      .def("usage", &usage,
+           "How full the map is: the keys of `memory` in the report of `tessera map`.");
+}
+
+}  // namespace tessera::python

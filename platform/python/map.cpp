@@ -1,0 +1,122 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// tessera.Map: what can be read of any map.
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <filesystem>
+
+#include "arrays.hpp"
+#include "estimates.hpp"
+#include "held_map.hpp"
+
+namespace tessera::python {
+
+namespace {
+
+void save(const HeldMap& map, const std::filesystem::path& path) {
+  const Outcome<void> saved = map.read([&](const LocalMap& m) {
+    std::vector<KeyedIndex> workspace = workspace_for(m);
+    return save_map(m, map.identity(), workspace, path.string());
+  });
+  check(saved);
+}
+
+std::string digest_of(const HeldMap& map) {
+  return map.read([](const LocalMap& m) {
+    std::vector<KeyedIndex> workspace = workspace_for(m);
+    return hex64(digest(m, workspace));
+  });
+}
+
+py::object settings_of(const HeldMap& map) {
+  const MapIdentity& identity = map.identity();
+  if (identity.settings_bytes == 0) return py::dict();
+  return py::module_::import("json").attr("loads")(
+      py::str(identity.settings.data(), identity.settings_bytes));
+}
+
+std::shared_ptr<HeldMap> load(const std::filesystem::path& path) {
+  Outcome<std::unique_ptr<StoredMap>> stored = [&] {
+    const py::gil_scoped_release released;
+    return load_map(path.string());
+  }();
+  if (!stored.ok()) raise(stored.failure());
+  return std::make_shared<HeldMap>(std::shared_ptr<StoredMap>(std::move(*stored)));
+}
+
+constexpr const char* kQuery = R"(What the map says at points.
+
+points: (N, 3) or wider, or (3,) for one, float32 or float64, metres, map frame; any layout. A point
+that is not finite or out of the grid is unknown. sigma: also the counts. Raises TypeError,
+InputError iff the array is not so.)";
+
+}  // namespace
+
+void add_map(py::module_& module) {
+  add_estimates(module);
+  py::class_<HeldMap, std::shared_ptr<HeldMap>> type(
+      module, "Map", "A map that can be read: a loaded one, a LocalMap, a global one.");
+  type.def_property_readonly(
+          "kind",
+          [](const HeldMap& m) {
+            return m.identity().kind == MapKind::kGlobal ? "global" : "local";
+          },
+          "\"local\" or \"global\".")
+      .def_property_readonly(
+          "robot", [](const HeldMap& m) { return m.identity().robot; }, "Number of the robot.")
+      .def_property_readonly(
+          "resolution_m", [](const HeldMap& m) { return m.config().resolution_m; },
+          "Edge of a voxel, metres.")
+      .def_property_readonly(
+          "prior", [](const HeldMap& m) { return m.config().prior; }, "Of every component.")
+      .def_property_readonly("classes", &HeldMap::class_table, "The ClassTable.")
+      .def_property_readonly(
+          "T_global_map",
+          [](const HeldMap& m) -> py::object {
+            if (!m.identity().has_T_global_map) return py::none();
+            return array_of(m.identity().T_global_map);
+          },
+          "(4, 4) float64, map to global frame, metres; None where it is not known.")
+      .def_property_readonly(
+          "settings", &settings_of,
+          "How it was made: the options of `tessera map` or `tessera fuse` by name.")
+      .def("query", &query, py::arg("points"), py::kw_only(), py::arg("sigma") = false, kQuery)
+      .def(
+          "voxels",
+          [](const HeldMap& m, bool occupied_only, bool sigma) {
+            return voxels(m, std::nullopt, std::nullopt, occupied_only, sigma);
+          },
+          py::kw_only(), py::arg("occupied_only") = false, py::arg("sigma") = false,
+          "All observed voxels, or the occupied ones; sigma: also the counts.")
+      .def(
+          "box",
+          [](const HeldMap& m, const std::array<double, 3>& low, const std::array<double, 3>& high,
+             bool occupied_only, bool sigma) { return voxels(m, low, high, occupied_only, sigma); },
+          py::arg("low"), py::arg("high"), py::kw_only(), py::arg("occupied_only") = false,
+          py::arg("sigma") = false,
+          R"(The observed voxels from that which contains low to that which contains high, both with it.
+
+low, high: x y z, metres, map frame; they may be infinite. Raises InputError iff one is NaN.)")
+      .def("digest", &digest_of,
+           "64 bits in hex over the content, as `tessera info` says; equal for equal maps. O(map).")
+      .def(
+          "save", &save, py::arg("path"),
+          R"(Writes a .tsm file, whole or not at all. Raises Error or InputError iff it cannot be written.)")
+      .def("__repr__", [](const HeldMap& m) {
+        const auto label_voxels =
+            m.read([](const LocalMap& map) { return map.usage().label_voxels; });
+        return std::string("<tessera map, ") +
+               (m.identity().kind == MapKind::kGlobal ? "global, " : "local, ") +
+               std::to_string(label_voxels) + " label voxels>";
+      });
+  add_ray_queries(module, type);
+  module.def(
+      "load", &load, py::arg("path"),
+      R"(The map of a .tsm file, local or global, for reading; LocalMap.load goes on with one.
+
+Raises InputError iff the file is missing, damaged or of another kind; Error iff the system does not
+give the memory.)");
+}
+
+}  // namespace tessera::python

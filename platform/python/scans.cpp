@@ -1,0 +1,221 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// tessera.Dataset, tessera.Clouds and single files.
+#include "scans.hpp"
+
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <filesystem>
+#include <mutex>
+
+#include "arrays.hpp"
+#include "class_table.hpp"
+#include "clouds/cloud_folder.hpp"
+#include "clouds/pcd_reader.hpp"
+#include "clouds/ply_reader.hpp"
+#include "dataset/transform_file.hpp"
+#include "fusing.hpp"
+
+namespace tessera::python {
+
+namespace {
+
+/// A scan with its memory.
+struct Scan {
+  std::shared_ptr<ScanBuffer> buffer;
+  DatasetScan scan;
+
+  /// A view that keeps the memory alive.
+  template <class T>
+  [[nodiscard]] py::array_t<T> view(std::span<const T> values, std::size_t columns) const {
+    const py::capsule owner(new std::shared_ptr<ScanBuffer>(buffer), [](void* pointer) {
+      delete static_cast<std::shared_ptr<ScanBuffer>*>(pointer);
+    });
+    return array_over(values, columns, owner);
+  }
+};
+
+/// Of any kind; read one at a time.
+class Scans {
+ public:
+  Scans(std::unique_ptr<RecordedScans> scans, const Dataset* dataset)
+      : scans_(std::move(scans)),
+        dataset_(dataset),
+        classes_(classes_of(DatasetClasses(scans_->classes()))) {}
+
+  [[nodiscard]] std::size_t size() const { return scans_->num_scans(); }
+  [[nodiscard]] const Classes& classes() const { return classes_; }
+  [[nodiscard]] std::size_t place_of(py::ssize_t i) const {
+    const auto n = static_cast<py::ssize_t>(size());
+    if (i < -n || i >= n) throw py::index_error("there are " + std::to_string(n) + " scans");
+    return static_cast<std::size_t>(i < 0 ? i + n : i);
+  }
+  [[nodiscard]] Scan at(py::ssize_t i) const {
+    const std::size_t place = place_of(i);
+    const py::gil_scoped_release released;
+    const std::scoped_lock lock(mutex_);
+    auto buffer = std::make_shared<ScanBuffer>(dataset_ != nullptr ? dataset_->num_points(place)
+                                                                   : std::size_t{0});
+    DatasetScan scan = value_of(scans_->read(place, *buffer));
+    return {std::move(buffer), std::move(scan)};
+  }
+  [[nodiscard]] py::array_t<std::uint8_t> labels(py::ssize_t i, const std::string& folder) const {
+    const std::size_t place = place_of(i);
+    if (dataset_ == nullptr)
+      throw InputError("clouds have their labels with them; use scan.components");
+    std::vector<std::uint8_t> components(dataset_->num_points(place));
+    {
+      const py::gil_scoped_release released;
+      const std::scoped_lock lock(mutex_);
+      check(dataset_->check_labels(folder));
+      static_cast<void>(value_of(dataset_->read_labels(place, folder, components)));
+    }
+    return array_taking(std::move(components));
+  }
+
+ private:
+  std::unique_ptr<RecordedScans> scans_;
+  const Dataset* dataset_;
+  Classes classes_;
+  mutable std::mutex mutex_;
+};
+struct KittiScans : Scans {
+  using Scans::Scans;
+};
+struct CloudScans : Scans {
+  using Scans::Scans;
+};
+
+std::shared_ptr<KittiScans> open_kitti(const std::filesystem::path& folder,
+                                       const std::optional<int>& first,
+                                       const std::optional<int>& last, const std::string& labels,
+                                       const std::optional<bool>& deskew) {
+  const py::gil_scoped_release released;
+  const Deskewing by_choice = deskew.value_or(false) ? Deskewing::kOn : Deskewing::kOff;
+  auto dataset = std::make_unique<Dataset>(value_of(
+      Dataset::open(folder.string(), {.first = first,
+                                      .last = last,
+                                      .labels = labels,
+                                      .deskew = deskew ? by_choice : Deskewing::kWhereTimed})));
+  const Dataset* const kitti = dataset.get();
+  return std::make_shared<KittiScans>(std::move(dataset), kitti);
+}
+
+CloudFormat format_of(const std::filesystem::path& path) {
+  const std::string extension = path.extension().string();
+  if (extension == ".pcd") return CloudFormat::kPcd;
+  if (extension == ".ply") return CloudFormat::kPly;
+  throw InputError(one_line(path.string()) +
+                   " is neither .pcd nor .ply; give a file of one of these");
+}
+
+std::shared_ptr<CloudScans> open_clouds(const std::filesystem::path& folder,
+                                        const std::filesystem::path& poses,
+                                        const std::string& format, const std::optional<int>& first,
+                                        const std::optional<int>& last) {
+  if (format != "pcd" && format != "ply")
+    throw InputError("format " + one_line(format) + " is not allowed; give pcd or ply");
+  const py::gil_scoped_release released;
+  auto clouds = std::make_unique<CloudFolder>(value_of(CloudFolder::open(
+      folder.string(), {.format = format == "pcd" ? CloudFormat::kPcd : CloudFormat::kPly,
+                        .poses = poses.string(),
+                        .first = first,
+                        .last = last})));
+  return std::make_shared<CloudScans>(std::move(clouds), nullptr);
+}
+
+py::tuple read_cloud(const std::filesystem::path& path) {
+  const CloudFormat format = format_of(path);
+  Cloud cloud;
+  {
+    const py::gil_scoped_release released;
+    const std::string bytes = value_of(read_cloud_bytes(path.string()));
+    const std::string name = path.string();
+    check(format == CloudFormat::kPcd ? read_pcd({name, bytes}, cloud)
+                                      : read_ply({name, bytes}, cloud));
+  }
+  const bool has_ids = !cloud.raw_ids.empty();
+  py::object ids = py::none();
+  if (has_ids) ids = array_taking(std::move(cloud.raw_ids));
+  return py::make_tuple(array_taking(std::move(cloud.points_xyzi), 4), ids);
+}
+
+template <class T>
+void add_reading(py::class_<T, std::shared_ptr<T>>& type) {
+  type.def_property_readonly(
+          "classes", [](const T& s) { return s.classes(); }, "Their ClassTable.")
+      .def("__len__", [](const T& s) { return s.size(); })
+      .def(
+          "__getitem__", [](const T& s, py::ssize_t i) { return s.at(i); }, py::arg("i"),
+          "Reads scan i. Raises IndexError, and Error or InputError iff its files cannot be read "
+          "any more.");
+}
+
+}  // namespace
+
+void add_scans(py::module_& module) {
+  py::class_<Scan>(module, "Scan",
+                   "A recorded scan; its arrays are views of memory that it alone has.")
+      .def_property_readonly(
+          "number", [](const Scan& s) { return s.scan.number; }, "Of the file.")
+      .def_property_readonly(
+          "points", [](const Scan& s) { return s.view(s.scan.points_xyzi, 4); },
+          "(N, 4) float32: x y z, metres, sensor frame, and intensity.")
+      .def_property_readonly(
+          "components", [](const Scan& s) { return s.view(s.scan.components, 0); },
+          "(N,) uint8: 1 .. C, or C + 1 where the class is not known.")
+      .def_property_readonly(
+          "T_map_sensor", [](const Scan& s) { return array_of(s.scan.T_map_sensor); },
+          "(4, 4) float64, as recorded: perhaps not rigid.")
+      .def_property_readonly(
+          "has_pose", [](const Scan& s) { return check_rigid(s.scan.T_map_sensor) == Status::kOk; },
+          "T_map_sensor is a rigid transform; LocalMap.integrate raises where it is not.")
+      .def_property_readonly(
+          "unknown_ids", [](const Scan& s) { return s.scan.unknown.points; },
+          "Points whose raw id is in no class.");
+  py::class_<KittiScans, std::shared_ptr<KittiScans>> kitti(
+      module, "Dataset",
+      "A folder in the layout of KITTI odometry and SemanticKITTI; a sequence of Scan.");
+  kitti
+      .def(
+          py::init(&open_kitti), py::arg("folder"), py::kw_only(), py::arg("first") = py::none(),
+          py::arg("last") = py::none(), py::arg("labels") = DatasetOptions{}.labels,
+          py::arg("deskew") = py::none(),
+          R"(first, last: scan numbers, inclusive. labels: the folder of labels to learn from, "cameras" or "none".
+
+deskew: None: where there are times of points. Raises InputError iff something is missing or does not
+fit together; docs/cli.md has the layout.)")
+      .def(
+          "labels",
+          [](const KittiScans& s, py::ssize_t i, const std::string& folder) {
+            return s.labels(i, folder);
+          },
+          py::arg("i"), py::arg("folder") = "labels",
+          "(N,) uint8 components of scan i from another folder: the truth. Raises as opening "
+          "does.");
+  add_reading(kitti);
+  py::class_<CloudScans, std::shared_ptr<CloudScans>> clouds(
+      module, "Clouds", "A folder of PCD or PLY files with a file of poses; a sequence of Scan.");
+  clouds.def(
+      py::init(&open_clouds), py::arg("folder"), py::arg("poses"), py::arg("format") = "pcd",
+      py::kw_only(), py::arg("first") = py::none(), py::arg("last") = py::none(),
+      R"(poses: KITTI rows of 12 numbers, TUM rows of 8, or 4x4 rows of 16; format: "pcd" or "ply".
+
+Raises InputError iff something is missing, malformed or does not fit together.)");
+  add_reading(clouds);
+  module.def(
+      "read_cloud", &read_cloud, py::arg("path"),
+      R"(Points (N, 4) float32 x y z intensity of a .pcd or .ply file, and (N,) int64 raw ids or None.
+
+Raises InputError iff it is malformed, Error iff it cannot be read.)");
+  module.def(
+      "read_transform",
+      [](const std::filesystem::path& path) {
+        return array_of(value_of(read_transform(path.string())));
+      },
+      py::arg("path"),
+      "(4, 4) float64 of a text file: a rigid transform, row by row. Raises InputError.");
+}
+
+}  // namespace tessera::python

@@ -1,0 +1,283 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// tessera.Sharer.
+#include <pybind11/stl.h>
+
+#include "arrays.hpp"
+#include "fusing.hpp"
+#include "held_sharer.hpp"
+#include "posix/monotonic_clock.hpp"
+
+namespace tessera::python {
+
+namespace {
+
+using Now = std::optional<std::int64_t>;
+
+std::int64_t time_of(const Now& now_us) { return now_us ? *now_us : MonotonicClock::now_us(); }
+
+py::list tick(HeldSharer& sharer, const Now& now_us) {
+  const std::vector<std::string> datagrams = sharer.tick(time_of(now_us));
+  py::list list;
+  for (const std::string& datagram : datagrams) list.append(py::bytes(datagram));
+  return list;
+}
+
+void receive(HeldSharer& sharer, const py::buffer& datagram, const Now& now_us) {
+  const py::buffer_info bytes = datagram.request();
+  const bool is_plain =
+      bytes.ndim == 1 && bytes.itemsize == 1 && (bytes.size == 0 || bytes.strides[0] == 1);
+  if (!is_plain)
+    raise_type("a datagram is bytes without gaps; give bytes, bytearray or memoryview");
+  const std::span view(static_cast<const std::byte*>(bytes.ptr),
+                       static_cast<std::size_t>(bytes.size));
+  const std::int64_t at_us = time_of(now_us);
+  sharer.change([&](Sharer& s) { s.receive(view, at_us); });
+}
+
+/// What sharers say when they refuse.
+void check_status(Status status, const char* argument) {
+  if (status == Status::kOk) return;
+  if (status == Status::kBusy)
+    throw WorkError("a new submap is being waited for; tick until it is there");
+  if (status == Status::kResourceExhausted) throw WorkError("there is no place for another one");
+  throw InputError(std::string(argument) + " is not allowed here");
+}
+
+py::dict counters_of(const ExchangeReport& r) {
+  py::dict d;
+  d["received"] = r.received;
+  d["received_bytes"] = r.received_bytes;
+  d["refused_size"] = r.refused_size;
+  d["refused_format"] = r.refused_format;
+  d["refused_tag"] = r.refused_tag;
+  d["refused_signature"] = r.refused_signature;
+  d["refused_configuration"] = r.refused_configuration;
+  d["refused_replay"] = r.refused_replay;
+  d["refused_robot"] = r.refused_robot;
+  d["refused_excluded"] = r.refused_excluded;
+  d["refused_peers"] = r.refused_peers;
+  d["refused_body"] = r.refused_body;
+  d["own_echoes"] = r.own_echoes;
+  d["records_taken"] = r.records_taken;
+  d["records_stale"] = r.records_stale;
+  d["records_refused"] = r.records_refused;
+  d["records_early"] = r.records_early;
+  d["refused_contributions"] = r.refused_contributions;
+  d["displaced_contributions"] = r.displaced_contributions;
+  d["diverged"] = r.diverged;
+  d["impostors"] = r.impostors;
+  d["sent"] = r.sent;
+  d["sent_bytes"] = r.sent_bytes;
+  d["announcements"] = r.announcements;
+  d["requests"] = r.requests;
+  d["requests_saved"] = r.requests_saved;
+  d["frames"] = r.frames;
+  d["fresh_chunks"] = r.fresh_chunks;
+  d["answer_chunks"] = r.answer_chunks;
+  d["answer_bytes"] = r.answer_bytes;
+  d["answers_saved"] = r.answers_saved;
+  d["refused_answers"] = r.refused_answers;
+  d["published_parts"] = r.published_parts;
+  d["refused_parts"] = r.refused_parts;
+  d["contributions"] = r.contributions;
+  d["complete"] = r.complete;
+  d["peers"] = r.peers;
+  d["waiting_answers"] = r.waiting_answers;
+  return d;
+}
+
+py::dict report(const HeldSharer& sharer) {
+  struct All {
+    ExchangeReport exchange;
+    GlobalMapReport global;
+    SubmapReport submap;
+    std::vector<ContributionState> contributions;
+    std::size_t waiting;
+  };
+  const All all = sharer.change([](const Sharer& s) {
+    All a{s.exchange().report(), s.global().report(), s.submap(), {}, s.publisher().waiting()};
+    a.contributions.resize(a.exchange.contributions);
+    static_cast<void>(s.exchange().contributions(a.contributions));
+    return a;
+  });
+  py::dict d = counters_of(all.exchange);
+  d["waiting_blocks"] = all.waiting;
+  d["submap"] = all.submap.submap;
+  d["lost_blocks"] = all.submap.lost_blocks;
+  py::list contributions;
+  for (const ContributionState& c : all.contributions) {
+    py::dict one;
+    one["robot"] = c.id.robot;
+    one["epoch"] = c.id.epoch;
+    one["submap"] = c.id.submap;
+    one["own"] = c.own;
+    one["complete"] = c.complete;
+    contributions.append(one);
+  }
+  d["contributions_by_id"] = contributions;
+  const GlobalMapReport& g = all.global;
+  py::dict global;
+  global["blocks"] = g.blocks;
+  global["waiting"] = g.waiting;
+  global["overlap_voxels"] = g.nodes;
+  global["residual"] = g.residual;
+  global["mean_variance"] = g.mean_variance;
+  global["mean_variance_undiffused"] = g.mean_variance_undiffused;
+  global["used_bytes"] = g.used_bytes;
+  global["refused_blocks"] = g.refused_blocks;
+  global["refused_sums"] = g.refused_sums;
+  global["refused_outputs"] = g.refused_outputs;
+  global["refused_storage"] = g.replicas.refused_storage;
+  global["refused_quota"] = g.replicas.refused_quota;
+  global["torn_blocks"] = g.torn_blocks;
+  global["saturated_voxels"] = g.saturated_voxels;
+  d["global"] = global;
+  return d;
+}
+
+bool is_complete(const HeldSharer& sharer) {
+  return sharer.change([](const Sharer& s) {
+    const ExchangeReport r = s.exchange().report();
+    return r.complete == r.contributions;
+  });
+}
+
+std::shared_ptr<HeldSharer> make(std::shared_ptr<HeldLocalMap> map,
+                                 const std::optional<PoseArray>& T_global_map, std::uint32_t epoch,
+                                 std::size_t fusion_memory_bytes,
+                                 const DiffusionArguments& diffusion, std::string counts,
+                                 std::uint32_t bytes_per_s, std::uint32_t burst_bytes,
+                                 std::int64_t tick_ms) {
+  if (map == nullptr) raise_type("map is None; give a LocalMap");
+  if (counts != "dense" && counts != "compact")
+    throw InputError("counts " + one_line(counts) + " is not allowed; give dense or compact");
+  if (tick_ms < 1 || tick_ms > 60'000) throw InputError("tick_ms is not allowed; give 1 to 60000");
+  SharingOptions options;
+  options.robot = map->identity().robot;
+  options.diffusion = options_of(diffusion);
+  options.fusion_memory_bytes = fusion_memory_bytes;
+  options.counts = std::move(counts);
+  options.bytes_per_s = bytes_per_s;
+  options.burst_bytes = burst_bytes;
+  options.tick_ms = tick_ms;
+  Matrix34d T = map->identity().T_global_map;
+  if (T_global_map) T = pose_of(T_global_map, "T_global_map");
+  return HeldSharer::make(std::move(map), options, T, epoch);
+}
+
+}  // namespace
+
+void add_sharer(py::module_& module) {
+  const SharingOptions d;
+  py::class_<HeldSharer, std::shared_ptr<HeldSharer>>(
+      module, "Sharer",
+      R"(What a robot shares of its map, as bytes for any transport, and what it makes of all that it hears.
+
+Robots that have the same replicas have the same global map, bit for bit. Every call of a sharer may
+have a time, now_us, microseconds on one clock that does not go back; None: the machine's.)")
+      .def(
+          py::init([](std::shared_ptr<HeldLocalMap> map,
+                      const std::optional<PoseArray>& T_global_map, std::uint32_t epoch,
+                      std::size_t fusion_memory_bytes, std::string diffusion, std::string edge,
+                      std::optional<int> iterations, std::optional<double> diffusion_length_m,
+                      double alpha, double omega, bool whole_map, std::string counts,
+                      std::uint32_t bytes_per_s, std::uint32_t burst_bytes, std::int64_t tick_ms) {
+            return make(std::move(map), T_global_map, epoch, fusion_memory_bytes,
+                        {std::move(diffusion), std::move(edge), iterations, diffusion_length_m,
+                         alpha, omega, whole_map},
+                        std::move(counts), bytes_per_s, burst_bytes, tick_ms);
+          }),
+          py::arg("map"), py::kw_only(), py::arg("T_global_map") = py::none(), py::arg("epoch") = 1,
+          py::arg("fusion_memory_bytes") = d.fusion_memory_bytes,
+          py::arg("diffusion") = d.diffusion.mode, py::arg("edge") = d.diffusion.edge,
+          py::arg("iterations") = py::none(), py::arg("diffusion_length_m") = py::none(),
+          py::arg("alpha") = d.diffusion.alpha, py::arg("omega") = d.diffusion.omega,
+          py::arg("whole_map") = d.diffusion.whole_map, py::arg("counts") = d.counts,
+          py::arg("bytes_per_s") = d.bytes_per_s, py::arg("burst_bytes") = d.burst_bytes,
+          py::arg("tick_ms") = d.tick_ms,
+          R"(map: a LocalMap, whose robot number no other robot has. T_global_map: (4, 4); None: the map's, or the identity.
+
+epoch: higher with every start of the robot, from a counter that outlives it. tick_ms: between calls
+of tick. All of a team have the same resolution, classes, prior and free weight, and for the same
+global map the same diffusion. Raises InputError iff a value is out of its range or the memory holds
+no global map; Error iff the system does not give it.)")
+      .def(
+          "tick", &tick, py::arg("now_us") = py::none(),
+          R"(Publishes what has changed in the map, goes on with the global map, and returns the datagrams to send now.
+
+A list of bytes, each at most 1392 of them, for all other robots. To be called at an even pace; the
+map may be integrated into meanwhile.)")
+      .def("receive", &receive, py::arg("datagram"), py::arg("now_us") = py::none(),
+           R"(Takes one datagram of another robot: bytes, bytearray or memoryview, not copied.
+
+Whatever is in it: what is damaged, foreign or heard before is counted in report(). Datagrams may be
+lost, repeated and come in any order.)")
+      .def(
+          "finish", [](HeldSharer& s) { s.change([](Sharer& sharer) { sharer.finish(); }); },
+          "Brings the global map up to date with all that was received, however long it takes.")
+      .def_property_readonly("global_map", &HeldSharer::global,
+                             "The global map, a Map for reading that changes with the sharer.")
+      .def_property_readonly(
+          "idle",
+          [](const HeldSharer& s) {
+            return s.change([](const Sharer& sharer) { return sharer.idle(); });
+          },
+          "Nothing waits to be published or fused, as far as ticks since the last scan have found.")
+      .def_property_readonly("complete", &is_complete,
+                             "Nothing of what other robots are known to have said is lacking.")
+      .def(
+          "digest",
+          [](const HeldSharer& s) {
+            return hex64(s.change([](const Sharer& sharer) { return sharer.exchange().digest(); }));
+          },
+          "Of the replicas, in hex: equal on robots that have the same of everybody.")
+      .def(
+          "report", &report,
+          "Counters of the exchange, and how the global map stands; all never decrease but levels.")
+      .def(
+          "set_frame",
+          [](HeldSharer& s, const PoseArray& T_global_map,
+             const std::optional<std::uint32_t>& submap) {
+            const Matrix34d T = pose_of(T_global_map, "T_global_map");
+            check_status(s.change([&](Sharer& sharer) {
+              return sharer.set_frame(submap.value_or(sharer.submap().submap), T);
+            }),
+                         "T_global_map or submap");
+          },
+          py::arg("T_global_map"), py::arg("submap") = py::none(),
+          R"(Moves what was published, or one submap of it, to another frame (4, 4); nothing else is sent anew.
+
+Raises InputError iff there is no such submap or it is no rigid transform within the grid.)")
+      .def(
+          "new_submap",
+          [](HeldSharer& s, const std::optional<PoseArray>& T_global_map) {
+            const std::optional<Matrix34d> T =
+                T_global_map ? std::optional(pose_of(T_global_map, "T_global_map")) : std::nullopt;
+            check_status(s.change([&](Sharer& sharer) {
+              return sharer.request_submap(T.value_or(sharer.frame()));
+            }),
+                         "T_global_map");
+          },
+          py::arg("T_global_map") = py::none(),
+          R"(Ends what is published as one submap and begins another: the LocalMap is emptied, some ticks later.
+
+T_global_map: (4, 4) of the new one; None: as before. Raises InputError iff it is no frame, Error iff
+one is being waited for.)")
+      .def(
+          "leave",
+          [](HeldSharer& s) { s.change([](Sharer& sharer) { sharer.exchange().leave(); }); },
+          "Tells the others, with the next tick, that this robot says no more.")
+      .def(
+          "exclude",
+          [](HeldSharer& s, std::uint32_t robot) {
+            check_status(s.change([&](Sharer& sharer) { return sharer.exchange().exclude(robot); }),
+                         "robot");
+          },
+          py::arg("robot"),
+          R"(Takes all of a robot out of the global map, and hears it no more.
+
+Raises InputError iff it is this robot, Error iff 16 are excluded.)");
+}
+
+}  // namespace tessera::python

@@ -1,0 +1,54 @@
+# SPDX-FileCopyrightText: The tessera authors
+# SPDX-License-Identifier: Apache-2.0
+"""Dense semantic occupancy maps that teams of robots build and share: numpy in, numpy out.
+
+Lengths are metres. T_a_b takes coordinates of frame b to frame a. Anything may be called from any thread: work is done
+without the GIL, and calls on one object wait for each other where they must. What is wrong with an argument or a file is
+an InputError, or a TypeError for arrays of the wrong type; work that cannot be completed is an Error.
+"""
+import enum
+
+from ._tessera import ClassTable as ClassTable
+from ._tessera import Clouds as Clouds
+from ._tessera import Dataset as Dataset
+from ._tessera import Error as Error
+from ._tessera import Estimates as Estimates
+from ._tessera import Evaluation as Evaluation
+from ._tessera import FusedMap as FusedMap
+from ._tessera import InputError as InputError
+from ._tessera import LocalMap as LocalMap
+from ._tessera import Map as Map
+from ._tessera import Nearest as Nearest
+from ._tessera import Rays as Rays
+from ._tessera import Scan as Scan
+from ._tessera import ScanReport as ScanReport
+from ._tessera import Sharer as Sharer
+from ._tessera import Voxels as Voxels
+from ._tessera import __version__ as __version__
+from ._tessera import fuse as fuse
+from ._tessera import load as load
+from ._tessera import read_cloud as read_cloud
+from ._tessera import read_transform as read_transform
+
+
+class State(enum.IntEnum):
+    """What is known of a voxel: the values of Estimates.state."""
+
+    UNKNOWN = 0
+    FREE = 1
+    OCCUPIED = 2
+
+
+class RayEnd(enum.IntEnum):
+    """How a ray ended: the values of Rays.end."""
+
+    MAX_RANGE = 0
+    OCCUPIED = 1
+    UNKNOWN = 2
+    INVALID = 3
+
+
+__all__ = [
+    "ClassTable", "Clouds", "Dataset", "Error", "Estimates", "Evaluation", "FusedMap", "InputError", "LocalMap", "Map",
+    "Nearest", "RayEnd", "Rays", "Scan", "ScanReport", "Sharer", "State", "Voxels", "__version__", "fuse", "load",
+    "read_cloud", "read_transform"]
