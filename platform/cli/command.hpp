@@ -32,5 +32,7 @@ void add_node_command(CLI::App& app, int& exit_status);
 void add_play_command(CLI::App& app, int& exit_status);
 void add_doctor_command(CLI::App& app, int& exit_status);
 void add_key_command(CLI::App& app, int& exit_status);
+void add_pages_command(CLI::App& app, int& exit_status);
+void add_view_command(CLI::App& app, int& exit_status);
 
 }  // namespace tessera

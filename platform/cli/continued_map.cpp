@@ -30,7 +30,7 @@ void warn_of_another_mode(const MapOptions& options, const MapFileHeader& header
 }
 
 Outcome<void> adopt_settings(const MapOptions& options, const MapFileHeader& header,
-                             const Dataset& dataset, MapSetup& setup) {
+                             const RecordedScans& source, MapSetup& setup) {
   const std::string& path = options.continue_from;
   if (header.identity.kind != MapKind::kLocal)
     return Failure{path + " is a global map; continue a robot's local map"};
@@ -53,8 +53,8 @@ Outcome<void> adopt_settings(const MapOptions& options, const MapFileHeader& hea
     return Failure{path + " was made with --counts " + to_string(held.tuple) +
                    "; leave --counts out or give the same"};
   }
-  if (!(header.classes == dataset.classes().table())) {
-    return Failure{path + " has other classes than " + options.dataset +
+  if (!(header.classes == source.classes().table())) {
+    return Failure{path + " has other classes than " + options.folder() +
                    "; use data with the same classes"};
   }
   setup.map = held;

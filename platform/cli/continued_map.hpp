@@ -15,7 +15,7 @@ namespace tessera {
 /// Puts the settings of options.continue_from into setup. Fails with kUsage iff the map is a global
 /// one, has other classes than the dataset, or a given option contradicts it.
 Outcome<void> adopt_settings(const MapOptions& options, const MapFileHeader& header,
-                             const Dataset& dataset, MapSetup& setup);
+                             const RecordedScans& source, MapSetup& setup);
 
 /// Reads options.continue_from into the map; warns if it was made in another mode. max_points: as
 /// split_budget had it. Fails with kUsage if the map is too small, saying what --memory is enough.

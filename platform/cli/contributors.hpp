@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "cli/fuse_inputs.hpp"
+#include "mapping/fuse_inputs.hpp"
 
 namespace tessera {
 

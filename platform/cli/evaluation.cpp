@@ -3,10 +3,10 @@
 #include "cli/evaluation.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "cli/command.hpp"
 #include "mapping/number_text.hpp"
+#include "mapping/score_scan.hpp"
 #include "posix/progress.hpp"
 #include "tessera/base/rigid.hpp"
 #include "tessera/registration/scan.hpp"
@@ -14,27 +14,6 @@
 namespace tessera {
 
 namespace {
-
-void score_scan(Evaluation& run, const DatasetScan& scan, std::span<const std::uint8_t> truth,
-                std::span<const std::uint8_t> input) {
-  const int unlabelled = run.map.classes().unlabelled();
-  const Matrix34d T_map_sensor = product(run.T_map_dataset, scan.T_map_sensor);
-  for (std::size_t i = 0; i < scan.num_points(); ++i) {
-    if (truth[i] == unlabelled) continue;
-    const float* const p_sensor = &scan.points_xyzi[4 * i];
-    const double square = static_cast<double>(p_sensor[0]) * static_cast<double>(p_sensor[0]) +
-                          static_cast<double>(p_sensor[1]) * static_cast<double>(p_sensor[1]) +
-                          static_cast<double>(p_sensor[2]) * static_cast<double>(p_sensor[2]);
-    if (!std::isfinite(square)) {
-      ++run.non_finite;
-      continue;
-    }
-    if (run.max_range_m > 0.0 && square > run.max_range_m * run.max_range_m) continue;
-    const Point3f p_map = transform(T_map_sensor, p_sensor);
-    if (!in_overlap(run.overlap, p_map)) continue;
-    run.scores.add(truth[i], run.map.query(p_map), input[i] == unlabelled ? 0 : input[i]);
-  }
-}
 
 /// Reads a scan's labels from the folder; kNoLabels gives unlabelled ones.
 Outcome<void> read_labels(const Dataset& dataset, std::size_t i, const std::string& folder,
@@ -72,7 +51,14 @@ Outcome<void> score_all(Evaluation& run) {
       if (!p.ok()) return p.failure();
     }
     if (check_rigid(scan->T_map_sensor) == Status::kOk) {
-      score_scan(run, *scan, truth, input);
+      ScanView view = scan->view();
+      view.T_map_sensor = product(run.T_map_dataset, scan->T_map_sensor);
+      view.components = input.data();
+      const auto is_wanted = [&run](const Point3f& p_map) {
+        return in_overlap(run.overlap, p_map);
+      };
+      run.non_finite +=
+          score_scan(run.map, view, truth.data(), run.max_range_m, is_wanted, run.scores);
     } else {
       run.bad_poses.add(scan->number);
     }

@@ -8,8 +8,8 @@
 
 #include "cli/losses.hpp"
 #include "cli/overlap.hpp"
-#include "cli/scores.hpp"
 #include "dataset/dataset.hpp"
+#include "mapping/scores.hpp"
 
 namespace tessera {
 

@@ -10,7 +10,7 @@
 
 #include "cli/command.hpp"
 #include "cli/contributors.hpp"
-#include "cli/fuse_setup.hpp"
+#include "mapping/fuse_setup.hpp"
 #include "mapping/number_text.hpp"
 
 namespace tessera {
@@ -228,7 +228,10 @@ void warn_of_others(const Contributors& contributors, const std::vector<PlyVoxel
 
 Outcome<Layer> color_by_robots(const LayerOptions& options, const StoredMap& map,
                                const std::string& path, ExportedVoxels& exported) {
-  const Outcome<std::vector<FuseInput>> inputs = load_inputs(options.of, options.transforms);
+  std::vector<std::string> warnings;
+  const Outcome<std::vector<FuseInput>> inputs =
+      load_inputs(options.of, options.transforms, warnings);
+  for (const std::string& warning : warnings) warn(warning);
   if (!inputs.ok()) return inputs.failure();
   const Outcome<void> alike = check_alike(map, path, inputs->front());
   if (!alike.ok()) return alike.failure();

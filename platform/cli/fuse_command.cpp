@@ -1,100 +1,62 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // tessera fuse: local maps to one global map by label diffusion.
-#include <algorithm>
 #include <cstdio>
-#include <set>
+#include <optional>
 
 #include "cli/command.hpp"
-#include "cli/fuse_report.hpp"
 #include "cli/number_options.hpp"
+#include "mapping/fusion_run.hpp"
 #include "mapping/number_text.hpp"
+#include "mapping/outputs.hpp"
 #include "posix/allocation_counter.hpp"
-#include "posix/monotonic_clock.hpp"
 #include "posix/progress.hpp"
-#include "tessera/map/queries.hpp"
 
 namespace tessera {
 
 namespace {
 
-/// Calls put(slot, key, version, packed) for every block of every map.
-template <class Put>
-void for_blocks(const std::vector<FuseInput>& inputs, Arena& arena, Put&& put) {
-  const int components = inputs.front().stored->map.num_components();
-  BlockContent content = *BlockContent::make(arena, components);
-  const std::span<std::byte> packed = arena.take<std::byte>(most_packed_bytes(components));
-  const std::span<KeyedIndex> workspace = arena.take<KeyedIndex>([&] {
-    std::size_t most = 0;
-    for (const FuseInput& input : inputs)
-      most = std::max(most, 2 * input.stored->map.block_count());
-    return most;
-  }());
-  for (std::size_t i = 0; i < inputs.size(); ++i) {
-    const LocalMap& map = inputs[i].stored->map;
-    for (const KeyedIndex& item : map.blocks_in_order(workspace)) {
-      const Block& block = map.block_at(item.index);
-      content.clear();
-      add_block(map, block, content);
-      put(i, BlockKey{item.key}, block.revision + 1, packed.first(pack_block(content, packed)));
-    }
+void print_summary(const FuseRun& run, const std::vector<FuseInput>& inputs,
+                   const std::string& out) {
+  const auto count = [](std::uint64_t n) { return static_cast<unsigned long long>(n); };
+  std::printf("%zu maps into %s: %llu label voxels, %llu free ones, %llu in the overlap\n",
+              inputs.size(), out.c_str(), count(run.usage.label_voxels), count(run.free_voxels),
+              count(run.report.nodes));
+  std::printf("  %s diffusion, %d iterations over %g m, residual %.3g\n",
+              to_string(run.config.diffusion.mode), run.config.diffusion.iterations,
+              decimal_of(run.config.diffusion.length_m), run.report.residual);
+  std::printf("  mean variance of the label in the overlap %.3g, of undiffused evidence %.3g\n",
+              run.report.mean_variance, run.report.mean_variance_undiffused);
+  std::printf("  %.1f MB used of %.1f MB, %.1f MB of it the map\n",
+              static_cast<double>(run.report.used_bytes) / 1e6,
+              static_cast<double>(run.budget_bytes) / 1e6,
+              static_cast<double>(run.usage.used_bytes) / 1e6);
+  std::printf("  %.0f ms to publish, %.0f ms to fuse; digest %s\n", run.publish_ms, run.fuse_ms,
+              hex64(run.digest).c_str());
+  for (const PairAlignment& pair : run.pairs) {
+    std::printf("  %s and %s: the same class at %.1f %% of common voxels\n",
+                inputs[pair.first].path.c_str(), inputs[pair.second].path.c_str(),
+                100.0 * pair.alignment.agreement());
   }
 }
 
-double ms_since(std::int64_t start_us) {
-  return static_cast<double>(MonotonicClock::now_us() - start_us) / 1000.0;
+void warn_of(const std::vector<std::string>& warnings) {
+  for (const std::string& warning : warnings) warn(warning);
 }
 
-/// Publishes every block and fuses. Nothing in here uses the heap unless it fails.
-Outcome<void> fuse_all(const std::vector<FuseInput>& inputs, GlobalMap& global, Arena& scratch,
-                       FuseRun& run) {
+/// Fuses with a bar, and counts what that takes of the heap.
+Outcome<void> fuse_all(FusionRun& fusion, const std::vector<FuseInput>& inputs) {
   const std::optional<std::uint64_t> before = heap_allocations();
-  std::int64_t start_us = MonotonicClock::now_us();
-  std::array<GlobalMap::Slot, Replicas::kMostContributions> slots{};
-  for (std::size_t i = 0; i < inputs.size(); ++i) {
-    const Result<GlobalMap::Slot> slot = global.open(inputs[i].id, inputs[i].frame);
-    if (!slot.ok())
-      return Failure{inputs[i].path + " has no place in the global map; give fewer maps"};
-    slots[i] = *slot;
-  }
-  Status status = Status::kOk;
-  for_blocks(inputs, scratch,
-             [&](std::size_t input, BlockKey key, std::uint32_t version,
-                 std::span<const std::byte> packed) {
-               const Result<Replicas::Change> put = global.put(slots[input], key, version, packed);
-               // What has no room is counted there, and warned about in the end.
-               if (!put.ok() && put.status() != Status::kResourceExhausted) status = put.status();
-             });
-  if (status != Status::kOk)
-    return Failure{std::string("a block cannot be taken: ") + to_string(status),
-                   FailureKind::kFailure};
-  run.publish_ms = ms_since(start_us);
-  start_us = MonotonicClock::now_us();
-  const std::uint32_t total = global.waiting();
-  Progress progress("fusing", total);
-  while (global.busy()) {
-    run.work += global.step(1U << 20U);
-    progress.update(total - std::min(total, global.waiting()));
-  }
-  progress.finish();
-  run.fuse_ms = ms_since(start_us);
-  const std::optional<std::uint64_t> after = heap_allocations();
-  if (before && after) run.heap_allocations = *after - *before;
-  return {};
-}
-
-/// What eval and others ask of the record: the range that all maps were made with, else none.
-Json record_of(const std::vector<FuseInput>& inputs, Json config) {
-  for (const char* const key : {"maps", "out", "report", "transform", "memory"}) config.erase(key);
-  const Json range = recorded_setting(inputs.front().stored->header, "max_range");
-  const bool same = std::all_of(inputs.begin(), inputs.end(), [&](const FuseInput& input) {
-    return recorded_setting(input.stored->header, "max_range") == range;
+  std::optional<Progress> bar;
+  const Outcome<void> fused = fusion.fuse(inputs, [&bar](std::uint32_t done, std::uint32_t total) {
+    if (!bar) bar.emplace("fusing", total);
+    bar->update(done);
   });
-  if (same && !range.is_null()) config["max_range"] = range;
-  std::set<std::uint32_t> robots;
-  for (const FuseInput& input : inputs) robots.insert(input.id.robot);
-  config["robots"] = robots;
-  return config;
+  if (!fused.ok()) return fused.failure();
+  if (bar) bar->finish();
+  const std::optional<std::uint64_t> after = heap_allocations();
+  if (before && after) fusion.run().heap_allocations = *after - *before;
+  return {};
 }
 
 Outcome<void> run_fuse(const FuseOptions& options) {
@@ -105,61 +67,36 @@ Outcome<void> run_fuse(const FuseOptions& options) {
   const Outcome<void> places = check_outputs({{"--out", options.out}, {"--report", options.report}},
                                              files_of(options.maps, options.transforms, "FILE"));
   if (!places.ok()) return places.failure();
-  const Outcome<std::vector<FuseInput>> inputs = load_inputs(options.maps, options.transforms);
+  std::vector<std::string> warnings;
+  const Outcome<std::vector<FuseInput>> inputs =
+      load_inputs(options.maps, options.transforms, warnings);
   if (!inputs.ok()) return inputs.failure();
+  warn_of(warnings);
   const Outcome<void> robots = check_number_of_robots(*inputs);
   if (!robots.ok()) return robots.failure();
-  const LocalMap& first = inputs->front().stored->map;
-  const Outcome<DiffusionConfig> diffusion = diffusion_of(options.diffusion, first.config());
+  const Outcome<DiffusionConfig> diffusion =
+      diffusion_of(options.diffusion, inputs->front().stored->map.config());
   if (!diffusion.ok()) return diffusion.failure();
 
-  FuseRun run;
-  run.pairs = align_inputs(*inputs);
-  ReplicaDemand demand{.blocks = 1, .segments = 1};
-  std::size_t most_blocks = 0;
-  for (const FuseInput& input : *inputs) {
-    most_blocks = std::max(most_blocks, input.stored->map.block_count());
-    demand.blocks += static_cast<std::uint32_t>(input.stored->map.block_count());
-    run.replica_voxels += input.stored->map.usage().label_voxels;
-  }
-  const int components = first.num_components();
-  const std::size_t scratch_bytes = BlockContent::required_bytes(components) +
-                                    arena_bytes<std::byte>(most_packed_bytes(components)) +
-                                    arena_bytes<KeyedIndex>(2 * most_blocks);
-  const Outcome<ArenaMemory> scratch = ArenaMemory::allocate(scratch_bytes);
-  if (!scratch.ok()) return scratch.failure();
-  Arena counting(scratch->span());
-  for_blocks(*inputs, counting,
-             [&](std::size_t, BlockKey, std::uint32_t, std::span<const std::byte> packed) {
-               demand.segments += SegmentStore::segments_of(packed.size());
-             });
-  const Outcome<GlobalMapConfig> config =
-      config_for(*inputs, options, *diffusion, demand, *budget_bytes);
-  if (!config.ok()) return config.failure();
-  run.config = *config;
-  const std::size_t arena_size_bytes = GlobalMap::required_bytes(run.config, components);
-  run.budget_bytes = budget_bytes->value_or(arena_size_bytes);
-  const Outcome<ArenaMemory> memory = ArenaMemory::allocate(arena_size_bytes);
-  if (!memory.ok()) return memory.failure();
-  Arena arena(memory->span());
-  Result<GlobalMap> global = GlobalMap::make(arena, run.config, first.classes());
-  if (!global.ok())
-    return Failure{std::string("the global map cannot be made: ") + to_string(global.status())};
-  Arena working(scratch->span());
-  const Outcome<void> fused = fuse_all(*inputs, *global, working, run);
+  warnings.clear();
+  const std::vector<PairAlignment> pairs = align_inputs(*inputs, warnings);
+  warn_of(warnings);
+  const Outcome<std::unique_ptr<FusionRun>> fusion =
+      FusionRun::prepare(*inputs, options, *diffusion);
+  if (!fusion.ok()) return fusion.failure();
+  const Outcome<void> fused = fuse_all(**fusion, *inputs);
   if (!fused.ok()) return fused.failure();
-  run.report = global->report();
-  run.usage = global->map().usage();
-  run.free_voxels = global->map().count_free_voxels();
-  std::vector<KeyedIndex> workspace = workspace_for(global->map());
-  run.digest = digest(global->map(), workspace);
+  (*fusion)->measure();
+  FuseRun& run = (*fusion)->run();
+  run.pairs = pairs;
   const Json config_json = to_json(options, run.config, *budget_bytes);
   MapIdentity identity{.kind = MapKind::kGlobal};
   const Outcome<void> recorded = record_settings(record_of(*inputs, config_json), identity);
   if (!recorded.ok()) return recorded.failure();
-  const Outcome<void> saved = save_map(global->map(), identity, workspace, options.out);
+  std::vector<KeyedIndex> workspace = workspace_for((*fusion)->map());
+  const Outcome<void> saved = save_map((*fusion)->map(), identity, workspace, options.out);
   if (!saved.ok()) return saved.failure();
-  warn_of_losses(run);
+  warn_of(losses_of(run));
   print_summary(run, *inputs, options.out);
   return write_report(to_json(run, *inputs, config_json), options.report);
 }

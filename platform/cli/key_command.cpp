@@ -1,6 +1,9 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // tessera key new: a key for the fleet, or a pair for a robot.
+#include <sys/stat.h>
+
+#include <cerrno>
 #include <cstdio>
 #include <filesystem>
 #include <optional>
@@ -10,6 +13,7 @@
 #include "mapping/number_text.hpp"
 #include "mapping/outputs.hpp"
 #include "mapping/report.hpp"
+#include "posix/system_failure.hpp"
 #include "security/key_file.hpp"
 
 namespace tessera {
@@ -29,10 +33,15 @@ Outcome<void> check_usage(const KeyOptions& options) {
     return Failure{"say either --fleet FILE or --robot ID --dir DIR; see tessera key new --help"};
   if (for_robot == options.folder.empty())
     return Failure{"--robot and --dir go together; see tessera key new --help"};
-  std::error_code ignored;
-  if (for_robot && !std::filesystem::is_directory(options.folder, ignored))
-    return Failure{"--dir " + options.folder + " is no folder; make it first"};
   return {};
+}
+
+/// Where it is not there yet, for its owner alone. The folder above it must be there.
+Outcome<void> make_folder(const std::string& folder) {
+  std::error_code error;
+  if (folder.empty() || std::filesystem::is_directory(folder, error)) return {};
+  if (::mkdir(folder.c_str(), S_IRWXU) == 0) return {};
+  return system_failure("make the folder", folder, errno, FailureKind::kUsage);
 }
 
 Outcome<void> run_key_new(const KeyOptions& options) {
@@ -45,6 +54,8 @@ Outcome<void> run_key_new(const KeyOptions& options) {
   const Outcome<void> places =
       check_outputs({{"--report", options.report}}, {{"the key", secret}, {"the key", open}});
   if (!places.ok()) return places.failure();
+  const Outcome<void> folder = make_folder(options.folder);
+  if (!folder.ok()) return folder.failure();
   const Outcome<void> made =
       options.robot ? make_robot_key(*options.robot, options.folder) : make_fleet_key(secret);
   if (!made.ok()) return made.failure();

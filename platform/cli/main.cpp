@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "cli/command.hpp"
+#include "cli/value_names.hpp"
 #include "mapping/map_options.hpp"
 #include "tessera/base/assert.hpp"
 #include "tessera/base/version.hpp"
@@ -50,12 +51,14 @@ int run(int argc, char** argv) {
   add_eval_command(app, exit_status);
   add_query_command(app, exit_status);
   add_export_command(app, exit_status);
+  add_view_command(app, exit_status);
   add_info_command(app, exit_status);
   add_simulate_command(app, exit_status);
   add_node_command(app, exit_status);
   add_play_command(app, exit_status);
   add_doctor_command(app, exit_status);
   add_key_command(app, exit_status);
+  add_pages_command(app, exit_status);
   const std::string_view first = argc > 1 ? argv[1] : "";
   bool known = first.empty() || first.starts_with('-');
   for (CLI::App* const sub : app.get_subcommands([](CLI::App*) { return true; })) {
@@ -67,6 +70,7 @@ int run(int argc, char** argv) {
     return fail(
         {"there is no option or subcommand " + std::string(first) + "; see tessera --help"});
   }
+  name_values(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

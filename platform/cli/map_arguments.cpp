@@ -7,8 +7,19 @@
 namespace tessera {
 
 void declare_map_options(CLI::App& command, MapOptions& o) {
-  command.add_option("--dataset", o.dataset, "Folder in the KITTI layout")->required();
-  command.add_option("--out", o.out, "Map file to write (.tsm)")->required();
+  // Which of these are needed is said by check_source().
+  command.add_option("--dataset", o.dataset,
+                     "Folder in the KITTI layout; or --pcd, --ply, --depth");
+  command.add_option("--pcd", o.pcd, "Folder of PCD files, with --poses");
+  command.add_option("--ply", o.ply, "Folder of PLY files, with --poses");
+  command.add_option("--depth", o.depth,
+                     "Folder of 16-bit depth images, with --intrinsics and --poses");
+  command.add_option("--label-images", o.label_images,
+                     "Folder of label images, of the same names as those of --depth");
+  command.add_option("--intrinsics", o.intrinsics, "TOML file of the camera of --depth");
+  command.add_option("--poses", o.poses,
+                     "A row for each file: 3x4, 4x4, or stamp tx ty tz qx qy qz qw");
+  command.add_option("--out", o.out, "Map file to write (.tsm), required");
   command.add_option("--report", o.report, "JSON report to write");
   command.add_option("--first", o.first, "First scan number")->check(whole_number<int>());
   command.add_option("--last", o.last, "Last scan number, inclusive")->check(whole_number<int>());
@@ -71,6 +82,11 @@ void declare_map_options(CLI::App& command, MapOptions& o) {
       ->check(decimal_number());
   command.add_option("--archive", o.archive,
                      "Folder for what leaves the window, to come back when the robot does");
+  command.add_option("--prior-map", o.prior_map,
+                     "OctoMap file (.bt, .ot) that a new map begins as");
+  command.add_option("--prior-map-weight", o.prior_map_weight, "Evidence of each of its voxels")
+      ->check(decimal_number())
+      ->capture_default_str();
 }
 
 }  // namespace tessera

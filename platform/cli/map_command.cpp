@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // tessera map: a sequence of scans into one robot's local map.
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <cstring>
@@ -12,10 +13,13 @@
 #include "cli/continued_map.hpp"
 #include "cli/map_arguments.hpp"
 #include "cli/map_report.hpp"
+#include "cli/map_source.hpp"
 #include "cli/map_window.hpp"
 #include "dataset/dataset.hpp"
 #include "dataset/transform_file.hpp"
+#include "mapping/number_text.hpp"
 #include "mapping/outputs.hpp"
+#include "mapping/prior_map.hpp"
 #include "mapping/stored_map.hpp"
 #include "posix/allocation_counter.hpp"
 #include "posix/monotonic_clock.hpp"
@@ -42,23 +46,23 @@ ScanReport integrate(Workshop& shop, const ScanView& scan, std::int64_t start_us
 }
 
 /// Reads and integrates every scan. Nothing in here uses the heap unless it fails, but for decoding
-/// the cameras' images, which a robot does not do.
-Outcome<void> integrate_all(const Dataset& dataset, ScanBuffer& buffer, Workshop& shop,
+/// the cameras' images or files of clouds, which a robot does not do.
+Outcome<void> integrate_all(const RecordedScans& source, ScanBuffer& buffer, Workshop& shop,
                             MapWindow* window, MapRun& run) {
-  Progress progress("mapping", dataset.num_scans());
+  Progress progress("mapping", source.num_scans());
   const std::optional<std::uint64_t> before = heap_allocations();
   std::uint64_t decoding = 0;
-  for (std::size_t i = 0; i < dataset.num_scans(); ++i) {
+  for (std::size_t i = 0; i < source.num_scans(); ++i) {
     const std::uint64_t before_reading = heap_allocations().value_or(0);
-    const Outcome<DatasetScan> scan = dataset.read(i, buffer);
+    const Outcome<DatasetScan> scan = source.read(i, buffer);
     if (!scan.ok()) return scan.failure();
-    if (dataset.cameras() != nullptr) decoding += heap_allocations().value_or(0) - before_reading;
+    if (source.decodes()) decoding += heap_allocations().value_or(0) - before_reading;
     const std::int64_t start_us = MonotonicClock::now_us();
     if (window != nullptr) window->step(shop.map, scan->view());
     const ScanReport report = integrate(shop, scan->view(), start_us, run.deadline_us);
     const double ms = static_cast<double>(MonotonicClock::now_us() - start_us) / 1000.0;
     run.scans.push_back(
-        {scan->number, ms, scan->unknown, report, {scan->deskew, scan->projection}});
+        {scan->number, ms, scan->unknown, report, {scan->deskew, scan->projection, scan->depth}});
     std::array<char, 48> suffix{};
     std::snprintf(suffix.data(), suffix.size(), "%.1f ms/scan", ms);
     progress.update(i + 1, suffix.data());
@@ -69,14 +73,6 @@ Outcome<void> integrate_all(const Dataset& dataset, ScanBuffer& buffer, Workshop
   return {};
 }
 
-/// How the map was made, for its own record: without the paths and ranges of this run.
-Json settings_of(Json config) {
-  for (const char* const key :
-       {"dataset", "out", "report", "continue", "memory", "first", "last", "window", "archive"})
-    config.erase(key);
-  return config;
-}
-
 Outcome<void> check_places(const MapOptions& options) {
   if (options.out.empty()) return Failure{"--out has no name; name the map file to write"};
   // A map may go on under its own name: it is read before it is written.
@@ -84,10 +80,13 @@ Outcome<void> check_places(const MapOptions& options) {
   const bool in_place = std::filesystem::equivalent(options.out, options.continue_from, error);
   const std::string archive =
       options.archive.empty() ? std::string() : options.archive + "/" + ArchiveFile::kName;
-  return check_outputs(
-      {{"--out", options.out}, {"--report", options.report}},
-      {{"--continue", in_place ? "" : options.continue_from}, {"--archive", archive}},
-      {options.dataset, {options.labels}});
+  Outcome<std::vector<NamedFile>> inputs = cloud_files(options);
+  if (!inputs.ok()) return inputs.failure();
+  inputs->push_back({"--continue", in_place ? "" : options.continue_from});
+  inputs->push_back({"--archive", archive});
+  inputs->push_back({"--prior-map", options.prior_map});
+  return check_outputs({{"--out", options.out}, {"--report", options.report}}, *inputs,
+                       {options.dataset, {options.labels}});
 }
 
 Outcome<Workshop> make_workshop(const MapSetup& setup, const ScanCapacity& capacity,
@@ -107,10 +106,10 @@ Outcome<Workshop> make_workshop(const MapSetup& setup, const ScanCapacity& capac
                   Deadline(clock)};
 }
 
-/// Who maps, and where the map lies if the dataset says so.
+/// Who maps, and where the map lies if the folder says so.
 Outcome<MapIdentity> identity_of(const MapOptions& options) {
   MapIdentity identity{.robot = options.robot.value_or(0)};
-  const std::string path = options.dataset + "/T_global_map.txt";
+  const std::string path = options.folder() + "/T_global_map.txt";
   if (!std::filesystem::exists(path)) return identity;
   const Outcome<Matrix34d> T_global_map = read_transform(path);
   if (!T_global_map.ok()) return T_global_map.failure();
@@ -123,6 +122,7 @@ Outcome<MapIdentity> identity_of(const MapOptions& options) {
 struct Earlier {
   std::optional<ArchiveContent> archive;
   std::optional<MapFileHeader> header;
+  std::optional<Octree> prior_map;
 };
 
 Outcome<void> take_up(const MapOptions& options, const Earlier& earlier, const MapSetup& setup,
@@ -149,15 +149,23 @@ Outcome<void> write_map(const MapOptions& options, const MapIdentity& identity, 
   return {};
 }
 
-/// Everything is checked: maps the dataset and writes what came of it.
-Outcome<void> map_dataset(const MapOptions& options, MapSetup& setup, const Dataset& dataset,
-                          const Earlier& earlier) {
+/// A map of no scan at all is none that anybody asked for.
+Outcome<void> check_some_integrated(const MapRun& run) {
+  const auto is_placed = [](const ScanRecord& scan) { return scan.report.pose == Status::kOk; };
+  if (std::any_of(run.scans.begin(), run.scans.end(), is_placed)) return {};
+  return Failure{"no scan is in the map: not one of " + counted(run.scans.size(), "pose") +
+                 " is a rigid transform within the grid; check the poses, nothing was written"};
+}
+
+/// Everything is checked: maps the scans and writes what came of it.
+Outcome<void> map_scans(const MapOptions& options, MapSetup& setup, const RecordedScans& source,
+                        Earlier& earlier) {
   if (!options.archive.empty()) {
     setup.archive_bytes =
-        ArchiveFile::required_bytes(setup.map, dataset.classes().table().num_components(),
+        ArchiveFile::required_bytes(setup.map, source.classes().table().num_components(),
                                     archive_blocks(setup, earlier.archive));
   }
-  const Outcome<ScanCapacity> capacity = split_budget(setup, dataset.max_points());
+  const Outcome<ScanCapacity> capacity = split_budget(setup, source.max_points());
   if (!capacity.ok()) return capacity.failure();
   Outcome<MapIdentity> own = identity_of(options);
   if (!own.ok()) return own.failure();
@@ -166,10 +174,10 @@ Outcome<void> map_dataset(const MapOptions& options, MapSetup& setup, const Data
   config["robot"] = identity.robot;
   const Outcome<void> recorded = record_settings(settings_of(config), identity);
   if (!recorded.ok()) return recorded.failure();
-  Outcome<Workshop> shop = make_workshop(setup, *capacity, dataset.classes().table());
+  Outcome<Workshop> shop = make_workshop(setup, *capacity, source.classes().table());
   if (!shop.ok()) return shop.failure();
   if (earlier.header) {
-    const Outcome<void> loaded = take_up(options, earlier, setup, dataset.max_points(), shop->map);
+    const Outcome<void> loaded = take_up(options, earlier, setup, source.max_points(), shop->map);
     if (!loaded.ok()) return loaded.failure();
   }
   std::unique_ptr<MapWindow> window;
@@ -180,13 +188,20 @@ Outcome<void> map_dataset(const MapOptions& options, MapSetup& setup, const Data
     window = std::move(*made);
   }
   MapRun run;
+  if (earlier.prior_map) {
+    const auto weight = static_cast<float>(options.prior_map_weight);
+    run.prior_map = add_prior_map(*earlier.prior_map, weight, shop->map);
+    earlier.prior_map.reset();  // A file of up to a gigabyte.
+  }
   run.budget_bytes = setup.budget_bytes;
   run.scratch_bytes = shop->scratch_bytes;
   run.deadline_us = setup.deadline_us;
-  run.scans.reserve(dataset.num_scans());
-  ScanBuffer buffer(dataset.max_points());
-  const Outcome<void> done = integrate_all(dataset, buffer, *shop, window.get(), run);
+  run.scans.reserve(source.num_scans());
+  ScanBuffer buffer(source.max_points());
+  const Outcome<void> done = integrate_all(source, buffer, *shop, window.get(), run);
   if (!done.ok()) return done.failure();
+  const Outcome<void> some = check_some_integrated(run);
+  if (!some.ok()) return some.failure();
   const Outcome<void> written = write_map(options, identity, window.get(), shop->map, run);
   if (!written.ok()) return written.failure();
   if (window != nullptr) window->report(run.window.emplace());
@@ -195,18 +210,15 @@ Outcome<void> map_dataset(const MapOptions& options, MapSetup& setup, const Data
 }
 
 Outcome<void> run_map(const MapOptions& options) {
+  const Outcome<void> given = check_source(options);
+  if (!given.ok()) return given.failure();
   Outcome<MapSetup> setup = set_up(options);
   if (!setup.ok()) return setup.failure();
   // Before the work, so that an unwritable place is told at once.
   const Outcome<void> places = check_places(options);
   if (!places.ok()) return places.failure();
-  const Outcome<Deskewing> deskew = parse_deskewing(options.deskew);
-  if (!deskew.ok()) return deskew.failure();
-  const Outcome<Dataset> dataset = Dataset::open(
-      options.dataset,
-      {.first = options.first, .last = options.last, .labels = options.labels, .deskew = *deskew});
-  if (!dataset.ok()) return dataset.failure();
-  if (!dataset->missing().empty()) warn("there are no scans " + to_text(dataset->missing()));
+  const Outcome<std::unique_ptr<RecordedScans>> source = open_source(options);
+  if (!source.ok()) return source.failure();
   Earlier earlier;
   Outcome<std::optional<ArchiveContent>> archive = find_archive(options);
   if (!archive.ok()) return archive.failure();
@@ -215,12 +227,17 @@ Outcome<void> run_map(const MapOptions& options) {
   if (!header.ok()) return header.failure();
   earlier.header = std::move(*header);
   if (earlier.header) {
-    const Outcome<void> adopted = adopt_settings(options, *earlier.header, *dataset, *setup);
+    const Outcome<void> adopted = adopt_settings(options, *earlier.header, **source, *setup);
     if (!adopted.ok()) return adopted.failure();
     const Outcome<void> window = set_up_window(options, setup->map.resolution_m, setup->window);
     if (!window.ok()) return window.failure();
   }
-  return map_dataset(options, *setup, *dataset, earlier);
+  if (!options.prior_map.empty()) {
+    Outcome<Octree> octree = read_prior_map(options.prior_map, setup->map.resolution_m);
+    if (!octree.ok()) return octree.failure();
+    earlier.prior_map = std::move(*octree);
+  }
+  return map_scans(options, *setup, **source, earlier);
 }
 
 }  // namespace
@@ -234,6 +251,8 @@ void add_map_command(CLI::App& app, int& exit_status) {
       "Example: tessera map --dataset semantickitti_08 --last 5 --max-range 40 --out map.tsm "
       "--report map.json");
   command->callback([command, options, &exit_status] {
+    options->labels_given = command->count("--labels") > 0;
+    options->prior_map_weight_given = command->count("--prior-map-weight") > 0;
     options->kernel_length_given = command->count("--kernel-length") > 0;
     const Outcome<void> outcome = run_map(*options);
     if (!outcome.ok()) exit_status = fail(outcome.failure());

@@ -133,6 +133,14 @@ Json window_json(const WindowTotals& w) {
           {"index_bytes", w.index_bytes}};
 }
 
+Json prior_map_json(const PriorMapReport& prior_map) {
+  return {{"resolution", prior_map.resolution_m},
+          {"occupied_voxels", prior_map.occupied},
+          {"free_voxels", prior_map.free},
+          {"free_passes", prior_map.passes},
+          {"refused_voxels", prior_map.refused}};
+}
+
 void warn_of_losses(const std::vector<ScanRecord>& scans) {
   const Totals t = sum(scans);
   const auto warn_if = [](std::uint64_t count, const char* thing, const std::string& fate) {
@@ -218,6 +226,7 @@ Json to_json(const MapRun& run, const Json& config) {
                     {"blocks_refused", usage.blocks_refused},
                     {"storage_refused", usage.storage_refused}};
   if (run.window) json["window"] = window_json(*run.window);
+  if (run.prior_map) json["prior_map"] = prior_map_json(*run.prior_map);
   json["heap_allocations_after_init"] = run.heap_allocations ? Json(*run.heap_allocations) : Json();
   json["config"] = config;
   json["digest"] = hex64(run.digest);
@@ -226,6 +235,10 @@ Json to_json(const MapRun& run, const Json& config) {
 
 void print_summary(const MapRun& run, const std::string& out) {
   warn_of_losses(run.scans);
+  if (run.prior_map && run.prior_map->refused > 0) {
+    warn(counted(run.prior_map->refused, "voxel") +
+         " of --prior-map refused for lack of memory; give a larger --memory");
+  }
   const MapUsage& usage = run.usage;
   const Timing timing = timing_of(run.scans);
   std::printf("%s, %s into %s\n", counted(run.scans.size(), "scan").c_str(),

@@ -9,6 +9,7 @@
 
 #include "cli/registration_report.hpp"
 #include "dataset/dataset.hpp"
+#include "mapping/prior_map.hpp"
 #include "mapping/report.hpp"
 #include "tessera/inference/scan_report.hpp"
 #include "tessera/map/local_map.hpp"
@@ -53,6 +54,7 @@ struct MapRun {
   MapUsage usage;  ///< After the last scan, as the next: with a window, what is in it.
   std::uint64_t free_voxels = 0;
   std::optional<WindowTotals> window;
+  std::optional<PriorMapReport> prior_map;
 };
 
 /// median, p99, max of the scans' milliseconds; zeros without scans.

@@ -36,6 +36,13 @@ Json projection_json(const LabelReport& report) {
   return json;
 }
 
+Json depth_json(const DepthReport& depth) {
+  return {{"points", depth.points},        {"no_depth", depth.no_depth},
+          {"too_near", depth.too_near},    {"too_far", depth.too_far},
+          {"flying", depth.flying},        {"no_ray", depth.no_ray},
+          {"unlabelled", depth.unlabelled}};
+}
+
 double percent(std::uint64_t part, std::uint64_t whole) {
   return whole == 0 ? 0.0 : 100.0 * static_cast<double>(part) / static_cast<double>(whole);
 }
@@ -51,6 +58,7 @@ void write_registration(const RegistrationRecord& record, Json& scan) {
                       {"without_pose", d.without_pose}};
   }
   if (record.projection) scan["projection"] = projection_json(*record.projection);
+  if (record.depth) scan["depth"] = depth_json(*record.depth);
 }
 
 void RegistrationTotals::add(const RegistrationRecord& record) {
@@ -59,6 +67,13 @@ void RegistrationTotals::add(const RegistrationRecord& record) {
     not_deskewed_scans += record.deskew->status == Status::kOk ? 0U : 1U;
     moved += record.deskew->moved;
     unplaced += record.deskew->bad_time + record.deskew->without_pose;
+  }
+  if (record.depth) {
+    const DepthReport& d = *record.depth;
+    ++depth_images;
+    depth_points += d.points;
+    no_depth += d.no_depth;
+    depth_refused += d.too_near + d.too_far + d.flying + d.no_ray;
   }
   if (!record.projection) return;
   ++projected_scans;
@@ -82,12 +97,22 @@ void RegistrationTotals::write(Json& totals) const {
                             {"labelled", labelled},
                             {"occluded", occluded},
                             {"cameras_left_out", cameras_left_out}};
+  if (depth_images > 0)
+    totals["depth"] = {{"images", depth_images},
+                       {"points", depth_points},
+                       {"no_depth", no_depth},
+                       {"refused", depth_refused}};
 }
 
 void RegistrationTotals::print() const {
   if (swept_scans > 0) std::printf("  motion   taken out of %s\n", counted(moved, "point").c_str());
   if (projected_scans > 0)
     std::printf("  cameras  labelled %.1f %% of the points\n", percent(labelled, points));
+  if (depth_images > 0)
+    std::printf("  depth    %s of %s\n", counted(depth_points, "point").c_str(),
+                counted(depth_points + no_depth + depth_refused, "pixel").c_str());
+  if (depth_images > 0 && depth_points == 0)
+    warn("no pixel has a depth that is used; check depth_scale, min_depth and max_depth");
   if (not_deskewed_scans > 0)
     warn(counted(not_deskewed_scans, "scan") +
          " not deskewed: there is no pose at the stamp; poses must reach from the first scan's "

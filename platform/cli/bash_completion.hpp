@@ -1,0 +1,13 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// The script by which bash completes the command's words, made from the options that CLI11 knows.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+
+namespace tessera {
+
+[[nodiscard]] std::string bash_completion(const CLI::App& app);
+
+}  // namespace tessera

@@ -1,0 +1,62 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// tessera pages: manual pages and the completion for bash, made from what the subcommands declare.
+// For the build, so --help does not show it.
+#include <filesystem>
+#include <span>
+
+#include "cli/bash_completion.hpp"
+#include "cli/command.hpp"
+#include "cli/manual_page.hpp"
+#include "cli/value_names.hpp"
+#include "posix/atomic_file.hpp"
+
+namespace tessera {
+
+namespace {
+
+Outcome<void> write_text(const std::string& text, const std::string& path) {
+  Outcome<AtomicFile> file = AtomicFile::open(path);
+  if (!file.ok()) return file.failure();
+  file->write(std::as_bytes(std::span(text)));
+  return file->commit();
+}
+
+Outcome<void> run_pages(const CLI::App& app, const std::string& manual, const std::string& bash) {
+  if (manual.empty() && bash.empty())
+    return Failure{"say --man DIR, --bash FILE or both; see tessera pages --help"};
+  if (!manual.empty()) {
+    std::error_code error;
+    std::filesystem::create_directories(manual, error);
+    if (error) return Failure{"cannot make the folder " + manual + ": " + error.message()};
+    const Outcome<void> whole = write_text(manual_page(app), manual + "/tessera.1");
+    if (!whole.ok()) return whole.failure();
+    for (const CLI::App* const command : shown_subcommands(app)) {
+      const Outcome<void> written =
+          write_text(manual_page_of(*command), manual + "/tessera-" + command->get_name() + ".1");
+      if (!written.ok()) return written.failure();
+    }
+  }
+  if (bash.empty()) return {};
+  return write_text(bash_completion(app), bash);
+}
+
+}  // namespace
+
+void add_pages_command(CLI::App& app, int& exit_status) {
+  CLI::App* const command =
+      app.add_subcommand("pages", "Write manual pages and completions, for installing");
+  command->group("");
+  auto manual = std::make_shared<std::string>();
+  auto bash = std::make_shared<std::string>();
+  command->add_option("--man", *manual, "Folder that gets tessera.1, tessera-map.1, ...")
+      ->type_name("DIR");
+  command->add_option("--bash", *bash, "File for bash to complete by")->type_name("FILE");
+  command->footer("Example: tessera pages --man man1 --bash tessera.bash");
+  command->callback([&app, manual, bash, &exit_status] {
+    const Outcome<void> outcome = run_pages(app, *manual, *bash);
+    if (!outcome.ok()) exit_status = fail(outcome.failure());
+  });
+}
+
+}  // namespace tessera

@@ -1,0 +1,95 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// tessera view: maps in a browser.
+#include <signal.h>
+
+#include <atomic>
+#include <cstdio>
+#include <filesystem>
+
+#include "cli/command.hpp"
+#include "cli/view_maps.hpp"
+#include "mapping/number_text.hpp"
+#include "view/viewer.hpp"
+
+namespace tessera {
+
+namespace {
+
+struct ViewOptions {
+  std::vector<std::string> maps;
+  std::vector<std::string> transforms;
+  std::string listen = "127.0.0.1:8080";
+  bool everywhere = false;
+};
+
+std::atomic<bool> stop_asked{false};
+
+void stop_by_signal() {
+  struct sigaction action {};
+  action.sa_handler = [](int) { stop_asked.store(true, std::memory_order_relaxed); };
+  ::sigemptyset(&action.sa_mask);
+  for (const int signal : {SIGTERM, SIGINT}) ::sigaction(signal, &action, nullptr);
+  ::signal(SIGPIPE, SIG_IGN);
+}
+
+Outcome<ListenAddress> address_of(const ViewOptions& options) {
+  Outcome<ListenAddress> address = parse_listen_address(options.listen);
+  if (!address.ok()) return Failure{"--listen " + address.failure().message};
+  if (!address->is_loopback() && !options.everywhere) {
+    return Failure{"--listen " + options.listen +
+                   " is for everybody who reaches this machine; add --everywhere if that is meant, "
+                   "or give 127.0.0.1:8080"};
+  }
+  return address;
+}
+
+Outcome<void> run_view(const ViewOptions& options) {
+  const Outcome<ListenAddress> address = address_of(options);
+  if (!address.ok()) return address.failure();
+  const Outcome<ViewedMaps> viewed = load_viewed_maps(options.maps, options.transforms);
+  if (!viewed.ok()) return viewed.failure();
+  stop_by_signal();
+  const Outcome<std::unique_ptr<Viewer>> viewer =
+      Viewer::open({.address = *address}, view_maps_of(*viewed), [] {
+        return Json{{"live", false}};
+      });
+  if (!viewer.ok()) return viewer.failure();
+  if (!address->is_loopback())
+    warn("everybody who reaches this machine can look at these maps; nothing is encrypted");
+  std::printf("%s shows %s; Ctrl+C ends it\n", (*viewer)->url().c_str(),
+              counted(options.maps.size(), "map").c_str());
+  std::fflush(stdout);
+  constexpr int kTurn_ms = 100;
+  while (!stop_asked.load(std::memory_order_relaxed)) (*viewer)->serve(kTurn_ms);
+  return {};
+}
+
+}  // namespace
+
+void add_view_command(CLI::App& app, int& exit_status) {
+  CLI::App* const command = app.add_subcommand("view", "Maps in a browser, served by this command");
+  auto o = std::make_shared<ViewOptions>();
+  command
+      ->add_option("maps", o->maps,
+                   "Map files; local ones beside a global one tell who contributed to it")
+      ->required()
+      ->expected(1, kMostViewedMaps);
+  command
+      ->add_option("--listen", o->listen,
+                   "IP address and port to serve at; port 0 takes any that is free")
+      ->capture_default_str();
+  command->add_flag("--everywhere", o->everywhere,
+                    "Allow an address that other machines reach; whoever reaches it sees the maps");
+  command
+      ->add_option("--transform", o->transforms,
+                   "MAP.tsm=T.txt: 4x4 matrix T_global_map of a local map [as the map says]")
+      ->allow_extra_args(false);
+  command->footer("Example: tessera view global.tsm robot_0.tsm robot_1.tsm");
+  command->callback([o, &exit_status] {
+    const Outcome<void> outcome = run_view(*o);
+    if (!outcome.ok()) exit_status = fail(outcome.failure());
+  });
+}
+
+}  // namespace tessera

@@ -1,0 +1,166 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/view_maps.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <filesystem>
+#include <set>
+
+#include "cli/command.hpp"
+#include "cli/contributors.hpp"
+#include "mapping/fuse_setup.hpp"
+#include "mapping/number_text.hpp"
+#include "tessera/map/queries.hpp"
+
+namespace tessera {
+
+namespace {
+
+using One = ViewedMaps::One;
+
+VoxelMark mark_of(const RobotLabels& labels) {
+  VoxelMark mark;
+  mark.disagreement = labels.differ;
+  const int robots = std::popcount(labels.robots);
+  if (robots == 1) mark.contributor = static_cast<std::uint8_t>(std::countr_zero(labels.robots));
+  if (robots == 2) mark.contributor = VoxelMark::kTwo;
+  if (robots > 2) mark.contributor = VoxelMark::kMore;
+  return mark;
+}
+
+void mark_contributors(const std::vector<FuseInput>& inputs, One& global) {
+  const LocalMap& map = global.stored->map;
+  std::vector<VoxelCoord> places;
+  std::vector<KeyedIndex> workspace = workspace_for(map);
+  for_each_observed(map, workspace, [&](const VoxelCoord& voxel, const VoxelEvidence& evidence) {
+    if (estimate(evidence, map.config().prior).state != VoxelState::kOccupied) return;
+    places.push_back(voxel);
+    global.keys.push_back(pack_in_grid(block_of(voxel)).bits);
+    global.rows.push_back(static_cast<std::uint16_t>(row_order(voxel)));
+  });
+  const Contributors contributors = find_contributors(inputs, places);
+  for (const RobotLabels& labels : contributors.voxels) global.marks.push_back(mark_of(labels));
+  for (const Contributors::Robot& robot : contributors.robots)
+    global.contributors.push_back("robot " + std::to_string(robot.number) + " (" + robot.maps +
+                                  ")");
+}
+
+Outcome<void> check_alike(const One& global, const FuseInput& input) {
+  const LocalMap& ours = global.stored->map;
+  const LocalMap& theirs = input.stored->map;
+  if (ours.config().resolution_m == theirs.config().resolution_m &&
+      ours.classes() == theirs.classes())
+    return {};
+  return Failure{input.path + " has another resolution or other classes than " + global.path +
+                 "; give the maps that it was made of, or look at it alone"};
+}
+
+/// No map twice, whatever it is called.
+Outcome<void> check_paths(const std::vector<std::string>& paths) {
+  std::set<std::string> seen;
+  for (const std::string& path : paths) {
+    std::error_code error;
+    const std::string one = std::filesystem::weakly_canonical(path, error).string();
+    if (!seen.insert(error ? path : one).second)
+      return Failure{path + " is named twice; name each map once"};
+  }
+  return {};
+}
+
+}  // namespace
+
+Outcome<ViewedMaps> load_viewed_maps(const std::vector<std::string>& paths,
+                                     const std::vector<std::string>& transforms) {
+  const Outcome<void> checked = check_paths(paths);
+  if (!checked.ok()) return checked.failure();
+  std::vector<std::shared_ptr<One>> all;
+  std::vector<std::string> locals;
+  std::shared_ptr<One> global;
+  std::size_t globals = 0;
+  for (const std::string& path : paths) {
+    const Outcome<MapFileHeader> header = load_map_header(path);
+    if (!header.ok()) return header.failure();
+    all.push_back(std::make_shared<One>());
+    all.back()->path = path;
+    if (header->identity.kind == MapKind::kLocal) {
+      locals.push_back(path);
+      continue;
+    }
+    ++globals;
+    global = all.back();
+  }
+  if (globals > 1 && !locals.empty())
+    return Failure{
+        "local maps beside several global ones do not say of which they are a part; give one "
+        "global map with its local ones, or global maps alone"};
+  const bool together = globals == 1 && !locals.empty();
+  if (!together && !transforms.empty())
+    return Failure{"--transform goes with a global map and the local ones that it was made of"};
+  std::vector<FuseInput> inputs;
+  if (together) {
+    std::vector<std::string> warnings;
+    Outcome<std::vector<FuseInput>> loaded = load_inputs(locals, transforms, warnings);
+    for (const std::string& warning : warnings) warn(warning);
+    if (!loaded.ok()) return loaded.failure();
+    inputs = std::move(*loaded);
+  }
+  for (const auto& one : all) {
+    const auto input = std::find_if(inputs.begin(), inputs.end(),
+                                    [&one](const FuseInput& of) { return of.path == one->path; });
+    if (input != inputs.end()) {
+      one->T_global_map = input->T_global_map;
+      continue;
+    }
+    Outcome<std::unique_ptr<StoredMap>> stored = load_map(one->path);
+    if (!stored.ok()) return stored.failure();
+    one->stored = std::move(*stored);
+    if (one->stored->header.identity.has_T_global_map)
+      one->T_global_map = one->stored->header.identity.T_global_map;
+  }
+  if (together) {
+    const Outcome<void> alike = check_alike(*global, inputs.front());
+    if (!alike.ok()) return alike.failure();
+    const Outcome<void> robots = check_number_of_robots(inputs);
+    if (!robots.ok()) return robots.failure();
+    mark_contributors(inputs, *global);
+  }
+  ViewedMaps viewed;
+  for (const auto& one : all) {
+    for (FuseInput& input : inputs) {
+      if (input.path == one->path) one->stored = std::move(input.stored);
+    }
+    const MapIdentity& identity = one->stored->header.identity;
+    if (identity.kind == MapKind::kLocal)
+      one->contributors = {"robot " + std::to_string(identity.robot)};
+    viewed.maps.push_back(one);
+  }
+  return viewed;
+}
+
+std::vector<std::unique_ptr<ViewMap>> view_maps_of(const ViewedMaps& viewed) {
+  std::vector<std::unique_ptr<ViewMap>> maps;
+  for (const std::shared_ptr<const One>& one : viewed.maps) {
+    ViewMapInfo info;
+    info.name = std::filesystem::path(one->path).filename().string();
+    info.global = one->stored->header.identity.kind == MapKind::kGlobal;
+    info.robot = one->stored->header.identity.robot;
+    info.T_global_map = one->T_global_map;
+    info.contributors = one->contributors;
+    if (!one->marks.empty()) {
+      info.marks = [one](const BlockSnapshot& block, BlockMarks& marks) {
+        marks.fill({});
+        const std::uint64_t key = pack_in_grid(block.coord()).bits;
+        const auto [first, last] = std::equal_range(one->keys.begin(), one->keys.end(), key);
+        for (auto at = first; at != last; ++at) {
+          const auto i = static_cast<std::size_t>(at - one->keys.begin());
+          marks[one->rows[i]] = one->marks[i];
+        }
+      };
+    }
+    maps.push_back(std::make_unique<ViewMap>(one->stored->map, std::move(info)));
+  }
+  return maps;
+}
+
+}  // namespace tessera
