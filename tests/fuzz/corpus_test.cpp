@@ -91,9 +91,14 @@ TEST_CASE("fuzz: a team on a hostile network") {
   run_over_corpus("exchange_team", exchange_team, 200, 606);
 }
 #if TESSERA_FUZZ_PLATFORM
+TEST_CASE("fuzz: clouds and their poses") { run_over_corpus("clouds", clouds, 5000, 610); }
 TEST_CASE("fuzz: LCM messages, URLs and senders") {
   run_over_corpus("messages", messages, 5000, 607);
 }
+TEST_CASE("fuzz: depth images, their labels, camera and poses") {
+  run_over_corpus("depth_images", depth_images, 1500, 612);
+}
+TEST_CASE("fuzz: OctoMap's files") { run_over_corpus("octrees", octrees, 20000, 611); }
 TEST_CASE("fuzz: sensors' messages, fragments and queries") {
   run_over_corpus("sensors", sensors, 5000, 609);
 }

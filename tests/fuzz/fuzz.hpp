@@ -26,6 +26,12 @@ void map_file(Bytes bytes);
 void exchange(Bytes bytes);
 /// Robots that mean well on a network that does not: in the end all hold the same.
 void exchange_team(Bytes bytes);
+/// PCD and PLY files, and poses.
+void clouds(Bytes bytes);
+/// Depth images with their label images, camera and poses.
+void depth_images(Bytes bytes);
+/// OctoMap's files.
+void octrees(Bytes bytes);
 /// LCM messages, URLs and senders.
 void messages(Bytes bytes);
 /// Sensors' messages, whole and in fragments, and queries.

@@ -9,10 +9,10 @@ set -euo pipefail
 fail() { echo "run-fuzz.sh: $*" >&2; exit 1; }
 
 cd "$(dirname "$0")/../.."
-all=(block_codec packed_block wire map_file exchange exchange_team messages text_files vehicle)
+all=(block_codec packed_block wire map_file exchange exchange_team clouds depth_images messages octrees sensors text_files vehicle)
 # Bytes of an input at most: what a target makes use of.
 declare -A most=([block_codec]=4500 [packed_block]=4096 [wire]=1400 [map_file]=4096 [exchange]=4096 [exchange_team]=512
-                 [messages]=1500 [text_files]=2048 [vehicle]=2048)
+                 [clouds]=4096 [depth_images]=1024 [messages]=1500 [octrees]=2048 [sensors]=2048 [text_files]=2048 [vehicle]=2048)
 what=${1:-60}
 [ $# -eq 0 ] || shift
 [[ $what =~ ^([1-9][0-9]*|merge)$ ]] || fail "say how many seconds, or merge, then targets: ${all[*]}"

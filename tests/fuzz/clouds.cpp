@@ -1,0 +1,70 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "clouds/pcd_reader.hpp"
+#include "clouds/ply_reader.hpp"
+#include "clouds/pose_file.hpp"
+#include "fuzz/fuzz.hpp"
+#include "support/temporary_folder.hpp"
+
+namespace tessera::fuzz {
+
+namespace {
+
+/// Names the file and is a line of text.
+void check_failure(const Failure& failure, std::string_view name) {
+  require(failure.kind == FailureKind::kUsage, "bad input is not the system's failure");
+  require(failure.message.find(name) != std::string::npos, "a message that does not say where");
+  for (const char letter : failure.message)
+    require(letter >= ' ' && letter <= '~', "a message of several lines, or of no text");
+  require(failure.message.size() < 1024, "a message that nobody reads");
+}
+
+struct Format {
+  Outcome<CloudSummary> (*inspect)(const CloudBytes&, std::uint64_t);
+  Outcome<void> (*read)(const CloudBytes&, Cloud&);
+  std::size_t most_points_a_byte;
+};
+
+void cloud(std::string_view text, const Format& format) {
+  const CloudBytes file{"a.cloud", text};
+  const Outcome<CloudSummary> summary = format.inspect(file, text.size());
+  if (!summary.ok()) check_failure(summary.failure(), file.path);
+  Cloud read;
+  const Outcome<void> done = format.read(file, read);
+  // Bounded by the file, whatever it claims.
+  const std::size_t most_points = (text.size() + 3) * format.most_points_a_byte;
+  require(read.points_xyzi.capacity() <= 4 * most_points, "memory that the file cannot fill");
+  require(read.raw_ids.capacity() <= most_points, "memory that the file cannot fill");
+  if (!done.ok()) return check_failure(done.failure(), file.path);
+  require(summary.ok(), "read although its header is refused");
+  require(read.num_points() <= summary->points, "more points than the header says");
+  require(read.raw_ids.size() == (summary->has_labels ? read.num_points() : 0), "a label a point");
+}
+
+void poses(std::string_view text) {
+  static const test::TemporaryFolder folder;
+  folder.write("poses.txt", text);
+  const std::string path = folder.file("poses.txt");
+  const Outcome<std::vector<Matrix34d>> read = read_pose_rows(path);
+  if (!read.ok()) return check_failure(read.failure(), path);
+  require(read->size() <= text.size() / 15 + 1, "more poses than the text has room for");
+}
+
+}  // namespace
+
+void clouds(Bytes bytes) {
+  Input input(bytes);
+  const int kind = input.below(3);
+  const std::string_view text(reinterpret_cast<const char*>(input.rest().data()),
+                              input.rest().size());
+  // Three bytes are the least that a point takes; compressed ones may be 88 times as many.
+  if (kind == 0) return cloud(text, {inspect_pcd, read_pcd, 88});
+  if (kind == 1) return cloud(text, {inspect_ply, read_ply, 1});
+  poses(text);
+}
+
+}  // namespace tessera::fuzz
