@@ -4,7 +4,7 @@
 """include_direction.py ROOT: who may include whom.
 
 Headers of the core see the folders below them, and of the standard library only what needs neither heap nor system.
-Folders of platform see the core and the platform folders before them. LCM and SocketCAN stay in the folder of that name.
+Folders of platform see the core and the platform folders before them. LCM, SocketCAN and OctoMap stay in the folder of that name.
 """
 import pathlib
 import re
@@ -33,11 +33,13 @@ OUTSIDE = {
     "cstring", "initializer_list", "iterator", "limits", "new", "numeric", "optional", "span", "string_view", "tuple",
     "type_traits", "utility", "Eigen/Core", "Eigen/Geometry", "Eigen/LU"}
 # A folder of platform may include the core, itself and those before it.
-PLATFORM = ["posix", "archive", "image", "dataset", "render", "simulator", "lcm", "vehicle", "socketcan", "sensing", "service",
-            "security", "mapping", "node", "cli"]
+PLATFORM = ["posix", "archive", "image", "dataset", "clouds", "octomap", "render", "simulator", "lcm", "vehicle", "socketcan",
+            "sensing", "service", "security", "mapping", "view", "node", "cli", "python"]
 # Foreign headers that one folder of platform has to itself, by how their names begin. LCM's own are lcm/lcm.h,
 # lcm/lcm-cpp.hpp, lcm/lcm_coretypes.h and lcm/eventlog.h; no header of platform/lcm may be named like them.
-RESERVED = {"lcm/lcm": "lcm", "lcm/eventlog": "lcm", "linux/can": "socketcan", "png.h": "image", "sodium": "security"}
+RESERVED = {"lcm/lcm": "lcm", "lcm/eventlog": "lcm", "linux/can": "socketcan", "png.h": "image", "lzf.h": "clouds",
+            "octomap/OcTree": "octomap", "octomap/octomap": "octomap", "octomap/ColorOcTree": "octomap",
+            "sodium": "security", "microhttpd": "view", "pybind11": "python", "Python.h": "python"}
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', re.M)
 
 
@@ -93,12 +95,13 @@ def self_test():
     for line in ("<stdint.h>", '"tessera/c/config.h"'):
         assert not list(c_faults(f"#include {line}\n")), line
     for folder, line in (("posix", '"cli/command.hpp"'), ("dataset", "<render/ply.hpp>"), ("cli", "<lcm/lcm-cpp.hpp>"),
-                         ("posix", "<linux/can.h>"), ("cli", "<png.h>"), ("render", "<png.h>"), ("posix", '"image/png_image.hpp"'), ("render", '"../cli/command.hpp"'),
+                         ("posix", "<linux/can.h>"), ("cli", "<png.h>"), ("cli", "<octomap/OcTree.h>"), ("dataset", "<lzf.h>"), ("dataset", '"clouds/cloud.hpp"'), ("render", "<png.h>"), ("posix", '"image/png_image.hpp"'), ("render", '"../cli/command.hpp"'),
                          ("lcm", '"cli/command.hpp"'), ("cli", '"lcm/lcm.h"'), ("cli", "<lcm/eventlog.h>"),
-                         ("lcm", "<sodium.h>")):
+                         ("lcm", "<sodium.h>"), ("mapping", "<pybind11/pybind11.h>"), ("node", '"python/arrays.hpp"'),
+                         ("node", "<microhttpd.h>"), ("view", '"node/node.hpp"')):
         assert list(platform_faults(folder, f"#include {line}\n")), (folder, line)
     for folder, line in (("cli", '"posix/outcome.hpp"'), ("lcm", '"posix/outcome.hpp"'), ("lcm", "<lcm/lcm-cpp.hpp>"),
-                         ("cli", '"lcm/datagram_link.hpp"'), ("security", "<sodium.h>"), ("socketcan", "<linux/can.h>"), ("posix", "<sys/stat.h>")):
+                         ("cli", '"lcm/datagram_link.hpp"'), ("security", "<sodium.h>"), ("view", "<microhttpd.h>"), ("node", '"view/viewer.hpp"'), ("socketcan", "<linux/can.h>"), ("posix", "<sys/stat.h>")):
         assert not list(platform_faults(folder, f"#include {line}\n")), (folder, line)
 
 

@@ -19,10 +19,16 @@ DEBIAN = {
     "nlohmann_json": "nlohmann-json3-dev",
     "tomlplusplus": "libtomlplusplus-dev",
     "PNG": "libpng-dev",
+    "liblzf": "liblzf-dev",
     "Catch2": "catch2",
     "Python3": "python3",
+    "Python": "python3-dev",
+    "python3": "python3",
+    "pybind11": "pybind11-dev",
     "octomap": "liboctomap-dev",
     "clang-format": "clang-format",
+    "doxygen": "doxygen",
+    "gzip": "gzip",
     "Threads": "g++",
     "lcm": "liblcm-dev",
     "lcm/lcm.h": "liblcm-dev",
@@ -30,11 +36,13 @@ DEBIAN = {
     "lcm-gen": "liblcm-bin",
     "sodium": "libsodium-dev",
     "sodium.h": "libsodium-dev",
+    "microhttpd": "libmicrohttpd-dev",
+    "microhttpd.h": "libmicrohttpd-dev",
 }
 FIND = re.compile(r"^\s*find_(package|program|path|library)\s*\(([^)]*)\)", re.M)
 # What is only looked for, and left out where it is not there.
-ONLY_IN_CI = {"clang-format"}
-ONLY_IN_BENCH = {"octomap"}
+ONLY_IN_CI = {"clang-format", "doxygen"}
+ONLY_IN_TESTS = {"Python", "pybind11"}
 
 
 def wanted(text):
@@ -47,7 +55,7 @@ def faults(role, path, text, installed):
     """installed: role to the packages that the script names for it."""
     for name in wanted(text):
         package = DEBIAN.get(name)
-        where = "ci" if name in ONLY_IN_CI else "bench" if name in ONLY_IN_BENCH else role
+        where = "ci" if name in ONLY_IN_CI else "tests" if name in ONLY_IN_TESTS else role
         if package is None:
             yield f"{path} looks for {name}: say in {pathlib.Path(__file__).name} which Debian package has it"
         elif package not in installed[where]:

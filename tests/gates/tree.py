@@ -8,7 +8,7 @@ import sys
 
 import tracked
 
-TOP = {"CMakeLists.txt", "CMakePresets.json", "LICENSE", "README.md",
+TOP = {"CMakeLists.txt", "CMakePresets.json", "LICENSE", "README.md", "pyproject.toml",
        "lib", "platform", "examples", "lcmtypes", "tests", "bench", "docs"}
 MAX_LINES = 300
 # Files that may be longer, each with its number of lines and the reason why splitting it would make it worse.
