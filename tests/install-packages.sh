@@ -1,24 +1,29 @@
 #!/usr/bin/env bash
 # SPDX-FileCopyrightText: The tessera authors
 # SPDX-License-Identifier: Apache-2.0
-# install-packages.sh demo|tests|bench|ci [--list]: installs from Debian what building, testing, measuring or continuous
+# install-packages.sh demo|tests|bench|ci|python [--list]: installs from Debian what building, testing, measuring or continuous
 # integration needs and is not there yet. Says what it installs before it does. --list only prints all that the word stands for.
 set -euo pipefail
 
 fail() { echo "install-packages.sh: $*" >&2; exit 1; }
 
 packages=(g++ cmake ninja-build libeigen3-dev libcli11-dev nlohmann-json3-dev libtomlplusplus-dev libpng-dev libsodium-dev liblcm-dev
-          liblcm-bin python3)
+          liblcm-bin liblzf-dev libmicrohttpd-dev liboctomap-dev python3 dpkg-dev gzip)
 network=(iproute2 nftables)
+browser=(chromium chromium-driver python3-pil python3-selenium)
 # Debian has it for x86 alone.
 case "$(dpkg --print-architecture 2>/dev/null)" in amd64 | i386) network+=(busybox can-utils user-mode-linux) ;; esac
+# The package tessera, and what its tests and example use beside it.
+python=(pybind11-dev python3-dev python3-numpy python3-pip python3-venv python3-matplotlib)
+testing=(catch2 binutils lintian man-db octomap-tools pkgconf strace systemd valgrind "${network[@]}" "${python[@]}" "${browser[@]}" python3-pytest)
 case "${1:-}" in
   demo) packages+=(iproute2) ;;
-  tests) packages+=(catch2 binutils strace systemd valgrind "${network[@]}") ;;
-  bench) packages+=(binutils git python3-matplotlib liboctomap-dev valgrind "${network[@]}") ;;
-  ci) packages+=(catch2 binutils strace systemd valgrind "${network[@]}" git ccache clang clang-format clang-tidy libclang-rt-dev
-                 g++-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user) ;;
-  *) fail "say demo, tests, bench or ci" ;;
+  tests) packages+=("${testing[@]}") ;;
+  bench) packages+=(binutils git python3-matplotlib valgrind "${network[@]}" "${browser[@]}") ;;
+  ci) packages+=("${testing[@]}" git ccache clang clang-format clang-tidy libclang-rt-dev g++-aarch64-linux-gnu libc6-dev-arm64-cross
+                 qemu-user doxygen) ;;
+  python) packages=(g++ cmake ninja-build libeigen3-dev nlohmann-json3-dev libtomlplusplus-dev libpng-dev liblzf-dev "${python[@]}") ;;
+  *) fail "say demo, tests, bench, ci or python" ;;
 esac
 if [ "${2:-}" = --list ]; then
   printf '%s\n' "${packages[@]}"

@@ -6,7 +6,7 @@ import shutil
 import unittest
 
 import kitti_folder as kitti
-from command_case import CommandCase
+from command_case import USAGE, CommandCase
 
 
 class RefusedDataset(CommandCase):
@@ -158,16 +158,28 @@ class CountedDataset(CommandCase):
                 self.assertEqual(alone["digest"], report["digest"], "a refused scan left a trace")
 
     def test_a_pose_out_of_the_grid_refuses_its_points(self):
-        result, report = self.map_scans([kitti.corner_scan(1, pose=kitti.moved(1e9))])
+        result, report = self.map_scans([kitti.corner_scan(1, pose=kitti.moved(1e9)), kitti.corner_scan(2)])
         self.assert_warned(result, "1 scan left out", "within the grid: 0")
         self.assertEqual(1, report["totals"]["bad_poses"])
-        self.assertEqual(0, report["memory"]["label_voxels"])
+        _, alone = self.map_scans([kitti.corner_scan(1, pose=kitti.moved(1e9)), kitti.corner_scan(2)], "--first", 1)
+        self.assertEqual(alone["digest"], report["digest"], "a refused scan left a trace")
+
+    def test_a_range_without_a_usable_pose_leaves_no_map(self):
+        data = kitti.write_dataset(self.folder / "data", [kitti.corner_scan(1, pose=kitti.moved(1e9)), kitti.corner_scan(2)])
+        result = self.run_command("map", "--dataset", data, "--last", 0, "--out", "no.tsm")
+        self.assertEqual(USAGE, result.returncode)
+        self.assertIn("tessera: no scan is in the map: not one of 1 pose", result.stderr.splitlines()[-1])
+        self.assertFalse((self.folder / "no.tsm").exists())
 
     def test_many_bad_poses_are_told_in_one_line(self):
         bad = [kitti.Scan([], [], pose=("nan",) + kitti.IDENTITY[1:]) for _ in range(12)]
-        result, report = self.map_scans(bad)
+        result, report = self.map_scans(bad + [kitti.corner_scan(1)])
         self.assert_warned(result, "12 scans left out", ": 0, 1, 2, 3, 4, 5, 6, 7, ...")
         self.assertEqual(12, report["totals"]["bad_poses"])
+
+    def test_a_dataset_without_a_rigid_pose_is_refused(self):
+        data = kitti.write_dataset(self.folder / "data", [kitti.Scan([], [], pose=("nan",) + kitti.IDENTITY[1:])] * 3)
+        self.refused("map", "--dataset", data, "--out", "no.tsm", saying=("poses.txt", "none of its 3 poses is a rigid transform"))
 
     def test_an_empty_scan_is_a_scan(self):
         _, report = self.map_scans([kitti.Scan([], []), kitti.corner_scan(1)])

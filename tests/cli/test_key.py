@@ -40,6 +40,12 @@ class Key(CommandCase):
         self.assertEqual(0o600, self.mode("robot_3.key"))
         self.assertEqual(0, self.mode("robot_3.pub") & 0o022)
 
+    def test_the_folder_is_made(self):
+        self.done("key", "new", "--robot", 3, "--dir", "keys")
+        self.done("key", "new", "--robot", 4, "--dir", "keys")
+        self.assertEqual(0o700, self.mode("keys"))
+        self.assertEqual(4, len(list((self.folder / "keys").iterdir())))
+
     def test_nothing_is_replaced(self):
         self.done("key", "new", "--fleet", "fleet.key")
         before = (self.folder / "fleet.key").read_bytes()
@@ -60,7 +66,7 @@ class Key(CommandCase):
         self.refused("key", "new", "--fleet", "a", "--robot", 3, "--dir", ".", saying=("either",))
         self.refused("key", "new", "--robot", 3, saying=("--dir",))
         self.refused("key", "new", "--fleet", "a", "--dir", ".", saying=("--dir",))
-        self.refused("key", "new", "--robot", 3, "--dir", "none", saying=("none",))
+        self.refused("key", "new", "--robot", 3, "--dir", "no/where", saying=("cannot make the folder no/where",))
         self.refused("key", "new", "--robot", "4294967296", "--dir", ".", saying=("--robot",))
         self.refused("key", "new", "--fleet", "no/where", saying=("no/where",))
         self.refused("key", "new", "--fleet", "a", "--report", "a", saying=("--report",))

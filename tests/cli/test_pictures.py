@@ -67,7 +67,7 @@ class Export(CommandCase):
     def test_the_same_map_gives_the_same_bytes(self):
         for kind in ("ply", "png"):
             for name in ("a", "b"):
-                self.done("export", "--map", "map.tsm", "--format", kind, "--title", "t", "--out", f"{name}.{kind}")
+                self.done("export", "--map", "map.tsm", "--format", kind, *(("--title", "t") if kind == "png" else ()), "--out", f"{name}.{kind}")
             self.assertEqual((self.folder / f"a.{kind}").read_bytes(), (self.folder / f"b.{kind}").read_bytes())
 
     def test_an_empty_map_is_exported_with_a_warning(self):

@@ -38,7 +38,7 @@ TEST_CASE("publisher: beside a thread that writes to the map it misses no change
   config.candidates = GENERATE(1U << 14U, 64U);
   config.staleness_us = 200'000;
   config.free_staleness_us = 400'000;
-  Robot robot(config, 8192);
+  SampleRobot robot(config, 8192);
   robot.budget.entries = MapReader::kPageBlocks;
   std::atomic<bool> ended{false};
   std::thread writer([&] {
@@ -61,7 +61,7 @@ TEST_CASE("publisher: beside a thread that writes to the map it misses no change
 }
 
 TEST_CASE("publisher: a map that is cleared beside it is published as emptied") {
-  Robot robot({}, 2048);
+  SampleRobot robot({}, 2048);
   std::atomic<bool> ended{false};
   std::thread writer([&] {
     oracle::Random random(3);

@@ -160,5 +160,11 @@ TEST_CASE("classes.toml: names are texts of 1 to 31 bytes, each used once") {
              Contains("line 8: the name 'a' is taken"));
 }
 
+TEST_CASE("classes.toml: keys of very many parts are refused before they take the stack") {
+  std::string key = "a";
+  for (int i = 0; i < 100'000; ++i) key.append(".a");
+  CHECK_THAT(refusal("# one\n" + key + " = 1\n"), Contains("line 2: over 4000 dots"));
+}
+
 }  // namespace
 }  // namespace tessera

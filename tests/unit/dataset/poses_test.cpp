@@ -82,10 +82,16 @@ TEST_CASE("read_poses: a row a scan, blank lines, CRLF and a missing last line e
 
 TEST_CASE("read_poses: absurd poses are returned as they are") {
   const TemporaryFolder folder;
-  folder.write("p", "nan 0 0 0 0 1 0 0 0 0 1 0\n2 0 0 0 0 2 0 0 0 0 2 0\n");
+  const std::string absurd = "nan 0 0 0 0 1 0 0 0 0 1 0\n2 0 0 0 0 2 0 0 0 0 2 0\n";
+  folder.write("p", absurd + kIdentityRow + "\n");
   const Outcome<std::vector<Matrix34d>> poses = read_poses(folder.file("p"));
   REQUIRE(poses.ok());
-  CHECK(poses->size() == 2);
+  REQUIRE(poses->size() == 3);
+  CHECK(std::isnan((*poses)[0](0, 0)));
+  CHECK((*poses)[1](1, 1) == 2.0);
+  folder.write("p", absurd);
+  CHECK_THAT(read_poses(folder.file("p")).failure().message,
+             Contains("none of its 2 poses is a rigid transform"));
 }
 
 TEST_CASE("read_poses: a missing file and a bad row are refused") {

@@ -19,11 +19,11 @@ void fill(LocalMap& map, int i, int voxels) {
 }  // namespace
 
 TEST_CASE("Publisher: a block whose evidence is gone is published as emptied") {
-  Robot robot;
+  SampleRobot robot;
   fill(robot.map(), 0, 5);
   fill(robot.map(), 1, 5);
   CHECK(robot.tick().published == 2);
-  OwnContent nothing(5);
+  ReadContent nothing(5);
   REQUIRE(robot.map().replace(robot.map().find_handle(at(0)), nothing.content) == Status::kOk);
   const PublisherReport report = robot.tick();
   CHECK(report.emptied == 1);
@@ -32,7 +32,7 @@ TEST_CASE("Publisher: a block whose evidence is gone is published as emptied") {
 }
 
 TEST_CASE("Publisher: a block that is removed is published as emptied within the bound") {
-  Robot robot;
+  SampleRobot robot;
   for (int i = 0; i < 50; ++i) fill(robot.map(), i, 5);
   robot.tick();
   for (int i = 0; i < 50; i += 2) robot.map().remove_block(robot.map().find_handle(at(i)));
@@ -43,7 +43,7 @@ TEST_CASE("Publisher: a block that is removed is published as emptied within the
 }
 
 TEST_CASE("Publisher: what was published of a forgotten block stays, and is not sent again") {
-  Robot robot;
+  SampleRobot robot;
   fill(robot.map(), 0, 5);
   fill(robot.map(), 1, 5);
   robot.tick();
@@ -66,7 +66,7 @@ TEST_CASE("Publisher: what was published of a forgotten block stays, and is not 
 }
 
 TEST_CASE("Publisher: a block of which a part is archived waits until it is whole") {
-  Robot robot;
+  SampleRobot robot;
   fill(robot.map(), 0, 5);
   robot.tick();
   robot.publisher.forget(BlockKey{key_of_block(0)});
@@ -85,7 +85,7 @@ TEST_CASE("Publisher: a block of which a part is archived waits until it is whol
 
 TEST_CASE(
     "Publisher: a block that is gone but archived is not withdrawn, without being forgotten") {
-  Robot robot;
+  SampleRobot robot;
   fill(robot.map(), 0, 5);
   robot.tick();
   robot.kept.archived.insert(key_of_block(0));
@@ -96,7 +96,7 @@ TEST_CASE(
 }
 
 TEST_CASE("Publisher: a block that is forgotten while it waits is counted") {
-  Robot robot;
+  SampleRobot robot;
   robot.budget.compared = 0;
   fill(robot.map(), 0, 5);
   robot.tick();
@@ -110,7 +110,7 @@ TEST_CASE("Publisher: a block that is forgotten while it waits is counted") {
 
 TEST_CASE(
     "Publisher: a block that is removed and opened anew before it is withdrawn stays watched") {
-  Robot robot;
+  SampleRobot robot;
   fill(robot.map(), 0, 5);
   robot.tick();
   robot.map().remove_block(robot.map().find_handle(at(0)));

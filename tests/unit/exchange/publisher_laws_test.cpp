@@ -12,7 +12,7 @@ namespace tessera {
 namespace {
 
 /// Some changes of all kinds; weights are whole, so that sums are exact.
-void change(Robot& robot, oracle::Random& random) {
+void change(SampleRobot& robot, oracle::Random& random) {
   const int count = random.below(60);
   for (int n = 0; n < count; ++n) {
     const VoxelCoord voxel{random.below(160) - 80, random.below(64) - 32, random.below(16) - 8};
@@ -41,7 +41,7 @@ PublisherConfig random_config(oracle::Random& random) {
 
 std::vector<std::uint64_t> log_of(std::uint64_t seed) {
   oracle::Random random(seed);
-  Robot robot(random_config(random), 2048);
+  SampleRobot robot(random_config(random), 2048);
   const std::uint32_t compared = static_cast<std::uint32_t>(1 + random.below(100));
   for (int i = 0; i < 60; ++i) {
     if (random.below(3) != 0) change(robot, random);

@@ -20,7 +20,7 @@ void relabel(LocalMap& map, int first, int end, int round) {
 }  // namespace
 
 TEST_CASE("Publisher: a voxel that changes while nothing else does is published at the next tick") {
-  Robot robot;
+  SampleRobot robot;
   robot.tick();
   REQUIRE(hit(robot.map(), {-1, -9, 3}, 2, 1.0F) == Status::kOk);
   const PublisherReport report = robot.tick();
@@ -35,7 +35,7 @@ TEST_CASE("Publisher: a voxel that changes while nothing else does is published 
 }
 
 TEST_CASE("Publisher: nothing changed, nothing is compared or sent") {
-  Robot robot;
+  SampleRobot robot;
   relabel(robot.map(), 0, 20, 0);
   CHECK(robot.tick().published == 20);
   for (int i = 0; i < 100; ++i) {
@@ -47,7 +47,7 @@ TEST_CASE("Publisher: nothing changed, nothing is compared or sent") {
 }
 
 TEST_CASE("Publisher: more of the same evidence is sent only when it is several times as much") {
-  Robot robot;
+  SampleRobot robot;
   REQUIRE(hit(robot.map(), {0, 0, 0}, 1, 1.0F) == Status::kOk);
   CHECK(robot.tick().published == 1);
   for (int i = 0; i < 3; ++i) {
@@ -62,7 +62,7 @@ TEST_CASE("Publisher: more of the same evidence is sent only when it is several 
 }
 
 TEST_CASE("Publisher: what the wire cannot say is no reason to publish") {
-  Robot robot;
+  SampleRobot robot;
   robot.kept.quantise = round_counts;
   REQUIRE(hit(robot.map(), {0, 0, 0}, 1, 16.0F) == Status::kOk);
   REQUIRE(hit(robot.map(), {0, 0, 0}, 2, 16.0F) == Status::kOk);
@@ -75,7 +75,7 @@ TEST_CASE("Publisher: what the wire cannot say is no reason to publish") {
 }
 
 TEST_CASE("Publisher: under load blocks are held off, and never out later than the bound") {
-  Robot robot;
+  SampleRobot robot;
   constexpr int kBlocks = 1500;
   robot.budget.label_bytes = 12000;
   std::uint64_t published = 0;
@@ -96,7 +96,7 @@ TEST_CASE("Publisher: under load blocks are held off, and never out later than t
 }
 
 TEST_CASE("Publisher: what the budget does not allow is counted, and goes out oldest first") {
-  Robot robot;
+  SampleRobot robot;
   robot.budget.label_bytes = 130;  // ten blocks
   relabel(robot.map(), 0, 500, 0);
   robot.tick();
@@ -119,7 +119,7 @@ TEST_CASE("Publisher: what the budget does not allow is counted, and goes out ol
 TEST_CASE("Publisher: what is new near the focus comes before what is far, and old before both") {
   PublisherConfig config;
   config.many_voxels = 1;
-  Robot robot(config);
+  SampleRobot robot(config);
   robot.tick();
   robot.publisher.set_focus({1000, 0, 0});
   robot.budget.label_bytes = 1000;
@@ -133,7 +133,7 @@ TEST_CASE("Publisher: what is new near the focus comes before what is far, and o
 
 TEST_CASE(
     "Publisher: many voxels that differ do not wait while there is budget to spare, one does") {
-  Robot robot;
+  SampleRobot robot;
   relabel(robot.map(), 0, 400, 0);
   for (int x = 0; x < 8; ++x) {
     for (int y = 0; y < 8; ++y)
@@ -155,7 +155,7 @@ TEST_CASE(
 }
 
 TEST_CASE("Publisher: voxels that are only free wait longer where much waits") {
-  Robot robot;
+  SampleRobot robot;
   robot.tick();
   robot.budget.label_bytes = 4000;
   for (int i = 0; i < 500; ++i) REQUIRE(carve(robot.map(), {8 * i, 80, 0}) == Status::kOk);
@@ -175,7 +175,7 @@ TEST_CASE("Publisher: voxels that are only free wait longer where much waits") {
 TEST_CASE("Publisher: few voxels wait like free ones where they are set to") {
   PublisherConfig config;
   config.few_voxels = 2;
-  Robot robot(config);
+  SampleRobot robot(config);
   robot.budget.label_bytes = 2000;
   relabel(robot.map(), 0, 500, 0);
   robot.tick();
@@ -188,7 +188,7 @@ TEST_CASE("Publisher: few voxels wait like free ones where they are set to") {
 TEST_CASE("Publisher: what finds no place among those that wait is found again") {
   PublisherConfig config;
   config.candidates = 64;
-  Robot robot(config);
+  SampleRobot robot(config);
   relabel(robot.map(), 0, 1000, 0);
   robot.budget.compared = 40;
   CHECK(robot.tick().left_out > 0);
@@ -202,7 +202,7 @@ TEST_CASE("Publisher: blocks beyond its number are left out and counted") {
   config.blocks = 64;
   config.candidates = 64;
   for (const int count : {63, 64, 65}) {
-    Robot robot(config);
+    SampleRobot robot(config);
     relabel(robot.map(), 0, count, 0);
     for (int i = 0; i < 30; ++i) robot.tick();
     CHECK(robot.kept.blocks.size() == static_cast<std::size_t>(std::min(count, 64)));
@@ -221,7 +221,7 @@ TEST_CASE("Publisher: blocks beyond its number are left out and counted") {
 }
 
 TEST_CASE("Publisher: a sweep of a page a tick misses no block while others are opened") {
-  Robot robot({}, 4096);
+  SampleRobot robot({}, 4096);
   robot.budget.entries = 512;
   for (int i = 0; i < 200; ++i) {
     relabel(robot.map(), 20 * i, 20 * i + 20, 0);
@@ -233,7 +233,7 @@ TEST_CASE("Publisher: a sweep of a page a tick misses no block while others are 
 }
 
 TEST_CASE("Publisher: a refused block is tried again") {
-  Robot robot;
+  SampleRobot robot;
   robot.kept.refuses = true;
   relabel(robot.map(), 0, 20, 0);
   PublisherReport report = robot.tick();
@@ -249,7 +249,7 @@ TEST_CASE("Publisher: a refused block is tried again") {
 }
 
 TEST_CASE("Publisher: time that goes back stands still") {
-  Robot robot;
+  SampleRobot robot;
   robot.tick(1'000'000);
   relabel(robot.map(), 0, 1, 0);
   CHECK(robot.tick(-500'000).published == 1);
@@ -257,7 +257,7 @@ TEST_CASE("Publisher: time that goes back stands still") {
 }
 
 TEST_CASE("Publisher: no budget, nothing done, an unmade one does nothing") {
-  Robot robot;
+  SampleRobot robot;
   relabel(robot.map(), 0, 3, 0);
   robot.budget = {.entries = 0, .compared = 0, .label_bytes = 0, .free_bytes = 0};
   const PublisherReport report = robot.tick();

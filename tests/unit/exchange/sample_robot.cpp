@@ -19,7 +19,7 @@ bool has_labels(const BlockContent& content, int row) {
 
 }  // namespace
 
-OwnContent::OwnContent(int num_components)
+ReadContent::ReadContent(int num_components)
     : memory(BlockContent::required_bytes(num_components) + kArenaAlignment) {
   const auto past = reinterpret_cast<std::uintptr_t>(memory.data()) % kArenaAlignment;
   Arena arena(std::span<std::byte>(memory).subspan(past == 0 ? 0 : kArenaAlignment - past));
@@ -84,7 +84,7 @@ Result<WireBytes> KeptPublication::publish(BlockKey key, const BlockContent& con
   return labels > 0 ? WireBytes{12 + labels * 13 / 10, free / 10} : WireBytes{0, 12 + free / 10};
 }
 
-Robot::Robot(const PublisherConfig& config, std::size_t pages)
+SampleRobot::SampleRobot(const PublisherConfig& config, std::size_t pages)
     : small(config_of_pages(pages), kClasses), kept(kComponents) {
   lines.resize(Publisher::required_bytes(config, kComponents) / sizeof(SmallMap::Line));
   Arena arena(std::as_writable_bytes(std::span(lines)));
@@ -94,7 +94,7 @@ Robot::Robot(const PublisherConfig& config, std::size_t pages)
   publisher = std::move(*made);
 }
 
-bool Robot::settles(int most_ticks) {
+bool SampleRobot::settles(int most_ticks) {
   for (int i = 0; i < most_ticks; ++i) {
     const PublisherReport report = tick();
     if (report.waiting + report.free_waiting + report.noted + report.left_out == 0) return true;
@@ -102,7 +102,7 @@ bool Robot::settles(int most_ticks) {
   return false;
 }
 
-int Robot::disagreement() {
+int SampleRobot::disagreement() {
   std::set<std::uint64_t> keys;
   SweepCursor cursor;
   small.map.visit_blocks(cursor, small.map.index_entries(), [&](BlockKey key, SlabHandle) {
@@ -110,7 +110,7 @@ int Robot::disagreement() {
     return true;
   });
   for (const auto& [key, bytes] : kept.blocks) keys.insert(key);
-  OwnContent own(kComponents);
+  ReadContent own(kComponents);
   int count = 0;
   for (const std::uint64_t key : keys) {
     own.content.clear();

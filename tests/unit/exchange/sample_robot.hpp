@@ -14,8 +14,8 @@
 namespace tessera {
 
 /// Content in memory of its own.
-struct OwnContent {
-  explicit OwnContent(int num_components);
+struct ReadContent {
+  explicit ReadContent(int num_components);
   std::vector<std::byte> memory;
   BlockContent content;
 };
@@ -47,8 +47,8 @@ inline constexpr std::int64_t kTick_us = 50'000;
 inline constexpr PublisherBudget kPlenty{
     .entries = 1U << 20U, .compared = 1U << 20U, .label_bytes = 1U << 26U, .free_bytes = 1U << 26U};
 
-struct Robot {
-  explicit Robot(const PublisherConfig& config = {}, std::size_t pages = 1024);
+struct SampleRobot {
+  explicit SampleRobot(const PublisherConfig& config = {}, std::size_t pages = 1024);
   PublisherReport tick(std::int64_t after_us = kTick_us) {
     now_us += after_us;
     return publisher.tick(small.map, now_us, budget, kept.interface());

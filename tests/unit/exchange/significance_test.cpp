@@ -12,8 +12,8 @@ constexpr int kComponents = 5;  // three classes
 const Significance kSignificance(MapConfig{}, kComponents, 4.0F);
 
 struct Pair {
-  OwnContent published{kComponents};
-  OwnContent current{kComponents};
+  ReadContent published{kComponents};
+  ReadContent current{kComponents};
   [[nodiscard]] Difference compare() const {
     return kSignificance.compare(published.content, current.content);
   }
@@ -24,7 +24,7 @@ struct Pair {
 TEST_CASE("Significance: the same content means the same, nothing included") {
   Pair pair;
   CHECK_FALSE(pair.compare().any());
-  for (OwnContent* own : {&pair.published, &pair.current}) {
+  for (ReadContent* own : {&pair.published, &pair.current}) {
     own->content.add(2, 511, 0.3F);
     own->content.add_rest(511, 0.1F);
     own->content.add_passes(0, 7);

@@ -44,6 +44,17 @@ TEST_CASE("png: every value of a grey image comes back") {
   CHECK(out == sample_pixels());
 }
 
+TEST_CASE("png: a header of another size behind what looks like one is not believed") {
+  std::string png = encoded(sample_pixels());
+  // A chunk of 13 bytes that nobody must know, with a size of its own, before the header.
+  const std::string other("\0\0\0\15abCd\0\0\0\4\0\0\0\4\10\0\0\0\0????", 25);
+  png.insert(8, other);
+  const TemporaryFolder folder;
+  folder.write("a.png", png);
+  std::vector<std::uint8_t> out;
+  CHECK_FALSE(read(folder, out, 4, 4).ok());
+}
+
 TEST_CASE("png: a gamma in the file changes no value") {
   std::string png = encoded(sample_pixels());
   // gAMA of 1.0 right after the header, with its checksum.

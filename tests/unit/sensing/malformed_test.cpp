@@ -19,7 +19,7 @@ TEST_CASE("SensorPort: 10,000 malformed messages are each counted, and the next 
   constexpr unsigned kSeed = 12;
   INFO("seed " << kSeed);
   std::mt19937 random(kSeed);
-  const std::vector<std::byte> good = Sweep(50, 1).message(port->stamp_now_us());
+  const std::vector<std::byte> good = SampleSweep(50, 1).message(port->stamp_now_us());
   const std::array<const char*, 6> channels{"TESSERA_SEMANTIC_CLOUD", "TESSERA_CLOUD",
                                             "TESSERA_LABEL_IMAGE",    "TESSERA_DEPTH_IMAGE",
                                             "TESSERA_POSE",           "ANYTHING"};
@@ -47,9 +47,9 @@ TEST_CASE("SensorPort: 10,000 malformed messages are each counted, and the next 
   CHECK(counted + config.matcher.pending_scans >= 10'000);
   const std::int64_t now_us = port->stamp_now_us();
   REQUIRE(sender->send("TESSERA_POSE", pose_message(now_us - 2'000, 1)));
-  REQUIRE(sender->send("TESSERA_SEMANTIC_CLOUD", Sweep(50, 3).message(now_us)));
+  REQUIRE(sender->send("TESSERA_SEMANTIC_CLOUD", SampleSweep(50, 3).message(now_us)));
   REQUIRE(sender->send("TESSERA_POSE", pose_message(now_us, 2)));
-  const Sweep last(50, 3);
+  const SampleSweep last(50, 3);
   CHECK(eventually_stepped(*port, [&] {
     ScanSlot* const slot = port->front();
     if (slot == nullptr) return false;

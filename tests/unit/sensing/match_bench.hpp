@@ -32,8 +32,8 @@ inline MatcherConfig sample_config() {
 }
 
 /// A matcher and its clock.
-struct Bench {
-  explicit Bench(const MatcherConfig& config = sample_config()) : matcher(config) {}
+struct MatchBench {
+  explicit MatchBench(const MatcherConfig& config = sample_config()) : matcher(config) {}
 
   [[nodiscard]] SensorTime time() const { return {now_ms * kMs, (now_ms + clock_ahead_ms) * kMs}; }
   void scan(std::int32_t sensor, std::int64_t stamp_ms, std::int64_t last_ms = 0) {

@@ -12,7 +12,7 @@ namespace tessera {
 namespace {
 
 TEST_CASE("matching: scans are given out by rising stamp, whatever the order they came in") {
-  Bench bench;
+  MatchBench bench;
   bench.poses(900, 1000);
   bench.scan(kLidar, 990);
   bench.scan(kRawLidar, 970);
@@ -25,7 +25,7 @@ TEST_CASE("matching: scans are given out by rising stamp, whatever the order the
 }
 
 TEST_CASE("matching: a scan older than one of its sensor that was given out is refused") {
-  Bench bench;
+  MatchBench bench;
   bench.poses(900, 1000);
   bench.scan(kLidar, 980);
   CHECK(bench.given() == 980);
@@ -38,7 +38,7 @@ TEST_CASE("matching: a scan older than one of its sensor that was given out is r
 }
 
 TEST_CASE("matching: a stamp that its sensor has had is refused, waiting or given out") {
-  Bench bench;
+  MatchBench bench;
   bench.scan(kLidar, 980);
   bench.scan(kLidar, 980);
   CHECK(bench.report().duplicates == 1);
@@ -50,7 +50,7 @@ TEST_CASE("matching: a stamp that its sensor has had is refused, waiting or give
 }
 
 TEST_CASE("matching: what is stamped ahead of now, or long before, is refused, of each kind") {
-  Bench bench;
+  MatchBench bench;
   for (const std::int64_t stamp_ms : {1021, 499}) {
     bench.scan(kLidar, stamp_ms);
     bench.image(0, stamp_ms);
@@ -68,7 +68,7 @@ TEST_CASE("matching: what is stamped ahead of now, or long before, is refused, o
 }
 
 TEST_CASE("matching: stamps at the ends of the numbers are refused like others") {
-  Bench bench;
+  MatchBench bench;
   for (const std::int64_t stamp_us :
        {std::numeric_limits<std::int64_t>::min(), std::numeric_limits<std::int64_t>::max()}) {
     ScanSlot& slot = bench.matcher.next_scan();
@@ -83,7 +83,7 @@ TEST_CASE("matching: stamps at the ends of the numbers are refused like others")
 }
 
 TEST_CASE("matching: images and poses that are not later than their last are refused") {
-  Bench bench;
+  MatchBench bench;
   bench.image(0, 950);
   bench.image(0, 950);
   bench.image(0, 940);
@@ -98,7 +98,7 @@ TEST_CASE("matching: images and poses that are not later than their last are ref
 }
 
 TEST_CASE("matching: sensors and cameras that are not configured are refused") {
-  Bench bench;
+  MatchBench bench;
   bench.scan(9, 950);
   bench.image(9, 950);
   CHECK(bench.report().unknown_sensor == 1);
@@ -114,7 +114,7 @@ TEST_CASE("matching: sensors and cameras that are not configured are refused") {
 }
 
 TEST_CASE("matching: a pose that is not rigid is refused") {
-  Bench bench;
+  MatchBench bench;
   StampedPose bad{.stamp_us = 950 * kMs};
   bad.T_map_body(0, 0) = 2.0;
   bench.matcher.add_pose(bad, bench.time());
@@ -122,7 +122,7 @@ TEST_CASE("matching: a pose that is not rigid is refused") {
 }
 
 TEST_CASE("matching: at N-1, N and N+1 scans that wait, the oldest of too many is dropped") {
-  Bench bench;
+  MatchBench bench;
   for (const std::int64_t stamp_ms : {950, 960, 970}) bench.scan(kLidar, stamp_ms);
   CHECK(bench.matcher.pending() == 3);
   CHECK(bench.report().superseded == 0);
@@ -134,7 +134,7 @@ TEST_CASE("matching: at N-1, N and N+1 scans that wait, the oldest of too many i
 }
 
 TEST_CASE("matching: while the mapping thread is behind, only the newest that is ready is kept") {
-  Bench bench;
+  MatchBench bench;
   bench.poses(900, 1000);
   bench.scan(kLidar, 910);
   bench.scan(kLidar, 920);
@@ -153,7 +153,7 @@ TEST_CASE("matching: while the mapping thread is behind, only the newest that is
 }
 
 TEST_CASE("matching: a full track of poses forgets its oldest, a camera its oldest image") {
-  Bench bench;
+  MatchBench bench;
   bench.now_ms = 1200;
   for (std::int64_t at = 1000; at < 1200; at += 10) bench.pose(at);
   CHECK(bench.matcher.track().size() == 16);
@@ -167,7 +167,7 @@ TEST_CASE("matching: a full track of poses forgets its oldest, a camera its olde
 }
 
 TEST_CASE("matching: a step of the sensors' clock drops all that was stamped before it") {
-  Bench bench;
+  MatchBench bench;
   bench.poses(900, 1000);
   bench.image(0, 950);
   bench.scan(kLidar, 1005);
@@ -190,7 +190,7 @@ TEST_CASE("matching: a step of the sensors' clock drops all that was stamped bef
 }
 
 TEST_CASE("matching: a clock that is slowly adjusted does not step") {
-  Bench bench;
+  MatchBench bench;
   for (int i = 0; i < 50; ++i) {
     bench.now_ms += 10;
     bench.clock_ahead_ms += 5;
@@ -203,7 +203,7 @@ TEST_CASE("matching: a clock that is slowly adjusted does not step") {
 TEST_CASE("matching: a cloud's poses are thinned evenly, with the first and the last") {
   MatcherConfig config = sample_config();
   config.poses = 512;
-  Bench bench(config);
+  MatchBench bench(config);
   for (std::int64_t at = 800; at <= 1000; ++at) bench.pose(at);
   bench.scan(kLidar, 810, 180);
   const ScanSlot* const slot = bench.matcher.take_ready(bench.time());
@@ -222,7 +222,7 @@ TEST_CASE("matching: each scan, image and pose ends in one counter, whatever com
   constexpr unsigned kSeed = 17;
   INFO("seed " << kSeed);
   std::mt19937 random(kSeed);
-  Bench bench;
+  MatchBench bench;
   std::uint64_t scans = 0, images = 0, poses = 0;
   std::vector<const ScanSlot*> held;
   std::int64_t last_given_us[6] = {};

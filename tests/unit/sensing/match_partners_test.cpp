@@ -9,7 +9,7 @@ namespace tessera {
 namespace {
 
 TEST_CASE("matching: a cloud is given out as soon as poses lie on both sides of its stamp") {
-  Bench bench;
+  MatchBench bench;
   bench.scan(kLidar, 995);
   CHECK(bench.given() == -1);
   bench.pose(990);
@@ -28,7 +28,7 @@ TEST_CASE("matching: a cloud is given out as soon as poses lie on both sides of 
 }
 
 TEST_CASE("matching: a sweep waits for the pose at its last point, not at its stamp alone") {
-  Bench bench;
+  MatchBench bench;
   bench.poses(900, 1000);
   bench.scan(kLidar, 950, 60);
   CHECK(bench.given() == -1);
@@ -38,7 +38,7 @@ TEST_CASE("matching: a sweep waits for the pose at its last point, not at its st
 }
 
 TEST_CASE("matching: where poses end within the sweep, it is taken after max_wait_us, counted") {
-  Bench bench;
+  MatchBench bench;
   bench.poses(900, 1000);
   bench.scan(kLidar, 950, 60);
   bench.now_ms += 99;
@@ -49,7 +49,7 @@ TEST_CASE("matching: where poses end within the sweep, it is taken after max_wai
 }
 
 TEST_CASE("matching: without a pose at its stamp a cloud is dropped after max_wait_us") {
-  Bench bench;
+  MatchBench bench;
   bench.scan(kLidar, 995);
   bench.pose(990);
   bench.now_ms += 100;
@@ -59,7 +59,7 @@ TEST_CASE("matching: without a pose at its stamp a cloud is dropped after max_wa
 }
 
 TEST_CASE("matching: poses that will never be near its stamp drop a cloud at once") {
-  Bench bench;
+  MatchBench bench;
   bench.scan(kLidar, 900);
   bench.pose(810);
   bench.pose(970);  // 160 ms later: farther apart than max_pose_gap_us.
@@ -71,7 +71,7 @@ TEST_CASE("matching: poses that will never be near its stamp drop a cloud at onc
 }
 
 TEST_CASE("matching: no pose is interpolated between those before and after they were forgotten") {
-  Bench bench;
+  MatchBench bench;
   bench.poses(900, 950);
   bench.scan(kLidar, 975);
   bench.matcher.forget_poses();
@@ -84,7 +84,7 @@ TEST_CASE("matching: no pose is interpolated between those before and after they
 }
 
 TEST_CASE("matching: a raw cloud waits for each camera to reach its stamp, and takes the nearest") {
-  Bench bench;
+  MatchBench bench;
   bench.poses(900, 1000);
   bench.image(0, 940);
   bench.image(1, 930);
@@ -104,7 +104,7 @@ TEST_CASE("matching: a raw cloud waits for each camera to reach its stamp, and t
 }
 
 TEST_CASE("matching: an image before the stamp will do if the camera's next one is farther") {
-  Bench bench;
+  MatchBench bench;
   bench.poses(900, 1000);
   for (const std::int32_t camera : {0, 1}) {
     bench.image(camera, 850);
@@ -116,7 +116,7 @@ TEST_CASE("matching: an image before the stamp will do if the camera's next one 
 }
 
 TEST_CASE("matching: of two images that are as near, the earlier is taken") {
-  Bench bench;
+  MatchBench bench;
   bench.poses(900, 1000);
   for (const std::int32_t camera : {0, 1}) {
     bench.image(camera, 940);
@@ -130,7 +130,7 @@ TEST_CASE("matching: of two images that are as near, the earlier is taken") {
 
 TEST_CASE("matching: an image over max_image_offset_us away is none") {
   for (const std::int64_t offset_ms : {50, 51}) {
-    Bench bench;
+    MatchBench bench;
     bench.poses(800, 1010);
     bench.image(0, 900 + offset_ms);
     bench.image(1, 900);
@@ -141,7 +141,7 @@ TEST_CASE("matching: an image over max_image_offset_us away is none") {
 }
 
 TEST_CASE("matching: after max_wait_us a raw cloud is taken with the images that there are") {
-  Bench bench;
+  MatchBench bench;
   bench.poses(900, 1000);
   bench.image(1, 940);
   bench.scan(kRawLidar, 950);
@@ -164,7 +164,7 @@ TEST_CASE("matching: after max_wait_us a raw cloud is taken with the images that
 TEST_CASE("matching: with missing_images = drop a cloud without all of its images is dropped") {
   MatcherConfig config = sample_config();
   config.missing_images = MissingImages::kDrop;
-  Bench bench(config);
+  MatchBench bench(config);
   bench.poses(900, 1000);
   bench.image(1, 950);
   bench.scan(kRawLidar, 950);
@@ -177,7 +177,7 @@ TEST_CASE("matching: with missing_images = drop a cloud without all of its image
 }
 
 TEST_CASE("matching: a depth image needs the labels of its own camera and stamp") {
-  Bench bench;
+  MatchBench bench;
   bench.poses(900, 1000);
   bench.image(0, 950);
   bench.image(kDepth, 949);

@@ -42,8 +42,8 @@ inline std::unique_ptr<SensorSender> open_sender() {
 }
 
 /// A sweep whose every number follows from its seed.
-struct Sweep {
-  Sweep(std::size_t points, unsigned seed) {
+struct SampleSweep {
+  SampleSweep(std::size_t points, unsigned seed) {
     std::mt19937 random(seed);
     for (std::size_t i = 0; i < points; ++i) {
       for (int axis = 0; axis < 3; ++axis)

@@ -26,7 +26,7 @@ TEST_CASE("SensorPort: a sweep of 2 MB and its poses arrive whole, number by num
   if (!enter_own_network()) return;
   const auto port = open_port(port_config());
   const auto sender = open_sender();
-  const Sweep sweep(120'000, 1);
+  const SampleSweep sweep(120'000, 1);
   const std::int64_t now_us = port->stamp_now_us();
   REQUIRE(port->start().ok());
   REQUIRE(sender->send("TESSERA_POSE", pose_message(now_us - 2'000, 1)));
@@ -59,7 +59,7 @@ TEST_CASE("SensorPort: hears what liblcm publishes, long and short") {
   };
   publish("TESSERA_POSE", pose_message(now_us - 10'000, 1));
   // One datagram of 64 kB, two fragments, seven.
-  std::vector<Sweep> sweeps;
+  std::vector<SampleSweep> sweeps;
   std::int64_t stamp_us = now_us - 6'000;
   for (const std::size_t points : {3'800U, 4'000U, 25'000U}) {
     sweeps.emplace_back(points, static_cast<unsigned>(points));
@@ -67,7 +67,7 @@ TEST_CASE("SensorPort: hears what liblcm publishes, long and short") {
     port->step(0);
   }
   publish("TESSERA_POSE", pose_message(now_us, 2));
-  for (const Sweep& sweep : sweeps) {
+  for (const SampleSweep& sweep : sweeps) {
     REQUIRE(eventually_stepped(*port, [&] { return port->front() != nullptr; }));
     CHECK(sweep.is_in(*port->front()));
     port->pop();
@@ -132,7 +132,7 @@ TEST_CASE("SensorPort: what lcm-logger recorded lcm-logplayer plays, the same to
     for (unsigned i = 0; i < kSweeps; ++i) {
       REQUIRE(sender->send("TESSERA_POSE",
                            pose_message(stamp_us(i) - 2'000, static_cast<std::int32_t>(i))));
-      REQUIRE(sender->send("TESSERA_SEMANTIC_CLOUD", Sweep(30'000, i).message(stamp_us(i))));
+      REQUIRE(sender->send("TESSERA_SEMANTIC_CLOUD", SampleSweep(30'000, i).message(stamp_us(i))));
       wait_a_little();
     }
     REQUIRE(sender->send("TESSERA_POSE", pose_message(stamp_us(kSweeps), kSweeps)));
@@ -145,7 +145,7 @@ TEST_CASE("SensorPort: what lcm-logger recorded lcm-logplayer plays, the same to
     INFO("sweep " << i);
     REQUIRE(eventually_stepped(*port, [&] { return port->front() != nullptr; }));
     CHECK(port->front()->stamp_us == stamp_us(i));
-    CHECK(Sweep(30'000, i).is_in(*port->front()));
+    CHECK(SampleSweep(30'000, i).is_in(*port->front()));
     port->pop();
   }
   CHECK(eventually([&] { return !player.is_running(); }));
@@ -160,7 +160,7 @@ TEST_CASE("SensorPort: poses from another thread serve as those that come over L
   REQUIRE(port->start().ok());
   const auto sender = open_sender();
   const std::int64_t now_us = port->stamp_now_us();
-  const Sweep sweep(10, 1);
+  const SampleSweep sweep(10, 1);
   REQUIRE(port->add_pose({.stamp_us = now_us - 2'000}));
   REQUIRE(sender->send("TESSERA_SEMANTIC_CLOUD", sweep.message(now_us)));
   REQUIRE(port->add_pose({.stamp_us = now_us + 1}));
@@ -178,7 +178,7 @@ TEST_CASE("SensorPort: poses that are forgotten serve no scan, nor those that st
   port->step(0);
   REQUIRE(port->add_pose({.stamp_us = now_us - 2'000}));
   port->forget_poses();
-  REQUIRE(sender->send("TESSERA_SEMANTIC_CLOUD", Sweep(10, 1).message(now_us)));
+  REQUIRE(sender->send("TESSERA_SEMANTIC_CLOUD", SampleSweep(10, 1).message(now_us)));
   REQUIRE(port->add_pose({.stamp_us = now_us + 1}));
   REQUIRE(eventually_stepped(*port, [&] { return port->report().match.without_pose == 1; }));
   CHECK(port->front() == nullptr);
@@ -234,7 +234,7 @@ TEST_CASE("SensorPort: hears, matches and hands over without the heap") {
   if (!enter_own_network()) return;
   const auto port = open_port(port_config());
   const auto sender = open_sender();
-  const Sweep sweep(20'000, 1);
+  const SampleSweep sweep(20'000, 1);
   std::vector<std::byte> message = sweep.message(0);
   std::vector<std::byte> pose = pose_message(0, 1);
   const auto stamp = [](std::vector<std::byte>& bytes, std::int64_t stamp_us) {

@@ -13,7 +13,7 @@ namespace {
 
 TEST_CASE("QueryService: each error has its code, and leaves an empty reply") {
   const SmallMap sample = sample_map(1);
-  Bench bench({.local = &sample.map});
+  ServiceBench bench({.local = &sample.map});
   const auto error = [&](MapQuery query, auto change) {
     change(query);
     const MapReply reply = bench.ask(query);
@@ -78,7 +78,7 @@ TEST_CASE("QueryService: 5,000 queries of anything end, each with an answer or a
   INFO("seed " << kSeed);
   std::mt19937 random(kSeed);
   const SmallMap sample = sample_map(1, 900, 12, 200);
-  Bench bench({.local = &sample.map}, {.max_ray_voxels = 500, .max_nearest_work = 500});
+  ServiceBench bench({.local = &sample.map}, {.max_ray_voxels = 500, .max_nearest_work = 500});
   std::uint64_t answered = 0;
   for (int i = 0; i < 5'000; ++i) {
     const auto number = [&]() -> float {

@@ -21,8 +21,9 @@ inline MapQuery query_of(QueryKind kind, QueryMap map = QueryMap::kLocal) {
 }
 
 /// A service of a map, and time that passes fast enough for its limit.
-struct Bench {
-  explicit Bench(const ServedMaps& maps, const QueryLimits& limits = {}) : service(maps, limits) {}
+struct ServiceBench {
+  explicit ServiceBench(const ServedMaps& maps, const QueryLimits& limits = {})
+      : service(maps, limits) {}
   MapReply ask(const MapQuery& query) { return service.answer(query, now_us += 1'000'000); }
   QueryError error(const MapQuery& query) { return ask(query).error; }
   QueryService service;

@@ -1,0 +1,205 @@
+# SPDX-FileCopyrightText: The tessera authors
+# SPDX-License-Identifier: Apache-2.0
+"""What may be given, what it is taken for, and what is refused, with which words."""
+import itertools
+import resource
+
+import numpy as np
+import pytest
+
+import tessera
+
+
+def digest_of(classes, *arguments):
+    made = tessera.LocalMap(classes, memory_bytes=32 << 20, max_points=4096)
+    made.integrate(*arguments)
+    return made.digest()
+
+
+def test_any_layout_with_x_y_z_together_is_the_same(small, wall):
+    points, labels = wall
+    expected = digest_of(small.classes, points, labels)
+    wide = np.full((len(points), 6), np.nan, np.float32)
+    wide[:, :3] = points
+    every_other = np.full((2 * len(points), 4), np.nan, np.float32)
+    every_other[::2, :3] = points
+    gaps = np.zeros(2 * len(labels), np.uint8)
+    gaps[::2] = labels
+    read_only = points.copy()
+    read_only.flags.writeable = False
+    for layout in (wide, wide[:, :3], every_other[::2], read_only):
+        assert digest_of(small.classes, layout, labels) == expected
+        assert digest_of(small.classes, layout, gaps[::2].astype(np.uint32)) == expected
+    assert digest_of(small.classes, points, gaps[::2]) == expected
+    assert digest_of(small.classes, points, labels[::-1].copy()[::-1]) == expected
+    assert digest_of(small.classes, points[:1][::-1]) == digest_of(small.classes, points[:1])
+
+
+def test_what_is_given_is_not_written_to(small, wall):
+    points, labels = wall
+    before = points.copy(), labels.copy()
+    small.integrate(points, labels)
+    assert np.array_equal(points, before[0]) and np.array_equal(labels, before[1])
+
+
+def test_points_are_not_copied(small):
+    # A view of one row, a million million times, for which there is no memory anywhere: it is refused for its number alone.
+    one = np.array([[3, 0, 0, 0]], np.float32)
+    many = np.broadcast_to(one, (1 << 40, 4))
+    with pytest.raises(tessera.InputError, match="at most"):
+        small.integrate(many)
+    within = np.broadcast_to(one, (1 << 24, 4))
+    before_kib = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    report = small.integrate(within)
+    # A copy would be 256 MiB.
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before_kib < 64 << 10
+    assert (report.points, report.over_capacity) == (1 << 24, (1 << 24) - 4096)
+
+
+@pytest.mark.parametrize("name", ["points", "labels", "weights", "truth"])
+def test_types_are_refused_with_the_remedy(small, wall, name):
+    points, labels = wall
+    weights = np.ones(len(points), np.float32)
+    given = {"points": points, "labels": labels, "weights": weights, "truth": labels}
+    wrong = {"points": np.float64, "weights": np.float64, "labels": np.int64, "truth": np.int64}[name]
+    given[name] = given[name].astype(wrong)
+    with pytest.raises(TypeError, match=rf"{name} is of .*64; give .*{name}.astype\(numpy"):
+        if name == "truth":
+            tessera.Evaluation(small).add(points, given["truth"])
+        else:
+            del given["truth"]
+            small.integrate(**given)
+    with pytest.raises(TypeError):
+        small.integrate(given["points"].astype(">f4"), labels)
+    assert len(small.voxels()) == 0
+
+
+def test_shapes_are_refused(small, wall):
+    points, labels = wall
+    bad_points = (points[:, :2], points[0], points.reshape(2, -1, 3), np.zeros((3, 0), np.float32),
+                  np.ascontiguousarray(points.T))
+    for bad in bad_points:
+        with pytest.raises(tessera.InputError, match=r"points has the shape .*give \(N, 3\)"):
+            small.integrate(bad)
+    for bad in (labels[:-1], np.zeros((len(labels), 1), np.uint8), np.zeros(0, np.uint8)):
+        with pytest.raises(tessera.InputError, match="labels has the shape"):
+            small.integrate(points, bad)
+    with pytest.raises(tessera.InputError, match="weights has the shape"):
+        small.integrate(points, labels, weights=np.ones(3, np.float32))
+    assert len(small.voxels()) == 0
+
+
+def test_layouts_that_cannot_be_read_are_refused(small, wall):
+    points, labels = wall
+    unaligned = np.frombuffer(b"-" + points.tobytes(), np.float32, offset=1).reshape(-1, 3)
+    packed = np.zeros(len(points), np.dtype([("p", np.float32, 3), ("c", np.uint8)]))["p"]
+    for bad in (np.asfortranarray(points), points[::-1], points[:, ::-1], unaligned, packed):
+        with pytest.raises(tessera.InputError, match=r"ascontiguousarray\(points\)"):
+            small.integrate(bad, labels)
+    with pytest.raises(tessera.InputError, match=r"ascontiguousarray\(weights\)"):
+        small.integrate(points, labels, weights=np.ones(2 * len(points), np.float32)[::2])
+
+
+def test_what_is_in_points_is_counted(small):
+    points = np.array([[3, 0, 0], [np.nan, 0, 0], [np.inf, 0, 0], [0.1, 0, 0], [3e38, 3e38, 3e38], [100, 0, 0]], np.float32)
+    report = small.integrate(points, np.array([1, 1, 1, 1, 1, 200], np.uint8))
+    assert (report.points, report.non_finite, report.too_near, report.beyond_range, report.admitted) == (6, 2, 1, 2, 1)
+
+
+def test_nothing_is_a_scan_too(small):
+    for empty in (np.zeros((0, 3), np.float32), np.zeros((0, 4), np.float32)):
+        assert small.integrate(empty, np.zeros(0, np.uint32)).points == 0
+        assert small.integrate(empty).points == 0
+
+
+def test_absurd_poses_are_refused_and_change_nothing(small, wall):
+    good = np.eye(4)
+    poses = []
+    for value, place in itertools.product((np.nan, np.inf, 2.0), ((0, 0), (1, 2), (3, 0))):
+        pose = good.copy()
+        pose[place] = value
+        poses.append(pose)
+    mirrored = np.diag([1.0, 1.0, -1.0, 1.0])
+    far = good.copy()
+    far[0, 3] = 1e9
+    nowhere = good.copy()
+    nowhere[0, 3] = np.nan
+    for pose in (*poses, mirrored, far, nowhere, np.zeros((4, 4)), np.eye(3), np.zeros((3, 4)), [1, 2, 3]):
+        with pytest.raises(tessera.InputError, match="T_map_sensor"):
+            small.integrate(*wall, pose)
+    with pytest.raises((TypeError, ValueError)):
+        small.integrate(*wall, "north")
+    assert len(small.voxels()) == 0
+
+
+def test_poses_of_other_types_and_shapes(small, wall):
+    T = np.eye(4)
+    T[:3, 3] = [1, 2, 3]
+    digests = {digest_of(small.classes, *wall, pose)
+               for pose in (T, T[:3], T.tolist(), T.astype(np.float32), T.astype(np.int64), np.asfortranarray(T))}
+    assert len(digests) == 1
+
+
+@pytest.mark.parametrize("arguments, words", [
+    ({"resolution_m": 0}, "resolution_m 0"), ({"resolution_m": float("nan")}, "resolution_m"), ({"prior": -1}, "prior -1"),
+    ({"inference": "magic"}, "inference magic"), ({"kernel_length_m": 0.5}, "kernel_length_m applies to"),
+    ({"inference": "kernel", "kernel_length_m": 99}, "kernel_length_m 99"), ({"max_range_m": -1}, "max_range_m -1"),
+    ({"min_range_m": -1}, "min_range_m"), ({"downsample_m": -2}, "downsample_m -2"), ({"counts": "many"}, "counts many"),
+    ({"thinning_weight": "some"}, "thinning_weight some"), ({"min_weight": 2}, "min_weight"),
+    ({"max_evidence": 1e9}, "max_evidence"), ({"free_weight": 0}, "free_weight 0"), ({"memory_bytes": 4096}, r"memory_bytes 4096 bytes hold no map; give at least [0-9]+ bytes$"),
+    ({"memory_bytes": 1 << 51}, r"memory_bytes.*give bytes, at most 10\^15$"), ({"downsample_m": -1}, "or 0 for none$"),
+    ({"deadline_ms": -1}, "deadline_ms"), ({"max_points": 0}, "max_points 0"), ({"max_points": 1 << 30}, "max_points"),
+    ({"T_global_map": np.zeros((4, 4))}, "T_global_map")])
+def test_settings_out_of_range_are_refused_by_their_names(arguments, words):
+    with pytest.raises(tessera.InputError, match=words) as refused:
+        tessera.LocalMap(**{"memory_bytes": 32 << 20, **arguments})
+    assert "--" not in str(refused.value)
+
+
+def test_what_no_system_gives_is_an_error():
+    with pytest.raises((tessera.Error, MemoryError)):
+        tessera.LocalMap(memory_bytes=1 << 49)
+
+
+def test_errors_are_what_python_expects():
+    assert issubclass(tessera.InputError, tessera.Error) and issubclass(tessera.InputError, ValueError)
+    assert issubclass(tessera.Error, RuntimeError)
+    assert tessera.Error.__doc__ and tessera.InputError.__module__ == "tessera"
+
+
+def test_files_that_are_none(tmp_path):
+    with pytest.raises(tessera.InputError, match="none.tsm"):
+        tessera.load(tmp_path / "none.tsm")
+    damaged = tmp_path / "damaged.tsm"
+    tessera.LocalMap(memory_bytes=32 << 20, max_points=64).save(damaged)
+    whole = damaged.read_bytes()
+    for content in (b"", b"x" * 100, whole[:-3], whole[:40] + b"!" + whole[41:]):
+        damaged.write_bytes(content)
+        for load in (tessera.load, tessera.LocalMap.load):
+            with pytest.raises(tessera.InputError, match="damaged.tsm"):
+                load(damaged)
+    with pytest.raises(tessera.Error):
+        tessera.LocalMap(memory_bytes=32 << 20, max_points=64).save(tmp_path / "no" / "folder.tsm")
+    for folder in (tmp_path, tmp_path / "none"):
+        with pytest.raises(tessera.InputError):
+            tessera.Dataset(folder)
+
+
+def test_class_tables(small):
+    table = tessera.ClassTable(["a", "b"], colors=np.array([[1, 2, 3], [4, 5, 6]], np.uint8))
+    assert (table.names, table.num_classes, table.num_components, table.unlabelled, len(table)) == (["a", "b"], 2, 4, 3, 2)
+    assert table.colors.tolist() == [[1, 2, 3], [4, 5, 6]]
+    assert table.components(np.array([0, 1, 2, 3, 65536 + 1], np.uint32)).tolist() == [3, 1, 2, 3, 1]
+    assert table != small.classes and table != 1 and small.classes == tessera.ClassTable(["road", "wall"], colors=small.classes.colors)
+    many = tessera.ClassTable([f"c{i}" for i in range(62)])
+    assert len({tuple(color) for color in many.colors}) == 62
+    assert len(tessera.ClassTable.semantic_kitti()) == 19
+    for names in ([], ["a"] * 2, [""], ["a" * 32], ["a\0b"], [f"c{i}" for i in range(63)]):
+        with pytest.raises(tessera.InputError):
+            tessera.ClassTable(names)
+    with pytest.raises(tessera.InputError, match="colors"):
+        tessera.ClassTable(["a"], colors=np.zeros((2, 3), np.uint8))
+    with pytest.raises(tessera.InputError, match="line"):
+        tessera.ClassTable.parse("[[class]]\nid = 2\n")
+    with pytest.raises(TypeError):
+        table.components(np.array([1], np.uint8))

@@ -1,0 +1,210 @@
+# SPDX-FileCopyrightText: The tessera authors
+# SPDX-License-Identifier: Apache-2.0
+"""Maps that become one: all at once as the command does it, and by datagrams over any transport."""
+import random
+
+import numpy as np
+import pytest
+from conftest import map_of
+
+import tessera
+
+TICK_US = 50_000
+MODES = ("contractive", "paper", "none")
+
+
+def exchange(sharers, pick=lambda datagrams: datagrams, ticks=2000):
+    """Carries datagrams between all of them until they have the same, and brings their global maps up to date."""
+    now_us = 0
+    for _ in range(ticks):
+        now_us += TICK_US
+        for one in sharers:
+            for datagram in pick(one.tick(now_us)):
+                assert isinstance(datagram, bytes) and 0 < len(datagram) <= 1392
+                for other in sharers:
+                    if other is not one:
+                        other.receive(datagram, now_us)
+        if all(s.idle and s.complete for s in sharers) and len({s.digest() for s in sharers}) == 1:
+            for sharer in sharers:
+                sharer.finish()
+            return now_us
+    raise AssertionError([s.report() for s in sharers])
+
+
+@pytest.fixture(scope="module")
+def robots(street, frame):
+    """Small maps of one place, each in a frame of its own."""
+    dataset = tessera.Dataset(street / "robot_0")
+    T_first_second = np.array([[0.0, -1, 0, 3], [1, 0, 0, -2], [0, 0, 1, 0.5], [0, 0, 0, 1]])
+    made = []
+    for robot, T in enumerate((np.eye(4), T_first_second)):
+        one = tessera.LocalMap(dataset.classes, resolution_m=0.2, memory_bytes=64 << 20, max_range_m=8.0, robot=robot,
+                               T_global_map=frame @ T)
+        one.integrate(dataset[robot].points, dataset[robot].components, np.linalg.inv(T) @ dataset[robot].T_map_sensor)
+        made.append(one)
+    return made
+
+
+def sharer_of(robot, **arguments):
+    return tessera.Sharer(robot, **{"fusion_memory_bytes": 64 << 20, "bytes_per_s": 50_000_000, "burst_bytes": 10_000_000,
+                                    **arguments})
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_fuse_is_the_command(maps, files, command, street, tmp_path, mode):
+    report = command("fuse", *(path for _, path in files), "--diffusion", mode, "--out", tmp_path / "g.tsm",
+                     report=tmp_path / "g.json")
+    fused = tessera.fuse(maps, diffusion=mode)
+    assert fused.digest() == report["digest"] == fused.report["digest"]
+    assert fused.kind == "global" and fused.settings["diffusion"] == mode
+    for key in ("voxels", "overlap_voxels", "iterations", "residual", "mean_variance", "alignment"):
+        assert fused.report[key] == report[key]
+    fused.save(tmp_path / "own.tsm")
+    assert (tmp_path / "own.tsm").read_bytes() == (tmp_path / "g.tsm").read_bytes()
+    mixed = tessera.fuse([files[0][1], str(files[1][1])], diffusion=mode)
+    assert mixed.digest() == fused.digest() == tessera.fuse(maps[::-1], diffusion=mode).digest()
+    memory = 256 << 20
+    assert tessera.fuse(maps, diffusion=mode, memory_bytes=memory).digest() == fused.digest()
+
+
+def test_frames_are_given_or_the_maps_own(maps, recwarn):
+    own = [m.T_global_map for m in maps]
+    digest = tessera.fuse(maps).digest()
+    assert tessera.fuse(maps, own).digest() == tessera.fuse(maps, [None, own[1]]).digest() == digest
+    assert not recwarn.list
+    moved = own[1].copy()
+    moved[0, 3] += 0.4
+    with pytest.warns(UserWarning, match="do not lie on each other"):
+        assert tessera.fuse(maps, [None, moved]).digest() != digest
+
+
+def test_what_cannot_be_fused(maps, files, small, tmp_path):
+    fused = tessera.fuse(maps, diffusion="none")
+    fused.save(tmp_path / "g.tsm")
+    for bad, words in (([maps[0]], "at least two"), ([maps[0], maps[0]], "named twice"), ([files[0][1], files[0][1]], "named twice"),
+                       ([maps[0], fused], "global map"), ([maps[0], tmp_path / "g.tsm"], "global map"),
+                       ([maps[0], small], "resolution"), ([maps[0], tmp_path / "none.tsm"], "none.tsm")):
+        with pytest.raises(tessera.InputError, match=words):
+            tessera.fuse(bad)
+    for arguments, words in (({"diffusion": "heat"}, "diffusion heat"), ({"edge": "sharp"}, "edge sharp"), ({"alpha": 1.0}, "alpha 1"),
+                             ({"iterations": 17}, "iterations 17"), ({"diffusion_length_m": 9.0}, "diffusion_length_m"),
+                             ({"counts": "few"}, "counts few"), ({"memory_bytes": 1 << 20}, "memory_bytes 1048576"),
+                             ({"transforms": [None]}, "1 transforms for 2 maps"), ({"transforms": [None, np.eye(3)]}, "transforms"),
+                             ({"transforms": [None, np.full((4, 4), np.nan)]}, "transforms")):
+        with pytest.raises(tessera.InputError, match=words):
+            tessera.fuse(maps, **arguments)
+    with pytest.raises(TypeError):
+        tessera.fuse([maps[0], 7])
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_two_robots_have_the_same_global_map(robots, mode):
+    sharers = [sharer_of(robot, diffusion=mode) for robot in robots]
+    exchange(sharers)
+    a, b = (s.global_map for s in sharers)
+    assert a.kind == "global" and a.digest() == b.digest()
+    here = robots[0].voxels(occupied_only=True).center[::50]
+    T = robots[0].T_global_map
+    found = a.query(here @ T[:3, :3].T + T[:3, 3])
+    assert (found.state == tessera.State.OCCUPIED).mean() > 0.8
+    report = sharers[0].report()
+    assert (report["contributions"], report["peers"], report["refused_tag"]) == (2, 1, 0)
+    assert report["global"]["overlap_voxels"] > 0 and report["global"]["refused_storage"] == 0
+    assert {(c["robot"], c["own"], c["complete"]) for c in report["contributions_by_id"]} == {(0, True, True), (1, False, True)}
+
+
+def test_losses_repeats_and_order_do_not_matter(robots):
+    chance = random.Random(4)
+
+    def pick(datagrams):
+        kept = [d for d in datagrams if chance.random() > 0.2]
+        kept += [d for d in kept if chance.random() < 0.1]
+        chance.shuffle(kept)
+        return kept
+
+    undisturbed, disturbed = ([sharer_of(robot, diffusion="none") for robot in robots] for _ in range(2))
+    exchange(undisturbed)
+    exchange(disturbed, pick)
+    assert disturbed[1].global_map.digest() == undisturbed[0].global_map.digest()
+
+
+def test_any_bytes_may_arrive(robots):
+    sharer = sharer_of(robots[0])
+    other = sharer_of(robots[1]).tick(TICK_US)[0]
+    flipped = bytearray(other)
+    flipped[len(flipped) // 2] ^= 1
+    for bytes_ in (b"", b"x", bytes(1392), bytes(100_000), flipped, memoryview(other)[:-1], np.frombuffer(other, np.uint8)[:40]):
+        sharer.receive(bytes_, TICK_US)
+    assert sharer.report()["received"] == 7 == sum(sharer.report()[k] for k in ("refused_size", "refused_format", "refused_tag"))
+    sharer.receive(bytearray(other), TICK_US)
+    sharer.receive(memoryview(other), TICK_US)
+    assert sharer.report()["peers"] == 1
+    for bad in (memoryview(other)[::2], np.zeros((2, 2), np.uint8), np.zeros(4, np.float32)):
+        with pytest.raises(TypeError, match="without gaps"):
+            sharer.receive(bad)
+    with pytest.raises(TypeError):
+        sharer.receive("text")
+
+
+def test_a_frame_moves_what_was_said(robots):
+    there = robots[1].T_global_map.copy()
+    there[:3, 3] += [0.6, -0.4, 0.2]
+    moved, placed = ([sharer_of(robot, diffusion="none") for robot in robots] for _ in range(2))
+    exchange(moved)
+    before, datagrams = moved[0].global_map.digest(), moved[1].report()["fresh_chunks"]
+    moved[1].set_frame(there)
+    exchange(moved)
+    assert moved[1].report()["fresh_chunks"] == datagrams
+    placed[1] = sharer_of(robots[1], diffusion="none", T_global_map=there)
+    exchange(placed)
+    assert before != moved[0].global_map.digest() == placed[0].global_map.digest()
+    with pytest.raises(tessera.InputError):
+        moved[1].set_frame(np.zeros((4, 4)))
+    with pytest.raises(tessera.InputError):
+        moved[1].set_frame(there, submap=7)
+
+
+def test_submaps_begin_with_an_empty_map(street):
+    dataset = tessera.Dataset(street / "robot_0", first=0, last=0)
+    robot = map_of(dataset, max_range_m=8.0)[0]
+    sharer = sharer_of(robot)
+    voxels = len(robot.voxels())
+    sharer.new_submap()
+    with pytest.raises(tessera.Error, match="waited for"):
+        sharer.new_submap()
+    for tick in range(200):
+        sharer.tick(TICK_US * (tick + 1))
+    assert sharer.report()["submap"] == 1 and sharer.report()["lost_blocks"] == 0
+    assert len(robot.voxels()) == 0 < voxels
+    sharer.finish()
+    assert len(sharer.global_map.voxels()) > 0
+
+
+def test_robots_that_leave_and_that_are_excluded(robots):
+    sharers = [sharer_of(robot, diffusion="none") for robot in robots]
+    exchange(sharers)
+    alone = sharer_of(robots[0], diffusion="none")
+    exchange([alone])
+    sharers[1].leave()
+    sharers[0].exclude(1)
+    sharers[0].finish()
+    assert sharers[0].global_map.digest() == alone.global_map.digest()
+    with pytest.raises(tessera.InputError):
+        sharers[0].exclude(0)
+
+
+def test_settings_of_sharers_are_checked(robots):
+    for arguments, words in (({"diffusion": "heat"}, "heat"), ({"counts": "few"}, "few"), ({"fusion_memory_bytes": 1 << 20}, "fusion_memory_bytes"),
+                             ({"T_global_map": np.zeros((4, 4))}, "T_global_map"), ({"alpha": 2.0}, "alpha"), ({"tick_ms": 0}, "tick_ms")):
+        with pytest.raises(tessera.InputError, match=words):
+            sharer_of(robots[0], **arguments)
+    with pytest.raises(TypeError):
+        tessera.Sharer(None)
+
+
+def test_the_global_map_outlives_its_sharer(robots):
+    sharer = sharer_of(robots[0], diffusion="none")
+    exchange([sharer])
+    kept, digest = sharer.global_map, sharer.global_map.digest()
+    del sharer
+    assert kept.digest() == digest
