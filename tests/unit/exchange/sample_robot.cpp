@@ -95,11 +95,13 @@ SampleRobot::SampleRobot(const PublisherConfig& config, std::size_t pages)
 }
 
 bool SampleRobot::settles(int most_ticks) {
-  for (int i = 0; i < most_ticks; ++i) {
+  int quiet = 0;
+  for (int i = 0; i < most_ticks + kPublishedRound && quiet < kPublishedRound; ++i) {
     const PublisherReport report = tick();
-    if (report.waiting + report.free_waiting + report.noted + report.left_out == 0) return true;
+    const bool rests = report.waiting + report.free_waiting + report.noted + report.left_out == 0;
+    quiet = rests ? quiet + 1 : 0;
   }
-  return false;
+  return quiet == kPublishedRound;
 }
 
 int SampleRobot::disagreement() {

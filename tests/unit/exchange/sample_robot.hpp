@@ -43,6 +43,9 @@ class KeptPublication {
 
 inline constexpr std::int64_t kTick_us = 50'000;
 
+/// Ticks of plenty in which all that is published is looked at, a sixteenth in each.
+inline constexpr int kPublishedRound = 17;
+
 /// A hundred times what a test publishes.
 inline constexpr PublisherBudget kPlenty{
     .entries = 1U << 20U, .compared = 1U << 20U, .label_bytes = 1U << 26U, .free_bytes = 1U << 26U};
@@ -53,7 +56,8 @@ struct SampleRobot {
     now_us += after_us;
     return publisher.tick(small.map, now_us, budget, kept.interface());
   }
-  /// Ticks until nothing waits; true iff that is so after so many.
+  /// Ticks until nothing waits and a round through what is published finds nothing gone; true iff
+  /// that round has begun after so many.
   bool settles(int most_ticks);
   /// Voxels whose state or label is not what was published of them, everywhere.
   int disagreement();

@@ -50,9 +50,9 @@ class Publisher {
   /// now_us: monotonic, from 0; an earlier one than before counts as the same.
   ///
   /// Work, at worst: entries of the map's index, in whole pages of BlockIndex; a look-up for each
-  /// block changed since the last round through the index, and for a 64th of `blocks`; `compared`
-  /// blocks read from map and publication, compared, rounded and published, each O(512 + voxels *
-  /// components).
+  /// block changed since the last round through the index, and for a sixteenth of `blocks`;
+  /// `compared` blocks read from map and publication, compared, rounded and published, each
+  /// O(512 + voxels * components).
   PublisherReport tick(const LocalMap& map, std::int64_t now_us, const PublisherBudget& budget,
                        const Publication& publication) noexcept;
 
