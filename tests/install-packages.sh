@@ -22,7 +22,8 @@ case "${1:-}" in
   bench) packages+=(binutils git python3-matplotlib valgrind "${network[@]}" "${browser[@]}") ;;
   ci) packages+=("${testing[@]}" git ccache clang clang-format clang-tidy libclang-rt-dev g++-aarch64-linux-gnu libc6-dev-arm64-cross
                  qemu-user doxygen) ;;
-  python) packages=(g++ cmake ninja-build libeigen3-dev nlohmann-json3-dev libtomlplusplus-dev libpng-dev liblzf-dev "${python[@]}") ;;
+  python) packages=(g++ cmake ninja-build libeigen3-dev nlohmann-json3-dev libtomlplusplus-dev libpng-dev liblzf-dev
+                   libsodium-dev "${python[@]}") ;;
   *) fail "say demo, tests, bench, ci or python" ;;
 esac
 if [ "${2:-}" = --list ]; then

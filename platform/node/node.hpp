@@ -25,8 +25,7 @@
 #include "posix/file_descriptor.hpp"
 #include "posix/progress.hpp"
 #include "posix/service_notice.hpp"
-#include "security/datagram_seal.hpp"
-#include "security/fleet_signatures.hpp"
+#include "security/fleet_keys.hpp"
 
 namespace tessera {
 
@@ -110,7 +109,7 @@ class Node {
   /// There is no last scan.
   [[nodiscard]] bool endless() const { return config_.loop || config_.sensors.enabled; }
   Outcome<void> set_up(const std::string& path);
-  Outcome<void> read_keys(const std::string& path);
+  Outcome<void> read_keys();
   Outcome<void> check_all(const std::string& path);
   [[nodiscard]] Outcome<void> check_urls() const;
   [[nodiscard]] Outcome<void> check_sectors(const std::string& path) const;
@@ -154,8 +153,7 @@ class Node {
   Matrix34d T_body_lidar_ = Matrix34d::Identity();
   RobotSetup setup_;
   FileDescriptor lock_;  ///< No other process is this robot.
-  std::optional<DatagramSeal> seal_;
-  std::optional<FleetSignatures> signatures_;
+  std::optional<FleetKeys> keys_;
   HeldRobot robot_;
   std::unique_ptr<NetworkPort> port_;
   WakeUp mapping_wake_;  ///< Before whoever wakes by it.

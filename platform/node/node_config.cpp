@@ -130,9 +130,9 @@ void take_network(ConfigFile& file, NodeConfig& c) {
 }
 
 void take_security(ConfigFile& file, NodeConfig& c) {
-  file.take_path({"security", "fleet_key"}, c.fleet_key);
-  file.take_path({"security", "robot_secret"}, c.robot_secret);
-  file.take_path({"security", "robot_public_keys"}, c.robot_public_keys);
+  file.take_path({"security", "fleet_key"}, c.keys.fleet_key);
+  file.take_path({"security", "robot_secret"}, c.keys.robot_secret);
+  file.take_path({"security", "robot_public_keys"}, c.keys.robot_public_keys);
   file.take({"security", "exclude"}, c.exclude);
 }
 
@@ -148,8 +148,8 @@ Outcome<void> check_excluded(const ConfigFile& file, const NodeConfig& c) {
 
 /// A robot whose owner wants signatures does not run without.
 Outcome<void> check_signatures(const ConfigFile& file, const NodeConfig& c) {
-  if (c.robot_secret.empty() == c.robot_public_keys.empty()) return {};
-  const bool has_secret = !c.robot_secret.empty();
+  if (c.keys.robot_secret.empty() == c.keys.robot_public_keys.empty()) return {};
+  const bool has_secret = !c.keys.robot_secret.empty();
   return file.refusal({"security", has_secret ? "robot_secret" : "robot_public_keys"},
                       std::string("signatures take both: name ") +
                           (has_secret ? "robot_public_keys" : "robot_secret") + " too");

@@ -15,6 +15,7 @@
 #include "mapping/report.hpp"
 #include "mapping/sharing_setup.hpp"
 #include "posix/outcome.hpp"
+#include "security/fleet_keys.hpp"
 #include "service/query_port.hpp"
 #include "vehicle/bus_table.hpp"
 #include "vehicle/pose_guard.hpp"
@@ -88,9 +89,7 @@ struct NodeConfig : SharingOptions {
   std::uint32_t send_slots = 512;
   bool status = true;
   // [security]
-  std::string fleet_key;
-  std::string robot_secret;  ///< With robot_public_keys; none: no signatures.
-  std::string robot_public_keys;
+  KeyFiles keys;
   std::vector<std::uint32_t> exclude;
   // [output]
   std::string global_map;

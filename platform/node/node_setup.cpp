@@ -52,7 +52,7 @@ Outcome<void> Node::check_all(const std::string& path) {
   if (!registrar.ok()) return registrar.failure();
   const Outcome<void> sectors = check_sectors(path);
   if (!sectors.ok()) return sectors.failure();
-  return read_keys(path);
+  return read_keys();
 }
 
 /// Tried with the smallest map of these voxels, as the robot's own is made later.
@@ -100,9 +100,9 @@ Outcome<void> Node::check_places(const std::string& path) const {
                         {"[output] contribution", config_.contribution},
                         {"[output] report", config_.report}},
                        {{"--config", path},
-                        {"[security] fleet_key", config_.fleet_key},
-                        {"[security] robot_secret", config_.robot_secret},
-                        {"[security] robot_public_keys", config_.robot_public_keys},
+                        {"[security] fleet_key", config_.keys.fleet_key},
+                        {"[security] robot_secret", config_.keys.robot_secret},
+                        {"[security] robot_public_keys", config_.keys.robot_public_keys},
                         {"[robot] T_global_map", config_.T_global_map}},
                        {config_.map.dataset, {config_.map.labels}});
 }
@@ -116,23 +116,11 @@ Outcome<void> Node::make_snapshot_folder() const {
                  "; name another one"};
 }
 
-Outcome<void> Node::read_keys(const std::string& path) {
-  if (!config_.fleet_key.empty()) {
-    const Outcome<SecretKey> key = read_fleet_key(config_.fleet_key);
-    if (!key.ok()) return key.failure();
-    Outcome<DatagramSeal> seal = DatagramSeal::make(*key, KeyUse::kDatagram);
-    if (!seal.ok()) return seal.failure();
-    seal_ = std::move(*seal);
-  }
-  if (config_.robot_secret.empty()) return {};
-  Outcome<FleetSignatures> signatures =
-      FleetSignatures::read(config_.robot_secret, config_.robot_public_keys);
-  if (!signatures.ok()) return signatures.failure();
-  signatures_.emplace(std::move(*signatures));
-  if (signatures_->robot() == config_.robot) return {};
-  return Failure{path + ": [security] robot_secret is of robot " +
-                 std::to_string(signatures_->robot()) + ", and [robot] id is " +
-                 std::to_string(config_.robot) + "; name the key file of this robot"};
+Outcome<void> Node::read_keys() {
+  Outcome<FleetKeys> keys = FleetKeys::read(config_.keys, config_.robot);
+  if (!keys.ok()) return keys.failure();
+  keys_.emplace(std::move(*keys));
+  return {};
 }
 
 Outcome<void> Node::set_up(const std::string& path) {
@@ -156,11 +144,7 @@ Outcome<void> Node::set_up(const std::string& path) {
   if (!start.ok()) return start.failure();
   setup_.robot.epoch = setup_.robot.exchange.session = *start;
   const Clock clock{nullptr, [](void*) { return MonotonicClock::now_us(); }};
-  Outcome<HeldRobot> robot =
-      make_robot(setup_.robot, classes(),
-                 {.authenticator = seal_ ? seal_->authenticator() : crc_authenticator(),
-                  .signatures = signatures_ ? signatures_->signatures() : Signatures{}},
-                 clock);
+  Outcome<HeldRobot> robot = make_robot(setup_.robot, classes(), keys_->keys(), clock);
   if (!robot.ok()) return robot.failure();
   robot_ = std::move(*robot);
   for (const std::uint32_t excluded : config_.exclude) {

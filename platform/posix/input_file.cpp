@@ -72,6 +72,9 @@ Outcome<std::string> read_text_file(std::string_view path, std::size_t max_bytes
   const Outcome<std::size_t> count = input->read(std::as_writable_bytes(std::span(text)));
   if (!count.ok()) return count.failure();
   text.resize(*count);
+  // What some editors put before UTF-8 is none of the text.
+  if (constexpr std::string_view kMark = "\xef\xbb\xbf"; text.starts_with(kMark))
+    text.erase(0, kMark.size());
   return text;
 }
 

@@ -45,8 +45,8 @@ class InputFile {
   std::size_t path_bytes_ = 0;
 };
 
-/// The whole of a small text file. Fails as InputFile does, and with kUsage if it has more than
-/// max_bytes. Uses the heap.
+/// The whole of a small text file, without a byte order mark before it. Fails as InputFile does,
+/// and with kUsage if it has more than max_bytes. Uses the heap.
 Outcome<std::string> read_text_file(std::string_view path, std::size_t max_bytes);
 
 }  // namespace tessera

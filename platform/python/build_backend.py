@@ -22,7 +22,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 NAME = "tessera"
 # What CMake may look for in vain, and the Debian package that has it.
 DEBIAN = {"Eigen3": "libeigen3-dev", "nlohmann_json": "nlohmann-json3-dev", "tomlplusplus": "libtomlplusplus-dev",
-          "PNG": "libpng-dev", "liblzf": "liblzf-dev", "pybind11": "pybind11-dev", "Python": "python3-dev",
+          "PNG": "libpng-dev", "liblzf": "liblzf-dev", "TESSERA_SODIUM_INCLUDE_DIR": "libsodium-dev", "TESSERA_SODIUM": "libsodium-dev", "pybind11": "pybind11-dev", "Python": "python3-dev",
           "CMAKE_CXX_COMPILER": "g++"}
 # The same date in every wheel, so that the same files give the same wheel.
 DATE = (1980, 1, 1, 0, 0, 0)
@@ -47,7 +47,8 @@ def version():
 
 def lacking(text):
     """The Debian packages without which CMake said this."""
-    said = (r"package configuration file provided by \"{}\"", r"Could NOT find {}\b", r"\b{} is not set", r"No {} could be found")
+    said = (r"package configuration file provided by \"{}\"", r"Could NOT find {}\b", r"\b{} is not set", r"No {} could be found",
+            r"Could not find {} using")
     packages = {package for name, package in DEBIAN.items() if any(re.search(s.format(name), text) for s in said)}
     return sorted(packages | set(re.findall(r"apt-get install ([\w.+-]+(?: [\w.+-]+)*)", text)))
 

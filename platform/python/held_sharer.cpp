@@ -8,16 +8,18 @@ namespace tessera::python {
 
 std::shared_ptr<HeldSharer> HeldSharer::make(std::shared_ptr<HeldLocalMap> map,
                                              const SharingOptions& options,
-                                             const Matrix34d& T_global_map, std::uint32_t epoch) {
+                                             const Matrix34d& T_global_map, std::uint32_t epoch,
+                                             const KeyFiles& keys) {
   const ClassTable& classes = map->classes();
   RobotConfig config =
       value_of(set_up_sharing(options, map->setup(), classes.num_components(), epoch));
   config.T_global_map = T_global_map;
   const std::shared_ptr<HeldSharer> held(new HeldSharer(std::move(map), config));
+  held->keys_.emplace(value_of(FleetKeys::read(keys, options.robot)));
   held->memory_ = std::make_shared<ArenaMemory>(
       value_of(ArenaMemory::allocate(Sharer::required_bytes(config, classes.num_components()))));
   Arena arena(held->memory_->span());
-  const Result<Sharer*> sharer = Sharer::make(arena, config, classes, RobotKeys{});
+  const Result<Sharer*> sharer = Sharer::make(arena, config, classes, held->keys_->keys());
   if (!sharer.ok())
     throw InputError(std::string("the sharer cannot be set up: ") + to_string(sharer.status()));
   held->sharer_ = *sharer;

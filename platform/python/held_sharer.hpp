@@ -10,6 +10,7 @@
 
 #include "held_map.hpp"
 #include "mapping/sharing_setup.hpp"
+#include "security/fleet_keys.hpp"
 #include "tessera/robot/sharer.hpp"
 
 namespace tessera::python {
@@ -17,10 +18,12 @@ namespace tessera::python {
 class HeldSharer {
  public:
   /// epoch: of this start. Raises InputError iff an option is out of its range, T_global_map is no
-  /// frame or the budget holds no map; Error iff the system does not give the memory.
+  /// frame, the budget holds no map or a file is not such keys; Error iff the system does not give
+  /// the memory.
   static std::shared_ptr<HeldSharer> make(std::shared_ptr<HeldLocalMap> map,
                                           const SharingOptions& options,
-                                          const Matrix34d& T_global_map, std::uint32_t epoch);
+                                          const Matrix34d& T_global_map, std::uint32_t epoch,
+                                          const KeyFiles& keys);
 
   /// Publishes what has changed in the map and gives all that is to be sent now.
   std::vector<std::string> tick(std::int64_t now_us);
@@ -42,6 +45,7 @@ class HeldSharer {
 
   std::shared_ptr<HeldLocalMap> map_;
   RobotConfig config_;
+  std::optional<FleetKeys> keys_;
   std::shared_ptr<ArenaMemory> memory_;
   Sharer* sharer_ = nullptr;
   std::shared_ptr<Gate> gate_ = std::make_shared<Gate>();

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // tessera.Sharer.
 #include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
 
 #include "arrays.hpp"
 #include "fusing.hpp"
@@ -13,6 +14,9 @@ namespace tessera::python {
 namespace {
 
 using Now = std::optional<std::int64_t>;
+using Path = std::optional<std::filesystem::path>;
+
+std::string name_of(const Path& path) { return path ? path->string() : std::string(); }
 
 std::int64_t time_of(const Now& now_us) { return now_us ? *now_us : MonotonicClock::now_us(); }
 
@@ -148,7 +152,7 @@ std::shared_ptr<HeldSharer> make(std::shared_ptr<HeldLocalMap> map,
                                  std::size_t fusion_memory_bytes,
                                  const DiffusionArguments& diffusion, std::string counts,
                                  std::uint32_t bytes_per_s, std::uint32_t burst_bytes,
-                                 std::int64_t tick_ms) {
+                                 std::int64_t tick_ms, const KeyFiles& keys) {
   if (map == nullptr) raise_type("map is None; give a LocalMap");
   if (counts != "dense" && counts != "compact")
     throw InputError("counts " + one_line(counts) + " is not allowed; give dense or compact");
@@ -163,7 +167,7 @@ std::shared_ptr<HeldSharer> make(std::shared_ptr<HeldLocalMap> map,
   options.tick_ms = tick_ms;
   Matrix34d T = map->identity().T_global_map;
   if (T_global_map) T = pose_of(T_global_map, "T_global_map");
-  return HeldSharer::make(std::move(map), options, T, epoch);
+  return HeldSharer::make(std::move(map), options, T, epoch, keys);
 }
 
 }  // namespace
@@ -182,11 +186,14 @@ have a time, now_us, microseconds on one clock that does not go back; None: the 
                       std::size_t fusion_memory_bytes, std::string diffusion, std::string edge,
                       std::optional<int> iterations, std::optional<double> diffusion_length_m,
                       double alpha, double omega, bool whole_map, std::string counts,
-                      std::uint32_t bytes_per_s, std::uint32_t burst_bytes, std::int64_t tick_ms) {
+                      std::uint32_t bytes_per_s, std::uint32_t burst_bytes, std::int64_t tick_ms,
+                      const Path& fleet_key, const Path& robot_secret,
+                      const Path& robot_public_keys) {
             return make(std::move(map), T_global_map, epoch, fusion_memory_bytes,
                         {std::move(diffusion), std::move(edge), iterations, diffusion_length_m,
                          alpha, omega, whole_map},
-                        std::move(counts), bytes_per_s, burst_bytes, tick_ms);
+                        std::move(counts), bytes_per_s, burst_bytes, tick_ms,
+                        {name_of(fleet_key), name_of(robot_secret), name_of(robot_public_keys)});
           }),
           py::arg("map"), py::kw_only(), py::arg("T_global_map") = py::none(), py::arg("epoch") = 1,
           py::arg("fusion_memory_bytes") = d.fusion_memory_bytes,
@@ -195,13 +202,20 @@ have a time, now_us, microseconds on one clock that does not go back; None: the 
           py::arg("alpha") = d.diffusion.alpha, py::arg("omega") = d.diffusion.omega,
           py::arg("whole_map") = d.diffusion.whole_map, py::arg("counts") = d.counts,
           py::arg("bytes_per_s") = d.bytes_per_s, py::arg("burst_bytes") = d.burst_bytes,
-          py::arg("tick_ms") = d.tick_ms,
+          py::arg("tick_ms") = d.tick_ms, py::arg("fleet_key") = py::none(),
+          py::arg("robot_secret") = py::none(), py::arg("robot_public_keys") = py::none(),
           R"(map: a LocalMap, whose robot number no other robot has. T_global_map: (4, 4); None: the map's, or the identity.
 
 epoch: higher with every start of the robot, from a counter that outlives it. tick_ms: between calls
 of tick. All of a team have the same resolution, classes, prior and free weight, and for the same
-global map the same diffusion. Raises InputError iff a value is out of its range or the memory holds
-no global map; Error iff the system does not give it.)")
+global map the same diffusion.
+
+fleet_key, robot_secret, robot_public_keys: files of tessera key, as [security] of a node has them.
+With the first, nothing is heard but what was said with the same key; with the others, which go
+together, nothing that its robot did not sign. Without any of them datagrams have a checksum.
+
+Raises InputError iff a value is out of its range, the memory holds no global map or a file is not
+such a key; Error iff the system does not give the memory.)")
       .def(
           "tick", &tick, py::arg("now_us") = py::none(),
           R"(Publishes what has changed in the map, goes on with the global map, and returns the datagrams to send now.

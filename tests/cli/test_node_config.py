@@ -45,7 +45,7 @@ class BadConfiguration(NodeCase):
         self.bad("name robot_public_keys too", security={"robot_secret": "keys/robot_0.key"})
         self.bad("name robot_secret too", security={"robot_public_keys": "fleet.pub"})
         self.fleet_keys(2)
-        self.bad("robot_secret is of robot 1", security={"robot_secret": "keys/robot_1.key", "robot_public_keys": "all.pub"})
+        self.bad("robot_1.key is of robot 1, and this is robot 0", security={"robot_secret": "keys/robot_1.key", "robot_public_keys": "all.pub"})
         self.bad("robot 1 is not among the public keys", "fleet.pub",
                  security={"robot_secret": "keys/robot_1.key", "robot_public_keys": "fleet.pub"})
         self.bad("[replay] first", replay={"first": 9, "last": 1})

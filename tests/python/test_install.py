@@ -90,6 +90,13 @@ def test_what_it_needs_is_installed_by_the_script():
     assert {*build_backend.DEBIAN.values(), "cmake", "python3-pip", "python3-venv", "python3-numpy"} <= {*listed.stdout.split()}
 
 
+def test_a_header_or_library_that_is_missing_is_named_by_its_package(tmp_path):
+    for found in ("find_path(TESSERA_SODIUM_INCLUDE_DIR no_such_header.h REQUIRED)", "find_library(TESSERA_SODIUM no_such_library REQUIRED)"):
+        (tmp_path / "CMakeLists.txt").write_text(f"cmake_minimum_required(VERSION 3.22)\nproject(lacks C)\n{found}\n")
+        done = run("cmake", "-B", tmp_path / "build", cwd=tmp_path)
+        assert done.returncode != 0 and build_backend.lacking(done.stderr) == ["libsodium-dev"], done.stderr
+
+
 def test_what_is_missing_is_named(tmp_path):
     empty = tmp_path / "bin"
     empty.mkdir()

@@ -128,6 +128,44 @@ def test_losses_repeats_and_order_do_not_matter(robots):
     assert disturbed[1].global_map.digest() == undisturbed[0].global_map.digest()
 
 
+def test_keys_are_those_of_the_fleet(robots, command, tmp_path):
+    keys = tmp_path / "keys"
+    command("key", "new", "--fleet", tmp_path / "fleet.key")
+    command("key", "new", "--fleet", tmp_path / "other.key")
+    for robot in (0, 1):
+        command("key", "new", "--robot", robot, "--dir", keys)
+    public = tmp_path / "fleet.pub"
+    public.write_text("".join((keys / f"robot_{robot}.pub").read_text() for robot in (0, 1)))
+    public.chmod(0o600)
+
+    def keyed(robot, **arguments):
+        return sharer_of(robots[robot], **{"diffusion": "none", "fleet_key": tmp_path / "fleet.key",
+                                           "robot_secret": keys / f"robot_{robot}.key", "robot_public_keys": public, **arguments})
+
+    members = [keyed(0), keyed(1)]
+    exchange(members)
+    assert members[0].global_map.digest() == members[1].global_map.digest()
+    assert [m.report()["peers"] for m in members] == [1, 1]
+    # Who has no key, or another one, is not heard; who does not sign is heard of nothing that counts.
+    for stranger in (sharer_of(robots[1]), keyed(1, fleet_key=str(tmp_path / "other.key"))):
+        member = keyed(0)
+        datagrams = stranger.tick(TICK_US)
+        for datagram in datagrams:
+            member.receive(datagram, TICK_US)
+        assert 0 < len(datagrams) == member.report()["refused_tag"] and member.report()["peers"] == 0
+    forger, member = keyed(1, robot_secret=None, robot_public_keys=None), keyed(0)
+    for n in range(1, 20):
+        for datagram in forger.tick(n * TICK_US):
+            member.receive(datagram, n * TICK_US)
+    assert (member.report()["refused_tag"], member.report()["records_taken"]) == (0, 0)
+    assert member.report()["refused_signature"] > 0
+    for arguments, words in (({"robot_secret": keys / "robot_1.key"}, "robot_1.key is of robot 1, and this is robot 0"),
+                             ({"robot_secret": None}, "name robot_secret too"), ({"robot_public_keys": None}, "name robot_public_keys too"),
+                             ({"fleet_key": public}, "fleet.pub"), ({"fleet_key": tmp_path / "none"}, "none")):
+        with pytest.raises(tessera.InputError, match=words):
+            keyed(0, **arguments)
+
+
 def test_any_bytes_may_arrive(robots):
     sharer = sharer_of(robots[0])
     other = sharer_of(robots[1]).tick(TICK_US)[0]

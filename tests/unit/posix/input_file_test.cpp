@@ -68,6 +68,10 @@ TEST_CASE("read_text_file: the whole content, up to a limit") {
   const TemporaryFolder folder;
   folder.write("a", "ten bytes!");
   CHECK(*read_text_file(folder.file("a"), 10) == "ten bytes!");
+  folder.write("marked",
+               "\xef\xbb\xbf"
+               "1 2\n\xef\xbb\xbf");
+  CHECK(*read_text_file(folder.file("marked"), 10) == "1 2\n\xef\xbb\xbf");
   const Outcome<std::string> refused = read_text_file(folder.file("a"), 9);
   REQUIRE_FALSE(refused.ok());
   CHECK_THAT(refused.failure().message,

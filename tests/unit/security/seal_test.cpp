@@ -8,6 +8,7 @@
 #include "posix/allocation_counter.hpp"
 #include "sample_keys.hpp"
 #include "security/datagram_seal.hpp"
+#include "security/fleet_keys.hpp"
 #include "security/fleet_signatures.hpp"
 #include "security/record_signature.hpp"
 
@@ -167,6 +168,51 @@ TEST_CASE("FleetSignatures: a robot that the fleet does not know cannot start") 
   REQUIRE_FALSE(fleet.ok());
   CHECK(fleet.failure().kind == FailureKind::kUsage);
   CHECK(fleet.failure().message.find("robot 7") != std::string::npos);
+}
+
+TEST_CASE("FleetKeys: what is named is used, and nothing else") {
+  Outcome<FleetKeys> none = FleetKeys::read({}, 7);
+  REQUIRE(none.ok());
+  Tag tag;
+  Tag by_crc;
+  const auto message = bytes_of("a datagram");
+  const auto tag_of = [&](FleetKeys& keys, Tag& into) {
+    const Authenticator a = keys.keys().authenticator;
+    a.tag(a.context, message, into);
+  };
+  tag_of(*none, tag);
+  const Authenticator crc = crc_authenticator();
+  crc.tag(crc.context, message, by_crc);
+  CHECK(tag == by_crc);
+  CHECK(none->keys().signatures.sign == nullptr);
+
+  const KeyFolder folder;
+  const std::string secret = folder.write("robot_7.key", kSecretLine);
+  const std::string known = folder.write("fleet.pub", kPublicLine);
+  const std::string fleet = folder.write("fleet.key", kFleetLine);
+  Outcome<FleetKeys> all = FleetKeys::read({fleet, secret, known}, 7);
+  REQUIRE(all.ok());
+  Tag by_seal;
+  sample_seal(KeyUse::kDatagram).tag(message, by_seal);
+  tag_of(*all, tag);
+  CHECK(tag == by_seal);
+  CHECK(all->keys().signatures.sign != nullptr);
+  Outcome<FleetKeys> signing = FleetKeys::read({"", secret, known}, 7);
+  REQUIRE(signing.ok());
+  tag_of(*signing, tag);
+  CHECK(tag == by_crc);
+
+  const auto refusal = [&](const KeyFiles& files, std::uint32_t robot) {
+    const Outcome<FleetKeys> keys = FleetKeys::read(files, robot);
+    REQUIRE_FALSE(keys.ok());
+    CHECK(keys.failure().kind == FailureKind::kUsage);
+    return keys.failure().message;
+  };
+  CHECK(refusal({fleet, secret, known}, 8) ==
+        secret + " is of robot 7, and this is robot 8; name the key file of this robot");
+  CHECK(refusal({"", secret, ""}, 7) == "signatures take both: name robot_public_keys too");
+  CHECK(refusal({"", "", known}, 7) == "signatures take both: name robot_secret too");
+  CHECK(refusal({secret, "", ""}, 7).find(secret) != std::string::npos);
 }
 
 TEST_CASE("Tags and signatures use no heap") {
