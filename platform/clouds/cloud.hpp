@@ -38,6 +38,7 @@ struct Cloud {
 struct CloudBytes {
   std::string_view path;
   std::string_view bytes;
+  bool with_labels = true;  ///< Without, fields of labels are passed over, whatever is in them.
 };
 
 /// What a message quotes of a file: 32 bytes at most, what is not printable ASCII as '?', as a file

@@ -31,10 +31,10 @@ std::string_view extension_of(CloudFormat format) {
   return format == CloudFormat::kPcd ? ".pcd" : ".ply";
 }
 
-Outcome<CloudSummary> inspect_cloud(CloudFormat format, const CloudHead& head) {
-  const CloudBytes bytes{head.path, head.bytes};
-  return format == CloudFormat::kPcd ? inspect_pcd(bytes, head.file_bytes)
-                                     : inspect_ply(bytes, head.file_bytes);
+Outcome<CloudSummary> inspect_cloud(const CloudOptions& options, const CloudHead& head) {
+  const CloudBytes bytes{head.path, head.bytes, options.with_labels};
+  return options.format == CloudFormat::kPcd ? inspect_pcd(bytes, head.file_bytes)
+                                             : inspect_ply(bytes, head.file_bytes);
 }
 
 Outcome<void> read_cloud(CloudFormat format, const CloudBytes& file, Cloud& cloud) {
@@ -133,7 +133,7 @@ Outcome<void> CloudFolder::inspect() {
   for (Entry& scan : scans_) {
     const Outcome<CloudHead> head = read_cloud_head(scan.path);
     if (!head.ok()) return head.failure();
-    const Outcome<CloudSummary> summary = inspect_cloud(options_.format, *head);
+    const Outcome<CloudSummary> summary = inspect_cloud(options_, *head);
     if (!summary.ok()) return summary.failure();
     scan.summary = *summary;
     max_points_ = std::max(max_points_, summary->points);
@@ -148,7 +148,8 @@ Outcome<DatasetScan> CloudFolder::read(std::size_t i, ScanBuffer& buffer) const 
   const Outcome<std::string> bytes = read_cloud_bytes(entry.path);
   if (!bytes.ok()) return Failure{bytes.failure().message, FailureKind::kFailure};
   Cloud cloud;
-  const Outcome<void> decoded = read_cloud(options_.format, {entry.path, *bytes}, cloud);
+  const Outcome<void> decoded =
+      read_cloud(options_.format, {entry.path, *bytes, options_.with_labels}, cloud);
   if (!decoded.ok()) return decoded.failure();
   if (cloud.num_points() > max_points_) {
     Failure changed =
@@ -172,7 +173,7 @@ Outcome<DatasetScan> CloudFolder::read(std::size_t i, ScanBuffer& buffer) const 
 UnknownRawIds CloudFolder::label(const Cloud& cloud, std::span<std::uint8_t> components) const {
   UnknownRawIds unknown;
   std::fill(components.begin(), components.end(), classes_.unlabelled());
-  if (!options_.with_labels || cloud.raw_ids.empty()) return unknown;
+  if (cloud.raw_ids.empty()) return unknown;
   for (std::size_t point = 0; point < components.size(); ++point) {
     // As in KITTI's files: above 16 bits is the instance.
     const auto raw_id = static_cast<std::uint16_t>(cloud.raw_ids[point] & 0xFFFF);

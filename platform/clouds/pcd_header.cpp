@@ -126,7 +126,7 @@ class HeaderReader {
       if (!added.ok()) return added.failure();
       names.emplace_back(names_[i]);
     }
-    const Outcome<PointFields> chosen = PointFields::choose(head_.path, names);
+    const Outcome<PointFields> chosen = PointFields::choose(head_, names);
     if (!chosen.ok()) return chosen.failure();
     header_.chosen = *chosen;
     for (std::size_t part = 0; part < kNumParts; ++part) {

@@ -147,7 +147,7 @@ class HeaderReader {
     // A list is no coordinate, whatever its name.
     for (const PlyProperty& property : vertices.properties)
       names.push_back(property.is_list ? std::string() : property.name);
-    const Outcome<PointFields> chosen = PointFields::choose(head_.path, names);
+    const Outcome<PointFields> chosen = PointFields::choose(head_, names);
     if (!chosen.ok()) return chosen.failure();
     header_.chosen = *chosen;
     return {};

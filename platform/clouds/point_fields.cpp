@@ -32,23 +32,24 @@ bool is_plausible(double coordinate_m) {
 
 }  // namespace
 
-Outcome<PointFields> PointFields::choose(std::string_view path,
+Outcome<PointFields> PointFields::choose(const CloudBytes& head,
                                          const std::vector<std::string>& names) {
   PointFields fields;
-  for (std::size_t part = 0; part < kNumParts; ++part) {
+  const std::size_t end = head.with_labels ? kNumParts : kPartLabel;
+  for (std::size_t part = 0; part < end; ++part) {
     for (const std::string_view name : kNames[part]) {
       if (name.empty()) continue;  // And so are lists, which are not read.
       const auto found = std::find(names.begin(), names.end(), name);
       if (found == names.end()) continue;
       if (std::find(found + 1, names.end(), name) != names.end()) {
-        return cloud_failure(path, "the field " + std::string(name) + " is there twice",
+        return cloud_failure(head.path, "the field " + std::string(name) + " is there twice",
                              "give each field its own name");
       }
       fields.index_[part] = static_cast<std::size_t>(found - names.begin());
       break;
     }
     if (part <= kPartZ && fields.index_[part] == kAbsent) {
-      return cloud_failure(path, "there is no field " + std::string(kNames[part][0]),
+      return cloud_failure(head.path, "there is no field " + std::string(kNames[part][0]),
                            "a cloud needs the fields x, y and z");
     }
   }

@@ -24,9 +24,9 @@ class PointFields {
  public:
   static constexpr std::size_t kAbsent = static_cast<std::size_t>(-1);
 
-  /// By name: x, y, z; intensity; label, or else class, or else semantic. Fails with kUsage iff x,
-  /// y or z is missing, or one that is used is there twice.
-  static Outcome<PointFields> choose(std::string_view path, const std::vector<std::string>& names);
+  /// By name: x, y, z; intensity; with labels label, or else class, or else semantic. Fails with
+  /// kUsage iff x, y or z is missing, or one that is used is there twice.
+  static Outcome<PointFields> choose(const CloudBytes& head, const std::vector<std::string>& names);
 
   [[nodiscard]] bool has(PointPart part) const noexcept { return index_[part] != kAbsent; }
   [[nodiscard]] std::size_t index(std::size_t part) const noexcept { return index_[part]; }

@@ -15,14 +15,14 @@ using namespace test;
 using Catch::Matchers::Contains;
 
 /// One labelled point at x.
-std::string one_point(int x, int label) {
+std::string one_point(int x, const std::string& label) {
   PcdLines lines;
   lines.fields = "x y z label";
   lines.sizes = "4 4 4 4";
   lines.types = "F F F U";
   lines.counts = "1 1 1 1";
   lines.points = lines.width = "1";
-  return pcd_header(lines) + std::to_string(x) + " 0 0 " + std::to_string(label) + "\n";
+  return pcd_header(lines) + std::to_string(x) + " 0 0 " + label + "\n";
 }
 
 std::string poses(int count) {
@@ -34,7 +34,7 @@ std::string poses(int count) {
 /// scan_8 .. scan_11, their points at x = 8 .. 11.
 void write_four(const TemporaryFolder& folder) {
   for (int i = 8; i < 12; ++i)
-    folder.write("clouds/scan_" + std::to_string(i) + ".pcd", one_point(i, 40));
+    folder.write("clouds/scan_" + std::to_string(i) + ".pcd", one_point(i, "40"));
   folder.write("clouds/notes.txt", "not a cloud");
   folder.write("poses.txt", poses(4));
 }
@@ -87,8 +87,8 @@ TEST_CASE("clouds: scans come in order, each with its pose and labels") {
 
 TEST_CASE("clouds: ids in no class are counted, the instance above 16 bits is not looked at") {
   const TemporaryFolder folder;
-  folder.write("clouds/0.pcd", one_point(1, 777));
-  folder.write("clouds/1.pcd", one_point(1, (3 << 16) + 40));
+  folder.write("clouds/0.pcd", one_point(1, "777"));
+  folder.write("clouds/1.pcd", one_point(1, std::to_string((3 << 16) + 40)));
   folder.write("poses.txt", poses(2));
   const Outcome<CloudFolder> clouds = open(folder);
   REQUIRE(clouds.ok());
@@ -106,17 +106,23 @@ TEST_CASE("clouds: ids in no class are counted, the instance above 16 bits is no
 
 TEST_CASE("clouds: without labels, wanted or there, points are unlabelled") {
   const TemporaryFolder folder;
-  folder.write("clouds/0.pcd", one_point(1, 40));
-  folder.write("poses.txt", poses(1));
+  folder.write("clouds/0.pcd", one_point(1, "40"));
+  folder.write("clouds/1.pcd", one_point(1, "0.5"));  // None of ours, and nobody asks.
+  folder.write("poses.txt", poses(2));
   CloudOptions options;
   options.poses = folder.file("poses.txt");
   options.with_labels = false;
   const Outcome<CloudFolder> clouds = CloudFolder::open(folder.file("clouds"), options);
   REQUIRE(clouds.ok());
   ScanBuffer buffer(1);
-  const Outcome<DatasetScan> scan = clouds->read(0, buffer);
-  REQUIRE(scan.ok());
-  CHECK(scan->components[0] == clouds->classes().unlabelled());
+  for (std::size_t i = 0; i < 2; ++i) {
+    const Outcome<DatasetScan> scan = clouds->read(i, buffer);
+    REQUIRE(scan.ok());
+    CHECK(scan->components[0] == clouds->classes().unlabelled());
+  }
+  options.with_labels = true;
+  CHECK_THAT(CloudFolder::open(folder.file("clouds"), options)->read(1, buffer).failure().message,
+             Contains("1.pcd") && Contains("the label is not a whole number"));
 }
 
 TEST_CASE("clouds: another number of poses than of files names both") {
@@ -147,7 +153,7 @@ TEST_CASE(
     "clouds: a damaged header is refused before any scan is read, a damaged row with its file") {
   const TemporaryFolder folder;
   write_four(folder);
-  const std::string good = one_point(11, 40);
+  const std::string good = one_point(11, "40");
   folder.write("clouds/scan_11.pcd", good.substr(0, good.size() / 2));
   CHECK_THAT(open(folder).failure().message, Contains("scan_11.pcd"));
   folder.write("clouds/scan_11.pcd", good.substr(0, good.size() - 4) + "x40\n");
@@ -161,7 +167,7 @@ TEST_CASE(
 
 TEST_CASE("clouds: a file that has grown since it was looked at is refused") {
   const TemporaryFolder folder;
-  folder.write("clouds/0.pcd", one_point(1, 40));
+  folder.write("clouds/0.pcd", one_point(1, "40"));
   folder.write("poses.txt", poses(1));
   const Outcome<CloudFolder> clouds = open(folder);
   REQUIRE(clouds.ok());
