@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -43,6 +45,11 @@ void cloud(std::string_view text, const Format& format) {
   require(summary.ok(), "read although its header is refused");
   require(read.num_points() <= summary->points, "more points than the header says");
   require(read.raw_ids.size() == (summary->has_labels ? read.num_points() : 0), "a label a point");
+  Cloud unlabelled;
+  require(format.read({file.path, text, false}, unlabelled).ok() && unlabelled.raw_ids.empty() &&
+              std::ranges::equal(std::as_bytes(std::span(read.points_xyzi)),
+                                 std::as_bytes(std::span(unlabelled.points_xyzi))),
+          "other points without labels");
 }
 
 void poses(std::string_view text) {
