@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cctype>
+#include <utility>
 
 #include "node/config_file.hpp"
 #include "posix/input_file.hpp"
@@ -146,8 +147,16 @@ Outcome<void> check_excluded(const ConfigFile& file, const NodeConfig& c) {
   return file.refusal(key, "names this robot itself; leave it out");
 }
 
-/// A robot whose owner wants signatures does not run without.
-Outcome<void> check_signatures(const ConfigFile& file, const NodeConfig& c) {
+/// A robot whose owner wants keys does not run without.
+Outcome<void> check_keys(const ConfigFile& file, const NodeConfig& c) {
+  using Named = std::pair<const char*, const std::string&>;
+  for (const auto& [name, path] :
+       {Named{"fleet_key", c.keys.fleet_key}, Named{"robot_secret", c.keys.robot_secret},
+        Named{"robot_public_keys", c.keys.robot_public_keys}}) {
+    const ConfigKey key{"security", name};
+    if (file.is_given(key) && path.empty())
+      return file.refusal(key, "is empty; name a key file, or leave it out");
+  }
   if (c.keys.robot_secret.empty() == c.keys.robot_public_keys.empty()) return {};
   const bool has_secret = !c.keys.robot_secret.empty();
   return file.refusal({"security", has_secret ? "robot_secret" : "robot_public_keys"},
@@ -202,8 +211,8 @@ Outcome<NodeConfig> parse_node_config(std::string_view text, const std::string& 
     take(*file, config);
   const Outcome<void> finished = file->finish();
   if (!finished.ok()) return finished.failure();
-  const Outcome<void> signatures = check_signatures(*file, config);
-  if (!signatures.ok()) return signatures.failure();
+  const Outcome<void> keys = check_keys(*file, config);
+  if (!keys.ok()) return keys.failure();
   const Outcome<void> excluded = check_excluded(*file, config);
   if (!excluded.ok()) return excluded.failure();
   const Outcome<void> view = check_view(*file, config);

@@ -3,6 +3,7 @@
 // A sharer that Python holds: what a robot says of its map and hears of others', as bytes.
 #pragma once
 
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -52,6 +53,11 @@ class HeldSharer {
   std::shared_ptr<HeldMap> global_;
   std::uint64_t scans_seen_ = 0;
 };
+
+/// Raises InputError iff a path is empty: who names a key wants one.
+[[nodiscard]] KeyFiles key_files_of(const std::optional<std::filesystem::path>& fleet_key,
+                                    const std::optional<std::filesystem::path>& robot_secret,
+                                    const std::optional<std::filesystem::path>& robot_public_keys);
 
 void add_sharer(py::module_& module);
 

@@ -16,8 +16,6 @@ namespace {
 using Now = std::optional<std::int64_t>;
 using Path = std::optional<std::filesystem::path>;
 
-std::string name_of(const Path& path) { return path ? path->string() : std::string(); }
-
 std::int64_t time_of(const Now& now_us) { return now_us ? *now_us : MonotonicClock::now_us(); }
 
 py::list tick(HeldSharer& sharer, const Now& now_us) {
@@ -193,7 +191,7 @@ have a time, now_us, microseconds on one clock that does not go back; None: the 
                         {std::move(diffusion), std::move(edge), iterations, diffusion_length_m,
                          alpha, omega, whole_map},
                         std::move(counts), bytes_per_s, burst_bytes, tick_ms,
-                        {name_of(fleet_key), name_of(robot_secret), name_of(robot_public_keys)});
+                        key_files_of(fleet_key, robot_secret, robot_public_keys));
           }),
           py::arg("map"), py::kw_only(), py::arg("T_global_map") = py::none(), py::arg("epoch") = 1,
           py::arg("fusion_memory_bytes") = d.fusion_memory_bytes,

@@ -27,7 +27,7 @@ Outcome<FleetKeys> FleetKeys::read(const KeyFiles& files, std::uint32_t robot) {
   if (signatures->robot() != robot) {
     return Failure{files.robot_secret + " is of robot " + std::to_string(signatures->robot()) +
                    ", and this is robot " + std::to_string(robot) +
-                   "; name the key file of this robot"};
+                   "; name the key file of this robot, or give this robot its number"};
   }
   keys.signatures_.emplace(std::move(*signatures));
   return keys;

@@ -141,6 +141,9 @@ std::optional<KeyLine> parse_line(std::string_view line) {
 /// Calls use(line) for each line that says something, until that gives a failure.
 template <class Use>
 Outcome<void> for_each_key(const std::string& path, std::string_view text, Use use) {
+  // What some editors put before UTF-8 is none of the text.
+  if (constexpr std::string_view kMark = "\xef\xbb\xbf"; text.starts_with(kMark))
+    text.remove_prefix(kMark.size());
   for (int number = 1; !text.empty(); ++number) {
     std::string_view line = text.substr(0, text.find('\n'));
     text.remove_prefix(std::min(line.size() + 1, text.size()));

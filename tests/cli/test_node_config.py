@@ -42,6 +42,8 @@ class BadConfiguration(NodeCase):
         self.bad("[security] exclude: is not a list of numbers of robots", security={"exclude": [-1]})
         self.bad("[security] exclude: names this robot itself", security={"exclude": [3, 0]})
         self.bad("[security] exclude: takes 16 robots at most", security={"exclude": list(range(1, 18))})
+        for key in ("fleet_key", "robot_secret", "robot_public_keys"):
+            self.bad(f"[security] {key}: is empty", security={key: ""})
         self.bad("name robot_public_keys too", security={"robot_secret": "keys/robot_0.key"})
         self.bad("name robot_secret too", security={"robot_public_keys": "fleet.pub"})
         self.fleet_keys(2)

@@ -159,9 +159,13 @@ def test_keys_are_those_of_the_fleet(robots, command, tmp_path):
             member.receive(datagram, n * TICK_US)
     assert (member.report()["refused_tag"], member.report()["records_taken"]) == (0, 0)
     assert member.report()["refused_signature"] > 0
+    empty = tmp_path / "empty.key"
+    empty.touch(0o600)
     for arguments, words in (({"robot_secret": keys / "robot_1.key"}, "robot_1.key is of robot 1, and this is robot 0"),
                              ({"robot_secret": None}, "name robot_secret too"), ({"robot_public_keys": None}, "name robot_public_keys too"),
-                             ({"fleet_key": public}, "fleet.pub"), ({"fleet_key": tmp_path / "none"}, "none")):
+                             ({"fleet_key": public}, "fleet.pub"), ({"fleet_key": tmp_path / "absent.key"}, "absent.key"),
+                             ({"fleet_key": ""}, "^fleet_key is empty"), ({"robot_secret": ""}, "^robot_secret is empty"),
+                             ({"fleet_key": empty}, "make one with tessera key new --fleet FILE$")):
         with pytest.raises(tessera.InputError, match=words):
             keyed(0, **arguments)
 

@@ -95,6 +95,7 @@ SampleRobot::SampleRobot(const PublisherConfig& config, std::size_t pages)
 }
 
 bool SampleRobot::settles(int most_ticks) {
+  REQUIRE(budget.entries >= kPlenty.entries);
   int quiet = 0;
   for (int i = 0; i < most_ticks + kPublishedRound && quiet < kPublishedRound; ++i) {
     const PublisherReport report = tick();

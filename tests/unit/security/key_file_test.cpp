@@ -28,6 +28,7 @@ bool says(const std::string& message, const char* words) {
 TEST_CASE("read_fleet_key: one line, among comments and empty ones, with any line ends") {
   for (const std::string& text :
        {std::string(kFleetLine), "# a\n\n  \n" + std::string(kFleetLine) + "\n# b",
+        "\xef\xbb\xbf" + std::string(kFleetLine),
         std::string(kFleetLine).substr(0, std::string(kFleetLine).size() - 1),
         "  " + std::string(kFleetLine).substr(0, std::string(kFleetLine).size() - 1) + " \r\n"}) {
     const KeyFolder folder;

@@ -209,7 +209,9 @@ TEST_CASE("FleetKeys: what is named is used, and nothing else") {
     return keys.failure().message;
   };
   CHECK(refusal({fleet, secret, known}, 8) ==
-        secret + " is of robot 7, and this is robot 8; name the key file of this robot");
+        secret +
+            " is of robot 7, and this is robot 8; name the key file of this robot, or "
+            "give this robot its number");
   CHECK(refusal({"", secret, ""}, 7) == "signatures take both: name robot_public_keys too");
   CHECK(refusal({"", "", known}, 7) == "signatures take both: name robot_secret too");
   CHECK(refusal({secret, "", ""}, 7).find(secret) != std::string::npos);
