@@ -54,6 +54,12 @@ class HeaderReader {
   }
 
   Outcome<void> take(std::string_view keyword, const Words& words) {
+    const Outcome<void> taken = take_known(keyword, words);
+    has_keyword_ = true;
+    return taken;
+  }
+
+  Outcome<void> take_known(std::string_view keyword, const Words& words) {
     if (keyword == "VERSION") return {};
     if (keyword == "FIELDS" || keyword == "COLUMNS") return keep(names_, keyword, words);
     if (keyword == "SIZE") return keep(sizes_, keyword, words);
@@ -64,6 +70,9 @@ class HeaderReader {
     if (keyword == "POINTS") return take_number(points_, keyword, words);
     if (keyword == "VIEWPOINT") return take_viewpoint(words);
     if (keyword == "DATA") return take_data(words);
+    // A file of another kind may hold what is not for everybody who reads the message.
+    if (!has_keyword_)
+      return refusal("it does not begin as a PCD file does", "check that it is a PCD file");
     return refusal(
         std::string("'").append(quoted(keyword)).append("' is no keyword of a PCD header"),
         "check that it is a PCD file");
@@ -190,6 +199,7 @@ class HeaderReader {
   std::string_view rest_;
   TextPlace place_;
   bool header_ended_ = false;
+  bool has_keyword_ = false;  ///< One of PCD's was there.
   PcdHeader header_;
   Words names_;
   Words sizes_;
@@ -226,12 +236,14 @@ Outcome<void> check_compressed(const CloudBytes& head, std::uint64_t payload_byt
                          "it is truncated or of the other byte order, get a complete copy");
   }
   const std::uint64_t needed = header.points * header.record_bytes;
-  if (needed > PcdHeader::kMostUnpackedBytes) {
-    return cloud_failure(
-        head.path,
-        "its compressed points take " + std::to_string(needed >> 20U) + " MiB, over the " +
-            std::to_string(PcdHeader::kMostUnpackedBytes >> 20U) + " that a scan may",
-        "write them uncompressed, or fewer fields");
+  const std::uint64_t in_all = needed + header.points * kScanPointBytes;
+  if (in_all > PcdHeader::kMostUnpackedBytes) {
+    return cloud_failure(head.path,
+                         "its compressed points take " + std::to_string(in_all >> 20U) +
+                             " MiB, unpacked and as a scan, over the " +
+                             std::to_string(PcdHeader::kMostUnpackedBytes >> 20U) +
+                             " that a scan may",
+                         "write them uncompressed, or fewer fields");
   }
   if (promised == needed) {
     if (needed <= lzf_most_bytes(header.compressed_bytes)) return {};

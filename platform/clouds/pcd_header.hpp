@@ -26,7 +26,7 @@ struct PcdField {
 
 struct PcdHeader {
   static constexpr std::uint64_t kMostRecordBytes = std::uint64_t{1} << 20U;
-  /// Of compressed points: kMostCloudPoints of 32 bytes each.
+  /// Of compressed points, unpacked and as a scan has them, which are there at one time.
   static constexpr std::uint64_t kMostUnpackedBytes = std::uint64_t{1} << 29U;
 
   std::vector<PcdField> fields;
@@ -47,8 +47,8 @@ struct PcdHeader {
 /// head: the first bytes of a file of file_bytes. Fails with kUsage, naming the file, the line and
 /// the remedy, iff the header is malformed or ends not within kMostCloudHeaderBytes, there are no
 /// fields x, y and z, there are more than kMostCloudPoints points, a record has more than
-/// kMostRecordBytes, compressed points would take over kMostUnpackedBytes, or the file is too short
-/// for the points that the header promises.
+/// kMostRecordBytes, compressed points and kScanPointBytes for each take over kMostUnpackedBytes,
+/// or the file is too short for the points that the header promises.
 Outcome<PcdHeader> parse_pcd_header(const CloudBytes& head, std::uint64_t file_bytes);
 
 }  // namespace tessera

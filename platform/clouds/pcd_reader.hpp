@@ -13,11 +13,12 @@ Outcome<CloudSummary> inspect_pcd(const CloudBytes& head, std::uint64_t file_byt
 
 /// Reads all points of a whole file. In an organised cloud those of which x, y and z are NaN are
 /// left out, as nothing came back there. Bytes after the last point that are too few for another
-/// are passed over. The memory is bounded by the file's size: what compressed points become (88
-/// times their bytes and PcdHeader::kMostUnpackedBytes at most) and 24 bytes a point, none without
-/// bytes in the file. Fails with kUsage, naming the file and the remedy, iff inspect_pcd() does,
-/// there are more points than the header says, a row is malformed, compressed points are damaged, a
-/// label is no whole number, or ByteOrderVote::check() fails.
+/// are passed over. Heap: what compressed points become (88 times their bytes at most), 24 bytes a
+/// point, of which the file has at least 3 bytes or compressed ones, and 64 bytes for each of the
+/// header's; of compressed points PcdHeader::kMostUnpackedBytes in all at most. Fails with kUsage,
+/// naming the file and the remedy, iff inspect_pcd() does, there are more points than the header
+/// says, a row is malformed, compressed points are damaged, a label is no whole number, or
+/// ByteOrderVote::check() fails.
 Outcome<void> read_pcd(const CloudBytes& file, Cloud& cloud);
 
 }  // namespace tessera

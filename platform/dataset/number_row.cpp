@@ -23,10 +23,20 @@ Failure text_failure(const TextPlace& place, std::string_view what, std::string_
 }
 
 Failure not_a_number(const TextPlace& place, std::string_view word, std::string_view remedy) {
-  constexpr std::size_t kShownBytes = 32;
+  constexpr std::size_t kShownBytes = 16;
+  // What does not begin as a number may be of a file that is not for everybody who reads the
+  // message.
+  if (word.find_first_of("0123456789+-.") != 0)
+    return text_failure(place, "a word is not a number", remedy);
   std::string what("'");
   what.append(word.substr(0, kShownBytes)).append("' is not a number");
   return text_failure(place, what, remedy);
+}
+
+std::size_t count_rows(std::string_view text, std::size_t least_bytes) noexcept {
+  std::size_t rows = 0;
+  while (!text.empty()) rows += take_line(text).size() >= least_bytes ? 1U : 0U;
+  return rows;
 }
 
 std::string_view take_line(std::string_view& text) noexcept {

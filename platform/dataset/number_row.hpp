@@ -25,10 +25,13 @@ struct TextPlace {
 [[nodiscard]] Failure text_failure(const TextPlace& place, std::string_view what,
                                    std::string_view remedy);
 
-/// "path, line n: 'word' is not a number; remedy", a long word cut.
+/// "path, line n: 'word' is not a number; remedy", a long word cut, and one that does not begin as
+/// a number left out.
 [[nodiscard]] Failure not_a_number(const TextPlace& place, std::string_view word,
                                    std::string_view remedy);
 
+/// How many lines of text are long enough to be a row of least_bytes: what to reserve for.
+[[nodiscard]] std::size_t count_rows(std::string_view text, std::size_t least_bytes) noexcept;
 /// Splits off the next line, without its end (LF or CRLF). text must not be empty.
 [[nodiscard]] std::string_view take_line(std::string_view& text) noexcept;
 /// Without the spaces and tabs around it.

@@ -76,6 +76,7 @@ class Decoder {
   bool decode(png_bytepp rows, std::size_t count, std::size_t row_bytes) {
     if (png_ == nullptr || info_ == nullptr) return false;
     if (setjmp(png_jmpbuf(png_)) != 0) return false;
+    leave_out_all_but_pixels();
     png_read_info(png_, info_);
     if (png_get_image_height(png_, info_) != count || png_get_rowbytes(png_, info_) != row_bytes)
       png_error(png_, "two headers");
@@ -86,6 +87,13 @@ class Decoder {
   [[nodiscard]] const char* reason() const { return reason_.data(); }
 
  private:
+  /// Text, profiles and palettes are packed: a file of 2 MB can hold 2 GB of them. Their checksums
+  /// are all that is looked at.
+  void leave_out_all_but_pixels() {
+    // -1: all that libpng knows and pixels do not need.
+    png_set_keep_unknown_chunks(png_, PNG_HANDLE_CHUNK_NEVER, nullptr, -1);
+    png_set_chunk_cache_max(png_, 1);
+  }
   [[noreturn]] static void on_error(png_structp png, png_const_charp reason) {
     auto* const self = static_cast<Decoder*>(png_get_error_ptr(png));
     std::strncpy(self->reason_.data(), reason, self->reason_.size() - 1);

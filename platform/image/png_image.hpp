@@ -28,7 +28,8 @@ Outcome<std::vector<std::byte>> encode_png(const PixelsView& picture);
 /// Reads an 8-bit grey PNG of exactly that size into out, which has a byte for each of its pixels.
 /// Values come out as they are stored: no gamma, no colour is turned to grey. Fails with kUsage,
 /// naming the file and the remedy, iff it is missing, unreadable, over 64 MiB, no intact PNG, not
-/// of 8 bits grey, or of another size. Uses the heap.
+/// of 8 bits grey, or of another size. Heap: the file, two rows, 8 bytes a row and 96 KiB; text and
+/// other chunks beside the pixels take none, packed or not.
 Outcome<void> read_grey_png(std::string_view path, int width_px, int height_px,
                             std::span<std::uint8_t> out);
 
@@ -37,7 +38,8 @@ enum class GreyBits : std::uint8_t {
   kSixteen,         ///< 16 bits: depths.
   kEightOrSixteen,  ///< Ids of classes.
 };
-/// The same for grey PNGs with more bits; those of 8 bits are not scaled.
+/// The same for grey PNGs with more bits; those of 8 bits are not scaled. Heap: as many bytes more
+/// as out has.
 Outcome<void> read_grey_png(std::string_view path, int width_px, int height_px, GreyBits bits,
                             std::span<std::uint16_t> out);
 

@@ -52,12 +52,12 @@ TEST_CASE("pcd: malformed headers are refused with what is wrong") {
 
 TEST_CASE("pcd: what is no PCD file, or ends in its header") {
   CHECK_THAT(refusal_of(""), Contains("no DATA line"));
-  CHECK_THAT(refusal_of("ply\nformat ascii 1.0\n"), Contains("'ply' is no keyword"));
+  CHECK_THAT(refusal_of("ply\nformat ascii 1.0\n"), Contains("does not begin as a PCD file does"));
   CHECK_THAT(refusal_of(std::string("\x7f"
                                     "ELF\x02\x01",
                                     6)),
-             Contains("is no keyword"));
-  CHECK_THAT(refusal_of("\xff\xfe\x80 binary"), Contains("'\?\?\?' is no keyword"));
+             Contains("does not begin as a PCD file does"));
+  CHECK_THAT(refusal_of("VERSION 0.7\n\xff\xfe\x80 binary"), Contains("'\?\?\?' is no keyword"));
   const std::string header = pcd_header({});
   for (std::size_t bytes = 0; bytes + 6 < header.size(); ++bytes)
     refusal_of(header.substr(0, bytes));
@@ -67,7 +67,7 @@ TEST_CASE("pcd: what is no PCD file, or ends in its header") {
 
 TEST_CASE("pcd: rows that are none") {
   const std::string header = pcd_header({});
-  CHECK_THAT(refusal_of(header + "1 2 3\n4 five 6\n"), Contains("line 13: 'five' is not a number"));
+  CHECK_THAT(refusal_of(header + "1 2 3\n4 five 6\n"), Contains("line 13: a word is not a number"));
   CHECK_THAT(refusal_of(header + "1 2 3\n4 5\n6 7 8"),
              Contains("line 13: a row has not the 3 numbers"));
   CHECK_THAT(refusal_of(header + "1 2 3 4\n4 5 6\n"),
@@ -152,7 +152,16 @@ TEST_CASE("pcd: compressed sizes that lie, and a bomb") {
   wide.data = "binary_compressed";
   wide.points = wide.width = "200000";
   CHECK_THAT(refusal_of(pcd_header(wide) + two_points),
-             Contains("take 765 MiB, over the 512 that a scan may"));
+             Contains("take 773 MiB, unpacked and as a scan, over the 512 that a scan may"));
+}
+
+TEST_CASE("pcd: nothing is quoted of a file that is none, nor of words that begin as no number") {
+  const std::string secret = "root:*:20228:0:99999:7:::";
+  for (const std::string& file :
+       {secret + "\n", "# " + secret + "\n" + secret + "\n", pcd_header({}) + secret + " 1 2\n"}) {
+    INFO(file);
+    CHECK_THAT(refusal_of(file), !Contains("root") && !Contains("20228"));
+  }
 }
 
 TEST_CASE("pcd: floats of the other byte order") {

@@ -125,7 +125,7 @@ TEST_CASE("ply: rows that are none") {
              Contains("line 20: a row has not the numbers"));
   CHECK_THAT(refusal_of(start + "5 -3 99999999999 1.5 2 40\n"), Contains("line 20"));
   CHECK_THAT(refusal_of(start + "5 -3 -1 1.5 2 40\n"), Contains("line 20"));
-  CHECK_THAT(refusal_of(start + "5 -3 0 one 2 40\n"), Contains("line 20: 'one' is not a number"));
+  CHECK_THAT(refusal_of(start + "5 -3 0 one 2 40\n"), Contains("line 20: a word is not a number"));
   CHECK_THAT(refusal_of(start + "5 -3 0 1.5 2 4.5\n"), Contains("line 20: the label"));
   CHECK_THAT(refusal_of(header("ascii") + "1 0.50000000000000000 7\n5 -3 0 1.5 2 40\n"),
              Contains("it ends before the element vertex number 1"));

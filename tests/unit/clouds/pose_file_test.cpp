@@ -87,7 +87,7 @@ TEST_CASE("poses: a file in which not one is rigid is refused") {
 TEST_CASE("poses: rows that are none are refused by their line") {
   CHECK_THAT(refusal_of("\n1 2 3\n"), Contains("line 2: a pose of 3 numbers"));
   CHECK_THAT(refusal_of("0 0 0 0 0 0 0 0 0 0 0 0 0"), Contains("13 numbers"));
-  CHECK_THAT(refusal_of("0 0 0 0 0 0 0 one"), Contains("'one' is not a number"));
+  CHECK_THAT(refusal_of("0 0 0 0 0 0 0 one"), Contains("a word is not a number"));
   CHECK_THAT(refusal_of("1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 2"), Contains("not 0 0 0 1"));
   CHECK_THAT(refusal_of("1 0 0 0 0 0 0 1\n1 0 0 0 0 1 0 0 0 0 1 0"),
              Contains("12 numbers after poses of 8"));

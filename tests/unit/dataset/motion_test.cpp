@@ -88,7 +88,7 @@ TEST_CASE("deskewed dataset: what is missing or wrong is told by its name and li
              Contains("times.txt does not exist"));
   CHECK_THAT(failure(writes("times.txt", "0\n0.1\n")), Contains("times.txt has 2 stamps"));
   CHECK_THAT(failure(writes("times.txt", "0\n0.1\nx\n")),
-             Contains("times.txt, line 3") && Contains("'x' is not a number"));
+             Contains("times.txt, line 3") && Contains("a word is not a number"));
   CHECK_THAT(failure(writes("times.txt", "0\nnan\n0.2\n")), Contains("times.txt, line 2"));
   CHECK_THAT(failure(writes("times.txt", "0\n1e300\n0.2\n")), Contains("times.txt, line 2"));
   CHECK_THAT(failure(writes("times.txt", "0\n0.2\n0.2\n")),

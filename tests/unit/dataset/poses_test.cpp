@@ -57,7 +57,8 @@ TEST_CASE("parse_matrix34: fewer and more numbers and other words name line and 
              Contains("poses.txt, line 7: 11 numbers instead of 12") && Contains("row by row"));
   CHECK_THAT(row_refusal("1 2 3 4 5 6 7 8 9 10 11 12 13"), Contains("13 numbers"));
   CHECK_THAT(row_refusal(""), Contains("0 numbers"));
-  for (const char* word : {"one", "1,5", "1x", "0x10", "--1", "+-1", "1e999"}) {
+  CHECK_THAT(row_refusal("0 one"), Contains("a word is not a number"));
+  for (const char* word : {"1,5", "1x", "0x10", "--1", "+-1", "1e999"}) {
     CHECK_THAT(row_refusal(std::string("0 ") + word), Contains(word) && Contains("not a number"));
   }
 }
@@ -99,7 +100,7 @@ TEST_CASE("read_poses: a missing file and a bad row are refused") {
   CHECK_THAT(read_poses(folder.file("no")).failure().message, Contains(folder.file("no")));
   folder.write("p", std::string(kIdentityRow) + "\n\n1 2 x\n");
   CHECK_THAT(read_poses(folder.file("p")).failure().message,
-             Contains(folder.file("p") + ", line 3: 'x' is not a number"));
+             Contains(folder.file("p") + ", line 3: a word is not a number"));
 }
 
 TEST_CASE("read_calibration: without a file the poses are in the LiDAR frame") {
