@@ -124,13 +124,19 @@ unsigned Progress::percent() const noexcept {
 std::size_t Progress::format_state(Line& line, const char* separator) const noexcept {
   const auto elapsed_us = static_cast<std::uint64_t>(MonotonicClock::now_us() - start_us_);
   const DurationText elapsed = duration_text(elapsed_us);
+  const bool has_suffix = suffix_[0] != '\0';
+  if (total_ == kEndless) {
+    const int wanted =
+        std::snprintf(line.data(), line.size(), "%" PRIu64 " done%s%s elapsed%s%s", done_,
+                      separator, elapsed.data(), has_suffix ? separator : "", suffix_.data());
+    return written(wanted, line.size());
+  }
   DurationText remaining{"?"};
   if (done_ > 0) {
     const double share_left = static_cast<double>(total_ - done_) / static_cast<double>(done_);
     const double left_us = std::min(static_cast<double>(elapsed_us) * share_left, 1e15);
     remaining = duration_text(static_cast<std::uint64_t>(left_us));
   }
-  const bool has_suffix = suffix_[0] != '\0';
   const bool is_complete = done_ == total_;
   const int wanted = std::snprintf(
       line.data(), line.size(), "%u %%%s%" PRIu64 "/%" PRIu64 "%s%s elapsed%s%s%s%s%s", percent(),
@@ -147,7 +153,7 @@ void Progress::draw_bar() noexcept {
   const std::size_t fixed_columns = std::strlen(label_.data()) + 5 + state_bytes;
   const std::size_t room = columns > fixed_columns ? columns - fixed_columns : 0;
   std::array<char, kMaxBarColumns + 5> bar{" "};
-  if (room >= kMinBarColumns) {
+  if (room >= kMinBarColumns && total_ != kEndless) {
     const std::size_t bar_columns = std::min(room, kMaxBarColumns);
     const std::size_t full = bar_columns * percent() / 100;
     bar[1] = '[';

@@ -15,9 +15,11 @@ namespace tessera {
 class Progress {
  public:
   static constexpr int kStandardError = 2;
+  static constexpr std::uint64_t kEndless = ~std::uint64_t{0};
 
-  /// label: what is going on, cut to 31 bytes. total: units of work. descriptor: stays the
-  /// caller's.
+  /// label: what is going on, cut to 31 bytes. total: units of work; kEndless: nobody knows, so
+  /// that no share and no rest is shown, and plain lines come at the end only. descriptor: stays
+  /// the caller's.
   Progress(std::string_view label, std::uint64_t total, int descriptor = kStandardError) noexcept;
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;

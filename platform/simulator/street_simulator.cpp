@@ -167,7 +167,7 @@ SimulatedScan StreetSimulator::scan(int robot, int index) const {
   for (std::size_t i = 0; i < image.echoes.size(); ++i) {
     const street::Echo& echo = image.echoes[i];
     if (!echo.returned()) continue;
-    const Eigen::Vector3f p = echo.p_sensor.cast<float>();
+    const Eigen::Vector3f p = round_to_float(echo.p_sensor);
     scan.points.push_back({p.x(), p.y(), p.z(), echo.intensity});
     scan.labels.push_back(truth[i]);
     scan.predictions.push_back(said[i]);

@@ -141,7 +141,7 @@ std::size_t ViewMap::put_keys(std::uint64_t page, ViewBudget& budget,
 }
 
 Json ViewMap::voxel(const Point3d& p_map) {
-  const Result<VoxelCoord> voxel = map_->lattice().voxel_of_double(p_map);
+  const Result<VoxelCoord> voxel = map_->lattice().voxel_of(p_map);
   VoxelEvidence counts;
   counts.num_components = map_->num_components();
   if (voxel.ok()) {

@@ -17,6 +17,8 @@ constexpr const char* kJson = "application/json";
 constexpr const char* kBytes = "application/octet-stream";
 /// A message that has room for any block.
 constexpr std::size_t kFewestViewBytes = kViewHeaderBytes + kMostViewBlockBytes;
+static_assert(kFewestViewBytes <= WebServer::kOwnRoomBytes);
+static_assert(sizeof(std::uint64_t) * (1 + MapReader::kPageBlocks) <= WebServer::kOwnRoomBytes);
 
 template <class Number>
 bool take(const WebRequest& request, const char* name, Number& into) {
@@ -119,6 +121,7 @@ WebReply Viewer::status_reply() const {
   json["view"] = {{"connections", report_.web.connections},
                   {"requests", report_.web.requests},
                   {"dropped", report_.web.dropped},
+                  {"stalled", report_.web.stalled},
                   {"messages", report_.messages},
                   {"blocks", report_.blocks},
                   {"bytes", report_.bytes},

@@ -2,11 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "view/web_server.hpp"
 
+#include <linux/tcp.h>
 #include <microhttpd.h>
+#include <netinet/in.h>
 #include <sys/socket.h>
 
 #include <algorithm>
 #include <cerrno>
+#include <cstddef>
 #include <cstring>
 #include <exception>
 #include <utility>
@@ -40,6 +43,29 @@ const char* header_of(MHD_Connection* connection, const char* name) {
   return ::MHD_lookup_connection_value(connection, MHD_HEADER_KIND, name);
 }
 
+/// Set by browsers, and by no page. "same-site" is another port of this machine: another program's
+/// page. "none": typed, or from a bookmark.
+bool is_own_site(const char* fetch_site) {
+  const std::string_view site(fetch_site == nullptr ? "none" : fetch_site);
+  return site == "same-origin" || site == "none";
+}
+
+/// Bytes that the peer has said that it got, of all replies; none where the system does not tell.
+std::optional<std::uint64_t> acked_bytes_of(int socket) noexcept {
+  tcp_info info{};
+  socklen_t size = sizeof info;
+  constexpr std::size_t kNeeded = offsetof(tcp_info, tcpi_bytes_acked) + sizeof(__u64);
+  const int error = ::getsockopt(socket, IPPROTO_TCP, TCP_INFO, &info, &size);
+  return error == 0 && size >= kNeeded ? std::optional<std::uint64_t>(info.tcpi_bytes_acked)
+                                       : std::nullopt;
+}
+
+void* link_of(MHD_Connection* connection) noexcept {
+  const MHD_ConnectionInfo* const info =
+      ::MHD_get_connection_info(connection, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
+  return info == nullptr ? nullptr : info->socket_context;
+}
+
 }  // namespace
 
 /// What the library calls.
@@ -68,12 +94,12 @@ struct WebCallbacks {
   }
   static void completed(void*, MHD_Connection* connection, void**,
                         MHD_RequestTerminationCode) noexcept {
-    const MHD_ConnectionInfo* const info =
-        ::MHD_get_connection_info(connection, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
-    if (info == nullptr || info->socket_context == nullptr) return;
-    static_cast<WebServer::Link*>(info->socket_context)->since_us = MonotonicClock::now_us();
+    auto* const link = static_cast<WebServer::Link*>(link_of(connection));
+    if (link == nullptr) return;
+    link->since_us = MonotonicClock::now_us();
+    link->replies = false;
   }
-  static void give_back(void* room) noexcept { static_cast<WebServer::Room*>(room)->taken = false; }
+  static void give_back(void* room) noexcept { static_cast<WebRoom*>(room)->taken = false; }
 };
 
 std::optional<std::string_view> WebRequest::argument(const char* name) const noexcept {
@@ -82,18 +108,31 @@ std::optional<std::string_view> WebRequest::argument(const char* name) const noe
 }
 
 std::span<std::byte> WebRequest::room() noexcept {
-  for (std::size_t i = 0; i < WebServer::kRooms; ++i) {
-    if (server_.room_states_[i].taken) continue;
-    server_.room_states_[i].taken = true;
-    room_ = static_cast<int>(i);
-    return {server_.rooms_.get() + i * WebServer::kRoomBytes, WebServer::kRoomBytes};
-  }
-  return {};
+  room_ = server_.take_room(connection_);
+  return room_ == nullptr ? std::span<std::byte>() : room_->bytes;
 }
 
 WebServer::WebServer(Handler handler)
-    : handler_(std::move(handler)), rooms_(std::make_unique<std::byte[]>(kRooms * kRoomBytes)) {
-  for (Room& room : room_states_) room.server = this;
+    : handler_(std::move(handler)),
+      room_bytes_(
+          std::make_unique<std::byte[]>(kRooms * kRoomBytes + kMostConnections * kOwnRoomBytes)) {
+  const std::span<std::byte> all(room_bytes_.get(), kRooms * kRoomBytes);
+  for (std::size_t i = 0; i < kRooms; ++i)
+    rooms_[i].bytes = all.subspan(i * kRoomBytes, kRoomBytes);
+  for (std::size_t i = 0; i < kMostConnections; ++i)
+    own_rooms_[i].bytes = {all.data() + all.size() + i * kOwnRoomBytes, kOwnRoomBytes};
+}
+
+/// A connection has one reply at a time: the library looks at its next request when that is sent.
+WebRoom* WebServer::take_room(MHD_Connection* connection) noexcept {
+  const auto* const link = static_cast<const Link*>(link_of(connection));
+  const auto free = std::ranges::find(rooms_, false, &WebRoom::taken);
+  WebRoom* room = free == rooms_.end() ? nullptr : &*free;
+  if (room == nullptr && link != nullptr)
+    room = &own_rooms_[static_cast<std::size_t>(link - links_.data())];
+  if (room == nullptr || room->taken) return nullptr;
+  room->taken = true;
+  return room;
 }
 
 WebServer::~WebServer() {
@@ -151,6 +190,7 @@ void WebServer::drop_late() noexcept {
   for (Link& link : links_) {
     if (waits(link) && now_us - link.since_us > kPatience_us) drop(link);
   }
+  drop_stalled(now_us);
   if (std::count_if(links_.begin(), links_.end(), waits) + kSpare <=
       static_cast<std::ptrdiff_t>(kMostConnections))
     return;
@@ -159,6 +199,23 @@ void WebServer::drop_late() noexcept {
     if (waits(link) && (oldest == nullptr || link.since_us < oldest->since_us)) oldest = &link;
   }
   drop(*oldest);
+}
+
+void WebServer::drop_stalled(std::int64_t now_us) noexcept {
+  constexpr std::int64_t kLook_us = kStall_us / 8;
+  for (Link& link : links_) {
+    if (link.socket < 0 || link.dropped || !link.replies || now_us - link.looked_us < kLook_us)
+      continue;
+    link.looked_us = now_us;
+    const std::optional<std::uint64_t> acked_bytes = acked_bytes_of(link.socket);
+    if (acked_bytes != link.acked_bytes || !acked_bytes) {
+      link.acked_bytes = acked_bytes;
+      link.acked_us = now_us;
+    } else if (now_us - link.acked_us >= kStall_us) {
+      ++report_.stalled;
+      drop(link);
+    }
+  }
 }
 
 void WebServer::drop(Link& link) noexcept {
@@ -185,16 +242,19 @@ WebReply WebServer::reply_to(WebRequest& request, MHD_Connection* connection,
     return refusal(MHD_HTTP_FORBIDDEN,
                    "this is served by address alone: open it by its numbers, or as localhost");
   }
+  if (!is_own_site(header_of(connection, "Sec-Fetch-Site"))) {
+    ++report_.refused_site;
+    return refusal(MHD_HTTP_FORBIDDEN,
+                   "pages of elsewhere get nothing here: type the address instead of a link to it");
+  }
   return handler_(request);
 }
 
 MHD_Response* WebServer::response_of(WebReply& reply, WebRequest& request) {
-  if (request.room_ >= 0 && reply.room_bytes > 0) {
-    const auto room = static_cast<std::size_t>(request.room_);
+  if (request.room_ != nullptr && reply.room_bytes > 0) {
     MHD_Response* const response = ::MHD_create_response_from_buffer_with_free_callback_cls(
-        reply.room_bytes, rooms_.get() + room * kRoomBytes, &WebCallbacks::give_back,
-        &room_states_[room]);
-    if (response != nullptr) request.room_ = -1;
+        reply.room_bytes, request.room_->bytes.data(), &WebCallbacks::give_back, request.room_);
+    if (response != nullptr) request.room_ = nullptr;
     return response;
   }
   // The library's functions take pointers to what they do not change.
@@ -228,7 +288,11 @@ int WebServer::answer(MHD_Connection* connection, std::string_view path,
   } catch (const std::exception&) {
     queued = MHD_NO;  // No memory: the connection ends.
   }
-  if (request.room_ >= 0) room_states_[static_cast<std::size_t>(request.room_)].taken = false;
+  if (request.room_ != nullptr) request.room_->taken = false;
+  if (auto* const link = static_cast<Link*>(link_of(connection)); link != nullptr) {
+    link->replies = queued == MHD_YES;
+    link->acked_us = link->looked_us = MonotonicClock::now_us();
+  }
   return queued;
 }
 

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // HTTP for a few browsers, in one thread and bounded memory: GET alone, no bodies, so many
-// connections, so long a request may take, and a fixed number of large replies at a time.
+// connections, so long a request may take, and a fixed number of large replies at a time. Each
+// connection has a small room of its own, so whoever takes no bytes keeps nobody else from a reply.
 #pragma once
 
 #include <array>
@@ -31,10 +32,12 @@ struct WebServerReport {
   std::uint64_t requests = 0;     ///< Each once more below if it was refused.
   std::uint64_t refused_method = 0;
   std::uint64_t refused_host = 0;
+  std::uint64_t refused_site = 0;  ///< A browser says that a page of elsewhere asks.
   std::uint64_t refused_body = 0;
   std::uint64_t refused_path = 0;  ///< There is nothing of this name, or its arguments are wrong.
-  std::uint64_t refused_busy = 0;  ///< No room for one more large reply.
-  std::uint64_t dropped = 0;       ///< Connections that took too long, or the longest of too many.
+  std::uint64_t refused_busy = 0;  ///< It should be tried again.
+  std::uint64_t stalled = 0;       ///< Connections that took no byte of a reply for kStall_us.
+  std::uint64_t dropped = 0;       ///< These, those that took too long, the oldest of too many.
 };
 
 /// What was asked for; of use during the call.
@@ -43,7 +46,8 @@ class WebRequest {
   [[nodiscard]] std::string_view path() const noexcept { return path_; }
   /// Of "?name=value"; none if it is not there.
   [[nodiscard]] std::optional<std::string_view> argument(const char* name) const noexcept;
-  /// Room for a large reply; empty if none is free.
+  /// Room for a reply: kRoomBytes where one of these is free, else the connection's own
+  /// kOwnRoomBytes. Once a request.
   [[nodiscard]] std::span<std::byte> room() noexcept;
 
  private:
@@ -53,7 +57,13 @@ class WebRequest {
   MHD_Connection* connection_;
   std::string_view path_;
   class WebServer& server_;
-  int room_ = -1;
+  struct WebRoom* room_ = nullptr;
+};
+
+/// Where a reply is until it is sent.
+struct WebRoom {
+  std::span<std::byte> bytes;
+  bool taken = false;
 };
 
 struct WebReply {
@@ -71,8 +81,11 @@ class WebServer {
   static constexpr std::size_t kConnectionBytes = std::size_t{16} << 10U;
   static constexpr std::size_t kRoomBytes = std::size_t{512} << 10U;
   static constexpr std::size_t kRooms = 4;
+  static constexpr std::size_t kOwnRoomBytes = std::size_t{16} << 10U;
   /// From one reply to the end of the next, at most; a page that waits longer connects anew.
   static constexpr std::int64_t kPatience_us = 10'000'000;
+  /// Whoever acknowledges no byte of a reply for so long is dropped.
+  static constexpr std::int64_t kStall_us = 2'000'000;
 
   using Handler = std::function<WebReply(WebRequest&)>;
 
@@ -97,6 +110,10 @@ class WebServer {
     int socket = -1;  ///< -1: this place is free.
     std::int64_t since_us = 0;
     bool dropped = false;
+    bool replies = false;  ///< The library has not yet sent the whole of a reply.
+    std::optional<std::uint64_t> acked_bytes{};
+    std::int64_t acked_us = 0;   ///< When that last grew, or the reply began.
+    std::int64_t looked_us = 0;  ///< When that was last asked for.
   };
 
   explicit WebServer(Handler handler);
@@ -106,17 +123,16 @@ class WebServer {
                                   std::string_view method);
   [[nodiscard]] MHD_Response* response_of(WebReply& reply, WebRequest& request);
   Link* begin(MHD_Connection* connection) noexcept;
+  [[nodiscard]] WebRoom* take_room(MHD_Connection* connection) noexcept;
   void drop_late() noexcept;
+  void drop_stalled(std::int64_t now_us) noexcept;
   void drop(Link& link) noexcept;
 
   Handler handler_;
-  std::unique_ptr<std::byte[]> rooms_;
-  struct Room {
-    WebServer* server = nullptr;
-    bool taken = false;
-  };
-  std::array<Room, kRooms> room_states_{};
+  std::unique_ptr<std::byte[]> room_bytes_;
+  std::array<WebRoom, kRooms> rooms_{};
   std::array<Link, kMostConnections> links_{};
+  std::array<WebRoom, kMostConnections> own_rooms_{};  ///< Of each link.
   std::uint16_t port_ = 0;
   WebServerReport report_{};
   SharedReport<WebServerReport> shared_report_;

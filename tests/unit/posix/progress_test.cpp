@@ -101,6 +101,14 @@ TEST_CASE("Progress: ending early shows how far it came") {
   CHECK_THAT(screen.shown(), Contains("45/100") && Contains("47/100"));
 }
 
+TEST_CASE("Progress: work without an end shows how much is done, and no share or rest of it") {
+  const Screen screen = Screen::pipe();
+  Progress progress("scans mapped", Progress::kEndless, screen.descriptor());
+  for (std::uint64_t done = 1; done <= 271; ++done) progress.update(done, "one of two");
+  progress.finish();
+  CHECK(screen.shown() == "scans mapped: 271 done, 0:00 elapsed, one of two\n");
+}
+
 TEST_CASE("Progress: no work at all is complete") {
   const Screen screen = Screen::pipe();
   Progress progress("map", 0, screen.descriptor());
