@@ -24,8 +24,7 @@ std::uint64_t ordered_bits(float square) noexcept { return std::bit_cast<std::ui
 /// Tile and unit, so that a tile's units are together.
 std::uint64_t place_key(const AdmissionScene& scene, const BlockCoord& origin,
                         const ScanPoint& point) noexcept {
-  const ScanTiles::Place place =
-      ScanTiles::place_of(*scene.lattice.voxel_of(point.p_map), scene.unit_edge);
+  const ScanTiles::Place place = ScanTiles::place_of(point.voxel, scene.unit_edge);
   const auto axis = [](std::int32_t tile, std::int32_t from) {
     const std::int32_t relative = tile - from + (1 << (kAxisBits - 1));
     TESSERA_ASSERT(relative >= 0 && relative < (1 << kAxisBits));
@@ -65,9 +64,7 @@ void rank_tile(const AdmissionScene& scene, std::span<KeyedIndex> tile) noexcept
 /// Effective distances for all points, tile by tile.
 void rank_points(const AdmissionScene& scene, std::span<KeyedIndex> items,
                  std::span<KeyedIndex> scratch) noexcept {
-  const Result<VoxelCoord> sensor = scene.lattice.voxel_of(scene.origin_map.cast<float>());
-  TESSERA_ASSERT(sensor.ok());
-  const BlockCoord origin = ScanTiles::place_of(*sensor, scene.unit_edge).tile;
+  const BlockCoord origin = ScanTiles::place_of(scene.origin_voxel, scene.unit_edge).tile;
   for (std::size_t i = 0; i < items.size(); ++i)
     items[i] = {place_key(scene, origin, scene.points[i]), static_cast<std::uint32_t>(i)};
   radix_sort(items, scratch);

@@ -4,7 +4,8 @@
 
 namespace tessera {
 
-Result<BlockIndex> BlockIndex::make(Arena& arena, std::size_t capacity) noexcept {
+Result<BlockIndex> BlockIndex::make(Arena& arena, std::size_t capacity,
+                                    std::uint64_t seed) noexcept {
   if (arena.remaining_bytes() < required_bytes(capacity)) return Status::kResourceExhausted;
   BlockIndex index;
   index.leaves_ = arena.take<Leaf>(leaf_count(capacity));
@@ -12,6 +13,7 @@ Result<BlockIndex> BlockIndex::make(Arena& arena, std::size_t capacity) noexcept
   if (index.leaves_.empty() || pages.empty()) return Status::kResourceExhausted;
   index.pages_ = {reinterpret_cast<Page*>(pages.data()), leaf_count(capacity)};
   index.capacity_ = capacity;
+  index.salt_ = salt_of(seed);
   index.clear();
   return index;
 }
@@ -20,7 +22,7 @@ void BlockIndex::clear() noexcept {
   size_ = 0;
   if (leaves_.empty()) return;
   begin_move();
-  for (Leaf& leaf : leaves_) store_shared(leaf.page, 0U);
+  for (Leaf& leaf : leaves_) store_shared(leaf.page, std::uint32_t{0});
   leaves_[0].first_leaf = 0;
   leaves_[0].end_leaf = static_cast<std::uint32_t>(leaves_.size());
   clear_shared_words(pages_.data(), kPageBytes);

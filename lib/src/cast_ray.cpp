@@ -184,7 +184,8 @@ RayHit cast_ray(const LocalMap& map, const Point3f& origin_map, const Point3f& d
   const Point3d from = origin_map.cast<double>();
   const Point3d to = from + d * (max_range_m / length);
   const Lattice lattice = map.lattice();
-  if (!lattice.voxel_of(origin_map).ok() || !lattice.voxel_of(to.cast<float>()).ok()) return result;
+  if (!lattice.voxel_of(origin_map).ok() || !lattice.voxel_of(round_to_float(to)).ok())
+    return result;
   const SegmentSteps steps(from / lattice.resolution_m(), to / lattice.resolution_m());
   const std::optional<RayWalk::Stop> stop = RayWalk(map, steps, stop_at_unknown).run();
   if (!stop.has_value()) {

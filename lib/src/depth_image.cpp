@@ -51,8 +51,8 @@ Ray ray_of(const CameraModel& model, DepthAlong along, int column, int row) noex
   const bool aside = direction->z() * CameraModel::kWidestTangent < 1.0;
   if (along == DepthAlong::kAxis && aside) return {};
   const double length = along == DepthAlong::kAxis ? direction->z() : 1.0;
-  return {static_cast<float>(direction->x() / length), static_cast<float>(direction->y() / length),
-          static_cast<float>(direction->z() / length)};
+  return {round_to_float(direction->x() / length), round_to_float(direction->y() / length),
+          round_to_float(direction->z() / length)};
 }
 
 /// 0 without labels.

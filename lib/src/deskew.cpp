@@ -152,7 +152,7 @@ DeskewReport deskew(const PoseTrack& track, const Sweep& sweep, const DeskewConf
     const bool refused = config.refuse_unplaced && fate != Fate::kMoved;
     for (int axis = 0; axis < 3; ++axis) {
       out[i * sweep.points.stride_floats + static_cast<std::size_t>(axis)] =
-          refused ? std::numeric_limits<float>::quiet_NaN() : static_cast<float>(p_stamp[axis]);
+          refused ? std::numeric_limits<float>::quiet_NaN() : round_to_float(p_stamp[axis]);
     }
   }
   return report;

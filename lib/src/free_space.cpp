@@ -66,7 +66,7 @@ Result<FreeSpace> FreeSpace::make(Arena& arena, const ScanCapacity& capacity) no
   result.index_ = *index;
   result.blocks_ = arena.take<RayBlock>(capacity.ray_blocks);
   result.recent_ = arena.take<std::uint32_t>(kRecent);
-  result.crossed_ = arena.take<std::uint32_t>(capacity.ray_blocks);
+  result.crossed_ = arena.take<std::uint32_t>(capacity.ray_blocks + std::size_t{1});
   const Result<RangeImage> image = RangeImage::make(arena);
   if (!image.ok()) return image.status();
   result.image_ = *image;
@@ -130,29 +130,12 @@ std::uint64_t FreeSpace::most_steps(const Point3f& end_map) const noexcept {
          4;
 }
 
-Status FreeSpace::mark_hit(const Point3f& p_map) noexcept {
-  const VoxelCoord voxel = *Lattice(resolution_m_).voxel_of(p_map);
+Status FreeSpace::mark_hit(const VoxelCoord& voxel) noexcept {
   RayBlock* const block = entry(block_of(voxel));
   if (block == nullptr) return Status::kResourceExhausted;
   block->hit[static_cast<std::size_t>(voxel.z & 7)] |=
       std::uint64_t{1} << static_cast<unsigned>((voxel.y & 7) * 8 + (voxel.x & 7));
   return Status::kOk;
-}
-
-Result<std::span<const std::uint32_t>> FreeSpace::cross(const Point3f& end_map) noexcept {
-  std::size_t crossed = 0;
-  const SlabWalk walk = walk_to(end_map, 1.0);
-  VoxelMask nowhere{};
-  const bool all = walk.walk<true>([&](BlockCoord coord) -> std::uint64_t* {
-    const RayBlock* const block = entry(coord);
-    if (block == nullptr) return nullptr;
-    if (crossed == crossed_.size()) return nullptr;
-    crossed_[crossed++] = static_cast<std::uint32_t>(block - blocks_.data());
-    return nowhere.data();
-  });
-  steps_ += walk.voxels();
-  if (!all) return Status::kResourceExhausted;
-  return std::span<const std::uint32_t>(crossed_.first(crossed));
 }
 
 void FreeSpace::truncate(std::size_t count) noexcept {
@@ -184,7 +167,7 @@ Status FreeSpace::trace(const Point3f& end_map, bool is_return) noexcept {
 Status FreeSpace::add_returns(std::span<const ScanPoint> returns) noexcept {
   for (const ScanPoint& point : returns) {
     add_return(point.p_map);
-    if (mark_hit(point.p_map) != Status::kOk) return Status::kResourceExhausted;
+    if (mark_hit(point.voxel) != Status::kOk) return Status::kResourceExhausted;
   }
   return Status::kOk;
 }

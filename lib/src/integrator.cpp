@@ -76,12 +76,10 @@ ScanReport Integrator::integrate_scan(LocalMap& map, const ScanView& scan) noexc
   report.points = static_cast<std::uint32_t>(scan.count);
   admitted_count_ = ray_count_ = registered_count_ = far_count_ = rays_cut_ = 0;
   cut_ = false;
-  const Point3f origin = scan.T_map_sensor.col(3).cast<float>();
   report.pose = check_rigid(scan.T_map_sensor);
-  if (report.pose == Status::kOk && !map.lattice().voxel_of(origin).ok())
+  if (report.pose == Status::kOk && !place_sensor(map.lattice(), scan.T_map_sensor.col(3)))
     report.pose = Status::kInvalidArgument;
   if (report.pose != Status::kOk) return report;
-  origin_map_ = scan.T_map_sensor.col(3);
   map.begin_revision();
 
   register_points(map, scan, report);
@@ -105,25 +103,46 @@ ScanReport Integrator::integrate_scan(LocalMap& map, const ScanView& scan) noexc
   return report;
 }
 
+/// Asked in double first: rounding a coordinate beyond the floats would be undefined.
+bool Integrator::place_sensor(const Lattice& lattice, const Point3d& origin_map) noexcept {
+  if (!lattice.voxel_of(origin_map).ok()) return false;
+  const Result<VoxelCoord> voxel = lattice.voxel_of(round_to_float(origin_map));
+  if (!voxel.ok()) return false;
+  origin_map_ = origin_map;
+  origin_voxel_ = *voxel;
+  return true;
+}
+
 bool Integrator::admit(LocalMap& map, ScanReport& report) noexcept {
   set_work_limit(report);
-  if (!cut_) shed_points(map, report);
-  const bool all_fit = !cut_ && within_limit(report) && prepare(map);
+  if (!cut_) shed_points(report);
+  const bool tried = !cut_ && within_limit(report) && !memory_was_short_;
+  const bool all_fit = tried && fill_scratch(map) && fits_whole(map) && open_blocks(map);
   if (!all_fit && !cut_) {
     if (open_failed_) map.close_empty_blocks();
     report.ray_steps = free_space_.steps();  // on trial
-    begin_scratch(map);
+    if (tried) begin_scratch(map);
     admit_one_by_one(map, report);
     tiles_.forget_points();
     free_space_.forget_marks();
-    const bool fits = in_time() && prepare(map);
-    TESSERA_ASSERT(fits || cut_);
-    static_cast<void>(fits);
+    if (!(in_time() && fill_scratch(map) && open_blocks(map)) && !cut_) refuse_all(map, report);
   }
+  memory_was_short_ = report.refused_memory() + report.rays_refused_memory > 0;
   report.tiles = static_cast<std::uint32_t>(tiles_.tiles().size());
   report.ray_blocks = static_cast<std::uint32_t>(free_space_.blocks().size());
   report.ray_steps += free_space_.steps();
   return all_fit;
+}
+
+/// What admission reserved was not there: nothing of the scan is written, and that is counted.
+void Integrator::refuse_all(const LocalMap& map, ScanReport& report) noexcept {
+  TESSERA_ASSERT(false);
+  ++report.write_faults;
+  report.refused_storage += static_cast<std::uint32_t>(admitted_count_);
+  report.rays_refused_memory += static_cast<std::uint32_t>(ray_count_);
+  admitted_count_ = ray_count_ = rays_cut_ = 0;
+  open_failed_ = true;
+  begin_scratch(map);
 }
 
 void Integrator::begin_scratch(const LocalMap& map) noexcept {
@@ -135,7 +154,8 @@ void Integrator::thin_points(const LocalMap& map, ScanReport& report) noexcept {
   const int unlabelled = map.classes().unlabelled();
   const auto thin_or_copy = [&](std::span<const ScanPoint> from, std::span<ScanPoint> to) {
     if (config_.thinning_m > 0.0)
-      return thin(from, config_.thinning_m, unlabelled, to, sort_, config_.thinning_weight);
+      return thin(from, map.lattice(), config_.thinning_m, unlabelled, to, sort_,
+                  config_.thinning_weight);
     for (std::size_t i = 0; i < from.size(); ++i) to[i] = from[i];
     return from.size();
   };

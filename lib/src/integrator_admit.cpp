@@ -119,16 +119,23 @@ void Integrator::count_tile(const LocalMap& map, Tile& tile, std::uint64_t units
   }
 }
 
-void Integrator::count_ray_block(const LocalMap& map, const RayBlock& ray_block,
+/// The block is looked up once a scan, and again only while it is not open: a tile may open it.
+void Integrator::count_ray_block(const LocalMap& map, RayBlock& ray_block,
                                  SlabPool::Counts& wanted) noexcept {
-  const Block* const block = map.find(ray_block.coord);
-  if (block == nullptr) ++wanted[kBlockSlab];
-  // On admission one by one nothing is marked yet: the ray may pass through every layer.
-  const bool marked = ray_block.carves();
-  VoxelMask carved{};
-  for (std::size_t z = 0; z < carved.size(); ++z)
-    carved[z] = marked ? ray_block.passed[z] & ~ray_block.hit[z] : ~std::uint64_t{0};
-  wanted[kFreeSlab] += free_pages_needed(block == nullptr ? Block{} : *block, carved);
+  if (!ray_block.looked_up || ray_block.block == 0) {
+    ray_block.block = map.find_handle(ray_block.coord);
+    const Block* const block = ray_block.block == 0 ? nullptr : &map.block_at(ray_block.block);
+    // On admission one by one nothing is marked yet: the ray may pass through every layer.
+    const bool marked = ray_block.carves();
+    VoxelMask carved{};
+    for (std::size_t z = 0; z < carved.size(); ++z)
+      carved[z] = marked ? ray_block.passed[z] & ~ray_block.hit[z] : ~std::uint64_t{0};
+    ray_block.free_pages =
+        static_cast<std::uint8_t>(free_pages_needed(block == nullptr ? Block{} : *block, carved));
+    ray_block.looked_up = true;
+  }
+  if (ray_block.block == 0) ++wanted[kBlockSlab];
+  wanted[kFreeSlab] += ray_block.free_pages;
 }
 
 bool Integrator::open_tile(LocalMap& map, Tile& tile, std::uint64_t units) noexcept {
@@ -145,25 +152,28 @@ bool Integrator::open_tile(LocalMap& map, Tile& tile, std::uint64_t units) noexc
   return true;
 }
 
-/// Counts first and opens then: a block opened in vain would keep its page from other uses.
-bool Integrator::open_blocks(LocalMap& map) noexcept {
+/// Asked before blocks are opened: one opened in vain would keep its page from other uses.
+bool Integrator::fits_whole(const LocalMap& map) noexcept {
   SlabPool::Counts wanted{};
   for (Tile& tile : tiles_.tiles()) {
     if (tile.wanted != 0) count_tile(map, tile, tile.wanted, 0, wanted);
   }
-  const std::span<RayBlock> ray_blocks =
-      config_.free_space.enabled ? free_space_.blocks() : std::span<RayBlock>{};
-  for (const RayBlock& ray_block : ray_blocks) {
+  for (RayBlock& ray_block : ray_blocks()) {
     if (ray_block.carves()) count_ray_block(map, ray_block, wanted);
   }
-  if (!map.fits(wanted)) return false;
+  return map.fits(wanted);
+}
+
+bool Integrator::open_blocks(LocalMap& map) noexcept {
   for (Tile& tile : tiles_.tiles()) {
     if (tile.wanted == 0 || open_tile(map, tile, tile.wanted)) continue;
     open_failed_ = true;
     return false;
   }
-  for (RayBlock& ray_block : ray_blocks) {
-    if (!ray_block.carves()) continue;
+  for (RayBlock& ray_block : ray_blocks()) {
+    const bool carves = ray_block.carves();
+    if (!carves) ray_block.block = 0;
+    if (!carves || ray_block.block != 0) continue;
     const Result<SlabHandle> block = map.open_block(ray_block.coord);
     if (!block.ok()) {
       open_failed_ = true;
@@ -191,11 +201,10 @@ bool Integrator::within_limit(ScanReport& report) noexcept {
   return !over_limit_;
 }
 
-bool Integrator::prepare(LocalMap& map) noexcept {
+bool Integrator::fill_scratch(const LocalMap& map) noexcept {
   rays_cut_ = 0;
   return tiles_.build(admitted(), map.lattice(), sort_) == Status::kOk && in_time() &&
-         want_units(map) && in_time() && (!config_.free_space.enabled || trace_rays()) &&
-         in_time() && open_blocks(map);
+         want_units(map) && in_time() && (!config_.free_space.enabled || trace_rays()) && in_time();
 }
 
 }  // namespace tessera

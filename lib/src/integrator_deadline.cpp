@@ -69,14 +69,14 @@ void Integrator::set_work_limit(ScanReport& report) noexcept {
 
 /// Rays are traced while there is time, and no longer, so only labels must be foreseen; where they
 /// take all of the time that there is, a quarter of it is kept for rays.
-void Integrator::shed_points(const LocalMap& map, ScanReport& report) noexcept {
+void Integrator::shed_points(ScanReport& report) noexcept {
   const std::uint64_t labels = admitted_count_ * foreseen_per_point();
   const std::uint64_t most = config_.free_space.enabled ? work_limit_ / 4 * 3 : work_limit_;
   if (!limit_is_deadline_ || labels <= most) return;
   const AdmissionScene scene{.points = admitted(),
                              .rays = {},
-                             .lattice = map.lattice(),
                              .origin_map = origin_map_,
+                             .origin_voxel = origin_voxel_,
                              .unit_edge = unit_edge(),
                              .spread = true};
   std::uint64_t left = most / foreseen_per_point();
@@ -105,9 +105,9 @@ void Integrator::count_cut_tile(const Tile& tile, ScanReport& report) const noex
   report.points_cut += end - begin;
 }
 
-BlockCoord Integrator::sensor_place(const LocalMap& map, bool blocks) const noexcept {
-  const VoxelCoord voxel = *map.lattice().voxel_of(origin_map_.cast<float>());
-  return blocks ? block_of(voxel) : ScanTiles::place_of(voxel, tiles_.unit_edge()).tile;
+BlockCoord Integrator::sensor_place(bool blocks) const noexcept {
+  return blocks ? block_of(origin_voxel_)
+                : ScanTiles::place_of(origin_voxel_, tiles_.unit_edge()).tile;
 }
 
 }  // namespace tessera

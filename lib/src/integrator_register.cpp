@@ -9,78 +9,88 @@ namespace tessera {
 
 namespace {
 
-/// What a return is held against: the same for a whole scan.
-struct Limits {
-  Limits(const InferenceConfig& config, const LocalMap& map, const Point3d& origin,
+enum class Fate : std::uint8_t { kNonFinite, kTooNear, kOutOfGrid, kInRange, kBeyondRange };
+
+/// The limits that every return of a scan is compared with.
+class Limits {
+ public:
+  /// A return beyond the range limit that is farther than this is no measurement: some drivers give
+  /// FLT_MAX for "no return". What is nearer is a finite float after a pose in the grid.
+  static constexpr double kFarthest_m = 1e7;
+
+  Limits(const InferenceConfig& config, const LocalMap& map, const Point3d& origin_map,
          int unit_edge) noexcept
-      : lattice(map.lattice()),
-        origin_map(origin),
-        min_square(squared(config.min_range_m)),
-        max_m(static_cast<double>(config.max_range_m)),
-        max_square(max_m > 0.0 ? squared(config.max_range_m) : 1e300),
+      : lattice_(map.lattice()),
+        origin_map_(origin_map),
+        min_square_(squared(static_cast<double>(config.min_range_m))),
+        max_m_(static_cast<double>(config.max_range_m)),
         // A tile of units of one voxel is half a block, so that tile numbers end at half the grid.
-        voxels(unit_edge == 1 ? kVoxelLimit / 2 : kVoxelLimit) {
+        voxel_limit_(unit_edge == 1 ? kVoxelLimit / 2 : kVoxelLimit) {
     // So that differences of cell and tile numbers within a scan fit 21 bits an axis.
     const double cell_m = config.thinning_m;
-    const double resolution_m = lattice.resolution_m();
+    const double resolution_m = lattice_.resolution_m();
     const double finest_m = cell_m > 0.0 && cell_m < resolution_m ? cell_m : resolution_m;
     const double reach_m = 0.5 * kBlockLimit * finest_m;
-    reach_square = reach_m * reach_m;
-    // Twice the reach, as a pose may stretch a little.
-    near_edge = !(origin.cwiseAbs().maxCoeff() + 2.0 * reach_m < voxels * resolution_m);
-  }
-  static double squared(float v) noexcept {
-    return static_cast<double>(v) * static_cast<double>(v);
-  }
-  /// Of a place in reach. Written so that NaN fails.
-  [[nodiscard]] bool in_grid(const Point3f& p_map) const noexcept {
-    if (!near_edge) return true;
-    const Point3d q = lattice.to_voxels(p_map);
-    return q.x() >= -voxels && q.x() < voxels && q.y() >= -voxels && q.y() < voxels &&
-           q.z() >= -voxels && q.z() < voxels;
+    const bool clamps = max_m_ > 0.0 && max_m_ <= reach_m;
+    max_square_ = squared(clamps ? max_m_ : reach_m);
+    farthest_square_ = squared(clamps ? kFarthest_m : reach_m);
   }
 
-  Lattice lattice;
-  Point3d origin_map;
-  double min_square;
-  double max_m;
-  double max_square;
-  double reach_square = 0.0;
-  bool near_edge = true;  ///< Places in reach may be outside the grid.
-  double voxels;
+  /// Classifies return i and, if it is in range or beyond it, sets point; a return beyond the range
+  /// limit is moved to that limit. Leaves component as it is.
+  [[nodiscard]] Fate place(const ScanView& scan, std::size_t i, ScanPoint& point) const noexcept {
+    const float* const p_sensor = scan.points + i * scan.stride_floats;
+    const double square =
+        squared_norm(static_cast<double>(p_sensor[0]), static_cast<double>(p_sensor[1]),
+                     static_cast<double>(p_sensor[2]));
+    const float weight = scan.weights == nullptr ? 1.0F : scan.weights[i];
+    // The square of a finite float does not overflow a double. Both conditions fail for NaN.
+    if (!(square < 1e300) || !(weight >= 0.0F && weight <= kMaxWeight)) return Fate::kNonFinite;
+    if (square < min_square_) return Fate::kTooNear;
+    if (square > farthest_square_) return Fate::kOutOfGrid;
+    const Point3f p_map = transform(scan.T_map_sensor, p_sensor);
+    const bool beyond = square > max_square_;
+    const Result<ScanPoint> placed = place_point(lattice_, beyond ? clamped(p_map) : p_map, weight);
+    if (!placed.ok() || !is_within(voxel_limit_, placed->voxel)) return Fate::kOutOfGrid;
+    point = *placed;
+    return beyond ? Fate::kBeyondRange : Fate::kInRange;
+  }
+
+ private:
+  static constexpr double squared(double v) noexcept { return v * v; }
+  /// The end at the range limit of the ray through p_map. Not finite if p_map is the origin.
+  [[nodiscard]] Point3f clamped(const Point3f& p_map) const noexcept {
+    const Point3d ray = p_map.cast<double>() - origin_map_;
+    return round_to_float(origin_map_ + ray * (max_m_ / norm(ray)));
+  }
+
+  Lattice lattice_;
+  Point3d origin_map_;
+  double min_square_;
+  double max_m_;
+  double max_square_ = 0.0;       ///< Beyond it a return frees space and is no hit.
+  double farthest_square_ = 0.0;  ///< Beyond it a return is refused.
+  std::int32_t voxel_limit_;
 };
 
-enum class Fate : std::uint8_t { kRefused, kInRange, kFar };
-
-/// Sets point's place and weight; counts what is refused.
-Fate register_return(const ScanView& scan, std::size_t i, const Limits& limits, ScanPoint& point,
-                     ScanReport& report) noexcept {
-  const float* const p_sensor = scan.points + i * scan.stride_floats;
-  const double square =
-      squared_norm(static_cast<double>(p_sensor[0]), static_cast<double>(p_sensor[1]),
-                   static_cast<double>(p_sensor[2]));
-  point.weight = scan.weights == nullptr ? 1.0F : scan.weights[i];
-  // The square of a finite float does not overflow a double.
-  if (!(square < 1e300) || !(point.weight >= 0.0F && point.weight <= kMaxWeight)) {
-    ++report.non_finite;
-    return Fate::kRefused;
+void count_fate(Fate fate, ScanReport& report) noexcept {
+  switch (fate) {
+    case Fate::kNonFinite:
+      ++report.non_finite;
+      return;
+    case Fate::kTooNear:
+      ++report.too_near;
+      return;
+    case Fate::kOutOfGrid:
+      ++report.out_of_grid;
+      return;
+    case Fate::kInRange:
+      ++report.in_range;
+      return;
+    case Fate::kBeyondRange:
+      ++report.beyond_range;
+      return;
   }
-  if (square < limits.min_square) {
-    ++report.too_near;
-    return Fate::kRefused;
-  }
-  point.p_map = transform(scan.T_map_sensor, p_sensor);
-  const bool far = square > limits.max_square;
-  if (far) {
-    const Point3d ray = point.p_map.cast<double>() - limits.origin_map;
-    point.p_map = (limits.origin_map + ray * (limits.max_m / norm(ray))).cast<float>();
-  }
-  if ((far ? limits.max_square : square) > limits.reach_square || !limits.in_grid(point.p_map)) {
-    ++report.out_of_grid;
-    return Fate::kRefused;
-  }
-  report.beyond_range += far ? 1U : 0U;
-  return far ? Fate::kFar : Fate::kInRange;
 }
 
 }  // namespace
@@ -95,14 +105,17 @@ void Integrator::register_points(const LocalMap& map, const ScanView& scan,
   const int unlabelled = map.classes().unlabelled();
   for (std::uint64_t k = 0; k < kept; ++k) {
     if (k % kReturnBatch == 0 && !in_time()) {
-      report.returns_cut = static_cast<std::uint32_t>(kept);
+      report = {.points = report.points,
+                .over_capacity = report.over_capacity,
+                .returns_cut = static_cast<std::uint32_t>(kept)};
       registered_count_ = far_count_ = 0;
       return;
     }
     const auto i = static_cast<std::size_t>(kept == scan.count ? k : k * scan.count / kept);
     ScanPoint point;
-    const Fate fate = register_return(scan, i, limits, point, report);
-    if (fate == Fate::kFar && config_.free_space.enabled)
+    const Fate fate = limits.place(scan, i, point);
+    count_fate(fate, report);
+    if (fate == Fate::kBeyondRange && config_.free_space.enabled)
       registered_[registered_.size() - ++far_count_] = point;
     if (fate != Fate::kInRange) continue;
     const std::uint8_t component =

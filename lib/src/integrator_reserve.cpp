@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Admission one by one, for a scan that does not fit as a whole. Bounds here are never under those
-// of prepare(), and the tiles and ray blocks made here stay: so prepare() finds all that it needs
-// for what was admitted, and cannot fail.
+// Admission one by one, for a scan that does not fit as a whole. Bounds here are never under what
+// the scan takes in the end; the tiles, ray blocks and blocks of the map made here stay. So filling
+// the scratch for what was admitted finds all that it needs.
 #include "tessera/inference/admission_order.hpp"
 #include "tessera/inference/integrator.hpp"
 
@@ -31,29 +31,14 @@ std::size_t Integrator::keep_admitted(std::span<ScanPoint> points) noexcept {
   return kept;
 }
 
-template <class Visit>
-bool Integrator::for_units_reached(const ScanTiles::Place& place, Visit&& visit) const noexcept {
-  if (config_.mode == InferenceMode::kMultiEntropy)
-    return for_units_across(place.tile, place.unit, visit);
-  const int reach = config_.mode == InferenceMode::kKernel ? kernel_reach_units_ : 0;
-  return for_units_around(place.tile, place.unit, reach, visit);
-}
-
-void Integrator::count_crossed(const LocalMap& map, std::span<const std::uint32_t> crossed,
-                               SlabPool::Counts& wanted) noexcept {
-  for (const std::uint32_t number : crossed) {
-    const RayBlock& ray_block = free_space_.blocks()[number];
-    if (!ray_block.reserved) count_ray_block(map, ray_block, wanted);
-  }
-}
-
-/// Of the units that a point in reach could bring evidence to, those that may receive some with the
-/// points admitted so far, as want_units finds them.
+/// Of the units of a tile that a point in reach could bring evidence to, those that may receive
+/// some with the points admitted so far, as want_units finds them. Tiles that are not linked have
+/// no say in each other, as there.
 std::uint64_t Integrator::receiving_units(const Tile& tile, std::uint64_t reached) const noexcept {
   if (config_.mode != InferenceMode::kMultiEntropy) return reached;
   std::array<std::uint64_t, 6> faces{};
   for (std::size_t face = 0; face < 6; ++face) {
-    const Tile* const beside = tiles_.find(tile.coord + kFaceSteps[face]);
+    const Tile* const beside = tiles_.beside(tile, face);
     faces[face] = beside == nullptr ? 0 : beside->occupied;
   }
   const std::uint64_t filled =
@@ -61,84 +46,133 @@ std::uint64_t Integrator::receiving_units(const Tile& tile, std::uint64_t reache
   return reached & (tile.occupied | filled);
 }
 
-bool Integrator::count_units(const LocalMap& map, const ScanTiles::Place& place,
-                             SlabPool::Counts& wanted) noexcept {
+/// Calls visit(number of a tile, its units that the point may contribute to), making the tiles.
+/// False: tiles or their index are full.
+template <class Visit>
+bool Integrator::for_units_reached(std::uint32_t own, const ScanTiles::Place& place,
+                                   Visit&& visit) noexcept {
+  const std::uint64_t bit = unit_bit(place.unit);
+  if (config_.mode == InferenceMode::kKernel) {
+    return for_units_around(place.tile, place.unit, kernel_reach_units_,
+                            [&](const BlockCoord& coord, std::uint64_t reached) {
+                              if (!in_grid(coord)) return true;
+                              const Result<std::uint32_t> number = tiles_.ensure(coord);
+                              if (number.ok()) visit(*number, reached);
+                              return number.ok();
+                            });
+  }
+  std::uint64_t here = bit;
+  if (config_.mode == InferenceMode::kMultiEntropy) {
+    const std::array<std::uint64_t, 6> spill = neighbour_masks(0, {bit, bit, bit, bit, bit, bit});
+    for (const std::uint64_t neighbours : neighbour_masks(bit, {})) here |= neighbours;
+    for (std::size_t face = 0; face < 6; ++face) {
+      const std::uint64_t beside = spill[face ^ 1U];
+      if (beside == 0) continue;
+      const Result<std::uint32_t> number = tiles_.ensure_beside(own, face);
+      if (number.status() == Status::kOutOfRange) continue;
+      if (!number.ok()) return false;
+      visit(*number, beside);
+    }
+  }
+  visit(own, here);
+  return true;
+}
+
+/// What the units around a point in a new unit need.
+bool Integrator::plan_units(const LocalMap& map, const ScanTiles::Place& place,
+                            PointPlan& plan) noexcept {
   const Result<std::uint32_t> own = tiles_.ensure(place.tile);
   if (!own.ok()) return false;
   tiles_.tiles()[*own].occupied |= unit_bit(place.unit);
-  return for_units_reached(place, [&](const BlockCoord& coord, std::uint64_t reached) {
-    if (!in_grid(coord)) return true;
-    const Result<std::uint32_t> number = tiles_.ensure(coord);
-    if (!number.ok()) return false;
-    Tile& tile = tiles_.tiles()[*number];
+  plan.own = *own;
+  return for_units_reached(*own, place, [&](std::uint32_t number, std::uint64_t reached) {
+    Tile& tile = tiles_.tiles()[number];
     const std::uint64_t units = receiving_units(tile, reached) & ~tile.reserved;
-    count_tile(map, tile, units, tile.reserved, wanted);
-    return true;
+    if (units != 0) count_tile(map, tile, units, tile.reserved, plan.wanted);
   });
 }
 
-/// The map's index may refuse; what was opened until then stays empty and is taken back after the
-/// scan.
-bool Integrator::open_units(LocalMap& map, const ScanTiles::Place& place) noexcept {
-  return for_units_reached(place, [&](const BlockCoord& coord, std::uint64_t reached) {
-    Tile* const tile = tiles_.find(coord);
-    return tile == nullptr || open_tile(map, *tile, receiving_units(*tile, reached));
+/// What the ray needs: walks no farther than to the first block that does not fit.
+Integrator::Refusal Integrator::plan_ray(LocalMap& map, const ScanPoint& end,
+                                         PointPlan& plan) noexcept {
+  const Status crossed = free_space_.cross(end, [&](RayBlock& ray_block) {
+    if (ray_block.reserved) return true;
+    const SlabPool::Counts before = plan.wanted;
+    count_ray_block(map, ray_block, plan.wanted);
+    return plan.wanted == before || map.fits(plan.wanted);
   });
+  if (crossed == Status::kResourceExhausted) return Refusal::kRayBlocks;
+  return map.fits_or_refuse(plan.wanted) ? Refusal::kNone : Refusal::kStorage;
 }
 
-/// new_unit: the point's, if no admitted point lies in it yet; other points need no more storage.
-Integrator::Refusal Integrator::try_reserve(LocalMap& map, const ScanPoint& point,
-                                            const ScanTiles::Place* new_unit,
-                                            SlabPool::Counts& spoken_for) noexcept {
-  SlabPool::Counts wanted = spoken_for;
-  if (new_unit != nullptr && !count_units(map, *new_unit, wanted)) return Refusal::kTiles;
-  if (!map.fits_or_refuse(wanted)) return Refusal::kStorage;  // before the ray is walked
-  std::span<const std::uint32_t> crossed;
-  if (config_.free_space.enabled) {
-    const Result<std::span<const std::uint32_t>> blocks = free_space_.cross(point.p_map);
-    if (!blocks.ok()) return Refusal::kRayBlocks;
-    crossed = *blocks;
-    count_crossed(map, crossed, wanted);
-    if (!map.fits_or_refuse(wanted)) return Refusal::kStorage;
-  }
-  // A block is opened only where all that goes with it fits.
-  bool opened = new_unit == nullptr || open_units(map, *new_unit);
-  for (const std::uint32_t number : crossed) {
-    opened = opened && (free_space_.blocks()[number].reserved ||
-                        map.open_block(free_space_.blocks()[number].coord).ok());
-  }
-  if (!opened) {
-    open_failed_ = true;
-    return Refusal::kStorage;
-  }
-  wanted[kBlockSlab] = 0;  // opened by now
-  spoken_for = wanted;
+/// The plan of a point and its ray beyond what is reserved; new_unit: the point's, if no admitted
+/// point lies in it yet, else null: other points of a unit need no more storage.
+Integrator::Refusal Integrator::plan_point(LocalMap& map, const ScanPoint& point,
+                                           const ScanTiles::Place* new_unit,
+                                           PointPlan& plan) noexcept {
   if (new_unit != nullptr) {
-    for_units_reached(*new_unit, [&](const BlockCoord& coord, std::uint64_t reached) {
-      if (Tile* const tile = tiles_.find(coord)) tile->reserved |= receiving_units(*tile, reached);
-      return true;
-    });
+    if (!plan_units(map, *new_unit, plan)) return Refusal::kTiles;
+    if (!map.fits_or_refuse(plan.wanted)) return Refusal::kStorage;  // before the ray is walked
   }
+  return config_.free_space.enabled ? plan_ray(map, point, plan) : Refusal::kNone;
+}
+
+/// Opens the plan's blocks and marks as reserved what it holds. Storage has room for all of it; the
+/// map's index may refuse a block: what was opened until then is taken back after the scan.
+bool Integrator::open_plan(LocalMap& map, const ScanTiles::Place* new_unit,
+                           const PointPlan& plan) noexcept {
+  const std::span<const std::uint32_t> crossed =
+      config_.free_space.enabled ? free_space_.crossed() : std::span<const std::uint32_t>{};
+  bool opened = true;
+  for (const std::uint32_t number : crossed) {
+    RayBlock& ray_block = free_space_.blocks()[number];
+    if (!opened || ray_block.block != 0) continue;
+    const Result<SlabHandle> block = map.open_block(ray_block.coord);
+    opened = block.ok();
+    if (opened) ray_block.block = *block;
+  }
+  const auto for_units = [&](auto&& visit) {
+    if (new_unit == nullptr || !opened) return;
+    const bool all_there = for_units_reached(plan.own, *new_unit, visit);
+    opened = opened && all_there;  // visit may have said no
+  };
+  for_units([&](std::uint32_t number, std::uint64_t reached) {
+    Tile& tile = tiles_.tiles()[number];
+    opened = opened && open_tile(map, tile, receiving_units(tile, reached));
+  });
+  if (!opened) return false;
+  for_units([&](std::uint32_t number, std::uint64_t reached) {
+    Tile& tile = tiles_.tiles()[number];
+    tile.reserved |= receiving_units(tile, reached);
+  });
   for (const std::uint32_t number : crossed) free_space_.blocks()[number].reserved = true;
-  return Refusal::kNone;
+  return true;
 }
 
 Integrator::Refusal Integrator::reserve(LocalMap& map, const ScanPoint& point, bool is_point,
-                                        SlabPool::Counts& spoken_for) noexcept {
+                                        SlabPool::Counts& reserved) noexcept {
   const std::size_t tiles = tiles_.tiles().size();
   const std::size_t ray_blocks = free_space_.blocks().size();
-  const ScanTiles::Place place =
-      ScanTiles::place_of(*map.lattice().voxel_of(point.p_map), tiles_.unit_edge());
+  const ScanTiles::Place place = ScanTiles::place_of(point.voxel, tiles_.unit_edge());
   const Tile* const before = is_point ? tiles_.find(place.tile) : nullptr;
-  const bool new_unit =
+  const bool is_new =
       is_point && (before == nullptr || (before->occupied & unit_bit(place.unit)) == 0);
-  const Refusal refusal = try_reserve(map, point, new_unit ? &place : nullptr, spoken_for);
-  if (refusal != Refusal::kNone) {
-    Tile* const tile = new_unit ? tiles_.find(place.tile) : nullptr;
-    if (tile != nullptr) tile->occupied &= ~unit_bit(place.unit);
-    tiles_.truncate(tiles);
-    free_space_.truncate(ray_blocks);
+  const ScanTiles::Place* const new_unit = is_new ? &place : nullptr;
+  PointPlan plan{.wanted = reserved};
+  Refusal refusal = plan_point(map, point, new_unit, plan);
+  if (refusal == Refusal::kNone && !open_plan(map, new_unit, plan)) {
+    open_failed_ = true;
+    refusal = Refusal::kStorage;
   }
+  if (refusal == Refusal::kNone) {
+    reserved = plan.wanted;
+    reserved[kBlockSlab] = 0;  // opened by now
+    return refusal;
+  }
+  Tile* const tile = is_new ? tiles_.find(place.tile) : nullptr;
+  if (tile != nullptr) tile->occupied &= ~unit_bit(place.unit);
+  tiles_.truncate(tiles);
+  free_space_.truncate(ray_blocks);
   return refusal;
 }
 
@@ -151,7 +185,7 @@ bool Integrator::is_spent(std::uint64_t work, std::uint64_t to_write, std::size_
 
 void Integrator::admit_one_by_one(LocalMap& map, ScanReport& report) noexcept {
   const bool carving = config_.free_space.enabled;
-  SlabPool::Counts spoken_for{};
+  SlabPool::Counts reserved{};
   std::uint64_t work = report.ray_steps;  // on trial
   std::uint64_t to_write = 0;             // of the work, what comes after admission
   rays_predicted_ = 0;
@@ -162,8 +196,8 @@ void Integrator::admit_one_by_one(LocalMap& map, ScanReport& report) noexcept {
   // have the first of more units.
   const AdmissionScene scene{.points = admitted(),
                              .rays = admitted_rays(),
-                             .lattice = map.lattice(),
                              .origin_map = origin_map_,
+                             .origin_voxel = origin_voxel_,
                              .unit_edge = unit_edge(),
                              .spread = over_limit_};
   for (const KeyedIndex& item : order_of_admission(scene, sort_)) {
@@ -175,7 +209,7 @@ void Integrator::admit_one_by_one(LocalMap& map, ScanReport& report) noexcept {
     std::uint32_t* counter = work_counter(report, is_point);
     if (!spent) {
       const std::uint64_t steps_before = free_space_.steps();
-      const Refusal refusal = reserve(map, point, is_point, spoken_for);
+      const Refusal refusal = reserve(map, point, is_point, reserved);
       if (refusal == Refusal::kNone) {
         work += cost;
         to_write += cost - steps;

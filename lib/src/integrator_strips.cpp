@@ -118,8 +118,9 @@ void Integrator::sum_strip(const LocalMap& map, std::span<const Tile* const> str
   strip_.begin(static_cast<int>(strip.size()));
   // Sums take longer than memory does.
   for (const Tile* const tile : strip) map.prefetch_pages(tile->blocks[0]);
-  using Row = std::array<const Tile*, KernelStrip::kTiles>;
-  const auto step = [&](std::span<const Tile* const> from, std::size_t axis, int steps, Row& to) {
+  using TileRow = std::array<const Tile*, KernelStrip::kTiles>;
+  const auto step = [&](std::span<const Tile* const> from, std::size_t axis, int steps,
+                        TileRow& to) {
     bool any = false;
     for (std::size_t i = 0; i < from.size(); ++i) {
       to[i] = tiles_.stepped(from[i], axis, steps);
@@ -127,8 +128,8 @@ void Integrator::sum_strip(const LocalMap& map, std::span<const Tile* const> str
     }
     return any;
   };
-  Row on_z{};
-  Row on_y{};
+  TileRow on_z{};
+  TileRow on_y{};
   const std::span<const Tile* const> slice = std::span(on_z).first(strip.size());
   const std::span<const Tile* const> row = std::span(on_y).first(strip.size());
   for (int dz = -reach_tiles; dz <= reach_tiles; ++dz) {
@@ -151,10 +152,14 @@ void Integrator::write_strip(LocalMap& map, std::span<const Tile* const> strip, 
     const int tile = static_cast<int>(i);
     const std::uint64_t octets = strip[i]->wanted & strip_.touched(tile);
     if (octets == 0 || block == 0) continue;
-    // Room was reserved before anything was written, so this cannot fail.
+    // Room was reserved before anything was written, so this does not fail.
     const Result<int> written = map.add_labels(block, octets, strip_.sums(tile));
     TESSERA_ASSERT(written.ok());
-    report.label_octets += static_cast<std::uint32_t>(*written);
+    if (written.ok()) {
+      report.label_octets += static_cast<std::uint32_t>(*written);
+    } else {
+      ++report.write_faults;
+    }
   }
 }
 

@@ -73,7 +73,7 @@ void Integrator::write_labels(LocalMap& map, ScanReport& report) noexcept {
     write_strips(map, work, report);
   } else {
     const ScanTiles& tiles = tiles_;
-    write_in_time(tiles.tiles(), sensor_place(map, false), 1, write, leave);
+    write_in_time(tiles.tiles(), sensor_place(false), 1, write, leave);
   }
   report.voxel_updates = work.updates;
   report.evaluations = work.evaluations;
@@ -110,14 +110,13 @@ void Integrator::write_units(LocalMap& map, const Tile& tile, EvidenceWork& work
   }
 }
 
-/// Room was reserved before anything was written, so this cannot fail.
+/// Room was reserved before anything was written, so this does not fail.
 void Integrator::write_octet(LocalMap& map, SlabHandle block, int octet,
                              ScanReport& report) noexcept {
   if (block == 0) return;  // beyond the grid's edge, where only coarse units reach
   const Status status = map.add_labels(block, octet, octet_[0]);
   TESSERA_ASSERT(status == Status::kOk);
-  static_cast<void>(status);
-  ++report.label_octets;
+  ++(status == Status::kOk ? report.label_octets : report.write_faults);
 }
 
 void Integrator::write_free_space(LocalMap& map, ScanReport& report) noexcept {
@@ -128,14 +127,13 @@ void Integrator::write_free_space(LocalMap& map, ScanReport& report) noexcept {
       carved[z] = ray_block.passed[z] & ~ray_block.hit[z];
     const Status status = map.add_free_pass(ray_block.block, carved);
     TESSERA_ASSERT(status == Status::kOk);
-    static_cast<void>(status);
-    ++report.free_blocks;
+    ++(status == Status::kOk ? report.free_blocks : report.write_faults);
   };
   const auto leave = [&](const RayBlock& ray_block) {
     report.ray_blocks_cut += ray_block.block == 0 ? 0U : 1U;
   };
   const std::span<const RayBlock> blocks = free_space_.blocks();
-  write_in_time(blocks, sensor_place(map, true), kBlockBatch, write, leave);
+  write_in_time(blocks, sensor_place(true), kBlockBatch, write, leave);
   report.rays_cut = static_cast<std::uint32_t>(rays_cut_);
   report.rays = static_cast<std::uint32_t>(admitted_count_ + ray_count_ - rays_cut_);
 }

@@ -4,11 +4,12 @@
 
 namespace tessera {
 
-Result<KeyIndex> KeyIndex::make(Arena& arena, std::size_t capacity) noexcept {
+Result<KeyIndex> KeyIndex::make(Arena& arena, std::size_t capacity, std::uint64_t seed) noexcept {
   KeyIndex index;
   index.buckets_ = arena.take<Bucket>(bucket_count(capacity));
   if (index.buckets_.empty()) return Status::kResourceExhausted;
   index.capacity_ = capacity;
+  index.salt_ = salt_of(seed);
   return index;
 }
 

@@ -94,8 +94,8 @@ void LabelProjector::place(const PointsView& points, const LabelCamera& camera,
     const double range_m = norm(p_camera);
     placed.column = nearest_pixel(pixel.column, camera.model.width_px());
     placed.row = nearest_pixel(pixel.row, camera.model.height_px());
-    placed.range_m = static_cast<float>(range_m);
-    placed.cosine = static_cast<float>(p_camera.z() / range_m);
+    placed.range_m = round_to_float(range_m);
+    placed.cosine = round_to_float(p_camera.z() / range_m);
     float& nearest_m = nearest_m_[static_cast<std::size_t>(cell_of(placed.row) * cells_.columns +
                                                            cell_of(placed.column))];
     nearest_m = std::min(nearest_m, placed.range_m);

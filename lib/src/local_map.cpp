@@ -28,7 +28,7 @@ Result<LocalMap> LocalMap::make(Arena& arena, const MapConfig& config,
   LocalMap map;
   map.config_ = config;
   map.classes_ = classes;
-  const Result<BlockIndex> index = BlockIndex::make(arena, max_blocks(config));
+  const Result<BlockIndex> index = BlockIndex::make(arena, max_blocks(config), config.hash_seed);
   if (!index.ok()) return index.status();
   map.index_ = *index;
   const std::size_t pages = config.storage_bytes / SlabPool::kPageBytes;
@@ -37,10 +37,8 @@ Result<LocalMap> LocalMap::make(Arena& arena, const MapConfig& config,
       {static_cast<std::uint32_t>(sizeof(Block)), static_cast<std::uint32_t>(sizeof(LabelPage)),
        static_cast<std::uint32_t>(sizeof(FreePage)), map.octet_bytes()});
   map.tuples_ = TupleStore(config.tuple, config.max_evidence);
-  if (config.max_evidence > 0.0F) {
-    const float passes = config.max_evidence / config.free_weight + kPassRounding;
-    map.max_passes_ = passes >= 255.0F ? std::uint8_t{255} : static_cast<std::uint8_t>(passes);
-  }
+  if (config.max_evidence > 0.0F)
+    map.max_passes_ = passes_at_cap(config.max_evidence, config.free_weight);
   map.fill_states_of_passes();
   map.unobserved_ = CountSummary(map.num_components(), 0.0F).estimate(config.prior);
   map.note_usage();

@@ -29,8 +29,8 @@ MapFileStatus load_counts(CheckedSource& source, VoxelEvidence& evidence) noexce
     ByteReader in(bytes);
     const int component = in.u8();
     const float value = in.f32();
-    if (component <= last || component >= evidence.num_components || !(value > 0.0F) ||
-        !(value < 1e30F)) {
+    if (component <= last || component >= evidence.num_components || value == 0.0F ||
+        !is_count(value)) {
       return failed(source, Status::kCorrupt, "a count is out of range");
     }
     last = component;

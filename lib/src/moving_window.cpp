@@ -44,7 +44,7 @@ std::int64_t MovingWindow::square_distance(BlockCoord block) const noexcept {
 WindowStep MovingWindow::step(LocalMap& map, const Point3d& p_map,
                               const BlockArchive& archive) noexcept {
   WindowStep report;
-  const Result<VoxelCoord> voxel = map.lattice().voxel_of_double(p_map);
+  const Result<VoxelCoord> voxel = map.lattice().voxel_of(p_map);
   report.position = voxel.status();
   if (!voxel.ok()) return report;
   robot_ = block_of(*voxel);

@@ -78,9 +78,9 @@ Status ObstacleSectors::begin(const Matrix34d& T_map_body, std::int64_t stamp_us
   const double reach_m = config_.max_range_m + 2 * kBlockEdge * resolution_m;
   const Point3d low = body + Point3d(-reach_m, -reach_m, config_.min_height_m);
   const Point3d high = body + Point3d(reach_m, reach_m, config_.max_height_m);
-  const Result<VoxelCoord> center = lattice_.voxel_of_double(body);
-  const Result<VoxelCoord> lowest = lattice_.voxel_of_double(low);
-  const Result<VoxelCoord> highest = lattice_.voxel_of_double(high);
+  const Result<VoxelCoord> center = lattice_.voxel_of(body);
+  const Result<VoxelCoord> lowest = lattice_.voxel_of(low);
+  const Result<VoxelCoord> highest = lattice_.voxel_of(high);
   if (!center.ok() || !lowest.ok() || !highest.ok()) return Status::kOutOfRange;
   x_m_ = body.x();
   y_m_ = body.y();

@@ -46,8 +46,8 @@ bool ObstacleSectors::read_column(MapReader& reader, const Column& column) noexc
 void ObstacleSectors::read_block(const BlockSnapshot& block, std::uint64_t& known) noexcept {
   ++current().present;
   const std::int32_t bottom = block.coord().z * kBlockEdge;
-  const std::int32_t low = std::max(low_z_ - bottom, 0);
-  const std::int32_t high = std::min(high_z_ - bottom, kBlockEdge - 1);
+  const std::int32_t low = std::max<std::int32_t>(low_z_ - bottom, 0);
+  const std::int32_t high = std::min<std::int32_t>(high_z_ - bottom, kBlockEdge - 1);
   const std::span<const std::byte> rows = block.free_rows();
   std::array<std::uint64_t, kBlockEdge> passed{};  // By y, over the layers of the band.
   for (std::int32_t z = low; z <= high; ++z) {
@@ -124,7 +124,7 @@ void ObstacleSectors::count_known(const Column& column, std::uint64_t known) noe
     const double distance_m = std::sqrt(squared_norm(x, y, 0.0));
     if (distance_m >= config_.max_range_m || distance_m < config_.own_radius_m) continue;
     const auto ring = static_cast<std::size_t>(
-        std::min(floor_to_int(distance_m / config_.ring_m), kMostRings - 1));
+        std::min<std::int32_t>(floor_to_int(distance_m / config_.ring_m), kMostRings - 1));
     Share& counted = share(static_cast<std::size_t>(sector_of(x, y)), ring);
     ++counted.all;
     counted.known += static_cast<std::uint32_t>((known >> static_cast<unsigned>(bit)) & 1U);

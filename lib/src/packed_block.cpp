@@ -156,7 +156,8 @@ const std::byte* end_of_voxel(const std::byte* at, const std::byte* end,
     const bool rest_last = component == 0 && !more;
     const bool ascends =
         component >= least && component < static_cast<std::uint32_t>(num_components);
-    if (bits == 0 || bits > detail::kLargestShort || !(rest_last || ascends)) return nullptr;
+    if (bits < detail::kLeastShort || bits > detail::kLargestShort || !(rest_last || ascends))
+      return nullptr;
     least = component + 1;
   }
   return at;

@@ -83,7 +83,11 @@ void ScanTiles::forget_points() noexcept {
 
 void ScanTiles::truncate(std::size_t count) noexcept {
   for (; tile_count_ > count; --tile_count_) {
-    const bool erased = index_.erase(*pack(tiles_[tile_count_ - 1].coord));
+    const Tile& last = tiles_[tile_count_ - 1];
+    for (std::size_t face = 0; face < last.beside.size(); ++face) {
+      if (last.beside[face] != 0) tiles_[last.beside[face] - 1].beside[face ^ 1U] = 0;
+    }
+    const bool erased = index_.erase(*pack(last.coord));
     TESSERA_ASSERT(erased);
     static_cast<void>(erased);
   }
@@ -137,8 +141,7 @@ Status ScanTiles::build(std::span<const ScanPoint> points, const Lattice& lattic
   const TileOrder order(points, lattice, unit_edge_);
   const std::span<KeyedIndex> items = sort.first(points.size());
   for (std::size_t i = 0; i < points.size(); ++i)
-    items[i] = {order.key_of(voxel_at(lattice.to_voxels(points[i].p_map))),
-                static_cast<std::uint32_t>(i)};
+    items[i] = {order.key_of(points[i].voxel), static_cast<std::uint32_t>(i)};
   radix_sort(items, sort.subspan(points.size()));
   const Status sorted = append(points.size(), lattice, [&](std::size_t i) -> const ScanPoint& {
     return points[items[i].index];
@@ -161,8 +164,7 @@ Status ScanTiles::append(std::size_t count, const Lattice& lattice, PointAt&& po
   UnitSample* sample = nullptr;  // of the unit
   for (std::size_t i = 0; i < count; ++i) {
     const ScanPoint& point = point_at(i);
-    const Point3d q = lattice.to_voxels(point.p_map);
-    const VoxelCoord voxel = voxel_at(q);
+    const VoxelCoord voxel = point.voxel;
     const bool new_tile = tile == nullptr || !is_in_tile(voxel - corner);
     if (new_tile) {
       const BlockCoord coord = place_of(voxel, unit_edge_).tile;
@@ -185,6 +187,7 @@ Status ScanTiles::append(std::size_t count, const Lattice& lattice, PointAt&& po
       *sample = {.begin = begin, .end = begin};
     }
     ++sample->end;
+    const Point3d q = lattice.to_voxels(point.p_map);
     points_[point_count_++] = {.x = local_coordinate(q.x(), corner.x, in_tile.x),
                                .y = local_coordinate(q.y(), corner.y, in_tile.y),
                                .z = local_coordinate(q.z(), corner.z, in_tile.z),

@@ -13,9 +13,19 @@ namespace tessera {
 
 namespace {
 
+/// The point that stands for a cell; member: one of its points. Rounding is monotone, so a mean
+/// lies between the members and is in the grid as they are.
+ScanPoint place_mean(const Lattice& lattice, const Point3d& mean, double weight,
+                     std::size_t component, const ScanPoint& member) noexcept {
+  const Result<ScanPoint> placed =
+      place_point(lattice, round_to_float(mean), static_cast<float>(weight),
+                  static_cast<std::uint8_t>(component));
+  return placed.ok() ? *placed : member;
+}
+
 /// The mean of the members, all of one component.
 ScanPoint merge_alike(std::span<const ScanPoint> points, std::span<const KeyedIndex> members,
-                      ThinningWeight rule) noexcept {
+                      const Lattice& lattice, ThinningWeight rule) noexcept {
   Point3d sum = Point3d::Zero();
   double weight = 0.0;
   for (const KeyedIndex& member : members) {
@@ -25,20 +35,19 @@ ScanPoint merge_alike(std::span<const ScanPoint> points, std::span<const KeyedIn
   }
   const auto n = static_cast<double>(members.size());
   const double share = rule == ThinningWeight::kSum ? 1.0 : 1.0 / n;
-  return {.p_map = (sum / n).cast<float>(),
-          .weight = static_cast<float>(weight * share),
-          .component = points[members[0].index].component};
+  const ScanPoint& first = points[members[0].index];
+  return place_mean(lattice, sum / n, weight * share, first.component, first);
 }
 
 /// The one point that stands for the cell's points, members[i].index in points.
 ScanPoint merge_cell(std::span<const ScanPoint> points, std::span<const KeyedIndex> members,
-                     int unlabelled, ThinningWeight rule) noexcept {
+                     const Lattice& lattice, int unlabelled, ThinningWeight rule) noexcept {
   const ScanPoint& first = points[members[0].index];
   if (members.size() == 1) return first;
   if (std::ranges::all_of(members, [&](const KeyedIndex& member) {
         return points[member.index].component == first.component;
       })) {
-    return merge_alike(points, members, rule);
+    return merge_alike(points, members, lattice, rule);
   }
   Point3d sum = Point3d::Zero();
   std::array<double, kMaxComponents> weight{};
@@ -66,16 +75,17 @@ ScanPoint merge_cell(std::span<const ScanPoint> points, std::span<const KeyedInd
   const auto n = static_cast<double>(members.size());
   const double share =
       rule == ThinningWeight::kSum ? 1.0 : 1.0 / static_cast<double>(count[winner]);
-  return {.p_map = (sum / n).cast<float>(),
-          .weight = static_cast<float>(weight[winner] * share),
-          .component = static_cast<std::uint8_t>(winner)};
+  return place_mean(lattice, sum / n, weight[winner] * share, winner, first);
 }
 
 /// Keys that sort cells by cubes of eight cells a side, in these by cubes of two, each in (z, y, x)
 /// order: where a cell is a voxel, that is by tile and unit.
 class CellOrder {
  public:
-  CellOrder(std::span<const ScanPoint> points, const Lattice& cells) noexcept : cells_(cells) {
+  /// lattice: that the points were registered with.
+  CellOrder(std::span<const ScanPoint> points, const Lattice& cells,
+            const Lattice& lattice) noexcept
+      : cells_(cells), are_voxels_(cells.resolution_m() == lattice.resolution_m()) {
     const auto [low, high] = bounds_of(points);
     // The cell of a coordinate never falls where the coordinate rises.
     const Cell first = cell_of(low);
@@ -91,8 +101,9 @@ class CellOrder {
     TESSERA_ASSERT(z_shift_ + cubes(2) <= 64);
   }
 
-  [[nodiscard]] std::uint64_t key_of(const Point3f& p_map) const noexcept {
-    const Cell cell = cell_of(p_map);
+  [[nodiscard]] std::uint64_t key_of(const ScanPoint& point) const noexcept {
+    const VoxelCoord& voxel = point.voxel;
+    const Cell cell = are_voxels_ ? Cell{voxel.x, voxel.y, voxel.z} : cell_of(point.p_map);
     const auto x = static_cast<std::uint64_t>(cell[0] - corner_[0]);
     const auto y = static_cast<std::uint64_t>(cell[1] - corner_[1]);
     const auto z = static_cast<std::uint64_t>(cell[2] - corner_[2]);
@@ -112,6 +123,7 @@ class CellOrder {
   }
 
   Lattice cells_;
+  bool are_voxels_;  ///< Cells are the map's voxels, which points know.
   Cell corner_{};
   unsigned y_shift_ = 0;
   unsigned z_shift_ = 0;
@@ -119,21 +131,22 @@ class CellOrder {
 
 }  // namespace
 
-std::size_t thin(std::span<const ScanPoint> points, double cell_m, int unlabelled,
-                 std::span<ScanPoint> out, std::span<KeyedIndex> sort,
+std::size_t thin(std::span<const ScanPoint> points, const Lattice& lattice, double cell_m,
+                 int unlabelled, std::span<ScanPoint> out, std::span<KeyedIndex> sort,
                  ThinningWeight weight) noexcept {
   TESSERA_ASSERT(out.size() >= points.size() && sort.size() >= 2 * points.size());
   const std::span<KeyedIndex> items = sort.first(points.size());
   if (points.empty()) return 0;
-  const CellOrder order(points, Lattice(cell_m));
+  const CellOrder order(points, Lattice(cell_m), lattice);
   for (std::size_t i = 0; i < points.size(); ++i)
-    items[i] = {order.key_of(points[i].p_map), static_cast<std::uint32_t>(i)};
+    items[i] = {order.key_of(points[i]), static_cast<std::uint32_t>(i)};
   radix_sort(items, sort.subspan(points.size()));
   std::size_t cells_out = 0;
   for (std::size_t first = 0; first < items.size();) {
     std::size_t end = first + 1;
     while (end < items.size() && items[end].key == items[first].key) ++end;
-    out[cells_out++] = merge_cell(points, items.subspan(first, end - first), unlabelled, weight);
+    out[cells_out++] =
+        merge_cell(points, items.subspan(first, end - first), lattice, unlabelled, weight);
     first = end;
   }
   return cells_out;

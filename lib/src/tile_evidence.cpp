@@ -87,8 +87,7 @@ void count_points(std::span<const TilePoint> points, const OctetPlace& octet, fl
     const std::size_t v = side(point.x, octet.corner[0]) | (side(point.y, octet.corner[1]) << 1U) |
                           (side(point.z, octet.corner[2]) << 2U);
     ++work.evaluations;
-    if (((octet.voxels >> v) & 1U) == 0 || !(point.weight > 0.0F) || point.weight < min_weight)
-      continue;
+    if (((octet.voxels >> v) & 1U) == 0 || !(point.weight >= least_counted(min_weight))) continue;
     into.plane(point.component)[v] += point.weight;
     ++work.updates;
   }

@@ -180,26 +180,26 @@ TEST_CASE("admission: under a work budget the effectively nearest points are adm
 TEST_CASE("admission order: every number once, rays among points by their own distance") {
   const Lattice lattice(kResolution_m);
   const std::array<ScanPoint, 4> points{
-      ScanPoint{.p_map = {8.0F, 0.05F, 0.05F}}, ScanPoint{.p_map = {8.15F, 0.05F, 0.05F}},
-      ScanPoint{.p_map = {3.0F, 0.05F, 0.05F}}, ScanPoint{.p_map = {8.25F, 0.05F, 0.05F}}};
-  const std::array<ScanPoint, 2> rays{ScanPoint{.p_map = {-5.0F, 0.0F, 0.0F}},
-                                      ScanPoint{.p_map = {0.0F, 1.0F, 0.0F}}};
+      *place_point(lattice, {8.0F, 0.05F, 0.05F}), *place_point(lattice, {8.15F, 0.05F, 0.05F}),
+      *place_point(lattice, {3.0F, 0.05F, 0.05F}), *place_point(lattice, {8.25F, 0.05F, 0.05F})};
+  const std::array<ScanPoint, 2> rays{*place_point(lattice, {-5.0F, 0.0F, 0.0F}),
+                                      *place_point(lattice, {0.0F, 1.0F, 0.0F})};
   std::array<KeyedIndex, 12> sort{};
   const std::span<const KeyedIndex> order =
-      order_of_admission({points, rays, lattice, Point3d::Zero(), 2, true}, sort);
+      order_of_admission({points, rays, Point3d::Zero(), {}, 2, true}, sort);
   // Effective distances: 0.5, 8.15 (the first is in its unit), 0.19, 2.06, and the rays' 5 and 1.
   std::vector<std::uint32_t> numbers;
   for (const KeyedIndex& item : order) numbers.push_back(item.index);
   CHECK(numbers == std::vector<std::uint32_t>{2, 0, 5, 3, 4, 1});
   numbers.clear();
   for (const KeyedIndex& item :
-       order_of_admission({points, rays, lattice, Point3d::Zero(), 2, false}, sort))
+       order_of_admission({points, rays, Point3d::Zero(), {}, 2, false}, sort))
     numbers.push_back(item.index);
   CHECK(numbers == std::vector<std::uint32_t>{5, 2, 4, 0, 1, 3});
 }
 
 TEST_CASE("admission order: nothing to order") {
-  CHECK(order_of_admission({{}, {}, Lattice(kResolution_m), Point3d::Zero(), 2, true}, {}).empty());
+  CHECK(order_of_admission({{}, {}, Point3d::Zero(), {}, 2, true}, {}).empty());
 }
 
 TEST_CASE("admission: a quarter of a street's budget keeps more than nearest first or sampling") {

@@ -192,6 +192,20 @@ TEST_CASE("bad input: a component that is no class counts as unlabelled") {
   for (const OraclePoint& point : mapper.admitted()) CHECK(point.component == 6);
 }
 
+TEST_CASE(
+    "bad input: weights under the least count leave no label evidence, even without a cut-off") {
+  for (const InferenceMode mode : kModes) {
+    InferenceConfig config = plain(mode);
+    config.min_weight = 0.0F;
+    config.free_space.enabled = false;
+    Mapper mapper(uncapped_map(0.1), config, 5);
+    Cloud cloud;
+    for (int i = 0; i < 20; ++i) cloud.add(2.0 + 0.3 * i, 1.0, 1.0, 1, i % 2 == 0 ? 1e-39 : 1e-20);
+    static_cast<void>(mapper.integrate(cloud));
+    CHECK(mapper.map().usage().label_voxels == 0);
+  }
+}
+
 TEST_CASE("bad input: weight zero leaves no label evidence") {
   const InferenceMode mode = GENERATE(from_range(kModes));
   InferenceConfig config = plain(mode);

@@ -81,12 +81,14 @@ TEST_CASE("fusion: any order, repetition, move and cutting up of work is as fusi
   config.diffusion.edge = EdgeTerm::kConfidence;
   config.diffusion.iterations = mode == DiffusionMode::kPaper ? 2 : 4;
   config.diffusion.length_m = 0.2F;
+  config.max_evidence = 4.0F;  // Reached by many.
   Team team(config);
   std::vector<Robot> robots(static_cast<std::size_t>(robots_count));
   for (std::size_t i = 0; i < robots.size(); ++i) {
     OracleContribution& c = robots[i].contribution;
-    // Two submaps of one robot among them.
+    // Two submaps of one robot among them, and three epochs of another.
     c.id = {static_cast<std::uint32_t>(i == 1 ? 0 : i), 0, static_cast<std::uint32_t>(i == 1)};
+    if (i > 4) c.id = {4, static_cast<std::uint32_t>(9 - i), 0};
     if (i % 3 != 0) c.T_global_local = random_transform(random, 25.0 * random.uniform(), 0.5);
     change(robots[i], random, 1);
     robots[i].slot = *team.global().open(c.id, *GridTransform::make(c.T_global_local, 0.1));
@@ -126,6 +128,48 @@ TEST_CASE("fusion: any order, repetition, move and cutting up of work is as fusi
   CHECK(found == digest_anew(config, robots, random));
   CHECK(team.global().report().nodes > 50);
   CHECK(team.global().report().replicas.stale > 10);
+}
+
+/// A floor of 24 x 24 voxels, in stripes of two classes, and one voxel above its middle.
+OracleVoxels striped_floor(double above) {
+  OracleVoxels voxels;
+  for (std::int64_t x = 0; x < 24; ++x) {
+    for (std::int64_t y = 0; y < 24; ++y) {
+      OracleCounts& counts = voxels[Voxel{x, y, 0}];
+      counts.resize(kTeamClasses + 2);
+      counts[x / 3 % 2 == 0 ? 1 : 2] = 4.0;
+    }
+  }
+  OracleCounts& counts = voxels[Voxel{12, 12, 1}];
+  counts.resize(kTeamClasses + 2);
+  counts[1] = above;
+  return voxels;
+}
+
+TEST_CASE("fusion: all voxels around one of next to no evidence diffuse") {
+  const double least = GENERATE(1e-39, static_cast<double>(kLeastCount));
+  const auto edge = GENERATE(EdgeTerm::kConfidence, EdgeTerm::kSimilarity);
+  CAPTURE(least, to_string(edge));
+  const auto fused = [&](DiffusionMode mode, double& residual) {
+    GlobalMapConfig config = team_config(TuplePolicy::kDense);
+    config.diffusion.mode = mode;
+    config.diffusion.edge = edge;
+    Team team(config);
+    team.publish({.id = {0, 0, 0}, .voxels = striped_floor(least)}, 1);
+    team.publish({.id = {1, 0, 0}, .voxels = striped_floor(0.0)}, 1);
+    team.settle();
+    residual = team.global().report().residual;
+    return voxels_of(team.global().map());
+  };
+  double residual = 0.0;
+  const OracleVoxels undiffused = fused(DiffusionMode::kNone, residual);
+  const OracleVoxels diffused = fused(DiffusionMode::kContractive, residual);
+  int same = 0;
+  for (const auto& [voxel, counts] : undiffused)
+    same += voxel[2] == 0 && diffused.at(voxel) == counts ? 1 : 0;
+  CHECK(same == 0);
+  CHECK(residual > 0.0);
+  CHECK(residual < 1.0);
 }
 
 TEST_CASE("fusion: a robot that says nothing new changes nothing, and costs no diffusion") {

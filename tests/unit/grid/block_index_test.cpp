@@ -21,11 +21,11 @@ struct OwnedIndex {
   struct alignas(kArenaAlignment) Line {
     std::array<std::byte, kArenaAlignment> bytes{};
   };
-  explicit OwnedIndex(std::size_t capacity)
+  explicit OwnedIndex(std::size_t capacity, std::uint64_t seed = 0)
       : lines(BlockIndex::required_bytes(capacity) / sizeof(Line)) {
     for (Line& line : lines) line.bytes.fill(std::byte{0xcd});
     Arena arena(std::as_writable_bytes(std::span(lines)));
-    const Result<BlockIndex> made = BlockIndex::make(arena, capacity);
+    const Result<BlockIndex> made = BlockIndex::make(arena, capacity, seed);
     REQUIRE(made.ok());
     REQUIRE(arena.remaining_bytes() == 0);
     index = *made;
@@ -90,16 +90,32 @@ TEST_CASE("BlockIndex: memory is taken as keys come, the rest stays untouched") 
   CHECK(std::all_of(bytes.begin(), bytes.end(), [](std::byte b) { return b == std::byte{0xcd}; }));
 }
 
-TEST_CASE("BlockIndex: keys made to share two buckets are refused when these are full, none lost") {
-  OwnedIndex owned(300);
+/// Keys that share two buckets of any page, by the hash of seed 0.
+std::vector<BlockKey> colliding_keys(std::size_t count) {
   std::vector<BlockKey> colliding;
-  for (std::size_t i = 0; colliding.size() < 30; ++i) {
+  for (std::size_t i = 0; colliding.size() < count; ++i) {
     const BlockKey key{i};
     const std::uint32_t hash = upper_hash(key);
     const std::uint32_t first = hash % 64;
     const std::uint32_t second = hash / 64 % 64;
     if ((first == 5 && second == 44) || (first == 44 && second == 5)) colliding.push_back(key);
   }
+  return colliding;
+}
+
+TEST_CASE("BlockIndex: keys made to collide by one seed do not by another") {
+  const std::uint64_t seed = GENERATE(1U, 2U, 0x5eedU);
+  OwnedIndex owned(300, seed);
+  const std::vector<BlockKey> colliding = colliding_keys(100);
+  for (std::size_t i = 0; i < colliding.size(); ++i) {
+    CHECK(owned.insert(colliding[i]) == Status::kOk);
+    CHECK(owned.find(colliding[i]) == i + 1);
+  }
+}
+
+TEST_CASE("BlockIndex: keys made to share two buckets are refused when these are full, none lost") {
+  OwnedIndex owned(300);
+  const std::vector<BlockKey> colliding = colliding_keys(30);
   for (std::size_t i = 0; i < colliding.size(); ++i) {
     const std::size_t before = owned.index.size();
     const Status status = owned.insert(colliding[i]);

@@ -70,6 +70,14 @@ struct Attacked {
   KeyIndex index;
 };
 
+TEST_CASE("KeyIndex: keys made to collide by one seed do not by another") {
+  const std::uint64_t seed = GENERATE(1U, 2U, 0x5eedU);
+  alignas(kArenaAlignment) std::array<std::byte, KeyIndex::required_bytes(kCapacity)> memory{};
+  Arena arena(memory);
+  KeyIndex index = *KeyIndex::make(arena, kCapacity, seed);
+  for (const BlockKey key : colliding_keys({3, 7}, 30)) CHECK(index.insert(key, 1) == Status::kOk);
+}
+
 TEST_CASE(
     "KeyIndex: keys that share both buckets are refused once these are full, far below capacity") {
   Attacked attacked({3, 7});

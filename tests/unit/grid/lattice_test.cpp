@@ -37,6 +37,15 @@ TEST_CASE("floor_to_int64: equals std::floor on random numbers of every size") {
   }
 }
 
+TEST_CASE("Lattice: a point of doubles is in its own voxel, not in that of the nearest floats") {
+  const Lattice lattice(0.1);
+  const Point3d p(800000.099, 0.05, 0.05);
+  REQUIRE(*lattice.voxel_of(p) == VoxelCoord{8000000, 0, 0});
+  REQUIRE(*lattice.voxel_of(p + Point3d::Zero()) == VoxelCoord{8000000, 0, 0});
+  REQUIRE(*lattice.voxel_of(round_to_float(p)) == VoxelCoord{8000001, 0, 0});
+  REQUIRE(*lattice.voxel_of(p.cast<float>()) == VoxelCoord{8000001, 0, 0});
+}
+
 TEST_CASE("Lattice: a voxel covers its lower border and not its upper one") {
   const Lattice lattice(0.5);
   CHECK(voxel(lattice, 0.0F, 0.5F, 1.0F) == VoxelCoord{0, 1, 2});

@@ -19,7 +19,7 @@ ObstacleSummary by_brute_force(const LocalMap& map, const ObstacleSectorsConfig&
   const double r = map.lattice().resolution_m();
   const double heading = std::atan2(T(1, 0), T(0, 0));
   const auto reach = static_cast<int>(c.max_range_m / r) + 2;
-  const VoxelCoord body = *map.lattice().voxel_of_double(T.col(3));
+  const VoxelCoord body = *map.lattice().voxel_of(T.col(3));
   std::vector<double> nearest(static_cast<std::size_t>(c.count), 1e9);
   std::vector<std::vector<int>> all(static_cast<std::size_t>(c.count), std::vector<int>(200));
   std::vector<std::vector<int>> known = all;
@@ -127,7 +127,7 @@ TEST_CASE("ObstacleSectors: the same as by asking every voxel") {
     const double z = random.uniform(-3.0, 3.0);
     const double heading = random.uniform(-3.0, 3.0);
     const Matrix34d T = pose_at(x, y, z, heading);
-    furnish(rig.small.map, random, *rig.small.map.lattice().voxel_of_double(T.col(3)), 34);
+    furnish(rig.small.map, random, *rig.small.map.lattice().voxel_of(T.col(3)), 34);
     const ObstacleSummary& whole = rig.sweep(T);
     check_equal(whole, by_brute_force(rig.small.map, config, T), config.count);
     const auto free = std::count_if(whole.sectors.begin(), whole.sectors.end(),

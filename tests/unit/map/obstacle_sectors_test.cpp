@@ -21,8 +21,7 @@ TEST_CASE("ObstacleSectors: ahead is sector 0, to the left is a quarter on") {
     const double away = 3.0 + 0.3 * sector;
     const Point3d p(2.03 + away * std::cos(turn), -1.04 + away * std::sin(turn), 0.0);
     const int label = 1 + sector % 3;
-    REQUIRE(hit(rig.small.map, *rig.small.map.lattice().voxel_of_double(p), label, 3.0F) ==
-            Status::kOk);
+    REQUIRE(hit(rig.small.map, *rig.small.map.lattice().voxel_of(p), label, 3.0F) == Status::kOk);
   }
   const ObstacleSummary& summary = rig.sweep(T);
   for (std::size_t i = 0; i < 16; ++i) {

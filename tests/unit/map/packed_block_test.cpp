@@ -98,14 +98,45 @@ TEST_CASE("packed block: nothing takes no bytes, and too little room gives none"
   CHECK(packed(own.content).empty());
 }
 
-TEST_CASE("packed block: counts over 2^30 count as that, tiny ones stay positive") {
+TEST_CASE("packed block: counts end at the ceiling, and under the floor there are none") {
   OwnContent own;
   own.content.add(1, 0, 3.4e38F);
-  own.content.add(2, 0, 1e-30F);
+  own.content.add(2, 0, kLeastCount);
+  own.content.add(3, 0, std::nextafter(kLeastCount, 0.0F));
+  own.content.add(4, 0, 1e-39F);
+  own.content.add(5, 0, kLargestCount);
   OwnContent found;
   unpack_into(packed(own.content), found.content);
-  CHECK(found.content.count(1, 0) == 0x1p30F);
-  CHECK(found.content.count(2, 0) == Approx(1e-30F).epsilon(1e-4));
+  CHECK(found.content.count(1, 0) == kLargestCount);
+  CHECK(found.content.count(2, 0) == kLeastCount);
+  CHECK(found.content.count(3, 0) == 0.0F);
+  CHECK(found.content.count(4, 0) == 0.0F);
+  CHECK(found.content.count(5, 0) == kLargestCount);
+}
+
+TEST_CASE("packed block: a block of which all counts are under the floor is none") {
+  OwnContent own;
+  own.content.add(1, 0, 1e-39F);
+  CHECK(packed(own.content).empty());
+}
+
+TEST_CASE("packed block: bytes with a count outside of floor and ceiling are refused") {
+  OwnContent own;
+  own.content.add(1, 0, 1.0F);
+  std::vector<std::byte> bytes = packed(own.content);
+  REQUIRE(bytes.size() == 16 + 1 + 4);
+  const auto status_with = [&](std::uint32_t bits) {
+    const std::uint32_t entry = std::uint32_t{1} << 31U | std::uint32_t{1} << 25U | bits;
+    std::memcpy(&bytes[17], &entry, sizeof(entry));
+    return check_packed(bytes, kComponents);
+  };
+  const std::uint32_t least = std::bit_cast<std::uint32_t>(kLeastCount) >> 6U;
+  const std::uint32_t largest = std::bit_cast<std::uint32_t>(kLargestCount) >> 6U;
+  CHECK(status_with(least) == Status::kOk);
+  CHECK(status_with(largest) == Status::kOk);
+  CHECK(status_with(least - 1) == Status::kCorrupt);
+  CHECK(status_with(largest + 1) == Status::kCorrupt);
+  CHECK(status_with(1) == Status::kCorrupt);  // a subnormal
 }
 
 TEST_CASE(

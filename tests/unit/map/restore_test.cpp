@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Restoring voxels as a file holds them: exactly, or not at all.
 #include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
 
 #include "small_map.hpp"
 
@@ -33,6 +35,23 @@ TEST_CASE("restore: a voxel has afterwards what it was given") {
   CHECK(evidence.sigma[1] == 0.1F);
   CHECK(evidence.sigma[4] == 3.0F);
   CHECK(small.map.usage().label_voxels == 1);
+}
+
+TEST_CASE("restore: counts outside of floor and ceiling are invalid and change nothing") {
+  MapConfig config = config_of_pages(8);
+  config.max_evidence = 0.0F;
+  SmallMap small(config);
+  REQUIRE(small.map.open_block(block_of(kVoxel)).ok());
+  const Content before = content_of(small.map);
+  for (const float count :
+       {1e-39F, std::nextafter(kLeastCount, 0.0F), std::nextafter(kLargestCount, 3e30F), -1.0F,
+        std::numeric_limits<float>::quiet_NaN()}) {
+    CAPTURE(count);
+    CHECK(restore(small.map, kVoxel, labels(count, 1.0F), 0) == Status::kInvalidArgument);
+    CHECK(content_of(small.map) == before);
+  }
+  CHECK(restore(small.map, kVoxel, labels(kLeastCount, kLargestCount), 0) == Status::kOk);
+  CHECK(small.map.evidence(kVoxel).sigma[1] == kLeastCount);
 }
 
 TEST_CASE("restore: free passes alone make a free voxel, without a label page") {

@@ -149,7 +149,10 @@ TEST_CASE("DenseTuple: agrees with a plain array through random adds and scales"
         const int voxel = random.below(kOctetVoxels);
         const auto factor = static_cast<float>(random.uniform());
         DenseTuple::scale(octet.data(), voxel, factor);
-        for (float& count : model[static_cast<std::size_t>(voxel)]) count *= factor;
+        for (float& count : model[static_cast<std::size_t>(voxel)]) {
+          count *= factor;
+          if (count < kLeastCount) count = 0.0F;
+        }
       } else {
         OctetEvidence added;
         for (int i = random.below(4); i > 0; --i) {

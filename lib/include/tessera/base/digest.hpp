@@ -20,6 +20,12 @@ constexpr std::uint64_t mix64(std::uint64_t x) noexcept {
   return x;
 }
 
+/// What a hash table adds to its keys before mix64: never 0 for seed 0, which would leave key 0 as
+/// it is.
+constexpr std::uint64_t salt_of(std::uint64_t seed) noexcept {
+  return 0x9e3779b97f4a7c15U + mix64(seed);
+}
+
 /// Folds words in order; equal sequences give equal values.
 class Digest {
  public:

@@ -9,6 +9,7 @@
 #include <Eigen/LU>
 #include <cmath>
 
+#include "tessera/base/rounding.hpp"
 #include "tessera/base/status.hpp"
 
 namespace tessera {
@@ -17,6 +18,16 @@ using Point3f = Eigen::Matrix<float, 3, 1, Eigen::DontAlign>;
 using Point3d = Eigen::Matrix<double, 3, 1, Eigen::DontAlign>;
 /// A rigid transform's 3x4 matrix [R | t], row-major as the KITTI files have it.
 using Matrix34d = Eigen::Matrix<double, 3, 4, Eigen::RowMajor | Eigen::DontAlign>;
+
+/// The nearest point in floats. Not p.cast<float>(), which gcc 12 may drop (base/rounding.hpp).
+[[nodiscard]] inline Point3f round_to_float(const Point3d& p) noexcept {
+  return {round_to_float(p.x()), round_to_float(p.y()), round_to_float(p.z())};
+}
+/// The same point in doubles, rounded to floats even where the compiler sees doubles behind it.
+[[nodiscard]] inline Point3d widen(const Point3f& p) noexcept {
+  return {static_cast<double>(opaque(p.x())), static_cast<double>(opaque(p.y())),
+          static_cast<double>(opaque(p.z()))};
+}
 
 /// x^2 + y^2 + z^2, summed in this order whatever the compiler and its vector unit: Eigen's own
 /// sums differ in their last bit from one to the other, and a map's digest with them.

@@ -21,8 +21,8 @@ struct KeyedIndex {
 };
 
 /// Sorts items by key, equal keys in their first order. scratch: at least as long as items.
-/// O(7 n) at worst: two passes over the items for each eleven bits in which the keys differ (at
-/// most six, or seven where they lie apart), and one that finds those bits. 8 kB of stack.
+/// O(14 n) at worst: a pass that finds the bits in which the keys differ, two for each eleven of
+/// them (at most six digits), and one that copies the result back. 8 kB of stack.
 inline void radix_sort(std::span<KeyedIndex> items, std::span<KeyedIndex> scratch) noexcept {
   TESSERA_ASSERT(scratch.size() >= items.size());
   constexpr unsigned kDigitBits = 11;

@@ -45,8 +45,11 @@ class BlockIndex {
     return arena_bytes<Leaf>(leaf_count(capacity)) + leaf_count(capacity) * kPageBytes;
   }
   /// An index in memory from the arena. Fails with kResourceExhausted iff it does not fit.
-  /// O(leaves); of the pages only the first is touched.
-  [[nodiscard]] static Result<BlockIndex> make(Arena& arena, std::size_t capacity) noexcept;
+  /// O(leaves); of the pages only the first is touched. seed: who does not know it cannot choose
+  /// keys that collide. What is found does not depend on it, only which keys are refused where
+  /// many collide.
+  [[nodiscard]] static Result<BlockIndex> make(Arena& arena, std::size_t capacity,
+                                               std::uint64_t seed = 0) noexcept;
 
   /// Holds nothing and takes nothing.
   BlockIndex() noexcept = default;
@@ -80,7 +83,8 @@ class BlockIndex {
     for (const std::uint32_t b : {first_bucket(hash), second_bucket(hash)}) {
       for (const std::uint64_t& slot : page[b].slots) {
         const std::uint64_t entry = load_shared(slot, std::memory_order_acquire);
-        if (entry >> 32U != hash || entry == 0) continue;
+        // Of an entry that is being written there may be the hash alone (shared_words.hpp).
+        if (entry >> 32U != hash || static_cast<std::uint32_t>(entry) == 0) continue;
         if (is_item(static_cast<std::uint32_t>(entry))) return static_cast<std::uint32_t>(entry);
       }
     }
@@ -102,9 +106,10 @@ class BlockIndex {
 
   /// Room for a key that is not present. Fails with kResourceExhausted iff capacity() keys are
   /// present already, or no slot within reach is empty in a page that serves a single leaf
-  /// (possible for keys chosen to collide); no entry is lost, but pages may have been taken. At
-  /// most 64 buckets read for each split, and one more time; a split moves at most 512 entries and
-  /// rewrites at most half of the table of leaves, and a page is split at most log2(leaves) times.
+  /// (possible for keys chosen to collide by who knows the seed: 16 do); no entry is lost, but
+  /// pages may have been taken. At most 64 buckets read for each split, and one more time; a split
+  /// moves at most 512 entries and rewrites at most half of the table of leaves, and a page is
+  /// split at most log2(leaves) times.
   [[nodiscard]] Result<Place> make_room(BlockKey key) noexcept;
   /// Adds a key at a place that make_room gave for it. handle: not 0. O(1).
   void insert(Place place, BlockKey key, std::uint32_t handle) noexcept;
@@ -181,8 +186,8 @@ class BlockIndex {
   [[nodiscard]] static constexpr std::size_t leaf_count(std::size_t capacity) noexcept {
     return capacity / kLeafEntries + 1;
   }
-  [[nodiscard]] static constexpr std::uint32_t hash_of(BlockKey key) noexcept {
-    return static_cast<std::uint32_t>(mix64(key.bits + 0x9e3779b97f4a7c15U) >> 32U);
+  [[nodiscard]] std::uint32_t hash_of(BlockKey key) const noexcept {
+    return static_cast<std::uint32_t>(mix64(key.bits + salt_) >> 32U);
   }
   /// Of the hash's upper bits; buckets are of its lower ones.
   [[nodiscard]] std::size_t leaf_of(std::uint32_t hash) const noexcept {
@@ -228,6 +233,9 @@ class BlockIndex {
     }
     return nullptr;
   }
+  /// Relaxed: a reader may still see the entry after what the caller does next. A caller that
+  /// changes or reuses the item first marks it as gone and puts a release fence behind that mark,
+  /// as LocalMap::remove_block does.
   void forget(Place slot) noexcept;
   void begin_move() noexcept {
     store_shared(move_stamp_, move_stamp_ + 1);
@@ -244,6 +252,7 @@ class BlockIndex {
   std::size_t pages_used_ = 0;
   std::size_t capacity_ = 0;
   std::size_t size_ = 0;
+  std::uint64_t salt_ = salt_of(0);
   std::uint64_t move_stamp_ = 0;
 };
 

@@ -29,8 +29,9 @@ class KeyIndex {
     return arena_bytes<Bucket>(bucket_count(capacity));
   }
   /// An index in memory from the arena. Fails with kResourceExhausted iff it does not fit.
-  /// O(capacity).
-  [[nodiscard]] static Result<KeyIndex> make(Arena& arena, std::size_t capacity) noexcept;
+  /// O(capacity). seed: as BlockIndex::make has it; 10 keys that collide fill their buckets.
+  [[nodiscard]] static Result<KeyIndex> make(Arena& arena, std::size_t capacity,
+                                             std::uint64_t seed = 0) noexcept;
 
   /// Holds nothing and takes nothing.
   KeyIndex() noexcept = default;
@@ -99,8 +100,8 @@ class KeyIndex {
   [[nodiscard]] static constexpr std::size_t bucket_count(std::size_t capacity) noexcept {
     return capacity / 4 + 2;  // 5 slots for 4 keys
   }
-  [[nodiscard]] static constexpr std::uint64_t hash_of(BlockKey key) noexcept {
-    return mix64(key.bits + 0x9e3779b97f4a7c15U);
+  [[nodiscard]] std::uint64_t hash_of(BlockKey key) const noexcept {
+    return mix64(key.bits + salt_);
   }
   [[nodiscard]] std::uint32_t first_bucket(std::uint64_t hash) const noexcept {
     return scale(static_cast<std::uint32_t>(hash));
@@ -128,6 +129,7 @@ class KeyIndex {
   std::span<Bucket> buckets_;
   std::size_t capacity_ = 0;
   std::size_t size_ = 0;
+  std::uint64_t salt_ = salt_of(0);
 };
 
 }  // namespace tessera

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstdint>
+#include <type_traits>
 
 #include "tessera/base/geometry.hpp"
 #include "tessera/base/status.hpp"
@@ -72,9 +73,11 @@ constexpr bool all_within(std::int32_t limit, std::int32_t x, std::int32_t y,
 constexpr bool in_grid(BlockCoord block) noexcept {
   return detail::all_within(kBlockLimit, block.x, block.y, block.z);
 }
-constexpr bool in_grid(VoxelCoord voxel) noexcept {
-  return detail::all_within(kVoxelLimit, voxel.x, voxel.y, voxel.z);
+/// True iff each coordinate is in [-limit, limit). limit: a power of two.
+constexpr bool is_within(std::int32_t limit, VoxelCoord voxel) noexcept {
+  return detail::all_within(limit, voxel.x, voxel.y, voxel.z);
 }
+constexpr bool in_grid(VoxelCoord voxel) noexcept { return is_within(kVoxelLimit, voxel); }
 
 /// Fails with kOutOfRange iff a coordinate is outside [-kBlockLimit, kBlockLimit).
 constexpr Result<BlockKey> pack(BlockCoord block) noexcept {
@@ -155,10 +158,15 @@ class Lattice {
   /// The voxel that contains p_map (metres). Fails with kOutOfRange iff p_map is not finite or
   /// outside the grid.
   [[nodiscard]] Result<VoxelCoord> voxel_of(const Point3f& p_map) const noexcept {
-    return voxel_of_double(p_map.cast<double>());
+    return voxel_of(widen(p_map));
   }
-  /// The same for coordinates of more digits. Not an overload: a sum of vectors would fit both.
-  [[nodiscard]] Result<VoxelCoord> voxel_of_double(const Point3d& p_map) const noexcept {
+  /// The same for a point or an expression of doubles, of which nothing is rounded: far from the
+  /// origin the voxel can be another than that of round_to_float(p_map). A template, because a sum
+  /// of vectors would fit two functions of points.
+  template <class Expression>
+  requires std::is_same_v<typename Expression::Scalar, double>
+  [[nodiscard]] Result<VoxelCoord> voxel_of(
+      const Eigen::MatrixBase<Expression>& p_map) const noexcept {
     const Point3d q = p_map / resolution_m_;
     constexpr double limit = kVoxelLimit;
     // Written so that NaN fails.
@@ -171,7 +179,7 @@ class Lattice {
   /// p_map in units of voxels: a division in double, as anyone would compute it who checks a voxel
   /// by hand.
   [[nodiscard]] Point3d to_voxels(const Point3f& p_map) const noexcept {
-    return p_map.cast<double>() / resolution_m_;
+    return widen(p_map) / resolution_m_;
   }
 
   /// The centre of a voxel, metres, map frame.

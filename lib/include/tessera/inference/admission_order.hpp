@@ -6,7 +6,6 @@
 #include <span>
 
 #include "tessera/base/radix_sort.hpp"
-#include "tessera/grid/lattice.hpp"
 #include "tessera/registration/scan.hpp"
 
 namespace tessera {
@@ -15,10 +14,10 @@ namespace tessera {
 struct AdmissionScene {
   std::span<const ScanPoint> points;  ///< In the grid, at most 2^19 voxels from the sensor.
   std::span<const ScanPoint> rays;    ///< Ends of rays to returns beyond the range limit.
-  Lattice lattice;
-  Point3d origin_map;  ///< The sensor, metres.
-  int unit_edge = 2;   ///< Voxels, 1, 2 or 4; a tile is 4 x 4 x 4 units.
-  bool spread = true;  ///< False: by distance alone, as if both leads were 1.
+  Point3d origin_map;                 ///< The sensor, metres.
+  VoxelCoord origin_voxel;            ///< The voxel that it is in.
+  int unit_edge = 2;                  ///< Voxels, 1, 2 or 4; a tile is 4 x 4 x 4 units.
+  bool spread = true;                 ///< False: by distance alone, as if both leads were 1.
 };
 
 /// How many times nearer than it is the nearest point of a tile counts, and the nearest of a unit.

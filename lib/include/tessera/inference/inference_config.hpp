@@ -65,7 +65,8 @@ struct InferenceConfig {
   InferenceMode mode = InferenceMode::kMultiEntropy;
   float kernel_length_m = 0.5F;  ///< D of the kernel mode, 0.001 .. 1000.
   float kernel_scale = 1.0F;     ///< eps_0, 1e-6 .. 1e6.
-  /// Smaller contributions are not added, in any mode; 0 .. 1. 0 adds the full ball.
+  /// Smaller contributions are not added, in any mode; 0 .. 1. 0 adds the full ball, but for what
+  /// is under kLeastCount.
   float min_weight = 1.0F / 4096.0F;
   EntropyConfig entropy{};
   FreeSpaceConfig free_space{};
@@ -76,7 +77,7 @@ struct InferenceConfig {
   double thinning_m = 0.1;  ///< Cell of the thinning grid, 0.001 .. 1000; 0: off.
   ThinningWeight thinning_weight = ThinningWeight::kMean;
   /// A scan's kernel evaluations plus ray steps never exceed it; 0: no limit. Where a scan does not
-  /// fit the memory, its rays are walked up to three times, all of it within the budget.
+  /// fit the memory, its rays are walked up to twice, all of it within the budget.
   std::uint64_t work_budget = 0;
 };
 

@@ -53,16 +53,18 @@ class Integrator {
   /// Integrates one scan. Never fails: what was refused or left out is in the report, counted by
   /// reason.
   ///
-  /// All points are admitted if what they may need fits the work budget, the scratch memory and the
-  /// map's free storage. If not, they are admitted one by one, a point and its ray together or not
-  /// at all. Over the work budget: near before far and sparse before dense (order_of_admission),
-  /// until the first that the budget does not cover. Within it: nearest first, passing over what
-  /// does not fit the memory.
+  /// All points are admitted if what they need fits the work budget, the scratch memory and the
+  /// map's free storage. If not, or if memory refused some of the scan before, they are admitted
+  /// one by one, a point and its ray together or not at all. Over the work budget: near before far
+  /// and sparse before dense (order_of_admission), until the first that the budget does not cover.
+  /// Within it: nearest first, passing over what does not fit the memory.
   ///
   /// Worst-case work with n points, at most: sorts O(n); evaluations n (counting), 7 n e^3 with
   /// unit edge e (multi-entropy), n (2 D + 2)^3 with D in voxels (kernel); ray steps n (range in
-  /// voxels * sqrt(3) + 4). Where not all fits: three times the ray steps, and n times the tiles in
-  /// reach (7, or (D / 8 + 2)^3) looked up; and always O(scratch tables), as they are cleared.
+  /// voxels * sqrt(3) + 4). Where not all fits: twice the ray steps in the first scan of which
+  /// memory refuses some, else once; a step for each block on a ray; for each unit of points a
+  /// look-up of its tile and of the blocks of up to 4 tiles (kernel: (D / 8 + 2)^3 tiles, three
+  /// times); and always O(scratch tables), as they are cleared.
   ScanReport integrate(LocalMap& map, const ScanView& scan) noexcept;
   /// The same, to be done at due_us on the policy's clock. With time enough the map is the same to
   /// the bit; ScanReport::evaluations may differ in the kernel mode, which writes tile by tile
@@ -118,15 +120,18 @@ class Integrator {
   /// Empties the tables of tiles and ray blocks.
   void begin_scratch(const LocalMap& map) noexcept;
   ScanReport integrate_scan(LocalMap& map, const ScanView& scan) noexcept;
+  /// Sets where the scan is seen from. False: outside the grid.
+  [[nodiscard]] bool place_sensor(const Lattice& lattice, const Point3d& origin_map) noexcept;
   /// Admits points and fills the scratch for them, up to where writing can begin. True: all of
   /// them, and nothing was opened in vain. Ends where the deadline comes.
   bool admit(LocalMap& map, ScanReport& report) noexcept;
+  void refuse_all(const LocalMap& map, ScanReport& report) noexcept;
   /// Without a deadline, true. Else reads the clock, unless the time was up already: whether so
   /// much work still fits.
   [[nodiscard]] bool in_time(std::uint64_t work = 0) noexcept;
   void set_work_limit(ScanReport& report) noexcept;
   /// Leaves out the points whose labels could not be written in time, by order_of_admission.
-  void shed_points(const LocalMap& map, ScanReport& report) noexcept;
+  void shed_points(ScanReport& report) noexcept;
   /// The work that was done since set_work_limit(), as Deadline counts it.
   [[nodiscard]] std::uint64_t work_done(const ScanReport& report) const noexcept;
   void learn_from(const ScanReport& report) noexcept;
@@ -144,53 +149,60 @@ class Integrator {
   void write_in_time(std::span<const Item> items, const BlockCoord& centre, std::size_t batch,
                      Write&& write, Leave&& leave) noexcept;
   /// The block that the sensor is in; the tile, if blocks is false.
-  [[nodiscard]] BlockCoord sensor_place(const LocalMap& map, bool blocks) const noexcept;
+  [[nodiscard]] BlockCoord sensor_place(bool blocks) const noexcept;
   void count_cut_tile(const Tile& tile, ScanReport& report) const noexcept;
   /// Whether the bounds on the admitted points' work stay within the limit.
   [[nodiscard]] bool within_limit(ScanReport& report) noexcept;
-  /// Fills tiles and ray blocks for the admitted points and opens the map's blocks. False:
-  /// something does not fit, or the deadline came.
-  bool prepare(LocalMap& map) noexcept;
+  /// Fills tiles and ray blocks for the admitted points. False: one of them does not fit, or the
+  /// deadline came.
+  bool fill_scratch(const LocalMap& map) noexcept;
+  /// True iff the map has room for all that the scratch wants.
+  bool fits_whole(const LocalMap& map) noexcept;
   bool want_units(const LocalMap& map) noexcept;
   bool want_kernel_units() noexcept;
   bool trace_rays() noexcept;
+  [[nodiscard]] std::span<RayBlock> ray_blocks() noexcept {
+    return config_.free_space.enabled ? free_space_.blocks() : std::span<RayBlock>{};
+  }
   /// Where ray i ends: of the thinned points, then of the far rays.
   [[nodiscard]] const Point3f& ray_end(std::size_t i) const noexcept {
     return i < admitted_count_ ? admitted_[i].p_map : rays_[i - admitted_count_].p_map;
   }
   /// Whether so much work is over the limit, or the time is up but for what is to be written.
   bool is_spent(std::uint64_t work, std::uint64_t to_write, std::size_t& asked) noexcept;
+  /// Opens the map's blocks that the scratch wants. False: the map's index refused one.
   bool open_blocks(LocalMap& map) noexcept;
   bool open_tile(LocalMap& map, Tile& tile, std::uint64_t units) noexcept;
   /// Adds to wanted a bound on what writing units takes beyond what the map has, and notes the
   /// blocks that are open; counted: units counted before.
   void count_tile(const LocalMap& map, Tile& tile, std::uint64_t units, std::uint64_t counted,
                   SlabPool::Counts& wanted) const noexcept;
-  /// The same for ray blocks that nothing has spoken for.
-  void count_crossed(const LocalMap& map, std::span<const std::uint32_t> crossed,
-                     SlabPool::Counts& wanted) noexcept;
-  static void count_ray_block(const LocalMap& map, const RayBlock& ray_block,
+  /// The same for a ray block.
+  static void count_ray_block(const LocalMap& map, RayBlock& ray_block,
                               SlabPool::Counts& wanted) noexcept;
   [[nodiscard]] std::uint64_t evaluations_per_point() const noexcept;
   /// Admission one by one, in order_of_admission.
   void admit_one_by_one(LocalMap& map, ScanReport& report) noexcept;
   /// Counts what the work limit leaves out: the budget's or the deadline's.
   [[nodiscard]] std::uint32_t* work_counter(ScanReport& report, bool is_point) const noexcept;
-  /// Calls visit(tile, units) for the units that a point may contribute to, as for_units_around.
+  /// What a point and its ray need of the map beyond what is reserved for those before.
+  struct PointPlan {
+    SlabPool::Counts wanted{};  ///< Items of storage, those reserved before included.
+    std::uint32_t own = 0;      ///< The point's tile, if its unit is a new one.
+  };
   template <class Visit>
-  bool for_units_reached(const ScanTiles::Place& place, Visit&& visit) const noexcept;
-  /// Speaks for all that a point, its ray or both may need, or for nothing.
-  Refusal reserve(LocalMap& map, const ScanPoint& point, bool is_point,
-                  SlabPool::Counts& spoken_for) noexcept;
-  Refusal try_reserve(LocalMap& map, const ScanPoint& point, const ScanTiles::Place* new_unit,
-                      SlabPool::Counts& spoken_for) noexcept;
+  bool for_units_reached(std::uint32_t own, const ScanTiles::Place& place, Visit&& visit) noexcept;
   [[nodiscard]] std::uint64_t receiving_units(const Tile& tile,
                                               std::uint64_t reached) const noexcept;
-  /// Makes the tiles that a point at place needs, marks its unit, and adds to wanted what the units
-  /// that its admission lets receive evidence may take. False: tiles or their index are full.
-  bool count_units(const LocalMap& map, const ScanTiles::Place& place,
-                   SlabPool::Counts& wanted) noexcept;
-  bool open_units(LocalMap& map, const ScanTiles::Place& place) noexcept;
+  bool plan_units(const LocalMap& map, const ScanTiles::Place& place, PointPlan& plan) noexcept;
+  Refusal plan_ray(LocalMap& map, const ScanPoint& end, PointPlan& plan) noexcept;
+  Refusal plan_point(LocalMap& map, const ScanPoint& point, const ScanTiles::Place* new_unit,
+                     PointPlan& plan) noexcept;
+  bool open_plan(LocalMap& map, const ScanTiles::Place* new_unit, const PointPlan& plan) noexcept;
+  /// Reserves everything that the point and its ray may need, or nothing. reserved: items for those
+  /// before, and then for this one too.
+  Refusal reserve(LocalMap& map, const ScanPoint& point, bool is_point,
+                  SlabPool::Counts& reserved) noexcept;
   void write(LocalMap& map, ScanReport& report) noexcept;
   void write_labels(LocalMap& map, ScanReport& report) noexcept;
   void write_units(LocalMap& map, const Tile& tile, EvidenceWork& work,
@@ -243,13 +255,16 @@ class Integrator {
   std::uint64_t seen_per_point_ = 0;  ///< Of the scans with a deadline; 0: nothing yet.
   std::size_t rays_cut_ = 0;
   std::size_t first_sweep_ = 0;  ///< That rays are traced in.
-  bool open_failed_ = false;     ///< The map's index refused a block: some may be open for nothing.
+  /// Memory refused some of the last scan, so the next is not tried as a whole.
+  bool memory_was_short_ = false;
+  bool open_failed_ = false;  ///< The map's index refused a block: some may be open for nothing.
   float largest_weight_ = 0.0F;
   float kernel_radius_ =
       0.0F;  ///< Distance beyond which no contribution counts, voxels (kernel mode).
   int kernel_reach_units_ =
       0;  ///< Most units from a point's unit to one it contributes to, on an axis (kernel mode).
   Point3d origin_map_ = Point3d::Zero();
+  VoxelCoord origin_voxel_{};  ///< That origin_map_ lies in once rounded to float.
 };
 
 }  // namespace tessera

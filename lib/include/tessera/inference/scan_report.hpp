@@ -9,6 +9,9 @@
 
 namespace tessera {
 
+/// Every return is in one counter, and so is every thinned point. Where pose is kOk,
+/// points = non_finite + too_near + out_of_grid + over_capacity + beyond_range + in_range +
+/// returns_cut; thinned = admitted + refused_memory() + refused_work + refused_deadline.
 struct ScanReport {
   /// kOk, or kInvalidArgument iff the pose is not rigid or its origin is out of the grid: then
   /// nothing else was done.
@@ -18,9 +21,10 @@ struct ScanReport {
       0;  ///< Refused: NaN or infinite coordinates, or a weight that is not in 0 .. kMaxWeight.
   std::uint32_t too_near = 0;      ///< Refused: nearer than min_range_m.
   std::uint32_t beyond_range = 0;  ///< Farther than max_range_m: carve only.
-  /// Refused: outside the grid, or over 2^19 voxels or thinning cells (the smaller) from the
-  /// sensor.
+  /// Refused: outside the grid; or in range and over 2^19 voxels or thinning cells (the smaller)
+  /// from the sensor; or beyond the range and over 10^7 m from it, which is no measurement.
   std::uint32_t out_of_grid = 0;
+  std::uint32_t in_range = 0;    ///< Returns that were registered as hits.
   std::uint32_t unlabelled = 0;  ///< Returns in range whose class is not known.
   std::uint32_t over_capacity =
       0;  ///< Left out: the scan has more returns than ScanCapacity::points; it was sampled evenly.
@@ -39,10 +43,10 @@ struct ScanReport {
   std::uint32_t rays_refused_deadline = 0;  ///< The same: the deadline, when admission foresaw it.
   /// Left out because the deadline came, in the order in which that happens. Points and rays here
   /// were admitted; a point may be left out with its ray, and is counted in both.
-  std::uint32_t returns_cut =
-      0;                        ///< Returns of a scan that was not registered in time: all of them.
-  std::uint32_t rays_cut = 0;   ///< Rays not traced.
-  std::uint32_t tiles_cut = 0;  ///< Tiles not written.
+  /// Returns of a scan that was not registered in time: all but those over capacity.
+  std::uint32_t returns_cut = 0;
+  std::uint32_t rays_cut = 0;        ///< Rays not traced.
+  std::uint32_t tiles_cut = 0;       ///< Tiles not written.
   std::uint32_t points_cut = 0;      ///< Admitted points in these.
   std::uint32_t ray_blocks_cut = 0;  ///< Blocks traced and not carved.
   std::int64_t overshoot_us = 0;     ///< How late the scan ended; 0: in time, or no deadline.
@@ -55,12 +59,15 @@ struct ScanReport {
   std::uint32_t ray_blocks = 0;     ///< Ray blocks used, of ScanCapacity::ray_blocks.
   std::uint64_t voxel_updates = 0;  ///< Contributions added: pairs of a point and a voxel.
   std::uint64_t evaluations = 0;    ///< Voxels that kernels were evaluated for, in reach or not.
-  /// Voxels stepped through by rays: once, or up to three times where the scan did not fit as a
-  /// whole (on trial, for admission, for carving).
+  /// Voxels stepped through by rays: once, or twice where the scan did not fit as a whole and the
+  /// one before it did (on trial, for carving); and blocks on rays admitted one by one.
   std::uint64_t ray_steps = 0;
   std::uint32_t strips = 0;        ///< Kernel mode: runs of tiles that were summed up together.
   std::uint32_t label_octets = 0;  ///< Octets written.
   std::uint32_t free_blocks = 0;   ///< Blocks carved.
+  /// Octets, blocks and rays of what was admitted that could not be written. 0, or the library is
+  /// at fault: admission reserves room for all of them.
+  std::uint32_t write_faults = 0;
 
   /// Thinned points left out because map storage or scratch was full.
   [[nodiscard]] std::uint32_t refused_memory() const noexcept {
@@ -74,8 +81,9 @@ struct ScanReport {
   }
   /// Thinned points whose evidence is in the map.
   [[nodiscard]] std::uint32_t points_kept() const noexcept { return admitted - points_cut; }
-  /// Rays of all thinned points, and of all thinned directions beyond the range limit; 0 without
-  /// free space. Of these, `rays` were traced.
+  /// Rays of all thinned points, and of all thinned directions beyond the range limit. Of these,
+  /// `rays` were traced. 0 without free space, which is told by no ray being traced, cut or left
+  /// out: so also where every point of a scan is refused and none is beyond the range limit.
   [[nodiscard]] std::uint32_t rays_wanted() const noexcept {
     const std::uint32_t beyond = rays_refused_memory + rays_refused_work + rays_refused_deadline;
     const std::uint32_t others = rays + rays_cut + beyond;

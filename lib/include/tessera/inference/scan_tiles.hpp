@@ -71,7 +71,7 @@ class ScanTiles {
   /// Forgets the points and all masks; the tiles stay, so that ensure() of the same ones cannot
   /// fail. O(tiles).
   void forget_points() noexcept;
-  /// Takes back the tiles made last, down to count; no tile may be linked. O(tiles taken back).
+  /// Takes back the tiles made last, down to count, and the links to them. O(tiles taken back).
   void truncate(std::size_t count) noexcept;
   /// Sorts points (in the grid) into tiles and units, which must hold no points yet. sort: at least
   /// 2 * points.size(). Fails with kResourceExhausted iff there are more tiles than capacity or the
@@ -85,7 +85,7 @@ class ScanTiles {
   [[nodiscard]] const Tile* find(BlockCoord coord) const noexcept;
 
   /// The tile at a face of that with this number, made empty if absent; both are linked then, until
-  /// the points are forgotten. Fails as ensure.
+  /// the points are forgotten or one is taken back. Fails as ensure.
   [[nodiscard]] Result<std::uint32_t> ensure_beside(std::uint32_t number,
                                                     std::size_t face) noexcept {
     const std::uint32_t linked = tiles_[number].beside[face];

@@ -46,7 +46,15 @@ class SlabWalk {
   /// block that the walk enters, in its order; with kAllCorners also for those that a part of this
   /// ray could enter in place of another where two borders meet.
   template <bool kAllCorners, class WordsOf>
-  bool walk(WordsOf&& words_of) const noexcept;
+  bool walk(WordsOf&& words_of) const noexcept {
+    return walk_blocks<kAllCorners, true>(words_of);
+  }
+  /// Calls visit(block) for the blocks that walk<true> asks for, in its order; false from it ends
+  /// the walk, and false is returned. Marks nothing. O(blocks).
+  template <class Visit>
+  bool for_blocks(Visit&& visit) const noexcept {
+    return walk_blocks<true, false>(visit);
+  }
 
  private:
   using Pair = SlabPoint;
@@ -76,9 +84,11 @@ class SlabWalk {
   /// A block's slab that a walk through it comes into first.
   [[nodiscard]] int entry_slab() const noexcept { return direction_ > 0 ? 0 : 7; }
   /// The slabs of the blocks at a, which the walk enters at `from` and leaves at `to`.
-  template <bool kAllCorners, class WordsOf, class WorkOut, class Mark>
-  bool cross(std::int32_t a, Pair from, Pair to, WordsOf& words_of, WorkOut&& work_out,
-             Mark&& mark) const noexcept;
+  template <bool kAllCorners, bool kMarks, class WordsOf>
+  bool walk_blocks(WordsOf& words_of) const noexcept;
+  template <bool kAllCorners, bool kMarks, class WordsOf, class WorkOut, class Mark>
+  bool cross(std::int32_t a, Pair from, Pair to, WordsOf& words_of, Slabs& slabs,
+             WorkOut&& work_out, Mark&& mark) const noexcept;
 
   int axis_ = 0;
   std::int32_t direction_ = 1;
@@ -88,24 +98,31 @@ class SlabWalk {
 };
 
 /// Words are asked for before the slabs are worked out: reading memory takes as long.
-template <bool kAllCorners, class WordsOf, class WorkOut, class Mark>
-bool SlabWalk::cross(std::int32_t a, Pair from, Pair to, WordsOf& words_of, WorkOut&& work_out,
-                     Mark&& mark) const noexcept {
+template <bool kAllCorners, bool kMarks, class WordsOf, class WorkOut, class Mark>
+// NOLINTNEXTLINE(readability-function-cognitive-complexity): its branches at compile time count
+bool SlabWalk::cross(std::int32_t a, Pair from, Pair to, WordsOf& words_of, Slabs& slabs,
+                     WorkOut&& work_out, Mark&& mark) const noexcept {
   const std::int32_t b = block(from.b);
   const std::int32_t c = block(from.c);
   const std::int32_t b_on = block(to.b) - b;
   const std::int32_t c_on = block(to.c) - c;
-  std::uint64_t* const words = words_of(block_at(a, b, c));
-  if (words == nullptr) return false;
-  Slabs& slabs = work_out(Pair{(b - 1) * kBlock, (c - 1) * kBlock});
-  mark(words, 0, 0);
+  const Pair corner{(b - 1) * kBlock, (c - 1) * kBlock};
+  const auto words = words_of(block_at(a, b, c));
+  if (!words) return false;
+  if constexpr (kMarks) {
+    work_out(corner);
+    mark(words, 0, 0);
+  }
   if ((b_on | c_on) == 0) return true;
   const auto mark_beside = [&](std::int32_t b_beside, std::int32_t c_beside) {
-    std::uint64_t* const beside = words_of(block_at(a, b + b_beside, c + c_beside));
-    if (beside != nullptr) mark(beside, b_beside, c_beside);
-    return beside != nullptr;
+    const auto beside = words_of(block_at(a, b + b_beside, c + c_beside));
+    if constexpr (kMarks) {
+      if (beside) mark(beside, b_beside, c_beside);
+    }
+    return static_cast<bool>(beside);
   };
   if (b_on != 0 && c_on != 0) {
+    if constexpr (!kMarks) work_out(corner);  // only here the slabs tell which block comes first
     const Slabs::Exit exit = slabs.leaves_first(a == from_ >> 3 ? from_ & 7 : entry_slab());
     if (!mark_beside(exit.by_b ? b_on : 0, exit.by_b ? 0 : c_on)) return false;
     if (kAllCorners && exit.at_once && !mark_beside(exit.by_b ? 0 : b_on, exit.by_b ? c_on : 0))
@@ -114,8 +131,8 @@ bool SlabWalk::cross(std::int32_t a, Pair from, Pair to, WordsOf& words_of, Work
   return mark_beside(b_on, c_on);
 }
 
-template <bool kAllCorners, class WordsOf>
-bool SlabWalk::walk(WordsOf&& words_of) const noexcept {
+template <bool kAllCorners, bool kMarks, class WordsOf>
+bool SlabWalk::walk_blocks(WordsOf& words_of) const noexcept {
   const Pair start{across_[0].start, across_[1].start};
   const Pair end{across_[0].end, across_[1].end};
   const Pair slab{across_[0].step, across_[1].step};
@@ -128,24 +145,21 @@ bool SlabWalk::walk(WordsOf&& words_of) const noexcept {
                 std::int64_t{(from_ & 7) - entry} * direction_ * slab - slab;
   Slabs slabs(slab, direction_);
   const auto cross_part = [&](Pair from, int first, Pair to, int last) {
-    const auto work_out = [&](Pair corner) -> Slabs& {
+    const auto work_out = [&](Pair corner) {
       slabs.cross_some(enters + to_lower - corner, first, from - corner, last, to - corner);
-      return slabs;
     };
-    return cross<kAllCorners>(
-        a, from, to, words_of, work_out, [&](std::uint64_t* words, std::int32_t b, std::int32_t c) {
-          slabs.mark(words, b, c, std::min(first, last), std::max(first, last));
-        });
+    return cross<kAllCorners, kMarks>(a, from, to, words_of, slabs, work_out,
+                                      [&](std::uint64_t* words, std::int32_t b, std::int32_t c) {
+                                        slabs.mark(words, b, c, std::min(first, last),
+                                                   std::max(first, last));
+                                      });
   };
   const auto cross_all = [&](Pair from, Pair to) {
-    const auto work_out = [&](Pair corner) -> Slabs& {
-      slabs.cross_all(from + to_lower - corner);
-      return slabs;
-    };
-    return cross<kAllCorners>(a, from, to, words_of, work_out,
-                              [&](std::uint64_t* words, std::int32_t b, std::int32_t c) {
-                                slabs.mark(words, b, c, 0, 7);
-                              });
+    const auto work_out = [&](Pair corner) { slabs.cross_all(from + to_lower - corner); };
+    return cross<kAllCorners, kMarks>(a, from, to, words_of, slabs, work_out,
+                                      [&](std::uint64_t* words, std::int32_t b, std::int32_t c) {
+                                        slabs.mark(words, b, c, 0, 7);
+                                      });
   };
   if (a == last_slab >> 3) return cross_part(start, from_ & 7, end, last_slab & 7);
   bool on = cross_part(start, from_ & 7, enters + 8 * slab, 7 - entry);

@@ -16,11 +16,12 @@ namespace tessera {
 /// the cell's points, the component with the largest total weight (ties to the lowest; unlabelled
 /// only if all are), and the mean or summed weight of the points that have it. Cells come out by
 /// cubes of eight cells a side, in these by cubes of two, in these by cell, each in (z, y, x)
-/// order. Points farther than 2^20 cells from each other on an axis do not occur: registration
-/// refuses them. out: at least points.size(). sort: at least 2 * points.size(). unlabelled: the
-/// component C + 1. Returns the cells. O(n).
-[[nodiscard]] std::size_t thin(std::span<const ScanPoint> points, double cell_m, int unlabelled,
-                               std::span<ScanPoint> out, std::span<KeyedIndex> sort,
+/// order. points: registered with lattice, at most 2^20 cells from each other on an axis. out: at
+/// least points.size(); its points have the voxels of lattice. sort: at least 2 * points.size().
+/// unlabelled: the component C + 1. Returns the cells. O(n).
+[[nodiscard]] std::size_t thin(std::span<const ScanPoint> points, const Lattice& lattice,
+                               double cell_m, int unlabelled, std::span<ScanPoint> out,
+                               std::span<KeyedIndex> sort,
                                ThinningWeight weight = ThinningWeight::kMean) noexcept;
 
 }  // namespace tessera

@@ -28,9 +28,9 @@ struct KernelShape {
   float scale = 1.0F;           ///< eps_0.
   float min_weight = 0.0F;
 };
-/// The least contribution that counts: anything above zero passes a min_weight of zero.
+/// The least contribution that counts: a min_weight of zero lets pass what is a count at all.
 [[nodiscard]] constexpr float least_counted(float min_weight) noexcept {
-  return min_weight > 0.0F ? min_weight : std::numeric_limits<float>::denorm_min();
+  return min_weight > kLeastCount ? min_weight : kLeastCount;
 }
 
 /// The octets of a unit: where each begins in its tile (voxels, even), and which of its voxels

@@ -49,6 +49,20 @@ class BlockContent {
     common_->components = common_->rest_rows = common_->pass_rows = 0;
   }
 
+  /// Takes what another holds, which is for as many components. O(rows touched by either).
+  void assign(const BlockContent& other) noexcept {
+    clear();
+    for (std::uint64_t rest = other.common_->components; rest != 0; rest &= rest - 1) {
+      const std::size_t c = first_of(rest);
+      for (std::uint64_t rows = other.common_->touched[c]; rows != 0; rows &= rows - 1) {
+        const std::size_t at = c * kBlockVoxels + 8 * first_of(rows);
+        std::memcpy(&sums_[at], &other.sums_[at], 8 * sizeof(float));
+      }
+    }
+    // Few bytes, and nothing hangs on which rows of them were touched.
+    std::memcpy(common_, other.common_, sizeof(Common));
+  }
+
   /// component: 1 .. C + 1; row: a voxel's row order.
   void add(int component, int row, float count) noexcept {
     const auto c = static_cast<std::size_t>(component);

@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 
 #include "tessera/base/arena.hpp"
 #include "tessera/grid/block_index.hpp"
@@ -15,7 +16,13 @@
 namespace tessera {
 
 struct MapConfig {
-  static constexpr std::size_t kMaxStorageBytes = (std::size_t{1} << 36U) - SlabPool::kPageBytes;
+  /// What 32-bit handles reach, and less than all addresses.
+  static constexpr std::size_t kMaxStorageBytes =
+      (std::numeric_limits<std::size_t>::max() / SlabPool::kPageBytes <
+               (std::uint64_t{1} << 36U) / SlabPool::kPageBytes
+           ? std::numeric_limits<std::size_t>::max() / SlabPool::kPageBytes - 1
+           : (std::uint64_t{1} << 36U) / SlabPool::kPageBytes - 1) *
+      SlabPool::kPageBytes;
 
   double resolution_m = 0.1;  ///< Edge of a voxel, 0.001 to 1e6.
   double prior = 0.001;       ///< sigma_0 of every component, added on read; 0 to 1e6.
@@ -26,13 +33,22 @@ struct MapConfig {
   float free_weight = 0.4F;
   TuplePolicy tuple = TuplePolicy::kDense;
   /// Bytes for blocks, tuples and the free layer together, in use or not; at least four pages of
-  /// 4 KiB, and at most kMaxStorageBytes, what 32-bit handles reach.
+  /// 4 KiB, and at most kMaxStorageBytes.
   std::size_t storage_bytes = std::size_t{384} << 20U;
+  /// Of the hash of block keys. To be set at random where keys come from others, who could choose
+  /// them to collide. Not kept in files; contents and digests do not depend on it.
+  std::uint64_t hash_seed = 0;
 };
 
 /// How far a quotient of two decimal settings may be off a whole number of passes: 25 / 0.1 is 250,
 /// not 249.
 inline constexpr float kPassRounding = 1e-4F;
+
+/// Free passes that a voxel counts at the cap, which is over 0: at most 255. O(1).
+constexpr std::uint8_t passes_at_cap(float max_evidence, float free_weight) noexcept {
+  const float passes = max_evidence / free_weight + kPassRounding;
+  return passes >= 255.0F ? std::uint8_t{255} : static_cast<std::uint8_t>(passes);
+}
 
 /// True iff every setting but storage_bytes is in its range. O(1).
 constexpr bool in_range(const MapConfig& config) noexcept {

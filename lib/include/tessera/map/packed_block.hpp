@@ -8,9 +8,9 @@
 // A byte for each octet of the first: its voxels with label evidence. Then for each of these voxels
 // one or more entries of four bytes: bit 31 ends the voxel, bits 25 .. 30 the component (0:
 // evidence of no known class, which comes last), bits 0 .. 24 the upper bits of the count as a
-// float without its sign. 8 bytes: octets whose eight voxels have the same passes. Then for each
-// octet of the second one byte of passes if it is among these, else eight. The last two parts are
-// left out where there are no passes.
+// float without its sign: from 2^-60 to 2^30. 8 bytes: octets whose eight voxels have the same
+// passes. Then for each octet of the second one byte of passes if it is among these, else eight.
+// The last two parts are left out where there are no passes.
 #pragma once
 
 #include <bit>
@@ -40,16 +40,18 @@ void add_block(const LocalMap& map, const Block& block, BlockContent& content) n
 /// The same for a block as another thread has read it.
 void add_block(const BlockSnapshot& block, BlockContent& content) noexcept;
 
-/// kOk iff the bytes are what pack_block could have written for this many components; else
-/// kCorrupt. O(bytes).
+/// kOk iff the bytes are what pack_block could have written for this many components, so with
+/// counts from kLeastCount to kLargestCount; else kCorrupt. O(bytes).
 Status check_packed(std::span<const std::byte> bytes, int num_components) noexcept;
 
 namespace detail {
 
-/// 2^30: so large that none is meant, so small that sums of many stay finite.
-inline constexpr std::uint32_t kLargestShort = 0x4e800000U >> 6U;
-/// A count in 25 bits and back. Rounded to nearest, at most the largest.
+inline constexpr std::uint32_t kLeastShort = std::bit_cast<std::uint32_t>(kLeastCount) >> 6U;
+inline constexpr std::uint32_t kLargestShort = std::bit_cast<std::uint32_t>(kLargestCount) >> 6U;
+/// A count in 25 bits and back. Rounded to nearest, at most the largest; 0 for what is under the
+/// least, and for NaN.
 constexpr std::uint32_t short_float(float count) noexcept {
+  if (!(count >= kLeastCount)) return 0;
   const std::uint32_t rounded = (std::bit_cast<std::uint32_t>(count) + 32U) >> 6U;
   return rounded < kLargestShort ? rounded : kLargestShort;
 }

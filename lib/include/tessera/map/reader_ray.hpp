@@ -32,7 +32,7 @@ template <class Reader>
   if (!(length > 0.0) || !(length < 1e30) || !(max_range_m > 0.0)) return ray;
   const Point3d from = origin_map.cast<double>();
   const Point3d to = from + d * (max_range_m / length);
-  if (!lattice.voxel_of(origin_map).ok() || !lattice.voxel_of(to.cast<float>()).ok()) return ray;
+  if (!lattice.voxel_of(origin_map).ok() || !lattice.voxel_of(round_to_float(to)).ok()) return ray;
   ray.hit.end = RayHit::End::kMaxRange;
   ray.hit.distance_m = max_range_m;
   const auto visit = [&](std::int32_t x, std::int32_t y, std::int32_t z, double t) {

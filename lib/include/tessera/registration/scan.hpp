@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// A scan as it comes from a sensor, and the pose check. The camera's labels will be projected onto
-// such a scan here; data that arrives labelled needs the rigid transform alone.
+// A scan as it comes from a sensor, and its points after registration: transformed into the map
+// frame, refused or placed in the grid once, and labelled.
 #pragma once
 
 #include <cstddef>
@@ -11,6 +11,7 @@
 #include "tessera/base/geometry.hpp"
 #include "tessera/base/lanes.hpp"
 #include "tessera/base/status.hpp"
+#include "tessera/grid/lattice.hpp"
 
 namespace tessera {
 
@@ -25,18 +26,32 @@ struct ScanView {
   std::size_t count = 0;
   const std::uint8_t* components =
       nullptr;  ///< Component of point i: 1 .. C, or C + 1 if unlabelled; null: all unlabelled.
-  const float* weights = nullptr;  ///< Weight of point i, 0 .. kMaxWeight; null: all 1.
+  const float* weights = nullptr;  ///< Weight of point i, 0 .. kMaxWeight; null: all 1. What
+                                   ///< a point gives a voxel counts from kLeastCount on.
 };
 
 /// The largest weight of a point, so that no sum of a scan comes near a float's limit.
 inline constexpr float kMaxWeight = 1e6F;
 
-/// A point after registration.
+/// A point after registration. Invariant of every point that registration or thinning gives: p_map
+/// is finite, and voxel contains it. place_point() alone makes such points.
 struct ScanPoint {
   Point3f p_map = Point3f::Zero();  ///< Metres, map frame.
   float weight = 1.0F;
+  VoxelCoord voxel{};  ///< Of the map's lattice.
   std::uint8_t component = 0;
 };
+
+/// The point at p_map (metres) with its voxel. Fails with kOutOfRange iff p_map is not finite or
+/// outside the grid. O(1).
+[[nodiscard]] inline Result<ScanPoint> place_point(const Lattice& lattice, const Point3f& p_map,
+                                                   float weight = 1.0F,
+                                                   std::uint8_t component = 0) noexcept {
+  const Result<VoxelCoord> voxel = lattice.voxel_of(p_map);
+  if (!voxel.ok()) return voxel.status();
+  return ScanPoint{.p_map = p_map, .weight = weight, .voxel = *voxel, .component = component};
+}
+
 /// The smallest and the largest coordinates of points, metres.
 struct PointBounds {
   Point3f low;
@@ -66,8 +81,8 @@ inline constexpr std::uint8_t kRefused = 255;
   const double y = static_cast<double>(p_sensor[1]);
   const double z = static_cast<double>(p_sensor[2]);
   const auto row = [&](int r) {
-    return static_cast<float>(T_map_sensor(r, 0) * x + T_map_sensor(r, 1) * y +
-                              T_map_sensor(r, 2) * z + T_map_sensor(r, 3));
+    return round_to_float(T_map_sensor(r, 0) * x + T_map_sensor(r, 1) * y + T_map_sensor(r, 2) * z +
+                          T_map_sensor(r, 3));
   };
   return {row(0), row(1), row(2)};
 }

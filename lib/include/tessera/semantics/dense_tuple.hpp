@@ -54,7 +54,8 @@ class DenseTuple {
       if ((present & bit) != 0) std::memcpy(&counts, plane, sizeof(counts));
       if ((labels & bit) != 0) {
         const Plane& more = added.read(std::countr_zero(rest));
-        for (std::size_t v = 0; v < kOctetVoxels; ++v) counts[v] += more[v];
+        for (std::size_t v = 0; v < kOctetVoxels; ++v)
+          counts[v] = counts[v] + more[v] < kLargestCount ? counts[v] + more[v] : kLargestCount;
         store_shared_words(plane, &counts, sizeof(counts));
       }
       for (std::size_t v = 0; v < kOctetVoxels; ++v) sums[v] += counts[v];
@@ -73,26 +74,32 @@ class DenseTuple {
   /// Sum over the components of each voxel, in component order. O(components present in the octet).
   [[nodiscard]] static Plane label_sums(const std::byte* octet) noexcept {
     Plane sums{};
-    for_planes(octet, [&](int, const float* counts) {
-      for (std::size_t v = 0; v < kOctetVoxels; ++v) sums[v] += counts[v];
+    for_planes(octet, [&](int, const std::byte* plane) {
+      for (int v = 0; v < kOctetVoxels; ++v)
+        sums[static_cast<std::size_t>(v)] += count_at(plane, v);
     });
     return sums;
   }
 
-  /// Multiplies one voxel's counts by factor in [0, 1].
+  /// Multiplies one voxel's counts by factor in [0, 1]. What is then under kLeastCount becomes 0.
   static void scale(std::byte* octet, int voxel, float factor) noexcept {
     const Header header = header_of(octet);
     for (std::uint64_t rest = header.components; rest != 0; rest &= rest - 1) {
       std::byte* const plane = octet + header.offset(std::countr_zero(rest));
-      set_count(plane, voxel, reinterpret_cast<const float*>(plane)[voxel] * factor);
+      const float scaled = count_at(plane, voxel) * factor;
+      set_count(plane, voxel, scaled >= kLeastCount ? scaled : 0.0F);
     }
   }
 
-  /// Whether a tuple can have these counts: a dense one has no rest.
+  /// Whether a tuple can have these: all are counts (is_count), and there is no rest.
+  /// O(components).
   [[nodiscard]] static bool holds(const VoxelEvidence& evidence) noexcept {
-    return !(evidence.rest > 0.0F);
+    for (int l = 1; l < evidence.num_components; ++l)
+      if (!is_count(evidence.sigma[static_cast<std::size_t>(l)])) return false;
+    return evidence.rest == 0.0F;
   }
-  /// Sets a voxel without evidence to counts that a tuple can have.
+  /// Sets a voxel without evidence to counts that a tuple can have, or to sums of such: these end
+  /// at kLargestCount.
   static void restore(std::byte* octet, int voxel, const VoxelEvidence& evidence) noexcept {
     Header header = header_of(octet);
     for (int l = 1; l < evidence.num_components; ++l) {
@@ -102,7 +109,7 @@ class DenseTuple {
       if (header.components == 0) header.first = static_cast<std::uint64_t>(l);
       std::byte* const plane = octet + header.offset(l);
       if ((header.components & bit) == 0) clear_shared_words(plane, sizeof(Plane));
-      set_count(plane, voxel, count);
+      set_count(plane, voxel, count < kLargestCount ? count : kLargestCount);
       header.components |= bit;
     }
     set_header(octet, header);
@@ -128,23 +135,25 @@ class DenseTuple {
   /// Writes one voxel's counts into sigma[1 .. C + 1]; entries of absent components are left as
   /// they are.
   static void read(const std::byte* octet, int voxel, VoxelEvidence& into) noexcept {
-    for_planes(octet, [&](int component, const float* counts) {
-      into.sigma[static_cast<std::size_t>(component)] = counts[voxel];
+    for_planes(octet, [&](int component, const std::byte* plane) {
+      into.sigma[static_cast<std::size_t>(component)] = count_at(plane, voxel);
     });
   }
 
   /// Calls label(component, count) for each component that a voxel has. O(components present).
   template <class Label>
   static void visit(const std::byte* octet, int voxel, Label&& label) noexcept {
-    for_planes(octet, [&](int component, const float* counts) {
-      if (counts[voxel] > 0.0F) label(component, counts[voxel]);
+    for_planes(octet, [&](int component, const std::byte* plane) {
+      const float count = count_at(plane, voxel);
+      if (count > 0.0F) label(component, count);
     });
   }
 
   /// Adds one voxel's counts. O(components present in the octet).
   static void summarize(const std::byte* octet, int voxel, CountSummary& into) noexcept {
-    for_planes(octet,
-               [&](int component, const float* counts) { into.add(component, counts[voxel]); });
+    for_planes(octet, [&](int component, const std::byte* plane) {
+      into.add(component, count_at(plane, voxel));
+    });
   }
 
  private:
@@ -173,21 +182,28 @@ class DenseTuple {
     if (header.components == 0) header.first = static_cast<std::uint64_t>(std::countr_zero(labels));
     return header;
   }
-  /// Calls visit(component, its eight counts) for all that are there, in ascending order.
+  /// Planes are words to those who share them, so a count is copied out, never read in place.
+  [[nodiscard]] static float count_at(const std::byte* plane, int voxel) noexcept {
+    float count = 0.0F;
+    std::memcpy(&count, plane + static_cast<std::size_t>(voxel) * sizeof(count), sizeof(count));
+    return count;
+  }
+  /// Calls visit(component, its plane) for all that are there, in ascending order.
   template <class Visit>
   static void for_planes(const std::byte* octet, Visit&& visit) noexcept {
     const Header header = header_of(octet);
-    const auto* const first = reinterpret_cast<const float*>(octet + kHeaderBytes);
+    const std::byte* const first = octet + kHeaderBytes;
+    constexpr auto kStride = static_cast<std::ptrdiff_t>(sizeof(Plane));
     const std::uint64_t below = (std::uint64_t{1} << header.first) - 1;
     // Planes of components under the first one lie one place further than those above it.
     for (std::uint64_t rest = header.components & below; rest != 0; rest &= rest - 1)
-      visit(std::countr_zero(rest), first + std::ptrdiff_t{std::countr_zero(rest)} * kOctetVoxels);
+      visit(std::countr_zero(rest), first + std::countr_zero(rest) * kStride);
     if (header.components == 0) return;
     visit(static_cast<int>(header.first), first);
-    const float* const before = first - kOctetVoxels;
+    const std::byte* const before = first - kStride;
     for (std::uint64_t rest = header.components & ~below & ~(below + 1); rest != 0;
          rest &= rest - 1)
-      visit(std::countr_zero(rest), before + std::ptrdiff_t{std::countr_zero(rest)} * kOctetVoxels);
+      visit(std::countr_zero(rest), before + std::countr_zero(rest) * kStride);
   }
   static void set_header(std::byte* octet, const Header& header) noexcept {
     store_shared_words(octet, &header, sizeof(header));

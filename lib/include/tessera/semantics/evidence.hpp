@@ -16,6 +16,17 @@
 
 namespace tessera {
 
+/// A count of label evidence is 0 or in [kLeastCount, kLargestCount], wherever it is kept or comes
+/// from: a scan, another robot, a file. Under the floor a count is nothing: of a smaller sum the
+/// inverse can be infinite, and diffusion would carry that to all neighbours. What is summed up
+/// beyond the ceiling stays there, so that sums over all contributions are finite.
+inline constexpr float kLeastCount = 0x1p-60F;
+inline constexpr float kLargestCount = 0x1p30F;
+/// NaN is none.
+[[nodiscard]] constexpr bool is_count(float value) noexcept {
+  return value == 0.0F || (value >= kLeastCount && value <= kLargestCount);
+}
+
 /// One voxel's counts sigma_0 .. sigma_{C+1}, without the prior.
 struct VoxelEvidence {
   int num_components = 0;
