@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <utility>
 
 #include "tessera/base/bits.hpp"
+#include "tessera/semantics/evidence.hpp"
 
 namespace tessera {
 
@@ -17,6 +19,10 @@ namespace {
 constexpr float kHalfSure = 4.0F;
 /// Evidence at which a node's own weight counts half: what was seen often does not drown the rest.
 constexpr float kLoud = 10.0F;
+// Sums come from packed blocks, and a node has one at least: its inverse is finite, and what it is
+// multiplied with, a sum of all lanes at most, leaves it finite.
+static_assert(1.0F / kLeastCount * (kLargestCount * static_cast<float>(kMaxComponents)) <
+              std::numeric_limits<float>::max());
 
 }  // namespace
 

@@ -5,23 +5,23 @@
 
 #include <algorithm>
 
-#include "tessera/fusion/global_map.hpp"
+#include "tessera/base/bits.hpp"
 
 namespace tessera {
 
 namespace {
 
-/// A record that takes more is published in parts, of which any fits.
-static_assert(most_coded_bytes(1) <= kMostCodedBytes);
-
 bool valid(const ExchangeConfig& config) noexcept {
   return config.contributions > config.own_contributions && config.own_contributions >= 1 &&
-         config.contributions <= Replicas::kMostContributions && config.peers >= 1 &&
-         config.answers >= 1 && config.fresh >= 1 && config.burst_bytes >= kMostDatagramBytes &&
-         config.announce_us > 0 && config.announce_soon_us > 0 && config.request_us > 0 &&
+         config.contributions <= Replicas::kMostContributions &&
+         config.contributions_per_robot >= 1 && config.records >= 1 && config.peers >= 1 &&
+         config.answers >= 1 && config.picks >= 1 && config.fresh >= 1 &&
+         config.burst_bytes >= kMostDatagramBytes && config.announce_us > 0 &&
+         config.announce_soon_us > 0 && config.request_us > 0 &&
          config.request_most_us >= config.request_us &&
          config.request_idle_us >= config.request_most_us && config.bytes_per_s > 0 &&
-         config.answer_us > 0;
+         config.answer_us > 0 && config.frame_us >= 0 && config.listen_us >= 0 &&
+         config.max_evidence >= 0.0F;
 }
 
 }  // namespace
@@ -29,215 +29,121 @@ bool valid(const ExchangeConfig& config) noexcept {
 Result<Exchange> Exchange::make(Arena& arena, const ExchangeConfig& config,
                                 const ReplicaStore& store, const Authenticator& authenticator,
                                 const ClassTable& classes, const Signatures& signatures) noexcept {
-  if (!valid(config)) return Status::kInvalidArgument;
+  if (!valid(config) || config.records < store.replicas->config().blocks)
+    return Status::kInvalidArgument;
   Exchange exchange;
-  exchange.config_ = config;
-  exchange.store_ = store;
-  exchange.authenticator_ = authenticator;
-  exchange.signatures_ = signatures;
-  exchange.num_components_ = classes.num_components();
-  exchange.details_ = {.resolution_m = config.resolution_m,
-                       .prior = config.prior,
-                       .free_weight = config.free_weight,
-                       .classes = static_cast<std::uint16_t>(classes.num_classes()),
-                       .class_table = class_table_checksum(classes)};
-  exchange.configuration_ = exchange.details_.checksum();
-  exchange.random_ = mix64((std::uint64_t{config.robot} << 32U) + config.session);
-  exchange.contributions_ = arena.take<Contribution>(config.contributions);
-  exchange.answers_ = arena.take<Answer>(config.answers);
-  exchange.fresh_ = arena.take<Fresh>(config.fresh);
-  Result<PeerTable> peers = PeerTable::make(arena, config.peers);
-  exchange.batches_ = arena.take<Batch>(kBatches);
-  Result<BlockContent> content = BlockContent::make(arena, exchange.num_components_);
-  exchange.packed_ = arena.take<std::byte>(most_packed_bytes(exchange.num_components_));
-  exchange.coded_ = arena.take<std::byte>(kMostCoded);
-  exchange.kept_ = arena.take<std::byte>(kMostKept);
-  if (exchange.contributions_.empty() || exchange.answers_.empty() || exchange.fresh_.empty() ||
-      !peers.ok() || exchange.batches_.empty() || !content.ok() || exchange.packed_.empty() ||
-      exchange.coded_.empty() || exchange.kept_.empty())
+  exchange.robot_ = config.robot;
+  exchange.answer_ = {config.answer_us};
+  exchange.announce_ = {config.announce_us};
+  exchange.listen_ = {config.listen_us};
+  const ConfigurationDetails details{.resolution_m = config.resolution_m,
+                                     .prior = config.prior,
+                                     .free_weight = config.free_weight,
+                                     .classes = static_cast<std::uint16_t>(classes.num_classes()),
+                                     .class_table = class_table_checksum(classes),
+                                     .max_evidence = config.max_evidence};
+  Result<Gate> gate = Gate::make(arena, config, details, authenticator, signatures);
+  if (!gate.ok()) return gate.status();
+  exchange.gate_ = *gate;
+  Result<Ledger> ledger =
+      Ledger::make(arena, config, store, exchange.gate_, classes.num_components());
+  if (!ledger.ok()) return ledger.status();
+  exchange.ledger_ = *ledger;
+  Result<Repair> repair = Repair::make(arena, config);
+  Result<Sender> sender = Sender::make(arena, config);
+  exchange.requested_ = arena.take<RequestedContribution>(1).data();
+  exchange.description_ = arena.take<Description>(1).data();
+  if (!repair.ok() || !sender.ok() || exchange.requested_ == nullptr ||
+      exchange.description_ == nullptr)
     return Status::kResourceExhausted;
-  exchange.peers_ = *peers;
-  exchange.content_ = *content;
+  exchange.repair_ = *repair;
+  exchange.sender_ = *sender;
   return exchange;
-}
-
-std::int64_t Exchange::random_us(std::int64_t below) noexcept {
-  if (below <= 0) return 0;
-  random_ += 0x9e3779b97f4a7c15U;
-  return static_cast<std::int64_t>(mix64(random_) % static_cast<std::uint64_t>(below));
-}
-
-Exchange::Contribution* Exchange::find(const ContributionId& id) noexcept {
-  for (Contribution& contribution : contributions_.first(known_)) {
-    if (contribution.id == id) return &contribution;
-  }
-  return nullptr;
-}
-
-/// Where there is no place, one of which only the name is known gives its own: who goes on talking
-/// of that one will be heard again.
-Exchange::Contribution* Exchange::find_or_add(const ContributionId& id, bool own) noexcept {
-  if (Contribution* const known = find(id); known != nullptr) return known;
-  const std::uint32_t kept =
-      config_.own_contributions - std::min(opened_, config_.own_contributions);
-  const std::size_t places = contributions_.size() - (own ? 0 : kept);
-  Contribution* added = nullptr;
-  if (known_ < places) {
-    added = &contributions_[known_++];
-  } else {
-    for (Contribution& other : contributions_.first(known_)) {
-      if (!other.open && added == nullptr) added = &other;
-    }
-    ++(added == nullptr ? counted_.refused_contributions : counted_.displaced_contributions);
-    if (added == nullptr) return nullptr;
-  }
-  *added = {};
-  added->id = id;
-  added->excluded = is_excluded(id.robot);
-  return added;
-}
-
-bool Exchange::is_excluded(std::uint32_t robot) const noexcept {
-  const std::span<const std::uint32_t> all = std::span(excluded_).first(excluded_count_);
-  return std::find(all.begin(), all.end(), robot) != all.end();
-}
-
-/// Of what is held of a block: a sum over its parts, so that one can be taken away again.
-std::uint64_t Exchange::digest_of(Slot slot, BlockKey key) const noexcept {
-  std::uint64_t sum = 0;
-  for (const Replicas::Replica* part = store_.replicas->find(slot, key); part != nullptr;
-       part = store_.replicas->next_part(*part)) {
-    if (part->live == 0) continue;
-    sum += mix64(key.bits + mix64((std::uint64_t{part->version} << 8U) + part->live));
-  }
-  return sum;
-}
-
-Result<Replicas::Change> Exchange::put(Contribution& contribution, BlockKey key,
-                                       const PartVersion& version, const BlockContent& content,
-                                       std::span<const std::byte> coded) noexcept {
-  const std::uint64_t before = digest_of(contribution.slot, key);
-  const std::size_t packed = pack_block(content, packed_);
-  const Result<Replicas::Change> change =
-      store_.put(store_.context, contribution.slot, key, version, packed_.first(packed), coded);
-  contribution.digest += digest_of(contribution.slot, key) - before;
-  return change;
-}
-
-Status Exchange::set_frame(Contribution& contribution, const Matrix34d& T_global_map,
-                           std::uint32_t revision) const noexcept {
-  const Result<GridTransform> frame = GridTransform::make(T_global_map, config_.resolution_m);
-  if (!frame.ok()) return Status::kInvalidArgument;
-  if (!contribution.open) {
-    const Result<Slot> slot = store_.open(store_.context, contribution.id, *frame);
-    if (!slot.ok()) return slot.status();
-    contribution.slot = *slot;
-    contribution.open = true;
-  }
-  store_.set_frame(store_.context, contribution.slot, *frame, revision);
-  contribution.T_global_map = T_global_map;
-  contribution.frame_revision = revision;
-  contribution.announced_frame = std::max(contribution.announced_frame, revision);
-  return Status::kOk;
 }
 
 Status Exchange::open(std::uint32_t epoch, std::uint32_t submap,
                       const Matrix34d& T_global_map) noexcept {
-  const ContributionId id{config_.robot, epoch, submap};
-  if (!GridTransform::make(T_global_map, config_.resolution_m).ok())
-    return Status::kInvalidArgument;
-  first_epoch_ = std::min(first_epoch_, epoch);
-  const Contribution* const known = find(id);
-  if (known != nullptr && known->open) return Status::kInvalidArgument;
-  Contribution* const contribution = find_or_add(id, true);
-  if (contribution == nullptr) return Status::kResourceExhausted;
-  // Whatever was said of it before was not said by this robot.
-  *contribution = {};
-  contribution->id = id;
-  const Status status = set_frame(*contribution, T_global_map, 1);
-  if (status != Status::kOk) return status;
-  contribution->own = true;
-  ++opened_;
-  contribution->frame_due_us = 0;
-  publishing_ = number_of(*contribution);
-  sent_ = 0;
-  fresh_count_ = 0;
-  announce_due_us_ = 0;
-  return Status::kOk;
+  const Status status = ledger_.open(epoch, submap, T_global_map, counted_);
+  if (status == Status::kOk) sender_.begin_own(ledger_);
+  return status;
 }
 
 Status Exchange::move(std::uint32_t epoch, std::uint32_t submap,
                       const Matrix34d& T_global_map) noexcept {
-  Contribution* const contribution = find({config_.robot, epoch, submap});
-  if (contribution == nullptr || !contribution->own) return Status::kInvalidArgument;
-  const Status status = set_frame(*contribution, T_global_map, contribution->frame_revision + 1);
-  if (status == Status::kOk) contribution->frame_due_us = 0;
+  const Status status = ledger_.move(epoch, submap, T_global_map);
+  if (status != Status::kOk) return status;
+  const Ledger::Contribution& moved = *ledger_.find({robot_, epoch, submap});
+  sender_.owe_frame(ledger_, moved, Instant::long_ago());
+  sender_.owe_statement(ledger_, moved, Instant::long_ago());
   return status;
 }
 
-Status Exchange::exclude(std::uint32_t robot) noexcept {
-  if (robot == config_.robot) return Status::kInvalidArgument;
-  if (is_excluded(robot)) return Status::kOk;
-  if (excluded_count_ == excluded_.size()) return Status::kResourceExhausted;
-  excluded_[excluded_count_++] = robot;
-  for (Contribution& contribution : contributions_.first(known_)) {
-    if (contribution.id.robot != robot) continue;
-    contribution.excluded = true;
-    if (contribution.open) store_.remove(store_.context, contribution.slot);
-    contribution.open = false;
-    contribution.request_due_us = contribution.frame_due_us = kNever;
-    contribution.latest = contribution.announced_frame = contribution.frame_revision = 0;
-    contribution.coverage.clear();
-    contribution.digest = 0;
-    const std::uint32_t number = number_of(contribution);
-    drop_answers(number, {1, ~std::uint32_t{0}}, true);
-    for (Batch& batch : batches_) {
-      if (batch.contribution == number) batch.range = {};
-    }
+Result<std::uint32_t> Exchange::publish(BlockKey key, const BlockContent& content) noexcept {
+  VersionRange published;
+  const Result<std::uint32_t> bytes = ledger_.publish(key, content, published, counted_);
+  if (published.last >= published.first && published.last != 0) {
+    sender_.note_fresh(key, published);
+    sender_.announce_soon();
   }
-  return Status::kOk;
+  return bytes;
 }
 
-std::uint64_t Exchange::digest() const noexcept {
-  // A sum: contributions came in any order.
-  std::uint64_t sum = 0;
-  for (const Contribution& contribution : contributions_.first(known_)) {
-    if (!contribution.open) continue;
-    Digest of;
-    of.add(contribution.id.robot);
-    of.add(std::uint64_t{contribution.id.epoch} << 32U | contribution.id.submap);
-    of.add(contribution.frame_revision);
-    of.add(contribution.digest);
-    sum += of.value();
-  }
-  return sum;
+void Exchange::set_floor(std::uint32_t floor) noexcept {
+  if (floor < ledger_.own_floor()) return;
+  ledger_.end_own(floor, counted_);
+  sender_.begin_own(ledger_);
+}
+
+void Exchange::set_floor_of(std::uint32_t robot, std::uint32_t floor) noexcept {
+  ledger_.note_floor(robot, floor, false, counted_);
+}
+
+Status Exchange::exclude(std::uint32_t robot) noexcept {
+  if (robot == robot_) return Status::kInvalidArgument;
+  const Status status = gate_.exclude(robot);
+  if (status == Status::kOk) ledger_.remove_robot(robot);
+  return status;
+}
+
+/// At the first call the clock is known.
+bool Exchange::is_listening(Instant now) noexcept {
+  if (started_ == Instant::long_ago()) started_ = now;
+  return now - started_ < listen_;
+}
+
+std::size_t Exchange::send(std::int64_t now_us, std::span<std::byte> into) noexcept {
+  const Instant now = Instant::at_us(now_us);
+  if (is_listening(now)) return 0;
+  repair_.end_comparison(ledger_, now);
+  return sender_.send(gate_, ledger_, repair_, now, into, counted_);
 }
 
 ExchangeReport Exchange::report() const noexcept {
   ExchangeReport report = counted_;
-  for (const Contribution& contribution : contributions_.first(known_)) {
-    if (contribution.excluded) continue;
+  for (const Ledger::Contribution& contribution : ledger_.places()) {
+    if (!contribution.used) continue;
     ++report.contributions;
     report.complete += contribution.complete() ? 1U : 0U;
   }
-  report.peers = static_cast<std::uint32_t>(peers_.all().size());
-  report.waiting_answers = static_cast<std::uint32_t>(waiting_answers_);
+  report.peers = static_cast<std::uint32_t>(gate_.peers().all().size());
+  report.waiting_answers = static_cast<std::uint32_t>(sender_.answers().waiting());
   return report;
 }
 
-ContributionState Exchange::state_of(const Contribution& contribution) noexcept {
+ContributionState Exchange::state_of(const Ledger::Contribution& contribution) noexcept {
   return {.id = contribution.id,
           .own = contribution.own,
           .complete = contribution.complete(),
-          .latest = contribution.latest,
+          .latest = contribution.own ? contribution.latest : contribution.statement.latest,
           .covered = contribution.coverage.complete_to(),
-          .digest = contribution.digest};
+          .records = contribution.records,
+          .digest = contribution.held.folded()};
 }
 
 std::size_t Exchange::contributions(std::span<ContributionState> into) const noexcept {
   std::size_t count = 0;
-  for (const Contribution& one : contributions_.first(known_)) {
-    if (one.excluded) continue;
+  for (const Ledger::Contribution& one : ledger_.places()) {
+    if (!one.used) continue;
     if (count < into.size()) into[count] = state_of(one);
     ++count;
   }
@@ -245,12 +151,47 @@ std::size_t Exchange::contributions(std::span<ContributionState> into) const noe
 }
 
 Result<ContributionState> Exchange::contribution_at(std::size_t index) const noexcept {
-  for (const Contribution& one : contributions_.first(known_)) {
-    if (one.excluded) continue;
+  for (const Ledger::Contribution& one : ledger_.places()) {
+    if (!one.used) continue;
     if (index == 0) return state_of(one);
     --index;
   }
   return Status::kOutOfRange;
+}
+
+namespace {
+
+/// Of the bytes of a block, what its free-only voxels take, as real maps have it.
+std::uint32_t free_bytes(const BlockContent& content, std::uint32_t bytes) noexcept {
+  constexpr std::uint32_t kVoxelsOfByte = 14;
+  const std::uint64_t labelled = content.label_octets();
+  if (labelled == 0) return bytes;
+  const auto octets = static_cast<std::uint32_t>(count_ones(content.pass_octets() & ~labelled));
+  return std::min(bytes, octets * kOctetVoxels / kVoxelsOfByte);
+}
+
+}  // namespace
+
+/// Named, so that the gate of the stack knows who calls them.
+struct ExchangePublication {
+  static void quantise(void* /*context*/, BlockContent& content) { tessera::quantise(content); }
+  static bool read(void* context, BlockKey key, BlockContent& content) {
+    return static_cast<const Exchange*>(context)->read_published(key, content);
+  }
+  static Result<WireBytes> publish(void* context, BlockKey key, const BlockContent& content) {
+    const Result<std::uint32_t> bytes = static_cast<Exchange*>(context)->publish(key, content);
+    if (!bytes.ok()) return bytes.status();
+    const std::uint32_t free = free_bytes(content, *bytes);
+    return WireBytes{.labels = *bytes - free, .free = free};
+  }
+};
+
+Publication publication_of(Exchange& exchange) noexcept {
+  return {.context = &exchange,
+          .quantise = ExchangePublication::quantise,
+          .read = ExchangePublication::read,
+          .publish = ExchangePublication::publish,
+          .whole = nullptr};
 }
 
 }  // namespace tessera

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// What arrives: who may speak, and what is done with each kind of datagram.
+// What arrives, by kind, and which part of the exchange it is for.
 #include <algorithm>
 
 #include "tessera/exchange/exchange.hpp"
@@ -9,209 +9,275 @@ namespace tessera {
 
 namespace {
 
-/// Announcements that an origin misses before others are believed of what it has.
+/// Announcements that an origin misses before others are believed about it, in a fleet that does
+/// not sign.
 constexpr std::int64_t kSilences = 3;
 
 }  // namespace
 
-/// Whether its sender is one to listen to; each refusal is counted.
-bool Exchange::accept(std::span<const std::byte> datagram, Heard& heard,
-                      std::int64_t now_us) noexcept {
-  ++counted_.received;
-  counted_.received_bytes += datagram.size();
-  const auto refuse = [](std::uint64_t& counter) {
-    ++counter;
-    return false;
-  };
-  if (datagram.size() < kHeaderBytes + kTagBytes || datagram.size() > kMostDatagramBytes)
-    return refuse(counted_.refused_size);
-  ByteReader reader(datagram.first(kHeaderBytes));
-  DatagramHeader& header = heard.header;
-  if (!read_header(reader, header)) return refuse(counted_.refused_format);
-  const std::span<const std::byte> message = datagram.first(datagram.size() - kTagBytes);
-  if (!authenticator_.check(authenticator_.context, message, datagram.last<kTagBytes>()))
-    return refuse(counted_.refused_tag);
-  if (header.sender == config_.robot) {
-    return refuse(header.session == config_.session ? counted_.own_echoes : counted_.refused_robot);
-  }
-  if (is_excluded(header.sender)) return refuse(counted_.refused_excluded);
-  // A repeat is not worth the check of a signature.
-  heard.peer = peers_.find(header.sender);
-  if (is_control(header.kind) && heard.peer != nullptr &&
-      !heard.peer->control.is_new(header.session, header.sequence))
-    return refuse(counted_.refused_replay);
-  if (header.is_signed != signatures_.on() || !is_signed_by_sender(header, message))
-    return refuse(counted_.refused_signature);
-  return note_peer(heard, now_us);
-}
-
-/// With signatures only what is signed makes a peer, or is a sign of its life.
-bool Exchange::note_peer(Heard& heard, std::int64_t now_us) noexcept {
-  const DatagramHeader& header = heard.header;
-  const bool proven = !signatures_.on() || is_control(header.kind);
-  if (proven) heard.peer = peers_.find_or_add(header.sender, now_us);
-  if (proven && heard.peer == nullptr) {
-    ++counted_.refused_peers;
-    return false;
-  }
-  if (heard.peer != nullptr) {
-    SequenceWindow& window = is_control(header.kind) ? heard.peer->control : heard.peer->data;
-    heard.is_new = window.is_new(header.session, header.sequence);
-    if (heard.is_new) window.note(header.session, header.sequence);
-    if (heard.is_new && proven) heard.peer->heard_us = now_us;
-  }
-  if (heard.peer != nullptr) ++heard.peer->datagrams;
-  if (header.configuration != configuration_ && header.kind != DatagramKind::kAnnounce) {
-    ++counted_.refused_configuration;
-    return false;
-  }
-  return true;
-}
-
 void Exchange::receive(std::span<const std::byte> datagram, std::int64_t now_us) noexcept {
   Heard heard;
-  if (!accept(datagram, heard, now_us)) return;
-  const bool ends_signed = heard.header.is_signed && is_control(heard.header.kind);
-  const std::size_t end = kTagBytes + (ends_signed ? kSignatureBytes : 0);
-  ByteReader body(datagram.subspan(kHeaderBytes, datagram.size() - kHeaderBytes - end));
-  if (!hear(heard, body, now_us)) ++counted_.refused_body;
+  const Instant now = Instant::at_us(now_us);
+  static_cast<void>(is_listening(now));
+  if (!gate_.accept(datagram, now, heard, counted_)) return;
+  if (!hear(heard)) ++counted_.refused_body;
 }
 
 /// False iff the body is none of its kind.
-bool Exchange::hear(const Heard& heard, ByteReader& body, std::int64_t now_us) noexcept {
+bool Exchange::hear(Heard& heard) noexcept {
   switch (heard.header.kind) {
     case DatagramKind::kAnnounce:
-      return hear_announcement(heard, body, now_us);
+      return hear_announcement(heard);
     case DatagramKind::kRequest:
-      return hear_request(body, now_us);
+      return hear_request(heard);
     case DatagramKind::kChunk:
-      return hear_chunk(body, heard.is_new, now_us);
+      return hear_chunk(heard);
     case DatagramKind::kFrame:
-      return hear_frame(body, heard.is_new);
+      return hear_frame(heard);
+    case DatagramKind::kStatement:
+      return hear_statement(heard);
+    case DatagramKind::kDescription:
+      return hear_description(heard);
     case DatagramKind::kLeave:
-      if (body.remaining() != 0) return false;
-      heard.peer->left = heard.peer->left || is_last(heard);
+      if (!heard.body.empty()) return false;
+      heard.peer->left = heard.peer->left || heard.is_last;
       return true;
   }
   return false;
 }
 
-/// Of control messages that overtook each other the last one counts.
-bool Exchange::is_last(const Heard& heard) noexcept {
-  return heard.header.session == heard.peer->control.session &&
-         heard.header.sequence == heard.peer->control.sequence;
+Duration Exchange::answer_delay(const Ledger::Contribution& contribution) noexcept {
+  if (contribution.own) return repair_.random({answer_.us / 8 + 1});
+  return answer_ / 4 + repair_.random(answer_);
 }
 
-bool Exchange::hear_announcement(const Heard& heard, ByteReader& body,
-                                 std::int64_t now_us) noexcept {
-  ConfigurationDetails details;
+// --- Announcements -------------------------------------------------------------------------------
+
+bool Exchange::hear_announcement(const Heard& heard) noexcept {
   AnnouncedContribution announced;
-  if (!read_details(body, details)) return false;
-  for (ByteReader all = body; all.remaining() != 0;) {
+  ByteReader all(heard.body);
+  while (all.remaining() != 0) {
     if (!read_announced(all, announced)) return false;
   }
-  const bool last = is_last(heard);
-  heard.peer->left = heard.peer->left && !last;
-  heard.peer->mismatch.reset();
-  if (heard.header.configuration != configuration_) {
-    // Its own, so that it can be said what is different.
-    heard.peer->mismatch = details;
-    ++counted_.refused_configuration;
-    return true;
+  ledger_.drop_empty_names(heard.now);
+  // Of control messages that overtook each other the last one counts.
+  if (heard.is_last) {
+    heard.peer->left = false;
+    ledger_.note_floor(heard.header.sender, heard.announcement.floor, !gate_.signatures().on(),
+                       counted_);
   }
-  // What an origin says of what it is publishing counts.
-  while (body.remaining() != 0 && read_announced(body, announced)) {
-    const bool of_origin = last && announced.origin && announced.id.robot == heard.header.sender;
-    hear_announced(announced, of_origin, now_us);
-  }
+  for (ByteReader body(heard.body); body.remaining() != 0 && read_announced(body, announced);)
+    hear_announced(heard, announced);
   return true;
 }
 
-/// Of this robot, in an epoch in which only it speaks, and not opened by it.
-bool Exchange::is_own_to_come(const ContributionId& id) noexcept {
-  if (id.robot != config_.robot || id.epoch < first_epoch_) return false;
-  const Contribution* const known = find(id);
-  return known == nullptr || !known->own;
-}
-
-void Exchange::hear_announced(const AnnouncedContribution& announced, bool of_origin,
-                              std::int64_t now_us) noexcept {
-  if (is_own_to_come(announced.id)) {
-    ++counted_.impostors;
+void Exchange::hear_announced(const Heard& heard, const AnnouncedContribution& announced) noexcept {
+  if (ledger_.is_of_this_process(announced.id)) {
+    const Ledger::Contribution* const own = ledger_.find(announced.id);
+    const bool more = own == nullptr || announced.latest > own->latest;
+    const bool other = own != nullptr && announced.complete && announced.latest == own->latest &&
+                       announced.digest != own->held.folded();
+    counted_.impostors += more ? 1U : 0U;
+    // It is a claim only: what was stated shows whether it is true.
+    if ((more || other) && announced.stated) repair_.note_claim(announced.id, heard.now);
     return;
   }
-  Contribution* const contribution = find_or_add(announced.id);
-  if (contribution == nullptr || contribution->excluded) return;
-  if (contribution->own) {
-    counted_.impostors += announced.latest > contribution->latest ? 1U : 0U;
-    return;
-  }
-  note_latest(*contribution, announced, of_origin, now_us);
-  note_lack(*contribution, now_us);
-  note_digest(*contribution, announced, of_origin, now_us);
+  if (gate_.is_excluded(announced.id.robot)) return;
+  Ledger::Contribution* const contribution = ledger_.note_name(announced.id, heard.now, counted_);
+  if (contribution == nullptr) return;
+  if (announced.origin && announced.id.robot == heard.header.sender && heard.is_last)
+    contribution->origin_at = heard.now;
+  repair_.note_announced(ledger_, *contribution, announced, *heard.peer, heard.now, counted_);
 }
 
-void Exchange::note_latest(Contribution& contribution, const AnnouncedContribution& announced,
-                           bool of_origin, std::int64_t now_us) const noexcept {
-  if (of_origin) {
-    // What it said twice is no chunk's forerunner: whoever said more, made it up.
-    if (announced.latest == contribution.origin_latest) {
-      contribution.latest = announced.latest;
-      contribution.announced_frame = announced.frame_revision;
+// --- Requests ------------------------------------------------------------------------------------
+
+bool Exchange::hear_request(const Heard& heard) noexcept {
+  for (ByteReader all(heard.body); all.remaining() != 0;) {
+    if (!read_requested(all, *requested_)) return false;
+  }
+  for (ByteReader body(heard.body); body.remaining() != 0 && read_requested(body, *requested_);)
+    hear_requested(heard);
+  return true;
+}
+
+void Exchange::hear_requested(const Heard& heard) noexcept {
+  const Ledger::Contribution* const contribution = ledger_.find(requested_->id);
+  if (contribution == nullptr || !contribution->open) return;
+  if (requested_->frame_revision < contribution->frame_revision)
+    sender_.owe_frame(ledger_, *contribution, heard.now + answer_delay(*contribution));
+  const bool newer =
+      contribution->own
+          ? !requested_->stated || requested_->latest < contribution->latest
+          : contribution->stated &&
+                (!requested_->stated || requested_->latest < contribution->statement.latest);
+  if (newer) sender_.owe_statement(ledger_, *contribution, heard.now + answer_delay(*contribution));
+  if (!sender_.answers().may_ask(*heard.peer, ledger_, heard.now)) {
+    counted_.refused_answers += requested_->count != 0 ? 1U : 0U;
+    return;
+  }
+  if (requested_->type == RequestType::kGaps) {
+    hear_gaps(heard, *contribution);
+  } else if (requested_->target == robot_) {
+    hear_targeted(heard, *contribution);
+  }
+}
+
+void Exchange::hear_gaps(const Heard& heard, const Ledger::Contribution& contribution) noexcept {
+  const auto gaps = std::span(requested_->gap).first(requested_->count);
+  for (const VersionRange& gap : gaps) {
+    for (const VersionRange& known : contribution.coverage.ranges_from(gap.first)) {
+      const VersionRange both{std::max(gap.first, known.first), std::min(gap.last, known.last)};
+      if (both.first > both.last) break;
+      const Answers::Range range{ledger_.number_of(contribution), contribution.generation, both,
+                                 heard.now + answer_delay(contribution), heard.header.sender};
+      if (!sender_.answers().add(range, counted_)) return;
     }
-    contribution.origin_latest = announced.latest;
-    contribution.origin_us = now_us;
-  } else if (now_us - contribution.origin_us <= kSilences * config_.announce_us) {
-    return;
   }
-  contribution.latest = std::max(contribution.latest, announced.latest);
-  contribution.announced_frame = std::max(contribution.announced_frame, announced.frame_revision);
+  if (contribution.own || gaps.empty()) return;
+  const bool same = std::any_of(gaps.begin(), gaps.end(), [&](const VersionRange& gap) {
+    return !contribution.coverage.contains(gap) && gap.first <= contribution.latest;
+  });
+  if (same) repair_.note_asked(ledger_, contribution, heard.now, counted_);
 }
 
-/// Who knows of the same versions and holds something else has what this robot believes to be
-/// superseded, or lacks it: what superseded it went down with its origin. Then all is asked for.
-void Exchange::note_digest(Contribution& contribution, const AnnouncedContribution& announced,
-                           bool of_origin, std::int64_t now_us) noexcept {
-  if (contribution.open && contribution.digest == announced.digest) {
-    contribution.different_us = kLongAgo;
-    contribution.all_pause_us = 0;
-    return;
+void Exchange::hear_targeted(const Heard& heard,
+                             const Ledger::Contribution& contribution) noexcept {
+  const std::uint32_t number = ledger_.number_of(contribution);
+  const std::uint32_t asker = heard.header.sender;
+  Answers& answers = sender_.answers();
+  for (std::size_t i = 0; i < requested_->count; ++i) {
+    const bool added =
+        requested_->type == RequestType::kVersions
+            ? answers.picks().push({number, contribution.generation, requested_->version[i], asker})
+            : answers.spans().push({number,
+                                    contribution.generation,
+                                    asker,
+                                    {requested_->width, requested_->span[i]}});
+    if (!added) {
+      ++counted_.refused_answers;
+      return;
+    }
   }
-  contribution.different_us = now_us;
-  if (contribution.request_due_us != kNever && !contribution.full) {
-    contribution.request_pause_us =
-        std::min(contribution.request_pause_us, config_.request_most_us);
-    contribution.request_due_us =
-        std::min(contribution.request_due_us, now_us + 2 * config_.request_most_us);
-  }
-  // Who has all that there is only has to be asked once more.
-  const bool settled =
-      announced.complete ? contribution.complete() : contribution.requests > kPatience;
-  if (!settled || contribution.latest != announced.latest || now_us < contribution.all_due_us)
-    return;
-  ++counted_.diverged;
-  // What is covered beyond is of one who claimed too much.
-  if (of_origin) contribution.coverage.trim(announced.latest);
-  contribution.all_due_us = kNever;  // until it is asked for
-  if (contribution.request_due_us == kNever) {
-    contribution.requests = 0;
-    contribution.request_pause_us = config_.request_us;
-  }
-  contribution.request_due_us = std::min(
-      contribution.request_due_us, now_us + config_.request_us + random_us(config_.request_us));
 }
 
-/// Sees to it that what is lacking is asked for, or no more.
-void Exchange::note_lack(Contribution& contribution, std::int64_t now_us) noexcept {
-  const bool wants_all = contribution.all_due_us == kNever;
-  if (contribution.own || contribution.excluded || (contribution.complete() && !wants_all)) {
-    contribution.request_due_us = kNever;
-    return;
+// --- What comes of contributions -----------------------------------------------------------------
+
+bool Exchange::hear_chunk(const Heard& heard) noexcept {
+  ByteReader body(heard.body);
+  if (!read_chunk_header(body, heard.header.session, chunk_)) return false;
+  const std::span<const std::byte> rest = heard.body.last(body.remaining());
+  if (gate_.is_excluded(chunk_.id.robot)) return true;
+  // Only an origin sends without proofs.
+  if (!chunk_.relayed && chunk_.id.robot != heard.header.sender) return false;
+  if (ledger_.is_of_this_process(chunk_.id)) {
+    const Ledger::Contribution* const own = ledger_.find(chunk_.id);
+    if (own == nullptr || !ledger_.check_own_chunk(*own, chunk_, rest)) {
+      ++counted_.impostors;
+    } else if (heard.is_new && !chunk_.partial) {
+      sender_.answers().drop(ledger_.number_of(*own), chunk_.range, counted_);
+    }
+    return true;
   }
-  if (contribution.request_due_us != kNever) return;
-  contribution.requests = 0;
-  contribution.request_pause_us = config_.request_us;
-  contribution.request_due_us = now_us + config_.request_us + random_us(config_.request_us);
+  Ledger::Contribution* const contribution = ledger_.note_name(chunk_.id, heard.now, counted_);
+  if (contribution == nullptr || contribution->own) return true;
+  if (!contribution->open) {
+    ++counted_.records_early;
+    repair_.note_lack(ledger_, *contribution, heard.now);
+    return true;
+  }
+  const Ledger::Taken taken = ledger_.take_chunk(*contribution, chunk_, rest, counted_);
+  if (taken.forged) ++counted_.refused_signature;
+  if (taken.forged || !taken.well_formed) {
+    repair_.note_taken(ledger_, *contribution, taken, false, heard.now);
+    return taken.well_formed;
+  }
+  const bool fills = chunk_.range.first <= contribution->latest;
+  if (!chunk_.relayed) {
+    contribution->origin_at = heard.now;
+    ledger_.take_chunk_statement(*contribution, chunk_.statement, heard.is_last, counted_);
+  }
+  if (heard.is_new && !chunk_.partial)
+    sender_.answers().drop(ledger_.number_of(*contribution), chunk_.range, counted_);
+  repair_.note_taken(ledger_, *contribution, taken, fills, heard.now);
+  return true;
+}
+
+bool Exchange::hear_frame(const Heard& heard) noexcept {
+  FrameBody frame;
+  ByteReader body(heard.body);
+  if (!read_frame(body, frame)) return false;
+  const std::span<const std::byte> signature = body.bytes(body.remaining());
+  if (signature.size() != (gate_.signatures().on() ? kSignatureBytes : 0)) return false;
+  if (ledger_.is_of_this_process(frame.id)) {
+    counted_.impostors += ledger_.find(frame.id) == nullptr ? 1U : 0U;
+    return true;
+  }
+  if (gate_.is_excluded(frame.id.robot)) return true;
+  const Ledger::Contribution* const before = ledger_.find(frame.id);
+  if (before != nullptr && heard.is_new && frame.revision == before->frame_revision &&
+      frame.T_global_map == before->T_global_map)
+    sender_.drop_frame(ledger_, *before);
+  if (!ledger_.take_frame(frame, signature, heard.now, counted_)) return false;
+  Ledger::Contribution* const contribution = ledger_.find(frame.id);
+  if (contribution != nullptr) repair_.note_lack(ledger_, *contribution, heard.now);
+  return true;
+}
+
+/// Without signatures an origin is believed about itself, and others about it while it is silent.
+bool Exchange::hear_statement(const Heard& heard) noexcept {
+  Statement statement;
+  ByteReader body(heard.body);
+  if (!read_statement(body, statement)) return false;
+  std::span<const std::byte> proof;
+  if (gate_.signatures().on()) proof = read_proof(body);
+  if (!body.ok() || body.remaining() != 0) return false;
+  if (gate_.is_excluded(statement.id.robot)) return true;
+  const bool of_origin =
+      heard.header.sender == statement.id.robot && heard.header.session == statement.session;
+  const Ledger::Contribution* const known = ledger_.find(statement.id);
+  if (!gate_.signatures().on() && !of_origin && known != nullptr && known->stated &&
+      heard.now - known->origin_at <= kSilences * announce_)
+    return true;
+  if (!ledger_.take_statement(statement, proof, of_origin && heard.is_last, heard.now, counted_)) {
+    ++counted_.refused_signature;
+    return true;
+  }
+  Ledger::Contribution* const contribution = ledger_.find(statement.id);
+  if (contribution == nullptr || contribution->own) return true;
+  if (heard.is_new && contribution->stated && !contribution->statement.is_newer_than(statement))
+    sender_.drop_statement(ledger_, *contribution);
+  repair_.note_lack(ledger_, *contribution, heard.now);
+  return true;
+}
+
+bool Exchange::hear_description(const Heard& heard) noexcept {
+  DescriptionHeader header;
+  ByteReader all(heard.body);
+  if (!read_description_header(all, header)) return false;
+  ByteReader body = all;
+  while (all.remaining() != 0) {
+    if (!read_description(all, *description_)) return false;
+  }
+  Comparison& comparison = repair_.comparison();
+  const Ledger::Contribution* const contribution = ledger_.find(header.id);
+  if (header.target != robot_ || contribution == nullptr ||
+      heard.header.sender != comparison.robot() ||
+      !comparison.is_of(ledger_.number_of(*contribution), contribution->generation))
+    return true;
+  const auto send = [&](std::uint32_t version) {
+    const Answers::Pick pick{ledger_.number_of(*contribution), contribution->generation, version,
+                             heard.header.sender};
+    counted_.refused_answers += sender_.answers().picks().push(pick) ? 0U : 1U;
+  };
+  const auto send_range = [&](const VersionRange& range) {
+    return sender_.answers().add({ledger_.number_of(*contribution), contribution->generation, range,
+                                  heard.now, heard.header.sender},
+                                 counted_);
+  };
+  while (body.remaining() != 0 && read_description(body, *description_))
+    comparison.hear(ledger_, *contribution, *description_, heard.now, send, send_range);
+  return true;
 }
 
 }  // namespace tessera

@@ -47,14 +47,19 @@ Status GlobalMap::set_up(Arena& arena, const GlobalMapConfig& config, std::span<
   config_ = config;
   map_ = &maps.front();
   staged_ = &maps.back();
-  Status status = put_in_place(Replicas::make(arena, config.replicas), replicas_);
+  Status status =
+      put_in_place(Replicas::make(arena, config.replicas, config.map.hash_seed), replicas_);
   if (status == Status::kOk)
     status = put_in_place(SegmentStore::make(arena, config.sum_segments), sums_);
-  if (status == Status::kOk) status = put_in_place(BlockIndex::make(arena, config.blocks), index_);
+  if (status == Status::kOk)
+    status = put_in_place(BlockIndex::make(arena, config.blocks, config.map.hash_seed), index_);
   if (status == Status::kOk)
     status = put_in_place(
         DiffusionBrick::make(arena, config.diffusion, config.map.resolution_m, components), brick_);
   if (status == Status::kOk) status = put_in_place(BlockContent::make(arena, components), content_);
+  if (status == Status::kOk)
+    status = put_in_place(
+        RobotShare::make(arena, components, config.max_evidence, config.map.free_weight), share_);
   if (status != Status::kOk) return status;
   const std::span<std::byte> records = arena.take_untouched(arena_bytes<Record>(config.blocks));
   records_.all = {reinterpret_cast<Record*>(records.data()), config.blocks};
@@ -70,7 +75,8 @@ Status GlobalMap::set_up(Arena& arena, const GlobalMapConfig& config, std::span<
 
 Result<GlobalMap> GlobalMap::make(Arena& arena, const GlobalMapConfig& config,
                                   const ClassTable& classes) noexcept {
-  if (!in_range(config.diffusion) || !tessera::in_range(config.map) ||
+  const bool capped = config.max_evidence >= 0.0F && config.max_evidence <= 1e6F;
+  if (!in_range(config.diffusion) || !tessera::in_range(config.map) || !capped ||
       halo_of(config) > DiffusionConfig::kMostHalo)
     return Status::kInvalidArgument;
   const std::span<LocalMap> maps = arena.take<LocalMap>(2);

@@ -30,6 +30,13 @@ void GlobalMap::remove(Slot slot) noexcept {
   move.waits = true;
 }
 
+void GlobalMap::remove_before(std::uint32_t robot, std::uint32_t epoch) noexcept {
+  for (const Slot slot : replicas_.in_order()) {
+    const ContributionId& id = replicas_.contribution(slot).id;
+    if (id.robot == robot && id.epoch < epoch) remove(slot);
+  }
+}
+
 /// All that wait go together.
 void GlobalMap::begin_moves() noexcept {
   for (Move& move : moves_) {

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// B of a block: what all contributions say of it, added up in the order of their ids.
+// B of a block: what all robots say of it, added up in the order of their numbers.
+#include <bit>
 #include <cstring>
 
 #include "tessera/fusion/global_map.hpp"
@@ -9,14 +10,14 @@ namespace tessera {
 
 namespace {
 
-/// The voxels of one block that the voxel of a row goes to. Entries of a voxel follow each other,
-/// so the last answer is mostly the next.
+/// The voxels of one block that the voxel of a row goes to, without those where the robot has newer
+/// evidence. Entries of a voxel follow each other, so the last answer is mostly the next.
 class RowTargets {
  public:
   /// layers: others have no targets.
   RowTargets(const GridTransform& T_global_local, BlockCoord local, unsigned layers,
-             BlockCoord global) noexcept
-      : frame_(T_global_local), local_(local), layers_(layers), global_(global) {}
+             BlockCoord global, const RobotShare& share) noexcept
+      : frame_(T_global_local), local_(local), layers_(layers), global_(global), share_(share) {}
   [[nodiscard]] std::span<const int> of(int row) noexcept {
     if (row != row_) {
       row_ = row;
@@ -38,7 +39,8 @@ class RowTargets {
       }
     }
     frame_.for_targets(local, [this](VoxelCoord target) {
-      if (block_of(target) == global_) rows_[count_++] = row_order(target);
+      const int row = row_order(target);
+      if (block_of(target) == global_ && !share_.hides(row)) rows_[count_++] = row;
     });
   }
 
@@ -46,6 +48,7 @@ class RowTargets {
   BlockCoord local_;
   unsigned layers_;
   BlockCoord global_;
+  const RobotShare& share_;
   int row_ = -1;
   std::size_t count_ = 0;
   std::array<int, 8> rows_{};
@@ -60,7 +63,7 @@ std::uint64_t GlobalMap::add_replica(const Replicas::Contribution& contribution,
   const float omega = config_.diffusion.omega;
   const int last_class = map_->num_components() - 2;
   RowTargets targets(contribution.T_global_local, unpack(BlockKey{replica.key}), replica.live,
-                     block);
+                     block, share_);
   VoxelMask observed{};
   const auto observe = [&](int row) {
     std::uint64_t& slice = observed[static_cast<std::size_t>(row >> 6)];
@@ -68,6 +71,7 @@ std::uint64_t GlobalMap::add_replica(const Replicas::Contribution& contribution,
     if ((slice & bit) != 0) return;
     slice |= bit;
     for (const int target : targets.of(row)) {
+      share_.observe(target);
       std::uint8_t& count = observers_[static_cast<std::size_t>(target)];
       count = static_cast<std::uint8_t>(count + (count < 255 ? 1 : 0));
     }
@@ -77,6 +81,7 @@ std::uint64_t GlobalMap::add_replica(const Replicas::Contribution& contribution,
       [&](int row, int component, float count) {
         observe(row);
         for (const int target : targets.of(row)) {
+          share_.add_labels(target, count);
           if (component == 0) {
             content_.add_rest(target, omega * count);
           } else {
@@ -87,33 +92,69 @@ std::uint64_t GlobalMap::add_replica(const Replicas::Contribution& contribution,
       },
       [&](int row, unsigned passes) {
         observe(row);
-        for (const int target : targets.of(row)) content_.add_passes(target, passes);
+        for (const int target : targets.of(row)) {
+          share_.add_passes(target, passes);
+          content_.add_passes(target, passes);
+        }
       });
 }
 
+/// Parts in the order of their lowest layers, which is no matter of when they came.
 std::uint64_t GlobalMap::add_local_block(const Replicas::Contribution& contribution, Slot slot,
                                          BlockCoord local, BlockCoord block,
                                          bool& labelled) noexcept {
   std::uint64_t work = 1;
   const Result<BlockKey> key = pack(local);
-  const Replicas::Replica* part = key.ok() ? replicas_.find(slot, *key) : nullptr;
-  for (; part != nullptr; part = replicas_.next_part(*part))
-    if (part->bytes != 0) work += add_replica(contribution, *part, block, labelled);
+  const Replicas::Replica* const first = key.ok() ? replicas_.find(slot, *key) : nullptr;
+  if (first == nullptr) return work;
+  share_.enter(content_);
+  for (int layer = 0; layer < kBlockLayers; ++layer) {
+    for (const Replicas::Replica* part = first; part != nullptr; part = replicas_.next_part(*part))
+      if (part->bytes != 0 && std::countr_zero(part->live) == layer)
+        work += add_replica(contribution, *part, block, labelled);
+  }
   return work;
 }
 
-std::uint64_t GlobalMap::add_contributions(BlockCoord block, std::uint64_t& robots) noexcept {
+std::uint64_t GlobalMap::add_contribution(Slot slot, BlockCoord block, bool& labelled) noexcept {
   std::uint64_t work = 0;
-  for (const Slot slot : replicas_.in_order()) {
-    const Replicas::Contribution& contribution = replicas_.contribution(slot);
-    if (contribution.leaving) continue;
-    const GridTransform::BlockRange range = contribution.T_global_local.local_blocks(block);
-    bool labelled = false;
-    for (std::int32_t z = range.first.z; z <= range.last.z; ++z)
-      for (std::int32_t y = range.first.y; y <= range.last.y; ++y)
-        for (std::int32_t x = range.first.x; x <= range.last.x; ++x)
-          work += add_local_block(contribution, slot, {x, y, z}, block, labelled);
-    robots |= std::uint64_t{labelled ? 1U : 0U} << contribution.robot_bit;
+  const Replicas::Contribution& contribution = replicas_.contribution(slot);
+  if (contribution.leaving) return work;
+  const GridTransform::BlockRange range = contribution.T_global_local.local_blocks(block);
+  for (std::int32_t z = range.first.z; z <= range.last.z; ++z)
+    for (std::int32_t y = range.first.y; y <= range.last.y; ++y)
+      for (std::int32_t x = range.first.x; x <= range.last.x; ++x)
+        work += add_local_block(contribution, slot, {x, y, z}, block, labelled);
+  return work;
+}
+
+/// contributions: all of one robot, by ascending id. Its newest epoch comes first.
+std::uint64_t GlobalMap::add_robot(std::span<const Slot> contributions, BlockCoord block,
+                                   std::uint64_t& robots) noexcept {
+  const auto id = [&](std::size_t at) { return replicas_.contribution(contributions[at]).id; };
+  std::uint64_t work = 0;
+  bool labelled = false;
+  share_.begin_robot();
+  for (std::size_t last = contributions.size(); last != 0;) {
+    std::size_t first = last - 1;
+    while (first != 0 && id(first - 1).epoch == id(first).epoch) --first;
+    share_.begin_epoch();
+    for (const Slot slot : contributions.subspan(first, last - first))
+      work += add_contribution(slot, block, labelled);
+    last = first;
+  }
+  const unsigned bit = replicas_.contribution(contributions.front()).robot_bit;
+  robots |= std::uint64_t{labelled ? 1U : 0U} << bit;
+  return work + share_.end_robot(content_);
+}
+
+std::uint64_t GlobalMap::add_contributions(BlockCoord block, std::uint64_t& robots) noexcept {
+  const std::span<const Slot> all = replicas_.in_order();
+  std::uint64_t work = 0;
+  for (std::size_t first = 0, next = 0; first < all.size(); first = next) {
+    const std::uint32_t robot = replicas_.contribution(all[first]).id.robot;
+    while (next < all.size() && replicas_.contribution(all[next]).id.robot == robot) ++next;
+    work += add_robot(all.subspan(first, next - first), block, robots);
   }
   return work;
 }

@@ -20,34 +20,30 @@ Peer* PeerTable::find(std::uint32_t robot) const noexcept {
   return nullptr;
 }
 
-Peer* PeerTable::find_or_add(std::uint32_t robot, std::int64_t now_us) noexcept {
-  const std::span<Peer> known = peers_.first(count_);
-  const auto same = std::find_if(known.begin(), known.end(),
-                                 [robot](const Peer& peer) { return peer.robot == robot; });
-  if (same != known.end()) return &*same;
+Peer* PeerTable::find_or_add(std::uint32_t robot, Instant now) noexcept {
+  if (Peer* const known = find(robot); known != nullptr) return known;
   Peer* place = nullptr;
   if (count_ < peers_.size()) {
     place = &peers_[count_++];
   } else {
-    place = &*std::min_element(known.begin(), known.end(), [](const Peer& a, const Peer& b) {
-      return a.heard_us < b.heard_us;
-    });
-    if (now_us - place->heard_us < kSilentUs) return nullptr;
+    const std::span<Peer> known = peers_.first(count_);
+    place = &*std::min_element(known.begin(), known.end(),
+                               [](const Peer& a, const Peer& b) { return a.heard < b.heard; });
+    if (now - place->heard < kSilent) return nullptr;
   }
   *place = {};
   place->robot = robot;
-  place->heard_us = now_us;
+  place->heard = now;
   return place;
 }
 
-bool SequenceWindow::is_new(std::uint32_t of_session, std::uint32_t number) const noexcept {
-  if (of_session != session || heard == 0) return of_session >= session;
-  if (number > sequence) return true;
-  const std::uint32_t behind = sequence - number;
+bool SequenceWindow::is_new(std::uint64_t number) const noexcept {
+  if (heard == 0 || number > sequence) return true;
+  const std::uint64_t behind = sequence - number;
   return behind < kSize && (heard >> behind & 1U) == 0;
 }
 
-void SequenceWindow::note(std::uint32_t of_session, std::uint32_t number) noexcept {
+void SequenceWindow::note(std::uint64_t of_session, std::uint64_t number) noexcept {
   if (of_session != session || heard == 0) {
     session = of_session;
     sequence = number;
@@ -55,12 +51,24 @@ void SequenceWindow::note(std::uint32_t of_session, std::uint32_t number) noexce
     return;
   }
   if (number > sequence) {
-    const std::uint32_t ahead = number - sequence;
+    const std::uint64_t ahead = number - sequence;
     heard = ahead < kSize ? heard << ahead | 1U : 1U;
     sequence = number;
     return;
   }
   heard |= std::uint64_t{1} << (sequence - number);
+}
+
+bool RateLimit::pass(std::int64_t per_s, Instant now) noexcept {
+  constexpr std::int64_t kSecond_us = 1'000'000;
+  const std::int64_t elapsed_us = std::clamp<std::int64_t>((now - last).us, 0, kSecond_us);
+  credit_us =
+      last == Instant::long_ago() ? kSecond_us : std::min(kSecond_us, credit_us + elapsed_us);
+  last = now;
+  const std::int64_t cost_us = kSecond_us / per_s;
+  if (credit_us < cost_us) return false;
+  credit_us -= cost_us;
+  return true;
 }
 
 }  // namespace tessera

@@ -28,13 +28,17 @@ Result<Publisher> Publisher::make(Arena& arena, const PublisherConfig& config, c
   if (!valid(config)) return Status::kInvalidArgument;
   if (!arena.aligned() || arena.remaining_bytes() < required_bytes(config, num_components))
     return Status::kResourceExhausted;
+  const Result<KeyIndex> index = KeyIndex::make(arena, config.blocks);
+  const Result<BlockContent> published = BlockContent::make(arena, num_components);
+  const Result<BlockContent> current = BlockContent::make(arena, num_components);
+  if (!index.ok() || !published.ok() || !current.ok()) return Status::kResourceExhausted;
   Publisher publisher;
   publisher.config_ = config;
   publisher.significance_ = Significance(map, num_components, config.evidence_factor);
-  publisher.index_ = *KeyIndex::make(arena, config.blocks);
+  publisher.index_ = *index;
   publisher.candidates_ = arena.take<Candidate>(config.candidates);
-  publisher.published_ = *BlockContent::make(arena, num_components);
-  publisher.current_ = *BlockContent::make(arena, num_components);
+  publisher.published_ = *published;
+  publisher.current_ = *current;
   publisher.notes_ = arena.take<BlockNote>(MapReader::kPageBlocks);
   publisher.workspace_ = arena.take<std::uint64_t>(snapshot_words(num_components));
   for (std::uint32_t number = config.candidates; number > 0; --number) publisher.release(number);

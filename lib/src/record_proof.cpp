@@ -8,31 +8,34 @@ namespace tessera {
 
 namespace {
 
-constexpr std::size_t kLeafHeaderBytes = 1 + 12 + 4 + 4 + 1 + 12;
-/// One code is at most that long where it came in a datagram.
-constexpr std::size_t kMostLeafBytes = kLeafHeaderBytes + kMostBodyBytes;
-
-void write_id(ByteWriter& to, const ContributionId& id) noexcept {
-  to.u32(id.robot);
-  to.u32(id.epoch);
-  to.u32(id.submap);
-}
+constexpr std::size_t kRecordLeafBytes = 1 + 12 + 4 + 4 + 1 + 12 + kHashBytes;
+constexpr std::size_t kStatementLeafBytes = 1 + 12 + 8 + 32 + 8;
+/// The first byte of what is hashed, so that no leaf and no node can pass for another kind.
+constexpr std::uint8_t kRecordLeaf = 0;
+constexpr std::uint8_t kStatementLeaf = 2;
 
 /// As the header of a datagram of that kind begins, so that nothing is signed for two uses.
 void write_use(ByteWriter& to, DatagramKind kind, std::uint32_t configuration) noexcept {
   to.u8('T');
   to.u8('S');
-  to.u8(1);
+  to.u8(2);
   to.u8(static_cast<std::uint8_t>(kind));
   to.u32(configuration);
+}
+
+Hash hash_of(const Signatures& by, std::span<const std::byte> message) noexcept {
+  if (!by.on()) return plain_hash(message);
+  Hash hash{};
+  by.hash(by.context, message, hash);
+  return hash;
 }
 
 }  // namespace
 
 Hash leaf_of(const Signatures& by, const ContributionId& id, const ChunkRecord& record) noexcept {
-  std::array<std::byte, kMostLeafBytes> message{};
+  std::array<std::byte, kRecordLeafBytes> message{};
   ByteWriter to(message);
-  to.u8(0);
+  to.u8(kRecordLeaf);
   write_id(to, id);
   to.u32(record.version.number);
   to.u32(record.version.first);
@@ -40,10 +43,26 @@ Hash leaf_of(const Signatures& by, const ContributionId& id, const ChunkRecord& 
   to.i32(record.block.x);
   to.i32(record.block.y);
   to.i32(record.block.z);
-  to.bytes(record.coded);
+  to.bytes(hash_of(by, record.coded));
   TESSERA_ASSERT(to.ok());
-  Hash hash{};
-  by.hash(by.context, to.written(), hash);
+  return hash_of(by, to.written());
+}
+
+Hash leaf_of(const Signatures& by, const Statement& statement) noexcept {
+  std::array<std::byte, kStatementLeafBytes> message{};
+  ByteWriter to(message);
+  to.u8(kStatementLeaf);
+  const bool written = write_statement(to, statement);
+  TESSERA_ASSERT(written && to.ok());
+  static_cast<void>(written);
+  return hash_of(by, to.written());
+}
+
+RecordHash record_hash(const Hash& leaf) noexcept {
+  ByteReader from(leaf);
+  RecordHash hash;
+  hash.high = from.u64();
+  hash.low = from.u64();
   return hash;
 }
 
@@ -92,20 +111,20 @@ std::span<const std::byte> read_proof(ByteReader& from) noexcept {
 }
 
 bool ProofCheck::check(const Signatures& by, std::uint32_t configuration, const ContributionId& id,
-                       const ChunkRecord& record) noexcept {
-  ByteReader from(record.proof);
+                       const Hash& leaf, std::span<const std::byte> proof) noexcept {
+  ByteReader from(proof);
   const std::uint8_t place = from.u8();
-  const std::uint32_t leaf = place & 0xfU;
+  const std::uint32_t index = place & 0xfU;
   const std::uint32_t leaves = 1U + (place >> 4U);
   std::array<Hash, HashTree::kMostPath> path{};
-  const std::span<Hash> way = std::span(path).first(HashTree::path_length(leaf, leaves));
+  const std::span<Hash> way = std::span(path).first(HashTree::path_length(index, leaves));
   for (Hash& hash : way) {
     const std::span<const std::byte> bytes = from.bytes(kHashBytes);
     std::copy(bytes.begin(), bytes.end(), hash.begin());
   }
   const std::span<const std::byte> given = from.bytes(kSignatureBytes);
-  if (!from.ok()) return false;
-  const Hash root = HashTree::climb(by, leaf_of(by, id, record), leaf, leaves, way);
+  if (!from.ok() || index >= leaves) return false;
+  const Hash root = HashTree::climb(by, leaf, index, leaves, way);
   const auto message = root_message(configuration, id, leaves, root);
   if (known_ && std::equal(message.begin(), message.end(), message_.begin()) &&
       std::equal(given.begin(), given.end(), signature_.begin()))

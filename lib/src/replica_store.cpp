@@ -11,7 +11,11 @@ ReplicaStore store_of(GlobalMap& global) noexcept {
   store.context = &global;
   store.replicas = &global.replicas();
   store.open = [](void* context, const ContributionId& id, const GridTransform& frame) noexcept {
-    return static_cast<GlobalMap*>(context)->open(id, frame);
+    GlobalMap& all = *static_cast<GlobalMap*>(context);
+    // One of that name that is being removed has to be gone first.
+    const Result<Slot> known = all.replicas().find(id);
+    if (known.ok() && all.leaving(*known)) return Result<Slot>(Status::kBusy);
+    return all.open(id, frame);
   };
   store.put = [](void* context, Slot slot, BlockKey key, const PartVersion& version,
                  std::span<const std::byte> packed, std::span<const std::byte> wire) noexcept {

@@ -6,14 +6,15 @@
 
 namespace tessera {
 
-Result<Replicas> Replicas::make(Arena& arena, const ReplicasConfig& config) noexcept {
+Result<Replicas> Replicas::make(Arena& arena, const ReplicasConfig& config,
+                                std::uint64_t hash_seed) noexcept {
   if (config.contributions == 0 || config.contributions > kMostContributions)
     return Status::kInvalidArgument;
   Replicas replicas;
   replicas.config_ = config;
   Result<SegmentStore> segments = SegmentStore::make(arena, config.segments);
   const std::span<std::byte> records = arena.take_untouched(arena_bytes<Replica>(config.blocks));
-  Result<BlockIndex> index = BlockIndex::make(arena, config.blocks);
+  Result<BlockIndex> index = BlockIndex::make(arena, config.blocks, hash_seed);
   replicas.contributions_ = arena.take<Contribution>(config.contributions);
   replicas.order_ = arena.take<Slot>(config.contributions);
   if (!segments.ok() || records.empty() || !index.ok() || replicas.contributions_.empty() ||
@@ -131,7 +132,7 @@ Replicas::Superseded Replicas::superseded(std::uint32_t first,
                                           const PartVersion& version) const noexcept {
   Superseded result{.news = version.layers};
   for (std::uint32_t part = first; part != 0; part = record(part).next_part) {
-    if (record(part).version >= version.number)
+    if (record(part).supersedes(version))
       result.news &= static_cast<std::uint8_t>(~record(part).live);
   }
   for (std::uint32_t part = first; part != 0; part = record(part).next_part) {
@@ -213,6 +214,7 @@ Result<Replicas::Change> Replicas::put(Slot slot, BlockKey key, const PartVersio
   replica.part = static_cast<std::uint8_t>(version.number - version.first);
   replica.layers = version.layers;
   replica.live = gone.news;
+  replica.hash = version.hash;
   std::uint32_t newest = version.first;
   const std::uint32_t head = first != 0 ? first : *number;
   for (std::uint32_t part = head; part != 0; part = record(part).next_part)

@@ -21,8 +21,9 @@ Status Sharer::set_up(Arena& arena, const RobotConfig& config, const ClassTable&
                             keys.signatures);
     });
   }
-  if (status == Status::kOk) status = exchange_.open(config.epoch, 0, config.T_global_map);
-  return status;
+  if (status != Status::kOk) return status;
+  if (config.floor != 0) exchange_.set_floor(config.floor);
+  return exchange_.open(config.epoch, 0, config.T_global_map);
 }
 
 Result<Sharer*> Sharer::make(Arena& arena, const RobotConfig& config, const ClassTable& classes,
@@ -51,13 +52,13 @@ Result<Sharer*> Sharer::make(Arena& arena, const RobotConfig& config, const Clas
 void Sharer::set_focus(const Point3d& p_map) noexcept {
   ticks_since_scan_ = 0;
   const Lattice local(resolution_m_);
-  if (const auto voxel = local.voxel_of(p_map.cast<float>()); voxel.ok()) {
+  if (const auto voxel = local.voxel_of(round_to_float(p_map)); voxel.ok()) {
     publisher_.set_focus(block_of(*voxel));
     note_way(p_map);
   }
   if (!near_first_) return;
   const Point3d p_global = frame_.leftCols<3>() * p_map + frame_.col(3);
-  const auto voxel = global_.map().lattice().voxel_of(p_global.cast<float>());
+  const auto voxel = global_.map().lattice().voxel_of(round_to_float(p_global));
   if (voxel.ok()) global_.set_focus(block_of(*voxel));
 }
 
@@ -123,6 +124,19 @@ Status Sharer::open_submap(const LocalMap& map) noexcept {
   frame_ = flush_.T_global_map;
   publisher_.clear();
   return Status::kOk;
+}
+
+Status Sharer::reopen(std::uint32_t epoch, std::uint32_t floor) noexcept {
+  exchange_.set_floor(floor);
+  const Status status = exchange_.open(epoch, 0, frame_);
+  if (status != Status::kOk) return status;
+  submap_.epoch = epoch;
+  submap_.submap = 0;
+  submap_.ending = false;
+  ++submap_.reopened;
+  flush_ = {};
+  publisher_.clear();
+  return status;
 }
 
 Status Sharer::set_frame(std::uint32_t submap, const Matrix34d& T_global_map) noexcept {

@@ -74,6 +74,8 @@ void report_of(const ScanReport& from, tessera_scan_report& to) noexcept {
   to.voxel_updates = from.voxel_updates;
   to.label_octets = from.label_octets;
   to.free_blocks = from.free_blocks;
+  to.in_range = from.in_range;
+  to.write_faults = from.write_faults;
 }
 
 }  // namespace
@@ -89,7 +91,7 @@ tessera_status tessera_robot_make(const tessera_config* config, const tessera_cl
   RobotConfig core;
   Status status = read_config(config, core);
   if (status != Status::kOk) return status_of(status);
-  Arena arena({static_cast<std::byte*>(memory), bytes});
+  Arena arena({static_cast<std::byte*>(memory), size_of(bytes)});
   const std::span<tessera_robot> place = arena.take<tessera_robot>(1);
   if (place.empty()) return TESSERA_RESOURCE_EXHAUSTED;
   tessera_robot& made = place.front();
@@ -133,7 +135,7 @@ tessera_status tessera_integrate(tessera_robot* robot, const tessera_scan* scan,
   const ScanView view{.T_map_sensor = matrix_of(given.T_map_sensor),
                       .points = given.points,
                       .stride_floats = given.stride_floats,
-                      .count = given.count,
+                      .count = size_of(given.count),
                       .components = given.components,
                       .weights = given.weights};
   Robot& core = *robot->robot;

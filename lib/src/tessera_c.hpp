@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstring>
+#include <limits>
 
 #include "tessera/map/map_file.hpp"
 #include "tessera/robot/robot.hpp"
@@ -87,6 +88,13 @@ void fill(Struct& filled, Struct* into) noexcept {
     filled.struct_bytes = sizeof(Struct);
   }
   std::memcpy(into, &filled, filled.struct_bytes);
+}
+
+/// A number of bytes or points that a caller has given, in 64 bits everywhere. No memory holds more
+/// than a size_t says.
+inline std::size_t size_of(std::uint64_t given) noexcept {
+  constexpr std::uint64_t kMost = std::numeric_limits<std::size_t>::max();
+  return static_cast<std::size_t>(given < kMost ? given : kMost);
 }
 
 inline Point3f point_of(const float* p) noexcept { return {p[0], p[1], p[2]}; }

@@ -22,6 +22,7 @@ void for_fields_of_map(tessera_config& c, RobotConfig& core, Visit&& visit) noex
   visit(c.scan_points, core.scan.points);
   visit(c.scan_tiles, core.scan.tiles);
   visit(c.scan_ray_blocks, core.scan.ray_blocks);
+  visit(c.hash_seed, core.map.hash_seed);
 }
 
 template <class Visit>
@@ -79,6 +80,11 @@ void for_fields_of_sharing(tessera_config& c, RobotConfig& core, Visit&& visit) 
   visit(c.request_most_us, core.exchange.request_most_us);
   visit(c.request_idle_us, core.exchange.request_idle_us);
   visit(c.answer_us, core.exchange.answer_us);
+  visit(c.mission, core.exchange.mission);
+  visit(c.contributions_per_robot, core.exchange.contributions_per_robot);
+  visit(c.picks, core.exchange.picks);
+  visit(c.listen_us, core.exchange.listen_us);
+  visit(c.frame_us, core.exchange.frame_us);
 }
 
 template <class Visit>
@@ -107,7 +113,6 @@ template <class Visit>
 void for_fields(tessera_config& c, RobotConfig& core, Visit&& visit) noexcept {
   visit(c.robot, core.exchange.robot);
   visit(c.epoch, core.epoch);
-  visit(c.session, core.exchange.session);
   for_fields_of_map(c, core, visit);
   for_fields_of_inference(c, core, visit);
   for_fields_of_sharing(c, core, visit);
@@ -147,6 +152,7 @@ tessera_config defaults() noexcept {
     to = static_cast<To>(from);
   };
   for_fields(c, core, to_c);
+  c.session = static_cast<std::uint32_t>(core.exchange.session >> 32U);
   c.struct_bytes = sizeof(tessera_config);
   return c;
 }
@@ -162,11 +168,16 @@ Status read_config(const tessera_config* from, RobotConfig& into) noexcept {
     to = static_cast<To>(value);
   };
   for_fields(c, into, to_core);
+  into.exchange.session = std::uint64_t{c.session} << 32U | c.session_random;
   MapConfig& global = into.global.map;
   global.resolution_m = into.exchange.resolution_m = into.map.resolution_m;
   global.prior = into.exchange.prior = into.map.prior;
   global.free_weight = into.exchange.free_weight = into.map.free_weight;
   global.max_evidence = 0.0F;
+  global.hash_seed = into.map.hash_seed;
+  into.global.max_evidence = into.map.max_evidence;
+  into.exchange.max_evidence = robot_max_evidence(into.map);
+  into.exchange.records = into.global.replicas.blocks;
   into.global.replicas.contributions = into.exchange.contributions;
   // As eq. (10) has it: the prior is in what is summed up.
   if (into.global.diffusion.mode == DiffusionMode::kPaper) global.prior = 0.0;

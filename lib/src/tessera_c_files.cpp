@@ -34,7 +34,7 @@ Status workspace_for(const LocalMap& map, void* memory, std::uint64_t bytes,
                      std::span<KeyedIndex>& into) noexcept {
   if (memory == nullptr || reinterpret_cast<std::uintptr_t>(memory) % alignof(KeyedIndex) != 0)
     return Status::kInvalidArgument;
-  const std::size_t entries = bytes / sizeof(KeyedIndex);
+  const std::size_t entries = size_of(bytes) / sizeof(KeyedIndex);
   if (entries < 2 * map.block_count()) return Status::kResourceExhausted;
   into = {static_cast<KeyedIndex*>(memory), 2 * map.block_count()};
   return Status::kOk;

@@ -112,6 +112,15 @@ tessera_status tessera_exchange(const tessera_robot* robot, tessera_exchange_rep
   filled.published_parts = from.published_parts;
   filled.refused_parts = from.refused_parts;
   filled.waiting_answers = from.waiting_answers;
+  filled.refused_mission = from.refused_mission;
+  filled.refused_rate = from.refused_rate;
+  filled.ended_contributions = from.ended_contributions;
+  filled.refused_epochs = from.refused_epochs;
+  filled.frames_early = from.frames_early;
+  filled.conflicts = from.conflicts;
+  filled.twins = from.twins;
+  filled.statements = from.statements;
+  filled.descriptions = from.descriptions;
   fill(filled, report);
   return TESSERA_OK;
 }

@@ -1,77 +1,59 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
+// Headers, announcements and frames.
 #include "tessera/exchange/wire.hpp"
 
 #include "tessera/base/crc32.hpp"
 #include "tessera/exchange/record_proof.hpp"
+#include "wire_numbers.hpp"
 
 namespace tessera {
 
+using namespace wire;
+
 namespace {
 
-constexpr std::uint8_t kFormat = 1;
-constexpr std::size_t kIdBytes = 12;
+constexpr std::uint8_t kFormat = 2;
 constexpr std::size_t kAnnouncedBytes = kIdBytes + 4 + 4 + 1 + 8;
-/// In place of a number of gaps.
-constexpr std::uint8_t kAll = 0xff;
 /// Flags of a contribution that is announced.
 constexpr std::uint8_t kIsComplete = 1;
 constexpr std::uint8_t kIsOrigin = 2;
-/// Flags of a chunk.
-constexpr std::uint8_t kIsAll = 1;
-constexpr std::uint8_t kHasProofs = 2;
+constexpr std::uint8_t kIsStated = 4;
 /// Flag beside the kind.
 constexpr std::uint8_t kIsSigned = 0x80;
 constexpr std::size_t kFrameBytes = kIdBytes + 4 + 12 * sizeof(double);
+
+}  // namespace
 
 void write_id(ByteWriter& to, const ContributionId& id) noexcept {
   to.u32(id.robot);
   to.u32(id.epoch);
   to.u32(id.submap);
 }
-void read_id(ByteReader& from, ContributionId& id) noexcept {
-  id.robot = from.u32();
-  id.epoch = from.u32();
-  id.submap = from.u32();
-}
 
-/// Seven bits a byte, the lowest first; the eighth says that more follow.
-void write_varint(ByteWriter& to, std::uint32_t value) noexcept {
-  for (; value >= 0x80U; value >>= 7U) to.u8(static_cast<std::uint8_t>(value | 0x80U));
-  to.u8(static_cast<std::uint8_t>(value));
+Hash plain_hash(std::span<const std::byte> message) noexcept {
+  Digest low;
+  Digest high;
+  high.add(1);
+  const auto add = [&](std::uint64_t word) {
+    low.add(word);
+    high.add(word);
+  };
+  add(message.size());
+  ByteReader words(message);
+  while (words.remaining() >= 8) add(words.u64());
+  std::uint64_t rest = 0;
+  while (words.remaining() != 0) rest = rest << 8U | words.u8();
+  add(rest);
+  Hash hash{};
+  ByteWriter to(hash);
+  to.u64(low.value());
+  to.u64(high.value());
+  return hash;
 }
-/// False iff it is over 32 bits, or longer than it needs to be.
-bool read_varint(ByteReader& from, std::uint32_t& value) noexcept {
-  value = 0;
-  for (unsigned shift = 0; shift < 35; shift += 7) {
-    const std::uint32_t byte = from.u8();
-    if (shift == 28 && byte > 0xfU) return false;
-    value |= (byte & 0x7fU) << shift;
-    if (byte < 0x80U) return from.ok() && (byte != 0 || shift == 0);
-  }
-  return false;
-}
-std::size_t varint_bytes(std::uint32_t value) noexcept {
-  std::size_t bytes = 1;
-  for (; value >= 0x80U; value >>= 7U) ++bytes;
-  return bytes;
-}
-/// Small numbers of either sign to small ones.
-std::uint32_t zigzag(std::int32_t value) noexcept {
-  return (static_cast<std::uint32_t>(value) << 1U) ^ (value < 0 ? ~0U : 0U);
-}
-std::int32_t unzigzag(std::uint32_t value) noexcept {
-  return static_cast<std::int32_t>((value >> 1U) ^ (0U - (value & 1U)));
-}
-/// Differences of block coordinates stay far from the limits of 32 bits.
-constexpr bool in_grid(std::int64_t coordinate) noexcept {
-  return coordinate >= -kBlockLimit && coordinate < kBlockLimit;
-}
-
-}  // namespace
 
 std::uint32_t ConfigurationDetails::checksum() const noexcept {
-  std::array<std::byte, 26> bytes{};
+  std::array<std::byte, kBytes> bytes{};
   ByteWriter to(bytes);
   write_details(to, *this);
   return crc32c(to.written());
@@ -94,10 +76,11 @@ void write_header(ByteWriter& to, const DatagramHeader& header) noexcept {
   to.u8(kFormat);
   to.u8(static_cast<std::uint8_t>(static_cast<std::uint8_t>(header.kind) |
                                   (header.is_signed ? kIsSigned : 0)));
+  to.u32(header.mission);
   to.u32(header.configuration);
   to.u32(header.sender);
-  to.u32(header.session);
-  to.u32(header.sequence);
+  to.u64(header.session);
+  to.u64(header.sequence);
 }
 
 bool read_header(ByteReader& from, DatagramHeader& header) noexcept {
@@ -106,11 +89,12 @@ bool read_header(ByteReader& from, DatagramHeader& header) noexcept {
   const auto kind = static_cast<std::uint8_t>(flags & ~kIsSigned);
   header.is_signed = (flags & kIsSigned) != 0;
   header.kind = static_cast<DatagramKind>(kind);
+  header.mission = from.u32();
   header.configuration = from.u32();
   header.sender = from.u32();
-  header.session = from.u32();
-  header.sequence = from.u32();
-  return known && from.ok() && kind >= 1 && kind <= 5;
+  header.session = from.u64();
+  header.sequence = from.u64();
+  return known && from.ok() && kind >= 1 && kind <= 7;
 }
 
 void write_details(ByteWriter& to, const ConfigurationDetails& details) noexcept {
@@ -119,6 +103,7 @@ void write_details(ByteWriter& to, const ConfigurationDetails& details) noexcept
   to.f32(details.free_weight);
   to.u16(details.classes);
   to.u32(details.class_table);
+  to.f32(details.max_evidence);
 }
 
 bool read_details(ByteReader& from, ConfigurationDetails& details) noexcept {
@@ -127,6 +112,33 @@ bool read_details(ByteReader& from, ConfigurationDetails& details) noexcept {
   details.free_weight = from.f32();
   details.classes = from.u16();
   details.class_table = from.u32();
+  details.max_evidence = from.f32();
+  return from.ok();
+}
+
+void write_announcement_header(ByteWriter& to, const AnnouncementHeader& header) noexcept {
+  write_details(to, header.details);
+  to.u32(header.floor);
+  to.u8(header.challenges);
+  for (const Challenge& challenge : std::span(header.challenge).first(header.challenges)) {
+    to.u8(challenge.is_answer ? 1 : 0);
+    to.u32(challenge.robot);
+    to.u64(challenge.nonce);
+  }
+}
+
+bool read_announcement_header(ByteReader& from, AnnouncementHeader& header) noexcept {
+  if (!read_details(from, header.details)) return false;
+  header.floor = from.u32();
+  header.challenges = from.u8();
+  if (header.challenges > AnnouncementHeader::kMostChallenges) return false;
+  for (Challenge& challenge : std::span(header.challenge).first(header.challenges)) {
+    const std::uint8_t is_answer = from.u8();
+    if (is_answer > 1) return false;
+    challenge.is_answer = is_answer == 1;
+    challenge.robot = from.u32();
+    challenge.nonce = from.u64();
+  }
   return from.ok();
 }
 
@@ -136,7 +148,8 @@ bool write_announced(ByteWriter& to, const AnnouncedContribution& announced) noe
   to.u32(announced.latest);
   to.u32(announced.frame_revision);
   to.u8(static_cast<std::uint8_t>((announced.complete ? kIsComplete : 0) |
-                                  (announced.origin ? kIsOrigin : 0)));
+                                  (announced.origin ? kIsOrigin : 0) |
+                                  (announced.stated ? kIsStated : 0)));
   to.u64(announced.digest);
   return true;
 }
@@ -148,66 +161,10 @@ bool read_announced(ByteReader& from, AnnouncedContribution& announced) noexcept
   const std::uint8_t flags = from.u8();
   announced.complete = (flags & kIsComplete) != 0;
   announced.origin = (flags & kIsOrigin) != 0;
+  announced.stated = (flags & kIsStated) != 0;
   announced.digest = from.u64();
-  return from.ok() && flags <= (kIsComplete | kIsOrigin) && announced.latest <= kLastVersion;
-}
-
-bool write_requested(ByteWriter& to, const RequestedContribution& requested) noexcept {
-  if (to.room() < kIdBytes + 5 + std::size_t{8} * (requested.all ? 1U : requested.gaps))
-    return false;
-  write_id(to, requested.id);
-  to.u32(requested.frame_revision);
-  to.u8(requested.all ? kAll : requested.gaps);
-  if (requested.all) {
-    to.u64(requested.digest);
-    return true;
-  }
-  for (const VersionRange& gap : std::span(requested.gap).first(requested.gaps)) {
-    to.u32(gap.first);
-    to.u32(gap.last);
-  }
-  return true;
-}
-
-bool read_requested(ByteReader& from, RequestedContribution& requested) noexcept {
-  read_id(from, requested.id);
-  requested.frame_revision = from.u32();
-  requested.gaps = from.u8();
-  requested.all = requested.gaps == kAll;
-  if (requested.all) {
-    requested.gaps = 0;
-    requested.digest = from.u64();
-    return from.ok();
-  }
-  if (requested.gaps > RequestedContribution::kMostGaps) return false;
-  std::uint32_t before = 0;
-  for (VersionRange& gap : std::span(requested.gap).first(requested.gaps)) {
-    gap.first = from.u32();
-    gap.last = from.u32();
-    if (gap.first <= before || gap.last < gap.first || gap.last > kLastVersion) return false;
-    before = gap.last;
-  }
-  return from.ok();
-}
-
-void write_chunk_header(ByteWriter& to, const ChunkHeader& header) noexcept {
-  write_id(to, header.id);
-  to.u32(header.range.first);
-  to.u32(header.range.last);
-  to.u8(static_cast<std::uint8_t>((header.all ? kIsAll : 0) | (header.proofs ? kHasProofs : 0)));
-  if (header.all) to.u64(header.digest);
-}
-
-bool read_chunk_header(ByteReader& from, ChunkHeader& header) noexcept {
-  read_id(from, header.id);
-  header.range.first = from.u32();
-  header.range.last = from.u32();
-  const std::uint8_t flags = from.u8();
-  header.all = (flags & kIsAll) != 0;
-  header.proofs = (flags & kHasProofs) != 0;
-  header.digest = header.all ? from.u64() : 0;
-  return from.ok() && flags <= (kIsAll | kHasProofs) && header.range.first >= 1 &&
-         header.range.first <= header.range.last && header.range.last <= kLastVersion;
+  return from.ok() && flags <= (kIsComplete | kIsOrigin | kIsStated) &&
+         announced.latest <= kLastVersion;
 }
 
 bool write_frame(ByteWriter& to, const FrameBody& frame) noexcept {
@@ -230,58 +187,11 @@ bool read_frame(ByteReader& from, FrameBody& frame) noexcept {
   return from.ok() && frame.revision >= 1;
 }
 
-bool RecordWriter::write(const ChunkRecord& record) noexcept {
-  TESSERA_ASSERT(record.version.number > version_);
-  const std::uint32_t step = record.version.number - version_ - 1;
-  const std::array<std::uint32_t, 3> moved{zigzag(record.block.x - block_.x),
-                                           zigzag(record.block.y - block_.y),
-                                           zigzag(record.block.z - block_.z)};
-  const auto length = static_cast<std::uint32_t>(record.coded.size());
-  const std::size_t bytes = 1 + varint_bytes(step) + varint_bytes(moved[0]) +
-                            varint_bytes(moved[1]) + varint_bytes(moved[2]) + varint_bytes(length) +
-                            length + record.proof.size();
-  if (to_.room() < bytes) return false;
-  const std::uint32_t part = record.version.number - record.version.first;
-  to_.u8(static_cast<std::uint8_t>(record.version.layers | part << 4U));
-  write_varint(to_, step);
-  for (const std::uint32_t coordinate : moved) write_varint(to_, coordinate);
-  write_varint(to_, length);
-  to_.bytes(record.coded);
-  to_.bytes(record.proof);
-  version_ = record.version.number;
-  block_ = record.block;
-  return true;
-}
-
-bool RecordReader::read(ChunkRecord& record) noexcept {
-  const std::uint8_t flags = from_.u8();
-  const std::uint32_t part = (flags >> 4U) & 3U;
-  std::uint32_t step = 0;
-  std::uint32_t length = 0;
-  std::array<std::uint32_t, 3> moved{};
-  bool read = read_varint(from_, step);
-  for (std::uint32_t& coordinate : moved) read = read && read_varint(from_, coordinate);
-  read = read && read_varint(from_, length);
-  record.version.layers = flags & kAllLayers;
-  if (!read || flags >> 6U != 0 || record.version.layers == 0 || version_ >= range_.last ||
-      step > range_.last - version_ - 1)
-    return false;
-  version_ += step + 1;
-  if (version_ <= part) return false;
-  record.version.number = version_;
-  record.version.first = version_ - part;
-  const std::array<std::int64_t, 3> place{std::int64_t{block_.x} + unzigzag(moved[0]),
-                                          std::int64_t{block_.y} + unzigzag(moved[1]),
-                                          std::int64_t{block_.z} + unzigzag(moved[2])};
-  if (!in_grid(place[0]) || !in_grid(place[1]) || !in_grid(place[2])) return false;
-  block_ = {static_cast<std::int32_t>(place[0]), static_cast<std::int32_t>(place[1]),
-            static_cast<std::int32_t>(place[2])};
-  record.block = block_;
-  // A longer one could not be passed on.
-  if (length > kMostCodedBytes) return false;
-  record.coded = from_.bytes(length);
-  record.proof = proofs_ ? read_proof(from_) : std::span<const std::byte>{};
-  return from_.ok();
+bool Statement::is_newer_than(const Statement& other) const noexcept {
+  if (latest != other.latest) return latest > other.latest;
+  if (frame_revision != other.frame_revision) return frame_revision > other.frame_revision;
+  if (floor != other.floor) return floor > other.floor;
+  return session > other.session;
 }
 
 }  // namespace tessera

@@ -7,6 +7,7 @@
 #include <sys/eventfd.h>
 #include <sys/socket.h>
 #include <sys/uio.h>
+#include <time.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -14,6 +15,7 @@
 #include <utility>
 
 #include "lcm/udpm_sockets.hpp"
+#include "posix/monotonic_clock.hpp"
 
 namespace tessera {
 namespace {
@@ -21,6 +23,13 @@ namespace {
 bool is_channel(std::string_view channel) {
   return !channel.empty() && channel.size() <= kMaxChannelBytes &&
          std::all_of(channel.begin(), channel.end(), [](char c) { return c > ' ' && c < '\x7f'; });
+}
+
+/// CPU time of the calling thread, in microseconds.
+std::int64_t thread_cpu_us() noexcept {
+  timespec used{};
+  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
+  return std::int64_t{used.tv_sec} * 1'000'000 + std::int64_t{used.tv_nsec} / 1'000;
 }
 
 }  // namespace
@@ -59,7 +68,8 @@ Outcome<void> DatagramLink::open_sockets() {
   const UdpmPlace place{url_, config_.url, interface_};
   Outcome<UdpmSender> sender = open_udpm_sender(place, true);
   if (!sender.ok()) return sender.failure();
-  Outcome<UdpmReceiver> receiver = open_udpm_receiver(place, false);
+  // The buffer holds what arrives while the thread pauses.
+  Outcome<UdpmReceiver> receiver = open_udpm_receiver(place, true);
   if (!receiver.ok()) return receiver.failure();
   sender_ = std::move(sender->socket);
   self_ = sender->self;
@@ -116,31 +126,49 @@ bool DatagramLink::send_on(std::string_view channel, std::span<const std::byte> 
 
 void DatagramLink::receive_until_stopped() noexcept {
   pollfd sources[] = {{receiver_.get(), POLLIN, 0}, {stop_.get(), POLLIN, 0}};
+  std::int64_t paused_at_us = thread_cpu_us();
   while (true) {
     if (::poll(sources, 2, -1) < 0 && errno != EINTR) return;
     if (sources[1].revents != 0) return;
     // A bounded number, so that a flood keeps neither the link from stopping nor its reader asleep.
-    constexpr int kBatch = 256;
+    constexpr std::size_t kMostAtOnce = 4 * DatagramBatch::kMost;
     const std::uint64_t before = counters_[LinkCounters::kReceived];
-    for (int i = 0; i < kBatch && receive_one(); ++i) {
+    std::size_t taken = 0;
+    for (std::size_t last = DatagramBatch::kMost;
+         last == DatagramBatch::kMost && taken < kMostAtOnce;) {
+      last = receive_batch();
+      taken += last;
     }
     if (counters_[LinkCounters::kReceived] != before)
       static_cast<void>(!::eventfd_write(arrived_.get(), 1));
+    // With poll's and the wake-up's, so that the pause is at least as long as all work before it.
+    const std::int64_t worked_us = thread_cpu_us() - paused_at_us;
+    const std::int64_t pause_us =
+        pace_.pause_us(static_cast<std::int64_t>(taken), worked_us, MonotonicClock::now_us());
+    if (!pause(pause_us)) return;
+    paused_at_us += worked_us;
   }
 }
 
-bool DatagramLink::receive_one() noexcept {
-  std::array<std::byte, kMaxUdpPayloadBytes> bytes;
-  const UdpmDatagram datagram = receive_datagram(receiver_.get(), bytes);
-  if (datagram.read != UdpmDatagram::Read::kTaken)
-    return datagram.read == UdpmDatagram::Read::kInterrupted;
-  if (datagram.dropped != 0) counters_.set(LinkCounters::kKernelDropped, datagram.dropped);
-  if (datagram.is_cut) {
-    counters_.add(LinkCounters::kTooLong);
-    return true;
+bool DatagramLink::pause(std::int64_t duration_us) const noexcept {
+  if (duration_us == 0) return true;
+  pollfd stop{stop_.get(), POLLIN, 0};
+  const timespec duration{duration_us / 1'000'000, duration_us % 1'000'000 * 1'000};
+  return ::ppoll(&stop, 1, &duration, nullptr) <= 0;
+}
+
+std::size_t DatagramLink::receive_batch() noexcept {
+  const std::size_t count = batch_.receive(receiver_.get());
+  for (std::size_t i = 0; i < count; ++i) {
+    const UdpmDatagram datagram = batch_[i];
+    if (datagram.dropped != 0) counters_.set(LinkCounters::kKernelDropped, datagram.dropped);
+    if (datagram.is_cut) {
+      counters_.add(LinkCounters::kTooLong);
+    } else {
+      take(batch_.bytes(i), datagram.sender);
+    }
   }
-  take({bytes.data(), datagram.bytes}, datagram.sender);
-  return true;
+  return count;
 }
 
 void DatagramLink::take(std::span<const std::byte> datagram, const Endpoint& sender) noexcept {
@@ -159,10 +187,31 @@ void DatagramLink::take(std::span<const std::byte> datagram, const Endpoint& sen
     case MessageKind::kShort:
       break;
   }
-  counters_.add(LinkCounters::kMissing, senders_.missing_before(sender, message.sequence));
-  if (message.kind == MessageKind::kFragment) return counters_.add(LinkCounters::kFragments);
+  const bool is_fragment = message.kind == MessageKind::kFragment;
+  if (!is_fragment && message.channel == config_.channel && !message.payload.empty())
+    return take_payload(message, sender);
+  counters_.add(LinkCounters::kMissing, senders_.missing_if_known(sender, message.sequence));
+  if (is_fragment) return counters_.add(LinkCounters::kFragments);
   if (message.channel != config_.channel) return counters_.add(LinkCounters::kOtherChannel);
-  if (message.payload.empty()) return counters_.add(LinkCounters::kTooShort);
+  counters_.add(LinkCounters::kTooShort);
+}
+
+void DatagramLink::take_payload(const ReceivedMessage& message, const Endpoint& sender) noexcept {
+  const PayloadCheck& check = config_.check;
+  const PayloadVerdict verdict =
+      check.check == nullptr ? PayloadVerdict::kTaken : check.check(check.context, message.payload);
+  switch (verdict) {
+    case PayloadVerdict::kFormat:
+      return counters_.add(LinkCounters::kRefusedFormat);
+    case PayloadVerdict::kTag:
+      return counters_.add(LinkCounters::kRefusedTag);
+    case PayloadVerdict::kExcluded:
+      return counters_.add(LinkCounters::kRefusedExcluded);
+    case PayloadVerdict::kTaken:
+      break;
+  }
+  // Only now, so that what is refused takes no sender's place and makes no number of it missing.
+  counters_.add(LinkCounters::kMissing, senders_.missing_before(sender, message.sequence));
   queue(message, sender);
 }
 
@@ -210,6 +259,9 @@ LinkStatistics DatagramLink::statistics() const noexcept {
           .fragments = c[C::kFragments],
           .foreign = c[C::kForeign],
           .no_channel = c[C::kNoChannel],
+          .refused_format = c[C::kRefusedFormat],
+          .refused_tag = c[C::kRefusedTag],
+          .refused_excluded = c[C::kRefusedExcluded],
           .queue_full = c[C::kQueueFull],
           .kernel_dropped = c[C::kKernelDropped],
           .missing = c[C::kMissing],

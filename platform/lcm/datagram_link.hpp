@@ -16,7 +16,9 @@
 #include <string>
 #include <string_view>
 
+#include "lcm/datagram_batch.hpp"
 #include "lcm/link_statistics.hpp"
+#include "lcm/receive_pace.hpp"
 #include "lcm/sender_table.hpp"
 #include "lcm/short_message.hpp"
 #include "lcm/udpm_url.hpp"
@@ -28,6 +30,22 @@
 
 namespace tessera {
 
+/// What a link does with a payload on its channel.
+enum class PayloadVerdict : std::uint8_t {
+  kTaken,
+  kFormat,    ///< Dropped: none of what is sent on this channel.
+  kTag,       ///< Dropped: damaged, or of none who has the key.
+  kExcluded,  ///< Dropped: of a sender that is not to be heard.
+};
+
+/// Judges a payload before it takes a place in the queue. check is called in the thread that
+/// receives, with context, which must outlive the link; it must neither wait nor use the heap.
+struct PayloadCheck {
+  void* context = nullptr;
+  /// nullptr: every payload is taken.
+  PayloadVerdict (*check)(void* context, std::span<const std::byte> payload) noexcept = nullptr;
+};
+
 struct LinkConfig {
   std::string url = kDefaultUrl;
   std::string channel = "TESSERA";  ///< 1 to 63 bytes, printable ASCII without space.
@@ -35,6 +53,7 @@ struct LinkConfig {
   std::size_t queue_slots = 4096;   ///< 1,412 bytes each; rounded up to a power of two, up to 2^20.
   bool hear_itself = false;         ///< Whether receive() gives what send() sent, too.
   ThreadRole thread{.name = "tessera-link"};  ///< That receives.
+  PayloadCheck check{};
 };
 
 class DatagramLink {
@@ -51,7 +70,7 @@ class DatagramLink {
 
   DatagramLink(const DatagramLink&) = delete;
   DatagramLink& operator=(const DatagramLink&) = delete;
-  /// Stops the thread, which takes as long as one datagram at most.
+  /// Stops the thread, which takes as long as a batch of datagrams at most.
   ~DatagramLink();
 
   /// Payload bytes that fit into a message of the channel.
@@ -90,9 +109,12 @@ class DatagramLink {
   Outcome<void> open_sockets();
   Outcome<void> start();
   void receive_until_stopped() noexcept;
-  /// False iff nothing was there.
-  bool receive_one() noexcept;
+  /// Takes what waits, as far as one batch goes; returns how many datagrams that were.
+  std::size_t receive_batch() noexcept;
+  /// False iff the link is to stop.
+  [[nodiscard]] bool pause(std::int64_t duration_us) const noexcept;
   void take(std::span<const std::byte> datagram, const Endpoint& sender) noexcept;
+  void take_payload(const ReceivedMessage& message, const Endpoint& sender) noexcept;
   void queue(const ReceivedMessage& message, const Endpoint& sender) noexcept;
 
   const LinkConfig config_;
@@ -107,6 +129,8 @@ class DatagramLink {
   std::atomic<std::uint32_t> sequence_{0};
   SpscQueue<Slot> queue_;
   SenderTable senders_;
+  DatagramBatch batch_;
+  ReceivePace pace_;
   LinkCounters counters_;
   Thread thread_;
 };

@@ -10,18 +10,21 @@
 namespace tessera {
 
 struct LinkStatistics {
-  std::uint64_t received = 0;        ///< Handed over, or waiting to be.
-  std::uint64_t received_bytes = 0;  ///< Their payload.
-  std::uint64_t own = 0;             ///< Sent by this link, heard again and left out.
-  std::uint64_t other_channel = 0;   ///< LCM messages that are not for this link.
-  std::uint64_t too_short = 0;       ///< No room for LCM's header, or no payload.
-  std::uint64_t too_long = 0;        ///< Over 1,408 bytes; nothing behind them was read.
-  std::uint64_t fragments = 0;       ///< Parts of long LCM messages; never put together.
-  std::uint64_t foreign = 0;         ///< No LCM message.
-  std::uint64_t no_channel = 0;      ///< A channel's name that is empty, too long or without end.
-  std::uint64_t queue_full = 0;      ///< Lost here: receive() more often, or more queue_slots.
-  std::uint64_t kernel_dropped = 0;  ///< Lost before this link: a larger recv_buf_size.
-  std::uint64_t missing = 0;         ///< Lost on the way, by the numbers of their senders.
+  std::uint64_t received = 0;          ///< Handed over, or waiting to be.
+  std::uint64_t received_bytes = 0;    ///< Their payload.
+  std::uint64_t own = 0;               ///< Sent by this link, heard again and left out.
+  std::uint64_t other_channel = 0;     ///< LCM messages that are not for this link.
+  std::uint64_t too_short = 0;         ///< No room for LCM's header, or no payload.
+  std::uint64_t too_long = 0;          ///< Over 1,408 bytes; nothing behind them was read.
+  std::uint64_t fragments = 0;         ///< Parts of long LCM messages; never put together.
+  std::uint64_t foreign = 0;           ///< No LCM message.
+  std::uint64_t no_channel = 0;        ///< A channel's name that is empty, too long or without end.
+  std::uint64_t refused_format = 0;    ///< Of the channel, and none of what is sent there.
+  std::uint64_t refused_tag = 0;       ///< Damaged, or of none who has the key.
+  std::uint64_t refused_excluded = 0;  ///< Of a sender that is not to be heard.
+  std::uint64_t queue_full = 0;        ///< Lost here: receive() more often, or more queue_slots.
+  std::uint64_t kernel_dropped = 0;    ///< Lost before this link: a larger recv_buf_size.
+  std::uint64_t missing = 0;           ///< Lost on the way, by the numbers of their senders.
   std::uint64_t sent = 0;
   std::uint64_t sent_bytes = 0;  ///< Their payload.
   std::uint64_t refused = 0;     ///< Not sent: empty, too long, or no channel.
@@ -42,6 +45,9 @@ class LinkCounters {
     kFragments,
     kForeign,
     kNoChannel,
+    kRefusedFormat,
+    kRefusedTag,
+    kRefusedExcluded,
     kQueueFull,
     kKernelDropped,
     kMissing,

@@ -34,6 +34,14 @@ class SenderTable {
     *oldest = {sender, sequence, ++now_};
     return 0;
   }
+  /// The same of a sender that missing_before() was called with; of others none, and they take no
+  /// place. O(kSenders).
+  std::uint32_t missing_if_known(const Endpoint& sender, std::uint32_t sequence) noexcept {
+    for (Entry& entry : entries_) {
+      if (entry.last_heard != 0 && entry.sender == sender) return advance(entry, sequence);
+    }
+    return 0;
+  }
 
  private:
   static constexpr std::int32_t kMaxLeap = 1 << 20;

@@ -19,10 +19,11 @@ std::int64_t per_second(std::uint64_t now, std::uint64_t before, std::int64_t du
 }
 
 void fill_counters(tessera_status& message, const LinkStatistics& s, const NodeStatus& status) {
-  const std::uint64_t values[] = {
-      s.received,  s.received_bytes, s.own,        s.other_channel, s.too_short,      s.too_long,
-      s.fragments, s.foreign,        s.no_channel, s.queue_full,    s.kernel_dropped, s.missing,
-      s.sent,      s.sent_bytes,     s.refused,    s.failed,        s.queue_peak};
+  const std::uint64_t values[] = {s.received,   s.received_bytes, s.own,         s.other_channel,
+                                  s.too_short,  s.too_long,       s.fragments,   s.foreign,
+                                  s.no_channel, s.refused_format, s.refused_tag, s.refused_excluded,
+                                  s.queue_full, s.kernel_dropped, s.missing,     s.sent,
+                                  s.sent_bytes, s.refused,        s.failed,      s.queue_peak};
   static_assert(std::size(values) + std::tuple_size_v<decltype(status.extra)> ==
                 tessera_status::COUNTERS);
   static_assert(sizeof s == sizeof values, "a counter of the link is not in its status");
@@ -38,7 +39,7 @@ bool StatusPublisher::publish(const NodeStatus& status, std::int64_t now_us) noe
   if (last_us_ == kNever) start_us_ = last_us_ = now_us;
   const std::int64_t duration_us = now_us - last_us_;
   tessera_status message{};
-  message.version = 1;
+  message.version = 2;
   message.robot = static_cast<std::int32_t>(status.robot);
   message.epoch = static_cast<std::int32_t>(status.epoch);
   message.peers = static_cast<std::int32_t>(status.peers);
@@ -51,6 +52,7 @@ bool StatusPublisher::publish(const NodeStatus& status, std::int64_t now_us) noe
   message.sent_bytes_per_s = per_second(now.sent_bytes, last_.sent_bytes, duration_us);
   message.received_bytes_per_s = per_second(now.received_bytes, last_.received_bytes, duration_us);
   message.digest = signed_bits(status.digest);
+  message.exclude_digest = status.exclude_digest;
   fill_counters(message, now, status);
   last_ = now;
   last_us_ = now_us;

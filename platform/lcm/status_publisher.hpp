@@ -25,7 +25,8 @@ struct NodeStatus {
   std::int64_t label_voxels = 0;
   std::int64_t free_voxels = 0;
   std::uint64_t digest = 0;
-  std::array<std::int64_t, 7> extra{};  ///< The node's own counters, after the 17 of the link.
+  std::uint32_t exclude_digest = 0;
+  std::array<std::int64_t, 7> extra{};  ///< The node's own counters, after the 20 of the link.
 };
 
 class StatusPublisher {

@@ -97,11 +97,10 @@ Outcome<UdpmReceiver> open_udpm_receiver(const UdpmPlace& place, bool at_any_pri
   return receiver;
 }
 
-namespace {
-
-/// How many datagrams the kernel has dropped before a message, where the message tells; else 0.
-std::uint32_t dropped_by_kernel(msghdr& message) noexcept {
-  for (cmsghdr* c = CMSG_FIRSTHDR(&message); c != nullptr; c = CMSG_NXTHDR(&message, c)) {
+std::uint32_t dropped_by_kernel(const msghdr& message) noexcept {
+  // The macros take no const message; nothing is written.
+  msghdr& read = const_cast<msghdr&>(message);
+  for (cmsghdr* c = CMSG_FIRSTHDR(&read); c != nullptr; c = CMSG_NXTHDR(&read, c)) {
     if (c->cmsg_level != SOL_SOCKET || c->cmsg_type != SO_RXQ_OVFL) continue;
     std::uint32_t dropped = 0;
     std::memcpy(&dropped, CMSG_DATA(c), sizeof dropped);
@@ -109,8 +108,6 @@ std::uint32_t dropped_by_kernel(msghdr& message) noexcept {
   }
   return 0;
 }
-
-}  // namespace
 
 UdpmDatagram receive_datagram(int socket, std::span<std::byte> into) noexcept {
   alignas(cmsghdr) std::array<std::byte, CMSG_SPACE(sizeof(std::uint32_t))> control;

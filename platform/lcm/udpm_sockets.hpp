@@ -4,6 +4,8 @@
 // interface whatever the routes say. Neither ever blocks.
 #pragma once
 
+#include <sys/socket.h>
+
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -56,6 +58,9 @@ struct UdpmDatagram {
   Endpoint sender{};
   std::uint32_t dropped = 0;  ///< By the kernel before it, ever, where it tells; else 0.
 };
+/// Returns how many datagrams the kernel has dropped at a receiver's socket before this message,
+/// ever; 0 where the message does not say.
+[[nodiscard]] std::uint32_t dropped_by_kernel(const msghdr& message) noexcept;
 /// Takes the oldest datagram that waits at a receiver's socket. One system call, no heap.
 [[nodiscard]] UdpmDatagram receive_datagram(int socket, std::span<std::byte> into) noexcept;
 

@@ -4,11 +4,17 @@
 
 #include <sodium.h>
 
+#include <string_view>
+
 namespace tessera {
 namespace {
 
-constexpr char kContext[crypto_kdf_CONTEXTBYTES + 1] = "tessera1";
-static_assert(crypto_kdf_KEYBYTES == kKeyBytes);
+/// By KeyUse. None begins with another one.
+constexpr auto kContexts =
+    std::to_array<std::string_view>({"tessera 2 datagram tag", "tessera 2 status tag"});
+static_assert(kKeyBytes >= crypto_generichash_KEYBYTES_MIN &&
+              kKeyBytes <= crypto_generichash_KEYBYTES_MAX);
+static_assert(kKeyBytes <= crypto_generichash_BYTES_MAX);
 static_assert(kTagBytes >= crypto_generichash_BYTES_MIN);
 
 const unsigned char* octets(std::span<const std::byte> bytes) {
@@ -17,11 +23,16 @@ const unsigned char* octets(std::span<const std::byte> bytes) {
 
 }  // namespace
 
-Outcome<DatagramSeal> DatagramSeal::make(const SecretKey& fleet_key, KeyUse use) {
+Outcome<DatagramSeal> DatagramSeal::make(const SecretKey& fleet_key, const Mission& mission,
+                                         KeyUse use) {
   if (::sodium_init() < 0) return Failure{"libsodium does not start", FailureKind::kFailure};
   DatagramSeal seal;
-  ::crypto_kdf_derive_from_key(seal.key_.bytes().data(), kKeyBytes, static_cast<std::uint64_t>(use),
-                               kContext, fleet_key.bytes().data());
+  std::array<unsigned char, kMostMissionInputBytes> input;
+  const std::size_t bytes =
+      write_mission_input(kContexts[static_cast<std::size_t>(use)], mission, input);
+  // Fails for lengths that are out of its range, and these are constants.
+  ::crypto_generichash(seal.key_.bytes().data(), kKeyBytes, input.data(), bytes,
+                       fleet_key.bytes().data(), kKeyBytes);
   return seal;
 }
 

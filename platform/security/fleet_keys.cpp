@@ -5,6 +5,23 @@
 #include <utility>
 
 namespace tessera {
+namespace {
+
+/// Required with a fleet's key.
+Outcome<Mission> mission_of(const KeyFiles& files, const std::string& of_file) {
+  const bool has_keys = !files.fleet_key.empty() || !files.robot_secret.empty();
+  const std::string& name = files.mission.empty() ? of_file : files.mission;
+  if (!has_keys && !name.empty())
+    return Failure{
+        "a mission protects nothing without a key: name fleet_key, or leave mission out"};
+  if (!name.empty()) return Mission::make(name);
+  if (files.fleet_key.empty()) return Mission();
+  return Failure{files.fleet_key +
+                 " names no mission; write one into it with tessera key mission --new --fleet " +
+                 files.fleet_key + " and copy it to every robot, or name one as mission"};
+}
+
+}  // namespace
 
 Outcome<FleetKeys> FleetKeys::read(const KeyFiles& files, std::uint32_t robot) {
   FleetKeys keys;
@@ -13,16 +30,23 @@ Outcome<FleetKeys> FleetKeys::read(const KeyFiles& files, std::uint32_t robot) {
     return Failure{std::string("signatures take both: name ") +
                    (has_secret ? "robot_public_keys" : "robot_secret") + " too"};
   }
+  FleetSecret fleet;
   if (!files.fleet_key.empty()) {
-    const Outcome<SecretKey> key = read_fleet_key(files.fleet_key);
-    if (!key.ok()) return key.failure();
-    Outcome<DatagramSeal> seal = DatagramSeal::make(*key, KeyUse::kDatagram);
+    Outcome<FleetSecret> read = read_fleet_key(files.fleet_key);
+    if (!read.ok()) return read.failure();
+    fleet = std::move(*read);
+  }
+  const Outcome<Mission> mission = mission_of(files, fleet.mission);
+  if (!mission.ok()) return mission.failure();
+  keys.mission_ = *mission;
+  if (!files.fleet_key.empty()) {
+    Outcome<DatagramSeal> seal = DatagramSeal::make(fleet.key, keys.mission_, KeyUse::kDatagram);
     if (!seal.ok()) return seal.failure();
     keys.seal_.emplace(std::move(*seal));
   }
   if (!has_secret) return keys;
   Outcome<FleetSignatures> signatures =
-      FleetSignatures::read(files.robot_secret, files.robot_public_keys);
+      FleetSignatures::read(files.robot_secret, files.robot_public_keys, keys.mission_);
   if (!signatures.ok()) return signatures.failure();
   if (signatures->robot() != robot) {
     return Failure{files.robot_secret + " is of robot " + std::to_string(signatures->robot()) +

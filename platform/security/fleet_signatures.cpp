@@ -22,14 +22,15 @@ Outcome<FleetSignatures> FleetSignatures::make(RecordSigner signer, RecordVerifi
 }
 
 Outcome<FleetSignatures> FleetSignatures::read(const std::string& robot_secret,
-                                               const std::string& public_keys) {
+                                               const std::string& public_keys,
+                                               const Mission& mission) {
   const Outcome<RobotSecret> secret = read_robot_secret(robot_secret);
   if (!secret.ok()) return secret.failure();
   Outcome<std::vector<RobotPublic>> keys = read_public_keys(public_keys);
   if (!keys.ok()) return keys.failure();
-  Outcome<RecordSigner> signer = RecordSigner::make(*secret);
+  Outcome<RecordSigner> signer = RecordSigner::make(*secret, mission);
   if (!signer.ok()) return signer.failure();
-  Outcome<RecordVerifier> verifier = RecordVerifier::make(std::move(*keys));
+  Outcome<RecordVerifier> verifier = RecordVerifier::make(std::move(*keys), mission);
   if (!verifier.ok()) return verifier.failure();
   Outcome<FleetSignatures> fleet = make(std::move(*signer), std::move(*verifier));
   if (fleet.ok()) return fleet;

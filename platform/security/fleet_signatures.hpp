@@ -11,13 +11,16 @@ namespace tessera {
 
 class FleetSignatures {
  public:
-  /// Fails with kUsage iff verifier does not know the signer's robot by the key that it signs with.
+  /// Fails with kUsage iff verifier does not know the signer's robot by the key that it signs with,
+  /// or is of another mission.
   static Outcome<FleetSignatures> make(RecordSigner signer, RecordVerifier verifier);
   /// Of files as read_robot_secret() and read_public_keys() take them. Fails as they do, and as
   /// make().
   static Outcome<FleetSignatures> read(const std::string& robot_secret,
-                                       const std::string& public_keys);
+                                       const std::string& public_keys, const Mission& mission);
   [[nodiscard]] std::uint32_t robot() const noexcept { return signer_.robot(); }
+  /// Exchanges the public keys of the two; for the thread that uses this one's signatures().
+  void swap_public_keys(FleetSignatures& other) noexcept { verifier_.swap_keys(other.verifier_); }
   /// For the exchange: Ed25519, and BLAKE2b of 128 bits as the hash. This must outlive it and stay
   /// where it is.
   [[nodiscard]] Signatures signatures() noexcept;

@@ -3,11 +3,12 @@
 // Keys as text: one line of words each, in files that people can look at, copy and concatenate.
 //
 //     tessera-fleet-key 1 <64 hex digits> <check>           secret, one for the whole fleet
+//     tessera-mission 1 <name> <check>                       beside it, in the same file
 //     tessera-robot-secret 1 <robot> <64 hex digits> <check> secret, one for each robot
 //     tessera-robot-public 1 <robot> <64 hex digits> <check> for everybody
 //
 // check: CRC-32C of all before it on the line without the last space, 8 hex digits, so that a slip
-// of the pen is found. Empty lines and lines that begin with # say nothing.
+// of the pen is found. Empty lines and lines that begin with # say nothing. key_maker writes them.
 #pragma once
 
 #include <array>
@@ -51,23 +52,22 @@ struct RobotPublic {
   std::array<unsigned char, kKeyBytes> key{};
 };
 
-/// Each reads a file that holds exactly one secret. Fails with kUsage iff the file is missing,
-/// unreadable, a symbolic link or no regular file; belongs to another user; may be read or written
-/// by others than its owner (the message has the chmod); is over 64 KiB; or is no file of this kind
-/// (a malformed line is named, never quoted). Uses the heap.
-Outcome<SecretKey> read_fleet_key(const std::string& path);
+struct FleetSecret {
+  SecretKey key;
+  std::string mission;  ///< Its name; empty: the file has none.
+};
+
+/// Each reads a file that holds exactly one secret; the fleet's may name a mission too. Fails with
+/// kUsage iff the file is missing, unreadable, a symbolic link or no regular file; belongs to
+/// another user; may be read or written by others than its owner (the message has the chmod); is
+/// over 64 KiB; or is no file of this kind (a malformed line is named, never quoted). Uses the
+/// heap.
+Outcome<FleetSecret> read_fleet_key(const std::string& path);
 Outcome<RobotSecret> read_robot_secret(const std::string& path);
 
 /// The fleet's public keys, in the order of the robots. Fails with kUsage iff the file is
 /// unreadable, over 64 KiB, may be written by others than its owner, has a malformed line, a
 /// private key or none at all, or two lines for one robot. Uses the heap.
 Outcome<std::vector<RobotPublic>> read_public_keys(const std::string& path);
-
-/// Each makes a key by the system's random numbers and writes it to a new file. Fails with kUsage
-/// iff the file is there already or cannot be made; kFailure iff writing fails.
-Outcome<void> make_fleet_key(const std::string& path);
-/// Writes robot_ID.key (secret) and robot_ID.pub into the folder; neither is left without the
-/// other. folder must exist.
-Outcome<void> make_robot_key(std::uint32_t robot, const std::string& folder);
 
 }  // namespace tessera

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // Ed25519 signatures: each robot signs its own records by a key that nobody else has, so that no
-// robot can speak for another, and who passes a record on passes its signature on as it is.
+// robot can speak for another, and who passes a record on passes its signature on as it is. What is
+// signed is the mission's value and the message, so that no signature of another mission is good.
 #pragma once
 
 #include <array>
@@ -12,15 +13,19 @@
 
 #include "posix/outcome.hpp"
 #include "security/key_file.hpp"
+#include "security/mission.hpp"
 #include "tessera/exchange/signatures.hpp"
 
 namespace tessera {
+
+/// Of a message that is signed. Datagrams are shorter.
+inline constexpr std::size_t kMostSignedBytes = 2048;
 
 /// A robot's own key. No heap after make().
 class RecordSigner {
  public:
   /// Fails with kFailure iff libsodium does not start.
-  static Outcome<RecordSigner> make(const RobotSecret& secret);
+  static Outcome<RecordSigner> make(const RobotSecret& secret, const Mission& mission);
   RecordSigner(RecordSigner&& other) noexcept;
   RecordSigner& operator=(RecordSigner&&) = delete;
   RecordSigner(const RecordSigner&) = delete;
@@ -28,7 +33,8 @@ class RecordSigner {
   ~RecordSigner();
 
   [[nodiscard]] std::uint32_t robot() const noexcept { return robot_; }
-  /// The same record gives the same signature.
+  /// The same record gives the same signature. record: at most kMostSignedBytes; of a longer one,
+  /// which is a caller's bug, all bytes of the signature are 0, and no verifier takes it.
   void sign(std::span<const std::byte> record,
             std::span<std::byte, kSignatureBytes> signature) const noexcept;
 
@@ -36,6 +42,7 @@ class RecordSigner {
   static constexpr std::size_t kExpandedBytes = 64;
   RecordSigner() = default;
   std::uint32_t robot_ = 0;
+  Mission::Value mission_{};
   std::array<unsigned char, kExpandedBytes> key_{};
 };
 
@@ -44,16 +51,21 @@ class RecordVerifier {
  public:
   /// keys: as read_public_keys() gives them, in the order of the robots. Fails with kFailure iff
   /// libsodium does not start.
-  static Outcome<RecordVerifier> make(std::vector<RobotPublic> keys);
+  static Outcome<RecordVerifier> make(std::vector<RobotPublic> keys, const Mission& mission);
 
+  /// Exchanges the keys of the two.
+  void swap_keys(RecordVerifier& other) noexcept { keys_.swap(other.keys_); }
   [[nodiscard]] bool knows(std::uint32_t robot) const noexcept { return find(robot) != nullptr; }
-  /// True iff robot is known and signed this record. O(log robots) and O(record).
+  /// True iff robot is known and signed this record in this mission; false of a record of over
+  /// kMostSignedBytes. O(log robots) and O(record).
   [[nodiscard]] bool check(std::uint32_t robot, std::span<const std::byte> record,
                            std::span<const std::byte, kSignatureBytes> signature) const noexcept;
 
  private:
-  explicit RecordVerifier(std::vector<RobotPublic> keys) noexcept : keys_(std::move(keys)) {}
+  RecordVerifier(std::vector<RobotPublic> keys, const Mission& mission) noexcept
+      : mission_(mission.value()), keys_(std::move(keys)) {}
   [[nodiscard]] const RobotPublic* find(std::uint32_t robot) const noexcept;
+  Mission::Value mission_;
   std::vector<RobotPublic> keys_;
 };
 

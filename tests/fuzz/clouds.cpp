@@ -10,6 +10,8 @@
 #include "clouds/ply_reader.hpp"
 #include "clouds/pose_file.hpp"
 #include "fuzz/fuzz.hpp"
+#include "support/heap_peak.hpp"
+#include "support/reader_memory.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace tessera::fuzz {
@@ -29,14 +31,17 @@ struct Format {
   Outcome<CloudSummary> (*inspect)(const CloudBytes&, std::uint64_t);
   Outcome<void> (*read)(const CloudBytes&, Cloud&);
   std::size_t most_points_a_byte;
+  std::size_t (*most_bytes)(std::size_t);
 };
 
 void cloud(std::string_view text, const Format& format) {
   const CloudBytes file{"a.cloud", text};
+  const test::HeapPeak peak;
   const Outcome<CloudSummary> summary = format.inspect(file, text.size());
   if (!summary.ok()) check_failure(summary.failure(), file.path);
   Cloud read;
   const Outcome<void> done = format.read(file, read);
+  require(peak.bytes() <= format.most_bytes(text.size()), "more memory than the stated sum");
   // Bounded by the file, whatever it claims.
   const std::size_t most_points = (text.size() + 3) * format.most_points_a_byte;
   require(read.points_xyzi.capacity() <= 4 * most_points, "memory that the file cannot fill");
@@ -56,7 +61,9 @@ void poses(std::string_view text) {
   static const test::TemporaryFolder folder;
   folder.write("poses.txt", text);
   const std::string path = folder.file("poses.txt");
+  const test::HeapPeak peak;
   const Outcome<std::vector<Matrix34d>> read = read_pose_rows(path);
+  require(peak.bytes() <= test::poses_bytes(text.size()), "more memory than the stated sum");
   if (!read.ok()) return check_failure(read.failure(), path);
   require(read->size() <= text.size() / 15 + 1, "more poses than the text has room for");
 }
@@ -69,8 +76,8 @@ void clouds(Bytes bytes) {
   const std::string_view text(reinterpret_cast<const char*>(input.rest().data()),
                               input.rest().size());
   // Three bytes are the least that a point takes; compressed ones may be 88 times as many.
-  if (kind == 0) return cloud(text, {inspect_pcd, read_pcd, 88});
-  if (kind == 1) return cloud(text, {inspect_ply, read_ply, 1});
+  if (kind == 0) return cloud(text, {inspect_pcd, read_pcd, 88, test::packed_cloud_bytes});
+  if (kind == 1) return cloud(text, {inspect_ply, read_ply, 1, test::cloud_bytes});
   poses(text);
 }
 

@@ -6,6 +6,9 @@
 
 #include "clouds/depth_folder.hpp"
 #include "fuzz/fuzz.hpp"
+#include "image/png_image.hpp"
+#include "support/heap_peak.hpp"
+#include "support/reader_memory.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace tessera::fuzz {
@@ -28,6 +31,16 @@ std::string_view text_of(Bytes bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
+/// Of every kind of grey image, whatever stands beside its pixels.
+void image(const std::string& path, std::size_t file_bytes) {
+  std::vector<std::uint8_t> narrow(8 * 6);
+  std::vector<std::uint16_t> wide(8 * 6);
+  const test::HeapPeak peak;
+  static_cast<void>(read_grey_png(path, 8, 6, narrow).ok());
+  static_cast<void>(read_grey_png(path, 8, 6, GreyBits::kEightOrSixteen, wide).ok());
+  require(peak.bytes() <= test::png_bytes(file_bytes, 8, 6, 16), "more memory than the stated sum");
+}
+
 }  // namespace
 
 void depth_images(Bytes bytes) {
@@ -43,6 +56,13 @@ void depth_images(Bytes bytes) {
   folder.write("labels/0.png", labels);
   folder.write("camera.toml", kind == 1 ? rest : kCamera);
   folder.write("poses.txt", kind == 2 ? rest : kPose);
+  if (is_image) image(folder.file("depth/0.png"), rest.size());
+  if (kind == 0) image(folder.file("labels/0.png"), labels.size());
+  if (kind == 1) {
+    const test::HeapPeak peak;
+    static_cast<void>(parse_depth_camera(rest, "camera.toml").ok());
+    require(peak.bytes() <= test::toml_bytes(rest.size()), "more memory than the stated sum");
+  }
   DepthOptions options;
   if (kind == 0) options.label_images = folder.file("labels");
   options.intrinsics = folder.file("camera.toml");

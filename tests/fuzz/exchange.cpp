@@ -194,17 +194,17 @@ class Run {
     header.kind = static_cast<DatagramKind>(how % 8);
     header.configuration = victim_.configuration() + ((how & 0x40U) != 0 ? 1U : 0U);
     header.sender = input_.u8();
-    header.session = input_.u8() & 7U;
+    header.session = std::uint64_t{input_.u8() & 7U} << 32U;
     header.sequence = (how & 0x80U) != 0 ? input_.u32() : ++sequence_;
     victim_.hear(forged(header, input_.bytes(input_.u16() % 2048)));
   }
   void lie() {
     const unsigned how = input_.u8();
     DatagramHeader header;
-    header.kind = static_cast<DatagramKind>(1U + (how & 3U));
+    header.kind = static_cast<DatagramKind>(1U + (how & 7U) % 7U);
     header.configuration = victim_.configuration();
     header.sender = how >> 5U;
-    header.session = (how >> 4U) & 1U;
+    header.session = std::uint64_t{(how >> 4U) & 1U} << 32U;
     header.sequence = ++sequence_;
     victim_.hear(forged(header, drawn_body(input_, header.kind)));
   }
@@ -237,10 +237,10 @@ class Run {
     Datagram datagram = kept_[input_.u8() % kept_.size()];
     if ((how & 1U) != 0) datagram.resize(std::min<std::size_t>(datagram.size(), input_.u16()));
     if ((how & 2U) != 0 && datagram.size() >= kHeaderBytes) {
-      ByteWriter sender{std::span<std::byte>(datagram).subspan(8, 12)};
+      ByteWriter sender{std::span<std::byte>(datagram).subspan(12, 20)};
       sender.u32(input_.u8());
-      sender.u32(input_.u8() & 7U);
-      sender.u32(++sequence_);
+      sender.u64(std::uint64_t{input_.u8() & 7U} << 32U);
+      sender.u64(++sequence_);
     }
     for (unsigned change = how >> 4U; change > 0 && !datagram.empty(); --change) {
       const std::size_t at = input_.u16() % datagram.size();

@@ -41,7 +41,14 @@ void draw_frame(Input& input, ByteWriter& to) {
 }
 
 void draw_announcement(Input& input, ByteWriter& to) {
-  write_details(to, {});
+  AnnouncementHeader header;
+  header.floor = input.u8() & 7U;
+  header.challenges = static_cast<std::uint8_t>(input.below(3));
+  for (Challenge& challenge : std::span(header.challenge).first(header.challenges)) {
+    const unsigned how = input.u8();
+    challenge = {(how & 1U) != 0, (how >> 1U) & 7U, how};
+  }
+  write_announcement_header(to, header);
   for (int n = input.below(8); n > 0; --n) {
     const ContributionId id = drawn_id(input);
     const std::uint32_t latest = drawn_version(input);
@@ -49,8 +56,21 @@ void draw_announcement(Input& input, ByteWriter& to) {
     static_cast<void>(write_announced(to, {.id = id,
                                            .latest = latest,
                                            .frame_revision = how >> 4U,
+                                           .stated = (how & 4U) != 0,
                                            .complete = (how & 1U) != 0,
+                                           .origin = (how & 8U) != 0,
                                            .digest = how & 2U}));
+  }
+}
+
+void draw_gaps(Input& input, RequestedContribution& requested, unsigned how) {
+  std::uint32_t last = 0;
+  for (VersionRange& gap : std::span(requested.gap).first(requested.count)) {
+    gap = drawn_range(input);
+    // Mostly ascending, as they have to be.
+    if ((how & 8U) != 0) gap.first = last + 1 + gap.first % 64;
+    if ((how & 8U) != 0) gap.last = gap.first + gap.last % 64;
+    last = gap.last;
   }
 }
 
@@ -59,24 +79,70 @@ void draw_request(Input& input, ByteWriter& to) {
     RequestedContribution requested{.id = drawn_id(input)};
     const unsigned how = input.u8();
     requested.frame_revision = how >> 5U;
-    requested.all = (how & 0x10U) != 0;
-    requested.gaps = requested.all ? 0 : static_cast<std::uint8_t>(how & 7U);
-    std::uint32_t last = 0;
-    for (VersionRange& gap : std::span(requested.gap).first(requested.gaps)) {
-      gap = drawn_range(input);
-      // Mostly ascending, as they have to be.
-      if ((how & 8U) != 0) gap.first = last + 1 + gap.first % 64;
-      if ((how & 8U) != 0) gap.last = gap.first + gap.last % 64;
-      last = gap.last;
+    requested.type = static_cast<RequestType>((how >> 3U) % 3U);
+    requested.stated = (how & 0x10U) != 0;
+    requested.latest = how & 0xfU;
+    requested.count = static_cast<std::uint8_t>(how & 7U);
+    requested.target = input.u8() & 7U;
+    requested.width = static_cast<std::uint8_t>(input.below(33));
+    if (requested.type == RequestType::kGaps) draw_gaps(input, requested, how);
+    for (std::uint32_t i = 0; i < requested.count; ++i) {
+      requested.version[i] = 1 + i + (i == 0 ? 0U : requested.version[i - 1]) + input.u8() % 8U;
+      requested.span[i] = 1 + i + (i == 0 ? 0U : requested.span[i - 1]);
     }
     static_cast<void>(write_requested(to, requested));
+  }
+}
+
+Statement drawn_statement(Input& input, const ContributionId& id, VersionRange range) {
+  const unsigned how = input.u8();
+  return {.id = id,
+          .range = range,
+          .latest = range.last + (how & 3U),
+          .records = how >> 4U,
+          .fingerprint = {how & 4U, how & 8U},
+          .frame_revision = 1U + (how >> 6U),
+          .floor = std::min(id.epoch, how & 3U),
+          .session = std::uint64_t{input.u8() & 1U} << 32U};
+}
+
+void draw_statement(Input& input, ByteWriter& to) {
+  const ContributionId id = drawn_id(input);
+  static_cast<void>(write_statement(to, drawn_statement(input, id, drawn_range(input))));
+}
+
+void draw_description(Input& input, ByteWriter& to) {
+  write_description_header(to, {drawn_id(input), input.u8() & 7U});
+  Description description;
+  for (int n = input.below(4); n > 0; --n) {
+    const unsigned how = input.u8();
+    description.span = {static_cast<std::uint8_t>(how & 31U), input.u8() & 3U};
+    description.is_list = (how & 0x80U) != 0;
+    description.part_width = 0;
+    if (description.is_list) {
+      description.count = static_cast<std::uint8_t>(input.below(8));
+      auto version = static_cast<std::uint32_t>(description.span.first());
+      for (auto& record : std::span(description.record).first(description.count))
+        record = {version++, input.u32()};
+      description.last = version;
+    } else {
+      const unsigned bits = std::min<unsigned>(6, description.span.width);
+      description.part_width = static_cast<std::uint8_t>(description.span.width - bits);
+      description.count = static_cast<std::uint8_t>(1U << bits);
+      for (std::uint64_t& sum : description.sum) sum = how & 0x40U;
+    }
+    static_cast<void>(write_description(to, description));
   }
 }
 
 void draw_chunk(Input& input, ByteWriter& to) {
   static OwnContent own(network::kClasses + 2);
   static std::array<std::byte, most_coded_bytes(kBlockLayers)> code;
-  const ChunkHeader header{drawn_id(input), drawn_range(input)};
+  ChunkHeader header{.id = drawn_id(input), .range = drawn_range(input)};
+  const unsigned flags = input.u8();
+  header.relayed = (flags & 1U) != 0;
+  header.partial = (flags & 2U) != 0;
+  header.statement = drawn_statement(input, header.id, header.range);
   write_chunk_header(to, header);
   RecordWriter writer(to, header.range);
   std::uint32_t version = header.range.first - 1;
@@ -110,6 +176,8 @@ Datagram drawn_body(Input& input, DatagramKind kind) {
   if (kind == DatagramKind::kRequest) draw_request(input, to);
   if (kind == DatagramKind::kChunk) draw_chunk(input, to);
   if (kind == DatagramKind::kFrame) draw_frame(input, to);
+  if (kind == DatagramKind::kStatement) draw_statement(input, to);
+  if (kind == DatagramKind::kDescription) draw_description(input, to);
   body.resize(to.size());
   return body;
 }
@@ -136,10 +204,10 @@ Datagram forged(DatagramHeader header, Bytes body) {
 }
 
 std::uint64_t refusals(const ExchangeReport& report) {
-  return report.refused_size + report.refused_format + report.refused_tag +
-         report.refused_signature + report.refused_configuration + report.refused_replay +
-         report.refused_robot + report.refused_excluded + report.refused_peers +
-         report.refused_body + report.own_echoes;
+  return report.refused_size + report.refused_format + report.refused_mission + report.refused_tag +
+         report.refused_rate + report.refused_signature + report.refused_configuration +
+         report.refused_replay + report.refused_robot + report.refused_excluded +
+         report.refused_peers + report.refused_body + report.own_echoes;
 }
 
 }  // namespace tessera::fuzz

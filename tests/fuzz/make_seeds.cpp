@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "fuzz/file_seeds.hpp"
 #include "fuzz/forged_datagram.hpp"
 #include "fuzz/sensor_seeds.hpp"
 #include "network/simulated_network.hpp"
@@ -287,4 +288,8 @@ int main(int argc, char** argv) {
   tessera::fuzz::texts(corpus);
   for (const std::vector<std::byte>& input : tessera::fuzz::sensor_seeds())
     corpus.add("sensors", tessera::fuzz::Seed().all(input));
+  for (const std::vector<std::byte>& input : tessera::fuzz::image_seeds())
+    corpus.add("depth_images", tessera::fuzz::Seed().all(input));
+  for (const std::vector<std::byte>& input : tessera::fuzz::toml_seeds())
+    corpus.add("text_files", tessera::fuzz::Seed().all(input));
 }

@@ -5,12 +5,16 @@
 
 #include "fuzz/fuzz.hpp"
 #include "octomap/octree_reader.hpp"
+#include "support/heap_peak.hpp"
+#include "support/reader_memory.hpp"
 
 namespace tessera::fuzz {
 
 void octrees(Bytes bytes) {
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  const test::HeapPeak peak;
   const Outcome<Octree> octree = Octree::parse("an.ot", std::string(text));
+  require(peak.bytes() <= test::octree_bytes(text.size()), "more memory than the stated sum");
   if (!octree.ok()) {
     const Failure& failure = octree.failure();
     require(failure.kind == FailureKind::kUsage, "bad input is not the system's failure");

@@ -61,7 +61,7 @@ SmallRobot::SmallRobot(std::uint32_t number, std::uint32_t session, bool has_map
   Arena arena(memory_->span());
   ExchangeConfig config = kExchange;
   config.robot = number;
-  config.session = session;
+  config.session = std::uint64_t{session} << 32U;
   const ClassTable classes = oracle::numbered_classes(network::kClasses);
   if (has_map) {
     global_ = made(GlobalMap::make(arena, map_config(), classes));

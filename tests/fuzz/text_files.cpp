@@ -14,6 +14,8 @@
 #include "dataset/transform_file.hpp"
 #include "fuzz/fuzz.hpp"
 #include "security/key_file.hpp"
+#include "support/heap_peak.hpp"
+#include "support/reader_memory.hpp"
 #include "support/temporary_folder.hpp"
 #include "tessera/base/crc32.hpp"
 
@@ -54,7 +56,9 @@ bool same_bits(const Matrix34d& a, const Matrix34d& b) {
 
 void poses(std::string_view text) {
   const File file(text);
+  const test::HeapPeak peak;
   const Outcome<std::vector<Matrix34d>> read = read_poses(file.path());
+  require(peak.bytes() <= test::poses_bytes(text.size()), "more memory than the stated sum");
   if (!read.ok()) return check_failure(read.failure(), file.path());
   std::string again;
   for (const Matrix34d& pose : *read) {
@@ -80,7 +84,9 @@ void rigid(const Outcome<Matrix34d>& read, const File& file) {
 }
 
 void classes(std::string_view text) {
+  const test::HeapPeak peak;
   const Outcome<DatasetClasses> read = DatasetClasses::parse(text, "classes.toml");
+  require(peak.bytes() <= test::toml_bytes(text.size()), "more memory than the stated sum");
   if (!read.ok()) return check_failure(read.failure(), "classes.toml");
   const int num_classes = read->table().num_classes();
   require(num_classes >= 1 && num_classes <= kMaxClasses, "a number of classes");

@@ -32,17 +32,18 @@ struct Echo {
 void header(Echo& echo) {
   DatagramHeader header;
   if (!read_header(echo.from, header)) return;
-  require(header.kind >= DatagramKind::kAnnounce && header.kind <= DatagramKind::kLeave, "kind");
+  require(header.kind >= DatagramKind::kAnnounce && header.kind <= DatagramKind::kDescription,
+          "kind");
   write_header(echo.to, header);
   echo.check();
 }
 
 void announcement(Echo& echo) {
-  ConfigurationDetails details;
-  if (!read_details(echo.from, details)) return;
-  write_details(echo.to, details);
+  AnnouncementHeader header;
+  if (!read_announcement_header(echo.from, header)) return;
+  write_announcement_header(echo.to, header);
   echo.check();
-  static_cast<void>(details.checksum());
+  static_cast<void>(header.details.checksum());
   AnnouncedContribution announced;
   while (echo.from.remaining() != 0 && read_announced(echo.from, announced)) {
     require(announced.latest <= kLastVersion, "a version that has no next one");
@@ -54,9 +55,9 @@ void announcement(Echo& echo) {
 void request(Echo& echo) {
   RequestedContribution requested;
   while (echo.from.remaining() != 0 && read_requested(echo.from, requested)) {
-    require(requested.gaps <= RequestedContribution::kMostGaps, "too many gaps");
-    require(!requested.all || requested.gaps == 0, "gaps of all");
-    for (const VersionRange& gap : std::span(requested.gap).first(requested.gaps))
+    const bool gaps = requested.type == RequestType::kGaps;
+    require(!gaps || requested.count <= RequestedContribution::kMostGaps, "too many gaps");
+    for (const VersionRange& gap : std::span(requested.gap).first(gaps ? requested.count : 0))
       require(gap.first >= 1 && gap.first <= gap.last && gap.last <= kLastVersion, "a gap");
     require(write_requested(echo.to, requested), "read and not written");
     echo.check();
@@ -64,15 +65,35 @@ void request(Echo& echo) {
   }
 }
 
+void statement(Echo& echo) {
+  Statement statement;
+  if (!read_statement(echo.from, statement)) return;
+  require(statement.floor <= statement.id.epoch, "a floor above the epoch");
+  require(write_statement(echo.to, statement), "read and not written");
+  echo.check();
+}
+
+void description(Echo& echo) {
+  DescriptionHeader header;
+  if (!read_description_header(echo.from, header)) return;
+  write_description_header(echo.to, header);
+  Description description;
+  while (echo.from.remaining() != 0 && read_description(echo.from, description)) {
+    require(write_description(echo.to, description), "read and not written");
+    echo.check();
+    description = {};
+  }
+}
+
 void chunk(Echo& echo) {
   ChunkHeader header;
-  if (!read_chunk_header(echo.from, header)) return;
+  if (!read_chunk_header(echo.from, 1, header)) return;
   require(header.range.first >= 1 && header.range.first <= header.range.last &&
               header.range.last <= kLastVersion,
           "a range");
   write_chunk_header(echo.to, header);
   echo.check();
-  RecordReader reader(echo.from, header);
+  RecordReader reader(echo.from, header.range, header.relayed);
   RecordWriter writer(echo.to, header.range);
   ChunkRecord record;
   std::uint32_t before = header.range.first - 1;
@@ -100,7 +121,7 @@ void frame(Echo& echo) {
 
 void wire(Bytes bytes) {
   Input input(bytes);
-  const int kind = input.below(5);
+  const int kind = input.below(7);
   Echo echo(input.bytes(kMostDatagramBytes));
   switch (kind) {
     case 0:
@@ -111,6 +132,10 @@ void wire(Bytes bytes) {
       return request(echo);
     case 3:
       return chunk(echo);
+    case 4:
+      return statement(echo);
+    case 5:
+      return description(echo);
     default:
       return frame(echo);
   }

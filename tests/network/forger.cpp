@@ -13,12 +13,13 @@ ConfigurationDetails details_of_network() {
           .prior = config.prior,
           .free_weight = config.free_weight,
           .classes = kClasses,
-          .class_table = class_table_checksum(classes)};
+          .class_table = class_table_checksum(classes),
+          .max_evidence = config.max_evidence};
 }
 
 std::vector<std::byte> Forger::announcement(std::initializer_list<AnnouncedContribution> all) {
   return datagram(DatagramKind::kAnnounce, [&](ByteWriter& to) {
-    write_details(to, details_of_network());
+    write_announcement_header(to, {.details = details_of_network()});
     for (const AnnouncedContribution& announced : all) write_announced(to, announced);
   });
 }
@@ -31,7 +32,14 @@ std::vector<std::byte> Forger::frame(const ContributionId& id, std::uint32_t rev
 std::vector<std::byte> Forger::chunk(const ContributionId& id, VersionRange range, BlockCoord block,
                                      std::uint32_t version) {
   return datagram(DatagramKind::kChunk, [&](ByteWriter& to) {
-    write_chunk_header(to, {.id = id, .range = range});
+    write_chunk_header(to, {.id = id,
+                            .range = range,
+                            .statement = {.id = id,
+                                          .range = range,
+                                          .latest = range.last,
+                                          .records = 1,
+                                          .frame_revision = 1,
+                                          .session = session_}});
     RecordWriter records(to, range);
     records.write({.block = block, .version = {.number = version, .first = version}, .coded = {}});
   });

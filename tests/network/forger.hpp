@@ -15,7 +15,7 @@ namespace tessera::network {
 
 class Forger {
  public:
-  explicit Forger(std::uint32_t robot, std::uint32_t session = 1)
+  explicit Forger(std::uint32_t robot, std::uint64_t session = std::uint64_t{1} << 32U)
       : robot_(robot), session_(session) {}
   /// A well tagged datagram of that kind with what write gives as its body.
   template <class Write>
@@ -43,8 +43,8 @@ class Forger {
 
  private:
   std::uint32_t robot_;
-  std::uint32_t session_;
-  std::uint32_t sequence_ = 0;
+  std::uint64_t session_;
+  std::uint64_t sequence_ = 0;
 };
 
 }  // namespace tessera::network

@@ -53,13 +53,29 @@ TEST_CASE("forger: nobody says what a robot will say") {
   f.say(f.forger.announcement({{.id = next, .latest = 900, .frame_revision = 9}}));
   f.say(f.forger.frame(next, 9));
   f.say(f.forger.chunk(next, {1, 900}, {1, 2, 3}, 5));
-  CHECK(f.report().impostors == 3);
+  CHECK(f.report().impostors == 2);
+  CHECK(f.report().refused_body == 1);  // only an origin sends records without their proofs
   REQUIRE(f.exchange().open(2, 0, Matrix34d::Identity()) == Status::kOk);
   REQUIRE(f.network.robot(0).publish(*pack({1, 2, 3}), f.network.random(), 30).ok());
   const Replicas& own = f.network.robot(0).replicas();
   const Replicas::Slot slot = *own.find(next);
   CHECK(own.find(slot, *pack({1, 2, 3}))->version == 1);
   CHECK(own.contribution(slot).frame_revision == 1);
+}
+
+TEST_CASE("forger: a frame that nobody has makes nothing incomplete") {
+  Fixture f(554);
+  f.publish(10);
+  REQUIRE(f.network.settle(5 * kSecond));
+  const ContributionId of_one{1, 1, 0};
+  f.say(f.forger.announcement({{.id = of_one, .latest = 10, .frame_revision = 1'000'000}}));
+  CHECK(f.report().complete == f.report().contributions);
+  // It is asked for, until somebody who is honest speaks of the contribution.
+  f.network.run(3 * kSecond);
+  const std::uint64_t requests = f.report().requests;
+  f.network.run(60 * kSecond);
+  CHECK(f.report().requests == requests);
+  CHECK(f.report().complete == f.report().contributions);
 }
 
 TEST_CASE("forger: versions that are made up hide none that come") {
@@ -85,10 +101,11 @@ TEST_CASE("forger: a table that is full of names has room for who has more than 
   Fixture f(554);
   for (std::uint32_t i = 0; i < 1000; ++i)
     f.say(f.forger.announcement({{.id = {1000 + i, 1, 0}, .latest = 1}}));
-  CHECK(f.report().displaced_contributions > 0);
+  CHECK(f.report().refused_contributions > 0);
   CHECK(f.report().contributions <= 16);
   f.publish(10);
   f.network.run(10 * kSecond);
+  CHECK(f.report().displaced_contributions > 0);
   CHECK(f.network.robot(0).replicas().find({1, 1, 0}).ok());
 }
 

@@ -18,13 +18,15 @@ constexpr std::uint64_t kDatagrams = 10'000'000;
 DatagramSeal seal_of(unsigned char secret) {
   SecretKey key;
   key.bytes().fill(secret);
-  Outcome<DatagramSeal> seal = DatagramSeal::make(key, KeyUse::kDatagram);
+  const Outcome<Mission> mission = Mission::make("flood");
+  REQUIRE(mission.ok());
+  Outcome<DatagramSeal> seal = DatagramSeal::make(key, *mission, KeyUse::kDatagram);
   REQUIRE(seal.ok());
   return std::move(*seal);
 }
 
 std::uint64_t refusals(const ExchangeReport& report) {
-  return report.refused_size + report.refused_format + report.refused_tag +
+  return report.refused_size + report.refused_format + report.refused_tag + report.refused_mission +
          report.refused_signature + report.refused_configuration + report.refused_replay +
          report.refused_robot + report.refused_excluded + report.refused_peers +
          report.refused_body + report.own_echoes;
@@ -32,7 +34,8 @@ std::uint64_t refusals(const ExchangeReport& report) {
 
 bool is_data(const Datagram& datagram) {
   const auto kind = static_cast<DatagramKind>(datagram[3]);
-  return kind == DatagramKind::kChunk || kind == DatagramKind::kFrame;
+  return kind == DatagramKind::kChunk || kind == DatagramKind::kFrame ||
+         kind == DatagramKind::kStatement;
 }
 
 /// What a robot says while it publishes for two seconds.
@@ -82,10 +85,10 @@ Datagram changed(const Datagram& original, oracle::Random& random) {
 /// In the name of any robot and session, with a number that was never heard, by another key.
 Datagram forged(const Datagram& original, const DatagramSeal& seal, oracle::Random& random) {
   Datagram bytes = original;
-  ByteWriter sender{std::span<std::byte>(bytes).subspan(8, 12)};
+  ByteWriter sender{std::span<std::byte>(bytes).subspan(12, 20)};
   sender.u32(static_cast<std::uint32_t>(random.below(4)));
-  sender.u32(static_cast<std::uint32_t>(1 + random.below(3)));
-  sender.u32(static_cast<std::uint32_t>(1'000'000 + random.below(1'000'000)));
+  sender.u64(static_cast<std::uint64_t>(1 + random.below(3)) << 32U);
+  sender.u64(static_cast<std::uint64_t>(1'000'000 + random.below(1'000'000)));
   const std::span<std::byte> all(bytes);
   seal.tag(all.first(all.size() - kTagBytes), all.last<kTagBytes>());
   return bytes;

@@ -11,7 +11,7 @@ namespace tessera::network {
 namespace {
 
 std::uint64_t refusals(const ExchangeReport& report) {
-  return report.refused_size + report.refused_format + report.refused_tag +
+  return report.refused_size + report.refused_format + report.refused_mission + report.refused_tag +
          report.refused_signature + report.refused_configuration + report.refused_replay +
          report.refused_robot + report.refused_excluded + report.refused_peers +
          report.refused_body;
@@ -47,7 +47,7 @@ TEST_CASE("hostile: damaged and made-up datagrams change nothing, and each is co
     if (random.below(4) == 0) {
       bytes.resize(static_cast<std::size_t>(random.below(100)));
       for (std::byte& byte : bytes) byte = static_cast<std::byte>(random.below(256));
-      if (bytes.size() > 3 && random.below(2) == 0) std::memcpy(bytes.data(), "TS\1\3", 4);
+      if (bytes.size() > 3 && random.below(2) == 0) std::memcpy(bytes.data(), "TS\2\3", 4);
     } else {
       const auto& original =
           good[static_cast<std::size_t>(random.below(static_cast<int>(good.size())))];
@@ -85,8 +85,8 @@ TEST_CASE("hostile: well tagged bodies of any bytes are read within bounds, and 
     if (random.below(5) == 0 && body > 0)
       bytes.resize(bytes.size() - static_cast<std::size_t>(random.below(static_cast<int>(body))));
     // A new number each, or it would be taken for a repeat.
-    ByteWriter sequence{std::span<std::byte>(bytes).subspan(16, 4)};
-    sequence.u32(1000U + static_cast<std::uint32_t>(i));
+    ByteWriter sequence{std::span<std::byte>(bytes).subspan(24, 8)};
+    sequence.u64(1000U + static_cast<std::uint32_t>(i));
     Forger::seal(bytes);
     exchange.receive(bytes, 3'000'000 + i);
     std::vector<std::byte> answer(kMostDatagramBytes);

@@ -103,8 +103,8 @@ TEST_CASE("signatures: nothing that a robot said can be changed by who has the f
     const int first = static_cast<int>(kHeaderBytes);
     changed[static_cast<std::size_t>(first + random.below(end - first))] ^=
         static_cast<std::byte>(1 + random.below(255));
-    ByteWriter sequence{std::span<std::byte>(changed).subspan(16, 4)};
-    sequence.u32(1000U + static_cast<std::uint32_t>(round));
+    ByteWriter sequence{std::span<std::byte>(changed).subspan(24, 8)};
+    sequence.u64(1000U + static_cast<std::uint64_t>(round));
     Forger::seal(changed);
     exchange.receive(changed, kSecond + round);
   }
@@ -119,7 +119,7 @@ TEST_CASE("signatures: what was signed of another map is not taken for this one"
   Robot other(5, 1, Network::default_replicas(), finer, {.key = 5});
   REQUIRE(other.publish(*pack({1, 2, 3}), team.random(), 20).ok());
   for (std::vector<std::byte> datagram : said(other, 0, 5 * kSecond)) {
-    ByteWriter configuration{std::span<std::byte>(datagram).subspan(4, 4)};
+    ByteWriter configuration{std::span<std::byte>(datagram).subspan(8, 4)};
     configuration.u32(details_of_network().checksum());
     Forger::seal(datagram);
     team.robot(0).exchange().receive(datagram, 0);

@@ -19,6 +19,11 @@ T made(Result<T> result) {
   return std::move(*result);
 }
 
+ExchangeConfig with_records(ExchangeConfig config, const ReplicasConfig& replicas) {
+  config.records = replicas.blocks;
+  return config;
+}
+
 }  // namespace
 
 void add_random_voxels(BlockContent& content, oracle::Random& random, int voxels) {
@@ -39,19 +44,21 @@ Robot::Robot(std::uint32_t number, std::uint32_t session, const ReplicasConfig& 
     : session_(session),
       key_(options.key.value_or(0)),
       components_(options.classes + 2),
-      memory_(Replicas::required_bytes(replicas) + Exchange::required_bytes(config, components_) +
+      memory_(Replicas::required_bytes(replicas) +
+              Exchange::required_bytes(with_records(config, replicas), components_) +
               BlockContent::required_bytes(components_)) {
   Arena arena(memory_.span());
   replicas_ = made(Replicas::make(arena, replicas));
-  ExchangeConfig own = config;
+  ExchangeConfig own = with_records(config, replicas);
   own.robot = number;
-  own.session = session;
+  own.session = std::uint64_t{session} << 32U | options.random_bits;
   exchange_ = made(Exchange::make(arena, own, store_of(replicas_), options.authenticator,
                                   oracle::numbered_classes(options.classes),
-                                  options.key ? key_.signatures() : Signatures{}));
+                                  options.key ? key_.signatures() : options.signatures));
   content_ = made(BlockContent::make(arena, components_));
   Matrix34d T_global_map = Matrix34d::Identity();
   T_global_map(0, 3) = number;
+  if (options.floor != 0) exchange_.set_floor(options.floor);
   if (exchange_.open(session, 0, T_global_map) != Status::kOk) throw std::runtime_error("open");
 }
 
@@ -83,10 +90,12 @@ Network::Network(int robots, const Link& link, std::uint64_t seed, ReplicasConfi
   set_link(link);
 }
 
-std::unique_ptr<Robot> Network::new_robot(std::size_t i) const {
+std::unique_ptr<Robot> Network::new_robot(std::size_t i, std::uint32_t floor) const {
   const auto number = static_cast<std::uint32_t>(i);
   RobotOptions options;
   options.classes = classes_;
+  options.random_bits = 1000 * number + processes_;
+  options.floor = floor;
   if (with_signatures_) options.key = number;
   return std::make_unique<Robot>(number, sessions_[i], replicas_, config_, options);
 }
@@ -100,11 +109,19 @@ void Network::set_link(int from, int to, const Link& link) {
   links_[static_cast<std::size_t>(from * size() + to)] = link;
 }
 
-void Network::restart(int i) {
+void Network::restart(int i) { restart(i, 0); }
+
+void Network::restart(int i, std::uint32_t floor) {
   const auto at = static_cast<std::size_t>(i);
   sent_before_ += robots_[at]->exchange().report().sent_bytes;
   ++sessions_[at];
-  robots_[at] = new_robot(at);
+  ++processes_;
+  robots_[at] = new_robot(at, floor);
+}
+
+void Network::restart_without_counter(int i) {
+  sessions_[static_cast<std::size_t>(i)] = 0;
+  restart(i);
 }
 
 bool Network::hears(int from, int to) const {

@@ -38,8 +38,11 @@ void add_random_voxels(BlockContent& content, oracle::Random& random, int voxels
 
 struct RobotOptions {
   std::optional<std::uint32_t> key{};  ///< Whose it signs with; nobody's: it signs nothing.
+  Signatures signatures{};             ///< Instead of toy ones.
   int classes = kClasses;
   Authenticator authenticator = crc_authenticator();
+  std::uint32_t random_bits = 0;  ///< Of its session.
+  std::uint32_t floor = 0;        ///< The lowest of its epochs that counts.
 };
 
 class Robot {
@@ -95,6 +98,10 @@ class Network {
   void switch_on(int i) { off_.erase(i); }
   /// A new process with nothing in memory, in a session and an epoch of its own.
   void restart(int i);
+  /// The same of a robot that states that only its epochs from floor on count.
+  void restart(int i, std::uint32_t floor);
+  /// A new process that lost its counter: it counts from 1 again.
+  void restart_without_counter(int i);
   /// Runs on for so long.
   void run(std::int64_t duration_us);
   /// Runs until all that are on agree and lack nothing, or so long. True iff they do.
@@ -119,7 +126,7 @@ class Network {
   [[nodiscard]] bool hears(int from, int to) const;
 
   oracle::Random random_;
-  [[nodiscard]] std::unique_ptr<Robot> new_robot(std::size_t i) const;
+  [[nodiscard]] std::unique_ptr<Robot> new_robot(std::size_t i, std::uint32_t floor = 0) const;
 
   ReplicasConfig replicas_;
   ExchangeConfig config_;
@@ -127,6 +134,7 @@ class Network {
   int classes_;
   std::vector<std::unique_ptr<Robot>> robots_;
   std::vector<std::uint32_t> sessions_;
+  std::uint32_t processes_ = 0;  ///< That were started after the first ones.
   std::vector<Link> links_;
   std::vector<int> bursts_;  ///< Datagrams that are still lost, by link.
   std::vector<int> groups_;

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "oracle/fusion_oracle.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <set>
 
@@ -35,18 +36,47 @@ struct Sums {
   std::map<Voxel, std::set<std::uint32_t>> robots;  ///< By block.
 };
 
-Sums add_up(const std::vector<OracleContribution>& contributions, double omega,
-            double resolution_m) {
-  Sums sums;
+/// What one epoch of a robot says of a voxel.
+struct Said {
+  OracleCounts counts;
+  int observers = 0;
+};
+
+/// No more than the cap, unless rounding can have made it so much: an eighth of it.
+void hold(OracleCounts& counts, const OracleCap& cap) {
+  double labels = 0.0;
+  for (std::size_t l = 1; l < counts.size(); ++l) labels += counts[l];
+  for (std::size_t l = 1; labels > cap.max_evidence * 1.125 + 0x1p-10 && l < counts.size(); ++l)
+    counts[l] *= cap.max_evidence / labels;
+  const double passes =
+      std::clamp(std::floor(cap.max_evidence / cap.free_weight + 1e-4), 1.0, 255.0);
+  if (counts[0] > passes + std::floor(passes / 8.0)) counts[0] = passes;
+}
+
+/// Of each robot what its newest epoch says that says anything of the voxel, held under the cap.
+Sums add_up(const std::vector<OracleContribution>& contributions, double omega, double resolution_m,
+            const OracleCap& cap) {
+  std::map<std::uint32_t, std::map<Voxel, std::map<std::uint32_t, Said>>> robots;
   for (const OracleContribution& contribution : contributions) {
     for (const auto& [local, counts] : contribution.voxels) {
       for (const Voxel& voxel : phi(contribution.T_global_local, resolution_m, local)) {
-        OracleCounts& here = sums.voxels[voxel];
-        here.resize(counts.size());
-        for (std::size_t l = 0; l < counts.size(); ++l) here[l] += omega * counts[l];
-        ++sums.observers[voxel];
-        if (has_class(counts)) sums.robots[block_of(voxel)].insert(contribution.id.robot);
+        Said& said = robots[contribution.id.robot][voxel][contribution.id.epoch];
+        said.counts.resize(counts.size());
+        for (std::size_t l = 0; l < counts.size(); ++l) said.counts[l] += counts[l];
+        ++said.observers;
       }
+    }
+  }
+  Sums sums;
+  for (auto& [robot, voxels] : robots) {
+    for (auto& [voxel, epochs] : voxels) {
+      Said& said = epochs.rbegin()->second;
+      hold(said.counts, cap);
+      OracleCounts& here = sums.voxels[voxel];
+      here.resize(said.counts.size());
+      for (std::size_t l = 0; l < here.size(); ++l) here[l] += omega * said.counts[l];
+      sums.observers[voxel] += said.observers;
+      if (has_class(said.counts)) sums.robots[block_of(voxel)].insert(robot);
     }
   }
   return sums;
@@ -101,9 +131,9 @@ std::vector<Voxel> phi(const Matrix34d& T_global_local, double resolution_m, con
 }
 
 OracleMap fuse(const std::vector<OracleContribution>& contributions, const DiffusionConfig& config,
-               double resolution_m, int num_classes) {
+               double resolution_m, int num_classes, const OracleCap& cap) {
   const auto omega = static_cast<double>(config.omega);
-  Sums sums = add_up(contributions, omega, resolution_m);
+  Sums sums = add_up(contributions, omega, resolution_m, cap);
   OracleMap result;
   result.voxels = sums.voxels;
   std::vector<Voxel> nodes;

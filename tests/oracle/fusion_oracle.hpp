@@ -37,12 +37,19 @@ struct OracleMap {
   double residual = 0.0;  ///< |Z_n - Z_{n-1}| / |B|
 };
 
+/// The cap of the robots' maps.
+struct OracleCap {
+  double max_evidence = 100.0;
+  double free_weight = 0.5;
+};
+
 /// The voxels that get a local voxel's evidence, by trying all within two voxels of its image.
 [[nodiscard]] std::vector<Voxel> phi(const Matrix34d& T_global_local, double resolution_m,
                                      const Voxel& local);
 
 /// config.edge must be kNone. num_classes: C.
 [[nodiscard]] OracleMap fuse(const std::vector<OracleContribution>& contributions,
-                             const DiffusionConfig& config, double resolution_m, int num_classes);
+                             const DiffusionConfig& config, double resolution_m, int num_classes,
+                             const OracleCap& cap = {});
 
 }  // namespace tessera::oracle

@@ -70,6 +70,56 @@ TEST_CASE("fusion: the global map is that of the formulas, in every mode and fra
   CHECK(report.refused_blocks + report.refused_sums + report.refused_outputs == 0);
 }
 
+/// Contributions that lie on each other; some counts are beyond any cap.
+std::vector<OracleContribution> restarted_team(Random& random) {
+  std::vector<OracleContribution> team;
+  for (const ContributionId id : std::vector<ContributionId>{{3, 1, 0},
+                                                             {3, 2, 0},
+                                                             {3, 2, 1},
+                                                             {3, 9, 0},
+                                                             {4, 0, 0},
+                                                             {4, 0, 1},
+                                                             {5, 7, 0},
+                                                             {5, 8, 2}}) {
+    OracleContribution contribution;
+    contribution.id = id;
+    contribution.voxels = random_voxels(random, 250, {-3, 2, 1});
+    for (auto& [voxel, counts] : contribution.voxels) {
+      const int kind = random.below(8);
+      if (kind == 0) counts[static_cast<std::size_t>(1 + random.below(6))] = 786432.0;
+      if (kind == 1) counts[0] = 224.0;
+    }
+    if (random.below(4) != 0) contribution.T_global_local = random_transform(random, 20.0, 0.3);
+    team.push_back(std::move(contribution));
+  }
+  return team;
+}
+
+TEST_CASE("fusion: of a robot's epochs the newest counts in each voxel, held under the cap") {
+  Random random(announce_seed(44));
+  const auto mode =
+      GENERATE(DiffusionMode::kNone, DiffusionMode::kPaper, DiffusionMode::kContractive);
+  const float omega = GENERATE(1.0F, 2.0F);
+  GlobalMapConfig config = team_config();
+  config.max_evidence = 8.0F;  // 16 passes
+  config.diffusion.mode = mode;
+  config.diffusion.iterations = 2;
+  config.diffusion.omega = omega;
+  if (mode == DiffusionMode::kPaper) config.map.prior = 0.0;
+  std::vector<OracleContribution> team = restarted_team(random);
+  const OracleMap expected =
+      fuse(team, config.diffusion, 0.1, kTeamClasses, {.max_evidence = 8.0, .free_weight = 0.5});
+  Team fused(config);
+  // In whatever order.
+  for (std::size_t i = team.size(); i > 1; --i)
+    std::swap(team[i - 1], team[static_cast<std::size_t>(random.below(static_cast<int>(i)))]);
+  for (const OracleContribution& contribution : team) fused.publish(contribution, 1);
+  fused.settle();
+  check_same(voxels_of(fused.global().map()), expected.voxels);
+  CHECK(fused.global().report().nodes == expected.nodes.size());
+  CHECK(expected.nodes.size() > 100);
+}
+
 TEST_CASE("fusion: omega weighs all evidence") {
   Random random(announce_seed(42));
   GlobalMapConfig config = team_config();

@@ -15,53 +15,66 @@ namespace {
 TEST_CASE("sequence window: a datagram is new once, within a window of 64, whatever the order") {
   oracle::Random random(oracle::announce_seed(605));
   SequenceWindow window;
-  std::set<std::uint32_t> heard;
-  std::uint32_t highest = 0;
+  std::set<std::uint64_t> heard;
+  // Beyond 32 bits: a session never runs out of numbers.
+  constexpr std::uint64_t kBegin = 0xffff'fff0U;
+  std::uint64_t highest = kBegin;
   for (int i = 0; i < 20000; ++i) {
-    const int step = random.below(140) - 70;
-    const std::uint32_t sequence =
-        1000U + static_cast<std::uint32_t>(static_cast<int>(highest) + step + i / 1000);
+    const std::int64_t step = random.below(140) - 70;
+    const std::uint64_t sequence = highest + static_cast<std::uint64_t>(step);
     const bool behind = !heard.empty() && sequence + SequenceWindow::kSize <= *heard.rbegin();
     const bool wanted = !behind && heard.count(sequence) == 0;
-    REQUIRE(window.is_new(5, sequence) == wanted);
+    REQUIRE(window.is_new(sequence) == wanted);
     if (wanted) window.note(5, sequence);
     if (wanted) heard.insert(sequence);
-    highest = *heard.rbegin() - 1000U;
+    highest = *heard.rbegin();
   }
 }
 
-TEST_CASE("sequence window: an earlier session is never new, a later one begins anew") {
+TEST_CASE("sequence window: another session begins anew") {
   SequenceWindow window;
-  const auto hear = [&](std::uint32_t session, std::uint32_t sequence) {
-    const bool is_new = window.is_new(session, sequence);
-    if (is_new) window.note(session, sequence);
-    return is_new;
-  };
-  CHECK(hear(5, 100));
-  CHECK_FALSE(hear(5, 100));
-  CHECK_FALSE(hear(4, 101));
-  CHECK(hear(6, 1));
-  CHECK_FALSE(hear(6, 1));
-  CHECK_FALSE(hear(5, 102));
+  CHECK_FALSE(window.is_of_another(5));
+  window.note(5, 100);
+  CHECK_FALSE(window.is_of_another(5));
+  CHECK(window.is_of_another(6));
+  CHECK(window.is_of_another(4));
+  CHECK_FALSE(window.is_new(100));
+  window.note(6, 1);
+  CHECK(window.is_of_another(5));
+  CHECK_FALSE(window.is_new(1));
+  CHECK(window.is_new(2));
+}
+
+TEST_CASE("rate limit: so many at once, then so many a second, from any time on") {
+  for (const std::int64_t begin_us : {std::int64_t{-3'600'000'000}, std::int64_t{0}}) {
+    RateLimit limit;
+    int passed = 0;
+    for (int i = 0; i < 1000; ++i) passed += limit.pass(50, Instant::at_us(begin_us)) ? 1 : 0;
+    CHECK(passed == 50);
+    for (std::int64_t i = 1; i <= 10'000; ++i)
+      passed += limit.pass(50, Instant::at_us(begin_us + i * 1000)) ? 1 : 0;
+    CHECK(passed == 50 + 500);
+  }
 }
 
 TEST_CASE("peer table: a full table gives the place of who is silent longest, and of nobody else") {
   oracle::AlignedMemory memory(PeerTable::required_bytes(3));
   Arena arena(memory.span());
   PeerTable table = *PeerTable::make(arena, 3);
+  const auto at = [](std::int64_t us) { return Instant::at_us(us); };
   for (const std::uint32_t robot : {7U, 8U, 9U}) {
-    Peer* const peer = table.find_or_add(robot, 0);
+    Peer* const peer = table.find_or_add(robot, at(0));
     REQUIRE(peer != nullptr);
-    peer->heard_us = robot * 1'000'000;
+    peer->heard = at(robot * 1'000'000);
   }
-  CHECK(table.find_or_add(8, 0)->robot == 8);
-  CHECK(table.find_or_add(10, 60'000'000) == nullptr);
+  CHECK(table.find_or_add(8, at(0))->robot == 8);
+  CHECK(table.find_or_add(10, at(60'000'000)) == nullptr);
   CHECK(table.all().size() == 3);
-  const Peer* const replaced = table.find_or_add(10, 7'000'000 + PeerTable::kSilentUs);
+  const Peer* const replaced = table.find_or_add(10, at(7'000'000) + PeerTable::kSilent);
   REQUIRE(replaced != nullptr);
   CHECK(replaced->robot == 10);
-  CHECK(table.find_or_add(8, 0)->robot == 8);
-  CHECK(table.find_or_add(7, 60'000'000) == nullptr);
+  CHECK(table.find_or_add(8, at(0))->robot == 8);
+  CHECK(table.find_or_add(7, at(60'000'000)) == nullptr);
 }
 
 }  // namespace

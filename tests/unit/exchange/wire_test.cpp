@@ -26,17 +26,18 @@ std::int32_t any_coordinate(oracle::Random& random) {
   return random.below(3) == 0 ? random.below(2 * kBlockLimit) - kBlockLimit : random.below(9) - 4;
 }
 
-TEST_CASE("wire: a header is twenty bytes that begin with TS and the format") {
+TEST_CASE("wire: a header is 32 bytes that begin with TS and the format") {
   Body body;
   const DatagramHeader header{.kind = DatagramKind::kChunk,
+                              .mission = 0x08070605,
                               .configuration = 0x04030201,
                               .sender = 7,
-                              .session = 8,
+                              .session = std::uint64_t{8} << 32U | 9U,
                               .sequence = 0xffffffff};
   write_header(body.to, header);
   CHECK(body.to.size() == kHeaderBytes);
-  const std::vector<int> wanted{'T', 'S', 1, 3, 1, 2, 3,   4,   7,   0,
-                                0,   0,   8, 0, 0, 0, 255, 255, 255, 255};
+  const std::vector<int> wanted{'T', 'S', 2, 3, 5, 6, 7, 8, 1,   2,   3,   4,   7, 0, 0, 0,
+                                9,   0,   0, 0, 8, 0, 0, 0, 255, 255, 255, 255, 0, 0, 0, 0};
   for (std::size_t i = 0; i < wanted.size(); ++i)
     CHECK(std::to_integer<int>(body.bytes[i]) == wanted[i]);
   DatagramHeader read;
@@ -44,6 +45,8 @@ TEST_CASE("wire: a header is twenty bytes that begin with TS and the format") {
   CHECK(read_header(from, read));
   CHECK(read.kind == header.kind);
   CHECK(read.configuration == header.configuration);
+  CHECK(read.mission == header.mission);
+  CHECK(read.session == header.session);
   CHECK(read.sequence == header.sequence);
   for (const std::size_t at : {0U, 1U, 2U, 3U}) {
     const std::byte before = body.bytes[at];
@@ -62,20 +65,36 @@ TEST_CASE("wire: what is written is what is read, and what is cut is refused") {
     const AnnouncedContribution announced{.id = id,
                                           .latest = any_number(random),
                                           .frame_revision = any_number(random),
+                                          .stated = random.below(2) == 0,
                                           .complete = random.below(2) == 0,
                                           .digest = random.bits()};
     REQUIRE(write_announced(body.to, announced));
     RequestedContribution requested{.id = id, .frame_revision = any_number(random)};
-    requested.all = random.below(4) == 0;
-    requested.digest = requested.all ? random.bits() : 0;
-    requested.gaps = static_cast<std::uint8_t>(requested.all ? 0 : random.below(33));
+    requested.type = static_cast<RequestType>(random.below(3));
+    requested.stated = random.below(2) == 0;
+    requested.latest = requested.stated ? any_number(random) : 0;
+    requested.target = requested.type == RequestType::kGaps ? 0 : any_number(random);
+    requested.count = static_cast<std::uint8_t>(random.below(33));
+    requested.width = static_cast<std::uint8_t>(random.below(16));
     std::uint32_t last = 0;
-    for (std::size_t i = 0; i < requested.gaps; ++i) {
+    for (std::size_t i = 0; i < requested.count; ++i) {
       const std::uint32_t first = last + 1 + any_number(random) / 128;
       last = first + any_number(random) / 128;
       requested.gap[i] = {first, last};
+      requested.version[i] = first;
+      requested.span[i] = static_cast<std::uint32_t>(7 * i);
     }
     REQUIRE(write_requested(body.to, requested));
+    const Statement statement{
+        .id = id,
+        .range = {1 + any_number(random) / 4, 0x8000'0000U},
+        .latest = any_number(random) / 2,
+        .records = any_number(random),
+        .fingerprint = {random.bits(), random.bits()},
+        .frame_revision = 1 + any_number(random) / 2,
+        .floor = id.epoch - static_cast<std::uint32_t>(random.below(2)) * (id.epoch / 2),
+        .session = random.bits()};
+    REQUIRE(write_statement(body.to, statement));
     FrameBody frame{.id = id, .revision = 1 + any_number(random) / 2};
     for (Eigen::Index i = 0; i < 12; ++i)
       frame.T_global_map(i / 4, i % 4) = random.uniform(-1e6, 1e6);
@@ -86,25 +105,44 @@ TEST_CASE("wire: what is written is what is read, and what is cut is refused") {
     AnnouncedContribution announced_read;
     RequestedContribution requested_read;
     FrameBody frame_read;
+    Statement statement_read;
     REQUIRE(read_announced(from, announced_read));
     REQUIRE(read_requested(from, requested_read));
+    REQUIRE(read_statement(from, statement_read));
     REQUIRE(read_frame(from, frame_read));
     REQUIRE(from.remaining() == 0);
     CHECK(announced_read.id == id);
     CHECK(announced_read.latest == announced.latest);
     CHECK(announced_read.complete == announced.complete);
     CHECK(announced_read.digest == announced.digest);
-    CHECK(requested_read.all == requested.all);
-    CHECK(requested_read.digest == requested.digest);
-    REQUIRE(requested_read.gaps == requested.gaps);
-    for (std::size_t i = 0; i < requested.gaps; ++i)
-      CHECK(requested_read.gap[i] == requested.gap[i]);
+    CHECK(announced_read.stated == announced.stated);
+    CHECK(requested_read.type == requested.type);
+    CHECK(requested_read.stated == requested.stated);
+    CHECK(requested_read.latest == requested.latest);
+    CHECK(requested_read.target == requested.target);
+    REQUIRE(requested_read.count == requested.count);
+    for (std::size_t i = 0; i < requested.count; ++i) {
+      if (requested.type == RequestType::kGaps) CHECK(requested_read.gap[i] == requested.gap[i]);
+      if (requested.type == RequestType::kVersions)
+        CHECK(requested_read.version[i] == requested.version[i]);
+      if (requested.type == RequestType::kDescribe)
+        CHECK(requested_read.span[i] == requested.span[i]);
+    }
+    CHECK(statement_read.id == id);
+    CHECK(statement_read.range == statement.range);
+    CHECK(statement_read.latest == statement.latest);
+    CHECK(statement_read.records == statement.records);
+    CHECK(statement_read.fingerprint == statement.fingerprint);
+    CHECK(statement_read.frame_revision == statement.frame_revision);
+    CHECK(statement_read.floor == statement.floor);
+    CHECK(statement_read.session == statement.session);
     CHECK(frame_read.T_global_map == frame.T_global_map);
 
     const auto cut = static_cast<std::size_t>(random.below(static_cast<int>(size)));
     ByteReader shorter(std::span<const std::byte>(body.bytes).first(cut));
     CHECK_FALSE((read_announced(shorter, announced_read) &&
-                 read_requested(shorter, requested_read) && read_frame(shorter, frame_read)));
+                 read_requested(shorter, requested_read) &&
+                 read_statement(shorter, statement_read) && read_frame(shorter, frame_read)));
   }
 }
 
@@ -140,7 +178,7 @@ TEST_CASE("wire: records of a chunk come back as they were, and no others") {
     }
     REQUIRE(written == records.size());
     ByteReader from = body.reader();
-    RecordReader reader(from, {.range = range});
+    RecordReader reader(from, range, false);
     for (const ChunkRecord& record : records) {
       ChunkRecord read;
       REQUIRE(reader.read(read));
@@ -155,11 +193,57 @@ TEST_CASE("wire: records of a chunk come back as they were, and no others") {
     // Versions beyond the range are none of the chunk's.
     if (!records.empty()) {
       ByteReader again = body.reader();
-      RecordReader short_of_one(again, {.range = {range.first, records.back().version.number - 1}});
+      RecordReader short_of_one(again, {range.first, records.back().version.number - 1}, false);
       ChunkRecord read;
       std::size_t fine = 0;
       while (fine < records.size() && short_of_one.read(read)) ++fine;
       CHECK(fine < records.size());
+    }
+  }
+}
+
+TEST_CASE("wire: descriptions come back as they were") {
+  oracle::Random random(oracle::announce_seed(606));
+  for (int round = 0; round < 2000; ++round) {
+    Body body;
+    Description description;
+    description.span = {static_cast<std::uint8_t>(1 + random.below(20)),
+                        static_cast<std::uint32_t>(random.below(1000))};
+    description.is_list = random.below(2) == 0;
+    if (description.is_list) {
+      description.count = static_cast<std::uint8_t>(random.below(100));
+      std::uint64_t version = description.span.first();
+      for (std::size_t i = 0; i < description.count; ++i, ++version) {
+        if (version > description.span.last()) description.count = static_cast<std::uint8_t>(i);
+        if (i < description.count)
+          description.record[i] = {static_cast<std::uint32_t>(version),
+                                   static_cast<std::uint32_t>(random.bits())};
+      }
+      description.last = static_cast<std::uint32_t>(description.span.last());
+    } else {
+      const int bits = 1 + random.below(std::min(6, int{description.span.width}));
+      description.part_width = static_cast<std::uint8_t>(description.span.width - bits);
+      description.count = static_cast<std::uint8_t>(1 << bits);
+      for (std::uint64_t& sum : description.sum) sum = random.bits();
+    }
+    const DescriptionHeader header{{1, 2, 3}, 4};
+    write_description_header(body.to, header);
+    REQUIRE(write_description(body.to, description));
+    ByteReader from = body.reader();
+    DescriptionHeader header_read;
+    Description read;
+    REQUIRE(read_description_header(from, header_read));
+    REQUIRE(read_description(from, read));
+    CHECK(from.remaining() == 0);
+    CHECK(header_read.id == header.id);
+    CHECK(header_read.target == header.target);
+    CHECK(read.span == description.span);
+    REQUIRE(read.is_list == description.is_list);
+    REQUIRE(read.count == description.count);
+    for (std::size_t i = 0; i < read.count; ++i) {
+      if (!read.is_list) CHECK(read.sum[i] == description.sum[i]);
+      if (read.is_list) CHECK(read.record[i].version == description.record[i].version);
+      if (read.is_list) CHECK(read.record[i].mark == description.record[i].mark);
     }
   }
 }
@@ -176,9 +260,9 @@ TEST_CASE("wire: any bytes are read within their bounds") {
     }();
     ByteReader from(bytes);
     ChunkHeader header;
-    if (!read_chunk_header(from, header)) continue;
+    if (!read_chunk_header(from, 1, header)) continue;
     CHECK(header.range.first >= 1);
-    RecordReader reader(from, header);
+    RecordReader reader(from, header.range, header.relayed);
     ChunkRecord record;
     std::uint32_t before = header.range.first - 1;
     while (from.remaining() != 0 && reader.read(record)) {

@@ -13,7 +13,7 @@ namespace {
 /// What is said about a fleet key of that text; "" if it is taken.
 std::string fault_of(const std::string& text) {
   const KeyFolder folder;
-  const Outcome<SecretKey> key = read_fleet_key(folder.write("fleet.key", text));
+  const Outcome<FleetSecret> key = read_fleet_key(folder.write("fleet.key", text));
   if (key.ok()) return "";
   CHECK(key.failure().kind == FailureKind::kUsage);
   CHECK(key.failure().message.find("0001020304") == std::string::npos);  // Never quoted.
@@ -32,11 +32,42 @@ TEST_CASE("read_fleet_key: one line, among comments and empty ones, with any lin
         std::string(kFleetLine).substr(0, std::string(kFleetLine).size() - 1),
         "  " + std::string(kFleetLine).substr(0, std::string(kFleetLine).size() - 1) + " \r\n"}) {
     const KeyFolder folder;
-    const Outcome<SecretKey> key = read_fleet_key(folder.write("k", text));
+    const Outcome<FleetSecret> key = read_fleet_key(folder.write("k", text));
     INFO(text << key.failure().message);
     REQUIRE(key.ok());
-    for (std::size_t i = 0; i < kKeyBytes; ++i) CHECK(key->bytes()[i] == i);
+    for (std::size_t i = 0; i < kKeyBytes; ++i) CHECK(key->key.bytes()[i] == i);
   }
+}
+
+TEST_CASE("read_fleet_key: the mission beside the key, before it or after it, as it is written") {
+  const KeyFolder folder;
+  const std::string key = kFleetLine;
+  const std::string mission = kMissionLine;
+  for (const std::string& text :
+       {key + mission, mission + key,
+        key + "# a\n" + mission.substr(0, mission.size() - 1) + " \r\n"}) {
+    const Outcome<FleetSecret> fleet = read_fleet_key(folder.write("k", text));
+    INFO(text << fleet.failure().message);
+    REQUIRE(fleet.ok());
+    CHECK(fleet->mission == "harbour 7");
+  }
+  CHECK(read_fleet_key(folder.write("k", key))->mission.empty());
+}
+
+TEST_CASE("read_fleet_key: a changed or second mission is refused, and one alone is no key") {
+  const std::string key = kFleetLine;
+  const std::string mission = kMissionLine;
+  for (std::size_t i = 0; i + 1 < mission.size(); ++i) {
+    std::string changed = mission;
+    changed[i] = changed[i] == '7' ? '8' : '7';
+    INFO(changed);
+    CHECK_FALSE(fault_of(key + changed).empty());
+  }
+  CHECK(says(fault_of(key + mission + mission), "line 3 is a second mission; keep one"));
+  CHECK(says(fault_of(mission), "holds no key"));
+  const KeyFolder folder;
+  CHECK_FALSE(read_robot_secret(folder.write("s", kSecretLine + mission)).ok());
+  CHECK_FALSE(read_public_keys(folder.write("p", kPublicLine + mission)).ok());
 }
 
 TEST_CASE("read_fleet_key: a file cut anywhere is refused") {
@@ -55,7 +86,7 @@ TEST_CASE("read_fleet_key: any changed character is found") {
 }
 
 TEST_CASE("read_fleet_key: other texts are refused with what to do") {
-  CHECK(says(fault_of(""), "tessera key new --fleet"));
+  CHECK(says(fault_of(""), "tessera key new --robots"));
   CHECK(says(fault_of("# only\n"), "holds no key"));
   CHECK(says(fault_of(kSecretLine), "line 1 is a key of another kind"));
   CHECK(says(fault_of(std::string("# c\n") + kFleetLine + kFleetLine), "line 3 is a second key"));
@@ -112,50 +143,6 @@ TEST_CASE("read_robot_secret and read_public_keys") {
   CHECK(says(fault(std::string(kPublicLine) + kSecretLine), "line 2 is no public key"));
   CHECK(says(fault(std::string(kPublicLine) + kPublicLine), "line 2 is a second key"));
   CHECK(says(fault(kPublicLine, 0664), "chmod 644"));
-}
-
-TEST_CASE("make_fleet_key: a key of its own each time, for the owner alone, never replaced") {
-  const KeyFolder folder;
-  const ::mode_t before = ::umask(0);
-  std::set<std::array<unsigned char, kKeyBytes>> keys;
-  for (const char* const name : {"a", "b", "c"}) {
-    REQUIRE(make_fleet_key(folder.file(name)).ok());
-    const Outcome<SecretKey> key = read_fleet_key(folder.file(name));
-    REQUIRE(key.ok());
-    keys.insert(key->bytes());
-  }
-  ::umask(before);
-  CHECK(keys.size() == 3);
-  const Outcome<SecretKey> old = read_fleet_key(folder.file("a"));
-  CHECK(says(make_fleet_key(folder.file("a")).failure().message, "not replaced"));
-  CHECK(read_fleet_key(folder.file("a"))->bytes() == old->bytes());
-  std::filesystem::create_symlink(folder.file("nowhere"), folder.file("dangling"));
-  CHECK_FALSE(make_fleet_key(folder.file("dangling")).ok());
-  CHECK_FALSE(std::filesystem::exists(folder.file("nowhere")));
-  CHECK_FALSE(make_fleet_key(folder.file("no/folder")).ok());
-  CHECK_FALSE(make_fleet_key("").ok());
-  for (const auto& entry : std::filesystem::directory_iterator(folder.path()))
-    CHECK(entry.path().extension() != ".part");
-}
-
-TEST_CASE("make_robot_key: both files or none, and public files put together are the fleet's") {
-  const KeyFolder folder;
-  REQUIRE(make_robot_key(3, folder.path()).ok());
-  REQUIRE(make_robot_key(0, folder.path()).ok());
-  CHECK(read_robot_secret(folder.file("robot_3.key"))->robot == 3);
-  std::ofstream all(folder.file("fleet.pub"));
-  for (const char* const name : {"robot_3.pub", "robot_0.pub"})
-    all << std::ifstream(folder.file(name)).rdbuf();
-  all.close();
-  const Outcome<std::vector<RobotPublic>> keys = read_public_keys(folder.file("fleet.pub"));
-  INFO(keys.failure().message);
-  REQUIRE(keys.ok());
-  REQUIRE(keys->size() == 2);
-  CHECK((*keys)[0].robot == 0);
-  CHECK((*keys)[1].robot == 3);
-  std::filesystem::remove(folder.file("robot_3.pub"));
-  CHECK_FALSE(make_robot_key(3, folder.path()).ok());  // Its secret is still there.
-  CHECK_FALSE(std::filesystem::exists(folder.file("robot_3.pub")));
 }
 
 }  // namespace

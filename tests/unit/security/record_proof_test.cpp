@@ -18,11 +18,17 @@ namespace {
 constexpr ContributionId kId{7, 2, 1};
 constexpr std::uint32_t kConfiguration = 0x04030201;
 
+/// Whether the origin of a contribution signed a record, by the proof beside it.
+bool is_proved(const Signatures& by, std::uint32_t configuration, const ContributionId& id,
+               const ChunkRecord& record) {
+  return ProofCheck().check(by, configuration, id, leaf_of(by, id, record), record.proof);
+}
+
 struct Fixture {
   Fixture() {
     const KeyFolder folder;
-    Outcome<FleetSignatures> read =
-        FleetSignatures::read(folder.write("s", kSecretLine), folder.write("p", kPublicLine));
+    Outcome<FleetSignatures> read = FleetSignatures::read(
+        folder.write("s", kSecretLine), folder.write("p", kPublicLine), sample_mission());
     REQUIRE(read.ok());
     fleet.emplace(std::move(*read));
     by = fleet->signatures();
@@ -52,15 +58,24 @@ struct Fixture {
 // By Python's hashlib.blake2b and struct from docs/wire-format.md.
 TEST_CASE("record proof: leaves and the root are those of the page") {
   Fixture f;
-  CHECK(hex_of(leaf_of(f.by, kId, f.records[0])) == "c78625cb65397532369edf5baa8a3952");
-  CHECK(hex_of(leaf_of(f.by, kId, f.records[1])) == "e02a89fb5b2bc977c380f115941b4289");
-  CHECK(hex_of(leaf_of(f.by, kId, f.records[2])) == "fcd35c42eb58dcc9e5ba2dc532954293");
-  CHECK(hex_of(f.root) == "9d7c392712e131a895f6cb2bbb1e3769");
+  CHECK(hex_of(leaf_of(f.by, kId, f.records[0])) == "38cc1bc6da193d0c4a3aa20b9bc10c7a");
+  CHECK(hex_of(leaf_of(f.by, kId, f.records[1])) == "d77928b13cb34d173fd195fcc479f18d");
+  CHECK(hex_of(leaf_of(f.by, kId, f.records[2])) == "4757c838d7519c79eb80605f88d68108");
+  CHECK(hex_of(f.root) == "c7d56ec1040169fd448f80074a8b7fe6");
   CHECK(hex_of(root_message(kConfiguration, kId, 3, f.root)) ==
-        "545301030102030407000000020000000100000003" + hex_of(f.root));
+        "545302030102030407000000020000000100000003" + hex_of(f.root));
+  const Statement statement{.id = kId,
+                            .range = {5, 9},
+                            .latest = 9,
+                            .records = 3,
+                            .fingerprint = {0x1122334455667788U, 0x99aabbccddeeff00U},
+                            .frame_revision = 6,
+                            .floor = 2,
+                            .session = std::uint64_t{3} << 32U | 17U};
+  CHECK(hex_of(leaf_of(f.by, statement)) == "68358d5fb97dfa17373e94c58418985e");
   const FrameBody frame{.id = kId, .revision = 6};
   CHECK(hex_of(frame_message(kConfiguration, frame)).substr(0, 48) ==
-        "545301040102030407000000020000000100000006000000");
+        "545302040102030407000000020000000100000006000000");
 }
 
 TEST_CASE("record proof: each record stands alone, as it was signed and not otherwise") {
@@ -74,23 +89,23 @@ TEST_CASE("record proof: each record stands alone, as it was signed and not othe
     ChunkRecord record = f.records[leaf];
     record.proof = read_proof(from);
     REQUIRE(record.proof.size() == size);
-    CHECK(ProofCheck().check(f.by, kConfiguration, kId, record));
-    CHECK_FALSE(ProofCheck().check(f.by, kConfiguration + 1, kId, record));
-    CHECK_FALSE(ProofCheck().check(f.by, kConfiguration, {7, 2, 2}, record));
-    CHECK_FALSE(ProofCheck().check(f.by, kConfiguration, {8, 2, 1}, record));
+    CHECK(is_proved(f.by, kConfiguration, kId, record));
+    CHECK_FALSE(is_proved(f.by, kConfiguration + 1, kId, record));
+    CHECK_FALSE(is_proved(f.by, kConfiguration, {7, 2, 2}, record));
+    CHECK_FALSE(is_proved(f.by, kConfiguration, {8, 2, 1}, record));
     ChunkRecord other = record;
     ++other.version.number;
-    CHECK_FALSE(ProofCheck().check(f.by, kConfiguration, kId, other));
+    CHECK_FALSE(is_proved(f.by, kConfiguration, kId, other));
     other = record;
     --other.block.z;
-    CHECK_FALSE(ProofCheck().check(f.by, kConfiguration, kId, other));
+    CHECK_FALSE(is_proved(f.by, kConfiguration, kId, other));
     for (std::size_t i = 0; i < size; ++i) {
       std::array<std::byte, kMostProofBytes> changed = bytes;
       changed[i] ^= std::byte{1};
       ByteReader changed_from(changed);
       other = record;
       other.proof = read_proof(changed_from);
-      CHECK_FALSE((!other.proof.empty() && ProofCheck().check(f.by, kConfiguration, kId, other)));
+      CHECK_FALSE((!other.proof.empty() && is_proved(f.by, kConfiguration, kId, other)));
     }
   }
 }

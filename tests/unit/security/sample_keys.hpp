@@ -11,6 +11,7 @@
 #include <string>
 
 #include "security/key_file.hpp"
+#include "security/mission.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace tessera {
@@ -26,6 +27,12 @@ inline constexpr const char* kSecretLine =
 inline constexpr const char* kPublicLine =
     "tessera-robot-public 1 7 d75a980182b10ab7d54bfed3c964073a0ee172f3daa62325af021a68f707511a "
     "dd5953e0\n";
+
+inline constexpr const char* kMissionLine = "tessera-mission 1 harbour 7 e13cadf1\n";
+
+inline Mission sample_mission(const char* name = "harbour 7") {
+  return std::move(*Mission::make(name));
+}
 
 inline std::string hex_of(std::span<const std::byte> bytes) {
   std::string text;

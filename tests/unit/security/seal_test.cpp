@@ -8,8 +8,8 @@
 #include "posix/allocation_counter.hpp"
 #include "sample_keys.hpp"
 #include "security/datagram_seal.hpp"
-#include "security/fleet_keys.hpp"
 #include "security/fleet_signatures.hpp"
+#include "security/key_maker.hpp"
 #include "security/record_signature.hpp"
 
 namespace tessera {
@@ -21,39 +21,54 @@ std::span<const std::byte> bytes_of(std::string_view text) {
   return std::as_bytes(std::span(text));
 }
 
-DatagramSeal sample_seal(KeyUse use) {
+DatagramSeal sample_seal(KeyUse use, const char* mission = "harbour 7") {
   const KeyFolder folder;
-  const Outcome<SecretKey> key = read_fleet_key(folder.write("k", kFleetLine));
-  REQUIRE(key.ok());
-  Outcome<DatagramSeal> seal = DatagramSeal::make(*key, use);
+  const Outcome<FleetSecret> fleet = read_fleet_key(folder.write("k", kFleetLine));
+  REQUIRE(fleet.ok());
+  Outcome<DatagramSeal> seal = DatagramSeal::make(fleet->key, sample_mission(mission), use);
   REQUIRE(seal.ok());
   return std::move(*seal);
 }
 
-RecordSigner sample_signer() {
+RecordSigner sample_signer(const char* mission = "harbour 7") {
   const KeyFolder folder;
   const Outcome<RobotSecret> secret = read_robot_secret(folder.write("s", kSecretLine));
   REQUIRE(secret.ok());
-  Outcome<RecordSigner> signer = RecordSigner::make(*secret);
+  Outcome<RecordSigner> signer = RecordSigner::make(*secret, sample_mission(mission));
   REQUIRE(signer.ok());
   return std::move(*signer);
 }
 
-RecordVerifier sample_verifier() {
+RecordVerifier sample_verifier(const char* mission = "harbour 7") {
   const KeyFolder folder;
   Outcome<std::vector<RobotPublic>> keys = read_public_keys(folder.write("p", kPublicLine));
   REQUIRE(keys.ok());
-  Outcome<RecordVerifier> verifier = RecordVerifier::make(std::move(*keys));
+  Outcome<RecordVerifier> verifier =
+      RecordVerifier::make(std::move(*keys), sample_mission(mission));
   REQUIRE(verifier.ok());
   return std::move(*verifier);
 }
 
-// Computed by Python's hashlib.blake2b from the definition of crypto_kdf and keyed BLAKE2b. Other
-// values would lock out the robots that still run what was before.
-TEST_CASE("DatagramSeal: a known answer") {
+// Computed by Python's hashlib.blake2b from docs/wire-format.md. Other values would lock out the
+// robots that run what was before.
+TEST_CASE("DatagramSeal: known answers of two missions and two uses") {
+  const auto tag_of = [](KeyUse use, const char* mission) {
+    Tag tag;
+    sample_seal(use, mission).tag(bytes_of("mosaic"), tag);
+    return hex_of(tag);
+  };
+  CHECK(tag_of(KeyUse::kDatagram, "harbour 7") == "464386fc8bf87a2ee5de8d48fd8f1e2d");
+  CHECK(tag_of(KeyUse::kDatagram, "harbour 8") == "f305f39fc54ae3a1203a25510418ea1e");
+  CHECK(tag_of(KeyUse::kStatus, "harbour 7") == "2659df2f1b6fc3e2c811bf148dee62f2");
+}
+
+TEST_CASE("DatagramSeal: a tag of another mission, or of another use, is refused") {
   Tag tag;
-  sample_seal(KeyUse::kDatagram).tag(bytes_of("mosaic"), tag);
-  CHECK(hex_of(tag) == "8cd73c07e69822a756a0cf371745fa9b");
+  sample_seal(KeyUse::kDatagram, "harbour 7").tag(bytes_of("a datagram"), tag);
+  CHECK(sample_seal(KeyUse::kDatagram, "harbour 7").check(bytes_of("a datagram"), tag));
+  CHECK_FALSE(sample_seal(KeyUse::kDatagram, "harbour 8").check(bytes_of("a datagram"), tag));
+  CHECK_FALSE(sample_seal(KeyUse::kDatagram, "harbour 7x").check(bytes_of("a datagram"), tag));
+  CHECK_FALSE(sample_seal(KeyUse::kStatus, "harbour 7").check(bytes_of("a datagram"), tag));
 }
 
 TEST_CASE("DatagramSeal: each flipped bit and each cut is found") {
@@ -96,12 +111,13 @@ TEST_CASE("DatagramSeal and crc_authenticator as the exchange calls them") {
   CHECK(hex_of(crc) == "839206e3000000000000000000000000");  // CRC-32C's usual check value.
 }
 
-TEST_CASE("RecordSigner: the first known answer of RFC 8032") {
+// By Ed25519 written in Python from RFC 8032, over the mission's value and the record.
+TEST_CASE("RecordSigner: a known answer") {
   Signature signature;
-  sample_signer().sign({}, signature);
+  sample_signer().sign(bytes_of("a record"), signature);
   CHECK(hex_of(signature) ==
-        "e5564300c360ac729086e2cc806e828a84877f1eb8e5d974d873e065224901555fb8821590a33bacc61e39701c"
-        "f9b46bd25bf5f0595bbe24655141438e7a100b");
+        "649f810ebc04b42cd1a947824b69abeb9b1dfa3c2895b6f6cd66394608a4ffc912cde829bb1aecabddeb553a8f"
+        "b3d03c99f574591e4df75ee9ab1d16fdfaed03");
   CHECK(sample_signer().robot() == 7);
 }
 
@@ -124,6 +140,29 @@ TEST_CASE("RecordVerifier: takes what the robot signed, and nothing else") {
   }
 }
 
+TEST_CASE("RecordVerifier: a signature of another mission is refused") {
+  Signature signature;
+  sample_signer("harbour 7").sign(bytes_of("a record"), signature);
+  CHECK(sample_verifier("harbour 7").check(7, bytes_of("a record"), signature));
+  CHECK_FALSE(sample_verifier("harbour 8").check(7, bytes_of("a record"), signature));
+  // Nor is one without any mission, even of a message that begins with the mission's value.
+  const Mission::Value value = sample_mission("harbour 7").value();
+  std::vector<std::byte> message(value.begin(), value.end());
+  for (const std::byte b : bytes_of("a record")) message.push_back(b);
+  CHECK_FALSE(sample_verifier("harbour 7").check(7, message, signature));
+}
+
+TEST_CASE("RecordVerifier: the longest message is signed and checked, a longer one refused") {
+  std::vector<std::byte> message(kMostSignedBytes + 1, std::byte{5});
+  const std::span<const std::byte> longest = std::span(message).first(kMostSignedBytes);
+  Signature signature;
+  sample_signer().sign(longest, signature);
+  CHECK(sample_verifier().check(7, longest, signature));
+  CHECK_FALSE(sample_verifier().check(7, message, signature));
+  message[kMostSignedBytes - 1] ^= std::byte{1};
+  CHECK_FALSE(sample_verifier().check(7, longest, signature));
+}
+
 TEST_CASE("RecordVerifier: no robot can speak for another") {
   const KeyFolder folder;
   std::vector<RobotPublic> keys;
@@ -132,9 +171,10 @@ TEST_CASE("RecordVerifier: no robot can speak for another") {
     const std::string stem = folder.file("robot_" + std::to_string(robot));
     REQUIRE(make_robot_key(robot, folder.path()).ok());
     keys.push_back(read_public_keys(stem + ".pub")->front());
-    signers.push_back(std::move(*RecordSigner::make(*read_robot_secret(stem + ".key"))));
+    signers.push_back(
+        std::move(*RecordSigner::make(*read_robot_secret(stem + ".key"), sample_mission())));
   }
-  const Outcome<RecordVerifier> verifier = RecordVerifier::make(keys);
+  const Outcome<RecordVerifier> verifier = RecordVerifier::make(keys, sample_mission());
   for (const RecordSigner& signer : signers) {
     Signature signature;
     signer.sign(bytes_of("r"), signature);
@@ -162,59 +202,13 @@ TEST_CASE("FleetSignatures: as the exchange calls them") {
 TEST_CASE("FleetSignatures: a robot that the fleet does not know cannot start") {
   const KeyFolder folder;
   REQUIRE(make_robot_key(7, folder.path()).ok());
-  CHECK(FleetSignatures::read(folder.file("robot_7.key"), folder.file("robot_7.pub")).ok());
+  const std::string secret = folder.file("robot_7.key");
+  CHECK(FleetSignatures::read(secret, folder.file("robot_7.pub"), sample_mission()).ok());
   const Outcome<FleetSignatures> fleet =
-      FleetSignatures::read(folder.file("robot_7.key"), folder.write("p", kPublicLine));
+      FleetSignatures::read(secret, folder.write("p", kPublicLine), sample_mission());
   REQUIRE_FALSE(fleet.ok());
   CHECK(fleet.failure().kind == FailureKind::kUsage);
   CHECK(fleet.failure().message.find("robot 7") != std::string::npos);
-}
-
-TEST_CASE("FleetKeys: what is named is used, and nothing else") {
-  Outcome<FleetKeys> none = FleetKeys::read({}, 7);
-  REQUIRE(none.ok());
-  Tag tag;
-  Tag by_crc;
-  const auto message = bytes_of("a datagram");
-  const auto tag_of = [&](FleetKeys& keys, Tag& into) {
-    const Authenticator a = keys.keys().authenticator;
-    a.tag(a.context, message, into);
-  };
-  tag_of(*none, tag);
-  const Authenticator crc = crc_authenticator();
-  crc.tag(crc.context, message, by_crc);
-  CHECK(tag == by_crc);
-  CHECK(none->keys().signatures.sign == nullptr);
-
-  const KeyFolder folder;
-  const std::string secret = folder.write("robot_7.key", kSecretLine);
-  const std::string known = folder.write("fleet.pub", kPublicLine);
-  const std::string fleet = folder.write("fleet.key", kFleetLine);
-  Outcome<FleetKeys> all = FleetKeys::read({fleet, secret, known}, 7);
-  REQUIRE(all.ok());
-  Tag by_seal;
-  sample_seal(KeyUse::kDatagram).tag(message, by_seal);
-  tag_of(*all, tag);
-  CHECK(tag == by_seal);
-  CHECK(all->keys().signatures.sign != nullptr);
-  Outcome<FleetKeys> signing = FleetKeys::read({"", secret, known}, 7);
-  REQUIRE(signing.ok());
-  tag_of(*signing, tag);
-  CHECK(tag == by_crc);
-
-  const auto refusal = [&](const KeyFiles& files, std::uint32_t robot) {
-    const Outcome<FleetKeys> keys = FleetKeys::read(files, robot);
-    REQUIRE_FALSE(keys.ok());
-    CHECK(keys.failure().kind == FailureKind::kUsage);
-    return keys.failure().message;
-  };
-  CHECK(refusal({fleet, secret, known}, 8) ==
-        secret +
-            " is of robot 7, and this is robot 8; name the key file of this robot, or "
-            "give this robot its number");
-  CHECK(refusal({"", secret, ""}, 7) == "signatures take both: name robot_public_keys too");
-  CHECK(refusal({"", "", known}, 7) == "signatures take both: name robot_secret too");
-  CHECK(refusal({secret, "", ""}, 7).find(secret) != std::string::npos);
 }
 
 TEST_CASE("Tags and signatures use no heap") {

@@ -139,6 +139,18 @@ typedef struct tessera_config {
   float diffusion_prior;
   uint32_t whole_map;
   uint32_t reserved;  ///< 0
+
+  /// More of the exchange [ExchangeConfig].
+  uint32_t mission;         ///< of the mission's name; 0 without a fleet key
+  uint32_t session_random;  ///< random bits, new with every start
+  uint32_t contributions_per_robot;
+  uint32_t picks;
+  int64_t listen_us;
+  int64_t frame_us;
+
+  /// Of the indices of the maps. To be set at random where others are heard, who could choose
+  /// blocks that shut out another one; maps do not depend on it [MapConfig].
+  uint64_t hash_seed;
 } tessera_config;
 
 /// The least struct_bytes that is taken, up to and with the inference's settings: fields beyond

@@ -68,6 +68,8 @@ typedef struct tessera_scan_report {
   uint64_t voxel_updates;
   uint32_t label_octets;
   uint32_t free_blocks;
+  uint32_t in_range;
+  uint32_t write_faults;  ///< 0, or the library is at fault
 } tessera_scan_report;
 
 /// State, label and certainty of a voxel [Estimate].
@@ -237,6 +239,15 @@ typedef struct tessera_exchange_report {
   uint64_t refused_parts;
   uint32_t waiting_answers;
   uint32_t reserved;
+  uint64_t refused_mission;
+  uint64_t refused_rate;
+  uint64_t ended_contributions;
+  uint64_t refused_epochs;
+  uint64_t frames_early;
+  uint64_t conflicts;
+  uint64_t twins;
+  uint64_t statements;
+  uint64_t descriptions;
 } tessera_exchange_report;
 
 /// What a robot has of a contribution [ContributionState].

@@ -7,32 +7,57 @@
 #include <span>
 
 #include "tessera/base/arena.hpp"
+#include "tessera/base/instant.hpp"
 #include "tessera/exchange/wire.hpp"
 
 namespace tessera {
 
-/// Which datagrams were heard: of the latest session, the last kSize up to the highest number.
+/// Which datagrams were heard: of one session, the last kSize up to the highest number.
 struct SequenceWindow {
-  static constexpr std::uint32_t kSize = 64;
+  static constexpr std::uint64_t kSize = 64;
 
-  std::uint32_t session = 0;
-  std::uint32_t sequence = 0;  ///< The highest that was heard.
+  std::uint64_t session = 0;
+  std::uint64_t sequence = 0;  ///< The highest that was heard.
   std::uint64_t heard = 0;     ///< Bit i: sequence - i was; 0: nothing was.
 
-  /// Whether a datagram is none that was heard before. Earlier ones are taken for heard. O(1).
-  [[nodiscard]] bool is_new(std::uint32_t of_session, std::uint32_t number) const noexcept;
-  /// Notes one that is new. O(1).
-  void note(std::uint32_t of_session, std::uint32_t number) noexcept;
+  /// True iff something was heard, and of another session.
+  [[nodiscard]] bool is_of_another(std::uint64_t of_session) const noexcept {
+    return heard != 0 && of_session != session;
+  }
+  /// True if this sequence number of the session is new; numbers older than the window count as
+  /// seen. O(1).
+  [[nodiscard]] bool is_new(std::uint64_t number) const noexcept;
+  /// Notes a datagram. Another session begins anew. O(1).
+  void note(std::uint64_t of_session, std::uint64_t number) noexcept;
+};
+
+/// Lets so many through a second, and as many at once.
+struct RateLimit {
+  std::int64_t credit_us = 0;  ///< What one costs is 1 s / rate.
+  Instant last = Instant::long_ago();
+  /// True iff one more may pass now.
+  [[nodiscard]] bool pass(std::int64_t per_s, Instant now) noexcept;
 };
 
 /// What is known of another robot that was heard.
 struct Peer {
   std::uint32_t robot = 0;
-  SequenceWindow control;     ///< Announcements, requests and leaves: each counts once.
-  SequenceWindow data;        ///< Chunks and frames.
-  std::int64_t heard_us = 0;  ///< When last something of it was heard that was no repeat.
+  SequenceWindow control;  ///< Announcements, requests, descriptions and leaves: each counts once.
+  SequenceWindow data;     ///< Chunks, frames and statements.
+  Instant heard;           ///< When last something of it was heard that was no repeat.
   std::uint64_t datagrams = 0;
   bool left = false;
+  RateLimit checks;  ///< Of signatures of its requests and descriptions.
+  RateLimit announcements;
+  /// Not 0: the nonce by which it is to prove that its session is the one at work.
+  std::uint64_t nonce = 0;
+  Instant challenged;        ///< When it was asked last.
+  Instant session_changed;   ///< When it proved a session that was not later than the one before.
+  std::uint64_t answer = 0;  ///< Not 0: the nonce that it wants to see answered.
+  /// Bytes that may be sent to answer it; spent below zero, it waits.
+  std::int64_t allowance_bytes = 0;
+  std::uint64_t allowance_taken = 0;  ///< Ledger::taken_bytes() when that was counted.
+  Instant allowance_at;
   /// Its configuration where it is another than ours: why nothing of it is taken.
   std::optional<ConfigurationDetails> mismatch;
 };
@@ -40,7 +65,7 @@ struct Peer {
 class PeerTable {
  public:
   /// After which a robot that is silent makes room for another, where room is short.
-  static constexpr std::int64_t kSilentUs = 60'000'000;
+  static constexpr Duration kSilent{60'000'000};
 
   [[nodiscard]] static constexpr std::size_t required_bytes(std::uint32_t peers) noexcept {
     return arena_bytes<Peer>(peers);
@@ -49,11 +74,12 @@ class PeerTable {
   PeerTable() noexcept = default;
 
   /// The robot's peer; added if it is not there, in place of the one that has been silent longest
-  /// if the table is full. Null iff it is full of robots heard within kSilentUs. O(peers).
-  [[nodiscard]] Peer* find_or_add(std::uint32_t robot, std::int64_t now_us) noexcept;
+  /// if the table is full. Null iff it is full of robots heard within kSilent. O(peers).
+  [[nodiscard]] Peer* find_or_add(std::uint32_t robot, Instant now) noexcept;
   /// The robot's peer, or null. O(peers).
   [[nodiscard]] Peer* find(std::uint32_t robot) const noexcept;
   [[nodiscard]] std::span<const Peer> all() const noexcept { return peers_.first(count_); }
+  [[nodiscard]] std::span<Peer> all() noexcept { return peers_.first(count_); }
 
  private:
   std::span<Peer> peers_;

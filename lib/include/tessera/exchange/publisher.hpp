@@ -96,7 +96,7 @@ class Publisher {
     bool fresh = false;  ///< New, or of many voxels more or fewer than published.
     bool gone = false;   ///< Not in the map any more.
   };
-  static_assert(sizeof(Candidate) == 48);
+  static_assert(sizeof(Candidate) <= 48);
   /// Of two kinds: blocks with labelled voxels that have changed, and with others alone.
   struct Queue {
     DueWheel wheel{1};

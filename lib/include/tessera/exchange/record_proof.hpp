@@ -12,9 +12,14 @@ namespace tessera {
 
 static_assert(kMostProofBytes == 1 + HashTree::kMostPath * kHashBytes + kSignatureBytes);
 
-/// What a record's leaf is. O(bytes of the record).
+/// The hash of a record's name and content: its leaf. The code goes in by a hash of its own, so
+/// that a record can be shown to have been signed without its code. With no signatures, by
+/// plain_hash(). O(bytes of the record).
 [[nodiscard]] Hash leaf_of(const Signatures& by, const ContributionId& id,
                            const ChunkRecord& record) noexcept;
+/// The same of a statement, the last leaf of the tree of its chunk.
+[[nodiscard]] Hash leaf_of(const Signatures& by, const Statement& statement) noexcept;
+[[nodiscard]] RecordHash record_hash(const Hash& leaf) noexcept;
 
 /// What is signed of a tree. configuration: as in a datagram's header; evidence means nothing
 /// without.
@@ -35,14 +40,15 @@ inline constexpr std::size_t kFrameMessageBytes = 4 + 4 + 12 + 4 + 12 * sizeof(d
 /// The bytes of a proof; none iff there is none, and then from is not ok any more.
 [[nodiscard]] std::span<const std::byte> read_proof(ByteReader& from) noexcept;
 
-/// Checks records by their proofs. Those that were signed together are mostly said together, and
+/// Checks leaves by their proofs. Those that were signed together are mostly sent together, and
 /// then one check of a signature does for all.
 class ProofCheck {
  public:
-  /// True iff the record's origin signed it. record.proof: as read_proof() gives it. O(bytes of the
-  /// record), and at most one check of a signature.
+  /// True iff the contribution's robot signed a tree with this leaf. proof: as read_proof() gives
+  /// it. At most four hashes and one check of a signature.
   [[nodiscard]] bool check(const Signatures& by, std::uint32_t configuration,
-                           const ContributionId& id, const ChunkRecord& record) noexcept;
+                           const ContributionId& id, const Hash& leaf,
+                           std::span<const std::byte> proof) noexcept;
 
  private:
   std::array<std::byte, kRootMessageBytes> message_{};

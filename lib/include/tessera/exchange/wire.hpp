@@ -11,6 +11,7 @@
 #include "tessera/base/byte_io.hpp"
 #include "tessera/base/geometry.hpp"
 #include "tessera/exchange/authenticator.hpp"
+#include "tessera/exchange/fingerprint.hpp"
 #include "tessera/exchange/signatures.hpp"
 #include "tessera/fusion/replicas.hpp"
 #include "tessera/semantics/class_table.hpp"
@@ -19,42 +20,47 @@ namespace tessera {
 
 /// With the channel "TESSERA" and its NUL, 1,400 bytes: nothing on the way has to cut it up.
 inline constexpr std::size_t kMostDatagramBytes = 1392;
-inline constexpr std::size_t kHeaderBytes = 20;
+inline constexpr std::size_t kHeaderBytes = 32;
 inline constexpr std::size_t kMostBodyBytes = kMostDatagramBytes - kHeaderBytes - kTagBytes;
 
 /// What a datagram is for.
 enum class DatagramKind : std::uint8_t {
-  kAnnounce = 1,  ///< What its sender has.
-  kRequest = 2,   ///< What its sender lacks.
-  kChunk = 3,     ///< Blocks of a contribution.
-  kFrame = 4,     ///< Where a contribution is.
-  kLeave = 5,     ///< Its sender says no more.
+  kAnnounce = 1,     ///< What its sender has.
+  kRequest = 2,      ///< What its sender asks for.
+  kChunk = 3,        ///< Records of a contribution.
+  kFrame = 4,        ///< Where a contribution is.
+  kLeave = 5,        ///< Its sender sends no more.
+  kStatement = 6,    ///< What the origin of a contribution states about it.
+  kDescription = 7,  ///< What its sender holds of a range of versions.
 };
 
-/// Said by its sender of itself, and once; what is not is of a contribution's origin, and may be
-/// passed on.
+/// True for messages that only their sender may send, and only once. All others carry data of a
+/// contribution's origin and may be relayed, but for a description, which is a hint alone.
 [[nodiscard]] constexpr bool is_control(DatagramKind kind) noexcept {
   return kind == DatagramKind::kAnnounce || kind == DatagramKind::kRequest ||
-         kind == DatagramKind::kLeave;
+         kind == DatagramKind::kLeave || kind == DatagramKind::kDescription;
 }
 
-/// What every datagram begins with, behind the letters and the format.
+/// What every datagram begins with, after the letters and the format.
 struct DatagramHeader {
   DatagramKind kind = DatagramKind::kAnnounce;
+  std::uint32_t mission = 0;        ///< ExchangeConfig::mission.
   std::uint32_t configuration = 0;  ///< ConfigurationDetails::checksum of the sender's.
   std::uint32_t sender = 0;         ///< Robot.
-  std::uint32_t session = 0;        ///< Higher with every start of the sender.
-  std::uint32_t sequence = 0;       ///< Higher with every datagram of a session.
-  bool is_signed = false;           ///< Its fleet signs what it says.
+  std::uint64_t session = 0;   ///< The upper 32 bits are higher with every start of the sender.
+  std::uint64_t sequence = 0;  ///< Higher with every datagram of a session; never wraps.
+  bool is_signed = false;      ///< Its fleet signs what it sends.
 };
 
-/// What robots must have alike to fuse what the others say.
+/// What robots must have in common to fuse each other's evidence.
 struct ConfigurationDetails {
+  static constexpr std::size_t kBytes = 30;
   double resolution_m = 0.0;
   double prior = 0.0;
   float free_weight = 0.0F;
   std::uint16_t classes = 0;
   std::uint32_t class_table = 0;  ///< CRC-32C of the names.
+  float max_evidence = 0.0F;      ///< The most that one robot's evidence counts in a voxel.
   [[nodiscard]] std::uint32_t checksum() const noexcept;
   friend bool operator==(const ConfigurationDetails&, const ConfigurationDetails&) = default;
 };
@@ -62,14 +68,32 @@ struct ConfigurationDetails {
 /// CRC-32C over the names of the classes, each with a zero byte after it.
 [[nodiscard]] std::uint32_t class_table_checksum(const ClassTable& classes) noexcept;
 
+/// A robot asks another one to prove that it is there now: who answers with the nonce is.
+struct Challenge {
+  static constexpr std::size_t kBytes = 13;
+  bool is_answer = false;
+  std::uint32_t robot = 0;  ///< Whom it is for.
+  std::uint64_t nonce = 0;
+};
+
+/// What an announcement begins with, before the contributions.
+struct AnnouncementHeader {
+  static constexpr std::size_t kMostChallenges = 4;
+  ConfigurationDetails details;
+  std::uint32_t floor = 0;  ///< The lowest epoch of the sender that counts.
+  std::uint8_t challenges = 0;
+  std::array<Challenge, kMostChallenges> challenge{};
+};
+
 /// What a robot has of a contribution.
 struct AnnouncedContribution {
   ContributionId id;
-  std::uint32_t latest = 0;  ///< The highest version that it knows of.
+  std::uint32_t latest = 0;  ///< Of the newest statement that it has.
   std::uint32_t frame_revision = 0;
-  bool complete = false;     ///< It has all up to that.
-  bool origin = false;       ///< It is publishing it: there are no other versions.
-  std::uint64_t digest = 0;  ///< Of all that it has, if complete.
+  bool stated = false;       ///< It has a statement.
+  bool complete = false;     ///< It holds what that states.
+  bool origin = false;       ///< It publishes this contribution.
+  std::uint64_t digest = 0;  ///< Fingerprint::folded() of the records that it holds.
 };
 
 /// One less than there are numbers, so that there is always a next one.
@@ -82,25 +106,69 @@ struct VersionRange {
   friend constexpr bool operator==(const VersionRange&, const VersionRange&) = default;
 };
 
-/// What a robot lacks of a contribution.
-struct RequestedContribution {
-  static constexpr std::size_t kMostGaps = 32;
-  ContributionId id;
-  std::uint32_t frame_revision = 0;  ///< Of the frame that it has; 0: none.
-  bool all = false;                  ///< All, from whoever has another digest than this.
-  std::uint64_t digest = 0;
-  std::uint8_t gaps = 0;                      ///< 0 with all.
-  std::array<VersionRange, kMostGaps> gap{};  ///< Ascending, none overlapping.
+/// 2^width versions, the first of which is (index << width) + 1.
+struct VersionSpan {
+  std::uint8_t width = 0;   ///< At most 32.
+  std::uint32_t index = 0;  ///< (index << width) is under 2^32.
+  [[nodiscard]] constexpr std::uint64_t first() const noexcept {
+    return (std::uint64_t{index} << width) + 1;
+  }
+  [[nodiscard]] constexpr std::uint64_t last() const noexcept {
+    return (std::uint64_t{index} + 1) << width;
+  }
+  friend constexpr bool operator==(const VersionSpan&, const VersionSpan&) = default;
 };
 
-/// What all records of a chunk are of. In the range they are all that is not superseded: who has
-/// them lacks nothing there.
+/// What a robot asks for of a contribution.
+enum class RequestType : std::uint8_t {
+  kGaps = 0,      ///< All records of ranges that are not superseded, from anybody.
+  kVersions = 1,  ///< Records by their versions, from one robot.
+  kDescribe = 2,  ///< Descriptions of spans, from one robot.
+};
+/// One contribution of a request: its type says which of the arrays is meant.
+struct RequestedContribution {
+  static constexpr std::size_t kMostGaps = 32;
+  static constexpr std::size_t kMostVersions = 128;
+  static constexpr std::size_t kMostSpans = 128;
+  RequestType type = RequestType::kGaps;
+  ContributionId id;
+  std::uint32_t frame_revision = 0;  ///< Of the frame that it has; 0: none.
+  bool stated = false;               ///< It has a statement, with latest:
+  std::uint32_t latest = 0;
+  std::uint32_t target = 0;                            ///< The robot that is asked; not with kGaps.
+  std::uint8_t count = 0;                              ///< Of what follows.
+  std::array<VersionRange, kMostGaps> gap{};           ///< Ascending, none overlapping.
+  std::array<std::uint32_t, kMostVersions> version{};  ///< Ascending.
+  std::uint8_t width = 0;                              ///< Of the spans.
+  std::array<std::uint32_t, kMostSpans> span{};        ///< Their indexes, ascending.
+};
+
+/// What the origin of a contribution states about it. Of two statements the newer one holds.
+struct Statement {
+  ContributionId id;
+  VersionRange range{};       ///< Of the chunk that it came with.
+  std::uint32_t latest = 0;   ///< The highest version that was published.
+  std::uint32_t records = 0;  ///< That count: superseded ones do not.
+  Fingerprint fingerprint{};  ///< Of these.
+  std::uint32_t frame_revision = 0;
+  std::uint32_t floor = 0;    ///< The lowest epoch of the robot that counts.
+  std::uint64_t session = 0;  ///< Of the process that stated it.
+  /// True if this one replaces other: what grows in them grows with time.
+  [[nodiscard]] bool is_newer_than(const Statement& other) const noexcept;
+  /// False: both are of one moment, and state different contents.
+  [[nodiscard]] bool agrees_with(const Statement& other) const noexcept {
+    return latest != other.latest || (records == other.records && fingerprint == other.fingerprint);
+  }
+};
+
+/// What all records of a chunk are of. Sent by the origin it has a statement, and its records are
+/// all of the range that count.
 struct ChunkHeader {
   ContributionId id{};
   VersionRange range{};
-  bool all = false;          ///< Also those that only fill in for later versions.
-  std::uint64_t digest = 0;  ///< With all: of what its sender has of the contribution.
-  bool proofs = false;       ///< Each record has its own: its origin signed them in other chunks.
+  bool relayed = false;   ///< By another robot: each record has a proof, if the fleet signs.
+  bool partial = false;   ///< Records by their versions: nothing is said about the rest.
+  Statement statement{};  ///< If it is not relayed.
 };
 
 /// A part of a block as it goes over the wire.
@@ -118,23 +186,55 @@ struct FrameBody {
   Matrix34d T_global_map = Matrix34d::Identity();
 };
 
+/// Of which contribution, and for whom, the descriptions of a datagram are.
+struct DescriptionHeader {
+  ContributionId id;
+  std::uint32_t target = 0;  ///< The robot that asked.
+};
+
+/// What a robot holds of a span: sums of its equal parts, or the records themselves.
+struct Description {
+  static constexpr std::size_t kMostSums = 64;
+  static constexpr std::size_t kMostRecords = 135;
+  /// A record: its version, and of its hash and live layers 32 bits.
+  struct Mark {
+    std::uint32_t version = 0;
+    std::uint32_t mark = 0;
+  };
+  VersionSpan span{};
+  bool is_list = false;
+  std::uint8_t part_width = 0;  ///< Of each sum's span.
+  std::uint32_t last = 0;       ///< A list has all records of the span up to this version.
+  std::uint8_t count = 0;
+  std::array<std::uint64_t, kMostSums> sum{};
+  std::array<Mark, kMostRecords> record{};
+};
+
 /// A record's proof: which leaf of how many, their path, and the signature.
 inline constexpr std::size_t kMostProofBytes = 1 + 4 * kHashBytes + kSignatureBytes;
 /// Bytes of a record's own, beside what is coded, at most.
 inline constexpr std::size_t kMostRecordHeaderBytes = 1 + 5 + 3 * 5 + 2;
-inline constexpr std::size_t kMostChunkHeaderBytes = 29;
-/// What fits a datagram whatever else the record says.
+inline constexpr std::size_t kMostChunkHeaderBytes = 53;
+/// What fits a datagram whatever else the record says: from its origin, beside the signature, or
+/// relayed, with its proof.
 inline constexpr std::size_t kMostCodedBytes =
-    kMostBodyBytes - kMostChunkHeaderBytes - kMostRecordHeaderBytes - kMostProofBytes;
+    kMostBodyBytes - kMostRecordHeaderBytes - 21 - kMostProofBytes;
+static_assert(kMostCodedBytes + kMostRecordHeaderBytes + kMostChunkHeaderBytes + kSignatureBytes <=
+              kMostBodyBytes);
 
 // --- Writing. Each call writes all or nothing: false iff it does not fit. ------------------------
 
+void write_id(ByteWriter& to, const ContributionId& id) noexcept;
 void write_header(ByteWriter& to, const DatagramHeader& header) noexcept;
 void write_details(ByteWriter& to, const ConfigurationDetails& details) noexcept;
+void write_announcement_header(ByteWriter& to, const AnnouncementHeader& header) noexcept;
 bool write_announced(ByteWriter& to, const AnnouncedContribution& announced) noexcept;
 bool write_requested(ByteWriter& to, const RequestedContribution& requested) noexcept;
 void write_chunk_header(ByteWriter& to, const ChunkHeader& header) noexcept;
 bool write_frame(ByteWriter& to, const FrameBody& frame) noexcept;
+bool write_statement(ByteWriter& to, const Statement& statement) noexcept;
+void write_description_header(ByteWriter& to, const DescriptionHeader& header) noexcept;
+bool write_description(ByteWriter& to, const Description& description) noexcept;
 
 /// Records of a chunk, in the order of their versions.
 class RecordWriter {
@@ -153,19 +253,22 @@ class RecordWriter {
 
 bool read_header(ByteReader& from, DatagramHeader& header) noexcept;
 bool read_details(ByteReader& from, ConfigurationDetails& details) noexcept;
+bool read_announcement_header(ByteReader& from, AnnouncementHeader& header) noexcept;
 bool read_announced(ByteReader& from, AnnouncedContribution& announced) noexcept;
 bool read_requested(ByteReader& from, RequestedContribution& requested) noexcept;
-bool read_chunk_header(ByteReader& from, ChunkHeader& header) noexcept;
+/// session: of the datagram.
+bool read_chunk_header(ByteReader& from, std::uint64_t session, ChunkHeader& header) noexcept;
 bool read_frame(ByteReader& from, FrameBody& frame) noexcept;
+bool read_statement(ByteReader& from, Statement& statement) noexcept;
+bool read_description_header(ByteReader& from, DescriptionHeader& header) noexcept;
+bool read_description(ByteReader& from, Description& description) noexcept;
 
 /// A chunk's records, one after the other, checked as they are read.
 class RecordReader {
  public:
-  RecordReader(ByteReader& from, const ChunkHeader& header) noexcept
-      : from_(from),
-        range_(header.range),
-        proofs_(header.proofs),
-        version_(header.range.first - 1) {}
+  /// proofs: each record has one.
+  RecordReader(ByteReader& from, VersionRange range, bool proofs) noexcept
+      : from_(from), range_(range), proofs_(proofs), version_(range.first - 1) {}
   bool read(ChunkRecord& record) noexcept;
 
  private:

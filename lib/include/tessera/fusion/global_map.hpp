@@ -10,42 +10,12 @@
 
 #include "tessera/fusion/agenda.hpp"
 #include "tessera/fusion/diffusion_brick.hpp"
-#include "tessera/fusion/replicas.hpp"
+#include "tessera/fusion/global_map_config.hpp"
+#include "tessera/fusion/robot_share.hpp"
 #include "tessera/map/local_map.hpp"
 #include "tessera/map/packed_block.hpp"
 
 namespace tessera {
-
-/// Settings and room of a global map.
-struct GlobalMapConfig {
-  /// Of the map that is read. max_evidence: 0; free_weight and prior: those of the contributions.
-  MapConfig map{};
-  ReplicasConfig replicas{};
-  DiffusionConfig diffusion{};
-  std::uint32_t blocks = 1U << 15U;        ///< Blocks of the global grid.
-  std::uint32_t sum_segments = 1U << 16U;  ///< Undiffused sums, 128 bytes each.
-  /// Storage for blocks that a move of contributions changes, until all of them are there.
-  std::size_t staged_bytes = std::size_t{16} << 20U;
-};
-
-/// How things stand. Counters of refusals never decrease.
-struct GlobalMapReport {
-  std::uint64_t nodes = 0;
-  std::uint32_t blocks = 0;
-  std::uint32_t overlap_blocks = 0;
-  std::uint32_t waiting = 0;              ///< Blocks that are behind.
-  double residual = 0.0;                  ///< max |Z_n - Z_{n-1}| / max |B|, over the nodes.
-  double mean_variance = 0.0;             ///< Of the label, over the nodes, as the map gives it.
-  double mean_variance_undiffused = 0.0;  ///< The same of B.
-  std::size_t used_bytes = 0;             ///< Of its memory: what holds something, and scratch.
-  std::size_t sum_bytes = 0;              ///< Undiffused sums, of used_bytes.
-  std::uint64_t refused_blocks = 0;       ///< Times that a block of the global grid had no place.
-  std::uint64_t refused_sums = 0;         ///< Times that sums had no place: block left undiffused.
-  std::uint64_t refused_outputs = 0;      ///< Times that the map had no room for a block.
-  std::uint64_t torn_blocks = 0;          ///< Blocks of a move shown early: no room to stage them.
-  std::uint64_t saturated_voxels = 0;     ///< Times that a voxel had over 255 passes.
-  ReplicasUsage replicas{};
-};
 
 class GlobalMap {
  public:
@@ -87,6 +57,10 @@ class GlobalMap {
   /// Takes a contribution out of the map, as a move, and then its replicas and its slot. Until that
   /// is done, put() for it fails with kBusy. Nothing happens where the slot is empty. O(1).
   void remove(Slot slot) noexcept;
+  /// The same for each contribution of a robot that has a lower epoch. O(contributions).
+  void remove_before(std::uint32_t robot, std::uint32_t epoch) noexcept;
+  /// Whether remove() was called for what is in the slot, which is not gone yet. O(1).
+  [[nodiscard]] bool leaving(Slot slot) const noexcept { return moves_[slot].leaves; }
   /// Where near comes first: a place in the global frame. Without it all places are alike, which
   /// takes the least work in all.
   void set_focus(std::optional<BlockCoord> focus) noexcept { focus_ = focus; }
@@ -97,7 +71,8 @@ class GlobalMap {
   /// visited, places looked up. Over it by one quantum at most (docs/timing.md): the sums of a
   /// block, the nodes of a brick gathered or linked, an iteration over them, a block written, a
   /// block of a move marked, up to 8 copied, a block of each contribution that leaves dropped.
-  /// Returns the work done.
+  /// Not counted: the look-ups of a block's halo, (2 ceil(halo / 8) + 1)^3, at most 125 for each
+  /// block whose sums change. Returns the work done.
   std::uint64_t step(std::uint64_t budget) noexcept;
   /// Blocks that are behind.
   [[nodiscard]] std::uint32_t waiting() const noexcept {
@@ -217,6 +192,9 @@ class GlobalMap {
 
   std::uint64_t update_sums(std::uint32_t number) noexcept;
   std::uint64_t add_contributions(BlockCoord block, std::uint64_t& robots) noexcept;
+  std::uint64_t add_robot(std::span<const Slot> contributions, BlockCoord block,
+                          std::uint64_t& robots) noexcept;
+  std::uint64_t add_contribution(Slot slot, BlockCoord block, bool& labelled) noexcept;
   std::uint64_t add_local_block(const Replicas::Contribution& contribution, Slot slot,
                                 BlockCoord local, BlockCoord block, bool& labelled) noexcept;
   std::uint64_t add_replica(const Replicas::Contribution& contribution,
@@ -272,6 +250,7 @@ class GlobalMap {
   std::span<std::uint32_t> box_blocks_;   ///< Scratch: records of a job's box.
   std::span<std::uint32_t> near_blocks_;  ///< Scratch: records that a job hangs on.
   BlockContent content_{};
+  RobotShare share_{};
   std::span<std::uint8_t> observers_;  ///< Local voxels that went to each voxel of content_.
   std::span<std::byte> packed_;        ///< Scratch for one packed block.
   GlobalMapReport counted_{};
@@ -292,7 +271,8 @@ constexpr std::size_t GlobalMap::scratch_bytes(const GlobalMapConfig& config,
          DiffusionBrick::required_bytes(config.diffusion, config.map.resolution_m, num_components) +
          arena_bytes<std::uint32_t>(cube(DiffusionBrick::kMostBlocks)) +
          arena_bytes<std::uint32_t>(cube(DiffusionBrick::kMostEdge / kBlockEdge)) +
-         BlockContent::required_bytes(num_components) + arena_bytes<std::uint8_t>(kBlockVoxels) +
+         BlockContent::required_bytes(num_components) + RobotShare::required_bytes(num_components) +
+         arena_bytes<std::uint8_t>(kBlockVoxels) +
          arena_bytes<std::byte>(most_packed_bytes(num_components));
 }
 

@@ -26,12 +26,22 @@ struct ContributionId {
   friend constexpr auto operator<=>(const ContributionId&, const ContributionId&) = default;
 };
 
+/// Of a record's name and content.
+struct RecordHash {
+  std::uint64_t high = 0;
+  std::uint64_t low = 0;
+  friend constexpr auto operator<=>(const RecordHash&, const RecordHash&) = default;
+};
+
 /// Which of a block's versions this is. A block is always published as a whole, if need be in parts
 /// with versions that follow each other.
 struct PartVersion {
   std::uint32_t number = 0;          ///< From 1; of each layer the highest counts.
   std::uint32_t first = 0;           ///< Of the parts that were published together.
   std::uint8_t layers = kAllLayers;  ///< A bit each (map_config.hpp); not 0.
+  /// Of two contents of one version the one with the lower hash counts, in whatever order they
+  /// come.
+  RecordHash hash{};
 };
 
 /// Room for what robots publish.
@@ -89,9 +99,14 @@ class Replicas {
     std::uint8_t part = 0;    ///< Its version less PartVersion::first.
     std::uint8_t layers = 0;  ///< As published.
     std::uint8_t live = 0;    ///< Of these, those of which no later version is known; 0: spare.
+    RecordHash hash{};
     /// False: a later version of the whole block was published, and this only fills in for what of
     /// it has not arrived.
     [[nodiscard]] bool latest() const noexcept { return version >= newest; }
+    /// True if this part counts before a version of the same layers.
+    [[nodiscard]] bool supersedes(const PartVersion& other) const noexcept {
+      return version > other.number || (version == other.number && hash <= other.hash);
+    }
   };
   /// What put() did. kStale: the version was not newer than the one that is held.
   enum class Change : std::uint8_t { kTaken, kStale };
@@ -103,8 +118,10 @@ class Replicas {
            arena_bytes<Slot>(config.contributions);
   }
   /// Fails with kInvalidArgument iff config.contributions is 0 or over kMostContributions;
-  /// kResourceExhausted iff the arena is too small. O(contributions + index).
-  [[nodiscard]] static Result<Replicas> make(Arena& arena, const ReplicasConfig& config) noexcept;
+  /// kResourceExhausted iff the arena is too small. O(contributions + index). hash_seed: of the
+  /// index, as BlockIndex::make has it.
+  [[nodiscard]] static Result<Replicas> make(Arena& arena, const ReplicasConfig& config,
+                                             std::uint64_t hash_seed = 0) noexcept;
   Replicas() noexcept = default;
 
   /// The slot of a contribution, which is added if it is not there yet. Fails with
@@ -170,6 +187,7 @@ class Replicas {
   }
   void set_leaving(Slot slot) noexcept { contributions_[slot].leaving = true; }
   [[nodiscard]] ReplicasUsage usage() const noexcept;
+  [[nodiscard]] const ReplicasConfig& config() const noexcept { return config_; }
 
  private:
   [[nodiscard]] static BlockKey index_key(Slot slot, std::uint64_t key) noexcept {

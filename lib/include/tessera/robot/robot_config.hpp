@@ -30,6 +30,9 @@ struct RobotSettings {
   double submap_length_m = 0.0;
   /// Higher with every start that begins with an empty map; of a map that was loaded its own.
   std::uint32_t epoch = 1;
+  /// The lowest epoch of this robot that counts, at most epoch: that of a map of an earlier start
+  /// that is to count where the new one has nothing yet, or epoch itself. 0: all do.
+  std::uint32_t floor = 0;
 };
 
 struct RobotConfig : RobotSettings {
@@ -46,6 +49,7 @@ struct SubmapReport {
   /// changed after the last whole round began counts, though it may have been published since.
   std::uint64_t lost_blocks = 0;
   std::uint32_t cut_short = 0;  ///< Submaps that ended before all of them had been looked at.
+  std::uint32_t reopened = 0;   ///< Times that the epoch was left, as another process was in it.
   Status last = Status::kOk;    ///< How the last request ended: Exchange::open.
 };
 

@@ -74,6 +74,10 @@ class Sharer {
   /// request_submap has the frame that was given there. Fails with kInvalidArgument iff there is no
   /// such submap or it is no frame.
   [[nodiscard]] Status set_frame(std::uint32_t submap, const Matrix34d& T_global_map) noexcept;
+  /// Leaves the epoch, as Exchange::overtaken() asks for: publishes the whole map anew in an epoch
+  /// above it. floor: RobotSettings::floor from now on. A submap that was requested is none any
+  /// more. Fails as Exchange::open, and then nothing is published until it succeeds.
+  [[nodiscard]] Status reopen(std::uint32_t epoch, std::uint32_t floor) noexcept;
   [[nodiscard]] const SubmapReport& submap() const noexcept { return submap_; }
   /// T_global_map of the submap that is published into.
   [[nodiscard]] const Matrix34d& frame() const noexcept { return frame_; }

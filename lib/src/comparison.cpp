@@ -1,0 +1,235 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tessera/exchange/comparison.hpp"
+
+#include <algorithm>
+
+namespace tessera {
+
+namespace {
+
+/// Without an answer for so long what was asked is asked again, so many times.
+constexpr Duration kAnswerTime{700'000};
+constexpr std::uint32_t kMostTries = 5;
+/// A span is described by up to 2^6 sums.
+constexpr unsigned kPartBits = 6;
+
+/// Without recursion.
+void heap_sort(std::span<std::uint32_t> numbers) noexcept {
+  std::make_heap(numbers.begin(), numbers.end());
+  std::sort_heap(numbers.begin(), numbers.end());
+}
+
+bool by_version(const Description::Mark& a, const Description::Mark& b) noexcept {
+  return a.version != b.version ? a.version < b.version : a.mark < b.mark;
+}
+
+/// Fills into with the records of a span, ascending; of more than fit those with the lowest
+/// versions. last: in: the last version of interest; out: up to which the list is whole.
+std::size_t list(const Ledger& ledger, const Ledger::Contribution& contribution,
+                 const VersionSpan& span, std::uint32_t& last,
+                 std::span<Description::Mark> into) noexcept {
+  const auto first = static_cast<std::uint32_t>(span.first());
+  last = static_cast<std::uint32_t>(std::min<std::uint64_t>({span.last(), last, kLastVersion}));
+  std::size_t count = 0;
+  // The first count, a heap with the latest on top.
+  const auto heap = [&] { return into.first(count); };
+  contribution.index.visit(
+      ledger.links(), {first, last},
+      [&](std::uint32_t number) {
+        const Replicas::Replica& part = ledger.replicas().record(number);
+        if (part.version < first || part.version > last) return;
+        if (count == into.size()) {
+          std::pop_heap(heap().begin(), heap().end(), by_version);
+          --count;
+          last = into[count].version - 1;
+          if (part.version > last) return;
+        }
+        into[count++] = {part.version, mark_of(part.hash, part.live)};
+        std::push_heap(heap().begin(), heap().end(), by_version);
+      },
+      [](std::uint32_t) { return true; });
+  std::sort_heap(heap().begin(), heap().end(), by_version);
+  while (count != 0 && into[count - 1].version > last) --count;
+  last = std::max(last, first);
+  // Only who makes versions up has two blocks of one version: one of them stands for both.
+  const auto listed = into.first(count);
+  const auto end = std::unique(listed.begin(), listed.end(),
+                               [](const auto& a, const auto& b) { return a.version == b.version; });
+  return static_cast<std::size_t>(end - listed.begin());
+}
+
+}  // namespace
+
+Result<Comparison> Comparison::make(Arena& arena) noexcept {
+  Comparison made;
+  made.nodes_ = arena.take<Node>(kMostNodes);
+  made.wanted_ = arena.take<std::uint32_t>(kMostWanted);
+  made.own_ = arena.take<Description::Mark>(kMostOwn);
+  if (made.nodes_.empty() || made.wanted_.empty() || made.own_.empty())
+    return Status::kResourceExhausted;
+  return made;
+}
+
+void Comparison::begin(const Ledger& ledger, const Ledger::Contribution& contribution,
+                       std::uint32_t robot, std::uint32_t latest, Instant now) noexcept {
+  active_ = true;
+  found_ = false;
+  number_ = ledger.number_of(contribution);
+  generation_ = contribution.generation;
+  robot_ = robot;
+  tries_ = 0;
+  heard_ = now;
+  node_count_ = wanted_count_ = gap_count_ = 0;
+  std::uint8_t width = 1;
+  while (width < 32 && (std::uint64_t{1} << width) < latest) ++width;
+  // Records above what either stated are found as well.
+  while (width < 32 &&
+         (std::uint64_t{VersionIndex::kBuckets} << contribution.index.width()) >
+             (std::uint64_t{1} << width) &&
+         contribution.index.sum({width, 0}) != contribution.index.sum({32, 0}))
+    ++width;
+  add_node({width, 0});
+}
+
+bool Comparison::is_over(Instant now) noexcept {
+  if (!active_) return true;
+  if (node_count_ == 0 && wanted_count_ == 0 && gap_count_ == 0) return true;
+  if (now - heard_ < kAnswerTime) return false;
+  if (++tries_ >= kMostTries) return true;
+  heard_ = now;
+  for (Node& node : nodes_.first(node_count_)) node.asked = false;
+  return false;
+}
+
+void Comparison::add_node(const VersionSpan& span) noexcept {
+  if (node_count_ < nodes_.size()) nodes_[node_count_++] = {span, false};
+}
+
+bool Comparison::take_node(const VersionSpan& span, bool has_room) noexcept {
+  for (std::size_t i = 0; i < node_count_; ++i) {
+    if (!(nodes_[i].span == span) || !nodes_[i].asked) continue;
+    nodes_[i].asked = has_room;
+    if (!has_room) return false;
+    nodes_[i] = nodes_[--node_count_];
+    return true;
+  }
+  return false;
+}
+
+void Comparison::want(std::uint32_t version) noexcept {
+  if (wanted_count_ < wanted_.size()) wanted_[wanted_count_++] = version;
+}
+
+/// Also of a span that is narrower than a bucket.
+std::uint64_t Comparison::sum_of(const Ledger& ledger, const Ledger::Contribution& contribution,
+                                 const VersionSpan& span) noexcept {
+  if (span.width >= contribution.index.width()) return contribution.index.sum(span);
+  std::uint64_t sum = 0;
+  const auto first = static_cast<std::uint32_t>(span.first());
+  const auto last = static_cast<std::uint32_t>(span.last());
+  contribution.index.visit(
+      ledger.links(), {first, last},
+      [&](std::uint32_t number) {
+        const Replicas::Replica& part = ledger.replicas().record(number);
+        if (part.version >= first && part.version <= last)
+          sum += fingerprint_of(part.hash, part.live).low;
+      },
+      [](std::uint32_t) { return true; });
+  return sum;
+}
+
+/// Gaps that touch become one. False iff there is no place.
+bool Comparison::add_gap(const VersionSpan& span) noexcept {
+  const VersionRange range = range_of(span);
+  for (VersionRange& gap : std::span(gaps_).first(gap_count_)) {
+    if (gap.last + 1 != range.first) continue;
+    gap.last = range.last;
+    return true;
+  }
+  if (gap_count_ == gaps_.size()) return false;
+  gaps_[gap_count_++] = range;
+  return true;
+}
+
+/// What a list left out is asked for by halves.
+void Comparison::add_rest(const VersionSpan& span, std::uint32_t last) noexcept {
+  if (last >= std::min<std::uint64_t>(span.last(), kLastVersion) || span.width == 0) return;
+  for (const std::uint32_t half : {0U, 1U}) {
+    const VersionSpan part{static_cast<std::uint8_t>(span.width - 1), 2 * span.index + half};
+    if (part.last() > last) add_node(part);
+  }
+}
+
+std::span<const Description::Mark> Comparison::list_own(const Ledger& ledger,
+                                                        const Ledger::Contribution& contribution,
+                                                        const VersionSpan& span,
+                                                        std::uint32_t& last) noexcept {
+  return own_.first(list(ledger, contribution, span, last, own_));
+}
+
+bool Comparison::write_next(RequestedContribution& requested, Instant /*now*/) noexcept {
+  requested.target = robot_;
+  if (wanted_count_ != 0) {
+    requested.type = RequestType::kVersions;
+    const auto all = wanted_.first(wanted_count_);
+    heap_sort(all);
+    const auto one_each = std::unique(all.begin(), all.end());
+    wanted_count_ = static_cast<std::size_t>(one_each - all.begin());
+    const std::size_t count = std::min(wanted_count_, RequestedContribution::kMostVersions);
+    std::copy_n(all.begin(), count, requested.version.begin());
+    std::copy(all.begin() + static_cast<std::ptrdiff_t>(count),
+              all.begin() + static_cast<std::ptrdiff_t>(wanted_count_), all.begin());
+    wanted_count_ -= count;
+    requested.count = static_cast<std::uint8_t>(count);
+    return true;
+  }
+  if (gap_count_ != 0) {
+    requested.type = RequestType::kGaps;
+    requested.count = static_cast<std::uint8_t>(gap_count_);
+    const auto gaps = std::span(gaps_).first(gap_count_);
+    const auto by_first = [](const VersionRange& x, const VersionRange& y) {
+      return x.first < y.first;
+    };
+    std::make_heap(gaps.begin(), gaps.end(), by_first);
+    std::sort_heap(gaps.begin(), gaps.end(), by_first);
+    std::copy(gaps.begin(), gaps.end(), requested.gap.begin());
+    gap_count_ = 0;
+    return true;
+  }
+  requested.type = RequestType::kDescribe;
+  requested.count = 0;
+  for (Node& node : nodes_.first(node_count_)) {
+    if (node.asked || requested.count == RequestedContribution::kMostSpans) continue;
+    if (requested.count != 0 && node.span.width != requested.width) continue;
+    requested.width = node.span.width;
+    requested.span[requested.count++] = node.span.index;
+    node.asked = true;
+  }
+  const auto spans = std::span(requested.span).first(requested.count);
+  heap_sort(spans);
+  return requested.count != 0;
+}
+
+void Comparison::describe(const Ledger& ledger, const Ledger::Contribution& contribution,
+                          VersionSpan span, Description& description) noexcept {
+  description.span = span;
+  const std::uint8_t bucket = contribution.index.width();
+  description.is_list = span.width <= bucket || span.width == 0;
+  if (description.is_list) {
+    description.part_width = 0;
+    description.last = kLastVersion;
+    description.count = static_cast<std::uint8_t>(
+        list(ledger, contribution, span, description.last, description.record));
+    return;
+  }
+  const unsigned bits = std::min<unsigned>(kPartBits, span.width - bucket);
+  description.part_width = static_cast<std::uint8_t>(span.width - bits);
+  description.count = static_cast<std::uint8_t>(1U << bits);
+  for (std::uint32_t part = 0; part < description.count; ++part) {
+    description.sum[part] =
+        contribution.index.sum({description.part_width, (span.index << bits) + part});
+  }
+}
+
+}  // namespace tessera

@@ -1,0 +1,167 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// Two robots were told of the same versions of a contribution whose origin is gone, and hold
+// different records. Until they are equal they send the records that differ, 32 kB, and 256 B for
+// each of them, in a few exchanges, wherever the differences lie.
+#include <algorithm>
+#include <catch2/catch.hpp>
+
+#include "network/forger.hpp"
+#include "network/simulated_network.hpp"
+
+namespace tessera::network {
+namespace {
+
+constexpr std::int64_t kSecond = 1'000'000;
+constexpr std::uint32_t kOrigin = 7;
+
+ReplicasConfig large() {
+  return {
+      .segments = 1U << 19U, .blocks = 1U << 18U, .contributions = 16, .robot_segments = 1U << 19U};
+}
+
+ExchangeConfig fast() {
+  ExchangeConfig config;
+  config.bytes_per_s = 100'000'000;
+  config.burst_bytes = 100'000'000;
+  return config;
+}
+
+enum class Kind : std::uint8_t { kMissing, kOther };
+
+/// What is different at robot 0 and at robot 1, by version.
+struct Difference {
+  std::uint32_t records = 0;
+  std::vector<std::uint8_t> lacks;  ///< Bit i: robot i lacks it, or holds another content.
+  Kind kind = Kind::kMissing;
+};
+
+Difference drawn(oracle::Random& random, std::uint32_t records, std::uint32_t k, bool in_one_run,
+                 Kind kind) {
+  Difference difference{records, std::vector<std::uint8_t>(records + 1, 0), kind};
+  const auto below = [&](std::uint32_t most) {
+    return static_cast<std::uint32_t>(random.below(static_cast<int>(most)));
+  };
+  const auto whom = [&] { return static_cast<std::uint8_t>(1 + below(2)); };
+  const std::uint32_t first = 1 + below(records - k + 1);
+  for (std::uint32_t i = 0; in_one_run && i < k; ++i) difference.lacks[first + i] = 1;
+  for (std::uint32_t i = 0; !in_one_run && i < k;) {
+    std::uint8_t& lacks = difference.lacks[1 + below(records)];
+    i += lacks == 0 ? 1U : 0U;
+    if (lacks == 0) lacks = whom();
+  }
+  return difference;
+}
+
+/// A chunk of the origin as one robot gets it: without the records that it lacks, or with others.
+std::vector<std::byte> changed_for(int robot, const std::vector<std::byte>& datagram,
+                                   const Difference& difference) {
+  const std::span<const std::byte> all(datagram);
+  ByteReader from(all.subspan(kHeaderBytes, all.size() - kHeaderBytes - kTagBytes));
+  ChunkHeader header;
+  DatagramHeader outer;
+  ByteReader begin(all);
+  REQUIRE(read_header(begin, outer));
+  REQUIRE(read_chunk_header(from, outer.session, header));
+  std::vector<std::byte> changed(kMostDatagramBytes);
+  ByteWriter to(changed);
+  write_header(to, outer);
+  write_chunk_header(to, header);
+  RecordReader records(from, header.range, false);
+  RecordWriter writer(to, header.range);
+  ChunkRecord record;
+  while (from.remaining() != 0) {
+    REQUIRE(records.read(record));
+    const bool lacks = (difference.lacks[record.version.number] >> robot & 1) != 0;
+    if (lacks && difference.kind == Kind::kMissing) continue;
+    if (lacks) record.coded = {};
+    REQUIRE(writer.write(record));
+  }
+  changed.resize(to.size() + kTagBytes);
+  Forger::seal(changed);
+  return changed;
+}
+
+bool is_chunk(const std::vector<std::byte>& datagram) {
+  return datagram[3] == static_cast<std::byte>(DatagramKind::kChunk);
+}
+
+/// The origin publishes all records, and both robots hear what they are to hear of it.
+void teach(Network& network, const Difference& difference) {
+  ExchangeConfig config = fast();
+  config.contributions = 16;
+  Robot origin(kOrigin, 1, large(), config);
+  std::vector<std::byte> datagram(kMostDatagramBytes);
+  const auto say = [&] {
+    while (const std::size_t size = origin.exchange().send(0, datagram)) {
+      const std::vector<std::byte> said(datagram.begin(),
+                                        datagram.begin() + static_cast<std::ptrdiff_t>(size));
+      for (const int i : {0, 1}) {
+        const auto heard = is_chunk(said) ? changed_for(i, said, difference) : said;
+        network.robot(i).exchange().receive(heard, Network::clock_us(i, network.now_us()));
+      }
+    }
+  };
+  for (std::uint32_t version = 1; version <= difference.records; ++version) {
+    const auto at = static_cast<std::int32_t>(version);
+    REQUIRE(origin.publish(*pack({at % 64, at / 64 % 64, at / 4096}), network.random(), 3).ok());
+    if (version % 1000 == 0) say();
+  }
+  say();
+}
+
+struct Outcome {
+  bool equal = false;
+  double seconds = 0.0;
+  std::uint64_t overhead_bytes = 0;
+  std::uint64_t records = 0;  ///< That were sent.
+  std::uint64_t requests = 0;
+};
+
+/// Runs until both hold the same. Announcements go on as they do at rest.
+Outcome reconcile(Network& network, double most_s) {
+  const auto report = [&](int i) { return network.robot(i).exchange().report(); };
+  Outcome outcome;
+  const std::int64_t begin_us = network.now_us();
+  const std::array<ExchangeReport, 2> before{report(0), report(1)};
+  while (!outcome.equal && static_cast<double>(network.now_us() - begin_us) < most_s * kSecond) {
+    network.run(20'000);
+    outcome.equal = network.agree();
+  }
+  outcome.seconds = 1e-6 * static_cast<double>(network.now_us() - begin_us);
+  for (const int i : {0, 1}) {
+    const ExchangeReport now = report(i);
+    const ExchangeReport& then = before[static_cast<std::size_t>(i)];
+    outcome.overhead_bytes += now.sent_bytes - then.sent_bytes;
+    outcome.records += now.records_taken - then.records_taken;
+    outcome.requests += now.requests - then.requests;
+  }
+  return outcome;
+}
+
+TEST_CASE("reconcile: what differs is what is sent") {
+  constexpr std::uint32_t kRecords = 100'000;
+  const auto k = static_cast<std::uint32_t>(GENERATE(1, 10, 1000, 50'000));
+  const bool in_one_run = GENERATE(false, true);
+  const Kind kind = GENERATE(Kind::kMissing, Kind::kOther);
+  Network network(2, {.delay_us = 2'000, .jitter_us = 0}, oracle::announce_seed(700), large(),
+                  fast());
+  network.run(2 * kSecond);
+  const Difference difference = drawn(network.random(), kRecords, k, in_one_run, kind);
+  teach(network, difference);
+  // What robots say of themselves and of other contributions at rest.
+  const Outcome outcome = reconcile(network, 30.0);
+  CAPTURE(k, in_one_run, static_cast<int>(kind));
+  REQUIRE(outcome.equal);
+  // At 100 MB/s records take no time: what is left are exchanges of request and answer.
+  CHECK(outcome.seconds < 3.0);
+  CHECK(outcome.records <= k);
+  constexpr std::uint64_t kRecordBytes = 40;  // as they are made here, with what is around them
+  CHECK(outcome.overhead_bytes <= k * (256 + kRecordBytes) + 32'000);
+  WARN(k << (in_one_run ? " in one run" : " scattered") << ", kind " << static_cast<int>(kind)
+         << ": " << outcome.seconds << " s, " << outcome.overhead_bytes << " bytes, "
+         << outcome.records << " records, " << outcome.requests << " requests");
+}
+
+}  // namespace
+}  // namespace tessera::network

@@ -1,0 +1,93 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// A link that checks what it takes: who is refused displaces nobody, however much he sends.
+#include <catch2/catch.hpp>
+#include <string>
+
+#include "stranger.hpp"
+
+namespace tessera {
+namespace {
+
+/// Takes what begins with a g, calls what begins with an f no datagram, and the rest forged.
+PayloadVerdict judge(void* /*context*/, std::span<const std::byte> payload) noexcept {
+  if (payload.front() == std::byte{'g'}) return PayloadVerdict::kTaken;
+  return payload.front() == std::byte{'f'} ? PayloadVerdict::kFormat : PayloadVerdict::kTag;
+}
+
+/// A payload that judge() takes.
+std::string good_payload(int number) {
+  std::string text = std::to_string(number);
+  text.insert(text.begin(), 'g');
+  return text;
+}
+
+LinkConfig checked_config() {
+  LinkConfig config = loopback_config();
+  config.check.check = &judge;
+  return config;
+}
+
+TEST_CASE("DatagramLink: what its check refuses takes no slot from what it takes") {
+  if (!enter_own_network()) return;
+  using namespace std::string_literals;
+  constexpr int kHonest = 16;
+  constexpr int kHostileEach = 100;
+  LinkConfig config = checked_config();
+  config.queue_slots = kHonest;
+  const auto link = open_link(config);
+  const auto honest = open_link(loopback_config());
+  const Stranger stranger;
+  const std::string forged = "LC02\0\0\0\0TESSERA\0none"s;
+  const std::string misshapen = "LC02\0\0\0\0TESSERA\0ffff"s + std::string(1380, 'f');
+  std::uint64_t hostile = 0;
+  for (int i = 0; i < kHonest; ++i) {
+    for (int k = 0; k < kHostileEach; ++k) stranger.send(k % 2 == 0 ? forged : misshapen);
+    REQUIRE(honest->send(bytes_of(good_payload(i))));
+    hostile += kHostileEach;
+    // The socket's buffer may be small; what is lost there is not this test's.
+    REQUIRE(eventually([&] {
+      const LinkStatistics s = link->statistics();
+      return s.refused_tag + s.refused_format == hostile &&
+             s.received + s.queue_full == static_cast<std::uint64_t>(i) + 1;
+    }));
+  }
+  const LinkStatistics s = link->statistics();
+  CHECK(s.received == kHonest);
+  CHECK(s.queue_full == 0);
+  CHECK(s.queue_peak == kHonest);
+  CHECK(s.kernel_dropped == 0);
+  CHECK(s.missing == 0);
+  CHECK(s.refused_tag == hostile / 2);
+  CHECK(s.refused_format == hostile / 2);
+  Buffer buffer;
+  for (int i = 0; i < kHonest; ++i) CHECK(text_of(link->receive(buffer).bytes) == good_payload(i));
+}
+
+TEST_CASE(
+    "DatagramLink: what its check refuses makes no number missing, and takes no sender's place") {
+  if (!enter_own_network()) return;
+  using namespace std::string_literals;
+  const auto link = open_link(checked_config());
+  const auto honest = open_link(loopback_config());
+  REQUIRE(honest->send(bytes_of("g0")));
+  // Each socket is a sender of its own, with numbers far apart.
+  for (int i = 0; i < 100; ++i) {
+    const Stranger stranger;
+    stranger.send("LC02\0\0\0\1TESSERA\0x"s);
+    stranger.send("LC02\0\0\1\0TESSERA\0x"s);
+    stranger.send("LC03\0\0\2\0\0\0\0\1\0\0\0\0\0\0\0\1"s);
+  }
+  REQUIRE(eventually([&] { return link->statistics().fragments == 100; }));
+  CHECK(link->statistics().missing == 0);
+  REQUIRE(honest->send_on("OTHER", bytes_of("x")));
+  // As one that was damaged on its way.
+  REQUIRE(honest->send(bytes_of("x")));
+  REQUIRE(honest->send(bytes_of("g1")));
+  REQUIRE(eventually([&] { return link->statistics().received == 2; }));
+  CHECK(link->statistics().refused_tag == 201);
+  CHECK(link->statistics().missing == 1);
+}
+
+}  // namespace
+}  // namespace tessera
