@@ -40,17 +40,21 @@ Check check_wall_clock() {
 }
 
 Check check_key(const std::string& path) {
-  const char* const needed = "a fleet key, for its owner alone";
+  const char* const needed = "a fleet key with a mission, for its owner alone";
   if (path.empty()) {
     return {"key file", CheckState::kAdvice, "none given: anybody can forge", needed,
-            "tessera key new --fleet FILE, copy it to each robot, name it by --key"};
+            "tessera key new --robots N --dir DIR, and name DIR/fleet.key by --key"};
   }
-  const Outcome<SecretKey> key = read_fleet_key(path);
+  const Outcome<FleetSecret> key = read_fleet_key(path);
   if (!key.ok()) {
     return {"key file", CheckState::kStops, key.failure().message, needed,
-            "do what is said, or tessera key new --fleet FILE"};
+            "do what is said, or tessera key new --robots N --dir DIR"};
   }
-  return {"key file", CheckState::kGood, path, needed, ""};
+  if (key->mission.empty()) {
+    return {"key file", CheckState::kAdvice, path + " names no mission", needed,
+            "tessera key mission --new --fleet " + path + ", or [security] mission on every robot"};
+  }
+  return {"key file", CheckState::kGood, path + ", mission " + key->mission, needed, ""};
 }
 
 /// Whether this process has that right by itself, whatever its limits.

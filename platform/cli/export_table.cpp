@@ -38,7 +38,7 @@ class Chunk {
   [[nodiscard]] bool of_robots() const { return of_robots_; }
   [[nodiscard]] bool is_full() const { return voxels_.places.size() >= most_; }
   void add(const VoxelCoord& voxel, const Estimate& estimate) {
-    const Point3f p_map = stored_.map.lattice().center_of(voxel).cast<float>();
+    const Point3f p_map = round_to_float(stored_.map.lattice().center_of(voxel));
     voxels_.places.push_back(voxel);
     voxels_.voxels.push_back({.x = p_map.x(),
                               .y = p_map.y(),

@@ -3,6 +3,7 @@
 // tessera map: a sequence of scans into one robot's local map.
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
@@ -24,11 +25,14 @@
 #include "posix/allocation_counter.hpp"
 #include "posix/monotonic_clock.hpp"
 #include "posix/progress.hpp"
+#include "posix/stop_signals.hpp"
 #include "tessera/map/queries.hpp"
 
 namespace tessera {
 
 namespace {
+
+std::atomic<bool> interrupted{false};
 
 /// What the scans are integrated with and into.
 struct Workshop {
@@ -45,14 +49,17 @@ ScanReport integrate(Workshop& shop, const ScanView& scan, std::int64_t start_us
   return shop.integrator.integrate(shop.map, scan, shop.deadline, start_us + deadline_us);
 }
 
-/// Reads and integrates every scan. Nothing in here uses the heap unless it fails, but for decoding
-/// the cameras' images or files of clouds, which a robot does not do.
+/// Reads and integrates every scan, or those until a signal asks to stop. Nothing in here uses the
+/// heap unless it fails, but for decoding the cameras' images or files of clouds, which a robot
+/// does not do.
 Outcome<void> integrate_all(const RecordedScans& source, ScanBuffer& buffer, Workshop& shop,
                             MapWindow* window, MapRun& run) {
   Progress progress("mapping", source.num_scans());
   const std::optional<std::uint64_t> before = heap_allocations();
   std::uint64_t decoding = 0;
   for (std::size_t i = 0; i < source.num_scans(); ++i) {
+    run.interrupted = interrupted.load(std::memory_order_relaxed);
+    if (run.interrupted) break;
     const std::uint64_t before_reading = heap_allocations().value_or(0);
     const Outcome<DatasetScan> scan = source.read(i, buffer);
     if (!scan.ok()) return scan.failure();
@@ -157,6 +164,17 @@ Outcome<void> check_some_integrated(const MapRun& run) {
                  " is a rigid transform within the grid; check the poses, nothing was written"};
 }
 
+/// Of a run whose map and report are written, though not all of the scans are in them.
+Failure interruption(const MapOptions& options, const MapRun& run, std::size_t num_scans) {
+  std::string written = options.out + (options.report.empty() ? "" : " and " + options.report);
+  return {"interrupted after scan " + std::to_string(run.scans.size()) + " of " +
+              std::to_string(num_scans) + ": " + written +
+              " written with what there was; go on with "
+              "--continue " +
+              options.out + " --first " + std::to_string(run.scans.back().index + 1),
+          FailureKind::kFailure};
+}
+
 /// Everything is checked: maps the scans and writes what came of it.
 Outcome<void> map_scans(const MapOptions& options, MapSetup& setup, const RecordedScans& source,
                         Earlier& earlier) {
@@ -198,15 +216,21 @@ Outcome<void> map_scans(const MapOptions& options, MapSetup& setup, const Record
   run.deadline_us = setup.deadline_us;
   run.scans.reserve(source.num_scans());
   ScanBuffer buffer(source.max_points());
+  stop_by_signals(interrupted);
   const Outcome<void> done = integrate_all(source, buffer, *shop, window.get(), run);
   if (!done.ok()) return done.failure();
+  if (run.scans.empty())
+    return Failure{"interrupted before the first scan was mapped; nothing was written",
+                   FailureKind::kFailure};
   const Outcome<void> some = check_some_integrated(run);
   if (!some.ok()) return some.failure();
   const Outcome<void> written = write_map(options, identity, window.get(), shop->map, run);
   if (!written.ok()) return written.failure();
   if (window != nullptr) window->report(run.window.emplace());
   print_summary(run, options.out);
-  return write_report(to_json(run, config), options.report);
+  const Outcome<void> reported = write_report(to_json(run, config), options.report);
+  if (!reported.ok() || !run.interrupted) return reported;
+  return interruption(options, run, source.num_scans());
 }
 
 Outcome<void> run_map(const MapOptions& options) {

@@ -83,6 +83,7 @@ Json scan_json(const ScanRecord& scan) {
       {"too_near", r.too_near},
       {"beyond_range", r.beyond_range},
       {"out_of_grid", r.out_of_grid},
+      {"in_range", r.in_range},
       {"unlabelled", r.unlabelled},
       {"unknown_ids", scan.unknown.points},
       {"refused_memory", r.refused_memory()},
@@ -91,6 +92,7 @@ Json scan_json(const ScanRecord& scan) {
       {"refused_ray_blocks", r.refused_ray_blocks},
       {"refused_work", r.refused_work},
       {"over_capacity", r.over_capacity},
+      {"write_faults", r.write_faults},
       {"rays", r.rays},
       {"rays_refused", r.rays_refused_memory + r.rays_refused_work + r.rays_refused_deadline},
       {"rays_refused_memory", r.rays_refused_memory},
@@ -186,6 +188,7 @@ Timing timing_of(const std::vector<ScanRecord>& scans) {
 
 Json to_json(const MapRun& run, const Json& config) {
   Json json;
+  json["interrupted"] = run.interrupted;
   json["scans"] = Json::array();
   for (const ScanRecord& scan : run.scans) json["scans"].push_back(scan_json(scan));
   const Timing timing = timing_of(run.scans);

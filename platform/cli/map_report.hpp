@@ -46,6 +46,7 @@ struct WindowTotals {
 /// What mapping was done with, and what came of it.
 struct MapRun {
   std::vector<ScanRecord> scans;
+  bool interrupted = false;  ///< By a signal, before the last scan.
   std::size_t budget_bytes = 0;
   std::size_t scratch_bytes = 0;
   std::int64_t deadline_us = 0;  ///< 0: none.

@@ -4,31 +4,31 @@
 #include <signal.h>
 
 #include <atomic>
+#include <cerrno>
 #include <cstdio>
 
 #include "cli/command.hpp"
 #include "cli/losses.hpp"
 #include "mapping/number_text.hpp"
 #include "node/node.hpp"
+#include "node/robot_process.hpp"
+#include "posix/stop_signals.hpp"
+#include "posix/system_failure.hpp"
 
 namespace tessera {
 
 namespace {
 
 NodeRequests requests;
-static_assert(std::atomic<bool>::is_always_lock_free);
 
-/// The first asks to stop, and what is there is written; the second ends at once.
-void stop_by_signal() {
+void listen_to_signals() {
+  stop_by_signals(requests.stop);
   struct sigaction action {};
-  action.sa_handler = [](int) {
-    requests.stop.store(true, std::memory_order_relaxed);
-    for (const int signal : {SIGTERM, SIGINT}) ::signal(signal, SIG_DFL);
-  };
   ::sigemptyset(&action.sa_mask);
-  for (const int signal : {SIGTERM, SIGINT}) ::sigaction(signal, &action, nullptr);
   action.sa_handler = [](int) { requests.save.store(true, std::memory_order_relaxed); };
   ::sigaction(SIGUSR1, &action, nullptr);
+  action.sa_handler = [](int) { requests.reload.store(true, std::memory_order_relaxed); };
+  ::sigaction(SIGHUP, &action, nullptr);
   // A full disk, and nobody who reads what is said, are errors of a call and end nothing.
   for (const int signal : {SIGXFSZ, SIGPIPE}) ::signal(signal, SIG_IGN);
 }
@@ -38,14 +38,23 @@ void warn_of_losses(const Node& node) {
   const Robot& robot = node.robot();
   const ExchangeReport exchange = robot.exchange().report();
   const GlobalMapReport global = robot.global().report();
+  const LinkStatistics link = node.link().statistics();
   const auto warn_if = [](std::uint64_t count, const char* thing, const std::string& fate) {
     if (count > 0) warn(counted(count, thing) + " " + fate);
   };
   warn_if(run.mapping.bad_poses, "scan", "left out, with a pose that is not a rigid transform");
   warn_if(run.source.unknown_ids, "point",
           "with class ids that are in no class; they count as unlabelled");
-  warn_if(run.mapping.left_out, "refusal",
-          "of points or rays; give a larger [map] memory, work_budget or deadline_ms");
+  const MappingStatus& mapping = run.mapping;
+  warn_if(mapping.refused_memory, "refusal",
+          "of points or rays for lack of memory; give a larger [map] memory or resolution_m");
+  warn_if(mapping.refused_work, "refusal",
+          "of points or rays, as the work budget was spent; give a larger [map] work_budget");
+  warn_if(mapping.refused_time, "refusal",
+          "of points or rays, as the time was up; give a longer [map] deadline_ms or a larger "
+          "resolution_m");
+  warn_if(mapping.over_capacity, "point",
+          "of scans that are larger than the scratch memory; give a larger [map] memory");
   warn_if(global.refused_blocks + global.refused_outputs + global.refused_sums +
               global.replicas.refused_storage,
           "refusal", "of blocks of the global map; give a larger [fusion] memory");
@@ -53,7 +62,7 @@ void warn_of_losses(const Node& node) {
           "of blocks, as a robot's share is used up; give a larger [fusion] robot_share or memory");
   warn_if(exchange.contributions - exchange.complete, "contribution",
           "not whole: more was announced than arrived");
-  warn_if(exchange.refused_tag, "datagram",
+  warn_if(link.refused_tag + exchange.refused_tag, "datagram",
           "refused, by none who has this robot's key; see [security] fleet_key");
   for (const Peer& peer : robot.exchange().peers().all()) {
     if (!peer.mismatch) continue;
@@ -101,12 +110,27 @@ Outcome<void> check_node(const NodeConfig& config, const std::string& path) {
   return checked;
 }
 
-Outcome<void> run_node(const std::string& path, bool only_check) {
+/// Asks the process that runs this robot; what it makes of it is in its log.
+Outcome<void> reload_node(const NodeConfig& config) {
+  const Outcome<pid_t> process = find_robot_process(config.state, config.robot);
+  if (!process.ok()) return process.failure();
+  const std::string name = std::to_string(*process);
+  if (::kill(*process, SIGHUP) != 0)
+    return system_failure("signal process", name, errno, FailureKind::kUsage);
+  std::printf("robot %u (process %s) reads [security] exclude and the public keys again\n",
+              config.robot, name.c_str());
+  return {};
+}
+
+enum class NodeTask : std::uint8_t { kRun, kCheck, kReload };
+
+Outcome<void> do_with_node(const std::string& path, NodeTask task) {
   const Outcome<NodeConfig> config = read_node_config(path);
   if (!config.ok()) return config.failure();
-  if (only_check) return check_node(*config, path);
+  if (task == NodeTask::kCheck) return check_node(*config, path);
+  if (task == NodeTask::kReload) return reload_node(*config);
   // Before the start is counted: what is counted ends as it is told to.
-  stop_by_signal();
+  listen_to_signals();
   const Outcome<std::unique_ptr<Node>> node = Node::make(*config, path);
   if (!node.ok()) return node.failure();
   const Dataset* const dataset = (*node)->dataset();
@@ -129,12 +153,18 @@ void add_node_command(CLI::App& app, int& exit_status) {
       "node", "A robot's process: maps, exchanges with the others, fuses what all have");
   auto path = std::make_shared<std::string>();
   command->add_option("--config", *path, "TOML file; every key is in docs/node.md")->required();
-  auto only_check = std::make_shared<bool>(false);
-  command->add_flag("--check", *only_check,
-                    "Only look whether the configuration and what it names are in order");
+  auto task = std::make_shared<NodeTask>(NodeTask::kRun);
+  CLI::Option* const check = command->add_flag_callback(
+      "--check", [task] { *task = NodeTask::kCheck; },
+      "Only look whether the configuration and what it names are in order");
+  command
+      ->add_flag_callback(
+          "--reload", [task] { *task = NodeTask::kReload; },
+          "Have the node that runs read [security] exclude and the public keys again")
+      ->excludes(check);
   command->footer("Example: tessera node --config robot_0.toml");
-  command->callback([path, only_check, &exit_status] {
-    const Outcome<void> outcome = run_node(*path, *only_check);
+  command->callback([path, task, &exit_status] {
+    const Outcome<void> outcome = do_with_node(*path, *task);
     if (!outcome.ok()) exit_status = fail(outcome.failure());
   });
 }

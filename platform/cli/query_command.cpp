@@ -56,7 +56,7 @@ void put_number(AtomicFile& file, double value) {
 
 void put_row(AtomicFile& file, const LocalMap& map, std::string_view point_text,
              const Point3d& p_map) {
-  const Result<VoxelCoord> voxel = map.lattice().voxel_of_double(p_map);
+  const Result<VoxelCoord> voxel = map.lattice().voxel_of(p_map);
   VoxelEvidence evidence;
   evidence.num_components = map.num_components();
   if (voxel.ok()) evidence = map.evidence(*voxel);

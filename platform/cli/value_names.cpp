@@ -29,6 +29,7 @@ constexpr std::array kNames = {
     ValueName{"info", "FILE", "MAP.tsm"},
     ValueName{"simulate", "--out", "DIR"},
     ValueName{"simulate", "--cameras", "on|off"},
+    ValueName{"key", "NAME", "TEXT"},
     ValueName{"play", "--labels", "FOLDER"},
     ValueName{"play", "--poses", "lcm|can|none"},
     ValueName{"", "--alpha", "A"},

@@ -97,6 +97,18 @@ void warn_of_places(const std::vector<FuseInput>& inputs, std::vector<std::strin
   }
 }
 
+/// inputs: sorted by id.
+void warn_of_epochs(const std::vector<FuseInput>& inputs, std::vector<std::string>& warnings) {
+  for (std::size_t i = 1; i < inputs.size(); ++i) {
+    const FuseInput& older = inputs[i - 1];
+    const FuseInput& newer = inputs[i];
+    if (older.id.robot != newer.id.robot || older.id.epoch == newer.id.epoch) continue;
+    warnings.push_back(older.path + " is of an earlier epoch of robot " +
+                       std::to_string(older.id.robot) + " than " + newer.path +
+                       "; it counts only where that has no evidence");
+  }
+}
+
 }  // namespace
 
 Outcome<std::vector<FuseInput>> load_inputs(const std::vector<std::string>& paths,
@@ -155,6 +167,7 @@ Outcome<std::vector<FuseInput>> arrange_inputs(std::vector<FuseInput> inputs,
   std::sort(inputs.begin(), inputs.end(), [](const FuseInput& a, const FuseInput& b) {
     return std::tie(a.id, a.digest, a.path) < std::tie(b.id, b.digest, b.path);
   });
+  warn_of_epochs(inputs, warnings);
   tell_robots_apart(inputs);
   return inputs;
 }

@@ -38,9 +38,10 @@ Outcome<std::vector<FuseInput>> load_inputs(const std::vector<std::string>& path
 Outcome<FuseInput> to_fuse(std::string name, std::shared_ptr<const StoredMap> stored);
 
 /// Sorts by robot, epoch and content, and gives each its frame. Maps that name the same robot and
-/// epoch are taken for different robots. What people should know about the inputs is added to
-/// warnings. Fails with kUsage iff resolutions, classes, priors or free weights differ, or a
-/// transform puts a map out of the grid.
+/// epoch are taken for different robots. Of maps of one robot and several epochs the newest counts
+/// in each voxel of the global grid where it has evidence. What people should know about the inputs
+/// is added to warnings. Fails with kUsage iff resolutions, classes, priors or free weights differ,
+/// or a transform puts a map out of the grid.
 Outcome<std::vector<FuseInput>> arrange_inputs(std::vector<FuseInput> inputs,
                                                std::vector<std::string>& warnings);
 

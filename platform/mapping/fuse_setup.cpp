@@ -35,6 +35,16 @@ std::uint32_t count_global_blocks(const std::vector<FuseInput>& inputs) {
   return static_cast<std::uint32_t>(keys.size());
 }
 
+/// The largest of the maps' caps, so that no map is held to less than its own.
+float cap_of(const std::vector<FuseInput>& inputs) {
+  float largest = 0.0F;
+  for (const FuseInput& input : inputs) {
+    const float cap = input.stored->map.config().max_evidence;
+    largest = std::max(largest, cap > 0.0F ? cap : RobotShare::kWithoutCap);
+  }
+  return largest;
+}
+
 /// Capacities with which nothing is refused.
 GlobalMapConfig ample_config(const std::vector<FuseInput>& inputs, const FuseOptions& options,
                              const DiffusionConfig& diffusion, const ReplicaDemand& demand) {
@@ -42,6 +52,7 @@ GlobalMapConfig ample_config(const std::vector<FuseInput>& inputs, const FuseOpt
   config.diffusion = diffusion;
   config.map = inputs.front().stored->map.config();
   config.map.max_evidence = 0.0F;
+  config.max_evidence = cap_of(inputs);
   const bool paper = diffusion.mode == DiffusionMode::kPaper;
   if (paper) config.map.prior = 0.0;
   const bool all_dense = std::all_of(inputs.begin(), inputs.end(), [](const FuseInput& input) {

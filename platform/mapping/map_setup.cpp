@@ -186,7 +186,16 @@ Outcome<ScanCapacity> split_budget(MapSetup& setup, std::size_t max_points) {
     capacity.tiles /= 2;
     capacity.ray_blocks /= 2;
   }
-  while (scratch() > budget_bytes / 2 && capacity.points > 64) capacity.points /= 2;
+  if (scratch() > budget_bytes / 2) {
+    // The most that fit; 64 at least.
+    std::uint32_t fits = 64;
+    std::uint32_t too_many = capacity.points;
+    while (fits + 1 < too_many) {
+      capacity.points = fits + (too_many - fits) / 2;
+      (scratch() > budget_bytes / 2 ? too_many : fits) = capacity.points;
+    }
+    capacity.points = fits;
+  }
   const std::size_t taken = scratch();
   if (taken < budget_bytes) setup.map = fit_to_budget(setup.map, budget_bytes - taken);
   if (taken >= budget_bytes || setup.map.storage_bytes < 4 * SlabPool::kPageBytes) {

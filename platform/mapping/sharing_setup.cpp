@@ -22,14 +22,16 @@ PublisherBudget budget_of(const SharingOptions& config) {
 }
 
 ExchangeConfig exchange_of(const SharingOptions& config, const MapConfig& map,
-                           std::uint32_t session) {
+                           std::uint32_t starts) {
   ExchangeConfig exchange;
   exchange.robot = config.robot;
-  exchange.session = session;
+  exchange.session = std::uint64_t{starts} << 32U;
   exchange.resolution_m = map.resolution_m;
   exchange.prior = map.prior;
   exchange.free_weight = map.free_weight;
+  exchange.max_evidence = robot_max_evidence(map);
   exchange.contributions = config.contributions;
+  exchange.contributions_per_robot = config.contributions_per_robot;
   exchange.peers = config.peers;
   exchange.bytes_per_s = config.bytes_per_s;
   exchange.burst_bytes = config.burst_bytes;
@@ -97,6 +99,7 @@ Outcome<RobotConfig> set_up_sharing(const SharingOptions& options, const MapSetu
   GlobalMapConfig global;
   global.diffusion = *diffusion;
   global.map = robot.map;
+  global.max_evidence = robot.map.max_evidence;
   global.map.max_evidence = 0.0F;
   if (diffusion->mode == DiffusionMode::kPaper) global.map.prior = 0.0;
   global.map.tuple = options.counts == "dense" ? TuplePolicy::kDense : TuplePolicy::kCompact;
@@ -105,6 +108,7 @@ Outcome<RobotConfig> set_up_sharing(const SharingOptions& options, const MapSetu
       fit_global_map(global, options.fusion_memory_bytes, options.robot_share, num_components);
   if (!fitted.ok()) return fitted.failure();
   robot.global = *fitted;
+  robot.exchange.records = robot.global.replicas.blocks;
   return robot;
 }
 

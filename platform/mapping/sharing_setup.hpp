@@ -31,6 +31,7 @@ struct SharingOptions {
   std::uint32_t burst_bytes = 128U << 10U;
   std::uint32_t peers = 64;
   std::uint32_t contributions = 64;
+  std::uint32_t contributions_per_robot = 4;
   // The global map.
   std::size_t fusion_memory_bytes = std::size_t{256} << 20U;
   DiffusionOptions diffusion;

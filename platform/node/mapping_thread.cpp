@@ -44,7 +44,7 @@ void MappingThread::work() noexcept {
   const std::int64_t now_us = MonotonicClock::now_us();
   heartbeat_.beat(now_us);
   note_pause(now_us);
-  if ((now_.pause & kPausedToSave) == 0) clear_if_asked();
+  if ((now_.pause & kPausedToSave) == 0) clear_if_permitted();
   if (ScanSlot* const slot = source_.front(); slot != nullptr) {
     if (paused()) {
       ++now_.paused;
@@ -73,10 +73,10 @@ void MappingThread::note_pause(std::int64_t now_us) noexcept {
   taken_.store(asked, std::memory_order_release);
 }
 
-void MappingThread::clear_if_asked() noexcept {
-  const std::uint32_t asked = clear_asked_.load(std::memory_order_relaxed);
-  if (asked == cleared_) return;
-  cleared_ = asked;
+void MappingThread::clear_if_permitted() noexcept {
+  const std::uint32_t permitted = clears_permitted_.load(std::memory_order_acquire);
+  if (permitted == cleared_) return;
+  cleared_ = permitted;
   mapper_.clear();
   ++now_.clears;
   now_.usage = mapper_.map().usage();
@@ -129,7 +129,15 @@ void MappingThread::say_losses(const ScanReport& report, std::int64_t now_us) no
   if (report.over_capacity != 0)
     log_.say(LogLevel::kWarning, now_us,
              "a scan has % points too many; the rest was sampled evenly", report.over_capacity);
-  const std::uint32_t time = report.left_out() - memory - report.over_capacity;
+  now_.over_capacity += report.over_capacity;
+  const std::uint32_t work = report.refused_work + report.rays_refused_work;
+  now_.refused_work += work;
+  if (work != 0)
+    log_.say(LogLevel::kWarning, now_us,
+             "% points and rays left out, as the work budget was spent; see [map] work_budget",
+             work);
+  const std::uint32_t time = report.left_out_deadline();
+  now_.refused_time += time;
   if (time != 0)
     log_.say(LogLevel::kWarning, now_us, "% points and rays left out, to be in time", time);
 }

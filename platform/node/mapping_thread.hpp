@@ -28,6 +28,7 @@ enum MappingPause : std::uint32_t {
   kPausedByPose = 1U << 1U,  ///< There is none that may be mapped with.
   kPausedToSave = 1U << 2U,
   kPausedByNewFrame = 1U << 3U,  ///< Poses are of another frame than the map.
+  kPausedToKeep = 1U << 4U,      ///< The map is saved before it is cleared.
 };
 
 /// How things stand after a cycle; counters never decrease.
@@ -40,7 +41,10 @@ struct MappingStatus {
   std::uint64_t rays_wanted = 0;     ///< ScanReport::rays_wanted.
   std::uint64_t rays = 0;            ///< Of these, traced.
   std::uint64_t shed = 0;            ///< Scans of which something was left out.
-  std::uint64_t refused_memory = 0;  ///< Of left_out: for want of memory.
+  std::uint64_t refused_memory = 0;  ///< Of left_out: for want of memory,
+  std::uint64_t refused_work = 0;    ///< as the work budget was spent,
+  std::uint64_t refused_time = 0;    ///< as the deadline came, or was foreseen,
+  std::uint64_t over_capacity = 0;   ///< as a scan had more points than there is room for.
   std::uint64_t bad_poses = 0;
   std::uint64_t paused = 0;  ///< Scans that came while mapping paused, and were left out.
   std::uint64_t missed = 0;  ///< Cycles that took longer than the period.
@@ -99,11 +103,21 @@ class MappingThread {
   [[nodiscard]] bool paused() const noexcept {
     return (taken_.load(std::memory_order_acquire) & kReasons) != 0;
   }
-  /// Forgets all content, before the next scan and also while it pauses, but to save:
-  /// MappingStatus::clears says when.
+  /// Asks that all content be forgotten. Mapping pauses from here on, until somebody has saved the
+  /// map and calls permit_clear(). MappingStatus::clears says when it was cleared.
   void clear_map() noexcept {
-    clear_asked_.fetch_add(1, std::memory_order_relaxed);
-    wake_.wake();
+    clears_asked_.fetch_add(1, std::memory_order_relaxed);
+    pause(kPausedToKeep, true);
+  }
+  /// How often clear_map() was called.
+  [[nodiscard]] std::uint32_t clears_asked() const noexcept {
+    return clears_asked_.load(std::memory_order_acquire);
+  }
+  /// The map is forgotten before the next scan and also while it pauses, but to save. clears: what
+  /// clears_asked() gave before the map was saved.
+  void permit_clear(std::uint32_t clears) noexcept {
+    clears_permitted_.store(clears, std::memory_order_release);
+    if (clears_asked() == clears) pause(kPausedToKeep, false);
   }
   [[nodiscard]] const LatestValue<MappingStatus>& status() const noexcept { return status_; }
   [[nodiscard]] Heartbeat& heartbeat() noexcept { return heartbeat_; }
@@ -131,7 +145,7 @@ class MappingThread {
   void take(ScanSlot& slot, std::int64_t now_us) noexcept;
   static constexpr std::uint64_t kReasons = 0xffff'ffffU;
   void note_pause(std::int64_t now_us) noexcept;
-  void clear_if_asked() noexcept;
+  void clear_if_permitted() noexcept;
   void say_losses(const ScanReport& report, std::int64_t now_us) noexcept;
 
   Mapper& mapper_;
@@ -143,7 +157,8 @@ class MappingThread {
   /// Reasons, and above them how often pause() was called: as asked for, and as gone by.
   std::atomic<std::uint64_t> pause_{0};
   std::atomic<std::uint64_t> taken_{0};
-  std::atomic<std::uint32_t> clear_asked_{0};
+  std::atomic<std::uint32_t> clears_asked_{0};
+  std::atomic<std::uint32_t> clears_permitted_{0};
   std::atomic<bool> ended_{false};
   std::uint32_t cleared_ = 0;
   MappingStatus now_{};

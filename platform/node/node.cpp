@@ -20,6 +20,12 @@ namespace {
 
 /// Between two looks at the threads.
 constexpr std::int64_t kLook_us = 50'000;
+/// Between two lines about another process that speaks as this robot.
+constexpr std::int64_t kTwinPeriod_us = 60'000'000;
+/// After the robot's state could not be written.
+constexpr std::int64_t kStateRetry_us = 60'000'000;
+/// Between two epochs that are left because another process is in them.
+constexpr std::int64_t kReopen_us = 30'000'000;
 
 double cpu_s() {
   timespec now{};
@@ -36,7 +42,8 @@ Node::~Node() {
 }
 
 Outcome<void> Node::run(NodeRequests& requests) {
-  Progress progress("mapping", endless() ? 1 : dataset_->num_scans());
+  Progress progress(endless() ? "scans mapped" : "mapping",
+                    endless() ? Progress::kEndless : dataset_->num_scans());
   const double cpu_before_s = cpu_s();
   const Outcome<void> vehicle = make_vehicle(requests);
   if (!vehicle.ok()) return vehicle.failure();
@@ -74,8 +81,10 @@ void Node::look_after(NodeRequests& requests, Progress& progress) {
   if (vehicle_) all[count++] = &vehicle_->log();
   const std::span<LogQueue* const> queues = std::span(all).first(count);
   say_missing_rights();
+  if (!run_.kept_maps.empty()) say_kept();
   while (true) {
     const std::int64_t now_us = MonotonicClock::now_us();
+    keep_before_clear(now_us);
     look_for_sharing(now_us);
     look_for_others(now_us);
     writer.write(queues);
@@ -85,6 +94,9 @@ void Node::look_after(NodeRequests& requests, Progress& progress) {
       run_.ended_by = "signal";
     if (run_.ended_by != nullptr) break;
     if (requests.save.exchange(false, std::memory_order_relaxed)) save_local_map();
+    // The next look will do, while the sharing thread has not taken what was read before.
+    if (!updates_.is_waiting() && requests.reload.exchange(false, std::memory_order_relaxed))
+      reload();
     service_.sleep_until(now_us + kLook_us);
   }
   writer.write(queues);
@@ -118,11 +130,57 @@ void Node::look_for_others(std::int64_t now_us) {
     log_.say_change(LogLevel::kInfo, now_us, "robots in reach: %, before: %", sharing.in_reach,
                     peers_seen_);
   peers_seen_ = sharing.in_reach;
-  if (sharing.exchange.records_refused != refused_seen_)
-    log_.say(LogLevel::kWarning, now_us,
-             "records of other robots refused: %; see [fusion] memory and robot_share",
-             static_cast<std::int64_t>(sharing.exchange.records_refused));
-  refused_seen_ = sharing.exchange.records_refused;
+  refusals_.look(port_->link().statistics(), sharing.exchange, now_us, log_);
+  look_for_twins(sharing, now_us);
+  keep_state(sharing, now_us);
+  leave_epoch(sharing, now_us);
+}
+
+/// At once, and then once a minute while it lasts.
+void Node::look_for_twins(const SharingStatus& sharing, std::int64_t now_us) {
+  const std::uint64_t twins = sharing.twins();
+  if (twins == twins_told_ || now_us < twins_due_us_) return;
+  log_.say_change(LogLevel::kError, now_us,
+                  "another process speaks as robot %, heard % times; give each robot its own "
+                  "[robot] id and state",
+                  config_.robot, static_cast<std::int64_t>(twins - twins_told_));
+  twins_told_ = twins;
+  twins_due_us_ = now_us + kTwinPeriod_us;
+}
+
+/// This thread may wait for the disk.
+void Node::keep_state(const SharingStatus& sharing, std::int64_t now_us) {
+  if (now_us < state_due_us_) return;
+  const std::uint64_t before = thread_heap_allocations().value_or(0);
+  const bool first = sharing.exchange.published_parts != 0 && state_->published() < state_->epoch();
+  const auto floors = std::span(sharing.floors).first(sharing.floor_count);
+  if ((first && !state_->note_published(state_->epoch()).ok()) ||
+      !state_->note_floors(floors).ok()) {
+    log_.say(LogLevel::kError, now_us, "the robot's state could not be written; see [robot] state");
+    state_due_us_ = now_us + kStateRetry_us;
+  }
+  save_allocations_ += thread_heap_allocations().value_or(0) - before;
+}
+
+/// Something else was published in this robot's name: the epoch above it is durable before it is
+/// used, so that no start ever uses it again.
+void Node::leave_epoch(const SharingStatus& sharing, std::int64_t now_us) {
+  if (sharing.overtaken == 0 || now_us < reopen_due_us_) return;
+  reopen_due_us_ = now_us + kReopen_us;
+  const std::uint64_t before = thread_heap_allocations().value_or(0);
+  const bool was_mixed = sharing.overtaken - 1 == state_->epoch();
+  const bool kept = state_->raise_epoch(sharing.overtaken).ok() &&
+                    state_->raise_starts((sharing.highest_session_heard >> 32U) + 1).ok();
+  save_allocations_ += thread_heap_allocations().value_or(0) - before;
+  if (!kept) {
+    log_.say(LogLevel::kError, now_us, "the robot's state could not be written; see [robot] state");
+    return;
+  }
+  log_.say(LogLevel::kError, now_us,
+           "another process has published as this robot, up to epoch %: going on in epoch %",
+           static_cast<std::int64_t>(sharing.overtaken - 1), state_->epoch());
+  // An epoch that two processes were in holds two maps.
+  sharing_->ask_to_reopen(state_->epoch(), was_mixed ? state_->epoch() : state_->floor());
 }
 
 void Node::end(const char* reason) noexcept {
@@ -138,7 +196,7 @@ void Node::show(Progress& progress) const {
   std::array<char, 48> suffix{};
   static_cast<void>(std::snprintf(suffix.data(), suffix.size(), "%u of %u contributions whole",
                                   sharing.exchange.complete, sharing.exchange.contributions));
-  progress.update(endless() ? 0 : mapping.cycles, suffix.data());
+  progress.update(mapping.cycles, suffix.data());
 }
 
 }  // namespace tessera

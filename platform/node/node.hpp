@@ -11,13 +11,16 @@
 #include <vector>
 
 #include "dataset/dataset.hpp"
+#include "node/datagram_door.hpp"
 #include "node/mapping_thread.hpp"
 #include "node/network_port.hpp"
 #include "node/node_config.hpp"
 #include "node/query_thread.hpp"
+#include "node/refusal_log.hpp"
 #include "node/registrar.hpp"
 #include "node/replay_source.hpp"
 #include "node/robot_setup.hpp"
+#include "node/security_update.hpp"
 #include "node/sharing_thread.hpp"
 #include "node/thread_roles.hpp"
 #include "node/vehicle_thread.hpp"
@@ -47,7 +50,10 @@ struct NodeRun {
   double cpu_s = 0.0;  ///< Of all threads.
   std::vector<Snapshot> snapshots;
   std::uint64_t failed_snapshots = 0;
-  std::string not_locked;  ///< Why memory is not locked; empty: it is, or was not to be.
+  /// Files of the maps that were kept: of an earlier epoch, and from before the map was cleared.
+  std::vector<std::string> kept_maps;
+  std::uint64_t failed_keeps = 0;  ///< Tries; the map is not cleared until one succeeds.
+  std::string not_locked;          ///< Why memory is not locked; empty: it is, or was not to be.
   MissingRights missing{};
   std::size_t start_resident_bytes = 0;  ///< Once all threads run.
   std::size_t end_resident_bytes = 0;
@@ -61,7 +67,8 @@ struct NodeRun {
 /// Asked for from outside, by signals.
 struct NodeRequests {
   std::atomic<bool> stop{false};
-  std::atomic<bool> save{false};  ///< The local map.
+  std::atomic<bool> save{false};    ///< The local map.
+  std::atomic<bool> reload{false};  ///< Who is excluded, and the public keys.
 };
 
 class Node {
@@ -93,10 +100,11 @@ class Node {
   [[nodiscard]] const LoopTimes& times() const { return sharing_->times(); }
   [[nodiscard]] const MappingThread& mapping() const { return *mapping_; }
   [[nodiscard]] const Robot& robot() const { return *robot_; }
+  [[nodiscard]] const DatagramLink& link() const { return port_->link(); }
   [[nodiscard]] std::uint64_t global_digest() const { return global_digest_; }
 
  private:
-  explicit Node(const NodeConfig& config) : config_(config) {}
+  Node(const NodeConfig& config, std::string path) : config_(config), path_(std::move(path)) {}
   Outcome<void> open_inputs(const std::string& path);
   Outcome<void> open_sensors();
   Outcome<void> make_sensing();
@@ -110,6 +118,7 @@ class Node {
   [[nodiscard]] bool endless() const { return config_.loop || config_.sensors.enabled; }
   Outcome<void> set_up(const std::string& path);
   Outcome<void> read_keys();
+  Outcome<void> begin_state();
   Outcome<void> check_all(const std::string& path);
   [[nodiscard]] Outcome<void> check_urls() const;
   [[nodiscard]] Outcome<void> check_sectors(const std::string& path) const;
@@ -122,6 +131,8 @@ class Node {
 
   // In the sharing thread, after each tick.
   void after_tick(std::int64_t now_us);
+  void apply_security();
+  void set_excluded(std::span<const std::uint32_t> robots);
   void look_for_life(std::int64_t now_us);
   void say_status(std::int64_t now_us);
   Outcome<void> take_snapshot(std::int64_t now_us);
@@ -135,7 +146,15 @@ class Node {
   void say_missing_rights();
   void look_for_sharing(std::int64_t now_us);
   void look_for_others(std::int64_t now_us);
+  void look_for_twins(const SharingStatus& sharing, std::int64_t now_us);
+  void keep_state(const SharingStatus& sharing, std::int64_t now_us);
+  void leave_epoch(const SharingStatus& sharing, std::int64_t now_us);
   void save_local_map();
+  void reload();
+  Outcome<void> read_again();
+  void keep_before_clear(std::int64_t now_us);
+  [[nodiscard]] Outcome<void> keep_map();
+  void say_kept();
   Outcome<void> write_what_is_named();
   void show(Progress& progress) const;
   [[nodiscard]] Json mapping_json() const;
@@ -147,14 +166,18 @@ class Node {
   [[nodiscard]] MapIdentity identity_of(MapKind kind) const;
 
   NodeConfig config_;
+  const std::string path_;  ///< Of the configuration.
   std::optional<Dataset> dataset_;
   std::optional<DatasetClasses> classes_;
   std::vector<CameraDescription> cameras_;
   Matrix34d T_body_lidar_ = Matrix34d::Identity();
   RobotSetup setup_;
-  FileDescriptor lock_;  ///< No other process is this robot.
+  FileDescriptor lock_;              ///< No other process is this robot.
+  std::optional<RobotState> state_;  ///< Of the thread of run(), once threads are there.
   std::optional<FleetKeys> keys_;
   HeldRobot robot_;
+  SecurityUpdates updates_;
+  std::optional<DatagramDoor> door_;  ///< Before the port, whose thread asks it.
   std::unique_ptr<NetworkPort> port_;
   WakeUp mapping_wake_;  ///< Before whoever wakes by it.
   // Each may be null, but for mapping and sharing.
@@ -183,15 +206,26 @@ class Node {
   std::int64_t snapshot_due_us_ = 0;
   std::uint64_t snapshot_allocations_ = 0;
   LogQueue sharing_log_{"sharing"};
+  std::uint32_t exclude_digest_ = 0;
   std::uint32_t late_threads_ = 0;  ///< A bit each, so that each silence is told once.
   // Of the thread of run().
   bool sharing_is_late_ = false;
   std::uint64_t sharing_silences_ = 0;
   std::uint64_t save_allocations_ = 0;
   std::int64_t notice_due_us_ = 0;
+  RefusalLog refusals_;
+  std::vector<std::uint32_t> excluded_;  ///< By the configuration as it was last read.
+  std::string ignored_keys_;
+  std::string reload_failure_;
   std::uint32_t peers_seen_ = 0;
-  std::uint64_t refused_seen_ = 0;  ///< Records of others.
-  std::string save_failure_;        ///< Why the last save that failed did.
+  std::int64_t state_due_us_ = 0;
+  std::uint64_t twins_told_ = 0;
+  std::int64_t twins_due_us_ = 0;
+  std::int64_t reopen_due_us_ = 0;
+  std::string save_failure_;       ///< Why the last save that failed did.
+  std::string keep_text_;          ///< What was said last of a map that is kept.
+  std::uint32_t clears_kept_ = 0;  ///< MappingThread::clears_asked() of what is saved.
+  std::int64_t keep_due_us_ = 0;   ///< When to try again.
   std::uint64_t global_digest_ = 0;
   std::optional<std::uint64_t> local_digest_;
 };

@@ -54,6 +54,9 @@ void take_robot(ConfigFile& file, NodeConfig& c) {
   file.take({"robot", "id"}, c.robot, {0, kMost32});
   file.require({"robot", "state"}, "a folder in which the node counts its starts");
   file.take_path({"robot", "state"}, c.state);
+  std::string earlier = "keep";
+  file.take({"robot", "earlier"}, earlier, {"keep", "drop"});
+  c.earlier = earlier == "drop" ? EarlierEpochs::kDrop : EarlierEpochs::kKeep;
   file.take_path({"robot", "T_global_map"}, c.T_global_map);
 }
 
@@ -127,6 +130,7 @@ void take_network(ConfigFile& file, NodeConfig& c) {
   file.take({"network", "burst_bytes"}, c.burst_bytes, {4096, 16 << 20});
   file.take({"network", "peers"}, c.peers, {1, 1024});
   file.take({"network", "contributions"}, c.contributions, {1, Replicas::kMostContributions});
+  file.take({"network", "contributions_per_robot"}, c.contributions_per_robot, {1, 65535});
   file.take({"network", "status"}, c.status);
 }
 
@@ -134,6 +138,7 @@ void take_security(ConfigFile& file, NodeConfig& c) {
   file.take_path({"security", "fleet_key"}, c.keys.fleet_key);
   file.take_path({"security", "robot_secret"}, c.keys.robot_secret);
   file.take_path({"security", "robot_public_keys"}, c.keys.robot_public_keys);
+  file.take({"security", "mission"}, c.keys.mission);
   file.take({"security", "exclude"}, c.exclude);
 }
 
@@ -145,6 +150,17 @@ Outcome<void> check_excluded(const ConfigFile& file, const NodeConfig& c) {
   }
   if (std::find(c.exclude.begin(), c.exclude.end(), c.robot) == c.exclude.end()) return {};
   return file.refusal(key, "names this robot itself; leave it out");
+}
+
+/// Whether the fleet's key file names one is seen when it is read.
+Outcome<void> check_mission(const ConfigFile& file, const NodeConfig& c) {
+  const ConfigKey key{"security", "mission"};
+  if (!file.is_given(key)) return {};
+  if (c.keys.fleet_key.empty() && c.keys.robot_secret.empty())
+    return file.refusal(key, "protects nothing without a key; name fleet_key, or leave it out");
+  const Outcome<Mission> mission = Mission::make(c.keys.mission);
+  if (mission.ok()) return {};
+  return file.refusal(key, "is not allowed: " + mission.failure().message);
 }
 
 /// A robot whose owner wants keys does not run without.
@@ -184,6 +200,7 @@ void take_fusion(ConfigFile& file, NodeConfig& c) {
 void take_output(ConfigFile& file, NodeConfig& c) {
   file.take_path({"output", "global_map"}, c.global_map);
   file.take_path({"output", "local_map"}, c.local_map);
+  file.take({"output", "keep_maps"}, c.keep_maps);
   file.take_path({"output", "contribution"}, c.contribution);
   file.take_path({"output", "report"}, c.report);
   file.take_path({"output", "snapshots"}, c.snapshots);
@@ -213,6 +230,8 @@ Outcome<NodeConfig> parse_node_config(std::string_view text, const std::string& 
   if (!finished.ok()) return finished.failure();
   const Outcome<void> keys = check_keys(*file, config);
   if (!keys.ok()) return keys.failure();
+  const Outcome<void> mission = check_mission(*file, config);
+  if (!mission.ok()) return mission.failure();
   const Outcome<void> excluded = check_excluded(*file, config);
   if (!excluded.ok()) return excluded.failure();
   const Outcome<void> view = check_view(*file, config);

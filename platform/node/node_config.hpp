@@ -14,6 +14,7 @@
 #include "mapping/map_options.hpp"
 #include "mapping/report.hpp"
 #include "mapping/sharing_setup.hpp"
+#include "node/robot_state.hpp"
 #include "posix/outcome.hpp"
 #include "security/fleet_keys.hpp"
 #include "service/query_port.hpp"
@@ -41,6 +42,7 @@ struct SensorsConfig {
   std::string missing_images = "unlabelled";
   double max_wait_ms = 100.0;
   double max_image_offset_ms = 50.0;
+  double max_pose_gap_ms = 150.0;  ///< Between the two poses around a scan's stamp.
 };
 
 /// [vehicle]: its CAN bus, and what makes a pose unfit to map with.
@@ -61,7 +63,8 @@ struct VehicleConfig {
 /// rates of [network].
 struct NodeConfig : SharingOptions {
   // [robot]
-  std::string state;         ///< Folder of the counter of starts.
+  std::string state;  ///< Folder of what the robot knows of its earlier starts.
+  EarlierEpochs earlier = EarlierEpochs::kKeep;
   std::string T_global_map;  ///< File; empty: as the dataset says, else the identity.
   // [replay], [map]; not all of MapOptions is for a node.
   MapOptions map;
@@ -94,6 +97,7 @@ struct NodeConfig : SharingOptions {
   // [output]
   std::string global_map;
   std::string local_map;
+  bool keep_maps = true;  ///< Of earlier epochs, and from before the map was cleared.
   std::string contribution;
   std::string report;
   std::string snapshots;

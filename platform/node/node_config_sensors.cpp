@@ -28,6 +28,7 @@ void take_sensors(ConfigFile& file, NodeConfig& c) {
   file.take({"sensors", "max_wait_ms"}, s.max_wait_ms, ConfigFile::Real{1.0, 10'000.0});
   file.take({"sensors", "max_image_offset_ms"}, s.max_image_offset_ms,
             ConfigFile::Real{0.0, 10'000.0});
+  file.take({"sensors", "max_pose_gap_ms"}, s.max_pose_gap_ms, ConfigFile::Real{1.0, 10'000.0});
 }
 
 void take_vehicle(ConfigFile& file, NodeConfig& c) {
@@ -47,6 +48,10 @@ void take_vehicle(ConfigFile& file, NodeConfig& c) {
   guard.timeout_us = static_cast<std::int64_t>(1e3 * timeout_ms);
   guard.max_age_us = guard.timeout_us;
   file.take({"vehicle", "max_speed_mps"}, guard.max_speed_mps, ConfigFile::Real{0.01, 200.0});
+  file.take({"vehicle", "max_acceleration_mps2"}, guard.max_acceleration_mps2,
+            ConfigFile::Real{0.1, 1000.0});
+  file.take({"vehicle", "jump_m"}, guard.slack_m, ConfigFile::Real{0.001, 100.0});
+  file.take({"vehicle", "jump_rad"}, guard.slack_rad, ConfigFile::Real{0.001, 3.2});
   file.take({"vehicle", "max_yaw_rate_radps"}, guard.max_yaw_rate_radps,
             ConfigFile::Real{0.01, 50.0});
   file.take({"vehicle", "max_std_position_m"}, guard.max_std_position_m,

@@ -76,6 +76,11 @@ SensorPortConfig Node::sensor_config() const {
   port.clock = sensors.clock == "wall" ? SensorClock::kWall : SensorClock::kMonotonic;
   MatcherConfig& matcher = port.matcher;
   matcher.max_wait_us = microseconds(1e-3 * sensors.max_wait_ms);
+  matcher.max_pose_gap_us = microseconds(1e-3 * sensors.max_pose_gap_ms);
+  // As many as come while one waits, and the one that is being received.
+  const double waiting = sensors.max_wait_ms / static_cast<double>(config_.period_ms);
+  matcher.pending_scans =
+      std::max(matcher.pending_scans, static_cast<std::size_t>(std::min(waiting, 14.0)) + 2);
   matcher.max_image_offset_us = microseconds(1e-3 * sensors.max_image_offset_ms);
   matcher.missing_images =
       sensors.missing_images == "drop" ? MissingImages::kDrop : MissingImages::kUnlabelled;

@@ -3,6 +3,7 @@
 // The maps that a node writes: while it runs, and in the end.
 #include <string_view>
 
+#include "node/kept_maps.hpp"
 #include "node/node.hpp"
 #include "node/published_map.hpp"
 #include "posix/allocation_counter.hpp"
@@ -65,6 +66,51 @@ void Node::save_local_map() {
     saves_.fetch_add(1, std::memory_order_relaxed);
   }
   save_allocations_ += thread_heap_allocations().value_or(0) - before;
+}
+
+/// Mapping pauses since the clearing was asked for, so no deadline is at stake.
+void Node::keep_before_clear(std::int64_t now_us) {
+  constexpr std::int64_t kTryAgain_us = 10'000'000;
+  const std::uint32_t asked = mapping_->clears_asked();
+  if (asked == clears_kept_ || now_us < keep_due_us_) return;
+  const std::uint64_t before = thread_heap_allocations().value_or(0);
+  const std::uint64_t call = mapping_->pause(kPausedToSave, true);
+  while (!mapping_->has_taken(call)) service_.sleep_until(MonotonicClock::now_us() + 1'000);
+  const Outcome<void> kept = config_.keep_maps ? keep_map() : Outcome<void>();
+  if (kept.ok()) {
+    clears_kept_ = asked;
+    mapping_->permit_clear(asked);
+  } else {
+    ++run_.failed_keeps;
+    keep_due_us_ = MonotonicClock::now_us() + kTryAgain_us;
+    keep_text_ = "the map is not cleared, and mapping pauses, as it cannot be saved before: " +
+                 kept.failure().message + "; the next try is in 10 s";
+    log_.say_change(LogLevel::kError, MonotonicClock::now_us(), keep_text_.c_str());
+  }
+  mapping_->pause(kPausedToSave, false);
+  save_allocations_ += thread_heap_allocations().value_or(0) - before;
+}
+
+/// Beside the local map; where none is configured, in the folder of the counter of starts.
+Outcome<void> Node::keep_map() {
+  if (robot_->map().block_count() == 0) return {};
+  const std::string beside =
+      config_.local_map.empty() ? config_.state + "/robot_" + std::to_string(config_.robot) + ".tsm"
+                                : config_.local_map;
+  const Outcome<std::string> name = free_epoch_name(beside, setup_.robot.epoch);
+  if (!name.ok()) return name.failure();
+  std::vector<KeyedIndex> workspace = workspace_for(robot_->map());
+  const Outcome<void> saved =
+      save_map(robot_->map(), identity_of(MapKind::kLocal), workspace, *name);
+  if (!saved.ok()) return saved.failure();
+  run_.kept_maps.push_back(*name);
+  say_kept();
+  return {};
+}
+
+void Node::say_kept() {
+  keep_text_ = "the map of before is kept as " + run_.kept_maps.back();
+  log_.say_change(LogLevel::kInfo, MonotonicClock::now_us(), keep_text_.c_str());
 }
 
 Outcome<void> Node::write_maps() {

@@ -3,6 +3,7 @@
 // The report of "node".
 #include <array>
 
+#include "mapping/exchange_counters.hpp"
 #include "mapping/number_text.hpp"
 #include "node/node.hpp"
 #include "posix/monotonic_clock.hpp"
@@ -31,45 +32,10 @@ Json histogram_json(const DurationHistogram& times) {
   return json;
 }
 
-Json exchange_json(const ExchangeReport& r) {
-  return {{"received", r.received},
-          {"received_bytes", r.received_bytes},
-          {"refused_size", r.refused_size},
-          {"refused_format", r.refused_format},
-          {"refused_tag", r.refused_tag},
-          {"refused_signature", r.refused_signature},
-          {"refused_configuration", r.refused_configuration},
-          {"refused_replay", r.refused_replay},
-          {"refused_robot", r.refused_robot},
-          {"refused_excluded", r.refused_excluded},
-          {"refused_peers", r.refused_peers},
-          {"refused_body", r.refused_body},
-          {"own_echoes", r.own_echoes},
-          {"records_taken", r.records_taken},
-          {"records_stale", r.records_stale},
-          {"records_refused", r.records_refused},
-          {"records_early", r.records_early},
-          {"refused_contributions", r.refused_contributions},
-          {"displaced_contributions", r.displaced_contributions},
-          {"diverged", r.diverged},
-          {"impostors", r.impostors},
-          {"sent", r.sent},
-          {"sent_bytes", r.sent_bytes},
-          {"announcements", r.announcements},
-          {"requests", r.requests},
-          {"requests_saved", r.requests_saved},
-          {"frames", r.frames},
-          {"fresh_chunks", r.fresh_chunks},
-          {"answer_chunks", r.answer_chunks},
-          {"answer_bytes", r.answer_bytes},
-          {"answers_saved", r.answers_saved},
-          {"refused_answers", r.refused_answers},
-          {"published_parts", r.published_parts},
-          {"refused_parts", r.refused_parts},
-          {"contributions", r.contributions},
-          {"complete", r.complete},
-          {"peers", r.peers},
-          {"waiting_answers", r.waiting_answers}};
+Json exchange_json(const ExchangeReport& report) {
+  Json json;
+  for_counters(report, [&](const char* name, auto value) { json[name] = value; });
+  return json;
 }
 
 Json publisher_json(const Publisher& publisher) {
@@ -104,6 +70,9 @@ Json link_json(const NetworkPort& port) {
           {"fragments", s.fragments},
           {"foreign", s.foreign},
           {"no_channel", s.no_channel},
+          {"refused_format", s.refused_format},
+          {"refused_tag", s.refused_tag},
+          {"refused_excluded", s.refused_excluded},
           {"queue_full", s.queue_full},
           {"kernel_dropped", s.kernel_dropped},
           {"missing", s.missing},
@@ -139,12 +108,13 @@ Json peers_json(const Robot& robot, std::int64_t now_us) {
     const std::string mismatch =
         peer.mismatch ? mismatch_text(*peer.mismatch, robot.map().config(), robot.map().classes())
                       : "";
-    json.push_back({{"robot", peer.robot},
-                    {"session", peer.control.session},
-                    {"datagrams", peer.datagrams},
-                    {"silent_s", 1e-6 * static_cast<double>(now_us - peer.heard_us)},
-                    {"left", peer.left},
-                    {"mismatch", mismatch}});
+    json.push_back(
+        {{"robot", peer.robot},
+         {"session", peer.control.session},
+         {"datagrams", peer.datagrams},
+         {"silent_s", 1e-6 * static_cast<double>((Instant::at_us(now_us) - peer.heard).us)},
+         {"left", peer.left},
+         {"mismatch", mismatch}});
   }
   return json;
 }
@@ -198,23 +168,27 @@ std::string mismatch_text(const ConfigurationDetails& theirs, const MapConfig& o
 
 Json Node::mapping_json() const {
   const MappingStatus& m = run_.mapping;
-  const PageFaults& faults = mapping_->page_faults();
   return {{"period_ms", config_.period_ms},
           {"cycles", m.cycles},
           {"missed", m.missed},
           {"late", m.late},
           {"shed", m.shed},
           {"refused_memory", m.refused_memory},
+          {"refused_work", m.refused_work},
+          {"refused_time", m.refused_time},
+          {"over_capacity", m.over_capacity},
           {"paused", m.paused},
           {"lost", run_.source.lost},
           {"clears", m.clears},
           {"saves", saves_.load()},
           {"failed_saves", failed_saves_.load()},
+          {"kept_maps", run_.kept_maps},
+          {"failed_keeps", run_.failed_keeps},
           {"cycle_times", histogram_json(mapping_->cycles())},
           {"latencies", histogram_json(mapping_->latencies())},
           {"thread", mapping_->thread_number()},
-          {"minor_page_faults", faults.minor},
-          {"major_page_faults", faults.major}};
+          {"minor_page_faults", mapping_->page_faults().minor},
+          {"major_page_faults", mapping_->page_faults().major}};
 }
 
 Json Node::realtime_json() const {
@@ -277,6 +251,7 @@ Json Node::report() const {
   json["exchange"] = exchange_json(exchange);
   json["publisher"] = publisher_json(robot_->publisher());
   json["link"] = link_json(*port_);
+  json["security"] = {{"excluded", excluded_}, {"exclude_digest", exclude_digest_}};
   Json snapshots = Json::array();
   for (const Snapshot& snapshot : run_.snapshots) {
     snapshots.push_back({{"file", snapshot.path},

@@ -5,17 +5,21 @@
 #include <utility>
 
 #include "mapping/outputs.hpp"
+#include "node/kept_maps.hpp"
 #include "node/node.hpp"
 #include "node/published_map.hpp"
-#include "node/start_counter.hpp"
 #include "node/thread_roles.hpp"
 #include "posix/allocation_counter.hpp"
 #include "posix/monotonic_clock.hpp"
+#include "security/session.hpp"
 #include "tessera/map/queries.hpp"
 
 namespace tessera {
 
 namespace {
+
+/// Before anything is sent: each robot announces what it holds once a second.
+constexpr std::int64_t kListen_us = 1'200'000;
 
 /// What a node takes once its memory is locked: stacks, and what writing maps needs. A contribution
 /// is made a map of its own for that, of no more than is shared.
@@ -27,7 +31,7 @@ std::size_t later_bytes(const NodeConfig& config) {
 }  // namespace
 
 Outcome<std::unique_ptr<Node>> Node::make(const NodeConfig& config, const std::string& path) {
-  std::unique_ptr<Node> node(new Node(config));
+  std::unique_ptr<Node> node(new Node(config, path));
   node->run_.made_us = MonotonicClock::now_us();
   const Outcome<void> done = node->set_up(path);
   if (!done.ok()) return done.failure();
@@ -35,7 +39,7 @@ Outcome<std::unique_ptr<Node>> Node::make(const NodeConfig& config, const std::s
 }
 
 Outcome<void> Node::check(const NodeConfig& config, const std::string& path) {
-  return Node(config).check_all(path);
+  return Node(config, path).check_all(path);
 }
 
 Outcome<void> Node::check_all(const std::string& path) {
@@ -123,6 +127,29 @@ Outcome<void> Node::read_keys() {
   return {};
 }
 
+/// Durable before anything is said. Each start opens a new epoch, so that no version of an epoch is
+/// ever signed twice.
+Outcome<void> Node::begin_state() {
+  Outcome<RobotState> state = RobotState::open(config_.state, config_.robot);
+  if (!state.ok()) return state.failure();
+  state_.emplace(std::move(*state));
+  const Outcome<void> begun = state_->begin(config_.earlier);
+  if (!begun.ok()) return begun.failure();
+  setup_.robot.epoch = state_->epoch();
+  setup_.robot.floor = state_->floor();
+  const Outcome<std::uint64_t> session = make_session(state_->starts());
+  if (!session.ok()) return session.failure();
+  setup_.robot.exchange.session = *session;
+  // The local map's blocks are chosen by no other robot, and without a seed they are published in
+  // the same order each time.
+  const Outcome<std::uint64_t> seed = make_hash_seed();
+  if (!seed.ok()) return seed.failure();
+  setup_.robot.global.map.hash_seed = *seed;
+  setup_.robot.exchange.mission = keys_->mission().number();
+  setup_.robot.exchange.listen_us = kListen_us;
+  return {};
+}
+
 Outcome<void> Node::set_up(const std::string& path) {
   // What can be refused is, before the start is counted.
   const Outcome<void> checked = check_all(path);
@@ -133,6 +160,8 @@ Outcome<void> Node::set_up(const std::string& path) {
   if (config_.lock_memory) keep_freed_memory();
   LinkConfig link = config_.link;
   link.thread = thread_roles(config_).link;
+  door_.emplace(keys_->keys().authenticator);
+  link.check = door_->check();
   Outcome<std::unique_ptr<NetworkPort>> port =
       NetworkPort::open(link, config_.send_slots, thread_roles(config_).sending);
   if (!port.ok()) return port.failure();
@@ -140,18 +169,21 @@ Outcome<void> Node::set_up(const std::string& path) {
   Outcome<FileDescriptor> lock = lock_robot(config_.state, config_.robot);
   if (!lock.ok()) return lock.failure();
   lock_ = std::move(*lock);
-  const Outcome<std::uint32_t> start = count_start(config_.state, config_.robot);
-  if (!start.ok()) return start.failure();
-  setup_.robot.epoch = setup_.robot.exchange.session = *start;
+  if (config_.keep_maps && !config_.local_map.empty()) {
+    const Outcome<std::string> kept = keep_earlier_map(config_.local_map);
+    if (!kept.ok()) return kept.failure();
+    if (!kept->empty()) run_.kept_maps.push_back(*kept);
+  }
+  const Outcome<void> begun = begin_state();
+  if (!begun.ok()) return begun.failure();
   const Clock clock{nullptr, [](void*) { return MonotonicClock::now_us(); }};
   Outcome<HeldRobot> robot = make_robot(setup_.robot, classes(), keys_->keys(), clock);
   if (!robot.ok()) return robot.failure();
   robot_ = std::move(*robot);
-  for (const std::uint32_t excluded : config_.exclude) {
-    if (robot_->exchange().exclude(excluded) != Status::kOk)
-      return Failure{path + ": [security] exclude: robot " + std::to_string(excluded) +
-                     " cannot be excluded; leave it out"};
-  }
+  for (const RobotFloor& heard : state_->floors())
+    robot_->exchange().set_floor_of(heard.robot, heard.floor);
+  excluded_ = config_.exclude;
+  set_excluded(excluded_);
   const Outcome<void> threads = make_threads();
   if (!threads.ok() || !config_.lock_memory) return threads;
   prefault(robot_.memory());

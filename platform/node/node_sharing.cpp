@@ -32,6 +32,7 @@ std::int64_t wall_clock_us() {
 
 void Node::after_tick(std::int64_t now_us) {
   look_for_life(now_us);
+  apply_security();
   say_status(now_us);
   listen_for_scans(now_us);
   const bool may_write = counting_.load(std::memory_order_acquire);
@@ -94,13 +95,14 @@ void Node::say_status(std::int64_t now_us) {
                           .label_voxels = static_cast<std::int64_t>(sharing.global.label_voxels),
                           .free_voxels = 0,
                           .digest = sharing.digest,
+                          .exclude_digest = exclude_digest_,
                           .extra = {static_cast<std::int64_t>(mapping.cycles),
                                     static_cast<std::int64_t>(sharing.exchange.contributions),
                                     static_cast<std::int64_t>(sharing.exchange.complete),
                                     static_cast<std::int64_t>(sharing_->times().overruns),
                                     static_cast<std::int64_t>(sharing.waiting),
                                     static_cast<std::int64_t>(sharing.exchange.records_refused),
-                                    static_cast<std::int64_t>(sharing.exchange.refused_tag)}};
+                                    static_cast<std::int64_t>(sharing.twins())}};
   port_->report(status);
   port_->flush();
   second.clear();

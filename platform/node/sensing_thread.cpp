@@ -43,7 +43,7 @@ Outcome<std::unique_ptr<SensingThread>> SensingThread::open(const SensorPortConf
                                                             const PoseGuardConfig& guard,
                                                             VehiclePort* vehicle,
                                                             bool poses_by_bus) {
-  std::unique_ptr<SensingThread> sensing(new SensingThread(guard, vehicle, poses_by_bus));
+  std::unique_ptr<SensingThread> sensing(new SensingThread(config, guard, vehicle, poses_by_bus));
   SensorPortConfig with_filter = config;
   with_filter.pose_filter = {
       sensing.get(), [](void* self, const PoseMessage& pose, std::int64_t stamp_now_us) {
@@ -109,11 +109,39 @@ void SensingThread::watch_sensors(const SensorReport& report, std::int64_t now_u
                       (now_us - scan_us_) / 1000);
     sensors_silent_ = false;
     scan_us_ = now_us;
-  } else if (!sensors_silent_ && now_us - scan_us_ > kSilence_us) {
+  } else if (now_us - scan_us_ > kSilence_us && (!sensors_silent_ || now_us >= silence_due_us_)) {
+    now_.silences += sensors_silent_ ? 0U : 1U;
     sensors_silent_ = true;
-    ++now_.silences;
+    silence_due_us_ = now_us + kSayAgain_us;
     say_silence(report, now_us);
   }
+  say_poses_are_seldom(match, now_us);
+}
+
+/// Of every pose that comes, whatever the guard makes of it.
+void SensingThread::hear_pose(std::int64_t stamp_us, std::int64_t now_us) noexcept {
+  const std::int64_t step_us = stamp_us - pose_stamp_us_;
+  const bool follows = pose_heard_us_ != 0 && step_us > 0 && step_us < kSayAgain_us;
+  if (follows)
+    between_poses_us_ =
+        between_poses_us_ == 0 ? step_us : between_poses_us_ + (step_us - between_poses_us_) / 4;
+  pose_heard_us_ = now_us;
+  pose_stamp_us_ = stamp_us;
+}
+
+/// Poses come, but too far apart for the scans between them, or for the guard.
+void SensingThread::say_poses_are_seldom(const MatchReport& match, std::int64_t now_us) noexcept {
+  const bool come = pose_heard_us_ != 0 && now_us - pose_heard_us_ < kSilence_us;
+  const bool hurts = !was_good_ || match.without_pose != match_.without_pose;
+  // A tenth is jitter.
+  const bool seldom = between_poses_us_ > most_between_poses_us_ + most_between_poses_us_ / 10;
+  if (!come || !hurts || !seldom || now_us < seldom_due_us_) return;
+  seldom_due_us_ = now_us + kSayAgain_us;
+  log_.say_change(
+      LogLevel::kWarning, now_us,
+      "poses come every % ms; at least every % ms are needed, by the least of [sensors] "
+      "max_pose_gap_ms, max_wait_ms and [vehicle] pose_timeout_ms",
+      between_poses_us_ / 1000, most_between_poses_us_ / 1000);
 }
 
 /// Where scans went that never were given.
@@ -159,7 +187,7 @@ void SensingThread::note_relocations(std::uint64_t relocations) noexcept {
     mapping_->pause(kPausedByNewFrame, true);
   } else {
     log_.say_change(LogLevel::kError, now_us,
-                    "poses are of another frame than before: the map is cleared");
+                    "poses are of another frame than before: the map is saved, then cleared");
     mapping_->clear_map();
   }
 }
@@ -175,6 +203,7 @@ bool SensingThread::may_use(const PoseMessage& pose, std::int64_t stamp_now_us) 
                                     .received_us = now_us,
                                     .std_position_m = sigma_m,
                                     .std_heading_rad = std::max(pose.rotation_sigma_rad, 0.0)};
+  hear_pose(observation.pose.stamp_us, now_us);
   const bool good = guard_.judge(observation) == PoseVerdict::kGood;
   if (good) {
     note(observation.pose);
@@ -190,6 +219,7 @@ void SensingThread::take_vehicle_poses() noexcept {
   while (const JudgedPose* const pose = vehicle_->poses().front()) {
     // Before it is taken: this one may be of the new frame already.
     note_relocations(pose->relocations);
+    hear_pose(pose->observation.pose.stamp_us, MonotonicClock::now_us());
     if (pose->usable) {
       note(pose->observation.pose);
       StampedPose in_sensors_clock = pose->observation.pose;

@@ -5,6 +5,7 @@
 // while none may be used, mapping pauses.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <memory>
@@ -61,9 +62,16 @@ class SensingThread final : public ScanSource {
   static constexpr std::int64_t kTurn_us = 20'000;
   /// Sensors that give no scan for so long are said to be silent.
   static constexpr std::int64_t kSilence_us = 1'000'000;
+  /// Between two lines on what lasts.
+  static constexpr std::int64_t kSayAgain_us = 5'000'000;
 
-  SensingThread(const PoseGuardConfig& guard, VehiclePort* vehicle, bool poses_by_bus)
-      : guard_(guard), vehicle_(vehicle), poses_by_bus_(poses_by_bus) {}
+  SensingThread(const SensorPortConfig& config, const PoseGuardConfig& guard, VehiclePort* vehicle,
+                bool poses_by_bus)
+      : guard_(guard),
+        vehicle_(vehicle),
+        poses_by_bus_(poses_by_bus),
+        most_between_poses_us_(std::min(
+            {guard.timeout_us, config.matcher.max_pose_gap_us, config.matcher.max_wait_us})) {}
 
   void run() noexcept;
   bool may_use(const PoseMessage& pose, std::int64_t stamp_now_us) noexcept;
@@ -74,6 +82,8 @@ class SensingThread final : public ScanSource {
   void pause_or_go_on() noexcept;
   void watch_sensors(const SensorReport& report, std::int64_t now_us) noexcept;
   void say_silence(const SensorReport& report, std::int64_t now_us) noexcept;
+  void hear_pose(std::int64_t stamp_us, std::int64_t now_us) noexcept;
+  void say_poses_are_seldom(const MatchReport& match, std::int64_t now_us) noexcept;
 
   std::unique_ptr<SensorPort> port_;
   PoseGuard guard_;
@@ -82,9 +92,15 @@ class SensingThread final : public ScanSource {
   MappingThread* mapping_ = nullptr;
   WakeUp* mapping_wake_ = nullptr;
   bool was_good_ = true;
-  MatchReport match_{};          ///< As it was in the turn before.
-  std::int64_t scan_us_ = 0;     ///< When one was given last.
-  bool sensors_silent_ = false;  ///< None was, for too long.
+  MatchReport match_{};                 ///< As it was in the turn before.
+  std::int64_t scan_us_ = 0;            ///< When one was given last.
+  bool sensors_silent_ = false;         ///< None was, for too long.
+  std::int64_t silence_due_us_ = 0;     ///< When to say so again.
+  std::int64_t most_between_poses_us_;  ///< More than this, and scans find no pose.
+  std::int64_t pose_heard_us_ = 0;      ///< When one came last, and its stamp.
+  std::int64_t pose_stamp_us_ = 0;
+  std::int64_t between_poses_us_ = 0;  ///< A running mean; 0: not known.
+  std::int64_t seldom_due_us_ = 0;
   SensingStatus now_{};
   LatestValue<SensingStatus> status_;
   std::atomic<bool> stopping_{false};

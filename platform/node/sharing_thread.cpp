@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "node/sharing_thread.hpp"
 
+#include <algorithm>
+
 namespace tessera {
 
 Outcome<void> SharingThread::start(const ThreadRole& role, std::int64_t start_us) {
@@ -40,6 +42,11 @@ void SharingThread::tick(std::int64_t now_us) noexcept {
     const auto& T = mapping.T_map_sensor;
     sharer_.set_focus({T[3], T[7], T[11]});
   }
+  if (const std::uint64_t asked = reopen_.exchange(0, std::memory_order_acquire); asked != 0) {
+    // Where it is refused, the exchange goes on saying that it is overtaken.
+    static_cast<void>(sharer_.reopen(static_cast<std::uint32_t>(asked >> 32U),
+                                     static_cast<std::uint32_t>(asked)));
+  }
   second_.add(loop_.tick(now_us));
   note_status(now_us);
 }
@@ -52,10 +59,16 @@ void SharingThread::note_status(std::int64_t now_us) noexcept {
   now_.exchange = exchange;
   now_.in_reach = 0;
   for (const Peer& peer : sharer_.exchange().peers().all())
-    now_.in_reach += !peer.left && now_us - peer.heard_us <= kReach_us ? 1U : 0U;
+    now_.in_reach += !peer.left && (Instant::at_us(now_us) - peer.heard).us <= kReach_us ? 1U : 0U;
   now_.digest = sharer_.exchange().digest();
   now_.waiting = sharer_.global().waiting();
   now_.global = sharer_.global().map().usage();
+  const std::optional<std::uint32_t> overtaken = sharer_.exchange().overtaken();
+  now_.overtaken = overtaken ? std::uint64_t{*overtaken} + 1 : 0;
+  now_.highest_session_heard = sharer_.exchange().highest_session_heard();
+  const std::span<const RobotFloor> floors = sharer_.exchange().floors();
+  now_.floor_count = static_cast<std::uint32_t>(std::min(floors.size(), now_.floors.size()));
+  std::copy_n(floors.begin(), now_.floor_count, now_.floors.begin());
   now_.idle = sharer_.idle();
   if (!now_.idle || activity != activity_) now_.quiet_since_us = now_us;
   activity_ = activity;

@@ -4,6 +4,7 @@
 // keeps the global map. It reads the local map while the mapping thread writes to it.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <cstdint>
 
@@ -14,14 +15,24 @@ namespace tessera {
 
 /// How things stand after a tick.
 struct SharingStatus {
+  static constexpr std::size_t kMostFloors = 64;
   std::uint64_t ticks = 0;
   ExchangeReport exchange{};
   std::uint32_t in_reach = 0;  ///< Robots that were heard within kReach_us and did not leave.
   std::uint64_t digest = 0;    ///< Exchange::digest().
   std::uint32_t waiting = 0;   ///< Blocks of the global map that are behind.
   MapUsage global{};
+  std::uint64_t overtaken = 0;  ///< Exchange::overtaken() plus one; 0: none.
+  std::uint64_t highest_session_heard = 0;
+  std::array<RobotFloor, kMostFloors> floors{};  ///< Of other robots, as far as there is room.
+  std::uint32_t floor_count = 0;
   bool idle = false;                ///< Nothing waits to be published or fused.
   std::int64_t quiet_since_us = 0;  ///< Since when nothing was published, heard or answered.
+
+  /// Datagrams and claims of another process that speaks as this robot.
+  [[nodiscard]] std::uint64_t twins() const noexcept {
+    return exchange.refused_robot + exchange.impostors;
+  }
 };
 
 /// Called after each tick, in the sharing thread.
@@ -52,6 +63,10 @@ class SharingThread {
   /// It is not to pause for long without a sign of life.
   [[nodiscard]] const Heartbeat& heartbeat() const noexcept { return heartbeat_; }
   [[nodiscard]] const LatestValue<SharingStatus>& status() const noexcept { return status_; }
+  /// Leaves the epoch with the next tick, as Sharer::reopen. For any thread.
+  void ask_to_reopen(std::uint32_t epoch, std::uint32_t floor) noexcept {
+    reopen_.store(std::uint64_t{epoch} << 32U | floor, std::memory_order_release);
+  }
   /// Ticks since the last call: for the thread itself, in each_tick.
   [[nodiscard]] DurationHistogram& second() noexcept { return second_; }
   /// After stop(), and in each_tick.
@@ -75,6 +90,7 @@ class SharingThread {
   const EachTick each_tick_;
   RobotLoop loop_;
   std::atomic<bool> stopping_{false};
+  std::atomic<std::uint64_t> reopen_{0};  ///< The epoch, and the floor in the lower 32 bits.
   std::uint64_t scans_seen_ = 0;
   Activity activity_{};
   SharingStatus now_{};

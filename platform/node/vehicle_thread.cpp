@@ -204,7 +204,9 @@ void VehicleThread::tell_state(std::int64_t now_us) noexcept {
   MappingStatus mapping;
   if (mapping_.status().get(mapping)) tell_mapping(mapping, now_us);
   SharingStatus sharing;
-  if (sharing_.status().get(sharing)) tell_team(sharing);
+  if (!sharing_.status().get(sharing)) return;
+  tell_team(sharing);
+  tell_twin(sharing, now_us);
 }
 
 void VehicleThread::tell_mapping(const MappingStatus& mapping, std::int64_t now_us) noexcept {

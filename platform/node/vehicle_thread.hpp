@@ -68,6 +68,8 @@ class VehicleThread {
  private:
   /// So long is told that something did not fit.
   static constexpr std::int64_t kTold_us = 2'000'000;
+  /// So long is told that another process speaks as this robot.
+  static constexpr std::int64_t kTwinTold_us = 10'000'000;
   /// A sensor that is silent for longer is said to be.
   static constexpr std::int64_t kSilentPeriods = 5;
 
@@ -95,6 +97,16 @@ class VehicleThread {
   void tell_state(std::int64_t now_us) noexcept;
   void tell_mapping(const MappingStatus& mapping, std::int64_t now_us) noexcept;
   void tell_team(const SharingStatus& sharing) noexcept;
+  /// Sectors stay as they are: they are of this robot's own map. A thread that hangs is worse.
+  void tell_twin(const SharingStatus& sharing, std::int64_t now_us) noexcept {
+    if (sharing.twins() != twins_seen_) twin_us_ = now_us;
+    twins_seen_ = sharing.twins();
+    const bool is_told = twin_us_ != 0 && now_us - twin_us_ < kTwinTold_us;
+    if (!is_told || told_.state == MappingState::kStopping || told_.state == MappingState::kFault)
+      return;
+    told_.state = MappingState::kFault;
+    told_.pause_reason = PauseReason::kTwin;
+  }
   [[nodiscard]] PauseReason pose_reason() const noexcept;
   /// Whether one of those hangs that what is told of maps and poses comes from.
   [[nodiscard]] bool hangs_one(std::int64_t now_us) const noexcept {
@@ -124,6 +136,8 @@ class VehicleThread {
   Pending pending_{};
   std::uint64_t refused_seen_ = 0;  ///< By a map that is full.
   std::int64_t refused_us_ = 0;
+  std::uint64_t twins_seen_ = 0;
+  std::int64_t twin_us_ = 0;  ///< When one was heard last; 0: never.
   std::uint64_t missed_seen_ = 0;
   std::int64_t missed_us_ = 0;
   std::uint64_t cycles_seen_ = 0;

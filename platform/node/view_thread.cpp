@@ -33,7 +33,7 @@ class OwnMarks {
         const Point3d p_map =
             T_map_global_.leftCols<3>() * lattice.center_of(voxel_at(block.coord(), octet, voxel)) +
             T_map_global_.col(3);
-        const Result<VoxelCoord> own = lattice.voxel_of_double(p_map);
+        const Result<VoxelCoord> own = lattice.voxel_of(p_map);
         if (!own.ok()) continue;
         const Result<Estimate> e = reader_.query(*own);
         if (!e.ok() || e->label == 0) continue;
@@ -76,10 +76,10 @@ double ms_of(std::int64_t us) { return 1e-3 * static_cast<double>(us); }
 Json network_json(const SharingStatus& sharing, const NetworkPort& port) {
   const ExchangeReport& r = sharing.exchange;
   const LinkStatistics link = port.link().statistics();
-  const std::uint64_t refused = r.refused_size + r.refused_format + r.refused_tag +
-                                r.refused_signature + r.refused_configuration + r.refused_replay +
-                                r.refused_robot + r.refused_excluded + r.refused_peers +
-                                r.refused_body;
+  const std::uint64_t refused =
+      link.refused_format + link.refused_tag + link.refused_excluded + r.refused_size +
+      r.refused_format + r.refused_tag + r.refused_signature + r.refused_configuration +
+      r.refused_replay + r.refused_robot + r.refused_excluded + r.refused_peers + r.refused_body;
   return {{"in_reach", sharing.in_reach},
           {"peers", r.peers},
           {"contributions", r.contributions},

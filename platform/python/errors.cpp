@@ -96,7 +96,7 @@ std::string in_words_of_python(const std::string& message) {
   std::string words;
   std::size_t at = 0;
   // A command to type keeps its options.
-  const std::size_t command = message.find("tessera key new");
+  const std::size_t command = message.find("tessera key ");
   while (at < message.size()) {
     const bool at_word = at < command && (at == 0 || message[at - 1] == ' ');
     if (!at_word || message.compare(at, 2, "--") != 0) {

@@ -66,7 +66,7 @@ class EstimateWriter {
 
 /// The voxel that contains p_map; one out of the grid where it is out of it or not finite.
 [[nodiscard]] inline VoxelCoord voxel_at(const Lattice& lattice, const Point3d& p_map) noexcept {
-  const Result<VoxelCoord> voxel = lattice.voxel_of_double(p_map);
+  const Result<VoxelCoord> voxel = lattice.voxel_of(p_map);
   return voxel.ok() ? *voxel : VoxelCoord{kVoxelLimit, 0, 0};
 }
 

@@ -4,6 +4,8 @@
 
 #include <array>
 
+#include "security/session.hpp"
+
 namespace tessera::python {
 
 std::shared_ptr<HeldSharer> HeldSharer::make(std::shared_ptr<HeldLocalMap> map,
@@ -14,8 +16,12 @@ std::shared_ptr<HeldSharer> HeldSharer::make(std::shared_ptr<HeldLocalMap> map,
   RobotConfig config =
       value_of(set_up_sharing(options, map->setup(), classes.num_components(), epoch));
   config.T_global_map = T_global_map;
+  FleetKeys fleet_keys = value_of(FleetKeys::read(keys, options.robot));
+  config.exchange.session = value_of(make_session(epoch));
+  config.global.map.hash_seed = value_of(make_hash_seed());
+  config.exchange.mission = fleet_keys.mission().number();
   const std::shared_ptr<HeldSharer> held(new HeldSharer(std::move(map), config));
-  held->keys_.emplace(value_of(FleetKeys::read(keys, options.robot)));
+  held->keys_.emplace(std::move(fleet_keys));
   held->memory_ = std::make_shared<ArenaMemory>(
       value_of(ArenaMemory::allocate(Sharer::required_bytes(config, classes.num_components()))));
   Arena arena(held->memory_->span());
@@ -59,15 +65,19 @@ std::vector<std::string> HeldSharer::tick(std::int64_t now_us) {
 
 KeyFiles key_files_of(const std::optional<std::filesystem::path>& fleet_key,
                       const std::optional<std::filesystem::path>& robot_secret,
-                      const std::optional<std::filesystem::path>& robot_public_keys) {
+                      const std::optional<std::filesystem::path>& robot_public_keys,
+                      const std::optional<std::string>& mission) {
   const auto name_of = [](const std::optional<std::filesystem::path>& path, const char* argument) {
     if (path && path->empty())
       throw InputError(std::string(argument) + " is empty; name a key file, or give None");
     return path ? path->string() : std::string();
   };
+  if (mission && mission->empty())
+    throw InputError("mission is empty; name one of 1 to 64 bytes, or give None");
   return {.fleet_key = name_of(fleet_key, "fleet_key"),
           .robot_secret = name_of(robot_secret, "robot_secret"),
-          .robot_public_keys = name_of(robot_public_keys, "robot_public_keys")};
+          .robot_public_keys = name_of(robot_public_keys, "robot_public_keys"),
+          .mission = mission.value_or("")};
 }
 
 }  // namespace tessera::python

@@ -67,7 +67,7 @@ Rays cast_rays(const HeldMap& map, const py::array& origins, const py::array& di
   map.read([&](const LocalMap& m) {
     for (std::size_t i = 0; i < n; ++i) {
       const Point3d origin_map = from[from.count() == 1 ? 0 : i];
-      const RayHit hit = cast_ray(m, origin_map.cast<float>(), unit(along[i]).cast<float>(),
+      const RayHit hit = cast_ray(m, round_to_float(origin_map), round_to_float(unit(along[i])),
                                   max_range_m, stop_at_unknown);
       end[i] = static_cast<std::uint8_t>(hit.end);
       distance_m[i] = hit.distance_m;
@@ -116,7 +116,7 @@ Nearest nearest(const HeldMap& map, const py::array& points, double radius_m,
     MapReader reader(m);
     std::vector<std::uint64_t> workspace(reader.snapshot_bytes() / sizeof(std::uint64_t) + 1);
     for (std::size_t i = 0; i < n; ++i) {
-      const NearestQuery query{.p_map = p_map[i].cast<float>(),
+      const NearestQuery query{.p_map = round_to_float(p_map[i]),
                                .radius_m = radius_m,
                                .classes = classes,
                                .max_work = max_work};

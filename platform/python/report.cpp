@@ -33,6 +33,7 @@ constexpr Counter kCounters[] = {
                                        "Farther than max_range_m: they only free space."),
     counter<&ScanReport::out_of_grid>(
         "out_of_grid", "Refused: outside the grid, or too far from the sensor for it."),
+    counter<&ScanReport::in_range>("in_range", "Returns that were registered as hits."),
     counter<&ScanReport::unlabelled>("unlabelled", "Returns in range whose class is not known."),
     counter<&ScanReport::over_capacity>(
         "over_capacity", "Left out: more than max_points; the scan was sampled evenly."),
@@ -73,6 +74,8 @@ constexpr Counter kCounters[] = {
                                  "Kernel mode: runs of tiles that were summed up together."),
     counter<&ScanReport::label_octets>("label_octets", "Octets of labels written."),
     counter<&ScanReport::free_blocks>("free_blocks", "Blocks carved."),
+    counter<&ScanReport::write_faults>(
+        "write_faults", "Writes of what was admitted that failed: 0, or the library is at fault."),
     counter<&ScanReport::refused_memory>(
         "refused_memory", "Thinned points left out because map or scratch was full."),
     counter<&ScanReport::work_spent>("work_spent", "Kernel evaluations and ray steps done."),

@@ -7,6 +7,7 @@
 #include "arrays.hpp"
 #include "fusing.hpp"
 #include "held_sharer.hpp"
+#include "mapping/exchange_counters.hpp"
 #include "posix/monotonic_clock.hpp"
 
 namespace tessera::python {
@@ -46,46 +47,9 @@ void check_status(Status status, const char* argument) {
   throw InputError(std::string(argument) + " is not allowed here");
 }
 
-py::dict counters_of(const ExchangeReport& r) {
+py::dict counters_of(const ExchangeReport& report) {
   py::dict d;
-  d["received"] = r.received;
-  d["received_bytes"] = r.received_bytes;
-  d["refused_size"] = r.refused_size;
-  d["refused_format"] = r.refused_format;
-  d["refused_tag"] = r.refused_tag;
-  d["refused_signature"] = r.refused_signature;
-  d["refused_configuration"] = r.refused_configuration;
-  d["refused_replay"] = r.refused_replay;
-  d["refused_robot"] = r.refused_robot;
-  d["refused_excluded"] = r.refused_excluded;
-  d["refused_peers"] = r.refused_peers;
-  d["refused_body"] = r.refused_body;
-  d["own_echoes"] = r.own_echoes;
-  d["records_taken"] = r.records_taken;
-  d["records_stale"] = r.records_stale;
-  d["records_refused"] = r.records_refused;
-  d["records_early"] = r.records_early;
-  d["refused_contributions"] = r.refused_contributions;
-  d["displaced_contributions"] = r.displaced_contributions;
-  d["diverged"] = r.diverged;
-  d["impostors"] = r.impostors;
-  d["sent"] = r.sent;
-  d["sent_bytes"] = r.sent_bytes;
-  d["announcements"] = r.announcements;
-  d["requests"] = r.requests;
-  d["requests_saved"] = r.requests_saved;
-  d["frames"] = r.frames;
-  d["fresh_chunks"] = r.fresh_chunks;
-  d["answer_chunks"] = r.answer_chunks;
-  d["answer_bytes"] = r.answer_bytes;
-  d["answers_saved"] = r.answers_saved;
-  d["refused_answers"] = r.refused_answers;
-  d["published_parts"] = r.published_parts;
-  d["refused_parts"] = r.refused_parts;
-  d["contributions"] = r.contributions;
-  d["complete"] = r.complete;
-  d["peers"] = r.peers;
-  d["waiting_answers"] = r.waiting_answers;
+  for_counters(report, [&](const char* name, auto value) { d[name] = value; });
   return d;
 }
 
@@ -186,12 +150,12 @@ have a time, now_us, microseconds on one clock that does not go back; None: the 
                       double alpha, double omega, bool whole_map, std::string counts,
                       std::uint32_t bytes_per_s, std::uint32_t burst_bytes, std::int64_t tick_ms,
                       const Path& fleet_key, const Path& robot_secret,
-                      const Path& robot_public_keys) {
+                      const Path& robot_public_keys, const std::optional<std::string>& mission) {
             return make(std::move(map), T_global_map, epoch, fusion_memory_bytes,
                         {std::move(diffusion), std::move(edge), iterations, diffusion_length_m,
                          alpha, omega, whole_map},
                         std::move(counts), bytes_per_s, burst_bytes, tick_ms,
-                        key_files_of(fleet_key, robot_secret, robot_public_keys));
+                        key_files_of(fleet_key, robot_secret, robot_public_keys, mission));
           }),
           py::arg("map"), py::kw_only(), py::arg("T_global_map") = py::none(), py::arg("epoch") = 1,
           py::arg("fusion_memory_bytes") = d.fusion_memory_bytes,
@@ -202,6 +166,7 @@ have a time, now_us, microseconds on one clock that does not go back; None: the 
           py::arg("bytes_per_s") = d.bytes_per_s, py::arg("burst_bytes") = d.burst_bytes,
           py::arg("tick_ms") = d.tick_ms, py::arg("fleet_key") = py::none(),
           py::arg("robot_secret") = py::none(), py::arg("robot_public_keys") = py::none(),
+          py::arg("mission") = py::none(),
           R"(map: a LocalMap, whose robot number no other robot has. T_global_map: (4, 4); None: the map's, or the identity.
 
 epoch: higher with every start of the robot, from a counter that outlives it. tick_ms: between calls
@@ -211,6 +176,7 @@ global map the same diffusion.
 fleet_key, robot_secret, robot_public_keys: files of tessera key, as [security] of a node has them.
 With the first, nothing is heard but what was said with the same key; with the others, which go
 together, nothing that its robot did not sign. Without any of them datagrams have a checksum.
+mission: its name, which is a part of all keys; None: the one that fleet_key names.
 
 Raises InputError iff a value is out of its range, the memory holds no global map or a file is not
 such a key; Error iff the system does not give the memory.)")

@@ -82,7 +82,7 @@ inline constexpr std::array kOdometrySignals{kCrc8,    kCounter4,      kOdometry
                                              kYawRate, kStdWheelSpeed, kStdYawRate};
 
 inline constexpr Signal kMappingState{"MappingState", 12, 4, false, 1, 0, 0, 4, ""};
-inline constexpr Signal kPauseReason{"PauseReason", 16, 4, false, 1, 0, 0, 12, ""};
+inline constexpr Signal kPauseReason{"PauseReason", 16, 4, false, 1, 0, 0, 13, ""};
 inline constexpr Signal kPoseVerdict{"PoseVerdict", 20, 4, false, 1, 0, 0, 8, ""};
 inline constexpr Signal kPoseSource{"PoseSource", 24, 2, false, 1, 0, 0, 2, ""};
 inline constexpr Signal kBusState{"BusState", 26, 2, false, 1, 0, 0, 3, ""};

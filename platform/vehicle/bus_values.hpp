@@ -42,8 +42,9 @@ enum class PauseReason : std::uint8_t {
   kMemoryFull = 10,
   kOverload = 11,
   kSilent = 12,  ///< Only the thread on the bus lives: nobody else has reported for too long.
+  kTwin = 13,    ///< Another process speaks as this robot: the shared map may mix both.
 };
-inline constexpr int kPauseReasons = 13;
+inline constexpr int kPauseReasons = 14;
 
 /// What is wrong with a pose, or with all poses lately.
 enum class PoseVerdict : std::uint8_t {

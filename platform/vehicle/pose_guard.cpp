@@ -74,6 +74,8 @@ PoseVerdict PoseGuard::state(std::int64_t now_us) noexcept {
     silent_ = true;
     ++timeouts_;
     fail(PoseVerdict::kStale);
+    // What it did meanwhile is not known: its velocity may be any.
+    reference_.base = reference_.next_base = reference_.pose;
   }
   return state_;
 }
@@ -102,6 +104,7 @@ PoseVerdict PoseGuard::inspect(const PoseObservation& observation) noexcept {
   if (pose.stamp_us > observation.received_us + config_.max_ahead_us) return PoseVerdict::kCorrupt;
   if (has_pose_ && pose.stamp_us <= last_stamp_us_) return PoseVerdict::kOutOfOrder;
   if (pose.stamp_us < observation.received_us - config_.max_age_us) return PoseVerdict::kStale;
+  const bool was_silent = silent_;
   has_pose_ = true;
   silent_ = false;
   last_stamp_us_ = pose.stamp_us;
@@ -109,12 +112,17 @@ PoseVerdict PoseGuard::inspect(const PoseObservation& observation) noexcept {
   if (observation.std_position_m > config_.max_std_position_m ||
       observation.std_heading_rad > config_.max_std_heading_rad)
     return PoseVerdict::kUncertain;
+  if (has_reference_ && stops_dead(observation)) return PoseVerdict::kFrozen;
   if (has_reference_ && jumps(observation)) return PoseVerdict::kJumping;
   candidate_in_row_ = 0;
   const Reach said = said_since_reference(observation);
   const bool held = has_reference_ && is_held(pose, said);
   const bool frozen = is_frozen(pose, said);
-  reference_ = {pose, observation.std_position_m, observation.std_heading_rad, said_};
+  // What was passed over in a silence, or to catch up with the wheels, says nothing of the
+  // velocity.
+  const bool on_course =
+      has_reference_ && !was_silent && course_strain(reference_, observation) <= 1.0;
+  reference_ = on_course ? follow(reference_, observation) : begin(observation);
   has_reference_ = true;
   if (!held) moved_ = reference_;
   return frozen ? PoseVerdict::kFrozen : PoseVerdict::kGood;
@@ -141,37 +149,23 @@ PoseGuard::Reach PoseGuard::said_since(const Reference& from) const noexcept {
           config_.wheels_factor * (said_.sum.turn_rad - from.said.sum.turn_rad)};
 }
 
-/// Time alone does not make another frame plausible: behind a silence what the vehicle said of its
-/// motion counts, and where it said nothing, max_blind_us at most.
-double PoseGuard::strain(const Reference& from, const PoseObservation& to) const noexcept {
-  const std::int64_t blind_us = std::min(said_.blind_us - from.said.blind_us, config_.max_blind_us);
-  const double seconds = static_cast<double>(std::max(blind_us, config_.timeout_us)) * 1e-6;
-  const Reach said = said_since(from);
-  return share(from, to,
-               {said.way_m + config_.max_speed_mps * seconds,
-                said.turn_rad + config_.max_yaw_rate_radps * seconds});
-}
-
-/// The same from the last pose that moved: one that was held and catches up with the vehicle has
-/// not left its frame. Only what the vehicle said counts here, else standing would allow any step.
-double PoseGuard::lag_strain(const PoseObservation& to) const noexcept {
-  return share(moved_, to, said_since(moved_));
-}
-
-/// What a jump led to stays beyond it, though time makes the way there plausible: a pose belongs to
-/// where it strains less.
+/// What a jump led to stays beyond it, though time makes the way there plausible.
 bool PoseGuard::jumps(const PoseObservation& observation) noexcept {
-  const double here = std::min(strain(reference_, observation), lag_strain(observation));
+  const bool was_held = moved_.pose.stamp_us < reference_.pose.stamp_us;
+  const double lag = was_held ? lag_strain(observation) : 2.0;
+  const double here = std::min(strain(reference_, observation), lag);
   const double there = candidate_in_row_ > 0 ? strain(candidate_, observation) : 2.0;
-  if (here <= 1.0 && here <= there) return false;
+  const bool is_here = there > 1.0 || lag <= there || is_nearer_here(observation, here, there);
+  if (here <= 1.0 && is_here) return false;
   return !is_relocated(observation, there <= 1.0);
 }
 
 /// Poses beyond a jump are believed once so many of them agree with each other.
 bool PoseGuard::is_relocated(const PoseObservation& observation, bool agrees) noexcept {
   candidate_in_row_ = agrees ? candidate_in_row_ + 1 : 1;
-  candidate_ = {observation.pose, observation.std_position_m, observation.std_heading_rad, said_};
+  candidate_ = follow(agrees ? candidate_ : begin(observation), observation);
   if (candidate_in_row_ < config_.relocate_after) return false;
+  reference_ = candidate_;
   // A frame that nothing was mapped in is none that was left.
   relocations_ += was_good_ ? 1U : 0U;
   window_ = {};

@@ -27,8 +27,12 @@ struct PoseGuardConfig {
   std::int64_t max_ahead_us = 5'000;  ///< Corrupt if it is measured so long after it came.
   double max_speed_mps = 15.0;        ///< Of the vehicle, downhill too.
   double max_yaw_rate_radps = 1.5;
-  double sigmas = 3.0;    ///< Standard deviations that a pose may be off.
-  double slack_m = 0.10;  ///< A step that is no jump, whatever the time and the deviations.
+  /// By which velocity changes at most, between poses too: braking, turning, bumps. A pose that is
+  /// farther from where the poses before it lead, at their velocity, jumps.
+  double max_acceleration_mps2 = 10.0;
+  std::int64_t velocity_us = 80'000;  ///< Velocity is between poses that are so far apart at least.
+  double sigmas = 3.0;                ///< Standard deviations that a pose may be off.
+  double slack_m = 0.10;              ///< What is no jump, whatever the time and the deviations.
   double slack_rad = 0.03;
   double max_std_position_m = 0.30;
   double max_std_heading_rad = 0.05;
@@ -92,12 +96,19 @@ class PoseGuard {
     std::int64_t blind_us = 0;
     std::int64_t until_us = 0;
   };
-  /// A pose that later ones are compared with.
+  /// A pose that later ones are compared with, and where those before it came from.
   struct Reference {
     StampedPose pose{};
     double std_position_m = 0.0;
     double std_heading_rad = 0.0;
-    Said said{};  ///< Until it came.
+    Said said{};              ///< Until it came.
+    StampedPose base{};       ///< The velocity is from here to pose.
+    StampedPose next_base{};  ///< The base once it is velocity_us old.
+  };
+  /// Where a reference leads at its velocity.
+  struct Course {
+    Point3d velocity_mps = Point3d::Zero();
+    double baseline_s = 0.0;  ///< That it was measured over; 0: it is not known.
   };
   /// How far the vehicle says that it went, and from which pose on.
   struct Window {
@@ -109,6 +120,14 @@ class PoseGuard {
   [[nodiscard]] PoseVerdict inspect(const PoseObservation& observation) noexcept;
   [[nodiscard]] Reach said_since(const Reference& from) const noexcept;
   [[nodiscard]] double strain(const Reference& from, const PoseObservation& to) const noexcept;
+  [[nodiscard]] Course course_of(const Reference& from) const noexcept;
+  [[nodiscard]] double course_strain(const Reference& from,
+                                     const PoseObservation& to) const noexcept;
+  [[nodiscard]] bool is_nearer_here(const PoseObservation& to, double here,
+                                    double there) const noexcept;
+  [[nodiscard]] Reference begin(const PoseObservation& at) const noexcept;
+  [[nodiscard]] Reference follow(const Reference& before, const PoseObservation& to) const noexcept;
+  [[nodiscard]] bool stops_dead(const PoseObservation& to) const noexcept;
   [[nodiscard]] double lag_strain(const PoseObservation& to) const noexcept;
   [[nodiscard]] double share(const Reference& from, const PoseObservation& to,
                              const Reach& reach) const noexcept;

@@ -30,7 +30,7 @@ T taken(Outcome<T> outcome) {
 
 Member::Member(const MemberConfig& config)
     : config_(config), random_(config.seed + 1000003ULL * config.robot + config.session) {
-  ExchangeConfig exchange{.robot = config.robot, .session = config.session};
+  ExchangeConfig exchange{.robot = config.robot, .session = std::uint64_t{config.session} << 32U};
   if (config.map.empty()) {
     classes_ = oracle::numbered_classes(network::kClasses);
     exchange.resolution_m = config.resolution_m;
@@ -42,6 +42,7 @@ Member::Member(const MemberConfig& config)
     exchange.prior = made_with.prior;
     exchange.free_weight = made_with.free_weight;
   }
+  exchange.records = config.parts;
   const int components = classes_.num_components();
   const ReplicasConfig replicas{.segments = 4 * config.parts,
                                 .blocks = config.parts,
@@ -54,7 +55,9 @@ Member::Member(const MemberConfig& config)
   replicas_ = made(Replicas::make(arena, replicas), "replicas");
   Authenticator authenticator = crc_authenticator();
   if (!config.key.empty()) {
-    seal_ = taken(DatagramSeal::make(taken(read_fleet_key(config.key)), KeyUse::kDatagram));
+    const FleetSecret fleet = taken(read_fleet_key(config.key));
+    const Mission mission = taken(Mission::make(fleet.mission));
+    seal_ = taken(DatagramSeal::make(fleet.key, mission, KeyUse::kDatagram));
     authenticator = seal_->authenticator();
   }
   exchange_ = made(Exchange::make(arena, exchange, store_of(replicas_), authenticator, classes_),

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "mapping/exchange_counters.hpp"
 #include "network/held.hpp"
 #include "posix/monotonic_clock.hpp"
 #include "processes/member.hpp"
@@ -36,29 +37,9 @@ double cpu_s() {
 }
 
 Json json_of(const ExchangeReport& report) {
-  return {{"received", report.received},
-          {"refused_size", report.refused_size},
-          {"refused_format", report.refused_format},
-          {"refused_tag", report.refused_tag},
-          {"refused_configuration", report.refused_configuration},
-          {"refused_replay", report.refused_replay},
-          {"refused_robot", report.refused_robot},
-          {"refused_peers", report.refused_peers},
-          {"refused_body", report.refused_body},
-          {"records_taken", report.records_taken},
-          {"records_stale", report.records_stale},
-          {"records_refused", report.records_refused},
-          {"records_early", report.records_early},
-          {"diverged", report.diverged},
-          {"sent", report.sent},
-          {"sent_bytes", report.sent_bytes},
-          {"announcements", report.announcements},
-          {"requests", report.requests},
-          {"requests_saved", report.requests_saved},
-          {"fresh_chunks", report.fresh_chunks},
-          {"answer_chunks", report.answer_chunks},
-          {"answers_saved", report.answers_saved},
-          {"peers", report.peers}};
+  Json json;
+  for_counters(report, [&](const char* name, auto value) { json[name] = value; });
+  return json;
 }
 
 Json json_of(const LinkStatistics& link) {

@@ -97,7 +97,7 @@ class TeamCase(unittest.TestCase):
     def fleet_key(self, name):
         """A new key file."""
         path = self.folder() / name
-        subprocess.run([program("TESSERA_COMMAND"), "key", "new", "--fleet", path], check=True, capture_output=True)
+        subprocess.run([program("TESSERA_COMMAND"), "key", "new", "--fleet", path, "--without-signatures"], check=True, capture_output=True)
         return path
 
     def settled(self, members, limit_s=60, contributions=None, lacking=False):

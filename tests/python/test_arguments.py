@@ -103,7 +103,8 @@ def test_layouts_that_cannot_be_read_are_refused(small, wall):
 def test_what_is_in_points_is_counted(small):
     points = np.array([[3, 0, 0], [np.nan, 0, 0], [np.inf, 0, 0], [0.1, 0, 0], [3e38, 3e38, 3e38], [100, 0, 0]], np.float32)
     report = small.integrate(points, np.array([1, 1, 1, 1, 1, 200], np.uint8))
-    assert (report.points, report.non_finite, report.too_near, report.beyond_range, report.admitted) == (6, 2, 1, 2, 1)
+    assert (report.points, report.non_finite, report.too_near, report.beyond_range, report.out_of_grid) == (6, 2, 1, 1, 1)
+    assert report.admitted == 1
 
 
 def test_nothing_is_a_scan_too(small):

@@ -152,7 +152,8 @@ def test_keys_are_those_of_the_fleet(robots, command, tmp_path):
         datagrams = stranger.tick(TICK_US)
         for datagram in datagrams:
             member.receive(datagram, TICK_US)
-        assert 0 < len(datagrams) == member.report()["refused_tag"] and member.report()["peers"] == 0
+        refused = member.report()["refused_tag"] + member.report()["refused_mission"]
+        assert 0 < len(datagrams) == refused and member.report()["peers"] == 0
     forger, member = keyed(1, robot_secret=None, robot_public_keys=None), keyed(0)
     for n in range(1, 20):
         for datagram in forger.tick(n * TICK_US):
@@ -165,14 +166,35 @@ def test_keys_are_those_of_the_fleet(robots, command, tmp_path):
                              ({"robot_secret": None}, "name robot_secret too"), ({"robot_public_keys": None}, "name robot_public_keys too"),
                              ({"fleet_key": public}, "fleet.pub"), ({"fleet_key": tmp_path / "absent.key"}, "absent.key"),
                              ({"fleet_key": ""}, "^fleet_key is empty"), ({"robot_secret": ""}, "^robot_secret is empty"),
-                             ({"fleet_key": empty}, "make one with tessera key new --fleet FILE$")):
+                             ({"mission": ""}, "^mission is empty"), ({"mission": 65 * "x"}, "is over 64 bytes"),
+                             ({"fleet_key": None, "robot_secret": None, "robot_public_keys": None, "mission": "m"}, "without a key"),
+                             ({"fleet_key": empty}, "make one with tessera key new --robots N --dir DIR$")):
         with pytest.raises(tessera.InputError, match=words):
             keyed(0, **arguments)
 
 
+def test_what_was_said_in_another_mission_is_not_heard(robots, command, tmp_path):
+    keys = tmp_path / "keys"
+    command("key", "new", "--robots", 2, "--dir", keys)
+
+    def in_mission(robot, mission):
+        return sharer_of(robots[robot], diffusion="none", fleet_key=keys / "fleet.key", robot_public_keys=keys / "fleet.pub",
+                         robot_secret=keys / f"robot_{robot}.key", mission=mission)
+
+    member = in_mission(0, None)
+    datagrams = in_mission(1, "yesterday").tick(TICK_US)
+    for datagram in datagrams:
+        member.receive(datagram, TICK_US)
+    assert 0 < len(datagrams) == member.report()["refused_mission"] and member.report()["peers"] == 0
+    members = [in_mission(robot, "today") for robot in (0, 1)]
+    exchange(members)
+    assert [m.report()["peers"] for m in members] == [1, 1]
+
+
 def test_any_bytes_may_arrive(robots):
     sharer = sharer_of(robots[0])
-    other = sharer_of(robots[1]).tick(TICK_US)[0]
+    announcement = 1
+    other = next(datagram for datagram in sharer_of(robots[1]).tick(TICK_US) if datagram[3] == announcement)
     flipped = bytearray(other)
     flipped[len(flipped) // 2] ^= 1
     for bytes_ in (b"", b"x", bytes(1392), bytes(100_000), flipped, memoryview(other)[:-1], np.frombuffer(other, np.uint8)[:40]):

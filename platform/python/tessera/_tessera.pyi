@@ -55,6 +55,7 @@ class ScanReport:
     too_near: Final[int]
     beyond_range: Final[int]
     out_of_grid: Final[int]
+    in_range: Final[int]
     unlabelled: Final[int]
     over_capacity: Final[int]
     thinned: Final[int]
@@ -84,6 +85,7 @@ class ScanReport:
     strips: Final[int]
     label_octets: Final[int]
     free_blocks: Final[int]
+    write_faults: Final[int]
     refused_memory: Final[int]
     work_spent: Final[int]
     left_out_deadline: Final[int]
@@ -196,7 +198,7 @@ class Sharer:
         diffusion_length_m: float | None = None, alpha: float = ..., omega: float = 1.0, whole_map: bool = False,
         counts: str = "compact", bytes_per_s: int = ..., burst_bytes: int = ..., tick_ms: int = ...,
         fleet_key: _Path | None = None, robot_secret: _Path | None = None,
-        robot_public_keys: _Path | None = None) -> None: ...
+        robot_public_keys: _Path | None = None, mission: str | None = None) -> None: ...
     def tick(self, now_us: int | None = None) -> list[bytes]: ...
     def receive(self, datagram: bytes | bytearray | memoryview, now_us: int | None = None) -> None: ...
     def finish(self) -> None: ...

@@ -3,6 +3,7 @@
 // Files whose checksums fit and whose blocks no map could have written: refused, so that what is
 // loaded keeps every promise that a map makes.
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <cstring>
 
 #include "sample_map.hpp"
@@ -107,6 +108,23 @@ TEST_CASE("more passes than the cap allows are refused, in a voxel without label
   const MapFileStatus status = status_of(with_part(bytes, passes, kBlockVoxels, most));
   CHECK(status.status == Status::kCorrupt);
   CHECK(status.what == std::string("a voxel has counts that no map can hold"));
+}
+
+TEST_CASE("a count outside of floor and ceiling is refused") {
+  const StoredBytes bytes = with_header(two_blocks(), [](StoredBytes& b) {
+    std::memset(&b[kMaxEvidence], 0, sizeof(float));  // no cap
+  });
+  const auto status_with = [&](float count) {
+    StoredBytes labels(7);
+    labels[0] = labels[1] = labels[2] = std::byte{1};  // voxel 0, one count, component 1
+    std::memcpy(&labels[3], &count, sizeof(count));
+    return status_of(with_part(bytes, header_bytes(bytes) + kHeadBytes, 7, labels)).status;
+  };
+  CHECK(status_with(kLeastCount) == Status::kOk);
+  CHECK(status_with(kLargestCount) == Status::kOk);
+  CHECK(status_with(std::nextafter(kLeastCount, 0.0F)) == Status::kCorrupt);
+  CHECK(status_with(std::nextafter(kLargestCount, 3e30F)) == Status::kCorrupt);
+  CHECK(status_with(1e-39F) == Status::kCorrupt);
 }
 
 TEST_CASE("an octet without an observed voxel is refused") {

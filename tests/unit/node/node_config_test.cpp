@@ -7,7 +7,6 @@
 #include <iterator>
 
 #include "node/robot_setup.hpp"
-#include "node/start_counter.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace tessera {
@@ -53,18 +52,6 @@ TEST_CASE("NodeConfig: refusals of map and fuse come in words of the configurati
                                ", line 4: [map] min_range_m: min_range_m 5 is not allowed; give "
                                "metres, under max_range_m");
   CHECK(in_words_of_config({"no route to the group"}, path).message == "no route to the group");
-}
-
-TEST_CASE("count_start: each start is one more than the last, of each robot by itself") {
-  const test::TemporaryFolder folder;
-  const std::string state = folder.file("deep/state");
-  const Outcome<FileDescriptor> lock = lock_robot(state, 3);
-  REQUIRE(lock.ok());
-  CHECK(*count_start(state, 3) == 1);
-  CHECK(*count_start(state, 3) == 2);
-  CHECK(*count_start(state, 4) == 1);
-  CHECK(*count_start(state, 3) == 3);
-  CHECK(folder.read("deep/state/robot_3.starts") == "3\n");
 }
 
 TEST_CASE("fit_global_map: what is made never takes more than it was given, and uses most of it") {
@@ -113,31 +100,35 @@ TEST_CASE("sectors_of: every range that a file may give makes sectors") {
     CHECK_FALSE(parse_node_config(vehicle + range + "\n", "node.toml").ok());
 }
 
-TEST_CASE("lock_robot: a robot is one process at a time") {
-  const test::TemporaryFolder folder;
-  const std::string state = folder.path().string();
-  {
-    const Outcome<FileDescriptor> lock = lock_robot(state, 3);
-    REQUIRE(lock.ok());
-    const Outcome<FileDescriptor> second = lock_robot(state, 3);
-    REQUIRE_FALSE(second.ok());
-    CHECK(second.failure().message.find("robot 3 is running already") != std::string::npos);
-    CHECK(lock_robot(state, 4).ok());
-  }
-  CHECK(lock_robot(state, 3).ok());
+std::string with_robot_line(const char* line) {
+  return std::string("[robot]\nid = 3\nstate = 'state'\n") + line +
+         "\n[replay]\ndataset = 'street'\n";
 }
 
-TEST_CASE("count_start: what is no count is refused and left as it is") {
-  const test::TemporaryFolder folder;
-  for (const char* const text : {"", "x\n", "1", "0\n", "-1\n", "4294967296\n", "1\n2\n"}) {
-    INFO(text);
-    folder.write("robot_0.starts", text);
-    const Outcome<std::uint32_t> start = count_start(folder.path().string(), 0);
-    REQUIRE_FALSE(start.ok());
-    CHECK(folder.read("robot_0.starts") == text);
-  }
-  folder.write("robot_0.starts", "4294967295\n");
-  CHECK_FALSE(count_start(folder.path().string(), 0).ok());
+TEST_CASE("[robot] earlier: keep unless told otherwise") {
+  const auto earlier = [](const char* line) {
+    return parse_node_config(with_robot_line(line), "node.toml");
+  };
+  CHECK(earlier("")->earlier == EarlierEpochs::kKeep);
+  CHECK(earlier("earlier = 'keep'")->earlier == EarlierEpochs::kKeep);
+  CHECK(earlier("earlier = 'drop'")->earlier == EarlierEpochs::kDrop);
+  CHECK_FALSE(earlier("earlier = 'some'").ok());
+  CHECK_FALSE(earlier("earlier = true").ok());
+}
+
+TEST_CASE("[security] mission: 1 to 64 bytes, and only where there is a key") {
+  const std::string least = std::string(kLeast) + "[security]\n";
+  const auto said = [&least](const std::string& lines) {
+    const Outcome<NodeConfig> config = parse_node_config(least + lines, "node.toml");
+    return config.ok() ? config->keys.mission : config.failure().message;
+  };
+  const std::string key = "fleet_key = 'fleet.key'\n";
+  CHECK(said(key).empty());
+  CHECK(said(key + "mission = 'harbour 7'\n") == "harbour 7");
+  CHECK(said(key + "mission = ''\n").find("is empty") != std::string::npos);
+  CHECK(said(key + "mission = '" + std::string(65, 'x') + "'\n").find("over 64") !=
+        std::string::npos);
+  CHECK(said("mission = 'harbour 7'\n").find("without a key") != std::string::npos);
 }
 
 }  // namespace

@@ -101,16 +101,18 @@ TEST_CASE("PoseGuard: deviations up to the limits are good, beyond uncertain") {
 }
 
 TEST_CASE("PoseGuard: a step is a jump just beyond what speed, deviations and slack allow") {
+  PoseGuardConfig agile;
+  agile.max_acceleration_mps2 = 1000.0;
   // 20 ms at 15 m/s, 3 sigma of two deviations of 0.02, and 0.1 m.
   const double reach_m = 0.02 * 15.0 + 3.0 * std::hypot(0.02, 0.02) + 0.1;
   const double reach_rad = 0.02 * 1.5 + 3.0 * std::hypot(0.002, 0.002) + 0.03;
   for (const double beyond : {-1e-6, 1e-6}) {
-    Drive drive;
+    Drive drive(agile);
     REQUIRE(drive.settle() == PoseVerdict::kGood);
     drive.now_us += kPeriodUs;
     const PoseVerdict expected = beyond > 0 ? PoseVerdict::kJumping : PoseVerdict::kGood;
     CHECK(drive.guard.judge(drive.at(drive.x_m + reach_m + beyond)) == expected);
-    Drive turning;
+    Drive turning(agile);
     REQUIRE(turning.settle() == PoseVerdict::kGood);
     turning.now_us += kPeriodUs;
     CHECK(turning.guard.judge(turning.at(turning.x_m, reach_rad + beyond)) == expected);

@@ -1,0 +1,92 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// What a robot has to know of its earlier starts: folder/robot_ID.state, a small text file that is
+// written whole or not at all. Who starts again with less than it said before is not believed.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "posix/file_descriptor.hpp"
+#include "posix/outcome.hpp"
+#include "tessera/exchange/exchange_config.hpp"
+
+namespace tessera {
+
+/// Takes folder/robot_ID.lock, which no other process can while the value lives; folder is made if
+/// it is not there. Fails with kUsage iff another process has it, or folder or file cannot be made.
+Outcome<FileDescriptor> lock_robot(const std::string& folder, std::uint32_t robot);
+
+/// What becomes of a robot's earlier epochs when it starts.
+enum class EarlierEpochs : std::uint8_t {
+  kKeep,  ///< The newest one counts on, where the new one has no evidence.
+  kDrop,  ///< None counts.
+};
+
+/// For the process that has the robot's lock, and for one of its threads. What changes something
+/// writes the file and waits until it is durable: not for a thread in a hurry. Where that fails
+/// (kFailure, or kUsage iff the file may not be written), all is as it was before.
+class RobotState {
+ public:
+  static constexpr std::size_t kMostFloors = 256;
+
+  /// Reads robot_ID.state, or robot_ID.starts of version 0.1.0; without both nothing is known.
+  /// Fails with kUsage iff the file is damaged, another robot's or cannot be read. It is not
+  /// changed.
+  static Outcome<RobotState> open(const std::string& folder, std::uint32_t robot);
+
+  /// Counts a start: starts() and epoch() are higher than ever before, and floor() is what earlier
+  /// says. Fails with kFailure too iff a count is at its end.
+  Outcome<void> begin(EarlierEpochs earlier);
+  /// For what the fleet has heard of this robot and this file does not know: epoch() becomes at
+  /// least at_least. The epoch below is taken to have published something. For after begin(). Fails
+  /// with kFailure too iff at_least is over 2^32 - 1.
+  Outcome<void> raise_epoch(std::uint64_t at_least);
+  /// The same of starts().
+  Outcome<void> raise_starts(std::uint64_t at_least);
+  /// Something was published in that epoch of this robot.
+  Outcome<void> note_published(std::uint32_t epoch);
+  /// Of other robots; of each the highest stays. More than kMostFloors robots are not remembered.
+  Outcome<void> note_floors(std::span<const RobotFloor> heard);
+
+  [[nodiscard]] std::uint32_t robot() const noexcept { return robot_; }
+  /// Starts so far, this one among them.
+  [[nodiscard]] std::uint32_t starts() const noexcept { return now_.starts; }
+  /// Of this start.
+  [[nodiscard]] std::uint32_t epoch() const noexcept { return now_.epoch; }
+  /// The newest epoch in which something was published; 0: none.
+  [[nodiscard]] std::uint32_t published() const noexcept { return now_.published; }
+  /// The lowest of this robot's epochs that counts.
+  [[nodiscard]] std::uint32_t floor() const noexcept { return now_.floor; }
+  /// Of other robots, in the order of their numbers.
+  [[nodiscard]] std::span<const RobotFloor> floors() const noexcept { return now_.floors; }
+  /// Floors of other robots that were not remembered for want of room.
+  [[nodiscard]] std::uint64_t floors_refused() const noexcept { return floors_refused_; }
+
+ private:
+  struct Values {
+    std::uint32_t starts = 0;
+    std::uint32_t epoch = 0;
+    std::uint32_t published = 0;
+    std::uint32_t floor = 0;
+    std::vector<RobotFloor> floors{};
+    friend bool operator==(const Values&, const Values&) = default;
+  };
+  RobotState(std::string stem, std::uint32_t robot) : stem_(std::move(stem)), robot_(robot) {}
+  [[nodiscard]] std::string path() const { return stem_ + ".state"; }
+  [[nodiscard]] std::string text_of(const Values& values) const;
+  [[nodiscard]] Outcome<Values> parse(const std::string& text) const;
+  [[nodiscard]] Outcome<Values> read_count() const;
+  [[nodiscard]] std::uint32_t floor_of(const Values& values) const noexcept;
+  Outcome<void> change(Values next);
+
+  std::string stem_;
+  std::uint32_t robot_ = 0;
+  EarlierEpochs earlier_ = EarlierEpochs::kKeep;
+  Values now_{};
+  std::uint64_t floors_refused_ = 0;
+};
+
+}  // namespace tessera

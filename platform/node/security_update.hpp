@@ -1,0 +1,52 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// What a node takes of its configuration while it runs, on its way from the thread that reads files
+// to the one that shares.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "security/fleet_keys.hpp"
+
+namespace tessera {
+
+struct SecurityUpdate {
+  std::vector<std::uint32_t> exclude;  ///< All robots that are excluded from now on.
+  FleetKeys keys;                      ///< Of these the public ones.
+};
+
+/// From one thread, which reads, to another, which never uses the heap.
+class SecurityUpdates {
+ public:
+  /// For the thread that reads. Frees the update before. A caller bug while is_waiting().
+  void offer(std::unique_ptr<SecurityUpdate> update) {
+    held_ = std::move(update);
+    waiting_.store(held_.get(), std::memory_order_release);
+  }
+  /// Whether the last update was not done yet.
+  [[nodiscard]] bool is_waiting() const noexcept {
+    return waiting_.load(std::memory_order_acquire) != nullptr;
+  }
+
+  /// For the thread that shares: what waits, its own until done(); nullptr: nothing does.
+  [[nodiscard]] SecurityUpdate* waiting() noexcept {
+    return waiting_.load(std::memory_order_acquire);
+  }
+  void done() noexcept { waiting_.store(nullptr, std::memory_order_release); }
+
+ private:
+  std::unique_ptr<SecurityUpdate> held_;
+  std::atomic<SecurityUpdate*> waiting_{nullptr};
+};
+
+/// Returns a number that is equal for equal sets of robots, whatever their order and repetitions,
+/// and 0 for none: CRC-32C of the robots, ascending, four bytes each, little-endian. No heap.
+/// robots: at most ExchangeConfig::kMostExcluded.
+[[nodiscard]] std::uint32_t exclude_digest(std::span<const std::uint32_t> robots) noexcept;
+
+}  // namespace tessera
