@@ -62,8 +62,10 @@ std::vector<Bytes> datagrams(std::size_t bytes) {
 
 int measure_security() {
   RobotSecret secret;
-  const Outcome<DatagramSeal> seal = DatagramSeal::make(secret.seed, KeyUse::kDatagram);
-  const Outcome<RecordSigner> signer = RecordSigner::make(secret);
+  const Outcome<Mission> mission = Mission::make("costs");
+  if (!mission.ok()) return 2;
+  const Outcome<DatagramSeal> seal = DatagramSeal::make(secret.seed, *mission, KeyUse::kDatagram);
+  const Outcome<RecordSigner> signer = RecordSigner::make(secret, *mission);
   // The public half of that all-zero seed.
   const char* const open_hex = "3b6a27bcceb6a42d62a3a8d02a6f0d73653215771de243a63ac048a18b59da29";
   RobotPublic open;
@@ -72,7 +74,7 @@ int measure_security() {
     static_cast<void>(std::sscanf(open_hex + 2 * i, "%2x", &value));
     open.key[i] = static_cast<unsigned char>(value);
   }
-  const Outcome<RecordVerifier> verifier = RecordVerifier::make({open});
+  const Outcome<RecordVerifier> verifier = RecordVerifier::make({open}, *mission);
   if (!seal.ok() || !signer.ok() || !verifier.ok()) return 2;
   const std::vector<Bytes> all = datagrams(1392);
   const auto one = [&all](int i) { return std::span(all[static_cast<std::size_t>(i) % 64]); };

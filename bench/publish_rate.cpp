@@ -125,7 +125,10 @@ Outcome<void> measure(const Settings& settings) {
   if (!scene.ok()) return scene.failure();
   std::optional<FleetSignatures> fleet;
   if (!settings.secret.empty()) {
-    Outcome<FleetSignatures> read = FleetSignatures::read(settings.secret, settings.public_keys);
+    const Outcome<Mission> mission = Mission::make("publish rate");
+    if (!mission.ok()) return mission.failure();
+    Outcome<FleetSignatures> read =
+        FleetSignatures::read(settings.secret, settings.public_keys, *mission);
     if (!read.ok()) return read.failure();
     fleet.emplace(std::move(*read));
   }

@@ -6,7 +6,7 @@
 
 #include "tessera/tessera.h"
 
-static uint8_t memory[24u << 20] __attribute__((aligned(TESSERA_ALIGNMENT)));
+static uint8_t memory[28u << 20] __attribute__((aligned(TESSERA_ALIGNMENT)));
 static uint8_t datagram[TESSERA_MOST_DATAGRAM_BYTES];
 
 static int failed(tessera_status status) {

@@ -43,6 +43,8 @@ url = "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304"
 interface = "lo"
 [security]
 fleet_key = "fleet.key"
+robot_secret = "robot_{robot}.key"
+robot_public_keys = "fleet.pub"
 [output]
 global_map = "global_of_{robot}.tsm"
 report = "robot_{robot}.json"

@@ -47,7 +47,7 @@ fi
 # nothing is disturbed, with a virtual CAN bus where the kernel has it.
 mkdir -p "$out/shared"
 rm -rf "$out"/shared/*
-"$tessera" key new --fleet "$out/shared/fleet.key" >"$out/shared/key.log" || fail "no key could be made, see above"
+"$tessera" key new --robots 3 --dir "$out/shared" >"$out/shared/key.log" || fail "no keys could be made, see above"
 network=("$here/tests/in-own-network.sh" sh -c 'ip link add can0 type vcan 2>/dev/null && ip link set can0 up; exec "$@"' sh)
 "$here/tests/in-own-network.sh" true 2>/dev/null || network=()
 "${network[@]}" python3 -B "$here/examples/mission.py" "$tessera" "$out/street" "$out/shared" ||

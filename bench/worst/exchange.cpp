@@ -61,6 +61,7 @@ struct Robot {
   static ExchangeConfig config() {
     ExchangeConfig config;
     config.contributions = 32;
+    config.records = 2 * kParts;
     config.bytes_per_s = 1'000'000'000;
     config.burst_bytes = 1U << 30U;
     config.fresh = 1;  // so that what is sent has to be searched for
@@ -198,7 +199,8 @@ void measure_request(Meter& meter) {
                                        .prior = config.prior,
                                        .free_weight = config.free_weight,
                                        .classes = kMostClasses,
-                                       .class_table = class_table_checksum(table_of(kMostClasses))};
+                                       .class_table = class_table_checksum(table_of(kMostClasses)),
+                                       .max_evidence = config.max_evidence};
     write_header(to, {.kind = kind,
                       .configuration = details.checksum(),
                       .sender = 50,
@@ -219,11 +221,12 @@ void measure_request(Meter& meter) {
             [&](ByteWriter& to) { write_frame(to, {.id = id, .revision = 1}); }),
         0);
     for (std::uint32_t v = 1; v <= 2 * Coverage::kMostRanges; v += 2) {
-      robot->exchange.receive(say(DatagramKind::kChunk,
-                                  [&](ByteWriter& to) {
-                                    write_chunk_header(to, {.id = id, .range = {v, v}});
-                                  }),
-                              0);
+      robot->exchange.receive(
+          say(DatagramKind::kChunk,
+              [&](ByteWriter& to) {
+                write_chunk_header(to, {.id = id, .range = {v, v}, .relayed = true});
+              }),
+          0);
     }
   }
   std::span<const std::byte> request;
@@ -235,7 +238,10 @@ void measure_request(Meter& meter) {
       [&] {
         request = say(DatagramKind::kRequest, [&](ByteWriter& to) {
           for (std::uint32_t other = 1; other <= kOthers; ++other) {
-            RequestedContribution wanted{.id = {other, 1, 0}, .frame_revision = 1, .gaps = 1};
+            RequestedContribution wanted;
+            wanted.id = {other, 1, 0};
+            wanted.frame_revision = 1;
+            wanted.count = 1;
             wanted.gap[0] = {1, 4'000'000'000U};
             if (!write_requested(to, wanted)) break;
           }
