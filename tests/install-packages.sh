@@ -20,8 +20,9 @@ case "${1:-}" in
   demo) packages+=(iproute2) ;;
   tests) packages+=("${testing[@]}") ;;
   bench) packages+=(binutils git python3-matplotlib valgrind "${network[@]}" "${browser[@]}") ;;
+  # g++-12-multilib and not g++-multilib, which excludes compilers for other machines.
   ci) packages+=("${testing[@]}" git ccache clang clang-format clang-tidy libclang-rt-dev g++-aarch64-linux-gnu libc6-dev-arm64-cross
-                 qemu-user doxygen) ;;
+                 qemu-user doxygen g++-12-multilib gcc-arm-none-eabi libstdc++-arm-none-eabi-newlib) ;;
   python) packages=(g++ cmake ninja-build libeigen3-dev nlohmann-json3-dev libtomlplusplus-dev libpng-dev liblzf-dev
                    libsodium-dev "${python[@]}") ;;
   *) fail "say demo, tests, bench, ci or python" ;;

@@ -8,7 +8,7 @@ import time
 import unittest
 
 import bus
-from node_on_bus import NodeOnBus, sensor_sender
+from node_on_bus import NodeOnBus, running_node, sensor_sender
 
 RANDOM_FRAMES = 10_000
 
@@ -61,6 +61,20 @@ class Mapping(NodeOnBus):
         self.comes_to("Mapping", "None")
         report = node.end()
         self.assertEqual((1, 1, 4), (report["mapping"]["saves"], report["mapping"]["clears"], report["vehicle"]["commands"]))
+
+    def test_another_process_with_this_robots_number_is_a_fault(self):
+        """For 10 s after it was heard last; the obstacles stay those of the robot's own map."""
+        self.start()
+        (self.folder / "copied").mkdir()
+        (self.folder / "copied/robot_0.starts").write_text("5\n")
+        twin = running_node.RunningNode(self.folder, running_node.write_config(self.folder, "twin", running_node.sensing("twin"),
+                                                                               robot={"state": "copied"}))
+        self.addCleanup(twin.close)
+        self.comes_to("Fault", "Twin", "another process with this robot's number")
+        self.node.says("another process speaks as robot 0")
+        bus.until(lambda: self.bus.value("SECTOR_INFO", "SectorsState") == "Current", "sectors")
+        twin.kill()
+        self.comes_to("Mapping", "None")
 
     def test_a_save_on_a_full_disk_is_denied(self):
         subprocess.run(["mount", "-t", "tmpfs", "-o", "size=64k", "full", str(self.folder)], check=True, timeout=bus.LIMIT_S)

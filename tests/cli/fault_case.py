@@ -29,8 +29,9 @@ class Faults(command_case.CommandCase):
         self.closing.callback(node.close)
         return node
 
-    def mapping(self, **changes):
+    def mapping(self, before=lambda: None, **changes):
         """A node that maps already, and its sensors."""
+        before()
         sensors = self.sensors()
         node = self.node(**changes)
         node.says("mapping: goes on")

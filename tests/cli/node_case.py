@@ -44,10 +44,8 @@ class NodeCase(CommandCase):
         return path
 
     def fleet_keys(self, robots):
-        """Secrets in keys/, and of all the public ones but the last robot's in fleet.pub."""
-        (self.folder / "keys").mkdir()
-        for robot in range(robots):
-            self.done("key", "new", "--robot", robot, "--dir", "keys")
+        """Secrets in keys/, all public keys in all.pub, and all but the last robot's in fleet.pub."""
+        self.done("key", "new", "--robots", robots, "--dir", "keys")
         public = [(self.folder / f"keys/robot_{robot}.pub").read_text() for robot in range(robots)]
         (self.folder / "all.pub").write_text("".join(public))
         (self.folder / "fleet.pub").write_text("".join(public[:-1]))

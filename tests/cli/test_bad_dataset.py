@@ -51,7 +51,7 @@ class RefusedDataset(CommandCase):
 
     def test_pose_row_with_a_word(self):
         kitti.write_poses(self.data, [kitti.IDENTITY, ("north",) + kitti.IDENTITY[1:]])
-        self.map_refused(self.data, saying=("poses.txt", "line 2", "north"))
+        self.map_refused(self.data, saying=("poses.txt", "line 2", "a word is not a number"))
 
     def test_truncated_scan(self):
         scan = self.data / "velodyne" / "000001.bin"

@@ -222,7 +222,7 @@ class Refused(CloudCase):
         cloud = self.root / "scan_8.pcd"
         good = cloud.read_bytes()
         ascii_cloud = pcd_ascii(self.scans[0])
-        cases = {"empty": (b"", "no DATA line"), "no cloud": (b"\x00\xff" * 50, "no keyword"),
+        cases = {"empty": (b"", "no DATA line"), "no cloud": (b"\x00\xff" * 50, "does not begin as a PCD file does"),
                  "truncated": (good[:-5], "truncated"), "header only": (good[:24], "no DATA line"),
                  "too many": (good + good[-32:], "its header says 300"),
                  "huge": (good.replace(b" 300\n", b" 16000000\n"), "truncated"),

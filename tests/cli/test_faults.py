@@ -61,7 +61,7 @@ class OwnFaults(Faults):
         settings = {"map": {"resolution_m": 0.1, "memory": "24M"}, "output": {"global_map": None}}
         small = self.node("small", 0, fusion={"memory": "18M"}, **settings)
         large = self.node("large", 1, **settings)
-        small.says("records of other robots refused")
+        small.says("exchange records_refused")
         time.sleep(1)
         reports = [node.end() for node in (small, large)]
         self.assertGreater(reports[0]["global_map"]["refused_replicas"] + reports[0]["global_map"]["refused_blocks"], 0)
@@ -112,6 +112,34 @@ class OwnFaults(Faults):
         for end in ("dropped_by_step", "unknown_camera", "images_future", "images_ancient", "poses_future", "poses_ancient", "poses_not_rigid"):
             self.assertEqual(0, match[end], end)
         self.assertEqual((0, 0), (queries["queue_full"], queries["work"]))
+
+
+class Restarts(Faults):
+    def test_a_start_does_not_overwrite_the_map_of_an_earlier_one(self):
+        node, sensors = self.mapping()
+        node.end()
+        first = (self.folder / "node.tsm").read_bytes()
+        # One that crashes before it has written anything, then one that writes.
+        crashed = self.node()
+        crashed.says("the map of before is kept as")
+        crashed.kill()
+        self.assertEqual(first, (self.folder / "node.tsm").read_bytes())
+        sensors.position = [50.0, 0.0, 0.0]
+        last = self.node()
+        last.says("mapping: goes on")
+        time.sleep(0.3)
+        report = last.end()
+        self.assertEqual(3, report["epoch"])
+        self.assertEqual(first, (self.folder / "node.epoch-1.tsm").read_bytes())
+        self.assertEqual(["node.epoch-1.tsm"], [path.name for path in self.folder.glob("*epoch*")])
+        self.assertEqual([("unknown", 0), ("occupied", WALL_CLASS)], self.states_at((5.1, 0.1, 0.1), (55.1, 0.1, 0.1)))
+
+    def test_a_file_that_is_no_map_is_kept_too(self):
+        (self.folder / "node.tsm").write_text("not a map")
+        node, _ = self.mapping()
+        report = node.end()
+        self.assertEqual("not a map", (self.folder / "node.earlier.tsm").read_text())
+        self.assertEqual(1, len(report["mapping"]["kept_maps"]))
 
 
 class Service(Faults):
@@ -241,8 +269,8 @@ class Team(Faults):
                 second.process.send_signal(signal.SIGUSR1)
                 time.sleep(chance.uniform(0.0, 0.12))
             second.kill()
-            starts = (self.folder / "state/robot_1.starts").read_text()
-            self.assertIn(str(epoch), starts)
+            state = (self.folder / "state/robot_1.state").read_text()
+            self.assertIn(f"\nepoch {epoch}\n", state)
             if (self.folder / "second.tsm").exists():
                 self.done("info", "second.tsm")
         self.assertTrue((self.folder / "second.tsm").exists(), "nothing was ever saved")

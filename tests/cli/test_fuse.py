@@ -3,10 +3,11 @@
 """fuse: sums by hand, frames, what is refused, and that neither the order nor the name of a map matters."""
 import json
 import math
+import struct
 import unittest
 
 import kitti_folder as kitti
-from command_case import CommandCase
+from command_case import CommandCase, crc32c
 from counting import COUNTING
 
 FUSE_KEYS = {"voxels", "overlap_voxels", "iterations", "residual", "milliseconds", "digest", "mean_variance",
@@ -91,6 +92,38 @@ class Fuse(CommandCase):
         _, report = self.fuse(self.a, other, "--diffusion", "none")
         self.assertEqual(1, report["overlap_voxels"])
         self.assertEqual([0, 1], sorted(c["robot"] for c in report["contributions"]))
+
+    def change_header(self, map_file, form, offset, value):
+        """docs/memory.md has the header's layout."""
+        data = bytearray(map_file.read_bytes())
+        end = 16 + struct.unpack_from("<I", data, 12)[0]
+        struct.pack_into(form, data, offset, value)
+        struct.pack_into("<I", data, end, crc32c(data[:end]))
+        map_file.write_bytes(data)
+
+    def test_an_earlier_epoch_counts_where_the_later_has_no_evidence(self):
+        self.change_header(self.b, "<I", 44, 0)
+        self.change_header(self.b, "<I", 48, 3)
+        result, report = self.fuse(self.b, self.a, "--diffusion", "none")
+        self.assert_warned(result, "a.tsm is of an earlier epoch of robot 0 than", "b.tsm",
+                           "it counts only where that has no evidence")
+        self.assertEqual(0, report["overlap_voxels"])
+        self.assertEqual([(0, 0), (0, 3)], sorted((c["robot"], c["epoch"]) for c in report["contributions"]))
+        self.assertAlmostEqual(2.0, float(self.row(self.SHARED)[ROAD]), places=4)
+        self.assertAlmostEqual(1.0, float(self.row(self.ALONE_A)[BUILDING]), places=4)
+        self.assertAlmostEqual(1.0, float(self.row(self.ALONE_B)[BUILDING]), places=4)
+
+    def test_a_map_is_held_to_the_largest_cap(self):
+        # 300 points in one voxel, without a cap of the map: 250 where that is 0, and else the other's.
+        full = [self.make_map(f"full_{robot}", [self.SHARED] * 300, [kitti.ROAD] * 300, "--robot", robot, "--max-evidence", "0")
+                for robot in (0, 1)]
+        self.fuse(*full, "--diffusion", "none")
+        self.assertAlmostEqual(500.0, float(self.row(self.SHARED)[ROAD]), delta=0.1)
+        high = self.make_map("high", [self.SHARED], [kitti.ROAD], "--robot", "2", "--max-evidence", "300", "--free-weight", "2")
+        for map_file in full:
+            self.change_header(map_file, "<f", 40, 2.0)
+        self.fuse(*full, high, "--diffusion", "none")
+        self.assertAlmostEqual(601.0, float(self.row(self.SHARED)[ROAD]), delta=0.1)
 
     def test_transform_moves_a_map(self):
         transform = self.folder / "T.txt"

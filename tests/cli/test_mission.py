@@ -23,7 +23,7 @@ class Mission(CommandCase):
         self.done("simulate", "--robots", 2, "--scans", SCANS, "--cameras", "on", "--sweep", "on", "--out", "street")
         out = self.folder / "out"
         out.mkdir()
-        self.done("key", "new", "--fleet", out / "fleet.key")
+        self.done("key", "new", "--robots", 2, "--dir", out)
         # Slowly, for busy machines: a sweep is stretched to 0.4 s.
         done = subprocess.run([sys.executable, "-B", MISSION, command_path(), self.folder / "street", out, "2.5"], capture_output=True, text=True,
                               check=False, timeout=240)

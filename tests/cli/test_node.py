@@ -57,7 +57,7 @@ class Node(NodeCase):
         self.assertEqual(reports[0]["exchange_digest"], reports[1]["exchange_digest"])
 
     def test_two_robots_have_the_same_map_and_it_is_what_fusing_gives(self):
-        self.done("key", "new", "--fleet", "fleet.key")
+        self.done("key", "new", "--fleet", "fleet.key", "--without-signatures")
         key = {"security": {"fleet_key": "fleet.key"}}
         reports = self.run_both(self.config(0, **key, output={"local_map": "local_0.tsm", "snapshots": "growing",
                                                               "snapshot_every_s": 0.2}), self.config(1, **key))
@@ -122,7 +122,7 @@ class Node(NodeCase):
     def test_a_signal_ends_it_with_all_outputs(self):
         config = self.config(0, replay={"loop": True}, run={"duration_s": 60})
         process = self.start(config)
-        self.wait_for(lambda: (self.folder / "state/robot_0.starts").exists())
+        self.wait_for(lambda: (self.folder / "state/robot_0.state").exists())
         process.send_signal(signal.SIGTERM)
         report, _ = self.finished(process, config)
         self.assertEqual("signal", report["ended_by"])
@@ -132,7 +132,7 @@ class Node(NodeCase):
         (self.folder / "maps").mkdir()
         config = self.config(0, replay={"loop": True}, output={"global_map": "maps/global.tsm"}, run={"duration_s": 60})
         process = self.start(config)
-        self.wait_for(lambda: (self.folder / "state/robot_0.starts").exists())
+        self.wait_for(lambda: (self.folder / "state/robot_0.state").exists())
         shutil.rmtree(self.folder / "maps")
         process.send_signal(signal.SIGTERM)
         out, error = process.communicate(timeout=TIME_LIMIT_S)
@@ -164,18 +164,48 @@ class Node(NodeCase):
         self.assertIn("no right to priority 11", error)
 
     def test_without_the_fleets_key_nothing_is_taken(self):
-        self.done("key", "new", "--fleet", "fleet.key")
+        self.done("key", "new", "--fleet", "fleet.key", "--without-signatures")
         alone = {"run": {"wait_for_peers": 0, "quiet_s": 2.5, "linger_s": 20}}
         reports = self.run_both(self.config(0, **alone, security={"fleet_key": "fleet.key"}), self.config(1, **alone))
         for report in reports:
-            self.assertGreater(report["exchange"]["refused_tag"], 0)
+            self.assertGreater(report["link"]["refused_tag"], 0)
             self.assertEqual((0, 0, 1), (report["exchange"]["peers"], report["exchange"]["records_taken"],
                                          report["exchange"]["contributions"]))
 
+    def signing(self, robot, **more):
+        return {"fleet_key": "keys/fleet.key", "robot_secret": f"keys/robot_{robot}.key", "robot_public_keys": "all.pub", **more}
+
+    def test_another_mission_is_not_heard(self):
+        """With the same keys: the configuration's name wins over the one in the key file."""
+        self.fleet_keys(2)
+        alone = {"run": {"wait_for_peers": 0, "quiet_s": 2.5, "linger_s": 20}}
+        reports = self.run_both(self.config(0, **alone, security=self.signing(0)),
+                                self.config(1, **alone, security=self.signing(1, mission="yesterday")))
+        for report in reports:
+            self.assertGreater(report["link"]["refused_tag"], 0)
+            self.assertEqual((0, 0, 1), (report["exchange"]["peers"], report["exchange"]["records_taken"],
+                                         report["exchange"]["contributions"]))
+
+    def test_another_process_with_this_robots_number_is_told(self):
+        """At once by both, and once only in their few seconds."""
+        (self.folder / "copied").mkdir()
+        (self.folder / "copied/robot_0.starts").write_text("5\n")
+        alone = {"wait_for_peers": 0, "duration_s": 8}
+        reports, errors = [], []
+        processes = [(self.start(c), c) for c in (self.config(0, replay={"loop": True}, run=alone),
+                                                  self.config(0, "copied", robot={"state": "copied"}, replay={"loop": True}, run=alone))]
+        for process, config in processes:
+            report, error = self.finished(process, config)
+            reports.append(report)
+            errors.append(error)
+        for report, error in zip(reports, errors):
+            self.assertGreater(report["exchange"]["refused_robot"], 3)
+            self.assertEqual(1, error.count("another process speaks as robot 0"), error)
+        self.assertEqual([1, 6], sorted(report["epoch"] for report in reports))
+
     def test_robots_that_sign(self):
         self.fleet_keys(2)
-        reports = self.run_both(*(self.config(robot, security={"robot_secret": f"keys/robot_{robot}.key", "robot_public_keys": "all.pub"})
-                                  for robot in range(2)))
+        reports = self.run_both(*(self.config(robot, security=self.signing(robot)) for robot in range(2)))
         self.assert_same(reports)
         for report in reports:
             self.assertEqual((0, 0), (report["exchange"]["refused_signature"], report["exchange"]["refused_tag"]))
@@ -192,7 +222,7 @@ class Node(NodeCase):
 
     def test_an_excluded_robot(self):
         reports = self.run_both(self.config(0, security={"exclude": [1]}, run={"wait_for_peers": 0, "quiet_s": 4}), self.config(1))
-        self.assertGreater(reports[0]["exchange"]["refused_excluded"], 0)
+        self.assertGreater(reports[0]["link"]["refused_excluded"], 0)
         self.assertEqual([0], [c["robot"] for c in reports[0]["contributions"]])
         self.assertEqual({0, 1}, {c["robot"] for c in reports[1]["contributions"]})
 

@@ -83,6 +83,11 @@ class BadConfiguration(NodeCase):
         (self.folder / "state/robot_0.starts").write_text("many\n")
         self.refused("node", "--config", self.config(0, "bad"), saying=("holds no count of starts",))
 
+    def test_a_state_that_is_damaged(self):
+        (self.folder / "state").mkdir()
+        (self.folder / "state/robot_0.state").write_text("tessera-robot-state 1\n")
+        self.refused("node", "--config", self.config(0, "bad"), saying=("robot_0.state is damaged",))
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -44,7 +44,7 @@ class Realtime(NodeCase):
         return self.config(0, **tables)
 
     def started(self):
-        counter = self.folder / "state/robot_0.starts"
+        counter = self.folder / "state/robot_0.state"
         for _ in range(500):
             if counter.exists():
                 time.sleep(0.3)

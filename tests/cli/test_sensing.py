@@ -86,11 +86,17 @@ class Sensing(NodeCase):
         self.assertEqual(0, report["queries"]["malformed"])
 
     def test_a_budget_that_is_too_small_sheds_work_and_loses_no_scan(self):
-        report, error = self.run_with_player(self.sensing(map={"deadline_ms": 1}))
+        report, error = self.run_with_player(self.sensing(map={"deadline_ms": 1, "memory": "96M"}))
         mapping = report["mapping"]
         self.assertEqual((SCANS - (RECOVER_AFTER - 1), 0), (mapping["cycles"], mapping["lost"]))
         self.assertGreater(mapping["shed"], 0)
         self.assertIn("points and rays left out, to be in time", error)
+        # The one limit that held is the one that is named.
+        self.assertEqual((0, 0), (mapping["refused_memory"], mapping["refused_work"]))
+        self.assertGreater(mapping["refused_time"], 0)
+        self.assertIn("as the time was up; give a longer [map] deadline_ms", error)
+        self.assertNotIn("give a larger [map] memory", error)
+        self.assertIn("scans mapped: ", error)
 
     def test_without_poses_nothing_is_mapped_and_it_says_so(self):
         report, error = self.run_with_player(self.sensing(), "--poses", "none")

@@ -123,12 +123,104 @@ class SensorFaults(Faults):
 
     def test_poses_of_another_frame_begin_another_map(self):
         node, sensors = self.mapping()
+        time.sleep(0.5)  # So that something is mapped.
         sensors.position = [50.0, 0.0, 0.0]
         node.says("poses are of another frame")
         time.sleep(0.5)
         report = node.end()
         self.assertEqual((1, 1), (report["sensors"]["relocations"], report["mapping"]["clears"]))
         self.assertEqual([("unknown", 0), ("occupied", WALL_CLASS)], self.states_at((5.1, 0.1, 0.1), (55.1, 0.1, 0.1)))
+        # What was mapped before is not lost.
+        self.assertEqual((["node.epoch-1.tsm"], 0), (self.kept(report), report["mapping"]["failed_keeps"]))
+        self.assertIn("the map of before is kept as", node.said)
+        self.assertEqual([("occupied", WALL_CLASS), ("unknown", 0)],
+                         self.states_at((5.1, 0.1, 0.1), (55.1, 0.1, 0.1), file="node.epoch-1.tsm"))
+
+    def kept(self, report):
+        return [path.rsplit("/", 1)[-1] for path in report["mapping"]["kept_maps"]]
+
+    def test_each_of_several_maps_of_a_start_is_kept(self):
+        node, sensors = self.mapping()
+        time.sleep(0.5)  # So that something is mapped.
+        for x_m in (50.0, 100.0):
+            place = node.here()
+            sensors.position = [x_m, 0.0, 0.0]
+            place = node.says("the map of before is kept as", place)
+            node.says("poses are good", place)
+            time.sleep(0.5)
+        report = node.end()
+        self.assertEqual(["node.epoch-1.tsm", "node.epoch-1.2.tsm"], self.kept(report))
+        walls = [(x_m + 5.1, 0.1, 0.1) for x_m in (0.0, 50.0, 100.0)]
+        for file, seen in (("node.epoch-1.tsm", 0), ("node.epoch-1.2.tsm", 1), ("node.tsm", 2)):
+            with self.subTest(file):
+                states = self.states_at(*walls, file=file)
+                self.assertEqual([seen], [i for i, state in enumerate(states) if state == ("occupied", WALL_CLASS)])
+
+    def test_without_a_local_map_it_is_kept_in_the_state_s_folder(self):
+        node, sensors = self.mapping(output={"local_map": None})
+        time.sleep(0.5)  # So that something is mapped.
+        sensors.position = [50.0, 0.0, 0.0]
+        node.says("the map of before is kept as")
+        self.assertEqual(["robot_0.epoch-1.tsm"], self.kept(node.end()))
+        self.assertEqual([("occupied", WALL_CLASS)], self.states_at((5.1, 0.1, 0.1), file="state/robot_0.epoch-1.tsm"))
+
+    def test_a_map_that_cannot_be_kept_is_not_cleared(self):
+        node, sensors = self.mapping(output={"local_map": "maps/node.tsm"}, before=lambda: (self.folder / "maps").mkdir())
+        time.sleep(0.5)  # So that something is mapped.
+        (self.folder / "maps").rename(self.folder / "elsewhere")
+        sensors.position = [50.0, 0.0, 0.0]
+        node.says("the map is not cleared, and mapping pauses")
+        (self.folder / "elsewhere").rename(self.folder / "maps")
+        node.says("the map of before is kept as")
+        report = node.end()
+        self.assertEqual((["node.epoch-1.tsm"], 1), (self.kept(report), report["mapping"]["clears"]))
+        self.assertGreater(report["mapping"]["failed_keeps"], 0)
+        self.assertEqual([("occupied", WALL_CLASS)], self.states_at((5.1, 0.1, 0.1), file="maps/node.epoch-1.tsm"))
+
+    def test_maps_are_not_kept_where_that_is_not_wanted(self):
+        node, sensors = self.mapping(output={"keep_maps": False})
+        sensors.position = [50.0, 0.0, 0.0]
+        node.says("poses are of another frame")
+        time.sleep(0.5)
+        report = node.end()
+        self.assertEqual(([], 1), (self.kept(report), report["mapping"]["clears"]))
+        self.assertEqual([], list(self.folder.glob("*epoch*")))
+
+    def test_poses_that_come_too_seldom_are_named_with_what_is_needed(self):
+        self.sensors(pose_every=10)
+        node = self.node()
+        place = node.says("poses come every 2")
+        node.says("ms; at least every 100 ms are needed", place)
+        # While it lasts.
+        place = node.says("no scan for ", place)
+        node.says("no scan for ", place)
+        self.assertEqual(1, node.end()["sensors"]["silences"])
+
+    def test_an_odometry_of_5_hz_with_the_keys_set(self):
+        self.sensors(pose_every=10)
+        node = self.node(sensors={"max_wait_ms": 400, "max_pose_gap_ms": 500}, vehicle={"pose_timeout_ms": 600})
+        node.says("poses are good")
+        time.sleep(2)
+        report = node.end()
+        self.assertGreater(report["mapping"]["cycles"], 5)
+        self.assertNotIn("poses come every", node.said)
+        self.assertEqual([("occupied", WALL_CLASS)], self.states_at((5.1, 0.1, 0.1)))
+
+    def test_a_jump_to_the_side_at_the_rate_of_the_scans(self):
+        """At 8 m/s and 10 Hz: a step that the speed alone would allow."""
+        sensors = self.sensors(pose_every=5)
+        start = time.monotonic()
+        sensors.x_m = lambda: 8.0 * (time.monotonic() - start)
+        sensors.moves = True
+        node = self.node(sensors={"max_wait_ms": 300})
+        node.says("mapping: goes on")
+        time.sleep(1)
+        sensors.position = [0.0, 1.0, 0.0]
+        node.says("poses are of another frame")
+        place = node.says("the map of before is kept as")
+        node.says("poses are good", place)
+        report = node.end()
+        self.assertEqual((1, 1), (report["sensors"]["relocations"], report["mapping"]["clears"]))
 
     def test_no_scan_lies_half_way_between_two_frames(self):
         node, sensors = self.mapping()

@@ -51,7 +51,7 @@ class Links(unittest.TestCase):
         everywhere = {"--help", "--version"}
         for subcommand in shown:
             with self.subTest(subcommand):
-                said = set(re.findall(r"--[a-z][\w-]*", help_of(subcommand) + (help_of("key", "new") if subcommand == "key" else "")))
+                said = set(re.findall(r"--[a-z][\w-]*", help_of(subcommand) + ("".join(help_of("key", inner) for inner in ("new", "mission")) if subcommand == "key" else "")))
                 page = sections[subcommand] if subcommand != "node" else sections["node"] + (ROOT / "docs/node.md").read_text()
                 table = set(re.findall(r"`(--[a-z][\w-]*)", page)) | set(re.findall(r"^    tessera .*", page, re.M) and
                                                                          re.findall(r"(--[a-z][\w-]*)", page))

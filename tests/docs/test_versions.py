@@ -33,7 +33,7 @@ class Versions(unittest.TestCase):
             "map file, `.tsm`": found("lib/src/map_file_format.hpp", r"kMapMajor = (\d+);[^;]*kMapMinor = (\d+);"),
             "archive, `blocks.tsa`": found("platform/archive/archive_format.hpp", r"kMajor = (\d+);[^;]*kMinor = (\d+);"),
             "wire format between robots": found("lib/src/wire.cpp", r"kFormat = (\d+);"),
-            "key files": found("platform/security/key_file.cpp", r'take_word\(rest\) != "(\d+)"'),
+            "key files": found("platform/security/key_text.cpp", r'take_word\(rest\) != "(\d+)"'),
             "layout of the CAN bus": found("platform/vehicle/bus_messages.hpp", r"kBusLayoutVersion = (\d+);"),
         }, told)
 

@@ -19,6 +19,7 @@ DEBIAN = {
     "nlohmann_json": "nlohmann-json3-dev",
     "tomlplusplus": "libtomlplusplus-dev",
     "PNG": "libpng-dev",
+    "ZLIB": "libpng-dev",  # Needs zlib1g-dev.
     "liblzf": "liblzf-dev",
     "Catch2": "catch2",
     "Python3": "python3",
@@ -27,6 +28,8 @@ DEBIAN = {
     "pybind11": "pybind11-dev",
     "octomap": "liboctomap-dev",
     "clang-format": "clang-format",
+    "clang++": "clang",
+    "g++": "g++",
     "doxygen": "doxygen",
     "gzip": "gzip",
     "Threads": "g++",
@@ -41,7 +44,7 @@ DEBIAN = {
 }
 FIND = re.compile(r"^\s*find_(package|program|path|library)\s*\(([^)]*)\)", re.M)
 # What is only looked for, and left out where it is not there.
-ONLY_IN_CI = {"clang-format", "doxygen"}
+ONLY_IN_CI = {"clang-format", "clang++", "doxygen"}
 ONLY_IN_TESTS = {"Python", "pybind11"}
 
 

@@ -35,7 +35,8 @@ DEVELOPMENT_FILES = {
     "lib/libtessera.a",
     "lib/pkgconfig/tessera.pc",
     *(f"lib/cmake/tessera/{name}" for name in
-      ("tesseraConfig.cmake", "tesseraConfigVersion.cmake", "tessera-targets.cmake", "tessera-targets-release.cmake")),
+      ("tesseraConfig.cmake", "tesseraConfigVersion.cmake", "tessera-targets.cmake", "tessera-targets-release.cmake",
+       "tesseraRounding.cmake", "rounding_probe.cpp")),
     "include/tessera/base/version.hpp",
     *(str(path.relative_to(SOURCE / "lib")) for kind in ("*.hpp", "*.h") for path in (SOURCE / "lib/include").rglob(kind)),
     "share/doc/libtessera-dev/copyright",

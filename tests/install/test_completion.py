@@ -43,8 +43,8 @@ class Completion(InstallCase):
     def test_subcommands(self):
         self.assertEqual(set(SUBCOMMANDS), {word for word in self.complete("") if not word.startswith("-")})
         self.assertEqual({"map"}, self.complete("m"))
-        self.assertEqual({"new"}, self.complete("key", ""))
-        self.assertLessEqual({"--fleet", "--robot", "--dir"}, self.complete("key", "new", "--"))
+        self.assertEqual({"new", "mission"}, self.complete("key", ""))
+        self.assertLessEqual({"--fleet", "--robot", "--robots", "--dir"}, self.complete("key", "new", "--"))
         self.assertEqual(set(), self.complete("paint", ""))
 
     def test_every_option_of_every_help(self):

@@ -22,11 +22,11 @@ def wall():
 
 
 class Sensors(threading.Thread):
-    """Sends until close(); what it sends can be changed at any time."""
+    """Sends until close(); what it sends can be changed at any time. A pose each pose_every * 20 ms; moves: they go along x_m."""
 
-    def __init__(self, clock=time.monotonic, with_poses=True, period_s=0.1):
+    def __init__(self, clock=time.monotonic, with_poses=True, period_s=0.1, pose_every=1):
         super().__init__(daemon=True)
-        self.clock, self.period_s = clock, period_s
+        self.clock, self.period_s, self.pose_every, self.moves = clock, period_s, pose_every, False
         self.with_poses, self.with_clouds, self.stopping = with_poses, True, False
         self.offset_s, self.position, self.rotation, self.sigma_m = 0.0, [0.0, 0.0, 0.0], IDENTITY, 0.02
         self.numbers, self.sequence, self.clouds = 0, 0, 0
@@ -47,7 +47,10 @@ class Sensors(threading.Thread):
 
     def send_pose(self):
         self.sequence += 1
-        self.send("TESSERA_POSE", struct.pack(">qii11d", self.stamp_us(), self.sequence, 2, *self.position, *self.rotation,
+        x, y, z = self.position
+        if self.moves:
+            x += self.x_m()
+        self.send("TESSERA_POSE", struct.pack(">qii11d", self.stamp_us(), self.sequence, 2, x, y, z, *self.rotation,
                                               *[self.sigma_m] * 3, 0.002))
 
     def send_cloud(self, stamp_us=None, points=None, component=WALL_CLASS):
@@ -71,7 +74,7 @@ class Sensors(threading.Thread):
     def run(self):
         cycle = 0
         while not self.stopping:
-            if self.with_poses:
+            if self.with_poses and cycle % self.pose_every == 0:
                 self.send_pose()
             if self.with_clouds and cycle % max(1, round(self.period_s / 0.02)) == 0:
                 stamp_us = self.send_cloud(component=self.component)
