@@ -8,9 +8,14 @@ namespace tessera {
 
 namespace {
 
-/// Without an answer for so long what was asked is asked again, so many times.
-constexpr Duration kAnswerTime{700'000};
-constexpr std::uint32_t kMostTries = 5;
+/// Without an answer for so long what was asked is asked again, so many times: where seven of ten
+/// datagrams are lost, two of three questions are answered.
+constexpr Duration kAnswerTime{500'000};
+constexpr std::uint32_t kMostTries = 12;
+/// Descriptions that are heard of a span whose records do not come.
+constexpr std::uint8_t kMostAwaited = 8;
+/// Then it is another one's turn.
+constexpr Duration kLongest{60'000'000};
 /// A span is described by up to 2^6 sums.
 constexpr unsigned kPartBits = 6;
 
@@ -78,8 +83,9 @@ void Comparison::begin(const Ledger& ledger, const Ledger::Contribution& contrib
   number_ = ledger.number_of(contribution);
   generation_ = contribution.generation;
   robot_ = robot;
+  gave_up_ = false;
   tries_ = 0;
-  heard_ = now;
+  began_ = heard_ = now;
   node_count_ = wanted_count_ = gap_count_ = 0;
   std::uint8_t width = 1;
   while (width < 32 && (std::uint64_t{1} << width) < latest) ++width;
@@ -89,28 +95,51 @@ void Comparison::begin(const Ledger& ledger, const Ledger::Contribution& contrib
              (std::uint64_t{1} << width) &&
          contribution.index.sum({width, 0}) != contribution.index.sum({32, 0}))
     ++width;
-  add_node({width, 0});
+  add_node({.span = {width, 0}});
 }
 
-bool Comparison::is_over(Instant now) noexcept {
-  if (!active_) return true;
-  if (node_count_ == 0 && wanted_count_ == 0 && gap_count_ == 0) return true;
-  if (now - heard_ < kAnswerTime) return false;
-  if (++tries_ >= kMostTries) return true;
+bool Comparison::is_over(const Ledger& ledger, const Ledger::Contribution& contribution,
+                         Instant now) noexcept {
+  if (!active_ || (node_count_ == 0 && wanted_count_ == 0 && gap_count_ == 0)) return true;
+  gave_up_ = now - began_ > kLongest;
+  if (gave_up_ || now - heard_ < kAnswerTime) return gave_up_;
+  gave_up_ = ++tries_ >= kMostTries;
   heard_ = now;
-  for (Node& node : nodes_.first(node_count_)) node.asked = false;
-  return false;
+  for (std::size_t i = 0; i < node_count_;) {
+    Node& node = nodes_[i];
+    const bool awaited = node.state == State::kAwaited;
+    const std::uint64_t own = awaited ? sum_of(ledger, contribution, node.span) : 0;
+    const bool came = awaited && node.sum_known && own == node.their_sum;
+    // Without a record of it there is nothing to compare: all of it is asked for again.
+    const bool again =
+        awaited && !came && own == 0 && node.awaited < kMostAwaited && add_gap(node.span);
+    node.awaited = static_cast<std::uint8_t>(node.awaited + (again ? 1 : 0));
+    node.state = again ? State::kAwaited : State::kToAsk;
+    if (came) {
+      node = nodes_[--node_count_];
+    } else {
+      ++i;
+    }
+  }
+  return gave_up_ || (node_count_ == 0 && wanted_count_ == 0 && gap_count_ == 0);
 }
 
-void Comparison::add_node(const VersionSpan& span) noexcept {
-  if (node_count_ < nodes_.size()) nodes_[node_count_++] = {span, false};
+void Comparison::add_node(const Node& node) noexcept {
+  if (node_count_ < nodes_.size()) nodes_[node_count_++] = node;
 }
 
-bool Comparison::take_node(const VersionSpan& span, bool has_room) noexcept {
+void Comparison::await(Node node) noexcept {
+  if (++node.awaited > kMostAwaited) return;
+  node.state = State::kAwaited;
+  add_node(node);
+}
+
+bool Comparison::take_node(const VersionSpan& span, bool has_room, Node& taken) noexcept {
   for (std::size_t i = 0; i < node_count_; ++i) {
-    if (!(nodes_[i].span == span) || !nodes_[i].asked) continue;
-    nodes_[i].asked = has_room;
+    if (!(nodes_[i].span == span) || nodes_[i].state != State::kAsked) continue;
+    nodes_[i].state = has_room ? State::kAsked : State::kToAsk;
     if (!has_room) return false;
+    taken = nodes_[i];
     nodes_[i] = nodes_[--node_count_];
     return true;
   }
@@ -157,7 +186,7 @@ void Comparison::add_rest(const VersionSpan& span, std::uint32_t last) noexcept 
   if (last >= std::min<std::uint64_t>(span.last(), kLastVersion) || span.width == 0) return;
   for (const std::uint32_t half : {0U, 1U}) {
     const VersionSpan part{static_cast<std::uint8_t>(span.width - 1), 2 * span.index + half};
-    if (part.last() > last) add_node(part);
+    if (part.last() > last) add_node({.span = part});
   }
 }
 
@@ -200,11 +229,12 @@ bool Comparison::write_next(RequestedContribution& requested, Instant /*now*/) n
   requested.type = RequestType::kDescribe;
   requested.count = 0;
   for (Node& node : nodes_.first(node_count_)) {
-    if (node.asked || requested.count == RequestedContribution::kMostSpans) continue;
+    const bool is_full = requested.count == RequestedContribution::kMostSpans;
+    if (node.state != State::kToAsk || is_full) continue;
     if (requested.count != 0 && node.span.width != requested.width) continue;
     requested.width = node.span.width;
     requested.span[requested.count++] = node.span.index;
-    node.asked = true;
+    node.state = State::kAsked;
   }
   const auto spans = std::span(requested.span).first(requested.count);
   heap_sort(spans);

@@ -102,14 +102,18 @@ void Repair::consider_comparison(Ledger& ledger, const Ledger::Contribution& con
 }
 
 void Repair::end_comparison(Ledger& ledger, Instant now) noexcept {
-  if (!comparison_.active() || !comparison_.is_over(now)) return;
+  if (!comparison_.active()) return;
   const Ledger::Contribution& contribution = ledger.places()[comparison_.number()];
   const bool there = comparison_.is_of(comparison_.number(), contribution.generation);
+  if (there && !comparison_.is_over(ledger, contribution, now)) return;
   comparison_.end();
   if (!there) return;
   Need& need = need_of(ledger, contribution);
-  // What was found is on its way; where nothing comes of it, the next one is later.
-  need.compare_pause = std::clamp(2 * need.compare_pause, request_, request_idle_);
+  // What was found is on its way, or was lost like what was not answered; where nothing was found
+  // or there is no room for it, the next one is later and later.
+  const bool soon = (comparison_.found() || comparison_.gave_up()) && !contribution.full;
+  need.compare_pause =
+      std::clamp(2 * need.compare_pause, request_, soon ? request_most_ : request_idle_);
   need.compare_due = now + need.compare_pause;
 }
 
@@ -119,6 +123,8 @@ void Repair::note_taken(Ledger& ledger, Ledger::Contribution& contribution,
   if (taken.grew || taken.refused) contribution.full = taken.refused;
   if (taken.grew) {
     need.taken = now;
+    if (comparison_.is_of(ledger.number_of(contribution), contribution.generation))
+      comparison_.note_taken(now);
     if (!taken.refused) need.compare_pause = {};
   }
   // While gaps are filled, others may be too. What is new says nothing of them.

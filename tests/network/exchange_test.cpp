@@ -147,7 +147,8 @@ TEST_CASE("network: more than is noted of what is to be sent goes out all the sa
     REQUIRE(network.robot(0).publish(*pack({i % 500, 0, 0}), network.random(), 5).ok());
   drive(network, 3 * kSecond, 30, false);
   REQUIRE(network.settle(120 * kSecond));
-  CHECK(network.robot(1).exchange().report().requests < 5);
+  // Every third of a second, if what is not noted were not sent by itself.
+  CHECK(network.robot(1).exchange().report().requests < 10);
 }
 
 TEST_CASE("network: who is excluded is gone, and heard no more") {

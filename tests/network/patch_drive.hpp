@@ -25,10 +25,10 @@ inline void drive(Network& network, std::int64_t duration_us, int blocks_per_s,
   for (const std::int64_t end = network.now_us() + duration_us; network.now_us() < end;) {
     for (int i = 0; i < network.size(); ++i) {
       for (int block = 0; block < blocks_per_s / 20; ++block) {
-        const bool published = network.robot(i)
-                                   .publish(patch_block(network.random(), network.now_us()),
-                                            network.random(), 10 + network.random().below(60))
-                                   .ok();
+        // One draw a statement: arguments are evaluated in any order.
+        const BlockKey key = patch_block(network.random(), network.now_us());
+        const int voxels = 10 + network.random().below(60);
+        const bool published = network.robot(i).publish(key, network.random(), voxels).ok();
         REQUIRE((published || !with_room));
       }
     }

@@ -35,14 +35,20 @@ class Comparison {
   void begin(const Ledger& ledger, const Ledger::Contribution& contribution, std::uint32_t robot,
              std::uint32_t latest, Instant now) noexcept;
   void end() noexcept { active_ = false; }
+  /// Records of the contribution came: what is awaited may be among them, or behind them.
+  void note_taken(Instant now) noexcept { heard_ = now; }
   [[nodiscard]] bool active() const noexcept { return active_; }
   [[nodiscard]] bool is_of(std::uint32_t number, std::uint32_t generation) const noexcept {
     return active_ && number == number_ && generation == generation_;
   }
   [[nodiscard]] std::uint32_t number() const noexcept { return number_; }
   [[nodiscard]] std::uint32_t robot() const noexcept { return robot_; }
-  /// True once nothing is left to ask, or the other robot does not answer any more.
-  [[nodiscard]] bool is_over(Instant now) noexcept;
+  /// True once nothing is left to ask or to wait for, or the other robot does not answer any more.
+  /// O(spans), and for those whose records were awaited O(records in them).
+  [[nodiscard]] bool is_over(const Ledger& ledger, const Ledger::Contribution& contribution,
+                             Instant now) noexcept;
+  /// True if it is over and something was left to ask: a difference may remain.
+  [[nodiscard]] bool gave_up() const noexcept { return gave_up_; }
   /// True if it found a difference.
   [[nodiscard]] bool found() const noexcept { return found_; }
 
@@ -57,34 +63,47 @@ class Comparison {
             SendRange&& send_range) noexcept {
     // A list that would be wanted more of than there is room for is asked for again.
     const bool has_room = wanted_count_ + Description::kMostRecords <= wanted_.size();
-    if (!take_node(description.span, !description.is_list || has_room)) return;
+    Node node;
+    if (!take_node(description.span, !description.is_list || has_room, node)) return;
     heard_ = now;
     tries_ = 0;
     if (!description.is_list) {
-      add_parts(ledger, contribution, description, send_range);
+      add_parts(ledger, contribution, description, node, send_range);
       return;
     }
     std::uint32_t last = description.last;
     const auto own = list_own(ledger, contribution, description.span, last);
+    const std::size_t wanted_before = wanted_count_;
     merge(description, own, last, send);
     add_rest(description.span, last);
+    if (wanted_count_ != wanted_before) await(node);
   }
   /// What a robot holds of a span, if it is described as it should be. Fills all but id and target.
   static void describe(const Ledger& ledger, const Ledger::Contribution& contribution,
                        VersionSpan span, Description& description) noexcept;
 
  private:
+  enum class State : std::uint8_t {
+    kToAsk,
+    kAsked,
+    kAwaited,  ///< It was described, and what this robot lacks of it is asked for.
+  };
   struct Node {
     VersionSpan span;
-    bool asked = false;
+    State state = State::kToAsk;
+    std::uint8_t awaited = 0;  ///< Times.
+    bool sum_known = false;
+    std::uint64_t their_sum = 0;  ///< Of what the other robot holds of it.
   };
   static constexpr std::size_t kMostOwn = 1024;
 
   static constexpr std::size_t kMostGaps = RequestedContribution::kMostGaps;
 
   /// False: it was not asked for, or is to be asked for again.
-  [[nodiscard]] bool take_node(const VersionSpan& span, bool has_room) noexcept;
-  void add_node(const VersionSpan& span) noexcept;
+  [[nodiscard]] bool take_node(const VersionSpan& span, bool has_room, Node& taken) noexcept;
+  void add_node(const Node& node) noexcept;
+  /// Has it described again if what was asked for does not come.
+  void await(Node node) noexcept;
   [[nodiscard]] static std::uint64_t sum_of(const Ledger& ledger,
                                             const Ledger::Contribution& contribution,
                                             const VersionSpan& span) noexcept;
@@ -92,7 +111,8 @@ class Comparison {
   /// Of a part that one of the two has nothing of, the other one's records are sent as a range.
   template <class SendRange>
   void add_parts(const Ledger& ledger, const Ledger::Contribution& contribution,
-                 const Description& description, SendRange&& send_range) noexcept {
+                 const Description& description, const Node& whole,
+                 SendRange&& send_range) noexcept {
     const unsigned bits = description.span.width - description.part_width;
     for (std::uint32_t part = 0; part < description.count; ++part) {
       const VersionSpan span{description.part_width, (description.span.index << bits) + part};
@@ -100,8 +120,13 @@ class Comparison {
       const std::uint64_t theirs = description.sum[part];
       if (own == theirs) continue;
       found_ = found_ || own == 0 || theirs == 0;
-      if (own == 0 && add_gap(span)) continue;
-      if (theirs != 0 || !send_range(range_of(span))) add_node(span);
+      const Node node{
+          .span = span, .awaited = whole.awaited, .sum_known = true, .their_sum = theirs};
+      if (own == 0 && add_gap(span)) {
+        await(node);
+      } else if (theirs != 0 || !send_range(range_of(span))) {
+        add_node(node);
+      }
     }
   }
   [[nodiscard]] static VersionRange range_of(const VersionSpan& span) noexcept {
@@ -146,10 +171,12 @@ class Comparison {
 
   bool active_ = false;
   bool found_ = false;
+  bool gave_up_ = false;
   std::uint32_t number_ = 0;
   std::uint32_t generation_ = 0;
   std::uint32_t robot_ = 0;
   std::uint32_t tries_ = 0;
+  Instant began_;
   Instant heard_;  ///< When something came of it last, or it began.
   std::span<Node> nodes_;
   std::size_t node_count_ = 0;
