@@ -25,11 +25,17 @@ import stack_use  # noqa: E402
 SLACK = 0.05
 FEWER = 0.2
 REPETITIONS = 5
+# What a case may cost of what another does: a map that is full, and one that is not.
+MOST_OF = {
+    "scans_full_map": ("scans_fit", 1.3),
+    "carving_scans_full_map": ("carving_scans_fit", 1.3),
+    "integrate_rays_full_map": ("integrate_rays", 1.5),
+}
 
 
-def instructions(program, folder):
-    """{case: instructions} of one run under callgrind."""
-    subprocess.run(["valgrind", "--tool=callgrind", "--instr-atstart=no", f"--callgrind-out-file={folder / 'counts'}", program,
+def instructions(command, folder):
+    """{case: instructions} of one run of a command under callgrind, which gets the file to write and a number of repetitions."""
+    subprocess.run(["valgrind", "--tool=callgrind", "--instr-atstart=no", f"--callgrind-out-file={folder / 'counts'}", *command,
                     folder / "counted.json", "1"], check=True, capture_output=True)
     found = {}
     for part in folder.glob("counts.*"):
@@ -61,7 +67,7 @@ def measure(build, count_instructions=True):
         if done.returncode != 0:
             sys.exit(f"worst_cases: {done.stderr.strip() or 'failed'}")
         found = json.loads((folder / "timed.json").read_text())
-        counted = instructions(program, folder) if count_instructions and shutil.which("valgrind") else {}
+        counted = instructions([program], folder) if count_instructions and shutil.which("valgrind") else {}
     for case, figures in found.items():
         figures["instructions"] = counted[case] / figures["calls"] if case in counted else None
         figures["stack_bytes"] = stack(build, figures["call"])
@@ -91,6 +97,10 @@ def faults(found, record):
             lines.append(f"{case}: {figures['instructions']:,.0f} instructions, on record {known['instructions']:,.0f}")
         elif figures["instructions"] < known["instructions"] * (1 - FEWER):
             lines.append(f"{case}: {figures['instructions']:,.0f} instructions, far fewer than on record: {known['instructions']:,.0f}")
+    for case, (other, most) in MOST_OF.items():
+        counted, of = found[case]["instructions"], found[other]["instructions"]
+        if counted is not None and counted > most * of:
+            lines.append(f"{case}: {counted:,.0f} instructions, {counted / of:.2f} times those of {other}, which are {of:,.0f}: at most {most}")
     return lines
 
 

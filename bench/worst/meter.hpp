@@ -107,6 +107,7 @@ template <class Chosen>
 [[nodiscard]] std::vector<BlockCoord> same_buckets(std::size_t count);
 
 void measure_integrate(Meter& meter);
+void measure_full_maps(Meter& meter);
 void measure_map(Meter& meter);
 void measure_voxels(Meter& meter);
 void measure_reading(Meter& meter);

@@ -15,6 +15,7 @@ int main(int argc, char** argv) {
   }
   Meter meter(std::atoi(argv[2]));
   measure_integrate(meter);
+  measure_full_maps(meter);
   measure_map(meter);
   measure_voxels(meter);
   measure_reading(meter);

@@ -78,16 +78,31 @@ bool Integrator::for_units_reached(std::uint32_t own, const ScanTiles::Place& pl
   return true;
 }
 
+template <class Visit>
+bool Integrator::for_units_planned(const ScanTiles::Place& place, const PointPlan& plan,
+                                   Visit&& visit) noexcept {
+  if (config_.mode == InferenceMode::kKernel) return for_units_reached(plan.own, place, visit);
+  for (const UnitsOfTile& reached : std::span(plan.reached).first(plan.reached_count))
+    visit(reached.tile, reached.units);
+  return true;
+}
+
 /// What the units around a point in a new unit need.
-bool Integrator::plan_units(const LocalMap& map, const ScanTiles::Place& place,
-                            PointPlan& plan) noexcept {
-  const Result<std::uint32_t> own = tiles_.ensure(place.tile);
-  if (!own.ok()) return false;
-  tiles_.tiles()[*own].occupied |= unit_bit(place.unit);
-  plan.own = *own;
-  return for_units_reached(*own, place, [&](std::uint32_t number, std::uint64_t reached) {
+bool Integrator::plan_units(const LocalMap& map, const NewUnit& unit, PointPlan& plan) noexcept {
+  if (unit.tile != 0) {
+    plan.own = unit.tile - 1;
+  } else {
+    const Result<std::uint32_t> own = tiles_.ensure(unit.place.tile);
+    if (!own.ok()) return false;
+    plan.own = *own;
+  }
+  tiles_.tiles()[plan.own].occupied |= unit_bit(unit.place.unit);
+  return for_units_reached(plan.own, unit.place, [&](std::uint32_t number, std::uint64_t reached) {
     Tile& tile = tiles_.tiles()[number];
-    const std::uint64_t units = receiving_units(tile, reached) & ~tile.reserved;
+    const std::uint64_t receiving = receiving_units(tile, reached);
+    if (config_.mode != InferenceMode::kKernel)
+      plan.reached[plan.reached_count++] = {number, receiving};
+    const std::uint64_t units = receiving & ~tile.reserved;
     if (units != 0) count_tile(map, tile, units, tile.reserved, plan.wanted);
   });
 }
@@ -105,11 +120,10 @@ Integrator::Refusal Integrator::plan_ray(LocalMap& map, const ScanPoint& end,
   return map.fits_or_refuse(plan.wanted) ? Refusal::kNone : Refusal::kStorage;
 }
 
-/// The plan of a point and its ray beyond what is reserved; new_unit: the point's, if no admitted
-/// point lies in it yet, else null: other points of a unit need no more storage.
+/// The plan of a point and its ray beyond what is reserved; new_unit: null if an admitted point
+/// lies in the point's unit.
 Integrator::Refusal Integrator::plan_point(LocalMap& map, const ScanPoint& point,
-                                           const ScanTiles::Place* new_unit,
-                                           PointPlan& plan) noexcept {
+                                           const NewUnit* new_unit, PointPlan& plan) noexcept {
   if (new_unit != nullptr) {
     if (!plan_units(map, *new_unit, plan)) return Refusal::kTiles;
     if (!map.fits_or_refuse(plan.wanted)) return Refusal::kStorage;  // before the ray is walked
@@ -119,8 +133,7 @@ Integrator::Refusal Integrator::plan_point(LocalMap& map, const ScanPoint& point
 
 /// Opens the plan's blocks and marks as reserved what it holds. Storage has room for all of it; the
 /// map's index may refuse a block: what was opened until then is taken back after the scan.
-bool Integrator::open_plan(LocalMap& map, const ScanTiles::Place* new_unit,
-                           const PointPlan& plan) noexcept {
+bool Integrator::open_plan(LocalMap& map, const NewUnit* new_unit, const PointPlan& plan) noexcept {
   const std::span<const std::uint32_t> crossed =
       config_.free_space.enabled ? free_space_.crossed() : std::span<const std::uint32_t>{};
   bool opened = true;
@@ -133,18 +146,15 @@ bool Integrator::open_plan(LocalMap& map, const ScanTiles::Place* new_unit,
   }
   const auto for_units = [&](auto&& visit) {
     if (new_unit == nullptr || !opened) return;
-    const bool all_there = for_units_reached(plan.own, *new_unit, visit);
+    const bool all_there = for_units_planned(new_unit->place, plan, visit);
     opened = opened && all_there;  // visit may have said no
   };
-  for_units([&](std::uint32_t number, std::uint64_t reached) {
-    Tile& tile = tiles_.tiles()[number];
-    opened = opened && open_tile(map, tile, receiving_units(tile, reached));
+  for_units([&](std::uint32_t number, std::uint64_t units) {
+    opened = opened && open_tile(map, tiles_.tiles()[number], units);
   });
   if (!opened) return false;
-  for_units([&](std::uint32_t number, std::uint64_t reached) {
-    Tile& tile = tiles_.tiles()[number];
-    tile.reserved |= receiving_units(tile, reached);
-  });
+  for_units(
+      [&](std::uint32_t number, std::uint64_t units) { tiles_.tiles()[number].reserved |= units; });
   for (const std::uint32_t number : crossed) free_space_.blocks()[number].reserved = true;
   return true;
 }
@@ -153,11 +163,12 @@ Integrator::Refusal Integrator::reserve(LocalMap& map, const ScanPoint& point, b
                                         SlabPool::Counts& reserved) noexcept {
   const std::size_t tiles = tiles_.tiles().size();
   const std::size_t ray_blocks = free_space_.blocks().size();
-  const ScanTiles::Place place = ScanTiles::place_of(point.voxel, tiles_.unit_edge());
-  const Tile* const before = is_point ? tiles_.find(place.tile) : nullptr;
+  NewUnit unit{.place = ScanTiles::place_of(point.voxel, tiles_.unit_edge())};
+  const Tile* const before = is_point ? tiles_.find(unit.place.tile) : nullptr;
+  if (before != nullptr) unit.tile = static_cast<std::uint32_t>(before - tiles_.tiles().data()) + 1;
   const bool is_new =
-      is_point && (before == nullptr || (before->occupied & unit_bit(place.unit)) == 0);
-  const ScanTiles::Place* const new_unit = is_new ? &place : nullptr;
+      is_point && (before == nullptr || (before->occupied & unit_bit(unit.place.unit)) == 0);
+  const NewUnit* const new_unit = is_new ? &unit : nullptr;
   PointPlan plan{.wanted = reserved};
   Refusal refusal = plan_point(map, point, new_unit, plan);
   if (refusal == Refusal::kNone && !open_plan(map, new_unit, plan)) {
@@ -169,8 +180,8 @@ Integrator::Refusal Integrator::reserve(LocalMap& map, const ScanPoint& point, b
     reserved[kBlockSlab] = 0;  // opened by now
     return refusal;
   }
-  Tile* const tile = is_new ? tiles_.find(place.tile) : nullptr;
-  if (tile != nullptr) tile->occupied &= ~unit_bit(place.unit);
+  if (unit.tile != 0 && is_new)
+    tiles_.tiles()[unit.tile - 1].occupied &= ~unit_bit(unit.place.unit);
   tiles_.truncate(tiles);
   free_space_.truncate(ray_blocks);
   return refusal;

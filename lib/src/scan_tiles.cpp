@@ -211,40 +211,4 @@ std::uint64_t box_mask(const std::array<int, 3>& low, const std::array<int, 3>& 
   return (row * 0x1111111111111111U) & (slice * 0x0001000100010001U) & cube;
 }
 
-std::array<std::uint64_t, 6> neighbour_masks(std::uint64_t own,
-                                             const std::array<std::uint64_t, 6>& faces) noexcept {
-  constexpr std::uint64_t kX0 = 0x1111111111111111U;
-  constexpr std::uint64_t kX3 = 0x8888888888888888U;
-  constexpr std::uint64_t kY0 = 0x000f000f000f000fU;
-  constexpr std::uint64_t kY3 = 0xf000f000f000f000U;
-  return {((own << 1U) & ~kX0) | ((faces[0] >> 3U) & kX0),
-          ((own >> 1U) & ~kX3) | ((faces[1] << 3U) & kX3),
-          ((own << 4U) & ~kY0) | ((faces[2] >> 12U) & kY0),
-          ((own >> 4U) & ~kY3) | ((faces[3] << 12U) & kY3),
-          (own << 16U) | (faces[4] >> 48U),
-          (own >> 16U) | (faces[5] << 48U)};
-}
-
-std::uint64_t at_least(const std::array<std::uint64_t, 6>& masks, int least) noexcept {
-  // Counters of 64 units at once: bit i of ones, twos and fours is unit i's count.
-  std::uint64_t ones = 0;
-  std::uint64_t twos = 0;
-  std::uint64_t fours = 0;
-  for (const std::uint64_t mask : masks) {
-    const std::uint64_t carry_one = ones & mask;
-    ones ^= mask;
-    const std::uint64_t carry_two = twos & carry_one;
-    twos ^= carry_one;
-    fours |= carry_two;
-  }
-  std::uint64_t reached = 0;
-  for (int count = least; count <= 6; ++count) {
-    const auto digit = [count](unsigned bit, std::uint64_t set) {
-      return ((static_cast<unsigned>(count) >> bit) & 1U) != 0 ? set : ~set;
-    };
-    reached |= digit(0, ones) & digit(1, twos) & digit(2, fours);
-  }
-  return reached;
-}
-
 }  // namespace tessera

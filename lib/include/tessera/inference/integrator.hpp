@@ -185,20 +185,39 @@ class Integrator {
   void admit_one_by_one(LocalMap& map, ScanReport& report) noexcept;
   /// Counts what the work limit leaves out: the budget's or the deadline's.
   [[nodiscard]] std::uint32_t* work_counter(ScanReport& report, bool is_point) const noexcept;
+  /// Units of a tile that evidence of a point may come to.
+  struct UnitsOfTile {
+    std::uint32_t tile = 0;
+    std::uint64_t units = 0;
+  };
+  /// A point in a unit in which no admitted point lies yet; other points of a unit need nothing
+  /// more.
+  struct NewUnit {
+    ScanTiles::Place place;
+    std::uint32_t tile = 0;  ///< Its number plus one; 0: there is none yet.
+  };
   /// What a point and its ray need of the map beyond what is reserved for those before.
   struct PointPlan {
     SlabPool::Counts wanted{};  ///< Items of storage, those reserved before included.
     std::uint32_t own = 0;      ///< The point's tile, if its unit is a new one.
+    /// Where its evidence may come to, but in the kernel mode: its own tile and those at the faces
+    /// that its unit touches.
+    std::array<UnitsOfTile, 4> reached{};
+    std::size_t reached_count = 0;
   };
   template <class Visit>
   bool for_units_reached(std::uint32_t own, const ScanTiles::Place& place, Visit&& visit) noexcept;
+  /// Calls visit(number of a tile, its units) for all that a plan is of.
+  template <class Visit>
+  bool for_units_planned(const ScanTiles::Place& place, const PointPlan& plan,
+                         Visit&& visit) noexcept;
   [[nodiscard]] std::uint64_t receiving_units(const Tile& tile,
                                               std::uint64_t reached) const noexcept;
-  bool plan_units(const LocalMap& map, const ScanTiles::Place& place, PointPlan& plan) noexcept;
+  bool plan_units(const LocalMap& map, const NewUnit& unit, PointPlan& plan) noexcept;
   Refusal plan_ray(LocalMap& map, const ScanPoint& end, PointPlan& plan) noexcept;
-  Refusal plan_point(LocalMap& map, const ScanPoint& point, const ScanTiles::Place* new_unit,
+  Refusal plan_point(LocalMap& map, const ScanPoint& point, const NewUnit* new_unit,
                      PointPlan& plan) noexcept;
-  bool open_plan(LocalMap& map, const ScanTiles::Place* new_unit, const PointPlan& plan) noexcept;
+  bool open_plan(LocalMap& map, const NewUnit* new_unit, const PointPlan& plan) noexcept;
   /// Reserves everything that the point and its ray may need, or nothing. reserved: items for those
   /// before, and then for this one too.
   Refusal reserve(LocalMap& map, const ScanPoint& point, bool is_point,

@@ -156,8 +156,19 @@ class ScanTiles {
 
 /// For each unit of a tile with mask own, whether its neighbour in each of the directions -x +x -y
 /// +y -z +z is set; faces: the masks of the six face-neighbour tiles in that order.
-[[nodiscard]] std::array<std::uint64_t, 6> neighbour_masks(
-    std::uint64_t own, const std::array<std::uint64_t, 6>& faces) noexcept;
+[[nodiscard]] constexpr std::array<std::uint64_t, 6> neighbour_masks(
+    std::uint64_t own, const std::array<std::uint64_t, 6>& faces) noexcept {
+  constexpr std::uint64_t kX0 = 0x1111111111111111U;
+  constexpr std::uint64_t kX3 = 0x8888888888888888U;
+  constexpr std::uint64_t kY0 = 0x000f000f000f000fU;
+  constexpr std::uint64_t kY3 = 0xf000f000f000f000U;
+  return {((own << 1U) & ~kX0) | ((faces[0] >> 3U) & kX0),
+          ((own >> 1U) & ~kX3) | ((faces[1] << 3U) & kX3),
+          ((own << 4U) & ~kY0) | ((faces[2] >> 12U) & kY0),
+          ((own >> 4U) & ~kY3) | ((faces[3] << 12U) & kY3),
+          (own << 16U) | (faces[4] >> 48U),
+          (own >> 16U) | (faces[5] << 48U)};
+}
 
 /// The units within reach of some units of a tile along one axis: of that tile, and of those next
 /// to it below and above. Those k tiles farther are what is next with a reach 4 k units shorter.
@@ -186,6 +197,34 @@ template <std::size_t kAxis>
 }
 
 /// Units in which at least least of the six masks are set. least in 1 .. 7.
-[[nodiscard]] std::uint64_t at_least(const std::array<std::uint64_t, 6>& masks, int least) noexcept;
+[[nodiscard]] constexpr std::uint64_t at_least(const std::array<std::uint64_t, 6>& masks,
+                                               int least) noexcept {
+  // Counters of 64 units at once: bit i of ones, twos and fours is unit i's count.
+  std::uint64_t ones = 0;
+  std::uint64_t twos = 0;
+  std::uint64_t fours = 0;
+  for (const std::uint64_t mask : masks) {
+    const std::uint64_t carry_one = ones & mask;
+    ones ^= mask;
+    fours |= twos & carry_one;
+    twos ^= carry_one;
+  }
+  switch (least) {
+    case 1:
+      return ones | twos | fours;
+    case 2:
+      return twos | fours;
+    case 3:
+      return (ones & twos) | fours;
+    case 4:
+      return fours;
+    case 5:
+      return (ones | twos) & fours;
+    case 6:
+      return twos & fours;
+    default:
+      return 0;
+  }
+}
 
 }  // namespace tessera
