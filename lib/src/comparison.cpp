@@ -172,6 +172,7 @@ std::uint64_t Comparison::sum_of(const Ledger& ledger, const Ledger::Contributio
 bool Comparison::add_gap(const VersionSpan& span) noexcept {
   const VersionRange range = range_of(span);
   for (VersionRange& gap : std::span(gaps_).first(gap_count_)) {
+    if (gap.first <= range.first && range.last <= gap.last) return true;
     if (gap.last + 1 != range.first) continue;
     gap.last = range.last;
     return true;
@@ -182,12 +183,13 @@ bool Comparison::add_gap(const VersionSpan& span) noexcept {
 }
 
 /// What a list left out is asked for by halves.
-void Comparison::add_rest(const VersionSpan& span, std::uint32_t last) noexcept {
-  if (last >= std::min<std::uint64_t>(span.last(), kLastVersion) || span.width == 0) return;
+bool Comparison::add_rest(const VersionSpan& span, std::uint32_t last) noexcept {
+  if (last >= std::min<std::uint64_t>(span.last(), kLastVersion) || span.width == 0) return false;
   for (const std::uint32_t half : {0U, 1U}) {
     const VersionSpan part{static_cast<std::uint8_t>(span.width - 1), 2 * span.index + half};
     if (part.last() > last) add_node({.span = part});
   }
+  return true;
 }
 
 std::span<const Description::Mark> Comparison::list_own(const Ledger& ledger,

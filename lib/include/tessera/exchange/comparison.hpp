@@ -75,8 +75,8 @@ class Comparison {
     const auto own = list_own(ledger, contribution, description.span, last);
     const std::size_t wanted_before = wanted_count_;
     merge(description, own, last, send);
-    add_rest(description.span, last);
-    if (wanted_count_ != wanted_before) await(node);
+    // Of a list that left something out the rest is asked for, not the whole again.
+    if (!add_rest(description.span, last) && wanted_count_ != wanted_before) await(node);
   }
   /// What a robot holds of a span, if it is described as it should be. Fills all but id and target.
   static void describe(const Ledger& ledger, const Ledger::Contribution& contribution,
@@ -133,7 +133,8 @@ class Comparison {
     const std::uint64_t last = span.last() < kLastVersion ? span.last() : kLastVersion;
     return {static_cast<std::uint32_t>(span.first()), static_cast<std::uint32_t>(last)};
   }
-  void add_rest(const VersionSpan& span, std::uint32_t last) noexcept;
+  /// False: there is none.
+  bool add_rest(const VersionSpan& span, std::uint32_t last) noexcept;
   [[nodiscard]] std::span<const Description::Mark> list_own(
       const Ledger& ledger, const Ledger::Contribution& contribution, const VersionSpan& span,
       std::uint32_t& last) noexcept;
