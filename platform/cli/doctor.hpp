@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "lcm/udpm_url.hpp"
+#include "node/node_config.hpp"
 
 namespace tessera {
 
@@ -29,6 +30,7 @@ struct DoctorOptions {
   std::string url = kDefaultUrl;
   std::string interface;  ///< Empty: what the routes choose.
   std::string key;        ///< Empty: none.
+  std::string config;     ///< Of the node whose network it is; empty: none.
   std::string report;
 };
 
@@ -37,5 +39,8 @@ struct DoctorOptions {
 std::vector<Check> check_network(const DoctorOptions& options);
 /// Clocks, key file, rights of a real-time process.
 std::vector<Check> check_machine(const DoctorOptions& options);
+/// What the statuses of robots on the network of that configuration say of its exclude list and of
+/// numbers that two processes use. Listens for two seconds; sends nothing.
+std::vector<Check> check_fleet(const NodeConfig& config);
 
 }  // namespace tessera

@@ -4,6 +4,7 @@
 // missing.
 #include <algorithm>
 #include <cstdio>
+#include <optional>
 
 #include "cli/command.hpp"
 #include "cli/doctor.hpp"
@@ -55,16 +56,43 @@ Json to_json(const std::vector<Check>& checks, const DoctorOptions& options) {
   json["config"] = {{"url", options.url},
                     {"interface", options.interface},
                     {"key", options.key},
+                    {"config", options.config},
                     {"report", options.report}};
   return json;
 }
 
-Outcome<void> run_doctor(const DoctorOptions& options) {
-  const Outcome<void> places =
-      check_outputs({{"--report", options.report}}, {{"--key", options.key}});
+/// Options that the command line names.
+struct NamedOptions {
+  bool url = false;
+  bool interface = false;
+  bool key = false;
+};
+
+/// What the command line does not name is as the configuration says.
+Outcome<std::optional<NodeConfig>> take_config(DoctorOptions& options, const NamedOptions& named) {
+  if (options.config.empty()) return std::optional<NodeConfig>();
+  Outcome<NodeConfig> config = read_node_config(options.config);
+  if (!config.ok()) return config.failure();
+  if (!named.url) options.url = config->link.url;
+  if (!named.interface) options.interface = config->link.interface;
+  if (!named.key) options.key = config->keys.fleet_key;
+  config->link.url = options.url;
+  config->link.interface = options.interface;
+  config->keys.fleet_key = options.key;
+  return std::optional<NodeConfig>(std::move(*config));
+}
+
+Outcome<void> run_doctor(DoctorOptions options, const NamedOptions& named) {
+  const Outcome<std::optional<NodeConfig>> config = take_config(options, named);
+  if (!config.ok()) return config.failure();
+  const Outcome<void> places = check_outputs(
+      {{"--report", options.report}}, {{"--key", options.key}, {"--config", options.config}});
   if (!places.ok()) return places.failure();
   std::vector<Check> checks = check_network(options);
   for (Check& check : check_machine(options)) checks.push_back(std::move(check));
+  if (*config) {
+    for (Check& check : check_fleet(**config)) checks.push_back(std::move(check));
+  }
   print(checks);
   const Outcome<void> reported = write_report(to_json(checks, options), options.report);
   if (!reported.ok()) return reported.failure();
@@ -84,15 +112,21 @@ void add_doctor_command(CLI::App& app, int& exit_status) {
   CLI::App* const command =
       app.add_subcommand("doctor", "Whether this machine and network have what a node needs");
   auto o = std::make_shared<DoctorOptions>();
-  command->add_option("--url", o->url, "The LCM network")->capture_default_str();
-  command->add_option(
+  const CLI::Option* const url =
+      command->add_option("--url", o->url, "The LCM network")->capture_default_str();
+  const CLI::Option* const interface = command->add_option(
       "--interface", o->interface,
       "Network interface, by name or IPv4 address; default: what the routes choose");
-  command->add_option("--key", o->key, "The fleet's key file");
+  const CLI::Option* const key = command->add_option("--key", o->key, "The fleet's key file");
+  command->add_option(
+      "--config", o->config,
+      "A node's configuration: its network and keys, and what other robots exclude");
   command->add_option("--report", o->report, "JSON report to write");
   command->footer("Example: tessera doctor --interface eth0 --key fleet.key");
-  command->callback([o, &exit_status] {
-    const Outcome<void> outcome = run_doctor(*o);
+  command->callback([o, url, interface, key, &exit_status] {
+    const Outcome<void> outcome = run_doctor(
+        *o,
+        {.url = url->count() > 0, .interface = interface->count() > 0, .key = key->count() > 0});
     if (!outcome.ok()) exit_status = fail(outcome.failure());
   });
 }

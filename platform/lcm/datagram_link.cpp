@@ -38,7 +38,8 @@ DatagramLink::DatagramLink(LinkConfig config, const UdpmUrl& url, NetworkInterfa
     : config_(std::move(config)),
       url_(url),
       interface_(std::move(interface)),
-      queue_(config_.queue_slots) {}
+      queue_(config_.queue_slots),
+      side_(config_.side) {}
 
 DatagramLink::~DatagramLink() {
   if (!thread_.is_running()) return;
@@ -190,6 +191,12 @@ void DatagramLink::take(std::span<const std::byte> datagram, const Endpoint& sen
   const bool is_fragment = message.kind == MessageKind::kFragment;
   if (!is_fragment && message.channel == config_.channel && !message.payload.empty())
     return take_payload(message, sender);
+  if (!is_fragment && side_.is_for(message.channel)) {
+    // Its messages have numbers of the same row.
+    if (side_.take(message.payload))
+      counters_.add(LinkCounters::kMissing, senders_.missing_if_known(sender, message.sequence));
+    return;
+  }
   counters_.add(LinkCounters::kMissing, senders_.missing_if_known(sender, message.sequence));
   if (is_fragment) return counters_.add(LinkCounters::kFragments);
   if (message.channel != config_.channel) return counters_.add(LinkCounters::kOtherChannel);

@@ -21,6 +21,7 @@
 #include "lcm/receive_pace.hpp"
 #include "lcm/sender_table.hpp"
 #include "lcm/short_message.hpp"
+#include "lcm/side_intake.hpp"
 #include "lcm/udpm_url.hpp"
 #include "posix/file_descriptor.hpp"
 #include "posix/network_interface.hpp"
@@ -30,22 +31,6 @@
 
 namespace tessera {
 
-/// What a link does with a payload on its channel.
-enum class PayloadVerdict : std::uint8_t {
-  kTaken,
-  kFormat,    ///< Dropped: none of what is sent on this channel.
-  kTag,       ///< Dropped: damaged, or of none who has the key.
-  kExcluded,  ///< Dropped: of a sender that is not to be heard.
-};
-
-/// Judges a payload before it takes a place in the queue. check is called in the thread that
-/// receives, with context, which must outlive the link; it must neither wait nor use the heap.
-struct PayloadCheck {
-  void* context = nullptr;
-  /// nullptr: every payload is taken.
-  PayloadVerdict (*check)(void* context, std::span<const std::byte> payload) noexcept = nullptr;
-};
-
 struct LinkConfig {
   std::string url = kDefaultUrl;
   std::string channel = "TESSERA";  ///< 1 to 63 bytes, printable ASCII without space.
@@ -54,6 +39,7 @@ struct LinkConfig {
   bool hear_itself = false;         ///< Whether receive() gives what send() sent, too.
   ThreadRole thread{.name = "tessera-link"};  ///< That receives.
   PayloadCheck check{};
+  SideChannel side{};
 };
 
 class DatagramLink {
@@ -88,12 +74,18 @@ class DatagramLink {
   /// Copies the oldest datagram that waits to into. Never waits. For one thread only.
   Received receive(std::span<std::byte, kMaxMessageBytes> into) noexcept;
 
+  /// As receive(), of the side channel. Nobody is woken for it, and wait() does not see it.
+  std::span<const std::byte> receive_side(std::span<std::byte, kMaxMessageBytes> into) noexcept {
+    return side_.receive(into);
+  }
+
   /// Sleeps until a datagram waits, timeout_us at most; whether one does. timeout_us: microseconds,
   /// 0 and less only asks. For the thread that receives.
   bool wait(std::int64_t timeout_us) noexcept;
 
   /// Of all threads until now; each number is exact, together they are of about the same moment.
   [[nodiscard]] LinkStatistics statistics() const noexcept;
+  [[nodiscard]] SideStatistics side_statistics() const noexcept { return side_.statistics(); }
   [[nodiscard]] const NetworkInterface& interface() const noexcept { return interface_; }
   /// What the system granted of the URL's recv_buf_size, which it counts with its own overhead.
   [[nodiscard]] int receive_buffer_bytes() const noexcept { return receive_buffer_bytes_; }
@@ -128,6 +120,7 @@ class DatagramLink {
   Endpoint self_{};
   std::atomic<std::uint32_t> sequence_{0};
   SpscQueue<Slot> queue_;
+  SideIntake side_;
   SenderTable senders_;
   DatagramBatch batch_;
   ReceivePace pace_;

@@ -24,6 +24,7 @@ void fill_counters(tessera_status& message, const LinkStatistics& s, const NodeS
                                   s.no_channel, s.refused_format, s.refused_tag, s.refused_excluded,
                                   s.queue_full, s.kernel_dropped, s.missing,     s.sent,
                                   s.sent_bytes, s.refused,        s.failed,      s.queue_peak};
+  static_assert(std::size(values) == kLinkCounters);
   static_assert(std::size(values) + std::tuple_size_v<decltype(status.extra)> ==
                 tessera_status::COUNTERS);
   static_assert(sizeof s == sizeof values, "a counter of the link is not in its status");
@@ -39,7 +40,7 @@ bool StatusPublisher::publish(const NodeStatus& status, std::int64_t now_us) noe
   if (last_us_ == kNever) start_us_ = last_us_ = now_us;
   const std::int64_t duration_us = now_us - last_us_;
   tessera_status message{};
-  message.version = 2;
+  message.version = kStatusVersion;
   message.robot = static_cast<std::int32_t>(status.robot);
   message.epoch = static_cast<std::int32_t>(status.epoch);
   message.peers = static_cast<std::int32_t>(status.peers);
@@ -56,9 +57,12 @@ bool StatusPublisher::publish(const NodeStatus& status, std::int64_t now_us) noe
   fill_counters(message, now, status);
   last_ = now;
   last_us_ = now_us;
-  const int bytes = message.encode(buffer_.data(), 0, static_cast<int>(buffer_.size()));
-  if (bytes < 0) return false;  // Cannot be: the buffer has room for the fixed size.
-  return link_->send_on(kStatusChannel, std::span(buffer_).first(static_cast<std::size_t>(bytes)));
+  const auto status_bytes = std::span(buffer_).first(keys_.status_bytes());
+  const int typed = message.encode(buffer_.data(), 0, static_cast<int>(kTypedStatusBytes));
+  // The first cannot be: the typed message has a fixed size.
+  if (typed != static_cast<int>(kTypedStatusBytes) || sequence_ == UINT32_MAX) return false;
+  seal_status(status_bytes, status.session, ++sequence_, keys_);
+  return link_->send_on(kStatusChannel, status_bytes);
 }
 
 }  // namespace tessera

@@ -20,6 +20,13 @@ PayloadVerdict DatagramDoor::judge(std::span<const std::byte> datagram) const no
   return is_excluded(header.sender) ? PayloadVerdict::kExcluded : PayloadVerdict::kTaken;
 }
 
+PayloadVerdict DatagramDoor::judge_status_of(std::span<const std::byte> status) const noexcept {
+  const PayloadVerdict verdict = judge_status(status, status_);
+  if (verdict != PayloadVerdict::kTaken) return verdict;
+  return is_excluded(read_status(status).robot) ? PayloadVerdict::kExcluded
+                                                : PayloadVerdict::kTaken;
+}
+
 void DatagramDoor::set_excluded(std::span<const std::uint32_t> robots) noexcept {
   Excluded next;
   next.count = static_cast<std::uint32_t>(std::min(robots.size(), next.robots.size()));
@@ -38,6 +45,12 @@ bool DatagramDoor::is_excluded(std::uint32_t robot) const noexcept {
 PayloadCheck DatagramDoor::check() noexcept {
   return {this, [](void* door, std::span<const std::byte> payload) noexcept {
             return static_cast<const DatagramDoor*>(door)->judge(payload);
+          }};
+}
+
+PayloadCheck DatagramDoor::status_check() noexcept {
+  return {this, [](void* door, std::span<const std::byte> payload) noexcept {
+            return static_cast<const DatagramDoor*>(door)->judge_status_of(payload);
           }};
 }
 

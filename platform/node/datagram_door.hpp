@@ -10,6 +10,7 @@
 #include <span>
 
 #include "lcm/datagram_link.hpp"
+#include "lcm/status_message.hpp"
 #include "posix/latest_value.hpp"
 #include "tessera/exchange/authenticator.hpp"
 #include "tessera/exchange/exchange_config.hpp"
@@ -21,17 +22,21 @@ namespace tessera {
 /// second time.
 class DatagramDoor {
  public:
-  /// authenticator: as the exchange has it. Its check must do for two threads at once.
-  explicit DatagramDoor(const Authenticator& authenticator) noexcept
-      : authenticator_(authenticator) {}
+  /// authenticator: as the exchange has it; status: as statuses are sealed. Their checks must do
+  /// for two threads at once.
+  explicit DatagramDoor(const Authenticator& authenticator, const StatusKeys& status = {}) noexcept
+      : authenticator_(authenticator), status_(status) {}
 
   /// Refuses what these robots send from now on, and no others. For one thread, which need not be
   /// the link's. robots: at most ExchangeConfig::kMostExcluded. No heap.
   void set_excluded(std::span<const std::uint32_t> robots) noexcept;
   /// O(datagram): what is no datagram of the exchange costs its header alone.
   [[nodiscard]] PayloadVerdict judge(std::span<const std::byte> datagram) const noexcept;
+  /// The same of a status: size and kind, then the tag, then who is excluded.
+  [[nodiscard]] PayloadVerdict judge_status_of(std::span<const std::byte> status) const noexcept;
   /// For the link. This must outlive it and stay where it is.
   [[nodiscard]] PayloadCheck check() noexcept;
+  [[nodiscard]] PayloadCheck status_check() noexcept;
 
  private:
   struct Excluded {
@@ -41,6 +46,7 @@ class DatagramDoor {
   [[nodiscard]] bool is_excluded(std::uint32_t robot) const noexcept;
 
   Authenticator authenticator_;
+  StatusKeys status_;
   LatestValue<Excluded> excluded_;
 };
 

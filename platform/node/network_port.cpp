@@ -16,15 +16,17 @@ namespace tessera {
 
 static_assert(std::is_trivially_copyable_v<NodeStatus> && sizeof(NodeStatus) <= kMaxMessageBytes);
 
-NetworkPort::NetworkPort(std::unique_ptr<DatagramLink> link, std::size_t send_slots)
-    : link_(std::move(link)), status_(*link_), queue_(send_slots) {}
+NetworkPort::NetworkPort(std::unique_ptr<DatagramLink> link, std::size_t send_slots,
+                         const StatusKeys& keys)
+    : link_(std::move(link)), status_(*link_, keys), queue_(send_slots) {}
 
 Outcome<std::unique_ptr<NetworkPort>> NetworkPort::open(const LinkConfig& config,
                                                         std::size_t send_slots,
-                                                        const ThreadRole& sender) {
+                                                        const ThreadRole& sender,
+                                                        const StatusKeys& keys) {
   Outcome<std::unique_ptr<DatagramLink>> link = DatagramLink::open(config);
   if (!link.ok()) return link.failure();
-  std::unique_ptr<NetworkPort> port(new NetworkPort(std::move(*link), send_slots));
+  std::unique_ptr<NetworkPort> port(new NetworkPort(std::move(*link), send_slots, keys));
   const Outcome<void> started = port->start(sender);
   if (!started.ok()) return started.failure();
   return port;

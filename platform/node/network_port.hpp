@@ -23,11 +23,11 @@ namespace tessera {
 
 class NetworkPort {
  public:
-  /// Fails as DatagramLink::open. Uses the heap; nothing after it does.
-  static Outcome<std::unique_ptr<NetworkPort>> open(const LinkConfig& config,
-                                                    std::size_t send_slots,
-                                                    const ThreadRole& sender = {
-                                                        .name = "tessera-send"});
+  /// keys: of statuses; what they point to must outlive the port. Fails as DatagramLink::open. Uses
+  /// the heap; nothing after it does.
+  static Outcome<std::unique_ptr<NetworkPort>> open(
+      const LinkConfig& config, std::size_t send_slots,
+      const ThreadRole& sender = {.name = "tessera-send"}, const StatusKeys& keys = {});
   NetworkPort(const NetworkPort&) = delete;
   NetworkPort& operator=(const NetworkPort&) = delete;
   ~NetworkPort() { close(); }
@@ -45,6 +45,10 @@ class NetworkPort {
   void close() noexcept;
   DatagramLink::Received receive(std::span<std::byte, kMaxMessageBytes> into) noexcept {
     return link_->receive(into);
+  }
+  /// What others say of themselves: the oldest that waits, as DatagramLink::receive_side.
+  std::span<const std::byte> receive_status(std::span<std::byte, kMaxMessageBytes> into) noexcept {
+    return link_->receive_side(into);
   }
   /// Sleeps until something arrives, timeout_us at most. A signal may wake it too.
   bool wait(std::int64_t timeout_us) noexcept { return link_->wait(timeout_us); }
@@ -64,7 +68,7 @@ class NetworkPort {
     alignas(NodeStatus) std::array<std::byte, kMaxMessageBytes> payload{};
   };
 
-  NetworkPort(std::unique_ptr<DatagramLink> link, std::size_t send_slots);
+  NetworkPort(std::unique_ptr<DatagramLink> link, std::size_t send_slots, const StatusKeys& keys);
   Outcome<void> start(const ThreadRole& role);
   void send_until_stopped() noexcept;
   void send_waiting() noexcept;

@@ -12,6 +12,7 @@
 
 #include "dataset/dataset.hpp"
 #include "node/datagram_door.hpp"
+#include "node/fleet_watch.hpp"
 #include "node/mapping_thread.hpp"
 #include "node/network_port.hpp"
 #include "node/node_config.hpp"
@@ -135,6 +136,7 @@ class Node {
   void set_excluded(std::span<const std::uint32_t> robots);
   void look_for_life(std::int64_t now_us);
   void say_status(std::int64_t now_us);
+  void hear_statuses(std::int64_t now_us);
   Outcome<void> take_snapshot(std::int64_t now_us);
   void listen_for_scans(std::int64_t now_us);
   [[nodiscard]] bool no_scan_will_come(std::int64_t now_us) const;
@@ -163,6 +165,7 @@ class Node {
   [[nodiscard]] Json vehicle_json() const;
   [[nodiscard]] Json queries_json() const;
   [[nodiscard]] Json view_json() const;
+  [[nodiscard]] Json security_json() const;
   [[nodiscard]] MapIdentity identity_of(MapKind kind) const;
 
   NodeConfig config_;
@@ -178,6 +181,7 @@ class Node {
   HeldRobot robot_;
   SecurityUpdates updates_;
   std::optional<DatagramDoor> door_;  ///< Before the port, whose thread asks it.
+  std::optional<FleetWatch> fleet_;
   std::unique_ptr<NetworkPort> port_;
   WakeUp mapping_wake_;  ///< Before whoever wakes by it.
   // Each may be null, but for mapping and sharing.
@@ -203,6 +207,7 @@ class Node {
   std::int64_t scan_heard_us_ = 0;
   std::int64_t scans_done_us_ = 0;
   std::int64_t status_due_us_ = 0;
+  std::int64_t fleet_due_us_ = 0;
   std::int64_t snapshot_due_us_ = 0;
   std::uint64_t snapshot_allocations_ = 0;
   LogQueue sharing_log_{"sharing"};

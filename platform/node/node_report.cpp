@@ -251,7 +251,7 @@ Json Node::report() const {
   json["exchange"] = exchange_json(exchange);
   json["publisher"] = publisher_json(robot_->publisher());
   json["link"] = link_json(*port_);
-  json["security"] = {{"excluded", excluded_}, {"exclude_digest", exclude_digest_}};
+  json["security"] = security_json();
   Json snapshots = Json::array();
   for (const Snapshot& snapshot : run_.snapshots) {
     snapshots.push_back({{"file", snapshot.path},

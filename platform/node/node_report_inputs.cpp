@@ -181,4 +181,28 @@ Json Node::view_json() const {
           {"heap_allocations", view_->heap_allocations()}};
 }
 
+Json Node::security_json() const {
+  FleetView fleet;
+  static_cast<void>(fleet_->view().get(fleet));
+  Json differ = Json::array();
+  for (const FleetView::Other& other : fleet.differ()) differ.push_back(other.robot);
+  const SideStatistics link = port_->link().side_statistics();
+  const StatusCounters& table = fleet.counters;
+  // What the link refused never reaches the table.
+  return {{"excluded", excluded_},
+          {"exclude_digest", exclude_digest_},
+          {"exclude_differs", std::move(differ)},
+          {"statuses",
+           {{"taken", table.taken},
+            {"refused_format", link.refused_format},
+            {"refused_tag", link.refused_tag},
+            {"refused_excluded", link.refused_excluded},
+            {"queue_full", link.queue_full},
+            {"refused_robot", table.refused_robot},
+            {"refused_replay", table.refused_replay},
+            {"refused_rate", table.refused_rate},
+            {"refused_signature", table.refused_signature},
+            {"refused_places", table.refused_places}}}};
+}
+
 }  // namespace tessera

@@ -94,6 +94,9 @@ Outcome<void> Node::check_urls() const {
     if (!url.ok()) return Failure{std::string(named.key) + ": " + url.failure().message};
     if (&named.text == &config_.sensors.url && url->ttl != 0)
       return Failure{"[sensors] url: long messages are for one machine; write ttl=0"};
+    if (&named.text == &config_.query_url && url->ttl != 0)
+      return Failure{
+          "[service] url: nobody proves who asks, so it is for one machine; write ttl=0"};
   }
   return {};
 }
@@ -160,10 +163,13 @@ Outcome<void> Node::set_up(const std::string& path) {
   if (config_.lock_memory) keep_freed_memory();
   LinkConfig link = config_.link;
   link.thread = thread_roles(config_).link;
-  door_.emplace(keys_->keys().authenticator);
+  const StatusKeys status{keys_->status_authenticator(), keys_->keys().signatures};
+  door_.emplace(keys_->keys().authenticator, status);
+  fleet_.emplace(status, config_.robot);
   link.check = door_->check();
+  link.side = {.channel = kStatusChannel, .check = door_->status_check()};
   Outcome<std::unique_ptr<NetworkPort>> port =
-      NetworkPort::open(link, config_.send_slots, thread_roles(config_).sending);
+      NetworkPort::open(link, config_.send_slots, thread_roles(config_).sending, status);
   if (!port.ok()) return port.failure();
   port_ = std::move(*port);
   Outcome<FileDescriptor> lock = lock_robot(config_.state, config_.robot);

@@ -17,6 +17,8 @@ namespace tessera {
 namespace {
 
 constexpr std::int64_t kStatusPeriod_us = 1'000'000;
+/// Between two looks at what other robots exclude.
+constexpr std::int64_t kFleetPeriod_us = 250'000;
 /// Between two signs of life to the service manager.
 constexpr std::int64_t kNotice_us = 500'000;
 /// What lacks something waits longer for it: others may be about to come back.
@@ -34,6 +36,7 @@ void Node::after_tick(std::int64_t now_us) {
   look_for_life(now_us);
   apply_security();
   say_status(now_us);
+  hear_statuses(now_us);
   listen_for_scans(now_us);
   const bool may_write = counting_.load(std::memory_order_acquire);
   if (!config_.snapshots.empty() && now_us >= snapshot_due_us_ && may_write) {
@@ -89,6 +92,7 @@ void Node::say_status(std::int64_t now_us) {
   const NodeStatus status{.robot = config_.robot,
                           .epoch = setup_.robot.epoch,
                           .peers = sharing.in_reach,
+                          .session = setup_.robot.exchange.session,
                           .stamp_us = wall_clock_us(),
                           .tick_median_us = static_cast<std::int32_t>(second.quantile_us(0.5)),
                           .tick_max_us = static_cast<std::int32_t>(second.max_us()),
@@ -102,10 +106,24 @@ void Node::say_status(std::int64_t now_us) {
                                     static_cast<std::int64_t>(sharing_->times().overruns),
                                     static_cast<std::int64_t>(sharing.waiting),
                                     static_cast<std::int64_t>(sharing.exchange.records_refused),
-                                    static_cast<std::int64_t>(sharing.twins())}};
+                                    static_cast<std::int64_t>(sharing.twins()),
+                                    static_cast<std::int64_t>(sharing.exchange.twins)}};
   port_->report(status);
   port_->flush();
   second.clear();
+}
+
+/// A bounded number each tick, whatever comes meanwhile; the table bounds the signatures.
+void Node::hear_statuses(std::int64_t now_us) {
+  std::array<std::byte, kMaxMessageBytes> buffer;
+  for (std::size_t i = 0; i < StatusTable::kMostRobots; ++i) {
+    const std::span<const std::byte> status = port_->receive_status(buffer);
+    if (status.empty()) break;
+    fleet_->hear(status, now_us);
+  }
+  if (now_us < fleet_due_us_) return;
+  fleet_due_us_ = now_us + kFleetPeriod_us;
+  fleet_->look(exclude_digest_, now_us, sharing_log_);
 }
 
 Outcome<void> Node::take_snapshot(std::int64_t now_us) {

@@ -68,7 +68,8 @@ Outcome<void> Node::make_services() {
                           .global = &robot_->global(),
                           .mapping = mapping_.get(),
                           .sharing = sharing_.get(),
-                          .port = port_.get()});
+                          .port = port_.get(),
+                          .fleet = &*fleet_});
     if (!view.ok()) return view.failure();
     view_ = std::move(*view);
   }

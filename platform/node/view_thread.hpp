@@ -9,6 +9,7 @@
 #include <atomic>
 #include <memory>
 
+#include "node/fleet_watch.hpp"
 #include "node/mapping_thread.hpp"
 #include "node/sharing_thread.hpp"
 #include "posix/duration_histogram.hpp"
@@ -27,6 +28,7 @@ struct ViewedNode {
   const MappingThread* mapping = nullptr;
   const SharingThread* sharing = nullptr;
   const NetworkPort* port = nullptr;
+  const FleetWatch* fleet = nullptr;
 };
 
 class ViewThread {

@@ -43,6 +43,9 @@ Outcome<FleetKeys> FleetKeys::read(const KeyFiles& files, std::uint32_t robot) {
     Outcome<DatagramSeal> seal = DatagramSeal::make(fleet.key, keys.mission_, KeyUse::kDatagram);
     if (!seal.ok()) return seal.failure();
     keys.seal_.emplace(std::move(*seal));
+    Outcome<DatagramSeal> status = DatagramSeal::make(fleet.key, keys.mission_, KeyUse::kStatus);
+    if (!status.ok()) return status.failure();
+    keys.status_seal_.emplace(std::move(*status));
   }
   if (!has_secret) return keys;
   Outcome<FleetSignatures> signatures =

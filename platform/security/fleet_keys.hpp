@@ -30,6 +30,10 @@ class FleetKeys {
   static Outcome<FleetKeys> read(const KeyFiles& files, std::uint32_t robot);
   /// For the exchange. This must outlive it and stay where it is.
   [[nodiscard]] RobotKeys keys() noexcept;
+  /// For statuses: without functions where there is no fleet key. As keys().
+  [[nodiscard]] Authenticator status_authenticator() noexcept {
+    return status_seal_ ? status_seal_->authenticator() : Authenticator{};
+  }
   /// Exchanges the public keys of the two, where both have some; for the thread that uses keys().
   /// No heap.
   void swap_public_keys(FleetKeys& other) noexcept {
@@ -42,6 +46,7 @@ class FleetKeys {
   FleetKeys() noexcept = default;
   Mission mission_;
   std::optional<DatagramSeal> seal_;
+  std::optional<DatagramSeal> status_seal_;
   std::optional<FleetSignatures> signatures_;
 };
 

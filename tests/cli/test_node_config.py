@@ -65,6 +65,11 @@ class BadConfiguration(NodeCase):
         (self.folder / "bad.toml").write_text("[robot\n")
         self.refused("node", "--config", "bad.toml", saying=("line 1", "not valid TOML"))
 
+    def test_queries_stay_on_the_machine(self):
+        url = "udpm://239.255.76.69:7669?ttl={}"
+        self.bad("[service] url", "ttl=0", service={"queries": True, "url": url.format(1)})
+        self.done("node", "--check", "--config", self.config(0, service={"queries": True, "url": url.format(0)}))
+
     def test_what_sensors_and_vehicle_cannot_be_set_up_with(self):
         """Also by --check: it passes nothing that the start refuses."""
         (self.folder / "cameras.toml").write_text('[[camera]]\nname = "front"\nmodel = "pinhole"\nwidth = 64\nheight = 48\n'

@@ -1,10 +1,13 @@
 # SPDX-FileCopyrightText: The tessera authors
 # SPDX-License-Identifier: Apache-2.0
 """What a node reads again while it runs: who is excluded, and the public keys."""
+import json
 import os
+import re
 import signal
 import sys
 import unittest
+import urllib.request
 
 import own_network
 from fault_case import Faults
@@ -69,6 +72,59 @@ class Reload(Faults):
         (self.folder / "a.pub").write_text(own)
         self.reload()
         a.says("robots in reach: 0, before: 1", since)
+
+    def test_robots_that_exclude_others(self):
+        self.done("key", "new", "--robots", 2, "--dir", "keys")
+        keys = [{"fleet_key": "keys/fleet.key", "robot_secret": f"keys/robot_{robot}.key", "robot_public_keys": "keys/fleet.pub"}
+                for robot in (0, 1)]
+        a = self.node("a", 0, security={**keys[0], "exclude": [7]}, service={"view": "127.0.0.1:0"})
+        b = self.node("b", 1, security={**keys[1], "exclude": []})
+        a.says("robot 1 excludes other robots than this one")
+        b.says("robot 0 excludes other robots than this one")
+        self.assertEqual([1], self.shown_by(a)["exclude_differs"])
+        lists = self.doctor("b")["exclude lists"]
+        self.assertEqual("advice", lists["state"])
+        self.assertIn("robot 0 with another list", lists["found"])
+        self.rewrite("b", "exclude = []", "exclude = [7]")
+        # The file is another one now, and the node has not read it yet.
+        self.assertIn("robot 1 with another list", self.doctor("b")["exclude lists"]["found"])
+        since = a.here(), b.here()
+        self.reload("b")
+        a.says("robot 1 excludes the same robots as this one again", since[0])
+        b.says("robot 0 excludes the same robots as this one again", since[1])
+        self.assertEqual([], self.shown_by(a)["exclude_differs"])
+        checks = self.doctor("b")
+        self.assertEqual(("good", "robots heard, with this list: 2"), tuple(checks["exclude lists"][k] for k in ("state", "found")))
+        self.assertEqual("good", checks["robots' numbers"]["state"])
+        self.assertEqual(1, a.said.count("robot 1 excludes other robots"))
+        reports = a.end(), b.end()
+        for report in reports:
+            statuses = report["security"]["statuses"]
+            self.assertEqual([], report["security"]["exclude_differs"])
+            self.assertGreater(statuses.pop("taken"), 2)
+            self.assertEqual({0}, set(statuses.values()), statuses)
+            if COUNTED:
+                self.assertEqual(0, report["heap_allocations_after_start"])
+        found = self.doctor("b")
+        self.assertIn("nobody was heard; statuses refused: 0", found["exclude lists"]["found"])
+        self.assertNotIn("robots' numbers", found)
+
+    def test_a_robot_that_differs_in_the_end(self):
+        a = self.node("a", 0, security={"exclude": [7]})
+        b = self.node("b", 1)
+        a.says("robot 1 excludes other robots than this one")
+        self.assertEqual([1], a.end()["security"]["exclude_differs"])
+        b.says("robot 0, which excludes others than this one, is no more heard")
+
+    def shown_by(self, node):
+        url = re.search(r"http://127\.0\.0\.1:\d+/", node.said)[0]
+        with urllib.request.urlopen(url + "status", timeout=10) as reply:
+            return json.load(reply)["network"]
+
+    def doctor(self, name):
+        # What else is wrong with this machine is not this test's.
+        self.run_command("doctor", "--config", f"{name}.toml", "--report", "doctor.json")
+        return {check["check"]: check for check in json.loads((self.folder / "doctor.json").read_text())["checks"]}
 
     def test_what_cannot_be_read_changes_nothing(self):
         a = self.node("a", 0, security={"exclude": [7]})

@@ -40,6 +40,7 @@ export function showNode(told) {
   if (told.network) {
     const n = told.network;
     fill("network", [["robots in reach", whole(n.in_reach)], ["contributions", `${n.complete} of ${n.contributions} whole`], ["sent", `${whole(n.sent)} · ${bytes(n.sent_bytes)}`], ["received", `${whole(n.received)} · ${bytes(n.received_bytes)}`],
-      ["lost on the way", whole(n.missing), n.missing > 0], ["lost here", whole(n.lost_here), n.lost_here > 0], ["refused", whole(n.refused), n.refused > 0]]);
+      ["lost on the way", whole(n.missing), n.missing > 0], ["lost here", whole(n.lost_here), n.lost_here > 0], ["refused", whole(n.refused), n.refused > 0],
+      ...(n.exclude_differs?.length > 0 ? [["exclude others than this one", `robots ${n.exclude_differs.join(", ")}`, true]] : [])]);
   }
 }

@@ -108,12 +108,12 @@ TEST_CASE("StatusPublisher: a message that LCM's generated code decodes, of one 
   REQUIRE(eventually_handled(lcm.get(), [&] { return heard[kStatusChannel].size() == 2; }));
   tessera_status status{};
   for (const std::string& bytes : heard[kStatusChannel]) {
-    CHECK(bytes.size() == 312);
-    REQUIRE(status.decode(bytes.data(), 0, static_cast<int>(bytes.size())) == 312);
-    CHECK(status.decode(bytes.data(), 0, static_cast<int>(bytes.size()) - 1) < 0);
+    CHECK(bytes.size() == 332);
+    REQUIRE(status.decode(bytes.data(), 0, static_cast<int>(bytes.size())) == 320);
+    CHECK(status.decode(bytes.data(), 0, 319) < 0);
     CHECK(status.robot == 3);
   }
-  CHECK(status.sent_bytes_per_s == 2 * (1000 + 312));
+  CHECK(status.sent_bytes_per_s == 2 * (1000 + 332));
   CHECK(status.counters[15] == 2);  // Sent.
   CHECK(status.uptime_us == 500'000);
 }

@@ -89,5 +89,38 @@ TEST_CASE(
   CHECK(link->statistics().missing == 1);
 }
 
+TEST_CASE("DatagramLink: a side channel takes what its check does, and displaces nothing") {
+  if (!enter_own_network()) return;
+  using namespace std::string_literals;
+  constexpr int kForged = 200;
+  LinkConfig config = checked_config();
+  config.queue_slots = 2;
+  config.side = {.channel = "SIDE", .check = {nullptr, &judge}, .queue_slots = 2};
+  const auto link = open_link(config);
+  const auto honest = open_link(loopback_config());
+  const Stranger stranger;
+  for (int i = 0; i < kForged; ++i) stranger.send("LC02\0\0\0\0SIDE\0none"s);
+  REQUIRE(eventually([&] { return link->side_statistics().refused_tag == kForged; }));
+  REQUIRE(honest->send_on("SIDE", bytes_of("f")));
+  REQUIRE(honest->send_on("OTHER", bytes_of("g")));
+  for (const char* const payload : {"g1", "g2", "g3"})
+    REQUIRE(honest->send_on("SIDE", bytes_of(payload)));
+  REQUIRE(honest->send(bytes_of("g4")));
+  REQUIRE(honest->send(bytes_of("g5")));
+  REQUIRE(eventually([&] { return link->statistics().received == 2; }));
+  const SideStatistics side = link->side_statistics();
+  CHECK(side.received == 2);
+  CHECK(side.queue_full == 1);
+  CHECK(side.refused_format == 1);
+  CHECK(link->statistics().queue_full == 0);
+  CHECK(link->statistics().refused_tag == 0);
+  CHECK(link->statistics().other_channel == 1);
+  Buffer buffer;
+  CHECK(text_of(link->receive_side(buffer)) == "g1");
+  CHECK(text_of(link->receive_side(buffer)) == "g2");
+  CHECK(link->receive_side(buffer).empty());
+  CHECK(text_of(link->receive(buffer).bytes) == "g4");
+}
+
 }  // namespace
 }  // namespace tessera
