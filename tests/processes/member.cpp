@@ -8,7 +8,7 @@
 
 #include "network/simulated_network.hpp"
 #include "posix/monotonic_clock.hpp"
-#include "security/key_file.hpp"
+#include "security/session.hpp"
 
 namespace tessera::processes {
 
@@ -29,8 +29,12 @@ T taken(Outcome<T> outcome) {
 }  // namespace
 
 Member::Member(const MemberConfig& config)
-    : config_(config), random_(config.seed + 1000003ULL * config.robot + config.session) {
-  ExchangeConfig exchange{.robot = config.robot, .session = std::uint64_t{config.session} << 32U};
+    : config_(config),
+      keys_(taken(FleetKeys::read(config.keys, config.robot))),
+      random_(config.seed + 1000003ULL * config.robot + config.session),
+      epoch_(config.session) {
+  ExchangeConfig exchange{.robot = config.robot, .session = taken(make_session(config.session))};
+  exchange.mission = keys_->mission().number();
   if (config.map.empty()) {
     classes_ = oracle::numbered_classes(network::kClasses);
     exchange.resolution_m = config.resolution_m;
@@ -44,28 +48,25 @@ Member::Member(const MemberConfig& config)
   }
   exchange.records = config.parts;
   const int components = classes_.num_components();
+  const std::uint32_t of_robot = config.robot_parts == 0 ? config.parts : config.robot_parts;
   const ReplicasConfig replicas{.segments = 4 * config.parts,
                                 .blocks = config.parts,
                                 .contributions = exchange.contributions,
-                                .robot_segments = 4 * config.parts};
+                                .robot_segments = 4 * of_robot,
+                                .robot_blocks = of_robot};
   memory_ = std::make_unique<oracle::AlignedMemory>(Replicas::required_bytes(replicas) +
                                                     Exchange::required_bytes(exchange, components) +
                                                     BlockContent::required_bytes(components));
   Arena arena(memory_->span());
   replicas_ = made(Replicas::make(arena, replicas), "replicas");
-  Authenticator authenticator = crc_authenticator();
-  if (!config.key.empty()) {
-    const FleetSecret fleet = taken(read_fleet_key(config.key));
-    const Mission mission = taken(Mission::make(fleet.mission));
-    seal_ = taken(DatagramSeal::make(fleet.key, mission, KeyUse::kDatagram));
-    authenticator = seal_->authenticator();
-  }
-  exchange_ = made(Exchange::make(arena, exchange, store_of(replicas_), authenticator, classes_),
+  const RobotKeys keys = keys_->keys();
+  exchange_ = made(Exchange::make(arena, exchange, store_of(replicas_), keys.authenticator,
+                                  classes_, keys.signatures),
                    "exchange");
   content_ = made(BlockContent::make(arena, components), "content");
-  Matrix34d T_global_map = Matrix34d::Identity();
-  T_global_map(0, 3) = config.robot;
-  if (exchange_.open(config.session, 0, T_global_map) != Status::kOk)
+  T_global_map_(0, 3) = config.robot;
+  exchange_.set_floor(config.floor);
+  if (exchange_.open(epoch_, 0, T_global_map_) != Status::kOk)
     throw std::runtime_error("no contribution can be opened");
   link_ = taken(DatagramLink::open(config.link));
   start_us_ = MonotonicClock::now_us();
@@ -104,6 +105,19 @@ void Member::publish_due(std::int64_t now_us) {
   published_us_ = now_us;
 }
 
+void Member::leave_epoch(std::int64_t now_us) {
+  const std::optional<std::uint32_t> overtaken = exchange_.overtaken();
+  if (!overtaken || *overtaken == ~std::uint32_t{0}) return;
+  epoch_ = *overtaken + 1;
+  exchange_.set_floor(epoch_);
+  if (exchange_.open(epoch_, 0, T_global_map_) != Status::kOk)
+    throw std::runtime_error("no other epoch can be opened");
+  // The same blocks again, all that were due until now at once.
+  random_ = oracle::Random(config_.seed + 1000003ULL * config_.robot + config_.session);
+  published_ = 0;
+  publish_due(now_us);
+}
+
 void Member::hear() {
   std::array<std::byte, kMaxMessageBytes> bytes;
   for (;;) {
@@ -125,6 +139,7 @@ void Member::step() {
   const std::int64_t now_us = MonotonicClock::now_us();
   if (now_us < tick_us_ + kTickUs) return;
   tick_us_ = now_us;
+  leave_epoch(now_us);
   publish_due(now_us);
   say();
   if (const std::uint64_t digest = exchange_.digest(); digest != digest_) {

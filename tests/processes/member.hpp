@@ -13,7 +13,7 @@
 #include "network/map_blocks.hpp"
 #include "oracle/mapper.hpp"
 #include "oracle/random.hpp"
-#include "security/datagram_seal.hpp"
+#include "security/fleet_keys.hpp"
 #include "tessera/exchange/exchange.hpp"
 
 namespace tessera::processes {
@@ -22,13 +22,15 @@ struct MemberConfig {
   std::uint32_t robot = 0;
   std::uint32_t session = 1;  ///< Its epoch, too.
   LinkConfig link;
-  std::string key;  ///< A fleet key's file; empty: none.
+  KeyFiles keys;
   std::string map;  ///< A map file, whose blocks are published; empty: random ones.
   std::uint64_t seed = 1;
   int blocks = 200;                 ///< That are published in all, at most.
   int blocks_per_s = 400;           ///< From the start on.
   double resolution_m = 0.1;        ///< Without a map.
   std::uint32_t parts = 1U << 14U;  ///< Places for blocks of all robots.
+  std::uint32_t robot_parts = 0;    ///< Of these for one robot's; 0: all.
+  std::uint32_t floor = 0;          ///< Its lowest epoch that counts.
 };
 
 class Member {
@@ -49,6 +51,8 @@ class Member {
   void publish_due(std::int64_t now_us);
   bool publish_next();
   BlockKey random_block();
+  /// Goes on in another epoch, as a node does, where something else was published in its name.
+  void leave_epoch(std::int64_t now_us);
   void hear();
   void say();
   [[nodiscard]] int blocks_in_all() const;
@@ -56,13 +60,15 @@ class Member {
   MemberConfig config_;
   std::unique_ptr<network::MapBlocks> map_;
   ClassTable classes_;
-  std::optional<DatagramSeal> seal_;
+  std::optional<FleetKeys> keys_;
   std::unique_ptr<oracle::AlignedMemory> memory_;
   Replicas replicas_;
   Exchange exchange_;
   BlockContent content_;
   std::unique_ptr<DatagramLink> link_;
   oracle::Random random_;
+  Matrix34d T_global_map_ = Matrix34d::Identity();
+  std::uint32_t epoch_ = 0;
   std::int64_t start_us_ = 0;
   std::int64_t tick_us_ = 0;
   int published_ = 0;

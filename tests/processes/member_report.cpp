@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
@@ -65,12 +66,24 @@ std::string Member::report() const {
   const LinkStatistics link = link_->statistics();
   Json contributions = Json::array();
   for (const network::Held& held : network::held(replicas_, components)) {
+    const Replicas::Contribution& contribution = replicas_.contribution(*replicas_.find(held.id));
     contributions.push_back({{"robot", held.id.robot},
                              {"epoch", held.id.epoch},
+                             {"frame_revision", held.frame_revision},
+                             {"a_point", contribution.T_global_local.to_global({10, 20, 30})},
                              {"blocks", held.blocks},
                              {"label_evidence", held.label_evidence},
                              {"passes", held.passes},
                              {"digest", hex(held.digest)}});
+  }
+  std::vector<ContributionState> states(exchange.contributions);
+  states.resize(std::min(states.size(), exchange_.contributions(states)));
+  Json known = Json::array();
+  for (const ContributionState& state : states) {
+    known.push_back({{"robot", state.id.robot},
+                     {"epoch", state.id.epoch},
+                     {"records", state.records},
+                     {"complete", state.complete}});
   }
   Json mismatches = Json::array();
   Json left = Json::array();
@@ -81,10 +94,13 @@ std::string Member::report() const {
   }
   const Json report{{"robot", config_.robot},
                     {"session", config_.session},
+                    {"epoch", epoch_},
                     {"digest", hex(exchange_.digest())},
                     {"content", hex(network::content_digest(replicas_, components))},
                     {"known", exchange.contributions},
                     {"complete", exchange.complete},
+                    {"names", known},
+                    {"parts", replicas_.usage().blocks},
                     {"contributions", contributions},
                     {"mismatches", mismatches},
                     {"left", left},

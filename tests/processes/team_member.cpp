@@ -72,13 +72,18 @@ int main(int argc, char** argv) {
   app.add_option("--session", config.session, "its epoch, too");
   app.add_option("--interface", config.link.interface)->required();
   app.add_option("--url", config.link.url);
-  app.add_option("--key", config.key, "a fleet key's file");
+  app.add_option("--key", config.keys.fleet_key, "a fleet key's file");
+  app.add_option("--secret", config.keys.robot_secret, "this robot's, in a fleet that signs");
+  app.add_option("--public-keys", config.keys.robot_public_keys, "of the whole fleet");
+  app.add_option("--mission", config.keys.mission, "instead of the one that the key's file names");
   app.add_option("--map", config.map, "publish the blocks of this map instead of random ones");
   app.add_option("--seed", config.seed);
   app.add_option("--blocks", config.blocks, "in all, at most");
   app.add_option("--blocks-per-s", config.blocks_per_s);
   app.add_option("--resolution", config.resolution_m, "metres, without a map");
   app.add_option("--parts", config.parts, "places for blocks of all robots");
+  app.add_option("--robot-parts", config.robot_parts, "of these, those of one robot; 0: all");
+  app.add_option("--floor", config.floor, "its lowest epoch that counts");
   CLI11_PARSE(app, argc, argv);
   std::signal(SIGTERM, [](int) { is_told_to_leave = 1; });
   try {
