@@ -95,9 +95,17 @@ class TeamCase(unittest.TestCase):
         return pathlib.Path(temporary.name)
 
     def fleet_key(self, name):
-        """A new key file."""
+        """A new key file, with a mission of its own."""
         path = self.folder() / name
         subprocess.run([program("TESSERA_COMMAND"), "key", "new", "--fleet", path, "--without-signatures"], check=True, capture_output=True)
+        return path
+
+    def key_of_same_mission(self, name, other):
+        """A new key file, with the mission of another one."""
+        path = self.fleet_key(name)
+        mission = next(line for line in other.read_text().splitlines() if "mission" in line)
+        own = [mission if "mission" in line else line for line in path.read_text().splitlines()]
+        path.write_text("\n".join(own) + "\n")
         return path
 
     def settled(self, members, limit_s=60, contributions=None, lacking=False):

@@ -102,7 +102,8 @@ class Namespaces(TeamCase):
 
     def test_another_key_and_another_resolution_are_refused_and_counted(self):
         network = self.network(4)
-        key, other_key = self.fleet_key("fleet.key"), self.fleet_key("other.key")
+        key = self.fleet_key("fleet.key")
+        other_key = self.key_of_same_mission("other.key", key)
         team = self.members(network, hosts=(0, 1), key=key)
         stranger = self.member(network, 2, key=other_key)
         coarse = self.member(network, 3, key=key, resolution=0.2)
