@@ -39,7 +39,7 @@ def forged_statements(a):
     """Statements of honest robots' contributions with more versions, fewer, none, or another fingerprint."""
     for name, known in a.honest():
         true = known.stated
-        for change in ({"latest": true["latest"] + 1000}, {"latest": true["latest"] + 1, "records": true["records"] + 1},
+        for change in ({"latest": min(LAST, true["latest"] + 1000)}, {"latest": min(LAST, true["latest"] + 1), "records": true["records"] + 1},
                        {"latest": max(0, true["latest"] - 1), "records": 1}, {"latest": 0, "records": 0, "fingerprint": (0, 0)},
                        {"fingerprint": (1, 1)}, {"latest": LAST}, {"frame": HIGHEST}):
             for sender in senders(a, name):
@@ -59,6 +59,8 @@ def forged_records(a):
             yield a.chunk(name[0], name, (other.version, other.version), [other], relayed=False, stated=known.stated)
         latest = known.stated["latest"]
         for ahead in (1, 2, 3, 1000, LAST - latest):
+            if not 0 < ahead <= LAST - latest:
+                continue
             record = dataclasses.replace(a.random.choice([*known.records.values()]), version=latest + ahead, part=0)
             yield a.chunk(name[0], name, (record.version, record.version), [record], relayed=False,
                           stated={**known.stated, "latest": record.version})
@@ -69,7 +71,8 @@ def unsigned_ranges(a):
     """Chunks of no records, which say that there is nothing more in their range."""
     for name, known in a.honest():
         latest = max(1, known.stated["latest"])
-        for versions in ((1, latest), (1, LAST), (latest, latest), (max(1, latest - 5), latest + 50)):
+        # What was heard last may itself be forged, with the last version that there can be.
+        for versions in ((1, latest), (1, LAST), (latest, latest), (max(1, latest - 5), min(LAST, latest + 50))):
             for sender in senders(a, name):
                 yield a.chunk(sender, name, versions)
             yield a.chunk(name[0], name, versions, relayed=False, stated={**known.stated, "latest": max(versions[1], latest)})
@@ -94,7 +97,7 @@ def forged_announcements(a):
     """Announcements in honest robots' names: later versions, other digests, frames that nobody has, complete or not."""
     for name, known in a.honest():
         latest = known.stated["latest"]
-        for of, frame, flags in ((latest, 1, 7), (latest, 1, 4), (latest + 1, 1, 7), (LAST, 1, 6), (0, 1, 7), (latest, HIGHEST, 7)):
+        for of, frame, flags in ((latest, 1, 7), (latest, 1, 4), (min(LAST, latest + 1), 1, 7), (LAST, 1, 6), (0, 1, 7), (latest, HIGHEST, 7)):
             for sender in senders(a, name):
                 yield a.announcement(sender, [(name, of, frame, flags, a.random.getrandbits(64))], epoch=name[1])
 
@@ -103,7 +106,7 @@ def requests(a):
     """Requests for everything of everybody: gaps over all versions, single versions, descriptions, frames."""
     for name, known in a.honest():
         one = {"name": name, "frame": 0, "stated": None}
-        versions = sorted(some(a, range(1, known.stated["latest"] + 1), 100))
+        versions = sorted(some(a, range(1, min(5000, known.stated["latest"]) + 1), 100))
         wanted = [{**one, "type": wire.GAPS, "gaps": [(1, LAST)]},
                   {**one, "type": wire.VERSIONS, "asked": name[0], "numbers": versions},
                   {**one, "type": wire.DESCRIPTIONS, "asked": name[0], "width": 32, "numbers": [0]},
@@ -148,7 +151,7 @@ def frames(a):
     absurd = [(float("nan"), *UNMOVED[1:]), (*UNMOVED[:3], 1e308, *UNMOVED[4:]), (-1.0, *UNMOVED[1:]), (0.0,) * 12,
               (*UNMOVED[:3], 1e5, *UNMOVED[4:]), (*UNMOVED[:3], float("inf"), *UNMOVED[4:])]
     for name, known in a.honest():
-        revision = known.stated["frame"]
+        revision = min(known.stated["frame"], HIGHEST - 3)
         for later, T in [(revision + 1, turned), (revision + 2, UNMOVED), (HIGHEST, turned), *((revision + 3, T) for T in absurd)]:
             for sender in senders(a, name):
                 yield a.frame(sender, name, later, T)
@@ -157,7 +160,7 @@ def frames(a):
 def floors(a):
     """Announcements and statements by which epochs of honest robots count no more."""
     for name, known in a.honest():
-        for epoch in (name[1] + 1, name[1] + 1000, HIGHEST - 1, HIGHEST):
+        for epoch in sorted({min(HIGHEST, name[1] + ahead) for ahead in (1, 1000, HIGHEST - 1, HIGHEST)}):
             later = (name[0], epoch, 0)
             for session in (None, 1000 << 32):
                 yield a.announcement(name[0], [(later, 1, 1, 7, 0)], epoch=epoch, session=session)
@@ -179,7 +182,7 @@ def impostor(a):
     """Another process that speaks as an honest robot, with its session and in its epoch, and maps on."""
     for name, known in a.honest():
         latest, codes = known.stated["latest"], codes_of(known)
-        for ahead in range(1, 20):
+        for ahead in range(1, min(20, LAST - latest)):
             record = wire.Record(latest + ahead, 0, 15, (50 + ahead, 50, 0), a.random.choice(codes) if codes else b"")
             stated = {**known.stated, "latest": record.version, "records": known.stated["records"] + ahead}
             for session in (a.sessions[name[0]], a.sessions[name[0]] + 1):

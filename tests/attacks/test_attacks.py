@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: The tessera authors
 # SPDX-License-Identifier: Apache-2.0
 """What is left of attacks on fleets of processes: nothing, by what docs/threat-model.md says of each degree of trust. Here all attacks come
-at once and soon end; bench/attacks.py runs each alone, and waits for 30 s."""
+at once and soon end; bench/attack_table.py runs each alone, and waits for 30 s."""
 import copy
 import pathlib
 import sys

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: The tessera authors
 # SPDX-License-Identifier: Apache-2.0
-"""attacks.py --build FOLDER [--seconds S] [ATTACK...]: each attack alone, by each degree of trust, on fleets of processes in network
+"""attack_table.py --build FOLDER [--seconds S] [ATTACK...]: each attack alone, by each degree of trust, on fleets of processes in network
 namespaces. Prints a table of what is left 30 s after the last hostile datagram. As root; half an hour for all."""
 import argparse
 import os
