@@ -77,17 +77,20 @@ Answers::Range* Answers::first_due(Instant now) noexcept {
 bool Answers::may_ask(Peer& peer, const Ledger& ledger, Instant now) const noexcept {
   const std::uint64_t taken = ledger.taken_bytes();
   const auto most = static_cast<std::int64_t>(2 * taken) + kFirstBytes;
+  std::int64_t left_us = 0;
   if (peer.allowance_at == Instant::long_ago()) {
     peer.allowance_bytes = most;
   } else {
+    const std::int64_t rate = std::max<std::int64_t>(bytes_per_s_ / kRepeatShare, 1);
     const std::int64_t elapsed_us =
         std::clamp<std::int64_t>((now - peer.allowance_at).us, 0, 60'000'000);
+    const std::int64_t earned = elapsed_us * rate / 1'000'000;
     const auto grown = static_cast<std::int64_t>(2 * (taken - peer.allowance_taken));
-    peer.allowance_bytes =
-        std::min(most, peer.allowance_bytes + grown +
-                           elapsed_us * (bytes_per_s_ / kRepeatShare) / 1'000'000);
+    peer.allowance_bytes = std::min(most, peer.allowance_bytes + grown + earned);
+    // What is less than a byte stays time: who asks often loses nothing by it.
+    left_us = elapsed_us - (earned * 1'000'000 + rate - 1) / rate;
   }
-  peer.allowance_at = now;
+  peer.allowance_at = now + Duration{-left_us};
   peer.allowance_taken = taken;
   return peer.allowance_bytes > 0;
 }
