@@ -199,7 +199,7 @@ std::span<const Description::Mark> Comparison::list_own(const Ledger& ledger,
   return own_.first(list(ledger, contribution, span, last, own_));
 }
 
-bool Comparison::write_next(RequestedContribution& requested, Instant /*now*/) noexcept {
+bool Comparison::write_next(RequestedContribution& requested) noexcept {
   requested.target = robot_;
   if (wanted_count_ != 0) {
     requested.type = RequestType::kVersions;

@@ -176,7 +176,7 @@ void Repair::begin_request(const Ledger::Contribution& contribution) noexcept {
   requested_->count = 0;
 }
 
-bool Repair::write_comparison(Ledger& ledger, ByteWriter& to, Instant now) noexcept {
+bool Repair::write_comparison(Ledger& ledger, ByteWriter& to) noexcept {
   if (!comparison_.active()) return false;
   const Ledger::Contribution& contribution = ledger.places()[comparison_.number()];
   if (!comparison_.is_of(comparison_.number(), contribution.generation)) {
@@ -184,11 +184,11 @@ bool Repair::write_comparison(Ledger& ledger, ByteWriter& to, Instant now) noexc
     return false;
   }
   begin_request(contribution);
-  return comparison_.write_next(*requested_, now) && write_requested(to, *requested_);
+  return comparison_.write_next(*requested_) && write_requested(to, *requested_);
 }
 
 bool Repair::write(Ledger& ledger, ByteWriter& to, Instant now, ExchangeReport& counted) noexcept {
-  bool any = write_comparison(ledger, to, now);
+  bool any = write_comparison(ledger, to);
   for (Claim& claim : claims_) {
     if (!claim.wanted) continue;
     requested_->type = RequestType::kGaps;

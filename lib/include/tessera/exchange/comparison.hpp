@@ -53,7 +53,7 @@ class Comparison {
   [[nodiscard]] bool found() const noexcept { return found_; }
 
   /// What is to be asked next: fills type, target, count and what follows. False: nothing now.
-  [[nodiscard]] bool write_next(RequestedContribution& requested, Instant now) noexcept;
+  [[nodiscard]] bool write_next(RequestedContribution& requested) noexcept;
   /// Takes a description of the contribution by the robot. send(version) is called for each record
   /// that this robot has to send to it, send_range(range) for all of a range. O(records in the span
   /// + parts).

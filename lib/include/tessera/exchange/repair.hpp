@@ -77,7 +77,7 @@ class Repair {
                            const AnnouncedContribution& announced, const Peer& peer, Instant now,
                            ExchangeReport& counted) noexcept;
   void begin_request(const Ledger::Contribution& contribution) noexcept;
-  [[nodiscard]] bool write_comparison(Ledger& ledger, ByteWriter& to, Instant now) noexcept;
+  [[nodiscard]] bool write_comparison(Ledger& ledger, ByteWriter& to) noexcept;
   void put_off(const Ledger::Contribution& contribution, Need& need, Instant now) noexcept;
 
   Duration request_{};
