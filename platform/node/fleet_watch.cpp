@@ -27,9 +27,7 @@ void FleetWatch::look(std::uint32_t own_digest, std::int64_t now_us, LogQueue& l
           entry.status.robot);
     differs_[i] = differs;
     told_[i] = entry.status.robot;
-    view.heard_lately += lately ? 1U : 0U;
-    if (differs)
-      view.differing[view.differing_count++] = {entry.status.robot, entry.status.exclude_digest};
+    if (differs) view.differing[view.differing_count++] = entry.status.robot;
   }
   view_.set(view);
 }

@@ -17,15 +17,11 @@ namespace tessera {
 
 /// As others look at it.
 struct FleetView {
-  struct Other {
-    std::uint32_t robot = 0;
-    std::uint32_t exclude_digest = 0;
-  };
-  std::array<Other, StatusTable::kMostRobots> differing{};  ///< Heard lately, in no order.
+  /// Robots that were heard lately, in no order.
+  std::array<std::uint32_t, StatusTable::kMostRobots> differing{};
   std::uint32_t differing_count = 0;
-  std::uint32_t heard_lately = 0;
   StatusCounters counters{};
-  [[nodiscard]] std::span<const Other> differ() const noexcept {
+  [[nodiscard]] std::span<const std::uint32_t> differ() const noexcept {
     return std::span(differing).first(differing_count);
   }
 };
@@ -40,8 +36,12 @@ class FleetWatch {
   }
   /// A line when a robot begins to differ, and one when it ends: it agrees, or is no more heard.
   void look(std::uint32_t own_digest, std::int64_t now_us, LogQueue& log) noexcept;
-  /// For any thread: as of the last look().
-  [[nodiscard]] const LatestValue<FleetView>& view() const noexcept { return view_; }
+  /// For any thread: as of the last look(), empty before.
+  [[nodiscard]] FleetView view() const noexcept {
+    FleetView view;
+    static_cast<void>(view_.get(view));
+    return view;
+  }
 
  private:
   StatusTable table_;

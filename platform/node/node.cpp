@@ -130,7 +130,8 @@ void Node::look_for_others(std::int64_t now_us) {
     log_.say_change(LogLevel::kInfo, now_us, "robots in reach: %, before: %", sharing.in_reach,
                     peers_seen_);
   peers_seen_ = sharing.in_reach;
-  refusals_.look(port_->link().statistics(), sharing.exchange, now_us, log_);
+  refusals_.look(port_->link().statistics(), sharing.exchange, port_->link().side_statistics(),
+                 fleet_->view().counters, now_us, log_);
   look_for_twins(sharing, now_us);
   keep_state(sharing, now_us);
   leave_epoch(sharing, now_us);

@@ -182,16 +182,13 @@ Json Node::view_json() const {
 }
 
 Json Node::security_json() const {
-  FleetView fleet;
-  static_cast<void>(fleet_->view().get(fleet));
-  Json differ = Json::array();
-  for (const FleetView::Other& other : fleet.differ()) differ.push_back(other.robot);
+  const FleetView fleet = fleet_->view();
   const SideStatistics link = port_->link().side_statistics();
   const StatusCounters& table = fleet.counters;
   // What the link refused never reaches the table.
   return {{"excluded", excluded_},
           {"exclude_digest", exclude_digest_},
-          {"exclude_differs", std::move(differ)},
+          {"exclude_differs", fleet.differ()},
           {"statuses",
            {{"taken", table.taken},
             {"refused_format", link.refused_format},

@@ -8,6 +8,8 @@
 #include <cstdint>
 
 #include "lcm/link_statistics.hpp"
+#include "lcm/side_intake.hpp"
+#include "lcm/status_table.hpp"
 #include "posix/log.hpp"
 #include "tessera/exchange/exchange_config.hpp"
 
@@ -20,11 +22,12 @@ class RefusalLog {
   static constexpr std::int64_t kLook_us = 1'000'000;
   /// Between two lines of one counter.
   static constexpr std::int64_t kPeriod_us = 60'000'000;
-  static constexpr std::size_t kCounters = 26;
+  static constexpr std::size_t kCounters = 35;
 
   /// Looks at the counters, unless the last look is less than kLook_us ago, and says which of them
   /// go on growing. now_us: monotonic.
-  void look(const LinkStatistics& link, const ExchangeReport& exchange, std::int64_t now_us,
+  void look(const LinkStatistics& link, const ExchangeReport& exchange,
+            const SideStatistics& statuses, const StatusCounters& table, std::int64_t now_us,
             LogQueue& log) noexcept;
 
  private:

@@ -182,11 +182,7 @@ Json ViewThread::status() const {
                     {"ticks", sharing.ticks},
                     {"buckets", std::move(buckets)}};
   json["network"] = network_json(sharing, *node_.port);
-  FleetView fleet;
-  static_cast<void>(node_.fleet->view().get(fleet));
-  Json differ = Json::array();
-  for (const FleetView::Other& other : fleet.differ()) differ.push_back(other.robot);
-  json["network"]["exclude_differs"] = std::move(differ);
+  json["network"]["exclude_differs"] = node_.fleet->view().differ();
   return json;
 }
 

@@ -27,7 +27,7 @@ class Watched {
 
   /// What is said at this second of the run.
   std::string look(std::int64_t second) {
-    refusals_.look(link, exchange, second * kSecond_us, log_);
+    refusals_.look(link, exchange, statuses, table, second * kSecond_us, log_);
     LogQueue* const queues[] = {&log_};
     const std::uint64_t before = writer_.lines();
     writer_.write(queues);
@@ -41,6 +41,8 @@ class Watched {
 
   LinkStatistics link{};
   ExchangeReport exchange{};
+  SideStatistics statuses{};
+  StatusCounters table{};
 
  private:
   static std::array<int, 2> new_pipe() {
@@ -85,10 +87,13 @@ TEST_CASE("RefusalLog: counters are told each by itself") {
     ++watched.link.fragments;
     ++watched.exchange.refused_contributions;
     ++watched.exchange.records_refused;
+    ++watched.statuses.refused_tag;
+    ++watched.table.refused_places;
     said += watched.look(second);
   }
   for (const char* name : {"link kernel_dropped: 2 ", "link queue_full: 2 ", "fragments",
-                           "exchange refused_contributions: 2 ", "exchange records_refused: 2 "})
+                           "exchange refused_contributions: 2 ", "exchange records_refused: 2 ",
+                           "status refused_tag: 2 ", "status refused_places: 2 "})
     CHECK(said.find(name) != std::string::npos);
 }
 
