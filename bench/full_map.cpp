@@ -7,8 +7,6 @@
 #include <cstdio>
 #include <string>
 
-#include "posix/atomic_file.hpp"
-
 int main(int argc, char** argv) {
   using namespace tessera;
   using namespace tessera::bench;
@@ -44,12 +42,9 @@ int main(int argc, char** argv) {
         return 2;
       }
       found[name] = *done;
+      found[name]["free_space"] = free_space;
       found[name]["ms"] = meter.cases()[name]["ns"].get<double>() * 1e-6;
     }
   }
-  Outcome<AtomicFile> file = AtomicFile::open(argv[2]);
-  if (!file.ok()) return 2;
-  const std::string text = found.dump(1) + "\n";
-  file->write(std::as_bytes(std::span(text)));
-  return file->commit().ok() ? 0 : 2;
+  return write_json(found, argv[2]).ok() ? 0 : 2;
 }

@@ -31,14 +31,6 @@ Json histogram(const std::vector<double>& sorted) {
   return {{"from", low}, {"bin", width}, {"counts", counts}};
 }
 
-Outcome<void> write_json(const Json& json, const std::string& path) {
-  Outcome<AtomicFile> file = AtomicFile::open(path);
-  if (!file.ok()) return file.failure();
-  const std::string text = json.dump(1) + "\n";
-  file->write(std::as_bytes(std::span(text)));  // commit() tells a failure
-  return file->commit();
-}
-
 int tell(const char* name, const Failure& failure) {
   std::fprintf(stderr, "%s: %s\n", name, failure.message.c_str());
   return failure.kind == FailureKind::kUsage ? 1 : 2;
@@ -83,6 +75,14 @@ Json statistics(const std::vector<double>& values) {
           {"median", quantile(sorted, 0.5)}, {"p99", quantile(sorted, 0.99)},
           {"p999", quantile(sorted, 0.999)}, {"max", sorted.back()},
           {"histogram", histogram(sorted)},  {"values", values}};
+}
+
+Outcome<void> write_json(const Json& json, const std::string& path) {
+  Outcome<AtomicFile> file = AtomicFile::open(path);
+  if (!file.ok()) return file.failure();
+  const std::string text = json.dump(1) + "\n";
+  file->write(std::as_bytes(std::span(text)));  // commit() tells a failure
+  return file->commit();
 }
 
 std::string hex64(std::uint64_t value) {

@@ -82,6 +82,9 @@ class Records {
   std::vector<std::string> differing_;
 };
 
+/// Writes a file as a whole. Fails with kFailure iff it cannot be written.
+Outcome<void> write_json(const Json& json, const std::string& path);
+
 /// Sixteen hexadecimal digits.
 [[nodiscard]] std::string hex64(std::uint64_t value);
 

@@ -4,7 +4,6 @@
 #include <cstdio>
 
 #include "meter.hpp"
-#include "posix/atomic_file.hpp"
 
 int main(int argc, char** argv) {
   using namespace tessera;
@@ -23,11 +22,7 @@ int main(int argc, char** argv) {
   measure_registration(meter);
   measure_fusion(meter);
   measure_exchange(meter);
-  Outcome<AtomicFile> file = AtomicFile::open(argv[1]);
-  if (!file.ok()) return 2;
-  const std::string text = meter.cases().dump(1) + "\n";
-  file->write(std::as_bytes(std::span(text)));
-  if (!file->commit().ok()) return 2;
+  if (!write_json(meter.cases(), argv[1]).ok()) return 2;
   for (const std::string& name : meter.beyond())
     std::fprintf(stderr, "%s: more operations than its formula says\n", name.c_str());
   return meter.beyond().empty() ? 0 : 3;
