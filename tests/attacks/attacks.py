@@ -89,7 +89,7 @@ def other_mission(a):
 
 
 def replay_now(a):
-    """What was heard in this session, again."""
+    """What the same processes said before, again."""
     yield from some(a, list(a.heard))
 
 

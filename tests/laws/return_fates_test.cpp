@@ -57,6 +57,22 @@ std::size_t not_in_map(const Mapper& mapper) {
   return missing;
 }
 
+/// Counts, unthinned, to 100 m.
+InferenceConfig counting_config() {
+  InferenceConfig config;
+  config.mode = InferenceMode::kCounting;
+  config.max_range_m = 100.0F;
+  config.thinning_m = 0.0;
+  return config;
+}
+
+/// A sensor on no border.
+Matrix34d shifted_pose() {
+  Matrix34d T = Matrix34d::Identity();
+  T.col(3) = Eigen::Vector3d(0.1, 0.3, 0.7);
+  return T;
+}
+
 }  // namespace
 
 TEST_CASE("returns: the largest float among far returns changes nothing of what they free") {
@@ -119,12 +135,8 @@ TEST_CASE("returns: each is counted once") {
 
 TEST_CASE("hits on borders: one where blocks meet is in the map as soon as it is admitted") {
   // 0.5 m: multiples of a block's edge of 4 m are floats.
-  InferenceConfig config;
-  config.mode = InferenceMode::kCounting;
-  config.max_range_m = 100.0F;
-  config.thinning_m = 0.0;
-  Matrix34d T = Matrix34d::Identity();
-  T.col(3) = Eigen::Vector3d(0.1, 0.3, 0.7);
+  const InferenceConfig config = counting_config();
+  const Matrix34d T = shifted_pose();
   int admitted = 0;
   for (int y = 1; y < 9; ++y) {
     for (std::uint32_t ray_blocks = 8; ray_blocks < 24; ++ray_blocks) {
@@ -144,12 +156,8 @@ TEST_CASE("hits on borders: one where blocks meet is in the map as soon as it is
 }
 
 TEST_CASE("hits on borders: a wall on the lattice, and scarce ray blocks") {
-  InferenceConfig config;
-  config.mode = InferenceMode::kCounting;
-  config.max_range_m = 100.0F;
-  config.thinning_m = 0.0;
-  Matrix34d T = Matrix34d::Identity();
-  T.col(3) = Eigen::Vector3d(0.1, 0.3, 0.7);
+  const InferenceConfig config = counting_config();
+  const Matrix34d T = shifted_pose();
   for (const double side : {-1.0, 1.0}) {
     Cloud wall;
     for (int y = -16; y <= 16; ++y) {

@@ -34,17 +34,6 @@ struct Team : Network {
   }
 };
 
-/// What a robot says within so long, nobody answering.
-std::vector<std::vector<std::byte>> said(Robot& robot, std::int64_t from_us, std::int64_t for_us) {
-  std::vector<std::vector<std::byte>> all;
-  std::vector<std::byte> datagram(kMostDatagramBytes);
-  for (std::int64_t now_us = from_us; now_us < from_us + for_us; now_us += kTickUs) {
-    while (const std::size_t size = robot.exchange().send(now_us, datagram))
-      all.emplace_back(datagram.begin(), datagram.begin() + static_cast<std::ptrdiff_t>(size));
-  }
-  return all;
-}
-
 TEST_CASE("attack: an exchange speaks, whatever its clock says first") {
   const std::int64_t hour_us = 3'600 * kSecond;
   for (const std::int64_t begin_us : {-hour_us, std::int64_t{-1}, std::int64_t{0}, hour_us}) {

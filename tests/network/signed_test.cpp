@@ -29,17 +29,6 @@ struct Team : Network {
   }
 };
 
-/// What a robot says within so long, nobody answering.
-std::vector<std::vector<std::byte>> said(Robot& robot, std::int64_t from_us, std::int64_t for_us) {
-  std::vector<std::vector<std::byte>> all;
-  std::vector<std::byte> datagram(kMostDatagramBytes);
-  for (std::int64_t now_us = from_us; now_us < from_us + for_us; now_us += kTickUs) {
-    while (const std::size_t size = robot.exchange().send(now_us, datagram))
-      all.emplace_back(datagram.begin(), datagram.begin() + static_cast<std::ptrdiff_t>(size));
-  }
-  return all;
-}
-
 bool is_chunk(const std::vector<std::byte>& datagram) {
   return (datagram[3] & std::byte{0x7f}) == std::byte{3};
 }

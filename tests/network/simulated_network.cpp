@@ -72,6 +72,16 @@ std::uint64_t Robot::content_digest() const {
   return network::content_digest(replicas_, components_);
 }
 
+std::vector<std::vector<std::byte>> said(Robot& robot, std::int64_t from_us, std::int64_t for_us) {
+  std::vector<std::vector<std::byte>> all;
+  std::vector<std::byte> datagram(kMostDatagramBytes);
+  for (std::int64_t now_us = from_us; now_us < from_us + for_us; now_us += kTickUs) {
+    while (const std::size_t size = robot.exchange().send(now_us, datagram))
+      all.emplace_back(datagram.begin(), datagram.begin() + static_cast<std::ptrdiff_t>(size));
+  }
+  return all;
+}
+
 ReplicasConfig Network::default_replicas() {
   return {
       .segments = 1U << 16U, .blocks = 1U << 14U, .contributions = 16, .robot_segments = 1U << 16U};

@@ -72,6 +72,10 @@ class Robot {
   BlockContent content_;
 };
 
+/// What a robot says within so long, nobody answering.
+[[nodiscard]] std::vector<std::vector<std::byte>> said(Robot& robot, std::int64_t from_us,
+                                                       std::int64_t for_us);
+
 class Network {
  public:
   Network(int robots, const Link& link, std::uint64_t seed,
