@@ -16,7 +16,7 @@ from PIL import Image
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 # The page, the picture that its commands leave, and what it is called here.
-PICTURES = (("map-my-data", "street.png", "map-my-data.png"), ("two-robots", "both.png", "two-robots.png"))
+PICTURES = (("tasks/map-my-data", "street.png", "tasks/map-my-data.png"), ("tasks/two-robots", "both.png", "tasks/two-robots.png"))
 WIDTH_PX = 1200
 
 
@@ -48,7 +48,7 @@ def main(build):
         run(["tessera", "simulate", "--robots", "1", "--scans", "6", "--out", "street"], folder, build)
         run(["/usr/bin/python3", ROOT / "examples/kitti_to_picture.py", "street/robot_0", "map.png"], folder, build,
             PYTHONPATH=f"{build}/python")
-        put(f"{folder}/map.png", "python.png")
+        put(f"{folder}/map.png", "reference/python.png")
 
 
 if __name__ == "__main__":
