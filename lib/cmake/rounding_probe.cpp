@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Ends with 0 iff round_to_float rounds where the compiler sees the conversion back to double. The
 // pattern is the one that gcc 12 folds for a plain cast: two neighbours of an array, from -O2 on.
-#include "tessera/base/rounding.hpp"
+#include "tessera/base/internal/rounding.hpp"
 
 namespace {
 

@@ -30,6 +30,11 @@ function(tessera_probe_rounding result source_folder include_folder)
       set(${result} "${CMAKE_CXX_COMPILER} does not compile tessera's base/rounding.hpp at -O${level}:\n${said}" PARENT_SCOPE)
       return()
     endif()
+    if(NOT status MATCHES "^[0-9]+$")
+      set(${result} "What ${CMAKE_CXX_COMPILER} compiles does not run here (${status}), so that its roundings cannot be tested. Set \
+CMAKE_SYSTEM_NAME if this is a cross build." PARENT_SCOPE)
+      return()
+    endif()
     if(NOT status EQUAL 0)
       set(${result} "${CMAKE_CXX_COMPILER} drops roundings to float at -O${level} even where tessera forbids it (base/rounding.hpp): maps made \
 by it would differ from those of other compilers. Take another compiler, or leave out flags that change floating-point arithmetic."

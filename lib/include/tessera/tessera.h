@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // The library for C programs (C99): a robot from scan to global map, in memory that the program
-// gives. docs/embedding.md shows how.
+// gives. docs/tasks/embedding.md shows how.
 //
 // Every function returns how it ended; it refuses NULL, memory that is no robot, a struct_bytes
 // under the least that the struct may have or in no whole eights (fours where pointers have four
@@ -69,7 +69,7 @@ tessera_status tessera_used_bytes(const tessera_robot* robot, uint64_t* bytes);
 /// Integrates a scan into the local map. What is refused or left out is in the report, which may be
 /// NULL. TESSERA_INVALID_ARGUMENT iff stride_floats is under 3, there are points and none are
 /// given, or due_us is given and no clock was; what is wrong with a pose is in the report. Cost:
-/// bounded by the work budget, or by due_us; docs/timing.md.
+/// bounded by the work budget, or by due_us; docs/measured/timing.md.
 tessera_status tessera_integrate(tessera_robot* robot, const tessera_scan* scan,
                                  tessera_scan_report* report);
 /// Another work budget for scans from now on; 0: no limit.
@@ -90,10 +90,10 @@ tessera_status tessera_cast_ray(const tessera_robot* robot, uint32_t map, const 
                                 tessera_ray_hit* hit);
 /// The occupied voxel nearest to p. Blocks are looked at outwards from p, until no nearer one is
 /// possible or max_work is used up: a block that the map does not have, or that is too far off,
-/// costs 1, another 16 (512 voxels); at most max_work + 15. nearest->complete says which; docs/
-/// queries.md has what a radius takes. Fails with TESSERA_OUT_OF_RANGE iff p is not in the grid;
-/// TESSERA_INVALID_ARGUMENT iff radius_m is not above 0 or over 2^20 voxels, or max_work is not
-/// 1 .. 2^30; TESSERA_BUSY as above.
+/// costs 1, another 16 (512 voxels); at most max_work + 15. nearest->complete says which;
+/// docs/reference/queries.md has what a radius takes. Fails with TESSERA_OUT_OF_RANGE iff p is not
+/// in the grid; TESSERA_INVALID_ARGUMENT iff radius_m is not above 0 or over 2^20 voxels, or
+/// max_work is not 1 .. 2^30; TESSERA_BUSY as above.
 tessera_status tessera_nearest_occupied(const tessera_robot* robot, uint32_t map, const float* p,
                                         double radius_m, uint32_t max_work,
                                         tessera_nearest* nearest);

@@ -9,7 +9,7 @@
 #include <Eigen/LU>
 #include <cmath>
 
-#include "tessera/base/rounding.hpp"
+#include "tessera/base/internal/rounding.hpp"
 #include "tessera/base/status.hpp"
 
 namespace tessera {
@@ -19,7 +19,8 @@ using Point3d = Eigen::Matrix<double, 3, 1, Eigen::DontAlign>;
 /// A rigid transform's 3x4 matrix [R | t], row-major as the KITTI files have it.
 using Matrix34d = Eigen::Matrix<double, 3, 4, Eigen::RowMajor | Eigen::DontAlign>;
 
-/// The nearest point in floats. Not p.cast<float>(), which gcc 12 may drop (base/rounding.hpp).
+/// The nearest point in floats. Not p.cast<float>(), which gcc 12 may drop
+/// (base/internal/rounding.hpp).
 [[nodiscard]] inline Point3f round_to_float(const Point3d& p) noexcept {
   return {round_to_float(p.x()), round_to_float(p.y()), round_to_float(p.z())};
 }

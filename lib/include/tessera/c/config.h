@@ -151,6 +151,11 @@ typedef struct tessera_config {
   /// Of the indices of the maps. To be set at random where others are heard, who could choose
   /// blocks that shut out another one; maps do not depend on it [MapConfig].
   uint64_t hash_seed;
+
+  /// What follows where a robot signed two contents of one version: 0 alarm, 1 exclude
+  /// [ExchangeConfig].
+  uint32_t conflicts;
+  uint32_t reserved_2;  ///< 0
 } tessera_config;
 
 /// The least struct_bytes that is taken, up to and with the inference's settings: fields beyond

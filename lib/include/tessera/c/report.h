@@ -248,6 +248,10 @@ typedef struct tessera_exchange_report {
   uint64_t twins;
   uint64_t statements;
   uint64_t descriptions;
+  uint64_t conflict_proofs;
+  uint64_t refused_disputed;
+  uint32_t banned;
+  uint32_t reserved_2;
 } tessera_exchange_report;
 
 /// What a robot has of a contribution [ContributionState].

@@ -9,14 +9,14 @@
 #include <cstdint>
 #include <span>
 
-#include "tessera/base/crc32.hpp"
+#include "tessera/base/internal/crc32.hpp"
 
 namespace tessera {
 
 inline constexpr std::size_t kTagBytes = 16;
 
 /// Both functions are called with context, from the exchange's thread only, and return in a time
-/// that hangs on the message's length alone. context must outlive whoever holds this.
+/// that depends only on the message's length. context must outlive whoever holds this.
 struct Authenticator {
   void* context = nullptr;
   /// Fills tag for the message.

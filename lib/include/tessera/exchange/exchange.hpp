@@ -5,14 +5,14 @@
 // has a version of its own within its contribution. The origin of a contribution states what there
 // is: the latest version, the number of records and their fingerprint. A robot that holds just that
 // is complete; one that does not asks for versions, and where those are the same compares contents
-// (docs/exchange.md).
+// (docs/design/exchange.md).
 //
 // Gate decides who is listened to, Ledger joins what arrives, Repair asks for what is lacking,
 // Sender sends under a budget.
 #pragma once
 
+#include "tessera/exchange/internal/sender.hpp"
 #include "tessera/exchange/publication.hpp"
-#include "tessera/exchange/sender.hpp"
 
 namespace tessera {
 
@@ -35,7 +35,7 @@ class Exchange {
                                              const Authenticator& authenticator,
                                              const ClassTable& classes,
                                              const Signatures& signatures = {}) noexcept;
-  /// Of no use before one that was made is moved here.
+  /// Unusable until one from make() is move-assigned.
   Exchange() noexcept = default;
 
   // --- What this robot says ----------------------------------------------------------------------
@@ -63,6 +63,12 @@ class Exchange {
   }
   /// Tells the others, with the next send(), that this robot sends no more.
   void leave() noexcept { sender_.leave(); }
+
+  /// The contribution that publish() is of, if there is one.
+  [[nodiscard]] std::optional<ContributionId> publishing() const noexcept {
+    const Ledger::Contribution* const own = ledger_.publishing();
+    return own == nullptr ? std::nullopt : std::optional(own->id);
+  }
 
   // --- Epochs ------------------------------------------------------------------------------------
 
@@ -118,6 +124,19 @@ class Exchange {
   /// The one at this place of them. Fails with kOutOfRange iff there are not so many.
   [[nodiscard]] Result<ContributionState> contribution_at(std::size_t index) const noexcept;
   [[nodiscard]] const PeerTable& peers() const noexcept { return gate_.peers(); }
+  /// The proofs of conflicts that this robot has, in the order in which they came.
+  [[nodiscard]] std::span<const Conflicts::Known> conflicts() const noexcept {
+    return ledger_.conflicts().all();
+  }
+  /// What this robot and its peers must have in common.
+  [[nodiscard]] const ConfigurationDetails& configuration() const noexcept {
+    return gate_.details();
+  }
+  /// Robots that announced lately that they hold, complete, what this robot publishes, and nothing
+  /// else than this robot. O(peers).
+  [[nodiscard]] std::uint32_t peers_agreeing(std::int64_t now_us) const noexcept;
+  /// Announcements that one misses before it counts as silent.
+  static constexpr std::int64_t kSilences = 3;
   /// Of all that is there: equal on robots that hold the same records in the same frames.
   /// O(contributions).
   [[nodiscard]] std::uint64_t digest() const noexcept { return ledger_.digest(); }
@@ -134,6 +153,10 @@ class Exchange {
   [[nodiscard]] bool hear_frame(const Heard& heard) noexcept;
   [[nodiscard]] bool hear_statement(const Heard& heard) noexcept;
   [[nodiscard]] bool hear_description(const Heard& heard) noexcept;
+  [[nodiscard]] bool hear_conflict(const Heard& heard) noexcept;
+  void owe_conflict(const Heard& heard, const ContributionId& id) noexcept;
+  void judge_conflicts() noexcept;
+  void note_agreement(const Heard& heard, const AnnouncedContribution& announced) noexcept;
   [[nodiscard]] Duration answer_delay(const Ledger::Contribution& contribution) noexcept;
   [[nodiscard]] bool is_listening(Instant now) noexcept;
   [[nodiscard]] static ContributionState state_of(
@@ -152,6 +175,7 @@ class Exchange {
   Description* description_ = nullptr;          ///< Likewise.
   ChunkHeader chunk_{};                         ///< Likewise.
   ExchangeReport counted_{};
+  std::size_t judged_ = 0;  ///< Of the proofs of conflicts.
 };
 
 /// What a Publisher publishes into. Of a block with labels, 1/14 of a byte is taken for each voxel

@@ -6,7 +6,7 @@
 #include <cstdint>
 
 #include "tessera/exchange/wire.hpp"
-#include "tessera/fusion/robot_share.hpp"
+#include "tessera/replica/replica_store.hpp"
 #include "tessera/semantics/class_table.hpp"
 
 namespace tessera {
@@ -27,6 +27,8 @@ struct ExchangeConfig {
   /// As GlobalMapConfig: the most that one robot's evidence counts in a voxel. Robots must agree on
   /// it.
   float max_evidence = 250.0F;
+  /// What follows where a robot signed two contents of one version. Robots must agree on it.
+  ConflictPolicy conflicts = ConflictPolicy::kAlarm;
   std::uint32_t contributions = 64;  ///< That are known of, at most; Replicas::kMostContributions.
   /// Of one robot, at most: those with the highest epochs and submaps.
   std::uint32_t contributions_per_robot = 4;
@@ -34,7 +36,7 @@ struct ExchangeConfig {
   std::uint32_t own_contributions = 1;
   std::uint32_t records = 1U << 15U;  ///< As ReplicasConfig::blocks.
   std::uint32_t peers = 64;           ///< Robots that are heard, at most.
-  std::uint32_t answers = 64;         ///< Ranges of versions that others wait for, at most.
+  std::uint32_t answers = 256;        ///< Ranges of versions that others wait for, at most.
   std::uint32_t picks = 8192;         ///< Single records that others wait for, at most.
   /// Parts that were published and have not gone out, which are found without a search; of more the
   /// first are searched for among all.
@@ -63,32 +65,6 @@ struct RobotFloor {
   friend bool operator==(const RobotFloor&, const RobotFloor&) = default;
 };
 
-/// The most that one robot's evidence counts in a voxel of the global map, of robots whose local
-/// maps are so: that of their maps, or 250 where these have no cap.
-[[nodiscard]] constexpr float robot_max_evidence(const MapConfig& map) noexcept {
-  return map.max_evidence > 0.0F ? map.max_evidence : RobotShare::kWithoutCap;
-}
-
-/// Where replicas are kept: Replicas itself, or a global map around them.
-struct ReplicaStore {
-  void* context = nullptr;
-  const Replicas* replicas = nullptr;
-  /// As GlobalMap::open, put, set_frame and remove.
-  Result<Replicas::Slot> (*open)(void* context, const ContributionId& id,
-                                 const GridTransform& T_global_local) noexcept = nullptr;
-  Result<Replicas::Change> (*put)(void* context, Replicas::Slot slot, BlockKey key,
-                                  const PartVersion& version, std::span<const std::byte> packed,
-                                  std::span<const std::byte> wire) noexcept = nullptr;
-  void (*set_frame)(void* context, Replicas::Slot slot, const GridTransform& T_global_local,
-                    std::uint32_t revision) noexcept = nullptr;
-  void (*remove)(void* context, Replicas::Slot slot) noexcept = nullptr;
-};
-
-class GlobalMap;
-[[nodiscard]] ReplicaStore store_of(GlobalMap& global) noexcept;
-/// Replicas alone, for robots that only pass on what they hear. Removing takes O(parts).
-[[nodiscard]] ReplicaStore store_of(Replicas& replicas) noexcept;
-
 /// What a robot has of a contribution.
 struct ContributionState {
   ContributionId id;
@@ -109,7 +85,7 @@ struct ExchangeReport {
   std::uint64_t refused_format = 0;         ///< No header of this format.
   std::uint64_t refused_mission = 0;        ///< Of another mission.
   std::uint64_t refused_tag = 0;            ///< Damaged, or of none who has the key.
-  std::uint64_t refused_signature = 0;      ///< Not signed by who is said to have said it.
+  std::uint64_t refused_signature = 0;      ///< Not signed by the robot that it names.
   std::uint64_t refused_rate = 0;           ///< More signed messages than one robot may send.
   std::uint64_t refused_configuration = 0;  ///< Another resolution, class table, scale or policy.
   std::uint64_t refused_replay = 0;         ///< Heard before, or of a session that is over.
@@ -129,11 +105,15 @@ struct ExchangeReport {
   std::uint64_t ended_contributions = 0;  ///< Removed, as their origin no longer counts them.
   std::uint64_t refused_epochs = 0;       ///< Times that something below its robot's floor came.
   std::uint64_t frames_early = 0;         ///< Revisions of frames that came too soon.
-  /// Contents that were signed for a version, or a moment, that has another content.
+  /// Times that two contents of one version, or of one moment, were found: by a proof, or in a
+  /// fleet that does not sign by one that replaced the other.
   std::uint64_t conflicts = 0;
-  std::uint64_t diverged = 0;   ///< Times that a comparison of contents was begun.
-  std::uint64_t impostors = 0;  ///< Claims that this robot said what it did not.
-  std::uint64_t twins = 0;      ///< Times that a peer's number was used by two processes.
+  /// Proofs of such conflicts that were found or received, one for each epoch of a robot.
+  std::uint64_t conflict_proofs = 0;
+  std::uint64_t refused_disputed = 0;  ///< Times that something came of an epoch that one ended.
+  std::uint64_t diverged = 0;          ///< Times that a comparison of contents was begun.
+  std::uint64_t impostors = 0;         ///< Claims that this robot said what it did not.
+  std::uint64_t twins = 0;             ///< Times that a peer's number was used by two processes.
   // What was sent.
   std::uint64_t sent = 0;
   std::uint64_t sent_bytes = 0;
@@ -155,6 +135,7 @@ struct ExchangeReport {
   std::uint32_t complete = 0;  ///< Of these, those that hold what their origin states.
   std::uint32_t peers = 0;
   std::uint32_t waiting_answers = 0;
+  std::uint32_t banned = 0;  ///< Robots that three such proofs exclude.
 };
 
 }  // namespace tessera

@@ -45,19 +45,27 @@ struct Peer {
   SequenceWindow control;  ///< Announcements, requests, descriptions and leaves: each counts once.
   SequenceWindow data;     ///< Chunks, frames and statements.
   Instant heard;           ///< When last something of it was heard that was no repeat.
+  Instant advanced;        ///< When the sequence of its control messages last grew.
   std::uint64_t datagrams = 0;
   bool left = false;
-  RateLimit checks;  ///< Of signatures of its requests and descriptions.
+  std::uint32_t floor = 0;  ///< That it announced last.
+  Instant agreed;           ///< When it last announced what this robot publishes as it is.
+  Instant differed;         ///< When it last announced something that is other here.
+  RateLimit checks;         ///< Of signatures of its requests and descriptions.
   RateLimit announcements;
   /// Not 0: the nonce by which it is to prove that its session is the one at work.
   std::uint64_t nonce = 0;
   Instant challenged;        ///< When it was asked last.
+  Instant doubted;           ///< When something came that only it could explain by its nonce.
   Instant session_changed;   ///< When it proved a session that was not later than the one before.
   std::uint64_t answer = 0;  ///< Not 0: the nonce that it wants to see answered.
   /// Bytes that may be sent to answer it; spent below zero, it waits.
   std::int64_t allowance_bytes = 0;
+  std::int64_t waiting_bytes = 0;     ///< Scratch: about what waits to be sent to it.
   std::uint64_t allowance_taken = 0;  ///< Ledger::taken_bytes() when that was counted.
   Instant allowance_at;
+  Instant allowance_renewed;   ///< When a new process of it began with all of it again.
+  Duration allowance_pause{};  ///< Until that may be the next time.
   /// Its configuration where it is another than ours: why nothing of it is taken.
   std::optional<ConfigurationDetails> mismatch;
 };
@@ -66,6 +74,8 @@ class PeerTable {
  public:
   /// After which a robot that is silent makes room for another, where room is short.
   static constexpr Duration kSilent{60'000'000};
+  /// The same where whoever has the fleet's key can speak for robots that do not exist.
+  static constexpr Duration kSilentUnsigned{10'000'000};
 
   [[nodiscard]] static constexpr std::size_t required_bytes(std::uint32_t peers) noexcept {
     return arena_bytes<Peer>(peers);
@@ -74,8 +84,9 @@ class PeerTable {
   PeerTable() noexcept = default;
 
   /// The robot's peer; added if it is not there, in place of the one that has been silent longest
-  /// if the table is full. Null iff it is full of robots heard within kSilent. O(peers).
-  [[nodiscard]] Peer* find_or_add(std::uint32_t robot, Instant now) noexcept;
+  /// if the table is full. Null iff it is full of robots heard within silent. O(peers).
+  [[nodiscard]] Peer* find_or_add(std::uint32_t robot, Instant now,
+                                  Duration silent = kSilent) noexcept;
   /// The robot's peer, or null. O(peers).
   [[nodiscard]] Peer* find(std::uint32_t robot) const noexcept;
   [[nodiscard]] std::span<const Peer> all() const noexcept { return peers_.first(count_); }

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// What the publisher is told and tells: its settings, where published blocks go, and reports.
+// Inputs and outputs of the publisher: settings, where published blocks go, and reports.
 #pragma once
 
 #include <array>
@@ -57,7 +57,17 @@ struct Publication {
   /// False: a part of the block's evidence is not in the map but archived. What was published
   /// stays until it is back, which the publisher notices as a change of the block. May be null: all
   /// of a block always is in the map.
-  bool (*whole)(void* context, BlockKey key) = nullptr;
+  bool (*whole)(void* whole_context, BlockKey key) = nullptr;
+  void* whole_context = nullptr;
+};
+
+/// A block that is to leave the map once everything in it was published.
+struct LeavingBlock {
+  BlockKey key{};
+  /// Block::stamp of the content that was published; 0: it is not settled yet. One more than the
+  /// stamp (an odd number): a part of the block is archived, and what is in the map cannot be
+  /// published alone. 1: the map does not have the block.
+  std::uint64_t stamp = 0;
 };
 
 /// What a tick may do.
@@ -85,6 +95,7 @@ struct PublisherReport {
   std::uint32_t busy = 0;      ///< Blocks and pages that were in the middle of a change: likewise.
   std::uint32_t refused = 0;   ///< By publish: tried again later.
   std::uint32_t left_out = 0;  ///< For which there was no room: more `candidates` or `blocks`.
+  std::uint32_t settled = 0;   ///< Of `leaving`.
   WireBytes bytes;
   std::uint32_t waiting = 0;       ///< Labelled ones after the tick.
   std::uint32_t free_waiting = 0;  ///< With changes of voxels that are only free.

@@ -12,10 +12,11 @@
 #include <optional>
 #include <span>
 
-#include "tessera/exchange/due_wheel.hpp"
+#include "tessera/base/instant.hpp"
+#include "tessera/exchange/internal/due_wheel.hpp"
+#include "tessera/exchange/internal/significance.hpp"
 #include "tessera/exchange/publication.hpp"
-#include "tessera/exchange/significance.hpp"
-#include "tessera/grid/key_index.hpp"
+#include "tessera/grid/internal/key_index.hpp"
 #include "tessera/map/map_reader.hpp"
 
 namespace tessera {
@@ -47,18 +48,25 @@ class Publisher {
 
   /// To be called every few tens of milliseconds, by any one thread, beside the one that writes to
   /// the map too (MapReader); map: the same always.
-  /// now_us: monotonic, from 0; an earlier one than before counts as the same.
+  /// now_us: monotonic, from any zero; an earlier one than before counts as the same.
   ///
   /// Work, at worst: entries of the map's index, in whole pages of BlockIndex; a look-up for each
   /// block changed since the last round through the index, and for a sixteenth of `blocks`;
   /// `compared` blocks read from map and publication, compared, rounded and published, each
   /// O(512 + voxels * components).
+  ///
+  /// leaving: blocks that are to leave the map. They are published first, as far as half of
+  /// `compared` and the bytes allow, and what is settled is forgotten (forget).
   PublisherReport tick(const LocalMap& map, std::int64_t now_us, const PublisherBudget& budget,
-                       const Publication& publication) noexcept;
+                       const Publication& publication,
+                       std::span<LeavingBlock> leaving = {}) noexcept;
 
   /// The block leaves the map without its evidence being wrong (MovingWindow evicts it): what was
   /// published of it stays. Should it come back, it is compared with that. Two look-ups.
   void forget(BlockKey key) noexcept;
+  /// The block is whole again, and may have changed while it was not: it is compared with what was
+  /// published of it. O(1).
+  void note_returned(BlockKey key) noexcept;
   /// Forgets all that was published and all that waits, for a map that was cleared and a
   /// publication that begins anew. Totals stay. O(blocks + candidates).
   void clear() noexcept;
@@ -93,8 +101,9 @@ class Publisher {
     DueLink link;
     std::uint16_t published_labels = 0;  ///< Voxels with label evidence when it was published.
     bool published = false;
-    bool fresh = false;  ///< New, or of many voxels more or fewer than published.
-    bool gone = false;   ///< Not in the map any more.
+    bool fresh = false;   ///< New, or of many voxels more or fewer than published.
+    bool gone = false;    ///< Not in the map any more.
+    bool leaves = false;  ///< It is to leave the map: whatever differs is published.
   };
   static_assert(sizeof(Candidate) <= 48);
   /// Of two kinds: blocks with labelled voxels that have changed, and with others alone.
@@ -152,10 +161,14 @@ class Publisher {
   void sweep_published(Tick& tick) noexcept;
   void work_off(Tick& tick, Queue& queue) noexcept;
   void set_timers(Candidate& waiting, const Difference& difference) const noexcept;
-  void handle(Tick& tick, Queue& queue, std::uint32_t number) noexcept;
+  /// The stamp of what it has seen of the block, if it is done with it; 0: the block waits again.
+  std::uint64_t handle(Tick& tick, Queue& queue, std::uint32_t number) noexcept;
+  void settle_leaving(Tick& tick, std::span<LeavingBlock> leaving) noexcept;
+  void settle(Tick& tick, LeavingBlock& block) noexcept;
   [[nodiscard]] bool is_time(const Tick& tick, const Candidate& waiting,
                              const Difference& difference) const noexcept;
-  void publish(Tick& tick, Queue& queue, std::uint32_t number, std::uint32_t label_voxels) noexcept;
+  /// False: it was refused, and the block waits again.
+  bool publish(Tick& tick, Queue& queue, std::uint32_t number, std::uint32_t label_voxels) noexcept;
   void note_published(Tick& tick, const Candidate& waiting, const WireBytes& bytes) noexcept;
   void end_tick(Tick& tick) noexcept;
 
@@ -176,9 +189,11 @@ class Publisher {
   /// Blocks with a newer stamp may have found no room for their keys.
   std::uint64_t unlisted_stamp_ = kAllListed;
   std::size_t published_place_ = 0;
+  std::size_t leaving_place_ = 0;
   BlockCoord focus_{};
   bool has_focus_ = false;
-  std::int64_t last_us_ = 0;
+  Instant first_tick_;
+  std::int64_t last_us_ = 0;  ///< Since the first tick.
   PublisherTotals totals_;
 };
 

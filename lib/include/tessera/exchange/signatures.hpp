@@ -18,8 +18,8 @@ inline constexpr std::size_t kHashBytes = 16;
 using Signature = std::array<std::byte, kSignatureBytes>;
 using Hash = std::array<std::byte, kHashBytes>;
 
-/// All are called with context, from the exchange's thread only, and return in a time that hangs on
-/// the message's length alone. context must outlive whoever holds this.
+/// All are called with context, from the exchange's thread only, and return in a time that
+/// depends only on the message's length. context must outlive whoever holds this.
 struct Signatures {
   void* context = nullptr;
   /// This robot's signature of the message.

@@ -1,19 +1,19 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// What a datagram is made of (docs/wire-format.md): a header, a body by kind, a tag. Every datagram
-// stands alone. Reading checks lengths and ranges, never allocates, and never reads beyond the end.
+// A datagram (docs/reference/wire-format.md): a header, a body by kind, a tag. Each stands alone.
+// Reading checks lengths and ranges, never allocates, and never reads beyond the end.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <span>
 
-#include "tessera/base/byte_io.hpp"
 #include "tessera/base/geometry.hpp"
+#include "tessera/base/internal/byte_io.hpp"
 #include "tessera/exchange/authenticator.hpp"
-#include "tessera/exchange/fingerprint.hpp"
+#include "tessera/exchange/internal/fingerprint.hpp"
 #include "tessera/exchange/signatures.hpp"
-#include "tessera/fusion/replicas.hpp"
+#include "tessera/replica/replicas.hpp"
 #include "tessera/semantics/class_table.hpp"
 
 namespace tessera {
@@ -32,6 +32,7 @@ enum class DatagramKind : std::uint8_t {
   kLeave = 5,        ///< Its sender sends no more.
   kStatement = 6,    ///< What the origin of a contribution states about it.
   kDescription = 7,  ///< What its sender holds of a range of versions.
+  kConflict = 8,     ///< Proof that a robot signed two contents of one version.
 };
 
 /// True for messages that only their sender may send, and only once. All others carry data of a
@@ -52,15 +53,22 @@ struct DatagramHeader {
   bool is_signed = false;      ///< Its fleet signs what it sends.
 };
 
+/// What follows from the proof that a robot signed two contents of one version.
+enum class ConflictPolicy : std::uint8_t {
+  kAlarm = 0,    ///< It is counted and passed on; one of the two contents counts.
+  kExclude = 1,  ///< The contribution's epoch is removed; of three such, the robot.
+};
+
 /// What robots must have in common to fuse each other's evidence.
 struct ConfigurationDetails {
-  static constexpr std::size_t kBytes = 30;
+  static constexpr std::size_t kBytes = 31;
   double resolution_m = 0.0;
   double prior = 0.0;
   float free_weight = 0.0F;
   std::uint16_t classes = 0;
   std::uint32_t class_table = 0;  ///< CRC-32C of the names.
   float max_evidence = 0.0F;      ///< The most that one robot's evidence counts in a voxel.
+  ConflictPolicy conflicts = ConflictPolicy::kAlarm;
   [[nodiscard]] std::uint32_t checksum() const noexcept;
   friend bool operator==(const ConfigurationDetails&, const ConfigurationDetails&) = default;
 };
@@ -79,21 +87,31 @@ struct Challenge {
 /// What an announcement begins with, before the contributions.
 struct AnnouncementHeader {
   static constexpr std::size_t kMostChallenges = 4;
+  static constexpr std::size_t kMostBytes =
+      ConfigurationDetails::kBytes + 4 + 8 + 1 + kMostChallenges * Challenge::kBytes;
   ConfigurationDetails details;
   std::uint32_t floor = 0;  ///< The lowest epoch of the sender that counts.
+  /// Sequence of the last datagram of the sender that was no control message; 0: there was none.
+  std::uint64_t data_sequence = 0;
   std::uint8_t challenges = 0;
   std::array<Challenge, kMostChallenges> challenge{};
 };
 
 /// What a robot has of a contribution.
 struct AnnouncedContribution {
+  static constexpr std::size_t kBytes = 12 + 4 + 4 + 1 + 8;
   ContributionId id;
   std::uint32_t latest = 0;  ///< Of the newest statement that it has.
   std::uint32_t frame_revision = 0;
   bool stated = false;       ///< It has a statement.
   bool complete = false;     ///< It holds what that states.
   bool origin = false;       ///< It publishes this contribution.
+  bool disputed = false;     ///< It needs no proof of a conflict in this epoch: it has one.
   std::uint64_t digest = 0;  ///< Fingerprint::folded() of the records that it holds.
+  /// It names nothing that is held, but the floor of a robot that was heard with a lower one.
+  [[nodiscard]] bool is_floor() const noexcept {
+    return !stated && !complete && !origin && frame_revision == 0;
+  }
 };
 
 /// One less than there are numbers, so that there is always a next one.
@@ -167,7 +185,7 @@ struct ChunkHeader {
   ContributionId id{};
   VersionRange range{};
   bool relayed = false;   ///< By another robot: each record has a proof, if the fleet signs.
-  bool partial = false;   ///< Records by their versions: nothing is said about the rest.
+  bool partial = false;   ///< Records by their versions; other versions may be missing.
   Statement statement{};  ///< If it is not relayed.
 };
 
@@ -249,7 +267,7 @@ class RecordWriter {
   BlockCoord block_{};
 };
 
-// --- Reading. False iff what is there is none of these; the rest of the datagram is of no use. ---
+// --- Reading. False iff the bytes are none of these; the rest of the datagram is invalid. ---
 
 bool read_header(ByteReader& from, DatagramHeader& header) noexcept;
 bool read_details(ByteReader& from, ConfigurationDetails& details) noexcept;

@@ -7,8 +7,8 @@
 #include <array>
 #include <cstdint>
 
-#include "tessera/fusion/grid_transform.hpp"
 #include "tessera/map/local_map.hpp"
+#include "tessera/replica/grid_transform.hpp"
 
 namespace tessera {
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// How contributions become one map (docs/theory.md has the formulas).
+// How contributions become one map (docs/design/theory.md has the formulas).
 #pragma once
 
 #include <cstdint>

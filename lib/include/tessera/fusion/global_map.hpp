@@ -1,19 +1,20 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // One map of what all robots have seen: a pure function of their replicas, frames and the settings.
-// What changes marks the blocks that hang on it; step() brings them up to date, the nearest first.
+// A change marks the blocks that depend on it; step() brings them up to date, the nearest first.
 // Once nothing waits, the map is what fusing everything anew would give, bit for bit.
 #pragma once
 
 #include <optional>
 #include <span>
 
-#include "tessera/fusion/agenda.hpp"
-#include "tessera/fusion/diffusion_brick.hpp"
 #include "tessera/fusion/global_map_config.hpp"
-#include "tessera/fusion/robot_share.hpp"
+#include "tessera/fusion/internal/agenda.hpp"
+#include "tessera/fusion/internal/diffusion_brick.hpp"
+#include "tessera/fusion/internal/robot_share.hpp"
+#include "tessera/map/internal/packed_block.hpp"
 #include "tessera/map/local_map.hpp"
-#include "tessera/map/packed_block.hpp"
+#include "tessera/replica/replica_store.hpp"
 
 namespace tessera {
 
@@ -27,7 +28,7 @@ class GlobalMap {
   /// arena is too small.
   [[nodiscard]] static Result<GlobalMap> make(Arena& arena, const GlobalMapConfig& config,
                                               const ClassTable& classes) noexcept;
-  /// Of no use before one that was made is moved here.
+  /// Unusable until one from make() is move-assigned.
   GlobalMap() noexcept = default;
 
   // --- What arrives ------------------------------------------------------------------------------
@@ -36,7 +37,7 @@ class GlobalMap {
   /// kResourceExhausted iff all slots, or all Replicas::kMostRobots, are taken. O(contributions).
   [[nodiscard]] Result<Slot> open(const ContributionId& id,
                                   const GridTransform& T_global_local) noexcept;
-  /// Takes a version of a part of a block (Replicas::put) and marks what hangs on it. Fails with
+  /// Takes a version of a part of a block (Replicas::put) and marks what depends on it. Fails with
   /// kInvalidArgument iff the slot is empty; kBusy iff it is being removed; kCorrupt iff packed is
   /// not empty and no packed block; kResourceExhausted as put(), and iff the global grid has no
   /// place for a block: counted, unchanged. O(bytes + contributions + 27 blocks, 54 while its move
@@ -68,9 +69,9 @@ class GlobalMap {
   // --- Work --------------------------------------------------------------------------------------
 
   /// Brings blocks up to date until none waits or so much work is done: entries read, edges
-  /// visited, places looked up. Over it by one quantum at most (docs/timing.md): the sums of a
-  /// block, the nodes of a brick gathered or linked, an iteration over them, a block written, a
-  /// block of a move marked, up to 8 copied, a block of each contribution that leaves dropped.
+  /// visited, places looked up. Over it by one quantum at most (docs/measured/timing.md): the sums
+  /// of a block, the nodes of a brick gathered or linked, an iteration over them, a block written,
+  /// a block of a move marked, up to 8 copied, a block of each contribution that leaves dropped.
   /// Not counted: the look-ups of a block's halo, (2 ceil(halo / 8) + 1)^3, at most 125 for each
   /// block whose sums change. Returns the work done.
   std::uint64_t step(std::uint64_t budget) noexcept;
@@ -91,12 +92,15 @@ class GlobalMap {
   /// A voxel's estimate, for the thread that works; others have a GlobalReader each. At any moment
   /// all voxels are as before a move or all as after it.
   [[nodiscard]] Estimate query(VoxelCoord voxel) const noexcept;
-  /// Counts completed moves: what is read is told apart by it as before or after.
+  /// Counts completed moves, so that a reader can tell data of before from data of after.
   [[nodiscard]] std::uint64_t generation() const noexcept { return view_ / 2; }
   [[nodiscard]] const Replicas& replicas() const noexcept { return replicas_; }
   [[nodiscard]] const GlobalMapConfig& config() const noexcept { return config_; }
   /// O(blocks).
   [[nodiscard]] GlobalMapReport report() const noexcept;
+  /// Those of the report that only grow (refused_..., torn_blocks, saturated_voxels); what it
+  /// measures is 0. O(1).
+  [[nodiscard]] const GlobalMapReport& counters() const noexcept { return counted_; }
 
  private:
   friend class GlobalReader;
@@ -158,7 +162,7 @@ class GlobalMap {
     staged.storage_bytes = config.staged_bytes;
     return staged;
   }
-  /// Of required_bytes, what does not hang on how much there is.
+  /// The part of required_bytes that does not grow with the map.
   [[nodiscard]] static constexpr std::size_t scratch_bytes(const GlobalMapConfig& config,
                                                            int num_components) noexcept;
   /// The rest of make(): on its own, so that the stack of one part is gone before the next.
@@ -248,7 +252,7 @@ class GlobalMap {
   DiffusionBrick brick_{};
   Job job_{};
   std::span<std::uint32_t> box_blocks_;   ///< Scratch: records of a job's box.
-  std::span<std::uint32_t> near_blocks_;  ///< Scratch: records that a job hangs on.
+  std::span<std::uint32_t> near_blocks_;  ///< Scratch: records that a job depends on.
   BlockContent content_{};
   RobotShare share_{};
   std::span<std::uint8_t> observers_;  ///< Local voxels that went to each voxel of content_.
@@ -275,5 +279,8 @@ constexpr std::size_t GlobalMap::scratch_bytes(const GlobalMapConfig& config,
          arena_bytes<std::uint8_t>(kBlockVoxels) +
          arena_bytes<std::byte>(most_packed_bytes(num_components));
 }
+
+/// The replicas of a global map, which follows what changes there. global outlives it.
+[[nodiscard]] ReplicaStore store_of(GlobalMap& global) noexcept;
 
 }  // namespace tessera

@@ -4,8 +4,8 @@
 #pragma once
 
 #include "tessera/fusion/diffusion_config.hpp"
-#include "tessera/fusion/replicas.hpp"
 #include "tessera/map/map_config.hpp"
+#include "tessera/replica/replicas.hpp"
 
 namespace tessera {
 
@@ -13,8 +13,8 @@ namespace tessera {
 struct GlobalMapConfig {
   /// Of the map that is read. max_evidence: 0; free_weight and prior: those of the contributions.
   MapConfig map{};
-  /// The cap of the contributions' maps: a robot's share of a voxel is held to it (docs/theory.md).
-  /// 0: RobotShare::kWithoutCap; at most 1e6.
+  /// The cap of the contributions' maps: a robot's share of a voxel is held to it
+  /// (docs/design/theory.md). 0: kEvidenceWithoutCap; at most 1e6.
   float max_evidence = MapConfig{}.max_evidence;
   ReplicasConfig replicas{};
   DiffusionConfig diffusion{};

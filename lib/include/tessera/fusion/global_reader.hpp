@@ -34,7 +34,7 @@ class GlobalReader {
   [[nodiscard]] Result<Estimate> query(VoxelCoord voxel) noexcept;
   [[nodiscard]] Result<Estimate> query(const Point3f& p_global) noexcept;
   /// Many voxels of one generation. Fails with kInvalidArgument iff into is shorter than voxels;
-  /// kBusy as evidence, and into is of no use then. O(voxels) a try.
+  /// kBusy as evidence, and into is undefined then. O(voxels) a try.
   [[nodiscard]] Status query(std::span<const VoxelCoord> voxels, std::span<Estimate> into) noexcept;
   /// Bytes of workspace that snapshot needs.
   [[nodiscard]] std::size_t snapshot_bytes() const noexcept { return map_.snapshot_bytes(); }

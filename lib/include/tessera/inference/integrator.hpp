@@ -9,12 +9,12 @@
 
 #include "tessera/base/arena.hpp"
 #include "tessera/inference/deadline.hpp"
-#include "tessera/inference/free_space.hpp"
 #include "tessera/inference/inference_config.hpp"
-#include "tessera/inference/kernel_strip.hpp"
+#include "tessera/inference/internal/free_space.hpp"
+#include "tessera/inference/internal/kernel_strip.hpp"
+#include "tessera/inference/internal/scan_tiles.hpp"
+#include "tessera/inference/internal/tile_evidence.hpp"
 #include "tessera/inference/scan_report.hpp"
-#include "tessera/inference/scan_tiles.hpp"
-#include "tessera/inference/tile_evidence.hpp"
 #include "tessera/map/local_map.hpp"
 #include "tessera/registration/scan.hpp"
 

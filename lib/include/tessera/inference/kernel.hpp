@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-#include "tessera/base/lanes.hpp"
+#include "tessera/base/internal/lanes.hpp"
 
 namespace tessera {
 

@@ -82,7 +82,7 @@ struct ScanReport {
   /// Thinned points whose evidence is in the map.
   [[nodiscard]] std::uint32_t points_kept() const noexcept { return admitted - points_cut; }
   /// Rays of all thinned points, and of all thinned directions beyond the range limit. Of these,
-  /// `rays` were traced. 0 without free space, which is told by no ray being traced, cut or left
+  /// `rays` were traced. 0 without free space, where no ray is traced, cut or left
   /// out: so also where every point of a scan is refused and none is beyond the range limit.
   [[nodiscard]] std::uint32_t rays_wanted() const noexcept {
     const std::uint32_t beyond = rays_refused_memory + rays_refused_work + rays_refused_deadline;

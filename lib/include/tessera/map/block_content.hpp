@@ -59,7 +59,7 @@ class BlockContent {
         std::memcpy(&sums_[at], &other.sums_[at], 8 * sizeof(float));
       }
     }
-    // Few bytes, and nothing hangs on which rows of them were touched.
+    // Few bytes, and no result depends on which rows were touched.
     std::memcpy(common_, other.common_, sizeof(Common));
   }
 

@@ -8,8 +8,8 @@
 #include <optional>
 #include <span>
 
-#include "tessera/base/radix_sort.hpp"
-#include "tessera/base/shared_words.hpp"
+#include "tessera/base/internal/radix_sort.hpp"
+#include "tessera/base/internal/shared_words.hpp"
 #include "tessera/map/block_content.hpp"
 #include "tessera/map/map_config.hpp"
 #include "tessera/map/map_usage.hpp"
@@ -167,7 +167,7 @@ class LocalMap {
   /// was anything. Fails as above, with those before added. O(64 components present).
   Result<int> add_labels(SlabHandle handle, std::uint64_t octets,
                          const BlockEvidence& added) noexcept;
-  /// Sends for the memory that this takes: the pages of a block, if it is one, then these octets.
+  /// Prefetches the memory that this reads: the pages of a block, if any, then these octets.
   void prefetch_pages(SlabHandle handle) const noexcept;
   void prefetch_octets(SlabHandle handle, std::uint64_t octets) const noexcept;
   /// Adds one pass to every voxel in mask; label evidence gives way where the cap is reached, and a

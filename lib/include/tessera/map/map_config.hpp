@@ -9,9 +9,9 @@
 #include <limits>
 
 #include "tessera/base/arena.hpp"
-#include "tessera/grid/block_index.hpp"
-#include "tessera/grid/slab_pool.hpp"
-#include "tessera/semantics/tuple_store.hpp"
+#include "tessera/grid/internal/block_index.hpp"
+#include "tessera/grid/internal/slab_pool.hpp"
+#include "tessera/semantics/internal/tuple_store.hpp"
 
 namespace tessera {
 
@@ -60,6 +60,15 @@ constexpr bool in_range(const MapConfig& config) noexcept {
          config.prior <= kLargest && w_free > 0.0 && w_free <= kLargest &&
          config.max_evidence >= 0.0F && config.max_evidence <= 1e6F &&
          (config.max_evidence == 0.0F || passes) && config.tuple <= TuplePolicy::kCompact;
+}
+
+/// Label evidence of a voxel that one robot may add to a global map where its maps have no cap.
+inline constexpr float kEvidenceWithoutCap = 250.0F;
+
+/// The most that one robot's evidence counts in a voxel of the global map, of robots whose local
+/// maps are so: that of their maps, or 250 where these have no cap.
+[[nodiscard]] constexpr float robot_max_evidence(const MapConfig& map) noexcept {
+  return map.max_evidence > 0.0F ? map.max_evidence : kEvidenceWithoutCap;
 }
 
 /// A block is kept in layers, two voxels high: sixteen octets each. What lies in a block is mostly

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The map file, .tsm: a header, the blocks in (z, y, x) order, an end mark. Little-endian, every
 // part with its CRC-32C. Streamed through an injected sink or source, so the core knows no files.
-// Saving, loading and saving again gives the same bytes. docs/memory.md has the layout byte by
-// byte.
+// Saving, loading and saving again gives the same bytes. docs/reference/memory.md has the layout
+// byte by byte.
 //
 // Compatibility: a reader refuses a file with a newer major version, and reads any minor version of
 // its own major one: minor versions only append to the header, whose length is stored.
@@ -13,7 +13,7 @@
 #include <span>
 
 #include "tessera/base/geometry.hpp"
-#include "tessera/map/block_lookup.hpp"
+#include "tessera/map/internal/block_lookup.hpp"
 
 namespace tessera {
 

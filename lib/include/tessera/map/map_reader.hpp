@@ -22,6 +22,8 @@ class BlockSnapshot {
   [[nodiscard]] BlockCoord coord() const noexcept { return coord_; }
   /// The map's revision when the block's content last changed.
   [[nodiscard]] std::uint32_t revision() const noexcept { return revision_; }
+  /// Block::stamp of this content; 0 of an empty one.
+  [[nodiscard]] std::uint64_t stamp() const noexcept { return stamp_; }
   /// Voxels with evidence in 1 .. C + 1.
   [[nodiscard]] std::uint32_t label_voxels() const noexcept { return label_voxels_; }
   /// As the functions of LocalMap of the same names.
@@ -46,6 +48,7 @@ class BlockSnapshot {
  private:
   friend class MapReader;
   BlockCoord coord_{};
+  std::uint64_t stamp_ = 0;
   std::uint32_t revision_ = 0;
   std::uint32_t label_voxels_ = 0;
   int num_components_ = 0;

@@ -51,7 +51,7 @@ constexpr BlockCoord region_of(BlockCoord block) noexcept {
 /// Where evicted blocks are kept. Functions must not change the map but as said.
 struct BlockArchive {
   void* context = nullptr;
-  /// Takes a block, and adds it to what there is of it already (decode_block does). False: it is
+  /// Takes a block, and adds it to what there is of it already (restore_block does). False: it is
   /// not taken, nothing was changed, and it stays in the map.
   bool (*evict)(void* context, const LocalMap& map, const Block& block) = nullptr;
   /// The archived blocks of a region, valid until the next call of any function; nullptr: none.
@@ -60,6 +60,8 @@ struct BlockArchive {
   /// Adds an archived block to the map and lets go of it. kResourceExhausted: the map has no room.
   /// Whatever fails, map and archive are as before.
   Status (*reload)(void* context, LocalMap& map, BlockKey key) = nullptr;
+  /// Lets go of all blocks, as the map is cleared (Mapper::clear, a new submap of a Robot).
+  void (*clear)(void* context) = nullptr;
 };
 
 /// What a step did and left.
@@ -77,6 +79,28 @@ struct WindowStep {
   /// them, where entries and regions a step cover the map and the window.
   std::uint32_t eviction_backlog = 0;
   std::uint32_t reload_backlog = 0;
+};
+
+/// Sums over steps.
+struct WindowReport {
+  std::uint64_t evicted = 0;
+  std::uint64_t evictions_refused = 0;  ///< By the archive, or until a block is published.
+  std::uint64_t reloaded = 0;
+  std::uint64_t merged = 0;
+  std::uint64_t reloads_failed = 0;
+  std::uint64_t steps_without_room = 0;
+  std::uint64_t backlog = 0;  ///< Evictions and reloads that the last step left to do.
+  std::uint64_t most_backlog = 0;
+  std::uint64_t most_evicted = 0;   ///< In a step.
+  std::uint64_t most_reloaded = 0;  ///< In a step.
+  /// Blocks that left without an archive to keep them: their evidence is lost.
+  std::uint64_t lost_blocks = 0;
+  /// Blocks that left before it was known that others have all of them, as memory was short or a
+  /// part was archived already; others have it once the block is back in the map. 0 where nothing
+  /// is published.
+  std::uint64_t unpublished_blocks = 0;
+
+  void add(const WindowStep& step) noexcept;
 };
 
 class MovingWindow {

@@ -6,8 +6,8 @@
 
 #include <span>
 
-#include "tessera/map/block_lookup.hpp"
 #include "tessera/map/cast_ray.hpp"
+#include "tessera/map/internal/block_lookup.hpp"
 
 namespace tessera {
 

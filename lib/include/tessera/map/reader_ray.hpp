@@ -4,7 +4,7 @@
 // cast_ray does the same for a map that nobody writes to, box by box and so faster.
 #pragma once
 
-#include "tessera/grid/segment.hpp"
+#include "tessera/grid/internal/segment.hpp"
 #include "tessera/map/cast_ray.hpp"
 
 namespace tessera {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// One block as bytes, as a map file holds it (docs/memory.md has the layout): for archives and for
-// whatever else keeps blocks outside of a map.
+// One block as bytes, as a map file holds it (docs/reference/memory.md has the layout): for
+// archives and for whatever else keeps blocks outside of a map.
 #pragma once
 
 #include <cstddef>
@@ -26,14 +26,13 @@ constexpr std::size_t one_block_storage(TuplePolicy tuple, int num_components) n
 
 /// Writes a block of the map. Returns the bytes written: 0 iff the block holds no evidence, or more
 /// than into.size() are needed; most_block_bytes is always enough. O(512 + observed voxels * C).
-std::size_t encode_block(const LocalMap& map, const Block& block,
-                         std::span<std::byte> into) noexcept;
+std::size_t save_block(const LocalMap& map, const Block& block, std::span<std::byte> into) noexcept;
 
-/// Adds a block that encode_block wrote to the map, opening it if it is not there: see
+/// Adds a block that save_block wrote to the map, opening it if it is not there: see
 /// LocalMap::merge; the block's revision is the later one. Fails with kResourceExhausted iff
 /// storage or index has no room for all of it: counted, map unchanged; kTruncated or kCorrupt iff
 /// the bytes are no such block: only bytes whose checksums fit can have changed the map. O(512 +
 /// observed voxels * C).
-MapFileStatus decode_block(std::span<const std::byte> bytes, LocalMap& map) noexcept;
+MapFileStatus restore_block(std::span<const std::byte> bytes, LocalMap& map) noexcept;
 
 }  // namespace tessera

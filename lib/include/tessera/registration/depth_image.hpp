@@ -38,7 +38,7 @@ struct DepthImage {
 /// Which pixels of a depth image become points.
 struct DepthConfig {
   DepthAlong along = DepthAlong::kAxis;
-  int step_px = 2;            ///< Every so-and-so-manieth pixel of a row and row, 1 .. 64.
+  int step_px = 2;            ///< Uses every step_px-th pixel and row, 1 .. 64.
   float min_depth_m = 0.2F;   ///< 0 .. max_depth_m.
   float max_depth_m = 10.0F;  ///< Up to 1000.
   float edge_m = 0.03F;       ///< Tolerance of flying pixels: edge_m + edge_share * depth.

@@ -39,7 +39,7 @@ struct LabelCamera {
   std::size_t mask_stride_bytes = 0;  ///< At least the width.
 };
 
-/// How occlusion is told, and labels are chosen.
+/// Occlusion test and label selection.
 struct LabelProjectionConfig {
   int cell_px = 2;      ///< Edge of the range image's cells, 1 .. 64.
   int reach_cells = 4;  ///< How far the neighbourhood goes to each side, 0 .. 16; 0: own cell only.

@@ -9,7 +9,7 @@
 #include <span>
 
 #include "tessera/base/geometry.hpp"
-#include "tessera/base/lanes.hpp"
+#include "tessera/base/internal/lanes.hpp"
 #include "tessera/base/status.hpp"
 #include "tessera/grid/lattice.hpp"
 

@@ -15,7 +15,8 @@ class Robot {
   [[nodiscard]] static constexpr std::size_t required_bytes(const RobotSettings& config,
                                                             int num_components) noexcept {
     return arena_bytes<Robot>(1) + Mapper::required_bytes(config) +
-           Sharer::required_bytes(config, num_components);
+           Sharer::required_bytes(config, num_components) +
+           (config.window ? EvictionQueue::required_bytes(config.archived_blocks) : 0);
   }
   /// A robot in the arena, of use as long as its memory is. clock: for deadlines. What keys name
   /// must outlive it. Fails with kInvalidArgument iff a setting is out of its range;
@@ -24,7 +25,7 @@ class Robot {
   [[nodiscard]] static Result<Robot*> make(Arena& arena, const RobotConfig& config,
                                            const ClassTable& classes, const RobotKeys& keys,
                                            const Clock& clock) noexcept;
-  /// Of no use: make() gives those that are.
+  /// Unusable until one from make() is move-assigned.
   Robot() noexcept = default;
   Robot(const Robot&) = delete;
   Robot& operator=(const Robot&) = delete;

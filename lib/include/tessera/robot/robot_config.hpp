@@ -4,10 +4,13 @@
 // of all.
 #pragma once
 
+#include <optional>
+
 #include "tessera/exchange/exchange.hpp"
 #include "tessera/exchange/publisher.hpp"
 #include "tessera/fusion/global_map.hpp"
 #include "tessera/inference/integrator.hpp"
+#include "tessera/map/moving_window.hpp"
 
 namespace tessera {
 
@@ -16,6 +19,10 @@ struct RobotSettings {
   MapConfig map{};
   InferenceConfig inference{};
   ScanCapacity scan{};
+  /// The part of the map around the robot that is kept in memory; nothing: all of it is.
+  std::optional<WindowConfig> window{};
+  /// Blocks that a Robot with a window may have in its archive, and that it keeps count of.
+  std::uint32_t archived_blocks = 131072;
   PublisherConfig publisher{};
   PublisherBudget budget{};  ///< Of a tick.
   ExchangeConfig exchange{};

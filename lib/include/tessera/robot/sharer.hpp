@@ -4,6 +4,7 @@
 // of all. For the thread that has the network.
 #pragma once
 
+#include "tessera/robot/internal/eviction_queue.hpp"
 #include "tessera/robot/robot_config.hpp"
 
 namespace tessera {
@@ -24,7 +25,7 @@ class Sharer {
   [[nodiscard]] static Result<Sharer*> make(Arena& arena, const RobotConfig& config,
                                             const ClassTable& classes,
                                             const RobotKeys& keys) noexcept;
-  /// Of no use: make() gives those that are.
+  /// Unusable until one from make() is move-assigned.
   Sharer() noexcept = default;
   Sharer(const Sharer&) = delete;
   Sharer& operator=(const Sharer&) = delete;
@@ -54,7 +55,7 @@ class Sharer {
   // that call and the next tick. Robot does both.
   //
   // Where another thread has the map, it must be handed over: that thread stops writing when
-  // submap_due() is told to it, this one calls open_submap() then, and no tick until that one has
+  // it learns of submap_due(), this one calls open_submap() then, and no tick until that one has
   // cleared the map. What it writes until it stops is of the old submap, published or counted; what
   // it would write between open_submap() and Mapper::clear() would be lost uncounted.
 
@@ -75,8 +76,9 @@ class Sharer {
   /// such submap or it is no frame.
   [[nodiscard]] Status set_frame(std::uint32_t submap, const Matrix34d& T_global_map) noexcept;
   /// Leaves the epoch, as Exchange::overtaken() asks for: publishes the whole map anew in an epoch
-  /// above it. floor: RobotSettings::floor from now on. A submap that was requested is none any
-  /// more. Fails as Exchange::open, and then nothing is published until it succeeds.
+  /// above it; of a map with a window, what is in memory: blocks that are archived follow when they
+  /// are back in the map. floor: RobotSettings::floor from now on. A submap that was requested is
+  /// none any more. Fails as Exchange::open, and then nothing is published until it succeeds.
   [[nodiscard]] Status reopen(std::uint32_t epoch, std::uint32_t floor) noexcept;
   [[nodiscard]] const SubmapReport& submap() const noexcept { return submap_; }
   /// T_global_map of the submap that is published into.
@@ -114,8 +116,10 @@ class Sharer {
   /// Of its memory, what holds something, and what is scratch.
   [[nodiscard]] std::size_t used_bytes() const noexcept;
 
+  /// Of Robot: blocks leave its local map by way of this queue.
+  void set_eviction_queue(EvictionQueue* evictions) noexcept { evictions_ = evictions; }
+
  private:
-  static constexpr std::int64_t kNone = INT64_MIN;
   static constexpr std::uint64_t kSpareWork = 50'000;
 
   /// What a submap that ends still has to do.
@@ -126,11 +130,13 @@ class Sharer {
     bool due = false;
     bool keeps_frame = false;  ///< Of the submap that ends, wherever that is moved.
   };
+  PublisherReport publish(const LocalMap& map, std::int64_t now_us) noexcept;
   void note_flush(const LocalMap& map) noexcept;
   void note_way(const Point3d& p_map) noexcept;
   [[nodiscard]] Status set_up(Arena& arena, const RobotConfig& config, const ClassTable& classes,
                               const RobotKeys& keys) noexcept;
 
+  EvictionQueue* evictions_ = nullptr;
   Publisher publisher_;
   GlobalMap global_;
   Exchange exchange_;
@@ -148,7 +154,6 @@ class Sharer {
   std::size_t scratch_bytes_ = 0;
   std::uint64_t work_left_ = 0;
   std::uint64_t fusion_work_ = 0;
-  std::int64_t first_tick_us_ = kNone;
   std::uint32_t ticks_since_scan_ = 0;
   bool near_first_ = false;
 };

@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <cstring>
 
-#include "tessera/base/lanes.hpp"
+#include "tessera/base/internal/lanes.hpp"
 #include "tessera/grid/lattice.hpp"
 #include "tessera/semantics/class_table.hpp"
 

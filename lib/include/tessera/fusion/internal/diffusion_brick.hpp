@@ -1,0 +1,237 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// Label diffusion over the nodes of a box of blocks and of as much around it as they depend on. A
+// node's result is a pure function of the sums B within iterations * reach of it, always computed
+// in the same order: it is the same whichever brick it is computed in.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <span>
+
+#include "tessera/base/arena.hpp"
+#include "tessera/base/internal/lanes.hpp"
+#include "tessera/fusion/diffusion_config.hpp"
+#include "tessera/fusion/internal/diffusion_stencil.hpp"
+#include "tessera/grid/lattice.hpp"
+#include "tessera/semantics/class_table.hpp"
+
+namespace tessera {
+
+/// A box of blocks.
+struct BlockBox {
+  BlockCoord first;
+  std::array<int, 3> size{1, 1, 1};
+};
+
+class DiffusionBrick {
+ public:
+  /// Of the box that is computed, on an axis. The more, the less is done twice.
+  static constexpr int kMostBlocks = 8;
+  /// Voxels of an axis, with all that they depend on: a row is two words.
+  static constexpr int kMostEdge = kMostBlocks * kBlockEdge + 2 * DiffusionConfig::kMostHalo;
+
+  /// Memory for all nodes that one block may depend on, with all classes and edges, and for
+  /// 40,000 with 12 classes and 14 edges each where that is more.
+  [[nodiscard]] static constexpr std::size_t required_bytes(const DiffusionConfig& config,
+                                                            double resolution_m,
+                                                            int num_components) noexcept;
+  /// Fails with kInvalidArgument iff iterations and length reach over kMostHalo voxels;
+  /// kResourceExhausted iff the arena is too small.
+  [[nodiscard]] static Result<DiffusionBrick> make(Arena& arena, const DiffusionConfig& config,
+                                                   double resolution_m,
+                                                   int num_components) noexcept;
+  DiffusionBrick() noexcept = default;
+
+  /// How far a voxel's dependencies reach, in voxels.
+  [[nodiscard]] static constexpr int halo_of(const DiffusionConfig& config, int reach) noexcept;
+  [[nodiscard]] int halo() const noexcept { return halo_; }
+
+  /// Starts with a box of blocks, 1 .. kMostBlocks on an axis; classes: of its nodes, a bit each.
+  /// O(edge^2).
+  void begin(const BlockBox& box, std::uint64_t classes) noexcept;
+  /// Whether a voxel is in the box or near enough to matter to it.
+  [[nodiscard]] bool contains(VoxelCoord voxel) const noexcept {
+    const VoxelCoord v = voxel - origin_;
+    const auto below = [](std::int32_t x, int edge) {
+      return static_cast<std::uint32_t>(x) < static_cast<std::uint32_t>(edge);
+    };
+    return below(v.x, edge_[0]) && below(v.y, edge_[1]) && below(v.z, edge_[2]);
+  }
+  /// Marks a voxel that the brick contains as a node.
+  void mark(VoxelCoord voxel) noexcept {
+    const VoxelCoord v = voxel - origin_;
+    std::uint64_t& word = rows_[row_at(v.y, v.z)][static_cast<std::size_t>(v.x) / 64];
+    const std::uint64_t bit = std::uint64_t{1} << (static_cast<unsigned>(v.x) % 64);
+    node_count_ += (word & bit) == 0 ? 1U : 0U;
+    word |= bit;
+  }
+  /// Whether there is memory for all nodes that are marked so far.
+  [[nodiscard]] bool fits() const noexcept {
+    return node_count_ <= nodes_.size() && 3 * node_count_ * stride_ <= floats_.size();
+  }
+  /// Numbers the nodes, all with sums zero. They must fit: those of one block always do.
+  /// O(edge^3 + nodes * classes).
+  void number_nodes() noexcept;
+  /// Sets B of a node. component: one of the classes.
+  void set(VoxelCoord node, int component, float sum) noexcept {
+    sums_[node_at(node) * stride_ + lane_of_[static_cast<std::size_t>(component)]] = sum;
+  }
+  /// Links the nodes, once all sums are set. False iff there are more edges than memory holds, as
+  /// above. work: what was visited is added. O(nodes * (edges + classes)).
+  [[nodiscard]] bool start(std::uint64_t& work) noexcept;
+  /// The next iteration, if any is left. False after the last: the results are there. O(nodes *
+  /// edges * classes).
+  [[nodiscard]] bool iterate(std::uint64_t& work) noexcept;
+
+  /// A node of the box after the last iteration.
+  struct NodeResult {
+    const float* z = nullptr;  ///< By lane.
+    float sum = 0.0F;          ///< |B|
+    float change = 0.0F;       ///< |Z_n - Z_{n-1}|
+  };
+  [[nodiscard]] NodeResult result(VoxelCoord node) const noexcept;
+  /// Classes of the lanes, ascending.
+  [[nodiscard]] std::span<const std::uint8_t> lanes() const noexcept {
+    return std::span(components_).first(lanes_);
+  }
+
+ private:
+  /// What a node's edges depend on.
+  struct Voice {
+    float inverse = 0.0F;     ///< 1 / |B|
+    float sure = 0.0F;        ///< How sure its label is, 0 to 1.
+    float loudness = 0.0F;    ///< What it gives of its evidence, 0 to 1.
+    std::uint32_t label = 0;  ///< Lane.
+  };
+  struct Node {
+    float sum = 0.0F;    ///< |B|
+    float share = 0.0F;  ///< What its edges' weights are multiplied by.
+    float change = 0.0F;
+    std::uint32_t first_edge = 0;
+    std::uint32_t edges = 0;
+  };
+  /// A neighbour, by its distance in the grid of nodes.
+  struct Offset {
+    std::int8_t dx = 0;
+    std::int8_t dy = 0;
+    std::int8_t dz = 0;
+    float weight = 0.0F;
+    std::int32_t cells = 0;
+  };
+  struct Edge {
+    std::uint32_t node;
+    float weight;
+  };
+  /// Nodes of a row along x, a bit each.
+  using Row = std::array<std::uint64_t, (kMostEdge + 63) / 64>;
+  static constexpr std::size_t kRows = std::size_t{kMostEdge} * kMostEdge;
+  struct Capacity {
+    std::size_t cells = 0;
+    std::size_t nodes = 0;
+    std::size_t floats = 0;
+    std::size_t edges = 0;
+    std::size_t offsets = 0;
+  };
+  static constexpr std::uint32_t kNoNode = ~std::uint32_t{0};
+  [[nodiscard]] static constexpr Capacity capacity_of(const DiffusionConfig& config,
+                                                      const DiffusionStencil& stencil,
+                                                      int num_components) noexcept;
+  [[nodiscard]] std::size_t row_at(std::int32_t y, std::int32_t z) const noexcept {
+    return static_cast<std::size_t>(z * edge_[1] + y);
+  }
+  [[nodiscard]] std::size_t cell_at(std::int32_t x, std::int32_t y, std::int32_t z) const noexcept {
+    return row_at(y, z) * static_cast<std::size_t>(edge_[0]) + static_cast<std::size_t>(x);
+  }
+  [[nodiscard]] std::size_t node_at(VoxelCoord voxel) const noexcept {
+    const VoxelCoord v = voxel - origin_;
+    return node_of_cell_[cell_at(v.x, v.y, v.z)];
+  }
+  void describe_nodes() noexcept;
+  [[nodiscard]] int iterations() const noexcept;
+  template <EdgeTerm kTerm>
+  float weigh(const Voice& own, std::span<Edge> edges) const noexcept;
+  [[nodiscard]] float weigh_edges(const Voice& own, std::span<Edge> edges) const noexcept;
+  template <class Visit>
+  void for_nodes(int margin, Visit&& visit) const noexcept;
+  [[nodiscard]] bool link_nodes() noexcept;
+  [[nodiscard]] bool link(std::size_t at, std::size_t cell) noexcept;
+  std::uint64_t step(const float* from, float* to, int margin) noexcept;
+  template <std::size_t kVectors>
+  std::uint64_t step_with(const float* from, float* to, int margin) noexcept;
+  void note_changes(const float* before, const float* after, int margin) noexcept;
+
+  DiffusionConfig config_{};
+  DiffusionStencil stencil_{};
+  int halo_ = 0;
+  std::span<Row> rows_;
+  std::span<std::uint32_t> node_of_cell_;
+  std::span<Offset> offsets_;
+  std::span<Voice> voices_;
+  std::span<std::uint32_t> first_;  ///< Nodes before the row.
+  std::span<float> floats_;
+  std::span<Node> nodes_;
+  std::span<Edge> edges_;
+  std::size_t node_count_ = 0;
+  std::size_t edge_count_ = 0;
+  float* sums_ = nullptr;  ///< B, then the two Z in turn: by node and lane.
+  float* z_ = nullptr;
+  float* other_z_ = nullptr;
+  const float* result_ = nullptr;
+  int iterated_ = 0;
+  std::size_t stride_ = 4;
+  std::size_t lanes_ = 0;
+  VoxelCoord origin_{};
+  std::array<int, 3> edge_{};
+  std::array<std::uint8_t, kMaxComponents> lane_of_{};
+  std::array<std::uint8_t, kMaxComponents> components_{};
+};
+
+constexpr int DiffusionBrick::halo_of(const DiffusionConfig& config, int reach) noexcept {
+  switch (config.mode) {
+    case DiffusionMode::kNone:
+      return 0;
+    case DiffusionMode::kPaper:
+      return (config.iterations - 1) * reach;
+    case DiffusionMode::kContractive:
+      return config.iterations * reach;
+  }
+  return 0;
+}
+
+constexpr DiffusionBrick::Capacity DiffusionBrick::capacity_of(const DiffusionConfig& config,
+                                                               const DiffusionStencil& stencil,
+                                                               int num_components) noexcept {
+  const int halo = halo_of(config, stencil.reach());
+  const auto edge = static_cast<std::size_t>(kBlockEdge + 2 * halo);
+  Capacity capacity;
+  // A block alone always fits; what is mostly there, surfaces with few classes, in larger boxes.
+  constexpr std::size_t kNodes = 40000;
+  constexpr std::size_t kLanes = 12;
+  constexpr std::size_t kEdges = 14;
+  const std::size_t cube = edge * edge * edge;
+  const std::size_t lanes = align_up(static_cast<std::size_t>(num_components - 2), 4);
+  const auto most_edges = static_cast<std::size_t>(halo > 0 ? stencil.edges() : 0);
+  const auto most_edge = static_cast<std::size_t>(kMostBlocks * kBlockEdge + 2 * halo);
+  capacity.cells = most_edge * most_edge * most_edge;
+  capacity.nodes = std::max(cube, kNodes);
+  capacity.floats = 3 * std::max(cube * lanes, kNodes * std::min(lanes, kLanes));
+  capacity.offsets = static_cast<std::size_t>(stencil.edges()) + 1;
+  capacity.edges =
+      std::max(cube * most_edges, kNodes * std::min(most_edges, kEdges)) + capacity.offsets + 1;
+  return capacity;
+}
+
+constexpr std::size_t DiffusionBrick::required_bytes(const DiffusionConfig& config,
+                                                     double resolution_m,
+                                                     int num_components) noexcept {
+  const DiffusionStencil stencil(static_cast<double>(config.length_m) / resolution_m);
+  const Capacity capacity = capacity_of(config, stencil, num_components);
+  return arena_bytes<Row>(kRows) + arena_bytes<std::uint32_t>(kRows) +
+         arena_bytes<std::uint32_t>(capacity.cells) + arena_bytes<Offset>(capacity.offsets) +
+         arena_bytes<float>(capacity.floats) + arena_bytes<Node>(capacity.nodes) +
+         arena_bytes<Voice>(capacity.nodes) + arena_bytes<Edge>(capacity.edges);
+}
+
+}  // namespace tessera

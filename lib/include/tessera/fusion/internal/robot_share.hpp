@@ -1,0 +1,87 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// What one robot adds to the sums of a block. Of its epochs the newest that has evidence of a voxel
+// counts there alone, and what it says of a voxel is held to the cap that the robots' maps have.
+#pragma once
+
+#include <array>
+#include <span>
+
+#include "tessera/map/block_content.hpp"
+
+namespace tessera {
+
+class RobotShare {
+ public:
+  /// num_components: C + 2.
+  [[nodiscard]] static constexpr std::size_t required_bytes(int num_components) noexcept {
+    return BlockContent::required_bytes(num_components) + arena_bytes<Voxels>(1);
+  }
+  /// max_evidence, free_weight: of the robots' maps, as MapConfig has them. Fails with
+  /// kResourceExhausted iff the arena is too small.
+  [[nodiscard]] static Result<RobotShare> make(Arena& arena, int num_components, float max_evidence,
+                                               float free_weight) noexcept;
+  /// Holds nothing and takes nothing.
+  RobotShare() noexcept = default;
+
+  /// Begins with a robot that has nothing in the block yet. O(1).
+  void begin_robot() noexcept { entered_ = false; }
+  /// To be called before any of it is added; sums: those of the robots before it. The first call
+  /// for a robot takes O(512 + rows touched * components), the others O(1).
+  void enter(const BlockContent& sums) noexcept {
+    if (!entered_) take_over(sums);
+  }
+  /// Begins with an epoch, an older one than those before it. O(1).
+  void begin_epoch() noexcept;
+  /// Whether a newer epoch has evidence of the voxel, so that this one counts nothing. row: a
+  /// voxel's row order, as below. O(1).
+  [[nodiscard]] bool hides(int row) const noexcept { return has(voxels_->newer, row); }
+  /// Notes that this epoch has evidence of the voxel, of whatever kind. O(1).
+  void observe(int row) noexcept { set(voxels_->observed, row); }
+  /// Notes label evidence, of a class or of none, that was added to the sums. O(1).
+  void add_labels(int row, float count) noexcept {
+    voxels_->labels[static_cast<std::size_t>(row)] += count;
+  }
+  /// Notes free passes that were added to the sums. O(1).
+  void add_passes(int row, unsigned passes) noexcept {
+    voxels_->passes[static_cast<std::size_t>(row)] += passes;
+  }
+  /// Scales what the robot added to sums where that is too much: all label evidence of a voxel in
+  /// proportion, to the cap; passes to those of the cap. Returns the components of voxels that were
+  /// too full, and one: at most 512 (C + 1) + 1. O(512 + that).
+  std::uint64_t end_robot(BlockContent& sums) noexcept;
+
+  /// The most label evidence of a voxel that is left as it is: the cap, an eighth of it and 2^-10.
+  /// Rounding to the wire's levels makes of a sum at the cap at most 10 / 9 of it, and of counts
+  /// that are next to nothing 2^-12 each (quantise).
+  [[nodiscard]] float most_labels() const noexcept { return cap_ * 1.125F + 0x1p-10F; }
+  /// The most free passes that are left as they are: those of the cap and an eighth.
+  [[nodiscard]] unsigned most_passes() const noexcept { return passes_ + passes_ / 8; }
+
+ private:
+  using Mask = std::array<std::uint64_t, kBlockVoxels / 64>;
+  struct Voxels {
+    Mask newer{};     ///< Of epochs that are newer than the one at hand.
+    Mask observed{};  ///< Of this epoch.
+    std::array<float, kBlockVoxels> labels{};
+    std::array<std::uint32_t, kBlockVoxels> passes{};
+  };
+  [[nodiscard]] static bool has(const Mask& mask, int row) noexcept {
+    return ((mask[static_cast<std::size_t>(row >> 6)] >> static_cast<unsigned>(row & 63)) & 1U) !=
+           0;
+  }
+  static void set(Mask& mask, int row) noexcept {
+    mask[static_cast<std::size_t>(row >> 6)] |= std::uint64_t{1} << static_cast<unsigned>(row & 63);
+  }
+  void take_over(const BlockContent& sums) noexcept;
+  [[nodiscard]] bool any_too_full() const noexcept;
+  std::uint64_t scale_labels(int row, BlockContent& sums) const noexcept;
+
+  BlockContent before_{};  ///< The sums without this robot.
+  Voxels* voxels_ = nullptr;
+  float cap_ = 0.0F;
+  unsigned passes_ = 0;  ///< At the cap.
+  bool entered_ = false;
+};
+
+}  // namespace tessera

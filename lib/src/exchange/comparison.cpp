@@ -1,0 +1,279 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tessera/exchange/internal/comparison.hpp"
+
+#include <algorithm>
+
+namespace tessera {
+
+namespace {
+
+/// Without an answer for so long what was asked is asked again, so many times: where seven of ten
+/// datagrams are lost, two of three questions are answered.
+constexpr Duration kAnswerTime{500'000};
+constexpr std::uint32_t kMostTries = 12;
+/// Descriptions that are heard of a span whose records do not come.
+constexpr std::uint8_t kMostAwaited = 8;
+/// Then it is another one's turn.
+constexpr Duration kLongest{60'000'000};
+/// Records that are looked at: where one bucket of the index has all of them, each span is a walk.
+constexpr std::size_t kMostVisited = 5'000'000;
+/// A span is described by up to 2^6 sums.
+constexpr unsigned kPartBits = 6;
+
+/// Without recursion.
+void heap_sort(std::span<std::uint32_t> numbers) noexcept {
+  std::make_heap(numbers.begin(), numbers.end());
+  std::sort_heap(numbers.begin(), numbers.end());
+}
+
+bool by_version(const Description::Mark& a, const Description::Mark& b) noexcept {
+  return a.version != b.version ? a.version < b.version : a.mark < b.mark;
+}
+
+/// Fills into with the records of a span, ascending; of more than fit those with the lowest
+/// versions. last: in: the last version of interest; out: up to which the list is whole. visited:
+/// grows by the records that were looked at.
+std::size_t list(const Ledger& ledger, const Ledger::Contribution& contribution,
+                 const VersionSpan& span, std::uint32_t& last, std::span<Description::Mark> into,
+                 std::size_t& visited) noexcept {
+  const auto first = static_cast<std::uint32_t>(span.first());
+  last = static_cast<std::uint32_t>(std::min<std::uint64_t>({span.last(), last, kLastVersion}));
+  std::size_t count = 0;
+  // The first count, a heap with the latest on top.
+  const auto heap = [&] { return into.first(count); };
+  visited += contribution.index.visit(
+      ledger.links(), {first, last},
+      [&](std::uint32_t number) {
+        const Replicas::Replica& part = ledger.replicas().record(number);
+        if (part.version < first || part.version > last) return;
+        if (count == into.size()) {
+          std::pop_heap(heap().begin(), heap().end(), by_version);
+          --count;
+          last = into[count].version - 1;
+          if (part.version > last) return;
+        }
+        into[count++] = {part.version, mark_of(part.hash, part.live)};
+        std::push_heap(heap().begin(), heap().end(), by_version);
+      },
+      [](std::uint32_t) { return true; });
+  std::sort_heap(heap().begin(), heap().end(), by_version);
+  while (count != 0 && into[count - 1].version > last) --count;
+  last = std::max(last, first);
+  // Only who publishes a version twice has two blocks of it: who lacks one asks for both.
+  std::size_t listed = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (listed != 0 && into[listed - 1].version == into[i].version) {
+      into[listed - 1].mark = mark_of_both(into[listed - 1].mark, into[i].mark);
+    } else {
+      into[listed++] = into[i];
+    }
+  }
+  return listed;
+}
+
+}  // namespace
+
+Result<Comparison> Comparison::make(Arena& arena) noexcept {
+  Comparison made;
+  made.nodes_ = arena.take<Node>(kMostNodes);
+  made.wanted_ = arena.take<std::uint32_t>(kMostWanted);
+  made.gaps_ = arena.take<VersionRange>(kMostGaps);
+  made.own_ = arena.take<Description::Mark>(kMostOwn);
+  if (made.nodes_.empty() || made.wanted_.empty() || made.gaps_.empty() || made.own_.empty())
+    return Status::kResourceExhausted;
+  return made;
+}
+
+void Comparison::begin(const Ledger& ledger, const Ledger::Contribution& contribution,
+                       std::uint32_t robot, std::uint32_t latest, Instant now) noexcept {
+  active_ = true;
+  found_ = false;
+  number_ = ledger.number_of(contribution);
+  generation_ = contribution.generation;
+  robot_ = robot;
+  gave_up_ = false;
+  tries_ = 0;
+  visited_ = 0;
+  began_ = heard_ = now;
+  node_count_ = wanted_count_ = gap_count_ = 0;
+  std::uint8_t width = 1;
+  while (width < 32 && (std::uint64_t{1} << width) < latest) ++width;
+  // Records above what either stated are found as well.
+  while (width < 32 &&
+         (std::uint64_t{VersionIndex::kBuckets} << contribution.index.width()) >
+             (std::uint64_t{1} << width) &&
+         contribution.index.sum({width, 0}) != contribution.index.sum({32, 0}))
+    ++width;
+  add_node({.span = {width, 0}});
+}
+
+bool Comparison::is_over(const Ledger& ledger, const Ledger::Contribution& contribution,
+                         Instant now) noexcept {
+  if (!active_ || (node_count_ == 0 && wanted_count_ == 0 && gap_count_ == 0)) return true;
+  gave_up_ = now - began_ > kLongest || visited_ > kMostVisited;
+  if (gave_up_ || now - heard_ < kAnswerTime) return gave_up_;
+  gave_up_ = ++tries_ >= kMostTries;
+  heard_ = now;
+  for (std::size_t i = 0; i < node_count_;) {
+    Node& node = nodes_[i];
+    const bool awaited = node.state == State::kAwaited;
+    const std::uint64_t own = awaited ? sum_of(ledger, contribution, node.span) : 0;
+    const bool came = awaited && node.sum_known && own == node.their_sum;
+    // Without a record of it there is nothing to compare: all of it is asked for again.
+    const bool again =
+        awaited && !came && own == 0 && node.awaited < kMostAwaited && add_gap(node.span);
+    node.awaited = static_cast<std::uint8_t>(node.awaited + (again ? 1 : 0));
+    node.state = again ? State::kAwaited : State::kToAsk;
+    if (came) {
+      node = nodes_[--node_count_];
+    } else {
+      ++i;
+    }
+  }
+  return gave_up_ || (node_count_ == 0 && wanted_count_ == 0 && gap_count_ == 0);
+}
+
+void Comparison::add_node(const Node& node) noexcept {
+  if (node_count_ < nodes_.size()) nodes_[node_count_++] = node;
+}
+
+void Comparison::await(Node node) noexcept {
+  if (++node.awaited > kMostAwaited) return;
+  node.state = State::kAwaited;
+  add_node(node);
+}
+
+bool Comparison::take_node(const VersionSpan& span, bool has_room, Node& taken) noexcept {
+  for (std::size_t i = 0; i < node_count_; ++i) {
+    if (!(nodes_[i].span == span) || nodes_[i].state != State::kAsked) continue;
+    nodes_[i].state = has_room ? State::kAsked : State::kToAsk;
+    if (!has_room) return false;
+    taken = nodes_[i];
+    nodes_[i] = nodes_[--node_count_];
+    return true;
+  }
+  return false;
+}
+
+void Comparison::want(std::uint32_t version) noexcept {
+  if (wanted_count_ < wanted_.size()) wanted_[wanted_count_++] = version;
+}
+
+/// Also of a span that is narrower than a bucket.
+std::uint64_t Comparison::sum_of(const Ledger& ledger, const Ledger::Contribution& contribution,
+                                 const VersionSpan& span) noexcept {
+  if (span.width >= contribution.index.width()) return contribution.index.sum(span);
+  std::uint64_t sum = 0;
+  const auto first = static_cast<std::uint32_t>(span.first());
+  const auto last = static_cast<std::uint32_t>(span.last());
+  visited_ += contribution.index.visit(
+      ledger.links(), {first, last},
+      [&](std::uint32_t number) {
+        const Replicas::Replica& part = ledger.replicas().record(number);
+        if (part.version >= first && part.version <= last)
+          sum += fingerprint_of(part.hash, part.live).low;
+      },
+      [](std::uint32_t) { return true; });
+  return sum;
+}
+
+/// Gaps that touch become one. False iff there is no place.
+bool Comparison::add_gap(const VersionSpan& span) noexcept {
+  const VersionRange range = range_of(span);
+  for (VersionRange& gap : gaps_.first(gap_count_)) {
+    if (gap.first <= range.first && range.last <= gap.last) return true;
+    if (gap.last + 1 != range.first) continue;
+    gap.last = range.last;
+    return true;
+  }
+  if (gap_count_ == gaps_.size()) return false;
+  gaps_[gap_count_++] = range;
+  return true;
+}
+
+/// What a list left out is asked for by halves.
+bool Comparison::add_rest(const VersionSpan& span, std::uint32_t last) noexcept {
+  if (last >= std::min<std::uint64_t>(span.last(), kLastVersion) || span.width == 0) return false;
+  for (const std::uint32_t half : {0U, 1U}) {
+    const VersionSpan part{static_cast<std::uint8_t>(span.width - 1), 2 * span.index + half};
+    if (part.last() > last) add_node({.span = part});
+  }
+  return true;
+}
+
+std::span<const Description::Mark> Comparison::list_own(const Ledger& ledger,
+                                                        const Ledger::Contribution& contribution,
+                                                        const VersionSpan& span,
+                                                        std::uint32_t& last) noexcept {
+  return own_.first(list(ledger, contribution, span, last, own_, visited_));
+}
+
+bool Comparison::write_next(RequestedContribution& requested) noexcept {
+  requested.target = robot_;
+  if (wanted_count_ != 0) {
+    requested.type = RequestType::kVersions;
+    const auto all = wanted_.first(wanted_count_);
+    heap_sort(all);
+    const auto one_each = std::unique(all.begin(), all.end());
+    wanted_count_ = static_cast<std::size_t>(one_each - all.begin());
+    const std::size_t count = std::min(wanted_count_, RequestedContribution::kMostVersions);
+    std::copy_n(all.begin(), count, requested.version.begin());
+    std::copy(all.begin() + static_cast<std::ptrdiff_t>(count),
+              all.begin() + static_cast<std::ptrdiff_t>(wanted_count_), all.begin());
+    wanted_count_ -= count;
+    requested.count = static_cast<std::uint8_t>(count);
+    return true;
+  }
+  if (gap_count_ != 0) {
+    requested.type = RequestType::kGaps;
+    requested.count = static_cast<std::uint8_t>(gap_count_);
+    const auto gaps = gaps_.first(gap_count_);
+    const auto by_first = [](const VersionRange& x, const VersionRange& y) {
+      return x.first < y.first;
+    };
+    std::make_heap(gaps.begin(), gaps.end(), by_first);
+    std::sort_heap(gaps.begin(), gaps.end(), by_first);
+    std::copy(gaps.begin(), gaps.end(), requested.gap.begin());
+    gap_count_ = 0;
+    return true;
+  }
+  requested.type = RequestType::kDescribe;
+  requested.count = 0;
+  for (Node& node : nodes_.first(node_count_)) {
+    const bool is_full = requested.count == RequestedContribution::kMostSpans;
+    if (node.state != State::kToAsk || is_full) continue;
+    if (requested.count != 0 && node.span.width != requested.width) continue;
+    requested.width = node.span.width;
+    requested.span[requested.count++] = node.span.index;
+    node.state = State::kAsked;
+  }
+  const auto spans = std::span(requested.span).first(requested.count);
+  heap_sort(spans);
+  return requested.count != 0;
+}
+
+std::size_t Comparison::describe(const Ledger& ledger, const Ledger::Contribution& contribution,
+                                 VersionSpan span, Description& description) noexcept {
+  std::size_t visited = 0;
+  description.span = span;
+  const std::uint8_t bucket = contribution.index.width();
+  description.is_list = span.width <= bucket || span.width == 0;
+  if (description.is_list) {
+    description.part_width = 0;
+    description.last = kLastVersion;
+    description.count = static_cast<std::uint8_t>(
+        list(ledger, contribution, span, description.last, description.record, visited));
+    return visited;
+  }
+  const unsigned bits = std::min<unsigned>(kPartBits, span.width - bucket);
+  description.part_width = static_cast<std::uint8_t>(span.width - bits);
+  description.count = static_cast<std::uint8_t>(1U << bits);
+  for (std::uint32_t part = 0; part < description.count; ++part) {
+    description.sum[part] =
+        contribution.index.sum({description.part_width, (span.index << bits) + part});
+  }
+  return visited;
+}
+
+}  // namespace tessera

@@ -1,0 +1,256 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tessera/exchange/internal/repair.hpp"
+
+#include <algorithm>
+
+namespace tessera {
+
+namespace {
+
+/// Announcements for which one who was heard to hold something else is expected to be there still:
+/// of a hundred, one may arrive.
+constexpr std::int64_t kAwaited = 300;
+/// Between two requests for what is stated in this robot's name.
+constexpr Duration kClaimTime{1'000'000};
+/// Pauses for which others who ask for the same put a request off, at most: one of them may ask all
+/// the while, and get what this robot has.
+constexpr std::int64_t kPutOff = 3;
+/// What came may still be on its way to the robot that announced without it.
+constexpr Duration kSettleTime{100'000};
+
+}  // namespace
+
+Result<Repair> Repair::make(Arena& arena, const ExchangeConfig& config) noexcept {
+  Repair repair;
+  repair.request_ = {config.request_us};
+  repair.request_most_ = {config.request_most_us};
+  repair.request_idle_ = {config.request_idle_us};
+  repair.announce_ = {config.announce_us};
+  repair.random_ = mix64((std::uint64_t{config.robot} << 32U) + mix64(config.session));
+  repair.needs_ = arena.take<Need>(config.contributions);
+  repair.gaps_ = arena.take<VersionRange>(kMostGapsAsked);
+  const std::span<RequestedContribution> requested = arena.take<RequestedContribution>(1);
+  repair.requested_ = requested.data();
+  Result<Comparison> comparison = Comparison::make(arena);
+  if (repair.needs_.empty() || repair.gaps_.empty() || requested.empty() || !comparison.ok())
+    return Status::kResourceExhausted;
+  repair.comparison_ = *comparison;
+  return repair;
+}
+
+Duration Repair::random(Duration below) noexcept {
+  if (below.us <= 0) return {};
+  random_ += 0x9e3779b97f4a7c15U;
+  return {static_cast<std::int64_t>(mix64(random_) % static_cast<std::uint64_t>(below.us))};
+}
+
+Repair::Need& Repair::need_of(const Ledger& ledger,
+                              const Ledger::Contribution& contribution) noexcept {
+  Need& need = needs_[ledger.number_of(contribution)];
+  if (need.generation != contribution.generation) {
+    need = {};
+    need.generation = contribution.generation;
+  }
+  return need;
+}
+
+/// The one that was noted longest ago gives its place.
+void Repair::note_claim(const ContributionId& id, Instant now) noexcept {
+  Claim* place = claims_.data();
+  for (Claim& claim : claims_) {
+    if (claim.id == id && now - claim.noted < kClaimTime) return;
+    if (claim.id == id || (place->id != id && claim.noted < place->noted)) place = &claim;
+  }
+  *place = {id, true, now};
+}
+
+void Repair::note_announced(Ledger& ledger, Ledger::Contribution& contribution,
+                            const AnnouncedContribution& announced, const Peer& peer, Instant now,
+                            ExchangeReport& counted) noexcept {
+  if (contribution.own) return;
+  Need& need = need_of(ledger, contribution);
+  const bool newer = announced.stated &&
+                     (!contribution.stated || announced.latest > contribution.statement.latest);
+  if (newer) need.announced = std::max(need.announced, announced.latest);
+  if (!newer && announced.stated && announced.latest == contribution.statement.latest)
+    need.announced = 0;
+  // Nobody has signed it: it ends with the next one who knows of no later frame.
+  const bool later_frame = announced.frame_revision > contribution.frame_revision;
+  contribution.announced_frame = contribution.frame_revision + (later_frame ? 1 : 0);
+  note_lack(ledger, contribution, now);
+  if (contribution.open && contribution.held.folded() == announced.digest) return;
+  need.different = now;
+  // Somebody is there who may have what is asked for.
+  if (need.due != Instant::never() && !contribution.full) {
+    need.pause = std::min(need.pause, request_most_);
+    need.due = std::min(need.due, now + 2 * request_most_);
+  }
+  consider_comparison(ledger, contribution, need, announced, peer, now, counted);
+}
+
+/// Both know of the same versions and hold different records. Who holds what its origin states
+/// leaves the asking to the other, unless that one does so too: then there are two statements of
+/// one moment.
+void Repair::consider_comparison(Ledger& ledger, const Ledger::Contribution& contribution,
+                                 Need& need, const AnnouncedContribution& announced,
+                                 const Peer& peer, Instant now, ExchangeReport& counted) noexcept {
+  if (comparison_.active() || !contribution.open || !contribution.stated || !announced.stated ||
+      announced.latest != contribution.statement.latest ||
+      (contribution.complete() && !announced.complete))
+    return;
+  const bool settled = !lacks_versions(contribution) || need.requests > 2;
+  if (!settled || now - need.taken < kSettleTime || now < need.compare_due) return;
+  ++counted.diverged;
+  comparison_.begin(ledger, contribution, peer.robot, contribution.latest, now);
+}
+
+void Repair::end_comparison(Ledger& ledger, Instant now) noexcept {
+  if (!comparison_.active()) return;
+  const Ledger::Contribution& contribution = ledger.places()[comparison_.number()];
+  const bool there = comparison_.is_of(comparison_.number(), contribution.generation);
+  if (there && !comparison_.is_over(ledger, contribution, now)) return;
+  comparison_.end();
+  if (!there) return;
+  Need& need = need_of(ledger, contribution);
+  // What was found is on its way, or was lost like what was not answered; where nothing was found
+  // or there is no room for it, the next one is later and later.
+  const bool soon = (comparison_.found() || comparison_.gave_up()) && !contribution.full;
+  need.compare_pause =
+      std::clamp(2 * need.compare_pause, request_, soon ? request_most_ : request_idle_);
+  need.compare_due = now + need.compare_pause;
+}
+
+void Repair::note_taken(Ledger& ledger, Ledger::Contribution& contribution,
+                        const Ledger::Taken& taken, bool fills, Instant now) noexcept {
+  Need& need = need_of(ledger, contribution);
+  if (taken.grew || taken.refused) contribution.full = taken.refused;
+  if (taken.grew) {
+    need.taken = now;
+    if (comparison_.is_of(ledger.number_of(contribution), contribution.generation))
+      comparison_.note_taken(now);
+    if (!taken.refused) need.compare_pause = {};
+  }
+  // While gaps are filled, others may be too: not for long, as what is filled may be what somebody
+  // else asked for. New versions tell nothing about them.
+  if (fills && taken.grew && !taken.refused && need.due != Instant::never()) {
+    need.requests = 0;
+    need.pause = request_;
+    need.due =
+        std::min(now + request_ + random(request_), std::max(now, need.asked + 2 * request_));
+  }
+  note_lack(ledger, contribution, now);
+}
+
+void Repair::note_lack(Ledger& ledger, Ledger::Contribution& contribution, Instant now) noexcept {
+  Need& need = need_of(ledger, contribution);
+  if (contribution.complete() && !contribution.own)
+    contribution.coverage.add({1, std::max<std::uint32_t>(1, contribution.statement.latest)});
+  const bool lacks = lacks_versions(contribution) || need.announced != 0;
+  if (contribution.own || !lacks) {
+    need.due = Instant::never();
+    return;
+  }
+  if (need.due != Instant::never()) return;
+  need.asked = now;
+  need.requests = 0;
+  need.pause = request_;
+  need.due = now + request_ + random(request_);
+}
+
+void Repair::note_asked(const Ledger& ledger, const Ledger::Contribution& contribution, Instant now,
+                        ExchangeReport& counted) noexcept {
+  Need& need = need_of(ledger, contribution);
+  if (need.due == Instant::never()) return;
+  ++counted.requests_saved;
+  const Instant latest = need.asked + kPutOff * need.pause;
+  need.due = std::max(need.due, std::min(now + need.pause + random(need.pause), latest));
+}
+
+/// Each is asked for less and less often while nothing comes.
+void Repair::put_off(const Ledger::Contribution& contribution, Need& need, Instant now) noexcept {
+  need.asked = now;
+  const bool awaited = now - need.different <= kAwaited * announce_;
+  const bool soon = !contribution.full && (++need.requests <= kPatience || awaited);
+  // One that answers is there: what was asked for was lost.
+  const bool answered = !contribution.full && now - need.taken < request_most_;
+  need.pause = answered ? request_ : std::min(2 * need.pause, soon ? request_most_ : request_idle_);
+  need.due = now + need.pause + random(need.pause);
+}
+
+void Repair::begin_request(const Ledger::Contribution& contribution) noexcept {
+  requested_->type = RequestType::kGaps;
+  requested_->id = contribution.id;
+  requested_->frame_revision = contribution.frame_revision;
+  requested_->stated = contribution.stated;
+  requested_->latest = contribution.statement.latest;
+  requested_->count = 0;
+}
+
+bool Repair::write_comparison(Ledger& ledger, ByteWriter& to) noexcept {
+  if (!comparison_.active()) return false;
+  const Ledger::Contribution& contribution = ledger.places()[comparison_.number()];
+  if (!comparison_.is_of(comparison_.number(), contribution.generation)) {
+    comparison_.end();
+    return false;
+  }
+  begin_request(contribution);
+  return comparison_.write_next(*requested_) && write_requested(to, *requested_);
+}
+
+/// While something comes, what comes next needs no asking: the last gap is left out if there are
+/// others. What does not fit this datagram is in the next one.
+bool Repair::write_gaps(const Ledger::Contribution& contribution, Need& need, ByteWriter& to,
+                        Instant now) noexcept {
+  std::size_t count = 0;
+  if (contribution.open && contribution.stated)
+    count = contribution.coverage.gaps(contribution.statement.latest, gaps_);
+  const bool comes = count > 1 && now - need.taken < request_;
+  if (comes && gaps_[count - 1].last == contribution.statement.latest) --count;
+  std::size_t first = 0;
+  while (first < count && gaps_[first].last <= need.asked_to) ++first;
+  bool any = false;
+  need.asked_to = 0;
+  while (!any || first < count) {
+    begin_request(contribution);
+    const std::size_t here = std::min(count - first, RequestedContribution::kMostGaps);
+    std::copy_n(gaps_.begin() + static_cast<std::ptrdiff_t>(first), here, requested_->gap.begin());
+    requested_->count = static_cast<std::uint8_t>(here);
+    if (!write_requested(to, *requested_)) {
+      if (any && first != 0) need.asked_to = gaps_[first - 1].last;
+      break;
+    }
+    first += here;
+    any = true;
+  }
+  return any;
+}
+
+bool Repair::write(Ledger& ledger, ByteWriter& to, Instant now, ExchangeReport& counted) noexcept {
+  bool any = write_comparison(ledger, to);
+  for (Claim& claim : claims_) {
+    if (!claim.wanted) continue;
+    requested_->type = RequestType::kGaps;
+    requested_->id = claim.id;
+    requested_->frame_revision = ~std::uint32_t{0};  // of no interest
+    requested_->stated = false;
+    requested_->count = 0;
+    if (!write_requested(to, *requested_)) break;
+    claim.wanted = false;
+    any = true;
+  }
+  for (Ledger::Contribution& contribution : ledger.places()) {
+    if (!contribution.used || contribution.own) continue;
+    Need& need = need_of(ledger, contribution);
+    if (now < need.due) continue;
+    if (!write_gaps(contribution, need, to, now)) break;
+    any = true;
+    if (need.asked_to != 0) continue;
+    put_off(contribution, need, now);
+    note_lack(ledger, contribution, now);
+  }
+  counted.requests += any ? 1U : 0U;
+  return any;
+}
+
+}  // namespace tessera

@@ -1,0 +1,260 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tessera/fusion/internal/diffusion_brick.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <utility>
+
+#include "tessera/base/internal/bits.hpp"
+#include "tessera/semantics/evidence.hpp"
+
+namespace tessera {
+
+namespace {
+
+/// Evidence at which a node is half sure of its label.
+constexpr float kHalfSure = 4.0F;
+/// Evidence at which a node's own weight counts half: what was seen often does not drown the rest.
+constexpr float kLoud = 10.0F;
+// Sums come from packed blocks, and a node has one at least: its inverse is finite, and what it is
+// multiplied with, a sum of all lanes at most, leaves it finite.
+static_assert(1.0F / kLeastCount * (kLargestCount * static_cast<float>(kMaxComponents)) <
+              std::numeric_limits<float>::max());
+
+}  // namespace
+
+Result<DiffusionBrick> DiffusionBrick::make(Arena& arena, const DiffusionConfig& config,
+                                            double resolution_m, int num_components) noexcept {
+  DiffusionBrick brick;
+  brick.config_ = config;
+  brick.stencil_ = DiffusionStencil(static_cast<double>(config.length_m) / resolution_m);
+  brick.halo_ = halo_of(config, brick.stencil_.reach());
+  if (brick.halo_ > DiffusionConfig::kMostHalo) return Status::kInvalidArgument;
+  const Capacity capacity = capacity_of(config, brick.stencil_, num_components);
+  brick.rows_ = arena.take<Row>(kRows);
+  brick.first_ = arena.take<std::uint32_t>(kRows);
+  brick.offsets_ = arena.take<Offset>(capacity.offsets);
+  const auto take = [&arena]<class T>(std::span<T>& span, std::size_t count) {
+    const std::span<std::byte> bytes = arena.take_untouched(arena_bytes<T>(count));
+    if (!bytes.empty()) span = {reinterpret_cast<T*>(bytes.data()), count};
+    return !bytes.empty();
+  };
+  const bool fits = take(brick.node_of_cell_, capacity.cells) &&
+                    take(brick.floats_, capacity.floats) && take(brick.nodes_, capacity.nodes) &&
+                    take(brick.voices_, capacity.nodes) && take(brick.edges_, capacity.edges);
+  if (!fits || brick.rows_.empty() || brick.first_.empty() || brick.offsets_.empty())
+    return Status::kResourceExhausted;
+  std::size_t count = 0;
+  brick.stencil_.for_edges([&](int dx, int dy, int dz, float weight) {
+    brick.offsets_[count++] = {static_cast<std::int8_t>(dx), static_cast<std::int8_t>(dy),
+                               static_cast<std::int8_t>(dz), weight, 0};
+  });
+  brick.offsets_ = brick.offsets_.first(count);
+  return brick;
+}
+
+void DiffusionBrick::begin(const BlockBox& box, std::uint64_t classes) noexcept {
+  const VoxelCoord corner = voxel_at(box.first, 0, 0);
+  origin_ = {corner.x - halo_, corner.y - halo_, corner.z - halo_};
+  for (std::size_t i = 0; i < 3; ++i) edge_[i] = box.size[i] * kBlockEdge + 2 * halo_;
+  std::memset(rows_.data(), 0, static_cast<std::size_t>(edge_[1] * edge_[2]) * sizeof(rows_[0]));
+  for (Offset& offset : offsets_)
+    offset.cells = (offset.dz * edge_[1] + offset.dy) * edge_[0] + offset.dx;
+  node_count_ = 0;
+  lanes_ = 0;
+  for (std::uint64_t rest = classes; rest != 0; rest &= rest - 1) {
+    const auto component = static_cast<std::size_t>(std::countr_zero(rest));
+    lane_of_[component] = static_cast<std::uint8_t>(lanes_);
+    components_[lanes_++] = static_cast<std::uint8_t>(component);
+  }
+  stride_ = align_up(lanes_, 4);
+}
+
+void DiffusionBrick::number_nodes() noexcept {
+  TESSERA_ASSERT(fits());
+  const auto rows = static_cast<std::size_t>(edge_[1] * edge_[2]);
+  node_count_ = 0;
+  for (std::size_t i = 0; i < rows; ++i) {
+    first_[i] = static_cast<std::uint32_t>(node_count_);
+    for (const std::uint64_t word : rows_[i])
+      node_count_ += static_cast<std::size_t>(count_ones(word));
+  }
+  const std::size_t floats = node_count_ * stride_;
+  sums_ = floats_.data();
+  z_ = sums_ + floats;
+  other_z_ = z_ + floats;
+  std::memset(sums_, 0, floats * sizeof(float));
+  const auto cells = static_cast<std::size_t>(edge_[0]) * rows;
+  std::memset(node_of_cell_.data(), 0xff, cells * sizeof(node_of_cell_[0]));
+  std::uint32_t node = 0;
+  for (std::size_t i = 0; i < rows; ++i) {
+    std::uint32_t* const row = node_of_cell_.data() + i * static_cast<std::size_t>(edge_[0]);
+    for (std::size_t word = 0; word < rows_[i].size(); ++word) {
+      for (std::uint64_t bits = rows_[i][word]; bits != 0; bits &= bits - 1)
+        row[64 * word + static_cast<std::size_t>(std::countr_zero(bits))] = node++;
+    }
+  }
+}
+
+/// Sums go from lane to lane, so that lanes of classes that a node does not have change nothing.
+void DiffusionBrick::describe_nodes() noexcept {
+  for (std::size_t i = 0; i < node_count_; ++i) {
+    const float* const b = sums_ + i * stride_;
+    Voice voice{};
+    float sum = 0.0F;
+    float most = 0.0F;
+    for (std::size_t lane = 0; lane < lanes_; ++lane) {
+      sum += b[lane];
+      if (b[lane] > most) {
+        most = b[lane];
+        voice.label = static_cast<std::uint32_t>(lane);
+      }
+    }
+    voice.inverse = 1.0F / sum;
+    voice.sure = sum / (sum + kHalfSure);
+    voice.loudness = kLoud / (kLoud + sum);
+    voices_[i] = voice;
+    nodes_[i] = {};
+    nodes_[i].sum = sum;
+  }
+}
+
+namespace {
+
+/// The bits of a word from one number to before another; of those that it has.
+constexpr std::uint64_t bits_within(int from, int to) noexcept {
+  const auto below = [](int bits) {
+    if (bits <= 0) return std::uint64_t{0};
+    return bits < 64 ? (std::uint64_t{1} << static_cast<unsigned>(bits)) - 1 : ~std::uint64_t{0};
+  };
+  return below(to) & ~below(from);
+}
+
+}  // namespace
+
+/// Calls visit(node, x, y, z) for the nodes that are at least margin from the brick's border, while
+/// it returns true.
+template <class Visit>
+void DiffusionBrick::for_nodes(int margin, Visit&& visit) const noexcept {
+  const Row inside{bits_within(margin, edge_[0] - margin),
+                   bits_within(margin - 64, edge_[0] - margin - 64)};
+  for (int z = margin; z < edge_[2] - margin; ++z) {
+    for (int y = margin; y < edge_[1] - margin; ++y) {
+      const std::size_t row = row_at(y, z);
+      std::size_t before = first_[row];
+      for (std::size_t word = 0; word < inside.size(); ++word) {
+        const std::uint64_t all = rows_[row][word];
+        std::uint64_t bits = all & inside[word];
+        // Those left out at this end come before all others of the word.
+        std::size_t node = before;
+        if (bits != 0)
+          node += static_cast<std::size_t>(count_ones(all & ((bits & (0 - bits)) - 1)));
+        for (; bits != 0; bits &= bits - 1, ++node) {
+          const int x = static_cast<int>(64 * word) + std::countr_zero(bits);
+          if (!visit(node, x, y, z)) return;
+        }
+        before += static_cast<std::size_t>(count_ones(all));
+      }
+    }
+  }
+}
+
+bool DiffusionBrick::link_nodes() noexcept {
+  edge_count_ = 0;
+  bool fits = true;
+  for_nodes(stencil_.reach(), [&](std::size_t node, int x, int y, int z) {
+    fits = link(node, cell_at(x, y, z));
+    return fits;
+  });
+  return fits;
+}
+
+/// Z of the nodes at least margin from the border, from that of nodes reach nearer to it: eq. (15),
+/// or Z <- B + alpha P Z.
+template <std::size_t kVectors>
+std::uint64_t DiffusionBrick::step_with(const float* from, float* to, int margin) noexcept {
+  std::uint64_t visited = 0;
+  const bool paper = config_.mode == DiffusionMode::kPaper;
+  const std::size_t vectors = kVectors != 0 ? kVectors : stride_ / 4;
+  for_nodes(margin, [&](std::size_t at, int, int, int) {
+    const Node& node = nodes_[at];
+    std::array<Float4, kVectors != 0 ? kVectors : kMaxComponents / 4> sum{};
+    for (const Edge& edge : edges_.subspan(node.first_edge, node.edges)) {
+      const float* const z = from + edge.node * stride_;
+      const Float4 weight = all_lanes(edge.weight);
+      for (std::size_t i = 0; i < vectors; ++i) sum[i] += weight * load4(z + 4 * i);
+    }
+    visited += node.edges + 1;
+    const float* const b = sums_ + at * stride_;
+    const float* const own = from + at * stride_;
+    float* const next = to + at * stride_;
+    for (std::size_t i = 0; i < vectors; ++i) {
+      const Float4 spread = all_lanes(node.share) * sum[i];
+      store4(next + 4 * i, load4(b + 4 * i) + (paper ? load4(own + 4 * i) + spread : spread));
+    }
+    return true;
+  });
+  return visited;
+}
+
+std::uint64_t DiffusionBrick::step(const float* from, float* to, int margin) noexcept {
+  switch (stride_) {
+    case 4:
+      return step_with<1>(from, to, margin);
+    case 8:
+      return step_with<2>(from, to, margin);
+    case 12:
+      return step_with<3>(from, to, margin);
+    default:
+      return step_with<0>(from, to, margin);
+  }
+}
+
+void DiffusionBrick::note_changes(const float* before, const float* after, int margin) noexcept {
+  for_nodes(margin, [&](std::size_t at, int, int, int) {
+    float change = 0.0F;
+    for (std::size_t lane = at * stride_; lane < at * stride_ + lanes_; ++lane)
+      change += std::fabs(after[lane] - before[lane]);
+    nodes_[at].change = change;
+    return true;
+  });
+}
+
+int DiffusionBrick::iterations() const noexcept {
+  if (config_.mode == DiffusionMode::kNone) return 0;
+  return config_.iterations - (config_.mode == DiffusionMode::kPaper ? 1 : 0);
+}
+
+bool DiffusionBrick::start(std::uint64_t& work) noexcept {
+  describe_nodes();
+  work += node_count_ + static_cast<std::uint64_t>(edge_[1] * edge_[2]) / 16;
+  result_ = sums_;
+  iterated_ = 0;
+  if (iterations() == 0) return true;
+  const bool linked = link_nodes();
+  work += edge_count_;
+  return linked;
+}
+
+bool DiffusionBrick::iterate(std::uint64_t& work) noexcept {
+  if (iterated_ == iterations()) return false;
+  ++iterated_;
+  work += static_cast<std::uint64_t>(edge_[1] * edge_[2]) / 16;  // rows without nodes
+  const float* const before = result_;
+  work += step(before, z_, iterated_ * stencil_.reach());
+  result_ = z_;
+  std::swap(z_, other_z_);
+  if (iterated_ < iterations()) return true;
+  note_changes(before, result_, halo_);
+  return false;
+}
+
+DiffusionBrick::NodeResult DiffusionBrick::result(VoxelCoord node) const noexcept {
+  const std::size_t at = node_at(node);
+  return {result_ + at * stride_, nodes_[at].sum, nodes_[at].change};
+}
+
+}  // namespace tessera

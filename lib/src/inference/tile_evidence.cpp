@@ -1,0 +1,96 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tessera/inference/internal/tile_evidence.hpp"
+
+#include <cstddef>
+
+#include "tessera/base/internal/bits.hpp"
+#include "tessera/base/internal/lanes.hpp"
+#include "tessera/inference/kernel.hpp"
+
+namespace tessera {
+
+BlockCoord block_of_tile(const BlockCoord& tile, int unit_edge, int i) noexcept {
+  if (unit_edge == 2) return tile;
+  if (unit_edge == 1) return {tile.x >> 1, tile.y >> 1, tile.z >> 1};
+  return {2 * tile.x + (i & 1), 2 * tile.y + ((i >> 1) & 1), 2 * tile.z + (i >> 2)};
+}
+
+namespace {
+
+/// Contributions of weight k_0 at squared distances, in lanes; zero where there is none.
+class Contribution {
+ public:
+  explicit Contribution(const KernelShape& kernel) noexcept
+      : inverse_square_(kernel.inverse_square),
+        least_(all_lanes(least_counted(kernel.min_weight))) {}
+
+  /// Sets counted to all ones where something is contributed.
+  [[nodiscard]] Float4 at(float weight, Float4 square, Int4& counted) const noexcept {
+    const Float4 k = weight * Kernel::at(square * inverse_square_);
+    counted = k >= least_;
+    return keep(counted, k);
+  }
+
+ private:
+  float inverse_square_;
+  Float4 least_;
+};
+
+Int4 lanes_of(unsigned voxels) noexcept {
+  const auto lane = [voxels](unsigned v) { return -static_cast<std::int32_t>((voxels >> v) & 1U); };
+  return Int4{lane(0), lane(1), lane(2), lane(3)};
+}
+
+}  // namespace
+
+void add_points(std::span<const TilePoint> points, const Point3f& shift, const OctetPlace& octet,
+                const KernelShape& kernel, OctetEvidence& into, EvidenceWork& work) noexcept {
+  const float x0 = static_cast<float>(octet.corner[0]) + 0.5F - shift.x();
+  const float y0 = static_cast<float>(octet.corner[1]) + 0.5F - shift.y();
+  const float z0 = static_cast<float>(octet.corner[2]) + 0.5F - shift.z();
+  const Float4 x{x0, x0 + 1.0F, x0, x0 + 1.0F};
+  const Float4 y{y0, y0, y0 + 1.0F, y0 + 1.0F};
+  const Contribution contribution(kernel);
+  const Int4 low_voxels = lanes_of(octet.voxels);
+  const Int4 high_voxels = lanes_of(octet.voxels >> 4U);
+  Int4 updates{};
+  for (const TilePoint& point : points) {
+    const float weight = point.weight * kernel.scale;
+    const Float4 dx = x - point.x;
+    const Float4 dy = y - point.y;
+    const float dz_low = z0 - point.z;
+    const float dz_high = z0 + 1.0F - point.z;
+    const Float4 square = dx * dx + dy * dy;
+    Int4 low_counted;
+    Int4 high_counted;
+    const Float4 low = contribution.at(weight, square + dz_low * dz_low, low_counted);
+    const Float4 high = contribution.at(weight, square + dz_high * dz_high, high_counted);
+    low_counted &= low_voxels;
+    high_counted &= high_voxels;
+    if (!any(low_counted | high_counted)) continue;
+    updates -= low_counted + high_counted;
+    float* const plane = into.plane(point.component).data();
+    store4(plane, load4(plane) + keep(low_voxels, low));  // eq. (7)
+    store4(plane + 4, load4(plane + 4) + keep(high_voxels, high));
+  }
+  work.evaluations += points.size() * static_cast<std::uint64_t>(count_ones(octet.voxels));
+  work.updates += static_cast<std::uint64_t>(sum_of(updates));
+}
+
+void count_points(std::span<const TilePoint> points, const OctetPlace& octet, float min_weight,
+                  OctetEvidence& into, EvidenceWork& work) noexcept {
+  for (const TilePoint& point : points) {
+    const auto side = [](float coordinate, int corner) {
+      return coordinate >= static_cast<float>(corner + 1) ? std::size_t{1} : std::size_t{0};
+    };
+    const std::size_t v = side(point.x, octet.corner[0]) | (side(point.y, octet.corner[1]) << 1U) |
+                          (side(point.z, octet.corner[2]) << 2U);
+    ++work.evaluations;
+    if (((octet.voxels >> v) & 1U) == 0 || !(point.weight >= least_counted(min_weight))) continue;
+    into.plane(point.component)[v] += point.weight;
+    ++work.updates;
+  }
+}
+
+}  // namespace tessera

@@ -1,0 +1,204 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tessera/map/local_map.hpp"
+
+#include <bit>
+#include <cstring>
+
+#include "tessera/base/internal/lanes.hpp"
+
+namespace tessera {
+
+namespace {
+
+bool valid(const MapConfig& config, const ClassTable& classes) noexcept {
+  return in_range(config) && classes.num_classes() >= 1 &&
+         config.storage_bytes >= 4 * SlabPool::kPageBytes &&
+         config.storage_bytes <= MapConfig::kMaxStorageBytes;
+}
+
+}  // namespace
+
+Result<LocalMap> LocalMap::make(Arena& arena, const MapConfig& config,
+                                const ClassTable& classes) noexcept {
+  if (!valid(config, classes)) return Status::kInvalidArgument;
+  if (!arena.aligned() || arena.remaining_bytes() < required_bytes(config)) {
+    return Status::kResourceExhausted;
+  }
+  LocalMap map;
+  map.config_ = config;
+  map.classes_ = classes;
+  const Result<BlockIndex> index = BlockIndex::make(arena, max_blocks(config), config.hash_seed);
+  if (!index.ok()) return index.status();
+  map.index_ = *index;
+  const std::size_t pages = config.storage_bytes / SlabPool::kPageBytes;
+  map.pool_ = SlabPool(
+      arena.take_untouched(pages * SlabPool::kPageBytes),
+      {static_cast<std::uint32_t>(sizeof(Block)), static_cast<std::uint32_t>(sizeof(LabelPage)),
+       static_cast<std::uint32_t>(sizeof(FreePage)), map.octet_bytes()});
+  map.tuples_ = TupleStore(config.tuple, config.max_evidence);
+  if (config.max_evidence > 0.0F)
+    map.max_passes_ = passes_at_cap(config.max_evidence, config.free_weight);
+  map.fill_states_of_passes();
+  map.unobserved_ = CountSummary(map.num_components(), 0.0F).estimate(config.prior);
+  map.note_usage();
+  return map;
+}
+
+SlabHandle LocalMap::find_handle(BlockCoord block) const noexcept {
+  const Result<BlockKey> key = pack(block);
+  return key.ok() ? find_handle(*key) : 0;
+}
+
+const Block* LocalMap::find(BlockCoord block) const noexcept {
+  const SlabHandle handle = find_handle(block);
+  return handle != 0 ? &block_at(handle) : nullptr;
+}
+
+bool LocalMap::has_octet(const Block& block, int octet) const noexcept {
+  return octet_handle(block, octet) != 0;
+}
+
+std::uint64_t LocalMap::octets_of(const Block& block) const noexcept {
+  std::uint64_t octets = 0;
+  for (std::size_t layer = 0; layer < kBlockLayers; ++layer) {
+    if (block.labels[layer] == 0) continue;
+    const auto& page = *reinterpret_cast<const LabelPage*>(pool_.at(block.labels[layer]));
+    std::uint64_t without = 0;
+    for (std::size_t i = 0; i < kLayerOctets; i += 4) {
+      Int4 handles;
+      std::memcpy(&handles, &page.octets[i], sizeof(handles));
+      without |= std::uint64_t{bits_of(handles == Int4{})} << i;
+    }
+    octets |= (without ^ 0xffffU) << (kLayerOctets * layer);
+  }
+  return octets;
+}
+
+VoxelEvidence LocalMap::evidence(const Block& block, int octet, int voxel) const noexcept {
+  VoxelEvidence result;
+  result.num_components = num_components();
+  result.sigma[0] = static_cast<float>(free_passes(block, octet, voxel)) * config_.free_weight;
+  const SlabHandle tuples = octet_handle(block, octet);
+  if (tuples != 0) tuples_.read(pool_.at(tuples), voxel, result);
+  return result;
+}
+
+VoxelEvidence LocalMap::evidence(VoxelCoord voxel) const noexcept {
+  const Block* const block = in_grid(voxel) ? find(block_of(voxel)) : nullptr;
+  if (block == nullptr) {
+    VoxelEvidence nothing;
+    nothing.num_components = num_components();
+    return nothing;
+  }
+  return evidence(*block, octet_in_block(voxel), voxel_in_octet(voxel));
+}
+
+VoxelEvidence LocalMap::evidence(const Point3f& p_map) const noexcept {
+  const Result<VoxelCoord> voxel = lattice().voxel_of(p_map);
+  if (voxel.ok()) return evidence(*voxel);
+  VoxelEvidence nothing;
+  nothing.num_components = num_components();
+  return nothing;
+}
+
+void LocalMap::fill_states_of_passes() noexcept {
+  float passes = 0.0F;
+  only_labels_occupy_ = true;
+  for (VoxelState& state : states_of_passes_) {
+    state =
+        CountSummary(num_components(), passes * config_.free_weight).estimate(config_.prior).state;
+    only_labels_occupy_ = only_labels_occupy_ && state != VoxelState::kOccupied;
+    passes += 1.0F;
+  }
+}
+
+std::span<const KeyedIndex> LocalMap::blocks_in_order(
+    std::span<KeyedIndex> workspace) const noexcept {
+  const std::size_t n = index_.size();
+  if (workspace.size() < 2 * n) return {};
+  std::size_t i = 0;
+  index_.for_each([&](SlabHandle handle) { workspace[i++] = {block_at(handle).key, handle}; });
+  radix_sort(workspace.first(n), workspace.subspan(n, n));
+  return workspace.first(n);
+}
+
+MapUsage LocalMap::usage() const noexcept {
+  const bool made = index_.capacity() > 0;
+  return {.capacity_bytes = made ? required_bytes(config_) : 0,
+          .used_bytes = made ? index_.used_bytes() + pool_.used_bytes() : 0,
+          .peak_bytes = peak_bytes_,
+          .blocks = index_.size(),
+          .label_voxels = label_voxels_,
+          .blocks_refused = blocks_refused_,
+          .storage_refused = pool_.refused()};
+}
+
+bool LocalMap::copy_passes(const Block& block, std::span<std::byte> into) const noexcept {
+  // Two voxels of an octet are neighbours in a row: from there to where the octet has them.
+  constexpr std::size_t kRow = kBlockEdge;
+  constexpr std::array<std::size_t, 4> kPairs{0, kRow, kRow * kRow, kRow * kRow + kRow};
+  std::uint64_t any = 0;
+  for (std::size_t layer = 0; layer < kBlockLayers; ++layer) {
+    const std::span<std::byte> to = into.subspan(layer * kLayerVoxels, kLayerVoxels);
+    if (block.free_passes[layer] == 0) {
+      std::memset(to.data(), 0, to.size());
+      continue;
+    }
+    const auto& page = *reinterpret_cast<const FreePage*>(pool_.at(block.free_passes[layer]));
+    for (std::size_t octet = 0; octet < kLayerOctets; ++octet) {
+      const std::size_t corner = row_in_layer(row_order_corner(static_cast<int>(octet)));
+      std::array<std::uint8_t, kOctetVoxels> passes{};
+      for (std::size_t i = 0; i < kPairs.size(); ++i)
+        std::memcpy(&passes[2 * i], &page.passes[corner + kPairs[i]], 2);
+      std::memcpy(&to[octet * kOctetVoxels], passes.data(), kOctetVoxels);
+      std::uint64_t word = 0;
+      std::memcpy(&word, passes.data(), sizeof(word));
+      any |= word;
+    }
+  }
+  return any != 0;
+}
+
+std::uint64_t LocalMap::count_free_voxels(const Block& block, std::size_t layer) const noexcept {
+  if (block.free_passes[layer] == 0) return 0;
+  const auto& page = *reinterpret_cast<const FreePage*>(pool_.at(block.free_passes[layer]));
+  std::uint64_t count = 0;
+  for (const std::uint8_t passes : page.passes) count += passes != 0 ? 1U : 0U;
+  if (block.labels[layer] == 0) return count;
+  const int first = static_cast<int>(layer) * kLayerOctets;
+  for (int octet = first; octet < first + kLayerOctets; ++octet) {
+    for (unsigned labels = observed_labels(block, octet); labels != 0; labels &= labels - 1)
+      count -= free_passes(block, octet, std::countr_zero(labels)) != 0 ? 1U : 0U;
+  }
+  return count;
+}
+
+std::uint64_t LocalMap::count_free_voxels() const noexcept {
+  std::uint64_t count = 0;
+  index_.for_each([&](SlabHandle handle) {
+    for (std::size_t layer = 0; layer < kBlockLayers; ++layer)
+      count += count_free_voxels(block_at(handle), layer);
+  });
+  return count;
+}
+
+void LocalMap::note_usage() noexcept {
+  const std::size_t used = index_.used_bytes() + pool_.used_bytes();
+  if (used > peak_bytes_) peak_bytes_ = used;
+}
+
+void LocalMap::clear() noexcept {
+  store_shared(clear_stamp_, clear_stamp_ + 1);
+  std::atomic_thread_fence(std::memory_order_release);
+  index_.clear();
+  pool_.clear();
+  store_shared(clear_stamp_, clear_stamp_ + 1, std::memory_order_release);
+  revision_ = 0;
+  label_voxels_ = 0;
+  blocks_refused_ = 0;
+  peak_bytes_ = 0;
+  note_usage();
+}
+
+}  // namespace tessera

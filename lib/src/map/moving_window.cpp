@@ -1,0 +1,173 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tessera/map/moving_window.hpp"
+
+#include <bit>
+
+namespace tessera {
+
+namespace {
+
+/// Half the diagonal of the robot's block and half of the other's: no two of their points are
+/// farther apart than their centres and this, nor nearer than their centres less this.
+constexpr double kDiagonal = 1.7320508075688773;
+
+std::uint64_t larger(std::uint64_t a, std::uint64_t b) noexcept { return a < b ? b : a; }
+
+}  // namespace
+
+void WindowReport::add(const WindowStep& step) noexcept {
+  evicted += step.evicted;
+  evictions_refused += step.evictions_refused;
+  reloaded += step.reloaded;
+  merged += step.merged;
+  reloads_failed += step.reloads_failed;
+  steps_without_room += step.no_room ? 1U : 0U;
+  backlog = std::uint64_t{step.eviction_backlog} + step.reload_backlog;
+  most_backlog = larger(most_backlog, backlog);
+  most_evicted = larger(most_evicted, step.evicted);
+  most_reloaded = larger(most_reloaded, step.reloaded);
+}
+
+Result<MovingWindow> MovingWindow::make(const WindowConfig& config, double resolution_m) noexcept {
+  const bool work = config.entries_per_step > 0 && config.evictions_per_step > 0 &&
+                    config.pressed_evictions_per_step >= config.evictions_per_step &&
+                    config.regions_per_step > 0 && config.reloads_per_step > 0 &&
+                    config.label_voxels_per_step > 0;
+  if (!(resolution_m > 0.0) || !(config.radius_m > 0.0) || !(config.hysteresis_m >= 0.0) || !work) {
+    return Status::kInvalidArgument;
+  }
+  const double edge_m = resolution_m * kBlockEdge;
+  const double far = (config.radius_m + config.hysteresis_m) / edge_m;
+  if (!(far <= WindowConfig::kMaxRadiusBlocks)) return Status::kInvalidArgument;
+  const auto square = [](double blocks) { return floor_to_int64(blocks * blocks); };
+  MovingWindow window;
+  window.config_ = config;
+  window.near_square_ = square(config.radius_m / edge_m + kDiagonal);
+  window.far_square_ = square(far + kDiagonal);
+  window.reach_blocks_ = floor_to_int(config.radius_m / edge_m + kDiagonal);
+  return window;
+}
+
+std::int64_t MovingWindow::square_distance(BlockCoord block) const noexcept {
+  const std::int64_t x = std::int64_t{block.x} - robot_.x;
+  const std::int64_t y = std::int64_t{block.y} - robot_.y;
+  const std::int64_t z = std::int64_t{block.z} - robot_.z;
+  return x * x + y * y + z * z;
+}
+
+WindowStep MovingWindow::step(LocalMap& map, const Point3d& p_map,
+                              const BlockArchive& archive) noexcept {
+  WindowStep report;
+  const Result<VoxelCoord> voxel = map.lattice().voxel_of(p_map);
+  report.position = voxel.status();
+  if (!voxel.ok()) return report;
+  robot_ = block_of(*voxel);
+  evict_far(map, archive, report);
+  if (archive.archived != nullptr) reload_near(map, archive, report);
+  return report;
+}
+
+void MovingWindow::evict_far(LocalMap& map, const BlockArchive& archive,
+                             WindowStep& report) noexcept {
+  const bool pressed = !map.fits(config_.reserve);
+  std::uint32_t left = pressed ? config_.pressed_evictions_per_step : config_.evictions_per_step;
+  std::uint64_t voxels = 0;
+  // Of their own, and a bucket of the index at least: a block that is refused for ever must not
+  // keep those beside it waiting.
+  std::uint32_t refusals_left = left + BlockIndex::kBucketSlots - 1;
+  const auto is_far = [this](BlockKey key) { return square_distance(unpack(key)) > far_square_; };
+  const std::size_t seen =
+      map.visit_blocks(cursor_, config_.entries_per_step, [&](BlockKey key, SlabHandle handle) {
+        if (!is_far(key)) return true;
+        const bool spent = left == 0 || refusals_left == 0 ||
+                           (!pressed && voxels >= config_.label_voxels_per_step);
+        if (spent) return false;
+        const Block& block = map.block_at(handle);
+        const std::uint32_t label_voxels = block.label_voxels;
+        if (archive.evict(archive.context, map, block)) {
+          map.remove_block(handle);
+          ++report.evicted;
+          --left;
+          voxels += label_voxels;
+        } else {
+          ++report.evictions_refused;
+          --refusals_left;
+        }
+        return true;
+      });
+  report.entries = static_cast<std::uint32_t>(seen);
+  // What is left of them: counted in a round of its own, as the first may have gone around.
+  SweepCursor cursor = cursor_;
+  map.visit_blocks(cursor, config_.entries_per_step, [&](BlockKey key, SlabHandle) {
+    report.eviction_backlog += is_far(key) ? 1U : 0U;
+    return true;
+  });
+}
+
+void MovingWindow::reload_region(LocalMap& map, const BlockArchive& archive, BlockCoord region,
+                                 WindowStep& report) noexcept {
+  const RegionMask* const archived = archive.archived(archive.context, region);
+  if (archived == nullptr) return;
+  const RegionMask mask = *archived;  // reload changes it
+  for (std::int32_t z = 0; z < 8; ++z) {
+    for (std::uint64_t rest = mask[static_cast<std::size_t>(z)]; rest != 0; rest &= rest - 1) {
+      const int yx = std::countr_zero(rest);
+      const BlockCoord block{region.x * 8 + (yx & 7), region.y * 8 + (yx >> 3), region.z * 8 + z};
+      if (square_distance(block) > near_square_) continue;
+      const bool spent = report.no_room || reloaded_voxels_ >= config_.label_voxels_per_step ||
+                         report.reloaded + report.reloads_failed == config_.reloads_per_step;
+      if (spent) {
+        ++report.reload_backlog;
+        continue;
+      }
+      reload_block(map, archive, block, report);
+    }
+  }
+}
+
+void MovingWindow::reload_block(LocalMap& map, const BlockArchive& archive, BlockCoord block,
+                                WindowStep& report) noexcept {
+  const bool open = map.find(block) != nullptr;
+  const Status status = archive.reload(archive.context, map, pack_in_grid(block));
+  if (status != Status::kOk) {
+    ++report.reload_backlog;
+    report.no_room = status == Status::kResourceExhausted;
+    report.reloads_failed += report.no_room ? 0U : 1U;
+    return;
+  }
+  ++report.reloaded;
+  report.merged += open ? 1U : 0U;
+  const Block* const reloaded = map.find(block);
+  reloaded_voxels_ += reloaded == nullptr ? 0U : reloaded->label_voxels;
+}
+
+void MovingWindow::reload_near(LocalMap& map, const BlockArchive& archive,
+                               WindowStep& report) noexcept {
+  const std::int32_t reach = reach_blocks_;
+  const BlockCoord low = region_of({robot_.x - reach, robot_.y - reach, robot_.z - reach});
+  const BlockCoord high = region_of({robot_.x + reach, robot_.y + reach, robot_.z + reach});
+  const auto extent = [](std::int32_t a, std::int32_t b) {
+    return static_cast<std::uint64_t>(b - a) + 1;
+  };
+  const std::uint64_t nx = extent(low.x, high.x);
+  const std::uint64_t ny = extent(low.y, high.y);
+  const std::uint64_t total = nx * ny * extent(low.z, high.z);
+  const std::uint64_t most = total < config_.regions_per_step ? total : config_.regions_per_step;
+  std::uint64_t resume = total;
+  reloaded_voxels_ = 0;
+  for (std::uint64_t n = 0; n < most; ++n) {
+    if (region_cursor_ >= total) region_cursor_ = 0;
+    const BlockCoord region{low.x + static_cast<std::int32_t>(region_cursor_ % nx),
+                            low.y + static_cast<std::int32_t>(region_cursor_ / nx % ny),
+                            low.z + static_cast<std::int32_t>(region_cursor_ / (nx * ny))};
+    reload_region(map, archive, region, report);
+    if (report.reload_backlog > 0 && resume == total) resume = region_cursor_;
+    ++region_cursor_;
+  }
+  report.regions = static_cast<std::uint32_t>(most);
+  // Begins with what had to wait; a block that fails again and again must not hold the others up.
+  if (resume != total && report.reloads_failed == 0) region_cursor_ = resume;
+}
+
+}  // namespace tessera

@@ -1,0 +1,107 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tessera/replica/grid_transform.hpp"
+
+#include <cmath>
+
+namespace tessera {
+
+namespace {
+
+using Row = std::array<double, 3>;
+
+double dot(const Row& a, const Row& b) noexcept { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+void scale_to_unit(Row& row) noexcept {
+  const double length = std::sqrt(dot(row, row));
+  for (double& x : row) x /= length;
+}
+
+/// Half of a turned block's extent on an axis. Voxels are where their centres are, those that take
+/// and those that are taken, so only rounding needs to be allowed for.
+double half_extent(double a, double b, double c) noexcept {
+  constexpr double kHalf = kBlockEdge / 2.0;
+  constexpr double kSlack = 1e-3;
+  const double edge = (a < 0 ? -a : a) + (b < 0 ? -b : b) + (c < 0 ? -c : c);
+  return kHalf * edge + kSlack;
+}
+
+}  // namespace
+
+Result<GridTransform> GridTransform::make(const Matrix34d& T_global_local,
+                                          double resolution_m) noexcept {
+  if (check_rigid(T_global_local) != Status::kOk || !(resolution_m > 0.0))
+    return Status::kInvalidArgument;
+  Row x{T_global_local(0, 0), T_global_local(0, 1), T_global_local(0, 2)};
+  Row y{T_global_local(1, 0), T_global_local(1, 1), T_global_local(1, 2)};
+  scale_to_unit(x);
+  const double along = dot(x, y);
+  for (std::size_t i = 0; i < 3; ++i) y[i] -= along * x[i];
+  scale_to_unit(y);
+  const Row z{x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]};
+  GridTransform result;
+  result.r_ = {x[0], x[1], x[2], y[0], y[1], y[2], z[0], z[1], z[2]};
+  std::array<std::int32_t, 3> whole{};
+  bool shift_only = result.r_ == std::array<double, 9>{1, 0, 0, 0, 1, 0, 0, 0, 1};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double t = T_global_local(static_cast<Eigen::Index>(i), 3) / resolution_m;
+    constexpr double kFarthest = kBlockLimit;
+    if (!(t >= -kFarthest && t <= kFarthest)) return Status::kInvalidArgument;
+    result.t_[i] = t;
+    whole[i] = floor_to_int(t + 0.5);
+    // Decimal metres by decimal metres are seldom whole to the last bit.
+    const double off = t - whole[i];
+    shift_only = shift_only && off < 1e-9 && off > -1e-9;
+  }
+  result.shift_only_ = shift_only;
+  if (shift_only) {
+    result.shift_ = {whole[0], whole[1], whole[2]};
+    for (std::size_t i = 0; i < 3; ++i) result.t_[i] = whole[i];
+  }
+  return result;
+}
+
+GridTransform::BlockRange GridTransform::around(const std::array<double, 3>& center,
+                                                const std::array<double, 3>& half) noexcept {
+  std::array<std::int32_t, 3> first{};
+  std::array<std::int32_t, 3> last{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    first[i] = floor_to_int((center[i] - half[i]) / kBlockEdge);
+    last[i] = floor_to_int((center[i] + half[i]) / kBlockEdge);
+  }
+  return {{first[0], first[1], first[2]}, {last[0], last[1], last[2]}};
+}
+
+GridTransform::BlockRange GridTransform::local_blocks(BlockCoord global) const noexcept {
+  const VoxelCoord corner = voxel_at(global, 0, 0);
+  if (shift_only_) {
+    const VoxelCoord first = corner - shift_;
+    return {block_of(first), block_of({first.x + 7, first.y + 7, first.z + 7})};
+  }
+  constexpr double kHalf = kBlockEdge / 2.0;
+  const double x = corner.x + kHalf - t_[0];
+  const double y = corner.y + kHalf - t_[1];
+  const double z = corner.z + kHalf - t_[2];
+  return around({r_[0] * x + r_[3] * y + r_[6] * z, r_[1] * x + r_[4] * y + r_[7] * z,
+                 r_[2] * x + r_[5] * y + r_[8] * z},
+                {half_extent(r_[0], r_[3], r_[6]), half_extent(r_[1], r_[4], r_[7]),
+                 half_extent(r_[2], r_[5], r_[8])});
+}
+
+GridTransform::BlockRange GridTransform::global_blocks(BlockCoord local) const noexcept {
+  const VoxelCoord corner = voxel_at(local, 0, 0);
+  if (shift_only_) {
+    const VoxelCoord first{corner.x + shift_.x, corner.y + shift_.y, corner.z + shift_.z};
+    return {block_of(first), block_of({first.x + 7, first.y + 7, first.z + 7})};
+  }
+  // The middle of the eight voxels: half a voxel before the centre of the fifth.
+  const std::array<double, 3> five = to_global({corner.x + 4, corner.y + 4, corner.z + 4});
+  std::array<double, 3> center{};
+  std::array<double, 3> half{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    center[i] = five[i] - 0.5 * (r_[3 * i] + r_[3 * i + 1] + r_[3 * i + 2]);
+    half[i] = half_extent(r_[3 * i], r_[3 * i + 1], r_[3 * i + 2]);
+  }
+  return around(center, half);
+}
+
+}  // namespace tessera
