@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: The tessera authors
 # SPDX-License-Identifier: Apache-2.0
-"""draw_mission.py OUT PNG: draws the latencies of the mission's nodes, and how the map that they share grew."""
+"""draw_mission.py OUT PNG: draws the latencies of the mission's nodes, and the growth of their shared map."""
 import json
 import pathlib
 import sys
@@ -32,7 +32,7 @@ def latencies(axes, reports):
     axes.set_yticks(range(len(rows)), [name for name, _ in rows])
     axes.set_ylim(len(rows) - 0.5, -0.5)
     axes.set_xlim(left=0)
-    axes.set(xlabel="ms: median (dot), 99 % (bar), worst (cross)", title="How long it took")
+    axes.set(xlabel="ms: median (dot), 99 % (bar), worst (cross)", title="Latencies")
     axes.grid(alpha=0.25, axis="x")
     axes.legend(loc="center right")
 
@@ -40,7 +40,7 @@ def latencies(axes, reports):
 def growth(axes, report):
     snapshots = report["snapshots"]
     axes.step([s["after_s"] for s in snapshots], [s["label_voxels"] / 1e6 for s in snapshots], where="post", color=COLOURS[0])
-    axes.set(xlabel="seconds since the start of robot 0's node", ylabel="voxels with a label [million]", title="The map that they share")
+    axes.set(xlabel="seconds since the start of robot 0's node", ylabel="voxels with a label [million]", title="The shared map")
     axes.set_ylim(bottom=0)
     axes.grid(alpha=0.25)
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// The library in a C program: static memory, a scan goes in, a voxel is asked for its class, what
-// is to be sent comes out.
+// The library in a C program: static memory; integrates a scan, queries the class of a voxel, and
+// gets the bytes to send.
 #include <stdio.h>
 
 #include "tessera/tessera.h"

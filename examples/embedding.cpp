@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// The library in a program of one's own: all memory is known at compile time, a scan goes in, a
-// voxel is asked for its class. The README quotes what follows.
+// The library in another program: all memory is known at compile time; integrates a scan, and
+// queries the class of a voxel. docs/tasks/embedding.md quotes what follows.
 #include <cstdio>
 
 #include "tessera/inference/integrator.hpp"

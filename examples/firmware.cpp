@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// A robot in firmware: all memory is static and counted when it is compiled, time is injected, and
-// a fixed cycle maps, publishes, sends, receives and asks. Radio and sensor are whatever there is.
+// A robot in firmware: all memory is static and its size known at compile time, time is injected,
+// and a fixed cycle maps, publishes, sends, receives and queries. Radio and sensor are
+// placeholders.
 #include <cstdio>
 
 #include "tessera/map/cast_ray.hpp"
@@ -50,7 +51,7 @@ int main() {
     static_cast<void>((*robot)->tick(timer_us));
     while (const std::size_t bytes = (*robot)->send(timer_us, datagram)) {
       sent += bytes;                                                  // to the radio
-      (*robot)->receive(std::span(datagram).first(bytes), timer_us);  // and what comes from it
+      (*robot)->receive(std::span(datagram).first(bytes), timer_us);  // and from it
     }
   }
   const RayHit hit = cast_ray((*robot)->global().map(), {0.1F, 0.1F, 0.5F}, {1, 0, 0}, 10.0);

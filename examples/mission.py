@@ -1,13 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: The tessera authors
 # SPDX-License-Identifier: Apache-2.0
-"""mission.py TESSERA STREET OUT [RATE_HZ]: robots in a street, each with a process of its own on this machine.
+"""mission.py TESSERA STREET OUT [RATE_HZ]: robots in a street, each with its own process on this machine.
 
-A player for each robot is its LiDAR, its cameras and its localisation: what it measures goes over the machine's own
-network to the robot's node, which labels the points by the cameras, maps them and shares what it maps with the other
-nodes over multicast. Where there is a virtual CAN interface, poses go over that as a vehicle would send them. Ends when
-all nodes have all that there is to know; leaves their maps, reports and logs in OUT. At fewer than 10 scans a second
-all is played in slow motion.
+A player for each robot replaces its LiDAR, its cameras and its localisation: it sends its measurements over the local
+network to the robot's node, which labels the points by the cameras, maps them and shares its map with the other nodes
+over multicast. If there is a virtual CAN interface, poses are sent over it as by a vehicle. Ends when all nodes have
+everything; writes their maps, reports and logs into OUT. With fewer than 10 scans per second it plays in slow motion.
 """
 import os
 import pathlib
@@ -66,7 +65,7 @@ def sensor_url(robot):
 
 
 def base_id(robot):
-    """Of its messages on the bus."""
+    """Base identifier of its messages on the bus."""
     return 0x100 + 0x20 * robot
 
 
@@ -74,17 +73,17 @@ def write_config(out, robot, peers, data, can, rate_hz):
     period_ms = round(1000 / rate_hz)
     (out / f"robot_{robot}.toml").write_text(CONFIG.format(
         robot=robot, peers=peers, data=data, url=sensor_url(robot), poses="can" if can else "lcm", period_ms=period_ms,
-        # All robots, and all that they would sense, share one computer here.
+        # All robots and the players of their sensors share one computer here.
         deadline_ms=0.8 * period_ms,
         # A sweep ends half a period after its stamp, images are within half a period of it.
         max_wait_ms=period_ms, max_image_offset_ms=period_ms / 2,
         vehicle=f'[vehicle]\ncan = "{can}"\nbase_id = {base_id(robot)}\n' if can else "",
-        # Of one robot, as each picture takes it a part of a tick.
+        # Only of one robot, as each snapshot takes part of a tick.
         snapshots='snapshots = "growing"\nsnapshot_every_s = 0.5\n' if robot == 0 else ""))
 
 
 def start_node(tessera, out, robot):
-    """A node that has said that it is ready, as it would to systemd."""
+    """Starts a node and waits until it reports that it is ready, as to systemd."""
     with tempfile.TemporaryDirectory() as folder, socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as notices:
         notices.bind(f"{folder}/notify")
         notices.settimeout(1)
@@ -130,7 +129,7 @@ def main():
     tessera, street, out = (pathlib.Path(word).resolve() for word in sys.argv[1:4])
     rate_hz = float(sys.argv[4]) if len(sys.argv) > 4 else 3.0
     can = can_interface()
-    print(f"Poses go over the CAN interface {can}." if can else "Poses go over LCM: there is no virtual CAN interface that is up.")
+    print(f"Poses go over the CAN interface {can}." if can else "Poses go over LCM: no virtual CAN interface is up.")
     data = {int(path.name.removeprefix("robot_")): path for path in sorted(street.glob("robot_?"))}
     running = []
     try:

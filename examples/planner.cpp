@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// A planner as a process of its own: asks a running node over LCM what lies ahead of a place, with
-// nothing of tessera but the two message types, and liblcm. docs/queries.md has the protocol.
+// A planner as a separate process: queries a running node over LCM about the space ahead of a
+// place, with only the two message types of tessera, and liblcm. docs/reference/queries.md has the
+// protocol.
 //
 //     planner URL X Y Z [global]
 #include <lcm/lcm.h>
@@ -19,17 +20,17 @@
 
 namespace {
 
-/// Asks one thing at a time and waits for its answer.
+/// Sends one query at a time and waits for its reply.
 class MapClient {
  public:
   explicit MapClient(const char* url) : lcm_(lcm_create(url), &lcm_destroy) {
     if (lcm_ != nullptr) lcm_subscribe(lcm_.get(), "TESSERA_REPLY", &MapClient::hear, this);
-    // So that answers to others are not taken for ours.
+    // So that replies to other processes are ignored.
     client_ = static_cast<std::int64_t>(::getpid()) << 32 | (::time(nullptr) & 0x7fffffff);
   }
   [[nodiscard]] bool is_open() const { return lcm_ != nullptr; }
 
-  /// Fills in reply; false iff no answer came in three tries of 200 ms: a datagram may be lost.
+  /// Fills in reply; false iff no reply came in three tries of 200 ms, as datagrams may be lost.
   bool ask(tessera_query query, tessera_reply& reply) {
     query.version = 1;
     query.client = client_;
@@ -52,7 +53,7 @@ class MapClient {
   static void hear(const lcm_recv_buf_t* message, const char*, void* user) {
     auto& self = *static_cast<MapClient*>(user);
     tessera_reply reply{};
-    // Both arrays of fixed size: decode() stays within the message.
+    // Only arrays of fixed size: decode() stays within the message.
     if (reply.decode(message->data, 0, static_cast<int>(message->data_size)) < 0) return;
     if (reply.client != self.client_ || reply.request != self.request_) return;
     self.reply_ = reply;
@@ -88,7 +89,7 @@ bool print_around(MapClient& map, tessera_query query) {
   query.cursor = 0;
   std::vector<std::uint8_t> cells;
   tessera_reply reply{};
-  // Page by page; each answer says where the next begins.
+  // Page by page; each reply has the begin of the next.
   do {
     if (!map.ask(query, reply) || reply.error != tessera_reply::OK) return false;
     cells.insert(cells.end(), reply.cell, reply.cell + reply.count);
@@ -110,7 +111,7 @@ bool print_around(MapClient& map, tessera_query query) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc < 5) return fail("say planner URL X Y Z [global]");
+  if (argc < 5) return fail("usage: planner URL X Y Z [global]");
   MapClient map(argv[1]);
   if (!map.is_open()) return fail("cannot use that URL");
   tessera_query query{};
@@ -142,7 +143,7 @@ int main(int argc, char** argv) {
   query.kind = tessera_query::RAY;
   query.point[1][0] = 1.0F;  // Along x.
   query.length_m = 20.0;
-  query.flags = tessera_query::STOP_AT_UNKNOWN;  // What nobody has seen is not free.
+  query.flags = tessera_query::STOP_AT_UNKNOWN;  // Unknown space is not free.
   if (!map.ask(query, reply) || reply.error != tessera_reply::OK) return fail("no answer");
   const char* const end = (reply.flags & tessera_reply::FOUND) != 0        ? "an obstacle after"
                           : (reply.flags & tessera_reply::AT_UNKNOWN) != 0 ? "not known beyond"

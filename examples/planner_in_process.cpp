@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // A planner in the robot's process: its own thread reads the local and the global map while another
-// one goes on mapping and fusing. Neither waits for the other. A read may find a voxel in the
-// middle of a change, and says so: a planner asks again in its next cycle.
+// one maps and fuses. Neither waits for the other. A read may find a voxel during a change, and
+// reports that: a planner tries again in its next cycle.
 #include <array>
 #include <atomic>
 #include <cstdio>
@@ -32,14 +32,14 @@ constexpr RobotSettings kSettings{
 constexpr int kComponents = 3;  // one class, unlabelled, free
 alignas(kArenaAlignment) std::byte memory[Robot::required_bytes(kSettings, kComponents)];
 
-/// What the planner's thread asks, all of it bounded, in memory of its own. Points: metres, global
-/// frame. Nothing: the map was changed all the time, or the work did not reach.
+/// Queries of the planner's thread, all with bounded work, in its own memory. Points: metres,
+/// global frame. Empty: the map was changed during every try, or the work was used up.
 class Planner {
  public:
   explicit Planner(const Robot& robot)
       : local_(robot.map()), global_(robot.global()), map_(robot.global().map()) {}
 
-  /// How far the way from p along direction is known to be free: up to what is occupied or unknown.
+  /// Distance from p along direction that is known to be free: up to occupied or unknown space.
   std::optional<double> free_way_m(const Point3f& p, const Point3f& direction, double most_m) {
     constexpr int kMostVoxels = 1000;
     const ReaderRay ray =
@@ -55,7 +55,7 @@ class Planner {
                          std::as_writable_bytes(std::span<std::uint64_t>(workspace_)));
     return found.ok() && found->complete ? std::optional(*found) : std::nullopt;
   }
-  /// What only this robot has seen, as fresh as its last scan.
+  /// The state in this robot's own map, which includes its last scan.
   std::optional<VoxelState> own_state(const Point3f& p_map) {
     const Result<Estimate> here = local_.query(p_map);
     return here.ok() ? std::optional(here->state) : std::nullopt;
@@ -64,7 +64,7 @@ class Planner {
  private:
   MapReader local_;
   GlobalReader global_;
-  const LocalMap& map_;  ///< For what never changes: its lattice and settings.
+  const LocalMap& map_;  ///< For constants: its lattice and settings.
   std::array<std::uint64_t, MapReader::most_snapshot_bytes(kComponents) / 8 + 1> workspace_{};
 };
 
@@ -97,13 +97,13 @@ int main() {
   int answers = 0;
   std::thread planning([&] {
     Planner planner(**robot);
-    // At least once more after all is there.
+    // At least once more after everything is fused.
     for (bool last = false; !last || answers == 0; std::this_thread::yield()) {
       last = done.load();
       const auto way_m = planner.free_way_m({2.1F, 0.1F, 0.1F}, {1, 0, 0}, 20.0);
       const auto nearest = planner.nearest({6.0F, 0.1F, 1.1F}, 3.0);
       const auto own = planner.own_state({4.1F, 0.1F, 1.1F});
-      if (!way_m || !nearest || !own) continue;  // busy: in the next cycle
+      if (!way_m || !nearest || !own) continue;  // busy: try again in the next cycle
       ++answers;
       if (last)
         std::printf("free for %.1f m; nearest obstacle %s %.1f m off; 4 m ahead: %s\n", *way_m,

@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # SPDX-FileCopyrightText: The tessera authors
 # SPDX-License-Identifier: Apache-2.0
-# run-demo.sh [OUT]: three simulated robots map a street, each by itself from its files, then on a mission: a process each
-# that hears a LiDAR, three cameras and where it is, and shares one map with the others over multicast. The real scans are
-# mapped too where they are there. Leaves maps, reports and pictures in OUT (default out/demo).
+# run-demo.sh [OUT]: three simulated robots map a street, each alone from its files, then together on a mission: each is a
+# process that receives a LiDAR, three cameras and poses, and shares one map with the others over multicast. Maps recorded
+# scans too if they exist. Writes maps, reports and pictures into OUT (default out/demo).
 set -euo pipefail
 here=$(cd "$(dirname "$0")/.." && pwd)
 out=${1:-out/demo}
@@ -13,7 +13,7 @@ out=$(cd "$out" && pwd)
 . "$here/bench/recorded-scans.sh"
 cd "$here"
 ./tests/install-packages.sh demo
-# A build that the tests have been set up in stays so.
+# A build that is configured with tests stays so.
 tests=()
 [ -f build/release/CMakeCache.txt ] || tests=(-DTESSERA_BUILD_TESTS=OFF)
 cmake --preset release "${tests[@]}" || fail "CMake could not configure build/release, see above"
@@ -43,15 +43,15 @@ if [ -d "$data/semantickitti_08" ]; then
   names+=" real"
 fi
 
-# The mission, over multicast on the loopback interface: of a network of its own where the system permits that, so that
-# nothing is disturbed, with a virtual CAN bus where the kernel has it.
+# The mission, over multicast on the loopback interface: in its own network namespace if the system permits that, so that
+# nothing is disturbed, with a virtual CAN bus if the kernel supports it.
 mkdir -p "$out/shared"
 rm -rf "$out"/shared/*
 "$tessera" key new --robots 3 --dir "$out/shared" >"$out/shared/key.log" || fail "no keys could be made, see above"
 network=("$here/tests/in-own-network.sh" sh -c 'ip link add can0 type vcan 2>/dev/null && ip link set can0 up; exec "$@"' sh)
 "$here/tests/in-own-network.sh" true 2>/dev/null || network=()
 "${network[@]}" python3 -B "$here/examples/mission.py" "$tessera" "$out/street" "$out/shared" ||
-  fail "the mission stopped, see above; \"$tessera doctor --interface lo\" says what the network lacks"
+  fail "the mission stopped, see above; \"$tessera doctor --interface lo\" checks the network"
 for robot in 0 1 2; do
   "$tessera" eval --map "$out/shared/global_of_0.tsm" --dataset "$out/street/robot_$robot" --input cameras \
     --transform "$out/street/robot_$robot/T_global_map.txt" --report "$out/shared/eval_$robot.json" >"$out/shared/eval_$robot.log" ||
@@ -70,7 +70,7 @@ for name in names:
     heap = m["heap_allocations_after_init"]
     print(f"{name:8} {m['totals']['scans']:5} {e['input_mean_iou']:8.4f} {e['mean_iou']:8.4f} {gain:+6.2f} "
           f"{m['totals']['median_ms']:8.1f} {m['memory']['bytes_per_label_voxel']:8.1f} {'-' if heap is None else heap:>5}  {out}/{name}.png")
-print("mIoU: against ground truth, of the labels given and of the map; gain in points; ms: median; heap: allocations after start.")
+print("mIoU: against ground truth, of the input labels and of the map; gain in points; ms: median; heap: allocations after start.")
 print(f"Voxels for CloudCompare or MeshLab: {out}/*.ply; reports: {out}/*.json")
 PY
 python3 - "$out/shared" "$tessera" <<'PY'
@@ -96,14 +96,14 @@ for r in reports:
 scans = len(list((pathlib.Path(out).parent / "street" / "robot_0" / "velodyne").iterdir()))
 images = sum(r["sensors"]["match"]["images"] for r in reports)
 left_out = sum(r["mapping"]["shed"] for r in reports)
-print(f"scans: of {scans}, each with what three cameras saw ({images} images); of {left_out} something was left out to be in time. to map: from the")
-print("scan's arrival until it is in the map, with its deskewing and its labels. Played in slow motion, 3 scans a second.")
+print(f"scans: of {scans}, each with images of three cameras ({images} images); {left_out} lost points or rays to the deadline. to map: from the")
+print("scan's arrival until it is in the map, including deskewing and labels. Played in slow motion, 3 scans per second.")
 same = len({r["digest"] for r in reports}) == 1
 print("Three processes, one map: " + ("the digests are the same." if same else "THE DIGESTS DIFFER."))
 evals = [json.load(open(f"{out}/eval_{robot}.json")) for robot in (0, 1, 2)]
 
 def mean_iou(kind):
-    """Of all robots' scans, by their counts of every class."""
+    """Mean over the scans of all robots, by their counts of every class."""
     ious = []
     for name in sorted({name for e in evals for name in e[kind]}):
         counts = [e[kind][name] for e in evals if name in e[kind]]
@@ -113,14 +113,14 @@ def mean_iou(kind):
     return sum(ious) / len(ious)
 
 seen, known = mean_iou("input_counts"), mean_iou("counts")
-print(f"Against ground truth, over the scans of all: mIoU {known:.4f} of the shared map, {seen:.4f} of what the cameras said ({100 * (known - seen):+.2f} points).")
+print(f"Against ground truth, over the scans of all: mIoU {known:.4f} of the shared map, {seen:.4f} of the cameras' labels ({100 * (known - seen):+.2f} points).")
 print("The shared map growing: " + " ".join(pictures))
 sys.exit(0 if same else 1)
 PY
-# That of Debian has matplotlib.
+# Debian's Python has matplotlib.
 if /usr/bin/python3 -c 'import matplotlib' 2>/dev/null; then
   /usr/bin/python3 -B examples/draw_mission.py "$out/shared" "$out/shared_latencies.png" || fail "the latencies could not be drawn, see above"
   echo "Latencies: $out/shared_latencies.png"
 else
-  echo "Latencies are not drawn: that takes python3-matplotlib."
+  echo "Latencies are not drawn: install python3-matplotlib."
 fi

@@ -10,11 +10,10 @@ namespace tessera {
 
 namespace {
 
-// What the words so far call for, and then the words themselves. COMP_WORDS has --view=top as three
-// words.
+// Finds what may follow the words so far. COMP_WORDS has --view=top as three words.
 constexpr std::string_view kBegin = R"(# SPDX-License-Identifier: Apache-2.0
-# Completion of tessera's words for bash; tessera makes it from its own options.
-_tessera_reply() { # CHOICES KIND EXTENSION: what the word at hand may become
+# Bash completion of tessera; tessera generates it from its own options.
+_tessera_reply() { # CHOICES KIND EXTENSION: completions of the current word
   local IFS=$'\n'
   COMPREPLY=($(compgen -W "${1// /$'\n'}" -- "$current"))
   case $2 in
@@ -46,7 +45,7 @@ _tessera() {
 
 constexpr std::string_view kEnd = R"(    *) return ;;
   esac
-  # Behind all that the option takes comes the next one, or what stands without an option.
+  # After the values of the option comes the next option, or an argument without one.
   if [ -z "$option" ] || [ $after -ge $takes ] || [ "${current#-}" != "$current" ]; then
     case $current in
       -*) choices=$words kind='' extension='' ;;
@@ -69,7 +68,7 @@ std::string joined(const std::vector<std::string>& words) {
   return text;
 }
 
-/// Lines that say which words are subcommands, so that their path is followed.
+/// Lines that name the subcommands, so that their path is followed.
 void add_paths(const CLI::App& command, const std::string& path, std::string& script) {
   for (const CLI::App* const inner : shown_subcommands(command)) {
     const std::string inner_path = path + " " + inner->get_name();
@@ -78,8 +77,7 @@ void add_paths(const CLI::App& command, const std::string& path, std::string& sc
   }
 }
 
-/// What may follow at a path: its options, their values, its subcommands, what stands without an
-/// option.
+/// What may follow a path: its options, their values, its subcommands, arguments without an option.
 void add_level(const CLI::App& command, const std::string& path, std::string& script) {
   std::vector<std::string> words;
   std::vector<std::string> commands;

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// The script by which bash completes the command's words, made from the options that CLI11 knows.
+// The bash completion of the command, generated from the options that CLI11 knows.
 #pragma once
 
 #include <CLI/CLI.hpp>

@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// What a subcommand is: a function that declares its options and leaves a callback which sets the
-// exit status.
+// A subcommand: a function that declares its options and sets a callback, which sets the exit
+// status.
 #pragma once
 
 #include <CLI/CLI.hpp>
 #include <string>
 
-#include "posix/outcome.hpp"
+#include "base/outcome.hpp"
 
 namespace tessera {
 
@@ -16,7 +16,7 @@ inline constexpr int kExitDone = 0;
 inline constexpr int kExitUsage = 1;
 inline constexpr int kExitFailure = 2;
 
-/// Prints one line on stderr and gives the exit status that fits.
+/// Prints one line on stderr and returns the matching exit status.
 int fail(const Failure& failure);
 /// Prints "warning: ..." on stderr.
 void warn(const std::string& message);

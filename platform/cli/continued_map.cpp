@@ -5,9 +5,9 @@
 #include <cmath>
 #include <optional>
 
+#include "base/number_text.hpp"
 #include "cli/command.hpp"
-#include "mapping/number_text.hpp"
-#include "mapping/stored_map.hpp"
+#include "maps/stored_map.hpp"
 
 namespace tessera {
 
@@ -26,7 +26,7 @@ void warn_of_another_mode(const MapOptions& options, const MapFileHeader& header
   const Json mode = recorded_setting(header, "inference");
   if (!mode.is_string() || mode == options.inference) return;
   warn(options.continue_from + " was made with --inference " + mode.get<std::string>() +
-       " and goes on with " + options.inference);
+       " and continues with " + options.inference);
 }
 
 Outcome<void> adopt_settings(const MapOptions& options, const MapFileHeader& header,

@@ -33,7 +33,7 @@ class Finder {
     places_.reserve(voxels.size());
     for (const VoxelCoord& voxel : voxels) places_.push_back(place_of(voxel));
   }
-  /// Of what was asked for, that voxel; or their number.
+  /// Index of that voxel among the requested ones; their number if it is not among them.
   [[nodiscard]] std::size_t find(VoxelCoord voxel) const {
     if (!in_grid(voxel)) return places_.size();
     const Place place = place_of(voxel);
@@ -60,7 +60,7 @@ void add_hits(const FuseInput& input, std::uint32_t number, const Finder& finder
   });
 }
 
-/// The label of the evidence of all hits together, which are of one voxel.
+/// The label of the summed evidence of all hits, which belong to one voxel.
 int label_of(const std::vector<FuseInput>& inputs, std::span<const Hit> hits) {
   VoxelEvidence sum;
   for (const Hit& hit : hits) {
@@ -71,7 +71,7 @@ int label_of(const std::vector<FuseInput>& inputs, std::span<const Hit> hits) {
   return estimate(sum, 0.0).label;
 }
 
-/// hits: of one robot, those of one voxel together.
+/// hits: of one robot, grouped by voxel.
 void add_robot(const std::vector<FuseInput>& inputs, const std::vector<Hit>& hits,
                std::uint64_t robot_bit, Contributors& result) {
   for (std::size_t first = 0, next = 0; first < hits.size(); first = next) {

@@ -7,15 +7,16 @@
 #include <string>
 #include <vector>
 
-#include "mapping/fuse_inputs.hpp"
+#include "maps/fuse_inputs.hpp"
 
 namespace tessera {
 
 /// What the robots' own maps say at a voxel of the global map.
 struct RobotLabels {
-  std::uint64_t robots = 0;  ///< With a label there, a bit each: Contributors::robots by index.
-  std::uint8_t label = 0;    ///< The most probable one of the first of them.
-  bool differ = false;       ///< Whether another names another one.
+  std::uint64_t robots =
+      0;  ///< Those with a label there, one bit each: Contributors::robots by index.
+  std::uint8_t label = 0;  ///< The most probable class of the first of them.
+  bool differ = false;     ///< True if another robot has another class.
 };
 
 struct Contributors {
@@ -24,13 +25,13 @@ struct Contributors {
     std::string maps;  ///< File names of its maps.
   };
   std::vector<Robot> robots;
-  std::vector<RobotLabels> voxels;     ///< By index of the voxels that were asked for.
+  std::vector<RobotLabels> voxels;     ///< By index of the requested voxels.
   std::vector<std::uint64_t> of_maps;  ///< By input: of these voxels, those where it has a label.
 };
 
-/// Evidence goes where fusing takes it: through each map's frame, to every global voxel that takes
-/// a local one. What goes to a voxel of one robot is added up before its label is told. voxels: of
-/// the global grid, in the order of blocks, octets and voxels. inputs: of at most
+/// Moves evidence as fusing does: through each map's frame, to every global voxel that receives a
+/// local one. Evidence of one robot for a voxel is added up before its label is determined. voxels:
+/// of the global grid, in the order of blocks, octets and voxels. inputs: of at most
 /// Replicas::kMostRobots robots. O(n log n) in the label voxels of all maps.
 Contributors find_contributors(const std::vector<FuseInput>& inputs,
                                const std::vector<VoxelCoord>& voxels);

@@ -12,13 +12,13 @@
 #include <limits>
 #include <utility>
 
-#include "posix/monotonic_clock.hpp"
+#include "base/monotonic_clock.hpp"
 
 namespace tessera {
 namespace {
 
 constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::max();
-/// A bus whose queue is full is tried again so often, a millisecond apart.
+/// Number of retries when the queue of the bus is full, a millisecond apart.
 constexpr int kTries = 10;
 
 std::int64_t wall_now_us() {
@@ -33,7 +33,7 @@ void sleep_until(std::int64_t us) {
   }
 }
 
-/// Those whose images the dataset has.
+/// Cameras whose images the dataset has.
 Outcome<std::vector<CameraDescription>> cameras_of(const Dataset& dataset, const std::string& dir) {
   std::error_code error;
   if (!std::filesystem::exists(std::filesystem::path(dir) / "cameras.toml", error))
@@ -97,7 +97,7 @@ Outcome<std::unique_ptr<DatasetPlayer>> DatasetPlayer::open(const PlayerConfig& 
 
 Outcome<void> DatasetPlayer::open_bus() {
   if (config_.can_interface.empty()) return {};
-  // It hears nothing: what the node says to its vehicle is for others.
+  // Receives nothing: the messages of the node to its vehicle are for others.
   Outcome<CanSocket> bus = CanSocket::open({.interface = config_.can_interface}, {});
   if (!bus.ok()) return bus.failure();
   bus_ = std::move(*bus);
@@ -130,7 +130,7 @@ Outcome<void> DatasetPlayer::play() {
   return {};
 }
 
-/// Of what is due at once, poses come first.
+/// Of items that are due at the same time, poses come first.
 DatasetPlayer::Next DatasetPlayer::next(std::int64_t& due_us) const {
   Next what = Next::kNothing;
   due_us = kNever;
@@ -169,7 +169,7 @@ Outcome<void> DatasetPlayer::fetch() {
     const std::int64_t taken_us = stamp_us + timeline_->played(cameras_[i].offset_us);
     parts_.push_back({taken_us, taken_us, 0, static_cast<int>(i), scan});
   }
-  // A sweep is told of when it has ended: on the way back, with what was measured first.
+  // A sweep is sent when it has ended: on the way back, with what was measured first.
   std::int64_t ends_us = 0;
   for (const float time_s : scan->times_s) {
     const double recorded_us = 1e6 * std::clamp(static_cast<double>(time_s), -1.0, 1.0);
@@ -199,8 +199,8 @@ void DatasetPlayer::wait_until(std::int64_t due_us) {
   clock_ahead_us_ = config_.clock == SensorClock::kWall ? wall_now_us() - now_us : 0;
 }
 
-/// What was missed is not made up for. What is measured by then, and not sent, keeps its stamp: it
-/// belongs to poses that were sent.
+/// Does not make up for a delay. Measurements that are not sent yet keep their stamps: they belong
+/// to poses that were sent.
 void DatasetPlayer::put_off(std::int64_t due_us, std::int64_t by_us) {
   ++report_.late;
   for (Part& part : parts_) {
@@ -212,9 +212,9 @@ void DatasetPlayer::put_off(std::int64_t due_us, std::int64_t by_us) {
 Outcome<void> DatasetPlayer::send(const std::string& channel,
                                   const std::vector<std::byte>& message) {
   if (sender_->send(channel, message)) return {};
-  return Failure{"cannot send to " + config_.url + ": " + std::strerror(errno) +
-                     "; tessera doctor says how to mend it",
-                 FailureKind::kFailure};
+  return Failure{
+      "cannot send to " + config_.url + ": " + std::strerror(errno) + "; run tessera doctor",
+      FailureKind::kFailure};
 }
 
 Outcome<void> DatasetPlayer::send_pose() {

@@ -1,21 +1,21 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// What `tessera doctor` looks at: each check says what it found, what a node needs, and how to mend
-// the difference.
+// The checks of `tessera doctor`: each reports what it found, what a node needs, and how to fix the
+// difference.
 #pragma once
 
 #include <string>
 #include <vector>
 
-#include "lcm/udpm_url.hpp"
+#include "link/udpm_url.hpp"
 #include "node/node_config.hpp"
 
 namespace tessera {
 
 enum class CheckState {
   kGood,
-  kAdvice,  ///< A node starts, and is worse off.
-  kStops,   ///< A node would not start, or hear nobody.
+  kAdvice,  ///< A node starts, but with a disadvantage.
+  kStops,   ///< A node would not start, or would receive nothing.
 };
 
 struct Check {
@@ -28,19 +28,19 @@ struct Check {
 
 struct DoctorOptions {
   std::string url = kDefaultUrl;
-  std::string interface;  ///< Empty: what the routes choose.
+  std::string interface;  ///< Empty: as the routes choose.
   std::string key;        ///< Empty: none.
-  std::string config;     ///< Of the node whose network it is; empty: none.
+  std::string config;     ///< Of the node on that network; empty: none.
   std::string report;
 };
 
-/// URL, interface, route, MTU, receive buffer, and datagrams that this machine sends to itself.
-/// Sends a few with ttl 0, so none leaves the machine; takes a second at most.
+/// Checks URL, interface, route, MTU, receive buffer, and datagrams that this machine sends to
+/// itself. Sends a few with ttl 0, so none leaves the machine; takes a second at most.
 std::vector<Check> check_network(const DoctorOptions& options);
-/// Clocks, key file, rights of a real-time process.
+/// Checks clocks, key file and rights of a real-time process.
 std::vector<Check> check_machine(const DoctorOptions& options);
-/// What the statuses of robots on the network of that configuration say of its exclude list and of
-/// numbers that two processes use. Listens for two seconds; sends nothing.
+/// Compares the statuses of the robots on the network of that configuration with its exclude list,
+/// and finds robot numbers that two processes use. Listens for two seconds; sends nothing.
 std::vector<Check> check_fleet(const NodeConfig& config);
 
 }  // namespace tessera

@@ -1,16 +1,16 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// tessera doctor: what a node needs of this machine and its network, and how to mend what is
-// missing.
+// tessera doctor: checks what a node needs of this machine and its network, and says how to fix
+// what is missing.
 #include <algorithm>
 #include <cstdio>
 #include <optional>
 
+#include "base/json.hpp"
+#include "base/number_text.hpp"
+#include "base/outputs.hpp"
 #include "cli/command.hpp"
 #include "cli/doctor.hpp"
-#include "mapping/number_text.hpp"
-#include "mapping/outputs.hpp"
-#include "mapping/report.hpp"
 
 namespace tessera {
 
@@ -61,14 +61,14 @@ Json to_json(const std::vector<Check>& checks, const DoctorOptions& options) {
   return json;
 }
 
-/// Options that the command line names.
+/// Options that are given on the command line.
 struct NamedOptions {
   bool url = false;
   bool interface = false;
   bool key = false;
 };
 
-/// What the command line does not name is as the configuration says.
+/// Takes what the command line does not give from the configuration.
 Outcome<std::optional<NodeConfig>> take_config(DoctorOptions& options, const NamedOptions& named) {
   if (options.config.empty()) return std::optional<NodeConfig>();
   Outcome<NodeConfig> config = read_node_config(options.config);
@@ -102,7 +102,7 @@ Outcome<void> run_doctor(DoctorOptions options, const NamedOptions& named) {
       stops += (stops.empty() ? "" : ", ") + std::string(check.name);
   }
   if (stops.empty()) return {};
-  return Failure{"a node cannot work here: " + stops + "; the table says how to mend each",
+  return Failure{"a node cannot work here: " + stops + "; the table says how to fix each",
                  FailureKind::kFailure};
 }
 
@@ -110,17 +110,17 @@ Outcome<void> run_doctor(DoctorOptions options, const NamedOptions& named) {
 
 void add_doctor_command(CLI::App& app, int& exit_status) {
   CLI::App* const command =
-      app.add_subcommand("doctor", "Whether this machine and network have what a node needs");
+      app.add_subcommand("doctor", "Check whether this machine and network have what a node needs");
   auto o = std::make_shared<DoctorOptions>();
   const CLI::Option* const url =
-      command->add_option("--url", o->url, "The LCM network")->capture_default_str();
+      command->add_option("--url", o->url, "LCM URL of the robots")->capture_default_str();
   const CLI::Option* const interface = command->add_option(
       "--interface", o->interface,
-      "Network interface, by name or IPv4 address; default: what the routes choose");
-  const CLI::Option* const key = command->add_option("--key", o->key, "The fleet's key file");
+      "Network interface, by name or IPv4 address; default: as the routes choose");
+  const CLI::Option* const key = command->add_option("--key", o->key, "Key file of the fleet");
   command->add_option(
       "--config", o->config,
-      "A node's configuration: its network and keys, and what other robots exclude");
+      "Configuration of a node: checks its network and keys, and compares exclude lists");
   command->add_option("--report", o->report, "JSON report to write");
   command->footer("Example: tessera doctor --interface eth0 --key fleet.key");
   command->callback([o, url, interface, key, &exit_status] {

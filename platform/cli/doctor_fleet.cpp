@@ -1,26 +1,28 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// What robots say of themselves, against what a configuration says.
+// Compares what robots report about themselves with a configuration.
 #include <algorithm>
 #include <array>
 #include <string>
 #include <vector>
 
+#include "base/monotonic_clock.hpp"
 #include "cli/doctor.hpp"
-#include "lcm/datagram_link.hpp"
-#include "lcm/status_table.hpp"
+#include "link/datagram_link.hpp"
+#include "link/fleet_keys.hpp"
+#include "link/status_table.hpp"
 #include "node/datagram_door.hpp"
 #include "node/security_update.hpp"
-#include "posix/monotonic_clock.hpp"
-#include "security/fleet_keys.hpp"
 
 namespace tessera {
 namespace {
 
-constexpr std::int64_t kListen_us = 2'000'000;  ///< Each robot speaks once a second.
+constexpr std::int64_t kListen_us = 2'000'000;  ///< Each robot sends its status once a second.
 constexpr const char* kLists = "exclude lists";
 constexpr const char* kNumbers = "robots' numbers";
 constexpr const char* kSameLists = "the same [security] exclude on all robots";
+constexpr const char* kContents = "contents";
+constexpr const char* kOneContent = "one content for each version";
 constexpr const char* kOneProcess = "one process for each number";
 
 std::string named(const std::vector<std::uint32_t>& robots) {
@@ -31,7 +33,8 @@ std::string named(const std::vector<std::uint32_t>& robots) {
 }
 
 std::vector<Check> cannot_listen(const Failure& failure) {
-  return {{kLists, CheckState::kAdvice, failure.message, kSameLists, "mend that, and ask again"}};
+  return {
+      {kLists, CheckState::kAdvice, failure.message, kSameLists, "fix that, and run doctor again"}};
 }
 
 void listen(DatagramLink& link, StatusTable& table) {
@@ -51,9 +54,9 @@ void listen(DatagramLink& link, StatusTable& table) {
 Check check_lists(const StatusTable& table, std::span<const std::uint32_t> excluded,
                   std::uint64_t refused) {
   if (table.entries().empty()) {
-    const std::string found = "nobody was heard; statuses refused: " + std::to_string(refused);
+    const std::string found = "no robot was heard; statuses refused: " + std::to_string(refused);
     return {kLists, CheckState::kAdvice, found, kSameLists,
-            refused == 0 ? "start a node with [run] status, then ask again"
+            refused == 0 ? "start a node with [run] status, then run doctor again"
                          : "give all robots the same keys, mission and release"};
   }
   const std::uint32_t digest = exclude_digest(excluded);
@@ -63,7 +66,7 @@ Check check_lists(const StatusTable& table, std::span<const std::uint32_t> exclu
   std::sort(differ.begin(), differ.end());
   if (differ.empty()) {
     return {kLists, CheckState::kGood,
-            "robots heard, with this list: " + std::to_string(table.entries().size()), kSameLists,
+            "robots heard with this list: " + std::to_string(table.entries().size()), kSameLists,
             ""};
   }
   return {kLists, CheckState::kAdvice, named(differ) + " with another list than this file",
@@ -80,13 +83,25 @@ Check check_numbers(const StatusTable& table) {
   std::sort(own.begin(), own.end());
   std::sort(others.begin(), others.end());
   if (own.empty() && others.empty())
-    return {kNumbers, CheckState::kGood, "no robot heard two", kOneProcess, ""};
+    return {kNumbers, CheckState::kGood, "no duplicate heard", kOneProcess, ""};
   std::string found;
   if (!own.empty()) found = named(own) + " heard another process under that number";
   if (!others.empty())
     found += (found.empty() ? "" : "; ") + named(others) + " heard two processes of another robot";
   return {kNumbers, CheckState::kAdvice, found, kOneProcess,
           "give each robot its own [robot] id and state, and start those robots again"};
+}
+
+Check check_contents(const StatusTable& table) {
+  std::vector<std::uint32_t> counted;
+  for (const StatusTable::Entry& entry : table.entries())
+    if (entry.status.conflicts > 0) counted.push_back(entry.status.robot);
+  std::sort(counted.begin(), counted.end());
+  if (counted.empty()) return {kContents, CheckState::kGood, "no conflict heard", kOneContent, ""};
+  return {kContents, CheckState::kAdvice, named(counted) + " heard two contents of one version",
+          kOneContent,
+          "the state of a robot was copied, or its key was stolen: give it a new state and key, "
+          "or exclude it"};
 }
 
 }  // namespace
@@ -103,14 +118,17 @@ std::vector<Check> check_fleet(const NodeConfig& config) {
   link_config.check = door.status_check();
   const Outcome<std::unique_ptr<DatagramLink>> link = DatagramLink::open(link_config);
   if (!link.ok()) return cannot_listen(link.failure());
-  // With the robot of the file among them: it may run with another list than the file now has.
+  // Includes the robot of the file: it may run with another list than the file now has.
   StatusTable table(status, {});
   listen(**link, table);
   const LinkStatistics s = (*link)->statistics();
   const std::uint64_t refused =
       s.refused_format + s.refused_tag + table.counters().refused_signature;
   std::vector<Check> checks{check_lists(table, config.exclude, refused)};
-  if (!table.entries().empty()) checks.push_back(check_numbers(table));
+  if (!table.entries().empty()) {
+    checks.push_back(check_numbers(table));
+    checks.push_back(check_contents(table));
+  }
   return checks;
 }
 

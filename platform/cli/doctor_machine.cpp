@@ -9,7 +9,7 @@
 #include <string>
 
 #include "cli/doctor.hpp"
-#include "security/key_file.hpp"
+#include "link/key_file.hpp"
 
 namespace tessera {
 namespace {
@@ -29,7 +29,7 @@ Check check_monotonic() {
 }
 
 Check check_wall_clock() {
-  timex state{};  // No modes: only asks.
+  timex state{};  // No modes: only reads.
   const int answer = ::adjtimex(&state);
   const bool synchronised = answer >= 0 && answer != TIME_ERROR && (state.status & STA_UNSYNC) == 0;
   // Versions order what robots publish, not times; stamps in logs and status are for people.
@@ -40,15 +40,15 @@ Check check_wall_clock() {
 }
 
 Check check_key(const std::string& path) {
-  const char* const needed = "a fleet key with a mission, for its owner alone";
+  const char* const needed = "a fleet key with a mission, readable by its owner only";
   if (path.empty()) {
-    return {"key file", CheckState::kAdvice, "none given: anybody can forge", needed,
-            "tessera key new --robots N --dir DIR, and name DIR/fleet.key by --key"};
+    return {"key file", CheckState::kAdvice, "none given: anybody can forge datagrams", needed,
+            "tessera key new --robots N --dir DIR, then --key DIR/fleet.key"};
   }
   const Outcome<FleetSecret> key = read_fleet_key(path);
   if (!key.ok()) {
     return {"key file", CheckState::kStops, key.failure().message, needed,
-            "do what is said, or tessera key new --robots N --dir DIR"};
+            "do what the message says, or tessera key new --robots N --dir DIR"};
   }
   if (key->mission.empty()) {
     return {"key file", CheckState::kAdvice, path + " names no mission", needed,
@@ -57,7 +57,7 @@ Check check_key(const std::string& path) {
   return {"key file", CheckState::kGood, path + ", mission " + key->mission, needed, ""};
 }
 
-/// Whether this process has that right by itself, whatever its limits.
+/// True if this process has that capability, which overrides its limits.
 bool has_capability(unsigned bit) {
   std::ifstream status("/proc/self/status");
   std::string line;

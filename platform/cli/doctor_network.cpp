@@ -5,10 +5,10 @@
 
 #include <memory>
 
+#include "base/monotonic_clock.hpp"
+#include "base/network_interface.hpp"
 #include "cli/doctor.hpp"
-#include "lcm/datagram_link.hpp"
-#include "posix/monotonic_clock.hpp"
-#include "posix/network_interface.hpp"
+#include "link/datagram_link.hpp"
 
 namespace tessera {
 namespace {
@@ -31,7 +31,7 @@ Check check_url(const Outcome<UdpmUrl>& url) {
   }
   if (url->ttl > 1) {
     return {"LCM URL", CheckState::kAdvice, found, "ttl 1 on one network",
-            "write ttl=1 unless routers between the robots pass multicast on"};
+            "write ttl=1 unless routers between the robots forward multicast"};
   }
   return {"LCM URL", CheckState::kGood, found, needed, ""};
 }
@@ -40,7 +40,7 @@ Check check_interface(const Outcome<NetworkInterface>& interface) {
   const char* const needed = "up, with an IPv4 address and multicast";
   if (!interface.ok()) {
     return {"interface", CheckState::kStops, interface.failure().message, needed,
-            "name one of `ip -4 address` by --interface"};
+            "give --interface one that `ip -4 address` lists"};
   }
   const std::string found = interface->name + ", " + address_text(interface->address) +
                             (interface->is_up ? ", up" : ", down") +
@@ -56,7 +56,7 @@ Check check_route(const UdpmUrl& url, const NetworkInterface& interface) {
   const std::string needed = "by " + interface.name;
   const std::string mend = "ip route add 224.0.0.0/4 dev " + interface.name;
   const Outcome<NetworkInterface> route = route_interface(url.group);
-  // A node names its interface to the system, and so needs no route; liblcm does.
+  // A node gives the system its interface, so it needs no route; liblcm does.
   if (!route.ok()) {
     return {"multicast route", CheckState::kAdvice, "none: LCM's own tools will not start", needed,
             mend};
@@ -78,7 +78,7 @@ Check check_mtu(const NetworkInterface& interface) {
 }
 
 Check check_buffer(const UdpmUrl& url, const DatagramLink& link) {
-  // The kernel grants twice of what was asked for, and counts its own overhead in it.
+  // The kernel grants twice the requested size, which includes its own overhead.
   const int granted = link.receive_buffer_bytes() / 2;
   const std::string found = std::to_string(granted) + " bytes";
   const std::string needed = std::to_string(url.receive_buffer_bytes) + " bytes";
@@ -89,7 +89,7 @@ Check check_buffer(const UdpmUrl& url, const DatagramLink& link) {
               ", and the same in /etc/sysctl.d"};
 }
 
-/// How many of kEchoes of the largest datagrams the link hears of itself.
+/// Number of its own kEchoes largest datagrams that the link receives.
 int count_echoes(DatagramLink& link) {
   const std::vector<std::byte> payload(link.max_payload_bytes(), std::byte{0x5a});
   for (int i = 0; i < kEchoes; ++i) static_cast<void>(link.send(payload));
@@ -106,7 +106,7 @@ int count_echoes(DatagramLink& link) {
   return heard;
 }
 
-/// An url of this machine alone, on a channel of this process alone.
+/// A URL for this machine only, on a channel for this process only.
 LinkConfig echo_config(const UdpmUrl& url, const NetworkInterface& interface) {
   return {.url = "udpm://" + address_text(url.group) + ":" + std::to_string(url.port) +
                  "?ttl=0&recv_buf_size=" + std::to_string(url.receive_buffer_bytes),
@@ -135,8 +135,8 @@ void check_link(const UdpmUrl& url, const NetworkInterface& interface, std::vect
   }
   checks.push_back({"loopback multicast", heard > 0 ? CheckState::kAdvice : CheckState::kStops,
                     found, needed,
-                    "let the firewall pass UDP port " + std::to_string(url.port) + " to " +
-                        address_text(url.group) + ", and mend the MTU if that is too small"});
+                    "open UDP port " + std::to_string(url.port) + " to " + address_text(url.group) +
+                        " in the firewall, and fix the MTU if it is too small"});
 }
 
 }  // namespace

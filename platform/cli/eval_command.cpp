@@ -3,13 +3,13 @@
 // tessera eval: labels the points of scans from a map and compares with ground truth.
 #include <cstdio>
 
+#include "base/number_text.hpp"
+#include "base/outputs.hpp"
 #include "cli/command.hpp"
 #include "cli/evaluation.hpp"
 #include "cli/number_options.hpp"
-#include "dataset/transform_file.hpp"
-#include "mapping/number_text.hpp"
-#include "mapping/outputs.hpp"
-#include "mapping/stored_map.hpp"
+#include "maps/stored_map.hpp"
+#include "scans/transform_file.hpp"
 
 namespace tessera {
 
@@ -55,10 +55,10 @@ void print_scores(const Scores& scores, const ClassTable& classes, bool has_inpu
 
 Outcome<void> check_usage(const EvalOptions& options) {
   if (options.max_range_m && !(*options.max_range_m >= 0.0))
-    return Failure{"--max-range must be metres, 0 for no limit"};
+    return Failure{"--max-range must be a distance in metres; give 0 for no limit"};
   if (options.truth == kNoLabels || options.truth == kCameraLabels) {
     return Failure{"--truth " + options.truth +
-                   ": there is nothing to compare with; name the folder of the true labels"};
+                   " has no labels to compare with; name the folder of the true labels"};
   }
   std::vector<NamedFile> inputs{{"--map", options.map}, {"--transform", options.transform}};
   for (const std::string& path : options.overlap_of) inputs.push_back({"--overlap-of", path});
@@ -66,7 +66,7 @@ Outcome<void> check_usage(const EvalOptions& options) {
                        {options.dataset, {options.truth, options.input}});
 }
 
-/// The dataset with the label folders that are asked for, and with the map's classes.
+/// Opens the dataset; checks that it has the requested label folders and the map's classes.
 Outcome<Dataset> open_dataset(const EvalOptions& options, const ClassTable& classes) {
   const Outcome<Deskewing> deskew = parse_deskewing(options.deskew);
   if (!deskew.ok()) return deskew.failure();
@@ -154,15 +154,15 @@ void add_eval_command(CLI::App& app, int& exit_status) {
   command->add_option("--truth", o->truth, "Folder of true labels")->capture_default_str();
   command
       ->add_option("--input", o->input,
-                   "Folder of the labels that the map learnt from, cameras or none")
+                   "Folder of the labels that the map was made from, cameras or none")
       ->capture_default_str();
   command
       ->add_option("--max-range", o->max_range_m,
-                   "Leave farther points out, m; 0: no limit [as the map was made]")
+                   "Ignore farther points, m; 0: no limit [as the map was made]")
       ->check(decimal_number());
   command->add_option(
       "--deskew", o->deskew,
-      "on or off: take motion out of scans by their points' times [where there are]");
+      "on or off: correct scans for motion by the times of points [if there are times]");
   command
       ->add_option("--overlap-of", o->overlap_of,
                    "Only points where both of these maps have a label")

@@ -4,10 +4,10 @@
 
 #include <algorithm>
 
+#include "base/number_text.hpp"
+#include "base/progress.hpp"
 #include "cli/command.hpp"
-#include "mapping/number_text.hpp"
-#include "mapping/score_scan.hpp"
-#include "posix/progress.hpp"
+#include "maps/score_scan.hpp"
 #include "tessera/base/rigid.hpp"
 #include "tessera/registration/scan.hpp"
 
@@ -15,7 +15,7 @@ namespace tessera {
 
 namespace {
 
-/// Reads a scan's labels from the folder; kNoLabels gives unlabelled ones.
+/// Reads the labels of a scan from the folder; kNoLabels returns unlabelled ones.
 Outcome<void> read_labels(const Dataset& dataset, std::size_t i, const std::string& folder,
                           std::span<std::uint8_t> out, UnknownIdCount& unknown) {
   if (folder == kNoLabels) {

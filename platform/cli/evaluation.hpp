@@ -8,13 +8,13 @@
 
 #include "cli/losses.hpp"
 #include "cli/overlap.hpp"
-#include "dataset/dataset.hpp"
-#include "mapping/scores.hpp"
+#include "maps/scores.hpp"
+#include "scans/dataset.hpp"
 
 namespace tessera {
 
 struct Evaluation {
-  /// truth, input: folders of labels; input may be kNoLabels. All of it must outlive this.
+  /// truth, input: folders of labels; input may be kNoLabels. All arguments must outlive this.
   Evaluation(const Dataset& the_dataset, const LocalMap& the_map,
              const std::vector<OverlapMap>& the_overlap, const std::string& the_truth,
              const std::string& the_input)
@@ -41,10 +41,10 @@ struct Evaluation {
   std::uint64_t non_finite = 0;  ///< Points left out.
 };
 
-/// Fails with kFailure iff a file cannot be read any more.
+/// Fails with kFailure iff a file can no longer be read.
 Outcome<void> score_all(Evaluation& run);
 
-/// Warnings on stderr for what was left out.
+/// Prints warnings on stderr for what was left out.
 void warn_of_losses(const Evaluation& run);
 
 }  // namespace tessera

@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// tessera export: a map for people's eyes (PNG) and for other tools.
+// tessera export: a map as a picture (PNG) or for other tools.
 #include <cstdio>
 
+#include "base/number_text.hpp"
 #include "cli/command.hpp"
 #include "cli/export_options.hpp"
 #include "cli/export_table.hpp"
-#include "mapping/number_text.hpp"
-#include "octomap/octree_writer.hpp"
+#include "maps/octree_writer.hpp"
 #include "tessera/map/queries.hpp"
 
 namespace tessera {
@@ -59,10 +59,9 @@ void warn_of_losses(const ExportOptions& options, std::size_t voxels, const Writ
   }
   if (written.left_out > 0) {
     warn(counted(written.left_out, "voxel") +
-         (options.format == "png"
-              ? " not shown in each view: so far from the rest that the picture "
-                "would shrink"
-              : " left out: no finite coordinates"));
+         (options.format == "png" ? " not shown in each view: too far from the others, the picture "
+                                    "would shrink"
+                                  : " left out: no finite coordinates"));
   }
 }
 
@@ -76,7 +75,7 @@ Json report_of(const ExportOptions& options, const WriteReport& written, const J
   return json;
 }
 
-/// Pictures and PLY, whose voxels are all needed at once.
+/// Writes pictures and PLY, which need all voxels at once.
 Outcome<void> export_collected(const ExportOptions& options, const StoredMap& stored) {
   const LocalMap& map = stored.map;
   const double resolution_m = map.lattice().resolution_m();
@@ -137,7 +136,7 @@ Outcome<void> run_export(const ExportOptions& options) {
 
 void add_export_command(CLI::App& app, int& exit_status) {
   CLI::App* const command =
-      app.add_subcommand("export", "A picture of the map, or its voxels for other tools");
+      app.add_subcommand("export", "Write a picture of a map, or its voxels for other tools");
   auto o = std::make_shared<ExportOptions>();
   declare_export_options(*command, *o);
   command->footer("Example: tessera export --map map.tsm --format png --out map.png");

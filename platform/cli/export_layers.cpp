@@ -8,20 +8,20 @@
 #include <cmath>
 #include <span>
 
+#include "base/number_text.hpp"
 #include "cli/command.hpp"
 #include "cli/contributors.hpp"
-#include "mapping/fuse_setup.hpp"
-#include "mapping/number_text.hpp"
+#include "maps/fuse_setup.hpp"
 
 namespace tessera {
 
 namespace {
 
-/// What occupied voxels without a label look like.
+/// Colour of occupied voxels without a label.
 constexpr Color kNoLabel{128, 128, 128};
 
-/// Told apart with every kind of colour vision, after Okabe and Ito; and what is seen by all is
-/// dark, so that its extent is the first thing to be seen.
+/// Distinguishable with every kind of colour vision, after Okabe and Ito. Voxels of several robots
+/// are dark, so that their extent is seen first.
 constexpr std::array<Color, 8> kRobots{
     Color{86, 180, 233}, Color{230, 159, 0}, Color{0, 158, 115}, Color{204, 121, 167},
     Color{240, 228, 66}, Color{0, 114, 178}, Color{213, 94, 0},  Color{164, 206, 149}};
@@ -34,7 +34,7 @@ constexpr Color kDisagree{213, 94, 0};
 constexpr Color kNobody{240, 228, 66};
 constexpr Color kOneRobot{158, 162, 170};
 
-/// From sure to unsure.
+/// From certain to uncertain.
 constexpr std::array<Color, 8> kScale{Color{68, 1, 84},    Color{70, 50, 127},  Color{54, 92, 141},
                                       Color{39, 127, 142}, Color{31, 161, 135}, Color{74, 194, 109},
                                       Color{159, 218, 58}, Color{253, 231, 37}};
@@ -43,7 +43,7 @@ struct Scale {
   const char* name = "";
   float PlyVoxel::*value = nullptr;
   std::array<float, kScale.size() - 1> limits{};
-  bool rising = true;  ///< Whether the larger is the less sure.
+  bool rising = true;  ///< True if larger values are less certain.
 };
 constexpr Scale kVariance{
     "variance", &PlyVoxel::variance, {0.001F, 0.002F, 0.005F, 0.01F, 0.02F, 0.05F, 0.1F}, true};
@@ -215,7 +215,7 @@ Outcome<void> check_alike(const StoredMap& global, const std::string& path,
   return {};
 }
 
-/// The map was made of other maps, or of more, or they lay elsewhere.
+/// Warns if the map was made of other maps, of more, or with other transforms.
 void warn_of_others(const Contributors& contributors, const std::vector<PlyVoxel>& voxels) {
   std::uint64_t unexplained = 0;
   for (std::size_t i = 0; i < voxels.size(); ++i)
@@ -255,7 +255,7 @@ Outcome<Layer> color_by_robots(const LayerOptions& options, const StoredMap& map
 void declare_layer_options(CLI::App& command, LayerOptions& options) {
   command
       .add_option("--show", options.show,
-                  "What colours tell: class, contributors, disagreement, variance or probability")
+                  "What colours show: class, contributors, disagreement, variance or probability")
       ->capture_default_str();
   command.add_option("--of", options.of,
                      "The local maps that the global map was made of, to show contributors or "

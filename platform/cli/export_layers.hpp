@@ -1,27 +1,27 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// What the colours of exported voxels tell: their class, who contributed them, where robots
-// disagree, or how sure their label is.
+// What the colours of exported voxels show: their class, who contributed them, where robots
+// disagree, or how certain their label is.
 #pragma once
 
 #include <CLI/CLI.hpp>
 #include <string>
 #include <vector>
 
-#include "mapping/report.hpp"
-#include "mapping/stored_map.hpp"
-#include "posix/outcome.hpp"
-#include "render/ply.hpp"
+#include "base/json.hpp"
+#include "base/outcome.hpp"
+#include "maps/stored_map.hpp"
+#include "pictures/ply.hpp"
 
 namespace tessera {
 
 struct LayerOptions {
   std::string show = "class";
   std::vector<std::string> of;          ///< Local maps.
-  std::vector<std::string> transforms;  ///< Of them, as fuse has them.
+  std::vector<std::string> transforms;  ///< Their transforms, as for fuse.
 };
 
-/// What is exported, and where it is in the grid: by the same index, in the order of blocks, octets
+/// Exported voxels, and their places in the grid: by the same index, in the order of blocks, octets
 /// and voxels.
 struct ExportedVoxels {
   std::vector<PlyVoxel> voxels;
@@ -36,12 +36,12 @@ struct Layer {
 
 void declare_layer_options(CLI::App& command, LayerOptions& options);
 
-/// Fails with kUsage iff show is no layer, or the other options are missing or do not go with it.
+/// Fails with kUsage iff show is not a layer, or the other options are missing or do not apply.
 Outcome<void> check_layer(const LayerOptions& options);
 
-/// Colours the voxels of a map, and counts the robots of each where the layer is of robots. path:
-/// of the map, for messages. Warns of voxels that none of the local maps explains. Fails with
-/// kUsage iff the local maps cannot be loaded (load_inputs), or do not go with the map.
+/// Colours the voxels of a map, and counts the robots of each if the layer is about robots. path:
+/// of the map, for messages. Warns about labels that none of the local maps has. Fails with kUsage
+/// iff the local maps cannot be loaded (load_inputs), or do not match the map.
 Outcome<Layer> color_voxels(const LayerOptions& options, const StoredMap& map,
                             const std::string& path, ExportedVoxels& exported);
 

@@ -4,11 +4,11 @@
 
 #include <filesystem>
 
+#include "base/number_text.hpp"
+#include "base/outputs.hpp"
 #include "cli/number_options.hpp"
-#include "mapping/fuse_inputs.hpp"
-#include "mapping/number_text.hpp"
-#include "mapping/outputs.hpp"
-#include "octomap/octree_writer.hpp"
+#include "maps/fuse_inputs.hpp"
+#include "maps/octree_writer.hpp"
 
 namespace tessera {
 
@@ -40,7 +40,7 @@ Outcome<void> check_values(const ExportOptions& options) {
   return {};
 }
 
-/// Options that say nothing of the format.
+/// Fails iff an option does not apply to the format.
 Outcome<void> check_together(const ExportOptions& options) {
   const ExportOptions by_default;
   const auto only_for = [&](const char* option, const char* format) {
@@ -72,8 +72,8 @@ Outcome<void> check_together(const ExportOptions& options) {
   }
   if (can_write_octrees()) return {};
   return Failure{"--format " + options.format +
-                 " needs OctoMap, which this build has not; install liboctomap-dev and build "
-                 "again"};
+                 " needs OctoMap, which this build does not have; install liboctomap-dev and "
+                 "build again"};
 }
 
 }  // namespace
@@ -127,15 +127,16 @@ void declare_export_options(CLI::App& command, ExportOptions& o) {
       ->capture_default_str();
   command.add_option("--title", o.title, "png: the line above [the map file's name]");
   command.add_option("--ply-form", o.ply_form, "ply: points or cubes")->capture_default_str();
-  command.add_option("--voxels", o.voxels, "pcd, npy, csv: occupied, or observed: free ones too")
+  command
+      .add_option("--voxels", o.voxels, "pcd, npy, csv: occupied, or observed: also free voxels")
       ->capture_default_str();
-  command.add_option("--min-evidence", o.min_evidence, "Leave voxels with less evidence out")
+  command.add_option("--min-evidence", o.min_evidence, "Leave out voxels with less evidence")
       ->check(decimal_number())
       ->capture_default_str();
-  command.add_option("--min-probability", o.min_probability, "Leave less probable labels out")
+  command.add_option("--min-probability", o.min_probability, "Leave out less probable labels")
       ->check(decimal_number())
       ->capture_default_str();
-  command.add_option("--max-variance", o.max_variance, "Leave more uncertain labels out")
+  command.add_option("--max-variance", o.max_variance, "Leave out labels with a larger variance")
       ->check(decimal_number())
       ->capture_default_str();
 }

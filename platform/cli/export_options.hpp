@@ -1,15 +1,15 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// The options of "export", and which of them go together.
+// The options of "export", and which of them may be combined.
 #pragma once
 
 #include <CLI/CLI.hpp>
 #include <string>
 
+#include "base/json.hpp"
+#include "base/outcome.hpp"
 #include "cli/export_layers.hpp"
-#include "mapping/report.hpp"
-#include "posix/outcome.hpp"
-#include "render/picture.hpp"
+#include "pictures/picture.hpp"
 #include "tessera/semantics/estimate.hpp"
 
 namespace tessera {
@@ -26,7 +26,7 @@ struct ExportOptions {
   int width_px = ImageOptions{}.width_px;
   double min_evidence = 0.0;
   double min_probability = 0.0;
-  double max_variance = 0.25;  ///< No label can have more.
+  double max_variance = 0.25;  ///< The largest variance that a label can have.
   LayerOptions layer;
 
   /// A row for each voxel: pcd, npy or csv.
@@ -37,7 +37,7 @@ struct ExportOptions {
   [[nodiscard]] bool is_limited() const {
     return min_evidence > 0.0 || min_probability > 0.0 || max_variance < 0.25;
   }
-  /// Whether a voxel is exported, its state aside.
+  /// True if a voxel is exported, apart from its state.
   [[nodiscard]] bool passes_limits(const Estimate& estimate) const {
     if (estimate.evidence < min_evidence) return false;
     if (estimate.label != 0 && estimate.probability < min_probability) return false;
@@ -47,14 +47,14 @@ struct ExportOptions {
 
 void declare_export_options(CLI::App& command, ExportOptions& options);
 
-/// Fails with kUsage iff a value is not allowed, options do not go together, or an output has no
-/// place (check_outputs).
+/// Fails with kUsage iff a value is not allowed, options exclude each other, or an output cannot be
+/// written (check_outputs).
 Outcome<void> check_export(const ExportOptions& options);
 
 /// The line above a picture.
 std::string title_of(const ExportOptions& options);
 
-/// Every option's value.
+/// The values of all options.
 Json to_json(const ExportOptions& options);
 
 }  // namespace tessera

@@ -5,8 +5,8 @@
 #include <limits>
 #include <optional>
 
-#include "posix/progress.hpp"
-#include "render/voxel_table.hpp"
+#include "base/progress.hpp"
+#include "pictures/voxel_table.hpp"
 #include "tessera/map/queries.hpp"
 
 namespace tessera {
@@ -49,7 +49,7 @@ class Chunk {
                               .variance = static_cast<float>(estimate.variance),
                               .evidence = static_cast<float>(estimate.evidence)});
   }
-  /// Writes what there is. table: opened before with what may fail.
+  /// Writes the rows. table: opened before, with everything that may fail.
   Outcome<void> write(VoxelTable& table, Json& counts) {
     const Outcome<Layer> layer = color_voxels(options_.layer, stored_, options_.map, voxels_);
     if (!layer.ok()) return layer.failure();

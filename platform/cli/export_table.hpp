@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "base/outcome.hpp"
 #include "cli/export_options.hpp"
-#include "mapping/stored_map.hpp"
-#include "posix/outcome.hpp"
+#include "maps/stored_map.hpp"
 
 namespace tessera {
 
@@ -21,9 +21,9 @@ struct TableReport {
   Json counts = Json::object();  ///< Of a layer of robots.
 };
 
-/// Writes the voxels in the order of blocks, octets and voxels. Goes over the map twice, as the
-/// header has their number, and holds kChunk of them at a time; all of them where the layer is of
-/// robots. Shows its progress on stderr. Fails as color_voxels() and VoxelTable do.
+/// Writes the voxels in the order of blocks, octets and voxels. Reads the map twice, as the header
+/// has their number, and holds kChunk of them at a time; all of them if the layer is about robots.
+/// Shows its progress on stderr. Fails as color_voxels() and VoxelTable do.
 Outcome<TableReport> write_table(const ExportOptions& options, const StoredMap& stored);
 
 }  // namespace tessera

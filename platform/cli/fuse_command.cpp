@@ -1,16 +1,17 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// tessera fuse: local maps to one global map by label diffusion.
+// tessera fuse: fuses local maps into one global map by label diffusion.
+#include <algorithm>
 #include <cstdio>
 #include <optional>
 
+#include "base/allocation_counter.hpp"
+#include "base/number_text.hpp"
+#include "base/outputs.hpp"
+#include "base/progress.hpp"
 #include "cli/command.hpp"
 #include "cli/number_options.hpp"
-#include "mapping/fusion_run.hpp"
-#include "mapping/number_text.hpp"
-#include "mapping/outputs.hpp"
-#include "posix/allocation_counter.hpp"
-#include "posix/progress.hpp"
+#include "maps/fusion_run.hpp"
 
 namespace tessera {
 
@@ -44,7 +45,17 @@ void warn_of(const std::vector<std::string>& warnings) {
   for (const std::string& warning : warnings) warn(warning);
 }
 
-/// Fuses with a bar, and counts what that takes of the heap.
+/// If only some have a frame, arrange_inputs warns.
+void warn_of_no_frame(const std::vector<FuseInput>& inputs) {
+  const auto placed = [](const FuseInput& input) { return input.placed; };
+  if (std::any_of(inputs.begin(), inputs.end(), placed)) return;
+  warn(
+      "none of the " + std::to_string(inputs.size()) +
+      " maps has a T_global_map: their frames are taken for the same one; where they are not, give "
+      "--transform MAP.tsm=T.txt for each");
+}
+
+/// Fuses with a progress bar, and counts heap allocations.
 Outcome<void> fuse_all(FusionRun& fusion, const std::vector<FuseInput>& inputs) {
   const std::optional<std::uint64_t> before = heap_allocations();
   std::optional<Progress> bar;
@@ -84,6 +95,7 @@ Outcome<void> run_fuse(const FuseOptions& options) {
   const Outcome<std::unique_ptr<FusionRun>> fusion =
       FusionRun::prepare(*inputs, options, *diffusion);
   if (!fusion.ok()) return fusion.failure();
+  warn_of_no_frame(*inputs);
   const Outcome<void> fused = fuse_all(**fusion, *inputs);
   if (!fused.ok()) return fused.failure();
   (*fusion)->measure();
@@ -105,9 +117,9 @@ Outcome<void> run_fuse(const FuseOptions& options) {
 
 void add_fuse_command(CLI::App& app, int& exit_status) {
   CLI::App* const command =
-      app.add_subcommand("fuse", "Local maps to one global map by label diffusion");
+      app.add_subcommand("fuse", "Fuse local maps into one global map by label diffusion");
   auto o = std::make_shared<FuseOptions>();
-  command->add_option("MAPS", o->maps, "Local maps of one resolution and the same classes")
+  command->add_option("MAPS", o->maps, "Local maps with the same resolution and classes")
       ->required();
   command->add_option("--out", o->out, "Global map to write")->required();
   command->add_option("--report", o->report, "JSON report to write");
@@ -119,28 +131,32 @@ void add_fuse_command(CLI::App& app, int& exit_status) {
       ->add_option("--diffusion", o->diffusion.mode, "contractive, paper, or none (the plain sum)")
       ->check(CLI::IsMember({"contractive", "paper", "none"}))
       ->capture_default_str();
-  command->add_option("--iterations", o->diffusion.iterations, "Iterations n [8; paper: 2]")
+  command
+      ->add_option("--iterations", o->diffusion.iterations,
+                   "Iterations n of the diffusion [8; paper: 2]")
       ->check(whole_number<int>());
   command
       ->add_option("--diffusion-length", o->diffusion.length_m,
-                   "Length D of its kernel, m [2 voxels; paper: 3]")
+                   "Length D of the diffusion kernel, m [2 voxels; paper: 3]")
       ->check(decimal_number());
   command
       ->add_option("--alpha", o->diffusion.alpha,
-                   "Share that neighbours give, 0 to 1 (contractive)")
+                   "Share that neighbours contribute, 0 to 1 (contractive)")
       ->check(decimal_number())
       ->capture_default_str();
-  command->add_option("--omega", o->diffusion.omega, "Weight of all evidence")
+  command->add_option("--omega", o->diffusion.omega, "Factor for all evidence")
       ->check(decimal_number())
       ->capture_default_str();
   command
       ->add_option("--edge", o->diffusion.edge, "Edge term: none, label, similarity or confidence")
       ->check(CLI::IsMember({"none", "label", "similarity", "confidence"}))
       ->capture_default_str();
-  command->add_option("--counts", o->counts, "dense or compact counts [as the maps]")
+  command
+      ->add_option("--counts", o->counts,
+                   "How counts are stored: dense or compact [as in the maps]")
       ->check(CLI::IsMember({"dense", "compact"}));
   command->add_option("--memory", o->memory,
-                      "Budget for the global map and its making, bytes or with K, M, G [what the "
+                      "Memory for the global map and for fusing, bytes or with K, M, G [what the "
                       "maps need]");
   command->add_flag("--whole-map", o->diffusion.whole_map,
                     "Diffuse wherever there are labels, not only where robots overlap");

@@ -1,15 +1,15 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// tessera info: what is in a map file.
+// tessera info: prints what is in a map file.
 #include <cstdio>
 #include <limits>
 
+#include "base/input_file.hpp"
+#include "base/json.hpp"
+#include "base/number_text.hpp"
+#include "base/outputs.hpp"
 #include "cli/command.hpp"
-#include "mapping/number_text.hpp"
-#include "mapping/outputs.hpp"
-#include "mapping/report.hpp"
-#include "mapping/stored_map.hpp"
-#include "posix/input_file.hpp"
+#include "maps/stored_map.hpp"
 #include "tessera/map/queries.hpp"
 
 namespace tessera {
@@ -85,7 +85,7 @@ Json to_json(const StoredMap& stored, const Content& content, std::uint64_t file
   return json;
 }
 
-/// settings: as fuse records them; what they do not say is left out.
+/// settings: as fuse records them; what they do not have is left out.
 void print_fusion(const Json& settings, const std::string& path) {
   std::string robots;
   if (settings.is_object() && settings.contains("robots") && settings["robots"].is_array()) {
@@ -159,7 +159,7 @@ Outcome<void> run_info(const std::string& path, const std::string& report) {
 }  // namespace
 
 void add_info_command(CLI::App& app, int& exit_status) {
-  CLI::App* const command = app.add_subcommand("info", "What is in a map file");
+  CLI::App* const command = app.add_subcommand("info", "Print what is in a map file");
   auto path = std::make_shared<std::string>();
   auto report = std::make_shared<std::string>();
   command->add_option("FILE", *path, "Map file")->required();

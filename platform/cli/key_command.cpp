@@ -8,20 +8,20 @@
 #include <filesystem>
 #include <optional>
 
+#include "base/json.hpp"
+#include "base/number_text.hpp"
+#include "base/outputs.hpp"
+#include "base/system_failure.hpp"
 #include "cli/command.hpp"
 #include "cli/number_options.hpp"
-#include "mapping/number_text.hpp"
-#include "mapping/outputs.hpp"
-#include "mapping/report.hpp"
-#include "posix/system_failure.hpp"
-#include "security/key_maker.hpp"
-#include "security/mission.hpp"
+#include "link/key_maker.hpp"
+#include "link/mission.hpp"
 
 namespace tessera {
 
 namespace {
 
-constexpr std::uint32_t kMostRobots = 1024;  ///< As many as a node can have heard of.
+constexpr std::uint32_t kMostRobots = 1024;  ///< As many as a node can know of.
 
 struct KeyOptions {
   std::optional<std::uint32_t> robots;
@@ -44,7 +44,7 @@ Outcome<void> check_usage(const KeyOptions& o) {
   const int kinds = (o.robot ? 1 : 0) + (o.fleet.empty() ? 0 : 1) +
                     (o.robots || (o.without_signatures && o.fleet.empty()) ? 1 : 0);
   if (kinds != 1)
-    return Failure{std::string("say either --robots N --dir DIR, --robot ID --dir DIR or "
+    return Failure{std::string("give either --robots N --dir DIR, --robot ID --dir DIR or "
                                "--fleet FILE") +
                    help};
   if (o.fleet.empty() == o.folder.empty())
@@ -55,7 +55,7 @@ Outcome<void> check_usage(const KeyOptions& o) {
   return {};
 }
 
-/// Where it is not there yet, for its owner alone. The folder above it must be there.
+/// Makes a missing folder, with access for its owner only. The parent folder must exist.
 Outcome<void> make_folder(const std::string& folder) {
   std::error_code error;
   if (folder.empty() || std::filesystem::is_directory(folder, error)) return {};
@@ -63,7 +63,7 @@ Outcome<void> make_folder(const std::string& folder) {
   return system_failure("make the folder", folder, errno, FailureKind::kUsage);
 }
 
-/// What is made, and the mission that is in it.
+/// The files made, and the mission in them.
 struct Made {
   std::vector<std::string> files;
   std::string mission;
@@ -88,9 +88,10 @@ Outcome<Made> make_fleet_alone(const std::string& path, bool is_meant) {
   std::printf("secret, the same for every robot of the fleet: %s, mission %s\n", path.c_str(),
               name.c_str());
   if (!is_meant) {
-    std::fprintf(stderr,
-                 "warning: with this key alone nothing is signed, and each robot can speak for any "
-                 "other; --robots N --dir DIR makes a fleet that signs\n");
+    std::fprintf(
+        stderr,
+        "warning: with this key alone nothing is signed, and each robot can forge the data of "
+        "any other; --robots N --dir DIR makes a fleet that signs\n");
   }
   return Made{{path}, name};
 }
@@ -154,7 +155,7 @@ Outcome<void> run_key_new(const KeyOptions& o) {
 
 Outcome<void> run_key_mission(const MissionOptions& o) {
   if (o.name.empty() != o.is_new)
-    return Failure{"say either a name or --new; see tessera key mission --help"};
+    return Failure{"give either a name or --new; see tessera key mission --help"};
   const Outcome<void> places =
       check_outputs({{"--report", o.report}}, {{"the fleet's key", o.fleet}});
   if (!places.ok()) return places.failure();
@@ -163,7 +164,7 @@ Outcome<void> run_key_mission(const MissionOptions& o) {
   const Outcome<void> set = set_mission(o.fleet, *mission);
   if (!set.ok()) return set.failure();
   const std::string name(mission->name());
-  std::printf("%s names the mission %s; copy it to every robot, and start all of them again\n",
+  std::printf("%s names the mission %s; copy it to every robot, and restart all of them\n",
               o.fleet.c_str(), name.c_str());
   Json config = {{"name", o.name}, {"new", o.is_new}, {"fleet", o.fleet}, {"report", o.report}};
   return write_report({{"files", {o.fleet}}, {"mission", name}, {"config", std::move(config)}},
@@ -171,18 +172,20 @@ Outcome<void> run_key_mission(const MissionOptions& o) {
 }
 
 void add_new(CLI::App& key, int& exit_status) {
-  CLI::App* const command =
-      key.add_subcommand("new", "Make keys for a fleet or a robot; nothing is ever replaced");
+  CLI::App* const command = key.add_subcommand(
+      "new", "Make keys for a fleet or a robot; existing files are never replaced");
   auto o = std::make_shared<KeyOptions>();
-  command->add_option("--robots", o->robots, "Make all keys of a fleet of N robots that signs")
+  command
+      ->add_option("--robots", o->robots, "Make all keys of a fleet of N robots, with signatures")
       ->check(whole_number<std::uint32_t>());
-  command->add_option("--dir", o->folder, "Folder that gets the files; made if it is not there");
-  command->add_flag("--without-signatures", o->without_signatures,
-                    "Make the secret of the fleet alone: each robot can speak for any other");
-  command->add_option("--robot", o->robot, "Make the pair of keys of one robot")
+  command->add_option("--dir", o->folder,
+                      "Folder to write the files into; made if it does not exist");
+  command->add_flag(
+      "--without-signatures", o->without_signatures,
+      "Make only the secret of the fleet: each robot can forge the data of any other");
+  command->add_option("--robot", o->robot, "Make the key pair of the robot with this id")
       ->check(whole_number<std::uint32_t>());
-  command->add_option("--fleet", o->fleet,
-                      "Make the secret of the whole fleet alone, as this file");
+  command->add_option("--fleet", o->fleet, "Make only the secret of the whole fleet, as this file");
   command->add_option("--report", o->report, "JSON report to write; never has a key in it");
   command->footer("Example: tessera key new --robots 3 --dir keys");
   command->callback([o, &exit_status] {
@@ -193,10 +196,10 @@ void add_new(CLI::App& key, int& exit_status) {
 
 void add_mission(CLI::App& key, int& exit_status) {
   CLI::App* const command =
-      key.add_subcommand("mission", "Name another mission in the fleet's key file");
+      key.add_subcommand("mission", "Write another mission into the fleet's key file");
   auto o = std::make_shared<MissionOptions>();
-  command->add_option("NAME", o->name, "Of the mission, 1 to 64 bytes");
-  command->add_flag("--new", o->is_new, "A random name, such as mission-3f9c2a71d0");
+  command->add_option("NAME", o->name, "Name of the mission, 1 to 64 bytes");
+  command->add_flag("--new", o->is_new, "Choose a random name, such as mission-3f9c2a71d0");
   command->add_option("--fleet", o->fleet, "The fleet's key file")->capture_default_str();
   command->add_option("--report", o->report, "JSON report to write; never has a key in it");
   command->footer("Example: tessera key mission --new --fleet keys/fleet.key");
@@ -209,7 +212,8 @@ void add_mission(CLI::App& key, int& exit_status) {
 }  // namespace
 
 void add_key_command(CLI::App& app, int& exit_status) {
-  CLI::App* const command = app.add_subcommand("key", "Keys that robots know each other by");
+  CLI::App* const command =
+      app.add_subcommand("key", "Make the keys by which robots recognise each other");
   command->require_subcommand(1);
   command->footer("Example: tessera key new --robots 3 --dir keys");
   add_new(*command, exit_status);

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <span>
 
-#include "mapping/number_text.hpp"
+#include "base/number_text.hpp"
 
 namespace tessera {
 
@@ -33,7 +33,7 @@ std::string UnknownIdCount::text() const {
   std::string ids;
   for (const std::uint16_t id : std::span(all_.examples).first(all_.num_examples))
     ids += (ids.empty() ? "" : ", ") + std::to_string(id);
-  // The list may be complete at its greatest length; it cannot be told from a cut one.
+  // A complete list of the greatest length cannot be distinguished from a cut one.
   if (all_.num_examples == UnknownRawIds::kMaxExamples) ids += ", ...";
   return counted(all_.points, "point") + (folder_.empty() ? "" : " of " + folder_) +
          " with class ids that are in no class (" + ids + "), first in scan " +

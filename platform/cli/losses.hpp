@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// What was left out and where, in words short enough for one line: the first few of many.
+// Text for what was left out and where, short enough for one line: the first few of many.
 #pragma once
 
 #include <array>
@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <string>
 
-#include "dataset/dataset.hpp"
+#include "scans/dataset.hpp"
 
 namespace tessera {
 
@@ -29,11 +29,11 @@ class NumberList {
 /// Class ids of several scans that are in no class.
 class UnknownIdCount {
  public:
-  /// folder: where the labels are, for the text; empty: not said.
+  /// folder: where the labels are, for the text; empty: not named.
   explicit UnknownIdCount(std::string folder = {}) : folder_(std::move(folder)) {}
   void add(int scan, const UnknownRawIds& ids);
   [[nodiscard]] std::uint64_t points() const { return all_.points; }
-  /// "4 points of labels have class ids ... (7, 300); they count as unlabelled".
+  /// "4 points of labels with class ids ... (7, 300), first in scan 2; taken as unlabelled".
   [[nodiscard]] std::string text() const;
 
  private:

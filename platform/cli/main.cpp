@@ -10,14 +10,14 @@
 
 #include "cli/command.hpp"
 #include "cli/value_names.hpp"
-#include "mapping/map_options.hpp"
+#include "settings/map_options.hpp"
 #include "tessera/base/assert.hpp"
 #include "tessera/base/version.hpp"
 
 namespace tessera {
 
 int fail(const Failure& failure) {
-  std::string message = failure.message;  // One line, though a name in it may hold several.
+  std::string message = failure.message;  // One line, even if a name in it has several.
   std::replace(message.begin(), message.end(), '\n', ' ');
   std::fprintf(stderr, "tessera: %s\n", message.c_str());
   return failure.kind == FailureKind::kUsage ? kExitUsage : kExitFailure;
@@ -27,16 +27,16 @@ void warn(const std::string& message) { std::fprintf(stderr, "warning: %s\n", me
 
 namespace {
 
-/// What is wrong with the words typed, and whose help says more.
+/// What is wrong with the command line, and which --help to read.
 Failure usage_failure(const CLI::App& app, const CLI::ParseError& error) {
   const std::vector<CLI::App*> called = app.get_subcommands();
   const std::string subcommand = called.empty() ? "" : called.front()->get_name();
   const std::string help =
       "; see tessera " + (subcommand.empty() ? "" : subcommand + " ") + "--help";
-  // A word that nobody knows explains more than the option that is missing because of it.
+  // An unknown word explains more than the option that is missing because of it.
   const std::vector<std::string> unknown = app.remaining(true);
   if (unknown.empty()) return {error.what() + help};
-  return {"there is no option or subcommand " + unknown.front() + help};
+  return {"unknown option or subcommand " + unknown.front() + help};
 }
 
 int run(int argc, char** argv) {
@@ -65,10 +65,9 @@ int run(int argc, char** argv) {
     known = known || sub->get_name() == first;
     sub->set_version_flag("--version", std::string("tessera ") + kVersion);
   }
-  // Before the parser, to which a --help behind the word is enough.
+  // Before the parser, which would accept a --help after the word.
   if (!known) {
-    return fail(
-        {"there is no option or subcommand " + std::string(first) + "; see tessera --help"});
+    return fail({"unknown option or subcommand " + std::string(first) + "; see tessera --help"});
   }
   name_values(app);
   try {
@@ -100,6 +99,6 @@ int main(int argc, char** argv) {
         {"out of memory; give a smaller --memory or fewer scans", tessera::FailureKind::kFailure});
   } catch (const std::exception& error) {
     return tessera::fail(
-        {std::string("cannot go on: ") + error.what(), tessera::FailureKind::kFailure});
+        {std::string("cannot continue: ") + error.what(), tessera::FailureKind::kFailure});
   }
 }

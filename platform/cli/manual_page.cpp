@@ -13,7 +13,7 @@ namespace tessera {
 
 namespace {
 
-/// Text as roff prints it, whatever is in it.
+/// Escapes text for roff.
 std::string plain(std::string_view text) {
   std::string out;
   for (const char c : text) {
@@ -69,7 +69,7 @@ void add_options(const CLI::App& command, std::string& page) {
   }
 }
 
-/// What is behind "Example:" in a footer, a command to a paragraph.
+/// The text after "Example:" in a footer, one command per paragraph.
 void add_example(const CLI::App& command, std::string& page) {
   constexpr std::string_view kWord = "Example: ";
   std::string text = command.get_footer();
@@ -80,7 +80,8 @@ void add_example(const CLI::App& command, std::string& page) {
 
 constexpr const char* kExitStatus =
     ".SH EXIT STATUS\n.TP\n0\nDone. Warnings, if any, are on standard error.\n"
-    ".TP\n1\nBad input or usage: one line on standard error says what, where, and what to do.\n"
+    ".TP\n1\nBad input or usage. One line on standard error says what is wrong, where, and what to "
+    "do.\n"
     ".TP\n2\nThe work could not be completed.\n";
 
 std::string synopsis_of(const CLI::App& command, const std::string& words) {
@@ -102,9 +103,9 @@ std::string manual_page(const CLI::App& app) {
   page +=
       ".SH SYNOPSIS\n.B tessera\n" + italic("subcommand") + "\n[" + italic("option") + " ...]\n";
   page +=
-      ".SH DESCRIPTION\nLabelled range data becomes a map of voxels that knows what is free, "
-      "occupied or unknown, of which "
-      "class it is, and how sure that is. Each subcommand has a page of its own.\n.SH "
+      ".SH DESCRIPTION\nMakes maps of voxels from labelled range data. Each voxel is free, "
+      "occupied or unknown, and has a class "
+      "with its probability. Each subcommand has its own page.\n.SH "
       "SUBCOMMANDS\n";
   for (const CLI::App* const command : shown_subcommands(app))
     page += ".TP\n" + bold(command->get_name()) + "\n" + plain(command->get_description()) + ".\n";

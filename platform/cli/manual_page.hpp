@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Manual pages in roff, made from the options that CLI11 knows.
+// Manual pages in roff, generated from the options that CLI11 knows.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -10,7 +10,7 @@ namespace tessera {
 
 /// tessera(1).
 [[nodiscard]] std::string manual_page(const CLI::App& app);
-/// tessera-NAME(1), with the subcommands that it has itself.
+/// tessera-NAME(1), including its own subcommands.
 [[nodiscard]] std::string manual_page_of(const CLI::App& command);
 
 }  // namespace tessera

@@ -7,7 +7,7 @@
 namespace tessera {
 
 void declare_map_options(CLI::App& command, MapOptions& o) {
-  // Which of these are needed is said by check_source().
+  // check_source() checks which of these are needed.
   command.add_option("--dataset", o.dataset,
                      "Folder in the KITTI layout; or --pcd, --ply, --depth");
   command.add_option("--pcd", o.pcd, "Folder of PCD files, with --poses");
@@ -15,45 +15,51 @@ void declare_map_options(CLI::App& command, MapOptions& o) {
   command.add_option("--depth", o.depth,
                      "Folder of 16-bit depth images, with --intrinsics and --poses");
   command.add_option("--label-images", o.label_images,
-                     "Folder of label images, of the same names as those of --depth");
+                     "Folder of label images, with the same names as those of --depth");
   command.add_option("--intrinsics", o.intrinsics, "TOML file of the camera of --depth");
   command.add_option("--poses", o.poses,
-                     "A row for each file: 3x4, 4x4, or stamp tx ty tz qx qy qz qw");
+                     "File of poses, a row for each file: 3x4, 4x4, or stamp tx ty tz qx qy qz qw");
   command.add_option("--out", o.out, "Map file to write (.tsm), required");
   command.add_option("--report", o.report, "JSON report to write");
   command.add_option("--first", o.first, "First scan number")->check(whole_number<int>());
   command.add_option("--last", o.last, "Last scan number, inclusive")->check(whole_number<int>());
-  command.add_option("--labels", o.labels, "Folder of labels to learn from, cameras or none")
+  command.add_option("--labels", o.labels, "Folder of labels to use, cameras or none")
       ->capture_default_str();
   command.add_option(
       "--deskew", o.deskew,
-      "on or off: take motion out of scans by their points' times [where there are]");
+      "on or off: correct scans for motion by the times of points [if there are times]");
   command.add_option("--resolution", o.resolution_m, "Voxel edge, m [0.1]")
       ->check(decimal_number());
-  command.add_option("--inference", o.inference, "multi-entropy, kernel or counting")
+  command
+      .add_option("--inference", o.inference, "Inference mode: multi-entropy, kernel or counting")
       ->capture_default_str();
-  command.add_option("--kernel-length", o.kernel_length_m, "D of the kernel mode, m [0.5]")
+  command.add_option("--kernel-length", o.kernel_length_m, "Length D of the kernel mode, m [0.5]")
       ->check(decimal_number());
-  command.add_option("--prior", o.prior, "sigma_0 of every component [0.001]")
+  command.add_option("--prior", o.prior, "Prior sigma_0 of every component [0.001]")
       ->check(decimal_number());
-  command.add_option("--max-range", o.max_range_m, "Farther returns add no hit, m; 0: no limit")
+  command
+      .add_option("--max-range", o.max_range_m,
+                  "Returns beyond this range add no hit, m; 0: no limit")
       ->check(decimal_number())
       ->capture_default_str();
-  command.add_option("--min-range", o.min_range_m, "Nearer returns are refused, m")
+  command.add_option("--min-range", o.min_range_m, "Returns within this range are refused, m")
       ->check(decimal_number())
       ->capture_default_str();
   command.add_option("--downsample", o.downsample, "Thinning cell, m, or off [the resolution]");
   command.add_option(
       "--thinning-weight", o.thinning_weight,
-      "A thinned point weighs the mean or the sum of its points [kernel: sum, else mean]");
-  command.add_option("--free-space", o.free_space, "on or off")->capture_default_str();
-  command.add_option("--memory", o.memory, "Budget for map and scratch, bytes or with K, M, G")
+      "Weight of a thinned point: mean or sum of its points [kernel: sum, else mean]");
+  command.add_option("--free-space", o.free_space, "on or off: map free space along rays")
+      ->capture_default_str();
+  command
+      .add_option("--memory", o.memory,
+                  "Memory for the map and for processing a scan, bytes or with K, M, G")
       ->capture_default_str();
   command.add_option("--counts", o.counts,
                      "How counts are stored: dense or compact [kernel: dense, else compact]");
   command.add_option("--robot", o.robot, "Robot id, kept in the map file [0]")
       ->check(whole_number<std::uint32_t>());
-  command.add_option("--min-weight", o.min_weight, "Smaller contributions are not added")
+  command.add_option("--min-weight", o.min_weight, "Ignore contributions smaller than this")
       ->check(decimal_number())
       ->capture_default_str();
   command
@@ -65,26 +71,28 @@ void declare_map_options(CLI::App& command, MapOptions& o) {
       ->check(decimal_number());
   command
       .add_option("--work-budget", o.work_budget,
-                  "Most kernel evaluations and ray steps a scan; 0: no limit")
+                  "Most kernel evaluations and ray steps per scan; 0: no limit")
       ->check(whole_number<std::uint64_t>())
       ->capture_default_str();
   command
       .add_option("--deadline", o.deadline_ms,
-                  "Time for a scan, ms; what does not fit is left out; 0: no limit")
+                  "Time per scan, ms; what does not fit is left out; 0: no limit")
       ->check(decimal_number())
       ->capture_default_str();
   command.add_option(
       "--continue", o.continue_from,
-      "Map file to go on from; resolution, prior, cap, weight of a pass and robot are its own");
+      "Map file to continue; it sets resolution, prior, cap, weight of a pass and robot");
   command
       .add_option("--window", o.window_m,
-                  "The map keeps what is this near the robot, m [everything]")
+                  "Keep only the map within this distance of the robot, m [everything]")
       ->check(decimal_number());
-  command.add_option("--archive", o.archive,
-                     "Folder for what leaves the window, to come back when the robot does");
+  command.add_option(
+      "--archive", o.archive,
+      "Folder for blocks that leave the window; they are reloaded when the robot returns");
   command.add_option("--prior-map", o.prior_map,
-                     "OctoMap file (.bt, .ot) that a new map begins as");
-  command.add_option("--prior-map-weight", o.prior_map_weight, "Evidence of each of its voxels")
+                     "OctoMap file (.bt, .ot) to initialise a new map with");
+  command
+      .add_option("--prior-map-weight", o.prior_map_weight, "Evidence of each voxel of --prior-map")
       ->check(decimal_number())
       ->capture_default_str();
 }

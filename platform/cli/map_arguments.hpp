@@ -5,7 +5,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "mapping/map_options.hpp"
+#include "settings/map_options.hpp"
 
 namespace tessera {
 

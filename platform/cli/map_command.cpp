@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// tessera map: a sequence of scans into one robot's local map.
+// tessera map: integrates a sequence of scans into the local map of one robot.
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -10,22 +10,23 @@
 #include <system_error>
 #include <utility>
 
+#include "base/allocation_counter.hpp"
+#include "base/monotonic_clock.hpp"
+#include "base/number_text.hpp"
+#include "base/outputs.hpp"
+#include "base/progress.hpp"
+#include "base/stop_signals.hpp"
 #include "cli/command.hpp"
 #include "cli/continued_map.hpp"
 #include "cli/map_arguments.hpp"
 #include "cli/map_report.hpp"
 #include "cli/map_source.hpp"
 #include "cli/map_window.hpp"
-#include "dataset/dataset.hpp"
-#include "dataset/transform_file.hpp"
-#include "mapping/number_text.hpp"
-#include "mapping/outputs.hpp"
-#include "mapping/prior_map.hpp"
-#include "mapping/stored_map.hpp"
-#include "posix/allocation_counter.hpp"
-#include "posix/monotonic_clock.hpp"
-#include "posix/progress.hpp"
-#include "posix/stop_signals.hpp"
+#include "maps/held_mapper.hpp"
+#include "maps/prior_map.hpp"
+#include "maps/stored_map.hpp"
+#include "scans/dataset.hpp"
+#include "scans/transform_file.hpp"
 #include "tessera/map/queries.hpp"
 
 namespace tessera {
@@ -34,26 +35,11 @@ namespace {
 
 std::atomic<bool> interrupted{false};
 
-/// What the scans are integrated with and into.
-struct Workshop {
-  ArenaMemory memory;
-  LocalMap map;
-  Integrator integrator;
-  std::size_t scratch_bytes = 0;
-  Deadline deadline;
-};
-
-ScanReport integrate(Workshop& shop, const ScanView& scan, std::int64_t start_us,
-                     std::int64_t deadline_us) {
-  if (deadline_us == 0) return shop.integrator.integrate(shop.map, scan);
-  return shop.integrator.integrate(shop.map, scan, shop.deadline, start_us + deadline_us);
-}
-
-/// Reads and integrates every scan, or those until a signal asks to stop. Nothing in here uses the
-/// heap unless it fails, but for decoding the cameras' images or files of clouds, which a robot
+/// Reads and integrates every scan, or those before a signal requests to stop. Does not use the
+/// heap unless it fails, except for decoding the cameras' images or files of clouds, which a robot
 /// does not do.
-Outcome<void> integrate_all(const RecordedScans& source, ScanBuffer& buffer, Workshop& shop,
-                            MapWindow* window, MapRun& run) {
+Outcome<void> integrate_all(const RecordedScans& source, ScanBuffer& buffer, Mapper& mapper,
+                            MapRun& run) {
   Progress progress("mapping", source.num_scans());
   const std::optional<std::uint64_t> before = heap_allocations();
   std::uint64_t decoding = 0;
@@ -65,8 +51,7 @@ Outcome<void> integrate_all(const RecordedScans& source, ScanBuffer& buffer, Wor
     if (!scan.ok()) return scan.failure();
     if (source.decodes()) decoding += heap_allocations().value_or(0) - before_reading;
     const std::int64_t start_us = MonotonicClock::now_us();
-    if (window != nullptr) window->step(shop.map, scan->view());
-    const ScanReport report = integrate(shop, scan->view(), start_us, run.deadline_us);
+    const ScanReport report = mapper.integrate(scan->view(), start_us);
     const double ms = static_cast<double>(MonotonicClock::now_us() - start_us) / 1000.0;
     run.scans.push_back(
         {scan->number, ms, scan->unknown, report, {scan->deskew, scan->projection, scan->depth}});
@@ -82,7 +67,7 @@ Outcome<void> integrate_all(const RecordedScans& source, ScanBuffer& buffer, Wor
 
 Outcome<void> check_places(const MapOptions& options) {
   if (options.out.empty()) return Failure{"--out has no name; name the map file to write"};
-  // A map may go on under its own name: it is read before it is written.
+  // A map may be continued under its own name: it is read before it is written.
   std::error_code error;
   const bool in_place = std::filesystem::equivalent(options.out, options.continue_from, error);
   const std::string archive =
@@ -96,24 +81,7 @@ Outcome<void> check_places(const MapOptions& options) {
                        {options.dataset, {options.labels}});
 }
 
-Outcome<Workshop> make_workshop(const MapSetup& setup, const ScanCapacity& capacity,
-                                const ClassTable& classes) {
-  const std::size_t scratch_bytes = Integrator::required_bytes(capacity, setup.inference);
-  Outcome<ArenaMemory> memory = ArenaMemory::allocate(required_bytes(setup.map) + scratch_bytes);
-  if (!memory.ok()) return memory.failure();
-  Arena arena(memory->span());
-  Result<LocalMap> map = LocalMap::make(arena, setup.map, classes);
-  if (!map.ok()) return Failure{std::string("the map cannot be made: ") + to_string(map.status())};
-  Result<Integrator> integrator = Integrator::make(arena, setup.inference, capacity);
-  if (!integrator.ok())
-    return Failure{std::string("the inference cannot be set up: ") +
-                   to_string(integrator.status())};
-  const Clock clock{nullptr, [](void*) { return MonotonicClock::now_us(); }};
-  return Workshop{std::move(*memory), std::move(*map), std::move(*integrator), scratch_bytes,
-                  Deadline(clock)};
-}
-
-/// Who maps, and where the map lies if the folder says so.
+/// The robot, and the frame of the map if the folder has it.
 Outcome<MapIdentity> identity_of(const MapOptions& options) {
   MapIdentity identity{.robot = options.robot.value_or(0)};
   const std::string path = options.folder() + "/T_global_map.txt";
@@ -125,7 +93,7 @@ Outcome<MapIdentity> identity_of(const MapOptions& options) {
   return identity;
 }
 
-/// What there is of the map already.
+/// The part of the map that exists already.
 struct Earlier {
   std::optional<ArchiveContent> archive;
   std::optional<MapFileHeader> header;
@@ -135,7 +103,7 @@ struct Earlier {
 Outcome<void> take_up(const MapOptions& options, const Earlier& earlier, const MapSetup& setup,
                       std::size_t max_points, LocalMap& map) {
   if (!earlier.archive) return load_earlier(options, *earlier.header, setup, max_points, map);
-  // The archive has all of it, and the window takes what it needs.
+  // The archive has all of it, and the window reloads what it needs.
   map.restore_revision(earlier.archive->revision);
   warn_of_another_mode(options, *earlier.header);
   return {};
@@ -156,7 +124,7 @@ Outcome<void> write_map(const MapOptions& options, const MapIdentity& identity, 
   return {};
 }
 
-/// A map of no scan at all is none that anybody asked for.
+/// Fails iff no scan is in the map.
 Outcome<void> check_some_integrated(const MapRun& run) {
   const auto is_placed = [](const ScanRecord& scan) { return scan.report.pose == Status::kOk; };
   if (std::any_of(run.scans.begin(), run.scans.end(), is_placed)) return {};
@@ -164,18 +132,18 @@ Outcome<void> check_some_integrated(const MapRun& run) {
                  " is a rigid transform within the grid; check the poses, nothing was written"};
 }
 
-/// Of a run whose map and report are written, though not all of the scans are in them.
+/// For a run whose map and report are written, but without some of the scans.
 Failure interruption(const MapOptions& options, const MapRun& run, std::size_t num_scans) {
   std::string written = options.out + (options.report.empty() ? "" : " and " + options.report);
   return {"interrupted after scan " + std::to_string(run.scans.size()) + " of " +
               std::to_string(num_scans) + ": " + written +
-              " written with what there was; go on with "
+              " written with the scans so far; continue with "
               "--continue " +
               options.out + " --first " + std::to_string(run.scans.back().index + 1),
           FailureKind::kFailure};
 }
 
-/// Everything is checked: maps the scans and writes what came of it.
+/// After all checks: maps the scans, writes map and report.
 Outcome<void> map_scans(const MapOptions& options, MapSetup& setup, const RecordedScans& source,
                         Earlier& earlier) {
   if (!options.archive.empty()) {
@@ -192,41 +160,43 @@ Outcome<void> map_scans(const MapOptions& options, MapSetup& setup, const Record
   config["robot"] = identity.robot;
   const Outcome<void> recorded = record_settings(settings_of(config), identity);
   if (!recorded.ok()) return recorded.failure();
-  Outcome<Workshop> shop = make_workshop(setup, *capacity, source.classes().table());
-  if (!shop.ok()) return shop.failure();
+  Outcome<HeldMapper> held = make_mapper(setup, *capacity, source.classes().table());
+  if (!held.ok()) return held.failure();
+  Mapper& mapper = **held;
   if (earlier.header) {
-    const Outcome<void> loaded = take_up(options, earlier, setup, source.max_points(), shop->map);
+    const Outcome<void> loaded =
+        take_up(options, earlier, setup, source.max_points(), mapper.map());
     if (!loaded.ok()) return loaded.failure();
   }
   std::unique_ptr<MapWindow> window;
-  if (options.window_m) {
+  if (setup.window) {
     Outcome<std::unique_ptr<MapWindow>> made =
-        MapWindow::make(options, setup, shop->map, identity, earlier.archive);
+        MapWindow::make(options, setup, identity, earlier.archive, mapper);
     if (!made.ok()) return made.failure();
     window = std::move(*made);
   }
   MapRun run;
   if (earlier.prior_map) {
     const auto weight = static_cast<float>(options.prior_map_weight);
-    run.prior_map = add_prior_map(*earlier.prior_map, weight, shop->map);
+    run.prior_map = add_prior_map(*earlier.prior_map, weight, mapper.map());
     earlier.prior_map.reset();  // A file of up to a gigabyte.
   }
   run.budget_bytes = setup.budget_bytes;
-  run.scratch_bytes = shop->scratch_bytes;
+  run.scratch_bytes = mapper.scratch_bytes();
   run.deadline_us = setup.deadline_us;
   run.scans.reserve(source.num_scans());
   ScanBuffer buffer(source.max_points());
   stop_by_signals(interrupted);
-  const Outcome<void> done = integrate_all(source, buffer, *shop, window.get(), run);
+  const Outcome<void> done = integrate_all(source, buffer, mapper, run);
   if (!done.ok()) return done.failure();
   if (run.scans.empty())
     return Failure{"interrupted before the first scan was mapped; nothing was written",
                    FailureKind::kFailure};
   const Outcome<void> some = check_some_integrated(run);
   if (!some.ok()) return some.failure();
-  const Outcome<void> written = write_map(options, identity, window.get(), shop->map, run);
+  const Outcome<void> written = write_map(options, identity, window.get(), mapper.map(), run);
   if (!written.ok()) return written.failure();
-  if (window != nullptr) window->report(run.window.emplace());
+  if (window != nullptr) run.window = window->report(mapper.window());
   print_summary(run, options.out);
   const Outcome<void> reported = write_report(to_json(run, config), options.report);
   if (!reported.ok() || !run.interrupted) return reported;
@@ -238,7 +208,7 @@ Outcome<void> run_map(const MapOptions& options) {
   if (!given.ok()) return given.failure();
   Outcome<MapSetup> setup = set_up(options);
   if (!setup.ok()) return setup.failure();
-  // Before the work, so that an unwritable place is told at once.
+  // Before the work, so that an unwritable output is reported at once.
   const Outcome<void> places = check_places(options);
   if (!places.ok()) return places.failure();
   const Outcome<std::unique_ptr<RecordedScans>> source = open_source(options);
@@ -253,7 +223,7 @@ Outcome<void> run_map(const MapOptions& options) {
   if (earlier.header) {
     const Outcome<void> adopted = adopt_settings(options, *earlier.header, **source, *setup);
     if (!adopted.ok()) return adopted.failure();
-    const Outcome<void> window = set_up_window(options, setup->map.resolution_m, setup->window);
+    const Outcome<void> window = set_up_window(options, *setup);
     if (!window.ok()) return window.failure();
   }
   if (!options.prior_map.empty()) {

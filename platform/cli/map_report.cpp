@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "base/number_text.hpp"
 #include "cli/command.hpp"
 #include "cli/losses.hpp"
-#include "mapping/number_text.hpp"
 
 namespace tessera {
 
@@ -15,8 +15,8 @@ namespace {
 
 /// Sums of the scans' counters.
 struct Totals {
-  std::uint64_t points = 0, non_finite = 0, too_near = 0, beyond_range = 0, out_of_grid = 0,
-                unlabelled = 0;
+  std::uint64_t points = 0, in_range = 0, integrated = 0, non_finite = 0, too_near = 0,
+                beyond_range = 0, out_of_grid = 0, unlabelled = 0;
   std::uint64_t unknown_ids = 0, bad_poses = 0, over_capacity = 0, refused_memory = 0,
                 refused_work = 0, rays_refused_memory = 0, rays_refused_work = 0,
                 left_out_deadline = 0;
@@ -24,11 +24,11 @@ struct Totals {
   std::uint64_t overruns = 0;
   std::int64_t worst_overshoot_us = 0;
 
-  /// What a larger --memory would let in.
+  /// What a larger --memory would admit.
   [[nodiscard]] std::uint64_t for_memory() const {
     return refused_memory + over_capacity + rays_refused_memory;
   }
-  /// What a larger --work-budget would let in.
+  /// What a larger --work-budget would admit.
   [[nodiscard]] std::uint64_t for_work() const { return refused_work + rays_refused_work; }
 };
 
@@ -37,6 +37,8 @@ Totals sum(const std::vector<ScanRecord>& scans) {
   for (const ScanRecord& scan : scans) {
     const ScanReport& r = scan.report;
     t.points += r.points;
+    t.in_range += r.in_range;
+    t.integrated += r.admitted - r.points_cut;
     t.non_finite += r.non_finite;
     t.too_near += r.too_near;
     t.beyond_range += r.beyond_range;
@@ -170,6 +172,20 @@ void warn_of_losses(const std::vector<ScanRecord>& scans) {
           "--resolution");
 }
 
+/// Warns if no return was mapped, with the main reason.
+void warn_of_nothing(const std::vector<ScanRecord>& scans) {
+  const Totals t = sum(scans);
+  if (t.integrated > 0) return;
+  if (t.points == 0) return warn("nothing was mapped: the scans have no points; check the input");
+  const std::string all = counted(t.points, "point");
+  if (t.beyond_range == t.points)
+    return warn("no point was mapped: all " + all +
+                " are beyond --max-range; give a larger one, or points in metres");
+  warn("no point was mapped: of " + all + " " + std::to_string(t.beyond_range) +
+       " are beyond --max-range and " + std::to_string(t.in_range) +
+       " within it; the report says why each was left out");
+}
+
 }  // namespace
 
 Timing timing_of(const std::vector<ScanRecord>& scans) {
@@ -238,14 +254,17 @@ Json to_json(const MapRun& run, const Json& config) {
 
 void print_summary(const MapRun& run, const std::string& out) {
   warn_of_losses(run.scans);
+  warn_of_nothing(run.scans);
   if (run.prior_map && run.prior_map->refused > 0) {
     warn(counted(run.prior_map->refused, "voxel") +
          " of --prior-map refused for lack of memory; give a larger --memory");
   }
   const MapUsage& usage = run.usage;
   const Timing timing = timing_of(run.scans);
-  std::printf("%s, %s into %s\n", counted(run.scans.size(), "scan").c_str(),
-              counted(sum(run.scans).points, "point").c_str(), out.c_str());
+  const Totals t = sum(run.scans);
+  std::printf("%s, %s into %s: of %s, %llu in range\n", counted(run.scans.size(), "scan").c_str(),
+              counted(t.integrated, "thinned point").c_str(), out.c_str(),
+              counted(t.points, "return").c_str(), static_cast<unsigned long long>(t.in_range));
   std::printf("  time     median %.1f ms a scan, p99 %.1f ms, max %.1f ms\n", timing.median_ms,
               timing.p99_ms, timing.max_ms);
   registration_of(run.scans).print();

@@ -1,18 +1,19 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// The report of "map": a record a scan, then totals.
+// The report of "map": a record per scan, then totals.
 #pragma once
 
 #include <cstdint>
 #include <optional>
 #include <vector>
 
+#include "base/json.hpp"
 #include "cli/registration_report.hpp"
-#include "dataset/dataset.hpp"
-#include "mapping/prior_map.hpp"
-#include "mapping/report.hpp"
+#include "maps/prior_map.hpp"
+#include "scans/dataset.hpp"
 #include "tessera/inference/scan_report.hpp"
 #include "tessera/map/local_map.hpp"
+#include "tessera/map/moving_window.hpp"
 
 namespace tessera {
 
@@ -24,26 +25,15 @@ struct ScanRecord {
   RegistrationRecord registration{};
 };
 
-/// What the moving window did in all.
-struct WindowTotals {
+/// Totals of the moving window, and what the archive holds in the end.
+struct WindowTotals : WindowReport {
   double radius_m = 0.0;
-  std::uint64_t evicted = 0;
-  std::uint64_t evictions_refused = 0;
-  std::uint64_t reloaded = 0;
-  std::uint64_t merged = 0;  ///< On reloading, or with what was archived already.
-  std::uint64_t reloads_failed = 0;
-  std::uint64_t steps_without_room = 0;
-  std::uint64_t backlog = 0;  ///< After the last step.
-  std::uint64_t most_backlog = 0;
-  std::uint64_t most_evicted = 0;  ///< In a step.
-  std::uint64_t most_reloaded = 0;
-  std::uint64_t lost_blocks = 0;
   std::uint64_t archived_blocks = 0;
   std::uint64_t archive_bytes = 0;  ///< Of the file.
   std::uint64_t index_bytes = 0;    ///< Of the budget.
 };
 
-/// What mapping was done with, and what came of it.
+/// Settings and results of a run.
 struct MapRun {
   std::vector<ScanRecord> scans;
   bool interrupted = false;  ///< By a signal, before the last scan.
@@ -52,7 +42,7 @@ struct MapRun {
   std::int64_t deadline_us = 0;  ///< 0: none.
   std::optional<std::uint64_t> heap_allocations;
   std::uint64_t digest = 0;
-  MapUsage usage;  ///< After the last scan, as the next: with a window, what is in it.
+  MapUsage usage;  ///< After the last scan, as the next member: with a window, of its content.
   std::uint64_t free_voxels = 0;
   std::optional<WindowTotals> window;
   std::optional<PriorMapReport> prior_map;
@@ -68,7 +58,7 @@ Timing timing_of(const std::vector<ScanRecord>& scans);
 
 Json to_json(const MapRun& run, const Json& config);
 
-/// A few lines for people on stdout, and warnings for what was refused or left out on stderr.
+/// Prints a few lines on stdout, and on stderr warnings about what was refused or left out.
 void print_summary(const MapRun& run, const std::string& out);
 
 }  // namespace tessera

@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "cli/command.hpp"
-#include "clouds/cloud_folder.hpp"
-#include "clouds/depth_folder.hpp"
+#include "scans/cloud_folder.hpp"
+#include "scans/depth_folder.hpp"
 
 namespace tessera {
 
@@ -47,7 +47,7 @@ void warn_of_oddities(const CloudFolder& clouds, const MapOptions& options) {
   }
   if (clouds.num_viewpoints() > 0) {
     warn(counted(clouds.num_viewpoints(), "cloud") +
-         " with a VIEWPOINT; it is not used, the sensor is where --poses says");
+         " with a VIEWPOINT; it is ignored, --poses has the place of the sensor");
   }
 }
 
@@ -85,7 +85,7 @@ Outcome<void> check_depth(const MapOptions& options) {
   if (!options.labels_given) return {};
   if (options.labels == kNoLabels) {
     if (options.label_images.empty()) return {};
-    return Failure{"--labels none learns from no labels; leave --label-images out, or --labels"};
+    return Failure{"--labels none ignores all labels; leave --label-images out, or --labels"};
   }
   return Failure{"--depth has its labels in images; name their folder with --label-images"};
 }
@@ -101,7 +101,7 @@ Outcome<void> check_source(const MapOptions& options) {
         "images with --depth"};
   }
   if (given > 1)
-    return Failure{"--dataset, --pcd, --ply and --depth go not together; give one of them"};
+    return Failure{"--dataset, --pcd, --ply and --depth are mutually exclusive; give one"};
   const Outcome<void> depth = check_depth(options);
   if (!depth.ok()) return depth.failure();
   const char* const option = cloud_option(options);
@@ -111,11 +111,11 @@ Outcome<void> check_source(const MapOptions& options) {
   }
   if (options.poses.empty()) {
     return Failure{std::string(option) +
-                   " needs a pose for each file; name the file of them with --poses"};
+                   " needs a pose for each file; name the file of poses with --poses"};
   }
   if (options.labels_given && options.labels != kNoLabels) {
     return Failure{std::string(option) +
-                   " has labels in the clouds; leave --labels out, or do without: --labels none"};
+                   " has labels in the clouds; leave --labels out, or give --labels none"};
   }
   if (!options.deskew.empty() && options.deskew != "off")
     return Failure{"--deskew is for datasets, which have times; leave it out"};

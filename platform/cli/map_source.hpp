@@ -7,14 +7,14 @@
 #include <memory>
 #include <vector>
 
-#include "dataset/dataset.hpp"
-#include "mapping/map_options.hpp"
-#include "mapping/outputs.hpp"
-#include "posix/outcome.hpp"
+#include "base/outcome.hpp"
+#include "base/outputs.hpp"
+#include "scans/dataset.hpp"
+#include "settings/map_options.hpp"
 
 namespace tessera {
 
-/// Fails with kUsage iff not just one of --dataset, --pcd, --ply and --depth is given, clouds or
+/// Fails with kUsage iff not exactly one of --dataset, --pcd, --ply and --depth is given, clouds or
 /// depth images have no --poses or a dataset has, depth images have no --intrinsics or others have,
 /// or an option is given that is for datasets only.
 Outcome<void> check_source(const MapOptions& options);
@@ -23,7 +23,7 @@ Outcome<void> check_source(const MapOptions& options);
 /// with kUsage iff list_by_number() does.
 Outcome<std::vector<NamedFile>> cloud_files(const MapOptions& options);
 
-/// Opens what check_source() lets through, and warns of what is odd about it. Fails as
+/// Opens what check_source() accepts, and warns about oddities. Fails as
 /// Dataset::open(), CloudFolder::open() and DepthFolder::open() do.
 Outcome<std::unique_ptr<RecordedScans>> open_source(const MapOptions& options);
 

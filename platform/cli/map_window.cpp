@@ -7,8 +7,8 @@
 #include <system_error>
 #include <vector>
 
+#include "base/number_text.hpp"
 #include "cli/command.hpp"
-#include "mapping/number_text.hpp"
 #include "tessera/map/queries.hpp"
 #include "tessera/registration/scan.hpp"
 
@@ -38,14 +38,14 @@ bool same_map(const MapFileHeader& a, const MapFileHeader& b) {
          a.identity.epoch == b.identity.epoch;
 }
 
-/// The map and its archive as one: blocks come into the map's memory as they are asked for.
+/// The map and its archive as one: blocks are read into the map's memory when they are requested.
 class WholeMap {
  public:
   WholeMap(LocalMap& map, ArchiveFile& archive)
       : map_(map), archive_(archive), kept_(map.block_count()), revision_(map.revision()) {
     if (kept_ == 0) forget();
   }
-  /// All keys in ascending order. Fails with kFailure iff a block of both cannot be made one.
+  /// All keys in ascending order. Fails with kFailure iff a block that both have cannot be merged.
   Outcome<std::vector<KeyedIndex>> keys() {
     std::vector<KeyedIndex> workspace = workspace_for(map_);
     const std::span<const KeyedIndex> kept = map_.blocks_in_order(workspace);
@@ -78,7 +78,7 @@ class WholeMap {
       map_.restore_revision(revision_);
     } else {
       for (const BlockKey key : fetched_) {
-        const Result<SlabHandle> handle = map_.open_block(unpack(key));  // it is there
+        const Result<SlabHandle> handle = map_.open_block(unpack(key));  // exists
         if (handle.ok()) map_.remove_block(*handle);
       }
     }
@@ -121,7 +121,7 @@ Outcome<std::optional<MapFileHeader>> earlier_map(const MapOptions& options,
   if (options.continue_from.empty()) {
     if (!archive) return std::optional<MapFileHeader>();
     return Failure{path +
-                   " holds the blocks of an earlier run; go on from it with --continue and "
+                   " holds the blocks of an earlier run; continue it with --continue and "
                    "the map file of that run, or with --continue " +
                    path + ", or choose another --archive"};
   }
@@ -132,7 +132,7 @@ Outcome<std::optional<MapFileHeader>> earlier_map(const MapOptions& options,
                                   same_map(archive->header, *header));
   if (!match) {
     return Failure{path + " holds another state than " + options.continue_from +
-                   "; go on from the archive with --continue " + path +
+                   "; continue the archive with --continue " + path +
                    ", or choose another --archive"};
   }
   return std::optional(*header);
@@ -146,76 +146,53 @@ std::size_t archive_blocks(const MapSetup& setup, const std::optional<ArchiveCon
 }
 
 Outcome<std::unique_ptr<MapWindow>> MapWindow::make(const MapOptions& options,
-                                                    const MapSetup& setup, const LocalMap& map,
+                                                    const MapSetup& setup,
                                                     const MapIdentity& identity,
-                                                    const std::optional<ArchiveContent>& archive) {
+                                                    const std::optional<ArchiveContent>& archive,
+                                                    Mapper& mapper) {
   std::unique_ptr<MapWindow> window(new MapWindow);
-  const Result<MovingWindow> made = MovingWindow::make(setup.window, map.config().resolution_m);
-  if (!made.ok()) return Failure{"the window cannot be set up; choose another --window"};
-  window->window_ = *made;
-  window->totals_.radius_m = setup.window.radius_m;
-  if (options.archive.empty()) {
-    window->keeper_ = {.context = &window->lost_blocks_,
-                       .evict = [](void* context, const LocalMap&, const Block&) {
-                         ++*static_cast<std::uint64_t*>(context);
-                         return true;
-                       }};
-    return window;
-  }
+  window->radius_m_ = setup.window->radius_m;
+  if (options.archive.empty()) return window;
   Outcome<ArenaMemory> memory = ArenaMemory::allocate(setup.archive_bytes);
   if (!memory.ok()) return memory.failure();
   window->memory_ = std::move(*memory);
   Arena arena(window->memory_.span());
   Outcome<std::unique_ptr<ArchiveFile>> file =
-      ArchiveFile::open(options.archive, map, identity, archive_blocks(setup, archive), arena,
-                        archive ? &*archive : nullptr);
+      ArchiveFile::open(options.archive, mapper.map(), identity, archive_blocks(setup, archive),
+                        arena, archive ? &*archive : nullptr);
   if (!file.ok()) return file.failure();
   if (archive && archive->torn_bytes > 0) {
-    warn((*file)->path() + " ended inside a record, as a run was cut short; its last " +
-         counted(archive->torn_bytes, "byte") + " count for nothing");
+    warn((*file)->path() + " ends inside a record, as a run was cut short; ignoring its last " +
+         counted(archive->torn_bytes, "byte"));
   }
   window->archive_ = std::move(*file);
-  window->keeper_ = window->archive_->interface();
-  window->totals_.index_bytes = setup.archive_bytes;
+  mapper.set_archive(window->archive_->interface());
   return window;
 }
 
-void MapWindow::step(LocalMap& map, const ScanView& scan) {
-  if (check_rigid(scan.T_map_sensor) != Status::kOk) return;  // its scan is refused
-  const WindowStep done = window_.step(map, scan.T_map_sensor.col(3), keeper_);
-  totals_.evicted += done.evicted;
-  totals_.evictions_refused += done.evictions_refused;
-  totals_.reloaded += done.reloaded;
-  totals_.merged += done.merged;
-  totals_.reloads_failed += done.reloads_failed;
-  totals_.steps_without_room += done.no_room ? 1U : 0U;
-  totals_.backlog = std::uint64_t{done.eviction_backlog} + done.reload_backlog;
-  totals_.most_backlog = std::max(totals_.most_backlog, totals_.backlog);
-  totals_.most_evicted = std::max<std::uint64_t>(totals_.most_evicted, done.evicted);
-  totals_.most_reloaded = std::max<std::uint64_t>(totals_.most_reloaded, done.reloaded);
-}
-
-void MapWindow::report(WindowTotals& totals) const {
-  totals = totals_;
-  totals.lost_blocks = lost_blocks_;
-  if (lost_blocks_ > 0) {
-    warn(counted(lost_blocks_, "block") +
+WindowTotals MapWindow::report(const WindowReport& window) const {
+  WindowTotals totals{window};
+  totals.radius_m = radius_m_;
+  if (window.lost_blocks > 0) {
+    warn(counted(window.lost_blocks, "block") +
          " left the window and their evidence is lost; give --archive DIR to keep it");
   }
-  if (archive_ == nullptr) return;
+  if (archive_ == nullptr) return totals;
   totals.merged += archive_->counts().evictions_merged;
   totals.archive_bytes = archive_->file_bytes();
   totals.archived_blocks = archive_->index().size();
+  totals.index_bytes = memory_.span().size();
   const ArchiveCounts& counts = archive_->counts();
   if (counts.no_index > 0) {
     warn("the archive's index for " + counted(archive_->index().capacity(), "block") +
-         " is full; go on with --continue and a larger --memory");
+         " is full; continue with --continue and a larger --memory");
   }
   if (counts.not_written > 0)
     warn(counted(counts.not_written, "time") + " a block could not be written to " +
          archive_->path() + " and stayed in the map; free some space");
   if (counts.not_read > 0)
     warn(counted(counts.not_read, "time") + " a block could not be read from " + archive_->path());
+  return totals;
 }
 
 Outcome<std::uint64_t> MapWindow::save_whole(LocalMap& map, const MapIdentity& identity,
@@ -229,7 +206,7 @@ Outcome<std::uint64_t> MapWindow::save_whole(LocalMap& map, const MapIdentity& i
       all_archived ? archive_->complete(map.revision()) : Outcome<void>();
   if (!all_archived || !completed.ok()) {
     warn(archive_->path() +
-         " could not take all of the map; it cannot be gone on from together "
+         " could not take all of the map; it cannot be continued together "
          "with " +
          path + ", which has all of it");
   }

@@ -1,19 +1,19 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// tessera node: a robot's process.
+// tessera node: the process of a robot.
 #include <signal.h>
 
 #include <atomic>
 #include <cerrno>
 #include <cstdio>
 
+#include "base/number_text.hpp"
+#include "base/stop_signals.hpp"
+#include "base/system_failure.hpp"
 #include "cli/command.hpp"
 #include "cli/losses.hpp"
-#include "mapping/number_text.hpp"
 #include "node/node.hpp"
 #include "node/robot_process.hpp"
-#include "posix/stop_signals.hpp"
-#include "posix/system_failure.hpp"
 
 namespace tessera {
 
@@ -29,7 +29,7 @@ void listen_to_signals() {
   ::sigaction(SIGUSR1, &action, nullptr);
   action.sa_handler = [](int) { requests.reload.store(true, std::memory_order_relaxed); };
   ::sigaction(SIGHUP, &action, nullptr);
-  // A full disk, and nobody who reads what is said, are errors of a call and end nothing.
+  // A full disk and a closed standard output are errors of a call and do not end the process.
   for (const int signal : {SIGXFSZ, SIGPIPE}) ::signal(signal, SIG_IGN);
 }
 
@@ -44,7 +44,7 @@ void warn_of_losses(const Node& node) {
   };
   warn_if(run.mapping.bad_poses, "scan", "left out, with a pose that is not a rigid transform");
   warn_if(run.source.unknown_ids, "point",
-          "with class ids that are in no class; they count as unlabelled");
+          "with class ids that are in no class; taken as unlabelled");
   const MappingStatus& mapping = run.mapping;
   warn_if(mapping.refused_memory, "refusal",
           "of points or rays for lack of memory; give a larger [map] memory or resolution_m");
@@ -61,13 +61,16 @@ void warn_of_losses(const Node& node) {
   warn_if(global.replicas.refused_quota, "refusal",
           "of blocks, as a robot's share is used up; give a larger [fusion] robot_share or memory");
   warn_if(exchange.contributions - exchange.complete, "contribution",
-          "not whole: more was announced than arrived");
+          "incomplete: more was announced than arrived");
+  warn_if(
+      link.refused_mission + exchange.refused_mission, "datagram",
+      "refused, of another mission or without a fleet key; see [security] mission and fleet_key");
   warn_if(link.refused_tag + exchange.refused_tag, "datagram",
-          "refused, by none who has this robot's key; see [security] fleet_key");
+          "refused, as the sender does not have this robot's key; see [security] fleet_key");
   for (const Peer& peer : robot.exchange().peers().all()) {
     if (!peer.mismatch) continue;
-    warn("nothing is taken of robot " + std::to_string(peer.robot) + ": " +
-         mismatch_text(*peer.mismatch, robot.map().config(), robot.map().classes()));
+    warn("nothing is accepted from robot " + std::to_string(peer.robot) + ": " +
+         mismatch_text(*peer.mismatch, robot.exchange().configuration()));
   }
 }
 
@@ -77,7 +80,7 @@ void print_summary(const Node& node) {
   const ExchangeReport exchange = node.robot().exchange().report();
   const MapUsage usage = node.robot().global().map().usage();
   const auto count = [](std::uint64_t n) { return static_cast<unsigned long long>(n); };
-  std::printf("%s, %s heard, %u of %u contributions whole; ended by %s after %.1f s\n",
+  std::printf("%s, %s heard, %u of %u contributions complete; ended by %s after %.1f s\n",
               counted(run.mapping.cycles, "scan").c_str(), counted(exchange.peers, "peer").c_str(),
               exchange.complete, exchange.contributions, run.ended_by,
               1e-6 * static_cast<double>(run.end_us - run.start_us));
@@ -106,11 +109,11 @@ void print_summary(const Node& node) {
 
 Outcome<void> check_node(const NodeConfig& config, const std::string& path) {
   const Outcome<void> checked = Node::check(config, path);
-  if (checked.ok()) std::printf("%s is in order: robot %u\n", path.c_str(), config.robot);
+  if (checked.ok()) std::printf("%s is valid: robot %u\n", path.c_str(), config.robot);
   return checked;
 }
 
-/// Asks the process that runs this robot; what it makes of it is in its log.
+/// Signals the process that runs this robot; the result is in its log.
 Outcome<void> reload_node(const NodeConfig& config) {
   const Outcome<pid_t> process = find_robot_process(config.state, config.robot);
   if (!process.ok()) return process.failure();
@@ -129,7 +132,7 @@ Outcome<void> do_with_node(const std::string& path, NodeTask task) {
   if (!config.ok()) return config.failure();
   if (task == NodeTask::kCheck) return check_node(*config, path);
   if (task == NodeTask::kReload) return reload_node(*config);
-  // Before the start is counted: what is counted ends as it is told to.
+  // Before the start is counted: a start that is counted ends cleanly at a signal.
   listen_to_signals();
   const Outcome<std::unique_ptr<Node>> node = Node::make(*config, path);
   if (!node.ok()) return node.failure();
@@ -138,7 +141,7 @@ Outcome<void> do_with_node(const std::string& path, NodeTask task) {
     warn("there are no scans " + to_text(dataset->missing()));
   const Outcome<void> done = (*node)->run(requests);
   if (!done.ok()) return done.failure();
-  // Whatever becomes of the maps, the report may have room, on another disk say.
+  // Even if the maps cannot be written, the report may, for example on another disk.
   const Outcome<void> written = (*node)->write_maps();
   const Outcome<void> reported = write_report((*node)->report(), config->report);
   warn_of_losses(**node);
@@ -150,17 +153,18 @@ Outcome<void> do_with_node(const std::string& path, NodeTask task) {
 
 void add_node_command(CLI::App& app, int& exit_status) {
   CLI::App* const command = app.add_subcommand(
-      "node", "A robot's process: maps, exchanges with the others, fuses what all have");
+      "node", "Run the process of a robot: map, exchange with other robots, fuse the data of all");
   auto path = std::make_shared<std::string>();
-  command->add_option("--config", *path, "TOML file; every key is in docs/node.md")->required();
+  command->add_option("--config", *path, "TOML file; every key is in docs/reference/node.md")
+      ->required();
   auto task = std::make_shared<NodeTask>(NodeTask::kRun);
   CLI::Option* const check = command->add_flag_callback(
       "--check", [task] { *task = NodeTask::kCheck; },
-      "Only look whether the configuration and what it names are in order");
+      "Only check the configuration and the files that it names");
   command
       ->add_flag_callback(
           "--reload", [task] { *task = NodeTask::kReload; },
-          "Have the node that runs read [security] exclude and the public keys again")
+          "Make the running node read [security] exclude and the public keys again")
       ->excludes(check);
   command->footer("Example: tessera node --config robot_0.toml");
   command->callback([path, task, &exit_status] {

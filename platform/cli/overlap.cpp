@@ -14,7 +14,7 @@ namespace tessera {
 
 namespace {
 
-/// True iff both maps are in the frame of one robot's one start.
+/// True iff both maps are in the frame of one start of one robot.
 bool same_frame(const MapIdentity& a, const MapIdentity& b) {
   return a.kind == MapKind::kLocal && b.kind == MapKind::kLocal && a.robot == b.robot &&
          a.epoch == b.epoch;
@@ -34,7 +34,7 @@ Matrix34d between(const MapIdentity& to, const MapIdentity& from) {
   return product(inverse(global_pose(to)), global_pose(from));
 }
 
-/// By path, the maps whose frames are not related by the robot that they share.
+/// Paths of the maps whose frames are not related by a common robot.
 using Placeless = std::set<std::string>;
 
 void note_unknown_places(const MapIdentity& a, const std::string& path_a, const MapIdentity& b,

@@ -1,18 +1,18 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// The part of space that several maps have labels for.
+// The part of space in which several maps have labels.
 #pragma once
 
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "mapping/stored_map.hpp"
-#include "posix/outcome.hpp"
+#include "base/outcome.hpp"
+#include "maps/stored_map.hpp"
 
 namespace tessera {
 
-/// A map, and how to get into its frame from that of the map that is evaluated.
+/// A map, and the transform into its frame from that of the evaluated map.
 struct OverlapMap {
   std::unique_ptr<StoredMap> stored;
   Matrix34d T_own_map = Matrix34d::Identity();

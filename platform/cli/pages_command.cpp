@@ -1,15 +1,15 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// tessera pages: manual pages and the completion for bash, made from what the subcommands declare.
-// For the build, so --help does not show it.
+// tessera pages: manual pages and the completion for bash, generated from what the subcommands
+// declare. For the build, so --help does not show it.
 #include <filesystem>
 #include <span>
 
+#include "base/atomic_file.hpp"
 #include "cli/bash_completion.hpp"
 #include "cli/command.hpp"
 #include "cli/manual_page.hpp"
 #include "cli/value_names.hpp"
-#include "posix/atomic_file.hpp"
 
 namespace tessera {
 
@@ -24,7 +24,7 @@ Outcome<void> write_text(const std::string& text, const std::string& path) {
 
 Outcome<void> run_pages(const CLI::App& app, const std::string& manual, const std::string& bash) {
   if (manual.empty() && bash.empty())
-    return Failure{"say --man DIR, --bash FILE or both; see tessera pages --help"};
+    return Failure{"give --man DIR, --bash FILE or both; see tessera pages --help"};
   if (!manual.empty()) {
     std::error_code error;
     std::filesystem::create_directories(manual, error);
@@ -49,9 +49,9 @@ void add_pages_command(CLI::App& app, int& exit_status) {
   command->group("");
   auto manual = std::make_shared<std::string>();
   auto bash = std::make_shared<std::string>();
-  command->add_option("--man", *manual, "Folder that gets tessera.1, tessera-map.1, ...")
+  command->add_option("--man", *manual, "Folder to write tessera.1, tessera-map.1, ... into")
       ->type_name("DIR");
-  command->add_option("--bash", *bash, "File for bash to complete by")->type_name("FILE");
+  command->add_option("--bash", *bash, "Bash completion file to write")->type_name("FILE");
   command->footer("Example: tessera pages --man man1 --bash tessera.bash");
   command->callback([&app, manual, bash, &exit_status] {
     const Outcome<void> outcome = run_pages(app, *manual, *bash);

@@ -1,15 +1,15 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// tessera play: a dataset as live sensors.
+// tessera play: sends a dataset as live sensors.
 #include <cstdio>
 
+#include "base/json.hpp"
+#include "base/number_text.hpp"
+#include "base/outputs.hpp"
+#include "base/progress.hpp"
 #include "cli/command.hpp"
 #include "cli/dataset_player.hpp"
 #include "cli/number_options.hpp"
-#include "mapping/number_text.hpp"
-#include "mapping/outputs.hpp"
-#include "mapping/report.hpp"
-#include "posix/progress.hpp"
 
 namespace tessera {
 
@@ -70,17 +70,17 @@ Outcome<void> check_usage(const PlayOptions& options) {
   if (options.poses == "can" && options.can.empty())
     return Failure{"--poses can needs a bus; name its interface with --can"};
   if (options.poses != "can" && (!options.can.empty() || options.can_base))
-    return Failure{"--can and --can-base are of no use without --poses can; leave them out"};
+    return Failure{"--can and --can-base need --poses can; give it, or leave them out"};
   if (!is_base_id(options.can_base.value_or(kDefaultBaseId)))
     return refusal("--can-base", std::to_string(*options.can_base), "a multiple of 32 up to 2016");
   if (options.clock != "monotonic" && options.clock != "wall")
     return refusal("--clock", options.clock, "monotonic or wall");
   if (!(options.player.rate_hz >= 0.1 && options.player.rate_hz <= 1000.0))
-    return refusal("--rate", text_of(options.player.rate_hz), "scans a second from 0.1 to 1000");
+    return refusal("--rate", text_of(options.player.rate_hz), "scans per second from 0.1 to 1000");
   if (options.messages == "semantic" && options.labels == kNoLabels)
     return refusal("--labels", options.labels, "a folder of labels, or --messages raw");
   if (options.loop && !options.report.empty())
-    return Failure{"--loop has no end at which --report would be written; give one of them"};
+    return Failure{"--loop has no end at which --report would be written; give only one of them"};
   return check_outputs({{"--report", options.report}}, {}, {.path = options.dataset});
 }
 
@@ -91,16 +91,16 @@ void print_summary(const DatasetPlayer& player, const PlayOptions& options) {
   const std::string frames = options.can.empty()
                                  ? std::string()
                                  : " and " + counted(report.frames, "frame") + " to " + options.can;
-  std::printf("%s%s and %s sent to %s%s, %.1f MB, stamped by the %s clock; %.1f ms late at worst\n",
+  std::printf("%s%s and %s sent to %s%s, %.1f MB, stamped by the %s clock; at most %.1f ms late\n",
               counted(report.scans, "scan").c_str(), images.c_str(),
               counted(report.poses, "pose").c_str(), options.player.url.c_str(), frames.c_str(),
               1e-6 * static_cast<double>(player.sender().sent_bytes()), options.clock.c_str(),
               1e-3 * static_cast<double>(report.worst_late_us));
   if (report.bad_poses > 0)
-    warn(counted(report.bad_poses, "scan") + " sent without pose, as theirs is not rigid");
+    warn(counted(report.bad_poses, "scan") + " sent without a pose, as theirs is not rigid");
   if (report.late > 0)
     warn("late by over a period " + counted(report.late, "time") +
-         ", which put off what followed; give a lower --rate, or less work to others");
+         ", which delayed what followed; give a lower --rate, or reduce the load of the machine");
   if (report.frames_lost > 0)
     warn(counted(report.frames_lost, "frame") + " not taken by the bus; see \"ip -details " +
          "-statistics link show " + options.can + "\"");
@@ -120,7 +120,7 @@ Outcome<void> run_play(PlayOptions options) {
   dataset_options.last = options.last;
   dataset_options.labels = options.player.semantic ? options.labels : std::string(kNoLabels);
   dataset_options.with_motion = true;
-  // What takes the motion out of raw clouds is the node.
+  // The node corrects raw clouds for motion.
   if (!options.player.semantic) dataset_options.deskew = Deskewing::kOff;
   const Outcome<Dataset> dataset = Dataset::open(options.dataset, dataset_options);
   if (!dataset.ok()) return dataset.failure();
@@ -147,7 +147,7 @@ void add_play_command(CLI::App& app, int& exit_status) {
   CLI::App* const command =
       app.add_subcommand("play", "Send a dataset over LCM as the sensors of this machine would");
   auto o = std::make_shared<PlayOptions>();
-  command->add_option("--dataset", o->dataset, "Folder to send")->required();
+  command->add_option("--dataset", o->dataset, "Folder of the dataset to send")->required();
   command->add_option("--first", o->first, "First scan number")->check(whole_number<int>());
   command->add_option("--last", o->last, "Last scan number")->check(whole_number<int>());
   command->add_option("--labels", o->labels, "Folder of labels")->capture_default_str();
@@ -155,24 +155,27 @@ void add_play_command(CLI::App& app, int& exit_status) {
       ->add_option("--messages", o->messages,
                    "semantic: labelled clouds; raw: clouds as measured, and label images")
       ->capture_default_str();
-  command->add_option("--poses", o->poses, "lcm; can: a simulated vehicle on the bus --can; none")
+  command
+      ->add_option("--poses", o->poses,
+                   "How poses are sent: lcm; can: a simulated vehicle on the bus --can; none")
       ->capture_default_str();
   command->add_option("--can", o->can, "CAN interface, with --poses can");
-  command->add_option("--can-base", o->can_base, "Identifier of COMMAND there, 256 by default")
+  command->add_option("--can-base", o->can_base, "CAN identifier of COMMAND, 256 by default")
       ->check(whole_number<std::uint32_t>());
-  command->add_option("--sensor", o->player.sensor, "Number of the clouds' sensor")
+  command->add_option("--sensor", o->player.sensor, "Sensor number of the clouds")
       ->check(whole_number<std::int32_t>())
       ->capture_default_str();
-  command->add_option("--rate", o->player.rate_hz, "Scans a second, 0.1 to 1000")
+  command->add_option("--rate", o->player.rate_hz, "Scans per second, 0.1 to 1000")
       ->check(decimal_number())
       ->capture_default_str();
-  command->add_option("--clock", o->clock, "What stamps: monotonic or wall")->capture_default_str();
+  command->add_option("--clock", o->clock, "Clock of the stamps: monotonic or wall")
+      ->capture_default_str();
   command->add_option("--url", o->player.url, "LCM network of the sensors; its ttl must be 0")
       ->capture_default_str();
-  command->add_option("--interface", o->player.interface, "Name or IPv4 address")
+  command
+      ->add_option("--interface", o->player.interface, "Network interface, by name or IPv4 address")
       ->capture_default_str();
-  command->add_flag("--loop", o->loop,
-                    "Back from the last scan to the first, and on so, until it is ended");
+  command->add_flag("--loop", o->loop, "Play forward and backward until interrupted");
   command->add_option("--report", o->report, "JSON report to write");
   command->footer("Example: tessera play --dataset street/robot_0 --rate 10");
   command->callback([o, &exit_status] {

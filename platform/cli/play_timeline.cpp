@@ -8,7 +8,7 @@
 namespace tessera {
 namespace {
 
-/// Recorded microseconds between a scan and that of the next number, as a rule; 0: not known.
+/// Typical recorded microseconds between a scan and that of the next number; 0: not known.
 double usual_step_us(const Dataset& dataset) {
   std::vector<double> steps_us;
   for (std::size_t i = 1; i < dataset.num_scans(); ++i) {
@@ -32,8 +32,8 @@ std::int64_t PlayTimeline::played(std::int64_t recorded_us) const noexcept {
 
 Outcome<void> PlayTimeline::reserve(std::size_t poses) {
   const std::size_t capacity = std::max<std::size_t>(poses, 1);
-  memory_.resize(PoseTrack::required_bytes(capacity) / sizeof(Line));
-  Arena arena(std::as_writable_bytes(std::span<Line>(memory_)));
+  memory_ = ArenaMemory(PoseTrack::required_bytes(capacity));
+  Arena arena(memory_.span());
   const Result<PoseTrack> track = PoseTrack::make(capacity, arena);
   if (!track.ok()) return Failure{"no memory for the poses", FailureKind::kFailure};
   track_ = *track;
@@ -46,13 +46,13 @@ void PlayTimeline::add_recorded(const ScanMotion& motion, std::int64_t first_us)
   for (std::size_t i = 0; i < recorded.size(); ++i) {
     const StampedPose pose{played(recorded[i].stamp_us - first_us), recorded[i].T_map_body};
     if (pose.stamp_us < -played(kAround_us) || pose.stamp_us > last_us) continue;
-    // Two may fall together when they are played fast.
+    // Two may coincide when they are played fast.
     static_cast<void>(track_.add(pose));
   }
 }
 
 void PlayTimeline::add_of_scans(const Dataset& dataset) {
-  // One that is not rigid is left out.
+  // A pose that is not rigid is left out.
   for (std::size_t i = 0; i < dataset.num_scans(); ++i)
     static_cast<void>(track_.add({scans_us_[i], dataset.T_map_sensor(i)}));
 }

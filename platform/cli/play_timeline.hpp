@@ -1,38 +1,39 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// When a dataset's scans and poses are played: the recorded times where it has them, else evenly;
-// stretched so that scans come at the wanted rate.
+// When the scans and poses of a dataset are played: at the recorded times if it has them, else
+// evenly; scaled so that scans come at the given rate.
 #pragma once
 
 #include <cstdint>
 #include <cstdlib>
 #include <vector>
 
-#include "dataset/dataset.hpp"
-#include "posix/outcome.hpp"
+#include "base/arena_memory.hpp"
+#include "base/outcome.hpp"
+#include "scans/dataset.hpp"
 
 namespace tessera {
 
-/// Microseconds from the stamp of the first scan on; before it, negative.
+/// Microseconds since the stamp of the first scan; negative before it.
 class PlayTimeline {
  public:
-  /// Poses that are played before the first scan and after the last, recorded microseconds.
+  /// Poses are played from this time before the first scan to this time after the last, recorded
+  /// microseconds.
   static constexpr std::int64_t kAround_us = 200'000;
 
-  /// rate_hz: of scans, as the median of the steps between them. Fails with kFailure iff there is
+  /// rate_hz: of scans, by the median of the steps between them. Fails with kFailure iff there is
   /// no memory for the poses.
   static Outcome<PlayTimeline> make(const Dataset& dataset, double rate_hz);
-  /// The same way back, as if time ran the other way: from the last scan, at 0, to the first. Fails
-  /// as make().
+  /// The reverse, as if time ran backward: from the last scan, at 0, to the first. Fails as make().
   [[nodiscard]] Outcome<PlayTimeline> back() const;
 
-  /// Of the scan that is played as number i.
+  /// Time of the scan that is played as number i.
   [[nodiscard]] std::int64_t scan_us(std::size_t i) const { return scans_us_[i]; }
-  /// All poses around the scans; of a dataset without times, that of each scan.
+  /// All poses around the scans; for a dataset without times, that of each scan.
   [[nodiscard]] const PoseTrack& track() const noexcept { return track_; }
   /// Between poses that are interpolated.
   [[nodiscard]] std::int64_t max_gap_us() const noexcept { return std::abs(played(kMostGap_us)); }
-  /// What recorded microseconds are when they are played; of the way back, before instead of after.
+  /// Converts recorded microseconds to those of playing; of the reverse, before instead of after.
   [[nodiscard]] std::int64_t played(std::int64_t recorded_us) const noexcept;
   [[nodiscard]] double stretch() const noexcept { return stretch_; }
 
@@ -41,16 +42,13 @@ class PlayTimeline {
   /// Without times scans are taken to be recorded at 10 Hz.
   static constexpr std::int64_t kUsualPeriod_us = 100'000;
 
-  struct alignas(kArenaAlignment) Line {
-    std::byte bytes[kArenaAlignment];
-  };
   Outcome<void> reserve(std::size_t poses);
   void add_recorded(const ScanMotion& motion, std::int64_t first_us);
   void add_of_scans(const Dataset& dataset);
 
   double stretch_ = 1.0;
   std::vector<std::int64_t> scans_us_;
-  std::vector<Line> memory_;
+  ArenaMemory memory_;
   PoseTrack track_;
 };
 

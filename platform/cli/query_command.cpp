@@ -1,19 +1,19 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// tessera query: the state of a map at given points, CSV to CSV.
+// tessera query: writes the state of a map at given points, CSV to CSV.
 #include <array>
 #include <charconv>
 #include <cstdio>
 #include <limits>
 
+#include "base/atomic_file.hpp"
+#include "base/input_file.hpp"
+#include "base/json.hpp"
+#include "base/number_row.hpp"
+#include "base/number_text.hpp"
+#include "base/outputs.hpp"
 #include "cli/command.hpp"
-#include "dataset/number_row.hpp"
-#include "mapping/number_text.hpp"
-#include "mapping/outputs.hpp"
-#include "mapping/report.hpp"
-#include "mapping/stored_map.hpp"
-#include "posix/atomic_file.hpp"
-#include "posix/input_file.hpp"
+#include "maps/stored_map.hpp"
 
 namespace tessera {
 
@@ -26,7 +26,7 @@ struct QueryOptions {
   std::string report;
 };
 
-/// Three numbers, "nan" and "inf" among them; what is beyond a double becomes infinite, so out of
+/// Three numbers, which may be "nan" and "inf"; what exceeds a double becomes infinite, so outside
 /// the grid.
 std::optional<Point3d> parse_point(std::string_view line) {
   Point3d p;
@@ -75,14 +75,14 @@ void put_row(AtomicFile& file, const LocalMap& map, std::string_view point_text,
   put(file, "\n");
 }
 
-/// The file's content after the header x,y,z.
+/// Content of the file after the header x,y,z.
 Outcome<std::string> read_points(const std::string& path) {
   constexpr std::size_t kMaxTextBytes = std::size_t{1} << 32U;
   Outcome<std::string> content = read_text_file(path, kMaxTextBytes);
   if (!content.ok()) return content.failure();
   if (content->empty()) return Failure{path + " is empty; its line 1 must be x,y,z"};
   std::string_view text = *content;
-  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";  // Spreadsheets put it there.
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";  // Spreadsheets write it.
   if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
   if (text.empty() || trimmed(take_line(text)) != "x,y,z") {
     return text_failure({path, 1}, "the header is missing", "it must be x,y,z");
@@ -97,7 +97,7 @@ void put_header(AtomicFile& out, const LocalMap& map) {
   put(out, header + "\n");
 }
 
-/// points: the lines from number 2 on. Gives the number of rows written.
+/// points: the lines from number 2. Returns the number of rows written.
 Outcome<std::uint64_t> put_rows(AtomicFile& out, const LocalMap& map, std::string_view points,
                                 const std::string& path) {
   std::uint64_t rows = 0;
@@ -105,7 +105,7 @@ Outcome<std::uint64_t> put_rows(AtomicFile& out, const LocalMap& map, std::strin
     const std::string_view text = trimmed(take_line(points));
     if (text.empty()) continue;
     const std::optional<Point3d> p_map = parse_point(text);
-    if (!p_map) return text_failure(place, "not three numbers x,y,z", "mend or remove it");
+    if (!p_map) return text_failure(place, "not three numbers x,y,z", "fix or remove it");
     put_row(out, map, text, *p_map);
     ++rows;
   }
@@ -142,7 +142,7 @@ Outcome<void> run_query(const QueryOptions& options) {
 }  // namespace
 
 void add_query_command(CLI::App& app, int& exit_status) {
-  CLI::App* const command = app.add_subcommand("query", "State of the map at given points");
+  CLI::App* const command = app.add_subcommand("query", "Write the state of a map at given points");
   auto o = std::make_shared<QueryOptions>();
   command->add_option("--map", o->map, "Map file")->required();
   command->add_option("--points", o->points, "CSV with the header x,y,z; metres, map frame")

@@ -4,8 +4,8 @@
 
 #include <cstdio>
 
+#include "base/number_text.hpp"
 #include "cli/command.hpp"
-#include "mapping/number_text.hpp"
 
 namespace tessera {
 
@@ -22,7 +22,7 @@ Json camera_json(const LabelCameraReport& camera) {
           {"better_other", camera.better_other}};
 }
 
-/// Whether there was such a camera for the scan: it saw something, or it says why not.
+/// True if the scan had this camera: it saw something, or reports why not.
 bool took_part(const LabelCameraReport& c) {
   return c.status != Status::kOk ||
          c.labelled + c.occluded + c.outside + c.behind + c.masked + c.unknown + c.better_other > 0;
@@ -105,23 +105,24 @@ void RegistrationTotals::write(Json& totals) const {
 }
 
 void RegistrationTotals::print() const {
-  if (swept_scans > 0) std::printf("  motion   taken out of %s\n", counted(moved, "point").c_str());
+  if (swept_scans > 0)
+    std::printf("  motion   corrected for %s\n", counted(moved, "point").c_str());
   if (projected_scans > 0)
     std::printf("  cameras  labelled %.1f %% of the points\n", percent(labelled, points));
   if (depth_images > 0)
     std::printf("  depth    %s of %s\n", counted(depth_points, "point").c_str(),
                 counted(depth_points + no_depth + depth_refused, "pixel").c_str());
   if (depth_images > 0 && depth_points == 0)
-    warn("no pixel has a depth that is used; check depth_scale, min_depth and max_depth");
+    warn("no pixel has a usable depth; check depth_scale, min_depth and max_depth");
   if (not_deskewed_scans > 0)
     warn(counted(not_deskewed_scans, "scan") +
-         " not deskewed: there is no pose at the stamp; poses must reach from the first scan's "
-         "first point to the last one's last");
+         " not deskewed: there is no pose at the stamp; give poses from the first point of the "
+         "first scan to the last point of the last");
   if (unplaced > 0)
-    warn(counted(unplaced, "point") + " not deskewed: without a time or a pose around it");
+    warn(counted(unplaced, "point") + " not deskewed: no time, or no pose before or after it");
   if (cameras_left_out > 0)
     warn(counted(cameras_left_out, "image") +
-         " left out: there is no pose at the image's time or at the scan's");
+         " left out: there is no pose at the time of the image or of the scan");
 }
 
 }  // namespace tessera

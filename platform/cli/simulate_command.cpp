@@ -1,15 +1,15 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// tessera simulate: a dataset a robot, with ground truth.
+// tessera simulate: makes a dataset for each robot, with ground truth.
 #include <cstdio>
 #include <utility>
 
+#include "base/json.hpp"
+#include "base/number_text.hpp"
+#include "base/outputs.hpp"
+#include "base/progress.hpp"
 #include "cli/command.hpp"
 #include "cli/number_options.hpp"
-#include "mapping/number_text.hpp"
-#include "mapping/outputs.hpp"
-#include "mapping/report.hpp"
-#include "posix/progress.hpp"
 #include "simulator/dataset_writer.hpp"
 #include "simulator/street_simulator.hpp"
 
@@ -26,7 +26,7 @@ struct SimulateOptions {
   std::string report;
 };
 
-// The simulator has the same limits; here they are told with the names of the options.
+// The simulator has the same limits; messages here have the names of the options.
 constexpr int kMaxRobots = 8;
 constexpr int kMaxScans = 1000;
 constexpr double kMaxPoseErrorM = 100.0;
@@ -110,10 +110,10 @@ void add_simulate_command(CLI::App& app, int& exit_status) {
       app.add_subcommand("simulate", "Make a dataset for each robot, with ground truth");
   auto o = std::make_shared<SimulateOptions>();
   command->add_option("--scene", o->config.scene, "Scene: street")->capture_default_str();
-  command->add_option("--robots", o->config.robots, "Robots, 1 to 8")
+  command->add_option("--robots", o->config.robots, "Number of robots, 1 to 8")
       ->check(whole_number<int>())
       ->capture_default_str();
-  command->add_option("--scans", o->config.scans, "Scans a robot, 1 to 1000")
+  command->add_option("--scans", o->config.scans, "Scans per robot, 1 to 1000")
       ->check(whole_number<int>())
       ->capture_default_str();
   command->add_option("--seed", o->config.seed, "Seed; the same gives the same bytes")
@@ -122,12 +122,12 @@ void add_simulate_command(CLI::App& app, int& exit_status) {
   command->add_option("--out", o->out, "Folder to write robot_0, robot_1, ... into")->required();
   command
       ->add_option("--pose-error", o->pose_error.translation_m,
-                   "Sigma of T_global_map_perturbed.txt, 0 to 100 m an axis")
+                   "Sigma of the translation in T_global_map_perturbed.txt, 0 to 100 m per axis")
       ->check(decimal_number())
       ->capture_default_str();
   command
       ->add_option("--rotation-error", o->pose_error.rotation_deg,
-                   "The same, 0 to 180 degrees an axis")
+                   "Sigma of the rotation in T_global_map_perturbed.txt, 0 to 180 degrees per axis")
       ->check(decimal_number())
       ->capture_default_str();
   command
@@ -136,7 +136,7 @@ void add_simulate_command(CLI::App& app, int& exit_status) {
       ->capture_default_str();
   command
       ->add_option("--sweep", o->sweep,
-                   "on or off: scans are swept while the robot drives; adds times/")
+                   "on or off: sweep scans while the robot drives; adds times/")
       ->capture_default_str();
   command->add_option("--report", o->report, "JSON report to write");
   command->footer(

@@ -16,8 +16,7 @@ struct ValueName {
   const char* value;
 };
 
-// The first that fits. Words in lower case may be typed as they are, the others stand for
-// something.
+// The first match counts. Words in lower case are literal, the others are placeholders.
 constexpr std::array kNames = {
     ValueName{"map", "--out", "MAP.tsm"},
     ValueName{"fuse", "--out", "MAP.tsm"},
@@ -114,7 +113,7 @@ constexpr std::array kNames = {
 
 void name_values_of(CLI::App& command, std::string_view subcommand) {
   for (CLI::Option* const option : command.get_options()) {
-    // A set of words that CLI11 checks is named by CLI11.
+    // CLI11 names a set of words that it checks.
     if (is_flag(*option) || option->get_type_name().find('{') != std::string::npos) continue;
     for (const ValueName& name : kNames) {
       if ((!name.subcommand.empty() && name.subcommand != subcommand) ||

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// What help, manual pages and completions call the value of an option.
+// Names of option values in help, manual pages and completions.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -9,20 +9,20 @@
 
 namespace tessera {
 
-/// Names every option's value: FILE, DIR, M, on|off. An option that is in no table keeps CLI11's
-/// name.
+/// Names the value of every option: FILE, DIR, M, on|off. An option that is in no table keeps the
+/// name of CLI11.
 void name_values(CLI::App& app);
 
-/// What an option's value may be, as its name says.
+/// What the value of an option may be, by its name.
 struct ValueKind {
-  std::vector<std::string> choices{};  ///< Words that may be typed as they are.
+  std::vector<std::string> choices{};  ///< Literal words.
   bool files = false;
   bool folders = false;
   std::string extension{};  ///< Of the files, ".tsm"; empty: any.
 };
 [[nodiscard]] ValueKind kind_of(const CLI::Option& option);
 
-/// Whether a value follows it.
+/// True if a value follows it.
 [[nodiscard]] bool is_flag(const CLI::Option& option);
 
 /// The subcommands that --help shows, in their order.

@@ -1,15 +1,15 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// tessera view: maps in a browser.
+// tessera view: shows maps in a browser.
 #include <signal.h>
 
 #include <atomic>
 #include <cstdio>
 #include <filesystem>
 
+#include "base/number_text.hpp"
 #include "cli/command.hpp"
 #include "cli/view_maps.hpp"
-#include "mapping/number_text.hpp"
 #include "view/viewer.hpp"
 
 namespace tessera {
@@ -37,9 +37,10 @@ Outcome<ListenAddress> address_of(const ViewOptions& options) {
   Outcome<ListenAddress> address = parse_listen_address(options.listen);
   if (!address.ok()) return Failure{"--listen " + address.failure().message};
   if (!address->is_loopback() && !options.everywhere) {
-    return Failure{"--listen " + options.listen +
-                   " is for everybody who reaches this machine; add --everywhere if that is meant, "
-                   "or give 127.0.0.1:8080"};
+    return Failure{
+        "--listen " + options.listen +
+        " is open to everybody who reaches this machine; add --everywhere to allow that, "
+        "or give 127.0.0.1:8080"};
   }
   return address;
 }
@@ -56,7 +57,7 @@ Outcome<void> run_view(const ViewOptions& options) {
       });
   if (!viewer.ok()) return viewer.failure();
   if (!address->is_loopback())
-    warn("everybody who reaches this machine can look at these maps; nothing is encrypted");
+    warn("everybody who reaches this machine can see these maps; nothing is encrypted");
   std::printf("%s shows %s; Ctrl+C ends it\n", (*viewer)->url().c_str(),
               counted(options.maps.size(), "map").c_str());
   std::fflush(stdout);
@@ -68,19 +69,20 @@ Outcome<void> run_view(const ViewOptions& options) {
 }  // namespace
 
 void add_view_command(CLI::App& app, int& exit_status) {
-  CLI::App* const command = app.add_subcommand("view", "Maps in a browser, served by this command");
+  CLI::App* const command =
+      app.add_subcommand("view", "Show maps in a browser, served by this command");
   auto o = std::make_shared<ViewOptions>();
   command
       ->add_option("maps", o->maps,
-                   "Map files; local ones beside a global one tell who contributed to it")
+                   "Map files; local maps given with a global one show who contributed to it")
       ->required()
       ->expected(1, kMostViewedMaps);
   command
       ->add_option("--listen", o->listen,
-                   "IP address and port to serve at; port 0 takes any that is free")
+                   "IP address and port to serve at; port 0 chooses a free one")
       ->capture_default_str();
   command->add_flag("--everywhere", o->everywhere,
-                    "Allow an address that other machines reach; whoever reaches it sees the maps");
+                    "Allow an address that other machines reach; they can then see the maps");
   command
       ->add_option("--transform", o->transforms,
                    "MAP.tsm=T.txt: 4x4 matrix T_global_map of a local map [as the map says]")

@@ -7,10 +7,10 @@
 #include <filesystem>
 #include <set>
 
+#include "base/number_text.hpp"
 #include "cli/command.hpp"
 #include "cli/contributors.hpp"
-#include "mapping/fuse_setup.hpp"
-#include "mapping/number_text.hpp"
+#include "maps/fuse_setup.hpp"
 #include "tessera/map/queries.hpp"
 
 namespace tessera {
@@ -53,17 +53,17 @@ Outcome<void> check_alike(const One& global, const FuseInput& input) {
       ours.classes() == theirs.classes())
     return {};
   return Failure{input.path + " has another resolution or other classes than " + global.path +
-                 "; give the maps that it was made of, or look at it alone"};
+                 "; give the maps that it was made of, or view it alone"};
 }
 
-/// No map twice, whatever it is called.
+/// Fails iff a map is given twice, even by different paths.
 Outcome<void> check_paths(const std::vector<std::string>& paths) {
   std::set<std::string> seen;
   for (const std::string& path : paths) {
     std::error_code error;
     const std::string one = std::filesystem::weakly_canonical(path, error).string();
     if (!seen.insert(error ? path : one).second)
-      return Failure{path + " is named twice; name each map once"};
+      return Failure{path + " is a duplicate; name each map once"};
   }
   return {};
 }
@@ -92,11 +92,11 @@ Outcome<ViewedMaps> load_viewed_maps(const std::vector<std::string>& paths,
   }
   if (globals > 1 && !locals.empty())
     return Failure{
-        "local maps beside several global ones do not say of which they are a part; give one "
-        "global map with its local ones, or global maps alone"};
+        "local maps cannot be assigned to several global maps; give one "
+        "global map with its local ones, or only global maps"};
   const bool together = globals == 1 && !locals.empty();
   if (!together && !transforms.empty())
-    return Failure{"--transform goes with a global map and the local ones that it was made of"};
+    return Failure{"--transform needs a global map and the local ones that it was made of"};
   std::vector<FuseInput> inputs;
   if (together) {
     std::vector<std::string> warnings;

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "mapping/fuse_inputs.hpp"
-#include "mapping/stored_map.hpp"
+#include "maps/fuse_inputs.hpp"
+#include "maps/stored_map.hpp"
 #include "view/view_map.hpp"
 
 namespace tessera {
@@ -21,7 +21,7 @@ struct ViewedMaps {
     std::shared_ptr<const StoredMap> stored;
     Matrix34d T_global_map = Matrix34d::Identity();
     std::vector<std::string> contributors;
-    /// Occupied voxels in the order of blocks, and who contributed each; of a global map alone.
+    /// Occupied voxels in the order of blocks, and who contributed each; for a global map only.
     std::vector<std::uint64_t> keys;  ///< Of each voxel's block.
     std::vector<std::uint16_t> rows;
     std::vector<VoxelMark> marks;
@@ -29,13 +29,13 @@ struct ViewedMaps {
   std::vector<std::shared_ptr<const One>> maps;
 };
 
-/// In the order of paths. A global map beside local ones is taken to be made of these. Fails with
-/// kUsage iff a file is missing or damaged or named twice, there is more than one global map beside
-/// local ones, or these do not go together with it (load_inputs, resolution and classes).
+/// In the order of paths. A global map next to local ones is taken to be made of these. Fails with
+/// kUsage iff a file is missing, damaged or named twice, there are local maps and more than one
+/// global one, or the local maps do not match it (load_inputs, resolution and classes).
 Outcome<ViewedMaps> load_viewed_maps(const std::vector<std::string>& paths,
                                      const std::vector<std::string>& transforms);
 
-/// What the viewer takes; it holds the maps.
+/// The input of the viewer; it holds the maps.
 std::vector<std::unique_ptr<ViewMap>> view_maps_of(const ViewedMaps& viewed);
 
 }  // namespace tessera

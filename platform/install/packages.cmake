@@ -12,7 +12,7 @@ set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_STRIP_FILES ON)
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
-# With DESTDIR the scripts that install know the prefix that it will be.
+# With DESTDIR the install scripts know the final prefix.
 set(CPACK_SET_DESTDIR ON)
 set(CPACK_INSTALL_PREFIX /usr)
 
@@ -35,7 +35,7 @@ robot's process that shares its map with the others of its team over a local
 network, with a unit for systemd.")
 endif()
 
-# What Debian wants to be there of every package; people who install by hand have no use for its own changelog.
+# Files that Debian requires in every package; installing by hand leaves out Debian's own changelog.
 find_program(TESSERA_GZIP gzip)
 if(TESSERA_GZIP)
   set(built ${PROJECT_BINARY_DIR}/packages)

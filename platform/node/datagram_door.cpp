@@ -14,6 +14,8 @@ PayloadVerdict DatagramDoor::judge(std::span<const std::byte> datagram) const no
   ByteReader reader(datagram.first(kHeaderBytes));
   DatagramHeader header;
   if (!read_header(reader, header)) return PayloadVerdict::kFormat;
+  // Checked before the tag, whose key depends on the mission.
+  if (header.mission != mission_) return PayloadVerdict::kMission;
   const std::span<const std::byte> message = datagram.first(datagram.size() - kTagBytes);
   if (!authenticator_.check(authenticator_.context, message, datagram.last<kTagBytes>()))
     return PayloadVerdict::kTag;
@@ -34,7 +36,7 @@ void DatagramDoor::set_excluded(std::span<const std::uint32_t> robots) noexcept 
   excluded_.set(next);
 }
 
-/// The exchange refuses what passes here while the list is being set.
+/// The exchange refuses what passes here while the list is changed.
 bool DatagramDoor::is_excluded(std::uint32_t robot) const noexcept {
   Excluded excluded;
   if (!excluded_.get(excluded)) return false;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// What a node's link refuses before it takes a place in the queue: whoever has no key of the fleet
-// cannot keep out those who have one.
+// Refuses datagrams before they take a place in the queue of a node's link: a sender without a key
+// of the fleet cannot displace those with one.
 #pragma once
 
 #include <array>
@@ -9,32 +9,33 @@
 #include <cstdint>
 #include <span>
 
-#include "lcm/datagram_link.hpp"
-#include "lcm/status_message.hpp"
-#include "posix/latest_value.hpp"
+#include "base/latest_value.hpp"
+#include "link/datagram_link.hpp"
+#include "link/status_message.hpp"
 #include "tessera/exchange/authenticator.hpp"
 #include "tessera/exchange/exchange_config.hpp"
 
 namespace tessera {
 
-/// The exchange's own first checks, in its order: size, header, tag, who is excluded. The exchange
-/// makes them once more, as it trusts no caller; of a datagram that is taken that costs its tag a
+/// The first checks of the exchange, in its order: size, header, mission, tag, exclude list. The
+/// exchange repeats them, as it trusts no caller; for an accepted datagram this checks the tag a
 /// second time.
 class DatagramDoor {
  public:
-  /// authenticator: as the exchange has it; status: as statuses are sealed. Their checks must do
-  /// for two threads at once.
-  explicit DatagramDoor(const Authenticator& authenticator, const StatusKeys& status = {}) noexcept
-      : authenticator_(authenticator), status_(status) {}
+  /// authenticator, mission: those of the exchange; status: the keys of statuses. Their checks must
+  /// be safe for two threads at once.
+  explicit DatagramDoor(const Authenticator& authenticator, const StatusKeys& status = {},
+                        std::uint32_t mission = 0) noexcept
+      : authenticator_(authenticator), status_(status), mission_(mission) {}
 
-  /// Refuses what these robots send from now on, and no others. For one thread, which need not be
-  /// the link's. robots: at most ExchangeConfig::kMostExcluded. No heap.
+  /// Sets the excluded robots. For one thread, which need not be that of the link. robots: at most
+  /// ExchangeConfig::kMostExcluded. No heap.
   void set_excluded(std::span<const std::uint32_t> robots) noexcept;
-  /// O(datagram): what is no datagram of the exchange costs its header alone.
+  /// O(datagram); O(1) for what is not a datagram of the exchange.
   [[nodiscard]] PayloadVerdict judge(std::span<const std::byte> datagram) const noexcept;
-  /// The same of a status: size and kind, then the tag, then who is excluded.
+  /// The same for a status: size and kind, then the tag, then the exclude list.
   [[nodiscard]] PayloadVerdict judge_status_of(std::span<const std::byte> status) const noexcept;
-  /// For the link. This must outlive it and stay where it is.
+  /// For the link, which this must outlive, at the same address.
   [[nodiscard]] PayloadCheck check() noexcept;
   [[nodiscard]] PayloadCheck status_check() noexcept;
 
@@ -47,6 +48,7 @@ class DatagramDoor {
 
   Authenticator authenticator_;
   StatusKeys status_;
+  std::uint32_t mission_;
   LatestValue<Excluded> excluded_;
 };
 

@@ -11,14 +11,14 @@ void FleetWatch::look(std::uint32_t own_digest, std::int64_t now_us, LogQueue& l
     const StatusTable::Entry& entry = table_.entries()[i];
     const bool lately = entry.is_lately(now_us);
     const bool differs = lately && entry.status.exclude_digest != own_digest;
-    // A place that was given to another robot ends what was said of the one before.
+    // A place that was given to another robot ends the warning about the robot before.
     const bool told = differs_[i];
     const bool same_robot = told_[i] == entry.status.robot;
     if (told && !(differs && same_robot))
       log.say_change(LogLevel::kInfo, now_us,
                      lately && same_robot
                          ? "robot % excludes the same robots as this one again"
-                         : "robot %, which excludes others than this one, is no more heard",
+                         : "robot %, which excludes other robots than this one, is no longer heard",
                      told_[i]);
     if (differs && !(told && same_robot))
       log.say_change(

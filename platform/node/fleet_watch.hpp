@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Which robots say that they exclude others than this one does. Nothing of the map follows from it:
-// it is for whoever looks after the fleet.
+// Finds robots whose exclude list differs from this robot's. Does not affect the map: it is for the
+// operator of the fleet.
 #pragma once
 
 #include <array>
@@ -9,15 +9,15 @@
 #include <cstdint>
 #include <span>
 
-#include "lcm/status_table.hpp"
-#include "posix/latest_value.hpp"
-#include "posix/log.hpp"
+#include "base/latest_value.hpp"
+#include "base/log.hpp"
+#include "link/status_table.hpp"
 
 namespace tessera {
 
-/// As others look at it.
+/// The state for other threads.
 struct FleetView {
-  /// Robots that were heard lately, in no order.
+  /// Robots that were heard recently, in no order.
   std::array<std::uint32_t, StatusTable::kMostRobots> differing{};
   std::uint32_t differing_count = 0;
   StatusCounters counters{};
@@ -31,12 +31,15 @@ class FleetWatch {
  public:
   FleetWatch(const StatusKeys& keys, std::uint32_t own_robot) noexcept : table_(keys, own_robot) {}
 
-  void hear(std::span<const std::byte> status, std::int64_t now_us) noexcept {
-    static_cast<void>(table_.hear(status, now_us));
+  /// peers: of the exchange, which belongs to the same thread.
+  void hear(std::span<const std::byte> status, std::int64_t now_us,
+            const PeerTable* peers) noexcept {
+    static_cast<void>(table_.hear(status, now_us, peers));
   }
-  /// A line when a robot begins to differ, and one when it ends: it agrees, or is no more heard.
+  /// Logs a line when a robot begins to differ, and one when that ends: it agrees, or is no longer
+  /// heard.
   void look(std::uint32_t own_digest, std::int64_t now_us, LogQueue& log) noexcept;
-  /// For any thread: as of the last look(), empty before.
+  /// For any thread: the state of the last look(), empty before.
   [[nodiscard]] FleetView view() const noexcept {
     FleetView view;
     static_cast<void>(view_.get(view));

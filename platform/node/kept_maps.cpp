@@ -8,8 +8,8 @@
 #include <filesystem>
 #include <system_error>
 
-#include "mapping/stored_map.hpp"
-#include "posix/system_failure.hpp"
+#include "base/system_failure.hpp"
+#include "maps/stored_map.hpp"
 
 namespace tessera {
 
@@ -21,14 +21,14 @@ constexpr int kMostNames = 10'000;
 
 std::string epoch_text(std::uint32_t epoch) { return "epoch-" + std::to_string(epoch); }
 
-/// number: 1 for the first, which does not show it.
+/// number: 1 for the first, whose name does not have it.
 std::string kept_name(const fs::path& path, const std::string& what, int number) {
   const std::string behind = number == 1 ? "" : "." + std::to_string(number);
   return (path.parent_path() / (path.stem().string() + "." + what + behind)).string() +
          path.extension().string();
 }
 
-/// The first that no file has. Empty: the file at path has such a name already.
+/// The first name that no file has. Empty: the file at path already has such a name.
 Outcome<std::string> free_name(const std::string& path, const std::string& what) {
   std::error_code error;
   for (int number = 1; number <= kMostNames; ++number) {
@@ -37,7 +37,7 @@ Outcome<std::string> free_name(const std::string& path, const std::string& what)
     if (fs::equivalent(name, path, error)) return std::string();
   }
   return Failure{"there are " + std::to_string(kMostNames) + " files like " +
-                     kept_name(path, what, kMostNames) + "; move some of them away",
+                     kept_name(path, what, kMostNames) + "; move some of them",
                  FailureKind::kFailure};
 }
 
@@ -50,7 +50,7 @@ Outcome<std::string> free_epoch_name(const std::string& path, std::uint32_t epoc
 Outcome<std::string> keep_earlier_map(const std::string& path) {
   std::error_code error;
   if (!fs::exists(path, error)) return std::string();
-  // The file itself, not a symbolic link to it: that is what a write replaces.
+  // The file itself, not a symbolic link to it: a write replaces the file.
   const std::string file = fs::canonical(path, error).string();
   const Outcome<MapFileHeader> header = load_map_header(path);
   Outcome<std::string> name =
@@ -60,7 +60,7 @@ Outcome<std::string> keep_earlier_map(const std::string& path) {
   const bool no_links = errno == EPERM || errno == EOPNOTSUPP || errno == EMLINK;
   if (no_links && ::rename(file.c_str(), name->c_str()) == 0) return name;
   return Failure{system_failure("keep as " + *name, path, errno, FailureKind::kUsage).message +
-                 "; move it away, or write [output] keep_maps = false if it may be overwritten"};
+                 "; move it, or write [output] keep_maps = false if it may be overwritten"};
 }
 
 }  // namespace tessera

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "posix/monotonic_clock.hpp"
+#include "base/monotonic_clock.hpp"
 
 namespace tessera {
 
@@ -39,7 +39,7 @@ void MappingThread::run() noexcept {
   heartbeat_.rest();
 }
 
-/// One turn: a scan, or a sleep.
+/// One turn: maps a scan, or sleeps.
 void MappingThread::work() noexcept {
   const std::int64_t now_us = MonotonicClock::now_us();
   heartbeat_.beat(now_us);
@@ -64,20 +64,20 @@ void MappingThread::note_pause(std::int64_t now_us) noexcept {
   if (asked == taken_.load(std::memory_order_relaxed)) return;
   const auto reasons = static_cast<std::uint32_t>(asked & kReasons);
   if (reasons != now_.pause) {
-    log_.say_change(LogLevel::kInfo, now_us, reasons != 0 ? "pauses, for reasons %" : "goes on",
+    log_.say_change(LogLevel::kInfo, now_us, reasons != 0 ? "paused, reasons %" : "resumes",
                     reasons);
     now_.pause = reasons;
     status_.set(now_);
   }
-  // What it did before can be seen by whoever sees that it goes by this.
+  // A thread that sees this value also sees the work before it.
   taken_.store(asked, std::memory_order_release);
 }
 
 void MappingThread::clear_if_permitted() noexcept {
   const std::uint32_t permitted = clears_permitted_.load(std::memory_order_acquire);
   if (permitted == cleared_) return;
+  if (!mapper_.clear()) return;
   cleared_ = permitted;
-  mapper_.clear();
   ++now_.clears;
   now_.usage = mapper_.map().usage();
   status_.set(now_);
@@ -96,6 +96,7 @@ void MappingThread::take(ScanSlot& slot, std::int64_t now_us) noexcept {
   now_.last_cycle_us = end_us - now_us;
   now_.worst_cycle_us = std::max(now_.worst_cycle_us, now_.last_cycle_us);
   latencies_.add(end_us - slot.taken_us);
+  if (now_.cycles == 0) log_.say(LogLevel::kInfo, end_us, "integrated the first scan");
   ++now_.cycles;
   now_.points += report.points;
   now_.left_out += report.left_out();
@@ -119,7 +120,7 @@ void MappingThread::take(ScanSlot& slot, std::int64_t now_us) noexcept {
   status_.set(now_);
 }
 
-/// Each line comes once a second at most.
+/// Each line is logged at most once a second.
 void MappingThread::say_losses(const ScanReport& report, std::int64_t now_us) noexcept {
   const std::uint32_t memory = report.refused_memory() + report.rays_refused_memory;
   now_.refused_memory += memory;

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// The thread that maps: takes a scan as soon as it is there, integrates it within its budget of
-// time, and says what it did. Between its start and its end it asks nothing of the system but to
-// sleep and to wake, takes no memory and no lock, and waits for no other thread.
+// The thread that maps: takes a scan as soon as it arrives, integrates it within its time budget,
+// and reports. Between its start and its end it makes no system calls except to sleep and to wake,
+// allocates no memory, takes no lock, and waits for no other thread.
 #pragma once
 
 #include <algorithm>
@@ -10,41 +10,41 @@
 #include <atomic>
 #include <cstdint>
 
-#include "node/scan_source.hpp"
-#include "posix/duration_histogram.hpp"
-#include "posix/heartbeat.hpp"
-#include "posix/latest_value.hpp"
-#include "posix/log.hpp"
-#include "posix/memory_lock.hpp"
-#include "posix/thread.hpp"
-#include "posix/wake_up.hpp"
+#include "base/duration_histogram.hpp"
+#include "base/heartbeat.hpp"
+#include "base/latest_value.hpp"
+#include "base/log.hpp"
+#include "base/memory_lock.hpp"
+#include "base/thread.hpp"
+#include "base/wake_up.hpp"
+#include "scans/scan_source.hpp"
 #include "tessera/robot/mapper.hpp"
 
 namespace tessera {
 
-/// Why the thread integrates nothing, a bit each; 0: it does.
+/// Reasons for which the thread does not integrate, a bit each; 0: none.
 enum MappingPause : std::uint32_t {
   kPausedByCommand = 1U << 0U,
-  kPausedByPose = 1U << 1U,  ///< There is none that may be mapped with.
+  kPausedByPose = 1U << 1U,  ///< There is no usable pose.
   kPausedToSave = 1U << 2U,
-  kPausedByNewFrame = 1U << 3U,  ///< Poses are of another frame than the map.
+  kPausedByNewFrame = 1U << 3U,  ///< Poses are in another frame than the map.
   kPausedToKeep = 1U << 4U,      ///< The map is saved before it is cleared.
 };
 
-/// How things stand after a cycle; counters never decrease.
+/// The state after a cycle; counters never decrease.
 struct MappingStatus {
   std::uint64_t cycles = 0;          ///< Scans that were integrated.
-  std::uint64_t points = 0;          ///< Of these.
+  std::uint64_t points = 0;          ///< Their points.
   std::uint64_t left_out = 0;        ///< Points and rays: ScanReport::left_out.
   std::uint64_t thinned = 0;         ///< Points after thinning: ScanReport, as the next two.
-  std::uint64_t points_kept = 0;     ///< Of these.
+  std::uint64_t points_kept = 0;     ///< Thinned points that were kept.
   std::uint64_t rays_wanted = 0;     ///< ScanReport::rays_wanted.
-  std::uint64_t rays = 0;            ///< Of these, traced.
-  std::uint64_t shed = 0;            ///< Scans of which something was left out.
-  std::uint64_t refused_memory = 0;  ///< Of left_out: for want of memory,
+  std::uint64_t rays = 0;            ///< Wanted rays that were traced.
+  std::uint64_t shed = 0;            ///< Scans with something left out.
+  std::uint64_t refused_memory = 0;  ///< Of left_out: for lack of memory,
   std::uint64_t refused_work = 0;    ///< as the work budget was spent,
   std::uint64_t refused_time = 0;    ///< as the deadline came, or was foreseen,
-  std::uint64_t over_capacity = 0;   ///< as a scan had more points than there is room for.
+  std::uint64_t over_capacity = 0;   ///< as a scan had more points than its memory.
   std::uint64_t bad_poses = 0;
   std::uint64_t paused = 0;  ///< Scans that came while mapping paused, and were left out.
   std::uint64_t missed = 0;  ///< Cycles that took longer than the period.
@@ -52,10 +52,10 @@ struct MappingStatus {
   std::uint64_t clears = 0;  ///< Times that the map was cleared.
   std::int64_t last_cycle_us = 0;
   std::int64_t worst_cycle_us = 0;
-  std::int64_t worst_late_us = 0;         ///< From a scan's arrival to the begin of its cycle.
+  std::int64_t worst_late_us = 0;         ///< From the arrival of a scan to the begin of its cycle.
   std::int64_t stamp_us = 0;              ///< Of the last scan that was integrated.
-  std::int64_t first_us = 0;              ///< When the first was done; 0 before it.
-  std::int64_t end_us = 0;                ///< When the last was.
+  std::int64_t first_us = 0;              ///< End of the first; 0 before it.
+  std::int64_t end_us = 0;                ///< End of the last.
   std::uint32_t pause = 0;                ///< MappingPause.
   std::array<double, 12> T_map_sensor{};  ///< Of the last scan, row by row; all 0 before it.
   MapUsage usage{};
@@ -65,17 +65,17 @@ struct MappingConfig {
   std::int64_t period_us = 100'000;
 };
 
-/// Makes a view for the integrator of what a sensor gave. Of the mapping thread.
+/// Converts sensor data for the integrator. Called in the mapping thread.
 struct Registration {
   void* context = nullptr;
-  /// None: the slot as it is. False: nothing can be made of it.
+  /// Null: the slot as it is. False: the data cannot be used.
   bool (*view)(void* context, ScanSlot& slot, ScanView& into) = nullptr;
 };
 
 class MappingThread {
  public:
-  /// All must outlive it. The map is the thread's own from start() to stop(), but for readers.
-  /// wake: by which the source wakes it.
+  /// All must outlive it. The thread owns the map from start() to stop(), except for readers. wake:
+  /// the source wakes the thread by it.
   MappingThread(Mapper& mapper, ScanSource& source, WakeUp& wake, const MappingConfig& config,
                 const Registration& registration) noexcept
       : mapper_(mapper),
@@ -92,29 +92,29 @@ class MappingThread {
 
   // --- For other threads -------------------------------------------------------------------------
 
-  /// Sets or takes back a reason to pause; begins after the cycle at hand: has_taken() of what this
-  /// returns says when.
+  /// Sets or clears a reason to pause; takes effect after the current cycle, when has_taken() of
+  /// the returned value is true.
   std::uint64_t pause(MappingPause reason, bool on) noexcept;
-  /// Whether the thread goes by this call of pause(). If that set a reason, the map is left alone
-  /// until it is taken back: all of it may be read.
+  /// True if this call of pause() has taken effect. If it set a reason, the thread does not change
+  /// the map until the reason is cleared: all of it may be read.
   [[nodiscard]] bool has_taken(std::uint64_t call) const noexcept {
     return taken_.load(std::memory_order_acquire) >> 32U >= call >> 32U;
   }
   [[nodiscard]] bool paused() const noexcept {
     return (taken_.load(std::memory_order_acquire) & kReasons) != 0;
   }
-  /// Asks that all content be forgotten. Mapping pauses from here on, until somebody has saved the
-  /// map and calls permit_clear(). MappingStatus::clears says when it was cleared.
+  /// Requests that the map be cleared. Mapping pauses from now on, until the map is saved and
+  /// permit_clear() is called. MappingStatus::clears says when it was cleared.
   void clear_map() noexcept {
     clears_asked_.fetch_add(1, std::memory_order_relaxed);
     pause(kPausedToKeep, true);
   }
-  /// How often clear_map() was called.
+  /// Number of calls of clear_map().
   [[nodiscard]] std::uint32_t clears_asked() const noexcept {
     return clears_asked_.load(std::memory_order_acquire);
   }
-  /// The map is forgotten before the next scan and also while it pauses, but to save. clears: what
-  /// clears_asked() gave before the map was saved.
+  /// Lets the thread clear the map before the next scan, also while it pauses, except to save.
+  /// clears: value of clears_asked() before the map was saved.
   void permit_clear(std::uint32_t clears) noexcept {
     clears_permitted_.store(clears, std::memory_order_release);
     if (clears_asked() == clears) pause(kPausedToKeep, false);
@@ -122,21 +122,22 @@ class MappingThread {
   [[nodiscard]] const LatestValue<MappingStatus>& status() const noexcept { return status_; }
   [[nodiscard]] Heartbeat& heartbeat() noexcept { return heartbeat_; }
   [[nodiscard]] LogQueue& log() noexcept { return log_; }
-  /// Every scan that there was is done with.
+  /// True if all scans are processed and no more will come.
   [[nodiscard]] bool ended() const noexcept { return ended_.load(std::memory_order_acquire); }
 
   // --- After stop() ------------------------------------------------------------------------------
 
   [[nodiscard]] const DurationHistogram& cycles() const noexcept { return cycles_; }
-  /// From a scan's arrival until it is in the map.
+  /// From the arrival of a scan until it is in the map.
   [[nodiscard]] const DurationHistogram& latencies() const noexcept { return latencies_; }
-  /// Between start and end of its work.
+  /// From start to end of its work.
   [[nodiscard]] PageFaults page_faults() const noexcept { return page_faults_; }
-  /// As the system knows it.
+  /// Its number in the system.
   [[nodiscard]] std::int64_t thread_number() const noexcept { return thread_number_; }
 
  private:
-  /// It beats once a cycle or a sleep, which take a period each; a slow cycle is no silence.
+  /// Beats once per cycle or sleep, which take a period each; a slow cycle does not count as
+  /// silence.
   static constexpr std::int64_t silence_us(std::int64_t period_us) noexcept {
     return std::max<std::int64_t>(2'000'000, 2 * period_us);
   }
@@ -154,7 +155,7 @@ class MappingThread {
   const MappingConfig config_;
   const Registration registration_;
   std::atomic<bool> stopping_{false};
-  /// Reasons, and above them how often pause() was called: as asked for, and as gone by.
+  /// Reasons, and in the upper bits the number of calls of pause(): requested, and in effect.
   std::atomic<std::uint64_t> pause_{0};
   std::atomic<std::uint64_t> taken_{0};
   std::atomic<std::uint32_t> clears_asked_{0};

@@ -10,7 +10,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "posix/monotonic_clock.hpp"
+#include "base/monotonic_clock.hpp"
 
 namespace tessera {
 
@@ -88,7 +88,7 @@ void NetworkPort::send_until_stopped() noexcept {
   pollfd source{wake_.get(), POLLIN, 0};
   while (true) {
     if (::poll(&source, 1, -1) < 0 && errno != EINTR) return;
-    // In this order: what is committed after the queue was seen empty wakes anew.
+    // In this order: what is committed after the queue was seen empty wakes the thread again.
     eventfd_t seen = 0;
     static_cast<void>(::eventfd_read(wake_.get(), &seen) != 0);
     const bool last = stopping_.load(std::memory_order_acquire);

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// A robot's way to the network that costs its thread no waiting: what arrives is put into a queue
-// by the link's thread, what is to be sent is taken from another by a second one. Both queues are
-// there from the start.
+// The network for a robot's thread, without waiting: the link's thread adds what arrives to a
+// queue, and a second thread sends what is in another. Both queues are allocated at the start.
 #pragma once
 
 #include <array>
@@ -12,19 +11,19 @@
 #include <memory>
 #include <span>
 
-#include "lcm/datagram_link.hpp"
-#include "lcm/status_publisher.hpp"
-#include "posix/file_descriptor.hpp"
-#include "posix/outcome.hpp"
-#include "posix/spsc_queue.hpp"
-#include "posix/thread.hpp"
+#include "base/file_descriptor.hpp"
+#include "base/outcome.hpp"
+#include "base/spsc_queue.hpp"
+#include "base/thread.hpp"
+#include "link/datagram_link.hpp"
+#include "link/status_publisher.hpp"
 
 namespace tessera {
 
 class NetworkPort {
  public:
-  /// keys: of statuses; what they point to must outlive the port. Fails as DatagramLink::open. Uses
-  /// the heap; nothing after it does.
+  /// keys: of statuses; what they point to must outlive the port. Fails as DatagramLink::open. The
+  /// only use of the heap.
   static Outcome<std::unique_ptr<NetworkPort>> open(
       const LinkConfig& config, std::size_t send_slots,
       const ThreadRole& sender = {.name = "tessera-send"}, const StatusKeys& keys = {});
@@ -32,28 +31,28 @@ class NetworkPort {
   NetworkPort& operator=(const NetworkPort&) = delete;
   ~NetworkPort() { close(); }
 
-  // --- For the robot's thread alone; none of these waits but wait() ------------------------------
+  // --- For the robot's thread only; only wait() waits --------------------------------------------
 
-  /// Where the next datagram may be written; empty, and counted, iff the queue is full.
+  /// Memory for the next datagram; empty, and counted, iff the queue is full.
   [[nodiscard]] std::span<std::byte> claim() noexcept;
-  /// The first bytes of what claim() gave are to be sent. flush() wakes who does.
+  /// Queues the first bytes of the memory of claim() for sending. flush() wakes the sending thread.
   void commit(std::size_t bytes) noexcept;
-  /// To be sent as a status message. False, and counted, iff the queue is full.
+  /// Queues a status message for sending. False, and counted, iff the queue is full.
   bool report(const NodeStatus& status) noexcept;
   void flush() noexcept;
-  /// Sends what waits and ends sending, so that the counters are whole.
+  /// Sends what waits and ends sending, so that the counters are complete.
   void close() noexcept;
   DatagramLink::Received receive(std::span<std::byte, kMaxMessageBytes> into) noexcept {
     return link_->receive(into);
   }
-  /// What others say of themselves: the oldest that waits, as DatagramLink::receive_side.
+  /// Statuses of other robots: the oldest that waits, as DatagramLink::receive_side.
   std::span<const std::byte> receive_status(std::span<std::byte, kMaxMessageBytes> into) noexcept {
     return link_->receive_side(into);
   }
-  /// Sleeps until something arrives, timeout_us at most. A signal may wake it too.
+  /// Sleeps until something arrives, at most timeout_us. A signal may wake it too.
   bool wait(std::int64_t timeout_us) noexcept { return link_->wait(timeout_us); }
 
-  /// Times that claim() or report() found no room: more send_slots.
+  /// Number of calls of claim() or report() without room: configure more send_slots.
   [[nodiscard]] std::uint64_t send_queue_full() const noexcept { return send_queue_full_; }
 
   // --- For any thread ----------------------------------------------------------------------------

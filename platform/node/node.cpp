@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// A node while it runs: nothing in it uses the heap but what writes maps.
+// A running node: only writing maps uses the heap.
 #include "node/node.hpp"
 
 #include <time.h>
@@ -10,22 +10,20 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "base/allocation_counter.hpp"
+#include "base/monotonic_clock.hpp"
 #include "node/thread_roles.hpp"
-#include "posix/allocation_counter.hpp"
-#include "posix/monotonic_clock.hpp"
 
 namespace tessera {
 
 namespace {
 
-/// Between two looks at the threads.
+/// Between two checks of the threads.
 constexpr std::int64_t kLook_us = 50'000;
-/// Between two lines about another process that speaks as this robot.
+/// Between two lines about another process that uses this robot's number.
 constexpr std::int64_t kTwinPeriod_us = 60'000'000;
-/// After the robot's state could not be written.
+/// Before the next try after the robot's state could not be written.
 constexpr std::int64_t kStateRetry_us = 60'000'000;
-/// Between two epochs that are left because another process is in them.
-constexpr std::int64_t kReopen_us = 30'000'000;
 
 double cpu_s() {
   timespec now{};
@@ -37,7 +35,7 @@ double cpu_s() {
 
 Node::~Node() {
   stop_threads();
-  // Until the maps are written the vehicle is told that the node stops.
+  // Until the maps are written the vehicle is notified that the node stops.
   if (vehicle_) vehicle_->stop();
 }
 
@@ -81,7 +79,10 @@ void Node::look_after(NodeRequests& requests, Progress& progress) {
   if (vehicle_) all[count++] = &vehicle_->log();
   const std::span<LogQueue* const> queues = std::span(all).first(count);
   say_missing_rights();
-  if (!run_.kept_maps.empty()) say_kept();
+  for (const std::string& name : run_.kept_maps) {
+    say_kept(name);
+    writer.write(queues);  // The next one overwrites its text.
+  }
   while (true) {
     const std::int64_t now_us = MonotonicClock::now_us();
     keep_before_clear(now_us);
@@ -94,7 +95,7 @@ void Node::look_after(NodeRequests& requests, Progress& progress) {
       run_.ended_by = "signal";
     if (run_.ended_by != nullptr) break;
     if (requests.save.exchange(false, std::memory_order_relaxed)) save_local_map();
-    // The next look will do, while the sharing thread has not taken what was read before.
+    // Waits for the next turn while the sharing thread has not taken the last update.
     if (!updates_.is_waiting() && requests.reload.exchange(false, std::memory_order_relaxed))
       reload();
     service_.sleep_until(now_us + kLook_us);
@@ -106,19 +107,19 @@ void Node::say_missing_rights() {
   if (!run_.not_locked.empty())
     log_.say(LogLevel::kWarning, run_.start_us, "memory is not locked; see the report");
   if (run_.missing.priority != 0)
-    log_.say(LogLevel::kWarning, run_.start_us, "no right to priority %; see docs/operations.md",
-             run_.missing.priority);
+    log_.say(LogLevel::kWarning, run_.start_us,
+             "no right to priority %; see docs/reference/operations.md", run_.missing.priority);
   if (run_.missing.cpus)
     log_.say(LogLevel::kWarning, run_.start_us,
-             "processors of mapping_cpus or other_cpus are not permitted or not there");
+             "processors of mapping_cpus or other_cpus are not permitted or do not exist");
 }
 
-/// Looked at here, as it is the sharing thread that looks at the others.
+/// Checked here, as the sharing thread checks the others.
 void Node::look_for_sharing(std::int64_t now_us) {
   const bool late = sharing_->heartbeat().is_late(now_us);
   if (late && !sharing_is_late_) {
     ++sharing_silences_;
-    log_.say_change(LogLevel::kError, now_us, "the sharing thread gives no sign of life");
+    log_.say_change(LogLevel::kError, now_us, "the sharing thread does not respond");
   }
   sharing_is_late_ = late;
 }
@@ -130,23 +131,41 @@ void Node::look_for_others(std::int64_t now_us) {
     log_.say_change(LogLevel::kInfo, now_us, "robots in reach: %, before: %", sharing.in_reach,
                     peers_seen_);
   peers_seen_ = sharing.in_reach;
-  refusals_.look(port_->link().statistics(), sharing.exchange, port_->link().side_statistics(),
-                 fleet_->view().counters, now_us, log_);
+  refusals_.look({.link = port_->link().statistics(),
+                  .exchange = sharing.exchange,
+                  .statuses = port_->link().side_statistics(),
+                  .table = fleet_->view().counters,
+                  .global_map = sharing.global_counts,
+                  .floors_refused = sharing.floors_refused + state_->floors_refused()},
+                 now_us, log_);
   look_for_twins(sharing, now_us);
+  look_for_conflicts(sharing, now_us);
   keep_state(sharing, now_us);
   leave_epoch(sharing, now_us);
 }
 
-/// At once, and then once a minute while it lasts.
+/// Logs at once, and then once a minute while it lasts.
 void Node::look_for_twins(const SharingStatus& sharing, std::int64_t now_us) {
   const std::uint64_t twins = sharing.twins();
   if (twins == twins_told_ || now_us < twins_due_us_) return;
-  log_.say_change(LogLevel::kError, now_us,
-                  "another process speaks as robot %, heard % times; give each robot its own "
-                  "[robot] id and state",
-                  config_.robot, static_cast<std::int64_t>(twins - twins_told_));
+  log_.say_change(
+      LogLevel::kError, now_us,
+      "another process uses the number of robot %, heard % times; give each robot its own "
+      "[robot] id and state",
+      config_.robot, static_cast<std::int64_t>(twins - twins_told_));
   twins_told_ = twins;
   twins_due_us_ = now_us + kTwinPeriod_us;
+}
+
+/// Logs which robot it is, and since when.
+void Node::look_for_conflicts(const SharingStatus& sharing, std::int64_t now_us) {
+  for (; conflicts_told_ < sharing.conflict_count; ++conflicts_told_) {
+    const ContributionId& id = sharing.conflicts[conflicts_told_];
+    log_.say(LogLevel::kError, now_us,
+             "robot % signed two contents of one version in its epoch %: its state was copied, or "
+             "its key was stolen",
+             id.robot, id.epoch);
+  }
 }
 
 /// This thread may wait for the disk.
@@ -163,24 +182,26 @@ void Node::keep_state(const SharingStatus& sharing, std::int64_t now_us) {
   save_allocations_ += thread_heap_allocations().value_or(0) - before;
 }
 
-/// Something else was published in this robot's name: the epoch above it is durable before it is
+/// Another process published under this robot's number: the next epoch is durable before it is
 /// used, so that no start ever uses it again.
 void Node::leave_epoch(const SharingStatus& sharing, std::int64_t now_us) {
-  if (sharing.overtaken == 0 || now_us < reopen_due_us_) return;
-  reopen_due_us_ = now_us + kReopen_us;
+  if (sharing.overtaken == 0 || !reopening_.may_change(now_us)) return;
   const std::uint64_t before = thread_heap_allocations().value_or(0);
   const bool was_mixed = sharing.overtaken - 1 == state_->epoch();
   const bool kept = state_->raise_epoch(sharing.overtaken).ok() &&
                     state_->raise_starts((sharing.highest_session_heard >> 32U) + 1).ok();
   save_allocations_ += thread_heap_allocations().value_or(0) - before;
   if (!kept) {
+    reopening_.put_off(now_us);
     log_.say(LogLevel::kError, now_us, "the robot's state could not be written; see [robot] state");
     return;
   }
+  reopening_.note_change(now_us);
+  epoch_ = state_->epoch();
   log_.say(LogLevel::kError, now_us,
-           "another process has published as this robot, up to epoch %: going on in epoch %",
+           "another process has published as this robot, up to epoch %: continuing in epoch %",
            static_cast<std::int64_t>(sharing.overtaken - 1), state_->epoch());
-  // An epoch that two processes were in holds two maps.
+  // An epoch that two processes used has two maps.
   sharing_->ask_to_reopen(state_->epoch(), was_mixed ? state_->epoch() : state_->floor());
 }
 
@@ -195,7 +216,7 @@ void Node::show(Progress& progress) const {
   MappingStatus mapping;
   if (!sharing_->status().get(sharing) || !mapping_->status().get(mapping)) return;
   std::array<char, 48> suffix{};
-  static_cast<void>(std::snprintf(suffix.data(), suffix.size(), "%u of %u contributions whole",
+  static_cast<void>(std::snprintf(suffix.data(), suffix.size(), "%u of %u contributions complete",
                                   sharing.exchange.complete, sharing.exchange.contributions));
   progress.update(mapping.cycles, suffix.data());
 }

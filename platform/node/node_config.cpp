@@ -6,10 +6,10 @@
 #include <cctype>
 #include <utility>
 
-#include "node/config_file.hpp"
-#include "posix/input_file.hpp"
+#include "base/input_file.hpp"
+#include "settings/config_file.hpp"
 #include "tessera/exchange/exchange_config.hpp"
-#include "tessera/fusion/replicas.hpp"
+#include "tessera/replica/replicas.hpp"
 
 namespace tessera {
 
@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::int64_t kMost32 = std::numeric_limits<std::uint32_t>::max();
 
-/// What "map" and "fuse" call a key.
+/// The options of "map" and "fuse" that correspond to keys.
 struct OptionName {
   std::string_view option;
   ConfigKey key;
@@ -52,7 +52,7 @@ constexpr auto kOptionNames = std::to_array<OptionName>({
 void take_robot(ConfigFile& file, NodeConfig& c) {
   file.require({"robot", "id"}, "a number that no other robot of the fleet has");
   file.take({"robot", "id"}, c.robot, {0, kMost32});
-  file.require({"robot", "state"}, "a folder in which the node counts its starts");
+  file.require({"robot", "state"}, "a folder in which the node keeps its state");
   file.take_path({"robot", "state"}, c.state);
   std::string earlier = "keep";
   file.take({"robot", "earlier"}, earlier, {"keep", "drop"});
@@ -100,7 +100,7 @@ void take_map(ConfigFile& file, NodeConfig& c) {
 
 void take_mapping(ConfigFile& file, NodeConfig& c) {
   file.take({"mapping", "period_ms"}, c.period_ms, {1, 10'000});
-  // What is replayed is to be the same each time; what is sensed is to be there in time.
+  // A replay must be reproducible; sensor data must be mapped in time.
   constexpr double kShare = 0.55;
   if (c.sensors.enabled) c.map.deadline_ms = kShare * static_cast<double>(c.period_ms);
   c.priority = c.sensors.enabled ? 40 : 0;
@@ -140,19 +140,20 @@ void take_security(ConfigFile& file, NodeConfig& c) {
   file.take_path({"security", "robot_public_keys"}, c.keys.robot_public_keys);
   file.take({"security", "mission"}, c.keys.mission);
   file.take({"security", "exclude"}, c.exclude);
+  file.take({"security", "conflicts"}, c.conflicts, {"alarm", "exclude"});
 }
 
 Outcome<void> check_excluded(const ConfigFile& file, const NodeConfig& c) {
   const ConfigKey key{"security", "exclude"};
   if (c.exclude.size() > ExchangeConfig::kMostExcluded) {
     return file.refusal(
-        key, "takes " + std::to_string(ExchangeConfig::kMostExcluded) + " robots at most");
+        key, "takes at most " + std::to_string(ExchangeConfig::kMostExcluded) + " robots");
   }
   if (std::find(c.exclude.begin(), c.exclude.end(), c.robot) == c.exclude.end()) return {};
   return file.refusal(key, "names this robot itself; leave it out");
 }
 
-/// Whether the fleet's key file names one is seen when it is read.
+/// The mission of the fleet's key file is checked when that is read.
 Outcome<void> check_mission(const ConfigFile& file, const NodeConfig& c) {
   const ConfigKey key{"security", "mission"};
   if (!file.is_given(key)) return {};
@@ -163,7 +164,7 @@ Outcome<void> check_mission(const ConfigFile& file, const NodeConfig& c) {
   return file.refusal(key, "is not allowed: " + mission.failure().message);
 }
 
-/// A robot whose owner wants keys does not run without.
+/// A robot does not run without the keys that its configuration asks for.
 Outcome<void> check_keys(const ConfigFile& file, const NodeConfig& c) {
   using Named = std::pair<const char*, const std::string&>;
   for (const auto& [name, path] :
@@ -176,7 +177,7 @@ Outcome<void> check_keys(const ConfigFile& file, const NodeConfig& c) {
   if (c.keys.robot_secret.empty() == c.keys.robot_public_keys.empty()) return {};
   const bool has_secret = !c.keys.robot_secret.empty();
   return file.refusal({"security", has_secret ? "robot_secret" : "robot_public_keys"},
-                      std::string("signatures take both: name ") +
+                      std::string("signatures need both keys: name ") +
                           (has_secret ? "robot_public_keys" : "robot_secret") + " too");
 }
 

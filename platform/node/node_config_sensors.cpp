@@ -1,11 +1,10 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// The tables of a configuration that say where a node's scans and poses come from, and whom it
-// answers.
+// The tables of a configuration for the sources of scans and poses, and for queries.
 #include <algorithm>
 
-#include "node/config_file.hpp"
 #include "node/node_config.hpp"
+#include "settings/config_file.hpp"
 #include "view/listen_address.hpp"
 
 namespace tessera {
@@ -77,39 +76,40 @@ Outcome<void> check_view(const ConfigFile& file, const NodeConfig& c) {
   const Outcome<ListenAddress> address = parse_listen_address(c.view);
   if (!address.ok()) return file.refusal(key, address.failure().message);
   if (address->is_loopback() || c.view_everywhere) return {};
-  return file.refusal(key, c.view +
-                               " is for everybody who reaches this machine; write view_everywhere "
-                               "= true too if that is meant, or give 127.0.0.1:8080");
+  return file.refusal(key,
+                      c.view +
+                          " is open to everybody who reaches this machine; write view_everywhere "
+                          "= true to allow that, or give 127.0.0.1:8080");
 }
 
 Outcome<void> check_sensors(const ConfigFile& file, const NodeConfig& c) {
   const SensorsConfig& s = c.sensors;
   if (s.enabled == file.is_given({"replay", "dataset"})) {
     return file.refusal({s.enabled ? "sensors" : "replay", s.enabled ? "url" : "dataset"},
-                        s.enabled ? "there is [replay] dataset too; a node has one or the other"
+                        s.enabled ? "excludes [replay] dataset; give one of them"
                                   : "is missing; give a folder in the KITTI layout, or a table "
                                     "[sensors]");
   }
   if (!is_base_id(c.vehicle.base_id))
-    return file.refusal({"vehicle", "base_id"}, "is no multiple of 32 up to 2016 (0x7e0)");
+    return file.refusal({"vehicle", "base_id"}, "is not a multiple of 32 up to 2016 (0x7e0)");
   if (c.vehicle.sectors != 16 && c.vehicle.sectors != 32)
     return file.refusal({"vehicle", "sectors"}, "is neither 16 nor 32");
   const auto is_none = [](std::uint32_t cpu) { return cpu >= 64; };
   for (const auto* const cpus : {&c.mapping_cpus, &c.other_cpus}) {
     if (std::any_of(cpus->begin(), cpus->end(), is_none)) {
       return file.refusal({"realtime", cpus == &c.mapping_cpus ? "mapping_cpus" : "other_cpus"},
-                          "names a processor over 63");
+                          "has a processor over 63; give 0 to 63");
     }
   }
   if (!s.enabled) return {};
   if (s.poses == "can" && c.vehicle.can.empty())
-    return file.refusal({"sensors", "poses"}, "come over no bus; name [vehicle] can");
+    return file.refusal({"sensors", "poses"}, "\"can\" needs a bus; name [vehicle] can");
   if (s.clouds == "none" && !s.depth_camera)
-    return file.refusal({"sensors", "clouds"}, "are none; name a depth_camera then");
+    return file.refusal({"sensors", "clouds"}, "\"none\" needs a depth_camera; name one");
   if (s.clouds == "raw" && s.cameras.empty())
-    return file.refusal({"sensors", "clouds"}, "without labels need cameras; name their file");
+    return file.refusal({"sensors", "clouds"}, "\"raw\" needs cameras for labels; name their file");
   if (s.depth_camera && s.cameras.empty())
-    return file.refusal({"sensors", "depth_camera"}, "is in no file; name cameras too");
+    return file.refusal({"sensors", "depth_camera"}, "needs the file of cameras; name cameras too");
   return {};
 }
 

@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Where a node's scans come from: a dataset, or sensors, with their classes and cameras.
+// Opens the source of a node's scans: a dataset, or sensors, with their classes and cameras.
 #include <algorithm>
 
-#include "dataset/transform_file.hpp"
+#include "base/input_file.hpp"
+#include "base/monotonic_clock.hpp"
 #include "node/node.hpp"
-#include "posix/input_file.hpp"
-#include "posix/monotonic_clock.hpp"
+#include "scans/transform_file.hpp"
 #include "tessera/base/rigid.hpp"
 
 namespace tessera {
@@ -77,7 +77,7 @@ SensorPortConfig Node::sensor_config() const {
   MatcherConfig& matcher = port.matcher;
   matcher.max_wait_us = microseconds(1e-3 * sensors.max_wait_ms);
   matcher.max_pose_gap_us = microseconds(1e-3 * sensors.max_pose_gap_ms);
-  // As many as come while one waits, and the one that is being received.
+  // As many as arrive while one waits, and the one that is being received.
   const double waiting = sensors.max_wait_ms / static_cast<double>(config_.period_ms);
   matcher.pending_scans =
       std::max(matcher.pending_scans, static_cast<std::size_t>(std::min(waiting, 14.0)) + 2);
@@ -99,7 +99,7 @@ SensorPortConfig Node::sensor_config() const {
   }
   if (sensors.depth_camera) {
     const std::size_t camera = *sensors.depth_camera;
-    // A depth image lies in the memory of the points' coordinates.
+    // A depth image uses the memory of the points' coordinates.
     matcher.slot.points = std::max(matcher.slot.points, matcher.slot.image_pixels / 3 + 1);
     matcher.sensors.push_back(
         {.number = static_cast<std::int32_t>(camera),
@@ -111,7 +111,7 @@ SensorPortConfig Node::sensor_config() const {
 
 Outcome<void> Node::make_sensing() {
   if (!config_.sensors.enabled) {
-    // The source wakes the mapping thread, which takes from the source.
+    // The source wakes the mapping thread, which takes scans from the source.
     replay_ = std::make_unique<ReplaySource>(
         *dataset_, ReplayConfig{config_.rate_hz, config_.loop, config_.start_delay_s},
         mapping_wake_);

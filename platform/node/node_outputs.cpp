@@ -1,23 +1,22 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// The maps that a node writes: while it runs, and in the end.
+// The maps that a node writes: while it runs, and at the end.
 #include <string_view>
 
+#include "base/allocation_counter.hpp"
+#include "base/monotonic_clock.hpp"
 #include "node/kept_maps.hpp"
 #include "node/node.hpp"
 #include "node/published_map.hpp"
-#include "posix/allocation_counter.hpp"
-#include "posix/monotonic_clock.hpp"
 #include "tessera/map/queries.hpp"
 
 namespace tessera {
 
 MapIdentity Node::identity_of(MapKind kind) const {
-  MapIdentity identity{.kind = kind};
+  // For a global map: the robot that made it, and the start. Its settings name its robots.
+  MapIdentity identity{.kind = kind, .robot = config_.robot, .epoch = epoch_.load()};
   Json settings;
   if (kind == MapKind::kLocal) {
-    identity.robot = config_.robot;
-    identity.epoch = setup_.robot.epoch;
     identity.has_T_global_map = true;
     identity.T_global_map = setup_.robot.T_global_map;
     settings = to_json(config_.map, setup_.map);
@@ -40,26 +39,38 @@ MapIdentity Node::identity_of(MapKind kind) const {
   return identity;
 }
 
+/// Keeps the maps that this start would overwrite.
+Outcome<void> Node::keep_earlier_maps() {
+  if (!config_.keep_maps) return {};
+  for (const std::string& path : {config_.local_map, config_.global_map, config_.contribution}) {
+    if (path.empty()) continue;
+    const Outcome<std::string> kept = keep_earlier_map(path);
+    if (!kept.ok()) return kept.failure();
+    if (!kept->empty()) run_.kept_maps.push_back(*kept);
+  }
+  return {};
+}
+
 void Node::save_local_map() {
   if (config_.local_map.empty()) {
     log_.say(LogLevel::kWarning, MonotonicClock::now_us(),
-             "a save was asked for, but [output] local_map names no file");
+             "a save was requested, but [output] local_map names no file");
     failed_saves_.fetch_add(1, std::memory_order_relaxed);
     return;
   }
-  // The map is this thread's while mapping pauses; what shares goes on reading it.
+  // This thread owns the map while mapping pauses; the sharing thread continues to read it.
   const std::uint64_t call = mapping_->pause(kPausedToSave, true);
   while (!mapping_->has_taken(call)) service_.sleep_until(MonotonicClock::now_us() + 1'000);
-  // Of this thread alone: the sharing thread may write a snapshot meanwhile.
+  // Only of this thread: the sharing thread may write a snapshot meanwhile.
   const std::uint64_t before = thread_heap_allocations().value_or(0);
   std::vector<KeyedIndex> workspace = workspace_for(robot_->map());
   const Outcome<void> saved =
       save_map(robot_->map(), identity_of(MapKind::kLocal), workspace, config_.local_map);
   mapping_->pause(kPausedToSave, false);
-  // A disk that is full now may have room later: the node goes on.
+  // A full disk may have room later: the node continues.
   if (!saved.ok()) {
     failed_saves_.fetch_add(1, std::memory_order_relaxed);
-    // The writer of the log is this thread: the text stays until it has written it.
+    // This thread writes the log, so the text stays valid until it is written.
     save_failure_ = "the map could not be saved: " + saved.failure().message;
     log_.say(LogLevel::kError, MonotonicClock::now_us(), save_failure_.c_str());
   } else {
@@ -68,7 +79,7 @@ void Node::save_local_map() {
   save_allocations_ += thread_heap_allocations().value_or(0) - before;
 }
 
-/// Mapping pauses since the clearing was asked for, so no deadline is at stake.
+/// Mapping is paused since the clear was requested, so no deadline is affected.
 void Node::keep_before_clear(std::int64_t now_us) {
   constexpr std::int64_t kTryAgain_us = 10'000'000;
   const std::uint32_t asked = mapping_->clears_asked();
@@ -83,33 +94,34 @@ void Node::keep_before_clear(std::int64_t now_us) {
   } else {
     ++run_.failed_keeps;
     keep_due_us_ = MonotonicClock::now_us() + kTryAgain_us;
-    keep_text_ = "the map is not cleared, and mapping pauses, as it cannot be saved before: " +
-                 kept.failure().message + "; the next try is in 10 s";
+    keep_text_ =
+        "the map is not cleared, and mapping is paused, as the map cannot be saved first: " +
+        kept.failure().message + "; the next try is in 10 s";
     log_.say_change(LogLevel::kError, MonotonicClock::now_us(), keep_text_.c_str());
   }
   mapping_->pause(kPausedToSave, false);
   save_allocations_ += thread_heap_allocations().value_or(0) - before;
 }
 
-/// Beside the local map; where none is configured, in the folder of the counter of starts.
+/// Writes next to the local map; if none is configured, into the folder of the robot's state.
 Outcome<void> Node::keep_map() {
   if (robot_->map().block_count() == 0) return {};
   const std::string beside =
       config_.local_map.empty() ? config_.state + "/robot_" + std::to_string(config_.robot) + ".tsm"
                                 : config_.local_map;
-  const Outcome<std::string> name = free_epoch_name(beside, setup_.robot.epoch);
+  const Outcome<std::string> name = free_epoch_name(beside, epoch_.load());
   if (!name.ok()) return name.failure();
   std::vector<KeyedIndex> workspace = workspace_for(robot_->map());
   const Outcome<void> saved =
       save_map(robot_->map(), identity_of(MapKind::kLocal), workspace, *name);
   if (!saved.ok()) return saved.failure();
   run_.kept_maps.push_back(*name);
-  say_kept();
+  say_kept(*name);
   return {};
 }
 
-void Node::say_kept() {
-  keep_text_ = "the map of before is kept as " + run_.kept_maps.back();
+void Node::say_kept(const std::string& name) {
+  keep_text_ = "the earlier map is kept as " + name;
   log_.say_change(LogLevel::kInfo, MonotonicClock::now_us(), keep_text_.c_str());
 }
 
@@ -125,7 +137,7 @@ Outcome<void> Node::write_maps() {
   return written;
 }
 
-/// Each is tried, whatever becomes of the others; fails as the first that does.
+/// Writes each of them even if others fail; fails as the first that does.
 Outcome<void> Node::write_what_is_named() {
   const LocalMap& global = robot_->global().map();
   std::vector<KeyedIndex> workspace = workspace_for(global);

@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// What a node takes of its configuration while it runs: who is excluded, and the public keys.
+// What a node reads again of its configuration while it runs: the exclude list and the public keys.
 #include <algorithm>
 #include <array>
 
+#include "base/allocation_counter.hpp"
+#include "base/monotonic_clock.hpp"
 #include "node/node.hpp"
-#include "posix/allocation_counter.hpp"
-#include "posix/monotonic_clock.hpp"
 
 namespace tessera {
 
@@ -35,24 +35,26 @@ Outcome<void> Node::read_again() {
   if (!keys.ok()) return keys.failure();
   excluded_ = next->exclude;
   ignored_keys_ = changed_keys(config_.values, next->values);
+  const std::string secrets = keys_->changed_secrets(config_.keys, *keys);
+  if (!secrets.empty()) ignored_keys_ += (ignored_keys_.empty() ? "" : ", ") + secrets;
   updates_.offer(std::make_unique<SecurityUpdate>(SecurityUpdate{next->exclude, std::move(*keys)}));
   return {};
 }
 
-/// The writer of the log is this thread: texts stay until it has written them.
+/// This thread writes the log, so texts stay valid until they are written.
 void Node::reload() {
   const std::uint64_t before = thread_heap_allocations().value_or(0);
   const std::int64_t now_us = MonotonicClock::now_us();
   const Outcome<void> read = read_again();
   if (!read.ok()) {
-    reload_failure_ = "nothing is read again: " + read.failure().message;
+    reload_failure_ = "nothing was reloaded: " + read.failure().message;
     log_.say_change(LogLevel::kError, now_us, reload_failure_.c_str());
   } else {
     log_.say_change(LogLevel::kInfo, now_us,
-                    "[security] exclude and the public keys are read again; robots excluded: %",
+                    "[security] exclude and the public keys were reloaded; robots excluded: %",
                     static_cast<std::int64_t>(excluded_.size()));
     if (!ignored_keys_.empty()) {
-      ignored_keys_ = "changes are ignored until the node is started again: " + ignored_keys_;
+      ignored_keys_ = "changes are ignored until the node is restarted: " + ignored_keys_;
       log_.say_change(LogLevel::kWarning, now_us, ignored_keys_.c_str());
     }
   }
@@ -67,8 +69,8 @@ void Node::apply_security() {
   updates_.done();
 }
 
-/// In the sharing thread, or before it runs. A robot that is taken off the list comes back as a
-/// newcomer does.
+/// Called in the sharing thread, or before it runs. A robot that is removed from the list comes
+/// back as a new one.
 void Node::set_excluded(std::span<const std::uint32_t> robots) {
   door_->set_excluded(robots);
   exclude_digest_ = exclude_digest(robots);
@@ -80,7 +82,7 @@ void Node::set_excluded(std::span<const std::uint32_t> robots) {
     if (std::find(robots.begin(), robots.end(), robot) == robots.end()) exchange.include(robot);
   }
   for (const std::uint32_t robot : robots) {
-    // The configuration names at most as many as have a place, and not this robot.
+    // The configuration has at most as many as there are places, and not this robot.
     if (exchange.exclude(robot) != Status::kOk)
       sharing_log_.say(LogLevel::kError, MonotonicClock::now_us(), "robot % cannot be excluded",
                        static_cast<std::int64_t>(robot));

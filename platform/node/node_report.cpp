@@ -3,10 +3,10 @@
 // The report of "node".
 #include <array>
 
-#include "mapping/exchange_counters.hpp"
-#include "mapping/number_text.hpp"
+#include "base/monotonic_clock.hpp"
+#include "base/number_text.hpp"
+#include "node/exchange_counters.hpp"
 #include "node/node.hpp"
-#include "posix/monotonic_clock.hpp"
 
 namespace tessera {
 
@@ -21,7 +21,7 @@ Json times_json(const DurationHistogram& times) {
           {"max_ms", ms_of(times.max_us())}};
 }
 
-/// With how many took how long: [milliseconds at most, count].
+/// Including a histogram: [milliseconds at most, count].
 Json histogram_json(const DurationHistogram& times) {
   Json json = times_json(times);
   Json buckets = Json::array();
@@ -71,6 +71,7 @@ Json link_json(const NetworkPort& port) {
           {"foreign", s.foreign},
           {"no_channel", s.no_channel},
           {"refused_format", s.refused_format},
+          {"refused_mission", s.refused_mission},
           {"refused_tag", s.refused_tag},
           {"refused_excluded", s.refused_excluded},
           {"queue_full", s.queue_full},
@@ -106,8 +107,7 @@ Json peers_json(const Robot& robot, std::int64_t now_us) {
   Json json = Json::array();
   for (const Peer& peer : robot.exchange().peers().all()) {
     const std::string mismatch =
-        peer.mismatch ? mismatch_text(*peer.mismatch, robot.map().config(), robot.map().classes())
-                      : "";
+        peer.mismatch ? mismatch_text(*peer.mismatch, robot.exchange().configuration()) : "";
     json.push_back(
         {{"robot", peer.robot},
          {"session", peer.control.session},
@@ -128,8 +128,10 @@ Json global_json(const Robot& robot) {
           {"overlap_blocks", r.overlap_blocks},
           {"overlap_voxels", r.nodes},
           {"residual", r.residual},
-          {"refused_blocks", r.refused_blocks + r.refused_outputs},
+          {"refused_blocks", r.refused_blocks},
+          {"refused_outputs", r.refused_outputs},
           {"refused_sums", r.refused_sums},
+          {"torn_blocks", r.torn_blocks},
           {"refused_replicas", r.replicas.refused_storage + r.replicas.refused_quota},
           {"saturated_voxels", r.saturated_voxels},
           {"work", robot.fusion_work()},
@@ -150,8 +152,7 @@ Json memory_json(const Robot& robot) {
 
 }  // namespace
 
-std::string mismatch_text(const ConfigurationDetails& theirs, const MapConfig& ours,
-                          const ClassTable& classes) {
+std::string mismatch_text(const ConfigurationDetails& theirs, const ConfigurationDetails& ours) {
   std::string text;
   const auto add = [&text](const std::string& what) { text += (text.empty() ? "" : ", ") + what; };
   const auto differs = [&add](const char* what, double their, double our) {
@@ -161,8 +162,14 @@ std::string mismatch_text(const ConfigurationDetails& theirs, const MapConfig& o
   differs("resolution_m", theirs.resolution_m, ours.resolution_m);
   differs("prior", theirs.prior, ours.prior);
   differs("free_weight", decimal_of(theirs.free_weight), decimal_of(ours.free_weight));
-  differs("number of classes", theirs.classes, classes.num_classes());
-  if (text.empty()) add("ids or names of classes are others");
+  differs("max_evidence", decimal_of(theirs.max_evidence), decimal_of(ours.max_evidence));
+  differs("number of classes", theirs.classes, ours.classes);
+  if (theirs.conflicts != ours.conflicts) {
+    const bool theirs_excludes = theirs.conflicts == ConflictPolicy::kExclude;
+    add(std::string("[security] conflicts is ") +
+        (theirs_excludes ? "exclude there and alarm here" : "alarm there and exclude here"));
+  }
+  if (text.empty()) add("ids or names of classes differ");
   return text + "; give both robots the same";
 }
 
@@ -209,7 +216,7 @@ Json Node::report() const {
   const ExchangeReport exchange = robot_->exchange().report();
   const double seconds = 1e-6 * static_cast<double>(run_.end_us - run_.start_us);
   Json json = {{"robot", config_.robot},
-               {"epoch", setup_.robot.epoch},
+               {"epoch", epoch_.load()},
                {"ended_by", run_.ended_by},
                {"seconds", seconds},
                {"cpu_seconds", run_.cpu_s},

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// The parts of a node's report that tell of its sensors, its vehicle and those who ask it.
+// The parts of a node's report about its sensors, its vehicle and queries.
 #include <array>
 
 #include "node/node.hpp"
@@ -185,10 +185,17 @@ Json Node::security_json() const {
   const FleetView fleet = fleet_->view();
   const SideStatistics link = port_->link().side_statistics();
   const StatusCounters& table = fleet.counters;
-  // What the link refused never reaches the table.
+  SharingStatus sharing;
+  static_cast<void>(sharing_->status().get(sharing));
+  Json conflicts = Json::array();
+  for (const ContributionId& id : std::span(sharing.conflicts).first(sharing.conflict_count))
+    conflicts.push_back({{"robot", id.robot}, {"epoch", id.epoch}});
+  // Statuses that the link refused never reach the table.
   return {{"excluded", excluded_},
           {"exclude_digest", exclude_digest_},
           {"exclude_differs", fleet.differ()},
+          {"conflicts", std::move(conflicts)},
+          {"floors_refused", sharing.floors_refused + state_->floors_refused()},
           {"statuses",
            {{"taken", table.taken},
             {"refused_format", link.refused_format},

@@ -1,28 +1,28 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// A node before its loop and after it: places checked, memory taken, network opened, maps written.
+// A node before its loop: checks paths, allocates memory, opens the network.
 #include <filesystem>
 #include <utility>
 
-#include "mapping/outputs.hpp"
+#include "base/allocation_counter.hpp"
+#include "base/monotonic_clock.hpp"
+#include "base/outputs.hpp"
+#include "link/session.hpp"
 #include "node/kept_maps.hpp"
 #include "node/node.hpp"
 #include "node/published_map.hpp"
 #include "node/thread_roles.hpp"
-#include "posix/allocation_counter.hpp"
-#include "posix/monotonic_clock.hpp"
-#include "security/session.hpp"
 #include "tessera/map/queries.hpp"
 
 namespace tessera {
 
 namespace {
 
-/// Before anything is sent: each robot announces what it holds once a second.
+/// Time for listening before anything is sent: each robot announces its content once a second.
 constexpr std::int64_t kListen_us = 1'200'000;
 
-/// What a node takes once its memory is locked: stacks, and what writing maps needs. A contribution
-/// is made a map of its own for that, of no more than is shared.
+/// Memory that a node allocates after its memory is locked: stacks, and for writing maps. Writing a
+/// contribution makes it a map, of no more than is shared.
 std::size_t later_bytes(const NodeConfig& config) {
   constexpr std::size_t kAlways = std::size_t{64} << 20U;
   return kAlways + (config.contribution.empty() ? 0 : config.fusion_memory_bytes);
@@ -59,7 +59,7 @@ Outcome<void> Node::check_all(const std::string& path) {
   return read_keys();
 }
 
-/// Tried with the smallest map of these voxels, as the robot's own is made later.
+/// Checked with the smallest map with these voxels, as the robot's own is made later.
 Outcome<void> Node::check_sectors(const std::string& path) const {
   if (config_.vehicle.can.empty()) return {};
   MapConfig config = setup_.robot.map;
@@ -68,7 +68,7 @@ Outcome<void> Node::check_sectors(const std::string& path) const {
   if (!memory.ok()) return memory.failure();
   Arena arena(memory->span());
   const Result<LocalMap> map = LocalMap::make(arena, config, classes());
-  if (!map.ok()) return Failure{std::string("no map can be made: ") + to_string(map.status())};
+  if (!map.ok()) return Failure{std::string("the map cannot be made: ") + to_string(map.status())};
   const Outcome<ArenaMemory> room = ArenaMemory::allocate(ObstacleSectors::required_bytes(*map));
   if (!room.ok()) return room.failure();
   Arena sectors_arena(room->span());
@@ -78,7 +78,7 @@ Outcome<void> Node::check_sectors(const std::string& path) const {
                  "than 4096 voxels of [map] resolution_m; give less, or larger voxels"};
 }
 
-/// What the ports would refuse once they are opened.
+/// Checks what the ports would refuse when they are opened.
 Outcome<void> Node::check_urls() const {
   struct Named {
     const char* key;
@@ -93,10 +93,11 @@ Outcome<void> Node::check_urls() const {
     const Outcome<UdpmUrl> url = UdpmUrl::parse(named.text);
     if (!url.ok()) return Failure{std::string(named.key) + ": " + url.failure().message};
     if (&named.text == &config_.sensors.url && url->ttl != 0)
-      return Failure{"[sensors] url: long messages are for one machine; write ttl=0"};
+      return Failure{"[sensors] url: long messages must stay on this machine; write ttl=0"};
     if (&named.text == &config_.query_url && url->ttl != 0)
       return Failure{
-          "[service] url: nobody proves who asks, so it is for one machine; write ttl=0"};
+          "[service] url: queries are not authenticated, so they must stay on this machine; write "
+          "ttl=0"};
   }
   return {};
 }
@@ -127,10 +128,11 @@ Outcome<void> Node::read_keys() {
   Outcome<FleetKeys> keys = FleetKeys::read(config_.keys, config_.robot);
   if (!keys.ok()) return keys.failure();
   keys_.emplace(std::move(*keys));
+  reopening_ = EpochPace(keys_->keys().signatures.on());
   return {};
 }
 
-/// Durable before anything is said. Each start opens a new epoch, so that no version of an epoch is
+/// Durable before anything is sent. Each start opens a new epoch, so that no version of an epoch is
 /// ever signed twice.
 Outcome<void> Node::begin_state() {
   Outcome<RobotState> state = RobotState::open(config_.state, config_.robot);
@@ -139,11 +141,12 @@ Outcome<void> Node::begin_state() {
   const Outcome<void> begun = state_->begin(config_.earlier);
   if (!begun.ok()) return begun.failure();
   setup_.robot.epoch = state_->epoch();
+  epoch_ = state_->epoch();
   setup_.robot.floor = state_->floor();
   const Outcome<std::uint64_t> session = make_session(state_->starts());
   if (!session.ok()) return session.failure();
   setup_.robot.exchange.session = *session;
-  // The local map's blocks are chosen by no other robot, and without a seed they are published in
+  // No other robot chooses the blocks of the local map, and without a seed they are published in
   // the same order each time.
   const Outcome<std::uint64_t> seed = make_hash_seed();
   if (!seed.ok()) return seed.failure();
@@ -154,17 +157,17 @@ Outcome<void> Node::begin_state() {
 }
 
 Outcome<void> Node::set_up(const std::string& path) {
-  // What can be refused is, before the start is counted.
+  // All checks are made before the start is counted.
   const Outcome<void> checked = check_all(path);
   if (!checked.ok()) return checked.failure();
   const Outcome<void> snapshots = make_snapshot_folder();
   if (!snapshots.ok()) return snapshots.failure();
-  // Before anything is taken that is to stay where it is.
+  // Before anything is allocated whose address must not change.
   if (config_.lock_memory) keep_freed_memory();
   LinkConfig link = config_.link;
   link.thread = thread_roles(config_).link;
   const StatusKeys status{keys_->status_authenticator(), keys_->keys().signatures};
-  door_.emplace(keys_->keys().authenticator, status);
+  door_.emplace(keys_->keys().authenticator, status, keys_->mission().number());
   fleet_.emplace(status, config_.robot);
   link.check = door_->check();
   link.side = {.channel = kStatusChannel, .check = door_->status_check()};
@@ -175,11 +178,8 @@ Outcome<void> Node::set_up(const std::string& path) {
   Outcome<FileDescriptor> lock = lock_robot(config_.state, config_.robot);
   if (!lock.ok()) return lock.failure();
   lock_ = std::move(*lock);
-  if (config_.keep_maps && !config_.local_map.empty()) {
-    const Outcome<std::string> kept = keep_earlier_map(config_.local_map);
-    if (!kept.ok()) return kept.failure();
-    if (!kept->empty()) run_.kept_maps.push_back(*kept);
-  }
+  const Outcome<void> kept = keep_earlier_maps();
+  if (!kept.ok()) return kept.failure();
   const Outcome<void> begun = begin_state();
   if (!begun.ok()) return begun.failure();
   const Clock clock{nullptr, [](void*) { return MonotonicClock::now_us(); }};

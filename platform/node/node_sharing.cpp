@@ -1,27 +1,27 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// What a node does in its sharing thread after each tick: its status, pictures of the global map,
-// and whether all is told.
+// The work of a node in its sharing thread after each tick: its status, snapshots of the global
+// map, and the check whether everything is shared.
 #include <time.h>
 
 #include <algorithm>
 #include <array>
 #include <cstdio>
 
+#include "base/allocation_counter.hpp"
+#include "base/monotonic_clock.hpp"
 #include "node/node.hpp"
-#include "posix/allocation_counter.hpp"
-#include "posix/monotonic_clock.hpp"
 
 namespace tessera {
 
 namespace {
 
 constexpr std::int64_t kStatusPeriod_us = 1'000'000;
-/// Between two looks at what other robots exclude.
+/// Between two checks of the exclude lists of other robots.
 constexpr std::int64_t kFleetPeriod_us = 250'000;
-/// Between two signs of life to the service manager.
+/// Between two watchdog notifications to the service manager.
 constexpr std::int64_t kNotice_us = 500'000;
-/// What lacks something waits longer for it: others may be about to come back.
+/// A robot with incomplete contributions waits longer: others may come back.
 constexpr int kIncompletePatience = 3;
 
 std::int64_t wall_clock_us() {
@@ -41,7 +41,7 @@ void Node::after_tick(std::int64_t now_us) {
   const bool may_write = counting_.load(std::memory_order_acquire);
   if (!config_.snapshots.empty() && now_us >= snapshot_due_us_ && may_write) {
     snapshot_due_us_ = now_us + microseconds(config_.snapshot_every_s);
-    // Of this thread alone: the first thread may save the local map meanwhile.
+    // Only of this thread: the first thread may save the local map meanwhile.
     const std::uint64_t before = thread_heap_allocations().value_or(0);
     const bool taken = take_snapshot(now_us).ok();
     snapshot_allocations_ += thread_heap_allocations().value_or(0) - before;
@@ -53,17 +53,17 @@ void Node::after_tick(std::int64_t now_us) {
   if (const char* const reason = reason_to_end(now_us); *reason != '\0') end(reason);
 }
 
-/// Looked at here, as this thread neither saves what is asked for nor writes the log. Whether it
-/// lives itself the first thread sees.
+/// Checked here, as this thread neither saves maps on request nor writes the log. The first thread
+/// checks this one.
 void Node::look_for_life(std::int64_t now_us) {
   struct Watched {
     const Heartbeat* heart;
     const char* silent;
   };
   const Watched all[] = {
-      {&mapping_->heartbeat(), "the mapping thread gives no sign of life"},
-      {sensing_ ? &sensing_->heartbeat() : nullptr, "the sensing thread gives no sign of life"},
-      {vehicle_ ? &vehicle_->heartbeat() : nullptr, "the vehicle thread gives no sign of life"}};
+      {&mapping_->heartbeat(), "the mapping thread does not respond"},
+      {sensing_ ? &sensing_->heartbeat() : nullptr, "the sensing thread does not respond"},
+      {vehicle_ ? &vehicle_->heartbeat() : nullptr, "the vehicle thread does not respond"}};
   bool alive = true;
   for (std::uint32_t i = 0; i < std::size(all); ++i) {
     if (all[i].heart == nullptr) continue;
@@ -76,7 +76,7 @@ void Node::look_for_life(std::int64_t now_us) {
     }
     late_threads_ = late ? late_threads_ | bit : late_threads_ & ~bit;
   }
-  // Without it the service manager ends this process and starts it again.
+  // Without it the service manager restarts this process.
   if (!alive || now_us < notice_due_us_) return;
   notice_.tell("WATCHDOG=1");
   notice_due_us_ = now_us + kNotice_us;
@@ -90,7 +90,7 @@ void Node::say_status(std::int64_t now_us) {
   if (!sharing_->status().get(sharing) || !mapping_->status().get(mapping)) return;
   DurationHistogram& second = sharing_->second();
   const NodeStatus status{.robot = config_.robot,
-                          .epoch = setup_.robot.epoch,
+                          .epoch = epoch_.load(),
                           .peers = sharing.in_reach,
                           .session = setup_.robot.exchange.session,
                           .stamp_us = wall_clock_us(),
@@ -107,19 +107,20 @@ void Node::say_status(std::int64_t now_us) {
                                     static_cast<std::int64_t>(sharing.waiting),
                                     static_cast<std::int64_t>(sharing.exchange.records_refused),
                                     static_cast<std::int64_t>(sharing.twins()),
-                                    static_cast<std::int64_t>(sharing.exchange.twins)}};
+                                    static_cast<std::int64_t>(sharing.exchange.twins),
+                                    static_cast<std::int64_t>(sharing.exchange.conflicts)}};
   port_->report(status);
   port_->flush();
   second.clear();
 }
 
-/// A bounded number each tick, whatever comes meanwhile; the table bounds the signatures.
+/// A bounded number per tick; the table bounds the checks of signatures.
 void Node::hear_statuses(std::int64_t now_us) {
   std::array<std::byte, kMaxMessageBytes> buffer;
   for (std::size_t i = 0; i < StatusTable::kMostRobots; ++i) {
     const std::span<const std::byte> status = port_->receive_status(buffer);
     if (status.empty()) break;
-    fleet_->hear(status, now_us);
+    fleet_->hear(status, now_us, &robot_->exchange().peers());
   }
   if (now_us < fleet_due_us_) return;
   fleet_due_us_ = now_us + kFleetPeriod_us;
@@ -128,7 +129,7 @@ void Node::hear_statuses(std::int64_t now_us) {
 
 Outcome<void> Node::take_snapshot(std::int64_t now_us) {
   const GlobalMap& global = robot_->global();
-  if (!global.settled()) return {};  // A move is being copied; the next tick will do.
+  if (!global.settled()) return {};  // A move is being copied; tries again with the next tick.
   std::array<char, 32> name{};
   static_cast<void>(
       std::snprintf(name.data(), name.size(), "/global_%04zu.tsm", run_.snapshots.size()));
@@ -143,7 +144,7 @@ Outcome<void> Node::take_snapshot(std::int64_t now_us) {
   return {};
 }
 
-/// A scan that is left out, as mapping pauses or for want of a pose, is one too.
+/// Counts scans that are left out too, as mapping pauses or a pose is missing.
 void Node::listen_for_scans(std::int64_t now_us) {
   if (!sensing_ || config_.silence_s <= 0.0) return;
   const MatchReport m = sensing_->report().match;
@@ -154,8 +155,8 @@ void Node::listen_for_scans(std::int64_t now_us) {
   scans_heard_ = heard;
 }
 
-/// Of a dataset, when all are done with; of sensors, when they have been silent for so long as the
-/// configuration says.
+/// For a dataset, when all scans are processed; for sensors, when they have been silent for the
+/// configured time.
 bool Node::no_scan_will_come(std::int64_t now_us) const {
   if (mapping_->ended()) return true;
   MappingStatus mapping;
@@ -178,7 +179,7 @@ const char* Node::reason_to_end(std::int64_t now_us) {
   const ExchangeReport& exchange = sharing.exchange;
   const int patience = exchange.complete == exchange.contributions ? 1 : kIncompletePatience;
   const std::int64_t quiet_us = now_us - std::max(sharing.quiet_since_us, scans_done_us_);
-  if (exchange.peers >= config_.wait_for_peers &&
+  if (sharing.matching >= config_.wait_for_peers &&
       quiet_us >= patience * microseconds(config_.quiet_s))
     return "quiet";
   return now_us - scans_done_us_ >= microseconds(config_.linger_s) ? "linger" : "";

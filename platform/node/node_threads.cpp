@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// What a node's threads are made of, in which order they begin and end.
+// Makes the threads of a node, and starts and ends them in order.
 #include <algorithm>
 
+#include "base/monotonic_clock.hpp"
 #include "node/node.hpp"
 #include "node/thread_roles.hpp"
-#include "posix/monotonic_clock.hpp"
 
 namespace tessera {
 
@@ -111,14 +111,14 @@ Outcome<void> Node::start_threads() {
   if (started.ok() && sensing_) started = sensing_->start(roles.sensing, *mapping_, mapping_wake_);
   if (started.ok() && replay_) started = replay_->start(roles.replay, run_.start_us);
   if (!started.ok()) return started;
-  // Last, as threads inherit it.
+  // Last, as threads inherit the processors.
   const bool kept = keep_to_cpus(roles.first.cpus);
   run_.missing = missing_rights(roles);
   run_.missing.cpus = run_.missing.cpus || !kept;
   return {};
 }
 
-/// What feeds a thread ends before it.
+/// The sources of a thread end before it.
 void Node::stop_threads() noexcept {
   if (replay_) replay_->stop();
   if (sensing_) sensing_->stop();

@@ -11,12 +11,13 @@ namespace tessera {
 
 namespace {
 
-/// Keys of the blocks of this robot's contribution of this start.
+/// Keys of the blocks of the contribution that this robot publishes.
 std::vector<std::uint64_t> published_blocks(const Robot& robot) {
   const Replicas& replicas = robot.global().replicas();
-  const Result<Replicas::Slot> slot =
-      replicas.find({robot.config().exchange.robot, robot.config().epoch, 0});
   std::vector<std::uint64_t> keys;
+  const std::optional<ContributionId> id = robot.exchange().publishing();
+  if (!id) return keys;
+  const Result<Replicas::Slot> slot = replicas.find(*id);
   if (!slot.ok()) return keys;
   std::uint32_t at = replicas.contribution(*slot).first_block;
   for (; at != 0; at = replicas.record(at).next) keys.push_back(replicas.record(at).key);
@@ -47,7 +48,7 @@ Outcome<std::unique_ptr<PublishedMap>> published_map(const Robot& robot) {
   const std::size_t of_block =
       sizeof(Block) + kBlockLayers * (sizeof(LabelPage) + sizeof(FreePage));
   const std::size_t octet_bytes = TupleStore::octet_bytes(config.tuple, components);
-  // Items do not cross pages, so a page may be filled to little over the half.
+  // Items do not cross pages, so a page may be only a little more than half full.
   config.storage_bytes =
       align_up(2 * (keys.size() * of_block + octets * octet_bytes) + 16 * SlabPool::kPageBytes,
                SlabPool::kPageBytes);
@@ -58,14 +59,15 @@ Outcome<std::unique_ptr<PublishedMap>> published_map(const Robot& robot) {
   Arena arena(published->memory.span());
   Result<LocalMap> map = LocalMap::make(arena, config, robot.map().classes());
   if (!map.ok())
-    return Failure{std::string("the contribution has no map: ") + to_string(map.status()),
-                   FailureKind::kFailure};
+    return Failure{
+        std::string("the map of the contribution cannot be made: ") + to_string(map.status()),
+        FailureKind::kFailure};
   published->map = std::move(*map);
   for (const std::uint64_t key : keys) {
     if (!read(key)) continue;
     const Result<SlabHandle> block = published->map.open_block(unpack(BlockKey{key}));
     if (!block.ok() || published->map.replace(*block, content) != Status::kOk)
-      return Failure{"a block of the contribution has no room", FailureKind::kFailure};
+      return Failure{"there is no room for a block of the contribution", FailureKind::kFailure};
   }
   return published;
 }

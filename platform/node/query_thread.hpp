@@ -1,20 +1,20 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// The thread that answers planners: it takes what the others leave, reads the maps while they are
-// written, and keeps nobody waiting.
+// The thread that answers planners: it uses spare processor time, reads the maps while they are
+// written, and delays no other thread.
 #pragma once
 
 #include <atomic>
 #include <memory>
 
-#include "posix/thread.hpp"
-#include "service/query_port.hpp"
+#include "base/thread.hpp"
+#include "node/query_port.hpp"
 
 namespace tessera {
 
 class QueryThread {
  public:
-  /// Fails as QueryPort::open. maps: must outlive it and stay where they are.
+  /// Fails as QueryPort::open. maps: must outlive it and keep their addresses.
   static Outcome<std::unique_ptr<QueryThread>> open(const QueryPortConfig& config,
                                                     const ServedMaps& maps);
   QueryThread(const QueryThread&) = delete;
@@ -22,7 +22,7 @@ class QueryThread {
   ~QueryThread() { stop(); }
 
   Outcome<void> start(const ThreadRole& role);
-  /// Takes kTurn_us at most.
+  /// Takes at most kTurn_us.
   void stop() noexcept;
   /// For any thread.
   [[nodiscard]] QueryPortReport report() const noexcept { return port_->report(); }

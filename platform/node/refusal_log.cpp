@@ -8,31 +8,36 @@ namespace {
 
 struct Counter {
   std::uint64_t value;
-  const char* text;  ///< % stands for how much it grew.
+  const char* text;      ///< % stands for the increase.
+  bool at_once = false;  ///< Logged even if it happens once, and as an error.
 };
 
-auto counters_of(const LinkStatistics& l, const ExchangeReport& e, const SideStatistics& s,
-                 const StatusCounters& t) {
+auto counters_of(const RefusalCounters& counted) {
+  const LinkStatistics& l = counted.link;
+  const ExchangeReport& e = counted.exchange;
+  const SideStatistics& s = counted.statuses;
+  const StatusCounters& t = counted.table;
+  const GlobalMapReport& g = counted.global_map;
   return std::array{
-      Counter{
-          l.refused_tag,
-          "link refused_tag: % datagrams without this fleet's tag; another [security] fleet_key or "
-          "mission, or a flood: limit it by its source, docs/network.md"},
-      Counter{
-          l.refused_format,
-          "link refused_format: % datagrams that are none of this version; another release, or a "
-          "flood: limit it by its source, docs/network.md"},
+      Counter{l.refused_mission,
+              "link refused_mission: % datagrams of another mission, or of robots without a fleet "
+              "key; see [security] mission and fleet_key"},
+      Counter{l.refused_tag,
+              "link refused_tag: % datagrams without this fleet's tag; another [security] "
+              "fleet_key, or a flood: limit it by its source, docs/reference/network.md"},
+      Counter{l.refused_format,
+              "link refused_format: % datagrams not of this version; another release, or a "
+              "flood: limit it by its source, docs/reference/network.md"},
       Counter{l.refused_excluded,
               "link refused_excluded: % datagrams of robots of [security] exclude"},
       Counter{l.queue_full, "link queue_full: % datagrams lost; give more [network] receive_slots"},
       Counter{l.kernel_dropped,
               "link kernel_dropped: % datagrams lost; raise recv_buf_size and net.core.rmem_max, "
               "or limit "
-              "a flood by its source, docs/network.md"},
-      Counter{
-          l.fragments + l.foreign + l.no_channel + l.too_short + l.too_long,
-          "link fragments, foreign, no_channel, too_short, too_long: % packets of somebody else; "
-          "limit them by their source, docs/network.md"},
+              "a flood by its source, docs/reference/network.md"},
+      Counter{l.fragments + l.foreign + l.no_channel + l.too_short + l.too_long,
+              "link fragments, foreign, no_channel, too_short, too_long: % foreign packets; "
+              "limit them by their source, docs/reference/network.md"},
       Counter{l.failed, "link failed: % datagrams not sent; see the MTU and the send buffer"},
       Counter{e.refused_size, "exchange refused_size: % datagrams"},
       Counter{e.refused_format, "exchange refused_format: % datagrams"},
@@ -51,28 +56,43 @@ auto counters_of(const LinkStatistics& l, const ExchangeReport& e, const SideSta
       Counter{e.refused_epochs, "exchange refused_epochs: % datagrams of epochs that are over"},
       Counter{e.conflicts,
               "exchange conflicts: % contents signed for a version that has another one; a robot's "
-              "state "
-              "was copied, or its key is in other hands"},
-      Counter{e.twins, "exchange twins: % times another robot's number was used by two processes"},
+              "state was copied, or its key was stolen",
+              true},
+      Counter{e.twins,
+              "exchange twins: % times another robot's number was used by two processes; give each "
+              "robot its own [robot] id and state",
+              true},
       Counter{e.refused_replay,
               "exchange refused_replay: % datagrams heard before, or of an old session"},
-      Counter{e.refused_excluded,
-              "exchange refused_excluded: % datagrams of robots of [security] exclude"},
+      Counter{
+          e.refused_excluded,
+          "exchange refused_excluded: % datagrams of robots that [security] exclude names, or that "
+          "are banned"},
       Counter{e.refused_peers, "exchange refused_peers: % datagrams; give more [network] peers"},
-      Counter{e.refused_body, "exchange refused_body: % datagrams with a tag and no sense"},
+      Counter{e.refused_body,
+              "exchange refused_body: % datagrams with a valid tag and invalid content"},
       Counter{e.records_refused,
               "exchange records_refused: % records of other robots; see [fusion] memory and "
               "robot_share"},
+      Counter{e.refused_contributions,
+              "exchange refused_contributions: % times no free place; give more [network] "
+              "contributions"},
       Counter{
-          e.refused_contributions,
-          "exchange refused_contributions: % times no place; give more [network] contributions"},
-      Counter{e.displaced_contributions,
-              "exchange displaced_contributions: % without a frame lost their places"},
+          e.displaced_contributions,
+          "exchange displaced_contributions: % contributions of other robots displaced; give more "
+          "[network] contributions"},
+      Counter{e.refused_disputed,
+              "exchange refused_disputed: % times data of an epoch that a proof of a conflict "
+              "has ended"},
+      Counter{e.banned,
+              "exchange banned: % robots signed two contents of one version three times and are "
+              "excluded",
+              true},
       Counter{e.refused_answers, "exchange refused_answers: % requests; too many at once"},
       Counter{e.refused_parts,
               "exchange refused_parts: % parts of this robot's own; give more [fusion] memory"},
       Counter{s.refused_format,
-              "status refused_format: % statuses that are none of this version; another release"},
+              "status refused_format: % statuses not of this version; another release"},
       Counter{s.refused_tag, "status refused_tag: % statuses without this fleet's tag"},
       Counter{s.refused_excluded, "status refused_excluded: % statuses of [security] exclude"},
       Counter{s.queue_full, "status queue_full: % statuses lost"},
@@ -84,30 +104,51 @@ auto counters_of(const LinkStatistics& l, const ExchangeReport& e, const SideSta
           t.refused_signature,
           "status refused_signature: % statuses; see [security] robot_public_keys of all robots"},
       Counter{t.refused_places,
-              "status refused_places: % statuses of more robots than have a place"},
+              "status refused_places: % statuses of more robots than there are places"},
+      Counter{
+          g.refused_blocks,
+          "global_map refused_blocks: % blocks without a free place; give more [fusion] memory"},
+      Counter{
+          g.refused_outputs,
+          "global_map refused_outputs: % times no memory for a block; give more [fusion] memory"},
+      Counter{g.refused_sums,
+              "global_map refused_sums: % times a block stayed undiffused; give more [fusion] "
+              "memory"},
+      Counter{
+          g.torn_blocks,
+          "global_map torn_blocks: % blocks of a contribution that moved were shown early; give "
+          "more [fusion] memory"},
+      Counter{counted.floors_refused,
+              "state floors_refused: % times the lowest epoch of another robot was not stored; "
+              "there are more robots than [robot] state has room for"},
   };
 }
 
 }  // namespace
 
-void RefusalLog::look(const LinkStatistics& link, const ExchangeReport& exchange,
-                      const SideStatistics& statuses, const StatusCounters& table,
-                      std::int64_t now_us, LogQueue& log) noexcept {
+bool RefusalLog::is_due(Watch& watch, std::uint64_t value, bool at_once,
+                        std::int64_t now_us) noexcept {
+  const bool is_quiet = now_us - watch.told_us < kPeriod_us;
+  if (at_once) return value != watch.told && !is_quiet;
+  if (value == watch.seen) return false;
+  watch.seen = value;
+  const bool lasts = now_us - watch.grew_us <= kPeriod_us;
+  watch.grew_us = now_us;
+  return lasts && !is_quiet;
+}
+
+void RefusalLog::look(const RefusalCounters& counted, std::int64_t now_us, LogQueue& log) noexcept {
   if (now_us - looked_us_ < kLook_us) return;
   looked_us_ = now_us;
-  const auto counters = counters_of(link, exchange, statuses, table);
+  const auto counters = counters_of(counted);
   static_assert(counters.size() == kCounters);
   for (std::size_t i = 0; i < kCounters; ++i) {
     Watch& watch = watches_[i];
-    const std::uint64_t value = counters[i].value;
-    if (value == watch.seen) continue;
-    watch.seen = value;
-    const bool lasts = now_us - watch.grew_us <= kPeriod_us;
-    watch.grew_us = now_us;
-    if (!lasts || now_us - watch.told_us < kPeriod_us) continue;
-    log.say(LogLevel::kWarning, now_us, counters[i].text,
-            static_cast<std::int64_t>(value - watch.told));
-    watch.told = value;
+    const Counter& counter = counters[i];
+    if (!is_due(watch, counter.value, counter.at_once, now_us)) continue;
+    log.say(counter.at_once ? LogLevel::kError : LogLevel::kWarning, now_us, counter.text,
+            static_cast<std::int64_t>(counter.value - watch.told));
+    watch.told = counter.value;
     watch.told_us = now_us;
   }
 }

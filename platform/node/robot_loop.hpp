@@ -1,39 +1,39 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// What a robot's thread does over and over: takes what has arrived as soon as it is there, ticks at
-// an even pace, sends what is due, and sleeps. When is the caller's.
+// The loop of a robot's thread: takes datagrams as soon as they arrive, ticks periodically, sends
+// what is due, and sleeps. The caller decides when.
 #pragma once
 
 #include <algorithm>
 #include <array>
 #include <cstdint>
 
+#include "base/duration_histogram.hpp"
+#include "base/monotonic_clock.hpp"
 #include "node/network_port.hpp"
-#include "posix/duration_histogram.hpp"
-#include "posix/monotonic_clock.hpp"
 #include "tessera/robot/robot.hpp"
 
 namespace tessera {
 
 struct LoopTimes {
-  DurationHistogram ticks;      ///< Work of a tick, sending included.
-  DurationHistogram receiving;  ///< Work on what had arrived, fusing included.
-  std::uint64_t overruns = 0;   ///< Ticks that began a whole period late or more.
+  DurationHistogram ticks;      ///< Duration of a tick, including sending.
+  DurationHistogram receiving;  ///< Duration of processing what had arrived, including fusing.
+  std::uint64_t overruns = 0;   ///< Ticks that began at least a whole period late.
   std::int64_t worst_late_us = 0;
 };
 
 /// For one thread; no heap. sharer, map and port must outlive it.
 class RobotLoop {
  public:
-  /// Datagrams that are taken at once, so that a flood keeps no tick waiting.
+  /// Datagrams that are taken at once, so that a flood does not delay ticks.
   static constexpr int kReceiveBatch = 256;
-  /// Less than this before something is due, nothing else is begun.
+  /// Nothing else is begun in this time before something is due.
   static constexpr std::int64_t kSpare_us = 3'000;
 
-  /// map: what is published; another thread may write to it. period_us: above 0.
+  /// map: is published; another thread may write to it. period_us: above 0.
   RobotLoop(Sharer& sharer, const LocalMap& map, NetworkPort& port, std::int64_t period_us) noexcept
       : sharer_(&sharer), map_(&map), port_(&port), period_us_(period_us) {}
-  /// The first tick is due then.
+  /// Sets the time of the first tick.
   void begin(std::int64_t start_us) noexcept { due_us_ = start_us; }
 
   void receive(std::int64_t now_us) noexcept {
@@ -50,7 +50,7 @@ class RobotLoop {
   }
 
   [[nodiscard]] std::int64_t tick_due_us() const noexcept { return due_us_; }
-  /// To be called once it is due. Ticks that were missed are not made up for. Returns what it took.
+  /// Call it when a tick is due. Missed ticks are not made up for. Returns its duration.
   std::int64_t tick(std::int64_t now_us) noexcept {
     const std::int64_t late_us = now_us - due_us_;
     times_.worst_late_us = std::max(times_.worst_late_us, late_us);
@@ -74,7 +74,8 @@ class RobotLoop {
     port_->flush();
   }
 
-  /// Until then, or something arrives, or a signal does. Goes on with the global map meanwhile.
+  /// Waits until this time, or until a datagram or a signal arrives. Works on the global map
+  /// meanwhile.
   void wait_until(std::int64_t us) noexcept {
     while (us - MonotonicClock::now_us() > kSpare_us) {
       if (port_->wait(0)) return;

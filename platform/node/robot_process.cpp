@@ -10,14 +10,14 @@
 #include <sstream>
 #include <system_error>
 
-#include "posix/system_failure.hpp"
+#include "base/system_failure.hpp"
 
 namespace tessera {
 
 namespace {
 
-/// Whether that process has the file open: the numbers of /proc/locks say no more of a file than
-/// its inode, and the process may have ended since.
+/// True if that process has the file open: /proc/locks has only the inode of a file, and the
+/// process may have ended since.
 bool has_open(pid_t process, const struct ::stat& file) {
   std::error_code error;
   const std::filesystem::path folder = "/proc/" + std::to_string(process) + "/fd";
@@ -51,7 +51,7 @@ Outcome<pid_t> find_robot_process(const std::string& folder, std::uint32_t robot
       return process;
   }
   return Failure{"robot " + std::to_string(robot) + " does not run with the state in " + folder +
-                 ", or as another user; start it, or use sudo"};
+                 ", or runs as another user; start it, or use sudo"};
 }
 
 }  // namespace tessera

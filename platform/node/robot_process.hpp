@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// The process that runs a robot, for whoever wants to send it a signal.
+// Finds the process that runs a robot, to send it a signal.
 #pragma once
 
 #include <sys/types.h>
@@ -8,12 +8,12 @@
 #include <cstdint>
 #include <string>
 
-#include "posix/outcome.hpp"
+#include "base/outcome.hpp"
 
 namespace tessera {
 
 /// Returns the process that has folder/robot_ID.lock (lock_robot). Fails with kUsage iff there is
-/// no such file, no process has its lock, or the process is none that the caller can see.
+/// no such file, no process has its lock, or the caller cannot see the process.
 Outcome<pid_t> find_robot_process(const std::string& folder, std::uint32_t robot);
 
 }  // namespace tessera

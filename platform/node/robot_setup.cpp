@@ -6,7 +6,7 @@
 #include <cmath>
 #include <filesystem>
 
-#include "dataset/transform_file.hpp"
+#include "scans/transform_file.hpp"
 
 namespace tessera {
 

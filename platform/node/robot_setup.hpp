@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// From a node's configuration to what its robot is made with.
+// Makes the configuration of a robot from that of its node.
 #pragma once
 
 #include <utility>
 
-#include "mapping/stored_map.hpp"
+#include "maps/stored_map.hpp"
 #include "node/node_config.hpp"
 #include "tessera/map/obstacle_sectors.hpp"
 #include "tessera/robot/robot.hpp"
@@ -17,25 +17,25 @@ struct RobotSetup {
   RobotConfig robot;
 };
 
-/// What a robot's scans are like.
+/// Sizes of a robot's scans.
 struct ScanSizes {
   std::size_t max_points = 0;
-  int num_components = 0;  ///< Of the class table.
+  int num_components = 0;  ///< Components of the class table.
 };
 
 /// epoch: of this start. Fails with kUsage iff a setting of the
-/// map or the diffusion is out of its range, the frame is none, or a budget of memory holds no map;
-/// messages are in words of "map" and "fuse" (in_words_of_config).
+/// map or the diffusion is out of its range, the frame is invalid, or a budget of memory holds no
+/// map; messages name options of "map" and "fuse" (in_words_of_config).
 Outcome<RobotSetup> set_up_robot(const NodeConfig& config, const ScanSizes& scans,
                                  std::uint32_t epoch);
 
-/// Rings of a metre, or one of the whole range if that is less.
+/// Rings of a metre, or one for the whole range if that is less.
 ObstacleSectorsConfig sectors_of(const VehicleConfig& vehicle) noexcept;
 
 /// A robot and its memory.
 class HeldRobot {
  public:
-  /// None.
+  /// No robot.
   HeldRobot() = default;
   HeldRobot(ArenaMemory memory, Robot& robot) : memory_(std::move(memory)), robot_(&robot) {}
   [[nodiscard]] Robot& operator*() const { return *robot_; }
@@ -47,9 +47,9 @@ class HeldRobot {
   Robot* robot_ = nullptr;
 };
 
-/// Takes the memory and makes the robot in it. clock: for deadlines. Fails with kUsage iff a
-/// setting is out of its range; kFailure iff the system does not give the memory. What keys name
-/// must outlive it.
+/// Allocates the memory and makes the robot in it. clock: for deadlines. Fails with kUsage iff a
+/// setting is out of its range; kFailure iff the system does not give the memory. What keys refer
+/// to must outlive it.
 Outcome<HeldRobot> make_robot(const RobotConfig& config, const ClassTable& classes,
                               const RobotKeys& keys, const Clock& clock);
 

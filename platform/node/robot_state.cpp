@@ -15,10 +15,10 @@
 #include <string_view>
 #include <system_error>
 
-#include "posix/atomic_file.hpp"
-#include "posix/input_file.hpp"
-#include "posix/system_failure.hpp"
-#include "tessera/base/crc32.hpp"
+#include "base/atomic_file.hpp"
+#include "base/input_file.hpp"
+#include "base/system_failure.hpp"
+#include "tessera/base/internal/crc32.hpp"
 
 namespace tessera {
 
@@ -55,7 +55,7 @@ bool take(std::string_view& text, std::string_view word, std::uint32_t& number) 
 }
 
 Failure at_end(const std::string& path) {
-  return {path + " is at its end; give the robot another number", FailureKind::kFailure};
+  return {path + " is at its maximum; give the robot another number", FailureKind::kFailure};
 }
 
 bool exists(const std::string& path) {
@@ -78,8 +78,8 @@ Outcome<FileDescriptor> lock_robot(const std::string& folder, std::uint32_t robo
   if (!file.is_open()) return system_failure("open", path, errno, FailureKind::kUsage);
   if (::flock(file.get(), LOCK_EX | LOCK_NB) != 0) {
     if (errno != EWOULDBLOCK) return system_failure("lock", path, errno, FailureKind::kUsage);
-    return Failure{"robot " + std::to_string(robot) + " is running already, with the state in " +
-                   folder + "; end it, or give this one another number"};
+    return Failure{"robot " + std::to_string(robot) + " is already running, with the state in " +
+                   folder + "; stop it, or give this one another number"};
   }
   return file;
 }
@@ -106,21 +106,20 @@ Outcome<RobotState::Values> RobotState::parse(const std::string& text) const {
                       take(rest, "floor", values.floor);
   if (begins && version == 1 && robot != robot_) {
     return Failure{path() + " is of robot " + std::to_string(robot) +
-                   "; each robot has a file of its own, so remove this one"};
+                   "; each robot has its own file, so remove this one"};
   }
   RobotFloor heard;
   std::uint32_t* const numbers[] = {&heard.robot, &heard.floor};
   while (begins && values.floors.size() < kMostFloors && take(rest, "heard", numbers))
     values.floors.push_back(heard);
-  // There is one text for the same values, and the check is a part of it.
+  // Equal values have one text, which includes the check.
   if (begins && text == text_of(values)) return values;
-  return Failure{
-      path() +
-      " is damaged; put a copy of it back, or remove it and start the robot while others "
-      "run that have heard it"};
+  return Failure{path() +
+                 " is damaged; restore a copy of it, or remove it and start the robot while robots "
+                 "run that have heard it"};
 }
 
-/// What version 0.1.0 left: each start was an epoch, and may have published something.
+/// Reads the file of version 0.1.0: each start was an epoch, and may have published something.
 Outcome<RobotState::Values> RobotState::read_count() const {
   const std::string path = stem_ + ".starts";
   if (!exists(path)) return Values{};
@@ -132,8 +131,8 @@ Outcome<RobotState::Values> RobotState::read_count() const {
   rest.remove_prefix(static_cast<std::size_t>(stopped - rest.data()));
   if (wrong != std::errc{} || rest != "\n" || count == 0) {
     return Failure{path +
-                   " holds no count of starts; write a number into it that is higher than all of "
-                   "this robot's epochs that others may have"};
+                   " is not a count of starts; write a number into it that is higher than all "
+                   "epochs of this robot that others may have"};
   }
   return Values{.starts = count, .epoch = count, .published = count, .floor = count};
 }
@@ -165,7 +164,7 @@ Outcome<void> RobotState::change(Values next) {
   return {};
 }
 
-/// Never falls: what was dropped once has lost its places everywhere.
+/// Never decreases: dropped epochs have lost their places everywhere.
 std::uint32_t RobotState::floor_of(const Values& values) const noexcept {
   const bool has_earlier = values.published != 0 && values.published < values.epoch;
   const bool keeps = earlier_ == EarlierEpochs::kKeep && has_earlier;
@@ -180,7 +179,7 @@ Outcome<void> RobotState::begin(EarlierEpochs earlier) {
   ++next.epoch;
   next.floor = floor_of(next);
   Outcome<void> changed = change(std::move(next));
-  // All of it is in the new file now.
+  // The new file now has all of it.
   if (changed.ok()) ::unlink((stem_ + ".starts").c_str());
   return changed;
 }

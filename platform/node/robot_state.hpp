@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// What a robot has to know of its earlier starts: folder/robot_ID.state, a small text file that is
-// written whole or not at all. Who starts again with less than it said before is not believed.
+// The state that a robot keeps over restarts: folder/robot_ID.state, a small text file that is
+// written atomically. Other robots ignore a robot that restarts with older numbers.
 #pragma once
 
 #include <cstdint>
@@ -9,25 +9,25 @@
 #include <string>
 #include <vector>
 
-#include "posix/file_descriptor.hpp"
-#include "posix/outcome.hpp"
+#include "base/file_descriptor.hpp"
+#include "base/outcome.hpp"
 #include "tessera/exchange/exchange_config.hpp"
 
 namespace tessera {
 
-/// Takes folder/robot_ID.lock, which no other process can while the value lives; folder is made if
-/// it is not there. Fails with kUsage iff another process has it, or folder or file cannot be made.
+/// Locks folder/robot_ID.lock against other processes while the value lives; makes folder if it
+/// does not exist. Fails with kUsage iff another process has it, or folder or file cannot be made.
 Outcome<FileDescriptor> lock_robot(const std::string& folder, std::uint32_t robot);
 
-/// What becomes of a robot's earlier epochs when it starts.
+/// What happens to a robot's earlier epochs when it starts.
 enum class EarlierEpochs : std::uint8_t {
-  kKeep,  ///< The newest one counts on, where the new one has no evidence.
-  kDrop,  ///< None counts.
+  kKeep,  ///< The newest one still counts where the new one has no evidence.
+  kDrop,  ///< None of them counts.
 };
 
-/// For the process that has the robot's lock, and for one of its threads. What changes something
-/// writes the file and waits until it is durable: not for a thread in a hurry. Where that fails
-/// (kFailure, or kUsage iff the file may not be written), all is as it was before.
+/// For the process that has the robot's lock, and for one of its threads. Calls that change
+/// something write the file and wait until it is durable, so not for a real-time thread. If that
+/// fails (kFailure, or kUsage iff the file may not be written), nothing has changed.
 class RobotState {
  public:
   static constexpr std::size_t kMostFloors = 256;
@@ -37,22 +37,22 @@ class RobotState {
   /// changed.
   static Outcome<RobotState> open(const std::string& folder, std::uint32_t robot);
 
-  /// Counts a start: starts() and epoch() are higher than ever before, and floor() is what earlier
-  /// says. Fails with kFailure too iff a count is at its end.
+  /// Counts a start: starts() and epoch() become higher than ever before, and floor() follows
+  /// earlier. Also fails with kFailure iff a count is at its maximum.
   Outcome<void> begin(EarlierEpochs earlier);
-  /// For what the fleet has heard of this robot and this file does not know: epoch() becomes at
-  /// least at_least. The epoch below is taken to have published something. For after begin(). Fails
-  /// with kFailure too iff at_least is over 2^32 - 1.
+  /// Raises epoch() to at least at_least, if the fleet knows higher epochs of this robot than this
+  /// file. The epoch below is assumed to have published something. Call it after begin(). Also
+  /// fails with kFailure iff at_least is over 2^32 - 1.
   Outcome<void> raise_epoch(std::uint64_t at_least);
-  /// The same of starts().
+  /// The same for starts().
   Outcome<void> raise_starts(std::uint64_t at_least);
-  /// Something was published in that epoch of this robot.
+  /// Notes that something was published in that epoch of this robot.
   Outcome<void> note_published(std::uint32_t epoch);
-  /// Of other robots; of each the highest stays. More than kMostFloors robots are not remembered.
+  /// Notes floors of other robots, of each the highest. Stores those of at most kMostFloors robots.
   Outcome<void> note_floors(std::span<const RobotFloor> heard);
 
   [[nodiscard]] std::uint32_t robot() const noexcept { return robot_; }
-  /// Starts so far, this one among them.
+  /// Starts so far, including this one.
   [[nodiscard]] std::uint32_t starts() const noexcept { return now_.starts; }
   /// Of this start.
   [[nodiscard]] std::uint32_t epoch() const noexcept { return now_.epoch; }
@@ -62,7 +62,7 @@ class RobotState {
   [[nodiscard]] std::uint32_t floor() const noexcept { return now_.floor; }
   /// Of other robots, in the order of their numbers.
   [[nodiscard]] std::span<const RobotFloor> floors() const noexcept { return now_.floors; }
-  /// Floors of other robots that were not remembered for want of room.
+  /// Floors of other robots that were not stored for lack of room.
   [[nodiscard]] std::uint64_t floors_refused() const noexcept { return floors_refused_; }
 
  private:

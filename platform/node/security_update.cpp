@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <array>
 
-#include "tessera/base/crc32.hpp"
+#include "tessera/base/internal/crc32.hpp"
 #include "tessera/exchange/exchange_config.hpp"
 
 namespace tessera {

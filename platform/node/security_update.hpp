@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// What a node takes of its configuration while it runs, on its way from the thread that reads files
-// to the one that shares.
+// Passes what a node reloads of its configuration from the thread that reads files to the one that
+// shares.
 #pragma once
 
 #include <atomic>
@@ -11,29 +11,29 @@
 #include <utility>
 #include <vector>
 
-#include "security/fleet_keys.hpp"
+#include "link/fleet_keys.hpp"
 
 namespace tessera {
 
 struct SecurityUpdate {
-  std::vector<std::uint32_t> exclude;  ///< All robots that are excluded from now on.
-  FleetKeys keys;                      ///< Of these the public ones.
+  std::vector<std::uint32_t> exclude;  ///< The new list of excluded robots.
+  FleetKeys keys;                      ///< Only the public keys are used.
 };
 
-/// From one thread, which reads, to another, which never uses the heap.
+/// From one thread, which reads files, to another, which never uses the heap.
 class SecurityUpdates {
  public:
-  /// For the thread that reads. Frees the update before. A caller bug while is_waiting().
+  /// For the reading thread. Frees the previous update. A caller bug while is_waiting().
   void offer(std::unique_ptr<SecurityUpdate> update) {
     held_ = std::move(update);
     waiting_.store(held_.get(), std::memory_order_release);
   }
-  /// Whether the last update was not done yet.
+  /// True if the last update is not done yet.
   [[nodiscard]] bool is_waiting() const noexcept {
     return waiting_.load(std::memory_order_acquire) != nullptr;
   }
 
-  /// For the thread that shares: what waits, its own until done(); nullptr: nothing does.
+  /// For the sharing thread: the waiting update, which it owns until done(); nullptr: none.
   [[nodiscard]] SecurityUpdate* waiting() noexcept {
     return waiting_.load(std::memory_order_acquire);
   }

@@ -5,16 +5,16 @@
 #include <algorithm>
 #include <numeric>
 
-#include "posix/monotonic_clock.hpp"
+#include "base/monotonic_clock.hpp"
 
 namespace tessera {
 
 namespace {
 
-/// Beyond any pose that is of use, in both directions.
+/// Beyond any usable pose, in both directions.
 constexpr std::int64_t kFar_us = 3'600'000'000;
 
-/// Why no pose may be mapped with.
+/// Why no pose is usable.
 const char* reason_of(PoseVerdict verdict) noexcept {
   switch (verdict) {
     case PoseVerdict::kStale:
@@ -28,7 +28,7 @@ const char* reason_of(PoseVerdict verdict) noexcept {
     case PoseVerdict::kUncertain:
       return "poses are uncertain";
     case PoseVerdict::kRecovering:
-      return "poses are too few since they were bad";
+      return "too few good poses since they were bad";
     case PoseVerdict::kGood:
     case PoseVerdict::kNone:
     case PoseVerdict::kOutOfOrder:
@@ -91,11 +91,12 @@ void SensingThread::run() noexcept {
   heartbeat_.rest();
 }
 
-/// Says what the counters of a turn tell of the sensors; each line comes once a second at most.
+/// Logs changes of the sensors' counters; each line at most once a second.
 void SensingThread::watch_sensors(const SensorReport& report, std::int64_t now_us) noexcept {
   const MatchReport& match = report.match;
   if (match.clock_steps != match_.clock_steps)
-    log_.say(LogLevel::kWarning, now_us, "the sensors' clock was set; what waited is dropped");
+    log_.say(LogLevel::kWarning, now_us,
+             "the sensors' clock was set; waiting messages are dropped");
   const std::uint64_t bare = match.unlabelled + match.partly_unlabelled + match.without_images;
   if (bare != match_.unlabelled + match_.partly_unlabelled + match_.without_images)
     log_.say(LogLevel::kWarning, now_us, "a scan without images of its cameras; % so far",
@@ -105,7 +106,7 @@ void SensingThread::watch_sensors(const SensorReport& report, std::int64_t now_u
              static_cast<std::int64_t>(match.superseded));
   if (match.given != match_.given) {
     if (sensors_silent_)
-      log_.say_change(LogLevel::kInfo, now_us, "scans come again, after % ms",
+      log_.say_change(LogLevel::kInfo, now_us, "scans arrive again after % ms",
                       (now_us - scan_us_) / 1000);
     sensors_silent_ = false;
     scan_us_ = now_us;
@@ -118,7 +119,7 @@ void SensingThread::watch_sensors(const SensorReport& report, std::int64_t now_u
   say_poses_are_seldom(match, now_us);
 }
 
-/// Of every pose that comes, whatever the guard makes of it.
+/// Measures the rate of poses, whether or not the guard accepts them.
 void SensingThread::hear_pose(std::int64_t stamp_us, std::int64_t now_us) noexcept {
   const std::int64_t step_us = stamp_us - pose_stamp_us_;
   const bool follows = pose_heard_us_ != 0 && step_us > 0 && step_us < kSayAgain_us;
@@ -129,7 +130,7 @@ void SensingThread::hear_pose(std::int64_t stamp_us, std::int64_t now_us) noexce
   pose_stamp_us_ = stamp_us;
 }
 
-/// Poses come, but too far apart for the scans between them, or for the guard.
+/// Warns if poses come too far apart for the scans between them, or for the guard.
 void SensingThread::say_poses_are_seldom(const MatchReport& match, std::int64_t now_us) noexcept {
   const bool come = pose_heard_us_ != 0 && now_us - pose_heard_us_ < kSilence_us;
   const bool hurts = !was_good_ || match.without_pose != match_.without_pose;
@@ -137,14 +138,13 @@ void SensingThread::say_poses_are_seldom(const MatchReport& match, std::int64_t 
   const bool seldom = between_poses_us_ > most_between_poses_us_ + most_between_poses_us_ / 10;
   if (!come || !hurts || !seldom || now_us < seldom_due_us_) return;
   seldom_due_us_ = now_us + kSayAgain_us;
-  log_.say_change(
-      LogLevel::kWarning, now_us,
-      "poses come every % ms; at least every % ms are needed, by the least of [sensors] "
-      "max_pose_gap_ms, max_wait_ms and [vehicle] pose_timeout_ms",
-      between_poses_us_ / 1000, most_between_poses_us_ / 1000);
+  log_.say_change(LogLevel::kWarning, now_us,
+                  "poses come every % ms; at most % ms are allowed, the least of [sensors] "
+                  "max_pose_gap_ms, max_wait_ms and [vehicle] pose_timeout_ms",
+                  between_poses_us_ / 1000, most_between_poses_us_ / 1000);
 }
 
-/// Where scans went that never were given.
+/// Logs what happened to scans that were not given out.
 void SensingThread::say_silence(const SensorReport& report, std::int64_t now_us) noexcept {
   const MatchReport& match = report.match;
   const std::uint64_t by_stamp =
@@ -160,8 +160,8 @@ void SensingThread::say_silence(const SensorReport& report, std::int64_t now_us)
                                   parts.torn + parts.timed_out + parts.superseded + parts.evicted;
   if (faults + match.unknown_sensor + not_whole == 0) return;
   log_.say(LogLevel::kWarning, now_us,
-           "messages that cannot be read so far: %, of sensors that are not configured: %, long "
-           "ones not whole, or parts of them refused: %",
+           "unreadable messages so far: %, of sensors that are not configured: %, incomplete or "
+           "refused long ones: %",
            static_cast<std::int64_t>(faults), static_cast<std::int64_t>(match.unknown_sensor),
            static_cast<std::int64_t>(not_whole));
 }
@@ -172,12 +172,12 @@ void SensingThread::note(const StampedPose& pose) noexcept {
   std::copy_n(pose.T_map_body.data(), now_.T_map_body.size(), now_.T_map_body.begin());
 }
 
-/// From here on poses are of another frame: what is mapped with them does not fit to what there is.
-/// Whoever has a vehicle is asked; without one there is nobody to ask.
+/// Poses are in another frame now: scans mapped with them would not match the map. A vehicle
+/// decides what to do; without one the map is saved and cleared.
 void SensingThread::note_relocations(std::uint64_t relocations) noexcept {
   if (relocations == now_.relocations) return;
   now_.relocations = relocations;
-  // Else a scan from between the frames would get a pose half way between them.
+  // Otherwise a scan between the frames would get a pose half way between them.
   port_->forget_poses();
   const std::int64_t now_us = MonotonicClock::now_us();
   if (vehicle_ != nullptr) {
@@ -193,7 +193,7 @@ void SensingThread::note_relocations(std::uint64_t relocations) noexcept {
 }
 
 bool SensingThread::may_use(const PoseMessage& pose, std::int64_t stamp_now_us) noexcept {
-  // What is not known is not held against a pose.
+  // Unknown deviations are not counted against a pose.
   const double sigma_m = std::max(pose.position_sigma_m.maxCoeff(), 0.0);
   const std::int64_t now_us = MonotonicClock::now_us();
   // A stamp may be any number.
@@ -217,14 +217,14 @@ bool SensingThread::may_use(const PoseMessage& pose, std::int64_t stamp_now_us) 
 void SensingThread::take_vehicle_poses() noexcept {
   if (!poses_by_bus_) return;
   while (const JudgedPose* const pose = vehicle_->poses().front()) {
-    // Before it is taken: this one may be of the new frame already.
+    // First, as this pose may be in the new frame already.
     note_relocations(pose->relocations);
     hear_pose(pose->observation.pose.stamp_us, MonotonicClock::now_us());
     if (pose->usable) {
       note(pose->observation.pose);
       StampedPose in_sensors_clock = pose->observation.pose;
       in_sensors_clock.stamp_us += port_->stamp_now_us() - MonotonicClock::now_us();
-      // What does not fit is counted by the port.
+      // The port counts what does not fit.
       static_cast<void>(port_->add_pose(in_sensors_clock));
     } else {
       ++now_.refused;

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// The thread that takes what sensors send and where the robot is, and hands whole scans to the one
-// that maps. Poses come over LCM, or from the vehicle's bus; either way a guard judges them, and
-// while none may be used, mapping pauses.
+// The thread that receives sensor data and poses, and gives complete scans to the mapping thread.
+// Poses come over LCM, or from the vehicle's bus; in both cases a guard judges them, and mapping
+// pauses while none is usable.
 #pragma once
 
 #include <algorithm>
@@ -10,30 +10,31 @@
 #include <atomic>
 #include <memory>
 
+#include "base/latest_value.hpp"
 #include "node/mapping_thread.hpp"
-#include "node/scan_source.hpp"
-#include "posix/latest_value.hpp"
-#include "sensing/sensor_port.hpp"
-#include "socketcan/vehicle_port.hpp"
+#include "scans/scan_source.hpp"
+#include "scans/sensor_port.hpp"
 #include "vehicle/pose_guard.hpp"
+#include "vehicle/vehicle_port.hpp"
 
 namespace tessera {
 
-/// Where the robot is, and whether that may be mapped with.
+/// The pose of the robot, and whether it is usable.
 struct SensingStatus {
-  PoseVerdict verdict = PoseVerdict::kNone;  ///< Of poses over LCM; those of the bus say theirs.
-  std::int64_t stamp_us = 0;                 ///< Of the last pose that was used, MonotonicClock.
-  std::array<double, 12> T_map_body{};       ///< Row by row.
-  std::uint64_t poses = 0;                   ///< That were used.
-  std::uint64_t refused = 0;                 ///< By the guard.
-  std::uint64_t pauses = 0;                  ///< Times that poses became unusable.
-  std::uint64_t relocations = 0;             ///< Times that poses came to be of another frame.
-  std::uint64_t silences = 0;                ///< Times that no scan came for kSilence_us.
+  PoseVerdict verdict =
+      PoseVerdict::kNone;               ///< Of poses over LCM; those of the bus have their own.
+  std::int64_t stamp_us = 0;            ///< Of the last pose that was used, MonotonicClock.
+  std::array<double, 12> T_map_body{};  ///< Row by row.
+  std::uint64_t poses = 0;              ///< Used poses.
+  std::uint64_t refused = 0;            ///< Refused by the guard.
+  std::uint64_t pauses = 0;             ///< Times that poses became unusable.
+  std::uint64_t relocations = 0;        ///< Times that poses changed to another frame.
+  std::uint64_t silences = 0;           ///< Times that no scan came for kSilence_us.
 };
 
 class SensingThread final : public ScanSource {
  public:
-  /// vehicle: may be null, else it says whether the robot moves, and with poses_by_bus where it is;
+  /// vehicle: may be null, else it has the motion of the robot, and with poses_by_bus its poses;
   /// must outlive it. Fails as SensorPort::open.
   static Outcome<std::unique_ptr<SensingThread>> open(const SensorPortConfig& config,
                                                       const PoseGuardConfig& guard,
@@ -54,15 +55,15 @@ class SensingThread final : public ScanSource {
   [[nodiscard]] SensorReport report() const noexcept { return port_->report(); }
   [[nodiscard]] Heartbeat& heartbeat() noexcept { return heartbeat_; }
   [[nodiscard]] LogQueue& log() noexcept { return log_; }
-  /// Now, by the clock that sensors stamp with.
+  /// The current time of the sensors' clock.
   [[nodiscard]] std::int64_t stamp_now_us() const noexcept { return port_->stamp_now_us(); }
 
  private:
-  /// Between two looks at how poses stand.
+  /// Between two checks of the poses.
   static constexpr std::int64_t kTurn_us = 20'000;
-  /// Sensors that give no scan for so long are said to be silent.
+  /// Sensors without a scan for this time are reported as silent.
   static constexpr std::int64_t kSilence_us = 1'000'000;
-  /// Between two lines on what lasts.
+  /// Between two lines about a lasting problem.
   static constexpr std::int64_t kSayAgain_us = 5'000'000;
 
   SensingThread(const SensorPortConfig& config, const PoseGuardConfig& guard, VehiclePort* vehicle,
@@ -92,12 +93,12 @@ class SensingThread final : public ScanSource {
   MappingThread* mapping_ = nullptr;
   WakeUp* mapping_wake_ = nullptr;
   bool was_good_ = true;
-  MatchReport match_{};                 ///< As it was in the turn before.
-  std::int64_t scan_us_ = 0;            ///< When one was given last.
-  bool sensors_silent_ = false;         ///< None was, for too long.
-  std::int64_t silence_due_us_ = 0;     ///< When to say so again.
-  std::int64_t most_between_poses_us_;  ///< More than this, and scans find no pose.
-  std::int64_t pose_heard_us_ = 0;      ///< When one came last, and its stamp.
+  MatchReport match_{};                 ///< State of the previous turn.
+  std::int64_t scan_us_ = 0;            ///< When the last scan was given out.
+  bool sensors_silent_ = false;         ///< There was no scan for too long.
+  std::int64_t silence_due_us_ = 0;     ///< When to log it again.
+  std::int64_t most_between_poses_us_;  ///< With a larger gap scans find no pose.
+  std::int64_t pose_heard_us_ = 0;      ///< When the last one came, and its stamp.
   std::int64_t pose_stamp_us_ = 0;
   std::int64_t between_poses_us_ = 0;  ///< A running mean; 0: not known.
   std::int64_t seldom_due_us_ = 0;

@@ -43,7 +43,7 @@ void SharingThread::tick(std::int64_t now_us) noexcept {
     sharer_.set_focus({T[3], T[7], T[11]});
   }
   if (const std::uint64_t asked = reopen_.exchange(0, std::memory_order_acquire); asked != 0) {
-    // Where it is refused, the exchange goes on saying that it is overtaken.
+    // If it is refused, the exchange still reports that it is overtaken.
     static_cast<void>(sharer_.reopen(static_cast<std::uint32_t>(asked >> 32U),
                                      static_cast<std::uint32_t>(asked)));
   }
@@ -57,18 +57,27 @@ void SharingThread::note_status(std::int64_t now_us) noexcept {
                           exchange.fresh_chunks + exchange.answer_chunks, exchange.contributions};
   ++now_.ticks;
   now_.exchange = exchange;
-  now_.in_reach = 0;
-  for (const Peer& peer : sharer_.exchange().peers().all())
+  now_.in_reach = now_.matching = 0;
+  for (const Peer& peer : sharer_.exchange().peers().all()) {
     now_.in_reach += !peer.left && (Instant::at_us(now_us) - peer.heard).us <= kReach_us ? 1U : 0U;
+    now_.matching += peer.mismatch ? 0U : 1U;
+  }
+  now_.agreeing = sharer_.exchange().peers_agreeing(now_us);
   now_.digest = sharer_.exchange().digest();
   now_.waiting = sharer_.global().waiting();
   now_.global = sharer_.global().map().usage();
+  now_.global_counts = sharer_.global().counters();
   const std::optional<std::uint32_t> overtaken = sharer_.exchange().overtaken();
   now_.overtaken = overtaken ? std::uint64_t{*overtaken} + 1 : 0;
   now_.highest_session_heard = sharer_.exchange().highest_session_heard();
   const std::span<const RobotFloor> floors = sharer_.exchange().floors();
   now_.floor_count = static_cast<std::uint32_t>(std::min(floors.size(), now_.floors.size()));
   std::copy_n(floors.begin(), now_.floor_count, now_.floors.begin());
+  now_.floors_refused =
+      std::max<std::uint64_t>(now_.floors_refused, floors.size() - now_.floor_count);
+  const std::span<const Conflicts::Known> conflicts = sharer_.exchange().conflicts();
+  for (; now_.conflict_count < conflicts.size(); ++now_.conflict_count)
+    now_.conflicts[now_.conflict_count] = conflicts[now_.conflict_count].id;
   now_.idle = sharer_.idle();
   if (!now_.idle || activity != activity_) now_.quiet_since_us = now_us;
   activity_ = activity;

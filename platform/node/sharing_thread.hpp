@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// The thread that shares: publishes what mapping has changed, exchanges it with the others, and
-// keeps the global map. It reads the local map while the mapping thread writes to it.
+// The thread that shares: publishes what mapping has changed, exchanges it with other robots, and
+// updates the global map. It reads the local map while the mapping thread writes to it.
 #pragma once
 
 #include <array>
@@ -10,28 +10,41 @@
 
 #include "node/mapping_thread.hpp"
 #include "node/robot_loop.hpp"
+#include "node/team_alarm.hpp"
 
 namespace tessera {
 
-/// How things stand after a tick.
+/// The state after a tick.
 struct SharingStatus {
-  static constexpr std::size_t kMostFloors = 64;
+  /// As stored in RobotState.
+  static constexpr std::size_t kMostFloors = 256;
   std::uint64_t ticks = 0;
   ExchangeReport exchange{};
-  std::uint32_t in_reach = 0;  ///< Robots that were heard within kReach_us and did not leave.
+  std::uint32_t in_reach = 0;  ///< Robots that were heard within kReach_us and have not left.
+  std::uint32_t matching =
+      0;  ///< Robots that were heard and have the same configuration, gone or not.
+  std::uint32_t agreeing = 0;  ///< Exchange::peers_agreeing().
   std::uint64_t digest = 0;    ///< Exchange::digest().
-  std::uint32_t waiting = 0;   ///< Blocks of the global map that are behind.
+  std::uint32_t waiting = 0;   ///< Blocks of the global map that wait for work.
   MapUsage global{};
   std::uint64_t overtaken = 0;  ///< Exchange::overtaken() plus one; 0: none.
   std::uint64_t highest_session_heard = 0;
-  std::array<RobotFloor, kMostFloors> floors{};  ///< Of other robots, as far as there is room.
+  std::array<RobotFloor, kMostFloors> floors{};  ///< Of other robots, as far as they fit.
   std::uint32_t floor_count = 0;
+  std::uint64_t floors_refused = 0;  ///< Most robots at one time whose floors did not fit.
+  /// Contributions with proofs of conflicts, in the order of their arrival.
+  std::array<ContributionId, Conflicts::kMost> conflicts{};
+  std::uint32_t conflict_count = 0;
+  GlobalMapReport global_counts{};  ///< GlobalMap::counters().
   bool idle = false;                ///< Nothing waits to be published or fused.
-  std::int64_t quiet_since_us = 0;  ///< Since when nothing was published, heard or answered.
+  std::int64_t quiet_since_us = 0;  ///< Time since which nothing was published, heard or answered.
 
-  /// Datagrams and claims of another process that speaks as this robot.
+  /// Datagrams and claims of another process that uses this robot's number.
   [[nodiscard]] std::uint64_t twins() const noexcept {
     return exchange.refused_robot + exchange.impostors;
+  }
+  [[nodiscard]] TeamCounters alarms() const noexcept {
+    return {twins(), exchange.twins, exchange.conflicts};
   }
 };
 
@@ -45,7 +58,7 @@ class SharingThread {
  public:
   static constexpr std::int64_t kReach_us = 3'000'000;
 
-  /// All must outlive it. mapping: whose map is shared.
+  /// All must outlive it. mapping: its map is shared.
   SharingThread(Sharer& sharer, const LocalMap& map, const MappingThread& mapping,
                 NetworkPort& port, std::int64_t tick_us, const EachTick& each_tick) noexcept
       : sharer_(sharer),
@@ -57,23 +70,23 @@ class SharingThread {
   ~SharingThread() { stop(); }
 
   Outcome<void> start(const ThreadRole& role, std::int64_t start_us);
-  /// Says to the others that this robot leaves, and ends: within a tick.
+  /// Announces that this robot leaves, and ends within a tick.
   void stop() noexcept;
 
-  /// It is not to pause for long without a sign of life.
+  /// Must not be silent for long.
   [[nodiscard]] const Heartbeat& heartbeat() const noexcept { return heartbeat_; }
   [[nodiscard]] const LatestValue<SharingStatus>& status() const noexcept { return status_; }
   /// Leaves the epoch with the next tick, as Sharer::reopen. For any thread.
   void ask_to_reopen(std::uint32_t epoch, std::uint32_t floor) noexcept {
     reopen_.store(std::uint64_t{epoch} << 32U | floor, std::memory_order_release);
   }
-  /// Ticks since the last call: for the thread itself, in each_tick.
+  /// Ticks since the last call; for the thread itself, in each_tick.
   [[nodiscard]] DurationHistogram& second() noexcept { return second_; }
   /// After stop(), and in each_tick.
   [[nodiscard]] const LoopTimes& times() const noexcept { return loop_.times(); }
 
  private:
-  /// What changes while anything new is said or heard.
+  /// Changes whenever anything new is sent or received.
   struct Activity {
     std::uint64_t taken = 0;
     std::uint64_t published = 0;
@@ -95,7 +108,8 @@ class SharingThread {
   Activity activity_{};
   SharingStatus now_{};
   LatestValue<SharingStatus> status_;
-  /// Longer than the others': it has no priority. Shorter than a service manager waits.
+  /// Longer than for other threads, as it has no priority; shorter than the service manager's
+  /// timeout.
   Heartbeat heartbeat_{"sharing", 3'000'000};
   DurationHistogram second_;
   Thread thread_;

@@ -32,7 +32,7 @@ bool runs_only_on(pid_t thread, std::uint64_t cpus) {
 
 void look_at(pid_t thread, const ThreadRole& role, int mapping_priority, MissingRights& missing) {
   sched_param has{};
-  // What shares processors fairly has 0 here. One that has ended has nothing to be refused.
+  // Threads without a real-time priority have 0 here. One that has ended counts as permitted.
   const bool known = ::sched_getparam(thread, &has) == 0;
   if (known && has.sched_priority != role.priority && role.priority >= mapping_priority)
     missing.priority =
@@ -54,8 +54,8 @@ ThreadRoles thread_roles(const NodeConfig& config) {
                     .link = role("tessera-link", 1),
                     .mapping = role("tessera-map", 0),
                     .sending = role("tessera-send", -1),
-                    // It works on the global map for as long as there is something to do, and must
-                    // not keep others from the processor: who localises, who plans.
+                    // It works on the global map as long as there is work, and must not take the
+                    // processor from others, such as localisation and planning.
                     .sharing = without_priority("tessera-share"),
                     .replay = without_priority("tessera-replay"),
                     .query = without_priority("tessera-query"),

@@ -1,31 +1,31 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Which thread of a node goes before which. Those that only hand over come before the one that
-// maps, as they take little and what they bring must not be lost; what shares comes after it.
+// Priorities of the threads of a node. Threads that only pass data on are above the mapping thread,
+// as they need little time and their data must not be lost; the sharing thread is below it.
 #pragma once
 
+#include "base/thread.hpp"
 #include "node/node_config.hpp"
-#include "posix/thread.hpp"
 
 namespace tessera {
 
 struct ThreadRoles {
   ThreadRole vehicle;  ///< The CAN bus.
-  ThreadRole sensing;  ///< Receives what sensors send.
-  ThreadRole link;     ///< Receives what other robots send.
+  ThreadRole sensing;  ///< Receives sensor data.
+  ThreadRole link;     ///< Receives datagrams of other robots.
   ThreadRole mapping;
   ThreadRole sending;
   ThreadRole sharing;
   ThreadRole replay;
-  ThreadRole query;       ///< Answers planners; takes what is left.
-  ThreadRole query_link;  ///< Receives what they ask.
-  ThreadRole view;        ///< Shows maps in browsers; behind all others.
-  ThreadRole first;       ///< That of the program: it saves and writes the log.
+  ThreadRole query;       ///< Answers planners in spare time.
+  ThreadRole query_link;  ///< Receives their queries.
+  ThreadRole view;        ///< Shows maps in browsers; after all others.
+  ThreadRole first;       ///< The first thread of the program: saves maps and writes the log.
 };
 
-/// What was asked for and the system did not permit.
+/// What was requested and the system did not permit.
 struct MissingRights {
-  /// The lowest that a thread was refused, from the mapping thread's up; 0: none.
+  /// The lowest refused priority, from that of the mapping thread up; 0: none.
   int priority = 0;
   bool cpus = false;  ///< Of any thread.
 };
@@ -34,7 +34,7 @@ struct MissingRights {
 /// 1 but at least 1; the others none.
 [[nodiscard]] ThreadRoles thread_roles(const NodeConfig& config);
 
-/// By what the threads of this process, known by their names, really have. Uses the heap.
+/// Checks what the threads of this process, found by their names, really have. Uses the heap.
 [[nodiscard]] MissingRights missing_rights(const ThreadRoles& roles);
 
 }  // namespace tessera

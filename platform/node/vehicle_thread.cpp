@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "posix/monotonic_clock.hpp"
+#include "base/monotonic_clock.hpp"
 #include "tessera/base/arena.hpp"
 #include "tessera/base/version.hpp"
 
@@ -25,7 +25,7 @@ Outcome<std::unique_ptr<VehicleThread>> VehicleThread::make(const VehicleThreadC
   Result<ObstacleSectors> sectors = ObstacleSectors::make(config.sectors, map, arena);
   if (!sectors.ok()) {
     return Failure{std::string("the obstacle sectors cannot be set up: ") +
-                   to_string(sectors.status()) + "; see [vehicle] sector_range_m and the like"};
+                   to_string(sectors.status()) + "; see [vehicle] sector_range_m and related keys"};
   }
   made->sectors_ = std::move(*sectors);
   return made;
@@ -126,11 +126,11 @@ void VehicleThread::watch_bus(std::int64_t now_us) noexcept {
   log_.say_change(well ? LogLevel::kInfo : LogLevel::kWarning, now_us,
                   well                         ? "the bus is active again"
                   : bus_ == BusState::kPassive ? "the bus is error passive"
-                  : bus_ == BusState::kOff     ? "the bus is off; its driver has to restart it"
+                  : bus_ == BusState::kOff     ? "the bus is off; its driver must restart it"
                                                : "the bus is down: its interface is down or gone");
 }
 
-/// What became of it is told only while no other command came.
+/// Reports the result only while no other command arrived.
 void VehicleThread::note_pending() noexcept {
   if (pending_.command == VehicleCommand::kNone) return;
   std::uint64_t done = saves_.done.load(std::memory_order_relaxed);
@@ -148,7 +148,7 @@ void VehicleThread::note_pending() noexcept {
   pending_ = {};
 }
 
-/// The pose that is known last: of the sensors, or of the last scan.
+/// The last known pose: of the sensors, or of the last scan.
 bool VehicleThread::find_pose(Matrix34d& T_map_body, std::int64_t& stamp_us) const noexcept {
   if (sensing_ != nullptr) {
     SensingStatus sensing;
@@ -206,7 +206,7 @@ void VehicleThread::tell_state(std::int64_t now_us) noexcept {
   SharingStatus sharing;
   if (!sharing_.status().get(sharing)) return;
   tell_team(sharing);
-  tell_twin(sharing, now_us);
+  tell_alarm(sharing, now_us);
 }
 
 void VehicleThread::tell_mapping(const MappingStatus& mapping, std::int64_t now_us) noexcept {
@@ -226,7 +226,7 @@ void VehicleThread::tell_mapping(const MappingStatus& mapping, std::int64_t now_
   if (hangs_one(now_us)) told_.state = MappingState::kFault;
   if (told_.state == MappingState::kMapping) told_.pause_reason = shortage(mapping, now_us);
   if (is_stopping_.load(std::memory_order_relaxed)) told_.state = MappingState::kStopping;
-  // What is not renewed by scans is not what is there now, however fresh the pose.
+  // Without new scans obstacles are outdated, however fresh the pose.
   told_.sectors.state = counted_.sweeps == 0                    ? SectorsState::kNone
                         : told_.state == MappingState::kMapping ? SectorsState::kCurrent
                                                                 : SectorsState::kHeld;
@@ -243,7 +243,7 @@ void VehicleThread::tell_mapping(const MappingStatus& mapping, std::int64_t now_
   told_.cycle_worst_us = mapping.worst_cycle_us;
 }
 
-/// What did not fit lately, though it maps.
+/// What did not fit recently, although mapping runs.
 PauseReason VehicleThread::shortage(const MappingStatus& mapping, std::int64_t now_us) noexcept {
   const std::uint64_t refused = mapping.usage.storage_refused + mapping.usage.blocks_refused;
   if (refused != refused_seen_) refused_us_ = now_us;
@@ -255,7 +255,7 @@ PauseReason VehicleThread::shortage(const MappingStatus& mapping, std::int64_t n
   return is_recent(missed_us_) ? PauseReason::kOverload : PauseReason::kNone;
 }
 
-/// Why no pose may be mapped with.
+/// Why no pose is usable.
 PauseReason VehicleThread::pose_reason() const noexcept {
   SensingStatus sensing;
   if (sensing_ == nullptr || !sensing_->status().get(sensing)) return PauseReason::kNoPose;
@@ -285,12 +285,11 @@ void VehicleThread::tell_team(const SharingStatus& sharing) noexcept {
   told_.peers = sharing.in_reach;
   told_.contributions_known = exchange.contributions;
   told_.contributions_whole = exchange.complete;
-  // Whoever has all that was announced has what all others have.
   const bool whole = exchange.complete == exchange.contributions;
-  told_.peers_agreeing = whole ? sharing.in_reach : 0;
-  told_.convergence = sharing.in_reach == 0 ? Convergence::kAlone
-                      : whole               ? Convergence::kAgree
-                                            : Convergence::kDiffer;
+  told_.peers_agreeing = whole ? std::min(sharing.agreeing, sharing.in_reach) : 0;
+  told_.convergence = sharing.in_reach == 0                      ? Convergence::kAlone
+                      : told_.peers_agreeing == sharing.in_reach ? Convergence::kAgree
+                                                                 : Convergence::kDiffer;
 }
 
 }  // namespace tessera

@@ -1,19 +1,20 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// The thread that speaks for the node to the vehicle: it sweeps the map for obstacles around the
-// robot, tells how all stands twenty times a second, and carries out what the vehicle commands.
-// The bus itself is VehiclePort's.
+// The thread that communicates with the vehicle: it searches the map for obstacles around the
+// robot, sends the state twenty times a second, and carries out the commands of the vehicle.
+// VehiclePort has the bus itself.
 #pragma once
 
 #include <atomic>
 #include <memory>
 
-#include "mapping/stored_map.hpp"
+#include "maps/stored_map.hpp"
 #include "node/mapping_thread.hpp"
 #include "node/sensing_thread.hpp"
 #include "node/sharing_thread.hpp"
-#include "socketcan/vehicle_port.hpp"
+#include "node/team_alarm.hpp"
 #include "tessera/map/obstacle_sectors.hpp"
+#include "vehicle/vehicle_port.hpp"
 
 namespace tessera {
 
@@ -23,7 +24,7 @@ struct VehicleThreadConfig {
   std::int64_t period_us = 100'000;  ///< Of mapping.
 };
 
-/// What the vehicle asks of the whole process. For any thread.
+/// Requests of the vehicle to the whole process. For any thread.
 struct SaveRequests {
   std::atomic<bool>& asked;
   const std::atomic<std::uint64_t>& done;
@@ -33,15 +34,15 @@ struct SaveRequests {
 /// Counters never decrease.
 struct VehicleThreadReport {
   std::uint64_t reports = 0;
-  std::uint64_t sweeps = 0;  ///< Around the robot, that ended.
+  std::uint64_t sweeps = 0;  ///< Complete sweeps around the robot.
   std::uint64_t commands = 0;
-  std::uint64_t late = 0;  ///< Turns that began a whole period late or more.
+  std::uint64_t late = 0;  ///< Turns that began at least a whole period late.
 };
 
 class VehicleThread {
  public:
   static constexpr std::int64_t kPeriod_us = 50'000;
-  /// Blocks that are looked up for a turn; a sweep that takes more goes on in the next.
+  /// Blocks that are looked up per turn; a longer sweep continues in the next.
   static constexpr std::uint32_t kBlocksPerTurn = 4096;
 
   /// sensing may be null, as in a replay. All must outlive it. Fails with kUsage iff a setting of
@@ -57,7 +58,7 @@ class VehicleThread {
   ~VehicleThread() { stop(); }
 
   Outcome<void> start(const ThreadRole& role);
-  /// From here on the vehicle is told that the node stops.
+  /// From now on the vehicle is notified that the node stops.
   void say_stopping() noexcept { is_stopping_.store(true, std::memory_order_relaxed); }
   void stop() noexcept;
   /// For any thread.
@@ -66,11 +67,9 @@ class VehicleThread {
   [[nodiscard]] LogQueue& log() noexcept { return log_; }
 
  private:
-  /// So long is told that something did not fit.
+  /// Time for which it is reported that something did not fit.
   static constexpr std::int64_t kTold_us = 2'000'000;
-  /// So long is told that another process speaks as this robot.
-  static constexpr std::int64_t kTwinTold_us = 10'000'000;
-  /// A sensor that is silent for longer is said to be.
+  /// Sensors that are silent for longer are reported.
   static constexpr std::int64_t kSilentPeriods = 5;
 
   VehicleThread(const VehicleThreadConfig& config, const LocalMap& map, VehiclePort& port,
@@ -97,18 +96,17 @@ class VehicleThread {
   void tell_state(std::int64_t now_us) noexcept;
   void tell_mapping(const MappingStatus& mapping, std::int64_t now_us) noexcept;
   void tell_team(const SharingStatus& sharing) noexcept;
-  /// Sectors stay as they are: they are of this robot's own map. A thread that hangs is worse.
-  void tell_twin(const SharingStatus& sharing, std::int64_t now_us) noexcept {
-    if (sharing.twins() != twins_seen_) twin_us_ = now_us;
-    twins_seen_ = sharing.twins();
-    const bool is_told = twin_us_ != 0 && now_us - twin_us_ < kTwinTold_us;
-    if (!is_told || told_.state == MappingState::kStopping || told_.state == MappingState::kFault)
+  /// Sectors stay valid: they are of this robot's own map. A thread that hangs is worse.
+  void tell_alarm(const SharingStatus& sharing, std::int64_t now_us) noexcept {
+    const PauseReason reason = alarm_.look(sharing.alarms(), now_us);
+    if (reason == PauseReason::kNone || told_.state == MappingState::kStopping ||
+        told_.state == MappingState::kFault)
       return;
     told_.state = MappingState::kFault;
-    told_.pause_reason = PauseReason::kTwin;
+    told_.pause_reason = reason;
   }
   [[nodiscard]] PauseReason pose_reason() const noexcept;
-  /// Whether one of those hangs that what is told of maps and poses comes from.
+  /// True if a thread hangs that provides maps or poses.
   [[nodiscard]] bool hangs_one(std::int64_t now_us) const noexcept {
     return mapping_.heartbeat().is_late(now_us) || sharing_.heartbeat().is_late(now_us) ||
            (sensing_ != nullptr && sensing_->heartbeat().is_late(now_us));
@@ -126,23 +124,23 @@ class VehicleThread {
   ArenaMemory memory_;
   ObstacleSectors sectors_;
   VehicleReport told_{};
-  /// A command that takes longer than a turn.
+  /// A command that needs more than a turn.
   struct Pending {
     VehicleCommand command = VehicleCommand::kNone;
     std::uint8_t number = 0;
-    std::uint64_t done = 0;  ///< Such commands that were done before it, and that failed.
+    std::uint64_t done =
+        0;  ///< Numbers of such commands that were done before it, and that failed.
     std::uint64_t failed = 0;
   };
   Pending pending_{};
-  std::uint64_t refused_seen_ = 0;  ///< By a map that is full.
+  std::uint64_t refused_seen_ = 0;  ///< Because the map is full.
   std::int64_t refused_us_ = 0;
-  std::uint64_t twins_seen_ = 0;
-  std::int64_t twin_us_ = 0;  ///< When one was heard last; 0: never.
+  TeamAlarm alarm_;
   std::uint64_t missed_seen_ = 0;
   std::int64_t missed_us_ = 0;
   std::uint64_t cycles_seen_ = 0;
   BusState bus_ = BusState::kActive;
-  DurationHistogram cycles_;  ///< As the mapping thread tells them.
+  DurationHistogram cycles_;  ///< As reported by the mapping thread.
   std::int64_t start_us_ = 0;
   VehicleThreadReport counted_{};
   LatestValue<VehicleThreadReport> report_;

@@ -8,20 +8,20 @@
 #include <bit>
 #include <cmath>
 
-#include "posix/allocation_counter.hpp"
+#include "base/allocation_counter.hpp"
 #include "tessera/base/rigid.hpp"
 
 namespace tessera {
 
 namespace {
 
-/// What a node knows of its global map's contributors without asking those who fuse: what its own
-/// map says at a voxel. Of the view's thread.
+/// The contributors of the global map as far as a node knows them without fusing again: the content
+/// of its own map at a voxel. For the view's thread.
 class OwnMarks {
  public:
   explicit OwnMarks(const ViewedNode& node)
       : local_(*node.local), reader_(*node.local), T_map_global_(inverse(node.T_global_map)) {}
-  /// 0: this robot has no label there; two: it has, and whether it is another than the fused one.
+  /// 0: this robot has no label there; else it has, and whether that differs from the fused one.
   void mark(const BlockSnapshot& block, BlockMarks& marks) {
     const Lattice lattice = local_.lattice();
     const double prior = local_.config().prior;
@@ -62,7 +62,7 @@ std::vector<std::unique_ptr<ViewMap>> maps_of(const ViewedNode& node) {
   global.global = true;
   global.robot = node.robot;
   global.live = true;
-  global.contributors = {"other robots alone", robot + ", alone or with others"};
+  global.contributors = {"only other robots", robot + ", alone or with others"};
   global.marks = [own = std::make_shared<OwnMarks>(node)](
                      const BlockSnapshot& block, BlockMarks& marks) { own->mark(block, marks); };
   std::vector<std::unique_ptr<ViewMap>> maps;
@@ -76,10 +76,11 @@ double ms_of(std::int64_t us) { return 1e-3 * static_cast<double>(us); }
 Json network_json(const SharingStatus& sharing, const NetworkPort& port) {
   const ExchangeReport& r = sharing.exchange;
   const LinkStatistics link = port.link().statistics();
-  const std::uint64_t refused =
-      link.refused_format + link.refused_tag + link.refused_excluded + r.refused_size +
-      r.refused_format + r.refused_tag + r.refused_signature + r.refused_configuration +
-      r.refused_replay + r.refused_robot + r.refused_excluded + r.refused_peers + r.refused_body;
+  const std::uint64_t refused = link.refused_format + link.refused_mission + link.refused_tag +
+                                link.refused_excluded + r.refused_size + r.refused_format +
+                                r.refused_mission + r.refused_tag + r.refused_signature +
+                                r.refused_configuration + r.refused_replay + r.refused_robot +
+                                r.refused_excluded + r.refused_peers + r.refused_body;
   return {{"in_reach", sharing.in_reach},
           {"peers", r.peers},
           {"contributions", r.contributions},
@@ -117,7 +118,7 @@ void ViewThread::stop() noexcept {
 }
 
 void ViewThread::run() noexcept {
-  // Behind every thread that shares processors fairly. What is refused is no loss.
+  // After all threads without a real-time priority. A refusal does no harm.
   constexpr int kNice = 10;
   static_cast<void>(::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), kNice));
   while (!stopping_.load(std::memory_order_acquire)) {
@@ -131,7 +132,7 @@ void ViewThread::run() noexcept {
   }
 }
 
-/// Far more often than cycles end, so that nearly each of them is seen; those that are not, count.
+/// Far more often than cycles end, so that nearly all of them are seen; the others are counted.
 void ViewThread::look() noexcept {
   const std::uint64_t before = mapping_.cycles;
   if (!node_.mapping->status().get(mapping_) || mapping_.cycles == before) return;

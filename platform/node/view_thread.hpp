@@ -1,24 +1,24 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// The thread that shows a node's maps in browsers: it takes what the others leave, reads what they
-// write, and keeps nobody waiting. It alone uses the heap after the start, a little for each
-// request, and counts that.
+// The thread that shows a node's maps in browsers: it uses spare processor time, reads what the
+// others write, and delays no other thread. It alone uses the heap after the start, a little for
+// each request, and counts that.
 #pragma once
 
 #include <array>
 #include <atomic>
 #include <memory>
 
+#include "base/duration_histogram.hpp"
+#include "base/thread.hpp"
 #include "node/fleet_watch.hpp"
 #include "node/mapping_thread.hpp"
 #include "node/sharing_thread.hpp"
-#include "posix/duration_histogram.hpp"
-#include "posix/thread.hpp"
 #include "view/viewer.hpp"
 
 namespace tessera {
 
-/// What is shown. All must outlive the thread and stay where they are.
+/// What is shown. All must outlive the thread and keep their addresses.
 struct ViewedNode {
   std::uint32_t robot = 0;
   Matrix34d T_global_map = Matrix34d::Identity();
@@ -33,10 +33,10 @@ struct ViewedNode {
 
 class ViewThread {
  public:
-  /// Places of a robot's track that are kept; then every other one is forgotten.
+  /// Positions of a robot's track that are kept; beyond that every other one is dropped.
   static constexpr std::size_t kTrack = 2048;
 
-  /// Begins to listen. Fails as Viewer::open.
+  /// Starts to listen. Fails as Viewer::open.
   static Outcome<std::unique_ptr<ViewThread>> open(const ViewerConfig& config,
                                                    const ViewedNode& node);
   ViewThread(const ViewThread&) = delete;
@@ -46,13 +46,13 @@ class ViewThread {
   Outcome<void> start(const ThreadRole& role);
   /// Nothing is answered before this.
   void begin() noexcept { begun_.store(true, std::memory_order_release); }
-  /// Takes kTurn_ms, or what a reply at hand takes.
+  /// Takes kTurn_ms, or the time of the current reply.
   void stop() noexcept;
 
   [[nodiscard]] std::string url() const { return viewer_->url(); }
   /// For any thread.
   [[nodiscard]] ViewerReport report() const noexcept { return viewer_->report(); }
-  /// Of this thread.
+  /// Heap allocations of this thread.
   [[nodiscard]] std::uint64_t heap_allocations() const noexcept {
     return heap_allocations_.load(std::memory_order_relaxed);
   }
@@ -67,14 +67,14 @@ class ViewThread {
   [[nodiscard]] Json status() const;
 
   const ViewedNode node_;
-  const double step_m_;  ///< Between two places of the track, at least.
+  const double step_m_;  ///< Least time between two positions of the track.
   std::unique_ptr<Viewer> viewer_;
   MappingStatus mapping_{};
-  std::uint64_t unseen_ = 0;  ///< Cycles that ended between two looks.
+  std::uint64_t unseen_ = 0;  ///< Cycles that ended between two turns.
   DurationHistogram cycles_;
   std::array<std::array<float, 3>, kTrack> track_{};
   std::size_t places_ = 0;
-  std::size_t thinned_ = 0;  ///< Times that every other place was forgotten.
+  std::size_t thinned_ = 0;  ///< Times that every other position was dropped.
   std::atomic<std::uint64_t> heap_allocations_{0};
   std::atomic<bool> begun_{false};
   std::atomic<bool> stopping_{false};

@@ -10,7 +10,7 @@ namespace tessera::python {
 
 namespace {
 
-/// Wider is no point any more, but an array whose axes are the other way round.
+/// A wider array is not one of points, but probably transposed.
 constexpr py::ssize_t kMostColumns = 32;
 constexpr const char* kPointsShape = "(N, 3) or wider, up to 32: x y z first";
 
@@ -48,17 +48,17 @@ PointsView points_of(const py::array& array, const char* name) {
   PointsView points;
   points.count = static_cast<std::size_t>(array.shape(0));
   if (points.count == 0) return points;
-  // Counters of reports are of 32 bits.
+  // Counters of reports have 32 bits.
   if (points.count > std::numeric_limits<std::uint32_t>::max())
     throw InputError(n + " has the shape " + shape_of(array) + "; give at most 2^32 - 1 points");
   constexpr auto kFloat = static_cast<py::ssize_t>(sizeof(float));
-  // Between rows, of which one alone has none to go to.
+  // From row to row; a single row has no next one.
   const py::ssize_t step = points.count == 1 ? 3 * kFloat : array.strides(0);
   const bool fits = array.strides(1) == kFloat && step >= 0 && step % kFloat == 0 &&
                     is_aligned(array, alignof(float));
   if (!fits) {
     throw InputError(n +
-                     " does not have x y z next to each other in rows that go forward; give "
+                     " does not have x y z next to each other in ascending rows; give "
                      "numpy.ascontiguousarray(" +
                      n + ")");
   }
@@ -88,13 +88,14 @@ LabelsView labels_of(const std::optional<py::array>& array, std::size_t count, c
   const bool known =
       is_of<std::uint8_t>(*array) || is_of<std::uint16_t>(*array) || is_of<std::uint32_t>(*array);
   if (!known) {
-    raise_type(n + " is of " + type_of(*array) +
-               "; give uint8 for components, or uint32 for raw ids: " + n +
-               ".astype(numpy.uint32)");
+    const std::string components =
+        n == "raw_ids" ? "" : "uint8 for components: " + n + ".astype(numpy.uint8); ";
+    raise_type(n + " is of " + type_of(*array) + "; give " + components +
+               "uint16 or uint32 for raw ids: " + n + ".astype(numpy.uint32)");
   }
   if (array->ndim() != 1 || static_cast<std::size_t>(array->shape(0)) != count)
     refuse_shape(*array, n, "one for each of the " + std::to_string(count) + " points");
-  // An empty array may have no memory, and is still one that was given.
+  // An empty array may have no memory, but it was given.
   static constexpr std::byte kNothing{};
   labels.data = count == 0 ? &kNothing : static_cast<const std::byte*>(array->data());
   labels.stride_bytes = array->strides(0);
@@ -114,7 +115,7 @@ const std::uint8_t* components_of(const LabelsView& labels, const DatasetClasses
       scratch[i] = std::to_integer<std::uint8_t>(*from);
       continue;
     }
-    // The lower half of a number of 32 bits comes first, as everywhere that this is built for.
+    // The lower half of a 32-bit number comes first on all supported machines.
     std::uint16_t raw_id = 0;
     std::memcpy(&raw_id, from, sizeof(raw_id));
     if (!classes->is_known(raw_id)) unknown.add(raw_id);

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Arrays of numpy as the core takes them, without copies: a view or a refusal.
+// Arrays of numpy as input of the library, without copies: a view or a refusal.
 #pragma once
 
 #include <pybind11/numpy.h>
@@ -12,23 +12,23 @@
 #include <utility>
 #include <vector>
 
-#include "dataset/dataset.hpp"
 #include "errors.hpp"
+#include "scans/dataset.hpp"
 #include "tessera/base/geometry.hpp"
 #include "tessera/registration/points_view.hpp"
 
 namespace tessera::python {
 
 /// (N, 3) or wider, float32, x y z first, metres. Rows may be any number of floats apart, so that
-/// array[:, :3] and array[::2] are no copies. Raises TypeError iff it is not float32, InputError
+/// array[:, :3] and array[::2] need no copies. Raises TypeError iff it is not float32, InputError
 /// iff the shape is another, or x y z are not next to each other or not aligned.
 [[nodiscard]] PointsView points_of(const py::array& array, const char* name);
 
-/// (N,), float32, without gaps. Raises as points_of, and iff there are not count of them.
+/// (N,), float32, without gaps. Raises as points_of, and iff N is not count.
 [[nodiscard]] const float* weights_of(const py::array& array, std::size_t count);
 
-/// Labels of count points, not yet converted: uint8 are components, uint16 and uint32 raw ids of
-/// which the lower 16 bits count.
+/// Labels of count points, not yet converted: uint8 are components, uint16 and uint32 raw ids, of
+/// which the lower 16 bits are used.
 struct LabelsView {
   const std::byte* data = nullptr;  ///< Null: none were given.
   std::ptrdiff_t stride_bytes = 0;
@@ -40,22 +40,22 @@ struct LabelsView {
 /// Raises TypeError iff it is of another type, InputError iff the shape is not (count,).
 [[nodiscard]] LabelsView labels_of(const std::optional<py::array>& array, std::size_t count,
                                    const char* name);
-/// The components: of the array itself where it has them without gaps, else in scratch. classes:
-/// may be null where the labels are components. Needs no GIL.
+/// The components: in the array itself if it has them without gaps, else in scratch. classes: may
+/// be null if the labels are components. Needs no GIL.
 [[nodiscard]] const std::uint8_t* components_of(const LabelsView& labels,
                                                 const DatasetClasses* classes,
                                                 std::vector<std::uint8_t>& scratch,
                                                 UnknownRawIds& unknown);
 
-/// Converts what is no array of doubles.
+/// Converts anything that is not an array of doubles.
 using PoseArray = py::array_t<double, py::array::c_style | py::array::forcecast>;
-/// (4, 4) or (3, 4); the identity if there is none. Raises InputError iff the shape is another, or
-/// it is not a rigid transform.
+/// (4, 4) or (3, 4); the identity if not given. Raises InputError iff the shape is another, or it
+/// is not a rigid transform.
 [[nodiscard]] Matrix34d pose_of(const std::optional<PoseArray>& array, const char* name);
 /// (4, 4).
 [[nodiscard]] py::array_t<double> array_of(const Matrix34d& T);
 
-/// Coordinates of float32 or float64, read wherever they are. The array must outlive it.
+/// Coordinates of float32 or float64, in any layout. The array must outlive it.
 class Coordinates {
  public:
   /// (N, 3) or wider, or (3,) for one. Raises as points_of.
@@ -71,7 +71,7 @@ class Coordinates {
   bool is_double_ = false;
 };
 
-/// An array over the owner's memory, which it keeps alive. columns: 0 for one dimension.
+/// An array over the memory of owner, which it keeps alive. columns: 0 for one dimension.
 template <class T>
 [[nodiscard]] py::array_t<T> array_over(std::span<const T> values, std::size_t columns,
                                         const py::capsule& owner) {
@@ -88,7 +88,7 @@ template <class T>
                           [](void* pointer) { delete static_cast<std::vector<T>*>(pointer); });
   return array_over(std::span<const T>(*kept), columns, owner);
 }
-/// New arrays, whose content is still to be written.
+/// New arrays, whose content is not yet written.
 template <class T>
 [[nodiscard]] py::array_t<T> new_array(std::size_t count) {
   return py::array_t<T>(static_cast<py::ssize_t>(count));

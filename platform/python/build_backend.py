@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: The tessera authors
 # SPDX-License-Identifier: Apache-2.0
-"""What pip calls (PEP 517): builds the module with CMake and writes the wheel. Needs nothing but the standard library, CMake,
-a compiler and the Debian packages that are named where one is missing; never the network.
+"""The build backend for pip (PEP 517): builds the module with CMake and writes the wheel. Needs only the standard library,
+CMake, a compiler and some Debian packages, which it names if one is missing; never uses the network.
 
---config-settings=build-dir=FOLDER: a build folder to use as it is if it was configured, and to keep; without it
-build/python. --config-settings=jobs=N: compilers at a time; as many as processors without it.
---config-settings=cmake-args=...: more words for CMake, where it is configured."""
+--config-settings=build-dir=FOLDER: the build folder, which is kept, and used as it is if it was configured; default
+build/python. --config-settings=jobs=N: parallel compilers; default: as many as processors.
+--config-settings=cmake-args=...: more arguments for configuring with CMake."""
 import base64
 import hashlib
 import os
@@ -20,7 +20,7 @@ import zipfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 NAME = "tessera"
-# What CMake may look for in vain, and the Debian package that has it.
+# What CMake may fail to find, and the Debian package that has it.
 DEBIAN = {"Eigen3": "libeigen3-dev", "nlohmann_json": "nlohmann-json3-dev", "tomlplusplus": "libtomlplusplus-dev",
           "PNG": "libpng-dev", "liblzf": "liblzf-dev", "TESSERA_SODIUM_INCLUDE_DIR": "libsodium-dev", "TESSERA_SODIUM": "libsodium-dev", "pybind11": "pybind11-dev", "Python": "python3-dev",
           "CMAKE_CXX_COMPILER": "g++"}
@@ -29,16 +29,16 @@ DATE = (1980, 1, 1, 0, 0, 0)
 
 
 class UnsupportedOperation(Exception):
-    """As PEP 517 has it."""
+    """As defined by PEP 517."""
 
 
 def fail(sentence):
-    # pip shows what is printed, and no traceback of an exit.
+    # pip shows what is printed, without a traceback of an exit.
     sys.exit(f"tessera: {sentence}")
 
 
 def version():
-    """That of project() in the top CMakeLists.txt, where alone it stands."""
+    """The version of project() in the top CMakeLists.txt, the only place that has it."""
     found = re.search(r"^project\(tessera VERSION (\d+\.\d+\.\d+)", (ROOT / "CMakeLists.txt").read_text(), re.M)
     if not found:
         fail(f"{ROOT / 'CMakeLists.txt'} has no project(tessera VERSION ...)")
@@ -46,7 +46,7 @@ def version():
 
 
 def lacking(text):
-    """The Debian packages without which CMake said this."""
+    """The Debian packages that are missing by this output of CMake."""
     said = (r"package configuration file provided by \"{}\"", r"Could NOT find {}\b", r"\b{} is not set", r"No {} could be found",
             r"Could not find {} using")
     packages = {package for name, package in DEBIAN.items() if any(re.search(s.format(name), text) for s in said)}
@@ -118,7 +118,7 @@ def wheel_text():
 
 
 def prepare_metadata_for_build_wheel(metadata_directory, config_settings=None):
-    """So that pip need not build to know the name."""
+    """For pip, which then need not build to know the name."""
     info = pathlib.Path(metadata_directory) / f"{NAME}-{version()}.dist-info"
     info.mkdir()
     (info / "METADATA").write_text(metadata())

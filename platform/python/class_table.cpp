@@ -16,8 +16,8 @@ namespace tessera::python {
 
 namespace {
 
-/// A colour that is unlike those of the classes before: round the circle of colours by the golden
-/// section.
+/// A colour that differs from those of the classes before: steps around the colour circle by the
+/// golden section.
 Color color_of(int label) {
   const double turn = 6.0 * std::fmod(0.618034 * label, 1.0);
   const auto channel = [turn](double shift) {
@@ -32,8 +32,8 @@ using ColorArray = py::array_t<std::uint8_t, py::array::c_style>;
 
 Classes make(const std::vector<std::string>& names, const std::optional<ColorArray>& colors) {
   if (names.empty() || names.size() > static_cast<std::size_t>(kMaxClasses)) {
-    throw InputError(std::to_string(names.size()) + " names are no table of classes; give 1 to " +
-                     std::to_string(kMaxClasses));
+    throw InputError(std::to_string(names.size()) +
+                     " names are not a table of classes; give 1 to " + std::to_string(kMaxClasses));
   }
   const bool fit = !colors || (colors->ndim() == 2 && colors->shape(1) == 3 &&
                                static_cast<std::size_t>(colors->shape(0)) == names.size());
@@ -46,7 +46,7 @@ Classes make(const std::vector<std::string>& names, const std::optional<ColorArr
         std::find(names.begin(), names.begin() + label, name) == names.begin() + label;
     if (name.empty() || name.size() >= SemanticClass::kNameBytes || !is_new ||
         name.find('\0') != std::string::npos) {
-      throw InputError("the name '" + one_line(name) + "' is taken, or not of 1 to " +
+      throw InputError("the name '" + one_line(name) + "' is a duplicate, or not of 1 to " +
                        std::to_string(SemanticClass::kNameBytes - 1) + " bytes; give each its own");
     }
     Color color = color_of(label);
@@ -101,14 +101,14 @@ Classes classes_of(DatasetClasses&& classes) {
 void add_class_table(py::module_& module) {
   py::class_<Classes>(module, "ClassTable", R"(The semantic classes of a map, labels 1 .. C.
 
-Component 0 is free, C + 1 is occupied of unknown class. A table also knows which raw ids of a
-data set stand for its classes, unless it is that of a map file.)")
+Component 0 is free, C + 1 is occupied of unknown class. A table also maps the raw ids of a data set
+to its classes, unless it is from a map file.)")
       .def(
           py::init(&make), py::arg("names"), py::kw_only(), py::arg("colors") = py::none(),
-          R"(Classes with these names, at most 31 bytes each; label and raw id of a class are its place from 1 on.
+          R"(Classes with these names, at most 31 bytes each; label and raw id of a class are its position, from 1.
 
-colors: (C, 3) uint8, red green blue; None: some that are unlike each other. Raises InputError iff
-there are not 1 to 62 names, a name is empty, too long or taken, or colors has another shape.)")
+colors: (C, 3) uint8, red green blue; None: distinct colours. Raises InputError iff there are not 1 to
+62 names, a name is empty, too long or a duplicate, or colors has another shape.)")
       .def_static(
           "semantic_kitti", [] { return classes_of(DatasetClasses::semantic_kitti()); },
           "The 19 classes of SemanticKITTI, with its raw ids: 1 car .. 19 traffic-sign.")
@@ -118,15 +118,16 @@ there are not 1 to 62 names, a name is empty, too long or taken, or colors has a
             return classes_of(value_of(DatasetClasses::load(folder)));
           },
           py::arg("folder"),
-          "Those of folder/classes.toml, or SemanticKITTI's where there is none. Raises InputError "
-          "iff the file is bad.")
+          "Reads folder/classes.toml; SemanticKITTI's classes if it does not exist. Raises "
+          "InputError iff the file is invalid.")
       .def_static(
           "parse",
           [](const std::string& text) {
             return classes_of(value_of(DatasetClasses::parse(text, "text")));
           },
-          py::arg("text"), "Of the content of a classes.toml. Raises InputError iff it is bad.")
-      .def_property_readonly("names", &names_of, "Of classes 1 .. C, in this order.")
+          py::arg("text"),
+          "Parses the content of a classes.toml. Raises InputError iff it is invalid.")
+      .def_property_readonly("names", &names_of, "Names of classes 1 .. C, in this order.")
       .def_property_readonly("colors", &colors_of,
                              "(C, 3) uint8: red green blue of classes 1 .. C.")
       .def_property_readonly(
@@ -135,15 +136,15 @@ there are not 1 to 62 names, a name is empty, too long or taken, or colors has a
           "num_components", [](const Classes& c) { return c.table.num_components(); }, "C + 2.")
       .def_property_readonly(
           "unlabelled", [](const Classes& c) { return c.table.unlabelled(); },
-          "The component of points whose class is not known: C + 1.")
+          "The component of points of unknown class: C + 1.")
       .def_property_readonly(
           "has_raw_ids", [](const Classes& c) { return c.raw_ids != nullptr; },
-          "Whether labels may be raw ids (uint16, uint32); False of a map file's table.")
+          "Whether labels may be raw ids (uint16, uint32); False for the table of a map file.")
       .def(
           "components", &components, py::arg("raw_ids"),
-          R"((N,) uint16 or uint32 raw ids, of which the lower 16 bits count, to (N,) uint8 components.
+          R"(Converts (N,) uint16 or uint32 raw ids, of which the lower 16 bits are used, to (N,) uint8 components.
 
-An id of no class becomes C + 1. Raises TypeError iff raw_ids is of another type, InputError iff of
+An id in no class becomes C + 1. Raises TypeError iff raw_ids is of another type, InputError iff of
 another shape or the table has no raw ids.)")
       .def("__len__", [](const Classes& c) { return c.table.num_classes(); })
       .def("__eq__",

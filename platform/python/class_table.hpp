@@ -1,16 +1,16 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Classes as Python gives them: a map's table, and which raw ids of labels stand for them.
+// Classes of Python: the table of a map, and the raw ids of its labels.
 #pragma once
 
 #include <memory>
 
-#include "dataset/dataset_classes.hpp"
 #include "errors.hpp"
+#include "scans/dataset_classes.hpp"
 
 namespace tessera::python {
 
-/// raw_ids: null where only the table is known, as of a map file.
+/// raw_ids: null if only the table is known, as for a map file.
 struct Classes {
   ClassTable table;
   std::shared_ptr<const DatasetClasses> raw_ids;

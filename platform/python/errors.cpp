@@ -12,7 +12,7 @@ namespace tessera::python {
 
 namespace {
 
-/// Options whose argument has another name than their letters say: most have a unit.
+/// Options whose argument in Python has another name: most have a unit.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 10> kRenamed{{
     {"resolution", "resolution_m"},
     {"kernel-length", "kernel_length_m"},
@@ -26,13 +26,13 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 10> kRenamed
     {"transform", "transforms"},
 }};
 
-/// What the command takes and Python does not.
+/// Remedies that differ in Python.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 2> kReworded{{
     {"bytes, or a number with K, M or G", "bytes, at most 10^15"},
     {", or off", ", or 0 for none"},
 }};
 
-/// "give at least 3M" with the number that Python takes.
+/// Replaces "give at least 3M" by the number for Python.
 void spell_out_mebibytes(std::string& words) {
   constexpr std::string_view kBefore = "give at least ";
   const std::size_t found = words.find(kBefore);
@@ -75,12 +75,12 @@ PyObject* input_error_type = nullptr;
 void add_errors(py::module_& module) {
   error_type = new_exception(
       module, "Error",
-      "Work that could not be completed: the system, or the state of things, refuses.",
+      "The work could not be completed: the system, or the current state, refuses it.",
       py::make_tuple(py::handle(PyExc_RuntimeError)));
-  input_error_type = new_exception(
-      module, "InputError",
-      "An argument or a file is not what it has to be; the message says what to give instead.",
-      py::make_tuple(py::handle(error_type), py::handle(PyExc_ValueError)));
+  input_error_type =
+      new_exception(module, "InputError",
+                    "An argument or a file is invalid; the message says what to give instead.",
+                    py::make_tuple(py::handle(error_type), py::handle(PyExc_ValueError)));
   py::register_exception_translator([](std::exception_ptr thrown) {
     try {
       if (thrown) std::rethrow_exception(thrown);
@@ -95,7 +95,7 @@ void add_errors(py::module_& module) {
 std::string in_words_of_python(const std::string& message) {
   std::string words;
   std::size_t at = 0;
-  // A command to type keeps its options.
+  // A quoted command keeps its options.
   const std::size_t command = message.find("tessera key ");
   while (at < message.size()) {
     const bool at_word = at < command && (at == 0 || message[at - 1] == ' ');

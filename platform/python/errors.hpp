@@ -1,7 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// How what goes wrong comes to Python: this border is the only place of the project where it is
-// thrown.
+// Turns failures into exceptions of Python: the only place of the project that throws.
 #pragma once
 
 #include <pybind11/pybind11.h>
@@ -9,13 +8,13 @@
 #include <stdexcept>
 #include <string>
 
-#include "posix/outcome.hpp"
+#include "base/outcome.hpp"
 
 namespace tessera::python {
 
 namespace py = pybind11;
 
-/// tessera.InputError: an argument or a file is not what it has to be.
+/// tessera.InputError: an argument or a file is invalid.
 class InputError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -29,8 +28,7 @@ class WorkError : public std::runtime_error {
 /// Adds both to the module.
 void add_errors(py::module_& module);
 
-/// The failure's sentence, with the names that the arguments have in Python: resolution_m where it
-/// has --resolution.
+/// The message of a failure with the names of arguments in Python: resolution_m for --resolution.
 [[nodiscard]] std::string in_words_of_python(const std::string& message);
 
 [[noreturn]] void raise(const Failure& failure);

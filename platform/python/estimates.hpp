@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// What voxels are, as arrays by name.
+// Estimates of voxels, as arrays by name.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,7 @@
 
 namespace tessera::python {
 
-/// A row for each place that was asked for.
+/// A row for each requested place.
 struct Estimates {
   py::array_t<std::uint8_t> state;
   py::array_t<std::uint8_t> label;
@@ -33,7 +33,7 @@ struct Voxels : Estimates {
   double resolution_m = 0.0;
 };
 
-/// New arrays of Estimates, and where to write into them without the GIL.
+/// New arrays of Estimates, and pointers for writing into them without the GIL.
 class EstimateWriter {
  public:
   /// components: of sigma; 0: without it.
@@ -64,14 +64,14 @@ class EstimateWriter {
   float* sigma_ = nullptr;
 };
 
-/// The voxel that contains p_map; one out of the grid where it is out of it or not finite.
+/// The voxel that contains p_map; one outside of the grid if p_map is outside or not finite.
 [[nodiscard]] inline VoxelCoord voxel_at(const Lattice& lattice, const Point3d& p_map) noexcept {
   const Result<VoxelCoord> voxel = lattice.voxel_of(p_map);
   return voxel.ok() ? *voxel : VoxelCoord{kVoxelLimit, 0, 0};
 }
 
 [[nodiscard]] Estimates query(const HeldMap& map, const py::array& points, bool sigma);
-/// low, high: both corners belong to it; none: the whole map.
+/// low, high: corners, both included; none: the whole map.
 [[nodiscard]] Voxels voxels(const HeldMap& map, const std::optional<std::array<double, 3>>& low,
                             const std::optional<std::array<double, 3>>& high, bool occupied_only,
                             bool sigma);

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// tessera.Evaluation: what a map says of points whose class is known.
+// tessera.Evaluation: compares a map with points of known class.
 #include "evaluation.hpp"
 
 #include <pybind11/stl.h>
@@ -8,7 +8,7 @@
 #include "arrays.hpp"
 #include "fusing.hpp"
 #include "held_map.hpp"
-#include "mapping/score_scan.hpp"
+#include "maps/score_scan.hpp"
 
 namespace tessera::python {
 
@@ -28,12 +28,12 @@ class Evaluation {
              const std::optional<double>& max_range_m)
       : map_(std::move(map)), classes_(classes.value_or(map_->class_table())) {
     if (!(classes_.table == map_->classes()))
-      throw InputError(
-          "classes are others than the map's; evaluate with the data it was made from");
+      throw InputError("classes differ from the map's; evaluate with the data it was made from");
     const MapFileHeader header{.identity = map_->identity()};
     const Json range_m = recorded_setting(header, "max_range");
     max_range_m_ = max_range_m.value_or(range_m.is_number() ? range_m.get<double>() : 0.0);
-    if (!(max_range_m_ >= 0.0)) throw InputError("max_range_m must be metres, 0 for no limit");
+    if (!(max_range_m_ >= 0.0))
+      throw InputError("max_range_m must be a distance in metres; give 0 for no limit");
   }
 
   void add(const py::array& points, const py::array& truth,
@@ -69,7 +69,7 @@ class Evaluation {
     });
     return dict_of(json);
   }
-  /// get(scores), while nothing is added.
+  /// Returns get(scores), while nothing is added.
   template <class Get>
   [[nodiscard]] double value(Get&& get) const {
     return copied([&] { return get(scores_, map_->classes().num_classes()); });
@@ -104,22 +104,22 @@ class Evaluation {
 void add_evaluation(py::module_& module) {
   py::class_<Evaluation>(
       module, "Evaluation",
-      "Points of known class held against a map, scan by scan, as `tessera eval` does.")
+      "Compares points of known class with a map, scan by scan, as `tessera eval` does.")
       .def(
           py::init<std::shared_ptr<HeldMap>, const std::optional<Classes>&,
                    const std::optional<double>&>(),
           py::arg("map").none(false), py::arg("classes") = py::none(),
           py::arg("max_range_m") = py::none(),
-          R"(classes: the data set's, for raw ids; None: the map's. max_range_m: farther points are left out; None: what the map was made with; 0: no limit.
+          R"(classes: the data set's, for raw ids; None: the map's. max_range_m: farther points are ignored; None: as the map was made; 0: no limit.
 
 Raises InputError iff the classes are not the map's, or max_range_m is negative.)")
       .def(
           "add", &Evaluation::add, py::arg("points"), py::arg("truth"),
           py::arg("T_map_sensor") = py::none(), py::arg("labels") = py::none(),
-          R"(One scan: points (N, 3) or wider float32, metres, sensor frame; T_map_sensor (4, 4) or None.
+          R"(Adds one scan: points (N, 3) or wider float32, metres, sensor frame; T_map_sensor (4, 4) or None.
 
-truth and labels (those that the map learnt from; None: not compared): (N,) uint8 components, or
-uint16 or uint32 raw ids. Points whose truth is unlabelled are passed over. Raises as LocalMap.integrate.)")
+truth and labels (those that the map was made from; None: not compared): (N,) uint8 components, or
+uint16 or uint32 raw ids. Points whose truth is unlabelled are ignored. Raises as LocalMap.integrate.)")
       .def("report", &Evaluation::report,
            "The keys of the report of `tessera eval`, as a dictionary.")
       .def_property_readonly(
@@ -145,7 +145,7 @@ uint16 or uint32 raw ids. Points whose truth is unlabelled are passed over. Rais
           [](const Evaluation& e) {
             return e.value([](const Scores& s, int) { return s.calibration_error(); });
           },
-          "Of the label's probability, over 15 equal bins of it.");
+          "Expected calibration error of the label's probability, over 15 equal bins.");
 }
 
 }  // namespace tessera::python

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// How good a map is, for Python.
+// Evaluation of maps, for Python.
 #pragma once
 
 #include "errors.hpp"

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// tessera.fuse: local maps into one global map.
+// tessera.fuse: fuses local maps into one global map.
 #include "fusing.hpp"
 
 #include <pybind11/stl.h>
@@ -13,7 +13,7 @@
 
 #include "arrays.hpp"
 #include "held_map.hpp"
-#include "mapping/fusion_run.hpp"
+#include "maps/fusion_run.hpp"
 
 namespace tessera::python {
 
@@ -31,7 +31,7 @@ class FusedMap final : public HeldMap {
   Json report_;
 };
 
-/// The maps by their names, each once, and what keeps others from writing to them.
+/// The maps by their names, each once, and the locks against writers.
 struct Inputs {
   std::vector<std::string> names;
   std::vector<std::shared_ptr<StoredMap>> stored;
@@ -62,12 +62,12 @@ Inputs gather(const std::vector<Given>& maps) {
     if (!is_new) throw InputError(name + " is named twice; a map's evidence counts once");
     inputs.names.push_back(std::move(name));
   }
-  // Everybody takes them in the same order.
+  // All calls lock them in the same order.
   std::sort(inputs.gates.begin(), inputs.gates.end());
   return inputs;
 }
 
-/// All but warnings, which need the GIL.
+/// Everything except warnings, which need the GIL.
 Outcome<std::shared_ptr<FusedMap>> run(const Inputs& given,
                                        const std::vector<std::optional<Matrix34d>>& transforms,
                                        const FuseOptions& options,
@@ -117,7 +117,7 @@ std::shared_ptr<FusedMap> fuse(
     const std::optional<std::size_t>& memory_bytes) {
   check(check_number_of_maps(maps.size()));
   if (transforms && transforms->size() != maps.size())
-    throw InputError("there are " + std::to_string(transforms->size()) + " transforms for " +
+    throw InputError("transforms has " + std::to_string(transforms->size()) + " transforms for " +
                      std::to_string(maps.size()) + " maps; give one for each, or None");
   FuseOptions options;
   options.diffusion = options_of(diffusion);
@@ -200,14 +200,14 @@ void add_fusing(py::module_& module) {
       py::arg("alpha") = by_default.alpha, py::arg("omega") = by_default.omega,
       py::arg("whole_map") = by_default.whole_map, py::arg("counts") = py::none(),
       py::arg("memory_bytes") = py::none(),
-      R"(Local maps, or files of them, into one global map by label diffusion, as `tessera fuse`.
+      R"(Fuses local maps, or files of them, into one global map by label diffusion, as `tessera fuse`.
 
-transforms: for each map T_global_map (4, 4) or None for what the map says, else the identity. None
-for iterations and diffusion_length_m: 8 and two voxels, in paper mode 2 and three. memory_bytes:
-None: what the maps need. What people should know is a UserWarning. Raises InputError iff a map is a
-global one, named twice, or does not go with the others, a file cannot be read, or a value is out of
-its range; TypeError iff one is of another type; Error iff the system does not give the memory, or the
-global map refuses a block. The maps are not to be written to or read meanwhile: others wait.)");
+transforms: for each map T_global_map (4, 4), or None for that in the map, else the identity. None for
+iterations and diffusion_length_m: 8 and two voxels, in paper mode 2 and three. memory_bytes: None:
+what the maps need. Issues a UserWarning about doubtful inputs. Raises InputError iff a map is a global
+one, named twice, or does not match the others, a file cannot be read, or a value is out of its range;
+TypeError iff one is of another type; Error iff the system does not give the memory, or the global map
+refuses a block. Other threads that read or write the maps wait meanwhile.)");
 }
 
 }  // namespace tessera::python

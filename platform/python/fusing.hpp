@@ -1,15 +1,15 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// How maps become one, in words of Python.
+// Arguments for fusing maps in Python.
 #pragma once
 
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "base/json.hpp"
 #include "errors.hpp"
-#include "mapping/diffusion_options.hpp"
-#include "mapping/report.hpp"
+#include "settings/diffusion_options.hpp"
 
 namespace tessera::python {
 
@@ -22,12 +22,12 @@ struct DiffusionArguments {
   double omega;
   bool whole_map;
 };
-/// Raises InputError iff a name is none; ranges are checked by diffusion_of.
+/// Raises InputError iff a name is unknown; diffusion_of checks ranges.
 [[nodiscard]] DiffusionOptions options_of(const DiffusionArguments& given);
 
-/// As Python has it.
+/// As a Python object.
 [[nodiscard]] py::object dict_of(const Json& json);
-/// A UserWarning each.
+/// Issues a UserWarning for each.
 void warn_of(const std::vector<std::string>& warnings);
 
 void add_fusing(py::module_& module);

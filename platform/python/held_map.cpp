@@ -5,7 +5,7 @@
 #include <bit>
 
 #include "arrays.hpp"
-#include "posix/monotonic_clock.hpp"
+#include "base/monotonic_clock.hpp"
 
 namespace tessera::python {
 

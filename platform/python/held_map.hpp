@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Maps that Python holds. Any thread may call anything: what reads waits for who writes, with the
-// GIL released, so that other threads of Python run meanwhile.
+// Maps that Python holds. Any thread may call anything: readers wait for writers, with the GIL
+// released, so that other threads of Python run meanwhile.
 #pragma once
 
 #include <cstdint>
@@ -16,22 +16,22 @@
 
 #include "arrays.hpp"
 #include "class_table.hpp"
-#include "mapping/map_options.hpp"
-#include "mapping/stored_map.hpp"
+#include "maps/stored_map.hpp"
+#include "settings/map_options.hpp"
 #include "tessera/inference/integrator.hpp"
 
 namespace tessera::python {
 
-/// Who may read and who may write. Whoever takes it has released the GIL.
+/// The lock of a map for readers and writers. Release the GIL before locking it.
 struct Gate {
   std::shared_mutex mutex;
-  /// To be called, alone, before anything is read; none: nothing is to be done.
+  /// Called exclusively before anything is read; none: nothing to do.
   std::function<void()> settle;
 };
 
 class HeldMap {
  public:
-  /// map: lives in what owner holds.
+  /// map: belongs to owner.
   HeldMap(std::shared_ptr<void> owner, const LocalMap& map, const MapIdentity& identity,
           std::shared_ptr<Gate> gate = std::make_shared<Gate>())
       : owner_(std::move(owner)), map_(&map), identity_(identity), gate_(std::move(gate)) {}
@@ -49,13 +49,13 @@ class HeldMap {
   [[nodiscard]] const MapConfig& config() const { return map_->config(); }
   [[nodiscard]] const ClassTable& classes() const { return map_->classes(); }
   [[nodiscard]] const MapIdentity& identity() const { return identity_; }
-  /// With what labels may be given as; of a file without raw ids.
+  /// Including raw ids for labels; none for a file.
   [[nodiscard]] virtual Classes class_table() const { return {map_->classes(), nullptr}; }
-  /// Null where the map is not one of its own, as that of a sharer.
+  /// Null if the map is not its own, as for that of a sharer.
   [[nodiscard]] const std::shared_ptr<StoredMap>& stored() const { return stored_; }
   [[nodiscard]] Gate& gate() const { return *gate_; }
 
-  /// read(map) while nobody writes, without the GIL.
+  /// Calls read(map) while no thread writes, without the GIL.
   template <class Read>
   auto read(Read&& read) const {
     const py::gil_scoped_release released;
@@ -76,13 +76,13 @@ class HeldMap {
   std::shared_ptr<StoredMap> stored_;
 };
 
-/// What one call of integrate did.
+/// Result of one call of integrate.
 struct IntegrationReport {
   ScanReport scan;
   UnknownRawIds unknown;
 };
 
-/// Where the last scan was taken, for those who share the map.
+/// Place of the last scan, for sharers of the map.
 struct LastScan {
   std::uint64_t number = 0;  ///< Scans so far.
   Point3d p_map = Point3d::Zero();
@@ -90,22 +90,22 @@ struct LastScan {
 
 class HeldLocalMap final : public HeldMap {
  public:
-  /// An empty map. Raises InputError iff an option is out of its range or the budget holds no map,
-  /// Error iff the system does not give the memory.
+  /// An empty map. Raises InputError iff an option is out of its range or the budget is too small
+  /// for a map, Error iff the system does not give the memory.
   static std::shared_ptr<HeldLocalMap> make(const MapOptions& options, const Classes& classes,
                                             const std::optional<Matrix34d>& T_global_map,
                                             std::size_t max_points);
-  /// That of a file, to go on with. What of the options is fixed for a map's life is the file's.
-  /// Raises as make and load_map, and InputError iff it is a global map, classes are others than
-  /// the file's, or the budget is too small for it.
+  /// The map of a file, to continue. Options that are fixed for the life of a map are the file's.
+  /// Raises as make and load_map, and InputError iff it is a global map, classes differ from the
+  /// file's, or the budget is too small for it.
   static std::shared_ptr<HeldLocalMap> load(const std::string& path, MapOptions options,
                                             const std::optional<Classes>& classes,
                                             std::size_t max_points);
 
-  /// weights: null, or one a point. The arrays must not be written to meanwhile.
+  /// weights: null, or one per point. The arrays must not be written to meanwhile.
   IntegrationReport integrate(ScanView scan, const LabelsView& labels);
   void clear();
-  /// write(map) while nobody else reads or writes, without the GIL.
+  /// Calls write(map) while no other thread reads or writes, without the GIL.
   template <class Write>
   auto write(Write&& write) {
     const py::gil_scoped_release released;
@@ -116,7 +116,7 @@ class HeldLocalMap final : public HeldMap {
   [[nodiscard]] Classes class_table() const override { return classes_; }
   [[nodiscard]] const MapSetup& setup() const { return setup_; }
   [[nodiscard]] std::size_t scratch_bytes() const { return scratch_bytes_; }
-  /// Of a scan; of more a part is left out.
+  /// Most points of a scan; of a larger one a part is left out.
   [[nodiscard]] std::size_t max_points() const { return max_points_; }
   [[nodiscard]] LastScan last_scan() const;
 
@@ -144,7 +144,7 @@ class HeldLocalMap final : public HeldMap {
   LastScan last_;
 };
 
-/// Brings the header's content and storage up to what the map holds. Alone at the map.
+/// Updates the header's content and storage from the map. Called exclusively.
 void measure_content(StoredMap& stored);
 
 void add_map(py::module_& module);

@@ -4,7 +4,7 @@
 
 #include <array>
 
-#include "security/session.hpp"
+#include "link/session.hpp"
 
 namespace tessera::python {
 
@@ -29,7 +29,7 @@ std::shared_ptr<HeldSharer> HeldSharer::make(std::shared_ptr<HeldLocalMap> map,
   if (!sharer.ok())
     throw InputError(std::string("the sharer cannot be set up: ") + to_string(sharer.status()));
   held->sharer_ = *sharer;
-  // A move that has been made and is not all there yet is copied first.
+  // Completes a move that is not copied yet.
   held->gate_->settle = [raw = held->sharer_] {
     while (!raw->global().settled()) static_cast<void>(raw->fuse_in_spare_time());
   };
@@ -42,7 +42,7 @@ void HeldSharer::open_submap() {
   if (!sharer_->submap_due()) return;
   const std::unique_lock alone(map_->gate().mutex);
   LocalMap& map = map_->stored()->map;
-  // Where it cannot be opened all goes on as before, and the report says so.
+  // If it cannot be opened, nothing changes, and the report says so.
   if (sharer_->open_submap(map) == Status::kOk) map.clear();
 }
 

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// A sharer that Python holds: what a robot says of its map and hears of others', as bytes.
+// A sharer that Python holds: what a robot sends about its map and receives about others', as
+// bytes.
 #pragma once
 
 #include <filesystem>
@@ -10,25 +11,25 @@
 #include <vector>
 
 #include "held_map.hpp"
-#include "mapping/sharing_setup.hpp"
-#include "security/fleet_keys.hpp"
+#include "link/fleet_keys.hpp"
+#include "settings/sharing_setup.hpp"
 #include "tessera/robot/sharer.hpp"
 
 namespace tessera::python {
 
 class HeldSharer {
  public:
-  /// epoch: of this start. Raises InputError iff an option is out of its range, T_global_map is no
-  /// frame, the budget holds no map or a file is not such keys; Error iff the system does not give
-  /// the memory.
+  /// epoch: of this start. Raises InputError iff an option is out of its range, T_global_map is not
+  /// a frame, the budget is too small for a map or a file does not have the keys; Error iff the
+  /// system does not give the memory.
   static std::shared_ptr<HeldSharer> make(std::shared_ptr<HeldLocalMap> map,
                                           const SharingOptions& options,
                                           const Matrix34d& T_global_map, std::uint32_t epoch,
                                           const KeyFiles& keys);
 
-  /// Publishes what has changed in the map and gives all that is to be sent now.
+  /// Publishes what has changed in the map and returns the datagrams to send now.
   std::vector<std::string> tick(std::int64_t now_us);
-  /// change(sharer) while nobody else uses it, without the GIL.
+  /// Calls change(sharer) while no other thread uses it, without the GIL.
   template <class Change>
   auto change(Change&& change) const {
     const py::gil_scoped_release released;
@@ -54,7 +55,7 @@ class HeldSharer {
   std::uint64_t scans_seen_ = 0;
 };
 
-/// Raises InputError iff a path or the name is empty: who names a key wants one.
+/// Raises InputError iff a path or the name is empty.
 [[nodiscard]] KeyFiles key_files_of(const std::optional<std::filesystem::path>& fleet_key,
                                     const std::optional<std::filesystem::path>& robot_secret,
                                     const std::optional<std::filesystem::path>& robot_public_keys,

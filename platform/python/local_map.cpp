@@ -14,7 +14,7 @@ namespace tessera::python {
 
 namespace {
 
-/// Before anything is integrated: where warnings are errors, the map is as before.
+/// Before anything is integrated: if warnings are errors, the map is unchanged.
 void warn_of_sampling(std::size_t points, std::size_t most) {
   if (points <= most) return;
   const std::string message = std::to_string(points) + " points are more than max_points " +
@@ -44,7 +44,7 @@ IntegrationReport integrate(HeldLocalMap& map, const py::array& points,
   const IntegrationReport report = map.integrate(scan, given);
   if (report.scan.pose != Status::kOk) {
     throw InputError(
-        "T_map_sensor puts the sensor out of the grid, 2^20 voxels from its middle; "
+        "T_map_sensor puts the sensor outside of the grid, 2^23 voxels from its middle; "
         "nothing was integrated");
   }
   return report;
@@ -87,10 +87,10 @@ components (1 .. C; anything else is unlabelled), or uint16 or uint32 raw ids (t
 None: all unlabelled. T_map_sensor: (4, 4) or (3, 4), sensor to map, metres; None: the identity.
 weights: (N,) float32, 0 .. 1e6; None: all 1.
 
-What is refused of the points is counted in the report; a scan of more than max_points is sampled,
-with a UserWarning. Raises TypeError iff an array is of another type; InputError iff of another shape,
-points or weights are not laid out as they have to be, the pose is not rigid or out of the grid, or
-raw ids are given and not known. The map is then as before.
+Refused points are counted in the report; a scan of more than max_points is sampled, with a
+UserWarning. Raises TypeError iff an array is of another type; InputError iff of another shape, the
+layout of points or weights is unusable, the pose is not rigid or outside of the grid, or raw ids are
+given and not known. The map is then unchanged.
 The GIL is released; the arrays must not be written to meanwhile.)";
 
 }  // namespace
@@ -98,9 +98,10 @@ The GIL is released; the arrays must not be written to meanwhile.)";
 void add_local_map(py::module_& module) {
   const MapOptions by_default;
   py::class_<HeldLocalMap, HeldMap, std::shared_ptr<HeldLocalMap>>(
-      module, "LocalMap", R"(One robot's map, made of its scans.
+      module, "LocalMap", R"(The map of one robot, made of its scans.
 
-Arguments are the options of `tessera map`, with the same defaults; docs/python.md has them all.)")
+Arguments are the options of `tessera map`, with the same defaults; docs/reference/python.md
+has them all.)")
       .def(py::init([](const std::optional<Classes>& classes, std::optional<double> resolution_m,
                        std::size_t memory_bytes, std::string inference,
                        std::optional<double> kernel_length_m, std::optional<double> prior,
@@ -131,11 +132,11 @@ Arguments are the options of `tessera map`, with the same defaults; docs/python.
            py::arg("deadline_ms") = by_default.deadline_ms, py::arg("robot") = 0,
            py::arg("T_global_map") = py::none(),
            py::arg("max_points") = std::size_t{ScanCapacity{}.points},
-           R"(An empty map that never takes more than memory_bytes.
+           R"(An empty map that never uses more than memory_bytes.
 
-classes: None: SemanticKITTI's. max_points: of a scan; more are sampled evenly. Raises InputError iff
-a value is out of its range or the budget holds no map, Error iff the system does not give the
-memory.)")
+classes: None: SemanticKITTI's. max_points: of a scan; larger ones are sampled evenly. Raises
+InputError iff a value is out of its range or the budget is too small for a map, Error iff the system
+does not give the memory.)")
       .def_static(
           "load",
           [](const std::filesystem::path& path, const std::optional<Classes>& classes,
@@ -159,16 +160,16 @@ memory.)")
           py::arg("work_budget") = by_default.work_budget,
           py::arg("deadline_ms") = by_default.deadline_ms,
           py::arg("max_points") = std::size_t{ScanCapacity{}.points},
-          R"(The local map of a .tsm file, to go on with. Its resolution, prior, counts and robot are the file's.
+          R"(The local map of a .tsm file, to continue. Its resolution, prior, counts and robot are the file's.
 
-classes: the data set's, for labels as raw ids; None: labels have to be components. Raises InputError
-iff the file is missing, damaged or a global map, classes are others, the budget is too small, or a
-value is out of its range; Error iff the system does not give the memory.)")
+classes: the data set's, for labels as raw ids; None: labels must be components. Raises InputError iff
+the file is missing, damaged or a global map, classes differ, the budget is too small, or a value is
+out of its range; Error iff the system does not give the memory.)")
       .def("integrate", &integrate, py::arg("points"), py::arg("labels") = py::none(),
            py::arg("T_map_sensor") = py::none(), py::arg("weights") = py::none(), kIntegrate)
-      .def("clear", &HeldLocalMap::clear, "Forgets all content.")
+      .def("clear", &HeldLocalMap::clear, "Clears the map.")
       .def("usage", &usage,
-           "How full the map is: the keys of `memory` in the report of `tessera map`.");
+           "Memory use of the map: the keys of `memory` in the report of `tessera map`.");
 }
 
 }  // namespace tessera::python

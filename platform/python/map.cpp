@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// tessera.Map: what can be read of any map.
+// tessera.Map: reading any map.
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
@@ -45,18 +45,18 @@ std::shared_ptr<HeldMap> load(const std::filesystem::path& path) {
   return std::make_shared<HeldMap>(std::shared_ptr<StoredMap>(std::move(*stored)));
 }
 
-constexpr const char* kQuery = R"(What the map says at points.
+constexpr const char* kQuery = R"(Estimates of the map at points.
 
 points: (N, 3) or wider, or (3,) for one, float32 or float64, metres, map frame; any layout. A point
-that is not finite or out of the grid is unknown. sigma: also the counts. Raises TypeError,
-InputError iff the array is not so.)";
+that is not finite or outside of the grid is unknown. sigma: also the counts. Raises TypeError or
+InputError iff the array has another type or shape.)";
 
 }  // namespace
 
 void add_map(py::module_& module) {
   add_estimates(module);
   py::class_<HeldMap, std::shared_ptr<HeldMap>> type(
-      module, "Map", "A map that can be read: a loaded one, a LocalMap, a global one.");
+      module, "Map", "A map for reading: a loaded one, a LocalMap, a global one.");
   type.def_property_readonly(
           "kind",
           [](const HeldMap& m) {
@@ -64,12 +64,13 @@ void add_map(py::module_& module) {
           },
           "\"local\" or \"global\".")
       .def_property_readonly(
-          "robot", [](const HeldMap& m) { return m.identity().robot; }, "Number of the robot.")
+          "robot", [](const HeldMap& m) { return m.identity().robot; }, "Id of the robot.")
       .def_property_readonly(
           "resolution_m", [](const HeldMap& m) { return m.config().resolution_m; },
           "Edge of a voxel, metres.")
       .def_property_readonly(
-          "prior", [](const HeldMap& m) { return m.config().prior; }, "Of every component.")
+          "prior", [](const HeldMap& m) { return m.config().prior; },
+          "Prior sigma_0 of every component.")
       .def_property_readonly("classes", &HeldMap::class_table, "The ClassTable.")
       .def_property_readonly(
           "T_global_map",
@@ -77,7 +78,7 @@ void add_map(py::module_& module) {
             if (!m.identity().has_T_global_map) return py::none();
             return array_of(m.identity().T_global_map);
           },
-          "(4, 4) float64, map to global frame, metres; None where it is not known.")
+          "(4, 4) float64, map to global frame, metres; None if it is not known.")
       .def_property_readonly(
           "settings", &settings_of,
           "How it was made: the options of `tessera map` or `tessera fuse` by name.")
@@ -95,14 +96,14 @@ void add_map(py::module_& module) {
              bool occupied_only, bool sigma) { return voxels(m, low, high, occupied_only, sigma); },
           py::arg("low"), py::arg("high"), py::kw_only(), py::arg("occupied_only") = false,
           py::arg("sigma") = false,
-          R"(The observed voxels from that which contains low to that which contains high, both with it.
+          R"(The observed voxels from the one that contains low to the one that contains high, both included.
 
 low, high: x y z, metres, map frame; they may be infinite. Raises InputError iff one is NaN.)")
       .def("digest", &digest_of,
-           "64 bits in hex over the content, as `tessera info` says; equal for equal maps. O(map).")
-      .def(
-          "save", &save, py::arg("path"),
-          R"(Writes a .tsm file, whole or not at all. Raises Error or InputError iff it cannot be written.)")
+           "Digest of the content, 64 bits in hex, as of `tessera info`; equal for equal maps. "
+           "O(map).")
+      .def("save", &save, py::arg("path"),
+           R"(Writes a .tsm file atomically. Raises Error or InputError iff it cannot be written.)")
       .def("__repr__", [](const HeldMap& m) {
         const auto label_voxels =
             m.read([](const LocalMap& map) { return map.usage().label_voxels; });
@@ -111,9 +112,8 @@ low, high: x y z, metres, map frame; they may be infinite. Raises InputError iff
                std::to_string(label_voxels) + " label voxels>";
       });
   add_ray_queries(module, type);
-  module.def(
-      "load", &load, py::arg("path"),
-      R"(The map of a .tsm file, local or global, for reading; LocalMap.load goes on with one.
+  module.def("load", &load, py::arg("path"),
+             R"(The map of a .tsm file, local or global, for reading; LocalMap.load continues one.
 
 Raises InputError iff the file is missing, damaged or of another kind; Error iff the system does not
 give the memory.)");

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "map_arguments.hpp"
 
-#include "mapping/number_text.hpp"
+#include "base/number_text.hpp"
 
 namespace tessera::python {
 

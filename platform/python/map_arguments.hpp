@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// The arguments that a map is made with: those of "map", with the same defaults.
+// The arguments for making a map: those of "map", with the same defaults.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace tessera::python {
 
-/// What is fixed for a map's life.
+/// Arguments that are fixed for the life of a map.
 struct FixedArguments {
   std::optional<double> resolution_m;
   std::optional<double> prior;
@@ -21,7 +21,7 @@ struct FixedArguments {
   std::uint32_t robot = 0;
 };
 
-/// How scans become evidence, and in how much memory.
+/// Arguments of inference and memory.
 struct InferenceArguments {
   std::size_t memory_bytes;
   std::string inference;

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// The module tessera._tessera; the package tessera gives its names.
+// The module tessera._tessera; the package tessera exports its names.
 #include "class_table.hpp"
 #include "errors.hpp"
 #include "evaluation.hpp"

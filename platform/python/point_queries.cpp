@@ -151,22 +151,22 @@ Voxels voxels(const HeldMap& map, const std::optional<std::array<double, 3>>& lo
 }
 
 void add_estimates(py::module_& module) {
-  py::class_<Estimates>(module, "Estimates", "What the map says of N places; row i is of place i.")
+  py::class_<Estimates>(module, "Estimates", "Estimates at N places; row i is for place i.")
       .def_readonly("state", &Estimates::state,
                     "(N,) uint8: tessera.State; 0 unknown, 1 free, 2 occupied.")
       .def_readonly("label", &Estimates::label,
                     "(N,) uint8: class 1 .. C with the most evidence, 0 none.")
       .def_readonly("probability", &Estimates::probability,
-                    "(N,) float64, of the label; 0 without one.")
+                    "(N,) float64: probability of the label; 0 without one.")
       .def_readonly("variance", &Estimates::variance,
-                    "(N,) float64, of the label's probability; 0 without one.")
+                    "(N,) float64: variance of the label's probability; 0 without one.")
       .def_readonly("evidence", &Estimates::evidence,
                     "(N,) float64: sum of all counts, without the prior.")
       .def_readonly("occupancy", &Estimates::occupancy,
-                    "(N,) float64: probability that it is not free.")
+                    "(N,) float64: probability that the place is not free.")
       .def_readonly("sigma", &Estimates::sigma,
                     "(N, C + 2) float32 counts without the prior: free, classes, unlabelled; None "
-                    "unless asked for.")
+                    "unless requested.")
       .def("as_dict", &as_dict, "The arrays by name.")
       .def("__len__", &Estimates::size)
       .def("__repr__", [](const Estimates& e) {

@@ -12,10 +12,10 @@ namespace tessera::python {
 
 namespace {
 
-/// What each of N rays met, or what was found near each of N points.
+/// Results of N rays, or of N searches near points.
 struct Found : Estimates {
-  py::array_t<std::uint8_t> end;  ///< Of rays.
-  py::array_t<bool> found;        ///< Of searches, as the next two.
+  py::array_t<std::uint8_t> end;  ///< For rays.
+  py::array_t<bool> found;        ///< For searches, as the next two.
   py::array_t<bool> complete;
   py::array_t<double> searched_m;
   py::array_t<double> distance_m;
@@ -30,8 +30,8 @@ void put_voxel(std::int32_t* into, std::size_t i, const VoxelCoord& voxel) noexc
   into[3 * i + 2] = voxel.z;
 }
 
-/// Of length 1 whatever its length is, which a float might not hold. As it is if that is 0, or not
-/// finite.
+/// Normalises a direction of any length, even one that a float cannot hold. Unchanged if its length
+/// is 0 or not finite.
 Point3d unit(const Point3d& direction) {
   const double scale = direction.cwiseAbs().maxCoeff();
   if (!(scale > 0.0) || !direction.allFinite()) return direction;
@@ -43,7 +43,7 @@ void check_metres(double metres, const char* name, const HeldMap& map) {
   if (!(metres > 0.0) || !std::isfinite(metres))
     throw InputError(std::string(name) + " is not a length; give metres above 0");
   if (metres > static_cast<double>(1 << 20) * map.config().resolution_m)
-    throw InputError(std::string(name) + " reaches over the grid; give at most 2^20 voxels");
+    throw InputError(std::string(name) + " is too large; give at most 2^20 voxels");
 }
 
 Rays cast_rays(const HeldMap& map, const py::array& origins, const py::array& directions,
@@ -53,7 +53,7 @@ Rays cast_rays(const HeldMap& map, const py::array& origins, const py::array& di
   const Coordinates along(directions, "directions");
   const std::size_t n = along.count();
   if (from.count() != n && from.count() != 1) {
-    throw InputError("there are " + std::to_string(from.count()) + " origins for " +
+    throw InputError("origins has " + std::to_string(from.count()) + " rows for " +
                      std::to_string(n) + " directions; give as many, or one");
   }
   EstimateWriter writer(n, 0);
@@ -88,7 +88,7 @@ std::uint64_t bits_of(const std::optional<std::vector<int>>& labels, const Class
                        std::to_string(classes.num_classes()));
     bits |= std::uint64_t{1} << static_cast<unsigned>(label);
   }
-  if (bits == 0) throw InputError("labels is empty; leave it out for all that is occupied");
+  if (bits == 0) throw InputError("labels is empty; leave it out for all occupied voxels");
   return bits;
 }
 
@@ -120,7 +120,7 @@ Nearest nearest(const HeldMap& map, const py::array& points, double radius_m,
                                .radius_m = radius_m,
                                .classes = classes,
                                .max_work = max_work};
-      // A point out of the grid has nothing near it that could be known of.
+      // Nothing is known near a point outside of the grid.
       const Result<NearestOccupied> one =
           nearest_occupied(reader, m.lattice(), m.config().prior, query,
                            std::as_writable_bytes(std::span(workspace)));
@@ -141,11 +141,11 @@ Nearest nearest(const HeldMap& map, const py::array& points, double radius_m,
 
 void add_ray_queries(py::module_& module, py::class_<HeldMap, std::shared_ptr<HeldMap>>& map) {
   py::class_<Rays, Estimates>(module, "Rays",
-                              "What each of N rays met; the estimates are of that voxel.")
+                              "What each of N rays hit; the estimates are of that voxel.")
       .def_readonly("end", &Rays::end,
                     "(N,) uint8: tessera.RayEnd; 0 range, 1 occupied, 2 unknown, 3 invalid: the "
-                    "origin is out of the grid, "
-                    "the direction is none, or the ray leaves the grid.")
+                    "origin is outside of the grid, "
+                    "the direction is 0 or not finite, or the ray leaves the grid.")
       .def_readonly("distance_m", &Rays::distance_m,
                     "(N,) float64: from the origin to where the ray enters the voxel.")
       .def_readonly("voxel", &Rays::voxel, "(N, 3) int32: index of that voxel.");
@@ -153,13 +153,14 @@ void add_ray_queries(py::module_& module, py::class_<HeldMap, std::shared_ptr<He
       module, "Nearest",
       "The obstacle nearest to each of N points; the estimates are of its voxel.")
       .def_readonly("found", &Nearest::found, "(N,) bool.")
-      .def_readonly("complete", &Nearest::complete,
-                    "(N,) bool: the search was not broken off, so what was found is the nearest.")
+      .def_readonly(
+          "complete", &Nearest::complete,
+          "(N,) bool: the search was not stopped early, so what was found is the nearest.")
       .def_readonly("distance_m", &Nearest::distance_m,
-                    "(N,) float64: to the nearest point of the voxel, 0 within it; NaN where "
+                    "(N,) float64: to the nearest point of the voxel, 0 within it; NaN if "
                     "nothing was found.")
       .def_readonly("searched_m", &Nearest::searched_m,
-                    "(N,) float64: all that is nearer was looked at.")
+                    "(N,) float64: radius within which everything was searched.")
       .def_readonly("voxel", &Nearest::voxel, "(N, 3) int32: index of the voxel.");
   map.def(
          "cast_rays", &cast_rays, py::arg("origins"), py::arg("directions"), py::arg("max_range_m"),
@@ -167,13 +168,13 @@ void add_ray_queries(py::module_& module, py::class_<HeldMap, std::shared_ptr<He
          R"(The first occupied voxel along each ray, or with stop_at_unknown the first that is not free.
 
 origins: (N, 3) or (3,) for all, directions: (N, 3) of any length above 0, float32 or float64, metres,
-map frame. Raises TypeError, InputError iff an array or max_range_m is not so.)")
+map frame. Raises TypeError or InputError iff an array or max_range_m is invalid.)")
       .def("nearest_occupied", &nearest, py::arg("points"), py::arg("radius_m"),
            py::arg("labels") = py::none(), py::arg("max_work") = NearestQuery{}.max_work,
-           R"(The occupied voxel that is nearest to each point, within radius_m.
+           R"(The occupied voxel nearest to each point, within radius_m.
 
 points: (N, 3) float32 or float64, metres, map frame; labels: of these classes only. max_work bounds
-the search of a point. Raises TypeError, InputError iff one of these is not so.)");
+the search of a point. Raises TypeError or InputError iff one of these is invalid.)");
 }
 
 }  // namespace tessera::python

@@ -16,7 +16,7 @@ struct Counter {
   const char* text;
   std::int64_t (*value)(const ScanReport& report);
 };
-/// member: a counter, or a function that adds some up.
+/// member: a counter, or a function that adds several up.
 template <auto member>
 constexpr Counter counter(const char* name, const char* text) {
   return {name, text, [](const ScanReport& report) {
@@ -25,7 +25,7 @@ constexpr Counter counter(const char* name, const char* text) {
 }
 
 constexpr Counter kCounters[] = {
-    counter<&ScanReport::points>("points", "Returns handed in."),
+    counter<&ScanReport::points>("points", "Returns given."),
     counter<&ScanReport::non_finite>(
         "non_finite", "Refused: NaN or infinite coordinates, or a weight that is not in 0 .. 1e6."),
     counter<&ScanReport::too_near>("too_near", "Refused: nearer than min_range_m."),
@@ -34,7 +34,7 @@ constexpr Counter kCounters[] = {
     counter<&ScanReport::out_of_grid>(
         "out_of_grid", "Refused: outside the grid, or too far from the sensor for it."),
     counter<&ScanReport::in_range>("in_range", "Returns that were registered as hits."),
-    counter<&ScanReport::unlabelled>("unlabelled", "Returns in range whose class is not known."),
+    counter<&ScanReport::unlabelled>("unlabelled", "Returns in range of unknown class."),
     counter<&ScanReport::over_capacity>(
         "over_capacity", "Left out: more than max_points; the scan was sampled evenly."),
     counter<&ScanReport::thinned>("thinned", "Points after thinning."),
@@ -61,17 +61,16 @@ constexpr Counter kCounters[] = {
     counter<&ScanReport::ray_blocks_cut>("ray_blocks_cut", "Blocks traced and not carved in time."),
     counter<&ScanReport::overshoot_us>(
         "overshoot_us", "Microseconds by which the scan ended late; 0: in time, or no deadline."),
-    counter<&ScanReport::work_limit>("work_limit", "The limit of work that held; 0: none."),
+    counter<&ScanReport::work_limit>("work_limit", "The limit of work that applied; 0: none."),
     counter<&ScanReport::work_predicted>(
         "work_predicted", "Bound of the work of what was admitted; 0 without a limit."),
     counter<&ScanReport::tiles>("tiles", "Tiles of scratch used."),
     counter<&ScanReport::ray_blocks>("ray_blocks", "Ray blocks of scratch used."),
     counter<&ScanReport::voxel_updates>("voxel_updates",
                                         "Contributions added: pairs of a point and a voxel."),
-    counter<&ScanReport::evaluations>("evaluations", "Voxels that kernels were evaluated for."),
+    counter<&ScanReport::evaluations>("evaluations", "Voxels for which kernels were evaluated."),
     counter<&ScanReport::ray_steps>("ray_steps", "Voxels stepped through by rays."),
-    counter<&ScanReport::strips>("strips",
-                                 "Kernel mode: runs of tiles that were summed up together."),
+    counter<&ScanReport::strips>("strips", "Kernel mode: runs of tiles that were summed together."),
     counter<&ScanReport::label_octets>("label_octets", "Octets of labels written."),
     counter<&ScanReport::free_blocks>("free_blocks", "Blocks carved."),
     counter<&ScanReport::write_faults>(
@@ -109,7 +108,7 @@ void add_scan_report(py::module_& module) {
   }
   type.def_property_readonly(
           "unknown_ids", [](const IntegrationReport& r) { return r.unknown.points; },
-          "Points whose raw id is in no class; they count as unlabelled.")
+          "Points whose raw id is in no class; taken as unlabelled.")
       .def_property_readonly(
           "unknown_id_examples",
           [](const IntegrationReport& r) {

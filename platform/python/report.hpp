@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// What a scan did, for Python.
+// The report of a scan, for Python.
 #pragma once
 
 #include "errors.hpp"

@@ -11,11 +11,11 @@
 
 #include "arrays.hpp"
 #include "class_table.hpp"
-#include "clouds/cloud_folder.hpp"
-#include "clouds/pcd_reader.hpp"
-#include "clouds/ply_reader.hpp"
-#include "dataset/transform_file.hpp"
 #include "fusing.hpp"
+#include "scans/cloud_folder.hpp"
+#include "scans/pcd_reader.hpp"
+#include "scans/ply_reader.hpp"
+#include "scans/transform_file.hpp"
 
 namespace tessera::python {
 
@@ -36,7 +36,7 @@ struct Scan {
   }
 };
 
-/// Of any kind; read one at a time.
+/// Scans of any kind; read one at a time.
 class Scans {
  public:
   Scans(std::unique_ptr<RecordedScans> scans, const Dataset* dataset)
@@ -63,7 +63,7 @@ class Scans {
   [[nodiscard]] py::array_t<std::uint8_t> labels(py::ssize_t i, const std::string& folder) const {
     const std::size_t place = place_of(i);
     if (dataset_ == nullptr)
-      throw InputError("clouds have their labels with them; use scan.components");
+      throw InputError("clouds have their labels in their files; use scan.components");
     std::vector<std::uint8_t> components(dataset_->num_points(place));
     {
       const py::gil_scoped_release released;
@@ -106,8 +106,7 @@ CloudFormat format_of(const std::filesystem::path& path) {
   const std::string extension = path.extension().string();
   if (extension == ".pcd") return CloudFormat::kPcd;
   if (extension == ".ply") return CloudFormat::kPly;
-  throw InputError(one_line(path.string()) +
-                   " is neither .pcd nor .ply; give a file of one of these");
+  throw InputError(one_line(path.string()) + " is neither .pcd nor .ply; give one of these");
 }
 
 std::shared_ptr<CloudScans> open_clouds(const std::filesystem::path& folder,
@@ -148,29 +147,28 @@ void add_reading(py::class_<T, std::shared_ptr<T>>& type) {
       .def("__len__", [](const T& s) { return s.size(); })
       .def(
           "__getitem__", [](const T& s, py::ssize_t i) { return s.at(i); }, py::arg("i"),
-          "Reads scan i. Raises IndexError, and Error or InputError iff its files cannot be read "
-          "any more.");
+          "Reads scan i. Raises IndexError, and Error or InputError iff its files can no longer be "
+          "read.");
 }
 
 }  // namespace
 
 void add_scans(py::module_& module) {
-  py::class_<Scan>(module, "Scan",
-                   "A recorded scan; its arrays are views of memory that it alone has.")
+  py::class_<Scan>(module, "Scan", "A recorded scan; its arrays are views of its own memory.")
       .def_property_readonly(
-          "number", [](const Scan& s) { return s.scan.number; }, "Of the file.")
+          "number", [](const Scan& s) { return s.scan.number; }, "Number in the name of the file.")
       .def_property_readonly(
           "points", [](const Scan& s) { return s.view(s.scan.points_xyzi, 4); },
           "(N, 4) float32: x y z, metres, sensor frame, and intensity.")
       .def_property_readonly(
           "components", [](const Scan& s) { return s.view(s.scan.components, 0); },
-          "(N,) uint8: 1 .. C, or C + 1 where the class is not known.")
+          "(N,) uint8: 1 .. C, or C + 1 for an unknown class.")
       .def_property_readonly(
           "T_map_sensor", [](const Scan& s) { return array_of(s.scan.T_map_sensor); },
-          "(4, 4) float64, as recorded: perhaps not rigid.")
+          "(4, 4) float64, as recorded: may be not rigid.")
       .def_property_readonly(
           "has_pose", [](const Scan& s) { return check_rigid(s.scan.T_map_sensor) == Status::kOk; },
-          "T_map_sensor is a rigid transform; LocalMap.integrate raises where it is not.")
+          "T_map_sensor is a rigid transform; LocalMap.integrate raises if it is not.")
       .def_property_readonly(
           "unknown_ids", [](const Scan& s) { return s.scan.unknown.points; },
           "Points whose raw id is in no class.");
@@ -182,10 +180,10 @@ void add_scans(py::module_& module) {
           py::init(&open_kitti), py::arg("folder"), py::kw_only(), py::arg("first") = py::none(),
           py::arg("last") = py::none(), py::arg("labels") = DatasetOptions{}.labels,
           py::arg("deskew") = py::none(),
-          R"(first, last: scan numbers, inclusive. labels: the folder of labels to learn from, "cameras" or "none".
+          R"(first, last: scan numbers, inclusive. labels: the folder of labels to use, "cameras" or "none".
 
-deskew: None: where there are times of points. Raises InputError iff something is missing or does not
-fit together; docs/cli.md has the layout.)")
+deskew: None: if there are times of points. Raises InputError iff something is missing or does not
+match; docs/reference/cli.md has the layout.)")
       .def(
           "labels",
           [](const KittiScans& s, py::ssize_t i, const std::string& folder) {
@@ -202,7 +200,7 @@ fit together; docs/cli.md has the layout.)")
       py::kw_only(), py::arg("first") = py::none(), py::arg("last") = py::none(),
       R"(poses: KITTI rows of 12 numbers, TUM rows of 8, or 4x4 rows of 16; format: "pcd" or "ply".
 
-Raises InputError iff something is missing, malformed or does not fit together.)");
+Raises InputError iff something is missing, malformed or does not match.)");
   add_reading(clouds);
   module.def(
       "read_cloud", &read_cloud, py::arg("path"),

@@ -5,10 +5,10 @@
 #include <pybind11/stl/filesystem.h>
 
 #include "arrays.hpp"
+#include "base/monotonic_clock.hpp"
 #include "fusing.hpp"
 #include "held_sharer.hpp"
-#include "mapping/exchange_counters.hpp"
-#include "posix/monotonic_clock.hpp"
+#include "node/exchange_counters.hpp"
 
 namespace tessera::python {
 
@@ -38,12 +38,13 @@ void receive(HeldSharer& sharer, const py::buffer& datagram, const Now& now_us) 
   sharer.change([&](Sharer& s) { s.receive(view, at_us); });
 }
 
-/// What sharers say when they refuse.
+/// Raises for the status of a sharer.
 void check_status(Status status, const char* argument) {
   if (status == Status::kOk) return;
   if (status == Status::kBusy)
-    throw WorkError("a new submap is being waited for; tick until it is there");
-  if (status == Status::kResourceExhausted) throw WorkError("there is no place for another one");
+    throw WorkError("a new submap is pending; call tick until it is open");
+  if (status == Status::kResourceExhausted)
+    throw WorkError("there is no free place for another one");
   throw InputError(std::string(argument) + " is not allowed here");
 }
 
@@ -114,10 +115,13 @@ std::shared_ptr<HeldSharer> make(std::shared_ptr<HeldLocalMap> map,
                                  std::size_t fusion_memory_bytes,
                                  const DiffusionArguments& diffusion, std::string counts,
                                  std::uint32_t bytes_per_s, std::uint32_t burst_bytes,
-                                 std::int64_t tick_ms, const KeyFiles& keys) {
+                                 std::int64_t tick_ms, const KeyFiles& keys,
+                                 std::string conflicts) {
   if (map == nullptr) raise_type("map is None; give a LocalMap");
   if (counts != "dense" && counts != "compact")
     throw InputError("counts " + one_line(counts) + " is not allowed; give dense or compact");
+  if (conflicts != "alarm" && conflicts != "exclude")
+    throw InputError("conflicts " + one_line(conflicts) + " is not allowed; give alarm or exclude");
   if (tick_ms < 1 || tick_ms > 60'000) throw InputError("tick_ms is not allowed; give 1 to 60000");
   SharingOptions options;
   options.robot = map->identity().robot;
@@ -127,6 +131,7 @@ std::shared_ptr<HeldSharer> make(std::shared_ptr<HeldLocalMap> map,
   options.bytes_per_s = bytes_per_s;
   options.burst_bytes = burst_bytes;
   options.tick_ms = tick_ms;
+  options.conflicts = std::move(conflicts);
   Matrix34d T = map->identity().T_global_map;
   if (T_global_map) T = pose_of(T_global_map, "T_global_map");
   return HeldSharer::make(std::move(map), options, T, epoch, keys);
@@ -138,10 +143,10 @@ void add_sharer(py::module_& module) {
   const SharingOptions d;
   py::class_<HeldSharer, std::shared_ptr<HeldSharer>>(
       module, "Sharer",
-      R"(What a robot shares of its map, as bytes for any transport, and what it makes of all that it hears.
+      R"(Shares the map of a robot, as bytes for any transport, and fuses what other robots send.
 
-Robots that have the same replicas have the same global map, bit for bit. Every call of a sharer may
-have a time, now_us, microseconds on one clock that does not go back; None: the machine's.)")
+Robots with the same replicas have the same global map, bit for bit. Every call of a sharer may have
+a time, now_us, microseconds on one monotonic clock; None: that of the machine.)")
       .def(
           py::init([](std::shared_ptr<HeldLocalMap> map,
                       const std::optional<PoseArray>& T_global_map, std::uint32_t epoch,
@@ -150,12 +155,14 @@ have a time, now_us, microseconds on one clock that does not go back; None: the 
                       double alpha, double omega, bool whole_map, std::string counts,
                       std::uint32_t bytes_per_s, std::uint32_t burst_bytes, std::int64_t tick_ms,
                       const Path& fleet_key, const Path& robot_secret,
-                      const Path& robot_public_keys, const std::optional<std::string>& mission) {
+                      const Path& robot_public_keys, const std::optional<std::string>& mission,
+                      std::string conflicts) {
             return make(std::move(map), T_global_map, epoch, fusion_memory_bytes,
                         {std::move(diffusion), std::move(edge), iterations, diffusion_length_m,
                          alpha, omega, whole_map},
                         std::move(counts), bytes_per_s, burst_bytes, tick_ms,
-                        key_files_of(fleet_key, robot_secret, robot_public_keys, mission));
+                        key_files_of(fleet_key, robot_secret, robot_public_keys, mission),
+                        std::move(conflicts));
           }),
           py::arg("map"), py::kw_only(), py::arg("T_global_map") = py::none(), py::arg("epoch") = 1,
           py::arg("fusion_memory_bytes") = d.fusion_memory_bytes,
@@ -166,34 +173,35 @@ have a time, now_us, microseconds on one clock that does not go back; None: the 
           py::arg("bytes_per_s") = d.bytes_per_s, py::arg("burst_bytes") = d.burst_bytes,
           py::arg("tick_ms") = d.tick_ms, py::arg("fleet_key") = py::none(),
           py::arg("robot_secret") = py::none(), py::arg("robot_public_keys") = py::none(),
-          py::arg("mission") = py::none(),
+          py::arg("mission") = py::none(), py::arg("conflicts") = d.conflicts,
           R"(map: a LocalMap, whose robot number no other robot has. T_global_map: (4, 4); None: the map's, or the identity.
 
-epoch: higher with every start of the robot, from a counter that outlives it. tick_ms: between calls
-of tick. All of a team have the same resolution, classes, prior and free weight, and for the same
-global map the same diffusion.
+epoch: higher with every start of the robot, from a persistent counter. tick_ms: between calls of tick.
+All robots of a team need the same resolution, classes, prior, free weight, max_evidence and conflicts,
+and for the same global map the same diffusion.
 
-fleet_key, robot_secret, robot_public_keys: files of tessera key, as [security] of a node has them.
-With the first, nothing is heard but what was said with the same key; with the others, which go
-together, nothing that its robot did not sign. Without any of them datagrams have a checksum.
-mission: its name, which is a part of all keys; None: the one that fleet_key names.
+fleet_key, robot_secret, robot_public_keys: files of tessera key, as in [security] of a node. With the
+first, only datagrams with the same key are accepted; with the other two, which are needed together,
+only data that its robot has signed. Without any of them datagrams have only a checksum. mission: its
+name, which is part of all keys; None: the one in fleet_key. conflicts: what to do with a robot that
+signed two contents of one version, "alarm" or "exclude".
 
-Raises InputError iff a value is out of its range, the memory holds no global map or a file is not
-such a key; Error iff the system does not give the memory.)")
+Raises InputError iff a value is out of its range, the memory is too small for a global map or a file
+does not have the key; Error iff the system does not give the memory.)")
       .def(
           "tick", &tick, py::arg("now_us") = py::none(),
-          R"(Publishes what has changed in the map, goes on with the global map, and returns the datagrams to send now.
+          R"(Publishes what has changed in the map, updates the global map, and returns the datagrams to send now.
 
-A list of bytes, each at most 1392 of them, for all other robots. To be called at an even pace; the
-map may be integrated into meanwhile.)")
+A list of bytes, each at most 1392 long, for all other robots. Call it periodically; the map may be
+integrated into meanwhile.)")
       .def("receive", &receive, py::arg("datagram"), py::arg("now_us") = py::none(),
            R"(Takes one datagram of another robot: bytes, bytearray or memoryview, not copied.
 
-Whatever is in it: what is damaged, foreign or heard before is counted in report(). Datagrams may be
-lost, repeated and come in any order.)")
+Any content is safe: damaged, foreign and repeated datagrams are counted in report(). Datagrams may be
+lost, repeated and arrive in any order.)")
       .def(
           "finish", [](HeldSharer& s) { s.change([](Sharer& sharer) { sharer.finish(); }); },
-          "Brings the global map up to date with all that was received, however long it takes.")
+          "Brings the global map up to date with everything received, however long it takes.")
       .def_property_readonly("global_map", &HeldSharer::global,
                              "The global map, a Map for reading that changes with the sharer.")
       .def_property_readonly(
@@ -202,17 +210,17 @@ lost, repeated and come in any order.)")
             return s.change([](const Sharer& sharer) { return sharer.idle(); });
           },
           "Nothing waits to be published or fused, as far as ticks since the last scan have found.")
-      .def_property_readonly("complete", &is_complete,
-                             "Nothing of what other robots are known to have said is lacking.")
+      .def_property_readonly(
+          "complete", &is_complete,
+          "Whether everything that other robots are known to have published has arrived.")
       .def(
           "digest",
           [](const HeldSharer& s) {
             return hex64(s.change([](const Sharer& sharer) { return sharer.exchange().digest(); }));
           },
-          "Of the replicas, in hex: equal on robots that have the same of everybody.")
-      .def(
-          "report", &report,
-          "Counters of the exchange, and how the global map stands; all never decrease but levels.")
+          "Digest of the replicas, in hex: equal on robots that have the same replicas.")
+      .def("report", &report,
+           "Counters of the exchange and the global map; all except levels never decrease.")
       .def(
           "set_frame",
           [](HeldSharer& s, const PoseArray& T_global_map,
@@ -224,9 +232,9 @@ lost, repeated and come in any order.)")
                          "T_global_map or submap");
           },
           py::arg("T_global_map"), py::arg("submap") = py::none(),
-          R"(Moves what was published, or one submap of it, to another frame (4, 4); nothing else is sent anew.
+          R"(Moves what was published, or one submap of it, to another frame (4, 4); nothing else is sent again.
 
-Raises InputError iff there is no such submap or it is no rigid transform within the grid.)")
+Raises InputError iff the submap does not exist or the frame is not a rigid transform within the grid.)")
       .def(
           "new_submap",
           [](HeldSharer& s, const std::optional<PoseArray>& T_global_map) {
@@ -238,14 +246,14 @@ Raises InputError iff there is no such submap or it is no rigid transform within
                          "T_global_map");
           },
           py::arg("T_global_map") = py::none(),
-          R"(Ends what is published as one submap and begins another: the LocalMap is emptied, some ticks later.
+          R"(Ends the current submap and begins another: the LocalMap is cleared some ticks later.
 
-T_global_map: (4, 4) of the new one; None: as before. Raises InputError iff it is no frame, Error iff
-one is being waited for.)")
+T_global_map: (4, 4) of the new one; None: as before. Raises InputError iff it is not a frame, Error iff
+one is pending.)")
       .def(
           "leave",
           [](HeldSharer& s) { s.change([](Sharer& sharer) { sharer.exchange().leave(); }); },
-          "Tells the others, with the next tick, that this robot says no more.")
+          "Announces with the next tick that this robot leaves.")
       .def(
           "exclude",
           [](HeldSharer& s, std::uint32_t robot) {
@@ -253,7 +261,7 @@ one is being waited for.)")
                          "robot");
           },
           py::arg("robot"),
-          R"(Takes all of a robot out of the global map, and hears it no more.
+          R"(Removes all data of a robot from the global map, and refuses its datagrams.
 
 Raises InputError iff it is this robot, Error iff 16 are excluded.)");
 }

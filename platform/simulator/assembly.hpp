@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Puts solids of one object together in the object's own frame: x forward, y left, z up from its
+// Assembles the solids of one object in the object's own frame: x forward, y left, z up from its
 // foot, metres.
 #pragma once
 
@@ -13,7 +13,7 @@
 
 namespace tessera::street {
 
-/// Where an object stands in the street frame; yaw in radians, counter-clockwise from x.
+/// Pose of an object in the street frame; yaw in radians, counter-clockwise from x.
 struct Placement {
   Eigen::Vector3d base = Eigen::Vector3d::Zero();
   double yaw_rad = 0.0;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// The front is a skin of bands and piers before a core: what the skin leaves open is a window or
-// door recess.
+// The front is a skin of bands and piers before a core: openings in the skin are windows or door
+// recesses.
 #include "simulator/building.hpp"
 
 #include <algorithm>

@@ -11,7 +11,7 @@ namespace tessera::street {
 
 struct House {
   double width_m = 10.0;  ///< Along x, centred.
-  double depth_m = 8.0;   ///< Along -y; the front stands at y = 0 and faces +y.
+  double depth_m = 8.0;   ///< Along -y; the front is at y = 0 and faces +y.
   int storeys = 2;
   bool balconies = false;
 };

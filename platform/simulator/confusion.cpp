@@ -3,14 +3,14 @@
 // The figures were measured from a published range-image network's predictions on SemanticKITTI
 // sequence 08: wrong answers in tenths of a percent of all points of the class (relative weights
 // here), error rates of points away from borders near the sensor, and their growth with range.
-// Where that sequence holds too few points of a class to tell (person, bicycle, parking, fence),
-// the rate of errors is set lower than measured: the network found next to none of them.
+// If that sequence has too few points of a class for a measurement (person, bicycle, parking,
+// fence), the rate of errors is set lower than measured: the network found almost none of them.
 //
-// Wrong answers of a thing are of two kinds. Some are what the thing as a whole resembles (a car a
-// truck, a person a trunk). The others are what stands beside or behind it: the network says them
-// at the thing's border in the image, never for the whole thing, and of a car hardly anything else
-// was measured. Labels that bleed over borders bring those; drawing them for whole things too would
-// turn cars into terrain.
+// Wrong answers for an object are of two kinds. Some are what the object as a whole resembles (a
+// car a truck, a person a trunk). The others are its surroundings: the network gives them at the
+// border of the object in the image, never for the whole object; for a car almost all errors are of
+// this kind. Labels that bleed over borders simulate these; drawing them for whole objects too
+// would turn cars into terrain.
 #include "simulator/confusion.hpp"
 
 #include <algorithm>
@@ -42,7 +42,7 @@ struct Row {
   double lean;
   bool thing;
   std::array<Answer, 9> answers;   ///< Of a whole thing, or of a patch of a surface.
-  std::array<Answer, 4> border{};  ///< Of a thing: only beside what they name.
+  std::array<Answer, 4> border{};  ///< Of an object: only next to what they name.
 };
 
 constexpr std::uint16_t kCar = raw(RawId::kCar);

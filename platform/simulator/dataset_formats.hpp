@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// The text and the bytes of a dataset's files.
+// The text and the bytes of dataset files.
 #pragma once
 
 #include <array>
@@ -23,7 +23,7 @@ std::string scan_name(int index);
 /// Independent of the locale; reads back as the same double.
 std::string text_of(double number);
 
-/// The upper rows of a pose's matrix, their numbers apart by spaces, ended by a new line.
+/// The upper rows of a pose matrix, numbers separated by spaces, ended by a newline.
 std::string rows_text(const Eigen::Isometry3d& pose, int rows, char between_rows);
 
 /// cameras.toml for images in cameras/0, cameras/1, ...

@@ -14,8 +14,8 @@
 #include <system_error>
 #include <vector>
 
-#include "image/png_image.hpp"
-#include "posix/atomic_file.hpp"
+#include "base/atomic_file.hpp"
+#include "pictures/png_image.hpp"
 #include "simulator/dataset_formats.hpp"
 #include "simulator/random.hpp"
 #include "simulator/traffic.hpp"
@@ -40,7 +40,7 @@ struct WriteError {
 [[noreturn]] void fail(const fs::path& path, const char* what, const std::string& reason,
                        FailureKind kind) {
   throw WriteError{{"cannot " + std::string(what) + " " + path.string() + " (" + reason +
-                        "): choose a folder that can be written and has room, or mend its "
+                        "); choose a writable folder with free space, or fix its "
                         "permissions",
                     kind}};
 }
@@ -61,19 +61,19 @@ void remove_if_there(const fs::path& path) {
 void write_file(const fs::path& path, std::string_view bytes) {
   Outcome<AtomicFile> file = AtomicFile::open(path.string());
   if (!file.ok()) throw WriteError{file.failure()};
-  file->write(std::as_bytes(std::span(bytes)));  // commit() tells a failure
+  file->write(std::as_bytes(std::span(bytes)));  // commit() reports a failure
   const Outcome<void> committed = file->commit();
   if (!committed.ok()) throw WriteError{committed.failure()};
 }
 
-/// What a file of a scan ends in, by the folder that it is in.
+/// The suffix of a scan's file, by its folder.
 const char* suffix_of(const fs::path& folder) {
   if (folder.parent_path().filename() == "cameras") return ".png";
   const bool numbers = folder.filename() == "velodyne" || folder.filename() == "times";
   return numbers ? ".bin" : ".label";
 }
 
-/// Whether the name is that of a scan with number >= scans: left from a longer run.
+/// True if the name is that of a scan with number >= scans, left from a longer run.
 bool is_left_over(const fs::path& file, int scans) {
   const std::string stem = file.stem().string();
   const bool numbered =
@@ -90,7 +90,7 @@ void clear_left_overs(const fs::path& folder, int scans) {
   for (const fs::path& path : left_over) remove_if_there(path);
 }
 
-/// What an earlier run with more options left; a reader would take it into account.
+/// Removes files of an earlier run with more options, which a reader would use.
 void clear_folder(const fs::path& folder) {
   clear_left_overs(folder, 0);
   if (fs::exists(folder) && fs::is_empty(folder)) remove_if_there(folder);
@@ -114,21 +114,21 @@ Eigen::Isometry3d perturbed(const Eigen::Isometry3d& pose, const PoseError& erro
   return wrong;
 }
 
-/// Says that a folder is of this program, so that its scans may be replaced.
+/// Marks a folder of this program, so that its scans may be replaced.
 constexpr const char* kMarker = "simulated.txt";
 
-/// Refuses a folder that holds what somebody else put there, and what a reader of the dataset would
-/// take into account.
+/// Refuses a folder with foreign files, or with files that a reader of the dataset would use.
 void check_folder(const fs::path& folder) {
   if (!fs::exists(folder) || fs::is_empty(folder)) return;
   if (!fs::exists(folder / kMarker)) {
     throw WriteError{{"cannot write " + folder.string() +
-                      ": it holds files that were not simulated; choose another folder"}};
+                      ": it has files that were not simulated; choose another folder"}};
   }
   for (const char* const name : {"calib.txt", "classes.toml"}) {
     if (fs::exists(folder / name)) {
-      throw WriteError{{"cannot write " + folder.string() + ": it holds a " + name +
-                        ", which is not part of it; remove it or choose another folder"}};
+      throw WriteError{
+          {"cannot write " + folder.string() + ": it has a " + name +
+           ", which is not part of a simulated dataset; remove it or choose another folder"}};
     }
   }
 }
@@ -176,7 +176,7 @@ class Writer {
     write_file(folder / "poses.txt", poses);
   }
 
-  /// Makes the folders of cameras and times, or clears what an earlier run left of them.
+  /// Makes the folders of cameras and times, or removes those of an earlier run.
   void prepare_extras(const fs::path& folder) {
     const int scans = simulator_.config().scans;
     const auto prepare = [scans](const fs::path& extra, bool wanted) {
@@ -259,18 +259,16 @@ bool is_sigma(double value) { return std::isfinite(value) && value >= 0.0; }
 Outcome<void> write_dataset(const StreetSimulator& simulator, const fs::path& out,
                             const DatasetWriterOptions& options) {
   if (!is_sigma(options.pose_error.translation_m) || !is_sigma(options.pose_error.rotation_deg)) {
-    return Failure{
-        "a pose error must be a finite number of metres or degrees, zero or more: give such a "
-        "number"};
+    return Failure{"a pose error must be a finite number of metres or degrees; give zero or more"};
   }
   std::error_code ignored;
   if (fs::exists(out, ignored) && !fs::is_directory(out, ignored)) {
-    return Failure{out.string() + " is not a folder: choose another name for the output"};
+    return Failure{out.string() + " is not a folder; choose another name for the output"};
   }
   const fs::path beyond = out / ("robot_" + std::to_string(simulator.config().robots));
   if (fs::exists(beyond, ignored)) {
     return Failure{beyond.string() +
-                   " is left from a run with more robots and would be mixed with this one: remove "
+                   " is left from a run with more robots and would be mixed with this one; remove "
                    "it, or choose another folder"};
   }
   try {
@@ -279,7 +277,7 @@ Outcome<void> write_dataset(const StreetSimulator& simulator, const fs::path& ou
     return error.failure;
   } catch (const fs::filesystem_error& error) {
     return Failure{"cannot read the folder " + error.path1().string() + " (" +
-                       error.code().message() + "): mend its permissions, or choose another folder",
+                       error.code().message() + "); fix its permissions, or choose another folder",
                    FailureKind::kFailure};
   }
   return {};

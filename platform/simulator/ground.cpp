@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// The height field is stored at 0.25 m and walked in two levels: a tile of 4 m whose crest the ray
-// clears is skipped whole, so that grazing rays of 100 m stay cheap.
+// The height field is stored at 0.25 m and walked in two levels: a tile of 4 m whose highest vertex
+// is below the ray is skipped, so that grazing rays of 100 m are cheap.
 #include "simulator/ground.hpp"
 
 #include <Eigen/Geometry>
@@ -21,7 +21,7 @@ constexpr double kTile_m = kCell_m * kTileCells;
 constexpr double kMargin_m = 2.0;
 constexpr double kKerb_m = 0.12;
 
-/// Where the ray leaves the square of the lattice that it is in at t (a little beyond the border).
+/// Distance at which the ray leaves its square of the lattice at t (a little beyond the border).
 double next_border(const Ray& ray, double t, double edge_m, double origin_x, double origin_y) {
   constexpr double kStep = 1e-7;
   double leave = kNoHit;
@@ -170,7 +170,7 @@ bool Ground::walk_tile(const Ray& ray, double from, double to, Hit& nearest) con
 
 void Ground::meet(const Ray& ray, Hit& nearest) const {
   const double left = low_x(half_length_m_);
-  if (ray.direction.head<2>().norm() < 1e-9) return;  // Straight down: no scanner looks there.
+  if (ray.direction.head<2>().norm() < 1e-9) return;  // Straight down: no scanner measures there.
   double t = 0.0;
   while (t < nearest.range_m) {
     const double x = ray.origin.x() + t * ray.direction.x() - left;
@@ -181,7 +181,7 @@ void Ground::meet(const Ray& ray, Hit& nearest) const {
                                                static_cast<int>(x / kTile_m));
     const double z = ray.origin.z() + t * ray.direction.z();
     const double z_next = ray.origin.z() + next * ray.direction.z();
-    // Rays that rise above everything ahead of them never come down again.
+    // Rays that rise above everything ahead of them never hit the ground.
     if (ray.direction.z() >= 0.0 && z > 4.0) return;
     if (std::min(z, z_next) <= crests_[tile] && walk_tile(ray, t, next, nearest)) return;
     t = next;

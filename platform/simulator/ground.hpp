@@ -20,20 +20,20 @@ constexpr double kVergeSlot_m = 6.0;  ///< Length of one parking bay or grass st
 
 class Ground {
  public:
-  /// half_length_m: of the street; the floor ends there, rays beyond meet nothing.
+  /// half_length_m: of the street; the floor ends there, rays beyond hit nothing.
   Ground(std::uint64_t seed, double half_length_m);
 
   /// Defined everywhere, also beyond the floor's end.
   [[nodiscard]] double height(double x_m, double y_m) const;
-  /// The height without kerbs and grass: what a car's suspension feels.
+  /// The height without kerbs and grass, for cars.
   [[nodiscard]] double road_height(double x_m) const;
   [[nodiscard]] Surface surface(double x_m, double y_m) const;
-  /// Whether the kerb strip's slot (x from slot * kVergeSlot_m) on the side (+1 left, -1 right) is
+  /// True if the kerb strip's slot (x from slot * kVergeSlot_m) on the side (+1 left, -1 right) is
   /// a parking bay.
   [[nodiscard]] bool is_parking(int side, int slot) const;
 
-  /// Shortens `nearest` to where the ray goes below the floor, if nearer; vertical rays are left
-  /// out.
+  /// Shortens `nearest` to the point where the ray goes below the floor, if nearer; vertical rays
+  /// are ignored.
   void meet(const Ray& ray, Hit& nearest) const;
 
  private:

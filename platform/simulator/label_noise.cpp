@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// A point is mistaken where a standard normal field falls below the quantile of its class's error
+// A point has an error if a standard normal field is below the quantile of its class's error
 // probability. The field is smooth in space (patches of about a metre, as measured from a real
-// network) and in the distance driven; part of it is the same for all robots (some things look odd
-// from everywhere), most of it is each robot's own.
+// network) and in the distance driven; part of it is the same for all robots (some objects look
+// unusual from everywhere), most of it is specific to a robot.
 #include "simulator/label_noise.hpp"
 
 #include <algorithm>
@@ -17,9 +17,10 @@
 namespace tessera::street {
 namespace {
 
-constexpr double kViewLength_m = 12.0;  ///< Metres of driving over which a mistake lasts.
-constexpr double kSharedShare = 0.3;  ///< Of the field's variance: what all robots have in common.
-constexpr double kSaltShare = 0.008;  ///< Points mistaken on their own.
+constexpr double kViewLength_m = 12.0;  ///< Metres of driving over which an error lasts.
+constexpr double kSharedShare =
+    0.3;  ///< Share of the field's variance that all robots have in common.
+constexpr double kSaltShare = 0.008;  ///< Share of single points with an error.
 constexpr double kUnlabelledShare = 0.008;
 constexpr int kBleedColumns = 4;
 constexpr int kBleedRows = 1;
@@ -64,7 +65,7 @@ class Predictor {
     return smooth_normal<1>(mix(hash ^ object), {view_});
   }
 
-  /// Standard normal; low where the network errs.
+  /// Standard normal; low where the network has errors.
   [[nodiscard]] double confidence(const Echo& echo, Stream stream, bool thing) const {
     const double coarse_share = thing ? 0.3 : 0.62;
     const double fine_share = thing ? 0.15 : 0.38;
@@ -86,7 +87,7 @@ class Predictor {
     return mistaken_for(learned, answer_share(echo, is_thing(learned)));
   }
 
-  /// Which of the wrong answers: one for an object as a whole, one for some metres of a surface.
+  /// Choice of the wrong answer: one for an object as a whole, one for some metres of a surface.
   [[nodiscard]] double answer_share(const Echo& echo, bool thing) const {
     const std::uint64_t hash = own(Stream::kMistakeClass);
     const double normal = thing ? whole(hash, echo.object) : patch(hash, echo.p_street, 2.5);
@@ -101,7 +102,7 @@ class Predictor {
     return answer(echo, learned);
   }
 
-  /// The column that many to the right; -1 beside an image that does not close.
+  /// The column at this distance to the right; -1 outside of an image that does not close.
   [[nodiscard]] int beside(int column, int by) const {
     const int c = column + by;
     if (image_.closes) return (c + image_.columns) % image_.columns;
@@ -122,7 +123,7 @@ class Predictor {
     return false;
   }
 
-  /// The pixel whose label ends up here. Thin and distinct things keep their own more often and
+  /// The pixel whose label is used here. Thin and distinct objects keep their own more often and
   /// spread over what is behind them, as in the measured predictions.
   [[nodiscard]] std::size_t bleed_source(int row, int column, std::size_t pixel) const {
     const Echo& echo = image_.echoes[pixel];

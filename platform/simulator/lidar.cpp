@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // Losses follow the returned power: reflectivity times the cosine of incidence over the squared
-// range. That is what makes far asphalt vanish while far walls stay.
+// range. So far asphalt is lost while far walls are measured.
 #include "simulator/lidar.hpp"
 
 #include <algorithm>
@@ -14,7 +14,7 @@ namespace tessera::street {
 namespace {
 
 constexpr double kMinRange_m = 0.9;
-/// Power (1/m^2) at which an echo comes back in 63 % of the cases.
+/// Power (1/m^2) at which there is an echo in 63 % of the cases.
 constexpr double kPowerScale = 1.6e-6;
 
 double radians(double degrees) { return degrees * (2.0 * std::numbers::pi) / 360.0; }

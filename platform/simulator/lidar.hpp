@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Spinning laser scanners: which directions they measure, how exact, and which echoes they lose. A
-// scan is taken at one instant, as data sets that are corrected for the vehicle's motion during the
-// turn show it, or while the vehicle drives, as the scanner gives it.
+// Spinning laser scanners: directions, noise, and lost echoes. A scan is taken at one instant, as
+// in data sets that are corrected for motion, or while the vehicle drives, as from the scanner.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -19,15 +18,15 @@ struct LidarModel {
   int azimuth_steps = 0;
   double max_range_m = 0.0;
   double range_sigma_m = 0.0;
-  double height_m = 0.0;  ///< Of the sensor above the road.
+  double height_m = 0.0;  ///< Height of the sensor above the road.
 };
 
-/// 64 beams from +2 to -24.8 degrees, denser in the upper half; 2000 steps a turn; 120 m.
+/// 64 beams from +2 to -24.8 degrees, denser in the upper half; 2000 steps per turn; 120 m.
 LidarModel lidar_64_beams();
-/// 16 beams from +15 to -15 degrees; 1800 steps a turn; 100 m.
+/// 16 beams from +15 to -15 degrees; 1800 steps per turn; 100 m.
 LidarModel lidar_16_beams();
 
-/// One direction of the scan. range_m is kNoHit where nothing came back.
+/// One direction of the scan. range_m is kNoHit without a return.
 struct Echo {
   double range_m = kNoHit;
   double cos_incidence = 1.0;
@@ -39,12 +38,12 @@ struct Echo {
   [[nodiscard]] bool returned() const { return range_m < kNoHit; }
 };
 
-/// Echoes as an image: a row a beam (top first), a column an azimuth step, from straight ahead
+/// Echoes as an image: a row per beam (top first), a column per azimuth step, from straight ahead
 /// turning left.
 struct EchoImage {
   int rows = 0;
   int columns = 0;
-  bool closes = true;  ///< The last column is beside the first.
+  bool closes = true;  ///< The last column is next to the first.
   std::vector<Echo> echoes;
   [[nodiscard]] const Echo& at(int row, int column) const {
     return echoes[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) +
@@ -52,10 +51,10 @@ struct EchoImage {
   }
 };
 
-/// Answers what a ray meets first within its range; hit.range_m comes in as the limit.
+/// Finds what a ray hits first within its range; hit.range_m is the limit on input.
 using Scene = std::function<void(const Ray& ray, Hit& hit)>;
 
-/// Poses of the sensor at the times of its columns: one for all, or one a column.
+/// Poses of the sensor at the times of its columns: one for all, or one per column.
 using SweepPoses = std::vector<Eigen::Isometry3d>;
 /// As a Scene, at the time of a column.
 using MovingScene = std::function<void(int column, const Ray& ray, Hit& hit)>;
@@ -65,7 +64,7 @@ using MovingScene = std::function<void(int column, const Ray& ray, Hit& hit)>;
 EchoImage sweep(const LidarModel& model, const SweepPoses& T_street_sensor,
                 const MovingScene& scene, std::uint64_t noise);
 
-/// Noise and losses are drawn from `noise` and the beam's place in the image alone.
+/// Noise and losses are drawn only from `noise` and the beam's place in the image.
 EchoImage sweep(const LidarModel& model, const Eigen::Isometry3d& T_street_sensor,
                 const Scene& scene, std::uint64_t noise);
 

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // Ray intersection of the street's solids. Each is solved in its own frame with the ray's origin
-// moved to the closest approach first: at 100 m the squared terms would otherwise drown a pole of 3
-// cm.
+// moved to the closest approach first: at 100 m the squared terms would otherwise be too inexact
+// for a pole of 3 cm.
 #include "simulator/primitive.hpp"
 
 #include <Eigen/Geometry>
@@ -64,8 +64,8 @@ Chord box_chord(const Primitive& p, const Eigen::Vector3d& o, const Eigen::Vecto
   return chord;
 }
 
-/// Enters and leaves a round thing: |o + t d| <= 1 in the coordinates given, o being any point on
-/// the line.
+/// Distances at which a ray enters and leaves a sphere: |o + t d| <= 1 in the given coordinates,
+/// with any point o on the line.
 bool solve_round(const Eigen::Vector3d& o, const Eigen::Vector3d& d, Chord& chord) {
   const double dd = d.squaredNorm();
   if (dd < 1e-18) return o.squaredNorm() <= 1.0;

@@ -1,7 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// The solids that the street is built of, and where a ray enters them. World frame, metres, z up
-// throughout.
+// The solids of the street, and their intersection with rays. World frame, metres, z up.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,15 +18,15 @@ struct Ray {
   Eigen::Vector3d direction;  ///< Unit length.
 };
 
-/// Where a ray enters and leaves a solid, in metres along the ray, and the outward normal where it
-/// enters.
+/// Where a ray enters and leaves a solid, in metres along the ray, and the outward normal at the
+/// entry.
 struct Chord {
   double enter_m = kNoHit;
   double leave_m = -kNoHit;
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
 };
 
-/// What a ray met first.
+/// The first hit of a ray.
 struct Hit {
   double range_m = kNoHit;
   double cos_incidence = 1.0;
@@ -64,13 +63,12 @@ struct Bounds {
 
 Bounds bounds_of(const Primitive& primitive);
 
-/// The part of the ray inside the solid, taken as an infinite line; empty (enter >= leave) where
-/// they miss.
+/// The part of the ray inside the solid, as an infinite line; empty (enter >= leave) if they miss.
 Chord chord_of(const Primitive& primitive, const Ray& ray);
 
 /// Shortens `nearest` to this solid's first echo if that is nearer. Porous solids let most of the
-/// ray through: which of their voxels are solid depends on the place alone, so every viewpoint
-/// meets the same leaves.
+/// ray through: which of their voxels are solid depends only on the place, so every viewpoint
+/// sees the same leaves.
 void meet(const Primitive& primitive, const Ray& ray, Hit& nearest);
 
 }  // namespace tessera::street

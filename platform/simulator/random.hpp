@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Randomness that is a pure function of a seed and of what it is for: a value drawn for one tree,
-// one beam or one point never depends on how many values were drawn before it for something else.
-// No state is shared.
+// Randomness as a pure function of a seed and a purpose: a value for one tree, one beam or one
+// point never depends on values drawn for something else. There is no shared state.
 #pragma once
 
 #include <cmath>
@@ -10,8 +9,7 @@
 
 namespace tessera::street {
 
-/// Purposes of random numbers, so that two uses with the same coordinates do not see the same
-/// values.
+/// Purposes of random numbers, so that two uses with the same coordinates get different values.
 enum class Stream : std::uint64_t {
   kTerrain = 1,
   kVerge,

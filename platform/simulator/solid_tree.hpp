@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Solids in a bounding-volume hierarchy: the first thing that a ray meets among thousands in about
-// a microsecond.
+// Solids in a bounding-volume hierarchy: finds the first hit of a ray among thousands in about 1
+// us.
 #pragma once
 
 #include <cstdint>

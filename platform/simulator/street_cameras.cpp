@@ -10,8 +10,8 @@ namespace {
 constexpr double kDegree = 3.141592653589793 / 180.0;
 constexpr double kMaxRange_m = 200.0;
 
-/// Where a camera sits on the scanner (x forward, y left, z up), and where it looks: to the left by
-/// yaw, down by pitch.
+/// Pose of a camera on the scanner (x forward, y left, z up), turned to the left by yaw, down by
+/// pitch.
 struct Mount {
   Eigen::Vector3d place_m;
   double yaw_deg = 0.0;

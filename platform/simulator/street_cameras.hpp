@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// The cameras of the simulated robots: two to the front, one fisheye to the rear, each with a lens
-// that distorts and an image at another time than the scan's.
+// The cameras of the simulated robots: two to the front, one fisheye to the rear, each with lens
+// distortion and an image at another time than the scan's.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -13,16 +13,16 @@
 
 namespace tessera::street {
 
-/// The labels of a network are one for so many pixels each way.
+/// A network has one label for this number of pixels on each axis.
 inline constexpr int kLabelStride_px = 2;
 
 struct StreetCamera {
   std::string name;
   CameraModel model;
   Eigen::Isometry3d T_camera_sensor = Eigen::Isometry3d::Identity();
-  double offset_s = 0.0;  ///< When its image is taken, from the scan's stamp.
-  /// The directions of the labels in the camera's frame, of length 1, by rows; zero where the lens
-  /// sees nothing.
+  double offset_s = 0.0;  ///< Time of its image, from the scan's stamp.
+  /// The directions of the labels in the camera's frame, of length 1, by rows; zero outside of the
+  /// lens's view.
   std::vector<Eigen::Vector3d> rays;
   [[nodiscard]] int label_columns() const { return model.width_px() / kLabelStride_px; }
   [[nodiscard]] int label_rows() const { return model.height_px() / kLabelStride_px; }
@@ -31,8 +31,7 @@ struct StreetCamera {
 /// front-left, front-right: pinholes of 640 x 384 pixels; rear: a fisheye of 640 x 480.
 std::vector<StreetCamera> street_cameras();
 
-/// What the camera sees first in the direction of each label; nothing is lost and nothing is
-/// noisy.
+/// The first hit of the camera in the direction of each label, without losses and noise.
 EchoImage look(const StreetCamera& camera, const Eigen::Isometry3d& T_street_sensor,
                const Scene& scene);
 

@@ -1,14 +1,14 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// The SemanticKITTI raw ids that the simulated street uses, and what a laser sees of each.
+// The SemanticKITTI raw ids of the simulated street, and their surfaces for a laser.
 #pragma once
 
 #include <cstdint>
 
 namespace tessera::street {
 
-/// Raw ids as they are written to label files. Moving ones occur in the truth alone: a network of
-/// one scan cannot tell.
+/// Raw ids as in label files. Moving ones occur only in the truth: a network on single scans cannot
+/// detect motion.
 enum class RawId : std::uint16_t {
   kUnlabelled = 0,
   kCar = 10,
@@ -28,8 +28,8 @@ enum class RawId : std::uint16_t {
   kMovingPerson = 254,
 };
 
-/// What a beam meets. fill < 1: a porous volume in which that share of small voxels is solid
-/// (leaves). loss: share of echoes that never come back whatever the range, as from glass.
+/// A surface for a beam. fill < 1: a porous volume in which that share of small voxels is solid
+/// (leaves). loss: share of echoes that are always lost, as from glass.
 struct Surface {
   RawId id = RawId::kUnlabelled;
   double reflectivity = 0.3;

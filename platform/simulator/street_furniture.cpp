@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Shapes are as coarse as a map of 0.1 m voxels can tell apart, and no coarser.
+// Shapes are as fine as a map of 0.1 m voxels can distinguish, and no finer.
 #include "simulator/street_furniture.hpp"
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 namespace tessera::street {
 namespace {
 
-constexpr double kSunk_m = 0.35;  // Sunk into uneven ground, so that no gap shows on a slope.
+constexpr double kSunk_m = 0.35;  // Sunk into uneven ground, so that there is no gap on a slope.
 
 Surface glass(RawId id) {
   Surface surface = surface_of(id);
@@ -76,7 +76,7 @@ void add_person(Assembly& out, Random random, RawId id, double stride_rad) {
 void add_bicycle(Assembly& out, Random random) {
   Surface metal = surface_of(RawId::kBicycle);
   Surface wheel = metal;
-  wheel.fill = 0.55;  // Spokes let most of a beam through.
+  wheel.fill = 0.55;  // Most of a beam passes between spokes.
   for (const double x : {0.52, -0.52}) out.ellipsoid({x, 0, 0.34}, {0.34, 0.035, 0.34}, wheel);
   out.box({0.0, 0, 0.5}, {0.42, 0.03}, 0.16, metal);
   out.box({-0.2, 0, 0.3}, {0.05, 0.04}, 0.6, metal);

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// The things that stand or move in the street, each built at a placement in its own frame (x
-// forward, y left, z up). What an object looks like is drawn from `random`; the same numbers give
-// the same object wherever it stands.
+// Standing and moving objects of the street, each built at a placement in its own frame (x forward,
+// y left, z up). Its shape is drawn from `random`; the same numbers give the same object anywhere.
 #pragma once
 
 #include "simulator/assembly.hpp"
@@ -19,8 +18,8 @@ void add_person(Assembly& out, Random random, RawId id, double stride_rad);
 
 void add_bicycle(Assembly& out, Random random);
 
-/// A trunk with a few boughs. The crown goes into `leaves`, a separate object: networks confuse the
-/// two on their own.
+/// A trunk with a few boughs. The crown is added to `leaves`, a separate object: networks have
+/// separate errors for the two.
 void add_tree(Assembly& trunk, Assembly& leaves, Random random);
 
 void add_bush(Assembly& out, Random random);
@@ -39,7 +38,7 @@ void add_lamp(Assembly& out, Random random);
 /// A post and, as an object of its own, the plate facing +x.
 void add_sign(Assembly& post, Assembly& plate, Random random);
 
-/// Dustbins and boxes: things outside the class table, unlabelled in the truth.
+/// Dustbins and boxes: objects outside the class table, unlabelled in the truth.
 void add_bin(Assembly& out, Random random);
 
 }  // namespace tessera::street

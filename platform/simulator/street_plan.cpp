@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// From the kerb outwards: parked cars and trees in the kerb strip, lamps and signs beside it, bins
+// From the kerb outwards: parked cars and trees in the kerb strip, lamps and signs next to it, bins
 // and bicycles along the garden fences, gardens, houses, and hedges at the back that close the
 // view.
 #include "simulator/street_plan.hpp"
@@ -19,7 +19,7 @@ constexpr double kLot_m = 12.0;
 constexpr double kFenceLine_m = kSidewalkEnd_m + 0.3;
 constexpr double kBackHedge_m = kStreetHalfWidth_m - 0.6;
 
-/// Draws one lot or slot: hands out its objects' numbers and puts them on the ground.
+/// Draws one lot or slot: numbers its objects and puts them on the ground.
 class Drawing {
  public:
   Drawing(std::uint64_t seed, int side, int place, const Ground& ground,

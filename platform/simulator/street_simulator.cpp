@@ -1,14 +1,14 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Joins street, traffic, scanner and label noise. What stands is laid out once; what moves is
-// placed for each scan.
+// Combines street, traffic, scanner and label noise. Standing objects are placed once, moving ones
+// for each scan.
 #include "simulator/street_simulator.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "dataset/dataset_classes.hpp"
+#include "scans/dataset_classes.hpp"
 #include "simulator/ground.hpp"
 #include "simulator/label_noise.hpp"
 #include "simulator/lidar.hpp"
@@ -44,7 +44,7 @@ double half_length_m(const street::Traffic& traffic, const SimulatorConfig& conf
 
 std::string between(const char* what, int most, int given) {
   return std::string("the number of ") + what + " must be 1 to " + std::to_string(most) + ", not " +
-         std::to_string(given) + ": choose one in that range";
+         std::to_string(given) + "; choose one in that range";
 }
 
 }  // namespace
@@ -82,8 +82,7 @@ StreetSimulator::~StreetSimulator() = default;
 
 Outcome<StreetSimulator> StreetSimulator::make(const SimulatorConfig& config) {
   if (config.scene != "street") {
-    return Failure{"there is no scene '" + config.scene +
-                   "' to simulate: the only one is 'street'"};
+    return Failure{"unknown scene '" + config.scene + "'; the only one is 'street'"};
   }
   if (config.robots < 1 || config.robots > kMaxRobots) {
     return Failure{between("robots", kMaxRobots, config.robots)};
@@ -96,7 +95,7 @@ Outcome<StreetSimulator> StreetSimulator::make(const SimulatorConfig& config) {
 
 const SimulatorConfig& StreetSimulator::config() const { return street_->config; }
 
-/// The street as it stands at a time, without the observing robot's own vehicle.
+/// The street at a time, without the observing robot's own vehicle.
 class StreetSimulator::Moment {
  public:
   Moment(const Street& street, int robot, double now_s)
@@ -132,7 +131,7 @@ street::EchoImage StreetSimulator::measure(int robot, int index) const {
         model, T_global_sensor(robot, index),
         [&](const street::Ray& ray, street::Hit& hit) { moment.meet(ray, hit); }, noise);
   }
-  // What moves is placed anew ten times a turn; the sensor for every column.
+  // Moving objects are placed again ten times per turn; the sensor for every column.
   constexpr int kMoments = 10;
   std::vector<Moment> moments;
   for (int i = 0; i < kMoments; ++i) {

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // A simulated street of about 160 m x 40 m, robots that drive towards each other on either side of
-// its road, and what their laser scanners see: points, true labels, and labels as a network would
-// predict them. Every scan is a pure function of the seed, the robot and the scan's number,
-// whatever was asked for before.
+// its road, and the data of their laser scanners: points, true labels, and labels as a network
+// would predict them. Every scan is a pure function of the seed, the robot and the scan's number,
+// independent of earlier calls.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "posix/outcome.hpp"
+#include "base/outcome.hpp"
 #include "tessera/registration/camera_model.hpp"
 
 namespace tessera {
@@ -23,7 +23,7 @@ struct EchoImage;
 }
 
 struct SimulatorConfig {
-  std::string scene = "street";  ///< The only scene there is.
+  std::string scene = "street";  ///< The only scene.
   std::uint64_t seed = 1;
   /// 1 .. 8. Even robots (0, 2, ...) drive towards +x with a 64-beam scanner, odd ones towards -x
   /// with a 16-beam one.
@@ -41,27 +41,27 @@ struct SimulatedScan {
   std::vector<std::array<float, 4>>
       points;  ///< x y z in metres, sensor frame (x forward, y left, z up); intensity 0..1.
   std::vector<std::uint32_t>
-      labels;  ///< Truth: SemanticKITTI raw ids, 252 and 254 for what moves, 0 unlabelled.
+      labels;  ///< Truth: SemanticKITTI raw ids, 252 and 254 for moving objects, 0 unlabelled.
   std::vector<std::uint32_t>
-      predictions;             ///< As a network errs: raw ids of static classes, never 0.
-  std::vector<float> times_s;  ///< Swept scans only: of each point, from the scan's stamp.
+      predictions;             ///< With a network's errors: raw ids of static classes, never 0.
+  std::vector<float> times_s;  ///< Only for swept scans: of each point, from the scan's stamp.
 };
 
-/// A camera of a robot, for what reads the dataset.
+/// A camera of a robot, for readers of the dataset.
 struct SimulatedCamera {
   std::string name;
   CameraModel model;
   Eigen::Isometry3d T_camera_sensor = Eigen::Isometry3d::Identity();
-  double offset_s = 0.0;  ///< When its image is taken, from the scan's stamp.
+  double offset_s = 0.0;  ///< Time of its image, from the scan's stamp.
 };
 
-/// A byte a pixel, by rows: SemanticKITTI's class, 1 .. 19, or 0 where there is none. Each label
+/// A byte per pixel, by rows: SemanticKITTI's class, 1 .. 19, or 0 for none. Each label
 /// covers 2 x 2 pixels, as a network's output does.
 struct SimulatedLabelImage {
   int width_px = 0;
   int height_px = 0;
   std::vector<std::uint8_t> labels;       ///< Truth.
-  std::vector<std::uint8_t> predictions;  ///< As a network errs.
+  std::vector<std::uint8_t> predictions;  ///< With a network's errors.
 };
 
 /// Frames: `global` is the street (x along it, z up, origin in its middle, within a metre of the
@@ -90,7 +90,7 @@ class StreetSimulator {
   [[nodiscard]] Eigen::Isometry3d T_map_sensor_at(int robot, double time_s) const;
   /// The true pose as the robot reports it: sensor to its own map frame; the identity for index 0.
   [[nodiscard]] Eigen::Isometry3d T_map_sensor(int robot, int index) const;
-  /// Where the robot's map lies in the street.
+  /// Pose of the robot's map in the street.
   [[nodiscard]] Eigen::Isometry3d T_global_map(int robot) const;
 
  private:

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// What moves: the robots, the other cars in their lanes, people on the sidewalks. Everything is a
-// function of time (seconds since the first scan), so scans can be made in any order. Traffic keeps
-// to the right.
+// Moving objects: the robots, the other cars in their lanes, people on the sidewalks. Everything is
+// a function of time (seconds since the first scan), so scans can be made in any order. Traffic
+// keeps to the right.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -18,7 +18,7 @@ constexpr double kScanPeriod_s = 0.1;
 
 class Traffic {
  public:
-  /// The robots stand in two queues, even numbers heading for +x and odd ones for -x.
+  /// The robots are in two queues, even numbers heading for +x and odd ones for -x.
   Traffic(std::uint64_t seed, int robots) : seed_(seed), robots_(robots) {}
 
   /// Even robots drive towards +x (their right side has y < 0), odd ones towards -x.
@@ -32,7 +32,7 @@ class Traffic {
   /// the road.
   [[nodiscard]] Eigen::Isometry3d T_street_sensor(const Ground& ground, int robot, double time_s,
                                                   double height_m) const;
-  /// The solids that move, as they stand at that time, without the observing robot's own vehicle.
+  /// The moving solids at that time, without the observing robot's own vehicle.
   [[nodiscard]] std::vector<Primitive> solids(const Ground& ground, double half_length_m,
                                               int observer, double time_s) const;
 

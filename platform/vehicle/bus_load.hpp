@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// How long a frame takes on the bus at worst. A sender puts a bit of the other kind behind every
-// five equal ones, and that bit may be the first of the next five: so into n bits go at most
-// (n - 1) / 4 more (ISO 11898-1; the bound is reached, as a test shows).
+// Worst-case duration of a frame on the bus. A sender inserts a bit of the other kind after every
+// five equal ones, and that bit may be the first of the next five: so n bits get at most (n - 1) /
+// 4 more (ISO 11898-1; a test reaches the bound).
 #pragma once
 
 #include <cstddef>
@@ -12,10 +12,10 @@ namespace tessera {
 
 /// SOF, identifier, RTR, IDE, r0, length, CRC.
 inline constexpr std::uint32_t kClassicStuffedBits = 1 + 11 + 1 + 1 + 1 + 4 + 15;
-/// CRC delimiter, acknowledge and its delimiter, end of frame, and the pause before the next one.
+/// CRC delimiter, acknowledge and its delimiter, end of frame, and the pause before the next frame.
 inline constexpr std::uint32_t kUnstuffedBits = 1 + 1 + 1 + 7 + 3;
 
-/// Bits of a CAN 2.0 frame with an 11-bit identifier and bytes of data, stuffing at its worst.
+/// Bits of a CAN 2.0 frame with an 11-bit identifier and bytes of data, with worst-case stuffing.
 [[nodiscard]] constexpr std::uint32_t worst_classic_bits(std::uint32_t bytes) noexcept {
   const std::uint32_t stuffed = kClassicStuffedBits + 8 * bytes;
   return stuffed + (stuffed - 1) / 4 + kUnstuffedBits;
@@ -28,7 +28,7 @@ struct FdBits {
 
 /// The same for CAN FD with an 11-bit identifier and a faster bit rate for data. The CRC has 17
 /// bits up to 16 bytes and 21 beyond; with the four of the stuff count before it, a fixed bit is
-/// put before it and behind every four of its bits.
+/// inserted before it and after every four of its bits.
 [[nodiscard]] constexpr FdBits worst_fd_bits(std::uint32_t bytes) noexcept {
   // SOF, identifier, RRS, IDE, FDF, res, BRS.
   constexpr std::uint32_t kArbitration = 1 + 11 + 1 + 1 + 1 + 1 + 1;

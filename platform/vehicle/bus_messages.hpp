@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// All messages between vehicle and tessera: what docs/can/tessera.dbc says, as tables. A test
-// compares the two, so whoever changes one changes both.
+// All messages between vehicle and tessera: the content of docs/reference/can/tessera.dbc as
+// tables. A test compares the two, so change both.
 #pragma once
 
 #include <array>
@@ -18,7 +18,7 @@ namespace tessera {
 /// Identifiers are base + 0 .. base + 31; the base is a multiple of 32.
 inline constexpr std::uint32_t kDefaultBaseId = 0x100;
 inline constexpr std::uint32_t kBusIds = 32;
-/// Counts changes of the layout that make old and new not understand each other.
+/// Counts incompatible changes of the layout.
 inline constexpr int kBusLayoutVersion = 1;
 
 inline constexpr int kSectorsPerFrame = 2;
@@ -82,7 +82,7 @@ inline constexpr std::array kOdometrySignals{kCrc8,    kCounter4,      kOdometry
                                              kYawRate, kStdWheelSpeed, kStdYawRate};
 
 inline constexpr Signal kMappingState{"MappingState", 12, 4, false, 1, 0, 0, 4, ""};
-inline constexpr Signal kPauseReason{"PauseReason", 16, 4, false, 1, 0, 0, 13, ""};
+inline constexpr Signal kPauseReason{"PauseReason", 16, 4, false, 1, 0, 0, 15, ""};
 inline constexpr Signal kPoseVerdict{"PoseVerdict", 20, 4, false, 1, 0, 0, 8, ""};
 inline constexpr Signal kPoseSource{"PoseSource", 24, 2, false, 1, 0, 0, 2, ""};
 inline constexpr Signal kBusState{"BusState", 26, 2, false, 1, 0, 0, 3, ""};

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// The messages by their place behind the base identifier: lower ones win the bus, so what the
-// vehicle says comes first, then what its controller needs at 20 Hz, then what only informs.
+// The messages by their offset from the base identifier: lower ones win the bus, so messages of the
+// vehicle come first, then those that its controller needs at 20 Hz, then status messages.
 #pragma once
 
 #include "vehicle/bus_messages.hpp"
@@ -19,8 +19,8 @@ inline constexpr std::uint32_t kIdOdometry = 0x05;
 inline constexpr std::uint32_t kIdPoseFd = 0x06;
 inline constexpr std::uint32_t kIdHeartbeat = 0x08;
 inline constexpr std::uint32_t kIdSectorInfo = 0x09;
-inline constexpr std::uint32_t kIdSectors = 0x0a;    ///< And the 15 behind it.
-inline constexpr std::uint32_t kIdFdSectors = 0x1a;  ///< And the one behind it.
+inline constexpr std::uint32_t kIdSectors = 0x0a;    ///< And the 15 after it.
+inline constexpr std::uint32_t kIdFdSectors = 0x1a;  ///< And the one after it.
 inline constexpr std::uint32_t kIdMapFill = 0x1c;
 inline constexpr std::uint32_t kIdTiming = 0x1d;
 inline constexpr std::uint32_t kIdTeam = 0x1e;
@@ -28,7 +28,7 @@ inline constexpr std::uint32_t kIdInfo = 0x1f;
 
 }  // namespace bus
 
-/// When a message is on the bus.
+/// When a message is sent.
 enum class BusUse : std::uint8_t {
   kAlways,
   kClassicPose,  ///< Of the two forms of the pose, one is sent.
@@ -50,8 +50,8 @@ struct BusMessage {
   std::int8_t first_sector = -1;
 };
 
-/// What goes into a message's checksum and not over the bus: another for each identifier, so that a
-/// frame of another base is refused too.
+/// Part of a message's checksum that is not sent: different for each identifier, so that a frame of
+/// another base is refused too.
 [[nodiscard]] constexpr std::uint16_t e2e_data_id(std::uint32_t id) noexcept {
   return static_cast<std::uint16_t>(0x5000U + id);
 }
@@ -99,14 +99,14 @@ inline constexpr auto kBusMessages = [] {
   return all;
 }();
 
-/// The message at a place behind the base; null where there is none.
+/// The message at an offset from the base; null if there is none.
 [[nodiscard]] constexpr const BusMessage* bus_message(std::uint32_t place) noexcept {
   for (const BusMessage& message : kBusMessages)
     if (message.place == place) return &message;
   return nullptr;
 }
 
-/// Whether base + 0 .. base + 31 are identifiers that may be used.
+/// True if base + 0 .. base + 31 are allowed identifiers.
 [[nodiscard]] constexpr bool is_base_id(std::uint32_t base) noexcept {
   return base % kBusIds == 0 && base <= kCanIds - kBusIds;
 }

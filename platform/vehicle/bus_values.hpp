@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// What signals with names for their values say. The numbers are those on the bus.
+// Values of signals with named values. The numbers are those on the bus.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +22,7 @@ inline constexpr int kVehicleCommands = 5;
 enum class MappingState : std::uint8_t {
   kStarting = 0,
   kMapping = 1,
-  kPaused = 2,  ///< PauseReason says why.
+  kPaused = 2,  ///< PauseReason has the reason.
   kStopping = 3,
   kFault = 4,
 };
@@ -41,26 +41,28 @@ enum class PauseReason : std::uint8_t {
   kNoSensor = 9,
   kMemoryFull = 10,
   kOverload = 11,
-  kSilent = 12,  ///< Only the thread on the bus lives: nobody else has reported for too long.
-  kTwin = 13,    ///< Another process speaks as this robot: the shared map may mix both.
+  kSilent = 12,     ///< No thread except that on the bus has reported for too long.
+  kTwin = 13,       ///< Another process uses this robot's number: the shared map may mix both.
+  kOtherTwin = 14,  ///< Two processes use another robot's number.
+  kConflict = 15,   ///< Two contents were signed for one version of a contribution.
 };
-inline constexpr int kPauseReasons = 14;
+inline constexpr int kPauseReasons = 16;
 
-/// What is wrong with a pose, or with all poses lately.
+/// What is wrong with a pose, or with all recent poses.
 enum class PoseVerdict : std::uint8_t {
   kGood = 0,
-  kNone = 1,        ///< There was none yet.
-  kStale = 2,       ///< None came in time, or it was old when it came.
-  kFrozen = 3,      ///< It stays while the vehicle moves.
-  kJumping = 4,     ///< It moved by more than the vehicle can.
+  kNone = 1,        ///< None yet.
+  kStale = 2,       ///< None came in time, or it was too old.
+  kFrozen = 3,      ///< The pose stays while the vehicle moves.
+  kJumping = 4,     ///< The pose moved farther than the vehicle can.
   kCorrupt = 5,     ///< Not a pose: NaN, not rigid, out of range, from the future.
   kUncertain = 6,   ///< Its standard deviations are too large.
   kOutOfOrder = 7,  ///< Not newer than the last one.
-  kRecovering = 8,  ///< Good, but not yet often enough since it was not.
+  kRecovering = 8,  ///< Good, but not enough good poses in a row yet.
 };
 inline constexpr int kPoseVerdicts = 9;
 
-/// Where poses come from at the moment.
+/// The current source of poses.
 enum class PoseSource : std::uint8_t { kNone = 0, kPose = 1, kOdometry = 2 };
 inline constexpr int kPoseSources = 3;
 
@@ -75,8 +77,8 @@ inline constexpr int kConvergences = 4;
 
 enum class SectorsState : std::uint8_t {
   kNone = 0,     ///< No sectors yet.
-  kCurrent = 1,  ///< Of the pose that Age tells.
-  kHeld = 2,     ///< Mapping is paused or stopped: they are no longer renewed.
+  kCurrent = 1,  ///< Of the pose with this age.
+  kHeld = 2,     ///< Mapping is paused or stopped: sectors are no longer renewed.
 };
 inline constexpr int kSectorsStates = 3;
 

@@ -1,7 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// A frame of a CAN bus, whatever brought it. Only data frames with 11-bit identifiers: nothing else
-// is spoken here.
+// A frame of a CAN bus, independent of its transport. Only data frames with 11-bit identifiers.
 #pragma once
 
 #include <array>

@@ -19,7 +19,7 @@ bool is_finite(const OdometryMeasurement& m) noexcept {
 Matrix34d after_arc(const Matrix34d& T_map_body, double speed_mps, double yaw_rate_radps,
                     double seconds) noexcept {
   const double turn = yaw_rate_radps * seconds;
-  // The chord leaves at half the turn and is as long as the arc times sin(turn / 2) / (turn / 2).
+  // The chord starts at half the turn; its length is the arc's times sin(turn / 2) / (turn / 2).
   const double half = turn / 2.0;
   const double shorter = std::abs(half) < 1e-4 ? 1.0 - half * half / 6.0 : std::sin(half) / half;
   const double chord_m = speed_mps * seconds * shorter;

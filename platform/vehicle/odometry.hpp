@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Dead reckoning: from a known pose on by wheel speed and yaw rate, with an uncertainty that only
+// Dead reckoning: from a known pose by wheel speed and yaw rate, with an uncertainty that only
 // grows until the next known pose. The vehicle moves in its own x-y plane, forward along x; roll,
-// pitch and what the road does to height are not measured, so they stay as they were.
+// pitch and the slope of the road are not measured, so they stay constant.
 #pragma once
 
 #include <array>
@@ -23,26 +23,25 @@ struct OdometryMeasurement {
 
 class Odometry {
  public:
-  /// Measurements that are kept, so that a pose which comes late is carried on to now: 0.64 s at
-  /// 100 Hz.
+  /// Measurements that are kept, so that a late pose is moved on to now: 0.64 s at 100 Hz.
   static constexpr std::size_t kKept = 64;
-  /// Between two measurements; with more, nothing is known until the next anchor.
+  /// Largest gap between two measurements; with more, nothing is known until the next anchor.
   static constexpr std::int64_t kMaxGapUs = 150'000;
 
-  /// A pose that is known. What was measured after its stamp is applied to it again. Nothing
-  /// happens, and it is false, iff measurements do not reach back to its stamp or stop before it by
-  /// more than kMaxGapUs. O(kKept).
+  /// Sets a known pose, and applies the measurements after its stamp to it. Does nothing and
+  /// returns false iff measurements do not reach back to its stamp or stop before it by more than
+  /// kMaxGapUs. O(kKept).
   bool anchor(const StampedPose& pose, double std_position_m, double std_heading_rad) noexcept;
   /// Moves on to the measurement's stamp, by the mean of it and the one before, which is exact for
-  /// an arc that is driven evenly. False, and nothing is known any more, iff the stamp is later
-  /// than the last by more than kMaxGapUs; false, and nothing is changed, iff it is not later or a
-  /// number is not finite. O(1).
+  /// an arc at constant speed. False, and the pose becomes unknown, iff the stamp is later than the
+  /// last by more than kMaxGapUs; false, and nothing is changed, iff it is not later or a number is
+  /// not finite. O(1).
   bool measure(const OdometryMeasurement& measurement) noexcept;
 
-  /// Whether there is a pose to give.
+  /// True if there is a pose.
   [[nodiscard]] bool is_known() const noexcept { return known_; }
-  /// At the last measurement (or the last anchor, if that is later). Standard deviations are upper
-  /// bounds: errors are added as if all of them had the same sign.
+  /// Pose at the last measurement (or the last anchor, if that is later). Standard deviations are
+  /// upper bounds: errors are added as if all of them had the same sign.
   [[nodiscard]] const PoseObservation& now() const noexcept { return now_; }
   /// Time since the anchor, microseconds.
   [[nodiscard]] std::int64_t reckoned_us() const noexcept {
@@ -64,8 +63,8 @@ class Odometry {
   bool known_ = false;
 };
 
-/// Where a body that drives evenly gets to: T_map_body after seconds. Exact for an arc and for a
-/// straight line, and steady between the two.
+/// T_map_body after seconds at constant speed. Exact for an arc and for a straight line, and
+/// continuous between the two.
 [[nodiscard]] Matrix34d after_arc(const Matrix34d& T_map_body, double speed_mps,
                                   double yaw_rate_radps, double seconds) noexcept;
 

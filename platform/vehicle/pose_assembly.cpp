@@ -12,7 +12,7 @@ namespace {
 
 constexpr unsigned kAllParts = 7;
 
-/// Reads values, and whether all of them were in their ranges.
+/// Reads values, and checks that all of them are in their ranges.
 class RangedReader {
  public:
   explicit RangedReader(std::span<const std::uint8_t> data) noexcept : data_(data) {}

@@ -36,8 +36,8 @@ bool PoseGuard::is_recent(std::int64_t now_us) const noexcept {
   return now_us - motion_.received_us <= config_.motion_timeout_us;
 }
 
-/// What was said holds until something else is. A pose that came in three frames has the time of
-/// the first, which may be before that of odometry between them.
+/// A motion report holds until the next one. A pose of three frames has the time of the first,
+/// which may be before that of odometry between them.
 void PoseGuard::add_up(std::int64_t now_us) noexcept {
   const std::int64_t step_us = now_us - said_.until_us;
   if (step_us <= 0) return;
@@ -74,7 +74,7 @@ PoseVerdict PoseGuard::state(std::int64_t now_us) noexcept {
     silent_ = true;
     ++timeouts_;
     fail(PoseVerdict::kStale);
-    // What it did meanwhile is not known: its velocity may be any.
+    // Its motion meanwhile is not known: its velocity may be any.
     reference_.base = reference_.next_base = reference_.pose;
   }
   return state_;
@@ -85,7 +85,7 @@ void PoseGuard::forget() noexcept {
   has_pose_ = silent_ = has_reference_ = frozen_ = false;
   window_ = {};
   candidate_in_row_ = 0;
-  said_.until_us = 0;  // The clock may be another one now.
+  said_.until_us = 0;  // The clock may have changed.
 }
 
 void PoseGuard::fail(PoseVerdict verdict) noexcept {
@@ -93,7 +93,7 @@ void PoseGuard::fail(PoseVerdict verdict) noexcept {
   good_in_row_ = 0;
 }
 
-/// In this order: what comes later relies on what was checked before.
+/// In this order: later checks rely on earlier ones.
 PoseVerdict PoseGuard::inspect(const PoseObservation& observation) noexcept {
   const StampedPose& pose = observation.pose;
   const bool numbers = check_rigid(pose.T_map_body) == Status::kOk &&
@@ -118,8 +118,7 @@ PoseVerdict PoseGuard::inspect(const PoseObservation& observation) noexcept {
   const Reach said = said_since_reference(observation);
   const bool held = has_reference_ && is_held(pose, said);
   const bool frozen = is_frozen(pose, said);
-  // What was passed over in a silence, or to catch up with the wheels, says nothing of the
-  // velocity.
+  // A way during a silence, or to catch up with the wheels, does not give the velocity.
   const bool on_course =
       has_reference_ && !was_silent && course_strain(reference_, observation) <= 1.0;
   reference_ = on_course ? follow(reference_, observation) : begin(observation);
@@ -128,8 +127,8 @@ PoseVerdict PoseGuard::inspect(const PoseObservation& observation) noexcept {
   return frozen ? PoseVerdict::kFrozen : PoseVerdict::kGood;
 }
 
-/// How far a step goes, as a share of the farthest that is plausible: reach, or what the vehicle
-/// can do in that time if it is less.
+/// The length of a step as a share of the farthest plausible one: reach, or what the vehicle can do
+/// in that time if that is less.
 double PoseGuard::share(const Reference& from, const PoseObservation& to,
                         const Reach& reach) const noexcept {
   const double seconds = static_cast<double>(to.pose.stamp_us - from.pose.stamp_us) * 1e-6;
@@ -143,13 +142,13 @@ double PoseGuard::share(const Reference& from, const PoseObservation& to,
   return std::max(distance_m(before, after) / far_m, turn_between(before, after) / far_rad);
 }
 
-/// A bit more than the vehicle said that it moved since then.
+/// A bit more than the motion that the vehicle reported since then.
 PoseGuard::Reach PoseGuard::said_since(const Reference& from) const noexcept {
   return {config_.wheels_factor * (said_.sum.way_m - from.said.sum.way_m),
           config_.wheels_factor * (said_.sum.turn_rad - from.said.sum.turn_rad)};
 }
 
-/// What a jump led to stays beyond it, though time makes the way there plausible.
+/// A pose beyond a jump stays implausible, even when enough time for the way has passed.
 bool PoseGuard::jumps(const PoseObservation& observation) noexcept {
   const bool was_held = moved_.pose.stamp_us < reference_.pose.stamp_us;
   const double lag = was_held ? lag_strain(observation) : 2.0;
@@ -160,13 +159,13 @@ bool PoseGuard::jumps(const PoseObservation& observation) noexcept {
   return !is_relocated(observation, there <= 1.0);
 }
 
-/// Poses beyond a jump are believed once so many of them agree with each other.
+/// Poses beyond a jump are accepted once enough of them agree with each other.
 bool PoseGuard::is_relocated(const PoseObservation& observation, bool agrees) noexcept {
   candidate_in_row_ = agrees ? candidate_in_row_ + 1 : 1;
   candidate_ = follow(agrees ? candidate_ : begin(observation), observation);
   if (candidate_in_row_ < config_.relocate_after) return false;
   reference_ = candidate_;
-  // A frame that nothing was mapped in is none that was left.
+  // If nothing was mapped in a frame, leaving it does not matter.
   relocations_ += was_good_ ? 1U : 0U;
   window_ = {};
   frozen_ = false;
@@ -177,7 +176,7 @@ bool PoseGuard::is_relocated(const PoseObservation& observation, bool agrees) no
 PoseGuard::Reach PoseGuard::said_since_reference(
     const PoseObservation& observation) const noexcept {
   if (!is_recent(observation.received_us)) return {};
-  // Time without poses proves nothing: what the vehicle did meanwhile is not known.
+  // Time without poses proves nothing: the motion meanwhile is not known.
   const std::int64_t step_us =
       std::min(observation.pose.stamp_us - reference_.pose.stamp_us, config_.timeout_us);
   const double seconds = static_cast<double>(step_us) * 1e-6;
@@ -188,8 +187,8 @@ PoseGuard::Reach PoseGuard::said_since_reference(
   return {speed_mps * seconds, turns ? *motion_.yaw_rate_radps * seconds : 0.0};
 }
 
-/// Whether it stays where the last one was while the vehicle moves on. A radian counts as a metre,
-/// so that what is noise in one of them does not hide that the other stays.
+/// True if the pose stays the same while the vehicle moves. A radian counts as a metre, so that
+/// noise in one of them does not hide that the other stays.
 bool PoseGuard::is_held(const StampedPose& pose, const Reach& said) const noexcept {
   const Matrix34d& before = reference_.pose.T_map_body;
   const double went = distance_m(before, pose.T_map_body) + turn_between(before, pose.T_map_body);
@@ -197,7 +196,7 @@ bool PoseGuard::is_held(const StampedPose& pose, const Reach& said) const noexce
 }
 
 bool PoseGuard::is_frozen(const StampedPose& pose, const Reach& said) noexcept {
-  // Forward and back again is no way that the pose could be asked for.
+  // For a way forward and back no motion of the pose can be demanded.
   if (!window_.open || window_.said.way_m * said.way_m < 0.0) {
     window_ = {.start = pose, .said = {}, .open = true};
     return frozen_;
@@ -210,7 +209,7 @@ bool PoseGuard::is_frozen(const StampedPose& pose, const Reach& said) noexcept {
   const double turned_rad = turn_between(window_.start.T_map_body, pose.T_map_body);
   const bool goes = went_m >= config_.frozen_share * said_m;
   const bool turns = turned_rad >= config_.frozen_share * said_rad;
-  // While it is frozen, the pose need only move to be alive again.
+  // A frozen pose only needs to move to be valid again.
   if (frozen_ && goes && turns &&
       (went_m >= config_.frozen_share * config_.frozen_travel_m ||
        turned_rad >= config_.frozen_share * config_.frozen_turn_rad)) {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Where a vehicle's poses lead, and how far another pose is from that.
+// Predicts a vehicle's pose, and measures how far another pose is from that.
 #include <algorithm>
 #include <cmath>
 
@@ -9,7 +9,7 @@
 namespace tessera {
 namespace {
 
-/// From where a velocity leads from one pose in the time until another.
+/// Distance from the prediction by a velocity from one pose for the time until another.
 double off_course_m(const StampedPose& from, const Point3d& velocity_mps,
                     const StampedPose& to) noexcept {
   const double seconds = static_cast<double>(to.stamp_us - from.stamp_us) * 1e-6;
@@ -27,7 +27,7 @@ PoseGuard::Reference PoseGuard::begin(const PoseObservation& at) const noexcept 
           .next_base = at.pose};
 }
 
-/// The base is one to two times velocity_us old where poses come often, else the pose before.
+/// The base is one to two times velocity_us old if poses are frequent, else the pose before.
 PoseGuard::Reference PoseGuard::follow(const Reference& before,
                                        const PoseObservation& to) const noexcept {
   Reference reference = begin(to);
@@ -48,9 +48,9 @@ PoseGuard::Course PoseGuard::course_of(const Reference& from) const noexcept {
   return {way / baseline_s, baseline_s};
 }
 
-/// How far a pose is from where the reference leads, as a share of the farthest that is plausible.
-/// The mean velocities of two spans of time that follow each other differ by the acceleration times
-/// half of both at most. 0 where the reference leads nowhere yet.
+/// Distance of a pose from the reference's prediction, as a share of the farthest plausible one.
+/// The mean velocities of two successive spans of time differ at most by the acceleration times
+/// half of both. 0 if the reference has no velocity yet.
 double PoseGuard::course_strain(const Reference& from, const PoseObservation& to) const noexcept {
   const Course course = course_of(from);
   if (course.baseline_s <= 0.0) return 0.0;
@@ -61,8 +61,8 @@ double PoseGuard::course_strain(const Reference& from, const PoseObservation& to
   return off_course_m(from.pose, course.velocity_mps, to.pose) / far_m;
 }
 
-/// Time alone does not make another frame plausible: behind a silence what the vehicle said of its
-/// motion counts, and where it said nothing, max_blind_us at most.
+/// Time alone does not make another frame plausible: after a silence the motion reported by the
+/// vehicle counts, and without reports at most max_blind_us.
 double PoseGuard::strain(const Reference& from, const PoseObservation& to) const noexcept {
   const std::int64_t blind_us = std::min(said_.blind_us - from.said.blind_us, config_.max_blind_us);
   const double seconds = static_cast<double>(std::max(blind_us, config_.timeout_us)) * 1e-6;
@@ -72,21 +72,20 @@ double PoseGuard::strain(const Reference& from, const PoseObservation& to) const
   return std::max(share(from, to, reach), course_strain(from, to));
 }
 
-/// The same from the last pose that moved: one that was held and catches up with the vehicle has
-/// not left its frame. Only what the vehicle said counts here, else standing would allow any step.
+/// The same from the last pose that moved: a pose that was held and catches up with the vehicle has
+/// not left its frame. Only reported motion counts here, otherwise standing would allow any step.
 double PoseGuard::lag_strain(const PoseObservation& to) const noexcept {
   return share(moved_, to, said_since(moved_));
 }
 
-/// Whether it stays on the spot though no brake is so strong: whoever gives poses sends the last
-/// one again. Such a pose is no frame of its own, however often it comes.
+/// True if the pose stops faster than any brake allows: the source repeats its last pose. Such a
+/// pose is not another frame, however often it comes.
 bool PoseGuard::stops_dead(const PoseObservation& to) const noexcept {
   return course_strain(reference_, to) > 1.0 && share(reference_, to, {}) <= 1.0;
 }
 
-/// Of a pose that may belong to the reference or to what is beyond a jump. What is plausible grows
-/// with the time since the reference, what is near does not. A frame that was left goes on at the
-/// velocity that it had.
+/// Assigns a pose to the reference or to the poses beyond a jump. The plausible distance grows with
+/// the time since the reference, nearness does not. A left frame continues at its velocity.
 bool PoseGuard::is_nearer_here(const PoseObservation& to, double here,
                                double there) const noexcept {
   const Course course = course_of(reference_);

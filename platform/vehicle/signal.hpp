@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// A number within a frame's data, as a DBC file describes it: little-endian ("Intel"), the start is
-// the place of its lowest bit, bit 0 being the lowest of byte 0.
+// A number within the data of a frame, as in a DBC file: little-endian ("Intel"); the start is the
+// place of its lowest bit, bit 0 is the lowest of byte 0.
 #pragma once
 
 #include <algorithm>
@@ -18,17 +18,17 @@ struct Signal {
   bool is_signed = false;
   double scale = 1.0;  ///< The value is raw * scale + offset.
   double offset = 0.0;
-  double least = 0.0;  ///< Of the value; codes beyond most have meanings of their own.
+  double least = 0.0;  ///< Of the value; codes beyond most have special meanings.
   double most = 0.0;
   const char* unit = "";
-  std::int8_t sector = -1;  ///< Which sector it is about; its name in the DBC begins with that.
+  std::int8_t sector = -1;  ///< Number of the sector; its name in the DBC begins with that.
 
   [[nodiscard]] constexpr std::uint32_t mask() const noexcept {
     return length >= 32 ? ~std::uint32_t{0} : (std::uint32_t{1} << length) - 1;
   }
 };
 
-/// Puts the low bits of raw where the signal is. Nothing iff that is not all within data.
+/// Writes the low bits of raw to the signal. Does nothing iff it is not completely within data.
 constexpr void put_raw(std::span<std::uint8_t> data, const Signal& signal,
                        std::uint32_t raw) noexcept {
   const unsigned first = signal.start;
@@ -41,7 +41,7 @@ constexpr void put_raw(std::span<std::uint8_t> data, const Signal& signal,
   }
 }
 
-/// The signal's bits, not extended by its sign; 0 iff they are not all within data.
+/// The signal's bits, without sign extension; 0 iff they are not all within data.
 [[nodiscard]] constexpr std::uint32_t raw_of(std::span<const std::uint8_t> data,
                                              const Signal& signal) noexcept {
   const unsigned first = signal.start;
@@ -52,7 +52,7 @@ constexpr void put_raw(std::span<std::uint8_t> data, const Signal& signal,
   return raw;
 }
 
-/// The nearest value that can be said; what is beyond least and most as these, NaN as least.
+/// Writes the nearest valid value; clamps to least and most, NaN becomes least.
 inline void put_value(std::span<std::uint8_t> data, const Signal& signal, double value) noexcept {
   const double bounded = value > signal.least ? std::min(value, signal.most) : signal.least;
   const auto raw =
@@ -69,7 +69,7 @@ inline void put_value(std::span<std::uint8_t> data, const Signal& signal, double
   return static_cast<double>(raw) * signal.scale + signal.offset;
 }
 
-/// Whether a value is one that the signal may have. Half a step is for rounding.
+/// True if a value is in the signal's range. Half a step is for rounding.
 [[nodiscard]] inline bool in_range(const Signal& signal, double value) noexcept {
   return value >= signal.least - 0.5 * signal.scale && value <= signal.most + 0.5 * signal.scale;
 }

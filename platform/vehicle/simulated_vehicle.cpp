@@ -8,7 +8,7 @@
 namespace tessera {
 namespace {
 
-/// Above, the vehicle moves.
+/// Speed above which the vehicle moves.
 constexpr double kMovingSpeed_mps = 0.05;
 constexpr double kMovingYawRate_radps = 0.01;
 
@@ -25,7 +25,7 @@ WheelMotion SimulatedVehicle::since_before(const StampedPose& now) const noexcep
   double left = 0.0;
   double along = 0.0;
   for (int axis = 0; axis < 3; ++axis) {
-    // In the body's axes as they were: how far it went ahead, and where its x axis turned to.
+    // In the body's earlier axes: distance ahead, and direction of the new x axis.
     ahead_m += from(axis, 0) * (to(axis, 3) - from(axis, 3));
     left += from(axis, 1) * to(axis, 0);
     along += from(axis, 0) * to(axis, 0);

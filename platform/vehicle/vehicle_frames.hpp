@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// The frames that a vehicle sends, with counters and checksums, as its controller would make them:
-// for simulated vehicles and for tests. No clock, no heap.
+// The frames that a vehicle sends, with counters and checksums as from its controller: for
+// simulated vehicles and for tests. No clock, no heap.
 #pragma once
 
 #include <array>
@@ -27,21 +27,21 @@ struct WheelMotion {
   bool valid = true;
 };
 
-/// Each call counts one on in its message's counter, so what it gives is to be sent in that order.
+/// Each call increments its message's counter, so send frames in the order of calls.
 class VehicleFrames {
  public:
   /// base_id: see is_base_id().
   explicit VehicleFrames(std::uint32_t base_id = kDefaultBaseId) noexcept : base_id_(base_id) {}
 
-  /// The three classic frames of a pose. Values beyond what their signals can say become the
-  /// nearest that they can; an age over 254 ms says that there is no pose.
+  /// The three classic frames of a pose. Values beyond the range of their signals become the
+  /// nearest in it; an age over 254 ms means that there is no pose.
   [[nodiscard]] std::array<CanFrame, 3> pose(const SentPose& pose) noexcept;
   [[nodiscard]] CanFrame fd_pose(const SentPose& pose, bool valid = true) noexcept;
   [[nodiscard]] CanFrame odometry(const WheelMotion& odometry) noexcept;
   [[nodiscard]] CanFrame state(MotionState state) noexcept;
   [[nodiscard]] CanFrame command(VehicleCommand command, std::uint8_t number) noexcept;
-  /// The message at a place behind the base (bus::kIdCommand, ...), also with signals that are not
-  /// a vehicle's. A place without a message is a caller bug.
+  /// The message at an offset from the base (bus::kIdCommand, ...), also one that vehicles do not
+  /// send. An offset without a message is a caller bug.
   [[nodiscard]] CanFrame frame(std::uint32_t place,
                                std::initializer_list<SignalValue> values) noexcept;
 
@@ -53,8 +53,8 @@ class VehicleFrames {
   std::uint32_t pose_counter_ = 0;
 };
 
-/// The position and the angles of a rigid transform, as to_transform() puts them together again;
-/// deviations and age are 0. At a pitch of a quarter turn heading and roll are one, and roll is 0.
+/// The position and the angles of a rigid transform, the inverse of to_transform(); deviations and
+/// age are 0. At a pitch of a quarter turn heading and roll are equivalent, and roll is 0.
 [[nodiscard]] SentPose to_sent_pose(const Matrix34d& T_map_body) noexcept;
 
 }  // namespace tessera

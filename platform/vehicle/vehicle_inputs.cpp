@@ -76,12 +76,12 @@ VehicleInputs::Taken VehicleInputs::take(const CanFrame& frame, std::int64_t rec
   return taken;
 }
 
-/// Twice the same before it is taken: a single frame does not clear a map.
+/// Accepted only if repeated: a single frame does not clear a map.
 void VehicleInputs::take_command(const CanFrame& frame, std::int64_t received_us,
                                  Taken& taken) noexcept {
   const auto number = static_cast<std::uint8_t>(raw_of(frame.bytes(), bus::kCommandNumber));
   const std::uint32_t command = raw_of(frame.bytes(), bus::kCommand);
-  // What was commanded before this program started is not done again.
+  // Commands from before the start of this program are ignored.
   if (!knows_command_) {
     knows_command_ = true;
     command_number_ = number;
@@ -113,7 +113,7 @@ void VehicleInputs::take_state(const CanFrame& frame, std::int64_t received_us) 
   guard_.moves(motion_);
 }
 
-/// What the vehicle cannot do is no more believed of its wheels than of its poses.
+/// Refuses wheel speeds that the vehicle cannot have, as with poses.
 bool VehicleInputs::is_plausible(double speed_mps, double yaw_rate_radps) const noexcept {
   return std::abs(speed_mps) <= config_.guard.max_speed_mps &&
          std::abs(yaw_rate_radps) <= config_.guard.max_yaw_rate_radps;
@@ -140,7 +140,7 @@ void VehicleInputs::take_odometry(const CanFrame& frame, std::int64_t received_u
                                         .std_yaw_rate_radps = value_of(data, bus::kStdYawRate)};
   static_cast<void>(odometry_.measure(measurement));
   if (config_.mode == PoseMode::kOdometry && !odometry_.is_known()) start_reckoning(received_us);
-  // While poses are good, those of odometry would only be in their way.
+  // While poses are good, those of odometry would only disturb.
   if (pose_source(received_us) != PoseSource::kOdometry) return;
   taken.pose = JudgedPose{.observation = odometry_.now(),
                           .verdict = PoseVerdict::kGood,
@@ -150,7 +150,7 @@ void VehicleInputs::take_odometry(const CanFrame& frame, std::int64_t received_u
   taken.pose->observation.received_us = received_us;
 }
 
-/// Where it was last, but behind a gap in another frame: nobody knows how it moved meanwhile.
+/// The last place, but after a gap in another frame, as the motion meanwhile is not known.
 void VehicleInputs::start_reckoning(std::int64_t now_us) noexcept {
   if (has_reckoned_) ++restarts_;
   has_reckoned_ = odometry_.anchor({now_us, odometry_.now().pose.T_map_body}, 0.0, 0.0);
@@ -187,8 +187,8 @@ void VehicleInputs::take_pose(const SentPose& sent, std::int64_t received_us,
                                     .std_heading_rad = sent.std_heading_rad};
   const std::uint64_t relocations = guard_.relocations();
   const PoseVerdict verdict = guard_.judge(observation);
-  // A pose that was frozen for a while was anchored to, and which of it and the wheels is wrong is
-  // not known. And what was anchored in a frame that was left is not of the new one.
+  // The anchor was a frozen pose, and either it or the wheels are wrong. An anchor in a left frame
+  // is not valid in the new one.
   if (verdict == PoseVerdict::kFrozen || guard_.relocations() != relocations) odometry_.forget();
   const bool good = verdict == PoseVerdict::kGood;
   if (good)

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Makes poses and commands out of frames, whatever bytes they hold. No clock, no heap: when a frame
-// came is handed in with it.
+// Makes poses and commands of frames with any bytes. No clock, no heap: the time of arrival is
+// passed with each frame.
 #pragma once
 
 #include <array>
@@ -16,52 +16,52 @@
 namespace tessera {
 
 enum class PoseMode : std::uint8_t {
-  kPose,      ///< Poses alone.
-  kBridging,  ///< Poses; while they are bad, odometry from the last good one, bounded, and not
-              ///< behind a frozen one.
-  kOdometry,  ///< Odometry alone, from where the robot starts: a map of its own frame.
+  kPose,      ///< Only poses.
+  kBridging,  ///< Poses; while they are bad, odometry from the last good one, limited, and not
+              ///< after a frozen one.
+  kOdometry,  ///< Only odometry, from the start of the robot: a map in its own frame.
 };
 
 struct VehicleInputsConfig {
   std::uint32_t base_id = kDefaultBaseId;  ///< See is_base_id().
   PoseMode mode = PoseMode::kBridging;
   PoseGuardConfig guard{};
-  std::int64_t max_bridge_us = 2'000'000;  ///< Odometry without a good pose lasts so long, and
-                                           ///< until the guard's limits for deviations at most.
-  std::uint8_t max_delta = 4;              ///< Steps of a message's counter that are not yet wrong.
+  std::int64_t max_bridge_us = 2'000'000;  ///< Longest use of odometry without a good pose, also
+                                           ///< limited by the guard's limits for deviations.
+  std::uint8_t max_delta = 4;              ///< Largest valid step of a message's counter.
 };
 
-/// A pose that may be mapped with if usable; else it is only for logs.
+/// A pose for mapping if usable; else only for logs.
 struct JudgedPose {
   PoseObservation observation{};
   PoseVerdict verdict = PoseVerdict::kNone;
   PoseSource source = PoseSource::kNone;
   bool usable = false;
-  /// Since start. Another number: another frame, so a map that goes on needs a new submap.
+  /// Since start. Another number means another frame, so a map that continues needs a new submap.
   std::uint64_t relocations = 0;
 };
 
 struct TakenCommand {
   VehicleCommand command = VehicleCommand::kNone;
-  std::uint8_t number = 0;  ///< To be given back in the heartbeat.
+  std::uint8_t number = 0;  ///< Returned in the heartbeat.
   std::int64_t received_us = 0;
 };
 
-/// Each frame is counted once by what became of it; the rest tells more about those.
+/// Each frame is counted once by its result; the other counters have details.
 struct VehicleInputCounters {
   std::uint64_t frames = 0;     ///< The sum of the next four.
-  std::uint64_t foreign = 0;    ///< Of no message for us.
+  std::uint64_t foreign = 0;    ///< Of no message for the node.
   std::uint64_t misshapen = 0;  ///< Of another length or kind than the message has.
-  std::uint64_t refused = 0;    ///< By end-to-end protection: by_status tells why.
+  std::uint64_t refused = 0;    ///< By end-to-end protection; by_status has the reason.
   std::uint64_t accepted = 0;
-  std::array<std::uint64_t, kE2eStatuses> by_status{};  ///< Frames that were neither foreign nor
-                                                        ///< misshapen; their sum.
-  std::uint64_t incomplete_poses = 0;                   ///< Of which a frame did not come in time.
-  std::uint64_t invalid_poses = 0;     ///< The vehicle said so, or a signal was out of range.
+  std::array<std::uint64_t, kE2eStatuses> by_status{};  ///< Sum of frames that were neither foreign
+                                                        ///< nor malformed.
+  std::uint64_t incomplete_poses = 0;  ///< With a frame that did not arrive in time.
+  std::uint64_t invalid_poses = 0;     ///< Marked so by the vehicle, or a signal was out of range.
   std::uint64_t invalid_odometry = 0;  ///< The same, or beyond the guard's limits.
-  std::uint64_t invalid_states = 0;    ///< Of motion, that have no meaning.
-  std::uint64_t commands = 0;          ///< Taken.
-  std::uint64_t unknown_commands = 0;  ///< New, but without a meaning.
+  std::uint64_t invalid_states = 0;    ///< Invalid values of motion.
+  std::uint64_t commands = 0;          ///< Accepted.
+  std::uint64_t unknown_commands = 0;  ///< New, but unknown.
 };
 
 class VehicleInputs {
@@ -71,18 +71,19 @@ class VehicleInputs {
     std::optional<TakenCommand> command{};
   };
 
-  /// config.base_id: if it is none, that of the default is used.
+  /// config.base_id: if invalid, the default is used.
   explicit VehicleInputs(const VehicleInputsConfig& config = {}) noexcept;
 
-  /// received_us: by the clock that poses are to be stamped with, never going back. O(64).
+  /// received_us: by the clock of the poses' stamps, never decreasing. O(64).
   Taken take(const CanFrame& frame, std::int64_t received_us) noexcept;
 
-  /// What the guard says now of the vehicle's poses; in mode kOdometry, kGood, kStale or kNone by
-  /// whether there is odometry.
+  /// The guard's current verdict on the vehicle's poses; in mode kOdometry, kGood, kStale or kNone,
+  /// depending on the odometry.
   PoseVerdict pose_state(std::int64_t now_us) noexcept;
-  /// Where usable poses come from now: mapping pauses while it is kNone, and the verdict says why.
+  /// The current source of usable poses: mapping pauses while it is kNone, and the verdict has the
+  /// reason.
   PoseSource pose_source(std::int64_t now_us) noexcept;
-  /// kUnknown unless the vehicle said so within the guard's motion_timeout_us.
+  /// kUnknown unless the vehicle reported it within the guard's motion_timeout_us.
   [[nodiscard]] MotionState motion(std::int64_t now_us) const noexcept;
 
   [[nodiscard]] VehicleInputCounters counters() const noexcept;
@@ -90,7 +91,7 @@ class VehicleInputs {
   [[nodiscard]] const VehicleInputsConfig& config() const noexcept { return config_; }
 
  private:
-  static constexpr std::size_t kMessages = 7;  ///< From the vehicle: those before the heartbeat.
+  static constexpr std::size_t kMessages = 7;  ///< From the vehicle: offsets below the heartbeat's.
 
   void take_command(const CanFrame& frame, std::int64_t received_us, Taken& taken) noexcept;
   void take_state(const CanFrame& frame, std::int64_t received_us) noexcept;
@@ -110,10 +111,10 @@ class VehicleInputs {
   VehicleMotion motion_{};
   std::int64_t odometry_received_us_ = 0;
   bool has_reckoned_ = false;
-  std::uint64_t restarts_ = 0;  ///< Of odometry alone, behind a gap.
+  std::uint64_t restarts_ = 0;  ///< Of mode kOdometry, after a gap.
   bool knows_command_ = false;
-  std::uint8_t command_number_ = 0;  ///< The last that was taken or found at the start.
-  std::uint8_t seen_number_ = 0;     ///< With seen_command_: of the frame before.
+  std::uint8_t command_number_ = 0;  ///< The last that was accepted or found at the start.
+  std::uint8_t seen_number_ = 0;     ///< With seen_command_, of the frame before.
   std::uint32_t seen_command_ = 0;
   VehicleInputCounters counters_{};
 };

@@ -21,8 +21,8 @@ void put_name(Data data, const Signal& signal, Enum value) noexcept {
 
 double milliseconds(std::int64_t us) noexcept { return static_cast<double>(us) * 1e-3; }
 
-/// Downwards, so that nobody is told of more room than there is; a thousandth of a step is for what
-/// floats round.
+/// Rounds down, so that never more free space is reported than there is; a thousandth of a step
+/// compensates the rounding of floats.
 double not_more(const Signal& signal, double value) noexcept {
   const double steps = (value - signal.offset) / signal.scale;
   return std::floor(steps + 1e-3) * signal.scale + signal.offset;
@@ -54,7 +54,7 @@ void write_sector_info(Data data, const SectorsReport& sectors, std::int64_t now
   put_value(data, bus::kMaxHeight, as_double(sectors.max_height_m));
 }
 
-/// The parts begin behind the three that every frame of sectors has.
+/// The parts begin after the three signals that every frame of sectors has.
 void write_sectors(Data data, const BusMessage& message, const SectorsReport& sectors) noexcept {
   for (std::size_t i = 3; i + 3 < message.signals.size(); i += 4) {
     const Signal& distance = message.signals[i];
@@ -122,7 +122,7 @@ bool VehicleOutputs::is_used(const BusMessage& message) const noexcept {
   return true;
 }
 
-/// What only informs starts later, so that not all falls due together.
+/// Status messages start later, so that not all are due at the same time.
 void VehicleOutputs::start(std::int64_t now_us) noexcept {
   started_ = true;
   start_us_ = now_us;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Makes the frames that are due out of the latest report. No clock, no heap, no waiting: who calls
-// it sends what it gives.
+// Makes the due frames from the latest report. No clock, no heap, no waiting: the caller sends
+// them.
 #pragma once
 
 #include <algorithm>
@@ -17,29 +17,29 @@ namespace tessera {
 
 struct VehicleOutputsConfig {
   std::uint32_t base_id = kDefaultBaseId;  ///< See is_base_id().
-  /// A report that is older says Fault and Silent in the heartbeat, and that sectors are held.
+  /// With an older report the heartbeat has Fault and Silent, and sectors are marked as held.
   std::int64_t report_timeout_us = 500'000;
-  bool can_fd = false;  ///< Sectors in frames of CAN FD: all nodes on the bus must take them.
+  bool can_fd = false;  ///< Sectors in frames of CAN FD: all nodes on the bus must support them.
 };
 
 class VehicleOutputs {
  public:
-  /// Identifiers within the base's 32 that are for sending.
+  /// Identifiers within the base's 32 that are sent.
   static constexpr std::size_t kMessages = kBusIds - bus::kIdHeartbeat;
 
   /// config.base_id: if it is none, that of the default is used.
   explicit VehicleOutputs(const VehicleOutputsConfig& config = {}) noexcept;
 
-  /// Writes the frames that are due to into, those of the highest priority first, at most
-  /// into.size() of them; the others are due still. Returns how many. now_us: by any clock that
-  /// never goes back. All sectors of a summary are of one report, whichever call sends them. A
-  /// message that could not be sent for a whole cycle is sent once, and counted as skipped.
-  /// O(into.size() * 64 + 32).
+  /// Writes the due frames to into, those of the highest priority first, at most into.size() of
+  /// them; the others stay due. Returns their number. now_us: by any clock that never decreases.
+  /// All sectors of a summary are of one report, even if several calls send them. A message that
+  /// could not be sent for a whole cycle is sent once, and counted as skipped. O(into.size() * 64 +
+  /// 32).
   std::size_t due(const VehicleReport& report, const BusReport& bus, std::int64_t now_us,
                   std::span<CanFrame> into) noexcept;
-  /// When something will be due next; not before the first call of due().
+  /// Time when a frame is due next; valid after the first call of due().
   [[nodiscard]] std::int64_t next_due_us() const noexcept;
-  /// Cycles of messages that were left out because due() was called too seldom or with too little
+  /// Cycles of messages that were skipped because due() was called too seldom or with too little
   /// room.
   [[nodiscard]] std::uint64_t skipped() const noexcept { return skipped_; }
   [[nodiscard]] const VehicleOutputsConfig& config() const noexcept { return config_; }
@@ -62,7 +62,7 @@ class VehicleOutputs {
 
   VehicleOutputsConfig config_;
   std::array<Schedule, kMessages> schedules_{};  ///< By identifier.
-  SectorsReport sectors_{};                      ///< Of the summary that is being sent.
+  SectorsReport sectors_{};                      ///< Of the summary that is sent now.
   std::uint8_t summary_ = 0;
   std::uint64_t skipped_ = 0;
   bool started_ = false;

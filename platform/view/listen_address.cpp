@@ -13,7 +13,7 @@ namespace tessera {
 
 namespace {
 
-/// "host:port", "[host]:port", and without a port if none is needed.
+/// "host:port", "[host]:port"; the port may be missing if none is needed.
 struct Parts {
   std::string_view host;
   std::optional<std::uint16_t> port;
@@ -53,7 +53,7 @@ bool is_localhost(std::string_view host) {
   });
 }
 
-/// IPv6 addresses are in brackets, and nothing else is.
+/// Only IPv6 addresses are in brackets.
 bool read_ip(const Parts& parts, sockaddr_storage& into) {
   const std::string host(parts.host);
   if (parts.bracketed) {
@@ -90,9 +90,10 @@ Outcome<ListenAddress> parse_listen_address(std::string_view text) {
   if (parts && !parts->bracketed && is_localhost(parts->host)) parts->host = "127.0.0.1";
   ListenAddress address;
   if (!parts || !parts->port || !read_ip(*parts, address.socket)) {
-    return Failure{one_line(text) +
-                   " is no address with a port; give numbers such as 127.0.0.1:8080 or [::1]:8080, "
-                   "with port 0 for any that is free"};
+    return Failure{
+        one_line(text) +
+        " is not an address with a port; give numbers such as 127.0.0.1:8080 or [::1]:8080, "
+        "with port 0 for any free one"};
   }
   address.host = std::string(parts->host);
   address.port = *parts->port;

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// The files of the page, which are part of the program.
+// The files of the page, embedded in the program.
 #pragma once
 
 #include <cstddef>
@@ -15,7 +15,7 @@ struct PageFile {
   std::span<const std::byte> content;
 };
 
-/// All, by name.
+/// All files, by name.
 std::span<const PageFile> page_files() noexcept;
 
 }  // namespace tessera

@@ -39,7 +39,7 @@ ViewMap::ViewMap(const LocalMap& map, const GlobalMap* global, ViewMapInfo info)
     : info_(std::move(info)),
       map_(&map),
       reader_(map),
-      workspace_(reader_.snapshot_bytes() / sizeof(Word) + 1),
+      workspace_(reader_.snapshot_bytes()),
       notes_(MapReader::kPageBlocks),
       marks_(std::make_unique<BlockMarks>()) {
   if (global != nullptr) global_reader_.emplace(*global);
@@ -48,7 +48,7 @@ ViewMap::ViewMap(const LocalMap& map, const GlobalMap* global, ViewMapInfo info)
 }
 
 Result<BlockSnapshot> ViewMap::snapshot(BlockCoord block) noexcept {
-  const std::span<std::byte> workspace = std::as_writable_bytes(std::span(workspace_));
+  const std::span<std::byte> workspace = workspace_.span();
   return global_reader_ ? global_reader_->snapshot(block, workspace)
                         : reader_.snapshot(block, workspace);
 }
@@ -101,7 +101,7 @@ std::size_t ViewMap::put_changes(const ViewCursor& cursor, ViewHeader& header, V
   header.next = cursor;
   if (cursor.round == 0) {
     header.next = {.since = cursor.since, .round = reader_.stamp()};
-    header.round_is_over = header.next.round == 0;  // Nothing was ever in the map.
+    header.round_is_over = header.next.round == 0;  // The map was always empty.
   }
   Message message{header, budget, into, kViewHeaderBytes};
   while (!header.round_is_over) {

@@ -6,7 +6,7 @@
 #include <charconv>
 #include <utility>
 
-#include "posix/monotonic_clock.hpp"
+#include "base/monotonic_clock.hpp"
 #include "view/page_files.hpp"
 
 namespace tessera {
@@ -15,7 +15,7 @@ namespace {
 
 constexpr const char* kJson = "application/json";
 constexpr const char* kBytes = "application/octet-stream";
-/// A message that has room for any block.
+/// Size of a message with room for any block.
 constexpr std::size_t kFewestViewBytes = kViewHeaderBytes + kMostViewBlockBytes;
 static_assert(kFewestViewBytes <= WebServer::kOwnRoomBytes);
 static_assert(sizeof(std::uint64_t) * (1 + MapReader::kPageBlocks) <= WebServer::kOwnRoomBytes);
@@ -38,7 +38,7 @@ WebReply refusal(unsigned status, const char* why) {
 WebReply json_reply(const Json& json) {
   WebReply reply;
   reply.type = kJson;
-  // Names may come from files: what is no UTF-8 in them is replaced.
+  // Names may come from files: invalid UTF-8 in them is replaced.
   reply.text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
   return reply;
 }
@@ -106,7 +106,7 @@ WebReply Viewer::answer(WebRequest& request) {
     reply.lasting = file.content;
     return reply;
   }
-  return refusal(404, "there is nothing of this name");
+  return refusal(404, "unknown name");
 }
 
 WebReply Viewer::maps_reply() const {
@@ -138,14 +138,15 @@ ViewMap* Viewer::map_of(const WebRequest& request) const {
 WebReply Viewer::blocks_reply(WebRequest& request) {
   ViewMap* const map = map_of(request);
   ViewCursor cursor;
-  // All or none of them: what a page has got, or nothing yet.
+  // All or none of them: the state of a page, or nothing yet.
   const bool known = take(request, "since", cursor.since) && take(request, "round", cursor.round) &&
                      take(request, "key", cursor.key) && take(request, "page", cursor.page) &&
                      take(request, "met", cursor.blocks);
-  if (map == nullptr || !known) return refusal(400, "map, since, round, key, page, met: numbers");
+  if (map == nullptr || !known)
+    return refusal(400, "map, since, round, key, page and met must be numbers");
   std::span<std::byte> room = request.room();
   if (room.empty()) return refusal(503, "too many ask at once; try again");
-  // Over a slow link a page asks for less at once.
+  // Over a slow link a page requests less at once.
   std::size_t most = room.size();
   static_cast<void>(take(request, "most", most));
   room = room.first(std::clamp(most, kFewestViewBytes, room.size()));
@@ -166,7 +167,8 @@ WebReply Viewer::blocks_reply(WebRequest& request) {
 WebReply Viewer::keys_reply(WebRequest& request) {
   ViewMap* const map = map_of(request);
   std::uint64_t page = 0;
-  if (map == nullptr || !take(request, "page", page)) return refusal(400, "map, page: numbers");
+  if (map == nullptr || !take(request, "page", page))
+    return refusal(400, "map and page must be numbers");
   const std::span<std::byte> room = request.room();
   budget_.renew(MonotonicClock::now_us());
   if (room.empty() || budget_.is_used_up()) return refusal(503, "too many ask at once; try again");
@@ -181,7 +183,7 @@ WebReply Viewer::voxel_reply(WebRequest& request) {
   Point3d p_map;
   if (map == nullptr || !take(request, "x", p_map.x()) || !take(request, "y", p_map.y()) ||
       !take(request, "z", p_map.z()))
-    return refusal(400, "map, x, y, z: numbers, the last three in metres");
+    return refusal(400, "map, x, y and z must be numbers, the last three in metres");
   const Json json = map->voxel(p_map);
   if (json.is_null()) return refusal(503, "the voxel is being changed; try again");
   return json_reply(json);

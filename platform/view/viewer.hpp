@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// What the page asks for: its files, which maps there are, what has changed in them, one voxel, and
-// how things stand. docs/view.md has all of it. It keeps nothing of a page between two requests.
+// Serves the page: its files, the list of maps, changes in them, one voxel, and the status.
+// docs/reference/view.md describes it. Stores nothing about a page between two requests.
 #pragma once
 
 #include <functional>
@@ -16,7 +16,7 @@ namespace tessera {
 
 struct ViewerConfig {
   ListenAddress address;
-  std::uint32_t voxels_per_s = 0;  ///< To all pages together; 0: no limit.
+  std::uint32_t voxels_per_s = 0;  ///< For all pages together; 0: no limit.
 };
 
 struct ViewerReport {
@@ -24,18 +24,18 @@ struct ViewerReport {
   std::uint64_t messages = 0;  ///< Of changed blocks.
   std::uint64_t blocks = 0;    ///< In them.
   std::uint64_t bytes = 0;
-  /// Messages that were cut short or empty, as the voxels of a second were used up or a block was
-  /// being changed at every try: what was left out comes later.
+  /// Messages that were cut short or empty, as the budget of a second was used up or a block was
+  /// changed during every try: the rest is sent later.
   std::uint64_t deferred = 0;
 };
 
-/// Not for several threads at once, but for report().
+/// For one thread at a time, except report().
 class Viewer {
  public:
-  /// How things stand, for the page's panels and tracks: docs/view.md, /status.
+  /// The status for the page's panels and tracks: docs/reference/view.md, /status.
   using Status = std::function<Json()>;
 
-  /// Begins to listen. maps: at most 64. Fails as WebServer::open.
+  /// Starts to listen. maps: at most 64. Fails as WebServer::open.
   static Outcome<std::unique_ptr<Viewer>> open(const ViewerConfig& config,
                                                std::vector<std::unique_ptr<ViewMap>> maps,
                                                Status status);
@@ -43,7 +43,7 @@ class Viewer {
   Viewer& operator=(const Viewer&) = delete;
   ~Viewer() = default;
 
-  /// Where to point a browser.
+  /// URL for a browser.
   [[nodiscard]] std::string url() const { return address_.url(server_->port()); }
   /// As WebServer::serve.
   void serve(int timeout_ms) noexcept;

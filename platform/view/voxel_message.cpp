@@ -26,7 +26,7 @@ void put(std::byte*& at, Integer value) noexcept {
 constexpr std::uint64_t kFirstRow = 0xffU;
 constexpr std::uint64_t kFirstColumn = 0x0101010101010101U;
 
-/// Those that occupied voxels hide on all six sides; what is beyond the block hides nothing.
+/// Voxels hidden by occupied voxels on all six sides; voxels beyond the block hide nothing.
 std::uint64_t hidden(const VoxelMask& occupied, std::size_t z) noexcept {
   if (z == 0 || z + 1 == occupied.size()) return 0;
   const std::uint64_t plane = occupied[z];

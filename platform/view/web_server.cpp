@@ -14,13 +14,13 @@
 #include <exception>
 #include <utility>
 
-#include "posix/monotonic_clock.hpp"
+#include "base/monotonic_clock.hpp"
 
 namespace tessera {
 
 namespace {
 
-/// Nothing of the page comes from elsewhere, and nothing of it is for pages of elsewhere.
+/// The page loads nothing from other origins, and other origins may not embed it.
 constexpr std::pair<const char*, const char*> kHeaders[] = {
     {"Content-Security-Policy",
      "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' "
@@ -43,14 +43,14 @@ const char* header_of(MHD_Connection* connection, const char* name) {
   return ::MHD_lookup_connection_value(connection, MHD_HEADER_KIND, name);
 }
 
-/// Set by browsers, and by no page. "same-site" is another port of this machine: another program's
-/// page. "none": typed, or from a bookmark.
+/// Set by browsers, not by pages. "same-site" is another port of this machine: the page of another
+/// program. "none": typed, or from a bookmark.
 bool is_own_site(const char* fetch_site) {
   const std::string_view site(fetch_site == nullptr ? "none" : fetch_site);
   return site == "same-origin" || site == "none";
 }
 
-/// Bytes that the peer has said that it got, of all replies; none where the system does not tell.
+/// Bytes of all replies that the peer has acknowledged; none if the system does not report it.
 std::optional<std::uint64_t> acked_bytes_of(int socket) noexcept {
   tcp_info info{};
   socklen_t size = sizeof info;
@@ -68,13 +68,13 @@ void* link_of(MHD_Connection* connection) noexcept {
 
 }  // namespace
 
-/// What the library calls.
+/// Callback of the library.
 struct WebCallbacks {
   static MHD_Result answer(void* server, MHD_Connection* connection, const char* url,
                            const char* method, const char*, const char*, std::size_t*,
                            void** state) noexcept {
-    // The first call is for the headers alone; a reply to it would end the connection, as is right
-    // where a body follows.
+    // The first call is only for the headers; a reply to it ends the connection, which is right if
+    // a body follows.
     const bool has_body = header_of(connection, MHD_HTTP_HEADER_CONTENT_LENGTH) != nullptr ||
                           header_of(connection, MHD_HTTP_HEADER_TRANSFER_ENCODING) != nullptr;
     if (*state == nullptr && !has_body) {
@@ -123,7 +123,7 @@ WebServer::WebServer(Handler handler)
     own_rooms_[i].bytes = {all.data() + all.size() + i * kOwnRoomBytes, kOwnRoomBytes};
 }
 
-/// A connection has one reply at a time: the library looks at its next request when that is sent.
+/// A connection has one reply at a time: the library reads its next request when that is sent.
 WebRoom* WebServer::take_room(MHD_Connection* connection) noexcept {
   const auto* const link = static_cast<const Link*>(link_of(connection));
   const auto free = std::ranges::find(rooms_, false, &WebRoom::taken);
@@ -154,7 +154,7 @@ Outcome<std::unique_ptr<WebServer>> WebServer::open(const ListenAddress& address
       &WebCallbacks::completed, nullptr, MHD_OPTION_END);
   if (server->daemon_ == nullptr) {
     return Failure{"cannot serve at " + address.url(address.port) + ": " + std::strerror(errno) +
-                       "; give another address or port, or port 0 for any that is free",
+                       "; give another address or port, or port 0 for any free one",
                    FailureKind::kFailure};
   }
   const MHD_DaemonInfo* const info =
@@ -181,8 +181,8 @@ WebServer::Link* WebServer::begin(MHD_Connection* connection) noexcept {
   return nullptr;
 }
 
-/// Whoever sends or takes a byte now and then is no less late. Where nearly all places are taken,
-/// the one that is longest without a reply leaves, so that others can come.
+/// A connection that sends or takes single bytes counts as late too. If nearly all places are
+/// taken, the one that is without a reply for longest is closed, so that others can connect.
 void WebServer::drop_late() noexcept {
   constexpr std::ptrdiff_t kSpare = 8;
   const std::int64_t now_us = MonotonicClock::now_us();
@@ -226,26 +226,27 @@ void WebServer::drop(Link& link) noexcept {
 
 WebReply WebServer::reply_to(WebRequest& request, MHD_Connection* connection,
                              std::string_view method) {
-  // The library leaves the body of a reply to HEAD out.
+  // The library omits the body of a reply to HEAD.
   if (method != "GET" && method != "HEAD") {
     ++report_.refused_method;
-    return refusal(MHD_HTTP_METHOD_NOT_ALLOWED, "only GET is answered");
+    return refusal(MHD_HTTP_METHOD_NOT_ALLOWED, "only GET is supported");
   }
   if (header_of(connection, MHD_HTTP_HEADER_CONTENT_LENGTH) != nullptr ||
       header_of(connection, MHD_HTTP_HEADER_TRANSFER_ENCODING) != nullptr) {
     ++report_.refused_body;
-    return refusal(MHD_HTTP_CONTENT_TOO_LARGE, "a request has no body here");
+    return refusal(MHD_HTTP_CONTENT_TOO_LARGE, "a request must not have a body");
   }
   const char* const host = header_of(connection, MHD_HTTP_HEADER_HOST);
   if (host == nullptr || !is_trusted_host(host)) {
     ++report_.refused_host;
     return refusal(MHD_HTTP_FORBIDDEN,
-                   "this is served by address alone: open it by its numbers, or as localhost");
+                   "this page is served only by address: open it by its numbers, or as localhost");
   }
   if (!is_own_site(header_of(connection, "Sec-Fetch-Site"))) {
     ++report_.refused_site;
-    return refusal(MHD_HTTP_FORBIDDEN,
-                   "pages of elsewhere get nothing here: type the address instead of a link to it");
+    return refusal(
+        MHD_HTTP_FORBIDDEN,
+        "requests from other sites are refused: type the address instead of following a link");
   }
   return handler_(request);
 }
@@ -257,7 +258,7 @@ MHD_Response* WebServer::response_of(WebReply& reply, WebRequest& request) {
     if (response != nullptr) request.room_ = nullptr;
     return response;
   }
-  // The library's functions take pointers to what they do not change.
+  // The library's functions do not change what these pointers refer to.
   if (!reply.lasting.empty()) {
     return ::MHD_create_response_from_buffer(
         reply.lasting.size(), const_cast<std::byte*>(reply.lasting.data()), MHD_RESPMEM_PERSISTENT);

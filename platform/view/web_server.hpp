@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// HTTP for a few browsers, in one thread and bounded memory: GET alone, no bodies, so many
-// connections, so long a request may take, and a fixed number of large replies at a time. Each
-// connection has a small room of its own, so whoever takes no bytes keeps nobody else from a reply.
+// HTTP for a few browsers, in one thread and bounded memory: only GET, no bodies, limits for the
+// number of connections, the time of a request and the number of large replies. Each connection has
+// its own small buffer, so that a stalled one does not block others.
 #pragma once
 
 #include <array>
@@ -17,8 +17,8 @@
 #include <string_view>
 #include <vector>
 
-#include "posix/outcome.hpp"
-#include "posix/shared_report.hpp"
+#include "base/outcome.hpp"
+#include "base/shared_report.hpp"
 #include "view/listen_address.hpp"
 
 struct MHD_Daemon;
@@ -28,26 +28,26 @@ struct MHD_Response;
 namespace tessera {
 
 struct WebServerReport {
-  std::uint64_t connections = 0;  ///< That were accepted.
-  std::uint64_t requests = 0;     ///< Each once more below if it was refused.
+  std::uint64_t connections = 0;  ///< Accepted ones.
+  std::uint64_t requests = 0;     ///< Refused ones are also counted below.
   std::uint64_t refused_method = 0;
   std::uint64_t refused_host = 0;
-  std::uint64_t refused_site = 0;  ///< A browser says that a page of elsewhere asks.
+  std::uint64_t refused_site = 0;  ///< From another site, by the browser's header.
   std::uint64_t refused_body = 0;
-  std::uint64_t refused_path = 0;  ///< There is nothing of this name, or its arguments are wrong.
-  std::uint64_t refused_busy = 0;  ///< It should be tried again.
-  std::uint64_t stalled = 0;       ///< Connections that took no byte of a reply for kStall_us.
-  std::uint64_t dropped = 0;       ///< These, those that took too long, the oldest of too many.
+  std::uint64_t refused_path = 0;  ///< Unknown name, or invalid arguments.
+  std::uint64_t refused_busy = 0;  ///< Should be tried again.
+  std::uint64_t stalled = 0;  ///< Connections that acknowledged no byte of a reply for kStall_us.
+  std::uint64_t dropped = 0;  ///< These, those that took too long, and the oldest of too many.
 };
 
-/// What was asked for; of use during the call.
+/// A request; valid during the call.
 class WebRequest {
  public:
   [[nodiscard]] std::string_view path() const noexcept { return path_; }
-  /// Of "?name=value"; none if it is not there.
+  /// The value of "?name=value"; none if it is missing.
   [[nodiscard]] std::optional<std::string_view> argument(const char* name) const noexcept;
-  /// Room for a reply: kRoomBytes where one of these is free, else the connection's own
-  /// kOwnRoomBytes. Once a request.
+  /// Memory for a reply: kRoomBytes if one of these is free, else the connection's own
+  /// kOwnRoomBytes. Once per request.
   [[nodiscard]] std::span<std::byte> room() noexcept;
 
  private:
@@ -60,7 +60,7 @@ class WebRequest {
   struct WebRoom* room_ = nullptr;
 };
 
-/// Where a reply is until it is sent.
+/// Memory of a reply until it is sent.
 struct WebRoom {
   std::span<std::byte> bytes;
   bool taken = false;
@@ -70,26 +70,26 @@ struct WebReply {
   unsigned status = 200;
   const char* type = "text/plain; charset=utf-8";  ///< Static.
   std::string text;                                ///< The body, unless one of these is:
-  std::span<const std::byte> lasting;              ///< Outlives the server.
-  std::size_t room_bytes = 0;                      ///< Of what room() gave.
+  std::span<const std::byte> lasting;              ///< Must outlive the server.
+  std::size_t room_bytes = 0;                      ///< Bytes in the memory of room().
 };
 
 class WebServer {
  public:
   static constexpr unsigned kMostConnections = 48;
-  /// Of a connection: its request's lines and headers, and those of the reply.
+  /// Memory of a connection: lines and headers of its request and of the reply.
   static constexpr std::size_t kConnectionBytes = std::size_t{16} << 10U;
   static constexpr std::size_t kRoomBytes = std::size_t{512} << 10U;
   static constexpr std::size_t kRooms = 4;
   static constexpr std::size_t kOwnRoomBytes = std::size_t{16} << 10U;
-  /// From one reply to the end of the next, at most; a page that waits longer connects anew.
+  /// Longest time from one reply to the end of the next; a page that waits longer connects again.
   static constexpr std::int64_t kPatience_us = 10'000'000;
-  /// Whoever acknowledges no byte of a reply for so long is dropped.
+  /// A connection that acknowledges no byte of a reply for this time is closed.
   static constexpr std::int64_t kStall_us = 2'000'000;
 
   using Handler = std::function<WebReply(WebRequest&)>;
 
-  /// Begins to listen; nothing is answered before serve(). Takes the memory of large replies.
+  /// Starts to listen; nothing is answered before serve(). Allocates the memory of large replies.
   /// Fails with kFailure iff the system refuses the address.
   static Outcome<std::unique_ptr<WebServer>> open(const ListenAddress& address, Handler handler);
   WebServer(const WebServer&) = delete;
@@ -97,8 +97,8 @@ class WebServer {
   ~WebServer();
 
   [[nodiscard]] std::uint16_t port() const noexcept { return port_; }
-  /// Answers what there is, and waits for it, timeout_ms at most. For one thread. A connection
-  /// takes some heap for its life, kConnectionBytes and little more.
+  /// Waits for requests, at most timeout_ms, and answers them. For one thread. A connection uses
+  /// some heap, kConnectionBytes and little more.
   void serve(int timeout_ms) noexcept;
   /// For any thread.
   [[nodiscard]] WebServerReport report() const noexcept { return shared_report_.load(); }
@@ -110,7 +110,7 @@ class WebServer {
     int socket = -1;  ///< -1: this place is free.
     std::int64_t since_us = 0;
     bool dropped = false;
-    bool replies = false;  ///< The library has not yet sent the whole of a reply.
+    bool replies = false;  ///< The library has not yet sent the whole reply.
     std::optional<std::uint64_t> acked_bytes{};
     std::int64_t acked_us = 0;   ///< When that last grew, or the reply began.
     std::int64_t looked_us = 0;  ///< When that was last asked for.

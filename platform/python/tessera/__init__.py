@@ -3,8 +3,8 @@
 """Dense semantic occupancy maps that teams of robots build and share: numpy in, numpy out.
 
 Lengths are metres. T_a_b takes coordinates of frame b to frame a. Anything may be called from any thread: work is done
-without the GIL, and calls on one object wait for each other where they must. What is wrong with an argument or a file is
-an InputError, or a TypeError for arrays of the wrong type; work that cannot be completed is an Error.
+without the GIL, and calls on one object wait for each other if they must. An invalid argument or file raises InputError,
+an array of the wrong type TypeError; work that cannot be completed raises Error.
 """
 import enum
 
@@ -32,7 +32,7 @@ from ._tessera import read_transform as read_transform
 
 
 class State(enum.IntEnum):
-    """What is known of a voxel: the values of Estimates.state."""
+    """The state of a voxel: the values of Estimates.state."""
 
     UNKNOWN = 0
     FREE = 1

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The tessera authors
 # SPDX-License-Identifier: Apache-2.0
-# Types of the compiled module; what everything means is in its docstrings.
+# Types of the compiled module; its docstrings describe everything.
 import os
 from collections.abc import Iterator, Sequence
 from typing import Any, Final
@@ -198,7 +198,7 @@ class Sharer:
         diffusion_length_m: float | None = None, alpha: float = ..., omega: float = 1.0, whole_map: bool = False,
         counts: str = "compact", bytes_per_s: int = ..., burst_bytes: int = ..., tick_ms: int = ...,
         fleet_key: _Path | None = None, robot_secret: _Path | None = None,
-        robot_public_keys: _Path | None = None, mission: str | None = None) -> None: ...
+        robot_public_keys: _Path | None = None, mission: str | None = None, conflicts: str = "alarm") -> None: ...
     def tick(self, now_us: int | None = None) -> list[bytes]: ...
     def receive(self, datagram: bytes | bytearray | memoryview, now_us: int | None = None) -> None: ...
     def finish(self) -> None: ...

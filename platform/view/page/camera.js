@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Looks at a point from a distance; z is up. Lengths are voxels, so that one picture fits any map.
+// A camera that looks at a point from a distance; z is up. Lengths are in voxels, for any resolution.
 import { add, cross, dot, multiply, projection, viewMatrix } from "/matrix.js";
 
 const kSteepest = Math.PI / 2 - 1e-3;
@@ -27,7 +27,7 @@ export class Camera {
     this.pitch = Math.max(-kSteepest, Math.min(kSteepest, this.pitch + pitch));
   }
 
-  /// By shares of the picture's height; what is looked at follows the pointer.
+  /// Moves by shares of the picture's height; the target follows the pointer.
   move(right, up) {
     const height = 2 * this.distance * this.tanHalf;
     const axes = this.axes();
@@ -38,12 +38,12 @@ export class Camera {
     this.distance = Math.max(this.nearest, Math.min(this.farthest, this.distance * factor));
   }
 
-  /// low, high: corners of what is to be seen.
+  /// low, high: corners of the box to show.
   fit(low, high, aspect) {
     this.target = [0, 1, 2].map((i) => (low[i] + high[i]) / 2);
     const radius = Math.max(4, Math.hypot(high[0] - low[0], high[1] - low[1], high[2] - low[2]) / 2);
     this.farthest = 20 * radius;
-    // Every corner inside of the picture, whichever way it is looked at.
+    // Every corner is inside of the picture, from any direction.
     const axes = this.axes();
     this.distance = this.nearest;
     for (let bits = 0; bits < 8; ++bits) {
@@ -53,7 +53,7 @@ export class Camera {
     }
   }
 
-  /// origin: a voxel near what is looked at, so that numbers stay small.
+  /// origin: a voxel near the target, so that numbers stay small.
   frame(aspect, origin) {
     const axes = this.axes();
     const at = [0, 1, 2].map((i) => this.target[i] - origin[i]);

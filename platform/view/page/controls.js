@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Mouse, fingers and keys on the picture.
+// Mouse, touch and keys on the picture.
 
 const kTap = 6; // Pixels that a click may move.
-const kTurn = 0.006; // Radians a pixel.
+const kTurn = 0.006; // Radians per pixel.
 const kKeyTurn = 0.06;
 const kKeyMove = 0.04;
 const kKeyZoom = 1.12;

@@ -1,17 +1,17 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// What comes from the command: maps, changed blocks, how things stand. It asks again and again, so a page that is slow asks
-// less, and one that lost its connection finds it by itself.
+// Data from the command: maps, changed blocks, status. The page polls, so that a slow one requests less, and one that lost
+// its connection reconnects by itself.
 import { readHeader, unpackedKey } from "/store.js";
 
 const kLive_ms = 200; // Between two rounds of a map that changes.
 const kStatus_ms = 1000;
-const kIdle_ms = 3000; // Of maps that do not.
+const kIdle_ms = 3000; // The same for maps that do not change.
 const kRetry_ms = [300, 1000, 3000];
-const kCheck_ms = 10000; // Between two looks whether blocks have gone.
-const kSoon_ms = 2000; // Where their number says that some may have.
+const kCheck_ms = 10000; // Between two checks for removed blocks.
+const kSoon_ms = 2000; // The same if their number differs.
 const kLongest_ms = 8000;
-// Of a message. One that does not come in time is asked for again as half of it, down to what a link of 2 kB a second carries.
+// Sizes of a message. One that does not arrive in time is requested again in smaller parts, down to what a link of 2 kB/s carries.
 const kMostBytes = 1 << 19;
 const kFewestBytes = 1 << 14;
 
@@ -33,8 +33,8 @@ export class Feed {
     this.maps = [];
     this.chosen = 0;
     this.cursor = null;
-    this.turn = 0; // Of choose(): what was asked for before it is of no use.
-    this.tries = 0; // Of run(): who follows for an earlier one ends.
+    this.turn = 0; // Calls of choose(): replies to earlier requests are dropped.
+    this.tries = 0; // Tries of run(): loops of earlier ones end.
     this.most = kMostBytes;
   }
 
@@ -55,7 +55,7 @@ export class Feed {
         failures = 0;
         await Promise.race([this.followBlocks(turn), this.followStatus(turn)]);
       } catch {
-        // Whatever it was, it is tried again; a server that is another one is found by its session.
+        // Tries again after any error; another server is detected by its session.
       }
       ++this.tries; // The other of the two ends when it wakes.
       this.on.state("lost");
@@ -90,7 +90,7 @@ export class Feed {
     while (mine === this.tries) await wait(await this.step(mine));
   }
 
-  /// A message of as many bytes as come in time; null if it is to be asked for later.
+  /// Requests a message of a size that arrives in time; null: try again later.
   async message(cursor) {
     try {
       const reply = await get(`/blocks?map=${this.chosen}&since=${cursor.since}&round=${cursor.round}&key=${cursor.key}&page=${cursor.page}&met=${cursor.met}&most=${this.most}`);
@@ -103,7 +103,7 @@ export class Feed {
     }
   }
 
-  /// One message; gives how long to wait for the next.
+  /// Processes one message; returns the time to wait for the next.
   async step(mine) {
     const { turn, cursor } = this;
     const buffer = await this.message(cursor);
@@ -121,7 +121,7 @@ export class Feed {
     return header.deferred ? kLive_ms : 0;
   }
 
-  /// Blocks that left the map are told by nobody: their keys are missing.
+  /// Removed blocks are not announced, but their keys are missing.
   async check(header, wanted) {
     const now_ms = performance.now();
     const live = this.maps[this.chosen].live;
@@ -134,13 +134,13 @@ export class Feed {
       const reply = await get(`/keys?map=${this.chosen}&page=${page}`);
       if (!wanted()) return;
       if (!reply) {
-        // More are being told of than may be in a second: this page again.
+        // The budget of this second is used up: requests this page again.
         await wait(kLive_ms);
         continue;
       }
       const words = new BigUint64Array(await reply.arrayBuffer());
       for (let i = 1; i < words.length; ++i) keys.add(unpackedKey(words[i]));
-      if (words[0] === page) return; // It is being changed.
+      if (words[0] === page) return; // The map is changing.
       page = words[0];
       if (page === 0n) break;
     }

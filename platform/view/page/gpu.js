@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Draws voxels: each is one point, in which a cube is found by a ray, so that 500,000 of them are 500,000 vertices. While
-// the picture moves they are plain squares, and as many as the machine draws smoothly; once it is still, all, as cubes.
+// Draws voxels: each is one point, in which a ray is intersected with a cube, so that 500,000 of them are 500,000 vertices.
+// While the picture moves they are plain squares, and as many as the machine draws smoothly; a still picture has all cubes.
 import { add, cross, dot } from "/matrix.js";
 import { kVertexBytes } from "/store.js";
 
@@ -37,7 +37,7 @@ void main() {
     gl_PointSize = 1.0;
     return;
   }
-  // Of two cubes on a ray the one whose center is nearer comes first, as a ray goes away from the eye on every axis.
+  // Of two cubes on a ray the one with the nearer center is in front, as a ray leaves the eye on every axis.
   gl_Position.z = (1.0 - 2.0 * near / max(distance(center, eye), near)) * gl_Position.w;
   size = pixels / gl_Position.w;
   gl_PointSize = max(1.0, swell * size);
@@ -68,7 +68,7 @@ void main() {
   float first = max(max(enters.x, enters.y), enters.z);
   if (first > min(min(leaves.x, leaves.y), leaves.z)) discard;
   float light = first == enters.z ? (ray.z < 0.0 ? 1.0 : 0.55) : first == enters.x ? 0.84 : 0.72;
-  // A thin darker line at the edges, where a cube is large enough to show it.
+  // A thin darker line at the edges, if a cube is large enough for it.
   vec3 local = abs(eye + first * ray - center);
   float second = max(min(local.x, local.y), min(max(local.x, local.y), local.z));
   float edge = smoothstep(0.5 - 1.4 / size, 0.5, second) * clamp((size - 7.0) / 9.0, 0.0, 1.0);
@@ -85,7 +85,7 @@ uniform float near;
 out vec3 color;
 void main() {
   gl_Position = clip * vec4(at, 1.0);
-  // A little nearer than what they lie on.
+  // A little nearer than the surface under them.
   if (gl_Position.w > near) gl_Position.z = (1.0 - 2.0 * near / max(distance(at, eye) - 2.0, near)) * gl_Position.w;
   color = tint;
 }`;
@@ -138,7 +138,7 @@ function widened(lines, frame, height) {
 }
 
 export class Gpu {
-  /// Null where the browser has no WebGL 2.
+  /// Null if the browser has no WebGL 2.
   static make(canvas) {
     const gl = canvas.getContext("webgl2", { antialias: false, alpha: false, powerPreference: "high-performance" });
     return gl ? new Gpu(canvas, gl) : null;
@@ -184,8 +184,8 @@ export class Gpu {
     [this.canvas.width, this.canvas.height] = [width, height];
   }
 
-  /// look: store, camera, layer (number), lines (Float32Array of x y z r g b relative to origin), origin, every: one voxel
-  /// of how many, cubes: or plain squares.
+  /// look: store, camera, layer (number), lines (Float32Array of x y z r g b relative to origin), origin, every: draws one
+  /// voxel of this many, cubes: instead of plain squares.
   draw(look) {
     const { gl, canvas } = this;
     const aspect = canvas.width / canvas.height;
@@ -218,7 +218,7 @@ export class Gpu {
     gl.uniform2f(places.screen, 2 / canvas.width, 2 / canvas.height);
     gl.uniform1f(places.pixels, canvas.height / (2 * frame.tanHalf));
     gl.uniform1f(places.near, frame.near);
-    // The corners of a cube stand out of a square of its edge.
+    // The corners of a cube reach beyond a square of its edge.
     gl.uniform1f(places.swell, look.cubes ? 1.85 : 1.2 * look.every ** 0.3);
     gl.uniform1f(places.newest, look.store.newest & 0xffffff);
     gl.uniform1f(places.span, look.store.ageSpan());

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// What colours tell: a table of four rows of 256 colours, and which row and column a voxel takes.
+// Meaning of colours: a table of four rows of 256 colours, and the row and column of a voxel.
 
 export const kLayers = [
   { name: "class", title: "Class" },
@@ -12,21 +12,21 @@ export const kLayers = [
 ];
 
 export const kNoLabel = [128, 128, 128];
-/// From sure to unsure, evenly lighter, so that it reads with every kind of colour vision.
+/// From certain to uncertain, evenly lighter, for every kind of colour vision.
 export const kScale = [[68, 1, 84], [70, 50, 127], [54, 92, 141], [39, 127, 142], [31, 161, 135], [74, 194, 109], [159, 218, 58], [253, 231, 37]];
-/// Told apart with every kind of colour vision.
+/// Distinguishable with every kind of colour vision.
 export const kRobots = [[86, 180, 233], [230, 159, 0], [0, 158, 115], [204, 121, 167], [240, 228, 66], [0, 114, 178], [213, 94, 0], [164, 206, 149]];
 export const kOtherRobots = [176, 152, 126];
 export const kTwoRobots = [110, 100, 165];
 export const kMoreRobots = [72, 64, 120];
-/// By disagreement: agree, disagree, one robot only, label of nobody.
+/// By disagreement: agree, disagree, one robot only, label of no robot.
 export const kAgreement = [[0, 114, 178], [213, 94, 0], [158, 162, 170], [240, 228, 66]];
 /// VoxelMark's numbers.
 export const kNobody = 255;
 export const kTwo = 254;
 export const kMore = 253;
 
-/// Codes of variances at the ends of the scale: 0.25, the most there is, and a millionth.
+/// Codes of variances at the ends of the scale: 0.25, the largest, and 1e-6.
 export const kVarianceMost = 24;
 export const kVarianceLeast = 240;
 
@@ -54,11 +54,11 @@ export function paletteOf(map) {
   return bytes;
 }
 
-/// Why a layer has nothing to show for a map; empty: it has.
+/// Why a layer has nothing to show for a map; empty if it has.
 export function whyNot(layer, map) {
   if (layer === "contributor" && map.contributors.length === 0)
     return "Give the local maps too: tessera view GLOBAL.tsm ROBOT.tsm ...";
-  if (layer === "disagreement" && map.kind === "local") return "A local map has one robot, who agrees with itself. Choose a global map.";
+  if (layer === "disagreement" && map.kind === "local") return "A local map has only one robot. Choose a global map.";
   if (layer === "disagreement" && map.contributors.length === 0) return whyNot("contributor", map);
   return "";
 }

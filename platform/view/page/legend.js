@@ -67,7 +67,7 @@ function parts(layer, map, store) {
         ...(map.kind === "global" ? [["two robots", kTwoRobots], ["three or more", kMoreRobots], ["none of these", kNoLabel]] : [])])];
     case "disagreement":
       if (map.live)
-        return [list([["this robot’s own map agrees", kAgreement[0]], ["it names another class", kAgreement[1]], ["other robots alone", kAgreement[2]]])];
+        return [list([["this robot’s own map agrees", kAgreement[0]], ["it names another class", kAgreement[1]], ["only other robots", kAgreement[2]]])];
       return [list([["robots agree on the class", kAgreement[0]], ["robots disagree", kAgreement[1]], ["one robot only", kAgreement[2]], ["none of these robots", kAgreement[3]]])];
     default:
       return [bar(`Age of the block in ${unit}`, [[0, "newest"], [0.5, String(Math.round(store.ageSpan() / 2))], [1, `${store.ageSpan()}`]], (t) => scaleColor(1 - t)),
@@ -79,7 +79,7 @@ export function drawLegend(layer, map, store) {
   document.getElementById("legend").replaceChildren(...(whyNot(layer, map) ? [] : parts(layer, map, store)));
 }
 
-/// Radio buttons; chosen(name) is told.
+/// Makes radio buttons, which call chosen(name).
 export function makeLayers(chosen) {
   const group = document.getElementById("layers");
   kLayers.forEach((layer, i) => {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Puts the parts together: what comes in, what is drawn, what people choose.
+// Connects the parts: data, drawing, and controls.
 import { Camera } from "/camera.js";
 import { listen } from "/controls.js";
 import { Feed } from "/feed.js";
@@ -12,11 +12,11 @@ import { outline, pick, showVoxel } from "/pick.js";
 import { Store } from "/store.js";
 import { lines, showRobots } from "/tracks.js";
 
-const kStill_ms = 160; // Without a move, and the picture is drawn whole.
+const kStill_ms = 160; // After this time without a move the complete picture is drawn.
 const kSmooth_ms = 42; // A frame that takes longer shows fewer voxels while it moves.
-const kAtOnce = 250000; // Voxels that a picture begins to move with.
-const kWhileComing = 60000; // In a picture of a map that is on its way.
-const kAgain_ms = 1000; // Between two looks at a voxel that may have changed.
+const kAtOnce = 250000; // Voxels of a picture when it begins to move.
+const kWhileComing = 60000; // Voxels of a picture while the map is loading.
+const kAgain_ms = 1000; // Between two requests of the selected voxel, which may change.
 const kBusy_ms = 300;
 const kMostEvery = 12; // A vertex's stride is 255 bytes at most.
 
@@ -40,7 +40,7 @@ function request() {
   requestAnimationFrame(draw);
 }
 
-/// For what nobody waits for: pictures take a third of the time at most, so that the machine has the rest for the node.
+/// For updates without a user: pictures take at most a third of the time, so that the node gets the rest.
 function requestLater() {
   if (state.later) return;
   const rest_ms = Math.min(3000, 2 * state.cost_ms - (performance.now() - state.drawn_ms));
@@ -50,7 +50,7 @@ function requestLater() {
   }, Math.max(0, rest_ms));
 }
 
-/// While it moves as much is drawn as the machine draws smoothly.
+/// Adapts the number of drawn voxels while the picture moves, so that it moves smoothly.
 function adapt(now_ms) {
   const took = now_ms - state.last_ms;
   if (!state.smooth) state.every = Math.max(state.every, Math.min(kMostEvery, Math.ceil(store.voxels / kAtOnce)));
@@ -61,7 +61,7 @@ function adapt(now_ms) {
 function draw(now_ms) {
   state.asked = false;
   if (feed.maps.length === 0 || gpu.gl.isContextLost()) return;
-  // A move since the last frame counts however long that took.
+  // A move since the last frame counts, even if that took long.
   const moving = state.moved_ms > state.drawn_ms || performance.now() - state.moved_ms < kStill_ms;
   state.drawn_ms = performance.now();
   if (moving) adapt(now_ms);
@@ -74,7 +74,7 @@ function draw(now_ms) {
   state.origin = near;
   const shapes = lines(map(), state.robots, near);
   if (state.picked) shapes.push(...outline(state.picked, near, dark() ? [1, 1, 1] : [0, 0, 0]));
-  // What is still coming must not wait for pictures of a part of it.
+  // Loading must not wait for pictures of a part of the map.
   const coming = canvas.dataset.complete !== "true";
   const every = moving ? state.every : coming ? Math.min(kMostEvery, Math.ceil(store.voxels / kWhileComing)) : 1;
   gpu.draw({ store, camera, origin: near, lines: new Float32Array(shapes), layer: kLayers.findIndex((l) => l.name === state.layer), every: Math.max(1, every), cubes: !moving && !coming });
@@ -82,12 +82,12 @@ function draw(now_ms) {
   canvas.dataset.drawn = moving ? "moving" : coming ? "coming" : "still";
   if (store.voxels > 0) mark("first-picture");
   if (store.voxels > 0 && canvas.dataset.complete === "true" && !moving) mark("whole-picture");
-  // Until it is on the screen: the frame after it comes no sooner.
+  // Includes the time until it is on the screen: the next frame comes no sooner.
   requestAnimationFrame(() => (state.cost_ms = performance.now() - began_ms));
   if (moving) setTimeout(request, Math.max(0, kStill_ms - (performance.now() - state.moved_ms)));
 }
 
-/// Once each, for who measures: the frame that follows has it on the screen.
+/// Sets each mark once, for measurements: the next frame has it on the screen.
 function mark(name) {
   if (performance.getEntriesByName(name).length > 0 || state[name]) return;
   state[name] = true;
@@ -124,7 +124,7 @@ function clearPick() {
   request();
 }
 
-/// again: it is shown already, and may have changed. Readers of screens are told of what people picked, not of that.
+/// again: it is already shown, and may have changed. Screen readers announce what the user picked, not changes.
 async function showPicked(voxel, again = false) {
   if (!again) showVoxel(map(), null);
   state.picked = voxel;
@@ -136,13 +136,13 @@ async function showPicked(voxel, again = false) {
     const reply = await fetch(`/voxel?map=${feed.chosen}&x=${x}&y=${y}&z=${z}`);
     const told = reply.ok ? await reply.json() : null;
     if (state.picked !== voxel || at !== map()) return;
-    // It was being changed.
+    // The voxel was being changed.
     if (!told) return void setTimeout(() => state.picked === voxel && showPicked(voxel, again), kBusy_ms);
     document.getElementById("voxel").setAttribute("aria-live", again ? "off" : "polite");
     showVoxel(at, told);
     if (!again) document.getElementById("voxel-panel").scrollIntoView({ block: "nearest" });
   } catch {
-    // The connection's state is shown by the feed.
+    // The feed shows the state of the connection.
   }
 }
 
@@ -161,7 +161,7 @@ function showMaps(maps) {
   begin();
 }
 
-/// Of a map that is shown from now on.
+/// Starts to show a map.
 function begin() {
   state.touched = false;
   canvas.dataset.complete = "false";
@@ -181,7 +181,7 @@ const feed = new Feed(store, {
     canvas.dataset.received = String(store.received);
     drawLegend(state.layer, map(), store);
     if (state.picked && map().live && performance.now() - state.shown_ms > kAgain_ms) showPicked(state.picked, true);
-    say(complete && store.voxels === 0 ? (map().live ? "Nothing is in this map yet." : "No voxel of this map is occupied.") : "");
+    say(complete && store.voxels === 0 ? (map().live ? "This map is still empty." : "No voxel of this map is occupied.") : "");
     if (map().live) requestLater();
     else request();
   },

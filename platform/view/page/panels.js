@@ -34,13 +34,13 @@ export function showNode(told) {
   if (told.timing) {
     const t = told.timing;
     fill("timing", [["cycles", whole(t.cycles)], ["p50", ms(t.p50_ms)], ["p99", ms(t.p99_ms)], ["max", ms(t.max_ms)], ["missed", whole(t.missed), t.missed > 0], ["ticks of sharing", whole(t.ticks)],
-      ...(t.unseen > 0 ? [["not seen here", whole(t.unseen)]] : [])]);
+      ...(t.unseen > 0 ? [["not shown here", whole(t.unseen)]] : [])]);
     histogram(t.buckets, t.period_ms);
   }
   if (told.network) {
     const n = told.network;
-    fill("network", [["robots in reach", whole(n.in_reach)], ["contributions", `${n.complete} of ${n.contributions} whole`], ["sent", `${whole(n.sent)} · ${bytes(n.sent_bytes)}`], ["received", `${whole(n.received)} · ${bytes(n.received_bytes)}`],
-      ["lost on the way", whole(n.missing), n.missing > 0], ["lost here", whole(n.lost_here), n.lost_here > 0], ["refused", whole(n.refused), n.refused > 0],
-      ...(n.exclude_differs?.length > 0 ? [["exclude others than this one", `robots ${n.exclude_differs.join(", ")}`, true]] : [])]);
+    fill("network", [["robots in reach", whole(n.in_reach)], ["contributions", `${n.complete} of ${n.contributions} complete`], ["sent", `${whole(n.sent)} · ${bytes(n.sent_bytes)}`], ["received", `${whole(n.received)} · ${bytes(n.received_bytes)}`],
+      ["lost on the network", whole(n.missing), n.missing > 0], ["lost here", whole(n.lost_here), n.lost_here > 0], ["refused", whole(n.refused), n.refused > 0],
+      ...(n.exclude_differs?.length > 0 ? [["exclude other robots", `robots ${n.exclude_differs.join(", ")}`, true]] : [])]);
   }
 }

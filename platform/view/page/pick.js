@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Finds the voxel that a ray meets first, and shows what is known of it.
+// Finds the first voxel on a ray, and shows its values.
 import { kNoLabel } from "/layers.js";
 import { element } from "/legend.js";
 
 const kWords = 5;
 
-/// How far along a ray a cube begins; Infinity where it is missed. low: its corner, edge: its length.
+/// Distance along a ray to a cube; Infinity if it misses. low: its corner, edge: its length.
 function enters(ray, x, y, z, edge) {
   const low = [x, y, z];
   let first = 0;
@@ -20,8 +20,8 @@ function enters(ray, x, y, z, edge) {
   return first <= last ? first : Infinity;
 }
 
-/// The voxel that is met first by the ray of x, y (-1 .. 1, y up), or by one of some pixels beside it: fingers are wide. Its
-/// three numbers, or null.
+/// The first voxel on the ray of x, y (-1 .. 1, y up), or of some pixels next to it, as fingers are wide. Its three numbers,
+/// or null.
 export function pick(store, camera, x, y, width, height) {
   for (const pixels of [0, 3, 6, 10]) {
     for (let turn = 0; turn < (pixels === 0 ? 1 : 8); ++turn) {

@@ -1,15 +1,15 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// The voxels of a map as the page has them: one run of vertices a block, in one piece of memory that the graphics card has
-// a copy of. docs/view.md has the bytes that come in.
+// The voxels of a map in the page: one run of vertices per block, in one piece of memory that is copied to the graphics
+// card. docs/reference/view.md has the format of messages.
 
 export const kVertexBytes = 20;
 const kWords = kVertexBytes / 4;
 const kHead = 64;
 const kBlockHead = 20;
 const kVoxel = 8;
-const kRound = 8; // Places that a block's run is a multiple of.
-/// In a label's place: this vertex is not drawn.
+const kRound = 8; // The run of a block is a multiple of this.
+/// Instead of a label: this vertex is not drawn.
 const kEmpty = 255;
 
 export function readHeader(view) {
@@ -24,7 +24,7 @@ export function readHeader(view) {
 
 const keyOf = (x, y, z) => `${x} ${y} ${z}`;
 
-/// Of a key as the server packs it: three numbers of 21 bits.
+/// Unpacks a key of the server: three numbers of 21 bits.
 export function unpackedKey(packed) {
   const part = (shift) => Number((packed >> shift) & 0x1fffffn) - 1048576;
   return keyOf(part(0n), part(21n), part(42n));
@@ -39,7 +39,7 @@ export class Store {
 
   clear() {
     this.blocks = new Map(); // Key to { first, room, count, x, y, z, revision }.
-    this.free = new Map(); // Room to first places.
+    this.free = new Map(); // First places by room.
     this.end = 0;
     this.voxels = 0;
     this.received = 0;
@@ -55,7 +55,7 @@ export class Store {
     return Math.max(1, this.newest - Math.min(this.oldest, this.newest));
   }
 
-  /// The span of ages of what is here now.
+  /// The span of ages of the current blocks.
   measure() {
     [this.newest, this.oldest] = [0, 0xffffffff];
     for (const block of this.blocks.values()) {
@@ -115,7 +115,7 @@ export class Store {
     this.touch(block);
   }
 
-  /// The counts of a block that is about to be another.
+  /// Removes the counts of a block that is replaced.
   forget(block) {
     const bytes = new Uint8Array(this.words.buffer);
     for (let i = 0; i < block.count; ++i) --this.labels[bytes[4 * (block.first + i) * kWords + 12]];
@@ -133,7 +133,7 @@ export class Store {
     this.touch(block);
   }
 
-  /// Drops every block that is not among these keys.
+  /// Removes every block that is not among these keys.
   keepOnly(keys) {
     for (const key of [...this.blocks.keys()]) if (!keys.has(key)) this.remove(key);
   }
@@ -159,7 +159,7 @@ export class Store {
     this.dirtyTo = Math.max(this.dirtyTo, block.first + block.room);
   }
 
-  /// Corners of the box of most blocks: a few that lie far out do not count.
+  /// Corners of the box of most blocks, without a few that are far away.
   box() {
     if (this.blocks.size === 0) return null;
     const corner = (axis) => {

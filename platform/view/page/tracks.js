@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Where robots are and were, as lines in the map that is shown.
+// Poses and tracks of robots, as lines in the shown map.
 import { robotColor } from "/layers.js";
 import { element } from "/legend.js";
 import { transform } from "/matrix.js";
 
-/// The point in voxels of the map that is shown; robots tell theirs in the frame of their own map.
+/// The point in voxels of the shown map; robots send theirs in the frame of their own map.
 function placer(map, robot, origin) {
   const scale = 1 / map.resolution_m;
   return (p) => {
@@ -16,7 +16,7 @@ function placer(map, robot, origin) {
 
 const is_shown = (map, robot) => map.kind === "global" || map.robot === robot.robot;
 
-/// robots: as /status tells them. Gives x y z r g b of the ends of each line.
+/// robots: from /status. Returns x y z r g b of the ends of each line.
 export function lines(map, robots, origin) {
   const out = [];
   robots.filter((robot) => is_shown(map, robot)).forEach((robot, index) => {

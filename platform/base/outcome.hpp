@@ -1,0 +1,65 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// How platform code reports failures that a user can fix: one line with what, where, and the
+// remedy.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+
+namespace tessera {
+
+/// kUsage for bad input (exit status 1), kFailure for work that could not be completed (exit status
+/// 2).
+enum class FailureKind { kUsage, kFailure };
+
+struct Failure {
+  std::string message;
+  FailureKind kind = FailureKind::kUsage;
+};
+
+/// Untrusted text for a message: control characters become spaces, so that it stays one line and
+/// does not affect a terminal.
+inline std::string one_line(std::string_view text) {
+  std::string line(text);
+  for (char& letter : line) {
+    const auto byte = static_cast<unsigned char>(letter);
+    if (byte < 0x20 || byte == 0x7f) letter = ' ';
+  }
+  return line;
+}
+
+/// A value of T or a Failure. Outcome<void> has no value.
+template <class T>
+class [[nodiscard]] Outcome {
+ public:
+  Outcome(T value) : value_(std::move(value)) {}
+  Outcome(Failure failure) : failure_(std::move(failure)) {}
+  [[nodiscard]] bool ok() const { return value_.has_value(); }
+  [[nodiscard]] const Failure& failure() const { return failure_; }
+  [[nodiscard]] T& operator*() { return *value_; }
+  [[nodiscard]] const T& operator*() const { return *value_; }
+  [[nodiscard]] T* operator->() { return &*value_; }
+  [[nodiscard]] const T* operator->() const { return &*value_; }
+
+ private:
+  std::optional<T> value_;
+  Failure failure_;
+};
+
+template <>
+class [[nodiscard]] Outcome<void> {
+ public:
+  Outcome() = default;
+  Outcome(Failure failure) : failure_(std::move(failure)), ok_(false) {}
+  [[nodiscard]] bool ok() const { return ok_; }
+  [[nodiscard]] const Failure& failure() const { return failure_; }
+
+ private:
+  Failure failure_;
+  bool ok_ = true;
+};
+
+}  // namespace tessera

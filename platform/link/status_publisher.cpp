@@ -1,0 +1,84 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "link/status_publisher.hpp"
+
+#include <algorithm>
+#include <iterator>
+#include <tessera_status.hpp>
+
+namespace tessera {
+namespace {
+
+/// LCM has no unsigned numbers; readers use the bits.
+std::int64_t signed_bits(std::uint64_t value) { return static_cast<std::int64_t>(value); }
+
+std::int64_t per_second(std::uint64_t now, std::uint64_t before, std::int64_t duration_us) {
+  if (duration_us <= 0) return 0;
+  return static_cast<std::int64_t>(static_cast<double>(now - before) * 1e6 /
+                                   static_cast<double>(duration_us));
+}
+
+void fill_counters(tessera_status& message, const LinkStatistics& s, const NodeStatus& status) {
+  const std::uint64_t values[] = {s.received,
+                                  s.received_bytes,
+                                  s.own,
+                                  s.other_channel,
+                                  s.too_short,
+                                  s.too_long,
+                                  s.fragments,
+                                  s.foreign,
+                                  s.no_channel,
+                                  s.refused_format,
+                                  s.refused_mission,
+                                  s.refused_tag,
+                                  s.refused_excluded,
+                                  s.queue_full,
+                                  s.kernel_dropped,
+                                  s.missing,
+                                  s.sent,
+                                  s.sent_bytes,
+                                  s.refused,
+                                  s.failed,
+                                  s.queue_peak};
+  static_assert(std::size(values) == kLinkCounters);
+  static_assert(std::size(values) + std::tuple_size_v<decltype(status.extra)> ==
+                tessera_status::COUNTERS);
+  static_assert(sizeof s == sizeof values, "a counter of the link is not in its status");
+  std::int64_t* const rest =
+      std::transform(std::begin(values), std::end(values), message.counters, signed_bits);
+  std::copy(status.extra.begin(), status.extra.end(), rest);
+}
+
+}  // namespace
+
+bool StatusPublisher::publish(const NodeStatus& status, std::int64_t now_us) noexcept {
+  const LinkStatistics now = link_->statistics();
+  if (last_us_ == kNever) start_us_ = last_us_ = now_us;
+  const std::int64_t duration_us = now_us - last_us_;
+  tessera_status message{};
+  message.version = kStatusVersion;
+  message.robot = static_cast<std::int32_t>(status.robot);
+  message.epoch = static_cast<std::int32_t>(status.epoch);
+  message.peers = static_cast<std::int32_t>(status.peers);
+  message.stamp_us = status.stamp_us;
+  message.uptime_us = now_us - start_us_;
+  message.tick_median_us = status.tick_median_us;
+  message.tick_max_us = status.tick_max_us;
+  message.label_voxels = status.label_voxels;
+  message.free_voxels = status.free_voxels;
+  message.sent_bytes_per_s = per_second(now.sent_bytes, last_.sent_bytes, duration_us);
+  message.received_bytes_per_s = per_second(now.received_bytes, last_.received_bytes, duration_us);
+  message.digest = signed_bits(status.digest);
+  message.exclude_digest = status.exclude_digest;
+  fill_counters(message, now, status);
+  last_ = now;
+  last_us_ = now_us;
+  const auto status_bytes = std::span(buffer_).first(keys_.status_bytes());
+  const int typed = message.encode(buffer_.data(), 0, static_cast<int>(kTypedStatusBytes));
+  // The first cannot happen: the typed message has a fixed size.
+  if (typed != static_cast<int>(kTypedStatusBytes) || sequence_ == UINT32_MAX) return false;
+  seal_status(status_bytes, status.session, ++sequence_, keys_);
+  return link_->send_on(kStatusChannel, status_bytes);
+}
+
+}  // namespace tessera

@@ -1,0 +1,98 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// The archive of a moving window: a file to which blocks are appended and from which they are read.
+// It is never rewritten, so a crash can damage only its end, which is detected and cut off.
+// docs/reference/memory.md has the layout byte by byte.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "base/file_descriptor.hpp"
+#include "base/outcome.hpp"
+#include "maps/archive_index.hpp"
+#include "tessera/map/stored_block.hpp"
+
+namespace tessera {
+
+/// Content of an archive file, up to its last complete record.
+struct ArchiveContent {
+  MapFileHeader header;           ///< Of the map that the blocks belong to.
+  std::uint64_t records = 0;      ///< Of blocks, including those that later ones replace.
+  std::uint64_t torn_bytes = 0;   ///< After the last complete record.
+  bool complete = false;          ///< The last run ended and all of its map is here.
+  std::uint32_t revision = 0;     ///< Of the map if complete, else the latest of a block.
+  std::uint64_t whole_bytes = 0;  ///< Up to the end of the last complete record.
+};
+
+/// What happened to blocks since the archive was opened.
+struct ArchiveCounts {
+  std::uint64_t evictions_merged = 0;  ///< Merged with the archived content of the block.
+  std::uint64_t no_index = 0;          ///< Refused: the index is full.
+  std::uint64_t not_written = 0;       ///< Refused: for example a full disk.
+  std::uint64_t not_read = 0;          ///< Not reloaded: unreadable or damaged.
+};
+
+class ArchiveFile {
+ public:
+  static constexpr const char* kName = "blocks.tsa";
+  static constexpr std::size_t kUnitBytes = 16;  ///< Records begin at multiples of it.
+  /// The limit of the 32-bit places of an index.
+  static constexpr std::uint64_t kMostBytes = std::uint64_t{kUnitBytes} << 32U;
+
+  /// Reads a whole file and checks it. Fails with kUsage iff it is missing, not an archive, of a
+  /// newer version, or damaged other than at its end.
+  static Outcome<ArchiveContent> inspect(const std::string& path);
+
+  /// Arena bytes for an archive with an index for this number of blocks of such a map.
+  static std::size_t required_bytes(const MapConfig& map, int num_components, std::size_t blocks);
+
+  /// Creates the folder and a file for blocks of such a map, or opens the file that inspect found:
+  /// cuts off an incomplete end and fills the index. arena: outlives the archive. Fails with kUsage
+  /// iff it cannot be created or written, another process has it open, or the index is too small;
+  /// kFailure iff the system fails.
+  static Outcome<std::unique_ptr<ArchiveFile>> open(const std::string& folder, const LocalMap& map,
+                                                    const MapIdentity& identity, std::size_t blocks,
+                                                    Arena& arena, const ArchiveContent* found);
+  ArchiveFile(const ArchiveFile&) = delete;
+  ArchiveFile& operator=(const ArchiveFile&) = delete;
+
+  /// For MovingWindow::step. Its functions use no heap: evict writes at most two encoded blocks and
+  /// reads one; reload reads one. The time for that depends on the system.
+  [[nodiscard]] BlockArchive interface() noexcept;
+  bool evict(const LocalMap& map, const Block& block) noexcept;
+  Status reload(LocalMap& map, BlockKey key) noexcept;
+  /// Adds an archived block to a map and keeps it.
+  Status read_into(LocalMap& map, BlockKey key) noexcept;
+
+  /// Marks the file as complete, and syncs it to the disk.
+  Outcome<void> complete(std::uint32_t revision);
+
+  [[nodiscard]] const ArchiveIndex& index() const noexcept { return index_; }
+  [[nodiscard]] const ArchiveCounts& counts() const noexcept { return counts_; }
+  [[nodiscard]] std::uint64_t file_bytes() const noexcept { return end_; }
+  [[nodiscard]] const std::string& path() const noexcept { return path_; }
+
+ private:
+  ArchiveFile() = default;
+  Outcome<void> create(const LocalMap& map, const MapIdentity& identity);
+  Outcome<void> fill_index(std::uint64_t whole_bytes);
+  bool append(std::uint32_t mark, std::uint64_t key, std::size_t payload_bytes) noexcept;
+  bool read_at(std::uint64_t offset, std::span<std::byte> into) const noexcept;
+  /// The payload of a record, in read_; empty if it cannot be read.
+  std::span<const std::byte> payload_at(std::uint32_t place, BlockKey key) noexcept;
+
+  std::string path_;
+  FileDescriptor file_;
+  std::uint64_t end_ = 0;
+  int error_ = 0;  ///< Why the last write failed.
+  ArchiveIndex index_{};
+  LocalMap one_block_{};        ///< Where a block is merged with its archived content.
+  std::span<std::byte> write_;  ///< A record.
+  std::span<std::byte> read_;   ///< A payload and its checksum.
+  ArchiveCounts counts_{};
+};
+
+}  // namespace tessera

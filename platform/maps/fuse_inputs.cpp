@@ -1,0 +1,222 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "maps/fuse_inputs.hpp"
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <tuple>
+
+#include "base/number_text.hpp"
+#include "scans/transform_file.hpp"
+#include "tessera/base/rigid.hpp"
+#include "tessera/map/queries.hpp"
+
+namespace tessera {
+
+namespace {
+
+/// Compared voxels of a pair.
+constexpr std::uint32_t kCompared = 20000;
+/// Below this share of equal labels a pair is warned about.
+constexpr double kLeastAgreement = 0.5;
+constexpr std::uint32_t kLeastCommon = 100;
+
+Outcome<void> check_alike(const FuseInput& first, const FuseInput& other) {
+  const MapConfig& a = first.stored->map.config();
+  const MapConfig& b = other.stored->map.config();
+  const auto differ = [&](const char* what, const std::string& of_first,
+                          const std::string& of_other) {
+    return Failure{other.path + " has " + what + " " + of_other + ", but " + first.path + " has " +
+                   of_first + "; give maps that agree"};
+  };
+  if (a.resolution_m != b.resolution_m)
+    return differ("resolution", text_of(a.resolution_m), text_of(b.resolution_m));
+  if (!(first.stored->map.classes() == other.stored->map.classes()))
+    return Failure{other.path + " has other classes than " + first.path +
+                   "; give maps that were made with the same classes"};
+  if (a.prior != b.prior) return differ("prior", text_of(a.prior), text_of(b.prior));
+  if (a.free_weight != b.free_weight)
+    return differ("free weight", text_of(decimal_of(a.free_weight)),
+                  text_of(decimal_of(b.free_weight)));
+  return {};
+}
+
+Outcome<FuseInput> load_input(const std::string& path) {
+  // Before the whole file is read.
+  const Outcome<MapFileHeader> header = load_map_header(path);
+  if (!header.ok()) return header.failure();
+  if (header->identity.kind == MapKind::kGlobal)
+    return Failure{path + " is a global map; give the local maps that it was made of"};
+  Outcome<std::unique_ptr<StoredMap>> stored = load_map(path);
+  if (!stored.ok()) return stored.failure();
+  return to_fuse(path, std::move(*stored));
+}
+
+/// Files of transforms by the path of the map.
+Outcome<std::map<std::string, std::string>> parse_transforms(
+    const std::vector<std::string>& transforms, const std::vector<std::string>& paths) {
+  std::map<std::string, std::string> files;
+  for (const std::string& text : transforms) {
+    const std::size_t equals = text.rfind('=');
+    const std::string path = text.substr(0, equals);
+    if (equals == std::string::npos || equals + 1 == text.size())
+      return Failure{"--transform " + text + ": give MAP.tsm=T.txt"};
+    if (std::find(paths.begin(), paths.end(), path) == paths.end())
+      return Failure{"--transform " + text + ": " + path + " is not among the maps"};
+    if (!files.emplace(path, text.substr(equals + 1)).second)
+      return Failure{"--transform " + text + ": " + path + " already has a transform"};
+  }
+  return files;
+}
+
+/// Gives each map its own robot: a second map of the same robot and epoch gets a number that no map
+/// has.
+void tell_robots_apart(std::vector<FuseInput>& inputs) {
+  std::set<std::uint32_t> taken;
+  for (const FuseInput& input : inputs) taken.insert(input.id.robot);
+  std::uint32_t last = *taken.rbegin();
+  for (std::size_t i = 1; i < inputs.size(); ++i) {
+    const bool again =
+        std::any_of(inputs.begin(), inputs.begin() + static_cast<std::ptrdiff_t>(i),
+                    [&](const FuseInput& other) { return other.id == inputs[i].id; });
+    if (!again) continue;
+    while (!taken.insert(++last).second) {
+    }
+    inputs[i].id = {last, 0, 0};
+  }
+}
+
+void warn_of_places(const std::vector<FuseInput>& inputs, std::vector<std::string>& warnings) {
+  const auto placed = [](const FuseInput& input) { return input.placed; };
+  if (std::none_of(inputs.begin(), inputs.end(), placed)) return;
+  for (const FuseInput& input : inputs) {
+    if (!input.placed)
+      warnings.push_back(input.path +
+                         " has no T_global_map; its frame is taken for the global one");
+  }
+}
+
+/// inputs: sorted by id.
+void warn_of_epochs(const std::vector<FuseInput>& inputs, std::vector<std::string>& warnings) {
+  for (std::size_t i = 1; i < inputs.size(); ++i) {
+    const FuseInput& older = inputs[i - 1];
+    const FuseInput& newer = inputs[i];
+    if (older.id.robot != newer.id.robot || older.id.epoch == newer.id.epoch) continue;
+    warnings.push_back(older.path + " is of an earlier epoch of robot " +
+                       std::to_string(older.id.robot) + " than " + newer.path +
+                       "; it is used only where that has no evidence");
+  }
+}
+
+}  // namespace
+
+Outcome<std::vector<FuseInput>> load_inputs(const std::vector<std::string>& paths,
+                                            const std::vector<std::string>& transforms,
+                                            std::vector<std::string>& warnings) {
+  const Outcome<std::map<std::string, std::string>> files = parse_transforms(transforms, paths);
+  if (!files.ok()) return files.failure();
+  std::vector<FuseInput> inputs;
+  for (const std::string& path : paths) {
+    if (std::count(paths.begin(), paths.end(), path) > 1)
+      return Failure{path + " is named twice; a map's evidence counts once"};
+    Outcome<FuseInput> input = load_input(path);
+    if (!input.ok()) return input.failure();
+    inputs.push_back(std::move(*input));
+    const Outcome<void> alike = check_alike(inputs.front(), inputs.back());
+    if (!alike.ok()) return alike.failure();
+  }
+  for (FuseInput& input : inputs) {
+    if (const auto file = files->find(input.path); file != files->end()) {
+      const Outcome<Matrix34d> T = read_transform(file->second);
+      if (!T.ok()) return T.failure();
+      input.T_global_map = *T;
+      input.placed = true;
+    }
+  }
+  return arrange_inputs(std::move(inputs), warnings);
+}
+
+Outcome<FuseInput> to_fuse(std::string name, std::shared_ptr<const StoredMap> stored) {
+  const MapIdentity& identity = stored->header.identity;
+  if (identity.kind == MapKind::kGlobal)
+    return Failure{name + " is a global map; give the local maps that it was made of"};
+  FuseInput input;
+  input.path = std::move(name);
+  std::vector<KeyedIndex> workspace = workspace_for(stored->map);
+  input.digest = digest(stored->map, workspace);
+  input.id = {identity.robot, identity.epoch, 0};
+  input.placed = identity.has_T_global_map;
+  if (input.placed) input.T_global_map = identity.T_global_map;
+  input.stored = std::move(stored);
+  return input;
+}
+
+Outcome<std::vector<FuseInput>> arrange_inputs(std::vector<FuseInput> inputs,
+                                               std::vector<std::string>& warnings) {
+  for (FuseInput& input : inputs) {
+    const Outcome<void> alike = check_alike(inputs.front(), input);
+    if (!alike.ok()) return alike.failure();
+    const double resolution_m = input.stored->map.config().resolution_m;
+    const Result<GridTransform> frame = GridTransform::make(input.T_global_map, resolution_m);
+    if (!frame.ok())
+      return Failure{input.path + ": its transform puts it outside of the grid; fix the transform"};
+    input.frame = *frame;
+  }
+  warn_of_places(inputs, warnings);
+  std::sort(inputs.begin(), inputs.end(), [](const FuseInput& a, const FuseInput& b) {
+    return std::tie(a.id, a.digest, a.path) < std::tie(b.id, b.digest, b.path);
+  });
+  warn_of_epochs(inputs, warnings);
+  tell_robots_apart(inputs);
+  return inputs;
+}
+
+std::vector<NamedFile> files_of(const std::vector<std::string>& paths,
+                                const std::vector<std::string>& transforms, const char* option) {
+  std::vector<NamedFile> files;
+  for (const std::string& path : paths) files.push_back({option, path});
+  for (const std::string& text : transforms) {
+    if (const std::size_t equals = text.rfind('='); equals != std::string::npos)
+      files.push_back({"--transform", text.substr(equals + 1)});
+  }
+  return files;
+}
+
+std::vector<PairAlignment> align_inputs(const std::vector<FuseInput>& inputs,
+                                        std::vector<std::string>& warnings) {
+  std::vector<PairAlignment> pairs;
+  for (std::size_t i = 0; i < inputs.size(); ++i) {
+    for (std::size_t j = i + 1; j < inputs.size(); ++j) {
+      const LocalMap& first = inputs[i].stored->map;
+      const double resolution_m = first.config().resolution_m;
+      const bool together = inputs[i].T_global_map == inputs[j].T_global_map;
+      const Result<GridTransform> T_first_second = GridTransform::make(
+          together ? Matrix34d(Matrix34d::Identity())
+                   : product(inverse(inputs[i].T_global_map), inputs[j].T_global_map),
+          resolution_m);
+      if (!T_first_second.ok()) continue;
+      const Alignment alignment =
+          AlignmentCheck::measure(first, inputs[j].stored->map, *T_first_second, kCompared);
+      if (alignment.common == 0) continue;
+      pairs.push_back({i, j, alignment});
+      const std::string names = inputs[i].path + " and " + inputs[j].path;
+      if (alignment.common < kLeastCommon) continue;
+      if (alignment.shifted()) {
+        const auto metres = [&](std::size_t axis) {
+          return text_of(alignment.best_shift[axis] * resolution_m);
+        };
+        warnings.push_back(names + " are misaligned: they agree better if the second is moved by " +
+                           metres(0) + ", " + metres(1) + ", " + metres(2) +
+                           " m in the frame of the first; check their transforms");
+      } else if (alignment.agreement() < kLeastAgreement) {
+        warnings.push_back(names + " have the same class at " +
+                           text_of(100.0 * alignment.agreement()) +
+                           " % of their common voxels; check their transforms and labels");
+      }
+    }
+  }
+  return pairs;
+}
+
+}  // namespace tessera

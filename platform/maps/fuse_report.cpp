@@ -1,0 +1,151 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "maps/fuse_report.hpp"
+
+#include <algorithm>
+#include <set>
+
+#include "base/number_text.hpp"
+
+namespace tessera {
+
+namespace {
+
+/// The least agreement of all pairs; empty if no two maps have common labels.
+std::optional<double> least_agreement(const std::vector<PairAlignment>& pairs) {
+  std::optional<double> least;
+  for (const PairAlignment& pair : pairs)
+    least = std::min(least.value_or(1.0), pair.alignment.agreement());
+  return least;
+}
+
+Json alignments_json(const FuseRun& run, const std::vector<FuseInput>& inputs) {
+  Json json = Json::array();
+  const double resolution_m = run.config.map.resolution_m;
+  for (const PairAlignment& pair : run.pairs) {
+    const Alignment& a = pair.alignment;
+    json.push_back({{"first", inputs[pair.first].path},
+                    {"second", inputs[pair.second].path},
+                    {"compared", a.compared},
+                    {"common", a.common},
+                    {"agreed", a.agreed},
+                    {"agreement", a.agreement()},
+                    {"best_shift_m",
+                     {a.best_shift[0] * resolution_m, a.best_shift[1] * resolution_m,
+                      a.best_shift[2] * resolution_m}},
+                    {"agreed_shifted", a.agreed_shifted},
+                    {"shifted", a.shifted()}});
+  }
+  return json;
+}
+
+Json contributions_json(const std::vector<FuseInput>& inputs) {
+  Json json = Json::array();
+  for (const FuseInput& input : inputs) {
+    const MapUsage usage = input.stored->map.usage();
+    json.push_back({{"map", input.path},
+                    {"robot", input.id.robot},
+                    {"epoch", input.id.epoch},
+                    {"submap", input.id.submap},
+                    {"blocks", usage.blocks},
+                    {"label_voxels", usage.label_voxels},
+                    {"digest", hex64(input.digest)},
+                    {"T_global_map", std::vector<double>(input.T_global_map.data(),
+                                                         input.T_global_map.data() + 12)}});
+  }
+  return json;
+}
+
+/// Blocks, or parts of them, that are not in the map for lack of room.
+std::uint64_t refused_blocks(const GlobalMapReport& report) {
+  return report.refused_blocks + report.refused_outputs + report.replicas.refused_storage +
+         report.replicas.refused_quota;
+}
+
+double per_voxel(std::size_t bytes, std::uint64_t voxels) {
+  return voxels == 0 ? 0.0 : static_cast<double>(bytes) / static_cast<double>(voxels);
+}
+
+}  // namespace
+
+Json to_json(const FuseOptions& options, const GlobalMapConfig& config,
+             std::optional<std::size_t> budget_bytes) {
+  return {{"maps", options.maps},
+          {"out", options.out},
+          {"report", options.report},
+          {"transform", options.transforms},
+          {"diffusion", options.diffusion.mode},
+          {"edge", options.diffusion.edge},
+          {"iterations", config.diffusion.iterations},
+          {"diffusion_length", decimal_of(config.diffusion.length_m)},
+          {"alpha", decimal_of(config.diffusion.alpha)},
+          {"omega", decimal_of(config.diffusion.omega)},
+          {"whole_map", config.diffusion.whole_map},
+          {"counts", to_string(config.map.tuple)},
+          {"memory", budget_bytes ? Json(*budget_bytes) : Json()}};
+}
+
+Json to_json(const FuseRun& run, const std::vector<FuseInput>& inputs, const Json& config) {
+  const GlobalMapReport& report = run.report;
+  const std::optional<double> alignment = least_agreement(run.pairs);
+  Json json = {{"voxels", run.usage.label_voxels},
+               {"free_voxels", run.free_voxels},
+               {"overlap_voxels", report.nodes},
+               {"overlap_blocks", report.overlap_blocks},
+               {"iterations", run.config.diffusion.iterations},
+               {"residual", report.residual},
+               {"milliseconds", run.publish_ms + run.fuse_ms},
+               {"publish_milliseconds", run.publish_ms},
+               {"fuse_milliseconds", run.fuse_ms},
+               {"work", run.work},
+               {"digest", hex64(run.digest)},
+               {"mean_variance", report.mean_variance},
+               {"mean_variance_undiffused", report.mean_variance_undiffused},
+               {"alignment", alignment ? Json(*alignment) : Json()},
+               {"alignments", alignments_json(run, inputs)},
+               {"contributions", contributions_json(inputs)}};
+  json["memory"] = {
+      {"budget_bytes", run.budget_bytes},
+      {"used_bytes", report.used_bytes},
+      {"map_used_bytes", run.usage.used_bytes},
+      {"replica_bytes", report.replicas.used_bytes},
+      {"sum_bytes", report.sum_bytes},
+      {"bytes_per_replica_voxel", per_voxel(report.replicas.used_bytes, run.replica_voxels)},
+      {"bytes_per_label_voxel", per_voxel(run.usage.used_bytes, run.usage.label_voxels)},
+      {"refused", refused_blocks(report) + report.refused_sums},
+      {"refused_blocks", refused_blocks(report)},
+      {"refused_sums", report.refused_sums}};
+  json["saturated_voxels"] = report.saturated_voxels;
+  json["heap_allocations_after_init"] = run.heap_allocations ? Json(*run.heap_allocations) : Json();
+  json["config"] = config;
+  return json;
+}
+
+std::vector<std::string> losses_of(const FuseRun& run) {
+  std::vector<std::string> losses;
+  const std::uint64_t blocks = refused_blocks(run.report);
+  if (blocks > 0) {
+    losses.push_back(counted(blocks, "refusal") +
+                     " of blocks for lack of memory; give a larger --memory");
+  }
+  if (run.report.refused_sums > 0) {
+    losses.push_back(counted(run.report.refused_sums, "block") +
+                     " left undiffused for lack of memory; give a larger --memory");
+  }
+  return losses;
+}
+
+Json record_of(const std::vector<FuseInput>& inputs, Json config) {
+  for (const char* const key : {"maps", "out", "report", "transform", "memory"}) config.erase(key);
+  const Json range = recorded_setting(inputs.front().stored->header, "max_range");
+  const bool same = std::all_of(inputs.begin(), inputs.end(), [&](const FuseInput& input) {
+    return recorded_setting(input.stored->header, "max_range") == range;
+  });
+  if (same && !range.is_null()) config["max_range"] = range;
+  std::set<std::uint32_t> robots;
+  for (const FuseInput& input : inputs) robots.insert(input.id.robot);
+  config["robots"] = robots;
+  return config;
+}
+
+}  // namespace tessera

@@ -1,0 +1,52 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// The options of "fuse", and their conversion to configurations of the library.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/outcome.hpp"
+#include "maps/fuse_inputs.hpp"
+#include "settings/diffusion_options.hpp"
+#include "tessera/fusion/global_map.hpp"
+
+namespace tessera {
+
+struct FuseOptions {
+  std::vector<std::string> maps;
+  std::string out;
+  std::string report;
+  std::vector<std::string> transforms;
+  DiffusionOptions diffusion;
+  std::string counts;  ///< "dense" or "compact"; empty: as in the maps.
+  std::string memory;  ///< Bytes; empty: what the maps need.
+};
+
+/// Memory for the replicas of all maps.
+struct ReplicaDemand {
+  std::uint32_t blocks = 0;
+  std::uint32_t segments = 0;
+};
+
+/// Fails with kUsage iff there are fewer than two maps, or more than a global map can have.
+Outcome<void> check_number_of_maps(std::size_t maps);
+/// The same for robots.
+Outcome<void> check_number_of_robots(const std::vector<FuseInput>& inputs);
+
+/// --memory in bytes; nothing if it was not given. Fails with kUsage iff it is not a number of
+/// bytes.
+Outcome<std::optional<std::size_t>> memory_of(const FuseOptions& options);
+
+/// Without a budget: capacities with which nothing is refused; unused memory is never touched. With
+/// one: replicas and diffusion get what they need, the sums up to a quarter of the rest, and the
+/// map what is left. Fails with kUsage iff that is too little for a map.
+Outcome<GlobalMapConfig> config_for(const std::vector<FuseInput>& inputs,
+                                    const FuseOptions& options, const DiffusionConfig& diffusion,
+                                    const ReplicaDemand& demand,
+                                    std::optional<std::size_t> budget_bytes);
+
+}  // namespace tessera

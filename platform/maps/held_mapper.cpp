@@ -1,0 +1,29 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "maps/held_mapper.hpp"
+
+#include <string>
+
+#include "base/monotonic_clock.hpp"
+
+namespace tessera {
+
+Outcome<HeldMapper> make_mapper(const MapSetup& setup, const ScanCapacity& capacity,
+                                const ClassTable& classes) {
+  RobotConfig config;
+  config.map = setup.map;
+  config.inference = setup.inference;
+  config.scan = capacity;
+  config.deadline_us = setup.deadline_us;
+  config.window = setup.window;
+  Outcome<ArenaMemory> memory = ArenaMemory::allocate(Mapper::required_bytes(config));
+  if (!memory.ok()) return memory.failure();
+  Arena arena(memory->span());
+  const Clock clock{nullptr, [](void*) { return MonotonicClock::now_us(); }};
+  const Result<Mapper*> mapper = Mapper::make(arena, config, classes, clock);
+  if (!mapper.ok())
+    return Failure{std::string("the map cannot be made: ") + to_string(mapper.status())};
+  return HeldMapper(std::move(*memory), **mapper);
+}
+
+}  // namespace tessera

@@ -1,0 +1,88 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "maps/scores.hpp"
+
+#include <cmath>
+
+namespace tessera {
+
+bool Confusion::present(int label) const {
+  const auto i = static_cast<std::size_t>(label);
+  return true_positive_[i] + false_negative_[i] > 0;
+}
+
+double Confusion::iou(int label) const {
+  const auto i = static_cast<std::size_t>(label);
+  const std::uint64_t all = true_positive_[i] + false_positive_[i] + false_negative_[i];
+  return all == 0 ? 0.0 : static_cast<double>(true_positive_[i]) / static_cast<double>(all);
+}
+
+double Confusion::mean_iou(int num_classes) const {
+  double sum = 0.0;
+  int count = 0;
+  for (int label = 1; label <= num_classes; ++label) {
+    if (!present(label)) continue;
+    sum += iou(label);
+    ++count;
+  }
+  return count == 0 ? 0.0 : sum / count;
+}
+
+Json Confusion::counts(const ClassTable& classes) const {
+  Json json = Json::object();
+  for (int label = 1; label <= classes.num_classes(); ++label) {
+    const auto i = static_cast<std::size_t>(label);
+    json[std::string(classes[label].name_view())] = {{"true_positives", true_positive_[i]},
+                                                     {"false_positives", false_positive_[i]},
+                                                     {"false_negatives", false_negative_[i]}};
+  }
+  return json;
+}
+
+void Scores::add(int truth, const Estimate& estimate, int input) {
+  ++points_;
+  const bool occupied = estimate.state == VoxelState::kOccupied;
+  const int label = occupied ? estimate.label : 0;
+  map_.add(truth, label);
+  input_.add(truth, input);
+  if (occupied) ++occupied_;
+  if (label == 0) return;
+  ++covered_;
+  if (label == truth) ++correct_;
+  const auto bin = static_cast<std::size_t>(estimate.probability * static_cast<double>(kBins));
+  Bin& b = bins_[bin < kBins ? bin : kBins - 1];
+  ++b.points;
+  b.correct += label == truth ? 1U : 0U;
+  b.probability += estimate.probability;
+}
+
+double Scores::calibration_error() const {
+  double error = 0.0;
+  for (const Bin& bin : bins_)
+    error += std::abs(static_cast<double>(bin.correct) - bin.probability);
+  return covered_ == 0 ? 0.0 : error / static_cast<double>(covered_);
+}
+
+Json Scores::json(const ClassTable& classes, bool has_input) const {
+  Json json;
+  json["mean_iou"] = map_.mean_iou(classes.num_classes());
+  json["iou"] = Json::object();
+  json["input_mean_iou"] = has_input ? Json(input_.mean_iou(classes.num_classes())) : Json();
+  json["input_iou"] = has_input ? Json::object() : Json();
+  for (int label = 1; label <= classes.num_classes(); ++label) {
+    if (!map_.present(label)) continue;
+    const std::string name(classes[label].name_view());
+    json["iou"][name] = map_.iou(label);
+    if (has_input) json["input_iou"][name] = input_.iou(label);
+  }
+  json["coverage"] = coverage();
+  json["coverage_any"] = coverage_any();
+  json["accuracy"] = accuracy();
+  json["calibration_error"] = calibration_error();
+  json["points"] = points();
+  json["counts"] = map_.counts(classes);
+  json["input_counts"] = has_input ? input_.counts(classes) : Json();
+  return json;
+}
+
+}  // namespace tessera

@@ -1,0 +1,155 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "maps/stored_map.hpp"
+
+#include <cstring>
+
+#include "base/atomic_file.hpp"
+#include "base/input_file.hpp"
+
+namespace tessera {
+
+namespace {
+
+/// A byte source of the library that reads a file.
+struct FileSource {
+  InputFile file;
+  std::string error;  ///< Not empty if the system failed before the file ended.
+
+  ByteSource source() {
+    return {this, [](void* context, std::span<std::byte> into) -> std::size_t {
+              auto& self = *static_cast<FileSource*>(context);
+              const Outcome<std::size_t> n = self.file.read(into);
+              if (n.ok()) return *n;
+              self.error = n.failure().message;
+              return 0;
+            }};
+  }
+};
+
+Failure damaged(const std::string& path, const MapFileStatus& status) {
+  return {path + ": " + status.what + " (" + to_string(status.status) + " at byte " +
+          std::to_string(status.offset_bytes) + "); make the map again or use another copy"};
+}
+
+/// Most storage that a file of this size can need: the smallest stored octet takes 7 bytes.
+std::uint64_t most_storage(std::uint64_t file_bytes) {
+  return file_bytes * 512 + (std::uint64_t{1} << 20U);
+}
+
+Outcome<FileSource> open_source(const std::string& path) {
+  Outcome<InputFile> file = InputFile::open(path);
+  if (!file.ok()) return file.failure();
+  return FileSource{std::move(*file), {}};
+}
+
+}  // namespace
+
+Outcome<MapFileHeader> load_map_header(const std::string& path) {
+  Outcome<FileSource> file = open_source(path);
+  if (!file.ok()) return file.failure();
+  const auto buffer = std::make_unique<MapFileBuffer>();
+  MapFileHeader header;
+  const MapFileStatus status = load_header(file->source(), *buffer, header);
+  if (!status.ok()) return damaged(path, status);
+  if (header.config.storage_bytes > most_storage(file->file.size_bytes())) {
+    return damaged(
+        path, {Status::kCorrupt, "the file is truncated, or its header claims more than it holds",
+               status.offset_bytes});
+  }
+  return header;
+}
+
+Json recorded_setting(const MapFileHeader& header, const char* key) {
+  const std::string text(header.identity.settings.data(), header.identity.settings_bytes);
+  const Json settings = Json::parse(text, nullptr, false);
+  return settings.is_object() && settings.contains(key) ? settings[key] : Json();
+}
+
+Outcome<void> record_settings(const Json& config, MapIdentity& identity) {
+  const std::string text = config.dump(-1, ' ', false, Json::error_handler_t::replace);
+  if (text.size() > MapIdentity::kMaxSettings) {
+    return Failure{"the paths given are too long for the map's record; use shorter ones"};
+  }
+  std::memcpy(identity.settings.data(), text.data(), text.size());
+  identity.settings_bytes = static_cast<std::uint32_t>(text.size());
+  return {};
+}
+
+Outcome<bool> load_into(const std::string& path, LocalMap& map) {
+  Outcome<FileSource> file = open_source(path);
+  if (!file.ok()) return file.failure();
+  const auto buffer = std::make_unique<MapFileBuffer>();
+  MapFileHeader header;
+  MapFileStatus status = load_header(file->source(), *buffer, header);
+  if (status.ok()) status = load_blocks(file->source(), header, *buffer, map);
+  if (!file->error.empty()) return Failure{file->error, FailureKind::kFailure};
+  if (status.status == Status::kResourceExhausted) return false;
+  if (!status.ok()) return damaged(path, status);
+  return true;
+}
+
+Outcome<std::unique_ptr<StoredMap>> load_map(const std::string& path, std::size_t storage_bytes) {
+  Outcome<MapFileHeader> header = load_map_header(path);
+  if (!header.ok()) return header.failure();
+  auto stored = std::make_unique<StoredMap>();
+  stored->header = *header;
+  MapConfig config = header->config;
+  if (storage_bytes > config.storage_bytes) config.storage_bytes = storage_bytes;
+  Outcome<ArenaMemory> memory = ArenaMemory::allocate(required_bytes(config));
+  if (!memory.ok()) return memory.failure();
+  stored->memory = std::move(*memory);
+  Arena arena(stored->memory.span());
+  Result<LocalMap> map = LocalMap::make(arena, config, header->classes);
+  if (!map.ok())
+    return Failure{
+        path + ": the header has a setting out of range; make the map again or use another copy"};
+  stored->map = std::move(*map);
+  const Outcome<bool> loaded = load_into(path, stored->map);
+  if (!loaded.ok()) return loaded.failure();
+  if (!*loaded) {
+    return Failure{path +
+                   ": the file has more than its header says; make the map again or use "
+                   "another copy"};
+  }
+  return stored;
+}
+
+Outcome<void> save_map(const LocalMap& map, const MapIdentity& identity,
+                       std::span<const KeyedIndex> blocks, const BlockLookup& lookup,
+                       const std::string& path) {
+  Outcome<AtomicFile> file = AtomicFile::open(path);
+  if (!file.ok()) return file.failure();
+  struct Target {
+    AtomicFile& file;
+    bool refused = false;
+  } target{*file};
+  const ByteSink sink{&target, [](void* context, std::span<const std::byte> bytes) {
+                        auto& self = *static_cast<Target*>(context);
+                        self.refused = !self.file.write(bytes) || self.refused;
+                        return !self.refused;
+                      }};
+  const auto buffer = std::make_unique<MapFileBuffer>();
+  const MapFileStatus status = save(map, identity, blocks, lookup, *buffer, sink);
+  // commit() explains a refused write, as it has the system's reason.
+  if (!status.ok() && !target.refused)
+    return Failure{path + " cannot be written: " + status.what, FailureKind::kFailure};
+  return file->commit();
+}
+
+Outcome<void> save_map(const LocalMap& map, const MapIdentity& identity,
+                       std::span<KeyedIndex> workspace, const std::string& path) {
+  struct InMemory {
+    const LocalMap& map;
+  } in_memory{map};
+  const BlockLookup lookup{&in_memory, [](void* context, const KeyedIndex& item) {
+                             return &static_cast<InMemory*>(context)->map.block_at(item.index);
+                           }};
+  return save_map(map, identity, map.blocks_in_order(workspace), lookup, path);
+}
+
+std::vector<KeyedIndex> workspace_for(const LocalMap& map) {
+  return std::vector<KeyedIndex>(2 * map.block_count());
+}
+
+}  // namespace tessera

@@ -1,0 +1,63 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "scans/cloud.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "base/input_file.hpp"
+
+namespace tessera {
+namespace {
+
+/// Bytes of the sizes after the header of a compressed PCD file.
+constexpr std::size_t kSizesBytes = 8;
+
+/// Reads the file up to most_bytes.
+Outcome<CloudHead> read_up_to(const std::string& path, std::uint64_t most_bytes) {
+  Outcome<InputFile> file = InputFile::open(path);
+  if (!file.ok()) return file.failure();
+  if (file->size_bytes() > kMostCloudFileBytes) {
+    return cloud_failure(path, std::to_string(file->size_bytes()) + " bytes, the limit is 2 GiB",
+                         "split it into several scans");
+  }
+  CloudHead head{.path = path, .bytes = {}, .file_bytes = file->size_bytes()};
+  head.bytes.resize(static_cast<std::size_t>(std::min(file->size_bytes(), most_bytes)));
+  const Outcome<void> filled = file->read_exactly(std::as_writable_bytes(std::span(head.bytes)));
+  if (!filled.ok()) return filled.failure();
+  return head;
+}
+
+}  // namespace
+
+std::string printable(std::string_view text) {
+  std::string shown(text.substr(0, 32));
+  for (char& letter : shown) {
+    if (letter < ' ' || letter > '~') letter = '?';
+  }
+  return shown;
+}
+
+Failure cloud_failure(std::string_view path, std::string_view what, std::string_view remedy) {
+  std::string message(path);
+  message.append(": ").append(one_line(what)).append("; ").append(remedy);
+  return {std::move(message)};
+}
+
+Failure too_many_points(std::string_view path, std::uint64_t points) {
+  return cloud_failure(
+      path, std::to_string(points) + " points, the limit is " + std::to_string(kMostCloudPoints),
+      "split it into several scans");
+}
+
+Outcome<CloudHead> read_cloud_head(const std::string& path) {
+  return read_up_to(path, kMostCloudHeaderBytes + kSizesBytes);
+}
+
+Outcome<std::string> read_cloud_bytes(const std::string& path) {
+  Outcome<CloudHead> all = read_up_to(path, kMostCloudFileBytes);
+  if (!all.ok()) return all.failure();
+  return std::move(all->bytes);
+}
+
+}  // namespace tessera

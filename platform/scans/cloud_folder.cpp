@@ -1,0 +1,186 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "scans/cloud_folder.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <limits>
+#include <system_error>
+#include <utility>
+
+#include "base/system_failure.hpp"
+#include "scans/pcd_reader.hpp"
+#include "scans/ply_reader.hpp"
+#include "scans/pose_file.hpp"
+
+namespace tessera {
+namespace {
+
+bool is_digit(char letter) noexcept { return letter >= '0' && letter <= '9'; }
+
+/// Splits off the digits that text begins with, without leading zeros.
+std::string_view take_digits(std::string_view& text) noexcept {
+  const auto end = std::find_if_not(text.begin(), text.end(), is_digit);
+  std::string_view digits = text.substr(0, static_cast<std::size_t>(end - text.begin()));
+  text.remove_prefix(digits.size());
+  digits.remove_prefix(std::min(digits.find_first_not_of('0'), digits.size()));
+  return digits;
+}
+
+std::string_view extension_of(CloudFormat format) {
+  return format == CloudFormat::kPcd ? ".pcd" : ".ply";
+}
+
+Outcome<CloudSummary> inspect_cloud(const CloudOptions& options, const CloudHead& head) {
+  const CloudBytes bytes{head.path, head.bytes, options.with_labels};
+  return options.format == CloudFormat::kPcd ? inspect_pcd(bytes, head.file_bytes)
+                                             : inspect_ply(bytes, head.file_bytes);
+}
+
+Outcome<void> read_cloud(CloudFormat format, const CloudBytes& file, Cloud& cloud) {
+  return format == CloudFormat::kPcd ? read_pcd(file, cloud) : read_ply(file, cloud);
+}
+
+}  // namespace
+
+bool is_before_by_number(std::string_view a, std::string_view b) noexcept {
+  const std::string_view whole_a = a;
+  const std::string_view whole_b = b;
+  while (!a.empty() && !b.empty()) {
+    if (is_digit(a.front()) && is_digit(b.front())) {
+      const std::string_view number_a = take_digits(a);
+      const std::string_view number_b = take_digits(b);
+      if (number_a.size() != number_b.size()) return number_a.size() < number_b.size();
+      if (number_a != number_b) return number_a < number_b;
+      continue;
+    }
+    if (a.front() != b.front()) return a.front() < b.front();
+    a.remove_prefix(1);
+    b.remove_prefix(1);
+  }
+  if (a.empty() != b.empty()) return a.empty();
+  return whole_a < whole_b;  // Equal but for leading zeros: any fixed order will do.
+}
+
+Outcome<std::vector<std::string>> list_clouds(const std::string& folder, CloudFormat format) {
+  return list_by_number(folder, extension_of(format));
+}
+
+Outcome<std::vector<std::string>> list_by_number(const std::string& folder,
+                                                 std::string_view extension) {
+  std::error_code error;
+  std::filesystem::directory_iterator files(folder, error);
+  std::vector<std::string> names;
+  while (!error && files != std::filesystem::directory_iterator()) {
+    std::string name = files->path().filename().string();
+    if (name.ends_with(extension)) names.push_back(std::move(name));
+    files.increment(error);
+  }
+  if (error) return system_failure("list", folder, error.value(), FailureKind::kUsage);
+  if (names.empty()) {
+    return Failure{"there are no " + std::string(extension) + " files in " + one_line(folder) +
+                   "; name the folder that has them"};
+  }
+  std::sort(names.begin(), names.end(), is_before_by_number);
+  for (std::string& name : names) name = (std::filesystem::path(folder) / name).string();
+  return names;
+}
+
+CloudFolder::CloudFolder(CloudOptions options, DatasetClasses classes)
+    : options_(std::move(options)), classes_(std::move(classes)) {}
+
+Outcome<CloudFolder> CloudFolder::open(const std::string& folder, const CloudOptions& options) {
+  const Outcome<std::vector<std::string>> paths = list_clouds(folder, options.format);
+  if (!paths.ok()) return paths.failure();
+  Outcome<DatasetClasses> classes = DatasetClasses::load(folder);
+  if (!classes.ok()) return classes.failure();
+  const Outcome<std::vector<Matrix34d>> T_map_sensor = read_pose_rows(options.poses);
+  if (!T_map_sensor.ok()) return T_map_sensor.failure();
+  CloudFolder clouds(options, std::move(*classes));
+  const Outcome<void> chosen = clouds.choose(folder, *paths, *T_map_sensor);
+  if (!chosen.ok()) return chosen.failure();
+  const Outcome<void> inspected = clouds.inspect();
+  if (!inspected.ok()) return inspected.failure();
+  return clouds;
+}
+
+Outcome<void> CloudFolder::choose(const std::string& folder, const std::vector<std::string>& paths,
+                                  const std::vector<Matrix34d>& T_map_sensor) {
+  if (paths.size() != T_map_sensor.size()) {
+    return Failure{one_line(folder) + " has " + std::to_string(paths.size()) + " " +
+                   std::string(extension_of(options_.format)) + " files, but " +
+                   one_line(options_.poses) + " has " + std::to_string(T_map_sensor.size()) +
+                   " poses; give one pose for each file, in the order of their numbers"};
+  }
+  num_files_ = paths.size();
+  const int first = options_.first.value_or(0);
+  const int last = options_.last.value_or(std::numeric_limits<int>::max());
+  if (first < 0 || last < 0)
+    return Failure{"a scan number is negative; choose --first and --last from 0 on"};
+  for (std::size_t i = static_cast<std::size_t>(first);
+       i < paths.size() && i <= static_cast<std::size_t>(last); ++i) {
+    scans_.push_back({.number = static_cast<int>(i),
+                      .path = paths[i],
+                      .summary = {},
+                      .T_map_sensor = T_map_sensor[i]});
+  }
+  if (!scans_.empty()) return {};
+  return Failure{"no scan is in the range, " + one_line(folder) + " has numbers from 0 to " +
+                 std::to_string(paths.size() - 1) + "; choose --first and --last among them"};
+}
+
+Outcome<void> CloudFolder::inspect() {
+  for (Entry& scan : scans_) {
+    const Outcome<CloudHead> head = read_cloud_head(scan.path);
+    if (!head.ok()) return head.failure();
+    const Outcome<CloudSummary> summary = inspect_cloud(options_, *head);
+    if (!summary.ok()) return summary.failure();
+    scan.summary = *summary;
+    max_points_ = std::max(max_points_, summary->points);
+    if (summary->has_labels) ++num_labelled_;
+    if (summary->has_viewpoint) ++num_viewpoints_;
+  }
+  return {};
+}
+
+Outcome<DatasetScan> CloudFolder::read(std::size_t i, ScanBuffer& buffer) const {
+  const Entry& entry = scans_[i];
+  const Outcome<std::string> bytes = read_cloud_bytes(entry.path);
+  if (!bytes.ok()) return Failure{bytes.failure().message, FailureKind::kFailure};
+  Cloud cloud;
+  const Outcome<void> decoded =
+      read_cloud(options_.format, {entry.path, *bytes, options_.with_labels}, cloud);
+  if (!decoded.ok()) return decoded.failure();
+  if (cloud.num_points() > max_points_) {
+    Failure changed =
+        cloud_failure(entry.path, "it has more points than when the folder was opened",
+                      "do not change its files during a run");
+    changed.kind = FailureKind::kFailure;
+    return changed;
+  }
+  const std::span<float> points = buffer.points_xyzi(cloud.num_points());
+  std::copy(cloud.points_xyzi.begin(), cloud.points_xyzi.end(), points.begin());
+  const std::span<std::uint8_t> components = buffer.components(cloud.num_points());
+  return DatasetScan{.number = entry.number,
+                     .points_xyzi = points,
+                     .components = components,
+                     .unknown = label(cloud, components),
+                     .deskew = {},
+                     .projection = {},
+                     .T_map_sensor = entry.T_map_sensor};
+}
+
+UnknownRawIds CloudFolder::label(const Cloud& cloud, std::span<std::uint8_t> components) const {
+  UnknownRawIds unknown;
+  std::fill(components.begin(), components.end(), classes_.unlabelled());
+  if (cloud.raw_ids.empty()) return unknown;
+  for (std::size_t point = 0; point < components.size(); ++point) {
+    // As in KITTI's files: the upper 16 bits are the instance.
+    const auto raw_id = static_cast<std::uint16_t>(cloud.raw_ids[point] & 0xFFFF);
+    if (!classes_.is_known(raw_id)) unknown.add(raw_id);
+    components[point] = classes_.component(raw_id);
+  }
+  return unknown;
+}
+
+}  // namespace tessera

@@ -1,0 +1,88 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// Scans from a folder of PCD or PLY files, and a file with a pose for each.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/outcome.hpp"
+#include "scans/cloud.hpp"
+#include "scans/dataset.hpp"
+#include "scans/dataset_classes.hpp"
+#include "tessera/base/geometry.hpp"
+
+namespace tessera {
+
+enum class CloudFormat : std::uint8_t { kPcd, kPly };
+
+/// True if a comes before b with numbers in names compared as numbers: scan_9 before scan_10.
+[[nodiscard]] bool is_before_by_number(std::string_view a, std::string_view b) noexcept;
+
+/// The paths of the format's files in the folder, in that order; other names are ignored. Fails
+/// with kUsage iff the folder is missing, unreadable or without such a file.
+Outcome<std::vector<std::string>> list_clouds(const std::string& folder, CloudFormat format);
+
+/// The same for any extension, for example ".png".
+Outcome<std::vector<std::string>> list_by_number(const std::string& folder,
+                                                 std::string_view extension);
+
+struct CloudOptions {
+  CloudFormat format = CloudFormat::kPcd;
+  std::string poses;         ///< File for read_pose_rows(), a row for each cloud.
+  std::optional<int> first;  ///< Scan number: the clouds in their order, from 0.
+  std::optional<int> last;   ///< Inclusive.
+  bool with_labels = true;   ///< If false, all points are unlabelled.
+};
+
+class CloudFolder final : public RecordedScans {
+ public:
+  /// Fails with kUsage, naming the file and the remedy, iff list_clouds(), DatasetClasses::load()
+  /// or read_pose_rows() does, there are more or fewer poses than clouds, there is no scan in the
+  /// range, or the header of a chosen one is refused by inspect_pcd() or inspect_ply().
+  static Outcome<CloudFolder> open(const std::string& folder, const CloudOptions& options);
+
+  [[nodiscard]] std::size_t num_scans() const noexcept override { return scans_.size(); }
+  [[nodiscard]] std::size_t max_points() const noexcept override { return max_points_; }
+  [[nodiscard]] const DatasetClasses& classes() const noexcept override { return classes_; }
+  [[nodiscard]] bool decodes() const noexcept override { return true; }
+  /// Fails with kUsage as read_pcd() or read_ply(), with kFailure iff the file can no longer be
+  /// read or its header has changed since open(). Uses the heap.
+  Outcome<DatasetScan> read(std::size_t i, ScanBuffer& buffer) const override;
+
+  /// All files, chosen or not.
+  [[nodiscard]] std::size_t num_files() const noexcept { return num_files_; }
+  /// Chosen scans with labels, and with a viewpoint other than the identity (which is ignored: the
+  /// poses have the place of the sensor).
+  [[nodiscard]] std::size_t num_labelled() const noexcept { return num_labelled_; }
+  [[nodiscard]] std::size_t num_viewpoints() const noexcept { return num_viewpoints_; }
+
+ private:
+  struct Entry {
+    int number = 0;
+    std::string path;
+    CloudSummary summary;
+    Matrix34d T_map_sensor = Matrix34d::Identity();
+  };
+
+  CloudFolder(CloudOptions options, DatasetClasses classes);
+  Outcome<void> choose(const std::string& folder, const std::vector<std::string>& paths,
+                       const std::vector<Matrix34d>& T_map_sensor);
+  Outcome<void> inspect();
+  UnknownRawIds label(const Cloud& cloud, std::span<std::uint8_t> components) const;
+
+  CloudOptions options_;
+  DatasetClasses classes_;
+  std::vector<Entry> scans_;
+  std::size_t num_files_ = 0;
+  std::size_t max_points_ = 0;
+  std::size_t num_labelled_ = 0;
+  std::size_t num_viewpoints_ = 0;
+};
+
+}  // namespace tessera

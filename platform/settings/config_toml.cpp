@@ -1,0 +1,78 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// Reads TOML into the flat list of a ConfigFile.
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "base/number_row.hpp"
+#include "base/toml_nesting.hpp"
+#include "settings/config_file.hpp"
+
+namespace tessera {
+
+namespace {
+
+std::size_t line_of(const toml::node& node) { return node.source().begin.line; }
+
+}  // namespace
+
+Outcome<ConfigFile> ConfigFile::parse(std::string_view text, std::string path) {
+  ConfigFile file;
+  file.path_ = std::move(path);
+  const auto refused = [&file](const toml::node& node, const std::string& what,
+                               const char* remedy) {
+    return text_failure({file.path_, line_of(node)}, what, remedy);
+  };
+  const auto value_of = [](const toml::node& node) -> std::optional<Value> {
+    if (const auto* const one = node.as_boolean()) return Value(one->get());
+    if (const auto* const one = node.as_integer()) return Value(one->get());
+    if (const auto* const one = node.as_floating_point()) return Value(one->get());
+    if (const auto* const one = node.as_string()) return Value(one->get());
+    const toml::array* const list = node.as_array();
+    if (list == nullptr) return std::nullopt;
+    std::vector<std::int64_t> numbers;
+    for (const toml::node& item : *list) {
+      if (!item.is_integer()) return std::nullopt;
+      numbers.push_back(item.as_integer()->get());
+    }
+    return Value(std::move(numbers));
+  };
+  const Outcome<void> nesting = check_nesting(text, file.path_);
+  if (!nesting.ok()) return nesting.failure();
+  try {
+    const toml::table root = toml::parse(text);
+    for (const auto& [name, node] : root) {
+      const toml::table* const table = node.as_table();
+      const std::string table_name(name.str());
+      if (table == nullptr)
+        return refused(node, std::string(table_name).append(" is not in a table"),
+                       "put it below a line such as [robot]");
+      file.tables_.push_back({table_name, line_of(node)});
+      for (const auto& [key, value] : *table) {
+        std::optional<Value> taken = value_of(value);
+        const std::string key_name(key.str());
+        if (!taken) {
+          std::string what = "[";
+          what.append(table_name).append("] ").append(key_name).append(" has an unsupported type");
+          return refused(value, what,
+                         "give text, a number, true or false, or a list of whole numbers");
+        }
+        file.entries_.push_back({table_name, key_name, line_of(value), std::move(*taken)});
+      }
+    }
+  } catch (const toml::parse_error& error) {
+    return text_failure({file.path_, error.source().begin.line},
+                        "not valid TOML (" + std::string(error.description()) + ")",
+                        "fix the syntax");
+  }
+  // The table is sorted by names, and messages must be about the first line.
+  std::stable_sort(file.entries_.begin(), file.entries_.end(),
+                   [](const Entry& a, const Entry& b) { return a.line < b.line; });
+  std::stable_sort(file.tables_.begin(), file.tables_.end(),
+                   [](const Table& a, const Table& b) { return a.line < b.line; });
+  return file;
+}
+
+}  // namespace tessera

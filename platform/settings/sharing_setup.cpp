@@ -1,0 +1,117 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "settings/sharing_setup.hpp"
+
+#include <algorithm>
+
+#include "base/monotonic_clock.hpp"
+
+namespace tessera {
+
+namespace {
+
+PublisherBudget budget_of(const SharingOptions& config) {
+  PublisherBudget budget;
+  const double tick_s = 1e-3 * static_cast<double>(config.tick_ms);
+  const auto of_tick = [tick_s](std::uint32_t per_s) {
+    return static_cast<std::uint32_t>(std::max(1.0, tick_s * static_cast<double>(per_s)));
+  };
+  budget.label_bytes = of_tick(config.label_bytes_per_s);
+  budget.free_bytes = of_tick(config.free_bytes_per_s);
+  return budget;
+}
+
+ExchangeConfig exchange_of(const SharingOptions& config, const MapConfig& map,
+                           std::uint32_t starts) {
+  ExchangeConfig exchange;
+  exchange.robot = config.robot;
+  exchange.session = std::uint64_t{starts} << 32U;
+  exchange.resolution_m = map.resolution_m;
+  exchange.prior = map.prior;
+  exchange.free_weight = map.free_weight;
+  exchange.max_evidence = robot_max_evidence(map);
+  exchange.contributions = config.contributions;
+  exchange.contributions_per_robot = config.contributions_per_robot;
+  exchange.conflicts =
+      config.conflicts == "exclude" ? ConflictPolicy::kExclude : ConflictPolicy::kAlarm;
+  exchange.peers = config.peers;
+  exchange.bytes_per_s = config.bytes_per_s;
+  exchange.burst_bytes = config.burst_bytes;
+  return exchange;
+}
+
+}  // namespace
+
+Outcome<GlobalMapConfig> fit_global_map(GlobalMapConfig config, std::size_t memory_bytes,
+                                        double robot_share, int num_components) {
+  constexpr std::size_t kLeastStorage = 4 * SlabPool::kPageBytes;
+  constexpr std::uint32_t kLeastParts = 64;
+  constexpr std::size_t kLeastBytes = std::size_t{4} << 20U;
+  config.replicas.segments = config.replicas.robot_segments = kLeastParts;
+  config.replicas.blocks = config.blocks = config.sum_segments = kLeastParts;
+  config.staged_bytes = config.map.storage_bytes = kLeastStorage;
+  // Mostly the brick of the diffusion.
+  const std::size_t fixed_bytes = GlobalMap::required_bytes(config, num_components);
+  if (memory_bytes < fixed_bytes + kLeastBytes) {
+    return Failure{"--fusion-memory " + std::to_string(memory_bytes) +
+                   " bytes are too few for a global map; give at least " +
+                   std::to_string(((fixed_bytes + kLeastBytes) >> 20U) + 1) + "M"};
+  }
+  const std::size_t rest_bytes = memory_bytes - fixed_bytes;
+  const auto parts_of = [rest_bytes](double share, std::size_t bytes) {
+    const double parts = share * static_cast<double>(rest_bytes) / static_cast<double>(bytes);
+    return static_cast<std::uint32_t>(std::clamp(parts, double{kLeastParts}, 1e9));
+  };
+  // Shares as measured for two robots in a street with 0.1 m voxels.
+  config.replicas.segments = parts_of(0.25, SegmentStore::kSegmentBytes);
+  config.replicas.blocks = config.blocks = std::max(kLeastParts, config.replicas.segments / 3);
+  config.replicas.robot_segments =
+      std::max(1U, static_cast<std::uint32_t>(robot_share * config.replicas.segments));
+  config.replicas.robot_blocks =
+      std::max(1U, static_cast<std::uint32_t>(robot_share * config.replicas.blocks));
+  config.sum_segments = parts_of(0.12, SegmentStore::kSegmentBytes);
+  config.staged_bytes =
+      std::max(kLeastStorage, rest_bytes / 20 / SlabPool::kPageBytes * SlabPool::kPageBytes);
+  const std::size_t without_map =
+      GlobalMap::required_bytes(config, num_components) - required_bytes(config.map);
+  config.map = fit_to_budget(config.map, memory_bytes - without_map);
+  config.map.storage_bytes = std::min(config.map.storage_bytes, MapConfig::kMaxStorageBytes);
+  return config;
+}
+
+Outcome<RobotConfig> set_up_sharing(const SharingOptions& options, const MapSetup& map,
+                                    int num_components, std::uint32_t epoch) {
+  const Outcome<DiffusionConfig> diffusion = diffusion_of(options.diffusion, map.map);
+  if (!diffusion.ok()) return diffusion.failure();
+  RobotConfig robot;
+  robot.map = map.map;
+  robot.inference = map.inference;
+  robot.deadline_us = map.deadline_us;
+  robot.publisher.blocks = options.blocks;
+  robot.publisher.candidates = std::max<std::uint32_t>(64, options.blocks / 2);
+  robot.publisher.staleness_us = microseconds(options.staleness_s);
+  robot.publisher.free_staleness_us = microseconds(options.free_staleness_s);
+  robot.publisher.evidence_factor = static_cast<float>(options.evidence_factor);
+  robot.budget = budget_of(options);
+  robot.exchange = exchange_of(options, robot.map, epoch);
+  robot.work_per_tick = options.work_per_tick;
+  robot.near_first = options.near_first;
+  robot.epoch = epoch;
+
+  GlobalMapConfig global;
+  global.diffusion = *diffusion;
+  global.map = robot.map;
+  global.max_evidence = robot.map.max_evidence;
+  global.map.max_evidence = 0.0F;
+  if (diffusion->mode == DiffusionMode::kPaper) global.map.prior = 0.0;
+  global.map.tuple = options.counts == "dense" ? TuplePolicy::kDense : TuplePolicy::kCompact;
+  global.replicas.contributions = options.contributions;
+  const Outcome<GlobalMapConfig> fitted =
+      fit_global_map(global, options.fusion_memory_bytes, options.robot_share, num_components);
+  if (!fitted.ok()) return fitted.failure();
+  robot.global = *fitted;
+  robot.exchange.records = robot.global.replicas.blocks;
+  return robot;
+}
+
+}  // namespace tessera
