@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: The tessera authors
 # SPDX-License-Identifier: Apache-2.0
-"""attack_table.py --build FOLDER [--seconds S] [ATTACK...]: each attack alone, by each degree of trust, on fleets of processes in network
-namespaces. Prints a table of what is left 30 s after the last hostile datagram. As root; half an hour for all."""
+"""attack_table.py --build FOLDER [--seconds S] [--nodes] [ATTACK...]: each attack alone, by each degree of trust, on fleets of processes in
+network namespaces. Prints a table of what is left 30 s after the last hostile datagram. As root; half an hour for all."""
 import argparse
 import os
 import pathlib
@@ -14,6 +14,7 @@ import network_space
 
 network_space.enter()
 from attacks import ATTACKS, mixed, title
+from node_fleet import NodeScenario
 from scenario import COMBINATIONS, Scenario
 
 LIMIT_S = 30
@@ -23,8 +24,10 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--build", type=pathlib.Path, required=True)
     parser.add_argument("--seconds", type=float, default=8, help="of each attack")
+    parser.add_argument("--nodes", action="store_true", help="fleets of tessera node instead of processes that have an exchange and no map")
     parser.add_argument("attacks", nargs="*", metavar="ATTACK", help="their names, such as forged_records; all")
     options = parser.parse_args()
+    options.build = options.build.resolve()  # Nodes run in folders of their own.
     os.environ["TESSERA_MEMBER"] = str(options.build / "tests/processes/team_member")
     os.environ["TESSERA_COMMAND"] = str(options.build / "tessera")
     chosen = [attack for attack in (*ATTACKS, mixed) if not options.attacks or attack.__name__ in options.attacks]
@@ -32,7 +35,7 @@ def main():
     lasting = []
     for attack in chosen:
         for fleet, trust in COMBINATIONS:
-            with Scenario(fleet, trust) as scenario:
+            with (NodeScenario if options.nodes else Scenario)(fleet, trust) as scenario:
                 sent = scenario.attack(attack, options.seconds)
                 scenario.join()
                 left, after_s = scenario.last_effects(LIMIT_S)

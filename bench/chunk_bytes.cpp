@@ -6,7 +6,7 @@
 #include <cstdio>
 
 #include "codec_blocks.hpp"
-#include "tessera/exchange/block_codec.hpp"
+#include "tessera/exchange/internal/block_codec.hpp"
 
 namespace tessera::bench {
 

@@ -6,7 +6,7 @@
 #include <functional>
 
 #include "scenes.hpp"
-#include "tessera/map/packed_block.hpp"
+#include "tessera/map/internal/packed_block.hpp"
 
 namespace tessera::bench {
 

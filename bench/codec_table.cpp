@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // How likely is each of the decisions that a block's content is coded by? Prints the table of
-// lib/src/block_probabilities.hpp; --out has it too.
+// lib/src/exchange/block_probabilities.hpp; --out has it too.
 #include <cmath>
 #include <cstdio>
 
 #include "block_model.hpp"
 #include "codec_blocks.hpp"
-#include "tessera/exchange/block_codec.hpp"
+#include "tessera/exchange/internal/block_codec.hpp"
 
 namespace tessera::bench {
 

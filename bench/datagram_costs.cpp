@@ -16,9 +16,9 @@
 #include <vector>
 
 #include "harness.hpp"
-#include "lcm/datagram_link.hpp"
-#include "security/datagram_seal.hpp"
-#include "security/record_signature.hpp"
+#include "link/datagram_link.hpp"
+#include "link/datagram_seal.hpp"
+#include "link/record_signature.hpp"
 
 namespace tessera::bench {
 

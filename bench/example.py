@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The tessera authors
 # SPDX-License-Identifier: Apache-2.0
-"""The robot of the worked example in docs/timing.md: a scanner of 16 beams in the simulated street, mapped by the command."""
+"""The robot of the worked example in docs/measured/timing.md: a scanner of 16 beams in the simulated street, mapped by the command."""
 import json
 import subprocess
 

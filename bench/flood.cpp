@@ -13,10 +13,10 @@
 #include <string_view>
 #include <thread>
 
-#include "lcm/short_message.hpp"
-#include "lcm/udpm_url.hpp"
-#include "posix/file_descriptor.hpp"
-#include "posix/monotonic_clock.hpp"
+#include "base/file_descriptor.hpp"
+#include "base/monotonic_clock.hpp"
+#include "link/short_message.hpp"
+#include "link/udpm_url.hpp"
 #include "tessera/exchange/wire.hpp"
 
 namespace tessera {

@@ -6,7 +6,7 @@
 
 #include "naive_fusion.hpp"
 #include "tessera/fusion/global_map.hpp"
-#include "tessera/map/packed_block.hpp"
+#include "tessera/map/internal/packed_block.hpp"
 
 namespace tessera::bench {
 
@@ -68,7 +68,7 @@ struct FromNothing {
   }
 };
 
-/// Blocks of a robot around one of them, in which about so many voxels' evidence has grown.
+/// Blocks of a robot around one of them, in which the evidence of about that many voxels has grown.
 class Change {
  public:
   Change(const Team& team, std::size_t place) {

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: The tessera authors
 # SPDX-License-Identifier: Apache-2.0
-"""The tables of docs/benchmarks.md about the global map."""
-from markdown import number, table
+"""The tables of docs/measured/benchmarks.md about the global map."""
+from markdown import number, paragraph, table
 
 
 def row(name, times, required="-"):
@@ -25,4 +25,4 @@ def fusion(found):
     said = (f"Maps of {a:,} and {b:,} label voxels, {part['nodes']:,} nodes; replicas take {part['replica_bytes_per_label_voxel']:.1f} bytes "
             f"a label voxel (required: 12). The plain fusion takes {part['plain_over_this']:.1f} times as long. A slice is "
             f"`step({moved['slice_work']:,})`; the largest did {moved['most_work_of_a_slice']:,.0f}.")
-    return table(("ms on a core", "min", "median", "p99", "max", "required / aim"), rows) + "\n\n" + said
+    return table(("ms on a core", "min", "median", "p99", "max", "required / aim"), rows) + "\n\n" + paragraph(said)

@@ -10,8 +10,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "posix/atomic_file.hpp"
-#include "posix/input_file.hpp"
+#include "base/atomic_file.hpp"
+#include "base/input_file.hpp"
 #include "scenes.hpp"
 
 namespace tessera::bench {

@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
-#include "posix/monotonic_clock.hpp"
-#include "posix/outcome.hpp"
+#include "base/monotonic_clock.hpp"
+#include "base/outcome.hpp"
 
 namespace tessera::bench {
 

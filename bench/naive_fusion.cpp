@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "tessera/map/packed_block.hpp"
+#include "tessera/map/internal/packed_block.hpp"
 
 namespace tessera::bench {
 
@@ -45,9 +45,9 @@ void NaiveFusion::add(const Contribution& robot, std::uint8_t bit) {
         [&](int row, int component, float count) {
           if (component == 0 || component > static_cast<int>(classes_)) return;
           const VoxelCoord voxel = voxel_of_row(at, row);
-          const auto [entry, anew] =
+          const auto [entry, inserted] =
               rows_.try_emplace(name_of(voxel), static_cast<std::uint32_t>(voxels_.size()));
-          if (anew) {
+          if (inserted) {
             voxels_.push_back(voxel);
             counts_.resize(counts_.size() + classes_);
           }

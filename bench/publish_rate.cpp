@@ -8,12 +8,12 @@
 #include <cstdio>
 #include <optional>
 
+#include "link/fleet_signatures.hpp"
 #include "published.hpp"
 #include "scenes.hpp"
-#include "security/fleet_signatures.hpp"
 #include "tessera/exchange/publisher.hpp"
+#include "tessera/map/internal/packed_block.hpp"
 #include "tessera/map/moving_window.hpp"
-#include "tessera/map/packed_block.hpp"
 
 namespace tessera::bench {
 

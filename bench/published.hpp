@@ -104,6 +104,7 @@ class Published {
             .prior = map.prior,
             .free_weight = map.free_weight,
             .contributions = 2,
+            .records = replicas_config().blocks,
             .bytes_per_s = 12'500'000};
   }
   Result<WireBytes> publish(BlockKey key, const BlockContent& content) {

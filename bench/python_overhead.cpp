@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "mapping/map_options.hpp"
-#include "mapping/stored_map.hpp"
+#include "maps/stored_map.hpp"
+#include "settings/map_options.hpp"
 
 namespace {
 
@@ -34,7 +34,7 @@ int run(const char* points_path, const char* components_path, const std::string&
   const std::vector<char> points = bytes_of(points_path);
   const std::vector<char> components = bytes_of(components_path);
   if (components.empty() || points.size() != 16 * components.size()) {
-    std::fprintf(stderr, "python_overhead: the files are no scan\n");
+    std::fprintf(stderr, "python_overhead: the files are not a scan\n");
     return 1;
   }
   MapOptions options;

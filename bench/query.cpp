@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "scenes.hpp"
-#include "tessera/grid/segment.hpp"
+#include "tessera/grid/internal/segment.hpp"
 #include "yardsticks.hpp"
 
 namespace tessera::bench {

@@ -4,7 +4,7 @@
 # run-bench.sh [--quick] [--write-docs] [--record-digests] [OUT]: installs what is missing, builds build/release, runs
 # every benchmark and draws the pictures. Leaves bench.json and *.png in OUT (default out/bench).
 #   --quick           few repetitions: a minute or two instead of twenty
-#   --write-docs      puts the figures into docs/benchmarks.md and docs/timing.md
+#   --write-docs      puts the figures into docs/measured/benchmarks.md and timing.md
 #   --record-digests  takes the results as right: only after inference was changed on purpose
 # Real scans are taken from the folder that TESSERA_DATA names, or ../shared/data, if it holds semantickitti_08; else a
 # street is simulated.
@@ -19,7 +19,7 @@ for word in "$@"; do
   case "$word" in
     --quick | --record-digests) run+=("$word") ;;
     --write-docs) write_docs=true ;;
-    -*) fail "there is no option $word; there are --quick, --write-docs and --record-digests" ;;
+    -*) fail "unknown option $word; known: --quick, --write-docs and --record-digests" ;;
     *) out=$word ;;
   esac
 done
@@ -34,7 +34,7 @@ else
   echo "No recorded scans: the figures will be of a simulated street. Set TESSERA_DATA to a folder with semantickitti_08."
 fi
 ./tests/install-packages.sh bench
-# A build that the tests have been set up in stays so.
+# A build that is configured with tests stays so.
 tests=()
 [ -f build/release/CMakeCache.txt ] || tests=(-DTESSERA_BUILD_TESTS=OFF)
 cmake --preset release -DTESSERA_BUILD_BENCH=ON "${tests[@]}" >"$out/build.log" || fail "CMake could not configure build/release, see $out/build.log"
@@ -42,6 +42,6 @@ cmake --build --preset release --target tessera_bench >>"$out/build.log" || fail
 python3 -B bench/run.py --build build/release --out "$out" "${run[@]}"
 /usr/bin/python3 -B bench/plots.py "$out/bench.json" "$out"  # that of Debian, which has matplotlib
 if $write_docs; then
-  python3 -B bench/write_docs.py "$out/bench.json" docs
-  cp "$out"/bench_*.png docs/
+  python3 -B bench/write_docs.py "$out/bench.json" docs/measured
+  cp "$out"/bench_*.png docs/measured/
 fi

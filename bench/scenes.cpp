@@ -4,7 +4,7 @@
 
 #include <bit>
 
-#include "dataset/dataset.hpp"
+#include "scans/dataset.hpp"
 
 namespace tessera::bench {
 

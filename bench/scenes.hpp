@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "dataset/dataset.hpp"
 #include "harness.hpp"
+#include "scans/dataset.hpp"
 #include "tessera/inference/integrator.hpp"
 #include "tessera/map/local_map.hpp"
 #include "tessera/map/queries.hpp"

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "teams.hpp"
 
-#include "tessera/map/packed_block.hpp"
+#include "tessera/map/internal/packed_block.hpp"
 
 namespace tessera::bench {
 

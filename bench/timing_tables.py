@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The tessera authors
 # SPDX-License-Identifier: Apache-2.0
-"""The tables of docs/timing.md: what a unit of work costs, a robot's period worked out from it, and the worst cases."""
+"""The tables of docs/measured/timing.md: what a unit of work costs, a robot's period worked out from it, and the worst cases."""
 from markdown import number, table
 
 # What the worked example takes for its robot: the simulated street's scanner of 16 beams, at 10 Hz.

@@ -12,7 +12,7 @@ import sys
 
 import fusion_tables
 import timing_tables
-from markdown import number, table
+from markdown import number, paragraph, table
 
 PART = re.compile(r"(<!-- measured: ([a-z_]+) -->\n).*?(<!-- end measured -->)", re.S)
 PAGES = ("benchmarks.md", "timing.md")
@@ -110,7 +110,7 @@ def scan_instructions(found):
                     f"{max(drive['of_these_window']) / 1e6:.1f} of these millions. It handed out {window['evicted']:,} blocks, at most "
                     f"{window['most_evicted']:,} a step, at most {window['most_backlog']:,} waited; {window['lost_blocks']} were lost, "
                     f"{drive['refused']} points refused.")
-    return table(("millions of instructions", "each scan", "median", "worst", "worst / median", "required / aim"), rows) + "\n\n" + " ".join(said)
+    return table(("millions of instructions", "each scan", "median", "worst", "worst / median", "required / aim"), rows) + "\n\n" + paragraph(" ".join(said))
 
 
 def memory(found):

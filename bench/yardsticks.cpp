@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "harness.hpp"
-#include "tessera/base/digest.hpp"
+#include "tessera/base/internal/digest.hpp"
 
 namespace tessera::bench {
 

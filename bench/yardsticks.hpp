@@ -24,12 +24,12 @@ void add_dependently(std::uint64_t n);
 void add_in_four_chains(std::uint64_t n);
 
 /// Loads of which each needs the one before, in lines of memory in random order, as the system
-/// gives it for so many bytes: a load's latency, that of translating its address included. The
+/// allocates that many bytes: a load's latency, that of translating its address included. The
 /// order is one cycle through all of them.
 class DependentLoads {
  public:
   explicit DependentLoads(std::size_t bytes);
-  /// Goes on from where the last call ended.
+  /// Continues where the last call ended.
   void load(std::size_t n);
 
  private:

@@ -5,7 +5,7 @@
 # redoes the paper's studies and draws them. Leaves experiments.json and *.png in OUT (default out/experiments), and what
 # they were made from: a second run makes only what is not there yet, another program's run everything but the scenes.
 #   --quick            smaller scenes and fewer settings: about five minutes instead of an hour
-#   --write-docs       puts the figures into docs/experiments.md, and the pictures beside it
+#   --write-docs       puts the figures and pictures into docs/measured/experiments.md
 #   --tessera PROGRAM  the command to study, instead of building it
 # Real scans are taken from the folder that TESSERA_DATA names, or ../shared/data, if it holds semantickitti_08.
 set -euo pipefail
@@ -22,10 +22,10 @@ while [ $# -gt 0 ]; do
     --write-docs) write_docs=true ;;
     --tessera)
       [ $# -gt 1 ] || fail "--tessera needs the program's path"
-      tessera=$(realpath -e "$2") || fail "there is no program $2"
+      tessera=$(realpath -e "$2") || fail "no such program: $2"
       shift
       ;;
-    -*) fail "there is no option $1; there are --quick, --write-docs and --tessera" ;;
+    -*) fail "unknown option $1; known: --quick, --write-docs and --tessera" ;;
     *) out=$1 ;;
   esac
   shift
@@ -41,7 +41,7 @@ else
 fi
 ./tests/install-packages.sh bench
 if [ -z "$tessera" ]; then
-  # A build that the tests have been set up in stays so.
+  # A build that is configured with tests stays so.
   tests=()
   [ -f build/release/CMakeCache.txt ] || tests=(-DTESSERA_BUILD_TESTS=OFF)
   cmake --preset release "${tests[@]}" >"$out/build.log" || fail "CMake could not configure build/release, see $out/build.log"
@@ -51,6 +51,6 @@ fi
 python3 -B bench/experiments/run_experiments.py --tessera "$tessera" --out "$out" "${run[@]}"
 /usr/bin/python3 -B bench/experiments/draw.py "$out/experiments.json" "$out"  # that of Debian, which has matplotlib
 if $write_docs; then
-  python3 -B bench/experiments/write_page.py "$out/experiments.json" docs/experiments.md
-  cp "$out"/experiments_*.png docs/
+  python3 -B bench/experiments/write_page.py "$out/experiments.json" docs/measured/experiments.md
+  cp "$out"/experiments_*.png docs/measured/
 fi

@@ -83,7 +83,7 @@ class Smoke(unittest.TestCase):
             self.assertGreater(table(self.found).count("\n"), 2)
 
     def test_the_page_has_a_place_for_every_table(self):
-        page = (HERE.parent.parent / "docs" / "experiments.md").read_text()
+        page = (HERE.parent.parent / "docs/measured/experiments.md").read_text()
         _, used = fill(page, {}, {name: lambda found: None for name in write_page.TABLES})
         self.assertEqual(sorted(write_page.TABLES), sorted(used))
         for part in PART.finditer(page):

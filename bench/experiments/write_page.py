@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: The tessera authors
 # SPDX-License-Identifier: Apache-2.0
-"""write_page.py EXPERIMENTS_JSON PAGE: puts the figures into the page (docs/experiments.md), as bench/write_docs.py does."""
+"""write_page.py EXPERIMENTS_JSON PAGE: puts the figures into the page (docs/measured/experiments.md), as bench/write_docs.py does."""
 import json
 import pathlib
 import sys
@@ -11,7 +11,7 @@ sys.path.append(str(pathlib.Path(__file__).resolve().parent.parent))
 import requirements  # noqa: E402
 import table_two as two  # noqa: E402  these need the path above
 import teams  # noqa: E402
-from markdown import number, table  # noqa: E402
+from markdown import number, paragraph, table  # noqa: E402
 from write_docs import fill  # noqa: E402
 
 NAMES = {"counting_a": "counting, local A", "counting_b": "counting, local B", "counting_none": "counting, `none`",
@@ -69,8 +69,8 @@ def real_summary(found):
             "calibration error", "mean variance, 1e-4", "label voxels", "ms to fuse")
     new = "; ".join(f"`{name}` {sum(of.values()):,}, of which {of['unknown']} had not been observed and {of['free']:,} were free"
                     for name, of in changed.items())
-    return (table(head, lines) + f"\n\nCalibration error of the local maps: {said}. Voxels that are occupied with a label in a "
-            f"diffused map and not in `none`: {new}.")
+    return table(head, lines) + "\n\n" + paragraph(f"Calibration error of the local maps: {said}. Voxels that are occupied with a label "
+                                                  f"in a diffused map and not in `none`: {new}.")
 
 
 def paper_two(found):

@@ -52,7 +52,7 @@ class Robot:
         for task in pathlib.Path(f"/proc/{self.process.pid}/task").iterdir():
             if (task / "comm").read_text().strip() == name:
                 return int((task / "schedstat").read_text().split()[0]) * 1e-9
-        raise RuntimeError(f"there is no thread {name}")
+        raise RuntimeError(f"no thread named {name}")
 
     def end(self):
         self.process.send_signal(signal.SIGTERM)

@@ -5,7 +5,7 @@
 # processes in network namespaces, simulated teams of up to 64 robots, and loss of 0 to 70 % on the blocks of real scans.
 # Leaves team.json and exchange_team.png in OUT (default out/team).
 #   --quick       short runs and fewer of them: a minute
-#   --write-docs  puts the figures into docs/network.md, and the picture beside it
+#   --write-docs  puts the figures and the picture into docs/measured/teams.md
 # Needs the right to make network namespaces. Real scans are taken from the folder that TESSERA_DATA names, or
 # ../shared/data, if it holds semantickitti_08; else a simulated street is driven through by three robots.
 set -euo pipefail
@@ -19,7 +19,7 @@ for word in "$@"; do
   case "$word" in
     --quick) run+=("$word") ;;
     --write-docs) write_docs=true ;;
-    -*) fail "there is no option $word; there are --quick and --write-docs" ;;
+    -*) fail "unknown option $word; known: --quick and --write-docs" ;;
     *) out=$word ;;
   esac
 done
@@ -35,6 +35,6 @@ cmake --build --preset release --target tessera_cli team_member team_costs >>"$o
 python3 -B bench/team/measure.py --build build/release --out "$out" "${run[@]}"
 /usr/bin/python3 -B bench/team/draw.py "$out/team.json" "$out/exchange_team.png"  # that of Debian, which has matplotlib
 if $write_docs; then
-  python3 -B bench/team/write_tables.py "$out/team.json" docs
-  cp "$out/exchange_team.png" docs/
+  python3 -B bench/team/write_tables.py "$out/team.json" docs/measured
+  cp "$out/exchange_team.png" docs/measured/
 fi

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: The tessera authors
 # SPDX-License-Identifier: Apache-2.0
-"""write_tables.py TEAM_JSON DOCS: puts the figures into DOCS/network.md, as bench/write_docs.py does."""
+"""write_tables.py TEAM_JSON DOCS: puts the figures into DOCS/teams.md, as bench/write_docs.py does."""
 import json
 import pathlib
 import sys
@@ -41,7 +41,7 @@ def team_loss(found):
 
 def main():
     found = json.loads(pathlib.Path(sys.argv[1]).read_text())
-    page = pathlib.Path(sys.argv[2]) / "network.md"
+    page = pathlib.Path(sys.argv[2]) / "teams.md"
     text, used = fill(page.read_text(), found, {"team_size": team_size, "team_loss": team_loss})
     if len(used) != 2:
         sys.exit(f"{page} has no place for team_size and team_loss")

@@ -23,14 +23,14 @@ void measure_bytes(Meter& meter) {
   std::vector<std::byte> bytes(most_block_bytes(kMostClasses + 2));
   std::size_t size = 0;
   meter.measure(
-      {"encode_block", "encode_block", "dense: 512 voxels of every class", "512 (C + 1) counts"}, 1,
+      {"save_block", "save_block", "dense: 512 voxels of every class", "512 (C + 1) counts"}, 1,
       [] {},
       [&] {
-        size = encode_block(owned.map, owned.map.block_at(handle), bytes);
+        size = save_block(owned.map, owned.map.block_at(handle), bytes);
         return fixed(size > 0, kCounts);
       });
   meter.measure(
-      {"decode_block", "decode_block", "the same, into the same block at the cap",
+      {"restore_block", "restore_block", "the same, into the same block at the cap",
        "512 (C + 1) counts"},
       1,
       [&] {
@@ -38,7 +38,7 @@ void measure_bytes(Meter& meter) {
         static_cast<void>(fill_block(other.map, at, 100));
       },
       [&] {
-        const MapFileStatus status = decode_block(std::span(bytes).first(size), other.map);
+        const MapFileStatus status = restore_block(std::span(bytes).first(size), other.map);
         return fixed(status.ok(), kCounts);
       });
 }
@@ -105,7 +105,7 @@ void measure_file(Meter& meter) {
 /// Takes what it is given, and remembers nothing: the archive's own cost is not the window's.
 BlockArchive forgetful(std::vector<std::byte>& bytes) {
   return {.context = &bytes, .evict = [](void* context, const LocalMap& map, const Block& block) {
-            return encode_block(map, block, *static_cast<std::vector<std::byte>*>(context)) > 0;
+            return save_block(map, block, *static_cast<std::vector<std::byte>*>(context)) > 0;
           }};
 }
 
@@ -121,7 +121,7 @@ struct Shelf {
     auto& self = *static_cast<Shelf*>(context);
     const BlockCoord at = unpack(key);
     self.mask[0] &= ~(std::uint64_t{1} << static_cast<unsigned>(at.x + 8 * at.y));
-    return decode_block(self.blocks[static_cast<std::size_t>(at.x + 8 * at.y)], map).status;
+    return restore_block(self.blocks[static_cast<std::size_t>(at.x + 8 * at.y)], map).status;
   }
 };
 
@@ -153,7 +153,7 @@ void measure_window(Meter& meter) {
   Shelf shelf;
   fill();
   for (std::int32_t i = 0; i < 64; ++i) {
-    shelf.blocks.emplace_back(encode_block(map, *map.find({i % 8, i / 8, 0}), bytes));
+    shelf.blocks.emplace_back(save_block(map, *map.find({i % 8, i / 8, 0}), bytes));
     std::memcpy(shelf.blocks.back().data(), bytes.data(), shelf.blocks.back().size());
   }
   BlockArchive archive = forgetful(bytes);

@@ -7,7 +7,7 @@
 
 #include "meter.hpp"
 #include "published.hpp"
-#include "tessera/exchange/block_codec.hpp"
+#include "tessera/exchange/internal/block_codec.hpp"
 
 namespace tessera::bench {
 

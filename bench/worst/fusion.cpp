@@ -190,8 +190,9 @@ void measure_sums(Meter& meter, const FullBlock& full) {
 
 void measure_diffusion(Meter& meter, const FullBlock& full) {
   OwnedGlobal owned(global_config());
-  // With four iterations of reach 1 a block hangs on 16^3 nodes, in 27 blocks; with every class, so
-  // many nodes fit that four blocks can be done together, the fifth and largest of all bricks here.
+  // With four iterations of reach 1 a block depends on 16^3 nodes, in 27 blocks; with every class,
+  // enough nodes fit that four blocks can be done together, the fifth and largest of all bricks
+  // here.
   constexpr double kFit = 7500.0;
   constexpr double kAll = 512.0 * (kMostClasses + 2);
   constexpr int kBefore = 50;

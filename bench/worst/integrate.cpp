@@ -57,7 +57,7 @@ Cloud one_voxel(int count) {
   return cloud;
 }
 
-/// Points where eight blocks meet, so many blocks apart.
+/// Points where eight blocks meet, at multiples of blocks along each axis.
 Cloud corners(int edge, int blocks) {
   Cloud cloud;
   for (int i = 0; i < edge * edge * edge; ++i) {

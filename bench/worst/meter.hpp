@@ -27,7 +27,7 @@ struct Operations {
   double bound = 0.0;
 };
 
-/// Work that its input fixes: so many, if all of it was done; else more than any bound.
+/// Work that its input fixes: count if all of it was done, else more than any bound.
 [[nodiscard]] inline Operations fixed(bool done, double count) {
   return {done ? count : std::numeric_limits<double>::infinity(), count};
 }
@@ -36,9 +36,9 @@ class Meter {
  public:
   explicit Meter(int repetitions) : repetitions_(repetitions) {}
 
-  /// Measures work, which makes so many calls and gives its Operations; prepare comes before each
-  /// of its runs and is not measured. The one run that is instrumented is the first, so what is
-  /// touched for the first time counts.
+  /// Measures work, which makes that many calls and returns its Operations; prepare comes before
+  /// each of its runs and is not measured. The one run that is instrumented is the first, so what
+  /// is touched for the first time counts.
   template <class Prepare, class Work>
   void measure(const WorstCase& worst, int calls, Prepare&& prepare, Work&& work) {
     Operations operations;

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "meter.hpp"
-#include "tessera/grid/segment.hpp"
+#include "tessera/grid/internal/segment.hpp"
 #include "tessera/map/cast_ray.hpp"
 #include "tessera/map/map_reader.hpp"
 #include "tessera/map/queries.hpp"

@@ -1,10 +1,9 @@
 # SPDX-FileCopyrightText: The tessera authors
 # SPDX-License-Identifier: Apache-2.0
-"""One who joins a fleet's network, hears what is said there, and says what it likes, by docs/wire-format.md alone. How much of
+"""One who joins a fleet's network, hears what is said there, and says what it likes, by docs/reference/wire-format.md alone. How much of
 it is believed depends on what it has: no key, the fleet's key, or a member's signing key beside it."""
 import collections
 import ctypes
-import hashlib
 import os
 import pathlib
 import random
@@ -19,6 +18,7 @@ import wire_datagram as wire
 import wire_encode
 import wire_trust
 from decode_datagram import Replica
+from signing import keys_of, sign
 
 GROUP = "239.255.76.67", 7667
 CHANNEL = b"TESSERA\0"
@@ -48,30 +48,17 @@ def inside(network, host, make):
     return made[0]
 
 
-def keys_of(path, kind):
-    """Of a key file: the words between the kind's version and the check, of each line."""
-    lines = [line.split(" ") for line in pathlib.Path(path).read_text().splitlines()]
-    return [words[2:-1] for words in lines if words[0] == kind]
-
-
-def sign(seed, message):
-    """Ed25519, RFC 8032 section 5.1.6."""
-    digest = hashlib.sha512(seed).digest()
-    secret = int.from_bytes(digest[:32], "little") & (2**254 - 8) | 2**254
-
-    def bytes_of(scalar):
-        x, y, z, _ = wire_trust.times((scalar, 0), (wire_trust.BASE, wire_trust.BASE))
-        inverse = pow(z, wire_trust.P - 2, wire_trust.P)
-        x, y = x * inverse % wire_trust.P, y * inverse % wire_trust.P
-        return (y | (x & 1) << 255).to_bytes(32, "little")
-
-    def number(data):
-        return int.from_bytes(hashlib.sha512(data).digest(), "little") % wire_trust.ORDER
-
-    r = number(digest[32:] + message)
-    first = bytes_of(r)
-    last = (r + number(first + bytes_of(secret) + message) * secret) % wire_trust.ORDER
-    return first + last.to_bytes(32, "little")
+def payloads(opened, channel):
+    """What comes on an LCM channel, until the socket is shut down."""
+    while True:
+        try:
+            data = opened.recv(2048)
+        except OSError:
+            return
+        if not data:
+            return
+        if data[:4] == b"LC02" and data[8:8 + len(channel)] == channel:
+            yield data[8 + len(channel):]
 
 
 class Ear(wire.Decoder):
@@ -127,15 +114,8 @@ class Attacker:
         return opened
 
     def listen(self):
-        while True:
-            try:
-                data = self.socket.recv(2048)
-            except OSError:
-                return
-            if not data:
-                return
-            if data[:4] == b"LC02" and data[8:16] == CHANNEL:
-                self.heard.append(data[16:])
+        for payload in payloads(self.socket, CHANNEL):
+            self.heard.append(payload)
 
     def close(self):
         # Wakes the thread that waits.
@@ -151,7 +131,7 @@ class Attacker:
         """Reads what has been heard since the last call; at first waits for an announcement, which tells the configuration."""
         end = time.monotonic() + limit_s
         while self.fleet is None:
-            found = [data for data in list(self.heard) if len(data) > 78 and data[3] & 127 == wire.ANNOUNCEMENT]
+            found = [data for data in list(self.heard) if len(data) > 79 and data[3] & 127 == wire.ANNOUNCEMENT]
             if found:
                 self.make_fleet(found[-1])
             elif time.monotonic() > end:
@@ -167,7 +147,7 @@ class Attacker:
         self.read = len(heard)
 
     def make_fleet(self, announcement):
-        configuration = announcement[32:62]
+        configuration = announcement[32:63]
         classes = struct.unpack_from("<H", configuration, 20)[0]
         signs = {0: b""} if announcement[3] & 128 else {}
         self.fleet = wire_trust.Fleet(self.key, self.mission, configuration, classes, signs)
@@ -227,7 +207,7 @@ class Attacker:
         crc = wire_trust.crc32c(self.fleet.configuration)
         data = struct.pack("<2sBB4sIIQQ", b"TS", 2, kind + 128 * self.fleet.signs, self.fleet.mission_value[:4], crc, sender, session,
                            sequence) + wire_encode.body_bytes(kind, body)
-        if self.fleet.signs and kind != wire.STATEMENT and not relayed:
+        if self.fleet.signs and kind not in (wire.STATEMENT, wire.CONFLICT) and not relayed:
             data += self.end_signature(kind, sender, session, body, data)
         return data + self.fleet.tag(data)
 
@@ -240,8 +220,8 @@ class Attacker:
             return self.signature(body["name"][0], b"TS\2\4" + data[8:12] + data[32:])
         return self.signature(sender, data)
 
-    def announcement(self, sender, held=(), epoch=0, challenges=(), **header):
-        return self.datagram(wire.ANNOUNCEMENT, sender, {"configuration": self.fleet.configuration, "epoch": epoch,
+    def announcement(self, sender, held=(), epoch=0, data=0, challenges=(), **header):
+        return self.datagram(wire.ANNOUNCEMENT, sender, {"configuration": self.fleet.configuration, "epoch": epoch, "data": data,
                                                          "challenges": challenges, "held": held}, **header)
 
     def chunk(self, sender, name, versions, records=(), relayed=True, partial=False, stated=None, **header):
@@ -256,6 +236,11 @@ class Attacker:
 
     def frame(self, sender, name, revision, T, **header):
         return self.datagram(wire.FRAME, sender, {"name": name, "revision": revision, "T": T}, **header)
+
+    def conflict(self, sender, name, kind, sides, **header):
+        """sides: the bytes of what is said, and the proof of it."""
+        return self.datagram(wire.CONFLICT, sender, {"name": name, "kind": kind, "sides": [(said, None, proof) for said, proof in sides]},
+                             **header)
 
     def request(self, sender, wanted, **header):
         return self.datagram(wire.REQUEST, sender, {"wanted": wanted}, **header)
@@ -290,4 +275,7 @@ class Attacker:
         total = sum(struct.unpack(">10H", head))
         total = (total & 0xffff) + (total >> 16)
         head = head[:10] + struct.pack(">H", ~(total + (total >> 16)) & 0xffff) + head[12:]
-        self.raw.send(mac + self.raw.getsockname()[4] + b"\x08\x00" + head + udp)
+        try:
+            self.raw.send(mac + self.raw.getsockname()[4] + b"\x08\x00" + head + udp)
+        except OSError:
+            self.sent -= 1  # A full buffer, or longer than a frame: nobody would read that as a datagram.

@@ -5,7 +5,7 @@ for every degree of trust: what the attacker cannot tag or sign has tags and sig
 import dataclasses
 import struct
 
-from attacker import MEMBER, wire
+from attacker import MEMBER, wire, wire_encode
 
 LAST = wire.LAST_VERSION
 HIGHEST = 2**32 - 1
@@ -168,6 +168,25 @@ def floors(a):
                 yield a.frame(name[0], later, 1, UNMOVED, session=session)
 
 
+def floor_claims(a):
+    """Honest robots are told of later epochs of theirs than the ones that they publish in."""
+    for name, known in a.honest():
+        for ahead in (1, 1000, 2**16, 2**17, HIGHEST):
+            claimed = (name[0], min(HIGHEST, name[1] + ahead), 0), 0, 0, 0, 0
+            for sender in [NOBODY] + ([a.member] if a.member is not None else []):
+                yield a.announcement(sender, [claimed])
+
+
+def starts(a):
+    """A robot, the attacker's own or one that does not exist, that starts again and again and asks for everything each time."""
+    robot = a.member if a.trust == MEMBER else NOBODY + 3
+    for start in range(1, 20):
+        for name, known in a.honest():
+            wanted = [{"name": name, "frame": 0, "stated": None, "type": wire.GAPS, "gaps": [(1, LAST)]}]
+            yield a.announcement(robot, session=start << 32)
+            yield a.request(robot, wanted, session=start << 32)
+
+
 def last_sessions(a):
     """Honest robots' numbers with the last session and the last sequence that there can be, and answers to challenges."""
     last = 2**64 - 1
@@ -188,6 +207,23 @@ def impostor(a):
             for session in (a.sessions[name[0]], a.sessions[name[0]] + 1):
                 yield a.chunk(name[0], name, (record.version, record.version), [record], relayed=False, stated=stated, session=session)
             yield a.announcement(name[0], [(name, record.version, 1, 7, a.random.getrandbits(64))], epoch=name[1])
+
+
+def conflicts(a):
+    """Proofs that robots signed two contents of one version, or two statements, which they did not: the proofs are made up, or true
+    ones of other things."""
+    for name, known in a.honest():
+        records = some(a, [record for record in known.records.values() if record.proof], 10)
+        for record, other in zip(records, records[1:]):
+            forged = dataclasses.replace(record, code=b"x")
+            leaf = a.fleet.leaf_of_record(name, forged)
+            for second, proof in ((forged, record.proof), (other, other.proof), (forged, a.prove(name, leaf))):
+                sides = (a.fleet.facts_of(record), record.proof), (a.fleet.facts_of(second), proof)
+                for sender in senders(a, name):
+                    yield a.conflict(sender, name, 0, sides)
+        said = [wire_encode.statement_bytes(name, (1, 1), {**known.stated, "records": known.stated["records"] + i}, a.sessions[name[0]])
+                for i in range(2)]
+        yield a.conflict(NOBODY, name, 1, [(what, a.prove(name, a.fleet.leaf_of_statement(what))) for what in said])
 
 
 def damaged(a):
@@ -216,7 +252,7 @@ def two_faces(a):
 
 
 ATTACKS = (forged_statements, forged_records, unsigned_ranges, earlier_session, other_mission, replay_now, forged_announcements, requests,
-           restarts, robots_of_nobody, leaves, frames, floors, last_sessions, impostor, damaged, two_faces)
+           restarts, robots_of_nobody, leaves, frames, floors, floor_claims, starts, last_sessions, impostor, conflicts, damaged, two_faces)
 
 
 def mixed(a):

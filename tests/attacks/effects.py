@@ -8,15 +8,16 @@ CONTRIBUTIONS_PER_ROBOT = 4
 
 def effects(reports, published, quota_of=None, nobody_may_stay=False):
     """One line for each effect in the reports of honest robots. published: of each of them, what it holds of its own where nobody
-    attacks. quota_of: a robot that may hold what one robot may. nobody_may_stay: robots that do not exist may have places."""
+    attacks, whichever epoch it says it in. quota_of: a robot that may hold what one robot may. nobody_may_stay: robots that do not exist may have places."""
     found = []
+    own_digests = {report["robot"]: (held(report, report["robot"], report["epoch"]) or {}).get("digest") for report in reports}
     for report in reports:
         here = f"robot {report['robot']}"
         for origin in reports:
             contribution = held(report, origin["robot"], origin["epoch"])
             if contribution is None:
                 found.append(f"{here} holds nothing of robot {origin['robot']}")
-            elif content_of(contribution) != content_of(published[origin["robot"]]):
+            elif content_of(contribution) != content_of(published[origin["robot"]]) or contribution["digest"] != own_digests[origin["robot"]]:
                 found.append(f"{here} holds another content of robot {origin['robot']} than that published")
             elif frame_of(contribution) != frame_of(published[origin["robot"]]):
                 found.append(f"{here} has another frame of robot {origin['robot']} than that published")
@@ -28,7 +29,7 @@ def effects(reports, published, quota_of=None, nobody_may_stay=False):
 
 
 def content_of(contribution):
-    return [contribution[what] for what in ("blocks", "label_evidence", "passes", "digest")]
+    return [contribution[what] for what in ("blocks", "label_evidence", "passes")]
 
 
 def frame_of(contribution):

@@ -16,7 +16,7 @@ import time
 import dbc
 import e2e
 
-FILE = dbc.read(pathlib.Path(os.environ["TESSERA_SOURCE"]) / "docs/can/tessera.dbc")
+FILE = dbc.read(pathlib.Path(os.environ["TESSERA_SOURCE"]) / "docs/reference/can/tessera.dbc")
 LIMIT_S = 20
 CYCLE_S = 0.02
 

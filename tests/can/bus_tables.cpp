@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // bus_tables: writes to standard output, as JSON, the tables of messages, and frames with values as
-// the code packs them, for test_dbc.py to compare with docs/can/tessera.dbc.
+// the code packs them, for test_dbc.py to compare with docs/reference/can/tessera.dbc.
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <string>

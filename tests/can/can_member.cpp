@@ -11,8 +11,8 @@
 #include <string>
 #include <string_view>
 
-#include "posix/monotonic_clock.hpp"
-#include "socketcan/vehicle_port.hpp"
+#include "base/monotonic_clock.hpp"
+#include "vehicle/vehicle_port.hpp"
 
 namespace tessera {
 namespace {

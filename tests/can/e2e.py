@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The tessera authors
 # SPDX-License-Identifier: Apache-2.0
-"""End-to-end protection as docs/can.md tells it, by tables: not how the code computes it."""
+"""End-to-end protection as docs/reference/can.md tells it, by tables: not how the code computes it."""
 
 
 def table_of(polynomial, width):

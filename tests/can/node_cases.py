@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: The tessera authors
 # SPDX-License-Identifier: Apache-2.0
 """Run by test_node_on_bus.py inside User-Mode Linux: a whole node whose poses come over CAN, and what becomes of it when
-the bus, the poses or the clock fail. docs/operations.md names the tests."""
+the bus, the poses or the clock fail. docs/reference/operations.md names the tests."""
 import subprocess
 import sys
 import time
@@ -71,7 +71,7 @@ class Mapping(NodeOnBus):
                                                                                robot={"state": "copied"}))
         self.addCleanup(twin.close)
         self.comes_to("Fault", "Twin", "another process with this robot's number")
-        self.node.says("another process speaks as robot 0")
+        self.node.says("another process uses the number of robot 0")
         bus.until(lambda: self.bus.value("SECTOR_INFO", "SectorsState") == "Current", "sectors")
         twin.kill()
         self.comes_to("Mapping", "None")

@@ -152,7 +152,7 @@ class NodeOnBus(unittest.TestCase):
             print(f"noticed on the bus: {what}: {state} {reason} after {1e3 * (time.monotonic() - begin):.0f} ms", file=sys.stderr)
 
     def command(self, name, number):
-        """By cansend, twice, as docs/can.md asks for."""
+        """By cansend, twice, as docs/reference/can.md asks for."""
         for _ in range(2):
             identifier, data = self.vehicle.frame("COMMAND", Command=name, CommandNumber=number)
             bus.cansend(self.interface.name, f"{identifier:03X}#{data.hex()}")

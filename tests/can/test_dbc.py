@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: The tessera authors
 # SPDX-License-Identifier: Apache-2.0
-"""docs/can/tessera.dbc says what the code does: every signal's place, scale and meaning, by random frames bit by bit; and
-docs/can.md has the load of the bus as it is computed from that file."""
+"""docs/reference/can/tessera.dbc says what the code does: every signal's place, scale and meaning, by random frames bit by bit; and
+docs/reference/can.md has the load of the bus as it is computed from that file."""
 import json
 import os
 import pathlib
@@ -34,7 +34,7 @@ def fd_bits(size):
 class Dbc(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.file = dbc.read(SOURCE / "docs/can/tessera.dbc")
+        cls.file = dbc.read(SOURCE / "docs/reference/can/tessera.dbc")
         cls.code = json.loads(subprocess.run([os.environ["TESSERA_BUS_TABLES"]], check=True, capture_output=True, timeout=60).stdout)
 
     def test_file_is_whole(self):
@@ -51,7 +51,7 @@ class Dbc(unittest.TestCase):
                 used |= bits
 
     def test_reader_refuses(self):
-        good = (SOURCE / "docs/can/tessera.dbc").read_text()
+        good = (SOURCE / "docs/reference/can/tessera.dbc").read_text()
         for old, new in (("BO_ 256 COMMAND: 4", "BO_ 257 COMMAND: 4"), ("|8@1+", "|8@2+"), ('"m" TESSERA', '"m" NOBODY'),
                          ("CM_ BO_ 256", "CM_ BO_ 999"), ('"VFrameFormat" BO_ 262 14', '"VFrameFormat" BO_ 262 99'),
                          ("VAL_ 256 Command ", "VAL_ 256 Commands "), ('VERSION "', "VERSION ")):
@@ -130,11 +130,11 @@ class Dbc(unittest.TestCase):
 
 
 class Load(unittest.TestCase):
-    """The tables of docs/can.md, from the file alone."""
+    """The tables of docs/reference/can.md, from the file alone."""
     @classmethod
     def setUpClass(cls):
-        cls.file = dbc.read(SOURCE / "docs/can/tessera.dbc")
-        cls.page = (SOURCE / "docs/can.md").read_text()
+        cls.file = dbc.read(SOURCE / "docs/reference/can/tessera.dbc")
+        cls.page = (SOURCE / "docs/reference/can.md").read_text()
 
     def bits(self, message):
         """In bits of the slow rate."""

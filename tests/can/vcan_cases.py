@@ -246,8 +246,8 @@ class Vcan(unittest.TestCase):
 
     def test_refusals(self):
         classic = self.interface(fd=False)
-        for words, said in ((("nowhere",), "there is none of that name"), (("lo",), "no CAN interface"),
-                            (("a-name-that-is-too-long",), "1 to 15 letters"), ((classic.name, "--fd"), "classic frames only")):
+        for words, said in ((("nowhere",), "it does not exist"), (("lo",), "not a CAN interface"),
+                            (("a-name-that-is-too-long",), "1 to 15 characters"), ((classic.name, "--fd"), "classic frames only")):
             member = bus.Member(*words)
             self.assertIn(said, member.begins_with)
             self.assertEqual(1, member.close())

@@ -8,7 +8,7 @@ import sys
 import command_case
 
 sys.path.append(str(pathlib.Path(__file__).resolve().parent.parent / "support"))
-from running_node import RunningNode, sensing, write_config
+from running_node import RunningNode, sensing, until, write_config
 from sensor_sender import Sensors
 
 
@@ -32,10 +32,19 @@ class Faults(command_case.CommandCase):
     def mapping(self, before=lambda: None, **changes):
         """A node that maps already, and its sensors."""
         before()
-        sensors = self.sensors()
+        sensors = self.sensors(with_poses=False)
+        return self.node_that_maps(sensors, **changes), sensors
+
+    def node_that_maps(self, sensors, /, **changes):
+        """The next one of these sensors. They give no pose before it pauses, as its going on is what it says."""
+        sensors.with_poses = False
         node = self.node(**changes)
-        node.says("mapping: goes on")
-        return node, sensors
+        node.says("mapping: paused")
+        sensors.with_poses = True
+        node.says("mapping: resumes")
+        clouds = sensors.clouds
+        until(lambda: sensors.clouds > clouds + 3, "scans")
+        return node
 
     def states_at(self, *points, file="node.tsm"):
         rows = self.query_rows(file, "x,y,z\n" + "".join(f"{x},{y},{z}\n" for x, y, z in points))[1]

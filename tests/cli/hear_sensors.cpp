@@ -8,8 +8,8 @@
 #include <fstream>
 #include <string>
 
-#include "posix/monotonic_clock.hpp"
-#include "sensing/sensor_port.hpp"
+#include "base/monotonic_clock.hpp"
+#include "scans/sensor_port.hpp"
 
 namespace tessera {
 namespace {

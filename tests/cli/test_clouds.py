@@ -190,7 +190,7 @@ class Refused(CloudCase):
 
     def test_sources_that_do_not_go_together(self):
         self.clouds_refused(saying=("--dataset", "--pcd", "--ply"))
-        self.clouds_refused(*self.given, "--dataset", self.root, saying=("give one of them",))
+        self.clouds_refused(*self.given, "--dataset", self.root, saying=("mutually exclusive; give one",))
         self.clouds_refused("--pcd", self.root, saying=("--pcd needs a pose", "--poses"))
         self.clouds_refused("--dataset", self.root, "--poses", self.poses, saying=("--poses is for",))
         self.clouds_refused(*self.given, "--labels", "predictions", saying=("--labels",))

@@ -164,11 +164,11 @@ class Refused(DepthCase):
         self.depth_refused("there are no .png files in depth")
 
     def test_cameras_that_are_none(self):
-        for text, says in ((CAMERA.replace("depth_scale", "scale"), "no key 'scale'"),
+        for text, says in ((CAMERA.replace("depth_scale", "scale"), "unknown key 'scale'"),
                            ("".join(CAMERA.splitlines(keepends=True)[:-1]), "no 'depth_scale'"),
-                           (CAMERA.replace("0.0005", "0"), "depth_scale is no such number"),
+                           (CAMERA.replace("0.0005", "0"), "depth_scale is not a number in its range"),
                            (CAMERA.replace("= 64", "= 0"), "width"), (CAMERA.replace("[60.0", "[-60.0"), "focal"),
-                           (CAMERA + "step = 100\n", "step"), (CAMERA + "step = 1.7\n", "step is not a whole number of pixels"), (CAMERA + 'depth_along = "z"\n', "no depth along 'z'"),
+                           (CAMERA + "step = 100\n", "step"), (CAMERA + "step = 1.7\n", "step is not a whole number of pixels"), (CAMERA + 'depth_along = "z"\n', "depth_along is 'z'"),
                            (CAMERA + "min_depth = 20\n", "max_depth is less"), (CAMERA + "x =\n", "not valid TOML"),
                            (CAMERA.replace("= 64", "= 16384").replace("= 48", "= 16384").replace("60.0", "16000.0"),
                             "the limit is")):
@@ -177,7 +177,7 @@ class Refused(DepthCase):
                 self.depth_refused("camera.toml", says)
 
     def test_options_that_do_not_go_together(self):
-        self.depth_refused("give one of them", options=("--pcd", "depth"))
+        self.depth_refused("mutually exclusive; give one", options=("--pcd", "depth"))
         self.depth_refused("--label-images", options=("--labels", "predictions"))
         self.depth_refused("leave --label-images out", options=("--labels", "none"))
         self.depth_refused("--deskew", options=("--deskew", "on"))

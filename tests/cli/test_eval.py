@@ -132,7 +132,7 @@ class Eval(CommandCase):
                      saying=("few.tsm", "classes"))
 
     def place(self, map_file, T_global_map):
-        """Writes T_global_map into the header of a map file; docs/memory.md has its layout."""
+        """Writes T_global_map into the header of a map file; docs/reference/memory.md has its layout."""
         data = bytearray(map_file.read_bytes())
         end = 16 + struct.unpack_from("<I", data, 12)[0]
         data[19] = 1

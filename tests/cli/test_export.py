@@ -177,7 +177,7 @@ class Octrees(ExportCase):
         _, good, _ = self.export("bt")
         data, prior = self.folder / "data", self.folder / "prior.bt"
         for content, says in ((good[:-1], "ends too early"), (good + b"x", "after its tree"), (b"", "does not begin"),
-                              (good.replace(b"size ", b"size 9"), "nodes, but there are"),
+                              (good.replace(b"size ", b"size 9"), "nodes, but it has"),
                               (good.replace(b"res 0.1", b"res 0.3"), "times as wide"),
                               (b"# Octomap OcTree binary file\nid OcTree\nsize 2\nres 0.1\ndata\n\x01\x00", "cover more than")):
             prior.write_bytes(content)

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: The tessera authors
 # SPDX-License-Identifier: Apache-2.0
 """What becomes of a node when its memory, another robot or a thread of its own fails, and when it is killed: rows of
-docs/operations.md."""
+docs/reference/operations.md."""
 import contextlib
 import ctypes
 import json
@@ -114,34 +114,6 @@ class OwnFaults(Faults):
         self.assertEqual((0, 0), (queries["queue_full"], queries["work"]))
 
 
-class Restarts(Faults):
-    def test_a_start_does_not_overwrite_the_map_of_an_earlier_one(self):
-        node, sensors = self.mapping()
-        node.end()
-        first = (self.folder / "node.tsm").read_bytes()
-        # One that crashes before it has written anything, then one that writes.
-        crashed = self.node()
-        crashed.says("the map of before is kept as")
-        crashed.kill()
-        self.assertEqual(first, (self.folder / "node.tsm").read_bytes())
-        sensors.position = [50.0, 0.0, 0.0]
-        last = self.node()
-        last.says("mapping: goes on")
-        time.sleep(0.3)
-        report = last.end()
-        self.assertEqual(3, report["epoch"])
-        self.assertEqual(first, (self.folder / "node.epoch-1.tsm").read_bytes())
-        self.assertEqual(["node.epoch-1.tsm"], [path.name for path in self.folder.glob("*epoch*")])
-        self.assertEqual([("unknown", 0), ("occupied", WALL_CLASS)], self.states_at((5.1, 0.1, 0.1), (55.1, 0.1, 0.1)))
-
-    def test_a_file_that_is_no_map_is_kept_too(self):
-        (self.folder / "node.tsm").write_text("not a map")
-        node, _ = self.mapping()
-        report = node.end()
-        self.assertEqual("not a map", (self.folder / "node.earlier.tsm").read_text())
-        self.assertEqual(1, len(report["mapping"]["kept_maps"]))
-
-
 class Service(Faults):
     """As a service manager would start it."""
 
@@ -185,7 +157,7 @@ class Service(Faults):
     def test_a_service_manager_is_told_and_sigterm_saves_the_map(self):
         node, _ = self.served()
         self.told("WATCHDOG=1")
-        node.says("mapping: goes on")
+        node.says("integrated the first scan")
         time.sleep(0.5)
         begin = time.monotonic()
         report = node.end()
@@ -209,24 +181,24 @@ class Service(Faults):
 
     def test_a_thread_that_hangs_is_told_by_silence(self):
         node, _ = self.served()
-        place = node.says("mapping: goes on")
+        place = node.says("integrated the first scan")
         names = {"tessera-map": "mapping", "tessera-sense": "sensing", "tessera-share": "sharing"}
         for name, called in names.items():
             with self.held(node, name):
-                place = node.says("gives no sign of life", place)
+                place = node.says("does not respond", place)
                 self.assertTrue(self.is_silent(), name)
-            self.assertTrue(node.said[:place].endswith(f"the {called} thread gives no sign of life"), node.said)
+            self.assertTrue(node.said[:place].endswith(f"the {called} thread does not respond"), node.said)
             self.told("WATCHDOG=1", since=len(self.heard))
         report = node.end()
         self.assertEqual(len(names), report["realtime"]["silences"])
 
     def test_a_long_period_is_no_silence(self):
         node, sensors = self.served(mapping={"period_ms": 5000})
-        node.says("mapping: goes on")
+        node.says("integrated the first scan")
         sensors.with_clouds = False
         time.sleep(4)
         self.told("WATCHDOG=1", since=len(self.heard))
-        self.assertNotIn("no sign of life", node.said)
+        self.assertNotIn("does not respond", node.said)
         self.assertEqual(0, node.end()["realtime"]["silences"])
 
 
@@ -263,7 +235,7 @@ class Team(Faults):
         first = self.node("first", 0)
         for epoch in range(1, 6):
             second = self.node("second", 1)
-            second.says("mapping: goes on")
+            second.says("integrated the first scan")
             # In the middle of a save, or before it or behind it.
             for _ in range(4):
                 second.process.send_signal(signal.SIGUSR1)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The tessera authors
 # SPDX-License-Identifier: Apache-2.0
-"""The commands of docs/formats.md, run as they stand there."""
+"""The commands of docs/reference/formats.md, run as they stand there."""
 import pathlib
 import shlex
 import unittest
@@ -10,7 +10,7 @@ import test_clouds as clouds
 import test_depth as depth
 from command_case import MEMORY
 
-PAGE = pathlib.Path(__file__).parents[2] / "docs" / "formats.md"
+PAGE = pathlib.Path(__file__).parents[2] / "docs/reference/formats.md"
 
 
 class Page(depth.DepthCase):

@@ -94,7 +94,7 @@ class Fuse(CommandCase):
         self.assertEqual([0, 1], sorted(c["robot"] for c in report["contributions"]))
 
     def change_header(self, map_file, form, offset, value):
-        """docs/memory.md has the header's layout."""
+        """docs/reference/memory.md has the header's layout."""
         data = bytearray(map_file.read_bytes())
         end = 16 + struct.unpack_from("<I", data, 12)[0]
         struct.pack_into(form, data, offset, value)
@@ -106,7 +106,7 @@ class Fuse(CommandCase):
         self.change_header(self.b, "<I", 48, 3)
         result, report = self.fuse(self.b, self.a, "--diffusion", "none")
         self.assert_warned(result, "a.tsm is of an earlier epoch of robot 0 than", "b.tsm",
-                           "it counts only where that has no evidence")
+                           "it is used only where that has no evidence")
         self.assertEqual(0, report["overlap_voxels"])
         self.assertEqual([(0, 0), (0, 3)], sorted((c["robot"], c["epoch"]) for c in report["contributions"]))
         self.assertAlmostEqual(2.0, float(self.row(self.SHARED)[ROAD]), places=4)
@@ -140,14 +140,20 @@ class Fuse(CommandCase):
             folder = kitti.write_dataset(self.folder / f"wall_{robot}", wall)
             maps.append(self.folder / f"wall_{robot}.tsm")
             self.map_dataset(folder, maps[-1], *COUNTING, "--robot", robot)
-        result, report = self.fuse(*maps)
+        transform = self.folder / "T.txt"
+        transform.write_text("\n".join(" ".join(map(str, row)) for row in turned(0.0)))
+        result, report = self.fuse(*maps, *(word for path in maps for word in ("--transform", f"{path}={transform}")))
         self.assert_not_warned(result)
         self.assertAlmostEqual(1.0, report["alignment"])
-        transform = self.folder / "T.txt"
         transform.write_text("\n".join(" ".join(map(str, row)) for row in turned(0.0, x=0.2)))
         result, report = self.fuse(*maps, "--transform", f"{maps[1]}={transform}")
-        self.assert_warned(result, "do not lie on each other")
+        self.assert_warned(result, "are misaligned")
         self.assertAlmostEqual(-0.2, report["alignments"][0]["best_shift_m"][0])
+
+    def test_maps_of_which_none_has_a_frame_are_warned_about(self):
+        result, _ = self.fuse(self.a, self.b)
+        self.assert_warned(result, "none of the 2 maps has a T_global_map: their frames are taken for the same one")
+        self.assertEqual(1, result.stderr.count("warning: "))
 
     def test_global_maps_can_be_looked_at(self):
         self.fuse(self.a, self.b)
@@ -216,7 +222,8 @@ class Fuse(CommandCase):
         _, whole = self.fuse(self.a, self.b)
         before = self.out.read_bytes()
         result, report = self.fuse(self.a, self.b, "--memory", "128M")
-        self.assert_not_warned(result)
+        self.assert_warned(result, "T_global_map")
+        self.assertEqual(1, result.stderr.count("warning: "))
         self.assertEqual(before, self.out.read_bytes())
         self.assertEqual(whole["digest"], report["digest"])
         memory = report["memory"]

@@ -43,7 +43,7 @@ class Interrupt(CommandCase):
         self.assertIs(True, report["interrupted"])
         self.assertTrue(0 < mapped < SCANS, mapped)
         self.assertIn(f"tessera: interrupted after scan {mapped} of {SCANS}: map.tsm and map.json", error)
-        self.assertIn(f"go on with --continue map.tsm --first {mapped}", error)
+        self.assertIn(f"continue with --continue map.tsm --first {mapped}", error)
         return mapped, report
 
     def test_what_was_mapped_is_written(self):

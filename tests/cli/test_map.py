@@ -246,6 +246,19 @@ class Report(MapCase):
         self.assertLessEqual(memory["used_bytes"], memory["peak_bytes"])
         self.assertLessEqual(memory["peak_bytes"] + memory["scratch_bytes"], memory["budget_bytes"])
 
+    def test_the_summary_counts_what_was_integrated(self):
+        result, report = self.map_dataset(self.data, self.out, "--free-space", "off")
+        admitted, in_range = (sum(scan[key] for scan in report["scans"]) for key in ("admitted", "in_range"))
+        self.assertIn(f"3 scans, {admitted} thinned points into {self.out}: of 900 returns, {in_range} in range\n", result.stdout)
+
+    def test_a_map_of_no_point_is_warned_about(self):
+        result, report = self.map_dataset(self.data, self.out, "--max-range", "1")
+        self.assertEqual((900, 900), (report["totals"]["points"], report["totals"]["beyond_range"]))
+        self.assert_warned(result, "all 900 points are beyond --max-range; give a larger one, or points in metres")
+        self.assertIn("3 scans, 0 thinned points into ", result.stdout)
+        result, _ = self.map_dataset(self.data, self.out, "--min-range", "1000", "--max-range", "2000")
+        self.assert_warned(result, "no point was mapped: of 900 points 0 are beyond --max-range and 0 within it")
+
     def test_no_heap_use_while_mapping(self):
         _, report = self.map_dataset(self.data, self.out)
         # Sanitizers keep the heap to themselves; the count is then null.

@@ -167,8 +167,16 @@ class Node(NodeCase):
         self.done("key", "new", "--fleet", "fleet.key", "--without-signatures")
         alone = {"run": {"wait_for_peers": 0, "quiet_s": 2.5, "linger_s": 20}}
         reports = self.run_both(self.config(0, **alone, security={"fleet_key": "fleet.key"}), self.config(1, **alone))
+        self.assert_strangers(reports, "refused_mission")
+        self.done("key", "new", "--fleet", "other.key", "--without-signatures")
+        reports = self.run_both(*(self.config(robot, **alone, security={"fleet_key": key, "mission": "harbour 7"})
+                                  for robot, key in enumerate(("fleet.key", "other.key"))))
+        self.assert_strangers(reports, "refused_tag")
+
+    def assert_strangers(self, reports, counter):
         for report in reports:
-            self.assertGreater(report["link"]["refused_tag"], 0)
+            self.assertGreater(report["link"][counter], 0)
+            self.assertEqual(0, report["link"]["refused_mission"] + report["link"]["refused_tag"] - report["link"][counter])
             self.assertEqual((0, 0, 1), (report["exchange"]["peers"], report["exchange"]["records_taken"],
                                          report["exchange"]["contributions"]))
 
@@ -181,27 +189,31 @@ class Node(NodeCase):
         alone = {"run": {"wait_for_peers": 0, "quiet_s": 2.5, "linger_s": 20}}
         reports = self.run_both(self.config(0, **alone, security=self.signing(0)),
                                 self.config(1, **alone, security=self.signing(1, mission="yesterday")))
-        for report in reports:
-            self.assertGreater(report["link"]["refused_tag"], 0)
-            self.assertEqual((0, 0, 1), (report["exchange"]["peers"], report["exchange"]["records_taken"],
-                                         report["exchange"]["contributions"]))
+        self.assert_strangers(reports, "refused_mission")
 
     def test_another_process_with_this_robots_number_is_told(self):
-        """At once by both, and once only in their few seconds."""
+        """At once by both and by a third robot, and once only in their few seconds."""
         (self.folder / "copied").mkdir()
         (self.folder / "copied/robot_0.starts").write_text("5\n")
         alone = {"wait_for_peers": 0, "duration_s": 8}
         reports, errors = [], []
         processes = [(self.start(c), c) for c in (self.config(0, replay={"loop": True}, run=alone),
-                                                  self.config(0, "copied", robot={"state": "copied"}, replay={"loop": True}, run=alone))]
+                                                  self.config(0, "copied", robot={"state": "copied"}, replay={"loop": True}, run=alone),
+                                                  self.config(1, replay={"loop": True}, run=alone))]
         for process, config in processes:
             report, error = self.finished(process, config)
             reports.append(report)
             errors.append(error)
+        self.assertGreater(reports[2]["exchange"]["twins"], 0)
+        self.assertRegex(errors[2], r"node: error: exchange twins: \d+ times another robot's number")
+        reports.pop()
         for report, error in zip(reports, errors):
             self.assertGreater(report["exchange"]["refused_robot"], 3)
-            self.assertEqual(1, error.count("another process speaks as robot 0"), error)
-        self.assertEqual([1, 6], sorted(report["epoch"] for report in reports))
+            self.assertEqual(1, error.count("another process uses the number of robot 0"), error)
+        # They begin in epochs 1 and 6. Each goes above the other's when it hears of it, and both are never in one.
+        epochs = sorted(report["epoch"] for report in reports)
+        self.assertGreaterEqual(epochs[1], 6)
+        self.assertEqual(2, len(set(epochs)))
 
     def test_robots_that_sign(self):
         self.fleet_keys(2)
@@ -217,7 +229,7 @@ class Node(NodeCase):
         for process, config in processes:
             report, error = self.finished(process, config)
             self.assertIn("resolution_m is 0.", report["peers"][0]["mismatch"])
-            self.assertIn("nothing is taken of robot", error)
+            self.assertIn("nothing is accepted from robot", error)
             self.assertGreater(report["exchange"]["refused_configuration"], 0)
 
     def test_an_excluded_robot(self):

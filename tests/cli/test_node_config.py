@@ -17,10 +17,10 @@ class BadConfiguration(NodeCase):
         self.assertEqual(before, sorted(self.folder.rglob("*")))
 
     def test_words(self):
-        self.bad("line 3", "there is no key stat in [robot]; did you mean state?", robot={"state": None, "stat": "s"})
-        self.bad("there is no key max_range in [map]", "max_range_m", map={"max_range": 20})
-        self.bad("there is no table [netwrok]; did you mean [network]?", netwrok={"url": "x"})
-        self.bad("there is no key rate_hz in [run]; it is in [replay]", run={"rate_hz": 1})
+        self.bad("line 3", "unknown key stat in [robot]; did you mean state?", robot={"state": None, "stat": "s"})
+        self.bad("unknown key max_range in [map]", "max_range_m", map={"max_range": 20})
+        self.bad("unknown table [netwrok]; did you mean [network]?", netwrok={"url": "x"})
+        self.bad("unknown key rate_hz in [run]; it is in [replay]", run={"rate_hz": 1})
         self.bad("[robot] id: is missing", robot={"id": None})
         self.bad("[replay] dataset: is missing", replay={"dataset": None})
 
@@ -29,7 +29,7 @@ class BadConfiguration(NodeCase):
         self.bad("[robot] id: -1 is not allowed", "line 2", robot={"id": -1})
         self.bad("[replay] rate_hz: -1 is not allowed", replay={"rate_hz": -1})
         self.bad("[replay] loop: is not true or false", replay={"loop": 1})
-        self.bad("[map] memory: is no number of bytes", map={"memory": "much"})
+        self.bad("[map] memory: is not a number of bytes", map={"memory": "much"})
         self.bad("[map] memory", "give at least", map={"memory": "1K"})
         self.bad("line 8: [map] resolution_m: resolution_m 0 is not allowed", map={"resolution_m": 0})
         self.bad("[map] kernel_length_m", map={"kernel_length_m": 0.5})
@@ -41,7 +41,7 @@ class BadConfiguration(NodeCase):
         self.bad("[security] exclude", "list of whole numbers", security={"exclude": ["x"]})
         self.bad("[security] exclude: is not a list of numbers of robots", security={"exclude": [-1]})
         self.bad("[security] exclude: names this robot itself", security={"exclude": [3, 0]})
-        self.bad("[security] exclude: takes 16 robots at most", security={"exclude": list(range(1, 18))})
+        self.bad("[security] exclude: takes at most 16 robots", security={"exclude": list(range(1, 18))})
         for key in ("fleet_key", "robot_secret", "robot_public_keys"):
             self.bad(f"[security] {key}: is empty", security={key: ""})
         self.bad("name robot_public_keys too", security={"robot_secret": "keys/robot_0.key"})
@@ -86,7 +86,7 @@ class BadConfiguration(NodeCase):
     def test_a_count_of_starts_that_is_none(self):
         (self.folder / "state").mkdir()
         (self.folder / "state/robot_0.starts").write_text("many\n")
-        self.refused("node", "--config", self.config(0, "bad"), saying=("holds no count of starts",))
+        self.refused("node", "--config", self.config(0, "bad"), saying=("is not a count of starts",))
 
     def test_a_state_that_is_damaged(self):
         (self.folder / "state").mkdir()

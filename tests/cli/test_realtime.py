@@ -156,7 +156,7 @@ class Realtime(NodeCase):
     def test_a_configuration_is_checked_and_nothing_changed(self):
         config = self.config(0, output={"snapshots": "growing"})
         result = self.done("node", "--check", "--config", config)
-        self.assertIn("is in order: robot 0", result.stdout)
+        self.assertIn("is valid: robot 0", result.stdout)
         self.assertEqual({"robot_0.toml"}, {path.name for path in pathlib.Path(self.folder).iterdir()})
         self.refused("node", "--check", "--config", self.config(0, map={"resolution_m": -1}))
 

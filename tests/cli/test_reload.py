@@ -5,7 +5,10 @@ import json
 import os
 import re
 import signal
+import socket
+import struct
 import sys
+import threading
 import unittest
 import urllib.request
 
@@ -16,6 +19,8 @@ if not own_network.enter():
     print("skipped: no network namespaces permitted here (unshare -rn)", file=sys.stderr)
     raise unittest.SkipTest("no network namespaces")
 
+GROUP = ("239.255.76.67", 7667)
+STATUS = b"LC02\0\0\0\0TESSERA_STATUS\0"
 COUNTED = not os.environ.get("TESSERA_SANITIZE")
 
 
@@ -39,7 +44,7 @@ class Reload(Faults):
         since = a.here()
         self.assertIn(f"robot 0 (process {a.process.pid}) reads", self.reload())
         a.says("robots excluded: 1", since)
-        a.says("changes are ignored until the node is started again: [publish] blocks", since)
+        a.says("changes are ignored until the node is restarted: [publish] blocks", since)
         a.says("robots in reach: 0, before: 1", since)
         # It lasts, so it is told.
         a.says("link refused_excluded", since)
@@ -66,12 +71,69 @@ class Reload(Faults):
         (self.folder / "a.pub").write_text(own + other)
         since = a.here()
         a.process.send_signal(signal.SIGHUP)
-        a.says("the public keys are read again", since)
+        a.says("the public keys were reloaded", since)
         a.says("robots in reach: 1, before: 0", since)
         # And one that is taken away again.
         (self.folder / "a.pub").write_text(own)
         self.reload()
         a.says("robots in reach: 0, before: 1", since)
+
+    def test_secrets_that_are_others_now_are_named(self):
+        self.done("key", "new", "--robots", 2, "--dir", "keys")
+        security = {"fleet_key": "keys/fleet.key", "robot_secret": "keys/robot_0.key", "robot_public_keys": "keys/fleet.pub"}
+        a = self.node("a", 0, security=security)
+        a.says("no scan")
+        since = a.here()
+        self.reload()
+        since = a.says("the public keys were reloaded", since)
+        self.assertNotIn("changes are ignored", a.said)
+        self.done("key", "mission", "--new", "--fleet", "keys/fleet.key")
+        self.reload()
+        since = a.says("changes are ignored until the node is restarted: the mission in ", since)
+        self.assertIn("keys/fleet.key\n", a.said[since - 1:])
+        self.rewrite("a", "blocks = 4096", "blocks = 8192")
+        self.reload()
+        a.says("changes are ignored until the node is restarted: [publish] blocks, the mission in ", since)
+
+    def test_a_conflict_that_a_robot_heard_is_found_by_doctor(self):
+        """Robot 9 is not there: its status is robot 0's with another number and counters."""
+        a = self.node("a", 0)
+        a.says("no scan")
+        data = bytearray(self.a_status())
+        at = len(STATUS)
+        struct.pack_into(">i", data, at + 12, 9)
+        struct.pack_into(">q", data, at + 336 - 8, 3)
+        self.assertEqual(("good", "no conflict heard"), self.contents())
+        sending = threading.Event()
+
+        def send():
+            with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+                sender.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton("127.0.0.1"))
+                sender.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 0)
+                while not sending.wait(0.2):
+                    sender.sendto(data, GROUP)
+
+        thread = threading.Thread(target=send)
+        thread.start()
+        self.addCleanup(thread.join)
+        self.addCleanup(sending.set)
+        self.assertEqual(("advice", "robot 9 heard two contents of one version"), self.contents())
+
+    def contents(self):
+        check = self.doctor("a")["contents"]
+        return check["state"], check["found"]
+
+    def a_status(self):
+        """The next packet of the channel TESSERA_STATUS."""
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as hearing:
+            hearing.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            hearing.bind(GROUP)
+            hearing.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, socket.inet_aton(GROUP[0]) + socket.inet_aton("127.0.0.1"))
+            hearing.settimeout(20)
+            while True:
+                data = hearing.recv(2048)
+                if data[8:len(STATUS)] == STATUS[8:]:
+                    return data
 
     def test_robots_that_exclude_others(self):
         self.done("key", "new", "--robots", 2, "--dir", "keys")
@@ -94,7 +156,7 @@ class Reload(Faults):
         b.says("robot 0 excludes the same robots as this one again", since[1])
         self.assertEqual([], self.shown_by(a)["exclude_differs"])
         checks = self.doctor("b")
-        self.assertEqual(("good", "robots heard, with this list: 2"), tuple(checks["exclude lists"][k] for k in ("state", "found")))
+        self.assertEqual(("good", "robots heard with this list: 2"), tuple(checks["exclude lists"][k] for k in ("state", "found")))
         self.assertEqual("good", checks["robots' numbers"]["state"])
         self.assertEqual(1, a.said.count("robot 1 excludes other robots"))
         reports = a.end(), b.end()
@@ -106,7 +168,7 @@ class Reload(Faults):
             if COUNTED:
                 self.assertEqual(0, report["heap_allocations_after_start"])
         found = self.doctor("b")
-        self.assertIn("nobody was heard; statuses refused: 0", found["exclude lists"]["found"])
+        self.assertIn("no robot was heard; statuses refused: 0", found["exclude lists"]["found"])
         self.assertNotIn("robots' numbers", found)
 
     def test_a_robot_that_differs_in_the_end(self):
@@ -114,7 +176,7 @@ class Reload(Faults):
         b = self.node("b", 1)
         a.says("robot 1 excludes other robots than this one")
         self.assertEqual([1], a.end()["security"]["exclude_differs"])
-        b.says("robot 0, which excludes others than this one, is no more heard")
+        b.says("robot 0, which excludes other robots than this one, is no longer heard")
 
     def shown_by(self, node):
         url = re.search(r"http://127\.0\.0\.1:\d+/", node.said)[0]
@@ -132,7 +194,7 @@ class Reload(Faults):
         self.rewrite("a", "exclude = [7]", "exclude = 7")
         self.refused("node", "--config", "a.toml", "--reload", saying=("exclude",))
         a.process.send_signal(signal.SIGHUP)
-        a.says("nothing is read again: ")
+        a.says("nothing was reloaded: ")
         self.assertEqual([7], a.end()["security"]["excluded"])
 
     def test_a_robot_that_does_not_run(self):

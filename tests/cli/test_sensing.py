@@ -105,10 +105,10 @@ class Sensing(NodeCase):
         self.assertIn("there are no poses", error)
 
     def test_settings_that_contradict_each_other(self):
-        for changes, words in (({"replay": {"dataset": "street/robot_0"}}, "one or the other"),
+        for changes, words in (({"replay": {"dataset": "street/robot_0"}}, "excludes [replay] dataset"),
                                ({"sensors": {"poses": "can"}}, "name [vehicle] can"),
                                ({"sensors": {"clouds": "none"}}, "depth_camera"),
-                               ({"sensors": {"clouds": "raw"}}, "need cameras"),
+                               ({"sensors": {"clouds": "raw"}}, "needs cameras"),
                                ({"vehicle": {"sectors": 20}}, "neither 16 nor 32"),
                                ({"vehicle": {"base_id": 100}}, "multiple of 32")):
             with self.subTest(words):

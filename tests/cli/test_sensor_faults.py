@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The tessera authors
 # SPDX-License-Identifier: Apache-2.0
-"""What becomes of a node when its sensors, their poses or their stamps fail: the rows of docs/operations.md that need no
+"""What becomes of a node when its sensors, their poses or their stamps fail: the rows of docs/reference/operations.md that need no
 CAN bus."""
 import re
 import sys
@@ -33,14 +33,14 @@ class SensorFaults(Faults):
         sensors.with_clouds = False
         place = node.says("no scan for ")
         sensors.with_clouds = True
-        node.says("scans come again", place)
+        node.says("scans arrive again", place)
         report = node.end()
         self.assertEqual(1, report["sensors"]["silences"])
         self.check_scans(report, sensors)
 
     def test_where_messages_went_that_became_no_scan(self):
         # Clouds of a sensor that is not configured, and clouds of more points than there is room for.
-        for changes, words in (({"lidar": 1}, "of sensors that are not configured: "), ({"points": 1000}, "that cannot be read so far: ")):
+        for changes, words in (({"lidar": 1}, "of sensors that are not configured: "), ({"points": 1000}, "unreadable messages so far: ")):
             with self.subTest(words):
                 sensors = self.sensors()
                 node = self.node(sensors=changes)
@@ -132,7 +132,7 @@ class SensorFaults(Faults):
         self.assertEqual([("unknown", 0), ("occupied", WALL_CLASS)], self.states_at((5.1, 0.1, 0.1), (55.1, 0.1, 0.1)))
         # What was mapped before is not lost.
         self.assertEqual((["node.epoch-1.tsm"], 0), (self.kept(report), report["mapping"]["failed_keeps"]))
-        self.assertIn("the map of before is kept as", node.said)
+        self.assertIn("the earlier map is kept as", node.said)
         self.assertEqual([("occupied", WALL_CLASS), ("unknown", 0)],
                          self.states_at((5.1, 0.1, 0.1), (55.1, 0.1, 0.1), file="node.epoch-1.tsm"))
 
@@ -145,7 +145,7 @@ class SensorFaults(Faults):
         for x_m in (50.0, 100.0):
             place = node.here()
             sensors.position = [x_m, 0.0, 0.0]
-            place = node.says("the map of before is kept as", place)
+            place = node.says("the earlier map is kept as", place)
             node.says("poses are good", place)
             time.sleep(0.5)
         report = node.end()
@@ -160,7 +160,7 @@ class SensorFaults(Faults):
         node, sensors = self.mapping(output={"local_map": None})
         time.sleep(0.5)  # So that something is mapped.
         sensors.position = [50.0, 0.0, 0.0]
-        node.says("the map of before is kept as")
+        node.says("the earlier map is kept as")
         self.assertEqual(["robot_0.epoch-1.tsm"], self.kept(node.end()))
         self.assertEqual([("occupied", WALL_CLASS)], self.states_at((5.1, 0.1, 0.1), file="state/robot_0.epoch-1.tsm"))
 
@@ -169,9 +169,9 @@ class SensorFaults(Faults):
         time.sleep(0.5)  # So that something is mapped.
         (self.folder / "maps").rename(self.folder / "elsewhere")
         sensors.position = [50.0, 0.0, 0.0]
-        node.says("the map is not cleared, and mapping pauses")
+        node.says("the map is not cleared, and mapping is paused")
         (self.folder / "elsewhere").rename(self.folder / "maps")
-        node.says("the map of before is kept as")
+        node.says("the earlier map is kept as")
         report = node.end()
         self.assertEqual((["node.epoch-1.tsm"], 1), (self.kept(report), report["mapping"]["clears"]))
         self.assertGreater(report["mapping"]["failed_keeps"], 0)
@@ -190,7 +190,7 @@ class SensorFaults(Faults):
         self.sensors(pose_every=10)
         node = self.node()
         place = node.says("poses come every 2")
-        node.says("ms; at least every 100 ms are needed", place)
+        node.says("ms; at most 100 ms are allowed", place)
         # While it lasts.
         place = node.says("no scan for ", place)
         node.says("no scan for ", place)
@@ -213,11 +213,11 @@ class SensorFaults(Faults):
         sensors.x_m = lambda: 8.0 * (time.monotonic() - start)
         sensors.moves = True
         node = self.node(sensors={"max_wait_ms": 300})
-        node.says("mapping: goes on")
+        node.says("integrated the first scan")
         time.sleep(1)
         sensors.position = [0.0, 1.0, 0.0]
         node.says("poses are of another frame")
-        place = node.says("the map of before is kept as")
+        place = node.says("the earlier map is kept as")
         node.says("poses are good", place)
         report = node.end()
         self.assertEqual((1, 1), (report["sensors"]["relocations"], report["mapping"]["clears"]))
@@ -238,7 +238,7 @@ class SensorFaults(Faults):
         self.assertEqual([("occupied", WALL_CLASS)], self.states_at((55.1, 0.1, 0.1)))
 
     def test_stamps_that_step(self):
-        """The clock of who sends, not that of the machine: docs/operations.md names the test of that one."""
+        """The clock of who sends, not that of the machine: docs/reference/operations.md names the test of that one."""
         node, sensors = self.mapping(sensors={"clock": "monotonic"})
         for offset_s, words in ((100.0, "poses are corrupt"), (-100.0, "poses are stale")):
             place = node.here()

@@ -11,7 +11,7 @@ import unittest
 from command_case import CommandCase, command_path
 
 NAME = "tessera-node@.service"
-# As docs/operations.md says; systemd rates from 0 to 10.
+# As docs/reference/operations.md says; systemd rates from 0 to 10.
 MOST_EXPOSURE = 2.0
 
 

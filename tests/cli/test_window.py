@@ -136,8 +136,13 @@ class Window(CommandCase):
                 self.map_refused(self.data, *WINDOW, "--archive", "spill", "--continue", self.archive, saying=("blocks.tsa",))
                 self.assertEqual(data, self.archive.read_bytes())
 
+    def test_an_archive_alone_has_the_window_that_scans_reach_within(self):
+        _, report = self.map_dataset(self.data, self.folder / "alone.tsm", "--max-range", 8, "--archive", "spill")
+        self.assertEqual(8, report["window"]["radius_m"])
+        self.assertEqual(8, report["config"]["window"])
+
     def test_options_that_do_not_go_together(self):
-        self.map_refused(self.data, "--archive", "spill", saying=("--window",))
+        self.map_refused(self.data, "--archive", "spill", "--max-range", 0, saying=("--archive", "--window", "--max-range"))
         for metres in (0, -5, 1e9):
             self.map_refused(self.data, "--window", metres, saying=("--window",))
         self.refused("map", "--dataset", self.data, *WINDOW, "--archive", "spill", "--out", self.archive,

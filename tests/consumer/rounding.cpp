@@ -5,7 +5,7 @@
 // last digits decide its voxel, and the digest of a map of these points.
 #include <cstdio>
 
-#include "tessera/base/digest.hpp"
+#include "tessera/base/internal/digest.hpp"
 #include "tessera/inference/integrator.hpp"
 #include "tessera/map/queries.hpp"
 

@@ -28,9 +28,9 @@ def drops_roundings(compiler: str) -> bool:
 
 def with_plain_cast(work: pathlib.Path) -> str:
     """A folder with a rounding.hpp whose barriers are gone, for the front of the include path."""
-    folder = work / "plain" / "tessera" / "base"
+    folder = work / "plain" / "tessera" / "base" / "internal"
     folder.mkdir(parents=True, exist_ok=True)
-    text, barriers = re.subn(r"__asm__\(.*\);", "", (HEADERS / "tessera" / "base" / "rounding.hpp").read_text())
+    text, barriers = re.subn(r"__asm__\(.*\);", "", (HEADERS / "tessera" / "base" / "internal" / "rounding.hpp").read_text())
     assert barriers == 3, barriers
     (folder / "rounding.hpp").write_text(text)
     return f"-I{work / 'plain'}"

@@ -16,15 +16,15 @@ import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 COMMAND = os.environ["TESSERA_COMMAND"]
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 
 # Blocks that are run, whole and in their order, in a folder of the page. Two nodes share by multicast: in a network of their own.
-RUN = ("README.md", "docs/map-my-data.md", "docs/tune.md", "docs/on-my-robot.md")
-IN_OWN_NETWORK = "docs/two-robots.md"
+RUN = ("README.md", "docs/tasks/map-my-data.md", "docs/tasks/tune.md", "docs/tasks/on-my-robot.md")
+IN_OWN_NETWORK = "docs/tasks/two-robots.md"
 # Lines that call tessera are run one by one, in blocks or set in by four.
-RUN_LINES = ("docs/cli.md", "docs/network.md", "docs/theory.md", "docs/timing.md")
+RUN_LINES = ("docs/reference/cli.md", "docs/reference/network.md", "docs/measured/choices.md", "docs/measured/timing.md")
 # What runs all that these show.
-RUN_BY_OTHERS = {"docs/formats.md": "cli_formats_page", "docs/python.md": "python_docs and python_install"}
+RUN_BY_OTHERS = {"docs/reference/formats.md": "cli_formats_page", "docs/reference/python.md": "python_docs and python_install"}
 # Commands of these pages that are not run here, each with the reason. Each must be there.
 NOT_RUN = {
     "./examples/run-demo.sh [OUT]": "builds; cli_mission runs what it shows",

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The tessera authors
 # SPDX-License-Identifier: Apache-2.0
-"""docs/versioning.md names the numbers that the sources have."""
+"""docs/reference/versioning.md names the numbers that the sources have."""
 import os
 import pathlib
 import re
@@ -8,7 +8,7 @@ import subprocess
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-PAGE = (ROOT / "docs/versioning.md").read_text()
+PAGE = (ROOT / "docs/reference/versioning.md").read_text()
 GENERATED = pathlib.Path(os.environ["TESSERA_BUILD"]) / "lcmtypes/generated"
 
 
@@ -30,10 +30,10 @@ class Versions(unittest.TestCase):
             "tessera": found("CMakeLists.txt", r"project\(tessera VERSION ([\d.]+)"),
             "C API (`TESSERA_API_VERSION`)": found("lib/include/tessera/tessera.h", r"TESSERA_API_VERSION (\d+)u"),
             "C ABI (`TESSERA_ABI_VERSION`)": found("lib/include/tessera/tessera.h", r"TESSERA_ABI_VERSION (\d+)u"),
-            "map file, `.tsm`": found("lib/src/map_file_format.hpp", r"kMapMajor = (\d+);[^;]*kMapMinor = (\d+);"),
-            "archive, `blocks.tsa`": found("platform/archive/archive_format.hpp", r"kMajor = (\d+);[^;]*kMinor = (\d+);"),
-            "wire format between robots": found("lib/src/wire.cpp", r"kFormat = (\d+);"),
-            "key files": found("platform/security/key_text.cpp", r'take_word\(rest\) != "(\d+)"'),
+            "map file, `.tsm`": found("lib/src/map/map_file_format.hpp", r"kMapMajor = (\d+);[^;]*kMapMinor = (\d+);"),
+            "archive, `blocks.tsa`": found("platform/maps/archive_format.hpp", r"kMajor = (\d+);[^;]*kMinor = (\d+);"),
+            "wire format between robots": found("lib/src/exchange/wire.cpp", r"kFormat = (\d+);"),
+            "key files": found("platform/link/key_text.cpp", r'take_word\(rest\) != "(\d+)"'),
             "layout of the CAN bus": found("platform/vehicle/bus_messages.hpp", r"kBusLayoutVersion = (\d+);"),
         }, told)
 

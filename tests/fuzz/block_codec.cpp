@@ -1,14 +1,14 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-#include "tessera/exchange/block_codec.hpp"
+#include "tessera/exchange/internal/block_codec.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "fuzz/block_content_memory.hpp"
-#include "tessera/exchange/evidence_levels.hpp"
-#include "tessera/map/packed_block.hpp"
+#include "tessera/exchange/internal/evidence_levels.hpp"
+#include "tessera/map/internal/packed_block.hpp"
 
 namespace tessera::fuzz {
 

@@ -6,10 +6,10 @@
 #include <string_view>
 #include <vector>
 
-#include "clouds/pcd_reader.hpp"
-#include "clouds/ply_reader.hpp"
-#include "clouds/pose_file.hpp"
 #include "fuzz/fuzz.hpp"
+#include "scans/pcd_reader.hpp"
+#include "scans/ply_reader.hpp"
+#include "scans/pose_file.hpp"
 #include "support/heap_peak.hpp"
 #include "support/reader_memory.hpp"
 #include "support/temporary_folder.hpp"

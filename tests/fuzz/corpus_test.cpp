@@ -102,6 +102,7 @@ TEST_CASE("fuzz: OctoMap's files") { run_over_corpus("octrees", octrees, 20000, 
 TEST_CASE("fuzz: sensors' messages, fragments and queries") {
   run_over_corpus("sensors", sensors, 5000, 609);
 }
+TEST_CASE("fuzz: statuses of robots") { run_over_corpus("status", status, 3000, 613); }
 TEST_CASE("fuzz: files of datasets and keys") {
   run_over_corpus("text_files", text_files, 600, 608);
 }

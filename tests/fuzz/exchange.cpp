@@ -6,10 +6,11 @@
 #include <array>
 #include <cstring>
 
-#include "fuzz/forged_datagram.hpp"
+#include "fuzz/forged_signature.hpp"
 #include "fuzz/small_robot.hpp"
-#include "tessera/base/crc32.hpp"
-#include "tessera/map/packed_block.hpp"
+#include "tessera/base/internal/crc32.hpp"
+#include "tessera/exchange/internal/answers.hpp"
+#include "tessera/map/internal/packed_block.hpp"
 
 namespace tessera::fuzz {
 
@@ -41,7 +42,10 @@ std::uint64_t own_content(const SmallRobot& robot) {
 /// One robot, what it does, and what must hold meanwhile.
 class Victim {
  public:
-  explicit Victim(bool has_map) : robot_(kNumber, kSession, has_map) { sent(); }
+  Victim(bool has_map, bool with_signatures)
+      : with_signatures_(with_signatures), robot_(kNumber, kSession, has_map, with_signatures) {
+    sent();
+  }
 
   [[nodiscard]] std::int64_t now_us() const { return now_us_; }
   void wait(std::int64_t us) { now_us_ = std::min(now_us_ + us, kMostTimeUs); }
@@ -79,6 +83,8 @@ class Victim {
     ByteReader reader(datagram);
     DatagramHeader header;
     require(read_header(reader, header) && header.sender == kNumber, "what is sent has no header");
+    require(header.is_signed == with_signatures_, "what is sent is of the other kind of fleet");
+    if (with_signatures_) require(has_right_signatures(datagram), "what is sent is not signed");
     configuration_ = header.configuration;
     const double budget = SmallRobot::kExchange.burst_bytes +
                           static_cast<double>(now_us_) * 1e-6 *
@@ -90,6 +96,8 @@ class Victim {
   void hear(Bytes datagram) {
     const ExchangeReport before = exchange().report();
     const bool has_key = is_sealed(datagram);
+    const bool is_forged = has_key && with_signatures_ && has_no_signature(datagram);
+    const std::uint64_t held = is_forged ? exchange().digest() : 0;
     if (!has_key) keep_state();
     exchange().receive(datagram, now_us_);
     const ExchangeReport after = exchange().report();
@@ -99,13 +107,14 @@ class Victim {
     require(refused <= 1, "refused twice");
     require(has_key || refused == 1, "heard without a key");
     if (!has_key) check_state();
+    require(!is_forged || exchange().digest() == held, "what nobody signed changes what is held");
     require(own_content(robot_) == own_, "its own contribution is changed by what is heard");
     const ReplicasUsage usage = robot_.replicas().usage();
     require(usage.segments <= SmallRobot::kReplicas.segments &&
                 usage.blocks <= SmallRobot::kReplicas.blocks &&
                 after.contributions <= SmallRobot::kExchange.contributions &&
                 after.peers <= SmallRobot::kExchange.peers &&
-                after.waiting_answers <= SmallRobot::kExchange.answers,
+                after.waiting_answers <= Answers::most_waiting(SmallRobot::kExchange),
             "more is kept than there may be");
   }
 
@@ -113,6 +122,16 @@ class Victim {
 
  private:
   Exchange& exchange() { return robot_.exchange(); }
+  static bool has_right_signatures(const Datagram& datagram) {
+    Datagram again = datagram;
+    sign(again);
+    return again == datagram;
+  }
+  /// Not one signature that is right.
+  static bool has_no_signature(Bytes datagram) {
+    Datagram copy(datagram.begin(), datagram.end());
+    return sign(copy) == 0;
+  }
   /// From run to run: fresh memory costs more than what is checked.
   static std::vector<std::byte>& kept_memory() {
     static std::vector<std::byte> memory;
@@ -134,6 +153,7 @@ class Victim {
             "who has no key changes what is known");
   }
 
+  bool with_signatures_;
   SmallRobot robot_;
   std::int64_t now_us_ = 0;
   std::int64_t sent_bytes_ = 0;
@@ -191,22 +211,24 @@ class Run {
   void forge() {
     const unsigned how = input_.u8();
     DatagramHeader header;
-    header.kind = static_cast<DatagramKind>(how % 8);
+    header.kind = static_cast<DatagramKind>(how % 16 % (kMostKind + 1));
     header.configuration = victim_.configuration() + ((how & 0x40U) != 0 ? 1U : 0U);
     header.sender = input_.u8();
     header.session = std::uint64_t{input_.u8() & 7U} << 32U;
     header.sequence = (how & 0x80U) != 0 ? input_.u32() : ++sequence_;
+    header.is_signed = with_signatures_ != ((how & 0x30U) == 0x30U);
     victim_.hear(forged(header, input_.bytes(input_.u16() % 2048)));
   }
   void lie() {
     const unsigned how = input_.u8();
     DatagramHeader header;
-    header.kind = static_cast<DatagramKind>(1U + (how & 7U) % 7U);
+    header.kind = static_cast<DatagramKind>(1U + (how & 15U) % kMostKind);
     header.configuration = victim_.configuration();
     header.sender = how >> 5U;
     header.session = std::uint64_t{(how >> 4U) & 1U} << 32U;
     header.sequence = ++sequence_;
-    victim_.hear(forged(header, drawn_body(input_, header.kind)));
+    header.is_signed = with_signatures_;
+    victim_.hear(forged(header, drawn_body(input_, header.kind, with_signatures_)));
   }
   void publish() {
     const unsigned how = input_.u8();
@@ -230,7 +252,8 @@ class Run {
     if (kept_.size() == kMostKept) kept_.erase(kept_.begin());
     kept_.push_back(std::move(datagram));
   }
-  /// What was said once, again: as it was or changed, with the tag of one who has the key or not.
+  /// What was said once, again: as it was or changed, signed by those whom it then names or not,
+  /// with the tag of one who has the key or not.
   void mutate() {
     const unsigned how = input_.u8();
     if (kept_.empty()) return;
@@ -246,6 +269,7 @@ class Run {
       const std::size_t at = input_.u16() % datagram.size();
       datagram[at] = static_cast<std::byte>(input_.u8());
     }
+    if ((how & 8U) != 0 && with_signatures_) static_cast<void>(sign(datagram));
     if ((how & 4U) != 0) seal(datagram);
     victim_.hear(datagram);
   }
@@ -261,8 +285,10 @@ class Run {
   }
 
   Input input_;
-  Victim victim_{(input_.u8() & 1U) != 0};
-  SmallRobot friend_{kFriend, 1, false};
+  unsigned fleet_{input_.u8()};
+  bool with_signatures_{(fleet_ & 2U) != 0};
+  Victim victim_{(fleet_ & 1U) != 0, with_signatures_};
+  SmallRobot friend_{kFriend, 1, false, with_signatures_};
   std::vector<Datagram> kept_;
   std::uint32_t sequence_ = 1000;
 };

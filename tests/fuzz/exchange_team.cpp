@@ -24,8 +24,7 @@ constexpr ExchangeConfig kExchange{.contributions = 8, .peers = 4, .answers = 8}
 
 class Team {
  public:
-  explicit Team(Bytes bytes)
-      : input_(bytes), robots_(2 + static_cast<std::size_t>(input_.below(2))) {
+  explicit Team(Bytes bytes) : input_(bytes), fleet_(input_.u8()), robots_(2 + fleet_ % 2) {
     sessions_.resize(robots_.size(), 0);
     for (std::size_t i = 0; i < robots_.size(); ++i) start(i);
   }
@@ -52,8 +51,10 @@ class Team {
   };
   void start(std::size_t i) {
     ++sessions_[i];
-    robots_[i] =
-        std::make_unique<Robot>(static_cast<std::uint32_t>(i), sessions_[i], kReplicas, kExchange);
+    const auto number = static_cast<std::uint32_t>(i);
+    network::RobotOptions options;
+    if ((fleet_ & 0x80U) != 0) options.key = number;
+    robots_[i] = std::make_unique<Robot>(number, sessions_[i], kReplicas, kExchange, options);
   }
   void step() {
     const int what = input_.below(7);
@@ -143,6 +144,7 @@ class Team {
   }
 
   Input input_;
+  unsigned fleet_;  ///< Bit 0: three robots; bit 7: they sign.
   std::vector<std::unique_ptr<Robot>> robots_;
   std::vector<std::uint32_t> sessions_;
   std::vector<Arrival> on_the_way_;

@@ -5,8 +5,11 @@
 #include <algorithm>
 
 #include "fuzz/block_content_memory.hpp"
+#include "fuzz/forged_signature.hpp"
 #include "network/simulated_network.hpp"
-#include "tessera/exchange/block_codec.hpp"
+#include "tessera/exchange/conflicts.hpp"
+#include "tessera/exchange/internal/block_codec.hpp"
+#include "tessera/exchange/internal/hash_tree.hpp"
 
 namespace tessera::fuzz {
 
@@ -106,9 +109,39 @@ Statement drawn_statement(Input& input, const ContributionId& id, VersionRange r
           .session = std::uint64_t{input.u8() & 1U} << 32U};
 }
 
-void draw_statement(Input& input, ByteWriter& to) {
+/// A proof without its signature; which: of what leaf of how many.
+Datagram unsigned_proof(unsigned which) {
+  const unsigned leaves = 1U + (which & 15U);
+  const unsigned leaf = (which >> 4U) % leaves;
+  Datagram proof(1 + HashTree::path_length(leaf, leaves) * kHashBytes + kSignatureBytes);
+  proof[0] = static_cast<std::byte>(leaf | (leaves - 1) << 4U);
+  return proof;
+}
+
+void draw_statement(Input& input, ByteWriter& to, bool is_signed) {
   const ContributionId id = drawn_id(input);
   static_cast<void>(write_statement(to, drawn_statement(input, id, drawn_range(input))));
+  if (is_signed) to.bytes(unsigned_proof(input.u8()));
+}
+
+/// Two records, mostly of one version, or two statements of one moment.
+void draw_conflict(Input& input, ByteWriter& to) {
+  const unsigned how = input.u8();
+  ConflictBody conflict{.id = drawn_id(input), .of_statements = (how & 1U) != 0};
+  std::array<Datagram, 2> proofs;
+  for (std::size_t i = 0; i < proofs.size(); ++i) {
+    ConflictBody::Side& side = conflict.side[i];
+    const unsigned what = input.u8();
+    side.record = {.version = 1U + (what & 1U),
+                   .first = 1,
+                   .layers = kAllLayers,
+                   .block = {static_cast<std::int32_t>(what >> 6U), 0, 0},
+                   .code = {}};
+    if (conflict.of_statements) side.statement = drawn_statement(input, conflict.id, {1, 1});
+    proofs[i] = unsigned_proof(what);
+    side.proof = proofs[i];
+  }
+  static_cast<void>(write_conflict(to, conflict));
 }
 
 void draw_description(Input& input, ByteWriter& to) {
@@ -135,7 +168,8 @@ void draw_description(Input& input, ByteWriter& to) {
   }
 }
 
-void draw_chunk(Input& input, ByteWriter& to) {
+/// True iff the body ends with a signature.
+bool draw_chunk(Input& input, ByteWriter& to, bool is_signed) {
   static OwnContent own(network::kClasses + 2);
   static std::array<std::byte, most_coded_bytes(kBlockLayers)> code;
   ChunkHeader header{.id = drawn_id(input), .range = drawn_range(input)};
@@ -143,12 +177,15 @@ void draw_chunk(Input& input, ByteWriter& to) {
   header.relayed = (flags & 1U) != 0;
   header.partial = (flags & 2U) != 0;
   header.statement = drawn_statement(input, header.id, header.range);
+  const bool at_end = is_signed && !header.relayed;
+  if (at_end) to.keep_free(kSignatureBytes);
   write_chunk_header(to, header);
   RecordWriter writer(to, header.range);
+  Datagram proof;
   std::uint32_t version = header.range.first - 1;
   for (int n = input.below(12); n > 0; --n) {
     const unsigned how = input.u8();
-    if (header.range.last - version < 1U + (how & 3U)) return;
+    if (header.range.last - version < 1U + (how & 3U)) break;
     version += 1U + (how & 3U);
     const std::uint32_t part = std::min((how >> 2U) & 3U, version - 1);
     const auto layers = static_cast<std::uint8_t>(1U + (how >> 4U) % kAllLayers);
@@ -160,25 +197,37 @@ void draw_chunk(Input& input, ByteWriter& to) {
     const auto at = [what](unsigned bit) {
       return static_cast<std::int32_t>((what >> bit) & 1U) - 1;
     };
+    if (is_signed && header.relayed) proof = unsigned_proof(what);
     if (!writer.write({.block = {at(3), at(4), at(5)},
                        .version = {.number = version, .first = version - part, .layers = layers},
-                       .coded = std::span(code).first(size)}))
-      return;
+                       .coded = std::span(code).first(size),
+                       .proof = proof}))
+      break;
   }
+  return at_end;
+}
+
+/// True iff the body ends with a signature, which there is room for.
+bool draw(Input& input, DatagramKind kind, bool is_signed, ByteWriter& to) {
+  if (kind == DatagramKind::kChunk) return draw_chunk(input, to, is_signed);
+  const bool at_end = is_signed && (is_control(kind) || kind == DatagramKind::kFrame);
+  if (at_end) to.keep_free(kSignatureBytes);
+  if (kind == DatagramKind::kAnnounce) draw_announcement(input, to);
+  if (kind == DatagramKind::kRequest) draw_request(input, to);
+  if (kind == DatagramKind::kFrame) draw_frame(input, to);
+  if (kind == DatagramKind::kStatement) draw_statement(input, to, is_signed);
+  if (kind == DatagramKind::kDescription) draw_description(input, to);
+  if (kind == DatagramKind::kConflict) draw_conflict(input, to);
+  return at_end;
 }
 
 }  // namespace
 
-Datagram drawn_body(Input& input, DatagramKind kind) {
+Datagram drawn_body(Input& input, DatagramKind kind, bool is_signed) {
   Datagram body(kMostBodyBytes);
   ByteWriter to(body);
-  if (kind == DatagramKind::kAnnounce) draw_announcement(input, to);
-  if (kind == DatagramKind::kRequest) draw_request(input, to);
-  if (kind == DatagramKind::kChunk) draw_chunk(input, to);
-  if (kind == DatagramKind::kFrame) draw_frame(input, to);
-  if (kind == DatagramKind::kStatement) draw_statement(input, to);
-  if (kind == DatagramKind::kDescription) draw_description(input, to);
-  body.resize(to.size());
+  const bool at_end = draw(input, kind, is_signed, to);
+  body.resize(to.size() + (at_end ? kSignatureBytes : 0));
   return body;
 }
 
@@ -194,11 +243,12 @@ bool is_sealed(Bytes datagram) {
                                    datagram.last<kTagBytes>());
 }
 
-Datagram forged(DatagramHeader header, Bytes body) {
+Datagram forged(const DatagramHeader& header, Bytes body) {
   Datagram datagram(kHeaderBytes + body.size() + kTagBytes);
   ByteWriter to(datagram);
   write_header(to, header);
   to.bytes(body);
+  if (header.is_signed) static_cast<void>(sign(datagram));
   seal(datagram);
   return datagram;
 }

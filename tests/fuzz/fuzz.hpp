@@ -36,6 +36,8 @@ void octrees(Bytes bytes);
 void messages(Bytes bytes);
 /// Sensors' messages, whole and in fragments, and queries.
 void sensors(Bytes bytes);
+/// Statuses of robots, with session, sequence, signature and tag, and who is in their table.
+void status(Bytes bytes);
 /// Files of datasets and keys.
 void text_files(Bytes bytes);
 /// Frames of a vehicle's bus: whatever is used is a pose that may be.

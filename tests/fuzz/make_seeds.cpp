@@ -14,8 +14,8 @@
 #include "fuzz/forged_datagram.hpp"
 #include "fuzz/sensor_seeds.hpp"
 #include "network/simulated_network.hpp"
-#include "tessera/exchange/block_codec.hpp"
-#include "tessera/map/packed_block.hpp"
+#include "tessera/exchange/internal/block_codec.hpp"
+#include "tessera/map/internal/packed_block.hpp"
 #include "tessera/map/stored_block.hpp"
 #include "unit/exchange/sample_content.hpp"
 
@@ -88,8 +88,9 @@ void blocks(Corpus& corpus) {
 }
 
 /// What robots say while they find each other.
-std::vector<Datagram> spoken() {
-  network::Network network(2, {.loss = 0.2}, 2);
+std::vector<Datagram> spoken(bool with_signatures) {
+  network::Network network(2, {.loss = 0.2}, 2, network::Network::default_replicas(), {},
+                           with_signatures);
   std::vector<Datagram> said;
   Datagram datagram(kMostDatagramBytes);
   for (int tick = 0; tick < 300; ++tick) {
@@ -110,20 +111,22 @@ std::vector<Datagram> spoken() {
   return said;
 }
 
-void datagrams(Corpus& corpus) {
-  std::array<int, 8> of_kind{};
-  for (const Datagram& datagram : spoken()) {
-    const unsigned kind = std::to_integer<unsigned>(datagram[3]);
+void datagrams(Corpus& corpus, bool with_signatures) {
+  // Of each kind its part in the body "wire".
+  constexpr std::array<unsigned, 9> kParts{0, 1, 2, 3, 7, 0, 4, 5, 6};
+  std::array<int, 128> of_kind{};
+  for (const Datagram& datagram : spoken(with_signatures)) {
+    const unsigned kind = std::to_integer<unsigned>(datagram[3]) & 0x7fU;
     if (of_kind[kind]++ >= 5) continue;
     const Bytes body =
         Bytes(datagram).subspan(kHeaderBytes, datagram.size() - kHeaderBytes - kTagBytes);
     Seed header;
     corpus.add("wire", header.u8(0).all(Bytes(datagram).first(kHeaderBytes)));
     Seed one;
-    if (kind < 5) corpus.add("wire", one.u8(kind).all(body));
+    if (kind < kParts.size()) corpus.add("wire", one.u8(kParts[kind]).all(body));
     // As it is, then from one who has the key, before and after the frame of its contribution.
     Seed heard;
-    heard.u8(kind & 1U);
+    heard.u8((kind & 1U) + (with_signatures ? 2U : 0U));
     heard.u8(0).u16(datagram.size()).all(datagram);
     heard.u8(1).u8(kind).u8(7).u8(1).u16(body.size()).all(body);
     heard.u8(1).u8(4).u8(7).u8(1).u16(112).all(body.first(std::min<std::size_t>(12, body.size())));
@@ -142,7 +145,7 @@ void programs(Corpus& corpus) {
   Random random(3);
   for (int i = 0; i < 40; ++i) {
     Seed one;
-    one.u8(static_cast<unsigned>(i) & 1U);
+    one.u8(static_cast<unsigned>(i) & 3U);
     for (int steps = 5 + random.below(60); steps > 0; --steps) {
       constexpr std::array<unsigned, 12> kSteps{2, 3, 4, 5, 6, 8, 8, 6, 8, 3, 7, 8};
       one.u8(kSteps[static_cast<std::size_t>(random.below(12))]);
@@ -151,7 +154,7 @@ void programs(Corpus& corpus) {
     }
     corpus.add("exchange", one);
     Seed team;
-    team.u8(static_cast<unsigned>(random.below(2)));
+    team.u8(static_cast<unsigned>(random.below(2)) + (i % 2 == 0 ? 0x80U : 0U));
     for (int steps = 3 + random.below(40); steps > 0; --steps) {
       for (int n = 4; n > 0; --n) team.u8(static_cast<unsigned>(random.below(256)));
     }
@@ -169,7 +172,7 @@ void lies(Corpus& corpus) {
     const unsigned id = kIds[static_cast<std::size_t>(i) % kIds.size()];
     const auto any = [&random](int below) { return static_cast<unsigned>(random.below(below)); };
     Seed seed;
-    seed.u8(i % 5 == 0 ? 1 : 0);
+    seed.u8((i % 5 == 0 ? 1U : 0U) + (i % 2 == 0 ? 2U : 0U));
     for (int step = 0; step < 24; ++step) {
       const unsigned what = step == 0 ? 0 : any(7);
       const unsigned sender = 0x60;
@@ -237,7 +240,7 @@ void maps(Corpus& corpus) {
     const Block* const block = map.find({0, 0, 0});
     if (block == nullptr) continue;
     std::vector<std::byte> coded(most_block_bytes(map.num_components()));
-    coded.resize(encode_block(map, *block, coded));
+    coded.resize(save_block(map, *block, coded));
     Seed stored;
     const unsigned how = 3U + (i % 2 == 0 ? 0U : 4U) + (static_cast<unsigned>(classes - 1) << 3U);
     corpus.add("map_file", stored.u8(how).all(coded));
@@ -281,15 +284,17 @@ int main(int argc, char** argv) {
   }
   tessera::fuzz::Corpus corpus(argv[1]);
   tessera::fuzz::blocks(corpus);
-  tessera::fuzz::datagrams(corpus);
+  for (const bool with_signatures : {false, true})
+    tessera::fuzz::datagrams(corpus, with_signatures);
   tessera::fuzz::programs(corpus);
   tessera::fuzz::lies(corpus);
   tessera::fuzz::maps(corpus);
   tessera::fuzz::texts(corpus);
-  for (const std::vector<std::byte>& input : tessera::fuzz::sensor_seeds())
-    corpus.add("sensors", tessera::fuzz::Seed().all(input));
-  for (const std::vector<std::byte>& input : tessera::fuzz::image_seeds())
-    corpus.add("depth_images", tessera::fuzz::Seed().all(input));
-  for (const std::vector<std::byte>& input : tessera::fuzz::toml_seeds())
-    corpus.add("text_files", tessera::fuzz::Seed().all(input));
+  const auto add_all = [&](const char* target, const std::vector<std::vector<std::byte>>& inputs) {
+    for (const auto& input : inputs) corpus.add(target, tessera::fuzz::Seed().all(input));
+  };
+  add_all("sensors", tessera::fuzz::sensor_seeds());
+  add_all("status", tessera::fuzz::status_seeds());
+  add_all("depth_images", tessera::fuzz::image_seeds());
+  add_all("text_files", tessera::fuzz::toml_seeds());
 }

@@ -4,8 +4,8 @@
 #include <tessera_query.hpp>
 
 #include "fuzz/sensor_seeds.hpp"
-#include "lcm/long_message.hpp"
-#include "lcm/sensor_sender.hpp"
+#include "link/long_message.hpp"
+#include "link/sensor_sender.hpp"
 
 namespace tessera::fuzz {
 namespace {

@@ -8,8 +8,8 @@
 
 #include "fuzz/fuzz.hpp"
 #include "oracle/mapper.hpp"
-#include "tessera/base/byte_io.hpp"
-#include "tessera/base/crc32.hpp"
+#include "tessera/base/internal/byte_io.hpp"
+#include "tessera/base/internal/crc32.hpp"
 #include "tessera/map/queries.hpp"
 #include "tessera/map/stored_block.hpp"
 
@@ -162,7 +162,7 @@ void one_block(Bytes bytes, int classes, TuplePolicy policy) {
   config.storage_bytes = one_block_storage(policy, classes + 2);
   OwnMap own(config, oracle::numbered_classes(classes));
   LocalMap& map = *own;
-  const MapFileStatus status = decode_block(bytes, map);
+  const MapFileStatus status = restore_block(bytes, map);
   require(status.ok() || status.what[0] != '\0', "an error without a word");
   require(status.offset_bytes <= bytes.size() + 4, "an error beyond the end");
   if (!status.ok()) return;
@@ -171,10 +171,10 @@ void one_block(Bytes bytes, int classes, TuplePolicy policy) {
   ByteReader key(bytes);
   const Block* const block = map.find(unpack(BlockKey{key.u64()}));
   require(block != nullptr, "another block");
-  coded.resize(encode_block(map, *block, coded));
+  coded.resize(save_block(map, *block, coded));
   require(!coded.empty(), "a block without anything");
   OwnMap other(config, oracle::numbered_classes(classes));
-  require(decode_block(coded, *other).ok(), "what was coded is not decoded");
+  require(restore_block(coded, *other).ok(), "what was coded is not decoded");
   require(digest_of(map) == digest_of(*other), "another digest");
 }
 

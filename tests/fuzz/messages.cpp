@@ -5,9 +5,9 @@
 #include <string>
 
 #include "fuzz/fuzz.hpp"
-#include "lcm/sender_table.hpp"
-#include "lcm/short_message.hpp"
-#include "lcm/udpm_url.hpp"
+#include "link/sender_table.hpp"
+#include "link/short_message.hpp"
+#include "link/udpm_url.hpp"
 
 namespace tessera::fuzz {
 

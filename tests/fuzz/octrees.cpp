@@ -4,7 +4,7 @@
 #include <string_view>
 
 #include "fuzz/fuzz.hpp"
-#include "octomap/octree_reader.hpp"
+#include "maps/octree_reader.hpp"
 #include "support/heap_peak.hpp"
 #include "support/reader_memory.hpp"
 

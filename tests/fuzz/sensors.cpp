@@ -4,10 +4,10 @@
 #include <vector>
 
 #include "fuzz/fuzz.hpp"
-#include "lcm/fragment_assembler.hpp"
-#include "lcm/query_messages.hpp"
-#include "lcm/sensor_messages.hpp"
-#include "lcm/sensor_sender.hpp"
+#include "link/fragment_assembler.hpp"
+#include "link/query_messages.hpp"
+#include "link/sensor_messages.hpp"
+#include "link/sensor_sender.hpp"
 
 namespace tessera::fuzz {
 namespace {

@@ -56,8 +56,9 @@ T made(Result<T> result) {
 
 }  // namespace
 
-SmallRobot::SmallRobot(std::uint32_t number, std::uint32_t session, bool has_map)
-    : has_map_(has_map), memory_(take_memory(has_map)) {
+SmallRobot::SmallRobot(std::uint32_t number, std::uint32_t session, bool has_map,
+                       bool with_signatures)
+    : has_map_(has_map), key_(number), memory_(take_memory(has_map)) {
   Arena arena(memory_->span());
   ExchangeConfig config = kExchange;
   config.robot = number;
@@ -69,7 +70,8 @@ SmallRobot::SmallRobot(std::uint32_t number, std::uint32_t session, bool has_map
     replicas_ = made(Replicas::make(arena, kReplicas));
   }
   exchange_ = made(Exchange::make(arena, config, has_map ? store_of(global_) : store_of(replicas_),
-                                  crc_authenticator(), classes));
+                                  crc_authenticator(), classes,
+                                  with_signatures ? key_.signatures() : Signatures{}));
   content_ = made(BlockContent::make(arena, kComponents));
   require(exchange_.open(session, 0, Matrix34d::Identity()) == Status::kOk, "open");
 }

@@ -22,8 +22,8 @@ class SmallRobot {
                                             .bytes_per_s = 100'000,
                                             .burst_bytes = 4 * kMostDatagramBytes};
 
-  /// Opens contribution (number, session, 0).
-  SmallRobot(std::uint32_t number, std::uint32_t session, bool has_map);
+  /// Opens contribution (number, session, 0). with_signatures: toy ones.
+  SmallRobot(std::uint32_t number, std::uint32_t session, bool has_map, bool with_signatures);
   SmallRobot(const SmallRobot&) = delete;
   SmallRobot& operator=(const SmallRobot&) = delete;
   ~SmallRobot();
@@ -40,6 +40,7 @@ class SmallRobot {
 
  private:
   bool has_map_;
+  network::ToySignatures key_;
   std::unique_ptr<oracle::AlignedMemory> memory_;
   Replicas replicas_;
   GlobalMap global_;

@@ -7,17 +7,17 @@
 #include <string>
 #include <vector>
 
-#include "dataset/calibration.hpp"
-#include "dataset/dataset.hpp"
-#include "dataset/number_row.hpp"
-#include "dataset/poses.hpp"
-#include "dataset/transform_file.hpp"
+#include "base/number_row.hpp"
 #include "fuzz/fuzz.hpp"
-#include "security/key_file.hpp"
+#include "link/key_file.hpp"
+#include "scans/calibration.hpp"
+#include "scans/dataset.hpp"
+#include "scans/poses.hpp"
+#include "scans/transform_file.hpp"
 #include "support/heap_peak.hpp"
 #include "support/reader_memory.hpp"
 #include "support/temporary_folder.hpp"
-#include "tessera/base/crc32.hpp"
+#include "tessera/base/internal/crc32.hpp"
 
 namespace tessera::fuzz {
 

@@ -1,10 +1,9 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-#include "tessera/exchange/wire.hpp"
-
 #include <algorithm>
 
-#include "fuzz/fuzz.hpp"
+#include "fuzz/forged_datagram.hpp"
+#include "tessera/exchange/conflicts.hpp"
 
 namespace tessera::fuzz {
 
@@ -32,7 +31,7 @@ struct Echo {
 void header(Echo& echo) {
   DatagramHeader header;
   if (!read_header(echo.from, header)) return;
-  require(header.kind >= DatagramKind::kAnnounce && header.kind <= DatagramKind::kDescription,
+  require(header.kind >= DatagramKind::kAnnounce && static_cast<unsigned>(header.kind) <= kMostKind,
           "kind");
   write_header(echo.to, header);
   echo.check();
@@ -117,11 +116,19 @@ void frame(Echo& echo) {
   echo.check();
 }
 
+void conflict(Echo& echo) {
+  ConflictBody conflict;
+  if (!read_conflict(echo.from, conflict)) return;
+  require(write_conflict(echo.to, conflict), "read and not written");
+  require(echo.to.size() <= kMostConflictBytes, "longer than it can be");
+  echo.check();
+}
+
 }  // namespace
 
 void wire(Bytes bytes) {
   Input input(bytes);
-  const int kind = input.below(7);
+  const int kind = input.below(8);
   Echo echo(input.bytes(kMostDatagramBytes));
   switch (kind) {
     case 0:
@@ -136,6 +143,8 @@ void wire(Bytes bytes) {
       return statement(echo);
     case 5:
       return description(echo);
+    case 6:
+      return conflict(echo);
     default:
       return frame(echo);
   }

@@ -39,7 +39,7 @@ def main():
         if not (pages / "index.html").exists() or not (pages / "classtessera_1_1LocalMap.html").exists():
             print("Doxygen wrote no reference", file=sys.stderr)
             return 1
-        _, text = messages(root, doxygen, folder, "WARN_IF_UNDOCUMENTED = YES", "WARN_AS_ERROR = NO", "GENERATE_HTML = NO", "GENERATE_XML = YES")
+        _, text = messages(root, doxygen, folder, "WARN_IF_UNDOCUMENTED = YES", "WARN_AS_ERROR = NO", "EXCLUDE_PATTERNS =", "GENERATE_HTML = NO", "GENERATE_XML = YES")
         if "is not documented" not in text:
             print("Doxygen does not say what is undocumented any more; mend this gate", file=sys.stderr)
             return 1

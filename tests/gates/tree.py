@@ -11,6 +11,7 @@ import tracked
 TOP = {"CMakeLists.txt", "CMakePresets.json", "LICENSE", "README.md", "pyproject.toml",
        "lib", "platform", "examples", "lcmtypes", "tests", "bench", "docs"}
 MAX_LINES = 300
+MAX_COLUMNS = 160  # Of Markdown: a line, and a cell of a table, whose rows may be longer.
 # Files that may be longer, each with its number of lines and the reason why splitting it would make it worse.
 LONGER = {
     "tests/laws/scan_cases.cpp": 428,  # One generator: each part draws from what the others drew.
@@ -21,6 +22,7 @@ WORDS = re.compile(r"\b(" + "|".join(["TO" + "DO", "FIX" + "ME", "X" * 3]) + r")
 # Folders of one machine. Paths that the system itself has everywhere, as /usr, /dev and /proc, are none of these.
 MACHINE_PATH = re.compile(r"(?<![\w./$}>~-])/(home|root|Users|work|farm|mnt|opt|media|tmp|scratch)/[\w.-]+")
 LICENCE = "SPDX-License-Identifier: Apache-2.0"
+PAGE = re.compile(r"(?<![\w/.$-])docs/[\w./-]+\.(?:md|png|dbc)\b")
 SIGNED = (*tracked.CODE, ".py", ".sh", ".cmake", ".in", ".lcm")
 
 
@@ -37,6 +39,23 @@ def text_faults(path, text):
     for number, line in enumerate(lines, 1):
         for match in (*WORDS.finditer(line), *MACHINE_PATH.finditer(line)):
             yield f"line {number} has {match.group(0)}"
+    if path.suffix == ".md":
+        yield from page_faults(lines)
+
+
+def page_faults(lines):
+    block = False
+    for number, line in enumerate(lines, 1):
+        block ^= line.lstrip().startswith("```")
+        of_table = line.lstrip().startswith("|") and not block
+        parts = re.split(r"(?<!\\)\|", line) if of_table else [line]
+        if max(len(part.strip() if of_table else part) for part in parts) > MAX_COLUMNS:
+            yield f"line {number} has more than {MAX_COLUMNS} columns" + " in a cell" * of_table
+
+
+def missing_pages(text, names):
+    """Pages that a text names and that are not there."""
+    yield from (f"names {page}, which is not there" for page in sorted({*PAGE.findall(text)} - names))
 
 
 def name_faults(path):
@@ -63,24 +82,31 @@ def self_test():
 
     good = f"// {LICENCE}\n#pragma once\n"
     assert not refused("lib/a.hpp", good)
-    assert not refused("docs/a.md", "see `/usr/include`, `../shared/data`, ${HOME}/opt/x and https://a.org/home/x\n")
+    assert not refused("README.md", "see `/usr/include`, `../shared/data`, ${HOME}/opt/x and https://a.org/home/x\n")
     assert refused("scripts/a.md", "")
     assert refused("lib/A.hpp", good)
     assert refused("lib/a.hpp", "#pragma once\n")
     assert refused("lib/a.hpp", f"// {LICENCE}\n")
     assert refused("lib/a.hpp", good + "//\n" * MAX_LINES)
-    assert refused("docs/a.md", "TO" + "DO: say more\n")
-    assert refused("docs/a.md", "run it in /ho" + "me/somebody/tessera\n")
+    assert refused("README.md", "TO" + "DO: say more\n")
+    assert refused("README.md", "run it in /ho" + "me/somebody/tessera\n")
+    assert not refused("README.md", "a" * MAX_COLUMNS + "\n| " + "a" * MAX_COLUMNS + " | b |\n")
+    assert refused("README.md", "a" * MAX_COLUMNS + "a\n")
+    assert refused("README.md", "| b | " + "a" * MAX_COLUMNS + "a |\n")
+    gone = "docs/" + "gone.md"
+    assert [*missing_pages(f"see {gone}, and docs/README.md", {"docs/README.md"})] == [f"names {gone}, which is not there"]
 
 
 def main():
     self_test()
     root = pathlib.Path(sys.argv[1])
     found = []
+    names = {str(path) for path in tracked.files(root)}
     for path in tracked.files(root):
         text = tracked.text(root, path)
         if path.name == "LICENSE":
             continue
+        found += [f"{path}: {fault}" for fault in missing_pages(text or "", names)]
         found += [f"{path}: {fault}" for fault in (*name_faults(path), *(text_faults(path, text) if text else ()))]
     headers = {str(path.relative_to("lib")) for path in tracked.files(root)
                if path.is_relative_to("lib/include") and path.suffix in (".hpp", ".h")}

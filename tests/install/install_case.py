@@ -25,8 +25,8 @@ COMMAND_FILES = {
     *(f"share/man/man1/tessera-{name}.1.gz" for name in SUBCOMMANDS),
     *(f"share/tessera/lcmtypes/{path.name}" for path in (SOURCE / "lcmtypes").glob("*.lcm")),
     "share/tessera/can/tessera.dbc",
-    *(f"share/doc/tessera/{path.name}" for path in (SOURCE / "docs").glob("*.md") if path.name != "changelog.md"),
-    *(f"share/doc/tessera/{path.name}" for path in (SOURCE / "docs").glob("*.png")),
+    *(f"share/doc/tessera/{path.relative_to(SOURCE / 'docs')}" for kind in ("*.md", "*.png") for path in (SOURCE / "docs").rglob(kind)
+      if path.name != "changelog.md"),
     "share/doc/tessera/copyright",
     "share/doc/tessera/changelog.gz",
 }

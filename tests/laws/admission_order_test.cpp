@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // Which points a scan that does not fit keeps: near before far, sparse before dense.
-#include "tessera/inference/admission_order.hpp"
+#include "tessera/inference/internal/admission_order.hpp"
 
 #include <algorithm>
 #include <array>

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "oracle/mapper.hpp"
-#include "tessera/base/digest.hpp"
+#include "tessera/base/internal/digest.hpp"
 
 namespace tessera::oracle {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "oracle/cloud.hpp"
 #include "oracle/team.hpp"
-#include "tessera/exchange/block_codec.hpp"
+#include "tessera/exchange/internal/block_codec.hpp"
 
 namespace tessera::oracle {
 namespace {

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "tessera/base/digest.hpp"
+#include "tessera/base/internal/digest.hpp"
 #include "tessera/map/local_map.hpp"
 
 namespace tessera::oracle {

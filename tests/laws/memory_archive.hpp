@@ -32,10 +32,11 @@ class MemoryArchive {
             },
             [](void* context, LocalMap& map, BlockKey key) {
               return static_cast<MemoryArchive*>(context)->reload(map, key);
-            }};
+            },
+            [](void* context) { static_cast<MemoryArchive*>(context)->blocks_.clear(); }};
   }
   Status reload(LocalMap& map, BlockKey key) {
-    const Status status = decode_block(blocks_.at(key.bits), map).status;
+    const Status status = restore_block(blocks_.at(key.bits), map).status;
     if (status == Status::kOk) blocks_.erase(key.bits);
     return status;
   }
@@ -57,7 +58,7 @@ class MemoryArchive {
   }
   static std::vector<std::byte> encoded(const LocalMap& map, const Block& block) {
     std::vector<std::byte> bytes(most_block_bytes(map.num_components()));
-    bytes.resize(encode_block(map, block, bytes));
+    bytes.resize(save_block(map, block, bytes));
     return bytes;
   }
   bool evict(const LocalMap& map, const Block& block) {
@@ -67,7 +68,8 @@ class MemoryArchive {
     const auto earlier = blocks_.find(block.key);
     if (earlier != blocks_.end()) {
       one_block_.clear();
-      if (!decode_block(earlier->second, one_block_).ok() || !decode_block(bytes, one_block_).ok())
+      if (!restore_block(earlier->second, one_block_).ok() ||
+          !restore_block(bytes, one_block_).ok())
         throw std::logic_error("a block cannot be decoded");
       bytes = encoded(one_block_, *one_block_.find(unpack(BlockKey{block.key})));
       ++merged_;

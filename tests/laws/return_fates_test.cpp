@@ -177,4 +177,46 @@ TEST_CASE("hits on borders: a wall on the lattice, and scarce ray blocks") {
   }
 }
 
+TEST_CASE("returns: a hit and a return beyond the range on the grid's lower face are kept") {
+  // The grid is half open: its lower face is inside. Nothing is scarce, so nothing is refused.
+  constexpr double kVoxel_m = 0.125;
+  constexpr double kFace_m = -kVoxelLimit * kVoxel_m;
+  const InferenceConfig config = [] {
+    InferenceConfig made = counting_config();
+    made.max_range_m = 7.0F;  // the length of (-2, 6, 3)
+    made.free_space.neighbour_angle_rad = 0.0F;
+    made.free_space.margin_voxels = 0.0F;
+    return made;
+  }();
+  const bool is_far = GENERATE(false, true);
+  Mapper mapper(uncapped_map(kVoxel_m), config, 5);
+  std::uint32_t kept = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (int i = 0; i < 200; ++i) {
+      CAPTURE(is_far, axis, i);
+      // A ray that ends on the face and on a border of voxels; far: at the range limit.
+      Matrix34d T = Matrix34d::Identity();
+      T(axis, 3) = kFace_m + (is_far ? 2.0 : 0.03125 * (1 + i));
+      const int other = (axis + 1 + i % 2) % 3;
+      const int last = 3 - axis - other;
+      T(last, 3) = 0.03125 * i;
+      Eigen::Vector3d p;
+      p[axis] = kFace_m - T(axis, 3);
+      p[other] = 6.0;
+      p[last] = i % 3 == 0 ? -3.0 : 3.0;
+      if (is_far) p *= 2.0;
+      if (p.norm() >= 7.0 && !is_far) continue;
+      Cloud cloud;
+      cloud.add(p.x(), p.y(), p.z(), 1);
+      const ScanReport report = mapper.integrate(cloud, T);
+      CHECK(report.left_out() == 0);
+      CHECK(report.beyond_range == (is_far ? 1U : 0U));
+      CHECK(report.rays == 1);
+      CHECK(not_in_map(mapper) == 0);
+      kept += report.rays;
+    }
+  }
+  CHECK(kept > 100);
+}
+
 }  // namespace tessera::oracle

@@ -230,7 +230,7 @@ Broken check_parts(const Seen& seen, const MapContent& whole) {
 
 /// What is kept is exactly what is in the map: the returns behind the kept points and rays, alone
 /// in a map where nothing is scarce, give the same points, rays and map.
-Broken check_kept(const Seen& seen, Registration& registered, Mapper& roomy, CaseTally& tally) {
+Broken check_kept(const Seen& seen, Registration& registered, Mapper& roomy) {
   std::vector<bool> chosen(seen.returns.size(), false);
   if (!choose_returns(registered.points, seen.integrator.admitted(), chosen) ||
       !choose_returns(registered.rays, seen.integrator.admitted_rays(), chosen))
@@ -240,10 +240,6 @@ Broken check_kept(const Seen& seen, Registration& registered, Mapper& roomy, Cas
     if (chosen[i]) kept.push_back(seen.returns[i]);
   }
   const ScanReport report = roomy.integrate(cloud_of(kept), seen.scan_case.T_map_sensor);
-  if (refused_at_lower_face(seen.scan_case, report)) {
-    ++tally.at_lower_face;
-    return {};
-  }
   if (report.left_out() != 0) return "the roomy map leaves something out";
   if (!same_points(roomy.integrator().admitted(), seen.integrator.admitted()))
     return "the points kept are not those of their returns alone";
@@ -265,7 +261,7 @@ Broken check_scan(const Seen& seen, Registration& registered, Mapper& roomy, Cas
   if (!broken) broken = check_thinned(seen, registered);
   if (!broken) broken = check_freed(seen, tally);
   if (!broken) broken = check_counted(seen);
-  if (!broken) broken = check_kept(seen, registered, roomy, tally);
+  if (!broken) broken = check_kept(seen, registered, roomy);
   tally.kept_points += static_cast<int>(seen.report.points_kept());
   tally.left_out += seen.report.left_out() > 0 ? 1 : 0;
   tally.cut += seen.report.tiles_cut + seen.report.rays_cut + seen.report.ray_blocks_cut > 0;
@@ -284,10 +280,6 @@ std::optional<std::string> broken_law(const ScanCase& scan_case, Digest& digest,
     if (returns->empty() && !under_test) continue;
     Registration registered;
     if (Broken broken = register_scan(scan_case, *returns, registered)) return broken;
-    if (registered.at_lower_face) {
-      ++tally.at_lower_face;
-      return std::nullopt;
-    }
     const Cloud cloud = cloud_of(*returns);
     const ScanView view = cloud.view(scan_case.T_map_sensor);
     ScanReport report;

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "laws/scan_cases.hpp"
-#include "tessera/base/digest.hpp"
+#include "tessera/base/internal/digest.hpp"
 
 namespace tessera::oracle {
 
@@ -17,7 +17,6 @@ struct CaseTally {
   int cut = 0;           ///< Scans of which a deadline left something unwritten.
   int freed_voxels = 0;  ///< Voxels that passed the test of being crossed.
   int kept_points = 0;
-  int at_lower_face = 0;  ///< Cases left at the known defect that refused_at_lower_face() is about.
 };
 
 /// Integrates a case and holds it against the laws; the first that is broken, in words. Adds the

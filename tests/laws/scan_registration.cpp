@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <sstream>
 
@@ -139,12 +140,6 @@ std::vector<Group> grouped(const std::vector<Registered>& places, double cell_m)
 
 }  // namespace
 
-bool refused_at_lower_face(const ScanCase& scan_case, const ScanReport& report) {
-  const std::uint32_t refused = report.rays_refused_memory + report.refused_ray_blocks;
-  return static_cast<Place>(scan_case.row[8]) == Place::kLowerEdge && refused > 0 &&
-         report.left_out() == refused;
-}
-
 std::optional<std::string> register_scan(const ScanCase& scan_case,
                                          const std::vector<Return>& returns, Registration& into) {
   std::vector<Return> numbered = returns;
@@ -159,8 +154,6 @@ std::optional<std::string> register_scan(const ScanCase& scan_case,
                 {.points = 64, .tiles = 2048, .ray_blocks = 2048});
   into.report = mapper.integrate(cloud_of(numbered), scan_case.T_map_sensor);
   if (into.report.pose != Status::kOk) return std::nullopt;
-  into.at_lower_face = refused_at_lower_face(scan_case, into.report);
-  if (into.at_lower_face) return std::nullopt;
   if (into.report.left_out() != 0) return "a roomy integrator leaves something out";
   std::vector<std::optional<Fate>> fates(returns.size());
   std::vector<Registered> points;
@@ -221,7 +214,9 @@ bool choose_returns(std::vector<Group>& groups, std::span<const ScanPoint> kept,
   for (const ScanPoint& point : kept) {
     const Point3d p = point.p_map.cast<double>();
     std::size_t nearest = groups.size();
-    double least = 2.0 * kRounding * p.cwiseAbs().maxCoeff();
+    // Subnormal floats are as far from each other as the least.
+    double least = 2.0 * kRounding * p.cwiseAbs().maxCoeff() +
+                   2.0 * static_cast<double>(std::numeric_limits<float>::denorm_min());
     for (std::size_t k = 0; k < groups.size(); ++k) {
       const std::size_t at = (next + k) % groups.size();
       const Group& group = groups[at];

@@ -21,17 +21,11 @@ struct Group {
   bool taken = false;
 };
 
-/// Known defect, to be mended: the walk of a ray that ends on the grid's lower face may leave the
-/// grid by a rounding, and the ray is refused as if ray blocks were short. True iff that is all
-/// that a scan near that face left out.
-[[nodiscard]] bool refused_at_lower_face(const ScanCase& scan_case, const ScanReport& report);
-
 struct Registration {
   ScanReport report{};
   std::vector<Group> points;  ///< Of returns in range.
   std::vector<Group> rays;    ///< Of returns beyond the range; none without free space.
   std::size_t in_range = 0;
-  bool at_lower_face = false;
 };
 
 /// Fills `into`; what is wrong with the library's registration, if anything is.

@@ -11,8 +11,8 @@
 #include "oracle/carving_oracle.hpp"
 #include "oracle/cloud.hpp"
 #include "oracle/random.hpp"
-#include "tessera/base/bits.hpp"
-#include "tessera/inference/free_space.hpp"
+#include "tessera/base/internal/bits.hpp"
+#include "tessera/inference/internal/free_space.hpp"
 
 namespace tessera::oracle {
 namespace {
@@ -149,6 +149,47 @@ TEST_CASE(
     }));
     CHECK(asked == room + 1);
     for (const auto& [block, words] : some) CHECK(words == whole.at(block));
+  }
+}
+
+TEST_CASE("slab walk: a ray that ends on a face of the grid stays in the grid") {
+  // The walk's steps are rounded. Where it comes into its last slab at its end, on a border of
+  // voxels, their sum must not lead out of the grid.
+  constexpr double kLowest = -kVoxelLimit;
+  const double highest = std::nextafter(static_cast<double>(kVoxelLimit), 0.0);
+  Random random(announce_seed(49));
+  for (int round = 0; round < 20000; ++round) {
+    const double reach = round % 2 == 0 ? 30.0 : 2000.0;
+    const bool is_lower = round % 4 < 2;
+    Point3d a;
+    Point3d b;
+    const auto to_border = [&](double v) { return random.below(2) == 0 ? std::round(v) : v; };
+    for (int i = 0; i < 3; ++i) {
+      // On the face, near it, or on an axis where the faces are far.
+      const int kind = random.below(4);
+      const double face = is_lower ? kLowest : highest;
+      const double origin = kind == 0 ? 0.0 : face;
+      const double inwards = is_lower ? 1.0 : -1.0;
+      a[i] = origin + inwards * to_border(random.uniform(0.5, reach));
+      b[i] = kind > 1 ? face : origin + inwards * to_border(random.uniform(0.0, reach));
+    }
+    CAPTURE(round, a, b);
+    const auto count_outside = [](const SlabWalk& walk) {
+      int outside = 0;
+      VoxelMask nowhere{};
+      CHECK(walk.for_blocks([&](BlockCoord block) {
+        outside += in_grid(block) ? 0 : 1;
+        return true;
+      }));
+      CHECK(walk.walk<true>([&](BlockCoord block) {
+        outside += in_grid(block) ? 0 : 1;
+        return nowhere.data();
+      }));
+      return outside;
+    };
+    REQUIRE(count_outside(SlabWalk(a, b, 1.0)) == 0);
+    REQUIRE(count_outside(SlabWalk(a, b, std::nextafter(1.0, 0.0))) == 0);
+    REQUIRE(count_outside(SlabWalk(a, b, random.uniform(1e-6, 1.0))) == 0);
   }
 }
 

@@ -8,7 +8,7 @@
 #include "oracle/carving_oracle.hpp"
 #include "oracle/cloud.hpp"
 #include "oracle/random.hpp"
-#include "tessera/grid/segment.hpp"
+#include "tessera/grid/internal/segment.hpp"
 
 namespace tessera::oracle {
 

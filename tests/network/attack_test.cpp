@@ -1,38 +1,15 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // What recordings, forged sessions, lost counters and members that lie can do: nothing that lasts
-// (docs/threat-model.md).
+// (docs/design/threat-model.md).
 #include <algorithm>
 #include <catch2/catch.hpp>
 
 #include "network/forger.hpp"
-#include "network/simulated_network.hpp"
+#include "network/team.hpp"
 
 namespace tessera::network {
 namespace {
-
-constexpr std::int64_t kSecond = 1'000'000;
-
-struct Team : Network {
-  Team(int robots, std::uint64_t seed, bool with_signatures = true, const Link& link = {},
-       const ExchangeConfig& config = {})
-      : Network(robots, link, oracle::announce_seed(seed), default_replicas(), config,
-                with_signatures) {}
-  void publish(int i, int blocks, int from_x = 0) {
-    for (int block = 0; block < blocks; ++block)
-      REQUIRE(robot(i).publish(*pack({from_x + block, i, 0}), random(), 30).ok());
-  }
-  [[nodiscard]] ExchangeReport report(int i) { return robot(i).exchange().report(); }
-  void say(int to, const std::vector<std::byte>& datagram) {
-    robot(to).exchange().receive(datagram, clock_us(to, now_us()));
-  }
-  [[nodiscard]] bool all_complete() {
-    bool complete = true;
-    for (int i = 0; i < size(); ++i)
-      complete = complete && report(i).complete == report(i).contributions;
-    return complete;
-  }
-};
 
 TEST_CASE("attack: an exchange speaks, whatever its clock says first") {
   const std::int64_t hour_us = 3'600 * kSecond;
@@ -116,6 +93,27 @@ TEST_CASE("attack: a robot that lost its counter goes on above it, and all are e
   }
 }
 
+TEST_CASE("attack: a lost counter shows by the floors that others kept over their own restart") {
+  Team team(2, 587);
+  team.restart(1);
+  team.restart(1, 3);
+  // Robot 0 was started after robot 1's epoch 3 and has nothing of it but its floor.
+  team.restart(0);
+  team.robot(0).exchange().set_floor_of(1, 3);
+  team.restart_without_counter(1);
+  team.publish(1, 8);
+  Exchange& exchange = team.robot(1).exchange();
+  for (int i = 0; i < 500 && !exchange.overtaken(); ++i) team.run(kTickUs);
+  REQUIRE(exchange.overtaken());
+  CHECK(*exchange.overtaken() == 3);
+  exchange.set_floor(4);
+  REQUIRE(exchange.open(4, 0, Matrix34d::Identity()) == Status::kOk);
+  team.publish(1, 8);
+  REQUIRE(team.settle(10 * kSecond));
+  CHECK(team.robot(0).replicas().find({1, 4, 0}).ok());
+  CHECK(team.all_complete());
+}
+
 TEST_CASE("attack: nobody is muted by a session that somebody made up") {
   Team team(2, 574, false);
   team.publish(0, 5);
@@ -138,30 +136,13 @@ TEST_CASE("attack: repeated requests cost others a twenty-fifth of their rate") 
   REQUIRE(team.settle(20 * kSecond));
   // Robot 3 is a member that asks for everything again and again.
   std::uint64_t before = 0;
-  ToySignatures key(3);
-  const Signatures signatures = key.signatures();
   std::uint64_t sequence = 1'000'000;
   constexpr int kSeconds = 60;
   for (int i = 0; i < 20 * 2 * kSeconds; ++i) {
     if (i == 20 * kSeconds) before = team.sent_bytes();
     for (std::uint32_t robot = 0; robot < 3; ++robot) {
-      std::vector<std::byte> datagram(kMostDatagramBytes);
-      ByteWriter to(datagram);
-      write_header(to, {.kind = DatagramKind::kRequest,
-                        .configuration = details_of_network().checksum(),
-                        .sender = 3,
-                        .session = std::uint64_t{1} << 32U | 3000U,
-                        .sequence = ++sequence,
-                        .is_signed = true});
-      RequestedContribution requested{.id = {robot, 1, 0}};
-      requested.count = 1;
-      requested.gap[0] = {1, kLastVersion};
-      REQUIRE(write_requested(to, requested));
-      const std::size_t size = to.size();
-      signatures.sign(signatures.context, std::span(datagram).first(size),
-                      std::span(datagram).subspan(size).first<kSignatureBytes>());
-      datagram.resize(size + kSignatureBytes + kTagBytes);
-      Forger::seal(datagram);
+      const auto datagram =
+          Forger::request_for_all(3, std::uint64_t{1} << 32U | 3000U, ++sequence, {robot, 1, 0});
       for (int to_whom = 0; to_whom < 3; ++to_whom) team.say(to_whom, datagram);
     }
     team.run(kSecond / 20);

@@ -5,8 +5,8 @@
 
 #include <memory>
 
-#include "dataset/dataset.hpp"
 #include "oracle/mapper.hpp"
+#include "scans/dataset.hpp"
 #include "tessera/exchange/exchange.hpp"
 #include "tessera/exchange/publisher.hpp"
 

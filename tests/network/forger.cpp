@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "network/forger.hpp"
 
+#include <stdexcept>
+
 #include "network/simulated_network.hpp"
 
 namespace tessera::network {
@@ -43,6 +45,30 @@ std::vector<std::byte> Forger::chunk(const ContributionId& id, VersionRange rang
     RecordWriter records(to, range);
     records.write({.block = block, .version = {.number = version, .first = version}, .coded = {}});
   });
+}
+
+std::vector<std::byte> Forger::request_for_all(std::uint32_t member, std::uint64_t session,
+                                               std::uint64_t sequence, const ContributionId& of) {
+  std::vector<std::byte> datagram(kMostDatagramBytes);
+  ByteWriter to(datagram);
+  write_header(to, {.kind = DatagramKind::kRequest,
+                    .configuration = details_of_network().checksum(),
+                    .sender = member,
+                    .session = session,
+                    .sequence = sequence,
+                    .is_signed = true});
+  RequestedContribution requested{.id = of};
+  requested.count = 1;
+  requested.gap[0] = {1, kLastVersion};
+  if (!write_requested(to, requested)) throw std::runtime_error("request");
+  const std::size_t size = to.size();
+  ToySignatures key(member);
+  const Signatures signatures = key.signatures();
+  signatures.sign(signatures.context, std::span(datagram).first(size),
+                  std::span(datagram).subspan(size).first<kSignatureBytes>());
+  datagram.resize(size + kSignatureBytes + kTagBytes);
+  seal(datagram);
+  return datagram;
 }
 
 void Forger::seal(std::vector<std::byte>& datagram) {

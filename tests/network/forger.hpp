@@ -15,8 +15,10 @@ namespace tessera::network {
 
 class Forger {
  public:
-  explicit Forger(std::uint32_t robot, std::uint64_t session = std::uint64_t{1} << 32U)
-      : robot_(robot), session_(session) {}
+  /// sequence: that it said last.
+  explicit Forger(std::uint32_t robot, std::uint64_t session = std::uint64_t{1} << 32U,
+                  std::uint64_t sequence = 0)
+      : robot_(robot), session_(session), sequence_(sequence) {}
   /// A well tagged datagram of that kind with what write gives as its body.
   template <class Write>
   [[nodiscard]] std::vector<std::byte> datagram(DatagramKind kind, const Write& write) {
@@ -38,13 +40,18 @@ class Forger {
   /// Of one record, which holds nothing.
   [[nodiscard]] std::vector<std::byte> chunk(const ContributionId& id, VersionRange range,
                                              BlockCoord block, std::uint32_t version);
+  /// What a member signs that asks for all of a contribution.
+  [[nodiscard]] static std::vector<std::byte> request_for_all(std::uint32_t member,
+                                                              std::uint64_t session,
+                                                              std::uint64_t sequence,
+                                                              const ContributionId& of);
   /// Tags what it holds anew.
   static void seal(std::vector<std::byte>& datagram);
 
  private:
   std::uint32_t robot_;
   std::uint64_t session_;
-  std::uint64_t sequence_ = 0;
+  std::uint64_t sequence_;
 };
 
 }  // namespace tessera::network

@@ -6,9 +6,9 @@
 #include <set>
 #include <utility>
 
-#include "tessera/base/crc32.hpp"
-#include "tessera/base/digest.hpp"
-#include "tessera/map/packed_block.hpp"
+#include "tessera/base/internal/crc32.hpp"
+#include "tessera/base/internal/digest.hpp"
+#include "tessera/map/internal/packed_block.hpp"
 
 namespace tessera::network {
 

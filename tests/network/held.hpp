@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "tessera/fusion/replicas.hpp"
+#include "tessera/replica/replicas.hpp"
 
 namespace tessera::network {
 

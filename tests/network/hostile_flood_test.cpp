@@ -5,9 +5,9 @@
 #include <chrono>
 #include <cstring>
 
+#include "link/datagram_seal.hpp"
 #include "network/simulated_network.hpp"
 #include "oracle/cloud.hpp"
-#include "security/datagram_seal.hpp"
 
 namespace tessera::network {
 namespace {

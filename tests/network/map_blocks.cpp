@@ -7,8 +7,8 @@
 #include <stdexcept>
 #include <tuple>
 
-#include "tessera/exchange/block_codec.hpp"
-#include "tessera/map/packed_block.hpp"
+#include "tessera/exchange/internal/block_codec.hpp"
+#include "tessera/map/internal/packed_block.hpp"
 
 namespace tessera::network {
 

@@ -154,7 +154,7 @@ TEST_CASE("reconcile: what differs is what is sent") {
   CAPTURE(k, in_one_run, static_cast<int>(kind));
   REQUIRE(outcome.equal);
   // At 100 MB/s records take no time: what is left are exchanges of request and answer.
-  CHECK(outcome.seconds < 3.0);
+  CHECK(outcome.seconds < 2.0);
   CHECK(outcome.records <= k);
   constexpr std::uint64_t kRecordBytes = 40;  // as they are made here, with what is around them
   CHECK(outcome.overhead_bytes <= k * (256 + kRecordBytes) + 32'000);

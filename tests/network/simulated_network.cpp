@@ -7,7 +7,7 @@
 #include <string>
 
 #include "network/held.hpp"
-#include "tessera/exchange/block_codec.hpp"
+#include "tessera/exchange/internal/block_codec.hpp"
 
 namespace tessera::network {
 

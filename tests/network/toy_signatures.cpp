@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "tessera/base/digest.hpp"
+#include "tessera/base/internal/digest.hpp"
 
 namespace tessera::network {
 namespace {

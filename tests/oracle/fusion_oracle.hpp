@@ -10,7 +10,7 @@
 
 #include "oracle/label_oracle.hpp"
 #include "tessera/fusion/diffusion_config.hpp"
-#include "tessera/fusion/replicas.hpp"
+#include "tessera/replica/replicas.hpp"
 
 namespace tessera::oracle {
 

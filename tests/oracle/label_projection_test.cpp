@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "oracle/random.hpp"
-#include "tessera/base/digest.hpp"
+#include "tessera/base/internal/digest.hpp"
 #include "unit/registration/arena_memory.hpp"
 
 namespace tessera::oracle {

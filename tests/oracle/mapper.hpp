@@ -15,7 +15,7 @@
 
 namespace tessera::oracle {
 
-/// Memory aligned as an arena must be. Not initialised.
+/// Memory aligned as an arena must be. Not initialised. For one thread.
 class AlignedMemory {
  public:
   explicit AlignedMemory(std::size_t bytes);
@@ -24,6 +24,7 @@ class AlignedMemory {
  private:
   struct Free {
     void operator()(std::byte* bytes) const;
+    std::size_t taken = 0;
   };
   std::unique_ptr<std::byte, Free> bytes_;
   std::size_t size_;

@@ -6,9 +6,9 @@
 #include <array>
 #include <stdexcept>
 
+#include "base/monotonic_clock.hpp"
+#include "link/session.hpp"
 #include "network/simulated_network.hpp"
-#include "posix/monotonic_clock.hpp"
-#include "security/session.hpp"
 
 namespace tessera::processes {
 

@@ -9,11 +9,11 @@
 #include <optional>
 #include <string>
 
-#include "lcm/datagram_link.hpp"
+#include "link/datagram_link.hpp"
+#include "link/fleet_keys.hpp"
 #include "network/map_blocks.hpp"
 #include "oracle/mapper.hpp"
 #include "oracle/random.hpp"
-#include "security/fleet_keys.hpp"
 #include "tessera/exchange/exchange.hpp"
 
 namespace tessera::processes {

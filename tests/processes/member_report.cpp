@@ -6,9 +6,9 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "mapping/exchange_counters.hpp"
+#include "base/monotonic_clock.hpp"
 #include "network/held.hpp"
-#include "posix/monotonic_clock.hpp"
+#include "node/exchange_counters.hpp"
 #include "processes/member.hpp"
 
 namespace tessera::processes {

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The tessera authors
 # SPDX-License-Identifier: Apache-2.0
-"""What docs/python.md and the example say works as it stands there."""
+"""What docs/reference/python.md and the example say works as it stands there."""
 import pathlib
 import re
 import subprocess
@@ -10,7 +10,7 @@ import pytest
 
 image = pytest.importorskip("matplotlib.image")
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-PAGE = (ROOT / "docs" / "python.md").read_text()
+PAGE = (ROOT / "docs/reference/python.md").read_text()
 
 
 def test_every_program_of_the_page_runs(street, tmp_path, monkeypatch):

@@ -82,7 +82,7 @@ def test_it_is_configured_without_the_rest_of_the_platform(tmp_path):
     done = run("cmake", *build_backend.configuration(tmp_path, ""), cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     targets = run("cmake", "--build", tmp_path, "--target", "help", cwd=tmp_path).stdout
-    assert "tessera_python" in targets and "tessera_cli" not in targets and "tessera_lcm" not in targets
+    assert "tessera_python" in targets and "tessera_cli" not in targets and "tessera_link" not in targets
 
 
 def test_what_it_needs_is_installed_by_the_script():

@@ -118,7 +118,7 @@ def test_rays(small, wall):
     assert small.cast_rays(np.zeros(3), lengths, 10.0).distance_m.tolist() == [rays.distance_m[0]] * 4
     own = small.cast_rays(np.zeros((2, 3), np.float32), ahead[:2].astype(np.float32), 3.0)
     assert own.end.tolist() == [RayEnd.MAX_RANGE] * 2 and own.distance_m.tolist() == [3.0, 3.0]
-    with pytest.raises(tessera.InputError, match="3 origins for 6 directions"):
+    with pytest.raises(tessera.InputError, match="origins has 3 rows for 6 directions"):
         small.cast_rays(np.zeros((3, 3)), ahead, 10.0)
     for bad in (0.0, -1.0, np.nan, np.inf, 1e6):
         with pytest.raises(tessera.InputError, match="max_range_m"):

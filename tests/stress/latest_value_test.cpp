@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-#include "posix/latest_value.hpp"
+#include "base/latest_value.hpp"
 
 #include <array>
 #include <atomic>

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Blocks that are there are found, whatever the index does with its entries meanwhile.
 #include "race.hpp"
-#include "tessera/base/digest.hpp"
+#include "tessera/base/internal/digest.hpp"
 
 namespace tessera {
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-#include "posix/spsc_queue.hpp"
+#include "base/spsc_queue.hpp"
 
 #include <array>
 #include <catch2/catch.hpp>

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // What each reader may take from the heap at most, with what it gives: the table "Memory" of
-// docs/formats.md, which tests and fuzz targets hold the readers to.
+// docs/reference/formats.md, which tests and fuzz targets hold the readers to.
 #pragma once
 
 #include <algorithm>

@@ -216,7 +216,7 @@ class Usage(CommandCase):
         self.refused("view", "missing.tsm", saying=["missing.tsm"])
         self.refused("view", junk, saying=["junk.tsm"])
         self.refused("view", saying=["maps"])
-        self.refused("view", a, a, saying=["twice"])
+        self.refused("view", a, a, saying=["duplicate"])
         self.refused("view", a, "--transform", f"{a}=T.txt", saying=["--transform"])
         for listen in ("8080", "127.0.0.1", "127.0.0.1:", "127.0.0.1:65536", "127.0.0.1:-1", "example.org:80", "::1:80", "[::1]", "[127.0.0.1]:80",
                        "127.0.0.1:80x", ""):

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: The tessera authors
 # SPDX-License-Identifier: Apache-2.0
-"""A decoder of a block's content, written from docs/wire-format.md alone, whose table it reads.
+"""A decoder of a block's content, written from docs/reference/wire-format.md alone, whose table it reads.
 
 decode_block.py PAGE FILE: decodes the blocks that write_blocks wrote and compares them with what it says they hold.
 """

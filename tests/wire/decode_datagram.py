@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: The tessera authors
 # SPDX-License-Identifier: Apache-2.0
-"""A second decoder of datagrams, written from docs/wire-format.md alone: reads what a team said, keeps what each robot holds by the page's rules,
+"""A second decoder of datagrams, written from docs/reference/wire-format.md alone: reads what a team said, keeps what each robot holds by the page's rules,
 and compares it with what the robots hold.
 
 decode_datagram.py PAGE FILE...: FILE as record_exchange writes it.
@@ -81,9 +81,9 @@ class Recording:
         for line in self.lines:
             word, _, rest = line.partition(" ")
             words[word].append(rest)
-        resolution, prior, free, most = map(float, words["configuration"][0].split())
+        resolution, prior, free, most, policy = map(float, words["configuration"][0].split())
         names = b"".join(name.encode() + b"\0" for name in words["class"])
-        configuration = struct.pack("<ddfHIf", resolution, prior, free, len(words["class"]), crc32c(names), most)
+        configuration = struct.pack("<ddfHIfB", resolution, prior, free, len(words["class"]), crc32c(names), most, int(policy))
         public_keys = {int(robot): bytes.fromhex(key) for robot, key in map(str.split, words["public"])}
         key = bytes.fromhex(words["key"][0]) if words["key"] else None
         self.fleet = Fleet(key, words["mission"][0].encode() if key else None, configuration, len(words["class"]), public_keys)
@@ -147,6 +147,9 @@ class Recording:
         for name, latest, frame, flags, digest in body.get("held", []):
             if name[0] == datagram.sender:
                 continue  # It holds what it has published, before it says it.
+            if (frame, flags) == (0, 0):
+                self.check_floor(datagram.sender, name)
+                continue
             replica = held.get(name, Replica())
             if (replica.frame, folded(*replica.fingerprint()[1:])) != (frame, digest):
                 self.fail(f"robot {datagram.sender} announces another content of {name}")
@@ -157,6 +160,11 @@ class Recording:
             self.stated.add((body["name"], body["stated"]["latest"], (body["stated"]["records"], *body["stated"]["fingerprint"])))
         for span in body.get("spans", []):
             self.check_span(span, held[body["name"]])
+
+    def check_floor(self, robot, name):
+        if name[1] != self.floors[robot].get(name[0], 0):
+            self.fail(f"robot {robot} announces a floor of robot {name[0]} that nobody stated")
+        self.seen["floor of another"] += 1
 
     def check_span(self, span, replica):
         first = (span["index"] << span["width"]) + 1
@@ -216,14 +224,14 @@ class Recording:
             for size in (0, 1, 31, len(data) - 17, len(data) - 15):
                 body = (data[:-16] + b"\0")[:size]
                 refused += self.refuses(body + self.fleet.tag(body), f"a {wire.KINDS[kind - 1]} of another length")
-            for at, value in ((0, b"S"), (2, b"\1"), (3, b"\0"), (3, bytes([data[3] ^ 128])), (3, bytes([data[3] | 8])), (4, b"????"),
+            for at, value in ((0, b"S"), (2, b"\1"), (3, b"\0"), (3, bytes([data[3] ^ 128])), (3, bytes([data[3] | 16])), (4, b"????"),
                               (8, b"????"), (24, bytes(8))):
                 body = data[:at] + value + data[at + len(value):-16]
                 refused += self.refuses(body + self.fleet.tag(body), f"another header of a {wire.KINDS[kind - 1]}")
             for what, bad in wire_encode.bad_bodies(self.decoder.decode(data)).items():
                 refused += self.refuses(wire_encode.encode(self.fleet, bad), f"a {wire.KINDS[kind - 1]}: {what}")
             # Sender, session and sequence are signed in control messages alone, and a chunk's session.
-            by_origin = kind in (wire.CHUNK, wire.FRAME, wire.STATEMENT)
+            by_origin = kind in (wire.CHUNK, wire.FRAME, wire.STATEMENT, wire.CONFLICT)
             for i in range(4, len(data) - 16, 7) if self.fleet.signs else ():
                 if not (by_origin and 12 <= i < 32):
                     body = data[:i] + bytes([data[i] ^ 1]) + data[i + 1:-16]
@@ -241,13 +249,15 @@ class Recording:
 
 NEEDED = [*wire.KINDS, *(f"request of {name}" for name in wire.TYPES), "question", "answer", "list", "parts", "relayed chunk", "partial chunk",
           "record", "later part", "empty record", "relayed frame", "relayed statement", "announced contribution"]
+NEEDED.remove("conflict")
+SIGNED = ["proof", "conflict"]
 
 
 def main():
     page = pathlib.Path(sys.argv[1]).read_text()
     for path in sys.argv[2:]:
         recording = Recording(page, pathlib.Path(path)).read()
-        needed = NEEDED + ["proof"] * recording.fleet.signs
+        needed = NEEDED + SIGNED * recording.fleet.signs
         print(f"{recording.path.name}: " + ", ".join(f"{recording.seen[what]} {what}" for what in needed), flush=True)
         for what in needed:
             if not recording.seen[what]:

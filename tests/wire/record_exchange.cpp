@@ -10,11 +10,11 @@
 #include <stdexcept>
 #include <string>
 
+#include "link/fleet_keys.hpp"
+#include "link/key_maker.hpp"
 #include "network/held.hpp"
 #include "network/simulated_network.hpp"
-#include "security/fleet_keys.hpp"
-#include "security/key_maker.hpp"
-#include "tessera/exchange/fingerprint.hpp"
+#include "tessera/exchange/internal/fingerprint.hpp"
 
 namespace {
 
@@ -243,8 +243,9 @@ void record(const std::string& path, const std::string& mode) {
   std::FILE* file = std::fopen(path.c_str(), "w");
   if (file == nullptr) throw std::runtime_error(path);
   const ExchangeConfig config;
-  std::fprintf(file, "configuration %.17g %.17g %.17g %.17g\n", config.resolution_m, config.prior,
-               static_cast<double>(config.free_weight), static_cast<double>(config.max_evidence));
+  std::fprintf(file, "configuration %.17g %.17g %.17g %.17g %d\n", config.resolution_m,
+               config.prior, static_cast<double>(config.free_weight),
+               static_cast<double>(config.max_evidence), static_cast<int>(config.conflicts));
   for (int c = 1; c <= network::kClasses; ++c)
     std::fprintf(file, "class %s\n",
                  std::string(oracle::numbered_classes(network::kClasses)[c].name_view()).c_str());

@@ -10,10 +10,10 @@
 #include <tessera_status.hpp>
 #include <vector>
 
-#include "lcm/status_message.hpp"
-#include "lcm/status_publisher.hpp"
-#include "security/fleet_keys.hpp"
-#include "security/key_maker.hpp"
+#include "link/fleet_keys.hpp"
+#include "link/key_maker.hpp"
+#include "link/status_message.hpp"
+#include "link/status_publisher.hpp"
 
 namespace {
 
@@ -50,6 +50,7 @@ void record(std::FILE* file, const std::string& mode, const std::string& folder)
   message.exclude_digest = 0xfedcba98U;
   message.counters[kLinkCounters + NodeStatus::kOwnTwins] = 17;
   message.counters[kLinkCounters + NodeStatus::kOtherTwins] = 19;
+  message.counters[kLinkCounters + NodeStatus::kConflicts] = 23;
   std::vector<std::byte> status(keys.status_bytes());
   if (message.encode(status.data(), 0, static_cast<int>(kTypedStatusBytes)) !=
       static_cast<int>(kTypedStatusBytes))

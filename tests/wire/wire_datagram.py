@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The tessera authors
 # SPDX-License-Identifier: Apache-2.0
-"""Datagrams of docs/wire-format.md, decoded, from that page alone. Refused is raised for what it does not allow."""
+"""Datagrams of docs/reference/wire-format.md, decoded, from that page alone. Refused is raised for what it does not allow."""
 import dataclasses
 import math
 import struct
@@ -8,8 +8,8 @@ import struct
 import decode_block
 from wire_trust import Refused, check, crc32c
 
-ANNOUNCEMENT, REQUEST, CHUNK, FRAME, LEAVE, STATEMENT, DESCRIPTION = range(1, 8)
-KINDS = "announcement", "request", "chunk", "frame", "leave", "statement", "description"
+ANNOUNCEMENT, REQUEST, CHUNK, FRAME, LEAVE, STATEMENT, DESCRIPTION, CONFLICT = range(1, 9)
+KINDS = "announcement", "request", "chunk", "frame", "leave", "statement", "description", "conflict"
 TYPES = "gaps", "versions", "descriptions"
 GAPS, VERSIONS, DESCRIPTIONS = range(3)
 LAST_VERSION = 2**32 - 2
@@ -92,7 +92,8 @@ class Datagram:
 class Decoder:
     def __init__(self, fleet, table):
         self.fleet, self.table, self.codes = fleet, table, {}
-        self.bodies = (None, self.announcement, self.request, self.chunk, self.frame, lambda _, r: {}, self.statement, self.description)
+        self.bodies = (None, self.announcement, self.request, self.chunk, self.frame, lambda _, r: {}, self.statement, self.description,
+                       self.conflict)
 
     def decode(self, data):
         check(48 <= len(data) <= 1392, "size")
@@ -101,12 +102,12 @@ class Decoder:
         check(letters == b"TS" and version == 2, "format")
         check(mission == (self.fleet.mission_value[:4]), "mission")
         check(bool(kind & 128) == self.fleet.signs, "signatures or none")
-        check(1 <= kind & 127 <= 7, "kind")
+        check(1 <= kind & 127 <= 8, "kind")
         check(configuration == crc32c(self.fleet.configuration), "configuration")
         check(sent[2] >= 1, "sequence")
         out = Datagram(kind & 127, configuration, *sent, {})
         relayed = out.kind == CHUNK and len(data) > 52 and data[52] & 1
-        signed = self.fleet.signs and out.kind != STATEMENT and not relayed
+        signed = self.fleet.signs and out.kind not in (STATEMENT, CONFLICT) and not relayed
         end = len(data) - 16 - (64 if signed else 0)
         check(end >= 32, "no signature")
         out.signature = data[end:-16]
@@ -130,7 +131,7 @@ class Decoder:
             self.fleet.check_signature(out.sender, data[:end], out.signature)
 
     def announcement(self, out, r):
-        body = {"configuration": r.bytes(30), "epoch": r.take("I")}
+        body = {"configuration": r.bytes(31), "epoch": r.take("I"), "data": r.take("Q")}
         check(body["configuration"] == self.fleet.configuration, "configuration of an announcement")
         number = r.u8()
         check(number <= 4, "challenges")
@@ -139,7 +140,7 @@ class Decoder:
         body["held"] = []
         while r.more():
             body["held"].append((r.name(), *r.take("IIBQ")))
-            check(body["held"][-1][3] <= 7, "flags of a contribution")
+            check(body["held"][-1][3] <= 15, "flags of a contribution")
         return body
 
     def request(self, out, r):
@@ -233,6 +234,29 @@ class Decoder:
         body["session"] = r.take("Q")
         leaf = self.fleet.leaf_of_statement(r.data[begin:r.at])
         body["proof"] = self.fleet.check_proof(body["name"], leaf, r) if self.fleet.signs else b""
+        return body
+
+    def conflict(self, out, r):
+        check(self.fleet.signs, "a conflict in a fleet that does not sign")
+        body = {"name": r.name(), "kind": r.u8(), "sides": []}
+        check(body["kind"] <= 1, "kind of a conflict")
+        for _ in range(2):
+            begin = r.at
+            if body["kind"]:
+                check(r.name() == body["name"], "statement of another contribution")
+                r.version_range()
+                what = self.stated(body["name"], r), r.take("Q")
+                leaf = self.fleet.leaf_of_statement(r.data[begin:r.at])
+            else:
+                what = r.take("2IB3i"), r.bytes(16)
+                leaf = self.fleet.leaf_of_facts(body["name"], r.data[begin:r.at])
+            body["sides"].append((r.data[begin:r.at], what, self.fleet.check_proof(body["name"], leaf, r)))
+        a, b = (what for _, what, _ in body["sides"])
+        if body["kind"]:
+            check(a[0]["latest"] == b[0]["latest"], "statements of two moments")
+            check(any(a[0][of] != b[0][of] for of in ("records", "fingerprint")), "statements that agree")
+        else:
+            check(a[0][0] == b[0][0] and a != b, "records that do not contradict")
         return body
 
     def description(self, out, r):

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: The tessera authors
 # SPDX-License-Identifier: Apache-2.0
-"""Writes datagrams that wire_datagram.py has read, by docs/wire-format.md: to see that they have one form, and to make bad ones."""
+"""Writes datagrams that wire_datagram.py has read, by docs/reference/wire-format.md: to see that they have one form, and to make bad ones."""
 import copy
 import struct
 
-from wire_datagram import ANNOUNCEMENT, CHUNK, DESCRIPTION, DESCRIPTIONS, FRAME, GAPS, REQUEST, STATEMENT, VERSIONS
+from wire_datagram import ANNOUNCEMENT, CHUNK, CONFLICT, DESCRIPTION, DESCRIPTIONS, FRAME, GAPS, REQUEST, STATEMENT, VERSIONS
 
 
 def varint(value):
@@ -27,10 +27,14 @@ def stated_bytes(s):
     return struct.pack("<IIQQII", s["latest"], s["records"], *s["fingerprint"], s["frame"], s["floor"])
 
 
+def statement_bytes(name, versions, stated, session):
+    return struct.pack("<3I2I", *name, *versions) + stated_bytes(stated) + struct.pack("<Q", session)
+
+
 def body_bytes(kind, b):
     name = struct.pack("<3I", *b["name"]) if "name" in b else b""
     if kind == ANNOUNCEMENT:
-        return b"".join([b["configuration"], struct.pack("<IB", b["epoch"], len(b["challenges"])),
+        return b"".join([b["configuration"], struct.pack("<IQB", b["epoch"], b["data"], len(b["challenges"])),
                          *(struct.pack("<BIQ", *challenge) for challenge in b["challenges"]),
                          *(struct.pack("<3IIIBQ", *held[0], *held[1:]) for held in b["held"])])
     if kind == REQUEST:
@@ -57,7 +61,9 @@ def body_bytes(kind, b):
     if kind == FRAME:
         return name + struct.pack("<I12d", b["revision"], *b["T"])
     if kind == STATEMENT:
-        return name + struct.pack("<II", *b["range"]) + stated_bytes(b["stated"]) + struct.pack("<Q", b["session"]) + b["proof"]
+        return statement_bytes(b["name"], b["range"], b["stated"], b["session"]) + b["proof"]
+    if kind == CONFLICT:
+        return name + bytes([b["kind"]]) + b"".join(said + proof for said, _, proof in b["sides"])
     out = name + (struct.pack("<I", b["to"]) if kind == DESCRIPTION else b"")
     for span in b.get("spans", []):
         values = span["hashes"] if span["kind"] == 128 else span["sums"]
@@ -94,10 +100,10 @@ def bad_bodies(good):
 
     body, changes = good.body, {}
     if good.kind == ANNOUNCEMENT:
-        changes["configuration"] = lambda b: b.update(configuration=bytes(30))
+        changes["configuration"] = lambda b: b.update(configuration=bytes(31))
         changes["kind of challenge"] = lambda b: b.update(challenges=[(2, 1, 1)])
         changes["five challenges"] = lambda b: b.update(challenges=[(0, 1, 1)] * 5)
-        changes["flags"] = lambda b: b.update(held=[((0, 0, 0), 1, 1, 8, 0)])
+        changes["flags"] = lambda b: b.update(held=[((0, 0, 0), 1, 1, 16, 0)])
     if good.kind == REQUEST:
         kind = body["wanted"][0]["type"]
         if kind == GAPS:
@@ -137,6 +143,9 @@ def bad_bodies(good):
         changes["floor"] = of_stated(floor=body["name"][1] + 1)
         changes["no frame"] = of_stated(frame=0)
         changes["latest"] = of_stated(latest=2**32 - 1)
+    if good.kind == CONFLICT:
+        changes["kind"] = lambda b: b.update(kind=2)
+        changes["the same twice"] = lambda b: b.update(sides=b["sides"][:1] * 2)
     if good.kind == DESCRIPTION:
         changes["width"] = of_first("spans", width=33, versions=[], hashes=[])
         changes["index"] = of_first("spans", width=31, index=2, versions=[], hashes=[])

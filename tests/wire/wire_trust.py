@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The tessera authors
 # SPDX-License-Identifier: Apache-2.0
-"""Tags, hashes, trees, proofs and signatures of docs/wire-format.md, written from it, from RFC 7693 (by hashlib) and from RFC 8032."""
+"""Tags, hashes, trees, proofs and signatures of docs/reference/wire-format.md, written from it, from RFC 7693 (by hashlib) and from RFC 8032."""
 import functools
 import hashlib
 import struct
@@ -137,8 +137,13 @@ class Fleet:
         return hashlib.blake2b(data, digest_size=16).digest() if self.signs else unsigned_hash(data)
 
     def leaf_of_record(self, name, record):
-        return self.hash(b"\0" + struct.pack("<3I2IB3i", *name, record.version, record.version - record.part, record.layers,
-                                             *record.block) + self.hash(record.code))
+        return self.leaf_of_facts(name, self.facts_of(record))
+
+    def facts_of(self, record):
+        return struct.pack("<2IB3i", record.version, record.version - record.part, record.layers, *record.block) + self.hash(record.code)
+
+    def leaf_of_facts(self, name, facts):
+        return self.hash(b"\0" + struct.pack("<3I", *name) + facts)
 
     def leaf_of_statement(self, statement):
         return self.hash(b"\2" + statement)

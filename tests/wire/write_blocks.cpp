@@ -7,8 +7,8 @@
 
 #include "oracle/mapper.hpp"
 #include "simulator/street_simulator.hpp"
-#include "tessera/exchange/evidence_levels.hpp"
-#include "tessera/map/packed_block.hpp"
+#include "tessera/exchange/internal/evidence_levels.hpp"
+#include "tessera/map/internal/packed_block.hpp"
 #include "unit/exchange/sample_content.hpp"
 
 namespace {

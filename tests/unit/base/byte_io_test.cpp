@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Numbers in byte buffers: little-endian on every machine, and a buffer that ends too early is
 // noticed, never overrun.
-#include "tessera/base/byte_io.hpp"
+#include "tessera/base/internal/byte_io.hpp"
 
 #include <array>
 #include <catch2/catch.hpp>

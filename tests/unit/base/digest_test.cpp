@@ -3,12 +3,12 @@
 // Digest and checksum are part of what is stored and compared between machines: the values here are
 // fixed for good. A change of one of them means that maps of before and after no longer compare
 // equal, and files no longer load.
-#include "tessera/base/digest.hpp"
+#include "tessera/base/internal/digest.hpp"
 
 #include <array>
 #include <catch2/catch.hpp>
 
-#include "tessera/base/crc32.hpp"
+#include "tessera/base/internal/crc32.hpp"
 
 namespace tessera {
 namespace {

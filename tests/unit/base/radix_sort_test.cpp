@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // radix_sort orders as std::stable_sort does, whatever the keys.
-#include "tessera/base/radix_sort.hpp"
+#include "tessera/base/internal/radix_sort.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

@@ -9,7 +9,7 @@
 #include <cmath>
 
 #include "oracle/random.hpp"
-#include "tessera/base/digest.hpp"
+#include "tessera/base/internal/digest.hpp"
 
 namespace tessera {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // A folder of clouds as a source of scans: the order of its files, their poses and labels.
-#include "clouds/cloud_folder.hpp"
+#include "scans/cloud_folder.hpp"
 
 #include <catch2/catch.hpp>
 

@@ -3,8 +3,8 @@
 // PCD files that cannot be what they say: one line that names the file, and no memory for claims.
 #include <catch2/catch.hpp>
 
-#include "clouds/pcd_reader.hpp"
 #include "sample_clouds.hpp"
+#include "scans/pcd_reader.hpp"
 
 namespace tessera {
 namespace {
@@ -30,22 +30,22 @@ TEST_CASE("pcd: malformed headers are refused with what is wrong") {
   };
   const Case cases[] = {{{.fields = "x y"}, "SIZE has 3 values for 2 fields"},
                         {{.fields = "x y w"}, "no field z"},
-                        {{.fields = "x y x"}, "field x is there twice"},
+                        {{.fields = "x y x"}, "duplicate field x"},
                         {{.sizes = "4 4 3"}, "SIZE 3"},
                         {{.sizes = "4 4 16"}, "SIZE 16"},
                         {{.sizes = "4 4 2"}, "TYPE F of SIZE 2"},
                         {{.types = "F F Q"}, "TYPE Q"},
                         {{.counts = "1 1 -1"}, "COUNT of field 3"},
-                        {{.counts = "1 1 2"}, "field z has not one number"},
+                        {{.counts = "1 1 2"}, "field z does not have one number"},
                         {{.counts = "1 1 99999999999999999999"}, "COUNT of field 3"},
-                        {{.counts = "1 1 1000000"}, "over a MiB"},
+                        {{.counts = "1 1 1000000"}, "more than 1 MiB"},
                         {{.width = "two"}, "WIDTH is not one whole number"},
-                        {{.width = "3"}, "POINTS is 2, but WIDTH times HEIGHT 3"},
+                        {{.width = "3"}, "POINTS is 2, but WIDTH times HEIGHT is 3"},
                         {{.height = "18446744073709551615"}, "the limit is 16777216"},
                         {{.viewpoint = "0 0 0 1"}, "VIEWPOINT"},
                         {{.viewpoint = "0 0 0 1 0 0 nan"}, "VIEWPOINT"},
                         {{.points = "-2"}, "POINTS is not one whole number"},
-                        {{.data = "gzip"}, "DATA is none of"}};
+                        {{.data = "gzip"}, "DATA is not ascii"}};
   for (const Case& one : cases)
     CHECK_THAT(refusal_of(pcd_header(one.lines) + kTwoPoints), Contains(one.says));
 }
@@ -57,24 +57,24 @@ TEST_CASE("pcd: what is no PCD file, or ends in its header") {
                                     "ELF\x02\x01",
                                     6)),
              Contains("does not begin as a PCD file does"));
-  CHECK_THAT(refusal_of("VERSION 0.7\n\xff\xfe\x80 binary"), Contains("'\?\?\?' is no keyword"));
+  CHECK_THAT(refusal_of("VERSION 0.7\n\xff\xfe\x80 binary"), Contains("unknown keyword '\?\?\?'"));
   const std::string header = pcd_header({});
   for (std::size_t bytes = 0; bytes + 6 < header.size(); ++bytes)
     refusal_of(header.substr(0, bytes));
   CHECK_THAT(refusal_of(std::string(1U << 17U, '#')), Contains("no DATA line"));
-  CHECK_THAT(refusal_of("FIELDS x y z\n" + header), Contains("line 4: FIELDS is there twice"));
+  CHECK_THAT(refusal_of("FIELDS x y z\n" + header), Contains("line 4: duplicate FIELDS"));
 }
 
 TEST_CASE("pcd: rows that are none") {
   const std::string header = pcd_header({});
   CHECK_THAT(refusal_of(header + "1 2 3\n4 five 6\n"), Contains("line 13: a word is not a number"));
   CHECK_THAT(refusal_of(header + "1 2 3\n4 5\n6 7 8"),
-             Contains("line 13: a row has not the 3 numbers"));
+             Contains("line 13: the row does not have the 3 numbers"));
   CHECK_THAT(refusal_of(header + "1 2 3 4\n4 5 6\n"),
-             Contains("line 12: a row has not the 3 numbers"));
+             Contains("line 12: the row does not have the 3 numbers"));
   CHECK_THAT(refusal_of(header + kTwoPoints + "7 8 9\n"), Contains("more points than the 2"));
   CHECK_THAT(refusal_of(header + "1.0000000 2 3\n"),
-             Contains("there are 1 points, but its header says 2"));
+             Contains("it has 1 points, but its header says 2"));
 }
 
 TEST_CASE("pcd: a label that is no whole number") {
@@ -122,7 +122,7 @@ TEST_CASE("pcd: counts that lie are refused, and nothing is allocated for them")
   lines.data = "binary";
   lines.points = lines.width = "1";
   CHECK_THAT(refusal_of(pcd_header(lines) + std::string(36, '\x01')),
-             Contains("there are 3 points, but its header says 1"));
+             Contains("it has 3 points, but its header says 1"));
 }
 
 TEST_CASE("pcd: compressed sizes that lie, and a bomb") {
@@ -135,7 +135,7 @@ TEST_CASE("pcd: compressed sizes that lie, and a bomb") {
              Contains("other byte order"));
   CHECK_THAT(refusal_of(header + two_points.substr(0, 4) + bytes_of(std::uint32_t{1} << 31U) +
                         two_points.substr(8)),
-             Contains("are to become 2147483648"));
+             Contains("claim to become 2147483648"));
   lines.points = lines.width = "1000000";
   const std::string bomb =
       bytes_of(std::uint32_t{16}) + bytes_of(std::uint32_t{12000000}) + std::string(16, '\xff');
@@ -152,7 +152,7 @@ TEST_CASE("pcd: compressed sizes that lie, and a bomb") {
   wide.data = "binary_compressed";
   wide.points = wide.width = "200000";
   CHECK_THAT(refusal_of(pcd_header(wide) + two_points),
-             Contains("take 773 MiB, unpacked and as a scan, over the 512 that a scan may"));
+             Contains("take 773 MiB, unpacked and as a scan, the limit is 512"));
 }
 
 TEST_CASE("pcd: nothing is quoted of a file that is none, nor of words that begin as no number") {

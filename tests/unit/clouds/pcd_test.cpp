@@ -4,9 +4,9 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "clouds/lzf.hpp"
-#include "clouds/pcd_reader.hpp"
 #include "sample_clouds.hpp"
+#include "scans/lzf.hpp"
+#include "scans/pcd_reader.hpp"
 
 namespace tessera {
 namespace {

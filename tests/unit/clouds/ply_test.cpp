@@ -3,8 +3,8 @@
 // PLY files of every format come out as they were written; what cannot be what it says is refused.
 #include <catch2/catch.hpp>
 
-#include "clouds/ply_reader.hpp"
 #include "sample_clouds.hpp"
+#include "scans/ply_reader.hpp"
 
 namespace tessera {
 namespace {
@@ -90,19 +90,19 @@ TEST_CASE("ply: malformed headers are refused with what is wrong") {
   };
   CHECK_THAT(refusal_of(""), Contains("first line is not ply"));
   CHECK_THAT(refusal_of("ply of another kind\n"), Contains("first line is not ply"));
-  CHECK_THAT(changed("ascii 1.0", "ascii 2.0"), Contains("line 2: the format is none of"));
-  CHECK_THAT(changed("ascii 1.0", "binary 1.0"), Contains("line 2: the format is none of"));
+  CHECK_THAT(changed("ascii 1.0", "ascii 2.0"), Contains("line 2: the format is not ascii"));
+  CHECK_THAT(changed("ascii 1.0", "binary 1.0"), Contains("line 2: the format is not ascii"));
   CHECK_THAT(changed("format ascii 1.0\n", ""), Contains("has no format line"));
   CHECK_THAT(changed("vertex 2", "vertex -2"),
              Contains("line 8: an element has no name and count"));
-  CHECK_THAT(changed("element face", "element vertex"), Contains("an element is there twice"));
+  CHECK_THAT(changed("element face", "element vertex"), Contains("duplicate element vertex"));
   CHECK_THAT(changed("element vertex", "element point"), Contains("no element vertex"));
   CHECK_THAT(changed("float x", "half x"), Contains("a property has no type and name"));
   CHECK_THAT(changed("list ushort", "list float"), Contains("a property has no type and name"));
   CHECK_THAT(changed("float x", "float w"), Contains("no field x"));
   CHECK_THAT(changed("float x", "list uchar float x"), Contains("no field x"));
-  CHECK_THAT(changed("uchar intensity", "uchar z"), Contains("field z is there twice"));
-  CHECK_THAT(changed("obj_info", "objinfo"), Contains("'objinfo' is no keyword"));
+  CHECK_THAT(changed("uchar intensity", "uchar z"), Contains("duplicate field z"));
+  CHECK_THAT(changed("obj_info", "objinfo"), Contains("unknown keyword 'objinfo'"));
   CHECK_THAT(changed("vertex 2", "vertex 16777217"), Contains("the limit is 16777216"));
   CHECK_THAT(changed("camera 1", "camera 18446744073709551615"), Contains("element camera"));
   for (std::size_t bytes = 0; bytes + 1 < good.size(); ++bytes) refusal_of(good.substr(0, bytes));
@@ -120,9 +120,9 @@ TEST_CASE("ply: every truncation of binary vertices is refused") {
 TEST_CASE("ply: rows that are none") {
   const std::string start = header("ascii", "1") + "1 0.5 7\n";
   CHECK_THAT(refusal_of(start + "5 -3 0 1.5 2 40 1\n"),
-             Contains("line 20: a row has not the numbers"));
+             Contains("line 20: the row does not have the numbers"));
   CHECK_THAT(refusal_of(start + "5 -3 0 1.5 2\n\n"),
-             Contains("line 20: a row has not the numbers"));
+             Contains("line 20: the row does not have the numbers"));
   CHECK_THAT(refusal_of(start + "5 -3 99999999999 1.5 2 40\n"), Contains("line 20"));
   CHECK_THAT(refusal_of(start + "5 -3 -1 1.5 2 40\n"), Contains("line 20"));
   CHECK_THAT(refusal_of(start + "5 -3 0 one 2 40\n"), Contains("line 20: a word is not a number"));
@@ -136,15 +136,16 @@ TEST_CASE("ply: more vertices than the header says are no other element") {
       "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty "
       "float y\nproperty float z\nend_header\n";
   CHECK(read_as_ply(vertices + "1 2 3\n \r\n\n").failure == "");
-  CHECK_THAT(refusal_of(vertices + "1 2 3\n4 5 6\n"), Contains("goes on after the last element"));
-  CHECK_THAT(refusal_of(header("ascii", "1") + kAscii), Contains("a row has not the numbers"));
+  CHECK_THAT(refusal_of(vertices + "1 2 3\n4 5 6\n"), Contains("continues after the last element"));
+  CHECK_THAT(refusal_of(header("ascii", "1") + kAscii),
+             Contains("the row does not have the numbers"));
   // A vertex taken for a face is refused for whatever its bytes say then, but is.
   CHECK_FALSE(refusal_of(header("binary_little_endian", "1") + binary(false)).empty());
   for (const char* const face : {"3 0 1", "3 0 1 0 7", "3 0 one 0 2"})
     CHECK_THAT(refusal_of(header("ascii") + kAscii.substr(0, kAscii.find("3 0 1 0")) + face + "\n"),
-               Contains("a row has not the numbers"));
+               Contains("the row does not have the numbers"));
   CHECK_THAT(refusal_of(header("binary_little_endian") + binary(false) + std::string(30, '\1')),
-             Contains("goes on after the last element"));
+             Contains("continues after the last element"));
   CHECK(read_as_ply(header("binary_little_endian") + binary(false) + "\n").failure == "");
 }
 

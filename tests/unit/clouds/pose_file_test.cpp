@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // The three forms of poses give the same transforms; what is none of them is refused.
-#include "clouds/pose_file.hpp"
+#include "scans/pose_file.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -85,12 +85,12 @@ TEST_CASE("poses: a file in which not one is rigid is refused") {
 }
 
 TEST_CASE("poses: rows that are none are refused by their line") {
-  CHECK_THAT(refusal_of("\n1 2 3\n"), Contains("line 2: a pose of 3 numbers"));
+  CHECK_THAT(refusal_of("\n1 2 3\n"), Contains("line 2: a pose has 3 numbers"));
   CHECK_THAT(refusal_of("0 0 0 0 0 0 0 0 0 0 0 0 0"), Contains("13 numbers"));
   CHECK_THAT(refusal_of("0 0 0 0 0 0 0 one"), Contains("a word is not a number"));
   CHECK_THAT(refusal_of("1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 2"), Contains("not 0 0 0 1"));
   CHECK_THAT(refusal_of("1 0 0 0 0 0 0 1\n1 0 0 0 0 1 0 0 0 0 1 0"),
-             Contains("12 numbers after poses of 8"));
+             Contains("12 numbers, the ones before have 8"));
   CHECK_THAT(refusal_of("2 0 0 0 0 0 0 1\n2 0 0 0 0 0 0 1"), Contains("line 2: the stamp"));
 }
 

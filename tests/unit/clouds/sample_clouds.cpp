@@ -4,8 +4,8 @@
 
 #include <lzf.h>
 
-#include "clouds/pcd_reader.hpp"
-#include "clouds/ply_reader.hpp"
+#include "scans/pcd_reader.hpp"
+#include "scans/ply_reader.hpp"
 
 namespace tessera::test {
 

@@ -11,7 +11,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "clouds/cloud.hpp"
+#include "scans/cloud.hpp"
 
 namespace tessera::test {
 

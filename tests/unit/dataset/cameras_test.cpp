@@ -4,10 +4,10 @@
 // cameras' images.
 #include <catch2/catch.hpp>
 
-#include "dataset/cameras_toml.hpp"
-#include "dataset/dataset.hpp"
-#include "image/png_image.hpp"
+#include "pictures/png_image.hpp"
 #include "sample_dataset.hpp"
+#include "scans/cameras_toml.hpp"
+#include "scans/dataset.hpp"
 
 namespace tessera {
 namespace {
@@ -69,7 +69,7 @@ TEST_CASE("cameras.toml: what is wrong is told with file, line and remedy") {
       {"model = \"pinhole\"\n", "", "line 1", "no 'model'"},
       {"width = 64\n", "", "line 1", "no 'width'"},
       {"focal = [40, 41.5]\n", "", "line 1", "no 'focal'"},
-      {"T_camera_lidar", "T_lidar_camera", "line 9", "no key 'T_lidar_camera'"},
+      {"T_camera_lidar", "T_lidar_camera", "line 9", "unknown key 'T_lidar_camera'"},
       {"\"pinhole\"", "\"omni\"", "line 4", "\"pinhole\" or \"fisheye\""},
       {"width = 64", "width = 0", "line 5", "whole number of pixels"},
       {"width = 64", "width = 64.5", "line 5", "whole number of pixels"},
@@ -83,7 +83,7 @@ TEST_CASE("cameras.toml: what is wrong is told with file, line and remedy") {
       {"[0, -1, 0, 0.5", "[0, -2, 0, 0.5", "line 9", "rigid"},
       {"name = \"front\"", "name = \"\"", "line 2", "in quotes"},
       {"name = \"front\"", "name = 7", "line 2", "in quotes"},
-      {"name = \"front\"", "name = front", "line 2", "mend the syntax"},
+      {"name = \"front\"", "name = front", "line 2", "fix the syntax"},
   };
   for (const Case& c : cases) {
     INFO(c.from << " -> " << c.to);
@@ -100,7 +100,7 @@ TEST_CASE("cameras.toml: what is wrong is told with file, line and remedy") {
   CHECK_THAT(message(kCamera + "distortion = [1, 2, 3]\n"), Contains("[k1, k2, p1, p2, k3]"));
   CHECK_THAT(message(kCamera + "distortion = [-0.9, 0]\n"), Contains("folds"));
   CHECK_THAT(message(kCamera + "stamp_offset = 11\n"), Contains("-10 to 10"));
-  CHECK_THAT(message(kCamera + kCamera), Contains("'front' is taken"));
+  CHECK_THAT(message(kCamera + kCamera), Contains("duplicate name 'front'"));
   CHECK_THAT(message(""), Contains("no [[camera]]"));
   CHECK_THAT(message("camera = 3\n"), Contains("no [[camera]]"));
   std::string many;

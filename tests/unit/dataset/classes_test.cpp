@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 #include <set>
 
-#include "dataset/dataset_classes.hpp"
+#include "scans/dataset_classes.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace tessera {
@@ -101,13 +101,13 @@ TEST_CASE("classes.toml: 62 classes are accepted, an id of 63 is not") {
 }
 
 TEST_CASE("classes.toml: a syntax error names its line") {
-  CHECK_THAT(refusal("\n\nname = = 3\n"), Contains(", line 3: not valid TOML") && Contains("mend"));
+  CHECK_THAT(refusal("\n\nname = = 3\n"), Contains(", line 3: not valid TOML") && Contains("fix"));
 }
 
 TEST_CASE("classes.toml: what is quoted of the file keeps the message one line") {
   CHECK_THAT(refusal("[[class]]\nid =n\n1 ame = \"ca\"\n"), Contains(", line 2: not valid TOML"));
   const std::string twice = entry("1", "a\\nb\\u001b", "[1]") + entry("2", "a\\nb\\u001b", "[2]");
-  CHECK_THAT(refusal(twice), Contains("the name 'a b ' is taken"));
+  CHECK_THAT(refusal(twice), Contains("duplicate name 'a b '"));
 }
 
 TEST_CASE("classes.toml: no classes at all") {
@@ -123,7 +123,7 @@ TEST_CASE("classes.toml: each key of a class is required") {
 
 TEST_CASE("classes.toml: duplicate ids, gaps and ids out of range") {
   CHECK_THAT(refusal(entry("1", "a", "[1]") + entry("1", "b", "[2]")),
-             Contains("line 6: id 1 is taken") && Contains("own id"));
+             Contains("line 6: duplicate id 1") && Contains("own id"));
   CHECK_THAT(refusal(entry("1", "a", "[1]") + entry("3", "b", "[2]")),
              Contains("line 6: the ids have a gap: there is 3 but no 2") && Contains("1, 2, 3"));
   CHECK_THAT(refusal(entry("2", "a", "[1]")), Contains("there is 2 but no 1"));
@@ -134,9 +134,9 @@ TEST_CASE("classes.toml: duplicate ids, gaps and ids out of range") {
 
 TEST_CASE("classes.toml: a raw id belongs to one class only, and fits into 16 bits") {
   CHECK_THAT(refusal(entry("1", "a", "[4, 5]") + entry("2", "b", "[5]")),
-             Contains("line 10: raw id 5 stands in line 5 already") && Contains("keep one"));
+             Contains("line 10: duplicate raw id 5, also in line 5") && Contains("keep one"));
   CHECK_THAT(refusal("unlabelled = [5]\n" + entry("1", "a", "[5]")),
-             Contains("raw id 5 stands in"));
+             Contains("duplicate raw id 5, also in"));
   for (const char* raw : {"[65536]", "[-1]", "[\"1\"]", "[1.5]"}) {
     CHECK_THAT(refusal(entry("1", "a", raw)),
                Contains("line 5: a raw id") && Contains("0 to 65535"));
@@ -157,7 +157,7 @@ TEST_CASE("classes.toml: names are texts of 1 to 31 bytes, each used once") {
   CHECK_THAT(refusal(entry("1", std::string(32, 'n'), "[1]")), Contains("line 3: name is not"));
   CHECK_THAT(refusal(entry("1", "", "[1]")), Contains("line 3: name is not") && Contains("short"));
   CHECK_THAT(refusal(entry("1", "a", "[1]") + entry("2", "a", "[2]")),
-             Contains("line 8: the name 'a' is taken"));
+             Contains("line 8: duplicate name 'a'"));
 }
 
 TEST_CASE("classes.toml: keys of very many parts are refused before they take the stack") {

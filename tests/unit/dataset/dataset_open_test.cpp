@@ -5,8 +5,8 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 
-#include "dataset/dataset.hpp"
 #include "sample_dataset.hpp"
+#include "scans/dataset.hpp"
 
 namespace tessera {
 namespace {

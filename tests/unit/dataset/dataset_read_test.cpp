@@ -6,9 +6,9 @@
 #include <cmath>
 #include <limits>
 
-#include "dataset/dataset.hpp"
-#include "posix/allocation_counter.hpp"
+#include "base/allocation_counter.hpp"
 #include "sample_dataset.hpp"
+#include "scans/dataset.hpp"
 
 namespace tessera {
 namespace {
@@ -171,7 +171,8 @@ TEST_CASE("Dataset::read: files that vanish or change after open are failures, n
     return scan.failure().message;
   };
   CHECK_THAT(message(0), Contains("velodyne/000000.bin") && Contains("check the name"));
-  CHECK_THAT(message(1), Contains("000001.bin has 17 bytes, but had 32") && Contains("leave"));
+  CHECK_THAT(message(1),
+             Contains("000001.bin has 17 bytes, but had 32") && Contains("do not change"));
   CHECK_THAT(message(2), Contains("predictions/000002.label"));
   std::vector<std::uint8_t> truth(3);
   sample.write_labels("labels", 2, {1, 2, 3, 4});

@@ -4,9 +4,9 @@
 #include <catch2/catch.hpp>
 #include <cstring>
 
-#include "dataset/dataset.hpp"
-#include "posix/allocation_counter.hpp"
+#include "base/allocation_counter.hpp"
 #include "sample_dataset.hpp"
+#include "scans/dataset.hpp"
 
 namespace tessera {
 namespace {

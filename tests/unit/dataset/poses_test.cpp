@@ -1,14 +1,14 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // Rows of numbers, calibration, and the way from camera poses to LiDAR poses.
-#include "dataset/poses.hpp"
+#include "scans/poses.hpp"
 
 #include <catch2/catch.hpp>
 #include <clocale>
 #include <cmath>
 
-#include "dataset/calibration.hpp"
-#include "dataset/number_row.hpp"
+#include "base/number_row.hpp"
+#include "scans/calibration.hpp"
 #include "support/temporary_folder.hpp"
 #include "tessera/registration/scan.hpp"
 

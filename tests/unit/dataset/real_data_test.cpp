@@ -9,7 +9,7 @@
 #include <optional>
 #include <string>
 
-#include "dataset/dataset.hpp"
+#include "scans/dataset.hpp"
 
 namespace tessera {
 namespace {

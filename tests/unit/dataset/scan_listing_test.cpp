@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-#include "dataset/scan_listing.hpp"
+#include "scans/scan_listing.hpp"
 
 #include <catch2/catch.hpp>
 

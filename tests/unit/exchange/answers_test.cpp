@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // What one robot may cause others to send.
-#include "tessera/exchange/answers.hpp"
+#include "tessera/exchange/internal/answers.hpp"
 
 #include <catch2/catch.hpp>
 
@@ -36,6 +36,42 @@ TEST_CASE(
   const auto grown = static_cast<double>(peer.allowance_bytes - before);
   CHECK(grown <= due);
   CHECK(grown > 0.99 * due);
+}
+
+TEST_CASE("Answers: what an asker had goes last, however often it asks for all, and gaps first") {
+  const ExchangeConfig config;
+  oracle::AlignedMemory memory(Answers::required_bytes(config));
+  Arena arena(memory.span());
+  Result<Answers> answers = Answers::make(arena, config);
+  REQUIRE(answers.ok());
+  ExchangeReport counted;
+  PeerTable peers;
+  const auto ask = [&](VersionRange range) {
+    REQUIRE(answers->add({.range = range, .due = Instant::at_us(1), .asker = 9}, counted));
+  };
+  const auto send_next = [&](std::uint32_t most) {
+    const Answers::Range* const next = answers->next(peers, Instant::at_us(2));
+    REQUIRE(next != nullptr);
+    const VersionRange sent{next->range.first,
+                            std::min(next->range.last, next->range.first + most - 1)};
+    answers->drop(0, sent);
+    return sent;
+  };
+  ask({1, 1000});
+  for (std::uint32_t first = 1; first <= 1000; first += 100) {
+    CHECK(send_next(100) == VersionRange{first, first + 99});
+    // The last time nothing waits, so all of it is wanted again.
+    if (first != 901) ask({1, 1000});
+  }
+  CHECK(send_next(1000) == VersionRange{1, 900});
+  CHECK(answers->next(peers, Instant::at_us(2)) == nullptr);
+  ask({1, 1000});
+  CHECK(send_next(500) == VersionRange{1, 500});
+  ask({1, 1000});
+  ask({200, 205});
+  CHECK(send_next(500) == VersionRange{200, 205});
+  CHECK(send_next(500) == VersionRange{501, 1000});
+  CHECK(send_next(500) == VersionRange{1, 500});
 }
 
 }  // namespace

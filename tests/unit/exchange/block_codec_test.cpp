@@ -2,12 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The code of a block: what was quantised comes out, from any layers, within the bytes that are
 // promised, the same bytes for the same content.
-#include "tessera/exchange/block_codec.hpp"
+#include "tessera/exchange/internal/block_codec.hpp"
 
 #include <catch2/catch.hpp>
 
 #include "sample_content.hpp"
-#include "tessera/map/packed_block.hpp"
+#include "tessera/map/internal/packed_block.hpp"
 #include "unit/map/small_map.hpp"
 
 namespace tessera {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-#include "tessera/exchange/coverage.hpp"
+#include "tessera/exchange/internal/coverage.hpp"
 
 #include <catch2/catch.hpp>
 #include <set>
@@ -58,16 +58,32 @@ TEST_CASE("coverage: what does not fit is forgotten, the shortest first, and nev
   for (std::uint32_t i = 0; i < Coverage::kMostRanges; ++i)
     CHECK(coverage.add({10 * i + 1, 10 * i + 5}));
   CHECK(coverage.ranges().size() == Coverage::kMostRanges);
-  CHECK_FALSE(coverage.add({10000, 10000}));
-  CHECK_FALSE(coverage.contains({10000, 10000}));
-  CHECK(coverage.add({20000, 20009}));
-  CHECK(coverage.contains({20000, 20009}));
+  constexpr std::uint32_t kBeyond = 20 * Coverage::kMostRanges;
+  CHECK_FALSE(coverage.add({kBeyond, kBeyond}));
+  CHECK_FALSE(coverage.contains({kBeyond, kBeyond}));
+  CHECK(coverage.add({kBeyond, kBeyond + 9}));
+  CHECK(coverage.contains({kBeyond, kBeyond + 9}));
   CHECK(coverage.ranges().size() == Coverage::kMostRanges);
   // One of the others went; of the rest nothing changed.
   std::size_t whole = 0;
   for (std::uint32_t i = 0; i < Coverage::kMostRanges; ++i)
     whole += coverage.contains({10 * i + 1, 10 * i + 5}) ? 1U : 0U;
   CHECK(whole == Coverage::kMostRanges - 1);
+}
+
+TEST_CASE("coverage: what a range lacks is its versions that no range has") {
+  Coverage coverage;
+  CHECK(coverage.lacking({3, 12}) == 10);
+  CHECK(coverage.lacking({4, 3}) == 0);
+  for (const VersionRange range : {VersionRange{1, 4}, VersionRange{8, 9}, VersionRange{12, 20}})
+    coverage.add(range);
+  for (std::uint32_t first = 1; first < 24; ++first) {
+    std::uint32_t lacking = 0;
+    for (std::uint32_t last = first; last < 24; ++last) {
+      lacking += coverage.contains({last, last}) ? 0U : 1U;
+      CHECK(coverage.lacking({first, last}) == lacking);
+    }
+  }
 }
 
 TEST_CASE("coverage: the highest versions are versions as others are") {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-#include "tessera/exchange/due_wheel.hpp"
+#include "tessera/exchange/internal/due_wheel.hpp"
 
 #include <array>
 #include <catch2/catch.hpp>

@@ -1,14 +1,14 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // The levels that evidence is rounded to: which there are, and how far off they may be.
-#include "tessera/exchange/evidence_levels.hpp"
+#include "tessera/exchange/internal/evidence_levels.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 
 #include "oracle/random.hpp"
-#include "tessera/map/packed_block.hpp"
+#include "tessera/map/internal/packed_block.hpp"
 
 namespace tessera {
 namespace {

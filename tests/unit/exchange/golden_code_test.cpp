@@ -7,7 +7,7 @@
 #include <string_view>
 
 #include "sample_content.hpp"
-#include "tessera/base/digest.hpp"
+#include "tessera/base/internal/digest.hpp"
 
 namespace tessera {
 namespace {

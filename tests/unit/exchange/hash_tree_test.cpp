@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-#include "tessera/exchange/hash_tree.hpp"
+#include "tessera/exchange/internal/hash_tree.hpp"
 
 #include <catch2/catch.hpp>
 
-#include "tessera/base/digest.hpp"
+#include "tessera/base/internal/digest.hpp"
 
 namespace tessera {
 namespace {

@@ -124,4 +124,35 @@ TEST_CASE(
   CHECK(robot.publisher.totals().emptied == 0);
 }
 
+TEST_CASE("Publisher: a block that is to leave is published before its time, and forgotten") {
+  SampleRobot robot;
+  robot.budget.label_bytes = 1 << 20;
+  for (int i = 0; i < 600; ++i) fill(robot.map(), i, 1);  // more than are sent at once
+  std::vector<LeavingBlock> leaving{{.key = BlockKey{key_of_block(599)}},
+                                    {.key = BlockKey{key_of_block(700)}}};
+  const PublisherReport report =
+      robot.publisher.tick(robot.map(), 0, robot.budget, robot.kept.interface(), leaving);
+  CHECK(report.settled == 2);
+  const Block* const block = robot.map().find(at(599));
+  CHECK(leaving[0].stamp == block->stamp);
+  CHECK(leaving[1].stamp == 1);  // there is no such block
+  CHECK(robot.kept.blocks.count(key_of_block(599)) == 1);
+
+  robot.map().remove_block(robot.map().find_handle(at(599)));
+  REQUIRE(robot.settles(200));
+  CHECK(robot.publisher.totals().emptied == 0);
+  CHECK(robot.kept.blocks.size() == 600);
+}
+
+TEST_CASE("Publisher: a block that is to leave waits for bytes, and is asked about again") {
+  SampleRobot robot;
+  fill(robot.map(), 0, 5);
+  robot.budget.label_bytes = 0;
+  std::vector<LeavingBlock> leaving{{.key = BlockKey{key_of_block(0)}}};
+  robot.publisher.tick(robot.map(), 0, robot.budget, robot.kept.interface(), leaving);
+  CHECK(leaving[0].stamp == 0);
+  robot.publisher.tick(robot.map(), 50'000, kPlenty, robot.kept.interface(), leaving);
+  CHECK(leaving[0].stamp == robot.map().find(at(0))->stamp);
+}
+
 }  // namespace tessera

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What is published again, and when.
 #include <catch2/catch.hpp>
+#include <numeric>
 
 #include "sample_robot.hpp"
 
@@ -32,6 +33,25 @@ TEST_CASE("Publisher: a voxel that changes while nothing else does is published 
   REQUIRE(carve(robot.map(), {100, 0, 0}) == Status::kOk);
   CHECK(robot.tick().published == 1);
   CHECK(robot.disagreement() == 0);
+}
+
+TEST_CASE("Publisher: it does the same wherever its clock begins, below zero too") {
+  const auto published_from = [](std::int64_t begin_us) {
+    SampleRobot robot;
+    robot.budget.label_bytes = 100;
+    robot.now_us = begin_us;
+    std::vector<std::uint64_t> published;
+    for (int round = 0; round < 40; ++round) {
+      relabel(robot.map(), 0, 30, round / 10);
+      published.push_back(robot.tick().published);
+    }
+    return published;
+  };
+  const std::vector<std::uint64_t> wanted = published_from(0);
+  CHECK(std::accumulate(wanted.begin(), wanted.end(), std::uint64_t{0}) > 30);
+  for (const std::int64_t begin_us :
+       {-3'600'000'000, std::int64_t{-1}, std::int64_t{1}, 3'600'000'000})
+    CHECK(published_from(begin_us) == wanted);
 }
 
 TEST_CASE("Publisher: nothing changed, nothing is compared or sent") {
@@ -97,6 +117,7 @@ TEST_CASE("Publisher: under load blocks are held off, and never out later than t
 
 TEST_CASE("Publisher: what the budget does not allow is counted, and goes out oldest first") {
   SampleRobot robot;
+  robot.tick();
   robot.budget.label_bytes = 130;  // ten blocks
   relabel(robot.map(), 0, 500, 0);
   robot.tick();

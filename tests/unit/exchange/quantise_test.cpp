@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "sample_content.hpp"
-#include "tessera/map/packed_block.hpp"
+#include "tessera/map/internal/packed_block.hpp"
 #include "tessera/semantics/estimate.hpp"
 
 namespace tessera {

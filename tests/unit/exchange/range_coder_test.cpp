@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // The range coder: what goes in comes out, in as many bytes as it should, and bits have one code.
-#include "tessera/exchange/range_coder.hpp"
+#include "tessera/exchange/internal/range_coder.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>

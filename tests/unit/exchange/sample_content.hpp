@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "oracle/random.hpp"
-#include "tessera/base/bits.hpp"
-#include "tessera/exchange/block_codec.hpp"
-#include "tessera/exchange/evidence_levels.hpp"
+#include "tessera/base/internal/bits.hpp"
+#include "tessera/exchange/internal/block_codec.hpp"
+#include "tessera/exchange/internal/evidence_levels.hpp"
 
 namespace tessera {
 

@@ -50,7 +50,8 @@ Publication KeptPublication::interface() {
           },
           [](void* self, BlockKey key) {
             return static_cast<KeptPublication*>(self)->archived.count(key.bits) == 0;
-          }};
+          },
+          this};
 }
 
 bool KeptPublication::read(BlockKey key, BlockContent& content) const {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "tessera/exchange/publisher.hpp"
-#include "tessera/map/packed_block.hpp"
+#include "tessera/map/internal/packed_block.hpp"
 #include "unit/map/small_map.hpp"
 
 namespace tessera {

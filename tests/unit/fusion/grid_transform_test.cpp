@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // Phi: no holes, nothing lost, and block ranges that hold all that they should.
-#include "tessera/fusion/grid_transform.hpp"
+#include "tessera/replica/grid_transform.hpp"
 
 #include <catch2/catch.hpp>
 #include <set>

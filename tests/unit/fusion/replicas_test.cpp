@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // Replicas: the latest version of each block, whatever comes in whatever order.
-#include "tessera/fusion/replicas.hpp"
+#include "tessera/replica/replicas.hpp"
 
 #include <algorithm>
 #include <array>

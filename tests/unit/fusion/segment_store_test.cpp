@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-#include "tessera/fusion/segment_store.hpp"
+#include "tessera/replica/internal/segment_store.hpp"
 
 #include <catch2/catch.hpp>
 #include <map>

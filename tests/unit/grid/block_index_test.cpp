@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The map's index holds as many blocks as it was made for, takes memory as they come, and refuses
 // keys that are made to collide without losing any.
-#include "tessera/grid/block_index.hpp"
+#include "tessera/grid/internal/block_index.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

@@ -7,7 +7,7 @@
 #include <catch2/catch.hpp>
 #include <vector>
 
-#include "tessera/grid/key_index.hpp"
+#include "tessera/grid/internal/key_index.hpp"
 
 namespace tessera {
 namespace {

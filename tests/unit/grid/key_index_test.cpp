@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // The index does what std::unordered_map does, in fixed memory, up to its capacity.
-#include "tessera/grid/key_index.hpp"
+#include "tessera/grid/internal/key_index.hpp"
 
 #include <catch2/catch.hpp>
 #include <unordered_map>

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A walk along a segment visits the cells that the segment crosses, each once, from one end to the
 // other.
-#include "tessera/grid/segment.hpp"
+#include "tessera/grid/internal/segment.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The pool gives zeroed items that never overlap, takes them back, and knows exactly what would
 // still fit.
-#include "tessera/grid/slab_pool.hpp"
+#include "tessera/grid/internal/slab_pool.hpp"
 
 #include <algorithm>
 #include <array>

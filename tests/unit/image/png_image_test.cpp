@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // Label images come back as they were written; what is no such image is refused.
-#include "image/png_image.hpp"
+#include "pictures/png_image.hpp"
 
 #include <catch2/catch.hpp>
 #include <string>

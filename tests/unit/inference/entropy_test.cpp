@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // The multi-entropy policy, case by case.
-#include "tessera/inference/entropy.hpp"
+#include "tessera/inference/internal/entropy.hpp"
 
 #include <bit>
 #include <catch2/catch.hpp>

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The kernel's sums of a strip of tiles: the same bits in lanes of four and of eight and in strips
 // of any length, and the sum of eq. 7.
-#include "tessera/inference/kernel_strip.hpp"
+#include "tessera/inference/internal/kernel_strip.hpp"
 
 #include <bit>
 #include <catch2/catch.hpp>

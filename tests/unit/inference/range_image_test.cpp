@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The range image against all returns, one by one: in the open, at the cube's rims and at its
 // corners.
-#include "tessera/inference/range_image.hpp"
+#include "tessera/inference/internal/range_image.hpp"
 
 #include <array>
 #include <catch2/catch.hpp>

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "oracle/random.hpp"
-#include "tessera/inference/tile_evidence.hpp"
+#include "tessera/inference/internal/tile_evidence.hpp"
 
 namespace tessera {
 namespace {

@@ -2,15 +2,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // Links on a loopback network of the test's own: what they hand over, what they refuse, and that
 // they leave the heap alone.
-#include "lcm/datagram_link.hpp"
+#include "link/datagram_link.hpp"
 
 #include <catch2/catch.hpp>
 #include <string>
 #include <vector>
 
-#include "lcm/status_publisher.hpp"
-#include "posix/allocation_counter.hpp"
-#include "posix/monotonic_clock.hpp"
+#include "base/allocation_counter.hpp"
+#include "base/monotonic_clock.hpp"
+#include "link/status_publisher.hpp"
 #include "stranger.hpp"
 
 namespace tessera {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // Long messages: put together whatever the order, refused whatever the lie.
-#include "lcm/fragment_assembler.hpp"
+#include "link/fragment_assembler.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

@@ -11,9 +11,9 @@
 #include <tessera_reply.hpp>
 #include <vector>
 
-#include "lcm/query_messages.hpp"
-#include "lcm/sensor_messages.hpp"
-#include "lcm/sensor_sender.hpp"
+#include "link/query_messages.hpp"
+#include "link/sensor_messages.hpp"
+#include "link/sensor_sender.hpp"
 #include "unit/lcm/encoded.hpp"
 
 namespace tessera {

@@ -16,8 +16,8 @@
 #include <tessera_status.hpp>
 #include <vector>
 
-#include "lcm/datagram_link.hpp"
-#include "lcm/status_publisher.hpp"
+#include "link/datagram_link.hpp"
+#include "link/status_publisher.hpp"
 #include "unit/lcm/child.hpp"
 #include "unit/lcm/own_network.hpp"
 
@@ -108,13 +108,13 @@ TEST_CASE("StatusPublisher: a message that LCM's generated code decodes, of one 
   REQUIRE(eventually_handled(lcm.get(), [&] { return heard[kStatusChannel].size() == 2; }));
   tessera_status status{};
   for (const std::string& bytes : heard[kStatusChannel]) {
-    CHECK(bytes.size() == 332);
-    REQUIRE(status.decode(bytes.data(), 0, static_cast<int>(bytes.size())) == 320);
-    CHECK(status.decode(bytes.data(), 0, 319) < 0);
+    CHECK(bytes.size() == 348);
+    REQUIRE(status.decode(bytes.data(), 0, static_cast<int>(bytes.size())) == 336);
+    CHECK(status.decode(bytes.data(), 0, 335) < 0);
     CHECK(status.robot == 3);
   }
-  CHECK(status.sent_bytes_per_s == 2 * (1000 + 332));
-  CHECK(status.counters[15] == 2);  // Sent.
+  CHECK(status.sent_bytes_per_s == 2 * (1000 + 348));
+  CHECK(status.counters[16] == 2);  // Sent.
   CHECK(status.uptime_us == 500'000);
 }
 

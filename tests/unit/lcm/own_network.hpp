@@ -6,7 +6,7 @@
 
 #include <string>
 
-#include "lcm/datagram_link.hpp"
+#include "link/datagram_link.hpp"
 
 namespace tessera {
 

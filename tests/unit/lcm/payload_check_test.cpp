@@ -9,9 +9,11 @@
 namespace tessera {
 namespace {
 
-/// Takes what begins with a g, calls what begins with an f no datagram, and the rest forged.
+/// Takes what begins with a g, calls what begins with an f no datagram, what begins with an m of
+/// another mission, and the rest forged.
 PayloadVerdict judge(void* /*context*/, std::span<const std::byte> payload) noexcept {
   if (payload.front() == std::byte{'g'}) return PayloadVerdict::kTaken;
+  if (payload.front() == std::byte{'m'}) return PayloadVerdict::kMission;
   return payload.front() == std::byte{'f'} ? PayloadVerdict::kFormat : PayloadVerdict::kTag;
 }
 
@@ -62,6 +64,16 @@ TEST_CASE("DatagramLink: what its check refuses takes no slot from what it takes
   CHECK(s.refused_format == hostile / 2);
   Buffer buffer;
   for (int i = 0; i < kHonest; ++i) CHECK(text_of(link->receive(buffer).bytes) == good_payload(i));
+}
+
+TEST_CASE("DatagramLink: what is of another mission is counted as such") {
+  if (!enter_own_network()) return;
+  const auto link = open_link(checked_config());
+  const auto honest = open_link(loopback_config());
+  for (const char* const payload : {"m1", "m2", "g3"}) REQUIRE(honest->send(bytes_of(payload)));
+  REQUIRE(eventually([&] { return link->statistics().received == 1; }));
+  CHECK(link->statistics().refused_mission == 2);
+  CHECK(link->statistics().refused_tag + link->statistics().refused_format == 0);
 }
 
 TEST_CASE(

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-#include "lcm/receive_pace.hpp"
+#include "link/receive_pace.hpp"
 
 #include <catch2/catch.hpp>
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // Our decoder against what LCM generates, and against bytes that nobody meant.
-#include "lcm/sensor_messages.hpp"
+#include "link/sensor_messages.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -12,7 +12,7 @@
 #include <tessera_semantic_cloud.hpp>
 #include <vector>
 
-#include "lcm/short_message.hpp"
+#include "link/short_message.hpp"
 #include "unit/lcm/encoded.hpp"
 
 namespace tessera {

@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-#include "lcm/short_message.hpp"
+#include "link/short_message.hpp"
 
 #include <catch2/catch.hpp>
 #include <random>
 #include <string>
 #include <vector>
 
-#include "lcm/sender_table.hpp"
+#include "link/sender_table.hpp"
 
 namespace tessera {
 namespace {

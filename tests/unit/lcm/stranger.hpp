@@ -13,7 +13,7 @@
 #include <string>
 #include <string_view>
 
-#include "lcm/datagram_link.hpp"
+#include "link/datagram_link.hpp"
 #include "own_network.hpp"
 
 namespace tessera {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-#include "lcm/udpm_url.hpp"
+#include "link/udpm_url.hpp"
 
 #include <catch2/catch.hpp>
 

@@ -13,7 +13,7 @@ namespace {
 
 std::vector<std::byte> encoded(const LocalMap& map, BlockCoord block) {
   std::vector<std::byte> bytes(most_block_bytes(map.num_components()));
-  bytes.resize(encode_block(map, *map.find(block), bytes));
+  bytes.resize(save_block(map, *map.find(block), bytes));
   return bytes;
 }
 
@@ -35,7 +35,7 @@ TEST_CASE("stored block: a block that comes back to an empty map is the same, re
     REQUIRE(carve(there.map, {-3, 5, 1}) == Status::kOk);
     REQUIRE(carve(there.map, {-8, 0, 7}) == Status::kOk);
     SmallMap here(settings(tuple, 10.0F));
-    REQUIRE(decode_block(encoded(there.map, {-1, 0, 0}), here.map).ok());
+    REQUIRE(restore_block(encoded(there.map, {-1, 0, 0}), here.map).ok());
     here.map.restore_revision(7);
     CHECK(content_of(here.map) == content_of(there.map));
   }
@@ -53,7 +53,7 @@ TEST_CASE("stored block: content that meets content is added, and later revision
   REQUIRE(hit(b.map, {7, 7, 7}, 3, 1.0F) == Status::kOk);
   REQUIRE(carve(b.map, {0, 0, 0}) == Status::kOk);
   REQUIRE(carve(b.map, {1, 1, 1}) == Status::kOk);
-  REQUIRE(decode_block(encoded(b.map, {}), a.map).ok());
+  REQUIRE(restore_block(encoded(b.map, {}), a.map).ok());
   const VoxelEvidence sum = a.map.evidence(VoxelCoord{1, 1, 1});
   CHECK(sum.sigma[0] == 0.4F);
   CHECK(sum.sigma[1] == 3.0F);
@@ -75,7 +75,7 @@ TEST_CASE("stored block: sums are held to the cap in proportion, passes to their
     REQUIRE(carve(a.map, {2, 0, 0}) == Status::kOk);
     REQUIRE(carve(b.map, {2, 0, 0}) == Status::kOk);
   }
-  REQUIRE(decode_block(encoded(b.map, {}), a.map).ok());
+  REQUIRE(restore_block(encoded(b.map, {}), a.map).ok());
   const VoxelEvidence sum = a.map.evidence(VoxelCoord{0, 0, 0});
   CHECK(sum.sigma[1] == Approx(4.0F));
   CHECK(sum.sigma[2] == Approx(6.0F));
@@ -89,7 +89,7 @@ TEST_CASE("stored block: of compact tuples the three largest counts keep their c
     REQUIRE(hit(a.map, {0, 0, 0}, component, weight) == Status::kOk);
   for (const auto& [component, weight] : {std::pair{4, 2.0F}, {5, 3.0F}, {1, 0.5F}})
     REQUIRE(hit(b.map, {0, 0, 0}, component, weight) == Status::kOk);
-  REQUIRE(decode_block(encoded(b.map, {}), a.map).ok());
+  REQUIRE(restore_block(encoded(b.map, {}), a.map).ok());
   const VoxelEvidence sum = a.map.evidence(VoxelCoord{0, 0, 0});
   CHECK(sum.sigma[3] == 5.0F);
   CHECK(sum.sigma[5] == 3.0F);
@@ -109,8 +109,8 @@ TEST_CASE("stored block: one that is damaged or does not fit changes nothing") {
   for (std::size_t i = 0; i < sound.size(); ++i) {
     std::vector<std::byte> bytes = sound;
     bytes[i] ^= std::byte{0x10};
-    REQUIRE(!decode_block(bytes, into.map).ok());
-    REQUIRE(!decode_block(std::span(sound).first(i), into.map).ok());
+    REQUIRE(!restore_block(bytes, into.map).ok());
+    REQUIRE(!restore_block(std::span(sound).first(i), into.map).ok());
   }
   CHECK(content_of(into.map) == before);
   SmallMap full(config_of_pages(4));
@@ -121,8 +121,8 @@ TEST_CASE("stored block: one that is damaged or does not fit changes nothing") {
   SmallMap all(config_of_pages(32));
   for (int i = 0; i < kBlockVoxels; i += 2)
     REQUIRE(hit(all.map, {i % 8, i / 8 % 8, i / 64}, 1, 1.0F) == Status::kOk);
-  large.resize(encode_block(all.map, *all.map.find({}), large));
-  CHECK(decode_block(large, full.map).status == Status::kResourceExhausted);
+  large.resize(save_block(all.map, *all.map.find({}), large));
+  CHECK(restore_block(large, full.map).status == Status::kResourceExhausted);
   CHECK(content_of(full.map) == small);
 }
 
@@ -137,9 +137,9 @@ TEST_CASE("stored block: the bounds on its bytes and storage hold for a full one
       for (int l = 1; l <= classes + 1; ++l) REQUIRE(hit(full.map, v, l, 1.0F) == Status::kOk);
     }
     std::vector<std::byte> bytes(most_block_bytes(classes + 2));
-    const std::size_t n = encode_block(full.map, *full.map.find({}), bytes);
+    const std::size_t n = save_block(full.map, *full.map.find({}), bytes);
     CHECK(n + 5 * kBlockVoxels == bytes.size());  // dense tuples have no rest
-    CHECK(encode_block(full.map, *full.map.find({}), std::span(bytes).first(n - 1)) == 0);
+    CHECK(save_block(full.map, *full.map.find({}), std::span(bytes).first(n - 1)) == 0);
   }
 }
 

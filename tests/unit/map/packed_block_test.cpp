@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Packed blocks: what goes in comes out, packing again gives the same bytes, and bytes that are no
 // packed block are refused.
-#include "tessera/map/packed_block.hpp"
+#include "tessera/map/internal/packed_block.hpp"
 
 #include <catch2/catch.hpp>
 #include <cmath>

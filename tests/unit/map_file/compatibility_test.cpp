@@ -12,7 +12,7 @@ namespace tessera {
 
 namespace {
 
-// Offsets in the file. The header's body is laid out in docs/memory.md.
+// Offsets in the file. The header's body is laid out in docs/reference/memory.md.
 constexpr std::size_t kMajor = 8;
 constexpr std::size_t kMinor = 10;
 constexpr std::size_t kKind = kBodyOffset;

@@ -11,7 +11,7 @@
 
 #include "sample_map.hpp"
 #include "stored_bytes.hpp"
-#include "tessera/base/crc32.hpp"
+#include "tessera/base/internal/crc32.hpp"
 
 namespace tessera {
 

@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "sample_map.hpp"
-#include "tessera/grid/segment.hpp"
+#include "tessera/grid/internal/segment.hpp"
 #include "tessera/map/queries.hpp"
 
 namespace tessera {

@@ -6,7 +6,7 @@
 #include <set>
 #include <tuple>
 
-#include "tessera/base/digest.hpp"
+#include "tessera/base/internal/digest.hpp"
 
 namespace tessera {
 

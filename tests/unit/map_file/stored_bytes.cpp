@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 
-#include "tessera/base/crc32.hpp"
+#include "tessera/base/internal/crc32.hpp"
 #include "tessera/map/queries.hpp"
 
 namespace tessera {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-#include "node/config_file.hpp"
+#include "settings/config_file.hpp"
 
 #include <catch2/catch.hpp>
 
@@ -50,11 +50,11 @@ TEST_CASE("ConfigFile: what nobody asks for is refused with the nearest name") {
     return said(file.finish());
   };
   CHECK(refused("[replay]\nrate_hz = 1\nrtae_hz = 1\n") ==
-        "folder/node.toml, line 3: there is no key rtae_hz in [replay]; did you mean rate_hz?");
+        "folder/node.toml, line 3: unknown key rtae_hz in [replay]; did you mean rate_hz?");
   CHECK(refused("\n[repaly]\n") ==
-        "folder/node.toml, line 2: there is no table [repaly]; did you mean [replay]?");
+        "folder/node.toml, line 2: unknown table [repaly]; did you mean [replay]?");
   CHECK(refused("[run]\nrate_hz = 1\n") ==
-        "folder/node.toml, line 2: there is no key rate_hz in [run]; it is in [replay]");
+        "folder/node.toml, line 2: unknown key rate_hz in [run]; it is in [replay]");
 }
 
 TEST_CASE("ConfigFile: a value of another type or out of its range is refused with its line") {

@@ -13,10 +13,11 @@ namespace {
 
 using Datagram = std::array<std::byte, kHeaderBytes + 4 + kTagBytes>;
 
-Datagram tagged() {
+Datagram tagged(std::uint32_t mission = 0) {
   Datagram datagram{};
   ByteWriter writer(datagram);
-  write_header(writer, {.kind = DatagramKind::kLeave, .sender = 3, .session = 1});
+  write_header(writer,
+               {.kind = DatagramKind::kLeave, .mission = mission, .sender = 3, .session = 1});
   const Authenticator crc = crc_authenticator();
   crc.tag(nullptr, std::span(datagram).first<kHeaderBytes + 4>(),
           std::span(datagram).last<kTagBytes>());
@@ -66,6 +67,23 @@ TEST_CASE(
   CHECK(door.judge(other) == PayloadVerdict::kFormat);
   CHECK(checks == 0);
   CHECK(door.judge(std::span(long_one).first(kMostDatagramBytes)) == PayloadVerdict::kTaken);
+  CHECK(checks == 1);
+}
+
+TEST_CASE("DatagramDoor: a datagram of another mission is counted as such, by its header alone") {
+  static int checks = 0;
+  checks = 0;
+  Authenticator counting = crc_authenticator();
+  counting.check = [](void*, std::span<const std::byte>,
+                      std::span<const std::byte, kTagBytes>) noexcept {
+    ++checks;
+    return true;
+  };
+  DatagramDoor door(counting, {}, 7);
+  CHECK(door.judge(tagged(7)) == PayloadVerdict::kTaken);
+  CHECK(checks == 1);
+  CHECK(door.judge(tagged(8)) == PayloadVerdict::kMission);
+  CHECK(door.judge(tagged(0)) == PayloadVerdict::kMission);
   CHECK(checks == 1);
 }
 

@@ -24,7 +24,7 @@ TEST_CASE("NodeConfig: with the least that is needed all else is as documented")
   CHECK(config->link.url == kDefaultUrl);
 }
 
-TEST_CASE("NodeConfig: every key is described in docs/node.md with its default") {
+TEST_CASE("NodeConfig: every key is described in docs/reference/node.md with its default") {
   const Outcome<NodeConfig> config = parse_node_config(kLeast, "node.toml");
   REQUIRE(config.ok());
   std::ifstream stream(TESSERA_NODE_DOCS);

@@ -27,7 +27,8 @@ class Watched {
 
   /// What is said at this second of the run.
   std::string look(std::int64_t second) {
-    refusals_.look(link, exchange, statuses, table, second * kSecond_us, log_);
+    refusals_.look({link, exchange, statuses, table, global_map, floors_refused},
+                   second * kSecond_us, log_);
     LogQueue* const queues[] = {&log_};
     const std::uint64_t before = writer_.lines();
     writer_.write(queues);
@@ -43,6 +44,8 @@ class Watched {
   ExchangeReport exchange{};
   SideStatistics statuses{};
   StatusCounters table{};
+  GlobalMapReport global_map{};
+  std::uint64_t floors_refused = 0;
 
  private:
   static std::array<int, 2> new_pipe() {
@@ -85,16 +88,51 @@ TEST_CASE("RefusalLog: counters are told each by itself") {
     ++watched.link.kernel_dropped;
     ++watched.link.queue_full;
     ++watched.link.fragments;
+    ++watched.link.refused_mission;
     ++watched.exchange.refused_contributions;
     ++watched.exchange.records_refused;
     ++watched.statuses.refused_tag;
     ++watched.table.refused_places;
+    ++watched.global_map.refused_blocks;
+    ++watched.global_map.refused_outputs;
+    ++watched.global_map.refused_sums;
+    ++watched.global_map.torn_blocks;
+    ++watched.floors_refused;
     said += watched.look(second);
   }
-  for (const char* name : {"link kernel_dropped: 2 ", "link queue_full: 2 ", "fragments",
-                           "exchange refused_contributions: 2 ", "exchange records_refused: 2 ",
-                           "status refused_tag: 2 ", "status refused_places: 2 "})
+  for (const char* name :
+       {"link kernel_dropped: 2 ", "link queue_full: 2 ", "fragments", "link refused_mission: 2 ",
+        "exchange refused_contributions: 2 ", "exchange records_refused: 2 ",
+        "status refused_tag: 2 ", "status refused_places: 2 ", "global_map refused_blocks: 2 ",
+        "global_map refused_outputs: 2 ", "global_map refused_sums: 2 ",
+        "global_map torn_blocks: 2 ", "state floors_refused: 2 "})
     CHECK(said.find(name) != std::string::npos);
+}
+
+TEST_CASE("RefusalLog: a single conflict and a single twin are an error line at once") {
+  Watched watched;
+  CHECK(watched.look(100).empty());
+  ++watched.exchange.conflicts;
+  CHECK(watched.look(101).find("node: error: exchange conflicts: 1 contents") == 0);
+  ++watched.exchange.twins;
+  CHECK(watched.look(102).find("node: error: exchange twins: 1 times") == 0);
+  for (std::int64_t second = 103; second < 1000; ++second) CHECK(watched.look(second).empty());
+}
+
+TEST_CASE("RefusalLog: conflicts that go on are a line a minute, and none of them is left out") {
+  Watched watched;
+  std::vector<std::int64_t> said;
+  for (std::int64_t second = 100; second < 400; ++second) {
+    // The last of them in the minute after a line, and then no more.
+    if (second <= 170) ++watched.exchange.conflicts;
+    const std::string line = watched.look(second);
+    if (line.empty()) continue;
+    said.push_back(second);
+    CHECK(line.find(said.size() == 1   ? ": 1 contents"
+                    : said.size() == 2 ? ": 60 contents"
+                                       : ": 10 contents") != std::string::npos);
+  }
+  CHECK(said == std::vector<std::int64_t>{100, 160, 220});
 }
 
 }  // namespace

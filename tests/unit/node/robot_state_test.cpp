@@ -36,7 +36,7 @@ TEST_CASE("lock_robot: a robot is one process at a time") {
     REQUIRE(lock.ok());
     const Outcome<FileDescriptor> second = lock_robot(state, 3);
     REQUIRE_FALSE(second.ok());
-    CHECK(second.failure().message.find("robot 3 is running already") != std::string::npos);
+    CHECK(second.failure().message.find("robot 3 is already running") != std::string::npos);
     CHECK(lock_robot(state, 4).ok());
   }
   CHECK(lock_robot(state, 3).ok());

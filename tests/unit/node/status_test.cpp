@@ -1,98 +1,30 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// What is taken of a status: of the robot that signed it, of this mission, once.
+// What is taken of a status: of the robot that signed it, of this mission.
 #include <fcntl.h>
 
 #include <array>
 #include <catch2/catch.hpp>
-#include <tessera_status.hpp>
 
-#include "lcm/status_publisher.hpp"
-#include "lcm/status_table.hpp"
+#include "base/file_descriptor.hpp"
+#include "link/status_table.hpp"
 #include "node/datagram_door.hpp"
 #include "node/fleet_watch.hpp"
-#include "posix/file_descriptor.hpp"
-#include "security/fleet_keys.hpp"
-#include "security/key_maker.hpp"
-#include "support/temporary_folder.hpp"
+#include "status_fleet.hpp"
 
 namespace tessera {
 namespace {
 
-constexpr std::int64_t kSecond = 1'000'000;
-constexpr std::uint32_t kRobots = 3;
-
-enum class Protection { kNone, kKey, kSignatures };
-
-/// Keys of a small fleet, as its robots have them.
-class Fleet {
- public:
-  explicit Fleet(Protection protection, const char* mission = "harbour 7") {
-    const std::string folder = folder_.path().string() + "/keys";
-    std::filesystem::create_directories(folder);
-    REQUIRE(make_fleet(folder, kRobots, *Mission::make("harbour 7")).ok());
-    for (std::uint32_t robot = 0; robot < kRobots; ++robot)
-      keys_.push_back(keys_of(protection, folder, mission, robot));
-  }
-  /// The same fleet in another mission.
-  [[nodiscard]] std::unique_ptr<FleetKeys> in_mission(const char* mission, std::uint32_t robot) {
-    return keys_of(Protection::kSignatures, folder_.path().string() + "/keys", mission, robot);
-  }
-  [[nodiscard]] StatusKeys of(std::uint32_t robot) { return of(*keys_[robot]); }
-  [[nodiscard]] static StatusKeys of(FleetKeys& keys) {
-    return {keys.status_authenticator(), keys.keys().signatures};
-  }
-  /// For what is not a status: a datagram's tag.
-  [[nodiscard]] Authenticator datagram_tags(std::uint32_t robot) {
-    return keys_[robot]->keys().authenticator;
-  }
-
- private:
-  static std::unique_ptr<FleetKeys> keys_of(Protection protection, const std::string& folder,
-                                            const char* mission, std::uint32_t robot) {
-    KeyFiles files;
-    if (protection != Protection::kNone) {
-      files.fleet_key = folder + "/fleet.key";
-      files.mission = mission;
-    }
-    if (protection == Protection::kSignatures) {
-      files.robot_secret = folder + "/robot_" + std::to_string(robot) + ".key";
-      files.robot_public_keys = folder + "/fleet.pub";
-    }
-    Outcome<FleetKeys> keys = FleetKeys::read(files, robot);
-    REQUIRE(keys.ok());
-    return std::make_unique<FleetKeys>(std::move(*keys));
-  }
-
-  test::TemporaryFolder folder_;
-  std::vector<std::unique_ptr<FleetKeys>> keys_;
-};
-
-struct Said {
-  std::uint32_t robot = 1;
-  std::uint64_t session = 1;
-  std::uint32_t sequence = 1;
-  std::uint32_t exclude_digest = 0;
-  std::int64_t other_twins = 0;
-};
-
-std::vector<std::byte> status_of(const Said& said, const StatusKeys& keys) {
-  tessera_status message{};
-  message.version = kStatusVersion;
-  message.robot = static_cast<std::int32_t>(said.robot);
-  message.exclude_digest = said.exclude_digest;
-  message.counters[kLinkCounters + NodeStatus::kOtherTwins] = said.other_twins;
-  std::vector<std::byte> bytes(keys.status_bytes());
-  REQUIRE(message.encode(bytes.data(), 0, static_cast<int>(kTypedStatusBytes)) ==
-          static_cast<int>(kTypedStatusBytes));
-  seal_status(bytes, said.session, said.sequence, keys);
-  return bytes;
-}
+using test::Fleet;
+using test::kSecond;
+using test::Protection;
+using test::status_of;
 
 TEST_CASE("StatusTable: what a robot signed is taken, and each changed bit is refused") {
   Fleet fleet(Protection::kSignatures);
   StatusTable table(fleet.of(0), 0);
-  const auto status = status_of({.exclude_digest = 0xfedcba98U, .other_twins = 7}, fleet.of(1));
+  const auto status =
+      status_of({.exclude_digest = 0xfedcba98U, .other_twins = 7, .conflicts = 5}, fleet.of(1));
   for (std::size_t bit = 0; bit < 8 * status.size(); ++bit) {
     auto changed = status;
     changed[bit / 8] ^= std::byte{1} << (bit % 8);
@@ -108,6 +40,7 @@ TEST_CASE("StatusTable: what a robot signed is taken, and each changed bit is re
   CHECK(heard.exclude_digest == 0xfedcba98U);
   CHECK(heard.other_twins == 7);
   CHECK(heard.own_twins == 0);
+  CHECK(heard.conflicts == 5);
 }
 
 TEST_CASE("StatusTable: what is cut or longer is no status") {
@@ -157,34 +90,6 @@ TEST_CASE("StatusTable: a member that names another robot is refused") {
   CHECK(table.entries().empty());
   CHECK(table.hear(status_of({.robot = 0}, fleet.of(1)), 0) == PayloadVerdict::kExcluded);
   CHECK(table.counters().refused_robot == 1);
-}
-
-TEST_CASE("StatusTable: nothing is heard twice, and nothing of an earlier session") {
-  Fleet fleet(Protection::kSignatures);
-  StatusTable table(fleet.of(0), 0);
-  const auto hear = [&](std::uint64_t session, std::uint32_t sequence, std::int64_t now_us) {
-    return table.hear(status_of({.session = session, .sequence = sequence}, fleet.of(1)), now_us);
-  };
-  CHECK(hear(5, 7, 0) == PayloadVerdict::kTaken);
-  CHECK(hear(5, 7, 0) == PayloadVerdict::kExcluded);
-  CHECK(hear(5, 6, 0) == PayloadVerdict::kExcluded);
-  CHECK(hear(4, 9, 0) == PayloadVerdict::kExcluded);
-  // Where robots sign, silence makes nothing good again.
-  CHECK(hear(4, 9, 100 * kSecond) == PayloadVerdict::kExcluded);
-  CHECK(table.counters().refused_replay == 4);
-  CHECK(hear(5, 8, 100 * kSecond) == PayloadVerdict::kTaken);
-  CHECK(hear(6, 1, 100 * kSecond) == PayloadVerdict::kTaken);
-}
-
-TEST_CASE("StatusTable: where nobody signs, a forged session mutes a robot for seconds alone") {
-  Fleet fleet(Protection::kKey);
-  StatusTable table(fleet.of(0), 0);
-  const auto hear = [&](std::uint64_t session, std::int64_t now_us) {
-    return table.hear(status_of({.session = session}, fleet.of(1)), now_us);
-  };
-  CHECK(hear(UINT64_MAX, 0) == PayloadVerdict::kTaken);
-  CHECK(hear(5, StatusTable::kLately_us) == PayloadVerdict::kExcluded);
-  CHECK(hear(5, StatusTable::kLately_us + 1) == PayloadVerdict::kTaken);
 }
 
 TEST_CASE("StatusTable: more signatures than it checks in a second are refused unchecked") {
@@ -243,7 +148,8 @@ TEST_CASE("FleetWatch: who differs is shown while it is heard, and said when it 
   FleetView view;
   std::uint32_t sequence = 0;
   const auto hear_and_look = [&](std::uint32_t theirs, std::int64_t now_us) {
-    watch.hear(status_of({.sequence = ++sequence, .exclude_digest = theirs}, fleet.of(1)), now_us);
+    watch.hear(status_of({.sequence = ++sequence, .exclude_digest = theirs}, fleet.of(1)), now_us,
+               nullptr);
     watch.look(5, now_us, log);
     view = watch.view();
   };

@@ -10,8 +10,8 @@
 #include <set>
 #include <tuple>
 
-#include "octomap/octree_reader.hpp"
-#include "octomap/octree_writer.hpp"
+#include "maps/octree_reader.hpp"
+#include "maps/octree_writer.hpp"
 #include "oracle/random.hpp"
 #include "support/temporary_folder.hpp"
 #include "tessera/map/queries.hpp"

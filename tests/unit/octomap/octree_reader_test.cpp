@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // OctoMap's files byte by byte, and those that are none.
-#include "octomap/octree_reader.hpp"
+#include "maps/octree_reader.hpp"
 
 #include <bit>
 #include <catch2/catch.hpp>
@@ -94,8 +94,8 @@ TEST_CASE("octree: a chain down to a voxel, and no further") {
 TEST_CASE("octree: counts that lie, and trees that end early or late") {
   const std::string tree = two(1, 0);
   CHECK(leaves_of(binary(2) + tree).size() == 1);
-  CHECK_THAT(refusal(binary(3) + tree), Contains("says 3 nodes, but there are 2"));
-  CHECK_THAT(refusal(binary(18446744073709551615U) + tree), Contains("but there are 2"));
+  CHECK_THAT(refusal(binary(3) + tree), Contains("says 3 nodes, but it has 2"));
+  CHECK_THAT(refusal(binary(18446744073709551615U) + tree), Contains("but it has 2"));
   CHECK_THAT(refusal(binary(0) + tree), Contains("after its tree"));
   CHECK_THAT(refusal(binary(2) + tree + "x"), Contains("after its tree"));
   CHECK_THAT(refusal(binary(2) + tree.substr(1)), Contains("ends too early"));
@@ -118,10 +118,11 @@ TEST_CASE("octree: headers that are none") {
   CHECK_THAT(refusal(with("id OcTree", "id OcTreeStamped")), Contains("'OcTreeStamped'"));
   CHECK_THAT(refusal(with("id OcTree\n", "")), Contains("no line id"));
   CHECK_THAT(refusal(with("size 0", "size -1")), Contains("'-1'"));
-  CHECK_THAT(refusal(with("size 0", "size 99999999999999999999")), Contains("no number of nodes"));
-  CHECK_THAT(refusal(with("res 0.25", "res 0")), Contains("no resolution"));
-  CHECK_THAT(refusal(with("res 0.25", "res nan")), Contains("no resolution"));
-  CHECK_THAT(refusal(with("res 0.25", "res 1\nres 1")), Contains("twice"));
+  CHECK_THAT(refusal(with("size 0", "size 99999999999999999999")),
+             Contains("not a number of nodes"));
+  CHECK_THAT(refusal(with("res 0.25", "res 0")), Contains("not a resolution"));
+  CHECK_THAT(refusal(with("res 0.25", "res nan")), Contains("not a resolution"));
+  CHECK_THAT(refusal(with("res 0.25", "res 1\nres 1")), Contains("duplicate line"));
   CHECK_THAT(refusal(with("res 0.25", "what \x1b[2J")), Contains("'what'"));
   CHECK_THAT(refusal(with("data\n", "")), Contains("no line 'data'"));
   CHECK_THAT(refusal(with("a comment", std::string(5000, 'x'))), Contains("no line 'data'"));

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // An OctoMap as the beginning of a map.
-#include "mapping/prior_map.hpp"
+#include "maps/prior_map.hpp"
 
 #include <catch2/catch.hpp>
 

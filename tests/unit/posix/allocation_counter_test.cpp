@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // That no way to the heap escapes the count, and that the wrapped allocator still works.
-#include "posix/allocation_counter.hpp"
+#include "base/allocation_counter.hpp"
 
 #include <malloc.h>
 #include <stdlib.h>

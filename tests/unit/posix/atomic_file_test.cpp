@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // What AtomicFile promises: all or nothing under the final name, and sentences that help.
-#include "posix/atomic_file.hpp"
+#include "base/atomic_file.hpp"
 
 #include <fcntl.h>
 #include <sys/resource.h>
@@ -221,7 +221,7 @@ TEST_CASE("AtomicFile: a second commit says that the file is complete") {
   Outcome<AtomicFile> file = AtomicFile::open(folder.file("a"));
   REQUIRE((file.ok() && file->commit().ok()));
   CHECK_FALSE(file->write(bytes_of("more")));
-  CHECK_THAT(file->commit().failure().message, Contains("complete already"));
+  CHECK_THAT(file->commit().failure().message, Contains("already complete"));
   CHECK(folder.read("a").empty());
 }
 

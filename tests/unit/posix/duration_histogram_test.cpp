@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-#include "posix/duration_histogram.hpp"
+#include "base/duration_histogram.hpp"
 
 #include <catch2/catch.hpp>
 

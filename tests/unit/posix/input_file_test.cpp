@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // What InputFile promises: at most the caller's span, and a sentence for whatever goes wrong.
-#include "posix/input_file.hpp"
+#include "base/input_file.hpp"
 
 #include <sys/stat.h>
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // Lines as people read them, and what becomes of those that there is no room or time for.
-#include "posix/log.hpp"
+#include "base/log.hpp"
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -10,7 +10,7 @@
 #include <catch2/catch.hpp>
 #include <string>
 
-#include "posix/file_descriptor.hpp"
+#include "base/file_descriptor.hpp"
 
 namespace tessera {
 namespace {
@@ -85,7 +85,8 @@ TEST_CASE("log: what there is no room for is counted and said") {
   CHECK(taken == 2);
   CHECK(queue.lost() == 2);
   write(writer, queue);
-  CHECK(pipe.read() == "link: one\nlink: two\nlink: warning: 2 messages lost, there was no room\n");
+  CHECK(pipe.read() ==
+        "link: one\nlink: two\nlink: warning: 2 messages lost, as the queue was full\n");
 }
 
 TEST_CASE("log: a line ends after 255 bytes") {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-#include "posix/monotonic_clock.hpp"
+#include "base/monotonic_clock.hpp"
 
 #include <catch2/catch.hpp>
 #include <cstdint>

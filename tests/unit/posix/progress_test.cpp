@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // What a person sees: a bar that is redrawn in place on a terminal, a few lines in a log.
-#include "posix/progress.hpp"
+#include "base/progress.hpp"
 
 #include <poll.h>
 #include <pty.h>
@@ -15,8 +15,8 @@
 #include <stdexcept>
 #include <string>
 
-#include "posix/file_descriptor.hpp"
-#include "posix/monotonic_clock.hpp"
+#include "base/file_descriptor.hpp"
+#include "base/monotonic_clock.hpp"
 
 namespace tessera {
 namespace {

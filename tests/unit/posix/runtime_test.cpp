@@ -15,12 +15,12 @@
 #include <string>
 #include <vector>
 
-#include "posix/heartbeat.hpp"
-#include "posix/memory_lock.hpp"
-#include "posix/monotonic_clock.hpp"
-#include "posix/service_notice.hpp"
-#include "posix/thread.hpp"
-#include "posix/wake_up.hpp"
+#include "base/heartbeat.hpp"
+#include "base/memory_lock.hpp"
+#include "base/monotonic_clock.hpp"
+#include "base/service_notice.hpp"
+#include "base/thread.hpp"
+#include "base/wake_up.hpp"
 
 namespace tessera {
 namespace {

@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Clouds take what docs/formats.md says, whatever their headers do.
+// Clouds take what docs/reference/formats.md says, whatever their headers do.
 #include <catch2/catch.hpp>
 #include <string>
 #include <vector>
 
-#include "clouds/cloud_folder.hpp"
-#include "clouds/pcd_reader.hpp"
-#include "clouds/ply_reader.hpp"
+#include "scans/cloud_folder.hpp"
+#include "scans/pcd_reader.hpp"
+#include "scans/ply_reader.hpp"
 #include "support/heap_peak.hpp"
 #include "support/reader_memory.hpp"
 #include "support/temporary_folder.hpp"

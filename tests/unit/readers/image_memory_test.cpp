@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "clouds/depth_folder.hpp"
-#include "image/png_image.hpp"
+#include "pictures/png_image.hpp"
+#include "scans/depth_folder.hpp"
 #include "support/heap_peak.hpp"
 #include "support/reader_memory.hpp"
 #include "support/temporary_folder.hpp"

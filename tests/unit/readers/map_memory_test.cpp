@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Map files, OctoMap's files and KITTI's scans take what docs/formats.md says.
+// Map files, OctoMap's files and KITTI's scans take what docs/reference/formats.md says.
 #include <catch2/catch.hpp>
 #include <cstring>
 #include <string>
 
-#include "dataset/dataset.hpp"
-#include "mapping/stored_map.hpp"
-#include "octomap/octree_reader.hpp"
+#include "maps/octree_reader.hpp"
+#include "maps/stored_map.hpp"
+#include "scans/dataset.hpp"
 #include "support/heap_peak.hpp"
 #include "support/reader_memory.hpp"
 #include "support/temporary_folder.hpp"

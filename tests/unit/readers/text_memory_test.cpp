@@ -1,14 +1,14 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Text files take what docs/formats.md says: poses, and TOML of many small tables.
+// Text files take what docs/reference/formats.md says: poses, and TOML of many small tables.
 #include <catch2/catch.hpp>
 #include <string>
 #include <vector>
 
-#include "clouds/pose_file.hpp"
-#include "dataset/cameras_toml.hpp"
-#include "dataset/dataset_classes.hpp"
-#include "dataset/poses.hpp"
+#include "scans/cameras_toml.hpp"
+#include "scans/dataset_classes.hpp"
+#include "scans/pose_file.hpp"
+#include "scans/poses.hpp"
 #include "support/heap_peak.hpp"
 #include "support/reader_memory.hpp"
 #include "support/temporary_folder.hpp"

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "oracle/random.hpp"
-#include "tessera/base/digest.hpp"
+#include "tessera/base/internal/digest.hpp"
 
 namespace tessera {
 namespace {

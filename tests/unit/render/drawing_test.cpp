@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "render/bitmap_font.hpp"
-#include "render/canvas.hpp"
-#include "render/framing.hpp"
-#include "render/lettering.hpp"
+#include "pictures/bitmap_font.hpp"
+#include "pictures/canvas.hpp"
+#include "pictures/framing.hpp"
+#include "pictures/lettering.hpp"
 
 namespace tessera {
 namespace {

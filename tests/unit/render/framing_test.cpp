@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // What of a map a picture shows: all but stray voxels, and those are counted.
-#include "render/framing.hpp"
+#include "pictures/framing.hpp"
 
 #include <catch2/catch.hpp>
 #include <vector>
 
-#include "render/picture.hpp"
+#include "pictures/picture.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace tessera {

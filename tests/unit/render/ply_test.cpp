@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What write_ply promises: headers and byte counts that readers rely on, closed surfaces without
 // inner faces, and clean failures.
-#include "render/ply.hpp"
+#include "pictures/ply.hpp"
 
 #include <bit>
 #include <catch2/catch.hpp>
@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "render/ply_mesh.hpp"
+#include "pictures/ply_mesh.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace tessera {

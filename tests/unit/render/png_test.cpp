@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-#include "render/picture.hpp"
+#include "pictures/picture.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace tessera {

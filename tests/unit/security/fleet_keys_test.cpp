@@ -1,14 +1,15 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // What a robot has of its fleet's keys, the mission that is in them, and numbers of sessions.
-#include "security/fleet_keys.hpp"
+#include "link/fleet_keys.hpp"
 
 #include <catch2/catch.hpp>
 #include <set>
 #include <string>
 
+#include "link/key_maker.hpp"
+#include "link/session.hpp"
 #include "sample_keys.hpp"
-#include "security/session.hpp"
 
 namespace tessera {
 namespace {
@@ -64,8 +65,9 @@ TEST_CASE("FleetKeys: what is named is used, and nothing else") {
         secret +
             " is of robot 7, and this is robot 8; name the key file of this robot, or "
             "give this robot its number");
-  CHECK(refusal({"", secret, "", ""}, 7) == "signatures take both: name robot_public_keys too");
-  CHECK(refusal({"", "", known, ""}, 7) == "signatures take both: name robot_secret too");
+  CHECK(refusal({"", secret, "", ""}, 7) ==
+        "signatures need both keys: name robot_public_keys too");
+  CHECK(refusal({"", "", known, ""}, 7) == "signatures need both keys: name robot_secret too");
   CHECK(refusal({secret, "", "", ""}, 7).find(secret) != std::string::npos);
 }
 
@@ -136,6 +138,26 @@ TEST_CASE("make_session: later starts are higher, and the same count is another 
   CHECK(*first != *again);
   CHECK(*later > *first);
   CHECK(*later > *again);
+}
+
+TEST_CASE("FleetKeys: which of the secrets that are read again is another one") {
+  const KeyFolder folder;
+  const KeyFiles files{
+      folder.write("fleet.key", std::string(kFleetLine) + std::string(kMissionLine)),
+      folder.write("robot_7.key", kSecretLine), folder.write("fleet.pub", kPublicLine), ""};
+  Outcome<FleetKeys> before = FleetKeys::read(files, 7);
+  REQUIRE(before.ok());
+  const auto changed = [&](std::uint32_t robot = 7) {
+    Outcome<FleetKeys> after = FleetKeys::read(files, robot);
+    REQUIRE(after.ok());
+    return before->changed_secrets(files, *after);
+  };
+  CHECK(changed().empty());
+  REQUIRE(set_mission(files.fleet_key, sample_mission("harbour 8")).ok());
+  CHECK(changed() == "the mission in " + files.fleet_key);
+  REQUIRE(std::remove(files.fleet_key.c_str()) == 0);
+  REQUIRE(make_fleet_key(files.fleet_key, sample_mission()).ok());
+  CHECK(changed() == "the key in " + files.fleet_key);
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-#include "security/key_file.hpp"
+#include "link/key_file.hpp"
 
 #include <catch2/catch.hpp>
 #include <set>
@@ -64,7 +64,7 @@ TEST_CASE("read_fleet_key: a changed or second mission is refused, and one alone
     CHECK_FALSE(fault_of(key + changed).empty());
   }
   CHECK(says(fault_of(key + mission + mission), "line 3 is a second mission; keep one"));
-  CHECK(says(fault_of(mission), "holds no key"));
+  CHECK(says(fault_of(mission), "has no key"));
   const KeyFolder folder;
   CHECK_FALSE(read_robot_secret(folder.write("s", kSecretLine + mission)).ok());
   CHECK_FALSE(read_public_keys(folder.write("p", kPublicLine + mission)).ok());
@@ -87,7 +87,7 @@ TEST_CASE("read_fleet_key: any changed character is found") {
 
 TEST_CASE("read_fleet_key: other texts are refused with what to do") {
   CHECK(says(fault_of(""), "tessera key new --robots"));
-  CHECK(says(fault_of("# only\n"), "holds no key"));
+  CHECK(says(fault_of("# only\n"), "has no key"));
   CHECK(says(fault_of(kSecretLine), "line 1 is a key of another kind"));
   CHECK(says(fault_of(std::string("# c\n") + kFleetLine + kFleetLine), "line 3 is a second key"));
   CHECK(says(fault_of(std::string(100'000, '#')), "over 64 KiB"));
@@ -111,7 +111,7 @@ TEST_CASE("read_fleet_key: links, folders, pipes and missing files are refused")
   CHECK(says(read_fleet_key(folder.file("link")).failure().message, "symbolic link"));
   CHECK_FALSE(read_fleet_key(folder.path()).ok());
   REQUIRE(::mkfifo(folder.file("pipe").c_str(), 0600) == 0);
-  CHECK(says(read_fleet_key(folder.file("pipe")).failure().message, "no regular file"));
+  CHECK(says(read_fleet_key(folder.file("pipe")).failure().message, "not a regular file"));
   CHECK(says(read_fleet_key(folder.file("none")).failure().message, "No such file"));
   CHECK_FALSE(read_fleet_key("").ok());
 }
@@ -139,8 +139,8 @@ TEST_CASE("read_robot_secret and read_public_keys") {
   const auto fault = [&](const std::string& text, mode_t mode = 0644) {
     return read_public_keys(folder.write("q", text, mode)).failure().message;
   };
-  CHECK(says(fault(""), "holds no key"));
-  CHECK(says(fault(std::string(kPublicLine) + kSecretLine), "line 2 is no public key"));
+  CHECK(says(fault(""), "has no key"));
+  CHECK(says(fault(std::string(kPublicLine) + kSecretLine), "line 2 is not a public key"));
   CHECK(says(fault(std::string(kPublicLine) + kPublicLine), "line 2 is a second key"));
   CHECK(says(fault(kPublicLine, 0664), "chmod 644"));
 }

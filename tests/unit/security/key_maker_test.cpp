@@ -1,14 +1,14 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-#include "security/key_maker.hpp"
+#include "link/key_maker.hpp"
 
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
 #include <set>
 
+#include "link/fleet_keys.hpp"
 #include "sample_keys.hpp"
-#include "security/fleet_keys.hpp"
 
 namespace tessera {
 namespace {

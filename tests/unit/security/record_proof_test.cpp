@@ -2,15 +2,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a robot signs of its records, byte by byte: other bytes would lock out the robots that run
 // what was before.
-#include "tessera/exchange/record_proof.hpp"
+#include "tessera/exchange/internal/record_proof.hpp"
 
 #include <catch2/catch.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "link/fleet_signatures.hpp"
 #include "sample_keys.hpp"
-#include "security/fleet_signatures.hpp"
 
 namespace tessera {
 namespace {
@@ -55,7 +55,7 @@ struct Fixture {
   Signature signature{};
 };
 
-// By Python's hashlib.blake2b and struct from docs/wire-format.md.
+// By Python's hashlib.blake2b and struct from docs/reference/wire-format.md.
 TEST_CASE("record proof: leaves and the root are those of the page") {
   Fixture f;
   CHECK(hex_of(leaf_of(f.by, kId, f.records[0])) == "38cc1bc6da193d0c4a3aa20b9bc10c7a");

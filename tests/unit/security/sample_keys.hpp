@@ -10,8 +10,8 @@
 #include <span>
 #include <string>
 
-#include "security/key_file.hpp"
-#include "security/mission.hpp"
+#include "link/key_file.hpp"
+#include "link/mission.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace tessera {

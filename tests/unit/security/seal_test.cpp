@@ -5,12 +5,12 @@
 #include <string>
 #include <vector>
 
-#include "posix/allocation_counter.hpp"
+#include "base/allocation_counter.hpp"
+#include "link/datagram_seal.hpp"
+#include "link/fleet_signatures.hpp"
+#include "link/key_maker.hpp"
+#include "link/record_signature.hpp"
 #include "sample_keys.hpp"
-#include "security/datagram_seal.hpp"
-#include "security/fleet_signatures.hpp"
-#include "security/key_maker.hpp"
-#include "security/record_signature.hpp"
 
 namespace tessera {
 namespace {
@@ -49,8 +49,8 @@ RecordVerifier sample_verifier(const char* mission = "harbour 7") {
   return std::move(*verifier);
 }
 
-// Computed by Python's hashlib.blake2b from docs/wire-format.md. Other values would lock out the
-// robots that run what was before.
+// Computed by Python's hashlib.blake2b from docs/reference/wire-format.md. Other values would lock
+// out the robots that run what was before.
 TEST_CASE("DatagramSeal: known answers of two missions and two uses") {
   const auto tag_of = [](KeyUse use, const char* mission) {
     Tag tag;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // The compact tuple: against its rule written plainly, and its error against the dense tuple.
-#include "tessera/semantics/compact_tuple.hpp"
+#include "tessera/semantics/internal/compact_tuple.hpp"
 
 #include <array>
 #include <catch2/catch.hpp>
@@ -9,7 +9,7 @@
 #include <map>
 
 #include "oracle/random.hpp"
-#include "tessera/semantics/dense_tuple.hpp"
+#include "tessera/semantics/internal/dense_tuple.hpp"
 
 namespace tessera {
 namespace {

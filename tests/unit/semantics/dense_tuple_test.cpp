@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // The laws of a tuple policy, on the dense tuple, against a plain array of floats.
-#include "tessera/semantics/dense_tuple.hpp"
+#include "tessera/semantics/internal/dense_tuple.hpp"
 
 #include <array>
 #include <catch2/catch.hpp>

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cstdint>
 
-#include "sensing/sensor_matcher.hpp"
+#include "scans/sensor_matcher.hpp"
 
 namespace tessera {
 

@@ -9,8 +9,8 @@
 #include <random>
 #include <vector>
 
-#include "lcm/sensor_sender.hpp"
-#include "sensing/sensor_port.hpp"
+#include "link/sensor_sender.hpp"
+#include "scans/sensor_port.hpp"
 #include "unit/lcm/own_network.hpp"
 
 namespace tessera {

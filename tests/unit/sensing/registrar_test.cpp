@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // What a depth camera gives, with its labels and with labels that are not of its size.
-#include "node/registrar.hpp"
+#include "scans/registrar.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

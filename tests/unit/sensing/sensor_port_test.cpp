@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Sensors over a real LCM network: from the real library and from our player's sender, recorded and
 // played by LCM's programs, with lies in between.
-#include "sensing/sensor_port.hpp"
+#include "scans/sensor_port.hpp"
 
 #include <lcm/lcm.h>
 
@@ -12,9 +12,9 @@
 #include <utility>
 #include <vector>
 
-#include "lcm/sensor_sender.hpp"
-#include "posix/allocation_counter.hpp"
-#include "posix/monotonic_clock.hpp"
+#include "base/allocation_counter.hpp"
+#include "base/monotonic_clock.hpp"
+#include "link/sensor_sender.hpp"
 #include "unit/lcm/child.hpp"
 #include "unit/lcm/own_network.hpp"
 #include "unit/sensing/port_bench.hpp"
@@ -282,7 +282,7 @@ TEST_CASE("SensorPort: open says what is wrong") {
   CHECK(has(refusal([](SensorPortConfig& c) { c.link.url = "udpm://239.255.76.68:7668?ttl=1"; }),
             "ttl=0"));
   CHECK(has(refusal([](SensorPortConfig& c) { c.link.interface = "eth99"; }), "eth99"));
-  CHECK(has(refusal([](SensorPortConfig& c) { c.channels.cloud = c.channels.pose; }), "twice"));
+  CHECK(has(refusal([](SensorPortConfig& c) { c.channels.cloud = c.channels.pose; }), "duplicate"));
   CHECK(has(refusal([](SensorPortConfig& c) { c.channels.pose = std::string(64, 'x'); }), "63"));
 }
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // Queries over a real network: the example planner, a program of its own with liblcm, asks a port.
-#include "service/query_port.hpp"
+#include "node/query_port.hpp"
 
 #include <catch2/catch.hpp>
 #include <filesystem>
@@ -9,7 +9,7 @@
 #include <string>
 #include <tessera_query.hpp>
 
-#include "posix/allocation_counter.hpp"
+#include "base/allocation_counter.hpp"
 #include "unit/lcm/child.hpp"
 #include "unit/lcm/own_network.hpp"
 #include "unit/map_file/sample_map.hpp"

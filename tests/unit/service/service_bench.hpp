@@ -5,7 +5,7 @@
 
 #include <limits>
 
-#include "service/query_service.hpp"
+#include "node/query_service.hpp"
 
 namespace tessera {
 

@@ -8,7 +8,7 @@
 #include <set>
 #include <vector>
 
-#include "dataset/dataset_classes.hpp"
+#include "scans/dataset_classes.hpp"
 #include "simulator/street_simulator.hpp"
 #include "tessera/base/rigid.hpp"
 #include "tessera/registration/label_projection.hpp"

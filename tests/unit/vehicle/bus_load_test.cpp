@@ -125,7 +125,7 @@ double load_percent(bool fd_pose, bool fd_sectors, int sectors, double rate, dou
 }
 
 TEST_CASE("bus load: under 30 % of 500 kbit/s, whatever is configured") {
-  // The same numbers as in docs/can.md, where another test looks them up.
+  // The same numbers as in docs/reference/can.md, where another test looks them up.
   CHECK(load_percent(false, false, 16, 500e3, 4) == Approx(11.04).margin(0.005));
   CHECK(load_percent(false, false, 32, 500e3, 4) == Approx(15.36).margin(0.005));
   CHECK(load_percent(true, true, 16, 500e3, 4) == Approx(5.12).margin(0.005));

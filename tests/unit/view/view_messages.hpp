@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Reads what the page is sent, by docs/view.md.
+// Reads what the page is sent, by docs/reference/view.md.
 #pragma once
 
 #include <cstring>
