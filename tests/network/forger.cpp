@@ -47,6 +47,12 @@ std::vector<std::byte> Forger::chunk(const ContributionId& id, VersionRange rang
   });
 }
 
+std::vector<std::byte> Forger::empty_chunk(const ContributionId& id, VersionRange range) {
+  return datagram(DatagramKind::kChunk, [&](ByteWriter& to) {
+    write_chunk_header(to, {.id = id, .range = range, .relayed = true});
+  });
+}
+
 std::vector<std::byte> Forger::request_for_all(std::uint32_t member, std::uint64_t session,
                                                std::uint64_t sequence, const ContributionId& of) {
   std::vector<std::byte> datagram(kMostDatagramBytes);

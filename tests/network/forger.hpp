@@ -40,6 +40,8 @@ class Forger {
   /// Of one record, which holds nothing.
   [[nodiscard]] std::vector<std::byte> chunk(const ContributionId& id, VersionRange range,
                                              BlockCoord block, std::uint32_t version);
+  /// What a relay says of a range that it has no record of.
+  [[nodiscard]] std::vector<std::byte> empty_chunk(const ContributionId& id, VersionRange range);
   /// What a member signs that asks for all of a contribution.
   [[nodiscard]] static std::vector<std::byte> request_for_all(std::uint32_t member,
                                                               std::uint64_t session,

@@ -139,5 +139,25 @@ TEST_CASE("unsigned: an honest network that delays and repeats takes nobody for 
   }
 }
 
+TEST_CASE("unsigned: ranges that somebody says are empty hide nothing that is there") {
+  Forged team(596, 3);
+  Forger relay(9);
+  const auto lie = [&](std::uint32_t first, std::uint32_t last) {
+    team.say(0, relay.empty_chunk(kOfOne, {first, last}));
+  };
+  // More wide ranges beyond the last version than coverage keeps.
+  for (std::uint32_t i = 0; i < 1100; ++i) lie(100'000 + 2'000 * i, 101'000 + 2'000 * i);
+  team.switch_off(1);
+  team.switch_on(2);
+  // And while the newcomer is answered, that there is nothing to send.
+  for (int i = 0; i < 500; ++i) {
+    lie(1, 5);
+    team.run(10'000);
+  }
+  CHECK(team.report(2).complete == 3);
+  CHECK(team.robot(2).replicas().find(kOfOne).ok());
+  CHECK(team.robot(0).content_digest() == team.robot(2).content_digest());
+}
+
 }  // namespace
 }  // namespace tessera::network

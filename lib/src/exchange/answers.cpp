@@ -46,7 +46,11 @@ bool Answers::add(const Range& wanted, ExchangeReport& counted) noexcept {
     rest.range.last = known->range.first - 1;
     rest.again = true;
   }
-  if (range_count_ == ranges_.size()) {
+  // One robot leaves places for others.
+  const auto known = ranges_.first(range_count_);
+  const auto its = std::count_if(known.begin(), known.end(),
+                                 [&](const Range& range) { return range.asker == wanted.asker; });
+  if (range_count_ == ranges_.size() || 4 * static_cast<std::size_t>(its) >= 3 * ranges_.size()) {
     ++counted.refused_answers;
     return false;
   }
@@ -67,6 +71,14 @@ Answers::Range* Answers::last_touching(const Range& wanted) noexcept {
     if (last == nullptr || known.range.first > last->range.first) last = &known;
   }
   return last;
+}
+
+bool Answers::touches(std::uint32_t contribution, const VersionRange& range) const noexcept {
+  const auto known = ranges_.first(range_count_);
+  return std::any_of(known.begin(), known.end(), [&](const Range& one) {
+    return one.contribution == contribution && one.range.first <= range.last &&
+           range.first <= one.range.last;
+  });
 }
 
 std::size_t Answers::drop(std::uint32_t contribution, VersionRange sent) noexcept {
@@ -101,7 +113,8 @@ Answers::Range* Answers::next(PeerTable& peers, Instant now) noexcept {
   for (const Range& range : ranges) {
     if (Peer* const peer = peers.find(range.asker); peer != nullptr)
       peer->waiting_bytes +=
-          kRecordBytes * (std::int64_t{range.range.last} - range.range.first + 1);
+          kRecordBytes * std::min<std::int64_t>(
+                             range.held, std::int64_t{range.range.last} - range.range.first + 1);
   }
   Range* first = nullptr;
   std::int64_t left = 0;
@@ -118,7 +131,7 @@ Answers::Range* Answers::next(PeerTable& peers, Instant now) noexcept {
 
 bool Answers::may_ask(Peer& peer, const Ledger& ledger, Instant now) const noexcept {
   const std::uint64_t taken = ledger.taken_bytes();
-  const auto most = static_cast<std::int64_t>(2 * taken) + kFirstBytes;
+  const auto most = static_cast<std::int64_t>(2 * ledger.held_bytes()) + kFirstBytes;
   std::int64_t left_us = 0;
   if (peer.allowance_at == Instant::long_ago()) {
     peer.allowance_bytes = most;

@@ -16,8 +16,6 @@ constexpr std::uint32_t kMostTries = 12;
 constexpr std::uint8_t kMostAwaited = 8;
 /// Then it is another one's turn.
 constexpr Duration kLongest{60'000'000};
-/// Records that are looked at: where one bucket of the index has all of them, each span is a walk.
-constexpr std::size_t kMostVisited = 5'000'000;
 /// A span is described by up to 2^6 sums.
 constexpr unsigned kPartBits = 6;
 
@@ -97,7 +95,8 @@ void Comparison::begin(const Ledger& ledger, const Ledger::Contribution& contrib
   visited_ = 0;
   began_ = heard_ = now;
   node_count_ = wanted_count_ = gap_count_ = 0;
-  std::uint8_t width = 1;
+  took_ = false;
+  std::uint8_t width = std::max<std::uint8_t>(1, contribution.index.width());
   while (width < 32 && (std::uint64_t{1} << width) < latest) ++width;
   // Records above what either stated are found as well.
   while (width < 32 &&
@@ -178,9 +177,36 @@ std::uint64_t Comparison::sum_of(const Ledger& ledger, const Ledger::Contributio
   return sum;
 }
 
-/// Gaps that touch become one. False iff there is no place.
+/// In one walk, also where one bucket has them all.
+std::span<const std::uint64_t> Comparison::sums_of_parts(const Ledger& ledger,
+                                                         const Ledger::Contribution& contribution,
+                                                         const Description& description) noexcept {
+  const auto sums = std::span(part_sums_).first(description.count);
+  const std::uint32_t first_part = description.span.index
+                                   << (description.span.width - description.part_width);
+  if (description.part_width >= contribution.index.width()) {
+    for (std::uint32_t part = 0; part < description.count; ++part)
+      sums[part] = contribution.index.sum({description.part_width, first_part + part});
+    return sums;
+  }
+  std::fill(sums.begin(), sums.end(), 0);
+  const VersionRange range = range_of(description.span);
+  visited_ += contribution.index.visit(
+      ledger.links(), range,
+      [&](std::uint32_t number) {
+        const Replicas::Replica& part = ledger.replicas().record(number);
+        if (part.version < range.first || part.version > range.last) return;
+        sums[((part.version - 1) >> description.part_width) - first_part] +=
+            fingerprint_of(part.hash, part.live).low;
+      },
+      [](std::uint32_t) { return true; });
+  return sums;
+}
+
+/// Gaps that touch become one. False iff there is no place, or no version is in the span.
 bool Comparison::add_gap(const VersionSpan& span) noexcept {
   const VersionRange range = range_of(span);
+  if (range.first > range.last) return false;
   for (VersionRange& gap : gaps_.first(gap_count_)) {
     if (gap.first <= range.first && range.last <= gap.last) return true;
     if (gap.last + 1 != range.first) continue;
@@ -197,7 +223,7 @@ bool Comparison::add_rest(const VersionSpan& span, std::uint32_t last) noexcept 
   if (last >= std::min<std::uint64_t>(span.last(), kLastVersion) || span.width == 0) return false;
   for (const std::uint32_t half : {0U, 1U}) {
     const VersionSpan part{static_cast<std::uint8_t>(span.width - 1), 2 * span.index + half};
-    if (part.last() > last) add_node({.span = part});
+    if (part.last() > last && part.first() <= kLastVersion) add_node({.span = part});
   }
   return true;
 }

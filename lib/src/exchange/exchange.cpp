@@ -115,7 +115,7 @@ bool Exchange::is_listening(Instant now) noexcept {
 std::size_t Exchange::send(std::int64_t now_us, std::span<std::byte> into) noexcept {
   const Instant now = Instant::at_us(now_us);
   if (is_listening(now)) return 0;
-  repair_.end_comparison(ledger_, now);
+  repair_.end_comparison(ledger_, gate_.peers(), now);
   return sender_.send(gate_, ledger_, repair_, now, into, counted_);
 }
 

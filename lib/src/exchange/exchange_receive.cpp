@@ -85,8 +85,9 @@ void Exchange::hear_gaps(const Heard& heard, const Ledger::Contribution& contrib
     for (const VersionRange& known : contribution.coverage.ranges_from(gap.first)) {
       const VersionRange both{std::max(gap.first, known.first), std::min(gap.last, known.last)};
       if (both.first > both.last) break;
-      const Answers::Range range{ledger_.number_of(contribution), contribution.generation, both,
-                                 heard.now + answer_delay(contribution), heard.header.sender};
+      const Answers::Range range{
+          ledger_.number_of(contribution),        contribution.generation, both,
+          heard.now + answer_delay(contribution), heard.header.sender,     contribution.records};
       if (!sender_.answers().add(range, counted_)) return;
     }
   }
@@ -137,10 +138,11 @@ bool Exchange::hear_chunk(const Heard& heard) noexcept {
     if (own == nullptr) {
       // Where robots sign, nothing is known by a name that anybody may say.
       counted_.impostors += gate_.signatures().on() ? 0U : 1U;
-    } else if (!ledger_.check_own_chunk(*own, chunk_, rest)) {
+    } else if (const Ledger::OwnChunk found = ledger_.check_own_chunk(*own, chunk_, rest);
+               found.of_other_process) {
       ++counted_.impostors;
-    } else if (heard.is_new && !chunk_.partial) {
-      counted_.answers_saved += sender_.answers().drop(ledger_.number_of(*own), chunk_.range);
+    } else {
+      drop_answers(heard, *own, found.held);
     }
     return true;
   }
@@ -162,11 +164,20 @@ bool Exchange::hear_chunk(const Heard& heard) noexcept {
     contribution->origin_at = heard.now;
     ledger_.take_chunk_statement(*contribution, chunk_.statement, heard.is_last, counted_);
   }
-  if (heard.is_new && !chunk_.partial)
-    counted_.answers_saved +=
-        sender_.answers().drop(ledger_.number_of(*contribution), chunk_.range);
+  drop_answers(heard, *contribution, taken.held);
   repair_.note_taken(ledger_, *contribution, taken, fills, heard.now);
   return true;
+}
+
+/// What another robot sent needs no sending, if it had all of it.
+void Exchange::drop_answers(const Heard& heard, const Ledger::Contribution& contribution,
+                            std::uint32_t held) noexcept {
+  const std::uint32_t number = ledger_.number_of(contribution);
+  Answers& answers = sender_.answers();
+  if (!heard.is_new || chunk_.partial || !answers.touches(number, chunk_.range) ||
+      !ledger_.is_all_of(contribution, chunk_.range, held))
+    return;
+  counted_.answers_saved += answers.drop(number, chunk_.range);
 }
 
 bool Exchange::hear_frame(const Heard& heard) noexcept {
@@ -240,8 +251,9 @@ bool Exchange::hear_description(const Heard& heard) noexcept {
     counted_.refused_answers += sender_.answers().picks().push(pick) ? 0U : 1U;
   };
   const auto send_range = [&](const VersionRange& range) {
+    if (!sender_.answers().may_ask(*heard.peer, ledger_, heard.now)) return false;
     return sender_.answers().add({ledger_.number_of(*contribution), contribution->generation, range,
-                                  heard.now, heard.header.sender},
+                                  heard.now, heard.header.sender, contribution->records},
                                  counted_);
   };
   while (body.remaining() != 0 && read_description(body, *description_))

@@ -128,13 +128,15 @@ Ledger::Contribution* Ledger::add(const ContributionId& id, Claim claim, Instant
 }
 
 /// Empties a place. Its index is large: it is cleared where it is.
-void Ledger::drop(Contribution& contribution) const noexcept {
+void Ledger::drop(Contribution& contribution) noexcept {
   if (contribution.used && contribution.open) store_.remove(store_.context, contribution.slot);
   contribution.used = contribution.own = contribution.open = false;
   contribution.stated = contribution.full = false;
   contribution.proof_bytes = 0;
   ++contribution.generation;
   contribution.latest = contribution.announced_frame = contribution.frame_revision = 0;
+  held_bytes_ -= contribution.record_bytes;
+  contribution.record_bytes = 0;
   contribution.records = 0;
   contribution.held = {};
   contribution.statement = {};

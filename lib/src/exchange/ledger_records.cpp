@@ -19,10 +19,14 @@ void Ledger::list_block(Contribution& contribution, BlockKey key, bool add) noex
       contribution.index.add(links_, number, part->version, fingerprint.low);
       contribution.held += fingerprint;
       ++contribution.records;
+      contribution.record_bytes += part->wire_bytes;
+      held_bytes_ += part->wire_bytes;
     } else {
       contribution.index.remove(links_, number, part->version, fingerprint.low);
       contribution.held -= fingerprint;
       --contribution.records;
+      contribution.record_bytes -= part->wire_bytes;
+      held_bytes_ -= part->wire_bytes;
     }
   }
 }
@@ -37,6 +41,28 @@ Result<Replicas::Change> Ledger::put(Contribution& contribution, BlockKey key,
   list_block(contribution, key, true);
   if (change.ok()) taken_bytes_ += coded.size();
   return change;
+}
+
+/// Nothing later of the block, or of the part's share of it, is held.
+bool Ledger::holds(const Contribution& contribution, BlockKey key,
+                   const PartVersion& version) const noexcept {
+  const Replicas& replicas = *store_.replicas;
+  for (const Replicas::Replica* part = replicas.find(contribution.slot, key); part != nullptr;
+       part = replicas.next_part(*part)) {
+    if (part->version == version.number && part->hash == version.hash) return part->latest();
+  }
+  return false;
+}
+
+bool Ledger::is_all_of(const Contribution& contribution, const VersionRange& range,
+                       std::uint32_t held) const noexcept {
+  constexpr std::uint32_t kMostWalk = 1024;
+  const std::optional<std::uint32_t> own =
+      contribution.index.count(links_, range, kMostWalk, [&](std::uint32_t number) {
+        const Replicas::Replica& part = store_.replicas->record(number);
+        return part.latest() && range.first <= part.version && part.version <= range.last;
+      });
+  return own && *own <= held;
 }
 
 /// A live part of the block that has the same version and other content: its origin made both.
@@ -183,7 +209,8 @@ Ledger::Fate Ledger::take_record(Contribution& contribution, const ChunkHeader& 
 }
 
 /// Where a record is none, or not its origin's, what came before it is taken, and nothing is known
-/// of the rest. What is refused stays a gap.
+/// of the rest. What is refused stays a gap. Nobody signed the range of a relayed chunk: it says
+/// nothing of versions beyond the statement.
 Ledger::Taken Ledger::take_records(Contribution& contribution, const ChunkHeader& header,
                                    std::span<const std::byte> records,
                                    ExchangeReport& counted) noexcept {
@@ -192,7 +219,10 @@ Ledger::Taken Ledger::take_records(Contribution& contribution, const ChunkHeader
   RecordReader reader(from, header.range, header.relayed && signatures_.on());
   ChunkRecord record;
   std::uint32_t first = header.range.first;
+  const std::uint32_t most =
+      header.relayed && contribution.stated ? contribution.statement.latest : kLastVersion;
   const auto cover = [&](std::uint32_t last) {
+    last = std::min(last, most);
     if (header.partial || last < first) return;
     taken.grew = contribution.coverage.add({first, last}) || taken.grew;
   };
@@ -202,6 +232,10 @@ Ledger::Taken Ledger::take_records(Contribution& contribution, const ChunkHeader
     counted.records_taken += fate == Fate::kTaken ? 1U : 0U;
     counted.records_stale += fate == Fate::kStale ? 1U : 0U;
     taken.grew = taken.grew || fate == Fate::kTaken;
+    taken.records += fate == Fate::kTaken ? 1U : 0U;
+    const bool is_here = fate == Fate::kTaken || fate == Fate::kStale;
+    if (const Result<BlockKey> key = pack(record.block); is_here && key.ok())
+      taken.held += holds(contribution, *key, record.version) ? 1U : 0U;
     if (fate == Fate::kMalformed || fate == Fate::kForged) {
       taken.well_formed = fate != Fate::kMalformed;
       taken.forged = fate == Fate::kForged;
@@ -217,28 +251,33 @@ Ledger::Taken Ledger::take_records(Contribution& contribution, const ChunkHeader
   return taken;
 }
 
-bool Ledger::check_own_chunk(const Contribution& own, const ChunkHeader& header,
-                             std::span<const std::byte> body) noexcept {
-  if (!header.relayed && header.statement.session == session_) return true;
+Ledger::OwnChunk Ledger::check_own_chunk(const Contribution& own, const ChunkHeader& header,
+                                         std::span<const std::byte> body) noexcept {
+  OwnChunk found;
+  if (!header.relayed && header.statement.session == session_) return found;
   const std::size_t end = signatures_.on() && !header.relayed ? kSignatureBytes : 0;
-  if (body.size() < end) return true;
+  if (body.size() < end) return found;
   ByteReader from(body.first(body.size() - end));
   RecordReader reader(from, header.range, header.relayed && signatures_.on());
   ChunkRecord record;
   while (from.remaining() != 0 && reader.read(record)) {
     const Result<BlockKey> key = pack(record.block);
-    if (!key.ok()) return true;
+    if (!key.ok()) return found;
     const Hash leaf = leaf_of(signatures_, own.id, record);
     record.version.hash = record_hash(leaf);
-    if (store_.replicas->news(own.slot, *key, record.version) == 0) continue;
+    if (store_.replicas->news(own.slot, *key, record.version) == 0) {
+      found.held += holds(own, *key, record.version) ? 1U : 0U;
+      continue;
+    }
     // In a fleet that signs it must be proved; a chunk of another process shows in its statement.
     if (signatures_.on() && (!header.relayed || !proof_check_.check(signatures_, configuration_,
                                                                     own.id, leaf, record.proof)))
-      return true;
+      return found;
     overtaken_ = std::max(overtaken_.value_or(0), own.id.epoch);
-    return false;
+    found.of_other_process = true;
+    return found;
   }
-  return true;
+  return found;
 }
 
 }  // namespace tessera

@@ -131,6 +131,8 @@ void Ledger::keep_statement(Contribution& contribution, const Statement& stateme
   if (contradicts && !signatures_.on()) ++counted.conflicts;
   contribution.stated = true;
   contribution.statement = statement;
+  // Nobody signed what ranges of relayed chunks are beyond.
+  if (!contribution.own) contribution.coverage.trim(statement.latest);
   contribution.latest =
       replaces ? statement.latest : std::max(contribution.latest, statement.latest);
   contribution.proof_bytes = static_cast<std::uint8_t>(proof.size());

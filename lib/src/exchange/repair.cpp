@@ -18,6 +18,10 @@ constexpr Duration kClaimTime{1'000'000};
 constexpr std::int64_t kPutOff = 3;
 /// What came may still be on its way to the robot that announced without it.
 constexpr Duration kSettleTime{100'000};
+/// More may come all the while: a comparison begins nevertheless after this.
+constexpr Duration kMostSettleTime{2'000'000};
+/// A robot by whose comparison nothing came waits for as long as that took, at most so long.
+constexpr Duration kMostPeerPause{60'000'000};
 
 }  // namespace
 
@@ -79,7 +83,10 @@ void Repair::note_announced(Ledger& ledger, Ledger::Contribution& contribution,
   const bool later_frame = announced.frame_revision > contribution.frame_revision;
   contribution.announced_frame = contribution.frame_revision + (later_frame ? 1 : 0);
   note_lack(ledger, contribution, now);
-  if (contribution.open && contribution.held.folded() == announced.digest) return;
+  if (contribution.open && contribution.held.folded() == announced.digest) {
+    need.unsettled = Instant::never();
+    return;
+  }
   need.different = now;
   // Somebody is there who may have what is asked for.
   if (need.due != Instant::never() && !contribution.full) {
@@ -97,20 +104,27 @@ void Repair::consider_comparison(Ledger& ledger, const Ledger::Contribution& con
                                  const Peer& peer, Instant now, ExchangeReport& counted) noexcept {
   if (comparison_.active() || !contribution.open || !contribution.stated || !announced.stated ||
       announced.latest != contribution.statement.latest ||
-      (contribution.complete() && !announced.complete))
+      (contribution.complete() && !announced.complete) || now < peer.compare_due)
     return;
   const bool settled = !lacks_versions(contribution) || need.requests > 2;
-  if (!settled || now - need.taken < kSettleTime || now < need.compare_due) return;
+  if (!settled || now < need.compare_due) return;
+  need.unsettled = std::min(need.unsettled, now);
+  if (now - need.taken < kSettleTime && now - need.unsettled < kMostSettleTime) return;
+  need.unsettled = Instant::never();
   ++counted.diverged;
   comparison_.begin(ledger, contribution, peer.robot, contribution.latest, now);
 }
 
-void Repair::end_comparison(Ledger& ledger, Instant now) noexcept {
+void Repair::end_comparison(Ledger& ledger, PeerTable& peers, Instant now) noexcept {
   if (!comparison_.active()) return;
   const Ledger::Contribution& contribution = ledger.places()[comparison_.number()];
   const bool there = comparison_.is_of(comparison_.number(), contribution.generation);
   if (there && !comparison_.is_over(ledger, contribution, now)) return;
   comparison_.end();
+  // One at a time: others get their turn before who brought nothing has the next.
+  if (Peer* const peer = peers.find(comparison_.robot()); peer != nullptr && !comparison_.took())
+    peer->compare_due =
+        now + std::min(std::max(now - comparison_.began(), 2 * announce_), kMostPeerPause);
   if (!there) return;
   Need& need = need_of(ledger, contribution);
   // What was found is on its way, or was lost like what was not answered; where nothing was found
@@ -125,7 +139,7 @@ void Repair::note_taken(Ledger& ledger, Ledger::Contribution& contribution,
                         const Ledger::Taken& taken, bool fills, Instant now) noexcept {
   Need& need = need_of(ledger, contribution);
   if (taken.grew || taken.refused) contribution.full = taken.refused;
-  if (taken.grew) {
+  if (taken.records != 0) {
     need.taken = now;
     if (comparison_.is_of(ledger.number_of(contribution), contribution.generation))
       comparison_.note_taken(now);

@@ -164,13 +164,11 @@ bool Sender::write_body(Making& make, ByteWriter& to) noexcept {
       [&] {
         make.kind = DatagramKind::kRequest;
         return make.repair.write(make.ledger, before_signature, make.now, make.counted);
-      }() ||
-      write_descriptions(make, before_signature);
+      }();
   if (any) {
     to = before_signature;
     return true;
   }
-  make.kind = DatagramKind::kChunk;
   return write_chunk(make, to);
 }
 

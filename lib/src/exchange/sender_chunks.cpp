@@ -11,8 +11,8 @@ namespace {
 
 constexpr std::size_t kFreshBatch = 0;
 constexpr std::size_t kAnswerBatch = 1;
-/// Kinds of chunks that take turns.
-constexpr std::uint32_t kTurns = 3;
+/// New blocks, answers, single records and descriptions take turns.
+constexpr std::uint32_t kTurns = 4;
 
 }  // namespace
 
@@ -68,24 +68,26 @@ bool Sender::next_fresh(Making& make) noexcept {
   return true;
 }
 
-bool Sender::may_walk(Making& make, const Ledger::Contribution& contribution) noexcept {
-  Due& due = due_of(make.ledger, contribution);
+bool Sender::may_answer(Making& make, std::uint32_t asker) noexcept {
+  Peer* const peer = make.gate.peers().find(asker);
+  if (peer == nullptr) return false;
   const std::int64_t elapsed_us =
-      std::clamp<std::int64_t>((make.now - due.walk_at).us, 0, 10'000'000);
+      std::clamp<std::int64_t>((make.now - peer->walk_at).us, 0, 10'000'000);
   if (const std::int64_t earned = elapsed_us * kWalkPerSecond / 1'000'000; earned != 0) {
-    due.walk = std::min(kMostWalk, due.walk + earned);
-    due.walk_at = make.now;
+    peer->walk = std::min(Peer::kMostWalk, peer->walk + earned);
+    peer->walk_at = make.now;
   }
-  if (due.walk > 0) return true;
+  if (peer->walk > 0 && answers_.may_ask(*peer, make.ledger, make.now)) return true;
   ++make.counted.refused_answers;
   return false;
 }
 
-void Sender::note_walk(const Ledger& ledger, const Ledger::Contribution& contribution,
-                       std::size_t visited) noexcept {
-  // What an even spread of versions takes is free.
-  if (visited > kFreeWalk)
-    due_of(ledger, contribution).walk -= static_cast<std::int64_t>(visited - kFreeWalk);
+/// What an even spread of versions takes is free, if it found something.
+void Sender::note_walk(Making& make, std::uint32_t asker, std::size_t visited,
+                       bool found) noexcept {
+  const std::size_t free = found ? kFreeWalk : 0;
+  Peer* const peer = make.gate.peers().find(asker);
+  if (peer != nullptr && visited > free) peer->walk -= static_cast<std::int64_t>(visited - free);
 }
 
 /// The batch of the answer whose turn it is.
@@ -98,8 +100,7 @@ bool Sender::next_answer(Making& make) noexcept {
   if (!batch.empty() && is_there(batch.contribution, batch.generation)) return true;
   batch.range = {};
   while (Answers::Range* const answer = answers_.next(make.gate.peers(), make.now)) {
-    const Ledger::Contribution& contribution = make.ledger.places()[answer->contribution];
-    if (!is_there(answer->contribution, answer->generation) || !may_walk(make, contribution)) {
+    if (!is_there(answer->contribution, answer->generation) || !may_answer(make, answer->asker)) {
       answers_.remove(*answer);
       continue;
     }
@@ -107,7 +108,7 @@ bool Sender::next_answer(Making& make) noexcept {
     batch.generation = answer->generation;
     batch.asker = answer->asker;
     batch.range = answer->range;
-    note_walk(make.ledger, contribution, collect(make.ledger, batch));
+    note_walk(make, batch.asker, collect(make.ledger, batch));
     // All hear it.
     static_cast<void>(answers_.drop(batch.contribution, batch.range));
     return true;
@@ -151,6 +152,7 @@ std::size_t Sender::collect(const Ledger& ledger, Batch& batch) noexcept {
 }
 
 bool Sender::write_chunk(Making& make, ByteWriter& to) noexcept {
+  make.kind = DatagramKind::kChunk;
   const auto try_turn = [&](std::uint32_t turn) {
     switch (turn) {
       case 0:
@@ -165,10 +167,12 @@ bool Sender::write_chunk(Making& make, ByteWriter& to) noexcept {
         make.asker = batches_[kAnswerBatch].asker;
         write_batch(make, to, batches_[kAnswerBatch]);
         return true;
-      default:
+      case 2:
         if (!write_picks(make, to)) return false;
         ++make.counted.answer_chunks;
         return true;
+      default:
+        return write_descriptions(make, to);
     }
   };
   for (std::uint32_t i = 0; i < kTurns; ++i) {
@@ -235,20 +239,21 @@ bool Sender::write_picks(Making& make, ByteWriter& to) noexcept {
   const auto records_of = [&](const Answers::Pick& pick) -> Ledger::OfVersion {
     const Ledger::Contribution& place = make.ledger.places()[pick.contribution];
     // What was asked for may be more than it looked like: many blocks of one version.
-    Peer* const asker = make.gate.peers().find(pick.asker);
-    if (asker != nullptr && !answers_.may_ask(*asker, make.ledger, make.now)) {
-      ++make.counted.refused_answers;
-      return {};
-    }
-    if (!place.used || !place.open || place.generation != pick.generation || !may_walk(make, place))
+    if (!place.used || !place.open || place.generation != pick.generation ||
+        !may_answer(make, pick.asker))
       return {};
     const Ledger::OfVersion found = make.ledger.find_version(place, pick.version, pick.place);
-    note_walk(make.ledger, place, found.visited);
+    note_walk(make, pick.asker, found.visited, found.part != nullptr);
     return found;
   };
   Ledger::OfVersion found;
-  while (picks.count != 0 && (found = records_of(picks.front())).part == nullptr) picks.pop();
-  if (picks.count == 0) return false;
+  std::size_t misses = 0;
+  while (picks.count != 0 && misses < kMostMisses &&
+         (found = records_of(picks.front())).part == nullptr) {
+    picks.pop();
+    ++misses;
+  }
+  if (found.part == nullptr) return false;
   const Answers::Pick first = picks.front();
   const Ledger::Contribution& contribution = make.ledger.places()[first.contribution];
   ByteWriter again = to;

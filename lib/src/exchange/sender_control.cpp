@@ -135,7 +135,9 @@ void Sender::sign_root(Making& make, const ContributionId& id) noexcept {
 }
 
 /// Of one contribution and for one robot, as many as fit.
-bool Sender::write_descriptions(Making& make, ByteWriter& to) noexcept {
+bool Sender::write_descriptions(Making& make, ByteWriter& all) noexcept {
+  ByteWriter to = all;
+  if (needs_signature_) to.keep_free(kSignatureBytes);
   auto& spans = answers_.spans();
   bool any = false;
   Answers::Span first{};
@@ -143,7 +145,7 @@ bool Sender::write_descriptions(Making& make, ByteWriter& to) noexcept {
     const Answers::Span next = spans.front();
     const Ledger::Contribution& contribution = make.ledger.places()[next.contribution];
     if (!contribution.used || contribution.generation != next.generation ||
-        !may_walk(make, contribution)) {
+        !may_answer(make, next.asker)) {
       spans.pop();
       continue;
     }
@@ -153,13 +155,14 @@ bool Sender::write_descriptions(Making& make, ByteWriter& to) noexcept {
     } else if (next.contribution != first.contribution || next.asker != first.asker) {
       break;
     }
-    note_walk(make.ledger, contribution,
+    note_walk(make, next.asker,
               Comparison::describe(make.ledger, contribution, next.span, *description_));
     if (!write_description(to, *description_)) break;
     any = true;
     spans.pop();
   }
   if (!any) return false;
+  all = to;
   make.kind = DatagramKind::kDescription;
   make.asker = first.asker;
   make.for_asker = true;

@@ -51,7 +51,7 @@ void VersionIndex::widen(std::span<RecordLink> links) noexcept {
 }
 
 std::uint64_t VersionIndex::sum(const VersionSpan& span) const noexcept {
-  TESSERA_ASSERT(span.width >= width_);
+  if (span.width < width_) return sum({width_, span.index >> (width_ - span.width)});
   const unsigned more = span.width - width_;
   const std::uint64_t first = more < 32 ? std::uint64_t{span.index} << more : 0;
   const std::uint64_t last = more < 32 ? first + (std::uint64_t{1} << more) : kBuckets;

@@ -78,7 +78,7 @@ constexpr bool is_range(const VersionRange& range) noexcept {
   return range.first >= 1 && range.first <= range.last && range.last <= kLastVersion;
 }
 constexpr bool is_span(const VersionSpan& span) noexcept {
-  return span.width <= 32 && span.last() <= std::uint64_t{1} << 32U;
+  return span.width <= 32 && span.first() <= kLastVersion && span.last() <= std::uint64_t{1} << 32U;
 }
 
 }  // namespace tessera::wire

@@ -276,5 +276,23 @@ TEST_CASE("wire: any bytes are read within their bounds") {
   }
 }
 
+TEST_CASE("wire: a span begins at a version that there may be") {
+  const auto is_read = [](std::uint32_t index) {
+    std::array<std::byte, 64> bytes{};
+    ByteWriter to(bytes);
+    RequestedContribution requested{.id = {1, 1, 0}};
+    requested.type = RequestType::kDescribe;
+    requested.width = 0;
+    requested.count = 1;
+    requested.span[0] = index;
+    REQUIRE(write_requested(to, requested));
+    ByteReader from(to.written());
+    RequestedContribution read;
+    return read_requested(from, read);
+  };
+  CHECK(is_read(kLastVersion - 1));
+  CHECK_FALSE(is_read(kLastVersion));
+}
+
 }  // namespace
 }  // namespace tessera

@@ -150,6 +150,8 @@ class Exchange {
   void hear_gaps(const Heard& heard, const Ledger::Contribution& contribution) noexcept;
   void hear_targeted(const Heard& heard, const Ledger::Contribution& contribution) noexcept;
   [[nodiscard]] bool hear_chunk(const Heard& heard) noexcept;
+  void drop_answers(const Heard& heard, const Ledger::Contribution& contribution,
+                    std::uint32_t held) noexcept;
   [[nodiscard]] bool hear_frame(const Heard& heard) noexcept;
   [[nodiscard]] bool hear_statement(const Heard& heard) noexcept;
   [[nodiscard]] bool hear_description(const Heard& heard) noexcept;

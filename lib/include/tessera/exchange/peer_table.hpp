@@ -41,6 +41,8 @@ struct RateLimit {
 
 /// What is known of another robot that was heard.
 struct Peer {
+  static constexpr std::int64_t kMostWalk = 1'000'000;
+
   std::uint32_t robot = 0;
   SequenceWindow control;  ///< Announcements, requests, descriptions and leaves: each counts once.
   SequenceWindow data;     ///< Chunks, frames and statements.
@@ -64,6 +66,10 @@ struct Peer {
   std::int64_t waiting_bytes = 0;     ///< Scratch: about what waits to be sent to it.
   std::uint64_t allowance_taken = 0;  ///< Ledger::taken_bytes() when that was counted.
   Instant allowance_at;
+  /// Records that may be looked at to answer it; spent below zero, it waits.
+  std::int64_t walk = kMostWalk;
+  Instant walk_at;
+  Instant compare_due;         ///< When contents may be compared with it again.
   Instant allowance_renewed;   ///< When a new process of it began with all of it again.
   Duration allowance_pause{};  ///< Until that may be the next time.
   /// Its configuration where it is another than ours: why nothing of it is taken.

@@ -21,6 +21,7 @@ class Answers {
     VersionRange range;  ///< What is left of it.
     Instant due;
     std::uint32_t asker = 0;
+    std::uint32_t held = kLastVersion;  ///< Records of the contribution here: there are no more.
     /// It was asked for with what still waits, and went out before that: it comes last.
     bool again = false;
   };
@@ -83,6 +84,8 @@ class Answers {
     return std::size_t{config.answers} + config.picks + kMostSpans;
   }
 
+  /// True if something of these versions waits.
+  [[nodiscard]] bool touches(std::uint32_t contribution, const VersionRange& range) const noexcept;
   /// True if a robot may cause more to be sent. Brings its allowance up to date.
   [[nodiscard]] bool may_ask(Peer& peer, const Ledger& ledger, Instant now) const noexcept;
   /// Charges what was sent for a robot.

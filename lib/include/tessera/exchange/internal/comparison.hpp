@@ -36,7 +36,13 @@ class Comparison {
              std::uint32_t latest, Instant now) noexcept;
   void end() noexcept { active_ = false; }
   /// Records of the contribution came: what is awaited may be among them, or behind them.
-  void note_taken(Instant now) noexcept { heard_ = now; }
+  void note_taken(Instant now) noexcept {
+    heard_ = now;
+    took_ = true;
+  }
+  /// True if any came since it began.
+  [[nodiscard]] bool took() const noexcept { return took_; }
+  [[nodiscard]] Instant began() const noexcept { return began_; }
   [[nodiscard]] bool active() const noexcept { return active_; }
   [[nodiscard]] bool is_of(std::uint32_t number, std::uint32_t generation) const noexcept {
     return active_ && number == number_ && generation == generation_;
@@ -61,6 +67,7 @@ class Comparison {
   void hear(const Ledger& ledger, const Ledger::Contribution& contribution,
             const Description& description, Instant now, Send&& send,
             SendRange&& send_range) noexcept {
+    if (visited_ > kMostVisited) return;
     // A list that would be wanted more of than there is room for is asked for again.
     const bool has_room = wanted_count_ + Description::kMostRecords <= wanted_.size();
     Node node;
@@ -74,7 +81,15 @@ class Comparison {
     std::uint32_t last = description.last;
     const auto own = list_own(ledger, contribution, description.span, last);
     const std::size_t wanted_before = wanted_count_;
-    merge(description, own, last, send);
+    const bool same = merge(description, own, last, send);
+    // Sums tell more of contents apart than marks do: both get both.
+    if (same && node.sum_known && node.awaited == 0 && last >= range_of(node.span).last &&
+        node.their_sum != sum_of(ledger, contribution, node.span)) {
+      for (const Description::Mark& one : own) {
+        send(one.version);
+        want(one.version);
+      }
+    }
     // Of a list that left something out the rest is asked for, not the whole again.
     if (!add_rest(description.span, last) && wanted_count_ != wanted_before) await(node);
   }
@@ -99,6 +114,9 @@ class Comparison {
   static constexpr std::size_t kMostOwn = 1024;
 
   static constexpr std::size_t kMostGaps = RequestedContribution::kMostGaps;
+  /// Records that are looked at: where one bucket of the index has all of them, each span is a
+  /// walk.
+  static constexpr std::size_t kMostVisited = 5'000'000;
 
   /// False: it was not asked for, or is to be asked for again.
   [[nodiscard]] bool take_node(const VersionSpan& span, bool has_room, Node& taken) noexcept;
@@ -107,6 +125,9 @@ class Comparison {
   void await(Node node) noexcept;
   [[nodiscard]] std::uint64_t sum_of(const Ledger& ledger, const Ledger::Contribution& contribution,
                                      const VersionSpan& span) noexcept;
+  [[nodiscard]] std::span<const std::uint64_t> sums_of_parts(
+      const Ledger& ledger, const Ledger::Contribution& contribution,
+      const Description& description) noexcept;
   [[nodiscard]] bool add_gap(const VersionSpan& span) noexcept;
   /// Of a part that one of the two has nothing of, the other one's records are sent as a range.
   template <class SendRange>
@@ -114,11 +135,13 @@ class Comparison {
                  const Description& description, const Node& whole,
                  SendRange&& send_range) noexcept {
     const unsigned bits = description.span.width - description.part_width;
+    const std::span<const std::uint64_t> own_sums =
+        sums_of_parts(ledger, contribution, description);
     for (std::uint32_t part = 0; part < description.count; ++part) {
       const VersionSpan span{description.part_width, (description.span.index << bits) + part};
-      const std::uint64_t own = sum_of(ledger, contribution, span);
+      const std::uint64_t own = own_sums[part];
       const std::uint64_t theirs = description.sum[part];
-      if (own == theirs) continue;
+      if (own == theirs || span.first() > kLastVersion) continue;
       found_ = found_ || own == 0 || theirs == 0;
       const Node node{
           .span = span, .awaited = whole.awaited, .sum_known = true, .their_sum = theirs};
@@ -149,27 +172,33 @@ class Comparison {
     if (several || theirs.mark <= (own.mark | 0xfU)) want(theirs.version);
     found_ = true;
   }
-  /// Of one version the content with the lower hash counts, hence the lower mark.
+  /// Of one version the content with the lower hash counts, hence the lower mark. True iff nothing
+  /// differs.
   template <class Send>
-  void merge(const Description& description, std::span<const Description::Mark> own,
+  bool merge(const Description& description, std::span<const Description::Mark> own,
              std::uint32_t last, Send&& send) noexcept {
     const auto theirs = std::span(description.record).first(description.count);
     std::size_t i = 0;
     std::size_t j = 0;
+    bool same = true;
     while (true) {
       const bool has_own = i < own.size() && own[i].version <= last;
       const bool has_their = j < theirs.size() && theirs[j].version <= last;
-      if (!has_own && !has_their) return;
+      if (!has_own && !has_their) return same;
       if (has_own && has_their && own[i].version == theirs[j].version) {
-        if (own[i].mark != theirs[j].mark) settle(own[i], theirs[j], send);
+        const bool differ = own[i].mark != theirs[j].mark;
+        if (differ) settle(own[i], theirs[j], send);
+        same = same && !differ;
         ++i;
         ++j;
-      } else if (has_own && (!has_their || own[i].version < theirs[j].version)) {
+        continue;
+      }
+      same = false;
+      found_ = true;
+      if (has_own && (!has_their || own[i].version < theirs[j].version)) {
         send(own[i++].version);
-        found_ = true;
       } else {
         want(theirs[j++].version);
-        found_ = true;
       }
     }
   }
@@ -177,6 +206,7 @@ class Comparison {
   bool active_ = false;
   bool found_ = false;
   bool gave_up_ = false;
+  bool took_ = false;
   std::size_t visited_ = 0;  ///< Records that were looked at in this robot's own replica.
   std::uint32_t number_ = 0;
   std::uint32_t generation_ = 0;
@@ -190,7 +220,8 @@ class Comparison {
   std::size_t wanted_count_ = 0;
   std::span<VersionRange> gaps_;  ///< Of which this robot has nothing.
   std::size_t gap_count_ = 0;
-  std::span<Description::Mark> own_;  ///< Scratch: records of a span.
+  std::span<Description::Mark> own_;                               ///< Scratch: records of a span.
+  std::array<std::uint64_t, Description::kMostSums> part_sums_{};  ///< Scratch.
 };
 
 }  // namespace tessera

@@ -44,6 +44,7 @@ class Ledger {
     /// A hint, as coverage is.
     std::uint32_t announced_frame = 0;
     std::uint32_t records = 0;
+    std::uint64_t record_bytes = 0;  ///< Codes and proofs of these records.
     Fingerprint held{};
     Statement statement{};
     std::array<std::byte, kMostProofBytes> proof{};  ///< Of the statement.
@@ -69,9 +70,11 @@ class Ledger {
   /// What a chunk did.
   struct Taken {
     bool well_formed = true;
-    bool grew = false;     ///< Something was new.
-    bool refused = false;  ///< There was no room for some.
-    bool forged = false;   ///< Its origin did not sign what it says.
+    bool grew = false;          ///< Something was new, if only that there is no more.
+    std::uint32_t records = 0;  ///< That were new.
+    std::uint32_t held = 0;     ///< That are the latest of their blocks here now.
+    bool refused = false;       ///< There was no room for some.
+    bool forged = false;        ///< Its origin did not sign what it says.
   };
 
   [[nodiscard]] static constexpr std::size_t required_bytes(const ExchangeConfig& config,
@@ -116,10 +119,13 @@ class Ledger {
   /// Takes the records of a chunk. contribution: open, and not this robot's.
   [[nodiscard]] Taken take_chunk(Contribution& contribution, const ChunkHeader& header,
                                  std::span<const std::byte> body, ExchangeReport& counted) noexcept;
-  /// Looks through a chunk of this robot's own that another one sent: whoever holds what this
-  /// process never published has heard another process.
-  [[nodiscard]] bool check_own_chunk(const Contribution& own, const ChunkHeader& header,
-                                     std::span<const std::byte> body) noexcept;
+  /// Of a chunk of this robot's own that another one sent.
+  struct OwnChunk {
+    bool of_other_process = false;  ///< It has what this process never published.
+    std::uint32_t held = 0;         ///< As Taken's.
+  };
+  [[nodiscard]] OwnChunk check_own_chunk(const Contribution& own, const ChunkHeader& header,
+                                         std::span<const std::byte> body) noexcept;
   /// Takes a statement that its origin signed, with its proof. is_last: it came from the
   /// contribution's robot, and is the last that did: without signatures it replaces any other.
   /// False: it is forged.
@@ -192,8 +198,14 @@ class Ledger {
   };
   [[nodiscard]] OfVersion find_version(const Contribution& contribution, std::uint32_t version,
                                        std::uint32_t place) const noexcept;
+  /// True if held records are all that a robot would send of a range: it holds no more. False also
+  /// where that would be a long walk. O(buckets in the range).
+  [[nodiscard]] bool is_all_of(const Contribution& contribution, const VersionRange& range,
+                               std::uint32_t held) const noexcept;
   /// Bytes of records that were taken, codes and proofs, since the start.
   [[nodiscard]] std::uint64_t taken_bytes() const noexcept { return taken_bytes_; }
+  /// The same of those that are held.
+  [[nodiscard]] std::uint64_t held_bytes() const noexcept { return held_bytes_; }
   /// Fingerprint::folded() over all contributions with their frames. O(contributions).
   [[nodiscard]] std::uint64_t digest() const noexcept;
 
@@ -216,7 +228,7 @@ class Ledger {
   bool add_conflict(const ConflictBody& conflict, Instant due, ExchangeReport& counted) noexcept;
   [[nodiscard]] Contribution* displaced_of_robot(const ContributionId& id, bool proven,
                                                  bool& refused) noexcept;
-  void drop(Contribution& contribution) const noexcept;
+  void drop(Contribution& contribution) noexcept;
   void drop_below(std::uint32_t robot, std::uint32_t floor, ExchangeReport& counted) noexcept;
   [[nodiscard]] RobotFloor* floor_place(std::uint32_t robot) noexcept;
   [[nodiscard]] bool may_rise_to(std::uint32_t epoch) const noexcept;
@@ -230,6 +242,8 @@ class Ledger {
                                              const BlockContent& content,
                                              std::span<const std::byte> coded) noexcept;
   void list_block(Contribution& contribution, BlockKey key, bool add) noexcept;
+  [[nodiscard]] bool holds(const Contribution& contribution, BlockKey key,
+                           const PartVersion& version) const noexcept;
   [[nodiscard]] const Replicas::Replica* contradicted(const Contribution& contribution,
                                                       BlockKey key,
                                                       const PartVersion& version) const noexcept;
@@ -273,6 +287,7 @@ class Ledger {
   std::uint32_t floor_claims_ = 0;
   std::uint64_t highest_session_ = 0;  ///< Heard in this robot's name.
   std::uint64_t taken_bytes_ = 0;
+  std::uint64_t held_bytes_ = 0;
   BlockContent content_{};
   std::span<std::byte> packed_;  ///< Scratch for a packed block.
   std::span<std::byte> coded_;   ///< Scratch for a block's code.

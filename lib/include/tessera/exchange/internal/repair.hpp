@@ -38,7 +38,7 @@ class Repair {
                            ExchangeReport& counted) noexcept;
   [[nodiscard]] Comparison& comparison() noexcept { return comparison_; }
   /// Ends a comparison that is over, and says when the next may begin.
-  void end_comparison(Ledger& ledger, Instant now) noexcept;
+  void end_comparison(Ledger& ledger, PeerTable& peers, Instant now) noexcept;
   /// At random, from 0 to below.
   [[nodiscard]] Duration random(Duration below) noexcept;
 
@@ -48,10 +48,11 @@ class Repair {
     std::uint32_t generation = 0;
     std::uint32_t requests = 0;  ///< Since something came of one.
     Instant due = Instant::never();
-    Duration pause{};   ///< Until it is asked for again.
-    Instant different;  ///< When a robot was heard that holds something else.
-    Instant taken;      ///< When something came last.
-    Instant asked;      ///< When it was asked for, or the lack was noticed.
+    Duration pause{};                      ///< Until it is asked for again.
+    Instant different;                     ///< When a robot was heard that holds something else.
+    Instant taken;                         ///< When a record came last.
+    Instant unsettled = Instant::never();  ///< Since when records come and contents differ.
+    Instant asked;                         ///< When it was asked for, or the lack was noticed.
     /// Gaps up to here are asked for, and the rest with the next datagram; 0: all are.
     std::uint32_t asked_to = 0;
     std::uint32_t announced = 0;  ///< Of a newer statement, the latest version; 0: of none.

@@ -48,9 +48,6 @@ class Sender {
     Instant statement = Instant::never();
     Instant frame_sent;
     Instant statement_sent;
-    /// Records that may be looked at to answer about it; spent below zero, nobody is answered.
-    std::int64_t walk = kMostWalk;
-    Instant walk_at;
   };
   /// Parts to send next, by version.
   struct Batch {
@@ -77,10 +74,11 @@ class Sender {
   static constexpr std::size_t kBatches = 2;
   /// Where a robot publishes few versions far apart, one bucket of the index has all of its
   /// records, and each answer is a walk over all. Beyond kFreeWalk records an answer, so many are
-  /// looked at in a second, and at once.
+  /// looked at in a second for each robot (Peer::kMostWalk at once).
   static constexpr std::size_t kFreeWalk = 256;
   static constexpr std::int64_t kWalkPerSecond = 200'000;
-  static constexpr std::int64_t kMostWalk = 1'000'000;
+  /// Records that were asked for and are not there, for a datagram.
+  static constexpr std::size_t kMostMisses = 64;
 
   /// What one datagram is made with.
   struct Making {
@@ -116,10 +114,11 @@ class Sender {
                                              std::size_t size) noexcept;
   /// Returns how many records it looked at.
   static std::size_t collect(const Ledger& ledger, Batch& batch) noexcept;
-  /// True if answers about a contribution may be looked for; refused ones are counted.
-  [[nodiscard]] bool may_walk(Making& make, const Ledger::Contribution& contribution) noexcept;
-  void note_walk(const Ledger& ledger, const Ledger::Contribution& contribution,
-                 std::size_t visited) noexcept;
+  /// True if a robot may be answered: it has bytes and records to look at left. Refused ones are
+  /// counted.
+  [[nodiscard]] bool may_answer(Making& make, std::uint32_t asker) noexcept;
+  static void note_walk(Making& make, std::uint32_t asker, std::size_t visited,
+                        bool found = true) noexcept;
   void collect_fresh(const Ledger& ledger, Batch& batch) noexcept;
   [[nodiscard]] bool next_fresh(Making& make) noexcept;
   [[nodiscard]] bool next_answer(Making& make) noexcept;
@@ -140,7 +139,7 @@ class Sender {
   std::size_t fresh_count_ = 0;
   std::uint32_t sent_ =
       0;  ///< Versions of the own contribution that went out, or are in the batch.
-  std::uint32_t turn_ = 0;            ///< New blocks, answers and single records take turns.
+  std::uint32_t turn_ = 0;            ///< See write_chunk.
   std::uint32_t announced_next_ = 0;  ///< The place that the next announcement begins with.
   Instant announce_due_ = Instant::long_ago();
   bool announce_soon_ = false;

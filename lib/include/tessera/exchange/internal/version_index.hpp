@@ -10,6 +10,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "tessera/exchange/wire.hpp"
@@ -41,7 +42,7 @@ class VersionIndex {
 
   /// A bucket holds 2^width() versions.
   [[nodiscard]] std::uint8_t width() const noexcept { return width_; }
-  /// The sum over a span of at least the width of a bucket. O(buckets in it).
+  /// The sum over a span; of one narrower than a bucket, over the bucket. O(buckets in it).
   [[nodiscard]] std::uint64_t sum(const VersionSpan& span) const noexcept;
   /// Calls visit(record) for the records of the buckets from that of first on, in ascending order
   /// of buckets and in no order within one, until after a bucket bucket_end(last version of the
@@ -59,6 +60,24 @@ class VersionIndex {
       if (!bucket_end(end < kLastVersion ? static_cast<std::uint32_t>(end) : kLastVersion)) break;
     }
     return visited;
+  }
+
+  /// Of the records in the buckets of a range, for how many is(record) is true; nothing if there
+  /// are more than most of them.
+  template <class Is>
+  [[nodiscard]] std::optional<std::uint32_t> count(std::span<const RecordLink> links,
+                                                   const VersionRange& range, std::uint32_t most,
+                                                   Is&& is) const noexcept {
+    std::uint32_t counted = 0;
+    const std::uint32_t last =
+        bucket_of(range.last) < kBuckets ? bucket_of(range.last) : kBuckets - 1;
+    for (std::uint32_t bucket = bucket_of(range.first); bucket <= last; ++bucket) {
+      for (std::uint32_t at = heads_[bucket]; at != 0; at = links[at - 1].next) {
+        if (most-- == 0) return std::nullopt;
+        counted += is(at) ? 1U : 0U;
+      }
+    }
+    return counted;
   }
 
   /// The first record of a version's bucket, of its first most ones, for which is(record) is true;
