@@ -20,9 +20,10 @@ constexpr Duration kLongest{60'000'000};
 constexpr unsigned kPartBits = 6;
 
 /// Without recursion.
-void heap_sort(std::span<std::uint32_t> numbers) noexcept {
-  std::make_heap(numbers.begin(), numbers.end());
-  std::sort_heap(numbers.begin(), numbers.end());
+template <class T, class Less = std::less<>>
+void heap_sort(std::span<T> items, Less less = {}) noexcept {
+  std::make_heap(items.begin(), items.end(), less);
+  std::sort_heap(items.begin(), items.end(), less);
 }
 
 bool by_version(const Description::Mark& a, const Description::Mark& b) noexcept {
@@ -78,7 +79,9 @@ Result<Comparison> Comparison::make(Arena& arena) noexcept {
   made.wanted_ = arena.take<std::uint32_t>(kMostWanted);
   made.gaps_ = arena.take<VersionRange>(kMostGaps);
   made.own_ = arena.take<Description::Mark>(kMostOwn);
-  if (made.nodes_.empty() || made.wanted_.empty() || made.gaps_.empty() || made.own_.empty())
+  made.part_sums_ = arena.take<std::uint64_t>(Description::kMostSums);
+  if (made.nodes_.empty() || made.wanted_.empty() || made.gaps_.empty() || made.own_.empty() ||
+      made.part_sums_.empty())
     return Status::kResourceExhausted;
   return made;
 }
@@ -86,16 +89,14 @@ Result<Comparison> Comparison::make(Arena& arena) noexcept {
 void Comparison::begin(const Ledger& ledger, const Ledger::Contribution& contribution,
                        std::uint32_t robot, std::uint32_t latest, Instant now) noexcept {
   active_ = true;
-  found_ = false;
+  found_ = took_ = gave_up_ = false;
   number_ = ledger.number_of(contribution);
   generation_ = contribution.generation;
   robot_ = robot;
-  gave_up_ = false;
   tries_ = 0;
   visited_ = 0;
   began_ = heard_ = now;
   node_count_ = wanted_count_ = gap_count_ = 0;
-  took_ = false;
   std::uint8_t width = std::max<std::uint8_t>(1, contribution.index.width());
   while (width < 32 && (std::uint64_t{1} << width) < latest) ++width;
   // Records above what either stated are found as well.
@@ -164,13 +165,12 @@ std::uint64_t Comparison::sum_of(const Ledger& ledger, const Ledger::Contributio
                                  const VersionSpan& span) noexcept {
   if (span.width >= contribution.index.width()) return contribution.index.sum(span);
   std::uint64_t sum = 0;
-  const auto first = static_cast<std::uint32_t>(span.first());
-  const auto last = static_cast<std::uint32_t>(span.last());
+  const VersionRange range = range_of(span);
   visited_ += contribution.index.visit(
-      ledger.links(), {first, last},
+      ledger.links(), range,
       [&](std::uint32_t number) {
         const Replicas::Replica& part = ledger.replicas().record(number);
-        if (part.version >= first && part.version <= last)
+        if (part.version >= range.first && part.version <= range.last)
           sum += fingerprint_of(part.hash, part.live).low;
       },
       [](std::uint32_t) { return true; });
@@ -181,7 +181,7 @@ std::uint64_t Comparison::sum_of(const Ledger& ledger, const Ledger::Contributio
 std::span<const std::uint64_t> Comparison::sums_of_parts(const Ledger& ledger,
                                                          const Ledger::Contribution& contribution,
                                                          const Description& description) noexcept {
-  const auto sums = std::span(part_sums_).first(description.count);
+  const std::span<std::uint64_t> sums = part_sums_.first(description.count);
   const std::uint32_t first_part = description.span.index
                                    << (description.span.width - description.part_width);
   if (description.part_width >= contribution.index.width()) {
@@ -255,11 +255,7 @@ bool Comparison::write_next(RequestedContribution& requested) noexcept {
     requested.type = RequestType::kGaps;
     requested.count = static_cast<std::uint8_t>(gap_count_);
     const auto gaps = gaps_.first(gap_count_);
-    const auto by_first = [](const VersionRange& x, const VersionRange& y) {
-      return x.first < y.first;
-    };
-    std::make_heap(gaps.begin(), gaps.end(), by_first);
-    std::sort_heap(gaps.begin(), gaps.end(), by_first);
+    heap_sort(gaps, [](const auto& x, const auto& y) { return x.first < y.first; });
     std::copy(gaps.begin(), gaps.end(), requested.gap.begin());
     gap_count_ = 0;
     return true;
@@ -295,10 +291,9 @@ std::size_t Comparison::describe(const Ledger& ledger, const Ledger::Contributio
   const unsigned bits = std::min<unsigned>(kPartBits, span.width - bucket);
   description.part_width = static_cast<std::uint8_t>(span.width - bits);
   description.count = static_cast<std::uint8_t>(1U << bits);
-  for (std::uint32_t part = 0; part < description.count; ++part) {
+  for (std::uint32_t part = 0; part < description.count; ++part)
     description.sum[part] =
         contribution.index.sum({description.part_width, (span.index << bits) + part});
-  }
   return visited;
 }
 

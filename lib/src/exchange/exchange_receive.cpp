@@ -138,11 +138,10 @@ bool Exchange::hear_chunk(const Heard& heard) noexcept {
     if (own == nullptr) {
       // Where robots sign, nothing is known by a name that anybody may say.
       counted_.impostors += gate_.signatures().on() ? 0U : 1U;
-    } else if (const Ledger::OwnChunk found = ledger_.check_own_chunk(*own, chunk_, rest);
-               found.of_other_process) {
-      ++counted_.impostors;
+    } else if (const auto held = ledger_.check_own_chunk(*own, chunk_, rest); held) {
+      drop_answers(heard, *own, *held);
     } else {
-      drop_answers(heard, *own, found.held);
+      ++counted_.impostors;
     }
     return true;
   }

@@ -251,33 +251,33 @@ Ledger::Taken Ledger::take_records(Contribution& contribution, const ChunkHeader
   return taken;
 }
 
-Ledger::OwnChunk Ledger::check_own_chunk(const Contribution& own, const ChunkHeader& header,
-                                         std::span<const std::byte> body) noexcept {
-  OwnChunk found;
-  if (!header.relayed && header.statement.session == session_) return found;
+std::optional<std::uint32_t> Ledger::check_own_chunk(const Contribution& own,
+                                                     const ChunkHeader& header,
+                                                     std::span<const std::byte> body) noexcept {
+  std::uint32_t held = 0;
+  if (!header.relayed && header.statement.session == session_) return held;
   const std::size_t end = signatures_.on() && !header.relayed ? kSignatureBytes : 0;
-  if (body.size() < end) return found;
+  if (body.size() < end) return held;
   ByteReader from(body.first(body.size() - end));
   RecordReader reader(from, header.range, header.relayed && signatures_.on());
   ChunkRecord record;
   while (from.remaining() != 0 && reader.read(record)) {
     const Result<BlockKey> key = pack(record.block);
-    if (!key.ok()) return found;
+    if (!key.ok()) return held;
     const Hash leaf = leaf_of(signatures_, own.id, record);
     record.version.hash = record_hash(leaf);
     if (store_.replicas->news(own.slot, *key, record.version) == 0) {
-      found.held += holds(own, *key, record.version) ? 1U : 0U;
+      held += holds(own, *key, record.version) ? 1U : 0U;
       continue;
     }
     // In a fleet that signs it must be proved; a chunk of another process shows in its statement.
     if (signatures_.on() && (!header.relayed || !proof_check_.check(signatures_, configuration_,
                                                                     own.id, leaf, record.proof)))
-      return found;
+      return held;
     overtaken_ = std::max(overtaken_.value_or(0), own.id.epoch);
-    found.of_other_process = true;
-    return found;
+    return std::nullopt;
   }
-  return found;
+  return held;
 }
 
 }  // namespace tessera

@@ -25,7 +25,8 @@ class Comparison {
 
   [[nodiscard]] static constexpr std::size_t required_bytes() noexcept {
     return arena_bytes<Node>(kMostNodes) + arena_bytes<std::uint32_t>(kMostWanted) +
-           arena_bytes<VersionRange>(kMostGaps) + arena_bytes<Description::Mark>(kMostOwn);
+           arena_bytes<VersionRange>(kMostGaps) + arena_bytes<Description::Mark>(kMostOwn) +
+           arena_bytes<std::uint64_t>(Description::kMostSums);
   }
   /// Fails with kResourceExhausted iff the arena is too small.
   [[nodiscard]] static Result<Comparison> make(Arena& arena) noexcept;
@@ -220,8 +221,8 @@ class Comparison {
   std::size_t wanted_count_ = 0;
   std::span<VersionRange> gaps_;  ///< Of which this robot has nothing.
   std::size_t gap_count_ = 0;
-  std::span<Description::Mark> own_;                               ///< Scratch: records of a span.
-  std::array<std::uint64_t, Description::kMostSums> part_sums_{};  ///< Scratch.
+  std::span<Description::Mark> own_;    ///< Scratch: records of a span.
+  std::span<std::uint64_t> part_sums_;  ///< Scratch.
 };
 
 }  // namespace tessera

@@ -119,13 +119,10 @@ class Ledger {
   /// Takes the records of a chunk. contribution: open, and not this robot's.
   [[nodiscard]] Taken take_chunk(Contribution& contribution, const ChunkHeader& header,
                                  std::span<const std::byte> body, ExchangeReport& counted) noexcept;
-  /// Of a chunk of this robot's own that another one sent.
-  struct OwnChunk {
-    bool of_other_process = false;  ///< It has what this process never published.
-    std::uint32_t held = 0;         ///< As Taken's.
-  };
-  [[nodiscard]] OwnChunk check_own_chunk(const Contribution& own, const ChunkHeader& header,
-                                         std::span<const std::byte> body) noexcept;
+  /// Of a chunk of this robot's own that another one sent: records as Taken::held; nothing if it
+  /// has what this process never published.
+  [[nodiscard]] std::optional<std::uint32_t> check_own_chunk(
+      const Contribution& own, const ChunkHeader& header, std::span<const std::byte> body) noexcept;
   /// Takes a statement that its origin signed, with its proof. is_last: it came from the
   /// contribution's robot, and is the last that did: without signatures it replaces any other.
   /// False: it is forged.
