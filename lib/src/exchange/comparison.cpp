@@ -115,7 +115,7 @@ bool Comparison::is_over(const Ledger& ledger, const Ledger::Contribution& contr
   if (gave_up_ || now - heard_ < kAnswerTime) return gave_up_;
   gave_up_ = ++tries_ >= kMostTries;
   heard_ = now;
-  for (std::size_t i = 0; i < node_count_;) {
+  for (std::size_t i = 0; i < node_count_ && visited_ <= kMostVisited;) {
     Node& node = nodes_[i];
     const bool awaited = node.state == State::kAwaited;
     const std::uint64_t own = awaited ? sum_of(ledger, contribution, node.span) : 0;

@@ -152,10 +152,11 @@ bool Exchange::hear_chunk(const Heard& heard) noexcept {
     repair_.note_lack(ledger_, *contribution, heard.now);
     return true;
   }
-  const Ledger::Taken taken = ledger_.take_chunk(*contribution, chunk_, rest, counted_);
+  const bool awaited = sender_.answers().touches(ledger_.number_of(*contribution), chunk_.range);
+  const Ledger::Taken taken = ledger_.take_chunk(*contribution, chunk_, rest, awaited, counted_);
   if (taken.forged) ++counted_.refused_signature;
   if (taken.forged || !taken.well_formed) {
-    repair_.note_taken(ledger_, *contribution, taken, false, heard.now);
+    repair_.note_taken(ledger_, *contribution, taken, false, heard.header.sender, heard.now);
     return taken.well_formed;
   }
   const bool fills = chunk_.range.first <= contribution->latest;
@@ -164,7 +165,7 @@ bool Exchange::hear_chunk(const Heard& heard) noexcept {
     ledger_.take_chunk_statement(*contribution, chunk_.statement, heard.is_last, counted_);
   }
   drop_answers(heard, *contribution, taken.held);
-  repair_.note_taken(ledger_, *contribution, taken, fills, heard.now);
+  repair_.note_taken(ledger_, *contribution, taken, fills, heard.header.sender, heard.now);
   return true;
 }
 
@@ -245,12 +246,14 @@ bool Exchange::hear_description(const Heard& heard) noexcept {
       !comparison.is_of(ledger_.number_of(*contribution), contribution->generation))
     return true;
   const auto send = [&](std::uint32_t version) {
+    if (!sender_.answers().may_ask(*heard.peer, ledger_, heard.now)) return;
     const Answers::Pick pick{ledger_.number_of(*contribution), contribution->generation, version,
                              heard.header.sender};
     counted_.refused_answers += sender_.answers().picks().push(pick) ? 0U : 1U;
   };
   const auto send_range = [&](const VersionRange& range) {
-    if (!sender_.answers().may_ask(*heard.peer, ledger_, heard.now)) return false;
+    // Its parts would be sent no sooner.
+    if (!sender_.answers().may_ask(*heard.peer, ledger_, heard.now)) return true;
     return sender_.answers().add({ledger_.number_of(*contribution), contribution->generation, range,
                                   heard.now, heard.header.sender, contribution->records},
                                  counted_);

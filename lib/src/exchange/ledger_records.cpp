@@ -43,15 +43,31 @@ Result<Replicas::Change> Ledger::put(Contribution& contribution, BlockKey key,
   return change;
 }
 
-/// Nothing later of the block, or of the part's share of it, is held.
-bool Ledger::holds(const Contribution& contribution, BlockKey key,
-                   const PartVersion& version) const noexcept {
+/// Those that are the latest of their blocks, and that their origin signed: none of a chunk with
+/// one that it did not.
+std::uint32_t Ledger::count_held(const Contribution& contribution, const ChunkHeader& header,
+                                 std::span<const std::byte> records) noexcept {
+  const bool proofs = header.relayed && signatures_.on();
   const Replicas& replicas = *store_.replicas;
-  for (const Replicas::Replica* part = replicas.find(contribution.slot, key); part != nullptr;
-       part = replicas.next_part(*part)) {
-    if (part->version == version.number && part->hash == version.hash) return part->latest();
+  ByteReader from(records);
+  RecordReader reader(from, header.range, proofs);
+  ChunkRecord record;
+  std::uint32_t held = 0;
+  while (from.remaining() != 0 && reader.read(record)) {
+    const Result<BlockKey> key = pack(record.block);
+    if (!key.ok()) return 0;
+    const Hash leaf = leaf_of(signatures_, contribution.id, record);
+    const RecordHash hash = record_hash(leaf);
+    const Replicas::Replica* part = replicas.find(contribution.slot, *key);
+    while (part != nullptr && (part->version != record.version.number || part->hash != hash))
+      part = replicas.next_part(*part);
+    if (part == nullptr || part->live == 0 || !part->latest()) continue;
+    if (proofs &&
+        !proof_check_.check(signatures_, configuration_, contribution.id, leaf, record.proof))
+      return 0;
+    ++held;
   }
-  return false;
+  return held;
 }
 
 bool Ledger::is_all_of(const Contribution& contribution, const VersionRange& range,
@@ -139,11 +155,12 @@ Ledger::OfVersion Ledger::find_version(const Contribution& contribution, std::ui
 /// Grows the tree of a chunk's records and its statement, and checks the signature of its root if
 /// one of them is news.
 Ledger::Taken Ledger::check_signed(const Contribution& contribution, const ChunkHeader& header,
-                                   std::span<const std::byte> records) noexcept {
+                                   std::span<const std::byte> records, bool awaited) noexcept {
   ByteReader from(records);
   RecordReader reader(from, header.range, false);
   ChunkRecord record;
-  bool news = !contribution.stated || header.statement.is_newer_than(contribution.statement) ||
+  bool news = awaited || !contribution.stated ||
+              header.statement.is_newer_than(contribution.statement) ||
               !header.statement.agrees_with(contribution.statement) ||
               header.statement.floor > floor_of(header.id.robot) ||
               (!header.partial && !contribution.coverage.contains(header.range));
@@ -167,16 +184,20 @@ Ledger::Taken Ledger::check_signed(const Contribution& contribution, const Chunk
 }
 
 Ledger::Taken Ledger::take_chunk(Contribution& contribution, const ChunkHeader& header,
-                                 std::span<const std::byte> body,
+                                 std::span<const std::byte> body, bool awaited,
                                  ExchangeReport& counted) noexcept {
-  if (!signatures_.on() || header.relayed) return take_records(contribution, header, body, counted);
-  if (body.size() < kSignatureBytes) return {.well_formed = false};
-  const auto records = body.first(body.size() - kSignatureBytes);
-  const auto signature = body.last(kSignatureBytes);
-  std::copy(signature.begin(), signature.end(), signature_.begin());
-  const Taken checked = check_signed(contribution, header, records);
-  if (checked.forged || !checked.well_formed) return checked;
-  return take_records(contribution, header, records, counted);
+  std::span<const std::byte> records = body;
+  if (signatures_.on() && !header.relayed) {
+    if (body.size() < kSignatureBytes) return {.well_formed = false};
+    records = body.first(body.size() - kSignatureBytes);
+    const auto signature = body.last(kSignatureBytes);
+    std::copy(signature.begin(), signature.end(), signature_.begin());
+    const Taken checked = check_signed(contribution, header, records, awaited);
+    if (checked.forged || !checked.well_formed) return checked;
+  }
+  Taken taken = take_records(contribution, header, records, counted);
+  if (awaited) taken.held = count_held(contribution, header, records);
+  return taken;
 }
 
 Ledger::Fate Ledger::take_record(Contribution& contribution, const ChunkHeader& header,
@@ -233,9 +254,6 @@ Ledger::Taken Ledger::take_records(Contribution& contribution, const ChunkHeader
     counted.records_stale += fate == Fate::kStale ? 1U : 0U;
     taken.grew = taken.grew || fate == Fate::kTaken;
     taken.records += fate == Fate::kTaken ? 1U : 0U;
-    const bool is_here = fate == Fate::kTaken || fate == Fate::kStale;
-    if (const Result<BlockKey> key = pack(record.block); is_here && key.ok())
-      taken.held += holds(contribution, *key, record.version) ? 1U : 0U;
     if (fate == Fate::kMalformed || fate == Fate::kForged) {
       taken.well_formed = fate != Fate::kMalformed;
       taken.forged = fate == Fate::kForged;
@@ -254,30 +272,27 @@ Ledger::Taken Ledger::take_records(Contribution& contribution, const ChunkHeader
 std::optional<std::uint32_t> Ledger::check_own_chunk(const Contribution& own,
                                                      const ChunkHeader& header,
                                                      std::span<const std::byte> body) noexcept {
-  std::uint32_t held = 0;
-  if (!header.relayed && header.statement.session == session_) return held;
+  if (!header.relayed && header.statement.session == session_) return 0;
   const std::size_t end = signatures_.on() && !header.relayed ? kSignatureBytes : 0;
-  if (body.size() < end) return held;
+  if (body.size() < end) return 0;
   ByteReader from(body.first(body.size() - end));
   RecordReader reader(from, header.range, header.relayed && signatures_.on());
   ChunkRecord record;
   while (from.remaining() != 0 && reader.read(record)) {
     const Result<BlockKey> key = pack(record.block);
-    if (!key.ok()) return held;
+    if (!key.ok()) return 0;
     const Hash leaf = leaf_of(signatures_, own.id, record);
     record.version.hash = record_hash(leaf);
-    if (store_.replicas->news(own.slot, *key, record.version) == 0) {
-      held += holds(own, *key, record.version) ? 1U : 0U;
-      continue;
-    }
+    if (store_.replicas->news(own.slot, *key, record.version) == 0) continue;
     // In a fleet that signs it must be proved; a chunk of another process shows in its statement.
     if (signatures_.on() && (!header.relayed || !proof_check_.check(signatures_, configuration_,
                                                                     own.id, leaf, record.proof)))
-      return held;
+      return 0;
     overtaken_ = std::max(overtaken_.value_or(0), own.id.epoch);
     return std::nullopt;
   }
-  return held;
+  // Of one that is not relayed the signature was not checked.
+  return header.relayed ? count_held(own, header, body) : 0;
 }
 
 }  // namespace tessera

@@ -108,8 +108,12 @@ void Repair::consider_comparison(Ledger& ledger, const Ledger::Contribution& con
     return;
   const bool settled = !lacks_versions(contribution) || need.requests > 2;
   if (!settled || now < need.compare_due) return;
-  need.unsettled = std::min(need.unsettled, now);
-  if (now - need.taken < kSettleTime && now - need.unsettled < kMostSettleTime) return;
+  if (now - need.taken < kSettleTime) {
+    const bool is_old =
+        need.unsettled != Instant::never() && now - need.unsettled > 2 * kMostSettleTime;
+    need.unsettled = is_old ? now : std::min(need.unsettled, now);
+    if (now - need.unsettled < kMostSettleTime) return;
+  }
   need.unsettled = Instant::never();
   ++counted.diverged;
   comparison_.begin(ledger, contribution, peer.robot, contribution.latest, now);
@@ -121,11 +125,11 @@ void Repair::end_comparison(Ledger& ledger, PeerTable& peers, Instant now) noexc
   const bool there = comparison_.is_of(comparison_.number(), contribution.generation);
   if (there && !comparison_.is_over(ledger, contribution, now)) return;
   comparison_.end();
+  if (!there) return;
   // One at a time: others get their turn before who brought nothing has the next.
   if (Peer* const peer = peers.find(comparison_.robot()); peer != nullptr && !comparison_.took())
     peer->compare_due =
         now + std::min(std::max(now - comparison_.began(), 2 * announce_), kMostPeerPause);
-  if (!there) return;
   Need& need = need_of(ledger, contribution);
   // What was found is on its way, or was lost like what was not answered; where nothing was found
   // or there is no room for it, the next one is later and later.
@@ -136,13 +140,14 @@ void Repair::end_comparison(Ledger& ledger, PeerTable& peers, Instant now) noexc
 }
 
 void Repair::note_taken(Ledger& ledger, Ledger::Contribution& contribution,
-                        const Ledger::Taken& taken, bool fills, Instant now) noexcept {
+                        const Ledger::Taken& taken, bool fills, std::uint32_t sender,
+                        Instant now) noexcept {
   Need& need = need_of(ledger, contribution);
   if (taken.grew || taken.refused) contribution.full = taken.refused;
   if (taken.records != 0) {
     need.taken = now;
     if (comparison_.is_of(ledger.number_of(contribution), contribution.generation))
-      comparison_.note_taken(now);
+      comparison_.note_taken(sender, now);
     if (!taken.refused) need.compare_pause = {};
   }
   // While gaps are filled, others may be too: not for long, as what is filled may be what somebody

@@ -86,6 +86,7 @@ bool Sender::may_answer(Making& make, std::uint32_t asker) noexcept {
 void Sender::note_walk(Making& make, std::uint32_t asker, std::size_t visited,
                        bool found) noexcept {
   const std::size_t free = found ? kFreeWalk : 0;
+  if (!found) visited = std::max(visited, kLeastInVain);
   Peer* const peer = make.gate.peers().find(asker);
   if (peer != nullptr && visited > free) peer->walk -= static_cast<std::int64_t>(visited - free);
 }
@@ -247,11 +248,11 @@ bool Sender::write_picks(Making& make, ByteWriter& to) noexcept {
     return found;
   };
   Ledger::OfVersion found;
-  std::size_t misses = 0;
-  while (picks.count != 0 && misses < kMostMisses &&
+  std::size_t in_vain = 0;
+  while (picks.count != 0 && in_vain < kMostInVain &&
          (found = records_of(picks.front())).part == nullptr) {
     picks.pop();
-    ++misses;
+    in_vain += found.visited;
   }
   if (found.part == nullptr) return false;
   const Answers::Pick first = picks.front();
@@ -277,6 +278,8 @@ bool Sender::write_picks(Making& make, ByteWriter& to) noexcept {
       last = next.version;
       // A chunk has a version once.
       if (++next.place < found.count) break;
+    } else if ((in_vain += found.visited) > kMostInVain) {
+      break;
     }
     picks.pop();
   }

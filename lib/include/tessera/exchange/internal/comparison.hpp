@@ -37,11 +37,11 @@ class Comparison {
              std::uint32_t latest, Instant now) noexcept;
   void end() noexcept { active_ = false; }
   /// Records of the contribution came: what is awaited may be among them, or behind them.
-  void note_taken(Instant now) noexcept {
+  void note_taken(std::uint32_t sender, Instant now) noexcept {
     heard_ = now;
-    took_ = true;
+    took_ = took_ || sender == robot_;
   }
-  /// True if any came since it began.
+  /// True if any came from the other robot since it began.
   [[nodiscard]] bool took() const noexcept { return took_; }
   [[nodiscard]] Instant began() const noexcept { return began_; }
   [[nodiscard]] bool active() const noexcept { return active_; }
@@ -83,9 +83,14 @@ class Comparison {
     const auto own = list_own(ledger, contribution, description.span, last);
     const std::size_t wanted_before = wanted_count_;
     const bool same = merge(description, own, last, send);
-    // Sums tell more of contents apart than marks do: both get both.
-    if (same && node.sum_known && node.awaited == 0 && last >= range_of(node.span).last &&
-        node.their_sum != sum_of(ledger, contribution, node.span)) {
+    // Sums tell more of contents apart than marks do: both get both, if a new sum says so again.
+    const bool suspect = same && node.sum_known && last >= range_of(node.span).last &&
+                         node.their_sum != sum_of(ledger, contribution, node.span);
+    if (suspect && !node.suspect && node.span.width < 32) {
+      const auto width = static_cast<std::uint8_t>(node.span.width + 1);
+      add_node({.span = {width, node.span.index >> 1U}, .suspect = true});
+    } else if (suspect && node.awaited == 0) {
+      found_ = true;
       for (const Description::Mark& one : own) {
         send(one.version);
         want(one.version);
@@ -110,6 +115,7 @@ class Comparison {
     State state = State::kToAsk;
     std::uint8_t awaited = 0;  ///< Times.
     bool sum_known = false;
+    bool suspect = false;         ///< Contents with unequal sums had equal marks.
     std::uint64_t their_sum = 0;  ///< Of what the other robot holds of it.
   };
   static constexpr std::size_t kMostOwn = 1024;
@@ -144,8 +150,11 @@ class Comparison {
       const std::uint64_t theirs = description.sum[part];
       if (own == theirs || span.first() > kLastVersion) continue;
       found_ = found_ || own == 0 || theirs == 0;
-      const Node node{
-          .span = span, .awaited = whole.awaited, .sum_known = true, .their_sum = theirs};
+      const Node node{.span = span,
+                      .awaited = whole.awaited,
+                      .sum_known = true,
+                      .suspect = whole.suspect,
+                      .their_sum = theirs};
       if (own == 0 && add_gap(span)) {
         await(node);
       } else if (theirs != 0 || !send_range(range_of(span))) {

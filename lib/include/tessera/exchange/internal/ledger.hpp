@@ -116,9 +116,10 @@ class Ledger {
   /// The place of a contribution whose name was heard, or null. Names take free places alone.
   [[nodiscard]] Contribution* note_name(const ContributionId& id, Instant now,
                                         ExchangeReport& counted) noexcept;
-  /// Takes the records of a chunk. contribution: open, and not this robot's.
+  /// Takes the records of a chunk. contribution: open, not this robot's. awaited: count held ones.
   [[nodiscard]] Taken take_chunk(Contribution& contribution, const ChunkHeader& header,
-                                 std::span<const std::byte> body, ExchangeReport& counted) noexcept;
+                                 std::span<const std::byte> body, bool awaited,
+                                 ExchangeReport& counted) noexcept;
   /// Of a chunk of this robot's own that another one sent: records as Taken::held; nothing if it
   /// has what this process never published.
   [[nodiscard]] std::optional<std::uint32_t> check_own_chunk(
@@ -195,8 +196,7 @@ class Ledger {
   };
   [[nodiscard]] OfVersion find_version(const Contribution& contribution, std::uint32_t version,
                                        std::uint32_t place) const noexcept;
-  /// True if held records are all that a robot would send of a range: it holds no more. False also
-  /// where that would be a long walk. O(buckets in the range).
+  /// True if there are at most held records of a range; false also where that is a long walk.
   [[nodiscard]] bool is_all_of(const Contribution& contribution, const VersionRange& range,
                                std::uint32_t held) const noexcept;
   /// Bytes of records that were taken, codes and proofs, since the start.
@@ -239,8 +239,9 @@ class Ledger {
                                              const BlockContent& content,
                                              std::span<const std::byte> coded) noexcept;
   void list_block(Contribution& contribution, BlockKey key, bool add) noexcept;
-  [[nodiscard]] bool holds(const Contribution& contribution, BlockKey key,
-                           const PartVersion& version) const noexcept;
+  [[nodiscard]] std::uint32_t count_held(const Contribution& contribution,
+                                         const ChunkHeader& header,
+                                         std::span<const std::byte> records) noexcept;
   [[nodiscard]] const Replicas::Replica* contradicted(const Contribution& contribution,
                                                       BlockKey key,
                                                       const PartVersion& version) const noexcept;
@@ -251,7 +252,7 @@ class Ledger {
                                      std::size_t whole_bytes, std::uint32_t& bytes,
                                      ExchangeReport& counted) noexcept;
   [[nodiscard]] Taken check_signed(const Contribution& contribution, const ChunkHeader& header,
-                                   std::span<const std::byte> records) noexcept;
+                                   std::span<const std::byte> records, bool awaited) noexcept;
   [[nodiscard]] Taken take_records(Contribution& contribution, const ChunkHeader& header,
                                    std::span<const std::byte> records,
                                    ExchangeReport& counted) noexcept;

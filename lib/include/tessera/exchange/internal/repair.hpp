@@ -27,7 +27,7 @@ class Repair {
   void note_claim(const ContributionId& id, Instant now) noexcept;
   /// What a chunk did; fills: it is of versions that were known of before.
   void note_taken(Ledger& ledger, Ledger::Contribution& contribution, const Ledger::Taken& taken,
-                  bool fills, Instant now) noexcept;
+                  bool fills, std::uint32_t sender, Instant now) noexcept;
   /// Sees to it that what is lacking is asked for, or no more.
   void note_lack(Ledger& ledger, Ledger::Contribution& contribution, Instant now) noexcept;
   /// Another robot asked for gaps of which this one lacks some too: it waits for the answer.

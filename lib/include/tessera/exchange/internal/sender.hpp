@@ -77,8 +77,10 @@ class Sender {
   /// looked at in a second for each robot (Peer::kMostWalk at once).
   static constexpr std::size_t kFreeWalk = 256;
   static constexpr std::int64_t kWalkPerSecond = 200'000;
-  /// Records that were asked for and are not there, for a datagram.
-  static constexpr std::size_t kMostMisses = 64;
+  /// Records that are looked at for what is not there, in a datagram.
+  static constexpr std::size_t kMostInVain = 4096;
+  /// What to look for what is not there costs at least.
+  static constexpr std::size_t kLeastInVain = 16;
 
   /// What one datagram is made with.
   struct Making {
