@@ -135,9 +135,9 @@ void Sender::sign_root(Making& make, const ContributionId& id) noexcept {
 }
 
 /// Of one contribution and for one robot, as many as fit.
-bool Sender::write_descriptions(Making& make, ByteWriter& all) noexcept {
-  ByteWriter to = all;
-  if (needs_signature_) to.keep_free(kSignatureBytes);
+bool Sender::write_descriptions(Making& make, ByteWriter& to) noexcept {
+  ByteWriter trial = to;
+  if (needs_signature_) trial.keep_free(kSignatureBytes);
   auto& spans = answers_.spans();
   bool any = false;
   Answers::Span first{};
@@ -151,18 +151,18 @@ bool Sender::write_descriptions(Making& make, ByteWriter& all) noexcept {
     }
     if (!any) {
       first = next;
-      write_description_header(to, {contribution.id, next.asker});
+      write_description_header(trial, {contribution.id, next.asker});
     } else if (next.contribution != first.contribution || next.asker != first.asker) {
       break;
     }
     note_walk(make, next.asker,
               Comparison::describe(make.ledger, contribution, next.span, *description_));
-    if (!write_description(to, *description_)) break;
+    if (!write_description(trial, *description_)) break;
     any = true;
     spans.pop();
   }
   if (!any) return false;
-  all = to;
+  to = trial;
   make.kind = DatagramKind::kDescription;
   make.asker = first.asker;
   make.for_asker = true;
