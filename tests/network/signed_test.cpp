@@ -220,6 +220,45 @@ TEST_CASE("signatures: what is passed on is what its origin said, or nothing") {
   }
 }
 
+TEST_CASE("signatures: who passes on what is known with false proofs ends nobody's answer") {
+  Team team(2, {}, 570);
+  team.publish(20, {0});
+  REQUIRE(team.settle(10 * kSecond));
+  Exchange& exchange = team.robot(1).exchange();
+  const std::int64_t now_us = Network::clock_us(1, team.now_us());
+  constexpr std::uint32_t kAsker = 2;
+  constexpr std::uint64_t kSession = std::uint64_t{1} << 40U;
+  const auto request = Forger::request_for_all(kAsker, kSession, 1, {0, 1, 0});
+  exchange.receive(request, now_us);
+  std::vector<std::vector<std::byte>> chunks = said(team.robot(1), now_us, 3 * kSecond);
+  chunks.erase(std::remove_if(chunks.begin(), chunks.end(),
+                              [](const auto& datagram) { return !is_chunk(datagram); }),
+               chunks.end());
+  REQUIRE_FALSE(chunks.empty());
+  exchange.receive(Forger::request_for_all(kAsker, kSession, 2, {0, 1, 0}), now_us + 3 * kSecond);
+  std::uint64_t sequence = 0;
+  const auto pass_on = [&](std::vector<std::byte> chunk) {
+    ByteWriter sender{std::span<std::byte>(chunk).subspan(12, 20)};
+    sender.u32(3);
+    sender.u64(kSession);
+    sender.u64(++sequence);
+    Forger::seal(chunk);
+    exchange.receive(chunk, now_us + 3 * kSecond);
+  };
+  for (const auto& chunk : chunks) {
+    // Within the records: a range that ends sooner is as good.
+    for (std::size_t at = kHeaderBytes + 21; at < chunk.size() - kTagBytes; ++at) {
+      std::vector<std::byte> changed = chunk;
+      changed[at] ^= static_cast<std::byte>(1 + team.random().below(255));
+      pass_on(changed);
+    }
+  }
+  CHECK(sequence > 1'000);
+  CHECK(exchange.report().answers_saved == 0);
+  for (const auto& chunk : chunks) pass_on(chunk);
+  CHECK(exchange.report().answers_saved > 0);
+}
+
 TEST_CASE("signatures: fleets with and without them do not hear each other") {
   Team team(1, {}, 565);
   Robot without(5, 1, Network::default_replicas(), {});

@@ -108,15 +108,16 @@ void Exchange::hear_targeted(const Heard& heard,
                              const Ledger::Contribution& contribution) noexcept {
   const std::uint32_t number = ledger_.number_of(contribution);
   const std::uint32_t asker = heard.header.sender;
-  Answers& answers = sender_.answers();
+  auto& picks = sender_.answers().picks();
+  auto& spans = sender_.answers().spans();
+  const bool of_versions = requested_->type == RequestType::kVersions;
+  const std::size_t room = of_versions ? picks.room_for(asker) : spans.room_for(asker);
   for (std::size_t i = 0; i < requested_->count; ++i) {
     const bool added =
-        requested_->type == RequestType::kVersions
-            ? answers.picks().push({number, contribution.generation, requested_->version[i], asker})
-            : answers.spans().push({number,
-                                    contribution.generation,
-                                    asker,
-                                    {requested_->width, requested_->span[i]}});
+        i < room &&
+        (of_versions ? picks.push({number, contribution.generation, requested_->version[i], asker})
+                     : spans.push({number, contribution.generation, asker,
+                                   VersionSpan{requested_->width, requested_->span[i]}}));
     if (!added) {
       ++counted_.refused_answers;
       return;
@@ -138,7 +139,8 @@ bool Exchange::hear_chunk(const Heard& heard) noexcept {
     if (own == nullptr) {
       // Where robots sign, nothing is known by a name that anybody may say.
       counted_.impostors += gate_.signatures().on() ? 0U : 1U;
-    } else if (const auto held = ledger_.check_own_chunk(*own, chunk_, rest); held) {
+    } else if (const auto held = ledger_.check_own_chunk(*own, chunk_, rest, is_awaited(*own));
+               held) {
       drop_answers(heard, *own, *held);
     } else {
       ++counted_.impostors;
@@ -152,8 +154,8 @@ bool Exchange::hear_chunk(const Heard& heard) noexcept {
     repair_.note_lack(ledger_, *contribution, heard.now);
     return true;
   }
-  const bool awaited = sender_.answers().touches(ledger_.number_of(*contribution), chunk_.range);
-  const Ledger::Taken taken = ledger_.take_chunk(*contribution, chunk_, rest, awaited, counted_);
+  const Ledger::Taken taken =
+      ledger_.take_chunk(*contribution, chunk_, rest, is_awaited(*contribution), counted_);
   if (taken.forged) ++counted_.refused_signature;
   if (taken.forged || !taken.well_formed) {
     repair_.note_taken(ledger_, *contribution, taken, false, heard.header.sender, heard.now);
@@ -169,15 +171,18 @@ bool Exchange::hear_chunk(const Heard& heard) noexcept {
   return true;
 }
 
+/// True if somebody waits for versions of the chunk.
+bool Exchange::is_awaited(const Ledger::Contribution& contribution) noexcept {
+  return sender_.answers().touches(ledger_.number_of(contribution), chunk_.range);
+}
+
 /// What another robot sent needs no sending, if it had all of it.
 void Exchange::drop_answers(const Heard& heard, const Ledger::Contribution& contribution,
                             std::uint32_t held) noexcept {
-  const std::uint32_t number = ledger_.number_of(contribution);
-  Answers& answers = sender_.answers();
-  if (!heard.is_new || chunk_.partial || !answers.touches(number, chunk_.range) ||
+  if (!heard.is_new || chunk_.partial || !is_awaited(contribution) ||
       !ledger_.is_all_of(contribution, chunk_.range, held))
     return;
-  counted_.answers_saved += answers.drop(number, chunk_.range);
+  counted_.answers_saved += sender_.answers().drop(ledger_.number_of(contribution), chunk_.range);
 }
 
 bool Exchange::hear_frame(const Heard& heard) noexcept {
@@ -245,11 +250,14 @@ bool Exchange::hear_description(const Heard& heard) noexcept {
       heard.header.sender != comparison.robot() ||
       !comparison.is_of(ledger_.number_of(*contribution), contribution->generation))
     return true;
+  std::size_t room = sender_.answers().picks().room_for(heard.header.sender);
   const auto send = [&](std::uint32_t version) {
     if (!sender_.answers().may_ask(*heard.peer, ledger_, heard.now)) return;
     const Answers::Pick pick{ledger_.number_of(*contribution), contribution->generation, version,
                              heard.header.sender};
-    counted_.refused_answers += sender_.answers().picks().push(pick) ? 0U : 1U;
+    const bool added = room != 0 && sender_.answers().picks().push(pick);
+    room -= added ? 1U : 0U;
+    counted_.refused_answers += added ? 0U : 1U;
   };
   const auto send_range = [&](const VersionRange& range) {
     // Its parts would be sent no sooner.

@@ -271,7 +271,8 @@ Ledger::Taken Ledger::take_records(Contribution& contribution, const ChunkHeader
 
 std::optional<std::uint32_t> Ledger::check_own_chunk(const Contribution& own,
                                                      const ChunkHeader& header,
-                                                     std::span<const std::byte> body) noexcept {
+                                                     std::span<const std::byte> body,
+                                                     bool awaited) noexcept {
   if (!header.relayed && header.statement.session == session_) return 0;
   const std::size_t end = signatures_.on() && !header.relayed ? kSignatureBytes : 0;
   if (body.size() < end) return 0;
@@ -292,7 +293,7 @@ std::optional<std::uint32_t> Ledger::check_own_chunk(const Contribution& own,
     return std::nullopt;
   }
   // Of one that is not relayed the signature was not checked.
-  return header.relayed ? count_held(own, header, body) : 0;
+  return header.relayed && awaited ? count_held(own, header, body) : 0;
 }
 
 }  // namespace tessera

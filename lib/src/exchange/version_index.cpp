@@ -52,7 +52,8 @@ void VersionIndex::widen(std::span<RecordLink> links) noexcept {
 
 std::uint64_t VersionIndex::sum(const VersionSpan& span) const noexcept {
   const unsigned more = span.width > width_ ? span.width - width_ : 0;
-  const std::uint32_t index = span.width < width_ ? span.index >> (width_ - span.width) : span.index;
+  const std::uint32_t index =
+      span.width < width_ ? span.index >> (width_ - span.width) : span.index;
   const std::uint64_t first = more < 32 ? std::uint64_t{index} << more : 0;
   const std::uint64_t last = more < 32 ? first + (std::uint64_t{1} << more) : kBuckets;
   std::uint64_t sum = 0;

@@ -74,5 +74,31 @@ TEST_CASE("Answers: what an asker had goes last, however often it asks for all, 
   CHECK(send_next(500) == VersionRange{1, 500});
 }
 
+TEST_CASE("Answers: one robot leaves a quarter of the places for single records to others") {
+  ExchangeConfig config;
+  config.picks = 400;
+  oracle::AlignedMemory memory(Answers::required_bytes(config));
+  Arena arena(memory.span());
+  Result<Answers> answers = Answers::make(arena, config);
+  REQUIRE(answers.ok());
+  auto& picks = answers->picks();
+  const auto push_all = [&](std::uint32_t asker) {
+    std::size_t pushed = 0;
+    while (picks.room_for(asker) != 0 && picks.push({.version = 1, .asker = asker})) ++pushed;
+    return pushed;
+  };
+  // Where the ring begins makes no difference.
+  for (int i = 0; i < 150; ++i) {
+    REQUIRE(picks.push({.version = 1, .asker = 5}));
+    picks.pop();
+  }
+  CHECK(push_all(7) == 300);
+  CHECK(push_all(8) == 100);
+  CHECK(picks.count == 400);
+  for (int i = 0; i < 10; ++i) picks.pop();
+  CHECK(picks.room_for(7) == 10);
+  CHECK(push_all(9) == 10);
+}
+
 }  // namespace
 }  // namespace tessera

@@ -150,6 +150,7 @@ class Exchange {
   void hear_gaps(const Heard& heard, const Ledger::Contribution& contribution) noexcept;
   void hear_targeted(const Heard& heard, const Ledger::Contribution& contribution) noexcept;
   [[nodiscard]] bool hear_chunk(const Heard& heard) noexcept;
+  [[nodiscard]] bool is_awaited(const Ledger::Contribution& contribution) noexcept;
   void drop_answers(const Heard& heard, const Ledger::Contribution& contribution,
                     std::uint32_t held) noexcept;
   [[nodiscard]] bool hear_frame(const Heard& heard) noexcept;

@@ -5,6 +5,8 @@
 // that a small share of this robot's rate.
 #pragma once
 
+#include <algorithm>
+
 #include "tessera/exchange/internal/ledger.hpp"
 
 namespace tessera {
@@ -40,12 +42,21 @@ class Answers {
     std::uint32_t asker = 0;
     VersionSpan span;
   };
-  /// A ring of fixed size.
+  /// A ring of fixed size, of which one robot leaves a quarter for others.
   template <class T>
   struct Ring {
     std::span<T> items;
     std::size_t first = 0;
     std::size_t count = 0;
+    /// How many more one robot may have in it. O(1) while the ring is nearly empty, else O(count).
+    [[nodiscard]] std::size_t room_for(std::uint32_t asker) const noexcept {
+      const std::size_t share = items.size() - items.size() / 4;
+      if (count <= items.size() / 4) return share - count;
+      std::size_t its = 0;
+      for (std::size_t i = 0; i < count; ++i)
+        its += items[(first + i) % items.size()].asker == asker ? 1U : 0U;
+      return share - std::min(share, its);
+    }
     [[nodiscard]] bool push(const T& item) noexcept {
       if (count == items.size()) return false;
       items[(first + count++) % items.size()] = item;

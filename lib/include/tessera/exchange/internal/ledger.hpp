@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// What is held of every contribution, and what its origin states that there is. The ledger joins
-// what arrives to it: the outcome depends on the set of what arrived, not on its order. It knows
-// neither the network nor, but for the pace of frames, time.
+// What is held of every contribution, and what its origin states that there is. The outcome depends
+// on the set of what arrived, not on its order. No network, and no time but for the pace of frames.
 //
 // Invariants:
 // - held and records of a contribution are the fingerprint and number of its live records in the
@@ -120,10 +119,11 @@ class Ledger {
   [[nodiscard]] Taken take_chunk(Contribution& contribution, const ChunkHeader& header,
                                  std::span<const std::byte> body, bool awaited,
                                  ExchangeReport& counted) noexcept;
-  /// Of a chunk of this robot's own that another one sent: records as Taken::held; nothing if it
-  /// has what this process never published.
-  [[nodiscard]] std::optional<std::uint32_t> check_own_chunk(
-      const Contribution& own, const ChunkHeader& header, std::span<const std::byte> body) noexcept;
+  /// Of a chunk of its own that another robot sent: Taken::held; nothing if it holds false ones.
+  [[nodiscard]] std::optional<std::uint32_t> check_own_chunk(const Contribution& own,
+                                                             const ChunkHeader& header,
+                                                             std::span<const std::byte> body,
+                                                             bool awaited) noexcept;
   /// Takes a statement that its origin signed, with its proof. is_last: it came from the
   /// contribution's robot, and is the last that did: without signatures it replaces any other.
   /// False: it is forged.
