@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // Two robots were told of the same versions of a contribution whose origin is gone, and hold
-// different records. Until they are equal they send the records that differ, 32 kB, and 256 B for
-// each of them, in a few exchanges, wherever the differences lie.
+// different records. Until they are equal they send the records that differ, their proofs, 32 kB,
+// and 256 B for each of them, in a few exchanges, wherever the differences lie.
 #include <algorithm>
 #include <catch2/catch.hpp>
 
@@ -34,11 +34,12 @@ struct Difference {
   std::uint32_t records = 0;
   std::vector<std::uint8_t> lacks;  ///< Bit i: robot i lacks it, or holds another content.
   Kind kind = Kind::kMissing;
+  std::uint64_t proof_bytes = 0;  ///< Of the records that somebody lacks.
 };
 
 Difference drawn(oracle::Random& random, std::uint32_t records, std::uint32_t k, bool in_one_run,
                  Kind kind) {
-  Difference difference{records, std::vector<std::uint8_t>(records + 1, 0), kind};
+  Difference difference{records, std::vector<std::uint8_t>(records + 1, 0), kind, 0};
   const auto below = [&](std::uint32_t most) {
     return static_cast<std::uint32_t>(random.below(static_cast<int>(most)));
   };
@@ -53,9 +54,9 @@ Difference drawn(oracle::Random& random, std::uint32_t records, std::uint32_t k,
   return difference;
 }
 
-/// A chunk of the origin as one robot gets it: without the records that it lacks, or with others.
+/// A chunk as one robot gets it: without the records that it lacks, or with others.
 std::vector<std::byte> changed_for(int robot, const std::vector<std::byte>& datagram,
-                                   const Difference& difference) {
+                                   Difference& difference) {
   const std::span<const std::byte> all(datagram);
   ByteReader from(all.subspan(kHeaderBytes, all.size() - kHeaderBytes - kTagBytes));
   ChunkHeader header;
@@ -67,12 +68,13 @@ std::vector<std::byte> changed_for(int robot, const std::vector<std::byte>& data
   ByteWriter to(changed);
   write_header(to, outer);
   write_chunk_header(to, header);
-  RecordReader records(from, header.range, false);
+  RecordReader records(from, header.range, header.relayed && outer.is_signed);
   RecordWriter writer(to, header.range);
   ChunkRecord record;
   while (from.remaining() != 0) {
     REQUIRE(records.read(record));
     const bool lacks = (difference.lacks[record.version.number] >> robot & 1) != 0;
+    if (lacks) difference.proof_bytes += record.proof.size();
     if (lacks && difference.kind == Kind::kMissing) continue;
     if (lacks) record.coded = {};
     REQUIRE(writer.write(record));
@@ -83,31 +85,49 @@ std::vector<std::byte> changed_for(int robot, const std::vector<std::byte>& data
 }
 
 bool is_chunk(const std::vector<std::byte>& datagram) {
-  return datagram[3] == static_cast<std::byte>(DatagramKind::kChunk);
+  return (datagram[3] & std::byte{0x7f}) == static_cast<std::byte>(DatagramKind::kChunk);
+}
+
+void tell(Network& network, const std::vector<std::byte>& said, Difference& difference) {
+  for (const int i : {0, 1})
+    network.robot(i).exchange().receive(is_chunk(said) ? changed_for(i, said, difference) : said,
+                                        Network::clock_us(i, network.now_us()));
+}
+
+template <class Hear>
+void publish_all(Robot& origin, Network& network, std::uint32_t records, const Hear& hear) {
+  std::vector<std::byte> datagram(kMostDatagramBytes);
+  for (std::uint32_t version = 1; version <= records; ++version) {
+    const auto at = static_cast<std::int32_t>(version);
+    REQUIRE(origin.publish(*pack({at % 64, at / 64 % 64, at / 4096}), network.random(), 3).ok());
+    if (version % 1000 != 0 && version != records) continue;
+    while (const std::size_t size = origin.exchange().send(0, datagram))
+      hear(std::vector<std::byte>(datagram.begin(),
+                                  datagram.begin() + static_cast<std::ptrdiff_t>(size)));
+  }
 }
 
 /// The origin publishes all records, and both robots hear what they are to hear of it.
-void teach(Network& network, const Difference& difference) {
-  ExchangeConfig config = fast();
-  config.contributions = 16;
-  Robot origin(kOrigin, 1, large(), config);
-  std::vector<std::byte> datagram(kMostDatagramBytes);
-  const auto say = [&] {
-    while (const std::size_t size = origin.exchange().send(0, datagram)) {
-      const std::vector<std::byte> said(datagram.begin(),
-                                        datagram.begin() + static_cast<std::ptrdiff_t>(size));
-      for (const int i : {0, 1}) {
-        const auto heard = is_chunk(said) ? changed_for(i, said, difference) : said;
-        network.robot(i).exchange().receive(heard, Network::clock_us(i, network.now_us()));
-      }
-    }
-  };
-  for (std::uint32_t version = 1; version <= difference.records; ++version) {
-    const auto at = static_cast<std::int32_t>(version);
-    REQUIRE(origin.publish(*pack({at % 64, at / 64 % 64, at / 4096}), network.random(), 3).ok());
-    if (version % 1000 == 0) say();
-  }
-  say();
+void teach(Network& network, Difference& difference) {
+  Robot origin(kOrigin, 1, large(), fast());
+  publish_all(origin, network, difference.records,
+              [&](const std::vector<std::byte>& said) { tell(network, said, difference); });
+}
+
+/// The same where robots sign. What an origin sends is signed as a whole, so a third robot passes
+/// on records with their proofs, and leaves out some.
+void teach_signed(Network& network, Difference& difference) {
+  constexpr std::uint32_t kRelay = 8;
+  constexpr std::uint32_t kAsker = 9;
+  Robot origin(kOrigin, 1, large(), fast(), {.key = kOrigin});
+  Robot relay(kRelay, 1, large(), fast(), {.key = kRelay});
+  publish_all(origin, network, difference.records, [&](const std::vector<std::byte>& said) {
+    relay.exchange().receive(said, 0);
+    if (!is_chunk(said)) tell(network, said, difference);
+  });
+  relay.exchange().receive(
+      Forger::request_for_all(kAsker, std::uint64_t{1} << 40U, 1, {kOrigin, 1, 0}), 0);
+  for (const auto& datagram : said(relay, 0, 4 * kSecond)) tell(network, datagram, difference);
 }
 
 struct Outcome {
@@ -139,28 +159,46 @@ Outcome reconcile(Network& network, double most_s) {
   return outcome;
 }
 
-TEST_CASE("reconcile: what differs is what is sent") {
+/// Draws what differs, lets both robots hear of it, and checks what it takes until they are equal.
+void check(bool is_signed, std::uint32_t k, bool in_one_run, Kind kind) {
   constexpr std::uint32_t kRecords = 100'000;
-  const auto k = static_cast<std::uint32_t>(GENERATE(1, 10, 1000, 50'000));
-  const bool in_one_run = GENERATE(false, true);
-  const Kind kind = GENERATE(Kind::kMissing, Kind::kOther);
   Network network(2, {.delay_us = 2'000, .jitter_us = 0}, oracle::announce_seed(700), large(),
-                  fast());
+                  is_signed ? ExchangeConfig{} : fast(), is_signed);
   network.run(2 * kSecond);
-  const Difference difference = drawn(network.random(), kRecords, k, in_one_run, kind);
-  teach(network, difference);
+  Difference difference = drawn(network.random(), kRecords, k, in_one_run, kind);
+  (is_signed ? teach_signed : teach)(network, difference);
+  for (const int i : {0, 1}) {
+    const Replicas& replicas = network.robot(i).replicas();
+    REQUIRE(replicas.contribution(*replicas.find({kOrigin, 1, 0})).blocks >= kRecords - k);
+  }
+  REQUIRE_FALSE(network.agree());
   // What robots say of themselves and of other contributions at rest.
   const Outcome outcome = reconcile(network, 30.0);
   CAPTURE(k, in_one_run, static_cast<int>(kind));
   REQUIRE(outcome.equal);
-  // At 100 MB/s records take no time: what is left are exchanges of request and answer.
-  CHECK(outcome.seconds < 2.0);
-  CHECK(outcome.records <= k);
   constexpr std::uint64_t kRecordBytes = 40;  // as they are made here, with what is around them
-  CHECK(outcome.overhead_bytes <= k * (256 + kRecordBytes) + 32'000);
+  // At 100 MB/s records take no time: what is left are exchanges of request and answer.
+  const auto record_bytes = static_cast<double>(k * kRecordBytes + difference.proof_bytes);
+  CHECK(outcome.seconds < 2.0 + (is_signed ? record_bytes / ExchangeConfig{}.bytes_per_s : 0.0));
+  CHECK(outcome.records <= k);
+  CHECK(outcome.overhead_bytes <= k * (256 + kRecordBytes) + 32'000 + difference.proof_bytes);
   WARN(k << (in_one_run ? " in one run" : " scattered") << ", kind " << static_cast<int>(kind)
-         << ": " << outcome.seconds << " s, " << outcome.overhead_bytes << " bytes, "
-         << outcome.records << " records, " << outcome.requests << " requests");
+         << (is_signed ? ", signed: " : ": ") << outcome.seconds << " s, " << outcome.overhead_bytes
+         << " bytes (proofs " << difference.proof_bytes << "), " << outcome.records << " records, "
+         << outcome.requests << " requests");
+}
+
+TEST_CASE("reconcile: what differs is what is sent") {
+  const auto k = static_cast<std::uint32_t>(GENERATE(1, 10, 1000, 50'000));
+  const bool in_one_run = GENERATE(false, true);
+  const Kind kind = GENERATE(Kind::kMissing, Kind::kOther);
+  check(false, k, in_one_run, kind);
+}
+
+TEST_CASE("reconcile: with signatures what differs is what is sent and its proofs") {
+  const auto k = static_cast<std::uint32_t>(GENERATE(1, 10, 1000, 50'000));
+  const bool in_one_run = GENERATE(false, true);
+  check(true, k, in_one_run, Kind::kMissing);
 }
 
 }  // namespace

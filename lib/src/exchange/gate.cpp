@@ -97,11 +97,22 @@ bool Gate::check_number(std::span<const std::byte> message, const Heard& heard,
   return refuse(twin ? counted.refused_robot : counted.refused_replay);
 }
 
-/// Requests and descriptions are what a robot can be made to work by; announcements have a limit of
-/// their own, so that the two do not keep each other out.
+/// Of descriptions all robots hear those that one of them asked for.
+bool Gate::is_for_others(const Heard& heard) const noexcept {
+  if (!signatures_.on() || heard.header.kind != DatagramKind::kDescription) return false;
+  DescriptionHeader description;
+  ByteReader reader(heard.body);
+  return describing_ != heard.header.sender || !read_description_header(reader, description) ||
+         description.target != robot_;
+}
+
+/// Requests are what a robot can be made to work by; announcements and descriptions have limits of
+/// their own, so that none keeps another out.
 bool Gate::check_rate(const Heard& heard, Instant now) noexcept {
   if (!signatures_.on()) return true;
   if (heard.peer == nullptr) return strangers_.pass(kChecksPerSecond, now);
+  if (heard.header.kind == DatagramKind::kDescription)
+    return descriptions_.pass(kDescriptionsPerSecond, now, kDescriptionsAtOnce);
   const bool is_announcement =
       heard.header.kind == DatagramKind::kAnnounce || heard.header.kind == DatagramKind::kLeave;
   return (is_announcement ? heard.peer->announcements : heard.peer->checks)
@@ -128,6 +139,7 @@ bool Gate::read_control(std::span<const std::byte> message, Heard& heard,
                         !heard.peer->control.is_new(header.sequence);
   if (repeated && (signatures_.on() || header.kind != DatagramKind::kAnnounce))
     return refuse(counted.refused_replay);
+  if (is_for_others(heard)) return false;
   if (!check_rate(heard, heard.now)) return refuse(counted.refused_rate);
   if (!is_signed(message, header)) return refuse(counted.refused_signature);
   if (signatures_.on()) heard.body = heard.body.first(heard.body.size() - kSignatureBytes);

@@ -59,13 +59,11 @@ void SequenceWindow::note(std::uint64_t of_session, std::uint64_t number) noexce
   heard |= std::uint64_t{1} << (sequence - number);
 }
 
-bool RateLimit::pass(std::int64_t per_s, Instant now) noexcept {
-  constexpr std::int64_t kSecond_us = 1'000'000;
-  const std::int64_t elapsed_us = std::clamp<std::int64_t>((now - last).us, 0, kSecond_us);
-  credit_us =
-      last == Instant::long_ago() ? kSecond_us : std::min(kSecond_us, credit_us + elapsed_us);
+bool RateLimit::pass(std::int64_t per_s, Instant now, Duration most) noexcept {
+  const std::int64_t elapsed_us = std::clamp<std::int64_t>((now - last).us, 0, most.us);
+  credit_us = last == Instant::long_ago() ? most.us : std::min(most.us, credit_us + elapsed_us);
   last = now;
-  const std::int64_t cost_us = kSecond_us / per_s;
+  const std::int64_t cost_us = 1'000'000 / per_s;
   if (credit_us < cost_us) return false;
   credit_us -= cost_us;
   return true;

@@ -35,8 +35,9 @@ struct SequenceWindow {
 struct RateLimit {
   std::int64_t credit_us = 0;  ///< What one costs is 1 s / rate.
   Instant last = Instant::long_ago();
-  /// True iff one more may pass now.
-  [[nodiscard]] bool pass(std::int64_t per_s, Instant now) noexcept;
+  /// True iff one more may pass now. most: what may pass at once after a pause, as time.
+  [[nodiscard]] bool pass(std::int64_t per_s, Instant now,
+                          Duration most = Duration{1'000'000}) noexcept;
 };
 
 /// What is known of another robot that was heard.
@@ -53,7 +54,7 @@ struct Peer {
   std::uint32_t floor = 0;  ///< That it announced last.
   Instant agreed;           ///< When it last announced what this robot publishes as it is.
   Instant differed;         ///< When it last announced something that is other here.
-  RateLimit checks;         ///< Of signatures of its requests and descriptions.
+  RateLimit checks;         ///< Of signatures of its requests.
   RateLimit announcements;
   /// Not 0: the nonce by which it is to prove that its session is the one at work.
   std::uint64_t nonce = 0;

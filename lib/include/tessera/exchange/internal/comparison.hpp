@@ -7,6 +7,8 @@
 // a step that is lost is asked for again alone. The other robot keeps no state for it.
 #pragma once
 
+#include <optional>
+
 #include "tessera/exchange/internal/ledger.hpp"
 
 namespace tessera {
@@ -50,6 +52,10 @@ class Comparison {
   }
   [[nodiscard]] std::uint32_t number() const noexcept { return number_; }
   [[nodiscard]] std::uint32_t robot() const noexcept { return robot_; }
+  /// Whose descriptions are waited for, if anybody's.
+  [[nodiscard]] std::optional<std::uint32_t> describing() const noexcept {
+    return active_ ? std::optional(robot_) : std::nullopt;
+  }
   /// True once nothing is left to ask or to wait for, or the other robot does not answer any more.
   /// O(spans), and for those whose records were awaited O(records in them).
   [[nodiscard]] bool is_over(const Ledger& ledger, const Ledger::Contribution& contribution,
