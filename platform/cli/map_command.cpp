@@ -39,7 +39,7 @@ std::atomic<bool> interrupted{false};
 /// heap unless it fails, except for decoding the cameras' images or files of clouds, which a robot
 /// does not do.
 Outcome<void> integrate_all(const RecordedScans& source, ScanBuffer& buffer, Mapper& mapper,
-                            MapRun& run) {
+                            const MapWindow* window, MapRun& run) {
   Progress progress("mapping", source.num_scans());
   const std::optional<std::uint64_t> before = heap_allocations();
   std::uint64_t decoding = 0;
@@ -58,6 +58,10 @@ Outcome<void> integrate_all(const RecordedScans& source, ScanBuffer& buffer, Map
     std::array<char, 48> suffix{};
     std::snprintf(suffix.data(), suffix.size(), "%.1f ms/scan", ms);
     progress.update(i + 1, suffix.data());
+    run.obstacle = window == nullptr ? std::nullopt : window->obstacle();
+    // While there is room nothing is lost.
+    if (run.obstacle && report.refused_storage + report.rays_refused_memory > 0) break;
+    run.obstacle.reset();
   }
   const std::optional<std::uint64_t> after = heap_allocations();
   if (before && after) run.heap_allocations = *after - *before - decoding;
@@ -143,6 +147,22 @@ Failure interruption(const MapOptions& options, const MapRun& run, std::size_t n
           FailureKind::kFailure};
 }
 
+/// For a run that ended as neither memory nor the archive had room for more. The map grows with the
+/// way: what the whole takes is estimated from the scans so far.
+Failure out_of_memory(const MapOptions& options, const MapSetup& setup, const RecordedScans& source,
+                      const MapRun& run) {
+  const double share =
+      static_cast<double>(run.scans.size()) / static_cast<double>(source.num_scans());
+  const auto storage =
+      static_cast<std::size_t>(static_cast<double>(setup.map.storage_bytes) / share);
+  const std::size_t whole = budget_for_storage(setup, source.max_points(), storage);
+  return {"memory is full after scan " + std::to_string(run.scans.size()) + " of " +
+              std::to_string(source.num_scans()) + ", and " + *run.obstacle + ". " + options.out +
+              " has the scans so far; without an archive the whole takes about --memory " +
+              std::to_string(whole >> 20U) + "M",
+          FailureKind::kFailure};
+}
+
 /// After all checks: maps the scans, writes map and report.
 Outcome<void> map_scans(const MapOptions& options, MapSetup& setup, const RecordedScans& source,
                         Earlier& earlier) {
@@ -160,6 +180,8 @@ Outcome<void> map_scans(const MapOptions& options, MapSetup& setup, const Record
   config["robot"] = identity.robot;
   const Outcome<void> recorded = record_settings(settings_of(config), identity);
   if (!recorded.ok()) return recorded.failure();
+  set_up_spilling(options, setup);
+  move_all_at_once(setup);
   Outcome<HeldMapper> held = make_mapper(setup, *capacity, source.classes().table());
   if (!held.ok()) return held.failure();
   Mapper& mapper = **held;
@@ -187,7 +209,7 @@ Outcome<void> map_scans(const MapOptions& options, MapSetup& setup, const Record
   run.scans.reserve(source.num_scans());
   ScanBuffer buffer(source.max_points());
   stop_by_signals(interrupted);
-  const Outcome<void> done = integrate_all(source, buffer, mapper, run);
+  const Outcome<void> done = integrate_all(source, buffer, mapper, window.get(), run);
   if (!done.ok()) return done.failure();
   if (run.scans.empty())
     return Failure{"interrupted before the first scan was mapped; nothing was written",
@@ -196,16 +218,22 @@ Outcome<void> map_scans(const MapOptions& options, MapSetup& setup, const Record
   if (!some.ok()) return some.failure();
   const Outcome<void> written = write_map(options, identity, window.get(), mapper.map(), run);
   if (!written.ok()) return written.failure();
-  if (window != nullptr) run.window = window->report(mapper.window());
+  if (window != nullptr && (setup.window->keep_while_room ? window->has_archive() : true))
+    run.window = window->report(mapper.window());
   print_summary(run, options.out);
   const Outcome<void> reported = write_report(to_json(run, config), options.report);
-  if (!reported.ok() || !run.interrupted) return reported;
-  return interruption(options, run, source.num_scans());
+  if (!reported.ok()) return reported;
+  // The map file has all of it now.
+  if (window != nullptr && is_spill_folder(options)) window->remove_spilled();
+  if (run.obstacle) return out_of_memory(options, setup, source, run);
+  return run.interrupted ? interruption(options, run, source.num_scans()) : Outcome<void>();
 }
 
-Outcome<void> run_map(const MapOptions& options) {
+Outcome<void> run_map(MapOptions& options) {
   const Outcome<void> given = check_source(options);
   if (!given.ok()) return given.failure();
+  const Outcome<void> spilled = find_spilled(options);
+  if (!spilled.ok()) return spilled.failure();
   Outcome<MapSetup> setup = set_up(options);
   if (!setup.ok()) return setup.failure();
   // Before the work, so that an unwritable output is reported at once.

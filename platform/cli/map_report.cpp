@@ -268,9 +268,10 @@ void print_summary(const MapRun& run, const std::string& out) {
   std::printf("  time     median %.1f ms a scan, p99 %.1f ms, max %.1f ms\n", timing.median_ms,
               timing.p99_ms, timing.max_ms);
   registration_of(run.scans).print();
-  std::printf("  voxels   %llu labelled or occupied, %llu free\n",
+  std::printf("  voxels   %llu labelled or occupied, %llu free%s\n",
               static_cast<unsigned long long>(usage.label_voxels),
-              static_cast<unsigned long long>(run.free_voxels));
+              static_cast<unsigned long long>(run.free_voxels),
+              run.window ? ", in memory after the last scan" : "");
   std::printf(
       "  memory   %.1f MB used of %.1f MB, %.1f MB of it scratch, %.1f bytes a label voxel\n",
       static_cast<double>(usage.used_bytes + run.scratch_bytes) / 1e6,
@@ -278,6 +279,12 @@ void print_summary(const MapRun& run, const std::string& out) {
       usage.label_voxels == 0
           ? 0.0
           : static_cast<double>(usage.used_bytes) / static_cast<double>(usage.label_voxels));
+  if (run.window && run.window->archived_blocks > 0) {
+    std::printf("  archive  %llu blocks left memory, %llu came back; %.1f MB on disk\n",
+                static_cast<unsigned long long>(run.window->evicted),
+                static_cast<unsigned long long>(run.window->reloaded),
+                static_cast<double>(run.window->archive_bytes) / 1e6);
+  }
   if (run.heap_allocations) {
     std::printf("  heap     %llu allocations after start\n",
                 static_cast<unsigned long long>(*run.heap_allocations));

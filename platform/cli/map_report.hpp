@@ -36,7 +36,8 @@ struct WindowTotals : WindowReport {
 /// Settings and results of a run.
 struct MapRun {
   std::vector<ScanRecord> scans;
-  bool interrupted = false;  ///< By a signal, before the last scan.
+  bool interrupted = false;             ///< By a signal, before the last scan.
+  std::optional<std::string> obstacle;  ///< Why the archive takes no more, if that ended the run.
   std::size_t budget_bytes = 0;
   std::size_t scratch_bytes = 0;
   std::int64_t deadline_us = 0;  ///< 0: none.

@@ -9,6 +9,7 @@
 
 #include "base/number_text.hpp"
 #include "cli/command.hpp"
+#include "maps/whole_map.hpp"
 #include "tessera/map/queries.hpp"
 #include "tessera/registration/scan.hpp"
 
@@ -37,71 +38,6 @@ bool same_map(const MapFileHeader& a, const MapFileHeader& b) {
          x.tuple == y.tuple && a.classes == b.classes && a.identity.robot == b.identity.robot &&
          a.identity.epoch == b.identity.epoch;
 }
-
-/// The map and its archive as one: blocks are read into the map's memory when they are requested.
-class WholeMap {
- public:
-  WholeMap(LocalMap& map, ArchiveFile& archive)
-      : map_(map), archive_(archive), kept_(map.block_count()), revision_(map.revision()) {
-    if (kept_ == 0) forget();
-  }
-  /// All keys in ascending order. Fails with kFailure iff a block that both have cannot be merged.
-  Outcome<std::vector<KeyedIndex>> keys() {
-    std::vector<KeyedIndex> workspace = workspace_for(map_);
-    const std::span<const KeyedIndex> kept = map_.blocks_in_order(workspace);
-    for (const KeyedIndex& item : kept) {
-      const BlockKey key{item.key};
-      if (archive_.index().find(key) && archive_.reload(map_, key) != Status::kOk)
-        return unreadable();
-    }
-    const std::vector<KeyedIndex> archived = archive_.index().keys_in_order();
-    std::vector<KeyedIndex> all(kept.size() + archived.size());
-    std::merge(kept.begin(), kept.end(), archived.begin(), archived.end(), all.begin(),
-               [](const KeyedIndex& a, const KeyedIndex& b) { return a.key < b.key; });
-    return all;
-  }
-  BlockLookup lookup() {
-    return {this, [](void* context, const KeyedIndex& item) {
-              return static_cast<WholeMap*>(context)->find(BlockKey{item.key});
-            }};
-  }
-  [[nodiscard]] Failure unreadable() const {
-    return {"cannot read a block of " + archive_.path() +
-                "; the map is not written: check the disk, or give a larger --memory",
-            FailureKind::kFailure};
-  }
-
- private:
-  void forget() {
-    if (kept_ == 0) {
-      map_.clear();  // so that pages of the storage can serve other sizes again
-      map_.restore_revision(revision_);
-    } else {
-      for (const BlockKey key : fetched_) {
-        const Result<SlabHandle> handle = map_.open_block(unpack(key));  // exists
-        if (handle.ok()) map_.remove_block(*handle);
-      }
-    }
-    fetched_.clear();
-  }
-  const Block* find(BlockKey key) {
-    if (const Block* const block = map_.find(unpack(key))) return block;
-    Status status = archive_.read_into(map_, key);
-    if (status == Status::kResourceExhausted) {
-      forget();
-      status = archive_.read_into(map_, key);
-    }
-    if (status != Status::kOk) return nullptr;
-    fetched_.push_back(key);
-    return map_.find(unpack(key));
-  }
-
-  LocalMap& map_;
-  ArchiveFile& archive_;
-  std::size_t kept_;  ///< Blocks that the archive did not take.
-  std::uint32_t revision_;
-  std::vector<BlockKey> fetched_;
-};
 
 }  // namespace
 
@@ -145,6 +81,51 @@ std::size_t archive_blocks(const MapSetup& setup, const std::optional<ArchiveCon
   return std::max<std::size_t>({by_budget, by_content, 1024});
 }
 
+std::string spill_folder(const MapOptions& options) { return options.out + ".archive"; }
+
+bool is_spill_folder(const MapOptions& options) {
+  if (options.archive.empty()) return !options.window_m;
+  std::error_code error;
+  return fs::equivalent(options.archive, spill_folder(options), error);
+}
+
+Outcome<void> find_spilled(MapOptions& options) {
+  const fs::path continued(options.continue_from);
+  if (options.archive.empty() && continued.filename() == ArchiveFile::kName)
+    options.archive = continued.has_parent_path() ? continued.parent_path().string() : ".";
+  if (!options.archive.empty() || options.window_m) return {};
+  const std::string left = spill_folder(options) + "/" + ArchiveFile::kName;
+  std::error_code error;
+  if (!fs::exists(left, error)) return {};
+  return Failure{left +
+                 " holds the blocks of an earlier run that did not end; continue it with "
+                 "--continue " +
+                 left + ", or remove it"};
+}
+
+void set_up_spilling(const MapOptions& options, MapSetup& setup) {
+  if (setup.window || options.max_range_m <= 0.0) return;
+  WindowConfig& window = setup.window.emplace();
+  window.radius_m = reach_m(options);
+  window.keep_while_room = true;
+  constexpr std::size_t kOctetBytes = 512;
+  SlabPool::Counts& reserve = window.reserve;
+  const std::size_t bytes = reserve[0] * sizeof(Block) + reserve[1] * sizeof(LabelPage) +
+                            reserve[2] * sizeof(FreePage) + reserve[3] * kOctetBytes;
+  const double times =
+      static_cast<double>(setup.map.storage_bytes / 2) / static_cast<double>(bytes);
+  for (std::uint32_t& count : reserve)
+    count = static_cast<std::uint32_t>(times * static_cast<double>(count));
+}
+
+void move_all_at_once(MapSetup& setup) {
+  if (!setup.window || setup.deadline_us != 0) return;
+  constexpr std::uint32_t kAll = 1U << 30U;
+  WindowConfig& window = *setup.window;
+  window.entries_per_step = window.evictions_per_step = window.pressed_evictions_per_step = kAll;
+  window.regions_per_step = window.reloads_per_step = window.label_voxels_per_step = kAll;
+}
+
 Outcome<std::unique_ptr<MapWindow>> MapWindow::make(const MapOptions& options,
                                                     const MapSetup& setup,
                                                     const MapIdentity& identity,
@@ -152,22 +133,83 @@ Outcome<std::unique_ptr<MapWindow>> MapWindow::make(const MapOptions& options,
                                                     Mapper& mapper) {
   std::unique_ptr<MapWindow> window(new MapWindow);
   window->radius_m_ = setup.window->radius_m;
+  window->identity_ = identity;
+  window->index_blocks_ = archive_blocks(setup, archive);
+  if (setup.window->keep_while_room) {
+    window->folder_ = spill_folder(options);
+    mapper.set_archive(window->spilling());
+    return window;
+  }
   if (options.archive.empty()) return window;
-  Outcome<ArenaMemory> memory = ArenaMemory::allocate(setup.archive_bytes);
-  if (!memory.ok()) return memory.failure();
-  window->memory_ = std::move(*memory);
-  Arena arena(window->memory_.span());
-  Outcome<std::unique_ptr<ArchiveFile>> file =
-      ArchiveFile::open(options.archive, mapper.map(), identity, archive_blocks(setup, archive),
-                        arena, archive ? &*archive : nullptr);
-  if (!file.ok()) return file.failure();
+  window->folder_ = options.archive;
+  const Outcome<void> opened = window->open(mapper.map(), archive ? &*archive : nullptr);
+  if (!opened.ok()) return opened.failure();
   if (archive && archive->torn_bytes > 0) {
-    warn((*file)->path() + " ends inside a record, as a run was cut short; ignoring its last " +
+    warn(window->archive_->path() +
+         " ends inside a record, as a run was cut short; ignoring its last " +
          counted(archive->torn_bytes, "byte"));
   }
-  window->archive_ = std::move(*file);
-  mapper.set_archive(window->archive_->interface());
+  mapper.set_archive(window->opened_);
   return window;
+}
+
+Outcome<void> MapWindow::open(const LocalMap& map, const ArchiveContent* found) {
+  Outcome<ArenaMemory> memory = ArenaMemory::allocate(
+      ArchiveFile::required_bytes(map.config(), map.num_components(), index_blocks_));
+  if (!memory.ok()) return memory.failure();
+  memory_ = std::move(*memory);
+  Arena arena(memory_.span());
+  Outcome<std::unique_ptr<ArchiveFile>> file =
+      ArchiveFile::open(folder_, map, identity_, index_blocks_, arena, found);
+  if (!file.ok()) return file.failure();
+  archive_ = std::move(*file);
+  opened_ = archive_->interface();
+  return {};
+}
+
+/// The archive is made when the first block has to leave.
+BlockArchive MapWindow::spilling() noexcept {
+  BlockArchive archive;
+  archive.context = this;
+  archive.evict = [](void* context, const LocalMap& map, const Block& block) {
+    auto& window = *static_cast<MapWindow*>(context);
+    if (window.not_opened_) return false;
+    if (window.archive_ == nullptr) {
+      const Outcome<void> opened = window.open(map, nullptr);
+      if (!opened.ok()) {
+        window.not_opened_ = opened.failure();
+        return false;
+      }
+    }
+    return window.opened_.evict(window.opened_.context, map, block);
+  };
+  archive.archived = [](void* context, BlockCoord region) -> const RegionMask* {
+    const BlockArchive& opened = static_cast<MapWindow*>(context)->opened_;
+    return opened.archived == nullptr ? nullptr : opened.archived(opened.context, region);
+  };
+  archive.reload = [](void* context, LocalMap& map, BlockKey key) {
+    const BlockArchive& opened = static_cast<MapWindow*>(context)->opened_;
+    return opened.reload(opened.context, map, key);
+  };
+  return archive;
+}
+
+std::optional<std::string> MapWindow::obstacle() const {
+  if (not_opened_) return not_opened_->message;
+  if (archive_ == nullptr) return std::nullopt;
+  const ArchiveCounts& counts = archive_->counts();
+  if (counts.not_written > 0) return archive_->path() + " cannot be written; free some space";
+  if (counts.no_index > 0) return "the index of " + archive_->path() + " is full";
+  return std::nullopt;
+}
+
+void MapWindow::remove_spilled() {
+  if (archive_ == nullptr) return;
+  archive_.reset();
+  opened_ = {};
+  std::error_code error;
+  fs::remove(fs::path(folder_) / ArchiveFile::kName, error);
+  fs::remove(folder_, error);
 }
 
 WindowTotals MapWindow::report(const WindowReport& window) const {

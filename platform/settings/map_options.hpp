@@ -80,6 +80,9 @@ struct MapSetup {
 /// other.
 Outcome<MapSetup> set_up(const MapOptions& options);
 
+/// How far from the robot a scan changes the map: 0 without a limit of the range.
+double reach_m(const MapOptions& options);
+
 /// Sets up the window for the map's resolution; set_up does it for a new map. Fails as set_up.
 Outcome<void> set_up_window(const MapOptions& options, MapSetup& setup);
 

@@ -137,13 +137,18 @@ Outcome<void> set_up_thinning(const MapOptions& o, double resolution_m,
 
 }  // namespace
 
+double reach_m(const MapOptions& o) {
+  if (o.max_range_m <= 0.0) return 0.0;
+  return o.max_range_m + (o.inference == "kernel" ? o.kernel_length_m : 0.0);
+}
+
 /// An archive alone has the window that scans reach within.
 Outcome<void> set_up_window(const MapOptions& o, MapSetup& setup) {
   if (!o.window_m && o.archive.empty()) return {};
   if (!o.window_m && o.max_range_m <= 0.0)
     return Failure{"--archive needs --window where --max-range is 0; give --window too"};
   const double edge_m = setup.map.resolution_m * kBlockEdge;
-  const double radius_m = o.window_m.value_or(o.max_range_m);
+  const double radius_m = o.window_m.value_or(reach_m(o));
   if (!(radius_m > 0.0 && radius_m <= 4000.0 * edge_m))
     return not_allowed("--window", text_of(radius_m), "metres above 0, to 32000 voxels");
   WindowConfig& window = setup.window.emplace();

@@ -3,6 +3,7 @@
 """map --window and --archive: the map that comes out is the one without a window, whatever the robot drives."""
 import json
 import os
+import re
 import resource
 import subprocess
 import unittest
@@ -51,13 +52,77 @@ class Window(CommandCase):
     def test_a_map_that_does_not_fit_in_memory(self):
         plain, expected = self.whole()
         small = ("--memory", "3M")
-        _, without = self.map_dataset(self.data, self.folder / "map.tsm", *small)
-        self.assertGreater(without["memory"]["refused"], 1000)
+        _, lossy = self.map_dataset(self.data, self.folder / "map.tsm", *small, "--max-range", 0)
+        self.assertGreater(lossy["memory"]["refused"], 1000)
         result, report = self.archived("map.tsm", *small)
         self.assert_not_warned(result)
         self.assertEqual(0, report["totals"]["left_out"])
         self.assertEqual(plain["digest"], report["digest"])
         self.assertEqual(expected, (self.folder / "map.tsm").read_bytes())
+
+    def spilled(self, out, *options):
+        """A run that keeps all, in memory that does not hold it."""
+        return self.map_dataset(self.data, self.folder / out, "--max-range", 10, "--memory", "3M", *options)
+
+    def test_without_options_a_map_that_does_not_fit_goes_on_through_an_archive_beside_it(self):
+        plain, expected = self.whole("--max-range", 10)
+        self.assertNotIn("window", plain)
+        result, report = self.spilled("map.tsm")
+        self.assert_not_warned(result)
+        self.assertIn("archive", result.stdout)
+        self.assertEqual(0, report["totals"]["left_out"])
+        self.assertEqual(plain["digest"], report["digest"])
+        self.assertEqual(expected, (self.folder / "map.tsm").read_bytes())
+        self.assertGreater(report["window"]["evicted"], 100)
+        self.assertGreater(report["window"]["reloaded"], 100)
+        self.assertEqual(0, report["window"]["merged"])
+        self.assertIsNone(report["config"]["window"])
+        self.assertFalse((self.folder / "map.tsm.archive").exists())
+
+    def test_an_archive_beside_the_output_that_an_earlier_run_left(self):
+        first, second = self.parts(9)
+        self.archived("first.tsm", *first)
+        left = self.folder / "refused.tsm.archive" / "blocks.tsa"
+        left.parent.mkdir()
+        left.write_bytes(self.archive.read_bytes())
+        self.map_refused(self.data, "--max-range", 10, saying=("refused.tsm.archive/blocks.tsa", "--continue"))
+        self.spilled("refused.tsm", *second, "--continue", left)
+        self.assertFalse(left.exists())
+        self.spilled("whole.tsm")
+        self.assertEqual((self.folder / "whole.tsm").read_bytes(), (self.folder / "refused.tsm").read_bytes())
+
+    def spill_fails(self, out, file_limit=resource.RLIM_INFINITY):
+        """What a run says that neither memory nor disk hold."""
+        result = subprocess.run(
+            [command_path(), "map", "--dataset", self.data, "--out", out, "--report", "r.json", "--max-range", "10", "--memory", "3M"],
+            cwd=self.folder, text=True, capture_output=True, timeout=TIME_LIMIT_S, check=False, restore_signals=False,
+            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (file_limit, file_limit)))
+        self.assertEqual(2, result.returncode, result.stderr)
+        return result.stderr
+
+    def drive(self, scans):
+        self.data = kitti.write_dataset(self.folder / "far", [kitti.corner_scan(i, pose=kitti.moved(6 * i)) for i in range(scans)])
+
+    def test_where_no_archive_can_be_made_the_run_says_what_the_whole_would_take(self):
+        self.drive(40)
+        (self.folder / "map.tsm.archive").write_text("")
+        said = self.spill_fails("map.tsm")
+        mebibytes = int(re.search(r"--memory (\d+)M", said)[1])
+        # The scans so far are there.
+        done = int(re.search(r"after scan (\d+) of 40", said)[1])
+        self.done("info", "map.tsm")
+        self.assertEqual(done, len(json.loads((self.folder / "r.json").read_text())["scans"]))
+        with_memory = lambda m: self.run_command("map", "--dataset", self.data, "--out", "map.tsm", "--max-range", 10, "--memory", f"{m}M")
+        enough = next(m for m in range(3, 30) if with_memory(m).returncode == DONE)
+        self.assertLess(abs(mebibytes / enough - 1), 0.3, enough)
+
+    @unittest.skipIf(os.environ.get("TESSERA_SANITIZE"), "sanitizers write files of their own")
+    def test_a_disk_that_is_full_keeps_what_it_holds(self):
+        self.drive(40)
+        said = self.spill_fails("map.tsm", 65536)
+        self.assertIn("File too large", said)
+        self.spilled("map.tsm", "--continue", "map.tsm.archive/blocks.tsa", "--first", 39)
+        self.done("info", "map.tsm")
 
     def test_eval_query_and_info_work_on_what_comes_out(self):
         plain, _ = self.whole()

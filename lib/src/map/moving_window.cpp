@@ -64,12 +64,22 @@ WindowStep MovingWindow::step(LocalMap& map, const Point3d& p_map,
   if (!voxel.ok()) return report;
   robot_ = block_of(*voxel);
   evict_far(map, archive, report);
-  if (archive.archived != nullptr) reload_near(map, archive, report);
+  if (archive.archived == nullptr) return report;
+  reload_near(map, archive, report);
+  // What came back may have taken the room that the scan needs.
+  if (config_.keep_while_room && !keeps_all(map)) {
+    evict_far(map, archive, report);
+    report.reload_backlog = 0;
+    report.no_room = false;
+    reload_near(map, archive, report);
+  }
   return report;
 }
 
 void MovingWindow::evict_far(LocalMap& map, const BlockArchive& archive,
                              WindowStep& report) noexcept {
+  report.eviction_backlog = 0;
+  if (keeps_all(map)) return;
   const bool pressed = !map.fits(config_.reserve);
   std::uint32_t left = pressed ? config_.pressed_evictions_per_step : config_.evictions_per_step;
   std::uint64_t voxels = 0;
@@ -80,7 +90,7 @@ void MovingWindow::evict_far(LocalMap& map, const BlockArchive& archive,
   const std::size_t seen =
       map.visit_blocks(cursor_, config_.entries_per_step, [&](BlockKey key, SlabHandle handle) {
         if (!is_far(key)) return true;
-        const bool spent = left == 0 || refusals_left == 0 ||
+        const bool spent = left == 0 || refusals_left == 0 || keeps_all(map) ||
                            (!pressed && voxels >= config_.label_voxels_per_step);
         if (spent) return false;
         const Block& block = map.block_at(handle);
@@ -96,7 +106,8 @@ void MovingWindow::evict_far(LocalMap& map, const BlockArchive& archive,
         }
         return true;
       });
-  report.entries = static_cast<std::uint32_t>(seen);
+  report.entries += static_cast<std::uint32_t>(seen);
+  if (keeps_all(map)) return;
   // What is left of them: counted in a round of its own, as the first may have gone around.
   SweepCursor cursor = cursor_;
   map.visit_blocks(cursor, config_.entries_per_step, [&](BlockKey key, SlabHandle) {
@@ -165,7 +176,7 @@ void MovingWindow::reload_near(LocalMap& map, const BlockArchive& archive,
     if (report.reload_backlog > 0 && resume == total) resume = region_cursor_;
     ++region_cursor_;
   }
-  report.regions = static_cast<std::uint32_t>(most);
+  report.regions += static_cast<std::uint32_t>(most);
   // Begins with what had to wait; a block that fails again and again must not hold the others up.
   if (resume != total && report.reloads_failed == 0) region_cursor_ = resume;
 }

@@ -38,6 +38,9 @@ struct WindowConfig {
   /// in it. To keep up, at least what scans add in a step.
   std::uint32_t label_voxels_per_step = 131072;
   SlabPool::Counts reserve{1024, 2048, 2048, 8192};
+  /// Far blocks stay while the map has room for reserve: they leave, and others come back, as
+  /// memory requires it. A step then goes around twice.
+  bool keep_while_room = false;
 };
 
 /// Blocks of a region, a cube of 8 x 8 x 8 blocks: bit y * 8 + x of word z.
@@ -126,6 +129,9 @@ class MovingWindow {
 
  private:
   [[nodiscard]] std::int64_t square_distance(BlockCoord block) const noexcept;
+  [[nodiscard]] bool keeps_all(const LocalMap& map) const noexcept {
+    return config_.keep_while_room && map.fits(config_.reserve);
+  }
   void evict_far(LocalMap& map, const BlockArchive& archive, WindowStep& report) noexcept;
   void reload_near(LocalMap& map, const BlockArchive& archive, WindowStep& report) noexcept;
   void reload_region(LocalMap& map, const BlockArchive& archive, BlockCoord region,
