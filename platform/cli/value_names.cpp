@@ -26,6 +26,7 @@ constexpr std::array kNames = {
     ValueName{"view", "maps", "MAP.tsm"},
     ValueName{"view", "--transform", "MAP.tsm=T.txt"},
     ValueName{"info", "FILE", "MAP.tsm"},
+    ValueName{"convert", "--out", "DIR"},
     ValueName{"simulate", "--out", "DIR"},
     ValueName{"simulate", "--cameras", "on|off"},
     ValueName{"key", "NAME", "TEXT"},

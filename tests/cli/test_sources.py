@@ -91,6 +91,52 @@ class Formats(NodeCase):
         return json.loads(report.read_text())["digest"]
 
 
+class Converted(Formats):
+    def test_what_is_written_makes_the_same_map(self):
+        for name, keys in self.formats():
+            with self.subTest(name):
+                expected = self.mapped("from.tsm", keys)
+                out = self.folder / ("from " + name)
+                result = self.done("convert", *self.options(keys), "--out", out, "--report", "convert.json")
+                self.assertIn(f"in {out}", result.stdout)
+                report = json.loads((self.folder / "convert.json").read_text())
+                self.assertEqual(report["scans"], len(list((out / "velodyne").iterdir())))
+                # Points that are not corrected are written with what corrects them.
+                again = {"dataset": str(out)} | ({"deskew": "off"} if "deskew" in keys else {})
+                actual = self.mapped("to.tsm", again)
+                self.assertEqual(self.digest("from.tsm"), self.digest("to.tsm"))
+                # The file also records where labels came from, and what was deskewed.
+                if "dataset" in keys and "labels" not in keys:
+                    self.assertEqual(expected, actual)
+
+    def test_without_deskewing_nothing_that_corrects_motion_is_lost(self):
+        keys = {"dataset": f"{self.swept}/robot_0"}
+        self.done("convert", *self.options(keys), "--deskew", "off", "--out", "raw")
+        self.assertEqual(self.mapped("from.tsm", keys), self.mapped("to.tsm", {"dataset": "raw"}))
+        source = self.swept + "/robot_0/times/000001.bin"
+        with open(source, "rb") as times:
+            self.assertEqual(times.read(), (self.folder / "raw/times/000001.bin").read_bytes())
+
+    def test_times_and_frame_go_with_the_scans(self):
+        rows = [f"{100 + i / 10} {i / 3} 0 0 0 0 0 1" for i in range(3)]
+        clouds = self.clouds("pcd", pcd_binary)
+        (self.folder / "pcd" / "T_global_map.txt").write_text("1 0 0 5\n0 1 0 6\n0 0 1 7\n0 0 0 1\n")
+        self.done("convert", "--pcd", clouds, "--poses", self.write_poses("tum.txt", rows), "--first", 1, "--out", "made")
+        made = self.folder / "made"
+        self.assertEqual("100.100000\n100.200000\n", (made / "times.txt").read_text())
+        self.assertIn("1 0 0 5", (made / "T_global_map.txt").read_text())
+        self.assertIn("0.33333333333333331", (made / "poses.txt").read_text())
+
+    def test_what_is_refused(self):
+        data = str(kitti.write_dataset(self.folder / "plain", self.scans))
+        self.refused("convert", "--dataset", data, saying=("--out",))
+        self.refused("convert", "--out", "made", saying=("--dataset has no folder",))
+        self.refused("convert", "--dataset", data, "--out", data, saying=("has files", "new folder"))
+        self.refused("convert", "--pcd", data, "--out", "made", saying=("--pcd needs a pose",))
+        self.refused("convert", "--dataset", data, "--labels", "nowhere", "--out", "made", saying=("nowhere",))
+        self.assertFalse((self.folder / "made").exists())
+
+
 class Replayed(Formats):
     def replayed(self, keys, **tables):
         run = {"wait_for_peers": 0, "quiet_s": 0.2, "linger_s": 0}
