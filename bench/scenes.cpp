@@ -50,12 +50,13 @@ Outcome<Scene> load_scene(const std::string& folder, const DatasetOptions& scans
   scene.classes = dataset->classes().table();
   scene.max_points = dataset->max_points();
   if (scene.max_points == 0) return Failure{folder + " has no points; choose other scans"};
-  ScanBuffer buffer(scene.max_points);
+  Outcome<ScanReader> reader = ScanReader::make(*dataset);
+  if (!reader.ok()) return reader.failure();
   for (std::size_t i = 0; i < dataset->num_scans(); ++i) {
-    const Outcome<DatasetScan> scan = dataset->read(i, buffer);
+    const Outcome<ScanView> scan = reader->read(i);
     if (!scan.ok()) return scan.failure();
-    scene.scans.push_back({{scan->points_xyzi.begin(), scan->points_xyzi.end()},
-                           {scan->components.begin(), scan->components.end()},
+    scene.scans.push_back({{scan->points, scan->points + scan->stride_floats * scan->count},
+                           {scan->components, scan->components + scan->count},
                            scan->T_map_sensor});
   }
   return scene;

@@ -27,6 +27,7 @@ void add_eval_command(CLI::App& app, int& exit_status);
 void add_query_command(CLI::App& app, int& exit_status);
 void add_export_command(CLI::App& app, int& exit_status);
 void add_info_command(CLI::App& app, int& exit_status);
+void add_convert_command(CLI::App& app, int& exit_status);
 void add_simulate_command(CLI::App& app, int& exit_status);
 void add_node_command(CLI::App& app, int& exit_status);
 void add_play_command(CLI::App& app, int& exit_status);

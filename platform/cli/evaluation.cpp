@@ -32,26 +32,27 @@ Outcome<void> read_labels(const Dataset& dataset, std::size_t i, const std::stri
 
 Outcome<void> score_all(Evaluation& run) {
   const Dataset& dataset = run.dataset;
-  ScanBuffer buffer(dataset.max_points());
+  Outcome<ScanReader> reader = ScanReader::make(dataset);
+  if (!reader.ok()) return reader.failure();
   std::vector<std::uint8_t> truth(dataset.max_points());
   std::vector<std::uint8_t> input(dataset.max_points());
   Progress progress("evaluating", dataset.num_scans());
   for (std::size_t i = 0; i < dataset.num_scans(); ++i) {
-    const Outcome<DatasetScan> scan = dataset.read(i, buffer);
+    const Outcome<ScanView> scan = reader->read(i);
     if (!scan.ok()) return scan.failure();
-    const std::size_t n = scan->num_points();
+    const std::size_t n = scan->count;
     const Outcome<void> t =
         read_labels(dataset, i, run.truth, std::span(truth).first(n), run.unknown_truth);
     if (!t.ok()) return t.failure();
     if (run.input == kCameraLabels) {
-      std::copy(scan->components.begin(), scan->components.end(), input.begin());
+      std::copy_n(scan->components, n, input.begin());
     } else {
       const Outcome<void> p =
           read_labels(dataset, i, run.input, std::span(input).first(n), run.unknown_input);
       if (!p.ok()) return p.failure();
     }
     if (check_rigid(scan->T_map_sensor) == Status::kOk) {
-      ScanView view = scan->view();
+      ScanView view = *scan;
       view.T_map_sensor = product(run.T_map_dataset, scan->T_map_sensor);
       view.components = input.data();
       const auto is_wanted = [&run](const Point3f& p_map) {
@@ -60,7 +61,7 @@ Outcome<void> score_all(Evaluation& run) {
       run.non_finite +=
           score_scan(run.map, view, truth.data(), run.max_range_m, is_wanted, run.scores);
     } else {
-      run.bad_poses.add(scan->number);
+      run.bad_poses.add(reader->scan().number);
     }
     progress.update(i + 1);
   }

@@ -53,6 +53,7 @@ int run(int argc, char** argv) {
   add_export_command(app, exit_status);
   add_view_command(app, exit_status);
   add_info_command(app, exit_status);
+  add_convert_command(app, exit_status);
   add_simulate_command(app, exit_status);
   add_node_command(app, exit_status);
   add_play_command(app, exit_status);

@@ -3,31 +3,16 @@
 #include "cli/map_arguments.hpp"
 
 #include "cli/number_options.hpp"
+#include "cli/source_arguments.hpp"
 
 namespace tessera {
 
 void declare_map_options(CLI::App& command, MapOptions& o) {
-  // check_source() checks which of these are needed.
-  command.add_option("--dataset", o.dataset,
-                     "Folder in the KITTI layout; or --pcd, --ply, --depth");
-  command.add_option("--pcd", o.pcd, "Folder of PCD files, with --poses");
-  command.add_option("--ply", o.ply, "Folder of PLY files, with --poses");
-  command.add_option("--depth", o.depth,
-                     "Folder of 16-bit depth images, with --intrinsics and --poses");
-  command.add_option("--label-images", o.label_images,
-                     "Folder of label images, with the same names as those of --depth");
-  command.add_option("--intrinsics", o.intrinsics, "TOML file of the camera of --depth");
-  command.add_option("--poses", o.poses,
-                     "File of poses, a row for each file: 3x4, 4x4, or stamp tx ty tz qx qy qz qw");
+  declare_source_folders(command, o);
+  declare_pose_file(command, o);
   command.add_option("--out", o.out, "Map file to write (.tsm), required");
   command.add_option("--report", o.report, "JSON report to write");
-  command.add_option("--first", o.first, "First scan number")->check(whole_number<int>());
-  command.add_option("--last", o.last, "Last scan number, inclusive")->check(whole_number<int>());
-  command.add_option("--labels", o.labels, "Folder of labels to use, cameras or none")
-      ->capture_default_str();
-  command.add_option(
-      "--deskew", o.deskew,
-      "on or off: correct scans for motion by the times of points [if there are times]");
+  declare_source_choice(command, o);
   command.add_option("--resolution", o.resolution_m, "Voxel edge, m [0.1]")
       ->check(decimal_number());
   command

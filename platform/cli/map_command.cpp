@@ -20,12 +20,13 @@
 #include "cli/continued_map.hpp"
 #include "cli/map_arguments.hpp"
 #include "cli/map_report.hpp"
-#include "cli/map_source.hpp"
 #include "cli/map_window.hpp"
+#include "cli/source_arguments.hpp"
 #include "maps/held_mapper.hpp"
 #include "maps/prior_map.hpp"
 #include "maps/stored_map.hpp"
-#include "scans/dataset.hpp"
+#include "scans/recorded_source.hpp"
+#include "scans/registrar.hpp"
 #include "scans/transform_file.hpp"
 #include "tessera/map/queries.hpp"
 
@@ -38,26 +39,29 @@ std::atomic<bool> interrupted{false};
 /// Reads and integrates every scan, or those before a signal requests to stop. Does not use the
 /// heap unless it fails, except for decoding the cameras' images or files of clouds, which a robot
 /// does not do.
-Outcome<void> integrate_all(const RecordedScans& source, ScanBuffer& buffer, Mapper& mapper,
+Outcome<void> integrate_all(const RecordedScans& scans, Registrar& registrar, Mapper& mapper,
                             const MapWindow* window, MapRun& run) {
-  Progress progress("mapping", source.num_scans());
+  RecordedSource source(scans);
+  Progress progress("mapping", scans.num_scans());
   const std::optional<std::uint64_t> before = heap_allocations();
   std::uint64_t decoding = 0;
-  for (std::size_t i = 0; i < source.num_scans(); ++i) {
+  while (!source.ended()) {
     run.interrupted = interrupted.load(std::memory_order_relaxed);
     if (run.interrupted) break;
     const std::uint64_t before_reading = heap_allocations().value_or(0);
-    const Outcome<DatasetScan> scan = source.read(i, buffer);
-    if (!scan.ok()) return scan.failure();
-    if (source.decodes()) decoding += heap_allocations().value_or(0) - before_reading;
+    Scan* const scan = source.front();
+    if (scan == nullptr) return source.outcome();
+    if (scans.decodes()) decoding += heap_allocations().value_or(0) - before_reading;
+    ScanView view;
+    if (!registrar.view(*scan, view)) return does_not_suit(*scan);
     const std::int64_t start_us = MonotonicClock::now_us();
-    const ScanReport report = mapper.integrate(scan->view(), start_us);
+    const ScanReport report = mapper.integrate(view, start_us);
     const double ms = static_cast<double>(MonotonicClock::now_us() - start_us) / 1000.0;
-    run.scans.push_back(
-        {scan->number, ms, scan->unknown, report, {scan->deskew, scan->projection, scan->depth}});
+    run.scans.push_back({scan->number, ms, scan->unknown, report, registrar.last()});
+    source.pop();
     std::array<char, 48> suffix{};
     std::snprintf(suffix.data(), suffix.size(), "%.1f ms/scan", ms);
-    progress.update(i + 1, suffix.data());
+    progress.update(run.scans.size(), suffix.data());
     run.obstacle = window == nullptr ? std::nullopt : window->obstacle();
     // While there is room nothing is lost.
     if (run.obstacle && report.refused_storage + report.rays_refused_memory > 0) break;
@@ -82,7 +86,7 @@ Outcome<void> check_places(const MapOptions& options) {
   inputs->push_back({"--archive", archive});
   inputs->push_back({"--prior-map", options.prior_map});
   return check_outputs({{"--out", options.out}, {"--report", options.report}}, *inputs,
-                       {options.dataset, {options.labels}});
+                       dataset_folder(options));
 }
 
 /// The robot, and the frame of the map if the folder has it.
@@ -171,6 +175,8 @@ Outcome<void> map_scans(const MapOptions& options, MapSetup& setup, const Record
         ArchiveFile::required_bytes(setup.map, source.classes().table().num_components(),
                                     archive_blocks(setup, earlier.archive));
   }
+  const Outcome<std::unique_ptr<Registrar>> registrar = Registrar::make(source.registration());
+  if (!registrar.ok()) return registrar.failure();
   const Outcome<ScanCapacity> capacity = split_budget(setup, source.max_points());
   if (!capacity.ok()) return capacity.failure();
   Outcome<MapIdentity> own = identity_of(options);
@@ -207,9 +213,8 @@ Outcome<void> map_scans(const MapOptions& options, MapSetup& setup, const Record
   run.scratch_bytes = mapper.scratch_bytes();
   run.deadline_us = setup.deadline_us;
   run.scans.reserve(source.num_scans());
-  ScanBuffer buffer(source.max_points());
   stop_by_signals(interrupted);
-  const Outcome<void> done = integrate_all(source, buffer, mapper, window.get(), run);
+  const Outcome<void> done = integrate_all(source, **registrar, mapper, window.get(), run);
   if (!done.ok()) return done.failure();
   if (run.scans.empty())
     return Failure{"interrupted before the first scan was mapped; nothing was written",

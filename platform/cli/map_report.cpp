@@ -62,8 +62,8 @@ Totals sum(const std::vector<ScanRecord>& scans) {
   return t;
 }
 
-RegistrationTotals registration_of(const std::vector<ScanRecord>& scans) {
-  RegistrationTotals totals;
+RegistrarReport registration_of(const std::vector<ScanRecord>& scans) {
+  RegistrarReport totals;
   for (const ScanRecord& scan : scans) totals.add(scan.registration);
   return totals;
 }
@@ -228,7 +228,7 @@ Json to_json(const MapRun& run, const Json& config) {
                     {"unlabelled", t.unlabelled},
                     {"unknown_ids", t.unknown_ids},
                     {"bad_poses", t.bad_poses}};
-  registration_of(run.scans).write(json["totals"]);
+  write_registration(registration_of(run.scans), json["totals"]);
   const MapUsage& usage = run.usage;
   json["memory"] = {{"budget_bytes", run.budget_bytes},
                     {"used_bytes", usage.used_bytes},
@@ -267,7 +267,7 @@ void print_summary(const MapRun& run, const std::string& out) {
               counted(t.points, "return").c_str(), static_cast<unsigned long long>(t.in_range));
   std::printf("  time     median %.1f ms a scan, p99 %.1f ms, max %.1f ms\n", timing.median_ms,
               timing.p99_ms, timing.max_ms);
-  registration_of(run.scans).print();
+  print_registration(registration_of(run.scans));
   std::printf("  voxels   %llu labelled or occupied, %llu free%s\n",
               static_cast<unsigned long long>(usage.label_voxels),
               static_cast<unsigned long long>(run.free_voxels),

@@ -136,9 +136,7 @@ Outcome<void> do_with_node(const std::string& path, NodeTask task) {
   listen_to_signals();
   const Outcome<std::unique_ptr<Node>> node = Node::make(*config, path);
   if (!node.ok()) return node.failure();
-  const Dataset* const dataset = (*node)->dataset();
-  if (dataset != nullptr && !dataset->missing().empty())
-    warn("there are no scans " + to_text(dataset->missing()));
+  for (const std::string& warning : (*node)->warnings()) warn(warning);
   const Outcome<void> done = (*node)->run(requests);
   if (!done.ok()) return done.failure();
   // Even if the maps cannot be written, the report may, for example on another disk.

@@ -9,13 +9,13 @@ namespace tessera {
 namespace {
 
 /// Typical recorded microseconds between a scan and that of the next number; 0: not known.
-double usual_step_us(const Dataset& dataset) {
+double usual_step_us(const RecordedScans& scans) {
   std::vector<double> steps_us;
-  for (std::size_t i = 1; i < dataset.num_scans(); ++i) {
-    const int before = dataset.scan_number(i - 1);
-    const int number = dataset.scan_number(i);
+  for (std::size_t i = 1; i < scans.num_scans(); ++i) {
+    const int before = scans.scan_number(i - 1);
+    const int number = scans.scan_number(i);
     const std::int64_t took_us =
-        dataset.motion()->stamp_us(number) - dataset.motion()->stamp_us(before);
+        scans.motion()->stamp_us(number) - scans.motion()->stamp_us(before);
     steps_us.push_back(static_cast<double>(took_us) / static_cast<double>(number - before));
   }
   if (steps_us.empty()) return 0.0;
@@ -51,33 +51,33 @@ void PlayTimeline::add_recorded(const ScanMotion& motion, std::int64_t first_us)
   }
 }
 
-void PlayTimeline::add_of_scans(const Dataset& dataset) {
+void PlayTimeline::add_of_scans(const RecordedScans& scans) {
   // A pose that is not rigid is left out.
-  for (std::size_t i = 0; i < dataset.num_scans(); ++i)
-    static_cast<void>(track_.add({scans_us_[i], dataset.T_map_sensor(i)}));
+  for (std::size_t i = 0; i < scans.num_scans(); ++i)
+    static_cast<void>(track_.add({scans_us_[i], scans.T_map_sensor(i)}));
 }
 
-Outcome<PlayTimeline> PlayTimeline::make(const Dataset& dataset, double rate_hz) {
+Outcome<PlayTimeline> PlayTimeline::make(const RecordedScans& scans, double rate_hz) {
   PlayTimeline timeline;
-  const ScanMotion* const motion = dataset.motion();
-  const double step_us = motion != nullptr ? usual_step_us(dataset) : 0.0;
+  const ScanMotion* const motion = scans.motion();
+  const double step_us = motion != nullptr ? usual_step_us(scans) : 0.0;
   const double recorded_us = step_us > 0.0 ? step_us : static_cast<double>(kUsualPeriod_us);
   timeline.stretch_ = 1e6 / rate_hz / recorded_us;
   const Outcome<void> reserved =
-      timeline.reserve(motion != nullptr ? motion->track().size() : dataset.num_scans());
+      timeline.reserve(motion != nullptr ? motion->track().size() : scans.num_scans());
   if (!reserved.ok()) return reserved.failure();
   const std::int64_t first_us =
-      motion != nullptr ? motion->stamp_us(dataset.scan_number(0)) : std::int64_t{0};
-  for (std::size_t i = 0; i < dataset.num_scans(); ++i) {
+      motion != nullptr ? motion->stamp_us(scans.scan_number(0)) : std::int64_t{0};
+  for (std::size_t i = 0; i < scans.num_scans(); ++i) {
     const std::int64_t after_us = motion != nullptr
-                                      ? motion->stamp_us(dataset.scan_number(i)) - first_us
+                                      ? motion->stamp_us(scans.scan_number(i)) - first_us
                                       : static_cast<std::int64_t>(i) * kUsualPeriod_us;
     timeline.scans_us_.push_back(timeline.played(after_us));
   }
   if (motion != nullptr) {
     timeline.add_recorded(*motion, first_us);
   } else {
-    timeline.add_of_scans(dataset);
+    timeline.add_of_scans(scans);
   }
   return timeline;
 }

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// When the scans and poses of a dataset are played: at the recorded times if it has them, else
+// When recorded scans and their poses are played: at the recorded times if there are any, else
 // evenly; scaled so that scans come at the given rate.
 #pragma once
 
@@ -10,7 +10,7 @@
 
 #include "base/arena_memory.hpp"
 #include "base/outcome.hpp"
-#include "scans/dataset.hpp"
+#include "scans/recorded_scans.hpp"
 
 namespace tessera {
 
@@ -23,28 +23,29 @@ class PlayTimeline {
 
   /// rate_hz: of scans, by the median of the steps between them. Fails with kFailure iff there is
   /// no memory for the poses.
-  static Outcome<PlayTimeline> make(const Dataset& dataset, double rate_hz);
+  static Outcome<PlayTimeline> make(const RecordedScans& scans, double rate_hz);
   /// The reverse, as if time ran backward: from the last scan, at 0, to the first. Fails as make().
   [[nodiscard]] Outcome<PlayTimeline> back() const;
 
   /// Time of the scan that is played as number i.
   [[nodiscard]] std::int64_t scan_us(std::size_t i) const { return scans_us_[i]; }
-  /// All poses around the scans; for a dataset without times, that of each scan.
+  /// All poses around the scans; for scans without times, that of each scan.
   [[nodiscard]] const PoseTrack& track() const noexcept { return track_; }
   /// Between poses that are interpolated.
-  [[nodiscard]] std::int64_t max_gap_us() const noexcept { return std::abs(played(kMostGap_us)); }
+  [[nodiscard]] std::int64_t max_gap_us() const noexcept {
+    return std::abs(played(kMaxPoseGap_us));
+  }
   /// Converts recorded microseconds to those of playing; of the reverse, before instead of after.
   [[nodiscard]] std::int64_t played(std::int64_t recorded_us) const noexcept;
   [[nodiscard]] double stretch() const noexcept { return stretch_; }
 
  private:
-  static constexpr std::int64_t kMostGap_us = ScanMotion::kMaxGap_us;
   /// Without times scans are taken to be recorded at 10 Hz.
   static constexpr std::int64_t kUsualPeriod_us = 100'000;
 
   Outcome<void> reserve(std::size_t poses);
   void add_recorded(const ScanMotion& motion, std::int64_t first_us);
-  void add_of_scans(const Dataset& dataset);
+  void add_of_scans(const RecordedScans& scans);
 
   double stretch_ = 1.0;
   std::vector<std::int64_t> scans_us_;

@@ -61,67 +61,45 @@ void write_registration(const RegistrationRecord& record, Json& scan) {
   if (record.depth) scan["depth"] = depth_json(*record.depth);
 }
 
-void RegistrationTotals::add(const RegistrationRecord& record) {
-  if (record.deskew) {
-    ++swept_scans;
-    not_deskewed_scans += record.deskew->status == Status::kOk ? 0U : 1U;
-    moved += record.deskew->moved;
-    unplaced += record.deskew->bad_time + record.deskew->without_pose;
-  }
-  if (record.depth) {
-    const DepthReport& d = *record.depth;
-    ++depth_images;
-    depth_points += d.points;
-    no_depth += d.no_depth;
-    depth_refused += d.too_near + d.too_far + d.flying + d.no_ray;
-  }
-  if (!record.projection) return;
-  ++projected_scans;
-  points += record.projection->points;
-  labelled += record.projection->labelled;
-  for (const LabelCameraReport& camera : record.projection->cameras) {
-    occluded += camera.occluded;
-    cameras_left_out += camera.status == Status::kOk ? 0U : 1U;
-  }
+void write_registration(const RegistrarReport& r, Json& totals) {
+  if (r.deskewed + r.not_deskewed > 0)
+    totals["deskew"] = {{"scans", r.deskewed + r.not_deskewed},
+                        {"scans_without_pose", r.not_deskewed},
+                        {"moved", r.moved},
+                        {"unplaced", r.points_unplaced}};
+  if (r.projected > 0)
+    totals["projection"] = {{"scans", r.projected},
+                            {"points", r.projected_points},
+                            {"labelled", r.labelled},
+                            {"occluded", r.occluded},
+                            {"cameras_left_out", r.images_without_pose}};
+  if (r.depth_images > 0)
+    totals["depth"] = {{"images", r.depth_images},
+                       {"points", r.depth_points},
+                       {"no_depth", r.no_depth},
+                       {"refused", r.depth_refused}};
 }
 
-void RegistrationTotals::write(Json& totals) const {
-  if (swept_scans > 0)
-    totals["deskew"] = {{"scans", swept_scans},
-                        {"scans_without_pose", not_deskewed_scans},
-                        {"moved", moved},
-                        {"unplaced", unplaced}};
-  if (projected_scans > 0)
-    totals["projection"] = {{"scans", projected_scans},
-                            {"points", points},
-                            {"labelled", labelled},
-                            {"occluded", occluded},
-                            {"cameras_left_out", cameras_left_out}};
-  if (depth_images > 0)
-    totals["depth"] = {{"images", depth_images},
-                       {"points", depth_points},
-                       {"no_depth", no_depth},
-                       {"refused", depth_refused}};
-}
-
-void RegistrationTotals::print() const {
-  if (swept_scans > 0)
-    std::printf("  motion   corrected for %s\n", counted(moved, "point").c_str());
-  if (projected_scans > 0)
-    std::printf("  cameras  labelled %.1f %% of the points\n", percent(labelled, points));
-  if (depth_images > 0)
-    std::printf("  depth    %s of %s\n", counted(depth_points, "point").c_str(),
-                counted(depth_points + no_depth + depth_refused, "pixel").c_str());
-  if (depth_images > 0 && depth_points == 0)
+void print_registration(const RegistrarReport& r) {
+  if (r.deskewed + r.not_deskewed > 0)
+    std::printf("  motion   corrected for %s\n", counted(r.moved, "point").c_str());
+  if (r.projected > 0)
+    std::printf("  cameras  labelled %.1f %% of the points\n",
+                percent(r.labelled, r.projected_points));
+  if (r.depth_images > 0)
+    std::printf("  depth    %s of %s\n", counted(r.depth_points, "point").c_str(),
+                counted(r.depth_points + r.no_depth + r.depth_refused, "pixel").c_str());
+  if (r.depth_images > 0 && r.depth_points == 0)
     warn("no pixel has a usable depth; check depth_scale, min_depth and max_depth");
-  if (not_deskewed_scans > 0)
-    warn(counted(not_deskewed_scans, "scan") +
+  if (r.not_deskewed > 0)
+    warn(counted(r.not_deskewed, "scan") +
          " not deskewed: there is no pose at the stamp; give poses from the first point of the "
          "first scan to the last point of the last");
-  if (unplaced > 0)
-    warn(counted(unplaced, "point") + " not deskewed: no time, or no pose before or after it");
-  if (cameras_left_out > 0)
-    warn(counted(cameras_left_out, "image") +
+  if (r.points_unplaced > 0)
+    warn(counted(r.points_unplaced, "point") +
+         " not deskewed: no time, or no pose before or after it");
+  if (r.images_without_pose > 0)
+    warn(counted(r.images_without_pose, "image") +
          " left out: there is no pose at the time of the image or of the scan");
 }
 

@@ -45,12 +45,12 @@ void MappingThread::work() noexcept {
   heartbeat_.beat(now_us);
   note_pause(now_us);
   if ((now_.pause & kPausedToSave) == 0) clear_if_permitted();
-  if (ScanSlot* const slot = source_.front(); slot != nullptr) {
+  if (Scan* const scan = source_.front(); scan != nullptr) {
     if (paused()) {
       ++now_.paused;
       status_.set(now_);
     } else {
-      take(*slot, now_us);
+      take(*scan, now_us);
     }
     source_.pop();
     return;
@@ -83,19 +83,18 @@ void MappingThread::clear_if_permitted() noexcept {
   status_.set(now_);
 }
 
-void MappingThread::take(ScanSlot& slot, std::int64_t now_us) noexcept {
-  const std::int64_t late_us = now_us - slot.taken_us;
+void MappingThread::take(Scan& scan, std::int64_t now_us) noexcept {
+  const std::int64_t late_us = now_us - scan.taken_us;
   now_.worst_late_us = std::max(now_.worst_late_us, late_us);
   if (late_us > config_.period_us) ++now_.late;
-  ScanView view = slot.view();
-  if (registration_.view != nullptr && !registration_.view(registration_.context, slot, view))
-    return;
+  ScanView view;
+  if (!registrar_.view(scan, view)) return;
   const ScanReport report = mapper_.integrate(view, now_us);
   const std::int64_t end_us = MonotonicClock::now_us();
   cycles_.add(end_us - now_us);
   now_.last_cycle_us = end_us - now_us;
   now_.worst_cycle_us = std::max(now_.worst_cycle_us, now_.last_cycle_us);
-  latencies_.add(end_us - slot.taken_us);
+  latencies_.add(end_us - scan.taken_us);
   if (now_.cycles == 0) log_.say(LogLevel::kInfo, end_us, "integrated the first scan");
   ++now_.cycles;
   now_.points += report.points;
@@ -112,7 +111,7 @@ void MappingThread::take(ScanSlot& slot, std::int64_t now_us) noexcept {
     log_.say(LogLevel::kWarning, end_us, "a cycle took % us of %", end_us - now_us,
              config_.period_us);
   }
-  now_.stamp_us = slot.stamp_us;
+  now_.stamp_us = scan.stamp_us;
   if (now_.first_us == 0) now_.first_us = end_us;
   now_.end_us = end_us;
   std::copy_n(view.T_map_sensor.data(), now_.T_map_sensor.size(), now_.T_map_sensor.begin());

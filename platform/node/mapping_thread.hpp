@@ -17,6 +17,7 @@
 #include "base/memory_lock.hpp"
 #include "base/thread.hpp"
 #include "base/wake_up.hpp"
+#include "scans/registrar.hpp"
 #include "scans/scan_source.hpp"
 #include "tessera/robot/mapper.hpp"
 
@@ -65,24 +66,13 @@ struct MappingConfig {
   std::int64_t period_us = 100'000;
 };
 
-/// Converts sensor data for the integrator. Called in the mapping thread.
-struct Registration {
-  void* context = nullptr;
-  /// Null: the slot as it is. False: the data cannot be used.
-  bool (*view)(void* context, ScanSlot& slot, ScanView& into) = nullptr;
-};
-
 class MappingThread {
  public:
   /// All must outlive it. The thread owns the map from start() to stop(), except for readers. wake:
   /// the source wakes the thread by it.
   MappingThread(Mapper& mapper, ScanSource& source, WakeUp& wake, const MappingConfig& config,
-                const Registration& registration) noexcept
-      : mapper_(mapper),
-        source_(source),
-        wake_(wake),
-        config_(config),
-        registration_(registration) {}
+                Registrar& registrar) noexcept
+      : mapper_(mapper), source_(source), wake_(wake), config_(config), registrar_(registrar) {}
   MappingThread(const MappingThread&) = delete;
   MappingThread& operator=(const MappingThread&) = delete;
   ~MappingThread() { stop(); }
@@ -143,7 +133,7 @@ class MappingThread {
   }
   void run() noexcept;
   void work() noexcept;
-  void take(ScanSlot& slot, std::int64_t now_us) noexcept;
+  void take(Scan& scan, std::int64_t now_us) noexcept;
   static constexpr std::uint64_t kReasons = 0xffff'ffffU;
   void note_pause(std::int64_t now_us) noexcept;
   void clear_if_permitted() noexcept;
@@ -153,7 +143,7 @@ class MappingThread {
   ScanSource& source_;
   WakeUp& wake_;
   const MappingConfig config_;
-  const Registration registration_;
+  Registrar& registrar_;
   std::atomic<bool> stopping_{false};
   /// Reasons, and in the upper bits the number of calls of pause(): requested, and in effect.
   std::atomic<std::uint64_t> pause_{0};

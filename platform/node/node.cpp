@@ -41,7 +41,7 @@ Node::~Node() {
 
 Outcome<void> Node::run(NodeRequests& requests) {
   Progress progress(endless() ? "scans mapped" : "mapping",
-                    endless() ? Progress::kEndless : dataset_->num_scans());
+                    endless() ? Progress::kEndless : recorded_.scans->num_scans());
   const double cpu_before_s = cpu_s();
   const Outcome<void> vehicle = make_vehicle(requests);
   if (!vehicle.ok()) return vehicle.failure();

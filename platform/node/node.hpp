@@ -30,6 +30,7 @@
 #include "node/vehicle_thread.hpp"
 #include "node/view_thread.hpp"
 #include "scans/dataset.hpp"
+#include "scans/open_scans.hpp"
 #include "scans/registrar.hpp"
 #include "scans/replay_source.hpp"
 
@@ -97,8 +98,8 @@ class Node {
   Outcome<void> write_maps();
   [[nodiscard]] Json report() const;
 
-  /// The replayed dataset; null with sensors.
-  [[nodiscard]] const Dataset* dataset() const { return dataset_ ? &*dataset_ : nullptr; }
+  /// About oddities of the replayed scans.
+  [[nodiscard]] const std::vector<std::string>& warnings() const { return recorded_.warnings; }
   [[nodiscard]] const NodeRun& result() const { return run_; }
   // After run().
   [[nodiscard]] const LoopTimes& times() const { return sharing_->times(); }
@@ -175,7 +176,7 @@ class Node {
 
   NodeConfig config_;
   const std::string path_;  ///< Path of the configuration.
-  std::optional<Dataset> dataset_;
+  OpenedScans recorded_;    ///< No scans with sensors.
   std::optional<DatasetClasses> classes_;
   std::vector<CameraDescription> cameras_;
   Matrix34d T_body_lidar_ = Matrix34d::Identity();

@@ -23,6 +23,14 @@ struct OptionName {
   ConfigKey key;
 };
 constexpr auto kOptionNames = std::to_array<OptionName>({
+    {"--dataset", {"replay", "dataset"}},
+    {"--pcd", {"replay", "pcd"}},
+    {"--ply", {"replay", "ply"}},
+    {"--depth", {"replay", "depth"}},
+    {"--label-images", {"replay", "label_images"}},
+    {"--intrinsics", {"replay", "intrinsics"}},
+    {"--poses", {"replay", "poses"}},
+    {"--deskew", {"replay", "deskew"}},
     {"--first", {"replay", "first"}},
     {"--last", {"replay", "last"}},
     {"--labels", {"replay", "labels"}},
@@ -58,17 +66,6 @@ void take_robot(ConfigFile& file, NodeConfig& c) {
   file.take({"robot", "earlier"}, earlier, {"keep", "drop"});
   c.earlier = earlier == "drop" ? EarlierEpochs::kDrop : EarlierEpochs::kKeep;
   file.take_path({"robot", "T_global_map"}, c.T_global_map);
-}
-
-void take_replay(ConfigFile& file, NodeConfig& c) {
-  constexpr std::int64_t kMostScan = std::numeric_limits<int>::max();
-  file.take_path({"replay", "dataset"}, c.map.dataset);
-  file.take({"replay", "first"}, c.map.first, {0, kMostScan});
-  file.take({"replay", "last"}, c.map.last, {0, kMostScan});
-  file.take({"replay", "labels"}, c.map.labels);
-  file.take({"replay", "rate_hz"}, c.rate_hz, ConfigFile::Real{0.0, 1000.0});
-  file.take({"replay", "loop"}, c.loop);
-  file.take({"replay", "start_delay_s"}, c.start_delay_s, ConfigFile::Real{0.0, 86400.0});
 }
 
 void take_map(ConfigFile& file, NodeConfig& c) {

@@ -114,6 +114,7 @@ struct NodeConfig : SharingOptions {
 };
 
 /// The tables of sensors, vehicle and service.
+void take_replay(ConfigFile& file, NodeConfig& config);
 void take_sensors(ConfigFile& file, NodeConfig& config);
 void take_vehicle(ConfigFile& file, NodeConfig& config);
 void take_service(ConfigFile& file, NodeConfig& config);

@@ -2,12 +2,32 @@
 // SPDX-License-Identifier: Apache-2.0
 // The tables of a configuration for the sources of scans and poses, and for queries.
 #include <algorithm>
+#include <array>
 
 #include "node/node_config.hpp"
 #include "settings/config_file.hpp"
 #include "view/listen_address.hpp"
 
 namespace tessera {
+
+void take_replay(ConfigFile& file, NodeConfig& c) {
+  constexpr std::int64_t kMostScan = std::numeric_limits<int>::max();
+  file.take_path({"replay", "dataset"}, c.map.dataset);
+  file.take({"replay", "first"}, c.map.first, {0, kMostScan});
+  file.take({"replay", "last"}, c.map.last, {0, kMostScan});
+  file.take_path({"replay", "pcd"}, c.map.pcd);
+  file.take_path({"replay", "ply"}, c.map.ply);
+  file.take_path({"replay", "depth"}, c.map.depth);
+  file.take_path({"replay", "label_images"}, c.map.label_images);
+  file.take_path({"replay", "intrinsics"}, c.map.intrinsics);
+  file.take_path({"replay", "poses"}, c.map.poses);
+  file.take({"replay", "labels"}, c.map.labels);
+  c.map.labels_given = file.is_given({"replay", "labels"});
+  file.take({"replay", "deskew"}, c.map.deskew);
+  file.take({"replay", "rate_hz"}, c.rate_hz, ConfigFile::Real{0.0, 1000.0});
+  file.take({"replay", "loop"}, c.loop);
+  file.take({"replay", "start_delay_s"}, c.start_delay_s, ConfigFile::Real{0.0, 86400.0});
+}
 
 void take_sensors(ConfigFile& file, NodeConfig& c) {
   SensorsConfig& s = c.sensors;
@@ -84,11 +104,17 @@ Outcome<void> check_view(const ConfigFile& file, const NodeConfig& c) {
 
 Outcome<void> check_sensors(const ConfigFile& file, const NodeConfig& c) {
   const SensorsConfig& s = c.sensors;
-  if (s.enabled == file.is_given({"replay", "dataset"})) {
-    return file.refusal({s.enabled ? "sensors" : "replay", s.enabled ? "url" : "dataset"},
-                        s.enabled ? "excludes [replay] dataset; give one of them"
-                                  : "is missing; give a folder in the KITTI layout, or a table "
-                                    "[sensors]");
+  const auto is_given = [&file](const char* key) { return file.is_given({"replay", key}); };
+  const std::array<const char*, 4> folders{"dataset", "pcd", "ply", "depth"};
+  const auto* const replayed = std::find_if(folders.begin(), folders.end(), is_given);
+  if (s.enabled && replayed != folders.end()) {
+    return file.refusal({"sensors", "url"},
+                        std::string("excludes [replay] ") + *replayed + "; give one of them");
+  }
+  if (!s.enabled && replayed == folders.end()) {
+    return file.refusal({"replay", "dataset"},
+                        "is missing; give a folder in the KITTI layout, a folder as pcd, ply or "
+                        "depth, or a table [sensors]");
   }
   if (!is_base_id(c.vehicle.base_id))
     return file.refusal({"vehicle", "base_id"}, "is not a multiple of 32 up to 2016 (0x7e0)");

@@ -30,12 +30,12 @@ Outcome<DatasetClasses> classes_of(const SensorsConfig& sensors) {
 
 Outcome<void> Node::open_inputs(const std::string& path) {
   if (config_.sensors.enabled) return open_sensors();
-  const MapOptions& map = config_.map;
-  Outcome<Dataset> dataset =
-      Dataset::open(map.dataset, {.first = map.first, .last = map.last, .labels = map.labels});
-  if (!dataset.ok()) return in_words_of_config(dataset.failure(), path);
-  dataset_.emplace(std::move(*dataset));
-  classes_ = dataset_->classes();
+  const Outcome<void> given = check_source(config_.map);
+  if (!given.ok()) return in_words_of_config(given.failure(), path);
+  Outcome<OpenedScans> opened = open_scans(config_.map);
+  if (!opened.ok()) return in_words_of_config(opened.failure(), path);
+  recorded_ = std::move(*opened);
+  classes_ = recorded_.scans->classes();
   return {};
 }
 
@@ -59,7 +59,7 @@ Outcome<void> Node::open_sensors() {
 }
 
 ScanSizes Node::scan_sizes() const {
-  std::size_t points = dataset_ ? dataset_->max_points() : config_.sensors.points;
+  std::size_t points = recorded_.scans ? recorded_.scans->max_points() : config_.sensors.points;
   if (config_.sensors.enabled && config_.sensors.depth_camera) {
     const CameraIntrinsics& image = cameras_[*config_.sensors.depth_camera].model.intrinsics();
     points = std::max(
@@ -113,7 +113,10 @@ Outcome<void> Node::make_sensing() {
   if (!config_.sensors.enabled) {
     // The source wakes the mapping thread, which takes scans from the source.
     replay_ = std::make_unique<ReplaySource>(
-        *dataset_, ReplayConfig{config_.rate_hz, config_.loop, config_.start_delay_s},
+        *recorded_.scans,
+        ReplayConfig{.rate_hz = config_.rate_hz,
+                     .order = config_.loop ? ScanOrder::kLoop : ScanOrder::kOnce,
+                     .start_delay_s = config_.start_delay_s},
         mapping_wake_);
     return {};
   }
@@ -128,14 +131,17 @@ Outcome<void> Node::make_sensing() {
 
 /// Reads the cameras' masks.
 Outcome<void> Node::make_registrar() {
-  if (!config_.sensors.enabled) return {};
   RegistrarConfig registrar;
-  registrar.cameras = cameras_;
-  registrar.num_classes = classes().num_classes();
-  registrar.slot = sensor_config().matcher.slot;
-  registrar.T_body_lidar = T_body_lidar_;
-  if (config_.sensors.depth_camera)
-    registrar.depth_camera = static_cast<int>(*config_.sensors.depth_camera);
+  if (config_.sensors.enabled) {
+    registrar.cameras = cameras_;
+    registrar.num_classes = classes().num_classes();
+    registrar.limits = sensor_config().matcher.slot;
+    registrar.T_body_lidar = T_body_lidar_;
+    if (config_.sensors.depth_camera)
+      registrar.depth_camera = static_cast<int>(*config_.sensors.depth_camera);
+  } else {
+    registrar = recorded_.scans->registration();
+  }
   Outcome<std::unique_ptr<Registrar>> made = Registrar::make(registrar);
   if (!made.ok()) return made.failure();
   registrar_ = std::move(*made);

@@ -103,16 +103,19 @@ Outcome<void> Node::check_urls() const {
 }
 
 Outcome<void> Node::check_places(const std::string& path) const {
+  std::vector<NamedFile> inputs = {{"--config", path},
+                                   {"[security] fleet_key", config_.keys.fleet_key},
+                                   {"[security] robot_secret", config_.keys.robot_secret},
+                                   {"[security] robot_public_keys", config_.keys.robot_public_keys},
+                                   {"[robot] T_global_map", config_.T_global_map}};
+  const Outcome<std::vector<NamedFile>> clouds = cloud_files(config_.map);
+  if (!clouds.ok()) return clouds.failure();
+  inputs.insert(inputs.end(), clouds->begin(), clouds->end());
   return check_outputs({{"[output] global_map", config_.global_map},
                         {"[output] local_map", config_.local_map},
                         {"[output] contribution", config_.contribution},
                         {"[output] report", config_.report}},
-                       {{"--config", path},
-                        {"[security] fleet_key", config_.keys.fleet_key},
-                        {"[security] robot_secret", config_.keys.robot_secret},
-                        {"[security] robot_public_keys", config_.keys.robot_public_keys},
-                        {"[robot] T_global_map", config_.T_global_map}},
-                       {config_.map.dataset, {config_.map.labels}});
+                       inputs, dataset_folder(config_.map));
 }
 
 Outcome<void> Node::make_snapshot_folder() const {

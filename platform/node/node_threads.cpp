@@ -39,15 +39,9 @@ Outcome<void> Node::make_threads() {
   }
   const Outcome<void> sensing = make_sensing();
   if (!sensing.ok()) return sensing.failure();
-  Registration registration;
-  if (registrar_) {
-    registration = {registrar_.get(), [](void* registrar, ScanSlot& slot, ScanView& into) {
-                      return static_cast<Registrar*>(registrar)->view(slot, into);
-                    }};
-  }
   mapping_ = std::make_unique<MappingThread>(robot_->mapper(), source(), mapping_wake_,
                                              MappingConfig{.period_us = 1000 * config_.period_ms},
-                                             registration);
+                                             *registrar_);
   const EachTick each_tick{
       this, [](void* self, std::int64_t now_us) { static_cast<Node*>(self)->after_tick(now_us); }};
   sharing_ = std::make_unique<SharingThread>(robot_->sharer(), robot_->map(), *mapping_, *port_,

@@ -16,7 +16,7 @@ Outcome<Matrix34d> frame_of(const NodeConfig& config) {
   std::string path = config.T_global_map;
   if (path.empty()) {
     if (config.sensors.enabled) return Matrix34d(Matrix34d::Identity());
-    path = config.map.dataset + "/T_global_map.txt";
+    path = config.map.folder() + "/T_global_map.txt";
     std::error_code error;
     if (!std::filesystem::exists(path, error)) return Matrix34d(Matrix34d::Identity());
   }

@@ -45,7 +45,7 @@ class SensingThread final : public ScanSource {
   Outcome<void> start(const ThreadRole& role, MappingThread& mapping, WakeUp& mapping_wake);
   void stop() noexcept;
 
-  [[nodiscard]] ScanSlot* front() noexcept override { return port_->front(); }
+  [[nodiscard]] Scan* front() noexcept override { return port_->front(); }
   void pop() noexcept override { port_->pop(); }
   [[nodiscard]] bool ended() const noexcept override { return false; }
   [[nodiscard]] SourceCounters counters() const noexcept override;

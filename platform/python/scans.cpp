@@ -13,6 +13,7 @@
 #include "class_table.hpp"
 #include "fusing.hpp"
 #include "scans/cloud_folder.hpp"
+#include "scans/dataset.hpp"
 #include "scans/pcd_reader.hpp"
 #include "scans/ply_reader.hpp"
 #include "scans/transform_file.hpp"
@@ -21,19 +22,18 @@ namespace tessera::python {
 
 namespace {
 
-/// A scan with its memory.
-struct Scan {
-  std::shared_ptr<ScanBuffer> buffer;
-  DatasetScan scan;
+/// A registered scan with its memory, which views of it keep alive.
+struct ReadScan {
+  std::shared_ptr<Scan> scan;
 
-  /// A view that keeps the memory alive.
   template <class T>
   [[nodiscard]] py::array_t<T> view(std::span<const T> values, std::size_t columns) const {
-    const py::capsule owner(new std::shared_ptr<ScanBuffer>(buffer), [](void* pointer) {
-      delete static_cast<std::shared_ptr<ScanBuffer>*>(pointer);
+    const py::capsule owner(new std::shared_ptr<Scan>(scan), [](void* pointer) {
+      delete static_cast<std::shared_ptr<Scan>*>(pointer);
     });
     return array_over(values, columns, owner);
   }
+  [[nodiscard]] std::size_t count() const { return scan->count; }
 };
 
 /// Scans of any kind; read one at a time.
@@ -42,6 +42,7 @@ class Scans {
   Scans(std::unique_ptr<RecordedScans> scans, const Dataset* dataset)
       : scans_(std::move(scans)),
         dataset_(dataset),
+        reader_(value_of(ScanReader::make(*scans_))),
         classes_(classes_of(DatasetClasses(scans_->classes()))) {}
 
   [[nodiscard]] std::size_t size() const { return scans_->num_scans(); }
@@ -51,14 +52,15 @@ class Scans {
     if (i < -n || i >= n) throw py::index_error("there are " + std::to_string(n) + " scans");
     return static_cast<std::size_t>(i < 0 ? i + n : i);
   }
-  [[nodiscard]] Scan at(py::ssize_t i) const {
+  [[nodiscard]] ReadScan at(py::ssize_t i) const {
     const std::size_t place = place_of(i);
     const py::gil_scoped_release released;
     const std::scoped_lock lock(mutex_);
-    auto buffer = std::make_shared<ScanBuffer>(dataset_ != nullptr ? dataset_->num_points(place)
-                                                                   : std::size_t{0});
-    DatasetScan scan = value_of(scans_->read(place, *buffer));
-    return {std::move(buffer), std::move(scan)};
+    ScanLimits limits = scans_->registration().limits;
+    limits.points = scans_->num_points(place);
+    auto scan = std::make_shared<Scan>(limits);
+    static_cast<void>(value_of(reader_.read(place, *scan)));
+    return {std::move(scan)};
   }
   [[nodiscard]] py::array_t<std::uint8_t> labels(py::ssize_t i, const std::string& folder) const {
     const std::size_t place = place_of(i);
@@ -77,6 +79,7 @@ class Scans {
  private:
   std::unique_ptr<RecordedScans> scans_;
   const Dataset* dataset_;
+  mutable ScanReader reader_;
   Classes classes_;
   mutable std::mutex mutex_;
 };
@@ -154,23 +157,31 @@ void add_reading(py::class_<T, std::shared_ptr<T>>& type) {
 }  // namespace
 
 void add_scans(py::module_& module) {
-  py::class_<Scan>(module, "Scan", "A recorded scan; its arrays are views of its own memory.")
+  py::class_<ReadScan>(module, "Scan", "A recorded scan; its arrays are views of its own memory.")
       .def_property_readonly(
-          "number", [](const Scan& s) { return s.scan.number; }, "Number in the name of the file.")
+          "number", [](const ReadScan& s) { return s.scan->number; },
+          "Number in the name of the file.")
       .def_property_readonly(
-          "points", [](const Scan& s) { return s.view(s.scan.points_xyzi, 4); },
+          "points",
+          [](const ReadScan& s) {
+            return s.view(std::span<const float>(s.scan->points()).first(4 * s.count()), 4);
+          },
           "(N, 4) float32: x y z, metres, sensor frame, and intensity.")
       .def_property_readonly(
-          "components", [](const Scan& s) { return s.view(s.scan.components, 0); },
+          "components",
+          [](const ReadScan& s) {
+            return s.view(std::span<const std::uint8_t>(s.scan->components()).first(s.count()), 0);
+          },
           "(N,) uint8: 1 .. C, or C + 1 for an unknown class.")
       .def_property_readonly(
-          "T_map_sensor", [](const Scan& s) { return array_of(s.scan.T_map_sensor); },
+          "T_map_sensor", [](const ReadScan& s) { return array_of(s.scan->T_map_sensor); },
           "(4, 4) float64, as recorded: may be not rigid.")
       .def_property_readonly(
-          "has_pose", [](const Scan& s) { return check_rigid(s.scan.T_map_sensor) == Status::kOk; },
+          "has_pose",
+          [](const ReadScan& s) { return check_rigid(s.scan->T_map_sensor) == Status::kOk; },
           "T_map_sensor is a rigid transform; LocalMap.integrate raises if it is not.")
       .def_property_readonly(
-          "unknown_ids", [](const Scan& s) { return s.scan.unknown.points; },
+          "unknown_ids", [](const ReadScan& s) { return s.scan->unknown.points; },
           "Points whose raw id is in no class.");
   py::class_<KittiScans, std::shared_ptr<KittiScans>> kitti(
       module, "Dataset",

@@ -15,7 +15,8 @@ namespace tessera {
 
 inline constexpr std::uint64_t kMostCloudPoints = std::uint64_t{1} << 24U;
 inline constexpr std::uint64_t kMostCloudFileBytes = std::uint64_t{2} << 30U;
-/// Bytes of a point that is read: in Cloud, and in the ScanBuffer that it is copied to.
+/// Bytes of a point that is read: in Cloud, and in the Scan that it is copied to, without
+/// times.
 inline constexpr std::uint64_t kScanPointBytes = 24 + 17;
 /// Most bytes of the text before the points.
 inline constexpr std::size_t kMostCloudHeaderBytes = std::size_t{1} << 16U;

@@ -94,11 +94,12 @@ Outcome<CloudFolder> CloudFolder::open(const std::string& folder, const CloudOpt
   if (!paths.ok()) return paths.failure();
   Outcome<DatasetClasses> classes = DatasetClasses::load(folder);
   if (!classes.ok()) return classes.failure();
-  const Outcome<std::vector<Matrix34d>> T_map_sensor = read_pose_rows(options.poses);
-  if (!T_map_sensor.ok()) return T_map_sensor.failure();
+  const Outcome<PoseRows> poses = read_pose_rows(options.poses);
+  if (!poses.ok()) return poses.failure();
   CloudFolder clouds(options, std::move(*classes));
-  const Outcome<void> chosen = clouds.choose(folder, *paths, *T_map_sensor);
+  const Outcome<void> chosen = clouds.choose(folder, *paths, poses->T_map_sensor);
   if (!chosen.ok()) return chosen.failure();
+  if (options.with_motion) clouds.motion_ = ScanMotion::of(*poses);
   const Outcome<void> inspected = clouds.inspect();
   if (!inspected.ok()) return inspected.failure();
   return clouds;
@@ -143,7 +144,18 @@ Outcome<void> CloudFolder::inspect() {
   return {};
 }
 
-Outcome<DatasetScan> CloudFolder::read(std::size_t i, ScanBuffer& buffer) const {
+RegistrarConfig CloudFolder::registration() const {
+  RegistrarConfig config;
+  config.num_classes = classes_.table().num_classes();
+  config.limits = {.points = max_points_,
+                   .cameras = 0,
+                   .image_pixels = 0,
+                   .floats_per_point = 4,
+                   .weights = false};
+  return config;
+}
+
+Outcome<void> CloudFolder::read(std::size_t i, Scan& into) const {
   const Entry& entry = scans_[i];
   const Outcome<std::string> bytes = read_cloud_bytes(entry.path);
   if (!bytes.ok()) return Failure{bytes.failure().message, FailureKind::kFailure};
@@ -158,16 +170,16 @@ Outcome<DatasetScan> CloudFolder::read(std::size_t i, ScanBuffer& buffer) const 
     changed.kind = FailureKind::kFailure;
     return changed;
   }
-  const std::span<float> points = buffer.points_xyzi(cloud.num_points());
-  std::copy(cloud.points_xyzi.begin(), cloud.points_xyzi.end(), points.begin());
-  const std::span<std::uint8_t> components = buffer.components(cloud.num_points());
-  return DatasetScan{.number = entry.number,
-                     .points_xyzi = points,
-                     .components = components,
-                     .unknown = label(cloud, components),
-                     .deskew = {},
-                     .projection = {},
-                     .T_map_sensor = entry.T_map_sensor};
+  into.clear();
+  into.reserve(cloud.num_points());
+  into.number = entry.number;
+  into.count = static_cast<std::uint32_t>(cloud.num_points());
+  if (motion_) into.stamp_us = motion_->stamp_us(entry.number);
+  into.T_map_body = into.T_map_sensor = entry.T_map_sensor;
+  std::copy(cloud.points_xyzi.begin(), cloud.points_xyzi.end(), into.points().begin());
+  into.has_components = true;
+  into.unknown = label(cloud, into.components().first(into.count));
+  return {};
 }
 
 UnknownRawIds CloudFolder::label(const Cloud& cloud, std::span<std::uint8_t> components) const {

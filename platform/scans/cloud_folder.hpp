@@ -13,9 +13,7 @@
 
 #include "base/outcome.hpp"
 #include "scans/cloud.hpp"
-#include "scans/dataset.hpp"
-#include "scans/dataset_classes.hpp"
-#include "tessera/base/geometry.hpp"
+#include "scans/recorded_scans.hpp"
 
 namespace tessera {
 
@@ -37,6 +35,7 @@ struct CloudOptions {
   std::string poses;         ///< File for read_pose_rows(), a row for each cloud.
   std::optional<int> first;  ///< Scan number: the clouds in their order, from 0.
   std::optional<int> last;   ///< Inclusive.
+  bool with_motion = false;  ///< Also motion(), if the poses have stamps.
   bool with_labels = true;   ///< If false, all points are unlabelled.
 };
 
@@ -48,12 +47,24 @@ class CloudFolder final : public RecordedScans {
   static Outcome<CloudFolder> open(const std::string& folder, const CloudOptions& options);
 
   [[nodiscard]] std::size_t num_scans() const noexcept override { return scans_.size(); }
+  [[nodiscard]] int scan_number(std::size_t i) const override { return scans_[i].number; }
+  [[nodiscard]] std::size_t num_points(std::size_t i) const override {
+    return scans_[i].summary.points;
+  }
   [[nodiscard]] std::size_t max_points() const noexcept override { return max_points_; }
+  [[nodiscard]] const Matrix34d& T_map_sensor(std::size_t i) const override {
+    return scans_[i].T_map_sensor;
+  }
   [[nodiscard]] const DatasetClasses& classes() const noexcept override { return classes_; }
+  /// By the stamps of the poses, if they have the form of TUM.
+  [[nodiscard]] const ScanMotion* motion() const noexcept override {
+    return motion_ ? &*motion_ : nullptr;
+  }
   [[nodiscard]] bool decodes() const noexcept override { return true; }
+  [[nodiscard]] RegistrarConfig registration() const override;
   /// Fails with kUsage as read_pcd() or read_ply(), with kFailure iff the file can no longer be
   /// read or its header has changed since open(). Uses the heap.
-  Outcome<DatasetScan> read(std::size_t i, ScanBuffer& buffer) const override;
+  Outcome<void> read(std::size_t i, Scan& into) const override;
 
   /// All files, chosen or not.
   [[nodiscard]] std::size_t num_files() const noexcept { return num_files_; }
@@ -79,6 +90,7 @@ class CloudFolder final : public RecordedScans {
   CloudOptions options_;
   DatasetClasses classes_;
   std::vector<Entry> scans_;
+  std::optional<ScanMotion> motion_;
   std::size_t num_files_ = 0;
   std::size_t max_points_ = 0;
   std::size_t num_labelled_ = 0;

@@ -6,6 +6,7 @@
 #include <bit>
 #include <utility>
 
+#include "scans/camera_images.hpp"
 #include "tessera/base/assert.hpp"
 
 namespace tessera {
@@ -36,105 +37,57 @@ Outcome<InputFile> open_unchanged(const ScanFilePath& path, std::uint64_t expect
 
 }  // namespace
 
-void UnknownRawIds::add(std::uint16_t raw_id) noexcept {
-  ++points;
-  const auto end = examples.begin() + static_cast<std::ptrdiff_t>(num_examples);
-  if (num_examples < kMaxExamples && std::find(examples.begin(), end, raw_id) == end) {
-    examples[num_examples++] = raw_id;
-  }
-}
-
-void ScanBuffer::reserve(std::size_t max_points) {
-  if (components_.size() >= max_points) return;
-  points_xyzi_.resize(max_points * kFloatsPerPoint);
-  components_.resize(max_points);
-  times_s_.resize(max_points);
-}
-
-std::span<float> ScanBuffer::points_xyzi(std::size_t num_points) {
-  reserve(num_points);
-  return {points_xyzi_.data(), num_points * kFloatsPerPoint};
-}
-
-std::span<std::uint8_t> ScanBuffer::components(std::size_t num_points) {
-  reserve(num_points);
-  return {components_.data(), num_points};
-}
-
-ScanView DatasetScan::view() const noexcept {
-  ScanView view;
-  view.T_map_sensor = T_map_sensor;
-  view.points = points_xyzi.data();
-  view.stride_floats = kFloatsPerPoint;
-  view.count = num_points();
-  view.components = components.data();
-  return view;
-}
-
 Dataset::Dataset(std::string dir, DatasetClasses classes, std::string labels)
     : dir_(std::move(dir)), classes_(std::move(classes)), labels_(std::move(labels)) {}
 
-Outcome<DatasetScan> Dataset::read(std::size_t i, ScanBuffer& buffer) const {
-  const Entry& entry = scans_[i];
-  const std::span<float> points = buffer.points_xyzi(entry.points);
-  const std::span<std::uint8_t> components = buffer.components(entry.points);
-
-  const ScanFilePath path(dir_, "velodyne", entry.number, ".bin");
-  Outcome<InputFile> file = open_unchanged(path, points.size_bytes());
-  if (!file.ok()) return file.failure();
-  const Outcome<void> filled = file->read_exactly(std::as_writable_bytes(points));
-  if (!filled.ok()) return filled.failure();
-
-  DatasetScan scan{.number = entry.number,
-                   .points_xyzi = points,
-                   .components = components,
-                   .unknown = {},
-                   .deskew = {},
-                   .projection = {},
-                   .T_map_sensor = entry.T_map_sensor};
-  if (deskews_) {
-    const Outcome<DeskewReport> deskewed = deskew(i, buffer);
-    if (!deskewed.ok()) return deskewed.failure();
-    scan.deskew = *deskewed;
-  }
-  const Outcome<void> labelled = read_components(i, components, scan);
-  if (!labelled.ok()) return labelled.failure();
-  return scan;
+RegistrarConfig Dataset::registration() const {
+  RegistrarConfig config;
+  config.cameras = cameras_;
+  config.num_classes = classes_.table().num_classes();
+  config.limits = {.points = max_points_,
+                   .cameras = cameras_.size(),
+                   .image_pixels = most_pixels(cameras_),
+                   .floats_per_point = kFloatsPerPoint,
+                   .weights = false};
+  config.deskew.max_gap_us = kMaxPoseGap_us;
+  return config;
 }
 
-Outcome<void> Dataset::read_times(std::size_t i, std::span<float> out) const {
-  TESSERA_ASSERT(has_times_ && out.size() == scans_[i].points);
-  const ScanFilePath path(dir_, "times", scans_[i].number, ".bin");
+Outcome<void> Dataset::read(std::size_t i, Scan& into) const {
+  const Entry& entry = scans_[i];
+  into.clear();
+  into.reserve(entry.points);
+  into.number = entry.number;
+  into.count = static_cast<std::uint32_t>(entry.points);
+  into.T_map_body = into.T_map_sensor = entry.T_map_sensor;
+  if (motion_) {
+    into.stamp_us = motion_->stamp_us(entry.number);
+    into.track = &motion_->track();
+  }
+  Outcome<void> done =
+      read_file(i, "velodyne", into.points().first(entry.points * kFloatsPerPoint));
+  if (done.ok() && has_times_) {
+    done = read_file(i, "times", into.times_s().first(entry.points));
+    into.has_times = done.ok();
+  }
+  if (done.ok()) done = read_images(dir_, cameras_, into);
+  if (done.ok()) done = read_components(i, into);
+  return done;
+}
+
+/// Numbers of the points of scan i; as many as there were at open().
+Outcome<void> Dataset::read_file(std::size_t i, std::string_view folder,
+                                 std::span<float> out) const {
+  const ScanFilePath path(dir_, folder, scans_[i].number, ".bin");
   Outcome<InputFile> file = open_unchanged(path, out.size_bytes());
   if (!file.ok()) return file.failure();
   return file->read_exactly(std::as_writable_bytes(out));
 }
 
-Outcome<DeskewReport> Dataset::deskew(std::size_t i, ScanBuffer& buffer) const {
-  const Entry& entry = scans_[i];
-  const std::span<float> times_s(buffer.times_s_.data(), entry.points);
-  const Outcome<void> read = read_times(i, times_s);
-  if (!read.ok()) return read.failure();
-  const Sweep sweep{.points = {buffer.points_xyzi_.data(), kFloatsPerPoint, entry.points},
-                    .times_s = times_s.data(),
-                    .stamp_us = motion_->stamp_us(entry.number)};
-  DeskewConfig config;
-  config.max_gap_us = ScanMotion::kMaxGap_us;
-  return tessera::deskew(motion_->track(), sweep, config, buffer.points_xyzi_);
-}
-
-Outcome<void> Dataset::read_components(std::size_t i, std::span<std::uint8_t> out,
-                                       DatasetScan& scan) const {
-  if (cameras_ != nullptr) {
-    const ScanToLabel to_label{.number = scan.number,
-                               .points = {scan.points_xyzi.data(), kFloatsPerPoint, out.size()},
-                               .motion = motion_ ? &*motion_ : nullptr,
-                               .num_classes = classes_.table().num_classes()};
-    const Outcome<LabelReport> projected = cameras_->read(to_label, out);
-    if (!projected.ok()) return projected.failure();
-    scan.projection = *projected;
-    return {};
-  }
+Outcome<void> Dataset::read_components(std::size_t i, Scan& scan) const {
+  if (labels_ == kCameraLabels) return {};  // Registration takes them from the images.
+  scan.has_components = true;
+  const std::span<std::uint8_t> out = scan.components().first(scan.count);
   if (!has_labels()) {
     std::fill(out.begin(), out.end(), classes_.unlabelled());
     return {};

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "scans/calibration.hpp"
+#include "scans/camera_images.hpp"
 #include "scans/dataset.hpp"
 #include "scans/poses.hpp"
 #include "scans/scan_listing.hpp"
@@ -60,8 +61,8 @@ Outcome<Dataset> Dataset::open(const std::string& dir, const DatasetOptions& opt
   dataset.has_times_ = dataset.deskews_ || (options.with_motion && timed);
   dataset.wants_motion_ =
       options.with_motion && std::filesystem::exists(in_folder(dir, "times.txt"), error);
-  if (options.labels == kCameraLabels) {
-    Outcome<std::unique_ptr<CameraLabels>> cameras = CameraLabels::open(dir);
+  if (options.labels == kCameraLabels || (options.with_images && has_cameras(dir))) {
+    Outcome<std::vector<CameraDescription>> cameras = open_cameras(dir);
     if (!cameras.ok()) return cameras.failure();
     dataset.cameras_ = std::move(*cameras);
   }
@@ -146,7 +147,9 @@ Outcome<void> Dataset::attach_poses() {
     scan.T_map_sensor =
         lidar_pose(*T_camera_lidar, (*poses)[static_cast<std::size_t>(scan.number)]);
   }
-  const bool needs_motion = deskews_ || (cameras_ != nullptr && cameras_->needs_motion());
+  const auto is_offset = [](const CameraDescription& camera) { return camera.offset_us != 0; };
+  const bool needs_motion = deskews_ || (labels_ == kCameraLabels &&
+                                         std::any_of(cameras_.begin(), cameras_.end(), is_offset));
   if (!needs_motion && !wants_motion_) return {};
   std::vector<Matrix34d> T_map_sensor;
   for (const Matrix34d& pose : *poses) T_map_sensor.push_back(lidar_pose(*T_camera_lidar, pose));
@@ -176,12 +179,9 @@ Outcome<void> Dataset::check_times() {
 }
 
 Outcome<void> Dataset::check_cameras() {
-  if (cameras_ == nullptr) return {};
   std::vector<int> numbers;
   for (const Entry& scan : scans_) numbers.push_back(scan.number);
-  const Outcome<void> there = cameras_->check_images(numbers);
-  if (!there.ok()) return there.failure();
-  return cameras_->reserve(max_points_);
+  return check_images(dir_, cameras_, numbers);
 }
 
 Outcome<void> Dataset::check_labels(const std::string& folder) const {

@@ -22,37 +22,40 @@ Outcome<DepthFolder> DepthFolder::open(const std::string& folder, const DepthOpt
   if (!chosen.ok()) return chosen.failure();
   const Outcome<void> labels = images.find_labels(options.label_images);
   if (!labels.ok()) return labels.failure();
-  const Outcome<void> rig = images.make_rig(options);
-  if (!rig.ok()) return rig.failure();
+  const Outcome<void> camera = images.read_camera(options);
+  if (!camera.ok()) return camera.failure();
   return images;
 }
 
 Outcome<void> DepthFolder::choose(const std::string& folder, const DepthOptions& options) {
   const Outcome<std::vector<std::string>> paths = list_by_number(folder, ".png");
   if (!paths.ok()) return paths.failure();
-  const Outcome<std::vector<Matrix34d>> T_map_camera = read_pose_rows(options.poses);
-  if (!T_map_camera.ok()) return T_map_camera.failure();
-  if (paths->size() != T_map_camera->size()) {
+  const Outcome<PoseRows> poses = read_pose_rows(options.poses);
+  if (!poses.ok()) return poses.failure();
+  const std::vector<Matrix34d>& T_map_camera = poses->T_map_sensor;
+  if (paths->size() != T_map_camera.size()) {
     return Failure{one_line(folder) + " has " + std::to_string(paths->size()) +
                    " .png files, but " + one_line(options.poses) + " has " +
-                   std::to_string(T_map_camera->size()) +
+                   std::to_string(T_map_camera.size()) +
                    " poses; give one pose for each image, in the order of their numbers"};
   }
   num_files_ = paths->size();
+  if (options.with_motion) motion_ = ScanMotion::of(*poses);
   const int first = options.first.value_or(0);
   const int last = options.last.value_or(std::numeric_limits<int>::max());
   if (first < 0 || last < 0)
     return Failure{"a scan number is negative; choose --first and --last from 0 on"};
   for (std::size_t i = static_cast<std::size_t>(first);
        i < paths->size() && i <= static_cast<std::size_t>(last); ++i)
-    scans_.push_back({static_cast<int>(i), (*paths)[i], {}, (*T_map_camera)[i]});
+    scans_.push_back({static_cast<int>(i), (*paths)[i], {}, T_map_camera[i]});
   if (!scans_.empty()) return {};
   return Failure{"no scan is in the range, " + one_line(folder) + " has numbers from 0 to " +
                  std::to_string(paths->size() - 1) + "; choose --first and --last among them"};
 }
 
 Outcome<void> DepthFolder::find_labels(const std::string& folder) {
-  if (folder.empty()) return {};
+  has_labels_ = !folder.empty();
+  if (!has_labels_) return {};
   for (Entry& scan : scans_) {
     const std::filesystem::path name = std::filesystem::path(scan.depth_path).filename();
     scan.label_path = (std::filesystem::path(folder) / name).string();
@@ -65,95 +68,87 @@ Outcome<void> DepthFolder::find_labels(const std::string& folder) {
   return {};
 }
 
-Outcome<void> DepthFolder::make_rig(const DepthOptions& options) {
+Outcome<void> DepthFolder::read_camera(const DepthOptions& options) {
   const Outcome<DepthCameraDescription> description = read_depth_camera(options.intrinsics);
   if (!description.ok()) return description.failure();
-  rig_ = std::make_unique<Rig>();
-  rig_->description = *description;
-  const CameraModel& model = description->model;
-  const int step_px = description->depth.step_px;
-  const std::size_t most_points =
-      DepthCamera::most_points(model.width_px(), model.height_px(), step_px);
-  const std::uint64_t pixels =
-      static_cast<std::uint64_t>(model.width_px()) * static_cast<std::uint64_t>(model.height_px());
-  if (pixels > kMostCloudPoints) {
-    return Failure{one_line(options.intrinsics) + ": its images have " + std::to_string(pixels) +
-                   " pixels, the limit is " + std::to_string(kMostCloudPoints) +
-                   "; scale them down"};
+  camera_ = *description;
+  if (num_pixels() <= kMostCloudPoints) return {};
+  return Failure{one_line(options.intrinsics) + ": its images have " +
+                 std::to_string(num_pixels()) + " pixels, the limit is " +
+                 std::to_string(kMostCloudPoints) + "; scale them down"};
+}
+
+std::size_t DepthFolder::num_pixels() const noexcept {
+  return static_cast<std::size_t>(camera_.model.width_px()) *
+         static_cast<std::size_t>(camera_.model.height_px());
+}
+
+std::size_t DepthFolder::max_points() const noexcept {
+  return DepthCamera::most_points(camera_.model.width_px(), camera_.model.height_px(),
+                                  camera_.depth.step_px);
+}
+
+/// The depths take the memory of the points' coordinates.
+ScanLimits DepthFolder::limits() const noexcept {
+  constexpr std::size_t kFloats = 3;
+  return {.points = num_pixels() / kFloats + 1,
+          .cameras = has_labels_ ? std::size_t{1} : std::size_t{0},
+          .image_pixels = num_pixels(),
+          .floats_per_point = kFloats,
+          .weights = false};
+}
+
+RegistrarConfig DepthFolder::registration() const {
+  RegistrarConfig config;
+  config.cameras.emplace_back().model = camera_.model;
+  config.num_classes = classes_.table().num_classes();
+  config.limits = limits();
+  config.depth = camera_.depth;
+  config.depth_camera = 0;
+  return config;
+}
+
+/// Counts unknown ids among the sampled pixels.
+Outcome<void> DepthFolder::read_labels(const Entry& entry, Scan& into) const {
+  const CameraModel& model = camera_.model;
+  const Outcome<void> read = read_grey_png(entry.label_path, model.width_px(), model.height_px(),
+                                           GreyBits::kEightOrSixteen, pixels_);
+  if (!read.ok()) return read.failure();
+  ScanImage& image = into.image_memory[0];
+  image.width_px = model.width_px();
+  image.height_px = model.height_px();
+  image.camera = 0;
+  image.stamp_us = into.stamp_us;
+  into.num_images = 1;
+  for (std::size_t i = 0; i < pixels_.size(); ++i) image.memory[i] = classes_.component(pixels_[i]);
+  const auto step = static_cast<std::size_t>(camera_.depth.step_px);
+  const auto width = static_cast<std::size_t>(model.width_px());
+  for (std::size_t row = 0; row < pixels_.size(); row += step * width) {
+    for (std::size_t column = 0; column < width; column += step) {
+      const std::uint16_t raw_id = pixels_[row + column];
+      if (!classes_.is_known(raw_id)) into.unknown.add(raw_id);
+    }
   }
-  const std::size_t bytes =
-      DepthCamera::required_bytes(model.width_px(), model.height_px(), step_px);
-  rig_->memory = ArenaMemory(bytes);
-  Arena arena(rig_->memory.span());
-  const Result<DepthCamera> camera = DepthCamera::make(arena, model, description->depth);
-  if (!camera.ok()) {
-    return Failure{one_line(options.intrinsics) +
-                   " is not a valid camera: " + to_string(camera.status()) + "; check its numbers"};
-  }
-  rig_->camera = *camera;
-  rig_->points.resize(3 * most_points);
   return {};
 }
 
-Outcome<UnknownRawIds> DepthFolder::read_labels(const Entry& entry) const {
-  UnknownRawIds unknown;
-  rig_->labels.clear();
-  if (entry.label_path.empty()) return unknown;
-  const CameraModel& model = rig_->description.model;
-  const Outcome<void> read = read_grey_png(entry.label_path, model.width_px(), model.height_px(),
-                                           GreyBits::kEightOrSixteen, rig_->pixels);
-  if (!read.ok()) return read.failure();
-  rig_->labels.resize(rig_->pixels.size());
-  for (std::size_t i = 0; i < rig_->pixels.size(); ++i)
-    rig_->labels[i] = classes_.component(rig_->pixels[i]);
-  const auto step = static_cast<std::size_t>(rig_->description.depth.step_px);
-  const auto width = static_cast<std::size_t>(model.width_px());
-  for (std::size_t row = 0; row < rig_->pixels.size(); row += step * width) {
-    for (std::size_t column = 0; column < width; column += step) {
-      const std::uint16_t raw_id = rig_->pixels[row + column];
-      if (!classes_.is_known(raw_id)) unknown.add(raw_id);
-    }
-  }
-  return unknown;
-}
-
-Outcome<DatasetScan> DepthFolder::read(std::size_t i, ScanBuffer& buffer) const {
+Outcome<void> DepthFolder::read(std::size_t i, Scan& into) const {
   const Entry& entry = scans_[i];
-  const CameraModel& model = rig_->description.model;
-  const auto width = static_cast<std::size_t>(model.width_px());
-  rig_->pixels.resize(width * static_cast<std::size_t>(model.height_px()));
-  const Outcome<void> read = read_grey_png(entry.depth_path, model.width_px(), model.height_px(),
-                                           GreyBits::kSixteen, rig_->pixels);
+  into.clear();
+  into.number = entry.number;
+  if (motion_) into.stamp_us = motion_->stamp_us(entry.number);
+  into.kind = ScanKind::kDepthImage;
+  into.width_px = camera_.model.width_px();
+  into.height_px = camera_.model.height_px();
+  into.T_map_body = into.T_map_sensor = entry.T_map_camera;
+  pixels_.resize(num_pixels());
+  const Outcome<void> read =
+      read_grey_png(entry.depth_path, into.width_px, into.height_px, GreyBits::kSixteen, pixels_);
   if (!read.ok()) return read.failure();
-  rig_->depth_m.resize(rig_->pixels.size());
-  for (std::size_t pixel = 0; pixel < rig_->pixels.size(); ++pixel) {
-    const double depth_m = rig_->pixels[pixel] * rig_->description.depth_scale_m;
-    rig_->depth_m[pixel] = static_cast<float>(depth_m);
-  }
-  const Outcome<UnknownRawIds> unknown = read_labels(entry);
-  if (!unknown.ok()) return unknown.failure();
-  DepthImage image;
-  image.metres = rig_->depth_m.data();
-  image.stride_pixels = width;
-  image.labels = rig_->labels.empty() ? nullptr : rig_->labels.data();
-  image.label_stride_bytes = width;
-  const std::span<std::uint8_t> components = buffer.components(max_points());
-  const DepthReport report =
-      rig_->camera.to_points(image, classes_.table().num_classes(), rig_->points, components);
-  const std::span<float> points = buffer.points_xyzi(report.points);
-  for (std::size_t point = 0; point < report.points; ++point) {
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      points[4 * point + axis] = rig_->points[3 * point + axis];
-    points[4 * point + 3] = 0.0F;
-  }
-  return DatasetScan{.number = entry.number,
-                     .points_xyzi = points,
-                     .components = components.first(report.points),
-                     .unknown = *unknown,
-                     .deskew = {},
-                     .projection = {},
-                     .depth = report,
-                     .T_map_sensor = entry.T_map_camera};
+  const std::span<float> depth_m = into.points();
+  for (std::size_t pixel = 0; pixel < pixels_.size(); ++pixel)
+    depth_m[pixel] = static_cast<float>(pixels_[pixel] * camera_.depth_scale_m);
+  return has_labels_ ? read_labels(entry, into) : Outcome<void>();
 }
 
 }  // namespace tessera

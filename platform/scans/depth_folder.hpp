@@ -6,17 +6,13 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "base/arena_memory.hpp"
 #include "base/outcome.hpp"
 #include "scans/cameras_toml.hpp"
-#include "scans/dataset.hpp"
-#include "scans/dataset_classes.hpp"
-#include "tessera/base/geometry.hpp"
+#include "scans/recorded_scans.hpp"
 
 namespace tessera {
 
@@ -27,9 +23,10 @@ struct DepthOptions {
                       ///< camera x right, y down, z forward.
   std::optional<int> first;  ///< Scan number: the images in their order, from 0.
   std::optional<int> last;   ///< Inclusive.
+  bool with_motion = false;  ///< Also motion(), if the poses have stamps.
 };
 
-/// Sampled pixels become the points of a scan, by DepthCamera.
+/// Scans of depth in metres, and of the labels of their pixels.
 class DepthFolder final : public RecordedScans {
  public:
   /// Fails with kUsage, naming the file and the remedy, iff list_by_number() of .png,
@@ -39,14 +36,23 @@ class DepthFolder final : public RecordedScans {
   static Outcome<DepthFolder> open(const std::string& folder, const DepthOptions& options);
 
   [[nodiscard]] std::size_t num_scans() const noexcept override { return scans_.size(); }
-  [[nodiscard]] std::size_t max_points() const noexcept override {
-    return rig_->camera.most_points();
+  [[nodiscard]] int scan_number(std::size_t i) const override { return scans_[i].number; }
+  [[nodiscard]] std::size_t num_points(std::size_t /*i*/) const override { return max_points(); }
+  /// Sampled pixels of an image.
+  [[nodiscard]] std::size_t max_points() const noexcept override;
+  [[nodiscard]] const Matrix34d& T_map_sensor(std::size_t i) const override {
+    return scans_[i].T_map_camera;
   }
   [[nodiscard]] const DatasetClasses& classes() const noexcept override { return classes_; }
+  /// By the stamps of the poses, if they have the form of TUM.
+  [[nodiscard]] const ScanMotion* motion() const noexcept override {
+    return motion_ ? &*motion_ : nullptr;
+  }
   [[nodiscard]] bool decodes() const noexcept override { return true; }
+  [[nodiscard]] RegistrarConfig registration() const override;
   /// Fails as read_grey_png(). Counts label ids in no class among the sampled pixels. Uses the
   /// heap.
-  Outcome<DatasetScan> read(std::size_t i, ScanBuffer& buffer) const override;
+  Outcome<void> read(std::size_t i, Scan& into) const override;
 
   /// All files, chosen or not.
   [[nodiscard]] std::size_t num_files() const noexcept { return num_files_; }
@@ -58,27 +64,21 @@ class DepthFolder final : public RecordedScans {
     std::string label_path;  ///< Empty: none.
     Matrix34d T_map_camera = Matrix34d::Identity();
   };
-  /// The camera, and memory for its images.
-  struct Rig {
-    DepthCameraDescription description;
-    DepthCamera camera;
-    std::vector<std::uint16_t> pixels;
-    std::vector<float> depth_m;
-    std::vector<std::uint8_t> labels;
-    std::vector<float> points;
-    ArenaMemory memory;
-  };
-
   explicit DepthFolder(DatasetClasses classes) : classes_(std::move(classes)) {}
   Outcome<void> choose(const std::string& folder, const DepthOptions& options);
   Outcome<void> find_labels(const std::string& folder);
-  Outcome<void> make_rig(const DepthOptions& options);
-  Outcome<UnknownRawIds> read_labels(const Entry& entry) const;
+  Outcome<void> read_camera(const DepthOptions& options);
+  [[nodiscard]] std::size_t num_pixels() const noexcept;
+  [[nodiscard]] ScanLimits limits() const noexcept;
+  Outcome<void> read_labels(const Entry& entry, Scan& into) const;
 
   DatasetClasses classes_;
   std::vector<Entry> scans_;
-  std::unique_ptr<Rig> rig_;
+  DepthCameraDescription camera_;
+  std::optional<ScanMotion> motion_;
   std::size_t num_files_ = 0;
+  bool has_labels_ = false;
+  mutable std::vector<std::uint16_t> pixels_;  ///< Of the file that is read.
 };
 
 }  // namespace tessera

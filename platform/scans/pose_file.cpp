@@ -72,10 +72,11 @@ Outcome<Matrix34d> pose_of(const Row& row, const TextPlace& place) {
 
 }  // namespace
 
-Outcome<std::vector<Matrix34d>> read_pose_rows(const std::string& path) {
+Outcome<PoseRows> read_pose_rows(const std::string& path) {
   const Outcome<std::string> content = read_text_file(path, kMostRowsBytes);
   if (!content.ok()) return content.failure();
-  std::vector<Matrix34d> poses;
+  PoseRows rows;
+  std::vector<Matrix34d>& poses = rows.T_map_sensor;
   // A digit and a blank for each number: growing instead would take three times the memory.
   poses.reserve(count_rows(*content, 2 * kTum - 1));
   Row last;
@@ -99,11 +100,15 @@ Outcome<std::vector<Matrix34d>> read_pose_rows(const std::string& path) {
     const Outcome<Matrix34d> pose = pose_of(*row, place);
     if (!pose.ok()) return pose.failure();
     poses.push_back(*pose);
+    if (row->count == kTum) {
+      if (rows.stamps_s.empty()) rows.stamps_s.reserve(poses.capacity());
+      rows.stamps_s.push_back(row->numbers[0]);
+    }
     last = *row;
   }
   const Outcome<void> usable = check_some_rigid(path, poses);
   if (!usable.ok()) return usable.failure();
-  return poses;
+  return rows;
 }
 
 }  // namespace tessera

@@ -11,6 +11,11 @@
 
 namespace tessera {
 
+struct PoseRows {
+  std::vector<Matrix34d> T_map_sensor;
+  std::vector<double> stamps_s;  ///< Of each pose in the form of TUM; else empty.
+};
+
 /// T_map_sensor of each row, by the number of its columns: 12, a row-major 3x4 matrix as in KITTI;
 /// 16, a 4x4 matrix whose last row is 0 0 0 1; 8, stamp tx ty tz qx qy qz qw as in TUM, with rising
 /// stamps. Ignores blank lines and those that begin with #. A pose that is not rigid or not finite
@@ -18,6 +23,6 @@ namespace tessera {
 /// kUsage, naming the line, iff the file cannot be read or is over 256 MiB, a row has another
 /// number of numbers than these or than the first row, a word is not a number, or
 /// check_some_rigid() fails.
-Outcome<std::vector<Matrix34d>> read_pose_rows(const std::string& path);
+Outcome<PoseRows> read_pose_rows(const std::string& path);
 
 }  // namespace tessera

@@ -125,4 +125,19 @@ Outcome<ScanMotion> ScanMotion::load(const std::string& dir, const KnownPoses& p
   return motion;
 }
 
+std::optional<ScanMotion> ScanMotion::of(const PoseRows& rows) {
+  if (rows.stamps_s.empty() || rows.stamps_s.size() > PoseTrack::kMostPoses) return {};
+  ScanMotion motion;
+  std::vector<StampedPose> stamped;
+  for (std::size_t i = 0; i < rows.stamps_s.size(); ++i) {
+    if (!(std::abs(rows.stamps_s[i]) <= kMostSeconds)) return {};
+    const std::int64_t stamp_us = std::llround(rows.stamps_s[i] * 1e6);
+    if (i > 0 && stamp_us <= motion.stamps_us_.back()) return {};
+    motion.stamps_us_.push_back(stamp_us);
+    stamped.push_back({stamp_us, rows.T_map_sensor[i]});
+  }
+  if (!motion.fill(stamped, "the poses").ok()) return {};
+  return motion;
+}
+
 }  // namespace tessera

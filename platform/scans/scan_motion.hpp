@@ -5,12 +5,14 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "base/arena_memory.hpp"
 #include "base/outcome.hpp"
+#include "scans/pose_file.hpp"
 #include "tessera/base/geometry.hpp"
 #include "tessera/registration/pose_track.hpp"
 
@@ -24,9 +26,6 @@ struct KnownPoses {
 
 class ScanMotion {
  public:
-  /// Poses farther apart are not interpolated.
-  static constexpr std::int64_t kMaxGap_us = 250'000;
-
   /// dir/times.txt has the seconds of each scan, rising; dir/poses_dense.txt, if it exists, rows
   /// of 13 numbers: seconds, rising, and a pose as in poses.txt. Rows whose pose is not rigid are
   /// left out. Fails with kUsage, naming file, line and remedy, iff times.txt is missing or has
@@ -34,6 +33,10 @@ class ScanMotion {
   /// PoseTrack::kMostPoses poses.
   static Outcome<ScanMotion> load(const std::string& dir, const KnownPoses& poses,
                                   std::size_t num_scans);
+
+  /// Of the rows of a file of poses, one for each scan; none if they have no stamps, or stamps that
+  /// do not rise by a microsecond at least, or there are more than PoseTrack::kMostPoses.
+  static std::optional<ScanMotion> of(const PoseRows& rows);
 
   /// number: of a scan, under num_scans.
   [[nodiscard]] std::int64_t stamp_us(int number) const {

@@ -15,7 +15,7 @@ MatcherConfig within_ranges(MatcherConfig config) {
     if (list.size() > most) list.resize(most);
   };
   cut(config.sensors, 16);
-  cut(config.cameras, ScanSlot::kMostCameras);
+  cut(config.cameras, Scan::kMostCameras);
   config.pending_scans = std::clamp<std::size_t>(config.pending_scans, 1, 16);
   config.handed_scans = std::clamp<std::size_t>(config.handed_scans, 1, 16);
   config.images = std::clamp<std::size_t>(config.images, 2, 16);
@@ -52,16 +52,16 @@ std::uint64_t distance(std::int64_t a, std::int64_t b) noexcept {
 std::size_t SensorMatcher::required_bytes(const MatcherConfig& given) noexcept {
   const MatcherConfig config = within_ranges(given);
   const std::size_t images = camera_numbers(config).size() * config.images + 1;
-  return num_slots(config) * (sizeof(ScanSlot) + ScanSlot::required_bytes(config.slot)) +
-         images * (sizeof(SlotImage) + config.slot.image_pixels) +
+  return num_slots(config) * (sizeof(Scan) + Scan::required_bytes(config.slot)) +
+         images * (sizeof(ScanImage) + config.slot.image_pixels) +
          PoseTrack::required_bytes(config.poses);
 }
 
 SensorMatcher::SensorMatcher(const MatcherConfig& config)
-    : config_(within_ranges(config)), slots_(std::make_unique<ScanSlot[]>(num_slots(config_))) {
+    : config_(within_ranges(config)), slots_(std::make_unique<Scan[]>(num_slots(config_))) {
   free_.resize(num_slots(config_));
   for (std::size_t i = 0; i < num_slots(config_); ++i) {
-    slots_[i] = ScanSlot(config_.slot);
+    slots_[i] = Scan(config_.slot);
     if (i > 0) free_[num_free_++] = i;
   }
   pending_.resize(config_.pending_scans + 1);
@@ -86,11 +86,11 @@ SensorMatcher::SensorMatcher(const MatcherConfig& config)
   if (track.ok()) track_ = *track;
 }
 
-SensorMatcher::Mounted* SensorMatcher::mounted(const ScanSlot& scan) noexcept {
+SensorMatcher::Mounted* SensorMatcher::mounted(const Scan& scan) noexcept {
   for (Mounted& one : mounted_) {
     const bool is_depth = one.sensor.kind == MountedKind::kDepthCamera;
     const bool is_semantic = one.sensor.kind == MountedKind::kSemanticCloud;
-    if (one.sensor.number == scan.sensor && is_depth == (scan.kind == SlotKind::kDepthImage) &&
+    if (one.sensor.number == scan.sensor && is_depth == (scan.kind == ScanKind::kDepthImage) &&
         is_semantic == scan.has_components)
       return &one;
   }
@@ -136,10 +136,10 @@ void SensorMatcher::drop_pending(std::size_t at) noexcept {
   --num_pending_;
 }
 
-bool SensorMatcher::is_known(const ScanSlot& scan, const Mounted& from) noexcept {
+bool SensorMatcher::is_known(const Scan& scan, const Mounted& from) noexcept {
   if (scan.stamp_us == from.last_us) return true;
   for (std::size_t i = 0; i < num_pending_; ++i) {
-    const ScanSlot& other = slots_[pending_[i]];
+    const Scan& other = slots_[pending_[i]];
     if (other.stamp_us == scan.stamp_us && other.sensor == scan.sensor && other.kind == scan.kind)
       return true;
   }
@@ -148,7 +148,7 @@ bool SensorMatcher::is_known(const ScanSlot& scan, const Mounted& from) noexcept
 
 void SensorMatcher::add_scan(const SensorTime& time) noexcept {
   watch_clock(time);
-  ScanSlot& scan = next_scan();
+  Scan& scan = next_scan();
   const Mounted* const from = mounted(scan);
   if (from == nullptr) {
     ++report_.unknown_sensor;
@@ -179,7 +179,7 @@ void SensorMatcher::add_scan(const SensorTime& time) noexcept {
 
 void SensorMatcher::add_image(const SensorTime& time) noexcept {
   watch_clock(time);
-  const SlotImage& image = next_image();
+  const ScanImage& image = next_image();
   const auto camera = std::find_if(cameras_.begin(), cameras_.end(),
                                    [&](const Camera& one) { return one.number == image.camera; });
   if (camera == cameras_.end()) {
@@ -217,10 +217,10 @@ void SensorMatcher::add_pose(const StampedPose& pose, const SensorTime& time) no
   }
 }
 
-ScanSlot* SensorMatcher::take_ready(const SensorTime& time) noexcept {
+Scan* SensorMatcher::take_ready(const SensorTime& time) noexcept {
   watch_clock(time);
   while (num_pending_ > 0) {
-    ScanSlot& scan = slots_[pending_[0]];
+    Scan& scan = slots_[pending_[0]];
     const Partners partners = look_for_partners(scan, has_waited(scan, time));
     if (partners == Partners::kWaits) return nullptr;
     if (partners == Partners::kNever) {
@@ -230,7 +230,7 @@ ScanSlot* SensorMatcher::take_ready(const SensorTime& time) noexcept {
     if (handed_ >= config_.handed_scans) {
       // Keeps the newest that is ready; older ones are lost.
       if (num_pending_ == 1) return nullptr;
-      const ScanSlot& next = slots_[pending_[1]];
+      const Scan& next = slots_[pending_[1]];
       const Partners of_next = look_for_partners(next, has_waited(next, time));
       if (of_next == Partners::kWaits) return nullptr;
       if (of_next == Partners::kReady) ++report_.superseded;
@@ -248,7 +248,7 @@ ScanSlot* SensorMatcher::take_ready(const SensorTime& time) noexcept {
   return nullptr;
 }
 
-void SensorMatcher::give_back(const ScanSlot* slot) noexcept {
+void SensorMatcher::give_back(const Scan* slot) noexcept {
   free_[num_free_++] = static_cast<std::size_t>(slot - slots_.get());
   --handed_;
 }

@@ -20,7 +20,7 @@
 
 #include "base/arena_memory.hpp"
 #include "scans/match_report.hpp"
-#include "scans/scan_slot.hpp"
+#include "scans/scan.hpp"
 #include "tessera/base/arena.hpp"
 
 namespace tessera {
@@ -41,9 +41,9 @@ struct MountedSensor {
 
 struct MatcherConfig {
   std::vector<MountedSensor> sensors{};  ///< Up to 16.
-  /// Cameras whose label images raw clouds need, up to ScanSlot::kMostCameras.
+  /// Cameras whose label images raw clouds need, up to Scan::kMostCameras.
   std::vector<std::int32_t> cameras{};
-  SlotCapacity slot{};            ///< Its number of cameras is set from the above.
+  ScanLimits slot{};              ///< Its number of cameras is set from the above.
   std::size_t pending_scans = 4;  ///< Scans that wait for partners, 1 .. 16.
   std::size_t handed_scans = 2;   ///< Scans that are given out, 1 .. 16.
   std::size_t images = 4;         ///< Images kept of each camera, 2 .. 16.
@@ -74,14 +74,14 @@ class SensorMatcher {
 
   /// Slot for writing the next scan: kind, sensor, stamp_us, sizes, times and content. The same
   /// until add_scan().
-  [[nodiscard]] ScanSlot& next_scan() noexcept { return slots_[spare_]; }
+  [[nodiscard]] Scan& next_scan() noexcept { return slots_[spare_]; }
   /// Takes the content of next_scan(), or refuses it, counted: a sensor that is not configured, a
   /// stamp too far from now, one of this sensor that it has or gave out, or older than one that it
   /// gave out. If too many scans wait, drops the oldest.
   void add_scan(const SensorTime& time) noexcept;
 
   /// Slot for writing the next label image. The same until add_image().
-  [[nodiscard]] SlotImage& next_image() noexcept { return images_[spare_image_]; }
+  [[nodiscard]] ScanImage& next_image() noexcept { return images_[spare_image_]; }
   /// Takes the content of next_image(), or refuses it, counted: a camera that is not configured, a
   /// stamp too far from now, or not later than that camera's last. Replaces the camera's oldest.
   void add_image(const SensorTime& time) noexcept;
@@ -96,9 +96,9 @@ class SensorMatcher {
   /// The oldest scan that is complete or has waited long enough; nullptr: there is none, or
   /// handed_scans were taken and not given back. Drops, counted, scans that will never have a pose.
   /// While there is no room, keeps only the newest of the ready scans.
-  [[nodiscard]] ScanSlot* take_ready(const SensorTime& time) noexcept;
+  [[nodiscard]] Scan* take_ready(const SensorTime& time) noexcept;
   /// Returns a slot of take_ready().
-  void give_back(const ScanSlot* slot) noexcept;
+  void give_back(const Scan* slot) noexcept;
 
   [[nodiscard]] const MatchReport& report() const noexcept { return report_; }
   [[nodiscard]] std::size_t pending() const noexcept { return num_pending_; }
@@ -125,25 +125,25 @@ class SensorMatcher {
     bool settled = false;  ///< No better image can come.
   };
 
-  [[nodiscard]] Mounted* mounted(const ScanSlot& scan) noexcept;
+  [[nodiscard]] Mounted* mounted(const Scan& scan) noexcept;
   [[nodiscard]] bool is_timely(std::int64_t stamp_us, const SensorTime& time,
                                TimelinessCounts& counts) const noexcept;
   void watch_clock(const SensorTime& time) noexcept;
   void forget_all() noexcept;
   void drop_pending(std::size_t at) noexcept;
-  [[nodiscard]] bool is_known(const ScanSlot& scan, const Mounted& from) noexcept;
-  [[nodiscard]] Choice choose(const Camera& camera, const ScanSlot& scan) const noexcept;
-  [[nodiscard]] bool needs(const ScanSlot& scan, const Camera& camera) const noexcept;
+  [[nodiscard]] bool is_known(const Scan& scan, const Mounted& from) noexcept;
+  [[nodiscard]] Choice choose(const Camera& camera, const Scan& scan) const noexcept;
+  [[nodiscard]] bool needs(const Scan& scan, const Camera& camera) const noexcept;
   /// Finds the scan's partners and stores them in choices_.
-  [[nodiscard]] Partners look_for_partners(const ScanSlot& scan, bool waited) noexcept;
-  void attach(ScanSlot& scan) noexcept;
-  void attach_poses(ScanSlot& scan, std::int64_t first_us, std::int64_t last_us) const noexcept;
-  [[nodiscard]] bool has_waited(const ScanSlot& scan, const SensorTime& time) const noexcept {
+  [[nodiscard]] Partners look_for_partners(const Scan& scan, bool waited) noexcept;
+  void attach(Scan& scan) noexcept;
+  void attach_poses(Scan& scan, std::int64_t first_us, std::int64_t last_us) const noexcept;
+  [[nodiscard]] bool has_waited(const Scan& scan, const SensorTime& time) const noexcept {
     return time.now_us - scan.taken_us >= config_.max_wait_us;
   }
 
   MatcherConfig config_;
-  std::unique_ptr<ScanSlot[]> slots_;
+  std::unique_ptr<Scan[]> slots_;
   std::vector<std::size_t> free_;  ///< A stack.
   std::size_t num_free_ = 0;
   std::size_t spare_ = 0;
@@ -154,7 +154,7 @@ class SensorMatcher {
   std::vector<Camera> cameras_;
   std::vector<Choice> choices_;  ///< Of each camera, for the scan that was checked last.
   std::unique_ptr<std::uint8_t[]> image_bytes_;
-  std::vector<SlotImage> images_;
+  std::vector<ScanImage> images_;
   std::size_t spare_image_ = 0;
   ArenaMemory track_memory_;
   PoseTrack track_;

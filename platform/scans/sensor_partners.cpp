@@ -18,7 +18,7 @@ struct Span_us {
   }
 };
 
-Span_us sweep_of(const ScanSlot& scan) noexcept {
+Span_us sweep_of(const Scan& scan) noexcept {
   Span_us sweep{scan.stamp_us, scan.stamp_us};
   sweep.include(scan.stamp_us + scan.first_us);
   sweep.include(scan.stamp_us + scan.last_us);
@@ -27,15 +27,14 @@ Span_us sweep_of(const ScanSlot& scan) noexcept {
 
 }  // namespace
 
-bool SensorMatcher::needs(const ScanSlot& scan, const Camera& camera) const noexcept {
-  if (scan.kind == SlotKind::kDepthImage) return camera.number == scan.sensor;
+bool SensorMatcher::needs(const Scan& scan, const Camera& camera) const noexcept {
+  if (scan.kind == ScanKind::kDepthImage) return camera.number == scan.sensor;
   return !scan.has_components && camera.of_clouds;
 }
 
-SensorMatcher::Choice SensorMatcher::choose(const Camera& camera,
-                                            const ScanSlot& scan) const noexcept {
+SensorMatcher::Choice SensorMatcher::choose(const Camera& camera, const Scan& scan) const noexcept {
   const std::span images = std::span(images_).subspan(camera.first, camera.count);
-  const bool exact = scan.kind == SlotKind::kDepthImage;
+  const bool exact = scan.kind == ScanKind::kDepthImage;
   const std::int64_t most_us = exact ? 0 : std::max<std::int64_t>(config_.max_image_offset_us, 0);
   Choice choice;
   // Stamps passed is_timely, so their differences fit.
@@ -56,8 +55,7 @@ SensorMatcher::Choice SensorMatcher::choose(const Camera& camera,
   return choice;
 }
 
-SensorMatcher::Partners SensorMatcher::look_for_partners(const ScanSlot& scan,
-                                                         bool waited) noexcept {
+SensorMatcher::Partners SensorMatcher::look_for_partners(const Scan& scan, bool waited) noexcept {
   Span_us span = sweep_of(scan);
   bool missing = false;
   for (std::size_t i = 0; i < cameras_.size(); ++i) {
@@ -84,7 +82,7 @@ SensorMatcher::Partners SensorMatcher::look_for_partners(const ScanSlot& scan,
   return Partners::kReady;
 }
 
-void SensorMatcher::attach_poses(ScanSlot& scan, std::int64_t first_us,
+void SensorMatcher::attach_poses(Scan& scan, std::int64_t first_us,
                                  std::int64_t last_us) const noexcept {
   const std::size_t size = track_.size();
   std::size_t begin = 0;
@@ -92,16 +90,16 @@ void SensorMatcher::attach_poses(ScanSlot& scan, std::int64_t first_us,
   std::size_t end = begin;
   while (end < size && (end == begin || track_[end - 1].stamp_us < last_us)) ++end;
   const std::size_t there = end - begin;
-  scan.num_poses = std::min(there, ScanSlot::kMostPoses);
+  scan.num_poses = std::min(there, Scan::kMostPoses);
   for (std::size_t i = 0; i < scan.num_poses; ++i) {
     // The first and the last are always among them.
     const std::size_t from =
-        there <= ScanSlot::kMostPoses ? i : i * (there - 1) / (ScanSlot::kMostPoses - 1);
+        there <= Scan::kMostPoses ? i : i * (there - 1) / (Scan::kMostPoses - 1);
     scan.pose_memory[i] = track_[begin + from];
   }
 }
 
-void SensorMatcher::attach(ScanSlot& scan) noexcept {
+void SensorMatcher::attach(Scan& scan) noexcept {
   Span_us span = sweep_of(scan);
   scan.num_images = 0;
   std::size_t needed = 0;
@@ -109,8 +107,8 @@ void SensorMatcher::attach(ScanSlot& scan) noexcept {
     if (!needs(scan, cameras_[i])) continue;
     ++needed;
     if (choices_[i].image == kNone) continue;
-    const SlotImage& from = images_[choices_[i].image];
-    SlotImage& to = scan.image_memory[scan.num_images++];
+    const ScanImage& from = images_[choices_[i].image];
+    ScanImage& to = scan.image_memory[scan.num_images++];
     to.camera = from.camera;
     to.width_px = from.width_px;
     to.height_px = from.height_px;

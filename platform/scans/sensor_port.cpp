@@ -54,7 +54,7 @@ Outcome<std::unique_ptr<SensorPort>> SensorPort::open(const SensorPortConfig& co
 std::size_t SensorPort::required_bytes(const SensorPortConfig& config) noexcept {
   return sizeof(SensorPort) + SensorLink::required_bytes(config.link) +
          SensorMatcher::required_bytes(config.matcher) + kPoseQueue * sizeof(StampedPose) +
-         std::size_t{2} * 16 * sizeof(ScanSlot*);
+         std::size_t{2} * 16 * sizeof(Scan*);
 }
 
 SensorPort::~SensorPort() {
@@ -100,13 +100,12 @@ void SensorPort::step(std::int64_t timeout_us) noexcept {
 }
 
 void SensorPort::hand_over() noexcept {
-  for (ScanSlot* const* slot = back_.front(); slot != nullptr; slot = back_.front()) {
+  for (Scan* const* slot = back_.front(); slot != nullptr; slot = back_.front()) {
     matcher_.give_back(*slot);
     back_.pop();
   }
   const SensorTime now = time();
-  for (ScanSlot* scan = matcher_.take_ready(now); scan != nullptr;
-       scan = matcher_.take_ready(now)) {
+  for (Scan* scan = matcher_.take_ready(now); scan != nullptr; scan = matcher_.take_ready(now)) {
     // The queues have room for everything that the matcher gives out.
     *ready_.claim() = scan;
     ready_.publish();
@@ -115,8 +114,8 @@ void SensorPort::hand_over() noexcept {
   }
 }
 
-ScanSlot* SensorPort::front() noexcept {
-  ScanSlot* const* const slot = ready_.front();
+Scan* SensorPort::front() noexcept {
+  Scan* const* const slot = ready_.front();
   return slot == nullptr ? nullptr : *slot;
 }
 
@@ -160,13 +159,13 @@ void SensorPort::take(std::string_view channel, std::span<const std::byte> paylo
 }
 
 void SensorPort::take_cloud(std::span<const std::byte> payload, bool semantic) noexcept {
-  ScanSlot& slot = matcher_.next_scan();
-  const CloudMemory memory{slot.xyz(), slot.components(), slot.weights(), slot.times_s()};
+  Scan& slot = matcher_.next_scan();
+  const CloudMemory memory{slot.points(), slot.components(), slot.weights(), slot.times_s()};
   CloudHeader header;
   const MessageFault fault = semantic ? decode_semantic_cloud(payload, memory, header)
                                       : decode_cloud(payload, memory, header);
   if (!is_fine(fault)) return;
-  slot.kind = SlotKind::kCloud;
+  slot.kind = ScanKind::kCloud;
   slot.sensor = header.sensor;
   slot.stamp_us = header.stamp_us;
   slot.count = header.count;
@@ -180,7 +179,7 @@ void SensorPort::take_cloud(std::span<const std::byte> payload, bool semantic) n
 }
 
 void SensorPort::take_label_image(std::span<const std::byte> payload) noexcept {
-  SlotImage& image = matcher_.next_image();
+  ScanImage& image = matcher_.next_image();
   ImageHeader header;
   if (!is_fine(decode_label_image(payload, image.memory, header))) return;
   image.camera = header.camera;
@@ -191,10 +190,10 @@ void SensorPort::take_label_image(std::span<const std::byte> payload) noexcept {
 }
 
 void SensorPort::take_depth_image(std::span<const std::byte> payload) noexcept {
-  ScanSlot& slot = matcher_.next_scan();
+  Scan& slot = matcher_.next_scan();
   ImageHeader header;
-  if (!is_fine(decode_depth_image(payload, slot.xyz(), header))) return;
-  slot.kind = SlotKind::kDepthImage;
+  if (!is_fine(decode_depth_image(payload, slot.points(), header))) return;
+  slot.kind = ScanKind::kDepthImage;
   slot.sensor = header.camera;
   slot.stamp_us = header.stamp_us;
   slot.count = 0;

@@ -89,7 +89,7 @@ class SensorPort final : private SensorSink {
 
   /// The oldest ready scan, which the caller owns until pop(); nullptr: there is none. For one
   /// thread; neither waits nor makes a system call.
-  [[nodiscard]] ScanSlot* front() noexcept;
+  [[nodiscard]] Scan* front() noexcept;
   /// Returns the scan of front(). A caller bug unless front() returned one since the last call.
   void pop() noexcept;
 
@@ -124,8 +124,8 @@ class SensorPort final : private SensorSink {
   const SensorPortConfig config_;
   std::unique_ptr<SensorLink> link_;
   SensorMatcher matcher_;
-  SpscQueue<ScanSlot*> ready_;
-  SpscQueue<ScanSlot*> back_;
+  SpscQueue<Scan*> ready_;
+  SpscQueue<Scan*> back_;
   SpscQueue<StampedPose> poses_;
   std::atomic<std::uint64_t> poses_queue_full_{0};
   std::int32_t last_pose_number_ = 0;

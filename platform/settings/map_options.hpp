@@ -10,31 +10,21 @@
 
 #include "base/json.hpp"
 #include "base/outcome.hpp"
+#include "settings/source_options.hpp"
 #include "tessera/inference/integrator.hpp"
 #include "tessera/map/map_config.hpp"
 #include "tessera/map/moving_window.hpp"
 
 namespace tessera {
 
-struct MapOptions {
-  std::string dataset;  ///< Exactly one of this, pcd, ply and depth is given.
-  std::string pcd;
-  std::string ply;
-  std::string depth;         ///< A folder of depth images,
-  std::string label_images;  ///< of their labels, optionally,
-  std::string intrinsics;    ///< and the file of their camera.
-  std::string poses;         ///< For pcd, ply and depth.
-  std::string prior_map;     ///< A .bt or .ot file; empty: none.
+struct MapOptions : SourceOptions {
+  std::string prior_map;  ///< A .bt or .ot file; empty: none.
   double prior_map_weight = 1.0;
   std::string out;
   std::string report;
   std::string continue_from;
-  std::optional<double> window_m;  ///< Default: the map keeps everything.
-  std::string archive;             ///< Folder; empty: none.
-  std::string labels = "predictions";
-  std::string deskew;  ///< "on" or "off"; empty: if the dataset has times.
-  std::optional<int> first;
-  std::optional<int> last;
+  std::optional<double> window_m;      ///< Default: the map keeps everything.
+  std::string archive;                 ///< Folder; empty: none.
   std::optional<double> resolution_m;  ///< Default: as the continued map, or 0.1.
   std::string inference = "multi-entropy";
   double kernel_length_m = 0.5;
@@ -55,13 +45,7 @@ struct MapOptions {
   std::uint64_t work_budget = 0;
   double deadline_ms = 0.0;  ///< For each scan; 0: none.
   bool kernel_length_given = false;
-  bool labels_given = false;
   bool prior_map_weight_given = false;
-
-  /// The folder of the scans.
-  [[nodiscard]] const std::string& folder() const noexcept {
-    return !pcd.empty() ? pcd : !ply.empty() ? ply : !depth.empty() ? depth : dataset;
-  }
 };
 
 /// Configurations for mapping.

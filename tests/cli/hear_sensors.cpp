@@ -19,9 +19,9 @@ void write(const std::string& path, const void* bytes, std::size_t count) {
       .write(static_cast<const char*>(bytes), static_cast<std::streamsize>(count));
 }
 
-void write_scan(const std::string& folder, int number, ScanSlot& scan) {
+void write_scan(const std::string& folder, int number, Scan& scan) {
   const std::string path = folder + "/" + std::to_string(number);
-  write(path + ".xyz", scan.xyz().data(), std::size_t{12} * scan.count);
+  write(path + ".xyz", scan.points().data(), std::size_t{12} * scan.count);
   write(path + ".components", scan.components().data(), scan.has_components ? scan.count : 0);
   std::ofstream line(path + ".txt");
   line.precision(17);
@@ -31,7 +31,7 @@ void write_scan(const std::string& folder, int number, ScanSlot& scan) {
   line << '\n';
   write(path + ".times", scan.times_s().data(), scan.has_times ? std::size_t{4} * scan.count : 0);
   std::ofstream images(path + ".images");
-  for (const SlotImage& image : scan.images()) {
+  for (const ScanImage& image : scan.images()) {
     images << image.camera << ' ' << image.stamp_us << ' ' << image.width_px << ' '
            << image.height_px << '\n';
     write(path + ".image" + std::to_string(image.camera), image.components().data(),
@@ -58,7 +58,7 @@ int hear(const std::string& folder, int count, std::int64_t seconds, int cameras
   int heard = 0;
   while (heard < count && MonotonicClock::now_us() < end_us) {
     (*port)->step(10'000);
-    for (ScanSlot* scan = (*port)->front(); scan != nullptr; scan = (*port)->front()) {
+    for (Scan* scan = (*port)->front(); scan != nullptr; scan = (*port)->front()) {
       write_scan(folder, heard++, *scan);
       (*port)->pop();
     }

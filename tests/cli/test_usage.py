@@ -5,7 +5,7 @@ import unittest
 
 from command_case import CommandCase
 
-SUBCOMMANDS = ("map", "fuse", "eval", "query", "export", "info", "simulate", "doctor", "key")
+SUBCOMMANDS = ("map", "fuse", "eval", "query", "export", "info", "convert", "simulate", "doctor", "key")
 
 
 class Usage(CommandCase):

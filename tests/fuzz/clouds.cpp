@@ -62,10 +62,11 @@ void poses(std::string_view text) {
   folder.write("poses.txt", text);
   const std::string path = folder.file("poses.txt");
   const test::HeapPeak peak;
-  const Outcome<std::vector<Matrix34d>> read = read_pose_rows(path);
+  const Outcome<PoseRows> read = read_pose_rows(path);
   require(peak.bytes() <= test::poses_bytes(text.size()), "more memory than the stated sum");
   if (!read.ok()) return check_failure(read.failure(), path);
-  require(read->size() <= text.size() / 15 + 1, "more poses than the text has room for");
+  require(read->T_map_sensor.size() <= text.size() / 15 + 1,
+          "more poses than the text has room for");
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "pictures/png_image.hpp"
 #include "scans/depth_folder.hpp"
 #include "support/heap_peak.hpp"
+#include "support/read_scan.hpp"
 #include "support/reader_memory.hpp"
 #include "support/temporary_folder.hpp"
 
@@ -70,8 +71,7 @@ void depth_images(Bytes bytes) {
   const Outcome<DepthFolder> images = DepthFolder::open(folder.file("depth"), options);
   if (!images.ok()) return check_failure(images.failure());
   require(images->num_scans() == 1, "another number of scans than of images");
-  ScanBuffer buffer(0);
-  const Outcome<DatasetScan> scan = images->read(0, buffer);
+  const Outcome<test::ReadScan> scan = test::read_scan(*images, 0);
   if (!scan.ok()) return check_failure(scan.failure());
   require(scan->depth.has_value(), "a depth image without its counters");
   const DepthReport& report = *scan->depth;

@@ -15,6 +15,7 @@
 #include "scans/poses.hpp"
 #include "scans/transform_file.hpp"
 #include "support/heap_peak.hpp"
+#include "support/read_scan.hpp"
 #include "support/reader_memory.hpp"
 #include "support/temporary_folder.hpp"
 #include "tessera/base/internal/crc32.hpp"
@@ -148,8 +149,7 @@ void dataset(Input input) {
   const Outcome<Dataset> opened = Dataset::open(folder.path().string());
   if (!opened.ok()) return check_failure(opened.failure(), folder.path().string());
   require(opened->num_scans() == 1 && opened->num_points(0) == points.size() / 16, "points");
-  ScanBuffer buffer(opened->max_points());
-  const Outcome<DatasetScan> scan = opened->read(0, buffer);
+  const Outcome<test::ReadScan> scan = test::read_scan(*opened, 0);
   require(scan.ok(), "what was opened is not read");
   require(scan->num_points() == labels.size() / 4, "as many labels");
   require(std::memcmp(scan->points_xyzi.data(), points.data(), points.size()) == 0, "as stored");

@@ -27,13 +27,18 @@ T made(Result<T> result) {
   return std::move(*result);
 }
 
+ScanReader reader_of(const Dataset& dataset) {
+  Outcome<ScanReader> reader = ScanReader::make(dataset);
+  if (!reader.ok()) throw std::runtime_error(reader.failure().message);
+  return std::move(*reader);
+}
+
 }  // namespace
 
 Drive::Drive(const Dataset& dataset, std::size_t first, std::size_t count)
-    : dataset_(dataset),
-      next_(first),
+    : next_(first),
       end_(first + count),
-      buffer_(dataset.max_points()),
+      reader_(reader_of(dataset)),
       memory_(required_bytes(map_config()) + Integrator::required_bytes(capacity(dataset), {}) +
               Publisher::required_bytes({}, dataset.classes().table().num_components())) {
   Arena arena(memory_.span());
@@ -44,11 +49,11 @@ Drive::Drive(const Dataset& dataset, std::size_t first, std::size_t count)
 }
 
 void Drive::integrate_next() {
-  const Outcome<DatasetScan> scan = dataset_.read(next_++, buffer_);
+  const Outcome<ScanView> scan = reader_.read(next_++);
   if (!scan.ok()) throw std::runtime_error(scan.failure().message);
   const Point3f at = scan->T_map_sensor.col(3).cast<float>();
   publisher_.set_focus(block_of(*map_.lattice().voxel_of(at)));
-  if (integrator_.integrate(map_, scan->view()).left_out() > 0)
+  if (integrator_.integrate(map_, *scan).left_out() > 0)
     throw std::runtime_error("a scan did not fit");
 }
 

@@ -25,10 +25,9 @@ class Drive {
   [[nodiscard]] const PublisherTotals& totals() const { return publisher_.totals(); }
 
  private:
-  const Dataset& dataset_;
   std::size_t next_;
   std::size_t end_;
-  ScanBuffer buffer_;
+  ScanReader reader_;
   oracle::AlignedMemory memory_;
   LocalMap map_;
   Integrator integrator_;

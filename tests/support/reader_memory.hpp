@@ -37,7 +37,7 @@ constexpr std::size_t packed_cloud_bytes(std::size_t file) noexcept {
   return std::min(kMost, unpacked + unpacked / 3 * kPointBytes) + cloud_header_bytes(file);
 }
 
-/// read_pose_rows() and read_poses(): the text, and 96 bytes for a row of 15 at least.
+/// read_pose_rows() and read_poses(): the text, and 104 bytes for a row of 15 at least.
 constexpr std::size_t poses_bytes(std::size_t file) noexcept { return 8 * file + kSmallBytes; }
 
 /// Octree::read(): the file.

@@ -6,6 +6,7 @@
 #include <catch2/catch.hpp>
 
 #include "sample_clouds.hpp"
+#include "support/read_scan.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace tessera {
@@ -73,9 +74,8 @@ TEST_CASE("clouds: scans come in order, each with its pose and labels") {
   CHECK(clouds->num_files() == 4);
   CHECK(clouds->num_labelled() == 3);
   CHECK(clouds->max_points() == 1);
-  ScanBuffer buffer(clouds->max_points());
   for (std::size_t i = 0; i < 3; ++i) {
-    const Outcome<DatasetScan> scan = clouds->read(i, buffer);
+    const Outcome<test::ReadScan> scan = test::read_scan(*clouds, i);
     REQUIRE(scan.ok());
     CHECK(scan->number == static_cast<int>(i) + 1);
     CHECK(scan->points_xyzi[0] == 9.0F + static_cast<float>(i));
@@ -92,13 +92,12 @@ TEST_CASE("clouds: ids in no class are counted, the instance above 16 bits is no
   folder.write("poses.txt", poses(2));
   const Outcome<CloudFolder> clouds = open(folder);
   REQUIRE(clouds.ok());
-  ScanBuffer buffer(1);
-  const Outcome<DatasetScan> unknown = clouds->read(0, buffer);
+  const Outcome<test::ReadScan> unknown = test::read_scan(*clouds, 0);
   REQUIRE(unknown.ok());
   CHECK(unknown->unknown.points == 1);
   CHECK(unknown->unknown.examples[0] == 777);
   CHECK(unknown->components[0] == clouds->classes().unlabelled());
-  const Outcome<DatasetScan> instance = clouds->read(1, buffer);
+  const Outcome<test::ReadScan> instance = test::read_scan(*clouds, 1);
   REQUIRE(instance.ok());
   CHECK(instance->unknown.points == 0);
   CHECK(instance->components[0] == 9);
@@ -114,15 +113,15 @@ TEST_CASE("clouds: without labels, wanted or there, points are unlabelled") {
   options.with_labels = false;
   const Outcome<CloudFolder> clouds = CloudFolder::open(folder.file("clouds"), options);
   REQUIRE(clouds.ok());
-  ScanBuffer buffer(1);
   for (std::size_t i = 0; i < 2; ++i) {
-    const Outcome<DatasetScan> scan = clouds->read(i, buffer);
+    const Outcome<test::ReadScan> scan = test::read_scan(*clouds, i);
     REQUIRE(scan.ok());
     CHECK(scan->components[0] == clouds->classes().unlabelled());
   }
   options.with_labels = true;
-  CHECK_THAT(CloudFolder::open(folder.file("clouds"), options)->read(1, buffer).failure().message,
-             Contains("1.pcd") && Contains("the label is not a whole number"));
+  CHECK_THAT(
+      test::read_scan(*CloudFolder::open(folder.file("clouds"), options), 1).failure().message,
+      Contains("1.pcd") && Contains("the label is not a whole number"));
 }
 
 TEST_CASE("clouds: another number of poses than of files names both") {
@@ -159,8 +158,7 @@ TEST_CASE(
   folder.write("clouds/scan_11.pcd", good.substr(0, good.size() - 4) + "x40\n");
   const Outcome<CloudFolder> clouds = open(folder);
   REQUIRE(clouds.ok());
-  ScanBuffer buffer(1);
-  const Outcome<DatasetScan> scan = clouds->read(3, buffer);
+  const Outcome<test::ReadScan> scan = test::read_scan(*clouds, 3);
   REQUIRE_FALSE(scan.ok());
   CHECK_THAT(scan.failure().message, Contains("scan_11.pcd, line 12"));
 }
@@ -172,8 +170,7 @@ TEST_CASE("clouds: a file that has grown since it was looked at is refused") {
   const Outcome<CloudFolder> clouds = open(folder);
   REQUIRE(clouds.ok());
   folder.write("clouds/0.pcd", pcd_header({}) + "1 2 3\n4 5 6\n");
-  ScanBuffer buffer(1);
-  const Outcome<DatasetScan> scan = clouds->read(0, buffer);
+  const Outcome<test::ReadScan> scan = test::read_scan(*clouds, 0);
   REQUIRE_FALSE(scan.ok());
   CHECK(scan.failure().kind == FailureKind::kFailure);
 }

@@ -16,16 +16,16 @@ using Catch::Matchers::Contains;
 std::vector<Matrix34d> poses_of(const std::string& text) {
   const test::TemporaryFolder folder;
   folder.write("poses.txt", text);
-  const Outcome<std::vector<Matrix34d>> poses = read_pose_rows(folder.file("poses.txt"));
+  const Outcome<PoseRows> poses = read_pose_rows(folder.file("poses.txt"));
   INFO((poses.ok() ? "" : poses.failure().message));
   REQUIRE(poses.ok());
-  return *poses;
+  return poses->T_map_sensor;
 }
 
 std::string refusal_of(const std::string& text) {
   const test::TemporaryFolder folder;
   folder.write("poses.txt", text);
-  const Outcome<std::vector<Matrix34d>> poses = read_pose_rows(folder.file("poses.txt"));
+  const Outcome<PoseRows> poses = read_pose_rows(folder.file("poses.txt"));
   REQUIRE_FALSE(poses.ok());
   CHECK_THAT(poses.failure().message, Contains("poses.txt, line "));
   return poses.failure().message;
@@ -47,6 +47,16 @@ TEST_CASE("poses: rows of 12, 16 and 8 numbers say the same") {
     REQUIRE(poses->size() == 1);
     CHECK(((*poses)[0] - quarter()).cwiseAbs().maxCoeff() < 1e-12);
   }
+}
+
+TEST_CASE("poses: rows in the form of TUM keep their stamps, others have none") {
+  const test::TemporaryFolder folder;
+  folder.write("poses.txt", "1.5 1 2 3 0 0 0 1\n1e9 1 2 3 0 0 0 1\n");
+  const Outcome<PoseRows> tum = read_pose_rows(folder.file("poses.txt"));
+  REQUIRE(tum.ok());
+  CHECK(tum->stamps_s == std::vector<double>{1.5, 1e9});
+  folder.write("poses.txt", "1 0 0 0 0 1 0 0 0 0 1 0");
+  CHECK(read_pose_rows(folder.file("poses.txt"))->stamps_s.empty());
 }
 
 TEST_CASE("poses: a quaternion turns as its axis and angle say") {
@@ -77,7 +87,7 @@ TEST_CASE("poses: a file in which not one is rigid is refused") {
        {"5 1 0 0 6 0 1 0 7 0 0 1\n8 1 0 0 6 0 1 0 7 0 0 1", "2 0 0 0 0 2 0 0 0 0 2 0",
         "0 0 0 0 0 0 0 0", "1 nan 0 0 0 0 0 1"}) {
     folder.write("poses.txt", text);
-    const Outcome<std::vector<Matrix34d>> poses = read_pose_rows(folder.file("poses.txt"));
+    const Outcome<PoseRows> poses = read_pose_rows(folder.file("poses.txt"));
     REQUIRE_FALSE(poses.ok());
     CHECK_THAT(poses.failure().message,
                Contains("poses.txt: none of its ") && Contains("is a rigid transform; "));

@@ -8,6 +8,7 @@
 #include "sample_dataset.hpp"
 #include "scans/cameras_toml.hpp"
 #include "scans/dataset.hpp"
+#include "support/read_scan.hpp"
 
 namespace tessera {
 namespace {
@@ -135,9 +136,8 @@ TEST_CASE("camera labels: a point takes the class of its pixel, others are unlab
   write_cameras(sample);
   const Outcome<Dataset> dataset = open_with_cameras(sample);
   REQUIRE(dataset.ok());
-  REQUIRE(dataset->cameras() != nullptr);
-  ScanBuffer buffer(dataset->max_points());
-  const Outcome<DatasetScan> scan = dataset->read(1, buffer);
+  REQUIRE(dataset->cameras().size() == 1);
+  const Outcome<test::ReadScan> scan = test::read_scan(*dataset, 1);
   REQUIRE(scan.ok());
   CHECK(scan->components[0] == 5);
   CHECK(scan->components[1] == 20);
@@ -152,8 +152,7 @@ TEST_CASE("camera labels: a mask keeps the robot itself out") {
   write_image(sample, "mask.png", 0);
   const Outcome<Dataset> dataset = open_with_cameras(sample);
   REQUIRE(dataset.ok());
-  ScanBuffer buffer(dataset->max_points());
-  const Outcome<DatasetScan> scan = dataset->read(1, buffer);
+  const Outcome<test::ReadScan> scan = test::read_scan(*dataset, 1);
   REQUIRE(scan.ok());
   CHECK(scan->components[0] == 20);
   CHECK(scan->projection->cameras[0].masked == 1);
@@ -172,13 +171,12 @@ TEST_CASE("camera labels: an image of another time is met where the camera was t
                         "0.2 1 0 0 20 0 1 0 0 0 0 1 0\n");
   dataset = open_with_cameras(sample);
   REQUIRE(dataset.ok());
-  ScanBuffer buffer(dataset->max_points());
-  const Outcome<DatasetScan> scan = dataset->read(1, buffer);
+  const Outcome<test::ReadScan> scan = test::read_scan(*dataset, 1);
   REQUIRE(scan.ok());
   CHECK(scan->components[0] == 20);
   CHECK(scan->projection->cameras[0].behind == 2);
   // The last scan's image is after all poses.
-  const Outcome<DatasetScan> last = dataset->read(2, buffer);
+  const Outcome<test::ReadScan> last = test::read_scan(*dataset, 2);
   REQUIRE(last.ok());
   CHECK(last->projection->cameras[0].status == Status::kOutOfRange);
   CHECK(last->projection->labelled == 0);
@@ -191,8 +189,7 @@ TEST_CASE("camera labels: what is missing or damaged is told by its name") {
     change(sample);
     const Outcome<Dataset> dataset = open_with_cameras(sample);
     if (!dataset.ok()) return dataset.failure().message;
-    ScanBuffer buffer(dataset->max_points());
-    const Outcome<DatasetScan> scan = dataset->read(1, buffer);
+    const Outcome<test::ReadScan> scan = test::read_scan(*dataset, 1);
     return scan.ok() ? std::string() : scan.failure().message;
   };
   CHECK(failure([](const SampleDataset&) {}).empty());

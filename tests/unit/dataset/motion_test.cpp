@@ -7,6 +7,7 @@
 #include "base/allocation_counter.hpp"
 #include "sample_dataset.hpp"
 #include "scans/dataset.hpp"
+#include "support/read_scan.hpp"
 
 namespace tessera {
 namespace {
@@ -43,17 +44,18 @@ TEST_CASE(
     const Outcome<Dataset> dataset = Dataset::open(sample.dir());
     REQUIRE(dataset.ok());
     CHECK(dataset->deskews());
-    ScanBuffer buffer(dataset->max_points());
+    Outcome<ScanReader> reader = ScanReader::make(*dataset);
+    REQUIRE(reader.ok());
     const auto before = heap_allocations();
-    const Outcome<DatasetScan> scan = dataset->read(1, buffer);
+    const Outcome<ScanView> scan = reader->read(1);
     CHECK(heap_allocations() == before);
     REQUIRE(scan.ok());
-    REQUIRE(scan->deskew);
-    CHECK(scan->deskew->moved == 2);
-    CHECK(scan->points_xyzi[0] == Approx(4.5F));
-    CHECK(scan->points_xyzi[4] == Approx(5.4F));
-    CHECK(scan->points_xyzi[5] == Approx(1.0F));
-    CHECK(scan->points_xyzi[7] == 0.25F);
+    REQUIRE(reader->registration().deskew);
+    CHECK(reader->registration().deskew->moved == 2);
+    CHECK(scan->points[0] == Approx(4.5F));
+    CHECK(scan->points[4] == Approx(5.4F));
+    CHECK(scan->points[5] == Approx(1.0F));
+    CHECK(scan->points[7] == 0.25F);
   }
 }
 
@@ -64,8 +66,7 @@ TEST_CASE("deskewed dataset: off reads the points as they are, and needs no time
   const Outcome<Dataset> dataset = Dataset::open(
       sample.dir(), {.first = {}, .last = {}, .labels = "predictions", .deskew = Deskewing::kOff});
   REQUIRE(dataset.ok());
-  ScanBuffer buffer(dataset->max_points());
-  const Outcome<DatasetScan> scan = dataset->read(1, buffer);
+  const Outcome<test::ReadScan> scan = test::read_scan(*dataset, 1);
   REQUIRE(scan.ok());
   CHECK_FALSE(scan->deskew);
   CHECK(scan->points_xyzi[0] == 5.0F);
@@ -118,8 +119,7 @@ TEST_CASE("deskewed dataset: a dense pose that is not rigid leaves a gap and no 
                         "0.2 1 0 0 2 0 1 0 0 0 0 1 0\n");
   const Outcome<Dataset> dataset = Dataset::open(sample.dir());
   REQUIRE(dataset.ok());
-  ScanBuffer buffer(dataset->max_points());
-  const Outcome<DatasetScan> scan = dataset->read(1, buffer);
+  const Outcome<test::ReadScan> scan = test::read_scan(*dataset, 1);
   REQUIRE(scan.ok());
   CHECK(scan->deskew->moved == 2);
 }

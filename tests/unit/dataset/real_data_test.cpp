@@ -10,6 +10,7 @@
 #include <string>
 
 #include "scans/dataset.hpp"
+#include "support/read_scan.hpp"
 
 namespace tessera {
 namespace {
@@ -36,8 +37,7 @@ TEST_CASE("Real data: six labelled scans of SemanticKITTI 08") {
   CHECK(dataset->max_points() > 100000);
   CHECK(dataset->missing().empty());
   CHECK(dataset->check_labels("labels").ok());
-  ScanBuffer buffer(dataset->max_points());
-  const Outcome<DatasetScan> scan = dataset->read(0, buffer);
+  const Outcome<test::ReadScan> scan = test::read_scan(*dataset, 0);
   REQUIRE(scan.ok());
   CHECK(scan->num_points() == dataset->num_points(0));
   CHECK(scan->unknown.points == 0);
@@ -48,12 +48,11 @@ TEST_CASE("Real data: the first pose is the identity and the robot drives forwar
   if (!dir) return;
   const Outcome<Dataset> dataset = Dataset::open(*dir);
   REQUIRE(dataset.ok());
-  ScanBuffer buffer(dataset->max_points());
-  const Outcome<DatasetScan> first = dataset->read(0, buffer);
+  const Outcome<test::ReadScan> first = test::read_scan(*dataset, 0);
   REQUIRE(first.ok());
   const Matrix34d T_map_first = first->T_map_sensor;
   CHECK((T_map_first - Matrix34d(Matrix34d::Identity())).cwiseAbs().maxCoeff() < 1e-6);
-  const Outcome<DatasetScan> last = dataset->read(5, buffer);
+  const Outcome<test::ReadScan> last = test::read_scan(*dataset, 5);
   REQUIRE(last.ok());
   const Matrix34d T_map_last = last->T_map_sensor;
   CHECK(check_rigid(T_map_last) == Status::kOk);
@@ -70,9 +69,8 @@ TEST_CASE("Real data: z is up in the map frame, the road lies below the sensor")
   REQUIRE(dataset.ok());
   constexpr std::uint8_t kRoad = 9;
   constexpr std::uint8_t kVegetation = 15;
-  ScanBuffer buffer(dataset->max_points());
   for (std::size_t i = 0; i < dataset->num_scans(); ++i) {
-    const Outcome<DatasetScan> scan = dataset->read(i, buffer);
+    const Outcome<test::ReadScan> scan = test::read_scan(*dataset, i);
     REQUIRE(scan.ok());
     double sum_z_m[2] = {0.0, 0.0};
     double count[2] = {0.0, 0.0};
@@ -97,8 +95,7 @@ TEST_CASE("Real data: an unlabelled drive without calibration") {
   const Outcome<Dataset> dataset = Dataset::open(*dir, {.first = {}, .last = {}, .labels = "none"});
   REQUIRE(dataset.ok());
   CHECK(dataset->num_scans() == 36);
-  ScanBuffer buffer(dataset->max_points());
-  const Outcome<DatasetScan> scan = dataset->read(35, buffer);
+  const Outcome<test::ReadScan> scan = test::read_scan(*dataset, 35);
   REQUIRE(scan.ok());
   CHECK(scan->components.front() == dataset->classes().unlabelled());
   CHECK(scan->T_map_sensor.col(3).norm() == Approx(173.0).margin(5.0));

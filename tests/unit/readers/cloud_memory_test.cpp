@@ -109,10 +109,11 @@ TEST_CASE("reader memory: compressed points take 512 MiB in all, unpacked and as
     const Outcome<CloudFolder> clouds =
         CloudFolder::open(fitting.folder.file("clouds"), fitting.options);
     REQUIRE(clouds.ok());
-    ScanBuffer buffer(clouds->max_points());
-    const Outcome<DatasetScan> scan = clouds->read(0, buffer);
+    Outcome<ScanReader> reader = ScanReader::make(*clouds);
+    REQUIRE(reader.ok());
+    const Outcome<ScanView> scan = reader->read(0);
     REQUIRE(scan.ok());
-    CHECK(scan->num_points() == kPoints);
+    CHECK(scan->count == kPoints);
     peak_bytes = peak.bytes();
   }
   const std::size_t file = fitting.folder.read("clouds/0.pcd").size();

@@ -40,8 +40,9 @@ TEST_CASE("reader memory: scans of KITTI take 17 bytes a point of 16 bytes of fi
   const HeapPeak peak;
   const Outcome<Dataset> dataset = Dataset::open(folder.path().string());
   REQUIRE(dataset.ok());
-  ScanBuffer buffer(dataset->max_points());
-  REQUIRE(dataset->read(0, buffer).ok());
+  Outcome<ScanReader> reader = ScanReader::make(*dataset);
+  REQUIRE(reader.ok());
+  REQUIRE(reader->read(0).ok());
   // The classes' table of raw ids has less than 512 KiB while it is made.
   CHECK(peak.bytes() <= 17 * kPoints + 8 * test::kSmallBytes);
 }

@@ -51,7 +51,7 @@ TEST_CASE("SensorPort: 10,000 malformed messages are each counted, and the next 
   REQUIRE(sender->send("TESSERA_POSE", pose_message(now_us, 2)));
   const SampleSweep last(50, 3);
   CHECK(eventually_stepped(*port, [&] {
-    ScanSlot* const slot = port->front();
+    Scan* const slot = port->front();
     if (slot == nullptr) return false;
     const bool is_last = last.is_in(*slot);
     port->pop();

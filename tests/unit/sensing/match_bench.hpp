@@ -37,8 +37,8 @@ struct MatchBench {
 
   [[nodiscard]] SensorTime time() const { return {now_ms * kMs, (now_ms + clock_ahead_ms) * kMs}; }
   void scan(std::int32_t sensor, std::int64_t stamp_ms, std::int64_t last_ms = 0) {
-    ScanSlot& slot = matcher.next_scan();
-    slot.kind = sensor == kDepth ? SlotKind::kDepthImage : SlotKind::kCloud;
+    Scan& slot = matcher.next_scan();
+    slot.kind = sensor == kDepth ? ScanKind::kDepthImage : ScanKind::kCloud;
     slot.sensor = sensor;
     slot.stamp_us = stamp_ms * kMs;
     slot.has_components = sensor == kLidar;
@@ -48,7 +48,7 @@ struct MatchBench {
     matcher.add_scan(time());
   }
   void image(std::int32_t camera, std::int64_t stamp_ms) {
-    SlotImage& next = matcher.next_image();
+    ScanImage& next = matcher.next_image();
     next.camera = camera;
     next.stamp_us = stamp_ms * kMs;
     next.width_px = next.height_px = 2;
@@ -67,7 +67,7 @@ struct MatchBench {
   }
   /// The next that is given out, and back at once; -1: none.
   std::int64_t given() {
-    const ScanSlot* const slot = matcher.take_ready(time());
+    const Scan* const slot = matcher.take_ready(time());
     if (slot == nullptr) return -1;
     const std::int64_t stamp_ms = slot->stamp_us / kMs;
     matcher.give_back(slot);

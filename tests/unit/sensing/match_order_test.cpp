@@ -71,7 +71,7 @@ TEST_CASE("matching: stamps at the ends of the numbers are refused like others")
   MatchBench bench;
   for (const std::int64_t stamp_us :
        {std::numeric_limits<std::int64_t>::min(), std::numeric_limits<std::int64_t>::max()}) {
-    ScanSlot& slot = bench.matcher.next_scan();
+    Scan& slot = bench.matcher.next_scan();
     slot.sensor = kLidar;
     slot.has_components = true;
     slot.stamp_us = stamp_us;
@@ -104,8 +104,8 @@ TEST_CASE("matching: sensors and cameras that are not configured are refused") {
   CHECK(bench.report().unknown_sensor == 1);
   CHECK(bench.report().unknown_camera == 1);
   // A known number with another kind of message is unknown as well.
-  ScanSlot& slot = bench.matcher.next_scan();
-  slot.kind = SlotKind::kCloud;
+  Scan& slot = bench.matcher.next_scan();
+  slot.kind = ScanKind::kCloud;
   slot.sensor = kRawLidar;
   slot.has_components = true;
   slot.stamp_us = 950 * kMs;
@@ -138,8 +138,8 @@ TEST_CASE("matching: while the mapping thread is behind, only the newest that is
   bench.poses(900, 1000);
   bench.scan(kLidar, 910);
   bench.scan(kLidar, 920);
-  const ScanSlot* const first = bench.matcher.take_ready(bench.time());
-  const ScanSlot* const second = bench.matcher.take_ready(bench.time());
+  const Scan* const first = bench.matcher.take_ready(bench.time());
+  const Scan* const second = bench.matcher.take_ready(bench.time());
   REQUIRE(second != nullptr);
   for (const std::int64_t stamp_ms : {930, 940, 950}) {
     bench.scan(kLidar, stamp_ms);
@@ -161,7 +161,7 @@ TEST_CASE("matching: a full track of poses forgets its oldest, a camera its olde
   for (const std::int32_t camera : {0, 1})
     for (std::int64_t at = 1100; at <= 1130; at += 10) bench.image(camera, at);
   bench.scan(kRawLidar, 1105);
-  const ScanSlot* const slot = bench.matcher.take_ready(bench.time());
+  const Scan* const slot = bench.matcher.take_ready(bench.time());
   REQUIRE(slot != nullptr);
   CHECK(slot->images()[0].stamp_us == 1110 * kMs);
 }
@@ -206,9 +206,9 @@ TEST_CASE("matching: a cloud's poses are thinned evenly, with the first and the 
   MatchBench bench(config);
   for (std::int64_t at = 800; at <= 1000; ++at) bench.pose(at);
   bench.scan(kLidar, 810, 180);
-  const ScanSlot* const slot = bench.matcher.take_ready(bench.time());
+  const Scan* const slot = bench.matcher.take_ready(bench.time());
   REQUIRE(slot != nullptr);
-  REQUIRE(slot->poses().size() == ScanSlot::kMostPoses);
+  REQUIRE(slot->poses().size() == Scan::kMostPoses);
   CHECK(slot->poses().front().stamp_us == 810 * kMs);
   CHECK(slot->poses().back().stamp_us == 990 * kMs);
   for (std::size_t i = 1; i < slot->num_poses; ++i) {
@@ -224,7 +224,7 @@ TEST_CASE("matching: each scan, image and pose ends in one counter, whatever com
   std::mt19937 random(kSeed);
   MatchBench bench;
   std::uint64_t scans = 0, images = 0, poses = 0;
-  std::vector<const ScanSlot*> held;
+  std::vector<const Scan*> held;
   std::int64_t last_given_us[6] = {};
   for (int i = 0; i < 20'000; ++i) {
     bench.now_ms += static_cast<std::int64_t>(random() % 8);
@@ -250,7 +250,7 @@ TEST_CASE("matching: each scan, image and pose ends in one counter, whatever com
         bench.pose(stamp_ms + 15);
         ++poses;
     }
-    const ScanSlot* const slot = bench.matcher.take_ready(bench.time());
+    const Scan* const slot = bench.matcher.take_ready(bench.time());
     if (slot != nullptr) {
       // Rising for each sensor but for a step of the clock.
       if (bench.report().clock_steps == 0) REQUIRE(slot->stamp_us > last_given_us[slot->sensor]);

@@ -15,7 +15,7 @@ TEST_CASE("matching: a cloud is given out as soon as poses lie on both sides of 
   bench.pose(990);
   CHECK(bench.given() == -1);
   bench.pose(1000);
-  const ScanSlot* const slot = bench.matcher.take_ready(bench.time());
+  const Scan* const slot = bench.matcher.take_ready(bench.time());
   REQUIRE(slot != nullptr);
   CHECK(slot->T_map_body(0, 3) == Approx(995));
   CHECK(slot->T_map_sensor(0, 3) == Approx(995));
@@ -93,7 +93,7 @@ TEST_CASE("matching: a raw cloud waits for each camera to reach its stamp, and t
   bench.image(0, 965);
   CHECK(bench.given() == -1);
   bench.image(1, 955);
-  const ScanSlot* const slot = bench.matcher.take_ready(bench.time());
+  const Scan* const slot = bench.matcher.take_ready(bench.time());
   REQUIRE(slot != nullptr);
   REQUIRE(slot->images().size() == 2);
   CHECK(slot->images()[0].camera == 0);
@@ -123,7 +123,7 @@ TEST_CASE("matching: of two images that are as near, the earlier is taken") {
     bench.image(camera, 960);
   }
   bench.scan(kRawLidar, 950);
-  const ScanSlot* const slot = bench.matcher.take_ready(bench.time());
+  const Scan* const slot = bench.matcher.take_ready(bench.time());
   REQUIRE(slot != nullptr);
   CHECK(slot->images()[0].stamp_us == 940 * kMs);
 }
@@ -148,7 +148,7 @@ TEST_CASE("matching: after max_wait_us a raw cloud is taken with the images that
   bench.now_ms += 99;
   CHECK(bench.given() == -1);
   bench.now_ms += 1;
-  const ScanSlot* const slot = bench.matcher.take_ready(bench.time());
+  const Scan* const slot = bench.matcher.take_ready(bench.time());
   REQUIRE(slot != nullptr);
   CHECK(slot->images_missing);
   REQUIRE(slot->images().size() == 1);
@@ -184,9 +184,9 @@ TEST_CASE("matching: a depth image needs the labels of its own camera and stamp"
   bench.scan(kDepth, 950);
   CHECK(bench.given() == -1);
   bench.image(kDepth, 950);
-  const ScanSlot* const slot = bench.matcher.take_ready(bench.time());
+  const Scan* const slot = bench.matcher.take_ready(bench.time());
   REQUIRE(slot != nullptr);
-  CHECK(slot->kind == SlotKind::kDepthImage);
+  CHECK(slot->kind == ScanKind::kDepthImage);
   REQUIRE(slot->images().size() == 1);
   CHECK(slot->images()[0].camera == kDepth);
   CHECK(slot->images()[0].stamp_us == 950 * kMs);

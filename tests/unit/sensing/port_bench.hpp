@@ -56,12 +56,12 @@ struct SampleSweep {
     return encode(CloudToSend{
         .stamp_us = stamp_us, .xyz = xyz, .components = components, .times_us = times_us});
   }
-  [[nodiscard]] bool is_in(ScanSlot& slot) const {
+  [[nodiscard]] bool is_in(Scan& slot) const {
     if (slot.count != components.size() || !slot.has_components || !slot.has_times) return false;
     for (std::size_t i = 0; i < times_us.size(); ++i) {
       if (slot.times_s()[i] != static_cast<float>(1e-6 * times_us[i])) return false;
     }
-    return std::equal(xyz.begin(), xyz.end(), slot.xyz().begin()) &&
+    return std::equal(xyz.begin(), xyz.end(), slot.points().begin()) &&
            std::equal(components.begin(), components.end(), slot.components().begin());
   }
   std::vector<float> xyz;

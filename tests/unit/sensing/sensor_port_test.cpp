@@ -33,7 +33,7 @@ TEST_CASE("SensorPort: a sweep of 2 MB and its poses arrive whole, number by num
   REQUIRE(sender->send("TESSERA_SEMANTIC_CLOUD", sweep.message(now_us)));
   REQUIRE(sender->send("TESSERA_POSE", pose_message(now_us + 1, 4)));
   REQUIRE(eventually([&] { return port->front() != nullptr; }));
-  ScanSlot& slot = *port->front();
+  Scan& slot = *port->front();
   CHECK(slot.stamp_us == now_us);
   CHECK(slot.T_map_sensor(0, 3) == 1.0);
   CHECK(slot.poses().size() == 2);
@@ -210,8 +210,8 @@ TEST_CASE("SensorPort: a raw cloud with its camera's labels, and a depth image w
   REQUIRE(sender->send("TESSERA_LABEL_IMAGE", image(now_us + 500, 0).second));
   REQUIRE(sender->send("TESSERA_POSE", pose_message(now_us + 1'000, 2)));
   REQUIRE(eventually_stepped(*port, [&] { return port->front() != nullptr; }));
-  const ScanSlot& depth = *port->front();
-  CHECK(depth.kind == SlotKind::kDepthImage);
+  const Scan& depth = *port->front();
+  CHECK(depth.kind == ScanKind::kDepthImage);
   CHECK(depth.stamp_us == depth_us);
   REQUIRE(depth.depth_m().size() == 6);
   CHECK(depth.depth_m()[1] == 1.5F);
@@ -219,8 +219,8 @@ TEST_CASE("SensorPort: a raw cloud with its camera's labels, and a depth image w
   CHECK(std::equal(labels.begin(), labels.end(), depth.images()[0].components().begin()));
   port->pop();
   REQUIRE(eventually_stepped(*port, [&] { return port->front() != nullptr; }));
-  const ScanSlot& cloud = *port->front();
-  CHECK(cloud.kind == SlotKind::kCloud);
+  const Scan& cloud = *port->front();
+  CHECK(cloud.kind == ScanKind::kCloud);
   CHECK_FALSE(cloud.has_components);
   CHECK(cloud.view().components == nullptr);
   CHECK(cloud.view().points[2] == 3.0F);

@@ -1,80 +1,93 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-#include "cli/map_source.hpp"
+#include "scans/open_scans.hpp"
 
 #include <filesystem>
 #include <string>
 #include <utility>
 
-#include "cli/command.hpp"
+#include "base/number_text.hpp"
 #include "scans/cloud_folder.hpp"
+#include "scans/dataset.hpp"
 #include "scans/depth_folder.hpp"
 
 namespace tessera {
 
 namespace {
 
-CloudFormat format_of(const MapOptions& options) {
+CloudFormat format_of(const SourceOptions& options) {
   return options.pcd.empty() ? CloudFormat::kPly : CloudFormat::kPcd;
 }
 
 /// The option that names the clouds or depth images; null for a dataset.
-const char* cloud_option(const MapOptions& options) {
+const char* cloud_option(const SourceOptions& options) {
   if (!options.pcd.empty()) return "--pcd";
   if (!options.depth.empty()) return "--depth";
   return options.ply.empty() ? nullptr : "--ply";
 }
 
-Outcome<std::unique_ptr<RecordedScans>> open_dataset(const MapOptions& options) {
+/// The files of a folder are numbered from 0.
+void warn_of_missing(const SourceOptions& options, std::size_t num_files, OpenedScans& opened) {
+  const auto files = static_cast<int>(num_files);
+  if (options.last && *options.last >= files)
+    opened.warnings.push_back("there are no scans " + to_text({{files, *options.last}}));
+}
+
+Outcome<OpenedScans> open_dataset(const SourceOptions& options, const ExtraContent& extra) {
   const Outcome<Deskewing> deskew = parse_deskewing(options.deskew);
   if (!deskew.ok()) return deskew.failure();
-  Outcome<Dataset> dataset = Dataset::open(
-      options.dataset,
-      {.first = options.first, .last = options.last, .labels = options.labels, .deskew = *deskew});
+  Outcome<Dataset> dataset = Dataset::open(options.dataset, {.first = options.first,
+                                                             .last = options.last,
+                                                             .labels = options.labels,
+                                                             .deskew = *deskew,
+                                                             .with_motion = extra.motion,
+                                                             .with_images = extra.images});
   if (!dataset.ok()) return dataset.failure();
-  if (!dataset->missing().empty()) warn("there are no scans " + to_text(dataset->missing()));
-  return std::unique_ptr<RecordedScans>(std::make_unique<Dataset>(std::move(*dataset)));
+  OpenedScans opened;
+  if (!dataset->missing().empty())
+    opened.warnings.push_back("there are no scans " + to_text(dataset->missing()));
+  opened.scans = std::make_unique<Dataset>(std::move(*dataset));
+  return opened;
 }
 
-void warn_of_oddities(const CloudFolder& clouds, const MapOptions& options) {
-  const auto files = static_cast<int>(clouds.num_files());
-  if (options.last && *options.last >= files)
-    warn("there are no scans " + to_text({{files, *options.last}}));
-  if (options.labels != kNoLabels && clouds.num_labelled() < clouds.num_scans()) {
-    warn(std::to_string(clouds.num_scans() - clouds.num_labelled()) + " of " +
-         std::to_string(clouds.num_scans()) +
-         " clouds have no field label, class or semantic; their points are unlabelled");
-  }
-  if (clouds.num_viewpoints() > 0) {
-    warn(counted(clouds.num_viewpoints(), "cloud") +
-         " with a VIEWPOINT; it is ignored, --poses has the place of the sensor");
-  }
-}
-
-Outcome<std::unique_ptr<RecordedScans>> open_clouds(const MapOptions& options) {
+Outcome<OpenedScans> open_clouds(const SourceOptions& options, const ExtraContent& extra) {
   Outcome<CloudFolder> clouds =
       CloudFolder::open(options.folder(), {.format = format_of(options),
                                            .poses = options.poses,
                                            .first = options.first,
                                            .last = options.last,
+                                           .with_motion = extra.motion,
                                            .with_labels = options.labels != kNoLabels});
   if (!clouds.ok()) return clouds.failure();
-  warn_of_oddities(*clouds, options);
-  return std::unique_ptr<RecordedScans>(std::make_unique<CloudFolder>(std::move(*clouds)));
+  OpenedScans opened;
+  warn_of_missing(options, clouds->num_files(), opened);
+  if (options.labels != kNoLabels && clouds->num_labelled() < clouds->num_scans()) {
+    opened.warnings.push_back(std::to_string(clouds->num_scans() - clouds->num_labelled()) +
+                              " of " + std::to_string(clouds->num_scans()) +
+                              " clouds have no field label, class or semantic; their points are "
+                              "unlabelled");
+  }
+  if (clouds->num_viewpoints() > 0) {
+    opened.warnings.push_back(
+        counted(clouds->num_viewpoints(), "cloud") +
+        " with a VIEWPOINT; it is ignored, --poses has the place of the sensor");
+  }
+  opened.scans = std::make_unique<CloudFolder>(std::move(*clouds));
+  return opened;
 }
 
-Outcome<std::unique_ptr<RecordedScans>> open_depth(const MapOptions& options) {
-  Outcome<DepthFolder> images = DepthFolder::open(
-      options.depth,
-      {options.label_images, options.intrinsics, options.poses, options.first, options.last});
+Outcome<OpenedScans> open_depth(const SourceOptions& options, const ExtraContent& extra) {
+  Outcome<DepthFolder> images =
+      DepthFolder::open(options.depth, {options.label_images, options.intrinsics, options.poses,
+                                        options.first, options.last, extra.motion});
   if (!images.ok()) return images.failure();
-  const auto files = static_cast<int>(images->num_files());
-  if (options.last && *options.last >= files)
-    warn("there are no scans " + to_text({{files, *options.last}}));
-  return std::unique_ptr<RecordedScans>(std::make_unique<DepthFolder>(std::move(*images)));
+  OpenedScans opened;
+  warn_of_missing(options, images->num_files(), opened);
+  opened.scans = std::make_unique<DepthFolder>(std::move(*images));
+  return opened;
 }
 
-Outcome<void> check_depth(const MapOptions& options) {
+Outcome<void> check_depth(const SourceOptions& options) {
   if (options.depth.empty()) {
     if (options.intrinsics.empty() && options.label_images.empty()) return {};
     return Failure{"--intrinsics and --label-images are for --depth; leave them out"};
@@ -92,7 +105,7 @@ Outcome<void> check_depth(const MapOptions& options) {
 
 }  // namespace
 
-Outcome<void> check_source(const MapOptions& options) {
+Outcome<void> check_source(const SourceOptions& options) {
   const int given = (options.dataset.empty() ? 0 : 1) + (options.pcd.empty() ? 0 : 1) +
                     (options.ply.empty() ? 0 : 1) + (options.depth.empty() ? 0 : 1);
   if (given == 0) {
@@ -122,7 +135,7 @@ Outcome<void> check_source(const MapOptions& options) {
   return {};
 }
 
-Outcome<std::vector<NamedFile>> cloud_files(const MapOptions& options) {
+Outcome<std::vector<NamedFile>> cloud_files(const SourceOptions& options) {
   const char* const option = cloud_option(options);
   std::vector<NamedFile> files;
   if (option == nullptr) return files;
@@ -145,9 +158,14 @@ Outcome<std::vector<NamedFile>> cloud_files(const MapOptions& options) {
   return files;
 }
 
-Outcome<std::unique_ptr<RecordedScans>> open_source(const MapOptions& options) {
-  if (!options.depth.empty()) return open_depth(options);
-  return cloud_option(options) == nullptr ? open_dataset(options) : open_clouds(options);
+DatasetFolder dataset_folder(const SourceOptions& options) {
+  return {.path = options.dataset, .labels = {options.labels}};
+}
+
+Outcome<OpenedScans> open_scans(const SourceOptions& options, const ExtraContent& extra) {
+  if (!options.depth.empty()) return open_depth(options, extra);
+  return cloud_option(options) == nullptr ? open_dataset(options, extra)
+                                          : open_clouds(options, extra);
 }
 
 }  // namespace tessera

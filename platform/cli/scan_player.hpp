@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Sends a dataset as sensors would: clouds, label images and poses over LCM, each at the time at
-// which it would be measured, stamped with the machine's clock; optionally poses over the vehicle's
-// bus.
+// Sends recorded scans as sensors would: clouds, label and depth images and poses over LCM, each at
+// the time at which it would be measured, stamped with the machine's clock; optionally poses over
+// the vehicle's bus.
 #pragma once
 
 #include <cstdint>
@@ -15,8 +15,8 @@
 #include "base/outcome.hpp"
 #include "cli/play_timeline.hpp"
 #include "link/sensor_sender.hpp"
-#include "scans/dataset.hpp"
-#include "scans/scan_ahead.hpp"
+#include "scans/registrar.hpp"
+#include "scans/replay_source.hpp"
 #include "scans/sensor_port.hpp"
 #include "vehicle/can_socket.hpp"
 #include "vehicle/simulated_vehicle.hpp"
@@ -29,8 +29,8 @@ struct PlayerConfig {
   SensorChannels channels{};
   SensorClock clock = SensorClock::kMonotonic;
   double rate_hz = 10.0;
-  std::int32_t sensor = 0;    ///< Number of the clouds.
-  bool semantic = true;       ///< Clouds with components, else without, with images and times.
+  std::int32_t sensor = 0;    ///< Number of the clouds or depth images.
+  bool semantic = true;       ///< Clouds with components, else as measured, with images and times.
   bool sends_poses = true;    ///< Over LCM.
   bool loop = false;          ///< Plays forward and backward in turn.
   std::string can_interface;  ///< Poses over that bus; empty: none.
@@ -41,7 +41,7 @@ struct PlayerConfig {
 
 struct PlayerReport {
   std::uint64_t scans = 0;
-  std::uint64_t images = 0;
+  std::uint64_t images = 0;     ///< Of labels.
   std::uint64_t poses = 0;      ///< Over LCM or CAN.
   std::uint64_t bad_poses = 0;  ///< Scans sent without a pose, as theirs is not rigid.
   std::uint64_t late = 0;  ///< Delays by over a period, after which everything later was postponed.
@@ -50,40 +50,39 @@ struct PlayerReport {
   std::uint64_t frames_lost = 0;   ///< Refused by the bus.
 };
 
-class DatasetPlayer {
+class ScanPlayer {
  public:
-  /// dir: of the dataset, which must outlive the player and, unless config.semantic, be opened with
-  /// with_motion and without deskewing. Fails as SensorSender::open, CanSocket::open and
-  /// PlayTimeline::make; and, unless config.semantic, where there is a cameras.toml as
-  /// CameraLabels::open and check_images.
-  static Outcome<std::unique_ptr<DatasetPlayer>> open(const PlayerConfig& config,
-                                                      const Dataset& dataset,
-                                                      const std::string& dir);
+  /// scans must outlive the player and, unless config.semantic, be opened with their motion and
+  /// images and without deskewing. Fails as SensorSender::open, CanSocket::open, Registrar::make,
+  /// PlayTimeline::make and Thread::start.
+  static Outcome<std::unique_ptr<ScanPlayer>> open(const PlayerConfig& config,
+                                                   const RecordedScans& scans);
 
   /// Sends all of it once, after what was sent before; may be called again with config.loop only.
-  /// Fails as ScanAhead::next; with kUsage iff a sweep is stretched over more than a message can
-  /// hold; with kFailure iff the system does not send, or the bus is gone.
+  /// Fails as RecordedScans::read; with kUsage iff a sweep is stretched over more than a message
+  /// can hold; with kFailure iff the system does not send, or the bus is gone.
   Outcome<void> play();
 
   [[nodiscard]] const PlayerReport& report() const noexcept { return report_; }
   [[nodiscard]] const SensorSender& sender() const noexcept { return *sender_; }
 
  private:
-  static constexpr int kCloud = -1;
+  static constexpr int kMeasurement = -1;
 
-  /// What is sent of a scan: a camera's image, or the cloud.
+  /// What is sent of a scan: a camera's labels, or the cloud or depth image.
   struct Part {
     std::int64_t due_us = 0;  ///< On the time scale of PlayTimeline.
     std::int64_t stamp_us = 0;
     std::int64_t begin_us = 0;  ///< Start that it is stamped by, where that differs from begin_us_.
-    int camera = kCloud;
-    std::shared_ptr<const ScanToPlay> scan;
+    int camera = kMeasurement;  ///< Or its place among the images.
+    std::shared_ptr<Scan> scan;
   };
   /// The item that is due next.
   enum class Next : std::uint8_t { kNothing, kPose, kCycle, kPart };
 
-  DatasetPlayer(const PlayerConfig& config, const Dataset& dataset, PlayTimeline there,
-                PlayTimeline back, std::unique_ptr<SensorSender> sender, ScanAhead::Source source);
+  ScanPlayer(const PlayerConfig& config, const RecordedScans& scans, PlayTimeline there,
+             PlayTimeline back, std::unique_ptr<SensorSender> sender,
+             std::unique_ptr<Registrar> registrar);
   Outcome<void> open_bus();
   void begin_pass();
   [[nodiscard]] Next next(std::int64_t& due_us) const;
@@ -98,16 +97,17 @@ class DatasetPlayer {
   Outcome<void> send_pose();
   Outcome<void> send_cycle(std::int64_t due_us);
   Outcome<void> send_part();
-  Outcome<void> send_cloud(const Part& part);
   Outcome<void> send(const std::string& channel, const std::vector<std::byte>& message);
 
   const PlayerConfig config_;
-  const Dataset& dataset_;
+  const RecordedScans& scans_;
   const PlayTimeline there_;
   const PlayTimeline back_;
   std::unique_ptr<SensorSender> sender_;
-  std::vector<CameraDescription> cameras_;
-  ScanAhead ahead_;
+  std::unique_ptr<Registrar> registrar_;    ///< Null: scans are sent as measured.
+  std::vector<CameraDescription> cameras_;  ///< Whose images are sent with clouds.
+  WakeUp wake_;
+  ReplaySource source_;
   std::optional<CanSocket> bus_;
   SimulatedVehicle vehicle_;
   std::int64_t earliest_us_ = 0;  ///< Of the parts of a scan, from its stamp.

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-#include "cli/dataset_player.hpp"
+#include "cli/scan_player.hpp"
 
 #include <time.h>
 
@@ -8,11 +8,11 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
-#include <filesystem>
 #include <limits>
 #include <utility>
 
 #include "base/monotonic_clock.hpp"
+#include "cli/scan_messages.hpp"
 
 namespace tessera {
 namespace {
@@ -33,69 +33,68 @@ void sleep_until(std::int64_t us) {
   }
 }
 
-/// Cameras whose images the dataset has.
-Outcome<std::vector<CameraDescription>> cameras_of(const Dataset& dataset, const std::string& dir) {
-  std::error_code error;
-  if (!std::filesystem::exists(std::filesystem::path(dir) / "cameras.toml", error))
-    return std::vector<CameraDescription>();
-  const Outcome<std::unique_ptr<CameraLabels>> labels = CameraLabels::open(dir);
-  if (!labels.ok()) return labels.failure();
-  std::vector<int> numbers;
-  for (std::size_t i = 0; i < dataset.num_scans(); ++i) numbers.push_back(dataset.scan_number(i));
-  const Outcome<void> there = (*labels)->check_images(numbers);
-  if (!there.ok()) return there.failure();
-  return (*labels)->cameras();
+/// Interval at which the next scan is looked for if nothing wakes the thread.
+constexpr std::int64_t kPatience_us = 100'000;
+
+/// Those of clouds; the labels of a depth image belong to its own camera.
+std::vector<CameraDescription> cameras_of(const RecordedScans& scans, const PlayerConfig& config) {
+  const RegistrarConfig registration = scans.registration();
+  if (config.semantic || registration.depth_camera >= 0) return {};
+  return registration.cameras;
+}
+
+ReplayConfig replay_of(const PlayerConfig& config) {
+  return {.rate_hz = 0.0, .order = config.loop ? ScanOrder::kThereAndBack : ScanOrder::kOnce};
 }
 
 }  // namespace
 
-DatasetPlayer::DatasetPlayer(const PlayerConfig& config, const Dataset& dataset, PlayTimeline there,
-                             PlayTimeline back, std::unique_ptr<SensorSender> sender,
-                             ScanAhead::Source source)
+ScanPlayer::ScanPlayer(const PlayerConfig& config, const RecordedScans& scans, PlayTimeline there,
+                       PlayTimeline back, std::unique_ptr<SensorSender> sender,
+                       std::unique_ptr<Registrar> registrar)
     : config_(config),
-      dataset_(dataset),
+      scans_(scans),
       there_(std::move(there)),
       back_(std::move(back)),
       sender_(std::move(sender)),
-      cameras_(source.cameras),
-      ahead_(std::move(source)),
+      registrar_(std::move(registrar)),
+      cameras_(cameras_of(scans, config)),
+      source_(scans, replay_of(config), wake_, registrar_.get()),
       vehicle_({.base_id = config.can_base_id, .max_gap_us = there_.max_gap_us()}) {
   for (const CameraDescription& camera : cameras_)
     earliest_us_ = std::min({earliest_us_, there_.played(camera.offset_us),
                              config_.loop ? back_.played(camera.offset_us) : std::int64_t{0}});
-  for (std::size_t i = 0; i < dataset_.num_scans(); ++i) {
+  for (std::size_t i = 0; i < scans_.num_scans(); ++i) {
     if (!there_.track().at(there_.scan_us(i), there_.max_gap_us()).ok()) ++report_.bad_poses;
   }
 }
 
-Outcome<std::unique_ptr<DatasetPlayer>> DatasetPlayer::open(const PlayerConfig& config,
-                                                            const Dataset& dataset,
-                                                            const std::string& dir) {
+Outcome<std::unique_ptr<ScanPlayer>> ScanPlayer::open(const PlayerConfig& config,
+                                                      const RecordedScans& scans) {
   Outcome<std::unique_ptr<SensorSender>> sender = SensorSender::open(config.url, config.interface);
   if (!sender.ok()) return sender.failure();
-  Outcome<PlayTimeline> timeline = PlayTimeline::make(dataset, config.rate_hz);
+  Outcome<PlayTimeline> timeline = PlayTimeline::make(scans, config.rate_hz);
   if (!timeline.ok()) return timeline.failure();
   Outcome<PlayTimeline> back = timeline->back();
   if (!back.ok()) return back.failure();
-  ScanAhead::Source source{
-      .dataset = &dataset, .dir = dir, .cameras = {}, .there_and_back = config.loop};
-  if (!config.semantic) {
-    Outcome<std::vector<CameraDescription>> cameras = cameras_of(dataset, dir);
-    if (!cameras.ok()) return cameras.failure();
-    source.cameras = std::move(*cameras);
-    source.with_times = dataset.has_times();
+  std::unique_ptr<Registrar> registrar;
+  if (config.semantic) {
+    Outcome<std::unique_ptr<Registrar>> made = Registrar::make(scans.registration());
+    if (!made.ok()) return made.failure();
+    registrar = std::move(*made);
   }
-  std::unique_ptr<DatasetPlayer> player(new DatasetPlayer(config, dataset, std::move(*timeline),
-                                                          std::move(*back), std::move(*sender),
-                                                          std::move(source)));
+  std::unique_ptr<ScanPlayer> player(new ScanPlayer(config, scans, std::move(*timeline),
+                                                    std::move(*back), std::move(*sender),
+                                                    std::move(registrar)));
   const Outcome<void> bus = player->open_bus();
   if (!bus.ok()) return bus.failure();
-  const Outcome<void> started = player->ahead_.start();
+  const Outcome<void> started =
+      player->source_.start({.name = "tessera-read"}, MonotonicClock::now_us());
   if (!started.ok()) return started.failure();
   return player;
 }
 
-Outcome<void> DatasetPlayer::open_bus() {
+Outcome<void> ScanPlayer::open_bus() {
   if (config_.can_interface.empty()) return {};
   // Receives nothing: the messages of the node to its vehicle are for others.
   Outcome<CanSocket> bus = CanSocket::open({.interface = config_.can_interface}, {});
@@ -104,14 +103,14 @@ Outcome<void> DatasetPlayer::open_bus() {
   return {};
 }
 
-void DatasetPlayer::begin_pass() {
+void ScanPlayer::begin_pass() {
   has_begun_ = false;
   next_scan_ = 0;
   next_pose_ = config_.sends_poses ? 0 : timeline_->track().size();
   next_cycle_us_ = bus_ ? timeline_->track().oldest_us() : kNever;
 }
 
-Outcome<void> DatasetPlayer::play() {
+Outcome<void> ScanPlayer::play() {
   begin_pass();
   while (true) {
     std::int64_t due_us = kNever;
@@ -131,7 +130,7 @@ Outcome<void> DatasetPlayer::play() {
 }
 
 /// Of items that are due at the same time, poses come first.
-DatasetPlayer::Next DatasetPlayer::next(std::int64_t& due_us) const {
+ScanPlayer::Next ScanPlayer::next(std::int64_t& due_us) const {
   Next what = Next::kNothing;
   due_us = kNever;
   const PoseTrack& track = timeline_->track();
@@ -150,8 +149,8 @@ DatasetPlayer::Next DatasetPlayer::next(std::int64_t& due_us) const {
   return what;
 }
 
-Outcome<void> DatasetPlayer::fetch_until(std::int64_t due_us) {
-  while (next_scan_ < dataset_.num_scans() &&
+Outcome<void> ScanPlayer::fetch_until(std::int64_t due_us) {
+  while (next_scan_ < scans_.num_scans() &&
          timeline_->scan_us(next_scan_) + earliest_us_ <= due_us) {
     const Outcome<void> fetched = fetch();
     if (!fetched.ok()) return fetched.failure();
@@ -160,28 +159,37 @@ Outcome<void> DatasetPlayer::fetch_until(std::int64_t due_us) {
   return {};
 }
 
-Outcome<void> DatasetPlayer::fetch() {
-  Outcome<std::unique_ptr<ScanToPlay>> read = ahead_.next();
-  if (!read.ok()) return read.failure();
-  const std::shared_ptr<const ScanToPlay> scan = std::move(*read);
+Outcome<void> ScanPlayer::fetch() {
+  Scan* read = source_.front();
+  for (; read == nullptr; read = source_.front()) {
+    if (source_.ended()) return source_.outcome();
+    wake_.sleep_until(MonotonicClock::now_us() + kPatience_us);
+  }
+  // Several scans are held at a time, as images may be due long before or after their clouds.
+  const auto scan = std::make_shared<Scan>(source_.limits());
+  std::swap(*scan, *read);
+  source_.pop();
   const std::int64_t stamp_us = timeline_->scan_us(next_scan_++);
-  for (std::size_t i = 0; i < cameras_.size(); ++i) {
-    const std::int64_t taken_us = stamp_us + timeline_->played(cameras_[i].offset_us);
+  for (std::size_t i = 0; !config_.semantic && i < scan->num_images; ++i) {
+    const std::int64_t offset_us = cameras_.empty() ? 0 : cameras_[i].offset_us;
+    const std::int64_t taken_us = stamp_us + timeline_->played(offset_us);
     parts_.push_back({taken_us, taken_us, 0, static_cast<int>(i), scan});
   }
   // A sweep is sent when it has ended: on the way back, with what was measured first.
   std::int64_t ends_us = 0;
-  for (const float time_s : scan->times_s) {
-    const double recorded_us = 1e6 * std::clamp(static_cast<double>(time_s), -1.0, 1.0);
-    ends_us = std::max(ends_us, timeline_->played(std::llround(recorded_us)));
+  if (!config_.semantic && scan->has_times) {
+    for (const float time_s : scan->times_s().first(scan->count)) {
+      const double recorded_us = 1e6 * std::clamp(static_cast<double>(time_s), -1.0, 1.0);
+      ends_us = std::max(ends_us, timeline_->played(std::llround(recorded_us)));
+    }
   }
-  parts_.push_back({stamp_us + ends_us, stamp_us, 0, kCloud, scan});
+  parts_.push_back({stamp_us + ends_us, stamp_us, 0, kMeasurement, scan});
   std::stable_sort(parts_.begin(), parts_.end(),
                    [](const Part& a, const Part& b) { return a.due_us < b.due_us; });
   return {};
 }
 
-void DatasetPlayer::wait_until(std::int64_t due_us) {
+void ScanPlayer::wait_until(std::int64_t due_us) {
   const std::int64_t period_us = microseconds(1.0 / config_.rate_hz);
   std::int64_t now_us = MonotonicClock::now_us();
   if (!has_begun_) {
@@ -201,7 +209,7 @@ void DatasetPlayer::wait_until(std::int64_t due_us) {
 
 /// Does not make up for a delay. Measurements that are not sent yet keep their stamps: they belong
 /// to poses that were sent.
-void DatasetPlayer::put_off(std::int64_t due_us, std::int64_t by_us) {
+void ScanPlayer::put_off(std::int64_t due_us, std::int64_t by_us) {
   ++report_.late;
   for (Part& part : parts_) {
     if (part.begin_us == 0 && part.stamp_us < due_us) part.begin_us = begin_us_;
@@ -209,15 +217,14 @@ void DatasetPlayer::put_off(std::int64_t due_us, std::int64_t by_us) {
   begin_us_ += by_us;
 }
 
-Outcome<void> DatasetPlayer::send(const std::string& channel,
-                                  const std::vector<std::byte>& message) {
+Outcome<void> ScanPlayer::send(const std::string& channel, const std::vector<std::byte>& message) {
   if (sender_->send(channel, message)) return {};
   return Failure{
       "cannot send to " + config_.url + ": " + std::strerror(errno) + "; run tessera doctor",
       FailureKind::kFailure};
 }
 
-Outcome<void> DatasetPlayer::send_pose() {
+Outcome<void> ScanPlayer::send_pose() {
   const StampedPose& pose = timeline_->track()[next_pose_++];
   const PoseMessage message{.stamp_us = begin_us_ + pose.stamp_us + clock_ahead_us_,
                             .sequence = static_cast<std::int32_t>(report_.poses++),
@@ -228,7 +235,7 @@ Outcome<void> DatasetPlayer::send_pose() {
   return send(config_.channels.pose, encode(message));
 }
 
-Outcome<void> DatasetPlayer::send_cycle(std::int64_t due_us) {
+Outcome<void> ScanPlayer::send_cycle(std::int64_t due_us) {
   next_cycle_us_ = due_us + SimulatedVehicle::kCycle_us;
   if (next_cycle_us_ > timeline_->track().latest_us()) next_cycle_us_ = kNever;
   const std::int64_t age_us = MonotonicClock::now_us() - (begin_us_ + due_us);
@@ -247,41 +254,29 @@ Outcome<void> DatasetPlayer::send_cycle(std::int64_t due_us) {
   return {};
 }
 
-Outcome<void> DatasetPlayer::send_part() {
+Outcome<void> ScanPlayer::send_part() {
   const Part part = std::move(parts_.front());
   parts_.erase(parts_.begin());
-  if (part.camera == kCloud) return send_cloud(part);
-  const auto camera = static_cast<std::size_t>(part.camera);
-  const ImageToSend image{.header = {.stamp_us = stamp_of(part),
-                                     .camera = part.camera,
-                                     .width_px = cameras_[camera].model.width_px(),
-                                     .height_px = cameras_[camera].model.height_px()},
-                          .components = part.scan->images[camera]};
-  ++report_.images;
-  return send(config_.channels.label_image, encode(image));
-}
-
-Outcome<void> DatasetPlayer::send_cloud(const Part& part) {
-  const ScanToPlay& scan = *part.scan;
-  CloudToSend cloud{.stamp_us = stamp_of(part), .sensor = config_.sensor, .xyz = scan.xyz};
-  std::vector<std::int32_t> times_us;
-  times_us.reserve(scan.times_s.size());
-  for (const float time_s : scan.times_s) {
-    const double us = 1e6 * timeline_->stretch() * static_cast<double>(time_s);
-    if (!(std::abs(us) <= kMostSweep_us)) {
-      return Failure{"scan " + std::to_string(dataset_.scan_number(scan.scan)) +
-                     " has points over a second from its stamp, played at this rate; give a "
-                     "higher --rate"};
-    }
-    times_us.push_back(static_cast<std::int32_t>(std::lround(us)));
+  Scan& scan = *part.scan;
+  const ScanToSend to_send{.stamp_us = stamp_of(part),
+                           .sensor = config_.sensor,
+                           .semantic = config_.semantic,
+                           .stretch = timeline_->stretch()};
+  if (part.camera != kMeasurement) {
+    ++report_.images;
+    const ScanImage& image = scan.images()[static_cast<std::size_t>(part.camera)];
+    // A depth camera has one number for its depths and its labels.
+    const std::int32_t camera = cameras_.empty() ? config_.sensor : image.camera;
+    return send(config_.channels.label_image, label_message(image, to_send.stamp_us, camera));
   }
-  cloud.times_us = times_us;
-  // An empty list of components would make an empty scan one without labels.
-  const bool semantic = config_.semantic && !scan.components.empty();
-  if (semantic) cloud.components = scan.components;
   ++report_.scans;
   if (config_.progress) config_.progress(report_.scans);
-  return send(semantic ? config_.channels.semantic_cloud : config_.channels.cloud, encode(cloud));
+  if (scan.kind == ScanKind::kDepthImage)
+    return send(config_.channels.depth_image, depth_message(scan, to_send));
+  const Outcome<std::vector<std::byte>> cloud = cloud_message(scan, to_send);
+  if (!cloud.ok()) return cloud.failure();
+  const bool semantic = is_semantic(scan, to_send);
+  return send(semantic ? config_.channels.semantic_cloud : config_.channels.cloud, *cloud);
 }
 
 }  // namespace tessera

@@ -1,0 +1,169 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// tessera convert: writes recorded scans of any format as a dataset in the KITTI layout.
+#include <atomic>
+#include <cstdio>
+#include <filesystem>
+#include <system_error>
+
+#include "base/input_file.hpp"
+#include "base/json.hpp"
+#include "base/number_text.hpp"
+#include "base/outputs.hpp"
+#include "base/progress.hpp"
+#include "base/stop_signals.hpp"
+#include "cli/command.hpp"
+#include "cli/registration_report.hpp"
+#include "cli/source_arguments.hpp"
+#include "scans/kitti_writer.hpp"
+#include "scans/recorded_source.hpp"
+
+namespace tessera {
+
+namespace {
+
+std::atomic<bool> interrupted{false};
+
+struct ConvertOptions {
+  SourceOptions source;
+  std::string out;
+  std::string report;
+
+  /// Points stay where they were measured, and what corrects them is written too.
+  [[nodiscard]] bool keeps_motion() const { return source.deskew == "off"; }
+};
+
+/// What was written.
+struct Converted {
+  std::uint64_t scans = 0;
+  std::uint64_t points = 0;
+  std::uint64_t unknown_ids = 0;
+  RegistrarReport registration{};
+};
+
+Outcome<void> check_usage(const ConvertOptions& options) {
+  const Outcome<void> source = check_source(options.source);
+  if (!source.ok()) return source.failure();
+  if (options.out.empty()) return Failure{"--out has no name; name the folder to write"};
+  const Outcome<std::vector<NamedFile>> inputs = cloud_files(options.source);
+  if (!inputs.ok()) return inputs.failure();
+  return check_outputs({{"--report", options.report}}, *inputs, dataset_folder(options.source));
+}
+
+/// The files that go with the scans of any format.
+Outcome<void> copy_descriptions(const std::string& from, KittiWriter& writer) {
+  constexpr std::size_t kMostBytes = std::size_t{1} << 20U;
+  for (const char* const name : {"classes.toml", "T_global_map.txt"}) {
+    const std::string path = (std::filesystem::path(from) / name).string();
+    std::error_code error;
+    if (!std::filesystem::exists(path, error)) continue;
+    const Outcome<std::string> text = read_text_file(path, kMostBytes);
+    if (!text.ok()) return text.failure();
+    const Outcome<void> written = writer.add_file(name, *text);
+    if (!written.ok()) return written.failure();
+  }
+  return {};
+}
+
+Failure stopped(const ConvertOptions& options, std::size_t done, std::size_t num_scans) {
+  return {"interrupted after scan " + std::to_string(done) + " of " + std::to_string(num_scans) +
+              "; " + options.out + " has no poses.txt, remove it",
+          FailureKind::kFailure};
+}
+
+Outcome<Converted> convert(const ConvertOptions& options, const RecordedScans& scans,
+                           KittiWriter& writer) {
+  const Outcome<std::unique_ptr<Registrar>> registrar = Registrar::make(scans.registration());
+  if (!registrar.ok()) return registrar.failure();
+  RecordedSource source(scans);
+  Progress progress("converting", scans.num_scans());
+  Converted converted;
+  while (!source.ended()) {
+    if (interrupted.load(std::memory_order_relaxed))
+      return stopped(options, writer.num_scans(), scans.num_scans());
+    Scan* const scan = source.front();
+    if (scan == nullptr) return source.outcome().failure();
+    if (options.keeps_motion()) scan->has_times = false;
+    ScanView view;
+    if (!(*registrar)->view(*scan, view)) return does_not_suit(*scan);
+    const Outcome<void> written = writer.add(*scan, view);
+    if (!written.ok()) return written.failure();
+    converted.registration.add((*registrar)->last());
+    converted.points += view.count;
+    source.pop();
+    progress.update(writer.num_scans());
+  }
+  progress.finish();
+  converted.scans = writer.num_scans();
+  converted.unknown_ids = source.counters().unknown_ids;
+  return converted;
+}
+
+Json report_of(const ConvertOptions& options, const Converted& converted) {
+  const SourceOptions& source = options.source;
+  Json json = {{"scans", converted.scans},
+               {"points", converted.points},
+               {"unknown_ids", converted.unknown_ids},
+               {"config",
+                {{"dataset", source.dataset},
+                 {"pcd", source.pcd},
+                 {"ply", source.ply},
+                 {"depth", source.depth},
+                 {"label_images", source.label_images},
+                 {"intrinsics", source.intrinsics},
+                 {"poses", source.poses},
+                 {"first", source.first ? Json(*source.first) : Json()},
+                 {"last", source.last ? Json(*source.last) : Json()},
+                 {"labels", source.labels},
+                 {"deskew", source.deskew},
+                 {"out", options.out},
+                 {"report", options.report}}}};
+  write_registration(converted.registration, json);
+  return json;
+}
+
+Outcome<void> run_convert(const ConvertOptions& options) {
+  const Outcome<void> usage = check_usage(options);
+  if (!usage.ok()) return usage.failure();
+  const Outcome<std::unique_ptr<RecordedScans>> scans =
+      open_source(options.source, {.motion = true, .images = false});
+  if (!scans.ok()) return scans.failure();
+  const bool with_times = options.keeps_motion() && (*scans)->has_times();
+  Outcome<KittiWriter> writer = KittiWriter::create(options.out, (*scans)->classes(), with_times);
+  if (!writer.ok()) return writer.failure();
+  stop_by_signals(interrupted);
+  const Outcome<void> copied = copy_descriptions(options.source.folder(), *writer);
+  if (!copied.ok()) return copied.failure();
+  const Outcome<Converted> converted = convert(options, **scans, *writer);
+  if (!converted.ok()) return converted.failure();
+  const Outcome<void> finished = writer->finish((*scans)->motion());
+  if (!finished.ok()) return finished.failure();
+  std::printf("%s, %s in %s\n", counted(converted->scans, "scan").c_str(),
+              counted(converted->points, "point").c_str(), options.out.c_str());
+  print_registration(converted->registration);
+  if (converted->unknown_ids > 0)
+    warn(counted(converted->unknown_ids, "point") +
+         " with a raw label id that is in no class; written as unlabelled");
+  return write_report(report_of(options, *converted), options.report);
+}
+
+}  // namespace
+
+void add_convert_command(CLI::App& app, int& exit_status) {
+  CLI::App* const command =
+      app.add_subcommand("convert", "Write recorded scans of any format as a KITTI-layout folder");
+  auto o = std::make_shared<ConvertOptions>();
+  declare_source_folders(*command, o->source);
+  declare_pose_file(*command, o->source);
+  command->add_option("--out", o->out, "Folder to write, new or empty, required");
+  command->add_option("--report", o->report, "JSON report to write");
+  declare_source_choice(*command, o->source);
+  command->footer("Example: tessera convert --pcd clouds --poses poses.txt --out dataset");
+  command->callback([command, o, &exit_status] {
+    o->source.labels_given = command->count("--labels") > 0;
+    const Outcome<void> outcome = run_convert(*o);
+    if (!outcome.ok()) exit_status = fail(outcome.failure());
+  });
+}
+
+}  // namespace tessera

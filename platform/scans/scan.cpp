@@ -1,0 +1,68 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "scans/scan.hpp"
+
+#include <algorithm>
+
+namespace tessera {
+
+void UnknownRawIds::add(std::uint16_t raw_id) noexcept {
+  ++points;
+  const auto end = examples.begin() + static_cast<std::ptrdiff_t>(num_examples);
+  if (num_examples < kMaxExamples && std::find(examples.begin(), end, raw_id) == end) {
+    examples[num_examples++] = raw_id;
+  }
+}
+
+Scan::Scan(const ScanLimits& limits)
+    : limits_(limits),
+      images_(std::make_unique<std::uint8_t[]>(limits.cameras * limits.image_pixels)) {
+  allocate_points();
+  for (std::size_t i = 0; i < limits.cameras; ++i)
+    image_memory[i].memory = {images_.get() + i * limits.image_pixels, limits.image_pixels};
+}
+
+void Scan::allocate_points() {
+  points_ = std::make_unique<float[]>(limits_.floats_per_point * limits_.points);
+  if (limits_.weights) weights_ = std::make_unique<float[]>(limits_.points);
+  times_s_ = std::make_unique<float[]>(limits_.points);
+  components_ = std::make_unique<std::uint8_t[]>(limits_.points);
+}
+
+void Scan::reserve(std::size_t points) {
+  if (points <= limits_.points) return;
+  limits_.points = points;
+  points_.reset();  // So that old and new memory are not held at the same time.
+  times_s_.reset();
+  components_.reset();
+  allocate_points();
+}
+
+void Scan::become_cloud(const ScanView& view) {
+  reserve(view.count);
+  kind = ScanKind::kCloud;
+  count = static_cast<std::uint32_t>(view.count);
+  has_components = view.components != nullptr;
+  has_weights = has_times = false;
+  num_images = 0;
+  for (std::size_t i = 0; i < view.count; ++i)
+    std::copy_n(view.points + i * view.stride_floats, 3,
+                points_.get() + i * limits_.floats_per_point);
+  if (has_components) std::copy_n(view.components, view.count, components_.get());
+}
+
+void Scan::clear() noexcept {
+  kind = ScanKind::kCloud;
+  sensor = number = 0;
+  stamp_us = taken_us = 0;
+  count = 0;
+  width_px = height_px = 0;
+  has_components = has_weights = has_times = images_missing = false;
+  first_us = last_us = 0;
+  T_body_sensor = T_map_body = T_map_sensor = Matrix34d::Identity();
+  num_images = num_poses = 0;
+  track = nullptr;
+  unknown = {};
+}
+
+}  // namespace tessera
