@@ -19,8 +19,11 @@ _tessera_reply() { # CHOICES KIND EXTENSION: completions of the current word
   case $2 in
     files)
       compopt -o filenames 2>/dev/null
-      COMPREPLY+=($(compgen -d -- "$current"))
-      if [ -n "$3" ]; then COMPREPLY+=($(compgen -f -X "!*$3" -- "$current")); else COMPREPLY=($(compgen -f -- "$current")); fi ;;
+      if [ -n "$3" ]; then
+        COMPREPLY+=($(compgen -d -- "$current") $(compgen -f -X "!*$3" -- "$current"))
+      else
+        COMPREPLY+=($(compgen -f -- "$current"))
+      fi ;;
     folders)
       compopt -o filenames 2>/dev/null
       COMPREPLY+=($(compgen -d -- "$current")) ;;

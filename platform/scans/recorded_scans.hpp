@@ -38,8 +38,8 @@ class RecordedScans {
   [[nodiscard]] virtual bool decodes() const noexcept = 0;
   /// How a Registrar makes points of these scans; its limits are those of the largest scan.
   [[nodiscard]] virtual RegistrarConfig registration() const = 0;
-  /// Reads scan i as it was measured, one at a time. Reserves memory for points that the scan
-  /// lacks.
+  /// Reads scan i as it was measured, one at a time. Reserves memory for its points if
+  /// needed.
   virtual Outcome<void> read(std::size_t i, Scan& into) const = 0;
 
  protected:

@@ -61,7 +61,7 @@ class Completion(InstallCase):
         self.assertEqual({"both", "top", "oblique"}, self.complete("export", "--view", "="))
         self.assertEqual({"contractive", "paper", "none"}, self.complete("fuse", "--diffusion", ""))
         self.assertEqual({"cameras", "none"}, self.complete("map", "--labels", ""))
-        self.assertEqual({"lcm", "can", "none"}, self.complete("play", "--poses", ""))
+        self.assertEqual({"lcm", "can", "none"}, self.complete("play", "--send-poses", ""))
         self.assertEqual(set(), self.complete("map", "--resolution", "") & {"on", "off"})
 
     def test_files_and_folders(self):
@@ -71,6 +71,7 @@ class Completion(InstallCase):
         self.assertEqual({"a.tsm"}, self.complete("fuse", "x.tsm", "a"))
         self.assertEqual({"folder"}, self.complete("map", "--dataset", ""))
         self.assertEqual(maps | {"b.txt"}, self.complete("map", "--poses", ""))
+        self.assertEqual(maps | {"b.txt", "lcm", "can", "none"}, self.complete("play", "--poses", ""))
 
     def test_an_option_that_takes_many(self):
         self.assertEqual({"a.tsm"}, self.complete("export", "--of", "x.tsm", "y.tsm", "a"))

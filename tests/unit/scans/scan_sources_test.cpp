@@ -101,30 +101,32 @@ TEST_CASE("scan sources: a replay takes the time that its rate says") {
 }
 
 TEST_CASE("scan sources: what names a source is checked before anything is opened") {
-  const auto message = [](const SourceOptions& options) {
-    const Outcome<void> checked = check_source(options);
-    return checked.ok() ? std::string() : checked.failure().message;
+  struct Case {
+    SourceOptions options;
+    const char* says;  ///< Null: nothing is wrong.
   };
-  SourceOptions options;
-  CHECK_THAT(message(options), Contains("--dataset has no folder"));
-  options.pcd = "a";
-  CHECK_THAT(message(options), Contains("--pcd needs a pose"));
-  options.poses = "p";
-  CHECK(message(options).empty());
-  CHECK(options.folder() == "a");
-  CHECK(dataset_folder(options).path.empty());
-  options.deskew = "on";
-  CHECK_THAT(message(options), Contains("--deskew is for datasets"));
-  options.deskew.clear();
-  options.depth = "d";
-  CHECK_THAT(message(options), Contains("mutually exclusive"));
-  options.pcd.clear();
-  CHECK_THAT(message(options), Contains("--intrinsics"));
-  options = {};
-  options.dataset = "a";
-  CHECK(message(options).empty());
-  options.poses = "p";
-  CHECK_THAT(message(options), Contains("--poses is for"));
+  const std::string folder("folder");
+  const std::string file("file");
+  const Case cases[] = {
+      {{}, "--dataset has no folder"},
+      {{.dataset = folder}, nullptr},
+      {{.dataset = folder, .poses = file}, "--poses is for"},
+      {{.dataset = folder, .intrinsics = file}, "--intrinsics and --label-images are for --depth"},
+      {{.pcd = folder}, "--pcd needs a pose"},
+      {{.pcd = folder, .poses = file}, nullptr},
+      {{.pcd = folder, .poses = file, .deskew = "on"}, "--deskew is for datasets"},
+      {{.pcd = folder, .poses = file, .labels_given = true}, "--pcd has labels in the clouds"},
+      {{.pcd = folder, .ply = folder, .poses = file}, "mutually exclusive"},
+      {{.depth = folder, .poses = file}, "--intrinsics"},
+      {{.depth = folder, .intrinsics = file, .poses = file}, nullptr},
+  };
+  for (const Case& c : cases) {
+    const Outcome<void> checked = check_source(c.options);
+    CHECK(checked.ok() == (c.says == nullptr));
+    if (!checked.ok() && c.says != nullptr) CHECK_THAT(checked.failure().message, Contains(c.says));
+    const bool is_dataset = !c.options.dataset.empty();
+    CHECK(dataset_folder(c.options).path == (is_dataset ? folder : std::string()));
+  }
 }
 
 }  // namespace
