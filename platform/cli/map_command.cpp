@@ -37,8 +37,8 @@ namespace {
 std::atomic<bool> interrupted{false};
 
 /// Reads and integrates every scan, or those before a signal requests to stop. Does not use the
-/// heap unless it fails, except for decoding the cameras' images or files of clouds, which a robot
-/// does not do.
+/// heap unless it fails, except for decoding the cameras' images or files of clouds and for an
+/// archive that is made when memory is short, which a robot does not do.
 Outcome<void> integrate_all(const RecordedScans& scans, Registrar& registrar, Mapper& mapper,
                             const MapWindow* window, MapRun& run) {
   RecordedSource source(scans);
@@ -68,7 +68,8 @@ Outcome<void> integrate_all(const RecordedScans& scans, Registrar& registrar, Ma
     run.obstacle.reset();
   }
   const std::optional<std::uint64_t> after = heap_allocations();
-  if (before && after) run.heap_allocations = *after - *before - decoding;
+  const std::uint64_t opening = window == nullptr ? 0 : window->opening_allocations();
+  if (before && after) run.heap_allocations = *after - *before - decoding - opening;
   progress.finish();
   return {};
 }

@@ -7,6 +7,7 @@
 #include <system_error>
 #include <vector>
 
+#include "base/allocation_counter.hpp"
 #include "base/number_text.hpp"
 #include "cli/command.hpp"
 #include "maps/whole_map.hpp"
@@ -175,7 +176,9 @@ BlockArchive MapWindow::spilling() noexcept {
     auto& window = *static_cast<MapWindow*>(context);
     if (window.not_opened_) return false;
     if (window.archive_ == nullptr) {
+      const std::uint64_t before = heap_allocations().value_or(0);
       const Outcome<void> opened = window.open(map, nullptr);
+      window.opening_allocations_ = heap_allocations().value_or(0) - before;
       if (!opened.ok()) {
         window.not_opened_ = opened.failure();
         return false;

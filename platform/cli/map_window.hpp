@@ -59,6 +59,8 @@ class MapWindow {
   MapWindow(const MapWindow&) = delete;
   MapWindow& operator=(const MapWindow&) = delete;
 
+  /// Of the heap, for an archive that was made while scans were mapped.
+  [[nodiscard]] std::uint64_t opening_allocations() const { return opening_allocations_; }
   /// Why blocks that should leave the map cannot, or nothing.
   [[nodiscard]] std::optional<std::string> obstacle() const;
   /// After the last scan: the totals for the report, with warnings about what was lost or left.
@@ -84,6 +86,7 @@ class MapWindow {
   std::unique_ptr<ArchiveFile> archive_;
   BlockArchive opened_{};
   std::optional<Failure> not_opened_;
+  std::uint64_t opening_allocations_ = 0;
   double radius_m_ = 0.0;
 };
 

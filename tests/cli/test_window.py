@@ -76,6 +76,7 @@ class Window(CommandCase):
         self.assertGreater(report["window"]["evicted"], 100)
         self.assertGreater(report["window"]["reloaded"], 100)
         self.assertEqual(0, report["window"]["merged"])
+        self.assertEqual(0, report["heap_allocations_after_init"] or 0)
         self.assertIsNone(report["config"]["window"])
         self.assertFalse((self.folder / "map.tsm.archive").exists())
 
