@@ -70,8 +70,7 @@ Outcome<void> check_places(const MapOptions& options) {
   // A map may be continued under its own name: it is read before it is written.
   std::error_code error;
   const bool in_place = std::filesystem::equivalent(options.out, options.continue_from, error);
-  const std::string archive =
-      options.archive.empty() ? std::string() : options.archive + "/" + ArchiveFile::kName;
+  const std::string archive = options.archive.empty() ? "" : archive_path(options.archive);
   Outcome<std::vector<NamedFile>> inputs = cloud_files(options);
   if (!inputs.ok()) return inputs.failure();
   inputs->push_back({"--continue", in_place ? "" : options.continue_from});
@@ -147,9 +146,9 @@ Failure interruption(const MapOptions& options, const MapRun& run, std::size_t n
 Outcome<void> map_scans(const MapOptions& options, MapSetup& setup, const RecordedScans& source,
                         Earlier& earlier) {
   if (!options.archive.empty()) {
-    setup.archive_bytes =
-        ArchiveFile::required_bytes(setup.map, source.classes().table().num_components(),
-                                    archive_blocks(setup, earlier.archive));
+    setup.archive_bytes = ArchiveFile::required_bytes(
+        setup.map, source.classes().table().num_components(),
+        archive_blocks(setup, earlier.archive ? &*earlier.archive : nullptr));
   }
   const Outcome<ScanCapacity> capacity = split_budget(setup, source.max_points());
   if (!capacity.ok()) return capacity.failure();
@@ -214,7 +213,7 @@ Outcome<void> run_map(const MapOptions& options) {
   const Outcome<std::unique_ptr<RecordedScans>> source = open_source(options);
   if (!source.ok()) return source.failure();
   Earlier earlier;
-  Outcome<std::optional<ArchiveContent>> archive = find_archive(options);
+  Outcome<std::optional<ArchiveContent>> archive = find_archive(options.archive);
   if (!archive.ok()) return archive.failure();
   earlier.archive = std::move(*archive);
   Outcome<std::optional<MapFileHeader>> header = earlier_map(options, earlier.archive);

@@ -8,26 +8,18 @@
 
 #include "base/outcome.hpp"
 #include "cli/map_report.hpp"
-#include "maps/archive_file.hpp"
+#include "maps/held_archive.hpp"
 #include "maps/stored_map.hpp"
 #include "settings/map_options.hpp"
 #include "tessera/robot/mapper.hpp"
 
 namespace tessera {
 
-/// The archive that options name, if it exists and holds blocks. Fails with kUsage iff its file
-/// cannot be read or is not an archive.
-Outcome<std::optional<ArchiveContent>> find_archive(const MapOptions& options);
-
 /// The header of the map to continue: of the map file, or of the archive itself if that is named.
 /// Fails with kUsage iff it cannot be read, or the archive holds another state than the file; and,
 /// if there is nothing to continue, iff the archive holds blocks.
 Outcome<std::optional<MapFileHeader>> earlier_map(const MapOptions& options,
                                                   const std::optional<ArchiveContent>& archive);
-
-/// Capacity of the archive's index in blocks: as a sixteenth of the budget holds, and at least
-/// twice the number of archived blocks.
-std::size_t archive_blocks(const MapSetup& setup, const std::optional<ArchiveContent>& archive);
 
 class MapWindow {
  public:
@@ -42,7 +34,7 @@ class MapWindow {
 
   /// After the last scan: the totals for the report, with warnings about what was lost or left.
   [[nodiscard]] WindowTotals report(const WindowReport& window) const;
-  [[nodiscard]] bool has_archive() const { return archive_ != nullptr; }
+  [[nodiscard]] bool has_archive() const { return archive_.has_value(); }
   /// Moves the whole map to the archive, then writes everything to path and returns its digest. The
   /// map is unusable afterwards. Fails with kFailure iff an archived block cannot be read, or the
   /// file cannot be written.
@@ -52,8 +44,7 @@ class MapWindow {
  private:
   MapWindow() = default;
 
-  ArenaMemory memory_{};
-  std::unique_ptr<ArchiveFile> archive_;
+  std::optional<HeldArchive> archive_;
   double radius_m_ = 0.0;
 };
 

@@ -103,6 +103,7 @@ Outcome<void> Node::check_urls() const {
 }
 
 Outcome<void> Node::check_places(const std::string& path) const {
+  const std::string archive = config_.map.archive.empty() ? "" : archive_path(config_.map.archive);
   return check_outputs({{"[output] global_map", config_.global_map},
                         {"[output] local_map", config_.local_map},
                         {"[output] contribution", config_.contribution},
@@ -111,7 +112,8 @@ Outcome<void> Node::check_places(const std::string& path) const {
                         {"[security] fleet_key", config_.keys.fleet_key},
                         {"[security] robot_secret", config_.keys.robot_secret},
                         {"[security] robot_public_keys", config_.keys.robot_public_keys},
-                        {"[robot] T_global_map", config_.T_global_map}},
+                        {"[robot] T_global_map", config_.T_global_map},
+                        {"[map] archive", archive}},
                        {config_.map.dataset, {config_.map.labels}});
 }
 
@@ -156,6 +158,21 @@ Outcome<void> Node::begin_state() {
   return {};
 }
 
+/// An archive of an earlier start is one that did not end in order.
+Outcome<void> Node::open_archive(const std::string& path) {
+  const std::string& folder = config_.map.archive;
+  if (folder.empty()) return {};
+  const Outcome<std::string> kept = config_.keep_maps ? keep_earlier_archive(archive_path(folder))
+                                                      : Outcome<std::string>(std::string());
+  if (!kept.ok()) return in_words_of_config(kept.failure(), path);
+  if (!kept->empty()) run_.kept_maps.push_back(*kept);
+  Outcome<HeldArchive> archive = HeldArchive::make(folder, setup_.map, identity_of(MapKind::kLocal),
+                                                   nullptr, robot_->mapper());
+  if (!archive.ok()) return in_words_of_config(archive.failure(), path);
+  archive_.emplace(std::move(*archive));
+  return {};
+}
+
 Outcome<void> Node::set_up(const std::string& path) {
   // All checks are made before the start is counted.
   const Outcome<void> checked = check_all(path);
@@ -186,6 +203,8 @@ Outcome<void> Node::set_up(const std::string& path) {
   Outcome<HeldRobot> robot = make_robot(setup_.robot, classes(), keys_->keys(), clock);
   if (!robot.ok()) return robot.failure();
   robot_ = std::move(*robot);
+  const Outcome<void> archive = open_archive(path);
+  if (!archive.ok()) return archive.failure();
   for (const RobotFloor& heard : state_->floors())
     robot_->exchange().set_floor_of(heard.robot, heard.floor);
   excluded_ = config_.exclude;

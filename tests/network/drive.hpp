@@ -30,8 +30,7 @@ class Drive {
   std::size_t end_;
   ScanBuffer buffer_;
   oracle::AlignedMemory memory_;
-  LocalMap map_;
-  Integrator integrator_;
+  Mapper* mapper_ = nullptr;
   Publisher publisher_;
 };
 
