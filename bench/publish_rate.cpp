@@ -79,10 +79,9 @@ double mean(const std::vector<double>& values) {
 }
 
 struct Drive {
-  LocalMap map;
-  Integrator integrator;
+  tessera::Mapper& mapper;
+  const LocalMap& map;
   Publisher publisher;
-  MovingWindow window;
 };
 
 void report(const Drive& drive, const Published& published, const Disagreement& disagreement,
@@ -132,26 +131,23 @@ Outcome<void> measure(const Settings& settings) {
     if (!read.ok()) return read.failure();
     fleet.emplace(std::move(*read));
   }
-  MapConfig map_config;
-  map_config.tuple = TuplePolicy::kCompact;
-  map_config.storage_bytes = std::size_t{512} << 20U;
-  const ScanCapacity capacity{.points = static_cast<std::uint32_t>(scene->max_points),
-                              .tiles = 131072,
-                              .ray_blocks = 131072};
-  const InferenceConfig inference;
+  RobotConfig config;
+  config.map.tuple = TuplePolicy::kCompact;
+  config.map.storage_bytes = std::size_t{512} << 20U;
+  config.scan = {.points = static_cast<std::uint32_t>(scene->max_points),
+                 .tiles = 131072,
+                 .ray_blocks = 131072};
+  config.window = WindowConfig{.radius_m = 50.0};
   const int components = scene->classes.num_components();
-  Memory memory(required_bytes(map_config) + Integrator::required_bytes(capacity, inference) +
+  Memory memory(tessera::Mapper::required_bytes(config) +
                 Publisher::required_bytes(settings.publisher, components));
   Arena arena = memory.arena();
-  Result<LocalMap> map = LocalMap::make(arena, map_config, scene->classes);
-  Result<Integrator> integrator = Integrator::make(arena, inference, capacity);
-  Result<Publisher> publisher = Publisher::make(arena, settings.publisher, map_config, components);
-  const Result<MovingWindow> window =
-      MovingWindow::make({.radius_m = 50.0}, map_config.resolution_m);
-  if (!map.ok() || !integrator.ok() || !publisher.ok() || !window.ok())
+  const Result<tessera::Mapper*> mapper = tessera::Mapper::make(arena, config, scene->classes, {});
+  Result<Publisher> publisher = Publisher::make(arena, settings.publisher, config.map, components);
+  if (!mapper.ok() || !publisher.ok())
     return Failure{"a setting is out of its range", FailureKind::kUsage};
-  Drive drive{std::move(*map), std::move(*integrator), std::move(*publisher), *window};
-  Published published(map_config, scene->classes, fleet ? fleet->signatures() : Signatures{});
+  Drive drive{**mapper, (*mapper)->map(), std::move(*publisher)};
+  Published published(config.map, scene->classes, fleet ? fleet->signatures() : Signatures{});
   if (!published.ok()) return Failure{"nothing can be published", FailureKind::kFailure};
   Disagreement disagreement(drive.map);
   const BlockArchive archive{&drive.publisher,
@@ -160,6 +156,7 @@ Outcome<void> measure(const Settings& settings) {
                                return true;
                              },
                              nullptr, nullptr};
+  drive.mapper.set_archive(archive);
   const std::size_t count = scene->scans.size();
   const auto& first = scene->scans.front().T_map_sensor;
   const auto& last = scene->scans.back().T_map_sensor;
@@ -179,10 +176,9 @@ Outcome<void> measure(const Settings& settings) {
       Scan scan = scene->scans[done % count];
       scan.T_map_sensor.col(3) += lap * static_cast<double>(done / count);
       const Point3f at = scan.origin_map();
-      drive.window.step(drive.map, at.cast<double>(), archive);
       drive.publisher.set_focus(block_of(*drive.map.lattice().voxel_of(at)));
       const std::uint64_t before = drive.map.usage().label_voxels;
-      const ScanReport report = drive.integrator.integrate(drive.map, scan.view());
+      const ScanReport report = drive.mapper.integrate(scan.view(), 0);
       if (report.left_out() > 0) return Failure{"a scan did not fit", FailureKind::kFailure};
       new_voxels += drive.map.usage().label_voxels - before;
       scan_us += 1000 * settings.scan_ms;

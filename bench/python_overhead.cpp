@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "maps/stored_map.hpp"
+#include "maps/held_mapper.hpp"
 #include "settings/map_options.hpp"
 
 namespace {
@@ -43,25 +43,20 @@ int run(const char* points_path, const char* components_path, const std::string&
   if (!setup.ok()) return 1;
   const Outcome<ScanCapacity> capacity = split_budget(*setup, ScanCapacity{}.points);
   if (!capacity.ok()) return 1;
-  const Outcome<ArenaMemory> memory = ArenaMemory::allocate(
-      required_bytes(setup->map) + Integrator::required_bytes(*capacity, setup->inference));
-  if (!memory.ok()) return 1;
-  Arena arena(memory->span());
   ClassTable classes;
   for (int label = 1; label <= 19; ++label)
     static_cast<void>(classes.add("class " + std::to_string(label), {}));
-  Result<LocalMap> map = LocalMap::make(arena, setup->map, classes);
-  Result<Integrator> integrator = Integrator::make(arena, setup->inference, *capacity);
-  if (!map.ok() || !integrator.ok()) return 1;
+  const Outcome<HeldMapper> mapper = make_mapper(*setup, *capacity, classes);
+  if (!mapper.ok()) return 1;
   ScanView scan;
   scan.points = reinterpret_cast<const float*>(points.data());
   scan.count = components.size();
   scan.components = reinterpret_cast<const std::uint8_t*>(components.data());
   for (std::string line; std::getline(std::cin, line);) {
-    map->clear();
+    (*mapper)->map().clear();
     const std::int64_t busy_ns = processor_ns();
     const auto start = std::chrono::steady_clock::now();
-    const ScanReport report = integrator->integrate(*map, scan);
+    const ScanReport report = (*mapper)->integrate(scan, 0);
     const std::chrono::nanoseconds took = std::chrono::steady_clock::now() - start;
     std::printf("%lld %lld %u\n", static_cast<long long>(took.count()),
                 static_cast<long long>(processor_ns() - busy_ns), report.admitted);

@@ -81,25 +81,23 @@ Outcome<std::string> digest_of_input(const Options& options) {
 }
 
 Outcome<Mapper> Mapper::make(const Mode& mode, const Scene& scene, double resolution_m) {
-  const MapConfig map_config = map_of(mode, resolution_m);
-  const ScanCapacity capacity{.points = static_cast<std::uint32_t>(scene.max_points),
-                              .tiles = 131072,
-                              .ray_blocks = 131072};
-  const InferenceConfig inference = inference_of(mode, resolution_m);
-  const std::size_t bytes = required_bytes(map_config) +
-                            Integrator::required_bytes(capacity, inference) + kArenaAlignment;
+  RobotConfig config;
+  config.map = map_of(mode, resolution_m);
+  config.inference = inference_of(mode, resolution_m);
+  config.scan = {.points = static_cast<std::uint32_t>(scene.max_points),
+                 .tiles = 131072,
+                 .ray_blocks = 131072};
+  const std::size_t bytes = tessera::Mapper::required_bytes(config);
   Mapper mapper;
   mapper.memory_.reset(static_cast<std::byte*>(
       std::aligned_alloc(kArenaAlignment, align_up(bytes, kArenaAlignment))));
   if (mapper.memory_ == nullptr)
     return Failure{"the system does not give the memory for a map", FailureKind::kFailure};
   Arena arena(std::span<std::byte>(mapper.memory_.get(), bytes));
-  Result<LocalMap> map = LocalMap::make(arena, map_config, scene.classes);
-  Result<Integrator> integrator = Integrator::make(arena, inference, capacity);
-  if (!map.ok() || !integrator.ok())
+  const Result<tessera::Mapper*> made = tessera::Mapper::make(arena, config, scene.classes, {});
+  if (!made.ok())
     return Failure{std::string("cannot make a map for ") + mode.name, FailureKind::kFailure};
-  mapper.map_ = std::move(*map);
-  mapper.integrator_ = std::move(*integrator);
+  mapper.mapper_ = *made;
   return mapper;
 }
 
@@ -113,11 +111,11 @@ Outcome<void> Mapper::integrate_all(const Scene& scene) {
 }
 
 std::span<KeyedIndex> Mapper::workspace() {
-  workspace_.resize(std::max(workspace_.size(), 2 * map_.block_count()));
+  workspace_.resize(std::max(workspace_.size(), 2 * map().block_count()));
   return workspace_;
 }
 
-std::uint64_t Mapper::digest_of_map() { return tessera::digest(map_, workspace()); }
+std::uint64_t Mapper::digest_of_map() { return tessera::digest(map(), workspace()); }
 
 std::vector<VoxelCoord> observed_voxels(Mapper& mapper) {
   std::vector<VoxelCoord> voxels;

@@ -12,9 +12,9 @@
 
 #include "harness.hpp"
 #include "scans/dataset.hpp"
-#include "tessera/inference/integrator.hpp"
 #include "tessera/map/local_map.hpp"
 #include "tessera/map/queries.hpp"
+#include "tessera/robot/mapper.hpp"
 
 namespace tessera::bench {
 
@@ -59,14 +59,14 @@ inline constexpr Mode kCountingMode{"counting", "counting", InferenceMode::kCoun
 inline constexpr std::array<Mode, 4> kModes{kKernelMode, kMultiEntropyMode, kFreeSpaceMode,
                                             kCountingMode};
 
-/// A map and an integrator in memory of their own.
+/// A mapper in memory of its own.
 class Mapper {
  public:
   static Outcome<Mapper> make(const Mode& mode, const Scene& scene, double resolution_m);
 
-  [[nodiscard]] LocalMap& map() { return map_; }
-  [[nodiscard]] const Integrator& integrator() const { return integrator_; }
-  ScanReport integrate(const Scan& scan) { return integrator_.integrate(map_, scan.view()); }
+  [[nodiscard]] LocalMap& map() { return mapper_->map(); }
+  [[nodiscard]] const Integrator& integrator() const { return mapper_->integrator(); }
+  ScanReport integrate(const Scan& scan) { return mapper_->integrate(scan.view(), 0); }
   /// All scans of a scene. Fails with kFailure iff anything was left out.
   Outcome<void> integrate_all(const Scene& scene);
   [[nodiscard]] std::uint64_t digest_of_map();
@@ -78,8 +78,7 @@ class Mapper {
     void operator()(std::byte* bytes) const { std::free(bytes); }
   };
   std::unique_ptr<std::byte, Free> memory_;
-  LocalMap map_;
-  Integrator integrator_;
+  tessera::Mapper* mapper_ = nullptr;
   std::vector<KeyedIndex> workspace_;
 };
 

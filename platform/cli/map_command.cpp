@@ -40,7 +40,7 @@ std::atomic<bool> interrupted{false};
 /// heap unless it fails, except for decoding the cameras' images or files of clouds and for an
 /// archive that is made when memory is short, which a robot does not do.
 Outcome<void> integrate_all(const RecordedScans& scans, Registrar& registrar, Mapper& mapper,
-                            const MapWindow* window, MapRun& run) {
+                            MapWindow* window, MapRun& run) {
   RecordedSource source(scans);
   Progress progress("mapping", scans.num_scans());
   const std::optional<std::uint64_t> before = heap_allocations();
@@ -79,8 +79,7 @@ Outcome<void> check_places(const MapOptions& options) {
   // A map may be continued under its own name: it is read before it is written.
   std::error_code error;
   const bool in_place = std::filesystem::equivalent(options.out, options.continue_from, error);
-  const std::string archive =
-      options.archive.empty() ? std::string() : options.archive + "/" + ArchiveFile::kName;
+  const std::string archive = options.archive.empty() ? "" : archive_path(options.archive);
   Outcome<std::vector<NamedFile>> inputs = cloud_files(options);
   if (!inputs.ok()) return inputs.failure();
   inputs->push_back({"--continue", in_place ? "" : options.continue_from});
@@ -107,6 +106,7 @@ struct Earlier {
   std::optional<ArchiveContent> archive;
   std::optional<MapFileHeader> header;
   std::optional<Octree> prior_map;
+  bool spilled = false;  ///< The archive is the one beside the output.
 };
 
 Outcome<void> take_up(const MapOptions& options, const Earlier& earlier, const MapSetup& setup,
@@ -127,6 +127,7 @@ Outcome<void> write_map(const MapOptions& options, const MapIdentity& identity, 
     run.digest = digest(map, workspace);
     return save_map(map, identity, workspace, options.out);
   }
+  run.archived_blocks = window->archived_blocks();
   const Outcome<std::uint64_t> whole = window->save_whole(map, identity, options.out);
   if (!whole.ok()) return whole.failure();
   run.digest = *whole;
@@ -142,29 +143,15 @@ Outcome<void> check_some_integrated(const MapRun& run) {
 }
 
 /// For a run whose map and report are written, but without some of the scans.
-Failure interruption(const MapOptions& options, const MapRun& run, std::size_t num_scans) {
+/// continued: the map file, or an archive that is beside it.
+Failure interruption(const MapOptions& options, const std::string& continued, const MapRun& run,
+                     std::size_t num_scans) {
   std::string written = options.out + (options.report.empty() ? "" : " and " + options.report);
   return {"interrupted after scan " + std::to_string(run.scans.size()) + " of " +
               std::to_string(num_scans) + ": " + written +
               " written with the scans so far; continue with "
               "--continue " +
-              options.out + " --first " + std::to_string(run.scans.back().index + 1),
-          FailureKind::kFailure};
-}
-
-/// For a run that ended as neither memory nor the archive had room for more. The map grows with the
-/// way: what the whole takes is estimated from the scans so far.
-Failure out_of_memory(const MapOptions& options, const MapSetup& setup, const RecordedScans& source,
-                      const MapRun& run) {
-  const double share =
-      static_cast<double>(run.scans.size()) / static_cast<double>(source.num_scans());
-  const auto storage =
-      static_cast<std::size_t>(static_cast<double>(setup.map.storage_bytes) / share);
-  const std::size_t whole = budget_for_storage(setup, source.max_points(), storage);
-  return {"memory is full after scan " + std::to_string(run.scans.size()) + " of " +
-              std::to_string(source.num_scans()) + ", and " + *run.obstacle + ". " + options.out +
-              " has the scans so far; without an archive the whole takes about --memory " +
-              std::to_string(whole >> 20U) + "M",
+              continued + " --first " + std::to_string(run.scans.back().index + 1),
           FailureKind::kFailure};
 }
 
@@ -172,9 +159,9 @@ Failure out_of_memory(const MapOptions& options, const MapSetup& setup, const Re
 Outcome<void> map_scans(const MapOptions& options, MapSetup& setup, const RecordedScans& source,
                         Earlier& earlier) {
   if (!options.archive.empty()) {
-    setup.archive_bytes =
-        ArchiveFile::required_bytes(setup.map, source.classes().table().num_components(),
-                                    archive_blocks(setup, earlier.archive));
+    setup.archive_bytes = ArchiveFile::required_bytes(
+        setup.map, source.classes().table().num_components(),
+        archive_blocks(setup, earlier.archive ? &*earlier.archive : nullptr));
   }
   const Outcome<std::unique_ptr<Registrar>> registrar = Registrar::make(source.registration());
   if (!registrar.ok()) return registrar.failure();
@@ -223,22 +210,31 @@ Outcome<void> map_scans(const MapOptions& options, MapSetup& setup, const Record
   const Outcome<void> some = check_some_integrated(run);
   if (!some.ok()) return some.failure();
   const Outcome<void> written = write_map(options, identity, window.get(), mapper.map(), run);
+  if (!written.ok() && run.obstacle && window->has_archive())
+    return Failure{*run.obstacle + ", and " + written.failure().message + ". " + window->path() +
+                       " has what left memory before scan " + std::to_string(run.scans.size()),
+                   FailureKind::kFailure};
   if (!written.ok()) return written.failure();
   if (window != nullptr && (setup.window->keep_while_room ? window->has_archive() : true))
     run.window = window->report(mapper.window());
   print_summary(run, options.out);
   const Outcome<void> reported = write_report(to_json(run, config), options.report);
   if (!reported.ok()) return reported;
+  const bool spilled = earlier.spilled || (window != nullptr && setup.window->keep_while_room);
+  const bool beside = spilled && window != nullptr && window->has_archive();
+  if (run.interrupted)
+    return interruption(options, beside ? window->path() : options.out, run, source.num_scans());
   // The map file has all of it now.
-  if (window != nullptr && is_spill_folder(options)) window->remove_spilled();
-  if (run.obstacle) return out_of_memory(options, setup, source, run);
-  return run.interrupted ? interruption(options, run, source.num_scans()) : Outcome<void>();
+  if (beside) window->remove_archive();
+  if (run.obstacle)
+    return out_of_memory(options, setup, source.max_points(), run, source.num_scans());
+  return {};
 }
 
 Outcome<void> run_map(MapOptions& options) {
   const Outcome<void> given = check_source(options);
   if (!given.ok()) return given.failure();
-  const Outcome<void> spilled = find_spilled(options);
+  const Outcome<bool> spilled = find_spilled(options);
   if (!spilled.ok()) return spilled.failure();
   Outcome<MapSetup> setup = set_up(options);
   if (!setup.ok()) return setup.failure();
@@ -248,7 +244,8 @@ Outcome<void> run_map(MapOptions& options) {
   const Outcome<std::unique_ptr<RecordedScans>> source = open_source(options);
   if (!source.ok()) return source.failure();
   Earlier earlier;
-  Outcome<std::optional<ArchiveContent>> archive = find_archive(options);
+  earlier.spilled = *spilled;
+  Outcome<std::optional<ArchiveContent>> archive = find_archive(options.archive);
   if (!archive.ok()) return archive.failure();
   earlier.archive = std::move(*archive);
   Outcome<std::optional<MapFileHeader>> header = earlier_map(options, earlier.archive);

@@ -119,24 +119,6 @@ Json scan_json(const ScanRecord& scan) {
   return json;
 }
 
-Json window_json(const WindowTotals& w) {
-  return {{"radius_m", w.radius_m},
-          {"evicted", w.evicted},
-          {"evictions_refused", w.evictions_refused},
-          {"reloaded", w.reloaded},
-          {"merged", w.merged},
-          {"reloads_failed", w.reloads_failed},
-          {"steps_without_room", w.steps_without_room},
-          {"backlog", w.backlog},
-          {"most_backlog", w.most_backlog},
-          {"most_evicted", w.most_evicted},
-          {"most_reloaded", w.most_reloaded},
-          {"lost_blocks", w.lost_blocks},
-          {"archived_blocks", w.archived_blocks},
-          {"archive_bytes", w.archive_bytes},
-          {"index_bytes", w.index_bytes}};
-}
-
 Json prior_map_json(const PriorMapReport& prior_map) {
   return {{"resolution", prior_map.resolution_m},
           {"occupied_voxels", prior_map.occupied},
@@ -244,7 +226,7 @@ Json to_json(const MapRun& run, const Json& config) {
                     {"blocks", usage.blocks},
                     {"blocks_refused", usage.blocks_refused},
                     {"storage_refused", usage.storage_refused}};
-  if (run.window) json["window"] = window_json(*run.window);
+  if (run.window) json["window"] = to_json(*run.window);
   if (run.prior_map) json["prior_map"] = prior_map_json(*run.prior_map);
   json["heap_allocations_after_init"] = run.heap_allocations ? Json(*run.heap_allocations) : Json();
   json["config"] = config;

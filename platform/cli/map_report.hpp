@@ -10,10 +10,10 @@
 #include "base/json.hpp"
 #include "cli/registration_report.hpp"
 #include "maps/prior_map.hpp"
+#include "maps/window_totals.hpp"
 #include "scans/dataset.hpp"
 #include "tessera/inference/scan_report.hpp"
 #include "tessera/map/local_map.hpp"
-#include "tessera/map/moving_window.hpp"
 
 namespace tessera {
 
@@ -25,18 +25,11 @@ struct ScanRecord {
   RegistrationRecord registration{};
 };
 
-/// Totals of the moving window, and what the archive holds in the end.
-struct WindowTotals : WindowReport {
-  double radius_m = 0.0;
-  std::uint64_t archived_blocks = 0;
-  std::uint64_t archive_bytes = 0;  ///< Of the file.
-  std::uint64_t index_bytes = 0;    ///< Of the budget.
-};
-
 /// Settings and results of a run.
 struct MapRun {
   std::vector<ScanRecord> scans;
   bool interrupted = false;             ///< By a signal, before the last scan.
+  std::size_t archived_blocks = 0;      ///< Before the map was saved.
   std::optional<std::string> obstacle;  ///< Why the archive takes no more, if that ended the run.
   std::size_t budget_bytes = 0;
   std::size_t scratch_bytes = 0;

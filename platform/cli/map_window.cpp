@@ -10,9 +10,7 @@
 #include "base/allocation_counter.hpp"
 #include "base/number_text.hpp"
 #include "cli/command.hpp"
-#include "maps/whole_map.hpp"
-#include "tessera/map/queries.hpp"
-#include "tessera/registration/scan.hpp"
+#include "maps/whole_map_file.hpp"
 
 namespace tessera {
 
@@ -20,13 +18,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-fs::path archive_path(const MapOptions& options) {
-  return fs::path(options.archive) / ArchiveFile::kName;
-}
-
 bool continues_archive(const MapOptions& options) {
   std::error_code error;
-  return fs::equivalent(options.continue_from, archive_path(options), error);
+  return fs::equivalent(options.continue_from, archive_path(options.archive), error);
 }
 
 bool same_map(const MapFileHeader& a, const MapFileHeader& b) {
@@ -42,19 +36,9 @@ bool same_map(const MapFileHeader& a, const MapFileHeader& b) {
 
 }  // namespace
 
-Outcome<std::optional<ArchiveContent>> find_archive(const MapOptions& options) {
-  std::error_code error;
-  if (options.archive.empty() || !fs::exists(archive_path(options), error))
-    return std::optional<ArchiveContent>();
-  const Outcome<ArchiveContent> content = ArchiveFile::inspect(archive_path(options).string());
-  if (!content.ok()) return content.failure();
-  if (content->records == 0) return std::optional<ArchiveContent>();
-  return std::optional(*content);
-}
-
 Outcome<std::optional<MapFileHeader>> earlier_map(const MapOptions& options,
                                                   const std::optional<ArchiveContent>& archive) {
-  const std::string path = archive_path(options).string();
+  const std::string path = archive_path(options.archive);
   if (options.continue_from.empty()) {
     if (!archive) return std::optional<MapFileHeader>();
     return Failure{path +
@@ -75,39 +59,32 @@ Outcome<std::optional<MapFileHeader>> earlier_map(const MapOptions& options,
   return std::optional(*header);
 }
 
-std::size_t archive_blocks(const MapSetup& setup, const std::optional<ArchiveContent>& archive) {
-  constexpr std::size_t kBytesPerBlock = 26;
-  const std::size_t by_budget = setup.budget_bytes / 16 / kBytesPerBlock;
-  const std::size_t by_content = archive ? 2 * static_cast<std::size_t>(archive->records) : 0;
-  return std::max<std::size_t>({by_budget, by_content, 1024});
-}
-
-std::string spill_folder(const MapOptions& options) { return options.out + ".archive"; }
-
-bool is_spill_folder(const MapOptions& options) {
-  if (options.archive.empty()) return !options.window_m;
-  std::error_code error;
-  return fs::equivalent(options.archive, spill_folder(options), error);
-}
-
-Outcome<void> find_spilled(MapOptions& options) {
+Outcome<bool> find_spilled(MapOptions& options) {
+  const std::string folder = options.out + ".archive";
   const fs::path continued(options.continue_from);
-  if (options.archive.empty() && continued.filename() == ArchiveFile::kName)
-    options.archive = continued.has_parent_path() ? continued.parent_path().string() : ".";
-  if (!options.archive.empty() || options.window_m) return {};
-  const std::string left = spill_folder(options) + "/" + ArchiveFile::kName;
   std::error_code error;
-  if (!fs::exists(left, error)) return {};
-  return Failure{left +
+  if (!options.archive.empty()) return false;
+  if (continued.filename() == ArchiveFile::kName) {
+    options.archive = continued.has_parent_path() ? continued.parent_path().string() : ".";
+    return fs::equivalent(options.archive, folder, error);
+  }
+  const Outcome<std::optional<ArchiveContent>> left = find_archive(folder);
+  if (!left.ok()) return left.failure();
+  if (!*left) return false;
+  const std::string path = archive_path(folder);
+  return Failure{path +
                  " holds the blocks of an earlier run that did not end; continue it with "
                  "--continue " +
-                 left + ", or remove it"};
+                 path + ", or remove it"};
 }
 
 void set_up_spilling(const MapOptions& options, MapSetup& setup) {
-  if (setup.window || options.max_range_m <= 0.0) return;
+  const double reach = reach_m(options);
+  const double edge_m = setup.map.resolution_m * kBlockEdge;
+  if (setup.window || reach <= 0.0 || reach > kMostWindowBlocks * edge_m) return;
   WindowConfig& window = setup.window.emplace();
-  window.radius_m = reach_m(options);
+  window.radius_m = reach;
+  window.hysteresis_m = 2.0 * edge_m;
   window.keep_while_room = true;
   constexpr std::size_t kOctetBytes = 512;
   SlabPool::Counts& reserve = window.reserve;
@@ -132,135 +109,125 @@ Outcome<std::unique_ptr<MapWindow>> MapWindow::make(const MapOptions& options,
                                                     const MapIdentity& identity,
                                                     const std::optional<ArchiveContent>& archive,
                                                     Mapper& mapper) {
-  std::unique_ptr<MapWindow> window(new MapWindow);
-  window->radius_m_ = setup.window->radius_m;
-  window->identity_ = identity;
-  window->index_blocks_ = archive_blocks(setup, archive);
-  if (setup.window->keep_while_room) {
-    window->folder_ = spill_folder(options);
-    mapper.set_archive(window->spilling());
+  const bool spills = setup.window->keep_while_room;
+  const std::string folder = spills ? options.out + ".archive" : options.archive;
+  std::unique_ptr<MapWindow> window(new MapWindow(setup, identity, folder, mapper));
+  if (spills) {
+    // Only takes blocks: with the first one it is replaced by a file.
+    mapper.set_archive({.context = window.get(),
+                        .evict = [](void* context, const LocalMap& map, const Block& block) {
+                          auto& self = *static_cast<MapWindow*>(context);
+                          if (!self.archive_) self.open_for_first_block();
+                          return self.archive_ && (*self.archive_)->blocks().evict(map, block);
+                        }});
     return window;
   }
-  if (options.archive.empty()) return window;
-  window->folder_ = options.archive;
-  const Outcome<void> opened = window->open(mapper.map(), archive ? &*archive : nullptr);
+  if (folder.empty()) return window;
+  const Outcome<void> opened = window->open(archive ? &*archive : nullptr);
   if (!opened.ok()) return opened.failure();
   if (archive && archive->torn_bytes > 0) {
-    warn(window->archive_->path() +
-         " ends inside a record, as a run was cut short; ignoring its last " +
+    warn(window->path() + " ends inside a record, as a run was cut short; ignoring its last " +
          counted(archive->torn_bytes, "byte"));
   }
-  mapper.set_archive(window->opened_);
+  if (archive && !archive->complete) {
+    warn(window->path() + " is of a run that was cut short: what was in memory then is missing");
+  }
   return window;
 }
 
-Outcome<void> MapWindow::open(const LocalMap& map, const ArchiveContent* found) {
-  Outcome<ArenaMemory> memory = ArenaMemory::allocate(
-      ArchiveFile::required_bytes(map.config(), map.num_components(), index_blocks_));
-  if (!memory.ok()) return memory.failure();
-  memory_ = std::move(*memory);
-  Arena arena(memory_.span());
-  Outcome<std::unique_ptr<ArchiveFile>> file =
-      ArchiveFile::open(folder_, map, identity_, index_blocks_, arena, found);
-  if (!file.ok()) return file.failure();
-  archive_ = std::move(*file);
-  opened_ = archive_->interface();
+Outcome<void> MapWindow::open(const ArchiveContent* found) {
+  Outcome<HeldArchive> held = HeldArchive::make(folder_, setup_, identity_, found, mapper_);
+  if (!held.ok()) return held.failure();
+  archive_.emplace(std::move(*held));
   return {};
 }
 
-/// The archive is made when the first block has to leave.
-BlockArchive MapWindow::spilling() noexcept {
-  BlockArchive archive;
-  archive.context = this;
-  archive.evict = [](void* context, const LocalMap& map, const Block& block) {
-    auto& window = *static_cast<MapWindow*>(context);
-    if (window.not_opened_) return false;
-    if (window.archive_ == nullptr) {
-      const std::uint64_t before = heap_allocations().value_or(0);
-      const Outcome<void> opened = window.open(map, nullptr);
-      window.opening_allocations_ = heap_allocations().value_or(0) - before;
-      if (!opened.ok()) {
-        window.not_opened_ = opened.failure();
-        return false;
-      }
-    }
-    return window.opened_.evict(window.opened_.context, map, block);
-  };
-  archive.archived = [](void* context, BlockCoord region) -> const RegionMask* {
-    const BlockArchive& opened = static_cast<MapWindow*>(context)->opened_;
-    return opened.archived == nullptr ? nullptr : opened.archived(opened.context, region);
-  };
-  archive.reload = [](void* context, LocalMap& map, BlockKey key) {
-    const BlockArchive& opened = static_cast<MapWindow*>(context)->opened_;
-    return opened.reload(opened.context, map, key);
-  };
-  return archive;
+void MapWindow::open_for_first_block() {
+  if (not_opened_) return;
+  const std::uint64_t before = heap_allocations().value_or(0);
+  const Outcome<void> opened = open(nullptr);
+  opening_allocations_ = heap_allocations().value_or(0) - before;
+  if (opened.ok()) return;
+  not_opened_ = opened.failure();
+  std::error_code error;
+  if (!fs::is_directory(folder_, error)) return;
+  fs::remove(archive_path(folder_), error);
+  fs::remove(folder_, error);
 }
 
-std::optional<std::string> MapWindow::obstacle() const {
+std::optional<std::string> MapWindow::obstacle() {
   if (not_opened_) return not_opened_->message;
-  if (archive_ == nullptr) return std::nullopt;
-  const ArchiveCounts& counts = archive_->counts();
-  if (counts.not_written > 0) return archive_->path() + " cannot be written; free some space";
-  if (counts.no_index > 0) return "the index of " + archive_->path() + " is full";
+  if (!archive_) return std::nullopt;
+  const ArchiveCounts before = known_;
+  known_ = (*archive_)->blocks().counts();
+  if (known_.not_written > before.not_written)
+    return path() + " cannot be written; free some space";
+  if (known_.no_index > before.no_index) return "the index of " + path() + " is full";
   return std::nullopt;
 }
 
-void MapWindow::remove_spilled() {
-  if (archive_ == nullptr) return;
-  archive_.reset();
-  opened_ = {};
+Failure out_of_memory(const MapOptions& options, const MapSetup& setup, std::size_t max_points,
+                      const MapRun& run, std::size_t num_scans) {
+  const double share = static_cast<double>(run.scans.size()) / static_cast<double>(num_scans);
+  const double blocks = static_cast<double>(std::max<std::size_t>(run.usage.blocks, 1));
+  const double times = 1.0 + static_cast<double>(run.archived_blocks) / blocks;
+  const auto storage =
+      static_cast<std::size_t>(static_cast<double>(setup.map.storage_bytes) * times / share);
+  const std::size_t whole = budget_for_storage(setup, max_points, storage);
+  return {"memory is full after scan " + std::to_string(run.scans.size()) + " of " +
+              std::to_string(num_scans) + ", and " + *run.obstacle + ". " + options.out +
+              " has the scans so far; without an archive the whole takes about --memory " +
+              std::to_string(whole >> 20U) + "M",
+          FailureKind::kFailure};
+}
+
+void MapWindow::remove_archive() {
+  if (!archive_) return;
   std::error_code error;
-  fs::remove(fs::path(folder_) / ArchiveFile::kName, error);
+  (*archive_)->remove();
   fs::remove(folder_, error);
 }
 
 WindowTotals MapWindow::report(const WindowReport& window) const {
-  WindowTotals totals{window};
-  totals.radius_m = radius_m_;
+  const WindowTotals totals =
+      totals_of(window, setup_.window->radius_m, archive_ ? &*archive_ : nullptr);
   if (window.lost_blocks > 0) {
     warn(counted(window.lost_blocks, "block") +
          " left the window and their evidence is lost; give --archive DIR to keep it");
   }
-  if (archive_ == nullptr) return totals;
-  totals.merged += archive_->counts().evictions_merged;
-  totals.archive_bytes = archive_->file_bytes();
-  totals.archived_blocks = archive_->index().size();
-  totals.index_bytes = memory_.span().size();
-  const ArchiveCounts& counts = archive_->counts();
+  if (!archive_) return totals;
+  const ArchiveFile& archive = **archive_;
+  const ArchiveCounts& counts = archive.blocks().counts();
   if (counts.no_index > 0) {
-    warn("the archive's index for " + counted(archive_->index().capacity(), "block") +
+    warn("the archive's index for " + counted(archive.blocks().index().capacity(), "block") +
          " is full; continue with --continue and a larger --memory");
   }
   if (counts.not_written > 0)
     warn(counted(counts.not_written, "time") + " a block could not be written to " +
-         archive_->path() + " and stayed in the map; free some space");
+         archive.path() + " and stayed in the map; free some space");
   if (counts.not_read > 0)
-    warn(counted(counts.not_read, "time") + " a block could not be read from " + archive_->path());
+    warn(counted(counts.not_read, "time") + " a block could not be read from " + archive.path());
   return totals;
 }
 
 Outcome<std::uint64_t> MapWindow::save_whole(LocalMap& map, const MapIdentity& identity,
                                              const std::string& path) {
+  ArchiveFile& archive = **archive_;
   std::vector<KeyedIndex> workspace = workspace_for(map);
   for (const KeyedIndex& item : map.blocks_in_order(workspace)) {
-    if (archive_->evict(map, map.block_at(item.index))) map.remove_block(item.index);
+    if (archive.blocks().evict(map, map.block_at(item.index))) map.remove_block(item.index);
   }
   const bool all_archived = map.block_count() == 0;
-  const Outcome<void> completed =
-      all_archived ? archive_->complete(map.revision()) : Outcome<void>();
+  const Outcome<void> completed = all_archived ? archive.complete(map.revision()) : Outcome<void>();
   if (!all_archived || !completed.ok()) {
-    warn(archive_->path() +
+    warn(archive.path() +
          " could not take all of the map; it cannot be continued together "
          "with " +
          path + ", which has all of it");
   }
-  WholeMap whole(map, *archive_);
-  const Outcome<std::vector<KeyedIndex>> keys = whole.keys();
-  if (!keys.ok()) return keys.failure();
-  const Result<std::uint64_t> content = digest(map, *keys, whole.lookup());
-  if (!content.ok()) return whole.unreadable();
-  const Outcome<void> saved = save_map(map, identity, *keys, whole.lookup(), path);
+  const Outcome<std::uint64_t> content = digest_of_whole(map, archive);
+  if (!content.ok()) return content.failure();
+  const Outcome<void> saved = tessera::save_whole(map, archive, identity, path);
   if (!saved.ok()) return saved.failure();
   return *content;
 }

@@ -5,19 +5,16 @@
 
 #include <memory>
 #include <optional>
+#include <string>
 
 #include "base/outcome.hpp"
 #include "cli/map_report.hpp"
-#include "maps/archive_file.hpp"
+#include "maps/held_archive.hpp"
 #include "maps/stored_map.hpp"
 #include "settings/map_options.hpp"
 #include "tessera/robot/mapper.hpp"
 
 namespace tessera {
-
-/// The archive that options name, if it exists and holds blocks. Fails with kUsage iff its file
-/// cannot be read or is not an archive.
-Outcome<std::optional<ArchiveContent>> find_archive(const MapOptions& options);
 
 /// The header of the map to continue: of the map file, or of the archive itself if that is named.
 /// Fails with kUsage iff it cannot be read, or the archive holds another state than the file; and,
@@ -25,33 +22,28 @@ Outcome<std::optional<ArchiveContent>> find_archive(const MapOptions& options);
 Outcome<std::optional<MapFileHeader>> earlier_map(const MapOptions& options,
                                                   const std::optional<ArchiveContent>& archive);
 
-/// The folder beside the output for blocks that do not fit in memory, where options name neither
-/// window nor archive.
-std::string spill_folder(const MapOptions& options);
-
-/// True if it is where this run's blocks go.
-bool is_spill_folder(const MapOptions& options);
-
-/// "--continue DIR/blocks.tsa" continues DIR's archive. Fails with kUsage iff an earlier run left
-/// blocks in the spill folder and is not continued.
-Outcome<void> find_spilled(MapOptions& options);
+/// Lets "--continue DIR/blocks.tsa" continue DIR's archive. True if that is the folder beside the
+/// output to which blocks go that do not fit in memory. Fails with kUsage iff no archive is named
+/// and an earlier run left blocks in that folder.
+Outcome<bool> find_spilled(MapOptions& options);
 
 /// Gives a run that keeps all of its map a window for when memory is full: scans reach within it,
-/// and no block leaves it while half of the storage is free. Without --max-range there is none.
-/// After split_budget.
+/// and no block leaves it while half of the storage is free. There is none without a limit of the
+/// range, or with one of more blocks than a window has. After split_budget.
 void set_up_spilling(const MapOptions& options, MapSetup& setup);
 
 /// Lets a window that has no deadline move all blocks that it has to, however far scans are apart.
 void move_all_at_once(MapSetup& setup);
 
-/// Capacity of the archive's index in blocks: as a sixteenth of the budget holds, and at least
-/// twice the number of archived blocks.
-std::size_t archive_blocks(const MapSetup& setup, const std::optional<ArchiveContent>& archive);
+/// For a run that ended as neither memory nor the archive had room for more. The map grows with the
+/// way: what the whole takes is estimated from the scans so far.
+Failure out_of_memory(const MapOptions& options, const MapSetup& setup, std::size_t max_points,
+                      const MapRun& run, std::size_t num_scans);
 
 class MapWindow {
  public:
-  /// Gives the mapper, which has a window, its archive: the one that options name, or one that is
-  /// made when memory is first short. Fails as ArchiveFile::open.
+  /// Gives the mapper, which has a window and outlives this, its archive: the one that options
+  /// name, or one that is made when memory is first short. Fails as ArchiveFile::open.
   static Outcome<std::unique_ptr<MapWindow>> make(const MapOptions& options, const MapSetup& setup,
                                                   const MapIdentity& identity,
                                                   const std::optional<ArchiveContent>& archive,
@@ -61,13 +53,16 @@ class MapWindow {
 
   /// Of the heap, for an archive that was made while scans were mapped.
   [[nodiscard]] std::uint64_t opening_allocations() const { return opening_allocations_; }
-  /// Why blocks that should leave the map cannot, or nothing.
-  [[nodiscard]] std::optional<std::string> obstacle() const;
+  /// Why blocks could not leave the map since the last call, or nothing.
+  std::optional<std::string> obstacle();
   /// After the last scan: the totals for the report, with warnings about what was lost or left.
   [[nodiscard]] WindowTotals report(const WindowReport& window) const;
-  [[nodiscard]] bool has_archive() const { return archive_ != nullptr; }
-  /// Removes a spill folder whose blocks are in the map file now.
-  void remove_spilled();
+  [[nodiscard]] bool has_archive() const { return archive_.has_value(); }
+  /// Of an archive.
+  [[nodiscard]] const std::string& path() const { return (*archive_)->path(); }
+  [[nodiscard]] std::size_t archived_blocks() const { return (*archive_)->blocks().index().size(); }
+  /// Removes the archive, whose blocks are in the map file now.
+  void remove_archive();
   /// Moves the whole map to the archive, then writes everything to path and returns its digest. The
   /// map is unusable afterwards. Fails with kFailure iff an archived block cannot be read, or the
   /// file cannot be written.
@@ -75,19 +70,19 @@ class MapWindow {
                                     const std::string& path);
 
  private:
-  MapWindow() = default;
-  [[nodiscard]] BlockArchive spilling() noexcept;
-  Outcome<void> open(const LocalMap& map, const ArchiveContent* found);
+  MapWindow(const MapSetup& setup, const MapIdentity& identity, std::string folder, Mapper& mapper)
+      : setup_(setup), identity_(identity), folder_(std::move(folder)), mapper_(mapper) {}
+  [[nodiscard]] Outcome<void> open(const ArchiveContent* found);
+  void open_for_first_block();
 
-  std::string folder_;  ///< Empty: blocks that leave are lost.
+  MapSetup setup_;
   MapIdentity identity_;
-  std::size_t index_blocks_ = 0;
-  ArenaMemory memory_{};
-  std::unique_ptr<ArchiveFile> archive_;
-  BlockArchive opened_{};
+  std::string folder_;  ///< Empty: blocks that leave are lost.
+  Mapper& mapper_;
+  std::optional<HeldArchive> archive_;
   std::optional<Failure> not_opened_;
+  ArchiveCounts known_{};  ///< At the last call of obstacle().
   std::uint64_t opening_allocations_ = 0;
-  double radius_m_ = 0.0;
 };
 
 }  // namespace tessera

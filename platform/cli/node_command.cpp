@@ -53,6 +53,10 @@ void warn_of_losses(const Node& node) {
   warn_if(mapping.refused_time, "refusal",
           "of points or rays, as the time was up; give a longer [map] deadline_ms or a larger "
           "resolution_m");
+  warn_if(
+      mapping.window.unpublished_blocks, "block",
+      "archived before others had all of them, as memory was short; they have the rest once the "
+      "robot returns; give a larger [map] memory");
   warn_if(mapping.over_capacity, "point",
           "of scans that are larger than the scratch memory; give a larger [map] memory");
   warn_if(global.refused_blocks + global.refused_outputs + global.refused_sums +

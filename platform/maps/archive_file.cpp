@@ -23,12 +23,6 @@ namespace {
 
 using namespace archive_format;
 
-MapConfig one_block_config(MapConfig config, int num_components) {
-  config.storage_bytes =
-      std::max(one_block_storage(config.tuple, num_components), 4 * SlabPool::kPageBytes);
-  return config;
-}
-
 std::size_t most_record(int num_components) {
   return static_cast<std::size_t>(
       record_bytes(most_block_bytes(num_components), ArchiveFile::kUnitBytes));
@@ -50,8 +44,7 @@ int write_at(int file, std::uint64_t offset, std::span<const std::byte> bytes) n
 
 std::size_t ArchiveFile::required_bytes(const MapConfig& map, int num_components,
                                         std::size_t blocks) {
-  return ArchiveIndex::required_bytes(blocks) +
-         tessera::required_bytes(one_block_config(map, num_components)) +
+  return StoredArchive::required_bytes(map, num_components, blocks) +
          2 * arena_bytes<std::byte>(most_record(num_components));
 }
 
@@ -62,15 +55,13 @@ Outcome<std::unique_ptr<ArchiveFile>> ArchiveFile::open(const std::string& folde
                                                         const ArchiveContent* found) {
   std::unique_ptr<ArchiveFile> archive(new ArchiveFile);
   archive->path_ = (std::filesystem::path(folder) / kName).string();
-  Result<LocalMap> one =
-      LocalMap::make(arena, one_block_config(map.config(), map.num_components()), map.classes());
-  const Result<ArchiveIndex> index = ArchiveIndex::make(arena, blocks);
+  Result<StoredArchive> stored =
+      StoredArchive::make(arena, map.config(), map.classes(), blocks, archive->store());
   archive->write_ = arena.take<std::byte>(most_record(map.num_components()));
   archive->read_ = arena.take<std::byte>(most_record(map.num_components()));
-  if (!one.ok() || !index.ok() || archive->read_.empty())
+  if (!stored.ok() || archive->read_.empty())
     return Failure{"the archive's index does not fit; give a larger --memory"};
-  archive->one_block_ = std::move(*one);
-  archive->index_ = *index;
+  archive->archive_ = std::move(*stored);
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   const int flags = O_RDWR | O_CLOEXEC | (found == nullptr ? O_CREAT : 0);
@@ -111,7 +102,7 @@ Outcome<void> ArchiveFile::create(const LocalMap& map, const MapIdentity& identi
   // Not on opening, which is before the lock.
   const int error = ::ftruncate(file_.get(), 0) != 0 ? errno : write_at(file_.get(), 0, bytes);
   if (error != 0) return system_failure("write", path_, error, FailureKind::kFailure);
-  end_ = bytes.size();
+  begin_ = end_ = bytes.size();
   return {};
 }
 
@@ -120,7 +111,7 @@ Outcome<void> ArchiveFile::fill_index(std::uint64_t whole_bytes) {
   if (!read_at(0, preamble)) return system_failure("read", path_, EIO, FailureKind::kFailure);
   ByteReader in{std::span(preamble).subspan(12)};
   const std::uint64_t header_end = kPreambleBytes + std::uint64_t{in.u32()};
-  end_ = (header_end + kUnitBytes - 1) / kUnitBytes * kUnitBytes;
+  begin_ = end_ = (header_end + kUnitBytes - 1) / kUnitBytes * kUnitBytes;
   while (end_ < whole_bytes) {
     std::array<std::byte, kHeadBytes> head{};
     if (!read_at(end_, head)) return system_failure("read", path_, EIO, FailureKind::kFailure);
@@ -129,9 +120,8 @@ Outcome<void> ArchiveFile::fill_index(std::uint64_t whole_bytes) {
     const std::uint32_t bytes = record.u32();
     const BlockKey key{record.u64()};
     if (mark == kBlockMark) {
-      if (!index_.open(key))
+      if (!archive_.list(key, static_cast<std::uint32_t>(end_ / kUnitBytes)))
         return Failure{path_ + " holds more blocks than its index; give a larger --memory"};
-      index_.assign(key, static_cast<std::uint32_t>(end_ / kUnitBytes));
     }
     end_ += record_bytes(bytes, kUnitBytes);
   }
@@ -141,7 +131,8 @@ Outcome<void> ArchiveFile::fill_index(std::uint64_t whole_bytes) {
 }
 
 bool ArchiveFile::append(std::uint32_t mark, std::uint64_t key,
-                         std::size_t payload_bytes) noexcept {
+                         std::span<const std::byte> payload) noexcept {
+  const std::size_t payload_bytes = payload.size();
   const auto bytes = static_cast<std::size_t>(record_bytes(payload_bytes, kUnitBytes));
   if (end_ + bytes > kMostBytes) {
     error_ = EFBIG;
@@ -153,6 +144,7 @@ bool ArchiveFile::append(std::uint32_t mark, std::uint64_t key,
   head.u64(key);
   head.u32(crc32c(head.written()));
   const std::span<std::byte> rest = write_.subspan(kHeadBytes, bytes - kHeadBytes);
+  std::ranges::copy(payload, rest.begin());
   std::ranges::fill(rest.subspan(payload_bytes), std::byte{0});
   ByteWriter checksum(rest.subspan(payload_bytes));
   checksum.u32(crc32c(rest.first(payload_bytes)));
@@ -177,82 +169,52 @@ bool ArchiveFile::read_at(std::uint64_t offset, std::span<std::byte> into) const
   return true;
 }
 
-std::span<const std::byte> ArchiveFile::payload_at(std::uint32_t place, BlockKey key) noexcept {
+std::size_t ArchiveFile::read_at_place(BlockKey key, std::uint32_t place,
+                                       std::span<std::byte> into) const noexcept {
   const std::uint64_t offset = std::uint64_t{place} * kUnitBytes;
   std::array<std::byte, kHeadBytes> head{};
-  if (!read_at(offset, head)) return {};
+  if (!read_at(offset, head)) return 0;
   ByteReader in(head);
   const bool is_block = in.u32() == kBlockMark;
   const std::uint32_t bytes = in.u32();
   const bool is_its = in.u64() == key.bits;
   const bool whole = in.u32() == crc32c(std::span(head).first(kHeadBytes - kChecksumBytes));
-  if (!is_block || !is_its || !whole || bytes + kChecksumBytes > read_.size()) return {};
-  const std::span<std::byte> payload = read_.first(bytes + kChecksumBytes);
-  if (!read_at(offset + kHeadBytes, payload)) return {};
+  if (!is_block || !is_its || !whole || bytes + kChecksumBytes > into.size()) return 0;
+  const std::span<std::byte> payload = into.first(bytes + kChecksumBytes);
+  if (!read_at(offset + kHeadBytes, payload)) return 0;
   ByteReader stored(payload.subspan(bytes));
-  return stored.u32() == crc32c(payload.first(bytes)) ? payload.first(bytes)
-                                                      : std::span<std::byte>{};
+  return stored.u32() == crc32c(payload.first(bytes)) ? bytes : 0;
 }
 
-BlockArchive ArchiveFile::interface() noexcept {
+BlockStore ArchiveFile::store() noexcept {
   return {
       .context = this,
-      .evict =
-          [](void* context, const LocalMap& map, const Block& block) {
-            return static_cast<ArchiveFile*>(context)->evict(map, block);
+      .put =
+          [](void* context, BlockKey key, std::span<const std::byte> bytes, std::uint32_t& place) {
+            auto& self = *static_cast<ArchiveFile*>(context);
+            const auto end = static_cast<std::uint32_t>(self.end_ / kUnitBytes);
+            if (!self.append(kBlockMark, key.bits, bytes)) return false;
+            place = end;
+            return true;
           },
-      .archived =
-          [](void* context, BlockCoord region) {
-            return static_cast<const ArchiveFile*>(context)->index_.archived(region);
-          },
-      .reload = [](void* context, LocalMap& map,
-                   BlockKey key) { return static_cast<ArchiveFile*>(context)->reload(map, key); }};
+      .get = [](void* context, BlockKey key, std::uint32_t place,
+                std::span<std::byte> into) -> std::size_t {
+        const auto& self = *static_cast<const ArchiveFile*>(context);
+        const std::size_t bytes = self.read_at_place(key, place, self.read_);
+        if (bytes > into.size()) return 0;
+        std::ranges::copy(self.read_.first(bytes), into.begin());
+        return bytes;
+      },
+      .clear = [](void* context) { static_cast<ArchiveFile*>(context)->clear(); }};
 }
 
-bool ArchiveFile::evict(const LocalMap& map, const Block& block) noexcept {
-  const BlockKey key{block.key};
-  const std::span<std::byte> payload = write_.subspan(kHeadBytes);
-  std::size_t bytes = save_block(map, block, payload);
-  if (bytes == 0) return true;  // without evidence there is nothing to keep
-  const bool archived = index_.find(key).has_value();
-  if (archived) {
-    one_block_.clear();
-    if (read_into(one_block_, key) != Status::kOk ||
-        !restore_block(payload.first(bytes), one_block_).ok())
-      return false;
-    bytes = save_block(one_block_, *one_block_.find(unpack(key)), payload);
-  } else if (!index_.open(key)) {
-    ++counts_.no_index;
-    return false;
-  }
-  const auto place = static_cast<std::uint32_t>(end_ / kUnitBytes);
-  if (!append(kBlockMark, block.key, bytes)) {
-    ++counts_.not_written;
-    if (!archived) index_.erase(key);
-    return false;
-  }
-  index_.assign(key, place);
-  counts_.evictions_merged += archived ? 1U : 0U;
-  return true;
-}
-
-Status ArchiveFile::read_into(LocalMap& map, BlockKey key) noexcept {
-  const std::optional<std::uint32_t> place = index_.find(key);
-  const std::span<const std::byte> payload =
-      place ? payload_at(*place, key) : std::span<const std::byte>{};
-  const Status status = payload.empty() ? Status::kIo : restore_block(payload, map).status;
-  if (status != Status::kOk && status != Status::kResourceExhausted) ++counts_.not_read;
-  return status;
-}
-
-Status ArchiveFile::reload(LocalMap& map, BlockKey key) noexcept {
-  const Status status = read_into(map, key);
-  if (status == Status::kOk) index_.erase(key);
-  return status;
+/// If the file cannot be cut, what follows is written behind what nobody asks for any more.
+void ArchiveFile::clear() noexcept {
+  if (::ftruncate(file_.get(), static_cast<off_t>(begin_)) == 0) end_ = begin_;
 }
 
 Outcome<void> ArchiveFile::complete(std::uint32_t revision) {
-  if (!append(kDoneMark, revision, 0))
+  if (!append(kDoneMark, revision, {}))
     return system_failure("write", path_, error_, FailureKind::kFailure);
   if (::fsync(file_.get()) != 0)
     return system_failure("write", path_, errno, FailureKind::kFailure);

@@ -5,6 +5,8 @@
 // docs/reference/memory.md has the layout byte by byte.
 #pragma once
 
+#include <unistd.h>
+
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -12,8 +14,7 @@
 
 #include "base/file_descriptor.hpp"
 #include "base/outcome.hpp"
-#include "maps/archive_index.hpp"
-#include "tessera/map/stored_block.hpp"
+#include "tessera/map/stored_archive.hpp"
 
 namespace tessera {
 
@@ -25,14 +26,6 @@ struct ArchiveContent {
   bool complete = false;          ///< The last run ended and all of its map is here.
   std::uint32_t revision = 0;     ///< Of the map if complete, else the latest of a block.
   std::uint64_t whole_bytes = 0;  ///< Up to the end of the last complete record.
-};
-
-/// What happened to blocks since the archive was opened.
-struct ArchiveCounts {
-  std::uint64_t evictions_merged = 0;  ///< Merged with the archived content of the block.
-  std::uint64_t no_index = 0;          ///< Refused: the index is full.
-  std::uint64_t not_written = 0;       ///< Refused: for example a full disk.
-  std::uint64_t not_read = 0;          ///< Not reloaded: unreadable or damaged.
 };
 
 class ArchiveFile {
@@ -59,40 +52,41 @@ class ArchiveFile {
   ArchiveFile(const ArchiveFile&) = delete;
   ArchiveFile& operator=(const ArchiveFile&) = delete;
 
-  /// For MovingWindow::step. Its functions use no heap: evict writes at most two encoded blocks and
-  /// reads one; reload reads one. The time for that depends on the system.
-  [[nodiscard]] BlockArchive interface() noexcept;
-  bool evict(const LocalMap& map, const Block& block) noexcept;
-  Status reload(LocalMap& map, BlockKey key) noexcept;
-  /// Adds an archived block to a map and keeps it.
-  Status read_into(LocalMap& map, BlockKey key) noexcept;
+  /// For a Mapper: its functions use no heap. The time for them depends on the system.
+  [[nodiscard]] BlockArchive interface() noexcept { return archive_.interface(); }
+  [[nodiscard]] StoredArchive& blocks() noexcept { return archive_; }
+  [[nodiscard]] const StoredArchive& blocks() const noexcept { return archive_; }
+  /// Reads what is kept of a block at a place of the index, also while blocks are evicted or
+  /// reloaded in another thread: what is written stays until all is let go of. into: room for
+  /// most_block_bytes and a checksum. The bytes read; none if they are not this block's.
+  [[nodiscard]] std::size_t read_at_place(BlockKey key, std::uint32_t place,
+                                          std::span<std::byte> into) const noexcept;
 
+  /// Removes the file, whose blocks are not needed any more.
+  void remove() const noexcept { ::unlink(path_.c_str()); }
   /// Marks the file as complete, and syncs it to the disk.
   Outcome<void> complete(std::uint32_t revision);
 
-  [[nodiscard]] const ArchiveIndex& index() const noexcept { return index_; }
-  [[nodiscard]] const ArchiveCounts& counts() const noexcept { return counts_; }
   [[nodiscard]] std::uint64_t file_bytes() const noexcept { return end_; }
   [[nodiscard]] const std::string& path() const noexcept { return path_; }
 
  private:
   ArchiveFile() = default;
+  [[nodiscard]] BlockStore store() noexcept;
   Outcome<void> create(const LocalMap& map, const MapIdentity& identity);
   Outcome<void> fill_index(std::uint64_t whole_bytes);
-  bool append(std::uint32_t mark, std::uint64_t key, std::size_t payload_bytes) noexcept;
+  bool append(std::uint32_t mark, std::uint64_t key, std::span<const std::byte> payload) noexcept;
   bool read_at(std::uint64_t offset, std::span<std::byte> into) const noexcept;
-  /// The payload of a record, in read_; empty if it cannot be read.
-  std::span<const std::byte> payload_at(std::uint32_t place, BlockKey key) noexcept;
+  void clear() noexcept;
 
   std::string path_;
   FileDescriptor file_;
   std::uint64_t end_ = 0;
-  int error_ = 0;  ///< Why the last write failed.
-  ArchiveIndex index_{};
-  LocalMap one_block_{};        ///< Where a block is merged with its archived content.
+  std::uint64_t begin_ = 0;  ///< Of the records.
+  int error_ = 0;            ///< Why the last write failed.
+  StoredArchive archive_{};
   std::span<std::byte> write_;  ///< A record.
   std::span<std::byte> read_;   ///< A payload and its checksum.
-  ArchiveCounts counts_{};
 };
 
 }  // namespace tessera

@@ -17,10 +17,21 @@
 
 namespace tessera {
 
-/// A map file in memory.
+/// A map in memory with what a file says of it.
 struct StoredMap {
+  /// For the map of a file.
+  StoredMap() noexcept : map(loaded) {}
+  /// For a map that something else holds, which must outlive this.
+  explicit StoredMap(LocalMap& held) noexcept : map(held) {}
+  StoredMap(const StoredMap&) = delete;
+  StoredMap& operator=(const StoredMap&) = delete;
+  StoredMap(StoredMap&&) = delete;
+  StoredMap& operator=(StoredMap&&) = delete;
+  ~StoredMap() = default;
+
   ArenaMemory memory;
-  LocalMap map;
+  LocalMap loaded;
+  LocalMap& map;
   MapFileHeader header;
 };
 

@@ -2,12 +2,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "node/kept_maps.hpp"
 
+#include <fcntl.h>
+#include <sys/file.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <filesystem>
 #include <system_error>
 
+#include "base/file_descriptor.hpp"
 #include "base/system_failure.hpp"
 #include "maps/stored_map.hpp"
 
@@ -61,6 +64,19 @@ Outcome<std::string> keep_earlier_map(const std::string& path) {
   if (no_links && ::rename(file.c_str(), name->c_str()) == 0) return name;
   return Failure{system_failure("keep as " + *name, path, errno, FailureKind::kUsage).message +
                  "; move it, or write [output] keep_maps = false if it may be overwritten"};
+}
+
+Outcome<std::string> keep_earlier_archive(const std::string& path) {
+  const FileDescriptor file(::open(path.c_str(), O_RDWR | O_CLOEXEC));
+  if (!file.is_open()) {
+    if (errno == ENOENT) return std::string();
+    return system_failure("write", path, errno, FailureKind::kUsage);
+  }
+  if (::flock(file.get(), LOCK_EX | LOCK_NB) != 0)
+    return Failure{path + " is in use by another process; choose another --archive"};
+  Outcome<std::string> name = free_name(path, "earlier");
+  if (!name.ok() || ::rename(path.c_str(), name->c_str()) == 0) return name;
+  return system_failure("keep as " + *name, path, errno, FailureKind::kUsage);
 }
 
 }  // namespace tessera

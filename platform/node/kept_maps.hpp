@@ -21,4 +21,9 @@ Outcome<std::string> free_epoch_name(const std::string& path, std::uint32_t epoc
 /// after a crash. Fails with kUsage iff the system refuses, and as free_epoch_name.
 Outcome<std::string> keep_earlier_map(const std::string& path);
 
+/// Gives an archive another name, "blocks.earlier.tsa" and so on. Returns it, or empty iff there is
+/// no file. Fails with kUsage iff another process uses the file or the system refuses, and as
+/// free_epoch_name.
+Outcome<std::string> keep_earlier_archive(const std::string& path);
+
 }  // namespace tessera

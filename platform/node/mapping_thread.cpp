@@ -116,7 +116,17 @@ void MappingThread::take(Scan& scan, std::int64_t now_us) noexcept {
   now_.end_us = end_us;
   std::copy_n(view.T_map_sensor.data(), now_.T_map_sensor.size(), now_.T_map_sensor.begin());
   now_.usage = mapper_.map().usage();
+  say_window(end_us);
   status_.set(now_);
+}
+
+void MappingThread::say_window(std::int64_t now_us) noexcept {
+  const WindowReport& window = mapper_.window();
+  const auto failed = static_cast<std::int64_t>(window.reloads_failed - now_.window.reloads_failed);
+  if (failed != 0)
+    log_.say(LogLevel::kError, now_us,
+             "% blocks could not be read from the archive; see [map] archive", failed);
+  now_.window = window;
 }
 
 /// Each line is logged at most once a second.

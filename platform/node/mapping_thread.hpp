@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // The thread that maps: takes a scan as soon as it arrives, integrates it within its time budget,
-// and reports. Between its start and its end it makes no system calls except to sleep and to wake,
-// allocates no memory, takes no lock, and waits for no other thread.
+// and reports. Between its start and its end it makes no system calls except to sleep and to wake
+// (with an archive: and to read and write its file), allocates no memory, takes no lock, and waits
+// for no other thread.
 #pragma once
 
 #include <algorithm>
@@ -60,6 +61,7 @@ struct MappingStatus {
   std::uint32_t pause = 0;                ///< MappingPause.
   std::array<double, 12> T_map_sensor{};  ///< Of the last scan, row by row; all 0 before it.
   MapUsage usage{};
+  WindowReport window{};
 };
 
 struct MappingConfig {
@@ -137,6 +139,7 @@ class MappingThread {
   static constexpr std::uint64_t kReasons = 0xffff'ffffU;
   void note_pause(std::int64_t now_us) noexcept;
   void clear_if_permitted() noexcept;
+  void say_window(std::int64_t now_us) noexcept;
   void say_losses(const ScanReport& report, std::int64_t now_us) noexcept;
 
   Mapper& mapper_;

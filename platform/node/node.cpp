@@ -66,6 +66,8 @@ Outcome<void> Node::run(NodeRequests& requests) {
                             (view_ ? view_->heap_allocations() : 0);
   static_cast<void>(mapping_->status().get(run_.mapping));
   run_.source = source().counters();
+  if (archive_)
+    window_ = totals_of(robot_->mapper().window(), setup_.map.window->radius_m, &*archive_);
   progress.finish();
   return replay_ ? replay_->outcome() : Outcome<void>();
 }

@@ -15,6 +15,7 @@
 #include "base/progress.hpp"
 #include "base/service_notice.hpp"
 #include "link/fleet_keys.hpp"
+#include "maps/window_totals.hpp"
 #include "node/datagram_door.hpp"
 #include "node/epoch_pace.hpp"
 #include "node/fleet_watch.hpp"
@@ -124,6 +125,7 @@ class Node {
   Outcome<void> set_up(const std::string& path);
   Outcome<void> read_keys();
   Outcome<void> begin_state();
+  Outcome<void> open_archive(const std::string& path);
   Outcome<void> check_all(const std::string& path);
   [[nodiscard]] Outcome<void> check_urls() const;
   [[nodiscard]] Outcome<void> check_sectors(const std::string& path) const;
@@ -161,11 +163,15 @@ class Node {
   Outcome<void> read_again();
   void keep_before_clear(std::int64_t now_us);
   [[nodiscard]] Outcome<void> keep_map();
+  [[nodiscard]] Outcome<void> save_paused_map(const std::string& path);
+  [[nodiscard]] Outcome<void> save_while_mapping();
+  [[nodiscard]] Outcome<std::uint64_t> local_digest();
   [[nodiscard]] Outcome<void> keep_earlier_maps();
   void say_kept(const std::string& name);
   Outcome<void> write_what_is_named();
   void show(Progress& progress) const;
   [[nodiscard]] Json mapping_json() const;
+  [[nodiscard]] Json memory_json() const;
   [[nodiscard]] Json realtime_json() const;
   [[nodiscard]] Json sensors_json() const;
   [[nodiscard]] Json vehicle_json() const;
@@ -185,6 +191,8 @@ class Node {
   std::optional<RobotState> state_;  ///< Of the thread of run(), once threads run.
   std::optional<FleetKeys> keys_;
   HeldRobot robot_;
+  std::optional<HeldArchive> archive_;  ///< Of the mapping thread while that runs.
+  WindowTotals window_;                 ///< After it.
   SecurityUpdates updates_;
   std::optional<DatagramDoor> door_;  ///< Before the port, whose thread calls it.
   std::optional<FleetWatch> fleet_;

@@ -51,6 +51,8 @@ constexpr auto kOptionNames = std::to_array<OptionName>({
     {"--max-evidence", {"map", "max_evidence"}},
     {"--work-budget", {"map", "work_budget"}},
     {"--deadline", {"map", "deadline_ms"}},
+    {"--window", {"map", "window_m"}},
+    {"--archive", {"map", "archive"}},
     {"--diffusion-length", {"fusion", "diffusion_length_m"}},
     {"--iterations", {"fusion", "iterations"}},
     {"--alpha", {"fusion", "alpha"}},
@@ -92,6 +94,8 @@ void take_map(ConfigFile& file, NodeConfig& c) {
   file.take({"map", "free_weight"}, o.free_weight, any);
   file.take({"map", "work_budget"}, o.work_budget, {});
   file.take({"map", "deadline_ms"}, o.deadline_ms, any);
+  file.take({"map", "window_m"}, o.window_m, any);
+  file.take_path({"map", "archive"}, o.archive);
   o.robot = c.robot;
 }
 

@@ -5,6 +5,7 @@
 
 #include "base/allocation_counter.hpp"
 #include "base/monotonic_clock.hpp"
+#include "maps/whole_map_file.hpp"
 #include "node/kept_maps.hpp"
 #include "node/node.hpp"
 #include "node/published_map.hpp"
@@ -58,15 +59,9 @@ void Node::save_local_map() {
     failed_saves_.fetch_add(1, std::memory_order_relaxed);
     return;
   }
-  // This thread owns the map while mapping pauses; the sharing thread continues to read it.
-  const std::uint64_t call = mapping_->pause(kPausedToSave, true);
-  while (!mapping_->has_taken(call)) service_.sleep_until(MonotonicClock::now_us() + 1'000);
   // Only of this thread: the sharing thread may write a snapshot meanwhile.
   const std::uint64_t before = thread_heap_allocations().value_or(0);
-  std::vector<KeyedIndex> workspace = workspace_for(robot_->map());
-  const Outcome<void> saved =
-      save_map(robot_->map(), identity_of(MapKind::kLocal), workspace, config_.local_map);
-  mapping_->pause(kPausedToSave, false);
+  const Outcome<void> saved = save_while_mapping();
   // A full disk may have room later: the node continues.
   if (!saved.ok()) {
     failed_saves_.fetch_add(1, std::memory_order_relaxed);
@@ -77,6 +72,32 @@ void Node::save_local_map() {
     saves_.fetch_add(1, std::memory_order_relaxed);
   }
   save_allocations_ += thread_heap_allocations().value_or(0) - before;
+}
+
+/// This thread owns the map while mapping pauses; the sharing thread continues to read it. With an
+/// archive mapping pauses only until what is in memory is copied.
+Outcome<void> Node::save_while_mapping() {
+  const std::uint64_t call = mapping_->pause(kPausedToSave, true);
+  while (!mapping_->has_taken(call)) service_.sleep_until(MonotonicClock::now_us() + 1'000);
+  if (!archive_) {
+    Outcome<void> saved = save_paused_map(config_.local_map);
+    mapping_->pause(kPausedToSave, false);
+    return saved;
+  }
+  const Outcome<std::unique_ptr<MapSnapshot>> snapshot =
+      MapSnapshot::take(robot_->map(), **archive_, config_.local_map);
+  mapping_->pause(kPausedToSave, false);
+  if (!snapshot.ok()) return snapshot.failure();
+  return (*snapshot)->save(identity_of(MapKind::kLocal), config_.local_map);
+}
+
+/// All of the local map, with what is archived of it; nothing writes to either.
+Outcome<void> Node::save_paused_map(const std::string& path) {
+  const LocalMap& map = robot_->map();
+  const MapIdentity identity = identity_of(MapKind::kLocal);
+  if (archive_) return save_whole(map, **archive_, identity, path);
+  std::vector<KeyedIndex> workspace = workspace_for(map);
+  return save_map(map, identity, workspace, path);
 }
 
 /// Mapping is paused since the clear was requested, so no deadline is affected.
@@ -105,15 +126,14 @@ void Node::keep_before_clear(std::int64_t now_us) {
 
 /// Writes next to the local map; if none is configured, into the folder of the robot's state.
 Outcome<void> Node::keep_map() {
-  if (robot_->map().block_count() == 0) return {};
+  const bool archived = archive_ && (*archive_)->blocks().index().size() > 0;
+  if (robot_->map().block_count() == 0 && !archived) return {};
   const std::string beside =
       config_.local_map.empty() ? config_.state + "/robot_" + std::to_string(config_.robot) + ".tsm"
                                 : config_.local_map;
   const Outcome<std::string> name = free_epoch_name(beside, epoch_.load());
   if (!name.ok()) return name.failure();
-  std::vector<KeyedIndex> workspace = workspace_for(robot_->map());
-  const Outcome<void> saved =
-      save_map(robot_->map(), identity_of(MapKind::kLocal), workspace, *name);
+  const Outcome<void> saved = save_paused_map(*name);
   if (!saved.ok()) return saved.failure();
   run_.kept_maps.push_back(*name);
   say_kept(*name);
@@ -132,9 +152,17 @@ Outcome<void> Node::write_maps() {
   while (behind && (!hurried || MonotonicClock::now_us() - start_us < kMostFinish_us))
     behind = robot_->fuse_in_spare_time();
   run_.map_is_behind = behind;
-  const Outcome<void> written = write_what_is_named();
+  Outcome<void> written = write_what_is_named();
+  // What it holds is written, or nobody wants it.
+  if (written.ok() && archive_) (*archive_)->remove();
   run_.save_us = MonotonicClock::now_us() - start_us;
   return written;
+}
+
+Outcome<std::uint64_t> Node::local_digest() {
+  if (archive_) return digest_of_whole(robot_->map(), **archive_);
+  std::vector<KeyedIndex> workspace = workspace_for(robot_->map());
+  return digest(robot_->map(), workspace);
 }
 
 /// Writes each of them even if others fail; fails as the first that does.
@@ -148,11 +176,13 @@ Outcome<void> Node::write_what_is_named() {
   };
   if (!config_.global_map.empty())
     note(save_map(global, identity_of(MapKind::kGlobal), workspace, config_.global_map));
-  std::vector<KeyedIndex> local_workspace = workspace_for(robot_->map());
-  local_digest_ = digest(robot_->map(), local_workspace);
-  if (!config_.local_map.empty()) {
-    note(save_map(robot_->map(), identity_of(MapKind::kLocal), local_workspace, config_.local_map));
+  const Outcome<std::uint64_t> local = local_digest();
+  if (local.ok()) {
+    local_digest_ = *local;
+  } else {
+    note(local.failure());
   }
+  if (!config_.local_map.empty()) note(save_paused_map(config_.local_map));
   if (config_.contribution.empty()) return outcome;
   const Outcome<std::unique_ptr<PublishedMap>> published = published_map(*robot_);
   if (!published.ok()) {

@@ -138,18 +138,6 @@ Json global_json(const Robot& robot) {
           {"waiting", r.waiting}};
 }
 
-Json memory_json(const Robot& robot) {
-  const GlobalMapReport r = robot.global().report();
-  const MapUsage map = robot.map().usage();
-  return {{"budget_bytes", robot.memory_bytes()},
-          {"used_bytes", robot.used_bytes()},
-          {"map_used_bytes", map.used_bytes},
-          {"global_used_bytes", r.used_bytes},
-          {"global_map_used_bytes", robot.global().map().usage().used_bytes},
-          {"replica_bytes", r.replicas.used_bytes},
-          {"sum_bytes", r.sum_bytes}};
-}
-
 }  // namespace
 
 std::string mismatch_text(const ConfigurationDetails& theirs, const ConfigurationDetails& ours) {
@@ -196,6 +184,19 @@ Json Node::mapping_json() const {
           {"thread", mapping_->thread_number()},
           {"minor_page_faults", mapping_->page_faults().minor},
           {"major_page_faults", mapping_->page_faults().major}};
+}
+
+Json Node::memory_json() const {
+  const Robot& robot = *robot_;
+  const GlobalMapReport r = robot.global().report();
+  const std::size_t archive_bytes = archive_ ? archive_->memory_bytes() : 0;
+  return {{"budget_bytes", robot.memory_bytes() + archive_bytes},
+          {"used_bytes", robot.used_bytes() + archive_bytes},
+          {"map_used_bytes", robot.map().usage().used_bytes},
+          {"global_used_bytes", r.used_bytes},
+          {"global_map_used_bytes", robot.global().map().usage().used_bytes},
+          {"replica_bytes", r.replicas.used_bytes},
+          {"sum_bytes", r.sum_bytes}};
 }
 
 Json Node::realtime_json() const {
@@ -252,7 +253,8 @@ Json Node::report() const {
   json["heap_allocations_after_start"] =
       run_.heap_allocations ? Json(*run_.heap_allocations) : Json();
   json["global_map"] = global_json(*robot_);
-  json["memory"] = memory_json(*robot_);
+  json["memory"] = memory_json();
+  if (archive_) json["window"] = to_json(window_);
   json["contributions"] = contributions_json(*robot_);
   json["peers"] = peers_json(*robot_, run_.end_us);
   json["exchange"] = exchange_json(exchange);

@@ -103,11 +103,14 @@ Outcome<void> Node::check_urls() const {
 }
 
 Outcome<void> Node::check_places(const std::string& path) const {
-  std::vector<NamedFile> inputs = {{"--config", path},
-                                   {"[security] fleet_key", config_.keys.fleet_key},
-                                   {"[security] robot_secret", config_.keys.robot_secret},
-                                   {"[security] robot_public_keys", config_.keys.robot_public_keys},
-                                   {"[robot] T_global_map", config_.T_global_map}};
+  std::vector<NamedFile> inputs = {
+      {"--config", path},
+      {"[security] fleet_key", config_.keys.fleet_key},
+      {"[security] robot_secret", config_.keys.robot_secret},
+      {"[security] robot_public_keys", config_.keys.robot_public_keys},
+      {"[robot] T_global_map", config_.T_global_map},
+      {"[map] archive",
+       config_.map.archive.empty() ? std::string() : archive_path(config_.map.archive)}};
   const Outcome<std::vector<NamedFile>> clouds = cloud_files(config_.map);
   if (!clouds.ok()) return clouds.failure();
   inputs.insert(inputs.end(), clouds->begin(), clouds->end());
@@ -159,6 +162,21 @@ Outcome<void> Node::begin_state() {
   return {};
 }
 
+/// An archive of an earlier start is one that did not end in order.
+Outcome<void> Node::open_archive(const std::string& path) {
+  const std::string& folder = config_.map.archive;
+  if (folder.empty()) return {};
+  const Outcome<std::string> kept = config_.keep_maps ? keep_earlier_archive(archive_path(folder))
+                                                      : Outcome<std::string>(std::string());
+  if (!kept.ok()) return in_words_of_config(kept.failure(), path);
+  if (!kept->empty()) run_.kept_maps.push_back(*kept);
+  Outcome<HeldArchive> archive = HeldArchive::make(folder, setup_.map, identity_of(MapKind::kLocal),
+                                                   nullptr, robot_->mapper());
+  if (!archive.ok()) return in_words_of_config(archive.failure(), path);
+  archive_.emplace(std::move(*archive));
+  return {};
+}
+
 Outcome<void> Node::set_up(const std::string& path) {
   // All checks are made before the start is counted.
   const Outcome<void> checked = check_all(path);
@@ -189,6 +207,8 @@ Outcome<void> Node::set_up(const std::string& path) {
   Outcome<HeldRobot> robot = make_robot(setup_.robot, classes(), keys_->keys(), clock);
   if (!robot.ok()) return robot.failure();
   robot_ = std::move(*robot);
+  const Outcome<void> archive = open_archive(path);
+  if (!archive.ok()) return archive.failure();
   for (const RobotFloor& heard : state_->floors())
     robot_->exchange().set_floor_of(heard.robot, heard.floor);
   excluded_ = config_.exclude;

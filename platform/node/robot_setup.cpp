@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "maps/held_archive.hpp"
 #include "scans/transform_file.hpp"
 
 namespace tessera {
@@ -21,6 +22,19 @@ Outcome<Matrix34d> frame_of(const NodeConfig& config) {
     if (!std::filesystem::exists(path, error)) return Matrix34d(Matrix34d::Identity());
   }
   return read_transform(path);
+}
+
+/// Takes the memory of the archive and of the queue to it from the budget; how many blocks that is
+/// for. Without an archive nothing would ever leave the window, as others have it.
+Outcome<std::uint32_t> set_up_archive(const NodeConfig& config, int num_components,
+                                      MapSetup& setup) {
+  if (!setup.window) return 0U;
+  if (config.map.archive.empty())
+    return Failure{"--window needs --archive, as other robots have what leaves it; give both"};
+  const std::size_t blocks = archive_blocks(setup, nullptr);
+  setup.archive_bytes = ArchiveFile::required_bytes(setup.map, num_components, blocks) +
+                        EvictionQueue::required_bytes(blocks);
+  return static_cast<std::uint32_t>(blocks);
 }
 
 }  // namespace
@@ -54,6 +68,8 @@ Outcome<RobotSetup> set_up_robot(const NodeConfig& config, const ScanSizes& scan
   if (!map.ok()) return map.failure();
   RobotSetup setup;
   setup.map = *map;
+  const Outcome<std::uint32_t> archived = set_up_archive(config, scans.num_components, setup.map);
+  if (!archived.ok()) return archived.failure();
   const Outcome<ScanCapacity> capacity = split_budget(setup.map, scans.max_points);
   if (!capacity.ok()) return capacity.failure();
   const Outcome<Matrix34d> T_global_map = frame_of(config);
@@ -61,6 +77,8 @@ Outcome<RobotSetup> set_up_robot(const NodeConfig& config, const ScanSizes& scan
   const Outcome<RobotConfig> robot = set_up_sharing(config, setup.map, scans.num_components, epoch);
   if (!robot.ok()) return robot.failure();
   setup.robot = *robot;
+  setup.robot.window = setup.map.window;
+  setup.robot.archived_blocks = *archived;
   setup.robot.scan = *capacity;
   setup.robot.T_global_map = *T_global_map;
   return setup;

@@ -13,13 +13,14 @@ namespace tessera::python {
 namespace {
 
 /// Options whose argument in Python has another name: most have a unit.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 10> kRenamed{{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 11> kRenamed{{
     {"resolution", "resolution_m"},
     {"kernel-length", "kernel_length_m"},
     {"max-range", "max_range_m"},
     {"min-range", "min_range_m"},
     {"downsample", "downsample_m"},
     {"deadline", "deadline_ms"},
+    {"window", "window_m"},
     {"memory", "memory_bytes"},
     {"fusion-memory", "fusion_memory_bytes"},
     {"diffusion-length", "diffusion_length_m"},

@@ -46,6 +46,8 @@ Inputs gather(const std::vector<Given>& maps) {
       if (*held == nullptr) throw InputError(name + " is None; give a map or its file");
       if ((*held)->stored() == nullptr || (*held)->identity().kind == MapKind::kGlobal)
         throw InputError(name + " is a global map; give the local maps that it was made of");
+      if (!(*held)->is_whole())
+        throw InputError(name + " has a window; save it, and give the file");
       inputs.stored.push_back((*held)->stored());
       inputs.gates.push_back(&(*held)->gate());
     } else {

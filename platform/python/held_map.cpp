@@ -6,6 +6,8 @@
 
 #include "arrays.hpp"
 #include "base/monotonic_clock.hpp"
+#include "maps/whole_map_file.hpp"
+#include "tessera/map/queries.hpp"
 
 namespace tessera::python {
 
@@ -13,16 +15,34 @@ namespace {
 
 constexpr std::size_t kMiB = std::size_t{1} << 20U;
 
+/// The memory of the archive's index is a part of the budget.
+void set_up_archive(const MapOptions& options, int num_components, MapSetup& setup) {
+  if (options.archive.empty()) return;
+  const std::optional<ArchiveContent> earlier = value_of(find_archive(options.archive));
+  if (earlier) {
+    throw InputError(archive_path(options.archive) +
+                     " holds the blocks of an earlier map; remove it, or choose another archive");
+  }
+  setup.archive_bytes = ArchiveFile::required_bytes(setup.map, num_components,
+                                                    tessera::archive_blocks(setup, nullptr));
+}
+
 }  // namespace
 
-HeldLocalMap::HeldLocalMap(Parts parts)
-    : HeldMap(std::move(parts.stored)),
-      integrator_(std::move(parts.integrator)),
-      setup_(parts.setup),
-      classes_(std::move(parts.classes)),
-      scratch_bytes_(parts.scratch_bytes),
-      max_points_(parts.max_points),
-      deadline_(Clock{nullptr, [](void*) { return MonotonicClock::now_us(); }}) {}
+std::uint64_t HeldMap::content_digest() const {
+  return read([](const LocalMap& map) {
+    std::vector<KeyedIndex> workspace = workspace_for(map);
+    return digest(map, workspace);
+  });
+}
+
+void HeldMap::save(const std::string& path) const {
+  const Outcome<void> saved = read([&](const LocalMap& map) {
+    std::vector<KeyedIndex> workspace = workspace_for(map);
+    return save_map(map, identity_, workspace, path);
+  });
+  check(saved);
+}
 
 HeldLocalMap::Parts HeldLocalMap::make_parts(const MapOptions& options, MapSetup setup,
                                              const Classes& classes, const MapIdentity& identity,
@@ -31,29 +51,30 @@ HeldLocalMap::Parts HeldLocalMap::make_parts(const MapOptions& options, MapSetup
     throw InputError("max_points " + std::to_string(max_points) + " is not allowed; give 1 to " +
                      std::to_string(ScanCapacity::kMaxPoints));
   }
+  set_up_archive(options, classes.table.num_components(), setup);
   const ScanCapacity capacity = value_of(split_budget(setup, max_points));
-  Parts parts{.stored = std::make_shared<StoredMap>(),
-              .integrator = {},
-              .setup = setup,
-              .classes = classes,
-              .scratch_bytes = Integrator::required_bytes(capacity, setup.inference),
-              .max_points = max_points};
-  StoredMap& stored = *parts.stored;
-  stored.header = {.config = setup.map, .classes = classes.table, .identity = identity};
+  MapFileHeader header{.config = setup.map, .classes = classes.table, .identity = identity};
   Json settings = to_json(options, setup);
   settings["robot"] = identity.robot;
-  check(record_settings(settings_of(std::move(settings)), stored.header.identity));
-  stored.memory = value_of(ArenaMemory::allocate(required_bytes(setup.map) + parts.scratch_bytes));
-  Arena arena(stored.memory.span());
-  Result<LocalMap> map = LocalMap::make(arena, setup.map, classes.table);
-  Result<Integrator> integrator = Integrator::make(arena, setup.inference, capacity);
-  if (!map.ok() || !integrator.ok()) {
-    const Status status = map.ok() ? integrator.status() : map.status();
-    throw InputError(std::string("the map cannot be made: ") + to_string(status));
+  check(record_settings(settings_of(std::move(settings)), header.identity));
+  HeldMapper mapper = value_of(make_mapper(setup, capacity, classes.table));
+  std::optional<HeldArchive> archive;
+  if (!options.archive.empty()) {
+    archive.emplace(
+        value_of(HeldArchive::make(options.archive, setup, header.identity, nullptr, *mapper)));
   }
-  stored.map = std::move(*map);
-  parts.integrator = std::move(*integrator);
-  return parts;
+  auto stored = std::make_shared<StoredMap>(mapper->map());
+  stored->header = header;
+  return {.mapper = std::move(mapper),
+          .stored = std::move(stored),
+          .archive = std::move(archive),
+          .setup = setup,
+          .classes = classes,
+          .max_points = max_points};
+}
+
+HeldLocalMap::~HeldLocalMap() {
+  if (parts_.archive) (*parts_.archive)->remove();
 }
 
 std::shared_ptr<HeldLocalMap> HeldLocalMap::make(const MapOptions& options, const Classes& classes,
@@ -99,12 +120,9 @@ IntegrationReport HeldLocalMap::integrate(ScanView scan, const LabelsView& label
   const py::gil_scoped_release released;
   {
     const std::unique_lock alone(gate().mutex);
-    scan.components = components_of(labels, classes_.raw_ids.get(), components_, report.unknown);
-    LocalMap& map = stored()->map;
-    report.scan = setup_.deadline_us == 0
-                      ? integrator_.integrate(map, scan)
-                      : integrator_.integrate(map, scan, deadline_,
-                                              MonotonicClock::now_us() + setup_.deadline_us);
+    scan.components =
+        components_of(labels, parts_.classes.raw_ids.get(), components_, report.unknown);
+    report.scan = parts_.mapper->integrate(scan, MonotonicClock::now_us());
   }
   if (report.scan.pose != Status::kOk) return report;
   const std::scoped_lock lock(last_mutex_);
@@ -114,7 +132,54 @@ IntegrationReport HeldLocalMap::integrate(ScanView scan, const LabelsView& label
 }
 
 void HeldLocalMap::clear() {
-  write([](LocalMap& map) { map.clear(); });
+  if (!write([](Mapper& mapper) { return mapper.clear(); }))
+    throw WorkError("the sharer is behind; call its tick, then clear again");
+}
+
+void HeldLocalMap::share_by(EvictionQueue* queue) {
+  const bool is_free = write([&](Mapper& mapper) {
+    if (queue != nullptr && is_shared_) return false;
+    if (queue != nullptr && parts_.archive) {
+      const ArchiveIndex& index = (*parts_.archive)->blocks().index();
+      std::vector<KeyedIndex> workspace(2 * index.size());
+      for (const KeyedIndex& item : index.blocks_in_order(workspace))
+        static_cast<void>(queue->list(BlockKey{item.key}));  // as many as the archive may hold
+    }
+    is_shared_ = queue != nullptr;
+    mapper.set_eviction_queue(queue);
+    return true;
+  });
+  if (!is_free) throw InputError("map has a window and another sharer; one shares it at a time");
+}
+
+std::size_t HeldLocalMap::archive_blocks() const {
+  return parts_.archive ? (*parts_.archive)->blocks().index().capacity() : 0;
+}
+
+std::uint64_t HeldLocalMap::content_digest() const {
+  if (!parts_.archive) return HeldMap::content_digest();
+  return value_of([&] {
+    const py::gil_scoped_release released;
+    const std::unique_lock alone(gate().mutex);
+    return digest_of_whole(stored()->map, **parts_.archive);
+  }());
+}
+
+void HeldLocalMap::save(const std::string& path) const {
+  if (!parts_.archive) return HeldMap::save(path);
+  check([&] {
+    const py::gil_scoped_release released;
+    const std::unique_lock alone(gate().mutex);
+    return save_whole(stored()->map, **parts_.archive, identity(), path);
+  }());
+}
+
+std::optional<WindowTotals> HeldLocalMap::window() const {
+  if (!parts_.setup.window) return std::nullopt;
+  const py::gil_scoped_release released;
+  const std::shared_lock together(gate().mutex);
+  return totals_of(parts_.mapper->window(), parts_.setup.window->radius_m,
+                   parts_.archive ? &*parts_.archive : nullptr);
 }
 
 LastScan HeldLocalMap::last_scan() const {

@@ -16,9 +16,10 @@
 
 #include "arrays.hpp"
 #include "class_table.hpp"
+#include "maps/held_mapper.hpp"
 #include "maps/stored_map.hpp"
+#include "maps/window_totals.hpp"
 #include "settings/map_options.hpp"
-#include "tessera/inference/integrator.hpp"
 
 namespace tessera::python {
 
@@ -54,6 +55,12 @@ class HeldMap {
   /// Null if the map is not its own, as for that of a sharer.
   [[nodiscard]] const std::shared_ptr<StoredMap>& stored() const { return stored_; }
   [[nodiscard]] Gate& gate() const { return *gate_; }
+  /// Of all of the map. Raises Error iff a part of it cannot be read.
+  [[nodiscard]] virtual std::uint64_t content_digest() const;
+  /// Raises Error or InputError iff it cannot be written.
+  virtual void save(const std::string& path) const;
+  /// All of the map is in memory.
+  [[nodiscard]] virtual bool is_whole() const { return true; }
 
   /// Calls read(map) while no thread writes, without the GIL.
   template <class Read>
@@ -90,8 +97,8 @@ struct LastScan {
 
 class HeldLocalMap final : public HeldMap {
  public:
-  /// An empty map. Raises InputError iff an option is out of its range or the budget is too small
-  /// for a map, Error iff the system does not give the memory.
+  /// An empty map. Raises InputError iff an option is out of its range, the budget is too small for
+  /// a map or the archive holds blocks; Error iff the system does not give the memory.
   static std::shared_ptr<HeldLocalMap> make(const MapOptions& options, const Classes& classes,
                                             const std::optional<Matrix34d>& T_global_map,
                                             std::size_t max_points);
@@ -101,44 +108,59 @@ class HeldLocalMap final : public HeldMap {
   static std::shared_ptr<HeldLocalMap> load(const std::string& path, MapOptions options,
                                             const std::optional<Classes>& classes,
                                             std::size_t max_points);
+  /// The archive goes with the map.
+  ~HeldLocalMap() override;
+  HeldLocalMap(const HeldLocalMap&) = delete;
+  HeldLocalMap& operator=(const HeldLocalMap&) = delete;
+  HeldLocalMap(HeldLocalMap&&) = delete;
+  HeldLocalMap& operator=(HeldLocalMap&&) = delete;
 
   /// weights: null, or one per point. The arrays must not be written to meanwhile.
   IntegrationReport integrate(ScanView scan, const LabelsView& labels);
+  /// Raises Error iff a sharer has to take notice of something before.
   void clear();
-  /// Calls write(map) while no other thread reads or writes, without the GIL.
+  /// Calls write(mapper) while no other thread reads or writes, without the GIL.
   template <class Write>
   auto write(Write&& write) {
     const py::gil_scoped_release released;
     const std::unique_lock alone(gate().mutex);
-    return write(stored()->map);
+    return write(*parts_.mapper);
   }
+  /// For who has the gate alone.
+  [[nodiscard]] Mapper& mapper() { return *parts_.mapper; }
+  /// Blocks leave the window by way of the sharer's queue from now on, which knows all that are
+  /// archived; nullptr: they just leave. Raises InputError iff another sharer has the map.
+  void share_by(EvictionQueue* queue);
+  /// Blocks that the archive may hold; 0: there is none.
+  [[nodiscard]] std::size_t archive_blocks() const;
 
-  [[nodiscard]] Classes class_table() const override { return classes_; }
-  [[nodiscard]] const MapSetup& setup() const { return setup_; }
-  [[nodiscard]] std::size_t scratch_bytes() const { return scratch_bytes_; }
+  [[nodiscard]] std::uint64_t content_digest() const override;
+  void save(const std::string& path) const override;
+  [[nodiscard]] bool is_whole() const override { return !parts_.setup.window; }
+  /// Nothing without a window.
+  [[nodiscard]] std::optional<WindowTotals> window() const;
+  [[nodiscard]] Classes class_table() const override { return parts_.classes; }
+  [[nodiscard]] const MapSetup& setup() const { return parts_.setup; }
+  [[nodiscard]] std::size_t scratch_bytes() const { return parts_.mapper->scratch_bytes(); }
   /// Most points of a scan; of a larger one a part is left out.
-  [[nodiscard]] std::size_t max_points() const { return max_points_; }
+  [[nodiscard]] std::size_t max_points() const { return parts_.max_points; }
   [[nodiscard]] LastScan last_scan() const;
 
  private:
   struct Parts {
-    std::shared_ptr<StoredMap> stored;
-    Integrator integrator;
+    HeldMapper mapper;
+    std::shared_ptr<StoredMap> stored;  ///< The mapper's map.
+    std::optional<HeldArchive> archive;
     MapSetup setup;
     Classes classes;
-    std::size_t scratch_bytes = 0;
     std::size_t max_points = 0;
   };
-  explicit HeldLocalMap(Parts parts);
+  explicit HeldLocalMap(Parts parts) : HeldMap(parts.stored), parts_(std::move(parts)) {}
   static Parts make_parts(const MapOptions& options, MapSetup setup, const Classes& classes,
                           const MapIdentity& identity, std::size_t max_points);
 
-  Integrator integrator_;
-  MapSetup setup_;
-  Classes classes_;
-  std::size_t scratch_bytes_;
-  std::size_t max_points_;
-  Deadline deadline_;
+  Parts parts_;
+  bool is_shared_ = false;                ///< By a queue.
   std::vector<std::uint8_t> components_;  ///< Scratch of integrate.
   mutable std::mutex last_mutex_;
   LastScan last_;

@@ -27,6 +27,10 @@ class HeldSharer {
                                           const Matrix34d& T_global_map, std::uint32_t epoch,
                                           const KeyFiles& keys);
 
+  ~HeldSharer();
+  HeldSharer(const HeldSharer&) = delete;
+  HeldSharer& operator=(const HeldSharer&) = delete;
+
   /// Publishes what has changed in the map and returns the datagrams to send now.
   std::vector<std::string> tick(std::int64_t now_us);
   /// Calls change(sharer) while no other thread uses it, without the GIL.
@@ -44,12 +48,14 @@ class HeldSharer {
   HeldSharer(std::shared_ptr<HeldLocalMap> map, RobotConfig config)
       : map_(std::move(map)), config_(std::move(config)) {}
   void open_submap();
+  void share_window(Arena& arena);
 
   std::shared_ptr<HeldLocalMap> map_;
   RobotConfig config_;
   std::optional<FleetKeys> keys_;
   std::shared_ptr<ArenaMemory> memory_;
   Sharer* sharer_ = nullptr;
+  EvictionQueue* queue_ = nullptr;  ///< In memory_, of a map with a window.
   std::shared_ptr<Gate> gate_ = std::make_shared<Gate>();
   std::shared_ptr<HeldMap> global_;
   std::uint64_t scans_seen_ = 0;

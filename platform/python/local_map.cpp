@@ -7,12 +7,15 @@
 #include <filesystem>
 
 #include "arrays.hpp"
+#include "fusing.hpp"
 #include "held_map.hpp"
 #include "map_arguments.hpp"
 
 namespace tessera::python {
 
 namespace {
+
+using Folder = std::optional<std::filesystem::path>;
 
 /// Before anything is integrated: if warnings are errors, the map is unchanged.
 void warn_of_sampling(std::size_t points, std::size_t most) {
@@ -109,13 +112,14 @@ has them all.)")
                        std::optional<std::string> thinning_weight, bool free_space,
                        std::optional<std::string> counts, double min_weight,
                        std::optional<double> max_evidence, std::optional<double> free_weight,
-                       std::uint64_t work_budget, double deadline_ms, std::uint32_t robot,
+                       std::uint64_t work_budget, double deadline_ms,
+                       std::optional<double> window_m, const Folder& archive, std::uint32_t robot,
                        const std::optional<PoseArray>& T_global_map, std::size_t max_points) {
              const MapOptions options = options_of(
                  {resolution_m, prior, max_evidence, free_weight, std::move(counts), robot},
                  {memory_bytes, std::move(inference), kernel_length_m, max_range_m, min_range_m,
                   downsample_m, std::move(thinning_weight), free_space, min_weight, work_budget,
-                  deadline_ms});
+                  deadline_ms, window_m, archive});
              std::optional<Matrix34d> T;
              if (T_global_map) T = pose_of(T_global_map, "T_global_map");
              return HeldLocalMap::make(options, given_classes(classes), T, max_points);
@@ -129,25 +133,30 @@ has them all.)")
            py::arg("counts") = py::none(), py::arg("min_weight") = by_default.min_weight,
            py::arg("max_evidence") = py::none(), py::arg("free_weight") = py::none(),
            py::arg("work_budget") = by_default.work_budget,
-           py::arg("deadline_ms") = by_default.deadline_ms, py::arg("robot") = 0,
+           py::arg("deadline_ms") = by_default.deadline_ms, py::arg("window_m") = py::none(),
+           py::arg("archive") = py::none(), py::arg("robot") = 0,
            py::arg("T_global_map") = py::none(),
            py::arg("max_points") = std::size_t{ScanCapacity{}.points},
            R"(An empty map that never uses more than memory_bytes.
 
-classes: None: SemanticKITTI's. max_points: of a scan; larger ones are sampled evenly. Raises
-InputError iff a value is out of its range or the budget is too small for a map, Error iff the system
-does not give the memory.)")
+classes: None: SemanticKITTI's. max_points: of a scan; larger ones are sampled evenly. window_m: only
+the map within this distance of the robot is kept in memory. archive: a folder for blocks that leave
+it, until they come back or the map goes; with it alone window_m is max_range_m, and without it these
+blocks are lost. Queries see the window; digest() and save() the whole map. Raises InputError iff a
+value is out of its range, the budget is too small for a map or the archive holds blocks already,
+Error iff the system does not give the memory.)")
       .def_static(
           "load",
           [](const std::filesystem::path& path, const std::optional<Classes>& classes,
              std::size_t memory_bytes, std::string inference, std::optional<double> kernel_length_m,
              double max_range_m, double min_range_m, std::optional<double> downsample_m,
              std::optional<std::string> thinning_weight, bool free_space, double min_weight,
-             std::uint64_t work_budget, double deadline_ms, std::size_t max_points) {
+             std::uint64_t work_budget, double deadline_ms, std::optional<double> window_m,
+             const Folder& archive, std::size_t max_points) {
             const MapOptions options =
                 options_of({}, {memory_bytes, std::move(inference), kernel_length_m, max_range_m,
                                 min_range_m, downsample_m, std::move(thinning_weight), free_space,
-                                min_weight, work_budget, deadline_ms});
+                                min_weight, work_budget, deadline_ms, window_m, archive});
             return HeldLocalMap::load(path.string(), options, classes, max_points);
           },
           py::arg("path"), py::arg("classes") = py::none(), py::kw_only(),
@@ -158,16 +167,26 @@ does not give the memory.)")
           py::arg("thinning_weight") = py::none(), py::arg("free_space") = true,
           py::arg("min_weight") = by_default.min_weight,
           py::arg("work_budget") = by_default.work_budget,
-          py::arg("deadline_ms") = by_default.deadline_ms,
+          py::arg("deadline_ms") = by_default.deadline_ms, py::arg("window_m") = py::none(),
+          py::arg("archive") = py::none(),
           py::arg("max_points") = std::size_t{ScanCapacity{}.points},
           R"(The local map of a .tsm file, to continue. Its resolution, prior, counts and robot are the file's.
 
 classes: the data set's, for labels as raw ids; None: labels must be components. Raises InputError iff
-the file is missing, damaged or a global map, classes differ, the budget is too small, or a value is
-out of its range; Error iff the system does not give the memory.)")
+the file is missing, damaged or a global map, classes differ, the budget is too small for all of it,
+or a value is out of its range; Error iff the system does not give the memory.)")
       .def("integrate", &integrate, py::arg("points"), py::arg("labels") = py::none(),
            py::arg("T_map_sensor") = py::none(), py::arg("weights") = py::none(), kIntegrate)
-      .def("clear", &HeldLocalMap::clear, "Clears the map.")
+      .def("clear", &HeldLocalMap::clear, "Clears the map, and what is archived of it.")
+      .def(
+          "window",
+          [](const HeldLocalMap& map) -> py::object {
+            const std::optional<WindowTotals> totals = map.window();
+            return totals ? dict_of(to_json(*totals)) : py::object(py::none());
+          },
+          "What the window did: the keys of `window` in the report of `tessera map`; None: all is "
+          "in "
+          "memory.")
       .def("usage", &usage,
            "Memory use of the map: the keys of `memory` in the report of `tessera map`.");
 }

@@ -14,21 +14,6 @@ namespace tessera::python {
 
 namespace {
 
-void save(const HeldMap& map, const std::filesystem::path& path) {
-  const Outcome<void> saved = map.read([&](const LocalMap& m) {
-    std::vector<KeyedIndex> workspace = workspace_for(m);
-    return save_map(m, map.identity(), workspace, path.string());
-  });
-  check(saved);
-}
-
-std::string digest_of(const HeldMap& map) {
-  return map.read([](const LocalMap& m) {
-    std::vector<KeyedIndex> workspace = workspace_for(m);
-    return hex64(digest(m, workspace));
-  });
-}
-
 py::object settings_of(const HeldMap& map) {
   const MapIdentity& identity = map.identity();
   if (identity.settings_bytes == 0) return py::dict();
@@ -99,11 +84,15 @@ void add_map(py::module_& module) {
           R"(The observed voxels from the one that contains low to the one that contains high, both included.
 
 low, high: x y z, metres, map frame; they may be infinite. Raises InputError iff one is NaN.)")
-      .def("digest", &digest_of,
-           "Digest of the content, 64 bits in hex, as of `tessera info`; equal for equal maps. "
-           "O(map).")
-      .def("save", &save, py::arg("path"),
-           R"(Writes a .tsm file atomically. Raises Error or InputError iff it cannot be written.)")
+      .def(
+          "digest", [](const HeldMap& m) { return hex64(m.content_digest()); },
+          "Digest of the content, 64 bits in hex, as of `tessera info`; equal for equal maps. "
+          "O(map).")
+      .def(
+          "save",
+          [](const HeldMap& m, const std::filesystem::path& path) { m.save(path.string()); },
+          py::arg("path"),
+          R"(Writes a .tsm file atomically. Raises Error or InputError iff it cannot be written.)")
       .def("__repr__", [](const HeldMap& m) {
         const auto label_voxels =
             m.read([](const LocalMap& map) { return map.usage().label_voxels; });

@@ -29,6 +29,10 @@ MapOptions options_of(const FixedArguments& fixed, const InferenceArguments& how
   o.min_weight = how.min_weight;
   o.work_budget = how.work_budget;
   o.deadline_ms = how.deadline_ms;
+  o.window_m = how.window_m;
+  if (how.archive && how.archive->empty())
+    throw InputError("archive is empty; name a folder, or give None");
+  if (how.archive) o.archive = how.archive->string();
   return o;
 }
 

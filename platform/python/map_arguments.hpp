@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <string>
 
@@ -34,6 +35,8 @@ struct InferenceArguments {
   double min_weight;
   std::uint64_t work_budget;
   double deadline_ms;
+  std::optional<double> window_m;
+  std::optional<std::filesystem::path> archive;
 };
 
 [[nodiscard]] MapOptions options_of(const FixedArguments& fixed, const InferenceArguments& how);

@@ -64,6 +64,9 @@ struct MapSetup {
 /// other.
 Outcome<MapSetup> set_up(const MapOptions& options);
 
+/// Blocks that a window reaches at most.
+inline constexpr double kMostWindowBlocks = 4000.0;
+
 /// How far from the robot a scan changes the map: 0 without a limit of the range.
 double reach_m(const MapOptions& options);
 

@@ -149,7 +149,7 @@ Outcome<void> set_up_window(const MapOptions& o, MapSetup& setup) {
     return Failure{"--archive needs --window where --max-range is 0; give --window too"};
   const double edge_m = setup.map.resolution_m * kBlockEdge;
   const double radius_m = o.window_m.value_or(reach_m(o));
-  if (!(radius_m > 0.0 && radius_m <= 4000.0 * edge_m))
+  if (!(radius_m > 0.0 && radius_m <= kMostWindowBlocks * edge_m))
     return not_allowed("--window", text_of(radius_m), "metres above 0, to 32000 voxels");
   WindowConfig& window = setup.window.emplace();
   window.radius_m = radius_m;

@@ -80,6 +80,14 @@ class Window(CommandCase):
         self.assertIsNone(report["config"]["window"])
         self.assertFalse((self.folder / "map.tsm.archive").exists())
 
+    def test_a_range_that_no_window_reaches_needs_none(self):
+        _, report = self.map_dataset(self.data, self.folder / "map.tsm", "--max-range", 1e6)
+        self.assertNotIn("window", report)
+
+    def test_an_archive_that_was_asked_for_is_kept_wherever_it_is(self):
+        self.map_dataset(self.data, self.folder / "map.tsm", *WINDOW, "--archive", "map.tsm.archive")
+        self.assertTrue((self.folder / "map.tsm.archive" / "blocks.tsa").exists())
+
     def test_an_archive_beside_the_output_that_an_earlier_run_left(self):
         first, second = self.parts(9)
         self.archived("first.tsm", *first)

@@ -16,7 +16,8 @@ LIMIT = 12 * 1024
 ALLOWED = re.compile(r"^(mem(cpy|set|move|cmp)|sqrtf?|__popcountdi2|__stack_chk_fail)$")
 # Functions of the core that it calls through pointers, and who does: parts of their mangled names. "": anyone.
 TARGETS = {"add_rows_of_four": "", "add_rows_of_eight": "", "SpanReader4read": "", "SpanWriter5write": "", "4_FUN": "",
-           "ExchangePublication": "9Publisher", "MapperArchive": "12MovingWindow", "CallbacksOfC": "7tessera", "FileOfC": "7tessera"}
+           "ExchangePublication": "9Publisher", "MapperArchive": "12MovingWindow",
+           "12ArchiveCalls": "Mapper", "13WholeMapCalls4find": "10KeyedIndex", "13WholeMapCalls1": "8WholeMap", "CallbacksOfC": "7tessera", "FileOfC": "7tessera"}
 FUNCTION = re.compile(r"^[0-9a-f]+ <([^>]+)>:$")
 OBJECT = re.compile(r"^(\S+\.o):\s+file format")
 INSTRUCTION = re.compile(r"^\s+[0-9a-f]+:\s+(?:(?:rep|repz|notrack|bnd|data16|cs|lock)\s+)*(\S+)\s*(.*)$")

@@ -15,10 +15,13 @@ MapConfig map_config() {
   return config;
 }
 
-ScanCapacity capacity(const Dataset& dataset) {
-  return {.points = static_cast<std::uint32_t>(dataset.max_points()),
-          .tiles = 131072,
-          .ray_blocks = 131072};
+RobotConfig config_of(const Dataset& dataset) {
+  RobotConfig config;
+  config.map = map_config();
+  config.scan = {.points = static_cast<std::uint32_t>(dataset.max_points()),
+                 .tiles = 131072,
+                 .ray_blocks = 131072};
+  return config;
 }
 
 template <class T>
@@ -39,12 +42,11 @@ Drive::Drive(const Dataset& dataset, std::size_t first, std::size_t count)
     : next_(first),
       end_(first + count),
       reader_(reader_of(dataset)),
-      memory_(required_bytes(map_config()) + Integrator::required_bytes(capacity(dataset), {}) +
+      memory_(Mapper::required_bytes(config_of(dataset)) +
               Publisher::required_bytes({}, dataset.classes().table().num_components())) {
   Arena arena(memory_.span());
   const ClassTable& classes = dataset.classes().table();
-  map_ = made(LocalMap::make(arena, map_config(), classes));
-  integrator_ = made(Integrator::make(arena, {}, capacity(dataset)));
+  mapper_ = made(Mapper::make(arena, config_of(dataset), classes, {}));
   publisher_ = made(Publisher::make(arena, {}, map_config(), classes.num_components()));
 }
 
@@ -52,13 +54,13 @@ void Drive::integrate_next() {
   const Outcome<ScanView> scan = reader_.read(next_++);
   if (!scan.ok()) throw std::runtime_error(scan.failure().message);
   const Point3f at = scan->T_map_sensor.col(3).cast<float>();
-  publisher_.set_focus(block_of(*map_.lattice().voxel_of(at)));
-  if (integrator_.integrate(map_, *scan).left_out() > 0)
+  publisher_.set_focus(block_of(*mapper_->map().lattice().voxel_of(at)));
+  if (mapper_->integrate(*scan, 0).left_out() > 0)
     throw std::runtime_error("a scan did not fit");
 }
 
 void Drive::tick(std::int64_t now_us, Exchange& exchange) {
-  static_cast<void>(publisher_.tick(map_, now_us, {}, publication_of(exchange)));
+  static_cast<void>(publisher_.tick(mapper_->map(), now_us, {}, publication_of(exchange)));
 }
 
 }  // namespace tessera::network

@@ -29,8 +29,7 @@ class Drive {
   std::size_t end_;
   ScanReader reader_;
   oracle::AlignedMemory memory_;
-  LocalMap map_;
-  Integrator integrator_;
+  Mapper* mapper_ = nullptr;
   Publisher publisher_;
 };
 

@@ -80,21 +80,32 @@ ClassTable numbered_classes(int count) {
   return table;
 }
 
+namespace {
+
+RobotConfig config_of(const MapConfig& map, const InferenceConfig& inference,
+                      const ScanCapacity& capacity) {
+  RobotConfig config;
+  config.map = map;
+  config.inference = inference;
+  config.scan = capacity;
+  return config;
+}
+
+}  // namespace
+
 Mapper::Mapper(const MapConfig& map, const InferenceConfig& inference, int classes,
                const ScanCapacity& capacity)
-    : memory_(required_bytes(map) + Integrator::required_bytes(capacity, inference)) {
+    : memory_(tessera::Mapper::required_bytes(config_of(map, inference, capacity))) {
   Arena arena(memory_.span());
-  Result<LocalMap> made_map = LocalMap::make(arena, map, numbered_classes(classes));
-  if (!made_map.ok()) throw std::logic_error(std::string("map: ") + to_string(made_map.status()));
-  Result<Integrator> made = Integrator::make(arena, inference, capacity);
-  if (!made.ok()) throw std::logic_error(std::string("integrator: ") + to_string(made.status()));
-  map_ = std::move(*made_map);
-  integrator_ = std::move(*made);
+  const Result<tessera::Mapper*> made = tessera::Mapper::make(
+      arena, config_of(map, inference, capacity), numbered_classes(classes), {});
+  if (!made.ok()) throw std::logic_error(std::string("mapper: ") + to_string(made.status()));
+  mapper_ = *made;
 }
 
 std::vector<OraclePoint> Mapper::admitted() const {
   std::vector<OraclePoint> points;
-  for (const ScanPoint& point : integrator_.admitted()) {
+  for (const ScanPoint& point : integrator().admitted()) {
     const Point3d p = point.p_map.cast<double>();
     points.push_back({{p.x(), p.y(), p.z()}, static_cast<double>(point.weight), point.component});
   }
@@ -103,11 +114,11 @@ std::vector<OraclePoint> Mapper::admitted() const {
 
 Cloud Mapper::admitted_cloud() const {
   Cloud cloud;
-  for (const ScanPoint& point : integrator_.admitted()) {
+  for (const ScanPoint& point : integrator().admitted()) {
     const Point3d p = point.p_map.cast<double>();
     cloud.add(p.x(), p.y(), p.z(), point.component, static_cast<double>(point.weight));
   }
-  for (const ScanPoint& ray : integrator_.admitted_rays()) {
+  for (const ScanPoint& ray : integrator().admitted_rays()) {
     const Point3d p = 2.0 * ray.p_map.cast<double>();
     cloud.add(p.x(), p.y(), p.z(), 1, 1.0);
   }

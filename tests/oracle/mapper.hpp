@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// The library under test: a map and an integrator in memory of exactly the size that they ask for,
-// so that a sanitizer sees every byte beyond it.
+// The library under test: a mapper in memory of exactly the size that it asks for, so that a
+// sanitizer sees every byte beyond it.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@
 
 #include "oracle/cloud.hpp"
 #include "oracle/label_oracle.hpp"
-#include "tessera/inference/integrator.hpp"
+#include "tessera/robot/mapper.hpp"
 
 namespace tessera::oracle {
 
@@ -44,12 +44,12 @@ class Mapper {
   Mapper(const MapConfig& map, const InferenceConfig& inference, int classes,
          const ScanCapacity& capacity = test_capacity());
   ScanReport integrate(const Cloud& cloud, const Matrix34d& T_map_sensor = Matrix34d::Identity()) {
-    return integrator_.integrate(map_, cloud.view(T_map_sensor));
+    return mapper_->integrate(cloud.view(T_map_sensor), 0);
   }
-  [[nodiscard]] LocalMap& map() { return map_; }
-  [[nodiscard]] const LocalMap& map() const { return map_; }
-  [[nodiscard]] const Integrator& integrator() const { return integrator_; }
-  [[nodiscard]] Integrator& integrator() { return integrator_; }
+  [[nodiscard]] LocalMap& map() { return mapper_->map(); }
+  [[nodiscard]] const LocalMap& map() const { return mapper_->map(); }
+  [[nodiscard]] const Integrator& integrator() const { return mapper_->integrator(); }
+  [[nodiscard]] Integrator& integrator() { return mapper_->integrator(); }
   /// The last scan's admitted points as the oracle takes them.
   [[nodiscard]] std::vector<OraclePoint> admitted() const;
   /// The last scan's admitted points and ray ends as a cloud for a mapper at the same place with
@@ -59,8 +59,7 @@ class Mapper {
 
  private:
   AlignedMemory memory_;
-  LocalMap map_;
-  Integrator integrator_;
+  tessera::Mapper* mapper_ = nullptr;
 };
 
 /// Every voxel with evidence.

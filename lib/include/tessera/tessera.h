@@ -56,7 +56,8 @@ tessera_status tessera_required_bytes(const tessera_config* config, uint32_t num
 /// nothing else's; callbacks: may be NULL. What is given is copied, but for what the callbacks'
 /// contexts name. No function is there to end a robot: its memory may be used anew at any time.
 /// Fails as tessera_required_bytes, and with TESSERA_INVALID_ARGUMENT iff memory is not aligned, a
-/// group of callbacks has some functions and lacks others, or there is a deadline and no clock;
+/// group of callbacks has some functions and lacks others, there is a deadline and no clock, or a
+/// window and no archive;
 /// TESSERA_RESOURCE_EXHAUSTED iff bytes are too few. The memory may hold anything then.
 tessera_status tessera_robot_make(const tessera_config* config, const tessera_class* classes,
                                   uint32_t num_classes, const tessera_callbacks* callbacks,
@@ -156,6 +157,8 @@ tessera_status tessera_set_frame(tessera_robot* robot, uint32_t submap, const do
 // --- Reports --------------------------------------------------------------------------------
 
 tessera_status tessera_submap(const tessera_robot* robot, tessera_submap_report* report);
+/// Zeros without a window.
+tessera_status tessera_window(const tessera_robot* robot, tessera_window_report* report);
 tessera_status tessera_global(const tessera_robot* robot, tessera_global_report* report);
 tessera_status tessera_exchange(const tessera_robot* robot, tessera_exchange_report* report);
 /// The contribution of that place, from 0. TESSERA_OUT_OF_RANGE iff there are not so many.
@@ -164,7 +167,8 @@ tessera_status tessera_contribution_at(const tessera_robot* robot, uint32_t inde
 
 // --- Files ----------------------------------------------------------------------------------
 
-/// Memory that the next two need for as much as the map holds now.
+/// Memory that the next two need for as much as the map holds now. With a window the local map's
+/// file and digest are those of all of it, archived blocks included, which are read 2 and 64 times.
 tessera_status tessera_workspace_bytes(const tessera_robot* robot, uint32_t map, uint64_t* bytes);
 /// The map's content in 64 bits: the same for the same voxels, however they came there. workspace:
 /// aligned to eight. TESSERA_RESOURCE_EXHAUSTED iff it is too small; TESSERA_BUSY as above.
@@ -176,10 +180,10 @@ tessera_status tessera_save_map(tessera_robot* robot, uint32_t map, void* worksp
                                 uint64_t workspace_bytes,
                                 int32_t (*write)(void* context, const uint8_t* bytes, size_t count),
                                 void* context);
-/// Reads a map file into the local map, which must be empty; read: how many bytes it gave, fewer
-/// than asked for at the end only. Fails with TESSERA_MISMATCH iff it is of another configuration
-/// or the map is not empty, TESSERA_TRUNCATED, TESSERA_CORRUPT, TESSERA_UNSUPPORTED; and
-/// TESSERA_RESOURCE_EXHAUSTED iff it does not fit: the map is empty then.
+/// Reads a map file into the local map, which must be empty, with nothing archived; read: how many
+/// bytes it gave, fewer than asked for at the end only. Fails with TESSERA_MISMATCH iff it is of
+/// another configuration or the map is not empty, TESSERA_TRUNCATED, TESSERA_CORRUPT,
+/// TESSERA_UNSUPPORTED; and TESSERA_RESOURCE_EXHAUSTED iff it does not fit: the map is empty then.
 tessera_status tessera_load_map(tessera_robot* robot,
                                 size_t (*read)(void* context, uint8_t* into, size_t capacity),
                                 void* context);

@@ -21,7 +21,10 @@ Status read_callbacks(const tessera_callbacks* from, tessera_callbacks& into) no
   const bool whole =
       all_or_none(into.tag_message != nullptr, into.check_tag != nullptr,
                   into.tag_message != nullptr) &&
-      all_or_none(into.sign != nullptr, into.check_signature != nullptr, into.hash != nullptr);
+      all_or_none(into.sign != nullptr, into.check_signature != nullptr, into.hash != nullptr) &&
+      all_or_none(into.put_block != nullptr, into.get_block != nullptr,
+                  into.drop_block != nullptr) &&
+      (into.put_block != nullptr) == (into.clear_blocks != nullptr);
   return whole ? Status::kOk : Status::kInvalidArgument;
 }
 
@@ -38,8 +41,30 @@ Status read_classes(const tessera_class* from, std::uint32_t count, ClassTable& 
   return Status::kOk;
 }
 
-bool is_clock_there(const RobotConfig& config, const tessera_callbacks& callbacks) noexcept {
-  return config.deadline_us == 0 || callbacks.now_us != nullptr;
+/// What the settings need of them.
+bool is_there(const RobotConfig& config, const tessera_callbacks& callbacks) noexcept {
+  return (config.deadline_us == 0 || callbacks.now_us != nullptr) &&
+         (!config.window || callbacks.put_block != nullptr);
+}
+
+/// The archive of the mapper, if there is a window, and the cache.
+Status make_archive(Arena& arena, const RobotConfig& config, tessera_robot& robot) noexcept {
+  if (!config.window) return Status::kOk;
+  const ClassTable& classes = robot.header.classes;
+  const std::span<StoredArchive> archive = arena.take<StoredArchive>(1);
+  const std::span<LocalMap> cache = arena.take<LocalMap>(1);
+  if (archive.empty() || cache.empty()) return Status::kResourceExhausted;
+  Result<StoredArchive> made = StoredArchive::make(
+      arena, config.map, classes, config.archived_blocks, store_of(robot.callbacks));
+  Result<LocalMap> map =
+      LocalMap::make(arena, cache_config(config.map, classes.num_components()), classes);
+  if (!made.ok() || !map.ok()) return made.ok() ? map.status() : made.status();
+  archive.front() = std::move(*made);
+  cache.front() = std::move(*map);
+  robot.archive = archive.data();
+  robot.cache = cache.data();
+  robot.robot->mapper().set_archive(robot.archive->interface());
+  return Status::kOk;
 }
 
 void report_of(const ScanReport& from, tessera_scan_report& to) noexcept {
@@ -99,8 +124,7 @@ tessera_status tessera_robot_make(const tessera_config* config, const tessera_cl
   ClassTable& table = made.header.classes;
   status = read_classes(classes, num_classes, table);
   if (status == Status::kOk) status = read_callbacks(callbacks, made.callbacks);
-  if (status == Status::kOk && !is_clock_there(core, made.callbacks))
-    status = Status::kInvalidArgument;
+  if (status == Status::kOk && !is_there(core, made.callbacks)) status = Status::kInvalidArgument;
   if (status != Status::kOk) return status_of(status);
 
   const Result<Robot*> inner =
@@ -109,6 +133,8 @@ tessera_status tessera_robot_make(const tessera_config* config, const tessera_cl
   made.workspace = arena.take<std::uint64_t>(workspace_words(table.num_components()));
   if (made.workspace.empty()) return TESSERA_RESOURCE_EXHAUSTED;
   made.robot = *inner;
+  status = make_archive(arena, core, made);
+  if (status != Status::kOk) return status_of(status);
   made.magic = tessera_robot::kMagic;
   *robot = &made;
   return TESSERA_OK;

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "tessera/map/map_file.hpp"
+#include "tessera/map/whole_map.hpp"
 #include "tessera/robot/robot.hpp"
 #include "tessera/tessera.h"
 
@@ -19,7 +20,9 @@ struct tessera_robot {
   /// Of the file that is read or written: too much for the stack.
   tessera::MapFileHeader header{};
   tessera::MapFileBuffer buffer{};
-  std::span<std::uint64_t> workspace{};  ///< Of searches: a block as it is read.
+  std::span<std::uint64_t> workspace{};       ///< Of searches: a block as it is read.
+  tessera::StoredArchive* archive = nullptr;  ///< Of a window, with what a whole map is read by.
+  tessera::LocalMap* cache = nullptr;
 };
 
 namespace tessera::c_interface {
@@ -113,11 +116,27 @@ inline tessera_estimate estimate_of(const Estimate& from) noexcept {
           .state = static_cast<std::uint32_t>(from.state)};
 }
 
+/// For blocks of map and archive as they are read: some of a row.
+constexpr MapConfig cache_config(MapConfig map, int num_components) noexcept {
+  constexpr std::size_t kMostBytes = std::size_t{1} << 18U;
+  const std::size_t one = one_block_storage(map.tuple, num_components);
+  map.storage_bytes = one < kMostBytes ? kMostBytes : one;
+  return map;
+}
+/// Bytes of arena for archive and cache.
+constexpr std::size_t archive_bytes(const RobotConfig& config, int num_components) noexcept {
+  if (!config.window) return 0;
+  return arena_bytes<StoredArchive>(1) + arena_bytes<LocalMap>(1) +
+         StoredArchive::required_bytes(config.map, num_components, config.archived_blocks) +
+         required_bytes(cache_config(config.map, num_components));
+}
+
 /// Fails as tessera_required_bytes.
 Status read_config(const tessera_config* from, RobotConfig& into) noexcept;
 
 /// The caller's functions as the core wants them; callbacks must stay where they are.
 Clock clock_of(tessera_callbacks& callbacks) noexcept;
 RobotKeys keys_of(tessera_callbacks& callbacks) noexcept;
+BlockStore store_of(tessera_callbacks& callbacks) noexcept;
 
 }  // namespace tessera::c_interface

@@ -53,6 +53,24 @@ struct CallbacksOfC {
     const tessera_callbacks& by = callbacks_at(context);
     by.hash(by.signature_context, bytes_of(message), message.size(), room_of(hash));
   }
+  static bool put_block(void* context, tessera::BlockKey key, std::span<const std::byte> bytes,
+                        std::uint32_t& /*place*/) noexcept {
+    const tessera_callbacks& by = callbacks_at(context);
+    return by.put_block(by.archive_context, key.bits, bytes_of(bytes), bytes.size()) == 1;
+  }
+  static std::size_t get_block(void* context, tessera::BlockKey key, std::uint32_t /*place*/,
+                               std::span<std::byte> into) noexcept {
+    const tessera_callbacks& by = callbacks_at(context);
+    return by.get_block(by.archive_context, key.bits, room_of(into), into.size());
+  }
+  static void drop_block(void* context, tessera::BlockKey key, std::uint32_t /*place*/) noexcept {
+    const tessera_callbacks& by = callbacks_at(context);
+    by.drop_block(by.archive_context, key.bits);
+  }
+  static void clear_blocks(void* context) noexcept {
+    const tessera_callbacks& by = callbacks_at(context);
+    by.clear_blocks(by.archive_context);
+  }
 };
 
 namespace tessera::c_interface {
@@ -70,6 +88,11 @@ RobotKeys keys_of(tessera_callbacks& callbacks) noexcept {
     keys.signatures = {&callbacks, &CallbacksOfC::sign, &CallbacksOfC::check_signature,
                        &CallbacksOfC::hash};
   return keys;
+}
+
+BlockStore store_of(tessera_callbacks& callbacks) noexcept {
+  return {&callbacks, &CallbacksOfC::put_block, &CallbacksOfC::get_block, &CallbacksOfC::drop_block,
+          &CallbacksOfC::clear_blocks};
 }
 
 }  // namespace tessera::c_interface

@@ -23,6 +23,7 @@ void for_fields_of_map(tessera_config& c, RobotConfig& core, Visit&& visit) noex
   visit(c.scan_tiles, core.scan.tiles);
   visit(c.scan_ray_blocks, core.scan.ray_blocks);
   visit(c.hash_seed, core.map.hash_seed);
+  visit(c.archived_blocks, core.archived_blocks);
 }
 
 template <class Visit>
@@ -127,7 +128,7 @@ bool are_kinds(const tessera_config& c) noexcept {
          c.diffusion <= TESSERA_NO_DIFFUSION && c.edge <= TESSERA_EDGE_CONFIDENCE &&
          c.free_space <= 1 && c.fill_one_label <= 1 && c.near_first <= 1 && c.whole_map <= 1 &&
          c.fill_neighbours <= 7 && c.block_edge <= 4 && c.conflicts <= 1 && c.reserved == 0 &&
-         c.reserved_2 == 0;
+         c.reserved_2 == 0 && c.reserved_3 == 0;
 }
 
 /// What required_bytes can compute with.
@@ -146,6 +147,17 @@ bool are_sizes(const RobotConfig& config) noexcept {
          diffusion.length_m <= 1e6F && config.deadline_us >= 0 && is_time(config.deadline_us);
 }
 
+/// False: it is out of its range.
+bool read_window(const tessera_config& c, RobotConfig& into) noexcept {
+  if (!(c.window_radius_m != 0.0)) return true;
+  WindowConfig& window = into.window.emplace();
+  window.radius_m = c.window_radius_m;
+  window.hysteresis_m = c.window_hysteresis_m;
+  constexpr std::uint32_t kMostBlocks = 1U << 28U;
+  return MovingWindow::make(window, c.resolution_m).ok() && c.archived_blocks >= 1 &&
+         c.archived_blocks <= kMostBlocks;
+}
+
 tessera_config defaults() noexcept {
   tessera_config c{};
   RobotConfig core;
@@ -155,6 +167,7 @@ tessera_config defaults() noexcept {
   };
   for_fields(c, core, to_c);
   c.session = static_cast<std::uint32_t>(core.exchange.session >> 32U);
+  c.window_hysteresis_m = WindowConfig{}.hysteresis_m;
   c.struct_bytes = sizeof(tessera_config);
   return c;
 }
@@ -170,6 +183,7 @@ Status read_config(const tessera_config* from, RobotConfig& into) noexcept {
     to = static_cast<To>(value);
   };
   for_fields(c, into, to_core);
+  if (!read_window(c, into)) return Status::kInvalidArgument;
   into.exchange.session = std::uint64_t{c.session} << 32U | c.session_random;
   MapConfig& global = into.global.map;
   global.resolution_m = into.exchange.resolution_m = into.map.resolution_m;
@@ -221,7 +235,8 @@ tessera_status tessera_required_bytes(const tessera_config* config, uint32_t num
   if (status != Status::kOk) return status_of(status);
   const int components = static_cast<int>(num_classes) + 2;
   *bytes = arena_bytes<tessera_robot>(1) + Robot::required_bytes(core, components) +
-           arena_bytes<std::uint64_t>(workspace_words(components));
+           arena_bytes<std::uint64_t>(workspace_words(components)) +
+           archive_bytes(core, components);
   return TESSERA_OK;
 }
 

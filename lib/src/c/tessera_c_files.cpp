@@ -25,20 +25,44 @@ struct FileOfC {
     // What claims to have given more than there is room for has given nothing of use.
     return count <= into.size() ? count : 0;
   }
+  static const Block* find_block(void* map, const KeyedIndex& item) {
+    return &(*static_cast<const LocalMap**>(map))->block_at(item.index);
+  }
 };
 
 namespace {
 
-/// The blocks' order, in the caller's memory; empty where it is too small for the map's blocks.
-Status workspace_for(const LocalMap& map, void* memory, std::uint64_t bytes,
-                     std::span<KeyedIndex>& into) noexcept {
-  if (memory == nullptr || reinterpret_cast<std::uintptr_t>(memory) % alignof(KeyedIndex) != 0)
-    return Status::kInvalidArgument;
-  const std::size_t entries = size_of(bytes) / sizeof(KeyedIndex);
-  if (entries < 2 * map.block_count()) return Status::kResourceExhausted;
-  into = {static_cast<KeyedIndex*>(memory), 2 * map.block_count()};
-  return Status::kOk;
-}
+/// A map, or map and archive, as save and digest take it.
+class Content {
+ public:
+  Content(const tessera_robot& robot, std::uint32_t map) noexcept : map_(map_of(robot, map)) {
+    if (map != TESSERA_LOCAL_MAP || robot.archive == nullptr) return;
+    both_.emplace(map_, *robot.archive);
+    cache_ = robot.cache;
+  }
+  [[nodiscard]] std::size_t entries() const noexcept {
+    return both_ ? both_->workspace_entries() : 2 * map_.block_count();
+  }
+  /// Calls use(map, blocks, lookup) with the blocks in order, in the caller's memory.
+  template <class Use>
+  Status with(void* memory, std::uint64_t bytes, Use&& use) noexcept {
+    if (memory == nullptr || reinterpret_cast<std::uintptr_t>(memory) % alignof(KeyedIndex) != 0)
+      return Status::kInvalidArgument;
+    if (size_of(bytes) / sizeof(KeyedIndex) < entries()) return Status::kResourceExhausted;
+    const std::span<KeyedIndex> workspace(static_cast<KeyedIndex*>(memory), entries());
+    if (both_) {
+      WholeMap whole(*cache_, map_.revision(), both_->map(), both_->archive());
+      return use(*cache_, both_->blocks_in_order(workspace), whole.lookup());
+    }
+    const LocalMap* blocks = &map_;
+    return use(map_, map_.blocks_in_order(workspace), {&blocks, &FileOfC::find_block});
+  }
+
+ private:
+  const LocalMap& map_;
+  std::optional<MapAndArchive> both_;
+  LocalMap* cache_ = nullptr;
+};
 
 }  // namespace
 
@@ -46,7 +70,7 @@ extern "C" {
 
 tessera_status tessera_workspace_bytes(const tessera_robot* robot, uint32_t map, uint64_t* bytes) {
   if (!is_robot(robot) || !is_map(map) || bytes == nullptr) return TESSERA_INVALID_ARGUMENT;
-  *bytes = 2 * sizeof(KeyedIndex) * map_of(*robot, map).block_count();
+  *bytes = sizeof(KeyedIndex) * Content(*robot, map).entries();
   return TESSERA_OK;
 }
 
@@ -54,12 +78,15 @@ tessera_status tessera_map_digest(const tessera_robot* robot, uint32_t map, void
                                   uint64_t workspace_bytes, uint64_t* digest) {
   if (!is_robot(robot) || !is_map(map) || digest == nullptr) return TESSERA_INVALID_ARGUMENT;
   if (!is_settled(*robot, map)) return TESSERA_BUSY;
-  std::span<KeyedIndex> entries;
-  const LocalMap& of = map_of(*robot, map);
-  const Status status = workspace_for(of, workspace, workspace_bytes, entries);
-  if (status != Status::kOk) return status_of(status);
-  *digest = tessera::digest(of, entries);
-  return TESSERA_OK;
+  return status_of(Content(*robot, map)
+                       .with(workspace, workspace_bytes,
+                             [digest](const LocalMap& of, std::span<const KeyedIndex> blocks,
+                                      const BlockLookup& lookup) {
+                               const Result<std::uint64_t> content =
+                                   tessera::digest(of, blocks, lookup);
+                               if (content.ok()) *digest = *content;
+                               return content.status();
+                             }));
 }
 
 tessera_status tessera_save_map(tessera_robot* robot, uint32_t map, void* workspace,
@@ -68,10 +95,6 @@ tessera_status tessera_save_map(tessera_robot* robot, uint32_t map, void* worksp
                                 void* context) {
   if (!is_robot(robot) || !is_map(map) || write == nullptr) return TESSERA_INVALID_ARGUMENT;
   if (!is_settled(*robot, map)) return TESSERA_BUSY;
-  std::span<KeyedIndex> entries;
-  const LocalMap& of = map_of(*robot, map);
-  const Status status = workspace_for(of, workspace, workspace_bytes, entries);
-  if (status != Status::kOk) return status_of(status);
   MapIdentity& identity = robot->header.identity;
   identity = {};
   identity.kind = map == TESSERA_LOCAL_MAP ? MapKind::kLocal : MapKind::kGlobal;
@@ -83,13 +106,20 @@ tessera_status tessera_save_map(tessera_robot* robot, uint32_t map, void* worksp
   }
   FileOfC file{.write = write, .context = context};
   return status_of(
-      save(of, identity, entries, robot->buffer, {&file, &FileOfC::write_bytes}).status);
+      Content(*robot, map)
+          .with(workspace, workspace_bytes,
+                [&](const LocalMap& of, std::span<const KeyedIndex> blocks,
+                    const BlockLookup& lookup) {
+                  const ByteSink sink{&file, &FileOfC::write_bytes};
+                  return save(of, identity, blocks, lookup, robot->buffer, sink).status;
+                }));
 }
 
 tessera_status tessera_load_map(tessera_robot* robot,
                                 size_t (*read)(void* context, uint8_t* into, size_t capacity),
                                 void* context) {
   if (!is_robot(robot) || read == nullptr) return TESSERA_INVALID_ARGUMENT;
+  if (robot->archive != nullptr && robot->archive->index().size() != 0) return TESSERA_MISMATCH;
   FileOfC file{.read = read, .context = context};
   const ByteSource source{&file, &FileOfC::read_bytes};
   const MapFileStatus header = load_header(source, robot->buffer, robot->header);

@@ -23,6 +23,27 @@ tessera_status tessera_submap(const tessera_robot* robot, tessera_submap_report*
   return TESSERA_OK;
 }
 
+tessera_status tessera_window(const tessera_robot* robot, tessera_window_report* report) {
+  if (!is_robot(robot) || !can_fill(report)) return TESSERA_INVALID_ARGUMENT;
+  const WindowReport& from = robot->robot->mapper().window();
+  tessera_window_report filled{};
+  filled.evicted = from.evicted;
+  filled.evictions_refused = from.evictions_refused;
+  filled.reloaded = from.reloaded;
+  filled.merged = from.merged;
+  filled.reloads_failed = from.reloads_failed;
+  filled.steps_without_room = from.steps_without_room;
+  filled.backlog = from.backlog;
+  filled.most_backlog = from.most_backlog;
+  filled.unpublished_blocks = from.unpublished_blocks;
+  if (robot->archive != nullptr) {
+    filled.archived_blocks = static_cast<std::uint32_t>(robot->archive->index().size());
+    filled.merged += robot->archive->counts().evictions_merged;
+  }
+  fill(filled, report);
+  return TESSERA_OK;
+}
+
 tessera_status tessera_map_usage_of(const tessera_robot* robot, uint32_t map,
                                     tessera_map_usage* usage) {
   if (!is_robot(robot) || !is_map(map) || !can_fill(usage)) return TESSERA_INVALID_ARGUMENT;

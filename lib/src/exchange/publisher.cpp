@@ -123,17 +123,18 @@ void Publisher::forget(BlockKey key) noexcept {
   index_.erase(key);
 }
 
-void Publisher::note_returned(BlockKey key) noexcept {
+bool Publisher::note_returned(BlockKey key) noexcept {
   const std::optional<std::uint32_t> value = index_.find(key);
-  if (value && is_waiting(*value)) return;
+  if (value && is_waiting(*value)) return true;
   const std::uint32_t number = open(key);
   if (number == 0) {
     ++totals_.left_out;
-    return;
+    return false;
   }
   Candidate& returned = candidate(number);
   returned.labels_since_us = returned.free_since_us = round_.unchanged_us;
   enqueue(number, due_of(returned));
+  return true;
 }
 
 void Publisher::clear() noexcept {

@@ -86,6 +86,13 @@ bool EvictionQueue::note_cleared() noexcept {
   return true;
 }
 
+bool EvictionQueue::list(BlockKey key) noexcept {
+  if (!may_archive() || away_.insert(key, kAwayUnpublished) != Status::kOk) return false;
+  ++archived_;
+  ++unpublished_;
+  return true;
+}
+
 void EvictionQueue::take_notes() noexcept {
   const std::uint32_t written = notes_written_.load(std::memory_order_acquire);
   std::uint32_t taken = notes_taken_.load(std::memory_order_relaxed);
@@ -106,16 +113,47 @@ void EvictionQueue::take(const Note& note) noexcept {
     case Kind::kReloaded:
       return take_reloaded(note.key);
     case Kind::kCleared:
-      away_.clear();
-      leaving_count_ = returned_count_ = 0;
-      unpublished_ = 0;
+      return take_cleared();
   }
+}
+
+/// Unless a submap begins, what others have of archived blocks is wrong from now on.
+void EvictionQueue::take_cleared() noexcept {
+  leaving_count_ = returned_count_ = 0;
+  unpublished_ = 0;
+  if (submap_begins_) {
+    submap_begins_ = false;
+    away_.clear();
+  } else {
+    away_.for_each([this](BlockKey key, std::uint32_t) { away_.assign(key, kWithdrawn); });
+  }
+  withdrawn_ = away_.size();
+}
+
+void EvictionQueue::begin_epoch() noexcept {
+  unpublished_ = 0;
+  away_.for_each([this](BlockKey key, std::uint32_t value) {
+    if (value != kAway && value != kAwayUnpublished) return;
+    away_.assign(key, kAwayUnpublished);
+    ++unpublished_;
+  });
+}
+
+/// In the memory of those that have returned, of which there are none.
+std::span<const BlockKey> EvictionQueue::some_withdrawn() noexcept {
+  if (withdrawn_ == 0) return {};
+  std::size_t count = 0;
+  away_.for_some(withdrawn_place_, kWithdrawnBuckets, [&](BlockKey key, std::uint32_t value) {
+    if (value == kWithdrawn) returned_[count++] = key;
+  });
+  return returned_.first(count);
 }
 
 /// Of a block that was archived unpublished, and is again, others lack something still.
 void EvictionQueue::take_archived(BlockKey key, std::uint32_t value) noexcept {
   const std::optional<std::uint32_t> before = away_.find(key);
   if (before == kAwayUnpublished) return;
+  if (before == kWithdrawn) --withdrawn_;
   if (value == kAwayUnpublished) ++unpublished_;
   if (before) {
     away_.assign(key, value);
@@ -127,7 +165,7 @@ void EvictionQueue::take_archived(BlockKey key, std::uint32_t value) noexcept {
 /// It counts as away until the next tick, as this one may have read the map before it returned.
 void EvictionQueue::take_reloaded(BlockKey key) noexcept {
   const std::optional<std::uint32_t> before = away_.find(key);
-  if (!before || before == kReturned) return;
+  if (!before || before == kReturned || before == kWithdrawn) return;
   if (before == kAwayUnpublished) --unpublished_;
   if (returned_count_ == returned_.size()) return;  // it stays away: more than a ring in a tick
   away_.assign(key, kReturned);

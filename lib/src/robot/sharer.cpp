@@ -95,7 +95,7 @@ PublisherReport Sharer::publish(const LocalMap& map, std::int64_t now_us) noexce
   publication.whole = [](void* evictions, BlockKey key) {
     return !static_cast<EvictionQueue*>(evictions)->is_away(key);
   };
-  evictions_->begin_tick([this](BlockKey key) { publisher_.note_returned(key); });
+  evictions_->begin_tick([this](BlockKey key) { return publisher_.note_returned(key); });
   const PublisherReport report =
       publisher_.tick(map, now_us, budget, publication, evictions_->leaving());
   evictions_->answer();
@@ -108,7 +108,8 @@ void Sharer::note_flush(const LocalMap& map) noexcept {
   const bool noted =
       publisher_.rounds() >= flush_.rounds && publisher_.noted_stamp() == MapReader(map).stamp();
   --flush_.ticks_left;
-  flush_.due = flush_.ticks_left == 0 || (noted && publisher_.waiting() == 0);
+  const bool withdraws = evictions_ != nullptr && evictions_->is_withdrawing();
+  flush_.due = flush_.ticks_left == 0 || (noted && !withdraws && publisher_.waiting() == 0);
 }
 
 Status Sharer::request_submap(const Matrix34d& T_global_map) noexcept {
@@ -133,7 +134,10 @@ Status Sharer::open_submap(const LocalMap& map) noexcept {
   ++submap_.opened;
   const std::optional<std::uint64_t> unnoted = publisher_.unnoted(map);
   submap_.lost_blocks += publisher_.waiting() + unnoted.value_or(0);
-  if (evictions_ != nullptr) submap_.lost_blocks += evictions_->unpublished();
+  if (evictions_ != nullptr) {
+    submap_.lost_blocks += evictions_->unpublished();
+    evictions_->begin_submap();
+  }
   submap_.cut_short += publisher_.rounds() < flush_.rounds || !unnoted ? 1U : 0U;
   frame_ = flush_.T_global_map;
   publisher_.clear();
@@ -150,6 +154,7 @@ Status Sharer::reopen(std::uint32_t epoch, std::uint32_t floor) noexcept {
   ++submap_.reopened;
   flush_ = {};
   publisher_.clear();
+  if (evictions_ != nullptr) evictions_->begin_epoch();
   return status;
 }
 

@@ -22,13 +22,17 @@ struct Held {
   /// A tick of who publishes, that settles all that ask, with these stamps.
   template <class StampOf>
   void settle_all(StampOf&& stamp_of) {
-    queue->begin_tick([this](BlockKey key) { returned.push_back(key); });
+    queue->begin_tick([this](BlockKey key) {
+      if (has_room) returned.push_back(key);
+      return has_room;
+    });
     for (LeavingBlock& block : queue->leaving()) block.stamp = stamp_of(block.key);
     queue->answer();
   }
   oracle::AlignedMemory memory;
   EvictionQueue* queue = nullptr;
   std::vector<BlockKey> returned;
+  bool has_room = true;  ///< Of who publishes.
 };
 
 BlockKey key_of(int i) { return *pack({i % 256 - 128, i / 256, 0}); }
@@ -116,6 +120,48 @@ TEST_CASE("EvictionQueue: no more is archived than there is room for, and cleari
   CHECK(queue.may_archive());
   CHECK_FALSE(queue.is_away(key_of(2)));
   CHECK(queue.unpublished() == 0);
+}
+
+TEST_CASE(
+    "EvictionQueue: what was archived of a map that was cleared is withdrawn, each block once") {
+  constexpr int kBlocks = 5000;
+  Held held(kBlocks);
+  EvictionQueue& queue = *held.queue;
+  for (int i = 0; i < kBlocks; ++i) queue.note_archived(key_of(i), true, true);
+  REQUIRE(queue.note_cleared());
+  queue.note_archived(key_of(7), true, true);  // of the new map
+  held.has_room = false;
+  held.settle_all([](BlockKey) { return 0U; });
+  CHECK(queue.is_withdrawing());
+  CHECK(queue.is_away(key_of(7)));
+  CHECK_FALSE(queue.is_away(key_of(8)));  // so that the new map's block can be published
+  held.has_room = true;
+  int ticks = 0;
+  for (; queue.is_withdrawing() && ticks < 1000; ++ticks)
+    held.settle_all([](BlockKey) { return 0U; });
+  CHECK(ticks > 1);
+  CHECK(ticks < 20);
+  CHECK(held.returned.size() == kBlocks - 1);
+  CHECK(queue.unpublished() == 0);
+}
+
+TEST_CASE("EvictionQueue: a new submap leaves what was published, a new epoch has nothing of it") {
+  Held held(64);
+  EvictionQueue& queue = *held.queue;
+  queue.note_archived(key_of(1), true, true);
+  held.settle_all([](BlockKey) { return 0U; });
+  queue.begin_epoch();
+  CHECK(queue.unpublished() == 1);
+  CHECK(queue.is_away(key_of(1)));
+  queue.begin_submap();
+  REQUIRE(queue.note_cleared());
+  held.settle_all([](BlockKey) { return 0U; });
+  CHECK_FALSE(queue.is_withdrawing());
+  CHECK_FALSE(queue.is_away(key_of(1)));
+  CHECK(held.returned.empty());
+  REQUIRE(queue.list(key_of(2)));
+  CHECK(queue.is_away(key_of(2)));
+  CHECK(queue.unpublished() == 1);
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // A robot with a moving window: what it maps and what others have of it are what they are without.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <set>
 
@@ -134,6 +135,71 @@ TEST_CASE("Robot: a new submap begins with an empty map and an empty archive") {
   CHECK(archive.keys().empty());
   CHECK(bounded.robot.map().block_count() == 0);
   CHECK(bounded.robot.publisher().totals().emptied == 0);
+}
+
+/// Voxels that two maps do not say the same of, or one has alone.
+std::size_t differing(const LocalMap& a, const LocalMap& b) {
+  return other_labels(a, b) + other_labels(b, a);
+}
+
+TEST_CASE(
+    "Robot: what is published of blocks that left and came back is that of a map without a "
+    "window") {
+  RobotConfig config = street_config();
+  config.publisher.evidence_factor = 1.001F;  // whatever changes is published
+  Driver whole(config);
+  Driver bounded(with_window(config));
+  oracle::MemoryArchive archive(bounded.robot.map());
+  bounded.robot.mapper().set_archive(archive.interface());
+  // There, back over what has left, and once more: evidence is added to what others have already.
+  for (Driver* driver : {&whole, &bounded}) {
+    driver->drive(0, kScans);
+    driver->drive(kScans, 0);
+    driver->drive(0, kScans);
+    driver->drive(kScans, 0);
+  }
+  REQUIRE(settle(whole.robot, whole.now_us) < 1000);
+  REQUIRE(settle(bounded.robot, bounded.now_us) < 1000);
+  CHECK(bounded.robot.mapper().window().reloaded > 600);
+  CHECK(bounded.robot.publisher().totals().emptied == 0);
+  CHECK(digest_of(bounded.robot.global().map()) == digest_of(whole.robot.global().map()));
+  CHECK(differing(whole.robot.global().map(), bounded.robot.global().map()) <= 20);
+}
+
+TEST_CASE("Robot: a map that is cleared is withdrawn, with what is archived of it") {
+  RobotConfig config = street_config();
+  config.publisher.evidence_factor = 1.001F;  // whatever changes is published
+  Driver bounded(with_window(config));
+  oracle::MemoryArchive archive(bounded.robot.map());
+  bounded.robot.mapper().set_archive(archive.interface());
+  bounded.drive(0, kScans);
+  REQUIRE(settle(bounded.robot, bounded.now_us) < 1000);
+  REQUIRE(archive.keys().size() > 300);
+  REQUIRE(bounded.robot.mapper().clear());
+  CHECK(archive.keys().empty());
+  bounded.scan(3, 4);
+  REQUIRE(settle(bounded.robot, bounded.now_us) < 1000);
+  Driver fresh(config);
+  fresh.scan(3, 4);
+  REQUIRE(settle(fresh.robot, fresh.now_us) < 1000);
+  CHECK(digest_of(bounded.robot.global().map()) == digest_of(fresh.robot.global().map()));
+}
+
+TEST_CASE("Robot: in a new epoch archived blocks are published as they return") {
+  Driver bounded(with_window(street_config()));
+  oracle::MemoryArchive archive(bounded.robot.map());
+  bounded.robot.mapper().set_archive(archive.interface());
+  bounded.drive(0, kScans);
+  REQUIRE(settle(bounded.robot, bounded.now_us) < 1000);
+  REQUIRE(bounded.robot.sharer().reopen(2, 2) == Status::kOk);
+  REQUIRE(settle(bounded.robot, bounded.now_us) < 1000);
+  CHECK(keys_of(bounded.robot.global().map()) == keys_of(bounded.robot.map()));
+  bounded.drive(kScans, 0);
+  REQUIRE(settle(bounded.robot, bounded.now_us) < 1000);
+  std::set<std::uint64_t> all = keys_of(bounded.robot.map());
+  const std::set<std::uint64_t> published = keys_of(bounded.robot.global().map());
+  CHECK(std::ranges::includes(published, all));
+  CHECK(published.size() > 300);
 }
 
 }  // namespace

@@ -156,6 +156,13 @@ typedef struct tessera_config {
   /// [ExchangeConfig].
   uint32_t conflicts;
   uint32_t reserved_2;  ///< 0
+
+  /// The part of the local map around the robot that is kept in memory [WindowConfig]; radius 0:
+  /// all of it is. Needs the callbacks of the archive, which may hold so many blocks.
+  double window_radius_m;
+  double window_hysteresis_m;
+  uint32_t archived_blocks;
+  uint32_t reserved_3;  ///< 0
 } tessera_config;
 
 /// The least struct_bytes that is taken, up to and with the inference's settings: fields beyond
@@ -201,6 +208,16 @@ typedef struct tessera_callbacks {
                              const uint8_t signature[TESSERA_SIGNATURE_BYTES]);
   void (*hash)(void* context, const uint8_t* message, size_t bytes,
                uint8_t hash[TESSERA_HASH_BYTES]);
+
+  /// Keeps the bytes of blocks that leave the window, by their keys; called while scans are
+  /// integrated, and while the map is saved. put_block: instead of what it keeps of the block; 1:
+  /// they are kept. get_block: how many bytes it gave, all that were put; 0: they cannot be had.
+  /// drop_block, clear_blocks: they are not needed any more, nor any others.
+  void* archive_context;
+  int32_t (*put_block)(void* context, uint64_t key, const uint8_t* bytes, size_t count);
+  size_t (*get_block)(void* context, uint64_t key, uint8_t* into, size_t capacity);
+  void (*drop_block)(void* context, uint64_t key);
+  void (*clear_blocks)(void* context);
 } tessera_callbacks;
 
 /// The least struct_bytes that is taken: what programs of version 1 have.

@@ -158,6 +158,21 @@ typedef struct tessera_submap_report {
   uint32_t reserved;
 } tessera_submap_report;
 
+/// What the window of the local map did, and what is archived [WindowReport].
+typedef struct tessera_window_report {
+  uint32_t struct_bytes;
+  uint32_t archived_blocks;
+  uint64_t evicted;
+  uint64_t evictions_refused;
+  uint64_t reloaded;
+  uint64_t merged;
+  uint64_t reloads_failed;
+  uint64_t steps_without_room;
+  uint64_t backlog;
+  uint64_t most_backlog;
+  uint64_t unpublished_blocks;
+} tessera_window_report;
+
 /// How full a map is [MapUsage].
 typedef struct tessera_map_usage {
   uint32_t struct_bytes;

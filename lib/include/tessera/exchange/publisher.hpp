@@ -65,8 +65,8 @@ class Publisher {
   /// published of it stays. Should it come back, it is compared with that. Two look-ups.
   void forget(BlockKey key) noexcept;
   /// The block is whole again, and may have changed while it was not: it is compared with what was
-  /// published of it. O(1).
-  void note_returned(BlockKey key) noexcept;
+  /// published of it. False: there is no room for it to wait. O(1).
+  bool note_returned(BlockKey key) noexcept;
   /// Forgets all that was published and all that waits, for a map that was cleared and a
   /// publication that begins anew. Totals stay. O(blocks + candidates).
   void clear() noexcept;

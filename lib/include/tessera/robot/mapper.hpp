@@ -32,8 +32,8 @@ class Mapper {
 
   /// Where blocks that leave the window are kept, from the next scan on; it must outlive the
   /// mapper's use. Without it they are lost and counted; in a Robot, whose blocks others have, they
-  /// stay in the map, and its archive must be empty at first; where submaps are used it must have
-  /// BlockArchive::clear.
+  /// stay in the map, and its archive must be empty at first. The map can be cleared if the archive
+  /// has BlockArchive::clear, as submaps ask for.
   void set_archive(const BlockArchive& archive) noexcept { archive_ = archive; }
 
   /// Moves the window to the scan and integrates it, within RobotConfig::deadline_us from now_us on
@@ -58,6 +58,8 @@ class Mapper {
   /// For what is done to the map between scans: filling it, saving it block by block.
   [[nodiscard]] LocalMap& map() noexcept { return map_; }
   [[nodiscard]] const Integrator& integrator() const noexcept { return integrator_; }
+  /// For scans with a clock of their own.
+  [[nodiscard]] Integrator& integrator() noexcept { return integrator_; }
   [[nodiscard]] bool has_window() const noexcept { return has_window_; }
   /// What the window did since the mapper was made.
   [[nodiscard]] const WindowReport& window() const noexcept { return window_report_; }
@@ -67,7 +69,7 @@ class Mapper {
   }
   [[nodiscard]] std::size_t scratch_bytes() const noexcept { return scratch_bytes_; }
 
-  /// Of Robot: blocks leave by way of this queue.
+  /// Blocks leave by way of this queue, as others have them; nullptr: they just leave.
   void set_eviction_queue(EvictionQueue* evictions) noexcept { evictions_ = evictions; }
 
  private:

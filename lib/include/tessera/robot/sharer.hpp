@@ -77,8 +77,9 @@ class Sharer {
   [[nodiscard]] Status set_frame(std::uint32_t submap, const Matrix34d& T_global_map) noexcept;
   /// Leaves the epoch, as Exchange::overtaken() asks for: publishes the whole map anew in an epoch
   /// above it; of a map with a window, what is in memory: blocks that are archived follow when they
-  /// are back in the map. floor: RobotSettings::floor from now on. A submap that was requested is
-  /// none any more. Fails as Exchange::open, and then nothing is published until it succeeds.
+  /// are back in the map, as reading all of an archive would take too long. floor:
+  /// RobotSettings::floor from now on. A submap that was requested is none any more. Fails as
+  /// Exchange::open, and then nothing is published until it succeeds.
   [[nodiscard]] Status reopen(std::uint32_t epoch, std::uint32_t floor) noexcept;
   [[nodiscard]] const SubmapReport& submap() const noexcept { return submap_; }
   /// T_global_map of the submap that is published into.
@@ -104,7 +105,8 @@ class Sharer {
   }
   /// Nothing waits to be published or fused, and there were ticks since the last scan to find out.
   [[nodiscard]] bool idle() const noexcept {
-    return publisher_.waiting() == 0 && !global_.busy() && ticks_since_scan_ > 2 && !submap_.ending;
+    return publisher_.waiting() == 0 && !global_.busy() && ticks_since_scan_ > 2 &&
+           !submap_.ending && (evictions_ == nullptr || !evictions_->is_withdrawing());
   }
 
   [[nodiscard]] Exchange& exchange() noexcept { return exchange_; }
@@ -116,7 +118,7 @@ class Sharer {
   /// Of its memory, what holds something, and what is scratch.
   [[nodiscard]] std::size_t used_bytes() const noexcept;
 
-  /// Of Robot: blocks leave its local map by way of this queue.
+  /// Blocks leave the local map by way of this queue; nullptr: none do.
   void set_eviction_queue(EvictionQueue* evictions) noexcept { evictions_ = evictions; }
 
  private:

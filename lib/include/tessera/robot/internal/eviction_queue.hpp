@@ -37,8 +37,7 @@ class EvictionQueue {
   EvictionQueue& operator=(EvictionQueue&&) = delete;
   ~EvictionQueue() = default;
 
-  // --- For the thread that maps: O(1), begin_step and note_cleared O(kRequests)
-  // -------------------
+  // --- For the thread that maps: O(1); begin_step, note_cleared: O(kRequests) --------------------
 
   /// Takes the answers that have come. To be called before a step of the window.
   void begin_step() noexcept;
@@ -60,11 +59,14 @@ class EvictionQueue {
   void note_reloaded(BlockKey key) noexcept;
   /// Map and archive are empty. False: no room for the note, try again.
   [[nodiscard]] bool note_cleared() noexcept;
+  /// Before either thread works with this: the archive holds the block from before. False: no room.
+  bool list(BlockKey key) noexcept;
 
   // --- For the thread that publishes -------------------------------------------------------------
 
-  /// To be called before each tick. returned(key): all of the block is in the map again, and it may
-  /// differ from what was published. O(kNotes).
+  /// To be called before each tick. returned(key): all of the block is in the map, or nothing of it
+  /// is anywhere as the map was cleared, and that may differ from what was published; false: there
+  /// is no room to look into it now. O(kNotes).
   template <class Returned>
   void begin_tick(Returned&& returned) noexcept {
     take_notes();
@@ -72,10 +74,24 @@ class EvictionQueue {
       // It may have been archived again since.
       if (away_.find(key) != kReturned) continue;
       away_.erase(key);
-      returned(key);
+      static_cast<void>(returned(key));
     }
     returned_count_ = 0;
+    for (const BlockKey key : some_withdrawn()) {
+      if (!returned(key)) break;
+      away_.erase(key);
+      --withdrawn_;
+    }
   }
+  /// Others have blocks that were archived before the map was cleared.
+  [[nodiscard]] bool is_withdrawing() const noexcept { return withdrawn_ != 0; }
+  /// What was published was of another submap, and the map is about to be cleared: what others have
+  /// of archived blocks stays.
+  void begin_submap() noexcept { submap_begins_ = true; }
+  /// Nothing of what is archived was published in the epoch that begins. O(blocks).
+  void begin_epoch() noexcept;
+  /// Takes the notes that have come. O(kNotes).
+  void take_notes() noexcept;
   /// Blocks that ask to leave, for Publisher::tick to settle.
   [[nodiscard]] std::span<LeavingBlock> leaving() noexcept {
     return leaving_.first(leaving_count_);
@@ -87,7 +103,8 @@ class EvictionQueue {
   /// a block leaves the map, and what returns counts from the next tick on.
   [[nodiscard]] bool is_away(BlockKey key) noexcept {
     take_notes();
-    return away_.find(key).has_value();
+    const std::optional<std::uint32_t> value = away_.find(key);
+    return value && *value != kWithdrawn;
   }
   /// Archived blocks of which others do not have all, as they left where memory was short.
   [[nodiscard]] std::uint64_t unpublished() const noexcept { return unpublished_; }
@@ -118,14 +135,17 @@ class EvictionQueue {
   static constexpr std::uint32_t kAway = 0;
   static constexpr std::uint32_t kAwayUnpublished = 1;
   static constexpr std::uint32_t kReturned = 2;
+  static constexpr std::uint32_t kWithdrawn = 3;         ///< Archived when the map was cleared.
+  static constexpr std::size_t kWithdrawnBuckets = 512;  ///< Of away_, looked at in a tick.
   [[nodiscard]] static std::size_t place_of(BlockKey key) noexcept {
     return mix64(key.bits) % kRequests;
   }
   void push(const Note& note) noexcept;
-  void take_notes() noexcept;
   void take(const Note& note) noexcept;
   void take_archived(BlockKey key, std::uint32_t value) noexcept;
   void take_reloaded(BlockKey key) noexcept;
+  void take_cleared() noexcept;
+  [[nodiscard]] std::span<const BlockKey> some_withdrawn() noexcept;
   [[nodiscard]] bool push_answer(const LeavingBlock& block) noexcept;
 
   // Of the thread that maps.
@@ -139,6 +159,9 @@ class EvictionQueue {
   std::size_t leaving_count_ = 0;
   std::span<BlockKey> returned_{};
   std::size_t returned_count_ = 0;
+  std::size_t withdrawn_ = 0;
+  std::size_t withdrawn_place_ = 0;
+  bool submap_begins_ = false;
   std::uint64_t unpublished_ = 0;
   std::uint64_t unlisted_ = 0;
   // Rings, with how much was ever written to them and taken.

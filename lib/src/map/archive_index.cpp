@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-#include "maps/archive_index.hpp"
+#include "tessera/map/internal/archive_index.hpp"
 
 namespace tessera {
 
@@ -66,15 +66,20 @@ const RegionMask* ArchiveIndex::archived(BlockCoord region) const noexcept {
   return number ? &masks_[*number] : nullptr;
 }
 
-std::vector<KeyedIndex> ArchiveIndex::keys_in_order() const {
-  std::vector<KeyedIndex> keys;
-  keys.reserve(2 * keys_.size());
-  keys_.for_each([&](BlockKey key, std::uint32_t place) { keys.push_back({key.bits, place}); });
-  const std::size_t n = keys.size();
-  keys.resize(2 * n);
-  radix_sort(std::span(keys).first(n), std::span(keys).subspan(n));
-  keys.resize(n);
-  return keys;
+std::span<const KeyedIndex> ArchiveIndex::blocks_in_order(
+    std::span<KeyedIndex> workspace) const noexcept {
+  const std::size_t n = keys_.size();
+  TESSERA_ASSERT(workspace.size() >= 2 * n);
+  std::size_t i = 0;
+  keys_.for_each([&](BlockKey key, std::uint32_t place) { workspace[i++] = {key.bits, place}; });
+  radix_sort(workspace.first(n), workspace.subspan(n, n));
+  return workspace.first(n);
+}
+
+void ArchiveIndex::clear() noexcept {
+  keys_.clear();
+  regions_.clear();
+  for (RegionMask& mask : masks_) mask = {};
 }
 
 }  // namespace tessera

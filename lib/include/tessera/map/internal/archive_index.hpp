@@ -7,7 +7,6 @@
 #include <cstdint>
 #include <optional>
 #include <span>
-#include <vector>
 
 #include "tessera/base/internal/radix_sort.hpp"
 #include "tessera/grid/internal/key_index.hpp"
@@ -26,7 +25,7 @@ class ArchiveIndex {
   static Result<ArchiveIndex> make(Arena& arena, std::size_t blocks) noexcept;
   ArchiveIndex() noexcept = default;
 
-  /// Place of the block's record, in units of kArchiveUnitBytes.
+  /// What the store gave as the place of the block.
   [[nodiscard]] std::optional<std::uint32_t> find(BlockKey key) const noexcept {
     return keys_.find(key);
   }
@@ -39,8 +38,11 @@ class ArchiveIndex {
   [[nodiscard]] const RegionMask* archived(BlockCoord region) const noexcept;
   [[nodiscard]] std::size_t size() const noexcept { return keys_.size(); }
   [[nodiscard]] std::size_t capacity() const noexcept { return keys_.capacity(); }
-  /// All keys in ascending order. Uses the heap.
-  [[nodiscard]] std::vector<KeyedIndex> keys_in_order() const;
+  /// All keys in ascending order, with the places as index. workspace: at least 2 * size() entries.
+  [[nodiscard]] std::span<const KeyedIndex> blocks_in_order(
+      std::span<KeyedIndex> workspace) const noexcept;
+  /// Forgets all blocks. O(capacity).
+  void clear() noexcept;
 
  private:
   static constexpr std::size_t regions(std::size_t blocks) noexcept { return blocks / 8 + 64; }
