@@ -225,9 +225,11 @@ Outcome<std::uint64_t> MapWindow::save_whole(LocalMap& map, const MapIdentity& i
          "with " +
          path + ", which has all of it");
   }
-  const Outcome<std::uint64_t> content = digest_of_whole(map, archive);
+  const Outcome<std::uint64_t> content =
+      all_archived ? digest_of_archived(map, archive) : digest_of_whole(map, archive);
   if (!content.ok()) return content.failure();
-  const Outcome<void> saved = tessera::save_whole(map, archive, identity, path);
+  const Outcome<void> saved = all_archived ? save_archived(map, archive, identity, path)
+                                           : tessera::save_whole(map, archive, identity, path);
   if (!saved.ok()) return saved.failure();
   return *content;
 }

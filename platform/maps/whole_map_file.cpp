@@ -60,6 +60,16 @@ auto with_whole(const LocalMap& map, ArchiveFile& archive, Use&& use)
   return use(cache->map, both.blocks_in_order(workspace), whole.lookup());
 }
 
+/// The same for an archive that has all of the map, whose memory is the cache.
+template <class Use>
+auto with_archived(LocalMap& map, ArchiveFile& archive, Use&& use) {
+  MapAndArchive both(map, archive.blocks());
+  std::vector<KeyedIndex> workspace(2 * archive.blocks().index().size());
+  const auto blocks = archive.blocks().index().blocks_in_order(workspace);
+  WholeMap whole(map, map.revision(), {}, both.archive());
+  return use(map, blocks, whole.lookup());
+}
+
 /// A file without a name, beside another one.
 Outcome<FileDescriptor> nameless_file(const std::string& beside) {
   std::string name = beside + ".XXXXXX";
@@ -77,23 +87,39 @@ auto find_in(const Items& items, BlockKey key) {
   return at != items.end() && at->key == key.bits ? &*at : nullptr;
 }
 
+auto save_to(const MapIdentity& identity, const std::string& path) {
+  return [&](const LocalMap& cache, std::span<const KeyedIndex> blocks, const BlockLookup& find) {
+    return save_map(cache, identity, blocks, find, path);
+  };
+}
+
+auto digest_to(const ArchiveFile& archive) {
+  return [&archive](const LocalMap& cache, std::span<const KeyedIndex> blocks,
+                    const BlockLookup& find) -> Outcome<std::uint64_t> {
+    const Result<std::uint64_t> content = digest(cache, blocks, find);
+    if (!content.ok()) return unreadable(archive);
+    return *content;
+  };
+}
+
 }  // namespace
 
 Outcome<void> save_whole(const LocalMap& map, ArchiveFile& archive, const MapIdentity& identity,
                          const std::string& path) {
-  return with_whole(map, archive, [&](const LocalMap& cache, auto blocks, const BlockLookup& find) {
-    return save_map(cache, identity, blocks, find, path);
-  });
+  return with_whole(map, archive, save_to(identity, path));
 }
 
 Outcome<std::uint64_t> digest_of_whole(const LocalMap& map, ArchiveFile& archive) {
-  return with_whole(
-      map, archive,
-      [&](const LocalMap& cache, auto blocks, const BlockLookup& find) -> Outcome<std::uint64_t> {
-        const Result<std::uint64_t> content = digest(cache, blocks, find);
-        if (!content.ok()) return unreadable(archive);
-        return *content;
-      });
+  return with_whole(map, archive, digest_to(archive));
+}
+
+Outcome<void> save_archived(LocalMap& map, ArchiveFile& archive, const MapIdentity& identity,
+                            const std::string& path) {
+  return with_archived(map, archive, save_to(identity, path));
+}
+
+Outcome<std::uint64_t> digest_of_archived(LocalMap& map, ArchiveFile& archive) {
+  return with_archived(map, archive, digest_to(archive));
 }
 
 MapSnapshot::MapSnapshot(const LocalMap& map, const ArchiveFile& archive)

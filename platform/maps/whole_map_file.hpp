@@ -24,6 +24,11 @@ Outcome<void> save_whole(const LocalMap& map, ArchiveFile& archive, const MapIde
                          const std::string& path);
 /// The digest of the file that save_whole would write. Fails likewise.
 Outcome<std::uint64_t> digest_of_whole(const LocalMap& map, ArchiveFile& archive);
+/// The same for a map of which all blocks are archived: its memory is what they are read in, and it
+/// is of no other use afterwards.
+Outcome<void> save_archived(LocalMap& map, ArchiveFile& archive, const MapIdentity& identity,
+                            const std::string& path);
+Outcome<std::uint64_t> digest_of_archived(LocalMap& map, ArchiveFile& archive);
 
 /// The map as it was when the snapshot was taken: mapping goes on while that is written. Blocks in
 /// memory are copied to a file that has no name; those of the archive stay in it, until it is

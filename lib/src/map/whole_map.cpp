@@ -28,6 +28,7 @@ BlockLookup WholeMap::lookup() noexcept { return {this, &WholeMapCalls::find}; }
 /// Opened even if there is nothing of it.
 Status WholeMap::fetch(BlockKey key) noexcept {
   for (const BlockSource& source : sources_) {
+    if (source.add == nullptr) continue;
     const Status status = source.add(source.context, key, cache_);
     if (status != Status::kOk) return status;
   }

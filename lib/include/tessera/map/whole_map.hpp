@@ -17,11 +17,12 @@ struct BlockSource {
 
 /// Blocks come together in a cache, a map of the same settings with room for one block at least
 /// (one_block_storage): save and digest are called with it instead of the map. The digest asks for
-/// the blocks of a row along x 64 times, which a cache with room for a row makes one.
+/// each block 64 times, in eight passes through a layer of blocks and eight through each row along
+/// x: a cache with room for a row makes eight of them, one with room for a layer one.
 class WholeMap {
  public:
-  /// What first has of a block is added before what second has. Clears the cache; revision: of the
-  /// map. All must outlive it.
+  /// What first has of a block is added before what second has; either may be none. Clears the
+  /// cache; revision: of the map. All must outlive it.
   WholeMap(LocalMap& cache, std::uint32_t revision, const BlockSource& first,
            const BlockSource& second) noexcept
       : cache_(cache), revision_(revision), sources_{first, second} {
