@@ -9,4 +9,4 @@ cd "$(dirname "$0")/.."
 ./tests/install-packages.sh tests
 cmake --preset release -DTESSERA_BUILD_TESTS=ON -DTESSERA_BUILD_PLATFORM=ON || fail "CMake could not configure build/release, see above"
 cmake --build --preset release --parallel "$(nproc)" || fail "build/release does not build, see above"
-exec ctest --test-dir build/release --output-on-failure --parallel "$(nproc)" "$@"
+exec ctest --test-dir build/release --output-on-failure --parallel "$(($(nproc) + 1))" "$@"
