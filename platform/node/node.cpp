@@ -81,10 +81,12 @@ void Node::look_after(NodeRequests& requests, Progress& progress) {
   if (vehicle_) all[count++] = &vehicle_->log();
   const std::span<LogQueue* const> queues = std::span(all).first(count);
   say_missing_rights();
+  const std::uint64_t before = thread_heap_allocations().value_or(0);
   for (const std::string& name : run_.kept_maps) {
     say_kept(name);
     writer.write(queues);  // The next one overwrites its text.
   }
+  save_allocations_ += thread_heap_allocations().value_or(0) - before;
   while (true) {
     const std::int64_t now_us = MonotonicClock::now_us();
     keep_before_clear(now_us);

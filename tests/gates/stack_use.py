@@ -111,7 +111,8 @@ def depths(functions, owner, probing):
         on_path.append(key)
         deepest = 0
         for target, caller in targets if function.calls_pointer else []:
-            if caller in key[1]:
+            # What calls back calls what its embedder gave, not another one of its kind.
+            if caller in key[1] and not ("CallbacksOfC" in key[1] and "CallbacksOfC" in target[1]):
                 deepest = max(deepest, depth(target))
         for name in sorted(function.callees):
             callee = (key[0], name) if (key[0], name) in functions else (owner.get(name), name)

@@ -55,8 +55,7 @@ void Drive::integrate_next() {
   if (!scan.ok()) throw std::runtime_error(scan.failure().message);
   const Point3f at = scan->T_map_sensor.col(3).cast<float>();
   publisher_.set_focus(block_of(*mapper_->map().lattice().voxel_of(at)));
-  if (mapper_->integrate(*scan, 0).left_out() > 0)
-    throw std::runtime_error("a scan did not fit");
+  if (mapper_->integrate(*scan, 0).left_out() > 0) throw std::runtime_error("a scan did not fit");
 }
 
 void Drive::tick(std::int64_t now_us, Exchange& exchange) {
