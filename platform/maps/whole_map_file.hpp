@@ -30,8 +30,8 @@ Outcome<void> save_archived(LocalMap& map, ArchiveFile& archive, const MapIdenti
                             const std::string& path);
 Outcome<std::uint64_t> digest_of_archived(LocalMap& map, ArchiveFile& archive);
 
-/// The map as it was when the snapshot was taken: mapping continues while that is written. Blocks in
-/// memory are copied to a file that has no name; those of the archive stay in it, until it is
+/// The map as it was when the snapshot was taken: mapping continues while that is written. Blocks
+/// in memory are copied to a file that has no name; those of the archive stay in it, until it is
 /// cleared.
 class MapSnapshot {
  public:
