@@ -126,7 +126,7 @@ Outcome<void> run_convert(const ConvertOptions& options) {
   const Outcome<void> usage = check_usage(options);
   if (!usage.ok()) return usage.failure();
   const Outcome<std::unique_ptr<RecordedScans>> scans =
-      open_source(options.source, {.motion = true, .images = false});
+      open_source(options.source, {.motion = true, .times = options.keeps_motion()});
   if (!scans.ok()) return scans.failure();
   const bool with_times = options.keeps_motion() && (*scans)->has_times();
   Outcome<KittiWriter> writer = KittiWriter::create(options.out, (*scans)->classes(), with_times);

@@ -161,7 +161,7 @@ Outcome<void> run_play(PlayOptions options) {
   const bool semantic = options.player.semantic;
   const Outcome<std::unique_ptr<RecordedScans>> scans =
       open_source(semantic ? options.source : as_measured(options.source),
-                  {.motion = true, .images = !semantic});
+                  {.motion = true, .times = !semantic, .images = !semantic});
   if (!scans.ok()) return scans.failure();
   std::optional<Progress> progress;
   if (!options.loop) {

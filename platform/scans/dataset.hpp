@@ -43,9 +43,11 @@ struct DatasetOptions {
   /// Folder of labels to use, kCameraLabels or kNoLabels.
   std::string labels = "predictions";
   Deskewing deskew = Deskewing::kWhereTimed;
-  /// Also the robot's motion and the times of points, if the dataset has them and correcting motion
-  /// does not need them.
+  /// Also the robot's motion, if the dataset has it and correcting motion does not need it.
   bool with_motion = false;
+  /// Also the times of points, if the dataset has them and scans are not deskewed: for those who
+  /// pass scans on as measured, as a Registrar corrects what has times.
+  bool with_times = false;
   /// Also the label images of its cameras, if it has any.
   bool with_images = false;
 };

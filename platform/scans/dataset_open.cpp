@@ -58,7 +58,7 @@ Outcome<Dataset> Dataset::open(const std::string& dir, const DatasetOptions& opt
   const bool timed = std::filesystem::is_directory(in_folder(dir, "times"), error);
   dataset.deskews_ =
       options.deskew == Deskewing::kOn || (options.deskew == Deskewing::kWhereTimed && timed);
-  dataset.has_times_ = dataset.deskews_ || (options.with_motion && timed);
+  dataset.has_times_ = dataset.deskews_ || (options.with_times && timed);
   dataset.wants_motion_ =
       options.with_motion && std::filesystem::exists(in_folder(dir, "times.txt"), error);
   if (options.labels == kCameraLabels || (options.with_images && has_cameras(dir))) {

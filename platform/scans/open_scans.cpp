@@ -41,6 +41,7 @@ Outcome<OpenedScans> open_dataset(const SourceOptions& options, const ExtraConte
                                                              .labels = options.labels,
                                                              .deskew = *deskew,
                                                              .with_motion = extra.motion,
+                                                             .with_times = extra.times,
                                                              .with_images = extra.images});
   if (!dataset.ok()) return dataset.failure();
   OpenedScans opened;

@@ -29,6 +29,7 @@ Outcome<std::vector<NamedFile>> cloud_files(const SourceOptions& options);
 /// What is read beyond what mapping needs.
 struct ExtraContent {
   bool motion = false;  ///< DatasetOptions::with_motion.
+  bool times = false;   ///< DatasetOptions::with_times.
   bool images = false;  ///< DatasetOptions::with_images.
 };
 

@@ -132,6 +132,21 @@ class Play(CommandCase):
                 self.assertGreater(len(set(image)), 3)
                 self.assertLess(max(image), 20)
 
+    def test_labelled_clouds_stay_as_measured_if_they_are_not_to_be_deskewed(self):
+        if not IN_OWN_NETWORK:
+            self.skipTest("skipped: no network namespaces are permitted here")
+        self.done("simulate", "--robots", 1, "--scans", SCANS, "--sweep", "on", "--out", "street")
+        data = self.folder / "street" / "robot_0"
+        for number, options in enumerate((("--deskew", "off"), ())):
+            with self.subTest(options):
+                live = self.hear(f"live_{number}")
+                self.done("play", "--dataset", data, "--rate", 5, *options)
+                heard = self.heard(*live)
+                for scan in range(SCANS):
+                    measured = packed_points(data / "velodyne" / f"{scan:06}.bin")
+                    self.assertEqual(bool(options), measured == heard[f"{scan}.xyz"])
+                    self.assertEqual(b"", heard[f"{scan}.times"])
+
     def test_a_loop_drives_back_as_if_time_ran_the_other_way(self):
         if not IN_OWN_NETWORK:
             self.skipTest("skipped: no network namespaces are permitted here")

@@ -166,5 +166,32 @@ class Replayed(Formats):
                      saying=("[sensors]", "excludes [replay] ply"))
 
 
+class Played(Formats):
+    def test_play_sends_every_format(self):
+        if not IN_OWN_NETWORK:
+            self.skipTest("skipped: no network namespaces are permitted here")
+        for name, keys in self.formats():
+            for messages in ("semantic", "raw"):
+                with self.subTest(name, messages=messages):
+                    chosen = {key: value for key, value in keys.items() if key != "labels" or messages == "semantic"}
+                    self.done("play", *self.options(chosen), "--messages", messages, "--rate", 50, "--report", "play.json")
+                    report = json.loads((self.folder / "play.json").read_text())
+                    scans = report["scans"]
+                    self.assertIn(scans, (2, 3))
+                    self.assertGreaterEqual(report["poses"], scans)
+                    # Of three cameras, or of the depth camera.
+                    images = {"depth": scans}.get(name, 3 * scans if self.swept in keys.get("dataset", "") else 0)
+                    self.assertEqual(images if messages == "raw" else 0, report["images"])
+                    self.assertEqual("lcm", report["config"]["poses"])
+
+    def test_what_is_refused(self):
+        data = f"{self.swept}/robot_0"
+        self.refused("play", "--pcd", data, saying=("--pcd needs a pose",))
+        self.refused("play", "--pcd", data, "--poses", "none", saying=("--pcd needs a pose",))
+        self.refused("play", "--pcd", data, "--poses", "p", "--send-poses", "bus", saying=("--send-poses bus",))
+        self.refused("play", "--dataset", data, "--poses", "p", saying=("--poses p", "lcm, can or none"))
+        self.refused("play", "--dataset", data, "--messages", "raw", "--deskew", "on", saying=("--messages raw",))
+
+
 if __name__ == "__main__":
     unittest.main()

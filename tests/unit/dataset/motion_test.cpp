@@ -124,6 +124,31 @@ TEST_CASE("deskewed dataset: a dense pose that is not rigid leaves a gap and no 
   CHECK(scan->deskew->moved == 2);
 }
 
+TEST_CASE("deskewed dataset: off with its motion leaves the points; times are read if asked for") {
+  const SampleDataset sample;
+  write_sweep(sample);
+  DatasetOptions options;
+  options.deskew = Deskewing::kOff;
+  options.with_motion = true;
+  const Outcome<Dataset> dataset = Dataset::open(sample.dir(), options);
+  REQUIRE(dataset.ok());
+  CHECK(dataset->motion() != nullptr);
+  CHECK_FALSE(dataset->has_times());
+  const Outcome<test::ReadScan> scan = test::read_scan(*dataset, 1);
+  REQUIRE(scan.ok());
+  CHECK_FALSE(scan->deskew);
+  CHECK(scan->points_xyzi[0] == 5.0F);
+  options.with_times = true;
+  const Outcome<Dataset> timed = Dataset::open(sample.dir(), options);
+  REQUIRE(timed.ok());
+  CHECK(timed->has_times());
+  Scan raw(timed->registration().limits);
+  REQUIRE(timed->read(1, raw).ok());
+  CHECK(raw.has_times);
+  CHECK(raw.times_s()[1] == 0.04F);
+  CHECK(raw.points()[0] == 5.0F);
+}
+
 TEST_CASE("deskewing: on, off and nothing are the words for it") {
   CHECK(*parse_deskewing("") == Deskewing::kWhereTimed);
   CHECK(*parse_deskewing("on") == Deskewing::kOn);
