@@ -55,13 +55,13 @@ Outcome<std::unique_ptr<ArchiveFile>> ArchiveFile::open(const std::string& folde
                                                         const ArchiveContent* found) {
   std::unique_ptr<ArchiveFile> archive(new ArchiveFile);
   archive->path_ = (std::filesystem::path(folder) / kName).string();
-  Result<StoredArchive> stored =
+  const Result<StoredArchive*> stored =
       StoredArchive::make(arena, map.config(), map.classes(), blocks, archive->store());
   archive->write_ = arena.take<std::byte>(most_record(map.num_components()));
   archive->read_ = arena.take<std::byte>(most_record(map.num_components()));
   if (!stored.ok() || archive->read_.empty())
     return Failure{"the archive's index does not fit; give a larger --memory"};
-  archive->archive_ = std::move(*stored);
+  archive->archive_ = *stored;
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   const int flags = O_RDWR | O_CLOEXEC | (found == nullptr ? O_CREAT : 0);
@@ -120,7 +120,7 @@ Outcome<void> ArchiveFile::fill_index(std::uint64_t whole_bytes) {
     const std::uint32_t bytes = record.u32();
     const BlockKey key{record.u64()};
     if (mark == kBlockMark) {
-      if (!archive_.list(key, static_cast<std::uint32_t>(end_ / kUnitBytes)))
+      if (!archive_->list(key, static_cast<std::uint32_t>(end_ / kUnitBytes)))
         return Failure{path_ + " holds more blocks than its index; give a larger --memory"};
     }
     end_ += record_bytes(bytes, kUnitBytes);

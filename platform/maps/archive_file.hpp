@@ -53,9 +53,9 @@ class ArchiveFile {
   ArchiveFile& operator=(const ArchiveFile&) = delete;
 
   /// For a Mapper: its functions use no heap. The time for them depends on the system.
-  [[nodiscard]] BlockArchive interface() noexcept { return archive_.interface(); }
-  [[nodiscard]] StoredArchive& blocks() noexcept { return archive_; }
-  [[nodiscard]] const StoredArchive& blocks() const noexcept { return archive_; }
+  [[nodiscard]] BlockArchive interface() noexcept { return archive_->interface(); }
+  [[nodiscard]] StoredArchive& blocks() noexcept { return *archive_; }
+  [[nodiscard]] const StoredArchive& blocks() const noexcept { return *archive_; }
   /// Reads what is kept of a block at a place of the index, also while blocks are evicted or
   /// reloaded in another thread: what is written stays until all is let go of. into: room for
   /// most_block_bytes and a checksum. The bytes read; none if they are not this block's.
@@ -82,11 +82,11 @@ class ArchiveFile {
   std::string path_;
   FileDescriptor file_;
   std::uint64_t end_ = 0;
-  std::uint64_t begin_ = 0;  ///< Of the records.
-  int error_ = 0;            ///< Why the last write failed.
-  StoredArchive archive_{};
-  std::span<std::byte> write_;  ///< A record.
-  std::span<std::byte> read_;   ///< A payload and its checksum.
+  std::uint64_t begin_ = 0;           ///< Of the records.
+  int error_ = 0;                     ///< Why the last write failed.
+  StoredArchive* archive_ = nullptr;  ///< In the arena.
+  std::span<std::byte> write_;        ///< A record.
+  std::span<std::byte> read_;         ///< A payload and its checksum.
 };
 
 }  // namespace tessera

@@ -72,7 +72,7 @@ auto with_archived(LocalMap& map, ArchiveFile& archive, Use&& use) {
 
 /// A file without a name, beside another one.
 Outcome<FileDescriptor> nameless_file(const std::string& beside) {
-  std::string name = beside + ".XXXXXX";
+  std::string name = beside + "." + std::string(6, 'X');  // as mkostemp wants it
   FileDescriptor file(::mkostemp(name.data(), O_CLOEXEC));
   if (!file.is_open()) return system_failure("write", name, errno, FailureKind::kFailure);
   ::unlink(name.c_str());

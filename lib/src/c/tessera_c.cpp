@@ -5,6 +5,8 @@
 
 #include <string_view>
 
+#include "tessera/base/internal/put_in_place.hpp"
+
 using namespace tessera;
 using namespace tessera::c_interface;
 
@@ -51,17 +53,16 @@ bool is_there(const RobotConfig& config, const tessera_callbacks& callbacks) noe
 Status make_archive(Arena& arena, const RobotConfig& config, tessera_robot& robot) noexcept {
   if (!config.window) return Status::kOk;
   const ClassTable& classes = robot.header.classes;
-  const std::span<StoredArchive> archive = arena.take<StoredArchive>(1);
-  const std::span<LocalMap> cache = arena.take<LocalMap>(1);
-  if (archive.empty() || cache.empty()) return Status::kResourceExhausted;
-  Result<StoredArchive> made = StoredArchive::make(
+  const Result<StoredArchive*> archive = StoredArchive::make(
       arena, config.map, classes, config.archived_blocks, store_of(robot.callbacks));
-  Result<LocalMap> map =
-      LocalMap::make(arena, cache_config(config.map, classes.num_components()), classes);
-  if (!made.ok() || !map.ok()) return made.ok() ? map.status() : made.status();
-  archive.front() = std::move(*made);
-  cache.front() = std::move(*map);
-  robot.archive = archive.data();
+  if (!archive.ok()) return archive.status();
+  const std::span<LocalMap> cache = arena.take<LocalMap>(1);
+  if (cache.empty()) return Status::kResourceExhausted;
+  const Status made = put_in_place(cache.front(), [&] {
+    return LocalMap::make(arena, cache_config(config.map, classes.num_components()), classes);
+  });
+  if (made != Status::kOk) return made;
+  robot.archive = *archive;
   robot.cache = cache.data();
   robot.robot->mapper().set_archive(robot.archive->interface());
   return Status::kOk;

@@ -126,7 +126,7 @@ constexpr MapConfig cache_config(MapConfig map, int num_components) noexcept {
 /// Bytes of arena for archive and cache.
 constexpr std::size_t archive_bytes(const RobotConfig& config, int num_components) noexcept {
   if (!config.window) return 0;
-  return arena_bytes<StoredArchive>(1) + arena_bytes<LocalMap>(1) +
+  return arena_bytes<LocalMap>(1) +
          StoredArchive::required_bytes(config.map, num_components, config.archived_blocks) +
          required_bytes(cache_config(config.map, num_components));
 }

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // A global map in an arena.
+#include "tessera/base/internal/put_in_place.hpp"
 #include "tessera/fusion/global_map.hpp"
 
 namespace tessera {
@@ -24,42 +25,28 @@ int halo_of(const GlobalMapConfig& config) noexcept {
 
 }  // namespace
 
-namespace {
-
-/// On its own, so that maps that are not yet in their place do not add up on the stack.
-[[gnu::noinline]] Status make_map(Arena& arena, const MapConfig& config, const ClassTable& classes,
-                                  LocalMap& into) noexcept {
-  Result<LocalMap> map = LocalMap::make(arena, config, classes);
-  if (map.ok()) into = std::move(*map);
-  return map.status();
-}
-
-template <class Part>
-Status put_in_place(Result<Part> made, Part& into) noexcept {
-  if (made.ok()) into = std::move(*made);
-  return made.status();
-}
-
-}  // namespace
-
 Status GlobalMap::set_up(Arena& arena, const GlobalMapConfig& config, std::span<LocalMap> maps,
                          int components) noexcept {
   config_ = config;
   map_ = &maps.front();
   staged_ = &maps.back();
-  Status status =
-      put_in_place(Replicas::make(arena, config.replicas, config.map.hash_seed), replicas_);
+  Status status = put_in_place(
+      replicas_, [&] { return Replicas::make(arena, config.replicas, config.map.hash_seed); });
   if (status == Status::kOk)
-    status = put_in_place(SegmentStore::make(arena, config.sum_segments), sums_);
-  if (status == Status::kOk)
-    status = put_in_place(BlockIndex::make(arena, config.blocks, config.map.hash_seed), index_);
+    status = put_in_place(sums_, [&] { return SegmentStore::make(arena, config.sum_segments); });
   if (status == Status::kOk)
     status = put_in_place(
-        DiffusionBrick::make(arena, config.diffusion, config.map.resolution_m, components), brick_);
-  if (status == Status::kOk) status = put_in_place(BlockContent::make(arena, components), content_);
+        index_, [&] { return BlockIndex::make(arena, config.blocks, config.map.hash_seed); });
   if (status == Status::kOk)
-    status = put_in_place(
-        RobotShare::make(arena, components, config.max_evidence, config.map.free_weight), share_);
+    status = put_in_place(brick_, [&] {
+      return DiffusionBrick::make(arena, config.diffusion, config.map.resolution_m, components);
+    });
+  if (status == Status::kOk)
+    status = put_in_place(content_, [&] { return BlockContent::make(arena, components); });
+  if (status == Status::kOk)
+    status = put_in_place(share_, [&] {
+      return RobotShare::make(arena, components, config.max_evidence, config.map.free_weight);
+    });
   if (status != Status::kOk) return status;
   const std::span<std::byte> records = arena.take_untouched(arena_bytes<Record>(config.blocks));
   records_.all = {reinterpret_cast<Record*>(records.data()), config.blocks};
@@ -81,8 +68,10 @@ Result<GlobalMap> GlobalMap::make(Arena& arena, const GlobalMapConfig& config,
     return Status::kInvalidArgument;
   const std::span<LocalMap> maps = arena.take<LocalMap>(2);
   if (maps.empty()) return Status::kResourceExhausted;
-  Status status = make_map(arena, config.map, classes, maps[0]);
-  if (status == Status::kOk) status = make_map(arena, staged_config(config), classes, maps[1]);
+  Status status = put_in_place(maps[0], [&] { return LocalMap::make(arena, config.map, classes); });
+  if (status == Status::kOk)
+    status = put_in_place(maps[1],
+                          [&] { return LocalMap::make(arena, staged_config(config), classes); });
   if (status != Status::kOk) return status;
   return around(arena, config, maps, classes.num_components());
 }

@@ -3,6 +3,7 @@
 #include "tessera/map/stored_archive.hpp"
 
 #include "tessera/base/internal/byte_io.hpp"
+#include "tessera/base/internal/put_in_place.hpp"
 
 namespace tessera {
 
@@ -20,22 +21,25 @@ struct ArchiveCalls {
   static void clear(void* archive) { static_cast<StoredArchive*>(archive)->clear(); }
 };
 
-Result<StoredArchive> StoredArchive::make(Arena& arena, const MapConfig& map,
-                                          const ClassTable& classes, std::size_t blocks,
-                                          const BlockStore& store) noexcept {
+Result<StoredArchive*> StoredArchive::make(Arena& arena, const MapConfig& map,
+                                           const ClassTable& classes, std::size_t blocks,
+                                           const BlockStore& store) noexcept {
   if (store.put == nullptr || store.get == nullptr) return Status::kInvalidArgument;
+  const std::span<StoredArchive> place = arena.take<StoredArchive>(1);
+  if (place.empty()) return Status::kResourceExhausted;
+  StoredArchive& archive = place.front();
   const int components = classes.num_components();
-  StoredArchive archive;
-  Result<LocalMap> one = LocalMap::make(arena, one_block_config(map, components), classes);
-  if (!one.ok()) return one.status();
-  const Result<ArchiveIndex> index = ArchiveIndex::make(arena, blocks);
+  Status status = put_in_place(archive.one_block_, [&] {
+    return LocalMap::make(arena, one_block_config(map, components), classes);
+  });
+  if (status == Status::kOk)
+    status = put_in_place(archive.index_, [&] { return ArchiveIndex::make(arena, blocks); });
+  if (status != Status::kOk) return status;
   archive.write_ = arena.take<std::byte>(most_block_bytes(components));
   archive.read_ = arena.take<std::byte>(most_block_bytes(components));
-  if (!index.ok() || archive.read_.empty()) return Status::kResourceExhausted;
-  archive.one_block_ = std::move(*one);
-  archive.index_ = *index;
+  if (archive.read_.empty()) return Status::kResourceExhausted;
   archive.store_ = store;
-  return archive;
+  return &archive;
 }
 
 BlockArchive StoredArchive::interface() noexcept {

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tessera/robot/mapper.hpp"
 
-#include "put_in_place.hpp"
+#include "tessera/base/internal/put_in_place.hpp"
 
 namespace tessera {
 

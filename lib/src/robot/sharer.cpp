@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "put_in_place.hpp"
+#include "tessera/base/internal/put_in_place.hpp"
 
 namespace tessera {
 

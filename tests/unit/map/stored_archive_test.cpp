@@ -50,15 +50,20 @@ struct Bytes {
 struct Held {
   explicit Held(const LocalMap& map, std::size_t blocks = 1024)
       : lines(StoredArchive::required_bytes(map.config(), map.num_components(), blocks) /
-              kArenaAlignment) {
-    Arena arena(std::as_writable_bytes(std::span(lines)));
-    archive =
-        std::move(*StoredArchive::make(arena, map.config(), map.classes(), blocks, bytes.store()));
-    CHECK(arena.remaining_bytes() == 0);
-  }
+              kArenaAlignment),
+        archive(make(map, blocks)) {}
   Bytes bytes;
   std::vector<SmallMap::Line> lines;
-  StoredArchive archive;
+  StoredArchive& archive;
+
+ private:
+  StoredArchive& make(const LocalMap& map, std::size_t blocks) {
+    Arena arena(std::as_writable_bytes(std::span(lines)));
+    StoredArchive* const made =
+        *StoredArchive::make(arena, map.config(), map.classes(), blocks, bytes.store());
+    CHECK(arena.remaining_bytes() == 0);
+    return *made;
+  }
 };
 
 /// A row of blocks along x, and some above it, with labels and free passes.

@@ -166,6 +166,25 @@ TEST_CASE(
   CHECK(differing(whole.robot.global().map(), bounded.robot.global().map()) <= 20);
 }
 
+TEST_CASE("Robot: a map that is cleared is withdrawn, with what is archived of it") {
+  RobotConfig config = street_config();
+  config.publisher.evidence_factor = 1.001F;  // whatever changes is published
+  Driver bounded(with_window(config));
+  oracle::MemoryArchive archive(bounded.robot.map());
+  bounded.robot.mapper().set_archive(archive.interface());
+  bounded.drive(0, kScans);
+  REQUIRE(settle(bounded.robot, bounded.now_us) < 1000);
+  REQUIRE(archive.keys().size() > 300);
+  REQUIRE(bounded.robot.mapper().clear());
+  CHECK(archive.keys().empty());
+  bounded.scan(3, 4);
+  REQUIRE(settle(bounded.robot, bounded.now_us) < 1000);
+  Driver fresh(config);
+  fresh.scan(3, 4);
+  REQUIRE(settle(fresh.robot, fresh.now_us) < 1000);
+  CHECK(digest_of(bounded.robot.global().map()) == digest_of(fresh.robot.global().map()));
+}
+
 TEST_CASE("Robot: in a new epoch archived blocks are published as they return") {
   Driver bounded(with_window(street_config()));
   oracle::MemoryArchive archive(bounded.robot.map());

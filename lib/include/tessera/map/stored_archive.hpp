@@ -40,19 +40,25 @@ class StoredArchive {
   [[nodiscard]] static constexpr std::size_t required_bytes(const MapConfig& map,
                                                             int num_components,
                                                             std::size_t blocks) noexcept {
-    return ArchiveIndex::required_bytes(blocks) +
+    return arena_bytes<StoredArchive>(1) + ArchiveIndex::required_bytes(blocks) +
            tessera::required_bytes(one_block_config(map, num_components)) +
            2 * arena_bytes<std::byte>(most_block_bytes(num_components));
   }
-  /// An archive for up to blocks blocks of such a map. Fails with kInvalidArgument iff a function
-  /// for putting or getting is missing; kResourceExhausted iff the arena is too small.
-  [[nodiscard]] static Result<StoredArchive> make(Arena& arena, const MapConfig& map,
-                                                  const ClassTable& classes, std::size_t blocks,
-                                                  const BlockStore& store) noexcept;
-  /// Holds nothing, and takes nothing.
+  /// An archive in the arena, of use as long as its memory is, for up to blocks blocks of such a
+  /// map. Fails with kInvalidArgument iff a function for putting or getting is missing;
+  /// kResourceExhausted iff the arena is too small.
+  [[nodiscard]] static Result<StoredArchive*> make(Arena& arena, const MapConfig& map,
+                                                   const ClassTable& classes, std::size_t blocks,
+                                                   const BlockStore& store) noexcept;
+  /// For the arena: holds nothing, and takes nothing.
   StoredArchive() noexcept = default;
+  StoredArchive(const StoredArchive&) = delete;
+  StoredArchive& operator=(const StoredArchive&) = delete;
+  StoredArchive(StoredArchive&&) = delete;
+  StoredArchive& operator=(StoredArchive&&) = delete;
+  ~StoredArchive() = default;
 
-  /// For a Mapper, of use while this stays where it is. Work: evict writes at most two blocks in
+  /// For a Mapper. Work: evict writes at most two blocks in
   /// bytes and reads one, reload reads one, beside that of the store.
   [[nodiscard]] BlockArchive interface() noexcept;
   bool evict(const LocalMap& map, const Block& block) noexcept;
