@@ -177,11 +177,12 @@ TEST_CASE("Robot: a map that is cleared is withdrawn, with what is archived of i
   REQUIRE(archive.keys().size() > 300);
   REQUIRE(bounded.robot.mapper().clear());
   CHECK(archive.keys().empty());
-  bounded.scan(3, 4);
+  bounded.scan(3, 100);  // so many ticks the publisher takes to go through all that it published
   REQUIRE(settle(bounded.robot, bounded.now_us) < 1000);
   Driver fresh(config);
   fresh.scan(3, 4);
   REQUIRE(settle(fresh.robot, fresh.now_us) < 1000);
+  CHECK(bounded.robot.publisher().totals().emptied > 300);
   CHECK(digest_of(bounded.robot.global().map()) == digest_of(fresh.robot.global().map()));
 }
 
