@@ -100,24 +100,13 @@ Outcome<Converted> convert(const ConvertOptions& options, const RecordedScans& s
 }
 
 Json report_of(const ConvertOptions& options, const Converted& converted) {
-  const SourceOptions& source = options.source;
+  Json config = to_json(options.source);
+  config["out"] = options.out;
+  config["report"] = options.report;
   Json json = {{"scans", converted.scans},
                {"points", converted.points},
                {"unknown_ids", converted.unknown_ids},
-               {"config",
-                {{"dataset", source.dataset},
-                 {"pcd", source.pcd},
-                 {"ply", source.ply},
-                 {"depth", source.depth},
-                 {"label_images", source.label_images},
-                 {"intrinsics", source.intrinsics},
-                 {"poses", source.poses},
-                 {"first", source.first ? Json(*source.first) : Json()},
-                 {"last", source.last ? Json(*source.last) : Json()},
-                 {"labels", source.labels},
-                 {"deskew", source.deskew},
-                 {"out", options.out},
-                 {"report", options.report}}}};
+               {"config", config}};
   write_registration(converted.registration, json);
   return json;
 }
@@ -129,6 +118,10 @@ Outcome<void> run_convert(const ConvertOptions& options) {
       open_source(options.source, {.motion = true, .times = options.keeps_motion()});
   if (!scans.ok()) return scans.failure();
   const bool with_times = options.keeps_motion() && (*scans)->has_times();
+  // Later commands would move the points, and not the labels that were projected onto them.
+  if (with_times && options.source.labels == kCameraLabels)
+    return Failure{
+        "--labels cameras needs points that are corrected for motion; leave --deskew out"};
   Outcome<KittiWriter> writer = KittiWriter::create(options.out, (*scans)->classes(), with_times);
   if (!writer.ok()) return writer.failure();
   stop_by_signals(interrupted);

@@ -18,6 +18,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Where blocks go that do not fit in memory.
+std::string spill_folder(const MapOptions& options) { return options.out + ".archive"; }
+
 bool continues_archive(const MapOptions& options) {
   std::error_code error;
   return fs::equivalent(options.continue_from, archive_path(options.archive), error);
@@ -60,7 +63,7 @@ Outcome<std::optional<MapFileHeader>> earlier_map(const MapOptions& options,
 }
 
 Outcome<bool> find_spilled(MapOptions& options) {
-  const std::string folder = options.out + ".archive";
+  const std::string folder = spill_folder(options);
   const fs::path continued(options.continue_from);
   std::error_code error;
   if (!options.archive.empty()) return false;
@@ -110,7 +113,7 @@ Outcome<std::unique_ptr<MapWindow>> MapWindow::make(const MapOptions& options,
                                                     const std::optional<ArchiveContent>& archive,
                                                     Mapper& mapper) {
   const bool spills = setup.window->keep_while_room;
-  const std::string folder = spills ? options.out + ".archive" : options.archive;
+  const std::string folder = spills ? spill_folder(options) : options.archive;
   std::unique_ptr<MapWindow> window(new MapWindow(setup, identity, folder, mapper));
   if (spills) {
     // Only takes blocks: with the first one it is replaced by a file.

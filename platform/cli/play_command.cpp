@@ -32,6 +32,18 @@ struct PlayOptions {
 
 Json report_of(const ScanPlayer& player, const PlayOptions& options) {
   const PlayerReport& report = player.report();
+  Json config = to_json(options.source);
+  config["poses_file"] = options.source.poses;
+  config["poses"] = options.send_poses;
+  config["messages"] = options.messages;
+  config["can"] = options.can;
+  config["can_base"] = options.can_base.value_or(kDefaultBaseId);
+  config["sensor"] = options.player.sensor;
+  config["rate"] = options.player.rate_hz;
+  config["clock"] = options.clock;
+  config["url"] = options.player.url;
+  config["interface"] = options.player.interface;
+  config["report"] = options.report;
   return {{"scans", report.scans},
           {"images", report.images},
           {"poses", report.poses},
@@ -41,28 +53,7 @@ Json report_of(const ScanPlayer& player, const PlayOptions& options) {
           {"frames", report.frames},
           {"frames_lost", report.frames_lost},
           {"sent_bytes", player.sender().sent_bytes()},
-          {"config",
-           {{"dataset", options.source.dataset},
-            {"pcd", options.source.pcd},
-            {"ply", options.source.ply},
-            {"depth", options.source.depth},
-            {"label_images", options.source.label_images},
-            {"intrinsics", options.source.intrinsics},
-            {"poses_file", options.source.poses},
-            {"first", options.source.first ? Json(*options.source.first) : Json()},
-            {"last", options.source.last ? Json(*options.source.last) : Json()},
-            {"messages", options.messages},
-            {"labels", options.source.labels},
-            {"deskew", options.source.deskew},
-            {"poses", options.send_poses},
-            {"can", options.can},
-            {"can_base", options.can_base.value_or(kDefaultBaseId)},
-            {"sensor", options.player.sensor},
-            {"rate", options.player.rate_hz},
-            {"clock", options.clock},
-            {"url", options.player.url},
-            {"interface", options.player.interface},
-            {"report", options.report}}}};
+          {"config", config}};
 }
 
 bool is_way_to_send(const std::string& text) {

@@ -35,6 +35,20 @@ void declare_source_choice(CLI::App& command, SourceOptions& o) {
       "on or off: correct scans for motion by the times of points [if there are times]");
 }
 
+Json to_json(const SourceOptions& o) {
+  return {{"dataset", o.dataset},
+          {"pcd", o.pcd},
+          {"ply", o.ply},
+          {"depth", o.depth},
+          {"label_images", o.label_images},
+          {"intrinsics", o.intrinsics},
+          {"poses", o.poses},
+          {"first", o.first ? Json(*o.first) : Json()},
+          {"last", o.last ? Json(*o.last) : Json()},
+          {"labels", o.labels},
+          {"deskew", o.deskew}};
+}
+
 Outcome<std::unique_ptr<RecordedScans>> open_source(const SourceOptions& options,
                                                     const ExtraContent& extra) {
   Outcome<OpenedScans> opened = open_scans(options, extra);

@@ -5,6 +5,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "base/json.hpp"
 #include "base/outcome.hpp"
 #include "scans/open_scans.hpp"
 #include "settings/source_options.hpp"
@@ -21,5 +22,8 @@ void declare_source_choice(CLI::App& command, SourceOptions& options);
 /// open_scans() after check_source(), with its warnings on stderr.
 Outcome<std::unique_ptr<RecordedScans>> open_source(const SourceOptions& options,
                                                     const ExtraContent& extra = {});
+
+/// The options as given, for reports.
+Json to_json(const SourceOptions& options);
 
 }  // namespace tessera

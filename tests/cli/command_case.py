@@ -41,6 +41,18 @@ class CommandCase(unittest.TestCase):
     def tearDown(self):
         self.assertEqual([], [str(p) for p in self.folder.rglob("*.part")], "a half-written file stayed behind")
 
+    @classmethod
+    def class_folder(cls):
+        """The path of a folder that all tests of the class share."""
+        folder = tempfile.TemporaryDirectory(prefix="tessera-cli-")
+        cls.addClassCleanup(folder.cleanup)
+        return folder.name
+
+    @staticmethod
+    def simulate(out, *options):
+        """Makes a street for all tests of a class."""
+        subprocess.run([command_path(), "simulate", *map(str, options), "--out", out], check=True, capture_output=True, timeout=TIME_LIMIT_S)
+
     def run_command(self, *arguments):
         return subprocess.run([command_path(), *map(str, arguments)], cwd=self.folder, text=True, capture_output=True,
                               stdin=subprocess.DEVNULL, timeout=TIME_LIMIT_S, check=False)

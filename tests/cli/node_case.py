@@ -2,10 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What tests of tessera node share: a street for two robots, configurations, keys."""
 import json
-import subprocess
-import tempfile
 
-from command_case import TIME_LIMIT_S, CommandCase, command_path
+from command_case import CommandCase
 
 SCANS = 4
 
@@ -14,11 +12,8 @@ class NodeCase(CommandCase):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        folder = tempfile.TemporaryDirectory(prefix="tessera-street-")
-        cls.addClassCleanup(folder.cleanup)
-        cls.street = folder.name + "/street"
-        subprocess.run([command_path(), "simulate", "--scans", str(SCANS), "--seed", "5", "--out", cls.street], check=True,
-                       capture_output=True, timeout=TIME_LIMIT_S)
+        cls.street = cls.class_folder() + "/street"
+        cls.simulate(cls.street, "--scans", SCANS, "--seed", 5)
 
     def config(self, number, name=None, /, **changes):
         """Writes a configuration; changes: by table, a dictionary of keys, None to leave one out."""

@@ -5,27 +5,23 @@ missing or wrong."""
 import json
 import pathlib
 import shutil
-import subprocess
-import tempfile
 import unittest
 
-from command_case import USAGE, CommandCase, command_path
+from command_case import USAGE, CommandCase
 
 
 class Cameras(CommandCase):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        cls.simulated = tempfile.TemporaryDirectory(prefix="tessera-cli-")
-        cls.addClassCleanup(cls.simulated.cleanup)
-        subprocess.run([command_path(), "simulate", "--robots", "2", "--scans", "3", "--seed", "4", "--cameras", "on",
-                        "--sweep", "on", "--out", cls.simulated.name], check=True, capture_output=True)
+        cls.simulated = cls.class_folder()
+        cls.simulate(cls.simulated, "--robots", 2, "--scans", 3, "--seed", 4, "--cameras", "on", "--sweep", "on")
 
     def setUp(self):
         super().setUp()
         # The second robot has 16 beams.
         self.data = self.folder / "s" / "robot_1"
-        shutil.copytree(pathlib.Path(self.simulated.name) / "robot_1", self.data)
+        shutil.copytree(pathlib.Path(self.simulated) / "robot_1", self.data)
 
     def map(self, *options):
         self.done("map", "--dataset", self.data, "--out", "map.tsm", "--report", "map.json", "--memory", "128M", *options)

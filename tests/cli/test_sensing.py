@@ -26,8 +26,7 @@ class Sensing(NodeCase):
     def setUpClass(cls):
         super().setUpClass()
         cls.street = f"{cls.street}_{SCANS}"
-        subprocess.run([command_path(), "simulate", "--robots", "1", "--scans", str(SCANS), "--seed", "5", "--out", cls.street], check=True,
-                       capture_output=True, timeout=TIME_LIMIT_S)
+        cls.simulate(cls.street, "--robots", 1, "--scans", SCANS, "--seed", 5)
         # liblcm asks the routes where to send.
         subprocess.run(["ip", "route", "replace", "224.0.0.0/4", "dev", "lo"], check=True, timeout=TIME_LIMIT_S)
 

@@ -2,13 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Recorded scans of every format: what map makes of them, convert keeps and a node replays, to the same map."""
 import json
-import subprocess
-import tempfile
 import unittest
 
 import kitti_folder as kitti
 import own_network
-from command_case import TIME_LIMIT_S, command_path
 from node_case import NodeCase
 from test_clouds import pcd_binary, ply_little
 from test_depth import CAMERA, HEIGHT, POSE, WIDTH, depth_m, is_box, png, SCALE_M
@@ -25,11 +22,8 @@ class Formats(NodeCase):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        folder = tempfile.TemporaryDirectory(prefix="tessera-swept-")
-        cls.addClassCleanup(folder.cleanup)
-        cls.swept = folder.name + "/street"
-        subprocess.run([command_path(), "simulate", "--robots", "1", "--scans", str(SWEPT_SCANS), "--cameras", "on", "--sweep",
-                        "on", "--out", cls.swept], check=True, capture_output=True, timeout=TIME_LIMIT_S)
+        cls.swept = cls.class_folder() + "/street"
+        cls.simulate(cls.swept, "--robots", 1, "--scans", SWEPT_SCANS, "--cameras", "on", "--sweep", "on")
 
     def setUp(self):
         super().setUp()
@@ -133,6 +127,9 @@ class Converted(Formats):
         self.refused("convert", "--out", "made", saying=("--dataset has no folder",))
         self.refused("convert", "--dataset", data, "--out", data, saying=("has files", "new folder"))
         self.refused("convert", "--pcd", data, "--out", "made", saying=("--pcd needs a pose",))
+        # Later commands would move the points and not the labels.
+        self.refused("convert", "--dataset", f"{self.swept}/robot_0", "--labels", "cameras", "--deskew", "off", "--out", "made",
+                     saying=("--labels cameras", "--deskew"))
         self.refused("convert", "--dataset", data, "--labels", "nowhere", "--out", "made", saying=("nowhere",))
         self.assertFalse((self.folder / "made").exists())
 
