@@ -11,7 +11,7 @@ void Exchange::receive(std::span<const std::byte> datagram, std::int64_t now_us)
   Heard heard;
   const Instant now = Instant::at_us(now_us);
   static_cast<void>(is_listening(now));
-  gate_.await_descriptions(repair_.comparison().describing());
+  heard.describing = repair_.comparison().describing();
   if (!gate_.accept(datagram, now, heard, counted_)) return;
   if (!hear(heard)) ++counted_.refused_body;
   judge_conflicts();

@@ -102,7 +102,7 @@ bool Gate::is_for_others(const Heard& heard) const noexcept {
   if (!signatures_.on() || heard.header.kind != DatagramKind::kDescription) return false;
   DescriptionHeader description;
   ByteReader reader(heard.body);
-  return describing_ != heard.header.sender || !read_description_header(reader, description) ||
+  return heard.describing != heard.header.sender || !read_description_header(reader, description) ||
          description.target != robot_;
 }
 

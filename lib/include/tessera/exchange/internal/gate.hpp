@@ -19,6 +19,8 @@ namespace tessera {
 
 /// A datagram that was accepted.
 struct Heard {
+  /// Given: whose descriptions are waited for, if anybody's. Of others no signature is checked.
+  std::optional<std::uint32_t> describing;
   DatagramHeader header{};
   Peer* peer = nullptr;  ///< May be null for what can be relayed.
   bool is_new = true;    ///< It is no repeat.
@@ -55,8 +57,6 @@ class Gate {
   /// control messages a signature's.
   [[nodiscard]] bool accept(std::span<const std::byte> datagram, Instant now, Heard& heard,
                             ExchangeReport& counted) noexcept;
-  /// Whose descriptions are waited for, if anybody's. Of others no signature is checked.
-  void await_descriptions(std::optional<std::uint32_t> robot) noexcept { describing_ = robot; }
   /// What the next announcement asks of others and answers to them. random: fresh bits.
   void write_challenges(AnnouncementHeader& header, Instant now, std::uint64_t random) noexcept;
   /// True if write_challenges() has something to write that should not wait.
@@ -118,7 +118,6 @@ class Gate {
   RateLimit strangers_{};  ///< Announcements of robots that are no peers yet.
   RateLimit twins_{};
   RateLimit descriptions_{};
-  std::optional<std::uint32_t> describing_;
   std::array<std::uint32_t, ExchangeConfig::kMostExcluded> excluded_{};
   std::size_t excluded_count_ = 0;
   std::span<std::uint32_t> banned_;
