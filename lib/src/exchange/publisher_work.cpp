@@ -39,9 +39,8 @@ void Publisher::settle_leaving(Tick& tick, std::span<LeavingBlock> leaving) noex
   }
 }
 
-/// A block that waits is done with before its time; another one may have changed since it was.
-/// Where it is known which blocks are archived it stays listed until it has left: if the map is
-/// cleared before that, it has to be withdrawn.
+/// A block that waits is done with before its time; another one may have changed since it was. It
+/// stays listed until it has left: if the map is cleared before that, it has to be withdrawn.
 void Publisher::settle(Tick& tick, LeavingBlock& block) noexcept {
   const std::optional<std::uint32_t> value = index_.find(block.key);
   const bool waits = value && is_waiting(*value);
@@ -50,9 +49,7 @@ void Publisher::settle(Tick& tick, LeavingBlock& block) noexcept {
   if (waits) dequeue(number);
   candidate(number).leaves = true;
   block.stamp = handle(tick, queue_of(candidate(number)), number);
-  if (block.stamp == 0) return;
-  ++tick.report.settled;
-  if (tick.publication.whole == nullptr) index_.erase(block.key);
+  tick.report.settled += block.stamp != 0 ? 1U : 0U;
 }
 
 /// Three quarters of the time: what is even over the ticks is a little early.

@@ -124,7 +124,7 @@ TEST_CASE(
   CHECK(robot.publisher.totals().emptied == 0);
 }
 
-TEST_CASE("Publisher: a block that is to leave is published before its time, and forgotten") {
+TEST_CASE("Publisher: a block that is to leave is published before its time, and stays with others") {
   SampleRobot robot;
   robot.budget.label_bytes = 1 << 20;
   for (int i = 0; i < 600; ++i) fill(robot.map(), i, 1);  // more than are sent at once
@@ -138,10 +138,17 @@ TEST_CASE("Publisher: a block that is to leave is published before its time, and
   CHECK(leaving[1].stamp == 1);  // there is no such block
   CHECK(robot.kept.blocks.count(key_of_block(599)) == 1);
 
+  robot.kept.archived.insert(key_of_block(599));
   robot.map().remove_block(robot.map().find_handle(at(599)));
   REQUIRE(robot.settles(200));
   CHECK(robot.publisher.totals().emptied == 0);
   CHECK(robot.kept.blocks.size() == 600);
+
+  robot.kept.archived.clear();  // with the archive it would have to be withdrawn
+  robot.map().remove_block(robot.map().find_handle(at(598)));
+  REQUIRE(robot.settles(200));
+  CHECK(robot.publisher.totals().emptied == 1);
+  CHECK(robot.kept.blocks.size() == 599);
 }
 
 TEST_CASE("Publisher: a block that is to leave waits for bytes, and is asked about again") {

@@ -56,7 +56,8 @@ class Publisher {
   /// O(512 + voxels * components).
   ///
   /// leaving: blocks that are to leave the map. They are published first, as far as half of
-  /// `compared` and the bytes allow, and what is settled is forgotten (forget).
+  /// `compared` and the bytes allow. Once gone, those that Publication::whole does not know as
+  /// archived are withdrawn, unless forget() was called.
   PublisherReport tick(const LocalMap& map, std::int64_t now_us, const PublisherBudget& budget,
                        const Publication& publication,
                        std::span<LeavingBlock> leaving = {}) noexcept;
