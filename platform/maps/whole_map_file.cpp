@@ -207,10 +207,10 @@ Outcome<void> MapSnapshot::save(const MapIdentity& identity, const std::string& 
   for (const Copied& copied : copied_) blocks.push_back({copied.key, 0});
   const auto middle = static_cast<std::ptrdiff_t>(blocks.size());
   blocks.insert(blocks.end(), archived_.begin(), archived_.end());
-  const auto by_key = [](const KeyedIndex& item) { return item.key; };
-  std::ranges::inplace_merge(blocks, blocks.begin() + middle, {}, by_key);
-  const auto repeated = std::ranges::unique(blocks, {}, by_key);
-  blocks.erase(repeated.begin(), repeated.end());
+  const auto is_before = [](const KeyedIndex& a, const KeyedIndex& b) { return a.key < b.key; };
+  const auto is_same = [](const KeyedIndex& a, const KeyedIndex& b) { return a.key == b.key; };
+  std::inplace_merge(blocks.begin(), blocks.begin() + middle, blocks.end(), is_before);
+  blocks.erase(std::unique(blocks.begin(), blocks.end(), is_same), blocks.end());
   WholeMap whole(
       cache->map, revision_,
       {this, [](void* self, BlockKey key,
