@@ -146,7 +146,7 @@ int measure_link(const char* interface) {
   const Outcome<std::unique_ptr<DatagramLink>> b = DatagramLink::open(config);
   for (const auto* const link : {&a, &b}) {
     if (link->ok()) continue;
-    std::fprintf(stderr, "datagram_costs: %s\n", link->failure().message.c_str());
+    std::fprintf(stderr, "datagram_costs: %s\n", link->failure().text().c_str());
     return 2;
   }
   const Bytes payload = datagrams((*a)->max_payload_bytes()).front();

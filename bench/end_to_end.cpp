@@ -170,7 +170,7 @@ int measure(const Settings& settings) {
   Outcome<Party> watching = make_party(2, classes, settings);
   for (const auto* const party : {&changing, &watching}) {
     if (party->ok()) continue;
-    std::fprintf(stderr, "end_to_end: %s\n", party->failure().message.c_str());
+    std::fprintf(stderr, "end_to_end: %s\n", party->failure().text().c_str());
     return 2;
   }
   for (Party* const party : {&*changing, &*watching})

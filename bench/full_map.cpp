@@ -16,7 +16,7 @@ int main(int argc, char** argv) {
   }
   const Outcome<Scene> scene = load_scene(argv[1], {.first = 0, .last = 5});
   if (!scene.ok()) {
-    std::fprintf(stderr, "%s\n", scene.failure().message.c_str());
+    std::fprintf(stderr, "%s\n", scene.failure().text().c_str());
     return 1;
   }
   Meter meter(std::atoi(argv[3]));
@@ -38,7 +38,7 @@ int main(int argc, char** argv) {
           {name.c_str(), "Integrator::integrate", "", ""}, free_space, size.exactly, size.bytes};
       const Outcome<Json> done = measure_full_map(meter, *scene, full);
       if (!done.ok()) {
-        std::fprintf(stderr, "%s\n", done.failure().message.c_str());
+        std::fprintf(stderr, "%s\n", done.failure().text().c_str());
         return 2;
       }
       found[name] = *done;

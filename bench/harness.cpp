@@ -32,7 +32,7 @@ Json histogram(const std::vector<double>& sorted) {
 }
 
 int tell(const char* name, const Failure& failure) {
-  std::fprintf(stderr, "%s: %s\n", name, failure.message.c_str());
+  std::fprintf(stderr, "%s: %s\n", name, failure.text().c_str());
   return failure.kind == FailureKind::kUsage ? 1 : 2;
 }
 

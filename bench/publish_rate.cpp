@@ -245,6 +245,6 @@ int main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
   const tessera::Outcome<void> outcome = tessera::bench::measure(settings);
   if (outcome.ok()) return 0;
-  std::fprintf(stderr, "%s\n", outcome.failure().message.c_str());
+  std::fprintf(stderr, "%s\n", outcome.failure().text().c_str());
   return static_cast<int>(outcome.failure().kind);
 }

@@ -30,7 +30,7 @@ std::int64_t processor_ns() {
 }
 
 /// The scan's files: points, x y z and intensity, and a component each; and the class table's size.
-int run(const char* points_path, const char* components_path, const std::string& free_space) {
+int run(const char* points_path, const char* components_path, bool free_space) {
   const std::vector<char> points = bytes_of(points_path);
   const std::vector<char> components = bytes_of(components_path);
   if (components.empty() || points.size() != 16 * components.size()) {

@@ -14,15 +14,15 @@ ArenaMemory::ArenaMemory(std::size_t bytes)
           ::operator new (align_up(bytes, kArenaAlignment), std::align_val_t{kArenaAlignment}))),
       size_(align_up(bytes, kArenaAlignment)) {}
 
-Outcome<ArenaMemory> ArenaMemory::allocate(std::size_t bytes) {
+Outcome<ArenaMemory> ArenaMemory::allocate(std::size_t bytes, const Message& remedy) {
   ArenaMemory memory;
   memory.size_ = align_up(bytes, kArenaAlignment);
   memory.bytes_.reset(static_cast<std::byte*>(
       ::operator new (memory.size_, std::align_val_t{kArenaAlignment}, std::nothrow)));
   if (memory.bytes_ == nullptr) {
-    return Failure{"the system does not give " + std::to_string(bytes) +
-                       " bytes of memory; choose a smaller --memory",
-                   FailureKind::kFailure};
+    return Failure{
+        "the system does not give " + std::to_string(bytes) + " bytes of memory; " + remedy,
+        FailureKind::kFailure};
   }
   return memory;
 }

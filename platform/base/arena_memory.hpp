@@ -17,8 +17,9 @@ class ArenaMemory {
   ArenaMemory() noexcept = default;
   /// If the system refuses, the process ends as for any container.
   explicit ArenaMemory(std::size_t bytes);
-  /// Fails with kFailure iff the system refuses: for sizes that users set.
-  static Outcome<ArenaMemory> allocate(std::size_t bytes);
+  /// Fails with kFailure iff the system refuses: for sizes that users set. remedy: what they do.
+  static Outcome<ArenaMemory> allocate(std::size_t bytes,
+                                       const Message& remedy = "give less memory");
   [[nodiscard]] std::span<std::byte> span() const { return {bytes_.get(), size_}; }
 
  private:

@@ -23,10 +23,6 @@ double decimal_of(float value) {
   return decimal;
 }
 
-Failure not_allowed(const char* option, const std::string& given, const std::string& allowed) {
-  return {std::string(option) + " " + given + " is not allowed; give " + allowed};
-}
-
 std::optional<std::size_t> parse_bytes(const std::string& text) {
   double value = 0.0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);

@@ -9,8 +9,6 @@
 #include <string>
 #include <string_view>
 
-#include "base/outcome.hpp"
-
 namespace tessera {
 
 /// The number as a user would type it.
@@ -22,9 +20,6 @@ double decimal_of(float value);
 /// Bytes of "512M" and the like: a number alone, or with K, M, G, which are powers of 1024. Empty
 /// if the text is invalid, negative, or over 10^15.
 std::optional<std::size_t> parse_bytes(const std::string& text);
-
-/// "--option given is not allowed; give allowed".
-Failure not_allowed(const char* option, const std::string& given, const std::string& allowed);
 
 /// "1 scan", "2 scans".
 std::string counted(std::uint64_t count, std::string_view singular);

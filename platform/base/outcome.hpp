@@ -9,6 +9,8 @@
 #include <string_view>
 #include <utility>
 
+#include "base/message.hpp"
+
 namespace tessera {
 
 /// kUsage for bad input (exit status 1), kFailure for work that could not be completed (exit status
@@ -16,8 +18,12 @@ namespace tessera {
 enum class FailureKind { kUsage, kFailure };
 
 struct Failure {
-  std::string message;
+  Message message;
   FailureKind kind = FailureKind::kUsage;
+
+  [[nodiscard]] std::string text(Speaker speaker = Speaker::kCommand) const {
+    return message.text(speaker);
+  }
 };
 
 /// Untrusted text for a message: control characters become spaces, so that it stays one line and

@@ -62,8 +62,8 @@ bool belongs_to(const DatasetFolder& dataset, const std::string& path) {
   });
 }
 
-Failure clash(const NamedFile& output, const std::string& what) {
-  return {std::string(output.option) + " " + output.path + " is " + what +
+Failure clash(const NamedFile& output, const Message& what) {
+  return {output.option + " " + output.path + " is " + what +
           "; choose another name for the output"};
 }
 
@@ -75,11 +75,11 @@ Outcome<void> check_outputs(const std::vector<NamedFile>& outputs,
     if (output->path.empty()) continue;
     for (const NamedFile& input : inputs) {
       if (input.path.empty() || !same_file(output->path, input.path)) continue;
-      return clash(*output, std::string("the same file as ") + input.option + " " + input.path);
+      return clash(*output, "the same file as " + input.option + " " + input.path);
     }
     for (auto other = outputs.begin(); other != output; ++other) {
       if (other->path.empty() || !same_file(output->path, other->path)) continue;
-      return clash(*output, std::string("the same file as ") + other->option);
+      return clash(*output, "the same file as " + other->option);
     }
     if (!dataset.path.empty() && belongs_to(dataset, output->path))
       return clash(*output, "one of the files of the dataset " + dataset.path);

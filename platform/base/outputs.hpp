@@ -13,7 +13,7 @@ namespace tessera {
 
 /// A file, and the option that names it.
 struct NamedFile {
-  const char* option;
+  Message option;
   std::string path;  ///< Empty: not given.
 };
 

@@ -19,7 +19,7 @@ inline constexpr int kExitFailure = 2;
 /// Prints one line on stderr and returns the matching exit status.
 int fail(const Failure& failure);
 /// Prints "warning: ..." on stderr.
-void warn(const std::string& message);
+void warn(const Message& message);
 
 void add_map_command(CLI::App& app, int& exit_status);
 void add_fuse_command(CLI::App& app, int& exit_status);

@@ -3,7 +3,6 @@
 #include "cli/continued_map.hpp"
 
 #include <cmath>
-#include <optional>
 
 #include "base/number_text.hpp"
 #include "cli/command.hpp"
@@ -13,53 +12,50 @@ namespace tessera {
 
 namespace {
 
-/// What is fixed for the life of a map, with the option that gives it to a new one.
-struct FixedSetting {
-  const char* option;
-  std::optional<double> given;
-  double held;
-};
+/// Fails iff the value is given and is another one. held: as the file has it.
+Outcome<void> check_fixed(const std::string& path, const Setting& setting, const MapOptions& given,
+                          const MapOptions& held) {
+  const SettingValue value = setting.member.get(&given);
+  const SettingValue kept = setting.member.get(&held);
+  if (std::holds_alternative<std::monostate>(value) || value == kept) return {};
+  const auto* const x = std::get_if<double>(&value);
+  const auto* const y = std::get_if<double>(&kept);
+  // The file keeps some of them as floats.
+  if (x != nullptr && y != nullptr && std::abs(*x - *y) <= 1e-6 * *y) return {};
+  return Failure{path + " was made with " + setting.name + " " + text_of(setting, kept) +
+                 "; leave " + setting.name + " out or give the same"};
+}
 
 }  // namespace
 
 void warn_of_another_mode(const MapOptions& options, const MapFileHeader& header) {
   const Json mode = recorded_setting(header, "inference");
-  if (!mode.is_string() || mode == options.inference) return;
-  warn(options.continue_from + " was made with --inference " + mode.get<std::string>() +
-       " and continues with " + options.inference);
+  if (!mode.is_string() || mode == to_string(options.inference)) return;
+  warn(options.continue_from + " was made with " + kMapSettings["--inference"] + " " +
+       mode.get<std::string>() + " and continues with " + to_string(options.inference));
 }
 
-Outcome<void> adopt_settings(const MapOptions& options, const MapFileHeader& header,
-                             const RecordedScans& source, MapSetup& setup) {
+Outcome<void> adopt_settings(const MapFileHeader& header, const RecordedScans& source,
+                             MapOptions& options) {
   const std::string& path = options.continue_from;
   if (header.identity.kind != MapKind::kLocal)
     return Failure{path + " is a global map; continue a robot's local map"};
-  const MapConfig& held = header.config;
-  std::optional<double> robot;
-  if (options.robot) robot = static_cast<double>(*options.robot);
-  const FixedSetting fixed[] = {
-      {"--resolution", options.resolution_m, held.resolution_m},
-      {"--prior", options.prior, held.prior},
-      {"--max-evidence", options.max_evidence, static_cast<double>(held.max_evidence)},
-      {"--free-weight", options.free_weight, static_cast<double>(held.free_weight)},
-      {"--robot", robot, static_cast<double>(header.identity.robot)}};
-  for (const FixedSetting& setting : fixed) {
-    // The file keeps some of them as floats.
-    if (!setting.given || std::abs(*setting.given - setting.held) <= 1e-6 * setting.held) continue;
-    return Failure{path + " was made with " + setting.option + " " + text_of(setting.held) +
-                   "; leave " + setting.option + " out or give the same"};
+  MapOptions held;
+  held.resolution_m = header.config.resolution_m;
+  held.prior = header.config.prior;
+  held.max_evidence = decimal_of(header.config.max_evidence);
+  held.free_weight = decimal_of(header.config.free_weight);
+  held.counts = header.config.tuple;
+  held.robot = header.identity.robot;
+  for (const Setting& row : kMapRows) {
+    if (!row.fixed) continue;
+    const Outcome<void> same = check_fixed(path, row, options, held);
+    if (!same.ok()) return same.failure();
+    row.member.set(&options, row.member.get(&held));
   }
-  if (!options.counts.empty() && options.counts != to_string(held.tuple)) {
-    return Failure{path + " was made with --counts " + to_string(held.tuple) +
-                   "; leave --counts out or give the same"};
-  }
-  if (!(header.classes == source.classes().table())) {
-    return Failure{path + " has other classes than " + options.folder() +
-                   "; use data with the same classes"};
-  }
-  setup.map = held;
-  if (options.downsample.empty()) setup.inference.thinning_m = held.resolution_m;
-  return {};
+  if (header.classes == source.classes().table()) return {};
+  return Failure{path + " has other classes than " + options.folder() +
+                 "; use data with the same classes"};
 }
 
 Outcome<void> load_earlier(const MapOptions& options, const MapFileHeader& header,
@@ -67,11 +63,11 @@ Outcome<void> load_earlier(const MapOptions& options, const MapFileHeader& heade
   const Outcome<bool> loaded = load_into(options.continue_from, map);
   if (!loaded.ok()) return loaded.failure();
   if (!*loaded) {
-    const std::size_t enough =
-        budget_for_storage(setup, max_points, header.config.storage_bytes) >> 20U;
-    return Failure{"--memory " + options.memory + " is too small for the map " +
-                   options.continue_from + "; give a larger --memory, at least " +
-                   std::to_string(enough) + "M"};
+    const std::size_t enough = budget_for_storage(setup, max_points, header.config.storage_bytes);
+    const SettingName& memory = kMapSettings["--memory"];
+    return Failure{Message(memory) + " " + bytes_text(options.memory_bytes) +
+                   " is too small for the map " + options.continue_from + "; give a larger " +
+                   memory + ", at least " + bytes_text(enough)};
   }
   warn_of_another_mode(options, header);
   return {};

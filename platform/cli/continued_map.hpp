@@ -12,10 +12,11 @@
 
 namespace tessera {
 
-/// Puts the settings of options.continue_from into setup. Fails with kUsage iff the map is a global
-/// one, has other classes than the dataset, or a given option contradicts it.
-Outcome<void> adopt_settings(const MapOptions& options, const MapFileHeader& header,
-                             const RecordedScans& source, MapSetup& setup);
+/// Puts what is fixed for the life of the map options.continue_from into the options. Fails with
+/// kUsage iff the map is a global one, has other classes than the dataset, or a given option
+/// contradicts it.
+Outcome<void> adopt_settings(const MapFileHeader& header, const RecordedScans& source,
+                             MapOptions& options);
 
 /// Reads options.continue_from into the map; warns if it was made in another mode. max_points: as
 /// given to split_budget. Fails with kUsage if the map is too small; names a sufficient --memory.

@@ -13,8 +13,9 @@
 #include "base/progress.hpp"
 #include "base/stop_signals.hpp"
 #include "cli/command.hpp"
+#include "cli/open_source.hpp"
 #include "cli/registration_report.hpp"
-#include "cli/source_arguments.hpp"
+#include "cli/setting_options.hpp"
 #include "scans/kitti_writer.hpp"
 #include "scans/recorded_source.hpp"
 
@@ -30,8 +31,15 @@ struct ConvertOptions {
   std::string report;
 
   /// Points stay where they were measured, and what corrects them is written too.
-  [[nodiscard]] bool keeps_motion() const { return source.deskew == "off"; }
+  [[nodiscard]] bool keeps_motion() const { return source.deskew == false; }
 };
+
+constexpr Setting kConvertRows[] = {
+    path_row<&ConvertOptions::out>({"--out"}, "Folder to write, new or empty, required",
+                                   {.value = "DIR"}),
+    path_row<&ConvertOptions::report>({"--report"}, "JSON report to write", {.value = "FILE"}),
+};
+constexpr SettingTable<ConvertOptions> kConvertSettings{kConvertRows};
 
 /// What was written.
 struct Converted {
@@ -146,14 +154,10 @@ void add_convert_command(CLI::App& app, int& exit_status) {
   CLI::App* const command =
       app.add_subcommand("convert", "Write recorded scans of any format as a KITTI-layout folder");
   auto o = std::make_shared<ConvertOptions>();
-  declare_source_folders(*command, o->source);
-  declare_pose_file(*command, o->source);
-  command->add_option("--out", o->out, "Folder to write, new or empty, required");
-  command->add_option("--report", o->report, "JSON report to write");
-  declare_source_choice(*command, o->source);
+  declare_settings(*command, kSourceSettings, o->source);
+  declare_settings(*command, kConvertSettings, *o);
   command->footer("Example: tessera convert --pcd clouds --poses poses.txt --out dataset");
-  command->callback([command, o, &exit_status] {
-    o->source.labels_given = command->count("--labels") > 0;
+  command->callback([o, &exit_status] {
     const Outcome<void> outcome = run_convert(*o);
     if (!outcome.ok()) exit_status = fail(outcome.failure());
   });

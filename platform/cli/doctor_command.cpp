@@ -11,6 +11,7 @@
 #include "base/outputs.hpp"
 #include "cli/command.hpp"
 #include "cli/doctor.hpp"
+#include "cli/setting_options.hpp"
 
 namespace tessera {
 
@@ -62,6 +63,21 @@ Json to_json(const std::vector<Check>& checks, const DoctorOptions& options) {
 }
 
 /// Options that are given on the command line.
+constexpr Setting kDoctorRows[] = {
+    row<&DoctorOptions::url>({"--url"}, "LCM URL of the robots", {.value = "URL"}),
+    row<&DoctorOptions::interface>(
+        {"--interface"},
+        "Network interface, by name or IPv4 address; default: as the routes choose",
+        {.value = "NAME"}),
+    path_row<&DoctorOptions::key>({"--key"}, "Key file of the fleet", {.value = "FILE"}),
+    path_row<&DoctorOptions::config>(
+        {"--config"},
+        "Configuration of a node: checks its network and keys, and compares exclude lists",
+        {.value = "FILE.toml"}),
+    path_row<&DoctorOptions::report>({"--report"}, "JSON report to write", {.value = "FILE"}),
+};
+constexpr SettingTable<DoctorOptions> kDoctorSettings{kDoctorRows};
+
 struct NamedOptions {
   bool url = false;
   bool interface = false;
@@ -112,21 +128,13 @@ void add_doctor_command(CLI::App& app, int& exit_status) {
   CLI::App* const command =
       app.add_subcommand("doctor", "Check whether this machine and network have what a node needs");
   auto o = std::make_shared<DoctorOptions>();
-  const CLI::Option* const url =
-      command->add_option("--url", o->url, "LCM URL of the robots")->capture_default_str();
-  const CLI::Option* const interface = command->add_option(
-      "--interface", o->interface,
-      "Network interface, by name or IPv4 address; default: as the routes choose");
-  const CLI::Option* const key = command->add_option("--key", o->key, "Key file of the fleet");
-  command->add_option(
-      "--config", o->config,
-      "Configuration of a node: checks its network and keys, and compares exclude lists");
-  command->add_option("--report", o->report, "JSON report to write");
+  declare_settings(*command, kDoctorSettings, *o);
   command->footer("Example: tessera doctor --interface eth0 --key fleet.key");
-  command->callback([o, url, interface, key, &exit_status] {
+  command->callback([command, o, &exit_status] {
+    const auto is_named = [command](const char* option) { return command->count(option) > 0; };
     const Outcome<void> outcome = run_doctor(
         *o,
-        {.url = url->count() > 0, .interface = interface->count() > 0, .key = key->count() > 0});
+        {.url = is_named("--url"), .interface = is_named("--interface"), .key = is_named("--key")});
     if (!outcome.ok()) exit_status = fail(outcome.failure());
   });
 }

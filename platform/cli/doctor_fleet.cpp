@@ -34,7 +34,7 @@ std::string named(const std::vector<std::uint32_t>& robots) {
 
 std::vector<Check> cannot_listen(const Failure& failure) {
   return {
-      {kLists, CheckState::kAdvice, failure.message, kSameLists, "fix that, and run doctor again"}};
+      {kLists, CheckState::kAdvice, failure.text(), kSameLists, "fix that, and run doctor again"}};
 }
 
 void listen(DatagramLink& link, StatusTable& table) {

@@ -47,7 +47,7 @@ Check check_key(const std::string& path) {
   }
   const Outcome<FleetSecret> key = read_fleet_key(path);
   if (!key.ok()) {
-    return {"key file", CheckState::kStops, key.failure().message, needed,
+    return {"key file", CheckState::kStops, key.failure().text(), needed,
             "do what the message says, or tessera key new --robots N --dir DIR"};
   }
   if (key->mission.empty()) {

@@ -20,7 +20,7 @@ constexpr std::int64_t kEchoStep_us = 1'000;
 Check check_url(const Outcome<UdpmUrl>& url) {
   const char* const needed = "udpm://GROUP:PORT?ttl=N";
   if (!url.ok()) {
-    return {"LCM URL", CheckState::kStops, url.failure().message, needed,
+    return {"LCM URL", CheckState::kStops, url.failure().text(), needed,
             std::string("use --url \"") + kDefaultUrl + "\""};
   }
   const std::string found = "group " + address_text(url->group) + ", port " +
@@ -39,7 +39,7 @@ Check check_url(const Outcome<UdpmUrl>& url) {
 Check check_interface(const Outcome<NetworkInterface>& interface) {
   const char* const needed = "up, with an IPv4 address and multicast";
   if (!interface.ok()) {
-    return {"interface", CheckState::kStops, interface.failure().message, needed,
+    return {"interface", CheckState::kStops, interface.failure().text(), needed,
             "give --interface one that `ip -4 address` lists"};
   }
   const std::string found = interface->name + ", " + address_text(interface->address) +
@@ -121,7 +121,7 @@ void check_link(const UdpmUrl& url, const NetworkInterface& interface, std::vect
   const Outcome<std::unique_ptr<DatagramLink>> link =
       DatagramLink::open(echo_config(url, interface));
   if (!link.ok()) {
-    checks.push_back({"loopback multicast", CheckState::kStops, link.failure().message, needed,
+    checks.push_back({"loopback multicast", CheckState::kStops, link.failure().text(), needed,
                       "ip link set " + interface.name + " up multicast on"});
     return;
   }

@@ -7,7 +7,7 @@
 #include "base/outputs.hpp"
 #include "cli/command.hpp"
 #include "cli/evaluation.hpp"
-#include "cli/number_options.hpp"
+#include "cli/setting_options.hpp"
 #include "maps/stored_map.hpp"
 #include "scans/transform_file.hpp"
 
@@ -21,13 +21,37 @@ struct EvalOptions {
   std::string report;
   std::string truth = "labels";
   std::string input = "predictions";
-  std::string deskew;
+  std::optional<bool> deskew;
   std::string transform;
   std::vector<std::string> overlap_of;
   std::optional<int> first;
   std::optional<int> last;
   std::optional<double> max_range_m;
 };
+
+constexpr Setting kEvalRows[] = {
+    path_row<&EvalOptions::map>({"--map"}, "Map file",
+                                {.value = "MAP.tsm", .required = "a map file"}),
+    path_row<&EvalOptions::dataset>({"--dataset"}, "Folder in the KITTI layout",
+                                    {.value = "DIR", .required = "a folder"}),
+    path_row<&EvalOptions::report>({"--report"}, "JSON report to write", {.value = "FILE"}),
+    row<&EvalOptions::first>({"--first"}, "First scan number",
+                             {.value = "N", .allowed = {.least = 0.0}}),
+    row<&EvalOptions::last>({"--last"}, "Last scan number, inclusive",
+                            {.value = "N", .allowed = {.least = 0.0}}),
+    row<&EvalOptions::truth>({"--truth"}, "Folder of true labels", {.value = "FOLDER"}),
+    row<&EvalOptions::input>({"--input"},
+                             "Folder of the labels that the map was made from, cameras or none",
+                             {.value = "FOLDER|cameras|none"}),
+    row<&EvalOptions::max_range_m>(
+        {"--max-range"}, "Ignore farther points; 0: no limit",
+        {.value = "M", .otherwise = "as the map was made", .allowed = from_to(0.0, 1e6, "metres")}),
+    row<&EvalOptions::deskew>({"--deskew"}, "Correct scans for motion by the times of points",
+                              {.otherwise = "if there are times"}),
+    path_row<&EvalOptions::transform>({"--transform"}, "4x4 matrix, dataset to map frame",
+                                      {.value = "FILE"}),
+};
+constexpr SettingTable<EvalOptions> kEvalSettings{kEvalRows};
 
 /// A row of the table: without an input there is no gain.
 void print_row(const char* name, double input, double map, bool has_input) {
@@ -54,8 +78,6 @@ void print_scores(const Scores& scores, const ClassTable& classes, bool has_inpu
 }
 
 Outcome<void> check_usage(const EvalOptions& options) {
-  if (options.max_range_m && !(*options.max_range_m >= 0.0))
-    return Failure{"--max-range must be a distance in metres; give 0 for no limit"};
   if (options.truth == kNoLabels || options.truth == kCameraLabels) {
     return Failure{"--truth " + options.truth +
                    " has no labels to compare with; name the folder of the true labels"};
@@ -68,14 +90,12 @@ Outcome<void> check_usage(const EvalOptions& options) {
 
 /// Opens the dataset; checks that it has the requested label folders and the map's classes.
 Outcome<Dataset> open_dataset(const EvalOptions& options, const ClassTable& classes) {
-  const Outcome<Deskewing> deskew = parse_deskewing(options.deskew);
-  if (!deskew.ok()) return deskew.failure();
   const bool cameras = options.input == kCameraLabels;
   Outcome<Dataset> dataset =
       Dataset::open(options.dataset, {.first = options.first,
                                       .last = options.last,
                                       .labels = std::string(cameras ? kCameraLabels : kNoLabels),
-                                      .deskew = *deskew});
+                                      .deskew = deskewing(options.deskew)});
   if (!dataset.ok()) return dataset.failure();
   for (const std::string& folder : {options.truth, options.input}) {
     if (folder == kNoLabels || folder == kCameraLabels) continue;
@@ -108,7 +128,9 @@ Json report_of(const EvalOptions& options, const Evaluation& run) {
                     {"last", json_of(options.last)},
                     {"truth", options.truth},
                     {"input", options.input},
-                    {"deskew", options.deskew.empty() ? "where timed" : options.deskew},
+                    {"deskew", !options.deskew   ? "where timed"
+                               : *options.deskew ? "on"
+                                                 : "off"},
                     {"max_range", json_of(options.max_range_m)},
                     {"overlap_of", options.overlap_of},
                     {"transform", options.transform}};
@@ -146,28 +168,12 @@ void add_eval_command(CLI::App& app, int& exit_status) {
   CLI::App* const command = app.add_subcommand(
       "eval", "Label the points of scans from a map and compare with ground truth");
   auto o = std::make_shared<EvalOptions>();
-  command->add_option("--map", o->map, "Map file")->required();
-  command->add_option("--dataset", o->dataset, "Folder in the KITTI layout")->required();
-  command->add_option("--report", o->report, "JSON report to write");
-  command->add_option("--first", o->first, "First scan number")->check(whole_number<int>());
-  command->add_option("--last", o->last, "Last scan number, inclusive")->check(whole_number<int>());
-  command->add_option("--truth", o->truth, "Folder of true labels")->capture_default_str();
-  command
-      ->add_option("--input", o->input,
-                   "Folder of the labels that the map was made from, cameras or none")
-      ->capture_default_str();
-  command
-      ->add_option("--max-range", o->max_range_m,
-                   "Ignore farther points, m; 0: no limit [as the map was made]")
-      ->check(decimal_number());
-  command->add_option(
-      "--deskew", o->deskew,
-      "on or off: correct scans for motion by the times of points [if there are times]");
+  declare_settings(*command, kEvalSettings, *o);
   command
       ->add_option("--overlap-of", o->overlap_of,
                    "Only points where both of these maps have a label")
-      ->expected(2);
-  command->add_option("--transform", o->transform, "4x4 matrix, dataset to map frame");
+      ->expected(2)
+      ->type_name("MAP.tsm");
   command->footer(
       "Example: tessera eval --map map.tsm --dataset semantickitti_08 --last 5 --report eval.json");
   command->callback([o, &exit_status] {

@@ -228,10 +228,10 @@ void warn_of_others(const Contributors& contributors, const std::vector<PlyVoxel
 
 Outcome<Layer> color_by_robots(const LayerOptions& options, const StoredMap& map,
                                const std::string& path, ExportedVoxels& exported) {
-  std::vector<std::string> warnings;
+  std::vector<Message> warnings;
   const Outcome<std::vector<FuseInput>> inputs =
       load_inputs(options.of, options.transforms, warnings);
-  for (const std::string& warning : warnings) warn(warning);
+  for (const Message& warning : warnings) warn(warning);
   if (!inputs.ok()) return inputs.failure();
   const Outcome<void> alike = check_alike(map, path, inputs->front());
   if (!alike.ok()) return alike.failure();
@@ -252,27 +252,7 @@ Outcome<Layer> color_by_robots(const LayerOptions& options, const StoredMap& map
 
 }  // namespace
 
-void declare_layer_options(CLI::App& command, LayerOptions& options) {
-  command
-      .add_option("--show", options.show,
-                  "What colours show: class, contributors, disagreement, variance or probability")
-      ->capture_default_str();
-  command.add_option("--of", options.of,
-                     "The local maps that the global map was made of, to show contributors or "
-                     "disagreement");
-  command
-      .add_option("--transform", options.transforms,
-                  "MAP.tsm=T.txt: 4x4 matrix T_global_map of one of them [as the map says]")
-      ->allow_extra_args(false);
-}
-
 Outcome<void> check_layer(const LayerOptions& options) {
-  const auto known = {"class", "contributors", "disagreement", "variance", "probability"};
-  if (std::find(known.begin(), known.end(), options.show) == known.end()) {
-    return Failure{"--show " + options.show +
-                   " is not allowed; give class, contributors, disagreement, variance or "
-                   "probability"};
-  }
   if (is_of_robots(options) && options.of.empty()) {
     return Failure{"--show " + options.show +
                    " needs the local maps that the global map was made of; name them with --of"};

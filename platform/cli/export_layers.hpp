@@ -4,7 +4,6 @@
 // disagree, or how certain their label is.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <string>
 #include <vector>
 
@@ -33,8 +32,6 @@ struct Layer {
   std::vector<LegendEntry> legend;
   Json counts = Json::object();
 };
-
-void declare_layer_options(CLI::App& command, LayerOptions& options);
 
 /// Fails with kUsage iff show is not a layer, or the other options are missing or do not apply.
 Outcome<void> check_layer(const LayerOptions& options);

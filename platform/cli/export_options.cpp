@@ -6,7 +6,7 @@
 
 #include "base/number_text.hpp"
 #include "base/outputs.hpp"
-#include "cli/number_options.hpp"
+#include "cli/setting_options.hpp"
 #include "maps/fuse_inputs.hpp"
 #include "maps/octree_writer.hpp"
 
@@ -14,30 +14,61 @@ namespace tessera {
 
 namespace {
 
-Outcome<void> check_values(const ExportOptions& options) {
-  if (options.format != "ply" && options.format != "png" && !options.is_table() &&
-      !options.is_octree())
-    return not_allowed("--format", options.format, "png, ply, pcd, npy, csv, bt or ot");
-  if (options.view != "both" && options.view != "top" && options.view != "oblique")
-    return not_allowed("--view", options.view, "both, top or oblique");
-  if (options.ply_form != "points" && options.ply_form != "cubes")
-    return not_allowed("--ply-form", options.ply_form, "points or cubes");
-  if (options.width_px < ImageOptions::kMinWidthPx ||
-      options.width_px > ImageOptions::kMaxWidthPx) {
-    return not_allowed("--width", std::to_string(options.width_px),
-                       std::to_string(ImageOptions::kMinWidthPx) + " to " +
-                           std::to_string(ImageOptions::kMaxWidthPx) + " pixels");
-  }
-  if (!(options.min_evidence >= 0.0 && options.min_evidence <= 1e6))
-    return not_allowed("--min-evidence", text_of(options.min_evidence), "a number from 0 to 1e6");
-  if (!(options.min_probability >= 0.0 && options.min_probability <= 1.0))
-    return not_allowed("--min-probability", text_of(options.min_probability),
-                       "a number from 0 to 1");
-  if (!(options.max_variance >= 0.0 && options.max_variance <= 0.25))
-    return not_allowed("--max-variance", text_of(options.max_variance), "a number from 0 to 0.25");
-  if (options.voxels != "occupied" && options.voxels != "observed")
-    return not_allowed("--voxels", options.voxels, "occupied or observed");
-  return {};
+constexpr std::array<std::string_view, 7> kFormats{"png", "ply", "pcd", "npy", "csv", "bt", "ot"};
+constexpr std::array<std::string_view, 3> kViews{"both", "top", "oblique"};
+constexpr std::array<std::string_view, 2> kPlyForms{"points", "cubes"};
+constexpr std::array<std::string_view, 2> kVoxels{"occupied", "observed"};
+
+constexpr Setting kExportRows[] = {
+    path_row<&ExportOptions::map>({"--map"}, "Map file",
+                                  {.value = "MAP.tsm", .required = "a map file"}),
+    row<&ExportOptions::format>({"--format"}, "Format of the file",
+                                {.choices = kFormats, .required = "a format"}),
+    path_row<&ExportOptions::out>({"--out"}, "File to write",
+                                  {.value = "FILE", .required = "a file"}),
+    path_row<&ExportOptions::report>({"--report"}, "JSON report to write", {.value = "FILE"}),
+};
+constexpr SettingTable<ExportOptions> kExportSettings{kExportRows};
+constexpr Setting kShapeRows[] = {
+    row<&ExportOptions::view>({"--view"}, "png: what the picture shows", {.choices = kViews}),
+    row<&ExportOptions::width_px>(
+        {"--width"}, "png: width of the picture",
+        {.value = "PX",
+         .allowed = from_to(ImageOptions::kMinWidthPx, ImageOptions::kMaxWidthPx, "pixels")}),
+    row<&ExportOptions::title>({"--title"}, "png: the line above",
+                               {.value = "TEXT", .otherwise = "the map file's name"}),
+    row<&ExportOptions::ply_form>({"--ply-form"}, "ply: a point or a cube for each voxel",
+                                  {.choices = kPlyForms}),
+    row<&ExportOptions::voxels>({"--voxels"}, "pcd, npy, csv: observed has free voxels too",
+                                {.choices = kVoxels}),
+    row<&ExportOptions::min_evidence>({"--min-evidence"}, "Leave out voxels with less evidence",
+                                      {.value = "S", .allowed = from_to(0.0, 1e6)}),
+    row<&ExportOptions::min_probability>({"--min-probability"}, "Leave out less probable labels",
+                                         {.value = "P", .allowed = from_to(0.0, 1.0)}),
+    row<&ExportOptions::max_variance>({"--max-variance"}, "Leave out labels with a larger variance",
+                                      {.value = "V", .allowed = from_to(0.0, 0.25)}),
+};
+constexpr SettingTable<ExportOptions> kShapeSettings{kShapeRows};
+
+constexpr std::array<std::string_view, 5> kShown{"class", "contributors", "disagreement",
+                                                 "variance", "probability"};
+constexpr Setting kLayerRows[] = {
+    row<&LayerOptions::show>({"--show"}, "What colours show", {.choices = kShown}),
+};
+constexpr SettingTable<LayerOptions> kLayerSettings{kLayerRows};
+
+void declare_layer_options(CLI::App& command, LayerOptions& options) {
+  declare_settings(command, kLayerSettings, options);
+  command
+      .add_option("--of", options.of,
+                  "The local maps that the global map was made of, to show contributors or "
+                  "disagreement")
+      ->type_name("MAP.tsm");
+  command
+      .add_option("--transform", options.transforms,
+                  "MAP.tsm=T.txt: 4x4 matrix T_global_map of one of them [as the map says]")
+      ->allow_extra_args(false)
+      ->type_name("MAP.tsm=T.txt");
 }
 
 /// Fails iff an option does not apply to the format.
@@ -79,8 +110,6 @@ Outcome<void> check_together(const ExportOptions& options) {
 }  // namespace
 
 Outcome<void> check_export(const ExportOptions& options) {
-  const Outcome<void> values = check_values(options);
-  if (!values.ok()) return values.failure();
   const Outcome<void> together = check_together(options);
   if (!together.ok()) return together.failure();
   if (options.out.empty()) return Failure{"--out has no name; name the file to write"};
@@ -116,29 +145,9 @@ Json to_json(const ExportOptions& options) {
 }
 
 void declare_export_options(CLI::App& command, ExportOptions& o) {
-  command.add_option("--map", o.map, "Map file")->required();
-  command.add_option("--format", o.format, "png, ply, pcd, npy, csv, bt or ot")->required();
-  command.add_option("--out", o.out, "File to write")->required();
-  command.add_option("--report", o.report, "JSON report to write");
+  declare_settings(command, kExportSettings, o);
   declare_layer_options(command, o.layer);
-  command.add_option("--view", o.view, "png: both, top or oblique")->capture_default_str();
-  command.add_option("--width", o.width_px, "png: pixels, 600 to 6000")
-      ->check(whole_number<int>())
-      ->capture_default_str();
-  command.add_option("--title", o.title, "png: the line above [the map file's name]");
-  command.add_option("--ply-form", o.ply_form, "ply: points or cubes")->capture_default_str();
-  command
-      .add_option("--voxels", o.voxels, "pcd, npy, csv: occupied, or observed: also free voxels")
-      ->capture_default_str();
-  command.add_option("--min-evidence", o.min_evidence, "Leave out voxels with less evidence")
-      ->check(decimal_number())
-      ->capture_default_str();
-  command.add_option("--min-probability", o.min_probability, "Leave out less probable labels")
-      ->check(decimal_number())
-      ->capture_default_str();
-  command.add_option("--max-variance", o.max_variance, "Leave out labels with a larger variance")
-      ->check(decimal_number())
-      ->capture_default_str();
+  declare_settings(command, kShapeSettings, o);
 }
 
 }  // namespace tessera

@@ -10,12 +10,19 @@
 #include "base/outputs.hpp"
 #include "base/progress.hpp"
 #include "cli/command.hpp"
-#include "cli/number_options.hpp"
+#include "cli/setting_options.hpp"
 #include "maps/fusion_run.hpp"
 
 namespace tessera {
 
 namespace {
+
+constexpr Setting kFuseFileRows[] = {
+    path_row<&FuseOptions::out>({"--out"}, "Global map to write",
+                                {.value = "MAP.tsm", .required = "a file"}),
+    path_row<&FuseOptions::report>({"--report"}, "JSON report to write", {.value = "FILE"}),
+};
+constexpr SettingTable<FuseOptions> kFuseFileSettings{kFuseFileRows};
 
 void print_summary(const FuseRun& run, const std::vector<FuseInput>& inputs,
                    const std::string& out) {
@@ -41,8 +48,8 @@ void print_summary(const FuseRun& run, const std::vector<FuseInput>& inputs,
   }
 }
 
-void warn_of(const std::vector<std::string>& warnings) {
-  for (const std::string& warning : warnings) warn(warning);
+void warn_of(const std::vector<Message>& warnings) {
+  for (const Message& warning : warnings) warn(warning);
 }
 
 /// If only some have a frame, arrange_inputs warns.
@@ -73,12 +80,10 @@ Outcome<void> fuse_all(FusionRun& fusion, const std::vector<FuseInput>& inputs) 
 Outcome<void> run_fuse(const FuseOptions& options) {
   const Outcome<void> number = check_number_of_maps(options.maps.size());
   if (!number.ok()) return number.failure();
-  const Outcome<std::optional<std::size_t>> budget_bytes = memory_of(options);
-  if (!budget_bytes.ok()) return budget_bytes.failure();
   const Outcome<void> places = check_outputs({{"--out", options.out}, {"--report", options.report}},
                                              files_of(options.maps, options.transforms, "FILE"));
   if (!places.ok()) return places.failure();
-  std::vector<std::string> warnings;
+  std::vector<Message> warnings;
   const Outcome<std::vector<FuseInput>> inputs =
       load_inputs(options.maps, options.transforms, warnings);
   if (!inputs.ok()) return inputs.failure();
@@ -101,7 +106,7 @@ Outcome<void> run_fuse(const FuseOptions& options) {
   (*fusion)->measure();
   FuseRun& run = (*fusion)->run();
   run.pairs = pairs;
-  const Json config_json = to_json(options, run.config, *budget_bytes);
+  const Json config_json = to_json(options, run.config);
   MapIdentity identity{.kind = MapKind::kGlobal};
   const Outcome<void> recorded = record_settings(record_of(*inputs, config_json), identity);
   if (!recorded.ok()) return recorded.failure();
@@ -120,46 +125,16 @@ void add_fuse_command(CLI::App& app, int& exit_status) {
       app.add_subcommand("fuse", "Fuse local maps into one global map by label diffusion");
   auto o = std::make_shared<FuseOptions>();
   command->add_option("MAPS", o->maps, "Local maps with the same resolution and classes")
-      ->required();
-  command->add_option("--out", o->out, "Global map to write")->required();
-  command->add_option("--report", o->report, "JSON report to write");
+      ->required()
+      ->type_name("MAP.tsm");
+  declare_settings(*command, kFuseFileSettings, *o);
   command
       ->add_option("--transform", o->transforms,
                    "MAP.tsm=T.txt: 4x4 matrix T_global_map, row by row [as the map says]")
-      ->allow_extra_args(false);
-  command
-      ->add_option("--diffusion", o->diffusion.mode, "contractive, paper, or none (the plain sum)")
-      ->check(CLI::IsMember({"contractive", "paper", "none"}))
-      ->capture_default_str();
-  command
-      ->add_option("--iterations", o->diffusion.iterations,
-                   "Iterations n of the diffusion [8; paper: 2]")
-      ->check(whole_number<int>());
-  command
-      ->add_option("--diffusion-length", o->diffusion.length_m,
-                   "Length D of the diffusion kernel, m [2 voxels; paper: 3]")
-      ->check(decimal_number());
-  command
-      ->add_option("--alpha", o->diffusion.alpha,
-                   "Share that neighbours contribute, 0 to 1 (contractive)")
-      ->check(decimal_number())
-      ->capture_default_str();
-  command->add_option("--omega", o->diffusion.omega, "Factor for all evidence")
-      ->check(decimal_number())
-      ->capture_default_str();
-  command
-      ->add_option("--edge", o->diffusion.edge, "Edge term: none, label, similarity or confidence")
-      ->check(CLI::IsMember({"none", "label", "similarity", "confidence"}))
-      ->capture_default_str();
-  command
-      ->add_option("--counts", o->counts,
-                   "How counts are stored: dense or compact [as in the maps]")
-      ->check(CLI::IsMember({"dense", "compact"}));
-  command->add_option("--memory", o->memory,
-                      "Memory for the global map and for fusing, bytes or with K, M, G [what the "
-                      "maps need]");
-  command->add_flag("--whole-map", o->diffusion.whole_map,
-                    "Diffuse wherever there are labels, not only where robots overlap");
+      ->allow_extra_args(false)
+      ->type_name("MAP.tsm=T.txt");
+  declare_settings(*command, kDiffusionSettings, o->diffusion);
+  declare_settings(*command, kFuseSettings, *o);
   command->footer(
       "Example: tessera fuse robot_0.tsm robot_1.tsm --transform robot_1.tsm=T.txt --out "
       "global.tsm --report fuse.json");

@@ -162,8 +162,8 @@ void add_info_command(CLI::App& app, int& exit_status) {
   CLI::App* const command = app.add_subcommand("info", "Print what is in a map file");
   auto path = std::make_shared<std::string>();
   auto report = std::make_shared<std::string>();
-  command->add_option("FILE", *path, "Map file")->required();
-  command->add_option("--report", *report, "JSON report to write");
+  command->add_option("FILE", *path, "Map file")->required()->type_name("MAP.tsm");
+  command->add_option("--report", *report, "JSON report to write")->type_name("FILE");
   command->footer("Example: tessera info map.tsm");
   command->callback([path, report, &exit_status] {
     const Outcome<void> outcome = run_info(*path, *report);

@@ -13,7 +13,7 @@
 #include "base/outputs.hpp"
 #include "base/system_failure.hpp"
 #include "cli/command.hpp"
-#include "cli/number_options.hpp"
+#include "cli/setting_options.hpp"
 #include "link/key_maker.hpp"
 #include "link/mission.hpp"
 
@@ -32,12 +32,39 @@ struct KeyOptions {
   std::string report;
 };
 
+constexpr Setting kNewKeyRows[] = {
+    row<&KeyOptions::robots>({"--robots"}, "Make all keys of a fleet of N robots, with signatures",
+                             {.value = "N", .allowed = from_to(1.0, kMostRobots)}),
+    path_row<&KeyOptions::folder>(
+        {"--dir"}, "Folder to write the files into; made if it does not exist", {.value = "DIR"}),
+    row<&KeyOptions::without_signatures>(
+        {"--without-signatures"},
+        "Make only the secret of the fleet: each robot can forge the data of any other",
+        {.flag = true}),
+    row<&KeyOptions::robot>({"--robot"}, "Make the key pair of the robot with this id",
+                            {.value = "ID"}),
+    path_row<&KeyOptions::fleet>(
+        {"--fleet"}, "Make only the secret of the whole fleet, as this file", {.value = "FILE"}),
+    path_row<&KeyOptions::report>({"--report"}, "JSON report to write; never has a key in it",
+                                  {.value = "FILE"}),
+};
+constexpr SettingTable<KeyOptions> kNewKeySettings{kNewKeyRows};
+
 struct MissionOptions {
   std::string name;
   bool is_new = false;
   std::string fleet = "fleet.key";
   std::string report;
 };
+
+constexpr Setting kMissionRows[] = {
+    row<&MissionOptions::is_new>({"--new"}, "Choose a random name, such as mission-3f9c2a71d0",
+                                 {.flag = true}),
+    path_row<&MissionOptions::fleet>({"--fleet"}, "The fleet's key file", {.value = "FILE"}),
+    path_row<&MissionOptions::report>({"--report"}, "JSON report to write; never has a key in it",
+                                      {.value = "FILE"}),
+};
+constexpr SettingTable<MissionOptions> kMissionSettings{kMissionRows};
 
 Outcome<void> check_usage(const KeyOptions& o) {
   const char* const help = "; see tessera key new --help";
@@ -49,9 +76,6 @@ Outcome<void> check_usage(const KeyOptions& o) {
                    help};
   if (o.fleet.empty() == o.folder.empty())
     return Failure{std::string("--robots and --robot take --dir DIR, --fleet does not") + help};
-  if (o.robots && (*o.robots == 0 || *o.robots > kMostRobots))
-    return Failure{"--robots " + std::to_string(*o.robots) + " is not allowed; give 1 to " +
-                   std::to_string(kMostRobots)};
   return {};
 }
 
@@ -175,18 +199,7 @@ void add_new(CLI::App& key, int& exit_status) {
   CLI::App* const command = key.add_subcommand(
       "new", "Make keys for a fleet or a robot; existing files are never replaced");
   auto o = std::make_shared<KeyOptions>();
-  command
-      ->add_option("--robots", o->robots, "Make all keys of a fleet of N robots, with signatures")
-      ->check(whole_number<std::uint32_t>());
-  command->add_option("--dir", o->folder,
-                      "Folder to write the files into; made if it does not exist");
-  command->add_flag(
-      "--without-signatures", o->without_signatures,
-      "Make only the secret of the fleet: each robot can forge the data of any other");
-  command->add_option("--robot", o->robot, "Make the key pair of the robot with this id")
-      ->check(whole_number<std::uint32_t>());
-  command->add_option("--fleet", o->fleet, "Make only the secret of the whole fleet, as this file");
-  command->add_option("--report", o->report, "JSON report to write; never has a key in it");
+  declare_settings(*command, kNewKeySettings, *o);
   command->footer("Example: tessera key new --robots 3 --dir keys");
   command->callback([o, &exit_status] {
     const Outcome<void> outcome = run_key_new(*o);
@@ -199,9 +212,7 @@ void add_mission(CLI::App& key, int& exit_status) {
       key.add_subcommand("mission", "Write another mission into the fleet's key file");
   auto o = std::make_shared<MissionOptions>();
   command->add_option("NAME", o->name, "Name of the mission, 1 to 64 bytes");
-  command->add_flag("--new", o->is_new, "Choose a random name, such as mission-3f9c2a71d0");
-  command->add_option("--fleet", o->fleet, "The fleet's key file")->capture_default_str();
-  command->add_option("--report", o->report, "JSON report to write; never has a key in it");
+  declare_settings(*command, kMissionSettings, *o);
   command->footer("Example: tessera key mission --new --fleet keys/fleet.key");
   command->callback([o, &exit_status] {
     const Outcome<void> outcome = run_key_mission(*o);

@@ -9,7 +9,6 @@
 #include <string_view>
 
 #include "cli/command.hpp"
-#include "cli/value_names.hpp"
 #include "settings/map_options.hpp"
 #include "tessera/base/assert.hpp"
 #include "tessera/base/version.hpp"
@@ -17,13 +16,13 @@
 namespace tessera {
 
 int fail(const Failure& failure) {
-  std::string message = failure.message;  // One line, even if a name in it has several.
+  std::string message = failure.text();  // One line, even if a name in it has several.
   std::replace(message.begin(), message.end(), '\n', ' ');
   std::fprintf(stderr, "tessera: %s\n", message.c_str());
   return failure.kind == FailureKind::kUsage ? kExitUsage : kExitFailure;
 }
 
-void warn(const std::string& message) { std::fprintf(stderr, "warning: %s\n", message.c_str()); }
+void warn(const Message& message) { std::fprintf(stderr, "warning: %s\n", message.text().c_str()); }
 
 namespace {
 
@@ -70,7 +69,6 @@ int run(int argc, char** argv) {
   if (!known) {
     return fail({"unknown option or subcommand " + std::string(first) + "; see tessera --help"});
   }
-  name_values(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

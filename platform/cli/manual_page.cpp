@@ -63,8 +63,6 @@ void add_options(const CLI::App& command, std::string& page) {
     }
     page += plain(option->get_description());
     if (option->get_required()) page += ". Required";
-    if (const std::string given = option->get_default_str(); !given.empty())
-      page += ". Default: " + plain(given);
     page += ".\n";
   }
 }

@@ -18,10 +18,10 @@
 #include "base/stop_signals.hpp"
 #include "cli/command.hpp"
 #include "cli/continued_map.hpp"
-#include "cli/map_arguments.hpp"
 #include "cli/map_report.hpp"
 #include "cli/map_window.hpp"
-#include "cli/source_arguments.hpp"
+#include "cli/open_source.hpp"
+#include "cli/setting_options.hpp"
 #include "maps/held_mapper.hpp"
 #include "maps/prior_map.hpp"
 #include "maps/stored_map.hpp"
@@ -82,9 +82,9 @@ Outcome<void> check_places(const MapOptions& options) {
   const std::string archive = options.archive.empty() ? "" : archive_path(options.archive);
   Outcome<std::vector<NamedFile>> inputs = cloud_files(options);
   if (!inputs.ok()) return inputs.failure();
-  inputs->push_back({"--continue", in_place ? "" : options.continue_from});
-  inputs->push_back({"--archive", archive});
-  inputs->push_back({"--prior-map", options.prior_map});
+  inputs->push_back({kMapFileSettings["--continue"], in_place ? "" : options.continue_from});
+  inputs->push_back({kMapSettings["--archive"], archive});
+  inputs->push_back({kMapFileSettings["--prior-map"], options.prior_map});
   return check_outputs({{"--out", options.out}, {"--report", options.report}}, *inputs,
                        dataset_folder(options));
 }
@@ -193,7 +193,7 @@ Outcome<void> map_scans(const MapOptions& options, MapSetup& setup, const Record
   }
   MapRun run;
   if (earlier.prior_map) {
-    const auto weight = static_cast<float>(options.prior_map_weight);
+    const auto weight = static_cast<float>(*options.complete().prior_map_weight);
     run.prior_map = add_prior_map(*earlier.prior_map, weight, mapper.map());
     earlier.prior_map.reset();  // A file of up to a gigabyte.
   }
@@ -252,10 +252,11 @@ Outcome<void> run_map(MapOptions& options) {
   if (!header.ok()) return header.failure();
   earlier.header = std::move(*header);
   if (earlier.header) {
-    const Outcome<void> adopted = adopt_settings(options, *earlier.header, **source, *setup);
+    const Outcome<void> adopted = adopt_settings(*earlier.header, **source, options);
     if (!adopted.ok()) return adopted.failure();
-    const Outcome<void> window = set_up_window(options, *setup);
-    if (!window.ok()) return window.failure();
+    setup = set_up(options);
+    if (!setup.ok()) return setup.failure();
+    setup->map = earlier.header->config;
   }
   if (!options.prior_map.empty()) {
     Outcome<Octree> octree = read_prior_map(options.prior_map, setup->map.resolution_m);
@@ -271,14 +272,13 @@ void add_map_command(CLI::App& app, int& exit_status) {
   CLI::App* const command =
       app.add_subcommand("map", "Integrate a sequence of scans into one robot's local map");
   auto options = std::make_shared<MapOptions>();
-  declare_map_options(*command, *options);
+  declare_settings(*command, kSourceSettings, *options);
+  declare_settings(*command, kMapFileSettings, *options);
+  declare_settings(*command, kMapSettings, *options);
   command->footer(
       "Example: tessera map --dataset semantickitti_08 --last 5 --max-range 40 --out map.tsm "
       "--report map.json");
-  command->callback([command, options, &exit_status] {
-    options->labels_given = command->count("--labels") > 0;
-    options->prior_map_weight_given = command->count("--prior-map-weight") > 0;
-    options->kernel_length_given = command->count("--kernel-length") > 0;
+  command->callback([options, &exit_status] {
     const Outcome<void> outcome = run_map(*options);
     if (!outcome.ok()) exit_status = fail(outcome.failure());
   });

@@ -159,7 +159,7 @@ void MapWindow::open_for_first_block() {
 }
 
 std::optional<std::string> MapWindow::obstacle() {
-  if (not_opened_) return not_opened_->message;
+  if (not_opened_) return not_opened_->text();
   if (!archive_) return std::nullopt;
   const ArchiveCounts before = known_;
   known_ = (*archive_)->blocks().counts();

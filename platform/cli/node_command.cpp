@@ -112,7 +112,7 @@ void print_summary(const Node& node) {
 }
 
 Outcome<void> check_node(const NodeConfig& config, const std::string& path) {
-  const Outcome<void> checked = Node::check(config, path);
+  const Outcome<void> checked = Node::check(config);
   if (checked.ok()) std::printf("%s is valid: robot %u\n", path.c_str(), config.robot);
   return checked;
 }
@@ -138,9 +138,9 @@ Outcome<void> do_with_node(const std::string& path, NodeTask task) {
   if (task == NodeTask::kReload) return reload_node(*config);
   // Before the start is counted: a start that is counted ends cleanly at a signal.
   listen_to_signals();
-  const Outcome<std::unique_ptr<Node>> node = Node::make(*config, path);
+  const Outcome<std::unique_ptr<Node>> node = Node::make(*config);
   if (!node.ok()) return node.failure();
-  for (const std::string& warning : (*node)->warnings()) warn(warning);
+  for (const Message& warning : (*node)->warnings()) warn(warning.text(Speaker::kFile));
   const Outcome<void> done = (*node)->run(requests);
   if (!done.ok()) return done.failure();
   // Even if the maps cannot be written, the report may, for example on another disk.
@@ -148,7 +148,8 @@ Outcome<void> do_with_node(const std::string& path, NodeTask task) {
   const Outcome<void> reported = write_report((*node)->report(), config->report);
   warn_of_losses(**node);
   print_summary(**node);
-  return written.ok() ? reported : written;
+  if (!written.ok()) return config->places.worded(written.failure());
+  return reported;
 }
 
 }  // namespace
@@ -158,7 +159,8 @@ void add_node_command(CLI::App& app, int& exit_status) {
       "node", "Run the process of a robot: map, exchange with other robots, fuse the data of all");
   auto path = std::make_shared<std::string>();
   command->add_option("--config", *path, "TOML file; every key is in docs/reference/node.md")
-      ->required();
+      ->required()
+      ->type_name("FILE.toml");
   auto task = std::make_shared<NodeTask>(NodeTask::kRun);
   CLI::Option* const check = command->add_flag_callback(
       "--check", [task] { *task = NodeTask::kCheck; },

@@ -9,6 +9,8 @@
 #include "cli/bash_completion.hpp"
 #include "cli/command.hpp"
 #include "cli/manual_page.hpp"
+#include "cli/reference_tables.hpp"
+#include "cli/setting_options.hpp"
 #include "cli/value_names.hpp"
 
 namespace tessera {
@@ -22,9 +24,26 @@ Outcome<void> write_text(const std::string& text, const std::string& path) {
   return file->commit();
 }
 
-Outcome<void> run_pages(const CLI::App& app, const std::string& manual, const std::string& bash) {
-  if (manual.empty() && bash.empty())
-    return Failure{"give --man DIR, --bash FILE or both; see tessera pages --help"};
+struct PagesOptions {
+  std::string manual;
+  std::string bash;
+  std::string tables;
+};
+
+constexpr Setting kPagesRows[] = {
+    path_row<&PagesOptions::manual>({"--man"}, "Folder to write tessera.1, tessera-map.1, ... into",
+                                    {.value = "DIR"}),
+    path_row<&PagesOptions::bash>({"--bash"}, "Bash completion file to write", {.value = "FILE"}),
+    path_row<&PagesOptions::tables>(
+        {"--tables"}, "File to write the tables of settings into, for the pages of docs/reference",
+        {.value = "FILE"}),
+};
+constexpr SettingTable<PagesOptions> kPagesSettings{kPagesRows};
+
+Outcome<void> run_pages(const CLI::App& app, const PagesOptions& options) {
+  const auto& [manual, bash, tables] = options;
+  if (manual.empty() && bash.empty() && tables.empty())
+    return Failure{"give --man DIR, --bash FILE or --tables FILE; see tessera pages --help"};
   if (!manual.empty()) {
     std::error_code error;
     std::filesystem::create_directories(manual, error);
@@ -37,8 +56,11 @@ Outcome<void> run_pages(const CLI::App& app, const std::string& manual, const st
       if (!written.ok()) return written.failure();
     }
   }
-  if (bash.empty()) return {};
-  return write_text(bash_completion(app), bash);
+  if (!bash.empty()) {
+    const Outcome<void> written = write_text(bash_completion(app), bash);
+    if (!written.ok()) return written.failure();
+  }
+  return tables.empty() ? Outcome<void>() : write_text(reference_tables(), tables);
 }
 
 }  // namespace
@@ -47,14 +69,11 @@ void add_pages_command(CLI::App& app, int& exit_status) {
   CLI::App* const command =
       app.add_subcommand("pages", "Write manual pages and completions, for installing");
   command->group("");
-  auto manual = std::make_shared<std::string>();
-  auto bash = std::make_shared<std::string>();
-  command->add_option("--man", *manual, "Folder to write tessera.1, tessera-map.1, ... into")
-      ->type_name("DIR");
-  command->add_option("--bash", *bash, "Bash completion file to write")->type_name("FILE");
+  auto o = std::make_shared<PagesOptions>();
+  declare_settings(*command, kPagesSettings, *o);
   command->footer("Example: tessera pages --man man1 --bash tessera.bash");
-  command->callback([&app, manual, bash, &exit_status] {
-    const Outcome<void> outcome = run_pages(app, *manual, *bash);
+  command->callback([&app, o, &exit_status] {
+    const Outcome<void> outcome = run_pages(app, *o);
     if (!outcome.ok()) exit_status = fail(outcome.failure());
   });
 }

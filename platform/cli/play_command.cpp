@@ -8,9 +8,9 @@
 #include "base/outputs.hpp"
 #include "base/progress.hpp"
 #include "cli/command.hpp"
-#include "cli/number_options.hpp"
+#include "cli/open_source.hpp"
 #include "cli/scan_player.hpp"
-#include "cli/source_arguments.hpp"
+#include "cli/setting_options.hpp"
 #include "scans/dataset.hpp"
 
 namespace tessera {
@@ -30,20 +30,47 @@ struct PlayOptions {
   PlayerConfig player;
 };
 
+constexpr std::array<std::string_view, 2> kMessages{"semantic", "raw"};
+constexpr std::array<std::string_view, 2> kClocks{"monotonic", "wall"};
+constexpr Setting kPlayRows[] = {
+    row<&PlayOptions::messages>(
+        {"--messages"},
+        "semantic: labelled clouds; raw: clouds or depth images as measured, and label images",
+        {.choices = kMessages}),
+    row<&PlayOptions::poses>(
+        {"--poses"}, "File of poses, for --pcd, --ply and --depth; with --dataset as --send-poses",
+        {.value = "FILE|lcm|can|none"}),
+    row<&PlayOptions::send_poses>(
+        {"--send-poses"},
+        "How poses are sent: lcm; can: a simulated vehicle on the bus --can; none",
+        {.value = "lcm|can|none", .otherwise = "lcm"}),
+    row<&PlayOptions::can>({"--can"}, "CAN interface, with --send-poses can", {.value = "NAME"}),
+    row<&PlayOptions::can_base>({"--can-base"}, "CAN identifier of COMMAND, 256 by default",
+                                {.value = "ID"}),
+    row<&PlayOptions::player, &PlayerConfig::sensor>(
+        {"--sensor"}, "Sensor number of the clouds or depth images", {.value = "N"}),
+    row<&PlayOptions::player, &PlayerConfig::rate_hz>(
+        {"--rate"}, "Rate of the scans",
+        {.value = "HZ", .allowed = from_to(0.1, 1000.0, "scans per second")}),
+    row<&PlayOptions::clock>({"--clock"}, "Clock of the stamps", {.choices = kClocks}),
+    row<&PlayOptions::player, &PlayerConfig::url>(
+        {"--url"}, "LCM network of the sensors; its ttl must be 0", {.value = "URL"}),
+    row<&PlayOptions::player, &PlayerConfig::interface>(
+        {"--interface"}, "Network interface, by name or IPv4 address", {.value = "NAME"}),
+    row<&PlayOptions::loop>({"--loop"}, "Play forward and backward until interrupted",
+                            {.flag = true}),
+    path_row<&PlayOptions::report>({"--report"}, "JSON report to write", {.value = "FILE"}),
+};
+constexpr SettingTable<PlayOptions> kPlaySettings{kPlayRows};
+
 Json report_of(const ScanPlayer& player, const PlayOptions& options) {
   const PlayerReport& report = player.report();
   Json config = to_json(options.source);
+  config.update(json_of(kPlaySettings, options));
   config["poses_file"] = options.source.poses;
   config["poses"] = options.send_poses;
-  config["messages"] = options.messages;
-  config["can"] = options.can;
   config["can_base"] = options.can_base.value_or(kDefaultBaseId);
-  config["sensor"] = options.player.sensor;
-  config["rate"] = options.player.rate_hz;
-  config["clock"] = options.clock;
-  config["url"] = options.player.url;
-  config["interface"] = options.player.interface;
-  config["report"] = options.report;
+  for (const char* const key : {"send_poses", "loop"}) config.erase(key);
   return {{"scans", report.scans},
           {"images", report.images},
           {"poses", report.poses},
@@ -61,8 +88,8 @@ bool is_way_to_send(const std::string& text) {
 }
 
 /// A dataset has its own poses, so that --poses says how they are sent, as it always did.
-const char* way_option(const PlayOptions& options) {
-  return options.source.dataset.empty() ? "--send-poses" : "--poses";
+const SettingName& way_option(const PlayOptions& options) {
+  return options.source.dataset.empty() ? kPlaySettings["--send-poses"] : kPlaySettings["--poses"];
 }
 
 void tell_poses_apart(PlayOptions& options) {
@@ -76,29 +103,21 @@ void tell_poses_apart(PlayOptions& options) {
 }
 
 Outcome<void> check_usage(const PlayOptions& options) {
-  const auto refusal = [](const char* option, const std::string& given, const char* choices) {
-    return Failure{std::string(option) + " " + one_line(given) + " is not allowed; give " +
-                   choices};
-  };
-  if (options.messages != "semantic" && options.messages != "raw")
-    return refusal("--messages", options.messages, "semantic or raw");
-  const char* const way = way_option(options);
+  const SettingName& way = way_option(options);
   if (!is_way_to_send(options.send_poses))
-    return refusal(way, options.send_poses, "lcm, can or none");
+    return not_allowed(way, options.send_poses, "lcm, can or none");
   if (options.send_poses == "can" && options.can.empty())
-    return Failure{std::string(way) + " can needs a bus; name its interface with --can"};
+    return Failure{Message(way) + " can needs a bus; name its interface with --can"};
   if (options.send_poses != "can" && (!options.can.empty() || options.can_base))
-    return Failure{std::string("--can and --can-base need ") + way +
+    return Failure{Message("--can and --can-base need ") + way +
                    " can; give it, or leave them out"};
   if (!is_base_id(options.can_base.value_or(kDefaultBaseId)))
-    return refusal("--can-base", std::to_string(*options.can_base), "a multiple of 32 up to 2016");
-  if (options.clock != "monotonic" && options.clock != "wall")
-    return refusal("--clock", options.clock, "monotonic or wall");
-  if (!(options.player.rate_hz >= 0.1 && options.player.rate_hz <= 1000.0))
-    return refusal("--rate", text_of(options.player.rate_hz), "scans per second from 0.1 to 1000");
+    return not_allowed(kPlaySettings["--can-base"], std::to_string(*options.can_base),
+                       "a multiple of 32 up to 2016");
   if (options.messages == "semantic" && options.source.labels == kNoLabels)
-    return refusal("--labels", options.source.labels, "a folder of labels, or --messages raw");
-  if (options.messages == "raw" && options.source.deskew == "on")
+    return not_allowed(kSourceSettings["--labels"], std::string(kNoLabels),
+                       "a folder of labels, or --messages raw");
+  if (options.messages == "raw" && options.source.deskew == true)
     return Failure{"--messages raw sends scans as measured; leave --deskew out, or give off"};
   if (options.loop && !options.report.empty())
     return Failure{"--loop has no end at which --report would be written; give only one of them"};
@@ -134,8 +153,8 @@ void print_summary(const ScanPlayer& player, const PlayOptions& options) {
 /// The node corrects raw clouds for motion, and labels them.
 SourceOptions as_measured(SourceOptions source) {
   if (source.dataset.empty()) return source;
-  source.labels = kNoLabels;
-  source.deskew = "off";
+  source.labels = std::string(kNoLabels);
+  source.deskew = false;
   return source;
 }
 
@@ -176,40 +195,10 @@ void add_play_command(CLI::App& app, int& exit_status) {
   CLI::App* const command = app.add_subcommand(
       "play", "Send recorded scans over LCM as the sensors of this machine would");
   auto o = std::make_shared<PlayOptions>();
-  declare_source_folders(*command, o->source);
-  command->add_option(
-      "--poses", o->poses,
-      "File of poses, for --pcd, --ply and --depth; with --dataset as --send-poses");
-  declare_source_choice(*command, o->source);
-  command
-      ->add_option("--messages", o->messages,
-                   "semantic: labelled clouds; raw: clouds or depth images as measured, and label "
-                   "images")
-      ->capture_default_str();
-  command->add_option(
-      "--send-poses", o->send_poses,
-      "How poses are sent: lcm; can: a simulated vehicle on the bus --can; none [lcm]");
-  command->add_option("--can", o->can, "CAN interface, with --send-poses can");
-  command->add_option("--can-base", o->can_base, "CAN identifier of COMMAND, 256 by default")
-      ->check(whole_number<std::uint32_t>());
-  command->add_option("--sensor", o->player.sensor, "Sensor number of the clouds or depth images")
-      ->check(whole_number<std::int32_t>())
-      ->capture_default_str();
-  command->add_option("--rate", o->player.rate_hz, "Scans per second, 0.1 to 1000")
-      ->check(decimal_number())
-      ->capture_default_str();
-  command->add_option("--clock", o->clock, "Clock of the stamps: monotonic or wall")
-      ->capture_default_str();
-  command->add_option("--url", o->player.url, "LCM network of the sensors; its ttl must be 0")
-      ->capture_default_str();
-  command
-      ->add_option("--interface", o->player.interface, "Network interface, by name or IPv4 address")
-      ->capture_default_str();
-  command->add_flag("--loop", o->loop, "Play forward and backward until interrupted");
-  command->add_option("--report", o->report, "JSON report to write");
+  declare_settings(*command, kSourceSettings, o->source, {"--poses"});
+  declare_settings(*command, kPlaySettings, *o);
   command->footer("Example: tessera play --dataset street/robot_0 --rate 10");
-  command->callback([command, o, &exit_status] {
-    o->source.labels_given = command->count("--labels") > 0;
+  command->callback([o, &exit_status] {
     const Outcome<void> outcome = run_play(*o);
     if (!outcome.ok()) exit_status = fail(outcome.failure());
   });

@@ -13,6 +13,7 @@
 #include "base/number_text.hpp"
 #include "base/outputs.hpp"
 #include "cli/command.hpp"
+#include "cli/setting_options.hpp"
 #include "maps/stored_map.hpp"
 
 namespace tessera {
@@ -25,6 +26,17 @@ struct QueryOptions {
   std::string out;
   std::string report;
 };
+
+constexpr Setting kQueryRows[] = {
+    path_row<&QueryOptions::map>({"--map"}, "Map file",
+                                 {.value = "MAP.tsm", .required = "a map file"}),
+    path_row<&QueryOptions::points>({"--points"}, "CSV with the header x,y,z; metres, map frame",
+                                    {.value = "FILE.csv", .required = "a file"}),
+    path_row<&QueryOptions::out>({"--out"}, "CSV to write",
+                                 {.value = "FILE", .required = "a file"}),
+    path_row<&QueryOptions::report>({"--report"}, "JSON report to write", {.value = "FILE"}),
+};
+constexpr SettingTable<QueryOptions> kQuerySettings{kQueryRows};
 
 /// Three numbers, which may be "nan" and "inf"; what exceeds a double becomes infinite, so outside
 /// the grid.
@@ -144,11 +156,7 @@ Outcome<void> run_query(const QueryOptions& options) {
 void add_query_command(CLI::App& app, int& exit_status) {
   CLI::App* const command = app.add_subcommand("query", "Write the state of a map at given points");
   auto o = std::make_shared<QueryOptions>();
-  command->add_option("--map", o->map, "Map file")->required();
-  command->add_option("--points", o->points, "CSV with the header x,y,z; metres, map frame")
-      ->required();
-  command->add_option("--out", o->out, "CSV to write")->required();
-  command->add_option("--report", o->report, "JSON report to write");
+  declare_settings(*command, kQuerySettings, *o);
   command->footer("Example: tessera query --map map.tsm --points points.csv --out states.csv");
   command->callback([o, &exit_status] {
     const Outcome<void> outcome = run_query(*o);

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Names of option values in help, manual pages and completions.
+// What the values of options may be, for manual pages and completions.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -8,10 +8,6 @@
 #include <vector>
 
 namespace tessera {
-
-/// Names the value of every option: FILE, DIR, M, on|off. An option that is in no table keeps the
-/// name of CLI11.
-void name_values(CLI::App& app);
 
 /// What the value of an option may be, by its name.
 struct ValueKind {

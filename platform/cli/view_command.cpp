@@ -9,6 +9,7 @@
 
 #include "base/number_text.hpp"
 #include "cli/command.hpp"
+#include "cli/setting_options.hpp"
 #include "cli/view_maps.hpp"
 #include "view/viewer.hpp"
 
@@ -22,6 +23,16 @@ struct ViewOptions {
   std::string listen = "127.0.0.1:8080";
   bool everywhere = false;
 };
+
+constexpr Setting kViewRows[] = {
+    row<&ViewOptions::listen>({"--listen"},
+                              "IP address and port to serve at; port 0 chooses a free one",
+                              {.value = "ADDRESS:PORT"}),
+    row<&ViewOptions::everywhere>(
+        {"--everywhere"}, "Allow an address that other machines reach; they can then see the maps",
+        {.flag = true}),
+};
+constexpr SettingTable<ViewOptions> kViewSettings{kViewRows};
 
 std::atomic<bool> stop_asked{false};
 
@@ -76,17 +87,14 @@ void add_view_command(CLI::App& app, int& exit_status) {
       ->add_option("maps", o->maps,
                    "Map files; local maps given with a global one show who contributed to it")
       ->required()
-      ->expected(1, kMostViewedMaps);
-  command
-      ->add_option("--listen", o->listen,
-                   "IP address and port to serve at; port 0 chooses a free one")
-      ->capture_default_str();
-  command->add_flag("--everywhere", o->everywhere,
-                    "Allow an address that other machines reach; they can then see the maps");
+      ->expected(1, kMostViewedMaps)
+      ->type_name("MAP.tsm");
+  declare_settings(*command, kViewSettings, *o);
   command
       ->add_option("--transform", o->transforms,
                    "MAP.tsm=T.txt: 4x4 matrix T_global_map of a local map [as the map says]")
-      ->allow_extra_args(false);
+      ->allow_extra_args(false)
+      ->type_name("MAP.tsm=T.txt");
   command->footer("Example: tessera view global.tsm robot_0.tsm robot_1.tsm");
   command->callback([o, &exit_status] {
     const Outcome<void> outcome = run_view(*o);

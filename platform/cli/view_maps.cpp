@@ -99,9 +99,9 @@ Outcome<ViewedMaps> load_viewed_maps(const std::vector<std::string>& paths,
     return Failure{"--transform needs a global map and the local ones that it was made of"};
   std::vector<FuseInput> inputs;
   if (together) {
-    std::vector<std::string> warnings;
+    std::vector<Message> warnings;
     Outcome<std::vector<FuseInput>> loaded = load_inputs(locals, transforms, warnings);
-    for (const std::string& warning : warnings) warn(warning);
+    for (const Message& warning : warnings) warn(warning);
     if (!loaded.ok()) return loaded.failure();
     inputs = std::move(*loaded);
   }

@@ -14,6 +14,7 @@
 
 #include "base/system_failure.hpp"
 #include "maps/archive_format.hpp"
+#include "settings/map_options.hpp"
 #include "tessera/base/internal/byte_io.hpp"
 #include "tessera/base/internal/crc32.hpp"
 
@@ -60,7 +61,7 @@ Outcome<std::unique_ptr<ArchiveFile>> ArchiveFile::open(const std::string& folde
   archive->write_ = arena.take<std::byte>(most_record(map.num_components()));
   archive->read_ = arena.take<std::byte>(most_record(map.num_components()));
   if (!stored.ok() || archive->read_.empty())
-    return Failure{"the archive's index does not fit; give a larger --memory"};
+    return Failure{"the archive's index does not fit; give a larger " + kMapSettings["--memory"]};
   archive->archive_ = *stored;
   std::error_code error;
   std::filesystem::create_directories(folder, error);
@@ -70,7 +71,8 @@ Outcome<std::unique_ptr<ArchiveFile>> ArchiveFile::open(const std::string& folde
     return system_failure("write", archive->path_, errno, FailureKind::kUsage);
   if (::flock(archive->file_.get(), LOCK_EX | LOCK_NB) != 0) {
     return Failure{archive->path_ +
-                   " is in use by another process; wait for it or choose another --archive"};
+                   " is in use by another process; wait for it or choose another " +
+                   kMapSettings["--archive"]};
   }
   const Outcome<void> ready =
       found == nullptr ? archive->create(map, identity) : archive->fill_index(found->whole_bytes);
@@ -121,7 +123,8 @@ Outcome<void> ArchiveFile::fill_index(std::uint64_t whole_bytes) {
     const BlockKey key{record.u64()};
     if (mark == kBlockMark) {
       if (!archive_->list(key, static_cast<std::uint32_t>(end_ / kUnitBytes)))
-        return Failure{path_ + " holds more blocks than its index; give a larger --memory"};
+        return Failure{path_ + " holds more blocks than its index; give a larger " +
+                       kMapSettings["--memory"]};
     }
     end_ += record_bytes(bytes, kUnitBytes);
   }

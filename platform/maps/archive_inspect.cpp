@@ -7,6 +7,7 @@
 #include "base/input_file.hpp"
 #include "maps/archive_file.hpp"
 #include "maps/archive_format.hpp"
+#include "settings/map_options.hpp"
 #include "tessera/base/internal/byte_io.hpp"
 #include "tessera/base/internal/crc32.hpp"
 
@@ -17,7 +18,8 @@ namespace {
 using namespace archive_format;
 
 Failure no_archive(const std::string& path, const std::string& what) {
-  return {path + ": " + what + "; use another copy, or another folder for --archive"};
+  return {path + ": " + what + "; use another copy, or another folder for " +
+          kMapSettings["--archive"]};
 }
 
 struct BytesSource {

@@ -61,11 +61,11 @@ Outcome<std::map<std::string, std::string>> parse_transforms(
     const std::size_t equals = text.rfind('=');
     const std::string path = text.substr(0, equals);
     if (equals == std::string::npos || equals + 1 == text.size())
-      return Failure{"--transform " + text + ": give MAP.tsm=T.txt"};
+      return Failure{Message(kTransform) + " " + text + ": give MAP.tsm=T.txt"};
     if (std::find(paths.begin(), paths.end(), path) == paths.end())
-      return Failure{"--transform " + text + ": " + path + " is not among the maps"};
+      return Failure{Message(kTransform) + " " + text + ": " + path + " is not among the maps"};
     if (!files.emplace(path, text.substr(equals + 1)).second)
-      return Failure{"--transform " + text + ": " + path + " already has a transform"};
+      return Failure{Message(kTransform) + " " + text + ": " + path + " already has a transform"};
   }
   return files;
 }
@@ -87,7 +87,7 @@ void tell_robots_apart(std::vector<FuseInput>& inputs) {
   }
 }
 
-void warn_of_places(const std::vector<FuseInput>& inputs, std::vector<std::string>& warnings) {
+void warn_of_places(const std::vector<FuseInput>& inputs, std::vector<Message>& warnings) {
   const auto placed = [](const FuseInput& input) { return input.placed; };
   if (std::none_of(inputs.begin(), inputs.end(), placed)) return;
   for (const FuseInput& input : inputs) {
@@ -98,7 +98,7 @@ void warn_of_places(const std::vector<FuseInput>& inputs, std::vector<std::strin
 }
 
 /// inputs: sorted by id.
-void warn_of_epochs(const std::vector<FuseInput>& inputs, std::vector<std::string>& warnings) {
+void warn_of_epochs(const std::vector<FuseInput>& inputs, std::vector<Message>& warnings) {
   for (std::size_t i = 1; i < inputs.size(); ++i) {
     const FuseInput& older = inputs[i - 1];
     const FuseInput& newer = inputs[i];
@@ -113,7 +113,7 @@ void warn_of_epochs(const std::vector<FuseInput>& inputs, std::vector<std::strin
 
 Outcome<std::vector<FuseInput>> load_inputs(const std::vector<std::string>& paths,
                                             const std::vector<std::string>& transforms,
-                                            std::vector<std::string>& warnings) {
+                                            std::vector<Message>& warnings) {
   const Outcome<std::map<std::string, std::string>> files = parse_transforms(transforms, paths);
   if (!files.ok()) return files.failure();
   std::vector<FuseInput> inputs;
@@ -153,7 +153,7 @@ Outcome<FuseInput> to_fuse(std::string name, std::shared_ptr<const StoredMap> st
 }
 
 Outcome<std::vector<FuseInput>> arrange_inputs(std::vector<FuseInput> inputs,
-                                               std::vector<std::string>& warnings) {
+                                               std::vector<Message>& warnings) {
   for (FuseInput& input : inputs) {
     const Outcome<void> alike = check_alike(inputs.front(), input);
     if (!alike.ok()) return alike.failure();
@@ -178,13 +178,13 @@ std::vector<NamedFile> files_of(const std::vector<std::string>& paths,
   for (const std::string& path : paths) files.push_back({option, path});
   for (const std::string& text : transforms) {
     if (const std::size_t equals = text.rfind('='); equals != std::string::npos)
-      files.push_back({"--transform", text.substr(equals + 1)});
+      files.push_back({kTransform, text.substr(equals + 1)});
   }
   return files;
 }
 
 std::vector<PairAlignment> align_inputs(const std::vector<FuseInput>& inputs,
-                                        std::vector<std::string>& warnings) {
+                                        std::vector<Message>& warnings) {
   std::vector<PairAlignment> pairs;
   for (std::size_t i = 0; i < inputs.size(); ++i) {
     for (std::size_t j = i + 1; j < inputs.size(); ++j) {

@@ -31,7 +31,7 @@ struct FuseInput {
 /// or names no map.
 Outcome<std::vector<FuseInput>> load_inputs(const std::vector<std::string>& paths,
                                             const std::vector<std::string>& transforms,
-                                            std::vector<std::string>& warnings);
+                                            std::vector<Message>& warnings);
 
 /// A map that is already in memory, and must not change as long as it is an input. Content and
 /// storage in the header must be those of the map. Fails with kUsage iff it is a global map.
@@ -43,7 +43,10 @@ Outcome<FuseInput> to_fuse(std::string name, std::shared_ptr<const StoredMap> st
 /// about the inputs. Fails with kUsage iff resolutions, classes, priors or free weights differ,
 /// or a transform puts a map outside of the grid.
 Outcome<std::vector<FuseInput>> arrange_inputs(std::vector<FuseInput> inputs,
-                                               std::vector<std::string>& warnings);
+                                               std::vector<Message>& warnings);
+
+/// The option for the frames of maps.
+inline constexpr SettingName kTransform{.option = "--transform", .argument = "transforms"};
 
 /// The files named by these arguments, for check_outputs; option: of the maps.
 std::vector<NamedFile> files_of(const std::vector<std::string>& paths,
@@ -58,6 +61,6 @@ struct PairAlignment {
 /// Alignments of all pairs with common labels, by up to 20,000 voxels each. Adds warnings about
 /// misaligned pairs.
 std::vector<PairAlignment> align_inputs(const std::vector<FuseInput>& inputs,
-                                        std::vector<std::string>& warnings);
+                                        std::vector<Message>& warnings);
 
 }  // namespace tessera

@@ -68,21 +68,20 @@ double per_voxel(std::size_t bytes, std::uint64_t voxels) {
 
 }  // namespace
 
-Json to_json(const FuseOptions& options, const GlobalMapConfig& config,
-             std::optional<std::size_t> budget_bytes) {
+Json to_json(const FuseOptions& options, const GlobalMapConfig& config) {
   return {{"maps", options.maps},
           {"out", options.out},
           {"report", options.report},
           {"transform", options.transforms},
-          {"diffusion", options.diffusion.mode},
-          {"edge", options.diffusion.edge},
+          {"diffusion", to_string(options.diffusion.mode)},
+          {"edge", to_string(options.diffusion.edge)},
           {"iterations", config.diffusion.iterations},
           {"diffusion_length", decimal_of(config.diffusion.length_m)},
           {"alpha", decimal_of(config.diffusion.alpha)},
           {"omega", decimal_of(config.diffusion.omega)},
           {"whole_map", config.diffusion.whole_map},
           {"counts", to_string(config.map.tuple)},
-          {"memory", budget_bytes ? Json(*budget_bytes) : Json()}};
+          {"memory", options.memory_bytes ? Json(*options.memory_bytes) : Json()}};
 }
 
 Json to_json(const FuseRun& run, const std::vector<FuseInput>& inputs, const Json& config) {
@@ -121,16 +120,17 @@ Json to_json(const FuseRun& run, const std::vector<FuseInput>& inputs, const Jso
   return json;
 }
 
-std::vector<std::string> losses_of(const FuseRun& run) {
-  std::vector<std::string> losses;
+std::vector<Message> losses_of(const FuseRun& run) {
+  std::vector<Message> losses;
   const std::uint64_t blocks = refused_blocks(run.report);
   if (blocks > 0) {
-    losses.push_back(counted(blocks, "refusal") +
-                     " of blocks for lack of memory; give a larger --memory");
+    losses.push_back(counted(blocks, "refusal") + " of blocks for lack of memory; give a larger " +
+                     kFuseSettings["--memory"]);
   }
   if (run.report.refused_sums > 0) {
     losses.push_back(counted(run.report.refused_sums, "block") +
-                     " left undiffused for lack of memory; give a larger --memory");
+                     " left undiffused for lack of memory; give a larger " +
+                     kFuseSettings["--memory"]);
   }
   return losses;
 }

@@ -28,11 +28,10 @@ struct FuseRun {
   std::optional<std::uint64_t> heap_allocations;
 };
 
-Json to_json(const FuseOptions& options, const GlobalMapConfig& config,
-             std::optional<std::size_t> budget_bytes);
+Json to_json(const FuseOptions& options, const GlobalMapConfig& config);
 Json to_json(const FuseRun& run, const std::vector<FuseInput>& inputs, const Json& config);
 /// Text of what did not fit.
-std::vector<std::string> losses_of(const FuseRun& run);
+std::vector<Message> losses_of(const FuseRun& run);
 /// The record in the map for eval and others: how it was made, and the range that all maps were
 /// made with, if it is the same. config: as returned by to_json.
 Json record_of(const std::vector<FuseInput>& inputs, Json config);

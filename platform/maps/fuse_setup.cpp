@@ -57,9 +57,8 @@ GlobalMapConfig ample_config(const std::vector<FuseInput>& inputs, const FuseOpt
   const bool all_dense = std::all_of(inputs.begin(), inputs.end(), [](const FuseInput& input) {
     return input.stored->map.config().tuple == TuplePolicy::kDense;
   });
-  const std::string counts =
-      !options.counts.empty() ? options.counts : (paper || all_dense ? "dense" : "compact");
-  config.map.tuple = counts == "dense" ? TuplePolicy::kDense : TuplePolicy::kCompact;
+  config.map.tuple =
+      options.counts.value_or(paper || all_dense ? TuplePolicy::kDense : TuplePolicy::kCompact);
   config.replicas = {.segments = demand.segments,
                      .blocks = demand.blocks,
                      .contributions = static_cast<std::uint32_t>(inputs.size()),
@@ -111,19 +110,12 @@ Outcome<void> check_number_of_robots(const std::vector<FuseInput>& inputs) {
                  std::to_string(Replicas::kMostRobots)};
 }
 
-Outcome<std::optional<std::size_t>> memory_of(const FuseOptions& options) {
-  if (options.memory.empty()) return std::optional<std::size_t>{};
-  const std::optional<std::size_t> bytes = parse_bytes(options.memory);
-  if (!bytes) return not_allowed("--memory", options.memory, "bytes, or a number with K, M or G");
-  return bytes;
-}
-
 Outcome<GlobalMapConfig> config_for(const std::vector<FuseInput>& inputs,
                                     const FuseOptions& options, const DiffusionConfig& diffusion,
-                                    const ReplicaDemand& demand,
-                                    std::optional<std::size_t> budget_bytes) {
+                                    const ReplicaDemand& demand) {
   GlobalMapConfig config = ample_config(inputs, options, diffusion, demand);
-  if (!budget_bytes) return config;
+  if (!options.memory_bytes) return config;
+  const std::size_t budget_bytes = *options.memory_bytes;
   const int components = inputs.front().stored->map.num_components();
   const auto without_map = [&] {
     return GlobalMap::required_bytes(config, components) - required_bytes(config.map);
@@ -133,17 +125,18 @@ Outcome<GlobalMapConfig> config_for(const std::vector<FuseInput>& inputs,
   config.blocks = count_global_blocks(inputs) + 1;
   config.sum_segments = 1;
   const std::size_t least = without_map();
-  if (least < *budget_bytes) {
-    const std::size_t quarter = (*budget_bytes - least) / 4 / SegmentStore::kSegmentBytes;
+  if (least < budget_bytes) {
+    const std::size_t quarter = (budget_bytes - least) / 4 / SegmentStore::kSegmentBytes;
     config.sum_segments =
         static_cast<std::uint32_t>(std::clamp<std::size_t>(quarter, 1, ample_segments));
-    config.map = fit_to_budget(config.map, *budget_bytes - without_map());
+    config.map = fit_to_budget(config.map, budget_bytes - without_map());
     config.map.storage_bytes = std::min(config.map.storage_bytes, MapConfig::kMaxStorageBytes);
   }
-  if (least >= *budget_bytes || config.map.storage_bytes < kLeastStorageBytes) {
-    return Failure{"--memory " + std::to_string(*budget_bytes) +
-                   " bytes are too few for a global map of these maps; give at least " +
-                   std::to_string((enough_bytes(inputs, least) >> 20U) + 1) + "M"};
+  if (least >= budget_bytes || config.map.storage_bytes < kLeastStorageBytes) {
+    constexpr std::size_t kMiB = std::size_t{1} << 20U;
+    return Failure{Message(kFuseSettings["--memory"]) + " " + bytes_text(budget_bytes) +
+                   " is too little for a global map of these maps; give at least " +
+                   bytes_text((enough_bytes(inputs, least) / kMiB + 1) * kMiB)};
   }
   return config;
 }

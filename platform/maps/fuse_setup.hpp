@@ -12,6 +12,7 @@
 #include "base/outcome.hpp"
 #include "maps/fuse_inputs.hpp"
 #include "settings/diffusion_options.hpp"
+#include "settings/map_options.hpp"
 #include "tessera/fusion/global_map.hpp"
 
 namespace tessera {
@@ -22,9 +23,19 @@ struct FuseOptions {
   std::string report;
   std::vector<std::string> transforms;
   DiffusionOptions diffusion;
-  std::string counts;  ///< "dense" or "compact"; empty: as in the maps.
-  std::string memory;  ///< Bytes; empty: what the maps need.
+  std::optional<TuplePolicy> counts;
+  std::optional<std::size_t> memory_bytes;
 };
+
+inline constexpr Setting kFuseRows[] = {
+    row<&FuseOptions::counts>({"--counts"}, "How counts are stored",
+                              {.otherwise = "as in the maps"}),
+    bytes_row<&FuseOptions::memory_bytes>(
+        {.option = "--memory", .argument = "memory_bytes"},
+        "Memory for the global map and for fusing",
+        {.value = "BYTES", .otherwise = "what the maps need", .allowed = {.most = 1e15}}),
+};
+inline constexpr SettingTable<FuseOptions> kFuseSettings{kFuseRows};
 
 /// Memory for the replicas of all maps.
 struct ReplicaDemand {
@@ -37,16 +48,11 @@ Outcome<void> check_number_of_maps(std::size_t maps);
 /// The same for robots.
 Outcome<void> check_number_of_robots(const std::vector<FuseInput>& inputs);
 
-/// --memory in bytes; nothing if it was not given. Fails with kUsage iff it is not a number of
-/// bytes.
-Outcome<std::optional<std::size_t>> memory_of(const FuseOptions& options);
-
 /// Without a budget: capacities with which nothing is refused; unused memory is never touched. With
 /// one: replicas and diffusion get what they need, the sums up to a quarter of the rest, and the
 /// map what is left. Fails with kUsage iff that is too little for a map.
 Outcome<GlobalMapConfig> config_for(const std::vector<FuseInput>& inputs,
                                     const FuseOptions& options, const DiffusionConfig& diffusion,
-                                    const ReplicaDemand& demand,
-                                    std::optional<std::size_t> budget_bytes);
+                                    const ReplicaDemand& demand);
 
 }  // namespace tessera

@@ -44,8 +44,6 @@ double ms_since(std::int64_t start_us) {
 Outcome<std::unique_ptr<FusionRun>> FusionRun::prepare(const std::vector<FuseInput>& inputs,
                                                        const FuseOptions& options,
                                                        const DiffusionConfig& diffusion) {
-  const Outcome<std::optional<std::size_t>> budget_bytes = memory_of(options);
-  if (!budget_bytes.ok()) return budget_bytes.failure();
   std::unique_ptr<FusionRun> fusion(new FusionRun());
   FuseRun& run = fusion->run_;
   ReplicaDemand demand{.blocks = 1, .segments = 1};
@@ -68,13 +66,13 @@ Outcome<std::unique_ptr<FusionRun>> FusionRun::prepare(const std::vector<FuseInp
              [&](std::size_t, BlockKey, std::uint32_t, std::span<const std::byte> packed) {
                demand.segments += SegmentStore::segments_of(packed.size());
              });
-  const Outcome<GlobalMapConfig> config =
-      config_for(inputs, options, diffusion, demand, *budget_bytes);
+  const Outcome<GlobalMapConfig> config = config_for(inputs, options, diffusion, demand);
   if (!config.ok()) return config.failure();
   run.config = *config;
   const std::size_t arena_size_bytes = GlobalMap::required_bytes(run.config, components);
-  run.budget_bytes = budget_bytes->value_or(arena_size_bytes);
-  Outcome<ArenaMemory> memory = ArenaMemory::allocate(arena_size_bytes);
+  run.budget_bytes = options.memory_bytes.value_or(arena_size_bytes);
+  Outcome<ArenaMemory> memory = ArenaMemory::allocate(
+      arena_size_bytes, "give a smaller " + Message(kFuseSettings["--memory"]));
   if (!memory.ok()) return memory.failure();
   fusion->memory_ = std::move(*memory);
   Arena arena(fusion->memory_.span());

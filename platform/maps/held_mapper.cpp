@@ -16,7 +16,8 @@ Outcome<HeldMapper> make_mapper(const MapSetup& setup, const ScanCapacity& capac
   config.scan = capacity;
   config.deadline_us = setup.deadline_us;
   config.window = setup.window;
-  Outcome<ArenaMemory> memory = ArenaMemory::allocate(Mapper::required_bytes(config));
+  Outcome<ArenaMemory> memory = ArenaMemory::allocate(
+      Mapper::required_bytes(config), "give a smaller " + Message(kMapSettings["--memory"]));
   if (!memory.ok()) return memory.failure();
   Arena arena(memory->span());
   const Clock clock{nullptr, [](void*) { return MonotonicClock::now_us(); }};

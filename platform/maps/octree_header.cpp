@@ -47,7 +47,7 @@ class HeaderReader {
 
  private:
   bool refuse(std::string_view what, std::string_view remedy) {
-    failure_ = octree_failure(path_, what, remedy);
+    failure_ = octree_failure(path_, what, std::string(remedy));
     return false;
   }
   bool take(std::string_view key, std::string_view value) {
@@ -102,9 +102,8 @@ class HeaderReader {
 
 }  // namespace
 
-Failure octree_failure(std::string_view path, std::string_view what, std::string_view remedy) {
-  return Failure{
-      one_line(std::string(path) + ": " + std::string(what) + "; " + std::string(remedy))};
+Failure octree_failure(std::string_view path, std::string_view what, const Message& remedy) {
+  return Failure{one_line(std::string(path) + ": " + std::string(what) + "; ") + remedy};
 }
 
 Outcome<OctreeHeader> parse_octree_header(const OctreeBytes& file) {

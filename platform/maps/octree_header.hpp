@@ -30,7 +30,7 @@ struct OctreeHeader {
 
 /// "path: what; remedy", in one line of printable ASCII.
 [[nodiscard]] Failure octree_failure(std::string_view path, std::string_view what,
-                                     std::string_view remedy);
+                                     const Message& remedy);
 
 /// Reads the lines before the tree: the first has the format, then follow comments, id, size, res
 /// and data. Fails with kUsage iff the first line is another one, a line is unknown, duplicate or

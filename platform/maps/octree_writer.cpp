@@ -15,6 +15,7 @@
 
 #include "base/atomic_file.hpp"
 #include "base/progress.hpp"
+#include "settings/map_options.hpp"
 #include "tessera/map/queries.hpp"
 #endif
 
@@ -84,7 +85,8 @@ Outcome<void> check_extent(const LocalMap& map, std::span<const KeyedIndex> bloc
     const double reach_m = map.lattice().resolution_m() * kOctreeVoxelLimit;
     return Failure{"the map reaches beyond " + std::to_string(reach_m) +
                    " m from its origin, where OctoMap's 16 levels end at this resolution; export "
-                   "another format, or map at a coarser --resolution"};
+                   "another format, or map at a coarser " +
+                   kMapSettings["--resolution"]};
   }
   return {};
 }

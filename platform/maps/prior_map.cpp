@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "base/number_text.hpp"
+#include "settings/map_options.hpp"
 #include "tessera/semantics/internal/compact_tuple.hpp"
 
 namespace tessera {
@@ -127,11 +128,12 @@ Outcome<Octree> read_prior_map(const std::string& path, double resolution_m) {
   if (!octree.ok()) return octree.failure();
   const std::optional<int> levels = levels_between(octree->resolution_m(), resolution_m);
   if (!levels) {
-    return octree_failure(path,
-                          "its voxels of " + text_of(octree->resolution_m()) +
-                              " m are not 1, 2, 4, 8, 16, 32 or 64 times as wide as the map's of " +
-                              text_of(resolution_m) + " m",
-                          "choose another --resolution, or write the file at another one");
+    return octree_failure(
+        path,
+        "its voxels of " + text_of(octree->resolution_m()) +
+            " m are not 1, 2, 4, 8, 16, 32 or 64 times as wide as the map's of " +
+            text_of(resolution_m) + " m",
+        "choose another " + kMapSettings["--resolution"] + ", or write the file at another one");
   }
   const std::uint64_t voxels = octree->num_occupied() + octree->num_free();
   // At most 2^48 of them.
@@ -139,7 +141,7 @@ Outcome<Octree> read_prior_map(const std::string& path, double resolution_m) {
     return octree_failure(path,
                           "its leaves cover more than " + std::to_string(kMostPriorVoxels) +
                               " voxels of " + text_of(resolution_m) + " m",
-                          "crop it, or choose a coarser --resolution");
+                          "crop it, or choose a coarser " + kMapSettings["--resolution"]);
   }
   return octree;
 }

@@ -21,7 +21,7 @@ struct FileSource {
               auto& self = *static_cast<FileSource*>(context);
               const Outcome<std::size_t> n = self.file.read(into);
               if (n.ok()) return *n;
-              self.error = n.failure().message;
+              self.error = n.failure().text();
               return 0;
             }};
   }

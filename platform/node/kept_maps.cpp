@@ -13,6 +13,7 @@
 #include "base/file_descriptor.hpp"
 #include "base/system_failure.hpp"
 #include "maps/stored_map.hpp"
+#include "settings/map_options.hpp"
 
 namespace tessera {
 
@@ -26,9 +27,9 @@ std::string epoch_text(std::uint32_t epoch) { return "epoch-" + std::to_string(e
 
 /// number: 1 for the first, whose name does not have it.
 std::string kept_name(const fs::path& path, const std::string& what, int number) {
-  const std::string behind = number == 1 ? "" : "." + std::to_string(number);
-  return (path.parent_path() / (path.stem().string() + "." + what + behind)).string() +
-         path.extension().string();
+  std::string name = path.stem().string() + "." + what;
+  if (number != 1) name.append(".").append(std::to_string(number));
+  return (path.parent_path() / name).string() + path.extension().string();
 }
 
 /// The first name that no file has. Empty: the file at path already has such a name.
@@ -73,7 +74,8 @@ Outcome<std::string> keep_earlier_archive(const std::string& path) {
     return system_failure("write", path, errno, FailureKind::kUsage);
   }
   if (::flock(file.get(), LOCK_EX | LOCK_NB) != 0)
-    return Failure{path + " is in use by another process; choose another --archive"};
+    return Failure{path + " is in use by another process; choose another " +
+                   kMapSettings["--archive"]};
   Outcome<std::string> name = free_name(path, "earlier");
   if (!name.ok() || ::rename(path.c_str(), name->c_str()) == 0) return name;
   return system_failure("keep as " + *name, path, errno, FailureKind::kUsage);

@@ -82,10 +82,10 @@ class Node {
   static constexpr std::int64_t kMostFinish_us = 2'000'000;
 
   /// Reads the configured files, counts the start, allocates all memory and opens the network.
-  /// path: of the configuration, for messages. Fails as each of these does.
-  static Outcome<std::unique_ptr<Node>> make(const NodeConfig& config, const std::string& path);
+  /// Fails as each of these does.
+  static Outcome<std::unique_ptr<Node>> make(const NodeConfig& config);
   /// Checks as make() does, but changes nothing: nothing is counted, opened or written.
-  static Outcome<void> check(const NodeConfig& config, const std::string& path);
+  static Outcome<void> check(const NodeConfig& config);
   Node(const Node&) = delete;
   Node& operator=(const Node&) = delete;
   ~Node();
@@ -100,7 +100,7 @@ class Node {
   [[nodiscard]] Json report() const;
 
   /// About oddities of the replayed scans.
-  [[nodiscard]] const std::vector<std::string>& warnings() const { return recorded_.warnings; }
+  [[nodiscard]] const std::vector<Message>& warnings() const { return recorded_.warnings; }
   [[nodiscard]] const NodeRun& result() const { return run_; }
   // After run().
   [[nodiscard]] const LoopTimes& times() const { return sharing_->times(); }
@@ -110,8 +110,8 @@ class Node {
   [[nodiscard]] std::uint64_t global_digest() const { return global_digest_; }
 
  private:
-  Node(const NodeConfig& config, std::string path) : config_(config), path_(std::move(path)) {}
-  Outcome<void> open_inputs(const std::string& path);
+  explicit Node(const NodeConfig& config) : config_(config) {}
+  Outcome<void> open_inputs();
   Outcome<void> open_sensors();
   Outcome<void> make_sensing();
   Outcome<void> make_registrar();
@@ -122,14 +122,14 @@ class Node {
   [[nodiscard]] ScanSource& source() const;
   /// True if there is no last scan.
   [[nodiscard]] bool endless() const { return config_.loop || config_.sensors.enabled; }
-  Outcome<void> set_up(const std::string& path);
+  Outcome<void> set_up();
   Outcome<void> read_keys();
   Outcome<void> begin_state();
-  Outcome<void> open_archive(const std::string& path);
-  Outcome<void> check_all(const std::string& path);
+  Outcome<void> open_archive();
+  Outcome<void> check_all();
   [[nodiscard]] Outcome<void> check_urls() const;
-  [[nodiscard]] Outcome<void> check_sectors(const std::string& path) const;
-  [[nodiscard]] Outcome<void> check_places(const std::string& path) const;
+  [[nodiscard]] Outcome<void> check_sectors() const;
+  [[nodiscard]] Outcome<void> check_places() const;
   [[nodiscard]] Outcome<void> make_snapshot_folder() const;
   Outcome<void> make_threads();
   Outcome<void> make_services();
@@ -181,8 +181,7 @@ class Node {
   [[nodiscard]] MapIdentity identity_of(MapKind kind) const;
 
   NodeConfig config_;
-  const std::string path_;  ///< Path of the configuration.
-  OpenedScans recorded_;    ///< No scans with sensors.
+  OpenedScans recorded_;  ///< No scans with sensors.
   std::optional<DatasetClasses> classes_;
   std::vector<CameraDescription> cameras_;
   Matrix34d T_body_lidar_ = Matrix34d::Identity();

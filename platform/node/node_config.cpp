@@ -2,220 +2,171 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "node/node_config.hpp"
 
+#include <algorithm>
 #include <array>
-#include <cctype>
 #include <utility>
 
 #include "base/input_file.hpp"
-#include "settings/config_file.hpp"
+#include "link/key_settings.hpp"
+#include "node/node_settings.hpp"
+#include "node/sensor_settings.hpp"
+#include "settings/sharing_settings.hpp"
 #include "tessera/exchange/exchange_config.hpp"
-#include "tessera/replica/replicas.hpp"
+#include "view/listen_address.hpp"
 
 namespace tessera {
 
 namespace {
 
-constexpr std::int64_t kMost32 = std::numeric_limits<std::uint32_t>::max();
-
-/// The options of "map" and "fuse" that correspond to keys.
-struct OptionName {
-  std::string_view option;
-  ConfigKey key;
-};
-constexpr auto kOptionNames = std::to_array<OptionName>({
-    {"--dataset", {"replay", "dataset"}},
-    {"--pcd", {"replay", "pcd"}},
-    {"--ply", {"replay", "ply"}},
-    {"--depth", {"replay", "depth"}},
-    {"--label-images", {"replay", "label_images"}},
-    {"--intrinsics", {"replay", "intrinsics"}},
-    {"--poses", {"replay", "poses"}},
-    {"--deskew", {"replay", "deskew"}},
-    {"--first", {"replay", "first"}},
-    {"--last", {"replay", "last"}},
-    {"--labels", {"replay", "labels"}},
-    {"--resolution", {"map", "resolution_m"}},
-    {"--inference", {"map", "inference"}},
-    {"--kernel-length", {"map", "kernel_length_m"}},
-    {"--prior", {"map", "prior"}},
-    {"--max-range", {"map", "max_range_m"}},
-    {"--min-range", {"map", "min_range_m"}},
-    {"--downsample", {"map", "downsample_m"}},
-    {"--thinning-weight", {"map", "thinning_weight"}},
-    {"--free-space", {"map", "free_space"}},
-    {"--free-weight", {"map", "free_weight"}},
-    {"--memory", {"map", "memory"}},
-    {"--fusion-memory", {"fusion", "memory"}},
-    {"--counts", {"map", "counts"}},
-    {"--min-weight", {"map", "min_weight"}},
-    {"--max-evidence", {"map", "max_evidence"}},
-    {"--work-budget", {"map", "work_budget"}},
-    {"--deadline", {"map", "deadline_ms"}},
-    {"--window", {"map", "window_m"}},
-    {"--archive", {"map", "archive"}},
-    {"--diffusion-length", {"fusion", "diffusion_length_m"}},
-    {"--iterations", {"fusion", "iterations"}},
-    {"--alpha", {"fusion", "alpha"}},
-    {"--omega", {"fusion", "omega"}},
-});
-
-void take_robot(ConfigFile& file, NodeConfig& c) {
-  file.require({"robot", "id"}, "a number that no other robot of the fleet has");
-  file.take({"robot", "id"}, c.robot, {0, kMost32});
-  file.require({"robot", "state"}, "a folder in which the node keeps its state");
-  file.take_path({"robot", "state"}, c.state);
-  std::string earlier = "keep";
-  file.take({"robot", "earlier"}, earlier, {"keep", "drop"});
-  c.earlier = earlier == "drop" ? EarlierEpochs::kDrop : EarlierEpochs::kKeep;
-  file.take_path({"robot", "T_global_map"}, c.T_global_map);
+/// Defaults of a node that are not those of its parts.
+void set_defaults(const ConfigPlaces& places, NodeConfig& c) {
+  c.map.memory_bytes = NodeConfig::kMapMemoryBytes;
+  c.sensors.enabled = places.has_table("sensors");
+  c.queries = c.lock_memory = c.sensors.enabled;
+  c.priority = c.sensors.enabled ? 40 : 0;
 }
 
-void take_map(ConfigFile& file, NodeConfig& c) {
-  MapOptions& o = c.map;
-  const ConfigFile::Real any;
-  file.take({"map", "resolution_m"}, o.resolution_m, any);
-  file.take({"map", "inference"}, o.inference);
-  file.take({"map", "kernel_length_m"}, o.kernel_length_m, any);
-  o.kernel_length_given = file.is_given({"map", "kernel_length_m"});
-  file.take({"map", "prior"}, o.prior, any);
-  file.take({"map", "max_range_m"}, o.max_range_m, any);
-  file.take({"map", "min_range_m"}, o.min_range_m, any);
-  file.take_number_or({"map", "downsample_m"}, o.downsample, "off");
-  file.take({"map", "thinning_weight"}, o.thinning_weight);
-  bool free_space = true;
-  file.take({"map", "free_space"}, free_space);
-  o.free_space = free_space ? "on" : "off";
-  std::size_t memory_bytes = std::size_t{192} << 20U;
-  file.take_bytes({"map", "memory"}, memory_bytes);
-  o.memory = std::to_string(memory_bytes);
-  file.take({"map", "counts"}, o.counts);
-  file.take({"map", "min_weight"}, o.min_weight, any);
-  file.take({"map", "max_evidence"}, o.max_evidence, any);
-  file.take({"map", "free_weight"}, o.free_weight, any);
-  file.take({"map", "work_budget"}, o.work_budget, {});
-  file.take({"map", "deadline_ms"}, o.deadline_ms, any);
-  file.take({"map", "window_m"}, o.window_m, any);
-  file.take_path({"map", "archive"}, o.archive);
-  o.robot = c.robot;
-}
-
-void take_mapping(ConfigFile& file, NodeConfig& c) {
-  file.take({"mapping", "period_ms"}, c.period_ms, {1, 10'000});
+void read_tables(ConfigFile& file, NodeConfig& c) {
+  file.read(kSharingSettings, c);
+  file.read(kNodeSettings, c);
+  file.read(kSourceSettings, c.map);
+  file.read(kSensorSettings, c.sensors);
+  file.read(kVehicleSettings, c.vehicle);
   // A replay must be reproducible; sensor data must be mapped in time.
   constexpr double kShare = 0.55;
   if (c.sensors.enabled) c.map.deadline_ms = kShare * static_cast<double>(c.period_ms);
-  c.priority = c.sensors.enabled ? 40 : 0;
-  c.lock_memory = c.sensors.enabled;
-  file.take({"realtime", "priority"}, c.priority, {0, 95});
-  file.take({"realtime", "lock_memory"}, c.lock_memory);
-  file.take({"realtime", "mapping_cpus"}, c.mapping_cpus);
-  file.take({"realtime", "other_cpus"}, c.other_cpus);
+  file.read(kMapSettings, c.map);
+  file.read(kDiffusionSettings, c.diffusion);
+  file.read(kKeySettings, c.keys);
+  c.map.robot = c.robot;
+  PoseGuardConfig& guard = c.vehicle.guard;
+  guard.timeout_us = guard.max_age_us = static_cast<std::int64_t>(1e3 * c.vehicle.pose_timeout_ms);
 }
 
-void take_publish(ConfigFile& file, NodeConfig& c) {
-  file.take({"publish", "staleness_s"}, c.staleness_s, ConfigFile::Real{0.001, 3600.0});
-  file.take({"publish", "free_staleness_s"}, c.free_staleness_s,
-            ConfigFile::Real{c.staleness_s, 3600.0});
-  file.take({"publish", "evidence_factor"}, c.evidence_factor, ConfigFile::Real{1.01, 1e6});
-  file.take({"publish", "blocks"}, c.blocks, {64, std::int64_t{1} << 28});
-  file.take({"publish", "label_bytes_per_s"}, c.label_bytes_per_s, {1000, kMost32});
-  file.take({"publish", "free_bytes_per_s"}, c.free_bytes_per_s, {1000, kMost32});
+Outcome<void> check_publish(const NodeConfig& c) {
+  if (c.free_staleness_s >= c.staleness_s) return {};
+  return not_allowed(kSharingSettings["publish.free_staleness_s"], text_of(c.free_staleness_s),
+                     "seconds from " + Message(kSharingSettings["publish.staleness_s"]));
 }
 
-void take_network(ConfigFile& file, NodeConfig& c) {
-  file.take({"network", "url"}, c.link.url);
-  file.take({"network", "interface"}, c.link.interface);
-  file.take({"network", "receive_slots"}, c.link.queue_slots, {16, 1 << 20});
-  file.take({"network", "send_slots"}, c.send_slots, {16, 1 << 20});
-  file.take({"network", "bytes_per_s"}, c.bytes_per_s, {1000, 125'000'000});
-  file.take({"network", "burst_bytes"}, c.burst_bytes, {4096, 16 << 20});
-  file.take({"network", "peers"}, c.peers, {1, 1024});
-  file.take({"network", "contributions"}, c.contributions, {1, Replicas::kMostContributions});
-  file.take({"network", "contributions_per_robot"}, c.contributions_per_robot, {1, 65535});
-  file.take({"network", "status"}, c.status);
-}
-
-void take_security(ConfigFile& file, NodeConfig& c) {
-  file.take_path({"security", "fleet_key"}, c.keys.fleet_key);
-  file.take_path({"security", "robot_secret"}, c.keys.robot_secret);
-  file.take_path({"security", "robot_public_keys"}, c.keys.robot_public_keys);
-  file.take({"security", "mission"}, c.keys.mission);
-  file.take({"security", "exclude"}, c.exclude);
-  file.take({"security", "conflicts"}, c.conflicts, {"alarm", "exclude"});
-}
-
-Outcome<void> check_excluded(const ConfigFile& file, const NodeConfig& c) {
-  const ConfigKey key{"security", "exclude"};
-  if (c.exclude.size() > ExchangeConfig::kMostExcluded) {
-    return file.refusal(
-        key, "takes at most " + std::to_string(ExchangeConfig::kMostExcluded) + " robots");
-  }
+Outcome<void> check_excluded(const NodeConfig& c) {
+  const Message exclude(kNodeSettings["security.exclude"]);
+  if (c.exclude.size() > ExchangeConfig::kMostExcluded)
+    return Failure{exclude + " takes at most " + std::to_string(ExchangeConfig::kMostExcluded) +
+                   " robots"};
   if (std::find(c.exclude.begin(), c.exclude.end(), c.robot) == c.exclude.end()) return {};
-  return file.refusal(key, "names this robot itself; leave it out");
+  return Failure{exclude + " names this robot itself; leave it out"};
 }
 
 /// The mission of the fleet's key file is checked when that is read.
-Outcome<void> check_mission(const ConfigFile& file, const NodeConfig& c) {
-  const ConfigKey key{"security", "mission"};
-  if (!file.is_given(key)) return {};
+Outcome<void> check_mission(const NodeConfig& c) {
+  const SettingName& mission = kKeySettings["security.mission"];
+  if (!c.places.is_given(mission)) return {};
   if (c.keys.fleet_key.empty() && c.keys.robot_secret.empty())
-    return file.refusal(key, "protects nothing without a key; name fleet_key, or leave it out");
-  const Outcome<Mission> mission = Mission::make(c.keys.mission);
-  if (mission.ok()) return {};
-  return file.refusal(key, "is not allowed: " + mission.failure().message);
+    return Failure{Message(mission) +
+                   " protects nothing without a key; name fleet_key, or leave it out"};
+  const Outcome<Mission> made = Mission::make(c.keys.mission);
+  if (made.ok()) return {};
+  return Failure{Message(mission) + " is not allowed: " + made.failure().message};
 }
 
 /// A robot does not run without the keys that its configuration asks for.
-Outcome<void> check_keys(const ConfigFile& file, const NodeConfig& c) {
-  using Named = std::pair<const char*, const std::string&>;
-  for (const auto& [name, path] :
-       {Named{"fleet_key", c.keys.fleet_key}, Named{"robot_secret", c.keys.robot_secret},
-        Named{"robot_public_keys", c.keys.robot_public_keys}}) {
-    const ConfigKey key{"security", name};
-    if (file.is_given(key) && path.empty())
-      return file.refusal(key, "is empty; name a key file, or leave it out");
+Outcome<void> check_keys(const NodeConfig& c) {
+  for (const Setting& row : kKeyRows) {
+    const std::string path = text_of(row, row.member.get(&c.keys));
+    if (row.kind == SettingKind::kPath && c.places.is_given(row.name) && path.empty())
+      return Failure{Message(row.name) + " is empty; name a key file, or leave it out"};
   }
   if (c.keys.robot_secret.empty() == c.keys.robot_public_keys.empty()) return {};
+  const SettingName& secret = kKeySettings["security.robot_secret"];
+  const SettingName& keys = kKeySettings["security.robot_public_keys"];
   const bool has_secret = !c.keys.robot_secret.empty();
-  return file.refusal({"security", has_secret ? "robot_secret" : "robot_public_keys"},
-                      std::string("signatures need both keys: name ") +
-                          (has_secret ? "robot_public_keys" : "robot_secret") + " too");
+  return Failure{Message(has_secret ? secret : keys) + " signatures need both keys: name " +
+                 (has_secret ? keys : secret) + " too"};
 }
 
-void take_fusion(ConfigFile& file, NodeConfig& c) {
-  DiffusionOptions& d = c.diffusion;
-  const ConfigFile::Real any;
-  file.take_bytes({"fusion", "memory"}, c.fusion_memory_bytes);
-  file.take({"fusion", "diffusion"}, d.mode, {"contractive", "paper", "none"});
-  file.take({"fusion", "edge"}, d.edge, {"none", "label", "similarity", "confidence"});
-  file.take({"fusion", "iterations"}, d.iterations, {0, 16});
-  file.take({"fusion", "diffusion_length_m"}, d.length_m, any);
-  file.take({"fusion", "alpha"}, d.alpha, any);
-  file.take({"fusion", "omega"}, d.omega, any);
-  file.take({"fusion", "whole_map"}, d.whole_map);
-  file.take({"fusion", "counts"}, c.counts, {"dense", "compact"});
-  file.take({"fusion", "robot_share"}, c.robot_share, ConfigFile::Real{0.01, 1.0});
-  file.take({"fusion", "work_per_tick"}, c.work_per_tick, {1000, std::int64_t{1} << 40});
-  file.take({"fusion", "near_first"}, c.near_first);
+/// The address, and whether other machines may reach it.
+Outcome<void> check_view(const NodeConfig& c) {
+  if (c.view.empty()) return {};
+  const Message view(kNodeSettings["service.view"]);
+  const Outcome<ListenAddress> address = parse_listen_address(c.view);
+  if (!address.ok()) return Failure{view + " " + address.failure().message};
+  if (address->is_loopback() || c.view_everywhere) return {};
+  return Failure{view + " " + c.view +
+                 " is open to everybody who reaches this machine; write view_everywhere = true to "
+                 "allow that, or give 127.0.0.1:8080"};
 }
 
-void take_output(ConfigFile& file, NodeConfig& c) {
-  file.take_path({"output", "global_map"}, c.global_map);
-  file.take_path({"output", "local_map"}, c.local_map);
-  file.take({"output", "keep_maps"}, c.keep_maps);
-  file.take_path({"output", "contribution"}, c.contribution);
-  file.take_path({"output", "report"}, c.report);
-  file.take_path({"output", "snapshots"}, c.snapshots);
-  file.take({"output", "snapshot_every_s"}, c.snapshot_every_s, ConfigFile::Real{0.05, 86400.0});
+Outcome<void> check_source_of_scans(const NodeConfig& c) {
+  const std::array<const SettingName*, 4> folders{
+      &kSourceSettings["--dataset"], &kSourceSettings["--pcd"], &kSourceSettings["--ply"],
+      &kSourceSettings["--depth"]};
+  const auto* const replayed =
+      std::find_if(folders.begin(), folders.end(),
+                   [&](const SettingName* name) { return c.places.is_given(*name); });
+  const bool has_folder = replayed != folders.end();
+  if (c.sensors.enabled && has_folder)
+    return Failure{Message(kSensorSettings["sensors.url"]) + " excludes [replay] " + **replayed +
+                   "; give one of them"};
+  if (c.sensors.enabled || has_folder) return {};
+  return Failure{Message(*folders[0]) +
+                 " is missing; give a folder in the KITTI layout, a folder as pcd, ply or depth, "
+                 "or a table [sensors]"};
 }
 
-void take_run(ConfigFile& file, NodeConfig& c) {
-  file.take({"run", "tick_ms"}, c.tick_ms, {1, 1000});
-  file.take({"run", "wait_for_peers"}, c.wait_for_peers, {0, 1024});
-  file.take({"run", "silence_s"}, c.silence_s, ConfigFile::Real{0.0, 86400.0});
-  file.take({"run", "quiet_s"}, c.quiet_s, ConfigFile::Real{0.0, 3600.0});
-  file.take({"run", "linger_s"}, c.linger_s, ConfigFile::Real{0.0, 86400.0});
-  file.take({"run", "duration_s"}, c.duration_s, ConfigFile::Real{0.0, 1e7});
+Outcome<void> check_vehicle(const VehicleConfig& v) {
+  if (!is_base_id(v.base_id))
+    return Failure{Message(kVehicleSettings["vehicle.base_id"]) +
+                   " is not a multiple of 32 up to 2016 (0x7e0)"};
+  if (v.sectors != 16 && v.sectors != 32)
+    return Failure{Message(kVehicleSettings["vehicle.sectors"]) + " is neither 16 nor 32"};
+  const SettingName& low = kVehicleSettings["vehicle.sector_low_m"];
+  if (v.sector_high_m >= v.sector_low_m) return {};
+  return not_allowed(kVehicleSettings["vehicle.sector_high_m"], text_of(v.sector_high_m),
+                     "metres from " + Message(low));
+}
+
+Outcome<void> check_processors(const NodeConfig& c) {
+  const auto is_none = [](std::uint32_t cpu) { return cpu >= 64; };
+  for (const auto* const cpus : {&c.mapping_cpus, &c.other_cpus}) {
+    if (std::none_of(cpus->begin(), cpus->end(), is_none)) continue;
+    const bool mapping = cpus == &c.mapping_cpus;
+    return Failure{Message(mapping ? kNodeSettings["realtime.mapping_cpus"]
+                                   : kNodeSettings["realtime.other_cpus"]) +
+                   " has a processor over 63; give 0 to 63"};
+  }
+  return {};
+}
+
+Outcome<void> check_sensors(const NodeConfig& c) {
+  const SensorsConfig& s = c.sensors;
+  if (!s.enabled) return {};
+  const Message clouds(kSensorSettings["sensors.clouds"]);
+  if (s.poses == "can" && c.vehicle.can.empty())
+    return Failure{Message(kSensorSettings["sensors.poses"]) +
+                   " \"can\" needs a bus; name [vehicle] can"};
+  if (s.clouds == "none" && !s.depth_camera)
+    return Failure{clouds + " \"none\" needs a depth_camera; name one"};
+  if (s.clouds == "raw" && s.cameras.empty())
+    return Failure{clouds + " \"raw\" needs cameras for labels; name their file"};
+  if (s.depth_camera && s.cameras.empty())
+    return Failure{Message(kSensorSettings["sensors.depth_camera"]) +
+                   " needs the file of cameras; name cameras too"};
+  return {};
+}
+
+/// What more than one key says together.
+Outcome<void> check(const NodeConfig& c) {
+  Outcome<void> done = check_publish(c);
+  if (done.ok()) done = check_keys(c);
+  if (done.ok()) done = check_mission(c);
+  if (done.ok()) done = check_excluded(c);
+  if (done.ok()) done = check_view(c);
+  if (done.ok()) done = check_source_of_scans(c);
+  if (done.ok()) done = check_vehicle(c.vehicle);
+  if (done.ok()) done = check_processors(c);
+  if (done.ok()) done = check_sensors(c);
+  return done;
 }
 
 }  // namespace
@@ -224,63 +175,22 @@ Outcome<NodeConfig> parse_node_config(std::string_view text, const std::string& 
   Outcome<ConfigFile> file = ConfigFile::parse(text, path);
   if (!file.ok()) return file.failure();
   NodeConfig config;
-  for (const auto take :
-       {take_robot, take_replay, take_sensors, take_vehicle, take_mapping, take_map, take_publish,
-        take_network, take_security, take_fusion, take_service, take_output, take_run})
-    take(*file, config);
+  config.places = file->places();
+  set_defaults(config.places, config);
+  read_tables(*file, config);
   const Outcome<void> finished = file->finish();
   if (!finished.ok()) return finished.failure();
-  const Outcome<void> keys = check_keys(*file, config);
-  if (!keys.ok()) return keys.failure();
-  const Outcome<void> mission = check_mission(*file, config);
-  if (!mission.ok()) return mission.failure();
-  const Outcome<void> excluded = check_excluded(*file, config);
-  if (!excluded.ok()) return excluded.failure();
-  const Outcome<void> view = check_view(*file, config);
-  if (!view.ok()) return view.failure();
-  const Outcome<void> sensors = check_sensors(*file, config);
-  if (!sensors.ok()) return sensors.failure();
+  const Outcome<void> checked = check(config);
+  if (!checked.ok()) return config.places.worded(checked.failure());
   config.values = file->values();
   return config;
 }
 
-namespace {
-
-constexpr std::size_t kMostConfigBytes = 1U << 20U;
-
-}  // namespace
-
 Outcome<NodeConfig> read_node_config(const std::string& path) {
-  const Outcome<std::string> text = read_text_file(path, kMostConfigBytes);
+  constexpr std::size_t kMostBytes = 1U << 20U;
+  const Outcome<std::string> text = read_text_file(path, kMostBytes);
   if (!text.ok()) return text.failure();
   return parse_node_config(*text, path);
-}
-
-Failure in_words_of_config(const Failure& failure, const std::string& path) {
-  std::string message = failure.message;
-  const ConfigKey* first = nullptr;
-  std::size_t first_at = std::string::npos;
-  for (const OptionName& name : kOptionNames) {
-    std::size_t at = message.find(name.option);
-    const auto ends = [&] {
-      const std::size_t end = at + name.option.size();
-      return end == message.size() ||
-             (message[end] != '-' && std::isalpha(static_cast<unsigned char>(message[end])) == 0);
-    };
-    while (at != std::string::npos && !ends()) at = message.find(name.option, at + 1);
-    if (at == std::string::npos) continue;
-    if (at < first_at) {
-      first = &name.key;
-      first_at = at;
-    }
-    message.replace(at, name.option.size(), name.key.name);
-  }
-  if (first == nullptr) return failure;
-  const Outcome<std::string> text = read_text_file(path, kMostConfigBytes);
-  if (!text.ok()) return {path + ": " + message, failure.kind};
-  const Outcome<ConfigFile> file = ConfigFile::parse(*text, path);
-  if (!file.ok()) return {path + ": " + message, failure.kind};
-  return {file->refusal(*first, message).message, failure.kind};
 }
 
 }  // namespace tessera

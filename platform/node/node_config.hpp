@@ -16,14 +16,13 @@
 #include "link/sensor_link.hpp"
 #include "node/query_port.hpp"
 #include "node/robot_state.hpp"
+#include "settings/config_file.hpp"
 #include "settings/map_options.hpp"
 #include "settings/sharing_setup.hpp"
 #include "vehicle/bus_table.hpp"
 #include "vehicle/pose_guard.hpp"
 
 namespace tessera {
-
-class ConfigFile;
 
 /// [sensors]: sources of scans and poses, unless they are replayed.
 struct SensorsConfig {
@@ -56,6 +55,7 @@ struct VehicleConfig {
   double sector_low_m = -1.0;
   double sector_high_m = 1.0;
   double own_radius_m = 0.0;
+  double pose_timeout_ms = 200.0;
   PoseGuardConfig guard{};
 };
 
@@ -67,6 +67,7 @@ struct NodeConfig : SharingOptions {
   EarlierEpochs earlier = EarlierEpochs::kKeep;
   std::string T_global_map;  ///< File; empty: as in the dataset, else the identity.
   // [replay], [map]; not all of MapOptions is for a node.
+  static constexpr std::size_t kMapMemoryBytes = std::size_t{192} << 20U;
   MapOptions map;
   double rate_hz = 10.0;  ///< 0: as fast as possible.
   bool loop = false;
@@ -111,26 +112,13 @@ struct NodeConfig : SharingOptions {
   double duration_s = 0.0;  ///< 0: no limit.
 
   Json values;  ///< All values, by table and key.
+  ConfigPlaces places;
 };
 
-/// The tables of sensors, vehicle and service.
-void take_replay(ConfigFile& file, NodeConfig& config);
-void take_sensors(ConfigFile& file, NodeConfig& config);
-void take_vehicle(ConfigFile& file, NodeConfig& config);
-void take_service(ConfigFile& file, NodeConfig& config);
-/// Checks the address, and whether other machines may reach it.
-Outcome<void> check_view(const ConfigFile& file, const NodeConfig& config);
-/// Checks that the tables are consistent.
-Outcome<void> check_sensors(const ConfigFile& file, const NodeConfig& config);
-
 /// Fails with kUsage, naming the line and what to write instead, iff the file is missing or differs
-/// from docs/reference/node.md in any way. set_up_robot checks the ranges of the settings of map
-/// and diffusion.
+/// from docs/reference/node.md in any way. set_up_robot() checks what settings of the map and of
+/// the diffusion say together.
 Outcome<NodeConfig> read_node_config(const std::string& path);
 Outcome<NodeConfig> parse_node_config(std::string_view text, const std::string& path);
-
-/// "path, line n: [map] max_range_m -1 is not allowed; ..." for a failure that names an option of
-/// "map" or "fuse" (--max-range).
-Failure in_words_of_config(const Failure& failure, const std::string& path);
 
 }  // namespace tessera

@@ -28,12 +28,12 @@ Outcome<DatasetClasses> classes_of(const SensorsConfig& sensors) {
 
 }  // namespace
 
-Outcome<void> Node::open_inputs(const std::string& path) {
+Outcome<void> Node::open_inputs() {
   if (config_.sensors.enabled) return open_sensors();
   const Outcome<void> given = check_source(config_.map);
-  if (!given.ok()) return in_words_of_config(given.failure(), path);
+  if (!given.ok()) return given.failure();
   Outcome<OpenedScans> opened = open_scans(config_.map);
-  if (!opened.ok()) return in_words_of_config(opened.failure(), path);
+  if (!opened.ok()) return opened.failure();
   recorded_ = std::move(*opened);
   classes_ = recorded_.scans->classes();
   return {};

@@ -66,7 +66,7 @@ void Node::save_local_map() {
   if (!saved.ok()) {
     failed_saves_.fetch_add(1, std::memory_order_relaxed);
     // This thread writes the log, so the text stays valid until it is written.
-    save_failure_ = "the map could not be saved: " + saved.failure().message;
+    save_failure_ = "the map could not be saved: " + saved.failure().text(Speaker::kFile);
     log_.say(LogLevel::kError, MonotonicClock::now_us(), save_failure_.c_str());
   } else {
     saves_.fetch_add(1, std::memory_order_relaxed);
@@ -117,7 +117,7 @@ void Node::keep_before_clear(std::int64_t now_us) {
     keep_due_us_ = MonotonicClock::now_us() + kTryAgain_us;
     keep_text_ =
         "the map is not cleared, and mapping is paused, as the map cannot be saved first: " +
-        kept.failure().message + "; the next try is in 10 s";
+        kept.failure().text(Speaker::kFile) + "; the next try is in 10 s";
     log_.say_change(LogLevel::kError, MonotonicClock::now_us(), keep_text_.c_str());
   }
   mapping_->pause(kPausedToSave, false);

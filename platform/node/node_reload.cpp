@@ -29,7 +29,7 @@ std::string changed_keys(const Json& before, const Json& after) {
 }  // namespace
 
 Outcome<void> Node::read_again() {
-  const Outcome<NodeConfig> next = read_node_config(path_);
+  const Outcome<NodeConfig> next = read_node_config(config_.places.path());
   if (!next.ok()) return next.failure();
   Outcome<FleetKeys> keys = FleetKeys::read(config_.keys, config_.robot);
   if (!keys.ok()) return keys.failure();
@@ -47,7 +47,7 @@ void Node::reload() {
   const std::int64_t now_us = MonotonicClock::now_us();
   const Outcome<void> read = read_again();
   if (!read.ok()) {
-    reload_failure_ = "nothing was reloaded: " + read.failure().message;
+    reload_failure_ = "nothing was reloaded: " + read.failure().text(Speaker::kFile);
     log_.say_change(LogLevel::kError, now_us, reload_failure_.c_str());
   } else {
     log_.say_change(LogLevel::kInfo, now_us,

@@ -7,10 +7,13 @@
 #include "base/allocation_counter.hpp"
 #include "base/monotonic_clock.hpp"
 #include "base/outputs.hpp"
+#include "link/key_settings.hpp"
 #include "link/session.hpp"
 #include "node/kept_maps.hpp"
 #include "node/node.hpp"
+#include "node/node_settings.hpp"
 #include "node/published_map.hpp"
+#include "node/sensor_settings.hpp"
 #include "node/thread_roles.hpp"
 #include "tessera/map/queries.hpp"
 
@@ -30,37 +33,38 @@ std::size_t later_bytes(const NodeConfig& config) {
 
 }  // namespace
 
-Outcome<std::unique_ptr<Node>> Node::make(const NodeConfig& config, const std::string& path) {
-  std::unique_ptr<Node> node(new Node(config, path));
+Outcome<std::unique_ptr<Node>> Node::make(const NodeConfig& config) {
+  std::unique_ptr<Node> node(new Node(config));
   node->run_.made_us = MonotonicClock::now_us();
-  const Outcome<void> done = node->set_up(path);
-  if (!done.ok()) return done.failure();
+  const Outcome<void> done = node->set_up();
+  if (!done.ok()) return config.places.worded(done.failure());
   return node;
 }
 
-Outcome<void> Node::check(const NodeConfig& config, const std::string& path) {
-  return Node(config, path).check_all(path);
+Outcome<void> Node::check(const NodeConfig& config) {
+  const Outcome<void> checked = Node(config).check_all();
+  return checked.ok() ? checked : config.places.worded(checked.failure());
 }
 
-Outcome<void> Node::check_all(const std::string& path) {
-  const Outcome<void> inputs = open_inputs(path);
+Outcome<void> Node::check_all() {
+  const Outcome<void> inputs = open_inputs();
   if (!inputs.ok()) return inputs.failure();
-  const Outcome<void> places = check_places(path);
-  if (!places.ok()) return {in_words_of_config(places.failure(), path)};
+  const Outcome<void> places = check_places();
+  if (!places.ok()) return places.failure();
   const Outcome<RobotSetup> trial = set_up_robot(config_, scan_sizes(), 1);
-  if (!trial.ok()) return {in_words_of_config(trial.failure(), path)};
+  if (!trial.ok()) return trial.failure();
   setup_ = *trial;
   const Outcome<void> urls = check_urls();
   if (!urls.ok()) return urls.failure();
   const Outcome<void> registrar = make_registrar();
   if (!registrar.ok()) return registrar.failure();
-  const Outcome<void> sectors = check_sectors(path);
+  const Outcome<void> sectors = check_sectors();
   if (!sectors.ok()) return sectors.failure();
   return read_keys();
 }
 
 /// Checked with the smallest map with these voxels, as the robot's own is made later.
-Outcome<void> Node::check_sectors(const std::string& path) const {
+Outcome<void> Node::check_sectors() const {
   if (config_.vehicle.can.empty()) return {};
   MapConfig config = setup_.robot.map;
   config.storage_bytes = 4 * SlabPool::kPageBytes;
@@ -73,51 +77,50 @@ Outcome<void> Node::check_sectors(const std::string& path) const {
   if (!room.ok()) return room.failure();
   Arena sectors_arena(room->span());
   if (ObstacleSectors::make(sectors_of(config_.vehicle), *map, sectors_arena).ok()) return {};
-  return Failure{path +
-                 ": [vehicle] sector_range_m, own_radius_m, sector_low_m or sector_high_m is more "
-                 "than 4096 voxels of [map] resolution_m; give less, or larger voxels"};
+  return Failure{Message(kVehicleSettings["vehicle.sector_range_m"]) +
+                 ", own_radius_m, sector_low_m or sector_high_m is more than 4096 voxels of [map] "
+                 "resolution_m; give less, or larger voxels"};
 }
 
 /// Checks what the ports would refuse when they are opened.
 Outcome<void> Node::check_urls() const {
   struct Named {
-    const char* key;
+    const SettingName& key;
     const std::string& text;
     bool used;
+    const char* local = nullptr;  ///< Why nothing may leave this machine.
   };
-  const Named urls[] = {{"[network] url", config_.link.url, true},
-                        {"[sensors] url", config_.sensors.url, config_.sensors.enabled},
-                        {"[service] url", config_.query_url, config_.queries}};
+  const Named urls[] = {{kNodeSettings["network.url"], config_.link.url, true},
+                        {kSensorSettings["sensors.url"], config_.sensors.url,
+                         config_.sensors.enabled, "long messages must stay on this machine"},
+                        {kNodeSettings["service.url"], config_.query_url, config_.queries,
+                         "queries are not authenticated, so they must stay on this machine"}};
   for (const Named& named : urls) {
     if (!named.used) continue;
     const Outcome<UdpmUrl> url = UdpmUrl::parse(named.text);
-    if (!url.ok()) return Failure{std::string(named.key) + ": " + url.failure().message};
-    if (&named.text == &config_.sensors.url && url->ttl != 0)
-      return Failure{"[sensors] url: long messages must stay on this machine; write ttl=0"};
-    if (&named.text == &config_.query_url && url->ttl != 0)
-      return Failure{
-          "[service] url: queries are not authenticated, so they must stay on this machine; write "
-          "ttl=0"};
+    if (!url.ok()) return Failure{Message(named.key) + " " + url.failure().message};
+    if (named.local != nullptr && url->ttl != 0)
+      return Failure{Message(named.key) + " " + named.local + "; write ttl=0"};
   }
   return {};
 }
 
-Outcome<void> Node::check_places(const std::string& path) const {
+Outcome<void> Node::check_places() const {
   std::vector<NamedFile> inputs = {
-      {"--config", path},
-      {"[security] fleet_key", config_.keys.fleet_key},
-      {"[security] robot_secret", config_.keys.robot_secret},
-      {"[security] robot_public_keys", config_.keys.robot_public_keys},
-      {"[robot] T_global_map", config_.T_global_map},
-      {"[map] archive",
+      {"--config", config_.places.path()},
+      {kKeySettings["security.fleet_key"], config_.keys.fleet_key},
+      {kKeySettings["security.robot_secret"], config_.keys.robot_secret},
+      {kKeySettings["security.robot_public_keys"], config_.keys.robot_public_keys},
+      {kNodeSettings["robot.T_global_map"], config_.T_global_map},
+      {kMapSettings["--archive"],
        config_.map.archive.empty() ? std::string() : archive_path(config_.map.archive)}};
   const Outcome<std::vector<NamedFile>> clouds = cloud_files(config_.map);
   if (!clouds.ok()) return clouds.failure();
   inputs.insert(inputs.end(), clouds->begin(), clouds->end());
-  return check_outputs({{"[output] global_map", config_.global_map},
-                        {"[output] local_map", config_.local_map},
-                        {"[output] contribution", config_.contribution},
-                        {"[output] report", config_.report}},
+  return check_outputs({{kNodeSettings["output.global_map"], config_.global_map},
+                        {kNodeSettings["output.local_map"], config_.local_map},
+                        {kNodeSettings["output.contribution"], config_.contribution},
+                        {kNodeSettings["output.report"], config_.report}},
                        inputs, dataset_folder(config_.map));
 }
 
@@ -163,23 +166,23 @@ Outcome<void> Node::begin_state() {
 }
 
 /// An archive of an earlier start is one that did not end in order.
-Outcome<void> Node::open_archive(const std::string& path) {
+Outcome<void> Node::open_archive() {
   const std::string& folder = config_.map.archive;
   if (folder.empty()) return {};
   const Outcome<std::string> kept = config_.keep_maps ? keep_earlier_archive(archive_path(folder))
                                                       : Outcome<std::string>(std::string());
-  if (!kept.ok()) return in_words_of_config(kept.failure(), path);
+  if (!kept.ok()) return kept.failure();
   if (!kept->empty()) run_.kept_maps.push_back(*kept);
   Outcome<HeldArchive> archive = HeldArchive::make(folder, setup_.map, identity_of(MapKind::kLocal),
                                                    nullptr, robot_->mapper());
-  if (!archive.ok()) return in_words_of_config(archive.failure(), path);
+  if (!archive.ok()) return archive.failure();
   archive_.emplace(std::move(*archive));
   return {};
 }
 
-Outcome<void> Node::set_up(const std::string& path) {
+Outcome<void> Node::set_up() {
   // All checks are made before the start is counted.
-  const Outcome<void> checked = check_all(path);
+  const Outcome<void> checked = check_all();
   if (!checked.ok()) return checked.failure();
   const Outcome<void> snapshots = make_snapshot_folder();
   if (!snapshots.ok()) return snapshots.failure();
@@ -207,7 +210,7 @@ Outcome<void> Node::set_up(const std::string& path) {
   Outcome<HeldRobot> robot = make_robot(setup_.robot, classes(), keys_->keys(), clock);
   if (!robot.ok()) return robot.failure();
   robot_ = std::move(*robot);
-  const Outcome<void> archive = open_archive(path);
+  const Outcome<void> archive = open_archive();
   if (!archive.ok()) return archive.failure();
   for (const RobotFloor& heard : state_->floors())
     robot_->exchange().set_floor_of(heard.robot, heard.floor);

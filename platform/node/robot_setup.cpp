@@ -30,7 +30,8 @@ Outcome<std::uint32_t> set_up_archive(const NodeConfig& config, int num_componen
                                       MapSetup& setup) {
   if (!setup.window) return 0U;
   if (config.map.archive.empty())
-    return Failure{"--window needs --archive, as other robots have what leaves it; give both"};
+    return Failure{Message(kMapSettings["--window"]) + " needs " + kMapSettings["--archive"] +
+                   ", as other robots have what leaves it; give both"};
   const std::size_t blocks = archive_blocks(setup, nullptr);
   setup.archive_bytes = ArchiveFile::required_bytes(setup.map, num_components, blocks) +
                         EvictionQueue::required_bytes(blocks);

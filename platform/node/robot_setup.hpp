@@ -23,9 +23,8 @@ struct ScanSizes {
   int num_components = 0;  ///< Components of the class table.
 };
 
-/// epoch: of this start. Fails with kUsage iff a setting of the
-/// map or the diffusion is out of its range, the frame is invalid, or a budget of memory holds no
-/// map; messages name options of "map" and "fuse" (in_words_of_config).
+/// epoch: of this start. Fails with kUsage iff settings of the map or the diffusion contradict each
+/// other, the frame is invalid, or a budget of memory holds no map.
 Outcome<RobotSetup> set_up_robot(const NodeConfig& config, const ScanSizes& scans,
                                  std::uint32_t epoch);
 

@@ -24,6 +24,9 @@ enum class EarlierEpochs : std::uint8_t {
   kKeep,  ///< The newest one still counts where the new one has no evidence.
   kDrop,  ///< None of them counts.
 };
+constexpr const char* to_string(EarlierEpochs earlier) noexcept {
+  return earlier == EarlierEpochs::kDrop ? "drop" : "keep";
+}
 
 /// For the process that has the robot's lock, and for one of its threads. Calls that change
 /// something write the file and wait until it is durable, so not for a real-time thread. If that

@@ -2,61 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "errors.hpp"
 
-#include <array>
-#include <cstdint>
 #include <exception>
-#include <string_view>
-#include <utility>
 
 namespace tessera::python {
 
 namespace {
-
-/// Options whose argument in Python has another name: most have a unit.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 11> kRenamed{{
-    {"resolution", "resolution_m"},
-    {"kernel-length", "kernel_length_m"},
-    {"max-range", "max_range_m"},
-    {"min-range", "min_range_m"},
-    {"downsample", "downsample_m"},
-    {"deadline", "deadline_ms"},
-    {"window", "window_m"},
-    {"memory", "memory_bytes"},
-    {"fusion-memory", "fusion_memory_bytes"},
-    {"diffusion-length", "diffusion_length_m"},
-    {"transform", "transforms"},
-}};
-
-/// Remedies that differ in Python.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 2> kReworded{{
-    {"bytes, or a number with K, M or G", "bytes, at most 10^15"},
-    {", or off", ", or 0 for none"},
-}};
-
-/// Replaces "give at least 3M" by the number for Python.
-void spell_out_mebibytes(std::string& words) {
-  constexpr std::string_view kBefore = "give at least ";
-  const std::size_t found = words.find(kBefore);
-  if (found == std::string::npos) return;
-  const std::size_t first = found + kBefore.size();
-  const std::size_t end = words.find_first_not_of("0123456789", first);
-  if (end == std::string::npos || end == first || words[end] != 'M') return;
-  const std::uint64_t bytes = std::stoull(words.substr(first, end - first)) << 20U;
-  words.replace(first, end + 1 - first, std::to_string(bytes) + " bytes");
-}
-
-std::string argument_of(std::string_view option) {
-  for (const auto& [name, argument] : kRenamed) {
-    if (option == name) return std::string(argument);
-  }
-  std::string argument(option);
-  for (char& letter : argument) {
-    if (letter == '-') letter = '_';
-  }
-  return argument;
-}
-
-bool is_of_option(char letter) { return (letter >= 'a' && letter <= 'z') || letter == '-'; }
 
 PyObject* new_exception(py::module_& module, const char* name, const char* text,
                         const py::tuple& bases) {
@@ -93,32 +43,8 @@ void add_errors(py::module_& module) {
   });
 }
 
-std::string in_words_of_python(const std::string& message) {
-  std::string words;
-  std::size_t at = 0;
-  // A quoted command keeps its options.
-  const std::size_t command = message.find("tessera key ");
-  while (at < message.size()) {
-    const bool at_word = at < command && (at == 0 || message[at - 1] == ' ');
-    if (!at_word || message.compare(at, 2, "--") != 0) {
-      words += message[at++];
-      continue;
-    }
-    std::size_t end = at + 2;
-    while (end < message.size() && is_of_option(message[end])) ++end;
-    words += argument_of(std::string_view(message).substr(at + 2, end - at - 2));
-    at = end;
-  }
-  spell_out_mebibytes(words);
-  for (const auto& [said, meant] : kReworded) {
-    if (const std::size_t found = words.find(said); found != std::string::npos)
-      words.replace(found, said.size(), meant);
-  }
-  return words;
-}
-
 void raise(const Failure& failure) {
-  const std::string message = in_words_of_python(failure.message);
+  const std::string message = failure.text(Speaker::kPython);
   if (failure.kind == FailureKind::kUsage) throw InputError(message);
   throw WorkError(message);
 }

@@ -28,9 +28,6 @@ class WorkError : public std::runtime_error {
 /// Adds both to the module.
 void add_errors(py::module_& module);
 
-/// The message of a failure with the names of arguments in Python: resolution_m for --resolution.
-[[nodiscard]] std::string in_words_of_python(const std::string& message);
-
 [[noreturn]] void raise(const Failure& failure);
 /// TypeError.
 [[noreturn]] void raise_type(const std::string& message);

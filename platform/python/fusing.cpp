@@ -14,6 +14,7 @@
 #include "arrays.hpp"
 #include "held_map.hpp"
 #include "maps/fusion_run.hpp"
+#include "settings.hpp"
 
 namespace tessera::python {
 
@@ -72,8 +73,7 @@ Inputs gather(const std::vector<Given>& maps) {
 /// Everything except warnings, which need the GIL.
 Outcome<std::shared_ptr<FusedMap>> run(const Inputs& given,
                                        const std::vector<std::optional<Matrix34d>>& transforms,
-                                       const FuseOptions& options,
-                                       std::vector<std::string>& warnings) {
+                                       const FuseOptions& options, std::vector<Message>& warnings) {
   std::vector<std::unique_lock<std::shared_mutex>> alone;
   for (Gate* const gate : given.gates) alone.emplace_back(gate->mutex);
   std::vector<FuseInput> gathered;
@@ -102,9 +102,8 @@ Outcome<std::shared_ptr<FusedMap>> run(const Inputs& given,
   if (!fused.ok()) return fused.failure();
   fusion->measure();
   fusion->run().pairs = std::move(pairs);
-  for (std::string& loss : losses_of(fusion->run())) warnings.push_back(std::move(loss));
-  const Outcome<std::optional<std::size_t>> budget_bytes = memory_of(options);
-  const Json config = to_json(options, fusion->run().config, *budget_bytes);
+  for (Message& loss : losses_of(fusion->run())) warnings.push_back(std::move(loss));
+  const Json config = to_json(options, fusion->run().config);
   MapIdentity identity{.kind = MapKind::kGlobal};
   const Outcome<void> recorded = record_settings(record_of(*inputs, config), identity);
   if (!recorded.ok()) return recorded.failure();
@@ -114,19 +113,15 @@ Outcome<std::shared_ptr<FusedMap>> run(const Inputs& given,
 
 std::shared_ptr<FusedMap> fuse(
     const std::vector<Given>& maps,
-    const std::optional<std::vector<std::optional<PoseArray>>>& transforms,
-    const DiffusionArguments& diffusion, const std::optional<std::string>& counts,
-    const std::optional<std::size_t>& memory_bytes) {
+    const std::optional<std::vector<std::optional<PoseArray>>>& transforms, py::dict settings) {
   check(check_number_of_maps(maps.size()));
   if (transforms && transforms->size() != maps.size())
     throw InputError("transforms has " + std::to_string(transforms->size()) + " transforms for " +
                      std::to_string(maps.size()) + " maps; give one for each, or None");
   FuseOptions options;
-  options.diffusion = options_of(diffusion);
-  if (counts && *counts != "dense" && *counts != "compact")
-    throw InputError("counts " + one_line(*counts) + " is not allowed; give dense or compact");
-  options.counts = counts.value_or("");
-  if (memory_bytes) options.memory = std::to_string(*memory_bytes);
+  take_settings(settings, kDiffusionSettings, options.diffusion);
+  take_settings(settings, kFuseSettings, options);
+  refuse_others(settings, "fuse");
   std::vector<std::optional<Matrix34d>> T_global_map;
   for (const auto& transform : transforms.value_or(std::vector<std::optional<PoseArray>>{})) {
     T_global_map.emplace_back();
@@ -134,7 +129,7 @@ std::shared_ptr<FusedMap> fuse(
   }
   const Inputs inputs = gather(maps);
   options.maps = inputs.names;
-  std::vector<std::string> warnings;
+  std::vector<Message> warnings;
   Outcome<std::shared_ptr<FusedMap>> fused = [&] {
     const py::gil_scoped_release released;
     return run(inputs, T_global_map, options, warnings);
@@ -143,73 +138,46 @@ std::shared_ptr<FusedMap> fuse(
   return value_of(std::move(fused));
 }
 
-}  // namespace
-
-py::object dict_of(const Json& json) {
-  return py::module_::import("json").attr("loads")(json.dump());
-}
-
-void warn_of(const std::vector<std::string>& warnings) {
-  for (const std::string& warning : warnings) {
-    if (PyErr_WarnEx(PyExc_UserWarning, in_words_of_python(warning).c_str(), 1) != 0)
-      throw py::error_already_set();
-  }
-}
-
-DiffusionOptions options_of(const DiffusionArguments& given) {
-  for (const char* const mode : {"contractive", "paper", "none"}) {
-    if (given.diffusion != mode) continue;
-    for (const char* const edge : {"none", "label", "similarity", "confidence"}) {
-      if (given.edge != edge) continue;
-      DiffusionOptions o;
-      o.mode = mode;
-      o.edge = edge;
-      o.iterations = given.iterations;
-      o.length_m = given.diffusion_length_m;
-      o.alpha = given.alpha;
-      o.omega = given.omega;
-      o.whole_map = given.whole_map;
-      return o;
-    }
-    throw InputError("edge " + one_line(given.edge) +
-                     " is not allowed; give none, label, similarity or confidence");
-  }
-  throw InputError("diffusion " + one_line(given.diffusion) +
-                   " is not allowed; give contractive, paper or none");
-}
-
-void add_fusing(py::module_& module) {
-  const DiffusionOptions by_default;
-  py::class_<FusedMap, HeldMap, std::shared_ptr<FusedMap>>(module, "FusedMap",
-                                                           "A global map that fuse() made.")
-      .def_property_readonly("report", &FusedMap::report,
-                             "The report of `tessera fuse`, as a dictionary.");
-  module.def(
-      "fuse",
-      [](const std::vector<Given>& maps,
-         const std::optional<std::vector<std::optional<PoseArray>>>& transforms,
-         std::string diffusion, std::string edge, std::optional<int> iterations,
-         std::optional<double> diffusion_length_m, double alpha, double omega, bool whole_map,
-         const std::optional<std::string>& counts, const std::optional<std::size_t>& memory_bytes) {
-        return fuse(maps, transforms,
-                    {std::move(diffusion), std::move(edge), iterations, diffusion_length_m, alpha,
-                     omega, whole_map},
-                    counts, memory_bytes);
-      },
-      py::arg("maps"), py::arg("transforms") = py::none(), py::kw_only(),
-      py::arg("diffusion") = by_default.mode, py::arg("edge") = by_default.edge,
-      py::arg("iterations") = py::none(), py::arg("diffusion_length_m") = py::none(),
-      py::arg("alpha") = by_default.alpha, py::arg("omega") = by_default.omega,
-      py::arg("whole_map") = by_default.whole_map, py::arg("counts") = py::none(),
-      py::arg("memory_bytes") = py::none(),
-      R"(Fuses local maps, or files of them, into one global map by label diffusion, as `tessera fuse`.
+constexpr const char* kFuse =
+    R"(Fuses local maps, or files of them, into one global map by label diffusion, as `tessera fuse`.
 
 transforms: for each map T_global_map (4, 4), or None for that in the map, else the identity. None for
 iterations and diffusion_length_m: 8 and two voxels, in paper mode 2 and three. memory_bytes: None:
 what the maps need. Issues a UserWarning about doubtful inputs. Raises InputError iff a map is a global
 one, named twice, or does not match the others, a file cannot be read, or a value is out of its range;
 TypeError iff one is of another type; Error iff the system does not give the memory, or the global map
-refuses a block. Other threads that read or write the maps wait meanwhile.)");
+refuses a block. Other threads that read or write the maps wait meanwhile.)";
+
+}  // namespace
+
+py::object dict_of(const Json& json) {
+  return py::module_::import("json").attr("loads")(json.dump());
+}
+
+void warn_of(const std::vector<Message>& warnings) {
+  for (const Message& warning : warnings) {
+    if (PyErr_WarnEx(PyExc_UserWarning, warning.text(Speaker::kPython).c_str(), 1) != 0)
+      throw py::error_already_set();
+  }
+}
+
+void add_fusing(py::module_& module) {
+  const FuseOptions by_default;
+  const std::string text = "fuse(maps: list, transforms: list | None = None, *, " +
+                           arguments_text(kDiffusionRows, &by_default.diffusion) + ", " +
+                           arguments_text(kFuseRows, &by_default) + ") -> FusedMap\n\n" + kFuse;
+  py::class_<FusedMap, HeldMap, std::shared_ptr<FusedMap>>(module, "FusedMap",
+                                                           "A global map that fuse() made.")
+      .def_property_readonly("report", &FusedMap::report,
+                             "The report of `tessera fuse`, as a dictionary.");
+  py::options docstrings;
+  docstrings.disable_function_signatures();
+  module.def(
+      "fuse",
+      [](const std::vector<Given>& maps,
+         const std::optional<std::vector<std::optional<PoseArray>>>& transforms,
+         const py::kwargs& settings) { return fuse(maps, transforms, settings); },
+      py::arg("maps"), py::arg("transforms") = py::none(), text.c_str());
 }
 
 }  // namespace tessera::python

@@ -95,11 +95,9 @@ std::shared_ptr<HeldLocalMap> HeldLocalMap::load(const std::string& path, MapOpt
     throw InputError(path + " is a global map; give a robot's local map, or use tessera.load");
   if (classes && !(classes->table == header.classes))
     throw InputError(path + " has other classes than those given; leave classes out");
-  options.resolution_m = header.config.resolution_m;
+  options.resolution_m = header.config.resolution_m;  // for what depends on it
   MapSetup setup = value_of(set_up(options));
   setup.map = header.config;
-  setup.max_evidence = static_cast<double>(header.config.max_evidence);
-  setup.free_weight = static_cast<double>(header.config.free_weight);
   auto parts = make_parts(options, setup, classes.value_or(Classes{header.classes, nullptr}),
                           header.identity, max_points);
   const bool whole = [&] {
@@ -107,10 +105,9 @@ std::shared_ptr<HeldLocalMap> HeldLocalMap::load(const std::string& path, MapOpt
     return value_of(load_into(path, parts.stored->map));
   }();
   if (!whole) {
-    const std::size_t enough =
-        budget_for_storage(setup, max_points, header.config.storage_bytes) / kMiB;
-    throw InputError("memory_bytes " + options.memory + " is too small for the map " + path +
-                     "; give at least " + std::to_string(enough) + " << 20");
+    const std::size_t enough = budget_for_storage(setup, max_points, header.config.storage_bytes);
+    raise({Message(kMapSettings["--memory"]) + " " + bytes_text(options.memory_bytes) +
+           " is too small for the map " + path + "; give at least " + bytes_text(enough)});
   }
   return std::shared_ptr<HeldLocalMap>(new HeldLocalMap(std::move(parts)));
 }

@@ -83,21 +83,4 @@ std::vector<std::string> HeldSharer::tick(std::int64_t now_us) {
   return datagrams;
 }
 
-KeyFiles key_files_of(const std::optional<std::filesystem::path>& fleet_key,
-                      const std::optional<std::filesystem::path>& robot_secret,
-                      const std::optional<std::filesystem::path>& robot_public_keys,
-                      const std::optional<std::string>& mission) {
-  const auto name_of = [](const std::optional<std::filesystem::path>& path, const char* argument) {
-    if (path && path->empty())
-      throw InputError(std::string(argument) + " is empty; name a key file, or give None");
-    return path ? path->string() : std::string();
-  };
-  if (mission && mission->empty())
-    throw InputError("mission is empty; name one of 1 to 64 bytes, or give None");
-  return {.fleet_key = name_of(fleet_key, "fleet_key"),
-          .robot_secret = name_of(robot_secret, "robot_secret"),
-          .robot_public_keys = name_of(robot_public_keys, "robot_public_keys"),
-          .mission = mission.value_or("")};
-}
-
 }  // namespace tessera::python

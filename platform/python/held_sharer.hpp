@@ -61,12 +61,6 @@ class HeldSharer {
   std::uint64_t scans_seen_ = 0;
 };
 
-/// Raises InputError iff a path or the name is empty.
-[[nodiscard]] KeyFiles key_files_of(const std::optional<std::filesystem::path>& fleet_key,
-                                    const std::optional<std::filesystem::path>& robot_secret,
-                                    const std::optional<std::filesystem::path>& robot_public_keys,
-                                    const std::optional<std::string>& mission);
-
 void add_sharer(py::module_& module);
 
 }  // namespace tessera::python

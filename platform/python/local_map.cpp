@@ -9,13 +9,11 @@
 #include "arrays.hpp"
 #include "fusing.hpp"
 #include "held_map.hpp"
-#include "map_arguments.hpp"
+#include "settings.hpp"
 
 namespace tessera::python {
 
 namespace {
-
-using Folder = std::optional<std::filesystem::path>;
 
 /// Before anything is integrated: if warnings are errors, the map is unchanged.
 void warn_of_sampling(std::size_t points, std::size_t most) {
@@ -96,85 +94,86 @@ layout of points or weights is unusable, the pose is not rigid or outside of the
 given and not known. The map is then unchanged.
 The GIL is released; the arrays must not be written to meanwhile.)";
 
-}  // namespace
+/// For an argument max_points.
+std::size_t points_of(const std::optional<std::size_t>& given) {
+  return given.value_or(ScanCapacity{}.points);
+}
 
-void add_local_map(py::module_& module) {
-  const MapOptions by_default;
-  py::class_<HeldLocalMap, HeldMap, std::shared_ptr<HeldLocalMap>>(
-      module, "LocalMap", R"(The map of one robot, made of its scans.
+std::shared_ptr<HeldLocalMap> make(const std::optional<Classes>& classes,
+                                   const std::optional<PoseArray>& T_global_map,
+                                   const std::optional<std::size_t>& max_points,
+                                   py::dict settings) {
+  MapOptions options;
+  take_settings(settings, kMapSettings, options);
+  refuse_others(settings, "LocalMap");
+  std::optional<Matrix34d> T;
+  if (T_global_map) T = pose_of(T_global_map, "T_global_map");
+  return HeldLocalMap::make(options, given_classes(classes), T, points_of(max_points));
+}
 
-Arguments are the options of `tessera map`, with the same defaults; docs/reference/python.md
-has them all.)")
-      .def(py::init([](const std::optional<Classes>& classes, std::optional<double> resolution_m,
-                       std::size_t memory_bytes, std::string inference,
-                       std::optional<double> kernel_length_m, std::optional<double> prior,
-                       double max_range_m, double min_range_m, std::optional<double> downsample_m,
-                       std::optional<std::string> thinning_weight, bool free_space,
-                       std::optional<std::string> counts, double min_weight,
-                       std::optional<double> max_evidence, std::optional<double> free_weight,
-                       std::uint64_t work_budget, double deadline_ms,
-                       std::optional<double> window_m, const Folder& archive, std::uint32_t robot,
-                       const std::optional<PoseArray>& T_global_map, std::size_t max_points) {
-             const MapOptions options = options_of(
-                 {resolution_m, prior, max_evidence, free_weight, std::move(counts), robot},
-                 {memory_bytes, std::move(inference), kernel_length_m, max_range_m, min_range_m,
-                  downsample_m, std::move(thinning_weight), free_space, min_weight, work_budget,
-                  deadline_ms, window_m, archive});
-             std::optional<Matrix34d> T;
-             if (T_global_map) T = pose_of(T_global_map, "T_global_map");
-             return HeldLocalMap::make(options, given_classes(classes), T, max_points);
-           }),
-           py::arg("classes") = py::none(), py::kw_only(), py::arg("resolution_m") = py::none(),
-           py::arg("memory_bytes") = std::size_t{512} << 20U,
-           py::arg("inference") = by_default.inference, py::arg("kernel_length_m") = py::none(),
-           py::arg("prior") = py::none(), py::arg("max_range_m") = by_default.max_range_m,
-           py::arg("min_range_m") = by_default.min_range_m, py::arg("downsample_m") = py::none(),
-           py::arg("thinning_weight") = py::none(), py::arg("free_space") = true,
-           py::arg("counts") = py::none(), py::arg("min_weight") = by_default.min_weight,
-           py::arg("max_evidence") = py::none(), py::arg("free_weight") = py::none(),
-           py::arg("work_budget") = by_default.work_budget,
-           py::arg("deadline_ms") = by_default.deadline_ms, py::arg("window_m") = py::none(),
-           py::arg("archive") = py::none(), py::arg("robot") = 0,
-           py::arg("T_global_map") = py::none(),
-           py::arg("max_points") = std::size_t{ScanCapacity{}.points},
-           R"(An empty map that never uses more than memory_bytes.
+std::shared_ptr<HeldLocalMap> load(const std::filesystem::path& path,
+                                   const std::optional<Classes>& classes,
+                                   const std::optional<std::size_t>& max_points,
+                                   py::dict settings) {
+  MapOptions options;
+  take_settings(settings, kMapSettings, options, false);
+  refuse_others(settings, "LocalMap.load");
+  return HeldLocalMap::load(path.string(), options, classes, points_of(max_points));
+}
+
+constexpr const char* kMake = R"(An empty map that never uses more than memory_bytes.
 
 classes: None: SemanticKITTI's. max_points: of a scan; larger ones are sampled evenly. window_m: only
 the map within this distance of the robot is kept in memory. archive: a folder for blocks that leave
 it, until they come back or the map goes; with it alone window_m is max_range_m, and without it these
 blocks are lost. Queries see the window; digest() and save() the whole map. Raises InputError iff a
 value is out of its range, the budget is too small for a map or the archive holds blocks already,
-Error iff the system does not give the memory.)")
-      .def_static(
-          "load",
-          [](const std::filesystem::path& path, const std::optional<Classes>& classes,
-             std::size_t memory_bytes, std::string inference, std::optional<double> kernel_length_m,
-             double max_range_m, double min_range_m, std::optional<double> downsample_m,
-             std::optional<std::string> thinning_weight, bool free_space, double min_weight,
-             std::uint64_t work_budget, double deadline_ms, std::optional<double> window_m,
-             const Folder& archive, std::size_t max_points) {
-            const MapOptions options =
-                options_of({}, {memory_bytes, std::move(inference), kernel_length_m, max_range_m,
-                                min_range_m, downsample_m, std::move(thinning_weight), free_space,
-                                min_weight, work_budget, deadline_ms, window_m, archive});
-            return HeldLocalMap::load(path.string(), options, classes, max_points);
-          },
-          py::arg("path"), py::arg("classes") = py::none(), py::kw_only(),
-          py::arg("memory_bytes") = std::size_t{512} << 20U,
-          py::arg("inference") = by_default.inference, py::arg("kernel_length_m") = py::none(),
-          py::arg("max_range_m") = by_default.max_range_m,
-          py::arg("min_range_m") = by_default.min_range_m, py::arg("downsample_m") = py::none(),
-          py::arg("thinning_weight") = py::none(), py::arg("free_space") = true,
-          py::arg("min_weight") = by_default.min_weight,
-          py::arg("work_budget") = by_default.work_budget,
-          py::arg("deadline_ms") = by_default.deadline_ms, py::arg("window_m") = py::none(),
-          py::arg("archive") = py::none(),
-          py::arg("max_points") = std::size_t{ScanCapacity{}.points},
-          R"(The local map of a .tsm file, to continue. Its resolution, prior, counts and robot are the file's.
+Error iff the system does not give the memory.)";
+
+constexpr const char* kLoad =
+    R"(The local map of a .tsm file, to continue. Its resolution, prior, counts and robot are the file's.
 
 classes: the data set's, for labels as raw ids; None: labels must be components. Raises InputError iff
 the file is missing, damaged or a global map, classes differ, the budget is too small for all of it,
-or a value is out of its range; Error iff the system does not give the memory.)")
+or a value is out of its range; Error iff the system does not give the memory.)";
+
+}  // namespace
+
+void add_local_map(py::module_& module) {
+  const MapOptions by_default;
+  const std::string points = ", max_points: int = " + std::to_string(points_of({})) + ") -> ";
+  const std::string make_text = "__init__(self, classes: ClassTable | None = None, *, " +
+                                arguments_text(kMapRows, &by_default) +
+                                ", T_global_map: numpy.ndarray | None = None" + points +
+                                "None\n\n" + kMake;
+  const std::string load_text = "load(path: str, classes: ClassTable | None = None, *, " +
+                                arguments_text(kMapRows, &by_default, false) + points +
+                                "LocalMap\n\n" + kLoad;
+  py::class_<HeldLocalMap, HeldMap, std::shared_ptr<HeldLocalMap>> local_map(
+      module, "LocalMap", R"(The map of one robot, made of its scans.
+
+Arguments are the options of `tessera map`, with the same defaults; docs/reference/python.md
+has them all.)");
+  {
+    py::options docstrings;
+    docstrings.disable_function_signatures();
+    local_map
+        .def(py::init([](const std::optional<Classes>& classes,
+                         const std::optional<PoseArray>& T_global_map,
+                         const std::optional<std::size_t>& max_points, const py::kwargs& settings) {
+               return make(classes, T_global_map, max_points, settings);
+             }),
+             py::arg("classes") = py::none(), py::kw_only(), py::arg("T_global_map") = py::none(),
+             py::arg("max_points") = py::none(), make_text.c_str())
+        .def_static(
+            "load",
+            [](const std::filesystem::path& path, const std::optional<Classes>& classes,
+               const std::optional<std::size_t>& max_points,
+               const py::kwargs& settings) { return load(path, classes, max_points, settings); },
+            py::arg("path"), py::arg("classes") = py::none(), py::kw_only(),
+            py::arg("max_points") = py::none(), load_text.c_str());
+  }
+  local_map
       .def("integrate", &integrate, py::arg("points"), py::arg("labels") = py::none(),
            py::arg("T_map_sensor") = py::none(), py::arg("weights") = py::none(), kIntegrate)
       .def("clear", &HeldLocalMap::clear, "Clears the map, and what is archived of it.")

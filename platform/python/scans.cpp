@@ -95,12 +95,9 @@ std::shared_ptr<KittiScans> open_kitti(const std::filesystem::path& folder,
                                        const std::optional<int>& last, const std::string& labels,
                                        const std::optional<bool>& deskew) {
   const py::gil_scoped_release released;
-  const Deskewing by_choice = deskew.value_or(false) ? Deskewing::kOn : Deskewing::kOff;
-  auto dataset = std::make_unique<Dataset>(value_of(
-      Dataset::open(folder.string(), {.first = first,
-                                      .last = last,
-                                      .labels = labels,
-                                      .deskew = deskew ? by_choice : Deskewing::kWhereTimed})));
+  auto dataset = std::make_unique<Dataset>(value_of(Dataset::open(
+      folder.string(),
+      {.first = first, .last = last, .labels = labels, .deskew = deskewing(deskew)})));
   const Dataset* const kitti = dataset.get();
   return std::make_shared<KittiScans>(std::move(dataset), kitti);
 }

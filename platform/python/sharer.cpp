@@ -8,14 +8,16 @@
 #include "base/monotonic_clock.hpp"
 #include "fusing.hpp"
 #include "held_sharer.hpp"
+#include "link/key_settings.hpp"
 #include "node/exchange_counters.hpp"
+#include "settings.hpp"
+#include "settings/sharing_settings.hpp"
 
 namespace tessera::python {
 
 namespace {
 
 using Now = std::optional<std::int64_t>;
-using Path = std::optional<std::filesystem::path>;
 
 std::int64_t time_of(const Now& now_us) { return now_us ? *now_us : MonotonicClock::now_us(); }
 
@@ -112,69 +114,22 @@ bool is_complete(const HeldSharer& sharer) {
 
 std::shared_ptr<HeldSharer> make(std::shared_ptr<HeldLocalMap> map,
                                  const std::optional<PoseArray>& T_global_map, std::uint32_t epoch,
-                                 std::size_t fusion_memory_bytes,
-                                 const DiffusionArguments& diffusion, std::string counts,
-                                 std::uint32_t bytes_per_s, std::uint32_t burst_bytes,
-                                 std::int64_t tick_ms, const KeyFiles& keys,
-                                 std::string conflicts) {
+                                 py::dict settings) {
   if (map == nullptr) raise_type("map is None; give a LocalMap");
-  if (counts != "dense" && counts != "compact")
-    throw InputError("counts " + one_line(counts) + " is not allowed; give dense or compact");
-  if (conflicts != "alarm" && conflicts != "exclude")
-    throw InputError("conflicts " + one_line(conflicts) + " is not allowed; give alarm or exclude");
-  if (tick_ms < 1 || tick_ms > 60'000) throw InputError("tick_ms is not allowed; give 1 to 60000");
   SharingOptions options;
+  KeyFiles keys;
+  take_settings(settings, kDiffusionSettings, options.diffusion);
+  take_settings(settings, kSharingSettings, options, false);
+  take_settings(settings, kKeySettings, keys);
+  refuse_others(settings, "Sharer");
   options.robot = map->identity().robot;
-  options.diffusion = options_of(diffusion);
-  options.fusion_memory_bytes = fusion_memory_bytes;
-  options.counts = std::move(counts);
-  options.bytes_per_s = bytes_per_s;
-  options.burst_bytes = burst_bytes;
-  options.tick_ms = tick_ms;
-  options.conflicts = std::move(conflicts);
   Matrix34d T = map->identity().T_global_map;
   if (T_global_map) T = pose_of(T_global_map, "T_global_map");
   return HeldSharer::make(std::move(map), options, T, epoch, keys);
 }
 
-}  // namespace
-
-void add_sharer(py::module_& module) {
-  const SharingOptions d;
-  py::class_<HeldSharer, std::shared_ptr<HeldSharer>>(
-      module, "Sharer",
-      R"(Shares the map of a robot, as bytes for any transport, and fuses what other robots send.
-
-Robots with the same replicas have the same global map, bit for bit. Every call of a sharer may have
-a time, now_us, microseconds on one monotonic clock; None: that of the machine.)")
-      .def(
-          py::init([](std::shared_ptr<HeldLocalMap> map,
-                      const std::optional<PoseArray>& T_global_map, std::uint32_t epoch,
-                      std::size_t fusion_memory_bytes, std::string diffusion, std::string edge,
-                      std::optional<int> iterations, std::optional<double> diffusion_length_m,
-                      double alpha, double omega, bool whole_map, std::string counts,
-                      std::uint32_t bytes_per_s, std::uint32_t burst_bytes, std::int64_t tick_ms,
-                      const Path& fleet_key, const Path& robot_secret,
-                      const Path& robot_public_keys, const std::optional<std::string>& mission,
-                      std::string conflicts) {
-            return make(std::move(map), T_global_map, epoch, fusion_memory_bytes,
-                        {std::move(diffusion), std::move(edge), iterations, diffusion_length_m,
-                         alpha, omega, whole_map},
-                        std::move(counts), bytes_per_s, burst_bytes, tick_ms,
-                        key_files_of(fleet_key, robot_secret, robot_public_keys, mission),
-                        std::move(conflicts));
-          }),
-          py::arg("map"), py::kw_only(), py::arg("T_global_map") = py::none(), py::arg("epoch") = 1,
-          py::arg("fusion_memory_bytes") = d.fusion_memory_bytes,
-          py::arg("diffusion") = d.diffusion.mode, py::arg("edge") = d.diffusion.edge,
-          py::arg("iterations") = py::none(), py::arg("diffusion_length_m") = py::none(),
-          py::arg("alpha") = d.diffusion.alpha, py::arg("omega") = d.diffusion.omega,
-          py::arg("whole_map") = d.diffusion.whole_map, py::arg("counts") = d.counts,
-          py::arg("bytes_per_s") = d.bytes_per_s, py::arg("burst_bytes") = d.burst_bytes,
-          py::arg("tick_ms") = d.tick_ms, py::arg("fleet_key") = py::none(),
-          py::arg("robot_secret") = py::none(), py::arg("robot_public_keys") = py::none(),
-          py::arg("mission") = py::none(), py::arg("conflicts") = d.conflicts,
-          R"(map: a LocalMap, whose robot number no other robot has. T_global_map: (4, 4); None: the map's, or the identity.
+constexpr const char* kMake =
+    R"(map: a LocalMap, whose robot number no other robot has. T_global_map: (4, 4); None: the map's, or the identity.
 
 epoch: higher with every start of the robot, from a persistent counter. tick_ms: between calls of tick.
 All robots of a team need the same resolution, classes, prior, free weight, max_evidence and conflicts,
@@ -184,10 +139,41 @@ fleet_key, robot_secret, robot_public_keys: files of tessera key, as in [securit
 first, only datagrams with the same key are accepted; with the other two, which are needed together,
 only data that its robot has signed. Without any of them datagrams have only a checksum. mission: its
 name, which is part of all keys; None: the one in fleet_key. conflicts: what to do with a robot that
-signed two contents of one version, "alarm" or "exclude".
+signed two contents of one version, "alarm" or "exclude". The other settings are those of a node's
+[publish], [network] and [fusion].
 
 Raises InputError iff a value is out of its range, the memory is too small for a global map or a file
-does not have the key; Error iff the system does not give the memory.)")
+does not have the key; Error iff the system does not give the memory.)";
+
+}  // namespace
+
+void add_sharer(py::module_& module) {
+  const SharingOptions by_default;
+  const KeyFiles no_keys;
+  const std::string text =
+      "__init__(self, map: LocalMap, *, "
+      "T_global_map: numpy.ndarray | None = None, epoch: int = 1, " +
+      arguments_text(kDiffusionRows, &by_default.diffusion) + ", " +
+      arguments_text(kSharingRows, &by_default, false) + ", " + arguments_text(kKeyRows, &no_keys) +
+      ") -> None\n\n" + kMake;
+  py::class_<HeldSharer, std::shared_ptr<HeldSharer>> sharer_class(
+      module, "Sharer",
+      R"(Shares the map of a robot, as bytes for any transport, and fuses what other robots send.
+
+Robots with the same replicas have the same global map, bit for bit. Every call of a sharer may have
+a time, now_us, microseconds on one monotonic clock; None: that of the machine.)");
+  {
+    py::options docstrings;
+    docstrings.disable_function_signatures();
+    sharer_class.def(
+        py::init([](std::shared_ptr<HeldLocalMap> map, const std::optional<PoseArray>& T_global_map,
+                    std::uint32_t epoch, const py::kwargs& settings) {
+          return make(std::move(map), T_global_map, epoch, settings);
+        }),
+        py::arg("map"), py::kw_only(), py::arg("T_global_map") = py::none(), py::arg("epoch") = 1,
+        text.c_str());
+  }
+  sharer_class
       .def(
           "tick", &tick, py::arg("now_us") = py::none(),
           R"(Publishes what has changed in the map, updates the global map, and returns the datagrams to send now.

@@ -8,6 +8,7 @@
 
 #include "pictures/png_image.hpp"
 #include "scans/scan_listing.hpp"
+#include "settings/source_options.hpp"
 
 namespace tessera {
 namespace {
@@ -29,9 +30,10 @@ bool has_cameras(const std::string& dir) {
 Outcome<std::vector<CameraDescription>> open_cameras(const std::string& dir) {
   const std::string path = path_of_cameras(dir);
   if (!has_cameras(dir))
-    return Failure{path +
-                   " does not exist; --labels cameras needs it, with a [[camera]] for each "
-                   "camera; add it, or give --labels a folder of labels or none"};
+    return Failure{path + " does not exist; " + kSourceSettings["--labels"] +
+                   " cameras needs it, with a [[camera]] for each "
+                   "camera; add it, or give " +
+                   kSourceSettings["--labels"] + " a folder of labels or none"};
   Outcome<std::vector<CameraDescription>> cameras = read_cameras(path);
   if (!cameras.ok()) return cameras.failure();
   for (CameraDescription& camera : *cameras) {

@@ -12,6 +12,7 @@
 #include "scans/pcd_reader.hpp"
 #include "scans/ply_reader.hpp"
 #include "scans/pose_file.hpp"
+#include "settings/source_options.hpp"
 
 namespace tessera {
 namespace {
@@ -116,8 +117,7 @@ Outcome<void> CloudFolder::choose(const std::string& folder, const std::vector<s
   num_files_ = paths.size();
   const int first = options_.first.value_or(0);
   const int last = options_.last.value_or(std::numeric_limits<int>::max());
-  if (first < 0 || last < 0)
-    return Failure{"a scan number is negative; choose --first and --last from 0 on"};
+  if (first < 0 || last < 0) return Failure{"a scan number is negative; give numbers from 0 on"};
   for (std::size_t i = static_cast<std::size_t>(first);
        i < paths.size() && i <= static_cast<std::size_t>(last); ++i) {
     scans_.push_back({.number = static_cast<int>(i),
@@ -127,7 +127,7 @@ Outcome<void> CloudFolder::choose(const std::string& folder, const std::vector<s
   }
   if (!scans_.empty()) return {};
   return Failure{"no scan is in the range, " + one_line(folder) + " has numbers from 0 to " +
-                 std::to_string(paths.size() - 1) + "; choose --first and --last among them"};
+                 std::to_string(paths.size() - 1) + choose_scans()};
 }
 
 Outcome<void> CloudFolder::inspect() {

@@ -20,12 +20,9 @@
 #include "scans/dataset_classes.hpp"
 #include "scans/recorded_scans.hpp"
 #include "scans/scan_listing.hpp"
+#include "settings/source_options.hpp"
 
 namespace tessera {
-
-inline constexpr std::string_view kNoLabels = "none";
-/// Labels by projection from the cameras of cameras.toml.
-inline constexpr std::string_view kCameraLabels = "cameras";
 
 /// Whether scans with times of their points are corrected for the robot's motion.
 enum class Deskewing : std::uint8_t {
@@ -34,8 +31,8 @@ enum class Deskewing : std::uint8_t {
   kOff,
 };
 
-/// "on", "off", or "" for kWhereTimed. Fails with kUsage iff it is something else.
-Outcome<Deskewing> parse_deskewing(std::string_view text);
+/// As a user chose; nothing: kWhereTimed.
+[[nodiscard]] Deskewing deskewing(std::optional<bool> on) noexcept;
 
 struct DatasetOptions {
   std::optional<int> first;  ///< Scan number; by default the lowest.
@@ -115,7 +112,7 @@ class Dataset final : public RecordedScans {
   Outcome<void> check_cameras();
   Outcome<void> read_file(std::size_t i, std::string_view folder, std::span<float> out) const;
   Outcome<void> read_components(std::size_t i, Scan& scan) const;
-  Outcome<void> check_label_files(const std::string& folder, std::string_view remedy) const;
+  Outcome<void> check_label_files(const std::string& folder, const Message& remedy) const;
 
   std::string dir_;
   DatasetClasses classes_;

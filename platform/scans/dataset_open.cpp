@@ -20,29 +20,26 @@ constexpr std::uint64_t kBytesPerLabel = 4;
 constexpr std::uint64_t kMaxPointsPerScan = std::uint64_t{1} << 24U;
 
 Outcome<void> require_folder(const std::string& what, const std::string& path,
-                             std::string_view remedy) {
+                             const Message& remedy) {
   std::error_code error;
   const std::filesystem::file_status status = std::filesystem::status(path, error);
   if (std::filesystem::is_directory(status)) return {};
   std::string message = "the " + what + " " + path;
   message.append(std::filesystem::exists(status) ? " is not a folder; " : " does not exist; ");
-  return Failure{message.append(remedy)};
+  return Failure{message + remedy};
 }
 
 Failure no_scan_in(ScanRange range, const std::vector<int>& found, const std::string& folder) {
   return {"there is no scan from " + std::to_string(range.first) + " to " +
           std::to_string(range.last) + " in " + folder + ", it has numbers from " +
-          std::to_string(found.front()) + " to " + std::to_string(found.back()) +
-          "; choose --first and --last among them"};
+          std::to_string(found.front()) + " to " + std::to_string(found.back()) + choose_scans()};
 }
 
 }  // namespace
 
-Outcome<Deskewing> parse_deskewing(std::string_view text) {
-  if (text.empty()) return Deskewing::kWhereTimed;
-  if (text == "on") return Deskewing::kOn;
-  if (text == "off") return Deskewing::kOff;
-  return Failure{"--deskew " + one_line(text) + " is not allowed; give on or off"};
+Deskewing deskewing(std::optional<bool> on) noexcept {
+  if (!on) return Deskewing::kWhereTimed;
+  return *on ? Deskewing::kOn : Deskewing::kOff;
 }
 
 Outcome<Dataset> Dataset::open(const std::string& dir, const DatasetOptions& options) {
@@ -73,7 +70,8 @@ Outcome<Dataset> Dataset::open(const std::string& dir, const DatasetOptions& opt
   }
   if (dataset.has_labels()) {
     const Outcome<void> labels = dataset.check_label_files(
-        dataset.labels_, "name another folder with --labels, or give --labels none");
+        dataset.labels_, "name another folder with " + kSourceSettings["--labels"] + ", or give " +
+                             kSourceSettings["--labels"] + " none");
     if (!labels.ok()) return labels.failure();
   }
   return dataset;
@@ -85,11 +83,12 @@ Outcome<void> Dataset::choose_scans(const DatasetOptions& options) {
       "scan folder", folder, "a dataset needs velodyne/000000.bin, velodyne/000001.bin, ...");
   if (!present.ok()) return present.failure();
   if (options.first.value_or(0) < 0 || options.last.value_or(0) < 0) {
-    return Failure{"a scan number is negative; choose --first and --last from 0 on"};
+    return Failure{"a scan number is negative; give numbers from 0 on"};
   }
   if (options.first && options.last && *options.first > *options.last) {
-    return Failure{"--first " + std::to_string(*options.first) + " is after --last " +
-                   std::to_string(*options.last) + "; swap them"};
+    return Failure{Message(kSourceSettings["--first"]) + " " + std::to_string(*options.first) +
+                   " is after " + kSourceSettings["--last"] + " " + std::to_string(*options.last) +
+                   "; swap them"};
   }
   const Outcome<std::vector<int>> found = list_scans(folder);
   if (!found.ok()) return found.failure();
@@ -141,7 +140,8 @@ Outcome<void> Dataset::attach_poses() {
     return Failure{path + " has " + std::to_string(poses->size()) + " poses, but the " +
                    std::to_string(scans_.size()) + " chosen scans go up to number " +
                    std::to_string(scans_.back().number) + " and need " + std::to_string(needed) +
-                   "; add the missing rows or choose fewer scans with --last"};
+                   "; add the missing rows or choose fewer scans with " +
+                   kSourceSettings["--last"]};
   }
   for (Entry& scan : scans_) {
     scan.T_map_sensor =
@@ -162,8 +162,9 @@ Outcome<void> Dataset::attach_poses() {
 
 Outcome<void> Dataset::check_times() {
   if (!has_times_) return {};
-  const Outcome<void> present = require_folder("folder of times", in_folder(dir_, "times"),
-                                               "get the times of the points, or give --deskew off");
+  const Outcome<void> present = require_folder(
+      "folder of times", in_folder(dir_, "times"),
+      "get the times of the points, or give " + kSourceSettings["--deskew"] + " off");
   if (!present.ok()) return present.failure();
   for (const Entry& scan : scans_) {
     const ScanFilePath path(dir_, "times", scan.number, ".bin");
@@ -172,8 +173,8 @@ Outcome<void> Dataset::check_times() {
     if (*size == scan.points * sizeof(float)) continue;
     return Failure{std::string(path.view()) + " has " + std::to_string(*size) +
                    " bytes, but its scan has " + std::to_string(scan.points) +
-                   " points of 4 each; get the times that belong to this scan, or give "
-                   "--deskew off"};
+                   " points of 4 each; get the times that belong to this scan, or give " +
+                   kSourceSettings["--deskew"] + " off"};
   }
   return {};
 }
@@ -188,8 +189,8 @@ Outcome<void> Dataset::check_labels(const std::string& folder) const {
   return check_label_files(folder, "name a folder of labels that exists");
 }
 
-Outcome<void> Dataset::check_label_files(const std::string& folder, std::string_view remedy) const {
-  if (folder.empty()) return Failure{"the label folder has no name; " + std::string(remedy)};
+Outcome<void> Dataset::check_label_files(const std::string& folder, const Message& remedy) const {
+  if (folder.empty()) return Failure{"the label folder has no name; " + remedy};
   const Outcome<void> present = require_folder("label folder", in_folder(dir_, folder), remedy);
   if (!present.ok()) return present.failure();
   for (const Entry& scan : scans_) {

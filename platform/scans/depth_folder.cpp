@@ -11,6 +11,7 @@
 #include "scans/cloud.hpp"
 #include "scans/cloud_folder.hpp"
 #include "scans/pose_file.hpp"
+#include "settings/source_options.hpp"
 
 namespace tessera {
 
@@ -43,14 +44,13 @@ Outcome<void> DepthFolder::choose(const std::string& folder, const DepthOptions&
   if (options.with_motion) motion_ = ScanMotion::of(*poses);
   const int first = options.first.value_or(0);
   const int last = options.last.value_or(std::numeric_limits<int>::max());
-  if (first < 0 || last < 0)
-    return Failure{"a scan number is negative; choose --first and --last from 0 on"};
+  if (first < 0 || last < 0) return Failure{"a scan number is negative; give numbers from 0 on"};
   for (std::size_t i = static_cast<std::size_t>(first);
        i < paths->size() && i <= static_cast<std::size_t>(last); ++i)
     scans_.push_back({static_cast<int>(i), (*paths)[i], {}, T_map_camera[i]});
   if (!scans_.empty()) return {};
   return Failure{"no scan is in the range, " + one_line(folder) + " has numbers from 0 to " +
-                 std::to_string(paths->size() - 1) + "; choose --first and --last among them"};
+                 std::to_string(paths->size() - 1) + choose_scans()};
 }
 
 Outcome<void> DepthFolder::find_labels(const std::string& folder) {
@@ -63,7 +63,8 @@ Outcome<void> DepthFolder::find_labels(const std::string& folder) {
     if (std::filesystem::exists(scan.label_path, error)) continue;
     return Failure{one_line(scan.label_path) +
                    " is missing; give a label image of the same name for each depth image, or "
-                   "leave --label-images out"};
+                   "leave " +
+                   kSourceSettings["--label-images"] + " out"};
   }
   return {};
 }

@@ -119,7 +119,7 @@ Outcome<void> KittiWriter::write_scan_file(const char* subfolder, const char* ex
 
 Outcome<void> KittiWriter::add(const Scan& scan, const ScanView& view) {
   if (num_scans() > static_cast<std::size_t>(kMaxScanNumber))
-    return Failure{"there are more than a million scans; choose fewer with --first and --last"};
+    return Failure{"there are more than a million scans; choose fewer"};
   points_xyzi_.assign(view.count * kFloatsPerPoint, 0.0F);
   const std::size_t floats = std::min(view.stride_floats, kFloatsPerPoint);
   for (std::size_t i = 0; i < view.count; ++i)

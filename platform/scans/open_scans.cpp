@@ -20,10 +20,10 @@ CloudFormat format_of(const SourceOptions& options) {
 }
 
 /// The option that names the clouds or depth images; null for a dataset.
-const char* cloud_option(const SourceOptions& options) {
-  if (!options.pcd.empty()) return "--pcd";
-  if (!options.depth.empty()) return "--depth";
-  return options.ply.empty() ? nullptr : "--ply";
+const SettingName* cloud_option(const SourceOptions& options) {
+  if (!options.pcd.empty()) return &kSourceSettings["--pcd"];
+  if (!options.depth.empty()) return &kSourceSettings["--depth"];
+  return options.ply.empty() ? nullptr : &kSourceSettings["--ply"];
 }
 
 /// The files of a folder are numbered from 0.
@@ -34,12 +34,10 @@ void warn_of_missing(const SourceOptions& options, std::size_t num_files, Opened
 }
 
 Outcome<OpenedScans> open_dataset(const SourceOptions& options, const ExtraContent& extra) {
-  const Outcome<Deskewing> deskew = parse_deskewing(options.deskew);
-  if (!deskew.ok()) return deskew.failure();
   Outcome<Dataset> dataset = Dataset::open(options.dataset, {.first = options.first,
                                                              .last = options.last,
-                                                             .labels = options.labels,
-                                                             .deskew = *deskew,
+                                                             .labels = options.labels_or_default(),
+                                                             .deskew = deskewing(options.deskew),
                                                              .with_motion = extra.motion,
                                                              .with_times = extra.times,
                                                              .with_images = extra.images});
@@ -69,9 +67,9 @@ Outcome<OpenedScans> open_clouds(const SourceOptions& options, const ExtraConten
                               "unlabelled");
   }
   if (clouds->num_viewpoints() > 0) {
-    opened.warnings.push_back(
-        counted(clouds->num_viewpoints(), "cloud") +
-        " with a VIEWPOINT; it is ignored, --poses has the place of the sensor");
+    opened.warnings.push_back(counted(clouds->num_viewpoints(), "cloud") +
+                              " with a VIEWPOINT; it is ignored, " + kSourceSettings["--poses"] +
+                              " has the place of the sensor");
   }
   opened.scans = std::make_unique<CloudFolder>(std::move(*clouds));
   return opened;
@@ -91,17 +89,24 @@ Outcome<OpenedScans> open_depth(const SourceOptions& options, const ExtraContent
 Outcome<void> check_depth(const SourceOptions& options) {
   if (options.depth.empty()) {
     if (options.intrinsics.empty() && options.label_images.empty()) return {};
-    return Failure{"--intrinsics and --label-images are for --depth; leave them out"};
+    return Failure{Message(kSourceSettings["--intrinsics"]) + " and " +
+                   kSourceSettings["--label-images"] + " are for " + kSourceSettings["--depth"] +
+                   "; leave them out"};
   }
   if (options.intrinsics.empty()) {
-    return Failure{"--depth needs the camera of its images; name its TOML file with --intrinsics"};
+    return Failure{Message(kSourceSettings["--depth"]) +
+                   " needs the camera of its images; name its TOML file with " +
+                   kSourceSettings["--intrinsics"]};
   }
-  if (!options.labels_given) return {};
+  if (!options.labels) return {};
   if (options.labels == kNoLabels) {
     if (options.label_images.empty()) return {};
-    return Failure{"--labels none ignores all labels; leave --label-images out, or --labels"};
+    return Failure{Message(kSourceSettings["--labels"]) + " none ignores all labels; leave " +
+                   kSourceSettings["--label-images"] + " out, or " + kSourceSettings["--labels"]};
   }
-  return Failure{"--depth has its labels in images; name their folder with --label-images"};
+  return Failure{Message(kSourceSettings["--depth"]) +
+                 " has its labels in images; name their folder with " +
+                 kSourceSettings["--label-images"]};
 }
 
 }  // namespace
@@ -110,34 +115,43 @@ Outcome<void> check_source(const SourceOptions& options) {
   const int given = (options.dataset.empty() ? 0 : 1) + (options.pcd.empty() ? 0 : 1) +
                     (options.ply.empty() ? 0 : 1) + (options.depth.empty() ? 0 : 1);
   if (given == 0) {
-    return Failure{
-        "--dataset has no folder; name one, or a folder of clouds with --pcd or --ply, or of depth "
-        "images with --depth"};
+    return Failure{Message(kSourceSettings["--dataset"]) +
+                   " has no folder; name one, or a folder of clouds with " +
+                   kSourceSettings["--pcd"] + " or " + kSourceSettings["--ply"] +
+                   ", or of depth "
+                   "images with " +
+                   kSourceSettings["--depth"]};
   }
   if (given > 1)
-    return Failure{"--dataset, --pcd, --ply and --depth are mutually exclusive; give one"};
+    return Failure{Message(kSourceSettings["--dataset"]) + ", " + kSourceSettings["--pcd"] + ", " +
+                   kSourceSettings["--ply"] + " and " + kSourceSettings["--depth"] +
+                   " are mutually exclusive; give one"};
   const Outcome<void> depth = check_depth(options);
   if (!depth.ok()) return depth.failure();
-  const char* const option = cloud_option(options);
+  const SettingName* const option = cloud_option(options);
   if (option == nullptr) {
     if (options.poses.empty()) return {};
-    return Failure{"--poses is for --pcd, --ply and --depth; a dataset has its poses.txt"};
+    return Failure{Message(kSourceSettings["--poses"]) + " is for " + kSourceSettings["--pcd"] +
+                   ", " + kSourceSettings["--ply"] + " and " + kSourceSettings["--depth"] +
+                   "; a dataset has its poses.txt"};
   }
   if (options.poses.empty()) {
-    return Failure{std::string(option) +
-                   " needs a pose for each file; name the file of poses with --poses"};
+    return Failure{Message(*option) + " needs a pose for each file; name the file of poses with " +
+                   kSourceSettings["--poses"]};
   }
-  if (options.labels_given && options.labels != kNoLabels) {
-    return Failure{std::string(option) +
-                   " has labels in the clouds; leave --labels out, or give --labels none"};
+  if (options.labels && options.labels != kNoLabels) {
+    return Failure{Message(*option) + " has labels in the clouds; leave " +
+                   kSourceSettings["--labels"] + " out, or give " + kSourceSettings["--labels"] +
+                   " none"};
   }
-  if (!options.deskew.empty() && options.deskew != "off")
-    return Failure{"--deskew is for datasets, which have times; leave it out"};
+  if (options.deskew.value_or(false))
+    return Failure{Message(kSourceSettings["--deskew"]) +
+                   " is for datasets, which have times; leave it out"};
   return {};
 }
 
 Outcome<std::vector<NamedFile>> cloud_files(const SourceOptions& options) {
-  const char* const option = cloud_option(options);
+  const SettingName* const option = cloud_option(options);
   std::vector<NamedFile> files;
   if (option == nullptr) return files;
   const Outcome<std::vector<std::string>> paths =
@@ -145,22 +159,22 @@ Outcome<std::vector<NamedFile>> cloud_files(const SourceOptions& options) {
                             : list_by_number(options.depth, ".png");
   if (!paths.ok()) return paths.failure();
   for (const std::string& path : *paths) {
-    files.push_back({option, path});
+    files.push_back({*option, path});
     const std::filesystem::path labels(options.label_images);
     if (labels.empty()) continue;
     const std::filesystem::path name = std::filesystem::path(path).filename();
-    files.push_back({"--label-images", (labels / name).string()});
+    files.push_back({Message(kSourceSettings["--label-images"]), (labels / name).string()});
   }
-  files.push_back({"--poses", options.poses});
-  files.push_back({"--intrinsics", options.intrinsics});
+  files.push_back({Message(kSourceSettings["--poses"]), options.poses});
+  files.push_back({Message(kSourceSettings["--intrinsics"]), options.intrinsics});
   const std::filesystem::path folder(options.folder());
   for (const char* const name : {"classes.toml", "T_global_map.txt"})
-    files.push_back({option, (folder / name).string()});
+    files.push_back({*option, (folder / name).string()});
   return files;
 }
 
 DatasetFolder dataset_folder(const SourceOptions& options) {
-  return {.path = options.dataset, .labels = {options.labels}};
+  return {.path = options.dataset, .labels = {options.labels_or_default()}};
 }
 
 Outcome<OpenedScans> open_scans(const SourceOptions& options, const ExtraContent& extra) {

@@ -35,7 +35,7 @@ struct ExtraContent {
 
 struct OpenedScans {
   std::unique_ptr<RecordedScans> scans;
-  std::vector<std::string> warnings;  ///< About oddities; a sentence each.
+  std::vector<Message> warnings;  ///< About oddities; a sentence each.
 };
 /// Opens what check_source() accepts. Fails as Dataset::open(), CloudFolder::open() and
 /// DepthFolder::open() do.

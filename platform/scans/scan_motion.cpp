@@ -10,6 +10,7 @@
 #include "base/input_file.hpp"
 #include "base/number_row.hpp"
 #include "scans/poses.hpp"
+#include "settings/source_options.hpp"
 
 namespace tessera {
 namespace {
@@ -105,7 +106,8 @@ Outcome<ScanMotion> ScanMotion::load(const std::string& dir, const KnownPoses& p
   if (stamps_us->size() < num_scans)
     return Failure{times + " has " + std::to_string(stamps_us->size()) +
                    " stamps, but the chosen scans need " + std::to_string(num_scans) +
-                   "; add the missing rows or choose fewer scans with --last"};
+                   "; add the missing rows or choose fewer scans with " +
+                   kSourceSettings["--last"]};
   ScanMotion motion;
   motion.stamps_us_ = std::move(*stamps_us);
   std::string path = (folder / "poses_dense.txt").string();

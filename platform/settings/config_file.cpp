@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <limits>
 #include <numeric>
 
 #include "base/number_text.hpp"
@@ -45,169 +46,110 @@ std::vector<std::string> keys_of(const Json& object) {
   return names;
 }
 
-std::string range_text(double least, double most) {
-  if (most >= std::numeric_limits<double>::max()) return "from " + text_of(least);
-  return "from " + text_of(least) + " to " + text_of(most);
-}
-
 }  // namespace
 
-const ConfigFile::Entry* ConfigFile::find(ConfigKey key) const {
+std::size_t ConfigPlaces::line_of(std::string_view table, std::string_view key) const {
+  const auto found = std::find_if(lines_.begin(), lines_.end(), [&](const Line& line) {
+    return line.table == table && line.key == key;
+  });
+  return found == lines_.end() ? 0 : found->line;
+}
+
+Failure ConfigPlaces::worded(const Failure& failure) const {
+  const SettingName* const about = failure.message.subject();
+  if (about == nullptr || about->table.empty())
+    return {failure.message.text(Speaker::kFile), failure.kind};
+  std::string text = failure.message.text(Speaker::kFile);
+  // The name is in front of it already.
+  if (failure.message.begins_with_subject()) text.erase(0, about->key.size() + 1);
+  std::size_t line = line_of(about->table, about->key);
+  if (line == 0) line = line_of(about->table, "");
+  const std::string where = line == 0 ? "" : ", line " + std::to_string(line);
+  return {path_ + where + ": [" + std::string(about->table) + "] " + std::string(about->key) +
+              ": " + text,
+          failure.kind};
+}
+
+const ConfigFile::Entry* ConfigFile::find(const SettingName& setting) const {
   const auto found = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& entry) {
-    return entry.table == key.table && entry.name == key.name;
+    return entry.table == setting.table && entry.name == setting.key;
   });
   return found == entries_.end() ? nullptr : &*found;
 }
 
-void ConfigFile::note(ConfigKey key, Json value) {
-  values_[key.table][key.name] = std::move(value);
+void ConfigFile::refuse(const Failure& failure) {
+  if (!failure_) failure_ = places_.worded(failure);
 }
 
-Failure ConfigFile::refusal(ConfigKey key, const std::string& what) const {
-  std::size_t line = 0;
-  for (const Table& table : tables_) {
-    if (table.name == key.table) line = table.line;
-  }
-  if (const Entry* const entry = find(key)) line = entry->line;
-  const std::string where = line == 0 ? "" : ", line " + std::to_string(line);
-  return {path_ + where + ": [" + key.table + "] " + key.name + ": " + what};
-}
-
-void ConfigFile::refuse(ConfigKey key, const std::string& what) {
-  if (!failure_) failure_ = refusal(key, what);
-  note(key, Json());  // So that the key counts as known.
-}
-
-void ConfigFile::take(ConfigKey key, bool& value) {
-  if (const Entry* const entry = find(key)) {
-    const bool* const given = std::get_if<bool>(&entry->value);
-    if (given == nullptr) refuse(key, "is not true or false; write one of these without quotes");
-    value = given != nullptr && *given;
-  }
-  note(key, value);
-}
-
-void ConfigFile::take_real(ConfigKey key, double& value, Real range) {
-  const Entry* const entry = find(key);
-  if (entry == nullptr) return;
-  if (const double* const real = std::get_if<double>(&entry->value)) {
-    value = *real;
-  } else if (const std::int64_t* const whole = std::get_if<std::int64_t>(&entry->value)) {
-    value = static_cast<double>(*whole);
-  } else {
-    return refuse(key, "is not a number; write one without quotes");
-  }
-  if (!(value >= range.least && value <= range.most)) {
-    refuse(key, text_of(value) + " is not allowed; give a number " +
-                    range_text(range.least, range.most));
-  }
-}
-
-void ConfigFile::take(ConfigKey key, double& value, Real range) {
-  take_real(key, value, range);
-  note(key, value);
-}
-
-void ConfigFile::take(ConfigKey key, std::optional<double>& value, Real range) {
-  if (is_given(key)) take_real(key, value.emplace(), range);
-  note(key, value ? Json(*value) : Json());
-}
-
-void ConfigFile::take_whole(ConfigKey key, std::int64_t& value, Whole range) {
-  if (const Entry* const entry = find(key)) {
-    const std::int64_t* const given = std::get_if<std::int64_t>(&entry->value);
-    const bool open = range.most == std::numeric_limits<std::int64_t>::max();
-    const std::string allowed = "a whole number from " + std::to_string(range.least) +
-                                (open ? "" : " to " + std::to_string(range.most));
-    if (given == nullptr) return refuse(key, "is not a whole number; give " + allowed);
-    if (*given < range.least || *given > range.most)
-      return refuse(key, std::to_string(*given) + " is not allowed; give " + allowed);
-    value = *given;
-  }
-  note(key, value);
-}
-
-void ConfigFile::take(ConfigKey key, std::string& value) {
-  if (const Entry* const entry = find(key)) {
-    const std::string* const given = std::get_if<std::string>(&entry->value);
-    if (given == nullptr) return refuse(key, "is not text; write it in quotes");
-    value = *given;
-  }
-  note(key, value);
-}
-
-void ConfigFile::take(ConfigKey key, std::string& value,
-                      const std::vector<std::string_view>& names) {
-  take(key, value);
-  if (std::find(names.begin(), names.end(), value) != names.end()) return;
-  std::string allowed;
-  for (const std::string_view name : names)
-    allowed += (allowed.empty()        ? "\""
-                : name == names.back() ? " or \""
-                                       : ", \"") +
-               std::string(name) + "\"";
-  refuse(key, "\"" + value + "\" is not allowed; give " + allowed);
-}
-
-void ConfigFile::take(ConfigKey key, std::vector<std::uint32_t>& value) {
-  if (const Entry* const entry = find(key)) {
-    const auto* const given = std::get_if<std::vector<std::int64_t>>(&entry->value);
-    [[maybe_unused]] static constexpr std::int64_t kMost =
-        std::numeric_limits<std::uint32_t>::max();
-    const bool good = given != nullptr && std::all_of(given->begin(), given->end(), [](auto one) {
-                        return one >= 0 && one <= kMost;
-                      });
-    if (!good) return refuse(key, "is not a list of numbers of robots; write [1, 2]");
-    value.assign(given->begin(), given->end());
-  }
-  note(key, value);
-}
-
-void ConfigFile::take_bytes(ConfigKey key, std::size_t& value) {
-  if (const Entry* const entry = find(key)) {
-    const auto* const whole = std::get_if<std::int64_t>(&entry->value);
-    const auto* const text = std::get_if<std::string>(&entry->value);
-    const std::optional<std::size_t> bytes = whole != nullptr  ? parse_bytes(std::to_string(*whole))
-                                             : text != nullptr ? parse_bytes(*text)
-                                                               : std::nullopt;
-    if (!bytes) return refuse(key, "is not a number of bytes; give a whole number, or \"64M\"");
-    value = *bytes;
-  }
-  note(key, value);
-}
-
-void ConfigFile::take_number_or(ConfigKey key, std::string& value, std::string_view word) {
-  if (const Entry* const entry = find(key)) {
-    const auto* const text = std::get_if<std::string>(&entry->value);
-    if (text != nullptr && *text == word) {
-      value = *text;
-    } else if (text == nullptr && (std::holds_alternative<double>(entry->value) ||
-                                   std::holds_alternative<std::int64_t>(entry->value))) {
-      double number = 0.0;
-      take_real(key, number, {});
-      value = text_of(number);
-    } else {
-      return refuse(key, "is neither a number nor \"" + std::string(word) + "\"");
+Outcome<SettingValue> ConfigFile::value_of(const Setting& setting, const Entry& entry) const {
+  const auto wrong = [&](const std::string& what) {
+    return Failure{Message(setting.name) + " is " + what};
+  };
+  const auto* const text = std::get_if<std::string>(&entry.value);
+  const auto* const whole = std::get_if<std::int64_t>(&entry.value);
+  switch (setting.kind) {
+    case SettingKind::kSwitch:
+      if (const bool* const on = std::get_if<bool>(&entry.value)) return SettingValue(*on);
+      if (text == nullptr || (*text != "on" && *text != "off"))
+        return wrong("not true or false; write one of these without quotes");
+      return SettingValue(*text == "on");
+    case SettingKind::kReal:
+      if (const double* const real = std::get_if<double>(&entry.value)) return SettingValue(*real);
+      if (whole != nullptr) return SettingValue(static_cast<double>(*whole));
+      if (text != nullptr && !text->empty() && *text == setting.allowed.zero)
+        return SettingValue(0.0);
+      return setting.allowed.zero.empty() || setting.allowed.zero == "0"
+                 ? wrong("not a number; write one without quotes")
+                 : wrong("neither a number nor \"" + std::string(setting.allowed.zero) + "\"");
+    case SettingKind::kWhole:
+      // A negative one would be taken for the bits of a large one.
+      if (whole != nullptr && !(setting.member.wide && *whole < 0)) return SettingValue(*whole);
+      if (whole != nullptr)
+        return not_allowed(setting.name, std::to_string(*whole), allowed_text(setting));
+      return Failure{Message(setting.name) + " is not a whole number; give " +
+                     allowed_text(setting)};
+    case SettingKind::kBytes: {
+      const std::string given = whole != nullptr ? std::to_string(*whole) : text ? *text : "";
+      const std::optional<std::size_t> bytes = parse_bytes(given);
+      if (bytes) return SettingValue(static_cast<std::int64_t>(*bytes));
+      return wrong("not a number of bytes; give a whole number, or \"64M\"");
     }
+    case SettingKind::kNumbers: {
+      const auto* const given = std::get_if<std::vector<std::int64_t>>(&entry.value);
+      constexpr std::int64_t kMost = std::numeric_limits<std::uint32_t>::max();
+      const auto is_good = [](std::int64_t one) { return one >= 0 && one <= kMost; };
+      if (given == nullptr || !std::all_of(given->begin(), given->end(), is_good))
+        return wrong("not a list of whole numbers; write [1, 2]");
+      return SettingValue(std::vector<std::uint32_t>(given->begin(), given->end()));
+    }
+    case SettingKind::kChoice:
+    case SettingKind::kText:
+    case SettingKind::kPath:
+      break;
   }
-  note(key, value);
+  if (text == nullptr) return wrong("not text; write it in quotes");
+  if (setting.kind != SettingKind::kPath || text->empty()) return SettingValue(*text);
+  return SettingValue((std::filesystem::path(places_.path()).parent_path() / *text).string());
 }
 
-void ConfigFile::take_path(ConfigKey key, std::string& value) {
-  take(key, value);
-  if (!is_given(key) || value.empty()) return;
-  const std::filesystem::path folder = std::filesystem::path(path_).parent_path();
-  value = (folder / value).string();
-  note(key, value);
-}
-
-void ConfigFile::require(ConfigKey key, std::string_view what) {
-  if (is_given(key)) return;
-  refuse(key, "is missing; give " + std::string(what));
+void ConfigFile::read(const Setting& setting, void* options) {
+  if (setting.name.key.empty()) return;
+  if (const Entry* const entry = find(setting.name)) {
+    const Outcome<SettingValue> value = value_of(setting, *entry);
+    const Outcome<void> done =
+        value.ok() ? assign(setting, options, *value) : Outcome<void>(value.failure());
+    if (!done.ok()) refuse(done.failure());
+  } else if (!setting.required.empty()) {
+    refuse({Message(setting.name) + " is missing; give " + std::string(setting.required)});
+  }
+  const SettingValue held = setting.member.get(options);
+  const bool* const on = std::get_if<bool>(&held);
+  Json& table = values_[std::string(setting.name.table)];
+  table[std::string(setting.name.key)] = on != nullptr ? Json(*on) : json_of(setting, options);
 }
 
 Failure ConfigFile::unknown(const Entry& entry) const {
-  const std::string where = path_ + ", line " + std::to_string(entry.line) + ": ";
+  const std::string where = places_.path() + ", line " + std::to_string(entry.line) + ": ";
   const bool is_table = values_.contains(entry.table);
   // The key may be right and the table wrong.
   for (const auto& table : values_.items()) {
@@ -225,9 +167,8 @@ Failure ConfigFile::unknown(const Entry& entry) const {
 }
 
 Outcome<void> ConfigFile::finish() const {
-  for (const Table& table : tables_) {
-    if (!values_.contains(table.name))
-      return unknown({.table = table.name, .name = {}, .line = table.line, .value = {}});
+  for (const Entry& table : tables_) {
+    if (!values_.contains(table.table)) return unknown(table);
   }
   // First of all: an unknown key explains the one that is missing because of it.
   for (const Entry& entry : entries_) {

@@ -20,10 +20,10 @@ std::size_t line_of(const toml::node& node) { return node.source().begin.line; }
 
 Outcome<ConfigFile> ConfigFile::parse(std::string_view text, std::string path) {
   ConfigFile file;
-  file.path_ = std::move(path);
+  file.places_ = ConfigPlaces(std::move(path));
   const auto refused = [&file](const toml::node& node, const std::string& what,
                                const char* remedy) {
-    return text_failure({file.path_, line_of(node)}, what, remedy);
+    return text_failure({file.places_.path(), line_of(node)}, what, remedy);
   };
   const auto value_of = [](const toml::node& node) -> std::optional<Value> {
     if (const auto* const one = node.as_boolean()) return Value(one->get());
@@ -39,7 +39,7 @@ Outcome<ConfigFile> ConfigFile::parse(std::string_view text, std::string path) {
     }
     return Value(std::move(numbers));
   };
-  const Outcome<void> nesting = check_nesting(text, file.path_);
+  const Outcome<void> nesting = check_nesting(text, file.places_.path());
   if (!nesting.ok()) return nesting.failure();
   try {
     const toml::table root = toml::parse(text);
@@ -49,7 +49,7 @@ Outcome<ConfigFile> ConfigFile::parse(std::string_view text, std::string path) {
       if (table == nullptr)
         return refused(node, std::string(table_name).append(" is not in a table"),
                        "put it below a line such as [robot]");
-      file.tables_.push_back({table_name, line_of(node)});
+      file.tables_.push_back({table_name, {}, line_of(node), {}});
       for (const auto& [key, value] : *table) {
         std::optional<Value> taken = value_of(value);
         const std::string key_name(key.str());
@@ -63,15 +63,16 @@ Outcome<ConfigFile> ConfigFile::parse(std::string_view text, std::string path) {
       }
     }
   } catch (const toml::parse_error& error) {
-    return text_failure({file.path_, error.source().begin.line},
+    return text_failure({file.places_.path(), error.source().begin.line},
                         "not valid TOML (" + std::string(error.description()) + ")",
                         "fix the syntax");
   }
   // The table is sorted by names, and messages must be about the first line.
-  std::stable_sort(file.entries_.begin(), file.entries_.end(),
-                   [](const Entry& a, const Entry& b) { return a.line < b.line; });
-  std::stable_sort(file.tables_.begin(), file.tables_.end(),
-                   [](const Table& a, const Table& b) { return a.line < b.line; });
+  for (std::vector<Entry>* const all : {&file.entries_, &file.tables_}) {
+    std::stable_sort(all->begin(), all->end(),
+                     [](const Entry& a, const Entry& b) { return a.line < b.line; });
+    for (const Entry& entry : *all) file.places_.note(entry.table, entry.name, entry.line);
+  }
   return file;
 }
 

@@ -2,32 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "settings/diffusion_options.hpp"
 
-#include <initializer_list>
-#include <optional>
-
-#include "base/number_text.hpp"
 #include "tessera/fusion/internal/diffusion_brick.hpp"
 
 namespace tessera {
 
-namespace {
-
-template <class Value>
-std::optional<Value> named(const std::string& name, std::initializer_list<Value> values) {
-  for (const Value value : values) {
-    if (name == to_string(value)) return value;
-  }
-  return std::nullopt;
-}
-
-}  // namespace
-
 Outcome<DiffusionConfig> diffusion_of(const DiffusionOptions& options, const MapConfig& map) {
   DiffusionConfig config;
-  config.mode = *named(options.mode,
-                       {DiffusionMode::kContractive, DiffusionMode::kPaper, DiffusionMode::kNone});
-  config.edge = *named(options.edge, {EdgeTerm::kNone, EdgeTerm::kLabel, EdgeTerm::kSimilarity,
-                                      EdgeTerm::kConfidence});
+  config.mode = options.mode;
+  config.edge = options.edge;
   const bool paper = config.mode == DiffusionMode::kPaper;
   config.iterations = options.iterations.value_or(paper ? 2 : DiffusionConfig{}.iterations);
   config.length_m =
@@ -36,22 +18,17 @@ Outcome<DiffusionConfig> diffusion_of(const DiffusionOptions& options, const Map
   config.omega = static_cast<float>(options.omega);
   config.prior = static_cast<float>(map.prior);
   config.whole_map = options.whole_map;
-  const int least = paper ? 1 : 0;
-  if (config.iterations < least || config.iterations > DiffusionConfig::kMostHalo)
-    return not_allowed("--iterations", std::to_string(config.iterations),
-                       paper ? "1 to 16" : "0 to 16");
-  if (!(config.alpha > 0.0F && config.alpha < 1.0F))
-    return not_allowed("--alpha", text_of(options.alpha), "a number between 0 and 1");
-  if (!(config.omega >= 1e-6F && config.omega <= 1000.0F))
-    return not_allowed("--omega", text_of(options.omega), "a number from 1e-6 to 1000");
-  if (!(config.length_m > 0.0F && config.length_m <= 1e3F))
-    return not_allowed("--diffusion-length", text_of(static_cast<double>(config.length_m)),
-                       "metres above 0");
+  if (!(config.alpha > 0.0F && config.alpha < 1.0F))  // as a float
+    return not_allowed(kDiffusionSettings["--alpha"], text_of(options.alpha),
+                       "a number between 0 and 1");
+  const SettingName& iterations = kDiffusionSettings["--iterations"];
+  if (paper && config.iterations == 0)
+    return not_allowed(iterations, "0", "1 to " + std::to_string(DiffusionConfig::kMostHalo));
   const DiffusionStencil stencil(static_cast<double>(config.length_m) / map.resolution_m);
   if (static_cast<double>(config.length_m) > 9.0 * map.resolution_m ||
       DiffusionBrick::halo_of(config, stencil.reach()) > DiffusionConfig::kMostHalo) {
-    return Failure{
-        "--diffusion-length times --iterations reaches over 16 voxels; give less of one"};
+    return Failure{Message(kDiffusionSettings["--diffusion-length"]) + " times " + iterations +
+                   " reaches over 16 voxels; give less of one"};
   }
   return config;
 }

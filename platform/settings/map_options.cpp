@@ -4,53 +4,38 @@
 
 namespace tessera {
 
-Json to_json(const MapOptions& o, const MapSetup& setup) {
-  Json json;
-  json["dataset"] = o.dataset;
-  // Only if given, so that the settings for a dataset stay the same.
-  if (!o.pcd.empty()) json["pcd"] = o.pcd;
-  if (!o.ply.empty()) json["ply"] = o.ply;
-  if (!o.depth.empty()) {
-    json["depth"] = o.depth;
-    json["label_images"] = o.label_images;
-    json["intrinsics"] = o.intrinsics;
-  }
-  if (!o.poses.empty()) json["poses"] = o.poses;
-  json["out"] = o.out;
-  json["report"] = o.report;
-  json["first"] = o.first ? Json(*o.first) : Json();
-  json["last"] = o.last ? Json(*o.last) : Json();
+MapOptions MapOptions::complete() const {
+  MapOptions o = *this;
+  const auto set = [](auto& value, auto otherwise) { value = value.value_or(otherwise); };
+  set(o.resolution_m, 0.1);
+  if (is_kernel()) set(o.kernel_length_m, 0.5);
+  set(o.prior, 0.001);
+  set(o.downsample_m, *o.resolution_m);
+  set(o.thinning_weight, is_kernel() ? ThinningWeight::kSum : ThinningWeight::kMean);
+  // A long kernel brings many classes into a voxel: three slots are too few for them.
+  set(o.counts, is_kernel() ? TuplePolicy::kDense : TuplePolicy::kCompact);
+  set(o.robot, 0U);
+  // Their sums have other sizes.
+  set(o.max_evidence, is_kernel() ? 250.0 : 100.0);
+  set(o.free_weight, is_kernel() ? 1.0 : 0.4);
+  if (!prior_map.empty()) set(o.prior_map_weight, 1.0);
+  return o;
+}
+
+Json to_json(const MapOptions& options, const MapSetup& setup) {
+  const MapOptions o = options.complete();
   const bool is_cloud = !o.pcd.empty() || !o.ply.empty();
-  json["labels"] = is_cloud && o.labels != "none" ? "field" : o.labels;
+  Json json = json_of(kSourceSettings, o);
+  json["labels"] = is_cloud && o.labels != kNoLabels ? "field" : o.labels_or_default();
   if (!o.depth.empty()) json["labels"] = o.label_images.empty() ? "none" : "images";
-  const char* const deskew = is_cloud || !o.depth.empty() ? "off" : "where timed";
-  json["deskew"] = o.deskew.empty() ? deskew : o.deskew;
-  json["resolution"] = setup.map.resolution_m;
-  json["inference"] = o.inference;
-  json["kernel_length"] =
-      setup.inference.mode == InferenceMode::kKernel ? Json(o.kernel_length_m) : Json();
-  json["prior"] = setup.map.prior;
-  json["max_range"] = o.max_range_m;
-  json["min_range"] = o.min_range_m;
-  json["downsample"] =
-      setup.inference.thinning_m > 0.0 ? Json(setup.inference.thinning_m) : Json("off");
-  json["thinning_weight"] =
-      setup.inference.thinning_weight == ThinningWeight::kSum ? "sum" : "mean";
-  json["free_space"] = o.free_space;
-  json["memory"] = setup.budget_bytes;
-  json["counts"] = to_string(setup.map.tuple);
-  json["robot"] = o.robot.value_or(0);
-  json["min_weight"] = o.min_weight;
-  json["max_evidence"] = setup.max_evidence;
-  json["free_weight"] = setup.free_weight;
-  json["work_budget"] = o.work_budget;
-  json["deadline"] = o.deadline_ms;
-  json["continue"] = o.continue_from;
+  if (!o.deskew) json["deskew"] = is_cloud || !o.depth.empty() ? "off" : "where timed";
+  json.update(json_of(kMapSettings, o));
+  json.update(json_of(kMapFileSettings, o));
   json["window"] = setup.window ? Json(setup.window->radius_m) : Json();
-  json["archive"] = o.archive;
-  if (!o.prior_map.empty()) {
-    json["prior_map"] = o.prior_map;
-    json["prior_map_weight"] = o.prior_map_weight;
+  // Only if given, so that the settings for a dataset stay the same.
+  for (const char* const key : {"pcd", "ply", "depth", "label_images", "intrinsics", "poses",
+                                "prior_map", "prior_map_weight"}) {
+    if (json[key].is_null() || json[key] == "") json.erase(key);
   }
   return json;
 }

@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <optional>
 #include <string>
-#include <string_view>
 
 #include "base/json.hpp"
 #include "base/outcome.hpp"
@@ -18,41 +17,144 @@
 namespace tessera {
 
 struct MapOptions : SourceOptions {
-  std::string prior_map;  ///< A .bt or .ot file; empty: none.
-  double prior_map_weight = 1.0;
   std::string out;
   std::string report;
   std::string continue_from;
-  std::optional<double> window_m;      ///< Default: the map keeps everything.
-  std::string archive;                 ///< Folder; empty: none.
-  std::optional<double> resolution_m;  ///< Default: as the continued map, or 0.1.
-  std::string inference = "multi-entropy";
-  double kernel_length_m = 0.5;
-  std::optional<double> prior;  ///< Default: as the continued map, or 0.001.
+  std::string prior_map;  ///< A .bt or .ot file; empty: none.
+  std::optional<double> prior_map_weight;
+  std::optional<double> resolution_m;
+  InferenceMode inference = InferenceMode::kMultiEntropy;
+  std::optional<double> kernel_length_m;
+  std::optional<double> prior;
   double max_range_m = 40.0;
-  std::string downsample;       ///< Metres or "off"; empty: the resolution.
-  std::string thinning_weight;  ///< "mean" or "sum"; empty: the better one for the mode.
-  std::string free_space = "on";
-  std::string memory = "512M";
-  std::string counts;  ///< "dense" or "compact"; empty: as the continued map, or the better one for
-                       ///< the mode.
-  std::optional<std::uint32_t> robot;  ///< Default: as the continued map, or 0.
-  double min_weight = 1.0 / 4096.0;
-  std::optional<double> max_evidence;  ///< Defaults of this and the next depend on the mode, whose
-                                       ///< sums have other sizes.
-  std::optional<double> free_weight;
   double min_range_m = 0.5;
+  std::optional<double> downsample_m;  ///< 0: off.
+  std::optional<ThinningWeight> thinning_weight;
+  bool free_space = true;
+  std::size_t memory_bytes = std::size_t{512} << 20U;
+  std::optional<TuplePolicy> counts;
+  std::optional<std::uint32_t> robot;
+  double min_weight = 1.0 / 4096.0;
+  std::optional<double> max_evidence;
+  std::optional<double> free_weight;
   std::uint64_t work_budget = 0;
-  double deadline_ms = 0.0;  ///< For each scan; 0: none.
-  bool kernel_length_given = false;
-  bool prior_map_weight_given = false;
+  double deadline_ms = 0.0;        ///< For each scan; 0: none.
+  std::optional<double> window_m;  ///< Default: the map keeps everything.
+  std::string archive;             ///< Folder; empty: none.
+
+  [[nodiscard]] bool is_kernel() const noexcept { return inference == InferenceMode::kKernel; }
+  /// With the default of each option that has none of its own: those that depend on others.
+  [[nodiscard]] MapOptions complete() const;
 };
+
+template <>
+inline constexpr std::array kChoicesOf<InferenceMode>{
+    InferenceMode::kMultiEntropy, InferenceMode::kKernel, InferenceMode::kCounting};
+template <>
+inline constexpr std::array kChoicesOf<ThinningWeight>{ThinningWeight::kMean, ThinningWeight::kSum};
+template <>
+inline constexpr std::array kChoicesOf<TuplePolicy>{TuplePolicy::kDense, TuplePolicy::kCompact};
+
+/// Those that a node and Python have too; set_up() checks what depends on more than one.
+inline constexpr Setting kMapRows[] = {
+    row<&MapOptions::resolution_m>({"--resolution", "map", "resolution_m"}, "Edge of a voxel",
+                                   {.value = "M",
+                                    .otherwise = "0.1",
+                                    .allowed = from_to(0.001, 100.0, "metres"),
+                                    .fixed = true}),
+    row<&MapOptions::inference>({"--inference", "map", "inference"},
+                                "How a point gives evidence to the voxels around it"),
+    row<&MapOptions::kernel_length_m>(
+        {"--kernel-length", "map", "kernel_length_m"},
+        "Length D of the mode kernel; for that mode only",
+        {.value = "M",
+         .otherwise = "0.5",
+         .allowed = {.least = 0.0, .open = true, .words = "metres from 0.5 to 32 voxels"}}),
+    row<&MapOptions::prior>(
+        {"--prior", "map", "prior"}, "Prior sigma_0 of every component",
+        {.value = "P", .otherwise = "0.001", .allowed = from_to(0.0, 1e6), .fixed = true}),
+    row<&MapOptions::max_range_m>(
+        {"--max-range", "map", "max_range_m"},
+        "Farther returns add no hit, and their rays free space up to here; 0: no limit",
+        {.value = "M", .allowed = from_to(0.0, 1e6, "metres")}),
+    row<&MapOptions::min_range_m>({"--min-range", "map", "min_range_m"},
+                                  "Nearer returns are refused",
+                                  {.value = "M", .allowed = from_to(0.0, 1e6, "metres")}),
+    row<&MapOptions::downsample_m>(
+        {"--downsample", "map", "downsample_m"}, "Cell of which one point is taken",
+        {.value = "M|off",
+         .otherwise = "the resolution",
+         .allowed = {.least = 0.001, .most = 1000.0, .what = "metres", .zero = "off"}}),
+    row<&MapOptions::thinning_weight>({"--thinning-weight", "map", "thinning_weight"},
+                                      "Weight of a thinned point, from the points with its label",
+                                      {.otherwise = "kernel: sum, else mean"}),
+    row<&MapOptions::free_space>({"--free-space", "map", "free_space"},
+                                 "Map free space along rays"),
+    bytes_row<&MapOptions::memory_bytes>({"--memory", "map", "memory", "memory_bytes"},
+                                         "Memory for the map and for the work on a scan",
+                                         {.value = "BYTES", .allowed = {.most = 1e15}}),
+    row<&MapOptions::counts>(
+        {"--counts", "map", "counts"},
+        "Counts of a voxel. compact: 16 bytes, for three classes; dense: a float for each",
+        {.otherwise = "kernel: dense, else compact", .fixed = true}),
+    row<&MapOptions::robot>({"--robot"}, "Robot id, kept in the map file",
+                            {.value = "ID", .otherwise = "0", .fixed = true}),
+    row<&MapOptions::min_weight>(
+        {"--min-weight", "map", "min_weight"}, "Smaller contributions are not added",
+        {.value = "W", .otherwise = "2^-12", .allowed = from_to(0.0, 1.0)}),
+    row<&MapOptions::max_evidence>(
+        {"--max-evidence", "map", "max_evidence"}, "Cap of a voxel's evidence; 0: none",
+        {.value = "S",
+         .otherwise = "100; kernel: 250",
+         .allowed = {.least = 0.0,
+                     .most = 1e6,
+                     .words = "0, or 1 to 255 times the weight of a pass"},
+         .fixed = true}),
+    row<&MapOptions::free_weight>(
+        {"--free-weight", "map", "free_weight"}, "Evidence of one pass of a ray",
+        {.value = "W", .otherwise = "0.4; kernel: 1", .allowed = above(0.0, 1e6), .fixed = true}),
+    row<&MapOptions::work_budget>({"--work-budget", "map", "work_budget"},
+                                  "Most kernel evaluations and ray steps of a scan; 0: no limit",
+                                  {.value = "N"}),
+    row<&MapOptions::deadline_ms>(
+        {"--deadline", "map", "deadline_ms"},
+        "Time for a scan from the end of reading; what does not fit is left out; 0: no limit",
+        {.value = "MS",
+         .allowed = {.least = 0.001, .most = 1e9, .what = "milliseconds", .zero = "0"}}),
+    row<&MapOptions::window_m>(
+        {"--window", "map", "window_m"},
+        "Keep only the map within this distance of the robot in memory",
+        {.value = "M",
+         .otherwise = "all; with an archive: as far as scans reach",
+         .allowed = {.least = 0.0, .open = true, .words = "metres above 0, to 32000 voxels"}}),
+    path_row<&MapOptions::archive>(
+        {"--archive", "map", "archive"},
+        "Folder for blocks that leave the window; they are reloaded when the robot returns",
+        {.value = "DIR"}),
+};
+inline constexpr SettingTable<MapOptions> kMapSettings{kMapRows};
+
+/// Those of the command alone.
+inline constexpr Setting kMapFileRows[] = {
+    path_row<&MapOptions::out>({"--out"}, "Map file to write, required", {.value = "MAP.tsm"}),
+    path_row<&MapOptions::report>({"--report"}, "JSON report to write", {.value = "FILE"}),
+    path_row<&MapOptions::continue_from>(
+        {"--continue"},
+        "Map file to continue; it sets resolution, prior, cap, weight of a pass and robot",
+        {.value = "FILE"}),
+    path_row<&MapOptions::prior_map>(
+        {"--prior-map"}, "OctoMap file (.bt, .ot) to initialise a new map with", {.value = "FILE"}),
+    row<&MapOptions::prior_map_weight>(
+        {"--prior-map-weight"}, "Evidence of each voxel of the prior map",
+        {.value = "W",
+         .otherwise = "1",
+         .allowed = {.least = 0.001, .words = "evidence from 0.001 to the cap of a voxel"}}),
+};
+inline constexpr SettingTable<MapOptions> kMapFileSettings{kMapFileRows};
 
 /// Configurations for mapping.
 struct MapSetup {
   MapConfig map;
-  double max_evidence = 0.0;  ///< As typed: those of the map are floats.
-  double free_weight = 0.0;
   InferenceConfig inference;
   std::int64_t deadline_us = 0;  ///< Counted from the start of a scan's integration; 0: none.
   std::size_t budget_bytes = 0;
@@ -60,8 +162,7 @@ struct MapSetup {
   std::size_t archive_bytes = 0;  ///< Part of the budget, for the archive's index.
 };
 
-/// Fails with kUsage, naming the option, iff a value is out of its range or options contradict each
-/// other.
+/// Fails with kUsage iff options contradict each other; each by itself is in its range.
 Outcome<MapSetup> set_up(const MapOptions& options);
 
 /// Blocks that a window reaches at most.
@@ -70,10 +171,7 @@ inline constexpr double kMostWindowBlocks = 4000.0;
 /// How far from the robot a scan changes the map: 0 without a limit of the range.
 double reach_m(const MapOptions& options);
 
-/// Sets up the window for the map's resolution; set_up does it for a new map. Fails as set_up.
-Outcome<void> set_up_window(const MapOptions& options, MapSetup& setup);
-
-/// The values of all options, for reports and for the record in the map.
+/// The values of all options, for reports and for the record in the map; setup: of these options.
 Json to_json(const MapOptions& options, const MapSetup& setup);
 
 /// How a map was made, for the record in it: without the paths and ranges of this run. config: as

@@ -1,10 +1,9 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-#include "settings/sharing_setup.hpp"
-
 #include <algorithm>
 
 #include "base/monotonic_clock.hpp"
+#include "settings/sharing_settings.hpp"
 
 namespace tessera {
 
@@ -32,8 +31,7 @@ ExchangeConfig exchange_of(const SharingOptions& config, const MapConfig& map,
   exchange.max_evidence = robot_max_evidence(map);
   exchange.contributions = config.contributions;
   exchange.contributions_per_robot = config.contributions_per_robot;
-  exchange.conflicts =
-      config.conflicts == "exclude" ? ConflictPolicy::kExclude : ConflictPolicy::kAlarm;
+  exchange.conflicts = config.conflicts;
   exchange.peers = config.peers;
   exchange.bytes_per_s = config.bytes_per_s;
   exchange.burst_bytes = config.burst_bytes;
@@ -53,9 +51,10 @@ Outcome<GlobalMapConfig> fit_global_map(GlobalMapConfig config, std::size_t memo
   // Mostly the brick of the diffusion.
   const std::size_t fixed_bytes = GlobalMap::required_bytes(config, num_components);
   if (memory_bytes < fixed_bytes + kLeastBytes) {
-    return Failure{"--fusion-memory " + std::to_string(memory_bytes) +
-                   " bytes are too few for a global map; give at least " +
-                   std::to_string(((fixed_bytes + kLeastBytes) >> 20U) + 1) + "M"};
+    constexpr std::size_t kMiB = std::size_t{1} << 20U;
+    return Failure{Message(kSharingSettings["fusion.memory"]) + " " + bytes_text(memory_bytes) +
+                   " is too little for a global map; give at least " +
+                   bytes_text(((fixed_bytes + kLeastBytes) / kMiB + 1) * kMiB)};
   }
   const std::size_t rest_bytes = memory_bytes - fixed_bytes;
   const auto parts_of = [rest_bytes](double share, std::size_t bytes) {
@@ -104,7 +103,7 @@ Outcome<RobotConfig> set_up_sharing(const SharingOptions& options, const MapSetu
   global.max_evidence = robot.map.max_evidence;
   global.map.max_evidence = 0.0F;
   if (diffusion->mode == DiffusionMode::kPaper) global.map.prior = 0.0;
-  global.map.tuple = options.counts == "dense" ? TuplePolicy::kDense : TuplePolicy::kCompact;
+  global.map.tuple = options.counts;
   global.replicas.contributions = options.contributions;
   const Outcome<GlobalMapConfig> fitted =
       fit_global_map(global, options.fusion_memory_bytes, options.robot_share, num_components);

@@ -6,12 +6,12 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <string>
 
 #include "base/outcome.hpp"
 #include "settings/diffusion_options.hpp"
 #include "settings/map_options.hpp"
 #include "tessera/exchange/publication.hpp"
+#include "tessera/exchange/wire.hpp"
 #include "tessera/robot/robot_config.hpp"
 
 namespace tessera {
@@ -32,20 +32,19 @@ struct SharingOptions {
   std::uint32_t peers = 64;
   std::uint32_t contributions = 64;
   std::uint32_t contributions_per_robot = 4;
-  std::string conflicts = "alarm";  ///< Or exclude.
+  ConflictPolicy conflicts = ConflictPolicy::kAlarm;
   // Global map.
   std::size_t fusion_memory_bytes = std::size_t{256} << 20U;
   DiffusionOptions diffusion;
-  std::string counts = "compact";
+  TuplePolicy counts = TuplePolicy::kCompact;
   double robot_share = 0.5;
   std::uint64_t work_per_tick = 300'000;
   bool near_first = false;
 };
 
 /// The configuration of a robot except the sizes of its scans and its frame. map: of its local map.
-/// num_components: of the class table. epoch: of this start. Fails with kUsage iff a setting of the
-/// diffusion is out of its range, or the memory budget is too small for a map; messages name
-/// options of "fuse".
+/// num_components: of the class table. epoch: of this start. Fails with kUsage iff settings of the
+/// diffusion contradict each other, or the memory budget is too small for a map.
 Outcome<RobotConfig> set_up_sharing(const SharingOptions& options, const MapSetup& map,
                                     int num_components, std::uint32_t epoch);
 

@@ -147,7 +147,7 @@ bool answer(const VehiclePort& port, const Seen& seen, bool& reporting) {
 int run(const VehiclePortConfig& config, int sectors) {
   const Outcome<std::unique_ptr<VehiclePort>> port = VehiclePort::open(config);
   if (!port.ok()) {
-    std::puts(port.failure().message.c_str());
+    std::puts(port.failure().text().c_str());
     return port.failure().kind == FailureKind::kUsage ? 1 : 2;
   }
   VehicleReport report = report_of(sectors);

@@ -49,7 +49,7 @@ int hear(const std::string& folder, int count, std::int64_t seconds, int cameras
   config.matcher.max_age_us = 3'600'000'000;
   Outcome<std::unique_ptr<SensorPort>> port = SensorPort::open(config);
   if (!port.ok()) {
-    std::fprintf(stderr, "hear_sensors: %s\n", port.failure().message.c_str());
+    std::fprintf(stderr, "hear_sensors: %s\n", port.failure().text().c_str());
     return EXIT_FAILURE;
   }
   std::puts("ready");

@@ -77,7 +77,7 @@ class RefusedDataset(CommandCase):
     def test_no_scan_in_range(self):
         self.map_refused(self.data, "--first", 7, saying=("--first",))
         self.map_refused(self.data, "--first", 1, "--last", 0, saying=("--first 1", "--last 0"))
-        self.map_refused(self.data, "--first", -1, saying=("negative",))
+        self.map_refused(self.data, "--first", -1, saying=("--first", "from 0"))
 
     def test_damaged_class_table(self):
         (self.data / "classes.toml").write_text("[[class]\nid = 1\n")

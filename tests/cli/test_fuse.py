@@ -241,7 +241,7 @@ class Fuse(CommandCase):
             self.map_dataset(folder, maps[-1], *COUNTING, "--robot", robot)
         _, whole = self.fuse(*maps)
         self.out.unlink()
-        self.refused("fuse", *maps, "--out", self.out, "--memory", "1M", saying=["--memory 1048576", "give at least"])
+        self.refused("fuse", *maps, "--out", self.out, "--memory", "1M", saying=["--memory 1M", "give at least"])
         for text in ("lots", "-1", "1T"):
             self.refused("fuse", *maps, "--out", self.out, f"--memory={text}", saying=["--memory", text])
         self.assertFalse(self.out.exists())

@@ -31,15 +31,15 @@ class BadConfiguration(NodeCase):
         self.bad("[replay] loop: is not true or false", replay={"loop": 1})
         self.bad("[map] memory: is not a number of bytes", map={"memory": "much"})
         self.bad("[map] memory", "give at least", map={"memory": "1K"})
-        self.bad("line 8: [map] resolution_m: resolution_m 0 is not allowed", map={"resolution_m": 0})
+        self.bad("line 8: [map] resolution_m: 0 is not allowed", map={"resolution_m": 0})
         self.bad("[map] kernel_length_m", map={"kernel_length_m": 0.5})
         self.bad("[map] downsample_m", map={"downsample_m": "of"})
-        self.bad("[fusion] diffusion: \"strong\" is not allowed; give \"contractive\", \"paper\" or \"none\"",
+        self.bad("[fusion] diffusion: strong is not allowed; give contractive, paper or none",
                  fusion={"diffusion": "strong"})
         self.bad("[fusion] alpha", fusion={"alpha": 1})
         self.bad("[fusion] memory", "give at least", fusion={"memory": "1M"})
         self.bad("[security] exclude", "list of whole numbers", security={"exclude": ["x"]})
-        self.bad("[security] exclude: is not a list of numbers of robots", security={"exclude": [-1]})
+        self.bad("[security] exclude: is not a list of whole numbers", security={"exclude": [-1]})
         self.bad("[security] exclude: names this robot itself", security={"exclude": [3, 0]})
         self.bad("[security] exclude: takes at most 16 robots", security={"exclude": list(range(1, 18))})
         for key in ("fleet_key", "robot_secret", "robot_public_keys"):

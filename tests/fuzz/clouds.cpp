@@ -21,10 +21,10 @@ namespace {
 /// Names the file and is a line of text.
 void check_failure(const Failure& failure, std::string_view name) {
   require(failure.kind == FailureKind::kUsage, "bad input is not the system's failure");
-  require(failure.message.find(name) != std::string::npos, "a message that does not say where");
-  for (const char letter : failure.message)
+  require(failure.text().find(name) != std::string::npos, "a message that does not say where");
+  for (const char letter : failure.text())
     require(letter >= ' ' && letter <= '~', "a message of several lines, or of no text");
-  require(failure.message.size() < 1024, "a message that nobody reads");
+  require(failure.text().size() < 1024, "a message that nobody reads");
 }
 
 struct Format {

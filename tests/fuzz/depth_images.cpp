@@ -22,8 +22,8 @@ constexpr std::string_view kCamera =
 constexpr std::string_view kPose = "1 0 0 0 0 1 0 0 0 0 1 0\n";
 
 void check_failure(const Failure& failure) {
-  require(!failure.message.empty() && failure.message.size() < 1024, "a message that nobody reads");
-  for (const char letter : failure.message)
+  require(!failure.text().empty() && failure.text().size() < 1024, "a message that nobody reads");
+  for (const char letter : failure.text())
     require(static_cast<unsigned char>(letter) >= ' ' && letter != '\x7f',
             "a message of several lines, or with control characters");
 }

@@ -35,8 +35,8 @@ void url(Bytes bytes) {
   const std::string text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   const Outcome<UdpmUrl> parsed = UdpmUrl::parse(text);
   if (!parsed.ok()) {
-    require(!parsed.failure().message.empty(), "an error without a word");
-    require(parsed.failure().message.find('\n') == std::string::npos, "an error of several lines");
+    require(!parsed.failure().text().empty(), "an error without a word");
+    require(parsed.failure().text().find('\n') == std::string::npos, "an error of several lines");
     return;
   }
   require(parsed->group >> 28U == 14U && parsed->port != 0, "no group");

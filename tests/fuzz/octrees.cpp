@@ -18,10 +18,10 @@ void octrees(Bytes bytes) {
   if (!octree.ok()) {
     const Failure& failure = octree.failure();
     require(failure.kind == FailureKind::kUsage, "bad input is not the system's failure");
-    require(failure.message.starts_with("an.ot: "), "a message that does not say where");
-    for (const char letter : failure.message)
+    require(failure.text().starts_with("an.ot: "), "a message that does not say where");
+    for (const char letter : failure.text())
       require(letter >= ' ' && letter <= '~', "a message of several lines, or of no text");
-    require(failure.message.size() < 1024, "a message that nobody reads");
+    require(failure.text().size() < 1024, "a message that nobody reads");
     return;
   }
   // A leaf takes two bits at least.

@@ -45,10 +45,10 @@ class File {
 /// Names the file and takes one line, however the file is made.
 void check_failure(const Failure& failure, std::string_view name) {
   require(failure.kind == FailureKind::kUsage, "bad input is not the system's failure");
-  require(failure.message.find(name) != std::string::npos, "a message that does not say where");
-  for (const char letter : failure.message)
+  require(failure.text().find(name) != std::string::npos, "a message that does not say where");
+  for (const char letter : failure.text())
     require(static_cast<unsigned char>(letter) >= 0x20, "a message of several lines");
-  require(failure.message.size() < 1024, "a message that nobody reads");
+  require(failure.text().size() < 1024, "a message that nobody reads");
 }
 
 bool same_bits(const Matrix34d& a, const Matrix34d& b) {

@@ -32,7 +32,7 @@ T made(Result<T> result) {
 
 ScanReader reader_of(const Dataset& dataset) {
   Outcome<ScanReader> reader = ScanReader::make(dataset);
-  if (!reader.ok()) throw std::runtime_error(reader.failure().message);
+  if (!reader.ok()) throw std::runtime_error(reader.failure().text());
   return std::move(*reader);
 }
 
@@ -52,7 +52,7 @@ Drive::Drive(const Dataset& dataset, std::size_t first, std::size_t count)
 
 void Drive::integrate_next() {
   const Outcome<ScanView> scan = reader_.read(next_++);
-  if (!scan.ok()) throw std::runtime_error(scan.failure().message);
+  if (!scan.ok()) throw std::runtime_error(scan.failure().text());
   const Point3f at = scan->T_map_sensor.col(3).cast<float>();
   publisher_.set_focus(block_of(*mapper_->map().lattice().voxel_of(at)));
   if (mapper_->integrate(*scan, 0).left_out() > 0) throw std::runtime_error("a scan did not fit");

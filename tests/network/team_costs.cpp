@@ -136,7 +136,7 @@ void measure(Settings settings) {
     DatasetOptions options;
     options.labels = settings.labels;
     Outcome<Dataset> opened = Dataset::open(settings.dataset, options);
-    if (!opened.ok()) throw std::runtime_error(opened.failure().message);
+    if (!opened.ok()) throw std::runtime_error(opened.failure().text());
     dataset = std::move(*opened);
     classes = dataset->classes().table().num_classes();
     const std::size_t each = dataset->num_scans() / static_cast<std::size_t>(settings.robots);

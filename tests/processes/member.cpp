@@ -22,7 +22,7 @@ T made(Result<T> result, const char* what) {
 
 template <class T>
 T taken(Outcome<T> outcome) {
-  if (!outcome.ok()) throw std::runtime_error(outcome.failure().message);
+  if (!outcome.ok()) throw std::runtime_error(outcome.failure().text());
   return std::move(*outcome);
 }
 

@@ -24,7 +24,7 @@ constexpr const char* kMission = "harbour 7";
 
 template <class T>
 T made(Outcome<T> outcome) {
-  if (!outcome.ok()) throw std::runtime_error(outcome.failure().message);
+  if (!outcome.ok()) throw std::runtime_error(outcome.failure().text());
   return std::move(*outcome);
 }
 

@@ -169,18 +169,17 @@ class Map:
 
 class LocalMap(Map):
     def __init__(
-        self, classes: ClassTable | None = None, *, resolution_m: float | None = None, memory_bytes: int = ...,
-        inference: str = "multi-entropy", kernel_length_m: float | None = None, prior: float | None = None,
-        max_range_m: float = ..., min_range_m: float = ..., downsample_m: float | None = None,
-        thinning_weight: str | None = None, free_space: bool = True, counts: str | None = None, min_weight: float = ...,
-        max_evidence: float | None = None, free_weight: float | None = None, work_budget: int = 0,
-        deadline_ms: float = 0.0, window_m: float | None = None, archive: _Path | None = None, robot: int = 0,
-        T_global_map: _Pose | None = None, max_points: int = ...) -> None: ...
+        self, classes: ClassTable | None = None, *, resolution_m: float | None = None, inference: str = "multi-entropy",
+        kernel_length_m: float | None = None, prior: float | None = None, max_range_m: float = ..., min_range_m: float = ...,
+        downsample_m: float | None = None, thinning_weight: str | None = None, free_space: bool = True, memory_bytes: int = ...,
+        counts: str | None = None, robot: int | None = None, min_weight: float = ..., max_evidence: float | None = None,
+        free_weight: float | None = None, work_budget: int = 0, deadline_ms: float = 0.0, window_m: float | None = None,
+        archive: _Path | None = None, T_global_map: _Pose | None = None, max_points: int = ...) -> None: ...
     @staticmethod
     def load(
-        path: _Path, classes: ClassTable | None = None, *, memory_bytes: int = ..., inference: str = "multi-entropy",
+        path: _Path, classes: ClassTable | None = None, *, inference: str = "multi-entropy",
         kernel_length_m: float | None = None, max_range_m: float = ..., min_range_m: float = ...,
-        downsample_m: float | None = None, thinning_weight: str | None = None, free_space: bool = True,
+        downsample_m: float | None = None, thinning_weight: str | None = None, free_space: bool = True, memory_bytes: int = ...,
         min_weight: float = ..., work_budget: int = 0, deadline_ms: float = 0.0, window_m: float | None = None,
         archive: _Path | None = None, max_points: int = ...) -> LocalMap: ...
     def integrate(
@@ -196,12 +195,14 @@ class FusedMap(Map):
 
 class Sharer:
     def __init__(
-        self, map: LocalMap, *, T_global_map: _Pose | None = None, epoch: int = 1, fusion_memory_bytes: int = ...,
-        diffusion: str = "contractive", edge: str = "confidence", iterations: int | None = None,
-        diffusion_length_m: float | None = None, alpha: float = ..., omega: float = 1.0, whole_map: bool = False,
-        counts: str = "compact", bytes_per_s: int = ..., burst_bytes: int = ..., tick_ms: int = ...,
-        fleet_key: _Path | None = None, robot_secret: _Path | None = None,
-        robot_public_keys: _Path | None = None, mission: str | None = None, conflicts: str = "alarm") -> None: ...
+        self, map: LocalMap, *, T_global_map: _Pose | None = None, epoch: int = 1, diffusion: str = "contractive",
+        iterations: int | None = None, diffusion_length_m: float | None = None, alpha: float = ..., omega: float = 1.0,
+        edge: str = "confidence", whole_map: bool = False, tick_ms: int = ..., staleness_s: float = ...,
+        free_staleness_s: float = ..., evidence_factor: float = ..., blocks: int = ..., label_bytes_per_s: int = ...,
+        free_bytes_per_s: int = ..., bytes_per_s: int = ..., burst_bytes: int = ..., peers: int = ..., contributions: int = ...,
+        contributions_per_robot: int = ..., conflicts: str = "alarm", fusion_memory_bytes: int = ..., counts: str = "compact",
+        robot_share: float = ..., work_per_tick: int = ..., near_first: bool = False, fleet_key: _Path | None = None,
+        robot_secret: _Path | None = None, robot_public_keys: _Path | None = None, mission: str | None = None) -> None: ...
     def tick(self, now_us: int | None = None) -> list[bytes]: ...
     def receive(self, datagram: bytes | bytearray | memoryview, now_us: int | None = None) -> None: ...
     def finish(self) -> None: ...
@@ -270,8 +271,8 @@ class Clouds:
 def load(path: _Path) -> Map: ...
 def fuse(
     maps: Sequence[Map | _Path], transforms: Sequence[_Pose | None] | None = None, *, diffusion: str = "contractive",
-    edge: str = "confidence", iterations: int | None = None, diffusion_length_m: float | None = None, alpha: float = ...,
-    omega: float = 1.0, whole_map: bool = False, counts: str | None = None,
+    iterations: int | None = None, diffusion_length_m: float | None = None, alpha: float = ..., omega: float = 1.0,
+    edge: str = "confidence", whole_map: bool = False, counts: str | None = None,
     memory_bytes: int | None = None) -> FusedMap: ...
 def read_cloud(path: _Path) -> tuple[_F32, _I64 | None]: ...
 def read_transform(path: _Path) -> _F64: ...

@@ -120,7 +120,7 @@ TEST_CASE("clouds: without labels, wanted or there, points are unlabelled") {
   }
   options.with_labels = true;
   CHECK_THAT(
-      test::read_scan(*CloudFolder::open(folder.file("clouds"), options), 1).failure().message,
+      test::read_scan(*CloudFolder::open(folder.file("clouds"), options), 1).failure().text(),
       Contains("1.pcd") && Contains("the label is not a whole number"));
 }
 
@@ -131,21 +131,21 @@ TEST_CASE("clouds: another number of poses than of files names both") {
     folder.write("poses.txt", poses(count));
     const Outcome<CloudFolder> clouds = open(folder);
     REQUIRE_FALSE(clouds.ok());
-    CHECK_THAT(clouds.failure().message, Contains("clouds has 4 .pcd files, but "));
-    CHECK_THAT(clouds.failure().message,
+    CHECK_THAT(clouds.failure().text(), Contains("clouds has 4 .pcd files, but "));
+    CHECK_THAT(clouds.failure().text(),
                Contains("poses.txt has " + std::to_string(count) + " poses"));
   }
 }
 
 TEST_CASE("clouds: what is missing or out of range is refused") {
   const TemporaryFolder folder;
-  CHECK_THAT(open(folder).failure().message, Contains("cannot list"));
+  CHECK_THAT(open(folder).failure().text(), Contains("cannot list"));
   folder.write("clouds/0.ply", "ply\n");
-  CHECK_THAT(open(folder).failure().message, Contains("there are no .pcd files"));
+  CHECK_THAT(open(folder).failure().text(), Contains("there are no .pcd files"));
   write_four(folder);
-  CHECK_THAT(open(folder, 4).failure().message, Contains("from 0 to 3"));
-  CHECK_THAT(open(folder, 2, 1).failure().message, Contains("from 0 to 3"));
-  CHECK_THAT(open(folder, -1).failure().message, Contains("negative"));
+  CHECK_THAT(open(folder, 4).failure().text(), Contains("from 0 to 3"));
+  CHECK_THAT(open(folder, 2, 1).failure().text(), Contains("from 0 to 3"));
+  CHECK_THAT(open(folder, -1).failure().text(), Contains("negative"));
 }
 
 TEST_CASE(
@@ -154,13 +154,13 @@ TEST_CASE(
   write_four(folder);
   const std::string good = one_point(11, "40");
   folder.write("clouds/scan_11.pcd", good.substr(0, good.size() / 2));
-  CHECK_THAT(open(folder).failure().message, Contains("scan_11.pcd"));
+  CHECK_THAT(open(folder).failure().text(), Contains("scan_11.pcd"));
   folder.write("clouds/scan_11.pcd", good.substr(0, good.size() - 4) + "x40\n");
   const Outcome<CloudFolder> clouds = open(folder);
   REQUIRE(clouds.ok());
   const Outcome<test::ReadScan> scan = test::read_scan(*clouds, 3);
   REQUIRE_FALSE(scan.ok());
-  CHECK_THAT(scan.failure().message, Contains("scan_11.pcd, line 12"));
+  CHECK_THAT(scan.failure().text(), Contains("scan_11.pcd, line 12"));
 }
 
 TEST_CASE("clouds: a file that has grown since it was looked at is refused") {

@@ -17,7 +17,7 @@ std::vector<Matrix34d> poses_of(const std::string& text) {
   const test::TemporaryFolder folder;
   folder.write("poses.txt", text);
   const Outcome<PoseRows> poses = read_pose_rows(folder.file("poses.txt"));
-  INFO((poses.ok() ? "" : poses.failure().message));
+  INFO((poses.ok() ? "" : poses.failure().text()));
   REQUIRE(poses.ok());
   return poses->T_map_sensor;
 }
@@ -27,8 +27,8 @@ std::string refusal_of(const std::string& text) {
   folder.write("poses.txt", text);
   const Outcome<PoseRows> poses = read_pose_rows(folder.file("poses.txt"));
   REQUIRE_FALSE(poses.ok());
-  CHECK_THAT(poses.failure().message, Contains("poses.txt, line "));
-  return poses.failure().message;
+  CHECK_THAT(poses.failure().text(), Contains("poses.txt, line "));
+  return poses.failure().text();
 }
 
 /// A quarter to the left about z, at (1, 2, 3).
@@ -89,7 +89,7 @@ TEST_CASE("poses: a file in which not one is rigid is refused") {
     folder.write("poses.txt", text);
     const Outcome<PoseRows> poses = read_pose_rows(folder.file("poses.txt"));
     REQUIRE_FALSE(poses.ok());
-    CHECK_THAT(poses.failure().message,
+    CHECK_THAT(poses.failure().text(),
                Contains("poses.txt: none of its ") && Contains("is a rigid transform; "));
   }
 }

@@ -37,14 +37,14 @@ std::string compressed(const std::string& payload) {
 Read read_as_pcd(const std::string& file) {
   Read read;
   const Outcome<void> outcome = read_pcd({"a.pcd", file}, read.cloud);
-  if (!outcome.ok()) read.failure = outcome.failure().message;
+  if (!outcome.ok()) read.failure = outcome.failure().text();
   return read;
 }
 
 Read read_as_ply(const std::string& file) {
   Read read;
   const Outcome<void> outcome = read_ply({"a.ply", file}, read.cloud);
-  if (!outcome.ok()) read.failure = outcome.failure().message;
+  if (!outcome.ok()) read.failure = outcome.failure().text();
   return read;
 }
 

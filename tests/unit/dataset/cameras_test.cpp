@@ -91,12 +91,12 @@ TEST_CASE("cameras.toml: what is wrong is told with file, line and remedy") {
     const Outcome<std::vector<CameraDescription>> cameras =
         parse_cameras(replaced(kCamera, c.from, c.to), "c.toml");
     REQUIRE_FALSE(cameras.ok());
-    CHECK_THAT(cameras.failure().message,
+    CHECK_THAT(cameras.failure().text(),
                Contains("c.toml") && Contains(c.line) && Contains(c.says));
   }
   const auto message = [](const std::string& text) {
     const Outcome<std::vector<CameraDescription>> cameras = parse_cameras(text, "c.toml");
-    return cameras.ok() ? std::string() : cameras.failure().message;
+    return cameras.ok() ? std::string() : cameras.failure().text();
   };
   CHECK_THAT(message(kCamera + "distortion = [1, 2, 3]\n"), Contains("[k1, k2, p1, p2, k3]"));
   CHECK_THAT(message(kCamera + "distortion = [-0.9, 0]\n"), Contains("folds"));
@@ -163,7 +163,7 @@ TEST_CASE("camera labels: an image of another time is met where the camera was t
   write_cameras(sample, kCamera + "stamp_offset = 0.05\n");
   Outcome<Dataset> dataset = open_with_cameras(sample);
   REQUIRE_FALSE(dataset.ok());
-  CHECK_THAT(dataset.failure().message, Contains("times.txt"));
+  CHECK_THAT(dataset.failure().text(), Contains("times.txt"));
   sample.folder().write("times.txt", "0\n0.1\n0.2\n");
   // From scan 1 to its image the robot drives 10 m: past the point ahead.
   sample.folder().write("poses_dense.txt",
@@ -188,9 +188,9 @@ TEST_CASE("camera labels: what is missing or damaged is told by its name") {
     write_cameras(sample);
     change(sample);
     const Outcome<Dataset> dataset = open_with_cameras(sample);
-    if (!dataset.ok()) return dataset.failure().message;
+    if (!dataset.ok()) return dataset.failure().text();
     const Outcome<test::ReadScan> scan = test::read_scan(*dataset, 1);
-    return scan.ok() ? std::string() : scan.failure().message;
+    return scan.ok() ? std::string() : scan.failure().text();
   };
   CHECK(failure([](const SampleDataset&) {}).empty());
   CHECK_THAT(failure([](const SampleDataset& s) { s.remove("cameras.toml"); }),

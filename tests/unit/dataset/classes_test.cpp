@@ -23,9 +23,9 @@ std::string refusal(const std::string& text) {
   const Outcome<DatasetClasses> classes = DatasetClasses::parse(text, "some/classes.toml");
   REQUIRE_FALSE(classes.ok());
   CHECK(classes.failure().kind == FailureKind::kUsage);
-  CHECK(classes.failure().message.find('\n') == std::string::npos);
-  CHECK_THAT(classes.failure().message, Contains("some/classes.toml"));
-  return classes.failure().message;
+  CHECK(classes.failure().text().find('\n') == std::string::npos);
+  CHECK_THAT(classes.failure().text(), Contains("some/classes.toml"));
+  return classes.failure().text();
 }
 
 TEST_CASE("semantic_kitti: nineteen classes with their names and colours") {
@@ -71,7 +71,7 @@ TEST_CASE("DatasetClasses::load: without a file SemanticKITTI's, with one that")
   folder.write("classes.toml", entry("1", "a", "[1]"));
   CHECK(DatasetClasses::load(folder.path().string())->table().num_classes() == 1);
   folder.write("classes.toml", "x");
-  CHECK_THAT(DatasetClasses::load(folder.path().string()).failure().message,
+  CHECK_THAT(DatasetClasses::load(folder.path().string()).failure().text(),
              Contains(folder.file("classes.toml")));
 }
 

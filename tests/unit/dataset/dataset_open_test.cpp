@@ -19,8 +19,8 @@ std::string refusal(const std::string& dir, const DatasetOptions& options = {}) 
   const Outcome<Dataset> dataset = Dataset::open(dir, options);
   REQUIRE_FALSE(dataset.ok());
   CHECK(dataset.failure().kind == FailureKind::kUsage);
-  CHECK(dataset.failure().message.find('\n') == std::string::npos);
-  return dataset.failure().message;
+  CHECK(dataset.failure().text().find('\n') == std::string::npos);
+  return dataset.failure().text();
 }
 
 TEST_CASE("Dataset: a complete folder opens with all its scans") {
@@ -169,10 +169,10 @@ TEST_CASE("Dataset: check_labels checks another folder as open does") {
   const Outcome<Dataset> dataset = Dataset::open(sample.dir());
   REQUIRE(dataset.ok());
   CHECK(dataset->check_labels("labels").ok());
-  CHECK_THAT(dataset->check_labels("truth").failure().message,
+  CHECK_THAT(dataset->check_labels("truth").failure().text(),
              Contains("/truth does not exist") && Contains("name a folder"));
   sample.write_labels("labels", 0, {});
-  CHECK_THAT(dataset->check_labels("labels").failure().message,
+  CHECK_THAT(dataset->check_labels("labels").failure().text(),
              Contains("labels/000000.label has 0 labels"));
 }
 

@@ -159,7 +159,7 @@ TEST_CASE("Dataset::read: files that vanish or change after open are failures, n
     const Outcome<test::ReadScan> scan = test::read_scan(*dataset, i);
     REQUIRE_FALSE(scan.ok());
     CHECK(scan.failure().kind == FailureKind::kFailure);
-    return scan.failure().message;
+    return scan.failure().text();
   };
   CHECK_THAT(message(0), Contains("velodyne/000000.bin") && Contains("check the name"));
   CHECK_THAT(message(1),
@@ -169,7 +169,7 @@ TEST_CASE("Dataset::read: files that vanish or change after open are failures, n
   sample.write_labels("labels", 2, {1, 2, 3, 4});
   const Outcome<UnknownRawIds> labels = dataset->read_labels(2, "labels", truth);
   REQUIRE_FALSE(labels.ok());
-  CHECK_THAT(labels.failure().message, Contains("labels/000002.label has 16 bytes, but had 12"));
+  CHECK_THAT(labels.failure().text(), Contains("labels/000002.label has 16 bytes, but had 12"));
 }
 
 }  // namespace

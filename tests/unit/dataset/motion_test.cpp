@@ -79,7 +79,7 @@ TEST_CASE("deskewed dataset: what is missing or wrong is told by its name and li
     change(sample);
     const Outcome<Dataset> dataset = Dataset::open(
         sample.dir(), {.first = {}, .last = {}, .labels = "predictions", .deskew = deskew});
-    return dataset.ok() ? std::string() : dataset.failure().message;
+    return dataset.ok() ? std::string() : dataset.failure().text();
   };
   const auto writes = [](const char* name, const char* text) {
     return [=](const SampleDataset& s) { s.folder().write(name, text); };
@@ -149,11 +149,10 @@ TEST_CASE("deskewed dataset: off with its motion leaves the points; times are re
   CHECK(raw.points()[0] == 5.0F);
 }
 
-TEST_CASE("deskewing: on, off and nothing are the words for it") {
-  CHECK(*parse_deskewing("") == Deskewing::kWhereTimed);
-  CHECK(*parse_deskewing("on") == Deskewing::kOn);
-  CHECK(*parse_deskewing("off") == Deskewing::kOff);
-  CHECK_FALSE(parse_deskewing("yes").ok());
+TEST_CASE("deskewing: on, off, and where there are times if nothing is said") {
+  CHECK(deskewing(std::nullopt) == Deskewing::kWhereTimed);
+  CHECK(deskewing(true) == Deskewing::kOn);
+  CHECK(deskewing(false) == Deskewing::kOff);
 }
 
 }  // namespace

@@ -31,7 +31,7 @@ Matrix34d matrix_of(std::string_view row) {
 std::string row_refusal(std::string_view row) {
   const Outcome<Matrix34d> matrix = parse_matrix34(row, {"poses.txt", 7});
   REQUIRE_FALSE(matrix.ok());
-  return matrix.failure().message;
+  return matrix.failure().text();
 }
 
 TEST_CASE("parse_matrix34: row-major, any blanks, any notation of numbers") {
@@ -91,15 +91,15 @@ TEST_CASE("read_poses: absurd poses are returned as they are") {
   CHECK(std::isnan((*poses)[0](0, 0)));
   CHECK((*poses)[1](1, 1) == 2.0);
   folder.write("p", absurd);
-  CHECK_THAT(read_poses(folder.file("p")).failure().message,
+  CHECK_THAT(read_poses(folder.file("p")).failure().text(),
              Contains("none of its 2 poses is a rigid transform"));
 }
 
 TEST_CASE("read_poses: a missing file and a bad row are refused") {
   const TemporaryFolder folder;
-  CHECK_THAT(read_poses(folder.file("no")).failure().message, Contains(folder.file("no")));
+  CHECK_THAT(read_poses(folder.file("no")).failure().text(), Contains(folder.file("no")));
   folder.write("p", std::string(kIdentityRow) + "\n\n1 2 x\n");
-  CHECK_THAT(read_poses(folder.file("p")).failure().message,
+  CHECK_THAT(read_poses(folder.file("p")).failure().text(),
              Contains(folder.file("p") + ", line 3: a word is not a number"));
 }
 
@@ -120,8 +120,8 @@ TEST_CASE("read_calibration: a file without Tr, with two, and with a bad one") {
     folder.write("calib.txt", text);
     const Outcome<Matrix34d> refused = read_calibration(folder.file("calib.txt"));
     REQUIRE_FALSE(refused.ok());
-    CHECK_THAT(refused.failure().message, Contains(folder.file("calib.txt")));
-    return refused.failure().message;
+    CHECK_THAT(refused.failure().text(), Contains(folder.file("calib.txt")));
+    return refused.failure().text();
   };
   const std::string good = "Tr: " + std::string(kAxesRow) + "\n";
   CHECK_THAT(refusal("P0: 1\n"), Contains("no line that starts with 'Tr:'") && Contains("remove"));

@@ -24,7 +24,7 @@ TEST_CASE("list_scans: ascending, and other names are passed over") {
 
 TEST_CASE("list_scans: a folder that cannot be listed is named") {
   const test::TemporaryFolder folder;
-  CHECK_THAT(list_scans(folder.file("no")).failure().message,
+  CHECK_THAT(list_scans(folder.file("no")).failure().text(),
              Contains("cannot list " + folder.file("no")) && Contains("check the name"));
 }
 
@@ -45,8 +45,8 @@ TEST_CASE(
 TEST_CASE(
     "ScanFilePath: a path that is too long is refused as such, not cut to another file's name") {
   const ScanFilePath path(std::string(5000, 'x'), "velodyne", 0, ".bin");
-  CHECK_THAT(InputFile::open(path.view()).failure().message, Contains("shorter path"));
-  CHECK_THAT(file_size_bytes(path).failure().message, Contains("shorter path"));
+  CHECK_THAT(InputFile::open(path.view()).failure().text(), Contains("shorter path"));
+  CHECK_THAT(file_size_bytes(path).failure().text(), Contains("shorter path"));
 }
 
 }  // namespace

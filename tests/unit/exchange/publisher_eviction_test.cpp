@@ -124,7 +124,8 @@ TEST_CASE(
   CHECK(robot.publisher.totals().emptied == 0);
 }
 
-TEST_CASE("Publisher: a block that is to leave is published before its time, and stays with others") {
+TEST_CASE(
+    "Publisher: a block that is to leave is published before its time, and stays with others") {
   SampleRobot robot;
   robot.budget.label_bytes = 1 << 20;
   for (int i = 0; i < 600; ++i) fill(robot.map(), i, 1);  // more than are sent at once

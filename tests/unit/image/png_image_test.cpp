@@ -64,7 +64,7 @@ TEST_CASE("png: a gamma in the file changes no value") {
   folder.write("a.png", png);
   std::vector<std::uint8_t> out;
   const Outcome<void> done = read(folder, out);
-  INFO((done.ok() ? "" : done.failure().message));
+  INFO((done.ok() ? "" : done.failure().text()));
   REQUIRE(done.ok());
   CHECK(out == sample_pixels());
 }
@@ -79,11 +79,11 @@ TEST_CASE("png: colours and other sizes are refused with the remedy") {
   std::vector<std::uint8_t> out;
   Outcome<void> done = read(folder, out);
   REQUIRE_FALSE(done.ok());
-  CHECK_THAT(done.failure().message, Contains("a.png") && Contains("8-bit grey"));
+  CHECK_THAT(done.failure().text(), Contains("a.png") && Contains("8-bit grey"));
   folder.write("a.png", encoded(sample_pixels()));
   done = read(folder, out, kWidth + 1, kHeight);
   REQUIRE_FALSE(done.ok());
-  CHECK_THAT(done.failure().message, Contains("37 x 11") && Contains("38 x 11"));
+  CHECK_THAT(done.failure().text(), Contains("37 x 11") && Contains("38 x 11"));
 }
 
 TEST_CASE("png: a file cut anywhere, or with a bit turned, is refused or reads the same") {
@@ -94,7 +94,7 @@ TEST_CASE("png: a file cut anywhere, or with a bit turned, is refused or reads t
     folder.write("a.png", png.substr(0, bytes));
     const Outcome<void> done = read(folder, out);
     REQUIRE_FALSE(done.ok());
-    REQUIRE_THAT(done.failure().message, Contains("a.png") && Contains("get a complete copy"));
+    REQUIRE_THAT(done.failure().text(), Contains("a.png") && Contains("get a complete copy"));
   }
   int refused = 0;
   for (std::size_t bit = 0; bit < 8 * png.size(); bit += 3) {
@@ -113,7 +113,7 @@ TEST_CASE("png: a missing file is told by its name") {
   std::vector<std::uint8_t> out;
   const Outcome<void> done = read(folder, out);
   REQUIRE_FALSE(done.ok());
-  CHECK_THAT(done.failure().message, Contains("a.png"));
+  CHECK_THAT(done.failure().text(), Contains("a.png"));
 }
 
 }  // namespace

@@ -149,10 +149,10 @@ TEST_CASE("DatagramLink: open says what is wrong") {
   if (!enter_own_network()) return;
   LinkConfig config = loopback_config();
   config.interface = "eth99";
-  CHECK(DatagramLink::open(config).failure().message.find("eth99") != std::string::npos);
+  CHECK(DatagramLink::open(config).failure().text().find("eth99") != std::string::npos);
   config = loopback_config();
   config.url = "udpm://239.255.76.67:7667";
-  CHECK(DatagramLink::open(config).failure().message.find("ttl") != std::string::npos);
+  CHECK(DatagramLink::open(config).failure().text().find("ttl") != std::string::npos);
   for (const std::string& channel : {std::string(), std::string("a b"), std::string(64, 'c')}) {
     config = loopback_config();
     config.channel = channel;

@@ -30,7 +30,7 @@ inline std::string text_of(std::span<const std::byte> bytes) {
 
 inline std::unique_ptr<DatagramLink> open_link(const LinkConfig& config) {
   Outcome<std::unique_ptr<DatagramLink>> link = DatagramLink::open(config);
-  INFO(link.failure().message);
+  INFO(link.failure().text());
   REQUIRE(link.ok());
   return std::move(*link);
 }

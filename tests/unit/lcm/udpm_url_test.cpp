@@ -22,7 +22,7 @@ TEST_CASE("UdpmUrl: a full URL") {
 TEST_CASE("UdpmUrl: a refusal is one line, whatever the URL") {
   const Outcome<UdpmUrl> url = UdpmUrl::parse("udpm://239.255.76.67:7667\n?ttl=0\x1b");
   REQUIRE_FALSE(url.ok());
-  CHECK(url.failure().message.starts_with(
+  CHECK(url.failure().text().starts_with(
       "cannot use the LCM URL udpm://239.255.76.67:7667 ?ttl=0 : its port"));
 }
 
@@ -54,7 +54,7 @@ TEST_CASE("UdpmUrl: what is not full, or not sane, is refused with the URL and a
     const Outcome<UdpmUrl> url = UdpmUrl::parse(text);
     REQUIRE_FALSE(url.ok());
     CHECK(url.failure().kind == FailureKind::kUsage);
-    CHECK(url.failure().message.find(kDefaultUrl) != std::string::npos);
+    CHECK(url.failure().text().find(kDefaultUrl) != std::string::npos);
   }
 }
 

@@ -3,8 +3,6 @@
 #include "node/node_config.hpp"
 
 #include <catch2/catch.hpp>
-#include <fstream>
-#include <iterator>
 
 #include "node/robot_setup.hpp"
 #include "support/temporary_folder.hpp"
@@ -24,34 +22,22 @@ TEST_CASE("NodeConfig: with the least that is needed all else is as documented")
   CHECK(config->link.url == kDefaultUrl);
 }
 
-TEST_CASE("NodeConfig: every key is described in docs/reference/node.md with its default") {
-  const Outcome<NodeConfig> config = parse_node_config(kLeast, "node.toml");
-  REQUIRE(config.ok());
-  std::ifstream stream(TESSERA_NODE_DOCS);
-  const std::string docs{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-  std::size_t at = 0;
-  for (const auto& table : config->values.items()) {
-    at = docs.find("### [" + table.key() + "]", at);
-    INFO("[" << table.key() << "]");
-    REQUIRE(at != std::string::npos);
-    const std::string section = docs.substr(at, docs.find("\n##", at + 1) - at);
-    for (const auto& key : table.value().items()) {
-      INFO(key.key());
-      CHECK(section.find("\n| `" + key.key() + "` | ") != std::string::npos);
-    }
-  }
-}
-
-TEST_CASE("NodeConfig: refusals of map and fuse come in words of the configuration") {
-  const test::TemporaryFolder folder;
-  folder.write("node.toml", "[map]\nmax_range_m = 3\n\nmin_range_m = 5\n");
-  const std::string path = folder.file("node.toml");
-  const Failure failure =
-      in_words_of_config({"--min-range 5 is not allowed; give metres, under --max-range"}, path);
-  CHECK(failure.message == path +
-                               ", line 4: [map] min_range_m: min_range_m 5 is not allowed; give "
-                               "metres, under max_range_m");
-  CHECK(in_words_of_config({"no route to the group"}, path).message == "no route to the group");
+TEST_CASE("NodeConfig: what settings say together is refused with the line of the first") {
+  const auto refused = [](const std::string& lines) {
+    const Outcome<NodeConfig> config = parse_node_config(kLeast + lines, "node.toml");
+    if (!config.ok()) return config.failure().text();
+    const Outcome<MapSetup> setup = set_up(config->map);
+    REQUIRE_FALSE(setup.ok());
+    return config->places.worded(setup.failure()).text();
+  };
+  CHECK(refused("[map]\nmax_range_m = 3\n\nmin_range_m = 5\n") ==
+        "node.toml, line 9: [map] min_range_m: 5 is not allowed; give metres, under max_range_m");
+  CHECK(refused("[publish]\nstaleness_s = 9\nfree_staleness_s = 5\n") ==
+        "node.toml, line 8: [publish] free_staleness_s: 5 is not allowed; give seconds from "
+        "staleness_s");
+  CHECK(refused("[map]\narchive = 'a'\nmax_range_m = 0\n") ==
+        "node.toml, line 7: [map] archive: needs window_m where max_range_m is 0; give window_m "
+        "too");
 }
 
 TEST_CASE("fit_global_map: what is made never takes more than it was given, and uses most of it") {
@@ -73,7 +59,7 @@ TEST_CASE("fit_global_map: what is made never takes more than it was given, and 
   }
   const Outcome<GlobalMapConfig> none = fit_global_map(config, 2 * kMiB, 0.5, kComponents);
   REQUIRE_FALSE(none.ok());
-  CHECK(none.failure().message.find("give at least") != std::string::npos);
+  CHECK(none.failure().text().find("give at least") != std::string::npos);
 }
 
 TEST_CASE("sectors_of: every range that a file may give makes sectors") {
@@ -120,7 +106,7 @@ TEST_CASE("[security] mission: 1 to 64 bytes, and only where there is a key") {
   const std::string least = std::string(kLeast) + "[security]\n";
   const auto said = [&least](const std::string& lines) {
     const Outcome<NodeConfig> config = parse_node_config(least + lines, "node.toml");
-    return config.ok() ? config->keys.mission : config.failure().message;
+    return config.ok() ? config->keys.mission : config.failure().text();
   };
   const std::string key = "fleet_key = 'fleet.key'\n";
   CHECK(said(key).empty());

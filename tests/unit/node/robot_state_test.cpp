@@ -17,7 +17,7 @@ constexpr std::uint32_t kMost32 = std::numeric_limits<std::uint32_t>::max();
 
 RobotState state_of(const test::TemporaryFolder& folder, std::uint32_t robot = 3) {
   Outcome<RobotState> state = RobotState::open(folder.path().string(), robot);
-  INFO(state.failure().message);
+  INFO(state.failure().text());
   REQUIRE(state.ok());
   return std::move(*state);
 }
@@ -36,7 +36,7 @@ TEST_CASE("lock_robot: a robot is one process at a time") {
     REQUIRE(lock.ok());
     const Outcome<FileDescriptor> second = lock_robot(state, 3);
     REQUIRE_FALSE(second.ok());
-    CHECK(second.failure().message.find("robot 3 is already running") != std::string::npos);
+    CHECK(second.failure().text().find("robot 3 is already running") != std::string::npos);
     CHECK(lock_robot(state, 4).ok());
   }
   CHECK(lock_robot(state, 3).ok());
@@ -134,7 +134,7 @@ TEST_CASE("RobotState: a damaged file is refused and left as it is") {
   std::filesystem::rename(folder.file("robot_3.state"), folder.file("robot_4.state"));
   const Outcome<RobotState> other = RobotState::open(folder.path().string(), 4);
   REQUIRE_FALSE(other.ok());
-  CHECK(other.failure().message.find("is of robot 3") != std::string::npos);
+  CHECK(other.failure().text().find("is of robot 3") != std::string::npos);
 }
 
 TEST_CASE("RobotState: with keep the newest earlier epoch that published something counts on") {

@@ -33,7 +33,7 @@ std::string two(int first, int second) {
 
 std::vector<OctreeLeaf> leaves_of(const std::string& file) {
   const Outcome<Octree> octree = Octree::parse("a.bt", file);
-  INFO(octree.failure().message);
+  INFO(octree.failure().text());
   REQUIRE(octree.ok());
   std::vector<OctreeLeaf> leaves;
   octree->for_each_leaf([&](const OctreeLeaf& leaf) { leaves.push_back(leaf); });
@@ -44,8 +44,8 @@ std::string refusal(const std::string& file) {
   const Outcome<Octree> octree = Octree::parse("a.bt", file);
   REQUIRE_FALSE(octree.ok());
   CHECK(octree.failure().kind == FailureKind::kUsage);
-  CHECK_THAT(octree.failure().message, Contains("a.bt: "));
-  return octree.failure().message;
+  CHECK_THAT(octree.failure().text(), Contains("a.bt: "));
+  return octree.failure().text();
 }
 
 TEST_CASE("octree: two bits a child of a .bt file") {

@@ -36,7 +36,7 @@ MapConfig config() {
 Octree octree_of(const test::TemporaryFolder& folder, const std::string& file) {
   folder.write("prior.bt", file);
   Outcome<Octree> octree = read_prior_map(folder.file("prior.bt"), 0.1);
-  INFO(octree.failure().message);
+  INFO(octree.failure().text());
   REQUIRE(octree.ok());
   return *octree;
 }
@@ -98,12 +98,12 @@ TEST_CASE("prior map: other resolutions and whole continents are refused") {
     folder.write("prior.bt", two_leaves(0, true, resolution));
     const Outcome<Octree> octree = read_prior_map(folder.file("prior.bt"), 0.1);
     REQUIRE_FALSE(octree.ok());
-    CHECK_THAT(octree.failure().message, Contains("times as wide"));
+    CHECK_THAT(octree.failure().text(), Contains("times as wide"));
   }
   folder.write("prior.bt", two_leaves(15, true, "0.1"));
   const Outcome<Octree> octree = read_prior_map(folder.file("prior.bt"), 0.1);
   REQUIRE_FALSE(octree.ok());
-  CHECK_THAT(octree.failure().message, Contains("cover more than"));
+  CHECK_THAT(octree.failure().text(), Contains("cover more than"));
 }
 
 }  // namespace

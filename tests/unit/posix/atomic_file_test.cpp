@@ -161,16 +161,16 @@ TEST_CASE("AtomicFile: a missing folder is refused by name and with a remedy") {
   const Outcome<AtomicFile> file = AtomicFile::open(folder.file("no/such/a.tsm"));
   REQUIRE_FALSE(file.ok());
   CHECK(file.failure().kind == FailureKind::kUsage);
-  CHECK_THAT(file.failure().message, Contains("no/such/a.tsm") && Contains("create it"));
+  CHECK_THAT(file.failure().text(), Contains("no/such/a.tsm") && Contains("create it"));
 }
 
 TEST_CASE("AtomicFile: a folder, a device and an empty name are no targets") {
   const TemporaryFolder folder;
-  CHECK_THAT(AtomicFile::open(folder.path().string()).failure().message,
+  CHECK_THAT(AtomicFile::open(folder.path().string()).failure().text(),
              Contains(folder.path().string()) && Contains("name a file in it"));
-  CHECK_THAT(AtomicFile::open("/dev/null").failure().message,
+  CHECK_THAT(AtomicFile::open("/dev/null").failure().text(),
              Contains("/dev/null") && Contains("choose another name"));
-  CHECK_THAT(AtomicFile::open("").failure().message, Contains("name a file"));
+  CHECK_THAT(AtomicFile::open("").failure().text(), Contains("name a file"));
 }
 
 TEST_CASE("AtomicFile: a failed write is remembered, reported by commit, and leaves nothing") {
@@ -186,7 +186,7 @@ TEST_CASE("AtomicFile: a failed write is remembered, reported by commit, and lea
   const Outcome<void> committed = file->commit();
   REQUIRE_FALSE(committed.ok());
   CHECK(committed.failure().kind == FailureKind::kFailure);
-  CHECK_THAT(committed.failure().message,
+  CHECK_THAT(committed.failure().text(),
              Contains(folder.file("a")) && Contains("File too large") && Contains("ulimit -f"));
   CHECK(folder.read("a") == "before");
   CHECK(folder.num_entries() == 1);
@@ -213,7 +213,7 @@ TEST_CASE("AtomicFile: a folder that vanished before commit is a failure with it
   std::filesystem::remove_all(folder.file("sub"));
   const Outcome<void> committed = file->commit();
   REQUIRE_FALSE(committed.ok());
-  CHECK_THAT(committed.failure().message, Contains("sub/a") && Contains("check the name"));
+  CHECK_THAT(committed.failure().text(), Contains("sub/a") && Contains("check the name"));
 }
 
 TEST_CASE("AtomicFile: a second commit says that the file is complete") {
@@ -221,7 +221,7 @@ TEST_CASE("AtomicFile: a second commit says that the file is complete") {
   Outcome<AtomicFile> file = AtomicFile::open(folder.file("a"));
   REQUIRE((file.ok() && file->commit().ok()));
   CHECK_FALSE(file->write(bytes_of("more")));
-  CHECK_THAT(file->commit().failure().message, Contains("already complete"));
+  CHECK_THAT(file->commit().failure().text(), Contains("already complete"));
   CHECK(folder.read("a").empty());
 }
 

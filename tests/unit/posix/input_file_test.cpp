@@ -47,8 +47,8 @@ TEST_CASE("InputFile: read_exactly refuses a file that ends too early, with the 
   const Outcome<void> read = file->read_exactly(std::as_writable_bytes(std::span(text)));
   REQUIRE_FALSE(read.ok());
   CHECK(read.failure().kind == FailureKind::kFailure);
-  CHECK_THAT(read.failure().message, Contains(folder.file("a")) && Contains("after 10 bytes") &&
-                                         Contains("by 6") && Contains("complete copy"));
+  CHECK_THAT(read.failure().text(), Contains(folder.file("a")) && Contains("after 10 bytes") &&
+                                        Contains("by 6") && Contains("complete copy"));
 }
 
 TEST_CASE("InputFile: a missing file, a folder, a pipe and an endless name are refused") {
@@ -56,12 +56,12 @@ TEST_CASE("InputFile: a missing file, a folder, a pipe and an endless name are r
   const Outcome<InputFile> missing = InputFile::open(folder.file("no"));
   REQUIRE_FALSE(missing.ok());
   CHECK(missing.failure().kind == FailureKind::kUsage);
-  CHECK_THAT(missing.failure().message, Contains(folder.file("no")) && Contains("check the name"));
-  CHECK_THAT(InputFile::open(folder.path().string()).failure().message, Contains("it is a folder"));
+  CHECK_THAT(missing.failure().text(), Contains(folder.file("no")) && Contains("check the name"));
+  CHECK_THAT(InputFile::open(folder.path().string()).failure().text(), Contains("it is a folder"));
   REQUIRE(::mkfifo(folder.file("pipe").c_str(), 0600) == 0);
-  CHECK_THAT(InputFile::open(folder.file("pipe")).failure().message,
+  CHECK_THAT(InputFile::open(folder.file("pipe")).failure().text(),
              Contains("pipe") && Contains("not a regular file"));
-  CHECK_THAT(InputFile::open(std::string(5000, 'x')).failure().message, Contains("shorter path"));
+  CHECK_THAT(InputFile::open(std::string(5000, 'x')).failure().text(), Contains("shorter path"));
 }
 
 TEST_CASE("read_text_file: the whole content, up to a limit") {
@@ -74,7 +74,7 @@ TEST_CASE("read_text_file: the whole content, up to a limit") {
   CHECK(*read_text_file(folder.file("marked"), 10) == "1 2\n\xef\xbb\xbf");
   const Outcome<std::string> refused = read_text_file(folder.file("a"), 9);
   REQUIRE_FALSE(refused.ok());
-  CHECK_THAT(refused.failure().message,
+  CHECK_THAT(refused.failure().text(),
              Contains(folder.file("a")) && Contains("10 bytes") && Contains("limit is 9"));
   CHECK_FALSE(read_text_file(folder.file("no"), 9).ok());
 }

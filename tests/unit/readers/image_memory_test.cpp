@@ -85,7 +85,7 @@ void check_read(const std::string& file, int bits) {
                                  ? read_grey_png(path, kWidth, kHeight, narrow)
                                  : read_grey_png(path, kWidth, kHeight, GreyBits::kSixteen, wide);
   const std::size_t peak_bytes = peak.bytes();
-  INFO((done.ok() ? "" : done.failure().message));
+  INFO((done.ok() ? "" : done.failure().text()));
   REQUIRE(done.ok());
   CHECK((bits == 8 ? narrow == std::vector<std::uint8_t>(kPixels)
                    : wide == std::vector<std::uint16_t>(kPixels)));

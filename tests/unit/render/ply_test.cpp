@@ -204,7 +204,7 @@ TEST_CASE("write_ply: a folder that does not exist is refused with the path in t
   const std::string path = folder.file("missing/map.ply");
   const Outcome<WriteReport> report = write_ply({}, 0.1F, path);
   REQUIRE_FALSE(report.ok());
-  REQUIRE_THAT(report.failure().message, Catch::Contains(path));
+  REQUIRE_THAT(report.failure().text(), Catch::Contains(path));
   REQUIRE(folder.num_entries() == 0);
 }
 

@@ -93,7 +93,7 @@ ImageOptions top_view(int width_px = 600) {
 Picture draw(const std::vector<RenderVoxel>& voxels, const ImageOptions& options) {
   const TemporaryFolder folder;
   const Outcome<WriteReport> report = write_png(voxels, 0.1F, options, folder.file("map.png"));
-  INFO(report.failure().message);
+  INFO(report.failure().text());
   REQUIRE(report.ok());
   return read_png(folder.file("map.png"));
 }
@@ -253,7 +253,7 @@ TEST_CASE("write_png: a folder that does not exist is refused with the path in t
   const Outcome<WriteReport> report = write_png(flat_scene(), 0.1F, {}, path);
   REQUIRE_FALSE(report.ok());
   REQUIRE(report.failure().kind == FailureKind::kUsage);
-  REQUIRE_THAT(report.failure().message, Catch::Contains(path));
+  REQUIRE_THAT(report.failure().text(), Catch::Contains(path));
   REQUIRE(folder.num_entries() == 0);
 }
 

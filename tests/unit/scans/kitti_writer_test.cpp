@@ -90,10 +90,10 @@ TEST_CASE("KittiWriter: it writes into a new or empty folder alone") {
   folder.write("used/a.txt", "a");
   const Outcome<KittiWriter> used = KittiWriter::create(folder.file("used"), classes, false);
   REQUIRE_FALSE(used.ok());
-  CHECK_THAT(used.failure().message, Contains("used has files; name a new folder"));
+  CHECK_THAT(used.failure().text(), Contains("used has files; name a new folder"));
   const Outcome<KittiWriter> file = KittiWriter::create(folder.file("used/a.txt"), classes, false);
   REQUIRE_FALSE(file.ok());
-  CHECK_THAT(file.failure().message, Contains("is not a folder"));
+  CHECK_THAT(file.failure().text(), Contains("is not a folder"));
 }
 
 }  // namespace

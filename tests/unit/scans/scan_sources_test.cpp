@@ -83,11 +83,11 @@ TEST_CASE("scan sources: one that cannot be read ends it, with the reason") {
   CHECK(numbers(recorded, 3, wake) == std::vector<int>{10});
   CHECK(recorded.ended());
   REQUIRE_FALSE(recorded.outcome().ok());
-  CHECK(recorded.outcome().failure().message == "unreadable");
+  CHECK(recorded.outcome().failure().text() == "unreadable");
   ReplaySource replay(scans, {.rate_hz = 0.0}, wake);
   REQUIRE(replay.start({.name = "read"}, MonotonicClock::now_us()).ok());
   CHECK(numbers(replay, 3, wake) == std::vector<int>{10});
-  CHECK(replay.outcome().failure().message == "unreadable");
+  CHECK(replay.outcome().failure().text() == "unreadable");
 }
 
 TEST_CASE("scan sources: a replay takes the time that its rate says") {
@@ -114,8 +114,8 @@ TEST_CASE("scan sources: what names a source is checked before anything is opene
       {{.dataset = folder, .intrinsics = file}, "--intrinsics and --label-images are for --depth"},
       {{.pcd = folder}, "--pcd needs a pose"},
       {{.pcd = folder, .poses = file}, nullptr},
-      {{.pcd = folder, .poses = file, .deskew = "on"}, "--deskew is for datasets"},
-      {{.pcd = folder, .poses = file, .labels_given = true}, "--pcd has labels in the clouds"},
+      {{.pcd = folder, .poses = file, .deskew = true}, "--deskew is for datasets"},
+      {{.pcd = folder, .poses = file, .labels = "predictions"}, "--pcd has labels in the clouds"},
       {{.pcd = folder, .ply = folder, .poses = file}, "mutually exclusive"},
       {{.depth = folder, .poses = file}, "--intrinsics"},
       {{.depth = folder, .intrinsics = file, .poses = file}, nullptr},
@@ -123,7 +123,7 @@ TEST_CASE("scan sources: what names a source is checked before anything is opene
   for (const Case& c : cases) {
     const Outcome<void> checked = check_source(c.options);
     CHECK(checked.ok() == (c.says == nullptr));
-    if (!checked.ok() && c.says != nullptr) CHECK_THAT(checked.failure().message, Contains(c.says));
+    if (!checked.ok() && c.says != nullptr) CHECK_THAT(checked.failure().text(), Contains(c.says));
     const bool is_dataset = !c.options.dataset.empty();
     CHECK(dataset_folder(c.options).path == (is_dataset ? folder : std::string()));
   }

@@ -59,7 +59,7 @@ TEST_CASE("FleetKeys: what is named is used, and nothing else") {
     const Outcome<FleetKeys> keys = FleetKeys::read(files, robot);
     REQUIRE_FALSE(keys.ok());
     CHECK(keys.failure().kind == FailureKind::kUsage);
-    return keys.failure().message;
+    return keys.failure().text();
   };
   CHECK(refusal({fleet, secret, known, ""}, 8) ==
         secret +
@@ -78,7 +78,7 @@ TEST_CASE("FleetKeys: the mission of the configuration wins over the one of the 
   const std::string without = folder.write("without.key", kFleetLine);
   const auto mission_of = [](const std::string& file, const std::string& mission) {
     const Outcome<FleetKeys> keys = FleetKeys::read({file, "", "", mission}, 7);
-    return keys.ok() ? std::string(keys->mission().name()) : keys.failure().message;
+    return keys.ok() ? std::string(keys->mission().name()) : keys.failure().text();
   };
   CHECK(mission_of(with, "") == "harbour 7");
   CHECK(mission_of(with, "harbour 8") == "harbour 8");

@@ -16,8 +16,8 @@ std::string fault_of(const std::string& text) {
   const Outcome<FleetSecret> key = read_fleet_key(folder.write("fleet.key", text));
   if (key.ok()) return "";
   CHECK(key.failure().kind == FailureKind::kUsage);
-  CHECK(key.failure().message.find("0001020304") == std::string::npos);  // Never quoted.
-  return key.failure().message;
+  CHECK(key.failure().text().find("0001020304") == std::string::npos);  // Never quoted.
+  return key.failure().text();
 }
 
 bool says(const std::string& message, const char* words) {
@@ -33,7 +33,7 @@ TEST_CASE("read_fleet_key: one line, among comments and empty ones, with any lin
         "  " + std::string(kFleetLine).substr(0, std::string(kFleetLine).size() - 1) + " \r\n"}) {
     const KeyFolder folder;
     const Outcome<FleetSecret> key = read_fleet_key(folder.write("k", text));
-    INFO(text << key.failure().message);
+    INFO(text << key.failure().text());
     REQUIRE(key.ok());
     for (std::size_t i = 0; i < kKeyBytes; ++i) CHECK(key->key.bytes()[i] == i);
   }
@@ -47,7 +47,7 @@ TEST_CASE("read_fleet_key: the mission beside the key, before it or after it, as
        {key + mission, mission + key,
         key + "# a\n" + mission.substr(0, mission.size() - 1) + " \r\n"}) {
     const Outcome<FleetSecret> fleet = read_fleet_key(folder.write("k", text));
-    INFO(text << fleet.failure().message);
+    INFO(text << fleet.failure().text());
     REQUIRE(fleet.ok());
     CHECK(fleet->mission == "harbour 7");
   }
@@ -98,7 +98,7 @@ TEST_CASE("read_fleet_key: permissions for others are refused with the chmod") {
   const KeyFolder folder;
   for (const mode_t mode : {0640U, 0604U, 0620U, 0602U, 0644U, 0666U, 0610U}) {
     const std::string path = folder.write("k", kFleetLine, mode);
-    CHECK(says(read_fleet_key(path).failure().message, ("chmod 600 " + path).c_str()));
+    CHECK(says(read_fleet_key(path).failure().text(), ("chmod 600 " + path).c_str()));
   }
   CHECK(read_fleet_key(folder.write("k", kFleetLine, 0600)).ok());
   CHECK(read_fleet_key(folder.write("k", kFleetLine, 0400)).ok());
@@ -108,11 +108,11 @@ TEST_CASE("read_fleet_key: links, folders, pipes and missing files are refused")
   const KeyFolder folder;
   const std::string path = folder.write("k", kFleetLine);
   std::filesystem::create_symlink(path, folder.file("link"));
-  CHECK(says(read_fleet_key(folder.file("link")).failure().message, "symbolic link"));
+  CHECK(says(read_fleet_key(folder.file("link")).failure().text(), "symbolic link"));
   CHECK_FALSE(read_fleet_key(folder.path()).ok());
   REQUIRE(::mkfifo(folder.file("pipe").c_str(), 0600) == 0);
-  CHECK(says(read_fleet_key(folder.file("pipe")).failure().message, "not a regular file"));
-  CHECK(says(read_fleet_key(folder.file("none")).failure().message, "No such file"));
+  CHECK(says(read_fleet_key(folder.file("pipe")).failure().text(), "not a regular file"));
+  CHECK(says(read_fleet_key(folder.file("none")).failure().text(), "No such file"));
   CHECK_FALSE(read_fleet_key("").ok());
 }
 
@@ -121,7 +121,7 @@ TEST_CASE("read_fleet_key: another user's file is refused") {
   const KeyFolder folder;
   const std::string path = folder.write("k", kFleetLine);
   REQUIRE(::chown(path.c_str(), 12345, 12345) == 0);
-  CHECK(says(read_fleet_key(path).failure().message, "chown"));
+  CHECK(says(read_fleet_key(path).failure().text(), "chown"));
 }
 
 TEST_CASE("read_robot_secret and read_public_keys") {
@@ -137,7 +137,7 @@ TEST_CASE("read_robot_secret and read_public_keys") {
   CHECK((*keys)[0].robot == 7);
   CHECK((*keys)[0].key[0] == 0xd7);
   const auto fault = [&](const std::string& text, mode_t mode = 0644) {
-    return read_public_keys(folder.write("q", text, mode)).failure().message;
+    return read_public_keys(folder.write("q", text, mode)).failure().text();
   };
   CHECK(says(fault(""), "has no key"));
   CHECK(says(fault(std::string(kPublicLine) + kSecretLine), "line 2 is not a public key"));

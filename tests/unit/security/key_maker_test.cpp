@@ -39,7 +39,7 @@ TEST_CASE("make_fleet_key: a key of its own each time, for the owner alone, neve
   ::umask(before);
   CHECK(keys.size() == 3);
   const Outcome<FleetSecret> old = read_fleet_key(folder.file("a"));
-  CHECK(says(make_fleet_key(folder.file("a"), sample_mission()).failure().message, "not replaced"));
+  CHECK(says(make_fleet_key(folder.file("a"), sample_mission()).failure().text(), "not replaced"));
   CHECK(read_fleet_key(folder.file("a"))->key.bytes() == old->key.bytes());
   std::filesystem::create_symlink(folder.file("nowhere"), folder.file("dangling"));
   CHECK_FALSE(make_fleet_key(folder.file("dangling"), sample_mission()).ok());
@@ -60,7 +60,7 @@ TEST_CASE("make_robot_key: both files or none, and public files put together are
     all << std::ifstream(folder.file(name)).rdbuf();
   all.close();
   const Outcome<std::vector<RobotPublic>> keys = read_public_keys(folder.file("fleet.pub"));
-  INFO(keys.failure().message);
+  INFO(keys.failure().text());
   REQUIRE(keys.ok());
   REQUIRE(keys->size() == 2);
   CHECK((*keys)[0].robot == 0);
@@ -79,7 +79,7 @@ TEST_CASE("make_fleet: each robot of it has all that it needs to sign") {
     const std::string secret = folder.file("robot_" + std::to_string(robot) + ".key");
     Outcome<FleetKeys> keys =
         FleetKeys::read({folder.file("fleet.key"), secret, folder.file("fleet.pub"), ""}, robot);
-    INFO(keys.failure().message);
+    INFO(keys.failure().text());
     REQUIRE(keys.ok());
     CHECK(keys->keys().signatures.on());
     CHECK(keys->mission().name() == "harbour 7");
@@ -92,7 +92,7 @@ TEST_CASE("make_fleet: where one file is there already, it stays and no other is
     static_cast<void>(folder.write(name, "mine"));
     const Outcome<std::vector<std::string>> files = make_fleet(folder.path(), 3, sample_mission());
     REQUIRE_FALSE(files.ok());
-    CHECK(says(files.failure().message, "not replaced"));
+    CHECK(says(files.failure().text(), "not replaced"));
     CHECK(names_in(folder.path()) == std::set<std::string>{name});
   }
 }

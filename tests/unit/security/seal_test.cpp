@@ -208,7 +208,7 @@ TEST_CASE("FleetSignatures: a robot that the fleet does not know cannot start") 
       FleetSignatures::read(secret, folder.write("p", kPublicLine), sample_mission());
   REQUIRE_FALSE(fleet.ok());
   CHECK(fleet.failure().kind == FailureKind::kUsage);
-  CHECK(fleet.failure().message.find("robot 7") != std::string::npos);
+  CHECK(fleet.failure().text().find("robot 7") != std::string::npos);
 }
 
 TEST_CASE("Tags and signatures use no heap") {

@@ -30,7 +30,7 @@ inline SensorPortConfig port_config() {
 
 inline std::unique_ptr<SensorPort> open_port(const SensorPortConfig& config) {
   Outcome<std::unique_ptr<SensorPort>> port = SensorPort::open(config);
-  INFO(port.failure().message);
+  INFO(port.failure().text());
   REQUIRE(port.ok());
   return std::move(*port);
 }

@@ -274,7 +274,7 @@ TEST_CASE("SensorPort: open says what is wrong") {
     const auto port = SensorPort::open(config);
     REQUIRE_FALSE(port.ok());
     CHECK(port.failure().kind == FailureKind::kUsage);
-    return port.failure().message;
+    return port.failure().text();
   };
   const auto has = [](const std::string& text, const char* word) {
     return text.find(word) != std::string::npos;

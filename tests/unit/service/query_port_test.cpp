@@ -19,7 +19,7 @@ namespace {
 
 std::unique_ptr<QueryPort> open_port(const LocalMap& map) {
   Outcome<std::unique_ptr<QueryPort>> port = QueryPort::open({}, {.local = &map});
-  INFO(port.failure().message);
+  INFO(port.failure().text());
   REQUIRE(port.ok());
   return std::move(*port);
 }

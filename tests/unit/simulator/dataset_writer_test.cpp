@@ -156,7 +156,7 @@ TEST_CASE("write_dataset: a folder with more robots than configured is refused")
   const auto outcome = write_dataset(street(1, 1), scratch.path() / "out", {});
   REQUIRE_FALSE(outcome.ok());
   CHECK(outcome.failure().kind == FailureKind::kUsage);
-  CHECK(outcome.failure().message.find("robot_1") != std::string::npos);
+  CHECK(outcome.failure().text().find("robot_1") != std::string::npos);
 }
 
 TEST_CASE("write_dataset: a file in the place of the output folder is refused") {
@@ -172,8 +172,8 @@ TEST_CASE("write_dataset: a folder that cannot be made is refused by name") {
   const auto outcome = write_dataset(street(1, 1), nowhere, {});
   REQUIRE_FALSE(outcome.ok());
   CHECK(outcome.failure().kind == FailureKind::kUsage);
-  CHECK(outcome.failure().message.find(nowhere.string()) != std::string::npos);
-  CHECK(outcome.failure().message.find('\n') == std::string::npos);
+  CHECK(outcome.failure().text().find(nowhere.string()) != std::string::npos);
+  CHECK(outcome.failure().text().find('\n') == std::string::npos);
 }
 
 TEST_CASE(

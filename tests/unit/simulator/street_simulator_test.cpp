@@ -211,7 +211,7 @@ TEST_CASE("StreetSimulator: an unknown scene is refused by name") {
   const auto outcome = StreetSimulator::make(config);
   REQUIRE_FALSE(outcome.ok());
   CHECK(outcome.failure().kind == tessera::FailureKind::kUsage);
-  CHECK(outcome.failure().message.find("moon") != std::string::npos);
+  CHECK(outcome.failure().text().find("moon") != std::string::npos);
 }
 
 TEST_CASE("StreetSimulator: robots and scans outside their ranges are refused") {

@@ -56,8 +56,8 @@ TEST_CASE("parse_listen_address: what is none is refused in one line that says w
     INFO(text);
     const Outcome<ListenAddress> address = parse_listen_address(text);
     REQUIRE_FALSE(address.ok());
-    CHECK(address.failure().message.find("127.0.0.1:8080") != std::string::npos);
-    CHECK(address.failure().message.find('\n') == std::string::npos);
+    CHECK(address.failure().text().find("127.0.0.1:8080") != std::string::npos);
+    CHECK(address.failure().text().find('\n') == std::string::npos);
   }
 }
 

@@ -34,6 +34,9 @@ enum class ThinningWeight : std::uint8_t {
   kMean = 0,  ///< One point is one observation, whatever the sensor's density there.
   kSum = 1,   ///< As many observations as there were returns.
 };
+constexpr const char* to_string(ThinningWeight weight) noexcept {
+  return weight == ThinningWeight::kSum ? "sum" : "mean";
+}
 
 /// Constants of the multi-entropy mode. Lengths in voxels, 0 .. 16. An entropy block is block_edge
 /// voxels a side.

@@ -1,0 +1,35 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// The rows of a table as options of a command.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <initializer_list>
+#include <span>
+#include <string_view>
+
+#include "settings/setting.hpp"
+
+namespace tessera {
+
+/// "M", "on|off", "dense|compact"; words in lower case are literal.
+[[nodiscard]] std::string value_name(const Setting& setting);
+
+namespace detail {
+CLI::Option* declare_setting(CLI::App& command, const Setting& setting, void* options);
+}
+
+/// Declares every row that has an option and is not left out, with its value, default and sentence.
+/// options: must outlive the command.
+template <class Options>
+void declare_settings(CLI::App& command, const SettingTable<Options>& table,
+                      std::type_identity_t<Options>& options,
+                      std::initializer_list<std::string_view> left_out = {}) {
+  for (const Setting& row : table.rows) {
+    if (row.name.option.empty()) continue;
+    if (std::find(left_out.begin(), left_out.end(), row.name.option) == left_out.end())
+      detail::declare_setting(command, row, &options);
+  }
+}
+
+}  // namespace tessera

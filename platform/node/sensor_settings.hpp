@@ -1,0 +1,118 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// The settings of a node's sensors and of its vehicle.
+#pragma once
+
+#include "node/node_config.hpp"
+
+namespace tessera {
+
+namespace detail {
+
+inline constexpr std::array<std::string_view, 3> kClouds{"semantic", "raw", "none"};
+inline constexpr std::array<std::string_view, 2> kClocks{"monotonic", "wall"};
+inline constexpr std::array<std::string_view, 2> kPoseWays{"lcm", "can"};
+inline constexpr std::array<std::string_view, 2> kMissingImages{"unlabelled", "drop"};
+inline constexpr std::array<std::string_view, 3> kPoseModes{"pose", "bridging", "odometry"};
+
+}  // namespace detail
+
+inline constexpr Setting kSensorRows[] = {
+    row<&SensorsConfig::url>({.table = "sensors", .key = "url"},
+                             "network of this machine's sensors; ttl 0"),
+    row<&SensorsConfig::interface>({.table = "sensors", .key = "interface"},
+                                   "name or IPv4 address"),
+    row<&SensorsConfig::clouds>({.table = "sensors", .key = "clouds"},
+                                "what clouds have: labels, or labels of cameras (`\"raw\"`)",
+                                {.choices = detail::kClouds}),
+    row<&SensorsConfig::lidar>({.table = "sensors", .key = "lidar"},
+                               "number of the clouds' sensor in messages",
+                               {.allowed = from_to(0.0, 1e6)}),
+    row<&SensorsConfig::points>({.table = "sensors", .key = "points"},
+                                "most points of a scan; a larger scan is refused",
+                                {.allowed = from_to(1.0, 4e6)}),
+    path_row<&SensorsConfig::T_body_lidar>({.table = "sensors", .key = "T_body_lidar"},
+                                           "file of the sensor's pose, 4 x 4, row by row, metres",
+                                           {.otherwise = "the identity"}),
+    path_row<&SensorsConfig::cameras>(
+        {.table = "sensors", .key = "cameras"},
+        "`cameras.toml` ([cli.md](cli.md#datasets)); cameras are numbered from 0, as in messages"),
+    row<&SensorsConfig::depth_camera>({.table = "sensors", .key = "depth_camera"},
+                                      "number of the camera that sends depth images",
+                                      {.allowed = from_to(0.0, 5.0)}),
+    path_row<&SensorsConfig::classes>({.table = "sensors", .key = "classes"}, "`classes.toml`",
+                                      {.otherwise = "SemanticKITTI's"}),
+    row<&SensorsConfig::clock>({.table = "sensors", .key = "clock"}, "clock of the sensors' stamps",
+                               {.choices = detail::kClocks}),
+    row<&SensorsConfig::poses>({.table = "sensors", .key = "poses"}, "how poses come",
+                               {.choices = detail::kPoseWays}),
+    row<&SensorsConfig::missing_images>({.table = "sensors", .key = "missing_images"},
+                                        "what happens to a scan without its images",
+                                        {.choices = detail::kMissingImages}),
+    row<&SensorsConfig::max_wait_ms>({.table = "sensors", .key = "max_wait_ms"},
+                                     "longest wait for poses and images",
+                                     {.allowed = from_to(1.0, 10000.0, "milliseconds")}),
+    row<&SensorsConfig::max_image_offset_ms>({.table = "sensors", .key = "max_image_offset_ms"},
+                                             "between a scan and its images",
+                                             {.allowed = from_to(0.0, 10000.0, "milliseconds")}),
+    row<&SensorsConfig::max_pose_gap_ms>(
+        {.table = "sensors", .key = "max_pose_gap_ms"},
+        "between the two poses around a scan; with a larger gap the scan is dropped",
+        {.allowed = from_to(1.0, 10000.0, "milliseconds")}),
+};
+inline constexpr SettingTable<SensorsConfig> kSensorSettings{kSensorRows};
+
+inline constexpr Setting kVehicleRows[] = {
+    row<&VehicleConfig::can>({.table = "vehicle", .key = "can"}, "interface"),
+    row<&VehicleConfig::base_id>({.table = "vehicle", .key = "base_id"},
+                                 "the lowest identifier, a multiple of 32 ([can.md](can.md))",
+                                 {.allowed = from_to(0.0, 2016.0)}),
+    row<&VehicleConfig::mode>({.table = "vehicle", .key = "mode"}, "source of poses",
+                              {.choices = detail::kPoseModes}),
+    row<&VehicleConfig::can_fd>({.table = "vehicle", .key = "can_fd"}, "sectors in CAN FD frames"),
+    row<&VehicleConfig::sectors>({.table = "vehicle", .key = "sectors"}, "16 or 32",
+                                 {.allowed = from_to(16.0, 32.0)}),
+    row<&VehicleConfig::sector_range_m>({.table = "vehicle", .key = "sector_range_m"},
+                                        "reach of the obstacle sectors",
+                                        {.allowed = from_to(0.5, 60.0, "metres")}),
+    row<&VehicleConfig::sector_low_m>(
+        {.table = "vehicle", .key = "sector_low_m"}, "lower bound above the body's origin",
+        {.otherwise = "-1", .allowed = from_to(-20.0, 20.0, "metres")}),
+    row<&VehicleConfig::sector_high_m>({.table = "vehicle", .key = "sector_high_m"},
+                                       "upper bound, from `sector_low_m`",
+                                       {.allowed = from_to(-20.0, 20.0, "metres")}),
+    row<&VehicleConfig::own_radius_m>({.table = "vehicle", .key = "own_radius_m"},
+                                      "anything nearer is the vehicle itself",
+                                      {.allowed = from_to(0.0, 20.0, "metres")}),
+    row<&VehicleConfig::pose_timeout_ms>({.table = "vehicle", .key = "pose_timeout_ms"},
+                                         "without a pose, or a pose's age",
+                                         {.allowed = from_to(10.0, 10000.0, "milliseconds")}),
+    row<&VehicleConfig::guard, &PoseGuardConfig::max_speed_mps>(
+        {.table = "vehicle", .key = "max_speed_mps"},
+        "a faster pose is a jump; faster odometry is ignored",
+        {.allowed = from_to(0.01, 200.0, "metres a second")}),
+    row<&VehicleConfig::guard, &PoseGuardConfig::max_acceleration_mps2>(
+        {.table = "vehicle", .key = "max_acceleration_mps2"},
+        "limit for jumps ([can.md](can.md#which-poses-are-used))",
+        {.allowed = from_to(0.1, 1000.0, "metres a second squared")}),
+    row<&VehicleConfig::guard, &PoseGuardConfig::slack_m>(
+        {.table = "vehicle", .key = "jump_m"},
+        "a smaller step is no jump, whatever the time and the deviations",
+        {.allowed = from_to(0.001, 100.0, "metres")}),
+    row<&VehicleConfig::guard, &PoseGuardConfig::slack_rad>(
+        {.table = "vehicle", .key = "jump_rad"}, "the same for turns",
+        {.allowed = from_to(0.001, 3.2, "radians")}),
+    row<&VehicleConfig::guard, &PoseGuardConfig::max_yaw_rate_radps>(
+        {.table = "vehicle", .key = "max_yaw_rate_radps"}, "the same for turns",
+        {.allowed = from_to(0.01, 50.0, "radians a second")}),
+    row<&VehicleConfig::guard, &PoseGuardConfig::max_std_position_m>(
+        {.table = "vehicle", .key = "max_std_position_m"},
+        "a pose with a larger standard deviation is not used for mapping",
+        {.allowed = from_to(0.001, 100.0, "metres")}),
+    row<&VehicleConfig::guard, &PoseGuardConfig::max_std_heading_rad>(
+        {.table = "vehicle", .key = "max_std_heading_rad"}, "the same for the heading",
+        {.allowed = from_to(0.0001, 3.2, "radians")}),
+};
+inline constexpr SettingTable<VehicleConfig> kVehicleSettings{kVehicleRows};
+
+}  // namespace tessera
