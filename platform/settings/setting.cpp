@@ -55,11 +55,11 @@ bool has_word_for(const Setting& setting, double value) {
 /// "from 1 to 9"; empty: without limits.
 std::string range_text(const Setting& setting, Limits limits) {
   const auto [least, most] = limits;
+  if (least <= -1e300) return "";
   const bool ends = most < 1e300;
   const std::string from = number_text(setting, least);
   if (setting.allowed.open)
     return ends ? "between " + from + " and " + number_text(setting, most) : "above " + from;
-  if (least <= -1e300) return "";
   return "from " + from + (ends ? " to " + number_text(setting, most) : "");
 }
 
