@@ -19,8 +19,7 @@ Outcome<Json> compare(const Mode& compact_mode, const Scene& scene, const Option
   if (!dense.ok()) return dense.failure();
   if (!compact.ok()) return compact.failure();
   for (Mapper* const mapper : {&*dense, &*compact}) {
-    const Outcome<void> mapped = mapper->integrate_all(scene);
-    if (!mapped.ok()) return mapped.failure();
+    TESSERA_TRY(mapper->integrate_all(scene));
   }
   std::uint64_t labelled = 0;
   std::uint64_t same_label = 0;
@@ -50,16 +49,14 @@ Outcome<Json> compare(const Mode& compact_mode, const Scene& scene, const Option
 }
 
 Outcome<Json> measure(const Options& options, Records&) {
-  const Outcome<Scene> scene = load_scene(options);
-  if (!scene.ok()) return scene.failure();
+  TESSERA_TRY_ASSIGN(const Scene scene, load_scene(options));
   Mode kernel = kKernelMode;
   kernel.tuple = TuplePolicy::kCompact;
   kernel.storage_bytes = std::size_t{512} << 20U;
   Json modes = Json::object();
   for (const Mode& mode : {kernel, kMultiEntropyMode, kFreeSpaceMode, kCountingMode}) {
-    Outcome<Json> compared = compare(mode, *scene, options);
-    if (!compared.ok()) return compared.failure();
-    modes[mode.name] = std::move(*compared);
+    TESSERA_TRY_ASSIGN(Json compared, compare(mode, scene, options));
+    modes[mode.name] = std::move(compared);
   }
   return Json{{"modes", modes}};
 }

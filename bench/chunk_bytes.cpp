@@ -115,16 +115,15 @@ std::pair<double, double> time_of(const std::vector<std::vector<std::byte>>& cod
 }
 
 Outcome<Json> measure(const Options& options, Records& records) {
-  Outcome<Mapper> mapper = map_as_command(options);
-  if (!mapper.ok()) return mapper.failure();
-  Counting counting(mapper->map());
-  for_each_content(*mapper, [&](BlockContent& content) { counting.add(content); });
+  TESSERA_TRY_ASSIGN(Mapper mapper, map_as_command(options));
+  Counting counting(mapper.map());
+  for_each_content(mapper, [&](BlockContent& content) { counting.add(content); });
   const Counts& counts = counting.counts;
   records.check("chunk_bytes", counting.digest.value());
   std::vector<double> decode_us;
   std::vector<double> encode_us;
   for (int i = 0; i < options.repetitions; ++i) {
-    const auto [decoding, encoding] = time_of(counting.codes, mapper->map().num_components());
+    const auto [decoding, encoding] = time_of(counting.codes, mapper.map().num_components());
     decode_us.push_back(decoding);
     encode_us.push_back(encoding);
   }

@@ -18,12 +18,10 @@ inline constexpr Mode kCommandMode{.name = "command",
 
 /// The options' scans, mapped so. Fails as load_scene() and Mapper do.
 inline Outcome<Mapper> map_as_command(const Options& options) {
-  const Outcome<Scene> scene = load_scene(options);
-  if (!scene.ok()) return scene.failure();
-  Outcome<Mapper> mapper = Mapper::make(kCommandMode, *scene, options.resolution_m);
+  TESSERA_TRY_ASSIGN(const Scene scene, load_scene(options));
+  Outcome<Mapper> mapper = Mapper::make(kCommandMode, scene, options.resolution_m);
   if (!mapper.ok()) return mapper.failure();
-  const Outcome<void> mapped = mapper->integrate_all(*scene);
-  if (!mapped.ok()) return mapped.failure();
+  TESSERA_TRY(mapper->integrate_all(scene));
   return mapper;
 }
 

@@ -34,10 +34,9 @@ struct Census {
 };
 
 Outcome<Json> measure(const Options& options, Records&) {
-  Outcome<Mapper> mapper = map_as_command(options);
-  if (!mapper.ok()) return mapper.failure();
+  TESSERA_TRY_ASSIGN(Mapper mapper, map_as_command(options));
   Census census;
-  for_each_content(*mapper, [&](BlockContent& content) {
+  for_each_content(mapper, [&](BlockContent& content) {
     quantise(content);
     detail::BlockModel<Census> model(census, content.label_octets() != 0,
                                      content.pass_octets() != 0);

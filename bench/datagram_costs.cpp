@@ -170,7 +170,7 @@ int measure_link(const char* interface) {
     const timespec pause{0, 100'000};
     ::nanosleep(&pause, nullptr);
   }
-  const LinkStatistics sent = (*a)->statistics(), heard = (*b)->statistics();
+  const LinkReport sent = (*a)->report(), heard = (*b)->report();
   print_times("from send to receive, by wait", std::move(us));
   std::printf("sent %llu, received %llu, queue full %llu, dropped by the kernel %llu\n",
               static_cast<unsigned long long>(sent.sent),

@@ -90,15 +90,14 @@ struct Party {
 Outcome<Party> make_party(std::uint32_t number, const ClassTable& classes,
                           const Settings& settings) {
   Party party;
-  Outcome<std::unique_ptr<NetworkPort>> port =
+  TESSERA_TRY_ASSIGN(
+      std::unique_ptr<NetworkPort> port,
       NetworkPort::open({.url = "udpm://239.255.76.69:7669?ttl=0&recv_buf_size=2097152",
                          .interface = settings.interface},
-                        512);
-  if (!port.ok()) return port.failure();
-  party.port = std::move(*port);
-  Outcome<HeldRobot> robot = make_robot(config_of(number), classes, {}, {});
-  if (!robot.ok()) return robot.failure();
-  party.robot = std::move(*robot);
+                        512));
+  party.port = std::move(port);
+  TESSERA_TRY_ASSIGN(HeldRobot robot, make_robot(config_of(number), classes, {}, {}));
+  party.robot = std::move(robot);
   return party;
 }
 

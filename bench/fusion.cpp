@@ -150,8 +150,7 @@ Outcome<Json> change_some(const Team& team, OwnedGlobalMap& owned, int repetitio
       finish(*owned);
     }
   }
-  const Outcome<void> all = whole(*owned);
-  if (!all.ok()) return all.failure();
+  TESSERA_TRY(whole(*owned));
   Json json = both(times);
   json["voxels"] = kChangedVoxels;
   json["blocks"] = median(changed_blocks);
@@ -178,8 +177,7 @@ Outcome<Json> move_one(const Frames& to, OwnedGlobalMap& owned, int repetitions,
     total_cpu_ms.push_back(total);
     if (i == 0) digest = owned.digest_of_map();
   }
-  const Outcome<void> all = whole(*owned);
-  if (!all.ok()) return all.failure();
+  TESSERA_TRY(whole(*owned));
   Json json = {
       {"slices", both(slices)}, {"cpu_ms", statistics(total_cpu_ms)}, {"slice_work", kSlice}};
   json["most_work_of_a_slice"] =
@@ -199,44 +197,38 @@ Matrix34d turned() {
 }
 
 Outcome<Json> measure(const Options& options, Records& records) {
-  const Outcome<Scene> scene = load_scene(options);
-  if (!scene.ok()) return scene.failure();
-  if (scene->scans.size() < 2) return Failure{"give at least two scans: two robots share them"};
-  const Outcome<Team> team = map_team(*scene, options.resolution_m, kMaxRange_m);
-  if (!team.ok()) return team.failure();
-  const GlobalMapConfig config = config_for(*team);
-  Outcome<OwnedGlobalMap> owned = OwnedGlobalMap::make(config, team->classes);
-  if (!owned.ok()) return owned.failure();
+  TESSERA_TRY_ASSIGN(const Scene scene, load_scene(options));
+  if (scene.scans.size() < 2) return Failure{"give at least two scans: two robots share them"};
+  TESSERA_TRY_ASSIGN(const Team team, map_team(scene, options.resolution_m, kMaxRange_m));
+  const GlobalMapConfig config = config_for(team);
+  TESSERA_TRY_ASSIGN(OwnedGlobalMap owned, OwnedGlobalMap::make(config, team.classes));
   const Result<GridTransform> away = GridTransform::make(turned(), options.resolution_m);
   if (!away.ok()) return Failure{"the second robot is out of the grid", FailureKind::kFailure};
   const Frames together{};
   const Frames apart{GridTransform(), *away};
 
-  NaiveFusion naive(config.diffusion, options.resolution_m, team->classes.num_components());
+  NaiveFusion naive(config.diffusion, options.resolution_m, team.classes.num_components());
   FromNothing straight;
   FromNothing oblique;
   Times plain;
   std::size_t plain_nodes = 0;
   for (int i = 0; i < options.repetitions; ++i) {
-    const Outcome<void> turned_one = oblique.measure(*team, apart, *owned);
-    if (!turned_one.ok()) return turned_one.failure();
-    if (i == 0) records.check("fusion_turned", owned->digest_of_map());
-    const Outcome<void> fused = straight.measure(*team, together, *owned);
-    if (!fused.ok()) return fused.failure();
-    if (i == 0) records.check("fusion", owned->digest_of_map());
-    plain.measure([&] { plain_nodes = naive.fuse(*team); });
+    TESSERA_TRY(oblique.measure(team, apart, owned));
+    if (i == 0) records.check("fusion_turned", owned.digest_of_map());
+    TESSERA_TRY(straight.measure(team, together, owned));
+    if (i == 0) records.check("fusion", owned.digest_of_map());
+    plain.measure([&] { plain_nodes = naive.fuse(team); });
   }
-  const GlobalMapReport report = (*owned)->report();
-  Outcome<Json> changed = change_some(*team, *owned, options.repetitions);
-  if (!changed.ok()) return changed.failure();
+  const GlobalMapReport report = owned->report();
+  TESSERA_TRY_ASSIGN(Json changed, change_some(team, owned, options.repetitions));
   std::uint64_t moved_digest = 0;
-  Outcome<Json> moved = move_one(apart, *owned, std::min(options.repetitions, 3), moved_digest);
-  if (!moved.ok()) return moved.failure();
+  TESSERA_TRY_ASSIGN(Json moved,
+                     move_one(apart, owned, std::min(options.repetitions, 3), moved_digest));
   records.check("fusion_moved", moved_digest);
   const double label_voxels =
-      static_cast<double>(team->robots[0].label_voxels + team->robots[1].label_voxels);
+      static_cast<double>(team.robots[0].label_voxels + team.robots[1].label_voxels);
   return Json{{"max_range_m", kMaxRange_m},
-              {"label_voxels", {team->robots[0].label_voxels, team->robots[1].label_voxels}},
+              {"label_voxels", {team.robots[0].label_voxels, team.robots[1].label_voxels}},
               {"nodes", report.nodes},
               {"replica_bytes_per_label_voxel",
                static_cast<double>(report.replicas.used_bytes) / label_voxels},
@@ -244,8 +236,8 @@ Outcome<Json> measure(const Options& options, Records& records) {
               {"from_nothing_turned", oblique.to_json()},
               {"plain", {{"cpu_ms", statistics(plain.cpu_ms)}, {"nodes", plain_nodes}}},
               {"plain_over_this", median(plain.cpu_ms) / median(straight.cpu_ms)},
-              {"changed", std::move(*changed)},
-              {"moved", std::move(*moved)}};
+              {"changed", std::move(changed)},
+              {"moved", std::move(moved)}};
 }
 
 }  // namespace

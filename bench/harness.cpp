@@ -78,11 +78,10 @@ Json statistics(const std::vector<double>& values) {
 }
 
 Outcome<void> write_json(const Json& json, const std::string& path) {
-  Outcome<AtomicFile> file = AtomicFile::open(path);
-  if (!file.ok()) return file.failure();
+  TESSERA_TRY_ASSIGN(AtomicFile file, AtomicFile::open(path));
   const std::string text = json.dump(1) + "\n";
-  file->write(std::as_bytes(std::span(text)));  // commit() tells a failure
-  return file->commit();
+  file.write(std::as_bytes(std::span(text)));  // commit() tells a failure
+  return file.commit();
 }
 
 std::string hex64(std::uint64_t value) {
@@ -95,9 +94,8 @@ Outcome<Records> Records::load(const std::string& path, const std::string& input
   Records records;
   records.input_ = input;
   if (path.empty()) return records;
-  const Outcome<std::string> text = read_text_file(path, std::size_t{1} << 20U);
-  if (!text.ok()) return text.failure();
-  const Json all = Json::parse(*text, nullptr, false);
+  TESSERA_TRY_ASSIGN(const std::string text, read_text_file(path, std::size_t{1} << 20U));
+  const Json all = Json::parse(text, nullptr, false);
   if (!all.is_object()) return Failure{path + " is not JSON; restore it from the repository"};
   if (all.contains(input)) records.known_ = all[input]["digests"];
   return records;

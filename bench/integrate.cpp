@@ -155,26 +155,23 @@ Json kernel_limits(ModeRun& kernel, const Scene& scene, double bytes_per_s) {
 }
 
 Outcome<Json> measure(const Options& options, Records& records) {
-  const Outcome<Scene> scene = load_scene(options);
-  if (!scene.ok()) return scene.failure();
+  TESSERA_TRY_ASSIGN(const Scene scene, load_scene(options));
   std::vector<ModeRun> runs;
   for (const Mode& mode : kModes) {
-    Outcome<Mapper> mapper = Mapper::make(mode, *scene, options.resolution_m);
-    if (!mapper.ok()) return mapper.failure();
-    runs.push_back({mode, std::move(*mapper), std::vector<ScanReport>(scene->scans.size()),
-                    std::vector<Times>(scene->scans.size())});
+    TESSERA_TRY_ASSIGN(Mapper mapper, Mapper::make(mode, scene, options.resolution_m));
+    runs.push_back({mode, std::move(mapper), std::vector<ScanReport>(scene.scans.size()),
+                    std::vector<Times>(scene.scans.size())});
     // Not timed: brings every page into memory, and shows whether the result is right.
-    const Outcome<void> mapped = map_once(runs.back(), *scene, false);
-    if (!mapped.ok()) return mapped.failure();
+    TESSERA_TRY(map_once(runs.back(), scene, false));
     records.check(mode.name, runs.back().mapper.digest_of_map());
   }
   NaiveRun naive{NaiveKernelMap(options.resolution_m, 3.0 * options.resolution_m,
-                                scene->classes.num_components()),
+                                scene.classes.num_components()),
                  {},
                  {}};
   Mapper& kernel = runs.front().mapper;
   kernel.map().clear();
-  for (const Scan& scan : scene->scans) {
+  for (const Scan& scan : scene.scans) {
     kernel.integrate(scan);
     const std::span<const ScanPoint> points = kernel.integrator().admitted();
     naive.points.emplace_back(points.begin(), points.end());
@@ -189,8 +186,7 @@ Outcome<Json> measure(const Options& options, Records& records) {
   Times at_once;
   for (int i = 0; i < options.repetitions; ++i) {
     for (ModeRun& run : runs) {
-      const Outcome<void> mapped = map_once(run, *scene, true);
-      if (!mapped.ok()) return mapped.failure();
+      TESSERA_TRY(map_once(run, scene, true));
     }
     naive.map_once(true);
     bytes_per_s.push_back(memory.measure());
@@ -207,8 +203,8 @@ Outcome<Json> measure(const Options& options, Records& records) {
     mode["naive_over_this_cpu"] =
         median(naive.times.cpu_ms) / mode["cpu_ms"]["median"].get<double>();
   }
-  modes[kKernelMode.name]["limit"] = kernel_limits(runs.front(), *scene, median(bytes_per_s));
-  return Json{{"scans", scene->scans.size()},
+  modes[kKernelMode.name]["limit"] = kernel_limits(runs.front(), scene, median(bytes_per_s));
+  return Json{{"scans", scene.scans.size()},
               {"repetitions", options.repetitions},
               {"resolution_m", options.resolution_m},
               {"memory_bytes_per_s", statistics(bytes_per_s)},

@@ -64,22 +64,19 @@ Outcome<bool> round_trip(Mapper& mapper, Mapper& copy, Bytes& file, FileTimes& t
 }
 
 Outcome<Json> measure(const Options& options, Records& records) {
-  const Outcome<Scene> scene = load_scene(options);
-  if (!scene.ok()) return scene.failure();
+  TESSERA_TRY_ASSIGN(const Scene scene, load_scene(options));
   Json modes = Json::object();
   for (const Mode& mode : {kMultiEntropyMode, kFreeSpaceMode}) {
-    Outcome<Mapper> mapper = Mapper::make(mode, *scene, options.resolution_m);
-    Outcome<Mapper> copy = Mapper::make(mode, *scene, options.resolution_m);
+    Outcome<Mapper> mapper = Mapper::make(mode, scene, options.resolution_m);
+    Outcome<Mapper> copy = Mapper::make(mode, scene, options.resolution_m);
     if (!mapper.ok()) return mapper.failure();
     if (!copy.ok()) return copy.failure();
-    const Outcome<void> mapped = mapper->integrate_all(*scene);
-    if (!mapped.ok()) return mapped.failure();
+    TESSERA_TRY(mapper->integrate_all(scene));
     Bytes file;
     FileTimes times;
     for (int i = 0; i < options.repetitions; ++i) {
-      const Outcome<bool> same = round_trip(*mapper, *copy, file, times);
-      if (!same.ok()) return same.failure();
-      if (!*same) return Failure{"a loaded map differs from the saved one", FailureKind::kFailure};
+      TESSERA_TRY_ASSIGN(const bool same, round_trip(*mapper, *copy, file, times));
+      if (!same) return Failure{"a loaded map differs from the saved one", FailureKind::kFailure};
     }
     Digest digest;
     for (const std::byte byte : file.bytes) digest.add(std::to_integer<std::uint64_t>(byte));

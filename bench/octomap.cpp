@@ -20,18 +20,17 @@ octomap::Pointcloud cloud_of(const Scan& scan) {
 }
 
 Outcome<Json> measure(const Options& options, Records&) {
-  const Outcome<Scene> scene = load_scene(options);
-  if (!scene.ok()) return scene.failure();
+  TESSERA_TRY_ASSIGN(const Scene scene, load_scene(options));
   octomap::OcTree tree(options.resolution_m);
   std::vector<double> insert_ms;
-  for (const Scan& scan : scene->scans) {
+  for (const Scan& scan : scene.scans) {
     const octomap::Pointcloud cloud = cloud_of(scan);
     const Point3f origin = scan.origin_map();
     insert_ms.push_back(1e3 * seconds_of([&] {
                           tree.insertPointCloud(cloud, {origin.x(), origin.y(), origin.z()});
                         }));
   }
-  const octomap::Pointcloud asked = cloud_of(scene->scans.back());
+  const octomap::Pointcloud asked = cloud_of(scene.scans.back());
   std::vector<double> search_ns;
   std::size_t occupied = 0;
   for (int i = 0; i < options.repetitions; ++i) {

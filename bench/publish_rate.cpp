@@ -120,34 +120,31 @@ void report(const Drive& drive, const Published& published, const Disagreement& 
 Outcome<void> measure(const Settings& settings) {
   DatasetOptions of_dataset;
   of_dataset.labels = settings.labels;
-  const Outcome<Scene> scene = load_scene(settings.dataset, of_dataset);
-  if (!scene.ok()) return scene.failure();
+  TESSERA_TRY_ASSIGN(const Scene scene, load_scene(settings.dataset, of_dataset));
   std::optional<FleetSignatures> fleet;
   if (!settings.secret.empty()) {
-    const Outcome<Mission> mission = Mission::make("publish rate");
-    if (!mission.ok()) return mission.failure();
-    Outcome<FleetSignatures> read =
-        FleetSignatures::read(settings.secret, settings.public_keys, *mission);
-    if (!read.ok()) return read.failure();
-    fleet.emplace(std::move(*read));
+    TESSERA_TRY_ASSIGN(const Mission mission, Mission::make("publish rate"));
+    TESSERA_TRY_ASSIGN(FleetSignatures read,
+                       FleetSignatures::read(settings.secret, settings.public_keys, mission));
+    fleet.emplace(std::move(read));
   }
   RobotConfig config;
   config.map.tuple = TuplePolicy::kCompact;
   config.map.storage_bytes = std::size_t{512} << 20U;
-  config.scan = {.points = static_cast<std::uint32_t>(scene->max_points),
+  config.scan = {.points = static_cast<std::uint32_t>(scene.max_points),
                  .tiles = 131072,
                  .ray_blocks = 131072};
   config.window = WindowConfig{.radius_m = 50.0};
-  const int components = scene->classes.num_components();
+  const int components = scene.classes.num_components();
   Memory memory(tessera::Mapper::required_bytes(config) +
                 Publisher::required_bytes(settings.publisher, components));
   Arena arena = memory.arena();
-  const Result<tessera::Mapper*> mapper = tessera::Mapper::make(arena, config, scene->classes, {});
+  const Result<tessera::Mapper*> mapper = tessera::Mapper::make(arena, config, scene.classes, {});
   Result<Publisher> publisher = Publisher::make(arena, settings.publisher, config.map, components);
   if (!mapper.ok() || !publisher.ok())
     return Failure{"a setting is out of its range", FailureKind::kUsage};
   Drive drive{**mapper, (*mapper)->map(), std::move(*publisher)};
-  Published published(config.map, scene->classes, fleet ? fleet->signatures() : Signatures{});
+  Published published(config.map, scene.classes, fleet ? fleet->signatures() : Signatures{});
   if (!published.ok()) return Failure{"nothing can be published", FailureKind::kFailure};
   Disagreement disagreement(drive.map);
   const BlockArchive archive{&drive.publisher,
@@ -157,9 +154,9 @@ Outcome<void> measure(const Settings& settings) {
                              },
                              nullptr, nullptr};
   drive.mapper.set_archive(archive);
-  const std::size_t count = scene->scans.size();
-  const auto& first = scene->scans.front().T_map_sensor;
-  const auto& last = scene->scans.back().T_map_sensor;
+  const std::size_t count = scene.scans.size();
+  const auto& first = scene.scans.front().T_map_sensor;
+  const auto& last = scene.scans.back().T_map_sensor;
   const Eigen::Vector3d lap = (last.col(3) - first.col(3)) * static_cast<double>(count) /
                               static_cast<double>(count > 1 ? count - 1 : 1);
   const std::size_t scans = settings.scans > 0 ? static_cast<std::size_t>(settings.scans)
@@ -173,7 +170,7 @@ Outcome<void> measure(const Settings& settings) {
   std::size_t done = 0;
   while (done < scans) {
     if (now_us >= scan_us) {
-      Scan scan = scene->scans[done % count];
+      Scan scan = scene.scans[done % count];
       scan.T_map_sensor.col(3) += lap * static_cast<double>(done / count);
       const Point3f at = scan.origin_map();
       drive.publisher.set_focus(block_of(*drive.map.lattice().voxel_of(at)));

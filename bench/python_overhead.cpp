@@ -8,7 +8,7 @@
 #include <fstream>
 #include <iostream>
 #include <iterator>
-#include <string>
+#include <string_view>
 #include <vector>
 
 #include "maps/held_mapper.hpp"
@@ -72,5 +72,5 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "usage: python_overhead POINTS COMPONENTS on|off\n");
     return 1;
   }
-  return run(argv[1], argv[2], argv[3]);
+  return run(argv[1], argv[2], std::string_view(argv[3]) == "on");
 }

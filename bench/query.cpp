@@ -159,16 +159,13 @@ Json to_json(const std::vector<double>& memory_ms, const std::vector<double>& l2
 }
 
 Outcome<Json> measure(const Options& options, Records& records) {
-  const Outcome<Scene> scene = load_scene(options);
-  if (!scene.ok()) return scene.failure();
-  Outcome<Mapper> mapper = Mapper::make(kFreeSpaceMode, *scene, options.resolution_m);
-  if (!mapper.ok()) return mapper.failure();
-  const Outcome<void> mapped = mapper->integrate_all(*scene);
-  if (!mapped.ok()) return mapped.failure();
-  const LocalMap& map = mapper->map();
-  const std::vector<Point3f> points = points_in_map(scene->scans.back());
-  const Rays rays = rays_of(scene->scans.back(), points);
-  const std::vector<VoxelCoord> observed = observed_voxels(*mapper);
+  TESSERA_TRY_ASSIGN(const Scene scene, load_scene(options));
+  TESSERA_TRY_ASSIGN(Mapper mapper, Mapper::make(kFreeSpaceMode, scene, options.resolution_m));
+  TESSERA_TRY(mapper.integrate_all(scene));
+  const LocalMap& map = mapper.map();
+  const std::vector<Point3f> points = points_in_map(scene.scans.back());
+  const Rays rays = rays_of(scene.scans.back(), points);
+  const std::vector<VoxelCoord> observed = observed_voxels(mapper);
   const std::vector<VoxelCoord> inside = shuffled(observed);
   const std::vector<VoxelCoord> outside = anywhere(observed);
   std::vector<Question> questions{

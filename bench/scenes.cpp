@@ -44,20 +44,17 @@ ScanView Scan::view() const {
 }
 
 Outcome<Scene> load_scene(const std::string& folder, const DatasetOptions& scans) {
-  const Outcome<Dataset> dataset = Dataset::open(folder, scans);
-  if (!dataset.ok()) return dataset.failure();
+  TESSERA_TRY_ASSIGN(const Dataset dataset, Dataset::open(folder, scans));
   Scene scene;
-  scene.classes = dataset->classes().table();
-  scene.max_points = dataset->max_points();
+  scene.classes = dataset.classes().table();
+  scene.max_points = dataset.max_points();
   if (scene.max_points == 0) return Failure{folder + " has no points; choose other scans"};
-  Outcome<ScanReader> reader = ScanReader::make(*dataset);
-  if (!reader.ok()) return reader.failure();
-  for (std::size_t i = 0; i < dataset->num_scans(); ++i) {
-    const Outcome<ScanView> scan = reader->read(i);
-    if (!scan.ok()) return scan.failure();
-    scene.scans.push_back({{scan->points, scan->points + scan->stride_floats * scan->count},
-                           {scan->components, scan->components + scan->count},
-                           scan->T_map_sensor});
+  TESSERA_TRY_ASSIGN(ScanReader reader, ScanReader::make(dataset));
+  for (std::size_t i = 0; i < dataset.num_scans(); ++i) {
+    TESSERA_TRY_ASSIGN(const ScanView scan, reader.read(i));
+    scene.scans.push_back({{scan.points, scan.points + scan.stride_floats * scan.count},
+                           {scan.components, scan.components + scan.count},
+                           scan.T_map_sensor});
   }
   return scene;
 }
@@ -67,11 +64,10 @@ Outcome<Scene> load_scene(const Options& options) {
 }
 
 Outcome<std::string> digest_of_input(const Options& options) {
-  const Outcome<Scene> scene = load_scene(options);
-  if (!scene.ok()) return scene.failure();
+  TESSERA_TRY_ASSIGN(const Scene scene, load_scene(options));
   Digest digest;
   digest.add(std::bit_cast<std::uint64_t>(options.resolution_m));
-  for (const Scan& scan : scene->scans) {
+  for (const Scan& scan : scene.scans) {
     for (const float value : scan.points_xyzi) digest.add_float(value);
     for (const std::uint8_t component : scan.components) digest.add(component);
     for (int i = 0; i < 12; ++i)

@@ -57,12 +57,10 @@ Outcome<Team> map_team(const Scene& scene, double resolution_m, float max_range_
   for (std::size_t r = 0; r < team.robots.size(); ++r) {
     const Scene part =
         part_of(scene, r == 0 ? 0 : half, r == 0 ? half : scene.scans.size(), max_range_m);
-    Outcome<Mapper> mapper = Mapper::make(kMultiEntropyMode, part, resolution_m);
-    if (!mapper.ok()) return mapper.failure();
-    const Outcome<void> mapped = mapper->integrate_all(part);
-    if (!mapped.ok()) return mapped.failure();
-    team.map = mapper->map().config();
-    team.robots[r] = contribution_of(*mapper);
+    TESSERA_TRY_ASSIGN(Mapper mapper, Mapper::make(kMultiEntropyMode, part, resolution_m));
+    TESSERA_TRY(mapper.integrate_all(part));
+    team.map = mapper.map().config();
+    team.robots[r] = contribution_of(mapper);
   }
   return team;
 }

@@ -7,8 +7,8 @@ set -euo pipefail
 
 fail() { echo "install-packages.sh: $*" >&2; exit 1; }
 
-packages=(g++ cmake ninja-build libeigen3-dev libcli11-dev nlohmann-json3-dev libtomlplusplus-dev libpng-dev libsodium-dev liblcm-dev
-          liblcm-bin liblzf-dev libmicrohttpd-dev liboctomap-dev python3 dpkg-dev gzip)
+packages=(g++ cmake ninja-build libeigen3-dev libcli11-dev nlohmann-json3-dev libtomlplusplus-dev libfmt-dev libpng-dev libsodium-dev
+          liblcm-dev liblcm-bin liblzf-dev libmicrohttpd-dev liboctomap-dev python3 dpkg-dev gzip)
 network=(iproute2 nftables)
 browser=(chromium chromium-driver python3-pil python3-selenium)
 # Debian has it for x86 alone.
@@ -23,7 +23,7 @@ case "${1:-}" in
   # g++-12-multilib and not g++-multilib, which excludes compilers for other machines.
   ci) packages+=("${testing[@]}" git ccache clang clang-format clang-tidy libclang-rt-dev g++-aarch64-linux-gnu libc6-dev-arm64-cross
                  qemu-user doxygen g++-12-multilib gcc-arm-none-eabi libstdc++-arm-none-eabi-newlib) ;;
-  python) packages=(g++ cmake ninja-build libeigen3-dev nlohmann-json3-dev libtomlplusplus-dev libpng-dev liblzf-dev
+  python) packages=(g++ cmake ninja-build libeigen3-dev nlohmann-json3-dev libtomlplusplus-dev libfmt-dev libpng-dev liblzf-dev
                    libsodium-dev "${python[@]}") ;;
   *) fail "say demo, tests, bench, ci or python" ;;
 esac

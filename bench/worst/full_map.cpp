@@ -29,12 +29,11 @@ void fill(Mapper& mapper, const Scene& scene) {
 
 /// So much that the first scans leave no page.
 Outcome<std::size_t> exactly_full(const Scene& scene, bool free_space) {
-  Outcome<Mapper> mapper = Mapper::make(mode_of(free_space, kMuch), scene, kResolution_m);
-  if (!mapper.ok()) return mapper.failure();
-  mapper->map().clear();
-  const std::size_t empty = mapper->map().usage().used_bytes;
-  fill(*mapper, scene);
-  return mapper->map().usage().used_bytes - empty;
+  TESSERA_TRY_ASSIGN(Mapper mapper, Mapper::make(mode_of(free_space, kMuch), scene, kResolution_m));
+  mapper.map().clear();
+  const std::size_t empty = mapper.map().usage().used_bytes;
+  fill(mapper, scene);
+  return mapper.map().usage().used_bytes - empty;
 }
 
 }  // namespace
@@ -42,23 +41,21 @@ Outcome<std::size_t> exactly_full(const Scene& scene, bool free_space) {
 Outcome<Json> measure_full_map(Meter& meter, const Scene& scene, const FullMapCase& full) {
   std::size_t storage_bytes = full.storage_bytes == 0 ? kMuch : full.storage_bytes;
   if (full.exactly) {
-    const Outcome<std::size_t> exactly = exactly_full(scene, full.free_space);
-    if (!exactly.ok()) return exactly.failure();
-    storage_bytes = *exactly;
+    TESSERA_TRY_ASSIGN(const std::size_t exactly, exactly_full(scene, full.free_space));
+    storage_bytes = exactly;
   }
-  Outcome<Mapper> mapper =
-      Mapper::make(mode_of(full.free_space, storage_bytes), scene, kResolution_m);
-  if (!mapper.ok()) return mapper.failure();
+  TESSERA_TRY_ASSIGN(Mapper mapper,
+                     Mapper::make(mode_of(full.free_space, storage_bytes), scene, kResolution_m));
   std::uint64_t refused = 0;
   std::uint64_t thinned = 0;
   bool right = false;
   const auto calls = static_cast<int>(scene.scans.size() - kFirstMeasured);
   meter.measure(
-      full.worst, calls, [&] { fill(*mapper, scene); },
+      full.worst, calls, [&] { fill(mapper, scene); },
       [&] {
         refused = thinned = 0;
         for (std::size_t i = kFirstMeasured; i < scene.scans.size(); ++i) {
-          const ScanReport report = mapper->integrate(scene.scans[i]);
+          const ScanReport report = mapper.integrate(scene.scans[i]);
           refused += report.refused_memory();
           thinned += report.thinned;
         }
@@ -72,20 +69,20 @@ Outcome<Json> measure_full_map(Meter& meter, const Scene& scene, const FullMapCa
 }
 
 Outcome<Scene> simulated_scene(int scans) {
-  const Outcome<StreetSimulator> street = StreetSimulator::make({.robots = 2, .scans = scans});
-  if (!street.ok()) return street.failure();
+  TESSERA_TRY_ASSIGN(const StreetSimulator street,
+                     StreetSimulator::make({.robots = 2, .scans = scans}));
   Scene scene;
   scene.classes = table_of(kSimulatedClasses);
   for (int i = 0; i < scans; ++i) {
     constexpr int kSmallScanner = 1;  // of 16 beams
-    const SimulatedScan seen = street->scan(kSmallScanner, i);
+    const SimulatedScan seen = street.scan(kSmallScanner, i);
     Scan scan;
     for (std::size_t p = 0; p < seen.points.size(); ++p) {
       scan.points_xyzi.insert(scan.points_xyzi.end(), seen.points[p].begin(), seen.points[p].end());
       // Any class does: it is the number of them that costs.
       scan.components.push_back(static_cast<std::uint8_t>(1 + seen.labels[p] % kSimulatedClasses));
     }
-    scan.T_map_sensor = street->T_map_sensor(kSmallScanner, i).matrix().topRows<3>();
+    scan.T_map_sensor = street.T_map_sensor(kSmallScanner, i).matrix().topRows<3>();
     scene.max_points = std::max(scene.max_points, scan.components.size());
     scene.scans.push_back(std::move(scan));
   }

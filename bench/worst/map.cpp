@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // States and writes that cost a map most: every class at once, all at the cap, keys that collide,
 // storage full.
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
@@ -179,20 +180,22 @@ void measure_whole_map(Meter& meter) {
   // Storage exactly full of blocks with as little as a block can have; the last ones have nothing.
   VoxelMask one{};
   one[0] = 1;
+  VoxelMask layer{};
+  std::fill_n(layer.begin(), kBlockEdge / 2, ~std::uint64_t{0});
   double blocks = 0.0;
   double voxels = 0.0;
-  const auto fill = [&] {
+  const auto fill = [&](const VoxelMask& mask) {
     map.clear();
     blocks = 0.0;
     voxels = 0.0;
     for (std::int32_t i = 0;; ++i) {
       const Result<SlabHandle> block = map.open_block({i % 256, i / 256 % 256, i / 65536});
       if (!block.ok()) break;
-      voxels += map.add_free_pass(*block, one) == Status::kOk ? 1.0 : 0.0;
+      voxels += map.add_free_pass(*block, mask) == Status::kOk ? 1.0 : 0.0;
       ++blocks;
     }
   };
-  fill();
+  fill(one);
   const double most = static_cast<double>(max_blocks(map.config()));
   std::vector<KeyedIndex> workspace(2 * map.block_count());
   const auto nothing = [] {};
@@ -208,11 +211,14 @@ void measure_whole_map(Meter& meter) {
       1, nothing, [&] {
         return Operations{static_cast<double>(map.blocks_in_order(workspace).size()), most};
       });
+  fill(layer);
   meter.measure(
-      {"digest", "digest", "16 MiB full of blocks with one free page each", "64 blocks"}, 1,
+      {"digest", "digest", "16 MiB full of blocks with one full free page each", "256 blocks"}, 1,
       nothing, [&] {
-        return Operations{digest(map, workspace) != 0 ? 64.0 * blocks : 1e12, 64.0 * most};
+        const bool any = digest(map, workspace) != 0;
+        return Operations{any ? kLayerVoxels * blocks : 1e12, kLayerVoxels * most};
       });
+  fill(one);
   meter.measure(
       {"visit_blocks", "LocalMap::visit_blocks", "4,096 entries of a full map", "entries + 7"}, 1,
       nothing, [&] {
@@ -229,10 +235,12 @@ void measure_whole_map(Meter& meter) {
           opened += map.open_block({-i - 1, 0, 0}).ok() ? 1.0 : 0.0;
         return Operations{1.0 + opened, 1.0};
       });
-  meter.measure({"clear", "LocalMap::clear", "16 MiB full of blocks", "leaves"}, 1, fill, [&] {
-    map.clear();
-    return fixed(map.block_count() == 0, leaves_of(map.config()));
-  });
+  meter.measure(
+      {"clear", "LocalMap::clear", "16 MiB full of blocks", "leaves"}, 1, [&] { fill(one); },
+      [&] {
+        map.clear();
+        return fixed(map.block_count() == 0, leaves_of(map.config()));
+      });
 }
 
 }  // namespace

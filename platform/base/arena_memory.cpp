@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/arena_memory.hpp"
 
+#include <fmt/core.h>
+
 #include <new>
 #include <string>
 
@@ -20,9 +22,8 @@ Outcome<ArenaMemory> ArenaMemory::allocate(std::size_t bytes, const Message& rem
   memory.bytes_.reset(static_cast<std::byte*>(
       ::operator new (memory.size_, std::align_val_t{kArenaAlignment}, std::nothrow)));
   if (memory.bytes_ == nullptr) {
-    return Failure{
-        "the system does not give " + std::to_string(bytes) + " bytes of memory; " + remedy,
-        FailureKind::kFailure};
+    return Failure{fmt::format("the system does not give {} bytes of memory; ", bytes) + remedy,
+                   FailureKind::kFailure};
   }
   return memory;
 }

@@ -3,6 +3,7 @@
 #include "base/atomic_file.hpp"
 
 #include <fcntl.h>
+#include <fmt/core.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -71,14 +72,13 @@ Outcome<AtomicFile> AtomicFile::open(const std::string& path) {
     if (objection != nullptr) return refusal(path, objection);
     mode = existing.st_mode & 07777U;
   }
-  Outcome<void> created = file.create_temporary(mode);
-  if (!created.ok()) return created.failure();
+  TESSERA_TRY(file.create_temporary(mode));
   file.buffer_ = std::make_unique<std::byte[]>(kBufferBytes);
   return file;
 }
 
 std::string AtomicFile::temporary_name(int attempt) const {
-  return target_ + "." + std::to_string(::getpid()) + "-" + std::to_string(attempt) + ".part";
+  return fmt::format("{}.{}-{}.part", target_, ::getpid(), attempt);
 }
 
 Outcome<void> AtomicFile::create_temporary(unsigned mode) {
@@ -113,7 +113,7 @@ Outcome<void> AtomicFile::create_temporary(unsigned mode) {
 /// replace a file. Returns errno.
 int AtomicFile::name_temporary() {
   if (!temporary_.empty()) return 0;
-  const std::string self = std::string(kOwnFiles) + "/" + std::to_string(file_.get());
+  const std::string self = fmt::format("{}/{}", kOwnFiles, file_.get());
   for (int attempt = 0; attempt < kNameAttempts; ++attempt) {
     std::string name = temporary_name(attempt);
     if (::linkat(AT_FDCWD, self.c_str(), AT_FDCWD, name.c_str(), AT_SYMLINK_FOLLOW) == 0) {

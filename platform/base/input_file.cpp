@@ -3,6 +3,7 @@
 #include "base/input_file.hpp"
 
 #include <fcntl.h>
+#include <fmt/core.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -49,29 +50,31 @@ Outcome<std::size_t> InputFile::read(std::span<std::byte> into) {
   return filled;
 }
 
+/// A regular file takes any place up to its own limit.
+void InputFile::skip_to(std::uint64_t position_bytes) noexcept {
+  ::lseek(file_.get(), static_cast<off_t>(position_bytes), SEEK_SET);
+  position_bytes_ = position_bytes;
+}
+
 Outcome<void> InputFile::read_exactly(std::span<std::byte> into) {
-  const Outcome<std::size_t> count = read(into);
-  if (!count.ok()) return count.failure();
-  if (*count == into.size()) return {};
-  return Failure{"cannot read " + std::string(path()) + ": it ends after " +
-                     std::to_string(position_bytes_) + " bytes, too early by " +
-                     std::to_string(into.size() - *count) +
-                     "; it is truncated, get a complete copy",
+  TESSERA_TRY_ASSIGN(const std::size_t count, read(into));
+  if (count == into.size()) return {};
+  return Failure{fmt::format("cannot read {}: it ends after {} bytes, too early by {}; it is "
+                             "truncated, get a complete copy",
+                             path(), position_bytes_, into.size() - count),
                  FailureKind::kFailure};
 }
 
 Outcome<std::string> read_text_file(std::string_view path, std::size_t max_bytes) {
-  Outcome<InputFile> input = InputFile::open(path);
-  if (!input.ok()) return input.failure();
-  if (input->size_bytes() > max_bytes) {
-    return Failure{"cannot read " + std::string(path) + ": it has " +
-                   std::to_string(input->size_bytes()) + " bytes, the limit is " +
-                   std::to_string(max_bytes) + "; check that it is the right file"};
+  TESSERA_TRY_ASSIGN(InputFile input, InputFile::open(path));
+  if (input.size_bytes() > max_bytes) {
+    return Failure{fmt::format(
+        "cannot read {}: it has {} bytes, the limit is {}; check that it is the right file", path,
+        input.size_bytes(), max_bytes)};
   }
-  std::string text(static_cast<std::size_t>(input->size_bytes()), '\0');
-  const Outcome<std::size_t> count = input->read(std::as_writable_bytes(std::span(text)));
-  if (!count.ok()) return count.failure();
-  text.resize(*count);
+  std::string text(static_cast<std::size_t>(input.size_bytes()), '\0');
+  TESSERA_TRY_ASSIGN(const std::size_t count, input.read(std::as_writable_bytes(std::span(text))));
+  text.resize(count);
   // Some editors write this mark before UTF-8; it is not part of the text.
   if (constexpr std::string_view kMark = "\xef\xbb\xbf"; text.starts_with(kMark))
     text.erase(0, kMark.size());

@@ -31,6 +31,8 @@ class InputFile {
   /// the number of bytes read; fewer than requested: the file ends there. Fails with kFailure iff
   /// the system does.
   Outcome<std::size_t> read(std::span<std::byte> into);
+  /// Reads on from there; beyond the end nothing is read.
+  void skip_to(std::uint64_t position_bytes) noexcept;
   /// As read(), but also fails with kFailure if the file ends before the span is full.
   Outcome<void> read_exactly(std::span<std::byte> into);
 

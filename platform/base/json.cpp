@@ -11,17 +11,15 @@ namespace tessera {
 
 Outcome<void> write_report(const Json& report, const std::string& path) {
   if (path.empty()) return {};
-  Outcome<AtomicFile> file = AtomicFile::open(path);
-  if (!file.ok()) return file.failure();
+  TESSERA_TRY_ASSIGN(AtomicFile file, AtomicFile::open(path));
   const std::string text = report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
-  file->write(std::as_bytes(std::span(text)));
-  return file->commit();
+  file.write(std::as_bytes(std::span(text)));
+  return file.commit();
 }
 
 Outcome<void> check_writable(const std::string& path) {
   if (path.empty()) return {};
-  const Outcome<AtomicFile> probe = AtomicFile::open(path);
-  if (!probe.ok()) return probe.failure();
+  TESSERA_TRY(AtomicFile::open(path));
   return {};
 }
 

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/message.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 
 namespace tessera {
@@ -47,8 +49,8 @@ const SettingName* Message::subject() const {
 
 Message bytes_text(std::size_t bytes) {
   constexpr std::size_t kMiB = std::size_t{1} << 20U;
-  const std::string exact = std::to_string(bytes) + " bytes";
-  return bytes % kMiB == 0 && bytes > 0 ? Message(std::to_string(bytes / kMiB) + "M", exact)
+  const std::string exact = fmt::format("{} bytes", bytes);
+  return bytes % kMiB == 0 && bytes > 0 ? Message(fmt::format("{}M", bytes / kMiB), exact)
                                         : Message(exact);
 }
 

@@ -3,6 +3,7 @@
 #include "base/new_file.hpp"
 
 #include <fcntl.h>
+#include <fmt/core.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -43,7 +44,7 @@ Outcome<void> write_new_file(const std::string& path, std::span<const std::byte>
     return Failure{"cannot write " + path +
                    ": it already exists, and is not replaced; choose another name or remove it"};
   }
-  const std::string temporary = path + "." + std::to_string(::getpid()) + ".part";
+  const std::string temporary = fmt::format("{}.{}.part", path, ::getpid());
   FileDescriptor file(
       ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, mode));
   if (!file.is_open()) return system_failure("write", path, errno, FailureKind::kUsage);

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/number_row.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <charconv>
 #include <string>
@@ -79,7 +81,7 @@ Outcome<Matrix34d> parse_matrix34(std::string_view row, const TextPlace& place) 
     ++count;
   }
   if (count == kNumbers) return matrix;
-  return text_failure(place, std::to_string(count) + " numbers instead of 12",
+  return text_failure(place, fmt::format("{} numbers instead of 12", count),
                       "write the 3x4 matrix [R | t] row by row");
 }
 

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "base/number_text.hpp"
 
+#include <fmt/core.h>
+
 #include <array>
 #include <charconv>
 #include <cstdio>
@@ -43,7 +45,7 @@ std::optional<std::size_t> parse_bytes(const std::string& text) {
 }
 
 std::string counted(std::uint64_t count, std::string_view singular) {
-  std::string text = std::to_string(count) + " ";
+  std::string text = fmt::format("{} ", count);
   text.append(singular);
   return count == 1 ? text : text + "s";
 }

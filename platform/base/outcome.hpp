@@ -69,3 +69,20 @@ class [[nodiscard]] Outcome<void> {
 };
 
 }  // namespace tessera
+
+/// Returns the failure of an Outcome, if it has one, from the function around it.
+#define TESSERA_TRY(...)                                                        \
+  do {                                                                          \
+    if (const auto& tried = (__VA_ARGS__); !tried.ok()) return tried.failure(); \
+  } while (false)
+
+/// The same, and declares a variable with the value:
+/// `TESSERA_TRY_ASSIGN(const std::string text, read_text_file(path, kMostBytes));`
+#define TESSERA_TRY_ASSIGN(declaration, ...) \
+  TESSERA_TRY_ASSIGN_BY(TESSERA_JOINED(tried_at_, __LINE__), declaration, __VA_ARGS__)
+#define TESSERA_TRY_ASSIGN_BY(tried, declaration, ...) \
+  auto tried = (__VA_ARGS__);                          \
+  if (!tried.ok()) return tried.failure();             \
+  declaration = std::move(*tried)
+#define TESSERA_JOINED(a, b) TESSERA_JOINED_AGAIN(a, b)
+#define TESSERA_JOINED_AGAIN(a, b) a##b

@@ -85,8 +85,7 @@ Outcome<void> check_outputs(const std::vector<NamedFile>& outputs,
       return clash(*output, "one of the files of the dataset " + dataset.path);
   }
   for (const NamedFile& output : outputs) {
-    const Outcome<void> writable = check_writable(output.path);
-    if (!writable.ok()) return writable.failure();
+    TESSERA_TRY(check_writable(output.path));
   }
   return {};
 }

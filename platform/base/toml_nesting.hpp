@@ -3,6 +3,8 @@
 // Checks a text before toml++ reads it.
 #pragma once
 
+#include <fmt/core.h>
+
 #include <cstddef>
 #include <string>
 #include <string_view>
@@ -23,9 +25,10 @@ inline Outcome<void> check_nesting(std::string_view toml, const std::string& nam
       ++line;
       dots = 0;
     } else if (letter == '.' && ++dots > kMostDots) {
-      return Failure{name + ", line " + std::to_string(line) +
-                     ": over 4000 dots; keys of that many parts are not read; write tables of "
-                     "few levels"};
+      return Failure{
+          fmt::format("{}, line {}: over 4000 dots; keys of that many parts are not read; write "
+                      "tables of few levels",
+                      name, line)};
     }
   }
   return {};

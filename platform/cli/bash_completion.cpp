@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/bash_completion.hpp"
 
+#include <fmt/core.h>
+
 #include <string_view>
 
 #include "cli/value_names.hpp"
@@ -95,9 +97,9 @@ void add_level(const CLI::App& command, const std::string& path, std::string& sc
     for (const std::string& name : option->get_lnames()) words.push_back("--" + name);
     if (is_flag(*option)) continue;
     const int most = std::min(option->get_items_expected_max(), 99);
-    cases += "        " + option->get_name() + ") takes=" + std::to_string(most) + " choices='" +
-             joined(kind.choices) + "' kind=" + kind_word(kind) + " extension='" + kind.extension +
-             "' ;;\n";
+    cases += fmt::format("        {}) takes={} choices='{}' kind={} extension='{}' ;;\n",
+                         option->get_name(), most, joined(kind.choices), kind_word(kind),
+                         kind.extension);
   }
   const std::vector<const CLI::App*> inner = shown_subcommands(command);
   for (const CLI::App* const part : inner) commands.push_back(part->get_name());

@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "base/number_text.hpp"
 #include "cli/command.hpp"
+#include "maps/fixed_settings.hpp"
 #include "maps/stored_map.hpp"
 
 namespace tessera {
@@ -29,10 +29,7 @@ Outcome<void> check_fixed(const std::string& path, const Setting& setting, const
 }  // namespace
 
 void warn_of_another_mode(const MapOptions& options, const MapFileHeader& header) {
-  const Json mode = recorded_setting(header, "inference");
-  if (!mode.is_string() || mode == to_string(options.inference)) return;
-  warn(options.continue_from + " was made with " + kMapSettings["--inference"] + " " +
-       mode.get<std::string>() + " and continues with " + to_string(options.inference));
+  if (const auto warning = change_of_mode(options.continue_from, header, options)) warn(*warning);
 }
 
 Outcome<void> adopt_settings(const MapFileHeader& header, const RecordedScans& source,
@@ -40,19 +37,11 @@ Outcome<void> adopt_settings(const MapFileHeader& header, const RecordedScans& s
   const std::string& path = options.continue_from;
   if (header.identity.kind != MapKind::kLocal)
     return Failure{path + " is a global map; continue a robot's local map"};
-  MapOptions held;
-  held.resolution_m = header.config.resolution_m;
-  held.prior = header.config.prior;
-  held.max_evidence = decimal_of(header.config.max_evidence);
-  held.free_weight = decimal_of(header.config.free_weight);
-  held.counts = header.config.tuple;
-  held.robot = header.identity.robot;
+  const MapOptions held = held_options(header);
   for (const Setting& row : kMapRows) {
-    if (!row.fixed) continue;
-    const Outcome<void> same = check_fixed(path, row, options, held);
-    if (!same.ok()) return same.failure();
-    row.member.set(&options, row.member.get(&held));
+    if (row.fixed) TESSERA_TRY(check_fixed(path, row, options, held));
   }
+  adopt_fixed_settings(header, options);
   if (header.classes == source.classes().table()) return {};
   return Failure{path + " has other classes than " + options.folder() +
                  "; use data with the same classes"};
@@ -60,9 +49,8 @@ Outcome<void> adopt_settings(const MapFileHeader& header, const RecordedScans& s
 
 Outcome<void> load_earlier(const MapOptions& options, const MapFileHeader& header,
                            const MapSetup& setup, std::size_t max_points, LocalMap& map) {
-  const Outcome<bool> loaded = load_into(options.continue_from, map);
-  if (!loaded.ok()) return loaded.failure();
-  if (!*loaded) {
+  TESSERA_TRY_ASSIGN(const bool loaded, load_into(options.continue_from, map));
+  if (!loaded) {
     const std::size_t enough = budget_for_storage(setup, max_points, header.config.storage_bytes);
     const SettingName& memory = kMapSettings["--memory"];
     return Failure{Message(memory) + " " + bytes_text(options.memory_bytes) +

@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // tessera convert: writes recorded scans of any format as a dataset in the KITTI layout.
+#include <fmt/core.h>
+
 #include <atomic>
 #include <cstdio>
 #include <filesystem>
@@ -50,12 +52,10 @@ struct Converted {
 };
 
 Outcome<void> check_usage(const ConvertOptions& options) {
-  const Outcome<void> source = check_source(options.source);
-  if (!source.ok()) return source.failure();
+  TESSERA_TRY(check_source(options.source));
   if (options.out.empty()) return Failure{"--out has no name; name the folder to write"};
-  const Outcome<std::vector<NamedFile>> inputs = cloud_files(options.source);
-  if (!inputs.ok()) return inputs.failure();
-  return check_outputs({{"--report", options.report}}, *inputs, dataset_folder(options.source));
+  TESSERA_TRY_ASSIGN(const std::vector<NamedFile> inputs, cloud_files(options.source));
+  return check_outputs({{"--report", options.report}}, inputs, dataset_folder(options.source));
 }
 
 /// The files that go with the scans of any format.
@@ -65,24 +65,22 @@ Outcome<void> copy_descriptions(const std::string& from, KittiWriter& writer) {
     const std::string path = (std::filesystem::path(from) / name).string();
     std::error_code error;
     if (!std::filesystem::exists(path, error)) continue;
-    const Outcome<std::string> text = read_text_file(path, kMostBytes);
-    if (!text.ok()) return text.failure();
-    const Outcome<void> written = writer.add_file(name, *text);
-    if (!written.ok()) return written.failure();
+    TESSERA_TRY_ASSIGN(const std::string text, read_text_file(path, kMostBytes));
+    TESSERA_TRY(writer.add_file(name, text));
   }
   return {};
 }
 
 Failure stopped(const ConvertOptions& options, std::size_t done, std::size_t num_scans) {
-  return {"interrupted after scan " + std::to_string(done) + " of " + std::to_string(num_scans) +
-              "; " + options.out + " has no poses.txt, remove it",
+  return {fmt::format("interrupted after scan {} of {}; {} has no poses.txt, remove it", done,
+                      num_scans, options.out),
           FailureKind::kFailure};
 }
 
 Outcome<Converted> convert(const ConvertOptions& options, const RecordedScans& scans,
                            KittiWriter& writer) {
-  const Outcome<std::unique_ptr<Registrar>> registrar = Registrar::make(scans.registration());
-  if (!registrar.ok()) return registrar.failure();
+  TESSERA_TRY_ASSIGN(const std::unique_ptr<Registrar> registrar,
+                     Registrar::make(scans.registration()));
   RecordedSource source(scans);
   Progress progress("converting", scans.num_scans());
   Converted converted;
@@ -93,10 +91,9 @@ Outcome<Converted> convert(const ConvertOptions& options, const RecordedScans& s
     if (scan == nullptr) return source.outcome().failure();
     if (options.keeps_motion()) scan->has_times = false;
     ScanView view;
-    if (!(*registrar)->view(*scan, view)) return does_not_suit(*scan);
-    const Outcome<void> written = writer.add(*scan, view);
-    if (!written.ok()) return written.failure();
-    converted.registration.add((*registrar)->last());
+    if (!registrar->view(*scan, view)) return does_not_suit(*scan);
+    TESSERA_TRY(writer.add(*scan, view));
+    converted.registration.add(registrar->last());
     converted.points += view.count;
     source.pop();
     progress.update(writer.num_scans());
@@ -120,32 +117,28 @@ Json report_of(const ConvertOptions& options, const Converted& converted) {
 }
 
 Outcome<void> run_convert(const ConvertOptions& options) {
-  const Outcome<void> usage = check_usage(options);
-  if (!usage.ok()) return usage.failure();
-  const Outcome<std::unique_ptr<RecordedScans>> scans =
-      open_source(options.source, {.motion = true, .times = options.keeps_motion()});
-  if (!scans.ok()) return scans.failure();
-  const bool with_times = options.keeps_motion() && (*scans)->has_times();
+  TESSERA_TRY(check_usage(options));
+  TESSERA_TRY_ASSIGN(
+      const std::unique_ptr<RecordedScans> scans,
+      open_source(options.source, {.motion = true, .times = options.keeps_motion()}));
+  const bool with_times = options.keeps_motion() && scans->has_times();
   // Later commands would move the points, and not the labels that were projected onto them.
   if (with_times && options.source.labels == kCameraLabels)
     return Failure{
         "--labels cameras needs points that are corrected for motion; leave --deskew out"};
-  Outcome<KittiWriter> writer = KittiWriter::create(options.out, (*scans)->classes(), with_times);
-  if (!writer.ok()) return writer.failure();
+  TESSERA_TRY_ASSIGN(KittiWriter writer,
+                     KittiWriter::create(options.out, scans->classes(), with_times));
   stop_by_signals(interrupted);
-  const Outcome<void> copied = copy_descriptions(options.source.folder(), *writer);
-  if (!copied.ok()) return copied.failure();
-  const Outcome<Converted> converted = convert(options, **scans, *writer);
-  if (!converted.ok()) return converted.failure();
-  const Outcome<void> finished = writer->finish((*scans)->motion());
-  if (!finished.ok()) return finished.failure();
-  std::printf("%s, %s in %s\n", counted(converted->scans, "scan").c_str(),
-              counted(converted->points, "point").c_str(), options.out.c_str());
-  print_registration(converted->registration);
-  if (converted->unknown_ids > 0)
-    warn(counted(converted->unknown_ids, "point") +
+  TESSERA_TRY(copy_descriptions(options.source.folder(), writer));
+  TESSERA_TRY_ASSIGN(const Converted converted, convert(options, *scans, writer));
+  TESSERA_TRY(writer.finish(scans->motion()));
+  std::printf("%s, %s in %s\n", counted(converted.scans, "scan").c_str(),
+              counted(converted.points, "point").c_str(), options.out.c_str());
+  print_registration(converted.registration);
+  if (converted.unknown_ids > 0)
+    warn(counted(converted.unknown_ids, "point") +
          " with a raw label id that is in no class; written as unlabelled");
-  return write_report(report_of(options, *converted), options.report);
+  return write_report(report_of(options, converted), options.report);
 }
 
 }  // namespace

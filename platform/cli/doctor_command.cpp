@@ -65,10 +65,8 @@ Json to_json(const std::vector<Check>& checks, const DoctorOptions& options) {
 /// Options that are given on the command line.
 constexpr Setting kDoctorRows[] = {
     row<&DoctorOptions::url>({"--url"}, "LCM URL of the robots", {.value = "URL"}),
-    row<&DoctorOptions::interface>(
-        {"--interface"},
-        "Network interface, by name or IPv4 address; default: as the routes choose",
-        {.value = "NAME"}),
+    row<&DoctorOptions::interface>({"--interface"}, "Network interface, by name or IPv4 address",
+                                   {.value = "NAME", .otherwise = "as the routes choose"}),
     path_row<&DoctorOptions::key>({"--key"}, "Key file of the fleet", {.value = "FILE"}),
     path_row<&DoctorOptions::config>(
         {"--config"},
@@ -87,31 +85,27 @@ struct NamedOptions {
 /// Takes what the command line does not give from the configuration.
 Outcome<std::optional<NodeConfig>> take_config(DoctorOptions& options, const NamedOptions& named) {
   if (options.config.empty()) return std::optional<NodeConfig>();
-  Outcome<NodeConfig> config = read_node_config(options.config);
-  if (!config.ok()) return config.failure();
-  if (!named.url) options.url = config->link.url;
-  if (!named.interface) options.interface = config->link.interface;
-  if (!named.key) options.key = config->keys.fleet_key;
-  config->link.url = options.url;
-  config->link.interface = options.interface;
-  config->keys.fleet_key = options.key;
-  return std::optional<NodeConfig>(std::move(*config));
+  TESSERA_TRY_ASSIGN(NodeConfig config, read_node_config(options.config));
+  if (!named.url) options.url = config.link.url;
+  if (!named.interface) options.interface = config.link.interface;
+  if (!named.key) options.key = config.keys.fleet_key;
+  config.link.url = options.url;
+  config.link.interface = options.interface;
+  config.keys.fleet_key = options.key;
+  return std::optional<NodeConfig>(std::move(config));
 }
 
 Outcome<void> run_doctor(DoctorOptions options, const NamedOptions& named) {
-  const Outcome<std::optional<NodeConfig>> config = take_config(options, named);
-  if (!config.ok()) return config.failure();
-  const Outcome<void> places = check_outputs(
-      {{"--report", options.report}}, {{"--key", options.key}, {"--config", options.config}});
-  if (!places.ok()) return places.failure();
+  TESSERA_TRY_ASSIGN(const std::optional<NodeConfig> config, take_config(options, named));
+  TESSERA_TRY(check_outputs({{"--report", options.report}},
+                            {{"--key", options.key}, {"--config", options.config}}));
   std::vector<Check> checks = check_network(options);
   for (Check& check : check_machine(options)) checks.push_back(std::move(check));
-  if (*config) {
-    for (Check& check : check_fleet(**config)) checks.push_back(std::move(check));
+  if (config) {
+    for (Check& check : check_fleet(*config)) checks.push_back(std::move(check));
   }
   print(checks);
-  const Outcome<void> reported = write_report(to_json(checks, options), options.report);
-  if (!reported.ok()) return reported.failure();
+  TESSERA_TRY(write_report(to_json(checks, options), options.report));
   std::string stops;
   for (const Check& check : checks) {
     if (check.state == CheckState::kStops)

@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // Compares what robots report about themselves with a configuration.
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <string>
@@ -28,7 +30,7 @@ constexpr const char* kOneProcess = "one process for each number";
 std::string named(const std::vector<std::uint32_t>& robots) {
   std::string text = robots.size() == 1 ? "robot " : "robots ";
   for (std::size_t i = 0; i < robots.size(); ++i)
-    text += (i == 0 ? "" : ", ") + std::to_string(robots[i]);
+    text += fmt::format("{}{}", (i == 0 ? "" : ", "), robots[i]);
   return text;
 }
 
@@ -54,7 +56,7 @@ void listen(DatagramLink& link, StatusTable& table) {
 Check check_lists(const StatusTable& table, std::span<const std::uint32_t> excluded,
                   std::uint64_t refused) {
   if (table.entries().empty()) {
-    const std::string found = "no robot was heard; statuses refused: " + std::to_string(refused);
+    const std::string found = fmt::format("no robot was heard; statuses refused: {}", refused);
     return {kLists, CheckState::kAdvice, found, kSameLists,
             refused == 0 ? "start a node with [run] status, then run doctor again"
                          : "give all robots the same keys, mission and release"};
@@ -66,8 +68,7 @@ Check check_lists(const StatusTable& table, std::span<const std::uint32_t> exclu
   std::sort(differ.begin(), differ.end());
   if (differ.empty()) {
     return {kLists, CheckState::kGood,
-            "robots heard with this list: " + std::to_string(table.entries().size()), kSameLists,
-            ""};
+            fmt::format("robots heard with this list: {}", table.entries().size()), kSameLists, ""};
   }
   return {kLists, CheckState::kAdvice, named(differ) + " with another list than this file",
           kSameLists, "write the same list on each, then tessera node --config FILE --reload"};
@@ -121,7 +122,7 @@ std::vector<Check> check_fleet(const NodeConfig& config) {
   // Includes the robot of the file: it may run with another list than the file now has.
   StatusTable table(status, {});
   listen(**link, table);
-  const LinkStatistics s = (*link)->statistics();
+  const LinkReport s = (*link)->report();
   const std::uint64_t refused =
       s.refused_format + s.refused_tag + table.counters().refused_signature;
   std::vector<Check> checks{check_lists(table, config.exclude, refused)};

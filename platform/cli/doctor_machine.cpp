@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/core.h>
 #include <sys/resource.h>
 #include <sys/timex.h>
 #include <time.h>
@@ -21,7 +22,7 @@ constexpr unsigned kIpcLock = 14;
 Check check_monotonic() {
   timespec resolution{};
   const bool known = ::clock_getres(CLOCK_MONOTONIC, &resolution) == 0;
-  const std::string found = std::to_string(resolution.tv_nsec) + " ns";
+  const std::string found = fmt::format("{} ns", resolution.tv_nsec);
   if (known && resolution.tv_sec == 0 && resolution.tv_nsec <= 1'000'000)
     return {"monotonic clock", CheckState::kGood, found, "1 ms or finer", ""};
   return {"monotonic clock", CheckState::kStops, known ? found : "none", "1 ms or finer",
@@ -90,7 +91,7 @@ Check check_priority() {
 
 Check check_locking() {
   const rlim_t limit = limit_of(RLIMIT_MEMLOCK);
-  const std::string needed = std::to_string(kLockedBytes) + " bytes or the map's memory";
+  const std::string needed = fmt::format("{} bytes or the map's memory", kLockedBytes);
   if (limit >= kLockedBytes || has_capability(kIpcLock)) {
     const std::string found =
         limit >= kLockedBytes ? text_of_limit(limit) : "allowed by CAP_IPC_LOCK";

@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/core.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -23,8 +24,8 @@ Check check_url(const Outcome<UdpmUrl>& url) {
     return {"LCM URL", CheckState::kStops, url.failure().text(), needed,
             std::string("use --url \"") + kDefaultUrl + "\""};
   }
-  const std::string found = "group " + address_text(url->group) + ", port " +
-                            std::to_string(url->port) + ", ttl " + std::to_string(url->ttl);
+  const std::string found =
+      fmt::format("group {}, port {}, ttl {}", address_text(url->group), url->port, url->ttl);
   if (url->ttl == 0) {
     return {"LCM URL", CheckState::kAdvice, found, "ttl 1 to reach other machines",
             "write ttl=1 unless all robots are on this machine"};
@@ -69,8 +70,8 @@ Check check_route(const UdpmUrl& url, const NetworkInterface& interface) {
 }
 
 Check check_mtu(const NetworkInterface& interface) {
-  const std::string found = std::to_string(interface.mtu_bytes) + " bytes";
-  const std::string needed = std::to_string(kMaxIpPacketBytes) + " bytes";
+  const std::string found = fmt::format("{} bytes", interface.mtu_bytes);
+  const std::string needed = fmt::format("{} bytes", kMaxIpPacketBytes);
   if (interface.mtu_bytes >= static_cast<int>(kMaxIpPacketBytes))
     return {"MTU", CheckState::kGood, found, needed, ""};
   return {"MTU", CheckState::kStops, found, needed,
@@ -80,13 +81,13 @@ Check check_mtu(const NetworkInterface& interface) {
 Check check_buffer(const UdpmUrl& url, const DatagramLink& link) {
   // The kernel grants twice the requested size, which includes its own overhead.
   const int granted = link.receive_buffer_bytes() / 2;
-  const std::string found = std::to_string(granted) + " bytes";
-  const std::string needed = std::to_string(url.receive_buffer_bytes) + " bytes";
+  const std::string found = fmt::format("{} bytes", granted);
+  const std::string needed = fmt::format("{} bytes", url.receive_buffer_bytes);
   if (granted >= url.receive_buffer_bytes)
     return {"receive buffer", CheckState::kGood, found, needed, ""};
   return {"receive buffer", CheckState::kAdvice, found, needed,
-          "sysctl -w net.core.rmem_max=" + std::to_string(url.receive_buffer_bytes) +
-              ", and the same in /etc/sysctl.d"};
+          fmt::format("sysctl -w net.core.rmem_max={}, and the same in /etc/sysctl.d",
+                      url.receive_buffer_bytes)};
 }
 
 /// Number of its own kEchoes largest datagrams that the link receives.
@@ -108,16 +109,16 @@ int count_echoes(DatagramLink& link) {
 
 /// A URL for this machine only, on a channel for this process only.
 LinkConfig echo_config(const UdpmUrl& url, const NetworkInterface& interface) {
-  return {.url = "udpm://" + address_text(url.group) + ":" + std::to_string(url.port) +
-                 "?ttl=0&recv_buf_size=" + std::to_string(url.receive_buffer_bytes),
-          .channel = "TESSERA_DOCTOR_" + std::to_string(::getpid()),
+  return {.url = fmt::format("udpm://{}:{}?ttl=0&recv_buf_size={}", address_text(url.group),
+                             url.port, url.receive_buffer_bytes),
+          .channel = fmt::format("TESSERA_DOCTOR_{}", ::getpid()),
           .interface = interface.name,
           .queue_slots = 64,
           .hear_itself = true};
 }
 
 void check_link(const UdpmUrl& url, const NetworkInterface& interface, std::vector<Check>& checks) {
-  const std::string needed = std::to_string(kEchoes) + " of " + std::to_string(kEchoes) + " heard";
+  const std::string needed = fmt::format("{} of {} heard", kEchoes, kEchoes);
   const Outcome<std::unique_ptr<DatagramLink>> link =
       DatagramLink::open(echo_config(url, interface));
   if (!link.ok()) {
@@ -127,16 +128,16 @@ void check_link(const UdpmUrl& url, const NetworkInterface& interface, std::vect
   }
   checks.push_back(check_buffer(url, **link));
   const int heard = count_echoes(**link);
-  const std::string found = std::to_string(heard) + " of " + std::to_string(kEchoes) + " heard, " +
-                            std::to_string((*link)->statistics().failed) + " not sent";
+  const std::string found =
+      fmt::format("{} of {} heard, {} not sent", heard, kEchoes, (*link)->report().failed);
   if (heard == kEchoes) {
     checks.push_back({"loopback multicast", CheckState::kGood, found, needed, ""});
     return;
   }
-  checks.push_back({"loopback multicast", heard > 0 ? CheckState::kAdvice : CheckState::kStops,
-                    found, needed,
-                    "open UDP port " + std::to_string(url.port) + " to " + address_text(url.group) +
-                        " in the firewall, and fix the MTU if it is too small"});
+  checks.push_back(
+      {"loopback multicast", heard > 0 ? CheckState::kAdvice : CheckState::kStops, found, needed,
+       fmt::format("open UDP port {} to {} in the firewall, and fix the MTU if it is too small",
+                   url.port, address_text(url.group))});
 }
 
 }  // namespace

@@ -35,21 +35,24 @@ constexpr Setting kEvalRows[] = {
     path_row<&EvalOptions::dataset>({"--dataset"}, "Folder in the KITTI layout",
                                     {.value = "DIR", .required = "a folder"}),
     path_row<&EvalOptions::report>({"--report"}, "JSON report to write", {.value = "FILE"}),
-    row<&EvalOptions::first>({"--first"}, "First scan number",
-                             {.value = "N", .allowed = {.least = 0.0}}),
-    row<&EvalOptions::last>({"--last"}, "Last scan number, inclusive",
-                            {.value = "N", .allowed = {.least = 0.0}}),
+    row<&EvalOptions::first>({"--first"}, "Number of the first scan",
+                             {.value = "N", .otherwise = "the first", .allowed = {.least = 0.0}}),
+    row<&EvalOptions::last>({"--last"}, "Number of the last scan, itself included",
+                            {.value = "N", .otherwise = "the last", .allowed = {.least = 0.0}}),
     row<&EvalOptions::truth>({"--truth"}, "Folder of true labels", {.value = "FOLDER"}),
     row<&EvalOptions::input>({"--input"},
                              "Folder of the labels that the map was made from, cameras or none",
                              {.value = "FOLDER|cameras|none"}),
-    row<&EvalOptions::max_range_m>(
-        {"--max-range"}, "Ignore farther points; 0: no limit",
-        {.value = "M", .otherwise = "as the map was made", .allowed = from_to(0.0, 1e6, "metres")}),
-    row<&EvalOptions::deskew>({"--deskew"}, "Correct scans for motion by the times of points",
+    row<&EvalOptions::max_range_m>({"--max-range"},
+                                   "Leave out points farther from their sensor; 0: no limit",
+                                   {.value = "M",
+                                    .otherwise = "as the map was made",
+                                    .allowed = {.least = 0.0, .what = "metres"}}),
+    row<&EvalOptions::deskew>({"--deskew"}, "Correct scans and their points for motion, as for map",
                               {.otherwise = "if there are times"}),
-    path_row<&EvalOptions::transform>({"--transform"}, "4x4 matrix, dataset to map frame",
-                                      {.value = "FILE"}),
+    path_row<&EvalOptions::transform>({"--transform"},
+                                      "4x4 matrix, row by row, rigid: dataset to map frame",
+                                      {.value = "FILE", .otherwise = "the identity"}),
 };
 constexpr SettingTable<EvalOptions> kEvalSettings{kEvalRows};
 
@@ -99,8 +102,7 @@ Outcome<Dataset> open_dataset(const EvalOptions& options, const ClassTable& clas
   if (!dataset.ok()) return dataset.failure();
   for (const std::string& folder : {options.truth, options.input}) {
     if (folder == kNoLabels || folder == kCameraLabels) continue;
-    const Outcome<void> there = dataset->check_labels(folder);
-    if (!there.ok()) return there.failure();
+    TESSERA_TRY(dataset->check_labels(folder));
   }
   if (!(dataset->classes().table() == classes)) {
     return Failure{options.map + " was made with other classes than " + options.dataset +
@@ -138,25 +140,19 @@ Json report_of(const EvalOptions& options, const Evaluation& run) {
 }
 
 Outcome<void> run_eval(const EvalOptions& options) {
-  const Outcome<void> usage = check_usage(options);
-  if (!usage.ok()) return usage.failure();
-  const Outcome<std::unique_ptr<StoredMap>> stored = load_map(options.map);
-  if (!stored.ok()) return stored.failure();
-  const Outcome<Dataset> dataset = open_dataset(options, (*stored)->map.classes());
-  if (!dataset.ok()) return dataset.failure();
-  const Outcome<std::vector<OverlapMap>> overlap =
-      load_overlap(options.overlap_of, **stored, options.map);
-  if (!overlap.ok()) return overlap.failure();
-  Evaluation run(*dataset, (*stored)->map, *overlap, options.truth, options.input);
-  const Json range_m = recorded_setting((*stored)->header, "max_range");
+  TESSERA_TRY(check_usage(options));
+  TESSERA_TRY_ASSIGN(const std::unique_ptr<StoredMap> stored, load_map(options.map));
+  TESSERA_TRY_ASSIGN(const Dataset dataset, open_dataset(options, stored->map.classes()));
+  TESSERA_TRY_ASSIGN(const std::vector<OverlapMap> overlap,
+                     load_overlap(options.overlap_of, *stored, options.map));
+  Evaluation run(dataset, stored->map, overlap, options.truth, options.input);
+  const Json range_m = recorded_setting(stored->header, "max_range");
   run.max_range_m = options.max_range_m.value_or(range_m.is_number() ? range_m.get<double>() : 0.0);
   if (!options.transform.empty()) {
-    const Outcome<Matrix34d> T = read_transform(options.transform);
-    if (!T.ok()) return T.failure();
-    run.T_map_dataset = *T;
+    TESSERA_TRY_ASSIGN(const Matrix34d T, read_transform(options.transform));
+    run.T_map_dataset = T;
   }
-  const Outcome<void> scored = score_all(run);
-  if (!scored.ok()) return scored.failure();
+  TESSERA_TRY(score_all(run));
   warn_of_losses(run);
   print_scores(run.scores, run.map.classes(), options.input != kNoLabels);
   return write_report(report_of(options, run), options.report);
@@ -170,8 +166,9 @@ void add_eval_command(CLI::App& app, int& exit_status) {
   auto o = std::make_shared<EvalOptions>();
   declare_settings(*command, kEvalSettings, *o);
   command
-      ->add_option("--overlap-of", o->overlap_of,
-                   "Only points where both of these maps have a label")
+      ->add_option(
+          "--overlap-of", o->overlap_of,
+          "Only points where both of these maps have a label, each queried in its own frame")
       ->expected(2)
       ->type_name("MAP.tsm");
   command->footer(

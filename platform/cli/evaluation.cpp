@@ -22,9 +22,8 @@ Outcome<void> read_labels(const Dataset& dataset, std::size_t i, const std::stri
     std::fill(out.begin(), out.end(), dataset.classes().unlabelled());
     return {};
   }
-  const Outcome<UnknownRawIds> ids = dataset.read_labels(i, folder, out);
-  if (!ids.ok()) return ids.failure();
-  unknown.add(dataset.scan_number(i), *ids);
+  TESSERA_TRY_ASSIGN(const UnknownRawIds ids, dataset.read_labels(i, folder, out));
+  unknown.add(dataset.scan_number(i), ids);
   return {};
 }
 
@@ -32,28 +31,22 @@ Outcome<void> read_labels(const Dataset& dataset, std::size_t i, const std::stri
 
 Outcome<void> score_all(Evaluation& run) {
   const Dataset& dataset = run.dataset;
-  Outcome<ScanReader> reader = ScanReader::make(dataset);
-  if (!reader.ok()) return reader.failure();
+  TESSERA_TRY_ASSIGN(ScanReader reader, ScanReader::make(dataset));
   std::vector<std::uint8_t> truth(dataset.max_points());
   std::vector<std::uint8_t> input(dataset.max_points());
   Progress progress("evaluating", dataset.num_scans());
   for (std::size_t i = 0; i < dataset.num_scans(); ++i) {
-    const Outcome<ScanView> scan = reader->read(i);
-    if (!scan.ok()) return scan.failure();
-    const std::size_t n = scan->count;
-    const Outcome<void> t =
-        read_labels(dataset, i, run.truth, std::span(truth).first(n), run.unknown_truth);
-    if (!t.ok()) return t.failure();
+    TESSERA_TRY_ASSIGN(const ScanView scan, reader.read(i));
+    const std::size_t n = scan.count;
+    TESSERA_TRY(read_labels(dataset, i, run.truth, std::span(truth).first(n), run.unknown_truth));
     if (run.input == kCameraLabels) {
-      std::copy_n(scan->components, n, input.begin());
+      std::copy_n(scan.components, n, input.begin());
     } else {
-      const Outcome<void> p =
-          read_labels(dataset, i, run.input, std::span(input).first(n), run.unknown_input);
-      if (!p.ok()) return p.failure();
+      TESSERA_TRY(read_labels(dataset, i, run.input, std::span(input).first(n), run.unknown_input));
     }
-    if (check_rigid(scan->T_map_sensor) == Status::kOk) {
-      ScanView view = *scan;
-      view.T_map_sensor = product(run.T_map_dataset, scan->T_map_sensor);
+    if (check_rigid(scan.T_map_sensor) == Status::kOk) {
+      ScanView view = scan;
+      view.T_map_sensor = product(run.T_map_dataset, scan.T_map_sensor);
       view.components = input.data();
       const auto is_wanted = [&run](const Point3f& p_map) {
         return in_overlap(run.overlap, p_map);
@@ -61,7 +54,7 @@ Outcome<void> score_all(Evaluation& run) {
       run.non_finite +=
           score_scan(run.map, view, truth.data(), run.max_range_m, is_wanted, run.scores);
     } else {
-      run.bad_poses.add(reader->scan().number);
+      run.bad_poses.add(reader.scan().number);
     }
     progress.update(i + 1);
   }
@@ -80,6 +73,7 @@ void warn_of_losses(const Evaluation& run) {
     if (unknown->points() > 0) warn(unknown->text());
   }
   if (run.scores.points() == 0) warn("no point has labelled truth in range; all figures are 0");
+  for (const Message& doubt : doubts_of(run.scores, run.map)) warn(doubt);
 }
 
 }  // namespace tessera

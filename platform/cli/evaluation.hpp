@@ -44,7 +44,7 @@ struct Evaluation {
 /// Fails with kFailure iff a file can no longer be read.
 Outcome<void> score_all(Evaluation& run);
 
-/// Prints warnings on stderr for what was left out.
+/// Prints warnings on stderr for what was left out, and for what makes the scores worth little.
 void warn_of_losses(const Evaluation& run);
 
 }  // namespace tessera

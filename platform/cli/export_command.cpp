@@ -14,22 +14,12 @@ namespace tessera {
 
 namespace {
 
-ExportedVoxels occupied_voxels(const LocalMap& map, const ExportOptions& options) {
+ExportedVoxels exported_voxels(const LocalMap& map, const ExportOptions& options) {
   ExportedVoxels exported;
   std::vector<KeyedIndex> workspace = workspace_for(map);
   for_each_observed(map, workspace, [&](const VoxelCoord& voxel, const VoxelEvidence& evidence) {
     const Estimate e = estimate(evidence, map.config().prior);
-    if (e.state != VoxelState::kOccupied || !options.passes_limits(e)) return;
-    const Point3d center = map.lattice().center_of(voxel);
-    exported.places.push_back(voxel);
-    exported.voxels.push_back({.x = static_cast<float>(center.x()),
-                               .y = static_cast<float>(center.y()),
-                               .z = static_cast<float>(center.z()),
-                               .color = {},
-                               .label = static_cast<std::uint8_t>(e.label),
-                               .probability = static_cast<float>(e.probability),
-                               .variance = static_cast<float>(e.variance),
-                               .evidence = static_cast<float>(e.evidence)});
+    if (options.is_exported(e)) exported.add(map.lattice(), voxel, e);
   });
   return exported;
 }
@@ -76,60 +66,63 @@ Json report_of(const ExportOptions& options, const WriteReport& written, const J
 }
 
 /// Writes pictures and PLY, which need all voxels at once.
-Outcome<void> export_collected(const ExportOptions& options, const StoredMap& stored) {
+Outcome<void> export_collected(ExportOptions& options, const StoredMap& stored) {
   const LocalMap& map = stored.map;
   const double resolution_m = map.lattice().resolution_m();
-  ExportedVoxels exported = occupied_voxels(map, options);
-  const Outcome<Layer> layer = color_voxels(options.layer, stored, options.map, exported);
-  if (!layer.ok()) return layer.failure();
+  ExportedVoxels exported = exported_voxels(map, options);
+  ColoringChoice choice(options.layer.show);
+  for (const PlyVoxel& voxel : exported.voxels) choice.add(voxel.z, voxel.label);
+  const Coloring coloring = choice.take();
+  options.layer.show = coloring.show;  // for the title and the report too
+  TESSERA_TRY_ASSIGN(const Layer layer,
+                     color_voxels(options.layer, coloring, stored, options.map, exported));
   const std::vector<PlyVoxel>& voxels = exported.voxels;
   const PlyForm form = options.ply_form == "cubes" ? PlyForm::kCubes : PlyForm::kPoints;
-  const Outcome<WriteReport> written =
-      options.format == "png" ? write_picture(resolution_m, voxels, *layer, options)
-                              : write_ply(voxels, static_cast<float>(resolution_m), options.out,
-                                          form, label_names(map.classes()));
-  if (!written.ok()) return written.failure();
-  std::printf("%s into %s\n", counted(written->voxels, "occupied voxel").c_str(),
+  TESSERA_TRY_ASSIGN(const WriteReport written,
+                     options.format == "png"
+                         ? write_picture(resolution_m, voxels, layer, options)
+                         : write_ply(voxels, static_cast<float>(resolution_m), options.out, form,
+                                     label_names(map.classes())));
+  std::printf("%s into %s\n", counted(written.voxels, "occupied voxel").c_str(),
               options.out.c_str());
-  warn_of_losses(options, voxels.size(), *written);
-  return write_report(report_of(options, *written, layer->counts), options.report);
+  warn_of_losses(options, voxels.size(), written);
+  return write_report(report_of(options, written, layer.counts), options.report);
 }
 
-Outcome<void> export_table(const ExportOptions& options, const StoredMap& stored) {
-  const Outcome<TableReport> table = write_table(options, stored);
-  if (!table.ok()) return table.failure();
+Outcome<void> export_table(ExportOptions& options, const StoredMap& stored) {
+  const Selection selection = select_voxels(options, stored.map);
+  options.layer.show = selection.coloring.show;
+  TESSERA_TRY_ASSIGN(const Json counts, write_table(options, selection, stored));
   const bool all = options.voxels == "observed";
   std::printf("%s into %s\n",
-              counted(table->voxels, all ? "observed voxel" : "occupied voxel").c_str(),
+              counted(selection.voxels, all ? "observed voxel" : "occupied voxel").c_str(),
               options.out.c_str());
-  warn_of_losses(options, table->voxels, {});
-  return write_report(report_of(options, {.voxels = table->voxels}, table->counts), options.report);
+  warn_of_losses(options, selection.voxels, {});
+  return write_report(report_of(options, {.voxels = selection.voxels}, counts), options.report);
 }
 
 Outcome<void> export_octree(const ExportOptions& options, const StoredMap& stored) {
   const OctreeForm form = options.format == "bt" ? OctreeForm::kBinary : OctreeForm::kFull;
-  const Outcome<OctreeReport> written =
-      write_octree(stored.map, {.form = form, .min_evidence = options.min_evidence}, options.out);
-  if (!written.ok()) return written.failure();
-  const std::uint64_t voxels = written->occupied + written->free;
+  TESSERA_TRY_ASSIGN(
+      const OctreeReport written,
+      write_octree(stored.map, {.form = form, .min_evidence = options.min_evidence}, options.out));
+  const std::uint64_t voxels = written.occupied + written.free;
   std::printf("%s, %llu of them free, as %s into %s\n", counted(voxels, "voxel").c_str(),
-              static_cast<unsigned long long>(written->free),
-              counted(written->nodes, "node").c_str(), options.out.c_str());
-  warn_of_losses(options, written->occupied, {});
-  const Json counts = {{"occupied_voxels", written->occupied},
-                       {"free_voxels", written->free},
-                       {"nodes", written->nodes}};
+              static_cast<unsigned long long>(written.free), counted(written.nodes, "node").c_str(),
+              options.out.c_str());
+  warn_of_losses(options, written.occupied, {});
+  const Json counts = {{"occupied_voxels", written.occupied},
+                       {"free_voxels", written.free},
+                       {"nodes", written.nodes}};
   return write_report(report_of(options, {.voxels = voxels}, counts), options.report);
 }
 
-Outcome<void> run_export(const ExportOptions& options) {
-  const Outcome<void> usage = check_export(options);
-  if (!usage.ok()) return usage.failure();
-  const Outcome<std::unique_ptr<StoredMap>> stored = load_map(options.map);
-  if (!stored.ok()) return stored.failure();
-  if (options.is_octree()) return export_octree(options, **stored);
-  if (options.is_table()) return export_table(options, **stored);
-  return export_collected(options, **stored);
+Outcome<void> run_export(ExportOptions options) {
+  choose_format(options);
+  TESSERA_TRY(check_export(options));
+  TESSERA_TRY_ASSIGN(const std::unique_ptr<StoredMap> stored, load_map(options.map));
+  if (options.is_octree()) return export_octree(options, *stored);
+  return options.is_table() ? export_table(options, *stored) : export_collected(options, *stored);
 }
 
 }  // namespace

@@ -35,9 +35,7 @@ constexpr Color kNobody{240, 228, 66};
 constexpr Color kOneRobot{158, 162, 170};
 
 /// From certain to uncertain.
-constexpr std::array<Color, 8> kScale{Color{68, 1, 84},    Color{70, 50, 127},  Color{54, 92, 141},
-                                      Color{39, 127, 142}, Color{31, 161, 135}, Color{74, 194, 109},
-                                      Color{159, 218, 58}, Color{253, 231, 37}};
+constexpr std::array<Color, 8> kScale = kColorScale;
 /// Where one colour ends and the next begins.
 struct Scale {
   const char* name = "";
@@ -233,17 +231,15 @@ Outcome<Layer> color_by_robots(const LayerOptions& options, const StoredMap& map
       load_inputs(options.of, options.transforms, warnings);
   for (const Message& warning : warnings) warn(warning);
   if (!inputs.ok()) return inputs.failure();
-  const Outcome<void> alike = check_alike(map, path, inputs->front());
-  if (!alike.ok()) return alike.failure();
-  const Outcome<void> robots = check_number_of_robots(*inputs);
-  if (!robots.ok()) return robots.failure();
+  TESSERA_TRY(check_alike(map, path, inputs->front()));
+  TESSERA_TRY(check_number_of_robots(*inputs));
   const Contributors contributors = find_contributors(*inputs, exported.places);
   for (std::size_t i = 0; i < exported.voxels.size(); ++i)
     exported.voxels[i].robots =
         static_cast<std::uint8_t>(std::popcount(contributors.voxels[i].robots));
   warn_of_others(contributors, exported.voxels);
   Layer layer;
-  layer.legend = options.show == "contributors"
+  layer.legend = *options.show == "contributors"
                      ? color_by_contributors(contributors, exported.voxels)
                      : color_by_disagreement(contributors, exported.voxels);
   layer.counts = counts_of(contributors, *inputs);
@@ -252,9 +248,23 @@ Outcome<Layer> color_by_robots(const LayerOptions& options, const StoredMap& map
 
 }  // namespace
 
+void ExportedVoxels::add(const Lattice& lattice, const VoxelCoord& place,
+                         const Estimate& estimate) {
+  const Point3f p_map = round_to_float(lattice.center_of(place));
+  places.push_back(place);
+  voxels.push_back({.x = p_map.x(),
+                    .y = p_map.y(),
+                    .z = p_map.z(),
+                    .color = {},
+                    .label = static_cast<std::uint8_t>(estimate.label),
+                    .probability = static_cast<float>(estimate.probability),
+                    .variance = static_cast<float>(estimate.variance),
+                    .evidence = static_cast<float>(estimate.evidence)});
+}
+
 Outcome<void> check_layer(const LayerOptions& options) {
   if (is_of_robots(options) && options.of.empty()) {
-    return Failure{"--show " + options.show +
+    return Failure{"--show " + *options.show +
                    " needs the local maps that the global map was made of; name them with --of"};
   }
   if (is_of_robots(options)) return {};
@@ -266,11 +276,15 @@ Outcome<void> check_layer(const LayerOptions& options) {
                  "leave it out"};
 }
 
-Outcome<Layer> color_voxels(const LayerOptions& options, const StoredMap& map,
-                            const std::string& path, ExportedVoxels& exported) {
+Outcome<Layer> color_voxels(const LayerOptions& options, const Coloring& coloring,
+                            const StoredMap& map, const std::string& path,
+                            ExportedVoxels& exported) {
   if (is_of_robots(options)) return color_by_robots(options, map, path, exported);
-  if (options.show == "class") return color_by_class(map.map.classes(), exported.voxels);
-  return color_by_certainty(options.show == "variance" ? kVariance : kProbability, exported.voxels);
+  if (coloring.show == "height")
+    return Layer{color_by_height(coloring.heights, exported.voxels), Json::object()};
+  if (coloring.show == "class") return color_by_class(map.map.classes(), exported.voxels);
+  return color_by_certainty(coloring.show == "variance" ? kVariance : kProbability,
+                            exported.voxels);
 }
 
 }  // namespace tessera

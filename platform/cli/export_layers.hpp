@@ -4,20 +4,25 @@
 // disagree, or how certain their label is.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "base/json.hpp"
 #include "base/outcome.hpp"
+#include "cli/height_layer.hpp"
 #include "maps/stored_map.hpp"
 #include "pictures/ply.hpp"
+#include "tessera/semantics/estimate.hpp"
 
 namespace tessera {
 
 struct LayerOptions {
-  std::string show = "class";
+  std::optional<std::string> show;      ///< Default: class; height if no voxel has a label.
   std::vector<std::string> of;          ///< Local maps.
   std::vector<std::string> transforms;  ///< Their transforms, as for fuse.
+
+  [[nodiscard]] std::string show_or_class() const { return show.value_or("class"); }
 };
 
 /// Exported voxels, and their places in the grid: by the same index, in the order of blocks, octets
@@ -25,6 +30,8 @@ struct LayerOptions {
 struct ExportedVoxels {
   std::vector<PlyVoxel> voxels;
   std::vector<VoxelCoord> places;
+
+  void add(const Lattice& lattice, const VoxelCoord& place, const Estimate& estimate);
 };
 
 /// What a layer adds to the picture and to the report.
@@ -36,10 +43,12 @@ struct Layer {
 /// Fails with kUsage iff show is not a layer, or the other options are missing or do not apply.
 Outcome<void> check_layer(const LayerOptions& options);
 
-/// Colours the voxels of a map, and counts the robots of each if the layer is about robots. path:
-/// of the map, for messages. Warns about labels that none of the local maps has. Fails with kUsage
-/// iff the local maps cannot be loaded (load_inputs), or do not match the map.
-Outcome<Layer> color_voxels(const LayerOptions& options, const StoredMap& map,
-                            const std::string& path, ExportedVoxels& exported);
+/// Colours voxels of a map, and counts the robots of each if the layer is about robots; then they
+/// must be all voxels. path: of the map, for messages. Warns about labels that none of the local
+/// maps has. Fails with kUsage iff the local maps cannot be loaded (load_inputs), or do not match
+/// the map.
+Outcome<Layer> color_voxels(const LayerOptions& options, const Coloring& coloring,
+                            const StoredMap& map, const std::string& path,
+                            ExportedVoxels& exported);
 
 }  // namespace tessera

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/export_options.hpp"
 
+#include <algorithm>
 #include <filesystem>
 
 #include "base/number_text.hpp"
@@ -23,7 +24,7 @@ constexpr Setting kExportRows[] = {
     path_row<&ExportOptions::map>({"--map"}, "Map file",
                                   {.value = "MAP.tsm", .required = "a map file"}),
     row<&ExportOptions::format>({"--format"}, "Format of the file",
-                                {.choices = kFormats, .required = "a format"}),
+                                {.otherwise = "the ending of --out", .choices = kFormats}),
     path_row<&ExportOptions::out>({"--out"}, "File to write",
                                   {.value = "FILE", .required = "a file"}),
     path_row<&ExportOptions::report>({"--report"}, "JSON report to write", {.value = "FILE"}),
@@ -35,7 +36,8 @@ constexpr Setting kShapeRows[] = {
         {"--width"}, "png: width of the picture",
         {.value = "PX",
          .allowed = from_to(ImageOptions::kMinWidthPx, ImageOptions::kMaxWidthPx, "pixels")}),
-    row<&ExportOptions::title>({"--title"}, "png: the line above",
+    row<&ExportOptions::title>({"--title"},
+                               "png: the line above, in ASCII; the middle of a longer one is cut",
                                {.value = "TEXT", .otherwise = "the map file's name"}),
     row<&ExportOptions::ply_form>({"--ply-form"}, "ply: a point or a cube for each voxel",
                                   {.choices = kPlyForms}),
@@ -43,17 +45,21 @@ constexpr Setting kShapeRows[] = {
                                 {.choices = kVoxels}),
     row<&ExportOptions::min_evidence>({"--min-evidence"}, "Leave out voxels with less evidence",
                                       {.value = "S", .allowed = from_to(0.0, 1e6)}),
-    row<&ExportOptions::min_probability>({"--min-probability"}, "Leave out less probable labels",
+    row<&ExportOptions::min_probability>({"--min-probability"},
+                                         "Leave out voxels whose label is less probable",
                                          {.value = "P", .allowed = from_to(0.0, 1.0)}),
-    row<&ExportOptions::max_variance>({"--max-variance"}, "Leave out labels with a larger variance",
+    row<&ExportOptions::max_variance>({"--max-variance"},
+                                      "Leave out voxels whose label has a larger variance (eq. 17)",
                                       {.value = "V", .allowed = from_to(0.0, 0.25)}),
 };
 constexpr SettingTable<ExportOptions> kShapeSettings{kShapeRows};
 
-constexpr std::array<std::string_view, 5> kShown{"class", "contributors", "disagreement",
-                                                 "variance", "probability"};
+constexpr std::array<std::string_view, 6> kShown{"class",    "contributors", "disagreement",
+                                                 "variance", "probability",  "height"};
 constexpr Setting kLayerRows[] = {
-    row<&LayerOptions::show>({"--show"}, "What colours show", {.choices = kShown}),
+    row<&LayerOptions::show>(
+        {"--show"}, "What colours show",
+        {.otherwise = "class; height if no voxel has a label", .choices = kShown}),
 };
 constexpr SettingTable<LayerOptions> kLayerSettings{kLayerRows};
 
@@ -66,9 +72,18 @@ void declare_layer_options(CLI::App& command, LayerOptions& options) {
       ->type_name("MAP.tsm");
   command
       .add_option("--transform", options.transforms,
-                  "MAP.tsm=T.txt: 4x4 matrix T_global_map of one of them [as the map says]")
+                  "4x4 matrix T_global_map of a map of --of, as given to fuse "
+                  "[stored in the map, else the identity]")
       ->allow_extra_args(false)
       ->type_name("MAP.tsm=T.txt");
+}
+
+/// The format that the ending of a file's name says; empty: none.
+std::string format_of(const std::string& path) {
+  const std::string ending = std::filesystem::path(path).extension().string();
+  if (ending.empty()) return {};
+  const auto* const format = std::find(kFormats.begin(), kFormats.end(), ending.substr(1));
+  return format == kFormats.end() ? std::string() : std::string(*format);
 }
 
 /// Fails iff an option does not apply to the format.
@@ -90,11 +105,12 @@ Outcome<void> check_together(const ExportOptions& options) {
         "--voxels is for pcd, npy and csv; bt and ot have all observed voxels, png and "
         "ply the occupied ones"};
   }
-  if (options.format == "csv" && options.layer.of.empty() && options.layer.show != "class")
-    return Failure{"--show " + options.layer.show +
+  const std::string show = options.layer.show_or_class();
+  if (options.format == "csv" && options.layer.of.empty() && show != "class")
+    return Failure{"--show " + show +
                    " is for colours, and csv has none; leave it out, or choose another --format"};
   if (!options.is_octree()) return {};
-  if (options.layer.show != "class")
+  if (show != "class")
     return Failure{"--show is for colours, and " + options.format +
                    " has none; leave it out, or choose another --format"};
   if (options.min_probability > 0.0 || options.max_variance < 0.25) {
@@ -109,12 +125,21 @@ Outcome<void> check_together(const ExportOptions& options) {
 
 }  // namespace
 
+void choose_format(ExportOptions& options) {
+  if (options.format.empty()) options.format = format_of(options.out);
+}
+
 Outcome<void> check_export(const ExportOptions& options) {
-  const Outcome<void> together = check_together(options);
-  if (!together.ok()) return together.failure();
   if (options.out.empty()) return Failure{"--out has no name; name the file to write"};
-  const Outcome<void> layer = check_layer(options.layer);
-  if (!layer.ok()) return layer.failure();
+  const std::string ending = format_of(options.out);
+  if (options.format.empty())
+    return Failure{"--out " + options.out +
+                   " does not end as a format; give --format png, ply, pcd, npy, csv, bt or ot"};
+  TESSERA_TRY(check_together(options));
+  if (!ending.empty() && ending != options.format)
+    return Failure{"--out " + options.out + " ends as " + ending + ", but --format is " +
+                   options.format + "; leave --format out, or choose another name"};
+  TESSERA_TRY(check_layer(options.layer));
   std::vector<NamedFile> inputs = files_of(options.layer.of, options.layer.transforms, "--of");
   inputs.push_back({"--map", options.map});
   return check_outputs({{"--out", options.out}, {"--report", options.report}}, inputs);
@@ -123,7 +148,8 @@ Outcome<void> check_export(const ExportOptions& options) {
 std::string title_of(const ExportOptions& options) {
   if (!options.title.empty()) return options.title;
   const std::string name = std::filesystem::path(options.map).filename().string();
-  return options.layer.show == "class" ? name : name + ": " + options.layer.show;
+  const std::string show = options.layer.show_or_class();
+  return show == "class" ? name : name + ": " + show;
 }
 
 Json to_json(const ExportOptions& options) {
@@ -131,7 +157,7 @@ Json to_json(const ExportOptions& options) {
           {"format", options.format},
           {"out", options.out},
           {"report", options.report},
-          {"show", options.layer.show},
+          {"show", options.layer.show_or_class()},
           {"of", options.layer.of},
           {"transform", options.layer.transforms},
           {"view", options.view},

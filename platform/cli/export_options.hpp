@@ -34,24 +34,30 @@ struct ExportOptions {
     return format == "pcd" || format == "npy" || format == "csv";
   }
   [[nodiscard]] bool is_octree() const { return format == "bt" || format == "ot"; }
+  [[nodiscard]] bool has_colors() const { return format != "csv" && !is_octree(); }
   [[nodiscard]] bool is_limited() const {
     return min_evidence > 0.0 || min_probability > 0.0 || max_variance < 0.25;
   }
-  /// True if a voxel is exported, apart from its state.
-  [[nodiscard]] bool passes_limits(const Estimate& estimate) const {
+  /// True if a voxel is written, in any format without a tree.
+  [[nodiscard]] bool is_exported(const Estimate& estimate) const {
     if (estimate.evidence < min_evidence) return false;
     if (estimate.label != 0 && estimate.probability < min_probability) return false;
-    return !is_uncertain(estimate, max_variance);
+    if (is_uncertain(estimate, max_variance)) return false;
+    return estimate.state == VoxelState::kOccupied ||
+           (estimate.state == VoxelState::kFree && voxels == "observed");
   }
 };
 
 void declare_export_options(CLI::App& command, ExportOptions& options);
 
-/// Fails with kUsage iff a value is not allowed, options exclude each other, or an output cannot be
-/// written (check_outputs).
+/// Takes the format from the name of the file, if it is not given and the name has one.
+void choose_format(ExportOptions& options);
+
+/// Fails with kUsage iff there is no format, the name of the file ends as another one, a value is
+/// not allowed, options exclude each other, or an output cannot be written (check_outputs).
 Outcome<void> check_export(const ExportOptions& options);
 
-/// The line above a picture.
+/// The line above a picture; options: with the layer that is shown.
 std::string title_of(const ExportOptions& options);
 
 /// The values of all options.

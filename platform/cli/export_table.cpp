@@ -20,17 +20,12 @@ TableFormat format_of(const ExportOptions& options) {
   return options.format == "npy" ? TableFormat::kNpy : TableFormat::kCsv;
 }
 
-bool is_exported(const ExportOptions& options, const Estimate& estimate) {
-  if (!options.passes_limits(estimate)) return false;
-  return estimate.state == VoxelState::kOccupied ||
-         (estimate.state == VoxelState::kFree && options.voxels == "observed");
-}
-
 /// Voxels that wait for their colours.
 class Chunk {
  public:
-  Chunk(const ExportOptions& options, const StoredMap& stored)
+  Chunk(const ExportOptions& options, const Coloring& coloring, const StoredMap& stored)
       : options_(options),
+        coloring_(coloring),
         stored_(stored),
         of_robots_(!options.layer.of.empty()),
         most_(of_robots_ ? std::numeric_limits<std::size_t>::max() : kChunk) {}
@@ -38,22 +33,13 @@ class Chunk {
   [[nodiscard]] bool of_robots() const { return of_robots_; }
   [[nodiscard]] bool is_full() const { return voxels_.places.size() >= most_; }
   void add(const VoxelCoord& voxel, const Estimate& estimate) {
-    const Point3f p_map = round_to_float(stored_.map.lattice().center_of(voxel));
-    voxels_.places.push_back(voxel);
-    voxels_.voxels.push_back({.x = p_map.x(),
-                              .y = p_map.y(),
-                              .z = p_map.z(),
-                              .color = {},
-                              .label = static_cast<std::uint8_t>(estimate.label),
-                              .probability = static_cast<float>(estimate.probability),
-                              .variance = static_cast<float>(estimate.variance),
-                              .evidence = static_cast<float>(estimate.evidence)});
+    voxels_.add(stored_.map.lattice(), voxel, estimate);
   }
   /// Writes the rows. table: opened before, with everything that may fail.
   Outcome<void> write(VoxelTable& table, Json& counts) {
-    const Outcome<Layer> layer = color_voxels(options_.layer, stored_, options_.map, voxels_);
-    if (!layer.ok()) return layer.failure();
-    counts = layer->counts;
+    TESSERA_TRY_ASSIGN(const Layer layer,
+                       color_voxels(options_.layer, coloring_, stored_, options_.map, voxels_));
+    counts = layer.counts;
     const LocalMap& map = stored_.map;
     for (std::size_t i = 0; i < voxels_.places.size(); ++i) {
       const VoxelEvidence evidence = map.evidence(voxels_.places[i]);
@@ -70,6 +56,7 @@ class Chunk {
 
  private:
   const ExportOptions& options_;
+  const Coloring& coloring_;
   const StoredMap& stored_;
   bool of_robots_;
   std::size_t most_;
@@ -85,45 +72,56 @@ std::vector<std::string> label_names(const ClassTable& classes) {
   return names;
 }
 
-Outcome<TableReport> write_table(const ExportOptions& options, const StoredMap& stored) {
+Selection select_voxels(const ExportOptions& options, const LocalMap& map) {
+  Selection selection;
+  ColoringChoice choice(options.layer.show);
+  std::vector<KeyedIndex> workspace = workspace_for(map);
+  for_each_observed(map, workspace, [&](const VoxelCoord& voxel, const VoxelEvidence& evidence) {
+    const Estimate e = estimate(evidence, map.config().prior);
+    if (!options.is_exported(e)) return;
+    ++selection.voxels;
+    if (options.has_colors())
+      choice.add(round_to_float(map.lattice().center_of(voxel)).z(), e.label);
+  });
+  if (options.has_colors()) {
+    selection.coloring = choice.take();
+  } else {
+    selection.coloring.show = options.layer.show_or_class();
+  }
+  return selection;
+}
+
+Outcome<Json> write_table(const ExportOptions& options, const Selection& selection,
+                          const StoredMap& stored) {
   const LocalMap& map = stored.map;
   std::vector<KeyedIndex> workspace = workspace_for(map);
   const std::span<const KeyedIndex> blocks = map.blocks_in_order(workspace);
   const double prior = map.config().prior;
-  TableReport report;
-  for (const KeyedIndex& item : blocks) {
-    for_each_observed(map, map.block_at(item.index),
-                      [&](const VoxelCoord&, const VoxelEvidence& evidence) {
-                        report.voxels += is_exported(options, estimate(evidence, prior)) ? 1U : 0U;
-                      });
-  }
-  Chunk chunk(options, stored);
+  Chunk chunk(options, selection.coloring, stored);
+  Json counts = Json::object();
   const std::vector<std::string> names = label_names(map.classes());
-  Outcome<VoxelTable> table = VoxelTable::open({.format = format_of(options),
-                                                .rows = report.voxels,
-                                                .num_components = map.num_components(),
-                                                .with_robots = chunk.of_robots(),
-                                                .label_names = names},
-                                               options.out);
-  if (!table.ok()) return table.failure();
+  TESSERA_TRY_ASSIGN(VoxelTable table, VoxelTable::open({.format = format_of(options),
+                                                         .rows = selection.voxels,
+                                                         .num_components = map.num_components(),
+                                                         .with_robots = chunk.of_robots(),
+                                                         .label_names = names},
+                                                        options.out));
   Progress progress("exporting", blocks.size());
   std::uint64_t done = 0;
   for (const KeyedIndex& item : blocks) {
     for_each_observed(map, map.block_at(item.index),
                       [&](const VoxelCoord& voxel, const VoxelEvidence& evidence) {
                         const Estimate e = estimate(evidence, prior);
-                        if (is_exported(options, e)) chunk.add(voxel, e);
+                        if (options.is_exported(e)) chunk.add(voxel, e);
                       });
     ++done;
     if (!chunk.is_full() && done < blocks.size()) continue;
-    const Outcome<void> written = chunk.write(*table, report.counts);
-    if (!written.ok()) return written.failure();
+    TESSERA_TRY(chunk.write(table, counts));
     progress.update(done);
   }
   progress.finish();
-  const Outcome<void> committed = table->commit();
-  if (!committed.ok()) return committed.failure();
-  return report;
+  TESSERA_TRY(table.commit());
+  return counts;
 }
 
 }  // namespace tessera

@@ -16,14 +16,18 @@ namespace tessera {
 /// By label; 0 is no label.
 std::vector<std::string> label_names(const ClassTable& classes);
 
-struct TableReport {
+/// Voxels of a map that are exported.
+struct Selection {
   std::uint64_t voxels = 0;
-  Json counts = Json::object();  ///< Of a layer of robots.
+  Coloring coloring;
 };
+/// O(observed voxels).
+Selection select_voxels(const ExportOptions& options, const LocalMap& map);
 
-/// Writes the voxels in the order of blocks, octets and voxels. Reads the map twice, as the header
-/// has their number, and holds kChunk of them at a time; all of them if the layer is about robots.
-/// Shows its progress on stderr. Fails as color_voxels() and VoxelTable do.
-Outcome<TableReport> write_table(const ExportOptions& options, const StoredMap& stored);
+/// Writes the voxels in the order of blocks, octets and voxels. Holds kChunk of them at a time; all
+/// of them if the layer is about robots. Shows its progress on stderr. Returns the counts of the
+/// layer. Fails as color_voxels() and VoxelTable do.
+Outcome<Json> write_table(const ExportOptions& options, const Selection& selection,
+                          const StoredMap& stored);
 
 }  // namespace tessera

@@ -1,7 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // tessera fuse: fuses local maps into one global map by label diffusion.
-#include <algorithm>
 #include <cstdio>
 #include <optional>
 
@@ -27,9 +26,10 @@ constexpr SettingTable<FuseOptions> kFuseFileSettings{kFuseFileRows};
 void print_summary(const FuseRun& run, const std::vector<FuseInput>& inputs,
                    const std::string& out) {
   const auto count = [](std::uint64_t n) { return static_cast<unsigned long long>(n); };
-  std::printf("%zu maps into %s: %llu label voxels, %llu free ones, %llu in the overlap\n",
-              inputs.size(), out.c_str(), count(run.usage.label_voxels), count(run.free_voxels),
-              count(run.report.nodes));
+  std::printf(
+      "%zu maps into %s: %llu voxels labelled or occupied, %llu free, %llu in the overlap\n",
+      inputs.size(), out.c_str(), count(run.usage.label_voxels), count(run.free_voxels),
+      count(run.report.nodes));
   std::printf("  %s diffusion, %d iterations over %g m, residual %.3g\n",
               to_string(run.config.diffusion.mode), run.config.diffusion.iterations,
               decimal_of(run.config.diffusion.length_m), run.report.residual);
@@ -52,25 +52,14 @@ void warn_of(const std::vector<Message>& warnings) {
   for (const Message& warning : warnings) warn(warning);
 }
 
-/// If only some have a frame, arrange_inputs warns.
-void warn_of_no_frame(const std::vector<FuseInput>& inputs) {
-  const auto placed = [](const FuseInput& input) { return input.placed; };
-  if (std::any_of(inputs.begin(), inputs.end(), placed)) return;
-  warn(
-      "none of the " + std::to_string(inputs.size()) +
-      " maps has a T_global_map: their frames are taken for the same one; where they are not, give "
-      "--transform MAP.tsm=T.txt for each");
-}
-
 /// Fuses with a progress bar, and counts heap allocations.
 Outcome<void> fuse_all(FusionRun& fusion, const std::vector<FuseInput>& inputs) {
   const std::optional<std::uint64_t> before = heap_allocations();
   std::optional<Progress> bar;
-  const Outcome<void> fused = fusion.fuse(inputs, [&bar](std::uint32_t done, std::uint32_t total) {
+  TESSERA_TRY(fusion.fuse(inputs, [&bar](std::uint32_t done, std::uint32_t total) {
     if (!bar) bar.emplace("fusing", total);
     bar->update(done);
-  });
-  if (!fused.ok()) return fused.failure();
+  }));
   if (bar) bar->finish();
   const std::optional<std::uint64_t> after = heap_allocations();
   if (before && after) fusion.run().heap_allocations = *after - *before;
@@ -78,44 +67,38 @@ Outcome<void> fuse_all(FusionRun& fusion, const std::vector<FuseInput>& inputs) 
 }
 
 Outcome<void> run_fuse(const FuseOptions& options) {
-  const Outcome<void> number = check_number_of_maps(options.maps.size());
-  if (!number.ok()) return number.failure();
-  const Outcome<void> places = check_outputs({{"--out", options.out}, {"--report", options.report}},
-                                             files_of(options.maps, options.transforms, "FILE"));
-  if (!places.ok()) return places.failure();
+  TESSERA_TRY(check_number_of_maps(options.maps.size()));
+  TESSERA_TRY(check_outputs({{"--out", options.out}, {"--report", options.report}},
+                            files_of(options.maps, options.transforms, "FILE")));
   std::vector<Message> warnings;
-  const Outcome<std::vector<FuseInput>> inputs =
-      load_inputs(options.maps, options.transforms, warnings);
-  if (!inputs.ok()) return inputs.failure();
+  TESSERA_TRY_ASSIGN(const std::vector<FuseInput> inputs,
+                     load_inputs(options.maps, options.transforms, warnings));
   warn_of(warnings);
-  const Outcome<void> robots = check_number_of_robots(*inputs);
-  if (!robots.ok()) return robots.failure();
-  const Outcome<DiffusionConfig> diffusion =
-      diffusion_of(options.diffusion, inputs->front().stored->map.config());
-  if (!diffusion.ok()) return diffusion.failure();
+  TESSERA_TRY(check_number_of_robots(inputs));
+  TESSERA_TRY_ASSIGN(const DiffusionConfig diffusion,
+                     diffusion_of(options.diffusion, inputs.front().stored->map.config()));
 
   warnings.clear();
-  const std::vector<PairAlignment> pairs = align_inputs(*inputs, warnings);
+  const std::vector<PairAlignment> pairs = align_inputs(inputs, warnings);
   warn_of(warnings);
-  const Outcome<std::unique_ptr<FusionRun>> fusion =
-      FusionRun::prepare(*inputs, options, *diffusion);
-  if (!fusion.ok()) return fusion.failure();
-  warn_of_no_frame(*inputs);
-  const Outcome<void> fused = fuse_all(**fusion, *inputs);
-  if (!fused.ok()) return fused.failure();
-  (*fusion)->measure();
-  FuseRun& run = (*fusion)->run();
+  TESSERA_TRY_ASSIGN(const std::unique_ptr<FusionRun> fusion,
+                     FusionRun::prepare(inputs, options, diffusion));
+  warnings.clear();
+  warn_of_no_frame(inputs, warnings);
+  warn_of(warnings);
+  TESSERA_TRY(fuse_all(*fusion, inputs));
+  FuseRun& run = fusion->run();
   run.pairs = pairs;
   const Json config_json = to_json(options, run.config);
   MapIdentity identity{.kind = MapKind::kGlobal};
-  const Outcome<void> recorded = record_settings(record_of(*inputs, config_json), identity);
-  if (!recorded.ok()) return recorded.failure();
-  std::vector<KeyedIndex> workspace = workspace_for((*fusion)->map());
-  const Outcome<void> saved = save_map((*fusion)->map(), identity, workspace, options.out);
-  if (!saved.ok()) return saved.failure();
+  TESSERA_TRY(record_settings(record_of(inputs, config_json), identity));
+  std::vector<KeyedIndex> workspace = workspace_for(fusion->map());
+  TESSERA_TRY_ASSIGN(const MapSummary file,
+                     save_map(fusion->map(), identity, workspace, options.out));
+  fusion->measure(file.digest);
   warn_of(losses_of(run));
-  print_summary(run, *inputs, options.out);
-  return write_report(to_json(run, *inputs, config_json), options.report);
+  print_summary(run, inputs, options.out);
+  return write_report(to_json(run, inputs, config_json), options.report);
 }
 
 }  // namespace
@@ -124,13 +107,17 @@ void add_fuse_command(CLI::App& app, int& exit_status) {
   CLI::App* const command =
       app.add_subcommand("fuse", "Fuse local maps into one global map by label diffusion");
   auto o = std::make_shared<FuseOptions>();
-  command->add_option("MAPS", o->maps, "Local maps with the same resolution and classes")
+  command
+      ->add_option(
+          "MAPS", o->maps,
+          "Two or more local maps, with the same resolution, classes, prior and weight of a pass")
       ->required()
       ->type_name("MAP.tsm");
   declare_settings(*command, kFuseFileSettings, *o);
   command
       ->add_option("--transform", o->transforms,
-                   "MAP.tsm=T.txt: 4x4 matrix T_global_map, row by row [as the map says]")
+                   "4x4 matrix T_global_map of a map, row by row; once for each map "
+                   "[stored in the map, else the identity]")
       ->allow_extra_args(false)
       ->type_name("MAP.tsm=T.txt");
   declare_settings(*command, kDiffusionSettings, o->diffusion);

@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // tessera info: prints what is in a map file.
+#include <fmt/core.h>
+
 #include <cstdio>
-#include <limits>
 
 #include "base/input_file.hpp"
 #include "base/json.hpp"
@@ -10,61 +11,61 @@
 #include "base/outputs.hpp"
 #include "cli/command.hpp"
 #include "maps/stored_map.hpp"
-#include "tessera/map/queries.hpp"
 
 namespace tessera {
 
 namespace {
 
+/// What a file says of its map, and whether that was read from the voxels.
 struct Content {
-  std::uint64_t occupied = 0;
-  std::uint64_t free = 0;
-  Point3d low = Point3d::Constant(std::numeric_limits<double>::infinity());
-  Point3d high = Point3d::Constant(-std::numeric_limits<double>::infinity());
-  std::array<std::uint64_t, kMaxComponents> by_label{};
+  MapFileHeader header;
+  MapSummary summary;
+  bool verified = false;
 };
 
-Content survey(const LocalMap& map, std::span<KeyedIndex> workspace) {
-  Content content;
-  for_each_observed(map, workspace, [&](const VoxelCoord& voxel, const VoxelEvidence& evidence) {
-    const Estimate e = estimate(evidence, map.config().prior);
-    const Point3d center = map.lattice().center_of(voxel);
-    content.low = content.low.cwiseMin(center);
-    content.high = content.high.cwiseMax(center);
-    if (e.state != VoxelState::kOccupied) {
-      ++content.free;
-      return;
-    }
-    ++content.occupied;
-    ++content.by_label[static_cast<std::size_t>(e.label)];
-  });
-  return content;
+Outcome<Content> content_of(const std::string& path, bool verify) {
+  TESSERA_TRY_ASSIGN(MapFileHeader header, load_whole_header(path));
+  // Files of 0.1.0's first layout have no summary.
+  if (header.summary && !verify) return Content{header, *header.summary, false};
+  TESSERA_TRY_ASSIGN(const std::unique_ptr<StoredMap> stored, load_map(path));
+  std::vector<KeyedIndex> workspace = workspace_for(stored->map);
+  const MapSummary summary = summarize(stored->map, workspace);
+  if (header.summary && !(summary == *header.summary)) {
+    return Failure{
+        fmt::format("{}: the header has other counts or another digest ({}) than the voxels "
+                    "({}); make the map again or use another copy",
+                    path, hex64(header.summary->digest), hex64(summary.digest))};
+  }
+  return Content{header, summary, true};
 }
 
-Json to_json(const StoredMap& stored, const Content& content, std::uint64_t file_bytes,
-             std::uint64_t digest_value) {
-  const LocalMap& map = stored.map;
-  const MapIdentity& identity = stored.header.identity;
-  const MapUsage usage = map.usage();
+Json to_json(const Content& content, std::uint64_t file_bytes) {
+  const MapFileHeader& header = content.header;
+  const MapIdentity& identity = header.identity;
+  const MapSummary& summary = content.summary;
   Json json = {{"kind", identity.kind == MapKind::kLocal ? "local" : "global"},
                {"robot", identity.robot},
                {"epoch", identity.epoch},
-               {"revision", map.revision()},
-               {"resolution", map.config().resolution_m},
-               {"prior", map.config().prior},
-               {"counts", to_string(map.config().tuple)},
-               {"max_evidence", decimal_of(map.config().max_evidence)},
-               {"free_weight", decimal_of(map.config().free_weight)},
+               {"revision", header.revision},
+               {"resolution", header.config.resolution_m},
+               {"prior", header.config.prior},
+               {"counts", to_string(header.config.tuple)},
+               {"max_evidence", decimal_of(header.config.max_evidence)},
+               {"free_weight", decimal_of(header.config.free_weight)},
                {"file_bytes", file_bytes},
-               {"blocks", usage.blocks},
-               {"label_voxels", usage.label_voxels},
-               {"free_voxels", map.count_free_voxels()},
-               {"occupied_state", content.occupied},
-               {"free_state", content.free},
-               {"digest", hex64(digest_value)}};
-  if (content.occupied + content.free > 0) {
-    json["extent_low"] = {content.low.x(), content.low.y(), content.low.z()};
-    json["extent_high"] = {content.high.x(), content.high.y(), content.high.z()};
+               {"blocks", header.content.blocks},
+               {"label_voxels", summary.label_voxels},
+               {"free_voxels", summary.free_voxels},
+               {"occupied_state", summary.occupied},
+               {"free_state", summary.free},
+               {"digest", hex64(summary.digest)},
+               {"verified", content.verified}};
+  if (summary.observed() > 0) {
+    const Lattice lattice(header.config.resolution_m);
+    const Point3d low = lattice.center_of(summary.low);
+    const Point3d high = lattice.center_of(summary.high);
+    json["extent_low"] = {low.x(), low.y(), low.z()};
+    json["extent_high"] = {high.x(), high.y(), high.z()};
   }
   json["T_global_map"] = Json();
   if (identity.has_T_global_map) {
@@ -72,12 +73,13 @@ Json to_json(const StoredMap& stored, const Content& content, std::uint64_t file
         std::vector<double>(identity.T_global_map.data(), identity.T_global_map.data() + 12);
   }
   json["classes"] = Json::array();
-  for (int label = 1; label <= map.classes().num_classes(); ++label) {
-    const SemanticClass& c = map.classes()[label];
-    json["classes"].push_back({{"id", label},
-                               {"name", std::string(c.name_view())},
-                               {"color", {c.color.r, c.color.g, c.color.b}},
-                               {"voxels", content.by_label[static_cast<std::size_t>(label)]}});
+  for (int label = 1; label <= header.classes.num_classes(); ++label) {
+    const SemanticClass& c = header.classes[label];
+    json["classes"].push_back(
+        {{"id", label},
+         {"name", std::string(c.name_view())},
+         {"color", {c.color.r, c.color.g, c.color.b}},
+         {"voxels", summary.occupied_by_label[static_cast<std::size_t>(label)]}});
   }
   const std::string settings(identity.settings.data(), identity.settings_bytes);
   json["settings"] = Json::parse(settings, nullptr, false);
@@ -134,24 +136,20 @@ void print(const Json& json, const std::string& path) {
       "  voxels       %llu labelled or occupied, %llu with free evidence only, in %llu blocks\n",
       number("label_voxels"), number("free_voxels"), number("blocks"));
   std::printf("  file         %llu bytes\n", number("file_bytes"));
-  std::printf("  digest       %s\n", json["digest"].get<std::string>().c_str());
+  std::printf("  digest       %s%s\n", json["digest"].get<std::string>().c_str(),
+              json["verified"].get<bool>() ? ", computed from the voxels" : "");
   for (const Json& c : json["classes"]) {
     const auto voxels = c["voxels"].get<unsigned long long>();
     if (voxels > 0) std::printf("  %12llu  %s\n", voxels, c["name"].get<std::string>().c_str());
   }
 }
 
-Outcome<void> run_info(const std::string& path, const std::string& report) {
-  const Outcome<void> places = check_outputs({{"--report", report}}, {{"FILE", path}});
-  if (!places.ok()) return places.failure();
-  const Outcome<std::unique_ptr<StoredMap>> stored = load_map(path);
-  if (!stored.ok()) return stored.failure();
-  const Outcome<InputFile> file = InputFile::open(path);
-  if (!file.ok()) return file.failure();
-  std::vector<KeyedIndex> workspace = workspace_for((*stored)->map);
-  const Content content = survey((*stored)->map, workspace);
-  Json json = to_json(**stored, content, file->size_bytes(), digest((*stored)->map, workspace));
-  json["config"] = {{"file", path}, {"report", report}};
+Outcome<void> run_info(const std::string& path, const std::string& report, bool verify) {
+  TESSERA_TRY(check_outputs({{"--report", report}}, {{"FILE", path}}));
+  TESSERA_TRY_ASSIGN(const Content content, content_of(path, verify));
+  TESSERA_TRY_ASSIGN(const InputFile file, InputFile::open(path));
+  Json json = to_json(content, file.size_bytes());
+  json["config"] = {{"file", path}, {"report", report}, {"verify", verify}};
   print(json, path);
   return write_report(json, report);
 }
@@ -162,11 +160,14 @@ void add_info_command(CLI::App& app, int& exit_status) {
   CLI::App* const command = app.add_subcommand("info", "Print what is in a map file");
   auto path = std::make_shared<std::string>();
   auto report = std::make_shared<std::string>();
+  auto verify = std::make_shared<bool>(false);
   command->add_option("FILE", *path, "Map file")->required()->type_name("MAP.tsm");
   command->add_option("--report", *report, "JSON report to write")->type_name("FILE");
+  command->add_flag("--verify", *verify,
+                    "Read all voxels, and compare their counts and digest with the file's header");
   command->footer("Example: tessera info map.tsm");
-  command->callback([path, report, &exit_status] {
-    const Outcome<void> outcome = run_info(*path, *report);
+  command->callback([path, report, verify, &exit_status] {
+    const Outcome<void> outcome = run_info(*path, *report, *verify);
     if (!outcome.ok()) exit_status = fail(outcome.failure());
   });
 }

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // tessera key: new keys for a fleet or a robot, and the name of a mission.
+#include <fmt/core.h>
 #include <sys/stat.h>
 
 #include <cerrno>
@@ -94,9 +95,8 @@ struct Made {
 };
 
 Outcome<Made> make_one_robot(const KeyOptions& o) {
-  const Outcome<void> made = make_robot_key(*o.robot, o.folder);
-  if (!made.ok()) return made.failure();
-  const std::string stem = o.folder + "/robot_" + std::to_string(*o.robot);
+  TESSERA_TRY(make_robot_key(*o.robot, o.folder));
+  const std::string stem = fmt::format("{}/robot_{}", o.folder, *o.robot);
   std::printf(
       "secret, for robot %u alone: %s.key\npublic, for the fleet's file of public keys: %s.pub\n",
       *o.robot, stem.c_str(), stem.c_str());
@@ -104,11 +104,9 @@ Outcome<Made> make_one_robot(const KeyOptions& o) {
 }
 
 Outcome<Made> make_fleet_alone(const std::string& path, bool is_meant) {
-  const Outcome<Mission> mission = Mission::make_random();
-  if (!mission.ok()) return mission.failure();
-  const Outcome<void> made = make_fleet_key(path, *mission);
-  if (!made.ok()) return made.failure();
-  const std::string name(mission->name());
+  TESSERA_TRY_ASSIGN(const Mission mission, Mission::make_random());
+  TESSERA_TRY(make_fleet_key(path, mission));
+  const std::string name(mission.name());
   std::printf("secret, the same for every robot of the fleet: %s, mission %s\n", path.c_str(),
               name.c_str());
   if (!is_meant) {
@@ -121,17 +119,16 @@ Outcome<Made> make_fleet_alone(const std::string& path, bool is_meant) {
 }
 
 Outcome<Made> make_whole_fleet(const KeyOptions& o) {
-  const Outcome<Mission> mission = Mission::make_random();
-  if (!mission.ok()) return mission.failure();
-  const Outcome<std::vector<std::string>> files = make_fleet(o.folder, *o.robots, *mission);
-  if (!files.ok()) return files.failure();
-  const std::string name(mission->name());
+  TESSERA_TRY_ASSIGN(const Mission mission, Mission::make_random());
+  TESSERA_TRY_ASSIGN(const std::vector<std::string> files,
+                     make_fleet(o.folder, *o.robots, mission));
+  const std::string name(mission.name());
   const char* const folder = o.folder.c_str();
   std::printf(
       "for every robot: %s/fleet.key, secret, with the mission %s; %s/fleet.pub\n"
       "for robot ID alone: %s/robot_ID.key, secret; ID is 0 to %u\n",
       folder, name.c_str(), folder, folder, *o.robots - 1);
-  return Made{*files, name};
+  return Made{files, name};
 }
 
 Outcome<Made> make_keys(const KeyOptions& o) {
@@ -147,25 +144,20 @@ Outcome<void> check_places(const KeyOptions& o) {
                                      o.folder + "/fleet.pub"};
   const std::uint32_t first = o.robot.value_or(0);
   for (std::uint32_t i = 0; i < (o.robot ? 1 : o.robots.value_or(0)); ++i) {
-    const std::string stem = o.folder + "/robot_" + std::to_string(first + i);
+    const std::string stem = fmt::format("{}/robot_{}", o.folder, first + i);
     places.insert(places.end(), {stem + ".key", stem + ".pub"});
   }
   for (const std::string& place : places) {
-    const Outcome<void> apart = check_outputs({{"--report", o.report}}, {{"the key", place}});
-    if (!apart.ok()) return apart.failure();
+    TESSERA_TRY(check_outputs({{"--report", o.report}}, {{"the key", place}}));
   }
   return {};
 }
 
 Outcome<void> run_key_new(const KeyOptions& o) {
-  const Outcome<void> usage = check_usage(o);
-  if (!usage.ok()) return usage.failure();
-  const Outcome<void> places = check_places(o);
-  if (!places.ok()) return places.failure();
-  const Outcome<void> folder = make_folder(o.folder);
-  if (!folder.ok()) return folder.failure();
-  const Outcome<Made> made = make_keys(o);
-  if (!made.ok()) return made.failure();
+  TESSERA_TRY(check_usage(o));
+  TESSERA_TRY(check_places(o));
+  TESSERA_TRY(make_folder(o.folder));
+  TESSERA_TRY_ASSIGN(const Made made, make_keys(o));
   Json config = {{"robots", o.robots ? Json(*o.robots) : Json()},
                  {"robot", o.robot ? Json(*o.robot) : Json()},
                  {"fleet", o.fleet},
@@ -173,21 +165,17 @@ Outcome<void> run_key_new(const KeyOptions& o) {
                  {"without_signatures", o.without_signatures},
                  {"report", o.report}};
   return write_report(
-      {{"files", made->files}, {"mission", made->mission}, {"config", std::move(config)}},
-      o.report);
+      {{"files", made.files}, {"mission", made.mission}, {"config", std::move(config)}}, o.report);
 }
 
 Outcome<void> run_key_mission(const MissionOptions& o) {
   if (o.name.empty() != o.is_new)
     return Failure{"give either a name or --new; see tessera key mission --help"};
-  const Outcome<void> places =
-      check_outputs({{"--report", o.report}}, {{"the fleet's key", o.fleet}});
-  if (!places.ok()) return places.failure();
-  const Outcome<Mission> mission = o.is_new ? Mission::make_random() : Mission::make(o.name);
-  if (!mission.ok()) return mission.failure();
-  const Outcome<void> set = set_mission(o.fleet, *mission);
-  if (!set.ok()) return set.failure();
-  const std::string name(mission->name());
+  TESSERA_TRY(check_outputs({{"--report", o.report}}, {{"the fleet's key", o.fleet}}));
+  TESSERA_TRY_ASSIGN(const Mission mission,
+                     o.is_new ? Mission::make_random() : Mission::make(o.name));
+  TESSERA_TRY(set_mission(o.fleet, mission));
+  const std::string name(mission.name());
   std::printf("%s names the mission %s; copy it to every robot, and restart all of them\n",
               o.fleet.c_str(), name.c_str());
   Json config = {{"name", o.name}, {"new", o.is_new}, {"fleet", o.fleet}, {"report", o.report}};

@@ -2,10 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/losses.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <span>
 
-#include "base/number_text.hpp"
+#include "scans/scan_losses.hpp"
 
 namespace tessera {
 
@@ -17,7 +19,7 @@ void NumberList::add(int number) {
 std::string NumberList::text() const {
   std::string text;
   for (std::size_t i = 0; i < std::min(count_, kShown); ++i)
-    text += (i == 0 ? "" : ", ") + std::to_string(first_[i]);
+    text += fmt::format("{}{}", (i == 0 ? "" : ", "), first_[i]);
   return count_ > kShown ? text + ", ..." : text;
 }
 
@@ -30,14 +32,8 @@ void UnknownIdCount::add(int scan, const UnknownRawIds& ids) {
 }
 
 std::string UnknownIdCount::text() const {
-  std::string ids;
-  for (const std::uint16_t id : std::span(all_.examples).first(all_.num_examples))
-    ids += (ids.empty() ? "" : ", ") + std::to_string(id);
-  // A complete list of the greatest length cannot be distinguished from a cut one.
-  if (all_.num_examples == UnknownRawIds::kMaxExamples) ids += ", ...";
-  return counted(all_.points, "point") + (folder_.empty() ? "" : " of " + folder_) +
-         " with class ids that are in no class (" + ids + "), first in scan " +
-         std::to_string(first_scan_) + "; taken as unlabelled";
+  return text_of(all_, folder_) +
+         fmt::format(", first in scan {}; taken as unlabelled", first_scan_);
 }
 
 }  // namespace tessera

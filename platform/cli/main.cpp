@@ -5,8 +5,10 @@
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <filesystem>
 #include <string>
 #include <string_view>
+#include <system_error>
 
 #include "cli/command.hpp"
 #include "settings/map_options.hpp"
@@ -35,6 +37,12 @@ Failure usage_failure(const CLI::App& app, const CLI::ParseError& error) {
   // An unknown word explains more than the option that is missing because of it.
   const std::vector<std::string> unknown = app.remaining(true);
   if (unknown.empty()) return {error.what() + help};
+  std::error_code unreadable;
+  const bool reads_folders =
+      !called.empty() && called.front()->get_option_no_throw("--dataset") != nullptr;
+  if (reads_folders && std::filesystem::is_directory(unknown.front(), unreadable))
+    return {"unknown option " + unknown.front() +
+            "; if it is the folder of the scans, give --dataset " + unknown.front() + help};
   return {"unknown option or subcommand " + unknown.front() + help};
 }
 

@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // tessera map: integrates a sequence of scans into the local map of one robot.
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -28,6 +30,8 @@
 #include "scans/recorded_source.hpp"
 #include "scans/registrar.hpp"
 #include "scans/transform_file.hpp"
+#include "tessera/base/rigid.hpp"
+#include "tessera/grid/lattice.hpp"
 #include "tessera/map/queries.hpp"
 
 namespace tessera {
@@ -53,11 +57,13 @@ Outcome<void> integrate_all(const RecordedScans& scans, Registrar& registrar, Ma
     if (scan == nullptr) return source.outcome();
     if (scans.decodes()) decoding += heap_allocations().value_or(0) - before_reading;
     ScanView view;
+    const std::uint64_t no_returns = count_no_returns(*scan);
     if (!registrar.view(*scan, view)) return does_not_suit(*scan);
     const std::int64_t start_us = MonotonicClock::now_us();
     const ScanReport report = mapper.integrate(view, start_us);
     const double ms = static_cast<double>(MonotonicClock::now_us() - start_us) / 1000.0;
-    run.scans.push_back({scan->number, ms, scan->unknown, report, registrar.last()});
+    run.scans.push_back({scan->number, ms, scan->unknown, report, registrar.last(), no_returns,
+                         check_rigid(view.T_map_sensor) == Status::kOk});
     source.pop();
     std::array<char, 48> suffix{};
     std::snprintf(suffix.data(), suffix.size(), "%.1f ms/scan", ms);
@@ -80,12 +86,11 @@ Outcome<void> check_places(const MapOptions& options) {
   std::error_code error;
   const bool in_place = std::filesystem::equivalent(options.out, options.continue_from, error);
   const std::string archive = options.archive.empty() ? "" : archive_path(options.archive);
-  Outcome<std::vector<NamedFile>> inputs = cloud_files(options);
-  if (!inputs.ok()) return inputs.failure();
-  inputs->push_back({kMapFileSettings["--continue"], in_place ? "" : options.continue_from});
-  inputs->push_back({kMapSettings["--archive"], archive});
-  inputs->push_back({kMapFileSettings["--prior-map"], options.prior_map});
-  return check_outputs({{"--out", options.out}, {"--report", options.report}}, *inputs,
+  TESSERA_TRY_ASSIGN(std::vector<NamedFile> inputs, cloud_files(options));
+  inputs.push_back({kMapFileSettings["--continue"], in_place ? "" : options.continue_from});
+  inputs.push_back({kMapSettings["--archive"], archive});
+  inputs.push_back({kMapFileSettings["--prior-map"], options.prior_map});
+  return check_outputs({{"--out", options.out}, {"--report", options.report}}, inputs,
                        dataset_folder(options));
 }
 
@@ -94,10 +99,9 @@ Outcome<MapIdentity> identity_of(const MapOptions& options) {
   MapIdentity identity{.robot = options.robot.value_or(0)};
   const std::string path = options.folder() + "/T_global_map.txt";
   if (!std::filesystem::exists(path)) return identity;
-  const Outcome<Matrix34d> T_global_map = read_transform(path);
-  if (!T_global_map.ok()) return T_global_map.failure();
+  TESSERA_TRY_ASSIGN(const Matrix34d T_global_map, read_transform(path));
   identity.has_T_global_map = true;
-  identity.T_global_map = *T_global_map;
+  identity.T_global_map = T_global_map;
   return identity;
 }
 
@@ -124,22 +128,29 @@ Outcome<void> write_map(const MapOptions& options, const MapIdentity& identity, 
   run.free_voxels = map.count_free_voxels();
   if (window == nullptr || !window->has_archive()) {
     std::vector<KeyedIndex> workspace = workspace_for(map);
-    run.digest = digest(map, workspace);
-    return save_map(map, identity, workspace, options.out);
+    TESSERA_TRY_ASSIGN(run.file, save_map(map, identity, workspace, options.out));
+    return {};
   }
   run.archived_blocks = window->archived_blocks();
-  const Outcome<std::uint64_t> whole = window->save_whole(map, identity, options.out);
-  if (!whole.ok()) return whole.failure();
-  run.digest = *whole;
+  TESSERA_TRY_ASSIGN(run.file, window->save_whole(map, identity, options.out));
   return {};
 }
 
 /// Fails iff no scan is in the map.
-Outcome<void> check_some_integrated(const MapRun& run) {
+Outcome<void> check_some_integrated(const MapRun& run, double resolution_m) {
   const auto is_placed = [](const ScanRecord& scan) { return scan.report.pose == Status::kOk; };
   if (std::any_of(run.scans.begin(), run.scans.end(), is_placed)) return {};
-  return Failure{"no scan is in the map: not one of " + counted(run.scans.size(), "pose") +
-                 " is a rigid transform within the grid; check the poses, nothing was written"};
+  const auto is_rigid = [](const ScanRecord& scan) { return scan.rigid; };
+  const std::string all = counted(run.scans.size(), "pose");
+  if (std::all_of(run.scans.begin(), run.scans.end(), is_rigid))
+    return Failure{
+        fmt::format("no scan is in the map: not one of {} is within the grid, which "
+                    "reaches {:.3g} km from 0, 0, 0; subtract an origin from the "
+                    "coordinates, nothing was written",
+                    all, 1e-3 * resolution_m * kVoxelLimit)};
+  const bool some = std::any_of(run.scans.begin(), run.scans.end(), is_rigid);
+  return Failure{"no scan is in the map: not one of " + all + " is a rigid transform" +
+                 (some ? " within the grid" : "") + "; check the poses, nothing was written"};
 }
 
 /// For a run whose map and report are written, but without some of the scans.
@@ -147,11 +158,9 @@ Outcome<void> check_some_integrated(const MapRun& run) {
 Failure interruption(const MapOptions& options, const std::string& continued, const MapRun& run,
                      std::size_t num_scans) {
   std::string written = options.out + (options.report.empty() ? "" : " and " + options.report);
-  return {"interrupted after scan " + std::to_string(run.scans.size()) + " of " +
-              std::to_string(num_scans) + ": " + written +
-              " written with the scans so far; continue with "
-              "--continue " +
-              continued + " --first " + std::to_string(run.scans.back().index + 1),
+  return {fmt::format("interrupted after scan {} of {}: {} written with the scans so far; continue "
+                      "with --continue {} --first {}",
+                      run.scans.size(), num_scans, written, continued, run.scans.back().index + 1),
           FailureKind::kFailure};
 }
 
@@ -163,33 +172,26 @@ Outcome<void> map_scans(const MapOptions& options, MapSetup& setup, const Record
         setup.map, source.classes().table().num_components(),
         archive_blocks(setup, earlier.archive ? &*earlier.archive : nullptr));
   }
-  const Outcome<std::unique_ptr<Registrar>> registrar = Registrar::make(source.registration());
-  if (!registrar.ok()) return registrar.failure();
-  const Outcome<ScanCapacity> capacity = split_budget(setup, source.max_points());
-  if (!capacity.ok()) return capacity.failure();
-  Outcome<MapIdentity> own = identity_of(options);
-  if (!own.ok()) return own.failure();
-  MapIdentity identity = earlier.header ? earlier.header->identity : *own;
+  TESSERA_TRY_ASSIGN(const std::unique_ptr<Registrar> registrar,
+                     Registrar::make(source.registration()));
+  TESSERA_TRY_ASSIGN(const ScanCapacity capacity, split_budget(setup, source.max_points()));
+  TESSERA_TRY_ASSIGN(MapIdentity own, identity_of(options));
+  MapIdentity identity = earlier.header ? earlier.header->identity : own;
   Json config = to_json(options, setup);
   config["robot"] = identity.robot;
-  const Outcome<void> recorded = record_settings(settings_of(config), identity);
-  if (!recorded.ok()) return recorded.failure();
+  TESSERA_TRY(record_settings(settings_of(config), identity));
   set_up_spilling(options, setup);
   move_all_at_once(setup);
-  Outcome<HeldMapper> held = make_mapper(setup, *capacity, source.classes().table());
-  if (!held.ok()) return held.failure();
-  Mapper& mapper = **held;
+  TESSERA_TRY_ASSIGN(HeldMapper held, make_mapper(setup, capacity, source.classes().table()));
+  Mapper& mapper = *held;
   if (earlier.header) {
-    const Outcome<void> loaded =
-        take_up(options, earlier, setup, source.max_points(), mapper.map());
-    if (!loaded.ok()) return loaded.failure();
+    TESSERA_TRY(take_up(options, earlier, setup, source.max_points(), mapper.map()));
   }
   std::unique_ptr<MapWindow> window;
   if (setup.window) {
-    Outcome<std::unique_ptr<MapWindow>> made =
-        MapWindow::make(options, setup, identity, earlier.archive, mapper);
-    if (!made.ok()) return made.failure();
-    window = std::move(*made);
+    TESSERA_TRY_ASSIGN(std::unique_ptr<MapWindow> made,
+                       MapWindow::make(options, setup, identity, earlier.archive, mapper));
+    window = std::move(made);
   }
   MapRun run;
   if (earlier.prior_map) {
@@ -197,22 +199,22 @@ Outcome<void> map_scans(const MapOptions& options, MapSetup& setup, const Record
     run.prior_map = add_prior_map(*earlier.prior_map, weight, mapper.map());
     earlier.prior_map.reset();  // A file of up to a gigabyte.
   }
+  run.labels = config["labels"].get<std::string>();
   run.budget_bytes = setup.budget_bytes;
   run.scratch_bytes = mapper.scratch_bytes();
   run.deadline_us = setup.deadline_us;
   run.scans.reserve(source.num_scans());
   stop_by_signals(interrupted);
-  const Outcome<void> done = integrate_all(source, **registrar, mapper, window.get(), run);
-  if (!done.ok()) return done.failure();
+  TESSERA_TRY(integrate_all(source, *registrar, mapper, window.get(), run));
   if (run.scans.empty())
     return Failure{"interrupted before the first scan was mapped; nothing was written",
                    FailureKind::kFailure};
-  const Outcome<void> some = check_some_integrated(run);
-  if (!some.ok()) return some.failure();
+  TESSERA_TRY(check_some_integrated(run, setup.map.resolution_m));
   const Outcome<void> written = write_map(options, identity, window.get(), mapper.map(), run);
   if (!written.ok() && run.obstacle && window->has_archive())
-    return Failure{*run.obstacle + ", and " + written.failure().message + ". " + window->path() +
-                       " has what left memory before scan " + std::to_string(run.scans.size()),
+    return Failure{*run.obstacle + ", and " + written.failure().message +
+                       fmt::format(". {} has what left memory before scan {}", window->path(),
+                                   run.scans.size()),
                    FailureKind::kFailure};
   if (!written.ok()) return written.failure();
   if (window != nullptr && (setup.window->keep_while_room ? window->has_archive() : true))
@@ -232,38 +234,30 @@ Outcome<void> map_scans(const MapOptions& options, MapSetup& setup, const Record
 }
 
 Outcome<void> run_map(MapOptions& options) {
-  const Outcome<void> given = check_source(options);
-  if (!given.ok()) return given.failure();
-  const Outcome<bool> spilled = find_spilled(options);
-  if (!spilled.ok()) return spilled.failure();
+  TESSERA_TRY(check_source(options));
+  TESSERA_TRY_ASSIGN(const bool spilled, find_spilled(options));
   Outcome<MapSetup> setup = set_up(options);
   if (!setup.ok()) return setup.failure();
   // Before the work, so that an unwritable output is reported at once.
-  const Outcome<void> places = check_places(options);
-  if (!places.ok()) return places.failure();
-  const Outcome<std::unique_ptr<RecordedScans>> source = open_source(options);
-  if (!source.ok()) return source.failure();
+  TESSERA_TRY(check_places(options));
+  TESSERA_TRY_ASSIGN(const std::unique_ptr<RecordedScans> source, open_source(options));
   Earlier earlier;
-  earlier.spilled = *spilled;
-  Outcome<std::optional<ArchiveContent>> archive = find_archive(options.archive);
-  if (!archive.ok()) return archive.failure();
-  earlier.archive = std::move(*archive);
-  Outcome<std::optional<MapFileHeader>> header = earlier_map(options, earlier.archive);
-  if (!header.ok()) return header.failure();
-  earlier.header = std::move(*header);
+  earlier.spilled = spilled;
+  TESSERA_TRY_ASSIGN(std::optional<ArchiveContent> archive, find_archive(options.archive));
+  earlier.archive = std::move(archive);
+  TESSERA_TRY_ASSIGN(std::optional<MapFileHeader> header, earlier_map(options, earlier.archive));
+  earlier.header = std::move(header);
   if (earlier.header) {
-    const Outcome<void> adopted = adopt_settings(*earlier.header, **source, options);
-    if (!adopted.ok()) return adopted.failure();
+    TESSERA_TRY(adopt_settings(*earlier.header, *source, options));
     setup = set_up(options);
     if (!setup.ok()) return setup.failure();
     setup->map = earlier.header->config;
   }
   if (!options.prior_map.empty()) {
-    Outcome<Octree> octree = read_prior_map(options.prior_map, setup->map.resolution_m);
-    if (!octree.ok()) return octree.failure();
-    earlier.prior_map = std::move(*octree);
+    TESSERA_TRY_ASSIGN(Octree octree, read_prior_map(options.prior_map, setup->map.resolution_m));
+    earlier.prior_map = std::move(octree);
   }
-  return map_scans(options, *setup, **source, earlier);
+  return map_scans(options, *setup, *source, earlier);
 }
 
 }  // namespace

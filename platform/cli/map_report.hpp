@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "base/json.hpp"
@@ -12,6 +13,7 @@
 #include "maps/prior_map.hpp"
 #include "maps/window_totals.hpp"
 #include "scans/dataset.hpp"
+#include "scans/scan.hpp"
 #include "tessera/inference/scan_report.hpp"
 #include "tessera/map/local_map.hpp"
 
@@ -23,10 +25,16 @@ struct ScanRecord {
   UnknownRawIds unknown;
   ScanReport report;
   RegistrationRecord registration{};
+  std::uint64_t no_returns = 0;  ///< Points at 0, 0, 0, as drivers write them for "no return".
+  bool rigid = true;  ///< The pose; if it is refused all the same, it is out of the grid.
 };
+
+/// Of a scan as it was read. O(points).
+[[nodiscard]] std::uint64_t count_no_returns(const Scan& scan);
 
 /// Settings and results of a run.
 struct MapRun {
+  std::string labels;  ///< Where they come from, as the report says it.
   std::vector<ScanRecord> scans;
   bool interrupted = false;             ///< By a signal, before the last scan.
   std::size_t archived_blocks = 0;      ///< Before the map was saved.
@@ -35,8 +43,8 @@ struct MapRun {
   std::size_t scratch_bytes = 0;
   std::int64_t deadline_us = 0;  ///< 0: none.
   std::optional<std::uint64_t> heap_allocations;
-  std::uint64_t digest = 0;
-  MapUsage usage;  ///< After the last scan, as the next member: with a window, of its content.
+  MapSummary file;  ///< What was written.
+  MapUsage usage;   ///< After the last scan, as the next member: with a window, of its content.
   std::uint64_t free_voxels = 0;
   std::optional<WindowTotals> window;
   std::optional<PriorMapReport> prior_map;

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/map_window.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <system_error>
@@ -50,16 +52,15 @@ Outcome<std::optional<MapFileHeader>> earlier_map(const MapOptions& options,
                    path + ", or choose another --archive"};
   }
   if (archive && continues_archive(options)) return std::optional(archive->header);
-  const Outcome<MapFileHeader> header = load_map_header(options.continue_from);
-  if (!header.ok()) return header.failure();
-  const bool match = !archive || (archive->complete && archive->revision == header->revision &&
-                                  same_map(archive->header, *header));
+  TESSERA_TRY_ASSIGN(const MapFileHeader header, load_map_header(options.continue_from));
+  const bool match = !archive || (archive->complete && archive->revision == header.revision &&
+                                  same_map(archive->header, header));
   if (!match) {
     return Failure{path + " holds another state than " + options.continue_from +
                    "; continue the archive with --continue " + path +
                    ", or choose another --archive"};
   }
-  return std::optional(*header);
+  return std::optional(header);
 }
 
 Outcome<bool> find_spilled(MapOptions& options) {
@@ -71,9 +72,8 @@ Outcome<bool> find_spilled(MapOptions& options) {
     options.archive = continued.has_parent_path() ? continued.parent_path().string() : ".";
     return fs::equivalent(options.archive, folder, error);
   }
-  const Outcome<std::optional<ArchiveContent>> left = find_archive(folder);
-  if (!left.ok()) return left.failure();
-  if (!*left) return false;
+  TESSERA_TRY_ASSIGN(const std::optional<ArchiveContent> left, find_archive(folder));
+  if (!left) return false;
   const std::string path = archive_path(folder);
   return Failure{path +
                  " holds the blocks of an earlier run that did not end; continue it with "
@@ -126,8 +126,7 @@ Outcome<std::unique_ptr<MapWindow>> MapWindow::make(const MapOptions& options,
     return window;
   }
   if (folder.empty()) return window;
-  const Outcome<void> opened = window->open(archive ? &*archive : nullptr);
-  if (!opened.ok()) return opened.failure();
+  TESSERA_TRY(window->open(archive ? &*archive : nullptr));
   if (archive && archive->torn_bytes > 0) {
     warn(window->path() + " ends inside a record, as a run was cut short; ignoring its last " +
          counted(archive->torn_bytes, "byte"));
@@ -139,9 +138,9 @@ Outcome<std::unique_ptr<MapWindow>> MapWindow::make(const MapOptions& options,
 }
 
 Outcome<void> MapWindow::open(const ArchiveContent* found) {
-  Outcome<HeldArchive> held = HeldArchive::make(folder_, setup_, identity_, found, mapper_);
-  if (!held.ok()) return held.failure();
-  archive_.emplace(std::move(*held));
+  TESSERA_TRY_ASSIGN(HeldArchive held,
+                     HeldArchive::make(folder_, setup_, identity_, found, mapper_));
+  archive_.emplace(std::move(held));
   return {};
 }
 
@@ -177,10 +176,9 @@ Failure out_of_memory(const MapOptions& options, const MapSetup& setup, std::siz
   const auto storage =
       static_cast<std::size_t>(static_cast<double>(setup.map.storage_bytes) * times / share);
   const std::size_t whole = budget_for_storage(setup, max_points, storage);
-  return {"memory is full after scan " + std::to_string(run.scans.size()) + " of " +
-              std::to_string(num_scans) + ", and " + *run.obstacle + ". " + options.out +
-              " has the scans so far; without an archive the whole takes about --memory " +
-              std::to_string(whole >> 20U) + "M",
+  return {fmt::format("memory is full after scan {} of {}, and {}. {} has the scans so far; "
+                      "without an archive the whole takes about --memory {}M",
+                      run.scans.size(), num_scans, *run.obstacle, options.out, whole >> 20U),
           FailureKind::kFailure};
 }
 
@@ -213,8 +211,8 @@ WindowTotals MapWindow::report(const WindowReport& window) const {
   return totals;
 }
 
-Outcome<std::uint64_t> MapWindow::save_whole(LocalMap& map, const MapIdentity& identity,
-                                             const std::string& path) {
+Outcome<MapSummary> MapWindow::save_whole(LocalMap& map, const MapIdentity& identity,
+                                          const std::string& path) {
   ArchiveFile& archive = **archive_;
   std::vector<KeyedIndex> workspace = workspace_for(map);
   for (const KeyedIndex& item : map.blocks_in_order(workspace)) {
@@ -228,13 +226,8 @@ Outcome<std::uint64_t> MapWindow::save_whole(LocalMap& map, const MapIdentity& i
          "with " +
          path + ", which has all of it");
   }
-  const Outcome<std::uint64_t> content =
-      all_archived ? digest_of_archived(map, archive) : digest_of_whole(map, archive);
-  if (!content.ok()) return content.failure();
-  const Outcome<void> saved = all_archived ? save_archived(map, archive, identity, path)
-                                           : tessera::save_whole(map, archive, identity, path);
-  if (!saved.ok()) return saved.failure();
-  return *content;
+  return all_archived ? save_archived(map, archive, identity, path)
+                      : tessera::save_whole(map, archive, identity, path);
 }
 
 }  // namespace tessera

@@ -63,11 +63,11 @@ class MapWindow {
   [[nodiscard]] std::size_t archived_blocks() const { return (*archive_)->blocks().index().size(); }
   /// Removes the archive, whose blocks are in the map file now.
   void remove_archive();
-  /// Moves the whole map to the archive, then writes everything to path and returns its digest. The
-  /// map is unusable afterwards. Fails with kFailure iff an archived block cannot be read, or the
-  /// file cannot be written.
-  Outcome<std::uint64_t> save_whole(LocalMap& map, const MapIdentity& identity,
-                                    const std::string& path);
+  /// Moves the whole map to the archive, then writes everything to path and returns what that
+  /// holds. The map is unusable afterwards. Fails with kFailure iff an archived block cannot be
+  /// read, or the file cannot be written.
+  Outcome<MapSummary> save_whole(LocalMap& map, const MapIdentity& identity,
+                                 const std::string& path);
 
  private:
   MapWindow(const MapSetup& setup, const MapIdentity& identity, std::string folder, Mapper& mapper)

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // tessera node: the process of a robot.
+#include <fmt/core.h>
 #include <signal.h>
 
 #include <atomic>
@@ -14,6 +15,7 @@
 #include "cli/losses.hpp"
 #include "node/node.hpp"
 #include "node/robot_process.hpp"
+#include "scans/scan_losses.hpp"
 
 namespace tessera {
 
@@ -38,7 +40,7 @@ void warn_of_losses(const Node& node) {
   const Robot& robot = node.robot();
   const ExchangeReport exchange = robot.exchange().report();
   const GlobalMapReport global = robot.global().report();
-  const LinkStatistics link = node.link().statistics();
+  const LinkReport link = node.link().report();
   const auto warn_if = [](std::uint64_t count, const char* thing, const std::string& fate) {
     if (count > 0) warn(counted(count, thing) + " " + fate);
   };
@@ -46,19 +48,17 @@ void warn_of_losses(const Node& node) {
   warn_if(run.source.unknown_ids, "point",
           "with class ids that are in no class; taken as unlabelled");
   const MappingStatus& mapping = run.mapping;
-  warn_if(mapping.refused_memory, "refusal",
+  warn_if(left_out_for_memory(mapping.scans), "refusal",
           "of points or rays for lack of memory; give a larger [map] memory or resolution_m");
-  warn_if(mapping.refused_work, "refusal",
+  warn_if(left_out_for_work(mapping.scans), "refusal",
           "of points or rays, as the work budget was spent; give a larger [map] work_budget");
-  warn_if(mapping.refused_time, "refusal",
+  warn_if(mapping.scans.left_out_deadline, "refusal",
           "of points or rays, as the time was up; give a longer [map] deadline_ms or a larger "
           "resolution_m");
   warn_if(
       mapping.window.unpublished_blocks, "block",
       "archived before others had all of them, as memory was short; they have the rest once the "
       "robot returns; give a larger [map] memory");
-  warn_if(mapping.over_capacity, "point",
-          "of scans that are larger than the scratch memory; give a larger [map] memory");
   warn_if(global.refused_blocks + global.refused_outputs + global.refused_sums +
               global.replicas.refused_storage,
           "refusal", "of blocks of the global map; give a larger [fusion] memory");
@@ -71,10 +71,13 @@ void warn_of_losses(const Node& node) {
       "refused, of another mission or without a fleet key; see [security] mission and fleet_key");
   warn_if(link.refused_tag + exchange.refused_tag, "datagram",
           "refused, as the sender does not have this robot's key; see [security] fleet_key");
+  warn_if(node.failed_records(), "map",
+          "written without the record of its settings, which is too long; shorten the names of "
+          "folders");
   for (const Peer& peer : robot.exchange().peers().all()) {
     if (!peer.mismatch) continue;
-    warn("nothing is accepted from robot " + std::to_string(peer.robot) + ": " +
-         mismatch_text(*peer.mismatch, robot.exchange().configuration()));
+    warn(fmt::format("nothing is accepted from robot {}: {}", peer.robot,
+                     mismatch_text(*peer.mismatch, robot.exchange().configuration())));
   }
 }
 
@@ -107,7 +110,7 @@ void print_summary(const Node& node) {
               1e-6 * static_cast<double>(node.robot().memory_bytes()));
   if (run.heap_allocations)
     std::printf("  heap     %llu allocations after start\n", count(*run.heap_allocations));
-  std::printf("  global   %llu label voxels; digest %s\n", count(usage.label_voxels),
+  std::printf("  global   %llu voxels labelled or occupied; digest %s\n", count(usage.label_voxels),
               hex64(node.global_digest()).c_str());
 }
 
@@ -119,10 +122,9 @@ Outcome<void> check_node(const NodeConfig& config, const std::string& path) {
 
 /// Signals the process that runs this robot; the result is in its log.
 Outcome<void> reload_node(const NodeConfig& config) {
-  const Outcome<pid_t> process = find_robot_process(config.state, config.robot);
-  if (!process.ok()) return process.failure();
-  const std::string name = std::to_string(*process);
-  if (::kill(*process, SIGHUP) != 0)
+  TESSERA_TRY_ASSIGN(const pid_t process, find_robot_process(config.state, config.robot));
+  const std::string name = std::to_string(process);
+  if (::kill(process, SIGHUP) != 0)
     return system_failure("signal process", name, errno, FailureKind::kUsage);
   std::printf("robot %u (process %s) reads [security] exclude and the public keys again\n",
               config.robot, name.c_str());
@@ -132,23 +134,20 @@ Outcome<void> reload_node(const NodeConfig& config) {
 enum class NodeTask : std::uint8_t { kRun, kCheck, kReload };
 
 Outcome<void> do_with_node(const std::string& path, NodeTask task) {
-  const Outcome<NodeConfig> config = read_node_config(path);
-  if (!config.ok()) return config.failure();
-  if (task == NodeTask::kCheck) return check_node(*config, path);
-  if (task == NodeTask::kReload) return reload_node(*config);
+  TESSERA_TRY_ASSIGN(const NodeConfig config, read_node_config(path));
+  if (task == NodeTask::kCheck) return check_node(config, path);
+  if (task == NodeTask::kReload) return reload_node(config);
   // Before the start is counted: a start that is counted ends cleanly at a signal.
   listen_to_signals();
-  const Outcome<std::unique_ptr<Node>> node = Node::make(*config);
-  if (!node.ok()) return node.failure();
-  for (const Message& warning : (*node)->warnings()) warn(warning.text(Speaker::kFile));
-  const Outcome<void> done = (*node)->run(requests);
-  if (!done.ok()) return done.failure();
+  TESSERA_TRY_ASSIGN(const std::unique_ptr<Node> node, Node::make(config));
+  for (const Message& warning : node->warnings()) warn(warning.text(Speaker::kFile));
+  TESSERA_TRY(node->run(requests));
   // Even if the maps cannot be written, the report may, for example on another disk.
-  const Outcome<void> written = (*node)->write_maps();
-  const Outcome<void> reported = write_report((*node)->report(), config->report);
-  warn_of_losses(**node);
-  print_summary(**node);
-  if (!written.ok()) return config->places.worded(written.failure());
+  const Outcome<void> written = node->write_maps();
+  const Outcome<void> reported = write_report(node->report(), config.report);
+  warn_of_losses(*node);
+  print_summary(*node);
+  if (!written.ok()) return config.places.worded(written.failure());
   return reported;
 }
 

@@ -8,10 +8,9 @@ namespace tessera {
 
 Outcome<std::unique_ptr<RecordedScans>> open_source(const SourceOptions& options,
                                                     const ExtraContent& extra) {
-  Outcome<OpenedScans> opened = open_scans(options, extra);
-  if (!opened.ok()) return opened.failure();
-  for (const Message& warning : opened->warnings) warn(warning);
-  return std::move(opened->scans);
+  TESSERA_TRY_ASSIGN(OpenedScans opened, open_scans(options, extra));
+  for (const Message& warning : opened.warnings) warn(warning);
+  return std::move(opened.scans);
 }
 
 }  // namespace tessera

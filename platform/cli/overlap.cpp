@@ -52,16 +52,15 @@ Outcome<std::vector<OverlapMap>> load_overlap(const std::vector<std::string>& pa
   std::vector<OverlapMap> maps;
   Placeless placeless;
   for (const std::string& path : paths) {
-    Outcome<std::unique_ptr<StoredMap>> stored = load_map(path);
-    if (!stored.ok()) return stored.failure();
-    if (!((*stored)->map.classes() == evaluated.map.classes())) {
+    TESSERA_TRY_ASSIGN(std::unique_ptr<StoredMap> stored, load_map(path));
+    if (!(stored->map.classes() == evaluated.map.classes())) {
       return Failure{"--overlap-of " + path + " has other classes than " + evaluated_path +
                      "; give maps that were made with the same classes"};
     }
-    const MapIdentity& own = (*stored)->header.identity;
+    const MapIdentity& own = stored->header.identity;
     const MapIdentity& other = evaluated.header.identity;
     note_unknown_places(own, path, other, evaluated_path, placeless);
-    maps.push_back({std::move(*stored), between(own, other)});
+    maps.push_back({std::move(stored), between(own, other)});
   }
   for (const std::string& path : placeless)
     warn(path + " has no T_global_map; its frame is taken for the global one");

@@ -18,10 +18,9 @@ namespace tessera {
 namespace {
 
 Outcome<void> write_text(const std::string& text, const std::string& path) {
-  Outcome<AtomicFile> file = AtomicFile::open(path);
-  if (!file.ok()) return file.failure();
-  file->write(std::as_bytes(std::span(text)));
-  return file->commit();
+  TESSERA_TRY_ASSIGN(AtomicFile file, AtomicFile::open(path));
+  file.write(std::as_bytes(std::span(text)));
+  return file.commit();
 }
 
 struct PagesOptions {
@@ -48,19 +47,16 @@ Outcome<void> run_pages(const CLI::App& app, const PagesOptions& options) {
     std::error_code error;
     std::filesystem::create_directories(manual, error);
     if (error) return Failure{"cannot make the folder " + manual + ": " + error.message()};
-    const Outcome<void> whole = write_text(manual_page(app), manual + "/tessera.1");
-    if (!whole.ok()) return whole.failure();
+    TESSERA_TRY(write_text(manual_page(app), manual + "/tessera.1"));
     for (const CLI::App* const command : shown_subcommands(app)) {
-      const Outcome<void> written =
-          write_text(manual_page_of(*command), manual + "/tessera-" + command->get_name() + ".1");
-      if (!written.ok()) return written.failure();
+      TESSERA_TRY(
+          write_text(manual_page_of(*command), manual + "/tessera-" + command->get_name() + ".1"));
     }
   }
   if (!bash.empty()) {
-    const Outcome<void> written = write_text(bash_completion(app), bash);
-    if (!written.ok()) return written.failure();
+    TESSERA_TRY(write_text(bash_completion(app), bash));
   }
-  return tables.empty() ? Outcome<void>() : write_text(reference_tables(), tables);
+  return tables.empty() ? Outcome<void>() : write_text(reference_tables(app), tables);
 }
 
 }  // namespace

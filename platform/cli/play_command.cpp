@@ -20,8 +20,9 @@ namespace {
 struct PlayOptions {
   SourceOptions source;
   std::string messages = "semantic";
-  std::string poses;       ///< A file of poses; or, as earlier, how they are sent.
-  std::string send_poses;  ///< Empty: lcm.
+  std::string poses;          ///< A file of poses; or, as earlier, how they are sent.
+  std::string send_poses;     ///< Empty: lcm.
+  bool way_by_poses = false;  ///< --poses said how they are sent.
   std::string can;
   std::optional<std::uint32_t> can_base;
   std::string clock = "monotonic";
@@ -45,21 +46,26 @@ constexpr Setting kPlayRows[] = {
         "How poses are sent: lcm; can: a simulated vehicle on the bus --can; none",
         {.value = "lcm|can|none", .otherwise = "lcm"}),
     row<&PlayOptions::can>({"--can"}, "CAN interface, with --send-poses can", {.value = "NAME"}),
-    row<&PlayOptions::can_base>({"--can-base"}, "CAN identifier of COMMAND, 256 by default",
-                                {.value = "ID"}),
+    row<&PlayOptions::can_base>({"--can-base"},
+                                "CAN identifier of COMMAND; a multiple of 32 up to 2016",
+                                {.value = "ID", .otherwise = "256"}),
     row<&PlayOptions::player, &PlayerConfig::sensor>(
-        {"--sensor"}, "Sensor number of the clouds or depth images", {.value = "N"}),
+        {"--sensor"},
+        "Sensor number of the clouds or depth images; the body's frame is the sensor's",
+        {.value = "N"}),
     row<&PlayOptions::player, &PlayerConfig::rate_hz>(
         {"--rate"}, "Rate of the scans",
         {.value = "HZ", .allowed = from_to(0.1, 1000.0, "scans per second")}),
-    row<&PlayOptions::clock>({"--clock"}, "Clock of the stamps", {.choices = kClocks}),
+    row<&PlayOptions::clock>({"--clock"}, "Clock of the stamps; the node must use the same",
+                             {.choices = kClocks}),
     row<&PlayOptions::player, &PlayerConfig::url>(
         {"--url"}, "LCM network of the sensors; its ttl must be 0", {.value = "URL"}),
     row<&PlayOptions::player, &PlayerConfig::interface>(
         {"--interface"}, "Network interface, by name or IPv4 address", {.value = "NAME"}),
-    row<&PlayOptions::loop>({"--loop"}, "Play forward and backward until interrupted",
-                            {.flag = true}),
-    path_row<&PlayOptions::report>({"--report"}, "JSON report to write", {.value = "FILE"}),
+    row<&PlayOptions::loop>(
+        {"--loop"}, "Play forward and backward until interrupted; no pose jumps", {.flag = true}),
+    path_row<&PlayOptions::report>({"--report"}, "JSON report to write, not with --loop",
+                                   {.value = "FILE"}),
 };
 constexpr SettingTable<PlayOptions> kPlaySettings{kPlayRows};
 
@@ -87,15 +93,17 @@ bool is_way_to_send(const std::string& text) {
   return text == "lcm" || text == "can" || text == "none";
 }
 
-/// A dataset has its own poses, so that --poses says how they are sent, as it always did.
+/// The option that the user gave.
 const SettingName& way_option(const PlayOptions& options) {
-  return options.source.dataset.empty() ? kPlaySettings["--send-poses"] : kPlaySettings["--poses"];
+  return options.way_by_poses ? kPlaySettings["--poses"] : kPlaySettings["--send-poses"];
 }
 
+/// A dataset has its own poses, so that --poses says how they are sent, as it always did.
 void tell_poses_apart(PlayOptions& options) {
   const bool is_way = is_way_to_send(options.poses) || !options.source.dataset.empty();
   if (is_way && options.send_poses.empty()) {
     options.send_poses = options.poses;
+    options.way_by_poses = !options.poses.empty();
   } else {
     options.source.poses = options.poses;
   }
@@ -121,11 +129,9 @@ Outcome<void> check_usage(const PlayOptions& options) {
     return Failure{"--messages raw sends scans as measured; leave --deskew out, or give off"};
   if (options.loop && !options.report.empty())
     return Failure{"--loop has no end at which --report would be written; give only one of them"};
-  const Outcome<void> source = check_source(options.source);
-  if (!source.ok()) return source.failure();
-  const Outcome<std::vector<NamedFile>> inputs = cloud_files(options.source);
-  if (!inputs.ok()) return inputs.failure();
-  return check_outputs({{"--report", options.report}}, *inputs, dataset_folder(options.source));
+  TESSERA_TRY(check_source(options.source));
+  TESSERA_TRY_ASSIGN(const std::vector<NamedFile> inputs, cloud_files(options.source));
+  return check_outputs({{"--report", options.report}}, inputs, dataset_folder(options.source));
 }
 
 void print_summary(const ScanPlayer& player, const PlayOptions& options) {
@@ -160,8 +166,7 @@ SourceOptions as_measured(SourceOptions source) {
 
 Outcome<void> run_play(PlayOptions options) {
   tell_poses_apart(options);
-  const Outcome<void> usage = check_usage(options);
-  if (!usage.ok()) return usage.failure();
+  TESSERA_TRY(check_usage(options));
   options.player.semantic = options.messages == "semantic";
   options.player.sends_poses = options.send_poses == "lcm";
   options.player.can_interface = options.can;
@@ -169,24 +174,22 @@ Outcome<void> run_play(PlayOptions options) {
   options.player.can_base_id = options.can_base.value_or(kDefaultBaseId);
   options.player.clock = options.clock == "wall" ? SensorClock::kWall : SensorClock::kMonotonic;
   const bool semantic = options.player.semantic;
-  const Outcome<std::unique_ptr<RecordedScans>> scans =
-      open_source(semantic ? options.source : as_measured(options.source),
-                  {.motion = true, .times = !semantic, .images = !semantic});
-  if (!scans.ok()) return scans.failure();
+  TESSERA_TRY_ASSIGN(const std::unique_ptr<RecordedScans> scans,
+                     open_source(semantic ? options.source : as_measured(options.source),
+                                 {.motion = true, .times = !semantic, .images = !semantic}));
   std::optional<Progress> progress;
   if (!options.loop) {
-    progress.emplace("playing", (*scans)->num_scans());
+    progress.emplace("playing", scans->num_scans());
     options.player.progress = [&progress](std::uint64_t sent) { progress->update(sent); };
   }
-  const Outcome<std::unique_ptr<ScanPlayer>> player = ScanPlayer::open(options.player, **scans);
-  if (!player.ok()) return player.failure();
+  TESSERA_TRY_ASSIGN(const std::unique_ptr<ScanPlayer> player,
+                     ScanPlayer::open(options.player, *scans));
   do {
-    const Outcome<void> played = (*player)->play();
-    if (!played.ok()) return played.failure();
+    TESSERA_TRY(player->play());
   } while (options.loop);
   progress->finish();
-  print_summary(**player, options);
-  return write_report(report_of(**player, options), options.report);
+  print_summary(*player, options);
+  return write_report(report_of(*player, options), options.report);
 }
 
 }  // namespace

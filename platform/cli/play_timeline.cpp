@@ -63,9 +63,7 @@ Outcome<PlayTimeline> PlayTimeline::make(const RecordedScans& scans, double rate
   const double step_us = motion != nullptr ? usual_step_us(scans) : 0.0;
   const double recorded_us = step_us > 0.0 ? step_us : static_cast<double>(kUsualPeriod_us);
   timeline.stretch_ = 1e6 / rate_hz / recorded_us;
-  const Outcome<void> reserved =
-      timeline.reserve(motion != nullptr ? motion->track().size() : scans.num_scans());
-  if (!reserved.ok()) return reserved.failure();
+  TESSERA_TRY(timeline.reserve(motion != nullptr ? motion->track().size() : scans.num_scans()));
   const std::int64_t first_us =
       motion != nullptr ? motion->stamp_us(scans.scan_number(0)) : std::int64_t{0};
   for (std::size_t i = 0; i < scans.num_scans(); ++i) {
@@ -85,8 +83,7 @@ Outcome<PlayTimeline> PlayTimeline::make(const RecordedScans& scans, double rate
 Outcome<PlayTimeline> PlayTimeline::back() const {
   PlayTimeline timeline;
   timeline.stretch_ = -stretch_;
-  const Outcome<void> reserved = timeline.reserve(track_.size());
-  if (!reserved.ok()) return reserved.failure();
+  TESSERA_TRY(timeline.reserve(track_.size()));
   const std::int64_t end_us = scans_us_.back();
   timeline.scans_us_.reserve(scans_us_.size());
   for (auto stamp = scans_us_.rbegin(); stamp != scans_us_.rend(); ++stamp)

@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // tessera query: writes the state of a map at given points, CSV to CSV.
+#include <fmt/core.h>
+
 #include <array>
 #include <charconv>
 #include <cstdio>
@@ -105,7 +107,7 @@ Outcome<std::string> read_points(const std::string& path) {
 
 void put_header(AtomicFile& out, const LocalMap& map) {
   std::string header = "x,y,z,state,label,probability,variance,evidence";
-  for (int l = 0; l < map.num_components(); ++l) header += ",sigma_" + std::to_string(l);
+  for (int l = 0; l < map.num_components(); ++l) header += fmt::format(",sigma_{}", l);
   put(out, header + "\n");
 }
 
@@ -125,24 +127,17 @@ Outcome<std::uint64_t> put_rows(AtomicFile& out, const LocalMap& map, std::strin
 }
 
 Outcome<void> run_query(const QueryOptions& options) {
-  const Outcome<void> places =
-      check_outputs({{"--out", options.out}, {"--report", options.report}},
-                    {{"--map", options.map}, {"--points", options.points}});
-  if (!places.ok()) return places.failure();
-  const Outcome<std::unique_ptr<StoredMap>> stored = load_map(options.map);
-  if (!stored.ok()) return stored.failure();
-  const LocalMap& map = (*stored)->map;
-  const Outcome<std::string> points = read_points(options.points);
-  if (!points.ok()) return points.failure();
-  Outcome<AtomicFile> out = AtomicFile::open(options.out);
-  if (!out.ok()) return out.failure();
-  put_header(*out, map);
-  const Outcome<std::uint64_t> rows = put_rows(*out, map, *points, options.points);
-  if (!rows.ok()) return rows.failure();
-  const Outcome<void> committed = out->commit();
-  if (!committed.ok()) return committed.failure();
-  std::printf("%s into %s\n", counted(*rows, "point").c_str(), options.out.c_str());
-  return write_report({{"points", *rows},
+  TESSERA_TRY(check_outputs({{"--out", options.out}, {"--report", options.report}},
+                            {{"--map", options.map}, {"--points", options.points}}));
+  TESSERA_TRY_ASSIGN(const std::unique_ptr<StoredMap> stored, load_map(options.map));
+  const LocalMap& map = stored->map;
+  TESSERA_TRY_ASSIGN(const std::string points, read_points(options.points));
+  TESSERA_TRY_ASSIGN(AtomicFile out, AtomicFile::open(options.out));
+  put_header(out, map);
+  TESSERA_TRY_ASSIGN(const std::uint64_t rows, put_rows(out, map, points, options.points));
+  TESSERA_TRY(out.commit());
+  std::printf("%s into %s\n", counted(rows, "point").c_str(), options.out.c_str());
+  return write_report({{"points", rows},
                        {"config",
                         {{"map", options.map},
                          {"points", options.points},

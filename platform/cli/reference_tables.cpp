@@ -6,11 +6,17 @@
 #include <cctype>
 #include <vector>
 
-#include "cli/setting_options.hpp"
+#include "cli/value_names.hpp"
 #include "link/key_settings.hpp"
+#include "link/status_table.hpp"
 #include "node/node_settings.hpp"
+#include "node/query_port.hpp"
 #include "node/sensor_settings.hpp"
+#include "node/view_thread.hpp"
+#include "scans/match_report.hpp"
+#include "scans/registrar.hpp"
 #include "settings/sharing_settings.hpp"
+#include "vehicle/vehicle_port.hpp"
 
 namespace tessera {
 
@@ -31,14 +37,46 @@ std::string escaped(std::string text) {
   return text;
 }
 
-std::string default_text(const Setting& row, const void* defaults, Speaker speaker) {
+std::string row_text(const CLI::Option& option) {
+  std::string name = option.get_name(option.get_positional());
+  if (!is_flag(option) && !option.get_positional()) name += " " + option.get_type_name();
+  if (option.get_expected_max() > 1 && option.get_allow_extra_args()) name += " ...";
+  // The default is in brackets at the end.
+  std::string sentence = option.get_description();
+  std::string otherwise = is_flag(option) ? "off" : "none";
+  const std::size_t bracket = sentence.rfind(" [");
+  if (sentence.ends_with(']') && bracket != std::string::npos) {
+    otherwise = sentence.substr(bracket + 2, sentence.size() - bracket - 3);
+    sentence.resize(bracket);
+  }
+  if (option.get_required()) otherwise = "required";
+  return "| " + code(escaped(name)) + " | " + escaped(otherwise) + " | " + escaped(sentence) +
+         " |\n";
+}
+
+/// words: of the command before its subcommands, with a space behind them.
+void add_option_tables(std::string& text, const CLI::App& app, const std::string& words) {
+  for (const CLI::App* const command : shown_subcommands(app)) {
+    const std::string name = words + command->get_name();
+    std::string rows;
+    for (const CLI::Option* const option : command->get_options()) {
+      if (option != command->get_help_ptr() && option != command->get_version_ptr())
+        rows += row_text(*option);
+    }
+    if (!rows.empty())
+      text +=
+          "\n## " + name + "\n\n| option | default | range and meaning |\n|---|---|---|\n" + rows;
+    add_option_tables(text, *command, name + " ");
+  }
+}
+
+std::string default_text(const Setting& row, const void* defaults) {
   if (!row.required.empty()) return "required";
   if (!row.otherwise.empty()) return std::string(row.otherwise);
   const SettingValue value = row.member.get(defaults);
   const std::string text = text_of(row, value);
   if (text.empty()) return "none";
   const bool is_word = std::holds_alternative<std::string>(value);
-  if (speaker == Speaker::kCommand) return is_word ? code(text) : text;
   if (const bool* const on = std::get_if<bool>(&value)) return *on ? "true" : "false";
   return is_word || row.kind == SettingKind::kBytes ? code('"' + text + '"') : text;
 }
@@ -50,32 +88,30 @@ std::string choices_text(const Setting& row) {
   return text;
 }
 
-std::string row_text(const Setting& row, const void* defaults, Speaker speaker) {
-  std::string name(speaker == Speaker::kCommand ? row.name.option : row.name.key);
-  if (speaker == Speaker::kCommand) name += " " + value_name(row);
+std::string row_text(const Setting& row, const void* defaults) {
   std::string meaning(row.sentence);
   if (!meaning.empty())
     meaning[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(meaning[0])));
-  if (const std::string range = stated_range(row).text(speaker); !range.empty())
+  if (const std::string range = stated_range(row).text(Speaker::kFile); !range.empty())
     meaning += "; " + range;
-  // On the command line they are beside the name.
-  if (speaker == Speaker::kFile && !row.words().empty()) meaning += "; " + choices_text(row);
-  return "| " + code(escaped(name)) + " | " + default_text(row, defaults, speaker) + " | " +
+  if (!row.words().empty()) meaning += "; " + choices_text(row);
+  return "| " + code(std::string(row.name.key)) + " | " + default_text(row, defaults) + " | " +
          escaped(meaning) + " |\n";
+}
+
+template <class Report>
+void add_counters_table(std::string& text, const char* name) {
+  text += "\n## counters " + std::string(name) + "\n\n| counter | meaning |\n|---|---|\n";
+  for (const Counter<Report>& row : kCounters<Report>)
+    text += "| " + code(row.name) + " | " + escaped(row.sentence) + " |\n";
 }
 
 }  // namespace
 
-std::string reference_tables() {
-  const MapOptions map;
-  std::string text = "## map\n\n| option | default | range and meaning |\n|---|---|---|\n";
-  for (const Group& group : {Group{kSourceRows, static_cast<const SourceOptions*>(&map)},
-                             {kMapFileRows, &map},
-                             {kMapRows, &map}}) {
-    for (const Setting& row : group.rows) text += row_text(row, group.defaults, Speaker::kCommand);
-  }
-  NodeConfig node;
-  node.map.memory_bytes = NodeConfig::kMapMemoryBytes;
+std::string reference_tables(const CLI::App& app) {
+  std::string text;
+  add_option_tables(text, app, "");
+  const NodeConfig node;
   const Group groups[] = {{kSharingRows, static_cast<const SharingOptions*>(&node)},
                           {kNodeRows, &node},
                           {kSourceRows, static_cast<const SourceOptions*>(&node.map)},
@@ -97,10 +133,27 @@ std::string reference_tables() {
             "]\n\n| key | default | unit, range, meaning |\n|---|---|---|\n";
     for (const Group& group : groups) {
       for (const Setting& row : group.rows) {
-        if (row.name.table == table) text += row_text(row, group.defaults, Speaker::kFile);
+        if (row.name.table == table) text += row_text(row, group.defaults);
       }
     }
   }
+  add_counters_table<ScanReport>(text, "scan");
+  add_counters_table<WindowReport>(text, "window");
+  add_counters_table<PublisherReport>(text, "publisher");
+  add_counters_table<ExchangeReport>(text, "exchange");
+  add_counters_table<GlobalMapReport>(text, "global_map");
+  add_counters_table<LinkReport>(text, "link");
+  add_counters_table<StatusTableReport>(text, "statuses");
+  add_counters_table<MatchReport>(text, "match");
+  add_counters_table<AssemblerReport>(text, "fragments");
+  add_counters_table<RegistrarReport>(text, "registration");
+  add_counters_table<VehicleInputReport>(text, "vehicle, frames");
+  add_counters_table<VehiclePortState>(text, "vehicle, port");
+  add_counters_table<CanSocketReport>(text, "vehicle, socket");
+  add_counters_table<QueryPortReport>(text, "queries");
+  add_counters_table<QueryReport>(text, "queries, answers");
+  add_counters_table<WebServerReport>(text, "view, server");
+  add_counters_table<ViewerReport>(text, "view, messages");
   return text;
 }
 

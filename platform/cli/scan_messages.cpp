@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/scan_messages.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -35,9 +37,10 @@ Outcome<std::vector<std::byte>> cloud_message(Scan& scan, const ScanToSend& how)
   for (const float time_s : scan.times_s().first(timed)) {
     const double us = 1e6 * how.stretch * static_cast<double>(time_s);
     if (!(std::abs(us) <= kMostSweep_us)) {
-      return Failure{"scan " + std::to_string(scan.number) +
-                     " has points over a second from its stamp, played at this rate; give a "
-                     "higher --rate"};
+      return Failure{
+          fmt::format("scan {} has points over a second from its stamp, played at this rate; give "
+                      "a higher --rate",
+                      scan.number)};
     }
     times_us.push_back(static_cast<std::int32_t>(std::lround(us)));
   }

@@ -71,35 +71,28 @@ ScanPlayer::ScanPlayer(const PlayerConfig& config, const RecordedScans& scans, P
 
 Outcome<std::unique_ptr<ScanPlayer>> ScanPlayer::open(const PlayerConfig& config,
                                                       const RecordedScans& scans) {
-  Outcome<std::unique_ptr<SensorSender>> sender = SensorSender::open(config.url, config.interface);
-  if (!sender.ok()) return sender.failure();
-  Outcome<PlayTimeline> timeline = PlayTimeline::make(scans, config.rate_hz);
-  if (!timeline.ok()) return timeline.failure();
-  Outcome<PlayTimeline> back = timeline->back();
-  if (!back.ok()) return back.failure();
+  TESSERA_TRY_ASSIGN(std::unique_ptr<SensorSender> sender,
+                     SensorSender::open(config.url, config.interface));
+  TESSERA_TRY_ASSIGN(PlayTimeline timeline, PlayTimeline::make(scans, config.rate_hz));
+  TESSERA_TRY_ASSIGN(PlayTimeline back, timeline.back());
   std::unique_ptr<Registrar> registrar;
   if (config.semantic) {
-    Outcome<std::unique_ptr<Registrar>> made = Registrar::make(scans.registration());
-    if (!made.ok()) return made.failure();
-    registrar = std::move(*made);
+    TESSERA_TRY_ASSIGN(std::unique_ptr<Registrar> made, Registrar::make(scans.registration()));
+    registrar = std::move(made);
   }
-  std::unique_ptr<ScanPlayer> player(new ScanPlayer(config, scans, std::move(*timeline),
-                                                    std::move(*back), std::move(*sender),
+  std::unique_ptr<ScanPlayer> player(new ScanPlayer(config, scans, std::move(timeline),
+                                                    std::move(back), std::move(sender),
                                                     std::move(registrar)));
-  const Outcome<void> bus = player->open_bus();
-  if (!bus.ok()) return bus.failure();
-  const Outcome<void> started =
-      player->source_.start({.name = "tessera-read"}, MonotonicClock::now_us());
-  if (!started.ok()) return started.failure();
+  TESSERA_TRY(player->open_bus());
+  TESSERA_TRY(player->source_.start({.name = "tessera-read"}, MonotonicClock::now_us()));
   return player;
 }
 
 Outcome<void> ScanPlayer::open_bus() {
   if (config_.can_interface.empty()) return {};
   // Receives nothing: the messages of the node to its vehicle are for others.
-  Outcome<CanSocket> bus = CanSocket::open({.interface = config_.can_interface}, {});
-  if (!bus.ok()) return bus.failure();
-  bus_ = std::move(*bus);
+  TESSERA_TRY_ASSIGN(CanSocket bus, CanSocket::open({.interface = config_.can_interface}, {}));
+  bus_ = std::move(bus);
   return {};
 }
 
@@ -115,15 +108,13 @@ Outcome<void> ScanPlayer::play() {
   while (true) {
     std::int64_t due_us = kNever;
     static_cast<void>(next(due_us));
-    const Outcome<void> fetched = fetch_until(due_us);
-    if (!fetched.ok()) return fetched.failure();
+    TESSERA_TRY(fetch_until(due_us));
     const Next what = next(due_us);
     if (what == Next::kNothing) break;
     wait_until(due_us);
-    const Outcome<void> sent = what == Next::kPose    ? send_pose()
-                               : what == Next::kCycle ? send_cycle(due_us)
-                                                      : send_part();
-    if (!sent.ok()) return sent.failure();
+    TESSERA_TRY(what == Next::kPose    ? send_pose()
+                : what == Next::kCycle ? send_cycle(due_us)
+                                       : send_part());
   }
   timeline_ = timeline_ == &there_ ? &back_ : &there_;
   return {};
@@ -152,8 +143,7 @@ ScanPlayer::Next ScanPlayer::next(std::int64_t& due_us) const {
 Outcome<void> ScanPlayer::fetch_until(std::int64_t due_us) {
   while (next_scan_ < scans_.num_scans() &&
          timeline_->scan_us(next_scan_) + earliest_us_ <= due_us) {
-    const Outcome<void> fetched = fetch();
-    if (!fetched.ok()) return fetched.failure();
+    TESSERA_TRY(fetch());
     due_us = std::min(due_us, parts_.front().due_us);
   }
   return {};
@@ -273,10 +263,9 @@ Outcome<void> ScanPlayer::send_part() {
   if (config_.progress) config_.progress(report_.scans);
   if (scan.kind == ScanKind::kDepthImage)
     return send(config_.channels.depth_image, depth_message(scan, to_send));
-  const Outcome<std::vector<std::byte>> cloud = cloud_message(scan, to_send);
-  if (!cloud.ok()) return cloud.failure();
+  TESSERA_TRY_ASSIGN(const std::vector<std::byte> cloud, cloud_message(scan, to_send));
   const bool semantic = is_semantic(scan, to_send);
-  return send(semantic ? config_.channels.semantic_cloud : config_.channels.cloud, *cloud);
+  return send(semantic ? config_.channels.semantic_cloud : config_.channels.cloud, cloud);
 }
 
 }  // namespace tessera

@@ -28,12 +28,14 @@ std::string value_name(const Setting& setting) {
   return name;
 }
 
-CLI::Option* detail::declare_setting(CLI::App& command, const Setting& setting, void* options) {
+void detail::declare_setting(CLI::App& command, const Setting& setting, void* options) {
   const std::string name(setting.name.option);
-  if (setting.flag)
-    return command.add_flag_callback(
+  if (setting.flag) {
+    command.add_flag_callback(
         name, [&setting, options] { setting.member.set(options, true); },
         help_text(setting, options));
+    return;
+  }
   CLI::Option* const option = command.add_option_function<std::string>(
       name,
       [&setting, options](const std::string& text) {
@@ -45,7 +47,6 @@ CLI::Option* detail::declare_setting(CLI::App& command, const Setting& setting, 
       help_text(setting, options));
   option->type_name(value_name(setting));
   option->required(!setting.required.empty());
-  return option;
 }
 
 }  // namespace tessera

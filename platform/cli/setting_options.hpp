@@ -4,8 +4,8 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <initializer_list>
-#include <span>
 #include <string_view>
 
 #include "settings/setting.hpp"
@@ -16,7 +16,7 @@ namespace tessera {
 [[nodiscard]] std::string value_name(const Setting& setting);
 
 namespace detail {
-CLI::Option* declare_setting(CLI::App& command, const Setting& setting, void* options);
+void declare_setting(CLI::App& command, const Setting& setting, void* options);
 }
 
 /// Declares every row that has an option and is not left out, with its value, default and sentence.

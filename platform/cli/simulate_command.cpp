@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // tessera simulate: makes a dataset for each robot, with ground truth.
+#include <fmt/core.h>
+
 #include <cstdio>
 #include <utility>
 
@@ -39,25 +41,28 @@ constexpr Setting kSimulateRows[] = {
     path_row<&SimulateOptions::out>({"--out"}, "Folder to write robot_0, robot_1, ... into",
                                     {.value = "DIR", .required = "a folder"}),
     row<&SimulateOptions::pose_error, &PoseError::translation_m>(
-        {"--pose-error"}, "Sigma of the translation in T_global_map_perturbed.txt, on each axis",
+        {"--pose-error"},
+        "Standard deviation of the position in T_global_map_perturbed.txt, on each axis",
         {.value = "M", .allowed = from_to(0.0, 100.0, "metres")}),
     row<&SimulateOptions::pose_error, &PoseError::rotation_deg>(
         {"--rotation-error"},
-        "Sigma of the rotation in T_global_map_perturbed.txt, about each axis",
+        "Standard deviation of the rotation in T_global_map_perturbed.txt, about each axis",
         {.value = "DEG", .allowed = from_to(0.0, 180.0, "degrees")}),
-    row<&SimulateOptions::cameras>({"--cameras"},
-                                   "Add label images of three cameras, and cameras.toml"),
-    row<&SimulateOptions::sweep>({"--sweep"}, "Sweep scans while the robot drives; adds times/"),
+    row<&SimulateOptions::cameras>(
+        {"--cameras"},
+        "Label images of three cameras, as a network would predict them; adds cameras.toml "
+        "and poses_dense.txt"),
+    row<&SimulateOptions::sweep>({"--sweep"},
+                                 "Sweep each scan while the robot drives; adds times/ and "
+                                 "poses_dense.txt"),
     path_row<&SimulateOptions::report>({"--report"}, "JSON report to write", {.value = "FILE"}),
 };
 constexpr SettingTable<SimulateOptions> kSimulateSettings{kSimulateRows};
 
 Outcome<void> check_places(const SimulateOptions& options) {
   for (int robot = 0; robot < options.config.robots; ++robot) {
-    const std::string folder = options.out + "/robot_" + std::to_string(robot);
-    const Outcome<void> places =
-        check_outputs({{"--report", options.report}}, {}, {.path = folder});
-    if (!places.ok()) return places.failure();
+    const std::string folder = fmt::format("{}/robot_{}", options.out, robot);
+    TESSERA_TRY(check_outputs({{"--report", options.report}}, {}, {.path = folder}));
   }
   return {};
 }
@@ -71,20 +76,17 @@ Json report_of(const SimulateOptions& options) {
 }
 
 Outcome<void> run_simulate(const SimulateOptions& options) {
-  const Outcome<void> places = check_places(options);
-  if (!places.ok()) return places.failure();
+  TESSERA_TRY(check_places(options));
   SimulatorConfig config = options.config;
   config.sweep = options.sweep;
-  const Outcome<StreetSimulator> simulator = StreetSimulator::make(config);
-  if (!simulator.ok()) return simulator.failure();
+  TESSERA_TRY_ASSIGN(const StreetSimulator simulator, StreetSimulator::make(config));
   Progress progress("simulating", static_cast<std::uint64_t>(options.config.robots) *
                                       static_cast<std::uint64_t>(options.config.scans));
   const DatasetWriterOptions writer{
       .pose_error = options.pose_error, .cameras = options.cameras, .progress = [&](int done, int) {
         progress.update(static_cast<std::uint64_t>(done));
       }};
-  const Outcome<void> written = write_dataset(*simulator, options.out, writer);
-  if (!written.ok()) return written.failure();
+  TESSERA_TRY(write_dataset(simulator, options.out, writer));
   progress.finish();
   const auto number = [](int n, const char* thing) {
     return counted(static_cast<std::uint64_t>(n), thing);

@@ -16,19 +16,13 @@ bool is_word(std::string_view text) {
 
 }  // namespace
 
-bool is_flag(const CLI::Option& option) { return option.get_type_size_max() == 0; }
+bool is_flag(const CLI::Option& option) { return option.get_items_expected_max() == 0; }
 
 ValueKind kind_of(const CLI::Option& option) {
-  std::string name = option.get_type_name();
-  char separator = '|';
-  // TEXT:{a,b} is how CLI11 names a set.
-  if (const std::size_t open = name.find('{'); open != std::string::npos) {
-    name = name.substr(open + 1, name.find('}', open) - open - 1);
-    separator = ',';
-  }
+  const std::string name = option.get_type_name();
   ValueKind kind;
   for (std::size_t begin = 0; begin <= name.size();) {
-    const std::size_t end = std::min(name.find(separator, begin), name.size());
+    const std::size_t end = std::min(name.find('|', begin), name.size());
     const std::string part = name.substr(begin, end - begin);
     begin = end + 1;
     if (is_word(part)) {

@@ -25,9 +25,10 @@ struct ViewOptions {
 };
 
 constexpr Setting kViewRows[] = {
-    row<&ViewOptions::listen>({"--listen"},
-                              "IP address and port to serve at; port 0 chooses a free one",
-                              {.value = "ADDRESS:PORT"}),
+    row<&ViewOptions::listen>(
+        {"--listen"},
+        "IP address and port to serve at, [::1]:8080 for IPv6; port 0 chooses a free one",
+        {.value = "ADDRESS:PORT"}),
     row<&ViewOptions::everywhere>(
         {"--everywhere"}, "Allow an address that other machines reach; they can then see the maps",
         {.flag = true}),
@@ -57,23 +58,20 @@ Outcome<ListenAddress> address_of(const ViewOptions& options) {
 }
 
 Outcome<void> run_view(const ViewOptions& options) {
-  const Outcome<ListenAddress> address = address_of(options);
-  if (!address.ok()) return address.failure();
-  const Outcome<ViewedMaps> viewed = load_viewed_maps(options.maps, options.transforms);
-  if (!viewed.ok()) return viewed.failure();
+  TESSERA_TRY_ASSIGN(const ListenAddress address, address_of(options));
+  TESSERA_TRY_ASSIGN(const ViewedMaps viewed, load_viewed_maps(options.maps, options.transforms));
   stop_by_signal();
-  const Outcome<std::unique_ptr<Viewer>> viewer =
-      Viewer::open({.address = *address}, view_maps_of(*viewed), [] {
-        return Json{{"live", false}};
-      });
-  if (!viewer.ok()) return viewer.failure();
-  if (!address->is_loopback())
+  TESSERA_TRY_ASSIGN(const std::unique_ptr<Viewer> viewer,
+                     Viewer::open({.address = address}, view_maps_of(viewed), [] {
+                       return Json{{"live", false}};
+                     }));
+  if (!address.is_loopback())
     warn("everybody who reaches this machine can see these maps; nothing is encrypted");
-  std::printf("%s shows %s; Ctrl+C ends it\n", (*viewer)->url().c_str(),
+  std::printf("%s shows %s; Ctrl+C ends it\n", viewer->url().c_str(),
               counted(options.maps.size(), "map").c_str());
   std::fflush(stdout);
   constexpr int kTurn_ms = 100;
-  while (!stop_asked.load(std::memory_order_relaxed)) (*viewer)->serve(kTurn_ms);
+  while (!stop_asked.load(std::memory_order_relaxed)) viewer->serve(kTurn_ms);
   return {};
 }
 
@@ -92,7 +90,8 @@ void add_view_command(CLI::App& app, int& exit_status) {
   declare_settings(*command, kViewSettings, *o);
   command
       ->add_option("--transform", o->transforms,
-                   "MAP.tsm=T.txt: 4x4 matrix T_global_map of a local map [as the map says]")
+                   "4x4 matrix T_global_map of a local map shown with a global one, as for fuse "
+                   "[stored in the map, else the identity]")
       ->allow_extra_args(false)
       ->type_name("MAP.tsm=T.txt");
   command->footer("Example: tessera view global.tsm robot_0.tsm robot_1.tsm");

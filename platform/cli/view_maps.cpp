@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/view_maps.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <bit>
 #include <filesystem>
@@ -42,8 +44,7 @@ void mark_contributors(const std::vector<FuseInput>& inputs, One& global) {
   const Contributors contributors = find_contributors(inputs, places);
   for (const RobotLabels& labels : contributors.voxels) global.marks.push_back(mark_of(labels));
   for (const Contributors::Robot& robot : contributors.robots)
-    global.contributors.push_back("robot " + std::to_string(robot.number) + " (" + robot.maps +
-                                  ")");
+    global.contributors.push_back(fmt::format("robot {} ({})", robot.number, robot.maps));
 }
 
 Outcome<void> check_alike(const One& global, const FuseInput& input) {
@@ -72,18 +73,16 @@ Outcome<void> check_paths(const std::vector<std::string>& paths) {
 
 Outcome<ViewedMaps> load_viewed_maps(const std::vector<std::string>& paths,
                                      const std::vector<std::string>& transforms) {
-  const Outcome<void> checked = check_paths(paths);
-  if (!checked.ok()) return checked.failure();
+  TESSERA_TRY(check_paths(paths));
   std::vector<std::shared_ptr<One>> all;
   std::vector<std::string> locals;
   std::shared_ptr<One> global;
   std::size_t globals = 0;
   for (const std::string& path : paths) {
-    const Outcome<MapFileHeader> header = load_map_header(path);
-    if (!header.ok()) return header.failure();
+    TESSERA_TRY_ASSIGN(const MapFileHeader header, load_map_header(path));
     all.push_back(std::make_shared<One>());
     all.back()->path = path;
-    if (header->identity.kind == MapKind::kLocal) {
+    if (header.identity.kind == MapKind::kLocal) {
       locals.push_back(path);
       continue;
     }
@@ -112,17 +111,14 @@ Outcome<ViewedMaps> load_viewed_maps(const std::vector<std::string>& paths,
       one->T_global_map = input->T_global_map;
       continue;
     }
-    Outcome<std::unique_ptr<StoredMap>> stored = load_map(one->path);
-    if (!stored.ok()) return stored.failure();
-    one->stored = std::move(*stored);
+    TESSERA_TRY_ASSIGN(std::unique_ptr<StoredMap> stored, load_map(one->path));
+    one->stored = std::move(stored);
     if (one->stored->header.identity.has_T_global_map)
       one->T_global_map = one->stored->header.identity.T_global_map;
   }
   if (together) {
-    const Outcome<void> alike = check_alike(*global, inputs.front());
-    if (!alike.ok()) return alike.failure();
-    const Outcome<void> robots = check_number_of_robots(inputs);
-    if (!robots.ok()) return robots.failure();
+    TESSERA_TRY(check_alike(*global, inputs.front()));
+    TESSERA_TRY(check_number_of_robots(inputs));
     mark_contributors(inputs, *global);
   }
   ViewedMaps viewed;
@@ -132,7 +128,7 @@ Outcome<ViewedMaps> load_viewed_maps(const std::vector<std::string>& paths,
     }
     const MapIdentity& identity = one->stored->header.identity;
     if (identity.kind == MapKind::kLocal)
-      one->contributors = {"robot " + std::to_string(identity.robot)};
+      one->contributors = {fmt::format("robot {}", identity.robot)};
     viewed.maps.push_back(one);
   }
   return viewed;

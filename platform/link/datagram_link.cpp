@@ -49,33 +49,28 @@ DatagramLink::~DatagramLink() {
 }
 
 Outcome<std::unique_ptr<DatagramLink>> DatagramLink::open(const LinkConfig& config) {
-  const Outcome<UdpmUrl> url = UdpmUrl::parse(config.url);
-  if (!url.ok()) return url.failure();
+  TESSERA_TRY_ASSIGN(const UdpmUrl url, UdpmUrl::parse(config.url));
   if (!is_channel(config.channel)) {
     return Failure{"cannot use the LCM channel \"" + config.channel +
                    "\"; choose 1 to 63 letters, digits and signs"};
   }
-  const Outcome<NetworkInterface> interface = udpm_interface(config.interface, *url);
-  if (!interface.ok()) return interface.failure();
-  std::unique_ptr<DatagramLink> link(new DatagramLink(config, *url, *interface));
+  TESSERA_TRY_ASSIGN(const NetworkInterface interface, udpm_interface(config.interface, url));
+  std::unique_ptr<DatagramLink> link(new DatagramLink(config, url, interface));
   for (const auto step : {&DatagramLink::open_sockets, &DatagramLink::start}) {
-    const Outcome<void> done = ((*link).*step)();
-    if (!done.ok()) return done.failure();
+    TESSERA_TRY(((*link).*step)());
   }
   return link;
 }
 
 Outcome<void> DatagramLink::open_sockets() {
   const UdpmPlace place{url_, config_.url, interface_};
-  Outcome<UdpmSender> sender = open_udpm_sender(place, true);
-  if (!sender.ok()) return sender.failure();
+  TESSERA_TRY_ASSIGN(UdpmSender sender, open_udpm_sender(place, true));
   // The buffer holds what arrives while the thread pauses.
-  Outcome<UdpmReceiver> receiver = open_udpm_receiver(place, true);
-  if (!receiver.ok()) return receiver.failure();
-  sender_ = std::move(sender->socket);
-  self_ = sender->self;
-  receiver_ = std::move(receiver->socket);
-  receive_buffer_bytes_ = receiver->buffer_bytes;
+  TESSERA_TRY_ASSIGN(UdpmReceiver receiver, open_udpm_receiver(place, true));
+  sender_ = std::move(sender.socket);
+  self_ = sender.self;
+  receiver_ = std::move(receiver.socket);
+  receive_buffer_bytes_ = receiver.buffer_bytes;
   return {};
 }
 
@@ -100,7 +95,7 @@ bool DatagramLink::send_on(std::string_view channel, std::span<const std::byte> 
   const bool fits = !channel.empty() && channel.size() <= kMaxChannelBytes && !payload.empty() &&
                     payload.size() <= kMaxMessageBytes - channel.size() - 1;
   if (!fits) {
-    counters_.add(LinkCounters::kSendRefused);
+    LinkCounters::add(counters_.refused);
     return false;
   }
   ShortHeader header;
@@ -117,11 +112,11 @@ bool DatagramLink::send_on(std::string_view channel, std::span<const std::byte> 
     sent = ::sendmsg(sender_.get(), &message, MSG_NOSIGNAL);
   } while (sent < 0 && errno == EINTR);
   if (sent < 0) {
-    counters_.add(LinkCounters::kFailed);
+    LinkCounters::add(counters_.failed);
     return false;
   }
-  counters_.add(LinkCounters::kSent);
-  counters_.add(LinkCounters::kSentBytes, payload.size());
+  LinkCounters::add(counters_.sent);
+  LinkCounters::add(counters_.sent_bytes, payload.size());
   return true;
 }
 
@@ -134,14 +129,14 @@ void DatagramLink::receive_until_stopped() noexcept {
     // A bounded number, so that a flood neither prevents the link from stopping nor delays its
     // reader.
     constexpr std::size_t kMostAtOnce = 4 * DatagramBatch::kMost;
-    const std::uint64_t before = counters_[LinkCounters::kReceived];
+    const std::uint64_t before = counters_.received.load(std::memory_order_relaxed);
     std::size_t taken = 0;
     for (std::size_t last = DatagramBatch::kMost;
          last == DatagramBatch::kMost && taken < kMostAtOnce;) {
       last = receive_batch();
       taken += last;
     }
-    if (counters_[LinkCounters::kReceived] != before)
+    if (counters_.received.load(std::memory_order_relaxed) != before)
       static_cast<void>(!::eventfd_write(arrived_.get(), 1));
     // Including poll and the wake-up, so that the pause is at least as long as all work before it.
     const std::int64_t worked_us = thread_cpu_us() - paused_at_us;
@@ -163,9 +158,10 @@ std::size_t DatagramLink::receive_batch() noexcept {
   const std::size_t count = batch_.receive(receiver_.get());
   for (std::size_t i = 0; i < count; ++i) {
     const UdpmDatagram datagram = batch_[i];
-    if (datagram.dropped != 0) counters_.set(LinkCounters::kKernelDropped, datagram.dropped);
+    if (datagram.dropped != 0)
+      counters_.kernel_dropped.store(datagram.dropped, std::memory_order_relaxed);
     if (datagram.is_cut) {
-      counters_.add(LinkCounters::kTooLong);
+      LinkCounters::add(counters_.too_long);
     } else {
       take(batch_.bytes(i), datagram.sender);
     }
@@ -174,17 +170,17 @@ std::size_t DatagramLink::receive_batch() noexcept {
 }
 
 void DatagramLink::take(std::span<const std::byte> datagram, const Endpoint& sender) noexcept {
-  if (sender == self_ && !config_.hear_itself) return counters_.add(LinkCounters::kOwn);
+  if (sender == self_ && !config_.hear_itself) return LinkCounters::add(counters_.own);
   const ReceivedMessage message = read_message(datagram);
   switch (message.kind) {
     case MessageKind::kTooShort:
-      return counters_.add(LinkCounters::kTooShort);
+      return LinkCounters::add(counters_.too_short);
     case MessageKind::kTooLong:
-      return counters_.add(LinkCounters::kTooLong);
+      return LinkCounters::add(counters_.too_long);
     case MessageKind::kForeign:
-      return counters_.add(LinkCounters::kForeign);
+      return LinkCounters::add(counters_.foreign);
     case MessageKind::kNoChannel:
-      return counters_.add(LinkCounters::kNoChannel);
+      return LinkCounters::add(counters_.no_channel);
     case MessageKind::kFragment:
     case MessageKind::kShort:
       break;
@@ -195,13 +191,13 @@ void DatagramLink::take(std::span<const std::byte> datagram, const Endpoint& sen
   if (!is_fragment && side_.is_for(message.channel)) {
     // Its messages are numbered in the same sequence.
     if (side_.take(message.payload))
-      counters_.add(LinkCounters::kMissing, senders_.missing_if_known(sender, message.sequence));
+      LinkCounters::add(counters_.missing, senders_.missing_if_known(sender, message.sequence));
     return;
   }
-  counters_.add(LinkCounters::kMissing, senders_.missing_if_known(sender, message.sequence));
-  if (is_fragment) return counters_.add(LinkCounters::kFragments);
-  if (message.channel != config_.channel) return counters_.add(LinkCounters::kOtherChannel);
-  counters_.add(LinkCounters::kTooShort);
+  LinkCounters::add(counters_.missing, senders_.missing_if_known(sender, message.sequence));
+  if (is_fragment) return LinkCounters::add(counters_.fragments);
+  if (message.channel != config_.channel) return LinkCounters::add(counters_.other_channel);
+  LinkCounters::add(counters_.too_short);
 }
 
 void DatagramLink::take_payload(const ReceivedMessage& message, const Endpoint& sender) noexcept {
@@ -210,30 +206,30 @@ void DatagramLink::take_payload(const ReceivedMessage& message, const Endpoint& 
       check.check == nullptr ? PayloadVerdict::kTaken : check.check(check.context, message.payload);
   switch (verdict) {
     case PayloadVerdict::kFormat:
-      return counters_.add(LinkCounters::kRefusedFormat);
+      return LinkCounters::add(counters_.refused_format);
     case PayloadVerdict::kMission:
-      return counters_.add(LinkCounters::kRefusedMission);
+      return LinkCounters::add(counters_.refused_mission);
     case PayloadVerdict::kTag:
-      return counters_.add(LinkCounters::kRefusedTag);
+      return LinkCounters::add(counters_.refused_tag);
     case PayloadVerdict::kExcluded:
-      return counters_.add(LinkCounters::kRefusedExcluded);
+      return LinkCounters::add(counters_.refused_excluded);
     case PayloadVerdict::kTaken:
       break;
   }
   // Only now, so that refused datagrams take no place of a sender and count no number as missing.
-  counters_.add(LinkCounters::kMissing, senders_.missing_before(sender, message.sequence));
+  LinkCounters::add(counters_.missing, senders_.missing_before(sender, message.sequence));
   queue(message, sender);
 }
 
 void DatagramLink::queue(const ReceivedMessage& message, const Endpoint& sender) noexcept {
   Slot* const slot = queue_.claim();
-  if (slot == nullptr) return counters_.add(LinkCounters::kQueueFull);
+  if (slot == nullptr) return LinkCounters::add(counters_.queue_full);
   slot->sender = sender;
   slot->bytes = static_cast<std::uint32_t>(message.payload.size());
   std::copy(message.payload.begin(), message.payload.end(), slot->payload.begin());
   queue_.publish();
-  counters_.add(LinkCounters::kReceived);
-  counters_.add(LinkCounters::kReceivedBytes, message.payload.size());
+  LinkCounters::add(counters_.received);
+  LinkCounters::add(counters_.received_bytes, message.payload.size());
 }
 
 DatagramLink::Received DatagramLink::receive(std::span<std::byte, kMaxMessageBytes> into) noexcept {
@@ -257,30 +253,10 @@ bool DatagramLink::wait(std::int64_t timeout_us) noexcept {
   return queue_.front() != nullptr;
 }
 
-LinkStatistics DatagramLink::statistics() const noexcept {
-  using C = LinkCounters;
-  const C& c = counters_;
-  return {.received = c[C::kReceived],
-          .received_bytes = c[C::kReceivedBytes],
-          .own = c[C::kOwn],
-          .other_channel = c[C::kOtherChannel],
-          .too_short = c[C::kTooShort],
-          .too_long = c[C::kTooLong],
-          .fragments = c[C::kFragments],
-          .foreign = c[C::kForeign],
-          .no_channel = c[C::kNoChannel],
-          .refused_format = c[C::kRefusedFormat],
-          .refused_mission = c[C::kRefusedMission],
-          .refused_tag = c[C::kRefusedTag],
-          .refused_excluded = c[C::kRefusedExcluded],
-          .queue_full = c[C::kQueueFull],
-          .kernel_dropped = c[C::kKernelDropped],
-          .missing = c[C::kMissing],
-          .sent = c[C::kSent],
-          .sent_bytes = c[C::kSentBytes],
-          .refused = c[C::kSendRefused],
-          .failed = c[C::kFailed],
-          .queue_peak = queue_.peak()};
+LinkReport DatagramLink::report() const noexcept {
+  LinkReport report = counters_.report();
+  report.queue_peak = queue_.peak();
+  return report;
 }
 
 }  // namespace tessera

@@ -22,7 +22,7 @@
 #include "base/spsc_queue.hpp"
 #include "base/thread.hpp"
 #include "link/datagram_batch.hpp"
-#include "link/link_statistics.hpp"
+#include "link/link_report.hpp"
 #include "link/receive_pace.hpp"
 #include "link/sender_table.hpp"
 #include "link/short_message.hpp"
@@ -84,8 +84,8 @@ class DatagramLink {
   bool wait(std::int64_t timeout_us) noexcept;
 
   /// Counters of all threads; each number is exact, and all are of about the same moment.
-  [[nodiscard]] LinkStatistics statistics() const noexcept;
-  [[nodiscard]] SideStatistics side_statistics() const noexcept { return side_.statistics(); }
+  [[nodiscard]] LinkReport report() const noexcept;
+  [[nodiscard]] SideReport side_report() const noexcept { return side_.report(); }
   [[nodiscard]] const NetworkInterface& interface() const noexcept { return interface_; }
   /// Size granted by the system for recv_buf_size of the URL, including its own overhead.
   [[nodiscard]] int receive_buffer_bytes() const noexcept { return receive_buffer_bytes_; }

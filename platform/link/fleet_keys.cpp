@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "link/fleet_keys.hpp"
 
+#include <fmt/core.h>
+
 #include <array>
 #include <utility>
 
@@ -33,31 +35,30 @@ Outcome<FleetKeys> FleetKeys::read(const KeyFiles& files, std::uint32_t robot) {
   }
   FleetSecret fleet;
   if (!files.fleet_key.empty()) {
-    Outcome<FleetSecret> read = read_fleet_key(files.fleet_key);
-    if (!read.ok()) return read.failure();
-    fleet = std::move(*read);
+    TESSERA_TRY_ASSIGN(FleetSecret read, read_fleet_key(files.fleet_key));
+    fleet = std::move(read);
   }
-  const Outcome<Mission> mission = mission_of(files, fleet.mission);
-  if (!mission.ok()) return mission.failure();
-  keys.mission_ = *mission;
+  TESSERA_TRY_ASSIGN(const Mission mission, mission_of(files, fleet.mission));
+  keys.mission_ = mission;
   if (!files.fleet_key.empty()) {
-    Outcome<DatagramSeal> seal = DatagramSeal::make(fleet.key, keys.mission_, KeyUse::kDatagram);
-    if (!seal.ok()) return seal.failure();
-    keys.seal_.emplace(std::move(*seal));
-    Outcome<DatagramSeal> status = DatagramSeal::make(fleet.key, keys.mission_, KeyUse::kStatus);
-    if (!status.ok()) return status.failure();
-    keys.status_seal_.emplace(std::move(*status));
+    TESSERA_TRY_ASSIGN(DatagramSeal seal,
+                       DatagramSeal::make(fleet.key, keys.mission_, KeyUse::kDatagram));
+    keys.seal_.emplace(std::move(seal));
+    TESSERA_TRY_ASSIGN(DatagramSeal status,
+                       DatagramSeal::make(fleet.key, keys.mission_, KeyUse::kStatus));
+    keys.status_seal_.emplace(std::move(status));
   }
   if (!has_secret) return keys;
-  Outcome<FleetSignatures> signatures =
-      FleetSignatures::read(files.robot_secret, files.robot_public_keys, keys.mission_);
-  if (!signatures.ok()) return signatures.failure();
-  if (signatures->robot() != robot) {
-    return Failure{files.robot_secret + " is of robot " + std::to_string(signatures->robot()) +
-                   ", and this is robot " + std::to_string(robot) +
-                   "; name the key file of this robot, or give this robot its number"};
+  TESSERA_TRY_ASSIGN(
+      FleetSignatures signatures,
+      FleetSignatures::read(files.robot_secret, files.robot_public_keys, keys.mission_));
+  if (signatures.robot() != robot) {
+    return Failure{
+        fmt::format("{} is of robot {}, and this is robot {}; name the key file of this robot, or "
+                    "give this robot its number",
+                    files.robot_secret, signatures.robot(), robot)};
   }
-  keys.signatures_.emplace(std::move(*signatures));
+  keys.signatures_.emplace(std::move(signatures));
   return keys;
 }
 

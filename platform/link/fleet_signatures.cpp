@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "link/fleet_signatures.hpp"
 
+#include <fmt/core.h>
 #include <sodium.h>
 
 #include <string>
@@ -14,9 +15,11 @@ Outcome<FleetSignatures> FleetSignatures::make(RecordSigner signer, RecordVerifi
   Signature signature;
   signer.sign({}, signature);
   if (!verifier.check(signer.robot(), {}, signature)) {
-    return Failure{"robot " + std::to_string(signer.robot()) +
-                       " is not among the public keys, or has another key there than its secret",
-                   FailureKind::kUsage};
+    return Failure{
+        fmt::format(
+            "robot {} is not among the public keys, or has another key there than its secret",
+            signer.robot()),
+        FailureKind::kUsage};
   }
   return FleetSignatures(std::move(signer), std::move(verifier));
 }
@@ -24,15 +27,11 @@ Outcome<FleetSignatures> FleetSignatures::make(RecordSigner signer, RecordVerifi
 Outcome<FleetSignatures> FleetSignatures::read(const std::string& robot_secret,
                                                const std::string& public_keys,
                                                const Mission& mission) {
-  const Outcome<RobotSecret> secret = read_robot_secret(robot_secret);
-  if (!secret.ok()) return secret.failure();
-  Outcome<std::vector<RobotPublic>> keys = read_public_keys(public_keys);
-  if (!keys.ok()) return keys.failure();
-  Outcome<RecordSigner> signer = RecordSigner::make(*secret, mission);
-  if (!signer.ok()) return signer.failure();
-  Outcome<RecordVerifier> verifier = RecordVerifier::make(std::move(*keys), mission);
-  if (!verifier.ok()) return verifier.failure();
-  Outcome<FleetSignatures> fleet = make(std::move(*signer), std::move(*verifier));
+  TESSERA_TRY_ASSIGN(const RobotSecret secret, read_robot_secret(robot_secret));
+  TESSERA_TRY_ASSIGN(std::vector<RobotPublic> keys, read_public_keys(public_keys));
+  TESSERA_TRY_ASSIGN(RecordSigner signer, RecordSigner::make(secret, mission));
+  TESSERA_TRY_ASSIGN(RecordVerifier verifier, RecordVerifier::make(std::move(keys), mission));
+  Outcome<FleetSignatures> fleet = make(std::move(signer), std::move(verifier));
   if (fleet.ok()) return fleet;
   return Failure{fleet.failure().message + ": add the line of its .pub file to " + public_keys +
                      ", or name another file than " + robot_secret,

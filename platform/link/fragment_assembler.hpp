@@ -14,6 +14,7 @@
 
 #include "link/long_message.hpp"
 #include "link/sender_table.hpp"
+#include "tessera/base/counters.hpp"
 
 namespace tessera {
 
@@ -26,22 +27,28 @@ struct AssemblerConfig {
   std::int64_t timeout_us = 200'000;  ///< Without a fragment; then the message may be replaced.
 };
 
+#define TESSERA_ASSEMBLER_COUNTERS(ROW)                                                            \
+  ROW(COUNTER, uint64_t, taken, "Fragments taken.")                                                \
+  ROW(COUNTER, uint64_t, malformed, "Fragments that are malformed.")                               \
+  ROW(COUNTER, uint64_t, too_large,                                                                \
+      "Fragments of a message of more bytes or fragments than configured.")                        \
+  ROW(COUNTER, uint64_t, inconsistent,                                                             \
+      "Fragments with other numbers than their message's first, or than the one of their number "  \
+      "before.")                                                                                   \
+  ROW(COUNTER, uint64_t, duplicates,                                                               \
+      "Fragments that are repeated, or of a message that is complete already.")                    \
+  ROW(COUNTER, uint64_t, messages, "Messages that are complete.")                                  \
+  ROW(COUNTER, uint64_t, torn, "Messages whose fragments all arrived, but overlap or leave gaps.") \
+  ROW(COUNTER, uint64_t, timed_out, "Messages replaced after the timeout without a fragment.")     \
+  ROW(COUNTER, uint64_t, superseded,                                                               \
+      "Messages whose sender began two more: LCM sends one after the other.")                      \
+  ROW(COUNTER, uint64_t, evicted, "Messages replaced before their timeout: more slots are needed.")
+
 /// What became of every fragment, and of every begun message. None ever decreases.
 struct AssemblerReport {
-  // Each fragment is counted in one of these.
-  std::uint64_t taken = 0;
-  std::uint64_t malformed = 0;     ///< Faults of FragmentFault.
-  std::uint64_t too_large = 0;     ///< Of a message of more bytes or fragments than configured.
-  std::uint64_t inconsistent = 0;  ///< Other numbers than the message's first fragment, or than the
-                                   ///< fragment of its number that was there before.
-  std::uint64_t duplicates = 0;    ///< Repeated, or its message is already complete.
-  // Each begun message is incomplete or counted in one of these.
-  std::uint64_t messages = 0;    ///< Complete.
-  std::uint64_t torn = 0;        ///< All fragments arrived, but overlap or leave gaps.
-  std::uint64_t timed_out = 0;   ///< Replaced after timeout_us without a fragment.
-  std::uint64_t superseded = 0;  ///< Its sender began two more: LCM sends one after the other.
-  std::uint64_t evicted = 0;     ///< Replaced before its timeout: more slots are needed.
+  TESSERA_ASSEMBLER_COUNTERS(TESSERA_COUNTER_MEMBER)
 };
+TESSERA_COUNTER_TABLE(AssemblerReport, TESSERA_ASSEMBLER_COUNTERS(TESSERA_COUNTER_ROW))
 
 /// A new message takes, in this order: a free slot; that of a message that has timed out; the one
 /// that was silent for longest. A sender with two incomplete messages first gives up the older, so

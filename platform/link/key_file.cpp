@@ -18,12 +18,11 @@ struct Secret {
 
 /// Reads the one key of a file of that kind, and the mission if the kind has one.
 Outcome<Secret> read_secret(const std::string& path, std::string_view kind, const char* command) {
-  const Outcome<SecretText> text = read_key_text(path, true);
-  if (!text.ok()) return text.failure();
+  TESSERA_TRY_ASSIGN(const SecretText text, read_key_text(path, true));
   Secret secret;
   bool found = false;
   const Outcome<void> read =
-      for_each_key(path, text->bytes, [&](const KeyLine& line) -> const char* {
+      for_each_key(path, text.bytes, [&](const KeyLine& line) -> const char* {
         if (line.kind == kMissionKind && kind == kFleetKeyKind) {
           if (!secret.mission.empty()) return "is a second mission; keep one";
           secret.mission = line.mission;
@@ -57,33 +56,28 @@ SecretKey& SecretKey::operator=(SecretKey&& other) noexcept {
 SecretKey::~SecretKey() { ::sodium_memzero(bytes_.data(), bytes_.size()); }
 
 Outcome<FleetSecret> read_fleet_key(const std::string& path) {
-  Outcome<Secret> secret = read_secret(path, kFleetKeyKind, "tessera key new --robots N --dir DIR");
-  if (!secret.ok()) return secret.failure();
-  return FleetSecret{std::move(secret->robot.seed), std::move(secret->mission)};
+  TESSERA_TRY_ASSIGN(Secret secret,
+                     read_secret(path, kFleetKeyKind, "tessera key new --robots N --dir DIR"));
+  return FleetSecret{std::move(secret.robot.seed), std::move(secret.mission)};
 }
 
 Outcome<RobotSecret> read_robot_secret(const std::string& path) {
-  Outcome<Secret> secret =
-      read_secret(path, kRobotSecretKind, "tessera key new --robot ID --dir DIR");
-  if (!secret.ok()) return secret.failure();
-  return std::move(secret->robot);
+  TESSERA_TRY_ASSIGN(Secret secret,
+                     read_secret(path, kRobotSecretKind, "tessera key new --robot ID --dir DIR"));
+  return std::move(secret.robot);
 }
 
 Outcome<std::vector<RobotPublic>> read_public_keys(const std::string& path) {
-  const Outcome<SecretText> text = read_key_text(path, false);
-  if (!text.ok()) return text.failure();
+  TESSERA_TRY_ASSIGN(const SecretText text, read_key_text(path, false));
   std::vector<RobotPublic> keys;
-  const Outcome<void> read =
-      for_each_key(path, text->bytes, [&](const KeyLine& line) -> const char* {
-        if (line.kind != kRobotPublicKind)
-          return "is not a public key; keep secrets out of this file";
-        for (const RobotPublic& other : keys) {
-          if (other.robot == line.robot) return "is a second key of that robot; keep one";
-        }
-        keys.push_back({line.robot, line.key});
-        return nullptr;
-      });
-  if (!read.ok()) return read.failure();
+  TESSERA_TRY(for_each_key(path, text.bytes, [&](const KeyLine& line) -> const char* {
+    if (line.kind != kRobotPublicKind) return "is not a public key; keep secrets out of this file";
+    for (const RobotPublic& other : keys) {
+      if (other.robot == line.robot) return "is a second key of that robot; keep one";
+    }
+    keys.push_back({line.robot, line.key});
+    return nullptr;
+  }));
   if (keys.empty()) return bad_key(path, "it has no key; concatenate the robots' .pub files");
   std::sort(keys.begin(), keys.end(),
             [](const RobotPublic& a, const RobotPublic& b) { return a.robot < b.robot; });

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "link/key_maker.hpp"
 
+#include <fmt/core.h>
 #include <sodium.h>
 #include <unistd.h>
 
@@ -54,15 +55,12 @@ Outcome<void> make_pair_of_keys(std::uint32_t robot, const std::string& folder, 
   std::array<unsigned char, crypto_sign_SECRETKEYBYTES> expanded{};
   ::crypto_sign_seed_keypair(open.key.data(), expanded.data(), seed.bytes().data());
   ::sodium_memzero(expanded.data(), expanded.size());
-  const std::string stem = folder + "/robot_" + std::to_string(robot);
+  const std::string stem = fmt::format("{}/robot_{}", folder, robot);
   const SecretText secret(key_line_of(kRobotSecretKind, robot, seed.bytes()));
-  const Outcome<void> kept =
-      write_key(stem + ".key", "Secret: for this robot only.", secret.bytes, kSecretMode);
-  if (!kept.ok()) return kept.failure();
+  TESSERA_TRY(write_key(stem + ".key", "Secret: for this robot only.", secret.bytes, kSecretMode));
   files.add(stem + ".key");
   const std::string line = key_line_of(kRobotPublicKind, robot, open.key);
-  const Outcome<void> shown = write_key(stem + ".pub", kPublicComment, line, kPublicMode);
-  if (!shown.ok()) return shown.failure();
+  TESSERA_TRY(write_key(stem + ".pub", kPublicComment, line, kPublicMode));
   files.add(stem + ".pub");
   lines += line;
   return {};
@@ -95,38 +93,32 @@ Outcome<std::vector<std::string>> make_fleet(const std::string& folder, std::uin
                                              const Mission& mission) {
   NewFiles files;
   std::string lines;
-  const Outcome<void> fleet = make_fleet_key(folder + "/fleet.key", mission);
-  if (!fleet.ok()) return fleet.failure();
+  TESSERA_TRY(make_fleet_key(folder + "/fleet.key", mission));
   files.add(folder + "/fleet.key");
   for (std::uint32_t robot = 0; robot < robots; ++robot) {
-    const Outcome<void> pair = make_pair_of_keys(robot, folder, files, lines);
-    if (!pair.ok()) return pair.failure();
+    TESSERA_TRY(make_pair_of_keys(robot, folder, files, lines));
   }
-  const Outcome<void> shown =
-      write_key(folder + "/fleet.pub", "Public: the keys of all robots.", lines, kPublicMode);
-  if (!shown.ok()) return shown.failure();
+  TESSERA_TRY(
+      write_key(folder + "/fleet.pub", "Public: the keys of all robots.", lines, kPublicMode));
   files.add(folder + "/fleet.pub");
   return files.keep();
 }
 
 Outcome<void> set_mission(const std::string& path, const Mission& mission) {
-  const Outcome<FleetSecret> is_one = read_fleet_key(path);
-  if (!is_one.ok()) return is_one.failure();
-  const Outcome<SecretText> old = read_key_text(path, true);
-  if (!old.ok()) return old.failure();
+  TESSERA_TRY(read_fleet_key(path));
+  TESSERA_TRY_ASSIGN(const SecretText old, read_key_text(path, true));
   SecretText text{std::string()};
-  text.bytes.reserve(old->bytes.size() + 2 * kMostKeyLineBytes);
-  std::string_view rest = old->bytes;
+  text.bytes.reserve(old.bytes.size() + 2 * kMostKeyLineBytes);
+  std::string_view rest = old.bytes;
   while (!rest.empty()) {
     const std::string_view line = take_key_line(rest);
     const std::optional<KeyLine> key = parse_key_line(line);
     if (!key || key->kind != kMissionKind) text.bytes.append(line).append("\n");
   }
   text.bytes += mission_line_of(mission.name());
-  Outcome<AtomicFile> file = AtomicFile::open(path);
-  if (!file.ok()) return file.failure();
-  file->write(std::as_bytes(std::span(text.bytes)));
-  return file->commit();
+  TESSERA_TRY_ASSIGN(AtomicFile file, AtomicFile::open(path));
+  file.write(std::as_bytes(std::span(text.bytes)));
+  return file.commit();
 }
 
 }  // namespace tessera

@@ -4,6 +4,8 @@
 // key_maker; all others use these.
 #pragma once
 
+#include <fmt/core.h>
+
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -66,12 +68,12 @@ Outcome<void> for_each_key(const std::string& path, std::string_view text, Use u
     if (!says_something(line)) continue;
     const std::optional<KeyLine> key = parse_key_line(line);
     if (!key) {
-      return bad_key(path, "line " + std::to_string(number) +
-                               " is not a complete key of version 1; copy the file again");
+      return bad_key(
+          path,
+          fmt::format("line {} is not a complete key of version 1; copy the file again", number));
     }
     const char* const objection = use(*key);
-    if (objection != nullptr)
-      return bad_key(path, "line " + std::to_string(number) + " " + objection);
+    if (objection != nullptr) return bad_key(path, fmt::format("line {} {}", number, objection));
   }
   return {};
 }

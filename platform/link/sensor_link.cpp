@@ -25,25 +25,22 @@ std::size_t SensorLink::required_bytes(const SensorLinkConfig& config) noexcept 
 }
 
 Outcome<std::unique_ptr<SensorLink>> SensorLink::open(const SensorLinkConfig& config) {
-  const Outcome<UdpmUrl> url = UdpmUrl::parse(config.url);
-  if (!url.ok()) return url.failure();
-  if (url->ttl != 0) {
+  TESSERA_TRY_ASSIGN(const UdpmUrl url, UdpmUrl::parse(config.url));
+  if (url.ttl != 0) {
     return Failure{"cannot use the LCM URL " + one_line(config.url) +
                    " for sensors: their messages may have megabytes and must not leave the "
                    "machine; write ttl=0"};
   }
-  const Outcome<NetworkInterface> interface = udpm_interface(config.interface, *url);
-  if (!interface.ok()) return interface.failure();
-  Outcome<UdpmReceiver> receiver = open_udpm_receiver({*url, config.url, *interface}, true);
-  if (!receiver.ok()) return receiver.failure();
+  TESSERA_TRY_ASSIGN(const NetworkInterface interface, udpm_interface(config.interface, url));
+  TESSERA_TRY_ASSIGN(UdpmReceiver receiver, open_udpm_receiver({url, config.url, interface}, true));
   FileDescriptor wake(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
   if (!wake.is_open()) {
     return Failure{"cannot start receiving: no file descriptor is left; close other programs",
                    FailureKind::kFailure};
   }
-  std::unique_ptr<SensorLink> link(new SensorLink(config, *interface));
-  link->receiver_ = std::move(receiver->socket);
-  link->receive_buffer_bytes_ = receiver->buffer_bytes;
+  std::unique_ptr<SensorLink> link(new SensorLink(config, interface));
+  link->receiver_ = std::move(receiver.socket);
+  link->receive_buffer_bytes_ = receiver.buffer_bytes;
   link->wake_ = std::move(wake);
   return link;
 }

@@ -17,18 +17,15 @@ namespace tessera {
 
 Outcome<std::unique_ptr<SensorSender>> SensorSender::open(const std::string& text,
                                                           const std::string& name) {
-  const Outcome<UdpmUrl> url = UdpmUrl::parse(text);
-  if (!url.ok()) return url.failure();
-  if (url->ttl != 0) {
+  TESSERA_TRY_ASSIGN(const UdpmUrl url, UdpmUrl::parse(text));
+  if (url.ttl != 0) {
     return Failure{"cannot use the LCM URL " + one_line(text) +
                    " for sensors: their messages may have megabytes and must not leave the "
                    "machine; write ttl=0"};
   }
-  const Outcome<NetworkInterface> interface = udpm_interface(name, *url);
-  if (!interface.ok()) return interface.failure();
-  Outcome<UdpmSender> sender = open_udpm_sender({*url, text, *interface}, false);
-  if (!sender.ok()) return sender.failure();
-  return std::unique_ptr<SensorSender>(new SensorSender(std::move(sender->socket)));
+  TESSERA_TRY_ASSIGN(const NetworkInterface interface, udpm_interface(name, url));
+  TESSERA_TRY_ASSIGN(UdpmSender sender, open_udpm_sender({url, text, interface}, false));
+  return std::unique_ptr<SensorSender>(new SensorSender(std::move(sender.socket)));
 }
 
 bool SensorSender::send_datagram(std::span<const std::byte> header,

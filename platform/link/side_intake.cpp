@@ -49,7 +49,7 @@ std::span<const std::byte> SideIntake::receive(
   return received;
 }
 
-SideStatistics SideIntake::statistics() const noexcept {
+SideReport SideIntake::report() const noexcept {
   const auto value = [this](Counter counter) {
     return counters_[counter].load(std::memory_order_relaxed);
   };

@@ -15,6 +15,7 @@
 #include "base/spsc_queue.hpp"
 #include "link/payload_check.hpp"
 #include "link/short_message.hpp"
+#include "tessera/base/counters.hpp"
 
 namespace tessera {
 
@@ -24,14 +25,18 @@ struct SideChannel {
   std::size_t queue_slots = 64;
 };
 
+#define TESSERA_SIDE_COUNTERS(ROW)                                            \
+  ROW(COUNTER, uint64_t, received, "Statuses received.")                      \
+  ROW(COUNTER, uint64_t, refused_format, "Not of this format.")               \
+  ROW(COUNTER, uint64_t, refused_tag, "Damaged, or without the fleet's tag.") \
+  ROW(COUNTER, uint64_t, refused_excluded, "Of an excluded robot.")           \
+  ROW(COUNTER, uint64_t, queue_full, "Lost here, as the queue was full.")
+
 /// What became of payloads of a side channel. None ever decreases.
-struct SideStatistics {
-  std::uint64_t received = 0;
-  std::uint64_t refused_format = 0;
-  std::uint64_t refused_tag = 0;
-  std::uint64_t refused_excluded = 0;
-  std::uint64_t queue_full = 0;
+struct SideReport {
+  TESSERA_SIDE_COUNTERS(TESSERA_COUNTER_MEMBER)
 };
+TESSERA_COUNTER_TABLE(SideReport, TESSERA_SIDE_COUNTERS(TESSERA_COUNTER_ROW))
 
 /// One thread calls take(), one receive(). Only the constructor uses the heap.
 class SideIntake {
@@ -46,7 +51,7 @@ class SideIntake {
   /// Copies the oldest payload that waits to into; empty: nothing waits.
   std::span<const std::byte> receive(std::span<std::byte, kMaxMessageBytes> into) noexcept;
   /// For any thread.
-  [[nodiscard]] SideStatistics statistics() const noexcept;
+  [[nodiscard]] SideReport report() const noexcept;
 
  private:
   struct Slot {

@@ -18,41 +18,19 @@ std::int64_t per_second(std::uint64_t now, std::uint64_t before, std::int64_t du
                                    static_cast<double>(duration_us));
 }
 
-void fill_counters(tessera_status& message, const LinkStatistics& s, const NodeStatus& status) {
-  const std::uint64_t values[] = {s.received,
-                                  s.received_bytes,
-                                  s.own,
-                                  s.other_channel,
-                                  s.too_short,
-                                  s.too_long,
-                                  s.fragments,
-                                  s.foreign,
-                                  s.no_channel,
-                                  s.refused_format,
-                                  s.refused_mission,
-                                  s.refused_tag,
-                                  s.refused_excluded,
-                                  s.queue_full,
-                                  s.kernel_dropped,
-                                  s.missing,
-                                  s.sent,
-                                  s.sent_bytes,
-                                  s.refused,
-                                  s.failed,
-                                  s.queue_peak};
-  static_assert(std::size(values) == kLinkCounters);
-  static_assert(std::size(values) + std::tuple_size_v<decltype(status.extra)> ==
+void fill_counters(tessera_status& message, const LinkReport& s, const NodeStatus& status) {
+  static_assert(kLinkCounters + std::tuple_size_v<decltype(status.extra)> ==
                 tessera_status::COUNTERS);
-  static_assert(sizeof s == sizeof values, "a counter of the link is not in its status");
   std::int64_t* const rest =
-      std::transform(std::begin(values), std::end(values), message.counters, signed_bits);
+      std::transform(kCounters<LinkReport>.begin(), kCounters<LinkReport>.end(), message.counters,
+                     [&s](const Counter<LinkReport>& row) { return row.value(s); });
   std::copy(status.extra.begin(), status.extra.end(), rest);
 }
 
 }  // namespace
 
 bool StatusPublisher::publish(const NodeStatus& status, std::int64_t now_us) noexcept {
-  const LinkStatistics now = link_->statistics();
+  const LinkReport now = link_->report();
   if (last_us_ == kNever) start_us_ = last_us_ = now_us;
   const std::int64_t duration_us = now_us - last_us_;
   tessera_status message{};

@@ -15,7 +15,8 @@ namespace tessera {
 
 inline constexpr std::int32_t kStatusVersion = 4;
 /// Counters of the link, before those of the node.
-inline constexpr std::size_t kLinkCounters = 21;
+inline constexpr std::size_t kLinkCounters = kCounters<LinkReport>.size();
+static_assert(kLinkCounters == 21, "statuses have them: raise kStatusVersion");
 
 /// As in lcmtypes/tessera_status.lcm; the publisher sets all counters except extra.
 struct NodeStatus {
@@ -62,7 +63,7 @@ class StatusPublisher {
   std::uint32_t sequence_ = 0;
   std::int64_t start_us_ = 0;
   std::int64_t last_us_ = kNever;
-  LinkStatistics last_{};
+  LinkReport last_{};
   std::array<std::byte, kMostStatusBytes> buffer_{};
 };
 

@@ -12,21 +12,26 @@
 #include <utility>
 
 #include "link/status_message.hpp"
+#include "tessera/base/counters.hpp"
 #include "tessera/exchange/peer_table.hpp"
 
 namespace tessera {
 
+#define TESSERA_STATUS_COUNTERS(ROW)                                                        \
+  ROW(COUNTER, uint64_t, taken, "Statuses accepted.")                                       \
+  ROW(COUNTER, uint64_t, refused_format, "Not of this format.")                             \
+  ROW(COUNTER, uint64_t, refused_tag, "Damaged, or without the fleet's tag.")               \
+  ROW(COUNTER, uint64_t, refused_robot, "With this robot's number.")                        \
+  ROW(COUNTER, uint64_t, refused_replay, "Accepted before, or not of the current session.") \
+  ROW(COUNTER, uint64_t, refused_rate, "More signatures than are checked per second.")      \
+  ROW(COUNTER, uint64_t, refused_signature, "Also from a robot without a public key.")      \
+  ROW(COUNTER, uint64_t, refused_places, "Of more robots than there are places.")
+
 /// What became of each status given to a table: it is counted in one of these.
-struct StatusCounters {
-  std::uint64_t taken = 0;
-  std::uint64_t refused_format = 0;
-  std::uint64_t refused_tag = 0;
-  std::uint64_t refused_robot = 0;      ///< With this robot's number.
-  std::uint64_t refused_replay = 0;     ///< Accepted before, or not of the current session.
-  std::uint64_t refused_rate = 0;       ///< More signatures than are checked per second.
-  std::uint64_t refused_signature = 0;  ///< Also from a robot without a public key.
-  std::uint64_t refused_places = 0;     ///< Of more robots than there are places.
+struct StatusTableReport {
+  TESSERA_STATUS_COUNTERS(TESSERA_COUNTER_MEMBER)
 };
+TESSERA_COUNTER_TABLE(StatusTableReport, TESSERA_STATUS_COUNTERS(TESSERA_COUNTER_ROW))
 
 /// For one thread; no heap.
 class StatusTable {
@@ -66,7 +71,7 @@ class StatusTable {
   [[nodiscard]] std::span<const Entry> entries() const noexcept {
     return std::span(entries_).first(count_);
   }
-  [[nodiscard]] const StatusCounters& counters() const noexcept { return counters_; }
+  [[nodiscard]] const StatusTableReport& counters() const noexcept { return counters_; }
 
  private:
   [[nodiscard]] Entry* find(std::uint32_t robot) noexcept;
@@ -79,7 +84,7 @@ class StatusTable {
   std::optional<std::uint32_t> own_robot_;
   std::array<Entry, kMostRobots> entries_{};
   std::size_t count_ = 0;
-  StatusCounters counters_{};
+  StatusTableReport counters_{};
   std::int64_t second_us_ = 0;  ///< Begin of the second in which checks are counted.
   std::uint32_t checks_ = 0;
 };

@@ -74,9 +74,8 @@ Outcome<std::unique_ptr<ArchiveFile>> ArchiveFile::open(const std::string& folde
                    " is in use by another process; wait for it or choose another " +
                    kMapSettings["--archive"]};
   }
-  const Outcome<void> ready =
-      found == nullptr ? archive->create(map, identity) : archive->fill_index(found->whole_bytes);
-  if (!ready.ok()) return ready.failure();
+  TESSERA_TRY(found == nullptr ? archive->create(map, identity)
+                               : archive->fill_index(found->whole_bytes));
   return archive;
 }
 

@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // Reads an archive from its beginning: checks what it is, and finds its last complete record.
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <vector>
 
@@ -39,12 +41,11 @@ struct BytesSource {
 Outcome<std::uint64_t> read_header(InputFile& file, const std::string& path,
                                    MapFileHeader& header) {
   std::array<std::byte, kPreambleBytes> preamble{};
-  const Outcome<std::size_t> got = file.read(preamble);
-  if (!got.ok()) return got.failure();
+  TESSERA_TRY_ASSIGN(const std::size_t got, file.read(preamble));
   ByteReader in(preamble);
   const bool ours = std::ranges::all_of(
       kMagic, [&](char letter) { return in.u8() == static_cast<std::uint8_t>(letter); });
-  if (*got < preamble.size() || !ours) return no_archive(path, "this is not an archive of blocks");
+  if (got < preamble.size() || !ours) return no_archive(path, "this is not an archive of blocks");
   const std::uint16_t major = in.u16();
   static_cast<void>(in.u16());
   const std::uint32_t bytes = in.u32();
@@ -53,9 +54,8 @@ Outcome<std::uint64_t> read_header(InputFile& file, const std::string& path,
     return no_archive(path, "the archive's first bytes are damaged");
   if (major != kMajor) return no_archive(path, "the archive has another major version");
   std::vector<std::byte> map_file(bytes);
-  const Outcome<std::size_t> body = file.read(map_file);
-  if (!body.ok()) return body.failure();
-  if (*body < bytes) return no_archive(path, "the archive ends inside its header");
+  TESSERA_TRY_ASSIGN(const std::size_t body, file.read(map_file));
+  if (body < bytes) return no_archive(path, "the archive ends inside its header");
   BytesSource source{map_file};
   const auto buffer = std::make_unique<MapFileBuffer>();
   const MapFileStatus status = load_header(source.source(), *buffer, header);
@@ -64,9 +64,7 @@ Outcome<std::uint64_t> read_header(InputFile& file, const std::string& path,
   const std::uint64_t begin =
       (end + ArchiveFile::kUnitBytes - 1) / ArchiveFile::kUnitBytes * ArchiveFile::kUnitBytes;
   std::array<std::byte, ArchiveFile::kUnitBytes> padding{};
-  const Outcome<std::size_t> skipped =
-      file.read(std::span(padding).first(static_cast<std::size_t>(begin - end)));
-  if (!skipped.ok()) return skipped.failure();
+  TESSERA_TRY(file.read(std::span(padding).first(static_cast<std::size_t>(begin - end))));
   return begin;
 }
 
@@ -84,19 +82,17 @@ struct Record {
 /// Reads the next record; the value is false at the end, or if there is no complete one.
 Outcome<bool> next_record(InputFile& file, std::vector<std::byte>& buffer, Record& record) {
   const std::span<std::byte> head = std::span(buffer).first(kHeadBytes);
-  const Outcome<std::size_t> got = file.read(head);
-  if (!got.ok()) return got.failure();
+  TESSERA_TRY_ASSIGN(const std::size_t got, file.read(head));
   ByteReader in(head);
   record.head = {.mark = in.u32(), .payload_bytes = in.u32(), .key = in.u64()};
-  const bool whole = *got == kHeadBytes && in.u32() == crc32c(head.first(kHeadBytes - 4)) &&
+  const bool whole = got == kHeadBytes && in.u32() == crc32c(head.first(kHeadBytes - 4)) &&
                      (record.head.mark == kBlockMark || record.head.mark == kDoneMark);
   const std::uint64_t bytes = record_bytes(record.head.payload_bytes, ArchiveFile::kUnitBytes);
   if (!whole || bytes > buffer.size()) return false;
   const std::span<std::byte> rest =
       std::span(buffer).subspan(kHeadBytes, static_cast<std::size_t>(bytes) - kHeadBytes);
-  const Outcome<std::size_t> more = file.read(rest);
-  if (!more.ok()) return more.failure();
-  if (*more < rest.size()) return false;
+  TESSERA_TRY_ASSIGN(const std::size_t more, file.read(rest));
+  if (more < rest.size()) return false;
   record.payload = rest.first(record.head.payload_bytes);
   ByteReader stored(rest.subspan(record.head.payload_bytes));
   return stored.u32() == crc32c(record.payload) &&
@@ -106,20 +102,17 @@ Outcome<bool> next_record(InputFile& file, std::vector<std::byte>& buffer, Recor
 }  // namespace
 
 Outcome<ArchiveContent> ArchiveFile::inspect(const std::string& path) {
-  Outcome<InputFile> file = InputFile::open(path);
-  if (!file.ok()) return file.failure();
+  TESSERA_TRY_ASSIGN(InputFile file, InputFile::open(path));
   ArchiveContent content;
-  const Outcome<std::uint64_t> begin = read_header(*file, path, content.header);
-  if (!begin.ok()) return begin.failure();
+  TESSERA_TRY_ASSIGN(const std::uint64_t begin, read_header(file, path, content.header));
   const std::uint64_t most =
       record_bytes(most_block_bytes(content.header.classes.num_components()), kUnitBytes);
   std::vector<std::byte> buffer(static_cast<std::size_t>(most));
-  content.whole_bytes = std::min(*begin, file->size_bytes());
+  content.whole_bytes = std::min(begin, file.size_bytes());
   Record record;
   while (true) {
-    const Outcome<bool> more = next_record(*file, buffer, record);
-    if (!more.ok()) return more.failure();
-    if (!*more) break;
+    TESSERA_TRY_ASSIGN(const bool more, next_record(file, buffer, record));
+    if (!more) break;
     content.whole_bytes += record_bytes(record.head.payload_bytes, kUnitBytes);
     content.complete = record.head.mark == kDoneMark;
     if (content.complete) {
@@ -129,11 +122,11 @@ Outcome<ArchiveContent> ArchiveFile::inspect(const std::string& path) {
       content.revision = std::max(content.revision, revision_in(record.payload));
     }
   }
-  content.torn_bytes = file->size_bytes() - content.whole_bytes;
+  content.torn_bytes = file.size_bytes() - content.whole_bytes;
   // Records are written one at a time: a crash cannot damage a record with more than one after it.
   if (content.torn_bytes > most) {
-    return no_archive(path, "a record is damaged (at byte " + std::to_string(content.whole_bytes) +
-                                "), with more after it");
+    return no_archive(path, fmt::format("a record is damaged (at byte {}), with more after it",
+                                        content.whole_bytes));
   }
   content.complete = content.complete && content.torn_bytes == 0;
   return content;

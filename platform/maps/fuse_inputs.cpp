@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "maps/fuse_inputs.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <map>
 #include <set>
@@ -44,13 +46,11 @@ Outcome<void> check_alike(const FuseInput& first, const FuseInput& other) {
 
 Outcome<FuseInput> load_input(const std::string& path) {
   // Before the whole file is read.
-  const Outcome<MapFileHeader> header = load_map_header(path);
-  if (!header.ok()) return header.failure();
-  if (header->identity.kind == MapKind::kGlobal)
+  TESSERA_TRY_ASSIGN(const MapFileHeader header, load_map_header(path));
+  if (header.identity.kind == MapKind::kGlobal)
     return Failure{path + " is a global map; give the local maps that it was made of"};
-  Outcome<std::unique_ptr<StoredMap>> stored = load_map(path);
-  if (!stored.ok()) return stored.failure();
-  return to_fuse(path, std::move(*stored));
+  TESSERA_TRY_ASSIGN(std::unique_ptr<StoredMap> stored, load_map(path));
+  return to_fuse(path, std::move(stored));
 }
 
 /// Files of transforms by the path of the map.
@@ -103,9 +103,9 @@ void warn_of_epochs(const std::vector<FuseInput>& inputs, std::vector<Message>& 
     const FuseInput& older = inputs[i - 1];
     const FuseInput& newer = inputs[i];
     if (older.id.robot != newer.id.robot || older.id.epoch == newer.id.epoch) continue;
-    warnings.push_back(older.path + " is of an earlier epoch of robot " +
-                       std::to_string(older.id.robot) + " than " + newer.path +
-                       "; it is used only where that has no evidence");
+    warnings.push_back(fmt::format(
+        "{} is of an earlier epoch of robot {} than {}; it is used only where that has no evidence",
+        older.path, older.id.robot, newer.path));
   }
 }
 
@@ -114,23 +114,19 @@ void warn_of_epochs(const std::vector<FuseInput>& inputs, std::vector<Message>& 
 Outcome<std::vector<FuseInput>> load_inputs(const std::vector<std::string>& paths,
                                             const std::vector<std::string>& transforms,
                                             std::vector<Message>& warnings) {
-  const Outcome<std::map<std::string, std::string>> files = parse_transforms(transforms, paths);
-  if (!files.ok()) return files.failure();
+  TESSERA_TRY_ASSIGN(const auto files, parse_transforms(transforms, paths));
   std::vector<FuseInput> inputs;
   for (const std::string& path : paths) {
     if (std::count(paths.begin(), paths.end(), path) > 1)
       return Failure{path + " is named twice; a map's evidence counts once"};
-    Outcome<FuseInput> input = load_input(path);
-    if (!input.ok()) return input.failure();
-    inputs.push_back(std::move(*input));
-    const Outcome<void> alike = check_alike(inputs.front(), inputs.back());
-    if (!alike.ok()) return alike.failure();
+    TESSERA_TRY_ASSIGN(FuseInput input, load_input(path));
+    inputs.push_back(std::move(input));
+    TESSERA_TRY(check_alike(inputs.front(), inputs.back()));
   }
   for (FuseInput& input : inputs) {
-    if (const auto file = files->find(input.path); file != files->end()) {
-      const Outcome<Matrix34d> T = read_transform(file->second);
-      if (!T.ok()) return T.failure();
-      input.T_global_map = *T;
+    if (const auto file = files.find(input.path); file != files.end()) {
+      TESSERA_TRY_ASSIGN(const Matrix34d T, read_transform(file->second));
+      input.T_global_map = T;
       input.placed = true;
     }
   }
@@ -155,8 +151,7 @@ Outcome<FuseInput> to_fuse(std::string name, std::shared_ptr<const StoredMap> st
 Outcome<std::vector<FuseInput>> arrange_inputs(std::vector<FuseInput> inputs,
                                                std::vector<Message>& warnings) {
   for (FuseInput& input : inputs) {
-    const Outcome<void> alike = check_alike(inputs.front(), input);
-    if (!alike.ok()) return alike.failure();
+    TESSERA_TRY(check_alike(inputs.front(), input));
     const double resolution_m = input.stored->map.config().resolution_m;
     const Result<GridTransform> frame = GridTransform::make(input.T_global_map, resolution_m);
     if (!frame.ok())
@@ -170,6 +165,16 @@ Outcome<std::vector<FuseInput>> arrange_inputs(std::vector<FuseInput> inputs,
   warn_of_epochs(inputs, warnings);
   tell_robots_apart(inputs);
   return inputs;
+}
+
+void warn_of_no_frame(const std::vector<FuseInput>& inputs, std::vector<Message>& warnings) {
+  const auto placed = [](const FuseInput& input) { return input.placed; };
+  if (std::any_of(inputs.begin(), inputs.end(), placed)) return;
+  warnings.push_back(
+      fmt::format("none of the {} maps has a T_global_map: their frames are taken for the same "
+                  "one; where they are not, give ",
+                  inputs.size()) +
+      Message(kTransform) + Message(" MAP.tsm=T.txt for each", ", one for each"));
 }
 
 std::vector<NamedFile> files_of(const std::vector<std::string>& paths,

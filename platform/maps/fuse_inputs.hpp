@@ -45,6 +45,10 @@ Outcome<FuseInput> to_fuse(std::string name, std::shared_ptr<const StoredMap> st
 Outcome<std::vector<FuseInput>> arrange_inputs(std::vector<FuseInput> inputs,
                                                std::vector<Message>& warnings);
 
+/// Adds a warning iff no map has a frame, for who puts them into one. If only some have a frame,
+/// arrange_inputs warns.
+void warn_of_no_frame(const std::vector<FuseInput>& inputs, std::vector<Message>& warnings);
+
 /// The option for the frames of maps.
 inline constexpr SettingName kTransform{.option = "--transform", .argument = "transforms"};
 

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "maps/fuse_setup.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <set>
 
@@ -95,8 +97,8 @@ std::size_t enough_bytes(const std::vector<FuseInput>& inputs, std::size_t witho
 Outcome<void> check_number_of_maps(std::size_t maps) {
   if (maps < 2) return Failure{"give at least two local maps to fuse"};
   if (maps > Replicas::kMostContributions) {
-    return Failure{counted(maps, "map") + " are too many for a global map; give at most " +
-                   std::to_string(Replicas::kMostContributions)};
+    return Failure{fmt::format("{} are too many for a global map; give at most {}",
+                               counted(maps, "map"), Replicas::kMostContributions)};
   }
   return {};
 }
@@ -105,9 +107,9 @@ Outcome<void> check_number_of_robots(const std::vector<FuseInput>& inputs) {
   std::set<std::uint32_t> robots;
   for (const FuseInput& input : inputs) robots.insert(input.id.robot);
   if (robots.size() <= Replicas::kMostRobots) return {};
-  return Failure{"the maps are of " + counted(robots.size(), "robot") +
-                 ", too many for a global map; give maps of at most " +
-                 std::to_string(Replicas::kMostRobots)};
+  return Failure{
+      fmt::format("the maps are of {}, too many for a global map; give maps of at most {}",
+                  counted(robots.size(), "robot"), Replicas::kMostRobots)};
 }
 
 Outcome<GlobalMapConfig> config_for(const std::vector<FuseInput>& inputs,

@@ -28,11 +28,12 @@ struct FuseOptions {
 };
 
 inline constexpr Setting kFuseRows[] = {
-    row<&FuseOptions::counts>({"--counts"}, "How counts are stored",
-                              {.otherwise = "as in the maps"}),
+    row<&FuseOptions::counts>(
+        {"--counts"}, "How counts of the global map are stored",
+        {.otherwise = "dense in paper mode or if all maps are, else compact"}),
     bytes_row<&FuseOptions::memory_bytes>(
         {.option = "--memory", .argument = "memory_bytes"},
-        "Memory for the global map and for fusing",
+        "Memory for the global map and for fusing, without the local maps",
         {.value = "BYTES", .otherwise = "what the maps need", .allowed = {.most = 1e15}}),
 };
 inline constexpr SettingTable<FuseOptions> kFuseSettings{kFuseRows};

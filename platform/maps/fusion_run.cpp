@@ -58,23 +58,21 @@ Outcome<std::unique_ptr<FusionRun>> FusionRun::prepare(const std::vector<FuseInp
   const std::size_t scratch_bytes = BlockContent::required_bytes(components) +
                                     arena_bytes<std::byte>(most_packed_bytes(components)) +
                                     arena_bytes<KeyedIndex>(2 * most_blocks);
-  Outcome<ArenaMemory> scratch = ArenaMemory::allocate(scratch_bytes);
-  if (!scratch.ok()) return scratch.failure();
-  fusion->scratch_ = std::move(*scratch);
+  TESSERA_TRY_ASSIGN(ArenaMemory scratch, ArenaMemory::allocate(scratch_bytes));
+  fusion->scratch_ = std::move(scratch);
   Arena counting(fusion->scratch_.span());
   for_blocks(inputs, counting,
              [&](std::size_t, BlockKey, std::uint32_t, std::span<const std::byte> packed) {
                demand.segments += SegmentStore::segments_of(packed.size());
              });
-  const Outcome<GlobalMapConfig> config = config_for(inputs, options, diffusion, demand);
-  if (!config.ok()) return config.failure();
-  run.config = *config;
+  TESSERA_TRY_ASSIGN(const GlobalMapConfig config, config_for(inputs, options, diffusion, demand));
+  run.config = config;
   const std::size_t arena_size_bytes = GlobalMap::required_bytes(run.config, components);
   run.budget_bytes = options.memory_bytes.value_or(arena_size_bytes);
-  Outcome<ArenaMemory> memory = ArenaMemory::allocate(
-      arena_size_bytes, "give a smaller " + Message(kFuseSettings["--memory"]));
-  if (!memory.ok()) return memory.failure();
-  fusion->memory_ = std::move(*memory);
+  TESSERA_TRY_ASSIGN(ArenaMemory memory,
+                     ArenaMemory::allocate(arena_size_bytes,
+                                           "give a smaller " + Message(kFuseSettings["--memory"])));
+  fusion->memory_ = std::move(memory);
   Arena arena(fusion->memory_.span());
   Result<GlobalMap> global = GlobalMap::make(arena, run.config, first.classes());
   if (!global.ok())
@@ -114,12 +112,12 @@ Outcome<void> FusionRun::fuse(const std::vector<FuseInput>& inputs, const FusePr
   return {};
 }
 
-void FusionRun::measure() {
+void FusionRun::measure(std::optional<std::uint64_t> digest) {
   run_.report = global_.report();
   run_.usage = global_.map().usage();
   run_.free_voxels = global_.map().count_free_voxels();
   std::vector<KeyedIndex> workspace = workspace_for(global_.map());
-  run_.digest = digest(global_.map(), workspace);
+  run_.digest = digest ? *digest : tessera::digest(global_.map(), workspace);
 }
 
 }  // namespace tessera

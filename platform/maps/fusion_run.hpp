@@ -5,6 +5,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "maps/fuse_report.hpp"
@@ -34,8 +35,8 @@ class FusionRun {
   /// it fails. Counts what does not fit in the report. Fails with kFailure iff the global map
   /// refuses a map or a block.
   Outcome<void> fuse(const std::vector<FuseInput>& inputs, const FuseProgress& progress);
-  /// Measures the result.
-  void measure();
+  /// Measures the result. digest: of the global map, where it is known already.
+  void measure(std::optional<std::uint64_t> digest = {});
 
   [[nodiscard]] FuseRun& run() noexcept { return run_; }
   [[nodiscard]] const LocalMap& map() const noexcept { return global_.map(); }

@@ -16,10 +16,9 @@ Outcome<std::optional<ArchiveContent>> find_archive(const std::string& folder) {
   std::error_code error;
   if (folder.empty() || !std::filesystem::exists(archive_path(folder), error))
     return std::optional<ArchiveContent>();
-  const Outcome<ArchiveContent> content = ArchiveFile::inspect(archive_path(folder));
-  if (!content.ok()) return content.failure();
-  if (content->records == 0) return std::optional<ArchiveContent>();
-  return std::optional(*content);
+  TESSERA_TRY_ASSIGN(const ArchiveContent content, ArchiveFile::inspect(archive_path(folder)));
+  if (content.records == 0) return std::optional<ArchiveContent>();
+  return std::optional(content);
 }
 
 std::size_t archive_blocks(const MapSetup& setup, const ArchiveContent* found) {
@@ -35,15 +34,13 @@ Outcome<HeldArchive> HeldArchive::make(const std::string& folder, const MapSetup
                                        Mapper& mapper) {
   const LocalMap& map = mapper.map();
   const std::size_t blocks = archive_blocks(setup, found);
-  Outcome<ArenaMemory> memory = ArenaMemory::allocate(
-      ArchiveFile::required_bytes(map.config(), map.num_components(), blocks));
-  if (!memory.ok()) return memory.failure();
-  Arena arena(memory->span());
-  Outcome<std::unique_ptr<ArchiveFile>> file =
-      ArchiveFile::open(folder, map, identity, blocks, arena, found);
-  if (!file.ok()) return file.failure();
-  mapper.set_archive((*file)->interface());
-  return HeldArchive(std::move(*memory), std::move(*file));
+  TESSERA_TRY_ASSIGN(ArenaMemory memory, ArenaMemory::allocate(ArchiveFile::required_bytes(
+                                             map.config(), map.num_components(), blocks)));
+  Arena arena(memory.span());
+  TESSERA_TRY_ASSIGN(std::unique_ptr<ArchiveFile> file,
+                     ArchiveFile::open(folder, map, identity, blocks, arena, found));
+  mapper.set_archive(file->interface());
+  return HeldArchive(std::move(memory), std::move(file));
 }
 
 }  // namespace tessera

@@ -16,15 +16,15 @@ Outcome<HeldMapper> make_mapper(const MapSetup& setup, const ScanCapacity& capac
   config.scan = capacity;
   config.deadline_us = setup.deadline_us;
   config.window = setup.window;
-  Outcome<ArenaMemory> memory = ArenaMemory::allocate(
-      Mapper::required_bytes(config), "give a smaller " + Message(kMapSettings["--memory"]));
-  if (!memory.ok()) return memory.failure();
-  Arena arena(memory->span());
+  TESSERA_TRY_ASSIGN(ArenaMemory memory,
+                     ArenaMemory::allocate(Mapper::required_bytes(config),
+                                           "give a smaller " + Message(kMapSettings["--memory"])));
+  Arena arena(memory.span());
   const Clock clock{nullptr, [](void*) { return MonotonicClock::now_us(); }};
   const Result<Mapper*> mapper = Mapper::make(arena, config, classes, clock);
   if (!mapper.ok())
     return Failure{std::string("the map cannot be made: ") + to_string(mapper.status())};
-  return HeldMapper(std::move(*memory), **mapper);
+  return HeldMapper(std::move(memory), **mapper);
 }
 
 }  // namespace tessera

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "maps/octree_reader.hpp"
 
+#include <fmt/core.h>
+
 #include <array>
 #include <bit>
 #include <cmath>
@@ -113,9 +115,8 @@ bool Octree::Walk::next() noexcept {
 }
 
 Outcome<Octree> Octree::parse(std::string_view path, std::string bytes) {
-  const Outcome<OctreeHeader> header = parse_octree_header({path, bytes});
-  if (!header.ok()) return header.failure();
-  Octree octree(*header, std::move(bytes));
+  TESSERA_TRY_ASSIGN(const OctreeHeader header, parse_octree_header({path, bytes}));
+  Octree octree(header, std::move(bytes));
   Walk walk(octree.header_, octree.bytes_);
   while (walk.next()) {
     const OctreeLeaf& leaf = walk.leaf();
@@ -124,11 +125,10 @@ Outcome<Octree> Octree::parse(std::string_view path, std::string bytes) {
   }
   if (walk.fault() != nullptr)
     return octree_failure(path, walk.fault(), "get a complete, intact copy");
-  if (walk.nodes() != header->nodes) {
-    return octree_failure(path,
-                          "its header says " + std::to_string(header->nodes) +
-                              " nodes, but it has " + std::to_string(walk.nodes()),
-                          "get an intact copy");
+  if (walk.nodes() != header.nodes) {
+    return octree_failure(
+        path, fmt::format("its header says {} nodes, but it has {}", header.nodes, walk.nodes()),
+        "get an intact copy");
   }
   if (!walk.at_end())
     return octree_failure(path, "it has bytes after its tree", "get an intact copy");
@@ -136,13 +136,11 @@ Outcome<Octree> Octree::parse(std::string_view path, std::string bytes) {
 }
 
 Outcome<Octree> Octree::read(const std::string& path) {
-  Outcome<InputFile> file = InputFile::open(path);
-  if (!file.ok()) return file.failure();
-  if (file->size_bytes() > kMostOctreeFileBytes)
+  TESSERA_TRY_ASSIGN(InputFile file, InputFile::open(path));
+  if (file.size_bytes() > kMostOctreeFileBytes)
     return octree_failure(path, "it is larger than 1 GiB", "give a smaller or pruned tree");
-  std::string bytes(static_cast<std::size_t>(file->size_bytes()), '\0');
-  const Outcome<void> filled = file->read_exactly(std::as_writable_bytes(std::span(bytes)));
-  if (!filled.ok()) return filled.failure();
+  std::string bytes(static_cast<std::size_t>(file.size_bytes()), '\0');
+  TESSERA_TRY(file.read_exactly(std::as_writable_bytes(std::span(bytes))));
   return parse(path, std::move(bytes));
 }
 

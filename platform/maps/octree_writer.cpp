@@ -3,6 +3,7 @@
 #include "maps/octree_writer.hpp"
 
 #if TESSERA_HAS_OCTOMAP
+#include <fmt/core.h>
 #include <octomap/OcTree.h>
 
 #include <algorithm>
@@ -83,10 +84,12 @@ Outcome<void> check_extent(const LocalMap& map, std::span<const KeyedIndex> bloc
     const BlockCoord block = unpack(BlockKey{item.key});
     if (detail::all_within(kBlocks, block.x, block.y, block.z)) continue;
     const double reach_m = map.lattice().resolution_m() * kOctreeVoxelLimit;
-    return Failure{"the map reaches beyond " + std::to_string(reach_m) +
-                   " m from its origin, where OctoMap's 16 levels end at this resolution; export "
-                   "another format, or map at a coarser " +
-                   kMapSettings["--resolution"]};
+    return Failure{
+        fmt::format(
+            "the map reaches beyond {:.6g} m from its origin, where OctoMap's 16 levels end at "
+            "this resolution; export another format, or map at a coarser ",
+            reach_m) +
+        kMapSettings["--resolution"]};
   }
   return {};
 }
@@ -131,17 +134,15 @@ bool can_write_octrees() noexcept { return true; }
 
 Outcome<OctreeReport> write_octree(const LocalMap& map, const OctreeOptions& options,
                                    const std::string& path) {
-  Outcome<AtomicFile> file = AtomicFile::open(path);
-  if (!file.ok()) return file.failure();
+  TESSERA_TRY_ASSIGN(AtomicFile file, AtomicFile::open(path));
   std::vector<KeyedIndex> workspace(2 * map.block_count());
   const std::span<const KeyedIndex> blocks = map.blocks_in_order(workspace);
-  const Outcome<void> extent = check_extent(map, blocks);
-  if (!extent.ok()) return extent.failure();
+  TESSERA_TRY(check_extent(map, blocks));
   OctreeReport report;
   try {
     octomap::OcTree tree(map.lattice().resolution_m());
     fill(map, options, blocks, tree, report);
-    FileBuffer buffer(*file);
+    FileBuffer buffer(file);
     std::ostream stream(&buffer);
     stream.precision(digits_of(tree.getResolution()));
     write_tree(tree, options.form, stream);
@@ -150,8 +151,7 @@ Outcome<OctreeReport> write_octree(const LocalMap& map, const OctreeOptions& opt
         "no memory for the tree of " + path + "; export fewer voxels, with --min-evidence",
         FailureKind::kFailure};
   }
-  const Outcome<void> committed = file->commit();
-  if (!committed.ok()) return committed.failure();
+  TESSERA_TRY(file.commit());
   return report;
 }
 

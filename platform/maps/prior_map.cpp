@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "maps/prior_map.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -139,8 +141,8 @@ Outcome<Octree> read_prior_map(const std::string& path, double resolution_m) {
   // At most 2^48 of them.
   if (voxels > kMostPriorVoxels >> (3U * static_cast<unsigned>(*levels))) {
     return octree_failure(path,
-                          "its leaves cover more than " + std::to_string(kMostPriorVoxels) +
-                              " voxels of " + text_of(resolution_m) + " m",
+                          fmt::format("its leaves cover more than {} voxels of {} m",
+                                      kMostPriorVoxels, text_of(resolution_m)),
                           "crop it, or choose a coarser " + kMapSettings["--resolution"]);
   }
   return octree;

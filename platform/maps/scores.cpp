@@ -2,9 +2,32 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "maps/scores.hpp"
 
+#include <fmt/core.h>
+
 #include <cmath>
 
+#include "maps/stored_map.hpp"
+#include "tessera/map/queries.hpp"
+
 namespace tessera {
+
+namespace {
+
+/// O(observed voxels), less if there is one.
+bool has_label(const LocalMap& map) {
+  std::vector<KeyedIndex> workspace = workspace_for(map);
+  for (const KeyedIndex& item : map.blocks_in_order(workspace)) {
+    bool found = false;
+    for_each_observed(map, map.block_at(item.index),
+                      [&](const VoxelCoord&, const VoxelEvidence& evidence) {
+                        found = found || estimate(evidence, map.config().prior).label != 0;
+                      });
+    if (found) return true;
+  }
+  return false;
+}
+
+}  // namespace
 
 bool Confusion::present(int label) const {
   const auto i = static_cast<std::size_t>(label);
@@ -83,6 +106,21 @@ Json Scores::json(const ClassTable& classes, bool has_input) const {
   json["counts"] = map_.counts(classes);
   json["input_counts"] = has_input ? input_.counts(classes) : Json();
   return json;
+}
+
+std::vector<Message> doubts_of(const Scores& scores, const LocalMap& map) {
+  constexpr double kLeastCoverage = 0.5;
+  std::vector<Message> doubts;
+  if (scores.points() == 0) return doubts;
+  if (scores.coverage() == 0.0 && !has_label(map))
+    doubts.emplace_back("the map has no label, so that every point counts as wrong");
+  if (scores.coverage_any() < kLeastCoverage) {
+    doubts.emplace_back(fmt::format(
+        "only {:.1f} % of the points are in occupied voxels of the map: check that it is "
+        "of the same place, in the same frame, and made with the same range",
+        100.0 * scores.coverage_any()));
+  }
+  return doubts;
 }
 
 }  // namespace tessera

@@ -5,8 +5,11 @@
 
 #include <array>
 #include <cstdint>
+#include <vector>
 
 #include "base/json.hpp"
+#include "base/message.hpp"
+#include "tessera/map/local_map.hpp"
 #include "tessera/semantics/class_table.hpp"
 #include "tessera/semantics/estimate.hpp"
 
@@ -73,5 +76,8 @@ class Scores {
   std::uint64_t covered_ = 0;
   std::uint64_t correct_ = 0;
 };
+
+/// What makes the scores worth little: a map without labels, points of which most are not in it.
+[[nodiscard]] std::vector<Message> doubts_of(const Scores& scores, const LocalMap& map);
 
 }  // namespace tessera

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "maps/stored_map.hpp"
 
+#include <fmt/core.h>
+
 #include <cstring>
 
 #include "base/atomic_file.hpp"
@@ -28,8 +30,8 @@ struct FileSource {
 };
 
 Failure damaged(const std::string& path, const MapFileStatus& status) {
-  return {path + ": " + status.what + " (" + to_string(status.status) + " at byte " +
-          std::to_string(status.offset_bytes) + "); make the map again or use another copy"};
+  return {fmt::format("{}: {} ({} at byte {}); make the map again or use another copy", path,
+                      status.what, to_string(status.status), status.offset_bytes)};
 }
 
 /// Most storage that a file of this size can need: the smallest stored octet takes 7 bytes.
@@ -38,26 +40,37 @@ std::uint64_t most_storage(std::uint64_t file_bytes) {
 }
 
 Outcome<FileSource> open_source(const std::string& path) {
-  Outcome<InputFile> file = InputFile::open(path);
-  if (!file.ok()) return file.failure();
-  return FileSource{std::move(*file), {}};
+  TESSERA_TRY_ASSIGN(InputFile file, InputFile::open(path));
+  return FileSource{std::move(file), {}};
 }
 
 }  // namespace
 
 Outcome<MapFileHeader> load_map_header(const std::string& path) {
-  Outcome<FileSource> file = open_source(path);
-  if (!file.ok()) return file.failure();
+  TESSERA_TRY_ASSIGN(FileSource file, open_source(path));
   const auto buffer = std::make_unique<MapFileBuffer>();
   MapFileHeader header;
-  const MapFileStatus status = load_header(file->source(), *buffer, header);
+  const MapFileStatus status = load_header(file.source(), *buffer, header);
   if (!status.ok()) return damaged(path, status);
-  if (header.config.storage_bytes > most_storage(file->file.size_bytes())) {
+  if (header.config.storage_bytes > most_storage(file.file.size_bytes())) {
     return damaged(
         path, {Status::kCorrupt, "the file is truncated, or its header claims more than it holds",
                status.offset_bytes});
   }
   return header;
+}
+
+Outcome<MapFileHeader> load_whole_header(const std::string& path) {
+  TESSERA_TRY_ASSIGN(MapFileHeader header, load_map_header(path));
+  TESSERA_TRY_ASSIGN(InputFile file, InputFile::open(path));
+  const std::uint64_t bytes = file.size_bytes();
+  std::array<std::byte, kMapFileEndBytes> end{};
+  if (bytes >= header.header_bytes + end.size()) {
+    file.skip_to(bytes - end.size());
+    TESSERA_TRY(file.read_exactly(end));
+    if (is_end_of(header, end)) return header;
+  }
+  return damaged(path, {Status::kTruncated, "the file does not end with its end mark", bytes});
 }
 
 Json recorded_setting(const MapFileHeader& header, const char* key) {
@@ -77,37 +90,33 @@ Outcome<void> record_settings(const Json& config, MapIdentity& identity) {
 }
 
 Outcome<bool> load_into(const std::string& path, LocalMap& map) {
-  Outcome<FileSource> file = open_source(path);
-  if (!file.ok()) return file.failure();
+  TESSERA_TRY_ASSIGN(FileSource file, open_source(path));
   const auto buffer = std::make_unique<MapFileBuffer>();
   MapFileHeader header;
-  MapFileStatus status = load_header(file->source(), *buffer, header);
-  if (status.ok()) status = load_blocks(file->source(), header, *buffer, map);
-  if (!file->error.empty()) return Failure{file->error, FailureKind::kFailure};
+  MapFileStatus status = load_header(file.source(), *buffer, header);
+  if (status.ok()) status = load_blocks(file.source(), header, *buffer, map);
+  if (!file.error.empty()) return Failure{file.error, FailureKind::kFailure};
   if (status.status == Status::kResourceExhausted) return false;
   if (!status.ok()) return damaged(path, status);
   return true;
 }
 
 Outcome<std::unique_ptr<StoredMap>> load_map(const std::string& path, std::size_t storage_bytes) {
-  Outcome<MapFileHeader> header = load_map_header(path);
-  if (!header.ok()) return header.failure();
+  TESSERA_TRY_ASSIGN(MapFileHeader header, load_map_header(path));
   auto stored = std::make_unique<StoredMap>();
-  stored->header = *header;
-  MapConfig config = header->config;
+  stored->header = header;
+  MapConfig config = header.config;
   if (storage_bytes > config.storage_bytes) config.storage_bytes = storage_bytes;
-  Outcome<ArenaMemory> memory = ArenaMemory::allocate(required_bytes(config));
-  if (!memory.ok()) return memory.failure();
-  stored->memory = std::move(*memory);
+  TESSERA_TRY_ASSIGN(ArenaMemory memory, ArenaMemory::allocate(required_bytes(config)));
+  stored->memory = std::move(memory);
   Arena arena(stored->memory.span());
-  Result<LocalMap> map = LocalMap::make(arena, config, header->classes);
+  Result<LocalMap> map = LocalMap::make(arena, config, header.classes);
   if (!map.ok())
     return Failure{
         path + ": the header has a setting out of range; make the map again or use another copy"};
   stored->map = std::move(*map);
-  const Outcome<bool> loaded = load_into(path, stored->map);
-  if (!loaded.ok()) return loaded.failure();
-  if (!*loaded) {
+  TESSERA_TRY_ASSIGN(const bool loaded, load_into(path, stored->map));
+  if (!loaded) {
     return Failure{path +
                    ": the file has more than its header says; make the map again or use "
                    "another copy"};
@@ -117,7 +126,7 @@ Outcome<std::unique_ptr<StoredMap>> load_map(const std::string& path, std::size_
 
 Outcome<void> save_map(const LocalMap& map, const MapIdentity& identity,
                        std::span<const KeyedIndex> blocks, const BlockLookup& lookup,
-                       const std::string& path) {
+                       const MapSummary& summary, const std::string& path) {
   Outcome<AtomicFile> file = AtomicFile::open(path);
   if (!file.ok()) return file.failure();
   struct Target {
@@ -130,22 +139,20 @@ Outcome<void> save_map(const LocalMap& map, const MapIdentity& identity,
                         return !self.refused;
                       }};
   const auto buffer = std::make_unique<MapFileBuffer>();
-  const MapFileStatus status = save(map, identity, blocks, lookup, *buffer, sink);
+  const MapFileStatus status = save(map, identity, blocks, lookup, *buffer, sink, &summary);
   // commit() explains a refused write, as it has the system's reason.
   if (!status.ok() && !target.refused)
     return Failure{path + " cannot be written: " + status.what, FailureKind::kFailure};
   return file->commit();
 }
 
-Outcome<void> save_map(const LocalMap& map, const MapIdentity& identity,
-                       std::span<KeyedIndex> workspace, const std::string& path) {
-  struct InMemory {
-    const LocalMap& map;
-  } in_memory{map};
-  const BlockLookup lookup{&in_memory, [](void* context, const KeyedIndex& item) {
-                             return &static_cast<InMemory*>(context)->map.block_at(item.index);
-                           }};
-  return save_map(map, identity, map.blocks_in_order(workspace), lookup, path);
+Outcome<MapSummary> save_map(const LocalMap& map, const MapIdentity& identity,
+                             std::span<KeyedIndex> workspace, const std::string& path) {
+  const MapSummary summary = summarize(map, workspace);
+  BlocksInMemory blocks(map);
+  TESSERA_TRY(
+      save_map(map, identity, map.blocks_in_order(workspace), blocks.lookup(), summary, path));
+  return summary;
 }
 
 std::vector<KeyedIndex> workspace_for(const LocalMap& map) {

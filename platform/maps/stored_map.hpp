@@ -43,6 +43,8 @@ Outcome<std::unique_ptr<StoredMap>> load_map(const std::string& path,
 
 /// Reads only the header.
 Outcome<MapFileHeader> load_map_header(const std::string& path);
+/// The same of a file that also ends as it should: it is not truncated.
+Outcome<MapFileHeader> load_whole_header(const std::string& path);
 
 /// The value of an option in the record of the map; null if it has none.
 Json recorded_setting(const MapFileHeader& header, const char* key);
@@ -54,16 +56,16 @@ Outcome<void> record_settings(const Json& config, MapIdentity& identity);
 /// storage is too small for it; the map is then unusable. Fails as load_map.
 Outcome<bool> load_into(const std::string& path, LocalMap& map);
 
-/// Writes the map to a temporary name and renames it. workspace: at least 2 * map.block_count()
-/// entries.
-Outcome<void> save_map(const LocalMap& map, const MapIdentity& identity,
-                       std::span<KeyedIndex> workspace, const std::string& path);
+/// Writes the map to a temporary name and renames it; the value is what the file's header says that
+/// it holds. workspace: at least 2 * map.block_count() entries.
+Outcome<MapSummary> save_map(const LocalMap& map, const MapIdentity& identity,
+                             std::span<KeyedIndex> workspace, const std::string& path);
 
-/// The same for blocks of a lookup; blocks: their keys in ascending order. Also fails iff the
-/// lookup of one fails.
+/// The same for blocks of a lookup; blocks: their keys in ascending order. summary: theirs. Also
+/// fails iff the lookup of one fails.
 Outcome<void> save_map(const LocalMap& map, const MapIdentity& identity,
                        std::span<const KeyedIndex> blocks, const BlockLookup& lookup,
-                       const std::string& path);
+                       const MapSummary& summary, const std::string& path);
 
 /// Workspace for iterating over a map.
 std::vector<KeyedIndex> workspace_for(const LocalMap& map);

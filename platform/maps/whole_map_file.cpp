@@ -36,9 +36,8 @@ Outcome<Cache> make_cache(MapConfig config, const ClassTable& classes) {
   config.storage_bytes =
       std::max(kCacheBytes, one_block_storage(config.tuple, classes.num_components()));
   Cache cache;
-  Outcome<ArenaMemory> memory = ArenaMemory::allocate(required_bytes(config));
-  if (!memory.ok()) return memory.failure();
-  cache.memory = std::move(*memory);
+  TESSERA_TRY_ASSIGN(ArenaMemory memory, ArenaMemory::allocate(required_bytes(config)));
+  cache.memory = std::move(memory);
   Arena arena(cache.memory.span());
   Result<LocalMap> map = LocalMap::make(arena, config, classes);
   if (!map.ok())
@@ -52,22 +51,11 @@ Outcome<Cache> make_cache(MapConfig config, const ClassTable& classes) {
 template <class Use>
 auto with_whole(const LocalMap& map, ArchiveFile& archive, Use&& use)
     -> decltype(use(map, std::span<const KeyedIndex>(), BlockLookup())) {
-  Outcome<Cache> cache = make_cache(map.config(), map.classes());
-  if (!cache.ok()) return cache.failure();
+  TESSERA_TRY_ASSIGN(Cache cache, make_cache(map.config(), map.classes()));
   MapAndArchive both(map, archive.blocks());
   std::vector<KeyedIndex> workspace(both.workspace_entries());
-  WholeMap whole(cache->map, map.revision(), both.map(), both.archive());
-  return use(cache->map, both.blocks_in_order(workspace), whole.lookup());
-}
-
-/// The same for an archive that has all of the map, whose memory is the cache.
-template <class Use>
-auto with_archived(LocalMap& map, ArchiveFile& archive, Use&& use) {
-  MapAndArchive both(map, archive.blocks());
-  std::vector<KeyedIndex> workspace(2 * archive.blocks().index().size());
-  const auto blocks = archive.blocks().index().blocks_in_order(workspace);
-  WholeMap whole(map, map.revision(), {}, both.archive());
-  return use(map, blocks, whole.lookup());
+  WholeMap whole(cache.map, map.revision(), both.map(), both.archive());
+  return use(cache.map, both.blocks_in_order(workspace), whole.lookup());
 }
 
 /// A file without a name, beside another one.
@@ -87,9 +75,13 @@ auto find_in(const Items& items, BlockKey key) {
   return at != items.end() && at->key == key.bits ? &*at : nullptr;
 }
 
-auto save_to(const MapIdentity& identity, const std::string& path) {
-  return [&](const LocalMap& cache, std::span<const KeyedIndex> blocks, const BlockLookup& find) {
-    return save_map(cache, identity, blocks, find, path);
+auto save_to(const ArchiveFile& archive, const MapIdentity& identity, const std::string& path) {
+  return [&](const LocalMap& cache, std::span<const KeyedIndex> blocks,
+             const BlockLookup& find) -> Outcome<MapSummary> {
+    const Result<MapSummary> summary = summarize(cache, blocks, find);
+    if (!summary.ok()) return unreadable(archive);
+    TESSERA_TRY(save_map(cache, identity, blocks, find, *summary, path));
+    return *summary;
   };
 }
 
@@ -104,22 +96,23 @@ auto digest_to(const ArchiveFile& archive) {
 
 }  // namespace
 
-Outcome<void> save_whole(const LocalMap& map, ArchiveFile& archive, const MapIdentity& identity,
-                         const std::string& path) {
-  return with_whole(map, archive, save_to(identity, path));
+Outcome<MapSummary> save_whole(const LocalMap& map, ArchiveFile& archive,
+                               const MapIdentity& identity, const std::string& path) {
+  return with_whole(map, archive, save_to(archive, identity, path));
 }
 
 Outcome<std::uint64_t> digest_of_whole(const LocalMap& map, ArchiveFile& archive) {
   return with_whole(map, archive, digest_to(archive));
 }
 
-Outcome<void> save_archived(LocalMap& map, ArchiveFile& archive, const MapIdentity& identity,
-                            const std::string& path) {
-  return with_archived(map, archive, save_to(identity, path));
-}
-
-Outcome<std::uint64_t> digest_of_archived(LocalMap& map, ArchiveFile& archive) {
-  return with_archived(map, archive, digest_to(archive));
+/// The memory of a map of which the archive has all is the cache.
+Outcome<MapSummary> save_archived(LocalMap& map, ArchiveFile& archive, const MapIdentity& identity,
+                                  const std::string& path) {
+  MapAndArchive both(map, archive.blocks());
+  std::vector<KeyedIndex> workspace(2 * archive.blocks().index().size());
+  const auto blocks = archive.blocks().index().blocks_in_order(workspace);
+  WholeMap whole(map, map.revision(), {}, both.archive());
+  return save_to(archive, identity, path)(map, blocks, whole.lookup());
 }
 
 MapSnapshot::MapSnapshot(const LocalMap& map, const ArchiveFile& archive)
@@ -136,15 +129,13 @@ Outcome<std::unique_ptr<MapSnapshot>> MapSnapshot::take(const LocalMap& map,
                                                         const ArchiveFile& archive,
                                                         const std::string& beside) {
   std::unique_ptr<MapSnapshot> snapshot(new MapSnapshot(map, archive));
-  const Outcome<void> copied = snapshot->copy(map, beside);
-  if (!copied.ok()) return copied.failure();
+  TESSERA_TRY(snapshot->copy(map, beside));
   return snapshot;
 }
 
 Outcome<void> MapSnapshot::copy(const LocalMap& map, const std::string& beside) {
-  Outcome<FileDescriptor> file = nameless_file(beside);
-  if (!file.ok()) return file.failure();
-  file_ = std::move(*file);
+  TESSERA_TRY_ASSIGN(FileDescriptor file, nameless_file(beside));
+  file_ = std::move(file);
   std::vector<std::byte> pending;
   pending.reserve(kCopyBytes);
   const auto write = [&] {
@@ -199,9 +190,8 @@ Status MapSnapshot::add_archived(BlockKey key, LocalMap& into) {
   return bytes == 0 ? Status::kIo : restore_block(std::span(buffer_).first(bytes), into).status;
 }
 
-Outcome<void> MapSnapshot::save(const MapIdentity& identity, const std::string& path) {
-  Outcome<Cache> cache = make_cache(config_, classes_);
-  if (!cache.ok()) return cache.failure();
+Outcome<MapSummary> MapSnapshot::save(const MapIdentity& identity, const std::string& path) {
+  TESSERA_TRY_ASSIGN(Cache cache, make_cache(config_, classes_));
   std::vector<KeyedIndex> blocks;
   blocks.reserve(copied_.size() + archived_.size());
   for (const Copied& copied : copied_) blocks.push_back({copied.key, 0});
@@ -212,13 +202,13 @@ Outcome<void> MapSnapshot::save(const MapIdentity& identity, const std::string& 
   std::inplace_merge(blocks.begin(), blocks.begin() + middle, blocks.end(), is_before);
   blocks.erase(std::unique(blocks.begin(), blocks.end(), is_same), blocks.end());
   WholeMap whole(
-      cache->map, revision_,
+      cache.map, revision_,
       {this, [](void* self, BlockKey key,
                 LocalMap& into) { return static_cast<MapSnapshot*>(self)->add_copied(key, into); }},
       {this, [](void* self, BlockKey key, LocalMap& into) {
          return static_cast<MapSnapshot*>(self)->add_archived(key, into);
        }});
-  return save_map(cache->map, identity, blocks, whole.lookup(), path);
+  return save_to(archive_, identity, path)(cache.map, blocks, whole.lookup());
 }
 
 }  // namespace tessera

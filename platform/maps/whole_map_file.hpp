@@ -17,18 +17,17 @@
 
 namespace tessera {
 
-/// Neither map nor archive may change meanwhile; others may read the map. Fails with kFailure iff
-/// an archived block cannot be read, the file cannot be written, or the system does not give the
-/// memory.
-Outcome<void> save_whole(const LocalMap& map, ArchiveFile& archive, const MapIdentity& identity,
-                         const std::string& path);
+/// Neither map nor archive may change meanwhile; others may read the map. The value is what the
+/// file holds. Fails with kFailure iff an archived block cannot be read, the file cannot be
+/// written, or the system does not give the memory.
+Outcome<MapSummary> save_whole(const LocalMap& map, ArchiveFile& archive,
+                               const MapIdentity& identity, const std::string& path);
 /// The digest of the file that save_whole would write. Fails likewise.
 Outcome<std::uint64_t> digest_of_whole(const LocalMap& map, ArchiveFile& archive);
-/// The same for a map of which all blocks are archived: its memory is what they are read in, and it
-/// is of no other use afterwards.
-Outcome<void> save_archived(LocalMap& map, ArchiveFile& archive, const MapIdentity& identity,
-                            const std::string& path);
-Outcome<std::uint64_t> digest_of_archived(LocalMap& map, ArchiveFile& archive);
+/// save_whole for a map of which all blocks are archived: its memory is what they are read in, and
+/// it is of no other use afterwards.
+Outcome<MapSummary> save_archived(LocalMap& map, ArchiveFile& archive, const MapIdentity& identity,
+                                  const std::string& path);
 
 /// The map as it was when the snapshot was taken: mapping continues while that is written. Blocks
 /// in memory are copied to a file that has no name; those of the archive stay in it, until it is
@@ -42,7 +41,7 @@ class MapSnapshot {
   MapSnapshot(const MapSnapshot&) = delete;
   MapSnapshot& operator=(const MapSnapshot&) = delete;
   /// Fails as save_whole.
-  Outcome<void> save(const MapIdentity& identity, const std::string& path);
+  Outcome<MapSummary> save(const MapIdentity& identity, const std::string& path);
 
  private:
   /// Of a block in the copy.

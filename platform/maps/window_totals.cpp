@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "maps/window_totals.hpp"
 
+#include "base/counters_json.hpp"
+
 namespace tessera {
 
 WindowTotals totals_of(const WindowReport& window, double radius_m, const HeldArchive* archive) {
@@ -17,22 +19,12 @@ WindowTotals totals_of(const WindowReport& window, double radius_m, const HeldAr
 }
 
 Json to_json(const WindowTotals& w) {
-  return {{"radius_m", w.radius_m},
-          {"evicted", w.evicted},
-          {"evictions_refused", w.evictions_refused},
-          {"reloaded", w.reloaded},
-          {"merged", w.merged},
-          {"reloads_failed", w.reloads_failed},
-          {"steps_without_room", w.steps_without_room},
-          {"backlog", w.backlog},
-          {"most_backlog", w.most_backlog},
-          {"most_evicted", w.most_evicted},
-          {"most_reloaded", w.most_reloaded},
-          {"lost_blocks", w.lost_blocks},
-          {"unpublished_blocks", w.unpublished_blocks},
-          {"archived_blocks", w.archived_blocks},
-          {"archive_bytes", w.archive_bytes},
-          {"index_bytes", w.index_bytes}};
+  Json json = {{"radius_m", w.radius_m},
+               {"archived_blocks", w.archived_blocks},
+               {"archive_bytes", w.archive_bytes},
+               {"index_bytes", w.index_bytes}};
+  add_counters(json, static_cast<const WindowReport&>(w));
+  return json;
 }
 
 }  // namespace tessera

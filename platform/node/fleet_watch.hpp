@@ -20,7 +20,7 @@ struct FleetView {
   /// Robots that were heard recently, in no order.
   std::array<std::uint32_t, StatusTable::kMostRobots> differing{};
   std::uint32_t differing_count = 0;
-  StatusCounters counters{};
+  StatusTableReport counters{};
   [[nodiscard]] std::span<const std::uint32_t> differ() const noexcept {
     return std::span(differing).first(differing_count);
   }

@@ -3,6 +3,7 @@
 #include "node/kept_maps.hpp"
 
 #include <fcntl.h>
+#include <fmt/core.h>
 #include <sys/file.h>
 #include <unistd.h>
 
@@ -23,7 +24,7 @@ namespace fs = std::filesystem;
 
 constexpr int kMostNames = 10'000;
 
-std::string epoch_text(std::uint32_t epoch) { return "epoch-" + std::to_string(epoch); }
+std::string epoch_text(std::uint32_t epoch) { return fmt::format("epoch-{}", epoch); }
 
 /// number: 1 for the first, whose name does not have it.
 std::string kept_name(const fs::path& path, const std::string& what, int number) {
@@ -40,8 +41,8 @@ Outcome<std::string> free_name(const std::string& path, const std::string& what)
     if (!fs::exists(fs::symlink_status(name, error))) return name;
     if (fs::equivalent(name, path, error)) return std::string();
   }
-  return Failure{"there are " + std::to_string(kMostNames) + " files like " +
-                     kept_name(path, what, kMostNames) + "; move some of them",
+  return Failure{fmt::format("there are {} files like {}; move some of them", kMostNames,
+                             kept_name(path, what, kMostNames)),
                  FailureKind::kFailure};
 }
 

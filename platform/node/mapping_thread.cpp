@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "base/monotonic_clock.hpp"
+#include "scans/scan_losses.hpp"
 
 namespace tessera {
 
@@ -97,12 +98,7 @@ void MappingThread::take(Scan& scan, std::int64_t now_us) noexcept {
   latencies_.add(end_us - scan.taken_us);
   if (now_.cycles == 0) log_.say(LogLevel::kInfo, end_us, "integrated the first scan");
   ++now_.cycles;
-  now_.points += report.points;
-  now_.left_out += report.left_out();
-  now_.thinned += report.thinned;
-  now_.points_kept += report.points_kept();
-  now_.rays_wanted += report.rays_wanted();
-  now_.rays += report.rays;
+  now_.scans.add(report);
   now_.shed += report.left_out() != 0 ? 1U : 0U;
   now_.bad_poses += report.pose == Status::kOk ? 0U : 1U;
   say_losses(report, end_us);
@@ -131,23 +127,23 @@ void MappingThread::say_window(std::int64_t now_us) noexcept {
 
 /// Each line is logged at most once a second.
 void MappingThread::say_losses(const ScanReport& report, std::int64_t now_us) noexcept {
-  const std::uint32_t memory = report.refused_memory() + report.rays_refused_memory;
-  now_.refused_memory += memory;
+  ScanTotals of_scan;
+  of_scan.add(report);
+  // Those over capacity have a line of their own.
+  const auto memory =
+      static_cast<std::int64_t>(left_out_for_memory(of_scan) - report.over_capacity);
   if (memory != 0)
     log_.say(LogLevel::kWarning, now_us,
              "the map's memory is full: % points and rays left out; see [map] memory", memory);
   if (report.over_capacity != 0)
     log_.say(LogLevel::kWarning, now_us,
              "a scan has % points too many; the rest was sampled evenly", report.over_capacity);
-  now_.over_capacity += report.over_capacity;
-  const std::uint32_t work = report.refused_work + report.rays_refused_work;
-  now_.refused_work += work;
+  const auto work = static_cast<std::int64_t>(left_out_for_work(of_scan));
   if (work != 0)
     log_.say(LogLevel::kWarning, now_us,
              "% points and rays left out, as the work budget was spent; see [map] work_budget",
              work);
   const std::uint32_t time = report.left_out_deadline();
-  now_.refused_time += time;
   if (time != 0)
     log_.say(LogLevel::kWarning, now_us, "% points and rays left out, to be in time", time);
 }

@@ -35,18 +35,9 @@ enum MappingPause : std::uint32_t {
 
 /// The state after a cycle; counters never decrease.
 struct MappingStatus {
-  std::uint64_t cycles = 0;          ///< Scans that were integrated.
-  std::uint64_t points = 0;          ///< Their points.
-  std::uint64_t left_out = 0;        ///< Points and rays: ScanReport::left_out.
-  std::uint64_t thinned = 0;         ///< Points after thinning: ScanReport, as the next two.
-  std::uint64_t points_kept = 0;     ///< Thinned points that were kept.
-  std::uint64_t rays_wanted = 0;     ///< ScanReport::rays_wanted.
-  std::uint64_t rays = 0;            ///< Wanted rays that were traced.
-  std::uint64_t shed = 0;            ///< Scans with something left out.
-  std::uint64_t refused_memory = 0;  ///< Of left_out: for lack of memory,
-  std::uint64_t refused_work = 0;    ///< as the work budget was spent,
-  std::uint64_t refused_time = 0;    ///< as the deadline came, or was foreseen,
-  std::uint64_t over_capacity = 0;   ///< as a scan had more points than its memory.
+  std::uint64_t cycles = 0;  ///< Scans that were integrated.
+  ScanTotals scans{};        ///< Of their reports.
+  std::uint64_t shed = 0;    ///< Scans with something left out.
   std::uint64_t bad_poses = 0;
   std::uint64_t paused = 0;  ///< Scans that came while mapping paused, and were left out.
   std::uint64_t missed = 0;  ///< Cycles that took longer than the period.

@@ -24,11 +24,9 @@ Outcome<std::unique_ptr<NetworkPort>> NetworkPort::open(const LinkConfig& config
                                                         std::size_t send_slots,
                                                         const ThreadRole& sender,
                                                         const StatusKeys& keys) {
-  Outcome<std::unique_ptr<DatagramLink>> link = DatagramLink::open(config);
-  if (!link.ok()) return link.failure();
-  std::unique_ptr<NetworkPort> port(new NetworkPort(std::move(*link), send_slots, keys));
-  const Outcome<void> started = port->start(sender);
-  if (!started.ok()) return started.failure();
+  TESSERA_TRY_ASSIGN(std::unique_ptr<DatagramLink> link, DatagramLink::open(config));
+  std::unique_ptr<NetworkPort> port(new NetworkPort(std::move(link), send_slots, keys));
+  TESSERA_TRY(port->start(sender));
   return port;
 }
 

@@ -43,10 +43,8 @@ Outcome<void> Node::run(NodeRequests& requests) {
   Progress progress(endless() ? "scans mapped" : "mapping",
                     endless() ? Progress::kEndless : recorded_.scans->num_scans());
   const double cpu_before_s = cpu_s();
-  const Outcome<void> vehicle = make_vehicle(requests);
-  if (!vehicle.ok()) return vehicle.failure();
-  const Outcome<void> started = start_threads();
-  if (!started.ok()) return started.failure();
+  TESSERA_TRY(make_vehicle(requests));
+  TESSERA_TRY(start_threads());
   if (view_) std::fprintf(stderr, "the maps are shown at %s\n", view_->url().c_str());
   const std::optional<std::uint64_t> before = heap_allocations();
   counting_.store(true, std::memory_order_release);
@@ -135,9 +133,9 @@ void Node::look_for_others(std::int64_t now_us) {
     log_.say_change(LogLevel::kInfo, now_us, "robots in reach: %, before: %", sharing.in_reach,
                     peers_seen_);
   peers_seen_ = sharing.in_reach;
-  refusals_.look({.link = port_->link().statistics(),
+  refusals_.look({.link = port_->link().report(),
                   .exchange = sharing.exchange,
-                  .statuses = port_->link().side_statistics(),
+                  .statuses = port_->link().side_report(),
                   .table = fleet_->view().counters,
                   .global_map = sharing.global_counts,
                   .floors_refused = sharing.floors_refused + state_->floors_refused()},

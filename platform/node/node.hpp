@@ -108,6 +108,8 @@ class Node {
   [[nodiscard]] const Robot& robot() const { return *robot_; }
   [[nodiscard]] const DatagramLink& link() const { return port_->link(); }
   [[nodiscard]] std::uint64_t global_digest() const { return global_digest_; }
+  /// Maps and archives that were written without the record of their settings, which was too long.
+  [[nodiscard]] std::uint64_t failed_records() const { return failed_records_.load(); }
 
  private:
   explicit Node(const NodeConfig& config) : config_(config) {}
@@ -163,7 +165,7 @@ class Node {
   Outcome<void> read_again();
   void keep_before_clear(std::int64_t now_us);
   [[nodiscard]] Outcome<void> keep_map();
-  [[nodiscard]] Outcome<void> save_paused_map(const std::string& path);
+  [[nodiscard]] Outcome<MapSummary> save_paused_map(const std::string& path);
   [[nodiscard]] Outcome<void> save_while_mapping();
   [[nodiscard]] Outcome<std::uint64_t> local_digest();
   [[nodiscard]] Outcome<void> keep_earlier_maps();
@@ -214,6 +216,7 @@ class Node {
   std::atomic<const char*> ended_by_{nullptr};
   std::atomic<std::uint64_t> saves_{0};  ///< Requested saves of the local map.
   std::atomic<std::uint64_t> failed_saves_{0};
+  mutable std::atomic<std::uint64_t> failed_records_{0};
   std::atomic<bool> counting_{false};  ///< The number before allocations are counted.
   // Of the sharing thread.
   std::uint64_t scans_heard_ = 0;  ///< Scans that sensors sent, mapped or not.

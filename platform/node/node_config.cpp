@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "node/node_config.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <utility>
@@ -20,7 +22,6 @@ namespace {
 
 /// Defaults of a node that are not those of its parts.
 void set_defaults(const ConfigPlaces& places, NodeConfig& c) {
-  c.map.memory_bytes = NodeConfig::kMapMemoryBytes;
   c.sensors.enabled = places.has_table("sensors");
   c.queries = c.lock_memory = c.sensors.enabled;
   c.priority = c.sensors.enabled ? 40 : 0;
@@ -43,17 +44,11 @@ void read_tables(ConfigFile& file, NodeConfig& c) {
   guard.timeout_us = guard.max_age_us = static_cast<std::int64_t>(1e3 * c.vehicle.pose_timeout_ms);
 }
 
-Outcome<void> check_publish(const NodeConfig& c) {
-  if (c.free_staleness_s >= c.staleness_s) return {};
-  return not_allowed(kSharingSettings["publish.free_staleness_s"], text_of(c.free_staleness_s),
-                     "seconds from " + Message(kSharingSettings["publish.staleness_s"]));
-}
-
 Outcome<void> check_excluded(const NodeConfig& c) {
   const Message exclude(kNodeSettings["security.exclude"]);
   if (c.exclude.size() > ExchangeConfig::kMostExcluded)
-    return Failure{exclude + " takes at most " + std::to_string(ExchangeConfig::kMostExcluded) +
-                   " robots"};
+    return Failure{exclude +
+                   fmt::format(" takes at most {} robots", ExchangeConfig::kMostExcluded)};
   if (std::find(c.exclude.begin(), c.exclude.end(), c.robot) == c.exclude.end()) return {};
   return Failure{exclude + " names this robot itself; leave it out"};
 }
@@ -157,7 +152,7 @@ Outcome<void> check_sensors(const NodeConfig& c) {
 
 /// What more than one key says together.
 Outcome<void> check(const NodeConfig& c) {
-  Outcome<void> done = check_publish(c);
+  Outcome<void> done = check_publishing(c);
   if (done.ok()) done = check_keys(c);
   if (done.ok()) done = check_mission(c);
   if (done.ok()) done = check_excluded(c);
@@ -172,25 +167,22 @@ Outcome<void> check(const NodeConfig& c) {
 }  // namespace
 
 Outcome<NodeConfig> parse_node_config(std::string_view text, const std::string& path) {
-  Outcome<ConfigFile> file = ConfigFile::parse(text, path);
-  if (!file.ok()) return file.failure();
+  TESSERA_TRY_ASSIGN(ConfigFile file, ConfigFile::parse(text, path));
   NodeConfig config;
-  config.places = file->places();
+  config.places = file.places();
   set_defaults(config.places, config);
-  read_tables(*file, config);
-  const Outcome<void> finished = file->finish();
-  if (!finished.ok()) return finished.failure();
+  read_tables(file, config);
+  TESSERA_TRY(file.finish());
   const Outcome<void> checked = check(config);
   if (!checked.ok()) return config.places.worded(checked.failure());
-  config.values = file->values();
+  config.values = file.values();
   return config;
 }
 
 Outcome<NodeConfig> read_node_config(const std::string& path) {
   constexpr std::size_t kMostBytes = 1U << 20U;
-  const Outcome<std::string> text = read_text_file(path, kMostBytes);
-  if (!text.ok()) return text.failure();
-  return parse_node_config(*text, path);
+  TESSERA_TRY_ASSIGN(const std::string text, read_text_file(path, kMostBytes));
+  return parse_node_config(text, path);
 }
 
 }  // namespace tessera

@@ -62,12 +62,13 @@ struct VehicleConfig {
 /// Including what is shared and how it is fused: [robot] robot, [publish], [fusion], and the rates
 /// of [network].
 struct NodeConfig : SharingOptions {
+  NodeConfig() { map.memory_bytes = std::size_t{192} << 20U; }
+
   // [robot]
   std::string state;  ///< Folder of the robot's state, kept over restarts.
   EarlierEpochs earlier = EarlierEpochs::kKeep;
   std::string T_global_map;  ///< File; empty: as in the dataset, else the identity.
   // [replay], [map]; not all of MapOptions is for a node.
-  static constexpr std::size_t kMapMemoryBytes = std::size_t{192} << 20U;
   MapOptions map;
   double rate_hz = 10.0;  ///< 0: as fast as possible.
   bool loop = false;

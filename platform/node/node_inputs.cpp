@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // Opens the source of a node's scans: a dataset, or sensors, with their classes and cameras.
+#include <fmt/core.h>
+
 #include <algorithm>
 
 #include "base/input_file.hpp"
@@ -21,41 +23,35 @@ std::size_t pixels_of(const CameraDescription& camera) {
 Outcome<DatasetClasses> classes_of(const SensorsConfig& sensors) {
   if (sensors.classes.empty()) return DatasetClasses::semantic_kitti();
   constexpr std::size_t kMostBytes = 1U << 20U;
-  const Outcome<std::string> text = read_text_file(sensors.classes, kMostBytes);
-  if (!text.ok()) return text.failure();
-  return DatasetClasses::parse(*text, sensors.classes);
+  TESSERA_TRY_ASSIGN(const std::string text, read_text_file(sensors.classes, kMostBytes));
+  return DatasetClasses::parse(text, sensors.classes);
 }
 
 }  // namespace
 
 Outcome<void> Node::open_inputs() {
   if (config_.sensors.enabled) return open_sensors();
-  const Outcome<void> given = check_source(config_.map);
-  if (!given.ok()) return given.failure();
-  Outcome<OpenedScans> opened = open_scans(config_.map);
-  if (!opened.ok()) return opened.failure();
-  recorded_ = std::move(*opened);
+  TESSERA_TRY(check_source(config_.map));
+  TESSERA_TRY_ASSIGN(OpenedScans opened, open_scans(config_.map));
+  recorded_ = std::move(opened);
   classes_ = recorded_.scans->classes();
   return {};
 }
 
 Outcome<void> Node::open_sensors() {
   const SensorsConfig& sensors = config_.sensors;
-  Outcome<DatasetClasses> classes = classes_of(sensors);
-  if (!classes.ok()) return classes.failure();
-  classes_ = std::move(*classes);
+  TESSERA_TRY_ASSIGN(DatasetClasses classes, classes_of(sensors));
+  classes_ = std::move(classes);
   if (!sensors.T_body_lidar.empty()) {
-    const Outcome<Matrix34d> T = read_transform(sensors.T_body_lidar);
-    if (!T.ok()) return T.failure();
-    T_body_lidar_ = *T;
+    TESSERA_TRY_ASSIGN(const Matrix34d T, read_transform(sensors.T_body_lidar));
+    T_body_lidar_ = T;
   }
   if (sensors.cameras.empty()) return {};
-  Outcome<std::vector<CameraDescription>> cameras = read_cameras(sensors.cameras);
-  if (!cameras.ok()) return cameras.failure();
-  cameras_ = std::move(*cameras);
+  TESSERA_TRY_ASSIGN(std::vector<CameraDescription> cameras, read_cameras(sensors.cameras));
+  cameras_ = std::move(cameras);
   if (!sensors.depth_camera || *sensors.depth_camera < cameras_.size()) return {};
-  return Failure{sensors.cameras + " has " + std::to_string(cameras_.size()) +
-                 " cameras; [sensors] depth_camera counts from 0"};
+  return Failure{fmt::format("{} has {} cameras; [sensors] depth_camera counts from 0",
+                             sensors.cameras, cameras_.size())};
 }
 
 ScanSizes Node::scan_sizes() const {
@@ -122,10 +118,9 @@ Outcome<void> Node::make_sensing() {
   }
   const SensorPortConfig port = sensor_config();
   const bool by_bus = config_.sensors.poses == "can";
-  Outcome<std::unique_ptr<SensingThread>> sensing =
-      SensingThread::open(port, config_.vehicle.guard, vehicle_port_.get(), by_bus);
-  if (!sensing.ok()) return sensing.failure();
-  sensing_ = std::move(*sensing);
+  TESSERA_TRY_ASSIGN(std::unique_ptr<SensingThread> sensing,
+                     SensingThread::open(port, config_.vehicle.guard, vehicle_port_.get(), by_bus));
+  sensing_ = std::move(sensing);
   return {};
 }
 
@@ -142,9 +137,8 @@ Outcome<void> Node::make_registrar() {
   } else {
     registrar = recorded_.scans->registration();
   }
-  Outcome<std::unique_ptr<Registrar>> made = Registrar::make(registrar);
-  if (!made.ok()) return made.failure();
-  registrar_ = std::move(*made);
+  TESSERA_TRY_ASSIGN(std::unique_ptr<Registrar> made, Registrar::make(registrar));
+  registrar_ = std::move(made);
   return {};
 }
 

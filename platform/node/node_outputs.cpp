@@ -1,6 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // The maps that a node writes: while it runs, and at the end.
+#include <fmt/core.h>
+
 #include <string_view>
 
 #include "base/allocation_counter.hpp"
@@ -20,10 +22,7 @@ MapIdentity Node::identity_of(MapKind kind) const {
   if (kind == MapKind::kLocal) {
     identity.has_T_global_map = true;
     identity.T_global_map = setup_.robot.T_global_map;
-    settings = to_json(config_.map, setup_.map);
-    for (const char* const key :
-         {"dataset", "out", "report", "continue", "memory", "first", "last", "window", "archive"})
-      settings.erase(key);
+    settings = settings_of(to_json(config_.map, setup_.map));
   } else {
     settings = config_.values.value("fusion", Json::object());
     settings.erase("memory");
@@ -36,7 +35,9 @@ MapIdentity Node::identity_of(MapKind kind) const {
     }
     settings["robots"] = std::move(robots);
   }
-  static_cast<void>(record_settings(settings, identity));
+  // The map is worth more than its record.
+  if (!record_settings(settings, identity).ok())
+    failed_records_.fetch_add(1, std::memory_order_relaxed);
   return identity;
 }
 
@@ -45,9 +46,8 @@ Outcome<void> Node::keep_earlier_maps() {
   if (!config_.keep_maps) return {};
   for (const std::string& path : {config_.local_map, config_.global_map, config_.contribution}) {
     if (path.empty()) continue;
-    const Outcome<std::string> kept = keep_earlier_map(path);
-    if (!kept.ok()) return kept.failure();
-    if (!kept->empty()) run_.kept_maps.push_back(*kept);
+    TESSERA_TRY_ASSIGN(const std::string kept, keep_earlier_map(path));
+    if (!kept.empty()) run_.kept_maps.push_back(kept);
   }
   return {};
 }
@@ -80,19 +80,20 @@ Outcome<void> Node::save_while_mapping() {
   const std::uint64_t call = mapping_->pause(kPausedToSave, true);
   while (!mapping_->has_taken(call)) service_.sleep_until(MonotonicClock::now_us() + 1'000);
   if (!archive_) {
-    Outcome<void> saved = save_paused_map(config_.local_map);
+    const Outcome<MapSummary> saved = save_paused_map(config_.local_map);
     mapping_->pause(kPausedToSave, false);
-    return saved;
+    return saved.ok() ? Outcome<void>() : saved.failure();
   }
   const Outcome<std::unique_ptr<MapSnapshot>> snapshot =
       MapSnapshot::take(robot_->map(), **archive_, config_.local_map);
   mapping_->pause(kPausedToSave, false);
   if (!snapshot.ok()) return snapshot.failure();
-  return (*snapshot)->save(identity_of(MapKind::kLocal), config_.local_map);
+  TESSERA_TRY((*snapshot)->save(identity_of(MapKind::kLocal), config_.local_map));
+  return {};
 }
 
 /// All of the local map, with what is archived of it; nothing writes to either.
-Outcome<void> Node::save_paused_map(const std::string& path) {
+Outcome<MapSummary> Node::save_paused_map(const std::string& path) {
   const LocalMap& map = robot_->map();
   const MapIdentity identity = identity_of(MapKind::kLocal);
   if (archive_) return save_whole(map, **archive_, identity, path);
@@ -128,15 +129,13 @@ void Node::keep_before_clear(std::int64_t now_us) {
 Outcome<void> Node::keep_map() {
   const bool archived = archive_ && (*archive_)->blocks().index().size() > 0;
   if (robot_->map().block_count() == 0 && !archived) return {};
-  const std::string beside =
-      config_.local_map.empty() ? config_.state + "/robot_" + std::to_string(config_.robot) + ".tsm"
-                                : config_.local_map;
-  const Outcome<std::string> name = free_epoch_name(beside, epoch_.load());
-  if (!name.ok()) return name.failure();
-  const Outcome<void> saved = save_paused_map(*name);
-  if (!saved.ok()) return saved.failure();
-  run_.kept_maps.push_back(*name);
-  say_kept(*name);
+  const std::string beside = config_.local_map.empty()
+                                 ? fmt::format("{}/robot_{}.tsm", config_.state, config_.robot)
+                                 : config_.local_map;
+  TESSERA_TRY_ASSIGN(const std::string name, free_epoch_name(beside, epoch_.load()));
+  TESSERA_TRY(save_paused_map(name));
+  run_.kept_maps.push_back(name);
+  say_kept(name);
   return {};
 }
 
@@ -169,24 +168,29 @@ Outcome<std::uint64_t> Node::local_digest() {
 Outcome<void> Node::write_what_is_named() {
   const LocalMap& global = robot_->global().map();
   std::vector<KeyedIndex> workspace = workspace_for(global);
-  global_digest_ = digest(global, workspace);
   Outcome<void> outcome;
-  const auto note = [&outcome](const Outcome<void>& saved) {
-    if (outcome.ok()) outcome = saved;
+  const auto note = [&outcome](const auto& done) {
+    if (outcome.ok() && !done.ok()) outcome = done.failure();
   };
+  // What saving has counted is not counted again.
+  const auto digest_noted = [&note](const Outcome<MapSummary>& done) {
+    note(done);
+    return done.ok() ? std::optional(done->digest) : std::nullopt;
+  };
+  std::optional<std::uint64_t> saved;
   if (!config_.global_map.empty())
-    note(save_map(global, identity_of(MapKind::kGlobal), workspace, config_.global_map));
-  const Outcome<std::uint64_t> local = local_digest();
-  if (local.ok()) {
-    local_digest_ = *local;
-  } else {
-    note(local.failure());
-  }
-  if (!config_.local_map.empty()) note(save_paused_map(config_.local_map));
+    saved = digest_noted(
+        save_map(global, identity_of(MapKind::kGlobal), workspace, config_.global_map));
+  global_digest_ = saved ? *saved : digest(global, workspace);
+  saved.reset();
+  if (!config_.local_map.empty()) saved = digest_noted(save_paused_map(config_.local_map));
+  const Outcome<std::uint64_t> local = saved ? Outcome<std::uint64_t>(*saved) : local_digest();
+  if (local.ok()) local_digest_ = *local;
+  note(local);
   if (config_.contribution.empty()) return outcome;
   const Outcome<std::unique_ptr<PublishedMap>> published = published_map(*robot_);
   if (!published.ok()) {
-    note(published.failure());
+    note(published);
     return outcome;
   }
   std::vector<KeyedIndex> published_workspace = workspace_for((*published)->map);

@@ -29,15 +29,13 @@ std::string changed_keys(const Json& before, const Json& after) {
 }  // namespace
 
 Outcome<void> Node::read_again() {
-  const Outcome<NodeConfig> next = read_node_config(config_.places.path());
-  if (!next.ok()) return next.failure();
-  Outcome<FleetKeys> keys = FleetKeys::read(config_.keys, config_.robot);
-  if (!keys.ok()) return keys.failure();
-  excluded_ = next->exclude;
-  ignored_keys_ = changed_keys(config_.values, next->values);
-  const std::string secrets = keys_->changed_secrets(config_.keys, *keys);
+  TESSERA_TRY_ASSIGN(const NodeConfig next, read_node_config(config_.places.path()));
+  TESSERA_TRY_ASSIGN(FleetKeys keys, FleetKeys::read(config_.keys, config_.robot));
+  excluded_ = next.exclude;
+  ignored_keys_ = changed_keys(config_.values, next.values);
+  const std::string secrets = keys_->changed_secrets(config_.keys, keys);
   if (!secrets.empty()) ignored_keys_ += (ignored_keys_.empty() ? "" : ", ") + secrets;
-  updates_.offer(std::make_unique<SecurityUpdate>(SecurityUpdate{next->exclude, std::move(*keys)}));
+  updates_.offer(std::make_unique<SecurityUpdate>(SecurityUpdate{next.exclude, std::move(keys)}));
   return {};
 }
 

@@ -3,10 +3,11 @@
 // The report of "node".
 #include <array>
 
+#include "base/counters_json.hpp"
 #include "base/monotonic_clock.hpp"
 #include "base/number_text.hpp"
-#include "node/exchange_counters.hpp"
 #include "node/node.hpp"
+#include "scans/scan_losses.hpp"
 
 namespace tessera {
 
@@ -32,58 +33,23 @@ Json histogram_json(const DurationHistogram& times) {
   return json;
 }
 
-Json exchange_json(const ExchangeReport& report) {
-  Json json;
-  for_counters(report, [&](const char* name, auto value) { json[name] = value; });
+Json publisher_json(const Publisher& publisher) {
+  const PublisherTotals& totals = publisher.totals();
+  Json json = counters_json(static_cast<const TickSums&>(totals));
+  json["forgotten_waiting"] = totals.forgotten_waiting;
+  json["peak_waiting"] = totals.peak_waiting;
+  json["waiting"] = publisher.waiting();
+  json["by_staleness"] = totals.by_staleness;
   return json;
 }
 
-Json publisher_json(const Publisher& publisher) {
-  const PublisherTotals& t = publisher.totals();
-  return {{"noted", t.noted},
-          {"compared", t.compared},
-          {"unchanged", t.unchanged},
-          {"deferred", t.deferred},
-          {"partial", t.partial},
-          {"published", t.published},
-          {"emptied", t.emptied},
-          {"refused", t.refused},
-          {"left_out", t.left_out},
-          {"label_bytes", t.label_bytes},
-          {"free_bytes", t.free_bytes},
-          {"peak_waiting", t.peak_waiting},
-          {"waiting", publisher.waiting()},
-          {"worst_staleness_ms", ms_of(t.worst_staleness_us)},
-          {"by_staleness", t.by_staleness}};
-}
-
 Json link_json(const NetworkPort& port) {
-  const LinkStatistics s = port.link().statistics();
-  return {{"interface", port.link().interface().name},
-          {"receive_buffer_bytes", port.link().receive_buffer_bytes()},
-          {"received", s.received},
-          {"received_bytes", s.received_bytes},
-          {"own", s.own},
-          {"other_channel", s.other_channel},
-          {"too_short", s.too_short},
-          {"too_long", s.too_long},
-          {"fragments", s.fragments},
-          {"foreign", s.foreign},
-          {"no_channel", s.no_channel},
-          {"refused_format", s.refused_format},
-          {"refused_mission", s.refused_mission},
-          {"refused_tag", s.refused_tag},
-          {"refused_excluded", s.refused_excluded},
-          {"queue_full", s.queue_full},
-          {"kernel_dropped", s.kernel_dropped},
-          {"missing", s.missing},
-          {"sent", s.sent},
-          {"sent_bytes", s.sent_bytes},
-          {"refused", s.refused},
-          {"failed", s.failed},
-          {"queue_peak", s.queue_peak},
-          {"send_queue_full", port.send_queue_full()},
-          {"send_queue_peak", port.send_queue_peak()}};
+  Json json = counters_json(port.link().report());
+  json["interface"] = port.link().interface().name;
+  json["receive_buffer_bytes"] = port.link().receive_buffer_bytes();
+  json["send_queue_full"] = port.send_queue_full();
+  json["send_queue_peak"] = port.send_queue_peak();
+  return json;
 }
 
 Json contributions_json(const Robot& robot) {
@@ -122,20 +88,14 @@ Json peers_json(const Robot& robot, std::int64_t now_us) {
 Json global_json(const Robot& robot) {
   const GlobalMapReport r = robot.global().report();
   const MapUsage usage = robot.global().map().usage();
-  return {{"label_voxels", usage.label_voxels},
-          {"free_voxels", robot.global().map().count_free_voxels()},
-          {"blocks", r.blocks},
-          {"overlap_blocks", r.overlap_blocks},
-          {"overlap_voxels", r.nodes},
-          {"residual", r.residual},
-          {"refused_blocks", r.refused_blocks},
-          {"refused_outputs", r.refused_outputs},
-          {"refused_sums", r.refused_sums},
-          {"torn_blocks", r.torn_blocks},
-          {"refused_replicas", r.replicas.refused_storage + r.replicas.refused_quota},
-          {"saturated_voxels", r.saturated_voxels},
-          {"work", robot.fusion_work()},
-          {"waiting", r.waiting}};
+  Json json = counters_json(r);
+  json["label_voxels"] = usage.label_voxels;
+  json["free_voxels"] = robot.global().map().count_free_voxels();
+  json["overlap_voxels"] = r.nodes;
+  json["residual"] = r.residual;
+  json["refused_replicas"] = r.replicas.refused_storage + r.replicas.refused_quota;
+  json["work"] = robot.fusion_work();
+  return json;
 }
 
 }  // namespace
@@ -168,15 +128,16 @@ Json Node::mapping_json() const {
           {"missed", m.missed},
           {"late", m.late},
           {"shed", m.shed},
-          {"refused_memory", m.refused_memory},
-          {"refused_work", m.refused_work},
-          {"refused_time", m.refused_time},
-          {"over_capacity", m.over_capacity},
+          {"refused_memory", left_out_for_memory(m.scans)},
+          {"refused_work", left_out_for_work(m.scans)},
+          {"refused_time", m.scans.left_out_deadline},
+          {"over_capacity", m.scans.over_capacity},
           {"paused", m.paused},
           {"lost", run_.source.lost},
           {"clears", m.clears},
           {"saves", saves_.load()},
           {"failed_saves", failed_saves_.load()},
+          {"failed_records", failed_records()},
           {"kept_maps", run_.kept_maps},
           {"failed_keeps", run_.failed_keeps},
           {"cycle_times", histogram_json(mapping_->cycles())},
@@ -223,19 +184,14 @@ Json Node::report() const {
                {"cpu_seconds", run_.cpu_s},
                {"digest", hex64(global_digest_)},
                {"exchange_digest", hex64(robot_->exchange().digest())},
-               {"local_digest", hex64(local_digest_.value_or(0))},
-               {"scans",
-                {{"integrated", run_.mapping.cycles},
-                 {"points", run_.mapping.points},
-                 {"left_out", run_.mapping.left_out},
-                 {"thinned", run_.mapping.thinned},
-                 {"points_kept", run_.mapping.points_kept},
-                 {"rays_wanted", run_.mapping.rays_wanted},
-                 {"rays", run_.mapping.rays},
-                 {"unknown_ids", run_.source.unknown_ids},
-                 {"bad_poses", run_.mapping.bad_poses},
-                 {"worst_late_ms", ms_of(run_.mapping.worst_late_us)},
-                 {"times", times_json(mapping_->cycles())}}}};
+               {"local_digest", hex64(local_digest_.value_or(0))}};
+  Json scans = counters_json(run_.mapping.scans);
+  scans["integrated"] = run_.mapping.cycles;
+  scans["unknown_ids"] = run_.source.unknown_ids;
+  scans["bad_poses"] = run_.mapping.bad_poses;
+  scans["worst_late_ms"] = ms_of(run_.mapping.worst_late_us);
+  scans["times"] = times_json(mapping_->cycles());
+  json["scans"] = std::move(scans);
   json["mapping"] = mapping_json();
   json["realtime"] = realtime_json();
   if (sensing_) json["sensors"] = sensors_json();
@@ -257,7 +213,7 @@ Json Node::report() const {
   if (archive_) json["window"] = to_json(window_);
   json["contributions"] = contributions_json(*robot_);
   json["peers"] = peers_json(*robot_, run_.end_us);
-  json["exchange"] = exchange_json(exchange);
+  json["exchange"] = counters_json(exchange);
   json["publisher"] = publisher_json(robot_->publisher());
   json["link"] = link_json(*port_);
   json["security"] = security_json();

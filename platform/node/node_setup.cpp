@@ -47,19 +47,13 @@ Outcome<void> Node::check(const NodeConfig& config) {
 }
 
 Outcome<void> Node::check_all() {
-  const Outcome<void> inputs = open_inputs();
-  if (!inputs.ok()) return inputs.failure();
-  const Outcome<void> places = check_places();
-  if (!places.ok()) return places.failure();
-  const Outcome<RobotSetup> trial = set_up_robot(config_, scan_sizes(), 1);
-  if (!trial.ok()) return trial.failure();
-  setup_ = *trial;
-  const Outcome<void> urls = check_urls();
-  if (!urls.ok()) return urls.failure();
-  const Outcome<void> registrar = make_registrar();
-  if (!registrar.ok()) return registrar.failure();
-  const Outcome<void> sectors = check_sectors();
-  if (!sectors.ok()) return sectors.failure();
+  TESSERA_TRY(open_inputs());
+  TESSERA_TRY(check_places());
+  TESSERA_TRY_ASSIGN(const RobotSetup trial, set_up_robot(config_, scan_sizes(), 1));
+  setup_ = trial;
+  TESSERA_TRY(check_urls());
+  TESSERA_TRY(make_registrar());
+  TESSERA_TRY(check_sectors());
   return read_keys();
 }
 
@@ -68,14 +62,13 @@ Outcome<void> Node::check_sectors() const {
   if (config_.vehicle.can.empty()) return {};
   MapConfig config = setup_.robot.map;
   config.storage_bytes = 4 * SlabPool::kPageBytes;
-  Outcome<ArenaMemory> memory = ArenaMemory::allocate(required_bytes(config));
-  if (!memory.ok()) return memory.failure();
-  Arena arena(memory->span());
+  TESSERA_TRY_ASSIGN(ArenaMemory memory, ArenaMemory::allocate(required_bytes(config)));
+  Arena arena(memory.span());
   const Result<LocalMap> map = LocalMap::make(arena, config, classes());
   if (!map.ok()) return Failure{std::string("the map cannot be made: ") + to_string(map.status())};
-  const Outcome<ArenaMemory> room = ArenaMemory::allocate(ObstacleSectors::required_bytes(*map));
-  if (!room.ok()) return room.failure();
-  Arena sectors_arena(room->span());
+  TESSERA_TRY_ASSIGN(const ArenaMemory room,
+                     ArenaMemory::allocate(ObstacleSectors::required_bytes(*map)));
+  Arena sectors_arena(room.span());
   if (ObstacleSectors::make(sectors_of(config_.vehicle), *map, sectors_arena).ok()) return {};
   return Failure{Message(kVehicleSettings["vehicle.sector_range_m"]) +
                  ", own_radius_m, sector_low_m or sector_high_m is more than 4096 voxels of [map] "
@@ -114,9 +107,8 @@ Outcome<void> Node::check_places() const {
       {kNodeSettings["robot.T_global_map"], config_.T_global_map},
       {kMapSettings["--archive"],
        config_.map.archive.empty() ? std::string() : archive_path(config_.map.archive)}};
-  const Outcome<std::vector<NamedFile>> clouds = cloud_files(config_.map);
-  if (!clouds.ok()) return clouds.failure();
-  inputs.insert(inputs.end(), clouds->begin(), clouds->end());
+  TESSERA_TRY_ASSIGN(const std::vector<NamedFile> clouds, cloud_files(config_.map));
+  inputs.insert(inputs.end(), clouds.begin(), clouds.end());
   return check_outputs({{kNodeSettings["output.global_map"], config_.global_map},
                         {kNodeSettings["output.local_map"], config_.local_map},
                         {kNodeSettings["output.contribution"], config_.contribution},
@@ -134,9 +126,8 @@ Outcome<void> Node::make_snapshot_folder() const {
 }
 
 Outcome<void> Node::read_keys() {
-  Outcome<FleetKeys> keys = FleetKeys::read(config_.keys, config_.robot);
-  if (!keys.ok()) return keys.failure();
-  keys_.emplace(std::move(*keys));
+  TESSERA_TRY_ASSIGN(FleetKeys keys, FleetKeys::read(config_.keys, config_.robot));
+  keys_.emplace(std::move(keys));
   reopening_ = EpochPace(keys_->keys().signatures.on());
   return {};
 }
@@ -144,22 +135,18 @@ Outcome<void> Node::read_keys() {
 /// Durable before anything is sent. Each start opens a new epoch, so that no version of an epoch is
 /// ever signed twice.
 Outcome<void> Node::begin_state() {
-  Outcome<RobotState> state = RobotState::open(config_.state, config_.robot);
-  if (!state.ok()) return state.failure();
-  state_.emplace(std::move(*state));
-  const Outcome<void> begun = state_->begin(config_.earlier);
-  if (!begun.ok()) return begun.failure();
+  TESSERA_TRY_ASSIGN(RobotState state, RobotState::open(config_.state, config_.robot));
+  state_.emplace(std::move(state));
+  TESSERA_TRY(state_->begin(config_.earlier));
   setup_.robot.epoch = state_->epoch();
   epoch_ = state_->epoch();
   setup_.robot.floor = state_->floor();
-  const Outcome<std::uint64_t> session = make_session(state_->starts());
-  if (!session.ok()) return session.failure();
-  setup_.robot.exchange.session = *session;
+  TESSERA_TRY_ASSIGN(const std::uint64_t session, make_session(state_->starts()));
+  setup_.robot.exchange.session = session;
   // No other robot chooses the blocks of the local map, and without a seed they are published in
   // the same order each time.
-  const Outcome<std::uint64_t> seed = make_hash_seed();
-  if (!seed.ok()) return seed.failure();
-  setup_.robot.global.map.hash_seed = *seed;
+  TESSERA_TRY_ASSIGN(const std::uint64_t seed, make_hash_seed());
+  setup_.robot.global.map.hash_seed = seed;
   setup_.robot.exchange.mission = keys_->mission().number();
   setup_.robot.exchange.listen_us = kListen_us;
   return {};
@@ -169,23 +156,21 @@ Outcome<void> Node::begin_state() {
 Outcome<void> Node::open_archive() {
   const std::string& folder = config_.map.archive;
   if (folder.empty()) return {};
-  const Outcome<std::string> kept = config_.keep_maps ? keep_earlier_archive(archive_path(folder))
-                                                      : Outcome<std::string>(std::string());
-  if (!kept.ok()) return kept.failure();
-  if (!kept->empty()) run_.kept_maps.push_back(*kept);
-  Outcome<HeldArchive> archive = HeldArchive::make(folder, setup_.map, identity_of(MapKind::kLocal),
-                                                   nullptr, robot_->mapper());
-  if (!archive.ok()) return archive.failure();
-  archive_.emplace(std::move(*archive));
+  TESSERA_TRY_ASSIGN(const std::string kept, config_.keep_maps
+                                                 ? keep_earlier_archive(archive_path(folder))
+                                                 : Outcome<std::string>(std::string()));
+  if (!kept.empty()) run_.kept_maps.push_back(kept);
+  TESSERA_TRY_ASSIGN(HeldArchive archive,
+                     HeldArchive::make(folder, setup_.map, identity_of(MapKind::kLocal), nullptr,
+                                       robot_->mapper()));
+  archive_.emplace(std::move(archive));
   return {};
 }
 
 Outcome<void> Node::set_up() {
   // All checks are made before the start is counted.
-  const Outcome<void> checked = check_all();
-  if (!checked.ok()) return checked.failure();
-  const Outcome<void> snapshots = make_snapshot_folder();
-  if (!snapshots.ok()) return snapshots.failure();
+  TESSERA_TRY(check_all());
+  TESSERA_TRY(make_snapshot_folder());
   // Before anything is allocated whose address must not change.
   if (config_.lock_memory) keep_freed_memory();
   LinkConfig link = config_.link;
@@ -195,23 +180,18 @@ Outcome<void> Node::set_up() {
   fleet_.emplace(status, config_.robot);
   link.check = door_->check();
   link.side = {.channel = kStatusChannel, .check = door_->status_check()};
-  Outcome<std::unique_ptr<NetworkPort>> port =
-      NetworkPort::open(link, config_.send_slots, thread_roles(config_).sending, status);
-  if (!port.ok()) return port.failure();
-  port_ = std::move(*port);
-  Outcome<FileDescriptor> lock = lock_robot(config_.state, config_.robot);
-  if (!lock.ok()) return lock.failure();
-  lock_ = std::move(*lock);
-  const Outcome<void> kept = keep_earlier_maps();
-  if (!kept.ok()) return kept.failure();
-  const Outcome<void> begun = begin_state();
-  if (!begun.ok()) return begun.failure();
+  TESSERA_TRY_ASSIGN(
+      std::unique_ptr<NetworkPort> port,
+      NetworkPort::open(link, config_.send_slots, thread_roles(config_).sending, status));
+  port_ = std::move(port);
+  TESSERA_TRY_ASSIGN(FileDescriptor lock, lock_robot(config_.state, config_.robot));
+  lock_ = std::move(lock);
+  TESSERA_TRY(keep_earlier_maps());
+  TESSERA_TRY(begin_state());
   const Clock clock{nullptr, [](void*) { return MonotonicClock::now_us(); }};
-  Outcome<HeldRobot> robot = make_robot(setup_.robot, classes(), keys_->keys(), clock);
-  if (!robot.ok()) return robot.failure();
-  robot_ = std::move(*robot);
-  const Outcome<void> archive = open_archive();
-  if (!archive.ok()) return archive.failure();
+  TESSERA_TRY_ASSIGN(HeldRobot robot, make_robot(setup_.robot, classes(), keys_->keys(), clock));
+  robot_ = std::move(robot);
+  TESSERA_TRY(open_archive());
   for (const RobotFloor& heard : state_->floors())
     robot_->exchange().set_floor_of(heard.robot, heard.floor);
   excluded_ = config_.exclude;

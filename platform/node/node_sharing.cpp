@@ -137,9 +137,7 @@ Outcome<void> Node::take_snapshot(std::int64_t now_us) {
                     1e-6 * static_cast<double>(now_us - run_.start_us),
                     global.map().usage().label_voxels};
   std::vector<KeyedIndex> workspace = workspace_for(global.map());
-  const Outcome<void> saved =
-      save_map(global.map(), identity_of(MapKind::kGlobal), workspace, snapshot.path);
-  if (!saved.ok()) return saved.failure();
+  TESSERA_TRY(save_map(global.map(), identity_of(MapKind::kGlobal), workspace, snapshot.path));
   run_.snapshots.push_back(std::move(snapshot));
   return {};
 }

@@ -33,12 +33,11 @@ ScanSource& Node::source() const {
 
 Outcome<void> Node::make_threads() {
   if (!config_.vehicle.can.empty()) {
-    Outcome<std::unique_ptr<VehiclePort>> opened = VehiclePort::open(vehicle_config(config_));
-    if (!opened.ok()) return opened.failure();
-    vehicle_port_ = std::move(*opened);
+    TESSERA_TRY_ASSIGN(std::unique_ptr<VehiclePort> opened,
+                       VehiclePort::open(vehicle_config(config_)));
+    vehicle_port_ = std::move(opened);
   }
-  const Outcome<void> sensing = make_sensing();
-  if (!sensing.ok()) return sensing.failure();
+  TESSERA_TRY(make_sensing());
   mapping_ = std::make_unique<MappingThread>(robot_->mapper(), source(), mapping_wake_,
                                              MappingConfig{.period_us = 1000 * config_.period_ms},
                                              *registrar_);
@@ -51,10 +50,10 @@ Outcome<void> Node::make_threads() {
 
 Outcome<void> Node::make_services() {
   if (!config_.view.empty()) {
-    const Outcome<ListenAddress> address = parse_listen_address(config_.view);
-    if (!address.ok()) return address.failure();
-    Outcome<std::unique_ptr<ViewThread>> view =
-        ViewThread::open({.address = *address, .voxels_per_s = config_.view_voxels_per_s},
+    TESSERA_TRY_ASSIGN(const ListenAddress address, parse_listen_address(config_.view));
+    TESSERA_TRY_ASSIGN(
+        std::unique_ptr<ViewThread> view,
+        ViewThread::open({.address = address, .voxels_per_s = config_.view_voxels_per_s},
                          {.robot = config_.robot,
                           .T_global_map = setup_.robot.T_global_map,
                           .period_us = 1000 * config_.period_ms,
@@ -63,19 +62,18 @@ Outcome<void> Node::make_services() {
                           .mapping = mapping_.get(),
                           .sharing = sharing_.get(),
                           .port = port_.get(),
-                          .fleet = &*fleet_});
-    if (!view.ok()) return view.failure();
-    view_ = std::move(*view);
+                          .fleet = &*fleet_}));
+    view_ = std::move(view);
   }
   if (!config_.queries) return {};
-  Outcome<std::unique_ptr<QueryThread>> queries =
+  TESSERA_TRY_ASSIGN(
+      std::unique_ptr<QueryThread> queries,
       QueryThread::open({.url = config_.query_url,
                          .interface = config_.query_interface,
                          .limits = {.requests_per_s = static_cast<int>(config_.queries_per_s)},
                          .thread = thread_roles(config_).query_link},
-                        {.local = &robot_->map(), .global = &robot_->global()});
-  if (!queries.ok()) return queries.failure();
-  queries_ = std::move(*queries);
+                        {.local = &robot_->map(), .global = &robot_->global()}));
+  queries_ = std::move(queries);
   return {};
 }
 
@@ -85,11 +83,11 @@ Outcome<void> Node::make_vehicle(NodeRequests& requests) {
   config.sectors = sectors_of(config_.vehicle);
   config.robot = config_.robot;
   config.period_us = 1000 * config_.period_ms;
-  Outcome<std::unique_ptr<VehicleThread>> made =
+  TESSERA_TRY_ASSIGN(
+      std::unique_ptr<VehicleThread> made,
       VehicleThread::make(config, robot_->map(), *vehicle_port_, *mapping_, *sharing_,
-                          sensing_.get(), {requests.save, saves_, failed_saves_});
-  if (!made.ok()) return made.failure();
-  vehicle_ = std::move(*made);
+                          sensing_.get(), {requests.save, saves_, failed_saves_}));
+  vehicle_ = std::move(made);
   return {};
 }
 

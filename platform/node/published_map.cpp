@@ -30,10 +30,9 @@ std::vector<std::uint64_t> published_blocks(const Robot& robot) {
 
 Outcome<std::unique_ptr<PublishedMap>> published_map(const Robot& robot) {
   const int components = robot.map().num_components();
-  const Outcome<ArenaMemory> scratch =
-      ArenaMemory::allocate(BlockContent::required_bytes(components));
-  if (!scratch.ok()) return scratch.failure();
-  Arena scratch_arena(scratch->span());
+  TESSERA_TRY_ASSIGN(const ArenaMemory scratch,
+                     ArenaMemory::allocate(BlockContent::required_bytes(components)));
+  Arena scratch_arena(scratch.span());
   BlockContent content = *BlockContent::make(scratch_arena, components);
   const std::vector<std::uint64_t> keys = published_blocks(robot);
   const auto read = [&](std::uint64_t key) {
@@ -53,9 +52,8 @@ Outcome<std::unique_ptr<PublishedMap>> published_map(const Robot& robot) {
       align_up(2 * (keys.size() * of_block + octets * octet_bytes) + 16 * SlabPool::kPageBytes,
                SlabPool::kPageBytes);
   auto published = std::make_unique<PublishedMap>();
-  Outcome<ArenaMemory> memory = ArenaMemory::allocate(required_bytes(config));
-  if (!memory.ok()) return memory.failure();
-  published->memory = std::move(*memory);
+  TESSERA_TRY_ASSIGN(ArenaMemory memory, ArenaMemory::allocate(required_bytes(config)));
+  published->memory = std::move(memory);
   Arena arena(published->memory.span());
   Result<LocalMap> map = LocalMap::make(arena, config, robot.map().classes());
   if (!map.ok())

@@ -16,9 +16,8 @@ Outcome<std::unique_ptr<QueryPort>> QueryPort::open(const QueryPortConfig& confi
                                .interface = config.interface,
                                .queue_slots = kQueue,
                                .thread = config.thread};
-  Outcome<std::unique_ptr<DatagramLink>> link = DatagramLink::open(link_config);
-  if (!link.ok()) return link.failure();
-  return std::unique_ptr<QueryPort>(new QueryPort(std::move(*link), maps, config.limits));
+  TESSERA_TRY_ASSIGN(std::unique_ptr<DatagramLink> link, DatagramLink::open(link_config));
+  return std::unique_ptr<QueryPort>(new QueryPort(std::move(link), maps, config.limits));
 }
 
 int QueryPort::serve(std::int64_t timeout_us, int max_queries) noexcept {
@@ -37,7 +36,7 @@ int QueryPort::serve(std::int64_t timeout_us, int max_queries) noexcept {
     }
   }
   report_.queries = service_.report();
-  report_.queue_full = link_->statistics().queue_full;
+  report_.queue_full = link_->report().queue_full;
   shared_report_.store(report_);
   return served;
 }

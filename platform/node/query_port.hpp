@@ -11,6 +11,7 @@
 #include "base/shared_report.hpp"
 #include "link/datagram_link.hpp"
 #include "node/query_service.hpp"
+#include "tessera/base/counters.hpp"
 
 namespace tessera {
 
@@ -24,12 +25,16 @@ struct QueryPortConfig {
   ThreadRole thread{.name = "tessera-ask"};  ///< Of the receiving thread.
 };
 
+#define TESSERA_QUERY_PORT_COUNTERS(ROW)                                                 \
+  ROW(COUNTER, uint64_t, malformed, "Messages that are no tessera_query: not answered.") \
+  ROW(COUNTER, uint64_t, queue_full, "Requests lost: more than 256 waited.")             \
+  ROW(COUNTER, uint64_t, not_sent, "Replies that the system refused to send.")
+
 struct QueryPortReport {
+  TESSERA_QUERY_PORT_COUNTERS(TESSERA_COUNTER_MEMBER)
   QueryReport queries{};
-  std::uint64_t malformed = 0;   ///< Not a tessera_query, so not answered.
-  std::uint64_t queue_full = 0;  ///< More than 256 waited.
-  std::uint64_t not_sent = 0;    ///< Replies that the system refused to send.
 };
+TESSERA_COUNTER_TABLE(QueryPortReport, TESSERA_QUERY_PORT_COUNTERS(TESSERA_COUNTER_ROW))
 
 class QueryPort {
  public:

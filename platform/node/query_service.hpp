@@ -14,6 +14,7 @@
 
 #include "base/arena_memory.hpp"
 #include "link/query_messages.hpp"
+#include "tessera/base/counters.hpp"
 #include "tessera/fusion/global_reader.hpp"
 #include "tessera/map/map_reader.hpp"
 
@@ -27,13 +28,17 @@ struct QueryLimits {
       16'384;  ///< 8,192 .. 2^24, so that one cell always fits; in the same units.
 };
 
+#define TESSERA_QUERY_COUNTERS(ROW)                                                     \
+  ROW(COUNTER, uint64_t, incomplete, "Answered requests that used up the work of one.") \
+  ROW(COUNTER, uint64_t, work, "Work of all requests.")                                 \
+  ROW(LEVEL, uint64_t, most_work, "Most work of one request.")
+
 /// Results of requests. Each is counted in one of error[], by QueryError; [0]: answered.
 struct QueryReport {
+  TESSERA_QUERY_COUNTERS(TESSERA_COUNTER_MEMBER)
   std::array<std::uint64_t, 8> errors{};
-  std::uint64_t incomplete = 0;  ///< Answered ones that used up the work of one request.
-  std::uint64_t work = 0;        ///< Of all requests.
-  std::uint64_t most_work = 0;   ///< Of one request.
 };
+TESSERA_COUNTER_TABLE(QueryReport, TESSERA_QUERY_COUNTERS(TESSERA_COUNTER_ROW))
 
 /// The available maps; each may be missing, and must keep its address.
 struct ServedMaps {

@@ -6,9 +6,8 @@ namespace tessera {
 
 Outcome<std::unique_ptr<QueryThread>> QueryThread::open(const QueryPortConfig& config,
                                                         const ServedMaps& maps) {
-  Outcome<std::unique_ptr<QueryPort>> port = QueryPort::open(config, maps);
-  if (!port.ok()) return port.failure();
-  return std::unique_ptr<QueryThread>(new QueryThread(std::move(*port)));
+  TESSERA_TRY_ASSIGN(std::unique_ptr<QueryPort> port, QueryPort::open(config, maps));
+  return std::unique_ptr<QueryThread>(new QueryThread(std::move(port)));
 }
 
 Outcome<void> QueryThread::start(const ThreadRole& role) {

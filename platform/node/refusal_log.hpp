@@ -8,7 +8,7 @@
 #include <cstdint>
 
 #include "base/log.hpp"
-#include "link/link_statistics.hpp"
+#include "link/link_report.hpp"
 #include "link/side_intake.hpp"
 #include "link/status_table.hpp"
 #include "tessera/exchange/exchange_config.hpp"
@@ -18,10 +18,10 @@ namespace tessera {
 
 /// The watched counters. None ever decreases.
 struct RefusalCounters {
-  const LinkStatistics& link;
+  const LinkReport& link;
   const ExchangeReport& exchange;
-  const SideStatistics& statuses;
-  const StatusCounters& table;
+  const SideReport& statuses;
+  const StatusTableReport& table;
   const GlobalMapReport& global_map;
   std::uint64_t floors_refused;  ///< Times that the floor of a robot's epochs was not stored.
 };

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "node/robot_process.hpp"
 
+#include <fmt/core.h>
 #include <sys/stat.h>
 
 #include <cerrno>
@@ -20,7 +21,7 @@ namespace {
 /// process may have ended since.
 bool has_open(pid_t process, const struct ::stat& file) {
   std::error_code error;
-  const std::filesystem::path folder = "/proc/" + std::to_string(process) + "/fd";
+  const std::filesystem::path folder = fmt::format("/proc/{}/fd", process);
   for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
     struct ::stat open {};
     if (::stat(entry.path().c_str(), &open) == 0 && open.st_dev == file.st_dev &&
@@ -33,7 +34,7 @@ bool has_open(pid_t process, const struct ::stat& file) {
 }  // namespace
 
 Outcome<pid_t> find_robot_process(const std::string& folder, std::uint32_t robot) {
-  const std::string path = folder + "/robot_" + std::to_string(robot) + ".lock";
+  const std::string path = fmt::format("{}/robot_{}.lock", folder, robot);
   struct ::stat file {};
   if (::stat(path.c_str(), &file) != 0)
     return system_failure("find", path, errno, FailureKind::kUsage);
@@ -50,8 +51,9 @@ Outcome<pid_t> find_robot_process(const std::string& folder, std::uint32_t robot
     if (place.substr(colon + 1) == std::to_string(file.st_ino) && has_open(process, file))
       return process;
   }
-  return Failure{"robot " + std::to_string(robot) + " does not run with the state in " + folder +
-                 ", or runs as another user; start it, or use sudo"};
+  return Failure{fmt::format(
+      "robot {} does not run with the state in {}, or runs as another user; start it, or use sudo",
+      robot, folder)};
 }
 
 }  // namespace tessera

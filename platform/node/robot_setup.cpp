@@ -53,35 +53,31 @@ ObstacleSectorsConfig sectors_of(const VehicleConfig& vehicle) noexcept {
 
 Outcome<HeldRobot> make_robot(const RobotConfig& config, const ClassTable& classes,
                               const RobotKeys& keys, const Clock& clock) {
-  Outcome<ArenaMemory> memory =
-      ArenaMemory::allocate(Robot::required_bytes(config, classes.num_components()));
-  if (!memory.ok()) return memory.failure();
-  Arena arena(memory->span());
+  TESSERA_TRY_ASSIGN(ArenaMemory memory, ArenaMemory::allocate(Robot::required_bytes(
+                                             config, classes.num_components())));
+  Arena arena(memory.span());
   const Result<Robot*> robot = Robot::make(arena, config, classes, keys, clock);
   if (!robot.ok())
     return Failure{std::string("the robot cannot be set up: ") + to_string(robot.status())};
-  return HeldRobot(std::move(*memory), **robot);
+  return HeldRobot(std::move(memory), **robot);
 }
 
 Outcome<RobotSetup> set_up_robot(const NodeConfig& config, const ScanSizes& scans,
                                  std::uint32_t epoch) {
-  const Outcome<MapSetup> map = set_up(config.map);
-  if (!map.ok()) return map.failure();
+  TESSERA_TRY_ASSIGN(const MapSetup map, set_up(config.map));
   RobotSetup setup;
-  setup.map = *map;
-  const Outcome<std::uint32_t> archived = set_up_archive(config, scans.num_components, setup.map);
-  if (!archived.ok()) return archived.failure();
-  const Outcome<ScanCapacity> capacity = split_budget(setup.map, scans.max_points);
-  if (!capacity.ok()) return capacity.failure();
-  const Outcome<Matrix34d> T_global_map = frame_of(config);
-  if (!T_global_map.ok()) return T_global_map.failure();
-  const Outcome<RobotConfig> robot = set_up_sharing(config, setup.map, scans.num_components, epoch);
-  if (!robot.ok()) return robot.failure();
-  setup.robot = *robot;
+  setup.map = map;
+  TESSERA_TRY_ASSIGN(const std::uint32_t archived,
+                     set_up_archive(config, scans.num_components, setup.map));
+  TESSERA_TRY_ASSIGN(const ScanCapacity capacity, split_budget(setup.map, scans.max_points));
+  TESSERA_TRY_ASSIGN(const Matrix34d T_global_map, frame_of(config));
+  TESSERA_TRY_ASSIGN(const RobotConfig robot,
+                     set_up_sharing(config, setup.map, scans.num_components, epoch));
+  setup.robot = robot;
   setup.robot.window = setup.map.window;
-  setup.robot.archived_blocks = *archived;
-  setup.robot.scan = *capacity;
-  setup.robot.T_global_map = *T_global_map;
+  setup.robot.archived_blocks = archived;
+  setup.robot.scan = capacity;
+  setup.robot.T_global_map = T_global_map;
   return setup;
 }
 

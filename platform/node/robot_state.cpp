@@ -3,6 +3,7 @@
 #include "node/robot_state.hpp"
 
 #include <fcntl.h>
+#include <fmt/core.h>
 #include <sys/file.h>
 #include <unistd.h>
 
@@ -29,7 +30,7 @@ constexpr std::size_t kMostCountBytes = 64;
 constexpr std::uint32_t kMost32 = std::numeric_limits<std::uint32_t>::max();
 
 std::string line_of(const char* word, std::uint32_t number) {
-  return std::string(word) + " " + std::to_string(number) + "\n";
+  return fmt::format("{} {}\n", word, number);
 }
 
 /// Cuts "word number" or "word number number" off the text.
@@ -72,14 +73,16 @@ Outcome<FileDescriptor> lock_robot(const std::string& folder, std::uint32_t robo
     return Failure{"cannot make the folder " + folder + ": " + error.message() +
                    "; name another one"};
   }
-  const std::string path = folder + "/robot_" + std::to_string(robot) + ".lock";
+  const std::string path = fmt::format("{}/robot_{}.lock", folder, robot);
   constexpr ::mode_t kMode = 0644;
   FileDescriptor file(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, kMode));
   if (!file.is_open()) return system_failure("open", path, errno, FailureKind::kUsage);
   if (::flock(file.get(), LOCK_EX | LOCK_NB) != 0) {
     if (errno != EWOULDBLOCK) return system_failure("lock", path, errno, FailureKind::kUsage);
-    return Failure{"robot " + std::to_string(robot) + " is already running, with the state in " +
-                   folder + "; stop it, or give this one another number"};
+    return Failure{
+        fmt::format("robot {} is already running, with the state in {}; stop it, or give this one "
+                    "another number",
+                    robot, folder)};
   }
   return file;
 }
@@ -89,7 +92,7 @@ std::string RobotState::text_of(const Values& values) const {
                      line_of("starts", values.starts) + line_of("epoch", values.epoch) +
                      line_of("published", values.published) + line_of("floor", values.floor);
   for (const RobotFloor& heard : values.floors)
-    text += line_of(("heard " + std::to_string(heard.robot)).c_str(), heard.floor);
+    text += line_of((fmt::format("heard {}", heard.robot)).c_str(), heard.floor);
   char check[16] = {};
   std::snprintf(check, sizeof check, "check %08x\n", crc32c(std::as_bytes(std::span(text))));
   return text + check;
@@ -105,8 +108,8 @@ Outcome<RobotState::Values> RobotState::parse(const std::string& text) const {
                       take(rest, "published", values.published) &&
                       take(rest, "floor", values.floor);
   if (begins && version == 1 && robot != robot_) {
-    return Failure{path() + " is of robot " + std::to_string(robot) +
-                   "; each robot has its own file, so remove this one"};
+    return Failure{fmt::format("{} is of robot {}; each robot has its own file, so remove this one",
+                               path(), robot)};
   }
   RobotFloor heard;
   std::uint32_t* const numbers[] = {&heard.robot, &heard.floor};
@@ -123,10 +126,9 @@ Outcome<RobotState::Values> RobotState::parse(const std::string& text) const {
 Outcome<RobotState::Values> RobotState::read_count() const {
   const std::string path = stem_ + ".starts";
   if (!exists(path)) return Values{};
-  const Outcome<std::string> text = read_text_file(path, kMostCountBytes);
-  if (!text.ok()) return text.failure();
+  TESSERA_TRY_ASSIGN(const std::string text, read_text_file(path, kMostCountBytes));
   std::uint32_t count = 0;
-  std::string_view rest = *text;
+  std::string_view rest = text;
   const auto [stopped, wrong] = std::from_chars(rest.data(), rest.data() + rest.size(), count);
   rest.remove_prefix(static_cast<std::size_t>(stopped - rest.data()));
   if (wrong != std::errc{} || rest != "\n" || count == 0) {
@@ -138,12 +140,11 @@ Outcome<RobotState::Values> RobotState::read_count() const {
 }
 
 Outcome<RobotState> RobotState::open(const std::string& folder, std::uint32_t robot) {
-  RobotState state(folder + "/robot_" + std::to_string(robot), robot);
+  RobotState state(fmt::format("{}/robot_{}", folder, robot), robot);
   Outcome<Values> values = Values{};
   if (exists(state.path())) {
-    const Outcome<std::string> text = read_text_file(state.path(), kMostBytes);
-    if (!text.ok()) return text.failure();
-    values = state.parse(*text);
+    TESSERA_TRY_ASSIGN(const std::string text, read_text_file(state.path(), kMostBytes));
+    values = state.parse(text);
   } else {
     values = state.read_count();
   }
@@ -154,12 +155,10 @@ Outcome<RobotState> RobotState::open(const std::string& folder, std::uint32_t ro
 
 Outcome<void> RobotState::change(Values next) {
   if (next == now_) return {};
-  Outcome<AtomicFile> file = AtomicFile::open(path());
-  if (!file.ok()) return file.failure();
+  TESSERA_TRY_ASSIGN(AtomicFile file, AtomicFile::open(path()));
   const std::string text = text_of(next);
-  file->write(std::as_bytes(std::span(text)));
-  const Outcome<void> committed = file->commit();
-  if (!committed.ok()) return committed.failure();
+  file.write(std::as_bytes(std::span(text)));
+  TESSERA_TRY(file.commit());
   now_ = std::move(next);
   return {};
 }

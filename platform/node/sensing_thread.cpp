@@ -51,9 +51,8 @@ Outcome<std::unique_ptr<SensingThread>> SensingThread::open(const SensorPortConf
       }};
   // Two sources of poses would contradict each other.
   if (poses_by_bus) with_filter.channels.pose.clear();
-  Outcome<std::unique_ptr<SensorPort>> port = SensorPort::open(with_filter);
-  if (!port.ok()) return port.failure();
-  sensing->port_ = std::move(*port);
+  TESSERA_TRY_ASSIGN(std::unique_ptr<SensorPort> port, SensorPort::open(with_filter));
+  sensing->port_ = std::move(port);
   return sensing;
 }
 
@@ -234,7 +233,7 @@ void SensingThread::take_vehicle_poses() noexcept {
 }
 
 bool SensingThread::poses_are_good() noexcept {
-  VehiclePortStatus status;
+  VehiclePortState status;
   const bool told = vehicle_ != nullptr && vehicle_->status(status);
   if (!poses_by_bus_) {
     if (told) guard_.moves({.received_us = MonotonicClock::now_us(), .state = status.motion});

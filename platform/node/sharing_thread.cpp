@@ -69,13 +69,13 @@ void SharingThread::note_status(std::int64_t now_us) noexcept {
   now_.global_counts = sharer_.global().counters();
   const std::optional<std::uint32_t> overtaken = sharer_.exchange().overtaken();
   now_.overtaken = overtaken ? std::uint64_t{*overtaken} + 1 : 0;
-  now_.highest_session_heard = sharer_.exchange().highest_session_heard();
-  const std::span<const RobotFloor> floors = sharer_.exchange().floors();
+  now_.highest_session_heard = sharer_.exchange().epochs().highest_session();
+  const std::span<const RobotFloor> floors = sharer_.exchange().epochs().all();
   now_.floor_count = static_cast<std::uint32_t>(std::min(floors.size(), now_.floors.size()));
   std::copy_n(floors.begin(), now_.floor_count, now_.floors.begin());
   now_.floors_refused =
       std::max<std::uint64_t>(now_.floors_refused, floors.size() - now_.floor_count);
-  const std::span<const Conflicts::Known> conflicts = sharer_.exchange().conflicts();
+  const std::span<const Conflicts::Known> conflicts = sharer_.exchange().conflicts().all();
   for (; now_.conflict_count < conflicts.size(); ++now_.conflict_count)
     now_.conflicts[now_.conflict_count] = conflicts[now_.conflict_count].id;
   now_.idle = sharer_.idle();

@@ -18,9 +18,9 @@ Outcome<std::unique_ptr<VehicleThread>> VehicleThread::make(const VehicleThreadC
                                                             const SaveRequests& saves) {
   std::unique_ptr<VehicleThread> made(
       new VehicleThread(config, map, port, mapping, sharing, sensing, saves));
-  Outcome<ArenaMemory> memory = ArenaMemory::allocate(ObstacleSectors::required_bytes(map));
-  if (!memory.ok()) return memory.failure();
-  made->memory_ = std::move(*memory);
+  TESSERA_TRY_ASSIGN(ArenaMemory memory,
+                     ArenaMemory::allocate(ObstacleSectors::required_bytes(map)));
+  made->memory_ = std::move(memory);
   Arena arena(made->memory_.span());
   Result<ObstacleSectors> sectors = ObstacleSectors::make(config.sectors, map, arena);
   if (!sectors.ok()) {
@@ -119,7 +119,7 @@ void VehicleThread::begin(const TakenCommand& command) noexcept {
 }
 
 void VehicleThread::watch_bus(std::int64_t now_us) noexcept {
-  VehiclePortStatus port;
+  VehiclePortState port;
   if (!port_.status(port) || port.bus.bus == bus_) return;
   bus_ = port.bus.bus;
   const bool well = bus_ == BusState::kActive;
@@ -233,7 +233,7 @@ void VehicleThread::tell_mapping(const MappingStatus& mapping, std::int64_t now_
   const auto used = static_cast<double>(mapping.usage.used_bytes);
   told_.memory_share = std::min(1.0, used / static_cast<double>(storage_bytes_));
   told_.blocks = mapping.usage.blocks;
-  told_.refused_points = mapping.left_out;
+  told_.refused_points = mapping.scans.left_out;
   told_.overruns = mapping.missed;
   if (mapping.cycles != cycles_seen_) {
     cycles_.add(mapping.last_cycle_us);

@@ -13,6 +13,7 @@
 #include "node/sensing_thread.hpp"
 #include "node/sharing_thread.hpp"
 #include "node/team_alarm.hpp"
+#include "tessera/base/counters.hpp"
 #include "tessera/map/obstacle_sectors.hpp"
 #include "vehicle/vehicle_port.hpp"
 
@@ -31,13 +32,17 @@ struct SaveRequests {
   const std::atomic<std::uint64_t>& failed;
 };
 
+#define TESSERA_VEHICLE_THREAD_COUNTERS(ROW)                          \
+  ROW(COUNTER, uint64_t, reports, "Reports to the vehicle.")          \
+  ROW(COUNTER, uint64_t, sweeps, "Complete sweeps around the robot.") \
+  ROW(COUNTER, uint64_t, commands, "Commands of the vehicle.")        \
+  ROW(COUNTER, uint64_t, late, "Turns that began at least a whole period late.")
+
 /// Counters never decrease.
 struct VehicleThreadReport {
-  std::uint64_t reports = 0;
-  std::uint64_t sweeps = 0;  ///< Complete sweeps around the robot.
-  std::uint64_t commands = 0;
-  std::uint64_t late = 0;  ///< Turns that began at least a whole period late.
+  TESSERA_VEHICLE_THREAD_COUNTERS(TESSERA_COUNTER_MEMBER)
 };
+TESSERA_COUNTER_TABLE(VehicleThreadReport, TESSERA_VEHICLE_THREAD_COUNTERS(TESSERA_COUNTER_ROW))
 
 class VehicleThread {
  public:

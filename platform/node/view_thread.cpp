@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "node/view_thread.hpp"
 
+#include <fmt/core.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -50,7 +51,7 @@ class OwnMarks {
 };
 
 std::vector<std::unique_ptr<ViewMap>> maps_of(const ViewedNode& node) {
-  const std::string robot = "robot " + std::to_string(node.robot);
+  const std::string robot = fmt::format("robot {}", node.robot);
   ViewMapInfo local;
   local.name = "local map of " + robot;
   local.robot = node.robot;
@@ -75,7 +76,7 @@ double ms_of(std::int64_t us) { return 1e-3 * static_cast<double>(us); }
 
 Json network_json(const SharingStatus& sharing, const NetworkPort& port) {
   const ExchangeReport& r = sharing.exchange;
-  const LinkStatistics link = port.link().statistics();
+  const LinkReport link = port.link().report();
   const std::uint64_t refused = link.refused_format + link.refused_mission + link.refused_tag +
                                 link.refused_excluded + r.refused_size + r.refused_format +
                                 r.refused_mission + r.refused_tag + r.refused_signature +
@@ -100,10 +101,10 @@ Outcome<std::unique_ptr<ViewThread>> ViewThread::open(const ViewerConfig& config
                                                       const ViewedNode& node) {
   const double step_m = 2.0 * node.local->config().resolution_m;
   std::unique_ptr<ViewThread> thread(new ViewThread(node, step_m));
-  Outcome<std::unique_ptr<Viewer>> viewer =
-      Viewer::open(config, maps_of(node), [self = thread.get()] { return self->status(); });
-  if (!viewer.ok()) return viewer.failure();
-  thread->viewer_ = std::move(*viewer);
+  TESSERA_TRY_ASSIGN(
+      std::unique_ptr<Viewer> viewer,
+      Viewer::open(config, maps_of(node), [self = thread.get()] { return self->status(); }));
+  thread->viewer_ = std::move(viewer);
   return thread;
 }
 

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pictures/ply.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -20,7 +22,7 @@ std::string estimate_comments(std::span<const std::string> label_names) {
       "comment evidence: the sum of all counts, free and unlabelled ones too\n";
   for (std::size_t label = 0; label < label_names.size(); ++label) {
     if (label_names[label].empty()) continue;
-    text += "comment label " + std::to_string(label) + ' ';
+    text += fmt::format("comment label {} ", label);
     // A comment ends with its line.
     for (const char c : label_names[label]) text += c == '\n' || c == '\r' ? ' ' : c;
     text += '\n';
@@ -29,11 +31,11 @@ std::string estimate_comments(std::span<const std::string> label_names) {
 }
 
 std::string header_start(std::uint64_t vertices, const std::string& comments = {}) {
-  return "ply\nformat binary_little_endian 1.0\ncomment voxels of a tessera map, metres, map "
-         "frame\n" +
-         comments + "element vertex " + std::to_string(vertices) +
-         "\nproperty float x\nproperty float y\nproperty float z\n"
-         "property uchar red\nproperty uchar green\nproperty uchar blue\n";
+  return fmt::format(
+      "ply\nformat binary_little_endian 1.0\ncomment voxels of a tessera map, metres, map "
+      "frame\n{}element vertex {}\nproperty float x\nproperty float y\nproperty float z\nproperty "
+      "uchar red\nproperty uchar green\nproperty uchar blue\n",
+      comments, vertices);
 }
 
 void put_color(PlyStream& stream, Color color) {
@@ -72,9 +74,8 @@ WriteReport write_points(std::span<const PlyVoxel> voxels, AtomicFile& file,
 
 void write_mesh(const VoxelMesh& mesh, double resolution_m, AtomicFile& file) {
   PlyStream stream(file);
-  stream.text(header_start(mesh.corners.size()) + "element face " +
-              std::to_string(mesh.quads.size()) +
-              "\nproperty list uchar int vertex_indices\nend_header\n");
+  stream.text(fmt::format("{}element face {}\nproperty list uchar int vertex_indices\nend_header\n",
+                          header_start(mesh.corners.size()), mesh.quads.size()));
   const auto coordinate = [&](std::size_t axis, std::int32_t step) {
     return static_cast<float>(mesh.origin_m[axis] + resolution_m * static_cast<double>(step));
   };
@@ -98,26 +99,26 @@ Outcome<WriteReport> write_ply(std::span<const PlyVoxel> voxels, float resolutio
                                const std::string& path, PlyForm form,
                                std::span<const std::string> label_names) {
   if (!std::isfinite(resolution_m) || resolution_m <= 0.0F) {
-    return Failure{"cannot export voxels of " + std::to_string(resolution_m) +
-                   " m; the resolution must be positive"};
+    return Failure{
+        fmt::format("cannot export voxels of {} m; the resolution must be positive", resolution_m)};
   }
-  Outcome<AtomicFile> file = AtomicFile::open(path);
-  if (!file.ok()) return file.failure();
+  TESSERA_TRY_ASSIGN(AtomicFile file, AtomicFile::open(path));
   WriteReport report;
   if (form == PlyForm::kPoints) {
-    report = write_points(voxels, *file, label_names);
+    report = write_points(voxels, file, label_names);
   } else {
     // A voxel has at most eight corners of its own, and the numbers of corners are signed 32-bit
     // integers.
     if (voxels.size() > static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max()) / 8) {
-      return Failure{"cannot write " + path + ": " + std::to_string(voxels.size()) +
-                     " voxels are too many for a PLY mesh; export points or a smaller map"};
+      return Failure{fmt::format(
+          "cannot write {}: {} voxels are too many for a PLY mesh; export points or a smaller map",
+          path, voxels.size())};
     }
     const VoxelMesh mesh = make_voxel_mesh(voxels, resolution_m);
-    write_mesh(mesh, static_cast<double>(resolution_m), *file);
+    write_mesh(mesh, static_cast<double>(resolution_m), file);
     report = {mesh.voxels, mesh.left_out};
   }
-  if (const Outcome<void> committed = file->commit(); !committed.ok()) return committed.failure();
+  TESSERA_TRY(file.commit());
   return report;
 }
 

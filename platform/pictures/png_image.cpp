@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pictures/png_image.hpp"
 
+#include <fmt/core.h>
 #include <png.h>
 
 #include <array>
@@ -47,14 +48,12 @@ bool read_header(std::span<const std::byte> file, Header& header) {
 }
 
 Outcome<std::vector<std::byte>> read_file(std::string_view path) {
-  Outcome<InputFile> file = InputFile::open(path);
-  if (!file.ok()) return file.failure();
-  if (file->size_bytes() > kMostFileBytes)
+  TESSERA_TRY_ASSIGN(InputFile file, InputFile::open(path));
+  if (file.size_bytes() > kMostFileBytes)
     return Failure{std::string(path) +
                    " is larger than 64 MiB; a label image has a byte per pixel"};
-  std::vector<std::byte> bytes(static_cast<std::size_t>(file->size_bytes()));
-  const Outcome<void> filled = file->read_exactly(bytes);
-  if (!filled.ok()) return filled.failure();
+  std::vector<std::byte> bytes(static_cast<std::size_t>(file.size_bytes()));
+  TESSERA_TRY(file.read_exactly(bytes));
   return bytes;
 }
 
@@ -115,7 +114,7 @@ class Decoder {
 };
 
 std::string size_text(std::uint32_t width, std::uint32_t height) {
-  return std::to_string(width) + " x " + std::to_string(height);
+  return fmt::format("{} x {}", width, height);
 }
 
 /// The required kind of an image.
@@ -155,8 +154,7 @@ Outcome<Header> check_file(std::string_view path, std::span<const std::byte> fil
                            const Wanted& wanted) {
   Header header;
   if (!read_header(file, header)) return damaged(path, "no header");
-  const Outcome<void> fits = check_header(path, header, wanted);
-  if (!fits.ok()) return fits.failure();
+  TESSERA_TRY(check_header(path, header, wanted));
   return header;
 }
 
@@ -196,30 +194,24 @@ Outcome<std::vector<std::byte>> encode_png(const PixelsView& picture) {
 
 Outcome<void> read_grey_png(std::string_view path, int width_px, int height_px,
                             std::span<std::uint8_t> out) {
-  const Outcome<std::vector<std::byte>> file = read_file(path);
-  if (!file.ok()) return file.failure();
+  TESSERA_TRY_ASSIGN(const std::vector<std::byte> file, read_file(path));
   const Wanted wanted{width_px, height_px, true, false};
   if (!has_room(wanted, out.size()))
     return Failure{"no room for the pixels of " + std::string(path), FailureKind::kFailure};
-  const Outcome<Header> header = check_file(path, *file, wanted);
-  if (!header.ok()) return header.failure();
-  return decode_rows(path, *file, static_cast<std::size_t>(width_px), out);
+  TESSERA_TRY(check_file(path, file, wanted));
+  return decode_rows(path, file, static_cast<std::size_t>(width_px), out);
 }
 
 Outcome<void> read_grey_png(std::string_view path, int width_px, int height_px, GreyBits bits,
                             std::span<std::uint16_t> out) {
-  const Outcome<std::vector<std::byte>> file = read_file(path);
-  if (!file.ok()) return file.failure();
+  TESSERA_TRY_ASSIGN(const std::vector<std::byte> file, read_file(path));
   const Wanted wanted{width_px, height_px, bits == GreyBits::kEightOrSixteen, true};
   if (!has_room(wanted, out.size()))
     return Failure{"no room for the pixels of " + std::string(path), FailureKind::kFailure};
-  const Outcome<Header> header = check_file(path, *file, wanted);
-  if (!header.ok()) return header.failure();
-  const std::size_t pixel_bytes = header->bits == 16 ? 2 : 1;
+  TESSERA_TRY_ASSIGN(const Header header, check_file(path, file, wanted));
+  const std::size_t pixel_bytes = header.bits == 16 ? 2 : 1;
   std::vector<std::uint8_t> bytes(out.size() * pixel_bytes);
-  const Outcome<void> decoded =
-      decode_rows(path, *file, static_cast<std::size_t>(width_px) * pixel_bytes, bytes);
-  if (!decoded.ok()) return decoded.failure();
+  TESSERA_TRY(decode_rows(path, file, static_cast<std::size_t>(width_px) * pixel_bytes, bytes));
   for (std::size_t i = 0; i < out.size(); ++i) {
     // Big-endian in the file.
     const unsigned value =

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pictures/sheet.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -161,7 +163,7 @@ std::string mark_cut_off(const Scene& scene, const Frame& frame, CutOff& cut_off
     ++count;
   }
   if (count == 0) return "";
-  return ", " + std::to_string(count) + " stray voxel" + (count == 1 ? "" : "s") + " not shown";
+  return fmt::format(", {} stray voxel{} not shown", count, (count == 1 ? "" : "s"));
 }
 
 Panel make_top_panel(const Scene& scene, const ImageOptions& options, const Layout& layout,

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pictures/voxel_table.hpp"
 
+#include <fmt/core.h>
+
 #include <array>
 #include <cstdio>
 #include <string_view>
@@ -33,7 +35,7 @@ std::string pcd_header(const TableHead& head) {
       "# voxels of a tessera map: centres, metres, map frame; state 1 free, 2 occupied\n";
   for (std::size_t label = 0; label < head.label_names.size(); ++label) {
     if (head.label_names[label].empty()) continue;
-    text += "# label " + std::to_string(label) + ' ' + one_line(head.label_names[label]) + '\n';
+    text += fmt::format("# label {} {}\n", label, one_line(head.label_names[label]));
   }
   const std::size_t fields = kPcdFields.size() - (head.with_robots ? 0U : 1U);
   std::string names = "FIELDS";
@@ -58,9 +60,9 @@ std::string npy_header(const TableHead& head) {
     text += std::string("('") + name + "', '|u1'), ";
   for (const char* const name : {"probability", "variance", "evidence"})
     text += std::string("('") + name + "', '<f4'), ";
-  text += "('sigma', '<f4', (" + std::to_string(head.num_components) + ",))";
+  text += fmt::format("('sigma', '<f4', ({},))", head.num_components);
   if (head.with_robots) text += ", ('robots', '|u1')";
-  text += "], 'fortran_order': False, 'shape': (" + std::to_string(head.rows) + ",), }";
+  text += fmt::format("], 'fortran_order': False, 'shape': ({},), }}", head.rows);
   // Magic, version, length and text together are a multiple of 64 bytes, the last a line's end.
   constexpr std::size_t kBefore = 10;
   while ((kBefore + text.size() + 1) % 64 != 0) text += ' ';
@@ -72,7 +74,7 @@ std::string npy_header(const TableHead& head) {
 
 std::string csv_header(const TableHead& head) {
   std::string text = "x,y,z,state,label,probability,variance,evidence";
-  for (int l = 0; l < head.num_components; ++l) text += ",sigma_" + std::to_string(l);
+  for (int l = 0; l < head.num_components; ++l) text += fmt::format(",sigma_{}", l);
   return text + (head.with_robots ? ",robots\n" : "\n");
 }
 
@@ -87,9 +89,8 @@ std::uint8_t byte_of(VoxelState state) { return static_cast<std::uint8_t>(state)
 }  // namespace
 
 Outcome<VoxelTable> VoxelTable::open(const TableHead& head, const std::string& path) {
-  Outcome<AtomicFile> file = AtomicFile::open(path);
-  if (!file.ok()) return file.failure();
-  VoxelTable table(std::move(*file), head);
+  TESSERA_TRY_ASSIGN(AtomicFile file, AtomicFile::open(path));
+  VoxelTable table(std::move(file), head);
   table.put_header();
   return table;
 }
@@ -142,14 +143,14 @@ void VoxelTable::put_csv(const TableRow& row) {
   line_.clear();
   for (const double value : row.p_map) add_number(line_, value);
   line_ += to_string(row.estimate.state);
-  line_ += ',' + std::to_string(row.estimate.label) + ',';
+  line_ += fmt::format(",{},", row.estimate.label);
   add_number(line_, row.estimate.probability);
   add_number(line_, row.estimate.variance);
   add_number(line_, row.estimate.evidence);
   for (std::size_t l = 0; l < static_cast<std::size_t>(head_.num_components); ++l)
     add_number(line_, static_cast<double>(row.evidence->sigma[l]));
   if (head_.with_robots)
-    line_ += std::to_string(row.robots) + '\n';
+    line_ += fmt::format("{}\n", row.robots);
   else
     line_.back() = '\n';
   file_.write(std::as_bytes(std::span(line_)));

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "arrays.hpp"
 
+#include <fmt/core.h>
+
 #include <cstring>
 #include <limits>
 #include <string>
@@ -17,7 +19,7 @@ constexpr const char* kPointsShape = "(N, 3) or wider, up to 32: x y z first";
 std::string shape_of(const py::array& array) {
   std::string text = "(";
   for (py::ssize_t i = 0; i < array.ndim(); ++i)
-    text += (i == 0 ? "" : ", ") + std::to_string(array.shape(i));
+    text += fmt::format("{}{}", (i == 0 ? "" : ", "), array.shape(i));
   return text + (array.ndim() == 1 ? ",)" : ")");
 }
 
@@ -71,7 +73,7 @@ const float* weights_of(const py::array& array, std::size_t count) {
   if (!is_of<float>(array))
     raise_type("weights is of " + type_of(array) + "; give float32: weights.astype(numpy.float32)");
   if (array.ndim() != 1 || static_cast<std::size_t>(array.shape(0)) != count)
-    refuse_shape(array, "weights", "one for each of the " + std::to_string(count) + " points");
+    refuse_shape(array, "weights", fmt::format("one for each of the {} points", count));
   if (count == 0) return nullptr;
   const bool fits = (count == 1 || array.strides(0) == static_cast<py::ssize_t>(sizeof(float))) &&
                     is_aligned(array, alignof(float));
@@ -88,13 +90,14 @@ LabelsView labels_of(const std::optional<py::array>& array, std::size_t count, c
   const bool known =
       is_of<std::uint8_t>(*array) || is_of<std::uint16_t>(*array) || is_of<std::uint32_t>(*array);
   if (!known) {
-    const std::string components =
-        n == "raw_ids" ? "" : "uint8 for components: " + n + ".astype(numpy.uint8); ";
-    raise_type(n + " is of " + type_of(*array) + "; give " + components +
-               "uint16 or uint32 for raw ids: " + n + ".astype(numpy.uint32)");
+    const std::string is = n + " is of " + type_of(*array);
+    const std::string as_raw_ids = n + ".astype(numpy.uint32)";
+    if (n == "raw_ids") raise_type(is + "; give uint16 or uint32: " + as_raw_ids);
+    raise_type(is + "; give " + n + ".astype(numpy.uint8) if they are classes 1 .. C, " +
+               as_raw_ids + " if they are raw ids of the data set");
   }
   if (array->ndim() != 1 || static_cast<std::size_t>(array->shape(0)) != count)
-    refuse_shape(*array, n, "one for each of the " + std::to_string(count) + " points");
+    refuse_shape(*array, n, fmt::format("one for each of the {} points", count));
   // An empty array may have no memory, but it was given.
   static constexpr std::byte kNothing{};
   labels.data = count == 0 ? &kNothing : static_cast<const std::byte*>(array->data());

@@ -21,7 +21,7 @@ import zipfile
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 NAME = "tessera"
 # What CMake may fail to find, and the Debian package that has it.
-DEBIAN = {"Eigen3": "libeigen3-dev", "nlohmann_json": "nlohmann-json3-dev", "tomlplusplus": "libtomlplusplus-dev",
+DEBIAN = {"Eigen3": "libeigen3-dev", "nlohmann_json": "nlohmann-json3-dev", "tomlplusplus": "libtomlplusplus-dev", "fmt": "libfmt-dev",
           "PNG": "libpng-dev", "liblzf": "liblzf-dev", "TESSERA_SODIUM_INCLUDE_DIR": "libsodium-dev", "TESSERA_SODIUM": "libsodium-dev", "pybind11": "pybind11-dev", "Python": "python3-dev",
           "CMAKE_CXX_COMPILER": "g++"}
 # The same date in every wheel, so that the same files give the same wheel.
@@ -129,7 +129,7 @@ def prepare_metadata_for_build_wheel(metadata_directory, config_settings=None):
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     package = built(config_settings or {})
     info = f"{NAME}-{version()}.dist-info"
-    names = ["__init__.py", "_tessera.pyi", "py.typed", f"_tessera{sysconfig.get_config_var('EXT_SUFFIX')}"]
+    names = ["__init__.py", "_refusals.py", "_tessera.pyi", "py.typed", f"_tessera{sysconfig.get_config_var('EXT_SUFFIX')}"]
     files = [(f"{NAME}/{name}", (package / name).read_bytes()) for name in names]
     files += [(f"{info}/METADATA", metadata().encode()),
               (f"{info}/LICENSE", (ROOT / "LICENSE").read_bytes()),

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "class_table.hpp"
 
+#include <fmt/core.h>
 #include <pybind11/stl.h>
 
 #include <algorithm>
@@ -32,8 +33,8 @@ using ColorArray = py::array_t<std::uint8_t, py::array::c_style>;
 
 Classes make(const std::vector<std::string>& names, const std::optional<ColorArray>& colors) {
   if (names.empty() || names.size() > static_cast<std::size_t>(kMaxClasses)) {
-    throw InputError(std::to_string(names.size()) +
-                     " names are not a table of classes; give 1 to " + std::to_string(kMaxClasses));
+    throw InputError(fmt::format("{} names are not a table of classes; give 1 to {}", names.size(),
+                                 kMaxClasses));
   }
   const bool fit = !colors || (colors->ndim() == 2 && colors->shape(1) == 3 &&
                                static_cast<std::size_t>(colors->shape(0)) == names.size());
@@ -46,8 +47,9 @@ Classes make(const std::vector<std::string>& names, const std::optional<ColorArr
         std::find(names.begin(), names.begin() + label, name) == names.begin() + label;
     if (name.empty() || name.size() >= SemanticClass::kNameBytes || !is_new ||
         name.find('\0') != std::string::npos) {
-      throw InputError("the name '" + one_line(name) + "' is a duplicate, or not of 1 to " +
-                       std::to_string(SemanticClass::kNameBytes - 1) + " bytes; give each its own");
+      throw InputError(
+          fmt::format("the name '{}' is a duplicate, or not of 1 to {} bytes; give each its own",
+                      one_line(name), SemanticClass::kNameBytes - 1));
     }
     Color color = color_of(label);
     if (colors) color = {colors->at(label, 0), colors->at(label, 1), colors->at(label, 2)};
@@ -152,7 +154,7 @@ another shape or the table has no raw ids.)")
              return py::isinstance<Classes>(b) && a.table == b.cast<const Classes&>().table;
            })
       .def("__repr__", [](const Classes& c) {
-        return "<tessera.ClassTable of " + std::to_string(c.table.num_classes()) + " classes>";
+        return fmt::format("<tessera.ClassTable of {} classes>", c.table.num_classes());
       });
 }
 

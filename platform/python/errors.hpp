@@ -5,6 +5,8 @@
 
 #include <pybind11/pybind11.h>
 
+#include <cstdint>
+#include <limits>
 #include <stdexcept>
 #include <string>
 
@@ -31,6 +33,20 @@ void add_errors(py::module_& module);
 [[noreturn]] void raise(const Failure& failure);
 /// TypeError.
 [[noreturn]] void raise_type(const std::string& message);
+
+/// A whole number for an argument that is no setting. Raises InputError iff it is out of its range.
+template <class T>
+[[nodiscard]] T in_range(std::int64_t given, const char* name, T least, T most) {
+  if (given >= static_cast<std::int64_t>(least) && given <= static_cast<std::int64_t>(most))
+    return static_cast<T>(given);
+  throw InputError(std::string(name) + " " + std::to_string(given) + " is not allowed; give " +
+                   std::to_string(least) + " to " + std::to_string(most));
+}
+/// Of all values of the type that are not negative.
+template <class T>
+[[nodiscard]] T in_range(std::int64_t given, const char* name) {
+  return in_range<T>(given, name, 0, std::numeric_limits<T>::max());
+}
 
 inline void check(const Outcome<void>& outcome) {
   if (!outcome.ok()) raise(outcome.failure());

@@ -3,6 +3,7 @@
 // tessera.fuse: fuses local maps into one global map.
 #include "fusing.hpp"
 
+#include <fmt/core.h>
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
@@ -42,7 +43,7 @@ struct Inputs {
 Inputs gather(const std::vector<Given>& maps) {
   Inputs inputs;
   for (std::size_t i = 0; i < maps.size(); ++i) {
-    std::string name = "maps[" + std::to_string(i) + "]";
+    std::string name = fmt::format("maps[{}]", i);
     if (const auto* const held = std::get_if<std::shared_ptr<HeldMap>>(&maps[i])) {
       if (*held == nullptr) throw InputError(name + " is None; give a map or its file");
       if ((*held)->stored() == nullptr || (*held)->identity().kind == MapKind::kGlobal)
@@ -79,35 +80,31 @@ Outcome<std::shared_ptr<FusedMap>> run(const Inputs& given,
   std::vector<FuseInput> gathered;
   for (std::size_t i = 0; i < given.stored.size(); ++i) {
     measure_content(*given.stored[i]);
-    Outcome<FuseInput> input = to_fuse(given.names[i], given.stored[i]);
-    if (!input.ok()) return input.failure();
+    TESSERA_TRY_ASSIGN(FuseInput input, to_fuse(given.names[i], given.stored[i]));
     if (i < transforms.size() && transforms[i]) {
-      input->T_global_map = *transforms[i];
-      input->placed = true;
+      input.T_global_map = *transforms[i];
+      input.placed = true;
     }
-    gathered.push_back(std::move(*input));
+    gathered.push_back(std::move(input));
   }
-  const Outcome<std::vector<FuseInput>> inputs = arrange_inputs(std::move(gathered), warnings);
-  if (!inputs.ok()) return inputs.failure();
-  const Outcome<void> robots = check_number_of_robots(*inputs);
-  if (!robots.ok()) return robots.failure();
-  const Outcome<DiffusionConfig> diffusion =
-      diffusion_of(options.diffusion, inputs->front().stored->map.config());
-  if (!diffusion.ok()) return diffusion.failure();
-  std::vector<PairAlignment> pairs = align_inputs(*inputs, warnings);
-  Outcome<std::unique_ptr<FusionRun>> prepared = FusionRun::prepare(*inputs, options, *diffusion);
-  if (!prepared.ok()) return prepared.failure();
-  std::shared_ptr<FusionRun> fusion = std::move(*prepared);
-  const Outcome<void> fused = fusion->fuse(*inputs, {});
-  if (!fused.ok()) return fused.failure();
+  TESSERA_TRY_ASSIGN(const std::vector<FuseInput> inputs,
+                     arrange_inputs(std::move(gathered), warnings));
+  TESSERA_TRY(check_number_of_robots(inputs));
+  TESSERA_TRY_ASSIGN(const DiffusionConfig diffusion,
+                     diffusion_of(options.diffusion, inputs.front().stored->map.config()));
+  std::vector<PairAlignment> pairs = align_inputs(inputs, warnings);
+  TESSERA_TRY_ASSIGN(std::unique_ptr<FusionRun> prepared,
+                     FusionRun::prepare(inputs, options, diffusion));
+  warn_of_no_frame(inputs, warnings);
+  std::shared_ptr<FusionRun> fusion = std::move(prepared);
+  TESSERA_TRY(fusion->fuse(inputs, {}));
   fusion->measure();
   fusion->run().pairs = std::move(pairs);
   for (Message& loss : losses_of(fusion->run())) warnings.push_back(std::move(loss));
   const Json config = to_json(options, fusion->run().config);
   MapIdentity identity{.kind = MapKind::kGlobal};
-  const Outcome<void> recorded = record_settings(record_of(*inputs, config), identity);
-  if (!recorded.ok()) return recorded.failure();
-  Json report = to_json(fusion->run(), *inputs, config);
+  TESSERA_TRY(record_settings(record_of(inputs, config), identity));
+  Json report = to_json(fusion->run(), inputs, config);
   return std::make_shared<FusedMap>(std::move(fusion), identity, std::move(report));
 }
 
@@ -116,8 +113,9 @@ std::shared_ptr<FusedMap> fuse(
     const std::optional<std::vector<std::optional<PoseArray>>>& transforms, py::dict settings) {
   check(check_number_of_maps(maps.size()));
   if (transforms && transforms->size() != maps.size())
-    throw InputError("transforms has " + std::to_string(transforms->size()) + " transforms for " +
-                     std::to_string(maps.size()) + " maps; give one for each, or None");
+    throw InputError(
+        fmt::format("transforms has {} transforms for {} maps; give one for each, or None",
+                    transforms->size(), maps.size()));
   FuseOptions options;
   take_settings(settings, kDiffusionSettings, options.diffusion);
   take_settings(settings, kFuseSettings, options);
@@ -155,17 +153,20 @@ py::object dict_of(const Json& json) {
 }
 
 void warn_of(const std::vector<Message>& warnings) {
+  // The innermost frame is that of _refusals.py; the next one is the user's.
+  constexpr int kOfUser = 2;
   for (const Message& warning : warnings) {
-    if (PyErr_WarnEx(PyExc_UserWarning, warning.text(Speaker::kPython).c_str(), 1) != 0)
+    if (PyErr_WarnEx(PyExc_UserWarning, warning.text(Speaker::kPython).c_str(), kOfUser) != 0)
       throw py::error_already_set();
   }
 }
 
 void add_fusing(py::module_& module) {
   const FuseOptions by_default;
-  const std::string text = "fuse(maps: list, transforms: list | None = None, *, " +
-                           arguments_text(kDiffusionRows, &by_default.diffusion) + ", " +
-                           arguments_text(kFuseRows, &by_default) + ") -> FusedMap\n\n" + kFuse;
+  const std::string text =
+      "fuse(maps: List[Union[Map, os.PathLike]], transforms: list | None = None, *, " +
+      arguments_text(kDiffusionRows, &by_default.diffusion) + ", " +
+      arguments_text(kFuseRows, &by_default) + ") -> FusedMap\n\n" + kFuse;
   py::class_<FusedMap, HeldMap, std::shared_ptr<FusedMap>>(module, "FusedMap",
                                                            "A global map that fuse() made.")
       .def_property_readonly("report", &FusedMap::report,

@@ -2,10 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "held_map.hpp"
 
+#include <algorithm>
 #include <bit>
 
 #include "arrays.hpp"
 #include "base/monotonic_clock.hpp"
+#include "fusing.hpp"
+#include "maps/fixed_settings.hpp"
 #include "maps/whole_map_file.hpp"
 #include "tessera/map/queries.hpp"
 
@@ -37,26 +40,19 @@ std::uint64_t HeldMap::content_digest() const {
 }
 
 void HeldMap::save(const std::string& path) const {
-  const Outcome<void> saved = read([&](const LocalMap& map) {
+  static_cast<void>(value_of(read([&](const LocalMap& map) {
     std::vector<KeyedIndex> workspace = workspace_for(map);
     return save_map(map, identity_, workspace, path);
-  });
-  check(saved);
+  })));
 }
 
 HeldLocalMap::Parts HeldLocalMap::make_parts(const MapOptions& options, MapSetup setup,
                                              const Classes& classes, const MapIdentity& identity,
                                              std::size_t max_points) {
-  if (max_points == 0 || max_points > ScanCapacity::kMaxPoints) {
-    throw InputError("max_points " + std::to_string(max_points) + " is not allowed; give 1 to " +
-                     std::to_string(ScanCapacity::kMaxPoints));
-  }
   set_up_archive(options, classes.table.num_components(), setup);
   const ScanCapacity capacity = value_of(split_budget(setup, max_points));
   MapFileHeader header{.config = setup.map, .classes = classes.table, .identity = identity};
-  Json settings = to_json(options, setup);
-  settings["robot"] = identity.robot;
-  check(record_settings(settings_of(std::move(settings)), header.identity));
+  check(record_settings(settings_of(to_json(options, setup)), header.identity));
   HeldMapper mapper = value_of(make_mapper(setup, capacity, classes.table));
   std::optional<HeldArchive> archive;
   if (!options.archive.empty()) {
@@ -95,7 +91,7 @@ std::shared_ptr<HeldLocalMap> HeldLocalMap::load(const std::string& path, MapOpt
     throw InputError(path + " is a global map; give a robot's local map, or use tessera.load");
   if (classes && !(classes->table == header.classes))
     throw InputError(path + " has other classes than those given; leave classes out");
-  options.resolution_m = header.config.resolution_m;  // for what depends on it
+  adopt_fixed_settings(header, options);
   MapSetup setup = value_of(set_up(options));
   setup.map = header.config;
   auto parts = make_parts(options, setup, classes.value_or(Classes{header.classes, nullptr}),
@@ -109,6 +105,7 @@ std::shared_ptr<HeldLocalMap> HeldLocalMap::load(const std::string& path, MapOpt
     raise({Message(kMapSettings["--memory"]) + " " + bytes_text(options.memory_bytes) +
            " is too small for the map " + path + "; give at least " + bytes_text(enough)});
   }
+  if (const auto warning = change_of_mode(path, header, options)) warn_of({*warning});
   return std::shared_ptr<HeldLocalMap>(new HeldLocalMap(std::move(parts)));
 }
 
@@ -119,18 +116,27 @@ IntegrationReport HeldLocalMap::integrate(ScanView scan, const LabelsView& label
     const std::unique_lock alone(gate().mutex);
     scan.components =
         components_of(labels, parts_.classes.raw_ids.get(), components_, report.unknown);
+    if (labels.are_components() && scan.components != nullptr) {
+      const auto highest = static_cast<std::uint8_t>(parts_.classes.table.unlabelled());
+      report.too_high = static_cast<std::size_t>(
+          std::count_if(scan.components, scan.components + scan.count,
+                        [highest](std::uint8_t component) { return component > highest; }));
+    }
     report.scan = parts_.mapper->integrate(scan, MonotonicClock::now_us());
   }
   if (report.scan.pose != Status::kOk) return report;
   const std::scoped_lock lock(last_mutex_);
   ++last_.number;
   last_.p_map = scan.T_map_sensor.col(3);
+  totals_.add(report.scan);
   return report;
 }
 
 void HeldLocalMap::clear() {
   if (!write([](Mapper& mapper) { return mapper.clear(); }))
     throw WorkError("the sharer is behind; call its tick, then clear again");
+  const std::scoped_lock lock(last_mutex_);
+  totals_ = {};
 }
 
 void HeldLocalMap::share_by(EvictionQueue* queue) {
@@ -164,11 +170,11 @@ std::uint64_t HeldLocalMap::content_digest() const {
 
 void HeldLocalMap::save(const std::string& path) const {
   if (!parts_.archive) return HeldMap::save(path);
-  check([&] {
+  static_cast<void>(value_of([&] {
     const py::gil_scoped_release released;
     const std::unique_lock alone(gate().mutex);
     return save_whole(stored()->map, **parts_.archive, identity(), path);
-  }());
+  }()));
 }
 
 std::optional<WindowTotals> HeldLocalMap::window() const {
@@ -177,6 +183,11 @@ std::optional<WindowTotals> HeldLocalMap::window() const {
   const std::shared_lock together(gate().mutex);
   return totals_of(parts_.mapper->window(), parts_.setup.window->radius_m,
                    parts_.archive ? &*parts_.archive : nullptr);
+}
+
+ScanTotals HeldLocalMap::totals() const {
+  const std::scoped_lock lock(last_mutex_);
+  return totals_;
 }
 
 LastScan HeldLocalMap::last_scan() const {

@@ -9,9 +9,11 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <shared_mutex>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "arrays.hpp"
@@ -19,6 +21,7 @@
 #include "maps/held_mapper.hpp"
 #include "maps/stored_map.hpp"
 #include "maps/window_totals.hpp"
+#include "scans/scan_losses.hpp"
 #include "settings/map_options.hpp"
 
 namespace tessera::python {
@@ -87,7 +90,12 @@ class HeldMap {
 struct IntegrationReport {
   ScanReport scan;
   UnknownRawIds unknown;
+  std::size_t too_high = 0;  ///< Labels as components that no component has.
 };
+
+/// What a map warns of once, beside that nothing was mapped, for each reason.
+enum class LabelWarning { kUnknownIds, kHighLabels };
+using ScanWarning = std::variant<NothingMapped, LabelWarning>;
 
 /// Place of the last scan, for sharers of the map.
 struct LastScan {
@@ -97,8 +105,9 @@ struct LastScan {
 
 class HeldLocalMap final : public HeldMap {
  public:
-  /// An empty map. Raises InputError iff an option is out of its range, the budget is too small for
-  /// a map or the archive holds blocks; Error iff the system does not give the memory.
+  /// An empty map. max_points: 1 .. ScanCapacity::kMaxPoints. Raises InputError iff an option is
+  /// out of its range, the budget is too small for a map or the archive holds blocks; Error iff the
+  /// system does not give the memory.
   static std::shared_ptr<HeldLocalMap> make(const MapOptions& options, const Classes& classes,
                                             const std::optional<Matrix34d>& T_global_map,
                                             std::size_t max_points);
@@ -117,6 +126,10 @@ class HeldLocalMap final : public HeldMap {
 
   /// weights: null, or one per point. The arrays must not be written to meanwhile.
   IntegrationReport integrate(ScanView scan, const LabelsView& labels);
+  /// Of all scans since the map was made, loaded or cleared.
+  [[nodiscard]] ScanTotals totals() const;
+  /// True the first time. Needs the GIL.
+  [[nodiscard]] bool is_first(ScanWarning warning) { return warned_.insert(warning).second; }
   /// Raises Error iff a sharer has to take notice of something before.
   void clear();
   /// Calls write(mapper) while no other thread reads or writes, without the GIL.
@@ -162,8 +175,10 @@ class HeldLocalMap final : public HeldMap {
   Parts parts_;
   bool is_shared_ = false;                ///< By a queue.
   std::vector<std::uint8_t> components_;  ///< Scratch of integrate.
-  mutable std::mutex last_mutex_;
+  mutable std::mutex last_mutex_;         ///< Of both members below.
   LastScan last_;
+  ScanTotals totals_;
+  std::set<ScanWarning> warned_;
 };
 
 /// Updates the header's content and storage from the map. Called exclusively.

@@ -1,14 +1,17 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // tessera.LocalMap.
+#include <fmt/core.h>
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
 #include <filesystem>
 
 #include "arrays.hpp"
+#include "base/number_text.hpp"
 #include "fusing.hpp"
 #include "held_map.hpp"
+#include "scans/scan_losses.hpp"
 #include "settings.hpp"
 
 namespace tessera::python {
@@ -18,10 +21,30 @@ namespace {
 /// Before anything is integrated: if warnings are errors, the map is unchanged.
 void warn_of_sampling(std::size_t points, std::size_t most) {
   if (points <= most) return;
-  const std::string message = std::to_string(points) + " points are more than max_points " +
-                              std::to_string(most) +
-                              ": the scan is sampled evenly; make the map with a larger max_points";
-  if (PyErr_WarnEx(PyExc_UserWarning, message.c_str(), 1) != 0) throw py::error_already_set();
+  warn_of(
+      {fmt::format("{} points are more than max_points {}: the scan is sampled evenly; make the "
+                   "map with a larger max_points",
+                   points, most)});
+}
+
+/// Warns of labels that are in no class, and if nothing was mapped: once of each.
+void warn_of_losses(HeldLocalMap& map, const IntegrationReport& report) {
+  std::vector<Message> warnings;
+  if (report.unknown.points > 0 && map.is_first(LabelWarning::kUnknownIds))
+    warnings.emplace_back(text_of(report.unknown) + "; taken as unlabelled");
+  if (report.too_high > 0 && map.is_first(LabelWarning::kHighLabels)) {
+    const ClassTable& classes = map.classes();
+    warnings.emplace_back(fmt::format(
+        "{} with uint8 labels above {}; taken as unlabelled: give 1 to {}, or {} for unlabelled; "
+        "raw ids as uint16 or uint32",
+        counted(report.too_high, "point"), classes.unlabelled(), classes.num_classes(),
+        classes.unlabelled()));
+  }
+  ScanTotals totals;
+  totals.add(report.scan);
+  const auto why = why_nothing_mapped(totals);
+  if (why && map.is_first(*why)) warnings.push_back(text_of(*why, totals));
+  warn_of(warnings);
 }
 
 IntegrationReport integrate(HeldLocalMap& map, const py::array& points,
@@ -48,6 +71,7 @@ IntegrationReport integrate(HeldLocalMap& map, const py::array& points,
         "T_map_sensor puts the sensor outside of the grid, 2^23 voxels from its middle; "
         "nothing was integrated");
   }
+  warn_of_losses(map, report);
   return report;
 }
 
@@ -73,7 +97,7 @@ py::dict usage(const HeldLocalMap& map) {
   d["blocks"] = f.usage.blocks;
   d["blocks_refused"] = f.usage.blocks_refused;
   d["storage_refused"] = f.usage.storage_refused;
-  d["refused"] = f.usage.blocks_refused + f.usage.storage_refused;
+  d["refused"] = left_out_for_memory(map.totals());
   return d;
 }
 
@@ -89,19 +113,22 @@ None: all unlabelled. T_map_sensor: (4, 4) or (3, 4), sensor to map, metres; Non
 weights: (N,) float32, 0 .. 1e6; None: all 1.
 
 Refused points are counted in the report; a scan of more than max_points is sampled, with a
-UserWarning. Raises TypeError iff an array is of another type; InputError iff of another shape, the
+UserWarning. The first scan that has no points, or whose points are all beyond max_range_m or left
+out, or with labels in no class, gets a UserWarning too; it is integrated even where warnings are
+errors. Raises TypeError iff an array is of another type; InputError iff of another shape, the
 layout of points or weights is unusable, the pose is not rigid or outside of the grid, or raw ids are
 given and not known. The map is then unchanged.
 The GIL is released; the arrays must not be written to meanwhile.)";
 
 /// For an argument max_points.
-std::size_t points_of(const std::optional<std::size_t>& given) {
-  return given.value_or(ScanCapacity{}.points);
+std::uint32_t points_of(const std::optional<std::int64_t>& given) {
+  return in_range<std::uint32_t>(given.value_or(ScanCapacity{}.points), "max_points", 1,
+                                 ScanCapacity::kMaxPoints);
 }
 
 std::shared_ptr<HeldLocalMap> make(const std::optional<Classes>& classes,
                                    const std::optional<PoseArray>& T_global_map,
-                                   const std::optional<std::size_t>& max_points,
+                                   const std::optional<std::int64_t>& max_points,
                                    py::dict settings) {
   MapOptions options;
   take_settings(settings, kMapSettings, options);
@@ -113,7 +140,7 @@ std::shared_ptr<HeldLocalMap> make(const std::optional<Classes>& classes,
 
 std::shared_ptr<HeldLocalMap> load(const std::filesystem::path& path,
                                    const std::optional<Classes>& classes,
-                                   const std::optional<std::size_t>& max_points,
+                                   const std::optional<std::int64_t>& max_points,
                                    py::dict settings) {
   MapOptions options;
   take_settings(settings, kMapSettings, options, false);
@@ -131,22 +158,24 @@ value is out of its range, the budget is too small for a map or the archive hold
 Error iff the system does not give the memory.)";
 
 constexpr const char* kLoad =
-    R"(The local map of a .tsm file, to continue. Its resolution, prior, counts and robot are the file's.
+    R"(The local map of a .tsm file, to continue. What is fixed for the life of a map is the file's: its
+resolution, prior, counts, cap and weight of a pass, and robot.
 
-classes: the data set's, for labels as raw ids; None: labels must be components. Raises InputError iff
-the file is missing, damaged or a global map, classes differ, the budget is too small for all of it,
-or a value is out of its range; Error iff the system does not give the memory.)";
+classes: the data set's, for labels as raw ids; None: labels must be components. Issues a UserWarning
+if the map was made with another inference. Raises InputError iff the file is missing, damaged or a
+global map, classes differ, the budget is too small for all of it, or a value is out of its range;
+Error iff the system does not give the memory.)";
 
 }  // namespace
 
 void add_local_map(py::module_& module) {
   const MapOptions by_default;
-  const std::string points = ", max_points: int = " + std::to_string(points_of({})) + ") -> ";
+  const std::string points = fmt::format(", max_points: int = {}) -> ", points_of({}));
   const std::string make_text = "__init__(self, classes: ClassTable | None = None, *, " +
                                 arguments_text(kMapRows, &by_default) +
                                 ", T_global_map: numpy.ndarray | None = None" + points +
                                 "None\n\n" + kMake;
-  const std::string load_text = "load(path: str, classes: ClassTable | None = None, *, " +
+  const std::string load_text = "load(path: os.PathLike, classes: ClassTable | None = None, *, " +
                                 arguments_text(kMapRows, &by_default, false) + points +
                                 "LocalMap\n\n" + kLoad;
   py::class_<HeldLocalMap, HeldMap, std::shared_ptr<HeldLocalMap>> local_map(
@@ -158,17 +187,18 @@ has them all.)");
     py::options docstrings;
     docstrings.disable_function_signatures();
     local_map
-        .def(py::init([](const std::optional<Classes>& classes,
-                         const std::optional<PoseArray>& T_global_map,
-                         const std::optional<std::size_t>& max_points, const py::kwargs& settings) {
-               return make(classes, T_global_map, max_points, settings);
-             }),
-             py::arg("classes") = py::none(), py::kw_only(), py::arg("T_global_map") = py::none(),
-             py::arg("max_points") = py::none(), make_text.c_str())
+        .def(
+            py::init([](const std::optional<Classes>& classes,
+                        const std::optional<PoseArray>& T_global_map,
+                        const std::optional<std::int64_t>& max_points, const py::kwargs& settings) {
+              return make(classes, T_global_map, max_points, settings);
+            }),
+            py::arg("classes") = py::none(), py::kw_only(), py::arg("T_global_map") = py::none(),
+            py::arg("max_points") = py::none(), make_text.c_str())
         .def_static(
             "load",
             [](const std::filesystem::path& path, const std::optional<Classes>& classes,
-               const std::optional<std::size_t>& max_points,
+               const std::optional<std::int64_t>& max_points,
                const py::kwargs& settings) { return load(path, classes, max_points, settings); },
             py::arg("path"), py::arg("classes") = py::none(), py::kw_only(),
             py::arg("max_points") = py::none(), load_text.c_str());
@@ -186,8 +216,10 @@ has them all.)");
           "What the window did: the keys of `window` in the report of `tessera map`; None: all is "
           "in "
           "memory.")
-      .def("usage", &usage,
-           "Memory use of the map: the keys of `memory` in the report of `tessera map`.");
+      .def(
+          "usage", &usage,
+          "Memory use of the map: the keys of `memory` in the report of `tessera map`. refused: of "
+          "scans since it was made, loaded or cleared.");
 }
 
 }  // namespace tessera::python

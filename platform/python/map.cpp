@@ -1,12 +1,14 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // tessera.Map: reading any map.
+#include <fmt/core.h>
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
 #include <filesystem>
 
 #include "arrays.hpp"
+#include "base/number_text.hpp"
 #include "estimates.hpp"
 #include "held_map.hpp"
 
@@ -96,9 +98,9 @@ low, high: x y z, metres, map frame; they may be infinite. Raises InputError iff
       .def("__repr__", [](const HeldMap& m) {
         const auto label_voxels =
             m.read([](const LocalMap& map) { return map.usage().label_voxels; });
-        return std::string("<tessera map, ") +
-               (m.identity().kind == MapKind::kGlobal ? "global, " : "local, ") +
-               std::to_string(label_voxels) + " label voxels>";
+        return fmt::format("<tessera map, {}, {} labelled or occupied>",
+                           (m.identity().kind == MapKind::kGlobal ? "global" : "local"),
+                           counted(label_voxels, "voxel"));
       });
   add_ray_queries(module, type);
   module.def("load", &load, py::arg("path"),

@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/core.h>
 #include <pybind11/stl.h>
 
 #include <cmath>
@@ -170,7 +171,7 @@ void add_estimates(py::module_& module) {
       .def("as_dict", &as_dict, "The arrays by name.")
       .def("__len__", &Estimates::size)
       .def("__repr__", [](const Estimates& e) {
-        return "<tessera.Estimates of " + std::to_string(e.size()) + " places>";
+        return fmt::format("<tessera.Estimates of {} places>", e.size());
       });
   py::class_<Voxels, Estimates>(
       module, "Voxels", "Observed voxels, by blocks of 8 x 8 x 8 in the order of (z, y, x).")
@@ -178,9 +179,8 @@ void add_estimates(py::module_& module) {
                     "(N, 3) int32: voxel v covers [v, v + 1) * resolution_m on each axis.")
       .def_property_readonly("center", &centers, "(N, 3) float64, metres, map frame; a new array.")
       .def_readonly("resolution_m", &Voxels::resolution_m, "Edge of a voxel, metres.")
-      .def("__repr__", [](const Voxels& v) {
-        return "<tessera.Voxels: " + std::to_string(v.size()) + " of them>";
-      });
+      .def("__repr__",
+           [](const Voxels& v) { return fmt::format("<tessera.Voxels: {} of them>", v.size()); });
 }
 
 }  // namespace tessera::python

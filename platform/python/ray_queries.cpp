@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/core.h>
 #include <pybind11/stl.h>
 
 #include <cmath>
@@ -53,8 +54,8 @@ Rays cast_rays(const HeldMap& map, const py::array& origins, const py::array& di
   const Coordinates along(directions, "directions");
   const std::size_t n = along.count();
   if (from.count() != n && from.count() != 1) {
-    throw InputError("origins has " + std::to_string(from.count()) + " rows for " +
-                     std::to_string(n) + " directions; give as many, or one");
+    throw InputError(fmt::format("origins has {} rows for {} directions; give as many, or one",
+                                 from.count(), n));
   }
   EstimateWriter writer(n, 0);
   Rays rays;
@@ -79,13 +80,14 @@ Rays cast_rays(const HeldMap& map, const py::array& origins, const py::array& di
   return rays;
 }
 
-std::uint64_t bits_of(const std::optional<std::vector<int>>& labels, const ClassTable& classes) {
+std::uint64_t bits_of(const std::optional<std::vector<std::int64_t>>& labels,
+                      const ClassTable& classes) {
   std::uint64_t bits = 0;
   if (!labels) return bits;
-  for (const int label : *labels) {
+  for (const std::int64_t label : *labels) {
     if (label < 1 || label > classes.num_classes())
-      throw InputError("labels has " + std::to_string(label) + "; give classes from 1 to " +
-                       std::to_string(classes.num_classes()));
+      throw InputError(
+          fmt::format("labels has {}; give classes from 1 to {}", label, classes.num_classes()));
     bits |= std::uint64_t{1} << static_cast<unsigned>(label);
   }
   if (bits == 0) throw InputError("labels is empty; leave it out for all occupied voxels");
@@ -93,10 +95,9 @@ std::uint64_t bits_of(const std::optional<std::vector<int>>& labels, const Class
 }
 
 Nearest nearest(const HeldMap& map, const py::array& points, double radius_m,
-                const std::optional<std::vector<int>>& labels, int max_work) {
+                const std::optional<std::vector<std::int64_t>>& labels, std::int64_t max_work) {
   check_metres(radius_m, "radius_m", map);
-  if (max_work < 1 || max_work > NearestQuery::kMostWork)
-    throw InputError("max_work is not allowed; give 1 to 2^30");
+  const auto work = in_range<int>(max_work, "max_work", 1, NearestQuery::kMostWork);
   const Coordinates p_map(points, "points");
   const std::uint64_t classes = bits_of(labels, map.classes());
   const std::size_t n = p_map.count();
@@ -119,7 +120,7 @@ Nearest nearest(const HeldMap& map, const py::array& points, double radius_m,
       const NearestQuery query{.p_map = round_to_float(p_map[i]),
                                .radius_m = radius_m,
                                .classes = classes,
-                               .max_work = max_work};
+                               .max_work = work};
       // Nothing is known near a point outside of the grid.
       const Result<NearestOccupied> one =
           nearest_occupied(reader, m.lattice(), m.config().prior, query,

@@ -3,6 +3,7 @@
 // tessera.Dataset, tessera.Clouds and single files.
 #include "scans.hpp"
 
+#include <fmt/core.h>
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
@@ -49,7 +50,7 @@ class Scans {
   [[nodiscard]] const Classes& classes() const { return classes_; }
   [[nodiscard]] std::size_t place_of(py::ssize_t i) const {
     const auto n = static_cast<py::ssize_t>(size());
-    if (i < -n || i >= n) throw py::index_error("there are " + std::to_string(n) + " scans");
+    if (i < -n || i >= n) throw py::index_error(fmt::format("there are {} scans", n));
     return static_cast<std::size_t>(i < 0 ? i + n : i);
   }
   [[nodiscard]] ReadScan at(py::ssize_t i) const {
@@ -90,14 +91,21 @@ struct CloudScans : Scans {
   using Scans::Scans;
 };
 
+std::optional<int> number_of(const std::optional<std::int64_t>& given, const char* name) {
+  return given ? std::optional(in_range<int>(*given, name)) : std::nullopt;
+}
+
 std::shared_ptr<KittiScans> open_kitti(const std::filesystem::path& folder,
-                                       const std::optional<int>& first,
-                                       const std::optional<int>& last, const std::string& labels,
+                                       const std::optional<std::int64_t>& first,
+                                       const std::optional<std::int64_t>& last,
+                                       const std::string& labels,
                                        const std::optional<bool>& deskew) {
+  const std::optional<int> from = number_of(first, "first");
+  const std::optional<int> to = number_of(last, "last");
   const py::gil_scoped_release released;
-  auto dataset = std::make_unique<Dataset>(value_of(Dataset::open(
-      folder.string(),
-      {.first = first, .last = last, .labels = labels, .deskew = deskewing(deskew)})));
+  auto dataset = std::make_unique<Dataset>(value_of(
+      Dataset::open(folder.string(),
+                    {.first = from, .last = to, .labels = labels, .deskew = deskewing(deskew)})));
   const Dataset* const kitti = dataset.get();
   return std::make_shared<KittiScans>(std::move(dataset), kitti);
 }
@@ -111,16 +119,19 @@ CloudFormat format_of(const std::filesystem::path& path) {
 
 std::shared_ptr<CloudScans> open_clouds(const std::filesystem::path& folder,
                                         const std::filesystem::path& poses,
-                                        const std::string& format, const std::optional<int>& first,
-                                        const std::optional<int>& last) {
+                                        const std::string& format,
+                                        const std::optional<std::int64_t>& first,
+                                        const std::optional<std::int64_t>& last) {
   if (format != "pcd" && format != "ply")
     throw InputError("format " + one_line(format) + " is not allowed; give pcd or ply");
+  const std::optional<int> from = number_of(first, "first");
+  const std::optional<int> to = number_of(last, "last");
   const py::gil_scoped_release released;
   auto clouds = std::make_unique<CloudFolder>(value_of(CloudFolder::open(
       folder.string(), {.format = format == "pcd" ? CloudFormat::kPcd : CloudFormat::kPly,
                         .poses = poses.string(),
-                        .first = first,
-                        .last = last})));
+                        .first = from,
+                        .last = to})));
   return std::make_shared<CloudScans>(std::move(clouds), nullptr);
 }
 

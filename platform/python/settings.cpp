@@ -10,9 +10,10 @@ namespace tessera::python {
 
 namespace {
 
+/// Of Python or NumPy, whose class is "bool_" before its version 2.
 bool is_bool(const py::handle& value) {
-  return PyBool_Check(value.ptr()) != 0 ||
-         std::string(py::str(py::type::of(value).attr("__name__"))) == "bool_";
+  const std::string type = py::str(py::type::of(value).attr("__name__"));
+  return type == "bool" || type == "bool_";
 }
 
 /// A number in Python or NumPy, and neither True nor text.
@@ -22,42 +23,53 @@ bool is_number(const py::handle& value) {
          !py::hasattr(value, "__len__");
 }
 
-std::string what_is_asked_for(const Setting& setting) {
-  switch (setting.kind) {
+/// A type for a docstring, and in words.
+struct TypeNames {
+  const char* annotation;
+  const char* words;
+};
+
+TypeNames type_of(SettingKind kind) {
+  switch (kind) {
     case SettingKind::kSwitch:
-      return "True or False";
+      return {"bool", "True or False"};
     case SettingKind::kReal:
-      return "a number";
+      return {"float", "a number"};
     case SettingKind::kWhole:
     case SettingKind::kBytes:
-      return "a whole number";
+      return {"int", "a whole number"};
     case SettingKind::kChoice:
     case SettingKind::kText:
-      return "text";
+      return {"str", "text"};
     case SettingKind::kPath:
-      return "a path";
+      return {"str", "a path"};
     case SettingKind::kNumbers:
       break;
   }
-  return "a list of whole numbers";
+  return {"list", "a list of whole numbers"};
 }
 
 [[noreturn]] void raise_wrong_type(const Setting& setting, const py::handle& value) {
   const std::string type = py::str(py::type::of(value).attr("__name__"));
   raise_type(name_of(setting.name, Speaker::kPython) + " is of type " + type + "; give " +
-             what_is_asked_for(setting));
+             type_of(setting.kind).words);
 }
 
 /// Exact; raises InputError for one that no setting can have.
 SettingValue whole_of(const Setting& setting, const py::handle& value) {
   const auto index = py::reinterpret_steal<py::object>(PyNumber_Index(value.ptr()));
   if (!index) throw py::error_already_set();
-  const std::string text = py::str(index);
-  if (setting.kind == SettingKind::kWhole) return value_of(parse_value(setting, text));
+  std::int64_t whole = 0;
   int overflow = 0;
-  const long long whole = PyLong_AsLongLongAndOverflow(index.ptr(), &overflow);
-  if (overflow != 0 || whole < 0) raise(not_allowed(setting.name, text, allowed_text(setting)));
-  return std::int64_t{whole};
+  if (setting.member.wide) {
+    whole = static_cast<std::int64_t>(PyLong_AsUnsignedLongLong(index.ptr()));
+    overflow = PyErr_Occurred() != nullptr ? 1 : 0;
+    PyErr_Clear();
+  } else {
+    whole = PyLong_AsLongLongAndOverflow(index.ptr(), &overflow);
+  }
+  if (overflow != 0) raise(not_allowed(setting.name, py::str(index), allowed_text(setting)));
+  return whole;
 }
 
 SettingValue value_from(const Setting& setting, const py::handle& value) {
@@ -94,19 +106,6 @@ void detail::take_settings(py::dict& given, std::span<const Setting> rows, void*
 }
 
 std::string arguments_text(std::span<const Setting> rows, const void* defaults, bool fixed) {
-  const auto type_of = [](SettingKind kind) {
-    switch (kind) {
-      case SettingKind::kSwitch:
-        return "bool";
-      case SettingKind::kReal:
-        return "float";
-      case SettingKind::kWhole:
-      case SettingKind::kBytes:
-        return "int";
-      default:
-        return "str";
-    }
-  };
   const auto text_of_default = [](const SettingValue& value) -> std::string {
     if (const auto* const text = std::get_if<std::string>(&value))
       return text->empty() ? "None" : "'" + *text + "'";
@@ -120,7 +119,7 @@ std::string arguments_text(std::span<const Setting> rows, const void* defaults, 
     if (row.fixed && !fixed) continue;
     const std::string value = text_of_default(row.member.get(defaults));
     text += (text.empty() ? "" : ", ") + name_of(row.name, Speaker::kPython) + ": " +
-            type_of(row.kind) + (value == "None" ? " | None" : "") + " = " + value;
+            type_of(row.kind).annotation + (value == "None" ? " | None" : "") + " = " + value;
   }
   return text;
 }

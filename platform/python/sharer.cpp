@@ -9,7 +9,7 @@
 #include "fusing.hpp"
 #include "held_sharer.hpp"
 #include "link/key_settings.hpp"
-#include "node/exchange_counters.hpp"
+#include "report.hpp"
 #include "settings.hpp"
 #include "settings/sharing_settings.hpp"
 
@@ -50,12 +50,6 @@ void check_status(Status status, const char* argument) {
   throw InputError(std::string(argument) + " is not allowed here");
 }
 
-py::dict counters_of(const ExchangeReport& report) {
-  py::dict d;
-  for_counters(report, [&](const char* name, auto value) { d[name] = value; });
-  return d;
-}
-
 py::dict report(const HeldSharer& sharer) {
   struct All {
     ExchangeReport exchange;
@@ -86,21 +80,13 @@ py::dict report(const HeldSharer& sharer) {
   }
   d["contributions_by_id"] = contributions;
   const GlobalMapReport& g = all.global;
-  py::dict global;
-  global["blocks"] = g.blocks;
-  global["waiting"] = g.waiting;
+  py::dict global = counters_of(g);
   global["overlap_voxels"] = g.nodes;
   global["residual"] = g.residual;
   global["mean_variance"] = g.mean_variance;
   global["mean_variance_undiffused"] = g.mean_variance_undiffused;
-  global["used_bytes"] = g.used_bytes;
-  global["refused_blocks"] = g.refused_blocks;
-  global["refused_sums"] = g.refused_sums;
-  global["refused_outputs"] = g.refused_outputs;
   global["refused_storage"] = g.replicas.refused_storage;
   global["refused_quota"] = g.replicas.refused_quota;
-  global["torn_blocks"] = g.torn_blocks;
-  global["saturated_voxels"] = g.saturated_voxels;
   d["global"] = global;
   return d;
 }
@@ -113,7 +99,7 @@ bool is_complete(const HeldSharer& sharer) {
 }
 
 std::shared_ptr<HeldSharer> make(std::shared_ptr<HeldLocalMap> map,
-                                 const std::optional<PoseArray>& T_global_map, std::uint32_t epoch,
+                                 const std::optional<PoseArray>& T_global_map, std::int64_t epoch,
                                  py::dict settings) {
   if (map == nullptr) raise_type("map is None; give a LocalMap");
   SharingOptions options;
@@ -125,7 +111,8 @@ std::shared_ptr<HeldSharer> make(std::shared_ptr<HeldLocalMap> map,
   options.robot = map->identity().robot;
   Matrix34d T = map->identity().T_global_map;
   if (T_global_map) T = pose_of(T_global_map, "T_global_map");
-  return HeldSharer::make(std::move(map), options, T, epoch, keys);
+  return HeldSharer::make(std::move(map), options, T, in_range<std::uint32_t>(epoch, "epoch"),
+                          keys);
 }
 
 constexpr const char* kMake =
@@ -167,7 +154,7 @@ a time, now_us, microseconds on one monotonic clock; None: that of the machine.)
     docstrings.disable_function_signatures();
     sharer_class.def(
         py::init([](std::shared_ptr<HeldLocalMap> map, const std::optional<PoseArray>& T_global_map,
-                    std::uint32_t epoch, const py::kwargs& settings) {
+                    std::int64_t epoch, const py::kwargs& settings) {
           return make(std::move(map), T_global_map, epoch, settings);
         }),
         py::arg("map"), py::kw_only(), py::arg("T_global_map") = py::none(), py::arg("epoch") = 1,
@@ -210,10 +197,12 @@ lost, repeated and arrive in any order.)")
       .def(
           "set_frame",
           [](HeldSharer& s, const PoseArray& T_global_map,
-             const std::optional<std::uint32_t>& submap) {
+             const std::optional<std::int64_t>& submap) {
             const Matrix34d T = pose_of(T_global_map, "T_global_map");
+            std::optional<std::uint32_t> number;
+            if (submap) number = in_range<std::uint32_t>(*submap, "submap");
             check_status(s.change([&](Sharer& sharer) {
-              return sharer.set_frame(submap.value_or(sharer.submap().submap), T);
+              return sharer.set_frame(number.value_or(sharer.submap().submap), T);
             }),
                          "T_global_map or submap");
           },
@@ -242,9 +231,11 @@ one is pending.)")
           "Announces with the next tick that this robot leaves.")
       .def(
           "exclude",
-          [](HeldSharer& s, std::uint32_t robot) {
-            check_status(s.change([&](Sharer& sharer) { return sharer.exchange().exclude(robot); }),
-                         "robot");
+          [](HeldSharer& s, std::int64_t robot) {
+            const auto number = in_range<std::uint32_t>(robot, "robot");
+            check_status(
+                s.change([&](Sharer& sharer) { return sharer.exchange().exclude(number); }),
+                "robot");
           },
           py::arg("robot"),
           R"(Removes all data of a robot from the global map, and refuses its datagrams.

@@ -32,18 +32,16 @@ Outcome<Matrix34d> read_calibration(const std::string& path) {
   if (std::filesystem::status(path, error).type() == std::filesystem::file_type::not_found) {
     return Matrix34d{Matrix34d::Identity()};
   }
-  const Outcome<std::string> content = read_text_file(path, kMostDescriptionBytes);
-  if (!content.ok()) return content.failure();
+  TESSERA_TRY_ASSIGN(const std::string content, read_text_file(path, kMostDescriptionBytes));
 
   std::optional<Matrix34d> T_camera_lidar;
-  std::string_view text = *content;
+  std::string_view text = content;
   for (TextPlace place{path, 1}; !text.empty(); ++place.line) {
     const std::string_view line = trimmed(take_line(text));
     if (!line.starts_with(kKey)) continue;
     if (T_camera_lidar) return text_failure(place, "a second Tr line", "keep one of them");
-    const Outcome<Matrix34d> parsed = parse_transform(line.substr(kKey.size()), place);
-    if (!parsed.ok()) return parsed.failure();
-    T_camera_lidar = *parsed;
+    TESSERA_TRY_ASSIGN(const Matrix34d parsed, parse_transform(line.substr(kKey.size()), place));
+    T_camera_lidar = parsed;
   }
   if (T_camera_lidar) return *T_camera_lidar;
   return Failure{

@@ -76,9 +76,8 @@ Outcome<void> read_images(const std::string& dir, const std::vector<CameraDescri
     image.height_px = camera.model.height_px();
     image.stamp_us = scan.stamp_us + camera.offset_us;
     const ScanFilePath path(dir, camera.folder, scan.number, ".png");
-    const Outcome<void> decoded = read_grey_png(path.view(), image.width_px, image.height_px,
-                                                image.memory.first(pixels_of(camera)));
-    if (!decoded.ok()) return decoded.failure();
+    TESSERA_TRY(read_grey_png(path.view(), image.width_px, image.height_px,
+                              image.memory.first(pixels_of(camera))));
     ++scan.num_images;
   }
   return {};

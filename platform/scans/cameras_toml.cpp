@@ -3,6 +3,7 @@
 // Reads cameras.toml. Every refusal names the file, the line and what to write instead.
 #include "scans/cameras_toml.hpp"
 
+#include <fmt/core.h>
 #include <toml++/toml.h>
 
 #include <algorithm>
@@ -70,7 +71,7 @@ class Entry {
     const std::int64_t value = node->is_integer() ? node->as_integer()->get() : 0;
     if (value >= 1 && value <= most) return static_cast<int>(value);
     refuse(*node, std::string(key) + " is not a whole number of pixels",
-           "write 1 to " + std::to_string(most));
+           fmt::format("write 1 to {}", most));
     return 1;
   }
 
@@ -81,7 +82,7 @@ class Entry {
     const std::optional<double> value = node->value<double>();
     if (value && *value >= low && *value <= high) return *value;
     refuse(*node, std::string(key) + " is not a number in its range",
-           "write one from " + one_line(std::to_string(low)) + " to " + std::to_string(high));
+           fmt::format("write one from {} to {}", low, high));
     return otherwise;
   }
 
@@ -225,21 +226,20 @@ Outcome<std::vector<CameraDescription>> read_entries(const toml::table& root,
   if (entries == nullptr || entries->empty())
     return Failure{path + " has no [[camera]] entry; add one for each camera"};
   if (entries->size() > kMostCameras)
-    return Failure{path + " has " + std::to_string(entries->size()) + " cameras; keep " +
-                   std::to_string(kMostCameras) + " of them"};
+    return Failure{
+        fmt::format("{} has {} cameras; keep {} of them", path, entries->size(), kMostCameras)};
   std::vector<CameraDescription> cameras;
   for (const toml::node& node : *entries) {
     const TextPlace place{path, node.source().begin.line};
     const toml::table* table = node.as_table();
     if (table == nullptr) return text_failure(place, "camera is not a table", "write [[camera]]");
-    Outcome<CameraDescription> camera = read_camera(*table, path);
-    if (!camera.ok()) return camera.failure();
+    TESSERA_TRY_ASSIGN(CameraDescription camera, read_camera(*table, path));
     for (const CameraDescription& other : cameras) {
-      if (other.name == camera->name)
-        return text_failure(place, "duplicate name '" + camera->name + "'",
+      if (other.name == camera.name)
+        return text_failure(place, "duplicate name '" + camera.name + "'",
                             "give each camera its own name");
     }
-    cameras.push_back(std::move(*camera));
+    cameras.push_back(std::move(camera));
   }
   return cameras;
 }
@@ -254,8 +254,7 @@ Failure not_toml(const toml::parse_error& error, const std::string& path) {
 
 Outcome<std::vector<CameraDescription>> parse_cameras(std::string_view text,
                                                       const std::string& path) {
-  const Outcome<void> nesting = check_nesting(text, path);
-  if (!nesting.ok()) return nesting.failure();
+  TESSERA_TRY(check_nesting(text, path));
   try {
     return read_entries(toml::parse(text), path);
   } catch (const toml::parse_error& error) {
@@ -264,8 +263,7 @@ Outcome<std::vector<CameraDescription>> parse_cameras(std::string_view text,
 }
 
 Outcome<DepthCameraDescription> parse_depth_camera(std::string_view text, const std::string& path) {
-  const Outcome<void> nesting = check_nesting(text, path);
-  if (!nesting.ok()) return nesting.failure();
+  TESSERA_TRY(check_nesting(text, path));
   try {
     return read_depth_entry(toml::parse(text), path);
   } catch (const toml::parse_error& error) {
@@ -274,15 +272,13 @@ Outcome<DepthCameraDescription> parse_depth_camera(std::string_view text, const 
 }
 
 Outcome<DepthCameraDescription> read_depth_camera(const std::string& path) {
-  const Outcome<std::string> text = read_text_file(path, kMostDescriptionBytes);
-  if (!text.ok()) return text.failure();
-  return parse_depth_camera(*text, path);
+  TESSERA_TRY_ASSIGN(const std::string text, read_text_file(path, kMostDescriptionBytes));
+  return parse_depth_camera(text, path);
 }
 
 Outcome<std::vector<CameraDescription>> read_cameras(const std::string& path) {
-  const Outcome<std::string> text = read_text_file(path, kMostDescriptionBytes);
-  if (!text.ok()) return text.failure();
-  return parse_cameras(*text, path);
+  TESSERA_TRY_ASSIGN(const std::string text, read_text_file(path, kMostDescriptionBytes));
+  return parse_cameras(text, path);
 }
 
 }  // namespace tessera

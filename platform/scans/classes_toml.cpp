@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // Reads classes.toml. Every refusal names the file, the line and what to write instead.
+#include <fmt/core.h>
 #include <toml++/toml.h>
 
 #include <algorithm>
@@ -50,16 +51,13 @@ class ClassesReader {
     for (const toml::node& node : *entries) {
       const toml::table* entry = node.as_table();
       if (entry == nullptr) return refusal(node, "class is not a table", "write [[class]]");
-      Outcome<ParsedClass> one = read_class(*entry);
-      if (!one.ok()) return one.failure();
-      parsed.classes.push_back(std::move(*one));
+      TESSERA_TRY_ASSIGN(ParsedClass one, read_class(*entry));
+      parsed.classes.push_back(std::move(one));
     }
-    const Outcome<void> ids = sort_and_check_ids(parsed.classes);
-    if (!ids.ok()) return ids.failure();
+    TESSERA_TRY(sort_and_check_ids(parsed.classes));
     if (const toml::node* node = root.get("unlabelled")) {
-      Outcome<std::vector<std::uint16_t>> raw_ids = read_raw_ids(*node);
-      if (!raw_ids.ok()) return raw_ids.failure();
-      parsed.unlabelled = std::move(*raw_ids);
+      TESSERA_TRY_ASSIGN(std::vector<std::uint16_t> raw_ids, read_raw_ids(*node));
+      parsed.unlabelled = std::move(raw_ids);
     }
     return parsed;
   }
@@ -81,19 +79,16 @@ class ClassesReader {
     const toml::node& id = *entry.get("id");
     const std::int64_t number = id.is_integer() ? id.as_integer()->get() : 0;
     if (number < 1 || number > kMaxClasses) {
-      return refusal(id, "id is not a whole number from 1 to " + std::to_string(kMaxClasses),
+      return refusal(id, fmt::format("id is not a whole number from 1 to {}", kMaxClasses),
                      "number the classes 1, 2, 3, ...");
     }
     parsed.id = static_cast<int>(number);
-    Outcome<std::string> name = read_name(*entry.get("name"));
-    if (!name.ok()) return name.failure();
-    parsed.name = std::move(*name);
-    const Outcome<Color> color = read_color(*entry.get("color"));
-    if (!color.ok()) return color.failure();
-    parsed.color = *color;
-    Outcome<std::vector<std::uint16_t>> raw_ids = read_raw_ids(*entry.get("raw"));
-    if (!raw_ids.ok()) return raw_ids.failure();
-    parsed.raw_ids = std::move(*raw_ids);
+    TESSERA_TRY_ASSIGN(std::string name, read_name(*entry.get("name")));
+    parsed.name = std::move(name);
+    TESSERA_TRY_ASSIGN(const Color color, read_color(*entry.get("color")));
+    parsed.color = color;
+    TESSERA_TRY_ASSIGN(std::vector<std::uint16_t> raw_ids, read_raw_ids(*entry.get("raw")));
+    parsed.raw_ids = std::move(raw_ids);
     return parsed;
   }
 
@@ -101,7 +96,7 @@ class ClassesReader {
     constexpr std::size_t kMaxBytes = SemanticClass::kNameBytes - 1;
     const std::string name = node.is_string() ? node.as_string()->get() : std::string();
     if (name.empty() || name.size() > kMaxBytes || name.find('\0') != std::string::npos) {
-      return refusal(node, "name is not a text of 1 to " + std::to_string(kMaxBytes) + " bytes",
+      return refusal(node, fmt::format("name is not a text of 1 to {} bytes", kMaxBytes),
                      "write a short name in quotes");
     }
     if (std::find(names_.begin(), names_.end(), name) != names_.end()) {
@@ -155,8 +150,7 @@ class ClassesReader {
       std::size_t& earlier_line = line_of_raw_[static_cast<std::size_t>(raw_id)];
       if (earlier_line != 0) {
         return refusal(item,
-                       "duplicate raw id " + std::to_string(raw_id) + ", also in line " +
-                           std::to_string(earlier_line),
+                       fmt::format("duplicate raw id {}, also in line {}", raw_id, earlier_line),
                        "keep one of them");
       }
       earlier_line = line_of(item);
@@ -171,14 +165,14 @@ class ClassesReader {
     int expected = 0;
     for (const ParsedClass& one : classes) {
       if (one.id == expected) {
-        return text_failure({path_, one.line}, "duplicate id " + std::to_string(one.id),
+        return text_failure({path_, one.line}, fmt::format("duplicate id {}", one.id),
                             "give each class its own id");
       }
       if (one.id != ++expected) {
-        return text_failure({path_, one.line},
-                            "the ids have a gap: there is " + std::to_string(one.id) + " but no " +
-                                std::to_string(expected),
-                            "number the classes 1, 2, 3, ... without gaps");
+        return text_failure(
+            {path_, one.line},
+            fmt::format("the ids have a gap: there is {} but no {}", one.id, expected),
+            "number the classes 1, 2, 3, ... without gaps");
       }
     }
     return {};
@@ -192,17 +186,14 @@ class ClassesReader {
 }  // namespace
 
 Outcome<DatasetClasses> DatasetClasses::parse(std::string_view text, const std::string& path) {
-  const Outcome<void> nesting = check_nesting(text, path);
-  if (!nesting.ok()) return nesting.failure();
+  TESSERA_TRY(check_nesting(text, path));
   try {
-    const Outcome<ParsedClasses> parsed = ClassesReader(path).read(toml::parse(text));
-    if (!parsed.ok()) return parsed.failure();
+    TESSERA_TRY_ASSIGN(const ParsedClasses parsed, ClassesReader(path).read(toml::parse(text)));
     ClassTable table;
-    for (const ParsedClass& one : parsed->classes)
-      static_cast<void>(table.add(one.name, one.color));
+    for (const ParsedClass& one : parsed.classes) static_cast<void>(table.add(one.name, one.color));
     DatasetClasses classes(table);
-    for (const ParsedClass& one : parsed->classes) classes.assign(one.raw_ids, one.id);
-    classes.assign(parsed->unlabelled, classes.unlabelled());
+    for (const ParsedClass& one : parsed.classes) classes.assign(one.raw_ids, one.id);
+    classes.assign(parsed.unlabelled, classes.unlabelled());
     return classes;
   } catch (const toml::parse_error& error) {
     return text_failure({path, error.source().begin.line},

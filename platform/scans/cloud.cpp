@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "scans/cloud.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <utility>
 
@@ -15,16 +17,14 @@ constexpr std::size_t kSizesBytes = 8;
 
 /// Reads the file up to most_bytes.
 Outcome<CloudHead> read_up_to(const std::string& path, std::uint64_t most_bytes) {
-  Outcome<InputFile> file = InputFile::open(path);
-  if (!file.ok()) return file.failure();
-  if (file->size_bytes() > kMostCloudFileBytes) {
-    return cloud_failure(path, std::to_string(file->size_bytes()) + " bytes, the limit is 2 GiB",
+  TESSERA_TRY_ASSIGN(InputFile file, InputFile::open(path));
+  if (file.size_bytes() > kMostCloudFileBytes) {
+    return cloud_failure(path, fmt::format("{} bytes, the limit is 2 GiB", file.size_bytes()),
                          "split it into several scans");
   }
-  CloudHead head{.path = path, .bytes = {}, .file_bytes = file->size_bytes()};
-  head.bytes.resize(static_cast<std::size_t>(std::min(file->size_bytes(), most_bytes)));
-  const Outcome<void> filled = file->read_exactly(std::as_writable_bytes(std::span(head.bytes)));
-  if (!filled.ok()) return filled.failure();
+  CloudHead head{.path = path, .bytes = {}, .file_bytes = file.size_bytes()};
+  head.bytes.resize(static_cast<std::size_t>(std::min(file.size_bytes(), most_bytes)));
+  TESSERA_TRY(file.read_exactly(std::as_writable_bytes(std::span(head.bytes))));
   return head;
 }
 
@@ -45,9 +45,8 @@ Failure cloud_failure(std::string_view path, std::string_view what, std::string_
 }
 
 Failure too_many_points(std::string_view path, std::uint64_t points) {
-  return cloud_failure(
-      path, std::to_string(points) + " points, the limit is " + std::to_string(kMostCloudPoints),
-      "split it into several scans");
+  return cloud_failure(path, fmt::format("{} points, the limit is {}", points, kMostCloudPoints),
+                       "split it into several scans");
 }
 
 Outcome<CloudHead> read_cloud_head(const std::string& path) {
@@ -55,9 +54,8 @@ Outcome<CloudHead> read_cloud_head(const std::string& path) {
 }
 
 Outcome<std::string> read_cloud_bytes(const std::string& path) {
-  Outcome<CloudHead> all = read_up_to(path, kMostCloudFileBytes);
-  if (!all.ok()) return all.failure();
-  return std::move(all->bytes);
+  TESSERA_TRY_ASSIGN(CloudHead all, read_up_to(path, kMostCloudFileBytes));
+  return std::move(all.bytes);
 }
 
 }  // namespace tessera

@@ -11,7 +11,7 @@
 #include "base/system_failure.hpp"
 #include "scans/pcd_reader.hpp"
 #include "scans/ply_reader.hpp"
-#include "scans/pose_file.hpp"
+#include "scans/posed_files.hpp"
 #include "settings/source_options.hpp"
 
 namespace tessera {
@@ -91,55 +91,33 @@ CloudFolder::CloudFolder(CloudOptions options, DatasetClasses classes)
     : options_(std::move(options)), classes_(std::move(classes)) {}
 
 Outcome<CloudFolder> CloudFolder::open(const std::string& folder, const CloudOptions& options) {
-  const Outcome<std::vector<std::string>> paths = list_clouds(folder, options.format);
-  if (!paths.ok()) return paths.failure();
-  Outcome<DatasetClasses> classes = DatasetClasses::load(folder);
-  if (!classes.ok()) return classes.failure();
-  const Outcome<PoseRows> poses = read_pose_rows(options.poses);
-  if (!poses.ok()) return poses.failure();
-  CloudFolder clouds(options, std::move(*classes));
-  const Outcome<void> chosen = clouds.choose(folder, *paths, poses->T_map_sensor);
-  if (!chosen.ok()) return chosen.failure();
-  if (options.with_motion) clouds.motion_ = ScanMotion::of(*poses);
-  const Outcome<void> inspected = clouds.inspect();
-  if (!inspected.ok()) return inspected.failure();
+  TESSERA_TRY_ASSIGN(const std::vector<std::string> paths, list_clouds(folder, options.format));
+  TESSERA_TRY_ASSIGN(DatasetClasses classes, DatasetClasses::load(folder));
+  TESSERA_TRY_ASSIGN(const PoseRows poses, read_pose_rows(options.poses));
+  CloudFolder clouds(options, std::move(classes));
+  TESSERA_TRY_ASSIGN(const std::vector<PosedFile> files,
+                     choose_files({.folder = folder,
+                                   .kind = extension_of(options.format),
+                                   .poses = options.poses,
+                                   .first = options.first,
+                                   .last = options.last},
+                                  paths, poses));
+  for (const PosedFile& file : files) clouds.scans_.push_back({.file = file, .summary = {}});
+  clouds.num_files_ = paths.size();
+  clouds.num_poses_ = poses.T_map_sensor.size();
+  if (options.with_motion) clouds.motion_ = ScanMotion::of(poses);
+  TESSERA_TRY(clouds.inspect());
   return clouds;
-}
-
-Outcome<void> CloudFolder::choose(const std::string& folder, const std::vector<std::string>& paths,
-                                  const std::vector<Matrix34d>& T_map_sensor) {
-  if (paths.size() != T_map_sensor.size()) {
-    return Failure{one_line(folder) + " has " + std::to_string(paths.size()) + " " +
-                   std::string(extension_of(options_.format)) + " files, but " +
-                   one_line(options_.poses) + " has " + std::to_string(T_map_sensor.size()) +
-                   " poses; give one pose for each file, in the order of their numbers"};
-  }
-  num_files_ = paths.size();
-  const int first = options_.first.value_or(0);
-  const int last = options_.last.value_or(std::numeric_limits<int>::max());
-  if (first < 0 || last < 0) return Failure{"a scan number is negative; give numbers from 0 on"};
-  for (std::size_t i = static_cast<std::size_t>(first);
-       i < paths.size() && i <= static_cast<std::size_t>(last); ++i) {
-    scans_.push_back({.number = static_cast<int>(i),
-                      .path = paths[i],
-                      .summary = {},
-                      .T_map_sensor = T_map_sensor[i]});
-  }
-  if (!scans_.empty()) return {};
-  return Failure{"no scan is in the range, " + one_line(folder) + " has numbers from 0 to " +
-                 std::to_string(paths.size() - 1) + choose_scans()};
 }
 
 Outcome<void> CloudFolder::inspect() {
   for (Entry& scan : scans_) {
-    const Outcome<CloudHead> head = read_cloud_head(scan.path);
-    if (!head.ok()) return head.failure();
-    const Outcome<CloudSummary> summary = inspect_cloud(options_, *head);
-    if (!summary.ok()) return summary.failure();
-    scan.summary = *summary;
-    max_points_ = std::max(max_points_, summary->points);
-    if (summary->has_labels) ++num_labelled_;
-    if (summary->has_viewpoint) ++num_viewpoints_;
+    TESSERA_TRY_ASSIGN(const CloudHead head, read_cloud_head(scan.file.path));
+    TESSERA_TRY_ASSIGN(const CloudSummary summary, inspect_cloud(options_, head));
+    scan.summary = summary;
+    max_points_ = std::max(max_points_, summary.points);
+    if (summary.has_labels) ++num_labelled_;
+    if (summary.has_viewpoint) ++num_viewpoints_;
   }
   return {};
 }
@@ -157,25 +135,23 @@ RegistrarConfig CloudFolder::registration() const {
 
 Outcome<void> CloudFolder::read(std::size_t i, Scan& into) const {
   const Entry& entry = scans_[i];
-  const Outcome<std::string> bytes = read_cloud_bytes(entry.path);
+  const Outcome<std::string> bytes = read_cloud_bytes(entry.file.path);
   if (!bytes.ok()) return Failure{bytes.failure().message, FailureKind::kFailure};
   Cloud cloud;
-  const Outcome<void> decoded =
-      read_cloud(options_.format, {entry.path, *bytes, options_.with_labels}, cloud);
-  if (!decoded.ok()) return decoded.failure();
+  TESSERA_TRY(read_cloud(options_.format, {entry.file.path, *bytes, options_.with_labels}, cloud));
   if (cloud.num_points() > max_points_) {
     Failure changed =
-        cloud_failure(entry.path, "it has more points than when the folder was opened",
+        cloud_failure(entry.file.path, "it has more points than when the folder was opened",
                       "do not change its files during a run");
     changed.kind = FailureKind::kFailure;
     return changed;
   }
   into.clear();
   into.reserve(cloud.num_points());
-  into.number = entry.number;
+  into.number = entry.file.number;
   into.count = static_cast<std::uint32_t>(cloud.num_points());
-  if (motion_) into.stamp_us = motion_->stamp_us(entry.number);
-  into.T_map_body = into.T_map_sensor = entry.T_map_sensor;
+  if (motion_) into.stamp_us = motion_->stamp_us(entry.file.number);
+  into.T_map_body = into.T_map_sensor = entry.file.T_map_sensor;
   std::copy(cloud.points_xyzi.begin(), cloud.points_xyzi.end(), into.points().begin());
   into.has_components = true;
   into.unknown = label(cloud, into.components().first(into.count));

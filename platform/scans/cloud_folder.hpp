@@ -13,6 +13,7 @@
 
 #include "base/outcome.hpp"
 #include "scans/cloud.hpp"
+#include "scans/posed_files.hpp"
 #include "scans/recorded_scans.hpp"
 
 namespace tessera {
@@ -42,18 +43,18 @@ struct CloudOptions {
 class CloudFolder final : public RecordedScans {
  public:
   /// Fails with kUsage, naming the file and the remedy, iff list_clouds(), DatasetClasses::load()
-  /// or read_pose_rows() does, there are more or fewer poses than clouds, there is no scan in the
-  /// range, or the header of a chosen one is refused by inspect_pcd() or inspect_ply().
+  /// read_pose_rows() or choose_files() does, or the header of a chosen one is refused by
+  /// inspect_pcd() or inspect_ply().
   static Outcome<CloudFolder> open(const std::string& folder, const CloudOptions& options);
 
   [[nodiscard]] std::size_t num_scans() const noexcept override { return scans_.size(); }
-  [[nodiscard]] int scan_number(std::size_t i) const override { return scans_[i].number; }
+  [[nodiscard]] int scan_number(std::size_t i) const override { return scans_[i].file.number; }
   [[nodiscard]] std::size_t num_points(std::size_t i) const override {
     return scans_[i].summary.points;
   }
   [[nodiscard]] std::size_t max_points() const noexcept override { return max_points_; }
   [[nodiscard]] const Matrix34d& T_map_sensor(std::size_t i) const override {
-    return scans_[i].T_map_sensor;
+    return scans_[i].file.T_map_sensor;
   }
   [[nodiscard]] const DatasetClasses& classes() const noexcept override { return classes_; }
   /// By the stamps of the poses, if they have the form of TUM.
@@ -68,6 +69,7 @@ class CloudFolder final : public RecordedScans {
 
   /// All files, chosen or not.
   [[nodiscard]] std::size_t num_files() const noexcept { return num_files_; }
+  [[nodiscard]] std::size_t num_poses() const noexcept { return num_poses_; }
   /// Chosen scans with labels, and with a viewpoint other than the identity (which is ignored: the
   /// poses have the place of the sensor).
   [[nodiscard]] std::size_t num_labelled() const noexcept { return num_labelled_; }
@@ -75,15 +77,11 @@ class CloudFolder final : public RecordedScans {
 
  private:
   struct Entry {
-    int number = 0;
-    std::string path;
+    PosedFile file;
     CloudSummary summary;
-    Matrix34d T_map_sensor = Matrix34d::Identity();
   };
 
   CloudFolder(CloudOptions options, DatasetClasses classes);
-  Outcome<void> choose(const std::string& folder, const std::vector<std::string>& paths,
-                       const std::vector<Matrix34d>& T_map_sensor);
   Outcome<void> inspect();
   UnknownRawIds label(const Cloud& cloud, std::span<std::uint8_t> components) const;
 
@@ -92,6 +90,7 @@ class CloudFolder final : public RecordedScans {
   std::vector<Entry> scans_;
   std::optional<ScanMotion> motion_;
   std::size_t num_files_ = 0;
+  std::size_t num_poses_ = 0;
   std::size_t max_points_ = 0;
   std::size_t num_labelled_ = 0;
   std::size_t num_viewpoints_ = 0;

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "scans/dataset.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <bit>
 #include <utility>
@@ -29,9 +31,9 @@ Outcome<InputFile> open_unchanged(const ScanFilePath& path, std::uint64_t expect
   Outcome<InputFile> file = InputFile::open(path.view());
   if (!file.ok()) return as_interruption(file.failure());
   if (file->size_bytes() == expected_bytes) return file;
-  return Failure{std::string(path.view()) + " has " + std::to_string(file->size_bytes()) +
-                     " bytes, but had " + std::to_string(expected_bytes) +
-                     " when the dataset was opened; do not change its files during a run",
+  return Failure{fmt::format("{} has {} bytes, but had {} when the dataset was opened; do not "
+                             "change its files during a run",
+                             path.view(), file->size_bytes(), expected_bytes),
                  FailureKind::kFailure};
 }
 
@@ -79,9 +81,8 @@ Outcome<void> Dataset::read(std::size_t i, Scan& into) const {
 Outcome<void> Dataset::read_file(std::size_t i, std::string_view folder,
                                  std::span<float> out) const {
   const ScanFilePath path(dir_, folder, scans_[i].number, ".bin");
-  Outcome<InputFile> file = open_unchanged(path, out.size_bytes());
-  if (!file.ok()) return file.failure();
-  return file->read_exactly(std::as_writable_bytes(out));
+  TESSERA_TRY_ASSIGN(InputFile file, open_unchanged(path, out.size_bytes()));
+  return file.read_exactly(std::as_writable_bytes(out));
 }
 
 Outcome<void> Dataset::read_components(std::size_t i, Scan& scan) const {
@@ -92,9 +93,8 @@ Outcome<void> Dataset::read_components(std::size_t i, Scan& scan) const {
     std::fill(out.begin(), out.end(), classes_.unlabelled());
     return {};
   }
-  const Outcome<UnknownRawIds> unknown = read_labels(i, labels_, out);
-  if (!unknown.ok()) return unknown.failure();
-  scan.unknown = *unknown;
+  TESSERA_TRY_ASSIGN(const UnknownRawIds unknown, read_labels(i, labels_, out));
+  scan.unknown = unknown;
   return {};
 }
 
@@ -102,16 +102,14 @@ Outcome<UnknownRawIds> Dataset::read_labels(std::size_t i, std::string_view fold
                                             std::span<std::uint8_t> out) const {
   TESSERA_ASSERT(out.size() == scans_[i].points);
   const ScanFilePath path(dir_, folder, scans_[i].number, ".label");
-  Outcome<InputFile> file = open_unchanged(path, out.size() * sizeof(std::uint32_t));
-  if (!file.ok()) return file.failure();
+  TESSERA_TRY_ASSIGN(InputFile file, open_unchanged(path, out.size() * sizeof(std::uint32_t)));
 
   UnknownRawIds unknown;
   std::array<std::uint32_t, kLabelsPerChunk> chunk;
   for (std::size_t done = 0; done < out.size();) {
     const std::span<std::uint32_t> labels(chunk.data(),
                                           std::min(out.size() - done, kLabelsPerChunk));
-    const Outcome<void> filled = file->read_exactly(std::as_writable_bytes(labels));
-    if (!filled.ok()) return filled.failure();
+    TESSERA_TRY(file.read_exactly(std::as_writable_bytes(labels)));
     for (const std::uint32_t label : labels) {
       const auto raw_id =
           static_cast<std::uint16_t>(label & 0xFFFFU);  // The upper bits are the instance.

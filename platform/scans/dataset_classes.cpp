@@ -68,9 +68,8 @@ Outcome<DatasetClasses> DatasetClasses::load(const std::string& folder) {
   if (std::filesystem::status(path, error).type() == std::filesystem::file_type::not_found) {
     return semantic_kitti();
   }
-  const Outcome<std::string> text = read_text_file(path, kMostDescriptionBytes);
-  if (!text.ok()) return text.failure();
-  return parse(*text, path);
+  TESSERA_TRY_ASSIGN(const std::string text, read_text_file(path, kMostDescriptionBytes));
+  return parse(text, path);
 }
 
 void DatasetClasses::assign(std::span<const std::uint16_t> raw_ids, int component) {

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "scans/depth_folder.hpp"
 
+#include <fmt/core.h>
+
 #include <filesystem>
 #include <limits>
 #include <span>
@@ -10,54 +12,41 @@
 #include "pictures/png_image.hpp"
 #include "scans/cloud.hpp"
 #include "scans/cloud_folder.hpp"
-#include "scans/pose_file.hpp"
+#include "scans/posed_files.hpp"
 #include "settings/source_options.hpp"
 
 namespace tessera {
 
 Outcome<DepthFolder> DepthFolder::open(const std::string& folder, const DepthOptions& options) {
-  Outcome<DatasetClasses> classes = DatasetClasses::load(folder);
-  if (!classes.ok()) return classes.failure();
-  DepthFolder images(std::move(*classes));
-  const Outcome<void> chosen = images.choose(folder, options);
-  if (!chosen.ok()) return chosen.failure();
-  const Outcome<void> labels = images.find_labels(options.label_images);
-  if (!labels.ok()) return labels.failure();
-  const Outcome<void> camera = images.read_camera(options);
-  if (!camera.ok()) return camera.failure();
+  TESSERA_TRY_ASSIGN(DatasetClasses classes, DatasetClasses::load(folder));
+  DepthFolder images(std::move(classes));
+  TESSERA_TRY(images.choose(folder, options));
+  TESSERA_TRY(images.find_labels(options.label_images));
+  TESSERA_TRY(images.read_camera(options));
   return images;
 }
 
 Outcome<void> DepthFolder::choose(const std::string& folder, const DepthOptions& options) {
-  const Outcome<std::vector<std::string>> paths = list_by_number(folder, ".png");
-  if (!paths.ok()) return paths.failure();
-  const Outcome<PoseRows> poses = read_pose_rows(options.poses);
-  if (!poses.ok()) return poses.failure();
-  const std::vector<Matrix34d>& T_map_camera = poses->T_map_sensor;
-  if (paths->size() != T_map_camera.size()) {
-    return Failure{one_line(folder) + " has " + std::to_string(paths->size()) +
-                   " .png files, but " + one_line(options.poses) + " has " +
-                   std::to_string(T_map_camera.size()) +
-                   " poses; give one pose for each image, in the order of their numbers"};
-  }
-  num_files_ = paths->size();
-  if (options.with_motion) motion_ = ScanMotion::of(*poses);
-  const int first = options.first.value_or(0);
-  const int last = options.last.value_or(std::numeric_limits<int>::max());
-  if (first < 0 || last < 0) return Failure{"a scan number is negative; give numbers from 0 on"};
-  for (std::size_t i = static_cast<std::size_t>(first);
-       i < paths->size() && i <= static_cast<std::size_t>(last); ++i)
-    scans_.push_back({static_cast<int>(i), (*paths)[i], {}, T_map_camera[i]});
-  if (!scans_.empty()) return {};
-  return Failure{"no scan is in the range, " + one_line(folder) + " has numbers from 0 to " +
-                 std::to_string(paths->size() - 1) + choose_scans()};
+  TESSERA_TRY_ASSIGN(const std::vector<std::string> paths, list_by_number(folder, ".png"));
+  TESSERA_TRY_ASSIGN(const PoseRows poses, read_pose_rows(options.poses));
+  TESSERA_TRY_ASSIGN(const std::vector<PosedFile> files, choose_files({.folder = folder,
+                                                                       .kind = ".png",
+                                                                       .poses = options.poses,
+                                                                       .first = options.first,
+                                                                       .last = options.last},
+                                                                      paths, poses));
+  for (const PosedFile& file : files) scans_.push_back({file, {}});
+  num_files_ = paths.size();
+  num_poses_ = poses.T_map_sensor.size();
+  if (options.with_motion) motion_ = ScanMotion::of(poses);
+  return {};
 }
 
 Outcome<void> DepthFolder::find_labels(const std::string& folder) {
   has_labels_ = !folder.empty();
   if (!has_labels_) return {};
   for (Entry& scan : scans_) {
-    const std::filesystem::path name = std::filesystem::path(scan.depth_path).filename();
+    const std::filesystem::path name = std::filesystem::path(scan.file.path).filename();
     scan.label_path = (std::filesystem::path(folder) / name).string();
     std::error_code error;
     if (std::filesystem::exists(scan.label_path, error)) continue;
@@ -70,13 +59,12 @@ Outcome<void> DepthFolder::find_labels(const std::string& folder) {
 }
 
 Outcome<void> DepthFolder::read_camera(const DepthOptions& options) {
-  const Outcome<DepthCameraDescription> description = read_depth_camera(options.intrinsics);
-  if (!description.ok()) return description.failure();
-  camera_ = *description;
+  TESSERA_TRY_ASSIGN(const DepthCameraDescription description,
+                     read_depth_camera(options.intrinsics));
+  camera_ = description;
   if (num_pixels() <= kMostCloudPoints) return {};
-  return Failure{one_line(options.intrinsics) + ": its images have " +
-                 std::to_string(num_pixels()) + " pixels, the limit is " +
-                 std::to_string(kMostCloudPoints) + "; scale them down"};
+  return Failure{fmt::format("{}: its images have {} pixels, the limit is {}; scale them down",
+                             one_line(options.intrinsics), num_pixels(), kMostCloudPoints)};
 }
 
 std::size_t DepthFolder::num_pixels() const noexcept {
@@ -112,9 +100,8 @@ RegistrarConfig DepthFolder::registration() const {
 /// Counts unknown ids among the sampled pixels.
 Outcome<void> DepthFolder::read_labels(const Entry& entry, Scan& into) const {
   const CameraModel& model = camera_.model;
-  const Outcome<void> read = read_grey_png(entry.label_path, model.width_px(), model.height_px(),
-                                           GreyBits::kEightOrSixteen, pixels_);
-  if (!read.ok()) return read.failure();
+  TESSERA_TRY(read_grey_png(entry.label_path, model.width_px(), model.height_px(),
+                            GreyBits::kEightOrSixteen, pixels_));
   ScanImage& image = into.image_memory[0];
   image.width_px = model.width_px();
   image.height_px = model.height_px();
@@ -136,16 +123,15 @@ Outcome<void> DepthFolder::read_labels(const Entry& entry, Scan& into) const {
 Outcome<void> DepthFolder::read(std::size_t i, Scan& into) const {
   const Entry& entry = scans_[i];
   into.clear();
-  into.number = entry.number;
-  if (motion_) into.stamp_us = motion_->stamp_us(entry.number);
+  into.number = entry.file.number;
+  if (motion_) into.stamp_us = motion_->stamp_us(entry.file.number);
   into.kind = ScanKind::kDepthImage;
   into.width_px = camera_.model.width_px();
   into.height_px = camera_.model.height_px();
-  into.T_map_body = into.T_map_sensor = entry.T_map_camera;
+  into.T_map_body = into.T_map_sensor = entry.file.T_map_sensor;
   pixels_.resize(num_pixels());
-  const Outcome<void> read =
-      read_grey_png(entry.depth_path, into.width_px, into.height_px, GreyBits::kSixteen, pixels_);
-  if (!read.ok()) return read.failure();
+  TESSERA_TRY(
+      read_grey_png(entry.file.path, into.width_px, into.height_px, GreyBits::kSixteen, pixels_));
   const std::span<float> depth_m = into.points();
   for (std::size_t pixel = 0; pixel < pixels_.size(); ++pixel)
     depth_m[pixel] = static_cast<float>(pixels_[pixel] * camera_.depth_scale_m);

@@ -12,6 +12,7 @@
 
 #include "base/outcome.hpp"
 #include "scans/cameras_toml.hpp"
+#include "scans/posed_files.hpp"
 #include "scans/recorded_scans.hpp"
 
 namespace tessera {
@@ -36,12 +37,12 @@ class DepthFolder final : public RecordedScans {
   static Outcome<DepthFolder> open(const std::string& folder, const DepthOptions& options);
 
   [[nodiscard]] std::size_t num_scans() const noexcept override { return scans_.size(); }
-  [[nodiscard]] int scan_number(std::size_t i) const override { return scans_[i].number; }
+  [[nodiscard]] int scan_number(std::size_t i) const override { return scans_[i].file.number; }
   [[nodiscard]] std::size_t num_points(std::size_t /*i*/) const override { return max_points(); }
   /// Sampled pixels of an image.
   [[nodiscard]] std::size_t max_points() const noexcept override;
   [[nodiscard]] const Matrix34d& T_map_sensor(std::size_t i) const override {
-    return scans_[i].T_map_camera;
+    return scans_[i].file.T_map_sensor;
   }
   [[nodiscard]] const DatasetClasses& classes() const noexcept override { return classes_; }
   /// By the stamps of the poses, if they have the form of TUM.
@@ -56,13 +57,12 @@ class DepthFolder final : public RecordedScans {
 
   /// All files, chosen or not.
   [[nodiscard]] std::size_t num_files() const noexcept { return num_files_; }
+  [[nodiscard]] std::size_t num_poses() const noexcept { return num_poses_; }
 
  private:
   struct Entry {
-    int number = 0;
-    std::string depth_path;
+    PosedFile file;
     std::string label_path;  ///< Empty: none.
-    Matrix34d T_map_camera = Matrix34d::Identity();
   };
   explicit DepthFolder(DatasetClasses classes) : classes_(std::move(classes)) {}
   Outcome<void> choose(const std::string& folder, const DepthOptions& options);
@@ -77,6 +77,7 @@ class DepthFolder final : public RecordedScans {
   DepthCameraDescription camera_;
   std::optional<ScanMotion> motion_;
   std::size_t num_files_ = 0;
+  std::size_t num_poses_ = 0;
   bool has_labels_ = false;
   mutable std::vector<std::uint16_t> pixels_;  ///< Of the file that is read.
 };

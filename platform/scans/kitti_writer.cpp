@@ -83,14 +83,11 @@ Outcome<void> check_empty(const std::string& folder) {
 Outcome<KittiWriter> KittiWriter::create(const std::string& folder, const DatasetClasses& classes,
                                          bool with_times) {
   KittiWriter writer(folder, with_times);
-  const Outcome<void> ids = writer.choose_raw_ids(classes);
-  if (!ids.ok()) return ids.failure();
-  const Outcome<void> empty = check_empty(folder);
-  if (!empty.ok()) return empty.failure();
+  TESSERA_TRY(writer.choose_raw_ids(classes));
+  TESSERA_TRY(check_empty(folder));
   for (const char* const name : {"velodyne", kLabelFolder, "times"}) {
     if (name == std::string_view("times") && !with_times) continue;
-    const Outcome<void> made = make_folder(in_folder(folder, name));
-    if (!made.ok()) return made.failure();
+    TESSERA_TRY(make_folder(in_folder(folder, name)));
   }
   return writer;
 }

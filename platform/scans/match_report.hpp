@@ -5,6 +5,8 @@
 
 #include <cstdint>
 
+#include "tessera/base/counters.hpp"
+
 namespace tessera {
 
 struct TimelinessCounts {
@@ -12,33 +14,39 @@ struct TimelinessCounts {
   std::uint64_t ancient = 0;  ///< Stamped more than max_age_us before now.
 };
 
+#define TESSERA_MATCH_COUNTERS(ROW)                                                               \
+  ROW(COUNTER, uint64_t, given, "Scans given out.")                                               \
+  ROW(COUNTER, uint64_t, unknown_sensor,                                                          \
+      "Scans of a sensor, or a kind of message, that is not configured.")                         \
+  ROW(COUNTER, uint64_t, duplicates, "Scans of a sensor and a stamp that are known.")             \
+  ROW(COUNTER, uint64_t, out_of_order, "Scans older than one of this sensor that was given out.") \
+  ROW(COUNTER, uint64_t, without_pose, "Scans without a pose.")                                   \
+  ROW(COUNTER, uint64_t, without_images,                                                          \
+      "Scans dropped for lack of images, where missing_images says so.")                          \
+  ROW(COUNTER, uint64_t, superseded,                                                              \
+      "Scans replaced by newer ones before there was room for them.")                             \
+  ROW(COUNTER, uint64_t, dropped_by_step, "Scans dropped by a step of the sensors' clock.")       \
+  ROW(COUNTER, uint64_t, unlabelled, "Scans given out that need images and have none.")           \
+  ROW(COUNTER, uint64_t, partly_unlabelled, "Scans given out with some of their images.")         \
+  ROW(COUNTER, uint64_t, sweep_beyond_poses,                                                      \
+      "Scans given out whose poses end before their sweep or their images.")                      \
+  ROW(COUNTER, uint64_t, images, "Images taken.")                                                 \
+  ROW(COUNTER, uint64_t, unknown_camera, "Images of a camera that is not configured.")            \
+  ROW(COUNTER, uint64_t, images_out_of_order,                                                     \
+      "Images older than one before them, or of the same stamp.")                                 \
+  ROW(COUNTER, uint64_t, poses, "Poses taken.")                                                   \
+  ROW(COUNTER, uint64_t, poses_out_of_order,                                                      \
+      "Poses older than one before them, or of the same stamp.")                                  \
+  ROW(COUNTER, uint64_t, poses_not_rigid, "Poses that are not rigid.")                            \
+  ROW(COUNTER, uint64_t, clock_steps,                                                             \
+      "Steps of the sensors' clock: everything that waited was dropped.")
+
 struct MatchReport {
-  // Scans: each is counted in one of these, or waits.
-  std::uint64_t given = 0;           ///< Given out.
-  std::uint64_t unknown_sensor = 0;  ///< Of a sensor, or a kind of message, that is not configured.
+  TESSERA_MATCH_COUNTERS(TESSERA_COUNTER_MEMBER)
   TimelinessCounts scans{};
-  std::uint64_t duplicates = 0;    ///< A scan of this sensor with that stamp is known.
-  std::uint64_t out_of_order = 0;  ///< Older than one of this sensor that was given out.
-  std::uint64_t without_pose = 0;
-  std::uint64_t without_images = 0;  ///< With MissingImages::kDrop.
-  std::uint64_t superseded = 0;      ///< Replaced by newer ones before there was room for it.
-  std::uint64_t dropped_by_step = 0;
-  // Of the given out scans.
-  std::uint64_t unlabelled = 0;          ///< Needs images and has none.
-  std::uint64_t partly_unlabelled = 0;   ///< Has some of its images.
-  std::uint64_t sweep_beyond_poses = 0;  ///< The poses end before its sweep or its images.
-  // Images: each was taken or is counted in one of these.
-  std::uint64_t images = 0;
-  std::uint64_t unknown_camera = 0;
   TimelinessCounts image_stamps{};
-  std::uint64_t images_out_of_order = 0;  ///< Or the same stamp again.
-  // Poses: likewise.
-  std::uint64_t poses = 0;
   TimelinessCounts pose_stamps{};
-  std::uint64_t poses_out_of_order = 0;  ///< Or the same stamp again.
-  std::uint64_t poses_not_rigid = 0;
-  // Steps of the sensors' clock: everything that waited was dropped.
-  std::uint64_t clock_steps = 0;
 };
+TESSERA_COUNTER_TABLE(MatchReport, TESSERA_MATCH_COUNTERS(TESSERA_COUNTER_ROW))
 
 }  // namespace tessera

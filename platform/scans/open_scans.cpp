@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "scans/open_scans.hpp"
 
+#include <fmt/core.h>
+
 #include <filesystem>
 #include <string>
 #include <utility>
@@ -26,63 +28,69 @@ const SettingName* cloud_option(const SourceOptions& options) {
   return options.ply.empty() ? nullptr : &kSourceSettings["--ply"];
 }
 
-/// The files of a folder are numbered from 0.
-void warn_of_missing(const SourceOptions& options, std::size_t num_files, OpenedScans& opened) {
-  const auto files = static_cast<int>(num_files);
+/// The files of a folder are numbered from 0, and so are the rows of its poses.
+template <class Folder>
+void warn_of_numbers(const SourceOptions& options, const Folder& folder, OpenedScans& opened) {
+  const auto files = static_cast<int>(folder.num_files());
   if (options.last && *options.last >= files)
     opened.warnings.push_back("there are no scans " + to_text({{files, *options.last}}));
+  if (folder.num_poses() != folder.num_files()) {
+    opened.warnings.push_back(
+        fmt::format("there are {} poses for {} files: the first pose is taken for the first file, "
+                    "and so on",
+                    folder.num_poses(), folder.num_files()));
+  }
 }
 
 Outcome<OpenedScans> open_dataset(const SourceOptions& options, const ExtraContent& extra) {
-  Outcome<Dataset> dataset = Dataset::open(options.dataset, {.first = options.first,
-                                                             .last = options.last,
-                                                             .labels = options.labels_or_default(),
-                                                             .deskew = deskewing(options.deskew),
-                                                             .with_motion = extra.motion,
-                                                             .with_times = extra.times,
-                                                             .with_images = extra.images});
-  if (!dataset.ok()) return dataset.failure();
+  TESSERA_TRY_ASSIGN(Dataset dataset,
+                     Dataset::open(options.dataset, {.first = options.first,
+                                                     .last = options.last,
+                                                     .labels = options.labels_or_default(),
+                                                     .deskew = deskewing(options.deskew),
+                                                     .with_motion = extra.motion,
+                                                     .with_times = extra.times,
+                                                     .with_images = extra.images}));
   OpenedScans opened;
-  if (!dataset->missing().empty())
-    opened.warnings.push_back("there are no scans " + to_text(dataset->missing()));
-  opened.scans = std::make_unique<Dataset>(std::move(*dataset));
+  if (!dataset.missing().empty())
+    opened.warnings.push_back("there are no scans " + to_text(dataset.missing()));
+  opened.scans = std::make_unique<Dataset>(std::move(dataset));
   return opened;
 }
 
 Outcome<OpenedScans> open_clouds(const SourceOptions& options, const ExtraContent& extra) {
-  Outcome<CloudFolder> clouds =
+  TESSERA_TRY_ASSIGN(
+      CloudFolder clouds,
       CloudFolder::open(options.folder(), {.format = format_of(options),
                                            .poses = options.poses,
                                            .first = options.first,
                                            .last = options.last,
                                            .with_motion = extra.motion,
-                                           .with_labels = options.labels != kNoLabels});
-  if (!clouds.ok()) return clouds.failure();
+                                           .with_labels = options.labels != kNoLabels}));
   OpenedScans opened;
-  warn_of_missing(options, clouds->num_files(), opened);
-  if (options.labels != kNoLabels && clouds->num_labelled() < clouds->num_scans()) {
-    opened.warnings.push_back(std::to_string(clouds->num_scans() - clouds->num_labelled()) +
-                              " of " + std::to_string(clouds->num_scans()) +
-                              " clouds have no field label, class or semantic; their points are "
-                              "unlabelled");
+  warn_of_numbers(options, clouds, opened);
+  if (options.labels != kNoLabels && clouds.num_labelled() < clouds.num_scans()) {
+    opened.warnings.push_back(fmt::format(
+        "{} of {} clouds have no field label, class or semantic; their points are unlabelled",
+        clouds.num_scans() - clouds.num_labelled(), clouds.num_scans()));
   }
-  if (clouds->num_viewpoints() > 0) {
-    opened.warnings.push_back(counted(clouds->num_viewpoints(), "cloud") +
+  if (clouds.num_viewpoints() > 0) {
+    opened.warnings.push_back(counted(clouds.num_viewpoints(), "cloud") +
                               " with a VIEWPOINT; it is ignored, " + kSourceSettings["--poses"] +
                               " has the place of the sensor");
   }
-  opened.scans = std::make_unique<CloudFolder>(std::move(*clouds));
+  opened.scans = std::make_unique<CloudFolder>(std::move(clouds));
   return opened;
 }
 
 Outcome<OpenedScans> open_depth(const SourceOptions& options, const ExtraContent& extra) {
-  Outcome<DepthFolder> images =
+  TESSERA_TRY_ASSIGN(
+      DepthFolder images,
       DepthFolder::open(options.depth, {options.label_images, options.intrinsics, options.poses,
-                                        options.first, options.last, extra.motion});
-  if (!images.ok()) return images.failure();
+                                        options.first, options.last, extra.motion}));
   OpenedScans opened;
-  warn_of_missing(options, images->num_files(), opened);
-  opened.scans = std::make_unique<DepthFolder>(std::move(*images));
+  warn_of_numbers(options, images, opened);
+  opened.scans = std::make_unique<DepthFolder>(std::move(images));
   return opened;
 }
 
@@ -126,8 +134,7 @@ Outcome<void> check_source(const SourceOptions& options) {
     return Failure{Message(kSourceSettings["--dataset"]) + ", " + kSourceSettings["--pcd"] + ", " +
                    kSourceSettings["--ply"] + " and " + kSourceSettings["--depth"] +
                    " are mutually exclusive; give one"};
-  const Outcome<void> depth = check_depth(options);
-  if (!depth.ok()) return depth.failure();
+  TESSERA_TRY(check_depth(options));
   const SettingName* const option = cloud_option(options);
   if (option == nullptr) {
     if (options.poses.empty()) return {};
@@ -154,11 +161,10 @@ Outcome<std::vector<NamedFile>> cloud_files(const SourceOptions& options) {
   const SettingName* const option = cloud_option(options);
   std::vector<NamedFile> files;
   if (option == nullptr) return files;
-  const Outcome<std::vector<std::string>> paths =
-      options.depth.empty() ? list_clouds(options.folder(), format_of(options))
-                            : list_by_number(options.depth, ".png");
-  if (!paths.ok()) return paths.failure();
-  for (const std::string& path : *paths) {
+  TESSERA_TRY_ASSIGN(const std::vector<std::string> paths,
+                     options.depth.empty() ? list_clouds(options.folder(), format_of(options))
+                                           : list_by_number(options.depth, ".png"));
+  for (const std::string& path : paths) {
     files.push_back({*option, path});
     const std::filesystem::path labels(options.label_images);
     if (labels.empty()) continue;

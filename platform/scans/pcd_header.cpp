@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "scans/pcd_header.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -32,8 +34,7 @@ class PcdHeaderReader {
       Words words;
       for (std::string_view word = take_word(line); !word.empty(); word = take_word(line))
         words.push_back(word);
-      const Outcome<void> taken = take(keyword, words);
-      if (!taken.ok()) return taken.failure();
+      TESSERA_TRY(take(keyword, words));
     }
     if (!header_ended_) {
       return cloud_failure(head_.path, "its header has no DATA line",
@@ -41,10 +42,8 @@ class PcdHeaderReader {
     }
     header_.header_bytes = all - rest_.size();
     header_.header_lines = place_.line;
-    const Outcome<void> fields = finish_fields();
-    if (!fields.ok()) return fields.failure();
-    const Outcome<void> points = finish_points();
-    if (!points.ok()) return points.failure();
+    TESSERA_TRY(finish_fields());
+    TESSERA_TRY(finish_points());
     return std::move(header_);
   }
 
@@ -124,22 +123,20 @@ class PcdHeaderReader {
     for (const auto& [keyword, values] :
          {std::pair{"SIZE", &sizes_}, std::pair{"TYPE", &types_}, std::pair{"COUNT", &counts_}}) {
       if (values->size() == names_.size() || (values == &counts_ && counts_.empty())) continue;
-      return cloud_failure(head_.path,
-                           std::string(keyword) + " has " + std::to_string(values->size()) +
-                               " values for " + std::to_string(names_.size()) + " fields",
-                           "give one for each of FIELDS");
+      return cloud_failure(
+          head_.path,
+          fmt::format("{} has {} values for {} fields", keyword, values->size(), names_.size()),
+          "give one for each of FIELDS");
     }
     std::vector<std::string> names;
     for (std::size_t i = 0; i < names_.size(); ++i) {
-      const Outcome<void> added = add_field(i);
-      if (!added.ok()) return added.failure();
+      TESSERA_TRY(add_field(i));
       names.emplace_back(names_[i]);
     }
-    const Outcome<PointFields> chosen = PointFields::choose(head_, names);
-    if (!chosen.ok()) return chosen.failure();
-    header_.chosen = *chosen;
+    TESSERA_TRY_ASSIGN(const PointFields chosen, PointFields::choose(head_, names));
+    header_.chosen = chosen;
     for (std::size_t part = 0; part < kNumParts; ++part) {
-      const std::size_t index = chosen->index(part);
+      const std::size_t index = chosen.index(part);
       if (index == PointFields::kAbsent || header_.fields[index].count == 1) continue;
       return cloud_failure(head_.path,
                            "the field " + names[index] + " does not have one number per point",
@@ -164,7 +161,7 @@ class PcdHeaderReader {
     field.number.bytes = static_cast<std::uint8_t>(size);
     if (!counts_.empty() &&
         (!parse_count(counts_[i], field.count) || field.count > PcdHeader::kMostRecordBytes)) {
-      return cloud_failure(head_.path, "COUNT of field " + std::to_string(i + 1) + " is invalid",
+      return cloud_failure(head_.path, fmt::format("COUNT of field {} is invalid", i + 1),
                            "write how many numbers the field has");
     }
     field.offset_bytes = header_.record_bytes;
@@ -189,8 +186,8 @@ class PcdHeaderReader {
     if (header_.points > kMostCloudPoints) return too_many_points(head_.path, header_.points);
     if (width_ && height_ && *width_ * *height_ != header_.points) {
       return cloud_failure(head_.path,
-                           "POINTS is " + std::to_string(header_.points) +
-                               ", but WIDTH times HEIGHT is " + std::to_string(*width_ * *height_),
+                           fmt::format("POINTS is {}, but WIDTH times HEIGHT is {}", header_.points,
+                                       *width_ * *height_),
                            "write the same in both");
     }
     header_.is_organised = height_.value_or(1) > 1;
@@ -213,11 +210,11 @@ class PcdHeaderReader {
 };
 
 Failure truncated(std::string_view path, const PcdHeader& header, std::uint64_t payload_bytes) {
-  return cloud_failure(path,
-                       "its header promises " + std::to_string(header.points) +
-                           " points, which do not fit into the " + std::to_string(payload_bytes) +
-                           " bytes after it",
-                       "it is truncated, get a complete copy");
+  return cloud_failure(
+      path,
+      fmt::format("its header promises {} points, which do not fit into the {} bytes after it",
+                  header.points, payload_bytes),
+      "it is truncated, get a complete copy");
 }
 
 /// The two sizes before compressed points.
@@ -232,34 +229,31 @@ Outcome<void> check_compressed(const CloudBytes& head, std::uint64_t payload_byt
   const auto promised = static_cast<std::uint64_t>(kSize.load(sizes + 4));
   if (header.compressed_bytes > payload_bytes - kSizesBytes) {
     return cloud_failure(head.path,
-                         "its compressed points have " + std::to_string(header.compressed_bytes) +
-                             " bytes, but the file has " +
-                             std::to_string(payload_bytes - kSizesBytes),
+                         fmt::format("its compressed points have {} bytes, but the file has {}",
+                                     header.compressed_bytes, payload_bytes - kSizesBytes),
                          "it is truncated or has the other byte order, get a complete copy");
   }
   const std::uint64_t needed = header.points * header.record_bytes;
   const std::uint64_t in_all = needed + header.points * kScanPointBytes;
   if (in_all > PcdHeader::kMostUnpackedBytes) {
-    return cloud_failure(head.path,
-                         "its compressed points take " + std::to_string(in_all >> 20U) +
-                             " MiB, unpacked and as a scan, the limit is " +
-                             std::to_string(PcdHeader::kMostUnpackedBytes >> 20U),
-                         "write them uncompressed, or fewer fields");
+    return cloud_failure(
+        head.path,
+        fmt::format("its compressed points take {} MiB, unpacked and as a scan, the limit is {}",
+                    in_all >> 20U, PcdHeader::kMostUnpackedBytes >> 20U),
+        "write them uncompressed, or fewer fields");
   }
   if (promised == needed) {
     if (needed <= lzf_most_bytes(header.compressed_bytes)) return {};
     return cloud_failure(head.path,
-                         std::to_string(header.compressed_bytes) +
-                             " compressed bytes cannot become the " + std::to_string(needed) +
-                             " of its points",
+                         fmt::format("{} compressed bytes cannot become the {} of its points",
+                                     header.compressed_bytes, needed),
                          "it is damaged, write it again");
   }
-  return cloud_failure(head.path,
-                       std::to_string(header.compressed_bytes) +
-                           " compressed bytes claim to become " + std::to_string(promised) +
-                           ", but the header's " + std::to_string(header.points) + " points take " +
-                           std::to_string(needed),
-                       "it is damaged, write it again");
+  return cloud_failure(
+      head.path,
+      fmt::format("{} compressed bytes claim to become {}, but the header's {} points take {}",
+                  header.compressed_bytes, promised, header.points, needed),
+      "it is damaged, write it again");
 }
 
 Outcome<void> check_size(const CloudBytes& head, std::uint64_t file_bytes, PcdHeader& header) {
@@ -292,8 +286,7 @@ CloudSummary PcdHeader::summary() const noexcept {
 Outcome<PcdHeader> parse_pcd_header(const CloudBytes& head, std::uint64_t file_bytes) {
   Outcome<PcdHeader> header = PcdHeaderReader(head).read();
   if (!header.ok()) return header.failure();
-  const Outcome<void> fits = check_size(head, file_bytes, *header);
-  if (!fits.ok()) return fits.failure();
+  TESSERA_TRY(check_size(head, file_bytes, *header));
   return header;
 }
 

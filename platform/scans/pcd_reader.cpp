@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "scans/pcd_reader.hpp"
 
+#include <fmt/core.h>
+
 #include <array>
 #include <string>
 
@@ -14,8 +16,7 @@ namespace tessera {
 namespace {
 
 std::string count_text(std::uint64_t rows, std::uint64_t promised) {
-  return "it has " + std::to_string(rows) + " points, but its header says " +
-         std::to_string(promised);
+  return fmt::format("it has {} points, but its header says {}", rows, promised);
 }
 
 /// Finds the words of a row that are used; false iff the row has another number of words.
@@ -46,20 +47,19 @@ Outcome<void> read_ascii(const CloudBytes& file, const PcdHeader& header, PointA
     ++place.line;
     if (row.empty()) continue;
     if (++rows > header.points) {
-      return text_failure(place,
-                          "the file has more points than the " + std::to_string(header.points) +
-                              " that its header says",
-                          "write the right number of POINTS");
+      return text_failure(
+          place,
+          fmt::format("the file has more points than the {} that its header says", header.points),
+          "write the right number of POINTS");
     }
     PointAppender::Words words;
     if (!split_row(row, header, words)) {
       return text_failure(place,
-                          "the row does not have the " + std::to_string(header.record_words) +
-                              " numbers that the header says",
+                          fmt::format("the row does not have the {} numbers that the header says",
+                                      header.record_words),
                           "write the numbers of a point in one row");
     }
-    const Outcome<void> appended = points.append(words, place);
-    if (!appended.ok()) return appended.failure();
+    TESSERA_TRY(points.append(words, place));
   }
   if (rows == header.points) return {};
   return cloud_failure(file.path, count_text(rows, header.points),
@@ -124,19 +124,17 @@ Outcome<void> read_compressed(const CloudBytes& file, const PcdHeader& header,
 }  // namespace
 
 Outcome<CloudSummary> inspect_pcd(const CloudBytes& head, std::uint64_t file_bytes) {
-  const Outcome<PcdHeader> header = parse_pcd_header(head, file_bytes);
-  if (!header.ok()) return header.failure();
-  return header->summary();
+  TESSERA_TRY_ASSIGN(const PcdHeader header, parse_pcd_header(head, file_bytes));
+  return header.summary();
 }
 
 Outcome<void> read_pcd(const CloudBytes& file, Cloud& cloud) {
-  const Outcome<PcdHeader> header = parse_pcd_header(file, file.bytes.size());
-  if (!header.ok()) return header.failure();
-  PointAppender points(cloud, header->summary(), header->is_organised);
-  if (header->data == PcdData::kAscii) return read_ascii(file, *header, points);
-  const Outcome<void> read = header->data == PcdData::kBinary
-                                 ? read_binary(file, *header, points)
-                                 : read_compressed(file, *header, points);
+  TESSERA_TRY_ASSIGN(const PcdHeader header, parse_pcd_header(file, file.bytes.size()));
+  PointAppender points(cloud, header.summary(), header.is_organised);
+  if (header.data == PcdData::kAscii) return read_ascii(file, header, points);
+  const Outcome<void> read = header.data == PcdData::kBinary
+                                 ? read_binary(file, header, points)
+                                 : read_compressed(file, header, points);
   if (!read.ok()) return read;
   return points.check_byte_order(file.path);
 }

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "scans/ply_header.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <optional>
@@ -48,8 +50,7 @@ class PlyHeaderReader {
       std::string_view line = take_line(rest_);
       if (++place_.line == 1) continue;
       const std::string_view keyword = take_word(line);
-      const Outcome<void> taken = take(keyword, line);
-      if (!taken.ok()) return taken.failure();
+      TESSERA_TRY(take(keyword, line));
     }
     if (!header_ended_ || !has_format_) {
       return cloud_failure(
@@ -59,8 +60,7 @@ class PlyHeaderReader {
     }
     header_.header_bytes = all - rest_.size();
     header_.header_lines = place_.line;
-    const Outcome<void> done = finish();
-    if (!done.ok()) return done.failure();
+    TESSERA_TRY(finish());
     return std::move(header_);
   }
 
@@ -149,9 +149,8 @@ class PlyHeaderReader {
     // A list is not a coordinate, whatever its name.
     for (const PlyProperty& property : vertices.properties)
       names.push_back(property.is_list ? std::string() : property.name);
-    const Outcome<PointFields> chosen = PointFields::choose(head_, names);
-    if (!chosen.ok()) return chosen.failure();
-    header_.chosen = *chosen;
+    TESSERA_TRY_ASSIGN(const PointFields chosen, PointFields::choose(head_, names));
+    header_.chosen = chosen;
     return {};
   }
 
@@ -187,11 +186,11 @@ Outcome<PlyHeader> parse_ply_header(const CloudBytes& head, std::uint64_t file_b
   for (const PlyElement& element : header->elements) {
     const std::uint64_t least = element.least_bytes(header->is_ascii);
     if (least > 0 && element.count > left / least) {
-      return cloud_failure(head.path,
-                           "its header promises " + std::to_string(element.count) +
-                               " of the element " + printable(element.name) +
-                               ", but the file is too short",
-                           "it is truncated, get a complete copy");
+      return cloud_failure(
+          head.path,
+          fmt::format("its header promises {} of the element {}, but the file is too short",
+                      element.count, printable(element.name)),
+          "it is truncated, get a complete copy");
     }
     left -= least * element.count;
   }

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "scans/ply_reader.hpp"
 
+#include <fmt/core.h>
+
 #include <string>
 
 #include "base/number_row.hpp"
@@ -13,7 +15,7 @@ namespace {
 
 /// Names an element and its number, counted from 0.
 std::string name_of(const PlyElement& element, std::uint64_t i) {
-  return "the element " + printable(element.name) + " number " + std::to_string(i) + " (from 0)";
+  return fmt::format("the element {} number {} (from 0)", printable(element.name), i);
 }
 
 Failure more_than_promised(std::string_view path) {
@@ -124,8 +126,7 @@ Outcome<void> read_ascii(const CloudBytes& file, const PlyHeader& header, PointA
                             "write the numbers of an element in one row");
       }
       if (!is_vertex) continue;
-      const Outcome<void> appended = points.append(words, place);
-      if (!appended.ok()) return appended.failure();
+      TESSERA_TRY(points.append(words, place));
     }
   }
   if (text.find_first_not_of(" \t\r\n") == std::string_view::npos) return {};
@@ -135,17 +136,15 @@ Outcome<void> read_ascii(const CloudBytes& file, const PlyHeader& header, PointA
 }  // namespace
 
 Outcome<CloudSummary> inspect_ply(const CloudBytes& head, std::uint64_t file_bytes) {
-  const Outcome<PlyHeader> header = parse_ply_header(head, file_bytes);
-  if (!header.ok()) return header.failure();
-  return header->summary();
+  TESSERA_TRY_ASSIGN(const PlyHeader header, parse_ply_header(head, file_bytes));
+  return header.summary();
 }
 
 Outcome<void> read_ply(const CloudBytes& file, Cloud& cloud) {
-  const Outcome<PlyHeader> header = parse_ply_header(file, file.bytes.size());
-  if (!header.ok()) return header.failure();
-  PointAppender points(cloud, header->summary(), false);
-  if (header->is_ascii) return read_ascii(file, *header, points);
-  const Outcome<void> read = BinaryReader(file, *header).read(points);
+  TESSERA_TRY_ASSIGN(const PlyHeader header, parse_ply_header(file, file.bytes.size()));
+  PointAppender points(cloud, header.summary(), false);
+  if (header.is_ascii) return read_ascii(file, header, points);
+  const Outcome<void> read = BinaryReader(file, header).read(points);
   if (!read.ok()) return read;
   return points.check_byte_order(file.path);
 }

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "scans/point_fields.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -114,9 +116,9 @@ Outcome<void> PointAppender::append(const Words& words, const TextPlace& place) 
 }
 
 Failure bad_label(std::string_view path, std::size_t point) {
-  return cloud_failure(
-      path, "the label of point " + std::to_string(point) + " (from 0) is not a whole number",
-      "write the class ids as integers");
+  return cloud_failure(path,
+                       fmt::format("the label of point {} (from 0) is not a whole number", point),
+                       "write the class ids as integers");
 }
 
 void ByteOrderVote::add(const StoredNumber& number, const char* from) noexcept {

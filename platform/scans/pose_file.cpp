@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "scans/pose_file.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -37,7 +39,7 @@ Outcome<Row> parse_row(std::string_view line, const TextPlace& place) {
     ++row.count;
   }
   if (row.count == kKitti || row.count == kTum || row.count == kSquare) return row;
-  return text_failure(place, "a pose has " + std::to_string(row.count) + " numbers", kForms);
+  return text_failure(place, fmt::format("a pose has {} numbers", row.count), kForms);
 }
 
 /// numbers: tx ty tz qx qy qz qw, from a quaternion that need not be of unit length.
@@ -73,41 +75,37 @@ Outcome<Matrix34d> pose_of(const Row& row, const TextPlace& place) {
 }  // namespace
 
 Outcome<PoseRows> read_pose_rows(const std::string& path) {
-  const Outcome<std::string> content = read_text_file(path, kMostRowsBytes);
-  if (!content.ok()) return content.failure();
+  TESSERA_TRY_ASSIGN(const std::string content, read_text_file(path, kMostRowsBytes));
   PoseRows rows;
   std::vector<Matrix34d>& poses = rows.T_map_sensor;
   // A digit and a blank for each number: growing instead would take three times the memory.
-  poses.reserve(count_rows(*content, 2 * kTum - 1));
+  poses.reserve(count_rows(content, 2 * kTum - 1));
   Row last;
-  std::string_view text = *content;
+  std::string_view text = content;
   for (TextPlace place{path, 1}; !text.empty(); ++place.line) {
     const std::string_view line = trimmed(take_line(text));
     if (line.empty() || line.front() == '#') continue;
-    const Outcome<Row> row = parse_row(line, place);
-    if (!row.ok()) return row.failure();
-    if (!poses.empty() && row->count != last.count) {
-      return text_failure(place,
-                          "a pose has " + std::to_string(row->count) +
-                              " numbers, the ones before have " + std::to_string(last.count),
-                          kForms);
+    TESSERA_TRY_ASSIGN(const Row row, parse_row(line, place));
+    if (!poses.empty() && row.count != last.count) {
+      return text_failure(
+          place,
+          fmt::format("a pose has {} numbers, the ones before have {}", row.count, last.count),
+          kForms);
     }
     // A NaN stamp is refused too.
-    if (row->count == kTum && !poses.empty() && !(row->numbers[0] > last.numbers[0])) {
+    if (row.count == kTum && !poses.empty() && !(row.numbers[0] > last.numbers[0])) {
       return text_failure(place, "the stamp is not after that of the pose before",
                           "write the poses in the order of the scans");
     }
-    const Outcome<Matrix34d> pose = pose_of(*row, place);
-    if (!pose.ok()) return pose.failure();
-    poses.push_back(*pose);
-    if (row->count == kTum) {
+    TESSERA_TRY_ASSIGN(const Matrix34d pose, pose_of(row, place));
+    poses.push_back(pose);
+    if (row.count == kTum) {
       if (rows.stamps_s.empty()) rows.stamps_s.reserve(poses.capacity());
-      rows.stamps_s.push_back(row->numbers[0]);
+      rows.stamps_s.push_back(row.numbers[0]);
     }
-    last = *row;
+    last = row;
   }
-  const Outcome<void> usable = check_some_rigid(path, poses);
-  if (!usable.ok()) return usable.failure();
+  TESSERA_TRY(check_some_rigid(path, poses));
   return rows;
 }
 

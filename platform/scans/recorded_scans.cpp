@@ -2,12 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "scans/recorded_scans.hpp"
 
+#include <fmt/core.h>
+
 #include <utility>
 
 namespace tessera {
 
 Failure does_not_suit(const Scan& scan) {
-  return {"scan " + std::to_string(scan.number) + " does not suit its camera"};
+  return {fmt::format("scan {} does not suit its camera", scan.number)};
 }
 
 ScanReader::ScanReader(const RecordedScans& scans, std::unique_ptr<Registrar> registrar, Scan scan)
@@ -15,14 +17,12 @@ ScanReader::ScanReader(const RecordedScans& scans, std::unique_ptr<Registrar> re
 
 Outcome<ScanReader> ScanReader::make(const RecordedScans& scans) {
   const RegistrarConfig config = scans.registration();
-  Outcome<std::unique_ptr<Registrar>> registrar = Registrar::make(config);
-  if (!registrar.ok()) return registrar.failure();
-  return ScanReader(scans, std::move(*registrar), Scan(config.limits));
+  TESSERA_TRY_ASSIGN(std::unique_ptr<Registrar> registrar, Registrar::make(config));
+  return ScanReader(scans, std::move(registrar), Scan(config.limits));
 }
 
 Outcome<ScanView> ScanReader::read(std::size_t i, Scan& into) {
-  const Outcome<void> done = scans_->read(i, into);
-  if (!done.ok()) return done.failure();
+  TESSERA_TRY(scans_->read(i, into));
   ScanView view;
   if (registrar_->view(into, view)) return view;
   return does_not_suit(into);

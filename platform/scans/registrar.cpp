@@ -54,9 +54,7 @@ Outcome<void> Registrar::read_masks() {
     const CameraIntrinsics& image = camera.model.intrinsics();
     masks_.back().resize(static_cast<std::size_t>(image.width_px) *
                          static_cast<std::size_t>(image.height_px));
-    const Outcome<void> read =
-        read_grey_png(camera.mask, image.width_px, image.height_px, masks_.back());
-    if (!read.ok()) return read.failure();
+    TESSERA_TRY(read_grey_png(camera.mask, image.width_px, image.height_px, masks_.back()));
   }
   return {};
 }
@@ -75,9 +73,8 @@ std::size_t Registrar::required_bytes() const {
 }
 
 Outcome<void> Registrar::set_up() {
-  Outcome<ArenaMemory> memory = ArenaMemory::allocate(required_bytes());
-  if (!memory.ok()) return memory.failure();
-  memory_ = std::move(*memory);
+  TESSERA_TRY_ASSIGN(ArenaMemory memory, ArenaMemory::allocate(required_bytes()));
+  memory_ = std::move(memory);
   Arena arena(memory_.span());
   const Result<PoseTrack> track = PoseTrack::make(Scan::kMostPoses, arena);
   Status status = track.status();

@@ -13,6 +13,7 @@
 #include "base/outcome.hpp"
 #include "scans/cameras_toml.hpp"
 #include "scans/scan.hpp"
+#include "tessera/base/counters.hpp"
 #include "tessera/registration/depth_image.hpp"
 #include "tessera/registration/deskew.hpp"
 
@@ -37,31 +38,37 @@ struct RegistrationRecord {
   std::optional<DepthReport> depth{};       ///< If it is a depth image.
 };
 
+#define TESSERA_REGISTRAR_COUNTERS(ROW)                                                            \
+  ROW(COUNTER, uint64_t, deskewed, "Scans that were deskewed.")                                    \
+  ROW(COUNTER, uint64_t, not_deskewed,                                                             \
+      "Scans with times, but without poses around them: used as they are.")                        \
+  ROW(COUNTER, uint64_t, moved, "Points of deskewed scans that were moved.")                       \
+  ROW(COUNTER, uint64_t, points_unplaced,                                                          \
+      "Points of deskewed scans without time or pose, which were not moved.")                      \
+  ROW(COUNTER, uint64_t, projected, "Scans that were labelled by cameras.")                        \
+  ROW(COUNTER, uint64_t, projected_points, "Points of these scans.")                               \
+  ROW(COUNTER, uint64_t, labelled, "Of these points, those that a camera labelled.")               \
+  ROW(COUNTER, uint64_t, occluded,                                                                 \
+      "Points that a camera did not label, as others occlude them; once per camera.")              \
+  ROW(COUNTER, uint64_t, images_without_pose,                                                      \
+      "Images left out: no pose at the time of the image or the scan.")                            \
+  ROW(COUNTER, uint64_t, images_refused,                                                           \
+      "Images of another size than the camera, or of an unknown camera; depth images ignore such " \
+      "labels.")                                                                                   \
+  ROW(COUNTER, uint64_t, depth_images, "Depth images.")                                            \
+  ROW(COUNTER, uint64_t, depth_points, "Points from depth images.")                                \
+  ROW(COUNTER, uint64_t, no_depth, "Sampled pixels without depth.")                                \
+  ROW(COUNTER, uint64_t, flying, "Sampled pixels at the edges of depths.")                         \
+  ROW(COUNTER, uint64_t, depth_refused,                                                            \
+      "Sampled pixels that are flying, too near, too far or without a ray.")                       \
+  ROW(COUNTER, uint64_t, refused, "Scans that could not be used.")
+
 /// Sums over the scans.
 struct RegistrarReport {
-  std::uint64_t deskewed = 0;  ///< Scans.
-  std::uint64_t not_deskewed =
-      0;                    ///< Scans with times, but without poses around them: used as they are.
-  std::uint64_t moved = 0;  ///< Points of deskewed scans,
-  std::uint64_t points_unplaced = 0;  ///< and those without time or pose, which were not moved.
-  std::uint64_t projected = 0;        ///< Scans that were labelled by cameras.
-  std::uint64_t projected_points = 0;
-  std::uint64_t labelled = 0;             ///< Of these points.
-  std::uint64_t occluded = 0;             ///< Once per camera.
-  std::uint64_t images_without_pose = 0;  ///< At the time of the image or the scan: left out.
-  /// Images of another size than the camera, or of an unknown camera; depth images ignore such
-  /// labels.
-  std::uint64_t images_refused = 0;
-  std::uint64_t depth_images = 0;
-  std::uint64_t depth_points = 0;
-  std::uint64_t no_depth = 0;       ///< Sampled pixels, as the next two.
-  std::uint64_t flying = 0;         ///< At the edges of depths.
-  std::uint64_t depth_refused = 0;  ///< Flying ones and those that are too near, too far, or
-                                    ///< without a ray.
-  std::uint64_t refused = 0;        ///< Scans that could not be used.
-
+  TESSERA_REGISTRAR_COUNTERS(TESSERA_COUNTER_MEMBER)
   void add(const RegistrationRecord& record) noexcept;
 };
+TESSERA_COUNTER_TABLE(RegistrarReport, TESSERA_REGISTRAR_COUNTERS(TESSERA_COUNTER_ROW))
 
 class Registrar {
  public:

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "scans/scan_motion.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -29,14 +31,12 @@ Outcome<std::int64_t> take_stamp(std::string_view& row, const TextPlace& place) 
 /// Calls add(row, place), which returns an Outcome<void>, for every line that is not blank.
 template <class Add>
 Outcome<void> for_rows(const std::string& path, Add&& add) {
-  const Outcome<std::string> content = read_text_file(path, kMostRowsBytes);
-  if (!content.ok()) return content.failure();
-  std::string_view text = *content;
+  TESSERA_TRY_ASSIGN(const std::string content, read_text_file(path, kMostRowsBytes));
+  std::string_view text = content;
   for (TextPlace place{path, 1}; !text.empty(); ++place.line) {
     const std::string_view line = trimmed(take_line(text));
     if (line.empty()) continue;
-    const Outcome<void> added = add(line, place);
-    if (!added.ok()) return added.failure();
+    TESSERA_TRY(add(line, place));
   }
   return {};
 }
@@ -101,29 +101,27 @@ Outcome<ScanMotion> ScanMotion::load(const std::string& dir, const KnownPoses& p
     return Failure{times +
                    " does not exist; correcting motion needs the "
                    "seconds of each scan, one per line"};
-  Outcome<std::vector<std::int64_t>> stamps_us = read_times(times);
-  if (!stamps_us.ok()) return stamps_us.failure();
-  if (stamps_us->size() < num_scans)
-    return Failure{times + " has " + std::to_string(stamps_us->size()) +
-                   " stamps, but the chosen scans need " + std::to_string(num_scans) +
-                   "; add the missing rows or choose fewer scans with " +
-                   kSourceSettings["--last"]};
+  TESSERA_TRY_ASSIGN(std::vector<std::int64_t> stamps_us, read_times(times));
+  if (stamps_us.size() < num_scans)
+    return Failure{
+        fmt::format("{} has {} stamps, but the chosen scans need {}; add the missing rows or "
+                    "choose fewer scans with ",
+                    times, stamps_us.size(), num_scans) +
+        kSourceSettings["--last"]};
   ScanMotion motion;
-  motion.stamps_us_ = std::move(*stamps_us);
+  motion.stamps_us_ = std::move(stamps_us);
   std::string path = (folder / "poses_dense.txt").string();
   std::vector<StampedPose> stamped;
   if (std::filesystem::exists(path, error)) {
-    Outcome<std::vector<StampedPose>> dense = read_dense(path, poses.T_camera_lidar);
-    if (!dense.ok()) return dense.failure();
-    stamped = std::move(*dense);
+    TESSERA_TRY_ASSIGN(std::vector<StampedPose> dense, read_dense(path, poses.T_camera_lidar));
+    stamped = std::move(dense);
   } else {
     path = (folder / "poses.txt").string();
     const std::size_t count = std::min(poses.T_map_sensor.size(), motion.stamps_us_.size());
     for (std::size_t i = 0; i < count; ++i)
       stamped.push_back({motion.stamps_us_[i], poses.T_map_sensor[i]});
   }
-  const Outcome<void> filled = motion.fill(stamped, path);
-  if (!filled.ok()) return filled.failure();
+  TESSERA_TRY(motion.fill(stamped, path));
   return motion;
 }
 

@@ -44,11 +44,9 @@ SensorPort::SensorPort(const SensorPortConfig& config, std::unique_ptr<SensorLin
       poses_(kPoseQueue) {}
 
 Outcome<std::unique_ptr<SensorPort>> SensorPort::open(const SensorPortConfig& config) {
-  const Outcome<void> channels = check_channels(config.channels);
-  if (!channels.ok()) return channels.failure();
-  Outcome<std::unique_ptr<SensorLink>> link = SensorLink::open(config.link);
-  if (!link.ok()) return link.failure();
-  return std::unique_ptr<SensorPort>(new SensorPort(config, std::move(*link)));
+  TESSERA_TRY(check_channels(config.channels));
+  TESSERA_TRY_ASSIGN(std::unique_ptr<SensorLink> link, SensorLink::open(config.link));
+  return std::unique_ptr<SensorPort>(new SensorPort(config, std::move(link)));
 }
 
 std::size_t SensorPort::required_bytes(const SensorPortConfig& config) noexcept {

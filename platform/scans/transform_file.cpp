@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "scans/transform_file.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 
@@ -13,11 +15,10 @@ namespace tessera {
 
 Outcome<Matrix34d> read_transform(const std::string& path) {
   constexpr std::size_t kMaxTextBytes = std::size_t{1} << 16U;
-  const Outcome<std::string> content = read_text_file(path, kMaxTextBytes);
-  if (!content.ok()) return content.failure();
+  TESSERA_TRY_ASSIGN(const std::string content, read_text_file(path, kMaxTextBytes));
   std::array<double, 16> numbers{};
   std::size_t count = 0;
-  std::string_view text = *content;
+  std::string_view text = content;
   for (TextPlace place{path, 1}; !text.empty(); ++place.line) {
     std::string_view line = take_line(text);
     for (std::string_view word = take_word(line); !word.empty(); word = take_word(line)) {
@@ -29,8 +30,8 @@ Outcome<Matrix34d> read_transform(const std::string& path) {
     }
   }
   if (count != numbers.size()) {
-    return Failure{path + " has " + std::to_string(count) +
-                   " numbers instead of 16; write a 4x4 matrix, row by row"};
+    return Failure{fmt::format("{} has {} numbers instead of 16; write a 4x4 matrix, row by row",
+                               path, count)};
   }
   constexpr std::array<double, 4> kLastRow{0.0, 0.0, 0.0, 1.0};
   if (!std::equal(kLastRow.begin(), kLastRow.end(), numbers.begin() + 12))

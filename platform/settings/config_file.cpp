@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "settings/config_file.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <limits>
@@ -64,7 +66,7 @@ Failure ConfigPlaces::worded(const Failure& failure) const {
   if (failure.message.begins_with_subject()) text.erase(0, about->key.size() + 1);
   std::size_t line = line_of(about->table, about->key);
   if (line == 0) line = line_of(about->table, "");
-  const std::string where = line == 0 ? "" : ", line " + std::to_string(line);
+  const std::string where = line == 0 ? "" : fmt::format(", line {}", line);
   return {path_ + where + ": [" + std::string(about->table) + "] " + std::string(about->key) +
               ": " + text,
           failure.kind};
@@ -109,8 +111,8 @@ Outcome<SettingValue> ConfigFile::value_of(const Setting& setting, const Entry& 
       return Failure{Message(setting.name) + " is not a whole number; give " +
                      allowed_text(setting)};
     case SettingKind::kBytes: {
-      const std::string given = whole != nullptr ? std::to_string(*whole) : text ? *text : "";
-      const std::optional<std::size_t> bytes = parse_bytes(given);
+      if (whole != nullptr && *whole >= 0) return SettingValue(*whole);
+      const std::optional<std::size_t> bytes = parse_bytes(text != nullptr ? *text : "");
       if (bytes) return SettingValue(static_cast<std::int64_t>(*bytes));
       return wrong("not a number of bytes; give a whole number, or \"64M\"");
     }
@@ -149,7 +151,7 @@ void ConfigFile::read(const Setting& setting, void* options) {
 }
 
 Failure ConfigFile::unknown(const Entry& entry) const {
-  const std::string where = places_.path() + ", line " + std::to_string(entry.line) + ": ";
+  const std::string where = fmt::format("{}, line {}: ", places_.path(), entry.line);
   const bool is_table = values_.contains(entry.table);
   // The key may be right and the table wrong.
   for (const auto& table : values_.items()) {

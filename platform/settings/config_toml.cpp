@@ -39,8 +39,7 @@ Outcome<ConfigFile> ConfigFile::parse(std::string_view text, std::string path) {
     }
     return Value(std::move(numbers));
   };
-  const Outcome<void> nesting = check_nesting(text, file.places_.path());
-  if (!nesting.ok()) return nesting.failure();
+  TESSERA_TRY(check_nesting(text, file.places_.path()));
   try {
     const toml::table root = toml::parse(text);
     for (const auto& [name, node] : root) {

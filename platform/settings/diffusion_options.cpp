@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "settings/diffusion_options.hpp"
 
+#include <fmt/core.h>
+
 #include "tessera/fusion/internal/diffusion_brick.hpp"
 
 namespace tessera {
@@ -23,7 +25,7 @@ Outcome<DiffusionConfig> diffusion_of(const DiffusionOptions& options, const Map
                        "a number between 0 and 1");
   const SettingName& iterations = kDiffusionSettings["--iterations"];
   if (paper && config.iterations == 0)
-    return not_allowed(iterations, "0", "1 to " + std::to_string(DiffusionConfig::kMostHalo));
+    return not_allowed(iterations, "0", fmt::format("1 to {}", DiffusionConfig::kMostHalo));
   const DiffusionStencil stencil(static_cast<double>(config.length_m) / map.resolution_m);
   if (static_cast<double>(config.length_m) > 9.0 * map.resolution_m ||
       DiffusionBrick::halo_of(config, stencil.reach()) > DiffusionConfig::kMostHalo) {

@@ -24,11 +24,7 @@ MapOptions MapOptions::complete() const {
 
 Json to_json(const MapOptions& options, const MapSetup& setup) {
   const MapOptions o = options.complete();
-  const bool is_cloud = !o.pcd.empty() || !o.ply.empty();
-  Json json = json_of(kSourceSettings, o);
-  json["labels"] = is_cloud && o.labels != kNoLabels ? "field" : o.labels_or_default();
-  if (!o.depth.empty()) json["labels"] = o.label_images.empty() ? "none" : "images";
-  if (!o.deskew) json["deskew"] = is_cloud || !o.depth.empty() ? "off" : "where timed";
+  Json json = to_json(static_cast<const SourceOptions&>(o));
   json.update(json_of(kMapSettings, o));
   json.update(json_of(kMapFileSettings, o));
   json["window"] = setup.window ? Json(setup.window->radius_m) : Json();

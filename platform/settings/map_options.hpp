@@ -69,7 +69,7 @@ inline constexpr Setting kMapRows[] = {
         "Length D of the mode kernel; for that mode only",
         {.value = "M",
          .otherwise = "0.5",
-         .allowed = {.least = 0.0, .open = true, .words = "metres from 0.5 to 32 voxels"}}),
+         .allowed = {.least = 0.0, .above = true, .words = "metres from 0.5 to 32 voxels"}}),
     row<&MapOptions::prior>(
         {"--prior", "map", "prior"}, "Prior sigma_0 of every component",
         {.value = "P", .otherwise = "0.001", .allowed = from_to(0.0, 1e6), .fixed = true}),
@@ -126,7 +126,7 @@ inline constexpr Setting kMapRows[] = {
         "Keep only the map within this distance of the robot in memory",
         {.value = "M",
          .otherwise = "all; with an archive: as far as scans reach",
-         .allowed = {.least = 0.0, .open = true, .words = "metres above 0, to 32000 voxels"}}),
+         .allowed = {.least = 0.0, .above = true, .words = "metres above 0, to 32000 voxels"}}),
     path_row<&MapOptions::archive>(
         {"--archive", "map", "archive"},
         "Folder for blocks that leave the window; they are reloaded when the robot returns",

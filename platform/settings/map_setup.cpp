@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Converts the options of "map" to configurations of the library; each group checks its ranges.
+// Converts the options of "map" to configurations of the library, and checks what several of them
+// say together.
 #include <algorithm>
 
 #include "base/number_text.hpp"

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "settings/setting.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <charconv>
 #include <limits>
@@ -58,9 +60,10 @@ std::string range_text(const Setting& setting, Limits limits) {
   if (least <= -1e300) return "";
   const bool ends = most < 1e300;
   const std::string from = number_text(setting, least);
-  if (setting.allowed.open)
-    return ends ? "between " + from + " and " + number_text(setting, most) : "above " + from;
-  return "from " + from + (ends ? " to " + number_text(setting, most) : "");
+  const std::string to = ends ? number_text(setting, most) : "";
+  if (setting.allowed.below) return "between " + from + " and " + to;
+  if (setting.allowed.above) return "above " + from + (ends ? ", to " + to : "");
+  return "from " + from + (ends ? " to " + to : "");
 }
 
 std::string listed(std::span<const std::string_view> words) {
@@ -81,7 +84,8 @@ double as_number(const Setting& setting, std::int64_t whole) {
 bool is_in_range(const Setting& setting, double value) {
   if (!setting.allowed.zero.empty() && is_zero(value)) return true;
   const auto [least, most] = limits_of(setting);
-  return setting.allowed.open ? value > least && value < most : value >= least && value <= most;
+  const bool high_enough = setting.allowed.above ? value > least : value >= least;
+  return high_enough && (setting.allowed.below ? value < most : value <= most);
 }
 
 /// By its type alone.
@@ -222,7 +226,7 @@ std::string text_of(const Setting& setting, const SettingValue& value) {
   if (numbers == nullptr) return "";
   std::string text = "[";
   for (const std::uint32_t number : *numbers)
-    text += (text.size() > 1 ? ", " : "") + std::to_string(number);
+    text += fmt::format("{}{}", (text.size() > 1 ? ", " : ""), number);
   return text + "]";
 }
 

@@ -21,7 +21,8 @@ namespace tessera {
 struct Allowed {
   double least = -std::numeric_limits<double>::max();
   double most = std::numeric_limits<double>::max();
-  bool open = false;         ///< least and most themselves are not allowed.
+  bool above = false;        ///< least itself is not allowed.
+  bool below = false;        ///< most itself is not allowed.
   std::string_view what{};   ///< Of what: "metres"; empty: "a number", "a whole number".
   std::string_view zero{};   ///< The word for 0, which is then allowed too: "off".
   std::string_view words{};  ///< Instead of all this in messages.
@@ -31,7 +32,10 @@ constexpr Allowed from_to(double least, double most, std::string_view what = {})
 }
 /// Without least itself.
 constexpr Allowed above(double least, double most, std::string_view what = {}) {
-  return {.least = least, .most = most, .open = true, .what = what};
+  return {.least = least, .most = most, .above = true, .what = what};
+}
+constexpr Allowed between(double least, double most) {
+  return {.least = least, .most = most, .above = true, .below = true};
 }
 
 /// What a row may have besides its name, member and sentence.

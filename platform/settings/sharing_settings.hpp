@@ -20,10 +20,10 @@ inline constexpr Setting kSharingRows[] = {
         {.table = "robot", .key = "id"}, "number of the robot, unique in the fleet",
         {.required = "a number that no other robot of the fleet has", .fixed = true}),
     row<&SharingOptions::tick_ms>({.table = "run", .key = "tick_ms"},
-                                  "between two rounds of sharing",
+                                  "time between two rounds of sharing",
                                   {.allowed = from_to(1.0, 1000.0, "milliseconds")}),
     row<&SharingOptions::staleness_s>({.table = "publish", .key = "staleness_s"},
-                                      "within which a change of labelled voxels is published",
+                                      "time within which a change of labelled voxels is published",
                                       {.allowed = from_to(0.001, 3600.0, "seconds")}),
     row<&SharingOptions::free_staleness_s>(
         {.table = "publish", .key = "free_staleness_s"},
@@ -34,19 +34,20 @@ inline constexpr Setting kSharingRows[] = {
         "a block is published again when a voxel's evidence changed by more than this factor",
         {.allowed = from_to(1.01, 1e6)}),
     row<&SharingOptions::blocks>({.table = "publish", .key = "blocks"},
-                                 "blocks that are published and in the map",
+                                 "most blocks that are published and in the map",
                                  {.allowed = from_to(64.0, 268435456.0)}),
     row<&SharingOptions::label_bytes_per_s>(
-        {.table = "publish", .key = "label_bytes_per_s"}, "for blocks with changed labels",
+        {.table = "publish", .key = "label_bytes_per_s"},
+        "limit for publishing blocks with changed labels",
         {.allowed = {.least = 1000.0, .what = "bytes a second"}}),
     row<&SharingOptions::free_bytes_per_s>(
-        {.table = "publish", .key = "free_bytes_per_s"}, "for other blocks",
+        {.table = "publish", .key = "free_bytes_per_s"}, "limit for publishing other blocks",
         {.allowed = {.least = 1000.0, .what = "bytes a second"}}),
     row<&SharingOptions::bytes_per_s>({.table = "network", .key = "bytes_per_s"},
                                       "limit for everything that is sent",
                                       {.allowed = from_to(1000.0, 125e6, "bytes a second")}),
     row<&SharingOptions::burst_bytes>({.table = "network", .key = "burst_bytes"},
-                                      "sent at once, after a pause",
+                                      "most that is sent at once, after a pause",
                                       {.allowed = from_to(4096.0, 16777216.0, "bytes")}),
     row<&SharingOptions::peers>({.table = "network", .key = "peers"},
                                 "most robots that are received", {.allowed = from_to(1.0, 1024.0)}),
@@ -55,14 +56,15 @@ inline constexpr Setting kSharingRows[] = {
                                         {.allowed = from_to(1.0, Replicas::kMostContributions)}),
     row<&SharingOptions::contributions_per_robot>(
         {.table = "network", .key = "contributions_per_robot"},
-        "of one other robot; those with the highest epochs and submaps are held",
+        "most contributions of one other robot; those with the highest epochs and submaps are held",
         {.allowed = from_to(1.0, 65535.0)}),
     row<&SharingOptions::conflicts>(
         {.table = "security", .key = "conflicts"},
         "policy for [conflicts](../design/exchange.md#conflicts); the same on every robot"),
     bytes_row<&SharingOptions::fusion_memory_bytes>(
         {.table = "fusion", .key = "memory", .argument = "fusion_memory_bytes"},
-        "for the global map: a quarter for copies of contributions, an eighth for sums, some 40 % "
+        "memory for the global map: a quarter for copies of contributions, an eighth for sums, "
+        "some 40 % "
         "for the map",
         {.allowed = {.most = 1e15}}),
     row<&SharingOptions::counts>({.table = "fusion", .key = "counts"},
@@ -71,10 +73,10 @@ inline constexpr Setting kSharingRows[] = {
         {.table = "fusion", .key = "robot_share"},
         "share of one robot in the memory for copies of contributions",
         {.allowed = from_to(0.01, 1.0)}),
-    row<&SharingOptions::work_per_tick>(
-        {.table = "fusion", .key = "work_per_tick"},
-        "units of work ([timing.md](../measured/timing.md)), some 20 to 60 ns each",
-        {.allowed = from_to(1000.0, 1099511627776.0)}),
+    row<&SharingOptions::work_per_tick>({.table = "fusion", .key = "work_per_tick"},
+                                        "most work on the global map in a tick, in units of some "
+                                        "20 to 60 ns ([timing.md](../measured/timing.md))",
+                                        {.allowed = from_to(1000.0, 1099511627776.0)}),
     row<&SharingOptions::near_first>(
         {.table = "fusion", .key = "near_first"},
         "update the global map near the robot first, at a higher total cost"),

@@ -40,6 +40,13 @@ ExchangeConfig exchange_of(const SharingOptions& config, const MapConfig& map,
 
 }  // namespace
 
+Outcome<void> check_publishing(const SharingOptions& options) {
+  if (options.free_staleness_s >= options.staleness_s) return {};
+  return not_allowed(kSharingSettings["publish.free_staleness_s"],
+                     text_of(options.free_staleness_s),
+                     "seconds from " + Message(kSharingSettings["publish.staleness_s"]));
+}
+
 Outcome<GlobalMapConfig> fit_global_map(GlobalMapConfig config, std::size_t memory_bytes,
                                         double robot_share, int num_components) {
   constexpr std::size_t kLeastStorage = 4 * SlabPool::kPageBytes;
@@ -80,8 +87,8 @@ Outcome<GlobalMapConfig> fit_global_map(GlobalMapConfig config, std::size_t memo
 
 Outcome<RobotConfig> set_up_sharing(const SharingOptions& options, const MapSetup& map,
                                     int num_components, std::uint32_t epoch) {
-  const Outcome<DiffusionConfig> diffusion = diffusion_of(options.diffusion, map.map);
-  if (!diffusion.ok()) return diffusion.failure();
+  TESSERA_TRY(check_publishing(options));
+  TESSERA_TRY_ASSIGN(const DiffusionConfig diffusion, diffusion_of(options.diffusion, map.map));
   RobotConfig robot;
   robot.map = map.map;
   robot.inference = map.inference;
@@ -98,17 +105,17 @@ Outcome<RobotConfig> set_up_sharing(const SharingOptions& options, const MapSetu
   robot.epoch = epoch;
 
   GlobalMapConfig global;
-  global.diffusion = *diffusion;
+  global.diffusion = diffusion;
   global.map = robot.map;
   global.max_evidence = robot.map.max_evidence;
   global.map.max_evidence = 0.0F;
-  if (diffusion->mode == DiffusionMode::kPaper) global.map.prior = 0.0;
+  if (diffusion.mode == DiffusionMode::kPaper) global.map.prior = 0.0;
   global.map.tuple = options.counts;
   global.replicas.contributions = options.contributions;
-  const Outcome<GlobalMapConfig> fitted =
-      fit_global_map(global, options.fusion_memory_bytes, options.robot_share, num_components);
-  if (!fitted.ok()) return fitted.failure();
-  robot.global = *fitted;
+  TESSERA_TRY_ASSIGN(
+      const GlobalMapConfig fitted,
+      fit_global_map(global, options.fusion_memory_bytes, options.robot_share, num_components));
+  robot.global = fitted;
   robot.exchange.records = robot.global.replicas.blocks;
   return robot;
 }

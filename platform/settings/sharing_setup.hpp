@@ -42,9 +42,12 @@ struct SharingOptions {
   bool near_first = false;
 };
 
+/// Fails with kUsage iff options of what is published contradict each other.
+Outcome<void> check_publishing(const SharingOptions& options);
+
 /// The configuration of a robot except the sizes of its scans and its frame. map: of its local map.
-/// num_components: of the class table. epoch: of this start. Fails with kUsage iff settings of the
-/// diffusion contradict each other, or the memory budget is too small for a map.
+/// num_components: of the class table. epoch: of this start. Fails as check_publishing() and
+/// diffusion_of() do, and with kUsage iff the memory budget is too small for a map.
 Outcome<RobotConfig> set_up_sharing(const SharingOptions& options, const MapSetup& map,
                                     int num_components, std::uint32_t epoch);
 

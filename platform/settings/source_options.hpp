@@ -78,7 +78,8 @@ inline Message choose_scans() {
          " among them";
 }
 
-/// The options of a source for reports.
+/// The options of a source for reports. labels: the folder, "cameras" or "none"; of clouds "field",
+/// of depth images "images". deskew: "on", "off" or "where timed".
 Json to_json(const SourceOptions& options);
 
 }  // namespace tessera

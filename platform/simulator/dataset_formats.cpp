@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "simulator/dataset_formats.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <bit>
 #include <charconv>
@@ -34,10 +36,10 @@ std::string entry(const SimulatedCamera& camera, std::size_t number) {
   }
   std::string text = "\n[[camera]]\n";
   text += "name = \"" + camera.name + "\"\n";
-  text += "folder = \"cameras/" + std::to_string(number) + "\"\n";
+  text += fmt::format("folder = \"cameras/{}\"\n", number);
   text += std::string("model = \"") + (fisheye ? "fisheye" : "pinhole") + "\"\n";
-  text += "width = " + std::to_string(c.width_px) + "\n";
-  text += "height = " + std::to_string(c.height_px) + "\n";
+  text += fmt::format("width = {}\n", c.width_px);
+  text += fmt::format("height = {}\n", c.height_px);
   text += "focal = " + list_of(focal) + "\n";
   text += "centre = " + list_of(centre) + "\n";
   text += "distortion = " + list_of(std::span(c.distortion).first(distortions)) + "\n";

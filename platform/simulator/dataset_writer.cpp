@@ -3,6 +3,8 @@
 // Failures travel as an exception inside this file and leave it as an Outcome.
 #include "simulator/dataset_writer.hpp"
 
+#include <fmt/core.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -146,7 +148,7 @@ class Writer {
 
  private:
   [[nodiscard]] fs::path folder_of(int robot) const {
-    return out_ / ("robot_" + std::to_string(robot));
+    return out_ / (fmt::format("robot_{}", robot));
   }
 
   void write_robot(int robot) {
@@ -154,9 +156,8 @@ class Writer {
     const fs::path folder = folder_of(robot);
     make_folder(folder);
     const SimulatorConfig& config = simulator_.config();
-    write_file(folder / kMarker, "scene " + config.scene + ", seed " + std::to_string(config.seed) +
-                                     ", robot " + std::to_string(robot) + ", " +
-                                     std::to_string(scans) + " scans\n");
+    write_file(folder / kMarker, fmt::format("scene {}, seed {}, robot {}, {} scans\n",
+                                             config.scene, config.seed, robot, scans));
     for (const char* name : kScanFolders) {
       make_folder(folder / name);
       clear_left_overs(folder / name, scans);
@@ -265,7 +266,7 @@ Outcome<void> write_dataset(const StreetSimulator& simulator, const fs::path& ou
   if (fs::exists(out, ignored) && !fs::is_directory(out, ignored)) {
     return Failure{out.string() + " is not a folder; choose another name for the output"};
   }
-  const fs::path beyond = out / ("robot_" + std::to_string(simulator.config().robots));
+  const fs::path beyond = out / (fmt::format("robot_{}", simulator.config().robots));
   if (fs::exists(beyond, ignored)) {
     return Failure{beyond.string() +
                    " is left from a run with more robots and would be mixed with this one; remove "

@@ -4,6 +4,8 @@
 // for each scan.
 #include "simulator/street_simulator.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -43,8 +45,8 @@ double half_length_m(const street::Traffic& traffic, const SimulatorConfig& conf
 }
 
 std::string between(const char* what, int most, int given) {
-  return std::string("the number of ") + what + " must be 1 to " + std::to_string(most) + ", not " +
-         std::to_string(given) + "; choose one in that range";
+  return fmt::format("the number of {} must be 1 to {}, not {}; choose one in that range", what,
+                     most, given);
 }
 
 }  // namespace

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// All messages between vehicle and tessera: the content of docs/reference/can/tessera.dbc as
-// tables. A test compares the two, so change both.
+// All messages between vehicle and tessera, as tables. docs/reference/can/tessera.dbc is written
+// from them (tests/can/test_dbc.py --write).
 #pragma once
 
 #include <array>

@@ -11,31 +11,36 @@
 
 #include "base/file_descriptor.hpp"
 #include "base/outcome.hpp"
+#include "tessera/base/counters.hpp"
 #include "vehicle/bus_values.hpp"
 #include "vehicle/can_frame.hpp"
 
 namespace tessera {
 
+#define TESSERA_CAN_SOCKET_COUNTERS(ROW)                                                         \
+  ROW(COUNTER, uint64_t, received, "Received frames.")                                           \
+  ROW(COUNTER, uint64_t, foreign, "Remote or extended frames, or of an invalid length.")         \
+  ROW(COUNTER, uint64_t, kernel_dropped, "As the socket's buffer was full.")                     \
+  ROW(COUNTER, uint64_t, sent, "Sent frames.")                                                   \
+  ROW(COUNTER, uint64_t, no_buffer, "Tries to send while the interface's queue was full.")       \
+  ROW(COUNTER, uint64_t, send_failed, "Frames that the system refused to send.")                 \
+  ROW(COUNTER, uint64_t, error_frames, "The sum of all kinds, including those not listed here.") \
+  ROW(COUNTER, uint64_t, error_warnings, "Error frames: warning level.")                         \
+  ROW(COUNTER, uint64_t, error_passive, "Error frames: the controller is passive.")              \
+  ROW(COUNTER, uint64_t, bus_off, "Error frames: bus off.")                                      \
+  ROW(COUNTER, uint64_t, restarted, "Error frames: the controller has restarted.")               \
+  ROW(COUNTER, uint64_t, overflows, "Of the controller's buffers.")                              \
+  ROW(COUNTER, uint64_t, no_acknowledge, "Error frames: nobody acknowledged.")                   \
+  ROW(COUNTER, uint64_t, went_down, "Interface down, or gone.")                                  \
+  ROW(COUNTER, uint64_t, stale, "Over two seconds old when they were read: left out.")           \
+  ROW(COUNTER, uint64_t, no_stamp, "Frames without a kernel time, or with an invalid one.")
+
 /// Counters never decrease. Those of the bus are reported by the controller's driver as error
 /// frames, if it supports them.
-struct CanSocketCounters {
-  std::uint64_t received = 0;        ///< Received frames.
-  std::uint64_t foreign = 0;         ///< Remote or extended frames, or of an invalid length.
-  std::uint64_t kernel_dropped = 0;  ///< As the socket's buffer was full.
-  std::uint64_t sent = 0;
-  std::uint64_t no_buffer = 0;  ///< Tries to send while the interface's queue was full.
-  std::uint64_t send_failed = 0;
-  std::uint64_t error_frames = 0;  ///< The sum of all kinds, including those not listed here.
-  std::uint64_t error_warnings = 0;
-  std::uint64_t error_passive = 0;
-  std::uint64_t bus_off = 0;
-  std::uint64_t restarted = 0;
-  std::uint64_t overflows = 0;  ///< Of the controller's buffers.
-  std::uint64_t no_acknowledge = 0;
-  std::uint64_t went_down = 0;  ///< Interface down, or gone.
-  std::uint64_t stale = 0;      ///< Over two seconds old when they were read: left out.
-  std::uint64_t no_stamp = 0;   ///< Frames without a kernel time, or with an invalid one.
+struct CanSocketReport {
+  TESSERA_CAN_SOCKET_COUNTERS(TESSERA_COUNTER_MEMBER)
 };
+TESSERA_COUNTER_TABLE(CanSocketReport, TESSERA_CAN_SOCKET_COUNTERS(TESSERA_COUNTER_ROW))
 
 struct CanSocketConfig {
   std::string interface = "can0";
@@ -77,9 +82,9 @@ class CanSocket {
   /// State by the last error frame, or kDown. A received frame ends kOff and kDown, a sent one
   /// kDown.
   [[nodiscard]] BusState state() const noexcept { return state_; }
-  [[nodiscard]] const CanSocketCounters& counters() const noexcept { return counters_; }
+  [[nodiscard]] const CanSocketReport& counters() const noexcept { return counters_; }
   /// Continues the counters of an earlier socket.
-  void count_from(const CanSocketCounters& counters) noexcept { counters_ = counters; }
+  void count_from(const CanSocketReport& counters) noexcept { counters_ = counters; }
 
  private:
   Read failed_read(int error) noexcept;
@@ -94,7 +99,7 @@ class CanSocket {
   std::int64_t day_ahead_us_ = 0;  ///< Time of day minus the monotonic clock, at the last frame.
   bool knows_day_ = false;
   std::uint32_t last_dropped_ = 0;  ///< Counted by the kernel.
-  CanSocketCounters counters_{};
+  CanSocketReport counters_{};
 };
 
 }  // namespace tessera

@@ -218,8 +218,8 @@ MotionState VehicleInputs::motion(std::int64_t now_us) const noexcept {
   return recent ? motion_.state : MotionState::kUnknown;
 }
 
-VehicleInputCounters VehicleInputs::counters() const noexcept {
-  VehicleInputCounters counters = counters_;
+VehicleInputReport VehicleInputs::counters() const noexcept {
+  VehicleInputReport counters = counters_;
   counters.incomplete_poses = assembly_.incomplete();
   return counters;
 }

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "tessera/base/counters.hpp"
 #include "vehicle/bus_table.hpp"
 #include "vehicle/odometry.hpp"
 #include "vehicle/pose_assembly.hpp"
@@ -47,22 +48,27 @@ struct TakenCommand {
   std::int64_t received_us = 0;
 };
 
+#define TESSERA_VEHICLE_INPUT_COUNTERS(ROW)                                                       \
+  ROW(COUNTER, uint64_t, frames, "Frames received: the sum of the next four.")                    \
+  ROW(COUNTER, uint64_t, foreign, "Frames of no message for the node.")                           \
+  ROW(COUNTER, uint64_t, misshapen, "Frames of another length or kind than their message has.")   \
+  ROW(COUNTER, uint64_t, refused,                                                                 \
+      "Frames refused by end-to-end protection; `by_status` has the reason.")                     \
+  ROW(COUNTER, uint64_t, accepted, "Frames accepted.")                                            \
+  ROW(COUNTER, uint64_t, incomplete_poses, "Poses with a frame that did not arrive in time.")     \
+  ROW(COUNTER, uint64_t, invalid_poses,                                                           \
+      "Poses marked as invalid by the vehicle, or with a signal out of range.")                   \
+  ROW(COUNTER, uint64_t, invalid_odometry, "The same of odometry, or beyond the guard's limits.") \
+  ROW(COUNTER, uint64_t, invalid_states, "Invalid values of motion.")                             \
+  ROW(COUNTER, uint64_t, commands, "Commands accepted.")                                          \
+  ROW(COUNTER, uint64_t, unknown_commands, "Commands that are new, but unknown.")
+
 /// Each frame is counted once by its result; the other counters have details.
-struct VehicleInputCounters {
-  std::uint64_t frames = 0;     ///< The sum of the next four.
-  std::uint64_t foreign = 0;    ///< Of no message for the node.
-  std::uint64_t misshapen = 0;  ///< Of another length or kind than the message has.
-  std::uint64_t refused = 0;    ///< By end-to-end protection; by_status has the reason.
-  std::uint64_t accepted = 0;
+struct VehicleInputReport {
+  TESSERA_VEHICLE_INPUT_COUNTERS(TESSERA_COUNTER_MEMBER)
   std::array<std::uint64_t, kE2eStatuses> by_status{};  ///< Sum of frames that were neither foreign
-                                                        ///< nor malformed.
-  std::uint64_t incomplete_poses = 0;  ///< With a frame that did not arrive in time.
-  std::uint64_t invalid_poses = 0;     ///< Marked so by the vehicle, or a signal was out of range.
-  std::uint64_t invalid_odometry = 0;  ///< The same, or beyond the guard's limits.
-  std::uint64_t invalid_states = 0;    ///< Invalid values of motion.
-  std::uint64_t commands = 0;          ///< Accepted.
-  std::uint64_t unknown_commands = 0;  ///< New, but unknown.
 };
+TESSERA_COUNTER_TABLE(VehicleInputReport, TESSERA_VEHICLE_INPUT_COUNTERS(TESSERA_COUNTER_ROW))
 
 class VehicleInputs {
  public:
@@ -86,7 +92,7 @@ class VehicleInputs {
   /// kUnknown unless the vehicle reported it within the guard's motion_timeout_us.
   [[nodiscard]] MotionState motion(std::int64_t now_us) const noexcept;
 
-  [[nodiscard]] VehicleInputCounters counters() const noexcept;
+  [[nodiscard]] VehicleInputReport counters() const noexcept;
   [[nodiscard]] const PoseGuard& guard() const noexcept { return guard_; }
   [[nodiscard]] const VehicleInputsConfig& config() const noexcept { return config_; }
 
@@ -116,7 +122,7 @@ class VehicleInputs {
   std::uint8_t command_number_ = 0;  ///< The last that was accepted or found at the start.
   std::uint8_t seen_number_ = 0;     ///< With seen_command_, of the frame before.
   std::uint32_t seen_command_ = 0;
-  VehicleInputCounters counters_{};
+  VehicleInputReport counters_{};
 };
 
 }  // namespace tessera

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "vehicle/vehicle_port.hpp"
 
+#include <fmt/core.h>
 #include <poll.h>
 #include <sys/eventfd.h>
 #include <time.h>
@@ -49,19 +50,18 @@ VehiclePort::~VehiclePort() {
 
 Outcome<std::unique_ptr<VehiclePort>> VehiclePort::open(const VehiclePortConfig& config) {
   if (!is_base_id(config.inputs.base_id)) {
-    return Failure{"cannot use the CAN base identifier " + std::to_string(config.inputs.base_id) +
-                   "; choose a multiple of 32 up to 2016 (0x7e0)"};
+    return Failure{fmt::format(
+        "cannot use the CAN base identifier {}; choose a multiple of 32 up to 2016 (0x7e0)",
+        config.inputs.base_id)};
   }
-  Outcome<CanSocket> socket = open_socket(config);
-  if (!socket.ok()) return socket.failure();
-  if (config.can_fd && !socket->can_fd()) {
+  TESSERA_TRY_ASSIGN(CanSocket socket, open_socket(config));
+  if (config.can_fd && !socket.can_fd()) {
     return Failure{"cannot send CAN FD on \"" + one_line(config.socket.interface) +
                    "\": it takes classic frames only; leave CAN FD off, or set the interface up "
                    "with \"fd on\""};
   }
-  std::unique_ptr<VehiclePort> port(new VehiclePort(config, std::move(*socket)));
-  const Outcome<void> started = port->start();
-  if (!started.ok()) return started.failure();
+  std::unique_ptr<VehiclePort> port(new VehiclePort(config, std::move(socket)));
+  TESSERA_TRY(port->start());
   return port;
 }
 
@@ -214,7 +214,7 @@ void VehiclePort::reopen(std::int64_t now) noexcept {
 }
 
 void VehiclePort::tell_status(std::int64_t now) noexcept {
-  VehiclePortStatus status = counted_;
+  VehiclePortState status = counted_;
   status.bus = {.pose_verdict = inputs_.pose_state(now),
                 .pose_source = inputs_.pose_source(now),
                 .bus = socket_.is_open() ? socket_.state() : BusState::kDown};

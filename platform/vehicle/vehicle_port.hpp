@@ -15,6 +15,7 @@
 #include "base/monotonic_clock.hpp"
 #include "base/spsc_queue.hpp"
 #include "base/thread.hpp"
+#include "tessera/base/counters.hpp"
 #include "vehicle/can_socket.hpp"
 #include "vehicle/vehicle_inputs.hpp"
 #include "vehicle/vehicle_outputs.hpp"
@@ -30,23 +31,27 @@ struct VehiclePortConfig {
   ThreadRole thread{.name = "tessera-can"};
 };
 
+#define TESSERA_VEHICLE_PORT_COUNTERS(ROW)                                                 \
+  ROW(COUNTER, uint64_t, pose_timeouts, "Times that no pose came in time.")                \
+  ROW(COUNTER, uint64_t, relocations, "Times that poses changed to another frame.")        \
+  ROW(COUNTER, uint64_t, poses_dropped, "Poses lost, as the queue was full.")              \
+  ROW(COUNTER, uint64_t, commands_dropped, "Commands lost, as the queue was full.")        \
+  ROW(COUNTER, uint64_t, cycles_skipped, "Cycles of frames to send that were skipped.")    \
+  ROW(COUNTER, uint64_t, frames_retried, "Sent later, as the interface's queue was full.") \
+  ROW(COUNTER, uint64_t, frames_given_up,                                                  \
+      "Not sent: queue full for too long, or bus or interface gone.")                      \
+  ROW(COUNTER, uint64_t, reopened, "Times that the interface came back.")
+
 /// The state of the port at one moment. Counters never decrease.
-struct VehiclePortStatus {
+struct VehiclePortState {
+  TESSERA_VEHICLE_PORT_COUNTERS(TESSERA_COUNTER_MEMBER)
   BusReport bus{};
   MotionState motion = MotionState::kUnknown;
-  CanSocketCounters socket{};
-  VehicleInputCounters inputs{};
+  CanSocketReport socket{};
+  VehicleInputReport inputs{};
   std::array<std::uint64_t, kPoseVerdicts> verdicts{};
-  std::uint64_t pose_timeouts = 0;
-  std::uint64_t relocations = 0;
-  std::uint64_t poses_dropped = 0;     ///< As the queue was full.
-  std::uint64_t commands_dropped = 0;  ///< The same.
-  std::uint64_t cycles_skipped = 0;    ///< Of frames to send, as VehicleOutputs::skipped().
-  std::uint64_t frames_retried = 0;    ///< Sent later, as the interface's queue was full.
-  std::uint64_t frames_given_up =
-      0;                       ///< Not sent: queue full for too long, or bus or interface gone.
-  std::uint64_t reopened = 0;  ///< Times that the interface came back.
 };
+TESSERA_COUNTER_TABLE(VehiclePortState, TESSERA_VEHICLE_PORT_COUNTERS(TESSERA_COUNTER_ROW))
 
 class VehiclePort {
  public:
@@ -74,7 +79,7 @@ class VehiclePort {
   /// notified of that instead. For one thread; never waits.
   void report(const VehicleReport& report) noexcept { report_.set(report); }
   /// For any thread, as LatestValue::get.
-  [[nodiscard]] bool status(VehiclePortStatus& into) const noexcept { return status_.get(into); }
+  [[nodiscard]] bool status(VehiclePortState& into) const noexcept { return status_.get(into); }
 
  private:
   /// A frame that waits for room in the interface's queue. A later one of its identifier replaces
@@ -107,9 +112,9 @@ class VehiclePort {
   SpscQueue<JudgedPose> poses_;
   SpscQueue<TakenCommand> commands_;
   LatestValue<VehicleReport> report_;
-  LatestValue<VehiclePortStatus> status_;
+  LatestValue<VehiclePortState> status_;
   VehicleReport latest_report_{};
-  VehiclePortStatus counted_{};
+  VehiclePortState counted_{};
   std::array<Waiting, kBusIds> waiting_{};  ///< By offset from the base.
   std::size_t room_ = 0;                    ///< Frames that may still be sent in this turn.
   bool queue_full_ = false;                 ///< Found so in this turn.

@@ -3,6 +3,7 @@
 #include "view/listen_address.hpp"
 
 #include <arpa/inet.h>
+#include <fmt/core.h>
 
 #include <algorithm>
 #include <bit>
@@ -82,7 +83,7 @@ bool ListenAddress::is_loopback() const {
 }
 
 std::string ListenAddress::url(std::uint16_t bound_port) const {
-  return "http://" + (is_ipv6() ? "[" + host + "]" : host) + ":" + std::to_string(bound_port) + "/";
+  return fmt::format("http://{}:{}/", (is_ipv6() ? "[" + host + "]" : host), bound_port);
 }
 
 Outcome<ListenAddress> parse_listen_address(std::string_view text) {

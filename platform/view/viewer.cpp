@@ -77,10 +77,11 @@ Outcome<std::unique_ptr<Viewer>> Viewer::open(const ViewerConfig& config,
                                               std::vector<std::unique_ptr<ViewMap>> maps,
                                               Status status) {
   std::unique_ptr<Viewer> viewer(new Viewer(config, std::move(maps), std::move(status)));
-  Outcome<std::unique_ptr<WebServer>> server = WebServer::open(
-      config.address, [self = viewer.get()](WebRequest& request) { return self->answer(request); });
-  if (!server.ok()) return server.failure();
-  viewer->server_ = std::move(*server);
+  TESSERA_TRY_ASSIGN(std::unique_ptr<WebServer> server,
+                     WebServer::open(config.address, [self = viewer.get()](WebRequest& request) {
+                       return self->answer(request);
+                     }));
+  viewer->server_ = std::move(server);
   return viewer;
 }
 

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "tessera/base/counters.hpp"
 #include "view/view_map.hpp"
 #include "view/web_server.hpp"
 
@@ -19,15 +20,19 @@ struct ViewerConfig {
   std::uint32_t voxels_per_s = 0;  ///< For all pages together; 0: no limit.
 };
 
+#define TESSERA_VIEWER_COUNTERS(ROW)                                                             \
+  ROW(COUNTER, uint64_t, messages, "Messages of changed blocks.")                                \
+  ROW(COUNTER, uint64_t, blocks, "Blocks in them.")                                              \
+  ROW(COUNTER, uint64_t, bytes, "Bytes of these messages.")                                      \
+  ROW(COUNTER, uint64_t, deferred,                                                               \
+      "Messages that were cut short or empty, as the budget of a second was used up or a block " \
+      "was changed during every try: the rest is sent later.")
+
 struct ViewerReport {
+  TESSERA_VIEWER_COUNTERS(TESSERA_COUNTER_MEMBER)
   WebServerReport web{};
-  std::uint64_t messages = 0;  ///< Of changed blocks.
-  std::uint64_t blocks = 0;    ///< In them.
-  std::uint64_t bytes = 0;
-  /// Messages that were cut short or empty, as the budget of a second was used up or a block was
-  /// changed during every try: the rest is sent later.
-  std::uint64_t deferred = 0;
 };
+TESSERA_COUNTER_TABLE(ViewerReport, TESSERA_VIEWER_COUNTERS(TESSERA_COUNTER_ROW))
 
 /// For one thread at a time, except report().
 class Viewer {

@@ -19,6 +19,7 @@
 
 #include "base/outcome.hpp"
 #include "base/shared_report.hpp"
+#include "tessera/base/counters.hpp"
 #include "view/listen_address.hpp"
 
 struct MHD_Daemon;
@@ -27,18 +28,23 @@ struct MHD_Response;
 
 namespace tessera {
 
+#define TESSERA_WEB_COUNTERS(ROW)                                                     \
+  ROW(COUNTER, uint64_t, connections, "Connections accepted.")                        \
+  ROW(COUNTER, uint64_t, requests, "Requests; refused ones are also counted below.")  \
+  ROW(COUNTER, uint64_t, refused_method, "Another method than GET.")                  \
+  ROW(COUNTER, uint64_t, refused_host, "Another host than the one that is served.")   \
+  ROW(COUNTER, uint64_t, refused_site, "From another site, by the browser's header.") \
+  ROW(COUNTER, uint64_t, refused_body, "With a body.")                                \
+  ROW(COUNTER, uint64_t, refused_path, "Unknown name, or invalid arguments.")         \
+  ROW(COUNTER, uint64_t, refused_busy, "Should be tried again.")                      \
+  ROW(COUNTER, uint64_t, stalled,                                                     \
+      "Connections that acknowledged no byte of a reply for kStall_us.")              \
+  ROW(COUNTER, uint64_t, dropped, "These, those that took too long, and the oldest of too many.")
+
 struct WebServerReport {
-  std::uint64_t connections = 0;  ///< Accepted ones.
-  std::uint64_t requests = 0;     ///< Refused ones are also counted below.
-  std::uint64_t refused_method = 0;
-  std::uint64_t refused_host = 0;
-  std::uint64_t refused_site = 0;  ///< From another site, by the browser's header.
-  std::uint64_t refused_body = 0;
-  std::uint64_t refused_path = 0;  ///< Unknown name, or invalid arguments.
-  std::uint64_t refused_busy = 0;  ///< Should be tried again.
-  std::uint64_t stalled = 0;  ///< Connections that acknowledged no byte of a reply for kStall_us.
-  std::uint64_t dropped = 0;  ///< These, those that took too long, and the oldest of too many.
+  TESSERA_WEB_COUNTERS(TESSERA_COUNTER_MEMBER)
 };
+TESSERA_COUNTER_TABLE(WebServerReport, TESSERA_WEB_COUNTERS(TESSERA_COUNTER_ROW))
 
 /// A request; valid during the call.
 class WebRequest {

@@ -213,8 +213,9 @@ class NodeScenario(Scenario):
         # What a member says of its own need not be whole, so there these statuses alone do not tell when all is said.
         member = self.trust == MEMBER
         most = len(robots) + (4 if member else 10**6 if self.nobody_may_stay() else 0)
-        # Within 5 s after the last a forged status may be seen where nobody signs.
-        earliest_s = 3 if member else 6 - (begin - self.attack_end) if self.fleet == KEY_ALONE and self.trust == FLEET_KEY else 0
+        # A place for what a member only named is given back after 10 s. Within 5 s after the last a forged status may be seen where nobody
+        # signs.
+        earliest_s = 11 - (begin - self.attack_end) if member else 6 - (begin - self.attack_end) if self.fleet == KEY_ALONE and self.trust == FLEET_KEY else 0
         while time.monotonic() - begin < limit_s:
             passed_s = time.monotonic() - begin
             if passed_s >= earliest_s and self.statuses.agree(self.mission, robots, begin, most):

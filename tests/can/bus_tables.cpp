@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // bus_tables: writes to standard output, as JSON, the tables of messages, and frames with values as
-// the code packs them, for test_dbc.py to compare with docs/reference/can/tessera.dbc.
+// the code packs them: write_dbc.py writes docs/reference/can/tessera.dbc from the tables.
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "oracle/random.hpp"
+#include "support/random.hpp"
 #include "vehicle/bus_load.hpp"
 #include "vehicle/bus_table.hpp"
 #include "vehicle/bus_values.hpp"
@@ -79,6 +79,7 @@ json message_table(const BusMessage& message, oracle::Random& random) {
           {"from_vehicle", message.from_vehicle},
           {"cycle_ms", message.cycle_ms},
           {"e2e", static_cast<int>(message.e2e)},
+          {"e2e_data_id", e2e_data_id(id)},
           {"use", static_cast<int>(message.use)},
           {"classic_bits", message.is_fd ? 0 : worst_classic_bits(message.size)},
           {"fd_nominal_bits", fd.nominal},

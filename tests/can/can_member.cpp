@@ -91,10 +91,10 @@ VehicleReport report_of(int sectors) {
 }
 
 json as_json(const VehiclePort& port, const Seen& seen) {
-  VehiclePortStatus s;
+  VehiclePortState s;
   const bool got = port.status(s);
-  const CanSocketCounters& c = s.socket;
-  const VehicleInputCounters& in = s.inputs;
+  const CanSocketReport& c = s.socket;
+  const VehicleInputReport& in = s.inputs;
   json all = {{"got", got},
               {"bus", static_cast<int>(s.bus.bus)},
               {"verdict", static_cast<int>(s.bus.pose_verdict)},

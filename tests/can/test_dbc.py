@@ -1,18 +1,22 @@
 # SPDX-FileCopyrightText: The tessera authors
 # SPDX-License-Identifier: Apache-2.0
-"""docs/reference/can/tessera.dbc says what the code does: every signal's place, scale and meaning, by random frames bit by bit; and
-docs/reference/can.md has the load of the bus as it is computed from that file."""
+"""docs/reference/can/tessera.dbc says what the code does: it is written from the code's tables (--write), and frames that the code
+packed are read by the file bit by bit; docs/reference/can.md has the load of the bus as it is computed from that file."""
 import json
 import os
 import pathlib
 import re
 import subprocess
+import sys
 import unittest
 
 import dbc
 import e2e
+import write_dbc
 
-SOURCE = pathlib.Path(os.environ["TESSERA_SOURCE"])
+SOURCE = pathlib.Path(__file__).parents[2]
+TABLES = os.environ.get("TESSERA_BUS_TABLES", str(SOURCE / "build/release/tests/can/bus_tables"))
+FILE = SOURCE / "docs/reference/can/tessera.dbc"
 SLOW, RATIO = 500_000, 4  # bit/s, and how much faster CAN FD sends its data
 
 
@@ -31,11 +35,19 @@ def fd_bits(size):
     return slow + 4 + 13, fast + stuff - 4 + 4 + crc + fixed
 
 
+def tables_of_the_code():
+    return json.loads(subprocess.run([TABLES], check=True, capture_output=True, timeout=60).stdout)
+
+
+def written(tables):
+    return write_dbc.text_of(tables, (SOURCE / "platform/vehicle/bus_values.hpp").read_text(), FILE.read_text())
+
+
 class Dbc(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.file = dbc.read(SOURCE / "docs/reference/can/tessera.dbc")
-        cls.code = json.loads(subprocess.run([os.environ["TESSERA_BUS_TABLES"]], check=True, capture_output=True, timeout=60).stdout)
+        cls.file = dbc.read(FILE)
+        cls.code = tables_of_the_code()
 
     def test_file_is_whole(self):
         self.assertEqual(["VEHICLE", "TESSERA"], self.file.nodes)
@@ -51,7 +63,7 @@ class Dbc(unittest.TestCase):
                 used |= bits
 
     def test_reader_refuses(self):
-        good = (SOURCE / "docs/reference/can/tessera.dbc").read_text()
+        good = FILE.read_text()
         for old, new in (("BO_ 256 COMMAND: 4", "BO_ 257 COMMAND: 4"), ("|8@1+", "|8@2+"), ('"m" TESSERA', '"m" NOBODY'),
                          ("CM_ BO_ 256", "CM_ BO_ 999"), ('"VFrameFormat" BO_ 262 14', '"VFrameFormat" BO_ 262 99'),
                          ("VAL_ 256 Command ", "VAL_ 256 Commands "), ('VERSION "', "VERSION ")):
@@ -59,28 +71,8 @@ class Dbc(unittest.TestCase):
             with self.assertRaises((dbc.Invalid, IndexError), msg=new):
                 dbc.File(good.replace(old, new, 1))
 
-    def test_messages(self):
-        self.assertEqual([m["id"] for m in self.code["messages"]], list(self.file.messages))
-        for table in self.code["messages"]:
-            message = self.file.messages[table["id"]]
-            self.assertEqual((table["name"], table["size"]), (message.name, message.size))
-            self.assertEqual("VEHICLE" if table["from_vehicle"] else "TESSERA", message.sender)
-            self.assertEqual(table["cycle_ms"], self.file.attribute(message, "GenMsgCycleTime"))
-            self.assertEqual("StandardCAN_FD" if table["fd"] else "StandardCAN", self.file.attribute(message, "VFrameFormat"))
-            self.assertEqual(["None", "Profile1A", "Profile5"][table["e2e"]], self.file.attribute(message, "E2EProfile"))
-
-    def test_signals(self):
-        for table in self.code["messages"]:
-            message = self.file.messages[table["id"]]
-            self.assertEqual([s["name"] for s in table["signals"]], list(message.signals))
-            for said in table["signals"]:
-                signal = message.signals[said["name"]]
-                self.assertTrue(signal.little_endian)
-                self.assertNotEqual([message.sender], signal.receivers)
-                self.assertEqual((said["start"], said["length"], said["signed"], said["unit"]),
-                                 (signal.start, signal.length, signal.signed, signal.unit), f"{message.name}.{signal.name}")
-                for key, value in (("scale", signal.scale), ("offset", signal.offset), ("least", signal.least), ("most", signal.most)):
-                    self.assertAlmostEqual(said[key], value, delta=1e-9, msg=f"{message.name}.{signal.name}.{key}")
+    def test_file_is_written_from_the_tables(self):
+        self.assertEqual(written(self.code), FILE.read_text(), "write it anew: tests/can/test_dbc.py --write")
 
     def test_frames(self):
         """What the code packed, read by the file."""
@@ -116,24 +108,12 @@ class Dbc(unittest.TestCase):
         self.assertEqual([self.code["codes"]["PoseAge"]], list(self.file.named("POSE_ZH").signals["Age"].values))
         self.assertEqual([self.code["codes"]["SectorsAge"]], list(self.file.named("SECTOR_INFO").signals["Age"].values))
 
-    def test_names_are_those_of_the_code(self):
-        """An enumerator kStanding = 1 is "Standing" on the bus."""
-        text = (SOURCE / "platform/vehicle/bus_values.hpp").read_text()
-        enums = {name: {int(n): word for word, n in re.findall(r"\bk(\w+) = (\d+)", body)}
-                 for name, body in re.findall(r"enum class (\w+) : std::uint8_t \{(.*?)\};", text, re.S)}
-        enums["Command"] = enums.pop("VehicleCommand")
-        self.assertEqual(set(self.code["names"]), set(enums))
-        for message in self.file.messages.values():
-            for signal in message.signals.values():
-                if signal.name in enums:
-                    self.assertEqual(enums[signal.name], signal.values, signal.name)
-
 
 class Load(unittest.TestCase):
     """The tables of docs/reference/can.md, from the file alone."""
     @classmethod
     def setUpClass(cls):
-        cls.file = dbc.read(SOURCE / "docs/reference/can/tessera.dbc")
+        cls.file = dbc.read(FILE)
         cls.page = (SOURCE / "docs/reference/can.md").read_text()
 
     def bits(self, message):
@@ -188,4 +168,7 @@ class Load(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    if sys.argv[1:] == ["--write"]:
+        FILE.write_text(written(tables_of_the_code()))
+    else:
+        unittest.main()

@@ -107,7 +107,7 @@ class CountedDataset(CommandCase):
             bad.predicted.append(kitti.ROAD)
             bad.true.append(kitti.ROAD)
         result, report = self.map_scans([bad])
-        self.assert_warned(result, "3 points refused: coordinates that are not finite")
+        self.assert_warned(result, "3 of 303 points refused: coordinates that are not finite")
         self.assertEqual(3, report["scans"][0]["non_finite"])
         self.assertEqual(3, report["totals"]["non_finite"])
         _, clean = self.map_scans([good])
@@ -119,10 +119,24 @@ class CountedDataset(CommandCase):
         for ids in (scan.predicted, scan.true):
             ids.append(kitti.ROAD)
         result, report = self.map_scans([scan])
-        self.assert_warned(result, "1 point refused: nearer to the sensor than --min-range")
+        self.assert_warned(result, "1 of 301 points refused: nearer to the sensor than --min-range")
         self.assertEqual(1, report["totals"]["too_near"])
         result, _ = self.map_scans([scan], "--min-range", "0")
         self.assert_not_warned(result)
+
+    def test_a_map_of_next_to_no_point_is_warned_about_first(self):
+        scan = kitti.corner_scan(1)
+        in_mm = [tuple(1000 * axis for axis in point) for point in scan.points]
+        result, _ = self.map_scans([kitti.Scan([*in_mm, (2.0, 0.0, 0.0), (0.0, 0.0, 0.0)], [*scan.predicted, kitti.ROAD, kitti.ROAD])])
+        first, *_ = [line for line in result.stderr.splitlines() if line.startswith("warning: ")]
+        self.assertEqual("warning: almost no point was mapped: 300 of 302 points are beyond --max-range; give a larger one, or points in metres", first)
+        self.assert_warned(result, "1 of 302 points refused: nearer to the sensor than --min-range, at 0, 0, 0 (no return)")
+
+    def test_labels_that_are_all_zero_are_warned_about(self):
+        bare = kitti.Scan(kitti.corner_scan(1).points, [kitti.UNLABELLED] * 300)
+        result, _ = self.map_scans([bare])
+        self.assert_warned(result, "no label was mapped: all 300 points in range are unlabelled in predictions")
+        self.assert_not_warned(self.map_scans([bare], "--labels", "none")[0])
 
     def test_unknown_class_ids_count_as_unlabelled(self):
         scan = kitti.corner_scan(1)
@@ -159,17 +173,22 @@ class CountedDataset(CommandCase):
 
     def test_a_pose_out_of_the_grid_refuses_its_points(self):
         result, report = self.map_scans([kitti.corner_scan(1, pose=kitti.moved(1e9)), kitti.corner_scan(2)])
-        self.assert_warned(result, "1 scan left out", "within the grid: 0")
+        self.assert_warned(result, "1 scan left out, with a pose outside the grid: 0; subtract an origin")
         self.assertEqual(1, report["totals"]["bad_poses"])
         _, alone = self.map_scans([kitti.corner_scan(1, pose=kitti.moved(1e9)), kitti.corner_scan(2)], "--first", 1)
         self.assertEqual(alone["digest"], report["digest"], "a refused scan left a trace")
 
     def test_a_range_without_a_usable_pose_leaves_no_map(self):
-        data = kitti.write_dataset(self.folder / "data", [kitti.corner_scan(1, pose=kitti.moved(1e9)), kitti.corner_scan(2)])
-        result = self.run_command("map", "--dataset", data, "--last", 0, "--out", "no.tsm")
-        self.assertEqual(USAGE, result.returncode)
-        self.assertIn("tessera: no scan is in the map: not one of 1 pose", result.stderr.splitlines()[-1])
-        self.assertFalse((self.folder / "no.tsm").exists())
+        """Beyond the grid's reach, or not rigid: they need other remedies."""
+        poses = (kitti.moved(5e5, 4.2e6), (2.0, *kitti.IDENTITY[1:]), kitti.IDENTITY)
+        data = kitti.write_dataset(self.folder / "data", [kitti.corner_scan(1, pose=pose) for pose in poses])
+        for first, last, reason, remedy in ((0, 0, "1 pose is within the grid, which reaches 839 km from 0, 0, 0;", "subtract an origin"),
+                                            (1, 1, "1 pose is a rigid transform;", "check the poses"),
+                                            (0, 1, "2 poses is a rigid transform within the grid;", "check the poses")):
+            result = self.run_command("map", "--dataset", data, "--first", first, "--last", last, "--out", "no.tsm")
+            self.assertEqual(USAGE, result.returncode)
+            self.assertIn(f"tessera: no scan is in the map: not one of {reason} {remedy}", result.stderr.splitlines()[-1])
+            self.assertFalse((self.folder / "no.tsm").exists())
 
     def test_many_bad_poses_are_told_in_one_line(self):
         bad = [kitti.Scan([], [], pose=("nan",) + kitti.IDENTITY[1:]) for _ in range(12)]

@@ -50,6 +50,17 @@ class Eval(CommandCase):
         self.assertAlmostEqual(0.0, report["iou"]["building"])
         self.assertAlmostEqual(0.5 / 3, report["mean_iou"])
 
+    def test_scores_that_are_worth_little_are_warned_about(self):
+        self.assert_not_warned(self.evaluate()[0])
+        elsewhere = kitti.write_dataset(self.folder / "elsewhere", [kitti.Scan([self.A[0], self.E, self.E], [kitti.ROAD] * 3)])
+        result = self.done("eval", "--map", self.map_file, "--dataset", elsewhere)
+        self.assert_warned(result, "only 33.3 % of the points are in occupied voxels")
+        self.assertNotIn("has no label", result.stderr)
+        self.map_dataset(self.folder / "learnt", self.map_file, *COUNTING, "--labels", "none")
+        result, _ = self.evaluate()
+        self.assert_warned(result, "the map has no label")
+        self.assertNotIn("in occupied voxels", result.stderr)
+
     def test_hand_computed_input(self):
         _, report = self.evaluate()
         self.assertAlmostEqual(2 / 4, report["input_iou"]["road"])

@@ -44,13 +44,17 @@ class OwnFaults(Faults):
     def test_the_map_s_memory_is_full(self):
         sensors = self.sensors()
         sensors.points = all_around(1800)
-        node = self.node(map={"resolution_m": 0.05, "memory": "3M", "downsample_m": "off"})
+        # Too little for the whole of a scan too.
+        node = self.node(map={"resolution_m": 0.05, "memory": "2M", "downsample_m": "off"})
         node.says("the map's memory is full")
         before = node.here()
         node.says("the map's memory is full", before)
         report = node.end()
-        self.assertGreater(report["mapping"]["refused_memory"], 0)
-        self.assertGreater(report["scans"]["left_out"], 0)
+        scans = report["scans"]
+        self.assertGreater(min(scans["over_capacity"], scans["refused_memory"]), 0)
+        self.assertEqual(scans["over_capacity"] + scans["refused_memory"] + scans["rays_refused_memory"], report["mapping"]["refused_memory"])
+        self.assertEqual(scans["over_capacity"], report["mapping"]["over_capacity"])
+        self.assertGreater(scans["left_out"], 0)
         self.assertLessEqual(report["memory"]["used_bytes"], report["memory"]["budget_bytes"])
         self.done("info", "node.tsm")
 

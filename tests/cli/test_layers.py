@@ -123,18 +123,71 @@ class Layers(CommandCase):
     def test_pictures_differ_by_layer(self):
         self.fuse(self.a, self.b)
         pictures = set()
-        for layer in ("class", "contributors", "disagreement", "variance", "probability"):
+        for layer in ("class", "contributors", "disagreement", "variance", "probability", "height"):
             of = ("--of", self.a, self.b) if layer in ROBOTS else ()
             _, report = self.show(layer, *of, "--title", "t", form="png")
             self.assertEqual(layer in ROBOTS, "contributors" in report)
             pictures.add((self.folder / "g.png").read_bytes())
-        self.assertEqual(5, len(pictures))
+        self.assertEqual(6, len(pictures))
 
     def test_certainty_of_a_local_map(self):
         for layer in ("variance", "probability"):
             self.done("export", "--map", self.a, "--format", "png", "--show", layer, "--out", "a.png")
         self.done("export", "--map", self.a, "--format", "ply", "--show", "variance", "--out", "a.ply")
         self.assertNotIn(b"robots", (self.folder / "a.ply").read_bytes().partition(b"end_header")[0])
+
+    def test_heights(self):
+        """In eight steps between the heights that 2 % are below and above; by itself where no voxel has a label."""
+        points = [(2.05, 0.05 + 0.2 * i, 0.05 + 0.1 * i) for i in range(16)]
+        labelled = self.make_map("labelled", points, [kitti.ROAD] * len(points))
+        bare = self.make_map("bare", points, [kitti.ROAD] * len(points), "--labels", "none")
+
+        def colours(name, *words):
+            self.done("export", "--map", name, "--format", "ply", "--out", "h.ply", *words)
+            head, _, body = (self.folder / "h.ply").read_bytes().partition(b"end_header\n")
+            rows = struct.Struct("<3f3BB3f").iter_unpack(body)
+            return {round(row[2], 2): row[3:6] for row in rows}
+        by_height = colours(labelled, "--show", "height")
+        self.assertEqual(by_height, colours(bare))
+        self.assertEqual({(128, 128, 128)}, set(colours(bare, "--show", "variance").values()))
+        self.assertEqual(1, len(set(colours(labelled).values())))
+        steps = [by_height[z] for z in sorted(by_height)]
+        self.assertEqual(8, len(set(steps)))
+        self.assertEqual(steps, sorted(steps, key=lambda colour: 0.3 * colour[0] + 0.6 * colour[1] + 0.1 * colour[2]))
+
+    def test_one_scale_for_all_voxels_of_a_table(self):
+        """More voxels than are coloured at once: one colour for one height, and class wherever some voxel has a label."""
+        steps = range(1100)
+        scans = [kitti.Scan([(2.05 + 0.1 * (i % 40), 0.05 + 0.1 * (i // 40), 0.05 + 0.1 * level) for i in steps], [kitti.UNLABELLED] * len(steps))
+                 for level in range(62)]
+        bare = kitti.write_dataset(self.folder / "bare", scans)
+        scans.append(kitti.Scan([(2.05, 0.05, 10.05)], [kitti.ROAD]))
+        labelled = kitti.write_dataset(self.folder / "labelled", scans)
+        for data in (bare, labelled):
+            self.map_dataset(data, f"{data}.tsm", *COUNTING)
+            self.done("export", "--map", f"{data}.tsm", "--format", "npy", "--out", f"{data}.npy", "--report", "g.json")
+            content = (self.folder / f"{data}.npy").read_bytes()
+            start = 10 + struct.unpack("<H", content[8:10])[0]
+            rows = list(struct.Struct("<3f5B3f21f").iter_unpack(content[start:]))
+            self.assertGreater(len(rows), 1 << 16)
+            colours = {(round(row[2], 2), row[3:6]) for row in rows}
+            show = json.loads((self.folder / "g.json").read_text())["config"]["show"]
+            if data == bare:
+                self.assertEqual(("height", 62, 8), (show, len(colours), len({colour for _, colour in colours})))
+            else:
+                self.assertEqual(("class", 2), (show, len({colour for _, colour in colours})))
+
+    def test_a_layer_that_is_given_stays(self):
+        bare = self.make_map("bare", [(2.05, 0.05, 0.05), (2.05, 0.05, 3.05)], [kitti.UNLABELLED] * 2)
+        pictures = {}
+        for words in ((), ("--show", "class"), ("--show", "height")):
+            self.done("export", "--map", bare, "--format", "png", "--out", "g.png", "--report", "g.json", *words)
+            config = json.loads((self.folder / "g.json").read_text())["config"]
+            pictures[words[-1:]] = (config["show"], config["title"], (self.folder / "g.png").read_bytes())
+        self.assertEqual(pictures[()], pictures[("height",)])
+        self.assertEqual(("height", "bare.tsm: height"), pictures[()][:2])
+        self.assertEqual(("class", "bare.tsm"), pictures[("class",)][:2])
+        self.assertNotEqual(pictures[()][2], pictures[("class",)][2])
 
     def refused_show(self, layer, *words, saying, of_map="g.tsm"):
         self.refused("export", "--map", of_map, "--format", "png", "--out", "no.png", "--show", layer, *words,

@@ -28,10 +28,11 @@ class Damage(CommandCase):
         self.assertLess(resident, MOST_RESIDENT_BYTES)
         super().tearDown()
 
-    def info_refuses(self, data, saying=()):
+    def info_refuses(self, data, saying=(), options=("--verify",)):
+        """--verify reads all of it; without, the header and the end are read."""
         damaged = self.folder / "damaged.tsm"
         damaged.write_bytes(data)
-        return self.refused("info", damaged, saying=("damaged.tsm", *saying))
+        return self.refused("info", damaged, *options, saying=("damaged.tsm", *saying))
 
     def positions(self, count):
         """All of the version and lengths, then evenly over the header and over the blocks."""
@@ -43,6 +44,18 @@ class Damage(CommandCase):
 
     def test_the_sound_file_is_accepted(self):
         self.done("info", self.sound)
+        self.done("info", self.sound, "--verify")
+
+    def test_what_info_prints_is_what_it_computes(self):
+        reports = [self.folder / "stored.json", self.folder / "computed.json"]
+        self.done("info", self.sound, "--report", reports[0])
+        self.done("info", self.sound, "--verify", "--report", reports[1])
+        stored, computed = (json.loads(report.read_text()) for report in reports)
+        self.assertEqual((stored["verified"], computed["verified"]), (False, True))
+        for report in (stored, computed):
+            del report["verified"], report["config"]
+        self.assertGreater(stored["label_voxels"], 0)
+        self.assertEqual(stored, computed)
 
     def test_a_flipped_bit_is_refused_wherever_it_is(self):
         for position in self.positions(60):
@@ -62,11 +75,14 @@ class Damage(CommandCase):
         for length in self.positions(40):
             with self.subTest(length=length):
                 self.info_refuses(self.bytes[:length])
+                self.info_refuses(self.bytes[:length], options=())
 
     def test_a_file_with_more_after_its_end_is_refused(self):
         for more in (b"\0", b"garbage", self.bytes):
             with self.subTest(len(more)):
                 self.info_refuses(self.bytes + more)
+                if more != self.bytes:  # which ends as the file does
+                    self.info_refuses(self.bytes + more, options=())
 
     def test_files_that_are_no_maps(self):
         self.info_refuses(b"", saying=("too short",))

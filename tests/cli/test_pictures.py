@@ -122,6 +122,17 @@ class Export(CommandCase):
             self.done("export", "--map", name, "--format", "png", "--out", name.replace("/", "-") + ".png")
         self.assertEqual((self.folder / "map.tsm.png").read_bytes(), (self.folder / "deep-map.tsm.png").read_bytes())
 
+    def test_the_format_is_that_of_the_ending(self):
+        """By itself; and none is written under the ending of another one."""
+        for kind, start in (("png", PNG_MAGIC), ("ply", b"ply\n"), ("pcd", b"# .PCD"), ("npy", b"\x93NUMPY"), ("csv", b"x,y,z,")):
+            self.done("export", "--map", "map.tsm", "--out", f"m.{kind}", "--report", "m.json")
+            self.assertTrue((self.folder / f"m.{kind}").read_bytes().startswith(start), kind)
+            self.assertEqual(kind, json.loads((self.folder / "m.json").read_text())["config"]["format"])
+        self.refused("export", "--map", "map.tsm", "--out", "no.png", "--format", "ply", saying=("no.png", "--format is ply"))
+        self.refused("export", "--map", "map.tsm", "--out", "no.jpg", saying=("no.jpg", "give --format png"))
+        self.assertFalse((self.folder / "no.png").exists())
+        self.done("export", "--map", "map.tsm", "--out", "m.points", "--format", "ply")
+
     def test_bad_usage(self):
         base = ("export", "--map", "map.tsm", "--out", "out.bin")
         self.refused(*base, "--format", "bmp", saying=("--format", "bmp"))

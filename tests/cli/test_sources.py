@@ -72,17 +72,20 @@ class Formats(NodeCase):
     def mapped(self, name, keys):
         """The bytes of the map."""
         out = self.folder / name
-        self.done("map", *self.options(keys), "--out", out, *MEMORY)
+        self.done("map", *self.options(keys), "--out", out, "--report", "map.json", *MEMORY)
         return out.read_bytes()
 
     @staticmethod
     def options(keys):
         return [word for key, value in keys.items() for word in ("--" + key.replace("_", "-"), value)]
 
-    def digest(self, name):
+    def info(self, name):
         report = self.folder / "info.json"
         self.done("info", name, "--report", report)
-        return json.loads(report.read_text())["digest"]
+        return json.loads(report.read_text())
+
+    def digest(self, name):
+        return self.info(name)["digest"]
 
 
 class Converted(Formats):
@@ -93,7 +96,9 @@ class Converted(Formats):
                 out = self.folder / ("from " + name)
                 result = self.done("convert", *self.options(keys), "--out", out, "--report", "convert.json")
                 self.assertIn(f"in {out}", result.stdout)
-                report = json.loads((self.folder / "convert.json").read_text())
+                report, of_map = (json.loads((self.folder / f"{made}.json").read_text()) for made in ("convert", "map"))
+                for key in ("labels", "deskew"):
+                    self.assertEqual(of_map["config"][key], report["config"][key])
                 self.assertEqual(report["scans"], len(list((out / "velodyne").iterdir())))
                 # Points that are not corrected are written with what corrects them.
                 again = {"dataset": str(out)} | ({"deskew": "off"} if "deskew" in keys else {})
@@ -150,6 +155,18 @@ class Replayed(Formats):
                 self.mapped("from.tsm", keys)
                 self.done("node", "--config", self.replayed(keys))
                 self.assertEqual(self.digest("from.tsm"), self.digest("node.tsm"))
+                recorded, of_map = (self.info(name)["settings"] for name in ("node.tsm", "from.tsm"))
+                self.assertEqual([], [key for key in keys if key in recorded and key not in ("labels", "deskew")])
+                self.assertEqual(of_map["labels"], recorded["labels"])
+
+    def test_a_record_that_is_too_long_is_counted(self):
+        if not IN_OWN_NETWORK:
+            self.skipTest("skipped: no network namespaces are permitted here")
+        data = str(kitti.write_dataset(self.folder / "plain", self.scans))
+        config = self.replayed({"dataset": data, "labels": "./" * 1100 + "predictions"})
+        result = self.done("node", "--config", config)
+        self.assert_warned(result, "without the record of its settings, which is too long")
+        self.assertEqual("", self.info("node.tsm")["settings"])
 
     def test_what_is_refused(self):
         data = f"{self.swept}/robot_0"
@@ -186,6 +203,10 @@ class Played(Formats):
         self.refused("play", "--pcd", data, saying=("--pcd needs a pose",))
         self.refused("play", "--pcd", data, "--poses", "none", saying=("--pcd needs a pose",))
         self.refused("play", "--pcd", data, "--poses", "p", "--send-poses", "bus", saying=("--send-poses bus",))
+        self.refused("play", "--dataset", data, "--send-poses", "p", saying=("--send-poses p", "lcm, can or none"))
+        self.refused("play", "--dataset", data, "--send-poses", "can", saying=("--send-poses can needs a bus",))
+        self.refused("play", "--dataset", data, "--can", "can0", saying=("need --send-poses can",))
+        self.refused("play", "--dataset", data, "--poses", "can", saying=("--poses can needs a bus",))
         self.refused("play", "--dataset", data, "--poses", "p", saying=("--poses p", "lcm, can or none"))
         self.refused("play", "--dataset", data, "--messages", "raw", "--deskew", "on", saying=("--messages raw",))
 

@@ -42,6 +42,12 @@ class Usage(CommandCase):
             with self.subTest(subcommand):
                 self.refused(subcommand, "--loud", saying=("--loud", "--help"))
 
+    def test_a_folder_without_its_option(self):
+        for subcommand in ("map", "eval", "play", "convert"):
+            self.refused(subcommand, self.folder, saying=(f"give --dataset {self.folder}", f"{subcommand} --help"))
+        self.assertNotIn("--dataset", self.refused("map", self.folder / "absent"))
+        self.assertNotIn("--dataset", self.refused("export", self.folder))
+
     def test_option_without_its_value(self):
         self.refused("map", "--dataset", saying=("--dataset",))
 

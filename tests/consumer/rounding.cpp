@@ -13,7 +13,7 @@ namespace {
 
 using namespace tessera;
 
-constexpr MapConfig kMap{.storage_bytes = 8U << 20U};
+constexpr MapConfig kMap{.tuple = TuplePolicy::kDense, .storage_bytes = 8U << 20U};
 constexpr ScanCapacity kCapacity{.points = 2048, .tiles = 4096, .ray_blocks = 2048};
 constexpr std::size_t kBytes =
     required_bytes(kMap) +

@@ -9,7 +9,7 @@ import re
 import subprocess
 import sys
 
-GOLDEN = "925504ad13f642ea b86ccebf52d114b5"
+GOLDEN = "925504ad13f642ea a6761cf0ad4700ec"
 HERE = pathlib.Path(__file__).resolve().parent
 HEADERS = HERE.parent.parent / "lib" / "include"
 

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The tessera authors
 # SPDX-License-Identifier: Apache-2.0
-"""The tables of settings in docs/reference are those of the program. "python3 tests/docs/test_settings.py --write" writes them anew
+"""The tables of options, settings and counters in docs/reference are those of the program. "python3 tests/docs/test_settings.py --write" writes them anew
 (TESSERA_COMMAND: the command that has them).
 
 Each stands below a line <!-- settings: NAME -->; NAME is a heading of what "tessera pages --tables" writes.
@@ -14,7 +14,7 @@ import tempfile
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-PAGES = ("docs/reference/cli.md", "docs/reference/node.md")
+PAGES = ("docs/reference/cli.md", "docs/reference/counters.md", "docs/reference/node.md")
 TABLE = re.compile(r"<!-- settings: (.*?) -->\n\n((?:\|.*\n)+)")
 
 

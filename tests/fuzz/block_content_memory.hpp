@@ -6,7 +6,7 @@
 #include <stdexcept>
 
 #include "fuzz/fuzz.hpp"
-#include "oracle/mapper.hpp"
+#include "support/mapper.hpp"
 #include "tessera/map/block_content.hpp"
 
 namespace tessera::fuzz {
@@ -27,7 +27,7 @@ class OwnContent {
   }
 
  private:
-  oracle::AlignedMemory memory_;
+  AlignedMemory memory_;
   BlockContent content_;
 };
 

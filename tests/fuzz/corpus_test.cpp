@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "fuzz/fuzz.hpp"
-#include "oracle/cloud.hpp"
-#include "oracle/random.hpp"
+#include "support/cloud.hpp"
+#include "support/random.hpp"
 
 namespace tessera::fuzz {
 namespace {

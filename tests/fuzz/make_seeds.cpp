@@ -14,10 +14,10 @@
 #include "fuzz/forged_datagram.hpp"
 #include "fuzz/sensor_seeds.hpp"
 #include "network/simulated_network.hpp"
+#include "support/sample_content.hpp"
 #include "tessera/exchange/internal/block_codec.hpp"
 #include "tessera/map/internal/packed_block.hpp"
 #include "tessera/map/stored_block.hpp"
-#include "unit/exchange/sample_content.hpp"
 
 namespace tessera::fuzz {
 namespace {
@@ -212,7 +212,7 @@ void maps(Corpus& corpus) {
     MapConfig config = oracle::uncapped_map(0.1);
     config.tuple = i % 2 == 0 ? TuplePolicy::kDense : TuplePolicy::kCompact;
     config.storage_bytes = std::size_t{1} << 18U;
-    oracle::AlignedMemory memory(required_bytes(config));
+    AlignedMemory memory(required_bytes(config));
     Arena arena(memory.span());
     LocalMap map = std::move(*LocalMap::make(arena, config, oracle::numbered_classes(classes)));
     for (int voxels = random.below(30); voxels > 0; --voxels) {

@@ -6,7 +6,7 @@
 #include "fuzz/sensor_seeds.hpp"
 #include "link/status_publisher.hpp"
 #include "network/toy_signatures.hpp"
-#include "oracle/random.hpp"
+#include "support/random.hpp"
 
 namespace tessera::fuzz {
 namespace {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "fuzz/fuzz.hpp"
-#include "oracle/mapper.hpp"
+#include "support/mapper.hpp"
 #include "tessera/base/internal/byte_io.hpp"
 #include "tessera/base/internal/crc32.hpp"
 #include "tessera/map/queries.hpp"
@@ -98,7 +98,7 @@ class OwnMap {
   LocalMap& operator*() { return map_; }
 
  private:
-  oracle::AlignedMemory memory_;
+  AlignedMemory memory_;
   LocalMap map_;
 };
 

@@ -33,17 +33,17 @@ std::size_t bytes_of(bool has_map, const ExchangeConfig& config) {
 }
 
 /// Of robots that are gone, for the next ones: fresh memory costs more than all else.
-using Memories = std::vector<std::unique_ptr<oracle::AlignedMemory>>;
+using Memories = std::vector<std::unique_ptr<AlignedMemory>>;
 Memories& spare_memories(bool has_map) {
   static std::array<Memories, 2> spare;
   return spare[has_map ? 1 : 0];
 }
 
-std::unique_ptr<oracle::AlignedMemory> take_memory(bool has_map) {
+std::unique_ptr<AlignedMemory> take_memory(bool has_map) {
   Memories& spare = spare_memories(has_map);
   if (spare.empty())
-    return std::make_unique<oracle::AlignedMemory>(bytes_of(has_map, SmallRobot::kExchange));
-  std::unique_ptr<oracle::AlignedMemory> memory = std::move(spare.back());
+    return std::make_unique<AlignedMemory>(bytes_of(has_map, SmallRobot::kExchange));
+  std::unique_ptr<AlignedMemory> memory = std::move(spare.back());
   spare.pop_back();
   return memory;
 }

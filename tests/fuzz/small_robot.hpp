@@ -41,7 +41,7 @@ class SmallRobot {
  private:
   bool has_map_;
   network::ToySignatures key_;
-  std::unique_ptr<oracle::AlignedMemory> memory_;
+  std::unique_ptr<AlignedMemory> memory_;
   Replicas replicas_;
   GlobalMap global_;
   Exchange exchange_;

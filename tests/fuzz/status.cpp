@@ -58,7 +58,7 @@ Signature signature_by(std::uint32_t robot, Bytes status) {
   return signature;
 }
 
-std::uint64_t all_counted(const StatusCounters& c) {
+std::uint64_t all_counted(const StatusTableReport& c) {
   return c.taken + c.refused_format + c.refused_tag + c.refused_robot + c.refused_replay +
          c.refused_rate + c.refused_signature + c.refused_places;
 }
@@ -176,10 +176,10 @@ class Listener {
   }
 
   void hear(Bytes status) {
-    const StatusCounters before = table_.counters();
+    const StatusTableReport before = table_.counters();
     const std::vector<StatusTable::Entry> entries(table_.entries().begin(), table_.entries().end());
     const PayloadVerdict verdict = table_.hear(status, now_us_);
-    const StatusCounters& after = table_.counters();
+    const StatusTableReport& after = table_.counters();
     require(all_counted(after) == all_counted(before) + 1, "not counted once");
     const bool taken = after.taken != before.taken;
     require(taken == (verdict == PayloadVerdict::kTaken), "a verdict that is not the counter's");
@@ -230,8 +230,8 @@ class Listener {
   }
 
   /// Of what is right in all, something is short.
-  void check_refused(Bytes status, const StatusCounters& before) {
-    const StatusCounters& after = table_.counters();
+  void check_refused(Bytes status, const StatusTableReport& before) {
+    const StatusTableReport& after = table_.counters();
     if (after.refused_rate != before.refused_rate)
       require(keys_.signatures.on(), "a limit of checks without checks");
     if (after.refused_places != before.refused_places)

@@ -27,7 +27,7 @@ void check_pose(const JudgedPose& judged, std::int64_t now_us, const VehicleInpu
 }
 
 void check_counters(const VehicleInputs& inputs) {
-  const VehicleInputCounters c = inputs.counters();
+  const VehicleInputReport c = inputs.counters();
   require(c.frames == c.foreign + c.misshapen + c.refused + c.accepted, "a frame is not counted");
   std::uint64_t judged = 0;
   for (const std::uint64_t count : c.by_status) judged += count;

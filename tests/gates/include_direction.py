@@ -47,9 +47,9 @@ INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', re.M)
 
 
 def c_faults(text):
-    """Of a header of the C interface."""
+    """Of a header of the C interface. Lists of counters are for both languages."""
     for kind, name in INCLUDE.findall(text):
-        if not name.startswith("tessera/c/") and not (kind == "<" and name in C_OUTSIDE):
+        if not name.startswith("tessera/c/") and not name.endswith("_counters.h") and not (kind == "<" and name in C_OUTSIDE):
             yield f"a header for C must not include {name}"
 
 

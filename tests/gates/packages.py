@@ -18,6 +18,7 @@ DEBIAN = {
     "CLI11": "libcli11-dev",
     "nlohmann_json": "nlohmann-json3-dev",
     "tomlplusplus": "libtomlplusplus-dev",
+    "fmt": "libfmt-dev",
     "PNG": "libpng-dev",
     "ZLIB": "libpng-dev",  # Needs zlib1g-dev.
     "liblzf": "liblzf-dev",

@@ -66,7 +66,7 @@ def read(objdump, files):
         if "file format elf64-x86-64" not in subprocess.run([objdump, "-f", path], capture_output=True, text=True, check=True).stdout:
             raise Refused(f"{path} is not of x86-64")
         text = subprocess.run([objdump, "-dr", "--no-show-raw-insn", path], capture_output=True, text=True, check=True).stdout
-        where, at, branch = path, None, None
+        where, at, branch, printed = path, None, None, None
         for line in text.splitlines():
             if match := OBJECT.match(line):
                 where = match[1]
@@ -76,16 +76,18 @@ def read(objdump, files):
                 branch = None
             elif match := RELOCATION.match(line):
                 if branch is not None:
+                    branch.callees.discard(printed)  # Whatever has that address before linking.
                     branch.callees.add(match[1])
                     branch = None
             elif at is not None and (match := INSTRUCTION.match(line)):
                 mnemonic, operands = match[1], match[2].strip()
-                branch = None
+                branch = printed = None
                 if mnemonic.startswith(("call", "jmp")):
                     branch = None if operands.startswith("*") else at
                     at.calls_pointer = at.calls_pointer or (branch is None and mnemonic.startswith("call"))
                     target = re.search(r"<([^>+]+)>$", operands)
                     if target and (mnemonic.startswith("call") or functions.get((where, target[1])) is not at):
+                        printed = None if target[1] in at.callees else target[1]
                         at.callees.add(target[1])
                 else:
                     read_frame(at, mnemonic, operands)

@@ -11,7 +11,7 @@
 #include <numbers>
 #include <set>
 
-#include "oracle/mapper.hpp"
+#include "support/mapper.hpp"
 
 namespace tessera::oracle {
 namespace {

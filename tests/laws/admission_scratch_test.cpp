@@ -5,7 +5,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "oracle/mapper.hpp"
+#include "support/mapper.hpp"
 #include "tessera/base/internal/digest.hpp"
 
 namespace tessera::oracle {

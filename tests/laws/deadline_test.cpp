@@ -10,7 +10,7 @@
 #include <optional>
 
 #include "laws/moved_clocks.hpp"
-#include "oracle/mapper.hpp"
+#include "support/mapper.hpp"
 
 namespace tessera::oracle {
 namespace {

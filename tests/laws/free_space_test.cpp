@@ -7,7 +7,7 @@
 #include <iostream>
 
 #include "oracle/carving_oracle.hpp"
-#include "oracle/mapper.hpp"
+#include "support/mapper.hpp"
 
 namespace tessera::oracle {
 namespace {

@@ -7,8 +7,8 @@
 #include <map>
 #include <vector>
 
-#include "oracle/cloud.hpp"
-#include "oracle/team.hpp"
+#include "support/cloud.hpp"
+#include "support/team.hpp"
 
 namespace tessera::oracle {
 namespace {

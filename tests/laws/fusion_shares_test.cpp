@@ -6,8 +6,8 @@
 #include <catch2/catch.hpp>
 #include <vector>
 
-#include "oracle/cloud.hpp"
-#include "oracle/team.hpp"
+#include "support/cloud.hpp"
+#include "support/team.hpp"
 #include "tessera/exchange/internal/block_codec.hpp"
 
 namespace tessera::oracle {

@@ -6,8 +6,8 @@
 #include <catch2/catch.hpp>
 #include <vector>
 
-#include "oracle/cloud.hpp"
-#include "oracle/team.hpp"
+#include "support/cloud.hpp"
+#include "support/team.hpp"
 
 namespace tessera::oracle {
 namespace {

@@ -6,7 +6,7 @@
 #include <functional>
 #include <limits>
 
-#include "oracle/mapper.hpp"
+#include "support/mapper.hpp"
 
 namespace tessera::oracle {
 

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "oracle/carving_oracle.hpp"
-#include "oracle/mapper.hpp"
+#include "support/mapper.hpp"
 
 namespace tessera::oracle {
 namespace {

@@ -8,7 +8,7 @@
 #include <iostream>
 #include <set>
 
-#include "oracle/mapper.hpp"
+#include "support/mapper.hpp"
 
 namespace tessera::oracle {
 namespace {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "oracle/mapper.hpp"
+#include "support/mapper.hpp"
 
 namespace tessera::oracle {
 namespace {

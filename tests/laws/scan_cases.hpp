@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "oracle/mapper.hpp"
+#include "support/mapper.hpp"
 
 namespace tessera::oracle {
 

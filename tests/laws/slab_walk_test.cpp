@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "oracle/carving_oracle.hpp"
-#include "oracle/cloud.hpp"
-#include "oracle/random.hpp"
+#include "support/cloud.hpp"
+#include "support/random.hpp"
 #include "tessera/base/internal/bits.hpp"
 #include "tessera/inference/internal/free_space.hpp"
 

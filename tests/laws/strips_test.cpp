@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "laws/moved_clocks.hpp"
-#include "oracle/mapper.hpp"
+#include "support/mapper.hpp"
 
 namespace tessera::oracle {
 namespace {

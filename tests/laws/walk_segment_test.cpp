@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "oracle/carving_oracle.hpp"
-#include "oracle/cloud.hpp"
-#include "oracle/random.hpp"
+#include "support/cloud.hpp"
+#include "support/random.hpp"
 #include "tessera/grid/internal/segment.hpp"
 
 namespace tessera::oracle {

@@ -6,7 +6,7 @@
 #include <catch2/catch.hpp>
 #include <vector>
 
-#include "laws/memory_archive.hpp"
+#include "support/memory_archive.hpp"
 #include "tessera/map/queries.hpp"
 
 namespace tessera::oracle {

@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 
 #include "network/patch_drive.hpp"
-#include "oracle/cloud.hpp"
+#include "support/cloud.hpp"
 
 namespace tessera::network {
 namespace {

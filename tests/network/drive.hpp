@@ -5,8 +5,8 @@
 
 #include <memory>
 
-#include "oracle/mapper.hpp"
 #include "scans/dataset.hpp"
+#include "support/mapper.hpp"
 #include "tessera/exchange/exchange.hpp"
 #include "tessera/exchange/publisher.hpp"
 
@@ -28,7 +28,7 @@ class Drive {
   std::size_t next_;
   std::size_t end_;
   ScanReader reader_;
-  oracle::AlignedMemory memory_;
+  AlignedMemory memory_;
   Mapper* mapper_ = nullptr;
   Publisher publisher_;
 };

@@ -5,7 +5,7 @@
 
 #include "network/patch_drive.hpp"
 #include "network/simulated_network.hpp"
-#include "oracle/cloud.hpp"
+#include "support/cloud.hpp"
 
 namespace tessera::network {
 namespace {

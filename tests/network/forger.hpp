@@ -5,7 +5,7 @@
 
 #include <vector>
 
-#include "oracle/mapper.hpp"
+#include "support/mapper.hpp"
 #include "tessera/exchange/wire.hpp"
 
 namespace tessera::network {

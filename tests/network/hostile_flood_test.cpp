@@ -7,7 +7,7 @@
 
 #include "link/datagram_seal.hpp"
 #include "network/simulated_network.hpp"
-#include "oracle/cloud.hpp"
+#include "support/cloud.hpp"
 
 namespace tessera::network {
 namespace {

@@ -36,7 +36,7 @@ MapBlocks::MapBlocks(const std::string& path) {
   check(load_header(source, *buffer, header));
   if (header.identity.kind != MapKind::kLocal)
     throw std::runtime_error(path + " is a global map; give a local one");
-  memory_ = std::make_unique<oracle::AlignedMemory>(required_bytes(header.config));
+  memory_ = std::make_unique<AlignedMemory>(required_bytes(header.config));
   Arena arena(memory_->span());
   Result<LocalMap> map = LocalMap::make(arena, header.config, header.classes);
   if (!map.ok()) throw std::runtime_error(path + ": " + to_string(map.status()));

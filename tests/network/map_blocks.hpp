@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "oracle/mapper.hpp"
+#include "support/mapper.hpp"
 #include "tessera/map/map_file.hpp"
 
 namespace tessera::network {
@@ -23,7 +23,7 @@ class MapBlocks {
   BlockKey read(std::size_t i, BlockContent& content) const;
 
  private:
-  std::unique_ptr<oracle::AlignedMemory> memory_;
+  std::unique_ptr<AlignedMemory> memory_;
   LocalMap map_;
   std::vector<KeyedIndex> blocks_;
 };

@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "network/simulated_network.hpp"
-#include "oracle/team.hpp"
+#include "support/team.hpp"
 #include "tessera/exchange/publisher.hpp"
 
 namespace tessera::network {
@@ -51,7 +51,7 @@ class MappingRobot {
   /// Labelled voxels of the map whose label is not what was published, but for those whose
   /// evidence is nearly all of no known class, which rounding may take for all.
   [[nodiscard]] int different_labels() {
-    oracle::AlignedMemory memory(BlockContent::required_bytes(kComponents));
+    AlignedMemory memory(BlockContent::required_bytes(kComponents));
     Arena arena(memory.span());
     BlockContent content = *BlockContent::make(arena, kComponents);
     int different = 0;
@@ -73,7 +73,7 @@ class MappingRobot {
   static PublisherConfig publisher_config() { return {.blocks = 8192, .candidates = 8192}; }
   oracle::Mapper mapper_;
   oracle::Team team_;
-  std::optional<oracle::AlignedMemory> memory_;
+  std::optional<AlignedMemory> memory_;
   Exchange exchange_;
   Publisher publisher_;
 };

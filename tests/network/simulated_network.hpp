@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "network/toy_signatures.hpp"
-#include "oracle/mapper.hpp"
-#include "oracle/random.hpp"
+#include "support/mapper.hpp"
+#include "support/random.hpp"
 #include "tessera/exchange/exchange.hpp"
 
 namespace tessera::network {
@@ -66,7 +66,7 @@ class Robot {
   std::uint32_t session_;
   ToySignatures key_;
   int components_;
-  oracle::AlignedMemory memory_;
+  AlignedMemory memory_;
   Replicas replicas_;
   Exchange exchange_;
   BlockContent content_;

@@ -73,7 +73,7 @@ Source blocks_of_maps(const Settings& settings) {
   struct Maps {
     std::vector<std::unique_ptr<MapBlocks>> maps;
     std::vector<std::size_t> published;
-    std::unique_ptr<oracle::AlignedMemory> memory;
+    std::unique_ptr<AlignedMemory> memory;
     BlockContent content;
   };
   const auto all = std::make_shared<Maps>();
@@ -81,7 +81,7 @@ Source blocks_of_maps(const Settings& settings) {
     all->maps.push_back(std::make_unique<MapBlocks>(map));
   all->published.resize(all->maps.size());
   const int components = all->maps.front()->map().num_components();
-  all->memory = std::make_unique<oracle::AlignedMemory>(BlockContent::required_bytes(components));
+  all->memory = std::make_unique<AlignedMemory>(BlockContent::required_bytes(components));
   Arena arena(all->memory->span());
   all->content = *BlockContent::make(arena, components);
   return [all, end_s = settings.seconds](Network& network, std::int64_t now_us) {

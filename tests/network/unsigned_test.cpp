@@ -69,6 +69,31 @@ TEST_CASE("unsigned: epochs that a robot does not announce go, and what it annou
   REQUIRE(team.settle(20 * kSecond));
 }
 
+TEST_CASE("unsigned: what a robot denies does not come back from those it has not reached") {
+  constexpr int kRobots = 14;
+  Team team(kRobots, 597, false);
+  for (int i = 0; i < kRobots; ++i) team.publish(i, 1);
+  REQUIRE(team.settle(20 * kSecond));
+  const auto holders = [&](const ContributionId& id) {
+    int count = 0;
+    for (int i = 0; i < kRobots; ++i) count += team.robot(i).replicas().find(id).ok() ? 1 : 0;
+    return count;
+  };
+  Forger one(1, team.robot(0).exchange().peers().find(1)->control.session, kFar);
+  // Half of them drop it while the others have only begun to doubt.
+  for (const std::uint32_t between : {1'200'000U, 1'300'000U, 1'400'000U, 1'500'000U, 1'600'000U}) {
+    const ContributionId id{1, 77, between};
+    for (const int first : {2, 3}) {
+      for (int i = first; i < kRobots; i += 2) team.say(i, one.frame(id, 1));
+      REQUIRE(holders(id) > 0);
+      team.run(between);
+    }
+    team.run(5 * kSecond);
+    CHECK(holders(id) == 0);
+  }
+  REQUIRE(team.settle(20 * kSecond));
+}
+
 TEST_CASE("unsigned: a record of a far version has the robot publish anew, and then is gone") {
   Forged team(593);
   Forger one = team.as_one();

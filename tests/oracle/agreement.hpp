@@ -9,7 +9,7 @@
 #include <string>
 
 #include "oracle/label_oracle.hpp"
-#include "oracle/mapper.hpp"
+#include "support/mapper.hpp"
 
 namespace tessera::oracle {
 

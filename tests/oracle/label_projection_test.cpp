@@ -9,9 +9,9 @@
 #include <cmath>
 #include <vector>
 
-#include "oracle/random.hpp"
+#include "support/aligned_memory.hpp"
+#include "support/random.hpp"
 #include "tessera/base/internal/digest.hpp"
-#include "unit/registration/arena_memory.hpp"
 
 namespace tessera::oracle {
 namespace {

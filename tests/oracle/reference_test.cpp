@@ -10,7 +10,7 @@
 #include <sstream>
 
 #include "oracle/given_files.hpp"
-#include "oracle/mapper.hpp"
+#include "support/mapper.hpp"
 
 namespace tessera::oracle {
 namespace {

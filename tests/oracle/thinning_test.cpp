@@ -5,8 +5,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "oracle/mapper.hpp"
 #include "oracle/thinning_oracle.hpp"
+#include "support/mapper.hpp"
 
 namespace tessera::oracle {
 namespace {

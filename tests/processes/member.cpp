@@ -54,9 +54,9 @@ Member::Member(const MemberConfig& config)
                                 .contributions = exchange.contributions,
                                 .robot_segments = 4 * of_robot,
                                 .robot_blocks = of_robot};
-  memory_ = std::make_unique<oracle::AlignedMemory>(Replicas::required_bytes(replicas) +
-                                                    Exchange::required_bytes(exchange, components) +
-                                                    BlockContent::required_bytes(components));
+  memory_ = std::make_unique<AlignedMemory>(Replicas::required_bytes(replicas) +
+                                            Exchange::required_bytes(exchange, components) +
+                                            BlockContent::required_bytes(components));
   Arena arena(memory_->span());
   replicas_ = made(Replicas::make(arena, replicas), "replicas");
   const RobotKeys keys = keys_->keys();

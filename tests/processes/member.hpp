@@ -12,8 +12,8 @@
 #include "link/datagram_link.hpp"
 #include "link/fleet_keys.hpp"
 #include "network/map_blocks.hpp"
-#include "oracle/mapper.hpp"
-#include "oracle/random.hpp"
+#include "support/mapper.hpp"
+#include "support/random.hpp"
 #include "tessera/exchange/exchange.hpp"
 
 namespace tessera::processes {
@@ -61,7 +61,7 @@ class Member {
   std::unique_ptr<network::MapBlocks> map_;
   ClassTable classes_;
   std::optional<FleetKeys> keys_;
-  std::unique_ptr<oracle::AlignedMemory> memory_;
+  std::unique_ptr<AlignedMemory> memory_;
   Replicas replicas_;
   Exchange exchange_;
   BlockContent content_;

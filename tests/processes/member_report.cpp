@@ -6,9 +6,9 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "base/counters_json.hpp"
 #include "base/monotonic_clock.hpp"
 #include "network/held.hpp"
-#include "node/exchange_counters.hpp"
 #include "processes/member.hpp"
 
 namespace tessera::processes {
@@ -37,33 +37,12 @@ double cpu_s() {
   return seconds(used.ru_utime) + seconds(used.ru_stime);
 }
 
-Json json_of(const ExchangeReport& report) {
-  Json json;
-  for_counters(report, [&](const char* name, auto value) { json[name] = value; });
-  return json;
-}
-
-Json json_of(const LinkStatistics& link) {
-  return {{"received", link.received},
-          {"received_bytes", link.received_bytes},
-          {"own", link.own},
-          {"queue_full", link.queue_full},
-          {"missing", link.missing},
-          {"kernel_dropped", link.kernel_dropped},
-          {"fragments", link.fragments},
-          {"foreign", link.foreign},
-          {"sent", link.sent},
-          {"failed", link.failed},
-          {"queue_peak", link.queue_peak},
-          {"sent_bytes", link.sent_bytes}};
-}
-
 }  // namespace
 
 std::string Member::report() const {
   const int components = classes_.num_components();
   const ExchangeReport exchange = exchange_.report();
-  const LinkStatistics link = link_->statistics();
+  const LinkReport link = link_->report();
   Json contributions = Json::array();
   for (const network::Held& held : network::held(replicas_, components)) {
     const Replicas::Contribution& contribution = replicas_.contribution(*replicas_.find(held.id));
@@ -114,8 +93,8 @@ std::string Member::report() const {
                     {"cpu_s", cpu_s()},
                     {"wire_bytes", link.sent_bytes + kBeforePayload * link.sent},
                     {"heard_bytes", link.received_bytes + kBeforePayload * link.received},
-                    {"exchange", json_of(exchange)},
-                    {"link", json_of(link)}};
+                    {"exchange", counters_json(exchange)},
+                    {"link", counters_json(link)}};
   return report.dump();
 }
 

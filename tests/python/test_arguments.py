@@ -70,11 +70,23 @@ def test_types_are_refused_with_the_remedy(small, wall, name):
             del given["truth"]
             small.integrate(**given)
     if name == "labels":
-        with pytest.raises(TypeError, match=r"uint8 for components: labels.astype\(numpy.uint8\); uint16 or uint32 for raw ids"):
+        with pytest.raises(TypeError, match=r"labels.astype\(numpy.uint8\) if they are classes 1 .. C, labels.astype\(numpy.uint32\) if they are raw ids"):
             small.integrate(points, given["labels"])
     with pytest.raises(TypeError):
         small.integrate(given["points"].astype(">f4"), labels)
     assert len(small.voxels()) == 0
+
+
+def test_the_remedy_for_labels_gives_their_classes(wall):
+    points, labels = wall
+    kitti = tessera.ClassTable.semantic_kitti()
+    wide = {np.uint8: np.where(labels == 1, 9, 13).astype(np.int64), np.uint32: np.where(labels == 1, 40, 50).astype(np.int64)}
+    for remedy, numbers in wide.items():
+        made = tessera.LocalMap(kitti, memory_bytes=32 << 20, max_points=4096)
+        with pytest.raises(TypeError, match=rf"labels.astype\(numpy.{remedy.__name__}\)"):
+            made.integrate(points, numbers)
+        made.integrate(points, numbers.astype(remedy))
+        assert {kitti.names[label - 1] for label in np.unique(made.voxels(occupied_only=True).label) if label} == {"road", "building"}
 
 
 def test_shapes_are_refused(small, wall):
@@ -207,3 +219,55 @@ def test_class_tables(small):
         tessera.ClassTable.parse("[[class]]\nid = 2\n")
     with pytest.raises(TypeError):
         table.components(np.array([1], np.uint8))
+
+
+BIG = [[0.0, 1.0, 2.0]] * 1000
+
+
+@pytest.mark.parametrize("call, says", [
+    (lambda m: m.integrate(BIG), "points is of type list; give a numpy array"),
+    (lambda m: m.integrate(np.zeros((1, 3), np.float32), labels=[1]), "labels is of type list; give a numpy array or None"),
+    (lambda m: m.integrate(np.zeros((1, 3), np.float32), None, "here"), "T_map_sensor is of type str; give a numpy array or None"),
+    (lambda m: m.integrate(np.zeros((1, 3), np.float32), pose=1), "tessera.LocalMap.integrate has no argument pose; help(tessera.LocalMap.integrate) lists them"),
+    (lambda m: m.integrate(1, 2, 3, 4, 5), "tessera.LocalMap.integrate takes 4 arguments without their names; help(tessera.LocalMap.integrate) lists them"),
+    (lambda m: m.query(BIG), "points is of type list; give a numpy array"),
+    (lambda m: m.save(5), "path is of type int; give a path"),
+    (lambda m: tessera.LocalMap(["road"]), "classes is of type list; give a ClassTable or None"),
+    (lambda m: tessera.LocalMap(max_points="many"), "max_points is of type str; give a whole number"),
+    (lambda m: tessera.ClassTable(["road", 2]), "names has an item of type int; give a list, each of it text"),
+    (lambda m: tessera.Sharer(BIG), "map is of type list; give a LocalMap"),
+    (lambda m: tessera.Sharer(m, epoch="first"), "epoch is of type str; give a whole number"),
+    (lambda m: tessera.Evaluation(BIG), "map is of type list; give a Map"),
+    (lambda m: tessera.fuse([m, 2]), "maps has an item of type int; give a list, each of it a Map or a path"),
+])
+def test_a_wrong_type_gets_one_sentence_and_no_data(call, says, small):
+    with pytest.raises(TypeError) as error:
+        call(tessera.LocalMap(small.classes, memory_bytes=32 << 20, max_points=64))
+    assert str(error.value) == says
+    assert error.value.__cause__ is None and error.value.__suppress_context__ is False and error.value.__context__ is None
+
+
+@pytest.mark.parametrize("call, kind, says", [
+    (lambda m: tessera.Sharer(), TypeError, "tessera.Sharer needs map; help(tessera.Sharer) lists its arguments"),
+    (lambda m: tessera.Sharer(epoch=2), TypeError, "tessera.Sharer needs map; help(tessera.Sharer) lists its arguments"),
+    (lambda m: m.cast_rays(np.zeros(3)), TypeError, "tessera.Map.cast_rays needs directions and max_range_m; help(tessera.Map.cast_rays) lists its arguments"),
+    (lambda m: tessera.load(), TypeError, "tessera.load needs path; help(tessera.load) lists its arguments"),
+    (lambda m: m.integrate(np.zeros((1, 3), np.float32), points=1), TypeError, "points is given twice, once without its name; give it once"),
+    (lambda m: m.box((0, 0), (1, 1, 1)), tessera.InputError, "low has 2 items; give 3"),
+    (lambda m: tessera.LocalMap(max_points=-3), tessera.InputError, "max_points -3 is not allowed; give 1 to 16777216"),
+    (lambda m: tessera.LocalMap.load("none.tsm", max_points=0), tessera.InputError, "max_points 0 is not allowed; give 1 to 16777216"),
+    (lambda m: tessera.LocalMap(max_points=1 << 70), tessera.InputError, f"max_points {1 << 70} is not allowed; give a whole number from -2^63 to 2^63 - 1"),
+    (lambda m: tessera.Sharer(m, epoch=-1), tessera.InputError, "epoch -1 is not allowed; give 0 to 4294967295"),
+    (lambda m: tessera.Sharer(m, epoch=1 << 32), tessera.InputError, "epoch 4294967296 is not allowed; give 0 to 4294967295"),
+    (lambda m: tessera.Sharer(m, fusion_memory_bytes=32 << 20).exclude(-1), tessera.InputError, "robot -1 is not allowed; give 0 to 4294967295"),
+    (lambda m: tessera.Sharer(m, fusion_memory_bytes=32 << 20).set_frame(np.eye(4), -1), tessera.InputError, "submap -1 is not allowed; give 0 to 4294967295"),
+    (lambda m: tessera.Sharer(m, fusion_memory_bytes=32 << 20).tick(1 << 63), tessera.InputError, f"now_us {1 << 63} is not allowed; give a whole number from -2^63 to 2^63 - 1"),
+    (lambda m: m.nearest_occupied(np.zeros((1, 3)), 1.0, max_work=-1), tessera.InputError, "max_work -1 is not allowed; give 1 to 1073741824"),
+    (lambda m: m.nearest_occupied(np.zeros((1, 3)), 1.0, labels=[1, 1 << 40]), tessera.InputError, f"labels has {1 << 40}; give classes from 1 to 2"),
+    (lambda m: tessera.Dataset("none", first=-1), tessera.InputError, "first -1 is not allowed; give 0 to 2147483647"),
+    (lambda m: tessera.Dataset("none", last=1 << 40), tessera.InputError, f"last {1 << 40} is not allowed; give 0 to 2147483647"),
+])
+def test_what_is_missing_or_out_of_range_is_named(call, kind, says, small):
+    with pytest.raises((TypeError, tessera.Error)) as error:
+        call(small)
+    assert (error.type, str(error.value)) == (kind, says)

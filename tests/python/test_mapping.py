@@ -1,7 +1,10 @@
 # SPDX-FileCopyrightText: The tessera authors
 # SPDX-License-Identifier: Apache-2.0
 """A map of arrays is the command's map, to the last bit; and it goes to a file and back."""
+import os
 import shutil
+import subprocess
+import warnings
 
 import numpy as np
 import pytest
@@ -108,6 +111,50 @@ def test_ids_of_no_class_are_counted_and_unlabelled(small, wall):
     assert small.integrate(points).unlabelled == len(points)
 
 
+def warned(call, *arguments):
+    """What a call says."""
+    with warnings.catch_warnings(record=True) as found:
+        warnings.simplefilter("always")
+        call(*arguments)
+    assert all(one.category is UserWarning and one.filename == __file__ for one in found)
+    return [str(one.message) for one in found]
+
+
+def test_scans_of_which_nothing_is_mapped_are_warned_about_once(small, wall):
+    points, labels = wall
+    says = {
+        "nothing was mapped: the scan has no points; check the input": points[:0],
+        "no point was mapped: all 800 points are beyond max_range_m; give a larger one, or points in metres": 1000 * points,
+        "no point was mapped: all 800 points are nearer to the sensor than min_range_m; give a smaller one, or points in metres":
+            1e-3 * points}
+    for expected, given in says.items():
+        scan = (given.astype(np.float32), labels[:len(given)])
+        assert warned(small.integrate, *scan) == [expected]
+        assert warned(small.integrate, *scan) == []
+    assert warned(small.integrate, *wall) == []
+    other = tessera.LocalMap(small.classes, memory_bytes=32 << 20, max_points=4096)
+    assert warned(other.integrate, points[:0]) == ["nothing was mapped: the scan has no points; check the input"]
+
+
+def test_labels_of_no_class_are_warned_about_once(small, wall):
+    points, labels = wall
+    unlabelled = small.classes.unlabelled
+    raw = np.full(len(points), 7, np.uint32)
+    assert warned(small.integrate, points, raw) == ["800 points with class ids that are in no class (7); taken as unlabelled"]
+    assert warned(small.integrate, points, raw) == []
+    high = labels.copy()
+    high[:3] = [unlabelled + 1, 255, unlabelled]
+    assert warned(small.integrate, points, high) == [
+        "2 points with uint8 labels above 3; taken as unlabelled: give 1 to 2, or 3 for unlabelled; raw ids as uint16 or uint32"]
+    assert warned(small.integrate, points, high[::-1]) == []
+
+
+def test_the_commands_sentence_has_its_own_names(street, tmp_path):
+    done = subprocess.run([os.environ["TESSERA_COMMAND"], "map", "--dataset", street / "robot_0", "--out", tmp_path / "a.tsm", "--max-range", "1",
+                           "--min-range", "0.5", *OPTIONS], capture_output=True, text=True, timeout=120, check=True)
+    assert "are beyond --max-range; give a larger one, or points in metres" in done.stderr
+
+
 def test_weights_count(small, wall):
     points, labels = wall
     made = [tessera.LocalMap(small.classes, memory_bytes=32 << 20, max_points=4096, inference="counting", free_space=False,
@@ -157,6 +204,22 @@ def test_a_file_goes_on(street, files, command, tmp_path):
     assert without.digest() == files[0][0]["digest"]
 
 
+def test_what_a_file_fixes_is_on_record_when_it_goes_on(wall, tmp_path):
+    fixed = {"resolution_m": 0.2, "prior": 0.01, "counts": "dense", "max_evidence": 200.0, "free_weight": 1.0, "robot": 3}
+    first = tessera.LocalMap(tessera.ClassTable(["road", "wall"]), memory_bytes=32 << 20, max_points=4096, **fixed)
+    first.integrate(*wall)
+    first.save(tmp_path / "first.tsm")
+    gone_on = tessera.LocalMap.load(tmp_path / "first.tsm", memory_bytes=32 << 20, max_points=4096)
+    assert gone_on.settings == first.settings
+    assert [gone_on.settings[key] for key in ("resolution", "prior", "counts", "max_evidence", "free_weight", "robot")] \
+        == list(fixed.values())
+    assert (gone_on.prior, gone_on.robot) == (0.01, 3)
+    gone_on.save(tmp_path / "again.tsm")
+    assert tessera.load(tmp_path / "again.tsm").settings == first.settings
+    with pytest.warns(UserWarning, match="first.tsm was made with inference multi-entropy and continues with counting"):
+        tessera.LocalMap.load(tmp_path / "first.tsm", memory_bytes=32 << 20, max_points=4096, inference="counting")
+
+
 def test_clear_forgets_all(small, wall):
     empty = small.digest()
     small.integrate(*wall)
@@ -172,7 +235,27 @@ def test_the_budget_holds(wall):
         report = tight.integrate(points, labels)
     assert report.over_capacity == report.left_out == len(points) - 64
     usage = tight.usage()
+    assert usage["refused"] == len(points) - 64
     assert usage["used_bytes"] + usage["scratch_bytes"] <= usage["budget_bytes"] == 8 << 20
+
+
+def test_refused_is_what_the_command_counts(command, street, tmp_path):
+    folder = street / "robot_0"
+    memory = command("map", "--dataset", folder, "--first", 0, "--last", 0, "--out", tmp_path / "a.tsm", "--resolution", "0.05",
+                     "--memory", 6 << 20, report=tmp_path / "a.json")["memory"]
+    dataset = tessera.Dataset(folder, first=0, last=0)
+    made, reports = map_of(dataset, resolution_m=0.05, memory_bytes=6 << 20, max_points=max(len(scan.points) for scan in dataset))
+    usage = made.usage()
+    assert usage["refused"] == memory["refused"] == sum(r.over_capacity + r.refused_memory + r.rays_refused_memory for r in reports)
+    assert usage["refused"] > usage["blocks_refused"] + usage["storage_refused"]
+    made.clear()
+    assert made.usage()["refused"] == 0
+
+
+def test_the_text_of_a_map_counts_its_voxels(small, wall):
+    assert repr(small) == "<tessera map, local, 0 voxels labelled or occupied>"
+    small.integrate(wall[0])
+    assert repr(small) == f"<tessera map, local, {small.usage()['label_voxels']} voxels labelled or occupied>"
 
 
 def test_clouds_are_read(small, wall, tmp_path):

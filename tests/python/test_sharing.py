@@ -78,6 +78,18 @@ def test_frames_are_given_or_the_maps_own(maps, recwarn):
         assert tessera.fuse(maps, [None, moved]).digest() != digest
 
 
+def test_maps_of_which_none_has_a_frame_are_fused_with_a_warning(wall):
+    made = [tessera.LocalMap(tessera.ClassTable(["road", "wall"]), memory_bytes=32 << 20, max_points=4096, robot=robot) for robot in (0, 1)]
+    for one in made:
+        one.integrate(*wall)
+    with pytest.warns(UserWarning) as found:
+        tessera.fuse(made)
+    assert [str(one.message) for one in found] == [
+        "none of the 2 maps has a T_global_map: their frames are taken for the same one; where they are not, give transforms, one for each"]
+    with pytest.warns(UserWarning, match="has no T_global_map; its frame is taken for the global one"):
+        tessera.fuse(made, [np.eye(4), None])
+
+
 def test_what_cannot_be_fused(maps, files, small, tmp_path):
     fused = tessera.fuse(maps, diffusion="none")
     fused.save(tmp_path / "g.tsm")

@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: The tessera authors
 # SPDX-License-Identifier: Apache-2.0
-"""The stub has every public name of the module, with its arguments, and nothing else; and each has a docstring."""
+"""The stub has every public name of the module, with its arguments, and nothing else; and each has a docstring.
+"python3 tests/python/test_stubs.py PATH/_tessera.pyi" writes the counters of ScanReport into it, with the built package on PYTHONPATH."""
 import ast
 import inspect
 import pathlib
@@ -76,7 +77,7 @@ def test_every_name_and_argument_is_in_both():
                 assert described[name][n] == arguments_of(getattr(c, n)), (name, n)
         if "__init__" in described[name]:
             assert described[name]["__init__"] == arguments_of(c.__init__), name
-    functions = {n: f for n, f in vars(_tessera).items() if inspect.isbuiltin(f) and is_public(n)}
+    functions = {n: f for n, f in vars(_tessera).items() if inspect.isroutine(f) and is_public(n)}
     assert functions.keys() == described[""].keys()
     for n, f in functions.items():
         assert described[""][n] == arguments_of(f), n
@@ -117,3 +118,14 @@ sent: list[bytes] = tessera.Sharer(made).tick()
     assert done.returncode == 0, done.stdout
     program.write_text("import tessera\ncount: str = tessera.ClassTable(['a']).num_classes\n")
     assert subprocess.run([*command, str(program), package], capture_output=True, check=False).returncode == 1
+
+
+def write_counters(path):
+    """Those of the module, in its order."""
+    numbers = [name for name, member in vars(_tessera.ScanReport).items() if isinstance(member, property) and name != "unknown_id_examples"]
+    text = re.sub(r"(class ScanReport:\n)(?:    \w+: Final\[int\]\n)+", lambda m: m[1] + "".join(f"    {n}: Final[int]\n" for n in numbers), path.read_text())
+    path.write_text(text)
+
+
+if __name__ == "__main__":
+    write_counters(pathlib.Path(sys.argv[1]))

@@ -120,9 +120,8 @@ TEST_CASE("reader: scans are integrated with free space while others read") {
   config.thinning_m = 0.0;
   config.min_range_m = 0.0F;
   constexpr ScanCapacity kCapacity{.points = 8192, .tiles = 1024, .ray_blocks = 1024};
-  std::vector<OwnedMap::Line> lines(Integrator::required_bytes(kCapacity, config) /
-                                    sizeof(OwnedMap::Line));
-  Arena arena(std::as_writable_bytes(std::span(lines)));
+  AlignedMemory memory(Integrator::required_bytes(kCapacity, config));
+  Arena arena = memory.arena();
   Result<Integrator> integrator = Integrator::make(arena, config, kCapacity);
   REQUIRE(integrator.ok());
   // Each voxel of some octets gets two returns, of the classes that read_voxel looks for.

@@ -5,8 +5,8 @@
 
 #include <vector>
 
-#include "oracle/team.hpp"
 #include "race.hpp"
+#include "support/team.hpp"
 
 namespace tessera {
 namespace {

@@ -10,7 +10,8 @@
 #include <thread>
 #include <vector>
 
-#include "oracle/random.hpp"
+#include "support/aligned_memory.hpp"
+#include "support/random.hpp"
 #include "tessera/map/map_reader.hpp"
 
 namespace tessera {
@@ -28,19 +29,16 @@ inline constexpr std::uint64_t kBlockReads = kSlow ? 1500 : 8000;
 inline constexpr int kClasses = 11;
 
 struct OwnedMap {
-  struct alignas(kArenaAlignment) Line {
-    std::array<std::byte, kArenaAlignment> bytes{};
-  };
-  explicit OwnedMap(const MapConfig& config) : lines(required_bytes(config) / sizeof(Line)) {
+  explicit OwnedMap(const MapConfig& config) : memory(required_bytes(config)) {
     ClassTable classes;
     for (int i = 1; i <= kClasses; ++i)
       REQUIRE(classes.add("class " + std::to_string(i), {}) == Status::kOk);
-    Arena arena(std::as_writable_bytes(std::span(lines)));
+    Arena arena = memory.arena();
     Result<LocalMap> made = LocalMap::make(arena, config, classes);
     REQUIRE(made.ok());
     map = std::move(*made);
   }
-  std::vector<Line> lines;
+  AlignedMemory memory;
   LocalMap map;
 };
 

@@ -5,11 +5,11 @@
 // street.
 #include <cstdio>
 
-#include "oracle/mapper.hpp"
 #include "simulator/street_simulator.hpp"
+#include "support/mapper.hpp"
+#include "support/sample_content.hpp"
 #include "tessera/exchange/internal/evidence_levels.hpp"
 #include "tessera/map/internal/packed_block.hpp"
-#include "unit/exchange/sample_content.hpp"
 
 namespace {
 

@@ -68,42 +68,6 @@ Status make_archive(Arena& arena, const RobotConfig& config, tessera_robot& robo
   return Status::kOk;
 }
 
-void report_of(const ScanReport& from, tessera_scan_report& to) noexcept {
-  to.pose = static_cast<std::uint32_t>(from.pose);
-  to.points = from.points;
-  to.non_finite = from.non_finite;
-  to.too_near = from.too_near;
-  to.beyond_range = from.beyond_range;
-  to.out_of_grid = from.out_of_grid;
-  to.unlabelled = from.unlabelled;
-  to.over_capacity = from.over_capacity;
-  to.thinned = from.thinned;
-  to.admitted = from.admitted;
-  to.refused_storage = from.refused_storage;
-  to.refused_tiles = from.refused_tiles;
-  to.refused_ray_blocks = from.refused_ray_blocks;
-  to.refused_work = from.refused_work;
-  to.refused_deadline = from.refused_deadline;
-  to.rays = from.rays;
-  to.rays_refused_memory = from.rays_refused_memory;
-  to.rays_refused_work = from.rays_refused_work;
-  to.rays_refused_deadline = from.rays_refused_deadline;
-  to.returns_cut = from.returns_cut;
-  to.rays_cut = from.rays_cut;
-  to.tiles_cut = from.tiles_cut;
-  to.points_cut = from.points_cut;
-  to.ray_blocks_cut = from.ray_blocks_cut;
-  to.left_out = from.left_out();
-  to.overshoot_us = from.overshoot_us;
-  to.work_limit = from.work_limit;
-  to.work_spent = from.work_spent();
-  to.voxel_updates = from.voxel_updates;
-  to.label_octets = from.label_octets;
-  to.free_blocks = from.free_blocks;
-  to.in_range = from.in_range;
-  to.write_faults = from.write_faults;
-}
-
 }  // namespace
 
 extern "C" {
@@ -166,11 +130,12 @@ tessera_status tessera_integrate(tessera_robot* robot, const tessera_scan* scan,
                       .components = given.components,
                       .weights = given.weights};
   Robot& core = *robot->robot;
-  const ScanReport done = given.due_us == 0 ? core.integrate(view, given.now_us)
+  const ScanReport from = given.due_us == 0 ? core.integrate(view, given.now_us)
                                             : core.integrate_until(view, given.due_us);
   if (report == nullptr) return TESSERA_OK;
   tessera_scan_report filled{};
-  report_of(done, filled);
+  filled.pose = static_cast<std::uint32_t>(from.pose);
+  TESSERA_SCAN_COUNTERS(TESSERA_FILL)
   fill(filled, report);
   return TESSERA_OK;
 }
@@ -191,20 +156,10 @@ tessera_status tessera_receive(tessera_robot* robot, const void* datagram, size_
 tessera_status tessera_tick(tessera_robot* robot, int64_t now_us, tessera_tick_report* report) {
   if (!is_robot(robot) || !is_time(now_us) || (report != nullptr && !can_fill(report)))
     return TESSERA_INVALID_ARGUMENT;
-  const PublisherReport done = robot->robot->tick(now_us);
+  const PublisherReport from = robot->robot->tick(now_us);
   if (report == nullptr) return TESSERA_OK;
   tessera_tick_report filled{};
-  filled.compared = done.compared;
-  filled.published = done.published;
-  filled.emptied = done.emptied;
-  filled.refused = done.refused;
-  filled.left_out = done.left_out;
-  filled.label_bytes = done.bytes.labels;
-  filled.free_bytes = done.bytes.free;
-  filled.waiting = done.waiting;
-  filled.free_waiting = done.free_waiting;
-  filled.overdue = done.overdue;
-  filled.worst_staleness_us = done.worst_staleness_us;
+  TESSERA_PUBLISHER_COUNTERS(TESSERA_FILL)
   fill(filled, report);
   return TESSERA_OK;
 }

@@ -93,6 +93,13 @@ void fill(Struct& filled, Struct* into) noexcept {
   std::memcpy(into, &filled, filled.struct_bytes);
 }
 
+/// Statements `filled.name = from.name` from a list of counters.
+#define TESSERA_FILL(kind, type, name, sentence) TESSERA_FILL_BY_##kind(name)
+#define TESSERA_FILL_BY_COUNTER(name) filled.name = from.name;
+#define TESSERA_FILL_BY_LEVEL(name) filled.name = from.name;
+#define TESSERA_FILL_BY_TOTAL(name) filled.name = from.name();
+#define TESSERA_FILL_BY_RESERVED(name)
+
 /// A number of bytes or points that a caller has given, in 64 bits everywhere. No memory holds more
 /// than a size_t says.
 inline std::size_t size_of(std::uint64_t given) noexcept {

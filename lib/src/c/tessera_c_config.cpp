@@ -161,7 +161,6 @@ bool read_window(const tessera_config& c, RobotConfig& into) noexcept {
 tessera_config defaults() noexcept {
   tessera_config c{};
   RobotConfig core;
-  core.global.map.tuple = TuplePolicy::kCompact;
   const auto to_c = []<class To, class From>(To& to, const From& from) {
     to = static_cast<To>(from);
   };

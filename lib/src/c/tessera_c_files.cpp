@@ -25,9 +25,6 @@ struct FileOfC {
     // What claims to have given more than there is room for has given nothing of use.
     return count <= into.size() ? count : 0;
   }
-  static const Block* find_block(void* map, const KeyedIndex& item) {
-    return &(*static_cast<const LocalMap**>(map))->block_at(item.index);
-  }
 };
 
 namespace {
@@ -54,8 +51,8 @@ class Content {
       WholeMap whole(*cache_, map_.revision(), both_->map(), both_->archive());
       return use(*cache_, both_->blocks_in_order(workspace), whole.lookup());
     }
-    const LocalMap* blocks = &map_;
-    return use(map_, map_.blocks_in_order(workspace), {&blocks, &FileOfC::find_block});
+    BlocksInMemory blocks(map_);
+    return use(map_, map_.blocks_in_order(workspace), blocks.lookup());
   }
 
  private:
@@ -111,7 +108,9 @@ tessera_status tessera_save_map(tessera_robot* robot, uint32_t map, void* worksp
                 [&](const LocalMap& of, std::span<const KeyedIndex> blocks,
                     const BlockLookup& lookup) {
                   const ByteSink sink{&file, &FileOfC::write_bytes};
-                  return save(of, identity, blocks, lookup, robot->buffer, sink).status;
+                  const Result<MapSummary> summary = summarize(of, blocks, lookup);
+                  if (!summary.ok()) return summary.status();
+                  return save(of, identity, blocks, lookup, robot->buffer, sink, &*summary).status;
                 }));
 }
 

@@ -27,15 +27,7 @@ tessera_status tessera_window(const tessera_robot* robot, tessera_window_report*
   if (!is_robot(robot) || !can_fill(report)) return TESSERA_INVALID_ARGUMENT;
   const WindowReport& from = robot->robot->mapper().window();
   tessera_window_report filled{};
-  filled.evicted = from.evicted;
-  filled.evictions_refused = from.evictions_refused;
-  filled.reloaded = from.reloaded;
-  filled.merged = from.merged;
-  filled.reloads_failed = from.reloads_failed;
-  filled.steps_without_room = from.steps_without_room;
-  filled.backlog = from.backlog;
-  filled.most_backlog = from.most_backlog;
-  filled.unpublished_blocks = from.unpublished_blocks;
+  TESSERA_WINDOW_COUNTERS(TESSERA_FILL)
   if (robot->archive != nullptr) {
     filled.archived_blocks = static_cast<std::uint32_t>(robot->archive->index().size());
     filled.merged += robot->archive->counts().evictions_merged;
@@ -67,17 +59,11 @@ tessera_status tessera_global(const tessera_robot* robot, tessera_global_report*
   tessera_global_report filled{};
   filled.settled = global.settled() ? 1U : 0U;
   filled.busy = global.busy() ? 1U : 0U;
-  filled.blocks = from.blocks;
-  filled.overlap_blocks = from.overlap_blocks;
-  filled.waiting = from.waiting;
-  filled.nodes = from.nodes;
+  TESSERA_GLOBAL_STATE(TESSERA_FILL)
   filled.residual = from.residual;
   filled.mean_variance = from.mean_variance;
-  filled.used_bytes = from.used_bytes;
-  filled.refused_blocks = from.refused_blocks;
-  filled.refused_sums = from.refused_sums;
-  filled.refused_outputs = from.refused_outputs;
-  filled.torn_blocks = from.torn_blocks;
+  TESSERA_GLOBAL_COUNTERS(TESSERA_FILL)
+  TESSERA_GLOBAL_COUNTERS_LATER(TESSERA_FILL)
   filled.generation = global.generation();
   filled.contributions = from.replicas.contributions;
   filled.replica_blocks = from.replicas.blocks;
@@ -94,57 +80,9 @@ tessera_status tessera_exchange(const tessera_robot* robot, tessera_exchange_rep
   const Exchange& exchange = robot->robot->exchange();
   const ExchangeReport from = exchange.report();
   tessera_exchange_report filled{};
-  filled.contributions = from.contributions;
-  filled.complete = from.complete;
-  filled.peers = from.peers;
+  TESSERA_EXCHANGE_STATE(TESSERA_FILL)
   filled.digest = exchange.digest();
-  filled.received = from.received;
-  filled.received_bytes = from.received_bytes;
-  filled.refused_size = from.refused_size;
-  filled.refused_format = from.refused_format;
-  filled.refused_tag = from.refused_tag;
-  filled.refused_signature = from.refused_signature;
-  filled.refused_configuration = from.refused_configuration;
-  filled.refused_replay = from.refused_replay;
-  filled.refused_robot = from.refused_robot;
-  filled.refused_excluded = from.refused_excluded;
-  filled.refused_peers = from.refused_peers;
-  filled.refused_body = from.refused_body;
-  filled.own_echoes = from.own_echoes;
-  filled.records_taken = from.records_taken;
-  filled.records_stale = from.records_stale;
-  filled.records_refused = from.records_refused;
-  filled.records_early = from.records_early;
-  filled.refused_contributions = from.refused_contributions;
-  filled.displaced_contributions = from.displaced_contributions;
-  filled.diverged = from.diverged;
-  filled.impostors = from.impostors;
-  filled.sent = from.sent;
-  filled.sent_bytes = from.sent_bytes;
-  filled.announcements = from.announcements;
-  filled.requests = from.requests;
-  filled.requests_saved = from.requests_saved;
-  filled.frames = from.frames;
-  filled.fresh_chunks = from.fresh_chunks;
-  filled.answer_chunks = from.answer_chunks;
-  filled.answer_bytes = from.answer_bytes;
-  filled.answers_saved = from.answers_saved;
-  filled.refused_answers = from.refused_answers;
-  filled.published_parts = from.published_parts;
-  filled.refused_parts = from.refused_parts;
-  filled.waiting_answers = from.waiting_answers;
-  filled.refused_mission = from.refused_mission;
-  filled.refused_rate = from.refused_rate;
-  filled.ended_contributions = from.ended_contributions;
-  filled.refused_epochs = from.refused_epochs;
-  filled.frames_early = from.frames_early;
-  filled.conflicts = from.conflicts;
-  filled.twins = from.twins;
-  filled.statements = from.statements;
-  filled.descriptions = from.descriptions;
-  filled.conflict_proofs = from.conflict_proofs;
-  filled.refused_disputed = from.refused_disputed;
-  filled.banned = from.banned;
+  TESSERA_EXCHANGE_COUNTERS(TESSERA_FILL)
   fill(filled, report);
   return TESSERA_OK;
 }

@@ -130,7 +130,7 @@ Answers::Range* Answers::next(PeerTable& peers, Instant now) noexcept {
 }
 
 bool Answers::may_ask(Peer& peer, const Ledger& ledger, Instant now) const noexcept {
-  const std::uint64_t taken = ledger.taken_bytes();
+  const std::uint64_t taken = ledger.records().taken_bytes();
   const auto most = static_cast<std::int64_t>(2 * ledger.held_bytes()) + kFirstBytes;
   std::int64_t left_us = 0;
   if (peer.allowance_at == Instant::long_ago()) {

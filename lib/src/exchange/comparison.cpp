@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "list_marks.hpp"
+
 namespace tessera {
 
 namespace {
@@ -14,8 +16,6 @@ constexpr Duration kAnswerTime{500'000};
 constexpr std::uint32_t kMostTries = 12;
 /// Descriptions that are heard of a span whose records do not come.
 constexpr std::uint8_t kMostAwaited = 8;
-/// Then it is another one's turn.
-constexpr Duration kLongest{60'000'000};
 /// A span is described by up to 2^6 sums.
 constexpr unsigned kPartBits = 6;
 
@@ -24,51 +24,6 @@ template <class T, class Less = std::less<>>
 void heap_sort(std::span<T> items, Less less = {}) noexcept {
   std::make_heap(items.begin(), items.end(), less);
   std::sort_heap(items.begin(), items.end(), less);
-}
-
-bool by_version(const Description::Mark& a, const Description::Mark& b) noexcept {
-  return a.version != b.version ? a.version < b.version : a.mark < b.mark;
-}
-
-/// Fills into with the records of a span, ascending; of more than fit those with the lowest
-/// versions. last: in: the last version of interest; out: up to which the list is whole. visited:
-/// grows by the records that were looked at.
-std::size_t list(const Ledger& ledger, const Ledger::Contribution& contribution,
-                 const VersionSpan& span, std::uint32_t& last, std::span<Description::Mark> into,
-                 std::size_t& visited) noexcept {
-  const auto first = static_cast<std::uint32_t>(span.first());
-  last = static_cast<std::uint32_t>(std::min<std::uint64_t>({span.last(), last, kLastVersion}));
-  std::size_t count = 0;
-  // The first count, a heap with the latest on top.
-  const auto heap = [&] { return into.first(count); };
-  visited += contribution.index.visit(
-      ledger.links(), {first, last},
-      [&](std::uint32_t number) {
-        const Replicas::Replica& part = ledger.replicas().record(number);
-        if (part.version < first || part.version > last) return;
-        if (count == into.size()) {
-          std::pop_heap(heap().begin(), heap().end(), by_version);
-          --count;
-          last = into[count].version - 1;
-          if (part.version > last) return;
-        }
-        into[count++] = {part.version, mark_of(part.hash, part.live)};
-        std::push_heap(heap().begin(), heap().end(), by_version);
-      },
-      [](std::uint32_t) { return true; });
-  std::sort_heap(heap().begin(), heap().end(), by_version);
-  while (count != 0 && into[count - 1].version > last) --count;
-  last = std::max(last, first);
-  // Only who publishes a version twice has two blocks of it: who lacks one asks for both.
-  std::size_t listed = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    if (listed != 0 && into[listed - 1].version == into[i].version) {
-      into[listed - 1].mark = mark_of_both(into[listed - 1].mark, into[i].mark);
-    } else {
-      into[listed++] = into[i];
-    }
-  }
-  return listed;
 }
 
 }  // namespace
@@ -89,7 +44,7 @@ Result<Comparison> Comparison::make(Arena& arena) noexcept {
 void Comparison::begin(const Ledger& ledger, const Ledger::Contribution& contribution,
                        std::uint32_t robot, std::uint32_t latest, Instant now) noexcept {
   active_ = true;
-  found_ = took_ = gave_up_ = false;
+  found_ = took_ = gave_up_ = doubts_ = false;
   number_ = ledger.number_of(contribution);
   generation_ = contribution.generation;
   robot_ = robot;
@@ -105,12 +60,19 @@ void Comparison::begin(const Ledger& ledger, const Ledger::Contribution& contrib
              (std::uint64_t{1} << width) &&
          contribution.index.sum({width, 0}) != contribution.index.sum({32, 0}))
     ++width;
-  add_node({.span = {width, 0}});
+  whole_ = {width, 0};
+  add_node({.span = whole_});
 }
 
 bool Comparison::is_over(const Ledger& ledger, const Ledger::Contribution& contribution,
                          Instant now) noexcept {
-  if (!active_ || (node_count_ == 0 && wanted_count_ == 0 && gap_count_ == 0)) return true;
+  if (!active_) return true;
+  if (node_count_ == 0 && wanted_count_ == 0 && gap_count_ == 0) {
+    // Most sums were other ones only because records came between them and the lists.
+    if (!doubts_) return true;
+    doubts_ = false;
+    add_node({.span = whole_, .suspect = true});
+  }
   gave_up_ = now - began_ > kLongest || visited_ > kMostVisited;
   if (gave_up_ || now - heard_ < kAnswerTime) return gave_up_;
   gave_up_ = ++tries_ >= kMostTries;
@@ -167,7 +129,7 @@ std::uint64_t Comparison::sum_of(const Ledger& ledger, const Ledger::Contributio
   std::uint64_t sum = 0;
   const VersionRange range = range_of(span);
   visited_ += contribution.index.visit(
-      ledger.links(), range,
+      ledger.records().links(), range,
       [&](std::uint32_t number) {
         const Replicas::Replica& part = ledger.replicas().record(number);
         if (part.version >= range.first && part.version <= range.last)
@@ -192,7 +154,7 @@ std::span<const std::uint64_t> Comparison::sums_of_parts(const Ledger& ledger,
   std::fill(sums.begin(), sums.end(), 0);
   const VersionRange range = range_of(description.span);
   visited_ += contribution.index.visit(
-      ledger.links(), range,
+      ledger.records().links(), range,
       [&](std::uint32_t number) {
         const Replicas::Replica& part = ledger.replicas().record(number);
         if (part.version < range.first || part.version > range.last) return;
@@ -232,7 +194,7 @@ std::span<const Description::Mark> Comparison::list_own(const Ledger& ledger,
                                                         const Ledger::Contribution& contribution,
                                                         const VersionSpan& span,
                                                         std::uint32_t& last) noexcept {
-  return own_.first(list(ledger, contribution, span, last, own_, visited_));
+  return own_.first(list_marks(ledger.records(), contribution, span, last, own_, visited_));
 }
 
 bool Comparison::write_next(RequestedContribution& requested) noexcept {
@@ -284,8 +246,8 @@ std::size_t Comparison::describe(const Ledger& ledger, const Ledger::Contributio
   if (description.is_list) {
     description.part_width = 0;
     description.last = kLastVersion;
-    description.count = static_cast<std::uint8_t>(
-        list(ledger, contribution, span, description.last, description.record, visited));
+    description.count = static_cast<std::uint8_t>(list_marks(
+        ledger.records(), contribution, span, description.last, description.record, visited));
     return visited;
   }
   const unsigned bits = std::min<unsigned>(kPartBits, span.width - bucket);

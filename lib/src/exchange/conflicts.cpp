@@ -93,6 +93,12 @@ bool Conflicts::add(const ConflictBody& conflict, Instant due) noexcept {
   return true;
 }
 
+void Conflicts::note(const ConflictBody& conflict, Instant due, ExchangeReport& counted) noexcept {
+  if (!add(conflict, due)) return;
+  ++counted.conflict_proofs;
+  ++counted.conflicts;
+}
+
 void Conflicts::owe(Known& known, Instant at, Duration pause) noexcept {
   known.due = std::min(known.due, std::max(at, known.sent + pause));
 }

@@ -1,11 +1,9 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Making it, what this robot says, and how things stand.
 #include "tessera/exchange/exchange.hpp"
 
-#include <algorithm>
-
 #include "tessera/base/internal/bits.hpp"
+#include "tessera/base/internal/put_in_place.hpp"
 
 namespace tessera {
 
@@ -33,8 +31,6 @@ Result<Exchange> Exchange::make(Arena& arena, const ExchangeConfig& config,
     return Status::kInvalidArgument;
   Exchange exchange;
   exchange.robot_ = config.robot;
-  exchange.answer_ = {config.answer_us};
-  exchange.announce_ = {config.announce_us};
   exchange.listen_ = {config.listen_us};
   const ConfigurationDetails details{.resolution_m = config.resolution_m,
                                      .prior = config.prior,
@@ -43,22 +39,20 @@ Result<Exchange> Exchange::make(Arena& arena, const ExchangeConfig& config,
                                      .class_table = class_table_checksum(classes),
                                      .max_evidence = config.max_evidence,
                                      .conflicts = config.conflicts};
-  Result<Gate> gate = Gate::make(arena, config, details, authenticator, signatures);
-  if (!gate.ok()) return gate.status();
-  exchange.gate_ = *gate;
-  Result<Ledger> ledger =
-      Ledger::make(arena, config, store, exchange.gate_, classes.num_components());
-  if (!ledger.ok()) return ledger.status();
-  exchange.ledger_ = *ledger;
-  Result<Repair> repair = Repair::make(arena, config);
-  Result<Sender> sender = Sender::make(arena, config);
-  exchange.requested_ = arena.take<RequestedContribution>(1).data();
-  exchange.description_ = arena.take<Description>(1).data();
-  if (!repair.ok() || !sender.ok() || exchange.requested_ == nullptr ||
-      exchange.description_ == nullptr)
-    return Status::kResourceExhausted;
-  exchange.repair_ = *repair;
-  exchange.sender_ = *sender;
+  Status status = put_in_place(exchange.gate_, [&] {
+    return Gate::make(arena, config, details, authenticator, signatures);
+  });
+  if (status == Status::kOk)
+    status = put_in_place(exchange.ledger_, [&] {
+      return Ledger::make(arena, config, store, exchange.gate_, classes.num_components());
+    });
+  if (status == Status::kOk)
+    status = put_in_place(exchange.repair_, [&] { return Repair::make(arena, config); });
+  if (status == Status::kOk)
+    status = put_in_place(exchange.sender_, [&] { return Sender::make(arena, config); });
+  if (status == Status::kOk)
+    status = put_in_place(exchange.messages_, [&] { return MessageTaker::make(arena, config); });
+  if (status != Status::kOk) return status;
   return exchange;
 }
 
@@ -74,8 +68,8 @@ Status Exchange::move(std::uint32_t epoch, std::uint32_t submap,
   const Status status = ledger_.move(epoch, submap, T_global_map);
   if (status != Status::kOk) return status;
   const Ledger::Contribution& moved = *ledger_.find({robot_, epoch, submap});
-  sender_.owe_frame(ledger_, moved, Instant::long_ago());
-  sender_.owe_statement(ledger_, moved, Instant::long_ago());
+  sender_.control().owe_frame(ledger_, moved, Instant::long_ago());
+  sender_.control().owe_statement(ledger_, moved, Instant::long_ago());
   return status;
 }
 
@@ -84,13 +78,12 @@ Result<std::uint32_t> Exchange::publish(BlockKey key, const BlockContent& conten
   const Result<std::uint32_t> bytes = ledger_.publish(key, content, published, counted_);
   if (published.last >= published.first && published.last != 0) {
     sender_.note_fresh(key, published);
-    sender_.announce_soon();
   }
   return bytes;
 }
 
 void Exchange::set_floor(std::uint32_t floor) noexcept {
-  if (floor < ledger_.own_floor()) return;
+  if (floor < ledger_.floors().own()) return;
   ledger_.end_own(floor, counted_);
   sender_.begin_own(ledger_);
 }
@@ -110,6 +103,15 @@ Status Exchange::exclude(std::uint32_t robot) noexcept {
 bool Exchange::is_listening(Instant now) noexcept {
   if (started_ == Instant::long_ago()) started_ = now;
   return now - started_ < listen_;
+}
+
+void Exchange::receive(std::span<const std::byte> datagram, std::int64_t now_us) noexcept {
+  Heard heard;
+  const Instant now = Instant::at_us(now_us);
+  static_cast<void>(is_listening(now));
+  heard.describing = repair_.comparison().describing();
+  if (gate_.accept(datagram, now, heard, counted_))
+    messages_.hear({gate_, ledger_, repair_, sender_, counted_}, heard);
 }
 
 std::size_t Exchange::send(std::int64_t now_us, std::span<std::byte> into) noexcept {
@@ -132,7 +134,14 @@ ExchangeReport Exchange::report() const noexcept {
   return report;
 }
 
-ContributionState Exchange::state_of(const Ledger::Contribution& contribution) noexcept {
+std::uint32_t Exchange::peers_agreeing(std::int64_t now_us) const noexcept {
+  return messages_.announcements().peers_agreeing(gate_.peers(), report().contributions,
+                                                  Instant::at_us(now_us));
+}
+
+namespace {
+
+ContributionState state_of(const Ledger::Contribution& contribution) noexcept {
   return {.id = contribution.id,
           .own = contribution.own,
           .complete = contribution.complete(),
@@ -141,6 +150,8 @@ ContributionState Exchange::state_of(const Ledger::Contribution& contribution) n
           .records = contribution.records,
           .digest = contribution.held.folded()};
 }
+
+}  // namespace
 
 std::size_t Exchange::contributions(std::span<ContributionState> into) const noexcept {
   std::size_t count = 0;
@@ -159,40 +170,6 @@ Result<ContributionState> Exchange::contribution_at(std::size_t index) const noe
     --index;
   }
   return Status::kOutOfRange;
-}
-
-namespace {
-
-/// Of the bytes of a block, what its free-only voxels take, as real maps have it.
-std::uint32_t free_bytes(const BlockContent& content, std::uint32_t bytes) noexcept {
-  constexpr std::uint32_t kVoxelsOfByte = 14;
-  const std::uint64_t labelled = content.label_octets();
-  if (labelled == 0) return bytes;
-  const auto octets = static_cast<std::uint32_t>(count_ones(content.pass_octets() & ~labelled));
-  return std::min(bytes, octets * kOctetVoxels / kVoxelsOfByte);
-}
-
-}  // namespace
-
-/// Named, so that the gate of the stack knows who calls them.
-struct ExchangePublication {
-  static void quantise(void* /*context*/, BlockContent& content) { tessera::quantise(content); }
-  static bool read(void* context, BlockKey key, BlockContent& content) {
-    return static_cast<const Exchange*>(context)->read_published(key, content);
-  }
-  static Result<WireBytes> publish(void* context, BlockKey key, const BlockContent& content) {
-    const Result<std::uint32_t> bytes = static_cast<Exchange*>(context)->publish(key, content);
-    if (!bytes.ok()) return bytes.status();
-    const std::uint32_t free = free_bytes(content, *bytes);
-    return WireBytes{.labels = *bytes - free, .free = free};
-  }
-};
-
-Publication publication_of(Exchange& exchange) noexcept {
-  return {.context = &exchange,
-          .quantise = ExchangePublication::quantise,
-          .read = ExchangePublication::read,
-          .publish = ExchangePublication::publish};
 }
 
 }  // namespace tessera

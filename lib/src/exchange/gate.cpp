@@ -111,6 +111,9 @@ bool Gate::is_for_others(const Heard& heard) const noexcept {
 bool Gate::check_rate(const Heard& heard, Instant now) noexcept {
   if (!signatures_.on()) return true;
   if (heard.peer == nullptr) return strangers_.pass(kChecksPerSecond, now);
+  // A new process, or a recording of an earlier one: that keeps nobody else out.
+  if (heard.peer->control.is_of_another(heard.header.session))
+    return heard.peer->other_sessions.pass(kChecksPerSecond, now);
   if (heard.header.kind == DatagramKind::kDescription)
     return descriptions_.pass(kDescriptionsPerSecond, now, kDescriptionsAtOnce);
   const bool is_announcement =

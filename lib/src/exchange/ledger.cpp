@@ -1,22 +1,12 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Places of contributions and their frames.
 #include "tessera/exchange/internal/ledger.hpp"
 
 #include <algorithm>
 
+#include "tessera/base/internal/put_in_place.hpp"
+
 namespace tessera {
-
-namespace {
-
-/// A name for which neither frame nor statement came gives its place back.
-constexpr Duration kNameTime{10'000'000};
-/// Without signatures, a robot that was not heard for so long may be one that does not exist.
-constexpr Duration kSilentTime{10'000'000};
-/// An announcement may have been overtaken by what it does not know of yet.
-constexpr Duration kDenialTime{500'000};
-
-}  // namespace
 
 Result<Ledger> Ledger::make(Arena& arena, const ExchangeConfig& config, const ReplicaStore& store,
                             const Gate& gate, int num_components) noexcept {
@@ -24,171 +14,77 @@ Result<Ledger> Ledger::make(Arena& arena, const ExchangeConfig& config, const Re
   ledger.robot_ = config.robot;
   ledger.session_ = config.session;
   ledger.resolution_m_ = config.resolution_m;
-  ledger.per_robot_ = config.contributions_per_robot;
-  ledger.own_places_ = config.own_contributions;
   ledger.frame_pause_ = {config.frame_us};
-  ledger.store_ = store;
+  ledger.policy_ = config.conflicts;
   ledger.signatures_ = gate.signatures();
   ledger.configuration_ = gate.configuration();
-  ledger.num_components_ = num_components;
-  ledger.policy_ = config.conflicts;
-  ledger.contributions_ = arena.take<Contribution>(config.contributions);
-  ledger.links_ = arena.take<RecordLink>(config.records);
-  ledger.floors_ = arena.take<RobotFloor>(config.peers + 1);
-  Result<BlockContent> content = BlockContent::make(arena, num_components);
-  ledger.packed_ = arena.take<std::byte>(most_packed_bytes(num_components));
-  ledger.coded_ = arena.take<std::byte>(kMostCoded);
-  ledger.kept_ = arena.take<std::byte>(kMostKept);
-  ledger.tree_ = arena.take<HashTree>(1).data();
-  const Result<Conflicts> conflicts = Conflicts::make(arena);
-  if (ledger.contributions_.empty() || ledger.links_.empty() || ledger.floors_.empty() ||
-      !content.ok() || ledger.packed_.empty() || ledger.coded_.empty() || ledger.kept_.empty() ||
-      ledger.tree_ == nullptr || !conflicts.ok())
-    return Status::kResourceExhausted;
-  ledger.content_ = *content;
-  ledger.conflicts_ = *conflicts;
+  const bool signs = gate.signatures().on();
+  Status status =
+      put_in_place(ledger.table_, [&] { return ContributionTable::make(arena, config, store); });
+  if (status == Status::kOk)
+    status = put_in_place(ledger.floors_, [&] { return EpochFloors::make(arena, config, signs); });
+  if (status == Status::kOk)
+    status = put_in_place(ledger.records_, [&] {
+      return HeldRecords::make(arena, config, store, signs, num_components);
+    });
+  if (status == Status::kOk)
+    status = put_in_place(ledger.chunks_, [&] {
+      return ChunkTaker::make(arena, gate.signatures(), gate.configuration(), num_components);
+    });
+  if (status == Status::kOk)
+    status = put_in_place(
+        ledger.maker_, [&] { return RecordMaker::make(arena, gate.signatures(), num_components); });
+  if (status == Status::kOk)
+    status = put_in_place(ledger.conflicts_, [&] { return Conflicts::make(arena); });
+  if (status == Status::kOk)
+    status =
+        put_in_place(ledger.content_, [&] { return BlockContent::make(arena, num_components); });
+  if (status != Status::kOk) return status;
   return ledger;
 }
 
-Ledger::Contribution* Ledger::find(const ContributionId& id) noexcept {
-  for (Contribution& contribution : contributions_) {
-    if (contribution.used && contribution.id == id) return &contribution;
+// --- What this robot publishes -------------------------------------------------------------------
+
+Status Ledger::open(std::uint32_t epoch, std::uint32_t submap, const Matrix34d& T_global_map,
+                    ExchangeReport& counted) noexcept {
+  const ContributionId id{robot_, epoch, submap};
+  if (!GridTransform::make(T_global_map, resolution_m_).ok() || epoch < floors_.own())
+    return Status::kInvalidArgument;
+  floors_.claim(epoch);
+  Contribution* known = find(id);
+  if (known != nullptr && known->open) return Status::kInvalidArgument;
+  // Whatever was said of it before was not said by this process.
+  if (known != nullptr) table_.drop(*known);
+  Contribution* const contribution =
+      table_.add(id, ContributionTable::Claim::kOwn, Instant::long_ago(), counted);
+  if (contribution == nullptr) return Status::kResourceExhausted;
+  const Status status = table_.set_frame(*contribution, T_global_map, 1);
+  if (status != Status::kOk) {
+    table_.drop(*contribution);
+    return status;
   }
-  return nullptr;
+  table_.publish_as(*contribution);
+  floors_.begin(epoch);
+  return Status::kOk;
 }
 
-/// A place that nobody has, but for those that are kept for this robot's own.
-Ledger::Contribution* Ledger::free_place(bool own) noexcept {
-  std::uint32_t kept = own ? 0 : own_places_ - std::min(opened_, own_places_);
-  for (Contribution& place : contributions_) {
-    if (place.used) continue;
-    if (kept == 0) return &place;
-    --kept;
-  }
-  return nullptr;
+Status Ledger::move(std::uint32_t epoch, std::uint32_t submap,
+                    const Matrix34d& T_global_map) noexcept {
+  Contribution* const contribution = find({robot_, epoch, submap});
+  if (contribution == nullptr || !contribution->own) return Status::kInvalidArgument;
+  return table_.set_frame(*contribution, T_global_map, contribution->frame_revision + 1);
 }
 
-/// Where a robot has all of its places, the one that gives way: a name, or the lowest. Null where
-/// it has fewer; refused where none gives way.
-Ledger::Contribution* Ledger::displaced_of_robot(const ContributionId& id, bool proven,
-                                                 bool& refused) noexcept {
-  std::uint32_t count = 0;
-  Contribution* lowest = nullptr;
-  for (Contribution& other : contributions_) {
-    if (!other.used || other.own || other.id.robot != id.robot) continue;
-    ++count;
-    const bool lower =
-        lowest == nullptr || (other.open == lowest->open ? other.id < lowest->id : !other.open);
-    if (lower) lowest = &other;
-  }
-  if (lowest == nullptr || count < per_robot_) return nullptr;
-  refused = !proven || (lowest->open && id < lowest->id);
-  return lowest;
+Result<std::uint32_t> Ledger::publish(BlockKey key, const BlockContent& content,
+                                      VersionRange& published, ExchangeReport& counted) noexcept {
+  Contribution* const own = table_.publishing();
+  if (own == nullptr) return Status::kInvalidArgument;
+  return maker_.publish({table_, records_, content_, counted}, *own, key, content, published);
 }
 
-/// Where nobody signs, one can fill all places with robots that do not exist: of those that are not
-/// heard, the one with the fewest records.
-Ledger::Contribution* Ledger::place_of_silent(Instant now) noexcept {
-  Contribution* least = nullptr;
-  for (Contribution& other : contributions_) {
-    if (!other.used || other.own || now - other.origin_at <= kSilentTime) continue;
-    if (least == nullptr || other.records < least->records) least = &other;
-  }
-  return least;
-}
-
-Ledger::Contribution* Ledger::add(const ContributionId& id, Claim claim, Instant now,
-                                  ExchangeReport& counted) noexcept {
-  const bool own = claim == Claim::kOwn;
-  const bool proven = claim != Claim::kName;
-  bool refused = false;
-  Contribution* const of_robot = own ? nullptr : displaced_of_robot(id, proven, refused);
-  if (refused) {
-    ++counted.refused_contributions;
-    return nullptr;
-  }
-  Contribution* place = of_robot != nullptr ? of_robot : free_place(own);
-  if (place == nullptr && proven) {
-    // A name gives its place to what is there.
-    for (Contribution& other : contributions_) {
-      if (other.used && !other.open) place = &other;
-    }
-  }
-  if (place == nullptr && claim == Claim::kPresent) place = place_of_silent(now);
-  if (place == nullptr) {
-    ++counted.refused_contributions;
-    return nullptr;
-  }
-  if (place->used) ++counted.displaced_contributions;
-  drop(*place);
-  place->used = true;
-  place->id = id;
-  place->since = now;
-  return place;
-}
-
-/// Empties a place. Its index is large: it is cleared where it is.
-void Ledger::drop(Contribution& contribution) noexcept {
-  if (contribution.used && contribution.open) store_.remove(store_.context, contribution.slot);
-  contribution.used = contribution.own = contribution.open = false;
-  contribution.stated = contribution.full = false;
-  contribution.proof_bytes = 0;
-  ++contribution.generation;
-  contribution.latest = contribution.announced_frame = contribution.frame_revision = 0;
-  held_bytes_ -= contribution.record_bytes;
-  contribution.record_bytes = 0;
-  contribution.records = 0;
-  contribution.held = {};
-  contribution.statement = {};
-  contribution.frame_at = contribution.since = contribution.origin_at = Instant::long_ago();
-  contribution.listed = contribution.denied = Instant::long_ago();
-  contribution.coverage.clear();
-  contribution.index.clear();
-}
-
-Ledger::Contribution* Ledger::note_name(const ContributionId& id, Instant now,
-                                        ExchangeReport& counted) noexcept {
-  if (Contribution* const known = find(id); known != nullptr) return known;
-  if (id.epoch < floor_of(id.robot)) {
-    ++counted.refused_epochs;
-    return nullptr;
-  }
-  if (is_ended(id)) {
-    ++counted.refused_disputed;
-    return nullptr;
-  }
-  return add(id, Claim::kName, now, counted);
-}
-
-void Ledger::drop_unlisted(std::uint32_t robot, std::uint32_t epoch, Instant now,
-                           ExchangeReport& counted) noexcept {
-  for (Contribution& contribution : contributions_) {
-    if (!contribution.used || contribution.own || contribution.id.robot != robot ||
-        contribution.id.epoch < epoch)
-      continue;
-    if (contribution.listed == now) {
-      contribution.denied = Instant::long_ago();
-    } else if (contribution.denied == Instant::long_ago()) {
-      contribution.denied = now;
-    } else if (now - contribution.denied >= kDenialTime) {
-      drop(contribution);
-      ++counted.ended_contributions;
-    }
-  }
-}
-
-void Ledger::drop_empty_names(Instant now) noexcept {
-  for (Contribution& contribution : contributions_) {
-    if (contribution.used && !contribution.open && !contribution.full &&
-        now - contribution.since > kNameTime)
-      drop(contribution);
-  }
-}
-
-void Ledger::remove_robot(std::uint32_t robot) noexcept {
-  for (Contribution& contribution : contributions_) {
-    if (contribution.used && contribution.id.robot == robot) drop(contribution);
-  }
+bool Ledger::read_published(BlockKey key, BlockContent& content) const noexcept {
+  const Contribution* const own = table_.publishing();
+  return own != nullptr && records_.read_block(*own, key, content);
 }
 
 Statement Ledger::statement_of(const Contribution& own, VersionRange range) const noexcept {
@@ -198,32 +94,146 @@ Statement Ledger::statement_of(const Contribution& own, VersionRange range) cons
           .records = own.records,
           .fingerprint = own.held,
           .frame_revision = own.frame_revision,
-          .floor = own_floor_,
+          .floor = floors_.own(),
           .session = session_};
 }
 
-Status Ledger::set_frame(Contribution& contribution, const Matrix34d& T_global_map,
-                         std::uint32_t revision) const noexcept {
-  const Result<GridTransform> frame = GridTransform::make(T_global_map, resolution_m_);
-  if (!frame.ok()) return Status::kInvalidArgument;
-  if (!contribution.open) {
-    const Result<Slot> slot = store_.open(store_.context, contribution.id, *frame);
-    if (!slot.ok()) return slot.status();
-    contribution.slot = *slot;
-    contribution.open = true;
+void Ledger::end_own(std::uint32_t floor, ExchangeReport& counted) noexcept {
+  floors_.end_own(floor);
+  table_.end_own();
+  drop_below(robot_, floor, counted);
+}
+
+// --- Names and epochs ----------------------------------------------------------------------------
+
+Ledger::Contribution* Ledger::note_name(const ContributionId& id, Instant now,
+                                        ExchangeReport& counted) noexcept {
+  if (Contribution* const known = find(id); known != nullptr) return known;
+  if (id.epoch < floors_.of(id.robot)) {
+    ++counted.refused_epochs;
+    return nullptr;
   }
-  store_.set_frame(store_.context, contribution.slot, *frame, revision);
-  contribution.T_global_map = T_global_map;
-  contribution.frame_revision = revision;
-  contribution.announced_frame = std::max(contribution.announced_frame, revision);
-  return Status::kOk;
+  if (is_ended(id)) {
+    ++counted.refused_disputed;
+    return nullptr;
+  }
+  return table_.add(id, ContributionTable::Claim::kName, now, counted);
+}
+
+void Ledger::note_floor(std::uint32_t robot, std::uint32_t floor, bool may_fall,
+                        ExchangeReport& counted) noexcept {
+  if (floors_.note(robot, floor, may_fall, table_)) drop_below(robot, floor, counted);
+}
+
+void Ledger::drop_below(std::uint32_t robot, std::uint32_t floor,
+                        ExchangeReport& counted) noexcept {
+  counted.ended_contributions += table_.drop_if([&](const Contribution& contribution) {
+    return contribution.id.robot == robot && contribution.id.epoch < floor;
+  });
+}
+
+void Ledger::drop_unlisted(std::uint32_t robot, std::uint32_t epoch, Instant now,
+                           ExchangeReport& counted) noexcept {
+  counted.ended_contributions += table_.drop_unlisted(robot, epoch, now);
+}
+
+// --- Chunks --------------------------------------------------------------------------------------
+
+Ledger::Taken Ledger::take_chunk(Contribution& contribution, const ChunkHeader& header,
+                                 std::span<const std::byte> body, bool awaited,
+                                 ExchangeReport& counted) noexcept {
+  return chunks_.take({table_, records_, conflicts_, content_, counted}, contribution,
+                      floors_.of(header.id.robot), header, body, awaited);
+}
+
+/// Its leaf is the last of the tree of the chunk that was taken last.
+void Ledger::take_chunk_statement(Contribution& contribution, const Statement& statement,
+                                  bool is_last, ExchangeReport& counted) noexcept {
+  const std::span<const std::byte> proof = chunks_.statement_proof();
+  note_floor(statement.id.robot, statement.floor, false, counted);
+  if (!contribution.used) return;
+  keep_statement(contribution, statement, !signatures_.on() && is_last, proof, counted);
+}
+
+std::optional<std::uint32_t> Ledger::check_own_chunk(const Contribution& own,
+                                                     const ChunkHeader& header,
+                                                     std::span<const std::byte> body,
+                                                     bool awaited) noexcept {
+  if (!header.relayed && header.statement.session == session_) return 0;
+  const std::optional<std::uint32_t> held = chunks_.check_own(records_, own, header, body, awaited);
+  if (!held) floors_.overtake(own.id.epoch);
+  return held;
+}
+
+// --- Statements and frames -----------------------------------------------------------------------
+
+bool Ledger::take_statement(const Statement& statement, std::span<const std::byte> proof,
+                            bool is_last, Instant now, ExchangeReport& counted) noexcept {
+  Contribution* known = find(statement.id);
+  // What is held already is not worth the check of a signature.
+  const bool replaces = !signatures_.on() && is_last;
+  if (known != nullptr && known->stated && !replaces && known->statement.agrees_with(statement) &&
+      !statement.is_newer_than(known->statement))
+    return true;
+  // Nor is what was recorded before its robot ended the epoch.
+  if (!replaces && statement.id.robot != robot_ &&
+      statement.id.epoch < floors_.of(statement.id.robot)) {
+    ++counted.refused_epochs;
+    return true;
+  }
+  if (signatures_.on() && !chunks_.proofs().check(signatures_, configuration_, statement.id,
+                                                  leaf_of(signatures_, statement), proof))
+    return false;
+  if (statement.id.robot == robot_ &&
+      floors_.note_statement(statement, session_, known, table_.publishing()))
+    ++counted.impostors;
+  if (is_of_this_process(statement.id)) return true;
+  note_floor(statement.id.robot, statement.floor, replaces, counted);
+  if (known == nullptr) known = note_name(statement.id, now, counted);
+  if (known == nullptr || known->own) return true;
+  keep_statement(*known, statement, replaces, proof, counted);
+  return true;
+}
+
+void Ledger::keep_statement(Contribution& contribution, const Statement& statement, bool replaces,
+                            std::span<const std::byte> proof, ExchangeReport& counted) noexcept {
+  const bool contradicts = contribution.stated && !contribution.statement.agrees_with(statement);
+  if (contradicts) note_conflict(contribution, statement, proof, counted);
+  if (contribution.stated && !replaces && !statement.is_newer_than(contribution.statement)) return;
+  if (contradicts && !signatures_.on()) ++counted.conflicts;
+  contribution.stated = true;
+  contribution.statement = statement;
+  // Nobody signed what ranges of relayed chunks are beyond.
+  if (!contribution.own) contribution.coverage.trim(statement.latest);
+  contribution.latest =
+      replaces ? statement.latest : std::max(contribution.latest, statement.latest);
+  contribution.proof_bytes = static_cast<std::uint8_t>(proof.size());
+  std::copy(proof.begin(), proof.end(), contribution.proof.begin());
+}
+
+void Ledger::note_conflict(const Contribution& contribution, const Statement& statement,
+                           std::span<const std::byte> proof, ExchangeReport& counted) noexcept {
+  if (!signatures_.on() || contribution.proof_bytes == 0 || proof.empty()) return;
+  ConflictBody conflict{.id = contribution.id, .of_statements = true};
+  conflict.side[0] = {.record = {},
+                      .statement = contribution.statement,
+                      .proof = std::span(contribution.proof).first(contribution.proof_bytes)};
+  conflict.side[1] = {.record = {}, .statement = statement, .proof = proof};
+  conflicts_.note(conflict, Instant::long_ago(), counted);
+}
+
+bool Ledger::is_signed(const FrameBody& frame,
+                       std::span<const std::byte> signature) const noexcept {
+  return signatures_.check(signatures_.context, frame.id.robot,
+                           frame_message(configuration_, frame),
+                           signature.first<kSignatureBytes>());
 }
 
 /// At most one revision a frame_pause_: each moves all of the contribution in the global map.
 bool Ledger::take_frame(const FrameBody& frame, std::span<const std::byte> signature, bool is_last,
                         Instant now, ExchangeReport& counted) noexcept {
   Contribution* known = find(frame.id);
-  if (frame.id.epoch < floor_of(frame.id.robot)) {
+  if (frame.id.epoch < floors_.of(frame.id.robot)) {
     ++counted.refused_epochs;
     return true;
   }
@@ -234,26 +244,31 @@ bool Ledger::take_frame(const FrameBody& frame, std::span<const std::byte> signa
   const bool replaces =
       !signatures_.on() && is_last && known != nullptr && known->open &&
       (frame.revision != known->frame_revision || frame.T_global_map != known->T_global_map);
-  const bool is_old = known != nullptr && !replaces && frame.revision <= known->frame_revision;
-  if (is_old || (known != nullptr && known->own)) return true;
+  const bool gives_way = known == nullptr || known->gives_way_to(frame, signatures_.on());
+  if ((!gives_way && !replaces) || (known != nullptr && known->own)) return true;
   if (known != nullptr && known->open && now - known->frame_at < frame_pause_) {
     ++counted.frames_early;
-    known->announced_frame = std::max(known->announced_frame, known->frame_revision + 1);
+    const std::uint32_t next = std::min(frame.revision, known->frame_revision + 1);
+    known->announced_frame = std::max(known->announced_frame, next);
     return true;
   }
   if (!GridTransform::make(frame.T_global_map, resolution_m_).ok()) return false;
-  if (signatures_.on() &&
-      !signatures_.check(signatures_.context, frame.id.robot, frame_message(configuration_, frame),
-                         signature.first<kSignatureBytes>())) {
+  // What would find no place is not worth the check of a signature.
+  if (signatures_.on() && known == nullptr && !table_.has_place_for_frame(frame.id)) {
+    ++counted.refused_contributions;
+    return true;
+  }
+  if (signatures_.on() && !is_signed(frame, signature)) {
     ++counted.refused_signature;
     return true;
   }
+  using Claim = ContributionTable::Claim;
   const bool present = !signatures_.on() && is_last;
   if (known == nullptr)
-    known = add(frame.id, present ? Claim::kPresent : Claim::kFrame, now, counted);
+    known = table_.add(frame.id, present ? Claim::kPresent : Claim::kFrame, now, counted);
   if (known == nullptr) return true;
   // Without a slot it is asked for as what finds no room is.
-  known->full = set_frame(*known, frame.T_global_map, frame.revision) != Status::kOk;
+  known->full = table_.set_frame(*known, frame.T_global_map, frame.revision) != Status::kOk;
   if (known->full) {
     ++counted.refused_contributions;
     return true;
@@ -263,20 +278,23 @@ bool Ledger::take_frame(const FrameBody& frame, std::span<const std::byte> signa
   return true;
 }
 
-std::uint64_t Ledger::digest() const noexcept {
-  // A sum: contributions came in any order.
-  std::uint64_t sum = 0;
-  for (const Contribution& contribution : contributions_) {
-    if (!contribution.used || !contribution.open) continue;
-    Digest of;
-    of.add(contribution.id.robot);
-    of.add(std::uint64_t{contribution.id.epoch} << 32U | contribution.id.submap);
-    of.add(contribution.frame_revision);
-    of.add(contribution.held.low);
-    of.add(contribution.held.high);
-    sum += of.value();
+// --- Conflicts -----------------------------------------------------------------------------------
+
+bool Ledger::take_conflict(const ConflictBody& conflict, ExchangeReport& counted) noexcept {
+  if (!Conflicts::is_proof(signatures_, configuration_, conflict, chunks_.proofs())) return false;
+  conflicts_.note(conflict, Instant::never(), counted);
+  return true;
+}
+
+void Ledger::end_disputed(ExchangeReport& counted) noexcept {
+  if (policy_ != ConflictPolicy::kExclude) return;
+  for (const Conflicts::Known& known : conflicts_.all()) {
+    if (floors_.is_of_this_process(known.id)) floors_.overtake(known.id.epoch);
+    counted.ended_contributions += table_.drop_if([&](const Contribution& contribution) {
+      return contribution.id.robot == known.id.robot && contribution.id.epoch == known.id.epoch &&
+             &contribution != table_.publishing();
+    });
   }
-  return sum;
 }
 
 }  // namespace tessera

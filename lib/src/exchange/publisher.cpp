@@ -95,21 +95,8 @@ void Publisher::end_tick(Tick& tick) noexcept {
   report.waiting = labels_.wheel.waiting();
   report.free_waiting = free_.wheel.waiting();
   report.overdue = labels_.wheel.overdue(tick.now_us) + free_.wheel.overdue(tick.now_us);
-  totals_.noted += report.noted;
-  totals_.compared += report.compared;
-  totals_.unchanged += report.unchanged;
-  totals_.deferred += report.deferred;
-  totals_.partial += report.partial;
-  totals_.published += report.published;
-  totals_.emptied += report.emptied;
-  totals_.busy += report.busy;
-  totals_.refused += report.refused;
-  totals_.left_out += report.left_out;
-  totals_.label_bytes += report.bytes.labels;
-  totals_.free_bytes += report.bytes.free;
+  totals_.add(report);
   if (waiting() > totals_.peak_waiting) totals_.peak_waiting = waiting();
-  if (report.worst_staleness_us > totals_.worst_staleness_us)
-    totals_.worst_staleness_us = report.worst_staleness_us;
 }
 
 void Publisher::forget(BlockKey key) noexcept {

@@ -11,6 +11,8 @@ namespace {
 /// Announcements for which one who was heard to hold something else is expected to be there still:
 /// of a hundred, one may arrive.
 constexpr std::int64_t kAwaited = 300;
+/// Requests for what a robot claims that there is.
+constexpr std::uint32_t kRequestsForClaim = 2;
 /// Between two requests for what is stated in this robot's name.
 constexpr Duration kClaimTime{1'000'000};
 /// Pauses for which others who ask for the same put a request off, at most: one of them may ask all
@@ -33,11 +35,13 @@ Result<Repair> Repair::make(Arena& arena, const ExchangeConfig& config) noexcept
   repair.announce_ = {config.announce_us};
   repair.random_ = mix64((std::uint64_t{config.robot} << 32U) + mix64(config.session));
   repair.needs_ = arena.take<Need>(config.contributions);
+  repair.claims_ = arena.take<Claim>(2 * kMostClaims);
   repair.gaps_ = arena.take<VersionRange>(kMostGapsAsked);
   const std::span<RequestedContribution> requested = arena.take<RequestedContribution>(1);
   repair.requested_ = requested.data();
   Result<Comparison> comparison = Comparison::make(arena);
-  if (repair.needs_.empty() || repair.gaps_.empty() || requested.empty() || !comparison.ok())
+  if (repair.needs_.empty() || repair.claims_.empty() || repair.gaps_.empty() ||
+      requested.empty() || !comparison.ok())
     return Status::kResourceExhausted;
   repair.comparison_ = *comparison;
   return repair;
@@ -60,13 +64,24 @@ Repair::Need& Repair::need_of(const Ledger& ledger,
 }
 
 /// The one that was noted longest ago gives its place.
-void Repair::note_claim(const ContributionId& id, Instant now) noexcept {
-  Claim* place = claims_.data();
-  for (Claim& claim : claims_) {
-    if (claim.id == id && now - claim.noted < kClaimTime) return;
-    if (claim.id == id || (place->id != id && claim.noted < place->noted)) place = &claim;
+Repair::Claim& Repair::place_of(std::span<Claim> claims, const ContributionId& id) noexcept {
+  Claim* place = claims.data();
+  for (Claim& claim : claims) {
+    if (claim.id == id) return claim;
+    if (claim.noted < place->noted) place = &claim;
   }
-  *place = {id, true, now};
+  return *place;
+}
+
+void Repair::note_claim(const ContributionId& id, Instant now) noexcept {
+  Claim& place = place_of(claims_.first(kMostClaims), id);
+  if (place.id != id || now - place.noted >= kClaimTime) place = {id, true, ~std::uint32_t{0}, now};
+}
+
+/// Anybody may say a name: no more of them are asked for in that time than there are places.
+void Repair::note_displacing(const ContributionId& id, Instant now) noexcept {
+  Claim& place = place_of(claims_.last(kMostClaims), id);
+  if (now - place.noted >= kClaimTime) place = {id, true, 0, now};
 }
 
 void Repair::note_announced(Ledger& ledger, Ledger::Contribution& contribution,
@@ -77,11 +92,16 @@ void Repair::note_announced(Ledger& ledger, Ledger::Contribution& contribution,
   const bool newer = announced.stated &&
                      (!contribution.stated || announced.latest > contribution.statement.latest);
   if (newer) need.announced = std::max(need.announced, announced.latest);
-  if (!newer && announced.stated && announced.latest == contribution.statement.latest)
-    need.announced = 0;
-  // Nobody has signed it: it ends with the next one who knows of no later frame.
-  const bool later_frame = announced.frame_revision > contribution.frame_revision;
-  contribution.announced_frame = contribution.frame_revision + (later_frame ? 1 : 0);
+  // Nobody has signed that there is more: once it was asked for, the next one who knows of no more
+  // ends it, and not before, as that one may be behind.
+  const bool was_asked = need.requests >= kRequestsForClaim || need.due == Instant::never();
+  const bool is_same = announced.stated && announced.latest == contribution.statement.latest;
+  if (!newer && is_same && was_asked) need.announced = 0;
+  if (announced.frame_revision > contribution.frame_revision) {
+    contribution.announced_frame = contribution.frame_revision + 1;
+  } else if (was_asked) {
+    contribution.announced_frame = contribution.frame_revision;
+  }
   note_lack(ledger, contribution, now);
   if (contribution.open && contribution.held.folded() == announced.digest) {
     need.unsettled = Instant::never();
@@ -96,13 +116,14 @@ void Repair::note_announced(Ledger& ledger, Ledger::Contribution& contribution,
   consider_comparison(ledger, contribution, need, announced, peer, now, counted);
 }
 
-/// Both know of the same versions and hold different records. Who holds what its origin states
-/// leaves the asking to the other, unless that one does so too: then there are two statements of
-/// one moment.
+/// Both know of the same versions and hold different records, or nobody is left who knows the
+/// statement: what was relayed before it came is compared all the same. Who holds what its origin
+/// states leaves the asking to the other, unless that one does so too: then there are two
+/// statements of one moment.
 void Repair::consider_comparison(Ledger& ledger, const Ledger::Contribution& contribution,
                                  Need& need, const AnnouncedContribution& announced,
                                  const Peer& peer, Instant now, ExchangeReport& counted) noexcept {
-  if (comparison_.active() || !contribution.open || !contribution.stated || !announced.stated ||
+  if (comparison_.active() || !contribution.open || announced.stated != contribution.stated ||
       announced.latest != contribution.statement.latest ||
       (contribution.complete() && !announced.complete) || now < peer.compare_due)
     return;
@@ -116,7 +137,9 @@ void Repair::consider_comparison(Ledger& ledger, const Ledger::Contribution& con
   }
   need.unsettled = Instant::never();
   ++counted.diverged;
-  comparison_.begin(ledger, contribution, peer.robot, contribution.latest, now);
+  // Where nothing is stated, the other one may have any version.
+  const std::uint32_t latest = contribution.stated ? contribution.latest : kLastVersion;
+  comparison_.begin(ledger, contribution, peer.robot, latest, now);
 }
 
 void Repair::end_comparison(Ledger& ledger, PeerTable& peers, Instant now) noexcept {
@@ -126,8 +149,9 @@ void Repair::end_comparison(Ledger& ledger, PeerTable& peers, Instant now) noexc
   if (there && !comparison_.is_over(ledger, contribution, now)) return;
   comparison_.end();
   if (!there) return;
-  // One at a time: others get their turn before who brought nothing has the next.
-  if (Peer* const peer = peers.find(comparison_.robot()); peer != nullptr && !comparison_.took())
+  // One at a time: others get their turn before who brought nothing, or no end, has the next.
+  if (Peer* const peer = peers.find(comparison_.robot());
+      peer != nullptr && (!comparison_.took() || now - comparison_.began() > Comparison::kLongest))
     peer->compare_due =
         now + std::min(std::max(now - comparison_.began(), 2 * announce_), kMostPeerPause);
   Need& need = need_of(ledger, contribution);
@@ -143,7 +167,8 @@ void Repair::note_taken(Ledger& ledger, Ledger::Contribution& contribution,
                         const Ledger::Taken& taken, bool fills, std::uint32_t sender,
                         Instant now) noexcept {
   Need& need = need_of(ledger, contribution);
-  if (taken.grew || taken.refused) contribution.full = taken.refused;
+  // That a block which is held was replaced says nothing about room for others.
+  if (taken.refused || (fills && taken.grew)) contribution.full = taken.refused;
   if (taken.records != 0) {
     need.taken = now;
     if (comparison_.is_of(ledger.number_of(contribution), contribution.generation))
@@ -164,7 +189,7 @@ void Repair::note_taken(Ledger& ledger, Ledger::Contribution& contribution,
 void Repair::note_lack(Ledger& ledger, Ledger::Contribution& contribution, Instant now) noexcept {
   Need& need = need_of(ledger, contribution);
   if (contribution.complete() && !contribution.own)
-    contribution.coverage.add({1, std::max<std::uint32_t>(1, contribution.statement.latest)});
+    contribution.coverage.add({1, contribution.statement.latest});
   const bool lacks = lacks_versions(contribution) || need.announced != 0;
   if (contribution.own || !lacks) {
     need.due = Instant::never();
@@ -251,7 +276,7 @@ bool Repair::write(Ledger& ledger, ByteWriter& to, Instant now, ExchangeReport& 
     if (!claim.wanted) continue;
     requested_->type = RequestType::kGaps;
     requested_->id = claim.id;
-    requested_->frame_revision = ~std::uint32_t{0};  // of no interest
+    requested_->frame_revision = claim.frame_revision;
     requested_->stated = false;
     requested_->count = 0;
     if (!write_requested(to, *requested_)) break;

@@ -1,113 +1,82 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// What arrives, and what it marks.
 #include "tessera/fusion/global_map.hpp"
+
+#include "tessera/base/internal/put_in_place.hpp"
 
 namespace tessera {
 
 namespace {
 
-constexpr std::uint64_t kClosed = ~std::uint64_t{0};
-
-}  // namespace
-
-std::uint32_t GlobalMap::find_record(BlockCoord block) const noexcept {
-  const Result<BlockKey> key = pack(block);
-  if (!key.ok()) return 0;
-  return index_.find(*key,
-                     [&](std::uint32_t number) { return records_.at(number).key == key->bits; });
+bool in_range(const DiffusionConfig& config) noexcept {
+  const int least = config.mode == DiffusionMode::kPaper ? 1 : 0;
+  return config.mode <= DiffusionMode::kNone && config.edge <= EdgeTerm::kConfidence &&
+         config.iterations >= least && config.iterations <= DiffusionConfig::kMostHalo &&
+         config.length_m > 0.0F && config.length_m <= 1e6F && config.alpha > 0.0F &&
+         config.alpha < 1.0F && config.omega >= 1e-6F && config.omega <= 1000.0F &&
+         config.prior >= 0.0F && config.prior <= 1e6F;
 }
 
-/// 0 iff there is no place for it.
-std::uint32_t GlobalMap::open_record(BlockCoord block) noexcept {
-  if (const std::uint32_t number = find_record(block); number != 0) return number;
-  const Result<BlockKey> key = pack(block);
-  const bool full = free_records_ == 0 && records_used_ == config_.blocks;
-  const Result<BlockIndex::Place> place =
-      !key.ok() || full ? Result<BlockIndex::Place>(Status::kOutOfRange) : index_.make_room(*key);
-  if (!place.ok()) {
-    ++counted_.refused_blocks;
-    return 0;
-  }
-  std::uint32_t number = free_records_;
-  if (number != 0) {
-    free_records_ = records_.at(number).link.next;
-  } else {
-    number = ++records_used_;
-  }
-  records_.at(number) = {};
-  records_.at(number).key = key->bits;
-  index_.insert(*place, *key, number);
-  ++blocks_;
-  return number;
-}
-
-void GlobalMap::close_record(std::uint32_t number) noexcept {
-  Record& record = records_.at(number);
-  moved(record);
-  agenda_.remove(records_, number);
-  index_.erase(BlockKey{record.key}, [=](std::uint32_t other) { return other == number; });
-  record = {};
-  record.key = kClosed;
-  record.link.next = free_records_;
-  free_records_ = number;
-  --blocks_;
-}
-
-void GlobalMap::mark(std::uint32_t number, Agenda::Work work) noexcept {
-  AgendaLink& link = records_.link(number);
-  if (work == Agenda::kOutput && link.list != 0) {
-    records_.at(number).output_due = Agenda::work_of(link) == Agenda::kSums;
-    return;
-  }
-  if (link.list != 0 && Agenda::work_of(link) == Agenda::kSums) return;
-  if (link.list != 0) records_.at(number).output_due = true;
-  agenda_.remove(records_, number);
-  const BlockCoord block = unpack(BlockKey{records_.at(number).key});
-  agenda_.append(records_, number, work, focus_ ? Agenda::ring_of(block, *focus_) : 0);
-}
-
-namespace {
-
-template <class Visit>
-void for_blocks(const GridTransform::BlockRange& range, Visit&& visit) noexcept {
-  for (std::int32_t z = range.first.z; z <= range.last.z; ++z) {
-    for (std::int32_t y = range.first.y; y <= range.last.y; ++y) {
-      for (std::int32_t x = range.first.x; x <= range.last.x; ++x) visit(BlockCoord{x, y, z});
-    }
-  }
+int halo_of(const GlobalMapConfig& config) noexcept {
+  const DiffusionStencil stencil(static_cast<double>(config.diffusion.length_m) /
+                                 config.map.resolution_m);
+  return DiffusionBrick::halo_of(config.diffusion, stencil.reach());
 }
 
 }  // namespace
 
-/// Places for the blocks that a local one goes to; all are marked, so one that stays empty is
-/// closed again.
-bool GlobalMap::open_records(const GridTransform& T_global_local, BlockCoord local,
-                             Part part) noexcept {
-  bool all = true;
-  for_blocks(T_global_local.global_blocks(local), [&](BlockCoord block) {
-    // One without a place keeps none of the others from being marked: what a move leaves must go.
-    const std::uint32_t number = open_record(block);
-    all = all && number != 0;
-    if (number == 0) return;
-    set_part(records_.at(number), part);
-    mark(number, Agenda::kSums);
-  });
-  return all;
+Result<GlobalMap> GlobalMap::make(Arena& arena, const GlobalMapConfig& config,
+                                  const ClassTable& classes) noexcept {
+  const bool capped = config.max_evidence >= 0.0F && config.max_evidence <= 1e6F;
+  if (!in_range(config.diffusion) || !tessera::in_range(config.map) || !capped ||
+      halo_of(config) > DiffusionConfig::kMostHalo)
+    return Status::kInvalidArgument;
+  TwoMaps maps;
+  const Status status = put_in_place(maps, [&] { return TwoMaps::make(arena, config, classes); });
+  if (status != Status::kOk) return status;
+  return around(arena, config, maps, classes.num_components());
 }
 
-/// The graph's blocks that depend on this one's sums.
-void GlobalMap::mark_halo(BlockCoord block, Part part) noexcept {
-  const int reach = (brick_.halo() + kBlockEdge - 1) / kBlockEdge;
-  const GridTransform::BlockRange range{{block.x - reach, block.y - reach, block.z - reach},
-                                        {block.x + reach, block.y + reach, block.z + reach}};
-  for_blocks(range, [&](BlockCoord near) {
-    const std::uint32_t number = find_record(near);
-    if (number == 0 || records_.at(number).sums == 0) return;
-    set_part(records_.at(number), part);
-    mark(number, Agenda::kOutput);
-  });
+Result<GlobalMap> GlobalMap::around(Arena& arena, const GlobalMapConfig& config,
+                                    const TwoMaps& maps, int components) noexcept {
+  GlobalMap global;
+  global.maps_ = maps;
+  const Status status = global.set_up(arena, config, components);
+  if (status != Status::kOk) return status;
+  return global;
 }
+
+Status GlobalMap::set_up(Arena& arena, const GlobalMapConfig& config, int components) noexcept {
+  config_ = config;
+  Status status = put_in_place(
+      replicas_, [&] { return Replicas::make(arena, config.replicas, config.map.hash_seed); });
+  if (status == Status::kOk)
+    status = put_in_place(moves_,
+                          [&] { return FrameMoves::make(arena, config.replicas.contributions); });
+  if (status == Status::kOk)
+    status = put_in_place(
+        records_, [&] { return GlobalRecords::make(arena, config.blocks, config.map.hash_seed); });
+  return status == Status::kOk ? set_up_fusion(arena, components) : status;
+}
+
+Status GlobalMap::set_up_fusion(Arena& arena, int components) noexcept {
+  const std::span<std::byte> scratch = arena.take<std::byte>(most_packed_bytes(components));
+  if (scratch.empty()) return Status::kResourceExhausted;
+  Status status =
+      put_in_place(adder_, [&] { return BlockSums::make(arena, config_, components, scratch); });
+  if (status == Status::kOk)
+    status =
+        put_in_place(sums_, [&] { return SumStore::make(arena, config_.sum_segments, scratch); });
+  if (status == Status::kOk)
+    status = put_in_place(job_, [&] {
+      return OutputJob::make(arena, config_.diffusion, config_.map.resolution_m, components);
+    });
+  if (status == Status::kOk)
+    status = put_in_place(fused_, [&] { return FusedBlock::make(arena, config_, components); });
+  return status;
+}
+
+// --- What arrives --------------------------------------------------------------------------------
 
 Result<GlobalMap::Slot> GlobalMap::open(const ContributionId& id,
                                         const GridTransform& T_global_local) noexcept {
@@ -120,91 +89,178 @@ Result<GlobalMap::Slot> GlobalMap::open(const ContributionId& id,
 Result<Replicas::Change> GlobalMap::put(Slot slot, BlockKey key, const PartVersion& version,
                                         std::span<const std::byte> packed,
                                         std::span<const std::byte> wire) noexcept {
-  if (!packed.empty() && check_packed(packed, map_->num_components()) != Status::kOk)
+  if (!packed.empty() && check_packed(packed, maps_.map().num_components()) != Status::kOk)
     return Status::kCorrupt;
   const Replicas::Contribution& contribution = replicas_.contribution(slot);
-  const Move& move = moves_[slot];
   if (!contribution.present) return Status::kInvalidArgument;
-  if (contribution.leaving || move.leaves) return Status::kBusy;
-  if (replicas_.news(slot, key, version) != 0) {
-    // While its move is marked, wherever it is and wherever it will be. Once that is done the move
-    // does not wait for what arrives, which would put it off for as long as something does.
-    const bool marking = move.under_way && phase_ == Phase::kMarking;
-    const Part part = marking ? Part::kMove : (move.under_way ? Part::kMovedUpdate : Part::kUpdate);
-    if (!open_records(contribution.T_global_local, unpack(key), part) ||
-        (marking && !open_records(move.to, unpack(key), part)))
-      return Status::kResourceExhausted;
-  }
+  if (contribution.leaving || moves_.leaving(slot)) return Status::kBusy;
+  if (replicas_.news(slot, key, version) != 0 &&
+      !moves_.mark_change(replicas_, records_, slot, key))
+    return Status::kResourceExhausted;
   return replicas_.put(slot, key, version, packed, wire);
 }
 
-std::uint64_t GlobalMap::work_on_moves(std::uint64_t budget) noexcept {
-  if (phase_ == Phase::kSettled && moves_waiting_ != 0) begin_moves();
-  if (phase_ == Phase::kMarking) return mark_moves(budget);
-  // Half of it, if something else waits.
-  if (phase_ == Phase::kMerging)
-    return merge_staged((budget + 1) / (agenda_.waiting() != 0 ? 2 : 1));
-  return 0;
+void GlobalMap::remove_before(std::uint32_t robot, std::uint32_t epoch) noexcept {
+  for (const Slot slot : replicas_.in_order()) {
+    const ContributionId& id = replicas_.contribution(slot).id;
+    if (id.robot == robot && id.epoch < epoch) remove(slot);
+  }
 }
 
-std::uint64_t GlobalMap::update_first() noexcept {
-  const std::uint32_t number = agenda_.first();
-  if (number == 0) return 0;
-  return Agenda::work_of(records_.link(number)) == Agenda::kSums ? update_sums(number)
-                                                                 : begin_job(number);
-}
+// --- Work ----------------------------------------------------------------------------------------
 
 std::uint64_t GlobalMap::step(std::uint64_t budget) noexcept {
-  if (busy()) map_->begin_revision();
+  if (busy()) maps_.map().begin_revision();
   std::uint64_t work = 0;
   while (work < budget && busy()) {
-    if (job_.stage != Job::Stage::kNone) {
-      work += go_on();
+    if (job_.busy()) {
+      work += work_on_job();
       continue;
     }
     work += work_on_moves(budget - work);
     // Marks are complete before anything is brought up to date by them.
-    if (phase_ == Phase::kMarking || work >= budget) continue;
+    if (moves_.phase() == Phase::kMarking || work >= budget) continue;
     work += update_first();
-    const bool complete = records_moving_ == 0 && job_.stage == Job::Stage::kNone;
-    if (phase_ == Phase::kStaging && complete) show_moves();
+    const bool complete = records_.moving() == 0 && !job_.busy();
+    if (moves_.phase() == Phase::kStaging && complete) {
+      moves_.begin_merging();
+      maps_.show_staged();
+    }
   }
   return work;
 }
 
-GlobalMapReport GlobalMap::report() const noexcept {
+std::uint64_t GlobalMap::work_on_moves(std::uint64_t budget) noexcept {
+  moves_.begin();
+  if (moves_.phase() == Phase::kMarking) return moves_.mark(replicas_, records_, budget);
+  // Half of it, if something else waits.
+  if (moves_.phase() == Phase::kMerging)
+    return merge((budget + 1) / (records_.waiting() != 0 ? 2 : 1));
+  return 0;
+}
+
+/// However small the budget, the cursor goes on, or a block of each that leaves is dropped.
+std::uint64_t GlobalMap::merge(std::uint64_t budget) noexcept {
+  const TwoMaps::Merged merged = maps_.merge(fused_.content(), budget);
+  counted_.refused_outputs += merged.refused;
+  if (!merged.complete) return merged.work;
+  return merged.work + moves_.finish(replicas_, merged.work < budget ? budget - merged.work : 1);
+}
+
+std::uint64_t GlobalMap::update_first() noexcept {
+  const std::uint32_t number = records_.first();
+  if (number == 0) return 0;
+  if (records_.work_of(number) == Agenda::kSums) return update_sums(number);
+  if (records_.waits_for_output(number)) return job_.begin(records_, sums_, number);
+  // It has left the graph since.
+  records_.take_off(number);
+  records_.set_moved(records_.at(number));
+  return 1;
+}
+
+std::uint64_t GlobalMap::update_sums(std::uint32_t number) noexcept {
+  GlobalRecord& record = records_.at(number);
+  records_.take_off(number);
+  const BlockCoord block = records_.block_of(number);
+  BlockContent& content = fused_.content();
+  content.clear();
+  const BlockSums::Added added = adder_.add_up(replicas_, block, content);
+  record.robots = added.robots;
+  const bool graph = belongs_to_graph(record.robots);
+  if (graph && config_.diffusion.mode != DiffusionMode::kNone && keep_sums(number, block))
+    return added.work + 1;
+  record.output_due = false;
+  const bool left_graph = record.sums.any();
+  sums_.drop(record.sums);
+  record.statistics = {};
+  if (left_graph) records_.mark_outputs(job_.around(block), record.part());
+  if (graph && config_.diffusion.mode == DiffusionMode::kNone) record.statistics = fused_.measure();
+  const bool empty = !content.any();
+  write_content(record, block);
+  records_.set_moved(record);
+  if (empty) records_.close(number);
+  return added.work + 1 + kBlockOctets;
+}
+
+/// Of a block that is diffused. False iff there is no room: counted, and it is undiffused then.
+bool GlobalMap::keep_sums(std::uint32_t number, BlockCoord block) noexcept {
+  GlobalRecord& record = records_.at(number);
+  if (config_.diffusion.mode == DiffusionMode::kPaper) adder_.add_priors(fused_.content());
+  const std::uint64_t classes =
+      (std::uint64_t{1} << static_cast<unsigned>(maps_.map().num_components() - 1)) - 2;
+  record.sums.classes = fused_.content().components() & classes;
+  const SumStore::Kept kept = sums_.keep(record.sums, fused_.content());
+  if (kept == SumStore::Kept::kAnew) records_.mark_outputs(job_.around(block), record.part());
+  if (kept == SumStore::Kept::kAsBefore) {
+    record.output_due ? records_.mark(number, Agenda::kOutput) : records_.set_moved(record);
+  }
+  record.output_due = false;
+  if (kept == SumStore::Kept::kNoRoom) ++counted_.refused_sums;
+  return kept != SumStore::Kept::kNoRoom;
+}
+
+/// A block that only one robot has labels of is as it says; all others, or all of the map, diffuse.
+bool GlobalMap::belongs_to_graph(std::uint64_t robots) const noexcept {
+  return config_.diffusion.whole_map ? robots != 0 : (robots & (robots - 1)) != 0;
+}
+
+std::uint64_t GlobalMap::work_on_job() noexcept {
+  if (!job_.finishing()) return job_.work_on(records_, sums_);
+  // Also if something arrived for it meanwhile: it is behind then, and will be due again, but a
+  // block for which something always arrives must be seen.
+  GlobalRecord& record = records_.at(job_.next());
+  const BlockCoord block = records_.block_of(job_.next());
+  const std::uint32_t entries = fused_.take(sums_.read(record.sums));
+  record.statistics = fused_.diffuse(block, job_.brick());
+  write_content(record, block);
+  records_.set_moved(record);
+  job_.done();
+  return entries;
+}
+
+void GlobalMap::write_content(GlobalRecord& record, BlockCoord block) noexcept {
+  counted_.saturated_voxels += fused_.scale_to_passes();
+  const Phase phase = moves_.phase();
+  if (phase != Phase::kStaging && phase != Phase::kMarking) record.hidden = false;
+  if (phase == Phase::kStaging && (record.hidden || maps_.is_staged(block))) {
+    if (maps_.stage(block, fused_.content())) return;
+    ++counted_.torn_blocks;
+  }
+  counted_.refused_outputs += maps_.replace(block, fused_.content()) ? 0U : 1U;
+  if (phase == Phase::kMerging) maps_.unstage(block);
+}
+
+// --- What is there -------------------------------------------------------------------------------
+
+GlobalMapReport GlobalMap::counters() const noexcept {
   GlobalMapReport report = counted_;
-  report.blocks = blocks_;
+  report.refused_blocks = records_.refused();
+  return report;
+}
+
+GlobalMapReport GlobalMap::report() const noexcept {
+  GlobalMapReport report = counters();
+  report.blocks = records_.size();
   report.waiting = waiting();
   report.replicas = replicas_.usage();
-  report.sum_bytes = std::size_t{sums_.used_segments()} * SegmentStore::kSegmentBytes;
-  const std::size_t records = arena_bytes<Record>(records_used_);
-  report.used_bytes = scratch_bytes(config_, map_->num_components()) + map_->usage().used_bytes +
-                      staged_->usage().used_bytes + report.replicas.used_bytes + report.sum_bytes +
-                      index_.used_bytes() + records;
-  std::uint64_t variance = 0;
-  std::uint64_t undiffused = 0;
-  double largest_sum = 0.0;
-  double largest_change = 0.0;
-  for (std::uint32_t number = 1; number <= records_used_; ++number) {
-    const Record& record = records_.at(number);
-    if (record.key == kClosed || record.statistics.nodes == 0) continue;
-    const NodeStatistics& of_block = record.statistics;
+  report.sum_bytes = sums_.used_bytes();
+  report.used_bytes = scratch_bytes(config_, maps_.map().num_components()) +
+                      arena_bytes<LocalMap>(2) + maps_.used_bytes() + report.replicas.used_bytes +
+                      report.sum_bytes + records_.used_bytes();
+  NodeStatistics all;
+  records_.for_each([&](const GlobalRecord& record) {
+    if (record.statistics.nodes == 0) return;
     ++report.overlap_blocks;
-    report.nodes += of_block.nodes;
-    variance += of_block.variance;
-    undiffused += of_block.variance_undiffused;
-    const auto larger = [](double& most, float value) {
-      if (static_cast<double>(value) > most) most = static_cast<double>(value);
-    };
-    larger(largest_sum, of_block.largest_sum);
-    larger(largest_change, of_block.largest_change);
-  }
-  if (report.nodes != 0) {
-    const double unit = 0x1p-40 / static_cast<double>(report.nodes);
-    report.mean_variance = static_cast<double>(variance) * unit;
-    report.mean_variance_undiffused = static_cast<double>(undiffused) * unit;
-    report.residual = largest_sum > 0.0 ? largest_change / largest_sum : 0.0;
+    all.add(record.statistics);
+  });
+  report.nodes = all.nodes;
+  if (all.nodes != 0) {
+    const double unit = 0x1p-40 / static_cast<double>(all.nodes);
+    report.mean_variance = static_cast<double>(all.variance) * unit;
+    report.mean_variance_undiffused = static_cast<double>(all.variance_undiffused) * unit;
+    report.residual = all.largest_sum > 0.0F ? static_cast<double>(all.largest_change) /
+                                                   static_cast<double>(all.largest_sum)
+                                             : 0.0;
   }
   return report;
 }

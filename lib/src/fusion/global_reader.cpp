@@ -19,10 +19,10 @@ bool GlobalReader::read(VoxelCoord voxel, bool staged, VoxelEvidence& into) noex
 template <class Read>
 bool GlobalReader::read_one_generation(Read&& read) noexcept {
   for (int attempt = 0; attempt < kMaxAttempts; ++attempt) {
-    const std::uint64_t view = load_shared(global_->view_, std::memory_order_acquire);
+    const std::uint64_t view = load_shared(maps_->view(), std::memory_order_acquire);
     if (!read(view % 2 != 0)) break;
     std::atomic_thread_fence(std::memory_order_acquire);
-    if (load_shared(global_->view_) == view) {
+    if (load_shared(maps_->view()) == view) {
       generation_ = view / 2;
       return true;
     }
@@ -33,7 +33,7 @@ bool GlobalReader::read_one_generation(Read&& read) noexcept {
 }
 
 Estimate GlobalReader::estimate_of(const VoxelEvidence& evidence) const noexcept {
-  return estimate(evidence, global_->map_->config().prior);
+  return estimate(evidence, maps_->map().config().prior);
 }
 
 Result<VoxelEvidence> GlobalReader::evidence(VoxelCoord voxel) noexcept {
@@ -50,10 +50,10 @@ Result<Estimate> GlobalReader::query(VoxelCoord voxel) noexcept {
 }
 
 Result<Estimate> GlobalReader::query(const Point3f& p_global) noexcept {
-  const Result<VoxelCoord> voxel = global_->map_->lattice().voxel_of(p_global);
+  const Result<VoxelCoord> voxel = maps_->map().lattice().voxel_of(p_global);
   if (voxel.ok()) return query(*voxel);
   VoxelEvidence nothing;
-  nothing.num_components = global_->map_->num_components();
+  nothing.num_components = maps_->map().num_components();
   return estimate_of(nothing);
 }
 

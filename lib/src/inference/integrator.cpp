@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tessera/inference/integrator.hpp"
 
-#include <cmath>
-
-#include "tessera/inference/internal/thinning.hpp"
-#include "tessera/inference/kernel.hpp"
+#include "tessera/inference/internal/point_admission.hpp"
+#include "tessera/inference/internal/storage_needs.hpp"
+#include "tessera/inference/internal/wanted_units.hpp"
+#include "tessera/inference/internal/write_in_time.hpp"
 
 namespace tessera {
 
@@ -47,136 +47,253 @@ Result<Integrator> Integrator::make(Arena& arena, const InferenceConfig& config,
   }
   Integrator result;
   result.config_ = config;
-  result.registered_ = arena.take<ScanPoint>(capacity.points);
-  result.admitted_ = arena.take<ScanPoint>(capacity.points);
-  result.sort_ = arena.take<KeyedIndex>(2 * std::size_t{capacity.points});
-  result.octet_ = arena.take<OctetEvidence>(1);
+  result.points_ = ScanPoints::make(arena, capacity.points);
   const Result<ScanTiles> tiles = ScanTiles::make(arena, capacity);
   if (!tiles.ok()) return tiles.status();
-  result.tiles_ = *tiles;
-  if (config.mode == InferenceMode::kKernel) {
-    const Result<KernelStrip> strip = KernelStrip::make(arena);
-    if (!strip.ok()) return strip.status();
-    result.strip_ = *strip;
-  }
+  result.scratch_.tiles = *tiles;
+  const Result<LabelWriter> labels = LabelWriter::make(arena, config);
+  if (!labels.ok()) return labels.status();
+  result.labels_ = *labels;
   if (config.free_space.enabled) {
     const Result<FreeSpace> free_space = FreeSpace::make(arena, capacity);
     if (!free_space.ok()) return free_space.status();
-    result.free_space_ = *free_space;
+    result.scratch_.free_space = *free_space;
   }
   return result;
 }
 
 ScanReport Integrator::integrate(LocalMap& map, const ScanView& scan) noexcept {
-  return integrate_scan(map, scan);
+  return integrate_scan(map, scan, nullptr);
 }
 
-ScanReport Integrator::integrate_scan(LocalMap& map, const ScanView& scan) noexcept {
-  ScanReport report;
-  report.points = static_cast<std::uint32_t>(scan.count);
-  admitted_count_ = ray_count_ = registered_count_ = far_count_ = rays_cut_ = 0;
-  cut_ = false;
-  report.pose = check_rigid(scan.T_map_sensor);
-  if (report.pose == Status::kOk && !place_sensor(map.lattice(), scan.T_map_sensor.col(3)))
-    report.pose = Status::kInvalidArgument;
-  if (report.pose != Status::kOk) return report;
-  map.begin_revision();
-
-  register_points(map, scan, report);
-  if (cut_) return report;
-  thin_points(map, report);
-  measure_kernel(map.lattice().resolution_m());
-  if (!in_time()) {
-    leave_out_all(report);
-    return report;
-  }
-  begin_scratch(map);
-  open_failed_ = false;
-  const bool all_fit = admit(map, report);
-  if (cut_) {
-    leave_out_all(report);
-  } else {
-    write(map, report);
-  }
-  close_unwritten_blocks(map, all_fit && !cut_);
-  report.admitted = static_cast<std::uint32_t>(admitted_count_);
+ScanReport Integrator::integrate(LocalMap& map, const ScanView& scan, Deadline& deadline,
+                                 std::int64_t due_us) noexcept {
+  deadline.begin(due_us);
+  ScanReport report = integrate_scan(map, scan, &deadline);
+  deadline.end(work_.done(report, admitted().size(), rays_predicted_));
+  work_.learn_from(report, admitted().size());
+  report.overshoot_us = deadline.overshoot_us();
   return report;
 }
 
-/// Asked in double first: rounding a coordinate beyond the floats would be undefined.
-bool Integrator::place_sensor(const Lattice& lattice, const Point3d& origin_map) noexcept {
-  if (!lattice.voxel_of(origin_map).ok()) return false;
-  const Result<VoxelCoord> voxel = lattice.voxel_of(round_to_float(origin_map));
-  if (!voxel.ok()) return false;
-  origin_map_ = origin_map;
-  origin_voxel_ = *voxel;
-  return true;
+ScanReport Integrator::integrate_scan(LocalMap& map, const ScanView& scan,
+                                      Deadline* deadline) noexcept {
+  ScanReport report;
+  report.points = static_cast<std::uint32_t>(scan.count);
+  work_.begin(deadline);
+  tracer_.forget_cut();
+  report.pose = check_rigid(scan.T_map_sensor);
+  if (report.pose != Status::kOk) {
+    points_.drop_all();
+    return report;
+  }
+  if (!points_.begin(map.lattice(), scan.T_map_sensor.col(3))) {
+    report.pose = Status::kInvalidArgument;
+    return report;
+  }
+  map.begin_revision();
+  if (!register_scan(map, scan, report)) return report;
+  begin_scratch(map);
+  open_failed_ = false;
+  const bool all_fit = admit(map, report);
+  if (work_.cut()) {
+    leave_out_all(report);
+  } else {
+    labels_.write(map, scratch_.tiles, points_.origin_voxel(), work_, report);
+    if (config_.free_space.enabled) write_free_space(map, report);
+  }
+  close_unwritten_blocks(map, all_fit && !work_.cut());
+  report.admitted = static_cast<std::uint32_t>(admitted().size());
+  return report;
+}
+
+bool Integrator::register_scan(const LocalMap& map, const ScanView& scan,
+                               ScanReport& report) noexcept {
+  const auto unlabelled = static_cast<std::uint8_t>(map.classes().unlabelled());
+  points_.register_returns(map.lattice(), scan, config_, unlabelled, work_, report);
+  if (work_.cut()) return false;
+  points_.thin(map.lattice(), config_, unlabelled);
+  report.thinned = static_cast<std::uint32_t>(admitted().size());
+  const double resolution_m = map.lattice().resolution_m();
+  reach_ = kernel_reach(config_, resolution_m, points_.largest_weight());
+  labels_.begin(resolution_m, reach_);
+  work_.set_most_per_point(most_evaluations(config_, reach_));
+  if (!work_.in_time()) leave_out_all(report);
+  return !work_.cut();
 }
 
 bool Integrator::admit(LocalMap& map, ScanReport& report) noexcept {
-  set_work_limit(report);
-  if (!cut_) shed_points(report);
-  const bool tried = !cut_ && within_limit(report) && !memory_was_short_;
+  work_.set_limit(config_.work_budget, report);
+  if (!work_.cut()) shed_points(report);
+  const bool tried = !work_.cut() && within_limit(report) && !memory_was_short_;
   const bool all_fit = tried && fill_scratch(map) && fits_whole(map) && open_blocks(map);
-  if (!all_fit && !cut_) {
+  if (!all_fit && !work_.cut()) {
     if (open_failed_) map.close_empty_blocks();
-    report.ray_steps = free_space_.steps();  // on trial
+    report.ray_steps = scratch_.free_space.steps();  // on trial
     if (tried) begin_scratch(map);
     admit_one_by_one(map, report);
-    tiles_.forget_points();
-    free_space_.forget_marks();
-    if (!(in_time() && fill_scratch(map) && open_blocks(map)) && !cut_) refuse_all(map, report);
+    if (!(work_.in_time() && fill_scratch(map) && open_blocks(map)) && !work_.cut())
+      refuse_all(map, report);
   }
   memory_was_short_ = report.refused_memory() + report.rays_refused_memory > 0;
-  report.tiles = static_cast<std::uint32_t>(tiles_.tiles().size());
-  report.ray_blocks = static_cast<std::uint32_t>(free_space_.blocks().size());
-  report.ray_steps += free_space_.steps();
+  report.tiles = static_cast<std::uint32_t>(scratch_.tiles.tiles().size());
+  report.ray_blocks = static_cast<std::uint32_t>(scratch_.free_space.blocks().size());
+  report.ray_steps += scratch_.free_space.steps();
   return all_fit;
+}
+
+void Integrator::admit_one_by_one(LocalMap& map, ScanReport& report) noexcept {
+  PointAdmission admission(map, points_, scratch_, config_, reach_);
+  admission.admit(work_, over_limit_, report);
+  rays_predicted_ = admission.rays_predicted();
+  open_failed_ = open_failed_ || admission.index_refused();
+  scratch_.tiles.forget_points();
+  scratch_.free_space.forget_marks();
+}
+
+/// Rays are traced while there is time, and no longer, so only labels must be foreseen; where they
+/// take all of the time that there is, a quarter of it is kept for rays.
+void Integrator::shed_points(ScanReport& report) noexcept {
+  const std::uint64_t per_point = work_.foreseen_per_point();
+  const std::uint64_t limit = work_.limit();
+  const std::uint64_t most = config_.free_space.enabled ? limit / 4 * 3 : limit;
+  if (!work_.limit_is_deadline() || admitted().size() * per_point <= most) return;
+  std::uint64_t left = most / per_point;
+  for (const KeyedIndex& item : points_.in_order(unit_edge_of(config_), false, true)) {
+    if (left > 0) {
+      --left;
+      continue;
+    }
+    points_.refuse(item.index);
+    ++report.refused_deadline;
+  }
+  points_.drop_refused();
+}
+
+bool Integrator::within_limit(ScanReport& report) noexcept {
+  over_limit_ = false;
+  rays_predicted_ = 0;
+  if (!work_.has_limit()) return true;
+  if (config_.free_space.enabled) {
+    for (const std::span<const ScanPoint> ends : {admitted(), admitted_rays()}) {
+      for (const ScanPoint& end : ends)
+        rays_predicted_ += scratch_.free_space.most_steps(end.p_map);
+    }
+  }
+  const std::uint64_t work = admitted().size() * work_.most_per_point() + rays_predicted_;
+  // What a deadline has room for was seen to by shed_points(), and the clock does the rest.
+  over_limit_ = config_.work_budget != 0 && work > config_.work_budget;
+  if (!over_limit_) report.work_predicted = work;
+  return !over_limit_;
+}
+
+void Integrator::begin_scratch(const LocalMap& map) noexcept {
+  scratch_.tiles.reset(unit_edge_of(config_));
+  if (config_.free_space.enabled)
+    scratch_.free_space.begin(config_.free_space, map.lattice(), points_.origin_map());
+}
+
+bool Integrator::fill_scratch(const LocalMap& map) noexcept {
+  tracer_.forget_cut();
+  return scratch_.tiles.build(admitted(), map.lattice(), points_.scratch()) == Status::kOk &&
+         work_.in_time() &&
+         want_units(scratch_.tiles, config_, reach_, map.classes().num_classes()) &&
+         work_.in_time() &&
+         (!config_.free_space.enabled || tracer_.trace(points_, scratch_.free_space, work_)) &&
+         work_.in_time();
+}
+
+/// Asked before blocks are opened: one opened in vain would keep its page from other uses.
+bool Integrator::fits_whole(const LocalMap& map) noexcept {
+  SlabPool::Counts wanted{};
+  for (Tile& tile : scratch_.tiles.tiles()) {
+    if (tile.wanted != 0) count_tile(map, scratch_.tiles.unit_edge(), tile, tile.wanted, 0, wanted);
+  }
+  for (RayBlock& ray_block : scratch_.free_space.blocks()) {
+    if (ray_block.carves()) count_ray_block(map, ray_block, wanted);
+  }
+  return map.fits(wanted);
+}
+
+bool Integrator::open_blocks(LocalMap& map) noexcept {
+  for (Tile& tile : scratch_.tiles.tiles()) {
+    if (tile.wanted == 0 || open_tile(map, scratch_.tiles.unit_edge(), tile, tile.wanted)) continue;
+    open_failed_ = true;
+    return false;
+  }
+  for (RayBlock& ray_block : scratch_.free_space.blocks()) {
+    const bool carves = ray_block.carves();
+    if (!carves) ray_block.block = 0;
+    if (!carves || ray_block.block != 0) continue;
+    const Result<SlabHandle> block = map.open_block(ray_block.coord);
+    if (!block.ok()) {
+      open_failed_ = true;
+      return false;
+    }
+    ray_block.block = *block;
+  }
+  return true;
 }
 
 /// What admission reserved was not there: nothing of the scan is written, and that is counted.
 void Integrator::refuse_all(const LocalMap& map, ScanReport& report) noexcept {
   TESSERA_ASSERT(false);
   ++report.write_faults;
-  report.refused_storage += static_cast<std::uint32_t>(admitted_count_);
-  report.rays_refused_memory += static_cast<std::uint32_t>(ray_count_);
-  admitted_count_ = ray_count_ = rays_cut_ = 0;
+  report.refused_storage += static_cast<std::uint32_t>(admitted().size());
+  report.rays_refused_memory += static_cast<std::uint32_t>(admitted_rays().size());
+  points_.drop_all();
+  tracer_.forget_cut();
   open_failed_ = true;
   begin_scratch(map);
 }
 
-void Integrator::begin_scratch(const LocalMap& map) noexcept {
-  tiles_.reset(unit_edge());
-  if (config_.free_space.enabled) free_space_.begin(config_.free_space, map.lattice(), origin_map_);
+void Integrator::leave_out_all(ScanReport& report) noexcept {
+  report.refused_deadline += static_cast<std::uint32_t>(admitted().size());
+  report.rays_refused_deadline += static_cast<std::uint32_t>(admitted_rays().size());
+  points_.drop_all();
+  tracer_.forget_cut();
 }
 
-void Integrator::thin_points(const LocalMap& map, ScanReport& report) noexcept {
-  const int unlabelled = map.classes().unlabelled();
-  const auto thin_or_copy = [&](std::span<const ScanPoint> from, std::span<ScanPoint> to) {
-    if (config_.thinning_m > 0.0)
-      return thin(from, map.lattice(), config_.thinning_m, unlabelled, to, sort_,
-                  config_.thinning_weight);
-    for (std::size_t i = 0; i < from.size(); ++i) to[i] = from[i];
-    return from.size();
+void Integrator::write_free_space(LocalMap& map, ScanReport& report) noexcept {
+  const auto write = [&](const RayBlock& ray_block) {
+    if (ray_block.block == 0) return;
+    VoxelMask carved;
+    for (std::size_t z = 0; z < carved.size(); ++z)
+      carved[z] = ray_block.passed[z] & ~ray_block.hit[z];
+    const Status status = map.add_free_pass(ray_block.block, carved);
+    TESSERA_ASSERT(status == Status::kOk);
+    ++(status == Status::kOk ? report.free_blocks : report.write_faults);
   };
-  admitted_count_ = thin_or_copy(registered_.first(registered_count_), admitted_);
-  rays_ = admitted_.subspan(admitted_count_);
-  ray_count_ = thin_or_copy(registered_.last(far_count_), rays_);
-  report.thinned = static_cast<std::uint32_t>(admitted_count_);
-  largest_weight_ = 0.0F;
-  for (const ScanPoint& point : admitted())
-    largest_weight_ = point.weight > largest_weight_ ? point.weight : largest_weight_;
+  const auto leave = [&](const RayBlock& ray_block) {
+    report.ray_blocks_cut += ray_block.block == 0 ? 0U : 1U;
+  };
+  const std::span<const RayBlock> blocks = scratch_.free_space.blocks();
+  write_in_time(blocks, block_of(points_.origin_voxel()), kBlockBatch, work_, write, leave);
+  report.rays_cut = static_cast<std::uint32_t>(tracer_.rays_cut());
+  report.rays =
+      static_cast<std::uint32_t>(admitted().size() + admitted_rays().size() - tracer_.rays_cut());
 }
 
-void Integrator::measure_kernel(double resolution_m) noexcept {
-  const double length = static_cast<double>(config_.kernel_length_m) / resolution_m;
-  // Weights above one can lift a contribution over the cut-off anywhere in the ball.
-  const double lift =
-      static_cast<double>(largest_weight_) * static_cast<double>(config_.kernel_scale);
-  const double cut = lift > 0.0 ? static_cast<double>(config_.min_weight) / lift : 1.0;
-  const auto s = static_cast<double>(Kernel::support(cut < 1.0 ? cut : 1.0));
-  kernel_radius_ = static_cast<float>(length * std::sqrt(s));
-  kernel_reach_units_ = (static_cast<int>(kernel_radius_ + 1.5F) + 1) / 2;
+/// Blocks were opened by a bound; those that nothing was written to are taken back.
+void Integrator::close_unwritten_blocks(LocalMap& map, bool all_written) noexcept {
+  if (open_failed_) return map.close_empty_blocks();
+  // Tiles and rays share blocks, and each must be closed once.
+  const auto close = [&map](const BlockCoord& coord) {
+    if (map.find(coord) != nullptr) map.close_if_empty(*map.open_block(coord));
+  };
+  const int edge = scratch_.tiles.unit_edge();
+  for (const Tile& tile : scratch_.tiles.tiles()) {
+    for (int i = 0; i < blocks_of_tile(edge); ++i) {
+      const SlabHandle block = tile.blocks[static_cast<std::size_t>(i)];
+      if (!all_written || (block != 0 && edge == 1)) {
+        close(block_of_tile(tile.coord, edge, i));
+      } else if (((unsigned{tile.opened} >> static_cast<unsigned>(i)) & 1U) != 0) {
+        map.close_if_empty(block);
+      }
+    }
+  }
+  if (all_written || !config_.free_space.enabled) return;
+  for (const RayBlock& ray_block : scratch_.free_space.blocks()) close(ray_block.coord);
 }
 
 }  // namespace tessera

@@ -3,86 +3,36 @@
 #include "tessera/map/local_map.hpp"
 
 #include <bit>
-#include <cstring>
 
-#include "tessera/base/internal/lanes.hpp"
+#include "tessera/base/internal/bits.hpp"
+#include "tessera/map/internal/block_editor.hpp"
+#include "tessera/map/internal/query_group.hpp"
 
 namespace tessera {
 
-namespace {
-
-bool valid(const MapConfig& config, const ClassTable& classes) noexcept {
-  return in_range(config) && classes.num_classes() >= 1 &&
-         config.storage_bytes >= 4 * SlabPool::kPageBytes &&
-         config.storage_bytes <= MapConfig::kMaxStorageBytes;
-}
-
-}  // namespace
-
 Result<LocalMap> LocalMap::make(Arena& arena, const MapConfig& config,
                                 const ClassTable& classes) noexcept {
-  if (!valid(config, classes)) return Status::kInvalidArgument;
-  if (!arena.aligned() || arena.remaining_bytes() < required_bytes(config)) {
-    return Status::kResourceExhausted;
-  }
   LocalMap map;
-  map.config_ = config;
-  map.classes_ = classes;
-  const Result<BlockIndex> index = BlockIndex::make(arena, max_blocks(config), config.hash_seed);
-  if (!index.ok()) return index.status();
-  map.index_ = *index;
-  const std::size_t pages = config.storage_bytes / SlabPool::kPageBytes;
-  map.pool_ = SlabPool(
-      arena.take_untouched(pages * SlabPool::kPageBytes),
-      {static_cast<std::uint32_t>(sizeof(Block)), static_cast<std::uint32_t>(sizeof(LabelPage)),
-       static_cast<std::uint32_t>(sizeof(FreePage)), map.octet_bytes()});
-  map.tuples_ = TupleStore(config.tuple, config.max_evidence);
-  if (config.max_evidence > 0.0F)
-    map.max_passes_ = passes_at_cap(config.max_evidence, config.free_weight);
+  const Status status = map.set_up(arena, config, classes);
+  if (status != Status::kOk) return status;
   map.fill_states_of_passes();
   map.unobserved_ = CountSummary(map.num_components(), 0.0F).estimate(config.prior);
-  map.note_usage();
   return map;
 }
 
-SlabHandle LocalMap::find_handle(BlockCoord block) const noexcept {
-  const Result<BlockKey> key = pack(block);
-  return key.ok() ? find_handle(*key) : 0;
-}
-
-const Block* LocalMap::find(BlockCoord block) const noexcept {
-  const SlabHandle handle = find_handle(block);
-  return handle != 0 ? &block_at(handle) : nullptr;
-}
-
-bool LocalMap::has_octet(const Block& block, int octet) const noexcept {
-  return octet_handle(block, octet) != 0;
-}
-
-std::uint64_t LocalMap::octets_of(const Block& block) const noexcept {
-  std::uint64_t octets = 0;
-  for (std::size_t layer = 0; layer < kBlockLayers; ++layer) {
-    if (block.labels[layer] == 0) continue;
-    const auto& page = *reinterpret_cast<const LabelPage*>(pool_.at(block.labels[layer]));
-    std::uint64_t without = 0;
-    for (std::size_t i = 0; i < kLayerOctets; i += 4) {
-      Int4 handles;
-      std::memcpy(&handles, &page.octets[i], sizeof(handles));
-      without |= std::uint64_t{bits_of(handles == Int4{})} << i;
-    }
-    octets |= (without ^ 0xffffU) << (kLayerOctets * layer);
+void LocalMap::fill_states_of_passes() noexcept {
+  float passes = 0.0F;
+  only_labels_occupy_ = true;
+  for (VoxelState& state : states_of_passes_) {
+    state = CountSummary(num_components(), passes * config().free_weight)
+                .estimate(config().prior)
+                .state;
+    only_labels_occupy_ = only_labels_occupy_ && state != VoxelState::kOccupied;
+    passes += 1.0F;
   }
-  return octets;
 }
 
-VoxelEvidence LocalMap::evidence(const Block& block, int octet, int voxel) const noexcept {
-  VoxelEvidence result;
-  result.num_components = num_components();
-  result.sigma[0] = static_cast<float>(free_passes(block, octet, voxel)) * config_.free_weight;
-  const SlabHandle tuples = octet_handle(block, octet);
-  if (tuples != 0) tuples_.read(pool_.at(tuples), voxel, result);
-  return result;
-}
+// --- Reading -------------------------------------------------------------------------------------
 
 VoxelEvidence LocalMap::evidence(VoxelCoord voxel) const noexcept {
   const Block* const block = in_grid(voxel) ? find(block_of(voxel)) : nullptr;
@@ -102,103 +52,206 @@ VoxelEvidence LocalMap::evidence(const Point3f& p_map) const noexcept {
   return nothing;
 }
 
-void LocalMap::fill_states_of_passes() noexcept {
-  float passes = 0.0F;
-  only_labels_occupy_ = true;
-  for (VoxelState& state : states_of_passes_) {
-    state =
-        CountSummary(num_components(), passes * config_.free_weight).estimate(config_.prior).state;
-    only_labels_occupy_ = only_labels_occupy_ && state != VoxelState::kOccupied;
-    passes += 1.0F;
-  }
+Estimate LocalMap::query(const Point3f& p_map) const noexcept {
+  const Result<VoxelCoord> voxel = lattice().voxel_of(p_map);
+  return voxel.ok() ? query(*voxel) : unobserved_;
 }
 
-std::span<const KeyedIndex> LocalMap::blocks_in_order(
-    std::span<KeyedIndex> workspace) const noexcept {
-  const std::size_t n = index_.size();
-  if (workspace.size() < 2 * n) return {};
-  std::size_t i = 0;
-  index_.for_each([&](SlabHandle handle) { workspace[i++] = {block_at(handle).key, handle}; });
-  radix_sort(workspace.first(n), workspace.subspan(n, n));
-  return workspace.first(n);
+Estimate LocalMap::query(VoxelCoord voxel) const noexcept {
+  if (!in_grid(voxel)) return unobserved_;
+  const SlabHandle handle = find_handle(pack_in_grid(block_of(voxel)));
+  return handle == 0 ? unobserved_ : query(block_at(handle), voxel);
 }
 
-MapUsage LocalMap::usage() const noexcept {
-  const bool made = index_.capacity() > 0;
-  return {.capacity_bytes = made ? required_bytes(config_) : 0,
-          .used_bytes = made ? index_.used_bytes() + pool_.used_bytes() : 0,
-          .peak_bytes = peak_bytes_,
-          .blocks = index_.size(),
-          .label_voxels = label_voxels_,
-          .blocks_refused = blocks_refused_,
-          .storage_refused = pool_.refused()};
+Estimate LocalMap::query(const Block& block, VoxelCoord voxel) const noexcept {
+  CountSummary counts(num_components(), static_cast<float>(free_passes(block, row_order(voxel))) *
+                                            config().free_weight);
+  const SlabHandle tuples = octet_handle(block, octet_in_block(voxel));
+  if (tuples != 0) this->tuples().summarize(pool().at(tuples), voxel_in_octet(voxel), counts);
+  return counts.estimate(config().prior);
 }
 
-bool LocalMap::copy_passes(const Block& block, std::span<std::byte> into) const noexcept {
-  // Two voxels of an octet are neighbours in a row: from there to where the octet has them.
-  constexpr std::size_t kRow = kBlockEdge;
-  constexpr std::array<std::size_t, 4> kPairs{0, kRow, kRow * kRow, kRow * kRow + kRow};
-  std::uint64_t any = 0;
-  for (std::size_t layer = 0; layer < kBlockLayers; ++layer) {
-    const std::span<std::byte> to = into.subspan(layer * kLayerVoxels, kLayerVoxels);
-    if (block.free_passes[layer] == 0) {
-      std::memset(to.data(), 0, to.size());
-      continue;
-    }
-    const auto& page = *reinterpret_cast<const FreePage*>(pool_.at(block.free_passes[layer]));
-    for (std::size_t octet = 0; octet < kLayerOctets; ++octet) {
-      const std::size_t corner = row_in_layer(row_order_corner(static_cast<int>(octet)));
-      std::array<std::uint8_t, kOctetVoxels> passes{};
-      for (std::size_t i = 0; i < kPairs.size(); ++i)
-        std::memcpy(&passes[2 * i], &page.passes[corner + kPairs[i]], 2);
-      std::memcpy(&to[octet * kOctetVoxels], passes.data(), kOctetVoxels);
-      std::uint64_t word = 0;
-      std::memcpy(&word, passes.data(), sizeof(word));
-      any |= word;
-    }
-  }
-  return any != 0;
+Status LocalMap::query(std::span<const VoxelCoord> voxels,
+                       std::span<Estimate> into) const noexcept {
+  if (voxels.size() != into.size()) return Status::kInvalidArgument;
+  QueryGroup::query(*this, voxels, into, [](const VoxelCoord& voxel) { return voxel; });
+  return Status::kOk;
 }
 
-std::uint64_t LocalMap::count_free_voxels(const Block& block, std::size_t layer) const noexcept {
-  if (block.free_passes[layer] == 0) return 0;
-  const auto& page = *reinterpret_cast<const FreePage*>(pool_.at(block.free_passes[layer]));
-  std::uint64_t count = 0;
-  for (const std::uint8_t passes : page.passes) count += passes != 0 ? 1U : 0U;
-  if (block.labels[layer] == 0) return count;
-  const int first = static_cast<int>(layer) * kLayerOctets;
-  for (int octet = first; octet < first + kLayerOctets; ++octet) {
-    for (unsigned labels = observed_labels(block, octet); labels != 0; labels &= labels - 1)
-      count -= free_passes(block, octet, std::countr_zero(labels)) != 0 ? 1U : 0U;
-  }
-  return count;
-}
-
-std::uint64_t LocalMap::count_free_voxels() const noexcept {
-  std::uint64_t count = 0;
-  index_.for_each([&](SlabHandle handle) {
-    for (std::size_t layer = 0; layer < kBlockLayers; ++layer)
-      count += count_free_voxels(block_at(handle), layer);
+Status LocalMap::query(std::span<const Point3f> points_map,
+                       std::span<Estimate> into) const noexcept {
+  if (points_map.size() != into.size()) return Status::kInvalidArgument;
+  constexpr VoxelCoord kNowhere{kVoxelLimit, 0, 0};  // no voxel of the grid
+  const Lattice grid = lattice();
+  QueryGroup::query(*this, points_map, into, [&](const Point3f& p_map) {
+    const Result<VoxelCoord> voxel = grid.voxel_of(p_map);
+    return voxel.ok() ? *voxel : kNowhere;
   });
-  return count;
+  return Status::kOk;
 }
 
-void LocalMap::note_usage() noexcept {
-  const std::size_t used = index_.used_bytes() + pool_.used_bytes();
-  if (used > peak_bytes_) peak_bytes_ = used;
+// --- Writing -------------------------------------------------------------------------------------
+
+Status LocalMap::add_labels(SlabHandle handle, int octet, const OctetEvidence& added) noexcept {
+  if ((added.components() & ~std::uint64_t{1}) == 0) return Status::kOk;
+  BlockEditor editor(*this, handle);
+  const Status status = editor.ensure_octet(octet);
+  if (status != Status::kOk) return status;
+  editor.add_labels(octet, added);
+  editor.note_revision();
+  return Status::kOk;
 }
 
-void LocalMap::clear() noexcept {
-  store_shared(clear_stamp_, clear_stamp_ + 1);
-  std::atomic_thread_fence(std::memory_order_release);
-  index_.clear();
-  pool_.clear();
-  store_shared(clear_stamp_, clear_stamp_ + 1, std::memory_order_release);
-  revision_ = 0;
-  label_voxels_ = 0;
-  blocks_refused_ = 0;
-  peak_bytes_ = 0;
-  note_usage();
+/// In rounds, so that the octets' memory, which mostly is in no cache, is waited for together.
+Result<int> LocalMap::add_labels(SlabHandle handle, std::uint64_t octets,
+                                 const BlockEvidence& added) noexcept {
+  std::array<std::uint64_t, kBlockOctets> components{};
+  std::uint64_t wanted = 0;
+  for (; octets != 0; octets &= octets - 1) {
+    const int octet = std::countr_zero(octets);
+    std::uint64_t& present = components[static_cast<std::size_t>(octet)];
+    present = added.components_of(octet) & ~std::uint64_t{1};
+    if (present != 0) wanted |= octets & (~octets + 1);
+  }
+  if (wanted == 0) return 0;
+  BlockEditor editor(*this, handle);
+  Status status = Status::kOk;
+  std::uint64_t ready = 0;
+  for (std::uint64_t rest = wanted; rest != 0; rest &= rest - 1) {
+    const int octet = std::countr_zero(rest);
+    status = editor.ensure_octet(octet);
+    if (status != Status::kOk) break;
+    tuples().prefetch_to_add(editor.tuples(octet));
+    ready |= rest & (~rest + 1);
+  }
+  for (std::uint64_t rest = ready; rest != 0; rest &= rest - 1)
+    tuples().prefetch_planes(editor.tuples(std::countr_zero(rest)));
+  for (std::uint64_t rest = ready; rest != 0; rest &= rest - 1) {
+    const int octet = std::countr_zero(rest);
+    editor.add_labels(octet,
+                      OctetOfBlock(added, octet, components[static_cast<std::size_t>(octet)]));
+  }
+  if (ready != 0) editor.note_revision();
+  if (status != Status::kOk) return status;
+  return count_ones(ready);
+}
+
+Status LocalMap::add_free_pass(SlabHandle handle, const VoxelMask& mask) noexcept {
+  const Block& block = block_at(handle);
+  const std::uint32_t new_pages = free_pages_needed(block, mask);
+  if (new_pages > 0 && !fits_or_refuse({0, 0, new_pages, 0})) return Status::kResourceExhausted;
+  BlockEditor editor(*this, handle);
+  bool changed = false;
+  for (std::size_t layer = 0; layer < kBlockLayers; ++layer) {
+    const BlockEditor::Slices slices{mask[2 * layer], mask[2 * layer + 1]};
+    if ((slices[0] | slices[1]) == 0) continue;
+    editor.ensure_free_page(layer);
+    changed = editor.count_passes(layer, slices) || changed;
+    if (config().max_evidence > 0.0F && block.labels[layer] != 0)
+      changed = editor.give_way(layer, slices) || changed;
+  }
+  if (changed) editor.note_revision();
+  return Status::kOk;
+}
+
+namespace {
+
+bool has_labels(const VoxelEvidence& evidence) noexcept {
+  if (evidence.rest > 0.0F) return true;
+  for (std::size_t l = 1; l < static_cast<std::size_t>(evidence.num_components); ++l) {
+    if (evidence.sigma[l] > 0.0F) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+Status LocalMap::restore(SlabHandle handle, int octet, int voxel, const VoxelEvidence& evidence,
+                         std::uint8_t passes) noexcept {
+  if (passes > max_passes() || !tuples().holds(evidence)) return Status::kInvalidArgument;
+  const bool labelled = has_labels(evidence);
+  if (!has_room(block_at(handle), octet, labelled, passes > 0)) return Status::kResourceExhausted;
+  BlockEditor editor(*this, handle);
+  if (passes > 0) {
+    editor.ensure_free_page(layer_of_octet(octet));
+    editor.set_passes(octet, voxel, passes);
+  }
+  if (labelled) editor.set_labels(octet, voxel, evidence, false);
+  return Status::kOk;
+}
+
+Status LocalMap::merge(SlabHandle handle, int octet, int voxel, const VoxelEvidence& added,
+                       std::uint8_t passes) noexcept {
+  const Block& block = block_at(handle);
+  const std::uint8_t passes_here = free_passes(block, octet, voxel);
+  const bool labels_here =
+      ((unsigned{observed_labels(block, octet)} >> static_cast<unsigned>(voxel)) & 1U) != 0;
+  if (passes_here == 0 && !labels_here) return restore(handle, octet, voxel, added, passes);
+  if (passes > max_passes() || !tuples().holds(added)) return Status::kInvalidArgument;
+  VoxelEvidence sum = evidence(block, octet, voxel);
+  for (std::size_t l = 1; l < static_cast<std::size_t>(num_components()); ++l)
+    sum.sigma[l] += added.sigma[l];
+  sum.rest += added.rest;
+  const bool labelled = labels_here || has_labels(added);
+  if (!has_room(block, octet, labelled, passes > 0)) return Status::kResourceExhausted;
+  BlockEditor editor(*this, handle);
+  if (passes > 0) {
+    editor.ensure_free_page(layer_of_octet(octet));
+    editor.set_passes(octet, voxel, unsigned{passes_here} + passes);
+  }
+  if (!labelled) return Status::kOk;
+  tuples().condense(sum);
+  editor.set_labels(octet, voxel, sum, true);
+  return Status::kOk;
+}
+
+Status LocalMap::merge_passes(SlabHandle handle, int octet, std::span<const std::byte> passes,
+                              unsigned mask) noexcept {
+  unsigned given = 0;
+  for (unsigned rest = mask; rest != 0; rest &= rest - 1) {
+    const auto voxel = static_cast<unsigned>(std::countr_zero(rest));
+    const auto more = std::to_integer<std::uint8_t>(passes[voxel]);
+    if (more > max_passes()) return Status::kInvalidArgument;
+    given |= (more != 0 ? 1U : 0U) << voxel;
+  }
+  if (given == 0) return Status::kOk;
+  const Block& block = block_at(handle);
+  TESSERA_ASSERT((observed_labels(block, octet) & given) == 0);
+  if (!has_room(block, octet, false, true)) return Status::kResourceExhausted;
+  BlockEditor editor(*this, handle);
+  editor.ensure_free_page(layer_of_octet(octet));
+  editor.add_passes(octet, passes, given);
+  return Status::kOk;
+}
+
+Status LocalMap::replace(SlabHandle handle, const BlockContent& content) noexcept {
+  BlockEditor editor(*this, handle);
+  editor.clear();
+  editor.note_revision();
+  const std::uint64_t label_octets = content.label_octets();
+  const std::uint64_t pass_octets = content.pass_octets();
+  SlabPool::Counts wanted{};
+  for (unsigned layer = 0; layer < kBlockLayers; ++layer) {
+    constexpr std::uint64_t kOfLayer = (std::uint64_t{1} << unsigned{kLayerOctets}) - 1;
+    const std::uint64_t labels = (label_octets >> (layer * kLayerOctets)) & kOfLayer;
+    wanted[kLabelSlab] += labels != 0 ? 1U : 0U;
+    wanted[kOctetSlab] += static_cast<std::uint32_t>(count_ones(labels));
+    wanted[kFreeSlab] += ((pass_octets >> (layer * kLayerOctets)) & kOfLayer) != 0 ? 1U : 0U;
+  }
+  if (!fits_or_refuse(wanted)) return Status::kResourceExhausted;
+  for (std::uint64_t rest = pass_octets; rest != 0; rest &= rest - 1) {
+    const int octet = std::countr_zero(rest);
+    editor.ensure_free_page(layer_of_octet(octet));
+    for (int v = 0; v < kOctetVoxels; ++v)
+      editor.set_passes(octet, v, content.passes(row_order(octet, v)));
+  }
+  for (std::uint64_t rest = label_octets; rest != 0; rest &= rest - 1)
+    editor.fill_octet(std::countr_zero(rest), content);
+  return Status::kOk;
+}
+
+void LocalMap::restore_revision(SlabHandle block, std::uint32_t revision) noexcept {
+  BlockEditor(*this, block).restore_revision(revision);
 }
 
 }  // namespace tessera

@@ -20,7 +20,45 @@ using detail::read_head;
 
 constexpr std::size_t kMaxHeaderBody = 6144;
 
-Status parse_body(ByteReader& in, MapFileHeader& header) noexcept {
+VoxelCoord voxel_of(ByteReader& in) noexcept {
+  VoxelCoord voxel;
+  voxel.x = static_cast<std::int32_t>(in.u32());
+  voxel.y = static_cast<std::int32_t>(in.u32());
+  voxel.z = static_cast<std::int32_t>(in.u32());
+  return voxel;
+}
+
+/// Of the header's blocks and classes, which are known. False: such counts no map has.
+bool parse_summary(ByteReader& in, MapFileHeader& header) noexcept {
+  MapSummary summary;
+  summary.digest = in.u64();
+  summary.label_voxels = in.u64();
+  summary.free_voxels = in.u64();
+  summary.occupied = in.u64();
+  summary.free = in.u64();
+  summary.low = voxel_of(in);
+  summary.high = voxel_of(in);
+  const std::uint64_t most = header.content.blocks * kBlockVoxels;
+  std::uint64_t labelled = 0;
+  bool small = true;
+  for (std::uint64_t& voxels :
+       std::span(summary.occupied_by_label)
+           .first(static_cast<std::size_t>(header.classes.num_components()))) {
+    voxels = in.u64();
+    small = small && voxels <= most;
+    labelled += voxels;
+  }
+  for (const std::uint64_t voxels :
+       {summary.label_voxels, summary.free_voxels, summary.occupied, summary.free})
+    small = small && voxels <= most;
+  const bool ordered = summary.low.x <= summary.high.x && summary.low.y <= summary.high.y &&
+                       summary.low.z <= summary.high.z;
+  header.summary = summary;
+  return in.ok() && small && ordered && in_grid(summary.low) && in_grid(summary.high) &&
+         summary.observed() == summary.occupied + summary.free && labelled == summary.occupied;
+}
+
+Status parse_body(ByteReader& in, std::uint16_t minor, MapFileHeader& header) noexcept {
   const std::uint8_t kind = in.u8();
   const std::uint8_t tuple = in.u8();
   const std::uint8_t classes = in.u8();
@@ -66,6 +104,9 @@ Status parse_body(ByteReader& in, MapFileHeader& header) noexcept {
   const bool rigid =
       !header.identity.has_T_global_map || check_rigid(header.identity.T_global_map) == Status::kOk;
   if (!in.ok() || !fits || !rigid || !in_range(header.config)) return Status::kCorrupt;
+  const std::uint8_t has_summary = minor >= 1 ? in.u8() : 0;
+  if (!in.ok() || has_summary > 1 || (has_summary == 1 && !parse_summary(in, header)))
+    return Status::kCorrupt;
   const std::uint32_t octet_bytes =
       TupleStore::octet_bytes(header.config.tuple, header.classes.num_components());
   header.config.storage_bytes = detail::storage_for(content, octet_bytes);
@@ -145,7 +186,7 @@ MapFileStatus load_header(const ByteSource& byte_source, MapFileBuffer& buffer,
       return failed(source, Status::kCorrupt, "this is not a map file");
   }
   const std::uint16_t major = in.u16();
-  static_cast<void>(in.u16());  // any minor version of a major one that is known
+  const std::uint16_t minor = in.u16();  // any one of a major version that is known
   const std::uint32_t body_bytes = in.u32();
   if (major != detail::kMapMajor)
     return failed(source, Status::kUnsupported, "the file has another major version");
@@ -158,12 +199,19 @@ MapFileStatus load_header(const ByteSource& byte_source, MapFileBuffer& buffer,
   const MapFileStatus checksum = check(source, "the header's checksum does not match");
   if (!checksum.ok()) return checksum;
   ByteReader reader(body);
-  const Status status = parse_body(reader, header);
+  const Status status = parse_body(reader, minor, header);
   if (status == Status::kUnsupported)
     return failed(source, status, "the header names a kind of map that is not known");
   if (status != Status::kOk) return failed(source, status, "the header has a value out of range");
   header.header_bytes = source.offset();
   return {.offset_bytes = source.offset()};
+}
+
+bool is_end_of(const MapFileHeader& header,
+               std::span<const std::byte, kMapFileEndBytes> end) noexcept {
+  ByteReader in(end);
+  const bool is_end = in.u32() == detail::kEndMark && in.u64() == header.content.blocks;
+  return is_end && in.u32() == crc32c(end.first<kMapFileEndBytes - 4>());
 }
 
 MapFileStatus load_blocks(const ByteSource& byte_source, const MapFileHeader& header,

@@ -38,8 +38,27 @@ bool count(const LocalMap& map, std::span<const KeyedIndex> blocks, const BlockL
   return true;
 }
 
+void put_voxel(VoxelCoord voxel, ByteWriter& body) noexcept {
+  for (const std::int32_t c : {voxel.x, voxel.y, voxel.z}) body.u32(static_cast<std::uint32_t>(c));
+}
+
+void put_summary(const MapSummary* summary, int num_components, ByteWriter& body) noexcept {
+  body.u8(summary == nullptr ? 0 : 1);
+  if (summary == nullptr) return;
+  body.u64(summary->digest);
+  body.u64(summary->label_voxels);
+  body.u64(summary->free_voxels);
+  body.u64(summary->occupied);
+  body.u64(summary->free);
+  put_voxel(summary->low, body);
+  put_voxel(summary->high, body);
+  for (const std::uint64_t voxels :
+       std::span(summary->occupied_by_label).first(static_cast<std::size_t>(num_components)))
+    body.u64(voxels);
+}
+
 void put_header(const LocalMap& map, const MapIdentity& identity, const MapFileContent& counts,
-                MapFileBuffer& buffer, CheckedSink& sink) noexcept {
+                const MapSummary* summary, MapFileBuffer& buffer, CheckedSink& sink) noexcept {
   ByteWriter body(std::span(buffer.bytes).subspan(detail::kPreambleBytes));
   body.u8(static_cast<std::uint8_t>(identity.kind));
   body.u8(static_cast<std::uint8_t>(map.config().tuple));
@@ -69,6 +88,7 @@ void put_header(const LocalMap& map, const MapIdentity& identity, const MapFileC
   body.u32(identity.settings_bytes);
   for (std::size_t i = 0; i < identity.settings_bytes; ++i)
     body.u8(static_cast<std::uint8_t>(identity.settings[i]));
+  put_summary(summary, map.num_components(), body);
   TESSERA_ASSERT(body.ok());
   ByteWriter preamble(std::span(buffer.bytes).first(detail::kPreambleBytes));
   for (const char letter : detail::kMapMagic) preamble.u8(static_cast<std::uint8_t>(letter));
@@ -83,7 +103,8 @@ void put_header(const LocalMap& map, const MapIdentity& identity, const MapFileC
 
 MapFileStatus save(const LocalMap& map, const MapIdentity& identity,
                    std::span<const KeyedIndex> blocks, const BlockLookup& lookup,
-                   MapFileBuffer& buffer, const ByteSink& byte_sink) noexcept {
+                   MapFileBuffer& buffer, const ByteSink& byte_sink,
+                   const MapSummary* summary) noexcept {
   if (map.classes().num_classes() == 0 || identity.settings_bytes > MapIdentity::kMaxSettings ||
       lookup.find == nullptr || byte_sink.write == nullptr) {
     return {.status = Status::kInvalidArgument,
@@ -93,7 +114,7 @@ MapFileStatus save(const LocalMap& map, const MapIdentity& identity,
   CheckedSink sink(byte_sink);
   MapFileContent counts;
   if (!count(map, blocks, lookup, counts)) return {Status::kIo, kNoBlock, 0};
-  put_header(map, identity, counts, buffer, sink);
+  put_header(map, identity, counts, summary, buffer, sink);
   for (const KeyedIndex& item : blocks) {
     if (!sink.ok()) break;
     const auto [block, head] = find(map, lookup, item);
@@ -111,17 +132,14 @@ MapFileStatus save(const LocalMap& map, const MapIdentity& identity,
 
 MapFileStatus save(const LocalMap& map, const MapIdentity& identity,
                    std::span<KeyedIndex> workspace, MapFileBuffer& buffer,
-                   const ByteSink& byte_sink) noexcept {
+                   const ByteSink& byte_sink, const MapSummary* summary) noexcept {
   if (workspace.size() < 2 * map.block_count()) {
     return {.status = Status::kInvalidArgument,
             .what = "there is no map, workspace or sink to save"};
   }
-  const LocalMap* blocks = &map;
-  const BlockLookup lookup{
-      &blocks, [](void* context, const KeyedIndex& item) {
-        return &(*static_cast<const LocalMap**>(context))->block_at(item.index);
-      }};
-  return save(map, identity, map.blocks_in_order(workspace), lookup, buffer, byte_sink);
+  BlocksInMemory blocks(map);
+  return save(map, identity, map.blocks_in_order(workspace), blocks.lookup(), buffer, byte_sink,
+              summary);
 }
 
 }  // namespace tessera

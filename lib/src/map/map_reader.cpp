@@ -21,8 +21,9 @@ VoxelEvidence BlockSnapshot::evidence(int octet, int voxel) const noexcept {
 
 template <class Item>
 const Item* MapReader::item(SlabHandle handle, std::size_t bytes) const noexcept {
-  return map_->pool_.reaches(handle, bytes) ? reinterpret_cast<const Item*>(map_->pool_.at(handle))
-                                            : nullptr;
+  return map_->pool().reaches(handle, bytes)
+             ? reinterpret_cast<const Item*>(map_->pool().at(handle))
+             : nullptr;
 }
 
 /// The order of loads is what makes this right: the stamps of map, index and block, then what they
@@ -30,19 +31,19 @@ const Item* MapReader::item(SlabHandle handle, std::size_t bytes) const noexcept
 template <class Copy>
 MapReader::Outcome MapReader::try_read(BlockKey key, Copy& copy) noexcept {
   const LocalMap& map = *map_;
-  const std::uint64_t cleared = load_shared(map.clear_stamp_, std::memory_order_acquire);
-  const std::uint64_t moved = map.index_.move_stamp();
+  const std::uint64_t cleared = load_shared(map.shared_clear_stamp(), std::memory_order_acquire);
+  const std::uint64_t moved = map.index().move_stamp();
   const auto is_block = [&](SlabHandle handle) {
     const Block* const block = item<Block>(handle);
     return block != nullptr && load_shared(block->key) == key.bits;
   };
-  const auto is_same_map = [&] { return load_shared(map.clear_stamp_) == cleared; };
+  const auto is_same_map = [&] { return load_shared(map.shared_clear_stamp()) == cleared; };
   if (cleared % 2 != 0) return Outcome::kTorn;
-  const SlabHandle handle = map.index_.find_shared(key, is_block);
+  const SlabHandle handle = map.index().find_shared(key, is_block);
   if (handle == 0) {
     std::atomic_thread_fence(std::memory_order_acquire);
     // An entry that moves may be missed in both of its places.
-    const bool absent = moved % 2 == 0 && map.index_.move_stamp() == moved && is_same_map();
+    const bool absent = moved % 2 == 0 && map.index().move_stamp() == moved && is_same_map();
     return absent ? Outcome::kAbsent : Outcome::kTorn;
   }
   const Block* const block = item<Block>(handle);
@@ -77,7 +78,7 @@ bool MapReader::copy_octet(const Block& block, int octet, std::byte* to,
   if (handle == 0) return true;
   const auto* const tuples = item<std::byte>(handle, map_->octet_bytes());
   if (tuples == nullptr) return false;
-  map_->tuples_.copy_shared(tuples, to, map_->num_components());
+  map_->tuples().copy_shared(tuples, to, map_->num_components());
   present = true;
   return true;
 }
@@ -104,7 +105,7 @@ MapReader::Outcome MapReader::read_evidence(VoxelCoord voxel, VoxelEvidence& int
   });
   if (outcome != Outcome::kRead) return outcome;
   into.sigma[0] = static_cast<float>(passes) * map_->config().free_weight;
-  if (labelled) map_->tuples_.read(tuples.data(), voxel_in_octet(voxel), into);
+  if (labelled) map_->tuples().read(tuples.data(), voxel_in_octet(voxel), into);
   return outcome;
 }
 
@@ -187,7 +188,7 @@ Result<BlockSnapshot> MapReader::snapshot(BlockCoord block,
   result.coord_ = block;
   result.num_components_ = map_->num_components();
   result.free_weight_ = map_->config().free_weight;
-  result.tuples_ = map_->tuples_;
+  result.tuples_ = map_->tuples();
   result.octet_bytes_ = map_->octet_bytes();
   if (outcome == Outcome::kRead) {
     result.free_passes_ = workspace.first(kBlockVoxels);
@@ -214,7 +215,7 @@ bool MapReader::read_note(SlabHandle handle, BlockNote& into) const noexcept {
 
 Result<PageNotes> MapReader::notes(std::size_t page, std::size_t first_slot,
                                    std::span<BlockNote, kPageBlocks> into) noexcept {
-  const BlockIndex& index = map_->index_;
+  const BlockIndex& index = map_->index();
   if (page >= pages()) return Status::kOutOfRange;
   for (int attempt = 0; attempt < kMaxAttempts; ++attempt) {
     const std::uint64_t moved = index.move_stamp();

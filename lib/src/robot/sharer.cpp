@@ -187,7 +187,7 @@ std::uint64_t Sharer::fuse(std::uint64_t work) noexcept {
 }
 
 std::size_t Sharer::used_bytes() const noexcept {
-  return scratch_bytes_ + global_.report().used_bytes;
+  return scratch_bytes_ + static_cast<std::size_t>(global_.report().used_bytes);
 }
 
 }  // namespace tessera

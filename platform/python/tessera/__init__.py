@@ -8,6 +8,11 @@ an array of the wrong type TypeError; work that cannot be completed raises Error
 """
 import enum
 
+from . import _tessera
+from ._refusals import shorten as _shorten
+
+_shorten(_tessera)
+
 from ._tessera import ClassTable as ClassTable
 from ._tessera import Clouds as Clouds
 from ._tessera import Dataset as Dataset

@@ -15,6 +15,7 @@ uniform ivec3 origin;
 uniform mat4 clip;
 uniform vec3 eye;
 uniform float pixels, near, swell, newest, span;
+uniform vec2 heights;
 uniform int layer;
 uniform highp sampler2D palette;
 flat out vec3 center;
@@ -24,6 +25,7 @@ ivec2 place() {
   if (layer == 0) return ivec2(int(told.x), 0);
   if (layer == 3) return ivec2(int(told.w), 1);
   if (layer == 4) return ivec2(told.w == 255u ? 3 : told.w < 253u ? 2 : int(more & 1u), 3);
+  if (layer == 6) return ivec2(int(255.0 * clamp((float(voxel.z) + 0.5 - heights.x) / (heights.y - heights.x), 0.0, 1.0)), 2);
   if (layer == 5) return ivec2(int(255.0 * (1.0 - clamp((newest - float(more >> 8)) / span, 0.0, 1.0))), 2);
   if (told.x == 0u) return ivec2(0, 0);
   if (layer == 1) return ivec2(255 - int(told.y), 2);
@@ -222,6 +224,7 @@ export class Gpu {
     gl.uniform1f(places.swell, look.cubes ? 1.85 : 1.2 * look.every ** 0.3);
     gl.uniform1f(places.newest, look.store.newest & 0xffffff);
     gl.uniform1f(places.span, look.store.ageSpan());
+    gl.uniform2f(places.heights, ...look.store.heightSpan());
     gl.uniform1i(places.layer, look.layer);
     gl.uniform1i(places.cubes, look.cubes ? 1 : 0);
     gl.drawArrays(gl.POINTS, 0, Math.floor(look.store.end / look.every));

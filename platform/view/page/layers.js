@@ -9,6 +9,7 @@ export const kLayers = [
   { name: "contributor", title: "Contributor" },
   { name: "disagreement", title: "Disagreement" },
   { name: "age", title: "Age" },
+  { name: "height", title: "Height" },
 ];
 
 export const kNoLabel = [128, 128, 128];

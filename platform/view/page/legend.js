@@ -69,6 +69,10 @@ function parts(layer, map, store) {
       if (map.live)
         return [list([["this robot’s own map agrees", kAgreement[0]], ["it names another class", kAgreement[1]], ["only other robots", kAgreement[2]]])];
       return [list([["robots agree on the class", kAgreement[0]], ["robots disagree", kAgreement[1]], ["one robot only", kAgreement[2]], ["none of these robots", kAgreement[3]]])];
+    case "height": {
+      const [low_m, high_m] = store.heightSpan().map((voxels) => voxels * map.resolution_m);
+      return [bar("Height above the map’s origin", [0, 0.5, 1].map((t) => [t, `${(low_m + t * (high_m - low_m)).toFixed(1)} m`]), scaleColor)];
+    }
     default:
       return [bar(`Age of the block in ${unit}`, [[0, "newest"], [0.5, String(Math.round(store.ageSpan() / 2))], [1, `${store.ageSpan()}`]], (t) => scaleColor(1 - t)),
         element("p", { class: "hint" }, `Since the block of 8 × 8 × 8 voxels last changed.`)];

@@ -24,7 +24,7 @@ const canvas = document.getElementById("canvas");
 const camera = new Camera();
 const store = new Store();
 const gpu = Gpu.make(canvas);
-const state = { layer: "class", origin: [0, 0, 0], picked: null, robots: [], touched: false, asked: false, moved_ms: -1e9, drawn_ms: 0, shown_ms: 0, cost_ms: 0, later: 0, every: 1, frame_ms: 0, last_ms: 0, smooth: false };
+const state = { layer: "class", chosen: false, origin: [0, 0, 0], picked: null, robots: [], touched: false, asked: false, moved_ms: -1e9, drawn_ms: 0, shown_ms: 0, cost_ms: 0, later: 0, every: 1, frame_ms: 0, last_ms: 0, smooth: false };
 const text = (id, words) => (document.getElementById(id).textContent = words);
 const map = () => feed.maps[feed.chosen];
 
@@ -114,6 +114,11 @@ function setLayer(name) {
   request();
 }
 
+function chooseLayer(name) {
+  state.chosen = true;
+  setLayer(name);
+}
+
 function remember() {
   history.replaceState(null, "", `#map=${feed.chosen}&layer=${state.layer}`);
 }
@@ -175,7 +180,11 @@ const feed = new Feed(store, {
   maps: showMaps,
   blocks(complete) {
     if (!state.touched) fit();
-    if (complete) canvas.dataset.complete = "true";
+    if (complete) {
+      canvas.dataset.complete = "true";
+      // One grey tells nothing.
+      if (!state.chosen && state.layer === "class" && store.voxels > 0 && store.labels[0] === store.voxels) setLayer("height");
+    }
     text("voxel-count", `${store.voxels.toLocaleString("en").replace(/,/g, "\u202f")} voxels${complete || canvas.dataset.complete === "true" ? "" : " …"}`);
     canvas.dataset.voxels = String(store.voxels);
     canvas.dataset.received = String(store.received);
@@ -199,9 +208,9 @@ const feed = new Feed(store, {
 
 function start() {
   const asked = new URLSearchParams(location.hash.slice(1));
-  if (kLayers.some((l) => l.name === asked.get("layer"))) state.layer = asked.get("layer");
+  if (kLayers.some((l) => l.name === asked.get("layer"))) [state.layer, state.chosen] = [asked.get("layer"), true];
   feed.chosen = Math.max(0, Number.parseInt(asked.get("map") ?? "0", 10) || 0);
-  makeLayers(setLayer);
+  makeLayers(chooseLayer);
   document.getElementById("map-select").addEventListener("change", (event) => {
     feed.choose(Number(event.target.value));
     begin();
@@ -216,7 +225,7 @@ function start() {
     camera.yaw = -Math.PI / 2;
     fit();
   };
-  listen(canvas, camera, { moved, pick: pickAt, clear: clearPick, fit, top, layer: (i) => setLayer(kLayers[i].name) });
+  listen(canvas, camera, { moved, pick: pickAt, clear: clearPick, fit, top, layer: (i) => chooseLayer(kLayers[i].name) });
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", theme);
   new ResizeObserver(request).observe(canvas);
   canvas.addEventListener("webglcontextlost", (event) => event.preventDefault());

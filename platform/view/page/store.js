@@ -49,6 +49,24 @@ export class Store {
     this.dirtyFrom = 0;
     this.dirtyTo = 0;
     this.grown = true;
+    this.measured = 0; // Voxels when heights were measured.
+    this.heights = [0, 1];
+  }
+
+  /// Lower and upper end of the heights, in voxels, without the highest and the lowest 2 %; measured again when the map has
+  /// grown or shrunk by a tenth.
+  heightSpan() {
+    if (this.voxels === 0 || Math.abs(this.voxels - this.measured) <= 0.1 * this.measured) return this.heights;
+    this.measured = this.voxels;
+    const counts = new Map(); // Voxels by the height of their block.
+    for (const block of this.blocks.values()) counts.set(block.z, (counts.get(block.z) ?? 0) + block.count);
+    const levels = [...counts].sort((a, b) => a[0] - b[0]);
+    const at = (share) => {
+      let below = 0;
+      return levels.find(([, count]) => (below += count) >= share * this.voxels)?.[0] ?? 0;
+    };
+    this.heights = [8 * at(0.02), 8 * at(0.98) + 8];
+    return this.heights;
   }
 
   ageSpan() {

@@ -8,7 +8,7 @@
 #include <catch2/catch.hpp>
 #include <limits>
 
-#include "oracle/random.hpp"
+#include "support/random.hpp"
 
 namespace tessera {
 namespace {

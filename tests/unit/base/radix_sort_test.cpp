@@ -7,7 +7,7 @@
 #include <catch2/catch.hpp>
 #include <vector>
 
-#include "oracle/random.hpp"
+#include "support/random.hpp"
 
 namespace tessera {
 namespace {

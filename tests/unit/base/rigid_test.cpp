@@ -8,7 +8,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "oracle/random.hpp"
+#include "support/random.hpp"
 #include "tessera/base/internal/digest.hpp"
 
 namespace tessera {

@@ -5,7 +5,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "oracle/mapper.hpp"
+#include "support/mapper.hpp"
 
 namespace tessera {
 namespace {
@@ -17,7 +17,7 @@ TEST_CASE(
   const std::int64_t step_us = GENERATE(17, 100, 1'000, 10'000, 333'333);
   ExchangeConfig config;
   config.bytes_per_s = kRate;
-  oracle::AlignedMemory memory(Answers::required_bytes(config));
+  AlignedMemory memory(Answers::required_bytes(config));
   Arena arena(memory.span());
   const Result<Answers> answers = Answers::make(arena, config);
   REQUIRE(answers.ok());
@@ -40,7 +40,7 @@ TEST_CASE(
 
 TEST_CASE("Answers: what an asker had goes last, however often it asks for all, and gaps first") {
   const ExchangeConfig config;
-  oracle::AlignedMemory memory(Answers::required_bytes(config));
+  AlignedMemory memory(Answers::required_bytes(config));
   Arena arena(memory.span());
   Result<Answers> answers = Answers::make(arena, config);
   REQUIRE(answers.ok());
@@ -77,7 +77,7 @@ TEST_CASE("Answers: what an asker had goes last, however often it asks for all, 
 TEST_CASE("Answers: one robot leaves a quarter of the places for single records to others") {
   ExchangeConfig config;
   config.picks = 400;
-  oracle::AlignedMemory memory(Answers::required_bytes(config));
+  AlignedMemory memory(Answers::required_bytes(config));
   Arena arena(memory.span());
   Result<Answers> answers = Answers::make(arena, config);
   REQUIRE(answers.ok());

@@ -6,9 +6,9 @@
 
 #include <catch2/catch.hpp>
 
-#include "sample_content.hpp"
+#include "support/sample_content.hpp"
+#include "support/small_map.hpp"
 #include "tessera/map/internal/packed_block.hpp"
-#include "unit/map/small_map.hpp"
 
 namespace tessera {
 namespace {

@@ -6,7 +6,7 @@
 #include <catch2/catch.hpp>
 #include <vector>
 
-#include "oracle/mapper.hpp"
+#include "support/mapper.hpp"
 
 namespace tessera {
 namespace {
@@ -24,7 +24,7 @@ struct Table {
     for (ConflictBody::Side& side : conflict.side) side.proof = proof;
     return conflicts.add(conflict, due);
   }
-  oracle::AlignedMemory memory;
+  AlignedMemory memory;
   Conflicts conflicts;
 };
 

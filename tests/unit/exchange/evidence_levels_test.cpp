@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "oracle/random.hpp"
+#include "support/random.hpp"
 #include "tessera/map/internal/packed_block.hpp"
 
 namespace tessera {

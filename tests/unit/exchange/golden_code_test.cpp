@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "sample_content.hpp"
+#include "support/sample_content.hpp"
 #include "tessera/base/internal/digest.hpp"
 
 namespace tessera {

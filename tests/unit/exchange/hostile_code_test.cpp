@@ -4,7 +4,7 @@
 // exactly the memory that it takes, so that sanitizers see a byte read beyond.
 #include <catch2/catch.hpp>
 
-#include "sample_content.hpp"
+#include "support/sample_content.hpp"
 
 namespace tessera {
 namespace {

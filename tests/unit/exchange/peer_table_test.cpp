@@ -5,9 +5,9 @@
 #include <catch2/catch.hpp>
 #include <set>
 
-#include "oracle/cloud.hpp"
-#include "oracle/mapper.hpp"
-#include "oracle/random.hpp"
+#include "support/cloud.hpp"
+#include "support/mapper.hpp"
+#include "support/random.hpp"
 
 namespace tessera {
 namespace {
@@ -58,7 +58,7 @@ TEST_CASE("rate limit: so many at once, then so many a second, from any time on"
 }
 
 TEST_CASE("peer table: a full table gives the place of who is silent longest, and of nobody else") {
-  oracle::AlignedMemory memory(PeerTable::required_bytes(3));
+  AlignedMemory memory(PeerTable::required_bytes(3));
   Arena arena(memory.span());
   PeerTable table = *PeerTable::make(arena, 3);
   const auto at = [](std::int64_t us) { return Instant::at_us(us); };

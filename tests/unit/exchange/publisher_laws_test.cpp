@@ -4,8 +4,8 @@
 // means; and the same calls give the same publications.
 #include <catch2/catch.hpp>
 
-#include "oracle/random.hpp"
 #include "sample_robot.hpp"
+#include "support/random.hpp"
 
 namespace tessera {
 

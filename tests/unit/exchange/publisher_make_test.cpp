@@ -11,8 +11,8 @@ namespace {
 
 Status status_of(const PublisherConfig& config, std::size_t short_of_bytes = 0) {
   const std::size_t bytes = Publisher::required_bytes(config, 5) - short_of_bytes;
-  std::vector<SmallMap::Line> lines(bytes / sizeof(SmallMap::Line) + 1);
-  Arena arena(std::as_writable_bytes(std::span(lines)).first(bytes));
+  AlignedMemory memory(bytes);
+  Arena arena = memory.arena();
   return Publisher::make(arena, config, MapConfig{}, 5).status();
 }
 

@@ -5,7 +5,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "sample_content.hpp"
+#include "support/sample_content.hpp"
 #include "tessera/map/internal/packed_block.hpp"
 #include "tessera/semantics/estimate.hpp"
 

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <vector>
 
-#include "oracle/random.hpp"
+#include "support/random.hpp"
 
 namespace tessera {
 namespace {

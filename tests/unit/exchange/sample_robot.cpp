@@ -86,9 +86,10 @@ Result<WireBytes> KeptPublication::publish(BlockKey key, const BlockContent& con
 }
 
 SampleRobot::SampleRobot(const PublisherConfig& config, std::size_t pages)
-    : small(config_of_pages(pages), kClasses), kept(kComponents) {
-  lines.resize(Publisher::required_bytes(config, kComponents) / sizeof(SmallMap::Line));
-  Arena arena(std::as_writable_bytes(std::span(lines)));
+    : small(config_of_pages(pages), kClasses),
+      kept(kComponents),
+      memory(Publisher::required_bytes(config, kComponents)) {
+  Arena arena = memory.arena();
   Result<Publisher> made = Publisher::make(arena, config, small.map.config(), kComponents);
   REQUIRE(made.ok());
   REQUIRE(arena.remaining_bytes() == 0);

@@ -7,9 +7,9 @@
 #include <set>
 #include <vector>
 
+#include "support/small_map.hpp"
 #include "tessera/exchange/publisher.hpp"
 #include "tessera/map/internal/packed_block.hpp"
-#include "unit/map/small_map.hpp"
 
 namespace tessera {
 
@@ -65,7 +65,7 @@ struct SampleRobot {
 
   SmallMap small;
   KeptPublication kept;
-  std::vector<SmallMap::Line> lines;
+  AlignedMemory memory;
   Publisher publisher;
   PublisherBudget budget = kPlenty;
   std::int64_t now_us = 0;

@@ -6,7 +6,7 @@
 #include <memory>
 #include <vector>
 
-#include "oracle/cloud.hpp"
+#include "support/cloud.hpp"
 
 namespace tessera {
 namespace {

@@ -6,8 +6,8 @@
 #include <catch2/catch.hpp>
 #include <vector>
 
-#include "oracle/cloud.hpp"
-#include "oracle/random.hpp"
+#include "support/cloud.hpp"
+#include "support/random.hpp"
 
 namespace tessera {
 namespace {

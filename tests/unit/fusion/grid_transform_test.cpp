@@ -7,8 +7,8 @@
 #include <set>
 #include <tuple>
 
-#include "oracle/cloud.hpp"
-#include "oracle/team.hpp"
+#include "support/cloud.hpp"
+#include "support/team.hpp"
 
 namespace tessera {
 namespace {

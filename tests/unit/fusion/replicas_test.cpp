@@ -10,8 +10,8 @@
 #include <tuple>
 #include <vector>
 
-#include "oracle/mapper.hpp"
-#include "oracle/random.hpp"
+#include "support/mapper.hpp"
+#include "support/random.hpp"
 
 namespace tessera {
 namespace {
@@ -21,7 +21,7 @@ struct OwnReplicas {
     Arena arena(memory.span());
     replicas = *Replicas::make(arena, given);
   }
-  oracle::AlignedMemory memory;
+  AlignedMemory memory;
   Replicas replicas;
 };
 

@@ -6,8 +6,8 @@
 #include <map>
 #include <vector>
 
-#include "oracle/mapper.hpp"
-#include "oracle/random.hpp"
+#include "support/mapper.hpp"
+#include "support/random.hpp"
 
 namespace tessera {
 namespace {
@@ -20,7 +20,7 @@ std::vector<std::byte> random_bytes(oracle::Random& random, std::size_t size) {
 
 TEST_CASE("segment store: what fits hangs on how much is stored, not on the order it came in") {
   constexpr std::uint32_t kSegments = 200;
-  oracle::AlignedMemory memory(SegmentStore::required_bytes(kSegments));
+  AlignedMemory memory(SegmentStore::required_bytes(kSegments));
   Arena arena(memory.span());
   SegmentStore store = *SegmentStore::make(arena, kSegments);
   oracle::Random random(5);

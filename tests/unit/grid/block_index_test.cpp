@@ -10,7 +10,8 @@
 #include <set>
 #include <vector>
 
-#include "oracle/random.hpp"
+#include "support/aligned_memory.hpp"
+#include "support/random.hpp"
 
 namespace tessera {
 namespace {
@@ -18,13 +19,10 @@ namespace {
 /// An index in memory of exactly its size, full of rubbish at first, and the items' keys. The
 /// handle of item i is i + 1.
 struct OwnedIndex {
-  struct alignas(kArenaAlignment) Line {
-    std::array<std::byte, kArenaAlignment> bytes{};
-  };
   explicit OwnedIndex(std::size_t capacity, std::uint64_t seed = 0)
-      : lines(BlockIndex::required_bytes(capacity) / sizeof(Line)) {
-    for (Line& line : lines) line.bytes.fill(std::byte{0xcd});
-    Arena arena(std::as_writable_bytes(std::span(lines)));
+      : memory(BlockIndex::required_bytes(capacity)) {
+    memory.fill(std::byte{0xcd});
+    Arena arena = memory.arena();
     const Result<BlockIndex> made = BlockIndex::make(arena, capacity, seed);
     REQUIRE(made.ok());
     REQUIRE(arena.remaining_bytes() == 0);
@@ -44,7 +42,7 @@ struct OwnedIndex {
   bool erase(BlockKey key) {
     return index.erase(key, [&](std::uint32_t handle) { return keys[handle - 1] == key; });
   }
-  std::vector<Line> lines;
+  AlignedMemory memory;
   std::vector<BlockKey> keys;
   BlockIndex index;
 };
@@ -86,7 +84,7 @@ TEST_CASE("BlockIndex: memory is taken as keys come, the rest stays untouched") 
     // Pages are at least 7 / 16 full: half of a page that was split near its limit.
     REQUIRE(owned.index.used_bytes() <= fresh + n * 18 + 2 * BlockIndex::kPageBytes);
   }
-  const auto bytes = std::as_bytes(std::span(owned.lines)).subspan(owned.index.used_bytes());
+  const auto bytes = std::as_bytes(owned.memory.span()).subspan(owned.index.used_bytes());
   CHECK(std::all_of(bytes.begin(), bytes.end(), [](std::byte b) { return b == std::byte{0xcd}; }));
 }
 
@@ -268,7 +266,7 @@ TEST_CASE("BlockIndex: one that was never made holds nothing") {
 
 TEST_CASE("BlockIndex: memory one byte short is refused") {
   OwnedIndex owned(1000);
-  const std::span<std::byte> bytes = std::as_writable_bytes(std::span(owned.lines));
+  const std::span<std::byte> bytes = owned.memory.span();
   Arena arena(bytes.first(bytes.size() - 1));
   CHECK(BlockIndex::make(arena, 1000).status() == Status::kResourceExhausted);
 }

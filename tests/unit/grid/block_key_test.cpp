@@ -6,7 +6,7 @@
 #include <catch2/catch.hpp>
 #include <tuple>
 
-#include "oracle/random.hpp"
+#include "support/random.hpp"
 #include "tessera/grid/lattice.hpp"
 
 namespace tessera {

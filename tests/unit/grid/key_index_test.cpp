@@ -7,26 +7,22 @@
 #include <unordered_map>
 #include <vector>
 
-#include "oracle/random.hpp"
+#include "support/aligned_memory.hpp"
+#include "support/random.hpp"
 
 namespace tessera {
 namespace {
 
-struct alignas(kArenaAlignment) Line {
-  std::array<std::byte, kArenaAlignment> bytes{};
-};
-
 /// An index with memory of exactly its size.
 struct OwnedIndex {
-  explicit OwnedIndex(std::size_t capacity)
-      : lines(KeyIndex::required_bytes(capacity) / sizeof(Line)) {
-    Arena arena(std::as_writable_bytes(std::span(lines)));
+  explicit OwnedIndex(std::size_t capacity) : memory(KeyIndex::required_bytes(capacity)) {
+    Arena arena = memory.arena();
     const Result<KeyIndex> made = KeyIndex::make(arena, capacity);
     REQUIRE(made.ok());
     REQUIRE(arena.remaining_bytes() == 0);
     index = *made;
   }
-  std::vector<Line> lines;
+  AlignedMemory memory;
   KeyIndex index;
 };
 
@@ -63,18 +59,17 @@ TEST_CASE("KeyIndex: without memory it holds nothing and takes nothing") {
 }
 
 TEST_CASE("KeyIndex: memory one cache line short is refused, exact memory is enough") {
-  std::vector<Line> lines(KeyIndex::required_bytes(100) / sizeof(Line));
-  const std::span<std::byte> memory = std::as_writable_bytes(std::span(lines));
-  Arena short_arena(memory.first(memory.size() - 1));
+  AlignedMemory memory(KeyIndex::required_bytes(100));
+  Arena short_arena(memory.span().first(memory.span().size() - 1));
   CHECK(KeyIndex::make(short_arena, 100).status() == Status::kResourceExhausted);
-  Arena arena(memory);
+  Arena arena = memory.arena();
   CHECK(KeyIndex::make(arena, 100).ok());
 }
 
 TEST_CASE("KeyIndex: a new index is empty, whatever was in its memory") {
-  std::vector<Line> lines(KeyIndex::required_bytes(10) / sizeof(Line));
-  for (Line& line : lines) line.bytes.fill(std::byte{0x5a});
-  Arena arena(std::as_writable_bytes(std::span(lines)));
+  AlignedMemory memory(KeyIndex::required_bytes(10));
+  memory.fill(std::byte{0x5a});
+  Arena arena = memory.arena();
   const Result<KeyIndex> index = KeyIndex::make(arena, 10);
   REQUIRE(index.ok());
   CHECK(agrees(*index, {}));

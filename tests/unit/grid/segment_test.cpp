@@ -9,7 +9,7 @@
 #include <cstdlib>
 #include <vector>
 
-#include "oracle/random.hpp"
+#include "support/random.hpp"
 
 namespace tessera {
 namespace {

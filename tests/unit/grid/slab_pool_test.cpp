@@ -10,7 +10,7 @@
 #include <map>
 #include <vector>
 
-#include "oracle/random.hpp"
+#include "support/random.hpp"
 
 namespace tessera {
 namespace {

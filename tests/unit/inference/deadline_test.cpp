@@ -4,16 +4,10 @@
 
 #include <catch2/catch.hpp>
 
+#include "hand_clock.hpp"
+
 namespace tessera {
 namespace {
-
-/// Shows what it is set to.
-struct HandClock {
-  std::int64_t time_us = 0;
-  [[nodiscard]] Clock clock() {
-    return {this, [](void* self) { return static_cast<HandClock*>(self)->time_us; }};
-  }
-};
 
 /// One scan of so much work in so much time.
 void measure(Deadline& deadline, HandClock& hand, std::uint64_t work, std::int64_t time_us) {

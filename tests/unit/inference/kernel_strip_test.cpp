@@ -9,7 +9,8 @@
 #include <cmath>
 #include <vector>
 
-#include "oracle/random.hpp"
+#include "support/aligned_memory.hpp"
+#include "support/random.hpp"
 #include "tessera/inference/kernel.hpp"
 
 namespace tessera {
@@ -40,10 +41,8 @@ struct Case {
 
 class StripSums {
  public:
-  explicit StripSums(KernelLanes lanes) : memory_(KernelStrip::required_bytes() + kArenaAlignment) {
-    const auto at = reinterpret_cast<std::uintptr_t>(memory_.data());
-    const std::size_t skipped = (kArenaAlignment - at % kArenaAlignment) % kArenaAlignment;
-    Arena arena(std::span<std::byte>(memory_).subspan(skipped));
+  explicit StripSums(KernelLanes lanes) : memory_(KernelStrip::required_bytes()) {
+    Arena arena = memory_.arena();
     strip_ = *KernelStrip::make(arena, lanes);
   }
 
@@ -82,7 +81,7 @@ class StripSums {
   EvidenceWork work;
 
  private:
-  std::vector<std::byte> memory_;
+  AlignedMemory memory_;
   KernelStrip strip_;
 };
 

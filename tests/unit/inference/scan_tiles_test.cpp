@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "oracle/random.hpp"
+#include "support/random.hpp"
 #include "tessera/inference/internal/tile_evidence.hpp"
 
 namespace tessera {

@@ -26,7 +26,7 @@ TEST_CASE("DatagramLink: what one sends the other receives, once, in order, with
   REQUIRE(longest.size() == 1392);
   for (const std::string& text : {std::string("first"), longest, std::string("l")})
     REQUIRE(a->send(bytes_of(text)));
-  REQUIRE(eventually([&] { return b->statistics().received == 3; }));
+  REQUIRE(eventually([&] { return b->report().received == 3; }));
   CHECK(text_of(b->receive(buffer).bytes) == "first");
   CHECK(text_of(b->receive(buffer).bytes) == longest);
   const DatagramLink::Received last = b->receive(buffer);
@@ -34,12 +34,12 @@ TEST_CASE("DatagramLink: what one sends the other receives, once, in order, with
   CHECK(last.sender.address == INADDR_LOOPBACK);
   CHECK(last.sender.port != 0);
   CHECK(b->receive(buffer).bytes.empty());
-  const LinkStatistics s = a->statistics();
+  const LinkReport s = a->report();
   CHECK(s.sent == 3);
   CHECK(s.sent_bytes == 5 + 1392 + 1);
   CHECK(s.received == 0);
-  CHECK(eventually([&] { return a->statistics().own == 3; }));
-  CHECK(b->statistics().missing == 0);
+  CHECK(eventually([&] { return a->report().own == 3; }));
+  CHECK(b->report().missing == 0);
 }
 
 TEST_CASE("DatagramLink: wait ends when a datagram comes, or with its time") {
@@ -67,7 +67,7 @@ TEST_CASE("DatagramLink: hears itself if it is asked to") {
   config.hear_itself = true;
   const auto link = open_link(config);
   REQUIRE(link->send(bytes_of("echo")));
-  CHECK(eventually([&] { return link->statistics().received == 1; }));
+  CHECK(eventually([&] { return link->report().received == 1; }));
 }
 
 TEST_CASE("DatagramLink: nothing that is empty or too long is sent") {
@@ -79,8 +79,8 @@ TEST_CASE("DatagramLink: nothing that is empty or too long is sent") {
   CHECK_FALSE(link->send_on("", bytes_of("x")));
   CHECK_FALSE(link->send_on(std::string(64, 'c'), bytes_of("x")));
   CHECK(link->send_on(std::string(63, 'c'), bytes_of("x")));
-  CHECK(link->statistics().refused == 4);
-  CHECK(link->statistics().sent == 1);
+  CHECK(link->report().refused == 4);
+  CHECK(link->report().sent == 1);
 }
 
 TEST_CASE("DatagramLink: each hostile packet is counted as what it is, and the next is heard") {
@@ -104,8 +104,8 @@ TEST_CASE("DatagramLink: each hostile packet is counted as what it is, and the n
   stranger.send("LC02\0\0\0\0TESSERA\0"s + std::string(1393, 'x'));
   stranger.send("LC02\0\0\0\0TESSERA\0"s + std::string(65'507 - 16, 'x'));
   stranger.send(good);
-  REQUIRE(eventually([&] { return link->statistics().received == 1; }));
-  const LinkStatistics s = link->statistics();
+  REQUIRE(eventually([&] { return link->report().received == 1; }));
+  const LinkReport s = link->report();
   CHECK(s.too_short == 3);
   CHECK(s.foreign == 1);
   CHECK(s.no_channel == 2);
@@ -124,13 +124,13 @@ TEST_CASE("DatagramLink: a full queue loses the newest, and counts it") {
   const auto sender = open_link(loopback_config());
   const auto link = open_link(config);
   for (int i = 0; i < 5; ++i) REQUIRE(sender->send(bytes_of(std::to_string(i))));
-  REQUIRE(eventually([&] { return link->statistics().queue_full == 1; }));
-  CHECK(link->statistics().received == 4);
-  CHECK(link->statistics().queue_peak == 4);
+  REQUIRE(eventually([&] { return link->report().queue_full == 1; }));
+  CHECK(link->report().received == 4);
+  CHECK(link->report().queue_peak == 4);
   Buffer buffer;
   for (int i = 0; i < 4; ++i) CHECK(text_of(link->receive(buffer).bytes) == std::to_string(i));
   REQUIRE(sender->send(bytes_of("again")));
-  CHECK(eventually([&] { return link->statistics().received == 5; }));
+  CHECK(eventually([&] { return link->report().received == 5; }));
 }
 
 TEST_CASE("DatagramLink: numbers that do not come are counted as missing") {
@@ -141,8 +141,8 @@ TEST_CASE("DatagramLink: numbers that do not come are counted as missing") {
   stranger.send("LC02\0\0\0\1TESSERA\0a"s);
   stranger.send("LC02\0\0\0\5OTHER\0b"s);
   stranger.send("LC02\0\0\0\6TESSERA\0c"s);
-  REQUIRE(eventually([&] { return link->statistics().received == 2; }));
-  CHECK(link->statistics().missing == 3);
+  REQUIRE(eventually([&] { return link->report().received == 2; }));
+  CHECK(link->report().missing == 3);
 }
 
 TEST_CASE("DatagramLink: open says what is wrong") {

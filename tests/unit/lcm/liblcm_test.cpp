@@ -76,16 +76,16 @@ TEST_CASE("liblcm hears what a link sends, and a link what liblcm publishes") {
 
   const std::string answer(1392, 'y');
   REQUIRE(lcm_publish(lcm.get(), "TESSERA", answer.data(), 1392) == 0);
-  REQUIRE(eventually([&] { return (*link)->statistics().received == 1; }));
+  REQUIRE(eventually([&] { return (*link)->report().received == 1; }));
   Buffer buffer;
   CHECK(text_of((*link)->receive(buffer).bytes) == answer);
   // More than one datagram of LCM's: refused part by part, and what follows is heard.
   const std::vector<char> large(200'000, 'z');
   REQUIRE(lcm_publish(lcm.get(), "TESSERA", large.data(), 200'000) == 0);
   REQUIRE(lcm_publish(lcm.get(), "TESSERA", "end", 3) == 0);
-  REQUIRE(eventually([&] { return (*link)->statistics().received == 2; }));
+  REQUIRE(eventually([&] { return (*link)->report().received == 2; }));
   CHECK(text_of((*link)->receive(buffer).bytes) == "end");
-  const LinkStatistics s = (*link)->statistics();
+  const LinkReport s = (*link)->report();
   CHECK(s.too_long + s.fragments >= 2);
 }
 
@@ -148,7 +148,7 @@ TEST_CASE("lcm-logger records what a link sends, and lcm-logplayer plays it to a
   Outcome<std::unique_ptr<DatagramLink>> link = DatagramLink::open(config);
   REQUIRE(link.ok());
   Child player({"lcm-logplayer", "-s", "1", "-l", config.url, log});
-  CHECK(eventually([&] { return (*link)->statistics().received == kMessages; }));
+  CHECK(eventually([&] { return (*link)->report().received == kMessages; }));
   Buffer buffer;
   for (std::size_t i = 0; i < kMessages; ++i)
     CHECK(text_of((*link)->receive(buffer).bytes) == message(i));

@@ -49,12 +49,12 @@ TEST_CASE("DatagramLink: what its check refuses takes no slot from what it takes
     hostile += kHostileEach;
     // The socket's buffer may be small; what is lost there is not this test's.
     REQUIRE(eventually([&] {
-      const LinkStatistics s = link->statistics();
+      const LinkReport s = link->report();
       return s.refused_tag + s.refused_format == hostile &&
              s.received + s.queue_full == static_cast<std::uint64_t>(i) + 1;
     }));
   }
-  const LinkStatistics s = link->statistics();
+  const LinkReport s = link->report();
   CHECK(s.received == kHonest);
   CHECK(s.queue_full == 0);
   CHECK(s.queue_peak == kHonest);
@@ -71,9 +71,9 @@ TEST_CASE("DatagramLink: what is of another mission is counted as such") {
   const auto link = open_link(checked_config());
   const auto honest = open_link(loopback_config());
   for (const char* const payload : {"m1", "m2", "g3"}) REQUIRE(honest->send(bytes_of(payload)));
-  REQUIRE(eventually([&] { return link->statistics().received == 1; }));
-  CHECK(link->statistics().refused_mission == 2);
-  CHECK(link->statistics().refused_tag + link->statistics().refused_format == 0);
+  REQUIRE(eventually([&] { return link->report().received == 1; }));
+  CHECK(link->report().refused_mission == 2);
+  CHECK(link->report().refused_tag + link->report().refused_format == 0);
 }
 
 TEST_CASE(
@@ -90,15 +90,15 @@ TEST_CASE(
     stranger.send("LC02\0\0\1\0TESSERA\0x"s);
     stranger.send("LC03\0\0\2\0\0\0\0\1\0\0\0\0\0\0\0\1"s);
   }
-  REQUIRE(eventually([&] { return link->statistics().fragments == 100; }));
-  CHECK(link->statistics().missing == 0);
+  REQUIRE(eventually([&] { return link->report().fragments == 100; }));
+  CHECK(link->report().missing == 0);
   REQUIRE(honest->send_on("OTHER", bytes_of("x")));
   // As one that was damaged on its way.
   REQUIRE(honest->send(bytes_of("x")));
   REQUIRE(honest->send(bytes_of("g1")));
-  REQUIRE(eventually([&] { return link->statistics().received == 2; }));
-  CHECK(link->statistics().refused_tag == 201);
-  CHECK(link->statistics().missing == 1);
+  REQUIRE(eventually([&] { return link->report().received == 2; }));
+  CHECK(link->report().refused_tag == 201);
+  CHECK(link->report().missing == 1);
 }
 
 TEST_CASE("DatagramLink: a side channel takes what its check does, and displaces nothing") {
@@ -112,21 +112,21 @@ TEST_CASE("DatagramLink: a side channel takes what its check does, and displaces
   const auto honest = open_link(loopback_config());
   const Stranger stranger;
   for (int i = 0; i < kForged; ++i) stranger.send("LC02\0\0\0\0SIDE\0none"s);
-  REQUIRE(eventually([&] { return link->side_statistics().refused_tag == kForged; }));
+  REQUIRE(eventually([&] { return link->side_report().refused_tag == kForged; }));
   REQUIRE(honest->send_on("SIDE", bytes_of("f")));
   REQUIRE(honest->send_on("OTHER", bytes_of("g")));
   for (const char* const payload : {"g1", "g2", "g3"})
     REQUIRE(honest->send_on("SIDE", bytes_of(payload)));
   REQUIRE(honest->send(bytes_of("g4")));
   REQUIRE(honest->send(bytes_of("g5")));
-  REQUIRE(eventually([&] { return link->statistics().received == 2; }));
-  const SideStatistics side = link->side_statistics();
+  REQUIRE(eventually([&] { return link->report().received == 2; }));
+  const SideReport side = link->side_report();
   CHECK(side.received == 2);
   CHECK(side.queue_full == 1);
   CHECK(side.refused_format == 1);
-  CHECK(link->statistics().queue_full == 0);
-  CHECK(link->statistics().refused_tag == 0);
-  CHECK(link->statistics().other_channel == 1);
+  CHECK(link->report().queue_full == 0);
+  CHECK(link->report().refused_tag == 0);
+  CHECK(link->report().other_channel == 1);
   Buffer buffer;
   CHECK(text_of(link->receive_side(buffer)) == "g1");
   CHECK(text_of(link->receive_side(buffer)) == "g2");

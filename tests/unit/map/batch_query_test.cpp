@@ -6,7 +6,7 @@
 #include <limits>
 #include <vector>
 
-#include "small_map.hpp"
+#include "support/small_map.hpp"
 
 namespace tessera {
 namespace {

@@ -5,8 +5,8 @@
 #include <catch2/catch.hpp>
 #include <vector>
 
-#include "oracle/random.hpp"
-#include "small_map.hpp"
+#include "support/random.hpp"
+#include "support/small_map.hpp"
 
 namespace tessera {
 namespace {

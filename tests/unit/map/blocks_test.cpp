@@ -7,8 +7,8 @@
 #include <tuple>
 #include <vector>
 
-#include "oracle/random.hpp"
-#include "small_map.hpp"
+#include "support/random.hpp"
+#include "support/small_map.hpp"
 
 namespace tessera {
 namespace {

@@ -7,8 +7,8 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "oracle/random.hpp"
-#include "small_map.hpp"
+#include "support/random.hpp"
+#include "support/small_map.hpp"
 
 namespace tessera {
 namespace {

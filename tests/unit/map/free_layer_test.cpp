@@ -4,8 +4,8 @@
 #include <array>
 #include <catch2/catch.hpp>
 
-#include "oracle/random.hpp"
-#include "small_map.hpp"
+#include "support/random.hpp"
+#include "support/small_map.hpp"
 
 namespace tessera {
 namespace {

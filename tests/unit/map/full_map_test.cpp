@@ -4,7 +4,7 @@
 // to the last voxel.
 #include <catch2/catch.hpp>
 
-#include "small_map.hpp"
+#include "support/small_map.hpp"
 
 namespace tessera {
 namespace {

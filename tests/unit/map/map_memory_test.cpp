@@ -7,7 +7,7 @@
 #include <catch2/catch.hpp>
 #include <limits>
 
-#include "small_map.hpp"
+#include "support/small_map.hpp"
 
 namespace tessera {
 namespace {

@@ -5,7 +5,7 @@
 #include <catch2/catch.hpp>
 #include <limits>
 
-#include "small_map.hpp"
+#include "support/small_map.hpp"
 #include "tessera/map/queries.hpp"
 
 namespace tessera {

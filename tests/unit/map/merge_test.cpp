@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 
+#include "support/small_map.hpp"
 #include "tessera/map/stored_block.hpp"
-#include "unit/map/small_map.hpp"
 
 namespace tessera {
 

@@ -6,7 +6,7 @@
 #include <catch2/catch.hpp>
 #include <limits>
 
-#include "unit/map/small_map.hpp"
+#include "support/small_map.hpp"
 
 namespace tessera {
 

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <vector>
 
-#include "oracle/random.hpp"
 #include "sectors_rig.hpp"
+#include "support/random.hpp"
 
 namespace tessera {
 namespace {

@@ -106,10 +106,9 @@ TEST_CASE("ObstacleSectors: what is behind an obstacle all around is not looked 
 
 TEST_CASE("ObstacleSectors: configurations and poses that make no sense are refused") {
   SmallMap small(config_of_pages(4));
-  std::vector<SmallMap::Line> lines(ObstacleSectors::required_bytes(small.map) /
-                                    sizeof(SmallMap::Line));
+  AlignedMemory memory(ObstacleSectors::required_bytes(small.map));
   const auto made = [&](const ObstacleSectorsConfig& config) {
-    Arena arena(std::as_writable_bytes(std::span(lines)));
+    Arena arena = memory.arena();
     return ObstacleSectors::make(config, small.map, arena).status();
   };
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -125,7 +124,7 @@ TEST_CASE("ObstacleSectors: configurations and poses that make no sense are refu
   CHECK(made({.ring_m = 21.0}) == Status::kInvalidArgument);
   CHECK(made({.known_share = 0.0}) == Status::kInvalidArgument);
   CHECK(made({.known_share = 1.1}) == Status::kInvalidArgument);
-  Arena none(std::as_writable_bytes(std::span(lines)).first(64));
+  Arena none(memory.span().first(64));
   CHECK(ObstacleSectors::make({}, small.map, none).status() == Status::kResourceExhausted);
 
   ObstacleSectors unmade;

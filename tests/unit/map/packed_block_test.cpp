@@ -10,8 +10,8 @@
 #include <tuple>
 #include <vector>
 
-#include "oracle/random.hpp"
-#include "small_map.hpp"
+#include "support/random.hpp"
+#include "support/small_map.hpp"
 
 namespace tessera {
 namespace {
@@ -23,11 +23,11 @@ constexpr int kComponents = kClasses + 2;
 
 /// A content with memory of its own.
 struct OwnContent {
-  OwnContent() : lines(BlockContent::required_bytes(kComponents) / kArenaAlignment) {
-    Arena arena(std::as_writable_bytes(std::span(lines)));
+  OwnContent() : memory(BlockContent::required_bytes(kComponents)) {
+    Arena arena = memory.arena();
     content = *BlockContent::make(arena, kComponents);
   }
-  std::vector<SmallMap::Line> lines;
+  AlignedMemory memory;
   BlockContent content;
 };
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "small_map.hpp"
+#include "support/small_map.hpp"
 
 namespace tessera {
 namespace {

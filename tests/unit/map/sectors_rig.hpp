@@ -8,7 +8,7 @@
 #include <cmath>
 #include <vector>
 
-#include "small_map.hpp"
+#include "support/small_map.hpp"
 #include "tessera/map/obstacle_sectors.hpp"
 
 namespace tessera {
@@ -51,8 +51,8 @@ inline std::vector<int> sectors_of_square(double x, double y, double edge, doubl
 /// A map, a reader, and sectors in memory of just their size.
 struct Rig {
   explicit Rig(const ObstacleSectorsConfig& config, const MapConfig& map_config = pages())
-      : small(map_config), lines(ObstacleSectors::required_bytes(small.map) / sizeof(Line)) {
-    Arena arena(std::as_writable_bytes(std::span(lines)));
+      : small(map_config), memory(ObstacleSectors::required_bytes(small.map)) {
+    Arena arena = memory.arena();
     Result<ObstacleSectors> made = ObstacleSectors::make(config, small.map, arena);
     REQUIRE(made.ok());
     REQUIRE(arena.remaining_bytes() == 0);
@@ -66,9 +66,8 @@ struct Rig {
     while (!sectors.step(reader, blocks)) REQUIRE(++calls < 100'000);
     return sectors.latest();
   }
-  using Line = SmallMap::Line;
   SmallMap small;
-  std::vector<Line> lines;
+  AlignedMemory memory;
   ObstacleSectors sectors;
 };
 

@@ -7,7 +7,7 @@
 #include <map>
 #include <vector>
 
-#include "small_map.hpp"
+#include "support/small_map.hpp"
 #include "tessera/map/queries.hpp"
 #include "tessera/map/whole_map.hpp"
 
@@ -49,16 +49,15 @@ struct Bytes {
 
 struct Held {
   explicit Held(const LocalMap& map, std::size_t blocks = 1024)
-      : lines(StoredArchive::required_bytes(map.config(), map.num_components(), blocks) /
-              kArenaAlignment),
+      : memory(StoredArchive::required_bytes(map.config(), map.num_components(), blocks)),
         archive(make(map, blocks)) {}
   Bytes bytes;
-  std::vector<SmallMap::Line> lines;
+  AlignedMemory memory;
   StoredArchive& archive;
 
  private:
   StoredArchive& make(const LocalMap& map, std::size_t blocks) {
-    Arena arena(std::as_writable_bytes(std::span(lines)));
+    Arena arena = memory.arena();
     StoredArchive* const made =
         *StoredArchive::make(arena, map.config(), map.classes(), blocks, bytes.store());
     CHECK(arena.remaining_bytes() == 0);

@@ -6,7 +6,7 @@
 #include <limits>
 #include <tuple>
 
-#include "sample_map.hpp"
+#include "support/sample_map.hpp"
 #include "tessera/map/queries.hpp"
 
 namespace tessera {

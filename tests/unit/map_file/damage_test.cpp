@@ -4,8 +4,8 @@
 // empty.
 #include <catch2/catch.hpp>
 
-#include "sample_map.hpp"
 #include "stored_bytes.hpp"
+#include "support/sample_map.hpp"
 
 namespace tessera {
 

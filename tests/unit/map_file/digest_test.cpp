@@ -6,8 +6,8 @@
 #include <cmath>
 #include <set>
 
-#include "sample_map.hpp"
 #include "stored_bytes.hpp"
+#include "support/sample_map.hpp"
 
 namespace tessera {
 

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <cstring>
 
-#include "sample_map.hpp"
 #include "stored_bytes.hpp"
+#include "support/sample_map.hpp"
 #include "tessera/base/internal/crc32.hpp"
 
 namespace tessera {

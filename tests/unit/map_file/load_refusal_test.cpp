@@ -3,8 +3,8 @@
 // Sound files that cannot go where they are asked to go.
 #include <catch2/catch.hpp>
 
-#include "sample_map.hpp"
 #include "stored_bytes.hpp"
+#include "support/sample_map.hpp"
 
 namespace tessera {
 

@@ -7,7 +7,7 @@
 #include <limits>
 #include <tuple>
 
-#include "sample_map.hpp"
+#include "support/sample_map.hpp"
 #include "tessera/map/nearest_occupied.hpp"
 #include "tessera/map/queries.hpp"
 #include "tessera/map/reader_ray.hpp"

@@ -5,8 +5,9 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
+#include <string>
 
-#include "sample_map.hpp"
+#include "support/sample_map.hpp"
 #include "tessera/grid/internal/segment.hpp"
 #include "tessera/map/queries.hpp"
 
@@ -210,6 +211,13 @@ TEST_CASE("a ray without a direction, a range or a place is invalid") {
   for (const double range_m :
        {0.0, -1.0, 1e12, static_cast<double>(kNan), static_cast<double>(kInf)})
     CHECK(end(kOrigin, ahead, range_m) == RayHit::End::kInvalid);
+}
+
+TEST_CASE("the end of a ray has a name") {
+  CHECK(std::string(to_string(RayHit::End::kMaxRange)) == "max range");
+  CHECK(std::string(to_string(RayHit::End::kOccupied)) == "occupied");
+  CHECK(std::string(to_string(RayHit::End::kUnknown)) == "unknown");
+  CHECK(std::string(to_string(RayHit::End::kInvalid)) == "invalid");
 }
 
 }  // namespace tessera

@@ -5,8 +5,8 @@
 #include <catch2/catch.hpp>
 #include <string_view>
 
-#include "sample_map.hpp"
 #include "stored_bytes.hpp"
+#include "support/sample_map.hpp"
 
 namespace tessera {
 

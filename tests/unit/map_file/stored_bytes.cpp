@@ -56,11 +56,8 @@ ByteSource SpanSource::source() {
 }
 
 LoadedMap::LoadedMap(const MapConfig& config, const ClassTable& classes)
-    : memory(required_bytes(config) + kArenaAlignment) {
-  void* start = memory.data();
-  std::size_t space = memory.size();
-  REQUIRE(std::align(kArenaAlignment, required_bytes(config), start, space) != nullptr);
-  Arena arena(std::span(static_cast<std::byte*>(start), required_bytes(config)));
+    : memory(required_bytes(config)) {
+  Arena arena = memory.arena();
   Result<LocalMap> made = LocalMap::make(arena, config, classes);
   REQUIRE(made.ok());
   map = std::move(*made);

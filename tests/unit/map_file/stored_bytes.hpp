@@ -10,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include "support/aligned_memory.hpp"
 #include "tessera/map/map_file.hpp"
 
 namespace tessera {
@@ -38,7 +39,7 @@ struct SpanSource {
 /// A map in memory of its own, made for a header.
 struct LoadedMap {
   explicit LoadedMap(const MapConfig& config, const ClassTable& classes);
-  std::vector<std::byte> memory;
+  AlignedMemory memory;
   LocalMap map;
 };
 

@@ -40,10 +40,10 @@ class Watched {
     return text;
   }
 
-  LinkStatistics link{};
+  LinkReport link{};
   ExchangeReport exchange{};
-  SideStatistics statuses{};
-  StatusCounters table{};
+  SideReport statuses{};
+  StatusTableReport table{};
   GlobalMapReport global_map{};
   std::uint64_t floors_refused = 0;
 

@@ -12,10 +12,10 @@
 
 #include "maps/octree_reader.hpp"
 #include "maps/octree_writer.hpp"
-#include "oracle/random.hpp"
+#include "support/random.hpp"
+#include "support/small_map.hpp"
 #include "support/temporary_folder.hpp"
 #include "tessera/map/queries.hpp"
-#include "unit/map/small_map.hpp"
 
 namespace tessera {
 namespace {

@@ -5,8 +5,8 @@
 
 #include <catch2/catch.hpp>
 
+#include "support/small_map.hpp"
 #include "support/temporary_folder.hpp"
-#include "unit/map/small_map.hpp"
 
 namespace tessera {
 namespace {

@@ -10,7 +10,7 @@
 #include <limits>
 #include <vector>
 
-#include "oracle/random.hpp"
+#include "support/random.hpp"
 #include "tessera/base/internal/digest.hpp"
 
 namespace tessera {

@@ -8,7 +8,7 @@
 #include <limits>
 #include <vector>
 
-#include "unit/registration/arena_memory.hpp"
+#include "support/aligned_memory.hpp"
 
 namespace tessera {
 namespace {

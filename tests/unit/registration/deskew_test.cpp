@@ -10,10 +10,10 @@
 #include <limits>
 #include <vector>
 
-#include "oracle/random.hpp"
+#include "support/aligned_memory.hpp"
+#include "support/random.hpp"
 #include "tessera/base/internal/digest.hpp"
 #include "tessera/base/rigid.hpp"
-#include "unit/registration/arena_memory.hpp"
 
 namespace tessera {
 namespace {

@@ -7,9 +7,9 @@
 #include <catch2/catch.hpp>
 #include <limits>
 
-#include "oracle/random.hpp"
+#include "support/aligned_memory.hpp"
+#include "support/random.hpp"
 #include "tessera/base/rigid.hpp"
-#include "unit/registration/arena_memory.hpp"
 
 namespace tessera {
 namespace {

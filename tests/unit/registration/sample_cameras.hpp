@@ -9,8 +9,8 @@
 #include <limits>
 #include <vector>
 
+#include "support/aligned_memory.hpp"
 #include "tessera/registration/label_projection.hpp"
-#include "unit/registration/arena_memory.hpp"
 
 namespace tessera::test {
 

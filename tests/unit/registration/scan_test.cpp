@@ -8,7 +8,7 @@
 #include <cmath>
 #include <limits>
 
-#include "oracle/random.hpp"
+#include "support/random.hpp"
 
 namespace tessera {
 namespace {

@@ -6,7 +6,7 @@
 #include <catch2/catch.hpp>
 #include <vector>
 
-#include "oracle/mapper.hpp"
+#include "support/mapper.hpp"
 
 namespace tessera {
 namespace {
@@ -29,7 +29,7 @@ struct Held {
     for (LeavingBlock& block : queue->leaving()) block.stamp = stamp_of(block.key);
     queue->answer();
   }
-  oracle::AlignedMemory memory;
+  AlignedMemory memory;
   EvictionQueue* queue = nullptr;
   std::vector<BlockKey> returned;
   bool has_room = true;  ///< Of who publishes.

@@ -11,7 +11,7 @@ TEST_CASE("Robot: takes just the memory that it says, and no less will do") {
   const RobotConfig config = small_robot_config(1);
   const ClassTable classes = small_robot_classes();
   const std::size_t bytes = Robot::required_bytes(config, classes.num_components());
-  oracle::AlignedMemory memory(bytes);
+  AlignedMemory memory(bytes);
   Arena enough(memory.span());
   CHECK(Robot::make(enough, config, classes, {}, {}).ok());
   CHECK(enough.remaining_bytes() == 0);
@@ -50,8 +50,8 @@ TEST_CASE("Mapper and Sharer: apart they do what they do as one robot, byte by b
   const RobotConfig config = small_robot_config(1);
   const ClassTable classes = small_robot_classes();
   SmallRobotMemory one(config);
-  oracle::AlignedMemory memory(Mapper::required_bytes(config) +
-                               Sharer::required_bytes(config, classes.num_components()));
+  AlignedMemory memory(Mapper::required_bytes(config) +
+                       Sharer::required_bytes(config, classes.num_components()));
   Arena arena(memory.span());
   Mapper& mapper = **Mapper::make(arena, config, classes, {});
   Sharer& sharer = **Sharer::make(arena, config, classes, {});

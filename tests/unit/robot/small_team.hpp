@@ -5,8 +5,8 @@
 
 #include <vector>
 
-#include "oracle/mapper.hpp"
-#include "oracle/random.hpp"
+#include "support/mapper.hpp"
+#include "support/random.hpp"
 #include "tessera/robot/robot.hpp"
 
 namespace tessera {
@@ -21,7 +21,7 @@ Matrix34d shift_of(double x_m, double y_m);
 /// A robot that owns its memory.
 struct SmallRobotMemory {
   explicit SmallRobotMemory(const RobotConfig& config);
-  oracle::AlignedMemory memory;
+  AlignedMemory memory;
   Robot* robot = nullptr;
 };
 

@@ -15,10 +15,10 @@ const Matrix34d kSecond = shift_of(8.0, 4.0);
 std::uint64_t digest_by_hand(RobotConfig config, std::initializer_list<int> first, int second) {
   const ClassTable classes = small_robot_classes();
   const int components = classes.num_components();
-  oracle::AlignedMemory memory(GlobalMap::required_bytes(config.global, components) +
-                               Exchange::required_bytes(config.exchange, components) +
-                               2 * (Mapper::required_bytes(config) +
-                                    Publisher::required_bytes(config.publisher, components)));
+  AlignedMemory memory(GlobalMap::required_bytes(config.global, components) +
+                       Exchange::required_bytes(config.exchange, components) +
+                       2 * (Mapper::required_bytes(config) +
+                            Publisher::required_bytes(config.publisher, components)));
   Arena arena(memory.span());
   GlobalMap global = *GlobalMap::make(arena, config.global, classes);
   Exchange exchange =
@@ -236,8 +236,8 @@ TEST_CASE("Submap: what changes behind a round of many ticks is published or cou
 TEST_CASE("Submap: what is written between its last tick and its end is counted as lost") {
   const RobotConfig config = config_of_slow_rounds();
   const ClassTable classes = small_robot_classes();
-  oracle::AlignedMemory memory(Mapper::required_bytes(config) +
-                               Sharer::required_bytes(config, classes.num_components()));
+  AlignedMemory memory(Mapper::required_bytes(config) +
+                       Sharer::required_bytes(config, classes.num_components()));
   Arena arena(memory.span());
   Mapper& mapper = **Mapper::make(arena, config, classes, {});
   Sharer& sharer = **Sharer::make(arena, config, classes, {});

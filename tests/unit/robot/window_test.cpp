@@ -5,8 +5,8 @@
 #include <catch2/catch.hpp>
 #include <set>
 
-#include "laws/memory_archive.hpp"
 #include "small_team.hpp"
+#include "support/memory_archive.hpp"
 
 namespace tessera {
 namespace {

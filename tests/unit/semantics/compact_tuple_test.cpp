@@ -8,7 +8,7 @@
 #include <cmath>
 #include <map>
 
-#include "oracle/random.hpp"
+#include "support/random.hpp"
 #include "tessera/semantics/internal/dense_tuple.hpp"
 
 namespace tessera {

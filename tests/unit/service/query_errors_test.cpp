@@ -5,7 +5,7 @@
 #include <limits>
 #include <random>
 
-#include "unit/map_file/sample_map.hpp"
+#include "support/sample_map.hpp"
 #include "unit/service/service_bench.hpp"
 
 namespace tessera {

@@ -10,9 +10,9 @@
 #include <tessera_query.hpp>
 
 #include "base/allocation_counter.hpp"
+#include "support/sample_map.hpp"
 #include "unit/lcm/child.hpp"
 #include "unit/lcm/own_network.hpp"
-#include "unit/map_file/sample_map.hpp"
 
 namespace tessera {
 namespace {
@@ -84,11 +84,11 @@ TEST_CASE("QueryPort: what is no query is counted and not answered") {
   REQUIRE(asker->send_on(kQueryChannel, good));
   REQUIRE(eventually([&] {
     static_cast<void>(port->serve(0));
-    return asker->statistics().received == 1;
+    return asker->report().received == 1;
   }));
   CHECK(port->report().malformed == 3);
   CHECK(port->report().queries.errors[0] == 1);
-  CHECK(asker->statistics().received_bytes == kReplyBytes);
+  CHECK(asker->report().received_bytes == kReplyBytes);
 }
 
 TEST_CASE("QueryPort: answers without the heap") {

@@ -4,9 +4,9 @@
 #include <catch2/catch.hpp>
 #include <vector>
 
-#include "oracle/team.hpp"
+#include "support/sample_map.hpp"
+#include "support/team.hpp"
 #include "tessera/map/cast_ray.hpp"
-#include "unit/map_file/sample_map.hpp"
 #include "unit/service/service_bench.hpp"
 
 namespace tessera {

@@ -83,6 +83,23 @@ TEST_CASE("Setting: a refusal in Python has its names and numbers") {
         "size_bytes -1 is not allowed; give bytes, at most 10^15");
 }
 
+TEST_CASE("Setting: a limit that is not allowed itself is said to be so") {
+  struct Limits {
+    double above_zero = 1.0;
+    double share = 0.5;
+  };
+  static constexpr Setting kRows[] = {
+      row<&Limits::above_zero>({"--above"}, "", {.allowed = above(0.0, 1e6, "metres")}),
+      row<&Limits::share>({"--share"}, "", {.allowed = between(0.0, 1.0)}),
+  };
+  CHECK(parse_value(kRows[0], "0").failure().text() ==
+        "--above 0 is not allowed; give metres above 0, to 1e6");
+  CHECK(parse_value(kRows[0], "1e6").ok());
+  CHECK(parse_value(kRows[1], "1").failure().text() ==
+        "--share 1 is not allowed; give a number between 0 and 1");
+  CHECK_FALSE(parse_value(kRows[1], "0").ok());
+}
+
 TEST_CASE("Setting: values of another type, and none where one must be, are refused") {
   SampleOptions options;
   CHECK_FALSE(assign(sample_row("--real"), &options, std::string("2")).ok());

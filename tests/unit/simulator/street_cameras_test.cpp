@@ -10,9 +10,9 @@
 
 #include "scans/dataset_classes.hpp"
 #include "simulator/street_simulator.hpp"
+#include "support/aligned_memory.hpp"
 #include "tessera/base/rigid.hpp"
 #include "tessera/registration/label_projection.hpp"
-#include "unit/registration/arena_memory.hpp"
 
 namespace tessera {
 namespace {

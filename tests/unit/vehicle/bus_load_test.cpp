@@ -7,7 +7,7 @@
 #include <catch2/catch.hpp>
 #include <vector>
 
-#include "oracle/random.hpp"
+#include "support/random.hpp"
 #include "vehicle/bus_table.hpp"
 
 namespace tessera {

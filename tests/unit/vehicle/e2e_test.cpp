@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "oracle/random.hpp"
+#include "support/random.hpp"
 
 namespace tessera {
 namespace {

@@ -5,16 +5,16 @@
 #include <cmath>
 #include <vector>
 
-#include "oracle/cloud.hpp"
-#include "oracle/random.hpp"
 #include "sample_pose.hpp"
+#include "support/cloud.hpp"
+#include "support/random.hpp"
 #include "vehicle/vehicle_inputs.hpp"
 
 namespace tessera {
 namespace {
 
 void check_sums(const VehicleInputs& inputs) {
-  const VehicleInputCounters c = inputs.counters();
+  const VehicleInputReport c = inputs.counters();
   REQUIRE(c.frames == c.foreign + c.misshapen + c.refused + c.accepted);
   std::uint64_t judged = 0;
   for (const std::uint64_t count : c.by_status) judged += count;

@@ -80,7 +80,7 @@ TEST_CASE("SimulatedVehicle: its poses are those of the track, at the times of t
   CHECK(heard.largest_error_m < 0.6e-3);
   CHECK(heard.largest_error_rad < 1.2e-4);
   CHECK(inputs.guard().count(PoseVerdict::kGood) == 146);
-  const VehicleInputCounters counters = inputs.counters();
+  const VehicleInputReport counters = inputs.counters();
   CHECK(counters.refused == 6);  // The first of each of six messages.
   CHECK(counters.foreign + counters.misshapen + counters.invalid_poses == 0);
   CHECK(counters.invalid_odometry == 0);

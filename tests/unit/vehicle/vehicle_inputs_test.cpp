@@ -102,7 +102,7 @@ TEST_CASE("VehicleInputs: a signal out of its range or 'no pose' makes no pose")
 TEST_CASE("VehicleInputs: damaged, repeated, foreign and misshapen frames are told apart") {
   Drive drive;
   drive.settle();
-  const VehicleInputCounters before = drive.inputs.counters();
+  const VehicleInputReport before = drive.inputs.counters();
   CanFrame frame = drive.vehicle.state(MotionState::kStanding);
   static_cast<void>(drive.inputs.take(frame, drive.now_us));  // Initial.
   static_cast<void>(drive.inputs.take(frame, drive.now_us));  // Repeated.
@@ -117,7 +117,7 @@ TEST_CASE("VehicleInputs: damaged, repeated, foreign and misshapen frames are to
   frame.id += 0x200;
   static_cast<void>(drive.inputs.take(frame, drive.now_us));
   static_cast<void>(drive.inputs.take({.id = kDefaultBaseId + kIdHeartbeat, .size = 8}, 0));
-  const VehicleInputCounters after = drive.inputs.counters();
+  const VehicleInputReport after = drive.inputs.counters();
   CHECK(after.frames - before.frames == 7);
   CHECK(after.foreign - before.foreign == 2);
   CHECK(after.misshapen - before.misshapen == 1);

@@ -5,7 +5,7 @@
 #include <catch2/catch.hpp>
 #include <set>
 
-#include "unit/map/small_map.hpp"
+#include "support/small_map.hpp"
 #include "unit/view/view_messages.hpp"
 
 using namespace tessera;

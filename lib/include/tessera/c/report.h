@@ -6,6 +6,15 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "tessera/exchange/exchange_counters.h"
+#include "tessera/exchange/publisher_counters.h"
+#include "tessera/fusion/global_counters.h"
+#include "tessera/inference/scan_counters.h"
+#include "tessera/map/window_counters.h"
+
+/// The lists of counters have their members and what each means.
+#define TESSERA_C_MEMBER(kind, type, name, sentence) type name;
+
 /// Which map is asked.
 enum { TESSERA_LOCAL_MAP = 0, TESSERA_GLOBAL_MAP = 1 };
 /// tessera_estimate.state
@@ -38,38 +47,7 @@ typedef struct tessera_scan {
 typedef struct tessera_scan_report {
   uint32_t struct_bytes;
   uint32_t pose;  ///< tessera_status; not TESSERA_OK: nothing was done
-  uint32_t points;
-  uint32_t non_finite;
-  uint32_t too_near;
-  uint32_t beyond_range;
-  uint32_t out_of_grid;
-  uint32_t unlabelled;
-  uint32_t over_capacity;
-  uint32_t thinned;
-  uint32_t admitted;
-  uint32_t refused_storage;
-  uint32_t refused_tiles;
-  uint32_t refused_ray_blocks;
-  uint32_t refused_work;
-  uint32_t refused_deadline;
-  uint32_t rays;
-  uint32_t rays_refused_memory;
-  uint32_t rays_refused_work;
-  uint32_t rays_refused_deadline;
-  uint32_t returns_cut;
-  uint32_t rays_cut;
-  uint32_t tiles_cut;
-  uint32_t points_cut;
-  uint32_t ray_blocks_cut;
-  uint32_t left_out;  ///< all that could have been integrated and was not
-  int64_t overshoot_us;
-  uint64_t work_limit;
-  uint64_t work_spent;
-  uint64_t voxel_updates;
-  uint32_t label_octets;
-  uint32_t free_blocks;
-  uint32_t in_range;
-  uint32_t write_faults;  ///< 0, or the library is at fault
+  TESSERA_SCAN_COUNTERS(TESSERA_C_MEMBER)
 } tessera_scan_report;
 
 /// State, label and certainty of a voxel [Estimate].
@@ -131,18 +109,7 @@ typedef struct tessera_nearest {
 /// What a tick did and left [PublisherReport].
 typedef struct tessera_tick_report {
   uint32_t struct_bytes;
-  uint32_t compared;
-  uint32_t published;
-  uint32_t emptied;
-  uint32_t refused;
-  uint32_t left_out;
-  uint32_t label_bytes;
-  uint32_t free_bytes;
-  uint32_t waiting;
-  uint32_t free_waiting;
-  uint32_t overdue;
-  uint32_t reserved;
-  int64_t worst_staleness_us;
+  TESSERA_PUBLISHER_COUNTERS(TESSERA_C_MEMBER)
 } tessera_tick_report;
 
 /// The submap that is published into [SubmapReport].
@@ -162,15 +129,7 @@ typedef struct tessera_submap_report {
 typedef struct tessera_window_report {
   uint32_t struct_bytes;
   uint32_t archived_blocks;
-  uint64_t evicted;
-  uint64_t evictions_refused;
-  uint64_t reloaded;
-  uint64_t merged;
-  uint64_t reloads_failed;
-  uint64_t steps_without_room;
-  uint64_t backlog;
-  uint64_t most_backlog;
-  uint64_t unpublished_blocks;
+  TESSERA_WINDOW_COUNTERS(TESSERA_C_MEMBER)
 } tessera_window_report;
 
 /// How full a map is [MapUsage].
@@ -191,17 +150,10 @@ typedef struct tessera_global_report {
   uint32_t struct_bytes;
   uint32_t settled;  ///< 0: a finished move is being copied; boxes, rays and the nearest must wait
   uint32_t busy;     ///< 1: the map is behind what has arrived
-  uint32_t blocks;
-  uint32_t overlap_blocks;
-  uint32_t waiting;
-  uint64_t nodes;
+  TESSERA_GLOBAL_STATE(TESSERA_C_MEMBER)
   double residual;
   double mean_variance;
-  uint64_t used_bytes;
-  uint64_t refused_blocks;
-  uint64_t refused_sums;
-  uint64_t refused_outputs;
-  uint64_t torn_blocks;
+  TESSERA_GLOBAL_COUNTERS(TESSERA_C_MEMBER)
   uint64_t generation;
   uint32_t contributions;
   uint32_t replica_blocks;
@@ -209,64 +161,15 @@ typedef struct tessera_global_report {
   uint64_t replicas_stale;
   uint64_t replicas_refused_storage;
   uint64_t replicas_refused_quota;
+  TESSERA_GLOBAL_COUNTERS_LATER(TESSERA_C_MEMBER)
 } tessera_global_report;
 
 /// What came, what went, and how it stands [ExchangeReport]. Counters never decrease.
 typedef struct tessera_exchange_report {
   uint32_t struct_bytes;
-  uint32_t contributions;
-  uint32_t complete;  ///< of these, those of which nothing is known to be lacking
-  uint32_t peers;
+  TESSERA_EXCHANGE_STATE(TESSERA_C_MEMBER)
   uint64_t digest;  ///< of all that is there: equal on robots that have the same
-  uint64_t received;
-  uint64_t received_bytes;
-  uint64_t refused_size;
-  uint64_t refused_format;
-  uint64_t refused_tag;
-  uint64_t refused_signature;
-  uint64_t refused_configuration;
-  uint64_t refused_replay;
-  uint64_t refused_robot;
-  uint64_t refused_excluded;
-  uint64_t refused_peers;
-  uint64_t refused_body;
-  uint64_t own_echoes;
-  uint64_t records_taken;
-  uint64_t records_stale;
-  uint64_t records_refused;
-  uint64_t records_early;
-  uint64_t refused_contributions;
-  uint64_t displaced_contributions;
-  uint64_t diverged;
-  uint64_t impostors;
-  uint64_t sent;
-  uint64_t sent_bytes;
-  uint64_t announcements;
-  uint64_t requests;
-  uint64_t requests_saved;
-  uint64_t frames;
-  uint64_t fresh_chunks;
-  uint64_t answer_chunks;
-  uint64_t answer_bytes;
-  uint64_t answers_saved;
-  uint64_t refused_answers;
-  uint64_t published_parts;
-  uint64_t refused_parts;
-  uint32_t waiting_answers;
-  uint32_t reserved;
-  uint64_t refused_mission;
-  uint64_t refused_rate;
-  uint64_t ended_contributions;
-  uint64_t refused_epochs;
-  uint64_t frames_early;
-  uint64_t conflicts;
-  uint64_t twins;
-  uint64_t statements;
-  uint64_t descriptions;
-  uint64_t conflict_proofs;
-  uint64_t refused_disputed;
-  uint32_t banned;
-  uint32_t reserved_2;
+  TESSERA_EXCHANGE_COUNTERS(TESSERA_C_MEMBER)
 } tessera_exchange_report;
 
 /// What a robot has of a contribution [ContributionState].

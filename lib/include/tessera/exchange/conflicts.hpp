@@ -10,6 +10,7 @@
 
 #include "tessera/base/arena.hpp"
 #include "tessera/base/instant.hpp"
+#include "tessera/exchange/exchange_config.hpp"
 #include "tessera/exchange/internal/record_proof.hpp"
 #include "tessera/exchange/peer_table.hpp"
 
@@ -76,6 +77,8 @@ class Conflicts {
   /// Keeps a proof that is valid. due: when it is passed on. False iff one of its epoch is known,
   /// or there is no place: then the first ones against its robot stay.
   bool add(const ConflictBody& conflict, Instant due) noexcept;
+  /// The same, and counts it.
+  void note(const ConflictBody& conflict, Instant due, ExchangeReport& counted) noexcept;
   /// True iff one more proof of another robot may be checked now.
   [[nodiscard]] bool may_check(Instant now) noexcept { return checks_.pass(kChecksPerSecond, now); }
   /// Somebody lacks this proof: it is sent at that time, or later if it was sent lately.

@@ -7,24 +7,22 @@
 // is complete; one that does not asks for versions, and where those are the same compares contents
 // (docs/design/exchange.md).
 //
-// Gate decides who is listened to, Ledger joins what arrives, Repair asks for what is lacking,
-// Sender sends under a budget.
+// Gate decides who is listened to, MessageTaker takes what they say, Ledger joins it, Repair asks
+// for what is lacking, Sender sends under a budget.
 #pragma once
 
-#include "tessera/exchange/internal/sender.hpp"
+#include "tessera/exchange/internal/message_taker.hpp"
 #include "tessera/exchange/publication.hpp"
 
 namespace tessera {
 
 class Exchange {
  public:
-  using Slot = Replicas::Slot;
-
   [[nodiscard]] static constexpr std::size_t required_bytes(const ExchangeConfig& config,
                                                             int num_components) noexcept {
     return Gate::required_bytes(config) + Ledger::required_bytes(config, num_components) +
            Repair::required_bytes(config) + Sender::required_bytes(config) +
-           arena_bytes<RequestedContribution>(1) + arena_bytes<Description>(1);
+           MessageTaker::required_bytes();
   }
   /// Fails with kInvalidArgument iff a setting is out of its range, or config.records below the
   /// store's blocks; kResourceExhausted iff the arena is too small. What store, authenticator and
@@ -79,19 +77,16 @@ class Exchange {
   /// A floor of another robot that was heard before this process started: what is below it is a
   /// recording. Ignored iff it is this robot's.
   void set_floor_of(std::uint32_t robot, std::uint32_t floor) noexcept;
-  /// The floors of other robots that were heard, to be kept for the next start.
-  [[nodiscard]] std::span<const RobotFloor> floors() const noexcept { return ledger_.floors(); }
   /// Something else was published in this robot's name than by this process, in this epoch or a
   /// later one: by a process before it whose counter was lost, or by another one that has this
   /// robot's number. What is published from now on must be in an epoch above this: set_floor() and
   /// open() with a higher one, and everything is published anew.
   [[nodiscard]] std::optional<std::uint32_t> overtaken() const noexcept {
-    return ledger_.overtaken();
+    return ledger_.floors().overtaken();
   }
-  /// The highest session that was heard of this robot and is not this process's; 0: none.
-  [[nodiscard]] std::uint64_t highest_session_heard() const noexcept {
-    return ledger_.highest_session();
-  }
+  /// Floors of other robots that were heard, to be kept for the next start, and what was heard in
+  /// this robot's name.
+  [[nodiscard]] const EpochFloors& epochs() const noexcept { return ledger_.floors(); }
 
   // --- Robots that are not listened to -----------------------------------------------------------
 
@@ -111,8 +106,8 @@ class Exchange {
   /// is news decoding and a put; for each request a walk over the coverage.
   void receive(std::span<const std::byte> datagram, std::int64_t now_us) noexcept;
   /// The next datagram to send to all, in into, of at least kMostDatagramBytes. Returns its size: 0
-  /// iff nothing is due or the budget of bytes is used up; then ask again at the next tick. Work:
-  /// at most a walk over the records of one contribution.
+  /// iff nothing is due or the budget of bytes is used up; then ask again at the next tick. Work: a
+  /// walk over one contribution's records, or over a bucket of its index for each span asked for.
   [[nodiscard]] std::size_t send(std::int64_t now_us, std::span<std::byte> into) noexcept;
 
   // --- How things stand --------------------------------------------------------------------------
@@ -125,64 +120,30 @@ class Exchange {
   [[nodiscard]] Result<ContributionState> contribution_at(std::size_t index) const noexcept;
   [[nodiscard]] const PeerTable& peers() const noexcept { return gate_.peers(); }
   /// The proofs of conflicts that this robot has, in the order in which they came.
-  [[nodiscard]] std::span<const Conflicts::Known> conflicts() const noexcept {
-    return ledger_.conflicts().all();
-  }
+  [[nodiscard]] const Conflicts& conflicts() const noexcept { return ledger_.conflicts(); }
   /// What this robot and its peers must have in common.
   [[nodiscard]] const ConfigurationDetails& configuration() const noexcept {
     return gate_.details();
   }
   /// Robots that announced lately that they hold, complete, what this robot publishes, and nothing
-  /// else than this robot. O(peers).
+  /// else than this robot. O(peers + contributions).
   [[nodiscard]] std::uint32_t peers_agreeing(std::int64_t now_us) const noexcept;
-  /// Announcements that one misses before it counts as silent.
-  static constexpr std::int64_t kSilences = 3;
   /// Of all that is there: equal on robots that hold the same records in the same frames.
   /// O(contributions).
   [[nodiscard]] std::uint64_t digest() const noexcept { return ledger_.digest(); }
 
  private:
-  [[nodiscard]] bool hear(Heard& heard) noexcept;
-  [[nodiscard]] bool hear_announcement(const Heard& heard) noexcept;
-  void hear_announced(const Heard& heard, const AnnouncedContribution& announced) noexcept;
-  [[nodiscard]] bool hear_request(const Heard& heard) noexcept;
-  void hear_requested(const Heard& heard) noexcept;
-  void hear_gaps(const Heard& heard, const Ledger::Contribution& contribution) noexcept;
-  void hear_targeted(const Heard& heard, const Ledger::Contribution& contribution) noexcept;
-  [[nodiscard]] bool hear_chunk(const Heard& heard) noexcept;
-  [[nodiscard]] bool is_awaited(const Ledger::Contribution& contribution) noexcept;
-  void drop_answers(const Heard& heard, const Ledger::Contribution& contribution,
-                    std::uint32_t held) noexcept;
-  [[nodiscard]] bool hear_frame(const Heard& heard) noexcept;
-  [[nodiscard]] bool hear_statement(const Heard& heard) noexcept;
-  [[nodiscard]] bool hear_description(const Heard& heard) noexcept;
-  [[nodiscard]] bool hear_conflict(const Heard& heard) noexcept;
-  void owe_conflict(const Heard& heard, const ContributionId& id) noexcept;
-  void judge_conflicts() noexcept;
-  void note_agreement(const Heard& heard, const AnnouncedContribution& announced) noexcept;
-  [[nodiscard]] Duration answer_delay(const Ledger::Contribution& contribution) noexcept;
   [[nodiscard]] bool is_listening(Instant now) noexcept;
-  [[nodiscard]] static ContributionState state_of(
-      const Ledger::Contribution& contribution) noexcept;
 
   std::uint32_t robot_ = 0;
-  Duration answer_{};
-  Duration announce_{};
   Duration listen_{};
   Instant started_;  ///< At the first call of receive() or send().
   Gate gate_{};
   Ledger ledger_{};
   Repair repair_{};
   Sender sender_{};
-  RequestedContribution* requested_ = nullptr;  ///< Scratch: the one that is heard.
-  Description* description_ = nullptr;          ///< Likewise.
-  ChunkHeader chunk_{};                         ///< Likewise.
+  MessageTaker messages_{};
   ExchangeReport counted_{};
-  std::size_t judged_ = 0;  ///< Of the proofs of conflicts.
 };
-
-/// What a Publisher publishes into. Of a block with labels, 1/14 of a byte is taken for each voxel
-/// that is only free, and the rest for its labels. exchange must outlive it.
-[[nodiscard]] Publication publication_of(Exchange& exchange) noexcept;
 
 }  // namespace tessera

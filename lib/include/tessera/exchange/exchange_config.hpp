@@ -5,6 +5,8 @@
 
 #include <cstdint>
 
+#include "tessera/base/counters.hpp"
+#include "tessera/exchange/exchange_counters.h"
 #include "tessera/exchange/wire.hpp"
 #include "tessera/replica/replica_store.hpp"
 #include "tessera/semantics/class_table.hpp"
@@ -76,66 +78,11 @@ struct ContributionState {
   std::uint64_t digest = 0;   ///< Of these: Fingerprint::folded().
 };
 
-/// Counters never decrease.
 struct ExchangeReport {
-  // Datagrams that were received, each counted once more below if it was refused.
-  std::uint64_t received = 0;
-  std::uint64_t received_bytes = 0;
-  std::uint64_t refused_size = 0;           ///< Shorter than a header and a tag, or too long.
-  std::uint64_t refused_format = 0;         ///< No header of this format.
-  std::uint64_t refused_mission = 0;        ///< Of another mission.
-  std::uint64_t refused_tag = 0;            ///< Damaged, or of none who has the key.
-  std::uint64_t refused_signature = 0;      ///< Not signed by the robot that it names.
-  std::uint64_t refused_rate = 0;           ///< More signed messages than one robot may send.
-  std::uint64_t refused_configuration = 0;  ///< Another resolution, class table, scale or policy.
-  std::uint64_t refused_replay = 0;         ///< Heard before, or of a session that is over.
-  std::uint64_t refused_robot = 0;          ///< Another process with this robot's number.
-  std::uint64_t refused_excluded = 0;
-  std::uint64_t refused_peers = 0;  ///< No place in the table of peers.
-  std::uint64_t refused_body = 0;   ///< Well tagged, but no body of its kind.
-  std::uint64_t own_echoes = 0;
-  // What was in them.
-  std::uint64_t records_taken = 0;
-  std::uint64_t records_stale = 0;
-  std::uint64_t records_refused = 0;  ///< No room, or the robot's quota: asked for again later.
-  std::uint64_t records_early = 0;    ///< Chunks of contributions whose frame is not known yet.
-  std::uint64_t refused_contributions = 0;  ///< Times that there was no place for another.
-  /// Contributions whose place another one took.
-  std::uint64_t displaced_contributions = 0;
-  std::uint64_t ended_contributions = 0;  ///< Removed, as their origin no longer counts them.
-  std::uint64_t refused_epochs = 0;       ///< Times that something below its robot's floor came.
-  std::uint64_t frames_early = 0;         ///< Revisions of frames that came too soon.
-  /// Times that two contents of one version, or of one moment, were found: by a proof, or in a
-  /// fleet that does not sign by one that replaced the other.
-  std::uint64_t conflicts = 0;
-  /// Proofs of such conflicts that were found or received, one for each epoch of a robot.
-  std::uint64_t conflict_proofs = 0;
-  std::uint64_t refused_disputed = 0;  ///< Times that something came of an epoch that one ended.
-  std::uint64_t diverged = 0;          ///< Times that a comparison of contents was begun.
-  std::uint64_t impostors = 0;         ///< Claims that this robot said what it did not.
-  std::uint64_t twins = 0;             ///< Times that a peer's number was used by two processes.
-  // What was sent.
-  std::uint64_t sent = 0;
-  std::uint64_t sent_bytes = 0;
-  std::uint64_t announcements = 0;
-  std::uint64_t requests = 0;
-  std::uint64_t requests_saved = 0;  ///< Another robot asked for the same.
-  std::uint64_t frames = 0;
-  std::uint64_t statements = 0;
-  std::uint64_t descriptions = 0;
-  std::uint64_t fresh_chunks = 0;
-  std::uint64_t answer_chunks = 0;
-  std::uint64_t answer_bytes = 0;     ///< Of sent_bytes: answers, statements and descriptions.
-  std::uint64_t answers_saved = 0;    ///< Another robot gave the same.
-  std::uint64_t refused_answers = 0;  ///< No place for what was asked for.
-  std::uint64_t published_parts = 0;
-  std::uint64_t refused_parts = 0;
-  // How things stand.
-  std::uint32_t contributions = 0;
-  std::uint32_t complete = 0;  ///< Of these, those that hold what their origin states.
-  std::uint32_t peers = 0;
-  std::uint32_t waiting_answers = 0;
-  std::uint32_t banned = 0;  ///< Robots that three such proofs exclude.
+  TESSERA_EXCHANGE_COUNTERS(TESSERA_COUNTER_MEMBER)
+  TESSERA_EXCHANGE_STATE(TESSERA_COUNTER_MEMBER)
 };
+TESSERA_COUNTER_TABLE(ExchangeReport, TESSERA_EXCHANGE_COUNTERS(TESSERA_COUNTER_ROW)
+                                          TESSERA_EXCHANGE_STATE(TESSERA_COUNTER_ROW))
 
 }  // namespace tessera

@@ -52,10 +52,13 @@ struct Peer {
   std::uint64_t datagrams = 0;
   bool left = false;
   std::uint32_t floor = 0;  ///< That it announced last.
-  Instant agreed;           ///< When it last announced what this robot publishes as it is.
-  Instant differed;         ///< When it last announced something that is other here.
-  RateLimit checks;         ///< Of signatures of its requests.
+  /// The highest epoch in which it announced last that it publishes, if it does.
+  std::optional<std::uint32_t> epoch;
+  Instant agreed;    ///< When it last announced what this robot publishes as it is.
+  Instant differed;  ///< When it last announced something that is other here.
+  RateLimit checks;  ///< Of signatures of its requests.
   RateLimit announcements;
+  RateLimit other_sessions;  ///< Of all that names another session than the one at work.
   /// Not 0: the nonce by which it is to prove that its session is the one at work.
   std::uint64_t nonce = 0;
   Instant challenged;        ///< When it was asked last.

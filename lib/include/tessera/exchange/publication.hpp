@@ -6,6 +6,8 @@
 #include <array>
 #include <cstdint>
 
+#include "tessera/base/counters.hpp"
+#include "tessera/exchange/publisher_counters.h"
 #include "tessera/map/block_content.hpp"
 
 namespace tessera {
@@ -83,49 +85,28 @@ struct PublisherBudget {
 
 /// What a tick did and left.
 struct PublisherReport {
-  std::uint32_t entries = 0;    ///< Of the map's index, looked at.
-  std::uint32_t noted = 0;      ///< Blocks found changed, that did not wait already.
-  std::uint32_t compared = 0;   ///< With what was published of them.
-  std::uint32_t unchanged = 0;  ///< Of these, dropped: they mean what was published.
-  std::uint32_t deferred =
-      0;  ///< Put off: too little is different, being changed, or no bytes left.
-  std::uint32_t partial = 0;    ///< Of these, dropped, as they were not whole; not compared at all.
-  std::uint32_t published = 0;  ///< Emptied ones among them.
-  std::uint32_t emptied = 0;
-  std::uint32_t busy = 0;      ///< Blocks and pages that were in the middle of a change: likewise.
-  std::uint32_t refused = 0;   ///< By publish: tried again later.
-  std::uint32_t left_out = 0;  ///< For which there was no room: more `candidates` or `blocks`.
-  std::uint32_t settled = 0;   ///< Of `leaving`.
+  TESSERA_PUBLISHER_COUNTERS(TESSERA_COUNTER_MEMBER)
   WireBytes bytes;
-  std::uint32_t waiting = 0;       ///< Labelled ones after the tick.
-  std::uint32_t free_waiting = 0;  ///< With changes of voxels that are only free.
-  /// Of both, those that are late: more `bytes` or `compared` would have been needed.
-  std::uint32_t overdue = 0;
-  /// The longest, at most, from a change of labelled voxels to its publication in this tick: from
-  /// the last time that the block was seen unchanged.
-  std::int64_t worst_staleness_us = 0;
-};
 
-/// Sums over all ticks; nothing in it ever decreases.
-struct PublisherTotals {
-  std::uint64_t noted = 0;
-  std::uint64_t compared = 0;
-  std::uint64_t unchanged = 0;
-  std::uint64_t deferred = 0;
-  std::uint64_t partial = 0;
-  std::uint64_t published = 0;
-  std::uint64_t emptied = 0;
-  std::uint64_t busy = 0;
-  std::uint64_t refused = 0;
-  std::uint64_t left_out = 0;
-  std::uint64_t label_bytes = 0;
-  std::uint64_t free_bytes = 0;
+  [[nodiscard]] std::uint32_t label_bytes() const noexcept { return bytes.labels; }
+  [[nodiscard]] std::uint32_t free_bytes() const noexcept { return bytes.free; }
+};
+TESSERA_COUNTER_TABLE(PublisherReport, TESSERA_PUBLISHER_COUNTERS(TESSERA_COUNTER_ROW))
+
+TESSERA_COUNTER_SUMS(TickSums, PublisherReport, TESSERA_PUBLISHER_COUNTERS)
+
+/// Over all ticks; nothing in it ever decreases.
+struct PublisherTotals : TickSums {
   std::uint64_t forgotten_waiting = 0;  ///< Forgotten with changes that were never published.
   std::uint32_t peak_waiting = 0;       ///< Of all kinds.
-  std::int64_t worst_staleness_us = 0;
   /// Publications of labelled changes by staleness, in eighths of staleness_us; the last: beyond
   /// 15 of them.
   std::array<std::uint64_t, 16> by_staleness{};
 };
+
+class Exchange;
+/// What a Publisher publishes into. Of a block with labels, 1/14 of a byte is taken for each voxel
+/// that is only free, and the rest for its labels. exchange must outlive it.
+[[nodiscard]] Publication publication_of(Exchange& exchange) noexcept;
 
 }  // namespace tessera

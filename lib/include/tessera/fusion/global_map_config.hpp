@@ -3,7 +3,9 @@
 // What a global map is made with, and what it reports.
 #pragma once
 
+#include "tessera/base/counters.hpp"
 #include "tessera/fusion/diffusion_config.hpp"
+#include "tessera/fusion/global_counters.h"
 #include "tessera/map/map_config.hpp"
 #include "tessera/replica/replicas.hpp"
 
@@ -26,21 +28,16 @@ struct GlobalMapConfig {
 
 /// How things stand. Counters of refusals never decrease.
 struct GlobalMapReport {
-  std::uint64_t nodes = 0;
-  std::uint32_t blocks = 0;
-  std::uint32_t overlap_blocks = 0;
-  std::uint32_t waiting = 0;              ///< Blocks that are behind.
+  TESSERA_GLOBAL_STATE(TESSERA_COUNTER_MEMBER)
+  TESSERA_GLOBAL_COUNTERS(TESSERA_COUNTER_MEMBER)
+  TESSERA_GLOBAL_COUNTERS_LATER(TESSERA_COUNTER_MEMBER)
   double residual = 0.0;                  ///< max |Z_n - Z_{n-1}| / max |B|, over the nodes.
   double mean_variance = 0.0;             ///< Of the label, over the nodes, as the map gives it.
   double mean_variance_undiffused = 0.0;  ///< The same of B.
-  std::size_t used_bytes = 0;             ///< Of its memory: what holds something, and scratch.
-  std::size_t sum_bytes = 0;              ///< Undiffused sums, of used_bytes.
-  std::uint64_t refused_blocks = 0;       ///< Times that a block of the global grid had no place.
-  std::uint64_t refused_sums = 0;         ///< Times that sums had no place: block left undiffused.
-  std::uint64_t refused_outputs = 0;      ///< Times that the map had no room for a block.
-  std::uint64_t torn_blocks = 0;          ///< Blocks of a move shown early: no room to stage them.
-  std::uint64_t saturated_voxels = 0;     ///< Times that a voxel had over 255 passes.
   ReplicasUsage replicas{};
 };
+TESSERA_COUNTER_TABLE(GlobalMapReport, TESSERA_GLOBAL_STATE(TESSERA_COUNTER_ROW)
+                                           TESSERA_GLOBAL_COUNTERS(TESSERA_COUNTER_ROW)
+                                               TESSERA_GLOBAL_COUNTERS_LATER(TESSERA_COUNTER_ROW))
 
 }  // namespace tessera

@@ -26,7 +26,7 @@ class GlobalReader {
   static constexpr int kMaxAttempts = MapReader::kMaxAttempts;
 
   explicit GlobalReader(const GlobalMap& global) noexcept
-      : global_(&global), map_(*global.map_), staged_(*global.staged_) {}
+      : maps_(&global.maps()), map_(maps_->map()), staged_(maps_->staged()) {}
 
   /// A voxel's counts. Fails with kBusy iff kMaxAttempts tries did.
   [[nodiscard]] Result<VoxelEvidence> evidence(VoxelCoord voxel) noexcept;
@@ -59,7 +59,7 @@ class GlobalReader {
   template <class Read>
   [[nodiscard]] bool read_one_generation(Read&& read) noexcept;
 
-  const GlobalMap* global_;
+  const TwoMaps* maps_;
   MapReader map_;
   MapReader staged_;
   std::uint64_t generation_ = 0;

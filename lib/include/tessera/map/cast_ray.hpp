@@ -23,6 +23,21 @@ struct RayHit {
   Estimate estimate{};
 };
 
+/// "max range", "occupied", "unknown" or "invalid".
+constexpr const char* to_string(RayHit::End end) noexcept {
+  switch (end) {
+    case RayHit::End::kMaxRange:
+      return "max range";
+    case RayHit::End::kOccupied:
+      return "occupied";
+    case RayHit::End::kUnknown:
+      return "unknown";
+    case RayHit::End::kInvalid:
+      return "invalid";
+  }
+  return "invalid";
+}
+
 /// The first occupied voxel from origin_map along direction (any length > 0), up to max_range_m.
 /// Steps through at most max_range_m / resolution * sqrt(3) + 4 voxels, with a look-up for each
 /// block that they are in. Unless stop_at_unknown, only voxels with label evidence are read (and

@@ -5,20 +5,16 @@
 // MapReader. Reading never allocates and never changes anything.
 #pragma once
 
-#include <optional>
 #include <span>
 
-#include "tessera/base/internal/radix_sort.hpp"
-#include "tessera/base/internal/shared_words.hpp"
 #include "tessera/map/block_content.hpp"
-#include "tessera/map/map_config.hpp"
-#include "tessera/map/map_usage.hpp"
-#include "tessera/semantics/class_table.hpp"
+#include "tessera/map/internal/block_table.hpp"
 #include "tessera/semantics/estimate.hpp"
 
 namespace tessera {
 
-class LocalMap {
+/// Blocks (BlockTable), what their voxels say, and how evidence is added to them.
+class LocalMap : public BlockTable {
  public:
   /// A map in memory from the arena. Fails with kInvalidArgument iff a value of config is outside
   /// its documented range, the table has no class, or the storage is under four pages;
@@ -28,20 +24,10 @@ class LocalMap {
                                              const ClassTable& classes) noexcept;
   /// No map yet: every voxel is unknown, and nothing can be written.
   LocalMap() noexcept = default;
-  /// Moves only: a copy would write to the same memory. What was moved from is of no further use.
-  LocalMap(const LocalMap&) = delete;
-  LocalMap& operator=(const LocalMap&) = delete;
-  LocalMap(LocalMap&&) noexcept = default;
-  LocalMap& operator=(LocalMap&&) noexcept = default;
-  ~LocalMap() = default;
-
-  [[nodiscard]] const MapConfig& config() const noexcept { return config_; }
-  [[nodiscard]] const ClassTable& classes() const noexcept { return classes_; }
-  [[nodiscard]] Lattice lattice() const noexcept { return Lattice(config_.resolution_m); }
-  [[nodiscard]] int num_components() const noexcept { return classes_.num_components(); }
 
   // --- Reading -----------------------------------------------------------------------------------
 
+  using BlockTable::evidence;
   /// A voxel's counts; all zero if it was never observed. Two cache lines of index, then at most
   /// one a component.
   [[nodiscard]] VoxelEvidence evidence(VoxelCoord voxel) const noexcept;
@@ -59,6 +45,8 @@ class LocalMap {
   Status query(std::span<const Point3f> points_map, std::span<Estimate> into) const noexcept;
   Status query(std::span<const VoxelCoord> voxels, std::span<Estimate> into) const noexcept;
   static constexpr std::size_t kQueryGroup = 16;
+  /// The estimate of a voxel that was never observed.
+  [[nodiscard]] const Estimate& unobserved() const noexcept { return unobserved_; }
 
   /// The same for a voxel of a block.
   [[nodiscard]] Estimate query(const Block& block, VoxelCoord voxel) const noexcept;
@@ -72,91 +60,11 @@ class LocalMap {
     return states_of_passes_[free_passes(block, row_order(voxel))];
   }
 
-  /// The blocks sorted by key, that is by (z, y, x); each entry's index is for block_at. workspace:
-  /// at least 2 * block_count() entries, else nothing is given. O(index + blocks).
-  [[nodiscard]] std::span<const KeyedIndex> blocks_in_order(
-      std::span<KeyedIndex> workspace) const noexcept;
-  [[nodiscard]] std::size_t block_count() const noexcept { return index_.size(); }
-  [[nodiscard]] std::size_t index_entries() const noexcept { return index_.slots(); }
-  /// Calls visit(BlockKey, SlabHandle) for the blocks among the next entries of the index from the
-  /// cursor on, around its end and once around at most, and moves the cursor on. visit may remove
-  /// the block that it is given; false from it stops the cursor at the entries at hand, which the
-  /// next call begins with. Returns the entries looked at, at most entries + 7. While blocks are
-  /// opened, one may be met twice in a round, or not at all if a call ends within an index's page.
-  template <class Visit>
-  std::size_t visit_blocks(SweepCursor& cursor, std::size_t entries, Visit&& visit) const noexcept {
-    return index_.for_some(cursor.place, entries, [&](SlabHandle handle) {
-      return visit(BlockKey{block_at(handle).key}, handle);
-    });
-  }
-  [[nodiscard]] const Block& block_at(std::uint32_t handle) const noexcept {
-    return *reinterpret_cast<const Block*>(pool_.at(handle));
-  }
-  /// The block's handle, or 0 if it is not open.
-  [[nodiscard]] SlabHandle find_handle(BlockCoord block) const noexcept;
-  [[nodiscard]] const Block* find(BlockCoord block) const noexcept;
-  [[nodiscard]] VoxelEvidence evidence(const Block& block, int octet, int voxel) const noexcept;
-  /// Calls label(component, count) for each label count of a voxel that has label evidence, and
-  /// rest(count) for its rest.
-  template <class Label, class Rest>
-  void visit_labels(const Block& block, int octet, int voxel, Label&& label,
-                    Rest&& rest) const noexcept {
-    tuples_.visit(pool_.at(octet_handle(block, octet)), voxel, label, rest);
-  }
-  /// Voxels of an octet with label evidence, a bit each.
-  [[nodiscard]] std::uint8_t observed_labels(const Block& block, int octet) const noexcept {
-    const LabelPage* const page = label_page(block, octet);
-    return page == nullptr ? std::uint8_t{0} : page->observed[octet_in_layer(octet)];
-  }
-  /// The page of an octet's layer, or null where none of the layer's voxels has label evidence.
-  [[nodiscard]] const LabelPage* label_page(const Block& block, int octet) const noexcept {
-    const SlabHandle page = block.labels[layer_of_octet(octet)];
-    return page == 0 ? nullptr : reinterpret_cast<const LabelPage*>(pool_.at(page));
-  }
   /// True iff a voxel without label evidence is never occupied, however few passes it has: always
   /// but for a large prior. Rays then need not read the free layer.
   [[nodiscard]] bool only_labels_occupy() const noexcept { return only_labels_occupy_; }
-  /// True iff the block has a tuple octet there.
-  [[nodiscard]] bool has_octet(const Block& block, int octet) const noexcept;
-  /// The octets for which a block has tuples, a bit each.
-  [[nodiscard]] std::uint64_t octets_of(const Block& block) const noexcept;
-  /// Passes of rays through a voxel of a block.
-  [[nodiscard]] std::uint8_t free_passes(const Block& block, int octet, int voxel) const noexcept {
-    return free_passes(block, row_order(octet, voxel));
-  }
-
-  /// Copies the passes of a block's 512 voxels, octet by octet; into: at least 512 bytes. True iff
-  /// any is not zero.
-  bool copy_passes(const Block& block, std::span<std::byte> into) const noexcept;
-
-  /// Grows by one with every scan; a block's revision tells which scan changed it last.
-  [[nodiscard]] std::uint32_t revision() const noexcept { return revision_; }
-  /// The newest stamp of any block: every change gives its block a larger one.
-  [[nodiscard]] std::uint64_t stamp() const noexcept { return stamp_; }
-  [[nodiscard]] MapUsage usage() const noexcept;
-  /// Voxels with free evidence only. O(blocks).
-  [[nodiscard]] std::uint64_t count_free_voxels() const noexcept;
 
   // --- Writing (inference, map file) -------------------------------------------------------------
-
-  /// Starts the next revision.
-  void begin_revision() noexcept { ++revision_; }
-  /// The block's handle, opening an empty one if needed. Fails with kOutOfRange iff the block is
-  /// outside the grid; kResourceExhausted iff storage or index has no place for it: counted, map
-  /// unchanged.
-  [[nodiscard]] Result<SlabHandle> open_block(BlockCoord block) noexcept;
-  /// Takes back a block that holds no evidence; does nothing to others.
-  void close_if_empty(SlabHandle handle) noexcept;
-  /// Takes back every block that holds no evidence. O(index).
-  void close_empty_blocks() noexcept;
-  /// True iff these many more items of each size could be given now, together.
-  [[nodiscard]] bool fits(const SlabPool::Counts& wanted) const noexcept {
-    return pool_.fits(wanted);
-  }
-  /// The same, with a refusal counted in MapUsage::storage_refused where not.
-  [[nodiscard]] bool fits_or_refuse(const SlabPool::Counts& wanted) noexcept {
-    return pool_.fits_or_refuse(wanted);
-  }
 
   /// Adds a scan's evidence to an octet, then holds the cap: free passes and labels give way in
   /// proportion, in whole passes rounded in favour of occupancy. Voxels without added evidence stay
@@ -167,9 +75,6 @@ class LocalMap {
   /// was anything. Fails as above, with those before added. O(64 components present).
   Result<int> add_labels(SlabHandle handle, std::uint64_t octets,
                          const BlockEvidence& added) noexcept;
-  /// Prefetches the memory that this reads: the pages of a block, if any, then these octets.
-  void prefetch_pages(SlabHandle handle) const noexcept;
-  void prefetch_octets(SlabHandle handle, std::uint64_t octets) const noexcept;
   /// Adds one pass to every voxel in mask; label evidence gives way where the cap is reached, and a
   /// tuple that has none left is taken back. Fails with kResourceExhausted iff a free page is
   /// needed and does not fit: counted, unchanged.
@@ -193,108 +98,16 @@ class LocalMap {
   /// cap is not held. Fails with kResourceExhausted iff storage has no room: counted, and the block
   /// holds nothing then. O(512 + voxels * components).
   Status replace(SlabHandle handle, const BlockContent& content) noexcept;
-  /// Closes a block with all its content. Work: its octets, 64 at most, and an entry of the index.
-  void remove_block(SlabHandle handle) noexcept;
-  void restore_revision(std::uint32_t revision) noexcept { revision_ = revision; }
+  using BlockTable::restore_revision;
   void restore_revision(SlabHandle block, std::uint32_t revision) noexcept;
-  /// Forgets all content. O(index).
-  void clear() noexcept;
-
-  /// Free passes at which the free layer saturates: floor(max_evidence / free_weight), 255 without
-  /// a cap.
-  [[nodiscard]] std::uint8_t max_passes() const noexcept { return max_passes_; }
 
  private:
-  friend class MapReader;
-  /// A change of a block, of its pages or of its tuples, for those who read meanwhile: made before
-  /// the first store and gone after the last. All stores between are shared ones.
-  class Change {
-   public:
-    Change(LocalMap& map, SlabHandle handle) noexcept
-        : map_(map), block_(map.mutable_block(handle)) {
-      store_shared(block_.stamp, block_.stamp | 1U);
-      std::atomic_thread_fence(std::memory_order_release);
-    }
-    ~Change() { map_.stamp_anew(block_); }
-    Change(const Change&) = delete;
-    Change& operator=(const Change&) = delete;
-    Change(Change&&) = delete;
-    Change& operator=(Change&&) = delete;
-
-   private:
-    LocalMap& map_;
-    Block& block_;
-  };
-  /// The block first: who sees the map's stamp then sees the changes up to it.
-  void stamp_anew(Block& block) noexcept {
-    store_shared(block.stamp, stamp_ + 2, std::memory_order_release);
-    store_shared(stamp_, stamp_ + 2, std::memory_order_release);
-  }
-  [[nodiscard]] std::uint32_t octet_bytes() const noexcept {
-    return TupleStore::octet_bytes(config_.tuple, num_components());
-  }
-  [[nodiscard]] Block& mutable_block(SlabHandle at) noexcept {
-    return *reinterpret_cast<Block*>(pool_.at(at));
-  }
-  [[nodiscard]] SlabHandle octet_handle(const Block& block, int octet) const noexcept {
-    const LabelPage* const page = label_page(block, octet);
-    return page == nullptr ? 0 : page->octets[octet_in_layer(octet)];
-  }
-  /// row: the voxel's row order in the block.
-  [[nodiscard]] std::uint8_t free_passes(const Block& block, int row) const noexcept {
-    const SlabHandle page = block.free_passes[layer_of_row(row)];
-    if (page == 0) return 0;
-    return reinterpret_cast<const FreePage*>(pool_.at(page))->passes[row_in_layer(row)];
-  }
-  [[nodiscard]] LabelPage& mutable_label_page(const Block& block, std::size_t layer) noexcept {
-    return *reinterpret_cast<LabelPage*>(pool_.at(block.labels[layer]));
-  }
-  [[nodiscard]] FreePage& mutable_free_page(const Block& block, std::size_t layer) noexcept {
-    return *reinterpret_cast<FreePage*>(pool_.at(block.free_passes[layer]));
-  }
-  [[nodiscard]] SlabHandle find_handle(BlockKey key) const noexcept {
-    return index_.find(key, [&](SlabHandle item) { return block_at(item).key == key.bits; });
-  }
-  [[nodiscard]] std::uint64_t count_free_voxels(const Block& block,
-                                                std::size_t layer) const noexcept;
-  /// Whether there is room for what a voxel of an octet gets; a refusal is counted.
-  [[nodiscard]] bool has_room(const Block& block, int octet, bool labels, bool passes) noexcept;
-  Status ensure_octet(Block& block, int octet) noexcept;
-  template <class Evidence>
-  void add_to_octet(Block& block, int octet, const Evidence& added) noexcept;
-  void ensure_free_page(Block& block, std::size_t layer) noexcept;
-  void empty_block(Block& block) noexcept;
-  void fill_octet(Block& block, int octet, const BlockContent& content) noexcept;
-  void hold_cap_on_labels(Block& block, int octet, unsigned voxels,
-                          TupleStore::Plane& sums) noexcept;
-  bool give_way_in_layer(Block& block, std::size_t layer,
-                         const std::array<std::uint64_t, 2>& slices) noexcept;
-  bool give_way_to_free(Block& block, int octet, int voxel, std::uint8_t passes) noexcept;
-  void update_observed(Block& block, int octet, const TupleStore::Plane& sums) noexcept;
-  void note_usage() noexcept;
   void fill_states_of_passes() noexcept;
-  template <class Item, class VoxelOf>
-  void query_in_groups(std::span<const Item> items, std::span<Estimate> into,
-                       VoxelOf&& voxel_of) const noexcept;
-  struct Ask;
-  void query_group(std::span<Ask> asks, Estimate* into) const noexcept;
 
-  std::uint64_t clear_stamp_ = 0;  ///< Odd while clear() is at work. Beside what never changes.
-  MapConfig config_{};
-  ClassTable classes_{};
-  BlockIndex index_{};
-  SlabPool pool_{};
-  TupleStore tuples_{};
-  std::uint32_t revision_ = 0;
-  std::uint8_t max_passes_ = 255;
   std::array<VoxelState, 256> states_of_passes_{};  ///< Of a voxel with free evidence alone.
   bool only_labels_occupy_ = false;
   /// Of a voxel that was never observed.
-  Estimate unobserved_ = CountSummary(classes_.num_components(), 0.0F).estimate(config_.prior);
-  std::uint64_t label_voxels_ = 0;
-  std::uint64_t blocks_refused_ = 0;
-  std::size_t peak_bytes_ = 0;
-  std::uint64_t stamp_ = 0;  ///< The last that a block got; even.
+  Estimate unobserved_ = CountSummary(num_components(), 0.0F).estimate(config().prior);
 };
 
 }  // namespace tessera

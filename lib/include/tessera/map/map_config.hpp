@@ -31,7 +31,8 @@ struct MapConfig {
   float max_evidence = 100.0F;
   /// Free evidence of one pass, > 0 and at most 1e6. A voxel counts at most 255 passes.
   float free_weight = 0.4F;
-  TuplePolicy tuple = TuplePolicy::kDense;
+  /// kDense is exact, at a float for each class and voxel.
+  TuplePolicy tuple = TuplePolicy::kCompact;
   /// Bytes for blocks, tuples and the free layer together, in use or not; at least four pages of
   /// 4 KiB, and at most kMaxStorageBytes.
   std::size_t storage_bytes = std::size_t{384} << 20U;

@@ -10,10 +10,11 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <span>
 
 #include "tessera/base/geometry.hpp"
-#include "tessera/map/internal/block_lookup.hpp"
+#include "tessera/map/map_summary.hpp"
 
 namespace tessera {
 
@@ -68,7 +69,8 @@ struct MapFileHeader {
   MapIdentity identity{};
   MapFileContent content{};
   std::uint32_t revision = 0;
-  std::uint64_t header_bytes = 0;  ///< Where the blocks begin in the file.
+  std::optional<MapSummary> summary{};  ///< As save() was given it.
+  std::uint64_t header_bytes = 0;       ///< Where the blocks begin in the file.
 };
 
 /// Memory that saving and loading work in: give one, reuse it at will.
@@ -76,12 +78,13 @@ struct MapFileBuffer {
   std::array<std::byte, 8192> bytes;
 };
 
-/// Writes the map. workspace: at least 2 * map.block_count() entries. Fails with kInvalidArgument
+/// Writes the map. workspace: at least 2 * map.block_count() entries. summary: of this map, for the
+/// header; without it whoever wants counts or digest reads all voxels. Fails with kInvalidArgument
 /// iff the map was never made, the workspace is too short, settings_bytes is over kMaxSettings or
 /// the sink has no function, and nothing is written; with kIo iff the sink refuses. O(map).
 MapFileStatus save(const LocalMap& map, const MapIdentity& identity,
-                   std::span<KeyedIndex> workspace, MapFileBuffer& buffer,
-                   const ByteSink& sink) noexcept;
+                   std::span<KeyedIndex> workspace, MapFileBuffer& buffer, const ByteSink& sink,
+                   const MapSummary* summary = nullptr) noexcept;
 
 /// The same for blocks that a lookup gives, such as those of a map that is only partly in memory;
 /// blocks: their keys in ascending order. Settings, classes and revision are those of map. Each
@@ -90,13 +93,19 @@ MapFileStatus save(const LocalMap& map, const MapIdentity& identity,
 /// with kIo iff a block cannot be had or the sink refuses. O(blocks).
 MapFileStatus save(const LocalMap& map, const MapIdentity& identity,
                    std::span<const KeyedIndex> blocks, const BlockLookup& lookup,
-                   MapFileBuffer& buffer, const ByteSink& sink) noexcept;
+                   MapFileBuffer& buffer, const ByteSink& sink,
+                   const MapSummary* summary = nullptr) noexcept;
 
 /// Reads and checks the header. Fails with kTruncated, kCorrupt (magic, checksum, a value out of
 /// range), kUnsupported (a newer major version, an unknown tuple policy or kind), or
 /// kInvalidArgument iff the source has no function.
 MapFileStatus load_header(const ByteSource& source, MapFileBuffer& buffer,
                           MapFileHeader& header) noexcept;
+
+/// Bytes of the end of each file, and whether these are the end of the file with that header.
+inline constexpr std::size_t kMapFileEndBytes = 16;
+[[nodiscard]] bool is_end_of(const MapFileHeader& header,
+                             std::span<const std::byte, kMapFileEndBytes> end) noexcept;
 
 /// Reads the blocks after load_header, and the source to its end, into an empty map made with the
 /// header's configuration (storage_bytes may differ). Fails with kMismatch iff the map's

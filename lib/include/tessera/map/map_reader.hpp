@@ -132,14 +132,14 @@ class MapReader {
 
   /// The newest stamp of any block. Every change that this thread cannot see yet will be newer.
   [[nodiscard]] std::uint64_t stamp() const noexcept {
-    return load_shared(map_->stamp_, std::memory_order_acquire);
+    return load_shared(map_->shared_stamp(), std::memory_order_acquire);
   }
   static constexpr std::size_t kPageBlocks =
       static_cast<std::size_t>(BlockIndex::kPageBuckets) * BlockIndex::kBucketSlots;
   /// Pages of the map's index, of up to kPageBlocks blocks each. A block stays in its page or goes
   /// to one behind all that there are: who reads all pages in order, until there are no more, meets
   /// every block that was there from before until after.
-  [[nodiscard]] std::size_t pages() const noexcept { return map_->index_.pages_shared(); }
+  [[nodiscard]] std::size_t pages() const noexcept { return map_->index().pages_shared(); }
   /// The blocks of a page from a slot on. Fails with kOutOfRange iff there is no
   /// such page; kBusy iff kMaxAttempts tries met entries that moved. O(kPageBlocks) a try.
   [[nodiscard]] Result<PageNotes> notes(std::size_t page, std::size_t first_slot,

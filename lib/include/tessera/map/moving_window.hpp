@@ -11,7 +11,9 @@
 // and, where the cap was reached, for what the cap took between.
 #pragma once
 
+#include "tessera/base/counters.hpp"
 #include "tessera/map/local_map.hpp"
+#include "tessera/map/window_counters.h"
 
 namespace tessera {
 
@@ -86,25 +88,11 @@ struct WindowStep {
 
 /// Sums over steps.
 struct WindowReport {
-  std::uint64_t evicted = 0;
-  std::uint64_t evictions_refused = 0;  ///< By the archive, or until a block is published.
-  std::uint64_t reloaded = 0;
-  std::uint64_t merged = 0;
-  std::uint64_t reloads_failed = 0;
-  std::uint64_t steps_without_room = 0;
-  std::uint64_t backlog = 0;  ///< Evictions and reloads that the last step left to do.
-  std::uint64_t most_backlog = 0;
-  std::uint64_t most_evicted = 0;   ///< In a step.
-  std::uint64_t most_reloaded = 0;  ///< In a step.
-  /// Blocks that left without an archive to keep them: their evidence is lost.
-  std::uint64_t lost_blocks = 0;
-  /// Blocks that left before it was known that others have all of them, as memory was short or a
-  /// part was archived already; others have it once the block is back in the map. 0 where nothing
-  /// is published.
-  std::uint64_t unpublished_blocks = 0;
+  TESSERA_WINDOW_COUNTERS(TESSERA_COUNTER_MEMBER)
 
   void add(const WindowStep& step) noexcept;
 };
+TESSERA_COUNTER_TABLE(WindowReport, TESSERA_WINDOW_COUNTERS(TESSERA_COUNTER_ROW))
 
 class MovingWindow {
  public:

@@ -134,14 +134,13 @@ class BlockCursor {
 };
 
 /// The map's content in 64 bits: resolution, class table, prior, tuple policy, and every observed
-/// voxel's evidence in (z, y, x) order of voxels. Capacity, block size and history do not count.
-/// workspace as above; one that is too short gives the digest of a map without voxels. O(64 blocks
-/// + observed voxels * C).
+/// voxel's evidence. Each block is hashed on its own, a sum over its counts; these are joined in
+/// (z, y, x) order of blocks. Capacity, history and revisions do not count. workspace as above; one
+/// that is too short gives the digest of a map without voxels. O(512 blocks + counts).
 [[nodiscard]] std::uint64_t digest(const LocalMap& map, std::span<KeyedIndex> workspace) noexcept;
 
 /// The same for blocks that a lookup gives; blocks: their keys in ascending order. Each block is
-/// asked for 64 times, once for each row of its voxels: the blocks of a layer of blocks take turns.
-/// Fails with kIo iff one cannot be had.
+/// asked for once, in order. Fails with kIo iff one cannot be had.
 [[nodiscard]] Result<std::uint64_t> digest(const LocalMap& map, std::span<const KeyedIndex> blocks,
                                            const BlockLookup& lookup) noexcept;
 

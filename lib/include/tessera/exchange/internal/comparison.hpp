@@ -18,6 +18,8 @@ class Comparison {
   /// Spans that are to be described, at most. What finds no place is left to the next comparison.
   static constexpr std::size_t kMostNodes = 4096;
   static constexpr std::size_t kMostWanted = 1024;
+  /// Then it is another one's turn.
+  static constexpr Duration kLongest{60'000'000};
 
   /// Of what differs.
   struct Difference {
@@ -57,7 +59,8 @@ class Comparison {
     return active_ ? std::optional(robot_) : std::nullopt;
   }
   /// True once nothing is left to ask or to wait for, or the other robot does not answer any more.
-  /// O(spans), and for those whose records were awaited O(records in them).
+  /// What is to be asked again is noted. O(spans), and for those whose records were awaited
+  /// O(records in them).
   [[nodiscard]] bool is_over(const Ledger& ledger, const Ledger::Contribution& contribution,
                              Instant now) noexcept;
   /// True if it is over and something was left to ask: a difference may remain.
@@ -89,12 +92,12 @@ class Comparison {
     const auto own = list_own(ledger, contribution, description.span, last);
     const std::size_t wanted_before = wanted_count_;
     const bool same = merge(description, own, last, send);
-    // Sums tell more of contents apart than marks do: both get both, if a new sum says so again.
+    // Sums tell more of contents apart than marks do: both get both, if new sums say so again,
+    // which are asked for when all else is done.
     const bool suspect = same && node.sum_known && last >= range_of(node.span).last &&
                          node.their_sum != sum_of(ledger, contribution, node.span);
-    if (suspect && !node.suspect && node.span.width < 32) {
-      const auto width = static_cast<std::uint8_t>(node.span.width + 1);
-      add_node({.span = {width, node.span.index >> 1U}, .suspect = true});
+    if (suspect && !node.suspect) {
+      doubts_ = true;
     } else if (suspect && node.awaited == 0) {
       found_ = true;
       for (const Description::Mark& one : own) {
@@ -223,11 +226,13 @@ class Comparison {
   bool found_ = false;
   bool gave_up_ = false;
   bool took_ = false;
+  bool doubts_ = false;      ///< A list had equal marks, and another sum before.
   std::size_t visited_ = 0;  ///< Records that were looked at in this robot's own replica.
   std::uint32_t number_ = 0;
   std::uint32_t generation_ = 0;
   std::uint32_t robot_ = 0;
   std::uint32_t tries_ = 0;
+  VersionSpan whole_{};  ///< What it began with.
   Instant began_;
   Instant heard_;  ///< When something came of it last, or it began.
   std::span<Node> nodes_;

@@ -11,8 +11,9 @@ namespace tessera {
 class Repair {
  public:
   [[nodiscard]] static constexpr std::size_t required_bytes(const ExchangeConfig& config) noexcept {
-    return arena_bytes<Need>(config.contributions) + arena_bytes<VersionRange>(kMostGapsAsked) +
-           arena_bytes<RequestedContribution>(1) + Comparison::required_bytes();
+    return arena_bytes<Need>(config.contributions) + arena_bytes<Claim>(2 * kMostClaims) +
+           arena_bytes<VersionRange>(kMostGapsAsked) + arena_bytes<RequestedContribution>(1) +
+           Comparison::required_bytes();
   }
   /// Fails with kResourceExhausted iff the arena is too small.
   [[nodiscard]] static Result<Repair> make(Arena& arena, const ExchangeConfig& config) noexcept;
@@ -25,6 +26,9 @@ class Repair {
   /// Somebody holds something else in this robot's name than this process published: what was
   /// stated about it is asked for.
   void note_claim(const ContributionId& id, Instant now) noexcept;
+  /// A name that found no place, and whose frame would displace a lower one of its robot: that is
+  /// asked for.
+  void note_displacing(const ContributionId& id, Instant now) noexcept;
   /// What a chunk did; fills: it is of versions that were known of before.
   void note_taken(Ledger& ledger, Ledger::Contribution& contribution, const Ledger::Taken& taken,
                   bool fills, std::uint32_t sender, Instant now) noexcept;
@@ -59,10 +63,11 @@ class Repair {
     Instant compare_due;
     Duration compare_pause{};
   };
-  /// Of a contribution in this robot's name.
+  /// A contribution that has no place here, and of which something is asked for.
   struct Claim {
     ContributionId id;
     bool wanted = false;
+    std::uint32_t frame_revision = 0;  ///< As in the request; the highest: of no interest.
     Instant noted;
   };
   static constexpr std::size_t kMostClaims = 4;
@@ -84,6 +89,7 @@ class Repair {
   void consider_comparison(Ledger& ledger, const Ledger::Contribution& contribution, Need& need,
                            const AnnouncedContribution& announced, const Peer& peer, Instant now,
                            ExchangeReport& counted) noexcept;
+  [[nodiscard]] static Claim& place_of(std::span<Claim> claims, const ContributionId& id) noexcept;
   void begin_request(const Ledger::Contribution& contribution) noexcept;
   [[nodiscard]] bool write_comparison(Ledger& ledger, ByteWriter& to) noexcept;
   void put_off(const Ledger::Contribution& contribution, Need& need, Instant now) noexcept;
@@ -94,7 +100,7 @@ class Repair {
   Duration announce_{};
   std::span<Need> needs_;
   std::span<VersionRange> gaps_;  ///< Scratch.
-  std::array<Claim, kMostClaims> claims_{};
+  std::span<Claim> claims_;       ///< Those in this robot's name, then those that would displace.
   Comparison comparison_{};
   RequestedContribution* requested_ = nullptr;  ///< Scratch: the one that is written.
   std::uint64_t random_ = 0;

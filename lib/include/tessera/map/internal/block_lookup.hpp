@@ -15,4 +15,19 @@ struct BlockLookup {
   const Block* (*find)(void* context, const KeyedIndex& item) = nullptr;
 };
 
+/// Those of a map that is in memory as a whole.
+class BlocksInMemory {
+ public:
+  explicit BlocksInMemory(const LocalMap& map) noexcept : map_(map) {}
+  /// Valid as long as this.
+  [[nodiscard]] BlockLookup lookup() noexcept {
+    return {this, [](void* self, const KeyedIndex& item) {
+              return &static_cast<BlocksInMemory*>(self)->map_.block_at(item.index);
+            }};
+  }
+
+ private:
+  const LocalMap& map_;
+};
+
 }  // namespace tessera

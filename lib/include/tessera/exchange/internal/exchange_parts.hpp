@@ -1,0 +1,33 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "tessera/exchange/internal/sender.hpp"
+
+namespace tessera {
+
+/// Announcements that one misses before it counts as silent.
+inline constexpr std::int64_t kSilences = 3;
+
+/// The parts of an exchange, for what is heard.
+struct ExchangeParts {
+  Gate& gate;
+  Ledger& ledger;
+  Repair& repair;
+  Sender& sender;
+  ExchangeReport& counted;
+
+  /// True iff nothing is taken of a contribution that this datagram names: its robot is excluded,
+  /// or, without signatures, is heard and says itself what it publishes in this epoch and later
+  /// ones. What it has denied would come back from others, whom it has not reached yet, for ever.
+  [[nodiscard]] bool is_refused(const ContributionId& id, const Heard& heard,
+                                Duration announce) const noexcept {
+    if (gate.is_excluded(id.robot)) return true;
+    if (gate.signatures().on() || id.robot == heard.header.sender) return false;
+    const Peer* const peer = gate.peers().find(id.robot);
+    return peer != nullptr && peer->epoch && id.epoch >= *peer->epoch &&
+           heard.now - peer->heard <= kSilences * announce && ledger.find(id) == nullptr;
+  }
+};
+
+}  // namespace tessera

@@ -1,0 +1,80 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// Contributions that move to another frame or leave, and how far that is: first all blocks that a
+// move touches are marked, then they are brought up to date beside the map (staged), then they are
+// shown, all at once, and copied into the map (merged).
+#pragma once
+
+#include <span>
+
+#include "tessera/base/arena.hpp"
+#include "tessera/fusion/internal/global_records.hpp"
+#include "tessera/replica/replicas.hpp"
+
+namespace tessera {
+
+class FrameMoves {
+ public:
+  using Slot = Replicas::Slot;
+  /// Of what is under way; kSettled: nothing.
+  enum class Phase : std::uint8_t { kSettled, kMarking, kStaging, kMerging };
+
+  [[nodiscard]] static constexpr std::size_t required_bytes(std::uint32_t contributions) noexcept {
+    return arena_bytes<Move>(contributions);
+  }
+  /// Fails with kResourceExhausted iff the arena is too small.
+  [[nodiscard]] static Result<FrameMoves> make(Arena& arena, std::uint32_t contributions) noexcept;
+  FrameMoves() noexcept = default;
+
+  [[nodiscard]] Phase phase() const noexcept { return phase_; }
+  /// Whether a move is under way or waits.
+  [[nodiscard]] bool busy() const noexcept { return phase_ != Phase::kSettled || waiting_ != 0; }
+  [[nodiscard]] bool leaving(Slot slot) const noexcept { return moves_[slot].leaves; }
+
+  /// Has a contribution move, if revision is later than that of the frame it has or waits for.
+  /// O(1).
+  Replicas::Change set_frame(const Replicas& replicas, Slot slot,
+                             const GridTransform& T_global_local, std::uint32_t revision) noexcept;
+  /// Has a contribution leave. Nothing happens where the slot is empty. O(1).
+  void remove(const Replicas& replicas, Slot slot) noexcept;
+  /// Marks what a version of a block changes. False iff the global grid has no place for a block.
+  /// O(27 blocks, 54 while its move is being marked).
+  [[nodiscard]] bool mark_change(const Replicas& replicas, GlobalRecords& records, Slot slot,
+                                 BlockKey key) const noexcept;
+
+  /// All that wait go together from now on, if nothing is under way.
+  void begin() noexcept;
+  /// kMarking: marks where each block of what moves is and will be; once that is done the frames
+  /// are in force, and the phase is kStaging. Returns the work done.
+  std::uint64_t mark(Replicas& replicas, GlobalRecords& records, std::uint64_t budget) noexcept;
+  /// kStaging ends: what was staged is the map from now on.
+  void begin_merging() noexcept;
+  /// kMerging ends once the replicas of what leaves are dropped: a block of each at least. Returns
+  /// the work done.
+  std::uint64_t finish(Replicas& replicas, std::uint64_t budget) noexcept;
+
+ private:
+  struct Move {
+    GridTransform to;  ///< Of the move that is under way.
+    std::uint32_t revision = 0;
+    bool under_way = false;
+    bool leaves = false;  ///< It is to be removed, or is being.
+    bool waits = false;   ///< For the moves that are under way to end.
+    GridTransform next;
+    std::uint32_t next_revision = 0;
+  };
+  void wait(Move& move) noexcept {
+    waiting_ += move.waits ? 0U : 1U;
+    move.waits = true;
+  }
+  std::uint64_t drop_replicas(Replicas& replicas, Slot slot, std::uint64_t budget) noexcept;
+
+  std::span<Move> moves_;  ///< By slot.
+  Phase phase_ = Phase::kSettled;
+  std::uint32_t waiting_ = 0;
+  Slot marked_slot_ = 0;
+  std::uint32_t marked_record_ = 0;  ///< The next to be marked.
+  bool marking_slot_ = false;
+};
+
+}  // namespace tessera

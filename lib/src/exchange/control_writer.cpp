@@ -1,0 +1,188 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tessera/exchange/internal/control_writer.hpp"
+
+#include <algorithm>
+
+namespace tessera {
+
+namespace {
+
+/// Frames and statements are few and nothing goes without them: they are sent unasked with one
+/// announcement of so many.
+constexpr std::uint64_t kAnnouncementsOfFrame = 8;
+/// Between two times that the same is sent because it is asked for.
+constexpr Duration kBetweenRepeats{500'000};
+constexpr Duration kBetweenSeldom{8'000'000};
+
+}  // namespace
+
+Result<ControlWriter> ControlWriter::make(Arena& arena, const ExchangeConfig& config) noexcept {
+  ControlWriter made;
+  made.announce_ = {config.announce_us};
+  made.announce_soon_time_ = {config.announce_soon_us};
+  made.frame_pause_ = {config.frame_us};
+  made.dues_ = arena.take<Due>(config.contributions);
+  if (made.dues_.empty()) return Status::kResourceExhausted;
+  return made;
+}
+
+bool ControlWriter::write(Outgoing& out, ByteWriter& to) noexcept {
+  return write_due_frame(out, to) || write_due_statement(out, to) || write_due_conflict(out, to) ||
+         write_announcement(out, to);
+}
+
+void ControlWriter::begin_own(const Ledger& ledger) noexcept {
+  announce_due_ = Instant::long_ago();
+  if (ledger.publishing() == nullptr) return;
+  owe_frame(ledger, *ledger.publishing(), Instant::long_ago());
+  owe_statement(ledger, *ledger.publishing(), Instant::long_ago());
+}
+
+ControlWriter::Due& ControlWriter::due_of(const Ledger& ledger,
+                                          const Ledger::Contribution& contribution) noexcept {
+  Due& due = dues_[ledger.number_of(contribution)];
+  if (due.generation != contribution.generation) {
+    due = {};
+    due.generation = contribution.generation;
+  }
+  return due;
+}
+
+void ControlWriter::owe_frame(const Ledger& ledger, const Ledger::Contribution& contribution,
+                              Instant at, bool seldom) noexcept {
+  Due& due = due_of(ledger, contribution);
+  const Duration pause = seldom ? kBetweenSeldom : std::max(kBetweenRepeats, frame_pause_);
+  due.frame = std::min(due.frame, std::max(at, due.frame_sent + pause));
+}
+
+void ControlWriter::owe_statement(const Ledger& ledger, const Ledger::Contribution& contribution,
+                                  Instant at, bool seldom) noexcept {
+  Due& due = due_of(ledger, contribution);
+  const Duration pause = seldom ? kBetweenSeldom : kBetweenRepeats;
+  due.statement = std::min(due.statement, std::max(at, due.statement_sent + pause));
+}
+
+void ControlWriter::drop_frame(const Ledger& ledger,
+                               const Ledger::Contribution& contribution) noexcept {
+  due_of(ledger, contribution).frame = Instant::never();
+}
+
+void ControlWriter::drop_statement(const Ledger& ledger,
+                                   const Ledger::Contribution& contribution) noexcept {
+  due_of(ledger, contribution).statement = Instant::never();
+}
+
+/// As many contributions as fit, this robot's first, the others in turn.
+bool ControlWriter::write_announcement(Outgoing& out, ByteWriter& to) noexcept {
+  if (out.now < announce_due_) return false;
+  out.kind = DatagramKind::kAnnounce;
+  announce_due_ =
+      out.now + Duration{announce_.us - announce_.us / 10} + out.repair.random(announce_ / 5);
+  AnnouncementHeader header{.details = out.gate.details(),
+                            .floor = out.ledger.floors().own(),
+                            .data_sequence = out.data_sequence};
+  out.gate.write_challenges(header, out.now,
+                            static_cast<std::uint64_t>(out.repair.random({INT64_MAX}).us));
+  write_announcement_header(to, header);
+  const auto announce = [&](const Ledger::Contribution& contribution) {
+    return write_announced(
+        to, {.id = contribution.id,
+             .latest = contribution.own ? contribution.latest : contribution.statement.latest,
+             .frame_revision = contribution.frame_revision,
+             .stated = contribution.own || contribution.stated,
+             .complete = contribution.complete(),
+             .origin = contribution.own,
+             .disputed =
+                 !out.ledger.conflicts().has_room_for(contribution.id.robot, contribution.id.epoch),
+             .digest = contribution.held.folded()});
+  };
+  const bool with_frames = out.counted.announcements % kAnnouncementsOfFrame == 0;
+  const std::span<Ledger::Contribution> places = out.ledger.places();
+  for (const Ledger::Contribution& contribution : places) {
+    if (!contribution.used || !contribution.own) continue;
+    if (with_frames) {
+      owe_frame(out.ledger, contribution, out.now);
+      owe_statement(out.ledger, contribution, out.now);
+    }
+    if (!announce(contribution)) break;
+  }
+  for (const Peer& peer : out.gate.peers().all()) {
+    // Its counter was lost: only it can say so, and others have forgotten what it signed.
+    const std::uint32_t floor = out.ledger.floors().of(peer.robot);
+    const bool is_here = out.now - peer.heard <= 2 * announce_;
+    if (!out.gate.signatures().on() || peer.floor >= floor || !is_here) continue;
+    if (!write_announced(to, {.id = {peer.robot, floor, 0}})) break;
+  }
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    if (announced_next_ >= places.size()) announced_next_ = 0;
+    const Ledger::Contribution& contribution = places[announced_next_];
+    if (contribution.used && contribution.open && !contribution.own && !announce(contribution))
+      break;
+    ++announced_next_;
+  }
+  ++out.counted.announcements;
+  return true;
+}
+
+bool ControlWriter::write_due_frame(Outgoing& out, ByteWriter& to) noexcept {
+  for (const Ledger::Contribution& contribution : out.ledger.places()) {
+    if (!contribution.used || !contribution.open) continue;
+    Due& due = due_of(out.ledger, contribution);
+    if (out.now < due.frame) continue;
+    due.frame = Instant::never();
+    due.frame_sent = out.now;
+    ++out.counted.frames;
+    out.kind = DatagramKind::kFrame;
+    const FrameBody frame{.id = contribution.id,
+                          .revision = contribution.frame_revision,
+                          .T_global_map = contribution.T_global_map};
+    out.signature = contribution.frame_signature;
+    const Signatures& signatures = out.gate.signatures();
+    if (signatures.on() && contribution.own)
+      signatures.sign(signatures.context, frame_message(out.gate.configuration(), frame),
+                      out.signature);
+    return write_frame(to, frame);
+  }
+  return false;
+}
+
+/// The origin signs a tree of the statement alone; a relay sends the proof that it got.
+bool ControlWriter::write_due_statement(Outgoing& out, ByteWriter& to) noexcept {
+  for (const Ledger::Contribution& contribution : out.ledger.places()) {
+    if (!contribution.used || !(contribution.own || contribution.stated)) continue;
+    Due& due = due_of(out.ledger, contribution);
+    if (out.now < due.statement) continue;
+    due.statement = Instant::never();
+    due.statement_sent = out.now;
+    ++out.counted.statements;
+    out.kind = DatagramKind::kStatement;
+    out.needs_signature = false;  // it is in the proof
+    if (!contribution.own) {
+      const bool written = write_statement(to, contribution.statement);
+      to.bytes(std::span(contribution.proof).first(contribution.proof_bytes));
+      return written && to.ok();
+    }
+    const Statement statement = out.ledger.statement_of(contribution, {1, 1});
+    if (!write_statement(to, statement)) return false;
+    const Signatures& signatures = out.gate.signatures();
+    if (!signatures.on()) return true;
+    out.tree.clear();
+    out.tree.add(leaf_of(signatures, statement));
+    out.sign_root(contribution.id);
+    std::array<std::byte, kMostProofBytes> proof{};
+    to.bytes(std::span(proof).first(write_proof(out.tree, 0, out.signature, proof)));
+    return to.ok();
+  }
+  return false;
+}
+
+/// It has both signatures in its proofs.
+bool ControlWriter::write_due_conflict(Outgoing& out, ByteWriter& to) noexcept {
+  if (!out.ledger.conflicts().write_due(to, out.now)) return false;
+  out.kind = DatagramKind::kConflict;
+  out.needs_signature = false;
+  return true;
+}
+
+}  // namespace tessera

@@ -1,0 +1,147 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tessera/inference/internal/label_writer.hpp"
+
+#include <bit>
+
+#include "tessera/inference/internal/write_in_time.hpp"
+
+namespace tessera {
+
+namespace {
+
+/// A unit's points and those of its face neighbours; shift takes a neighbour's coordinates into the
+/// unit's tile.
+struct UnitPoints {
+  const UnitSample* own = nullptr;
+  std::array<const UnitSample*, 6> faces{};
+  std::array<Point3f, 6> shift{};
+};
+
+void look_around(const ScanTiles& tiles, const Tile& tile, int unit, UnitPoints& around) noexcept {
+  for (std::size_t face = 0; face < 6; ++face) {
+    const std::size_t axis = face / 2;
+    const int direction = (face & 1U) != 0 ? 1 : -1;
+    const int step = 1 << (2 * axis);
+    const int along = (unit >> (2 * axis)) & 3;
+    const bool inside = along + direction >= 0 && along + direction <= 3;
+    const Tile* const from = inside ? &tile : tiles.beside(tile, face);
+    const int neighbour = inside ? unit + direction * step : unit - direction * 3 * step;
+    if (from == nullptr || (from->occupied & unit_bit(neighbour)) == 0) continue;
+    around.faces[face] = &tiles.sample(*from, neighbour);
+    around.shift[face] = Point3f::Zero();
+    if (!inside)
+      around.shift[face][static_cast<Eigen::Index>(axis)] =
+          static_cast<float>(direction * tiles.tile_edge());
+  }
+}
+
+std::span<const TilePoint> points_of(const ScanTiles& tiles, const UnitSample* sample) noexcept {
+  if (sample == nullptr) return {};
+  return tiles.points().subspan(sample->begin, sample->end - sample->begin);
+}
+
+/// The kernel's sums of one octet of a unit, of the points that were decided on.
+void sum_points(const ScanTiles& tiles, const UnitPoints& around, const EntropyDecision& decision,
+                const KernelShape& kernel, const OctetPlace& octet, OctetEvidence& sums,
+                EvidenceWork& work) noexcept {
+  if (decision.own)
+    add_points(points_of(tiles, around.own), Point3f::Zero(), octet, kernel, sums, work);
+  for (std::size_t face = 0; decision.neighbours && face < 6; ++face) {
+    if (around.faces[face] == nullptr) continue;
+    add_points(points_of(tiles, around.faces[face]), around.shift[face], octet, kernel, sums, work);
+  }
+}
+
+void count_cut(const ScanTiles& tiles, const Tile& tile, ScanReport& report) noexcept {
+  ++report.tiles_cut;
+  if (tile.occupied == 0) return;
+  const std::uint32_t begin = tiles.sample(tile, std::countr_zero(tile.occupied)).begin;
+  const std::uint32_t end = tiles.sample(tile, 63 - std::countl_zero(tile.occupied)).end;
+  report.points_cut += end - begin;
+}
+
+}  // namespace
+
+Result<LabelWriter> LabelWriter::make(Arena& arena, const InferenceConfig& config) noexcept {
+  LabelWriter writer;
+  writer.config_ = config;
+  writer.octet_ = arena.take<OctetEvidence>(1);
+  if (config.mode != InferenceMode::kKernel) return writer;
+  const Result<StripWriter> strips = StripWriter::make(arena);
+  if (!strips.ok()) return strips.status();
+  writer.strips_ = *strips;
+  return writer;
+}
+
+void LabelWriter::begin(double resolution_m, KernelReach reach) noexcept {
+  const double length = static_cast<double>(config_.kernel_length_m) / resolution_m;
+  strips_.begin(config_, static_cast<float>(length), reach);
+}
+
+void LabelWriter::write(LocalMap& map, ScanTiles& tiles, const VoxelCoord& origin_voxel,
+                        ScanWork& time, ScanReport& report) noexcept {
+  EvidenceWork work;
+  const bool kernel = config_.mode == InferenceMode::kKernel;
+  const auto write = [&](const Tile& tile) {
+    if (tile.wanted == 0) return;
+    const Tile* const alone = &tile;
+    kernel ? strips_.write(map, tiles, {&alone, 1}, work, report)
+           : write_units(map, tiles, tile, work, report);
+  };
+  const auto leave = [&](const Tile& tile) {
+    if (tile.wanted != 0) count_cut(tiles, tile, report);
+  };
+  if (kernel && !time.has_deadline()) {
+    strips_.write_all(map, tiles, work, report);
+  } else {
+    const ScanTiles& all = tiles;
+    write_in_time(all.tiles(), ScanTiles::place_of(origin_voxel, tiles.unit_edge()).tile, 1, time,
+                  write, leave);
+  }
+  report.voxel_updates = work.updates;
+  report.evaluations = work.evaluations;
+}
+
+void LabelWriter::write_units(LocalMap& map, const ScanTiles& tiles, const Tile& tile,
+                              EvidenceWork& work, ScanReport& report) noexcept {
+  const bool counting = config_.mode == InferenceMode::kCounting;
+  for (std::uint64_t rest = tile.wanted; rest != 0; rest &= rest - 1) {
+    const int unit = std::countr_zero(rest);
+    UnitPoints around;
+    if ((tile.occupied & unit_bit(unit)) != 0) around.own = &tiles.sample(tile, unit);
+    EntropyDecision decision;
+    if (!counting) {
+      // Most units learn from their own points alone.
+      if (around.own == nullptr || around.own->class_entropy > config_.entropy.smooth_above)
+        look_around(tiles, tile, unit, around);
+      decision = decide(config_.entropy, around.own, around.faces);
+      if (!(decision.length_voxels > 0.0F)) continue;
+    }
+    const UnitOctets octets = octets_of_unit(unit, tiles.unit_edge());
+    for (const OctetPlace& octet : octets.places()) {
+      OctetEvidence& sums = octet_[0];
+      sums.clear();
+      if (counting) {
+        count_points(points_of(tiles, around.own), octet, config_.min_weight, sums, work);
+      } else {
+        sum_points(tiles, around, decision, kernel_shape(config_, decision.length_voxels), octet,
+                   sums, work);
+      }
+      if (sums.components() == 0) continue;
+      const BlockOctet at = locate(tile, octet, tiles.unit_edge());
+      write_octet(map, tile.blocks[static_cast<std::size_t>(at.block)], at.octet, report);
+    }
+  }
+}
+
+/// Room was reserved before anything was written, so this does not fail.
+void LabelWriter::write_octet(LocalMap& map, SlabHandle block, int octet,
+                              ScanReport& report) noexcept {
+  if (block == 0) return;  // beyond the grid's edge, where only coarse units reach
+  const Status status = map.add_labels(block, octet, octet_[0]);
+  TESSERA_ASSERT(status == Status::kOk);
+  ++(status == Status::kOk ? report.label_octets : report.write_faults);
+}
+
+}  // namespace tessera

@@ -1,0 +1,190 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tessera/inference/internal/scan_points.hpp"
+
+#include <cmath>
+
+#include "tessera/inference/internal/admission_order.hpp"
+#include "tessera/inference/internal/kernel_reach.hpp"
+#include "tessera/inference/internal/thinning.hpp"
+
+namespace tessera {
+
+namespace {
+
+enum class Fate : std::uint8_t { kNonFinite, kTooNear, kOutOfGrid, kInRange, kBeyondRange };
+
+/// The limits that every return of a scan is compared with.
+class Limits {
+ public:
+  /// A return beyond the range limit that is farther than this is no measurement: some drivers give
+  /// FLT_MAX for "no return". What is nearer is a finite float after a pose in the grid.
+  static constexpr double kFarthest_m = 1e7;
+
+  Limits(const InferenceConfig& config, const Lattice& lattice, const Point3d& origin_map) noexcept
+      : lattice_(lattice),
+        origin_map_(origin_map),
+        min_square_(squared(static_cast<double>(config.min_range_m))),
+        max_m_(static_cast<double>(config.max_range_m)),
+        // A tile of units of one voxel is half a block, so that tile numbers end at half the grid.
+        voxel_limit_(unit_edge_of(config) == 1 ? kVoxelLimit / 2 : kVoxelLimit) {
+    // So that differences of cell and tile numbers within a scan fit 21 bits an axis.
+    const double cell_m = config.thinning_m;
+    const double resolution_m = lattice_.resolution_m();
+    const double finest_m = cell_m > 0.0 && cell_m < resolution_m ? cell_m : resolution_m;
+    const double reach_m = 0.5 * kBlockLimit * finest_m;
+    const bool clamps = max_m_ > 0.0 && max_m_ <= reach_m;
+    max_square_ = squared(clamps ? max_m_ : reach_m);
+    farthest_square_ = squared(clamps ? kFarthest_m : reach_m);
+  }
+
+  /// Classifies return i and, if it is in range or beyond it, sets point; a return beyond the range
+  /// limit is moved to that limit. Leaves component as it is.
+  [[nodiscard]] Fate place(const ScanView& scan, std::size_t i, ScanPoint& point) const noexcept {
+    const float* const p_sensor = scan.points + i * scan.stride_floats;
+    const double square =
+        squared_norm(static_cast<double>(p_sensor[0]), static_cast<double>(p_sensor[1]),
+                     static_cast<double>(p_sensor[2]));
+    const float weight = scan.weights == nullptr ? 1.0F : scan.weights[i];
+    // The square of a finite float does not overflow a double. Both conditions fail for NaN.
+    if (!(square < 1e300) || !(weight >= 0.0F && weight <= kMaxWeight)) return Fate::kNonFinite;
+    if (square < min_square_) return Fate::kTooNear;
+    if (square > farthest_square_) return Fate::kOutOfGrid;
+    const Point3f p_map = transform(scan.T_map_sensor, p_sensor);
+    const bool beyond = square > max_square_;
+    const Result<ScanPoint> placed = place_point(lattice_, beyond ? clamped(p_map) : p_map, weight);
+    if (!placed.ok() || !is_within(voxel_limit_, placed->voxel)) return Fate::kOutOfGrid;
+    point = *placed;
+    return beyond ? Fate::kBeyondRange : Fate::kInRange;
+  }
+
+ private:
+  static constexpr double squared(double v) noexcept { return v * v; }
+  /// The end at the range limit of the ray through p_map. Not finite if p_map is the origin.
+  [[nodiscard]] Point3f clamped(const Point3f& p_map) const noexcept {
+    const Point3d ray = p_map.cast<double>() - origin_map_;
+    return round_to_float(origin_map_ + ray * (max_m_ / norm(ray)));
+  }
+
+  Lattice lattice_;
+  Point3d origin_map_;
+  double min_square_;
+  double max_m_;
+  double max_square_ = 0.0;       ///< Beyond it a return frees space and is no hit.
+  double farthest_square_ = 0.0;  ///< Beyond it a return is refused.
+  std::int32_t voxel_limit_;
+};
+
+void count_fate(Fate fate, ScanReport& report) noexcept {
+  switch (fate) {
+    case Fate::kNonFinite:
+      ++report.non_finite;
+      return;
+    case Fate::kTooNear:
+      ++report.too_near;
+      return;
+    case Fate::kOutOfGrid:
+      ++report.out_of_grid;
+      return;
+    case Fate::kInRange:
+      ++report.in_range;
+      return;
+    case Fate::kBeyondRange:
+      ++report.beyond_range;
+      return;
+  }
+}
+
+}  // namespace
+
+ScanPoints ScanPoints::make(Arena& arena, std::size_t capacity) noexcept {
+  ScanPoints points;
+  points.registered_ = arena.take<ScanPoint>(capacity);
+  points.thinned_ = arena.take<ScanPoint>(capacity);
+  points.sort_ = arena.take<KeyedIndex>(2 * capacity);
+  return points;
+}
+
+/// Asked in double first: rounding a coordinate beyond the floats would be undefined.
+bool ScanPoints::begin(const Lattice& lattice, const Point3d& origin_map) noexcept {
+  registered_count_ = far_count_ = 0;
+  drop_all();
+  if (!lattice.voxel_of(origin_map).ok()) return false;
+  const Result<VoxelCoord> voxel = lattice.voxel_of(round_to_float(origin_map));
+  if (!voxel.ok()) return false;
+  origin_map_ = origin_map;
+  origin_voxel_ = *voxel;
+  return true;
+}
+
+void ScanPoints::register_returns(const Lattice& lattice, const ScanView& scan,
+                                  const InferenceConfig& config, std::uint8_t unlabelled,
+                                  ScanWork& work, ScanReport& report) noexcept {
+  const std::uint64_t kept = scan.count < registered_.size() ? scan.count : registered_.size();
+  report.over_capacity = static_cast<std::uint32_t>(scan.count - kept);
+  const Limits limits(config, lattice, origin_map_);
+  for (std::uint64_t k = 0; k < kept; ++k) {
+    if (k % kReturnBatch == 0 && !work.in_time()) {
+      report = {.points = report.points,
+                .over_capacity = report.over_capacity,
+                .returns_cut = static_cast<std::uint32_t>(kept)};
+      registered_count_ = far_count_ = 0;
+      return;
+    }
+    const auto i = static_cast<std::size_t>(kept == scan.count ? k : k * scan.count / kept);
+    ScanPoint point;
+    const Fate fate = limits.place(scan, i, point);
+    count_fate(fate, report);
+    if (fate == Fate::kBeyondRange && config.free_space.enabled)
+      registered_[registered_.size() - ++far_count_] = point;
+    if (fate != Fate::kInRange) continue;
+    const std::uint8_t component =
+        scan.components == nullptr ? std::uint8_t{0} : scan.components[i];
+    const bool known = component >= 1 && component < unlabelled;
+    point.component = known ? component : unlabelled;
+    report.unlabelled += known ? 0U : 1U;
+    registered_[registered_count_++] = point;
+  }
+}
+
+void ScanPoints::thin(const Lattice& lattice, const InferenceConfig& config,
+                      std::uint8_t unlabelled) noexcept {
+  const auto thin_or_copy = [&](std::span<const ScanPoint> from, std::span<ScanPoint> to) {
+    if (config.thinning_m > 0.0)
+      return tessera::thin(from, lattice, config.thinning_m, unlabelled, to, sort_,
+                           config.thinning_weight);
+    for (std::size_t i = 0; i < from.size(); ++i) to[i] = from[i];
+    return from.size();
+  };
+  admitted_count_ = thin_or_copy(registered_.first(registered_count_), thinned_);
+  rays_ = thinned_.subspan(admitted_count_);
+  ray_count_ = thin_or_copy(registered_.last(far_count_), rays_);
+  largest_weight_ = 0.0F;
+  for (const ScanPoint& point : admitted())
+    largest_weight_ = point.weight > largest_weight_ ? point.weight : largest_weight_;
+}
+
+std::span<const KeyedIndex> ScanPoints::in_order(int unit_edge, bool with_rays,
+                                                 bool spread) noexcept {
+  const AdmissionScene scene{.points = admitted(),
+                             .rays = with_rays ? rays() : std::span<const ScanPoint>{},
+                             .origin_map = origin_map_,
+                             .origin_voxel = origin_voxel_,
+                             .unit_edge = unit_edge,
+                             .spread = spread};
+  return order_of_admission(scene, sort_);
+}
+
+void ScanPoints::drop_refused() noexcept {
+  const auto keep = [](std::span<ScanPoint> points) {
+    std::size_t kept = 0;
+    for (const ScanPoint& point : points) {
+      if (point.component != kRefused) points[kept++] = point;
+    }
+    return kept;
+  };
+  admitted_count_ = keep(thinned_.first(admitted_count_));
+  ray_count_ = keep(rays_.first(ray_count_));
+}
+
+}  // namespace tessera

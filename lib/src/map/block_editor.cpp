@@ -1,0 +1,227 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tessera/map/internal/block_editor.hpp"
+
+#include <bit>
+#include <cstring>
+
+#include "tessera/base/internal/bits.hpp"
+
+namespace tessera {
+
+// --- Labels --------------------------------------------------------------------------------------
+
+Status BlockEditor::ensure_octet(int octet) noexcept {
+  if (table_.has_octet(block_, octet)) return Status::kOk;
+  SlabPool& pool = table_.pool_;
+  SlabHandle& labels = block_.labels[layer_of_octet(octet)];
+  if (labels == 0) {
+    if (!pool.fits_or_refuse({0, 1, 0, 1})) return Status::kResourceExhausted;
+    const Result<SlabHandle> page = pool.allocate(kLabelSlab);
+    TESSERA_ASSERT(page.ok());
+    store_shared(labels, *page);
+  }
+  const Result<SlabHandle> tuples = pool.allocate(kOctetSlab, table_.tuples_.zeroed_bytes());
+  if (!tuples.ok()) return tuples.status();
+  store_shared(label_page(layer_of_octet(octet)).octets[octet_in_layer(octet)], *tuples);
+  table_.note_usage();
+  return Status::kOk;
+}
+
+void BlockEditor::update_observed(int octet, const TupleStore::Plane& sums) noexcept {
+  const std::size_t layer = layer_of_octet(octet);
+  LabelPage& page = label_page(layer);
+  SlabHandle& tuples = page.octets[octet_in_layer(octet)];
+  const unsigned now = bits_above(sums.data(), 0.0F);
+  std::uint8_t& observed = page.observed[octet_in_layer(octet)];
+  if (now == observed && now != 0) return;
+  const int change = count_ones(now) - count_ones(observed);
+  store_shared(observed, static_cast<std::uint8_t>(now));
+  store_shared(block_.label_voxels,
+               static_cast<std::uint32_t>(static_cast<int>(block_.label_voxels) + change));
+  table_.label_voxels_ =
+      static_cast<std::uint64_t>(static_cast<std::int64_t>(table_.label_voxels_) + change);
+  if (now != 0) return;
+  table_.pool_.release(kOctetSlab, tuples);
+  store_shared(tuples, SlabHandle{0});
+  for (const SlabHandle other : page.octets) {
+    if (other != 0) return;
+  }
+  table_.pool_.release(kLabelSlab, block_.labels[layer]);
+  store_shared(block_.labels[layer], SlabHandle{0});
+}
+
+void BlockEditor::hold_cap(int octet, unsigned voxels, TupleStore::Plane& sums) noexcept {
+  const float cap = table_.config_.max_evidence;
+  const float w = table_.config_.free_weight;
+  std::byte* const tuples_of_octet = tuples(octet);
+  for (; voxels != 0; voxels &= voxels - 1) {
+    const int v = std::countr_zero(voxels);
+    float& labels = sums[static_cast<std::size_t>(v)];
+    const std::uint8_t passes = table_.free_passes(block_, octet, v);
+    const float total = labels + static_cast<float>(passes) * w;
+    if (!(total > cap)) continue;
+    float free = 0.0F;
+    if (passes > 0) {
+      // Whole passes only, rounded down: a voxel rather stays occupied than is declared free by
+      // rounding.
+      const auto kept = static_cast<std::uint8_t>(static_cast<float>(passes) * (cap / total));
+      set_passes(octet, v, kept);
+      free = static_cast<float>(kept) * w;
+    }
+    if (!(labels > cap - free)) continue;
+    table_.tuples_.scale(tuples_of_octet, v, (cap - free) / labels);
+    labels = cap - free;
+  }
+}
+
+void BlockEditor::set_labels(int octet, int voxel, const VoxelEvidence& evidence,
+                             bool with_cap) noexcept {
+  const Status status = ensure_octet(octet);
+  TESSERA_ASSERT(status == Status::kOk);
+  static_cast<void>(status);
+  const bool observed =
+      ((unsigned{table_.observed_labels(block_, octet)} >> static_cast<unsigned>(voxel)) & 1U) != 0;
+  std::byte* const at = tuples(octet);
+  if (observed) table_.tuples_.scale(at, voxel, 0.0F);
+  table_.tuples_.restore(at, voxel, evidence);
+  TupleStore::Plane sums = table_.tuples_.label_sums(at);
+  if (with_cap && table_.config_.max_evidence > 0.0F)
+    hold_cap(octet, 1U << static_cast<unsigned>(voxel), sums);
+  update_observed(octet, sums);
+}
+
+void BlockEditor::fill_octet(int octet, const BlockContent& content) noexcept {
+  const BlockEvidence labels = content.labels();
+  const std::uint64_t components = labels.components_of(octet);
+  TupleStore::Plane rest{};
+  for (int v = 0; content.any_rest() && v < kOctetVoxels; ++v)
+    rest[static_cast<std::size_t>(v)] = content.rest(row_order(octet, v));
+  const bool any_rest = bits_above(rest.data(), 0.0F) != 0;
+  if (components == 0 && !any_rest) return;
+  const Status status = ensure_octet(octet);
+  TESSERA_ASSERT(status == Status::kOk);
+  static_cast<void>(status);
+  std::byte* const at = tuples(octet);
+  TupleStore::Plane sums = table_.tuples_.add(at, OctetOfBlock(labels, octet, components));
+  if (any_rest) {
+    table_.tuples_.add_rest(at, rest, table_.num_components());
+    sums = table_.tuples_.label_sums(at);
+  }
+  update_observed(octet, sums);
+}
+
+// --- Free passes ---------------------------------------------------------------------------------
+
+void BlockEditor::ensure_free_page(std::size_t layer) noexcept {
+  if (block_.free_passes[layer] != 0) return;
+  const Result<SlabHandle> page = table_.pool_.allocate(kFreeSlab);
+  TESSERA_ASSERT(page.ok());
+  store_shared(block_.free_passes[layer], *page);
+  table_.note_usage();
+}
+
+namespace {
+
+/// Adds one to the bytes of eight passes whose bit is set in row, but not to those at `most`.
+/// Returns the bytes that were added to, a one each.
+std::uint64_t add_to_row(std::uint64_t& passes, std::uint64_t row, std::uint8_t most) noexcept {
+  constexpr std::uint64_t kOnes = 0x0101010101010101U;
+  constexpr std::uint64_t kLow = 0x7f7f7f7f7f7f7f7fU;
+  // Bit i of the row to byte i: there as its own bit, then as the byte's top bit, then as a one.
+  const std::uint64_t spread = (row * kOnes) & 0x8040201008040201U;
+  const std::uint64_t wanted = ((spread + kLow) >> 7U) & kOnes;
+  const std::uint64_t below = passes ^ (kOnes * most);  // zero bytes: full
+  const std::uint64_t open = ((((below & kLow) + kLow) | below) >> 7U) & kOnes;
+  passes += wanted & open;
+  return wanted & open;
+}
+
+}  // namespace
+
+bool BlockEditor::count_passes(std::size_t layer, const Slices& slices) noexcept {
+  FreePage& page = free_page(layer);
+  const std::uint8_t most = table_.max_passes_;
+  std::uint64_t added = 0;
+  for (std::size_t row = 0; row < std::size_t{2} * kBlockEdge; ++row) {
+    const std::uint64_t bits = (slices[row / 8] >> (8 * (row % 8))) & 0xffU;
+    if (bits == 0) continue;
+    std::uint8_t* const at = &page.passes[8 * row];
+    std::uint64_t passes = 0;
+    std::memcpy(&passes, at, 8);
+    added |= add_to_row(passes, bits, most);
+    store_shared_words(at, &passes, 8);
+  }
+  return added != 0;
+}
+
+bool BlockEditor::give_way_to_free(BlockTable& table, int octet, int voxel) noexcept {
+  std::byte* const at = tuples(octet);
+  TupleStore::Plane sums = table.tuples_.label_sums(at);
+  float& labels = sums[static_cast<std::size_t>(voxel)];
+  const std::uint8_t passes = table.free_passes(block_, octet, voxel);
+  const float room =
+      table.config_.max_evidence - static_cast<float>(passes) * table.config_.free_weight;
+  // What is left beside a saturated free layer is rounding of the cap to whole passes.
+  const float kept = passes == table.max_passes_ || room <= 0.0F ? 0.0F : room;
+  if (labels <= kept) return false;
+  table.tuples_.scale(at, voxel, kept / labels);
+  labels = kept;
+  if (kept == 0.0F) update_observed(octet, sums);
+  return true;
+}
+
+bool BlockEditor::give_way(std::size_t layer, const Slices& slices) noexcept {
+  BlockTable& table = table_;
+  bool changed = false;
+  for (std::size_t i = 0; i < kLayerOctets; ++i) {
+    const int octet = static_cast<int>(layer * kLayerOctets + i);
+    const unsigned observed = table.observed_labels(block_, octet);
+    if (observed == 0) continue;
+    // The octet's eight bits: two of a row, of two rows, of two slices.
+    const auto corner = static_cast<unsigned>(2 * (i & 3U) + 16 * (i >> 2U));
+    const auto of_slice = [corner](std::uint64_t slice) {
+      const auto rows = static_cast<unsigned>(slice >> corner);
+      return (rows & 3U) | ((rows >> 6U) & 12U);
+    };
+    unsigned carved = observed & (of_slice(slices[0]) | (of_slice(slices[1]) << 4U));
+    for (; carved != 0; carved &= carved - 1)
+      changed = give_way_to_free(table, octet, std::countr_zero(carved)) || changed;
+  }
+  return changed;
+}
+
+void BlockEditor::add_passes(int octet, std::span<const std::byte> passes, unsigned mask) noexcept {
+  const unsigned most = table_.max_passes_;
+  const auto corner = static_cast<unsigned>(row_in_layer(row_order_corner(octet)));
+  std::uint8_t* const here = free_page(layer_of_octet(octet)).passes.data() + corner;
+  for (; mask != 0; mask &= mask - 1) {
+    const int voxel = std::countr_zero(mask);
+    std::uint8_t& there = here[row_order(0, voxel)];
+    const unsigned total =
+        there + std::to_integer<unsigned>(passes[static_cast<std::size_t>(voxel)]);
+    store_shared(there, static_cast<std::uint8_t>(total < most ? total : most));
+  }
+}
+
+// --- All of it -----------------------------------------------------------------------------------
+
+void BlockEditor::clear() noexcept {
+  for (std::uint64_t octets = table_.octets_of(block_); octets != 0; octets &= octets - 1)
+    update_observed(std::countr_zero(octets), TupleStore::Plane{});
+  for (SlabHandle& page : block_.free_passes) {
+    if (page == 0) continue;
+    table_.pool_.release(kFreeSlab, page);
+    store_shared(page, SlabHandle{0});
+  }
+}
+
+/// The stamp stays odd until the block is opened anew.
+void BlockEditor::close() noexcept {
+  open_ = false;
+  table_.index_.erase(BlockKey{block_.key}, [this](SlabHandle item) { return item == handle_; });
+  clear();
+  table_.pool_.release(kBlockSlab, handle_);
+}
+
+}  // namespace tessera

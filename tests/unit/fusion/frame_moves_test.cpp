@@ -1,0 +1,113 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// The phases of a move, and what of it is marked.
+#include "tessera/fusion/internal/frame_moves.hpp"
+
+#include <catch2/catch.hpp>
+
+#include "support/aligned_memory.hpp"
+
+namespace tessera {
+namespace {
+
+using Phase = FrameMoves::Phase;
+
+GridTransform shift_by(double x_m) {
+  Matrix34d T = Matrix34d::Identity();
+  T(0, 3) = x_m;
+  return *GridTransform::make(T, 0.1);
+}
+
+struct Team {
+  static constexpr ReplicasConfig kConfig{
+      .segments = 64, .blocks = 64, .contributions = 4, .robot_segments = 64};
+  Team()
+      : memory(Replicas::required_bytes(kConfig) + FrameMoves::required_bytes(4) +
+               GlobalRecords::required_bytes(256)) {
+    Arena arena = memory.arena();
+    replicas = *Replicas::make(arena, kConfig);
+    moves = *FrameMoves::make(arena, 4);
+    records = *GlobalRecords::make(arena, 256, 0);
+    slot = *replicas.open({1, 1, 0});
+    replicas.set_frame(slot, shift_by(0.0), 0);
+    REQUIRE(replicas.put(slot, *pack(BlockCoord{0, 0, 0}), 1, bytes).ok());
+  }
+  bool marked(std::int32_t x) { return records.find({x, 0, 0}) != 0; }
+
+  std::array<std::byte, 8> bytes{};
+  AlignedMemory memory;
+  Replicas replicas;
+  FrameMoves moves;
+  GlobalRecords records;
+  Replicas::Slot slot = 0;
+};
+
+}  // namespace
+
+TEST_CASE("FrameMoves: only a later revision moves a contribution, also while one waits") {
+  Team team;
+  CHECK(team.moves.set_frame(team.replicas, team.slot, shift_by(1.6), 0) ==
+        Replicas::Change::kStale);
+  CHECK(team.moves.set_frame(team.replicas, team.slot, shift_by(1.6), 4) ==
+        Replicas::Change::kTaken);
+  CHECK(team.moves.set_frame(team.replicas, team.slot, shift_by(3.2), 4) ==
+        Replicas::Change::kStale);
+  CHECK(team.moves.set_frame(team.replicas, team.slot, shift_by(3.2), 5) ==
+        Replicas::Change::kTaken);
+  CHECK(team.moves.set_frame(team.replicas, 3, shift_by(3.2), 9) == Replicas::Change::kStale);
+  CHECK(team.moves.busy());
+  CHECK(team.moves.phase() == Phase::kSettled);
+}
+
+TEST_CASE(
+    "FrameMoves: where blocks are and where they will be is marked before the frame is in force") {
+  Team team;
+  static_cast<void>(team.moves.set_frame(team.replicas, team.slot, shift_by(8.0), 1));
+  team.moves.begin();
+  CHECK(team.moves.phase() == Phase::kMarking);
+  // What arrives meanwhile is of both places.
+  REQUIRE(
+      team.moves.mark_change(team.replicas, team.records, team.slot, *pack(BlockCoord{20, 0, 0})));
+  CHECK(team.marked(20));
+  CHECK(team.marked(30));
+  for (int i = 0; i < 100 && team.moves.phase() == Phase::kMarking; ++i) {
+    CHECK(team.replicas.contribution(team.slot).frame_revision == 0);
+    team.moves.mark(team.replicas, team.records, 1);
+  }
+  CHECK(team.moves.phase() == Phase::kStaging);
+  CHECK(team.marked(0));
+  CHECK(team.marked(10));
+  CHECK(team.replicas.contribution(team.slot).frame_revision == 1);
+  CHECK(team.records.at(team.records.find({0, 0, 0})).part() == UpdatePart::kMove);
+  // What arrives from here on does not put the end of the move off.
+  const std::uint32_t moving = team.records.moving();
+  REQUIRE(
+      team.moves.mark_change(team.replicas, team.records, team.slot, *pack(BlockCoord{5, 0, 0})));
+  CHECK(team.records.moving() == moving);
+
+  team.moves.begin_merging();
+  CHECK(team.moves.phase() == Phase::kMerging);
+  team.moves.finish(team.replicas, 1);
+  CHECK(team.moves.phase() == Phase::kSettled);
+  CHECK_FALSE(team.moves.busy());
+}
+
+TEST_CASE("FrameMoves: what leaves keeps its slot until its replicas are dropped") {
+  Team team;
+  team.moves.remove(team.replicas, team.slot);
+  CHECK(team.moves.leaving(team.slot));
+  CHECK(team.moves.set_frame(team.replicas, team.slot, shift_by(1.6), 7) ==
+        Replicas::Change::kStale);
+  team.moves.begin();
+  while (team.moves.phase() == Phase::kMarking) team.moves.mark(team.replicas, team.records, 1000);
+  CHECK(team.replicas.contribution(team.slot).leaving);
+  CHECK(team.replicas.contribution(team.slot).present);
+  team.moves.begin_merging();
+  for (int i = 0; i < 100 && team.moves.phase() == Phase::kMerging; ++i)
+    team.moves.finish(team.replicas, 1);
+  CHECK_FALSE(team.moves.busy());
+  CHECK_FALSE(team.replicas.contribution(team.slot).present);
+  CHECK_FALSE(team.moves.leaving(team.slot));
+}
+
+}  // namespace tessera
