@@ -190,8 +190,8 @@ void Repair::note_lack(Ledger& ledger, Ledger::Contribution& contribution, Insta
   Need& need = need_of(ledger, contribution);
   if (contribution.complete() && !contribution.own)
     contribution.coverage.add({1, contribution.statement.latest});
-  const bool lacks = lacks_versions(contribution) || need.announced != 0;
-  if (contribution.own || !lacks) {
+  if (contribution.stated && need.announced <= contribution.statement.latest) need.announced = 0;
+  if (contribution.own || !(lacks_versions(contribution) || need.announced != 0)) {
     need.due = Instant::never();
     return;
   }
