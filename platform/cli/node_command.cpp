@@ -47,7 +47,7 @@ void warn_of_losses(const Node& node) {
   warn_if(run.mapping.bad_poses, "scan", "left out, with a pose that is not a rigid transform");
   warn_if(run.source.unknown_ids, "point",
           "with class ids that are in no class; taken as unlabelled");
-  const MappingStatus& mapping = run.mapping;
+  const MappingThreadState& mapping = run.mapping;
   warn_if(left_out_for_memory(mapping.scans), "refusal",
           "of points or rays for lack of memory; give a larger [map] memory or resolution_m");
   warn_if(left_out_for_work(mapping.scans), "refusal",

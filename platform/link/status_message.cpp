@@ -86,7 +86,7 @@ PayloadVerdict judge_status(std::span<const std::byte> status, const StatusKeys&
   return PayloadVerdict::kTaken;
 }
 
-HeardStatus read_status(std::span<const std::byte> status) noexcept {
+HeardState read_status(std::span<const std::byte> status) noexcept {
   tessera_status message{};
   // It has a fixed size, so it is complete.
   static_cast<void>(message.decode(status.data(), 0, static_cast<int>(kTypedStatusBytes)));
@@ -96,9 +96,9 @@ HeardStatus read_status(std::span<const std::byte> status) noexcept {
           .session = read_little(status.subspan(kSessionAt, 8)),
           .sequence = static_cast<std::uint32_t>(read_little(status.subspan(kSequenceAt, 4))),
           .exclude_digest = static_cast<std::uint32_t>(message.exclude_digest),
-          .own_twins = static_cast<std::uint64_t>(extra[NodeStatus::kOwnTwins]),
-          .other_twins = static_cast<std::uint64_t>(extra[NodeStatus::kOtherTwins]),
-          .conflicts = static_cast<std::uint64_t>(extra[NodeStatus::kConflicts])};
+          .own_twins = static_cast<std::uint64_t>(extra[NodeState::kOwnTwins]),
+          .other_twins = static_cast<std::uint64_t>(extra[NodeState::kOtherTwins]),
+          .conflicts = static_cast<std::uint64_t>(extra[NodeState::kConflicts])};
 }
 
 bool check_status_signature(std::span<const std::byte> status, const StatusKeys& keys) noexcept {

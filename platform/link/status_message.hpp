@@ -34,7 +34,7 @@ struct StatusKeys {
 };
 
 /// Results of checking a status.
-struct HeardStatus {
+struct HeardState {
   std::uint32_t robot = 0;
   std::uint32_t epoch = 0;
   std::uint64_t session = 0;
@@ -56,7 +56,7 @@ void seal_status(std::span<std::byte> status, std::uint64_t session, std::uint32
 [[nodiscard]] PayloadVerdict judge_status(std::span<const std::byte> status,
                                           const StatusKeys& keys) noexcept;
 /// For a status that judge_status() accepts.
-[[nodiscard]] HeardStatus read_status(std::span<const std::byte> status) noexcept;
+[[nodiscard]] HeardState read_status(std::span<const std::byte> status) noexcept;
 /// True if the robot in a status has signed it, or if the fleet does not sign. status: accepted by
 /// judge_status().
 [[nodiscard]] bool check_status_signature(std::span<const std::byte> status,

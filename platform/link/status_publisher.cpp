@@ -18,7 +18,7 @@ std::int64_t per_second(std::uint64_t now, std::uint64_t before, std::int64_t du
                                    static_cast<double>(duration_us));
 }
 
-void fill_counters(tessera_status& message, const LinkReport& s, const NodeStatus& status) {
+void fill_counters(tessera_status& message, const LinkReport& s, const NodeState& status) {
   static_assert(kLinkCounters + std::tuple_size_v<decltype(status.extra)> ==
                 tessera_status::COUNTERS);
   std::int64_t* const rest =
@@ -29,7 +29,7 @@ void fill_counters(tessera_status& message, const LinkReport& s, const NodeStatu
 
 }  // namespace
 
-bool StatusPublisher::publish(const NodeStatus& status, std::int64_t now_us) noexcept {
+bool StatusPublisher::publish(const NodeState& status, std::int64_t now_us) noexcept {
   const LinkReport now = link_->report();
   if (last_us_ == kNever) start_us_ = last_us_ = now_us;
   const std::int64_t duration_us = now_us - last_us_;

@@ -19,7 +19,7 @@ inline constexpr std::size_t kLinkCounters = kCounters<LinkReport>.size();
 static_assert(kLinkCounters == 21, "statuses have them: raise kStatusVersion");
 
 /// As in lcmtypes/tessera_status.lcm; the publisher sets all counters except extra.
-struct NodeStatus {
+struct NodeState {
   static constexpr std::size_t kOwnTwins = 6;    ///< In extra.
   static constexpr std::size_t kOtherTwins = 7;  ///< In extra.
   static constexpr std::size_t kConflicts = 8;   ///< In extra.
@@ -53,7 +53,7 @@ class StatusPublisher {
   /// Sends status at any time, with the link's counters and its rates since the last call. False
   /// iff the link does not send it, or after 2^32 - 1 of them: sequence numbers are never reused.
   /// Encodes into its own buffer: no heap.
-  bool publish(const NodeStatus& status, std::int64_t now_us) noexcept;
+  bool publish(const NodeState& status, std::int64_t now_us) noexcept;
 
  private:
   static constexpr std::int64_t kNever = INT64_MIN;

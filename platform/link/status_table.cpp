@@ -15,7 +15,7 @@ PayloadVerdict StatusTable::hear(std::span<const std::byte> status, std::int64_t
   const PayloadVerdict verdict = judge_status(status, keys_);
   if (verdict == PayloadVerdict::kFormat) return refuse(counters_.refused_format, verdict);
   if (verdict == PayloadVerdict::kTag) return refuse(counters_.refused_tag, verdict);
-  const HeardStatus heard = read_status(status);
+  const HeardState heard = read_status(status);
   if (heard.robot == own_robot_) return refuse(counters_.refused_robot, PayloadVerdict::kExcluded);
   Entry* entry = find(heard.robot);
   if (is_replay(entry, heard, now_us, peers))
@@ -50,7 +50,7 @@ StatusTable::Entry* StatusTable::place_for_new(std::int64_t now_us) noexcept {
   return &*oldest;
 }
 
-bool StatusTable::is_replay(const Entry* before, const HeardStatus& now, std::int64_t now_us,
+bool StatusTable::is_replay(const Entry* before, const HeardState& now, std::int64_t now_us,
                             const PeerTable* peers) const noexcept {
   const Place place{now.session, now.sequence};
   if (!keys_.signatures.on())

@@ -44,7 +44,7 @@ class StatusTable {
   using Place = std::pair<std::uint64_t, std::uint32_t>;  ///< Session and sequence.
 
   struct Entry {
-    HeardStatus status{};
+    HeardState status{};
     std::int64_t heard_us = 0;
     Place highest{};  ///< Over all accepted statuses of this robot.
     [[nodiscard]] Place place() const noexcept { return {status.session, status.sequence}; }
@@ -76,7 +76,7 @@ class StatusTable {
  private:
   [[nodiscard]] Entry* find(std::uint32_t robot) noexcept;
   [[nodiscard]] Entry* place_for_new(std::int64_t now_us) noexcept;
-  [[nodiscard]] bool is_replay(const Entry* before, const HeardStatus& now, std::int64_t now_us,
+  [[nodiscard]] bool is_replay(const Entry* before, const HeardState& now, std::int64_t now_us,
                                const PeerTable* peers) const noexcept;
   [[nodiscard]] bool may_check(std::int64_t now_us) noexcept;
 

@@ -49,7 +49,7 @@ void MappingThread::work() noexcept {
   if (Scan* const scan = source_.front(); scan != nullptr) {
     if (paused()) {
       ++now_.paused;
-      status_.set(now_);
+      state_.set(now_);
     } else {
       take(*scan, now_us);
     }
@@ -68,7 +68,7 @@ void MappingThread::note_pause(std::int64_t now_us) noexcept {
     log_.say_change(LogLevel::kInfo, now_us, reasons != 0 ? "paused, reasons %" : "resumes",
                     reasons);
     now_.pause = reasons;
-    status_.set(now_);
+    state_.set(now_);
   }
   // A thread that sees this value also sees the work before it.
   taken_.store(asked, std::memory_order_release);
@@ -81,7 +81,7 @@ void MappingThread::clear_if_permitted() noexcept {
   cleared_ = permitted;
   ++now_.clears;
   now_.usage = mapper_.map().usage();
-  status_.set(now_);
+  state_.set(now_);
 }
 
 void MappingThread::take(Scan& scan, std::int64_t now_us) noexcept {
@@ -113,7 +113,7 @@ void MappingThread::take(Scan& scan, std::int64_t now_us) noexcept {
   std::copy_n(view.T_map_sensor.data(), now_.T_map_sensor.size(), now_.T_map_sensor.begin());
   now_.usage = mapper_.map().usage();
   say_window(end_us);
-  status_.set(now_);
+  state_.set(now_);
 }
 
 void MappingThread::say_window(std::int64_t now_us) noexcept {

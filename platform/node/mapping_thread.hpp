@@ -34,7 +34,7 @@ enum MappingPause : std::uint32_t {
 };
 
 /// The state after a cycle; counters never decrease.
-struct MappingStatus {
+struct MappingThreadState {
   std::uint64_t cycles = 0;  ///< Scans that were integrated.
   ScanTotals scans{};        ///< Of their reports.
   std::uint64_t shed = 0;    ///< Scans with something left out.
@@ -87,7 +87,7 @@ class MappingThread {
     return (taken_.load(std::memory_order_acquire) & kReasons) != 0;
   }
   /// Requests that the map be cleared. Mapping pauses from now on, until the map is saved and
-  /// permit_clear() is called. MappingStatus::clears says when it was cleared.
+  /// permit_clear() is called. MappingThreadState::clears says when it was cleared.
   void clear_map() noexcept {
     clears_asked_.fetch_add(1, std::memory_order_relaxed);
     pause(kPausedToKeep, true);
@@ -102,7 +102,7 @@ class MappingThread {
     clears_permitted_.store(clears, std::memory_order_release);
     if (clears_asked() == clears) pause(kPausedToKeep, false);
   }
-  [[nodiscard]] const LatestValue<MappingStatus>& status() const noexcept { return status_; }
+  [[nodiscard]] const LatestValue<MappingThreadState>& state() const noexcept { return state_; }
   [[nodiscard]] Heartbeat& heartbeat() noexcept { return heartbeat_; }
   [[nodiscard]] LogQueue& log() noexcept { return log_; }
   /// True if all scans are processed and no more will come.
@@ -146,8 +146,8 @@ class MappingThread {
   std::atomic<std::uint32_t> clears_permitted_{0};
   std::atomic<bool> ended_{false};
   std::uint32_t cleared_ = 0;
-  MappingStatus now_{};
-  LatestValue<MappingStatus> status_;
+  MappingThreadState now_{};
+  LatestValue<MappingThreadState> state_;
   Heartbeat heartbeat_{"mapping", silence_us(config_.period_us)};
   LogQueue log_{"mapping"};
   DurationHistogram cycles_;

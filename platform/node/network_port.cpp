@@ -14,7 +14,7 @@
 
 namespace tessera {
 
-static_assert(std::is_trivially_copyable_v<NodeStatus> && sizeof(NodeStatus) <= kMaxMessageBytes);
+static_assert(std::is_trivially_copyable_v<NodeState> && sizeof(NodeState) <= kMaxMessageBytes);
 
 NetworkPort::NetworkPort(std::unique_ptr<DatagramLink> link, std::size_t send_slots,
                          const StatusKeys& keys)
@@ -64,7 +64,7 @@ void NetworkPort::commit(std::size_t bytes) noexcept {
   unsent_ = true;
 }
 
-bool NetworkPort::report(const NodeStatus& status) noexcept {
+bool NetworkPort::report(const NodeState& status) noexcept {
   Slot* const slot = queue_.claim();
   if (slot == nullptr) {
     ++send_queue_full_;
@@ -98,7 +98,7 @@ void NetworkPort::send_until_stopped() noexcept {
 void NetworkPort::send_waiting() noexcept {
   while (const Slot* const slot = queue_.front()) {
     if (slot->is_status) {
-      NodeStatus status;
+      NodeState status;
       std::memcpy(&status, slot->payload.data(), sizeof status);
       static_cast<void>(status_.publish(status, MonotonicClock::now_us()));
     } else {

@@ -38,7 +38,7 @@ class NetworkPort {
   /// Queues the first bytes of the memory of claim() for sending. flush() wakes the sending thread.
   void commit(std::size_t bytes) noexcept;
   /// Queues a status message for sending. False, and counted, iff the queue is full.
-  bool report(const NodeStatus& status) noexcept;
+  bool report(const NodeState& status) noexcept;
   void flush() noexcept;
   /// Sends what waits and ends sending, so that the counters are complete.
   void close() noexcept;
@@ -64,7 +64,7 @@ class NetworkPort {
   struct Slot {
     std::uint32_t bytes = 0;
     bool is_status = false;
-    alignas(NodeStatus) std::array<std::byte, kMaxMessageBytes> payload{};
+    alignas(NodeState) std::array<std::byte, kMaxMessageBytes> payload{};
   };
 
   NetworkPort(std::unique_ptr<DatagramLink> link, std::size_t send_slots, const StatusKeys& keys);

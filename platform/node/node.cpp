@@ -62,7 +62,7 @@ Outcome<void> Node::run(NodeRequests& requests) {
   if (before && after)
     run_.heap_allocations = *after - *before - snapshot_allocations_ - save_allocations_ -
                             (view_ ? view_->heap_allocations() : 0);
-  static_cast<void>(mapping_->status().get(run_.mapping));
+  static_cast<void>(mapping_->state().get(run_.mapping));
   run_.source = source().counters();
   if (archive_)
     window_ = totals_of(robot_->mapper().window(), setup_.map.window->radius_m, &*archive_);
@@ -127,8 +127,8 @@ void Node::look_for_sharing(std::int64_t now_us) {
 }
 
 void Node::look_for_others(std::int64_t now_us) {
-  SharingStatus sharing;
-  if (!sharing_->status().get(sharing)) return;
+  SharingThreadState sharing;
+  if (!sharing_->state().get(sharing)) return;
   if (sharing.in_reach != peers_seen_)
     log_.say_change(LogLevel::kInfo, now_us, "robots in reach: %, before: %", sharing.in_reach,
                     peers_seen_);
@@ -147,7 +147,7 @@ void Node::look_for_others(std::int64_t now_us) {
 }
 
 /// Logs at once, and then once a minute while it lasts.
-void Node::look_for_twins(const SharingStatus& sharing, std::int64_t now_us) {
+void Node::look_for_twins(const SharingThreadState& sharing, std::int64_t now_us) {
   const std::uint64_t twins = sharing.twins();
   if (twins == twins_told_ || now_us < twins_due_us_) return;
   log_.say_change(
@@ -160,7 +160,7 @@ void Node::look_for_twins(const SharingStatus& sharing, std::int64_t now_us) {
 }
 
 /// Logs which robot it is, and since when.
-void Node::look_for_conflicts(const SharingStatus& sharing, std::int64_t now_us) {
+void Node::look_for_conflicts(const SharingThreadState& sharing, std::int64_t now_us) {
   for (; conflicts_told_ < sharing.conflict_count; ++conflicts_told_) {
     const ContributionId& id = sharing.conflicts[conflicts_told_];
     log_.say(LogLevel::kError, now_us,
@@ -171,7 +171,7 @@ void Node::look_for_conflicts(const SharingStatus& sharing, std::int64_t now_us)
 }
 
 /// This thread may wait for the disk.
-void Node::keep_state(const SharingStatus& sharing, std::int64_t now_us) {
+void Node::keep_state(const SharingThreadState& sharing, std::int64_t now_us) {
   if (now_us < state_due_us_) return;
   const std::uint64_t before = thread_heap_allocations().value_or(0);
   const bool first = sharing.exchange.published_parts != 0 && state_->published() < state_->epoch();
@@ -186,7 +186,7 @@ void Node::keep_state(const SharingStatus& sharing, std::int64_t now_us) {
 
 /// Another process published under this robot's number: the next epoch is durable before it is
 /// used, so that no start ever uses it again.
-void Node::leave_epoch(const SharingStatus& sharing, std::int64_t now_us) {
+void Node::leave_epoch(const SharingThreadState& sharing, std::int64_t now_us) {
   if (sharing.overtaken == 0 || !reopening_.may_change(now_us)) return;
   const std::uint64_t before = thread_heap_allocations().value_or(0);
   const bool was_mixed = sharing.overtaken - 1 == state_->epoch();
@@ -214,9 +214,9 @@ void Node::end(const char* reason) noexcept {
 }
 
 void Node::show(Progress& progress) const {
-  SharingStatus sharing;
-  MappingStatus mapping;
-  if (!sharing_->status().get(sharing) || !mapping_->status().get(mapping)) return;
+  SharingThreadState sharing;
+  MappingThreadState mapping;
+  if (!sharing_->state().get(sharing) || !mapping_->state().get(mapping)) return;
   std::array<char, 48> suffix{};
   static_cast<void>(std::snprintf(suffix.data(), suffix.size(), "%u of %u contributions complete",
                                   sharing.exchange.complete, sharing.exchange.contributions));

@@ -50,7 +50,7 @@ struct NodeRun {
   std::int64_t made_us = 0;  ///< Before anything was read or allocated.
   std::int64_t start_us = 0;
   std::int64_t end_us = 0;
-  MappingStatus mapping{};
+  MappingThreadState mapping{};
   SourceCounters source{};
   double cpu_s = 0.0;  ///< Of all threads.
   std::vector<Snapshot> snapshots;
@@ -156,10 +156,10 @@ class Node {
   void say_missing_rights();
   void look_for_sharing(std::int64_t now_us);
   void look_for_others(std::int64_t now_us);
-  void look_for_twins(const SharingStatus& sharing, std::int64_t now_us);
-  void look_for_conflicts(const SharingStatus& sharing, std::int64_t now_us);
-  void keep_state(const SharingStatus& sharing, std::int64_t now_us);
-  void leave_epoch(const SharingStatus& sharing, std::int64_t now_us);
+  void look_for_twins(const SharingThreadState& sharing, std::int64_t now_us);
+  void look_for_conflicts(const SharingThreadState& sharing, std::int64_t now_us);
+  void keep_state(const SharingThreadState& sharing, std::int64_t now_us);
+  void leave_epoch(const SharingThreadState& sharing, std::int64_t now_us);
   void save_local_map();
   void reload();
   Outcome<void> read_again();

@@ -122,7 +122,7 @@ std::string mismatch_text(const ConfigurationDetails& theirs, const Configuratio
 }
 
 Json Node::mapping_json() const {
-  const MappingStatus& m = run_.mapping;
+  const MappingThreadState& m = run_.mapping;
   return {{"period_ms", config_.period_ms},
           {"cycles", m.cycles},
           {"missed", m.missed},

@@ -32,8 +32,8 @@ Json match_json(const MatchReport& m) {
 
 Json Node::sensors_json() const {
   const SensorReport r = sensing_->report();
-  SensingStatus status;
-  static_cast<void>(sensing_->status().get(status));
+  SensingThreadState status;
+  static_cast<void>(sensing_->state().get(status));
   RegistrarReport registration;
   static_cast<void>(registrar_->report().get(registration));
   std::uint64_t faults = 0;
@@ -96,8 +96,8 @@ Json Node::view_json() const {
 
 Json Node::security_json() const {
   const FleetView fleet = fleet_->view();
-  SharingStatus sharing;
-  static_cast<void>(sharing_->status().get(sharing));
+  SharingThreadState sharing;
+  static_cast<void>(sharing_->state().get(sharing));
   Json conflicts = Json::array();
   for (const ContributionId& id : std::span(sharing.conflicts).first(sharing.conflict_count))
     conflicts.push_back({{"robot", id.robot}, {"epoch", id.epoch}});

@@ -85,30 +85,30 @@ void Node::look_for_life(std::int64_t now_us) {
 void Node::say_status(std::int64_t now_us) {
   if (!config_.status || now_us < status_due_us_) return;
   status_due_us_ = now_us + kStatusPeriod_us;
-  SharingStatus sharing;
-  MappingStatus mapping;
-  if (!sharing_->status().get(sharing) || !mapping_->status().get(mapping)) return;
+  SharingThreadState sharing;
+  MappingThreadState mapping;
+  if (!sharing_->state().get(sharing) || !mapping_->state().get(mapping)) return;
   DurationHistogram& second = sharing_->second();
-  const NodeStatus status{.robot = config_.robot,
-                          .epoch = epoch_.load(),
-                          .peers = sharing.in_reach,
-                          .session = setup_.robot.exchange.session,
-                          .stamp_us = wall_clock_us(),
-                          .tick_median_us = static_cast<std::int32_t>(second.quantile_us(0.5)),
-                          .tick_max_us = static_cast<std::int32_t>(second.max_us()),
-                          .label_voxels = static_cast<std::int64_t>(sharing.global.label_voxels),
-                          .free_voxels = 0,
-                          .digest = sharing.digest,
-                          .exclude_digest = exclude_digest_,
-                          .extra = {static_cast<std::int64_t>(mapping.cycles),
-                                    static_cast<std::int64_t>(sharing.exchange.contributions),
-                                    static_cast<std::int64_t>(sharing.exchange.complete),
-                                    static_cast<std::int64_t>(sharing_->times().overruns),
-                                    static_cast<std::int64_t>(sharing.waiting),
-                                    static_cast<std::int64_t>(sharing.exchange.records_refused),
-                                    static_cast<std::int64_t>(sharing.twins()),
-                                    static_cast<std::int64_t>(sharing.exchange.twins),
-                                    static_cast<std::int64_t>(sharing.exchange.conflicts)}};
+  const NodeState status{.robot = config_.robot,
+                         .epoch = epoch_.load(),
+                         .peers = sharing.in_reach,
+                         .session = setup_.robot.exchange.session,
+                         .stamp_us = wall_clock_us(),
+                         .tick_median_us = static_cast<std::int32_t>(second.quantile_us(0.5)),
+                         .tick_max_us = static_cast<std::int32_t>(second.max_us()),
+                         .label_voxels = static_cast<std::int64_t>(sharing.global.label_voxels),
+                         .free_voxels = 0,
+                         .digest = sharing.digest,
+                         .exclude_digest = exclude_digest_,
+                         .extra = {static_cast<std::int64_t>(mapping.cycles),
+                                   static_cast<std::int64_t>(sharing.exchange.contributions),
+                                   static_cast<std::int64_t>(sharing.exchange.complete),
+                                   static_cast<std::int64_t>(sharing_->times().overruns),
+                                   static_cast<std::int64_t>(sharing.waiting),
+                                   static_cast<std::int64_t>(sharing.exchange.records_refused),
+                                   static_cast<std::int64_t>(sharing.twins()),
+                                   static_cast<std::int64_t>(sharing.exchange.twins),
+                                   static_cast<std::int64_t>(sharing.exchange.conflicts)}};
   port_->report(status);
   port_->flush();
   second.clear();
@@ -157,8 +157,8 @@ void Node::listen_for_scans(std::int64_t now_us) {
 /// configured time.
 bool Node::no_scan_will_come(std::int64_t now_us) const {
   if (mapping_->ended()) return true;
-  MappingStatus mapping;
-  if (!config_.sensors.enabled || config_.silence_s <= 0.0 || !mapping_->status().get(mapping))
+  MappingThreadState mapping;
+  if (!config_.sensors.enabled || config_.silence_s <= 0.0 || !mapping_->state().get(mapping))
     return false;
   const std::int64_t last_us = std::max(scan_heard_us_, mapping.end_us);
   return scans_heard_ > 0 && now_us - last_us >= microseconds(config_.silence_s);
@@ -167,12 +167,12 @@ bool Node::no_scan_will_come(std::int64_t now_us) const {
 const char* Node::reason_to_end(std::int64_t now_us) {
   if (config_.duration_s > 0.0 && now_us - run_.start_us >= microseconds(config_.duration_s))
     return "duration";
-  SharingStatus sharing;
+  SharingThreadState sharing;
   if (!no_scan_will_come(now_us)) {
     scans_done_us_ = 0;
     return "";
   }
-  if (!sharing_->status().get(sharing)) return "";
+  if (!sharing_->state().get(sharing)) return "";
   if (scans_done_us_ == 0) scans_done_us_ = now_us;
   const ExchangeReport& exchange = sharing.exchange;
   const int patience = exchange.complete == exchange.contributions ? 1 : kIncompletePatience;

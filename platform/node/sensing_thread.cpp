@@ -254,7 +254,7 @@ void SensingThread::pause_or_go_on() noexcept {
                     good ? "poses are good" : reason_of(now_.verdict));
     was_good_ = good;
   }
-  status_.set(now_);
+  state_.set(now_);
 }
 
 }  // namespace tessera

@@ -20,7 +20,7 @@
 namespace tessera {
 
 /// The pose of the robot, and whether it is usable.
-struct SensingStatus {
+struct SensingThreadState {
   PoseVerdict verdict =
       PoseVerdict::kNone;               ///< Of poses over LCM; those of the bus have their own.
   std::int64_t stamp_us = 0;            ///< Of the last pose that was used, MonotonicClock.
@@ -51,7 +51,7 @@ class SensingThread final : public ScanSource {
   [[nodiscard]] SourceCounters counters() const noexcept override;
 
   // For any thread.
-  [[nodiscard]] const LatestValue<SensingStatus>& status() const noexcept { return status_; }
+  [[nodiscard]] const LatestValue<SensingThreadState>& state() const noexcept { return state_; }
   [[nodiscard]] SensorReport report() const noexcept { return port_->report(); }
   [[nodiscard]] Heartbeat& heartbeat() noexcept { return heartbeat_; }
   [[nodiscard]] LogQueue& log() noexcept { return log_; }
@@ -102,8 +102,8 @@ class SensingThread final : public ScanSource {
   std::int64_t pose_stamp_us_ = 0;
   std::int64_t between_poses_us_ = 0;  ///< A running mean; 0: not known.
   std::int64_t seldom_due_us_ = 0;
-  SensingStatus now_{};
-  LatestValue<SensingStatus> status_;
+  SensingThreadState now_{};
+  LatestValue<SensingThreadState> state_;
   std::atomic<bool> stopping_{false};
   Heartbeat heartbeat_{"sensing", 2'000'000};
   LogQueue log_{"sensing"};

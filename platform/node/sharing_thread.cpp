@@ -36,8 +36,8 @@ void SharingThread::run() noexcept {
 }
 
 void SharingThread::tick(std::int64_t now_us) noexcept {
-  MappingStatus mapping;
-  if (mapping_.status().get(mapping) && mapping.cycles != scans_seen_) {
+  MappingThreadState mapping;
+  if (mapping_.state().get(mapping) && mapping.cycles != scans_seen_) {
     scans_seen_ = mapping.cycles;
     const auto& T = mapping.T_map_sensor;
     sharer_.set_focus({T[3], T[7], T[11]});
@@ -81,7 +81,7 @@ void SharingThread::note_status(std::int64_t now_us) noexcept {
   now_.idle = sharer_.idle();
   if (!now_.idle || activity != activity_) now_.quiet_since_us = now_us;
   activity_ = activity;
-  status_.set(now_);
+  state_.set(now_);
 }
 
 }  // namespace tessera

@@ -15,7 +15,7 @@
 namespace tessera {
 
 /// The state after a tick.
-struct SharingStatus {
+struct SharingThreadState {
   /// As stored in RobotState.
   static constexpr std::size_t kMostFloors = 256;
   std::uint64_t ticks = 0;
@@ -75,7 +75,7 @@ class SharingThread {
 
   /// Must not be silent for long.
   [[nodiscard]] const Heartbeat& heartbeat() const noexcept { return heartbeat_; }
-  [[nodiscard]] const LatestValue<SharingStatus>& status() const noexcept { return status_; }
+  [[nodiscard]] const LatestValue<SharingThreadState>& state() const noexcept { return state_; }
   /// Leaves the epoch with the next tick, as Sharer::reopen. For any thread.
   void ask_to_reopen(std::uint32_t epoch, std::uint32_t floor) noexcept {
     reopen_.store(std::uint64_t{epoch} << 32U | floor, std::memory_order_release);
@@ -106,8 +106,8 @@ class SharingThread {
   std::atomic<std::uint64_t> reopen_{0};  ///< The epoch, and the floor in the lower 32 bits.
   std::uint64_t scans_seen_ = 0;
   Activity activity_{};
-  SharingStatus now_{};
-  LatestValue<SharingStatus> status_;
+  SharingThreadState now_{};
+  LatestValue<SharingThreadState> state_;
   /// Longer than for other threads, as it has no priority; shorter than the service manager's
   /// timeout.
   Heartbeat heartbeat_{"sharing", 3'000'000};

@@ -11,7 +11,7 @@
 
 namespace tessera {
 
-/// Counters of SharingStatus; none ever decreases.
+/// Counters of SharingThreadState; none ever decreases.
 struct TeamCounters {
   std::uint64_t own_twins = 0;    ///< Times that another process used this robot's number.
   std::uint64_t other_twins = 0;  ///< Times that two processes used another robot's number.

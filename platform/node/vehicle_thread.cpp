@@ -106,8 +106,8 @@ void VehicleThread::begin(const TakenCommand& command) noexcept {
   told_.command_result = CommandResult::kAccepted;
   pending_ = {.command = command.command, .number = command.number};
   if (command.command == VehicleCommand::kClear) {
-    MappingStatus mapping;
-    static_cast<void>(mapping_.status().get(mapping));
+    MappingThreadState mapping;
+    static_cast<void>(mapping_.state().get(mapping));
     pending_.done = mapping.clears;
     mapping_.clear_map();
     mapping_.pause(kPausedByNewFrame, false);
@@ -136,8 +136,8 @@ void VehicleThread::note_pending() noexcept {
   std::uint64_t done = saves_.done.load(std::memory_order_relaxed);
   std::uint64_t failed = saves_.failed.load(std::memory_order_relaxed);
   if (pending_.command == VehicleCommand::kClear) {
-    MappingStatus mapping;
-    if (!mapping_.status().get(mapping)) return;
+    MappingThreadState mapping;
+    if (!mapping_.state().get(mapping)) return;
     done = mapping.clears;
     failed = pending_.failed;
   }
@@ -151,14 +151,14 @@ void VehicleThread::note_pending() noexcept {
 /// The last known pose: of the sensors, or of the last scan.
 bool VehicleThread::find_pose(Matrix34d& T_map_body, std::int64_t& stamp_us) const noexcept {
   if (sensing_ != nullptr) {
-    SensingStatus sensing;
-    if (!sensing_->status().get(sensing) || sensing.poses == 0) return false;
+    SensingThreadState sensing;
+    if (!sensing_->state().get(sensing) || sensing.poses == 0) return false;
     std::copy(sensing.T_map_body.begin(), sensing.T_map_body.end(), T_map_body.data());
     stamp_us = sensing.stamp_us;
     return true;
   }
-  MappingStatus mapping;
-  if (!mapping_.status().get(mapping) || mapping.cycles == 0) return false;
+  MappingThreadState mapping;
+  if (!mapping_.state().get(mapping) || mapping.cycles == 0) return false;
   std::copy(mapping.T_map_sensor.begin(), mapping.T_map_sensor.end(), T_map_body.data());
   stamp_us = mapping.end_us;
   return true;
@@ -201,15 +201,15 @@ void VehicleThread::tell_state(std::int64_t now_us) noexcept {
   told_.robot_id = static_cast<std::uint16_t>(config_.robot);
   told_.started_us = start_us_;
   told_.period_us = config_.period_us;
-  MappingStatus mapping;
-  if (mapping_.status().get(mapping)) tell_mapping(mapping, now_us);
-  SharingStatus sharing;
-  if (!sharing_.status().get(sharing)) return;
+  MappingThreadState mapping;
+  if (mapping_.state().get(mapping)) tell_mapping(mapping, now_us);
+  SharingThreadState sharing;
+  if (!sharing_.state().get(sharing)) return;
   tell_team(sharing);
   tell_alarm(sharing, now_us);
 }
 
-void VehicleThread::tell_mapping(const MappingStatus& mapping, std::int64_t now_us) noexcept {
+void VehicleThread::tell_mapping(const MappingThreadState& mapping, std::int64_t now_us) noexcept {
   const std::int64_t silent_us = now_us - std::max(mapping.end_us, start_us_);
   const bool is_silent = silent_us > kSilentPeriods * config_.period_us;
   told_.pause_reason = PauseReason::kNone;
@@ -244,7 +244,8 @@ void VehicleThread::tell_mapping(const MappingStatus& mapping, std::int64_t now_
 }
 
 /// What did not fit recently, although mapping runs.
-PauseReason VehicleThread::shortage(const MappingStatus& mapping, std::int64_t now_us) noexcept {
+PauseReason VehicleThread::shortage(const MappingThreadState& mapping,
+                                    std::int64_t now_us) noexcept {
   const std::uint64_t refused = mapping.usage.storage_refused + mapping.usage.blocks_refused;
   if (refused != refused_seen_) refused_us_ = now_us;
   if (mapping.missed != missed_seen_) missed_us_ = now_us;
@@ -257,8 +258,8 @@ PauseReason VehicleThread::shortage(const MappingStatus& mapping, std::int64_t n
 
 /// Why no pose is usable.
 PauseReason VehicleThread::pose_reason() const noexcept {
-  SensingStatus sensing;
-  if (sensing_ == nullptr || !sensing_->status().get(sensing)) return PauseReason::kNoPose;
+  SensingThreadState sensing;
+  if (sensing_ == nullptr || !sensing_->state().get(sensing)) return PauseReason::kNoPose;
   switch (sensing.verdict) {
     case PoseVerdict::kStale:
       return PauseReason::kStalePose;
@@ -280,7 +281,7 @@ PauseReason VehicleThread::pose_reason() const noexcept {
   return PauseReason::kNoPose;
 }
 
-void VehicleThread::tell_team(const SharingStatus& sharing) noexcept {
+void VehicleThread::tell_team(const SharingThreadState& sharing) noexcept {
   const ExchangeReport& exchange = sharing.exchange;
   told_.peers = sharing.in_reach;
   told_.contributions_known = exchange.contributions;

@@ -94,15 +94,16 @@ class VehicleThread {
   void carry_out(const TakenCommand& command, std::int64_t now_us) noexcept;
   void begin(const TakenCommand& command) noexcept;
   void note_pending() noexcept;
-  [[nodiscard]] PauseReason shortage(const MappingStatus& mapping, std::int64_t now_us) noexcept;
+  [[nodiscard]] PauseReason shortage(const MappingThreadState& mapping,
+                                     std::int64_t now_us) noexcept;
   void watch_bus(std::int64_t now_us) noexcept;
   void sweep() noexcept;
   void tell_sectors() noexcept;
   void tell_state(std::int64_t now_us) noexcept;
-  void tell_mapping(const MappingStatus& mapping, std::int64_t now_us) noexcept;
-  void tell_team(const SharingStatus& sharing) noexcept;
+  void tell_mapping(const MappingThreadState& mapping, std::int64_t now_us) noexcept;
+  void tell_team(const SharingThreadState& sharing) noexcept;
   /// Sectors stay valid: they are of this robot's own map. A thread that hangs is worse.
-  void tell_alarm(const SharingStatus& sharing, std::int64_t now_us) noexcept {
+  void tell_alarm(const SharingThreadState& sharing, std::int64_t now_us) noexcept {
     const PauseReason reason = alarm_.look(sharing.alarms(), now_us);
     if (reason == PauseReason::kNone || told_.state == MappingState::kStopping ||
         told_.state == MappingState::kFault)

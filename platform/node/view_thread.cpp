@@ -74,7 +74,7 @@ std::vector<std::unique_ptr<ViewMap>> maps_of(const ViewedNode& node) {
 
 double ms_of(std::int64_t us) { return 1e-3 * static_cast<double>(us); }
 
-Json network_json(const SharingStatus& sharing, const NetworkPort& port) {
+Json network_json(const SharingThreadState& sharing, const NetworkPort& port) {
   const ExchangeReport& r = sharing.exchange;
   const LinkReport link = port.link().report();
   const std::uint64_t refused = link.refused_format + link.refused_mission + link.refused_tag +
@@ -136,7 +136,7 @@ void ViewThread::run() noexcept {
 /// Far more often than cycles end, so that nearly all of them are seen; the others are counted.
 void ViewThread::look() noexcept {
   const std::uint64_t before = mapping_.cycles;
-  if (!node_.mapping->status().get(mapping_) || mapping_.cycles == before) return;
+  if (!node_.mapping->state().get(mapping_) || mapping_.cycles == before) return;
   cycles_.add(mapping_.last_cycle_us);
   unseen_ += mapping_.cycles - before - 1;
   note_place(mapping_.T_map_sensor);
@@ -171,8 +171,8 @@ Json ViewThread::status() const {
   cycles_.for_each([&buckets](std::int64_t most_us, std::uint64_t count) {
     buckets.push_back({ms_of(most_us), count});
   });
-  SharingStatus sharing;
-  static_cast<void>(node_.sharing->status().get(sharing));
+  SharingThreadState sharing;
+  static_cast<void>(node_.sharing->state().get(sharing));
   Json json = {{"live", true}, {"robots", Json::array({robot})}};
   json["timing"] = {{"period_ms", ms_of(node_.period_us)},
                     {"cycles", mapping_.cycles},

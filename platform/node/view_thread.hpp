@@ -69,7 +69,7 @@ class ViewThread {
   const ViewedNode node_;
   const double step_m_;  ///< Least time between two positions of the track.
   std::unique_ptr<Viewer> viewer_;
-  MappingStatus mapping_{};
+  MappingThreadState mapping_{};
   std::uint64_t unseen_ = 0;  ///< Cycles that ended between two turns.
   DurationHistogram cycles_;
   std::array<std::array<float, 3>, kTrack> track_{};

@@ -65,7 +65,7 @@ std::uint64_t all_counted(const StatusTableReport& c) {
 
 bool same(const StatusTable::Entry& a, const StatusTable::Entry& b) {
   const auto all = [](const StatusTable::Entry& e) {
-    const HeardStatus& s = e.status;
+    const HeardState& s = e.status;
     return std::make_tuple(e.heard_us, s.robot, s.epoch, s.session, s.sequence, s.exclude_digest,
                            s.own_twins, s.other_twins, s.conflicts);
   };

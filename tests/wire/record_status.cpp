@@ -48,9 +48,9 @@ void record(std::FILE* file, const std::string& mode, const std::string& folder)
   message.version = kStatusVersion;
   message.robot = static_cast<std::int32_t>(kRobot);
   message.exclude_digest = 0xfedcba98U;
-  message.counters[kLinkCounters + NodeStatus::kOwnTwins] = 17;
-  message.counters[kLinkCounters + NodeStatus::kOtherTwins] = 19;
-  message.counters[kLinkCounters + NodeStatus::kConflicts] = 23;
+  message.counters[kLinkCounters + NodeState::kOwnTwins] = 17;
+  message.counters[kLinkCounters + NodeState::kOtherTwins] = 19;
+  message.counters[kLinkCounters + NodeState::kConflicts] = 23;
   std::vector<std::byte> status(keys.status_bytes());
   if (message.encode(status.data(), 0, static_cast<int>(kTypedStatusBytes)) !=
       static_cast<int>(kTypedStatusBytes))

@@ -82,8 +82,8 @@ inline std::vector<std::byte> status_of(const Said& said, const StatusKeys& keys
   message.version = kStatusVersion;
   message.robot = static_cast<std::int32_t>(said.robot);
   message.exclude_digest = said.exclude_digest;
-  message.counters[kLinkCounters + NodeStatus::kOtherTwins] = said.other_twins;
-  message.counters[kLinkCounters + NodeStatus::kConflicts] = said.conflicts;
+  message.counters[kLinkCounters + NodeState::kOtherTwins] = said.other_twins;
+  message.counters[kLinkCounters + NodeState::kConflicts] = said.conflicts;
   std::vector<std::byte> bytes(keys.status_bytes());
   REQUIRE(message.encode(bytes.data(), 0, static_cast<int>(kTypedStatusBytes)) ==
           static_cast<int>(kTypedStatusBytes));

@@ -35,7 +35,7 @@ TEST_CASE("StatusTable: what a robot signed is taken, and each changed bit is re
   CHECK(table.counters().refused_tag == 8 * status.size() - 96);
   REQUIRE(table.hear(status, 0) == PayloadVerdict::kTaken);
   REQUIRE(table.entries().size() == 1);
-  const HeardStatus& heard = table.entries()[0].status;
+  const HeardState& heard = table.entries()[0].status;
   CHECK(heard.robot == 1);
   CHECK(heard.exclude_digest == 0xfedcba98U);
   CHECK(heard.other_twins == 7);
