@@ -13,6 +13,8 @@
 
 namespace tessera {
 
+/// Of a point in memory and in KITTI's files: x, y, z, intensity.
+inline constexpr std::size_t kFloatsPerPoint = 4;
 inline constexpr std::uint64_t kMostCloudPoints = std::uint64_t{1} << 24U;
 inline constexpr std::uint64_t kMostCloudFileBytes = std::uint64_t{2} << 30U;
 /// Bytes of a point that is read: in Cloud, and in the Scan that it is copied to, without
@@ -34,7 +36,9 @@ struct Cloud {
   std::vector<float> points_xyzi;     ///< Metres, sensor frame, as stored; intensity 0 without one.
   std::vector<std::int64_t> raw_ids;  ///< One per point, or empty.
 
-  [[nodiscard]] std::size_t num_points() const noexcept { return points_xyzi.size() / 4; }
+  [[nodiscard]] std::size_t num_points() const noexcept {
+    return points_xyzi.size() / kFloatsPerPoint;
+  }
 };
 
 /// The whole of a file and its name, for messages.

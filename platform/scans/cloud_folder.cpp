@@ -128,7 +128,7 @@ RegistrarConfig CloudFolder::registration() const {
   config.limits = {.points = max_points_,
                    .cameras = 0,
                    .image_pixels = 0,
-                   .floats_per_point = 4,
+                   .floats_per_point = kFloatsPerPoint,
                    .weights = false};
   return config;
 }

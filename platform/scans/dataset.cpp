@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "scans/camera_images.hpp"
+#include "scans/cloud.hpp"
 #include "tessera/base/assert.hpp"
 
 namespace tessera {
@@ -17,7 +18,6 @@ namespace {
 // Files are little-endian and are read straight into place.
 static_assert(std::endian::native == std::endian::little);
 
-constexpr std::size_t kFloatsPerPoint = 4;
 constexpr std::size_t kLabelsPerChunk = 4096;
 
 /// What was valid at open() and is no longer is not a usage error.

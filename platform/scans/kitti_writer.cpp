@@ -11,6 +11,7 @@
 #include <system_error>
 
 #include "base/atomic_file.hpp"
+#include "scans/cloud.hpp"
 #include "scans/scan_listing.hpp"
 
 namespace tessera {
@@ -20,8 +21,6 @@ namespace fs = std::filesystem;
 
 // Files are little-endian and are written straight from memory.
 static_assert(std::endian::native == std::endian::little);
-
-constexpr std::size_t kFloatsPerPoint = 4;
 
 void append_number(std::string& text, double number) {
   constexpr int kDigits = 17;  // Reads back as the same double.

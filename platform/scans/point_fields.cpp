@@ -13,8 +13,6 @@
 namespace tessera {
 namespace {
 
-constexpr std::size_t kFloatsPerPoint = 4;
-
 /// Field names of each part; the first that exists is used.
 constexpr std::array<std::array<std::string_view, 3>, kNumParts> kNames{
     {{"x"}, {"y"}, {"z"}, {"intensity"}, {"label", "class", "semantic"}}};
