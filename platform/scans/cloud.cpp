@@ -12,9 +12,6 @@
 namespace tessera {
 namespace {
 
-/// Bytes of the sizes after the header of a compressed PCD file.
-constexpr std::size_t kSizesBytes = 8;
-
 /// Reads the file up to most_bytes.
 Outcome<CloudHead> read_up_to(const std::string& path, std::uint64_t most_bytes) {
   TESSERA_TRY_ASSIGN(InputFile file, InputFile::open(path));
@@ -50,7 +47,7 @@ Failure too_many_points(std::string_view path, std::uint64_t points) {
 }
 
 Outcome<CloudHead> read_cloud_head(const std::string& path) {
-  return read_up_to(path, kMostCloudHeaderBytes + kSizesBytes);
+  return read_up_to(path, kMostCloudHeaderBytes + kPcdSizesBytes);
 }
 
 Outcome<std::string> read_cloud_bytes(const std::string& path) {

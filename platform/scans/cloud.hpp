@@ -22,6 +22,8 @@ inline constexpr std::uint64_t kMostCloudFileBytes = std::uint64_t{2} << 30U;
 inline constexpr std::uint64_t kScanPointBytes = 24 + 17;
 /// Most bytes of the text before the points.
 inline constexpr std::size_t kMostCloudHeaderBytes = std::size_t{1} << 16U;
+/// After the header of a compressed PCD file, two sizes: of the points as stored, and unpacked.
+inline constexpr std::size_t kPcdSizesBytes = 8;
 
 /// The content of a file's header, checked against the file's size: points that the file cannot
 /// hold are refused before memory is allocated for them.

@@ -221,16 +221,15 @@ Failure truncated(std::string_view path, const PcdHeader& header, std::uint64_t 
 Outcome<void> check_compressed(const CloudBytes& head, std::uint64_t payload_bytes,
                                PcdHeader& header) {
   constexpr StoredNumber kSize{NumberKind::kUnsigned, 4, false};
-  constexpr std::uint64_t kSizesBytes = 8;
-  if (head.bytes.size() < header.header_bytes + kSizesBytes)
+  if (head.bytes.size() < header.header_bytes + kPcdSizesBytes)
     return truncated(head.path, header, payload_bytes);
   const char* const sizes = head.bytes.data() + header.header_bytes;
   header.compressed_bytes = static_cast<std::uint64_t>(kSize.load(sizes));
   const auto promised = static_cast<std::uint64_t>(kSize.load(sizes + 4));
-  if (header.compressed_bytes > payload_bytes - kSizesBytes) {
+  if (header.compressed_bytes > payload_bytes - kPcdSizesBytes) {
     return cloud_failure(head.path,
                          fmt::format("its compressed points have {} bytes, but the file has {}",
-                                     header.compressed_bytes, payload_bytes - kSizesBytes),
+                                     header.compressed_bytes, payload_bytes - kPcdSizesBytes),
                          "it is truncated or has the other byte order, get a complete copy");
   }
   const std::uint64_t needed = header.points * header.record_bytes;

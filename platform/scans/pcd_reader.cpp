@@ -110,9 +110,8 @@ Outcome<void> read_binary(const CloudBytes& file, const PcdHeader& header, Point
 
 Outcome<void> read_compressed(const CloudBytes& file, const PcdHeader& header,
                               PointAppender& points) {
-  constexpr std::size_t kSizesBytes = 8;
   const std::string_view compressed = file.bytes.substr(
-      header.header_bytes + kSizesBytes, static_cast<std::size_t>(header.compressed_bytes));
+      header.header_bytes + kPcdSizesBytes, static_cast<std::size_t>(header.compressed_bytes));
   // Checked with the header: the file can hold this much.
   std::string payload(static_cast<std::size_t>(header.points * header.record_bytes), '\0');
   if (!decompress_lzf(compressed, payload)) {
