@@ -21,26 +21,16 @@ std::unique_ptr<Robot> robot(std::uint32_t number, std::uint32_t session, bool s
                                  options);
 }
 
-DatagramKind kind_of(std::span<const std::byte> datagram) {
-  ByteReader from(datagram);
-  DatagramHeader header;
-  REQUIRE(read_header(from, header));
-  return header.kind;
+bool is_statement(std::span<const std::byte> datagram) {
+  return kind_of(datagram) == DatagramKind::kStatement;
 }
 
 /// Each hears all that the others say, but who is deaf no statement.
 void talk(const std::vector<Robot*>& robots, const Robot* deaf, std::int64_t& now_us,
           std::int64_t for_us) {
-  for (const std::int64_t until_us = now_us + for_us; now_us < until_us; now_us += kTickUs) {
-    for (Robot* const from : robots) {
-      for (const auto& datagram : said(*from, now_us, kTickUs)) {
-        for (Robot* const to : robots) {
-          const bool is_lost = to == deaf && kind_of(datagram) == DatagramKind::kStatement;
-          if (to != from && !is_lost) to->exchange().receive(datagram, now_us);
-        }
-      }
-    }
-  }
+  talk(robots, now_us, for_us, [&](const Robot& to, std::span<const std::byte> datagram) {
+    return &to == deaf && is_statement(datagram);
+  });
 }
 
 TEST_CASE("network: records whose statement nobody knows any more are shared all the same") {

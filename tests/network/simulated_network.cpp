@@ -82,6 +82,27 @@ std::vector<std::vector<std::byte>> said(Robot& robot, std::int64_t from_us, std
   return all;
 }
 
+DatagramKind kind_of(std::span<const std::byte> datagram) {
+  ByteReader from(datagram);
+  DatagramHeader header;
+  if (!read_header(from, header)) throw std::logic_error("a robot said what is no datagram");
+  return header.kind;
+}
+
+void talk(const std::vector<Robot*>& robots, std::int64_t& now_us, std::int64_t for_us,
+          const IsLost& is_lost) {
+  for (const std::int64_t until_us = now_us + for_us; now_us < until_us; now_us += kTickUs) {
+    for (Robot* const from : robots) {
+      for (const auto& datagram : said(*from, now_us, kTickUs)) {
+        for (Robot* const to : robots) {
+          if (to != from && !(is_lost && is_lost(*to, datagram)))
+            to->exchange().receive(datagram, now_us);
+        }
+      }
+    }
+  }
+}
+
 ReplicasConfig Network::default_replicas() {
   return {
       .segments = 1U << 16U, .blocks = 1U << 14U, .contributions = 16, .robot_segments = 1U << 16U};

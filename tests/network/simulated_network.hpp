@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -75,6 +76,12 @@ class Robot {
 /// What a robot says within so long, nobody answering.
 [[nodiscard]] std::vector<std::vector<std::byte>> said(Robot& robot, std::int64_t from_us,
                                                        std::int64_t for_us);
+[[nodiscard]] DatagramKind kind_of(std::span<const std::byte> datagram);
+/// Whether somebody does not hear a datagram.
+using IsLost = std::function<bool(const Robot& to, std::span<const std::byte> datagram)>;
+/// For so long each hears at once all that the others say, but for what is lost.
+void talk(const std::vector<Robot*>& robots, std::int64_t& now_us, std::int64_t for_us,
+          const IsLost& is_lost = {});
 
 class Network {
  public:
