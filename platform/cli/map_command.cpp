@@ -194,6 +194,7 @@ Outcome<void> map_scans(const MapOptions& options, MapSetup& setup, const Record
     window = std::move(made);
   }
   MapRun run;
+  run.blocks_before = mapper.map().block_count() + (earlier.archive ? earlier.archive->records : 0);
   if (earlier.prior_map) {
     const auto weight = static_cast<float>(*options.complete().prior_map_weight);
     run.prior_map = add_prior_map(*earlier.prior_map, weight, mapper.map());
@@ -230,7 +231,9 @@ Outcome<void> map_scans(const MapOptions& options, MapSetup& setup, const Record
   if (beside) window->remove_archive();
   if (run.obstacle)
     return out_of_memory(options, setup, source.max_points(), run, source.num_scans());
-  return {};
+  // Who gives a deadline or a window sees what a robot would lose.
+  const bool keeps_all = setup.window && setup.window->evicts_near && setup.deadline_us == 0;
+  return keeps_all ? check_nothing_lost(setup, run) : Outcome<void>();
 }
 
 Outcome<void> run_map(MapOptions& options) {

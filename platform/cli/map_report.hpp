@@ -37,6 +37,7 @@ struct MapRun {
   std::string labels;  ///< Where they come from, as the report says it.
   std::vector<ScanRecord> scans;
   bool interrupted = false;             ///< By a signal, before the last scan.
+  std::size_t blocks_before = 0;        ///< Of the map that is continued.
   std::size_t archived_blocks = 0;      ///< Before the map was saved.
   std::optional<std::string> obstacle;  ///< Why the archive takes no more, if that ended the run.
   std::size_t budget_bytes = 0;

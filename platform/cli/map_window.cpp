@@ -12,7 +12,9 @@
 #include "base/allocation_counter.hpp"
 #include "base/number_text.hpp"
 #include "cli/command.hpp"
+#include "cli/losses.hpp"
 #include "maps/whole_map_file.hpp"
+#include "scans/scan_losses.hpp"
 
 namespace tessera {
 
@@ -82,13 +84,14 @@ Outcome<bool> find_spilled(MapOptions& options) {
 }
 
 void set_up_spilling(const MapOptions& options, MapSetup& setup) {
+  if (setup.window) return;
   const double reach = reach_m(options);
   const double edge_m = setup.map.resolution_m * kBlockEdge;
-  if (setup.window || reach <= 0.0 || reach > kMostWindowBlocks * edge_m) return;
+  const double most = kMostWindowBlocks * edge_m;
   WindowConfig& window = setup.window.emplace();
-  window.radius_m = reach;
+  window.radius_m = reach > 0.0 ? std::min(reach, most) : most;
   window.hysteresis_m = 2.0 * edge_m;
-  window.keep_while_room = true;
+  window.keep_while_room = window.evicts_near = true;
   constexpr std::size_t kOctetBytes = 512;
   SlabPool::Counts& reserve = window.reserve;
   const std::size_t bytes = reserve[0] * sizeof(Block) + reserve[1] * sizeof(LabelPage) +
@@ -171,15 +174,41 @@ std::optional<std::string> MapWindow::obstacle() {
 Failure out_of_memory(const MapOptions& options, const MapSetup& setup, std::size_t max_points,
                       const MapRun& run, std::size_t num_scans) {
   const double share = static_cast<double>(run.scans.size()) / static_cast<double>(num_scans);
-  const double blocks = static_cast<double>(std::max<std::size_t>(run.usage.blocks, 1));
-  const double times = 1.0 + static_cast<double>(run.archived_blocks) / blocks;
-  const auto storage =
-      static_cast<std::size_t>(static_cast<double>(setup.map.storage_bytes) * times / share);
+  const double in_memory = static_cast<double>(std::max<std::size_t>(run.usage.blocks, 1));
+  const double before = static_cast<double>(run.blocks_before);
+  const double now = static_cast<double>(run.usage.blocks + run.archived_blocks);
+  const double whole_blocks = before + std::max(now - before, 0.0) / share;
+  const auto storage = static_cast<std::size_t>(static_cast<double>(run.usage.used_bytes) *
+                                                whole_blocks / in_memory);
   const std::size_t whole = budget_for_storage(setup, max_points, storage);
   return {fmt::format("memory is full after scan {} of {}, and {}. {} has the scans so far; "
                       "without an archive the whole takes about --memory {}M",
                       run.scans.size(), num_scans, *run.obstacle, options.out, whole >> 20U),
           FailureKind::kFailure};
+}
+
+Outcome<void> check_nothing_lost(const MapSetup& setup, const MapRun& run) {
+  NumberList scans;
+  std::uint64_t lost = 0;
+  bool map_is_short = false;
+  for (const ScanRecord& scan : run.scans) {
+    ScanTotals of_scan;
+    of_scan.add(scan.report);
+    const std::uint64_t here = left_out_for_memory(of_scan);
+    if (here == 0) continue;
+    scans.add(scan.index);
+    lost += here;
+    map_is_short = map_is_short || scan.report.refused_storage > 0;
+  }
+  if (lost == 0) return {};
+  const std::size_t bytes = map_is_short ? setup.map.storage_bytes : run.scratch_bytes;
+  return Failure{
+      fmt::format("{} points and rays of {}, number {}, are not in the map: one scan alone takes "
+                  "more than the {} MB of {}; give a larger --memory or a coarser "
+                  "--resolution",
+                  lost, counted(scans.count(), "scan"), scans.text(), (bytes + 999'999) / 1'000'000,
+                  map_is_short ? "the map" : "scratch"),
+      FailureKind::kFailure};
 }
 
 void MapWindow::remove_archive() {

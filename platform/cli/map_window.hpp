@@ -40,6 +40,11 @@ void move_all_at_once(MapSetup& setup);
 Failure out_of_memory(const MapOptions& options, const MapSetup& setup, std::size_t max_points,
                       const MapRun& run, std::size_t num_scans);
 
+/// Fails iff scans lack points or rays for want of memory, although blocks leave it as needed: one
+/// scan alone takes more than there is. Says which scans, of which part of the memory, and how many
+/// points and rays.
+Outcome<void> check_nothing_lost(const MapSetup& setup, const MapRun& run);
+
 class MapWindow {
  public:
   /// Gives the mapper, which has a window and outlives this, its archive: the one that options

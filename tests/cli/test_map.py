@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """map: options that are refused, memory that is scarce, outputs that cannot be written, going on from a map, and the
 report."""
+import json
 import os
 import resource
 import subprocess
@@ -87,9 +88,12 @@ class Options(MapCase):
 
 
 class Memory(MapCase):
-    def test_too_small_for_the_scene_maps_what_fits(self):
+    def test_too_small_for_a_scan_maps_what_fits_and_fails(self):
         data = kitti.write_dataset(self.folder / "scattered", [kitti.scattered_scan(i) for i in range(4)])
-        result, report = self.map_dataset(data, self.out, "--memory", "2M")
+        made = self.folder / "map.json"
+        result = self.run_command("map", "--dataset", data, "--out", self.out, "--report", made, "--memory", "2M")
+        self.assertEqual(2, result.returncode)
+        report = json.loads(made.read_text())
         self.assert_warned(result, "lack of memory", "--memory")
         memory = report["memory"]
         self.assertGreater(memory["refused"], 0)

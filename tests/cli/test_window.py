@@ -52,7 +52,7 @@ class Window(CommandCase):
     def test_a_map_that_does_not_fit_in_memory(self):
         plain, expected = self.whole()
         small = ("--memory", "3M")
-        _, lossy = self.map_dataset(self.data, self.folder / "map.tsm", *small, "--max-range", 0)
+        _, lossy = self.map_dataset(self.data, self.folder / "map.tsm", *small, "--window", 300)
         self.assertGreater(lossy["memory"]["refused"], 1000)
         result, report = self.archived("map.tsm", *small)
         self.assert_not_warned(result)
@@ -79,6 +79,27 @@ class Window(CommandCase):
         self.assertEqual(0, report["heap_allocations_after_init"] or 0)
         self.assertIsNone(report["config"]["window"])
         self.assertFalse((self.folder / "map.tsm.archive").exists())
+
+    def test_where_scans_reach_farther_than_memory_near_blocks_leave_it_too(self):
+        for reach in (0, 60):
+            with self.subTest(reach):
+                plain, _ = self.whole("--max-range", reach)
+                result, report = self.map_dataset(self.data, self.folder / "map.tsm", "--max-range", reach, "--memory", "2500K")
+                self.assert_not_warned(result)
+                self.assertEqual(0, report["totals"]["left_out"])
+                self.assertEqual(plain["digest"], report["digest"])
+                self.assertGreater(report["window"]["evicted"], plain["memory"]["blocks"])
+                self.assertFalse((self.folder / "map.tsm.archive").exists())
+
+    def test_a_scan_that_does_not_fit_alone_is_named_and_the_run_fails(self):
+        result = self.run_command("map", "--dataset", self.data, "--max-range", 0, "--memory", "2M", "--out", self.folder / "map.tsm",
+                                  "--report", self.folder / "map.json")
+        self.assertEqual(2, result.returncode)
+        said = result.stderr.splitlines()[-1]
+        for part in ("points and rays of ", "number 0, 1, ", "one scan alone takes more than", "--memory"):
+            self.assertIn(part, said)
+        self.assertGreater(json.loads((self.folder / "map.json").read_text())["memory"]["refused"], 0)
+        self.assertTrue((self.folder / "map.tsm").exists())
 
     def test_a_range_that_no_window_reaches_needs_none(self):
         _, report = self.map_dataset(self.data, self.folder / "map.tsm", "--max-range", 1e6)

@@ -64,7 +64,8 @@ WindowStep MovingWindow::step(LocalMap& map, const Point3d& p_map,
   if (!voxel.ok()) return report;
   robot_ = block_of(*voxel);
   evict_far(map, archive, report);
-  if (archive.archived == nullptr) return report;
+  if (config_.evicts_near && !map.fits(config_.reserve)) evict_near(map, archive, report);
+  if (archive.archived == nullptr || near_left_) return report;
   reload_near(map, archive, report);
   // What came back may have taken the room that the scan needs.
   if (config_.keep_while_room && !keeps_all(map)) {
@@ -114,6 +115,24 @@ void MovingWindow::evict_far(LocalMap& map, const BlockArchive& archive,
     report.eviction_backlog += is_far(key) ? 1U : 0U;
     return true;
   });
+}
+
+void MovingWindow::evict_near(LocalMap& map, const BlockArchive& archive,
+                              WindowStep& report) noexcept {
+  near_left_ = true;
+  std::uint32_t left = config_.pressed_evictions_per_step;
+  SweepCursor cursor;
+  report.entries += static_cast<std::uint32_t>(
+      map.visit_blocks(cursor, config_.entries_per_step, [&](BlockKey, SlabHandle handle) {
+        if (left-- == 0) return false;
+        if (archive.evict(archive.context, map, map.block_at(handle))) {
+          map.remove_block(handle);
+          ++report.evicted;
+        } else {
+          ++report.evictions_refused;
+        }
+        return true;
+      }));
 }
 
 void MovingWindow::reload_region(LocalMap& map, const BlockArchive& archive, BlockCoord region,

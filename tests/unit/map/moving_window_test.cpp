@@ -75,4 +75,45 @@ TEST_CASE("moving window: blocks that are refused for ever keep no others waitin
   }
 }
 
+TEST_CASE("moving window: where far blocks do not make room near ones leave, for good") {
+  struct Archive {
+    int taken = 0;
+    int asked = 0;
+  } kept;
+  const BlockArchive archive{.context = &kept,
+                             .evict =
+                                 [](void* context, const LocalMap&, const Block&) {
+                                   ++static_cast<Archive*>(context)->taken;
+                                   return true;
+                                 },
+                             .archived = [](void* context, BlockCoord) -> const RegionMask* {
+                               ++static_cast<Archive*>(context)->asked;
+                               return nullptr;
+                             }};
+  SmallMap small(config_of_pages(16));
+  for (std::int32_t i = 0; i < 10; ++i)
+    REQUIRE(hit(small.map, {8 * i, 0, 0}, 1, 1.0F) == Status::kOk);
+  WindowConfig config;
+  config.keep_while_room = config.evicts_near = true;
+  config.reserve = {1, 1, 0, 1};
+  MovingWindow roomy = *MovingWindow::make(config, small.map.config().resolution_m);
+  CHECK(roomy.step(small.map, Point3d(0, 0, 0), archive).evicted == 0);
+  CHECK(kept.asked > 0);
+
+  // No map of this size has that much room beside ten blocks.
+  config.reserve = {1 << 20, 1, 0, 1};
+  config.evicts_near = false;
+  MovingWindow keeping = *MovingWindow::make(config, small.map.config().resolution_m);
+  CHECK(keeping.step(small.map, Point3d(0, 0, 0), archive).evicted == 0);
+  config.evicts_near = true;
+  config.pressed_evictions_per_step = config.evictions_per_step = 7;
+  MovingWindow pressed = *MovingWindow::make(config, small.map.config().resolution_m);
+  kept.asked = 0;
+  CHECK(pressed.step(small.map, Point3d(0, 0, 0), archive).evicted == 7);
+  CHECK(pressed.step(small.map, Point3d(0, 0, 0), archive).evicted == 3);
+  CHECK(small.map.block_count() == 0);
+  CHECK(kept.taken == 10);
+  CHECK(kept.asked == 0);
+}
+
 }  // namespace tessera

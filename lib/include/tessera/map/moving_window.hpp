@@ -43,6 +43,9 @@ struct WindowConfig {
   /// Far blocks stay while the map has room for reserve: they leave, and others come back, as
   /// memory requires it. A step then goes around twice.
   bool keep_while_room = false;
+  /// Where the map has no room for reserve after that, near blocks leave too, all that the archive
+  /// takes, and from then on none comes back: what a scan adds is all that has to fit.
+  bool evicts_near = false;
 };
 
 /// Blocks of a region, a cube of 8 x 8 x 8 blocks: bit y * 8 + x of word z.
@@ -121,6 +124,7 @@ class MovingWindow {
     return config_.keep_while_room && map.fits(config_.reserve);
   }
   void evict_far(LocalMap& map, const BlockArchive& archive, WindowStep& report) noexcept;
+  void evict_near(LocalMap& map, const BlockArchive& archive, WindowStep& report) noexcept;
   void reload_near(LocalMap& map, const BlockArchive& archive, WindowStep& report) noexcept;
   void reload_region(LocalMap& map, const BlockArchive& archive, BlockCoord region,
                      WindowStep& report) noexcept;
@@ -132,6 +136,7 @@ class MovingWindow {
   std::int64_t far_square_ = 0;
   std::int32_t reach_blocks_ = 0;
   BlockCoord robot_{};
+  bool near_left_ = false;  ///< Near blocks had to leave.
   SweepCursor cursor_{};
   std::uint64_t region_cursor_ = 0;
   std::uint64_t reloaded_voxels_ = 0;  ///< Of the step at hand.
