@@ -85,7 +85,9 @@ class Smoke(unittest.TestCase):
         for name, run in runs.items():
             self.assertEqual(2, len(run["instructions"]))
             self.assertEqual(max(run["instructions"]), run["worst"])
-            self.assertEqual(name == "drive", min(run["of_these_window"]) > 0)
+            # Of the others nothing has to leave memory.
+            share = max(run["of_these_window"]) / run["worst"]
+            self.assertTrue(share > 0.001 if name == "drive" else share < 0.001, (name, share))
             if name != "drive":  # a voxel cannot be updated by less than an instruction, nor by thousands
                 for scan, count in zip(scans[name]["scans"], run["instructions"]):
                     self.assertGreater(count, scan["voxel_updates"])

@@ -242,7 +242,7 @@ def test_the_budget_holds(wall):
 def test_refused_is_what_the_command_counts(command, street, tmp_path):
     folder = street / "robot_0"
     memory = command("map", "--dataset", folder, "--first", 0, "--last", 0, "--out", tmp_path / "a.tsm", "--resolution", "0.05",
-                     "--memory", 6 << 20, report=tmp_path / "a.json")["memory"]
+                     "--memory", 6 << 20, "--window", 100, report=tmp_path / "a.json")["memory"]
     dataset = tessera.Dataset(folder, first=0, last=0)
     made, reports = map_of(dataset, resolution_m=0.05, memory_bytes=6 << 20, max_points=max(len(scan.points) for scan in dataset))
     usage = made.usage()

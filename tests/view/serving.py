@@ -33,7 +33,7 @@ def make_street(folder, scans=2):
     command("simulate", "--scans", 2 * scans, "--robots", 1, "--seed", 7, "--out", "street", folder=folder)
     for robot in (0, 1):
         command("map", "--dataset", "street/robot_0", "--first", robot * scans, "--last", robot * scans + scans - 1, "--out", f"robot_{robot}.tsm",
-                "--resolution", 0.2, "--max-range", 25, "--robot", robot, "--memory", "32M", folder=folder)
+                "--resolution", 0.2, "--max-range", 25, "--robot", robot, "--memory", "64M", folder=folder)
     command("fuse", "robot_0.tsm", "robot_1.tsm", "--out", "global.tsm", folder=folder)
 
 
