@@ -132,13 +132,7 @@ void MappingThread::say_losses(const ScanReport& report, std::int64_t now_us) no
   // Those over capacity have a line of their own.
   const auto memory =
       static_cast<std::int64_t>(left_out_for_memory(of_scan) - report.over_capacity);
-  const bool scratch_is_short =
-      report.refused_storage == 0 && report.refused_tiles + report.refused_ray_blocks != 0;
-  if (memory != 0 && scratch_is_short)
-    log_.say(LogLevel::kWarning, now_us,
-             "the scratch for scans is too small: % points and rays left out; see [map] memory",
-             memory);
-  if (memory != 0 && !scratch_is_short)
+  if (memory != 0)
     log_.say(LogLevel::kWarning, now_us,
              "the map's memory is full: % points and rays left out; see [map] memory", memory);
   if (report.over_capacity != 0)
