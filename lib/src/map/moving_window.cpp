@@ -64,7 +64,10 @@ WindowStep MovingWindow::step(LocalMap& map, const Point3d& p_map,
   if (!voxel.ok()) return report;
   robot_ = block_of(*voxel);
   evict_far(map, archive, report);
-  if (config_.evicts_near && !map.fits(config_.reserve)) evict_near(map, archive, report);
+  if (config_.evicts_near && !map.fits(config_.reserve)) {
+    near_left_ = true;
+    evict_beyond(kAllBlocks, map, archive, report);
+  }
   if (archive.archived == nullptr || near_left_) return report;
   reload_near(map, archive, report);
   // What came back may have taken the room that the scan needs.
@@ -81,17 +84,30 @@ void MovingWindow::evict_far(LocalMap& map, const BlockArchive& archive,
                              WindowStep& report) noexcept {
   report.eviction_backlog = 0;
   if (keeps_all(map)) return;
+  evict_beyond(far_square_, map, archive, report);
+  if (keeps_all(map)) return;
+  // What is left of them: counted in a round of its own, as the first may have gone around.
+  SweepCursor cursor = cursor_;
+  map.visit_blocks(cursor, config_.entries_per_step, [&](BlockKey key, SlabHandle) {
+    report.eviction_backlog += square_distance(unpack(key)) > far_square_ ? 1U : 0U;
+    return true;
+  });
+}
+
+/// Far blocks go until there is room, all blocks whatever room there is.
+void MovingWindow::evict_beyond(std::int64_t square, LocalMap& map, const BlockArchive& archive,
+                                WindowStep& report) noexcept {
   const bool pressed = !map.fits(config_.reserve);
   std::uint32_t left = pressed ? config_.pressed_evictions_per_step : config_.evictions_per_step;
   std::uint64_t voxels = 0;
   // Of their own, and a bucket of the index at least: a block that is refused for ever must not
   // keep those beside it waiting.
   std::uint32_t refusals_left = left + BlockIndex::kBucketSlots - 1;
-  const auto is_far = [this](BlockKey key) { return square_distance(unpack(key)) > far_square_; };
   const std::size_t seen =
       map.visit_blocks(cursor_, config_.entries_per_step, [&](BlockKey key, SlabHandle handle) {
-        if (!is_far(key)) return true;
-        const bool spent = left == 0 || refusals_left == 0 || keeps_all(map) ||
+        if (square_distance(unpack(key)) <= square) return true;
+        const bool spent = left == 0 || refusals_left == 0 ||
+                           (square != kAllBlocks && keeps_all(map)) ||
                            (!pressed && voxels >= config_.label_voxels_per_step);
         if (spent) return false;
         const Block& block = map.block_at(handle);
@@ -108,31 +124,6 @@ void MovingWindow::evict_far(LocalMap& map, const BlockArchive& archive,
         return true;
       });
   report.entries += static_cast<std::uint32_t>(seen);
-  if (keeps_all(map)) return;
-  // What is left of them: counted in a round of its own, as the first may have gone around.
-  SweepCursor cursor = cursor_;
-  map.visit_blocks(cursor, config_.entries_per_step, [&](BlockKey key, SlabHandle) {
-    report.eviction_backlog += is_far(key) ? 1U : 0U;
-    return true;
-  });
-}
-
-void MovingWindow::evict_near(LocalMap& map, const BlockArchive& archive,
-                              WindowStep& report) noexcept {
-  near_left_ = true;
-  std::uint32_t left = config_.pressed_evictions_per_step;
-  SweepCursor cursor;
-  report.entries += static_cast<std::uint32_t>(
-      map.visit_blocks(cursor, config_.entries_per_step, [&](BlockKey, SlabHandle handle) {
-        if (left-- == 0) return false;
-        if (archive.evict(archive.context, map, map.block_at(handle))) {
-          map.remove_block(handle);
-          ++report.evicted;
-        } else {
-          ++report.evictions_refused;
-        }
-        return true;
-      }));
 }
 
 void MovingWindow::reload_region(LocalMap& map, const BlockArchive& archive, BlockCoord region,

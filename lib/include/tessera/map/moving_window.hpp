@@ -114,17 +114,19 @@ class MovingWindow {
   /// pressed_evictions_per_step blocks handed out and closed (64 octets each), and that many and 7
   /// more that the archive refuses, regions_per_step regions of 512 bits tested, reloads_per_step
   /// blocks asked back. While there is room for reserve, no further block after
-  /// label_voxels_per_step voxels in those handed out, and always in those asked back. No memory of
-  /// its own.
+  /// label_voxels_per_step voxels in those handed out, and always in those asked back. Where near
+  /// blocks leave, keys, blocks handed out and refusals once more. No memory of its own.
   WindowStep step(LocalMap& map, const Point3d& p_map, const BlockArchive& archive) noexcept;
 
  private:
+  static constexpr std::int64_t kAllBlocks = -1;  ///< Beyond this square of a distance.
   [[nodiscard]] std::int64_t square_distance(BlockCoord block) const noexcept;
   [[nodiscard]] bool keeps_all(const LocalMap& map) const noexcept {
     return config_.keep_while_room && map.fits(config_.reserve);
   }
   void evict_far(LocalMap& map, const BlockArchive& archive, WindowStep& report) noexcept;
-  void evict_near(LocalMap& map, const BlockArchive& archive, WindowStep& report) noexcept;
+  void evict_beyond(std::int64_t square, LocalMap& map, const BlockArchive& archive,
+                    WindowStep& report) noexcept;
   void reload_near(LocalMap& map, const BlockArchive& archive, WindowStep& report) noexcept;
   void reload_region(LocalMap& map, const BlockArchive& archive, BlockCoord region,
                      WindowStep& report) noexcept;
