@@ -131,7 +131,7 @@ Outcome<void> write_map(const MapOptions& options, const MapIdentity& identity, 
     TESSERA_TRY_ASSIGN(run.file, save_map(map, identity, workspace, options.out));
     return {};
   }
-  run.archived_blocks = window->archived_blocks();
+  run.blocks = window->blocks();
   TESSERA_TRY_ASSIGN(run.file, window->save_whole(map, identity, options.out));
   return {};
 }
@@ -194,7 +194,7 @@ Outcome<void> map_scans(const MapOptions& options, MapSetup& setup, const Record
     window = std::move(made);
   }
   MapRun run;
-  run.blocks_before = mapper.map().block_count() + (earlier.archive ? earlier.archive->records : 0);
+  run.blocks_before = window != nullptr ? window->blocks() : mapper.map().block_count();
   if (earlier.prior_map) {
     const auto weight = static_cast<float>(*options.complete().prior_map_weight);
     run.prior_map = add_prior_map(*earlier.prior_map, weight, mapper.map());

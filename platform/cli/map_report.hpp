@@ -38,7 +38,7 @@ struct MapRun {
   std::vector<ScanRecord> scans;
   bool interrupted = false;             ///< By a signal, before the last scan.
   std::size_t blocks_before = 0;        ///< Of the map that is continued.
-  std::size_t archived_blocks = 0;      ///< Before the map was saved.
+  std::size_t blocks = 0;               ///< In the end, with those that are archived.
   std::optional<std::string> obstacle;  ///< Why the archive takes no more, if that ended the run.
   std::size_t budget_bytes = 0;
   std::size_t scratch_bytes = 0;

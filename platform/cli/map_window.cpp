@@ -176,7 +176,7 @@ Failure out_of_memory(const MapOptions& options, const MapSetup& setup, std::siz
   const double share = static_cast<double>(run.scans.size()) / static_cast<double>(num_scans);
   const double in_memory = static_cast<double>(std::max<std::size_t>(run.usage.blocks, 1));
   const double before = static_cast<double>(run.blocks_before);
-  const double now = static_cast<double>(run.usage.blocks + run.archived_blocks);
+  const double now = static_cast<double>(run.blocks);
   const double whole_blocks = before + std::max(now - before, 0.0) / share;
   const auto storage = static_cast<std::size_t>(static_cast<double>(run.usage.used_bytes) *
                                                 whole_blocks / in_memory);
@@ -203,12 +203,23 @@ Outcome<void> check_nothing_lost(const MapSetup& setup, const MapRun& run) {
   if (lost == 0) return {};
   const std::size_t bytes = map_is_short ? setup.map.storage_bytes : run.scratch_bytes;
   return Failure{
-      fmt::format("{} points and rays of {}, number {}, are not in the map: one scan alone takes "
-                  "more than the {} MB of {}; give a larger --memory or a coarser "
+      fmt::format("{} points and rays of {}, number {}, are not in the map: a scan takes more "
+                  "than there is room for in the {} MB of {}; give a larger --memory or a coarser "
                   "--resolution",
                   lost, counted(scans.count(), "scan"), scans.text(), (bytes + 999'999) / 1'000'000,
                   map_is_short ? "the map" : "scratch"),
       FailureKind::kFailure};
+}
+
+std::size_t MapWindow::blocks() const {
+  const LocalMap& map = mapper_.map();
+  if (!archive_) return map.block_count();
+  const ArchiveIndex& index = (*archive_)->blocks().index();
+  std::size_t count = index.size();
+  std::vector<KeyedIndex> workspace = workspace_for(map);
+  for (const KeyedIndex& item : map.blocks_in_order(workspace))
+    count += index.find(BlockKey{item.key}) ? 0U : 1U;
+  return count;
 }
 
 void MapWindow::remove_archive() {

@@ -40,9 +40,9 @@ void move_all_at_once(MapSetup& setup);
 Failure out_of_memory(const MapOptions& options, const MapSetup& setup, std::size_t max_points,
                       const MapRun& run, std::size_t num_scans);
 
-/// Fails iff scans lack points or rays for want of memory, although blocks leave it as needed: one
-/// scan alone takes more than there is. Says which scans, of which part of the memory, and how many
-/// points and rays.
+/// Fails iff scans lack points or rays for want of memory, although blocks leave it as needed: a
+/// scan takes more than the half of it that is free before each. Says which scans, of which part of
+/// the memory, and how many points and rays.
 Outcome<void> check_nothing_lost(const MapSetup& setup, const MapRun& run);
 
 class MapWindow {
@@ -66,6 +66,8 @@ class MapWindow {
   /// Of an archive.
   [[nodiscard]] const std::string& path() const { return (*archive_)->path(); }
   [[nodiscard]] std::size_t archived_blocks() const { return (*archive_)->blocks().index().size(); }
+  /// Of map and archive together.
+  [[nodiscard]] std::size_t blocks() const;
   /// Removes the archive, whose blocks are in the map file now.
   void remove_archive();
   /// Moves the whole map to the archive, then writes everything to path and returns what that

@@ -91,12 +91,12 @@ class Window(CommandCase):
                 self.assertGreater(report["window"]["evicted"], plain["memory"]["blocks"])
                 self.assertFalse((self.folder / "map.tsm.archive").exists())
 
-    def test_a_scan_that_does_not_fit_alone_is_named_and_the_run_fails(self):
+    def test_a_scan_that_adds_more_than_there_is_room_for_is_named_and_the_run_fails(self):
         result = self.run_command("map", "--dataset", self.data, "--max-range", 0, "--memory", "2M", "--out", self.folder / "map.tsm",
                                   "--report", self.folder / "map.json")
         self.assertEqual(2, result.returncode)
         said = result.stderr.splitlines()[-1]
-        for part in ("points and rays of ", "number 0, 1, ", "one scan alone takes more than", "--memory"):
+        for part in ("points and rays of ", "number 0, 1, ", "a scan takes more than there is room for", "--memory"):
             self.assertIn(part, said)
         self.assertGreater(json.loads((self.folder / "map.json").read_text())["memory"]["refused"], 0)
         self.assertTrue((self.folder / "map.tsm").exists())
