@@ -67,13 +67,10 @@ void warn_of_losses(const Evaluation& run) {
     warn(counted(run.bad_poses.count(), "scan") +
          " left out, with a pose that is not a rigid transform: " + run.bad_poses.text());
   }
-  if (run.non_finite > 0)
-    warn(counted(run.non_finite, "point") + " left out: coordinates that are not finite");
   for (const UnknownIdCount* const unknown : {&run.unknown_truth, &run.unknown_input}) {
     if (unknown->points() > 0) warn(unknown->text());
   }
-  if (run.scores.points() == 0) warn("no point has labelled truth in range; all figures are 0");
-  for (const Message& doubt : doubts_of(run.scores, run.map)) warn(doubt);
+  for (const Message& doubt : doubts_of(run.scores, run.map, run.non_finite)) warn(doubt);
 }
 
 }  // namespace tessera

@@ -25,14 +25,12 @@ struct PlayOptions {
   bool way_by_poses = false;  ///< --poses said how they are sent.
   std::string can;
   std::optional<std::uint32_t> can_base;
-  std::string clock = "monotonic";
   bool loop = false;
   std::string report;
   PlayerConfig player;
 };
 
 constexpr std::array<std::string_view, 2> kMessages{"semantic", "raw"};
-constexpr std::array<std::string_view, 2> kClocks{"monotonic", "wall"};
 constexpr Setting kPlayRows[] = {
     row<&PlayOptions::messages>(
         {"--messages"},
@@ -56,8 +54,8 @@ constexpr Setting kPlayRows[] = {
     row<&PlayOptions::player, &PlayerConfig::rate_hz>(
         {"--rate"}, "Rate of the scans",
         {.value = "HZ", .allowed = from_to(0.1, 1000.0, "scans per second")}),
-    row<&PlayOptions::clock>({"--clock"}, "Clock of the stamps; the node must use the same",
-                             {.choices = kClocks}),
+    row<&PlayOptions::player, &PlayerConfig::clock>(
+        {"--clock"}, "Clock of the stamps; the node must use the same"),
     row<&PlayOptions::player, &PlayerConfig::url>(
         {"--url"}, "LCM network of the sensors; its ttl must be 0", {.value = "URL"}),
     row<&PlayOptions::player, &PlayerConfig::interface>(
@@ -144,8 +142,8 @@ void print_summary(const ScanPlayer& player, const PlayOptions& options) {
   std::printf("%s%s and %s sent to %s%s, %.1f MB, stamped by the %s clock; at most %.1f ms late\n",
               counted(report.scans, "scan").c_str(), images.c_str(),
               counted(report.poses, "pose").c_str(), options.player.url.c_str(), frames.c_str(),
-              1e-6 * static_cast<double>(player.sender().sent_bytes()), options.clock.c_str(),
-              1e-3 * static_cast<double>(report.worst_late_us));
+              1e-6 * static_cast<double>(player.sender().sent_bytes()),
+              to_string(options.player.clock), 1e-3 * static_cast<double>(report.worst_late_us));
   if (report.bad_poses > 0)
     warn(counted(report.bad_poses, "scan") + " sent without a pose, as theirs is not rigid");
   if (report.late > 0)
@@ -172,7 +170,6 @@ Outcome<void> run_play(PlayOptions options) {
   options.player.can_interface = options.can;
   options.player.loop = options.loop;
   options.player.can_base_id = options.can_base.value_or(kDefaultBaseId);
-  options.player.clock = options.clock == "wall" ? SensorClock::kWall : SensorClock::kMonotonic;
   const bool semantic = options.player.semantic;
   TESSERA_TRY_ASSIGN(const std::unique_ptr<RecordedScans> scans,
                      open_source(semantic ? options.source : as_measured(options.source),

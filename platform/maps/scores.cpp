@@ -6,6 +6,7 @@
 
 #include <cmath>
 
+#include "base/number_text.hpp"
 #include "maps/stored_map.hpp"
 #include "tessera/map/queries.hpp"
 
@@ -108,10 +109,17 @@ Json Scores::json(const ClassTable& classes, bool has_input) const {
   return json;
 }
 
-std::vector<Message> doubts_of(const Scores& scores, const LocalMap& map) {
+std::vector<Message> doubts_of(const Scores& scores, const LocalMap& map,
+                               std::uint64_t non_finite) {
   constexpr double kLeastCoverage = 0.5;
   std::vector<Message> doubts;
-  if (scores.points() == 0) return doubts;
+  if (non_finite > 0)
+    doubts.emplace_back(counted(non_finite, "point") +
+                        " left out: coordinates that are not finite");
+  if (scores.points() == 0) {
+    doubts.emplace_back("no point has labelled truth in range; all figures are 0");
+    return doubts;
+  }
   if (scores.coverage() == 0.0 && !has_label(map))
     doubts.emplace_back("the map has no label, so that every point counts as wrong");
   if (scores.coverage_any() < kLeastCoverage) {

@@ -77,7 +77,9 @@ class Scores {
   std::uint64_t correct_ = 0;
 };
 
-/// What makes the scores worth little: a map without labels, points of which most are not in it.
-[[nodiscard]] std::vector<Message> doubts_of(const Scores& scores, const LocalMap& map);
+/// What was left out, and what makes the scores worth little: no point, a map without labels,
+/// points of which most are not in it. non_finite: as score_scan returned, of all scans.
+[[nodiscard]] std::vector<Message> doubts_of(const Scores& scores, const LocalMap& map,
+                                             std::uint64_t non_finite);
 
 }  // namespace tessera

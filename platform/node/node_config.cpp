@@ -137,12 +137,12 @@ Outcome<void> check_sensors(const NodeConfig& c) {
   const SensorsConfig& s = c.sensors;
   if (!s.enabled) return {};
   const Message clouds(kSensorSettings["sensors.clouds"]);
-  if (s.poses == "can" && c.vehicle.can.empty())
+  if (s.poses == PoseWay::kCan && c.vehicle.can.empty())
     return Failure{Message(kSensorSettings["sensors.poses"]) +
                    " \"can\" needs a bus; name [vehicle] can"};
-  if (s.clouds == "none" && !s.depth_camera)
+  if (s.clouds == CloudKind::kNone && !s.depth_camera)
     return Failure{clouds + " \"none\" needs a depth_camera; name one"};
-  if (s.clouds == "raw" && s.cameras.empty())
+  if (s.clouds == CloudKind::kRaw && s.cameras.empty())
     return Failure{clouds + " \"raw\" needs cameras for labels; name their file"};
   if (s.depth_camera && s.cameras.empty())
     return Failure{Message(kSensorSettings["sensors.depth_camera"]) +

@@ -16,29 +16,55 @@
 #include "link/sensor_link.hpp"
 #include "node/query_port.hpp"
 #include "node/robot_state.hpp"
+#include "scans/sensor_port.hpp"
 #include "settings/config_file.hpp"
 #include "settings/map_options.hpp"
 #include "settings/sharing_setup.hpp"
 #include "vehicle/bus_table.hpp"
 #include "vehicle/pose_guard.hpp"
+#include "vehicle/vehicle_inputs.hpp"
 
 namespace tessera {
+
+/// Clouds that a node's sensor sends.
+enum class CloudKind : std::uint8_t {
+  kSemantic,  ///< With labels.
+  kRaw,       ///< Without: the cameras label them.
+  kNone,
+};
+constexpr const char* to_string(CloudKind kind) noexcept {
+  switch (kind) {
+    case CloudKind::kSemantic:
+      return "semantic";
+    case CloudKind::kRaw:
+      return "raw";
+    case CloudKind::kNone:
+      return "none";
+  }
+  return "";
+}
+
+/// How poses arrive.
+enum class PoseWay : std::uint8_t { kLcm, kCan };
+constexpr const char* to_string(PoseWay way) noexcept {
+  return way == PoseWay::kCan ? "can" : "lcm";
+}
 
 /// [sensors]: sources of scans and poses, unless they are replayed.
 struct SensorsConfig {
   bool enabled = false;  ///< The table exists, and there is no dataset to replay.
   std::string url = kDefaultSensorUrl;
   std::string interface = "lo";
-  std::string clouds = "semantic";            ///< "semantic", "raw", "none".
+  CloudKind clouds = CloudKind::kSemantic;
   std::int32_t lidar = 0;                     ///< Sensor number of clouds in messages.
   std::uint32_t points = 131'072;             ///< Most points of a scan.
   std::string T_body_lidar;                   ///< File; empty: the identity.
   std::string cameras;                        ///< cameras.toml; empty: none.
   std::optional<std::uint32_t> depth_camera;  ///< The one of them that gives depth images.
   std::string classes;                        ///< classes.toml; empty: SemanticKITTI's.
-  std::string clock = "monotonic";            ///< "monotonic", "wall".
-  std::string poses = "lcm";                  ///< "lcm", "can".
-  std::string missing_images = "unlabelled";
+  SensorClock clock = SensorClock::kMonotonic;
+  PoseWay poses = PoseWay::kLcm;
+  MissingImages missing_images = MissingImages::kUnlabelled;
   double max_wait_ms = 100.0;
   double max_image_offset_ms = 50.0;
   double max_pose_gap_ms = 150.0;  ///< Between the two poses around a scan's stamp.
@@ -48,7 +74,7 @@ struct SensorsConfig {
 struct VehicleConfig {
   std::string can;  ///< Interface; empty: none.
   std::uint32_t base_id = kDefaultBaseId;
-  std::string mode = "bridging";  ///< "pose", "bridging", "odometry".
+  PoseMode mode = PoseMode::kBridging;
   bool can_fd = false;
   std::uint32_t sectors = 16;
   double sector_range_m = 20.0;

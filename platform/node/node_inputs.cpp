@@ -69,7 +69,7 @@ SensorPortConfig Node::sensor_config() const {
   SensorPortConfig port;
   port.link.url = sensors.url;
   port.link.interface = sensors.interface;
-  port.clock = sensors.clock == "wall" ? SensorClock::kWall : SensorClock::kMonotonic;
+  port.clock = sensors.clock;
   MatcherConfig& matcher = port.matcher;
   matcher.max_wait_us = microseconds(1e-3 * sensors.max_wait_ms);
   matcher.max_pose_gap_us = microseconds(1e-3 * sensors.max_pose_gap_ms);
@@ -78,14 +78,13 @@ SensorPortConfig Node::sensor_config() const {
   matcher.pending_scans =
       std::max(matcher.pending_scans, static_cast<std::size_t>(std::min(waiting, 14.0)) + 2);
   matcher.max_image_offset_us = microseconds(1e-3 * sensors.max_image_offset_ms);
-  matcher.missing_images =
-      sensors.missing_images == "drop" ? MissingImages::kDrop : MissingImages::kUnlabelled;
+  matcher.missing_images = sensors.missing_images;
   matcher.slot.points = scan_sizes().max_points;
   matcher.slot.image_pixels = 1;
   for (const CameraDescription& camera : cameras_)
     matcher.slot.image_pixels = std::max(matcher.slot.image_pixels, pixels_of(camera));
-  if (sensors.clouds != "none") {
-    const bool raw = sensors.clouds == "raw";
+  if (sensors.clouds != CloudKind::kNone) {
+    const bool raw = sensors.clouds == CloudKind::kRaw;
     matcher.sensors.push_back({.number = sensors.lidar,
                                .kind = raw ? MountedKind::kRawCloud : MountedKind::kSemanticCloud,
                                .T_body_sensor = T_body_lidar_});
@@ -117,7 +116,7 @@ Outcome<void> Node::make_sensing() {
     return {};
   }
   const SensorPortConfig port = sensor_config();
-  const bool by_bus = config_.sensors.poses == "can";
+  const bool by_bus = config_.sensors.poses == PoseWay::kCan;
   TESSERA_TRY_ASSIGN(std::unique_ptr<SensingThread> sensing,
                      SensingThread::open(port, config_.vehicle.guard, vehicle_port_.get(), by_bus));
   sensing_ = std::move(sensing);

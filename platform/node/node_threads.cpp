@@ -16,9 +16,7 @@ VehiclePortConfig vehicle_config(const NodeConfig& config) {
   port.socket.interface = config.vehicle.can;
   port.inputs.base_id = config.vehicle.base_id;
   port.inputs.guard = config.vehicle.guard;
-  port.inputs.mode = config.vehicle.mode == "pose"       ? PoseMode::kPose
-                     : config.vehicle.mode == "odometry" ? PoseMode::kOdometry
-                                                         : PoseMode::kBridging;
+  port.inputs.mode = config.vehicle.mode;
   port.can_fd = config.vehicle.can_fd;
   port.thread = thread_roles(config).vehicle;
   return port;

@@ -7,15 +7,17 @@
 
 namespace tessera {
 
-namespace detail {
-
-inline constexpr std::array<std::string_view, 3> kClouds{"semantic", "raw", "none"};
-inline constexpr std::array<std::string_view, 2> kClocks{"monotonic", "wall"};
-inline constexpr std::array<std::string_view, 2> kPoseWays{"lcm", "can"};
-inline constexpr std::array<std::string_view, 2> kMissingImages{"unlabelled", "drop"};
-inline constexpr std::array<std::string_view, 3> kPoseModes{"pose", "bridging", "odometry"};
-
-}  // namespace detail
+template <>
+inline constexpr std::array kChoicesOf<CloudKind>{CloudKind::kSemantic, CloudKind::kRaw,
+                                                  CloudKind::kNone};
+template <>
+inline constexpr std::array kChoicesOf<PoseWay>{PoseWay::kLcm, PoseWay::kCan};
+template <>
+inline constexpr std::array kChoicesOf<MissingImages>{MissingImages::kUnlabelled,
+                                                      MissingImages::kDrop};
+template <>
+inline constexpr std::array kChoicesOf<PoseMode>{PoseMode::kPose, PoseMode::kBridging,
+                                                 PoseMode::kOdometry};
 
 inline constexpr Setting kSensorRows[] = {
     row<&SensorsConfig::url>({.table = "sensors", .key = "url"},
@@ -24,8 +26,7 @@ inline constexpr Setting kSensorRows[] = {
                                    "network interface, by name or IPv4 address"),
     row<&SensorsConfig::clouds>(
         {.table = "sensors", .key = "clouds"},
-        "clouds that arrive: with labels, raw (labelled by the cameras), or none",
-        {.choices = detail::kClouds}),
+        "clouds that arrive: with labels, raw (labelled by the cameras), or none"),
     row<&SensorsConfig::lidar>({.table = "sensors", .key = "lidar"},
                                "number of the clouds' sensor in messages",
                                {.allowed = from_to(0.0, 1e6)}),
@@ -43,13 +44,11 @@ inline constexpr Setting kSensorRows[] = {
                                       {.allowed = from_to(0.0, 5.0)}),
     path_row<&SensorsConfig::classes>({.table = "sensors", .key = "classes"}, "file `classes.toml`",
                                       {.otherwise = "SemanticKITTI's"}),
-    row<&SensorsConfig::clock>({.table = "sensors", .key = "clock"}, "clock of the sensors' stamps",
-                               {.choices = detail::kClocks}),
-    row<&SensorsConfig::poses>({.table = "sensors", .key = "poses"}, "how poses arrive",
-                               {.choices = detail::kPoseWays}),
+    row<&SensorsConfig::clock>({.table = "sensors", .key = "clock"},
+                               "clock of the sensors' stamps"),
+    row<&SensorsConfig::poses>({.table = "sensors", .key = "poses"}, "how poses arrive"),
     row<&SensorsConfig::missing_images>({.table = "sensors", .key = "missing_images"},
-                                        "what happens to a scan without its images",
-                                        {.choices = detail::kMissingImages}),
+                                        "what happens to a scan without its images"),
     row<&SensorsConfig::max_wait_ms>({.table = "sensors", .key = "max_wait_ms"},
                                      "longest wait for poses and images",
                                      {.allowed = from_to(1.0, 10000.0, "milliseconds")}),
@@ -68,8 +67,7 @@ inline constexpr Setting kVehicleRows[] = {
     row<&VehicleConfig::base_id>({.table = "vehicle", .key = "base_id"},
                                  "the lowest identifier, a multiple of 32 ([can.md](can.md))",
                                  {.allowed = from_to(0.0, 2016.0)}),
-    row<&VehicleConfig::mode>({.table = "vehicle", .key = "mode"}, "source of poses",
-                              {.choices = detail::kPoseModes}),
+    row<&VehicleConfig::mode>({.table = "vehicle", .key = "mode"}, "source of poses"),
     row<&VehicleConfig::can_fd>({.table = "vehicle", .key = "can_fd"}, "sectors in CAN FD frames"),
     row<&VehicleConfig::sectors>({.table = "vehicle", .key = "sectors"},
                                  "number of obstacle sectors, 16 or 32",

@@ -5,10 +5,13 @@
 
 #include <pybind11/stl.h>
 
+#include <utility>
+
 #include "arrays.hpp"
 #include "fusing.hpp"
 #include "held_map.hpp"
 #include "maps/score_scan.hpp"
+#include "scans/scan_losses.hpp"
 
 namespace tessera::python {
 
@@ -46,20 +49,25 @@ class Evaluation {
     scan.stride_floats = view.stride_floats;
     scan.count = view.count;
     scan.T_map_sensor = pose_of(T_map_sensor, "T_map_sensor");
+    UnknownRawIds unknown_truth;
+    UnknownRawIds unknown;
     map_->read([&](const LocalMap& map) {
       const std::scoped_lock lock(mutex_);
       has_input_ = has_input_ || given.data != nullptr;
-      UnknownRawIds unknown;
       scan.components = components_of(given, classes_.raw_ids.get(), given_, unknown);
       const std::uint8_t* const of_truth =
-          components_of(true_labels, classes_.raw_ids.get(), true_, unknown);
-      unknown_ids_ += unknown.points;
+          components_of(true_labels, classes_.raw_ids.get(), true_, unknown_truth);
+      unknown_ids_ += unknown.points + unknown_truth.points;
       const auto everywhere = [](const Point3f&) { return true; };
       non_finite_ += score_scan(map, scan, of_truth, max_range_m_, everywhere, scores_);
     });
+    is_doubted_ = false;
+    warn_of_unknown("truth", unknown_truth, truth_was_unknown_);
+    warn_of_unknown("labels", unknown, label_was_unknown_);
   }
 
-  [[nodiscard]] py::object report() const {
+  [[nodiscard]] py::object report() {
+    warn_of_doubts(2);
     const Json json = copied([this] {
       Json scores = scores_.json(map_->classes(), has_input_);
       scores["max_range"] = max_range_m_;
@@ -71,11 +79,28 @@ class Evaluation {
   }
   /// Returns get(scores), while nothing is added.
   template <class Get>
-  [[nodiscard]] double value(Get&& get) const {
+  [[nodiscard]] double value(Get&& get) {
+    warn_of_doubts(1);
     return copied([&] { return get(scores_, map_->classes().num_classes()); });
   }
 
  private:
+  /// Once for truth and once for labels.
+  static void warn_of_unknown(const char* name, const UnknownRawIds& ids, bool& was_unknown) {
+    if (ids.points == 0 || std::exchange(was_unknown, true)) return;
+    warn_of({text_of(ids, name) + "; taken as unlabelled"});
+  }
+  /// Once after scans were added.
+  void warn_of_doubts(int frames) {
+    if (std::exchange(is_doubted_, true)) return;
+    std::vector<Message> doubts;
+    map_->read([&](const LocalMap& map) {
+      const std::scoped_lock lock(mutex_);
+      doubts = doubts_of(scores_, map, non_finite_);
+    });
+    warn_of(doubts, frames);
+  }
+
   [[nodiscard]] LabelsView checked(const std::optional<py::array>& array, std::size_t count,
                                    const char* name) const {
     const LabelsView labels = labels_of(array, count, name);
@@ -97,6 +122,10 @@ class Evaluation {
   std::uint64_t non_finite_ = 0;
   std::uint64_t unknown_ids_ = 0;
   bool has_input_ = false;
+  // These are read and written with the GIL held.
+  bool is_doubted_ = false;  ///< What makes the figures worth little was warned of.
+  bool truth_was_unknown_ = false;
+  bool label_was_unknown_ = false;
 };
 
 }  // namespace
@@ -119,30 +148,30 @@ Raises InputError iff the classes are not the map's, or max_range_m is negative.
           R"(Adds one scan: points (N, 3) or wider float32, metres, sensor frame; T_map_sensor (4, 4) or None.
 
 truth and labels (those that the map was made from; None: not compared): (N,) uint8 components, or
-uint16 or uint32 raw ids. Points whose truth is unlabelled are ignored. Raises as LocalMap.integrate.)")
+uint16 or uint32 raw ids. Points whose truth is unlabelled are ignored. Raises as LocalMap.integrate.
+Raw ids that are in no class get a UserWarning, once; they are taken as unlabelled.)")
       .def("report", &Evaluation::report,
-           "The keys of the report of `tessera eval`, as a dictionary.")
+           R"(The keys of the report of `tessera eval`, as a dictionary.
+
+What `tessera eval` warns of gets a UserWarning, here or where a figure is read first: no point in
+range, a map without labels, points of which most are not in the map.)")
       .def_property_readonly(
           "mean_iou",
-          [](const Evaluation& e) {
+          [](Evaluation& e) {
             return e.value([](const Scores& s, int classes) { return s.map().mean_iou(classes); });
           },
           "Mean intersection over union of the classes that are in the truth.")
       .def_property_readonly(
           "coverage",
-          [](const Evaluation& e) {
-            return e.value([](const Scores& s, int) { return s.coverage(); });
-          },
+          [](Evaluation& e) { return e.value([](const Scores& s, int) { return s.coverage(); }); },
           "Share of points in occupied voxels with a label.")
       .def_property_readonly(
           "accuracy",
-          [](const Evaluation& e) {
-            return e.value([](const Scores& s, int) { return s.accuracy(); });
-          },
+          [](Evaluation& e) { return e.value([](const Scores& s, int) { return s.accuracy(); }); },
           "Share of points whose voxel has their class.")
       .def_property_readonly(
           "calibration_error",
-          [](const Evaluation& e) {
+          [](Evaluation& e) {
             return e.value([](const Scores& s, int) { return s.calibration_error(); });
           },
           "Expected calibration error of the label's probability, over 15 equal bins.");

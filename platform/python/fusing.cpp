@@ -152,11 +152,9 @@ py::object dict_of(const Json& json) {
   return py::module_::import("json").attr("loads")(json.dump());
 }
 
-void warn_of(const std::vector<Message>& warnings) {
-  // The innermost frame is that of _refusals.py; the next one is the user's.
-  constexpr int kOfUser = 2;
+void warn_of(const std::vector<Message>& warnings, int frames) {
   for (const Message& warning : warnings) {
-    if (PyErr_WarnEx(PyExc_UserWarning, warning.text(Speaker::kPython).c_str(), kOfUser) != 0)
+    if (PyErr_WarnEx(PyExc_UserWarning, warning.text(Speaker::kPython).c_str(), frames) != 0)
       throw py::error_already_set();
   }
 }

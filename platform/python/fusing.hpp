@@ -13,8 +13,9 @@ namespace tessera::python {
 
 /// As a Python object.
 [[nodiscard]] py::object dict_of(const Json& json);
-/// Issues a UserWarning for each.
-void warn_of(const std::vector<Message>& warnings);
+/// Issues a UserWarning for each. frames: from here to the user's, 2 of functions and methods,
+/// which _refusals.py wraps; 1 of properties.
+void warn_of(const std::vector<Message>& warnings, int frames = 2);
 
 void add_fusing(py::module_& module);
 

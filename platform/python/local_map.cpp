@@ -120,32 +120,38 @@ layout of points or weights is unusable, the pose is not rigid or outside of the
 given and not known. The map is then unchanged.
 The GIL is released; the arrays must not be written to meanwhile.)";
 
-/// For an argument max_points.
-std::uint32_t points_of(const std::optional<std::int64_t>& given) {
-  return in_range<std::uint32_t>(given.value_or(ScanCapacity{}.points), "max_points", 1,
-                                 ScanCapacity::kMaxPoints);
-}
+/// Settings of Python alone: the command knows its scans before it makes the map.
+struct ScanOptions {
+  std::uint32_t max_points = ScanCapacity{}.points;
+};
+constexpr Setting kScanRows[] = {
+    row<&ScanOptions::max_points>({.argument = "max_points"},
+                                  "Most points of a scan; a larger scan is sampled evenly",
+                                  {.allowed = from_to(1.0, ScanCapacity::kMaxPoints)}),
+};
+constexpr SettingTable<ScanOptions> kScanSettings{kScanRows};
 
 std::shared_ptr<HeldLocalMap> make(const std::optional<Classes>& classes,
                                    const std::optional<PoseArray>& T_global_map,
-                                   const std::optional<std::int64_t>& max_points,
                                    py::dict settings) {
   MapOptions options;
+  ScanOptions scans;
   take_settings(settings, kMapSettings, options);
+  take_settings(settings, kScanSettings, scans);
   refuse_others(settings, "LocalMap");
   std::optional<Matrix34d> T;
   if (T_global_map) T = pose_of(T_global_map, "T_global_map");
-  return HeldLocalMap::make(options, given_classes(classes), T, points_of(max_points));
+  return HeldLocalMap::make(options, given_classes(classes), T, scans.max_points);
 }
 
 std::shared_ptr<HeldLocalMap> load(const std::filesystem::path& path,
-                                   const std::optional<Classes>& classes,
-                                   const std::optional<std::int64_t>& max_points,
-                                   py::dict settings) {
+                                   const std::optional<Classes>& classes, py::dict settings) {
   MapOptions options;
+  ScanOptions scans;
   take_settings(settings, kMapSettings, options, false);
+  take_settings(settings, kScanSettings, scans);
   refuse_others(settings, "LocalMap.load");
-  return HeldLocalMap::load(path.string(), options, classes, points_of(max_points));
+  return HeldLocalMap::load(path.string(), options, classes, scans.max_points);
 }
 
 constexpr const char* kMake = R"(An empty map that never uses more than memory_bytes.
@@ -170,7 +176,8 @@ Error iff the system does not give the memory.)";
 
 void add_local_map(py::module_& module) {
   const MapOptions by_default;
-  const std::string points = fmt::format(", max_points: int = {}) -> ", points_of({}));
+  const ScanOptions scans;
+  const std::string points = ", " + arguments_text(kScanRows, &scans) + ") -> ";
   const std::string make_text = "__init__(self, classes: ClassTable | None = None, *, " +
                                 arguments_text(kMapRows, &by_default) +
                                 ", T_global_map: numpy.ndarray | None = None" + points +
@@ -187,21 +194,17 @@ has them all.)");
     py::options docstrings;
     docstrings.disable_function_signatures();
     local_map
-        .def(
-            py::init([](const std::optional<Classes>& classes,
-                        const std::optional<PoseArray>& T_global_map,
-                        const std::optional<std::int64_t>& max_points, const py::kwargs& settings) {
-              return make(classes, T_global_map, max_points, settings);
-            }),
-            py::arg("classes") = py::none(), py::kw_only(), py::arg("T_global_map") = py::none(),
-            py::arg("max_points") = py::none(), make_text.c_str())
+        .def(py::init([](const std::optional<Classes>& classes,
+                         const std::optional<PoseArray>& T_global_map, const py::kwargs& settings) {
+               return make(classes, T_global_map, settings);
+             }),
+             py::arg("classes") = py::none(), py::kw_only(), py::arg("T_global_map") = py::none(),
+             make_text.c_str())
         .def_static(
             "load",
             [](const std::filesystem::path& path, const std::optional<Classes>& classes,
-               const std::optional<std::int64_t>& max_points,
-               const py::kwargs& settings) { return load(path, classes, max_points, settings); },
-            py::arg("path"), py::arg("classes") = py::none(), py::kw_only(),
-            py::arg("max_points") = py::none(), load_text.c_str());
+               const py::kwargs& settings) { return load(path, classes, settings); },
+            py::arg("path"), py::arg("classes") = py::none(), load_text.c_str());
   }
   local_map
       .def("integrate", &integrate, py::arg("points"), py::arg("labels") = py::none(),

@@ -29,6 +29,9 @@ enum class MissingImages : std::uint8_t {
   kUnlabelled,  ///< Takes the scan with the available images, even without any.
   kDrop,        ///< Drops the scan unless all images are available.
 };
+constexpr const char* to_string(MissingImages missing) noexcept {
+  return missing == MissingImages::kDrop ? "drop" : "unlabelled";
+}
 
 enum class MountedKind : std::uint8_t { kSemanticCloud, kRawCloud, kDepthCamera };
 

@@ -18,6 +18,7 @@
 #include "link/sensor_link.hpp"
 #include "link/sensor_messages.hpp"
 #include "scans/sensor_matcher.hpp"
+#include "settings/setting_member.hpp"
 
 namespace tessera {
 
@@ -35,6 +36,11 @@ enum class SensorClock : std::uint8_t {
   kMonotonic,  ///< CLOCK_MONOTONIC, microseconds: has no steps.
   kWall,       ///< CLOCK_REALTIME, microseconds since 1970.
 };
+constexpr const char* to_string(SensorClock clock) noexcept {
+  return clock == SensorClock::kWall ? "wall" : "monotonic";
+}
+template <>
+inline constexpr std::array kChoicesOf<SensorClock>{SensorClock::kMonotonic, SensorClock::kWall};
 
 /// Called for each pose that comes over LCM, in the sensing thread; without one all are taken.
 struct PoseFilter {

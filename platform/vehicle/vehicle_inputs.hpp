@@ -22,6 +22,17 @@ enum class PoseMode : std::uint8_t {
               ///< after a frozen one.
   kOdometry,  ///< Only odometry, from the start of the robot: a map in its own frame.
 };
+constexpr const char* to_string(PoseMode mode) noexcept {
+  switch (mode) {
+    case PoseMode::kPose:
+      return "pose";
+    case PoseMode::kBridging:
+      return "bridging";
+    case PoseMode::kOdometry:
+      return "odometry";
+  }
+  return "";
+}
 
 struct VehicleInputsConfig {
   std::uint32_t base_id = kDefaultBaseId;  ///< See is_base_id().

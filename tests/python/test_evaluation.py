@@ -44,7 +44,8 @@ def test_by_hand(small, wall):
     assert report["accuracy"] == pytest.approx((len(points) - 150) / (len(points) - 50), abs=0.02)
     assert report["input_mean_iou"] is None and set(report["iou"]) == {"road", "wall"}
     evaluation.add(np.array([[np.nan, 0, 0], [90, 0, 0]], np.float32), np.array([1, 1], np.uint8))
-    assert evaluation.report()["non_finite"] == 1
+    with pytest.warns(UserWarning, match="1 point left out: coordinates that are not finite"):
+        assert evaluation.report()["non_finite"] == 1
     assert evaluation.report()["points"] == report["points"] + 1
 
 
@@ -56,6 +57,44 @@ def test_farther_points_are_left_out(small, wall):
         evaluation.add(points, labels)
     assert near.report()["points"] == (np.linalg.norm(points, axis=1) <= 3.0).sum() < far.report()["points"]
     assert far.report()["max_range"] == 40.0
+
+
+def test_what_makes_the_figures_worth_little_is_warned_of(small, wall, recwarn):
+    """What `tessera eval` prints, once for what was added."""
+    points, labels = wall
+    unlabelled = np.full_like(labels, 3)
+    small.integrate(points, unlabelled)
+    evaluation = tessera.Evaluation(small, max_range_m=0)
+    with pytest.warns(UserWarning, match="no point has labelled truth in range"):
+        assert evaluation.mean_iou == 0
+    evaluation.add(points, labels)
+    with pytest.warns(UserWarning, match="the map has no label, so that every point counts as wrong"):
+        evaluation.report()
+    recwarn.clear()
+    evaluation.report()
+    assert evaluation.coverage == 0
+    assert not recwarn
+    far = points + np.array([100, 0, 0], np.float32)
+    evaluation.add(np.concatenate([far, far, [[np.nan, 0, 0]]]).astype(np.float32), np.concatenate([labels, labels, [1]]).astype(np.uint8))
+    evaluation.report()
+    assert [str(w.message).partition(":")[0] for w in recwarn] == [
+        "1 point left out", "the map has no label, so that every point counts as wrong",
+        "only 33.3 % of the points are in occupied voxels of the map"]
+
+
+def test_ids_in_no_class_are_warned_of_once(small, wall, recwarn):
+    points, labels = wall
+    classes = tessera.ClassTable.parse("".join(
+        f'[[class]]\nid = {i}\nname = "{n}"\ncolor = [0, 0, {i}]\nraw = [{i * 10}]\n' for i, n in ((1, "road"), (2, "wall"))))
+    local = tessera.LocalMap(classes=classes)
+    local.integrate(points, labels)
+    evaluation = tessera.Evaluation(local, max_range_m=0)
+    raw = np.where(labels == 1, 10, 20).astype(np.uint32)
+    for _ in range(2):
+        evaluation.add(points, raw, labels=np.full_like(raw, 7))
+    assert [str(w.message) for w in recwarn] == [
+        f"{len(points)} points of labels with class ids that are in no class (7); taken as unlabelled"]
+    assert evaluation.report()["unknown_ids"] == 2 * len(points)
 
 
 def test_what_is_refused(small, wall):
@@ -71,4 +110,5 @@ def test_what_is_refused(small, wall):
         evaluation.add(points, labels[1:])
     with pytest.raises(tessera.InputError, match="T_map_sensor"):
         evaluation.add(points, labels, np.zeros((4, 4)))
-    assert evaluation.report()["points"] == 0 == evaluation.mean_iou
+    with pytest.warns(UserWarning, match="no point has labelled truth"):
+        assert evaluation.report()["points"] == 0 == evaluation.mean_iou

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Draws voxels: each is one point, in which a ray is intersected with a cube, so that 500,000 of them are 500,000 vertices.
 // While the picture moves they are plain squares, and as many as the machine draws smoothly; a still picture has all cubes.
+import { kToneOf, toLight } from "/light.js";
 import { add, cross, dot } from "/matrix.js";
 import { kVertexBytes } from "/store.js";
 
@@ -49,12 +50,12 @@ void main() {
 const kVoxelFragment = `#version 300 es
 precision highp float;
 uniform vec3 eye, right, up, forward;
-uniform vec2 screen;
+uniform vec2 screen, to_light;
 uniform bool cubes;
 flat in vec3 center;
 flat in vec3 color;
 flat in float size;
-out vec4 drawn;
+out vec4 drawn;${kToneOf}
 void main() {
   if (!cubes || size < 1.5) {
     drawn = vec4(color * 0.87, 1.0);
@@ -69,7 +70,7 @@ void main() {
   vec3 leaves = middle + half_way;
   float first = max(max(enters.x, enters.y), enters.z);
   if (first > min(min(leaves.x, leaves.y), leaves.z)) discard;
-  float light = first == enters.z ? (ray.z < 0.0 ? 1.0 : 0.55) : first == enters.x ? 0.84 : 0.72;
+  float light = tone_of(first == enters.z ? 2 : first == enters.x ? 0 : 1, ray, to_light);
   // A thin darker line at the edges, if a cube is large enough for it.
   vec3 local = abs(eye + first * ray - center);
   float second = max(min(local.x, local.y), min(max(local.x, local.y), local.z));
@@ -217,6 +218,7 @@ export class Gpu {
       const scale = name === "right" ? frame.tanHalf * frame.aspect : name === "up" ? frame.tanHalf : 1;
       gl.uniform3f(places[name], ...frame[name].map((v) => v * scale));
     }
+    gl.uniform2f(places.to_light, ...toLight(frame.forward));
     gl.uniform2f(places.screen, 2 / canvas.width, 2 / canvas.height);
     gl.uniform1f(places.pixels, canvas.height / (2 * frame.tanHalf));
     gl.uniform1f(places.near, frame.near);
