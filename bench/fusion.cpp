@@ -231,7 +231,7 @@ Outcome<Json> measure(const Options& options, Records& records) {
               {"label_voxels", {team.robots[0].label_voxels, team.robots[1].label_voxels}},
               {"nodes", report.nodes},
               {"replica_bytes_per_label_voxel",
-               static_cast<double>(report.replicas.used_bytes) / label_voxels},
+               static_cast<double>(report.replicas.replica_bytes) / label_voxels},
               {"from_nothing", straight.to_json()},
               {"from_nothing_turned", oblique.to_json()},
               {"plain", {{"cpu_ms", statistics(plain.cpu_ms)}, {"nodes", plain_nodes}}},

@@ -48,7 +48,7 @@ class Disagreement {
     double labels = 0.0;
     double free = 0.0;
     double all_free = 0.0;
-    map.visit_blocks(cursor, map.index_entries(), [&](BlockKey key, SlabHandle at) {
+    map.visit_blocks(cursor, map.index().slots(), [&](BlockKey key, SlabHandle at) {
       published_.clear();
       current_.clear();
       static_cast<void>(published.read(key, published_));

@@ -18,10 +18,14 @@ void add_counters(Json& json, const Report& report) {
   constexpr std::string_view kMicroseconds = "_us";
   for (const Counter<Report>& row : kCounters<Report>) {
     std::string name(row.name);
-    if (name.ends_with(kMicroseconds))
-      json[name.replace(name.size() - 2, 2, "ms")] = 1e-3 * static_cast<double>(row.value(report));
-    else
-      json[name] = row.value(report);
+    const bool is_time = name.ends_with(kMicroseconds);
+    if (is_time) name.replace(name.size() - 2, 2, "ms");
+    with_number(row, report, [&](auto number) {
+      if (is_time)
+        json[name] = 1e-3 * static_cast<double>(number);
+      else
+        json[name] = number;
+    });
   }
 }
 

@@ -17,6 +17,8 @@ std::string text_of(double value) {
   return text.data();
 }
 
+std::string nine_digits(double value) { return fmt::format("{:.9g}", value); }
+
 double decimal_of(float value) {
   std::array<char, 32> text{};
   char* const end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;

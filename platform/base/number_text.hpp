@@ -14,6 +14,9 @@ namespace tessera {
 /// The number as a user would type it.
 std::string text_of(double value);
 
+/// The number with nine significant digits, which tell any two floats apart.
+std::string nine_digits(double value);
+
 /// The number that a user typed for this float: its shortest decimal text, as a double.
 double decimal_of(float value);
 

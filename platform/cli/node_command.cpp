@@ -60,9 +60,9 @@ void warn_of_losses(const Node& node) {
       "archived before others had all of them, as memory was short; they have the rest once the "
       "robot returns; give a larger [map] memory");
   warn_if(global.refused_blocks + global.refused_outputs + global.refused_sums +
-              global.replicas.refused_storage,
+              global.replicas.replicas_refused_storage,
           "refusal", "of blocks of the global map; give a larger [fusion] memory");
-  warn_if(global.replicas.refused_quota, "refusal",
+  warn_if(global.replicas.replicas_refused_quota, "refusal",
           "of blocks, as a robot's share is used up; give a larger [fusion] robot_share or memory");
   warn_if(exchange.contributions - exchange.complete, "contribution",
           "incomplete: more was announced than arrived");

@@ -3,9 +3,7 @@
 // tessera query: writes the state of a map at given points, CSV to CSV.
 #include <fmt/core.h>
 
-#include <array>
 #include <charconv>
-#include <cstdio>
 #include <limits>
 
 #include "base/atomic_file.hpp"
@@ -63,9 +61,8 @@ std::optional<Point3d> parse_point(std::string_view line) {
 void put(AtomicFile& file, std::string_view text) { file.write(std::as_bytes(std::span(text))); }
 
 void put_number(AtomicFile& file, double value) {
-  std::array<char, 40> text{};
-  const int n = std::snprintf(text.data(), text.size(), ",%.9g", value);
-  put(file, {text.data(), static_cast<std::size_t>(n)});
+  put(file, ",");
+  put(file, nine_digits(value));
 }
 
 void put_row(AtomicFile& file, const LocalMap& map, std::string_view point_text,

@@ -142,11 +142,16 @@ std::string reference_tables(const CLI::App& app) {
   add_counters_table<PublisherReport>(text, "publisher");
   add_counters_table<ExchangeReport>(text, "exchange");
   add_counters_table<GlobalMapReport>(text, "global_map");
+  add_counters_table<ReplicasUsage>(text, "replicas");
   add_counters_table<LinkReport>(text, "link");
   add_counters_table<StatusTableReport>(text, "statuses");
   add_counters_table<MatchReport>(text, "match");
   add_counters_table<AssemblerReport>(text, "fragments");
   add_counters_table<RegistrarReport>(text, "registration");
+  add_counters_table<DeskewReport>(text, "deskew");
+  add_counters_table<LabelReport>(text, "projection");
+  add_counters_table<LabelCameraReport>(text, "projection, camera");
+  add_counters_table<DepthReport>(text, "depth");
   add_counters_table<VehicleInputReport>(text, "vehicle, frames");
   add_counters_table<VehiclePortState>(text, "vehicle, port");
   add_counters_table<CanSocketReport>(text, "vehicle, socket");

@@ -2,8 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/registration_report.hpp"
 
+#include <algorithm>
 #include <cstdio>
 
+#include "base/counters_json.hpp"
 #include "base/number_text.hpp"
 #include "cli/command.hpp"
 
@@ -11,36 +13,27 @@ namespace tessera {
 
 namespace {
 
-Json camera_json(const LabelCameraReport& camera) {
-  return {{"status", to_string(camera.status)},
-          {"labelled", camera.labelled},
-          {"occluded", camera.occluded},
-          {"outside", camera.outside},
-          {"behind", camera.behind},
-          {"masked", camera.masked},
-          {"unknown", camera.unknown},
-          {"better_other", camera.better_other}};
-}
-
-/// True if the scan had this camera: it saw something, or reports why not.
-bool took_part(const LabelCameraReport& c) {
-  return c.status != Status::kOk ||
-         c.labelled + c.occluded + c.outside + c.behind + c.masked + c.unknown + c.better_other > 0;
-}
-
-Json projection_json(const LabelReport& report) {
-  Json json = {{"labelled", report.labelled}, {"cells_read", report.cells_read}};
-  json["cameras"] = Json::array();
-  for (const LabelCameraReport& camera : report.cameras)
-    if (took_part(camera)) json["cameras"].push_back(camera_json(camera));
+/// A report of a scan: its status, and all of its numbers.
+template <class Report>
+Json scan_json(const Report& report) {
+  Json json = counters_json(report);
+  json["status"] = to_string(report.status);
   return json;
 }
 
-Json depth_json(const DepthReport& depth) {
-  return {{"points", depth.points},        {"no_depth", depth.no_depth},
-          {"too_near", depth.too_near},    {"too_far", depth.too_far},
-          {"flying", depth.flying},        {"no_ray", depth.no_ray},
-          {"unlabelled", depth.unlabelled}};
+/// True if the scan had this camera: it saw something, or reports why not.
+bool took_part(const LabelCameraReport& camera) {
+  return camera.status != Status::kOk ||
+         std::any_of(kCounters<LabelCameraReport>.begin(), kCounters<LabelCameraReport>.end(),
+                     [&](const auto& row) { return row.value(camera) > 0; });
+}
+
+Json projection_json(const LabelReport& report) {
+  Json json = counters_json(report);
+  json["cameras"] = Json::array();
+  for (const LabelCameraReport& camera : report.cameras)
+    if (took_part(camera)) json["cameras"].push_back(scan_json(camera));
+  return json;
 }
 
 double percent(std::uint64_t part, std::uint64_t whole) {
@@ -50,15 +43,9 @@ double percent(std::uint64_t part, std::uint64_t whole) {
 }  // namespace
 
 void write_registration(const RegistrationRecord& record, Json& scan) {
-  if (record.deskew) {
-    const DeskewReport& d = *record.deskew;
-    scan["deskew"] = {{"status", to_string(d.status)},
-                      {"moved", d.moved},
-                      {"bad_time", d.bad_time},
-                      {"without_pose", d.without_pose}};
-  }
+  if (record.deskew) scan["deskew"] = scan_json(*record.deskew);
   if (record.projection) scan["projection"] = projection_json(*record.projection);
-  if (record.depth) scan["depth"] = depth_json(*record.depth);
+  if (record.depth) scan["depth"] = counters_json(*record.depth);
 }
 
 void write_registration(const RegistrarReport& r, Json& totals) {

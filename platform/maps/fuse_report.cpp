@@ -58,8 +58,8 @@ Json contributions_json(const std::vector<FuseInput>& inputs) {
 
 /// Blocks, or parts of them, that are not in the map for lack of room.
 std::uint64_t refused_blocks(const GlobalMapReport& report) {
-  return report.refused_blocks + report.refused_outputs + report.replicas.refused_storage +
-         report.replicas.refused_quota;
+  return report.refused_blocks + report.refused_outputs + report.replicas.replicas_refused_storage +
+         report.replicas.replicas_refused_quota;
 }
 
 double per_voxel(std::size_t bytes, std::uint64_t voxels) {
@@ -107,9 +107,9 @@ Json to_json(const FuseRun& run, const std::vector<FuseInput>& inputs, const Jso
       {"budget_bytes", run.budget_bytes},
       {"used_bytes", report.used_bytes},
       {"map_used_bytes", run.usage.used_bytes},
-      {"replica_bytes", report.replicas.used_bytes},
+      {"replica_bytes", report.replicas.replica_bytes},
       {"sum_bytes", report.sum_bytes},
-      {"bytes_per_replica_voxel", per_voxel(report.replicas.used_bytes, run.replica_voxels)},
+      {"bytes_per_replica_voxel", per_voxel(report.replicas.replica_bytes, run.replica_voxels)},
       {"bytes_per_label_voxel", per_voxel(run.usage.used_bytes, run.usage.label_voxels)},
       {"refused", refused_blocks(report) + report.refused_sums},
       {"refused_blocks", refused_blocks(report)},

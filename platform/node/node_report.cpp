@@ -89,11 +89,12 @@ Json global_json(const Robot& robot) {
   const GlobalMapReport r = robot.global().report();
   const MapUsage usage = robot.global().map().usage();
   Json json = counters_json(r);
+  add_counters(json, r.replicas);
   json["label_voxels"] = usage.label_voxels;
   json["free_voxels"] = robot.global().map().count_free_voxels();
   json["overlap_voxels"] = r.nodes;
-  json["residual"] = r.residual;
-  json["refused_replicas"] = r.replicas.refused_storage + r.replicas.refused_quota;
+  json["refused_replicas"] =
+      r.replicas.replicas_refused_storage + r.replicas.replicas_refused_quota;
   json["work"] = robot.fusion_work();
   return json;
 }
@@ -156,7 +157,7 @@ Json Node::memory_json() const {
           {"map_used_bytes", robot.map().usage().used_bytes},
           {"global_used_bytes", r.used_bytes},
           {"global_map_used_bytes", robot.global().map().usage().used_bytes},
-          {"replica_bytes", r.replicas.used_bytes},
+          {"replica_bytes", r.replicas.replica_bytes},
           {"sum_bytes", r.sum_bytes}};
 }
 

@@ -5,9 +5,10 @@
 #include <fmt/core.h>
 
 #include <array>
-#include <cstdio>
 #include <string_view>
 #include <utility>
+
+#include "base/number_text.hpp"
 
 namespace tessera {
 namespace {
@@ -78,11 +79,7 @@ std::string csv_header(const TableHead& head) {
   return text + (head.with_robots ? ",robots\n" : "\n");
 }
 
-void add_number(std::string& line, double value) {
-  std::array<char, 40> text{};
-  const int n = std::snprintf(text.data(), text.size(), "%.9g", value);
-  line.append(text.data(), static_cast<std::size_t>(n)).push_back(',');
-}
+void add_number(std::string& line, double value) { line.append(nine_digits(value)).push_back(','); }
 
 std::uint8_t byte_of(VoxelState state) { return static_cast<std::uint8_t>(state); }
 

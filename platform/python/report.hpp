@@ -8,11 +8,17 @@
 
 namespace tessera::python {
 
-/// All numbers of a report by their names.
+/// Adds all numbers of a report by their names.
+template <class Report>
+void add_counters(py::dict& counters, const Report& report) {
+  for (const Counter<Report>& row : kCounters<Report>)
+    with_number(row, report, [&](auto number) { counters[row.name] = number; });
+}
+
 template <class Report>
 py::dict counters_of(const Report& report) {
   py::dict counters;
-  for (const Counter<Report>& row : kCounters<Report>) counters[row.name] = row.value(report);
+  add_counters(counters, report);
   return counters;
 }
 

@@ -82,11 +82,10 @@ py::dict report(const HeldSharer& sharer) {
   const GlobalMapReport& g = all.global;
   py::dict global = counters_of(g);
   global["overlap_voxels"] = g.nodes;
-  global["residual"] = g.residual;
-  global["mean_variance"] = g.mean_variance;
-  global["mean_variance_undiffused"] = g.mean_variance_undiffused;
-  global["refused_storage"] = g.replicas.refused_storage;
-  global["refused_quota"] = g.replicas.refused_quota;
+  add_counters(global, g.replicas);
+  // By their names of before, too.
+  global["refused_storage"] = g.replicas.replicas_refused_storage;
+  global["refused_quota"] = g.replicas.replicas_refused_quota;
   d["global"] = global;
   return d;
 }

@@ -3,24 +3,13 @@
 #include "view/view_map.hpp"
 
 #include <algorithm>
-#include <array>
-#include <cstdio>
 #include <cstring>
 #include <utility>
 
+#include "base/number_text.hpp"
 #include "tessera/semantics/estimate.hpp"
 
 namespace tessera {
-
-namespace {
-
-std::string nine_digits(double value) {
-  std::array<char, 40> text{};
-  const int n = std::snprintf(text.data(), text.size(), "%.9g", value);
-  return {text.data(), static_cast<std::size_t>(n)};
-}
-
-}  // namespace
 
 void ViewBudget::renew(std::int64_t now_us) noexcept {
   constexpr std::int64_t kSecond_us = 1'000'000;

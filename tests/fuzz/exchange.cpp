@@ -111,7 +111,7 @@ class Victim {
     require(own_content(robot_) == own_, "its own contribution is changed by what is heard");
     const ReplicasUsage usage = robot_.replicas().usage();
     require(usage.segments <= SmallRobot::kReplicas.segments &&
-                usage.blocks <= SmallRobot::kReplicas.blocks &&
+                usage.replica_blocks <= SmallRobot::kReplicas.blocks &&
                 after.contributions <= SmallRobot::kExchange.contributions &&
                 after.peers <= SmallRobot::kExchange.peers &&
                 after.waiting_answers <= Answers::most_waiting(SmallRobot::kExchange),

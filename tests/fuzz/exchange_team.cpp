@@ -38,7 +38,9 @@ class Team {
     for (const auto& robot : robots_) {
       const ReplicasUsage usage = robot->replicas().usage();
       const ExchangeReport report = robot->exchange().report();
-      full = full || usage.refused_quota + usage.refused_storage + report.refused_contributions > 0;
+      full = full || usage.replicas_refused_quota + usage.replicas_refused_storage +
+                             report.refused_contributions >
+                         0;
       require(report.impostors == 0 && report.refused_body == 0, "who means well is refused");
     }
     require(full || agree(), "they do not hold the same in the end");

@@ -185,7 +185,7 @@ TEST_CASE("fusion: a slot that is empty takes nothing and has nothing to remove"
   global.remove(0);
   CHECK_FALSE(global.busy());
   CHECK(global.replicas().usage().contributions == 0);
-  CHECK(global.replicas().usage().blocks == 0);
+  CHECK(global.replicas().usage().replica_blocks == 0);
 }
 
 TEST_CASE("fusion: a robot that is removed while its move is marked leaves once") {

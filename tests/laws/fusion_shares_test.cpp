@@ -176,7 +176,7 @@ std::vector<std::uint64_t> taken(const GlobalMap& global) {
           report.nodes,
           report.waiting,
           report.replicas.contributions,
-          report.replicas.blocks,
+          report.replicas.replica_blocks,
           report.replicas.segments,
           map.label_voxels,
           global.map().block_count(),

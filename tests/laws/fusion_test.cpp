@@ -127,7 +127,7 @@ TEST_CASE("fusion: any order, repetition, move and cutting up of work is as fusi
   CHECK(found == digest_anew(config, robots, random));
   CHECK(found == digest_anew(config, robots, random));
   CHECK(team.global().report().nodes > 50);
-  CHECK(team.global().report().replicas.stale > 10);
+  CHECK(team.global().report().replicas.replicas_stale > 10);
 }
 
 /// A floor of 24 x 24 voxels, in stripes of two classes, and one voxel above its middle.

@@ -30,7 +30,7 @@ MapContent content_of(const LocalMap& map) {
     const Block& block = map.block_at(item.index);
     BlockEvidenceCopy copy;
     copy.at = unpack(BlockKey{item.key});
-    const bool passed = map.copy_passes(block, copy.passes);
+    const bool passed = copy_passes(map, block, copy.passes);
     for (int octet = 0; octet < kBlockOctets; ++octet) {
       unsigned observed = map.observed_labels(block, octet);
       for (; observed != 0; observed &= observed - 1)

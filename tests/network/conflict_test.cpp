@@ -73,7 +73,7 @@ TEST_CASE("conflict: the policy exclude ends the epoch everywhere, and gives its
     CHECK_FALSE(holds(team, i, {kLiar, 1, 0}));
     CHECK(team.report(i).conflict_proofs == 1);
     CHECK(team.report(i).banned == 0);
-    CHECK(team.robot(i).replicas().usage().blocks == 5);
+    CHECK(team.robot(i).replicas().usage().replica_blocks == 5);
   }
   // What it says in another epoch counts.
   const auto later = process_of(kLiar, 2, config, 8);

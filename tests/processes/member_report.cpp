@@ -79,7 +79,7 @@ std::string Member::report() const {
                     {"known", exchange.contributions},
                     {"complete", exchange.complete},
                     {"names", known},
-                    {"parts", replicas_.usage().blocks},
+                    {"parts", replicas_.usage().replica_blocks},
                     {"contributions", contributions},
                     {"mismatches", mismatches},
                     {"left", left},

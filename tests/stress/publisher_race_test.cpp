@@ -49,7 +49,7 @@ TEST_CASE("publisher: beside a thread that writes to the map it misses no change
   std::uint64_t beside = 0;
   while (!ended) beside += robot.tick().published;
   writer.join();
-  CHECK(robot.map().index_entries() > MapReader::kPageBlocks);
+  CHECK(robot.map().index().slots() > MapReader::kPageBlocks);
   robot.budget.entries = kPlenty.entries;
   REQUIRE(robot.settles(2000));
   CHECK(robot.disagreement() == 0);

@@ -97,6 +97,7 @@ void fill(Struct& filled, Struct* into) noexcept {
 #define TESSERA_FILL(kind, type, name, sentence) TESSERA_FILL_BY_##kind(name)
 #define TESSERA_FILL_BY_COUNTER(name) filled.name = from.name;
 #define TESSERA_FILL_BY_LEVEL(name) filled.name = from.name;
+#define TESSERA_FILL_BY_FIGURE(name) filled.name = from.name;
 #define TESSERA_FILL_BY_TOTAL(name) filled.name = from.name();
 #define TESSERA_FILL_BY_RESERVED(name)
 

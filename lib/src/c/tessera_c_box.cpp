@@ -82,7 +82,7 @@ class BoxWalk {
   /// The blocks of one bucket of the index; the cursor says which of them comes next.
   void visit_bucket() noexcept {
     SweepCursor sweep{cursor_.place};
-    if (std::size_t{cursor_.place} * BlockIndex::kBucketSlots >= map_.index_entries()) {
+    if (std::size_t{cursor_.place} * BlockIndex::kBucketSlots >= map_.index().slots()) {
       cursor_.done = 1;
       return;
     }

@@ -6,6 +6,14 @@
 using namespace tessera;
 using namespace tessera::c_interface;
 
+namespace {
+
+void fill_replicas(const ReplicasUsage& from, tessera_global_report& filled) noexcept {
+  TESSERA_REPLICA_COUNTERS(TESSERA_FILL)
+}
+
+}  // namespace
+
 extern "C" {
 
 tessera_status tessera_submap(const tessera_robot* robot, tessera_submap_report* report) {
@@ -60,17 +68,11 @@ tessera_status tessera_global(const tessera_robot* robot, tessera_global_report*
   filled.settled = global.settled() ? 1U : 0U;
   filled.busy = global.busy() ? 1U : 0U;
   TESSERA_GLOBAL_STATE(TESSERA_FILL)
-  filled.residual = from.residual;
-  filled.mean_variance = from.mean_variance;
+  TESSERA_GLOBAL_FIGURES(TESSERA_FILL)
   TESSERA_GLOBAL_COUNTERS(TESSERA_FILL)
   TESSERA_GLOBAL_COUNTERS_LATER(TESSERA_FILL)
   filled.generation = global.generation();
-  filled.contributions = from.replicas.contributions;
-  filled.replica_blocks = from.replicas.blocks;
-  filled.replica_bytes = from.replicas.used_bytes;
-  filled.replicas_stale = from.replicas.stale;
-  filled.replicas_refused_storage = from.replicas.refused_storage;
-  filled.replicas_refused_quota = from.replicas.refused_quota;
+  fill_replicas(from.replicas, filled);
   fill(filled, report);
   return TESSERA_OK;
 }

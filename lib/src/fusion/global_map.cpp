@@ -245,8 +245,8 @@ GlobalMapReport GlobalMap::report() const noexcept {
   report.replicas = replicas_.usage();
   report.sum_bytes = sums_.used_bytes();
   report.used_bytes = scratch_bytes(config_, maps_.map().num_components()) +
-                      arena_bytes<LocalMap>(2) + maps_.used_bytes() + report.replicas.used_bytes +
-                      report.sum_bytes + records_.used_bytes();
+                      arena_bytes<LocalMap>(2) + maps_.used_bytes() +
+                      report.replicas.replica_bytes + report.sum_bytes + records_.used_bytes();
   NodeStatistics all;
   records_.for_each([&](const GlobalRecord& record) {
     if (record.statistics.nodes == 0) return;

@@ -36,6 +36,21 @@ const Tile* next_to_write(const ScanTiles& tiles, const Tile& tile, int step) no
   return next != nullptr && next->wanted != 0 ? next : nullptr;
 }
 
+/// The memory that writing to a block reads: its pages, if any, then these octets.
+void prefetch_pages(const LocalMap& map, SlabHandle handle) noexcept {
+  if (handle == 0) return;
+  for (const SlabHandle page : map.block_at(handle).labels) {
+    if (page != 0) __builtin_prefetch(map.pool().at(page), 1);
+  }
+}
+void prefetch_octets(const LocalMap& map, SlabHandle handle, std::uint64_t octets) noexcept {
+  if (handle == 0) return;
+  for (; octets != 0; octets &= octets - 1) {
+    const SlabHandle tuples = map.octet_handle(map.block_at(handle), std::countr_zero(octets));
+    if (tuples != 0) map.tuples().prefetch_to_add(map.pool().at(tuples));
+  }
+}
+
 }  // namespace
 
 Result<StripWriter> StripWriter::make(Arena& arena) noexcept {
@@ -122,7 +137,7 @@ void StripWriter::sum(const LocalMap& map, const ScanTiles& tiles,
   const int reach_tiles = (reach_.units + 3) / 4;
   strip_.begin(static_cast<int>(strip.size()));
   // Sums take longer than memory does.
-  for (const Tile* const tile : strip) map.prefetch_pages(tile->blocks[0]);
+  for (const Tile* const tile : strip) prefetch_pages(map, tile->blocks[0]);
   using TileRow = std::array<const Tile*, KernelStrip::kTiles>;
   const auto step = [&](std::span<const Tile* const> from, std::size_t axis, int steps,
                         TileRow& to) {
@@ -139,7 +154,7 @@ void StripWriter::sum(const LocalMap& map, const ScanTiles& tiles,
   const std::span<const Tile* const> row = std::span(on_y).first(strip.size());
   for (int dz = -reach_tiles; dz <= reach_tiles; ++dz) {
     for (const Tile* const tile : strip) {
-      if (dz == 0) map.prefetch_octets(tile->blocks[0], tile->wanted);
+      if (dz == 0) prefetch_octets(map, tile->blocks[0], tile->wanted);
     }
     if (!step(strip, 2, dz, on_z)) continue;
     for (int dy = -reach_tiles; dy <= reach_tiles; ++dy) {

@@ -12,7 +12,7 @@ namespace tessera {
 // --- Labels --------------------------------------------------------------------------------------
 
 Status BlockEditor::ensure_octet(int octet) noexcept {
-  if (table_.has_octet(block_, octet)) return Status::kOk;
+  if (table_.octet_handle(block_, octet) != 0) return Status::kOk;
   SlabPool& pool = table_.pool_;
   SlabHandle& labels = block_.labels[layer_of_octet(octet)];
   if (labels == 0) {

@@ -18,6 +18,22 @@ bool valid(const MapConfig& config, const ClassTable& classes) noexcept {
          config.storage_bytes <= MapConfig::kMaxStorageBytes;
 }
 
+/// Voxels of a layer with free evidence only.
+std::uint64_t free_voxels_of(const BlockTable& table, const Block& block,
+                             std::size_t layer) noexcept {
+  if (block.free_passes[layer] == 0) return 0;
+  const auto& page = *reinterpret_cast<const FreePage*>(table.pool().at(block.free_passes[layer]));
+  std::uint64_t count = 0;
+  for (const std::uint8_t passes : page.passes) count += passes != 0 ? 1U : 0U;
+  if (block.labels[layer] == 0) return count;
+  const int first = static_cast<int>(layer) * kLayerOctets;
+  for (int octet = first; octet < first + kLayerOctets; ++octet) {
+    for (unsigned labels = table.observed_labels(block, octet); labels != 0; labels &= labels - 1)
+      count -= table.free_passes(block, octet, std::countr_zero(labels)) != 0 ? 1U : 0U;
+  }
+  return count;
+}
+
 }  // namespace
 
 Status BlockTable::set_up(Arena& arena, const MapConfig& config,
@@ -35,16 +51,13 @@ Status BlockTable::set_up(Arena& arena, const MapConfig& config,
   pool_ = SlabPool(
       arena.take_untouched(pages * SlabPool::kPageBytes),
       {static_cast<std::uint32_t>(sizeof(Block)), static_cast<std::uint32_t>(sizeof(LabelPage)),
-       static_cast<std::uint32_t>(sizeof(FreePage)), octet_bytes()});
+       static_cast<std::uint32_t>(sizeof(FreePage)),
+       TupleStore::octet_bytes(config.tuple, num_components())});
   tuples_ = TupleStore(config.tuple, config.max_evidence);
   if (config.max_evidence > 0.0F)
     max_passes_ = passes_at_cap(config.max_evidence, config.free_weight);
   note_usage();
   return Status::kOk;
-}
-
-bool BlockTable::has_octet(const Block& block, int octet) const noexcept {
-  return octet_handle(block, octet) != 0;
 }
 
 std::uint64_t BlockTable::octets_of(const Block& block) const noexcept {
@@ -93,51 +106,11 @@ MapUsage BlockTable::usage() const noexcept {
           .storage_refused = pool_.refused()};
 }
 
-bool BlockTable::copy_passes(const Block& block, std::span<std::byte> into) const noexcept {
-  // Two voxels of an octet are neighbours in a row: from there to where the octet has them.
-  constexpr std::size_t kRow = kBlockEdge;
-  constexpr std::array<std::size_t, 4> kPairs{0, kRow, kRow * kRow, kRow * kRow + kRow};
-  std::uint64_t any = 0;
-  for (std::size_t layer = 0; layer < kBlockLayers; ++layer) {
-    const std::span<std::byte> to = into.subspan(layer * kLayerVoxels, kLayerVoxels);
-    if (block.free_passes[layer] == 0) {
-      std::memset(to.data(), 0, to.size());
-      continue;
-    }
-    const auto& page = *reinterpret_cast<const FreePage*>(pool_.at(block.free_passes[layer]));
-    for (std::size_t octet = 0; octet < kLayerOctets; ++octet) {
-      const std::size_t corner = row_in_layer(row_order_corner(static_cast<int>(octet)));
-      std::array<std::uint8_t, kOctetVoxels> passes{};
-      for (std::size_t i = 0; i < kPairs.size(); ++i)
-        std::memcpy(&passes[2 * i], &page.passes[corner + kPairs[i]], 2);
-      std::memcpy(&to[octet * kOctetVoxels], passes.data(), kOctetVoxels);
-      std::uint64_t word = 0;
-      std::memcpy(&word, passes.data(), sizeof(word));
-      any |= word;
-    }
-  }
-  return any != 0;
-}
-
-std::uint64_t BlockTable::count_free_voxels(const Block& block, std::size_t layer) const noexcept {
-  if (block.free_passes[layer] == 0) return 0;
-  const auto& page = *reinterpret_cast<const FreePage*>(pool_.at(block.free_passes[layer]));
-  std::uint64_t count = 0;
-  for (const std::uint8_t passes : page.passes) count += passes != 0 ? 1U : 0U;
-  if (block.labels[layer] == 0) return count;
-  const int first = static_cast<int>(layer) * kLayerOctets;
-  for (int octet = first; octet < first + kLayerOctets; ++octet) {
-    for (unsigned labels = observed_labels(block, octet); labels != 0; labels &= labels - 1)
-      count -= free_passes(block, octet, std::countr_zero(labels)) != 0 ? 1U : 0U;
-  }
-  return count;
-}
-
 std::uint64_t BlockTable::count_free_voxels() const noexcept {
   std::uint64_t count = 0;
   index_.for_each([&](SlabHandle handle) {
     for (std::size_t layer = 0; layer < kBlockLayers; ++layer)
-      count += count_free_voxels(block_at(handle), layer);
+      count += free_voxels_of(*this, block_at(handle), layer);
   });
   return count;
 }
@@ -145,30 +118,6 @@ std::uint64_t BlockTable::count_free_voxels() const noexcept {
 void BlockTable::note_usage() noexcept {
   const std::size_t used = index_.used_bytes() + pool_.used_bytes();
   if (used > peak_bytes_) peak_bytes_ = used;
-}
-
-void BlockTable::prefetch_pages(SlabHandle handle) const noexcept {
-  if (handle == 0) return;
-  for (const SlabHandle page : block_at(handle).labels) {
-    if (page != 0) __builtin_prefetch(pool_.at(page), 1);
-  }
-}
-
-void BlockTable::prefetch_octets(SlabHandle handle, std::uint64_t octets) const noexcept {
-  if (handle == 0) return;
-  for (; octets != 0; octets &= octets - 1) {
-    const SlabHandle tuples = octet_handle(block_at(handle), std::countr_zero(octets));
-    if (tuples != 0) tuples_.prefetch_to_add(pool_.at(tuples));
-  }
-}
-
-bool BlockTable::has_room(const Block& block, int octet, bool labels, bool passes) noexcept {
-  const std::size_t layer = layer_of_octet(octet);
-  const bool new_octet = labels && !has_octet(block, octet);
-  const bool new_label_page = new_octet && block.labels[layer] == 0;
-  const bool new_free_page = passes && block.free_passes[layer] == 0;
-  return pool_.fits_or_refuse(
-      {0, new_label_page ? 1U : 0U, new_free_page ? 1U : 0U, new_octet ? 1U : 0U});
 }
 
 Result<SlabHandle> BlockTable::open_block(BlockCoord block) noexcept {
@@ -217,6 +166,33 @@ void BlockTable::clear() noexcept {
   blocks_refused_ = 0;
   peak_bytes_ = 0;
   note_usage();
+}
+
+bool copy_passes(const BlockTable& table, const Block& block, std::span<std::byte> into) noexcept {
+  // Two voxels of an octet are neighbours in a row: from there to where the octet has them.
+  constexpr std::size_t kRow = kBlockEdge;
+  constexpr std::array<std::size_t, 4> kPairs{0, kRow, kRow * kRow, kRow * kRow + kRow};
+  std::uint64_t any = 0;
+  for (std::size_t layer = 0; layer < kBlockLayers; ++layer) {
+    const std::span<std::byte> to = into.subspan(layer * kLayerVoxels, kLayerVoxels);
+    if (block.free_passes[layer] == 0) {
+      std::memset(to.data(), 0, to.size());
+      continue;
+    }
+    const auto& page =
+        *reinterpret_cast<const FreePage*>(table.pool().at(block.free_passes[layer]));
+    for (std::size_t octet = 0; octet < kLayerOctets; ++octet) {
+      const std::size_t corner = row_in_layer(row_order_corner(static_cast<int>(octet)));
+      std::array<std::uint8_t, kOctetVoxels> passes{};
+      for (std::size_t i = 0; i < kPairs.size(); ++i)
+        std::memcpy(&passes[2 * i], &page.passes[corner + kPairs[i]], 2);
+      std::memcpy(&to[octet * kOctetVoxels], passes.data(), kOctetVoxels);
+      std::uint64_t word = 0;
+      std::memcpy(&word, passes.data(), sizeof(word));
+      any |= word;
+    }
+  }
+  return any != 0;
 }
 
 }  // namespace tessera

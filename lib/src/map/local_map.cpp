@@ -164,13 +164,24 @@ bool has_labels(const VoxelEvidence& evidence) noexcept {
   return false;
 }
 
+/// What a voxel of an octet needs that is not there yet.
+SlabPool::Counts room_for(const BlockTable& table, const Block& block, int octet, bool labels,
+                          bool passes) noexcept {
+  const std::size_t layer = layer_of_octet(octet);
+  const bool new_octet = labels && table.octet_handle(block, octet) == 0;
+  const bool new_label_page = new_octet && block.labels[layer] == 0;
+  const bool new_free_page = passes && block.free_passes[layer] == 0;
+  return {0, new_label_page ? 1U : 0U, new_free_page ? 1U : 0U, new_octet ? 1U : 0U};
+}
+
 }  // namespace
 
 Status LocalMap::restore(SlabHandle handle, int octet, int voxel, const VoxelEvidence& evidence,
                          std::uint8_t passes) noexcept {
   if (passes > max_passes() || !tuples().holds(evidence)) return Status::kInvalidArgument;
   const bool labelled = has_labels(evidence);
-  if (!has_room(block_at(handle), octet, labelled, passes > 0)) return Status::kResourceExhausted;
+  if (!fits_or_refuse(room_for(*this, block_at(handle), octet, labelled, passes > 0)))
+    return Status::kResourceExhausted;
   BlockEditor editor(*this, handle);
   if (passes > 0) {
     editor.ensure_free_page(layer_of_octet(octet));
@@ -193,7 +204,8 @@ Status LocalMap::merge(SlabHandle handle, int octet, int voxel, const VoxelEvide
     sum.sigma[l] += added.sigma[l];
   sum.rest += added.rest;
   const bool labelled = labels_here || has_labels(added);
-  if (!has_room(block, octet, labelled, passes > 0)) return Status::kResourceExhausted;
+  if (!fits_or_refuse(room_for(*this, block, octet, labelled, passes > 0)))
+    return Status::kResourceExhausted;
   BlockEditor editor(*this, handle);
   if (passes > 0) {
     editor.ensure_free_page(layer_of_octet(octet));
@@ -217,7 +229,8 @@ Status LocalMap::merge_passes(SlabHandle handle, int octet, std::span<const std:
   if (given == 0) return Status::kOk;
   const Block& block = block_at(handle);
   TESSERA_ASSERT((observed_labels(block, octet) & given) == 0);
-  if (!has_room(block, octet, false, true)) return Status::kResourceExhausted;
+  if (!fits_or_refuse(room_for(*this, block, octet, false, true)))
+    return Status::kResourceExhausted;
   BlockEditor editor(*this, handle);
   editor.ensure_free_page(layer_of_octet(octet));
   editor.add_passes(octet, passes, given);

@@ -104,7 +104,7 @@ bool has_room(LocalMap& map, const BlockHead& head) noexcept {
     if (head.free && (block == nullptr || block->free_passes[layer] == 0)) ++wanted[kFreeSlab];
   }
   for (std::uint64_t rest = head.octets; rest != 0; rest &= rest - 1) {
-    const bool there = block != nullptr && map.has_octet(*block, std::countr_zero(rest));
+    const bool there = block != nullptr && map.octet_handle(*block, std::countr_zero(rest)) != 0;
     wanted[kOctetSlab] += there ? 0U : 1U;
   }
   return map.fits_or_refuse(wanted);

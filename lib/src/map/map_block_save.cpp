@@ -13,7 +13,7 @@ using detail::CheckedSink;
 
 bool has_free(const LocalMap& map, const Block& block) noexcept {
   std::array<std::byte, kBlockVoxels> passes{};
-  return block.has_free_passes() && map.copy_passes(block, passes);
+  return block.has_free_passes() && copy_passes(map, block, passes);
 }
 
 std::uint64_t octet_mask(const LocalMap& map, const Block& block) noexcept {
@@ -93,7 +93,7 @@ void detail::put_block(const LocalMap& map, const Block& block, const BlockHead&
   sink.put_crc();
   if (head.free) {
     const std::span<std::byte> passes = buffer.first(kBlockVoxels);
-    map.copy_passes(block, passes);
+    copy_passes(map, block, passes);
     sink.put(passes);
   }
   for (std::uint64_t rest = head.octets; rest != 0; rest &= rest - 1) {

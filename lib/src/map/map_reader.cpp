@@ -8,6 +8,10 @@ namespace {
 
 constexpr std::size_t kMaxOctetBytes = DenseTuple::octet_bytes(kMaxComponents);
 
+std::uint32_t octet_bytes_of(const LocalMap& map) noexcept {
+  return TupleStore::octet_bytes(map.config().tuple, map.num_components());
+}
+
 }  // namespace
 
 VoxelEvidence BlockSnapshot::evidence(int octet, int voxel) const noexcept {
@@ -76,7 +80,7 @@ bool MapReader::copy_octet(const Block& block, int octet, std::byte* to,
   if (page == nullptr) return false;
   const SlabHandle handle = load_shared(page->octets[octet_in_layer(octet)]);
   if (handle == 0) return true;
-  const auto* const tuples = item<std::byte>(handle, map_->octet_bytes());
+  const auto* const tuples = item<std::byte>(handle, octet_bytes_of(*map_));
   if (tuples == nullptr) return false;
   map_->tuples().copy_shared(tuples, to, map_->num_components());
   present = true;
@@ -164,7 +168,7 @@ bool MapReader::copy_block(const Block& block, std::span<std::byte> workspace,
     const auto* const page = item<LabelPage>(labels);
     if (page == nullptr) return false;
     into.observed_[at] = load_shared(page->observed[octet_in_layer(octet)]);
-    std::byte* const to = workspace.subspan(kBlockVoxels + octets * map_->octet_bytes()).data();
+    std::byte* const to = workspace.subspan(kBlockVoxels + octets * octet_bytes_of(*map_)).data();
     bool present = false;
     if (!copy_octet(block, octet, to, present)) return false;
     if (present) into.place_[at] = static_cast<std::uint8_t>(++octets);
@@ -189,7 +193,7 @@ Result<BlockSnapshot> MapReader::snapshot(BlockCoord block,
   result.num_components_ = map_->num_components();
   result.free_weight_ = map_->config().free_weight;
   result.tuples_ = map_->tuples();
-  result.octet_bytes_ = map_->octet_bytes();
+  result.octet_bytes_ = octet_bytes_of(*map_);
   if (outcome == Outcome::kRead) {
     result.free_passes_ = workspace.first(kBlockVoxels);
     result.octets_ = workspace.subspan(kBlockVoxels);

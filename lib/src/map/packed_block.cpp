@@ -117,7 +117,7 @@ void add_block(const LocalMap& map, const Block& block, BlockContent& content) n
   }
   if (!block.has_free_passes()) return;
   std::array<std::byte, kBlockVoxels> passes{};
-  map.copy_passes(block, passes);
+  copy_passes(map, block, passes);
   for (int i = 0; i < kBlockVoxels; ++i) {
     const auto count = std::to_integer<unsigned>(passes[static_cast<std::size_t>(i)]);
     if (count != 0) content.add_passes(row_order(i / kOctetVoxels, i % kOctetVoxels), count);

@@ -151,11 +151,11 @@ bool Replicas::has_room(Slot slot, std::uint32_t wanted, std::uint32_t held) noe
   if (wanted <= held) return true;
   const std::uint32_t of_robot = segments_of_robot(contributions_[slot].id.robot);
   if (of_robot - held + wanted > config_.robot_segments) {
-    ++counted_.refused_quota;
+    ++counted_.replicas_refused_quota;
     return false;
   }
   if (wanted - held <= segments_.free_segments()) return true;
-  ++counted_.refused_storage;
+  ++counted_.replicas_refused_storage;
   return false;
 }
 
@@ -185,19 +185,19 @@ Result<Replicas::Change> Replicas::put(Slot slot, BlockKey key, const PartVersio
   const std::uint32_t first = find_record(slot, key);
   const Superseded gone = superseded(first, version);
   if (gone.news == 0) {
-    ++counted_.stale;
+    ++counted_.replicas_stale;
     return Change::kStale;
   }
   const std::uint32_t wanted = SegmentStore::segments_of(packed.size() + wire.size());
   if (!has_room(slot, wanted, gone.segments)) return Status::kResourceExhausted;
   if (gone.number == 0 && blocks_of_robot(contribution.id.robot) >= config_.robot_blocks) {
-    ++counted_.refused_quota;
+    ++counted_.replicas_refused_quota;
     return Status::kResourceExhausted;
   }
   const Result<std::uint32_t> number =
       gone.number != 0 ? Result<std::uint32_t>(gone.number) : add_record(slot, key, first);
   if (!number.ok()) {
-    ++counted_.refused_storage;
+    ++counted_.replicas_refused_storage;
     return number.status();
   }
   retire(first, gone.news);
@@ -256,10 +256,10 @@ void Replicas::drop(std::uint32_t number) noexcept {
 ReplicasUsage Replicas::usage() const noexcept {
   ReplicasUsage usage = counted_;
   usage.contributions = present_;
-  usage.blocks = blocks_;
+  usage.replica_blocks = blocks_;
   usage.segments = segments_.used_segments();
-  usage.used_bytes = std::size_t{usage.segments} * SegmentStore::kSegmentBytes +
-                     std::size_t{blocks_} * sizeof(Replica) + index_.used_bytes();
+  usage.replica_bytes = std::size_t{usage.segments} * SegmentStore::kSegmentBytes +
+                        std::size_t{blocks_} * sizeof(Replica) + index_.used_bytes();
   return usage;
 }
 

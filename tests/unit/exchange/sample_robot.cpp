@@ -110,7 +110,7 @@ bool SampleRobot::settles(int most_ticks) {
 int SampleRobot::disagreement() {
   std::set<std::uint64_t> keys;
   SweepCursor cursor;
-  small.map.visit_blocks(cursor, small.map.index_entries(), [&](BlockKey key, SlabHandle) {
+  small.map.visit_blocks(cursor, small.map.index().slots(), [&](BlockKey key, SlabHandle) {
     keys.insert(key.bits);
     return true;
   });

@@ -51,7 +51,7 @@ TEST_CASE("replicas: only the latest version counts, and the rest is counted as 
   CHECK(*own.replicas.put(slot, key, 10, {}) == Replicas::Change::kTaken);
   CHECK(own.replicas.find(slot, key)->bytes == 0);
   CHECK(*own.replicas.put(slot, key, 9, bytes_of(50, 9)) == Replicas::Change::kStale);
-  CHECK(own.replicas.usage().stale == 3);
+  CHECK(own.replicas.usage().replicas_stale == 3);
   CHECK(own.replicas.usage().segments == 0);
 }
 
@@ -83,10 +83,10 @@ TEST_CASE("replicas: quota and storage refuse without loss, and say which it was
   CHECK(own.replicas.put(a, {1}, 1, bytes_of(three, 1)).ok());
   CHECK(own.replicas.put(a, {2}, 1, bytes_of(three, 2)).ok());
   CHECK_FALSE(own.replicas.put(a, {3}, 1, bytes_of(1, 3)).ok());
-  CHECK(own.replicas.usage().refused_quota == 1);
+  CHECK(own.replicas.usage().replicas_refused_quota == 1);
   CHECK(own.replicas.put(b, {1}, 1, bytes_of(three, 1)).ok());
   CHECK_FALSE(own.replicas.put(b, {2}, 1, bytes_of(three, 1)).ok());
-  CHECK(own.replicas.usage().refused_storage == 1);
+  CHECK(own.replicas.usage().replicas_refused_storage == 1);
   // A larger version that does not fit leaves the older one.
   CHECK_FALSE(own.replicas.put(b, {1}, 2, bytes_of(5 * SegmentStore::kPayloadBytes, 2)).ok());
   CHECK(held(own.replicas, b, {1}) == bytes_of(three, 1));
@@ -128,7 +128,7 @@ TEST_CASE("replicas: random versions, repeats and removals agree with a table") 
     REQUIRE(held(own.replicas, slot, {key}) == bytes_of(size, version));
     segments += SegmentStore::segments_of(size);
   }
-  CHECK(own.replicas.usage().blocks == table.size());
+  CHECK(own.replicas.usage().replica_blocks == table.size());
   CHECK(own.replicas.usage().segments == segments);
 }
 
@@ -198,7 +198,7 @@ TEST_CASE("replicas: of each layer the latest version counts, in whatever parts 
   while (own.replicas.contribution(slot).first_block != 0)
     own.replicas.drop(own.replicas.contribution(slot).first_block);
   CHECK(own.replicas.usage().segments == 0);
-  CHECK(own.replicas.usage().blocks == 0);
+  CHECK(own.replicas.usage().replica_blocks == 0);
 }
 
 }  // namespace

@@ -89,7 +89,7 @@ TEST_CASE(
   REQUIRE(block != nullptr);
   CHECK(block->label_voxels == 0);
   CHECK_FALSE(block->has_labels());
-  CHECK_FALSE(small.map.has_octet(*block, octet_in_block(kVoxel)));
+  CHECK(small.map.octet_handle(*block, octet_in_block(kVoxel)) == 0);
   CHECK(small.map.count_free_voxels() == 1);
 }
 

@@ -95,8 +95,8 @@ TEST_CASE("LocalMap: observed_labels has a bit for each voxel of the octet with 
   REQUIRE(carve(small.map, {-2, -1, -2}) == Status::kOk);
   const Block& block = *small.map.find({-1, -1, -1});
   CHECK(int{small.map.observed_labels(block, octet_in_block(corner))} == 0b10000011);
-  CHECK(small.map.has_octet(block, octet_in_block(corner)));
-  CHECK_FALSE(small.map.has_octet(block, 0));
+  CHECK(small.map.octet_handle(block, octet_in_block(corner)) != 0);
+  CHECK(small.map.octet_handle(block, 0) == 0);
 }
 
 TEST_CASE("LocalMap: the prior is no evidence, it only enters the estimate") {

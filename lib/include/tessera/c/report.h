@@ -11,6 +11,7 @@
 #include "tessera/fusion/global_counters.h"
 #include "tessera/inference/scan_counters.h"
 #include "tessera/map/window_counters.h"
+#include "tessera/replica/replica_counters.h"
 
 /// The lists of counters have their members and what each means.
 #define TESSERA_C_MEMBER(kind, type, name, sentence) type name;
@@ -151,16 +152,10 @@ typedef struct tessera_global_report {
   uint32_t settled;  ///< 0: a finished move is being copied; boxes, rays and the nearest must wait
   uint32_t busy;     ///< 1: the map is behind what has arrived
   TESSERA_GLOBAL_STATE(TESSERA_C_MEMBER)
-  double residual;
-  double mean_variance;
+  TESSERA_GLOBAL_FIGURES(TESSERA_C_MEMBER)
   TESSERA_GLOBAL_COUNTERS(TESSERA_C_MEMBER)
   uint64_t generation;
-  uint32_t contributions;
-  uint32_t replica_blocks;
-  uint64_t replica_bytes;
-  uint64_t replicas_stale;
-  uint64_t replicas_refused_storage;
-  uint64_t replicas_refused_quota;
+  TESSERA_REPLICA_COUNTERS(TESSERA_C_MEMBER)
   TESSERA_GLOBAL_COUNTERS_LATER(TESSERA_C_MEMBER)
 } tessera_global_report;
 

@@ -11,6 +11,11 @@
   ROW(LEVEL, uint32_t, waiting, "Blocks that are behind what has arrived.")              \
   ROW(LEVEL, uint64_t, nodes, "Voxels of the graph.")
 
+#define TESSERA_GLOBAL_FIGURES(ROW)                                               \
+  ROW(FIGURE, double, residual, "max |Z_n - Z_(n-1)| / max |B|, over the nodes.") \
+  ROW(FIGURE, double, mean_variance,                                              \
+      "Mean variance of the label over the nodes, as the map gives it.")
+
 #define TESSERA_GLOBAL_COUNTERS(ROW)                                                            \
   ROW(LEVEL, uint64_t, used_bytes, "Bytes of its memory that hold something, and scratch.")     \
   ROW(COUNTER, uint64_t, refused_blocks, "Times that a block of the global grid had no place.") \
@@ -23,4 +28,5 @@
 /// Behind all others in C: append 64-bit ones here.
 #define TESSERA_GLOBAL_COUNTERS_LATER(ROW)                                            \
   ROW(COUNTER, uint64_t, saturated_voxels, "Times that a voxel had over 255 passes.") \
-  ROW(LEVEL, uint64_t, sum_bytes, "Of used_bytes: undiffused sums.")
+  ROW(LEVEL, uint64_t, sum_bytes, "Of used_bytes: undiffused sums.")                  \
+  ROW(FIGURE, double, mean_variance_undiffused, "The same mean variance before diffusion.")

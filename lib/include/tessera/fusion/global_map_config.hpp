@@ -29,15 +29,15 @@ struct GlobalMapConfig {
 /// How things stand. Counters of refusals never decrease.
 struct GlobalMapReport {
   TESSERA_GLOBAL_STATE(TESSERA_COUNTER_MEMBER)
+  TESSERA_GLOBAL_FIGURES(TESSERA_COUNTER_MEMBER)
   TESSERA_GLOBAL_COUNTERS(TESSERA_COUNTER_MEMBER)
   TESSERA_GLOBAL_COUNTERS_LATER(TESSERA_COUNTER_MEMBER)
-  double residual = 0.0;                  ///< max |Z_n - Z_{n-1}| / max |B|, over the nodes.
-  double mean_variance = 0.0;             ///< Of the label, over the nodes, as the map gives it.
-  double mean_variance_undiffused = 0.0;  ///< The same of B.
   ReplicasUsage replicas{};
 };
-TESSERA_COUNTER_TABLE(GlobalMapReport, TESSERA_GLOBAL_STATE(TESSERA_COUNTER_ROW)
-                                           TESSERA_GLOBAL_COUNTERS(TESSERA_COUNTER_ROW)
-                                               TESSERA_GLOBAL_COUNTERS_LATER(TESSERA_COUNTER_ROW))
+TESSERA_COUNTER_TABLE(GlobalMapReport,
+                      TESSERA_GLOBAL_STATE(TESSERA_COUNTER_ROW)
+                          TESSERA_GLOBAL_FIGURES(TESSERA_COUNTER_ROW)
+                              TESSERA_GLOBAL_COUNTERS(TESSERA_COUNTER_ROW)
+                                  TESSERA_GLOBAL_COUNTERS_LATER(TESSERA_COUNTER_ROW))
 
 }  // namespace tessera

@@ -15,6 +15,7 @@
 #include <span>
 
 #include "tessera/base/arena.hpp"
+#include "tessera/base/counters.hpp"
 #include "tessera/registration/camera_model.hpp"
 
 namespace tessera {
@@ -45,20 +46,25 @@ struct DepthConfig {
   float edge_share = 0.02F;   ///< Both 0 .. 100; infinity in edge_m lets all pixels through.
 };
 
-/// Each sampled pixel is in one of the counters.
+/// Each sampled pixel is in one of the first six.
+#define TESSERA_DEPTH_COUNTERS(ROW)                                                \
+  ROW(COUNTER, uint32_t, points, "Sampled pixels that became points.")             \
+  ROW(COUNTER, uint32_t, no_depth, "Sampled pixels without depth.")                \
+  ROW(COUNTER, uint32_t, too_near, "Sampled pixels nearer than the least depth.")  \
+  ROW(COUNTER, uint32_t, too_far, "Sampled pixels beyond the greatest depth.")     \
+  ROW(COUNTER, uint32_t, flying, "Sampled pixels at the edges of depths.")         \
+  ROW(COUNTER, uint32_t, no_ray, "Sampled pixels in which the lens sees nothing.") \
+  ROW(COUNTER, uint32_t, unlabelled, "Of the points, those without a class.")
+
+/// What became of the pixels of a depth image.
 struct DepthReport {
   /// kOk; else nothing was done: kInvalidArgument iff there is not exactly one depth image, a
   /// stride is shorter than the width, the classes are not 1 .. 62, or the output has no room for
   /// most_points(); kResourceExhausted iff the object was not made.
   Status status = Status::kOk;
-  std::uint32_t points = 0;
-  std::uint32_t no_depth = 0;
-  std::uint32_t too_near = 0;
-  std::uint32_t too_far = 0;
-  std::uint32_t flying = 0;
-  std::uint32_t no_ray = 0;      ///< The lens sees nothing in that pixel (CameraModel).
-  std::uint32_t unlabelled = 0;  ///< Of the points.
+  TESSERA_DEPTH_COUNTERS(TESSERA_COUNTER_MEMBER)
 };
+TESSERA_COUNTER_TABLE(DepthReport, TESSERA_DEPTH_COUNTERS(TESSERA_COUNTER_ROW))
 
 /// The rays of a camera's sampled pixels, found once.
 class DepthCamera {

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <span>
 
+#include "tessera/base/counters.hpp"
 #include "tessera/registration/points_view.hpp"
 #include "tessera/registration/pose_track.hpp"
 
@@ -34,21 +35,27 @@ struct Sweep {
   Matrix34d T_body_sensor = Matrix34d::Identity();
 };
 
-/// What was done. Each point is in one of the last four.
+/// Each point is in one of the last four.
+#define TESSERA_DESKEW_COUNTERS(ROW)                                                       \
+  ROW(LEVEL, int32_t, knots, "Poses looked up in the track.")                              \
+  ROW(LEVEL, int32_t, knots_without_pose, "Of these, those that the track does not have.") \
+  ROW(COUNTER, uint32_t, moved, "Points placed in the sensor's frame at the stamp.")       \
+  ROW(COUNTER, uint32_t, non_finite, "Points that are not finite.")                        \
+  ROW(COUNTER, uint32_t, bad_time,                                                         \
+      "Points not placed: the time is NaN or over the limit from the stamp.")              \
+  ROW(COUNTER, uint32_t, without_pose,                                                     \
+      "Points not placed: the track has no pose for that part of the sweep.")
+
+/// What was done.
 struct DeskewReport {
   /// kOk; else nothing was written: kOutOfRange iff the track has no pose at the stamp;
   /// kInvalidArgument iff a configured number is out of its range, T_body_sensor is not rigid,
   /// there are points but no times, a stride is under 3, the output is too small, or the stamp is
   /// within 20 s of the numbers' end.
   Status status = Status::kOk;
-  int knots = 0;               ///< Looked up in the track.
-  int knots_without_pose = 0;  ///< Of these.
-  std::uint32_t moved = 0;     ///< Placed in the sensor's frame at the stamp.
-  std::uint32_t non_finite = 0;
-  std::uint32_t bad_time = 0;  ///< Not placed: the time is NaN or over most_s from the stamp.
-  std::uint32_t without_pose =
-      0;  ///< Not placed: the track has no pose for that part of the sweep.
+  TESSERA_DESKEW_COUNTERS(TESSERA_COUNTER_MEMBER)
 };
+TESSERA_COUNTER_TABLE(DeskewReport, TESSERA_DESKEW_COUNTERS(TESSERA_COUNTER_ROW))
 
 /// Writes x y z of point i, in the sensor's frame at the stamp, to out[i * points.stride_floats];
 /// what follows in the stride is not touched. out may be the points' own memory. The poses are

@@ -19,6 +19,7 @@
 #include <span>
 
 #include "tessera/base/arena.hpp"
+#include "tessera/base/counters.hpp"
 #include "tessera/registration/camera_model.hpp"
 #include "tessera/registration/points_view.hpp"
 
@@ -57,33 +58,45 @@ struct LabelProjectionCapacity {
   int height_px = 1200;
 };
 
-/// What a camera did for a scan. Each finite point is in one of the counters.
+/// Each finite point is in one of the counters.
+#define TESSERA_LABEL_CAMERA_COUNTERS(ROW)                                     \
+  ROW(COUNTER, uint32_t, behind, "Points behind the camera.")                  \
+  ROW(COUNTER, uint32_t, outside,                                              \
+      "Points beside the image, or beyond where the model is one-to-one.")     \
+  ROW(COUNTER, uint32_t, masked, "Points in pixels that the mask excludes.")   \
+  ROW(COUNTER, uint32_t, occluded, "Points that others occlude.")              \
+  ROW(COUNTER, uint32_t, unknown, "Points in pixels whose value is no class.") \
+  ROW(COUNTER, uint32_t, better_other,                                         \
+      "Points that were seen, but another camera's label was taken.")          \
+  ROW(COUNTER, uint32_t, labelled, "Points that have their label from this camera.")
+
+/// What a camera did for a scan.
 struct LabelCameraReport {
   /// kOk; else the camera was left out: kInvalidArgument iff it has no model or image, a stride is
   /// shorter than the image is wide, or T_camera_lidar is not rigid; kResourceExhausted iff the
   /// image is larger than the capacity.
   Status status = Status::kOk;
-  std::uint32_t behind = 0;
-  std::uint32_t outside = 0;  ///< Beside the image, or beyond where the model is one-to-one.
-  std::uint32_t masked = 0;
-  std::uint32_t occluded = 0;
-  std::uint32_t unknown = 0;       ///< The pixel's value is no class.
-  std::uint32_t better_other = 0;  ///< Seen, but another camera's label was taken.
-  std::uint32_t labelled = 0;      ///< Points that have their label from this camera.
+  TESSERA_LABEL_CAMERA_COUNTERS(TESSERA_COUNTER_MEMBER)
 };
+TESSERA_COUNTER_TABLE(LabelCameraReport, TESSERA_LABEL_CAMERA_COUNTERS(TESSERA_COUNTER_ROW))
+
+/// Of a scan, over all cameras.
+#define TESSERA_LABEL_COUNTERS(ROW)                                                              \
+  ROW(COUNTER, uint32_t, points, "Points of the scan.")                                          \
+  ROW(COUNTER, uint32_t, non_finite, "Points that are not finite: the integrator refuses them.") \
+  ROW(COUNTER, uint32_t, over_capacity, "Points beyond the capacity; they stay unlabelled.")     \
+  ROW(COUNTER, uint32_t, labelled, "Points that a camera labelled.")                             \
+  ROW(COUNTER, uint64_t, cells_read, "Cells of range images read by the occlusion test.")
 
 /// What became of the points of a scan.
 struct LabelReport {
   /// kOk, or kInvalidArgument iff there are more than kMostCameras, the classes are not 1 .. 62 or
   /// there is less room for components than points: then nothing was done.
   Status status = Status::kOk;
-  std::uint32_t points = 0;
-  std::uint32_t non_finite = 0;     ///< Stay unlabelled: the integrator refuses them.
-  std::uint32_t over_capacity = 0;  ///< The points beyond the capacity; they stay unlabelled.
-  std::uint32_t labelled = 0;
-  std::uint64_t cells_read = 0;  ///< Of the range images, by the occlusion test.
+  TESSERA_LABEL_COUNTERS(TESSERA_COUNTER_MEMBER)
   std::array<LabelCameraReport, kMostCameras> cameras{};
 };
+TESSERA_COUNTER_TABLE(LabelReport, TESSERA_LABEL_COUNTERS(TESSERA_COUNTER_ROW))
 
 /// Labels for a scan's points from the cameras' label images, in memory of an arena.
 class LabelProjector {

@@ -10,10 +10,12 @@
 #include <span>
 
 #include "tessera/base/arena.hpp"
+#include "tessera/base/counters.hpp"
 #include "tessera/grid/internal/block_index.hpp"
 #include "tessera/map/map_config.hpp"
 #include "tessera/replica/grid_transform.hpp"
 #include "tessera/replica/internal/segment_store.hpp"
+#include "tessera/replica/replica_counters.h"
 
 namespace tessera {
 
@@ -57,14 +59,10 @@ struct ReplicasConfig {
 
 /// How full they are. Counters of refusals never decrease.
 struct ReplicasUsage {
-  std::uint32_t contributions = 0;
-  std::uint32_t blocks = 0;  ///< Parts of blocks.
-  std::uint32_t segments = 0;
-  std::size_t used_bytes = 0;         ///< Segments, records and the index's share of blocks in use.
-  std::uint64_t stale = 0;            ///< Versions that came late or twice: ignored.
-  std::uint64_t refused_storage = 0;  ///< Versions not taken: segments, blocks or index full.
-  std::uint64_t refused_quota = 0;    ///< Versions not taken: the robot's share is used up.
+  TESSERA_REPLICA_COUNTERS(TESSERA_COUNTER_MEMBER)
+  std::uint32_t segments = 0;  ///< In use.
 };
+TESSERA_COUNTER_TABLE(ReplicasUsage, TESSERA_REPLICA_COUNTERS(TESSERA_COUNTER_ROW))
 
 class Replicas {
  public:

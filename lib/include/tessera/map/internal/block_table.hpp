@@ -37,7 +37,6 @@ class BlockTable {
   [[nodiscard]] std::span<const KeyedIndex> blocks_in_order(
       std::span<KeyedIndex> workspace) const noexcept;
   [[nodiscard]] std::size_t block_count() const noexcept { return index_.size(); }
-  [[nodiscard]] std::size_t index_entries() const noexcept { return index_.slots(); }
   /// Calls visit(BlockKey, SlabHandle) for the blocks among the next entries of the index from the
   /// cursor on, around its end and once around at most, and moves the cursor on. visit may remove
   /// the block that it is given; false from it stops the cursor at the entries at hand, which the
@@ -80,22 +79,12 @@ class BlockTable {
     const SlabHandle page = block.labels[layer_of_octet(octet)];
     return page == 0 ? nullptr : reinterpret_cast<const LabelPage*>(pool_.at(page));
   }
-  /// True iff the block has a tuple octet there.
-  [[nodiscard]] bool has_octet(const Block& block, int octet) const noexcept;
   /// The octets for which a block has tuples, a bit each.
   [[nodiscard]] std::uint64_t octets_of(const Block& block) const noexcept;
   /// Passes of rays through a voxel of a block.
   [[nodiscard]] std::uint8_t free_passes(const Block& block, int octet, int voxel) const noexcept {
     return free_passes(block, row_order(octet, voxel));
   }
-
-  /// Copies the passes of a block's 512 voxels, octet by octet; into: at least 512 bytes. True iff
-  /// any is not zero.
-  bool copy_passes(const Block& block, std::span<std::byte> into) const noexcept;
-
-  /// Prefetches the memory that this reads: the pages of a block, if any, then these octets.
-  void prefetch_pages(SlabHandle handle) const noexcept;
-  void prefetch_octets(SlabHandle handle, std::uint64_t octets) const noexcept;
   /// Grows by one with every scan; a block's revision tells which scan changed it last.
   [[nodiscard]] std::uint32_t revision() const noexcept { return revision_; }
   /// The newest stamp of any block: every change gives its block a larger one.
@@ -114,8 +103,6 @@ class BlockTable {
   [[nodiscard]] bool fits_or_refuse(const SlabPool::Counts& wanted) noexcept {
     return pool_.fits_or_refuse(wanted);
   }
-  /// The same for what a voxel of an octet gets.
-  [[nodiscard]] bool has_room(const Block& block, int octet, bool labels, bool passes) noexcept;
 
   // --- Opening and closing blocks ----------------------------------------------------------------
 
@@ -140,9 +127,6 @@ class BlockTable {
   [[nodiscard]] const BlockIndex& index() const noexcept { return index_; }
   [[nodiscard]] const SlabPool& pool() const noexcept { return pool_; }
   [[nodiscard]] const TupleStore& tuples() const noexcept { return tuples_; }
-  [[nodiscard]] std::uint32_t octet_bytes() const noexcept {
-    return TupleStore::octet_bytes(config_.tuple, num_components());
-  }
   /// The newest stamp, in its place: to be read as what another thread writes.
   [[nodiscard]] const std::uint64_t& shared_stamp() const noexcept { return stamp_; }
   /// Odd while clear() is at work; to be read likewise.
@@ -177,8 +161,6 @@ class BlockTable {
   [[nodiscard]] Block& mutable_block(SlabHandle at) noexcept {
     return *reinterpret_cast<Block*>(pool_.at(at));
   }
-  [[nodiscard]] std::uint64_t count_free_voxels(const Block& block,
-                                                std::size_t layer) const noexcept;
   void note_usage() noexcept;
 
   std::uint64_t clear_stamp_ = 0;  ///< Beside what never changes.
@@ -194,5 +176,9 @@ class BlockTable {
   std::size_t peak_bytes_ = 0;
   std::uint64_t stamp_ = 0;  ///< The last that a block got; even.
 };
+
+/// Copies the passes of a block's 512 voxels, octet by octet; into: at least 512 bytes. True iff
+/// any is not zero.
+bool copy_passes(const BlockTable& table, const Block& block, std::span<std::byte> into) noexcept;
 
 }  // namespace tessera

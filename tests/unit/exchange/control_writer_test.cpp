@@ -1,0 +1,168 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// What is sent beside evidence, and when: announcements, frames and statements.
+#include "tessera/exchange/internal/control_writer.hpp"
+
+#include <catch2/catch.hpp>
+#include <optional>
+
+#include "exchange_rig.hpp"
+
+namespace tessera {
+namespace {
+
+constexpr std::int64_t kStart_ms = 1'000'000;
+
+/// A robot that publishes, and the writer that is looked at.
+struct Bench {
+  Bench() : rig(1), memory(ControlWriter::required_bytes(rig.config)) {
+    Arena arena = memory.arena();
+    control = *ControlWriter::make(arena, rig.config);
+    own = &rig.open_own();
+  }
+  /// What is written at that time, if anything is.
+  std::optional<DatagramKind> write(std::int64_t ms) {
+    body.assign(kMostBodyBytes, std::byte{0});
+    ByteWriter to(body);
+    Outgoing out = rig.outgoing(at_ms(kStart_ms + ms));
+    if (!control.write(out, to)) return std::nullopt;
+    body.resize(to.size());
+    return out.kind;
+  }
+  /// Writes until nothing is due; how many of a kind there were.
+  int count(DatagramKind kind, std::int64_t ms) {
+    int found = 0;
+    while (const std::optional<DatagramKind> next = write(ms)) found += *next == kind ? 1 : 0;
+    return found;
+  }
+
+  ExchangeRig rig;
+  AlignedMemory memory;
+  ControlWriter control;
+  const HeldContribution* own = nullptr;
+  std::vector<std::byte> body;
+};
+
+TEST_CASE("ControlWriter: a new contribution's frame goes first, then its statement, then names") {
+  Bench bench;
+  bench.control.begin_own(bench.rig.ledger);
+  CHECK(bench.write(0) == DatagramKind::kFrame);
+  ByteReader frame_bytes(bench.body);
+  FrameBody frame;
+  REQUIRE(read_frame(frame_bytes, frame));
+  CHECK(frame.id == bench.own->id);
+  CHECK(bench.write(0) == DatagramKind::kStatement);
+  ByteReader statement_bytes(bench.body);
+  Statement statement;
+  REQUIRE(read_statement(statement_bytes, statement));
+  CHECK(statement.id == bench.own->id);
+  CHECK(bench.write(0) == DatagramKind::kAnnounce);
+  CHECK(bench.rig.counted.frames == 1);
+  CHECK(bench.rig.counted.statements == 1);
+  CHECK(bench.rig.counted.announcements == 1);
+}
+
+TEST_CASE("ControlWriter: an announcement has this robot's configuration and what it publishes") {
+  Bench bench;
+  bench.rig.publish({1, 2, 3});
+  REQUIRE(bench.write(0) == DatagramKind::kAnnounce);
+  ByteReader from(bench.body);
+  AnnouncementHeader header;
+  AnnouncedContribution announced;
+  REQUIRE(read_announcement_header(from, header));
+  CHECK(header.details == bench.rig.gate.details());
+  REQUIRE(read_announced(from, announced));
+  CHECK(announced.id == bench.own->id);
+  CHECK(announced.origin);
+  CHECK(announced.complete);
+  CHECK(announced.latest == 1);
+  CHECK(announced.digest == bench.own->held.folded());
+  CHECK(from.remaining() == 0);
+}
+
+TEST_CASE("ControlWriter: announcements come at about their period, or soon where that is asked") {
+  Bench bench;
+  REQUIRE(bench.count(DatagramKind::kAnnounce, 0) == 1);
+  const std::int64_t period_ms = bench.rig.config.announce_us / 1000;
+  CHECK(bench.count(DatagramKind::kAnnounce, period_ms * 9 / 10 - 1) == 0);
+  CHECK(bench.count(DatagramKind::kAnnounce, period_ms * 11 / 10) == 1);
+  const std::int64_t now_ms = period_ms * 11 / 10;
+  const std::int64_t soon_ms = bench.rig.config.announce_soon_us / 1000;
+  bench.control.announce_soon(at_ms(kStart_ms + now_ms));
+  // The earlier one holds.
+  bench.control.announce_soon(at_ms(kStart_ms + now_ms + 100));
+  CHECK(bench.count(DatagramKind::kAnnounce, now_ms + soon_ms - 1) == 0);
+  CHECK(bench.count(DatagramKind::kAnnounce, now_ms + soon_ms) == 1);
+}
+
+TEST_CASE("ControlWriter: unasked a frame and a statement go with one announcement of eight") {
+  Bench bench;
+  int announcements = 0;
+  int frames = 0;
+  int statements = 0;
+  for (std::int64_t ms = 0; announcements < 32; ms += 100) {
+    while (const std::optional<DatagramKind> next = bench.write(ms)) {
+      announcements += *next == DatagramKind::kAnnounce ? 1 : 0;
+      frames += *next == DatagramKind::kFrame ? 1 : 0;
+      statements += *next == DatagramKind::kStatement ? 1 : 0;
+    }
+  }
+  CHECK(frames == 4);
+  CHECK(statements == 4);
+}
+
+TEST_CASE(
+    "ControlWriter: what is asked for again is sent after a pause, to the greedy a long one") {
+  Bench bench;
+  bench.count(DatagramKind::kFrame, 0);
+  const bool seldom = GENERATE(false, true);
+  const auto ask = [&](std::int64_t ms) {
+    bench.control.owe_statement(bench.rig.ledger, *bench.own, at_ms(kStart_ms + ms), seldom);
+  };
+  ask(10'000);
+  CHECK(bench.count(DatagramKind::kStatement, 9'999) == 0);
+  CHECK(bench.count(DatagramKind::kStatement, 10'000) == 1);
+  ask(10'001);
+  const std::int64_t pause_ms = seldom ? 8'000 : 500;
+  CHECK(bench.count(DatagramKind::kStatement, 10'000 + pause_ms - 1) == 0);
+  CHECK(bench.count(DatagramKind::kStatement, 10'000 + pause_ms) == 1);
+}
+
+TEST_CASE("ControlWriter: what another robot has sent is not sent") {
+  Bench bench;
+  bench.count(DatagramKind::kFrame, 0);
+  const Instant due = at_ms(kStart_ms + 900);
+  bench.control.owe_frame(bench.rig.ledger, *bench.own, due);
+  bench.control.owe_statement(bench.rig.ledger, *bench.own, due);
+  bench.control.drop_frame(bench.rig.ledger, *bench.own);
+  CHECK(bench.count(DatagramKind::kFrame, 899) == 0);
+  CHECK(bench.write(900) != DatagramKind::kFrame);
+  bench.control.drop_statement(bench.rig.ledger, *bench.own);
+  bench.control.owe_frame(bench.rig.ledger, *bench.own, at_ms(kStart_ms + 60'000));
+  CHECK(bench.write(60'000) == DatagramKind::kFrame);
+}
+
+TEST_CASE("ControlWriter: a due of a contribution that lost its place is none of the next one's") {
+  Bench bench;
+  bench.count(DatagramKind::kFrame, 0);
+  ExchangeReport& counted = bench.rig.counted;
+  const FrameBody frame{.id = {7, 1, 0}, .revision = 1};
+  const Instant now = at_ms(kStart_ms);
+  REQUIRE(bench.rig.ledger.take_frame(frame, {}, true, now, counted));
+  bench.control.owe_frame(bench.rig.ledger, *bench.rig.ledger.find({7, 1, 0}), now);
+  bench.rig.ledger.remove_robot(7);
+  FrameBody other = frame;
+  other.id.robot = 8;
+  REQUIRE(bench.rig.ledger.take_frame(other, {}, true, now, counted));
+  CHECK(bench.count(DatagramKind::kFrame, 100) == 0);
+}
+
+TEST_CASE("ControlWriter: memory that is too small is refused") {
+  const ExchangeConfig config = ExchangeRig::config_of(1);
+  AlignedMemory memory(ControlWriter::required_bytes(config) - 1);
+  Arena arena = memory.arena();
+  CHECK(ControlWriter::make(arena, config).status() == Status::kResourceExhausted);
+}
+
+}  // namespace
+}  // namespace tessera
