@@ -28,14 +28,14 @@ DatagramKind kind_of(std::span<const std::byte> datagram) {
   return header.kind;
 }
 
-/// Each hears all that the others say, but who is deaf no statement.
+/// Each hears all that the others say, but who is deaf none of a kind.
 void talk(const std::vector<Robot*>& robots, const Robot* deaf, std::int64_t& now_us,
-          std::int64_t for_us) {
+          std::int64_t for_us, DatagramKind kind = DatagramKind::kStatement) {
   for (const std::int64_t until_us = now_us + for_us; now_us < until_us; now_us += kTickUs) {
     for (Robot* const from : robots) {
       for (const auto& datagram : said(*from, now_us, kTickUs)) {
         for (Robot* const to : robots) {
-          const bool is_lost = to == deaf && kind_of(datagram) == DatagramKind::kStatement;
+          const bool is_lost = to == deaf && kind_of(datagram) == kind;
           if (to != from && !is_lost) to->exchange().receive(datagram, now_us);
         }
       }
@@ -66,6 +66,28 @@ TEST_CASE("network: records whose statement nobody knows any more are shared all
   talk({hearer.get(), newcomer.get()}, nullptr, now_us, 10 * kSecond);
   CHECK(newcomer->content_digest() == hearer->content_digest());
   CHECK(newcomer->exchange().digest() == hearer->exchange().digest());
+}
+
+TEST_CASE("network: who knows no statement finds records of all versions that another one has") {
+  const bool signs = GENERATE(false, true);
+  std::int64_t now_us = 0;
+  oracle::Random random(oracle::announce_seed(514));
+  auto origin = robot(1, 1, signs);
+  const auto witness = robot(2, 1, signs);
+  for (std::int32_t i = 0; i < 100; ++i) REQUIRE(origin->publish(*pack({i, 0, 0}), random, 1).ok());
+  talk({origin.get(), witness.get()}, nullptr, now_us, 5 * kSecond);
+  origin.reset();
+  const auto hearer = robot(3, 1, signs);
+  const auto asker = robot(4, 1, signs);
+  talk({witness.get(), hearer.get(), asker.get()}, hearer.get(), now_us, 10 * kSecond);
+  REQUIRE(hearer->content_digest() == witness->content_digest());
+
+  // It has to find them itself: the other one does not know that it is there, so sends nothing
+  // unasked.
+  const auto newcomer = robot(5, 1, signs);
+  talk({hearer.get(), newcomer.get()}, hearer.get(), now_us, 10 * kSecond, DatagramKind::kAnnounce);
+  CHECK(hearer->exchange().report().diverged == 0);
+  CHECK(newcomer->content_digest() == hearer->content_digest());
 }
 
 TEST_CASE("network: of forty robots one has the last of an origin, and all get it") {
