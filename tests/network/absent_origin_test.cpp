@@ -21,15 +21,11 @@ std::unique_ptr<Robot> robot(std::uint32_t number, std::uint32_t session, bool s
                                  options);
 }
 
-bool is_statement(std::span<const std::byte> datagram) {
-  return kind_of(datagram) == DatagramKind::kStatement;
-}
-
-/// Each hears all that the others say, but who is deaf no statement.
+/// Each hears all that the others say, but who is deaf none of a kind.
 void talk(const std::vector<Robot*>& robots, const Robot* deaf, std::int64_t& now_us,
-          std::int64_t for_us) {
+          std::int64_t for_us, DatagramKind kind = DatagramKind::kStatement) {
   talk(robots, now_us, for_us, [&](const Robot& to, std::span<const std::byte> datagram) {
-    return &to == deaf && is_statement(datagram);
+    return &to == deaf && kind_of(datagram) == kind;
   });
 }
 
@@ -56,6 +52,28 @@ TEST_CASE("network: records whose statement nobody knows any more are shared all
   talk({hearer.get(), newcomer.get()}, nullptr, now_us, 10 * kSecond);
   CHECK(newcomer->content_digest() == hearer->content_digest());
   CHECK(newcomer->exchange().digest() == hearer->exchange().digest());
+}
+
+TEST_CASE("network: who knows no statement finds records of all versions that another one has") {
+  const bool signs = GENERATE(false, true);
+  std::int64_t now_us = 0;
+  oracle::Random random(oracle::announce_seed(514));
+  auto origin = robot(1, 1, signs);
+  const auto witness = robot(2, 1, signs);
+  for (std::int32_t i = 0; i < 100; ++i) REQUIRE(origin->publish(*pack({i, 0, 0}), random, 1).ok());
+  talk({origin.get(), witness.get()}, nullptr, now_us, 5 * kSecond);
+  origin.reset();
+  const auto hearer = robot(3, 1, signs);
+  const auto asker = robot(4, 1, signs);
+  talk({witness.get(), hearer.get(), asker.get()}, hearer.get(), now_us, 10 * kSecond);
+  REQUIRE(hearer->content_digest() == witness->content_digest());
+
+  // It has to find them itself: the other one does not know that it is there, so sends nothing
+  // unasked.
+  const auto newcomer = robot(5, 1, signs);
+  talk({hearer.get(), newcomer.get()}, hearer.get(), now_us, 10 * kSecond, DatagramKind::kAnnounce);
+  CHECK(hearer->exchange().report().diverged == 0);
+  CHECK(newcomer->content_digest() == hearer->content_digest());
 }
 
 TEST_CASE("network: of forty robots one has the last of an origin, and all get it") {

@@ -55,6 +55,21 @@ std::vector<std::byte> Forger::empty_chunk(const ContributionId& id, VersionRang
 
 std::vector<std::byte> Forger::request_for_all(std::uint32_t member, std::uint64_t session,
                                                std::uint64_t sequence, const ContributionId& of) {
+  RequestedContribution requested{.id = of};
+  requested.count = 1;
+  requested.gap[0] = {1, kLastVersion};
+  return signed_request(member, session, sequence, requested);
+}
+
+std::vector<std::byte> Forger::request_for_statement(std::uint32_t member, std::uint64_t session,
+                                                     std::uint64_t sequence,
+                                                     const ContributionId& of) {
+  return signed_request(member, session, sequence, {.id = of});
+}
+
+std::vector<std::byte> Forger::signed_request(std::uint32_t member, std::uint64_t session,
+                                              std::uint64_t sequence,
+                                              const RequestedContribution& requested) {
   std::vector<std::byte> datagram(kMostDatagramBytes);
   ByteWriter to(datagram);
   write_header(to, {.kind = DatagramKind::kRequest,
@@ -63,9 +78,6 @@ std::vector<std::byte> Forger::request_for_all(std::uint32_t member, std::uint64
                     .session = session,
                     .sequence = sequence,
                     .is_signed = true});
-  RequestedContribution requested{.id = of};
-  requested.count = 1;
-  requested.gap[0] = {1, kLastVersion};
   if (!write_requested(to, requested)) throw std::runtime_error("request");
   const std::size_t size = to.size();
   ToySignatures key(member);

@@ -47,10 +47,19 @@ class Forger {
                                                               std::uint64_t session,
                                                               std::uint64_t sequence,
                                                               const ContributionId& of);
+  /// The same of its frame and its statement alone.
+  [[nodiscard]] static std::vector<std::byte> request_for_statement(std::uint32_t member,
+                                                                    std::uint64_t session,
+                                                                    std::uint64_t sequence,
+                                                                    const ContributionId& of);
   /// Tags what it holds anew.
   static void seal(std::vector<std::byte>& datagram);
 
  private:
+  [[nodiscard]] static std::vector<std::byte> signed_request(
+      std::uint32_t member, std::uint64_t session, std::uint64_t sequence,
+      const RequestedContribution& requested);
+
   std::uint32_t robot_;
   std::uint64_t session_;
   std::uint64_t sequence_;

@@ -49,28 +49,42 @@ ControlWriter::Due& ControlWriter::due_of(const Ledger& ledger,
   return due;
 }
 
+/// Who makes it due sooner is charged for it, and not who asks while it is.
+void ControlWriter::owe(Owed& owed, Instant at, Duration pause,
+                        const std::optional<Asker>& asker) noexcept {
+  const bool seldom = asker && !asker->may_ask;
+  const Instant due = std::max(at, owed.sent + (seldom ? kBetweenSeldom : pause));
+  if (due >= owed.due) return;
+  owed.due = due;
+  owed.asker.reset();
+  if (asker && asker->may_ask) owed.asker = asker->robot;
+}
+
+void ControlWriter::settle(Owed& owed, Outgoing& out) noexcept {
+  owed.due = Instant::never();
+  owed.sent = out.now;
+  out.for_asker = owed.asker.has_value();
+  out.asker = owed.asker.value_or(0);
+}
+
 void ControlWriter::owe_frame(const Ledger& ledger, const Ledger::Contribution& contribution,
-                              Instant at, bool seldom) noexcept {
-  Due& due = due_of(ledger, contribution);
-  const Duration pause = seldom ? kBetweenSeldom : std::max(kBetweenRepeats, frame_pause_);
-  due.frame = std::min(due.frame, std::max(at, due.frame_sent + pause));
+                              Instant at, const std::optional<Asker>& asker) noexcept {
+  owe(due_of(ledger, contribution).frame, at, std::max(kBetweenRepeats, frame_pause_), asker);
 }
 
 void ControlWriter::owe_statement(const Ledger& ledger, const Ledger::Contribution& contribution,
-                                  Instant at, bool seldom) noexcept {
-  Due& due = due_of(ledger, contribution);
-  const Duration pause = seldom ? kBetweenSeldom : kBetweenRepeats;
-  due.statement = std::min(due.statement, std::max(at, due.statement_sent + pause));
+                                  Instant at, const std::optional<Asker>& asker) noexcept {
+  owe(due_of(ledger, contribution).statement, at, kBetweenRepeats, asker);
 }
 
 void ControlWriter::drop_frame(const Ledger& ledger,
                                const Ledger::Contribution& contribution) noexcept {
-  due_of(ledger, contribution).frame = Instant::never();
+  due_of(ledger, contribution).frame.due = Instant::never();
 }
 
 void ControlWriter::drop_statement(const Ledger& ledger,
                                    const Ledger::Contribution& contribution) noexcept {
-  due_of(ledger, contribution).statement = Instant::never();
+  due_of(ledger, contribution).statement.due = Instant::never();
 }
 
 /// As many contributions as fit, this robot's first, the others in turn.
@@ -128,10 +142,9 @@ bool ControlWriter::write_announcement(Outgoing& out, ByteWriter& to) noexcept {
 bool ControlWriter::write_due_frame(Outgoing& out, ByteWriter& to) noexcept {
   for (const Ledger::Contribution& contribution : out.ledger.places()) {
     if (!contribution.used || !contribution.open) continue;
-    Due& due = due_of(out.ledger, contribution);
-    if (out.now < due.frame) continue;
-    due.frame = Instant::never();
-    due.frame_sent = out.now;
+    Owed& owed = due_of(out.ledger, contribution).frame;
+    if (out.now < owed.due) continue;
+    settle(owed, out);
     ++out.counted.frames;
     out.kind = DatagramKind::kFrame;
     const FrameBody frame{.id = contribution.id,
@@ -151,10 +164,9 @@ bool ControlWriter::write_due_frame(Outgoing& out, ByteWriter& to) noexcept {
 bool ControlWriter::write_due_statement(Outgoing& out, ByteWriter& to) noexcept {
   for (const Ledger::Contribution& contribution : out.ledger.places()) {
     if (!contribution.used || !(contribution.own || contribution.stated)) continue;
-    Due& due = due_of(out.ledger, contribution);
-    if (out.now < due.statement) continue;
-    due.statement = Instant::never();
-    due.statement_sent = out.now;
+    Owed& owed = due_of(out.ledger, contribution).statement;
+    if (out.now < owed.due) continue;
+    settle(owed, out);
     ++out.counted.statements;
     out.kind = DatagramKind::kStatement;
     out.needs_signature = false;  // it is in the proof

@@ -62,20 +62,19 @@ void MessageTaker::hear_requested(const ExchangeParts& parts, const Heard& heard
   const HeldContribution* const contribution = parts.ledger.find(requested_->id);
   if (contribution == nullptr || !contribution->open) return;
   // Who has used up what it is answered still learns what there is, at little cost.
-  const bool may_ask = parts.sender.answers().may_ask(*heard.peer, parts.ledger, heard.now);
+  const ControlWriter::Asker asker{
+      heard.header.sender, parts.sender.answers().may_ask(*heard.peer, parts.ledger, heard.now)};
+  const auto at = [&] { return heard.now + answer_delay(parts, *contribution); };
   ControlWriter& control = parts.sender.control();
   if (requested_->frame_revision < contribution->frame_revision)
-    control.owe_frame(parts.ledger, *contribution, heard.now + answer_delay(parts, *contribution),
-                      !may_ask);
+    control.owe_frame(parts.ledger, *contribution, at(), asker);
   const bool newer =
       contribution->own
           ? !requested_->stated || requested_->latest < contribution->latest
           : contribution->stated &&
                 (!requested_->stated || requested_->latest < contribution->statement.latest);
-  if (newer)
-    control.owe_statement(parts.ledger, *contribution,
-                          heard.now + answer_delay(parts, *contribution), !may_ask);
-  if (!may_ask) {
+  if (newer) control.owe_statement(parts.ledger, *contribution, at(), asker);
+  if (!asker.may_ask) {
     parts.counted.refused_answers += requested_->count != 0 ? 1U : 0U;
     return;
   }

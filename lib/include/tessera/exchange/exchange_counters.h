@@ -46,7 +46,7 @@
   ROW(COUNTER, uint64_t, frames, "Frames of contributions sent.")                                  \
   ROW(COUNTER, uint64_t, fresh_chunks, "Chunks of new content sent.")                              \
   ROW(COUNTER, uint64_t, answer_chunks, "Chunks sent as answers.")                                 \
-  ROW(COUNTER, uint64_t, answer_bytes, "Of sent_bytes: answers, statements and descriptions.")     \
+  ROW(COUNTER, uint64_t, answer_bytes, "Of sent_bytes: what others asked for.")                    \
   ROW(COUNTER, uint64_t, answers_saved, "Answers not sent, as another robot gave the same.")       \
   ROW(COUNTER, uint64_t, refused_answers, "Requests for which there was no place.")                \
   ROW(COUNTER, uint64_t, published_parts, "Parts of blocks published.")                            \

@@ -27,27 +27,40 @@ class ControlWriter {
     const Instant soon = now + announce_soon_time_;
     if (soon < announce_due_) announce_due_ = soon;
   }
-  /// A frame or statement is to be sent, by others than its origin only if nobody else does.
-  /// seldom: for who has used up what it is answered.
+  /// Who asks for a frame or a statement.
+  struct Asker {
+    std::uint32_t robot = 0;
+    bool may_ask = false;  ///< False: it has used up what it is answered, and gets it seldom.
+  };
+  /// A frame or statement is to be sent, by others than its origin only if nobody else does. Whose
+  /// asking makes it due is charged for it, as long as it may ask.
   void owe_frame(const Ledger& ledger, const Ledger::Contribution& contribution, Instant at,
-                 bool seldom = false) noexcept;
+                 const std::optional<Asker>& asker = {}) noexcept;
   void owe_statement(const Ledger& ledger, const Ledger::Contribution& contribution, Instant at,
-                     bool seldom = false) noexcept;
+                     const std::optional<Asker>& asker = {}) noexcept;
   /// Another robot has sent it.
   void drop_frame(const Ledger& ledger, const Ledger::Contribution& contribution) noexcept;
   void drop_statement(const Ledger& ledger, const Ledger::Contribution& contribution) noexcept;
 
  private:
-  /// Of a contribution, by its place: when what is owed is due, and was sent last.
+  /// When a frame or statement is due, and was sent last.
+  struct Owed {
+    Instant due = Instant::never();
+    Instant sent;
+    std::optional<std::uint32_t> asker;  ///< Who is charged for it.
+  };
+  /// Of a contribution, by its place.
   struct Due {
     std::uint32_t generation = 0;
-    Instant frame = Instant::never();
-    Instant statement = Instant::never();
-    Instant frame_sent;
-    Instant statement_sent;
+    Owed frame;
+    Owed statement;
   };
   [[nodiscard]] Due& due_of(const Ledger& ledger,
                             const Ledger::Contribution& contribution) noexcept;
+  static void owe(Owed& owed, Instant at, Duration pause,
+                  const std::optional<Asker>& asker) noexcept;
+  /// It is in this datagram.
+  static void settle(Owed& owed, Outgoing& out) noexcept;
   [[nodiscard]] bool write_announcement(Outgoing& out, ByteWriter& to) noexcept;
   [[nodiscard]] bool write_due_frame(Outgoing& out, ByteWriter& to) noexcept;
   [[nodiscard]] bool write_due_statement(Outgoing& out, ByteWriter& to) noexcept;
