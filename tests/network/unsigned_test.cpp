@@ -56,6 +56,21 @@ TEST_CASE("unsigned: a frame gives way to the robot's own, also of an earlier re
   CHECK(team.agree());
 }
 
+TEST_CASE("unsigned: a false frame does not come back from those who missed the true one") {
+  constexpr int kRobots = 10;
+  Team team(kRobots, 598, false, {.loss = 0.3});
+  for (int i = 0; i < kRobots; ++i) team.publish(i, 1);
+  REQUIRE(team.settle(60 * kSecond));
+  Forger one(1, team.robot(0).exchange().peers().find(1)->control.session, kFar);
+  for (int i = 0; i < kRobots; ++i) {
+    if (i != 1) team.say(i, one.frame(kOfOne, 1'000'000));
+  }
+  REQUIRE_FALSE(team.agree());
+  team.run(30 * kSecond);
+  CHECK(team.agree());
+  CHECK(team.all_complete());
+}
+
 TEST_CASE("unsigned: epochs that a robot does not announce go, and what it announces stays") {
   Forged team(592);
   Forger one = team.as_one();

@@ -30,24 +30,25 @@ bool AnnouncementTaker::hear(const ExchangeParts& parts, const Heard& heard) noe
   AnnouncedContribution announced;
   ByteReader all(heard.body);
   std::optional<std::uint32_t> epoch;
-  bool all_own = true;  // there is nothing of others, so the list may be cut short
+  bool ends_in_own = true;  // the list may be cut short
   while (all.remaining() != 0) {
     if (!read_announced(all, announced)) return false;
     const bool own = announced.id.robot == heard.header.sender;
     if (own && announced.origin) epoch = std::max(epoch.value_or(0), announced.id.epoch);
-    all_own = all_own && own;
+    ends_in_own = own;
   }
-  const bool is_whole = !all_own || heard.body.size() + AnnouncementHeader::kMostBytes +
-                                            AnnouncedContribution::kBytes + kSignatureBytes <
-                                        kMostBodyBytes;
+  const bool is_whole = !ends_in_own || heard.body.size() + AnnouncementHeader::kMostBytes +
+                                                AnnouncedContribution::kBytes + kSignatureBytes <
+                                            kMostBodyBytes;
   parts.ledger.drop_empty_names(heard.now);
   // Of control messages that overtook each other the last one counts.
   if (heard.is_last) {
     heard.peer->left = false;
     heard.peer->floor = heard.announcement.floor;
-    heard.peer->epoch = epoch;
-    parts.ledger.note_floor(heard.header.sender, heard.announcement.floor,
-                            !parts.gate.signatures().on(), parts.counted);
+    heard.peer->epoch = is_whole ? epoch : std::nullopt;
+    // Where robots sign, what others can be shown counts: statements.
+    if (!parts.gate.signatures().on())
+      parts.ledger.note_floor(heard.header.sender, heard.announcement.floor, true, parts.counted);
   }
   for (ByteReader body(heard.body); body.remaining() != 0 && read_announced(body, announced);)
     hear_announced(parts, heard, announced);
@@ -82,22 +83,30 @@ void AnnouncementTaker::hear_announced(const ExchangeParts& parts, const Heard& 
       parts.repair.note_displacing(announced.id, heard.now);
     return;
   }
-  if (announced.origin && announced.id.robot == heard.header.sender && heard.is_last)
+  const bool by_its_robot = announced.id.robot == heard.header.sender && heard.is_last;
+  if (by_its_robot) contribution->listed = heard.now;
+  if (by_its_robot && announced.origin) {
     contribution->origin_at = heard.now;
-  if (announced.id.robot == heard.header.sender && heard.is_last) contribution->listed = heard.now;
-  parts.repair.note_announced(parts.ledger, *contribution, announced, *heard.peer, heard.now,
+    // A later one is somebody else's.
+    if (!parts.gate.signatures().on() && announced.frame_revision < contribution->frame_revision)
+      contribution->frame_revision = 0;
+  }
+  AnnouncedContribution believed = announced;
+  if (contribution->open && parts.origin_speaks(*contribution, heard, announce_))
+    believed.frame_revision = std::min(announced.frame_revision, contribution->frame_revision);
+  parts.repair.note_announced(parts.ledger, *contribution, believed, *heard.peer, heard.now,
                               parts.counted);
 }
 
 std::uint32_t AnnouncementTaker::peers_agreeing(const PeerTable& peers, std::uint32_t contributions,
                                                 Instant now) const noexcept {
   const std::span<const Peer> all = peers.all();
-  // What does not fit one announcement comes in turns.
+  // What does not fit one announcement comes in turns, a robot's own in every other one.
   constexpr std::int64_t kInOne = 40;
   const std::int64_t turns = contributions / kInOne;
   return static_cast<std::uint32_t>(std::count_if(all.begin(), all.end(), [&](const Peer& peer) {
     return !peer.left && !peer.mismatch && peer.agreed > peer.differed &&
-           now - peer.differed > 2 * turns * announce_ &&
+           now - peer.differed > 4 * turns * announce_ &&
            now - peer.agreed <= kSilences * announce_;
   }));
 }

@@ -140,20 +140,19 @@ std::uint64_t Comparison::sum_of(const Ledger& ledger, const Ledger::Contributio
 }
 
 /// In one walk, also where one bucket has them all.
-std::span<const std::uint64_t> Comparison::sums_of_parts(const Ledger& ledger,
-                                                         const Ledger::Contribution& contribution,
-                                                         const Description& description) noexcept {
-  const std::span<std::uint64_t> sums = part_sums_.first(description.count);
+std::size_t Comparison::sum_parts(const Ledger& ledger, const Ledger::Contribution& contribution,
+                                  const Description& description,
+                                  std::span<std::uint64_t> sums) noexcept {
   const std::uint32_t first_part = description.span.index
                                    << (description.span.width - description.part_width);
   if (description.part_width >= contribution.index.width()) {
     for (std::uint32_t part = 0; part < description.count; ++part)
       sums[part] = contribution.index.sum({description.part_width, first_part + part});
-    return sums;
+    return 0;
   }
-  std::fill(sums.begin(), sums.end(), 0);
+  std::fill_n(sums.begin(), description.count, 0);
   const VersionRange range = range_of(description.span);
-  visited_ += contribution.index.visit(
+  return contribution.index.visit(
       ledger.records().links(), range,
       [&](std::uint32_t number) {
         const Replicas::Replica& part = ledger.replicas().record(number);
@@ -162,7 +161,6 @@ std::span<const std::uint64_t> Comparison::sums_of_parts(const Ledger& ledger,
             fingerprint_of(part.hash, part.live).low;
       },
       [](std::uint32_t) { return true; });
-  return sums;
 }
 
 /// Gaps that touch become one. False iff there is no place, or no version is in the span.
@@ -248,15 +246,15 @@ std::size_t Comparison::describe(const Ledger& ledger, const Ledger::Contributio
     description.last = kLastVersion;
     description.count = static_cast<std::uint8_t>(list_marks(
         ledger.records(), contribution, span, description.last, description.record, visited));
-    return visited;
+    // Where a list is whole, its sum shows whether equal marks are of equal contents.
+    if (description.last >= range_of(span).last) return visited;
+    description.is_list = false;
   }
-  const unsigned bits = std::min<unsigned>(kPartBits, span.width - bucket);
+  const int wider = span.width > bucket ? span.width - bucket : span.width;
+  const auto bits = std::min<unsigned>(kPartBits, static_cast<unsigned>(wider));
   description.part_width = static_cast<std::uint8_t>(span.width - bits);
   description.count = static_cast<std::uint8_t>(1U << bits);
-  for (std::uint32_t part = 0; part < description.count; ++part)
-    description.sum[part] =
-        contribution.index.sum({description.part_width, (span.index << bits) + part});
-  return visited;
+  return visited + sum_parts(ledger, contribution, description, description.sum);
 }
 
 }  // namespace tessera

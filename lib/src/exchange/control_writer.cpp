@@ -8,7 +8,7 @@ namespace tessera {
 
 namespace {
 
-/// Frames and statements are few and nothing goes without them: they are sent unasked with one
+/// Frames and statements are few and nothing goes without them: each is sent unasked with one
 /// announcement of so many.
 constexpr std::uint64_t kAnnouncementsOfFrame = 8;
 /// Between two times that the same is sent because it is asked for.
@@ -87,7 +87,51 @@ void ControlWriter::drop_statement(const Ledger& ledger,
   due_of(ledger, contribution).statement.due = Instant::never();
 }
 
-/// As many contributions as fit, this robot's first, the others in turn.
+/// Unasked, each in its turn: many at once would keep everything else waiting.
+void ControlWriter::owe_own(const Outgoing& out) noexcept {
+  std::uint64_t turn = out.counted.announcements;
+  for (const Ledger::Contribution& contribution : out.ledger.places()) {
+    if (!contribution.used || !contribution.own) continue;
+    if (turn++ % kAnnouncementsOfFrame != 0) continue;
+    owe_frame(out.ledger, contribution, out.now);
+    owe_statement(out.ledger, contribution, out.now);
+  }
+}
+
+/// In turn, as many as fit. False: not all.
+bool ControlWriter::announce(const Outgoing& out, ByteWriter& to, bool own,
+                             std::uint32_t& next) noexcept {
+  const std::span<const Ledger::Contribution> places = out.ledger.places();
+  for (std::size_t i = 0; i < places.size(); ++i, ++next) {
+    if (next >= places.size()) next = 0;
+    const Ledger::Contribution& one = places[next];
+    if (!one.used || !one.open || one.own != own) continue;
+    const bool is_disputed = !out.ledger.conflicts().has_room_for(one.id.robot, one.id.epoch);
+    if (!write_announced(to, {.id = one.id,
+                              .latest = own ? one.latest : one.statement.latest,
+                              .frame_revision = one.frame_revision,
+                              .stated = own || one.stated,
+                              .complete = one.complete(),
+                              .origin = own,
+                              .disputed = is_disputed,
+                              .digest = one.held.folded()}))
+      return false;
+  }
+  return true;
+}
+
+/// Their counters were lost: only they can say so, and others have forgotten what they signed.
+void ControlWriter::announce_floors(const Outgoing& out, ByteWriter& to) const noexcept {
+  if (!out.gate.signatures().on()) return;
+  for (const Peer& peer : out.gate.peers().all()) {
+    const std::uint32_t floor = out.ledger.floors().of(peer.robot);
+    const bool is_here = out.now - peer.heard <= 2 * announce_;
+    if (peer.floor >= floor || !is_here) continue;
+    if (!write_announced(to, {.id = {peer.robot, floor, 0}})) return;
+  }
+}
+
+/// This robot's first, and where they do not fit, the others first every other time.
 bool ControlWriter::write_announcement(Outgoing& out, ByteWriter& to) noexcept {
   if (out.now < announce_due_) return false;
   out.kind = DatagramKind::kAnnounce;
@@ -99,49 +143,19 @@ bool ControlWriter::write_announcement(Outgoing& out, ByteWriter& to) noexcept {
   out.gate.write_challenges(header, out.now,
                             static_cast<std::uint64_t>(out.repair.random({INT64_MAX}).us));
   write_announcement_header(to, header);
-  const auto announce = [&](const Ledger::Contribution& contribution) {
-    return write_announced(
-        to, {.id = contribution.id,
-             .latest = contribution.own ? contribution.latest : contribution.statement.latest,
-             .frame_revision = contribution.frame_revision,
-             .stated = contribution.own || contribution.stated,
-             .complete = contribution.complete(),
-             .origin = contribution.own,
-             .disputed =
-                 !out.ledger.conflicts().has_room_for(contribution.id.robot, contribution.id.epoch),
-             .digest = contribution.held.folded()});
-  };
-  const bool with_frames = out.counted.announcements % kAnnouncementsOfFrame == 0;
-  const std::span<Ledger::Contribution> places = out.ledger.places();
-  for (const Ledger::Contribution& contribution : places) {
-    if (!contribution.used || !contribution.own) continue;
-    if (with_frames) {
-      owe_frame(out.ledger, contribution, out.now);
-      owe_statement(out.ledger, contribution, out.now);
-    }
-    if (!announce(contribution)) break;
-  }
-  for (const Peer& peer : out.gate.peers().all()) {
-    // Its counter was lost: only it can say so, and others have forgotten what it signed.
-    const std::uint32_t floor = out.ledger.floors().of(peer.robot);
-    const bool is_here = out.now - peer.heard <= 2 * announce_;
-    if (!out.gate.signatures().on() || peer.floor >= floor || !is_here) continue;
-    if (!write_announced(to, {.id = {peer.robot, floor, 0}})) break;
-  }
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    if (announced_next_ >= places.size()) announced_next_ = 0;
-    const Ledger::Contribution& contribution = places[announced_next_];
-    if (contribution.used && contribution.open && !contribution.own && !announce(contribution))
-      break;
-    ++announced_next_;
-  }
+  owe_own(out);
+  others_first_ = !others_first_ && !own_fit_;
+  if (others_first_) static_cast<void>(announce(out, to, false, announced_next_));
+  own_fit_ = announce(out, to, true, announced_own_);
+  announce_floors(out, to);
+  if (!others_first_) static_cast<void>(announce(out, to, false, announced_next_));
   ++out.counted.announcements;
   return true;
 }
 
 bool ControlWriter::write_due_frame(Outgoing& out, ByteWriter& to) noexcept {
   for (const Ledger::Contribution& contribution : out.ledger.places()) {
-    if (!contribution.used || !contribution.open) continue;
+    if (!contribution.used || contribution.frame_revision == 0) continue;
     Owed& owed = due_of(out.ledger, contribution).frame;
     if (out.now < owed.due) continue;
     settle(owed, out);

@@ -241,15 +241,14 @@ bool Ledger::take_frame(const FrameBody& frame, std::span<const std::byte> signa
     ++counted.refused_disputed;
     return true;
   }
-  const bool replaces =
-      !signatures_.on() && is_last && known != nullptr && known->open &&
-      (frame.revision != known->frame_revision || frame.T_global_map != known->T_global_map);
+  const bool present = !signatures_.on() && is_last;
+  const bool replaces = present && known != nullptr && known->open && !known->has(frame);
   const bool gives_way = known == nullptr || known->gives_way_to(frame, signatures_.on());
   if ((!gives_way && !replaces) || (known != nullptr && known->own)) return true;
   if (known != nullptr && known->open && now - known->frame_at < frame_pause_) {
     ++counted.frames_early;
-    const std::uint32_t next = std::min(frame.revision, known->frame_revision + 1);
-    known->announced_frame = std::max(known->announced_frame, next);
+    known->announced_frame =
+        std::max(known->announced_frame, std::min(frame.revision, known->frame_revision + 1));
     return true;
   }
   if (!GridTransform::make(frame.T_global_map, resolution_m_).ok()) return false;
@@ -263,7 +262,6 @@ bool Ledger::take_frame(const FrameBody& frame, std::span<const std::byte> signa
     return true;
   }
   using Claim = ContributionTable::Claim;
-  const bool present = !signatures_.on() && is_last;
   if (known == nullptr)
     known = table_.add(frame.id, present ? Claim::kPresent : Claim::kFrame, now, counted);
   if (known == nullptr) return true;
@@ -274,6 +272,7 @@ bool Ledger::take_frame(const FrameBody& frame, std::span<const std::byte> signa
     return true;
   }
   known->frame_at = now;
+  if (replaces) known->announced_frame = frame.revision;
   std::copy(signature.begin(), signature.end(), known->frame_signature.begin());
   return true;
 }

@@ -169,7 +169,7 @@ bool MessageTaker::hear_chunk(const ExchangeParts& parts, const Heard& heard) no
                             heard.now);
     return taken.well_formed;
   }
-  const bool fills = chunk_.range.first <= contribution->latest;
+  const bool fills = chunk_.relayed || chunk_.range.first <= contribution->latest;
   if (!chunk_.relayed) {
     contribution->origin_at = heard.now;
     parts.ledger.take_chunk_statement(*contribution, chunk_.statement, heard.is_last,
@@ -221,9 +221,10 @@ bool MessageTaker::hear_frame(const ExchangeParts& parts, const Heard& heard) co
   }
   if (parts.is_refused(frame.id, heard, announce_)) return true;
   const HeldContribution* const before = parts.ledger.find(frame.id);
-  if (before != nullptr && heard.is_new && frame.revision == before->frame_revision &&
-      frame.T_global_map == before->T_global_map)
+  if (before != nullptr && heard.is_new && before->has(frame))
     parts.sender.control().drop_frame(parts.ledger, *before);
+  if (before != nullptr && before->open && parts.origin_speaks(*before, heard, announce_))
+    return true;
   const bool is_last = heard.is_last && frame.id.robot == heard.header.sender;
   if (!parts.ledger.take_frame(frame, signature, is_last, heard.now, parts.counted)) return false;
   HeldContribution* const contribution = parts.ledger.find(frame.id);
@@ -231,8 +232,6 @@ bool MessageTaker::hear_frame(const ExchangeParts& parts, const Heard& heard) co
   return true;
 }
 
-/// Without signatures an origin is believed about itself, and others about it while it is silent
-/// for some announcements.
 bool MessageTaker::hear_statement(const ExchangeParts& parts, const Heard& heard) const noexcept {
   Statement statement;
   ByteReader body(heard.body);
@@ -244,8 +243,8 @@ bool MessageTaker::hear_statement(const ExchangeParts& parts, const Heard& heard
   const bool of_origin =
       heard.header.sender == statement.id.robot && heard.header.session == statement.session;
   const HeldContribution* const known = parts.ledger.find(statement.id);
-  if (!parts.gate.signatures().on() && !of_origin && known != nullptr && known->stated &&
-      heard.now - known->origin_at <= kSilences * announce_)
+  if (known != nullptr && known->stated && !of_origin &&
+      parts.origin_speaks(*known, heard, announce_))
     return true;
   if (!parts.ledger.take_statement(statement, proof, of_origin && heard.is_last, heard.now,
                                    parts.counted)) {

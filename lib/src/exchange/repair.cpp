@@ -13,7 +13,7 @@ namespace {
 constexpr std::int64_t kAwaited = 300;
 /// Requests for what a robot claims that there is.
 constexpr std::uint32_t kRequestsForClaim = 2;
-/// Between two requests for what is stated in this robot's name.
+/// Between two requests for what is stated in this robot's name, or displaces by its name.
 constexpr Duration kClaimTime{1'000'000};
 /// Pauses for which others who ask for the same put a request off, at most: one of them may ask all
 /// the while, and get what this robot has.
@@ -63,25 +63,18 @@ Repair::Need& Repair::need_of(const Ledger& ledger,
   return need;
 }
 
-/// The one that was noted longest ago gives its place.
-Repair::Claim& Repair::place_of(std::span<Claim> claims, const ContributionId& id) noexcept {
+/// The one that was noted longest ago gives its place. Anybody may say a name: no more of them are
+/// asked for in kClaimTime than there are places.
+void Repair::note(std::span<Claim> claims, const Claim& noted) noexcept {
   Claim* place = claims.data();
   for (Claim& claim : claims) {
-    if (claim.id == id) return claim;
+    if (claim.id == noted.id) {
+      place = &claim;
+      break;
+    }
     if (claim.noted < place->noted) place = &claim;
   }
-  return *place;
-}
-
-void Repair::note_claim(const ContributionId& id, Instant now) noexcept {
-  Claim& place = place_of(claims_.first(kMostClaims), id);
-  if (place.id != id || now - place.noted >= kClaimTime) place = {id, true, ~std::uint32_t{0}, now};
-}
-
-/// Anybody may say a name: no more of them are asked for in that time than there are places.
-void Repair::note_displacing(const ContributionId& id, Instant now) noexcept {
-  Claim& place = place_of(claims_.last(kMostClaims), id);
-  if (now - place.noted >= kClaimTime) place = {id, true, 0, now};
+  if (noted.noted - place->noted >= kClaimTime) *place = noted;
 }
 
 void Repair::note_announced(Ledger& ledger, Ledger::Contribution& contribution,
@@ -127,7 +120,7 @@ void Repair::consider_comparison(Ledger& ledger, const Ledger::Contribution& con
       announced.latest != contribution.statement.latest ||
       (contribution.complete() && !announced.complete) || now < peer.compare_due)
     return;
-  const bool settled = !lacks_versions(contribution) || need.requests > 2;
+  const bool settled = !lacks_versions(contribution) || (need.requests > 2 && !contribution.full);
   if (!settled || now < need.compare_due) return;
   if (now - need.taken < kSettleTime) {
     const bool is_old =
@@ -150,10 +143,11 @@ void Repair::end_comparison(Ledger& ledger, PeerTable& peers, Instant now) noexc
   comparison_.end();
   if (!there) return;
   // One at a time: others get their turn before who brought nothing, or no end, has the next.
+  const Duration lasted = now - comparison_.began();
+  const Duration pause = std::min(std::max(lasted, 2 * announce_), kMostPeerPause);
   if (Peer* const peer = peers.find(comparison_.robot());
-      peer != nullptr && (!comparison_.took() || now - comparison_.began() > Comparison::kLongest))
-    peer->compare_due =
-        now + std::min(std::max(now - comparison_.began(), 2 * announce_), kMostPeerPause);
+      peer != nullptr && (!comparison_.took() || lasted > Comparison::kLongest))
+    peer->compare_due = now + (comparison_.took() ? 2 * announce_ : pause);
   Need& need = need_of(ledger, contribution);
   // What was found is on its way, or was lost like what was not answered; where nothing was found
   // or there is no room for it, the next one is later and later.
@@ -171,7 +165,8 @@ void Repair::note_taken(Ledger& ledger, Ledger::Contribution& contribution,
   if (taken.refused || (fills && taken.grew)) contribution.full = taken.refused;
   if (taken.records != 0) {
     need.taken = now;
-    if (comparison_.is_of(ledger.number_of(contribution), contribution.generation))
+    if (fills) need.filled = now;
+    if (fills && comparison_.is_of(ledger.number_of(contribution), contribution.generation))
       comparison_.note_taken(sender, now);
     if (!taken.refused) need.compare_pause = {};
   }
@@ -188,8 +183,10 @@ void Repair::note_taken(Ledger& ledger, Ledger::Contribution& contribution,
 
 void Repair::note_lack(Ledger& ledger, Ledger::Contribution& contribution, Instant now) noexcept {
   Need& need = need_of(ledger, contribution);
-  if (contribution.complete() && !contribution.own)
+  if (contribution.complete() && !contribution.own) {
     contribution.coverage.add({1, contribution.statement.latest});
+    contribution.full = false;
+  }
   if (contribution.stated && need.announced <= contribution.statement.latest) need.announced = 0;
   if (contribution.own || !(lacks_versions(contribution) || need.announced != 0)) {
     need.due = Instant::never();
@@ -215,10 +212,12 @@ void Repair::note_asked(const Ledger& ledger, const Ledger::Contribution& contri
 void Repair::put_off(const Ledger::Contribution& contribution, Need& need, Instant now) noexcept {
   need.asked = now;
   const bool awaited = now - need.different <= kAwaited * announce_;
-  const bool soon = !contribution.full && (++need.requests <= kPatience || awaited);
+  const bool soon = ++need.requests <= kPatience || awaited;
   // One that answers is there: what was asked for was lost.
-  const bool answered = !contribution.full && now - need.taken < request_most_;
-  need.pause = answered ? request_ : std::min(2 * need.pause, soon ? request_most_ : request_idle_);
+  const bool answered = !contribution.full && now - need.filled < request_most_;
+  need.pause = answered ? request_
+                        : std::min(2 * need.pause,
+                                   soon && !contribution.full ? request_most_ : request_idle_);
   need.due = now + need.pause + random(need.pause);
 }
 

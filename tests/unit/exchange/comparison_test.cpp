@@ -16,7 +16,7 @@ namespace {
 /// A ledger with 64 records of its own, and a comparison of them with another robot.
 struct Compared {
   static constexpr ReplicasConfig kReplicas{
-      .segments = 512, .blocks = 128, .contributions = 4, .robot_segments = 512};
+      .segments = 1024, .blocks = 256, .contributions = 4, .robot_segments = 1024};
   static constexpr int kComponents = 5;
   static constexpr std::uint32_t kOther = 9;
   static ExchangeConfig config() {
@@ -37,16 +37,19 @@ struct Compared {
     comparison = *Comparison::make(arena);
     content = *BlockContent::make(arena, kComponents);
     REQUIRE(ledger.open(1, 0, Matrix34d::Identity(), counted) == Status::kOk);
-    for (int i = 0; i < 64; ++i) {
+    publish(0, 64);
+    comparison.begin(ledger, own(), kOther, own().latest, now);
+  }
+  [[nodiscard]] const HeldContribution& own() const { return *ledger.publishing(); }
+  void publish(int first, int end) {
+    for (int i = first; i < end; ++i) {
       content.clear();
       content.set(1, i, 1.0F);
       quantise(content);
       VersionRange published;
       REQUIRE(ledger.publish(*pack({i, 0, 0}), content, published, counted).ok());
     }
-    comparison.begin(ledger, own(), kOther, own().latest, now);
   }
-  [[nodiscard]] const HeldContribution& own() const { return *ledger.publishing(); }
   /// Answers with what this robot itself holds, but other sums for these parts.
   void answer(VersionSpan span, std::initializer_list<std::uint32_t> other_parts) {
     Description description;
@@ -68,6 +71,32 @@ struct Compared {
   std::vector<std::uint32_t> sent;  ///< Versions that the other robot is to get.
   Instant now = Instant::at_us(1'000'000);
 };
+
+TEST_CASE("Comparison: of more records than a list can have each part has a sum") {
+  Compared compared;
+  compared.publish(64, 150);
+  // A version far off makes every bucket wide.
+  compared.ledger.places()[compared.ledger.number_of(compared.own())].latest = 1'000'000;
+  compared.publish(150, 151);
+  const HeldContribution& own = compared.own();
+  REQUIRE(own.index.width() == 9);
+  Description description;
+  Comparison::describe(compared.ledger, own, {9, 0}, description);
+  REQUIRE_FALSE(description.is_list);
+  REQUIRE(description.count == 64);
+  CHECK(description.part_width == 3);
+  // Version v is of block v - 1.
+  std::uint64_t sum = 0;
+  for (const std::uint64_t part : description.sum) sum += part;
+  CHECK(sum == own.index.sum({9, 0}));
+  CHECK(description.sum[18] != 0);
+  CHECK(description.sum[19] == 0);
+  Description list;
+  Comparison::describe(compared.ledger, own, {3, 18}, list);
+  CHECK(list.is_list);
+  CHECK(list.count == 6);
+  CHECK(list.last == 152);
+}
 
 TEST_CASE("Comparison: lists with other sums and equal marks are asked for anew, as a whole") {
   Compared compared;

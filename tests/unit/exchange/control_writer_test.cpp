@@ -4,6 +4,7 @@
 #include "tessera/exchange/internal/control_writer.hpp"
 
 #include <catch2/catch.hpp>
+#include <map>
 #include <optional>
 
 #include "exchange_rig.hpp"
@@ -15,7 +16,9 @@ constexpr std::int64_t kStart_ms = 1'000'000;
 
 /// A robot that publishes, and the writer that is looked at.
 struct Bench {
-  Bench() : rig(1), memory(ControlWriter::required_bytes(rig.config)) {
+  Bench() : Bench(ExchangeRig::config_of(1)) {}
+  explicit Bench(const ExchangeConfig& config)
+      : rig(config), memory(ControlWriter::required_bytes(rig.config)) {
     Arena arena = memory.arena();
     control = *ControlWriter::make(arena, rig.config);
     own = &rig.open_own();
@@ -117,7 +120,8 @@ TEST_CASE(
   bench.count(DatagramKind::kFrame, 0);
   const bool seldom = GENERATE(false, true);
   const auto ask = [&](std::int64_t ms) {
-    bench.control.owe_statement(bench.rig.ledger, *bench.own, at_ms(kStart_ms + ms), seldom);
+    bench.control.owe_statement(bench.rig.ledger, *bench.own, at_ms(kStart_ms + ms),
+                                ControlWriter::Asker{9, !seldom});
   };
   ask(10'000);
   CHECK(bench.count(DatagramKind::kStatement, 9'999) == 0);
@@ -155,6 +159,45 @@ TEST_CASE("ControlWriter: a due of a contribution that lost its place is none of
   other.id.robot = 8;
   REQUIRE(bench.rig.ledger.take_frame(other, {}, true, now, counted));
   CHECK(bench.count(DatagramKind::kFrame, 100) == 0);
+}
+
+TEST_CASE("ControlWriter: of more own contributions than fit each is named, and others' too") {
+  constexpr std::uint32_t kOwn = 100;
+  ExchangeConfig config = ExchangeRig::config_of(1);
+  config.contributions = 110;
+  config.own_contributions = kOwn;
+  Bench bench(config);
+  ExchangeReport& counted = bench.rig.counted;
+  for (std::uint32_t submap = 1; submap < kOwn; ++submap)
+    REQUIRE(bench.rig.ledger.open(1, submap, Matrix34d::Identity(), counted) == Status::kOk);
+  for (std::uint32_t robot = 20; robot < 25; ++robot)
+    REQUIRE(bench.rig.ledger.take_frame({.id = {robot, 1, 0}, .revision = 1}, {}, true,
+                                        at_ms(kStart_ms), counted));
+  std::map<ContributionId, int> named;
+  std::map<ContributionId, int> framed;
+  for (std::int64_t ms = 0; counted.announcements < 24; ms += 100) {
+    int here = 0;
+    while (const std::optional<DatagramKind> next = bench.write(ms)) {
+      ByteReader from(bench.body);
+      FrameBody frame;
+      if (*next == DatagramKind::kFrame && read_frame(from, frame)) {
+        ++framed[frame.id];
+        ++here;
+      }
+      AnnouncementHeader header;
+      if (*next != DatagramKind::kAnnounce || !read_announcement_header(from, header)) continue;
+      AnnouncedContribution announced;
+      while (from.remaining() != 0) {
+        REQUIRE(read_announced(from, announced));
+        ++named[announced.id];
+      }
+    }
+    // Nothing else goes out meanwhile.
+    CHECK(here <= static_cast<int>(kOwn / 8) + 1);
+  }
+  CHECK(named.size() == kOwn + 5);
+  CHECK(framed.size() == kOwn);
+  for (const auto& [id, times] : named) CHECK(times >= 3);
 }
 
 TEST_CASE("ControlWriter: memory that is too small is refused") {

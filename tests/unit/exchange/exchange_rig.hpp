@@ -15,10 +15,11 @@ inline constexpr int kExchangeComponents = 5;
 
 struct ExchangeRig {
   static constexpr ReplicasConfig kReplicas{
-      .segments = 2048, .blocks = 64, .contributions = 8, .robot_segments = 2048};
+      .segments = 2048, .blocks = 64, .contributions = 128, .robot_segments = 2048};
 
-  explicit ExchangeRig(std::uint32_t robot)
-      : config(config_of(robot)),
+  explicit ExchangeRig(std::uint32_t robot) : ExchangeRig(config_of(robot)) {}
+  explicit ExchangeRig(const ExchangeConfig& given)
+      : config(given),
         memory(Replicas::required_bytes(kReplicas) + Gate::required_bytes(config) +
                Ledger::required_bytes(config, kExchangeComponents) +
                Repair::required_bytes(config) + Sender::required_bytes(config) +

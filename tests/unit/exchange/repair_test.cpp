@@ -73,6 +73,23 @@ struct Comparing {
     }
   }
 
+  /// A record of a version that nobody knew of.
+  void take_fresh() {
+    repair.note_taken(ledger, contribution(), {.grew = true, .records = 1}, false, kId.robot, now);
+  }
+  /// The requests that are due, read back.
+  int write() {
+    std::array<std::byte, kMostBodyBytes> body{};
+    ByteWriter to(body);
+    if (!repair.write(ledger, to, now, counted)) return 0;
+    int requests = 0;
+    RequestedContribution requested;
+    const std::span<const std::byte> written(body.data(), to.size());
+    for (ByteReader from(written); from.remaining() != 0; ++requests)
+      REQUIRE(read_requested(from, requested));
+    return requests;
+  }
+
   AlignedMemory memory;
   Replicas replicas;
   Gate gate;
@@ -91,14 +108,14 @@ TEST_CASE("Repair: who brings records for longer than a comparison may last lets
   robot.take_from(kSlow, 200'000);
   REQUIRE_FALSE(robot.repair.comparison().active());
 
-  robot.now = robot.now + Duration{2'000'000};
+  robot.now = robot.now + Duration{1'000'000};
   robot.announce(kSlow);
   CHECK_FALSE(robot.repair.comparison().active());
   robot.announce(kOther);
   CHECK(robot.is_comparing_with(kOther));
   robot.repair.comparison().end();
-  // For about as long as it was at it.
-  robot.now = robot.now + Comparison::kLongest;
+  // Not for as long as it was at it: what it brings is needed.
+  robot.now = robot.now + Duration{2'000'000};
   robot.announce(kSlow);
   CHECK(robot.is_comparing_with(kSlow));
 }
@@ -115,6 +132,66 @@ TEST_CASE("Repair: who brings records and an end is compared with again at once"
   robot.now = robot.now + Duration{500'000};
   robot.announce(kSlow);
   CHECK(robot.is_comparing_with(kSlow));
+}
+
+TEST_CASE("Repair: what an origin publishes all the while answers no question of a comparison") {
+  Comparing robot;
+  robot.announce(kSlow);
+  REQUIRE(robot.write() == 1);
+  REQUIRE(robot.is_comparing_with(kSlow));
+  int questions = 0;
+  for (int tenth = 0; tenth < 30; ++tenth) {
+    robot.take_fresh();
+    robot.now = robot.now + Duration{100'000};
+    robot.repair.end_comparison(robot.ledger, robot.gate.peers(), robot.now);
+    questions += robot.write();
+  }
+  // One each half second.
+  CHECK(questions >= 5);
+  CHECK(questions <= 6);
+}
+
+TEST_CASE("Repair: what an origin publishes all the while answers no request either") {
+  Comparing robot;
+  const Statement later{.id = Comparing::kId,
+                        .range = {1, 1},
+                        .latest = Comparing::kLatest + 1,
+                        .records = 51,
+                        .frame_revision = 1,
+                        .session = 1};
+  REQUIRE(robot.ledger.take_statement(later, {}, true, robot.now, robot.counted));
+  int requests = 0;
+  for (int tenth = 0; tenth < 200; ++tenth) {
+    robot.take_fresh();
+    robot.now = robot.now + Duration{100'000};
+    requests += robot.write();
+  }
+  // In 20 s, after the first few a second and more apart.
+  CHECK(requests >= 8);
+  CHECK(requests <= 24);
+}
+
+TEST_CASE("Repair: a contribution that is complete is not full any more") {
+  Comparing robot;
+  robot.repair.note_taken(robot.ledger, robot.contribution(), {.records = 1, .refused = true}, true,
+                          kSlow, robot.now);
+  REQUIRE(robot.contribution().full);
+  robot.contribution().records = robot.contribution().statement.records;
+  robot.contribution().held = robot.contribution().statement.fingerprint;
+  robot.repair.note_lack(robot.ledger, robot.contribution(), robot.now);
+  CHECK_FALSE(robot.contribution().full);
+}
+
+TEST_CASE("Repair: names of this robot that others say are asked for four times a second at most") {
+  Comparing robot;
+  int names = 0;
+  for (std::uint32_t i = 0; i < 1000; ++i) {
+    robot.now = robot.now + Duration{1'000};
+    robot.repair.note_claim({1, 100 + i, 0}, robot.now);
+    names += robot.write();
+  }
+  CHECK(names >= 4);
+  CHECK(names <= 8);
 }
 
 }  // namespace

@@ -141,9 +141,10 @@ class Comparison {
   void await(Node node) noexcept;
   [[nodiscard]] std::uint64_t sum_of(const Ledger& ledger, const Ledger::Contribution& contribution,
                                      const VersionSpan& span) noexcept;
-  [[nodiscard]] std::span<const std::uint64_t> sums_of_parts(
-      const Ledger& ledger, const Ledger::Contribution& contribution,
-      const Description& description) noexcept;
+  /// Of each part of what is described. Returns how many records were looked at.
+  static std::size_t sum_parts(const Ledger& ledger, const Ledger::Contribution& contribution,
+                               const Description& description,
+                               std::span<std::uint64_t> sums) noexcept;
   [[nodiscard]] bool add_gap(const VersionSpan& span) noexcept;
   /// Of a part that one of the two has nothing of, the other one's records are sent as a range.
   template <class SendRange>
@@ -151,11 +152,10 @@ class Comparison {
                  const Description& description, const Node& whole,
                  SendRange&& send_range) noexcept {
     const unsigned bits = description.span.width - description.part_width;
-    const std::span<const std::uint64_t> own_sums =
-        sums_of_parts(ledger, contribution, description);
+    visited_ += sum_parts(ledger, contribution, description, part_sums_);
     for (std::uint32_t part = 0; part < description.count; ++part) {
       const VersionSpan span{description.part_width, (description.span.index << bits) + part};
-      const std::uint64_t own = own_sums[part];
+      const std::uint64_t own = part_sums_[part];
       const std::uint64_t theirs = description.sum[part];
       if (own == theirs || span.first() > kLastVersion) continue;
       found_ = found_ || own == 0 || theirs == 0;

@@ -61,6 +61,10 @@ class ControlWriter {
                   const std::optional<Asker>& asker) noexcept;
   /// It is in this datagram.
   static void settle(Owed& owed, Outgoing& out) noexcept;
+  void owe_own(const Outgoing& out) noexcept;
+  [[nodiscard]] static bool announce(const Outgoing& out, ByteWriter& to, bool own,
+                                     std::uint32_t& next) noexcept;
+  void announce_floors(const Outgoing& out, ByteWriter& to) const noexcept;
   [[nodiscard]] bool write_announcement(Outgoing& out, ByteWriter& to) noexcept;
   [[nodiscard]] bool write_due_frame(Outgoing& out, ByteWriter& to) noexcept;
   [[nodiscard]] bool write_due_statement(Outgoing& out, ByteWriter& to) noexcept;
@@ -70,7 +74,11 @@ class ControlWriter {
   Duration announce_soon_time_{};
   Duration frame_pause_{};
   std::span<Due> dues_;
-  std::uint32_t announced_next_ = 0;  ///< The place that the next announcement begins with.
+  /// The places that the next announcement begins with, of others and of this robot's own.
+  std::uint32_t announced_next_ = 0;
+  std::uint32_t announced_own_ = 0;
+  bool own_fit_ = true;        ///< All of this robot's own, into the last announcement.
+  bool others_first_ = false;  ///< In the last announcement.
   Instant announce_due_ = Instant::long_ago();
 };
 

@@ -17,6 +17,13 @@ struct ExchangeParts {
   Sender& sender;
   ExchangeReport& counted;
 
+  /// True iff its origin is heard of a contribution: without signatures nobody else is believed
+  /// then, as one who missed what its origin said would bring back what it has put right.
+  [[nodiscard]] bool origin_speaks(const HeldContribution& contribution, const Heard& heard,
+                                   Duration announce) const noexcept {
+    return !gate.signatures().on() && heard.header.sender != contribution.id.robot &&
+           heard.now - contribution.origin_at <= kSilences * announce;
+  }
   /// True iff nothing is taken of a contribution that this datagram names: its robot is excluded,
   /// or, without signatures, is heard and says itself what it publishes in this epoch and later
   /// ones. What it has denied would come back from others, whom it has not reached yet, for ever.

@@ -24,7 +24,7 @@ struct HeldContribution {
   Replicas::Slot slot = 0;
   std::uint32_t generation = 0;  ///< Of the place: higher with each contribution that has it.
   std::uint32_t latest = 0;      ///< The highest version that was heard of.
-  std::uint32_t frame_revision = 0;
+  std::uint32_t frame_revision = 0;  ///< 0: there is no frame, or it is not its origin's.
   /// The revision to ask for: one more than is held if somebody says that there is a later one.
   /// A hint, as coverage is.
   std::uint32_t announced_frame = 0;
@@ -49,6 +49,9 @@ struct HeldContribution {
   [[nodiscard]] bool complete() const noexcept {
     return own || (open && stated && records == statement.records &&
                    held == statement.fingerprint && frame_revision >= statement.frame_revision);
+  }
+  [[nodiscard]] bool has(const FrameBody& frame) const noexcept {
+    return frame.revision == frame_revision && frame.T_global_map == T_global_map;
   }
   /// True iff the frame is a later one. Where robots sign and one signs two frames as one revision,
   /// whoever hears both keeps the one of the lower bits.

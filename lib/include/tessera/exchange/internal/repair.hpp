@@ -25,11 +25,15 @@ class Repair {
                       ExchangeReport& counted) noexcept;
   /// Somebody holds something else in this robot's name than this process published: what was
   /// stated about it is asked for.
-  void note_claim(const ContributionId& id, Instant now) noexcept;
+  void note_claim(const ContributionId& id, Instant now) noexcept {
+    note(claims_.first(kMostClaims), {id, true, ~std::uint32_t{0}, now});
+  }
   /// A name that found no place, and whose frame would displace a lower one of its robot: that is
   /// asked for.
-  void note_displacing(const ContributionId& id, Instant now) noexcept;
-  /// What a chunk did; fills: it is of versions that were known of before.
+  void note_displacing(const ContributionId& id, Instant now) noexcept {
+    note(claims_.last(kMostClaims), {id, true, 0, now});
+  }
+  /// What a chunk did; fills: it is relayed, or of versions that were known of before.
   void note_taken(Ledger& ledger, Ledger::Contribution& contribution, const Ledger::Taken& taken,
                   bool fills, std::uint32_t sender, Instant now) noexcept;
   /// Sees to it that what is lacking is asked for, or no more.
@@ -55,6 +59,7 @@ class Repair {
     Duration pause{};                      ///< Until it is asked for again.
     Instant different;                     ///< When a robot was heard that holds something else.
     Instant taken;                         ///< When a record came last.
+    Instant filled;                        ///< The same of one that fills.
     Instant unsettled = Instant::never();  ///< Since when records come and contents differ.
     Instant asked;                         ///< When it was asked for, or the lack was noticed.
     /// Gaps up to here are asked for, and the rest with the next datagram; 0: all are.
@@ -89,7 +94,7 @@ class Repair {
   void consider_comparison(Ledger& ledger, const Ledger::Contribution& contribution, Need& need,
                            const AnnouncedContribution& announced, const Peer& peer, Instant now,
                            ExchangeReport& counted) noexcept;
-  [[nodiscard]] static Claim& place_of(std::span<Claim> claims, const ContributionId& id) noexcept;
+  static void note(std::span<Claim> claims, const Claim& noted) noexcept;
   void begin_request(const Ledger::Contribution& contribution) noexcept;
   [[nodiscard]] bool write_comparison(Ledger& ledger, ByteWriter& to) noexcept;
   void put_off(const Ledger::Contribution& contribution, Need& need, Instant now) noexcept;
