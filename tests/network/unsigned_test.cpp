@@ -56,6 +56,24 @@ TEST_CASE("unsigned: a frame gives way to the robot's own, also of an earlier re
   CHECK(team.agree());
 }
 
+TEST_CASE("unsigned: others are believed about a robot's frame while it is not heard") {
+  Forged team(599);
+  const Replicas& held = team.robot(0).replicas();
+  const auto revision = [&] { return held.contribution(*held.find(kOfOne)).frame_revision; };
+  Forger other(9);
+  team.run(2 * kSecond);
+  team.say(0, other.frame(kOfOne, 7));
+  CHECK(revision() == 1);
+  team.switch_off(1);
+  team.run(5 * kSecond);
+  team.say(0, other.frame(kOfOne, 7));
+  CHECK(revision() == 7);
+  team.switch_on(1);
+  team.run(10 * kSecond);
+  CHECK(revision() == 1);
+  CHECK(team.all_complete());
+}
+
 TEST_CASE("unsigned: a false frame does not come back from those who missed the true one") {
   constexpr int kRobots = 10;
   Team team(kRobots, 598, false, {.loss = 0.3});
