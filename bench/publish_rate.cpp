@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // What does a robot that maps at 10 Hz have to say? Drives along recorded scans with a tick every
 // 50 ms, and prints what was published in each second, how late, how often, what it costs, and how
-// much of the map means another thing than what others know of it. Datagrams are made and counted,
-// and go nowhere. All but CPU time is the same in every run.
+// much of the map means another thing than what others know of it. Datagrams are made, counted, and
+// heard by another robot. All but CPU time is the same in every run.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <optional>
@@ -208,6 +208,9 @@ Outcome<void> measure(const Settings& settings) {
       8e-6 * static_cast<double>(wire_bytes) / seconds,
       static_cast<double>(wire_bytes) / static_cast<double>(new_voxels),
       published.cpu_spent_ms() / seconds);
+  std::printf("another robot takes %.1f ms of CPU a second to hear its %llu records\n",
+              published.cpu_hearing_ms() / seconds,
+              static_cast<unsigned long long>(published.records_heard()));
   report(drive, published, disagreement, tick_ms, seconds);
   return {};
 }

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // What a robot publishes, as it goes out: an exchange with replicas of its own, whose datagrams are
-// counted and go nowhere.
+// counted, and heard by another one.
 #pragma once
 
 #include <ctime>
@@ -40,12 +40,17 @@ class Memory {
 class Published {
  public:
   Published(const MapConfig& map, const ClassTable& classes, const Signatures& signatures = {})
-      : memory_(Replicas::required_bytes(replicas_config()) +
-                Exchange::required_bytes(exchange_config(map), classes.num_components())) {
+      : memory_(2 * (Replicas::required_bytes(replicas_config()) +
+                     Exchange::required_bytes(exchange_config(map), classes.num_components()))) {
     Arena arena = memory_.arena();
     replicas_ = *Replicas::make(arena, replicas_config());
     exchange_ = *Exchange::make(arena, exchange_config(map), store_of(replicas_),
                                 crc_authenticator(), classes, signatures);
+    heard_ = *Replicas::make(arena, replicas_config());
+    ExchangeConfig hearing = exchange_config(map);
+    hearing.robot = 1;
+    hearing_ = *Exchange::make(arena, hearing, store_of(heard_), crc_authenticator(), classes,
+                               signatures);
     opened_ = exchange_.open(1, 0, Matrix34d::Identity()) == Status::kOk;
     to_exchange_ = publication_of(exchange_);
   }
@@ -82,13 +87,21 @@ class Published {
   std::size_t send(std::int64_t now_us) {
     constexpr std::size_t kBefore = 8 + 8 + 20 + 8;  // the channel, LCM, IP, UDP
     std::size_t bytes = 0;
-    timed([&] {
-      while (const std::size_t size = exchange_.send(now_us, datagram_)) bytes += size + kBefore;
-    });
-    return bytes;
+    while (true) {
+      std::size_t size = 0;
+      timed([&] { size = exchange_.send(now_us, datagram_); });
+      if (size == 0) return bytes;
+      bytes += size + kBefore;
+      const double start_ms = cpu_ms();
+      hearing_.receive(std::span(datagram_).first(size), now_us);
+      hearing_ms_ += cpu_ms() - start_ms;
+    }
   }
   /// CPU time in all of this.
   [[nodiscard]] double cpu_spent_ms() const { return spent_ms_; }
+  /// Of the robot that hears it.
+  [[nodiscard]] double cpu_hearing_ms() const { return hearing_ms_; }
+  [[nodiscard]] std::uint64_t records_heard() const { return hearing_.report().records_taken; }
   [[nodiscard]] const std::unordered_map<std::uint64_t, int>& times_sent() const { return sent_; }
   [[nodiscard]] bool ok() const { return opened_; }
 
@@ -122,10 +135,13 @@ class Published {
   Memory memory_;
   Replicas replicas_;
   Exchange exchange_;
+  Replicas heard_;
+  Exchange hearing_;
   Publication to_exchange_;
   bool opened_ = false;
   std::vector<std::byte> datagram_ = std::vector<std::byte>(kMostDatagramBytes);
   double spent_ms_ = 0.0;
+  double hearing_ms_ = 0.0;
   std::unordered_map<std::uint64_t, int> sent_;
 };
 

@@ -132,9 +132,14 @@ void MappingThread::say_losses(const ScanReport& report, std::int64_t now_us) no
   // Those over capacity have a line of their own.
   const auto memory =
       static_cast<std::int64_t>(left_out_for_memory(of_scan) - report.over_capacity);
-  if (memory != 0)
+  const bool by_scratch = report.refused_tiles + report.refused_ray_blocks > report.refused_storage;
+  if (memory != 0 && by_scratch) {
+    log_.say(LogLevel::kWarning, now_us,
+             "the scratch memory is full: % points and rays left out; see [map] memory", memory);
+  } else if (memory != 0) {
     log_.say(LogLevel::kWarning, now_us,
              "the map's memory is full: % points and rays left out; see [map] memory", memory);
+  }
   if (report.over_capacity != 0)
     log_.say(LogLevel::kWarning, now_us,
              "a scan has % points too many; the rest was sampled evenly", report.over_capacity);

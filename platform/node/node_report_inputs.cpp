@@ -66,7 +66,9 @@ Json Node::vehicle_json() const {
   VehiclePortState port;
   static_cast<void>(vehicle_port_->status(port));
   Json json = counters_json(port.socket);
+  // The inputs have one of that name too.
   json["socket_foreign"] = port.socket.foreign;
+  json.erase("foreign");
   add_counters(json, port.inputs);
   add_counters(json, port);
   add_counters(json, thread);

@@ -46,9 +46,9 @@ class OwnFaults(Faults):
         sensors.points = all_around(1800)
         # Too little for the whole of a scan too.
         node = self.node(map={"resolution_m": 0.05, "memory": "2M", "downsample_m": "off"})
-        node.says("the map's memory is full")
+        node.says("memory is full")
         before = node.here()
-        node.says("the map's memory is full", before)
+        node.says("memory is full", before)
         report = node.end()
         scans = report["scans"]
         self.assertGreater(min(scans["over_capacity"], scans["refused_memory"]), 0)

@@ -136,6 +136,7 @@ struct Outcome {
   std::uint64_t overhead_bytes = 0;
   std::uint64_t records = 0;  ///< That were sent.
   std::uint64_t requests = 0;
+  int exchanges = 0;  ///< Of a request, or of several at a time, and an answer.
 };
 
 /// Runs until both hold the same. Announcements go on as they do at rest.
@@ -145,7 +146,9 @@ Outcome reconcile(Network& network, double most_s) {
   const std::int64_t begin_us = network.now_us();
   const std::array<ExchangeReport, 2> before{report(0), report(1)};
   while (!outcome.equal && static_cast<double>(network.now_us() - begin_us) < most_s * kSecond) {
+    const std::uint64_t asked = report(0).requests + report(1).requests;
     network.run(20'000);
+    outcome.exchanges += report(0).requests + report(1).requests == asked ? 0 : 1;
     outcome.equal = network.agree();
   }
   outcome.seconds = 1e-6 * static_cast<double>(network.now_us() - begin_us);
@@ -180,12 +183,14 @@ void check(bool is_signed, std::uint32_t k, bool in_one_run, Kind kind) {
   // At 100 MB/s records take no time: what is left are exchanges of request and answer.
   const auto record_bytes = static_cast<double>(k * kRecordBytes + difference.proof_bytes);
   CHECK(outcome.seconds < 2.0 + (is_signed ? record_bytes / ExchangeConfig{}.bytes_per_s : 0.0));
+  // Where it is more than a second's records, requests for them follow each other.
+  if (k <= 1000) CHECK(outcome.exchanges <= 8);
   CHECK(outcome.records <= k);
   CHECK(outcome.overhead_bytes <= k * (256 + kRecordBytes) + 32'000 + difference.proof_bytes);
   WARN(k << (in_one_run ? " in one run" : " scattered") << ", kind " << static_cast<int>(kind)
          << (is_signed ? ", signed: " : ": ") << outcome.seconds << " s, " << outcome.overhead_bytes
          << " bytes (proofs " << difference.proof_bytes << "), " << outcome.records << " records, "
-         << outcome.requests << " requests");
+         << outcome.requests << " requests in " << outcome.exchanges << " exchanges");
 }
 
 TEST_CASE("reconcile: what differs is what is sent") {
