@@ -13,6 +13,7 @@ from command_case import FAILURE, TIME_LIMIT_S, CommandCase, command_path
 
 SCANS = 150
 MEMORY = ("--memory", "256M")
+SMALL = ("--memory", "20M")
 
 
 class Interrupt(CommandCase):
@@ -26,15 +27,15 @@ class Interrupt(CommandCase):
                 os.link(self.data / kind / f"000000.{ending}", self.data / kind / f"{i:06d}.{ending}")
         kitti.write_poses(self.data, [kitti.moved(1.0 * i) for i in range(SCANS)])
 
-    def start(self, *options):
-        return subprocess.Popen([command_path(), "map", "--dataset", str(self.data), "--out", "map.tsm", "--report", "map.json", *MEMORY,
+    def start(self, *options, memory=MEMORY):
+        return subprocess.Popen([command_path(), "map", "--dataset", str(self.data), "--out", "map.tsm", "--report", "map.json", *memory,
                                  *options], cwd=self.folder, text=True, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
 
-    def interrupted(self, by, *options):
-        """The scans that were mapped when the signal came, and the report."""
-        process = self.start(*options)
-        first = process.stderr.readline()
-        self.assertIn("mapping: 10 %", first)
+    def interrupted(self, by, *options, memory=MEMORY, left="map.tsm", at=10):
+        """The scans that were mapped when the signal came, and the report. left: what one can go on from."""
+        process = self.start(*options, memory=memory)
+        for percent in range(10, at + 1, 10):
+            self.assertIn(f"mapping: {percent} %", process.stderr.readline())
         process.send_signal(by)
         _, error = process.communicate(timeout=TIME_LIMIT_S)
         self.assertEqual(FAILURE, process.returncode, error)
@@ -42,8 +43,8 @@ class Interrupt(CommandCase):
         mapped = len(report["scans"])
         self.assertIs(True, report["interrupted"])
         self.assertTrue(0 < mapped < SCANS, mapped)
-        self.assertIn(f"tessera: interrupted after scan {mapped} of {SCANS}: map.tsm and map.json", error)
-        self.assertIn(f"continue with --continue map.tsm --first {mapped}", error)
+        self.assertIn(f"tessera: interrupted after scan {mapped} of {SCANS}: ", error)
+        self.assertIn(f"continue with --continue {left} --first {mapped}", error)
         return mapped, report
 
     def test_what_was_mapped_is_written(self):
@@ -61,6 +62,16 @@ class Interrupt(CommandCase):
         self.assertGreater(report["window"]["evicted"], 0)
         _, rest = self.map_dataset(self.data, "map.tsm", *options, "--continue", "map.tsm", "--first", mapped, *MEMORY)
         _, whole = self.map_dataset(self.data, "whole.tsm", "--max-range", 8, *MEMORY)
+        self.assertEqual(whole["digest"], rest["digest"])
+
+    def test_what_went_to_an_archive_beside_the_output_is_there_to_go_on_from(self):
+        reach = ("--max-range", 8)
+        archive = "map.tsm.archive/blocks.tsa"
+        mapped, report = self.interrupted(signal.SIGINT, *map(str, reach), memory=SMALL, left=archive, at=50)
+        self.assertGreater(report["window"]["evicted"], 0)
+        _, rest = self.map_dataset(self.data, "map.tsm", *reach, "--continue", archive, "--first", mapped, *SMALL)
+        self.assertFalse((self.folder / archive).exists())
+        _, whole = self.map_dataset(self.data, "whole.tsm", *reach, *MEMORY)
         self.assertEqual(whole["digest"], rest["digest"])
 
     def test_a_second_signal_ends_it_at_once_and_leaves_what_there_was(self):

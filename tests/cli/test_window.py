@@ -80,6 +80,12 @@ class Window(CommandCase):
         self.assertIsNone(report["config"]["window"])
         self.assertFalse((self.folder / "map.tsm.archive").exists())
 
+    def test_with_a_deadline_that_is_kept_it_goes_on_through_the_archive_too(self):
+        plain, _ = self.whole("--max-range", 10)
+        _, report = self.spilled("map.tsm", "--deadline", 60_000)
+        self.assertEqual(plain["digest"], report["digest"])
+        self.assertGreater(report["window"]["evicted"], 100)
+
     def test_where_scans_reach_farther_than_memory_near_blocks_leave_it_too(self):
         for reach in (0, 60):
             with self.subTest(reach):
