@@ -125,13 +125,13 @@ Outcome<void> take_up(const MapOptions& options, const Earlier& earlier, const M
 Outcome<void> write_map(const MapOptions& options, const MapIdentity& identity, MapWindow* window,
                         LocalMap& map, MapRun& run) {
   run.usage = map.usage();
+  run.blocks = window == nullptr ? map.block_count() : window->blocks();
   run.free_voxels = map.count_free_voxels();
   if (window == nullptr || !window->has_archive()) {
     std::vector<KeyedIndex> workspace = workspace_for(map);
     TESSERA_TRY_ASSIGN(run.file, save_map(map, identity, workspace, options.out));
     return {};
   }
-  run.blocks = window->blocks();
   TESSERA_TRY_ASSIGN(run.file, window->save_whole(map, identity, options.out));
   return {};
 }
