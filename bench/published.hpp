@@ -49,8 +49,8 @@ class Published {
     heard_ = *Replicas::make(arena, replicas_config());
     ExchangeConfig hearing = exchange_config(map);
     hearing.robot = 1;
-    hearing_ = *Exchange::make(arena, hearing, store_of(heard_), crc_authenticator(), classes,
-                               signatures);
+    hearing_ =
+        *Exchange::make(arena, hearing, store_of(heard_), crc_authenticator(), classes, signatures);
     opened_ = exchange_.open(1, 0, Matrix34d::Identity()) == Status::kOk;
     to_exchange_ = publication_of(exchange_);
   }

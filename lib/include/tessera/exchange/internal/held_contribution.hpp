@@ -22,8 +22,8 @@ struct HeldContribution {
   bool full = false;    ///< What came last was refused for lack of room.
   std::uint8_t proof_bytes = 0;
   Replicas::Slot slot = 0;
-  std::uint32_t generation = 0;  ///< Of the place: higher with each contribution that has it.
-  std::uint32_t latest = 0;      ///< The highest version that was heard of.
+  std::uint32_t generation = 0;      ///< Of the place: higher with each contribution that has it.
+  std::uint32_t latest = 0;          ///< The highest version that was heard of.
   std::uint32_t frame_revision = 0;  ///< 0: there is no frame, or it is not its origin's.
   /// The revision to ask for: one more than is held if somebody says that there is a later one.
   /// A hint, as coverage is.
