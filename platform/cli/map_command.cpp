@@ -194,12 +194,12 @@ Outcome<void> map_scans(const MapOptions& options, MapSetup& setup, const Record
     window = std::move(made);
   }
   MapRun run;
-  run.blocks_before = window != nullptr ? window->blocks() : mapper.map().block_count();
   if (earlier.prior_map) {
     const auto weight = static_cast<float>(*options.complete().prior_map_weight);
     run.prior_map = add_prior_map(*earlier.prior_map, weight, mapper.map());
     earlier.prior_map.reset();  // A file of up to a gigabyte.
   }
+  run.blocks_before = window != nullptr ? window->blocks() : mapper.map().block_count();
   run.labels = config["labels"].get<std::string>();
   run.budget_bytes = setup.budget_bytes;
   run.scratch_bytes = mapper.scratch_bytes();

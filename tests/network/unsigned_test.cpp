@@ -50,7 +50,8 @@ TEST_CASE("unsigned: a frame gives way to the robot's own, also of an earlier re
   Forger one = team.as_one();
   team.say(0, one.frame(kOfOne, 1'000'000));
   CHECK(revision() == 1'000'000);
-  team.run(20 * kSecond);
+  // It is asked for what it announced, and does not wait for its turn.
+  team.run(4 * kSecond);
   CHECK(revision() == 1);
   CHECK(team.all_complete());
   CHECK(team.agree());
@@ -69,9 +70,26 @@ TEST_CASE("unsigned: others are believed about a robot's frame while it is not h
   team.say(0, other.frame(kOfOne, 7));
   CHECK(revision() == 7);
   team.switch_on(1);
-  team.run(10 * kSecond);
+  team.run(4 * kSecond);
   CHECK(revision() == 1);
   CHECK(team.all_complete());
+}
+
+TEST_CASE("unsigned: recordings of a robot that is off are not taken for itself") {
+  Forged team(600, 3);
+  // What it says is recorded by who hears it.
+  const std::vector<std::byte> recorded = team.as_one().chunk(kOfOne, {1, 1}, {0, 1, 0}, 1);
+  team.run(kSecond);
+  team.switch_off(1);
+  team.run(5 * kSecond);
+  Forger other(9);
+  for (int i = 0; i < 10; ++i) {
+    team.say(0, recorded);
+    team.run(kSecond);
+  }
+  const Replicas& held = team.robot(0).replicas();
+  team.say(0, other.frame(kOfOne, 7));
+  CHECK(held.contribution(*held.find(kOfOne)).frame_revision == 7);
 }
 
 TEST_CASE("unsigned: a false frame does not come back from those who missed the true one") {

@@ -13,6 +13,9 @@ namespace {
 constexpr Duration kBetweenProofs{500'000};
 constexpr Duration kBetweenAccusations{8'000'000};
 
+/// A frame may arrive before an announcement that was sent before it.
+constexpr Duration kOvertaken{1'000'000};
+
 /// Whether a robot holds the same as this one shows in what it announces, a part at a time.
 void note_agreement(const ExchangeParts& parts, const Heard& heard,
                     const AnnouncedContribution& announced) noexcept {
@@ -22,6 +25,33 @@ void note_agreement(const ExchangeParts& parts, const Heard& heard,
   if (!same) heard.peer->differed = heard.now;
   const Ledger::Contribution* const publishing = parts.ledger.publishing();
   if (same && (known == publishing || publishing == nullptr)) heard.peer->agreed = heard.now;
+}
+
+/// Of this process: somebody holds something else than it published. It is a claim only, and what
+/// was stated shows whether it is true.
+void hear_own(const ExchangeParts& parts, const Heard& heard,
+              const AnnouncedContribution& announced) noexcept {
+  const Ledger::Contribution* const own = parts.ledger.find(announced.id);
+  const bool more = own == nullptr || announced.latest > own->latest;
+  const bool other = own != nullptr && announced.complete && announced.latest == own->latest &&
+                     announced.digest != own->held.folded();
+  parts.counted.impostors += more && !parts.gate.signatures().on() ? 1U : 0U;
+  if ((more || other) && announced.stated)
+    parts.repair.note_claim(announced.id, *heard.peer, heard.now);
+}
+
+/// What a robot says last of its own contribution.
+void hear_robot_itself(const ExchangeParts& parts, Instant now,
+                       const AnnouncedContribution& announced,
+                       Ledger::Contribution& contribution) noexcept {
+  contribution.listed = now;
+  if (!announced.origin) return;
+  contribution.origin_at = now;
+  // A later frame is somebody else's, unless it overtook the announcement.
+  const bool is_lower =
+      announced.frame_revision != 0 && announced.frame_revision < contribution.frame_revision;
+  if (is_lower && !parts.gate.signatures().on() && now - contribution.frame_at > kOvertaken)
+    contribution.frame_doubted = true;
 }
 
 }  // namespace
@@ -38,7 +68,7 @@ bool AnnouncementTaker::hear(const ExchangeParts& parts, const Heard& heard) noe
     ends_in_own = own;
   }
   const bool is_whole = !ends_in_own || heard.body.size() + AnnouncementHeader::kMostBytes +
-                                                AnnouncedContribution::kBytes + kSignatureBytes <
+                                                AnnouncedContribution::kBytes <
                                             kMostBodyBytes;
   parts.ledger.drop_empty_names(heard.now);
   // Of control messages that overtook each other the last one counts.
@@ -66,13 +96,7 @@ void AnnouncementTaker::hear_announced(const ExchangeParts& parts, const Heard& 
   if (!announced.disputed) owe_conflict(parts, heard, announced.id);
   note_agreement(parts, heard, announced);
   if (parts.ledger.is_of_this_process(announced.id)) {
-    const Ledger::Contribution* const own = parts.ledger.find(announced.id);
-    const bool more = own == nullptr || announced.latest > own->latest;
-    const bool other = own != nullptr && announced.complete && announced.latest == own->latest &&
-                       announced.digest != own->held.folded();
-    // It is a claim only: what was stated shows whether it is true.
-    parts.counted.impostors += more && !parts.gate.signatures().on() ? 1U : 0U;
-    if ((more || other) && announced.stated) parts.repair.note_claim(announced.id, heard.now);
+    hear_own(parts, heard, announced);
     return;
   }
   if (parts.is_refused(announced.id, heard, announce_)) return;
@@ -80,17 +104,11 @@ void AnnouncementTaker::hear_announced(const ExchangeParts& parts, const Heard& 
       parts.ledger.note_name(announced.id, heard.now, parts.counted);
   if (contribution == nullptr) {
     if (parts.ledger.would_displace(announced.id))
-      parts.repair.note_displacing(announced.id, heard.now);
+      parts.repair.note_displacing(announced.id, *heard.peer, heard.now);
     return;
   }
-  const bool by_its_robot = announced.id.robot == heard.header.sender && heard.is_last;
-  if (by_its_robot) contribution->listed = heard.now;
-  if (by_its_robot && announced.origin) {
-    contribution->origin_at = heard.now;
-    // A later one is somebody else's.
-    if (!parts.gate.signatures().on() && announced.frame_revision < contribution->frame_revision)
-      contribution->frame_revision = 0;
-  }
+  if (announced.id.robot == heard.header.sender && heard.is_last)
+    hear_robot_itself(parts, heard.now, announced, *contribution);
   AnnouncedContribution believed = announced;
   if (contribution->open && parts.origin_speaks(*contribution, heard, announce_))
     believed.frame_revision = std::min(announced.frame_revision, contribution->frame_revision);

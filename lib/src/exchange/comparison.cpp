@@ -3,6 +3,7 @@
 #include "tessera/exchange/internal/comparison.hpp"
 
 #include <algorithm>
+#include <bit>
 
 #include "list_marks.hpp"
 
@@ -250,8 +251,11 @@ std::size_t Comparison::describe(const Ledger& ledger, const Ledger::Contributio
     if (description.last >= range_of(span).last) return visited;
     description.is_list = false;
   }
-  const int wider = span.width > bucket ? span.width - bucket : span.width;
-  const auto bits = std::min<unsigned>(kPartBits, static_cast<unsigned>(wider));
+  // Lists of some 64 records each, or down to a bucket.
+  const auto lists = static_cast<unsigned>(std::bit_width(visited / 64));
+  const auto wider = static_cast<unsigned>(span.width > bucket ? span.width - bucket : span.width);
+  const unsigned bits =
+      std::min({kPartBits, wider, span.width > bucket ? wider : std::max(1U, lists)});
   description.part_width = static_cast<std::uint8_t>(span.width - bits);
   description.count = static_cast<std::uint8_t>(1U << bits);
   return visited + sum_parts(ledger, contribution, description, description.sum);

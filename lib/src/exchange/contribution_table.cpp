@@ -126,7 +126,7 @@ void ContributionTable::drop(HeldContribution& contribution) noexcept {
   if (contribution.used && contribution.open) store_.remove(store_.context, contribution.slot);
   if (publishing() == &contribution) publishing_ = kNobody;
   contribution.used = contribution.own = contribution.open = false;
-  contribution.stated = contribution.full = false;
+  contribution.stated = contribution.full = contribution.frame_doubted = false;
   contribution.proof_bytes = 0;
   ++contribution.generation;
   contribution.latest = contribution.announced_frame = contribution.frame_revision = 0;
@@ -182,6 +182,7 @@ Status ContributionTable::set_frame(HeldContribution& contribution, const Matrix
   store_.set_frame(store_.context, contribution.slot, *frame, revision);
   contribution.T_global_map = T_global_map;
   contribution.frame_revision = revision;
+  contribution.frame_doubted = false;
   contribution.announced_frame = std::max(contribution.announced_frame, revision);
   return Status::kOk;
 }

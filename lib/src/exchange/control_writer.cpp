@@ -131,7 +131,7 @@ void ControlWriter::announce_floors(const Outgoing& out, ByteWriter& to) const n
   }
 }
 
-/// This robot's first, and where they do not fit, the others first every other time.
+/// This robot's first, and where they leave no room, the others first every other time.
 bool ControlWriter::write_announcement(Outgoing& out, ByteWriter& to) noexcept {
   if (out.now < announce_due_) return false;
   out.kind = DatagramKind::kAnnounce;
@@ -144,18 +144,22 @@ bool ControlWriter::write_announcement(Outgoing& out, ByteWriter& to) noexcept {
                             static_cast<std::uint64_t>(out.repair.random({INT64_MAX}).us));
   write_announcement_header(to, header);
   owe_own(out);
-  others_first_ = !others_first_ && !own_fit_;
+  others_first_ = !others_first_ && own_only_;
   if (others_first_) static_cast<void>(announce(out, to, false, announced_next_));
-  own_fit_ = announce(out, to, true, announced_own_);
+  own_only_ = !announce(out, to, true, announced_own_);
   announce_floors(out, to);
-  if (!others_first_) static_cast<void>(announce(out, to, false, announced_next_));
+  if (!others_first_) {
+    const std::size_t before = to.size();
+    const bool all_fit = announce(out, to, false, announced_next_);
+    own_only_ = own_only_ || (!all_fit && to.size() == before);
+  }
   ++out.counted.announcements;
   return true;
 }
 
 bool ControlWriter::write_due_frame(Outgoing& out, ByteWriter& to) noexcept {
   for (const Ledger::Contribution& contribution : out.ledger.places()) {
-    if (!contribution.used || contribution.frame_revision == 0) continue;
+    if (!contribution.used || !contribution.open) continue;
     Owed& owed = due_of(out.ledger, contribution).frame;
     if (out.now < owed.due) continue;
     settle(owed, out);

@@ -171,7 +171,7 @@ bool MessageTaker::hear_chunk(const ExchangeParts& parts, const Heard& heard) no
   }
   const bool fills = chunk_.relayed || chunk_.range.first <= contribution->latest;
   if (!chunk_.relayed) {
-    contribution->origin_at = heard.now;
+    if (heard.is_last) contribution->origin_at = heard.now;
     parts.ledger.take_chunk_statement(*contribution, chunk_.statement, heard.is_last,
                                       parts.counted);
   }

@@ -24,6 +24,8 @@ constexpr Duration kSettleTime{100'000};
 constexpr Duration kMostSettleTime{2'000'000};
 /// A robot by whose comparison nothing came waits for as long as that took, at most so long.
 constexpr Duration kMostPeerPause{60'000'000};
+/// One that brought some and no end: it may be slow on purpose.
+constexpr Duration kProductivePause{15'000'000};
 
 }  // namespace
 
@@ -63,18 +65,11 @@ Repair::Need& Repair::need_of(const Ledger& ledger,
   return need;
 }
 
-/// The one that was noted longest ago gives its place. Anybody may say a name: no more of them are
-/// asked for in kClaimTime than there are places.
-void Repair::note(std::span<Claim> claims, const Claim& noted) noexcept {
-  Claim* place = claims.data();
-  for (Claim& claim : claims) {
-    if (claim.id == noted.id) {
-      place = &claim;
-      break;
-    }
-    if (claim.noted < place->noted) place = &claim;
-  }
-  if (noted.noted - place->noted >= kClaimTime) *place = noted;
+/// Anybody may say a name: by each place one of them is asked for in kClaimTime. Who says many
+/// takes no place but its own.
+void Repair::note(std::span<Claim> claims, const Peer& peer, const Claim& noted) noexcept {
+  Claim& place = claims[peer.robot % claims.size()];
+  if (noted.noted - place.noted >= kClaimTime) place = noted;
 }
 
 void Repair::note_announced(Ledger& ledger, Ledger::Contribution& contribution,
@@ -90,8 +85,8 @@ void Repair::note_announced(Ledger& ledger, Ledger::Contribution& contribution,
   const bool was_asked = need.requests >= kRequestsForClaim || need.due == Instant::never();
   const bool is_same = announced.stated && announced.latest == contribution.statement.latest;
   if (!newer && is_same && was_asked) need.announced = 0;
-  if (announced.frame_revision > contribution.frame_revision) {
-    contribution.announced_frame = contribution.frame_revision + 1;
+  if (announced.frame_revision > contribution.sure_frame()) {
+    contribution.announced_frame = contribution.sure_frame() + 1;
   } else if (was_asked) {
     contribution.announced_frame = contribution.frame_revision;
   }
@@ -147,7 +142,7 @@ void Repair::end_comparison(Ledger& ledger, PeerTable& peers, Instant now) noexc
   const Duration pause = std::min(std::max(lasted, 2 * announce_), kMostPeerPause);
   if (Peer* const peer = peers.find(comparison_.robot());
       peer != nullptr && (!comparison_.took() || lasted > Comparison::kLongest))
-    peer->compare_due = now + (comparison_.took() ? 2 * announce_ : pause);
+    peer->compare_due = now + (comparison_.took() ? std::min(pause, kProductivePause) : pause);
   Need& need = need_of(ledger, contribution);
   // What was found is on its way, or was lost like what was not answered; where nothing was found
   // or there is no room for it, the next one is later and later.
@@ -224,7 +219,7 @@ void Repair::put_off(const Ledger::Contribution& contribution, Need& need, Insta
 void Repair::begin_request(const Ledger::Contribution& contribution) noexcept {
   requested_->type = RequestType::kGaps;
   requested_->id = contribution.id;
-  requested_->frame_revision = contribution.frame_revision;
+  requested_->frame_revision = contribution.sure_frame();
   requested_->stated = contribution.stated;
   requested_->latest = contribution.statement.latest;
   requested_->count = 0;

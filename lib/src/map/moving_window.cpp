@@ -66,7 +66,7 @@ WindowStep MovingWindow::step(LocalMap& map, const Point3d& p_map,
   evict_far(map, archive, report);
   if (config_.evicts_near && !map.fits(config_.reserve)) {
     near_left_ = true;
-    evict_beyond(kAllBlocks, map, archive, report);
+    evict(Which::kNear, map, archive, report);
   }
   if (archive.archived == nullptr || near_left_) return report;
   reload_near(map, archive, report);
@@ -84,7 +84,7 @@ void MovingWindow::evict_far(LocalMap& map, const BlockArchive& archive,
                              WindowStep& report) noexcept {
   report.eviction_backlog = 0;
   if (keeps_all(map)) return;
-  evict_beyond(far_square_, map, archive, report);
+  evict(Which::kFar, map, archive, report);
   if (keeps_all(map)) return;
   // What is left of them: counted in a round of its own, as the first may have gone around.
   SweepCursor cursor = cursor_;
@@ -94,9 +94,10 @@ void MovingWindow::evict_far(LocalMap& map, const BlockArchive& archive,
   });
 }
 
-/// Far blocks go until there is room, all blocks whatever room there is.
-void MovingWindow::evict_beyond(std::int64_t square, LocalMap& map, const BlockArchive& archive,
-                                WindowStep& report) noexcept {
+/// With WindowConfig::keep_while_room far blocks go until there is room; near ones whatever room
+/// there is.
+void MovingWindow::evict(Which which, LocalMap& map, const BlockArchive& archive,
+                         WindowStep& report) noexcept {
   const bool pressed = !map.fits(config_.reserve);
   std::uint32_t left = pressed ? config_.pressed_evictions_per_step : config_.evictions_per_step;
   std::uint64_t voxels = 0;
@@ -105,9 +106,9 @@ void MovingWindow::evict_beyond(std::int64_t square, LocalMap& map, const BlockA
   std::uint32_t refusals_left = left + BlockIndex::kBucketSlots - 1;
   const std::size_t seen =
       map.visit_blocks(cursor_, config_.entries_per_step, [&](BlockKey key, SlabHandle handle) {
-        if (square_distance(unpack(key)) <= square) return true;
-        const bool spent = left == 0 || refusals_left == 0 ||
-                           (square != kAllBlocks && keeps_all(map)) ||
+        const bool is_far = square_distance(unpack(key)) > far_square_;
+        if (is_far != (which == Which::kFar)) return true;
+        const bool spent = left == 0 || refusals_left == 0 || (is_far && keeps_all(map)) ||
                            (!pressed && voxels >= config_.label_voxels_per_step);
         if (spent) return false;
         const Block& block = map.block_at(handle);

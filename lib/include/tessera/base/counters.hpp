@@ -22,10 +22,10 @@ using std::uint64_t;
 /// A row of a report's table.
 template <class Report>
 struct Counter {
-  const char* name;
-  const char* sentence;
+  const char* name = "";
+  const char* sentence = "";
   /// Null for a figure.
-  std::int64_t (*value)(const Report& report);
+  std::int64_t (*value)(const Report& report) = nullptr;
   double (*figure)(const Report& report) = nullptr;  ///< Given for a figure alone.
 };
 

@@ -119,14 +119,13 @@ class MovingWindow {
   WindowStep step(LocalMap& map, const Point3d& p_map, const BlockArchive& archive) noexcept;
 
  private:
-  static constexpr std::int64_t kAllBlocks = -1;  ///< Beyond this square of a distance.
+  enum class Which : std::uint8_t { kFar, kNear };
   [[nodiscard]] std::int64_t square_distance(BlockCoord block) const noexcept;
   [[nodiscard]] bool keeps_all(const LocalMap& map) const noexcept {
     return config_.keep_while_room && map.fits(config_.reserve);
   }
   void evict_far(LocalMap& map, const BlockArchive& archive, WindowStep& report) noexcept;
-  void evict_beyond(std::int64_t square, LocalMap& map, const BlockArchive& archive,
-                    WindowStep& report) noexcept;
+  void evict(Which which, LocalMap& map, const BlockArchive& archive, WindowStep& report) noexcept;
   void reload_near(LocalMap& map, const BlockArchive& archive, WindowStep& report) noexcept;
   void reload_region(LocalMap& map, const BlockArchive& archive, BlockCoord region,
                      WindowStep& report) noexcept;

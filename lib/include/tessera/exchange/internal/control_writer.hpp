@@ -77,7 +77,7 @@ class ControlWriter {
   /// The places that the next announcement begins with, of others and of this robot's own.
   std::uint32_t announced_next_ = 0;
   std::uint32_t announced_own_ = 0;
-  bool own_fit_ = true;        ///< All of this robot's own, into the last announcement.
+  bool own_only_ = false;      ///< This robot's own left no room in the last announcement.
   bool others_first_ = false;  ///< In the last announcement.
   Instant announce_due_ = Instant::long_ago();
 };

@@ -22,9 +22,11 @@ struct HeldContribution {
   bool full = false;    ///< What came last was refused for lack of room.
   std::uint8_t proof_bytes = 0;
   Replicas::Slot slot = 0;
-  std::uint32_t generation = 0;      ///< Of the place: higher with each contribution that has it.
-  std::uint32_t latest = 0;          ///< The highest version that was heard of.
-  std::uint32_t frame_revision = 0;  ///< 0: there is no frame, or it is not its origin's.
+  std::uint32_t generation = 0;  ///< Of the place: higher with each contribution that has it.
+  std::uint32_t latest = 0;      ///< The highest version that was heard of.
+  std::uint32_t frame_revision = 0;
+  /// Without signatures: its origin announced a lower revision. The frame is asked for anew.
+  bool frame_doubted = false;
   /// The revision to ask for: one more than is held if somebody says that there is a later one.
   /// A hint, as coverage is.
   std::uint32_t announced_frame = 0;
@@ -45,10 +47,14 @@ struct HeldContribution {
   Coverage coverage;
   VersionIndex index;
 
+  /// The revision that needs no asking for.
+  [[nodiscard]] std::uint32_t sure_frame() const noexcept {
+    return frame_doubted ? 0 : frame_revision;
+  }
   /// What is held is what its origin stated last.
   [[nodiscard]] bool complete() const noexcept {
     return own || (open && stated && records == statement.records &&
-                   held == statement.fingerprint && frame_revision >= statement.frame_revision);
+                   held == statement.fingerprint && sure_frame() >= statement.frame_revision);
   }
   [[nodiscard]] bool has(const FrameBody& frame) const noexcept {
     return frame.revision == frame_revision && frame.T_global_map == T_global_map;
@@ -56,7 +62,7 @@ struct HeldContribution {
   /// True iff the frame is a later one. Where robots sign and one signs two frames as one revision,
   /// whoever hears both keeps the one of the lower bits.
   [[nodiscard]] bool gives_way_to(const FrameBody& frame, bool signs) const noexcept {
-    if (frame.revision != frame_revision || !open || !signs) return frame.revision > frame_revision;
+    if (frame.revision != frame_revision || !open || !signs) return frame.revision > sure_frame();
     for (Eigen::Index i = 0; i < T_global_map.size(); ++i) {
       const auto theirs = std::bit_cast<std::uint64_t>(frame.T_global_map.data()[i]);
       const auto ours = std::bit_cast<std::uint64_t>(T_global_map.data()[i]);

@@ -25,13 +25,13 @@ class Repair {
                       ExchangeReport& counted) noexcept;
   /// Somebody holds something else in this robot's name than this process published: what was
   /// stated about it is asked for.
-  void note_claim(const ContributionId& id, Instant now) noexcept {
-    note(claims_.first(kMostClaims), {id, true, ~std::uint32_t{0}, now});
+  void note_claim(const ContributionId& id, const Peer& peer, Instant now) noexcept {
+    note(claims_.first(kMostClaims), peer, {id, true, ~std::uint32_t{0}, now});
   }
   /// A name that found no place, and whose frame would displace a lower one of its robot: that is
   /// asked for.
-  void note_displacing(const ContributionId& id, Instant now) noexcept {
-    note(claims_.last(kMostClaims), {id, true, 0, now});
+  void note_displacing(const ContributionId& id, const Peer& peer, Instant now) noexcept {
+    note(claims_.last(kMostClaims), peer, {id, true, 0, now});
   }
   /// What a chunk did; fills: it is relayed, or of versions that were known of before.
   void note_taken(Ledger& ledger, Ledger::Contribution& contribution, const Ledger::Taken& taken,
@@ -86,7 +86,7 @@ class Repair {
   [[nodiscard]] static bool lacks_versions(const Ledger::Contribution& contribution) noexcept {
     return !contribution.open || !contribution.stated ||
            contribution.coverage.complete_to() < contribution.statement.latest ||
-           contribution.frame_revision <
+           contribution.sure_frame() <
                std::max(contribution.statement.frame_revision, contribution.announced_frame);
   }
   [[nodiscard]] bool write_gaps(const Ledger::Contribution& contribution, Need& need,
@@ -94,7 +94,7 @@ class Repair {
   void consider_comparison(Ledger& ledger, const Ledger::Contribution& contribution, Need& need,
                            const AnnouncedContribution& announced, const Peer& peer, Instant now,
                            ExchangeReport& counted) noexcept;
-  static void note(std::span<Claim> claims, const Claim& noted) noexcept;
+  static void note(std::span<Claim> claims, const Peer& peer, const Claim& noted) noexcept;
   void begin_request(const Ledger::Contribution& contribution) noexcept;
   [[nodiscard]] bool write_comparison(Ledger& ledger, ByteWriter& to) noexcept;
   void put_off(const Ledger::Contribution& contribution, Need& need, Instant now) noexcept;
