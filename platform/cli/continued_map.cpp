@@ -37,6 +37,8 @@ Outcome<void> adopt_settings(const MapFileHeader& header, const RecordedScans& s
   const std::string& path = options.continue_from;
   if (header.identity.kind != MapKind::kLocal)
     return Failure{path + " is a global map; continue a robot's local map"};
+  if (header.identity.kind == MapKind::kSubmaps)
+    return Failure{path + " is in submaps and cannot be continued; give a map in one piece"};
   const MapOptions held = held_options(header);
   for (const Setting& row : kMapRows) {
     if (row.fixed) TESSERA_TRY(check_fixed(path, row, options, held));

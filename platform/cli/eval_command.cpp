@@ -8,7 +8,7 @@
 #include "cli/command.hpp"
 #include "cli/evaluation.hpp"
 #include "cli/setting_options.hpp"
-#include "maps/stored_map.hpp"
+#include "maps/open_map.hpp"
 #include "scans/transform_file.hpp"
 
 namespace tessera {
@@ -141,7 +141,7 @@ Json report_of(const EvalOptions& options, const Evaluation& run) {
 
 Outcome<void> run_eval(const EvalOptions& options) {
   TESSERA_TRY(check_usage(options));
-  TESSERA_TRY_ASSIGN(const std::unique_ptr<StoredMap> stored, load_map(options.map));
+  TESSERA_TRY_ASSIGN(const std::unique_ptr<StoredMap> stored, open_map(options.map));
   TESSERA_TRY_ASSIGN(const Dataset dataset, open_dataset(options, stored->map.classes()));
   TESSERA_TRY_ASSIGN(const std::vector<OverlapMap> overlap,
                      load_overlap(options.overlap_of, *stored, options.map));

@@ -8,6 +8,7 @@
 #include "cli/export_options.hpp"
 #include "cli/export_table.hpp"
 #include "maps/octree_writer.hpp"
+#include "maps/open_map.hpp"
 #include "tessera/map/queries.hpp"
 
 namespace tessera {
@@ -120,7 +121,7 @@ Outcome<void> export_octree(const ExportOptions& options, const StoredMap& store
 Outcome<void> run_export(ExportOptions options) {
   choose_format(options);
   TESSERA_TRY(check_export(options));
-  TESSERA_TRY_ASSIGN(const std::unique_ptr<StoredMap> stored, load_map(options.map));
+  TESSERA_TRY_ASSIGN(const std::unique_ptr<StoredMap> stored, open_map(options.map));
   if (options.is_octree()) return export_octree(options, *stored);
   return options.is_table() ? export_table(options, *stored) : export_collected(options, *stored);
 }

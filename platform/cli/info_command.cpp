@@ -3,6 +3,7 @@
 // tessera info: prints what is in a map file.
 #include <fmt/core.h>
 
+#include <array>
 #include <cstdio>
 
 #include "base/input_file.hpp"
@@ -10,7 +11,8 @@
 #include "base/number_text.hpp"
 #include "base/outputs.hpp"
 #include "cli/command.hpp"
-#include "maps/stored_map.hpp"
+#include "maps/open_map.hpp"
+#include "maps/submaps.hpp"
 
 namespace tessera {
 
@@ -21,13 +23,34 @@ struct Content {
   MapFileHeader header;
   MapSummary summary;
   bool verified = false;
+  std::vector<SubmapRow> submaps{};
 };
 
+/// Of a file of submaps the table says what they hold.
+Outcome<Content> content_of_submaps(const std::string& path, const MapFileHeader& header,
+                                    bool verify) {
+  TESSERA_TRY_ASSIGN(StoredSubmaps submaps, load_submaps(path, header));
+  for (const SubmapRow& row : submaps.rows) {
+    if (!verify) break;
+    TESSERA_TRY_ASSIGN(const std::unique_ptr<StoredMap> stored, load_submap(submaps, row));
+    std::vector<KeyedIndex> workspace = workspace_for(stored->map);
+    const std::uint64_t found = digest(stored->map, workspace);
+    if (found != row.digest)
+      return Failure{
+          fmt::format("{}: the table has another digest ({}) of submap {} than its "
+                      "voxels ({}); make the map again or use another copy",
+                      path, hex64(row.digest), row.number, hex64(found))};
+  }
+  return Content{header, summary_of(submaps.rows), verify, std::move(submaps.rows)};
+}
+
 Outcome<Content> content_of(const std::string& path, bool verify) {
-  TESSERA_TRY_ASSIGN(MapFileHeader header, load_whole_header(path));
+  TESSERA_TRY_ASSIGN(MapFileHeader header, load_map_header(path));
+  if (header.identity.kind == MapKind::kSubmaps) return content_of_submaps(path, header, verify);
+  TESSERA_TRY_ASSIGN(header, load_whole_header(path));
   // Files of 0.1.0's first layout have no summary.
   if (header.summary && !verify) return Content{header, *header.summary, false};
-  TESSERA_TRY_ASSIGN(const std::unique_ptr<StoredMap> stored, load_map(path));
+  TESSERA_TRY_ASSIGN(const std::unique_ptr<StoredMap> stored, open_map(path));
   std::vector<KeyedIndex> workspace = workspace_for(stored->map);
   const MapSummary summary = summarize(stored->map, workspace);
   if (header.summary && !(summary == *header.summary)) {
@@ -39,11 +62,28 @@ Outcome<Content> content_of(const std::string& path, bool verify) {
   return Content{header, summary, true};
 }
 
+constexpr std::array<const char*, 3> kKinds{"local", "global", "submaps"};
+
+Json to_json(const SubmapRow& row) {
+  const Matrix34d T_map_submap = *decode_rigid(row.T_map_submap);
+  return {{"number", row.number},
+          {"first_scan", row.first_scan},
+          {"last_scan", row.last_scan},
+          {"length_m", row.length_m},
+          {"label_voxels", row.label_voxels},
+          {"free_voxels", row.free_voxels},
+          {"bytes", row.bytes},
+          {"digest", hex64(row.digest)},
+          {"revision", row.revision},
+          {"T_map_submap",
+           std::vector<double>(T_map_submap.data(), T_map_submap.data() + T_map_submap.size())}};
+}
+
 Json to_json(const Content& content, std::uint64_t file_bytes) {
   const MapFileHeader& header = content.header;
   const MapIdentity& identity = header.identity;
   const MapSummary& summary = content.summary;
-  Json json = {{"kind", identity.kind == MapKind::kLocal ? "local" : "global"},
+  Json json = {{"kind", kKinds[static_cast<std::size_t>(identity.kind)]},
                {"robot", identity.robot},
                {"epoch", identity.epoch},
                {"revision", header.revision},
@@ -60,13 +100,15 @@ Json to_json(const Content& content, std::uint64_t file_bytes) {
                {"free_state", summary.free},
                {"digest", hex64(summary.digest)},
                {"verified", content.verified}};
-  if (summary.observed() > 0) {
+  // Submaps are in frames of their own.
+  if (summary.observed() > 0 && content.submaps.empty()) {
     const Lattice lattice(header.config.resolution_m);
     const Point3d low = lattice.center_of(summary.low);
     const Point3d high = lattice.center_of(summary.high);
     json["extent_low"] = {low.x(), low.y(), low.z()};
     json["extent_high"] = {high.x(), high.y(), high.z()};
   }
+  for (const SubmapRow& row : content.submaps) json["submaps"].push_back(to_json(row));
   json["T_global_map"] = Json();
   if (identity.has_T_global_map) {
     json["T_global_map"] =
@@ -114,8 +156,10 @@ void print(const Json& json, const std::string& path) {
   if (global) {
     print_fusion(json["settings"], path);
   } else {
-    std::printf("%s: local map of robot %llu, epoch %llu\n", path.c_str(), number("robot"),
+    std::printf("%s: local map of robot %llu, epoch %llu", path.c_str(), number("robot"),
                 number("epoch"));
+    if (json.contains("submaps")) std::printf(", in %zu submaps", json["submaps"].size());
+    std::printf("\n");
   }
   std::printf("  resolution   %g m, %zu classes, prior %g, %s counts\n",
               json["resolution"].get<double>(), json["classes"].size(), json["prior"].get<double>(),

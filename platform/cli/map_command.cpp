@@ -21,6 +21,7 @@
 #include "cli/command.hpp"
 #include "cli/continued_map.hpp"
 #include "cli/map_report.hpp"
+#include "cli/map_submaps.hpp"
 #include "cli/map_window.hpp"
 #include "cli/open_source.hpp"
 #include "cli/setting_options.hpp"
@@ -44,7 +45,7 @@ std::atomic<bool> interrupted{false};
 /// heap unless it fails, except for decoding the cameras' images or files of clouds and for an
 /// archive that is made when memory is short, which a robot does not do.
 Outcome<void> integrate_all(const RecordedScans& scans, Registrar& registrar, Mapper& mapper,
-                            MapWindow* window, MapRun& run) {
+                            MapWindow* window, MapSubmaps* submaps, MapRun& run) {
   RecordedSource source(scans);
   Progress progress("mapping", scans.num_scans());
   const std::optional<std::uint64_t> before = heap_allocations();
@@ -59,11 +60,17 @@ Outcome<void> integrate_all(const RecordedScans& scans, Registrar& registrar, Ma
     ScanView view;
     const std::uint64_t no_returns = count_no_returns(*scan);
     if (!registrar.view(*scan, view)) return does_not_suit(*scan);
+    if (submaps != nullptr) {
+      const std::uint64_t before_writing = heap_allocations().value_or(0);
+      TESSERA_TRY(submaps->begin_scan(*scan, view, mapper));
+      decoding += heap_allocations().value_or(0) - before_writing;
+    }
     const std::int64_t start_us = MonotonicClock::now_us();
     const ScanReport report = mapper.integrate(view, start_us);
     const double ms = static_cast<double>(MonotonicClock::now_us() - start_us) / 1000.0;
     run.scans.push_back({scan->number, ms, scan->unknown, report, registrar.last(), no_returns,
                          check_rigid(view.T_map_sensor) == Status::kOk});
+    if (submaps != nullptr) submaps->end_scan();
     source.pop();
     std::array<char, 48> suffix{};
     std::snprintf(suffix.data(), suffix.size(), "%.1f ms/scan", ms);
@@ -90,8 +97,28 @@ Outcome<void> check_places(const MapOptions& options) {
   inputs.push_back({kMapFileSettings["--continue"], in_place ? "" : options.continue_from});
   inputs.push_back({kMapSettings["--archive"], archive});
   inputs.push_back({kMapFileSettings["--prior-map"], options.prior_map});
+  for (const std::string& path : options.corrections) inputs.push_back({"--corrections", path});
   return check_outputs({{"--out", options.out}, {"--report", options.report}}, inputs,
                        dataset_folder(options));
+}
+
+/// What a map in submaps cannot be.
+Outcome<void> check_submaps(const MapOptions& options) {
+  const SettingName& length = kMapFileSettings["--submap-length"];
+  if (!options.submap_length_m) {
+    if (options.corrections.empty()) return {};
+    return Failure{Message("--corrections needs ") + Message(length) +
+                   ": what is corrected are the frames of submaps"};
+  }
+  const auto refused = [&](const SettingName& other) {
+    return Failure{Message(length) + " and " + Message(other) +
+                   " do not go together; leave out one"};
+  };
+  if (!options.continue_from.empty()) return refused(kMapFileSettings["--continue"]);
+  if (!options.prior_map.empty()) return refused(kMapFileSettings["--prior-map"]);
+  if (options.window_m) return refused(kMapSettings["--window"]);
+  if (!options.archive.empty()) return refused(kMapSettings["--archive"]);
+  return {};
 }
 
 /// The robot, and the frame of the map if the folder has it.
@@ -123,7 +150,13 @@ Outcome<void> take_up(const MapOptions& options, const Earlier& earlier, const M
 }
 
 Outcome<void> write_map(const MapOptions& options, const MapIdentity& identity, MapWindow* window,
-                        LocalMap& map, MapRun& run) {
+                        MapSubmaps* submaps, Mapper& mapper, MapRun& run) {
+  LocalMap& map = mapper.map();
+  if (submaps != nullptr) {
+    TESSERA_TRY_ASSIGN(run.file, submaps->finish(mapper));
+    run.usage = submaps->largest();
+    return {};
+  }
   run.usage = map.usage();
   run.blocks = window == nullptr ? map.block_count() : window->blocks();
   run.free_voxels = map.count_free_voxels();
@@ -180,7 +213,7 @@ Outcome<void> map_scans(const MapOptions& options, MapSetup& setup, const Record
   Json config = to_json(options, setup);
   config["robot"] = identity.robot;
   TESSERA_TRY(record_settings(settings_of(config), identity));
-  set_up_spilling(options, setup);
+  if (!options.submap_length_m) set_up_spilling(options, setup);
   move_all_at_once(setup);
   TESSERA_TRY_ASSIGN(HeldMapper held, make_mapper(setup, capacity, source.classes().table()));
   Mapper& mapper = *held;
@@ -205,13 +238,18 @@ Outcome<void> map_scans(const MapOptions& options, MapSetup& setup, const Record
   run.scratch_bytes = mapper.scratch_bytes();
   run.deadline_us = setup.deadline_us;
   run.scans.reserve(source.num_scans());
+  std::unique_ptr<MapSubmaps> submaps;
+  if (options.submap_length_m) {
+    TESSERA_TRY_ASSIGN(submaps, MapSubmaps::make(options, identity, mapper.map()));
+  }
   stop_by_signals(interrupted);
-  TESSERA_TRY(integrate_all(source, *registrar, mapper, window.get(), run));
+  TESSERA_TRY(integrate_all(source, *registrar, mapper, window.get(), submaps.get(), run));
   if (run.scans.empty())
     return Failure{"interrupted before the first scan was mapped; nothing was written",
                    FailureKind::kFailure};
   TESSERA_TRY(check_some_integrated(run, setup.map.resolution_m));
-  const Outcome<void> written = write_map(options, identity, window.get(), mapper.map(), run);
+  const Outcome<void> written =
+      write_map(options, identity, window.get(), submaps.get(), mapper, run);
   if (!written.ok() && run.obstacle && window->has_archive())
     return Failure{*run.obstacle + ", and " + written.failure().message +
                        fmt::format(". {} has what left memory before scan {}", window->path(),
@@ -221,7 +259,12 @@ Outcome<void> map_scans(const MapOptions& options, MapSetup& setup, const Record
   if (window != nullptr && (setup.window->keep_while_room ? window->has_archive() : true))
     run.window = window->report(mapper.window());
   print_summary(run, options.out);
-  const Outcome<void> reported = write_report(to_json(run, config), options.report);
+  Json report = to_json(run, config);
+  if (submaps != nullptr) {
+    submaps->write(report);
+    std::printf("  submaps  %s\n", submaps->summary().c_str());
+  }
+  const Outcome<void> reported = write_report(report, options.report);
   if (!reported.ok()) return reported;
   const bool spilled = earlier.spilled || (window != nullptr && setup.window->keep_while_room);
   const bool beside = spilled && window != nullptr && window->has_archive();
@@ -238,6 +281,7 @@ Outcome<void> map_scans(const MapOptions& options, MapSetup& setup, const Record
 
 Outcome<void> run_map(MapOptions& options) {
   TESSERA_TRY(check_source(options));
+  TESSERA_TRY(check_submaps(options));
   TESSERA_TRY_ASSIGN(const bool spilled, find_spilled(options));
   Outcome<MapSetup> setup = set_up(options);
   if (!setup.ok()) return setup.failure();
@@ -272,6 +316,11 @@ void add_map_command(CLI::App& app, int& exit_status) {
   declare_settings(*command, kSourceSettings, *options);
   declare_settings(*command, kMapFileSettings, *options);
   declare_settings(*command, kMapSettings, *options);
+  command
+      ->add_option("--corrections", options->corrections,
+                   "Corrected poses, which move the submaps: a row for each of the first scans, or "
+                   "with stamps; may be repeated, each is applied after its last scan")
+      ->type_name("FILE");
   command->footer(
       "Example: tessera map --dataset semantickitti_08 --last 5 --max-range 40 --out map.tsm "
       "--report map.json");

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "cli/command.hpp"
+#include "maps/open_map.hpp"
 #include "tessera/base/rigid.hpp"
 #include "tessera/registration/scan.hpp"
 
@@ -52,7 +53,7 @@ Outcome<std::vector<OverlapMap>> load_overlap(const std::vector<std::string>& pa
   std::vector<OverlapMap> maps;
   Placeless placeless;
   for (const std::string& path : paths) {
-    TESSERA_TRY_ASSIGN(std::unique_ptr<StoredMap> stored, load_map(path));
+    TESSERA_TRY_ASSIGN(std::unique_ptr<StoredMap> stored, open_map(path));
     if (!(stored->map.classes() == evaluated.map.classes())) {
       return Failure{"--overlap-of " + path + " has other classes than " + evaluated_path +
                      "; give maps that were made with the same classes"};

@@ -14,7 +14,7 @@
 #include "base/outputs.hpp"
 #include "cli/command.hpp"
 #include "cli/setting_options.hpp"
-#include "maps/stored_map.hpp"
+#include "maps/open_map.hpp"
 
 namespace tessera {
 
@@ -126,7 +126,7 @@ Outcome<std::uint64_t> put_rows(AtomicFile& out, const LocalMap& map, std::strin
 Outcome<void> run_query(const QueryOptions& options) {
   TESSERA_TRY(check_outputs({{"--out", options.out}, {"--report", options.report}},
                             {{"--map", options.map}, {"--points", options.points}}));
-  TESSERA_TRY_ASSIGN(const std::unique_ptr<StoredMap> stored, load_map(options.map));
+  TESSERA_TRY_ASSIGN(const std::unique_ptr<StoredMap> stored, open_map(options.map));
   const LocalMap& map = stored->map;
   TESSERA_TRY_ASSIGN(const std::string points, read_points(options.points));
   TESSERA_TRY_ASSIGN(AtomicFile out, AtomicFile::open(options.out));

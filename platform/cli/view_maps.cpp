@@ -13,6 +13,7 @@
 #include "cli/command.hpp"
 #include "cli/contributors.hpp"
 #include "maps/fuse_setup.hpp"
+#include "maps/open_map.hpp"
 #include "tessera/map/queries.hpp"
 
 namespace tessera {
@@ -82,7 +83,8 @@ Outcome<ViewedMaps> load_viewed_maps(const std::vector<std::string>& paths,
     TESSERA_TRY_ASSIGN(const MapFileHeader header, load_map_header(path));
     all.push_back(std::make_shared<One>());
     all.back()->path = path;
-    if (header.identity.kind == MapKind::kLocal) {
+    all.back()->in_submaps = header.identity.kind == MapKind::kSubmaps;
+    if (header.identity.kind != MapKind::kGlobal) {
       locals.push_back(path);
       continue;
     }
@@ -107,13 +109,12 @@ Outcome<ViewedMaps> load_viewed_maps(const std::vector<std::string>& paths,
   for (const auto& one : all) {
     const auto input = std::find_if(inputs.begin(), inputs.end(),
                                     [&one](const FuseInput& of) { return of.path == one->path; });
-    if (input != inputs.end()) {
-      one->T_global_map = input->T_global_map;
-      continue;
-    }
-    TESSERA_TRY_ASSIGN(std::unique_ptr<StoredMap> stored, load_map(one->path));
+    if (input != inputs.end()) one->T_global_map = input->T_global_map;
+    // Its submaps are the inputs.
+    if (input != inputs.end() && !one->in_submaps) continue;
+    TESSERA_TRY_ASSIGN(std::unique_ptr<StoredMap> stored, open_map(one->path));
     one->stored = std::move(stored);
-    if (one->stored->header.identity.has_T_global_map)
+    if (input == inputs.end() && one->stored->header.identity.has_T_global_map)
       one->T_global_map = one->stored->header.identity.T_global_map;
   }
   if (together) {
@@ -124,7 +125,7 @@ Outcome<ViewedMaps> load_viewed_maps(const std::vector<std::string>& paths,
   ViewedMaps viewed;
   for (const auto& one : all) {
     for (FuseInput& input : inputs) {
-      if (input.path == one->path) one->stored = std::move(input.stored);
+      if (input.path == one->path && !one->in_submaps) one->stored = std::move(input.stored);
     }
     const MapIdentity& identity = one->stored->header.identity;
     if (identity.kind == MapKind::kLocal)

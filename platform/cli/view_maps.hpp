@@ -18,6 +18,7 @@ inline constexpr int kMostViewedMaps = 16;
 struct ViewedMaps {
   struct One {
     std::string path;
+    bool in_submaps = false;
     std::shared_ptr<const StoredMap> stored;
     Matrix34d T_global_map = Matrix34d::Identity();
     std::vector<std::string> contributors;

@@ -10,6 +10,7 @@
 #include <tuple>
 
 #include "base/number_text.hpp"
+#include "maps/submaps.hpp"
 #include "scans/transform_file.hpp"
 #include "tessera/base/rigid.hpp"
 #include "tessera/map/queries.hpp"
@@ -44,13 +45,18 @@ Outcome<void> check_alike(const FuseInput& first, const FuseInput& other) {
   return {};
 }
 
-Outcome<FuseInput> load_input(const std::string& path) {
+/// One, or as many as there are submaps.
+Outcome<std::vector<FuseInput>> load_input(const std::string& path) {
   // Before the whole file is read.
   TESSERA_TRY_ASSIGN(const MapFileHeader header, load_map_header(path));
   if (header.identity.kind == MapKind::kGlobal)
     return Failure{path + " is a global map; give the local maps that it was made of"};
+  if (header.identity.kind == MapKind::kSubmaps) return load_submap_inputs(path, header);
   TESSERA_TRY_ASSIGN(std::unique_ptr<StoredMap> stored, load_map(path));
-  return to_fuse(path, std::move(stored));
+  TESSERA_TRY_ASSIGN(FuseInput input, to_fuse(path, std::move(stored)));
+  std::vector<FuseInput> inputs;
+  inputs.push_back(std::move(input));
+  return inputs;
 }
 
 /// Files of transforms by the path of the map.
@@ -71,19 +77,32 @@ Outcome<std::map<std::string, std::string>> parse_transforms(
 }
 
 /// Gives each map its own robot: a second map of the same robot and epoch gets a number that no map
-/// has.
+/// has, with all of its submaps. inputs: sorted by id.
 void tell_robots_apart(std::vector<FuseInput>& inputs) {
-  std::set<std::uint32_t> taken;
-  for (const FuseInput& input : inputs) taken.insert(input.id.robot);
-  std::uint32_t last = *taken.rbegin();
-  for (std::size_t i = 1; i < inputs.size(); ++i) {
-    const bool again =
-        std::any_of(inputs.begin(), inputs.begin() + static_cast<std::ptrdiff_t>(i),
-                    [&](const FuseInput& other) { return other.id == inputs[i].id; });
-    if (!again) continue;
-    while (!taken.insert(++last).second) {
+  std::set<std::uint32_t> robots;
+  for (const FuseInput& input : inputs) robots.insert(input.id.robot);
+  std::uint32_t last = *robots.rbegin();
+  const auto new_number = [&] {
+    while (!robots.insert(++last).second) {
     }
-    inputs[i].id = {last, 0, 0};
+    return last;
+  };
+  using Run = std::pair<std::uint32_t, std::uint32_t>;  // robot and epoch
+  std::map<Run, std::string> first;                     // the file that keeps them
+  std::map<std::pair<Run, std::string>, std::uint32_t> others;
+  std::set<ContributionId> taken;
+  for (FuseInput& input : inputs) {
+    const Run run{input.id.robot, input.id.epoch};
+    if (first.emplace(run, input.path).first->second != input.path) {
+      const auto [other, is_new] = others.emplace(std::pair(run, input.path), 0);
+      if (is_new) other->second = new_number();
+      input.id = {other->second, 0, input.id.submap};
+    }
+    // In memory maps of one name may be different ones.
+    if (!taken.insert(input.id).second) {
+      input.id = {new_number(), 0, input.id.submap};
+      taken.insert(input.id);
+    }
   }
 }
 
@@ -119,9 +138,9 @@ Outcome<std::vector<FuseInput>> load_inputs(const std::vector<std::string>& path
   for (const std::string& path : paths) {
     if (std::count(paths.begin(), paths.end(), path) > 1)
       return Failure{path + " is named twice; a map's evidence counts once"};
-    TESSERA_TRY_ASSIGN(FuseInput input, load_input(path));
-    inputs.push_back(std::move(input));
-    TESSERA_TRY(check_alike(inputs.front(), inputs.back()));
+    TESSERA_TRY_ASSIGN(std::vector<FuseInput> of_file, load_input(path));
+    for (FuseInput& input : of_file) inputs.push_back(std::move(input));
+    if (!of_file.empty()) TESSERA_TRY(check_alike(inputs.front(), inputs.back()));
   }
   for (FuseInput& input : inputs) {
     if (const auto file = files.find(input.path); file != files.end()) {
@@ -131,6 +150,31 @@ Outcome<std::vector<FuseInput>> load_inputs(const std::vector<std::string>& path
     }
   }
   return arrange_inputs(std::move(inputs), warnings);
+}
+
+Outcome<std::vector<FuseInput>> load_submap_inputs(const std::string& path,
+                                                   const MapFileHeader& header) {
+  TESSERA_TRY_ASSIGN(const StoredSubmaps submaps, load_submaps(path, header));
+  if (submaps.rows.size() > Replicas::kMostContributions)
+    return Failure{
+        fmt::format("{} has {} submaps, and at most {} can be put together; map with a "
+                    "larger --submap-length",
+                    path, submaps.rows.size(), Replicas::kMostContributions)};
+  std::vector<FuseInput> inputs;
+  for (const SubmapRow& row : submaps.rows) {
+    TESSERA_TRY_ASSIGN(std::unique_ptr<StoredMap> stored, load_submap(submaps, row));
+    const MapIdentity& identity = header.identity;
+    FuseInput input;
+    input.path = path;
+    input.digest = row.digest;
+    input.id = {identity.robot, identity.epoch, row.number};
+    input.placed = identity.has_T_global_map;
+    if (input.placed) input.T_global_map = identity.T_global_map;
+    input.T_map_submap = *decode_rigid(row.T_map_submap);
+    input.stored = std::move(stored);
+    inputs.push_back(std::move(input));
+  }
+  return inputs;
 }
 
 Outcome<FuseInput> to_fuse(std::string name, std::shared_ptr<const StoredMap> stored) {
@@ -153,7 +197,8 @@ Outcome<std::vector<FuseInput>> arrange_inputs(std::vector<FuseInput> inputs,
   for (FuseInput& input : inputs) {
     TESSERA_TRY(check_alike(inputs.front(), input));
     const double resolution_m = input.stored->map.config().resolution_m;
-    const Result<GridTransform> frame = GridTransform::make(input.T_global_map, resolution_m);
+    const Result<GridTransform> frame =
+        GridTransform::make(product(input.T_global_map, input.T_map_submap), resolution_m);
     if (!frame.ok())
       return Failure{input.path + ": its transform puts it outside of the grid; fix the transform"};
     input.frame = *frame;
@@ -195,10 +240,14 @@ std::vector<PairAlignment> align_inputs(const std::vector<FuseInput>& inputs,
     for (std::size_t j = i + 1; j < inputs.size(); ++j) {
       const LocalMap& first = inputs[i].stored->map;
       const double resolution_m = first.config().resolution_m;
-      const bool together = inputs[i].T_global_map == inputs[j].T_global_map;
+      // Those of one robot are as its poses have them.
+      if (inputs[i].id.robot == inputs[j].id.robot && inputs[i].id.submap != inputs[j].id.submap)
+        continue;
+      const Matrix34d first_frame = product(inputs[i].T_global_map, inputs[i].T_map_submap);
+      const Matrix34d second_frame = product(inputs[j].T_global_map, inputs[j].T_map_submap);
       const Result<GridTransform> T_first_second = GridTransform::make(
-          together ? Matrix34d(Matrix34d::Identity())
-                   : product(inverse(inputs[i].T_global_map), inputs[j].T_global_map),
+          first_frame == second_frame ? Matrix34d(Matrix34d::Identity())
+                                      : product(inverse(first_frame), second_frame),
           resolution_m);
       if (!T_first_second.ok()) continue;
       const Alignment alignment =

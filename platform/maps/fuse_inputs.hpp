@@ -23,7 +23,8 @@ struct FuseInput {
   ContributionId id;
   bool placed = false;  ///< T_global_map was given, or is in the map.
   Matrix34d T_global_map = Matrix34d::Identity();
-  GridTransform frame;
+  Matrix34d T_map_submap = Matrix34d::Identity();  ///< Of a map that is in submaps.
+  GridTransform frame;                             ///< Of these two.
 };
 
 /// Loads and arranges maps. transforms: as typed, FILE.tsm=T.txt. Fails as arrange_inputs, and with
@@ -32,6 +33,11 @@ struct FuseInput {
 Outcome<std::vector<FuseInput>> load_inputs(const std::vector<std::string>& paths,
                                             const std::vector<std::string>& transforms,
                                             std::vector<Message>& warnings);
+
+/// The submaps of a file, each an input. header: as load_map_header gave it. Fails as load_submaps
+/// and load_submap, and with kUsage iff there are over Replicas::kMostContributions.
+Outcome<std::vector<FuseInput>> load_submap_inputs(const std::string& path,
+                                                   const MapFileHeader& header);
 
 /// A map that is already in memory, and must not change as long as it is an input. Content and
 /// storage in the header must be those of the map. Fails with kUsage iff it is a global map.

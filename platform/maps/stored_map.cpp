@@ -4,9 +4,9 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <cstring>
 
-#include "base/atomic_file.hpp"
 #include "base/input_file.hpp"
 
 namespace tessera {
@@ -16,48 +16,99 @@ namespace {
 /// A byte source of the library that reads a file.
 struct FileSource {
   InputFile file;
+  std::uint64_t left = ~std::uint64_t{0};  ///< Bytes before the part ends.
   std::string error;  ///< Not empty if the system failed before the file ended.
 
   ByteSource source() {
     return {this, [](void* context, std::span<std::byte> into) -> std::size_t {
               auto& self = *static_cast<FileSource*>(context);
-              const Outcome<std::size_t> n = self.file.read(into);
-              if (n.ok()) return *n;
+              const std::size_t most = std::min<std::uint64_t>(into.size(), self.left);
+              const Outcome<std::size_t> n = self.file.read(into.first(most));
+              if (n.ok()) {
+                self.left -= *n;
+                return *n;
+              }
               self.error = n.failure().text();
               return 0;
             }};
   }
 };
 
-Failure damaged(const std::string& path, const MapFileStatus& status) {
-  return {fmt::format("{}: {} ({} at byte {}); make the map again or use another copy", path,
-                      status.what, to_string(status.status), status.offset_bytes)};
-}
-
 /// Most storage that a file of this size can need: the smallest stored octet takes 7 bytes.
 std::uint64_t most_storage(std::uint64_t file_bytes) {
   return file_bytes * 512 + (std::uint64_t{1} << 20U);
 }
 
-Outcome<FileSource> open_source(const std::string& path) {
+constexpr FilePart kWhole{0, ~std::uint64_t{0}};
+
+Outcome<FileSource> open_source(const std::string& path, const FilePart& part = kWhole) {
   TESSERA_TRY_ASSIGN(InputFile file, InputFile::open(path));
-  return FileSource{std::move(file), {}};
+  if (part.offset_bytes != 0) file.skip_to(part.offset_bytes);
+  return FileSource{std::move(file), part.bytes, {}};
 }
 
-}  // namespace
-
-Outcome<MapFileHeader> load_map_header(const std::string& path) {
-  TESSERA_TRY_ASSIGN(FileSource file, open_source(path));
+Outcome<MapFileHeader> load_header_of(const std::string& path, const FilePart& part) {
+  TESSERA_TRY_ASSIGN(FileSource file, open_source(path, part));
   const auto buffer = std::make_unique<MapFileBuffer>();
   MapFileHeader header;
   const MapFileStatus status = load_header(file.source(), *buffer, header);
-  if (!status.ok()) return damaged(path, status);
-  if (header.config.storage_bytes > most_storage(file.file.size_bytes())) {
-    return damaged(
+  if (!status.ok()) return damaged_file(path, status);
+  if (header.config.storage_bytes > most_storage(std::min(file.file.size_bytes(), part.bytes))) {
+    return damaged_file(
         path, {Status::kCorrupt, "the file is truncated, or its header claims more than it holds",
                status.offset_bytes});
   }
   return header;
+}
+
+Outcome<bool> load_into(const std::string& path, const FilePart& part, LocalMap& map) {
+  TESSERA_TRY_ASSIGN(FileSource file, open_source(path, part));
+  const auto buffer = std::make_unique<MapFileBuffer>();
+  MapFileHeader header;
+  MapFileStatus status = load_header(file.source(), *buffer, header);
+  if (status.ok() && header.identity.kind == MapKind::kSubmaps)
+    return Failure{path +
+                   " is in submaps and cannot be continued; give a map that is in one piece"};
+  if (status.ok()) status = load_blocks(file.source(), header, *buffer, map);
+  if (!file.error.empty()) return Failure{file.error, FailureKind::kFailure};
+  if (status.status == Status::kResourceExhausted) return false;
+  if (!status.ok()) return damaged_file(path, status);
+  return true;
+}
+
+Outcome<std::unique_ptr<StoredMap>> load_part(const std::string& path, const FilePart& part,
+                                              std::size_t storage_bytes) {
+  TESSERA_TRY_ASSIGN(MapFileHeader header, load_header_of(path, part));
+  auto stored = std::make_unique<StoredMap>();
+  stored->header = header;
+  MapConfig config = header.config;
+  if (storage_bytes > config.storage_bytes) config.storage_bytes = storage_bytes;
+  TESSERA_TRY_ASSIGN(ArenaMemory memory, ArenaMemory::allocate(required_bytes(config)));
+  stored->memory = std::move(memory);
+  Arena arena(stored->memory.span());
+  Result<LocalMap> map = LocalMap::make(arena, config, header.classes);
+  if (!map.ok())
+    return Failure{
+        path + ": the header has a setting out of range; make the map again or use another copy"};
+  stored->map = std::move(*map);
+  TESSERA_TRY_ASSIGN(const bool loaded, load_into(path, part, stored->map));
+  if (!loaded) {
+    return Failure{path +
+                   ": the file has more than its header says; make the map again or use "
+                   "another copy"};
+  }
+  return stored;
+}
+
+}  // namespace
+
+Failure damaged_file(const std::string& path, const MapFileStatus& status) {
+  return {fmt::format("{}: {} ({} at byte {}); make the map again or use another copy", path,
+                      status.what, to_string(status.status), status.offset_bytes)};
+}
+
+Outcome<MapFileHeader> load_map_header(const std::string& path) {
+  return load_header_of(path, kWhole);
 }
 
 Outcome<MapFileHeader> load_whole_header(const std::string& path) {
@@ -70,7 +121,7 @@ Outcome<MapFileHeader> load_whole_header(const std::string& path) {
     TESSERA_TRY(file.read_exactly(end));
     if (is_end_of(header, end)) return header;
   }
-  return damaged(path, {Status::kTruncated, "the file does not end with its end mark", bytes});
+  return damaged_file(path, {Status::kTruncated, "the file does not end with its end mark", bytes});
 }
 
 Json recorded_setting(const MapFileHeader& header, const char* key) {
@@ -90,60 +141,55 @@ Outcome<void> record_settings(const Json& config, MapIdentity& identity) {
 }
 
 Outcome<bool> load_into(const std::string& path, LocalMap& map) {
-  TESSERA_TRY_ASSIGN(FileSource file, open_source(path));
-  const auto buffer = std::make_unique<MapFileBuffer>();
-  MapFileHeader header;
-  MapFileStatus status = load_header(file.source(), *buffer, header);
-  if (status.ok()) status = load_blocks(file.source(), header, *buffer, map);
-  if (!file.error.empty()) return Failure{file.error, FailureKind::kFailure};
-  if (status.status == Status::kResourceExhausted) return false;
-  if (!status.ok()) return damaged(path, status);
-  return true;
+  return load_into(path, kWhole, map);
 }
 
 Outcome<std::unique_ptr<StoredMap>> load_map(const std::string& path, std::size_t storage_bytes) {
-  TESSERA_TRY_ASSIGN(MapFileHeader header, load_map_header(path));
-  auto stored = std::make_unique<StoredMap>();
-  stored->header = header;
-  MapConfig config = header.config;
-  if (storage_bytes > config.storage_bytes) config.storage_bytes = storage_bytes;
-  TESSERA_TRY_ASSIGN(ArenaMemory memory, ArenaMemory::allocate(required_bytes(config)));
-  stored->memory = std::move(memory);
-  Arena arena(stored->memory.span());
-  Result<LocalMap> map = LocalMap::make(arena, config, header.classes);
-  if (!map.ok())
-    return Failure{
-        path + ": the header has a setting out of range; make the map again or use another copy"};
-  stored->map = std::move(*map);
-  TESSERA_TRY_ASSIGN(const bool loaded, load_into(path, stored->map));
-  if (!loaded) {
-    return Failure{path +
-                   ": the file has more than its header says; make the map again or use "
-                   "another copy"};
-  }
-  return stored;
+  return load_part(path, kWhole, storage_bytes);
 }
 
-Outcome<void> save_map(const LocalMap& map, const MapIdentity& identity,
-                       std::span<const KeyedIndex> blocks, const BlockLookup& lookup,
-                       const MapSummary& summary, const std::string& path) {
-  Outcome<AtomicFile> file = AtomicFile::open(path);
-  if (!file.ok()) return file.failure();
+Outcome<std::unique_ptr<StoredMap>> load_map(const std::string& path, const FilePart& part) {
+  return load_part(path, part, 0);
+}
+
+Outcome<std::uint64_t> append_map(const LocalMap& map, const MapIdentity& identity,
+                                  const SavedBlocks& saved, AtomicFile& file) {
   struct Target {
     AtomicFile& file;
     bool refused = false;
-  } target{*file};
+  } target{file};
   const ByteSink sink{&target, [](void* context, std::span<const std::byte> bytes) {
                         auto& self = *static_cast<Target*>(context);
                         self.refused = !self.file.write(bytes) || self.refused;
                         return !self.refused;
                       }};
   const auto buffer = std::make_unique<MapFileBuffer>();
-  const MapFileStatus status = save(map, identity, blocks, lookup, *buffer, sink, &summary);
-  // commit() explains a refused write, as it has the system's reason.
+  const MapFileStatus status =
+      save(map, identity, saved.blocks, saved.lookup, *buffer, sink, &saved.summary);
   if (!status.ok() && !target.refused)
-    return Failure{path + " cannot be written: " + status.what, FailureKind::kFailure};
-  return file->commit();
+    return Failure{file.path() + " cannot be written: " + status.what, FailureKind::kFailure};
+  return status.offset_bytes;
+}
+
+Outcome<AppendedMap> append_map(const LocalMap& map, const MapIdentity& identity,
+                                AtomicFile& file) {
+  AppendedMap appended;
+  std::vector<KeyedIndex> workspace = workspace_for(map);
+  appended.summary = summarize(map, workspace);
+  BlocksInMemory blocks(map);
+  TESSERA_TRY_ASSIGN(
+      appended.bytes,
+      append_map(map, identity, {map.blocks_in_order(workspace), blocks.lookup(), appended.summary},
+                 file));
+  return appended;
+}
+
+Outcome<void> save_map(const LocalMap& map, const MapIdentity& identity,
+                       std::span<const KeyedIndex> blocks, const BlockLookup& lookup,
+                       const MapSummary& summary, const std::string& path) {
+  TESSERA_TRY_ASSIGN(AtomicFile file, AtomicFile::open(path));
+  TESSERA_TRY(append_map(map, identity, {blocks, lookup, summary}, file));
+  return file.commit();
 }
 
 Outcome<MapSummary> save_map(const LocalMap& map, const MapIdentity& identity,

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/arena_memory.hpp"
+#include "base/atomic_file.hpp"
 #include "base/json.hpp"
 #include "base/outcome.hpp"
 #include "tessera/base/arena.hpp"
@@ -35,9 +36,9 @@ struct StoredMap {
   MapFileHeader header;
 };
 
-/// Reads a map file; its storage is exactly what it needs, or storage_bytes if that is larger.
-/// Fails with kUsage iff the file is missing, damaged or of another kind; the message has the error
-/// and its place.
+/// Reads a map file that is not in submaps; its storage is exactly what it needs, or storage_bytes
+/// if that is larger. Fails with kUsage iff the file is missing, damaged or of another kind; the
+/// message has the error and its place.
 Outcome<std::unique_ptr<StoredMap>> load_map(const std::string& path,
                                              std::size_t storage_bytes = 0);
 
@@ -45,6 +46,16 @@ Outcome<std::unique_ptr<StoredMap>> load_map(const std::string& path,
 Outcome<MapFileHeader> load_map_header(const std::string& path);
 /// The same of a file that also ends as it should: it is not truncated.
 Outcome<MapFileHeader> load_whole_header(const std::string& path);
+
+/// Where in a file a map file is, if there are others before and after it.
+struct FilePart {
+  std::uint64_t offset_bytes = 0;
+  std::uint64_t bytes = 0;
+};
+/// As load_map. Offsets in messages are of the part.
+Outcome<std::unique_ptr<StoredMap>> load_map(const std::string& path, const FilePart& part);
+/// "path: what (kind at byte N); remedy".
+Failure damaged_file(const std::string& path, const MapFileStatus& status);
 
 /// The value of an option in the record of the map; null if it has none.
 Json recorded_setting(const MapFileHeader& header, const char* key);
@@ -66,6 +77,23 @@ Outcome<MapSummary> save_map(const LocalMap& map, const MapIdentity& identity,
 Outcome<void> save_map(const LocalMap& map, const MapIdentity& identity,
                        std::span<const KeyedIndex> blocks, const BlockLookup& lookup,
                        const MapSummary& summary, const std::string& path);
+
+/// The blocks of a map: of a lookup, by their keys in ascending order, with their summary.
+struct SavedBlocks {
+  std::span<const KeyedIndex> blocks;
+  BlockLookup lookup;
+  const MapSummary& summary;
+};
+/// Appends a complete map file to an open one; commit() explains a refused write. The value is its
+/// bytes. Fails with kFailure iff the lookup of a block fails.
+Outcome<std::uint64_t> append_map(const LocalMap& map, const MapIdentity& identity,
+                                  const SavedBlocks& saved, AtomicFile& file);
+/// The same for a map in memory, with its summary.
+struct AppendedMap {
+  MapSummary summary;
+  std::uint64_t bytes = 0;
+};
+Outcome<AppendedMap> append_map(const LocalMap& map, const MapIdentity& identity, AtomicFile& file);
 
 /// Workspace for iterating over a map.
 std::vector<KeyedIndex> workspace_for(const LocalMap& map);

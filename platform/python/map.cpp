@@ -11,6 +11,7 @@
 #include "base/number_text.hpp"
 #include "estimates.hpp"
 #include "held_map.hpp"
+#include "maps/open_map.hpp"
 
 namespace tessera::python {
 
@@ -26,7 +27,7 @@ py::object settings_of(const HeldMap& map) {
 std::shared_ptr<HeldMap> load(const std::filesystem::path& path) {
   Outcome<std::unique_ptr<StoredMap>> stored = [&] {
     const py::gil_scoped_release released;
-    return load_map(path.string());
+    return open_map(path.string());
   }();
   if (!stored.ok()) raise(stored.failure());
   return std::make_shared<HeldMap>(std::shared_ptr<StoredMap>(std::move(*stored)));

@@ -41,24 +41,6 @@ Outcome<void> for_rows(const std::string& path, Add&& add) {
   return {};
 }
 
-Outcome<std::vector<std::int64_t>> read_times(const std::string& path) {
-  std::vector<std::int64_t> stamps_us;
-  const Outcome<void> read = for_rows(path, [&](std::string_view row, const TextPlace& place) {
-    const Outcome<std::int64_t> stamp_us = take_stamp(row, place);
-    if (!stamp_us.ok()) return Outcome<void>(stamp_us.failure());
-    if (!trimmed(row).empty())
-      return Outcome<void>(text_failure(place, "more than one number",
-                                        "write one line per scan with the seconds of its stamp"));
-    if (!stamps_us.empty() && *stamp_us <= stamps_us.back())
-      return Outcome<void>(text_failure(place, "this stamp is not later than the one before",
-                                        "write the stamps of the scans in their order"));
-    stamps_us.push_back(*stamp_us);
-    return Outcome<void>();
-  });
-  if (!read.ok()) return read.failure();
-  return stamps_us;
-}
-
 Outcome<std::vector<StampedPose>> read_dense(const std::string& path,
                                              const Matrix34d& T_camera_lidar) {
   std::vector<StampedPose> poses;
@@ -78,6 +60,24 @@ Outcome<std::vector<StampedPose>> read_dense(const std::string& path,
 }
 
 }  // namespace
+
+Outcome<std::vector<std::int64_t>> read_times(const std::string& path) {
+  std::vector<std::int64_t> stamps_us;
+  const Outcome<void> read = for_rows(path, [&](std::string_view row, const TextPlace& place) {
+    const Outcome<std::int64_t> stamp_us = take_stamp(row, place);
+    if (!stamp_us.ok()) return Outcome<void>(stamp_us.failure());
+    if (!trimmed(row).empty())
+      return Outcome<void>(text_failure(place, "more than one number",
+                                        "write one line per scan with the seconds of its stamp"));
+    if (!stamps_us.empty() && *stamp_us <= stamps_us.back())
+      return Outcome<void>(text_failure(place, "this stamp is not later than the one before",
+                                        "write the stamps of the scans in their order"));
+    stamps_us.push_back(*stamp_us);
+    return Outcome<void>();
+  });
+  if (!read.ok()) return read.failure();
+  return stamps_us;
+}
 
 Outcome<void> ScanMotion::fill(const std::vector<StampedPose>& poses, const std::string& path) {
   if (poses.size() > PoseTrack::kMostPoses)

@@ -18,6 +18,10 @@
 
 namespace tessera {
 
+/// The seconds of each scan, from a file of one number a line, as microseconds. Fails with kUsage,
+/// naming file, line and remedy, iff it cannot be read, is malformed, or they do not rise.
+Outcome<std::vector<std::int64_t>> read_times(const std::string& path);
+
 /// The poses of a dataset.
 struct KnownPoses {
   std::span<const Matrix34d> T_map_sensor;           ///< Of each row of poses.txt.

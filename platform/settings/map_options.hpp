@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "base/json.hpp"
 #include "base/outcome.hpp"
@@ -22,6 +23,8 @@ struct MapOptions : SourceOptions {
   std::string continue_from;
   std::string prior_map;  ///< A .bt or .ot file; empty: none.
   std::optional<double> prior_map_weight;
+  std::optional<double> submap_length_m;  ///< Default: one map.
+  std::vector<std::string> corrections;   ///< Files of corrected poses.
   std::optional<double> resolution_m;
   InferenceMode inference = InferenceMode::kMultiEntropy;
   std::optional<double> kernel_length_m;
@@ -149,6 +152,10 @@ inline constexpr Setting kMapFileRows[] = {
         {.value = "W",
          .otherwise = "1",
          .allowed = {.least = 0.001, .words = "evidence from 0.001 to the cap of a voxel"}}),
+    row<&MapOptions::submap_length_m>(
+        {"--submap-length"},
+        "Map in submaps, each of this way; they can be moved on their own, as by --corrections",
+        {.value = "M", .otherwise = "one map", .allowed = from_to(0.1, 1e6, "metres")}),
 };
 inline constexpr SettingTable<MapOptions> kMapFileSettings{kMapFileRows};
 

@@ -24,7 +24,8 @@ CORE = {
     "replica": ["base", "grid", "semantics", "map"],
     "fusion": ["base", "grid", "semantics", "map", "inference", "replica"],
     "exchange": ["base", "grid", "semantics", "map", "replica"],
-    "robot": ["base", "grid", "semantics", "map", "registration", "inference", "replica", "fusion", "exchange"],
+    "submap": ["base", "grid", "semantics", "map"],
+    "robot": ["base", "grid", "semantics", "map", "registration", "inference", "replica", "fusion", "exchange", "submap"],
 }
 # The sources of the C interface, whose headers are C: they may use all of the core.
 CORE["c"] = list(CORE)

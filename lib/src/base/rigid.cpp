@@ -2,27 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tessera/base/rigid.hpp"
 
-#include <array>
-#include <cmath>
-#include <cstddef>
+#include "tessera/base/internal/quaternion.hpp"
 
 namespace tessera {
 
-namespace {
-
-/// w x y z.
-using Quaternion = std::array<double, 4>;
-
-double dot(const Quaternion& a, const Quaternion& b) noexcept {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];
-}
-
-void normalise(Quaternion& q) noexcept {
-  const double length = std::sqrt(dot(q, q));
-  for (double& part : q) part /= length;
-}
-
-/// Of length 1. The part that is divided by is the largest of the four, so at least a half.
+/// The part that is divided by is the largest of the four, so at least a half.
 Quaternion rotation_of(const Matrix34d& T) noexcept {
   const double trace = T(0, 0) + T(1, 1) + T(2, 2);
   Quaternion q;
@@ -41,6 +25,19 @@ Quaternion rotation_of(const Matrix34d& T) noexcept {
   normalise(q);
   return q;
 }
+
+Matrix34d transform_of(const Quaternion& q, const Point3d& translation) noexcept {
+  const auto [w, x, y, z] = q;
+  Matrix34d T;
+  T << 1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y),
+      translation.x(),  //
+      2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x),
+      translation.y(),  //
+      2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y), translation.z();
+  return T;
+}
+
+namespace {
 
 /// sin(share a) / sin(a) from the cosine of a, 0 .. 1, without a sine: the series in (cosine - 1)
 /// whose terms have the ratio (share^2 / (n (2n + 1)) - n / (2n + 1)) (cosine - 1). The ratio is
@@ -75,11 +72,7 @@ Quaternion slerp(const Quaternion& from, Quaternion to, double share) noexcept {
 }  // namespace
 
 Matrix34d interpolate(const Matrix34d& from, const Matrix34d& to, double share) noexcept {
-  const auto [w, x, y, z] = slerp(rotation_of(from), rotation_of(to), share);
-  Matrix34d T;
-  T << 1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y), 0.0,  //
-      2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x), 0.0,   //
-      2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y), 0.0;
+  Matrix34d T = transform_of(slerp(rotation_of(from), rotation_of(to), share), Point3d::Zero());
   for (int row = 0; row < 3; ++row) T(row, 3) = from(row, 3) + share * (to(row, 3) - from(row, 3));
   return T;
 }

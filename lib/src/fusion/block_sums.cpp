@@ -137,6 +137,7 @@ std::uint64_t BlockSums::add_contribution(const Source& source, Slot slot) noexc
   if (source.contribution.leaving) return work;
   const GridTransform::BlockRange range =
       source.contribution.T_global_local.local_blocks(source.block);
+  if (!source.contribution.may_have(range)) return 1;
   for (std::int32_t z = range.first.z; z <= range.last.z; ++z)
     for (std::int32_t y = range.first.y; y <= range.last.y; ++y)
       for (std::int32_t x = range.first.x; x <= range.last.x; ++x)

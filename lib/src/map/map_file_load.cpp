@@ -76,7 +76,7 @@ Status parse_body(ByteReader& in, std::uint16_t minor, MapFileHeader& header) no
   MapFileContent& content = header.content;
   content = {
       .blocks = in.u64(), .label_pages = in.u64(), .free_pages = in.u64(), .octets = in.u64()};
-  if (kind > static_cast<std::uint8_t>(MapKind::kGlobal)) return Status::kUnsupported;
+  if (kind > static_cast<std::uint8_t>(MapKind::kSubmaps)) return Status::kUnsupported;
   if (tuple > static_cast<std::uint8_t>(TuplePolicy::kCompact)) return Status::kUnsupported;
   if (classes < 1 || classes > kMaxClasses || has_T_global_map > 1) return Status::kCorrupt;
   header.identity.has_T_global_map = has_T_global_map == 1;
@@ -219,6 +219,9 @@ MapFileStatus load_blocks(const ByteSource& byte_source, const MapFileHeader& he
   CheckedSource source(byte_source, header.header_bytes,
                        std::span(buffer.bytes).subspan(kPieceBytes));
   if (byte_source.read == nullptr) return failed(source, Status::kInvalidArgument, kNoSource);
+  if (header.identity.kind == MapKind::kSubmaps)
+    return failed(source, Status::kUnsupported,
+                  "the map is in submaps, which are loaded one by one");
   const MapConfig& a = map.config();
   const MapConfig& b = header.config;
   const auto same = [](double x, double y) { return !(x < y) && !(x > y); };

@@ -121,6 +121,13 @@ Result<std::uint32_t> Replicas::add_record(Slot slot, BlockKey key, std::uint32_
   ++blocks_;
   if (first == 0) {
     index_.insert(*place, hashed, number);
+    const BlockCoord block = unpack(key);
+    contribution.low = {std::min(contribution.low.x, block.x),
+                        std::min(contribution.low.y, block.y),
+                        std::min(contribution.low.z, block.z)};
+    contribution.high = {std::max(contribution.high.x, block.x),
+                         std::max(contribution.high.y, block.y),
+                         std::max(contribution.high.z, block.z)};
   } else {
     replica.next_part = records_[first - 1].next_part;
     records_[first - 1].next_part = number;

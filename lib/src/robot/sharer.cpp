@@ -42,7 +42,7 @@ Result<Sharer*> Sharer::make(Arena& arena, const RobotConfig& config, const Clas
   sharer.work_per_tick_ = config.work_per_tick;
   sharer.near_first_ = config.near_first;
   sharer.submap_ticks_ = config.submap_ticks;
-  sharer.submap_length_m_ = config.submap_length_m;
+  sharer.cutter_ = SubmapCutter({.length_m = config.submap_length_m});
   sharer.submap_.epoch = config.epoch;
   const int components = classes.num_components();
   sharer.scratch_bytes_ = Publisher::required_bytes(config.publisher, components) +
@@ -64,12 +64,9 @@ void Sharer::set_focus(const Point3d& p_map) noexcept {
 }
 
 void Sharer::note_way(const Point3d& p_map) noexcept {
-  if (has_place_) way_m_ += norm(p_map - last_p_map_);
-  last_p_map_ = p_map;
-  has_place_ = true;
-  if (submap_length_m_ == 0.0 || way_m_ < submap_length_m_ || submap_.ending) return;
+  if (!cutter_.note(p_map, 0) || submap_.ending) return;
   // One that is refused is asked for again after the same way.
-  way_m_ = 0.0;
+  cutter_.begin();
   submap_.last = request_submap(frame_);
   flush_.keeps_frame = submap_.last == Status::kOk;
 }
@@ -117,7 +114,7 @@ Status Sharer::request_submap(const Matrix34d& T_global_map) noexcept {
   if (!GridTransform::make(T_global_map, resolution_m_).ok()) return Status::kInvalidArgument;
   if (submap_.submap == UINT32_MAX) return Status::kResourceExhausted;
   submap_.ending = true;
-  way_m_ = 0.0;
+  cutter_.begin();
   flush_ = {.T_global_map = T_global_map,
             // The round at hand may have passed what the last scan changed.
             .rounds = publisher_.rounds() + 2,

@@ -29,8 +29,8 @@ struct ByteSource {
   std::size_t (*read)(void* context, std::span<std::byte> into) = nullptr;
 };
 
-/// One robot's map, or one fused of several.
-enum class MapKind : std::uint8_t { kLocal = 0, kGlobal = 1 };
+/// One robot's map, one fused of several, or one robot's in submaps (submap/submap_file.hpp).
+enum class MapKind : std::uint8_t { kLocal = 0, kGlobal = 1, kSubmaps = 2 };
 
 /// What a file says of its map beside the voxels.
 struct MapIdentity {
@@ -110,10 +110,11 @@ inline constexpr std::size_t kMapFileEndBytes = 16;
 /// Reads the blocks after load_header, and the source to its end, into an empty map made with the
 /// header's configuration (storage_bytes may differ). Fails with kMismatch iff the map's
 /// resolution, prior, cap, free weight, tuple policy or classes differ or it is not empty, or
-/// kInvalidArgument iff the source has no function: the map is then as it was. Else with
-/// kResourceExhausted iff its storage is too small, kTruncated or kCorrupt (a checksum, a value out
-/// of range, blocks out of order, a block without evidence or newer than the map, evidence over the
-/// cap, other content than the header says): the map is then empty.
+/// kInvalidArgument iff the source has no function, kUnsupported iff the file is of submaps: the
+/// map is then as it was. Else with kResourceExhausted iff its storage is too small, kTruncated or
+/// kCorrupt (a checksum, a value out of range, blocks out of order, a block without evidence or
+/// newer than the map, evidence over the cap, other content than the header says): the map is then
+/// empty.
 MapFileStatus load_blocks(const ByteSource& source, const MapFileHeader& header,
                           MapFileBuffer& buffer, LocalMap& map) noexcept;
 

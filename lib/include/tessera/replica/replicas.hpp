@@ -7,6 +7,7 @@
 #pragma once
 
 #include <compare>
+#include <cstdint>
 #include <span>
 
 #include "tessera/base/arena.hpp"
@@ -81,6 +82,14 @@ class Replicas {
     std::uint32_t blocks = 0;       ///< Parts of blocks.
     std::uint32_t segments = 0;
     GridTransform T_global_local;
+    /// A box around all blocks that it ever had; without one low is above high.
+    BlockCoord low{INT32_MAX, INT32_MAX, INT32_MAX};
+    BlockCoord high{INT32_MIN, INT32_MIN, INT32_MIN};
+    /// False: it has no block in a range.
+    [[nodiscard]] bool may_have(const GridTransform::BlockRange& range) const noexcept {
+      return range.first.x <= high.x && range.last.x >= low.x && range.first.y <= high.y &&
+             range.last.y >= low.y && range.first.z <= high.z && range.last.z >= low.z;
+    }
   };
   /// One block of a contribution, or a part of one.
   struct Replica {

@@ -6,6 +6,7 @@
 
 #include "tessera/robot/internal/eviction_queue.hpp"
 #include "tessera/robot/robot_config.hpp"
+#include "tessera/submap/submap_cutter.hpp"
 
 namespace tessera {
 
@@ -146,10 +147,7 @@ class Sharer {
   Matrix34d frame_ = Matrix34d::Identity();
   SubmapReport submap_{};
   Flush flush_{};
-  double submap_length_m_ = 0.0;
-  double way_m_ = 0.0;  ///< Since a submap was requested.
-  Point3d last_p_map_ = Point3d::Zero();
-  bool has_place_ = false;
+  SubmapCutter cutter_{};
   double resolution_m_ = 0.0;  ///< Of the local map.
   std::uint64_t work_per_tick_ = 0;
   std::uint32_t submap_ticks_ = 1;

@@ -1,0 +1,119 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "maps/submaps.hpp"
+
+#include <fmt/core.h>
+
+#include "base/input_file.hpp"
+
+namespace tessera {
+
+namespace {
+
+Failure damaged(const std::string& path, const char* what, std::uint64_t offset_bytes) {
+  return damaged_file(path, {Status::kCorrupt, what, offset_bytes});
+}
+
+bool same_settings(const MapFileHeader& a, const MapFileHeader& b) {
+  const auto same = [](double x, double y) { return !(x < y) && !(x > y); };
+  return same(a.config.resolution_m, b.config.resolution_m) &&
+         same(a.config.prior, b.config.prior) &&
+         same(static_cast<double>(a.config.free_weight),
+              static_cast<double>(b.config.free_weight)) &&
+         same(static_cast<double>(a.config.max_evidence),
+              static_cast<double>(b.config.max_evidence)) &&
+         a.config.tuple == b.config.tuple && a.classes == b.classes &&
+         a.identity.robot == b.identity.robot && a.identity.epoch == b.identity.epoch;
+}
+
+}  // namespace
+
+Outcome<SubmapWriter> SubmapWriter::open(const std::string& path, const LocalMap& common,
+                                         const MapIdentity& identity) {
+  TESSERA_TRY_ASSIGN(AtomicFile file, AtomicFile::open(path));
+  SubmapWriter writer(std::move(file), identity);
+  writer.identity_.kind = MapKind::kSubmaps;
+  TESSERA_TRY_ASSIGN(const AppendedMap empty, append_map(common, writer.identity_, writer.file_));
+  writer.bytes_ = empty.bytes;
+  writer.identity_.kind = MapKind::kLocal;
+  // What they have in common is said once.
+  writer.identity_.settings_bytes = 0;
+  return writer;
+}
+
+Outcome<MapSummary> SubmapWriter::add(const LocalMap& map, SubmapRow row) {
+  if (rows_.size() == kMostSubmaps)
+    return Failure{fmt::format("{} has no room for more than {} submaps; give a larger "
+                               "--submap-length",
+                               file_.path(), kMostSubmaps),
+                   FailureKind::kFailure};
+  TESSERA_TRY_ASSIGN(const AppendedMap added, append_map(map, identity_, file_));
+  row.offset_bytes = bytes_;
+  row.bytes = added.bytes;
+  row.digest = added.summary.digest;
+  row.label_voxels = added.summary.label_voxels;
+  row.free_voxels = added.summary.free_voxels;
+  row.occupied = added.summary.occupied;
+  row.T_map_submap = *encode_rigid(Matrix34d::Identity());
+  rows_.push_back(row);
+  bytes_ += added.bytes;
+  return added.summary;
+}
+
+Outcome<void> SubmapWriter::commit() {
+  const ByteSink sink{&file_, [](void* file, std::span<const std::byte> bytes) {
+                        return static_cast<AtomicFile*>(file)->write(bytes);
+                      }};
+  // commit() explains a refused write.
+  static_cast<void>(save_submap_table(rows_, bytes_, sink));
+  return file_.commit();
+}
+
+Outcome<StoredSubmaps> load_submaps(const std::string& path, const MapFileHeader& header) {
+  TESSERA_TRY_ASSIGN(InputFile file, InputFile::open(path));
+  const std::uint64_t bytes = file.size_bytes();
+  std::array<std::byte, SubmapTableEnd::kBytes> last{};
+  if (bytes < header.header_bytes + last.size())
+    return damaged_file(path, {Status::kTruncated, "the file has no table of submaps", bytes});
+  file.skip_to(bytes - last.size());
+  TESSERA_TRY(file.read_exactly(last));
+  SubmapTableEnd end;
+  MapFileStatus status = load_submap_end(last, bytes, end);
+  if (!status.ok()) return damaged_file(path, status);
+  StoredSubmaps submaps{path, header, std::vector<SubmapRow>(end.submaps)};
+  file.skip_to(end.offset_bytes);
+  const ByteSource source{&file, [](void* context, std::span<std::byte> into) -> std::size_t {
+                            const Outcome<std::size_t> n =
+                                static_cast<InputFile*>(context)->read(into);
+                            return n.ok() ? *n : 0;
+                          }};
+  status = load_submap_table(source, end, submaps.rows);
+  if (!status.ok()) return damaged_file(path, status);
+  return submaps;
+}
+
+Outcome<std::unique_ptr<StoredMap>> load_submap(const StoredSubmaps& submaps,
+                                                const SubmapRow& row) {
+  TESSERA_TRY_ASSIGN(std::unique_ptr<StoredMap> stored,
+                     load_map(submaps.path, FilePart{row.offset_bytes, row.bytes}));
+  const std::string name = fmt::format("{}, submap {}", submaps.path, row.number);
+  if (!same_settings(stored->header, submaps.header))
+    return damaged(name, "its settings are not those of the file", row.offset_bytes);
+  if (!stored->header.summary || stored->header.summary->digest != row.digest)
+    return damaged(name, "its content is not what the table says", row.offset_bytes);
+  return stored;
+}
+
+MapSummary summary_of(const std::vector<SubmapRow>& rows) {
+  MapSummary all;
+  all.digest = digest(std::span(rows));
+  for (const SubmapRow& row : rows) {
+    all.label_voxels += row.label_voxels;
+    all.free_voxels += row.free_voxels;
+    all.occupied += row.occupied;
+  }
+  all.free = all.observed() - all.occupied;
+  return all;
+}
+
+}  // namespace tessera
