@@ -35,10 +35,10 @@ void warn_of_another_mode(const MapOptions& options, const MapFileHeader& header
 Outcome<void> adopt_settings(const MapFileHeader& header, const RecordedScans& source,
                              MapOptions& options) {
   const std::string& path = options.continue_from;
-  if (header.identity.kind != MapKind::kLocal)
-    return Failure{path + " is a global map; continue a robot's local map"};
   if (header.identity.kind == MapKind::kSubmaps)
     return Failure{path + " is in submaps and cannot be continued; give a map in one piece"};
+  if (header.identity.kind != MapKind::kLocal)
+    return Failure{path + " is a global map; continue a robot's local map"};
   const MapOptions held = held_options(header);
   for (const Setting& row : kMapRows) {
     if (row.fixed) TESSERA_TRY(check_fixed(path, row, options, held));

@@ -20,6 +20,7 @@
 #include "base/stop_signals.hpp"
 #include "cli/command.hpp"
 #include "cli/continued_map.hpp"
+#include "cli/map_ending.hpp"
 #include "cli/map_report.hpp"
 #include "cli/map_submaps.hpp"
 #include "cli/map_window.hpp"
@@ -102,25 +103,6 @@ Outcome<void> check_places(const MapOptions& options) {
                        dataset_folder(options));
 }
 
-/// What a map in submaps cannot be.
-Outcome<void> check_submaps(const MapOptions& options) {
-  const SettingName& length = kMapFileSettings["--submap-length"];
-  if (!options.submap_length_m) {
-    if (options.corrections.empty()) return {};
-    return Failure{Message("--corrections needs ") + Message(length) +
-                   ": what is corrected are the frames of submaps"};
-  }
-  const auto refused = [&](const SettingName& other) {
-    return Failure{Message(length) + " and " + Message(other) +
-                   " do not go together; leave out one"};
-  };
-  if (!options.continue_from.empty()) return refused(kMapFileSettings["--continue"]);
-  if (!options.prior_map.empty()) return refused(kMapFileSettings["--prior-map"]);
-  if (options.window_m) return refused(kMapSettings["--window"]);
-  if (!options.archive.empty()) return refused(kMapSettings["--archive"]);
-  return {};
-}
-
 /// The robot, and the frame of the map if the folder has it.
 Outcome<MapIdentity> identity_of(const MapOptions& options) {
   MapIdentity identity{.robot = options.robot.value_or(0)};
@@ -167,34 +149,6 @@ Outcome<void> write_map(const MapOptions& options, const MapIdentity& identity, 
   }
   TESSERA_TRY_ASSIGN(run.file, window->save_whole(map, identity, options.out));
   return {};
-}
-
-/// Fails iff no scan is in the map.
-Outcome<void> check_some_integrated(const MapRun& run, double resolution_m) {
-  const auto is_placed = [](const ScanRecord& scan) { return scan.report.pose == Status::kOk; };
-  if (std::any_of(run.scans.begin(), run.scans.end(), is_placed)) return {};
-  const auto is_rigid = [](const ScanRecord& scan) { return scan.rigid; };
-  const std::string all = counted(run.scans.size(), "pose");
-  if (std::all_of(run.scans.begin(), run.scans.end(), is_rigid))
-    return Failure{
-        fmt::format("no scan is in the map: not one of {} is within the grid, which "
-                    "reaches {:.3g} km from 0, 0, 0; subtract an origin from the "
-                    "coordinates, nothing was written",
-                    all, 1e-3 * resolution_m * kVoxelLimit)};
-  const bool some = std::any_of(run.scans.begin(), run.scans.end(), is_rigid);
-  return Failure{"no scan is in the map: not one of " + all + " is a rigid transform" +
-                 (some ? " within the grid" : "") + "; check the poses, nothing was written"};
-}
-
-/// For a run whose map and report are written, but without some of the scans.
-/// continued: the map file, or an archive that is beside it.
-Failure interruption(const MapOptions& options, const std::string& continued, const MapRun& run,
-                     std::size_t num_scans) {
-  std::string written = options.out + (options.report.empty() ? "" : " and " + options.report);
-  return {fmt::format("interrupted after scan {} of {}: {} written with the scans so far; continue "
-                      "with --continue {} --first {}",
-                      run.scans.size(), num_scans, written, continued, run.scans.back().index + 1),
-          FailureKind::kFailure};
 }
 
 /// After all checks: maps the scans, writes map and report.
@@ -269,13 +223,18 @@ Outcome<void> map_scans(const MapOptions& options, MapSetup& setup, const Record
   const bool spilled = earlier.spilled || (window != nullptr && setup.window->keep_while_room);
   const bool beside = spilled && window != nullptr && window->has_archive();
   if (run.interrupted)
-    return interruption(options, beside ? window->path() : options.out, run, source.num_scans());
+    return interruption(options,
+                        submaps != nullptr ? ""
+                        : beside           ? window->path()
+                                           : options.out,
+                        run, source.num_scans());
   // The map file has all of it now.
   if (beside) window->remove_archive();
   if (run.obstacle)
     return out_of_memory(options, setup, source.max_points(), run, source.num_scans());
   // Who gives a deadline or a window sees what a robot would lose.
-  const bool keeps_all = setup.window && setup.window->evicts_near && setup.deadline_us == 0;
+  const bool makes_room = submaps != nullptr || (setup.window && setup.window->evicts_near);
+  const bool keeps_all = makes_room && setup.deadline_us == 0;
   return keeps_all ? check_nothing_lost(setup, run) : Outcome<void>();
 }
 

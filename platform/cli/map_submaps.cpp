@@ -9,6 +9,8 @@
 #include <filesystem>
 
 #include "base/number_text.hpp"
+#include "scans/calibration.hpp"
+#include "scans/poses.hpp"
 #include "scans/scan_motion.hpp"
 #include "tessera/base/rigid.hpp"
 #include "tessera/submap/frame_fit.hpp"
@@ -27,6 +29,24 @@ Point3d apply_to(const Matrix34d& T_world_map, const Placed& scan) {
 
 }  // namespace
 
+Outcome<void> check_submaps(const MapOptions& options) {
+  const SettingName& length = kMapFileSettings["--submap-length"];
+  if (!options.submap_length_m) {
+    if (options.corrections.empty()) return {};
+    return Failure{Message("--corrections needs ") + Message(length) +
+                   ": what is corrected are the frames of submaps"};
+  }
+  const auto refused = [&](const SettingName& other) {
+    return Failure{Message(length) + " and " + Message(other) +
+                   " do not go together; leave out one"};
+  };
+  if (!options.continue_from.empty()) return refused(kMapFileSettings["--continue"]);
+  if (!options.prior_map.empty()) return refused(kMapFileSettings["--prior-map"]);
+  if (options.window_m) return refused(kMapSettings["--window"]);
+  if (!options.archive.empty()) return refused(kMapSettings["--archive"]);
+  return {};
+}
+
 Outcome<std::unique_ptr<MapSubmaps>> MapSubmaps::make(const MapOptions& options,
                                                       const MapIdentity& identity,
                                                       const LocalMap& empty) {
@@ -34,6 +54,12 @@ Outcome<std::unique_ptr<MapSubmaps>> MapSubmaps::make(const MapOptions& options,
   for (const std::string& path : options.corrections) {
     TESSERA_TRY_ASSIGN(PoseRows rows, read_pose_rows(path));
     if (rows.T_map_sensor.empty()) return Failure{path + " has no pose; give a row for each scan"};
+    // Those of a dataset are of its camera, as in poses.txt.
+    if (rows.stamps_s.empty() && options.folder() == options.dataset) {
+      TESSERA_TRY_ASSIGN(const Matrix34d T_camera_lidar,
+                         read_calibration(options.dataset + "/calib.txt"));
+      for (Matrix34d& pose : rows.T_map_sensor) pose = lidar_pose(T_camera_lidar, pose);
+    }
     corrections.push_back({.path = path, .rows = std::move(rows)});
   }
   TESSERA_TRY_ASSIGN(SubmapWriter writer, SubmapWriter::open(options.out, empty, identity));

@@ -17,6 +17,9 @@
 
 namespace tessera {
 
+/// Fails iff options are given that a map in submaps cannot have, or corrections of another map.
+Outcome<void> check_submaps(const MapOptions& options);
+
 class MapSubmaps {
  public:
   /// Reads the corrections and opens the output. empty: a map without content. Fails with kUsage

@@ -35,16 +35,6 @@ void set_up_spilling(const MapOptions& options, MapSetup& setup);
 /// Lets a window that has no deadline move all blocks that it has to, however far scans are apart.
 void move_all_at_once(MapSetup& setup);
 
-/// For a run that ended as neither memory nor the archive had room for more. The map grows with the
-/// way: what the whole takes is estimated from the scans so far.
-Failure out_of_memory(const MapOptions& options, const MapSetup& setup, std::size_t max_points,
-                      const MapRun& run, std::size_t num_scans);
-
-/// Fails iff scans lack points or rays for want of memory, although blocks leave it as needed: a
-/// scan takes more than the half of it that is free before each. Says which scans, of which part of
-/// the memory, and how many points and rays.
-Outcome<void> check_nothing_lost(const MapSetup& setup, const MapRun& run);
-
 class MapWindow {
  public:
   /// Gives the mapper, which has a window and outlives this, its archive: the one that options

@@ -122,6 +122,13 @@ class Submaps(CommandCase):
         for submap in report["submaps"]:
             self.assertAlmostEqual(3.0, submap["T_map_submap"][3], 3)
 
+    def test_rows_of_a_dataset_are_of_its_camera_as_its_poses_are(self):
+        (self.data / "calib.txt").write_text("Tr: 0 -1 0 0.1 0 0 -1 0.2 1 0 0 -0.3\n")
+        _, report = self.in_submaps("map.tsm", "--corrections", self.data / "poses.txt")
+        (correction,) = report["corrections"]
+        self.assertLess(correction["most_m"], 1e-3)
+        self.assertLess(correction["residual_m"], 1e-3)
+
     def test_stamps_where_scans_have_none(self):
         (self.folder / "stamped.txt").write_text("1 0 0 0 0 0 0 1\n2 0 0 0 0 0 0 1\n")
         self.map_refused(self.data, "--submap-length", 5, "--corrections", "stamped.txt", saying=("stamped.txt", "times.txt"))

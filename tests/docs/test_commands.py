@@ -19,7 +19,7 @@ COMMAND = os.environ["TESSERA_COMMAND"]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 
 # Blocks that are run, whole and in their order, in a folder of the page. Two nodes share by multicast: in a network of their own.
-RUN = ("README.md", "docs/tasks/map-my-data.md", "docs/tasks/tune.md", "docs/tasks/on-my-robot.md")
+RUN = ("README.md", "docs/tasks/map-my-data.md", "docs/tasks/slam-corrections.md", "docs/tasks/tune.md", "docs/tasks/on-my-robot.md")
 IN_OWN_NETWORK = "docs/tasks/two-robots.md"
 # Lines that call tessera are run one by one, in blocks or set in by four.
 RUN_LINES = ("docs/reference/cli.md", "docs/reference/network.md", "docs/measured/choices.md", "docs/measured/timing.md")
