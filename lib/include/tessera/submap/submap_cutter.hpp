@@ -10,6 +10,7 @@
 
 namespace tessera {
 
+/// What ends a submap.
 struct SubmapCuts {
   double length_m = 0.0;     ///< Way from scan to scan; 0: no limit.
   std::int64_t time_us = 0;  ///< From the first scan on; 0: no limit.
