@@ -30,16 +30,17 @@ Json to_json(const MapOptions& options, const MapSetup& setup) {
   json["window"] = setup.window ? Json(setup.window->radius_m) : Json();
   // Only if given, so that the settings for a dataset stay the same.
   for (const char* const key : {"pcd", "ply", "depth", "label_images", "intrinsics", "poses",
-                                "prior_map", "prior_map_weight"}) {
+                                "prior_map", "prior_map_weight", "submap_length"}) {
     if (json[key].is_null() || json[key] == "") json.erase(key);
   }
+  if (!o.corrections.empty()) json["corrections"] = o.corrections;
   return json;
 }
 
 Json settings_of(Json config) {
   for (const char* const key :
        {"dataset", "pcd", "ply", "depth", "label_images", "intrinsics", "poses", "prior_map", "out",
-        "report", "continue", "memory", "first", "last", "window", "archive"})
+        "report", "continue", "memory", "first", "last", "window", "archive", "corrections"})
     config.erase(key);
   return config;
 }

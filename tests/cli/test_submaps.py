@@ -57,6 +57,7 @@ class Submaps(CommandCase):
         submaps = report["submaps"]
         self.assertGreaterEqual(len(submaps), 4)
         self.assertEqual(list(range(len(submaps))), [s["number"] for s in submaps])
+        self.assertEqual(12, report["config"]["submap_length"])
         # Each scan is in one of them.
         scans = [n for s in submaps for n in range(s["first_scan"], s["last_scan"] + 1)]
         self.assertEqual(list(range(SCANS)), scans)
