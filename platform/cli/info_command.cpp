@@ -13,6 +13,7 @@
 #include "cli/command.hpp"
 #include "maps/open_map.hpp"
 #include "maps/submaps.hpp"
+#include "tessera/map/queries.hpp"
 
 namespace tessera {
 

@@ -11,6 +11,7 @@
 #include "base/json.hpp"
 #include "maps/submaps.hpp"
 #include "scans/pose_file.hpp"
+#include "scans/scan.hpp"
 #include "settings/map_options.hpp"
 #include "tessera/robot/mapper.hpp"
 #include "tessera/submap/submap_cutter.hpp"

@@ -6,6 +6,7 @@
 
 #include "maps/fusion_run.hpp"
 #include "maps/submaps.hpp"
+#include "tessera/map/stored_block.hpp"
 
 namespace tessera {
 
