@@ -94,10 +94,10 @@ std::string name_of(const std::vector<FuseInput>& inputs, const FuseInput& input
   const auto name = [](const FuseInput& of) {
     return std::filesystem::path(of.path).filename().string();
   };
-  const auto same = std::count_if(inputs.begin(), inputs.end(), [&](const FuseInput& other) {
-    return name(other) == name(input);
+  const bool ambiguous = std::any_of(inputs.begin(), inputs.end(), [&](const FuseInput& other) {
+    return other.path != input.path && name(other) == name(input);
   });
-  return same > 1 ? input.path : name(input);
+  return ambiguous ? input.path : name(input);
 }
 
 }  // namespace
@@ -116,7 +116,9 @@ Contributors find_contributors(const std::vector<FuseInput>& inputs,
     for (std::size_t i = first; i < inputs.size(); ++i) {
       if (inputs[i].id.robot != robot.number) continue;
       done[i] = true;
-      robot.maps += (robot.maps.empty() ? "" : " + ") + name_of(inputs, inputs[i]);
+      // Submaps of one file follow each other.
+      if (i == first || inputs[i].path != inputs[i - 1].path)
+        robot.maps += (robot.maps.empty() ? "" : " + ") + name_of(inputs, inputs[i]);
       add_hits(inputs[i], static_cast<std::uint32_t>(i), finder, hits);
     }
     std::sort(hits.begin(), hits.end(), [](const Hit& a, const Hit& b) {

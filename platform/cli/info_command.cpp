@@ -65,21 +65,6 @@ Outcome<Content> content_of(const std::string& path, bool verify) {
 
 constexpr std::array<const char*, 3> kKinds{"local", "global", "submaps"};
 
-Json to_json(const SubmapRow& row) {
-  const Matrix34d T_map_submap = *decode_rigid(row.T_map_submap);
-  return {{"number", row.number},
-          {"first_scan", row.first_scan},
-          {"last_scan", row.last_scan},
-          {"length_m", row.length_m},
-          {"label_voxels", row.label_voxels},
-          {"free_voxels", row.free_voxels},
-          {"bytes", row.bytes},
-          {"digest", hex64(row.digest)},
-          {"revision", row.revision},
-          {"T_map_submap",
-           std::vector<double>(T_map_submap.data(), T_map_submap.data() + T_map_submap.size())}};
-}
-
 Json to_json(const Content& content, std::uint64_t file_bytes) {
   const MapFileHeader& header = content.header;
   const MapIdentity& identity = header.identity;

@@ -208,20 +208,7 @@ Outcome<MapSummary> MapSubmaps::finish(Mapper& mapper) {
 
 void MapSubmaps::write(Json& json) const {
   json["submaps"] = Json::array();
-  for (std::size_t i = 0; i < writer_.rows().size(); ++i) {
-    const SubmapRow& row = writer_.rows()[i];
-    json["submaps"].push_back(
-        {{"number", row.number},
-         {"first_scan", row.first_scan},
-         {"last_scan", row.last_scan},
-         {"length_m", row.length_m},
-         {"label_voxels", row.label_voxels},
-         {"free_voxels", row.free_voxels},
-         {"bytes", row.bytes},
-         {"digest", hex64(row.digest)},
-         {"revision", row.revision},
-         {"T_map_submap", std::vector<double>(frames_[i].data(), frames_[i].data() + 12)}});
-  }
+  for (const SubmapRow& row : writer_.rows()) json["submaps"].push_back(to_json(row));
   json["corrections"] = Json::array();
   for (const Correction& correction : corrections_) {
     json["corrections"].push_back({{"file", correction.path},

@@ -5,6 +5,7 @@
 #include <fmt/core.h>
 
 #include "base/input_file.hpp"
+#include "base/number_text.hpp"
 
 namespace tessera {
 
@@ -102,6 +103,21 @@ Outcome<std::unique_ptr<StoredMap>> load_submap(const StoredSubmaps& submaps,
   if (!stored->header.summary || stored->header.summary->digest != row.digest)
     return damaged(name, "its content is not what the table says", row.offset_bytes);
   return stored;
+}
+
+Json to_json(const SubmapRow& row) {
+  const Matrix34d T_map_submap = *decode_rigid(row.T_map_submap);
+  return {{"number", row.number},
+          {"first_scan", row.first_scan},
+          {"last_scan", row.last_scan},
+          {"length_m", row.length_m},
+          {"label_voxels", row.label_voxels},
+          {"free_voxels", row.free_voxels},
+          {"bytes", row.bytes},
+          {"digest", hex64(row.digest)},
+          {"revision", row.revision},
+          {"T_map_submap",
+           std::vector<double>(T_map_submap.data(), T_map_submap.data() + T_map_submap.size())}};
 }
 
 MapSummary summary_of(const std::vector<SubmapRow>& rows) {

@@ -52,6 +52,8 @@ Outcome<StoredSubmaps> load_submaps(const std::string& path, const MapFileHeader
 /// One of them. Fails as load_map, and with kUsage iff its settings, classes or content are not
 /// what header and table say.
 Outcome<std::unique_ptr<StoredMap>> load_submap(const StoredSubmaps& submaps, const SubmapRow& row);
+/// A row, with its frame as a transform.
+Json to_json(const SubmapRow& row);
 /// The counts of all together, with the digest of the table; without an extent and labels.
 MapSummary summary_of(const std::vector<SubmapRow>& rows);
 
