@@ -12,8 +12,8 @@ Result<FrameMoves> FrameMoves::make(Arena& arena, std::uint32_t contributions) n
 }
 
 Replicas::Change FrameMoves::set_frame(const Replicas& replicas, Slot slot,
-                                       const GridTransform& T_global_local,
-                                       std::uint32_t revision) noexcept {
+                                       const GridTransform& T_global_local, std::uint32_t revision,
+                                       const MapSession& session) noexcept {
   if (!replicas.contribution(slot).present) return Replicas::Change::kStale;
   Move& move = moves_[slot];
   std::uint32_t known = replicas.contribution(slot).frame_revision;
@@ -21,6 +21,7 @@ Replicas::Change FrameMoves::set_frame(const Replicas& replicas, Slot slot,
   if (move.waits) known = move.next_revision;
   if (revision <= known || move.leaves) return Replicas::Change::kStale;
   move.next = T_global_local;
+  move.next_session = session;
   move.next_revision = revision;
   wait(move);
   return Replicas::Change::kTaken;
@@ -33,6 +34,13 @@ void FrameMoves::remove(const Replicas& replicas, Slot slot) noexcept {
   // A move that is only being marked becomes this one.
   if (move.under_way && phase_ == Phase::kMarking) return;
   wait(move);
+}
+
+bool FrameMoves::forget(Slot slot) noexcept {
+  if (moves_[slot].under_way || moves_[slot].leaves) return false;
+  waiting_ -= moves_[slot].waits ? 1U : 0U;
+  moves_[slot] = {};
+  return true;
 }
 
 bool FrameMoves::mark_change(const Replicas& replicas, GlobalRecords& records, Slot slot,
@@ -55,6 +63,7 @@ void FrameMoves::begin() noexcept {
   for (Move& move : moves_) {
     if (!move.waits) continue;
     move.to = move.next;
+    move.to_session = move.next_session;
     move.revision = move.next_revision;
     move.waits = false;
     move.under_way = true;
@@ -96,7 +105,11 @@ std::uint64_t FrameMoves::mark(Replicas& replicas, GlobalRecords& records,
   for (Slot slot = 0; slot < moves_.size(); ++slot) {
     const Move& move = moves_[slot];
     if (!move.under_way) continue;
-    move.leaves ? replicas.set_leaving(slot) : replicas.set_frame(slot, move.to, move.revision);
+    if (move.leaves) {
+      replicas.set_leaving(slot);
+    } else {
+      replicas.set_frame(slot, move.to, move.revision, move.to_session);
+    }
   }
   phase_ = Phase::kStaging;
   return work;

@@ -100,10 +100,23 @@ Result<Replicas::Change> GlobalMap::put(Slot slot, BlockKey key, const PartVersi
   return replicas_.put(slot, key, version, packed, wire);
 }
 
+void GlobalMap::remove(Slot slot) noexcept {
+  const Replicas::Contribution& contribution = replicas_.contribution(slot);
+  // What has nothing takes nothing with it.
+  if (contribution.present && contribution.first_block == 0 && moves_.forget(slot)) {
+    replicas_.close(slot);
+  } else {
+    moves_.remove(replicas_, slot);
+  }
+}
+
 void GlobalMap::remove_before(std::uint32_t robot, std::uint32_t epoch) noexcept {
-  for (const Slot slot : replicas_.in_order()) {
+  for (std::size_t i = 0; i < replicas_.in_order().size();) {
+    const Slot slot = replicas_.in_order()[i];
     const ContributionId& id = replicas_.contribution(slot).id;
     if (id.robot == robot && id.epoch < epoch) remove(slot);
+    // One that had nothing is gone already.
+    if (i < replicas_.in_order().size() && replicas_.in_order()[i] == slot) ++i;
   }
 }
 
@@ -144,7 +157,17 @@ std::uint64_t GlobalMap::merge(std::uint64_t budget) noexcept {
   const TwoMaps::Merged merged = maps_.merge(fused_.content(), budget);
   counted_.refused_outputs += merged.refused;
   if (!merged.complete) return merged.work;
-  return merged.work + moves_.finish(replicas_, merged.work < budget ? budget - merged.work : 1);
+  const std::size_t before = replicas_.in_order().size();
+  const std::uint64_t work =
+      merged.work + moves_.finish(replicas_, merged.work < budget ? budget - merged.work : 1);
+  if (replicas_.in_order().size() < before && any_refused_) try_refused_again();
+  return work;
+}
+
+/// What has left may have made room.
+void GlobalMap::try_refused_again() noexcept {
+  any_refused_ = false;
+  records_.mark_refused();
 }
 
 std::uint64_t GlobalMap::update_first() noexcept {
@@ -161,6 +184,7 @@ std::uint64_t GlobalMap::update_first() noexcept {
 std::uint64_t GlobalMap::update_sums(std::uint32_t number) noexcept {
   GlobalRecord& record = records_.at(number);
   records_.take_off(number);
+  record.refused = false;
   const BlockCoord block = records_.block_of(number);
   BlockContent& content = fused_.content();
   content.clear();
@@ -195,7 +219,10 @@ bool GlobalMap::keep_sums(std::uint32_t number, BlockCoord block) noexcept {
     record.output_due ? records_.mark(number, Agenda::kOutput) : records_.set_moved(record);
   }
   record.output_due = false;
-  if (kept == SumStore::Kept::kNoRoom) ++counted_.refused_sums;
+  if (kept == SumStore::Kept::kNoRoom) {
+    ++counted_.refused_sums;
+    record.refused = any_refused_ = true;
+  }
   return kept != SumStore::Kept::kNoRoom;
 }
 
@@ -226,43 +253,11 @@ void GlobalMap::write_content(GlobalRecord& record, BlockCoord block) noexcept {
     if (maps_.stage(block, fused_.content())) return;
     ++counted_.torn_blocks;
   }
-  counted_.refused_outputs += maps_.replace(block, fused_.content()) ? 0U : 1U;
-  if (phase == Phase::kMerging) maps_.unstage(block);
-}
-
-// --- What is there -------------------------------------------------------------------------------
-
-GlobalMapReport GlobalMap::counters() const noexcept {
-  GlobalMapReport report = counted_;
-  report.refused_blocks = records_.refused();
-  return report;
-}
-
-GlobalMapReport GlobalMap::report() const noexcept {
-  GlobalMapReport report = counters();
-  report.blocks = records_.size();
-  report.waiting = waiting();
-  report.replicas = replicas_.usage();
-  report.sum_bytes = sums_.used_bytes();
-  report.used_bytes = scratch_bytes(config_, maps_.map().num_components()) +
-                      arena_bytes<LocalMap>(2) + maps_.used_bytes() +
-                      report.replicas.replica_bytes + report.sum_bytes + records_.used_bytes();
-  NodeStatistics all;
-  records_.for_each([&](const GlobalRecord& record) {
-    if (record.statistics.nodes == 0) return;
-    ++report.overlap_blocks;
-    all.add(record.statistics);
-  });
-  report.nodes = all.nodes;
-  if (all.nodes != 0) {
-    const double unit = 0x1p-40 / static_cast<double>(all.nodes);
-    report.mean_variance = static_cast<double>(all.variance) * unit;
-    report.mean_variance_undiffused = static_cast<double>(all.variance_undiffused) * unit;
-    report.residual = all.largest_sum > 0.0F ? static_cast<double>(all.largest_change) /
-                                                   static_cast<double>(all.largest_sum)
-                                             : 0.0;
+  if (!maps_.replace(block, fused_.content())) {
+    ++counted_.refused_outputs;
+    record.refused = any_refused_ = true;
   }
-  return report;
+  if (phase == Phase::kMerging) maps_.unstage(block);
 }
 
 }  // namespace tessera

@@ -105,6 +105,12 @@ bool GlobalRecords::mark_sums(const BlockRange& range, UpdatePart part) noexcept
   return all;
 }
 
+void GlobalRecords::mark_refused() noexcept {
+  for (std::uint32_t number = 1; number <= used_; ++number) {
+    if (at(number).key != kClosed && at(number).refused) mark(number, Agenda::kSums);
+  }
+}
+
 void GlobalRecords::mark_outputs(const BlockRange& range, UpdatePart part) noexcept {
   for_blocks(range, [&](BlockCoord block) {
     const std::uint32_t number = find_with_sums(block);

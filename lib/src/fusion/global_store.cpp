@@ -21,12 +21,15 @@ ReplicaStore store_of(GlobalMap& global) noexcept {
                  std::span<const std::byte> packed, std::span<const std::byte> wire) noexcept {
     return static_cast<GlobalMap*>(context)->put(slot, key, version, packed, wire);
   };
-  store.set_frame = [](void* context, Slot slot, const GridTransform& frame,
-                       std::uint32_t revision) noexcept {
-    static_cast<void>(static_cast<GlobalMap*>(context)->set_frame(slot, frame, revision));
+  store.set_frame = [](void* context, Slot slot, const GridTransform& frame, std::uint32_t revision,
+                       const MapSession& session) noexcept {
+    static_cast<void>(static_cast<GlobalMap*>(context)->set_frame(slot, frame, revision, session));
   };
   store.remove = [](void* context, Slot slot) noexcept {
     static_cast<GlobalMap*>(context)->remove(slot);
+  };
+  store.fullness = [](const void* context) noexcept {
+    return static_cast<const GlobalMap*>(context)->fullness();
   };
   return store;
 }

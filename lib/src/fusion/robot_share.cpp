@@ -4,12 +4,13 @@
 
 namespace tessera {
 
-Result<RobotShare> RobotShare::make(Arena& arena, int num_components, float max_evidence,
-                                    float free_weight) noexcept {
+Result<RobotShare> RobotShare::make(Arena& arena, int num_components, std::uint32_t contributions,
+                                    float max_evidence, float free_weight) noexcept {
   RobotShare share;
   const Result<BlockContent> before = BlockContent::make(arena, num_components);
   const std::span<Voxels> voxels = arena.take<Voxels>(1);
-  if (!before.ok() || voxels.empty()) return Status::kResourceExhausted;
+  share.seen_ = arena.take<Seen>(contributions);
+  if (!before.ok() || voxels.empty() || share.seen_.empty()) return Status::kResourceExhausted;
   share.before_ = *before;
   share.voxels_ = voxels.data();
   share.cap_ = max_evidence > 0.0F ? max_evidence : kEvidenceWithoutCap;
@@ -28,9 +29,22 @@ void RobotShare::take_over(const BlockContent& sums) noexcept {
   entered_ = true;
 }
 
-void RobotShare::begin_epoch() noexcept {
+std::uint64_t RobotShare::begin_submap(std::uint32_t submap) noexcept {
+  if (!entered_) return 0;  // then nothing was seen
+  voxels_->newer.fill(0);
+  voxels_->observed.fill(0);
+  for (const Seen& seen : seen_.first(newer_count_)) {
+    if (seen.submap != submap) continue;
+    for (std::size_t i = 0; i < seen.voxels.size(); ++i) voxels_->newer[i] |= seen.voxels[i];
+  }
+  return newer_count_;
+}
+
+void RobotShare::end_submap(std::uint32_t submap) noexcept {
   if (!entered_) return;
-  for (std::size_t i = 0; i < voxels_->newer.size(); ++i) voxels_->newer[i] |= voxels_->observed[i];
+  std::uint64_t any = 0;
+  for (const std::uint64_t word : voxels_->observed) any |= word;
+  if (any != 0) seen_[seen_count_++] = {submap, voxels_->observed};
 }
 
 /// Mostly none is: so without branches.

@@ -60,22 +60,25 @@ Result<GridTransform> GridTransform::make(const Matrix34d& T_global_local,
   return result;
 }
 
-GridTransform::BlockRange GridTransform::around(const std::array<double, 3>& center,
-                                                const std::array<double, 3>& half) noexcept {
+/// A voxel whose centre is in a turned cube, or that has in it the centre of one which is all in
+/// the cube, is no nearer to the cube's end than this.
+GridTransform::VoxelBox GridTransform::around(const std::array<double, 3>& center,
+                                              const std::array<double, 3>& half) noexcept {
+  constexpr double kInset = 0.5;
   std::array<std::int32_t, 3> first{};
   std::array<std::int32_t, 3> last{};
   for (std::size_t i = 0; i < 3; ++i) {
-    first[i] = floor_to_int((center[i] - half[i]) / kBlockEdge);
-    last[i] = floor_to_int((center[i] + half[i]) / kBlockEdge);
+    first[i] = floor_to_int(center[i] - half[i] + kInset);
+    last[i] = floor_to_int(center[i] + half[i] - kInset);
   }
   return {{first[0], first[1], first[2]}, {last[0], last[1], last[2]}};
 }
 
-GridTransform::BlockRange GridTransform::local_blocks(BlockCoord global) const noexcept {
+GridTransform::VoxelBox GridTransform::local_box(BlockCoord global) const noexcept {
   const VoxelCoord corner = voxel_at(global, 0, 0);
   if (shift_only_) {
     const VoxelCoord first = corner - shift_;
-    return {block_of(first), block_of({first.x + 7, first.y + 7, first.z + 7})};
+    return {first, {first.x + 7, first.y + 7, first.z + 7}};
   }
   constexpr double kHalf = kBlockEdge / 2.0;
   const double x = corner.x + kHalf - t_[0];
@@ -87,11 +90,11 @@ GridTransform::BlockRange GridTransform::local_blocks(BlockCoord global) const n
                  half_extent(r_[2], r_[5], r_[8])});
 }
 
-GridTransform::BlockRange GridTransform::global_blocks(BlockCoord local) const noexcept {
+GridTransform::VoxelBox GridTransform::global_box(BlockCoord local) const noexcept {
   const VoxelCoord corner = voxel_at(local, 0, 0);
   if (shift_only_) {
     const VoxelCoord first{corner.x + shift_.x, corner.y + shift_.y, corner.z + shift_.z};
-    return {block_of(first), block_of({first.x + 7, first.y + 7, first.z + 7})};
+    return {first, {first.x + 7, first.y + 7, first.z + 7}};
   }
   // The middle of the eight voxels: half a voxel before the centre of the fifth.
   const std::array<double, 3> five = to_global({corner.x + 4, corner.y + 4, corner.z + 4});

@@ -19,14 +19,17 @@ ReplicaStore store_of(Replicas& replicas) noexcept {
                  std::span<const std::byte> packed, std::span<const std::byte> wire) noexcept {
     return static_cast<Replicas*>(context)->put(slot, key, version, packed, wire);
   };
-  store.set_frame = [](void* context, Slot slot, const GridTransform& frame,
-                       std::uint32_t revision) noexcept {
-    static_cast<Replicas*>(context)->set_frame(slot, frame, revision);
+  store.set_frame = [](void* context, Slot slot, const GridTransform& frame, std::uint32_t revision,
+                       const MapSession& session) noexcept {
+    static_cast<Replicas*>(context)->set_frame(slot, frame, revision, session);
   };
   store.remove = [](void* context, Slot slot) noexcept {
     Replicas& all = *static_cast<Replicas*>(context);
     while (all.contribution(slot).first_block != 0) all.drop(all.contribution(slot).first_block);
     all.close(slot);
+  };
+  store.fullness = [](const void* context) noexcept {
+    return static_cast<const Replicas*>(context)->fullness();
   };
   return store;
 }

@@ -70,20 +70,6 @@ void Replicas::close(Slot slot) noexcept {
   --present_;
 }
 
-std::uint32_t Replicas::segments_of_robot(std::uint32_t robot) const noexcept {
-  std::uint32_t sum = 0;
-  for (const Slot slot : in_order())
-    sum += contributions_[slot].id.robot == robot ? contributions_[slot].segments : 0U;
-  return sum;
-}
-
-std::uint32_t Replicas::blocks_of_robot(std::uint32_t robot) const noexcept {
-  std::uint32_t sum = 0;
-  for (const Slot slot : in_order())
-    sum += contributions_[slot].id.robot == robot ? contributions_[slot].blocks : 0U;
-  return sum;
-}
-
 std::uint32_t Replicas::find_record(Slot slot, BlockKey key) const noexcept {
   return index_.find(index_key(slot, key.bits), [&](std::uint32_t number) {
     const Replica& replica = record(number);
@@ -118,16 +104,11 @@ Result<std::uint32_t> Replicas::add_record(Slot slot, BlockKey key, std::uint32_
   if (replica.next != 0) records_[replica.next - 1].previous = number;
   contribution.first_block = number;
   ++contribution.blocks;
+  ++use_of(slot).blocks;
   ++blocks_;
   if (first == 0) {
     index_.insert(*place, hashed, number);
-    const BlockCoord block = unpack(key);
-    contribution.low = {std::min(contribution.low.x, block.x),
-                        std::min(contribution.low.y, block.y),
-                        std::min(contribution.low.z, block.z)};
-    contribution.high = {std::max(contribution.high.x, block.x),
-                         std::max(contribution.high.y, block.y),
-                         std::max(contribution.high.z, block.z)};
+    contribution.extent.include(unpack(key));
   } else {
     replica.next_part = records_[first - 1].next_part;
     records_[first - 1].next_part = number;
@@ -156,8 +137,7 @@ std::uint8_t Replicas::news(Slot slot, BlockKey key, const PartVersion& version)
 
 bool Replicas::has_room(Slot slot, std::uint32_t wanted, std::uint32_t held) noexcept {
   if (wanted <= held) return true;
-  const std::uint32_t of_robot = segments_of_robot(contributions_[slot].id.robot);
-  if (of_robot - held + wanted > config_.robot_segments) {
+  if (use_of(slot).segments - held + wanted > config_.robot_segments) {
     ++counted_.replicas_refused_quota;
     return false;
   }
@@ -178,6 +158,7 @@ void Replicas::retire(std::uint32_t first, std::uint8_t news) noexcept {
 
 void Replicas::empty(Replica& replica) noexcept {
   contributions_[replica.slot].segments -= segments_of(replica);
+  use_of(replica.slot).segments -= segments_of(replica);
   segments_.release(replica.chain);
   replica.chain = 0;
   replica.bytes = 0;
@@ -197,7 +178,7 @@ Result<Replicas::Change> Replicas::put(Slot slot, BlockKey key, const PartVersio
   }
   const std::uint32_t wanted = SegmentStore::segments_of(packed.size() + wire.size());
   if (!has_room(slot, wanted, gone.segments)) return Status::kResourceExhausted;
-  if (gone.number == 0 && blocks_of_robot(contribution.id.robot) >= config_.robot_blocks) {
+  if (gone.number == 0 && use_of(slot).blocks >= config_.robot_blocks) {
     ++counted_.replicas_refused_quota;
     return Status::kResourceExhausted;
   }
@@ -215,6 +196,7 @@ Result<Replicas::Change> Replicas::put(Slot slot, BlockKey key, const PartVersio
     replica.chain = *chain;
   }
   contribution.segments += wanted;
+  use_of(slot).segments += wanted;
   replica.bytes = static_cast<std::uint32_t>(packed.size());
   replica.wire_bytes = static_cast<std::uint16_t>(wire.size());
   replica.version = version.number;
@@ -243,6 +225,7 @@ void Replicas::release(std::uint32_t number) noexcept {
   }
   if (replica.next != 0) records_[replica.next - 1].previous = replica.previous;
   --contribution.blocks;
+  --use_of(replica.slot).blocks;
   --blocks_;
   replica.next = free_records_;
   free_records_ = number;
@@ -258,6 +241,11 @@ void Replicas::drop(std::uint32_t number) noexcept {
     release(part);
     part = next;
   }
+}
+
+std::uint32_t Replicas::fullness() const noexcept {
+  return std::max(share_in_1024(segments_.used_segments(), config_.segments),
+                  share_in_1024(blocks_, config_.blocks));
 }
 
 ReplicasUsage Replicas::usage() const noexcept {

@@ -54,14 +54,16 @@ class GlobalMap {
   }
   /// Moves a contribution to another frame with nothing sent anew, if revision is later than that
   /// of the frame it has or waits for. Until the move is complete the map is as before, then all of
-  /// it is as after. Moves that wait while another is under way are made together. O(1).
+  /// it is as after. Moves that wait while another is under way are made together. session: what
+  /// its robot states with this frame, if it is one; one that has none yet counts nothing. O(1).
   [[nodiscard]] Replicas::Change set_frame(Slot slot, const GridTransform& T_global_local,
-                                           std::uint32_t revision) noexcept {
-    return moves_.set_frame(replicas_, slot, T_global_local, revision);
+                                           std::uint32_t revision,
+                                           const MapSession& session = {}) noexcept {
+    return moves_.set_frame(replicas_, slot, T_global_local, revision, session);
   }
   /// Takes a contribution out of the map, as a move, and then its replicas and its slot. Until that
   /// is done, put() for it fails with kBusy. Nothing happens where the slot is empty. O(1).
-  void remove(Slot slot) noexcept { moves_.remove(replicas_, slot); }
+  void remove(Slot slot) noexcept;
   /// The same for each contribution of a robot that has a lower epoch. O(contributions).
   void remove_before(std::uint32_t robot, std::uint32_t epoch) noexcept;
   /// Whether remove() was called for what is in the slot, which is not gone yet. O(1).
@@ -102,6 +104,15 @@ class GlobalMap {
   [[nodiscard]] const TwoMaps& maps() const noexcept { return maps_; }
   [[nodiscard]] const Replicas& replicas() const noexcept { return replicas_; }
   [[nodiscard]] const GlobalMapConfig& config() const noexcept { return config_; }
+  /// How far evidence may be from a block whose content depends on it, at most. O(1).
+  [[nodiscard]] double dependence_m() const noexcept {
+    const GridTransform::BlockRange around = job_.around({0, 0, 0});
+    return 1.8 * kBlockEdge * config_.map.resolution_m * (around.last.x + 1);
+  }
+  /// Of its replicas (Replicas::fullness), the blocks of the global grid, the sums and the map's
+  /// storage, whichever is fullest: in 1024 of all. Blocks that wait count as if they were new and
+  /// as large as those that are there, at most twice what is there. O(1).
+  [[nodiscard]] std::uint32_t fullness() const noexcept;
   /// O(blocks).
   [[nodiscard]] GlobalMapReport report() const noexcept;
   /// Those of the report that only grow (refused_..., torn_blocks, saturated_voxels); what it
@@ -127,6 +138,7 @@ class GlobalMap {
   [[nodiscard]] bool keep_sums(std::uint32_t number, BlockCoord block) noexcept;
   [[nodiscard]] bool belongs_to_graph(std::uint64_t robots) const noexcept;
   void write_content(GlobalRecord& record, BlockCoord block) noexcept;
+  void try_refused_again() noexcept;
 
   GlobalMapConfig config_{};
   TwoMaps maps_{};
@@ -138,6 +150,7 @@ class GlobalMap {
   OutputJob job_{};
   FusedBlock fused_{};  ///< Scratch.
   GlobalMapReport counted_{};
+  bool any_refused_ = false;  ///< Blocks that had no room wait for some.
 };
 
 constexpr std::size_t GlobalMap::required_bytes(const GlobalMapConfig& config,
@@ -152,7 +165,8 @@ constexpr std::size_t GlobalMap::scratch_bytes(const GlobalMapConfig& config,
                                                int num_components) noexcept {
   return FrameMoves::required_bytes(config.replicas.contributions) +
          OutputJob::required_bytes(config.diffusion, config.map.resolution_m, num_components) +
-         FusedBlock::required_bytes(num_components) + BlockSums::required_bytes(num_components) +
+         FusedBlock::required_bytes(num_components) +
+         BlockSums::required_bytes(config, num_components) +
          arena_bytes<std::byte>(most_packed_bytes(num_components));
 }
 

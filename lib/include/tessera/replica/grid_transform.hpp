@@ -37,9 +37,14 @@ class GridTransform {
   /// take it, in the order of (z, y, x), or the one that it goes to. At most eight.
   template <class Visit>
   void for_targets(VoxelCoord local, Visit&& visit) const noexcept {
+    for_targets(local, to_global(local), visit);
+  }
+  /// The same with to_global(local), where that is known.
+  template <class Visit>
+  void for_targets(VoxelCoord local, const std::array<double, 3>& center,
+                   Visit&& visit) const noexcept {
     if (shift_only_)
       return visit(VoxelCoord{local.x + shift_.x, local.y + shift_.y, local.z + shift_.z});
-    const std::array<double, 3> center = to_global(local);
     // A centre in a cube is at most half its diagonal from the cube's own.
     constexpr double kReach = 0.8661;
     std::array<std::int32_t, 3> first{};
@@ -71,23 +76,39 @@ class GridTransform {
             r_[6] * x + r_[7] * y + r_[8] * z + t_[2]};
   }
 
+  /// Voxels of a grid, corners included.
+  struct VoxelBox {
+    VoxelCoord first;
+    VoxelCoord last;
+  };
+  /// The local voxels that may go to a global block are in this box.
+  [[nodiscard]] VoxelBox local_box(BlockCoord global) const noexcept;
+  /// The global voxels that those of a local block may go to are in this one.
+  [[nodiscard]] VoxelBox global_box(BlockCoord local) const noexcept;
   /// Blocks of a grid, corners included.
   struct BlockRange {
     BlockCoord first;
     BlockCoord last;
   };
   /// The local blocks whose voxels may go to a global block: at most three on an axis.
-  [[nodiscard]] BlockRange local_blocks(BlockCoord global) const noexcept;
+  [[nodiscard]] BlockRange local_blocks(BlockCoord global) const noexcept {
+    return blocks_of(local_box(global));
+  }
   /// The global blocks that voxels of a local block may go to: at most three on an axis.
-  [[nodiscard]] BlockRange global_blocks(BlockCoord local) const noexcept;
+  [[nodiscard]] BlockRange global_blocks(BlockCoord local) const noexcept {
+    return blocks_of(global_box(local));
+  }
 
   /// Whether whole voxels go to whole voxels, one to one.
   [[nodiscard]] bool shift_only() const noexcept { return shift_only_; }
 
  private:
-  /// Blocks that are within half of center, in units of voxels.
-  [[nodiscard]] static BlockRange around(const std::array<double, 3>& center,
-                                         const std::array<double, 3>& half) noexcept;
+  [[nodiscard]] static BlockRange blocks_of(const VoxelBox& box) noexcept {
+    return {block_of(box.first), block_of(box.last)};
+  }
+  /// Voxels of a turned cube with this centre and half extent.
+  [[nodiscard]] static VoxelBox around(const std::array<double, 3>& center,
+                                       const std::array<double, 3>& half) noexcept;
 
   std::array<double, 9> r_{1, 0, 0, 0, 1, 0, 0, 0, 1};  ///< Rotation to the global grid, by rows.
   std::array<double, 3> t_{};                           ///< Voxels.

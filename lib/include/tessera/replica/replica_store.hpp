@@ -18,8 +18,10 @@ struct ReplicaStore {
                                   const PartVersion& version, std::span<const std::byte> packed,
                                   std::span<const std::byte> wire) noexcept = nullptr;
   void (*set_frame)(void* context, Replicas::Slot slot, const GridTransform& T_global_local,
-                    std::uint32_t revision) noexcept = nullptr;
+                    std::uint32_t revision, const MapSession& session) noexcept = nullptr;
   void (*remove)(void* context, Replicas::Slot slot) noexcept = nullptr;
+  /// Of the storage that is fullest, how much is in use, in 1024 of it.
+  std::uint32_t (*fullness)(const void* context) noexcept = nullptr;
 };
 
 /// Replicas alone, for robots that only pass on what they hear. Removing takes O(parts).

@@ -6,16 +6,19 @@
 // which are whole layers of it and have versions of their own.
 #pragma once
 
+#include <array>
 #include <compare>
 #include <cstdint>
 #include <span>
 
 #include "tessera/base/arena.hpp"
 #include "tessera/base/counters.hpp"
+#include "tessera/grid/block_extent.hpp"
 #include "tessera/grid/internal/block_index.hpp"
 #include "tessera/map/map_config.hpp"
 #include "tessera/replica/grid_transform.hpp"
 #include "tessera/replica/internal/segment_store.hpp"
+#include "tessera/replica/map_session.hpp"
 #include "tessera/replica/replica_counters.h"
 
 namespace tessera {
@@ -47,6 +50,12 @@ struct PartVersion {
   RecordHash hash{};
 };
 
+/// used of all, rounded down; 1024 of none.
+[[nodiscard]] constexpr std::uint32_t share_in_1024(std::uint64_t used,
+                                                    std::uint64_t all) noexcept {
+  return all == 0 ? 1024 : static_cast<std::uint32_t>(used * 1024 / all);
+}
+
 /// Room for what robots publish.
 struct ReplicasConfig {
   std::uint32_t segments = 1U << 17U;  ///< Of 128 bytes; a part of a block takes at least one.
@@ -67,7 +76,7 @@ TESSERA_COUNTER_TABLE(ReplicasUsage, TESSERA_REPLICA_COUNTERS(TESSERA_COUNTER_RO
 
 class Replicas {
  public:
-  static constexpr std::uint32_t kMostContributions = 256;
+  static constexpr std::uint32_t kMostContributions = 4096;
   static constexpr std::uint32_t kMostRobots = 64;
   using Slot = std::uint32_t;  ///< Names a contribution while it is there.
 
@@ -82,13 +91,11 @@ class Replicas {
     std::uint32_t blocks = 0;       ///< Parts of blocks.
     std::uint32_t segments = 0;
     GridTransform T_global_local;
-    /// A box around all blocks that it ever had; without one low is above high.
-    BlockCoord low{INT32_MAX, INT32_MAX, INT32_MAX};
-    BlockCoord high{INT32_MIN, INT32_MIN, INT32_MIN};
+    BlockExtent extent;    ///< Of all blocks that it ever had.
+    MapSession session{};  ///< Of one (MapSession::is).
     /// False: it has no block in a range.
     [[nodiscard]] bool may_have(const GridTransform::BlockRange& range) const noexcept {
-      return range.first.x <= high.x && range.last.x >= low.x && range.first.y <= high.y &&
-             range.last.y >= low.y && range.first.z <= high.z && range.last.z >= low.z;
+      return extent.touches({range.first, range.last});
     }
   };
   /// One block of a contribution, or a part of one.
@@ -188,11 +195,16 @@ class Replicas {
   [[nodiscard]] std::uint32_t number_of(const Replica& replica) const noexcept {
     return static_cast<std::uint32_t>(&replica - records_.data()) + 1;
   }
-  void set_frame(Slot slot, const GridTransform& T_global_local, std::uint32_t revision) noexcept {
+  /// session: if it is one.
+  void set_frame(Slot slot, const GridTransform& T_global_local, std::uint32_t revision,
+                 const MapSession& session = {}) noexcept {
     contributions_[slot].T_global_local = T_global_local;
     contributions_[slot].frame_revision = revision;
+    contributions_[slot].session = session;
   }
   void set_leaving(Slot slot) noexcept { contributions_[slot].leaving = true; }
+  /// Of segments and of records, whichever are fuller: those in use, in 1024 of all. O(1).
+  [[nodiscard]] std::uint32_t fullness() const noexcept;
   [[nodiscard]] ReplicasUsage usage() const noexcept;
   [[nodiscard]] const ReplicasConfig& config() const noexcept { return config_; }
 
@@ -218,8 +230,14 @@ class Replicas {
   [[nodiscard]] static std::uint32_t segments_of(const Replica& replica) noexcept {
     return SegmentStore::segments_of(replica.bytes + replica.wire_bytes);
   }
-  [[nodiscard]] std::uint32_t segments_of_robot(std::uint32_t robot) const noexcept;
-  [[nodiscard]] std::uint32_t blocks_of_robot(std::uint32_t robot) const noexcept;
+  /// What all contributions of a robot take.
+  struct RobotUse {
+    std::uint32_t segments = 0;
+    std::uint32_t blocks = 0;
+  };
+  [[nodiscard]] RobotUse& use_of(Slot slot) noexcept {
+    return uses_[contributions_[slot].robot_bit];
+  }
 
   ReplicasConfig config_{};
   SegmentStore segments_{};
@@ -231,6 +249,7 @@ class Replicas {
   std::uint32_t records_used_ = 0;  ///< Records that were ever taken.
   std::uint32_t free_records_ = 0;  ///< A list by Replica::next, as first_block.
   std::uint32_t blocks_ = 0;
+  std::array<RobotUse, kMostRobots> uses_{};  ///< By Contribution::robot_bit.
   ReplicasUsage counted_{};
 };
 

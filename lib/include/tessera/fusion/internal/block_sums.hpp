@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// B of a block: what all robots say of it, added up in the order of their numbers.
+// B of a block: what all robots say of it, added up in the order of their numbers, and what maps of
+// earlier days say, as one more robot.
 #pragma once
 
 #include <span>
@@ -8,6 +9,7 @@
 #include "tessera/base/arena.hpp"
 #include "tessera/fusion/global_map_config.hpp"
 #include "tessera/fusion/internal/robot_share.hpp"
+#include "tessera/fusion/internal/session_share.hpp"
 #include "tessera/map/internal/packed_block.hpp"
 
 namespace tessera {
@@ -17,13 +19,18 @@ class BlockSums {
   using Slot = Replicas::Slot;
   /// What was added up.
   struct Added {
-    std::uint64_t work = 0;    ///< Entries read and places looked up.
-    std::uint64_t robots = 0;  ///< With label evidence, a bit each.
+    std::uint64_t work = 0;  ///< Entries read and places looked up.
+    /// With label evidence, a bit each; sessions together have the lowest that no robot has.
+    std::uint64_t robots = 0;
   };
 
   /// Without scratch.
-  [[nodiscard]] static constexpr std::size_t required_bytes(int num_components) noexcept {
-    return RobotShare::required_bytes(num_components) + arena_bytes<std::uint8_t>(kBlockVoxels);
+  [[nodiscard]] static constexpr std::size_t required_bytes(const GlobalMapConfig& config,
+                                                            int num_components) noexcept {
+    return RobotShare::required_bytes(num_components, config.replicas.contributions) +
+           SessionShare::required_bytes(num_components, config.replicas.contributions) +
+           arena_bytes<std::uint8_t>(kBlockVoxels) + arena_bytes<VoxelCoord>(kBlockVoxels) +
+           2 * arena_bytes<std::int16_t>(kBlockVoxels);
   }
   /// num_components: C + 2; scratch: for one packed block. Fails with kResourceExhausted iff the
   /// arena is too small.
@@ -41,25 +48,41 @@ class BlockSums {
   void add_priors(BlockContent& content) const noexcept;
 
  private:
-  /// One block of one contribution, and where it goes.
+  /// One contribution to one block.
   struct Source {
     const Replicas& replicas;
     const Replicas::Contribution& contribution;
     BlockCoord block;
-    BlockContent& content;
-    bool& labelled;  ///< Set if a class has evidence here.
   };
+  class RowTargets;
+  class ToRobot;
+  class ToSessions;
+  template <class Adder>
+  std::uint64_t add_contribution(const Source& source, Slot slot, Adder& adder) noexcept;
+  template <class Adder>
+  std::uint64_t add_local_block(const Source& source, Slot slot, BlockCoord local,
+                                Adder& adder) noexcept;
+  template <class Adder>
+  std::uint64_t add_replica(const Source& source, const Replicas::Replica& replica,
+                            RowTargets& targets, Adder& adder) noexcept;
   std::uint64_t add_robot(const Replicas& replicas, std::span<const Slot> contributions,
                           BlockCoord block, BlockContent& content, std::uint64_t& robots) noexcept;
-  std::uint64_t add_contribution(const Source& source, Slot slot) noexcept;
-  std::uint64_t add_local_block(const Source& source, Slot slot, BlockCoord local) noexcept;
-  std::uint64_t add_replica(const Source& source, const Replicas::Replica& replica) noexcept;
+  std::uint64_t add_sessions(const Replicas& replicas, std::span<const Slot> contributions,
+                             BlockCoord block) noexcept;
+  template <class Begin, class Use>
+  static void by_epochs(const Replicas& replicas, std::span<const Slot> contributions,
+                        Begin&& begin, Use&& use) noexcept;
 
   float omega_ = 1.0F;
   float prior_ = 0.0F;
   int last_class_ = 0;
   RobotShare share_{};
+  SessionShare sessions_{};
   std::span<std::uint8_t> observers_;  ///< Local voxels that went to each voxel.
+  // Of the current contribution, and of its local block: by rows of the block that is added up.
+  std::span<VoxelCoord> taken_;    ///< The local voxel that each voxel takes.
+  std::span<std::int16_t> next_;   ///< The next voxel that takes the same one; -1: none.
+  std::span<std::int16_t> first_;  ///< By rows of the local block: the first that takes it.
   std::span<std::byte> scratch_;
 };
 

@@ -32,9 +32,12 @@ class FrameMoves {
   [[nodiscard]] bool leaving(Slot slot) const noexcept { return moves_[slot].leaves; }
 
   /// Has a contribution move, if revision is later than that of the frame it has or waits for.
-  /// O(1).
+  /// session: as it is with this frame, if it is one. O(1).
   Replicas::Change set_frame(const Replicas& replicas, Slot slot,
-                             const GridTransform& T_global_local, std::uint32_t revision) noexcept;
+                             const GridTransform& T_global_local, std::uint32_t revision,
+                             const MapSession& session = {}) noexcept;
+  /// Forgets moves that wait, of a slot that is to be closed. False iff one is under way. O(1).
+  [[nodiscard]] bool forget(Slot slot) noexcept;
   /// Has a contribution leave. Nothing happens where the slot is empty. O(1).
   void remove(const Replicas& replicas, Slot slot) noexcept;
   /// Marks what a version of a block changes. False iff the global grid has no place for a block.
@@ -56,11 +59,13 @@ class FrameMoves {
  private:
   struct Move {
     GridTransform to;  ///< Of the move that is under way.
+    MapSession to_session{};
     std::uint32_t revision = 0;
     bool under_way = false;
     bool leaves = false;  ///< It is to be removed, or is being.
     bool waits = false;   ///< For the moves that are under way to end.
     GridTransform next;
+    MapSession next_session{};
     std::uint32_t next_revision = 0;
   };
   void wait(Move& move) noexcept {

@@ -28,6 +28,7 @@ struct GlobalRecord {
   bool output_due = false;   ///< Though what is due first are sums.
   bool moving = false;       ///< What a move that is under way makes of it is not staged yet.
   bool hidden = false;       ///< What it gives while a move is under way is staged.
+  bool refused = false;      ///< There was no room for its sums or its content.
   AgendaLink link{};
   NodeStatistics statistics{};
 
@@ -86,6 +87,9 @@ class GlobalRecords {
       if (at(number).key != kClosed) visit(at(number));
     }
   }
+
+  /// Marks the sums of blocks that had no room. O(records).
+  void mark_refused() noexcept;
 
   // --- Agenda ------------------------------------------------------------------------------------
 

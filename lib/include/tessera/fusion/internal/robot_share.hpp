@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// What one robot adds to the sums of a block. Of its epochs the newest that has evidence of a voxel
-// counts there alone, and what it says of a voxel is held to the cap that the robots' maps have.
+// What one robot adds to the sums of a block. In each voxel a submap of a newer epoch takes the
+// place of those of older epochs that have its number, and what the robot says of a voxel is held
+// to the cap that the robots' maps have.
 #pragma once
 
 #include <array>
@@ -13,30 +14,44 @@ namespace tessera {
 
 class RobotShare {
  public:
-  /// num_components: C + 2.
-  [[nodiscard]] static constexpr std::size_t required_bytes(int num_components) noexcept {
-    return BlockContent::required_bytes(num_components) + arena_bytes<Voxels>(1);
+  /// num_components: C + 2; contributions: of one robot, at most.
+  [[nodiscard]] static constexpr std::size_t required_bytes(int num_components,
+                                                            std::uint32_t contributions) noexcept {
+    return BlockContent::required_bytes(num_components) + arena_bytes<Voxels>(1) +
+           arena_bytes<Seen>(contributions);
   }
   /// max_evidence, free_weight: of the robots' maps, as MapConfig has them. Fails with
   /// kResourceExhausted iff the arena is too small.
-  [[nodiscard]] static Result<RobotShare> make(Arena& arena, int num_components, float max_evidence,
+  [[nodiscard]] static Result<RobotShare> make(Arena& arena, int num_components,
+                                               std::uint32_t contributions, float max_evidence,
                                                float free_weight) noexcept;
   /// Holds nothing and takes nothing.
   RobotShare() noexcept = default;
 
   /// Begins with a robot that has nothing in the block yet. O(1).
-  void begin_robot() noexcept { entered_ = false; }
+  void begin_robot() noexcept {
+    entered_ = false;
+    seen_count_ = newer_count_ = 0;
+  }
   /// To be called before any of it is added; sums: those of the robots before it. The first call
   /// for a robot takes O(512 + rows touched * components), the others O(1).
   void enter(const BlockContent& sums) noexcept {
     if (!entered_) take_over(sums);
   }
   /// Begins with an epoch, an older one than those before it. O(1).
-  void begin_epoch() noexcept;
-  /// Whether a newer epoch has evidence of the voxel, so that this one counts nothing. row: a
-  /// voxel's row order, as below. O(1).
-  [[nodiscard]] bool hides(int row) const noexcept { return has(voxels_->newer, row); }
-  /// Notes that this epoch has evidence of the voxel, of whatever kind. O(1).
+  void begin_epoch() noexcept { newer_count_ = seen_count_; }
+  /// Begins with a submap of it. Returns the work: submaps of newer epochs that have evidence in
+  /// the block.
+  std::uint64_t begin_submap(std::uint32_t submap) noexcept;
+  /// After the last call of observe() for it; not needed in the robot's oldest epoch. O(1).
+  void end_submap(std::uint32_t submap) noexcept;
+  /// Of the voxels of a block, a bit each by row order.
+  using Mask = std::array<std::uint64_t, kBlockVoxels / 64>;
+  /// Voxels of which what takes the place of this submap has evidence, so that this one counts
+  /// nothing there.
+  [[nodiscard]] const Mask& hidden() const noexcept { return voxels_->newer; }
+  /// Notes that this submap has evidence of the voxel, of whatever kind. row: a voxel's row order,
+  /// as below. O(1).
   void observe(int row) noexcept { set(voxels_->observed, row); }
   /// Notes label evidence, of a class or of none, that was added to the sums. O(1).
   void add_labels(int row, float count) noexcept {
@@ -59,17 +74,17 @@ class RobotShare {
   [[nodiscard]] unsigned most_passes() const noexcept { return passes_ + passes_ / 8; }
 
  private:
-  using Mask = std::array<std::uint64_t, kBlockVoxels / 64>;
   struct Voxels {
-    Mask newer{};     ///< Of epochs that are newer than the one at hand.
-    Mask observed{};  ///< Of this epoch.
+    Mask newer{};     ///< Of what takes the place of the submap at hand.
+    Mask observed{};  ///< Of this submap.
     std::array<float, kBlockVoxels> labels{};
     std::array<std::uint32_t, kBlockVoxels> passes{};
   };
-  [[nodiscard]] static bool has(const Mask& mask, int row) noexcept {
-    return ((mask[static_cast<std::size_t>(row >> 6)] >> static_cast<unsigned>(row & 63)) & 1U) !=
-           0;
-  }
+  /// Voxels of which a submap has evidence.
+  struct Seen {
+    std::uint32_t submap = 0;
+    Mask voxels{};
+  };
   static void set(Mask& mask, int row) noexcept {
     mask[static_cast<std::size_t>(row >> 6)] |= std::uint64_t{1} << static_cast<unsigned>(row & 63);
   }
@@ -79,6 +94,9 @@ class RobotShare {
 
   BlockContent before_{};  ///< The sums without this robot.
   Voxels* voxels_ = nullptr;
+  std::span<Seen> seen_;  ///< Of the robot's submaps with evidence in the block, newest first.
+  std::size_t seen_count_ = 0;
+  std::size_t newer_count_ = 0;  ///< Of these, of newer epochs than the one at hand.
   float cap_ = 0.0F;
   unsigned passes_ = 0;  ///< At the cap.
   bool entered_ = false;

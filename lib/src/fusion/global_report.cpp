@@ -1,0 +1,55 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// How a global map stands.
+#include <algorithm>
+
+#include "tessera/fusion/global_map.hpp"
+
+namespace tessera {
+
+std::uint32_t GlobalMap::fullness() const noexcept {
+  const MapUsage map = maps_.map().usage();
+  const auto with_waiting = [&](std::uint64_t bytes) {
+    const std::uint64_t blocks = std::max<std::uint64_t>(map.blocks, 1);
+    return bytes + bytes * std::min<std::uint64_t>(waiting(), blocks) / blocks;
+  };
+  const std::uint64_t sum_bytes = SegmentStore::kSegmentBytes * std::uint64_t{config_.sum_segments};
+  return std::max({replicas_.fullness(), share_in_1024(records_.size(), config_.blocks),
+                   share_in_1024(with_waiting(sums_.used_bytes()), sum_bytes),
+                   share_in_1024(with_waiting(map.used_bytes), map.capacity_bytes)});
+}
+
+GlobalMapReport GlobalMap::counters() const noexcept {
+  GlobalMapReport report = counted_;
+  report.refused_blocks = records_.refused();
+  return report;
+}
+
+GlobalMapReport GlobalMap::report() const noexcept {
+  GlobalMapReport report = counters();
+  report.blocks = records_.size();
+  report.waiting = waiting();
+  report.replicas = replicas_.usage();
+  report.sum_bytes = sums_.used_bytes();
+  report.used_bytes = scratch_bytes(config_, maps_.map().num_components()) +
+                      arena_bytes<LocalMap>(2) + maps_.used_bytes() +
+                      report.replicas.replica_bytes + report.sum_bytes + records_.used_bytes();
+  NodeStatistics all;
+  records_.for_each([&](const GlobalRecord& record) {
+    if (record.statistics.nodes == 0) return;
+    ++report.overlap_blocks;
+    all.add(record.statistics);
+  });
+  report.nodes = all.nodes;
+  if (all.nodes != 0) {
+    const double unit = 0x1p-40 / static_cast<double>(all.nodes);
+    report.mean_variance = static_cast<double>(all.variance) * unit;
+    report.mean_variance_undiffused = static_cast<double>(all.variance_undiffused) * unit;
+    report.residual = all.largest_sum > 0.0F ? static_cast<double>(all.largest_change) /
+                                                   static_cast<double>(all.largest_sum)
+                                             : 0.0;
+  }
+  return report;
+}
+
+}  // namespace tessera
