@@ -20,8 +20,13 @@ constexpr Duration kOvertaken{1'000'000};
 void note_agreement(const ExchangeParts& parts, const Heard& heard,
                     const AnnouncedContribution& announced) noexcept {
   const Ledger::Contribution* const known = parts.ledger.find(announced.id);
-  const bool same = known != nullptr && known->open && known->complete() && announced.complete &&
-                    announced.digest == known->held.folded();
+  const FarContribution* const far = parts.ledger.far().find(announced.id);
+  const bool same = announced.complete &&
+                    ((known != nullptr && known->open && known->complete() &&
+                      announced.digest == known->held.folded()) ||
+                     (known != nullptr && known->is_far() &&
+                      announced.digest == known->statement.fingerprint.folded()) ||
+                     (far != nullptr && announced.digest == far->statement.fingerprint.folded()));
   if (!same) heard.peer->differed = heard.now;
   const Ledger::Contribution* const publishing = parts.ledger.publishing();
   if (same && (known == publishing || publishing == nullptr)) heard.peer->agreed = heard.now;
@@ -52,6 +57,15 @@ void hear_robot_itself(const ExchangeParts& parts, Instant now,
       announced.frame_revision != 0 && announced.frame_revision < contribution.frame_revision;
   if (is_lower && !parts.gate.signatures().on() && now - contribution.frame_at > kOvertaken)
     contribution.frame_doubted = true;
+}
+
+void hear_far(const ExchangeParts& parts, const Heard& heard,
+              const AnnouncedContribution& announced, FarContribution& far) noexcept {
+  if (announced.id.robot == heard.header.sender && heard.is_last) {
+    far.listed = heard.now;
+    if (announced.origin) far.origin_at = heard.now;
+  }
+  if (far.is_behind(announced)) parts.repair.note_behind(far, *heard.peer, heard.now);
 }
 
 }  // namespace
@@ -100,6 +114,10 @@ void AnnouncementTaker::hear_announced(const ExchangeParts& parts, const Heard& 
     return;
   }
   if (parts.is_refused(announced.id, heard, announce_)) return;
+  if (FarContribution* const far = parts.ledger.far().find(announced.id); far != nullptr) {
+    hear_far(parts, heard, announced, *far);
+    return;
+  }
   Ledger::Contribution* const contribution =
       parts.ledger.note_name(announced.id, heard.now, parts.counted);
   if (contribution == nullptr) {

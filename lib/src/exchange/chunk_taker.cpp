@@ -21,7 +21,7 @@ Result<ChunkTaker> ChunkTaker::make(Arena& arena, const Signatures& signatures,
 /// one of them is news.
 ChunkTaker::Taken ChunkTaker::check_signed(const HeldRecords& records,
                                            const HeldContribution& contribution,
-                                           std::uint32_t floor, const ChunkHeader& header,
+                                           const Floors& floors, const ChunkHeader& header,
                                            std::span<const std::byte> bytes,
                                            bool awaited) noexcept {
   ByteReader from(bytes);
@@ -29,7 +29,8 @@ ChunkTaker::Taken ChunkTaker::check_signed(const HeldRecords& records,
   ChunkRecord record;
   bool news =
       awaited || !contribution.stated || header.statement.is_newer_than(contribution.statement) ||
-      !header.statement.agrees_with(contribution.statement) || header.statement.floor > floor ||
+      !header.statement.agrees_with(contribution.statement) ||
+      header.statement.floor > floors.all || header.statement.session_floor > floors.sessions ||
       (!header.partial && !contribution.coverage.contains(header.range));
   tree_->clear();
   while (from.remaining() != 0) {
@@ -50,7 +51,7 @@ ChunkTaker::Taken ChunkTaker::check_signed(const HeldRecords& records,
 }
 
 ChunkTaker::Taken ChunkTaker::take(const Into& into, HeldContribution& contribution,
-                                   std::uint32_t floor, const ChunkHeader& header,
+                                   const Floors& floors, const ChunkHeader& header,
                                    std::span<const std::byte> body, bool awaited) noexcept {
   std::span<const std::byte> bytes = body;
   if (signatures_.on() && !header.relayed) {
@@ -58,7 +59,7 @@ ChunkTaker::Taken ChunkTaker::take(const Into& into, HeldContribution& contribut
     bytes = body.first(body.size() - kSignatureBytes);
     const auto signature = body.last(kSignatureBytes);
     std::copy(signature.begin(), signature.end(), signature_.begin());
-    const Taken checked = check_signed(into.records, contribution, floor, header, bytes, awaited);
+    const Taken checked = check_signed(into.records, contribution, floors, header, bytes, awaited);
     if (checked.forged || !checked.well_formed) return checked;
   }
   Taken taken = take_records(into, contribution, header, bytes);

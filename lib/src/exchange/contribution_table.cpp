@@ -27,13 +27,17 @@ Result<ContributionTable> ContributionTable::make(Arena& arena, const ExchangeCo
   table.per_robot_ = config.contributions_per_robot;
   table.own_places_ = config.own_contributions;
   table.places_ = arena.take<HeldContribution>(config.contributions);
-  if (table.places_.empty()) return Status::kResourceExhausted;
+  table.names_ = arena.take<Name>(config.contributions);
+  Result<FarContributions> far =
+      FarContributions::make(arena, config.far_contributions, config.session);
+  if (table.places_.empty() || table.names_.empty() || !far.ok()) return Status::kResourceExhausted;
+  table.far_ = *far;
   return table;
 }
 
 HeldContribution* ContributionTable::find(const ContributionId& id) noexcept {
-  for (HeldContribution& contribution : places_) {
-    if (contribution.used && contribution.id == id) return &contribution;
+  for (std::size_t i = 0; i < names_.size(); ++i) {
+    if (names_[i].used && names_[i].id == id) return &places_[i];
   }
   return nullptr;
 }
@@ -49,21 +53,41 @@ HeldContribution* ContributionTable::free_place(bool own) noexcept {
   return nullptr;
 }
 
-/// Where a robot has all of its places, the one that gives way: a name, or the lowest. Null where
-/// it has fewer; refused where none gives way.
+/// A newer epoch has the same submap, whole: this one counts nothing where that has evidence.
+bool ContributionTable::is_replaced(const ContributionId& id) const noexcept {
+  if (MapSession::is(id.submap)) return false;
+  return std::any_of(places_.begin(), places_.end(), [&](const HeldContribution& other) {
+    return other.used && other.open && other.complete() && other.id.robot == id.robot &&
+           other.id.submap == id.submap && other.id.epoch > id.epoch;
+  });
+}
+
+/// Where a robot has all of its places, the one that gives way: a name, one that is replaced, or
+/// the lowest. Sessions have places of their own. Null where it has fewer; refused where none gives
+/// way.
 HeldContribution* ContributionTable::displaced_of_robot(const ContributionId& id, bool proven,
                                                         bool& refused) noexcept {
+  const bool of_sessions = MapSession::is(id.submap);
+  const std::uint32_t most = of_sessions ? MapSession::kPlacesOfRobot : per_robot_;
   std::uint32_t count = 0;
   HeldContribution* lowest = nullptr;
+  HeldContribution* replaced = nullptr;
   for (HeldContribution& other : places_) {
-    if (!other.used || other.own || other.id.robot != id.robot) continue;
+    if (!other.used || other.own || other.id.robot != id.robot ||
+        MapSession::is(other.id.submap) != of_sessions)
+      continue;
     ++count;
     const bool lower =
         lowest == nullptr || (other.open == lowest->open ? other.id < lowest->id : !other.open);
     if (lower) lowest = &other;
+    if (other.open && (replaced == nullptr || other.id < replaced->id) && is_replaced(other.id))
+      replaced = &other;
   }
-  if (lowest == nullptr || count < per_robot_) return nullptr;
-  refused = !proven || (lowest->open && id < lowest->id);
+  if (lowest == nullptr || count < most) return nullptr;
+  const bool is_least = is_replaced(id) ? replaced == nullptr || id < replaced->id
+                                        : replaced == nullptr && id < lowest->id;
+  refused = !proven || (lowest->open && is_least);
+  if (replaced != nullptr && lowest->open) return replaced;
   return lowest;
 }
 
@@ -114,19 +138,32 @@ HeldContribution* ContributionTable::add(const ContributionId& id, Claim claim, 
     return nullptr;
   }
   if (place->used) ++counted.displaced_contributions;
-  drop(*place);
-  place->used = true;
-  place->id = id;
-  place->since = now;
+  if (!place->used || !put_far(*place, now)) drop(*place);
+  take_place(*place, id, now);
+  place->far = place->far && !own;
   return place;
+}
+
+void ContributionTable::take_place(HeldContribution& place, const ContributionId& id,
+                                   Instant now) noexcept {
+  place.used = true;
+  place.wanted_at = Instant::long_ago();
+  place.away_m = 0.0;
+  place.far = !far_.places().empty();  // until it is known where it is
+  place.id = id;
+  place.since = now;
+  names_[number_of(place)] = {id, true};
 }
 
 /// Empties a place. Its index is large: it is cleared where it is.
 void ContributionTable::drop(HeldContribution& contribution) noexcept {
   if (contribution.used && contribution.open) store_.remove(store_.context, contribution.slot);
   if (publishing() == &contribution) publishing_ = kNobody;
-  contribution.used = contribution.own = contribution.open = false;
+  names_[number_of(contribution)].used = false;
+  contribution.used = contribution.own = contribution.open = contribution.moved = false;
   contribution.stated = contribution.full = contribution.frame_doubted = false;
+  contribution.far = contribution.whole = false;
+  contribution.signed_extent = {};
   contribution.proof_bytes = 0;
   ++contribution.generation;
   contribution.latest = contribution.announced_frame = contribution.frame_revision = 0;
@@ -135,17 +172,17 @@ void ContributionTable::drop(HeldContribution& contribution) noexcept {
   contribution.records = 0;
   contribution.held = {};
   contribution.statement = {};
+  contribution.session = {};
   contribution.frame_at = contribution.since = contribution.origin_at = Instant::long_ago();
-  contribution.listed = contribution.denied = Instant::long_ago();
+  contribution.listed = contribution.denied = contribution.elsewhere = Instant::long_ago();
   contribution.coverage.clear();
   contribution.index.clear();
 }
 
 std::uint32_t ContributionTable::drop_unlisted(std::uint32_t robot, std::uint32_t epoch,
                                                Instant now) noexcept {
-  return drop_if([&](HeldContribution& contribution) {
-    if (contribution.own || contribution.id.robot != robot || contribution.id.epoch < epoch)
-      return false;
+  const auto is_denied = [&](auto& contribution, const ContributionId& id) {
+    if (id.robot != robot || id.epoch < epoch) return false;
     if (contribution.listed == now) {
       contribution.denied = Instant::long_ago();
     } else if (contribution.denied == Instant::long_ago()) {
@@ -154,7 +191,9 @@ std::uint32_t ContributionTable::drop_unlisted(std::uint32_t robot, std::uint32_
       return now - contribution.denied >= kDenialTime;
     }
     return false;
-  });
+  };
+  return drop_if([&](HeldContribution& one) { return !one.own && is_denied(one, one.id); }) +
+         far_.remove_if([&](FarContribution& one) { return is_denied(one, one.id()); });
 }
 
 void ContributionTable::drop_empty_names(Instant now) noexcept {
@@ -164,13 +203,19 @@ void ContributionTable::drop_empty_names(Instant now) noexcept {
 }
 
 bool ContributionTable::has_any_of(std::uint32_t robot) const noexcept {
-  return std::any_of(places_.begin(), places_.end(), [&](const HeldContribution& contribution) {
-    return contribution.used && contribution.id.robot == robot;
-  });
+  const std::span<const FarContribution> far = far_.places();
+  return std::any_of(places_.begin(), places_.end(),
+                     [&](const HeldContribution& contribution) {
+                       return contribution.used && contribution.id.robot == robot;
+                     }) ||
+         std::any_of(far.begin(), far.end(), [&](const FarContribution& one) {
+           return one.used && one.id().robot == robot;
+         });
 }
 
 Status ContributionTable::set_frame(HeldContribution& contribution, const Matrix34d& T_global_map,
-                                    std::uint32_t revision) const noexcept {
+                                    std::uint32_t revision,
+                                    const MapSession& session) const noexcept {
   const Result<GridTransform> frame = GridTransform::make(T_global_map, resolution_m_);
   if (!frame.ok()) return Status::kInvalidArgument;
   if (!contribution.open) {
@@ -179,28 +224,47 @@ Status ContributionTable::set_frame(HeldContribution& contribution, const Matrix
     contribution.slot = *slot;
     contribution.open = true;
   }
-  store_.set_frame(store_.context, contribution.slot, *frame, revision);
+  store_.set_frame(store_.context, contribution.slot, *frame, revision, session);
   contribution.T_global_map = T_global_map;
+  contribution.session = session;
   contribution.frame_revision = revision;
   contribution.frame_doubted = false;
   contribution.announced_frame = std::max(contribution.announced_frame, revision);
   return Status::kOk;
 }
 
+namespace {
+
+template <class Contribution>
+std::uint64_t digest_of(const ContributionId& id, const Contribution& one,
+                        const Fingerprint& content) noexcept {
+  Digest of;
+  of.add(id.robot);
+  of.add(std::uint64_t{id.epoch} << 32U | id.submap);
+  of.add(one.frame_revision);
+  for (const double element : one.T_global_map.reshaped())
+    of.add(std::bit_cast<std::uint64_t>(element));
+  if (MapSession::is(id.submap)) {
+    of.add(one.session.digest);
+    of.add(static_cast<std::uint64_t>(one.session.date_s));
+    of.add(one.session.weight);
+  }
+  of.add(content.low);
+  of.add(content.high);
+  return of.value();
+}
+
+}  // namespace
+
 std::uint64_t ContributionTable::digest() const noexcept {
-  // A sum: contributions came in any order.
+  // A sum: contributions came in any order. Of one that is far its origin's word counts.
   std::uint64_t sum = 0;
-  for (const HeldContribution& contribution : places_) {
-    if (!contribution.used || !contribution.open) continue;
-    Digest of;
-    of.add(contribution.id.robot);
-    of.add(std::uint64_t{contribution.id.epoch} << 32U | contribution.id.submap);
-    of.add(contribution.frame_revision);
-    for (const double element : contribution.T_global_map.reshaped())
-      of.add(std::bit_cast<std::uint64_t>(element));
-    of.add(contribution.held.low);
-    of.add(contribution.held.high);
-    sum += of.value();
+  for (const HeldContribution& one : places_) {
+    if (!one.used || !one.open) continue;
+    sum += digest_of(one.id, one, one.said());
+  }
+  for (const FarContribution& one : far_.places()) {
+    if (one.used) sum += digest_of(one.id(), one, one.statement.fingerprint);
   }
   return sum;
 }

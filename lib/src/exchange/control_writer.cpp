@@ -77,6 +77,19 @@ void ControlWriter::owe_statement(const Ledger& ledger, const Ledger::Contributi
   owe(due_of(ledger, contribution).statement, at, kBetweenRepeats, asker);
 }
 
+void ControlWriter::note_extent(const Ledger& ledger, bool at_end) noexcept {
+  const Ledger::Contribution* const own = ledger.publishing();
+  if (own == nullptr) return;
+  const BlockExtent known = own->signed_extent;
+  const BlockExtent extent = ledger.table().extent_of(*own);
+  // Frames go out with announcements as well.
+  constexpr std::int32_t kWell = 4;
+  const BlockExtent wide{{known.low.x - kWell, known.low.y - kWell, known.low.z - kWell},
+                         {known.high.x + kWell, known.high.y + kWell, known.high.z + kWell}};
+  const bool is_known = known.any() && (at_end ? known : wide).contains(extent);
+  if (!is_known && extent.any()) owe_frame(ledger, *own, Instant::long_ago());
+}
+
 void ControlWriter::drop_frame(const Ledger& ledger,
                                const Ledger::Contribution& contribution) noexcept {
   due_of(ledger, contribution).frame.due = Instant::never();
@@ -105,7 +118,7 @@ bool ControlWriter::announce(const Outgoing& out, ByteWriter& to, bool own,
   for (std::size_t i = 0; i < places.size(); ++i, ++next) {
     if (next >= places.size()) next = 0;
     const Ledger::Contribution& one = places[next];
-    if (!one.used || !one.open || one.own != own) continue;
+    if (!one.used || !one.open || one.own != own || (one.is_far() && !one.complete())) continue;
     const bool is_disputed = !out.ledger.conflicts().has_room_for(one.id.robot, one.id.epoch);
     if (!write_announced(to, {.id = one.id,
                               .latest = own ? one.latest : one.statement.latest,
@@ -158,20 +171,19 @@ bool ControlWriter::write_announcement(Outgoing& out, ByteWriter& to) noexcept {
 }
 
 bool ControlWriter::write_due_frame(Outgoing& out, ByteWriter& to) noexcept {
-  for (const Ledger::Contribution& contribution : out.ledger.places()) {
+  for (Ledger::Contribution& contribution : out.ledger.places()) {
     if (!contribution.used || !contribution.open) continue;
     Owed& owed = due_of(out.ledger, contribution).frame;
     if (out.now < owed.due) continue;
     settle(owed, out);
     ++out.counted.frames;
     out.kind = DatagramKind::kFrame;
-    const FrameBody frame{.id = contribution.id,
-                          .revision = contribution.frame_revision,
-                          .T_global_map = contribution.T_global_map};
+    const FrameBody frame = out.ledger.frame_of(contribution);
+    if (contribution.own) contribution.signed_extent = frame.extent;
     out.signature = contribution.frame_signature;
     const Signatures& signatures = out.gate.signatures();
-    if (signatures.on() && contribution.own)
-      signatures.sign(signatures.context, frame_message(out.gate.configuration(), frame),
+    if (signatures.on() && (contribution.own || contribution.moved))
+      signatures.sign(signatures.context, FrameMessage(out.gate.configuration(), frame).bytes(),
                       out.signature);
     return write_frame(to, frame);
   }

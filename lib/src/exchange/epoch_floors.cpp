@@ -23,7 +23,8 @@ Result<EpochFloors> EpochFloors::make(Arena& arena, const ExchangeConfig& config
   made.robot_ = config.robot;
   made.signs_ = signs;
   made.floors_ = arena.take<RobotFloor>(config.peers + 1);
-  if (made.floors_.empty()) return Status::kResourceExhausted;
+  made.session_floors_ = arena.take<std::uint32_t>(config.peers + 1);
+  if (made.session_floors_.empty()) return Status::kResourceExhausted;
   return made;
 }
 
@@ -33,6 +34,19 @@ std::uint32_t EpochFloors::of(std::uint32_t robot) const noexcept {
     if (known.robot == robot) return known.floor;
   }
   return 0;
+}
+
+std::uint32_t EpochFloors::of_sessions(std::uint32_t robot) const noexcept {
+  if (robot == robot_) return own_session_floor_;
+  for (std::size_t i = 0; i < count_; ++i) {
+    if (floors_[i].robot == robot) return session_floors_[i];
+  }
+  return 0;
+}
+
+std::uint32_t EpochFloors::of(const ContributionId& id) const noexcept {
+  const std::uint32_t floor = of(id.robot);
+  return MapSession::is(id.submap) ? std::max(floor, of_sessions(id.robot)) : floor;
 }
 
 /// Where there is no place, a robot of which nothing is held gives its own.
@@ -54,7 +68,19 @@ bool EpochFloors::note(std::uint32_t robot, std::uint32_t floor, bool may_fall,
   if (robot == robot_ || floor == known || (floor < known && !may_fall)) return false;
   RobotFloor* const place = place_of(robot, held);
   if (place == nullptr) return false;
+  if (place->robot != robot) session_floors_[static_cast<std::size_t>(place - floors_.data())] = 0;
   *place = {robot, floor};
+  return true;
+}
+
+bool EpochFloors::note_sessions(std::uint32_t robot, std::uint32_t floor, bool may_fall,
+                                const ContributionTable& held) noexcept {
+  const std::uint32_t known = of_sessions(robot);
+  if (robot == robot_ || floor == known || (floor < known && !may_fall)) return false;
+  RobotFloor* const place = place_of(robot, held);
+  if (place == nullptr) return false;
+  if (place->robot != robot) *place = {robot, 0};
+  session_floors_[static_cast<std::size_t>(place - floors_.data())] = floor;
   return true;
 }
 

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tessera/exchange/exchange.hpp"
 
+#include <algorithm>
+
 #include "tessera/base/internal/bits.hpp"
 #include "tessera/base/internal/put_in_place.hpp"
 
@@ -32,6 +34,7 @@ Result<Exchange> Exchange::make(Arena& arena, const ExchangeConfig& config,
   Exchange exchange;
   exchange.robot_ = config.robot;
   exchange.listen_ = {config.listen_us};
+  exchange.reach_ = Reach(config);
   const ConfigurationDetails details{.resolution_m = config.resolution_m,
                                      .prior = config.prior,
                                      .free_weight = config.free_weight,
@@ -58,6 +61,8 @@ Result<Exchange> Exchange::make(Arena& arena, const ExchangeConfig& config,
 
 Status Exchange::open(std::uint32_t epoch, std::uint32_t submap,
                       const Matrix34d& T_global_map) noexcept {
+  // The others are to know the extent of the one before it.
+  sender_.control().note_extent(ledger_, true);
   const Status status = ledger_.open(epoch, submap, T_global_map, counted_);
   if (status == Status::kOk) sender_.begin_own(ledger_);
   return status;
@@ -73,9 +78,74 @@ Status Exchange::move(std::uint32_t epoch, std::uint32_t submap,
   return status;
 }
 
+bool Exchange::has_all_of(std::uint32_t submap) const noexcept {
+  const std::span<const Ledger::Contribution> places = ledger_.places();
+  return std::any_of(places.begin(), places.end(), [&](const Ledger::Contribution& one) {
+    return one.used && one.id.robot == robot_ && one.id.submap == submap && one.complete();
+  });
+}
+
+Status Exchange::open_earlier(std::uint32_t submap, const Matrix34d& T_global_map) noexcept {
+  const Status status = ledger_.open_earlier(submap, T_global_map, counted_);
+  if (status != Status::kOk) return status;
+  const std::uint32_t epoch = ledger_.publishing()->id.epoch;
+  sender_.control().owe_frame(ledger_, *ledger_.find({robot_, epoch, submap}), Instant::long_ago());
+  return status;
+}
+
+Status Exchange::open_session(std::uint32_t submap, const MapSession& session,
+                              const Matrix34d& T_global_map) noexcept {
+  const Status status = ledger_.open_session(submap, session, T_global_map, counted_);
+  if (status == Status::kOk) owe_own(submap);
+  return status;
+}
+
+Status Exchange::end_session(std::uint32_t submap) noexcept {
+  const Status status = ledger_.end_session(submap);
+  if (status == Status::kOk) owe_own(submap);
+  return status;
+}
+
+void Exchange::set_session_floor(std::uint32_t floor) noexcept {
+  ledger_.set_session_floor(floor, counted_);
+  if (const Ledger::Contribution* const own = ledger_.publishing(); own != nullptr)
+    sender_.control().owe_statement(ledger_, *own, Instant::long_ago());
+}
+
+/// Frame and statement of a contribution beside the one that is published.
+void Exchange::owe_own(std::uint32_t submap) noexcept {
+  const std::uint32_t epoch = ledger_.publishing()->id.epoch;
+  const Ledger::Contribution& own = *ledger_.find({robot_, epoch, submap});
+  sender_.control().owe_frame(ledger_, own, Instant::long_ago());
+  sender_.control().owe_statement(ledger_, own, Instant::long_ago());
+}
+
+Result<std::uint32_t> Exchange::publish_earlier(std::uint32_t submap, BlockKey key,
+                                                const BlockContent& content) noexcept {
+  const Result<std::uint32_t> bytes = ledger_.publish_earlier(submap, key, content, counted_);
+  if (!bytes.ok()) return bytes;
+  const std::uint32_t epoch = ledger_.publishing()->id.epoch;
+  sender_.control().owe_statement(ledger_, *ledger_.find({robot_, epoch, submap}),
+                                  Instant::long_ago());
+  return bytes;
+}
+
+std::uint32_t Exchange::move_earlier(std::uint32_t submap, const Matrix34d& T_global_map) noexcept {
+  const Result<RigidCode> code = encode_rigid(T_global_map);
+  if (!code.ok()) return 0;
+  std::uint32_t moved = 0;
+  for (std::uint32_t i = 0; i < ledger_.places().size(); ++i) {
+    if (!ledger_.move_earlier(i, submap, *code, T_global_map)) continue;
+    sender_.control().owe_frame(ledger_, ledger_.places()[i], Instant::long_ago());
+    ++moved;
+  }
+  return moved;
+}
+
 Result<std::uint32_t> Exchange::publish(BlockKey key, const BlockContent& content) noexcept {
   VersionRange published;
   const Result<std::uint32_t> bytes = ledger_.publish(key, content, published, counted_);
+  sender_.control().note_extent(ledger_);
   if (published.last >= published.first && published.last != 0) {
     sender_.note_fresh(key, published);
   }
@@ -118,6 +188,7 @@ std::size_t Exchange::send(std::int64_t now_us, std::span<std::byte> into) noexc
   const Instant now = Instant::at_us(now_us);
   if (is_listening(now)) return 0;
   repair_.end_comparison(ledger_, gate_.peers(), now);
+  reach_.tick(ledger_, repair_, now, counted_);
   return sender_.send(gate_, ledger_, repair_, now, into, counted_);
 }
 
@@ -127,7 +198,10 @@ ExchangeReport Exchange::report() const noexcept {
     if (!contribution.used) continue;
     ++report.contributions;
     report.complete += contribution.complete() ? 1U : 0U;
+    report.far_contributions += contribution.is_far() && !contribution.complete() ? 1U : 0U;
   }
+  report.contributions += ledger_.far().size();
+  report.far_contributions += ledger_.far().size();
   report.banned = static_cast<std::uint32_t>(gate_.banned().size());
   report.peers = static_cast<std::uint32_t>(gate_.peers().all().size());
   report.waiting_answers = static_cast<std::uint32_t>(sender_.answers().waiting());
@@ -145,31 +219,52 @@ ContributionState state_of(const Ledger::Contribution& contribution) noexcept {
   return {.id = contribution.id,
           .own = contribution.own,
           .complete = contribution.complete(),
+          .far = contribution.is_far(),
           .latest = contribution.own ? contribution.latest : contribution.statement.latest,
           .covered = contribution.coverage.complete_to(),
           .records = contribution.records,
-          .digest = contribution.held.folded()};
+          .digest = contribution.said().folded(),
+          .session = contribution.session};
+}
+
+ContributionState state_of(const FarContribution& far) noexcept {
+  return {.id = far.id(),
+          .far = true,
+          .latest = far.statement.latest,
+          .digest = far.statement.fingerprint.folded(),
+          .session = far.session};
+}
+
+/// Calls visit(state()) for each; false: no more.
+template <class Visit>
+void for_contributions(const Ledger& ledger, Visit&& visit) noexcept {
+  for (const Ledger::Contribution& one : ledger.places()) {
+    if (one.used && !visit(one)) return;
+  }
+  for (const FarContribution& one : ledger.far().places()) {
+    if (one.used && !visit(one)) return;
+  }
 }
 
 }  // namespace
 
 std::size_t Exchange::contributions(std::span<ContributionState> into) const noexcept {
   std::size_t count = 0;
-  for (const Ledger::Contribution& one : ledger_.places()) {
-    if (!one.used) continue;
+  for_contributions(ledger_, [&](const auto& one) {
     if (count < into.size()) into[count] = state_of(one);
     ++count;
-  }
+    return true;
+  });
   return count;
 }
 
 Result<ContributionState> Exchange::contribution_at(std::size_t index) const noexcept {
-  for (const Ledger::Contribution& one : ledger_.places()) {
-    if (!one.used) continue;
-    if (index == 0) return state_of(one);
-    --index;
-  }
-  return Status::kOutOfRange;
+  Result<ContributionState> found = Status::kOutOfRange;
+  for_contributions(ledger_, [&](const auto& one) {
+    if (index == 0) found = state_of(one);
+    return index-- != 0;
+  });
+  return found;
 }
 
 }  // namespace tessera

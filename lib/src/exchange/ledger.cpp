@@ -43,73 +43,12 @@ Result<Ledger> Ledger::make(Arena& arena, const ExchangeConfig& config, const Re
   return ledger;
 }
 
-// --- What this robot publishes -------------------------------------------------------------------
-
-Status Ledger::open(std::uint32_t epoch, std::uint32_t submap, const Matrix34d& T_global_map,
-                    ExchangeReport& counted) noexcept {
-  const ContributionId id{robot_, epoch, submap};
-  if (!GridTransform::make(T_global_map, resolution_m_).ok() || epoch < floors_.own())
-    return Status::kInvalidArgument;
-  floors_.claim(epoch);
-  Contribution* known = find(id);
-  if (known != nullptr && known->open) return Status::kInvalidArgument;
-  // Whatever was said of it before was not said by this process.
-  if (known != nullptr) table_.drop(*known);
-  Contribution* const contribution =
-      table_.add(id, ContributionTable::Claim::kOwn, Instant::long_ago(), counted);
-  if (contribution == nullptr) return Status::kResourceExhausted;
-  const Status status = table_.set_frame(*contribution, T_global_map, 1);
-  if (status != Status::kOk) {
-    table_.drop(*contribution);
-    return status;
-  }
-  table_.publish_as(*contribution);
-  floors_.begin(epoch);
-  return Status::kOk;
-}
-
-Status Ledger::move(std::uint32_t epoch, std::uint32_t submap,
-                    const Matrix34d& T_global_map) noexcept {
-  Contribution* const contribution = find({robot_, epoch, submap});
-  if (contribution == nullptr || !contribution->own) return Status::kInvalidArgument;
-  return table_.set_frame(*contribution, T_global_map, contribution->frame_revision + 1);
-}
-
-Result<std::uint32_t> Ledger::publish(BlockKey key, const BlockContent& content,
-                                      VersionRange& published, ExchangeReport& counted) noexcept {
-  Contribution* const own = table_.publishing();
-  if (own == nullptr) return Status::kInvalidArgument;
-  return maker_.publish({table_, records_, content_, counted}, *own, key, content, published);
-}
-
-bool Ledger::read_published(BlockKey key, BlockContent& content) const noexcept {
-  const Contribution* const own = table_.publishing();
-  return own != nullptr && records_.read_block(*own, key, content);
-}
-
-Statement Ledger::statement_of(const Contribution& own, VersionRange range) const noexcept {
-  return {.id = own.id,
-          .range = range,
-          .latest = own.latest,
-          .records = own.records,
-          .fingerprint = own.held,
-          .frame_revision = own.frame_revision,
-          .floor = floors_.own(),
-          .session = session_};
-}
-
-void Ledger::end_own(std::uint32_t floor, ExchangeReport& counted) noexcept {
-  floors_.end_own(floor);
-  table_.end_own();
-  drop_below(robot_, floor, counted);
-}
-
 // --- Names and epochs ----------------------------------------------------------------------------
 
 Ledger::Contribution* Ledger::note_name(const ContributionId& id, Instant now,
                                         ExchangeReport& counted) noexcept {
   if (Contribution* const known = find(id); known != nullptr) return known;
-  if (id.epoch < floors_.of(id.robot)) {
+  if (id.epoch < floors_.of(id)) {
     ++counted.refused_epochs;
     return nullptr;
   }
@@ -127,8 +66,20 @@ void Ledger::note_floor(std::uint32_t robot, std::uint32_t floor, bool may_fall,
 
 void Ledger::drop_below(std::uint32_t robot, std::uint32_t floor,
                         ExchangeReport& counted) noexcept {
-  counted.ended_contributions += table_.drop_if([&](const Contribution& contribution) {
-    return contribution.id.robot == robot && contribution.id.epoch < floor;
+  counted.ended_contributions += table_.drop_named_if(
+      [&](const ContributionId& id) { return id.robot == robot && id.epoch < floor; });
+}
+
+void Ledger::note_session_floor(std::uint32_t robot, std::uint32_t floor, bool may_fall,
+                                ExchangeReport& counted) noexcept {
+  if (floors_.note_sessions(robot, floor, may_fall, table_))
+    drop_sessions_below(robot, floor, counted);
+}
+
+void Ledger::drop_sessions_below(std::uint32_t robot, std::uint32_t floor,
+                                 ExchangeReport& counted) noexcept {
+  counted.ended_contributions += table_.drop_named_if([&](const ContributionId& id) {
+    return id.robot == robot && id.epoch < floor && MapSession::is(id.submap);
   });
 }
 
@@ -143,7 +94,8 @@ Ledger::Taken Ledger::take_chunk(Contribution& contribution, const ChunkHeader& 
                                  std::span<const std::byte> body, bool awaited,
                                  ExchangeReport& counted) noexcept {
   return chunks_.take({table_, records_, conflicts_, content_, counted}, contribution,
-                      floors_.of(header.id.robot), header, body, awaited);
+                      {floors_.of(header.id.robot), floors_.of_sessions(header.id.robot)}, header,
+                      body, awaited);
 }
 
 /// Its leaf is the last of the tree of the chunk that was taken last.
@@ -151,6 +103,7 @@ void Ledger::take_chunk_statement(Contribution& contribution, const Statement& s
                                   bool is_last, ExchangeReport& counted) noexcept {
   const std::span<const std::byte> proof = chunks_.statement_proof();
   note_floor(statement.id.robot, statement.floor, false, counted);
+  note_session_floor(statement.id.robot, statement.session_floor, false, counted);
   if (!contribution.used) return;
   keep_statement(contribution, statement, !signatures_.on() && is_last, proof, counted);
 }
@@ -169,6 +122,8 @@ std::optional<std::uint32_t> Ledger::check_own_chunk(const Contribution& own,
 
 bool Ledger::take_statement(const Statement& statement, std::span<const std::byte> proof,
                             bool is_last, Instant now, ExchangeReport& counted) noexcept {
+  if (FarContribution* const far = table_.far().find(statement.id); far != nullptr)
+    return take_far_statement(*far, statement, proof, is_last, counted);
   Contribution* known = find(statement.id);
   // What is held already is not worth the check of a signature.
   const bool replaces = !signatures_.on() && is_last;
@@ -176,8 +131,7 @@ bool Ledger::take_statement(const Statement& statement, std::span<const std::byt
       !statement.is_newer_than(known->statement))
     return true;
   // Nor is what was recorded before its robot ended the epoch.
-  if (!replaces && statement.id.robot != robot_ &&
-      statement.id.epoch < floors_.of(statement.id.robot)) {
+  if (!replaces && statement.id.robot != robot_ && statement.id.epoch < floors_.of(statement.id)) {
     ++counted.refused_epochs;
     return true;
   }
@@ -189,6 +143,7 @@ bool Ledger::take_statement(const Statement& statement, std::span<const std::byt
     ++counted.impostors;
   if (is_of_this_process(statement.id)) return true;
   note_floor(statement.id.robot, statement.floor, replaces, counted);
+  note_session_floor(statement.id.robot, statement.session_floor, replaces, counted);
   if (known == nullptr) known = note_name(statement.id, now, counted);
   if (known == nullptr || known->own) return true;
   keep_statement(*known, statement, replaces, proof, counted);
@@ -198,7 +153,10 @@ bool Ledger::take_statement(const Statement& statement, std::span<const std::byt
 void Ledger::keep_statement(Contribution& contribution, const Statement& statement, bool replaces,
                             std::span<const std::byte> proof, ExchangeReport& counted) noexcept {
   const bool contradicts = contribution.stated && !contribution.statement.agrees_with(statement);
-  if (contradicts) note_conflict(contribution, statement, proof, counted);
+  if (contradicts)
+    note_conflict(contribution.statement,
+                  std::span(contribution.proof).first(contribution.proof_bytes), statement, proof,
+                  counted);
   if (contribution.stated && !replaces && !statement.is_newer_than(contribution.statement)) return;
   if (contradicts && !signatures_.on()) ++counted.conflicts;
   contribution.stated = true;
@@ -211,13 +169,12 @@ void Ledger::keep_statement(Contribution& contribution, const Statement& stateme
   std::copy(proof.begin(), proof.end(), contribution.proof.begin());
 }
 
-void Ledger::note_conflict(const Contribution& contribution, const Statement& statement,
-                           std::span<const std::byte> proof, ExchangeReport& counted) noexcept {
-  if (!signatures_.on() || contribution.proof_bytes == 0 || proof.empty()) return;
-  ConflictBody conflict{.id = contribution.id, .of_statements = true};
-  conflict.side[0] = {.record = {},
-                      .statement = contribution.statement,
-                      .proof = std::span(contribution.proof).first(contribution.proof_bytes)};
+void Ledger::note_conflict(const Statement& before, std::span<const std::byte> proof_before,
+                           const Statement& statement, std::span<const std::byte> proof,
+                           ExchangeReport& counted) noexcept {
+  if (!signatures_.on() || proof_before.empty() || proof.empty()) return;
+  ConflictBody conflict{.id = statement.id, .of_statements = true};
+  conflict.side[0] = {.record = {}, .statement = before, .proof = proof_before};
   conflict.side[1] = {.record = {}, .statement = statement, .proof = proof};
   conflicts_.note(conflict, Instant::long_ago(), counted);
 }
@@ -225,15 +182,32 @@ void Ledger::note_conflict(const Contribution& contribution, const Statement& st
 bool Ledger::is_signed(const FrameBody& frame,
                        std::span<const std::byte> signature) const noexcept {
   return signatures_.check(signatures_.context, frame.id.robot,
-                           frame_message(configuration_, frame),
+                           FrameMessage(configuration_, frame).bytes(),
                            signature.first<kSignatureBytes>());
 }
+
+namespace {
+
+/// Too soon after the last one. That an extent has grown is said again.
+bool is_early(HeldContribution& known, const FrameBody& frame, Instant now, Duration pause,
+              ExchangeReport& counted) noexcept {
+  if (!known.open || now - known.frame_at >= pause) return false;
+  if (known.has_grown(frame)) return true;
+  ++counted.frames_early;
+  known.announced_frame =
+      std::max(known.announced_frame, std::min(frame.revision, known.frame_revision + 1));
+  return true;
+}
+
+}  // namespace
 
 /// At most one revision a frame_pause_: each moves all of the contribution in the global map.
 bool Ledger::take_frame(const FrameBody& frame, std::span<const std::byte> signature, bool is_last,
                         Instant now, ExchangeReport& counted) noexcept {
+  if (FarContribution* const far = table_.far().find(frame.id); far != nullptr)
+    return take_far_frame(*far, frame, signature, is_last, now, counted);
   Contribution* known = find(frame.id);
-  if (frame.id.epoch < floors_.of(frame.id.robot)) {
+  if (frame.id.epoch < floors_.of(frame.id)) {
     ++counted.refused_epochs;
     return true;
   }
@@ -243,14 +217,10 @@ bool Ledger::take_frame(const FrameBody& frame, std::span<const std::byte> signa
   }
   const bool present = !signatures_.on() && is_last;
   const bool replaces = present && known != nullptr && known->open && !known->has(frame);
-  const bool gives_way = known == nullptr || known->gives_way_to(frame, signatures_.on());
+  const bool gives_way =
+      known == nullptr || known->gives_way_to(frame, signatures_.on()) || known->has_grown(frame);
   if ((!gives_way && !replaces) || (known != nullptr && known->own)) return true;
-  if (known != nullptr && known->open && now - known->frame_at < frame_pause_) {
-    ++counted.frames_early;
-    known->announced_frame =
-        std::max(known->announced_frame, std::min(frame.revision, known->frame_revision + 1));
-    return true;
-  }
+  if (known != nullptr && is_early(*known, frame, now, frame_pause_, counted)) return true;
   if (!GridTransform::make(frame.T_global_map, resolution_m_).ok()) return false;
   // What would find no place is not worth the check of a signature.
   if (signatures_.on() && known == nullptr && !table_.has_place_for_frame(frame.id)) {
@@ -265,8 +235,10 @@ bool Ledger::take_frame(const FrameBody& frame, std::span<const std::byte> signa
   if (known == nullptr)
     known = table_.add(frame.id, present ? Claim::kPresent : Claim::kFrame, now, counted);
   if (known == nullptr) return true;
+  known->signed_extent = frame.extent;
   // Without a slot it is asked for as what finds no room is.
-  known->full = table_.set_frame(*known, frame.T_global_map, frame.revision) != Status::kOk;
+  known->full =
+      table_.set_frame(*known, frame.T_global_map, frame.revision, frame.session) != Status::kOk;
   if (known->full) {
     ++counted.refused_contributions;
     return true;
@@ -289,9 +261,10 @@ void Ledger::end_disputed(ExchangeReport& counted) noexcept {
   if (policy_ != ConflictPolicy::kExclude) return;
   for (const Conflicts::Known& known : conflicts_.all()) {
     if (floors_.is_of_this_process(known.id)) floors_.overtake(known.id.epoch);
-    counted.ended_contributions += table_.drop_if([&](const Contribution& contribution) {
-      return contribution.id.robot == known.id.robot && contribution.id.epoch == known.id.epoch &&
-             &contribution != table_.publishing();
+    const Contribution* const publishing = table_.publishing();
+    counted.ended_contributions += table_.drop_named_if([&](const ContributionId& id) {
+      return id.robot == known.id.robot && id.epoch == known.id.epoch &&
+             (publishing == nullptr || publishing->id != id);
     });
   }
 }

@@ -151,7 +151,6 @@ void Publisher::end_round() noexcept {
   round_.page = round_.slot = 0;
   round_.going = false;
   if (!round_.complete) return;
-  ++rounds_;
   noted_stamp_ = round_.start_stamp;
   round_.unchanged_stamp = round_.start_stamp;
   round_.unchanged_us = round_.start_us;

@@ -9,7 +9,7 @@ namespace tessera {
 namespace {
 
 constexpr std::size_t kRecordLeafBytes = 1 + 12 + RecordFacts::kBytes;
-constexpr std::size_t kStatementLeafBytes = 1 + 12 + 8 + 32 + 8;
+constexpr std::size_t kStatementLeafBytes = 1 + 12 + 8 + 36 + 8;
 /// The first byte of what is hashed, so that no leaf and no node can pass for another kind.
 constexpr std::uint8_t kRecordLeaf = 0;
 constexpr std::uint8_t kStatementLeaf = 2;
@@ -113,13 +113,11 @@ std::array<std::byte, kRootMessageBytes> root_message(std::uint32_t configuratio
   return message;
 }
 
-std::array<std::byte, kFrameMessageBytes> frame_message(std::uint32_t configuration,
-                                                        const FrameBody& frame) noexcept {
-  std::array<std::byte, kFrameMessageBytes> message{};
-  ByteWriter to(message);
+FrameMessage::FrameMessage(std::uint32_t configuration, const FrameBody& frame) noexcept {
+  ByteWriter to(bytes_);
   write_use(to, DatagramKind::kFrame, configuration);
   write_frame(to, frame);
-  return message;
+  size_ = to.size();
 }
 
 std::size_t write_proof(const HashTree& tree, std::uint32_t leaf, const Signature& signature,

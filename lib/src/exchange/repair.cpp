@@ -77,8 +77,11 @@ void Repair::note_announced(Ledger& ledger, Ledger::Contribution& contribution,
                             ExchangeReport& counted) noexcept {
   if (contribution.own) return;
   Need& need = need_of(ledger, contribution);
-  const bool newer = announced.stated &&
+  const bool is_idle = contribution.far && contribution.stated && now - need.asked < kFarPause;
+  const bool newer = announced.stated && !is_idle &&
                      (!contribution.stated || announced.latest > contribution.statement.latest);
+  if (announced.complete && announced.latest >= contribution.statement.latest)
+    contribution.elsewhere = now;
   if (newer) need.announced = std::max(need.announced, announced.latest);
   // Nobody has signed that there is more: once it was asked for, the next one who knows of no more
   // ends it, and not before, as that one may be behind.
@@ -91,6 +94,7 @@ void Repair::note_announced(Ledger& ledger, Ledger::Contribution& contribution,
     contribution.announced_frame = contribution.frame_revision;
   }
   note_lack(ledger, contribution, now);
+  if (contribution.far) return;
   if (contribution.open && contribution.held.folded() == announced.digest) {
     need.unsettled = Instant::never();
     return;
@@ -181,6 +185,7 @@ void Repair::note_lack(Ledger& ledger, Ledger::Contribution& contribution, Insta
   if (contribution.complete() && !contribution.own) {
     contribution.coverage.add({1, contribution.statement.latest});
     contribution.full = false;
+    contribution.whole = true;
   }
   if (contribution.stated && need.announced <= contribution.statement.latest) need.announced = 0;
   if (contribution.own || !(lacks_versions(contribution) || need.announced != 0)) {
@@ -241,7 +246,7 @@ bool Repair::write_comparison(Ledger& ledger, ByteWriter& to) noexcept {
 bool Repair::write_gaps(const Ledger::Contribution& contribution, Need& need, ByteWriter& to,
                         Instant now) noexcept {
   std::size_t count = 0;
-  if (contribution.open && contribution.stated)
+  if (contribution.open && contribution.stated && !contribution.far)
     count = contribution.coverage.gaps(contribution.statement.latest, gaps_);
   const bool comes = count > 1 && now - need.taken < request_;
   if (comes && gaps_[count - 1].last == contribution.statement.latest) --count;
@@ -271,7 +276,8 @@ bool Repair::write(Ledger& ledger, ByteWriter& to, Instant now, ExchangeReport& 
     requested_->type = RequestType::kGaps;
     requested_->id = claim.id;
     requested_->frame_revision = claim.frame_revision;
-    requested_->stated = false;
+    requested_->stated = claim.stated;
+    requested_->latest = claim.latest;
     requested_->count = 0;
     if (!write_requested(to, *requested_)) break;
     claim.wanted = false;

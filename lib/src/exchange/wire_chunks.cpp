@@ -14,7 +14,7 @@ namespace {
 /// Flags of a chunk.
 constexpr std::uint8_t kIsRelayed = 1;
 constexpr std::uint8_t kIsPartial = 2;
-constexpr std::size_t kStatementBytes = 12 + 8 + 32 + 8;
+constexpr std::size_t kStatementBytes = 12 + 8 + 36 + 8;
 
 /// Differences of block coordinates stay far from the limits of 32 bits.
 constexpr bool in_grid(std::int64_t coordinate) noexcept {
@@ -28,6 +28,7 @@ void write_stated(ByteWriter& to, const Statement& statement) noexcept {
   to.u64(statement.fingerprint.high);
   to.u32(statement.frame_revision);
   to.u32(statement.floor);
+  to.u32(statement.session_floor);
 }
 bool read_stated(ByteReader& from, Statement& statement) noexcept {
   statement.latest = from.u32();
@@ -36,8 +37,9 @@ bool read_stated(ByteReader& from, Statement& statement) noexcept {
   statement.fingerprint.high = from.u64();
   statement.frame_revision = from.u32();
   statement.floor = from.u32();
+  statement.session_floor = from.u32();
   return from.ok() && statement.latest <= kLastVersion && statement.frame_revision >= 1 &&
-         statement.floor <= statement.id.epoch;
+         statement.floor <= statement.id.epoch && statement.session_floor <= statement.id.epoch;
 }
 
 }  // namespace

@@ -30,7 +30,7 @@ struct ConflictBody {
   std::array<Side, 2> side{};
 };
 /// A name, the type, and two statements with their proofs.
-inline constexpr std::size_t kMostConflictBytes = 12 + 1 + 2 * (60 + kMostProofBytes);
+inline constexpr std::size_t kMostConflictBytes = 12 + 1 + 2 * (64 + kMostProofBytes);
 /// False iff it does not fit: then nothing of use was written.
 [[nodiscard]] bool write_conflict(ByteWriter& to, const ConflictBody& conflict) noexcept;
 /// False iff what is there is none; proofs are parts of what is read.

@@ -8,10 +8,11 @@
 // (docs/design/exchange.md).
 //
 // Gate decides who is listened to, MessageTaker takes what they say, Ledger joins it, Repair asks
-// for what is lacking, Sender sends under a budget.
+// for what is lacking, Reach decides what is held, Sender sends under a budget.
 #pragma once
 
 #include "tessera/exchange/internal/message_taker.hpp"
+#include "tessera/exchange/internal/reach.hpp"
 #include "tessera/exchange/publication.hpp"
 
 namespace tessera {
@@ -49,6 +50,32 @@ class Exchange {
   /// is none or it is no frame.
   [[nodiscard]] Status move(std::uint32_t epoch, std::uint32_t submap,
                             const Matrix34d& T_global_map) noexcept;
+  /// Whether all of a submap of this robot's is held, of any epoch. O(contributions).
+  [[nodiscard]] bool has_all_of(std::uint32_t submap) const noexcept;
+  /// Starts a contribution beside the one that publish() is of, in its epoch: of a submap of an
+  /// earlier start, which nobody has any more. Fails as open(), and with kInvalidArgument iff
+  /// nothing is published yet, or its number is not below.
+  [[nodiscard]] Status open_earlier(std::uint32_t submap, const Matrix34d& T_global_map) noexcept;
+  /// Publishes a block of it, as publish(). Others ask for it: it is not fresh. Fails as publish(),
+  /// and with kInvalidArgument iff it was not started.
+  [[nodiscard]] Result<std::uint32_t> publish_earlier(std::uint32_t submap, BlockKey key,
+                                                      const BlockContent& content) noexcept;
+  /// Starts a session beside the contribution that publish() is of, in its epoch: a map of an
+  /// earlier day. Its blocks are published by publish_earlier(). submap: from MapSession::kFirst
+  /// on, and each once in an epoch. Fails as open(), and with kInvalidArgument iff nothing is
+  /// published yet, it is no such number, or the weight is 0 or above MapSession::kFullWeight.
+  [[nodiscard]] Status open_session(std::uint32_t submap, const MapSession& session,
+                                    const Matrix34d& T_global_map) noexcept;
+  /// A session of this epoch counts no more: its weight is 0 from now on. Its blocks stay where
+  /// they are until they are published empty. Fails with kInvalidArgument iff there is none.
+  [[nodiscard]] Status end_session(std::uint32_t submap) noexcept;
+  /// States from now on that this robot's sessions of epochs below floor count no more: everybody
+  /// removes them. Never lower than before, and at most the epoch of publish().
+  void set_session_floor(std::uint32_t floor) noexcept;
+  /// Moves what earlier epochs of this robot have of a submap, as far as it is held: nobody else
+  /// does. Returns how many contributions are in another frame now; 0 also if T_global_map is no
+  /// frame. O(contributions).
+  std::uint32_t move_earlier(std::uint32_t submap, const Matrix34d& T_global_map) noexcept;
   /// Publishes a block, quantised (block_codec.hpp), in as many parts as it takes: into this
   /// robot's own replicas, and to whom it may concern from the next send() on. Returns the bytes on
   /// the wire. Fails with kInvalidArgument iff no contribution was started; as ReplicaStore::put,
@@ -100,6 +127,17 @@ class Exchange {
     return gate_.excluded();
   }
 
+  // --- What is held ------------------------------------------------------------------------------
+
+  /// Around which places what others publish is to be held, in the global frame; at most
+  /// PlacesOfInterest::kMost. Contributions that have no block within radius_m of any are dropped
+  /// when room or places are short, the farthest first and whole, and are asked for again once a
+  /// place comes near. Without places, or with ExchangeConfig::far_contributions 0, all that is
+  /// known is held as far as there is room. This robot's own are held in any case. O(1).
+  void set_reach(std::span<const Point3d> p_global, double radius_m) noexcept {
+    reach_.set(p_global, radius_m);
+  }
+
   // --- Datagrams ---------------------------------------------------------------------------------
 
   /// What arrived: any bytes at all. now_us: monotonic. Work: the tag's, and for each record that
@@ -134,6 +172,7 @@ class Exchange {
 
  private:
   [[nodiscard]] bool is_listening(Instant now) noexcept;
+  void owe_own(std::uint32_t submap) noexcept;
 
   std::uint32_t robot_ = 0;
   Duration listen_{};
@@ -141,6 +180,7 @@ class Exchange {
   Gate gate_{};
   Ledger ledger_{};
   Repair repair_{};
+  Reach reach_{};
   Sender sender_{};
   MessageTaker messages_{};
   ExchangeReport counted_{};

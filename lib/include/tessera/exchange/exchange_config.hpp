@@ -34,6 +34,9 @@ struct ExchangeConfig {
   std::uint32_t contributions = 64;  ///< That are known of, at most; Replicas::kMostContributions.
   /// Of one robot, at most: those with the highest epochs and submaps.
   std::uint32_t contributions_per_robot = 4;
+  /// Contributions of which no records are held, as they are far (Exchange::set_reach), at most.
+  /// 0: all that are known are held, as far as there is room.
+  std::uint32_t far_contributions = 0;
   /// Of contributions, places that only open() takes: nothing that is heard fills them.
   std::uint32_t own_contributions = 1;
   std::uint32_t records = 1U << 15U;  ///< As ReplicasConfig::blocks.
@@ -72,15 +75,22 @@ struct ContributionState {
   ContributionId id;
   bool own = false;
   bool complete = false;      ///< It holds what the origin's newest statement says that there is.
+  bool far = false;           ///< It asks for no records of it: they are far.
   std::uint32_t latest = 0;   ///< Of that statement.
   std::uint32_t covered = 0;  ///< Versions up to here are not asked for one by one.
   std::uint32_t records = 0;  ///< That it holds.
-  std::uint64_t digest = 0;   ///< Of these: Fingerprint::folded().
+  std::uint64_t digest = 0;   ///< Of these, or of what is stated: Fingerprint::folded().
+  MapSession session{};       ///< If it is one (MapSession::is).
 };
 
+/// How the exchange stands, and what it has received and sent.
 struct ExchangeReport {
   TESSERA_EXCHANGE_COUNTERS(TESSERA_COUNTER_MEMBER)
   TESSERA_EXCHANGE_STATE(TESSERA_COUNTER_MEMBER)
+  /// Of each contribution that is known this robot holds what its origin states, but of far ones.
+  [[nodiscard]] bool holds_all() const noexcept {
+    return complete + far_contributions == contributions;
+  }
 };
 TESSERA_COUNTER_TABLE(ExchangeReport, TESSERA_EXCHANGE_COUNTERS(TESSERA_COUNTER_ROW)
                                           TESSERA_EXCHANGE_STATE(TESSERA_COUNTER_ROW))

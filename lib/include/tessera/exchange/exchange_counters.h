@@ -71,4 +71,10 @@
   ROW(COUNTER, uint64_t, refused_disputed,                                                         \
       "Times that something came of an epoch that a proof ended.")                                 \
   ROW(LEVEL, uint32_t, banned, "Robots that three proofs exclude.")                                \
-  ROW(RESERVED, uint32_t, reserved_2, "")
+  ROW(LEVEL, uint32_t, far_contributions,                                                          \
+      "Contributions known of which no records are wanted, as they are far.")                      \
+  ROW(COUNTER, uint64_t, far_chunks, "Chunks of far contributions received, and not taken.")       \
+  ROW(COUNTER, uint64_t, made_far,                                                                 \
+      "Times that all records of a contribution were dropped, as it is far.")                      \
+  ROW(COUNTER, uint64_t, made_near, "Times that a far contribution was wanted again.")             \
+  ROW(COUNTER, uint64_t, refused_far, "Times that a contribution could not become a far one.")

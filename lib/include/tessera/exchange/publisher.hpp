@@ -71,11 +71,9 @@ class Publisher {
   /// Forgets all that was published and all that waits, for a map that was cleared and a
   /// publication that begins anew. Totals stay. O(blocks + candidates).
   void clear() noexcept;
-  /// Rounds through the map's index after which no block was missed: what changed before one began
-  /// is published, waits, or was left out and counted once it has ended.
-  [[nodiscard]] std::uint64_t rounds() const noexcept { return rounds_; }
-  /// The map's stamp (MapReader::stamp) when the last of these rounds began; 0: none has ended.
-  /// While the map's is the same, nothing has changed that was not noted.
+  /// The map's stamp (MapReader::stamp) when the last round through its index began that missed no
+  /// block; 0: none has ended. What changed before it is published, waits, or was left out and
+  /// counted. While the map's is the same, nothing has changed that was not noted.
   [[nodiscard]] std::uint64_t noted_stamp() const noexcept { return noted_stamp_; }
   /// Blocks of the map that have changed since then and do not wait: those that nobody has heard
   /// of, and those that the round at hand has met and ticks have published. Nothing if a page of
@@ -185,7 +183,6 @@ class Publisher {
   Queue labels_;
   Queue free_;
   Round round_;
-  std::uint64_t rounds_ = 0;
   std::uint64_t noted_stamp_ = 0;
   /// Blocks with a newer stamp may have found no room for their keys.
   std::uint64_t unlisted_stamp_ = kAllListed;

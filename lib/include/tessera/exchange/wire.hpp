@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// A datagram (docs/reference/wire-format.md): a header, a body by kind, a tag. Each stands alone.
-// Reading checks lengths and ranges, never allocates, and never reads beyond the end.
+// A datagram (docs/reference/wire-format.md): a header, a body by kind, a tag. Reading checks
+// lengths and ranges, never allocates, and never reads beyond the end.
 #pragma once
 
 #include <array>
@@ -18,7 +18,7 @@
 
 namespace tessera {
 
-/// With the channel "TESSERA" and its NUL, 1,400 bytes: nothing on the way has to cut it up.
+/// With the channel "TESSERA" and its NUL, 1,400 bytes: nothing has to cut it up.
 inline constexpr std::size_t kMostDatagramBytes = 1392;
 inline constexpr std::size_t kHeaderBytes = 32;
 inline constexpr std::size_t kMostBodyBytes = kMostDatagramBytes - kHeaderBytes - kTagBytes;
@@ -35,8 +35,7 @@ enum class DatagramKind : std::uint8_t {
   kConflict = 8,     ///< Proof that a robot signed two contents of one version.
 };
 
-/// True for messages that only their sender may send, and only once. All others carry data of a
-/// contribution's origin and may be relayed, but for a description, which is a hint alone.
+/// True for messages that only their sender may send, once. Others carry data of an origin's.
 [[nodiscard]] constexpr bool is_control(DatagramKind kind) noexcept {
   return kind == DatagramKind::kAnnounce || kind == DatagramKind::kRequest ||
          kind == DatagramKind::kLeave || kind == DatagramKind::kDescription;
@@ -169,8 +168,9 @@ struct Statement {
   std::uint32_t records = 0;  ///< That count: superseded ones do not.
   Fingerprint fingerprint{};  ///< Of these.
   std::uint32_t frame_revision = 0;
-  std::uint32_t floor = 0;    ///< The lowest epoch of the robot that counts.
-  std::uint64_t session = 0;  ///< Of the process that stated it.
+  std::uint32_t floor = 0;          ///< The lowest epoch of the robot that counts.
+  std::uint32_t session_floor = 0;  ///< The same of its map sessions: with a lower one none does.
+  std::uint64_t session = 0;        ///< Of the process that stated it.
   /// True if this one replaces other: what grows in them grows with time.
   [[nodiscard]] bool is_newer_than(const Statement& other) const noexcept;
   /// False: both are of one moment, and state different contents.
@@ -202,6 +202,8 @@ struct FrameBody {
   ContributionId id;
   std::uint32_t revision = 0;
   Matrix34d T_global_map = Matrix34d::Identity();
+  BlockExtent extent{};  ///< Of its blocks; it may grow within a revision.
+  MapSession session{};  ///< Of a contribution that is one (MapSession::is).
 };
 
 /// Of which contribution, and for whom, the descriptions of a datagram are.
@@ -232,16 +234,14 @@ struct Description {
 inline constexpr std::size_t kMostProofBytes = 1 + 4 * kHashBytes + kSignatureBytes;
 /// Bytes of a record's own, beside what is coded, at most.
 inline constexpr std::size_t kMostRecordHeaderBytes = 1 + 5 + 3 * 5 + 2;
-inline constexpr std::size_t kMostChunkHeaderBytes = 53;
-/// What fits a datagram whatever else the record says: from its origin, beside the signature, or
-/// relayed, with its proof.
+inline constexpr std::size_t kMostChunkHeaderBytes = 57;
+/// What fits a datagram whatever else the record says, with a signature or a proof.
 inline constexpr std::size_t kMostCodedBytes =
     kMostBodyBytes - kMostRecordHeaderBytes - 21 - kMostProofBytes;
 static_assert(kMostCodedBytes + kMostRecordHeaderBytes + kMostChunkHeaderBytes + kSignatureBytes <=
               kMostBodyBytes);
 
 // --- Writing. Each call writes all or nothing: false iff it does not fit. ------------------------
-
 void write_id(ByteWriter& to, const ContributionId& id) noexcept;
 void write_header(ByteWriter& to, const DatagramHeader& header) noexcept;
 void write_details(ByteWriter& to, const ConfigurationDetails& details) noexcept;

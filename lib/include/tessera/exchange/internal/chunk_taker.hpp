@@ -41,10 +41,15 @@ class ChunkTaker {
     BlockContent& scratch;
     ExchangeReport& counted;
   };
-  /// Takes the records of a chunk. contribution: open, not this robot's; floor: of its robot;
+  /// The lowest epochs of a robot that count.
+  struct Floors {
+    std::uint32_t all = 0;
+    std::uint32_t sessions = 0;
+  };
+  /// Takes the records of a chunk. contribution: open, not this robot's; floors: of its robot;
   /// awaited: count held ones. A check of a signature, or one for each record; for each record that
   /// is news decoding and a put.
-  [[nodiscard]] Taken take(const Into& into, HeldContribution& contribution, std::uint32_t floor,
+  [[nodiscard]] Taken take(const Into& into, HeldContribution& contribution, const Floors& floors,
                            const ChunkHeader& header, std::span<const std::byte> body,
                            bool awaited) noexcept;
   /// The proof of the statement that came with the chunk that was taken last; none without
@@ -63,7 +68,7 @@ class ChunkTaker {
  private:
   enum class Fate : std::uint8_t { kTaken, kStale, kNoRoom, kMalformed, kForged };
   [[nodiscard]] Taken check_signed(const HeldRecords& records, const HeldContribution& contribution,
-                                   std::uint32_t floor, const ChunkHeader& header,
+                                   const Floors& floors, const ChunkHeader& header,
                                    std::span<const std::byte> bytes, bool awaited) noexcept;
   [[nodiscard]] Taken take_records(const Into& into, HeldContribution& contribution,
                                    const ChunkHeader& header,

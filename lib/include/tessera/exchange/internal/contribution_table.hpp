@@ -10,7 +10,7 @@
 
 #include "tessera/base/arena.hpp"
 #include "tessera/exchange/exchange_config.hpp"
-#include "tessera/exchange/internal/held_contribution.hpp"
+#include "tessera/exchange/internal/far_contributions.hpp"
 #include "tessera/replica/replica_store.hpp"
 
 namespace tessera {
@@ -22,7 +22,9 @@ class ContributionTable {
   enum class Claim : std::uint8_t { kName, kFrame, kPresent, kOwn };
 
   [[nodiscard]] static constexpr std::size_t required_bytes(const ExchangeConfig& config) noexcept {
-    return arena_bytes<HeldContribution>(config.contributions);
+    return arena_bytes<HeldContribution>(config.contributions) +
+           arena_bytes<Name>(config.contributions) +
+           FarContributions::required_bytes(config.far_contributions);
   }
   /// Fails with kResourceExhausted iff the arena is too small.
   [[nodiscard]] static Result<ContributionTable> make(Arena& arena, const ExchangeConfig& config,
@@ -39,10 +41,12 @@ class ContributionTable {
   [[nodiscard]] bool has_place_for_frame(const ContributionId& id) noexcept;
   /// True iff a frame of one that has no place would displace a name, or a lower one, of its robot.
   [[nodiscard]] bool would_displace(const ContributionId& id) noexcept;
-  /// Gives it a frame, and a slot of the store if it has none. Fails with kInvalidArgument iff it
-  /// is none; as ReplicaStore::open, and nothing was changed. O(contributions).
+  /// Gives it a frame, and a slot of the store if it has none. session: as with this frame, if it
+  /// is one. Fails with kInvalidArgument iff it is no frame; as ReplicaStore::open, and nothing was
+  /// changed. O(contributions).
   [[nodiscard]] Status set_frame(HeldContribution& contribution, const Matrix34d& T_global_map,
-                                 std::uint32_t revision) const noexcept;
+                                 std::uint32_t revision,
+                                 const MapSession& session = {}) const noexcept;
   /// Empties a place and the contribution's slot. O(the place's index).
   void drop(HeldContribution& contribution) noexcept;
   /// Drops those of which is(contribution) is true, and returns how many.
@@ -56,10 +60,37 @@ class ContributionTable {
     }
     return dropped;
   }
+  /// The same by names, and of those that are far too. O(contributions + far ones).
+  template <class Is>
+  std::uint32_t drop_named_if(Is&& is) noexcept {
+    return drop_if([&](const HeldContribution& one) { return is(one.id); }) +
+           far_.remove_if([&](const FarContribution& one) { return is(one.id()); });
+  }
   /// Drops names for which nothing came.
   void drop_empty_names(Instant now) noexcept;
   /// As Ledger::drop_unlisted. Returns how many.
   std::uint32_t drop_unlisted(std::uint32_t robot, std::uint32_t epoch, Instant now) noexcept;
+
+  // --- Far ones ----------------------------------------------------------------------------------
+
+  [[nodiscard]] FarContributions& far() noexcept { return far_; }
+  [[nodiscard]] const FarContributions& far() const noexcept { return far_; }
+  /// All blocks that it has, as far as is known; those that its origin published lately may not be.
+  [[nodiscard]] BlockExtent extent_of(const HeldContribution& contribution) const noexcept;
+  /// Drops all records of one and gives its place back: it is a far one from now on. Where there is
+  /// no room for it, another one of the robot that has most is forgotten. False iff it is of this
+  /// robot, or its frame, extent or statement is not known. O(its index + far ones).
+  [[nodiscard]] bool put_far(HeldContribution& contribution, Instant now) noexcept;
+  /// Its robot has fewer contributions here than it may have. O(contributions).
+  [[nodiscard]] bool has_place_for(const FarContribution& one) const noexcept;
+  /// Gives a far one a place, with no records yet. Null iff its robot may have no more, or there is
+  /// no free place, or slot in the store; nothing was changed then. O(contributions).
+  [[nodiscard]] HeldContribution* recall(FarContribution& one, Instant now) noexcept;
+  /// Places that others' contributions may take, and that are free. O(contributions).
+  [[nodiscard]] std::uint32_t free_places() const noexcept;
+  /// Contributions that have slots in the store and are none here: they are being removed. O(the
+  /// same).
+  [[nodiscard]] bool is_removing() const noexcept;
 
   [[nodiscard]] std::span<HeldContribution> places() noexcept { return places_; }
   [[nodiscard]] std::span<const HeldContribution> places() const noexcept { return places_; }
@@ -71,9 +102,13 @@ class ContributionTable {
 
   /// This robot publishes it from now on. O(1).
   void publish_as(HeldContribution& contribution) noexcept {
-    contribution.own = true;
+    own_as(contribution);
     publishing_ = number_of(contribution);
-    ++opened_;
+  }
+  /// The same beside the one that it publishes. No place is kept for a session. O(1).
+  void own_as(HeldContribution& contribution) noexcept {
+    contribution.own = true;
+    opened_ += MapSession::is(contribution.id.submap) ? 0U : 1U;
   }
   /// The one that this robot publishes, or null. O(1).
   [[nodiscard]] HeldContribution* publishing() noexcept {
@@ -100,16 +135,25 @@ class ContributionTable {
 
  private:
   static constexpr std::uint32_t kNobody = ~std::uint32_t{0};
+  /// Of a place: it is looked for among these, which are near each other in memory.
+  struct Name {
+    ContributionId id;
+    bool used = false;
+  };
+  void take_place(HeldContribution& place, const ContributionId& id, Instant now) noexcept;
   [[nodiscard]] HeldContribution* free_place(bool own) noexcept;
   [[nodiscard]] HeldContribution* place_of_silent(Instant now) noexcept;
+  [[nodiscard]] bool is_replaced(const ContributionId& id) const noexcept;
   [[nodiscard]] HeldContribution* displaced_of_robot(const ContributionId& id, bool proven,
                                                      bool& refused) noexcept;
 
   ReplicaStore store_{};
   double resolution_m_ = 0.0;
-  std::uint32_t per_robot_ = 0;
+  std::uint32_t per_robot_ = 0;  ///< But for sessions.
   std::uint32_t own_places_ = 0;
   std::span<HeldContribution> places_;
+  std::span<Name> names_;
+  FarContributions far_{};
   std::uint32_t publishing_ = kNobody;
   std::uint32_t opened_ = 0;
   std::uint64_t held_bytes_ = 0;

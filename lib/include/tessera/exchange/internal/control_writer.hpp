@@ -38,6 +38,9 @@ class ControlWriter {
                  const std::optional<Asker>& asker = {}) noexcept;
   void owe_statement(const Ledger& ledger, const Ledger::Contribution& contribution, Instant at,
                      const std::optional<Asker>& asker = {}) noexcept;
+  /// Has the frame of what this robot publishes sent, where its blocks are well beyond what the
+  /// others know of their extent; at_end: where they are beyond it. O(1).
+  void note_extent(const Ledger& ledger, bool at_end = false) noexcept;
   /// Another robot has sent it.
   void drop_frame(const Ledger& ledger, const Ledger::Contribution& contribution) noexcept;
   void drop_statement(const Ledger& ledger, const Ledger::Contribution& contribution) noexcept;

@@ -15,7 +15,7 @@ namespace tessera {
 class EpochFloors {
  public:
   [[nodiscard]] static constexpr std::size_t required_bytes(const ExchangeConfig& config) noexcept {
-    return arena_bytes<RobotFloor>(config.peers + 1);
+    return arena_bytes<RobotFloor>(config.peers + 1) + arena_bytes<std::uint32_t>(config.peers + 1);
   }
   /// signs: of the fleet. Fails with kResourceExhausted iff the arena is too small.
   [[nodiscard]] static Result<EpochFloors> make(Arena& arena, const ExchangeConfig& config,
@@ -26,15 +26,24 @@ class EpochFloors {
 
   /// O(robots).
   [[nodiscard]] std::uint32_t of(std::uint32_t robot) const noexcept;
+  /// The lowest epoch of its robot in which this contribution would count. O(robots).
+  [[nodiscard]] std::uint32_t of(const ContributionId& id) const noexcept;
+  /// The same of a robot's sessions, beside of(robot). O(robots).
+  [[nodiscard]] std::uint32_t of_sessions(std::uint32_t robot) const noexcept;
   /// Takes the floor of another robot. may_fall: it may also be lower than before. False iff
   /// nothing has changed. O(robots contributions).
   bool note(std::uint32_t robot, std::uint32_t floor, bool may_fall,
             const ContributionTable& held) noexcept;
+  /// The same for that of its sessions.
+  bool note_sessions(std::uint32_t robot, std::uint32_t floor, bool may_fall,
+                     const ContributionTable& held) noexcept;
   [[nodiscard]] std::span<const RobotFloor> all() const noexcept { return floors_.first(count_); }
 
   // --- Of this robot -----------------------------------------------------------------------------
 
   [[nodiscard]] std::uint32_t own() const noexcept { return own_floor_; }
+  [[nodiscard]] std::uint32_t own_sessions() const noexcept { return own_session_floor_; }
+  void set_own_sessions(std::uint32_t floor) noexcept { own_session_floor_ = floor; }
   /// True if only this process publishes this contribution.
   [[nodiscard]] bool is_of_this_process(const ContributionId& id) const noexcept {
     return id.robot == robot_ && id.epoch >= first_epoch_;
@@ -76,9 +85,11 @@ class EpochFloors {
   std::uint32_t robot_ = 0;
   bool signs_ = false;
   std::span<RobotFloor> floors_;
+  std::span<std::uint32_t> session_floors_;  ///< Of the same robots.
   std::size_t count_ = 0;
   std::uint32_t first_epoch_ = ~std::uint32_t{0};  ///< The lowest that claim() was called with.
   std::uint32_t own_floor_ = 0;
+  std::uint32_t own_session_floor_ = 0;
   std::optional<std::uint32_t> overtaken_;  ///< Until an epoch above it is begun.
   std::uint32_t claims_ = 0;                ///< That were followed.
   Instant claimed_;                         ///< When the last of them was.

@@ -19,10 +19,20 @@ struct ExchangeParts {
 
   /// True iff its origin is heard of a contribution: without signatures nobody else is believed
   /// then, as one who missed what its origin said would bring back what it has put right.
+  [[nodiscard]] bool origin_speaks(const ContributionId& id, Instant origin_at, const Heard& heard,
+                                   Duration announce) const noexcept {
+    return !gate.signatures().on() && heard.header.sender != id.robot &&
+           heard.now - origin_at <= kSilences * announce;
+  }
   [[nodiscard]] bool origin_speaks(const HeldContribution& contribution, const Heard& heard,
                                    Duration announce) const noexcept {
-    return !gate.signatures().on() && heard.header.sender != contribution.id.robot &&
-           heard.now - contribution.origin_at <= kSilences * announce;
+    return origin_speaks(contribution.id, contribution.origin_at, heard, announce);
+  }
+  /// The same of one that is far, if there is one of this name.
+  [[nodiscard]] bool far_origin_speaks(const ContributionId& id, const Heard& heard,
+                                       Duration announce) const noexcept {
+    const FarContribution* const far = ledger.far().find(id);
+    return far != nullptr && origin_speaks(id, far->origin_at, heard, announce);
   }
   /// True iff nothing is taken of a contribution that this datagram names: its robot is excluded,
   /// or, without signatures, is heard and says itself what it publishes in this epoch and later
@@ -33,7 +43,8 @@ struct ExchangeParts {
     if (gate.signatures().on() || id.robot == heard.header.sender) return false;
     const Peer* const peer = gate.peers().find(id.robot);
     return peer != nullptr && peer->epoch && id.epoch >= *peer->epoch &&
-           heard.now - peer->heard <= kSilences * announce && ledger.find(id) == nullptr;
+           heard.now - peer->heard <= kSilences * announce && ledger.find(id) == nullptr &&
+           ledger.far().find(id) == nullptr;
   }
 };
 

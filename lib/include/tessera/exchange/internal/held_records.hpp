@@ -72,6 +72,8 @@ class HeldRecords {
                                std::uint32_t held) const noexcept;
 
   [[nodiscard]] const Replicas& replicas() const noexcept { return *store_.replicas; }
+  /// As ReplicaStore::fullness.
+  [[nodiscard]] std::uint32_t fullness() const noexcept { return store_.fullness(store_.context); }
   [[nodiscard]] std::span<const RecordLink> links() const noexcept { return links_; }
   /// Bytes of records that were taken, codes and proofs, since the start.
   [[nodiscard]] std::uint64_t taken_bytes() const noexcept { return taken_bytes_; }

@@ -13,6 +13,7 @@
 
 #include <optional>
 
+#include "tessera/base/rigid_code.hpp"
 #include "tessera/exchange/internal/chunk_taker.hpp"
 #include "tessera/exchange/internal/epoch_floors.hpp"
 #include "tessera/exchange/internal/gate.hpp"
@@ -43,8 +44,21 @@ class Ledger {
   /// As Exchange::open, move, publish and read_published.
   [[nodiscard]] Status open(std::uint32_t epoch, std::uint32_t submap,
                             const Matrix34d& T_global_map, ExchangeReport& counted) noexcept;
+  [[nodiscard]] Status open_earlier(std::uint32_t submap, const Matrix34d& T_global_map,
+                                    ExchangeReport& counted) noexcept;
+  [[nodiscard]] Result<std::uint32_t> publish_earlier(std::uint32_t submap, BlockKey key,
+                                                      const BlockContent& content,
+                                                      ExchangeReport& counted) noexcept;
+  [[nodiscard]] Status open_session(std::uint32_t submap, const MapSession& session,
+                                    const Matrix34d& T_global_map,
+                                    ExchangeReport& counted) noexcept;
+  [[nodiscard]] Status end_session(std::uint32_t submap) noexcept;
+  void set_session_floor(std::uint32_t floor, ExchangeReport& counted) noexcept;
   [[nodiscard]] Status move(std::uint32_t epoch, std::uint32_t submap,
                             const Matrix34d& T_global_map) noexcept;
+  /// As Exchange::move_earlier. number: of a place.
+  [[nodiscard]] bool move_earlier(std::uint32_t number, std::uint32_t submap, const RigidCode& code,
+                                  const Matrix34d& T_global_map) noexcept;
   /// published: gets the versions that were given, of at most four parts; at least their number.
   [[nodiscard]] Result<std::uint32_t> publish(BlockKey key, const BlockContent& content,
                                               VersionRange& published,
@@ -60,7 +74,7 @@ class Ledger {
                                         ExchangeReport& counted) noexcept;
   /// True iff one without a place would get that of another of its robot by its frame.
   [[nodiscard]] bool would_displace(const ContributionId& id) noexcept {
-    return id.epoch >= floors_.of(id.robot) && !is_ended(id) && table_.would_displace(id);
+    return id.epoch >= floors_.of(id) && !is_ended(id) && table_.would_displace(id);
   }
   /// Takes the records of a chunk. contribution: open, not this robot's. awaited: count held ones.
   [[nodiscard]] Taken take_chunk(Contribution& contribution, const ChunkHeader& header,
@@ -86,6 +100,9 @@ class Ledger {
   /// What a robot says of its own epochs. may_fall: it may also be lower than before.
   void note_floor(std::uint32_t robot, std::uint32_t floor, bool may_fall,
                   ExchangeReport& counted) noexcept;
+  /// The same of its sessions.
+  void note_session_floor(std::uint32_t robot, std::uint32_t floor, bool may_fall,
+                          ExchangeReport& counted) noexcept;
   /// As EpochFloors::note_claim.
   void note_floor_claim(std::uint32_t floor, Instant now) noexcept {
     floors_.note_claim(floor, table_.publishing(), now);
@@ -103,7 +120,7 @@ class Ledger {
   void drop_empty_names(Instant now) noexcept { table_.drop_empty_names(now); }
   /// Takes all of a robot out.
   void remove_robot(std::uint32_t robot) noexcept {
-    table_.drop_if([robot](const Contribution& one) { return one.id.robot == robot; });
+    table_.drop_named_if([robot](const ContributionId& id) { return id.robot == robot; });
   }
   /// Ends what this process published: a new epoch is at the floor or above.
   void end_own(std::uint32_t floor, ExchangeReport& counted) noexcept;
@@ -111,6 +128,12 @@ class Ledger {
   // --- What is there -----------------------------------------------------------------------------
 
   [[nodiscard]] Contribution* find(const ContributionId& id) noexcept { return table_.find(id); }
+  [[nodiscard]] ContributionTable& table() noexcept { return table_; }
+  [[nodiscard]] const ContributionTable& table() const noexcept { return table_; }
+  [[nodiscard]] FarContributions& far() noexcept { return table_.far(); }
+  [[nodiscard]] const FarContributions& far() const noexcept { return table_.far(); }
+  /// As it is sent to others.
+  [[nodiscard]] FrameBody frame_of(const Contribution& contribution) const noexcept;
   [[nodiscard]] std::span<Contribution> places() noexcept { return table_.places(); }
   [[nodiscard]] std::span<const Contribution> places() const noexcept { return table_.places(); }
   [[nodiscard]] std::uint32_t number_of(const Contribution& contribution) const noexcept {
@@ -134,15 +157,28 @@ class Ledger {
   [[nodiscard]] const Conflicts& conflicts() const noexcept { return conflicts_; }
 
  private:
+  [[nodiscard]] Result<Contribution*> open_own(const ContributionId& id,
+                                               const Matrix34d& T_global_map,
+                                               const MapSession& session,
+                                               ExchangeReport& counted) noexcept;
   /// By the policy alarm nothing ends.
   [[nodiscard]] bool is_ended(const ContributionId& id) noexcept {
     return policy_ == ConflictPolicy::kExclude && conflicts_.find(id.robot, id.epoch) != nullptr;
   }
   void drop_below(std::uint32_t robot, std::uint32_t floor, ExchangeReport& counted) noexcept;
+  void drop_sessions_below(std::uint32_t robot, std::uint32_t floor,
+                           ExchangeReport& counted) noexcept;
   void keep_statement(Contribution& contribution, const Statement& statement, bool replaces,
                       std::span<const std::byte> proof, ExchangeReport& counted) noexcept;
-  void note_conflict(const Contribution& contribution, const Statement& statement,
-                     std::span<const std::byte> proof, ExchangeReport& counted) noexcept;
+  void note_conflict(const Statement& before, std::span<const std::byte> proof_before,
+                     const Statement& statement, std::span<const std::byte> proof,
+                     ExchangeReport& counted) noexcept;
+  [[nodiscard]] bool take_far_statement(FarContribution& far, const Statement& statement,
+                                        std::span<const std::byte> proof, bool is_last,
+                                        ExchangeReport& counted) noexcept;
+  [[nodiscard]] bool take_far_frame(FarContribution& far, const FrameBody& frame,
+                                    std::span<const std::byte> signature, bool is_last, Instant now,
+                                    ExchangeReport& counted) noexcept;
   [[nodiscard]] bool is_signed(const FrameBody& frame,
                                std::span<const std::byte> signature) const noexcept;
 

@@ -47,10 +47,19 @@ inline constexpr std::size_t kRootMessageBytes = 4 + 4 + 12 + 1 + kHashBytes;
                                                                     const ContributionId& id,
                                                                     std::uint32_t leaves,
                                                                     const Hash& root) noexcept;
-/// What is signed of a frame.
-inline constexpr std::size_t kFrameMessageBytes = 4 + 4 + 12 + 4 + 12 * sizeof(double);
-[[nodiscard]] std::array<std::byte, kFrameMessageBytes> frame_message(
-    std::uint32_t configuration, const FrameBody& frame) noexcept;
+/// What is signed of a frame. That of a session is longer.
+class FrameMessage {
+ public:
+  FrameMessage(std::uint32_t configuration, const FrameBody& frame) noexcept;
+  [[nodiscard]] std::span<const std::byte> bytes() const noexcept {
+    return std::span(bytes_).first(size_);
+  }
+
+ private:
+  std::array<std::byte, 4 + 4 + 12 + 4 + 12 * sizeof(double) + 6 * sizeof(std::int32_t) + 18>
+      bytes_{};
+  std::size_t size_ = 0;
+};
 
 /// The proof of a leaf of a tree whose root was signed, in into. Returns its size.
 [[nodiscard]] std::size_t write_proof(const HashTree& tree, std::uint32_t leaf,

@@ -33,11 +33,23 @@ class Repair {
   void note_displacing(const ContributionId& id, const Peer& peer, Instant now) noexcept {
     note(claims_.last(kMostClaims), peer, {id, true, 0, now});
   }
+  /// Somebody knows more of a far one.
+  void note_behind(const FarContribution& far, const Peer& peer, Instant now) noexcept {
+    note(claims_.last(kMostClaims), peer,
+         {far.id(), true, far.frame_revision, now, true, far.statement.latest});
+  }
   /// What a chunk did; fills: it is relayed, or of versions that were known of before.
   void note_taken(Ledger& ledger, Ledger::Contribution& contribution, const Ledger::Taken& taken,
                   bool fills, std::uint32_t sender, Instant now) noexcept;
   /// Sees to it that what is lacking is asked for, or no more.
   void note_lack(Ledger& ledger, Ledger::Contribution& contribution, Instant now) noexcept;
+  /// There is room again for what found none: it is asked for at once.
+  void note_room(const Ledger& ledger, Ledger::Contribution& contribution, Instant now) noexcept {
+    contribution.full = false;
+    Need& need = need_of(ledger, contribution);
+    need.pause = request_;
+    if (need.due != Instant::never()) need.due = std::min(need.due, now + random(request_));
+  }
   /// Another robot asked for gaps of which this one lacks some too: it waits for the answer.
   void note_asked(const Ledger& ledger, const Ledger::Contribution& contribution, Instant now,
                   ExchangeReport& counted) noexcept;
@@ -74,10 +86,14 @@ class Repair {
     bool wanted = false;
     std::uint32_t frame_revision = 0;  ///< As in the request; the highest: of no interest.
     Instant noted;
+    bool stated = false;  ///< As in the request; so is the next one.
+    std::uint32_t latest = 0;
   };
   static constexpr std::size_t kMostClaims = 4;
   /// Gaps of a contribution that are asked for at once.
   static constexpr std::size_t kMostGapsAsked = 256;
+  /// Between requests for newer statements of a far one, which its origin sends too.
+  static constexpr Duration kFarPause{8'000'000};
   /// Requests without an answer after which nobody is expected to have it.
   static constexpr std::uint32_t kPatience = 16;
 
@@ -85,7 +101,8 @@ class Repair {
                               const Ledger::Contribution& contribution) noexcept;
   [[nodiscard]] static bool lacks_versions(const Ledger::Contribution& contribution) noexcept {
     return !contribution.open || !contribution.stated ||
-           contribution.coverage.complete_to() < contribution.statement.latest ||
+           (!contribution.far &&
+            contribution.coverage.complete_to() < contribution.statement.latest) ||
            contribution.sure_frame() <
                std::max(contribution.statement.frame_revision, contribution.announced_frame);
   }
@@ -105,7 +122,8 @@ class Repair {
   Duration announce_{};
   std::span<Need> needs_;
   std::span<VersionRange> gaps_;  ///< Scratch.
-  std::span<Claim> claims_;       ///< Those in this robot's name, then those that would displace.
+  /// Those in this robot's name, then those that would displace, or are far.
+  std::span<Claim> claims_;
   Comparison comparison_{};
   RequestedContribution* requested_ = nullptr;  ///< Scratch: the one that is written.
   std::uint64_t random_ = 0;
