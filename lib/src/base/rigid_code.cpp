@@ -20,8 +20,20 @@ std::int32_t steps(double value) noexcept {
   return static_cast<std::int32_t>(value < 0.0 ? value - 0.5 : value + 0.5);
 }
 
+/// The rotation without this part, which is not 0.
+void set_rotation(const Quaternion& q, std::size_t largest, RigidCode& code) noexcept {
+  const double sign = q[largest] < 0.0 ? -1.0 : 1.0;
+  code.largest = static_cast<std::uint8_t>(largest);
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    if (i != largest) code.rotation[next++] = steps(sign * q[i] * kRotationSteps);
+  }
+}
+
 }  // namespace
 
+/// Where parts are about as large as each other, as in a quarter of a turn, rounding may make
+/// another one the largest: a transform that is that of a code gets that code.
 Result<RigidCode> encode_rigid(const Matrix34d& T) noexcept {
   if (check_rigid(T) != Status::kOk) return Status::kInvalidArgument;
   RigidCode code;
@@ -29,17 +41,19 @@ Result<RigidCode> encode_rigid(const Matrix34d& T) noexcept {
     if (!(std::abs(T(row, 3)) <= RigidCode::kMostMetres)) return Status::kInvalidArgument;
     code.translation[static_cast<std::size_t>(row)] = steps(T(row, 3) * kStepsPerMetre);
   }
-  Quaternion q = rotation_of(T);
+  constexpr double kAsLarge = 1e-6;
+  const Quaternion q = rotation_of(T);
   std::size_t largest = 0;
   for (std::size_t i = 1; i < 4; ++i) {
     if (std::abs(q[i]) > std::abs(q[largest])) largest = i;
   }
-  const double sign = q[largest] < 0.0 ? -1.0 : 1.0;
-  code.largest = static_cast<std::uint8_t>(largest);
-  std::size_t next = 0;
   for (std::size_t i = 0; i < 4; ++i) {
-    if (i != largest) code.rotation[next++] = steps(sign * q[i] * kRotationSteps);
+    if (std::abs(q[i]) < std::abs(q[largest]) - kAsLarge) continue;
+    set_rotation(q, i, code);
+    const Result<Matrix34d> decoded = decode_rigid(code);
+    if (decoded.ok() && *decoded == T) return code;
   }
+  set_rotation(q, largest, code);
   return code;
 }
 

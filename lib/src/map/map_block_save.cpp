@@ -11,18 +11,66 @@ namespace {
 
 using detail::CheckedSink;
 
-bool has_free(const LocalMap& map, const Block& block) noexcept {
-  std::array<std::byte, kBlockVoxels> passes{};
-  return block.has_free_passes() && copy_passes(map, block, passes);
-}
-
-std::uint64_t octet_mask(const LocalMap& map, const Block& block) noexcept {
-  std::uint64_t mask = 0;
-  for (int octet = 0; octet < kBlockOctets; ++octet) {
-    if (map.observed_labels(block, octet) != 0)
-      mask |= std::uint64_t{1} << static_cast<unsigned>(octet);
+/// A block of a map, by the functions that BlockSnapshot has.
+class MapBlock {
+ public:
+  MapBlock(const LocalMap& map, const Block& block) noexcept : map_(map), block_(block) {}
+  [[nodiscard]] std::uint64_t key() const noexcept { return block_.key; }
+  [[nodiscard]] std::uint32_t revision() const noexcept { return block_.revision; }
+  [[nodiscard]] std::uint8_t observed_labels(int octet) const noexcept {
+    return map_.observed_labels(block_, octet);
   }
-  return mask;
+  [[nodiscard]] VoxelEvidence evidence(int octet, int voxel) const noexcept {
+    return map_.evidence(block_, octet, voxel);
+  }
+  /// By octets. False: there are none, and into may be not set.
+  [[nodiscard]] bool passes(std::span<std::byte, kBlockVoxels> into) const noexcept {
+    return block_.has_free_passes() && copy_passes(map_, block_, into);
+  }
+
+ private:
+  const LocalMap& map_;
+  const Block& block_;
+};
+
+/// The same of a block as another thread has read it.
+class ReadBlock {
+ public:
+  explicit ReadBlock(const BlockSnapshot& block) noexcept : block_(block) {}
+  [[nodiscard]] std::uint64_t key() const noexcept { return pack(block_.coord())->bits; }
+  [[nodiscard]] std::uint32_t revision() const noexcept { return block_.revision(); }
+  [[nodiscard]] std::uint8_t observed_labels(int octet) const noexcept {
+    return block_.observed_labels(octet);
+  }
+  [[nodiscard]] VoxelEvidence evidence(int octet, int voxel) const noexcept {
+    return block_.evidence(octet, voxel);
+  }
+  [[nodiscard]] bool passes(std::span<std::byte, kBlockVoxels> into) const noexcept {
+    std::byte any{0};
+    for (int octet = 0; octet < kBlockOctets; ++octet) {
+      for (int voxel = 0; voxel < kOctetVoxels; ++voxel) {
+        const std::byte count{block_.free_passes(octet, voxel)};
+        any |= count;
+        into[static_cast<std::size_t>(octet * kOctetVoxels + voxel)] = count;
+      }
+    }
+    return any != std::byte{0};
+  }
+
+ private:
+  const BlockSnapshot& block_;
+};
+
+template <class Stored>
+detail::BlockHead head_of(const Stored& block) noexcept {
+  std::array<std::byte, kBlockVoxels> passes{};
+  detail::BlockHead head{
+      .key = block.key(), .revision = block.revision(), .free = block.passes(passes)};
+  for (int octet = 0; octet < kBlockOctets; ++octet) {
+    if (block.observed_labels(octet) != 0)
+      head.octets |= std::uint64_t{1} << static_cast<unsigned>(octet);
+  }
+  return head;
 }
 
 /// A bit for each label component with evidence, and bit 0 for the rest.
@@ -39,14 +87,15 @@ std::uint64_t present_counts(const VoxelEvidence& evidence) noexcept {
   return (present & ~std::uint64_t{1}) | (evidence.rest > 0.0F ? 1U : 0U);
 }
 
-void put_octet(const LocalMap& map, const Block& block, int octet, std::span<std::byte> buffer,
+template <class Stored>
+void put_octet(const Stored& block, int octet, std::span<std::byte> buffer,
                CheckedSink& sink) noexcept {
   ByteWriter out(buffer);
-  const unsigned observed = map.observed_labels(block, octet);
+  const unsigned observed = block.observed_labels(octet);
   out.u8(static_cast<std::uint8_t>(observed));
   for (int voxel = 0; voxel < kOctetVoxels; ++voxel) {
     if (((observed >> static_cast<unsigned>(voxel)) & 1U) == 0) continue;
-    const VoxelEvidence evidence = map.evidence(block, octet, voxel);
+    const VoxelEvidence evidence = block.evidence(octet, voxel);
     const std::uint64_t present = present_counts(evidence);
     out.u8(static_cast<std::uint8_t>(std::popcount(present)));
     for (std::uint64_t rest = present; rest != 0; rest &= rest - 1) {
@@ -72,17 +121,9 @@ struct SpanWriter {
   }
 };
 
-}  // namespace
-
-detail::BlockHead detail::head_of(const LocalMap& map, const Block& block) noexcept {
-  return {.key = block.key,
-          .revision = block.revision,
-          .free = has_free(map, block),
-          .octets = octet_mask(map, block)};
-}
-
-void detail::put_block(const LocalMap& map, const Block& block, const BlockHead& head,
-                       std::span<std::byte> buffer, CheckedSink& sink) noexcept {
+template <class Stored>
+void put_block(const Stored& block, const detail::BlockHead& head, std::span<std::byte> buffer,
+               CheckedSink& sink) noexcept {
   ByteWriter out(buffer);
   out.u64(head.key);
   out.u32(head.revision);
@@ -92,25 +133,50 @@ void detail::put_block(const LocalMap& map, const Block& block, const BlockHead&
   // Of its own, so that a reader takes no storage on the word of a damaged head.
   sink.put_crc();
   if (head.free) {
-    const std::span<std::byte> passes = buffer.first(kBlockVoxels);
-    copy_passes(map, block, passes);
+    const std::span<std::byte, kBlockVoxels> passes = buffer.first<kBlockVoxels>();
+    static_cast<void>(block.passes(passes));
     sink.put(passes);
   }
-  for (std::uint64_t rest = head.octets; rest != 0; rest &= rest - 1) {
-    put_octet(map, block, std::countr_zero(rest), buffer, sink);
-  }
+  for (std::uint64_t rest = head.octets; rest != 0; rest &= rest - 1)
+    put_octet(block, std::countr_zero(rest), buffer, sink);
   sink.put_crc();
 }
 
-std::size_t save_block(const LocalMap& map, const Block& block,
-                       std::span<std::byte> into) noexcept {
-  const detail::BlockHead head = detail::head_of(map, block);
+template <class Stored>
+std::size_t save_into(const Stored& block, std::span<std::byte> into) noexcept {
+  const detail::BlockHead head = head_of(block);
   if (head.octets == 0 && !head.free) return 0;
   SpanWriter writer{into};
   CheckedSink sink({&writer, &SpanWriter::write});
   std::array<std::byte, detail::kOctetPieceBytes> buffer{};
-  detail::put_block(map, block, head, buffer, sink);
+  put_block(block, head, buffer, sink);
   return sink.ok() ? writer.size : 0;
+}
+
+}  // namespace
+
+detail::BlockHead detail::head_of(const LocalMap& map, const Block& block) noexcept {
+  return tessera::head_of(MapBlock(map, block));
+}
+
+void detail::put_block(const LocalMap& map, const Block& block, const BlockHead& head,
+                       std::span<std::byte> buffer, CheckedSink& sink) noexcept {
+  tessera::put_block(MapBlock(map, block), head, buffer, sink);
+}
+
+std::size_t save_block(const LocalMap& map, const Block& block,
+                       std::span<std::byte> into) noexcept {
+  return save_into(MapBlock(map, block), into);
+}
+
+std::uint32_t revision_of_stored(std::span<const std::byte> bytes) noexcept {
+  ByteReader in(bytes);
+  static_cast<void>(in.u64());  // its key
+  return in.u32();
+}
+
+std::size_t save_block(const BlockSnapshot& block, std::span<std::byte> into) noexcept {
+  return block.empty() ? 0 : save_into(ReadBlock(block), into);
 }
 
 }  // namespace tessera

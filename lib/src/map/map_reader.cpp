@@ -62,6 +62,17 @@ MapReader::Outcome MapReader::try_read(BlockKey key, Copy& copy) noexcept {
 
 template <class Copy>
 MapReader::Outcome MapReader::read(BlockKey key, Copy&& copy) noexcept {
+  if (maps_ == nullptr) return read_one(key, copy);
+  map_ = &maps_->map();
+  const Outcome outcome = read_one(key, copy);
+  const LocalMap* const before = maps_->before();
+  if (outcome != Outcome::kAbsent || before == nullptr) return outcome;
+  map_ = before;
+  return read_one(key, copy);
+}
+
+template <class Copy>
+MapReader::Outcome MapReader::read_one(BlockKey key, Copy& copy) noexcept {
   for (int attempt = 0; attempt < kMaxAttempts; ++attempt) {
     const Outcome outcome = try_read(key, copy);
     if (outcome != Outcome::kTorn) return outcome;
@@ -205,6 +216,12 @@ bool MapReader::lacks(BlockCoord block) noexcept {
   const Result<BlockKey> key = pack(block);
   if (!key.ok()) return true;
   const auto nothing = [](const Block&) { return true; };
+  if (maps_ == nullptr) return try_read(*key, nothing) == Outcome::kAbsent;
+  map_ = &maps_->map();
+  if (try_read(*key, nothing) != Outcome::kAbsent) return false;
+  const LocalMap* const before = maps_->before();
+  if (before == nullptr) return true;
+  map_ = before;
   return try_read(*key, nothing) == Outcome::kAbsent;
 }
 

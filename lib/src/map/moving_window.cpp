@@ -2,7 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tessera/map/moving_window.hpp"
 
+#include <algorithm>
+#include <array>
 #include <bit>
+#include <cmath>
 
 namespace tessera {
 
@@ -12,12 +15,31 @@ namespace {
 /// farther apart than their centres and this, nor nearer than their centres less this.
 constexpr double kDiagonal = 1.7320508075688773;
 
+/// The reach of a window is drawn in by whole ones of so many rings of the same area.
+constexpr std::int64_t kRings = 64;
+
+/// Items of the storage that a block has at most.
+constexpr SlabPool::Counts kMostOfBlock{1, kBlockLayers, kBlockLayers, kBlockOctets};
+
+SlabPool::Counts ample_of(const SlabPool::Counts& reserve) noexcept {
+  SlabPool::Counts ample = kMostOfBlock;
+  for (std::size_t i = 0; i < ample.size(); ++i) ample[i] += reserve[i] + reserve[i] / 8;
+  return ample;
+}
+
 std::uint64_t larger(std::uint64_t a, std::uint64_t b) noexcept { return a < b ? b : a; }
+
+/// The root of a square, rounded down; 0 of what is below 0.
+std::uint32_t edges_of(std::int64_t square) noexcept {
+  return square <= 0 ? 0 : static_cast<std::uint32_t>(std::sqrt(static_cast<double>(square)));
+}
 
 }  // namespace
 
 void WindowReport::add(const WindowStep& step) noexcept {
   evicted += step.evicted;
+  near_evicted += step.near_evicted;
+  reach_blocks = step.reach_blocks;
   evictions_refused += step.evictions_refused;
   reloaded += step.reloaded;
   merged += step.merged;
@@ -43,8 +65,11 @@ Result<MovingWindow> MovingWindow::make(const WindowConfig& config, double resol
   const auto square = [](double blocks) { return floor_to_int64(blocks * blocks); };
   MovingWindow window;
   window.config_ = config;
+  window.reserve_ = config.reserve;
+  window.ample_ = ample_of(config.reserve);
   window.near_square_ = square(config.radius_m / edge_m + kDiagonal);
   window.far_square_ = square(far + kDiagonal);
+  window.held_square_ = window.near_square_;
   window.reach_blocks_ = floor_to_int(config.radius_m / edge_m + kDiagonal);
   return window;
 }
@@ -63,28 +88,41 @@ WindowStep MovingWindow::step(LocalMap& map, const Point3d& p_map,
   report.position = voxel.status();
   if (!voxel.ok()) return report;
   robot_ = block_of(*voxel);
+  if (draws_in()) learn(map);
   evict_far(map, archive, report);
-  if (config_.evicts_near && !map.fits(config_.reserve)) {
-    near_left_ = true;
-    evict(Which::kNear, map, archive, report);
-  }
-  if (archive.archived == nullptr || near_left_) return report;
-  reload_near(map, archive, report);
-  // What came back may have taken the room that the scan needs.
-  if (config_.keep_while_room && !keeps_all(map)) {
-    evict_far(map, archive, report);
-    report.reload_backlog = 0;
-    report.no_room = false;
+  if (config_.evicts_near) evict_near(map, archive, report);
+  report.reach_blocks = edges_of(held_square_);
+  if (archive.archived != nullptr && !near_left_) {
     reload_near(map, archive, report);
+    // What came back may have taken the room that the scan needs.
+    if (config_.keep_while_room && !keeps_all(map)) {
+      evict_far(map, archive, report);
+      report.reload_backlog = 0;
+      report.no_room = false;
+      reload_near(map, archive, report);
+    }
   }
+  if (draws_in()) left_ = map.items();
   return report;
+}
+
+void MovingWindow::learn(const LocalMap& map) noexcept {
+  if (!left_) return;
+  const SlabPool::Counts now = map.items();
+  for (std::size_t i = 0; i < now.size(); ++i) {
+    const std::uint64_t added = now[i] > (*left_)[i] ? now[i] - (*left_)[i] : 0;
+    const std::uint64_t wanted = std::min<std::uint64_t>(added + added / 2, UINT32_MAX / 2);
+    reserve_[i] = std::max(reserve_[i], static_cast<std::uint32_t>(wanted));
+  }
+  ample_ = ample_of(reserve_);
 }
 
 void MovingWindow::evict_far(LocalMap& map, const BlockArchive& archive,
                              WindowStep& report) noexcept {
   report.eviction_backlog = 0;
   if (keeps_all(map)) return;
-  evict(Which::kFar, map, archive, report);
+  Allowance far = allowance(map);
+  evict(Which::kFar, map, archive, far, report);
   if (keeps_all(map)) return;
   // What is left of them: counted in a round of its own, as the first may have gone around.
   SweepCursor cursor = cursor_;
@@ -94,33 +132,81 @@ void MovingWindow::evict_far(LocalMap& map, const BlockArchive& archive,
   });
 }
 
+MovingWindow::Allowance MovingWindow::allowance(const LocalMap& map) const noexcept {
+  const bool pressed = !has_room(map);
+  const std::uint32_t left =
+      pressed ? config_.pressed_evictions_per_step : config_.evictions_per_step;
+  // Refusals of their own, and a bucket of the index at least: a block that is refused for ever
+  // must not keep those beside it waiting.
+  return {.left = left, .refusals_left = left + BlockIndex::kBucketSlots - 1, .pressed = pressed};
+}
+
+/// What scans have added beyond the reach of before leaves first.
+void MovingWindow::evict_near(LocalMap& map, const BlockArchive& archive,
+                              WindowStep& report) noexcept {
+  if (has_room(map)) {
+    if (has_ample_room(map))
+      held_square_ = std::min(near_square_, held_square_ + near_square_ / kRings + 1);
+    return;
+  }
+  if (config_.keep_while_room) {
+    near_left_ = true;
+    held_square_ = -1;
+  }
+  Allowance near = allowance(map);
+  evict(Which::kNear, map, archive, near, report);
+  for (int drawing = 0; drawing < kDrawings; ++drawing) {
+    const bool spent = near.left == 0 || near.refusals_left == 0;
+    if (spent || held_square_ < 0 || has_room(map)) return;
+    draw_in(map, 1 << drawing);
+    evict(Which::kNear, map, archive, near, report);
+  }
+}
+
+/// Makes the reach so much less that this share of the near blocks is beyond it, and all of 8.
+void MovingWindow::draw_in(const LocalMap& map, int eighths) noexcept {
+  std::array<std::uint32_t, kRings> blocks{};
+  std::uint64_t total = 0;
+  SweepCursor cursor = cursor_;
+  map.visit_blocks(cursor, config_.entries_per_step, [&](BlockKey key, SlabHandle) {
+    const std::int64_t square = square_distance(unpack(key));
+    if (square > held_square_) return true;
+    ++blocks[static_cast<std::size_t>(square * kRings / (near_square_ + 1))];
+    ++total;
+    return true;
+  });
+  std::uint64_t beyond = 0;
+  std::int64_t ring = kRings;
+  while (ring > 0 && (beyond == 0 || beyond * 8 < total * static_cast<std::uint64_t>(eighths)))
+    beyond += blocks[static_cast<std::size_t>(--ring)];
+  // The last place that is nearer than the ring.
+  held_square_ = std::min(held_square_ - 1, (ring * (near_square_ + 1) + kRings - 1) / kRings - 1);
+}
+
 /// With WindowConfig::keep_while_room far blocks go until there is room; near ones whatever room
 /// there is.
 void MovingWindow::evict(Which which, LocalMap& map, const BlockArchive& archive,
-                         WindowStep& report) noexcept {
-  const bool pressed = !map.fits(config_.reserve);
-  std::uint32_t left = pressed ? config_.pressed_evictions_per_step : config_.evictions_per_step;
-  std::uint64_t voxels = 0;
-  // Of their own, and a bucket of the index at least: a block that is refused for ever must not
-  // keep those beside it waiting.
-  std::uint32_t refusals_left = left + BlockIndex::kBucketSlots - 1;
+                         Allowance& allowance, WindowStep& report) noexcept {
   const std::size_t seen =
       map.visit_blocks(cursor_, config_.entries_per_step, [&](BlockKey key, SlabHandle handle) {
-        const bool is_far = square_distance(unpack(key)) > far_square_;
-        if (is_far != (which == Which::kFar)) return true;
-        const bool spent = left == 0 || refusals_left == 0 || (is_far && keeps_all(map)) ||
-                           (!pressed && voxels >= config_.label_voxels_per_step);
+        const std::int64_t square = square_distance(unpack(key));
+        const bool is_far = square > far_square_;
+        if (which == Which::kFar ? !is_far : is_far || square <= held_square_) return true;
+        const bool spent =
+            allowance.left == 0 || allowance.refusals_left == 0 || (is_far && keeps_all(map)) ||
+            (!allowance.pressed && allowance.voxels >= config_.label_voxels_per_step);
         if (spent) return false;
         const Block& block = map.block_at(handle);
         const std::uint32_t label_voxels = block.label_voxels;
         if (archive.evict(archive.context, map, block)) {
           map.remove_block(handle);
           ++report.evicted;
-          --left;
-          voxels += label_voxels;
+          report.near_evicted += is_far ? 0U : 1U;
+          --allowance.left;
+          allowance.voxels += label_voxels;
         } else {
           ++report.evictions_refused;
-          --refusals_left;
+          --allowance.refusals_left;
         }
         return true;
       });
@@ -136,7 +222,8 @@ void MovingWindow::reload_region(LocalMap& map, const BlockArchive& archive, Blo
     for (std::uint64_t rest = mask[static_cast<std::size_t>(z)]; rest != 0; rest &= rest - 1) {
       const int yx = std::countr_zero(rest);
       const BlockCoord block{region.x * 8 + (yx & 7), region.y * 8 + (yx >> 3), region.z * 8 + z};
-      if (square_distance(block) > near_square_) continue;
+      if (square_distance(block) > held_square_) continue;
+      report.no_room = report.no_room || !has_ample_room(map);
       const bool spent = report.no_room || reloaded_voxels_ >= config_.label_voxels_per_step ||
                          report.reloaded + report.reloads_failed == config_.reloads_per_step;
       if (spent) {

@@ -8,7 +8,7 @@
 #include <array>
 #include <span>
 
-#include "tessera/map/local_map.hpp"
+#include "tessera/map/local_maps.hpp"
 
 namespace tessera {
 
@@ -95,6 +95,13 @@ class MapReader {
   static constexpr int kMaxAttempts = 64;
 
   explicit MapReader(const LocalMap& map) noexcept : map_(&map) {}
+  /// Of a robot that may map in submaps: of the current submap, and where that has no block, of the
+  /// one before it if that lies in the same frame. Not what is said of changes, which is of one
+  /// map.
+  explicit MapReader(const LocalMaps& maps) noexcept : map_(&maps.map()), maps_(&maps) {}
+
+  /// The map, or one of the maps, for what never changes: configuration, classes, lattice.
+  [[nodiscard]] const LocalMap& map() const noexcept { return *map_; }
 
   /// A voxel's counts, as LocalMap::evidence. Fails with kBusy iff kMaxAttempts tries did.
   [[nodiscard]] Result<VoxelEvidence> evidence(VoxelCoord voxel) noexcept;
@@ -160,6 +167,8 @@ class MapReader {
   Outcome try_read(BlockKey key, Copy& copy) noexcept;
   template <class Copy>
   Outcome read(BlockKey key, Copy&& copy) noexcept;
+  template <class Copy>
+  Outcome read_one(BlockKey key, Copy& copy) noexcept;
   /// An item of the storage, or null where a handle that is torn reaches out of it.
   template <class Item>
   [[nodiscard]] const Item* item(SlabHandle handle,
@@ -170,6 +179,7 @@ class MapReader {
                   BlockSnapshot& into) const noexcept;
 
   const LocalMap* map_;
+  const LocalMaps* maps_ = nullptr;  ///< Of which map_ is one.
   std::uint64_t retries_ = 0;
   std::uint64_t busy_ = 0;
 };

@@ -11,6 +11,8 @@
 // and, where the cap was reached, for what the cap took between.
 #pragma once
 
+#include <optional>
+
 #include "tessera/base/counters.hpp"
 #include "tessera/map/local_map.hpp"
 #include "tessera/map/window_counters.h"
@@ -43,8 +45,12 @@ struct WindowConfig {
   /// Far blocks stay while the map has room for reserve: they leave, and others come back, as
   /// memory requires it. A step then goes around twice.
   bool keep_while_room = false;
-  /// Where the map has no room for reserve after that, near blocks leave too, all that the archive
-  /// takes, and from then on none comes back: what a scan adds is all that has to fit.
+  /// Where the map has no room for reserve after that, near blocks leave too, the farthest first,
+  /// until it has: the window reaches less far, and farther again where there is room for an eighth
+  /// more than reserve. Blocks come back while there is. reserve is then at least three halves of
+  /// what the map was found to grow by from one step to the next. With keep_while_room all leave
+  /// that the archive takes, and from then on none comes back: what a scan adds is all that has to
+  /// fit.
   bool evicts_near = false;
 };
 
@@ -78,11 +84,13 @@ struct WindowStep {
   std::uint32_t entries = 0;      ///< Of the index, looked at.
   std::uint32_t regions = 0;      ///< Of the archive, looked at.
   std::uint32_t evicted = 0;
+  std::uint32_t near_evicted = 0;       ///< Of these, within the window.
+  std::uint32_t reach_blocks = 0;       ///< How far the window reaches now.
   std::uint32_t evictions_refused = 0;  ///< By the archive: the blocks stay in the map.
   std::uint32_t reloaded = 0;
   std::uint32_t merged = 0;          ///< Of these, added to a block that the map had.
   std::uint32_t reloads_failed = 0;  ///< For other reasons than lack of room.
-  bool no_room = false;              ///< The map had no room for a block that should come back.
+  bool no_room = false;              ///< There was no room for a block that should come back.
   /// Blocks seen that should go and are still there, and that should come back and did not. All of
   /// them, where entries and regions a step cover the map and the window.
   std::uint32_t eviction_backlog = 0;
@@ -115,17 +123,41 @@ class MovingWindow {
   /// more that the archive refuses, regions_per_step regions of 512 bits tested, reloads_per_step
   /// blocks asked back. While there is room for reserve, no further block after
   /// label_voxels_per_step voxels in those handed out, and always in those asked back. Where near
-  /// blocks leave, keys, blocks handed out and refusals once more. No memory of its own.
+  /// blocks leave, blocks handed out and refusals once more, and keys 2 kDrawings + 1 times more.
+  /// No memory of its own.
   WindowStep step(LocalMap& map, const Point3d& p_map, const BlockArchive& archive) noexcept;
+  /// The map has room for the reserve.
+  [[nodiscard]] bool has_room(const LocalMap& map) const noexcept { return map.fits(reserve_); }
 
  private:
   enum class Which : std::uint8_t { kFar, kNear };
+  /// How many blocks may still leave in a step.
+  struct Allowance {
+    std::uint32_t left = 0;
+    std::uint32_t refusals_left = 0;
+    bool pressed = false;
+    std::uint64_t voxels = 0;
+  };
+  static constexpr int kDrawings = 4;  ///< In a step, of an eighth of the blocks up to all of them.
   [[nodiscard]] std::int64_t square_distance(BlockCoord block) const noexcept;
   [[nodiscard]] bool keeps_all(const LocalMap& map) const noexcept {
-    return config_.keep_while_room && map.fits(config_.reserve);
+    return config_.keep_while_room && has_room(map);
   }
+  /// There is room for what comes back and for the scan.
+  [[nodiscard]] bool has_ample_room(const LocalMap& map) const noexcept {
+    return !draws_in() || map.fits(ample_);
+  }
+  /// Near blocks leave and come back.
+  [[nodiscard]] bool draws_in() const noexcept {
+    return config_.evicts_near && !config_.keep_while_room;
+  }
+  void learn(const LocalMap& map) noexcept;
+  [[nodiscard]] Allowance allowance(const LocalMap& map) const noexcept;
   void evict_far(LocalMap& map, const BlockArchive& archive, WindowStep& report) noexcept;
-  void evict(Which which, LocalMap& map, const BlockArchive& archive, WindowStep& report) noexcept;
+  void evict_near(LocalMap& map, const BlockArchive& archive, WindowStep& report) noexcept;
+  void draw_in(const LocalMap& map, int eighths) noexcept;
+  void evict(Which which, LocalMap& map, const BlockArchive& archive, Allowance& allowance,
+             WindowStep& report) noexcept;
   void reload_near(LocalMap& map, const BlockArchive& archive, WindowStep& report) noexcept;
   void reload_region(LocalMap& map, const BlockArchive& archive, BlockCoord region,
                      WindowStep& report) noexcept;
@@ -133,8 +165,12 @@ class MovingWindow {
                     WindowStep& report) noexcept;
 
   WindowConfig config_{};
-  std::int64_t near_square_ = 0;  ///< Between the centres of blocks, in blocks.
+  SlabPool::Counts reserve_{};
+  SlabPool::Counts ample_{};  ///< More than the reserve, so that few blocks come and go.
+  std::optional<SlabPool::Counts> left_{};  ///< What the last step left in use.
+  std::int64_t near_square_ = 0;            ///< Between the centres of blocks, in blocks.
   std::int64_t far_square_ = 0;
+  std::int64_t held_square_ = 0;  ///< As near_square_, where memory is short: less, down to -1.
   std::int32_t reach_blocks_ = 0;
   BlockCoord robot_{};
   bool near_left_ = false;  ///< Near blocks had to leave.

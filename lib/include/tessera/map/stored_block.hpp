@@ -8,6 +8,7 @@
 #include <span>
 
 #include "tessera/map/map_file.hpp"
+#include "tessera/map/map_reader.hpp"
 
 namespace tessera {
 
@@ -27,6 +28,12 @@ constexpr std::size_t one_block_storage(TuplePolicy tuple, int num_components) n
 /// Writes a block of the map. Returns the bytes written: 0 iff the block holds no evidence, or more
 /// than into.size() are needed; most_block_bytes is always enough. O(512 + observed voxels * C).
 std::size_t save_block(const LocalMap& map, const Block& block, std::span<std::byte> into) noexcept;
+
+/// The same bytes for a block as another thread has read it.
+std::size_t save_block(const BlockSnapshot& block, std::span<std::byte> into) noexcept;
+
+/// The revision of a block that save_block wrote: see Block::revision. bytes: of one. O(1).
+std::uint32_t revision_of_stored(std::span<const std::byte> bytes) noexcept;
 
 /// Adds a block that save_block wrote to the map, opening it if it is not there: see
 /// LocalMap::merge; the block's revision is the later one. Fails with kResourceExhausted iff

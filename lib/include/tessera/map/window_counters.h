@@ -22,4 +22,9 @@
   ROW(LEVEL, uint64_t, most_evicted, "Most blocks that left in one step.")                        \
   ROW(LEVEL, uint64_t, most_reloaded, "Most blocks that were loaded in one step.")                \
   ROW(COUNTER, uint64_t, lost_blocks,                                                             \
-      "Blocks that left without an archive: their evidence is lost.")
+      "Blocks that left without an archive: their evidence is lost.")                             \
+  ROW(COUNTER, uint64_t, near_evicted,                                                            \
+      "Of those that left, blocks within the window: the farthest first, as memory was short.")   \
+  ROW(LEVEL, uint64_t, reach_blocks,                                                              \
+      "How far the window reached in the last step, in edges of a block: less than it may where " \
+      "memory is short.")

@@ -36,6 +36,8 @@ class SubmapCutter {
     way_m_ = 0.0;
     since_us_ = last_us_;
   }
+  /// The current submap is one of an earlier start, in which the robot drove so far.
+  void resume(double way_m) noexcept { way_m_ = way_m >= 0.0 ? way_m : 0.0; }
   /// Of the submap so far.
   [[nodiscard]] double way_m() const noexcept { return way_m_; }
 

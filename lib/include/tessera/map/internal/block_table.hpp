@@ -103,6 +103,11 @@ class BlockTable {
   [[nodiscard]] bool fits_or_refuse(const SlabPool::Counts& wanted) noexcept {
     return pool_.fits_or_refuse(wanted);
   }
+  /// Items of each size that are in use.
+  [[nodiscard]] SlabPool::Counts items() const noexcept {
+    return {pool_.items(kBlockSlab), pool_.items(kLabelSlab), pool_.items(kFreeSlab),
+            pool_.items(kOctetSlab)};
+  }
 
   // --- Opening and closing blocks ----------------------------------------------------------------
 
