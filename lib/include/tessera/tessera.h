@@ -138,21 +138,70 @@ tessera_status tessera_send(tessera_robot* robot, int64_t now_us, void* into, si
 tessera_status tessera_fuse(tessera_robot* robot, uint64_t work, uint64_t* done);
 /// 1 iff nothing waits to be published or fused, and there were ticks since the last scan.
 tessera_status tessera_is_idle(const tessera_robot* robot, uint32_t* idle);
+/// Places to which the robot is going, 3 numbers each in metres of the global frame: what others
+/// have published within reach_m of the first 15 of them is held as what is near the robot is. They
+/// replace those of before; count 0: none. TESSERA_INVALID_ARGUMENT iff a number is not finite.
+tessera_status tessera_set_route(tessera_robot* robot, uint32_t count, const double* p_global);
 /// Says with the next datagram that this robot says no more.
 tessera_status tessera_leave(tessera_robot* robot);
 /// Takes all of another robot out of the global map, and hears it no more. TESSERA_INVALID_ARGUMENT
 /// iff it is this one; TESSERA_RESOURCE_EXHAUSTED iff sixteen are excluded.
 tessera_status tessera_exclude(tessera_robot* robot, uint32_t excluded);
 
-/// Ends the submap and begins another one, with its own frame (12 numbers, [R | t], rows first):
-/// what is not published of the old one is published by the next ticks, then the local map begins
-/// anew, at the latest after submap_ticks; tessera_submap says when. Until then scans are of the
-/// old one. Fails with TESSERA_INVALID_ARGUMENT iff it is no rigid transform; TESSERA_BUSY iff a
-/// submap is ending.
+/// The next scan is the first of another submap, with its own frame (12 numbers, [R | t], rows
+/// first); the local map is empty then, and the old one is published whole by the next ticks, at
+/// the latest after submap_ticks. A scan that comes while the submap before the old one is still
+/// published is of the old one. Fails with TESSERA_INVALID_ARGUMENT iff most_submaps is 0, or it is
+/// no rigid transform; TESSERA_BUSY iff one that was asked for has not begun.
 tessera_status tessera_new_submap(tessera_robot* robot, const double* T_global_map);
 /// Moves a submap of this start, with nothing sent anew but its frame. TESSERA_INVALID_ARGUMENT iff
 /// there is no such submap, or it is no rigid transform.
 tessera_status tessera_set_frame(tessera_robot* robot, uint32_t submap, const double* T_global_map);
+/// Moves the submaps of this start to where a corrected trajectory has them; others receive
+/// the frames alone. stamps_us: ascending, in the clock of tessera_scan's now_us. T_world_sensor:
+/// 12 numbers for each, in the world that T_global_map of the configuration places. revision: above
+/// that of the last correction. What came of it, tessera_submap says. TESSERA_INVALID_ARGUMENT, and
+/// nothing was changed, iff count is 0, stamps do not ascend, a pose is not rigid or over 524 km
+/// away, or the revision is not above. O(submaps log(count) + count).
+tessera_status tessera_correct(tessera_robot* robot, uint32_t revision, uint32_t count,
+                               const int64_t* stamps_us, const double* T_world_sensor);
+/// The same by frames of submaps: each of a submap of this start, and none twice.
+tessera_status tessera_correct_frames(tessera_robot* robot, uint32_t revision, uint32_t count,
+                                      const uint32_t* submaps, const double* T_world_map);
+
+// --- Maps of earlier days -------------------------------------------------------------------
+//
+// A map file, of this or another robot, is shared beside the robot's own map. Its evidence is
+// multiplied by a weight and counts once, however many robots load the same file; of all together
+// no more than a quarter of max_evidence counts in a voxel (docs/design/theory.md). Those of an
+// earlier epoch of this robot end when it starts.
+
+/// Memory that tessera_open_session needs for the file. read: as tessera_load_map. Fails with
+/// TESSERA_TRUNCATED, TESSERA_CORRUPT, TESSERA_UNSUPPORTED.
+tessera_status tessera_session_bytes(tessera_robot* robot,
+                                     size_t (*read)(void* context, uint8_t* into, size_t capacity),
+                                     void* context, uint64_t* bytes);
+/// Reads the file, from its begin, into memory, which must be aligned to TESSERA_ALIGNMENT and stay
+/// until all is published. weight: above 0, at most 1; date_s: of the map; T_global_map: 12
+/// numbers, rows first, or NULL: the identity. Fails as tessera_session_bytes, and with
+/// TESSERA_BUSY iff another one is being published; TESSERA_MISMATCH iff resolution, classes or the
+/// weight of a free pass are not the robot's; TESSERA_UNSUPPORTED iff the file is in submaps;
+/// TESSERA_INVALID_ARGUMENT iff one with its content is shared, or it is no frame;
+/// TESSERA_RESOURCE_EXHAUSTED iff bytes are too few, 8 are shared, 16 were opened, or there is no
+/// place for a contribution. O(file).
+tessera_status tessera_open_session(tessera_robot* robot,
+                                    size_t (*read)(void* context, uint8_t* into, size_t capacity),
+                                    void* context, void* memory, uint64_t bytes, double weight,
+                                    int64_t date_s, const double* T_global_map, uint32_t* number);
+/// Publishes the next blocks of the session that was opened last; left: how many are left. Once it
+/// is 0 the memory is free. Fails with TESSERA_INVALID_ARGUMENT iff none is left to be published.
+tessera_status tessera_publish_session(tessera_robot* robot, uint32_t blocks, uint32_t* left);
+/// It counts no more; ticks free what it takes, here and with the others. TESSERA_INVALID_ARGUMENT
+/// iff there is none of that number.
+tessera_status tessera_remove_session(tessera_robot* robot, uint32_t number);
+/// The session of that place, from 0. TESSERA_OUT_OF_RANGE iff there are not so many.
+tessera_status tessera_session_at(const tessera_robot* robot, uint32_t index,
+                                  tessera_session* session);
 
 // --- Reports --------------------------------------------------------------------------------
 

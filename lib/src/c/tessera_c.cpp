@@ -12,6 +12,9 @@ using namespace tessera::c_interface;
 
 namespace {
 
+/// Of a transform.
+constexpr std::size_t kNumbers = 12;
+
 bool all_or_none(bool first, bool second, bool third) noexcept {
   return first == second && second == third;
 }
@@ -130,8 +133,9 @@ tessera_status tessera_integrate(tessera_robot* robot, const tessera_scan* scan,
                       .components = given.components,
                       .weights = given.weights};
   Robot& core = *robot->robot;
-  const ScanReport from = given.due_us == 0 ? core.integrate(view, given.now_us)
-                                            : core.integrate_until(view, given.due_us);
+  const ScanReport from = given.due_us == 0
+                              ? core.integrate(view, given.now_us)
+                              : core.integrate_until(view, given.due_us, given.now_us);
   if (report == nullptr) return TESSERA_OK;
   tessera_scan_report filled{};
   filled.pose = static_cast<std::uint32_t>(from.pose);
@@ -206,6 +210,37 @@ tessera_status tessera_set_frame(tessera_robot* robot, uint32_t submap,
                                  const double* T_global_map) {
   if (!is_robot(robot) || T_global_map == nullptr) return TESSERA_INVALID_ARGUMENT;
   return status_of(robot->robot->set_frame(submap, matrix_of(T_global_map)));
+}
+
+tessera_status tessera_set_route(tessera_robot* robot, uint32_t count, const double* p_global) {
+  if (!is_robot(robot) || (count != 0 && p_global == nullptr)) return TESSERA_INVALID_ARGUMENT;
+  std::array<Point3d, Sharer::kMostRoute> places;
+  const std::size_t used = std::min(size_of(count), places.size());
+  for (std::size_t i = 0; i < used; ++i) {
+    places[i] = Point3d(p_global[3 * i], p_global[3 * i + 1], p_global[3 * i + 2]);
+    if (!places[i].allFinite()) return TESSERA_INVALID_ARGUMENT;
+  }
+  robot->robot->set_route(std::span(places).first(used));
+  return TESSERA_OK;
+}
+
+tessera_status tessera_correct(tessera_robot* robot, uint32_t revision, uint32_t count,
+                               const int64_t* stamps_us, const double* T_world_sensor) {
+  if (!is_robot(robot) || count == 0 || stamps_us == nullptr || T_world_sensor == nullptr)
+    return TESSERA_INVALID_ARGUMENT;
+  const CorrectedTrajectory trajectory{
+      .stamps_us = {stamps_us, count},
+      .T_world_sensor = {T_world_sensor, kNumbers * size_of(count)}};
+  return status_of(robot->robot->correct(trajectory, revision).status);
+}
+
+tessera_status tessera_correct_frames(tessera_robot* robot, uint32_t revision, uint32_t count,
+                                      const uint32_t* submaps, const double* T_world_map) {
+  if (!is_robot(robot) || count == 0 || submaps == nullptr || T_world_map == nullptr)
+    return TESSERA_INVALID_ARGUMENT;
+  const CorrectedFrames frames{.submaps = {submaps, count},
+                               .T_world_map = {T_world_map, kNumbers * size_of(count)}};
+  return status_of(robot->robot->correct(frames, revision).status);
 }
 
 }  // extern "C"

@@ -23,6 +23,7 @@ struct tessera_robot {
   std::span<std::uint64_t> workspace{};       ///< Of searches: a block as it is read.
   tessera::StoredArchive* archive = nullptr;  ///< Of a window, with what a whole map is read by.
   tessera::LocalMap* cache = nullptr;
+  struct tessera_loaded_session* session = nullptr;  ///< That is being published.
 };
 
 namespace tessera::c_interface {

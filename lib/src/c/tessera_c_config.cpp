@@ -66,8 +66,14 @@ void for_fields_of_sharing(tessera_config& c, RobotConfig& core, Visit&& visit) 
   visit(c.tick_compared, core.budget.compared);
   visit(c.tick_label_bytes, core.budget.label_bytes);
   visit(c.tick_free_bytes, core.budget.free_bytes);
-  visit(c.submap_length_m, core.submap_length_m);
+  visit(c.submap_length_m, core.submap_cuts.length_m);
   visit(c.submap_ticks, core.submap_ticks);
+  visit(c.most_submaps, core.most_submaps);
+  visit(c.first_submap, core.first_submap);
+  visit(c.submap_time_us, core.submap_cuts.time_us);
+  visit(c.submap_jump_m, core.submap_cuts.jump_m);
+  visit(c.reach_m, core.reach_m);
+  visit(c.far_contributions, core.exchange.far_contributions);
   visit(c.contributions, core.exchange.contributions);
   visit(c.own_contributions, core.exchange.own_contributions);
   visit(c.peers, core.exchange.peers);
@@ -128,7 +134,7 @@ bool are_kinds(const tessera_config& c) noexcept {
          c.diffusion <= TESSERA_NO_DIFFUSION && c.edge <= TESSERA_EDGE_CONFIDENCE &&
          c.free_space <= 1 && c.fill_one_label <= 1 && c.near_first <= 1 && c.whole_map <= 1 &&
          c.fill_neighbours <= 7 && c.block_edge <= 4 && c.conflicts <= 1 && c.reserved == 0 &&
-         c.reserved_2 == 0 && c.reserved_3 == 0;
+         c.reserved_2 == 0 && c.reserved_3 == 0 && c.reserved_4 == 0;
 }
 
 /// What required_bytes can compute with.

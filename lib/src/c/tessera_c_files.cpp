@@ -1,31 +1,12 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // The C interface: maps as files, through functions of the program.
+#include "file_of_c.hpp"
 #include "tessera/map/queries.hpp"
 #include "tessera_c.hpp"
 
 using namespace tessera;
 using namespace tessera::c_interface;
-
-/// Outside of the library's namespace, as CallbacksOfC.
-struct FileOfC {
-  int32_t (*write)(void* context, const uint8_t* bytes, size_t count) = nullptr;
-  size_t (*read)(void* context, uint8_t* into, size_t capacity) = nullptr;
-  void* context = nullptr;
-
-  static bool write_bytes(void* file, std::span<const std::byte> bytes) {
-    const auto& to = *static_cast<const FileOfC*>(file);
-    return to.write(to.context, reinterpret_cast<const std::uint8_t*>(bytes.data()),
-                    bytes.size()) == 1;
-  }
-  static std::size_t read_bytes(void* file, std::span<std::byte> into) {
-    const auto& from = *static_cast<const FileOfC*>(file);
-    const std::size_t count =
-        from.read(from.context, reinterpret_cast<std::uint8_t*>(into.data()), into.size());
-    // What claims to have given more than there is room for has given nothing of use.
-    return count <= into.size() ? count : 0;
-  }
-};
 
 namespace {
 
@@ -99,7 +80,10 @@ tessera_status tessera_save_map(tessera_robot* robot, uint32_t map, void* worksp
     identity.robot = robot->robot->config().exchange.robot;
     identity.epoch = robot->robot->config().epoch;
     identity.has_T_global_map = true;
-    identity.T_global_map = robot->robot->sharer().frame();
+    const Sharer& sharer = robot->robot->sharer();
+    const std::uint32_t submap = robot->robot->maps().number();
+    const bool is_open = submap == sharer.submap().submap || !sharer.frames().has(submap);
+    identity.T_global_map = is_open ? sharer.frame() : sharer.frame_of(submap);
   }
   FileOfC file{.write = write, .context = context};
   return status_of(

@@ -106,7 +106,7 @@ tessera_status tessera_reader_make(const tessera_robot* robot, tessera_reader* r
   if (!is_robot(robot) || reader == nullptr) return TESSERA_INVALID_ARGUMENT;
   const Robot& core = *robot->robot;
   ::new (static_cast<void*>(reader))
-      Reader{.local = MapReader(core.map()), .global = GlobalReader(core.global())};
+      Reader{.local = MapReader(core.maps()), .global = GlobalReader(core.global())};
   return TESSERA_OK;
 }
 

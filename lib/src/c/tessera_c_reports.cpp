@@ -27,6 +27,12 @@ tessera_status tessera_submap(const tessera_robot* robot, tessera_submap_report*
   filled.cut_short = from.cut_short;
   filled.lost_blocks = from.lost_blocks;
   filled.last = static_cast<std::uint32_t>(from.last);
+  filled.mapping = robot->robot->maps().number();
+  filled.revision = from.revision;
+  filled.corrections = from.corrections;
+  filled.refused_corrections = from.refused_corrections;
+  filled.refused_frames = from.refused_frames;
+  filled.corrected_most_m = from.corrected_most_m;
   fill(filled, report);
   return TESSERA_OK;
 }

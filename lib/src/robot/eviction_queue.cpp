@@ -117,16 +117,11 @@ void EvictionQueue::take(const Note& note) noexcept {
   }
 }
 
-/// Unless a submap begins, what others have of archived blocks is wrong from now on.
+/// What others have of archived blocks is wrong from now on.
 void EvictionQueue::take_cleared() noexcept {
   leaving_count_ = returned_count_ = 0;
   unpublished_ = 0;
-  if (submap_begins_) {
-    submap_begins_ = false;
-    away_.clear();
-  } else {
-    away_.for_each([this](BlockKey key, std::uint32_t) { away_.assign(key, kWithdrawn); });
-  }
+  away_.for_each([this](BlockKey key, std::uint32_t) { away_.assign(key, kWithdrawn); });
   withdrawn_ = away_.size();
 }
 

@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tessera/robot/robot.hpp"
 
-#include "tessera/base/assert.hpp"
-
 namespace tessera {
 
 Result<Robot*> Robot::make(Arena& arena, const RobotConfig& config, const ClassTable& classes,
@@ -22,19 +20,26 @@ Result<Robot*> Robot::make(Arena& arena, const RobotConfig& config, const ClassT
     (*mapper)->set_eviction_queue(*evictions);
     (*sharer)->set_eviction_queue(*evictions);
   }
+  (*mapper)->maps().require(LocalMaps::User::kPublishing);
   robot.config_ = config;
   robot.mapper_ = *mapper;
   robot.sharer_ = *sharer;
   return &robot;
 }
 
-PublisherReport Robot::tick(std::int64_t now_us) noexcept {
-  const PublisherReport report = sharer_->tick(mapper_->map(), now_us);
-  if (!sharer_->submap_due() || sharer_->open_submap(map()) != Status::kOk) return report;
-  const bool cleared = mapper_->clear();  // there is room for a note: the tick took all
-  TESSERA_ASSERT(cleared);
-  static_cast<void>(cleared);
+ScanReport Robot::noted(const ScanView& scan, std::int64_t stamp_us,
+                        const ScanReport& report) noexcept {
+  if (report.pose == Status::kOk)
+    sharer_->note_scan(mapper_->maps(), mapper_->maps().number(), stamp_us, scan.T_map_sensor);
   return report;
+}
+
+Status Robot::new_submap(const Matrix34d& T_global_map) noexcept {
+  if (!mapper_->maps().in_submaps()) return Status::kInvalidArgument;
+  if (mapper_->ends_submap()) return Status::kBusy;
+  const Status status = sharer_->set_next_frame(mapper_->maps(), T_global_map);
+  if (status == Status::kOk) mapper_->end_submap(std::nullopt);
+  return status;
 }
 
 }  // namespace tessera

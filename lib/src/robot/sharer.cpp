@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "tessera/base/internal/put_in_place.hpp"
+#include "tessera/base/rigid.hpp"
 
 namespace tessera {
 
@@ -24,7 +25,22 @@ Status Sharer::set_up(Arena& arena, const RobotConfig& config, const ClassTable&
   }
   if (status != Status::kOk) return status;
   if (config.floor != 0) exchange_.set_floor(config.floor);
-  return exchange_.open(config.epoch, 0, config.T_global_map);
+  Result<SubmapFrames> frames = SubmapFrames::make(arena, most_frames(config), config.first_submap);
+  if (!frames.ok()) return frames.status();
+  frames_ = *frames;
+  if (config.submaps_before != 0) {
+    const Result<BlockContent> block = BlockContent::make(arena, components);
+    if (!block.ok()) return block.status();
+    earlier_ = *block;
+  }
+  status = exchange_.open(config.epoch, config.first_submap, config.T_global_map);
+  if (status != Status::kOk) return status;
+  const Result<MapSessions> sessions =
+      MapSessions::make(arena, exchange_, global_, components, config.keep_sessions);
+  if (!sessions.ok()) return sessions.status();
+  sessions_ = *sessions;
+  if (!config.keep_sessions) sessions_.end_earlier();
+  return status;
 }
 
 Result<Sharer*> Sharer::make(Arena& arena, const RobotConfig& config, const ClassTable& classes,
@@ -33,51 +49,85 @@ Result<Sharer*> Sharer::make(Arena& arena, const RobotConfig& config, const Clas
   const std::span<Sharer> place = arena.take<Sharer>(1);
   if (place.empty()) return Status::kResourceExhausted;
   Sharer& sharer = place.front();
-  if (config.submap_ticks == 0 || !(config.submap_length_m >= 0.0)) return Status::kInvalidArgument;
+  if (config.submap_ticks == 0 || !(config.reach_m >= 0.0) ||
+      (config.reach_m > 0.0 && config.exchange.far_contributions == 0))
+    return Status::kInvalidArgument;
   const Status status = sharer.set_up(arena, config, classes, keys);
   if (status != Status::kOk) return status;
   sharer.budget_ = config.budget;
-  sharer.frame_ = config.T_global_map;
+  sharer.frame_ = sharer.T_global_world_ = config.T_global_map;
   sharer.resolution_m_ = config.map.resolution_m;
   sharer.work_per_tick_ = config.work_per_tick;
   sharer.near_first_ = config.near_first;
+  sharer.reach_m_ = config.reach_m;
   sharer.submap_ticks_ = config.submap_ticks;
-  sharer.cutter_ = SubmapCutter({.length_m = config.submap_length_m});
+  sharer.submaps_before_ = config.submaps_before;
   sharer.submap_.epoch = config.epoch;
+  sharer.submap_.submap = sharer.first_in_epoch_ = config.first_submap;
+  sharer.first_of_start_ = config.first_submap;
   const int components = classes.num_components();
   sharer.scratch_bytes_ = Publisher::required_bytes(config.publisher, components) +
-                          Exchange::required_bytes(config.exchange, components);
+                          Exchange::required_bytes(config.exchange, components) +
+                          SubmapFrames::required_bytes(most_frames(config));
   return &sharer;
 }
 
-void Sharer::set_focus(const Point3d& p_map) noexcept {
+void Sharer::note_scan(const LocalMaps& maps, std::uint32_t submap, std::int64_t stamp_us,
+                       const Matrix34d& T_map_sensor) noexcept {
   ticks_since_scan_ = 0;
-  const Lattice local(resolution_m_);
-  if (const auto voxel = local.voxel_of(round_to_float(p_map)); voxel.ok()) {
-    publisher_.set_focus(block_of(*voxel));
-    note_way(p_map);
-  }
+  follow(maps);
+  const Point3d p_map = T_map_sensor.col(3);
+  const auto voxel = Lattice(resolution_m_).voxel_of(round_to_float(p_map));
+  if (!voxel.ok()) return;
+  publisher_.set_focus(block_of(*voxel));
+  frames_.note(submap, stamp_us, T_map_sensor);
+  const Point3d p_global = apply(frames_.has(submap) ? frame_of(submap) : frame_, p_map);
+  places_.front() = p_global;
+  has_place_ = true;
+  set_reach();
   if (!near_first_) return;
-  const Point3d p_global = frame_.leftCols<3>() * p_map + frame_.col(3);
-  const auto voxel = global_.map().lattice().voxel_of(round_to_float(p_global));
-  if (voxel.ok()) global_.set_focus(block_of(*voxel));
+  const auto global = global_.map().lattice().voxel_of(round_to_float(p_global));
+  if (global.ok()) global_.set_focus(block_of(*global));
 }
 
-void Sharer::note_way(const Point3d& p_map) noexcept {
-  if (!cutter_.note(p_map, 0) || submap_.ending) return;
-  // One that is refused is asked for again after the same way.
-  cutter_.begin();
-  submap_.last = request_submap(frame_);
-  flush_.keeps_frame = submap_.last == Status::kOk;
+void Sharer::set_route(std::span<const Point3d> p_global) noexcept {
+  route_ = std::min(p_global.size(), kMostRoute);
+  std::copy_n(p_global.begin(), route_, places_.begin() + 1);
+  set_reach();
 }
 
-PublisherReport Sharer::tick(const LocalMap& map, std::int64_t now_us) noexcept {
+void Sharer::set_reach() noexcept {
+  if (reach_m_ == 0.0) return;
+  const std::size_t first = has_place_ ? 0 : 1;
+  exchange_.set_reach(std::span(places_).subspan(first, route_ + 1 - first),
+                      reach_m_ + global_.dependence_m());
+}
+
+/// A submap has its frame from when it begins, so that it can be moved before it is opened.
+void Sharer::follow(const LocalMaps& maps) noexcept {
+  if (frames_.follow(maps, T_world_map_next_)) T_world_map_next_.reset();
+}
+
+Matrix34d Sharer::frame_of(std::uint32_t submap) const noexcept {
+  return product(T_global_world_, frames_.frame(submap));
+}
+
+PublisherReport Sharer::tick(LocalMaps& maps, std::int64_t now_us) noexcept {
   ++ticks_since_scan_;
   work_left_ = work_per_tick_;
+  follow(maps);
+  if (continues_ && ++ticks_ % kTicksOfEarlier == 0) move_earlier();
+  if (!submap_.ending && maps.number() != submap_.submap) {
+    submap_.ending = true;
+    ticks_left_ = submap_ticks_;
+  }
+  sessions_.tick();
+  const LocalMap& map = maps.of(submap_.submap);
   PublisherReport report;
-  if (!flush_.due) {
-    report = publish(map, now_us);
-    note_flush(map);
+  if (!submap_.ending || ticks_left_ != 0) report = publish(map, now_us);
+  if (submap_.ending) {
+    ticks_left_ -= ticks_left_ != 0 ? 1U : 0U;
+    if (ticks_left_ == 0 || is_published(map)) open_next(maps);
   }
   fuse();
   return report;
@@ -99,68 +149,110 @@ PublisherReport Sharer::publish(const LocalMap& map, std::int64_t now_us) noexce
   return report;
 }
 
-void Sharer::note_flush(const LocalMap& map) noexcept {
-  if (!submap_.ending) return;
-  // A round takes several ticks where the index is long: what it has passed may have changed again.
-  const bool noted =
-      publisher_.rounds() >= flush_.rounds && publisher_.noted_stamp() == MapReader(map).stamp();
-  --flush_.ticks_left;
-  const bool withdraws = evictions_ != nullptr && evictions_->is_withdrawing();
-  flush_.due = flush_.ticks_left == 0 || (noted && !withdraws && publisher_.waiting() == 0);
+/// Nothing writes to it any more: a round that began after its last stamp has seen all.
+bool Sharer::is_published(const LocalMap& map) noexcept {
+  return publisher_.noted_stamp() == MapReader(map).stamp() && publisher_.waiting() == 0;
 }
 
-Status Sharer::request_submap(const Matrix34d& T_global_map) noexcept {
-  if (submap_.ending) return Status::kBusy;
-  if (!GridTransform::make(T_global_map, resolution_m_).ok()) return Status::kInvalidArgument;
-  if (submap_.submap == UINT32_MAX) return Status::kResourceExhausted;
-  submap_.ending = true;
-  cutter_.begin();
-  flush_ = {.T_global_map = T_global_map,
-            // The round at hand may have passed what the last scan changed.
-            .rounds = publisher_.rounds() + 2,
-            .ticks_left = submap_ticks_};
-  return Status::kOk;
-}
-
-Status Sharer::open_submap(const LocalMap& map) noexcept {
-  if (!flush_.due) return Status::kInvalidArgument;
-  flush_.due = submap_.ending = false;
-  submap_.last = exchange_.open(submap_.epoch, submap_.submap + 1, flush_.T_global_map);
-  if (submap_.last != Status::kOk) return submap_.last;
+void Sharer::open_next(LocalMaps& maps) noexcept {
+  const LocalMap& ended = maps.of(submap_.submap);
+  ticks_left_ = 0;
+  follow(maps);  // it may have begun within this tick
+  Matrix34d T_global_map = frame_of(submap_.submap + 1);
+  // A correction may have moved it out of the grid.
+  if (!GridTransform::make(T_global_map, resolution_m_).ok()) {
+    T_global_map = frame_;
+    ++submap_.refused_frames;
+  }
+  // If there is no place for it, the next tick tries again; nothing is published meanwhile.
+  submap_.last = exchange_.open(submap_.epoch, submap_.submap + 1, T_global_map);
+  if (submap_.last != Status::kOk) return;
+  const std::optional<std::uint64_t> unnoted = publisher_.unnoted(ended);
+  submap_.lost_blocks += publisher_.waiting() + unnoted.value_or(0);
+  submap_.cut_short += publisher_.noted_stamp() != MapReader(ended).stamp() || !unnoted ? 1U : 0U;
+  publisher_.clear();
   ++submap_.submap;
   ++submap_.opened;
-  const std::optional<std::uint64_t> unnoted = publisher_.unnoted(map);
-  submap_.lost_blocks += publisher_.waiting() + unnoted.value_or(0);
-  if (evictions_ != nullptr) {
-    submap_.lost_blocks += evictions_->unpublished();
-    evictions_->begin_submap();
-  }
-  submap_.cut_short += publisher_.rounds() < flush_.rounds || !unnoted ? 1U : 0U;
-  frame_ = flush_.T_global_map;
-  publisher_.clear();
-  return Status::kOk;
+  submap_.ending = false;
+  frame_ = T_global_map;
+  maps.note_done(LocalMaps::User::kPublishing);
 }
 
 Status Sharer::reopen(std::uint32_t epoch, std::uint32_t floor) noexcept {
   exchange_.set_floor(floor);
-  const Status status = exchange_.open(epoch, 0, frame_);
+  const Status status = exchange_.open(epoch, submap_.submap, frame_);
   if (status != Status::kOk) return status;
   submap_.epoch = epoch;
-  submap_.submap = 0;
-  submap_.ending = false;
+  if (submap_.ending) ticks_left_ = submap_ticks_;
+  first_in_epoch_ = submap_.submap;
   ++submap_.reopened;
-  flush_ = {};
   publisher_.clear();
+  sessions_.begin_epoch();
   if (evictions_ != nullptr) evictions_->begin_epoch();
   return status;
 }
 
+Status Sharer::set_next_frame(const LocalMaps& maps, const Matrix34d& T_global_map) noexcept {
+  follow(maps);
+  const Matrix34d T_world_map = product(inverse(T_global_world_), T_global_map);
+  if (!GridTransform::make(T_global_map, resolution_m_).ok() || !encode_rigid(T_world_map).ok())
+    return Status::kInvalidArgument;
+  T_world_map_next_ = T_world_map;
+  return Status::kOk;
+}
+
 Status Sharer::set_frame(std::uint32_t submap, const Matrix34d& T_global_map) noexcept {
-  const Status status = exchange_.move(submap_.epoch, submap, T_global_map);
-  if (status != Status::kOk || submap != submap_.submap) return status;
-  frame_ = T_global_map;
-  if (submap_.ending && flush_.keeps_frame) flush_.T_global_map = T_global_map;
-  return status;
+  if (!frames_.has(submap) || !GridTransform::make(T_global_map, resolution_m_).ok())
+    return Status::kInvalidArgument;
+  if (submap < first_in_epoch_) return Status::kInvalidArgument;
+  // One that has begun and is not opened yet is announced with its frame then.
+  if (submap <= submap_.submap) {
+    const Status status = exchange_.move(submap_.epoch, submap, T_global_map);
+    if (status != Status::kOk) return status;
+  }
+  if (submap == submap_.submap) frame_ = T_global_map;
+  return frames_.set(submap, product(inverse(T_global_world_), T_global_map));
+}
+
+CorrectionReport Sharer::correct(const CorrectedTrajectory& trajectory,
+                                 std::uint32_t revision) noexcept {
+  const CorrectionReport report = frames_.correct(trajectory, revision);
+  take(report);
+  return report;
+}
+
+CorrectionReport Sharer::correct(const CorrectedFrames& frames, std::uint32_t revision) noexcept {
+  const CorrectionReport report = frames_.correct(frames, revision);
+  take(report);
+  return report;
+}
+
+void Sharer::take(const CorrectionReport& report) noexcept {
+  if (report.status != Status::kOk) {
+    ++submap_.refused_corrections;
+    return;
+  }
+  ++submap_.corrections;
+  submap_.revision = report.revision;
+  submap_.corrected_most_m = report.most_m;
+  for (std::uint32_t submap = frames_.first(); submap <= submap_.submap; ++submap) {
+    if (!frames_.moved(submap)) continue;
+    if (submap < first_of_start_) {  // published again, or else below
+      static_cast<void>(exchange_.move(submap_.epoch, submap, frame_of(submap)));
+      continue;
+    }
+    if (submap < first_in_epoch_) {  // of an epoch that was left: no longer this process's
+      ++submap_.refused_frames;
+      continue;
+    }
+    const Matrix34d T_global_map = frame_of(submap);
+    if (exchange_.move(submap_.epoch, submap, T_global_map) != Status::kOk) {
+      ++submap_.refused_frames;
+    } else if (submap == submap_.submap) {
+      frame_ = T_global_map;
+    }
+  }
+  if (continues_) move_earlier();
 }
 
 void Sharer::fuse() noexcept {

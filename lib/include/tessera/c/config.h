@@ -93,7 +93,7 @@ typedef struct tessera_config {
   int64_t staleness_us;
   int64_t free_staleness_us;
   int64_t retry_us;
-  double submap_length_m;  ///< of the robot's way, after which a new submap begins; 0: on request
+  double submap_length_m;  ///< of the robot's way, after which a submap ends; 0: no limit
   float evidence_factor;
   uint32_t few_voxels;
   uint32_t many_voxels;
@@ -102,7 +102,7 @@ typedef struct tessera_config {
   uint32_t tick_compared;
   uint32_t tick_label_bytes;
   uint32_t tick_free_bytes;
-  uint32_t submap_ticks;  ///< that a submap which ends has to be published whole
+  uint32_t submap_ticks;  ///< that a submap which has ended has to be published whole
 
   /// The exchange with other robots [ExchangeConfig].
   uint32_t contributions;
@@ -163,6 +163,22 @@ typedef struct tessera_config {
   double window_hysteresis_m;
   uint32_t archived_blocks;
   uint32_t reserved_3;  ///< 0
+
+  /// Submaps that the robot may map into, from 2; 0: one map, and no other field of submaps counts.
+  /// With submaps there are two local maps of local_bytes that take turns, and no window. What ends
+  /// one, beside submap_length_m and tessera_new_submap: so long a time, or so far a jump of the
+  /// sensor between two scans; 0: neither [RobotSettings, SubmapCuts].
+  uint32_t most_submaps;
+  uint32_t first_submap;  ///< number of the first one
+  int64_t submap_time_us;
+  double submap_jump_m;
+
+  /// What others have published is held where it is this near to the robot or to its route
+  /// (tessera_set_route), and of the rest what there is room for; of so many contributions a
+  /// description alone. 0: of all, what there is room for [RobotSettings, ExchangeConfig].
+  double reach_m;
+  uint32_t far_contributions;
+  uint32_t reserved_4;  ///< 0
 } tessera_config;
 
 /// The least struct_bytes that is taken, up to and with the inference's settings: fields beyond

@@ -118,12 +118,19 @@ typedef struct tessera_submap_report {
   uint32_t struct_bytes;
   uint32_t epoch;
   uint32_t submap;
-  uint32_t ending;  ///< 1: another one was requested
+  uint32_t ending;  ///< 1: it has ended, and is not published whole yet
   uint32_t opened;
   uint32_t cut_short;
   uint64_t lost_blocks;  ///< at most so many
-  uint32_t last;         ///< tessera_status of the last request
+  uint32_t last;         ///< tessera_status with which the last one was opened
   uint32_t reserved;
+  uint32_t mapping;   ///< the submap that is mapped into
+  uint32_t revision;  ///< of the last correction that was applied; 0: none was
+  uint32_t corrections;
+  uint32_t refused_corrections;
+  uint32_t refused_frames;  ///< corrected frames that lie out of the grid
+  uint32_t reserved_2;
+  double corrected_most_m;  ///< how far the last correction moved one, at its middle
 } tessera_submap_report;
 
 /// What the window of the local map did, and what is archived [WindowReport].
@@ -180,7 +187,26 @@ typedef struct tessera_contribution {
   uint64_t digest;
 } tessera_contribution;
 
+/// tessera_session.state
+enum {
+  TESSERA_SESSION_PUBLISHING = 0,
+  TESSERA_SESSION_SHARED = 1,
+  TESSERA_SESSION_LEAVING = 2  ///< it was removed, and its memory is being freed
+};
+
+/// A map of an earlier day that this robot shares [MapSessions].
+typedef struct tessera_session {
+  uint32_t struct_bytes;
+  uint32_t number;
+  uint32_t state;
+  uint32_t blocks;  ///< that are published
+  uint64_t digest;  ///< of its file: its name
+  int64_t date_s;   ///< of the map, UTC, seconds since 1970
+  double weight;
+  uint64_t refused_blocks;  ///< for lack of room
+} tessera_session;
+
 /// Reads both maps while another thread works on them: for one thread, in the caller's memory.
 typedef struct tessera_reader {
-  uint64_t opaque[16];
+  uint64_t opaque[24];
 } tessera_reader;

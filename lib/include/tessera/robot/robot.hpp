@@ -33,30 +33,36 @@ class Robot {
   Robot& operator=(Robot&&) = delete;
   ~Robot() = default;
 
-  /// As Mapper::integrate and Sharer::set_focus.
+  /// As Mapper::integrate and Sharer::note_scan; now_us is the scan's stamp too.
   ScanReport integrate(const ScanView& scan, std::int64_t now_us) noexcept {
-    sharer_->set_focus(scan.T_map_sensor.col(3));
-    return mapper_->integrate(scan, now_us);
+    return noted(scan, now_us, mapper_->integrate(scan, now_us));
   }
-  /// The same as Mapper::integrate_until.
-  ScanReport integrate_until(const ScanView& scan, std::int64_t due_us) noexcept {
-    sharer_->set_focus(scan.T_map_sensor.col(3));
-    return mapper_->integrate_until(scan, due_us);
+  /// The same as Mapper::integrate_until. stamp_us: of the scan, for corrections.
+  ScanReport integrate_until(const ScanView& scan, std::int64_t due_us,
+                             std::int64_t stamp_us) noexcept {
+    return noted(scan, stamp_us, mapper_->integrate_until(scan, due_us));
   }
   // The rest as Sharer's functions of the same names.
   void receive(std::span<const std::byte> datagram, std::int64_t now_us) noexcept {
     sharer_->receive(datagram, now_us);
   }
-  /// As Sharer::tick; where a submap is due it is opened, and the map begins anew.
-  PublisherReport tick(std::int64_t now_us) noexcept;
-  /// Asks for a new submap, as Sharer::request_submap: what is integrated until it is there, at
-  /// most submap_ticks ticks later (Sharer::submap), is still of the one that ends.
-  [[nodiscard]] Status new_submap(const Matrix34d& T_global_map) noexcept {
-    return sharer_->request_submap(T_global_map);
+  PublisherReport tick(std::int64_t now_us) noexcept {
+    return sharer_->tick(mapper_->maps(), now_us);
   }
+  /// The next scan is the first of another submap with this frame, as soon as the submap before the
+  /// one at hand is published and kept. Fails as Sharer::set_next_frame, with kBusy iff one that
+  /// was asked for has not begun yet, and with kInvalidArgument iff there are no submaps.
+  [[nodiscard]] Status new_submap(const Matrix34d& T_global_map) noexcept;
   [[nodiscard]] Status set_frame(std::uint32_t submap, const Matrix34d& T_global_map) noexcept {
     return sharer_->set_frame(submap, T_global_map);
   }
+  CorrectionReport correct(const CorrectedTrajectory& trajectory, std::uint32_t revision) noexcept {
+    return sharer_->correct(trajectory, revision);
+  }
+  CorrectionReport correct(const CorrectedFrames& frames, std::uint32_t revision) noexcept {
+    return sharer_->correct(frames, revision);
+  }
+  void set_route(std::span<const Point3d> p_global) noexcept { sharer_->set_route(p_global); }
   void fuse() noexcept { sharer_->fuse(); }
   bool fuse_in_spare_time() noexcept { return sharer_->fuse_in_spare_time(); }
   void finish() noexcept { sharer_->finish(); }
@@ -73,6 +79,7 @@ class Robot {
     return static_cast<const Sharer*>(sharer_)->exchange();
   }
   [[nodiscard]] const LocalMap& map() const noexcept { return mapper_->map(); }
+  [[nodiscard]] const LocalMaps& maps() const noexcept { return mapper_->maps(); }
   [[nodiscard]] const GlobalMap& global() const noexcept { return sharer_->global(); }
   [[nodiscard]] const Publisher& publisher() const noexcept { return sharer_->publisher(); }
   [[nodiscard]] std::uint64_t fusion_work() const noexcept { return sharer_->fusion_work(); }
@@ -86,6 +93,8 @@ class Robot {
   }
 
  private:
+  ScanReport noted(const ScanView& scan, std::int64_t stamp_us, const ScanReport& report) noexcept;
+
   RobotConfig config_{};
   Mapper* mapper_ = nullptr;
   Sharer* sharer_ = nullptr;

@@ -4,9 +4,14 @@
 // of all. For the thread that has the network.
 #pragma once
 
+#include <array>
+#include <optional>
+
+#include "tessera/map/local_maps.hpp"
 #include "tessera/robot/internal/eviction_queue.hpp"
+#include "tessera/robot/map_sessions.hpp"
 #include "tessera/robot/robot_config.hpp"
-#include "tessera/submap/submap_cutter.hpp"
+#include "tessera/submap/submap_frames.hpp"
 
 namespace tessera {
 
@@ -18,10 +23,14 @@ class Sharer {
                                                             int num_components) noexcept {
     return arena_bytes<Sharer>(1) + Publisher::required_bytes(config.publisher, num_components) +
            GlobalMap::required_bytes(config.global, num_components) +
-           Exchange::required_bytes(config.exchange, num_components);
+           Exchange::required_bytes(config.exchange, num_components) +
+           SubmapFrames::required_bytes(most_frames(config)) +
+           MapSessions::required_bytes(num_components) +
+           (config.submaps_before != 0 ? BlockContent::required_bytes(num_components) : 0);
   }
   /// A sharer in the arena, of use as long as its memory is, with the robot's first contribution
-  /// opened. What keys name must outlive it. Fails as Publisher::make, GlobalMap::make,
+  /// opened. What keys name must outlive it. Fails with kInvalidArgument iff submap_ticks is 0, or
+  /// reach_m negative or without far_contributions; as Publisher::make, GlobalMap::make,
   /// Exchange::make and Exchange::open.
   [[nodiscard]] static Result<Sharer*> make(Arena& arena, const RobotConfig& config,
                                             const ClassTable& classes,
@@ -34,57 +43,80 @@ class Sharer {
   Sharer& operator=(Sharer&&) = delete;
   ~Sharer() = default;
 
-  /// Where the robot is, with every scan that it takes: what is new near it is published first, and
-  /// its way is summed up for RobotSettings::submap_length_m. p_map: metres; out of the grid it is
-  /// of no account. O(1).
-  void set_focus(const Point3d& p_map) noexcept;
+  /// The scan that was integrated last, or one of the last: what is new near it is published first,
+  /// and its pose is kept for corrections. maps: the same always. submap: that it was mapped into.
+  /// stamp_us: of the clock that corrections are in. A place out of the grid is of no account.
+  /// O(1).
+  void note_scan(const LocalMaps& maps, std::uint32_t submap, std::int64_t stamp_us,
+                 const Matrix34d& T_map_sensor) noexcept;
   /// What arrived, from anybody, as Exchange::receive.
   void receive(std::span<const std::byte> datagram, std::int64_t now_us) noexcept {
     exchange_.receive(datagram, now_us);
   }
-  /// Publishes what has changed in map, and goes on with the global map. map: the same always;
-  /// another thread may write to it meanwhile (MapReader). To be called at an even pace. Cost: as
-  /// Publisher::tick, and work_per_tick of GlobalMap::step.
-  PublisherReport tick(const LocalMap& map, std::int64_t now_us) noexcept;
+  /// Publishes what has changed in the local map, and goes on with the global map. maps: the same
+  /// always; another thread may map into it meanwhile. To be called at an even pace. Cost: as
+  /// Publisher::tick, and work_per_tick of GlobalMap::step; where a submap is opened, O(index) too.
+  PublisherReport tick(LocalMaps& maps, std::int64_t now_us) noexcept;
 
-  // --- Submaps -----------------------------------------------------------------------------------
+  // --- Submaps and their frames ------------------------------------------------------------------
   //
-  // A submap that ends is published whole first: from the request on ticks hold nothing off, until
-  // all that has changed up to then is noted and nothing waits, or for RobotSettings::submap_ticks.
-  // After that nothing is published until open_submap() was called, which counts as lost what
-  // waits, and what has changed and was not noted. The map is to be cleared (Mapper::clear) between
-  // that call and the next tick. Robot does both.
-  //
-  // Where another thread has the map, it must be handed over: that thread stops writing when
-  // it learns of submap_due(), this one calls open_submap() then, and no tick until that one has
-  // cleared the map. What it writes until it stops is of the old submap, published or counted; what
-  // it would write between open_submap() and Mapper::clear() would be lost uncounted.
+  // A submap that has ended (LocalMaps::begin) is published whole first: ticks hold nothing off,
+  // until nothing of it waits, or for RobotSettings::submap_ticks, after which what waits counts as
+  // lost. Then the next one is opened. It lies in the frame of the one before it; if the poses
+  // jumped, in the world as it is mapped; or as was asked for.
 
-  /// Asks for a new submap with this frame. Fails with kInvalidArgument iff it is no frame
-  /// (GridTransform::make); kBusy iff one is being waited for; kResourceExhausted iff there is no
-  /// number left.
-  [[nodiscard]] Status request_submap(const Matrix34d& T_global_map) noexcept;
-  /// The submap that ends is published, as far as it ever will be.
-  [[nodiscard]] bool submap_due() const noexcept { return flush_.due; }
-  /// Opens the submap that was asked for. map: as tick's, and not written to until it was cleared.
-  /// Fails with kInvalidArgument iff none is due; else as Exchange::open, and then the request is
-  /// over, and all goes on as before it: the map must not be cleared. O(Publisher::clear +
-  /// Publisher::unnoted).
-  [[nodiscard]] Status open_submap(const LocalMap& map) noexcept;
-  /// Moves a submap of this start to another frame, nothing being sent anew but that. One that was
-  /// requested for submap_length_m and is not open yet follows the submap that it continues; one of
-  /// request_submap has the frame that was given there. Fails with kInvalidArgument iff there is no
-  /// such submap or it is no frame.
+  /// Frame of the next submap, whenever that begins. Fails with kInvalidArgument iff it is no frame
+  /// (GridTransform::make, encode_rigid).
+  [[nodiscard]] Status set_next_frame(const LocalMaps& maps,
+                                      const Matrix34d& T_global_map) noexcept;
+  /// Moves a submap of this start to another frame, nothing being sent anew but that. Fails with
+  /// kInvalidArgument iff there is no such submap or it is no frame, as above.
   [[nodiscard]] Status set_frame(std::uint32_t submap, const Matrix34d& T_global_map) noexcept;
+  /// Moves the submaps to where a corrected trajectory has them, in the world that
+  /// RobotConfig::T_global_map places, as SubmapFrames::correct; others receive the frames alone.
+  /// The global map follows with fuse(), in pieces. Cost: as SubmapFrames::correct.
+  CorrectionReport correct(const CorrectedTrajectory& trajectory, std::uint32_t revision) noexcept;
+  /// The same by frames of submaps.
+  CorrectionReport correct(const CorrectedFrames& frames, std::uint32_t revision) noexcept;
+  /// Frames in the robot's world, and in which revision they are.
+  [[nodiscard]] const SubmapFrames& frames() const noexcept { return frames_; }
+  /// The frames of the submaps of an earlier start, which the map continues; the last of them is
+  /// one that is in the local maps. are_known: what others have of earlier starts is moved to them.
+  /// Before the first tick. Fails as SubmapFrames::restore, and with kInvalidArgument iff they are
+  /// not of config.submaps_before and what follows, or the first that follows is out of the grid.
+  [[nodiscard]] Status restore_frames(std::span<const SubmapFrame> frames, std::uint32_t revision,
+                                      bool are_known) noexcept;
+  /// Whether nobody who was heard has all of a submap of an earlier start. O(contributions).
+  [[nodiscard]] bool is_missing(std::uint32_t submap) const noexcept;
+  /// Publishes such a submap again, from where it was kept: its blocks from the one at `first` on,
+  /// at most `count`. blocks: of that map, the same in each call. Returns how many were published,
+  /// or left out for lack of room; 0 iff there are no more. Fails as Exchange::open_earlier.
+  [[nodiscard]] Result<std::size_t> publish_earlier(std::uint32_t submap, const LocalMap& map,
+                                                    std::span<const KeyedIndex> blocks,
+                                                    std::size_t first, std::size_t count) noexcept;
+  /// The maps of earlier days that this robot has loaded.
+  [[nodiscard]] MapSessions& sessions() noexcept { return sessions_; }
+  [[nodiscard]] const MapSessions& sessions() const noexcept { return sessions_; }
   /// Leaves the epoch, as Exchange::overtaken() asks for: publishes the whole map anew in an epoch
   /// above it; of a map with a window, what is in memory: blocks that are archived follow when they
-  /// are back in the map, as reading all of an archive would take too long. floor:
-  /// RobotSettings::floor from now on. A submap that was requested is none any more. Fails as
-  /// Exchange::open, and then nothing is published until it succeeds.
+  /// are back in the map, as reading all of an archive would take too long; of submaps, the one at
+  /// hand. Map sessions are no longer open, as MapSessions::begin_epoch says. floor:
+  /// RobotSettings::floor from now on. Fails as Exchange::open, and then nothing is
+  /// published until it succeeds.
   [[nodiscard]] Status reopen(std::uint32_t epoch, std::uint32_t floor) noexcept;
   [[nodiscard]] const SubmapReport& submap() const noexcept { return submap_; }
+  /// T_global_map of a submap that frames() has.
+  [[nodiscard]] Matrix34d frame_of(std::uint32_t submap) const noexcept;
   /// T_global_map of the submap that is published into.
   [[nodiscard]] const Matrix34d& frame() const noexcept { return frame_; }
+
+  // --- What others have published ----------------------------------------------------------------
+
+  /// Places to which the robot is going, the first kMostRoute of them, in the global frame: what
+  /// others have published within RobotSettings::reach_m of them is wanted as what is near the
+  /// robot is. From the next send() on; the route of before is forgotten. O(1).
+  static constexpr std::size_t kMostRoute = PlacesOfInterest::kMost - 1;
+  void set_route(std::span<const Point3d> p_global) noexcept;
 
   // --- The global map ----------------------------------------------------------------------------
 
@@ -107,7 +139,8 @@ class Sharer {
   /// Nothing waits to be published or fused, and there were ticks since the last scan to find out.
   [[nodiscard]] bool idle() const noexcept {
     return publisher_.waiting() == 0 && !global_.busy() && ticks_since_scan_ > 2 &&
-           !submap_.ending && (evictions_ == nullptr || !evictions_->is_withdrawing());
+           !submap_.ending && !sessions_.is_withdrawing() &&
+           (evictions_ == nullptr || !evictions_->is_withdrawing());
   }
 
   [[nodiscard]] Exchange& exchange() noexcept { return exchange_; }
@@ -124,18 +157,19 @@ class Sharer {
 
  private:
   static constexpr std::uint64_t kSpareWork = 50'000;
+  /// Between two looks at what others have of earlier epochs.
+  static constexpr std::uint32_t kTicksOfEarlier = 16;
 
-  /// What a submap that ends still has to do.
-  struct Flush {
-    Matrix34d T_global_map = Matrix34d::Identity();  ///< Of the next one.
-    std::uint64_t rounds = 0;                        ///< Of the publisher's, at which all is noted.
-    std::uint32_t ticks_left = 0;
-    bool due = false;
-    bool keeps_frame = false;  ///< Of the submap that ends, wherever that is moved.
-  };
+  static constexpr std::uint32_t most_frames(const RobotSettings& config) noexcept {
+    return config.most_submaps == 0 ? 1 : config.most_submaps;
+  }
   PublisherReport publish(const LocalMap& map, std::int64_t now_us) noexcept;
-  void note_flush(const LocalMap& map) noexcept;
-  void note_way(const Point3d& p_map) noexcept;
+  void follow(const LocalMaps& maps) noexcept;
+  [[nodiscard]] bool is_published(const LocalMap& map) noexcept;
+  void set_reach() noexcept;
+  void open_next(LocalMaps& maps) noexcept;
+  void move_earlier() noexcept;
+  void take(const CorrectionReport& report) noexcept;
   [[nodiscard]] Status set_up(Arena& arena, const RobotConfig& config, const ClassTable& classes,
                               const RobotKeys& keys) noexcept;
 
@@ -144,10 +178,19 @@ class Sharer {
   GlobalMap global_;
   Exchange exchange_;
   PublisherBudget budget_{};
+  Matrix34d T_global_world_ = Matrix34d::Identity();
   Matrix34d frame_ = Matrix34d::Identity();
+  SubmapFrames frames_{};
+  MapSessions sessions_{};
+  BlockContent earlier_{};  ///< Scratch: a block of a submap of an earlier start.
+  std::optional<Matrix34d> T_world_map_next_{};  ///< That was asked for.
   SubmapReport submap_{};
-  Flush flush_{};
-  SubmapCutter cutter_{};
+  std::uint32_t ticks_left_ = 0;  ///< For the submap that has ended.
+  std::uint32_t first_in_epoch_ = 0;
+  std::uint32_t first_of_start_ = 0;  ///< Submaps below it are of earlier starts.
+  std::uint32_t submaps_before_ = 0;
+  std::uint32_t ticks_ = 0;
+  bool continues_ = false;  ///< Submaps of an earlier start, which others have of earlier epochs.
   double resolution_m_ = 0.0;  ///< Of the local map.
   std::uint64_t work_per_tick_ = 0;
   std::uint32_t submap_ticks_ = 1;
@@ -156,6 +199,11 @@ class Sharer {
   std::uint64_t fusion_work_ = 0;
   std::uint32_t ticks_since_scan_ = 0;
   bool near_first_ = false;
+  double reach_m_ = 0.0;
+  /// The robot's own place, if it is known, then those of its route.
+  std::array<Point3d, PlacesOfInterest::kMost> places_{};
+  std::size_t route_ = 0;
+  bool has_place_ = false;
 };
 
 }  // namespace tessera

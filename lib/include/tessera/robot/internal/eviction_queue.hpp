@@ -85,9 +85,6 @@ class EvictionQueue {
   }
   /// Others have blocks that were archived before the map was cleared.
   [[nodiscard]] bool is_withdrawing() const noexcept { return withdrawn_ != 0; }
-  /// What was published was of another submap, and the map is about to be cleared: what others have
-  /// of archived blocks stays.
-  void begin_submap() noexcept { submap_begins_ = true; }
   /// Nothing of what is archived was published in the epoch that begins. O(blocks).
   void begin_epoch() noexcept;
   /// Takes the notes that have come. O(kNotes).
@@ -161,7 +158,6 @@ class EvictionQueue {
   std::size_t returned_count_ = 0;
   std::size_t withdrawn_ = 0;
   std::size_t withdrawn_place_ = 0;
-  bool submap_begins_ = false;
   std::uint64_t unpublished_ = 0;
   std::uint64_t unlisted_ = 0;
   // Rings, with how much was ever written to them and taken.
