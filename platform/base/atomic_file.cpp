@@ -15,6 +15,7 @@
 #include <system_error>
 #include <utility>
 
+#include "base/new_file.hpp"
 #include "base/system_failure.hpp"
 
 namespace tessera {
@@ -170,16 +171,8 @@ Outcome<void> AtomicFile::commit() {
     return system_failure("write", path_, error_, FailureKind::kFailure);
   }
   temporary_.clear();
-  sync_folder();
+  sync_folder_of(target_);
   return {};
-}
-
-// Makes the new name itself durable. Best effort: the content is already safe, and not every file
-// system can sync a folder.
-void AtomicFile::sync_folder() const noexcept {
-  const FileDescriptor folder(
-      ::open(folder_of(target_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (folder.is_open()) static_cast<void>(!::fsync(folder.get()));
 }
 
 void AtomicFile::discard() noexcept {

@@ -49,7 +49,6 @@ class AtomicFile {
   int name_temporary();
   bool write_through(std::span<const std::byte> bytes) noexcept;
   bool flush() noexcept;
-  void sync_folder() const noexcept;
   void discard() noexcept;
 
   std::string path_;

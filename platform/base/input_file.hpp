@@ -23,6 +23,8 @@ class InputFile {
   /// Fails with kUsage iff path is too long, missing, unreadable, or not a regular file.
   static Outcome<InputFile> open(std::string_view path);
 
+  /// For who reads at places of its own.
+  [[nodiscard]] int descriptor() const noexcept { return file_.get(); }
   /// Bytes in the file when it was opened.
   [[nodiscard]] std::uint64_t size_bytes() const noexcept { return size_bytes_; }
   [[nodiscard]] std::string_view path() const noexcept { return {path_.data(), path_bytes_}; }

@@ -4,6 +4,7 @@
 // The writer never waits; a reader that overlaps with it tries again, a bounded number of times.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cstddef>
@@ -58,10 +59,14 @@ class LatestValue {
   static constexpr std::size_t kWords = (sizeof(Value) + 7) / 8;
   using Words = std::array<std::uint64_t, kWords>;
 
+  /// Word by word, as values can be larger than the writer's stack has room for.
   void store(const Value& value) noexcept {
-    Words words{};
-    std::memcpy(words.data(), static_cast<const void*>(&value), sizeof(Value));
-    for (std::size_t i = 0; i < kWords; ++i) words_[i].store(words[i], std::memory_order_relaxed);
+    const auto* const bytes = reinterpret_cast<const std::byte*>(&value);
+    for (std::size_t i = 0; i < kWords; ++i) {
+      std::uint64_t word = 0;
+      std::memcpy(&word, bytes + 8 * i, std::min<std::size_t>(8, sizeof(Value) - 8 * i));
+      words_[i].store(word, std::memory_order_relaxed);
+    }
   }
 
   std::atomic<std::uint64_t> version_{0};

@@ -26,15 +26,14 @@ int write_all(int file, std::span<const std::byte> bytes) {
   return ::fsync(file) == 0 || errno == EINVAL ? 0 : errno;
 }
 
-/// Makes the new name itself durable; best effort.
+}  // namespace
+
 void sync_folder_of(const std::string& path) {
   const std::size_t slash = path.rfind('/');
   const std::string folder = slash == std::string::npos ? "." : path.substr(0, slash + 1);
   const FileDescriptor file(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (file.is_open()) static_cast<void>(!::fsync(file.get()));
 }
-
-}  // namespace
 
 Outcome<void> write_new_file(const std::string& path, std::span<const std::byte> bytes,
                              unsigned mode) {

@@ -19,4 +19,8 @@ namespace tessera {
 Outcome<void> write_new_file(const std::string& path, std::span<const std::byte> bytes,
                              unsigned mode);
 
+/// Makes the name of a file itself durable: a new one, or one that was renamed. Best effort: not
+/// every file system can sync a folder.
+void sync_folder_of(const std::string& path);
+
 }  // namespace tessera

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 #include <tessera_cloud.hpp>
+#include <tessera_correction.hpp>
 #include <tessera_depth_image.hpp>
 #include <tessera_label_image.hpp>
 #include <tessera_pose.hpp>
@@ -112,6 +113,25 @@ std::vector<std::byte> encode(const PoseMessage& pose) {
   }
   write_rotation(pose.T_map_body, message.rotation);
   message.rotation_sigma_rad = pose.rotation_sigma_rad;
+  return encoded(message);
+}
+
+std::vector<std::byte> encode(const CorrectionToSend& correction) {
+  tessera_correction message{};
+  message.robot = static_cast<std::int32_t>(correction.robot);
+  message.revision = static_cast<std::int32_t>(correction.revision);
+  constexpr std::int32_t kSubmaps = tessera_correction::SUBMAPS;
+  constexpr std::int32_t kBody = tessera_correction::BODY;
+  message.kind = correction.of_submaps ? kSubmaps : kBody;
+  message.count = copy(correction.keys, message.keys);
+  for (const Matrix34d& pose : correction.poses) {
+    double rotation[4] = {};
+    write_rotation(pose, rotation);
+    message.position_m.push_back({pose(0, 3), pose(1, 3), pose(2, 3)});
+    message.rotation.emplace_back(std::begin(rotation), std::end(rotation));
+  }
+  message.position_sigma_m.assign(correction.poses.size(), -1.0);
+  message.rotation_sigma_rad.assign(correction.poses.size(), -1.0);
   return encoded(message);
 }
 

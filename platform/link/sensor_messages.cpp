@@ -3,9 +3,11 @@
 #include "link/sensor_messages.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 #include <tessera_cloud.hpp>
+#include <tessera_correction.hpp>
 #include <tessera_depth_image.hpp>
 #include <tessera_label_image.hpp>
 #include <tessera_pose.hpp>
@@ -17,6 +19,7 @@ namespace tessera {
 namespace {
 
 constexpr std::size_t kHashBytes = 8;
+constexpr std::size_t kTransform = 12;  ///< Numbers of one, [R | t].
 
 /// Fingerprint of the type by lcm-gen, so that a reader of an old version refuses a new one.
 template <class Message>
@@ -116,16 +119,16 @@ MessageFault read_size(BigEndianReader& reader, ImageHeader& header, std::int64_
 }
 
 /// True iff the numbers are a rigid transform, which is then in T. Written so that NaN fails.
-bool read_transform(const tessera_pose& message, Matrix34d& T) {
-  const double* const q = message.rotation;
+bool make_transform(std::span<const double, 3> position_m, std::span<const double, 4> q,
+                    Matrix34d& T) {
   const double squares = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
   if (!(std::abs(std::sqrt(squares) - 1.0) <= 1e-3)) return false;
   // Its length is 1 except for the last bits.
   const double scale = 1.0 / std::sqrt(squares);
   const double w = q[0] * scale, x = q[1] * scale, y = q[2] * scale, z = q[3] * scale;
-  T << 1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y), message.position_m[0],
-      2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x), message.position_m[1],
-      2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y), message.position_m[2];
+  T << 1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y), position_m[0],
+      2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x), position_m[1],
+      2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y), position_m[2];
   return check_rigid(T) == Status::kOk;
 }
 
@@ -210,12 +213,52 @@ MessageFault decode_pose(std::span<const std::byte> message, PoseMessage& pose) 
   result.sequence = read.sequence;
   result.quality = static_cast<PoseQuality>(read.quality);
   const bool is_valid = result.quality != PoseQuality::kInvalid;
-  if (is_valid && !(read_transform(read, result.T_map_body) && has_deviations(read)))
+  if (is_valid &&
+      !(make_transform(read.position_m, read.rotation, result.T_map_body) && has_deviations(read)))
     return MessageFault::kValue;
   result.position_sigma_m = {read.position_sigma_m[0], read.position_sigma_m[1],
                              read.position_sigma_m[2]};
   result.rotation_sigma_rad = read.rotation_sigma_rad;
   pose = result;
+  return MessageFault::kNone;
+}
+
+MessageFault decode_correction(std::span<const std::byte> message, const CorrectionMemory& memory,
+                               CorrectionHeader& header) noexcept {
+  BigEndianReader reader(message);
+  const MessageFault type = check_type<tessera_correction>(reader, 4 * 4);
+  if (type != MessageFault::kNone) return type;
+  CorrectionHeader read;
+  read.robot = reader.word<std::uint32_t>();
+  const std::int32_t revision = reader.i32();
+  if (revision < 1) return MessageFault::kValue;
+  read.revision = static_cast<std::uint32_t>(revision);
+  const std::int32_t kind = reader.i32();
+  read.of_submaps = kind == tessera_correction::SUBMAPS;
+  if (!read.of_submaps && kind != tessera_correction::BODY) return MessageFault::kValue;
+  read.count = reader.word<std::uint32_t>();
+  constexpr std::size_t kPoseBytes = 8 + (3 + 4 + 2) * 8;
+  if (reader.left() != kPoseBytes * read.count) return MessageFault::kCounts;
+  if (read.count > memory.keys.size() || read.count > memory.transforms.size() / kTransform)
+    return MessageFault::kTooLarge;
+  for (std::int64_t& key : memory.keys.first(read.count)) key = reader.i64();
+  const std::span<double> transforms = memory.transforms.first(kTransform * read.count);
+  for (std::size_t i = 0; i < 3 * std::size_t{read.count}; ++i)
+    transforms[kTransform * (i / 3) + 4 * (i % 3) + 3] = reader.f64();
+  for (std::size_t i = 0; i < read.count; ++i) {
+    double* const numbers = transforms.subspan(kTransform * i, kTransform).data();
+    const std::array<double, 3> position_m{numbers[3], numbers[7], numbers[11]};
+    std::array<double, 4> rotation{};
+    for (double& part : rotation) part = reader.f64();
+    Matrix34d T;
+    if (!make_transform(position_m, rotation, T)) return MessageFault::kValue;
+    for (std::size_t k = 0; k < kTransform; ++k)
+      numbers[k] = T(static_cast<int>(k / 4), static_cast<int>(k % 4));
+  }
+  for (std::size_t i = 0; i < 2 * std::size_t{read.count}; ++i) {
+    if (!std::isfinite(reader.f64())) return MessageFault::kValue;
+  }
+  header = read;
   return MessageFault::kNone;
 }
 

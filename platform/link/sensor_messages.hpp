@@ -92,4 +92,22 @@ struct PoseMessage {
 [[nodiscard]] MessageFault decode_pose(std::span<const std::byte> message,
                                        PoseMessage& pose) noexcept;
 
+/// Corrected poses, in memory of the receiver: for each a stamp or the number of a submap, and
+/// twelve numbers, [R | t], rows first.
+struct CorrectionMemory {
+  std::span<std::int64_t> keys;
+  std::span<double> transforms;
+};
+struct CorrectionHeader {
+  std::uint32_t robot = 0;
+  std::uint32_t revision = 0;
+  bool of_submaps = false;  ///< Else of the body.
+  std::uint32_t count = 0;
+};
+/// Decodes a tessera_correction. Poses must be as those of decode_pose; deviations are checked
+/// alike. On a fault header is unchanged, and the memory but for kValue. O(bytes).
+[[nodiscard]] MessageFault decode_correction(std::span<const std::byte> message,
+                                             const CorrectionMemory& memory,
+                                             CorrectionHeader& header) noexcept;
+
 }  // namespace tessera

@@ -47,6 +47,15 @@ struct DepthToSend {
 [[nodiscard]] std::vector<std::byte> encode(const DepthToSend& image);
 /// T_map_body is written as a unit quaternion with w >= 0.
 [[nodiscard]] std::vector<std::byte> encode(const PoseMessage& pose);
+/// poses: as many as keys; without deviations.
+struct CorrectionToSend {
+  std::uint32_t robot = 0;
+  std::uint32_t revision = 0;
+  bool of_submaps = false;  ///< Else of the body.
+  std::span<const std::int64_t> keys{};
+  std::span<const Matrix34d> poses{};
+};
+[[nodiscard]] std::vector<std::byte> encode(const CorrectionToSend& correction);
 
 class SensorSender {
  public:

@@ -12,8 +12,8 @@
 #include <span>
 #include <string>
 
-#include "base/file_descriptor.hpp"
 #include "base/outcome.hpp"
+#include "maps/record_file.hpp"
 #include "tessera/map/stored_archive.hpp"
 
 namespace tessera {
@@ -31,7 +31,7 @@ struct ArchiveContent {
 class ArchiveFile {
  public:
   static constexpr const char* kName = "blocks.tsa";
-  static constexpr std::size_t kUnitBytes = 16;  ///< Records begin at multiples of it.
+  static constexpr std::size_t kUnitBytes = archive_format::kUnitBytes;
   /// The limit of the 32-bit places of an index.
   static constexpr std::uint64_t kMostBytes = std::uint64_t{kUnitBytes} << 32U;
 
@@ -63,27 +63,20 @@ class ArchiveFile {
                                           std::span<std::byte> into) const noexcept;
 
   /// Removes the file, whose blocks are not needed any more.
-  void remove() const noexcept { ::unlink(path_.c_str()); }
+  void remove() const noexcept { ::unlink(path().c_str()); }
   /// Marks the file as complete, and syncs it to the disk.
   Outcome<void> complete(std::uint32_t revision);
 
-  [[nodiscard]] std::uint64_t file_bytes() const noexcept { return end_; }
-  [[nodiscard]] const std::string& path() const noexcept { return path_; }
+  [[nodiscard]] std::uint64_t file_bytes() const noexcept { return records_.end(); }
+  [[nodiscard]] const std::string& path() const noexcept { return records_.path(); }
 
  private:
   ArchiveFile() = default;
   [[nodiscard]] BlockStore store() noexcept;
-  Outcome<void> create(const LocalMap& map, const MapIdentity& identity);
   Outcome<void> fill_index(std::uint64_t whole_bytes);
   bool append(std::uint32_t mark, std::uint64_t key, std::span<const std::byte> payload) noexcept;
-  bool read_at(std::uint64_t offset, std::span<std::byte> into) const noexcept;
-  void clear() noexcept;
 
-  std::string path_;
-  FileDescriptor file_;
-  std::uint64_t end_ = 0;
-  std::uint64_t begin_ = 0;           ///< Of the records.
-  int error_ = 0;                     ///< Why the last write failed.
+  RecordFile records_;
   StoredArchive* archive_ = nullptr;  ///< In the arena.
   std::span<std::byte> write_;        ///< A record.
   std::span<std::byte> read_;         ///< A payload and its checksum.

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,7 @@ struct FuseInput {
   Matrix34d T_global_map = Matrix34d::Identity();
   Matrix34d T_map_submap = Matrix34d::Identity();  ///< Of a map that is in submaps.
   GridTransform frame;                             ///< Of these two.
+  std::optional<MapSession> session{};  ///< Of a map of an earlier day (fuse_sessions.hpp).
 };
 
 /// Loads and arranges maps. transforms: as typed, FILE.tsm=T.txt. Fails as arrange_inputs, and with

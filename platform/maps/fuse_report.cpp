@@ -6,6 +6,7 @@
 #include <set>
 
 #include "base/number_text.hpp"
+#include "maps/session_file.hpp"
 
 namespace tessera {
 
@@ -43,6 +44,7 @@ Json contributions_json(const std::vector<FuseInput>& inputs) {
   Json json = Json::array();
   for (const FuseInput& input : inputs) {
     const MapUsage usage = input.stored->map.usage();
+    if (input.session) continue;
     json.push_back({{"map", input.path},
                     {"robot", input.id.robot},
                     {"epoch", input.id.epoch},
@@ -52,6 +54,20 @@ Json contributions_json(const std::vector<FuseInput>& inputs) {
                     {"digest", hex64(input.digest)},
                     {"T_global_map", std::vector<double>(input.T_global_map.data(),
                                                          input.T_global_map.data() + 12)}});
+  }
+  return json;
+}
+
+Json sessions_json(const std::vector<FuseInput>& inputs) {
+  Json json = Json::array();
+  for (const FuseInput& input : inputs) {
+    if (!input.session) continue;
+    Json one = to_json(*input.session);
+    one["map"] = input.path;
+    one["blocks"] = input.stored->map.usage().blocks;
+    one["T_global_map"] =
+        std::vector<double>(input.T_global_map.data(), input.T_global_map.data() + 12);
+    json.push_back(std::move(one));
   }
   return json;
 }
@@ -73,6 +89,7 @@ Json to_json(const FuseOptions& options, const GlobalMapConfig& config) {
           {"out", options.out},
           {"report", options.report},
           {"transform", options.transforms},
+          {"session", options.sessions},
           {"diffusion", to_string(options.diffusion.mode)},
           {"edge", to_string(options.diffusion.edge)},
           {"iterations", config.diffusion.iterations},
@@ -102,7 +119,8 @@ Json to_json(const FuseRun& run, const std::vector<FuseInput>& inputs, const Jso
                {"mean_variance_undiffused", report.mean_variance_undiffused},
                {"alignment", alignment ? Json(*alignment) : Json()},
                {"alignments", alignments_json(run, inputs)},
-               {"contributions", contributions_json(inputs)}};
+               {"contributions", contributions_json(inputs)},
+               {"sessions", sessions_json(inputs)}};
   json["memory"] = {
       {"budget_bytes", run.budget_bytes},
       {"used_bytes", report.used_bytes},
@@ -136,15 +154,18 @@ std::vector<Message> losses_of(const FuseRun& run) {
 }
 
 Json record_of(const std::vector<FuseInput>& inputs, Json config) {
-  for (const char* const key : {"maps", "out", "report", "transform", "memory"}) config.erase(key);
+  for (const char* const key : {"maps", "out", "report", "transform", "session", "memory"})
+    config.erase(key);
   const Json range = recorded_setting(inputs.front().stored->header, "max_range");
   const bool same = std::all_of(inputs.begin(), inputs.end(), [&](const FuseInput& input) {
-    return recorded_setting(input.stored->header, "max_range") == range;
+    return input.session || recorded_setting(input.stored->header, "max_range") == range;
   });
   if (same && !range.is_null()) config["max_range"] = range;
   std::set<std::uint32_t> robots;
   for (const FuseInput& input : inputs) robots.insert(input.id.robot);
   config["robots"] = robots;
+  for (const FuseInput& input : inputs)
+    if (input.session) config["sessions"].push_back(to_json(*input.session));
   return config;
 }
 

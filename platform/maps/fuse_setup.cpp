@@ -41,7 +41,7 @@ std::uint32_t count_global_blocks(const std::vector<FuseInput>& inputs) {
 float cap_of(const std::vector<FuseInput>& inputs) {
   float largest = 0.0F;
   for (const FuseInput& input : inputs) {
-    largest = std::max(largest, robot_max_evidence(input.stored->map.config()));
+    if (!input.session) largest = std::max(largest, robot_max_evidence(input.stored->map.config()));
   }
   return largest;
 }
@@ -94,9 +94,9 @@ std::size_t enough_bytes(const std::vector<FuseInput>& inputs, std::size_t witho
 
 }  // namespace
 
-Outcome<void> check_number_of_maps(std::size_t maps) {
-  if (maps < 2) return Failure{"give at least two local maps to fuse"};
-  if (maps > Replicas::kMostContributions) {
+Outcome<void> check_number_of_maps(std::size_t maps, std::size_t sessions) {
+  if (maps + sessions < 2) return Failure{"give at least two local maps to fuse"};
+  if (maps + sessions > Replicas::kMostContributions) {
     return Failure{fmt::format("{} are too many for a global map; give at most {}",
                                counted(maps, "map"), Replicas::kMostContributions)};
   }

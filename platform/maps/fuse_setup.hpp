@@ -22,6 +22,7 @@ struct FuseOptions {
   std::string out;
   std::string report;
   std::vector<std::string> transforms;
+  std::vector<std::string> sessions;
   DiffusionOptions diffusion;
   std::optional<TuplePolicy> counts;
   std::optional<std::size_t> memory_bytes;
@@ -44,8 +45,9 @@ struct ReplicaDemand {
   std::uint32_t segments = 0;
 };
 
-/// Fails with kUsage iff there are fewer than two maps, or more than a global map can have.
-Outcome<void> check_number_of_maps(std::size_t maps);
+/// Fails with kUsage iff there are fewer than two maps, sessions included, or more than a global
+/// map can have.
+Outcome<void> check_number_of_maps(std::size_t maps, std::size_t sessions = 0);
 /// The same for robots.
 Outcome<void> check_number_of_robots(const std::vector<FuseInput>& inputs);
 

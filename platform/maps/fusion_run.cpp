@@ -89,6 +89,7 @@ Outcome<void> FusionRun::fuse(const std::vector<FuseInput>& inputs, const FusePr
     const Result<GlobalMap::Slot> slot = global_.open(input.id, input.frame);
     if (!slot.ok()) return Failure{input.path + " has no place in the global map; give fewer maps"};
     slots[i] = *slot;
+    if (input.session) static_cast<void>(global_.set_frame(*slot, input.frame, 1, *input.session));
   }
   Status status = Status::kOk;
   Arena scratch(scratch_.span());

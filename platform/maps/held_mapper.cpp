@@ -16,6 +16,10 @@ Outcome<HeldMapper> make_mapper(const MapSetup& setup, const ScanCapacity& capac
   config.scan = capacity;
   config.deadline_us = setup.deadline_us;
   config.window = setup.window;
+  if (setup.submap_length_m > 0.0) {
+    config.most_submaps = kMostSubmapsOfRobot;
+    config.submap_cuts.length_m = setup.submap_length_m;
+  }
   TESSERA_TRY_ASSIGN(ArenaMemory memory,
                      ArenaMemory::allocate(Mapper::required_bytes(config),
                                            "give a smaller " + Message(kMapSettings["--memory"])));

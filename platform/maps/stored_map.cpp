@@ -8,6 +8,7 @@
 #include <cstring>
 
 #include "base/input_file.hpp"
+#include "maps/map_journal.hpp"
 
 namespace tessera {
 
@@ -100,6 +101,47 @@ Outcome<std::unique_ptr<StoredMap>> load_part(const std::string& path, const Fil
   return stored;
 }
 
+/// The value is false iff the map's storage is too small.
+Outcome<bool> read_into(const std::string& path, LocalMap& map) {
+  const Outcome<JournalContent> read = read_journal(path, &map);
+  if (read.ok()) return true;
+  const MapUsage usage = map.usage();
+  if (usage.blocks_refused + usage.storage_refused != 0) return false;
+  return read.failure();
+}
+
+/// How much storage its map needs is not known before it is read.
+Outcome<std::unique_ptr<StoredMap>> load_journal(const std::string& path,
+                                                 std::size_t storage_bytes) {
+  TESSERA_TRY_ASSIGN(const JournalContent content, read_journal(path, nullptr));
+  auto stored = std::make_unique<StoredMap>();
+  stored->header = content.header;
+  MapConfig& config = stored->header.config;
+  bool is_known = false;
+  for (std::uint64_t wanted = std::max<std::uint64_t>(content.whole_bytes, storage_bytes);;) {
+    constexpr std::uint64_t kSpare = 64 * SlabPool::kPageBytes;
+    config.storage_bytes =
+        std::min<std::uint64_t>((wanted + kSpare) / SlabPool::kPageBytes * SlabPool::kPageBytes,
+                                MapConfig::kMaxStorageBytes);
+    TESSERA_TRY_ASSIGN(stored->memory, ArenaMemory::allocate(required_bytes(config)));
+    Arena arena(stored->memory.span());
+    Result<LocalMap> map = LocalMap::make(arena, config, content.header.classes);
+    if (!map.ok()) return Failure{path + ": the header has a setting out of range"};
+    stored->map = std::move(*map);
+    TESSERA_TRY_ASSIGN(const bool fits, read_into(path, stored->map));
+    if (!fits && config.storage_bytes == MapConfig::kMaxStorageBytes)
+      return Failure{path + " holds more than a map can"};
+    const std::uint64_t used = stored->map.usage().used_bytes;
+    if (fits && (is_known || used + kSpare >= config.storage_bytes / 2)) break;
+    // Once more, in what it takes.
+    is_known = fits;
+    wanted = fits ? std::max<std::uint64_t>(used, storage_bytes) : 2 * wanted;
+  }
+  stored->header.revision = stored->map.revision();
+  stored->header.content.blocks = stored->map.block_count();
+  return stored;
+}
+
 }  // namespace
 
 Failure damaged_file(const std::string& path, const MapFileStatus& status) {
@@ -108,11 +150,13 @@ Failure damaged_file(const std::string& path, const MapFileStatus& status) {
 }
 
 Outcome<MapFileHeader> load_map_header(const std::string& path) {
+  if (is_journal(path)) return read_journal_header(path);
   return load_header_of(path, kWhole);
 }
 
 Outcome<MapFileHeader> load_whole_header(const std::string& path) {
-  TESSERA_TRY_ASSIGN(MapFileHeader header, load_map_header(path));
+  if (is_journal(path)) return read_journal_header(path);
+  TESSERA_TRY_ASSIGN(MapFileHeader header, load_header_of(path, kWhole));
   TESSERA_TRY_ASSIGN(InputFile file, InputFile::open(path));
   const std::uint64_t bytes = file.size_bytes();
   std::array<std::byte, kMapFileEndBytes> end{};
@@ -141,10 +185,12 @@ Outcome<void> record_settings(const Json& config, MapIdentity& identity) {
 }
 
 Outcome<bool> load_into(const std::string& path, LocalMap& map) {
+  if (is_journal(path)) return read_into(path, map);
   return load_into(path, kWhole, map);
 }
 
 Outcome<std::unique_ptr<StoredMap>> load_map(const std::string& path, std::size_t storage_bytes) {
+  if (is_journal(path)) return load_journal(path, storage_bytes);
   return load_part(path, kWhole, storage_bytes);
 }
 

@@ -36,8 +36,9 @@ struct StoredMap {
   MapFileHeader header;
 };
 
-/// Reads a map file that is not in submaps; its storage is exactly what it needs, or storage_bytes
-/// if that is larger. Fails with kUsage iff the file is missing, damaged or of another kind; the
+/// Reads a map file that is not in submaps, or a map that a node keeps while it maps (MapJournal),
+/// of which the functions below read too; its storage is exactly what it needs, or storage_bytes if
+/// that is larger. Fails with kUsage iff the file is missing, damaged or of another kind; the
 /// message has the error and its place.
 Outcome<std::unique_ptr<StoredMap>> load_map(const std::string& path,
                                              std::size_t storage_bytes = 0);

@@ -4,6 +4,9 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
+#include <array>
+
 #include "base/input_file.hpp"
 #include "base/number_text.hpp"
 
@@ -42,23 +45,62 @@ Outcome<SubmapWriter> SubmapWriter::open(const std::string& path, const LocalMap
   return writer;
 }
 
-Outcome<MapSummary> SubmapWriter::add(const LocalMap& map, SubmapRow row) {
-  if (rows_.size() == kMostSubmaps)
-    return Failure{fmt::format("{} has no room for more than {} submaps; give a larger "
-                               "--submap-length",
-                               file_.path(), kMostSubmaps),
-                   FailureKind::kFailure};
-  TESSERA_TRY_ASSIGN(const AppendedMap added, append_map(map, identity_, file_));
-  row.offset_bytes = bytes_;
+SubmapRow row_of(std::uint32_t number, const SubmapNote& note) noexcept {
+  SubmapRow row;
+  row.number = number;
+  row.first_scan = static_cast<std::uint32_t>(note.first_scan);
+  row.last_scan = static_cast<std::uint32_t>(note.last_scan);
+  row.length_m = note.length_m;
+  return row;
+}
+
+Outcome<SubmapRow> append_submap(const LocalMap& map, const MapIdentity& identity, AtomicFile& file,
+                                 SubmapRow row) {
+  TESSERA_TRY_ASSIGN(const AppendedMap added, append_map(map, identity, file));
   row.bytes = added.bytes;
   row.digest = added.summary.digest;
   row.label_voxels = added.summary.label_voxels;
   row.free_voxels = added.summary.free_voxels;
   row.occupied = added.summary.occupied;
   row.T_map_submap = *encode_rigid(Matrix34d::Identity());
-  rows_.push_back(row);
+  return row;
+}
+
+Outcome<void> SubmapWriter::check_room() const {
+  if (rows_.size() != kMostSubmaps) return {};
+  return Failure{fmt::format("{} has no room for more than {} submaps; give a larger "
+                             "--submap-length",
+                             file_.path(), kMostSubmaps),
+                 FailureKind::kFailure};
+}
+
+Outcome<void> SubmapWriter::add(const LocalMap& map, SubmapRow row) {
+  TESSERA_TRY(check_room());
+  TESSERA_TRY_ASSIGN(SubmapRow added, append_submap(map, identity_, file_, row));
+  added.offset_bytes = bytes_;
+  rows_.push_back(added);
   bytes_ += added.bytes;
-  return added.summary;
+  return {};
+}
+
+Outcome<void> SubmapWriter::add_file(const std::string& path, SubmapRow row) {
+  TESSERA_TRY(check_room());
+  TESSERA_TRY_ASSIGN(InputFile file, InputFile::open(path));
+  if (file.size_bytes() != row.bytes)
+    return Failure{path + " was changed since it was written", FailureKind::kFailure};
+  constexpr std::size_t kPiece = std::size_t{1} << 16U;
+  const auto piece = std::make_unique<std::array<std::byte, kPiece>>();
+  for (std::uint64_t left = row.bytes; left != 0;) {
+    const std::span<std::byte> part =
+        std::span(*piece).first(static_cast<std::size_t>(std::min<std::uint64_t>(left, kPiece)));
+    TESSERA_TRY(file.read_exactly(part));
+    static_cast<void>(file_.write(part));  // commit() explains a refused write
+    left -= part.size();
+  }
+  row.offset_bytes = bytes_;
+  rows_.push_back(row);
+  bytes_ += row.bytes;
+  return {};
 }
 
 Outcome<void> SubmapWriter::commit() {

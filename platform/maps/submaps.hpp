@@ -10,9 +10,17 @@
 
 #include "base/atomic_file.hpp"
 #include "maps/stored_map.hpp"
+#include "tessera/map/local_maps.hpp"
 #include "tessera/submap/submap_file.hpp"
 
 namespace tessera {
+
+/// The row of a submap with a note of what was mapped into it; the rest is not known yet.
+SubmapRow row_of(std::uint32_t number, const SubmapNote& note) noexcept;
+/// Appends a map file with a submap to an open file. The row is completed but for its place; its
+/// frame is where it was mapped. commit() explains a refused write.
+Outcome<SubmapRow> append_submap(const LocalMap& map, const MapIdentity& identity, AtomicFile& file,
+                                 SubmapRow row);
 
 class SubmapWriter {
  public:
@@ -21,9 +29,11 @@ class SubmapWriter {
   static Outcome<SubmapWriter> open(const std::string& path, const LocalMap& common,
                                     const MapIdentity& identity);
   /// Appends a submap. row: number, scans and length; place, digest and counts are filled in, and
-  /// the frame is where it was mapped. The value is what the map holds. Fails with kFailure iff
-  /// there are kMostSubmaps.
-  Outcome<MapSummary> add(const LocalMap& map, SubmapRow row);
+  /// the frame is where it was mapped. Fails with kFailure iff there are kMostSubmaps.
+  Outcome<void> add(const LocalMap& map, SubmapRow row);
+  /// Appends a submap from a map file of its own; row: all but the place. Fails as add, and with
+  /// kUsage iff the file cannot be read, kFailure iff it has other bytes than the row says.
+  Outcome<void> add_file(const std::string& path, SubmapRow row);
   [[nodiscard]] std::vector<SubmapRow>& rows() noexcept { return rows_; }
   [[nodiscard]] const std::vector<SubmapRow>& rows() const noexcept { return rows_; }
   /// Appends the table, and puts the file under its name. Fails as AtomicFile::commit.
@@ -32,6 +42,7 @@ class SubmapWriter {
  private:
   SubmapWriter(AtomicFile file, const MapIdentity& identity)
       : file_(std::move(file)), identity_(identity) {}
+  [[nodiscard]] Outcome<void> check_room() const;
 
   AtomicFile file_;
   MapIdentity identity_;

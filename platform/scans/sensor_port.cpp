@@ -15,9 +15,9 @@ namespace tessera {
 namespace {
 
 Outcome<void> check_channels(const SensorChannels& channels) {
-  const std::array<const std::string*, 5> names{&channels.semantic_cloud, &channels.cloud,
-                                                &channels.label_image, &channels.depth_image,
-                                                &channels.pose};
+  const std::array<const std::string*, 6> names{&channels.semantic_cloud, &channels.cloud,
+                                                &channels.label_image,    &channels.depth_image,
+                                                &channels.pose,           &channels.correction};
   for (std::size_t i = 0; i < names.size(); ++i) {
     if (names[i]->size() > kMaxChannelBytes) {
       return Failure{"invalid LCM channel \"" + one_line(*names[i]) +
@@ -41,7 +41,8 @@ SensorPort::SensorPort(const SensorPortConfig& config, std::unique_ptr<SensorLin
       matcher_(config.matcher),
       ready_(std::clamp<std::size_t>(config.matcher.handed_scans, 1, 16)),
       back_(std::clamp<std::size_t>(config.matcher.handed_scans, 1, 16)),
-      poses_(kPoseQueue) {}
+      poses_(kPoseQueue),
+      corrections_(config.takes_corrections ? kCorrectionQueue : 1) {}
 
 Outcome<std::unique_ptr<SensorPort>> SensorPort::open(const SensorPortConfig& config) {
   TESSERA_TRY(check_channels(config.channels));
@@ -52,7 +53,8 @@ Outcome<std::unique_ptr<SensorPort>> SensorPort::open(const SensorPortConfig& co
 std::size_t SensorPort::required_bytes(const SensorPortConfig& config) noexcept {
   return sizeof(SensorPort) + SensorLink::required_bytes(config.link) +
          SensorMatcher::required_bytes(config.matcher) + kPoseQueue * sizeof(StampedPose) +
-         std::size_t{2} * 16 * sizeof(Scan*);
+         std::size_t{2} * 16 * sizeof(Scan*) +
+         (config.takes_corrections ? kCorrectionQueue : 1) * CorrectionMessage::kMostPoses * 13 * 8;
 }
 
 SensorPort::~SensorPort() {
@@ -153,6 +155,7 @@ void SensorPort::take(std::string_view channel, std::span<const std::byte> paylo
   if (channel == channels.cloud) return take_cloud(payload, false);
   if (channel == channels.label_image) return take_label_image(payload);
   if (channel == channels.depth_image) return take_depth_image(payload);
+  if (channel == channels.correction && config_.takes_corrections) return take_correction(payload);
   ++report_.other_channel;
 }
 
@@ -225,6 +228,21 @@ void SensorPort::take_pose(std::span<const std::byte> payload) noexcept {
     return;
   }
   matcher_.add_pose({pose.stamp_us, pose.T_map_body}, now);
+}
+
+void SensorPort::take_correction(std::span<const std::byte> payload) noexcept {
+  CorrectionMessage* const slot = corrections_.claim();
+  if (slot == nullptr) {
+    ++report_.corrections_dropped;
+    return;
+  }
+  if (!is_fine(decode_correction(payload, {slot->keys, slot->transforms}, slot->header))) return;
+  if (slot->header.robot != config_.robot) {
+    ++report_.corrections_foreign;
+    return;
+  }
+  ++report_.corrections;
+  corrections_.publish();
 }
 
 }  // namespace tessera

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "base/outcome.hpp"
 #include "base/shared_report.hpp"
@@ -29,6 +30,7 @@ struct SensorChannels {
   std::string label_image = "TESSERA_LABEL_IMAGE";
   std::string depth_image = "TESSERA_DEPTH_IMAGE";
   std::string pose = "TESSERA_POSE";  ///< Empty: poses come only by add_pose().
+  std::string correction = "TESSERA_CORRECTION";
 };
 
 /// The clock of the sensors' stamps; everything that stamps for this machine must use the same.
@@ -49,6 +51,14 @@ struct PoseFilter {
   bool (*may_use)(void* context, const PoseMessage& pose, std::int64_t stamp_now_us) = nullptr;
 };
 
+/// A correction as it came, in memory of its own; slots of a queue.
+struct CorrectionMessage {
+  static constexpr std::size_t kMostPoses = 16'384;
+  CorrectionHeader header{};
+  std::vector<std::int64_t> keys = std::vector<std::int64_t>(kMostPoses);
+  std::vector<double> transforms = std::vector<double>(12 * kMostPoses);
+};
+
 struct SensorPortConfig {
   SensorLinkConfig link{};
   SensorChannels channels{};
@@ -56,6 +66,8 @@ struct SensorPortConfig {
   SensorClock clock = SensorClock::kMonotonic;
   bool takes_degraded_poses = true;
   PoseFilter pose_filter{};
+  std::uint32_t robot = 0;         ///< Whose corrections are taken.
+  bool takes_corrections = false;  ///< Else they are messages of another channel.
 };
 
 /// All counters, from the socket to the mapping thread.
@@ -68,6 +80,9 @@ struct SensorReport {
   std::uint64_t poses_filtered = 0;       ///< Refused by the filter.
   std::uint64_t pose_gaps = 0;         ///< Sequence numbers without a pose; a restart counts none.
   std::uint64_t poses_queue_full = 0;  ///< Of add_pose().
+  std::uint64_t corrections = 0;       ///< Passed on.
+  std::uint64_t corrections_foreign = 0;  ///< Of another robot: refused.
+  std::uint64_t corrections_dropped = 0;  ///< Two were waiting already.
   MatchReport match{};
   std::uint64_t longest_match_us = 0;  ///< From the arrival of a scan until it was given out.
 };
@@ -106,6 +121,11 @@ class SensorPort final : private SensorSink {
   /// that calls step(), also from a filter of poses.
   void forget_poses() noexcept;
 
+  /// The oldest correction that waits, which the caller owns until pop_correction(); nullptr: there
+  /// is none. For one thread; neither waits nor makes a system call.
+  [[nodiscard]] const CorrectionMessage* correction() noexcept { return corrections_.front(); }
+  void pop_correction() noexcept { corrections_.pop(); }
+
   /// For any thread.
   [[nodiscard]] SensorReport report() const noexcept { return shared_report_.load(); }
   /// The current time of the sensors' clock.
@@ -114,6 +134,7 @@ class SensorPort final : private SensorSink {
 
  private:
   static constexpr std::size_t kPoseQueue = 256;
+  static constexpr std::size_t kCorrectionQueue = 2;
 
   SensorPort(const SensorPortConfig& config, std::unique_ptr<SensorLink> link);
   void take(std::string_view channel, std::span<const std::byte> payload) noexcept override;
@@ -121,6 +142,7 @@ class SensorPort final : private SensorSink {
   void take_label_image(std::span<const std::byte> payload) noexcept;
   void take_depth_image(std::span<const std::byte> payload) noexcept;
   void take_pose(std::span<const std::byte> payload) noexcept;
+  void take_correction(std::span<const std::byte> payload) noexcept;
   /// True iff there is no fault; counts it otherwise.
   bool is_fine(MessageFault fault) noexcept;
   [[nodiscard]] SensorTime time() const noexcept;
@@ -133,6 +155,7 @@ class SensorPort final : private SensorSink {
   SpscQueue<Scan*> ready_;
   SpscQueue<Scan*> back_;
   SpscQueue<StampedPose> poses_;
+  SpscQueue<CorrectionMessage> corrections_;
   std::atomic<std::uint64_t> poses_queue_full_{0};
   std::int32_t last_pose_number_ = 0;
   bool knows_pose_number_ = false;

@@ -50,22 +50,23 @@ std::vector<std::string> keys_of(const Json& object) {
 
 }  // namespace
 
-std::size_t ConfigPlaces::line_of(std::string_view table, std::string_view key) const {
+std::size_t ConfigPlaces::line_of(std::string_view table, std::string_view key,
+                                  std::size_t item) const {
   const auto found = std::find_if(lines_.begin(), lines_.end(), [&](const Line& line) {
-    return line.table == table && line.key == key;
+    return line.table == table && line.key == key && line.item == item;
   });
   return found == lines_.end() ? 0 : found->line;
 }
 
-Failure ConfigPlaces::worded(const Failure& failure) const {
+Failure ConfigPlaces::worded(const Failure& failure, std::size_t item) const {
   const SettingName* const about = failure.message.subject();
   if (about == nullptr || about->table.empty())
     return {failure.message.text(Speaker::kFile), failure.kind};
   std::string text = failure.message.text(Speaker::kFile);
   // The name is in front of it already.
   if (failure.message.begins_with_subject()) text.erase(0, about->key.size() + 1);
-  std::size_t line = line_of(about->table, about->key);
-  if (line == 0) line = line_of(about->table, "");
+  std::size_t line = line_of(about->table, about->key, item);
+  if (line == 0) line = line_of(about->table, "", item);
   const std::string where = line == 0 ? "" : fmt::format(", line {}", line);
   return {path_ + where + ": [" + std::string(about->table) + "] " + std::string(about->key) +
               ": " + text,
@@ -74,13 +75,36 @@ Failure ConfigPlaces::worded(const Failure& failure) const {
 
 const ConfigFile::Entry* ConfigFile::find(const SettingName& setting) const {
   const auto found = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& entry) {
-    return entry.table == setting.table && entry.name == setting.key;
+    return entry.table == setting.table && entry.name == setting.key && entry.item == item_;
   });
   return found == entries_.end() ? nullptr : &*found;
 }
 
 void ConfigFile::refuse(const Failure& failure) {
-  if (!failure_) failure_ = places_.worded(failure);
+  if (!failure_) failure_ = places_.worded(failure, item_);
+}
+
+std::size_t ConfigFile::count_items(std::string_view table) const {
+  std::size_t items = 0;
+  for (const Entry& entry : tables_)
+    items = entry.table == table ? std::max(items, entry.item) : items;
+  return items;
+}
+
+/// Known keys of a table, or of the first of an array of them.
+const Json& ConfigFile::keys_in(const std::string& table) const {
+  const Json& values = values_.at(table);
+  return values.is_array() && !values.empty() ? values.front() : values;
+}
+
+/// A table that is an array in the file and is to be none, or the other way round.
+std::optional<Failure> ConfigFile::misplaced(const Entry& table) const {
+  const bool is_array = values_.at(table.table).is_array();
+  if (is_array == (table.item != 0)) return std::nullopt;
+  const std::string one = "[" + table.table + "]";
+  const std::string many = "[" + one + "]";
+  return Failure{fmt::format("{}, line {}: {} is written as {}", places_.path(), table.line,
+                             is_array ? one : many, is_array ? many : one)};
 }
 
 Outcome<SettingValue> ConfigFile::value_of(const Setting& setting, const Entry& entry) const {
@@ -146,7 +170,8 @@ void ConfigFile::read(const Setting& setting, void* options) {
   }
   const SettingValue held = setting.member.get(options);
   const bool* const on = std::get_if<bool>(&held);
-  Json& table = values_[std::string(setting.name.table)];
+  Json& values = values_[std::string(setting.name.table)];
+  Json& table = item_ == 0 ? values : values[item_ - 1];
   table[std::string(setting.name.key)] = on != nullptr ? Json(*on) : json_of(setting, options);
 }
 
@@ -155,7 +180,7 @@ Failure ConfigFile::unknown(const Entry& entry) const {
   const bool is_table = values_.contains(entry.table);
   // The key may be right and the table wrong.
   for (const auto& table : values_.items()) {
-    if (table.key() != entry.table && table.value().contains(entry.name)) {
+    if (table.key() != entry.table && keys_in(table.key()).contains(entry.name)) {
       return {where + "unknown key " + entry.name + " in [" + entry.table + "]; it is in [" +
               table.key() + "]"};
     }
@@ -165,16 +190,17 @@ Failure ConfigFile::unknown(const Entry& entry) const {
             nearest(entry.table, keys_of(values_)) + "]?"};
   }
   return {where + "unknown key " + entry.name + " in [" + entry.table + "]; did you mean " +
-          nearest(entry.name, keys_of(values_[entry.table])) + "?"};
+          nearest(entry.name, keys_of(keys_in(entry.table))) + "?"};
 }
 
 Outcome<void> ConfigFile::finish() const {
   for (const Entry& table : tables_) {
     if (!values_.contains(table.table)) return unknown(table);
+    if (std::optional<Failure> failure = misplaced(table)) return *failure;
   }
   // First of all: an unknown key explains the one that is missing because of it.
   for (const Entry& entry : entries_) {
-    if (!values_[entry.table].contains(entry.name)) return unknown(entry);
+    if (!keys_in(entry.table).contains(entry.name)) return unknown(entry);
   }
   if (failure_) return *failure_;
   return {};

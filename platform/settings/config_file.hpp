@@ -22,8 +22,9 @@ class ConfigPlaces {
  public:
   ConfigPlaces() = default;
   explicit ConfigPlaces(std::string path) : path_(std::move(path)) {}
-  void note(std::string table, std::string key, std::size_t line) {
-    lines_.push_back({std::move(table), std::move(key), line});
+  /// item: of an array of tables, from 1; else 0.
+  void note(std::string table, std::string key, std::size_t line, std::size_t item = 0) {
+    lines_.push_back({std::move(table), std::move(key), line, item});
   }
   [[nodiscard]] const std::string& path() const { return path_; }
   [[nodiscard]] bool has_table(std::string_view table) const { return line_of(table, "") != 0; }
@@ -31,17 +32,20 @@ class ConfigPlaces {
     return line_of(setting.table, setting.key) != 0;
   }
   /// "path, line n: [table] key: what" about the setting that the message names first, with the
-  /// line of its key, or of its table; about no setting of a file: the failure as it is.
-  [[nodiscard]] Failure worded(const Failure& failure) const;
+  /// line of its key, or of its table; about no setting of a file: the failure as it is. item: as
+  /// in note().
+  [[nodiscard]] Failure worded(const Failure& failure, std::size_t item = 0) const;
 
  private:
   struct Line {
     std::string table;
     std::string key;  ///< Empty: the table's own.
     std::size_t line;
+    std::size_t item;
   };
   /// 0: it is not in the file.
-  [[nodiscard]] std::size_t line_of(std::string_view table, std::string_view key) const;
+  [[nodiscard]] std::size_t line_of(std::string_view table, std::string_view key,
+                                    std::size_t item = 0) const;
 
   std::string path_;
   std::vector<Line> lines_;
@@ -59,6 +63,18 @@ class ConfigFile {
   void read(const SettingTable<Options>& table, std::type_identity_t<Options>& options) {
     for (const Setting& row : table.rows) read(row, &options);
   }
+  /// The same of an array of tables, such as [[sessions]]: adds what is given of each to options.
+  template <class Options>
+  void read_all(const SettingTable<Options>& table, std::vector<Options>& options) {
+    const std::string name(table.rows.front().name.table);
+    values_[name] = Json::array();
+    const std::size_t items = count_items(name);
+    for (item_ = 1; item_ <= items; ++item_) {
+      options.emplace_back();
+      for (const Setting& row : table.rows) read(row, &options.back());
+    }
+    item_ = 0;
+  }
 
   /// Fails with kUsage iff there is a key or table that was not read, a required one is missing, or
   /// there was an error in one that was read.
@@ -74,6 +90,7 @@ class ConfigFile {
     std::string name;
     std::size_t line = 0;
     Value value;
+    std::size_t item = 0;  ///< Of an array of tables, from 1.
   };
 
   ConfigFile() = default;
@@ -81,6 +98,9 @@ class ConfigFile {
   void read(const Setting& setting, void* options);
   [[nodiscard]] Outcome<SettingValue> value_of(const Setting& setting, const Entry& entry) const;
   void refuse(const Failure& failure);
+  [[nodiscard]] std::size_t count_items(std::string_view table) const;
+  [[nodiscard]] const Json& keys_in(const std::string& table) const;
+  [[nodiscard]] std::optional<Failure> misplaced(const Entry& table) const;
   [[nodiscard]] Failure unknown(const Entry& entry) const;
 
   ConfigPlaces places_;
@@ -88,6 +108,7 @@ class ConfigFile {
   std::vector<Entry> tables_;  ///< Without name and value.
   Json values_ = Json::object();
   std::optional<Failure> failure_;
+  std::size_t item_ = 0;  ///< That is read.
 };
 
 }  // namespace tessera

@@ -42,14 +42,10 @@ Outcome<ConfigFile> ConfigFile::parse(std::string_view text, std::string path) {
   TESSERA_TRY(check_nesting(text, file.places_.path()));
   try {
     const toml::table root = toml::parse(text);
-    for (const auto& [name, node] : root) {
-      const toml::table* const table = node.as_table();
-      const std::string table_name(name.str());
-      if (table == nullptr)
-        return refused(node, std::string(table_name).append(" is not in a table"),
-                       "put it below a line such as [robot]");
-      file.tables_.push_back({table_name, {}, line_of(node), {}});
-      for (const auto& [key, value] : *table) {
+    const auto take = [&](const std::string& table_name, const toml::table& table,
+                          std::size_t item) -> Outcome<void> {
+      file.tables_.push_back({table_name, {}, line_of(table), {}, item});
+      for (const auto& [key, value] : table) {
         std::optional<Value> taken = value_of(value);
         const std::string key_name(key.str());
         if (!taken) {
@@ -58,7 +54,21 @@ Outcome<ConfigFile> ConfigFile::parse(std::string_view text, std::string path) {
           return refused(value, what,
                          "give text, a number, true or false, or a list of whole numbers");
         }
-        file.entries_.push_back({table_name, key_name, line_of(value), std::move(*taken)});
+        file.entries_.push_back({table_name, key_name, line_of(value), std::move(*taken), item});
+      }
+      return {};
+    };
+    for (const auto& [name, node] : root) {
+      const std::string table_name(name.str());
+      if (const toml::table* const table = node.as_table(); table != nullptr) {
+        TESSERA_TRY(take(table_name, *table, 0));
+      } else if (node.is_array_of_tables()) {
+        std::size_t item = 0;
+        for (const toml::node& one : *node.as_array())
+          TESSERA_TRY(take(table_name, *one.as_table(), ++item));
+      } else {
+        return refused(node, std::string(table_name).append(" is not in a table"),
+                       "put it below a line such as [robot]");
       }
     }
   } catch (const toml::parse_error& error) {
@@ -70,7 +80,8 @@ Outcome<ConfigFile> ConfigFile::parse(std::string_view text, std::string path) {
   for (std::vector<Entry>* const all : {&file.entries_, &file.tables_}) {
     std::stable_sort(all->begin(), all->end(),
                      [](const Entry& a, const Entry& b) { return a.line < b.line; });
-    for (const Entry& entry : *all) file.places_.note(entry.table, entry.name, entry.line);
+    for (const Entry& entry : *all)
+      file.places_.note(entry.table, entry.name, entry.line, entry.item);
   }
   return file;
 }

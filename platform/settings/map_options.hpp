@@ -134,6 +134,10 @@ inline constexpr Setting kMapRows[] = {
         {"--archive", "map", "archive"},
         "Folder for blocks that leave the window; they are reloaded when the robot returns",
         {.value = "DIR"}),
+    row<&MapOptions::submap_length_m>(
+        {"--submap-length", "map", "submap_m"},
+        "Map in submaps, each of this way; they can be moved on their own, as by --corrections",
+        {.value = "M", .otherwise = "one map", .allowed = from_to(0.1, 1e6, "metres")}),
 };
 inline constexpr SettingTable<MapOptions> kMapSettings{kMapRows};
 
@@ -152,12 +156,13 @@ inline constexpr Setting kMapFileRows[] = {
         {.value = "W",
          .otherwise = "1",
          .allowed = {.least = 0.001, .words = "evidence from 0.001 to the cap of a voxel"}}),
-    row<&MapOptions::submap_length_m>(
-        {"--submap-length"},
-        "Map in submaps, each of this way; they can be moved on their own, as by --corrections",
-        {.value = "M", .otherwise = "one map", .allowed = from_to(0.1, 1e6, "metres")}),
 };
 inline constexpr SettingTable<MapOptions> kMapFileSettings{kMapFileRows};
+
+/// Submaps of a running robot, at most, where nothing else is said: others hold as many of one.
+inline constexpr std::uint32_t kMostSubmapsOfRobot = 64;
+/// Whatever [network] contributions_per_robot says.
+inline constexpr std::uint32_t kMostSubmapsInAll = 256;
 
 /// Configurations for mapping.
 struct MapSetup {
@@ -166,6 +171,8 @@ struct MapSetup {
   std::int64_t deadline_us = 0;  ///< Counted from the start of a scan's integration; 0: none.
   std::size_t budget_bytes = 0;
   std::optional<WindowConfig> window;
+  /// Of a running robot in submaps, which has two maps; 0: one map.
+  double submap_length_m = 0.0;
   std::size_t archive_bytes = 0;  ///< Part of the budget, for the archive's index.
 };
 

@@ -142,7 +142,8 @@ Outcome<ScanCapacity> split_budget(MapSetup& setup, std::size_t max_points) {
     capacity.points = fits;
   }
   const std::size_t taken = scratch();
-  if (taken < budget_bytes) setup.map = fit_to_budget(setup.map, budget_bytes - taken);
+  const std::size_t maps = setup.submap_length_m > 0.0 ? 2 : 1;
+  if (taken < budget_bytes) setup.map = fit_to_budget(setup.map, (budget_bytes - taken) / maps);
   if (taken >= budget_bytes || setup.map.storage_bytes < 4 * SlabPool::kPageBytes) {
     constexpr std::size_t kMiB = std::size_t{1} << 20U;
     const std::size_t enough = ((2 * taken + setup.archive_bytes) / kMiB + 1) * kMiB;

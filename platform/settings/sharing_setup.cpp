@@ -20,6 +20,18 @@ PublisherBudget budget_of(const SharingOptions& config) {
   return budget;
 }
 
+/// Of contributions, how many there are places for.
+struct Places {
+  std::uint32_t all;
+  std::uint32_t of_one_robot;
+};
+
+Places places_of(const SharingOptions& config, bool in_submaps) {
+  return {.all = config.contributions.value_or(in_submaps ? 256 : 64),
+          .of_one_robot =
+              config.contributions_per_robot.value_or(in_submaps ? kMostSubmapsOfRobot : 4)};
+}
+
 ExchangeConfig exchange_of(const SharingOptions& config, const MapConfig& map,
                            std::uint32_t starts) {
   ExchangeConfig exchange;
@@ -29,8 +41,6 @@ ExchangeConfig exchange_of(const SharingOptions& config, const MapConfig& map,
   exchange.prior = map.prior;
   exchange.free_weight = map.free_weight;
   exchange.max_evidence = robot_max_evidence(map);
-  exchange.contributions = config.contributions;
-  exchange.contributions_per_robot = config.contributions_per_robot;
   exchange.conflicts = config.conflicts;
   exchange.peers = config.peers;
   exchange.bytes_per_s = config.bytes_per_s;
@@ -100,6 +110,22 @@ Outcome<RobotConfig> set_up_sharing(const SharingOptions& options, const MapSetu
   robot.publisher.evidence_factor = static_cast<float>(options.evidence_factor);
   robot.budget = budget_of(options);
   robot.exchange = exchange_of(options, robot.map, epoch);
+  const bool in_submaps = map.submap_length_m > 0.0;
+  const Places places = places_of(options, in_submaps);
+  robot.exchange.contributions = places.all;
+  robot.reach_m = options.reach_m;
+  robot.exchange.far_contributions = options.reach_m > 0.0 ? options.far_contributions : 0;
+  robot.exchange.contributions_per_robot = places.of_one_robot;
+  if (in_submaps) {
+    // Others hold no more of one robot, and a place is kept for each.
+    robot.most_submaps = std::min({places.all - 1, places.of_one_robot, kMostSubmapsInAll});
+    if (robot.most_submaps < 2)
+      return Failure{Message(kMapSettings["--submap-length"]) + " needs " +
+                     kSharingSettings["network.contributions_per_robot"] + " and " +
+                     kSharingSettings["network.contributions"] + " of at least 3"};
+    robot.exchange.own_contributions = robot.most_submaps;
+    robot.submap_cuts.length_m = map.submap_length_m;
+  }
   robot.work_per_tick = options.work_per_tick;
   robot.near_first = options.near_first;
   robot.epoch = epoch;
@@ -111,7 +137,7 @@ Outcome<RobotConfig> set_up_sharing(const SharingOptions& options, const MapSetu
   global.map.max_evidence = 0.0F;
   if (diffusion.mode == DiffusionMode::kPaper) global.map.prior = 0.0;
   global.map.tuple = options.counts;
-  global.replicas.contributions = options.contributions;
+  global.replicas.contributions = places.all;
   TESSERA_TRY_ASSIGN(
       const GlobalMapConfig fitted,
       fit_global_map(global, options.fusion_memory_bytes, options.robot_share, num_components));

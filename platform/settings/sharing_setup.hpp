@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
 #include "base/outcome.hpp"
 #include "settings/diffusion_options.hpp"
@@ -30,9 +31,11 @@ struct SharingOptions {
   std::uint32_t bytes_per_s = 1'500'000;
   std::uint32_t burst_bytes = 128U << 10U;
   std::uint32_t peers = 64;
-  std::uint32_t contributions = 64;
-  std::uint32_t contributions_per_robot = 4;
+  std::optional<std::uint32_t> contributions;            ///< Default: 64, with submaps 256.
+  std::optional<std::uint32_t> contributions_per_robot;  ///< Default: 4, with submaps 64.
   ConflictPolicy conflicts = ConflictPolicy::kAlarm;
+  double reach_m = 0.0;
+  std::uint32_t far_contributions = 4096;
   // Global map.
   std::size_t fusion_memory_bytes = std::size_t{256} << 20U;
   DiffusionOptions diffusion;
