@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // tessera fuse: fuses local maps into one global map by label diffusion.
+#include <algorithm>
 #include <cstdio>
 #include <optional>
 
@@ -10,7 +11,9 @@
 #include "base/progress.hpp"
 #include "cli/command.hpp"
 #include "cli/setting_options.hpp"
+#include "maps/fuse_sessions.hpp"
 #include "maps/fusion_run.hpp"
+#include "maps/session_file.hpp"
 
 namespace tessera {
 
@@ -26,10 +29,12 @@ constexpr SettingTable<FuseOptions> kFuseFileSettings{kFuseFileRows};
 void print_summary(const FuseRun& run, const std::vector<FuseInput>& inputs,
                    const std::string& out) {
   const auto count = [](std::uint64_t n) { return static_cast<unsigned long long>(n); };
-  std::printf(
-      "%zu maps into %s: %llu voxels labelled or occupied, %llu free, %llu in the overlap\n",
-      inputs.size(), out.c_str(), count(run.usage.label_voxels), count(run.free_voxels),
-      count(run.report.nodes));
+  const auto is_session = [](const FuseInput& input) { return input.session.has_value(); };
+  const auto sessions =
+      static_cast<std::size_t>(std::count_if(inputs.begin(), inputs.end(), is_session));
+  std::printf("%s into %s: %llu voxels labelled or occupied, %llu free, %llu in the overlap\n",
+              counted(inputs.size() - sessions, "map").c_str(), out.c_str(),
+              count(run.usage.label_voxels), count(run.free_voxels), count(run.report.nodes));
   std::printf("  %s diffusion, %d iterations over %g m, residual %.3g\n",
               to_string(run.config.diffusion.mode), run.config.diffusion.iterations,
               decimal_of(run.config.diffusion.length_m), run.report.residual);
@@ -41,6 +46,11 @@ void print_summary(const FuseRun& run, const std::vector<FuseInput>& inputs,
               static_cast<double>(run.usage.used_bytes) / 1e6);
   std::printf("  %.0f ms to publish, %.0f ms to fuse; digest %s\n", run.publish_ms, run.fuse_ms,
               hex64(run.digest).c_str());
+  for (const FuseInput& input : inputs) {
+    if (input.session)
+      std::printf("  session %s of %s, weight %g\n", input.path.c_str(),
+                  date_text(input.session->date_s).c_str(), weight_of(*input.session));
+  }
   for (const PairAlignment& pair : run.pairs) {
     std::printf("  %s and %s: the same class at %.1f %% of common voxels\n",
                 inputs[pair.first].path.c_str(), inputs[pair.second].path.c_str(),
@@ -67,12 +77,16 @@ Outcome<void> fuse_all(FusionRun& fusion, const std::vector<FuseInput>& inputs) 
 }
 
 Outcome<void> run_fuse(const FuseOptions& options) {
-  TESSERA_TRY(check_number_of_maps(options.maps.size()));
-  TESSERA_TRY(check_outputs({{"--out", options.out}, {"--report", options.report}},
-                            files_of(options.maps, options.transforms, "FILE")));
+  TESSERA_TRY(check_number_of_maps(options.maps.size(), options.sessions.size()));
+  std::vector<std::string> transforms = options.transforms;
+  TESSERA_TRY_ASSIGN(const std::vector<SessionOptions> sessions,
+                     parse_sessions(options.sessions, transforms));
+  std::vector<NamedFile> files = files_of(options.maps, options.transforms, "FILE");
+  for (const SessionOptions& session : sessions) files.push_back({kSession, session.file});
+  TESSERA_TRY(check_outputs({{"--out", options.out}, {"--report", options.report}}, files));
   std::vector<Message> warnings;
-  TESSERA_TRY_ASSIGN(const std::vector<FuseInput> inputs,
-                     load_inputs(options.maps, options.transforms, warnings));
+  TESSERA_TRY_ASSIGN(std::vector<FuseInput> inputs,
+                     load_inputs(options.maps, transforms, warnings));
   warn_of(warnings);
   TESSERA_TRY(check_number_of_robots(inputs));
   TESSERA_TRY_ASSIGN(const DiffusionConfig diffusion,
@@ -80,6 +94,7 @@ Outcome<void> run_fuse(const FuseOptions& options) {
 
   warnings.clear();
   const std::vector<PairAlignment> pairs = align_inputs(inputs, warnings);
+  TESSERA_TRY(add_sessions(sessions, inputs, warnings));
   warn_of(warnings);
   TESSERA_TRY_ASSIGN(const std::unique_ptr<FusionRun> fusion,
                      FusionRun::prepare(inputs, options, diffusion));
@@ -108,9 +123,9 @@ void add_fuse_command(CLI::App& app, int& exit_status) {
       app.add_subcommand("fuse", "Fuse local maps into one global map by label diffusion");
   auto o = std::make_shared<FuseOptions>();
   command
-      ->add_option(
-          "MAPS", o->maps,
-          "Two or more local maps, with the same resolution, classes, prior and weight of a pass")
+      ->add_option("MAPS", o->maps,
+                   "Two or more local maps, or one and sessions, with the same resolution, "
+                   "classes, prior and weight of a pass")
       ->required()
       ->type_name("MAP.tsm");
   declare_settings(*command, kFuseFileSettings, *o);
@@ -120,6 +135,12 @@ void add_fuse_command(CLI::App& app, int& exit_status) {
                    "[stored in the map, else the identity]")
       ->allow_extra_args(false)
       ->type_name("MAP.tsm=T.txt");
+  command
+      ->add_option("--session", o->sessions,
+                   "A map of an earlier day that counts less than the maps, with the weight of its "
+                   "evidence; once for each, up to 8 [weight 0.5]")
+      ->allow_extra_args(false)
+      ->type_name("MAP.tsm[:WEIGHT]");
   declare_settings(*command, kDiffusionSettings, o->diffusion);
   declare_settings(*command, kFuseSettings, *o);
   command->footer(

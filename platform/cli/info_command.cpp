@@ -11,6 +11,7 @@
 #include "base/number_text.hpp"
 #include "base/outputs.hpp"
 #include "cli/command.hpp"
+#include "maps/map_journal.hpp"
 #include "maps/open_map.hpp"
 #include "maps/submaps.hpp"
 #include "tessera/map/queries.hpp"
@@ -45,7 +46,18 @@ Outcome<Content> content_of_submaps(const std::string& path, const MapFileHeader
   return Content{header, summary_of(submaps.rows), verify, std::move(submaps.rows)};
 }
 
+/// A map that a node keeps while it maps has no summary: all is counted.
+Outcome<Content> content_of_journal(const std::string& path) {
+  TESSERA_TRY_ASSIGN(const JournalContent found, read_journal(path, nullptr));
+  if (const std::uint64_t bytes = found.damaged_bytes + found.torn_bytes; bytes != 0)
+    warn(fmt::format("{}: {} bytes are damaged or not whole, and left out", path, bytes));
+  TESSERA_TRY_ASSIGN(const std::unique_ptr<StoredMap> stored, load_map(path));
+  std::vector<KeyedIndex> workspace = workspace_for(stored->map);
+  return Content{stored->header, summarize(stored->map, workspace), true};
+}
+
 Outcome<Content> content_of(const std::string& path, bool verify) {
+  if (is_journal(path)) return content_of_journal(path);
   TESSERA_TRY_ASSIGN(MapFileHeader header, load_map_header(path));
   if (header.identity.kind == MapKind::kSubmaps) return content_of_submaps(path, header, verify);
   TESSERA_TRY_ASSIGN(header, load_whole_header(path));
@@ -115,6 +127,22 @@ Json to_json(const Content& content, std::uint64_t file_bytes) {
   return json;
 }
 
+/// Maps of earlier days that were fused too.
+void print_sessions(const Json& settings) {
+  if (!settings.contains("sessions") || !settings["sessions"].is_array()) return;
+  for (const Json& session : settings["sessions"]) {
+    const auto text = [&session](const char* key) {
+      return session.is_object() && session.contains(key) && session[key].is_string()
+                 ? session[key].get<std::string>()
+                 : std::string("?");
+    };
+    const bool has_weight =
+        session.is_object() && session.contains("weight") && session["weight"].is_number();
+    std::printf("  session      %s of %s, weight %g\n", text("digest").c_str(),
+                text("date").c_str(), has_weight ? session["weight"].get<double>() : 0.0);
+  }
+}
+
 /// settings: as fuse records them; what they do not have is left out.
 void print_fusion(const Json& settings, const std::string& path) {
   std::string robots;
@@ -134,6 +162,7 @@ void print_fusion(const Json& settings, const std::string& path) {
             (value.is_string() ? value.get<std::string>() : value.dump());
   }
   if (!text.empty()) std::printf("  fused with   %s\n", text.c_str());
+  print_sessions(settings);
 }
 
 void print(const Json& json, const std::string& path) {

@@ -32,6 +32,7 @@
 #include "scans/recorded_source.hpp"
 #include "scans/registrar.hpp"
 #include "scans/transform_file.hpp"
+#include "settings/window_setup.hpp"
 #include "tessera/base/rigid.hpp"
 #include "tessera/grid/lattice.hpp"
 #include "tessera/map/queries.hpp"
@@ -168,7 +169,8 @@ Outcome<void> map_scans(const MapOptions& options, MapSetup& setup, const Record
   config["robot"] = identity.robot;
   TESSERA_TRY(record_settings(settings_of(config), identity));
   if (!options.submap_length_m) set_up_spilling(options, setup);
-  move_all_at_once(setup);
+  if (setup.window && setup.deadline_us == 0) move_all_at_once(*setup.window);
+  let_near_blocks_leave(setup, setup.deadline_us == 0);
   TESSERA_TRY_ASSIGN(HeldMapper held, make_mapper(setup, capacity, source.classes().table()));
   Mapper& mapper = *held;
   if (earlier.header) {
@@ -233,7 +235,7 @@ Outcome<void> map_scans(const MapOptions& options, MapSetup& setup, const Record
   if (run.obstacle)
     return out_of_memory(options, setup, source.max_points(), run, source.num_scans());
   // Who gives a deadline or a window sees what a robot would lose.
-  const bool makes_room = submaps != nullptr || (setup.window && setup.window->evicts_near);
+  const bool makes_room = submaps != nullptr || (setup.window && setup.window->keep_while_room);
   const bool keeps_all = makes_room && setup.deadline_us == 0;
   return keeps_all ? check_nothing_lost(setup, run) : Outcome<void>();
 }

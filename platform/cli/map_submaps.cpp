@@ -9,7 +9,7 @@
 #include <filesystem>
 
 #include "base/number_text.hpp"
-#include "scans/calibration.hpp"
+#include "cli/correction_files.hpp"
 #include "scans/poses.hpp"
 #include "scans/scan_motion.hpp"
 #include "tessera/base/rigid.hpp"
@@ -30,7 +30,7 @@ Point3d apply_to(const Matrix34d& T_world_map, const Placed& scan) {
 }  // namespace
 
 Outcome<void> check_submaps(const MapOptions& options) {
-  const SettingName& length = kMapFileSettings["--submap-length"];
+  const SettingName& length = kMapSettings["--submap-length"];
   if (!options.submap_length_m) {
     if (options.corrections.empty()) return {};
     return Failure{Message("--corrections needs ") + Message(length) +
@@ -51,17 +51,10 @@ Outcome<std::unique_ptr<MapSubmaps>> MapSubmaps::make(const MapOptions& options,
                                                       const MapIdentity& identity,
                                                       const LocalMap& empty) {
   std::vector<Correction> corrections;
-  for (const std::string& path : options.corrections) {
-    TESSERA_TRY_ASSIGN(PoseRows rows, read_pose_rows(path));
-    if (rows.T_map_sensor.empty()) return Failure{path + " has no pose; give a row for each scan"};
-    // Those of a dataset are of its camera, as in poses.txt.
-    if (rows.stamps_s.empty() && options.folder() == options.dataset) {
-      TESSERA_TRY_ASSIGN(const Matrix34d T_camera_lidar,
-                         read_calibration(options.dataset + "/calib.txt"));
-      for (Matrix34d& pose : rows.T_map_sensor) pose = lidar_pose(T_camera_lidar, pose);
-    }
-    corrections.push_back({.path = path, .rows = std::move(rows)});
-  }
+  TESSERA_TRY_ASSIGN(std::vector<CorrectionFile> files,
+                     read_corrections(options.corrections, options));
+  for (CorrectionFile& file : files)
+    corrections.push_back({.path = file.path, .rows = std::move(file.rows)});
   TESSERA_TRY_ASSIGN(SubmapWriter writer, SubmapWriter::open(options.out, empty, identity));
   std::unique_ptr<MapSubmaps> made(new MapSubmaps(std::move(writer), *options.submap_length_m));
   made->corrections_ = std::move(corrections);

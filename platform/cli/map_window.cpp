@@ -15,6 +15,7 @@
 #include "cli/losses.hpp"
 #include "maps/whole_map_file.hpp"
 #include "scans/scan_losses.hpp"
+#include "settings/window_setup.hpp"
 
 namespace tessera {
 
@@ -92,22 +93,7 @@ void set_up_spilling(const MapOptions& options, MapSetup& setup) {
   window.radius_m = reach > 0.0 ? std::min(reach, most) : most;
   window.hysteresis_m = 2.0 * edge_m;
   window.keep_while_room = window.evicts_near = true;
-  constexpr std::size_t kOctetBytes = 512;
-  SlabPool::Counts& reserve = window.reserve;
-  const std::size_t bytes = reserve[0] * sizeof(Block) + reserve[1] * sizeof(LabelPage) +
-                            reserve[2] * sizeof(FreePage) + reserve[3] * kOctetBytes;
-  const double times =
-      static_cast<double>(setup.map.storage_bytes / 2) / static_cast<double>(bytes);
-  for (std::uint32_t& count : reserve)
-    count = static_cast<std::uint32_t>(times * static_cast<double>(count));
-}
-
-void move_all_at_once(MapSetup& setup) {
-  if (!setup.window || setup.deadline_us != 0) return;
-  constexpr std::uint32_t kAll = 1U << 30U;
-  WindowConfig& window = *setup.window;
-  window.entries_per_step = window.evictions_per_step = window.pressed_evictions_per_step = kAll;
-  window.regions_per_step = window.reloads_per_step = window.label_voxels_per_step = kAll;
+  window.reserve = half_of_storage(setup);
 }
 
 Outcome<std::unique_ptr<MapWindow>> MapWindow::make(const MapOptions& options,

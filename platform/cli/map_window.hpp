@@ -32,9 +32,6 @@ Outcome<bool> find_spilled(MapOptions& options);
 /// range, or with one of more blocks than a window has. After split_budget.
 void set_up_spilling(const MapOptions& options, MapSetup& setup);
 
-/// Lets a window that has no deadline move all blocks that it has to, however far scans are apart.
-void move_all_at_once(MapSetup& setup);
-
 class MapWindow {
  public:
   /// Gives the mapper, which has a window and outlives this, its archive: the one that options

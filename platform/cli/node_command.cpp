@@ -64,7 +64,7 @@ void warn_of_losses(const Node& node) {
           "refusal", "of blocks of the global map; give a larger [fusion] memory");
   warn_if(global.replicas.replicas_refused_quota, "refusal",
           "of blocks, as a robot's share is used up; give a larger [fusion] robot_share or memory");
-  warn_if(exchange.contributions - exchange.complete, "contribution",
+  warn_if(exchange.contributions - exchange.complete - exchange.far_contributions, "contribution",
           "incomplete: more was announced than arrived");
   warn_if(
       link.refused_mission + exchange.refused_mission, "datagram",
@@ -87,9 +87,12 @@ void print_summary(const Node& node) {
   const ExchangeReport exchange = node.robot().exchange().report();
   const MapUsage usage = node.robot().global().map().usage();
   const auto count = [](std::uint64_t n) { return static_cast<unsigned long long>(n); };
-  std::printf("%s, %s heard, %u of %u contributions complete; ended by %s after %.1f s\n",
+  const std::string far = exchange.far_contributions == 0
+                              ? std::string()
+                              : ", " + std::to_string(exchange.far_contributions) + " far";
+  std::printf("%s, %s heard, %u of %u contributions complete%s; ended by %s after %.1f s\n",
               counted(run.mapping.cycles, "scan").c_str(), counted(exchange.peers, "peer").c_str(),
-              exchange.complete, exchange.contributions, run.ended_by,
+              exchange.complete, exchange.contributions, far.c_str(), run.ended_by,
               1e-6 * static_cast<double>(run.end_us - run.start_us));
   const DurationHistogram& cycles = node.mapping().cycles();
   std::printf("  mapping  median %.1f ms, p99 %.1f ms, max %.1f ms, %s\n",

@@ -27,6 +27,7 @@ struct PlayOptions {
   std::optional<std::uint32_t> can_base;
   bool loop = false;
   std::string report;
+  std::vector<std::string> corrections;
   PlayerConfig player;
 };
 
@@ -60,6 +61,8 @@ constexpr Setting kPlayRows[] = {
         {"--url"}, "LCM network of the sensors; its ttl must be 0", {.value = "URL"}),
     row<&PlayOptions::player, &PlayerConfig::interface>(
         {"--interface"}, "Network interface, by name or IPv4 address", {.value = "NAME"}),
+    row<&PlayOptions::player, &PlayerConfig::robot>(
+        {"--robot"}, "Number of the robot, which --corrections are for", {.value = "ID"}),
     row<&PlayOptions::loop>(
         {"--loop"}, "Play forward and backward until interrupted; no pose jumps", {.flag = true}),
     path_row<&PlayOptions::report>({"--report"}, "JSON report to write, not with --loop",
@@ -79,6 +82,7 @@ Json report_of(const ScanPlayer& player, const PlayOptions& options) {
           {"images", report.images},
           {"poses", report.poses},
           {"bad_poses", report.bad_poses},
+          {"corrections", report.corrections},
           {"late", report.late},
           {"worst_late_ms", 1e-3 * static_cast<double>(report.worst_late_us)},
           {"frames", report.frames},
@@ -127,8 +131,14 @@ Outcome<void> check_usage(const PlayOptions& options) {
     return Failure{"--messages raw sends scans as measured; leave --deskew out, or give off"};
   if (options.loop && !options.report.empty())
     return Failure{"--loop has no end at which --report would be written; give only one of them"};
+  if (options.source.first.value_or(0) != 0 && !options.corrections.empty())
+    return Failure{
+        "--corrections have a row for each scan from the first one on; leave out --first"};
+  if (options.loop && !options.corrections.empty())
+    return Failure{"--corrections are of scans that are played once; leave out --loop"};
   TESSERA_TRY(check_source(options.source));
-  TESSERA_TRY_ASSIGN(const std::vector<NamedFile> inputs, cloud_files(options.source));
+  TESSERA_TRY_ASSIGN(std::vector<NamedFile> inputs, cloud_files(options.source));
+  for (const std::string& path : options.corrections) inputs.push_back({"--corrections", path});
   return check_outputs({{"--report", options.report}}, inputs, dataset_folder(options.source));
 }
 
@@ -174,6 +184,12 @@ Outcome<void> run_play(PlayOptions options) {
   TESSERA_TRY_ASSIGN(const std::unique_ptr<RecordedScans> scans,
                      open_source(semantic ? options.source : as_measured(options.source),
                                  {.motion = true, .times = !semantic, .images = !semantic}));
+  TESSERA_TRY_ASSIGN(options.player.corrections,
+                     read_corrections(options.corrections, options.source));
+  for (const CorrectionFile& file : options.player.corrections) {
+    if (!file.rows.stamps_s.empty())
+      return Failure{file.path + " has stamps; give a row for each of the first scans"};
+  }
   std::optional<Progress> progress;
   if (!options.loop) {
     progress.emplace("playing", scans->num_scans());
@@ -197,6 +213,12 @@ void add_play_command(CLI::App& app, int& exit_status) {
   auto o = std::make_shared<PlayOptions>();
   declare_settings(*command, kSourceSettings, o->source, {"--poses"});
   declare_settings(*command, kPlaySettings, *o);
+  command
+      ->add_option(
+          "--corrections", o->corrections,
+          "Corrected poses, sent as by a pose graph: a row for each of the first scans; sent "
+          "after the last of these; may be repeated")
+      ->type_name("FILE");
   command->footer("Example: tessera play --dataset street/robot_0 --rate 10");
   command->callback([o, &exit_status] {
     const Outcome<void> outcome = run_play(*o);

@@ -112,6 +112,7 @@ std::string reference_tables(const CLI::App& app) {
   std::string text;
   add_option_tables(text, app, "");
   const NodeConfig node;
+  const SessionOptions session;
   const Group groups[] = {{kSharingRows, static_cast<const SharingOptions*>(&node)},
                           {kNodeRows, &node},
                           {kSourceRows, static_cast<const SourceOptions*>(&node.map)},
@@ -119,7 +120,8 @@ std::string reference_tables(const CLI::App& app) {
                           {kVehicleRows, &node.vehicle},
                           {kMapRows, &node.map},
                           {kDiffusionRows, &node.diffusion},
-                          {kKeyRows, &node.keys}};
+                          {kKeyRows, &node.keys},
+                          {kSessionRows, &session}};
   std::vector<std::string_view> tables;
   for (const Group& group : groups) {
     for (const Setting& row : group.rows) {

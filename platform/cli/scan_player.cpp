@@ -261,11 +261,32 @@ Outcome<void> ScanPlayer::send_part() {
   }
   ++report_.scans;
   if (config_.progress) config_.progress(report_.scans);
-  if (scan.kind == ScanKind::kDepthImage)
-    return send(config_.channels.depth_image, depth_message(scan, to_send));
-  TESSERA_TRY_ASSIGN(const std::vector<std::byte> cloud, cloud_message(scan, to_send));
-  const bool semantic = is_semantic(scan, to_send);
-  return send(semantic ? config_.channels.semantic_cloud : config_.channels.cloud, cloud);
+  if (scan.kind == ScanKind::kDepthImage) {
+    TESSERA_TRY(send(config_.channels.depth_image, depth_message(scan, to_send)));
+  } else {
+    TESSERA_TRY_ASSIGN(const std::vector<std::byte> cloud, cloud_message(scan, to_send));
+    const bool semantic = is_semantic(scan, to_send);
+    TESSERA_TRY(send(semantic ? config_.channels.semantic_cloud : config_.channels.cloud, cloud));
+  }
+  if (config_.corrections.empty()) return {};
+  sent_us_.push_back(to_send.stamp_us);
+  return send_corrections();
+}
+
+/// With the stamps under which the scans were sent: what a pose graph would say.
+Outcome<void> ScanPlayer::send_corrections() {
+  for (const CorrectionFile& file : config_.corrections) {
+    const std::vector<Matrix34d>& poses = file.rows.T_map_sensor;
+    if (std::min(poses.size(), scans_.num_scans()) != sent_us_.size()) continue;
+    ++report_.corrections;
+    TESSERA_TRY(
+        send(config_.channels.correction,
+             encode(CorrectionToSend{.robot = config_.robot,
+                                     .revision = static_cast<std::uint32_t>(report_.corrections),
+                                     .keys = sent_us_,
+                                     .poses = std::span(poses).first(sent_us_.size())})));
+  }
+  return {};
 }
 
 }  // namespace tessera

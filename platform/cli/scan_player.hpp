@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "base/outcome.hpp"
+#include "cli/correction_files.hpp"
 #include "cli/play_timeline.hpp"
 #include "link/sensor_sender.hpp"
 #include "scans/registrar.hpp"
@@ -35,6 +36,9 @@ struct PlayerConfig {
   bool loop = false;          ///< Plays forward and backward in turn.
   std::string can_interface;  ///< Poses over that bus; empty: none.
   std::uint32_t can_base_id = kDefaultBaseId;
+  std::uint32_t robot = 0;  ///< Of corrections.
+  /// Corrected poses of the first scans, a row each; each is sent after its last scan.
+  std::vector<CorrectionFile> corrections{};
   std::function<void(std::uint64_t scans)>
       progress;  ///< Called with the number of sent scans; or none.
 };
@@ -46,8 +50,9 @@ struct PlayerReport {
   std::uint64_t bad_poses = 0;  ///< Scans sent without a pose, as theirs is not rigid.
   std::uint64_t late = 0;  ///< Delays by over a period, after which everything later was postponed.
   std::int64_t worst_late_us = 0;  ///< Of what was sent.
-  std::uint64_t frames = 0;        ///< Over CAN.
-  std::uint64_t frames_lost = 0;   ///< Refused by the bus.
+  std::uint64_t corrections = 0;
+  std::uint64_t frames = 0;       ///< Over CAN.
+  std::uint64_t frames_lost = 0;  ///< Refused by the bus.
 };
 
 class ScanPlayer {
@@ -97,6 +102,7 @@ class ScanPlayer {
   Outcome<void> send_pose();
   Outcome<void> send_cycle(std::int64_t due_us);
   Outcome<void> send_part();
+  Outcome<void> send_corrections();
   Outcome<void> send(const std::string& channel, const std::vector<std::byte>& message);
 
   const PlayerConfig config_;
@@ -120,7 +126,8 @@ class ScanPlayer {
   std::size_t next_scan_ = 0;        ///< The first that is not fetched.
   std::size_t next_pose_ = 0;
   std::int64_t next_cycle_us_ = 0;
-  std::vector<Part> parts_;  ///< Fetched ones, in the order in which they are due.
+  std::vector<std::int64_t> sent_us_;  ///< Stamps of the scans that were sent, in their order.
+  std::vector<Part> parts_;            ///< Fetched ones, in the order in which they are due.
   PlayerReport report_;
 };
 

@@ -90,8 +90,13 @@ void MappingThread::take(Scan& scan, std::int64_t now_us) noexcept {
   if (late_us > config_.period_us) ++now_.late;
   ScanView view;
   if (!registrar_.view(scan, view)) return;
+  if (config_.may_wait) wait_for_room(view, now_us);
   const ScanReport report = mapper_.integrate(view, now_us);
   const std::int64_t end_us = MonotonicClock::now_us();
+  if (report.pose == Status::kBusy) {  // beyond a jump: it is in no map
+    say_submaps(end_us);
+    return state_.set(now_);
+  }
   cycles_.add(end_us - now_us);
   now_.last_cycle_us = end_us - now_us;
   now_.worst_cycle_us = std::max(now_.worst_cycle_us, now_.last_cycle_us);
@@ -100,7 +105,8 @@ void MappingThread::take(Scan& scan, std::int64_t now_us) noexcept {
   ++now_.cycles;
   now_.scans.add(report);
   now_.shed += report.left_out() != 0 ? 1U : 0U;
-  now_.bad_poses += report.pose == Status::kOk ? 0U : 1U;
+  now_.bad_poses += report.pose == Status::kInvalidArgument ? 1U : 0U;
+  say_submaps(end_us);
   say_losses(report, end_us);
   if (end_us - now_us > config_.period_us) {
     ++now_.missed;
@@ -110,10 +116,48 @@ void MappingThread::take(Scan& scan, std::int64_t now_us) noexcept {
   now_.stamp_us = scan.stamp_us;
   if (now_.first_us == 0) now_.first_us = end_us;
   now_.end_us = end_us;
+  const Matrix34d& T_map_body = config_.has_body ? scan.T_map_body : view.T_map_sensor;
   std::copy_n(view.T_map_sensor.data(), now_.T_map_sensor.size(), now_.T_map_sensor.begin());
+  std::copy_n(T_map_body.data(), now_.T_map_body.size(), now_.T_map_body.begin());
+  now_.submap = mapper_.maps().number();
+  now_.submap_note = mapper_.submap_note();
+  now_.map_revision = mapper_.map().revision();
   now_.usage = mapper_.map().usage();
   say_window(end_us);
   state_.set(now_);
+}
+
+/// Blocks leave by way of the thread that publishes, some thousands each of its ticks. Ends too
+/// where none has left for kMostWait_us: then nothing makes room.
+void MappingThread::wait_for_room(const ScanView& view, std::int64_t now_us) noexcept {
+  constexpr std::int64_t kMostWait_us = 2'000'000;
+  constexpr std::int64_t kPause_us = 5'000;
+  std::uint64_t evicted = mapper_.window().evicted;
+  std::int64_t since_us = now_us;
+  std::int64_t at_us = now_us;
+  while (!mapper_.make_room(view) && !stopping_.load(std::memory_order_acquire)) {
+    at_us = MonotonicClock::now_us();
+    if (mapper_.window().evicted != evicted) since_us = at_us;
+    if (at_us - since_us > kMostWait_us) break;
+    evicted = mapper_.window().evicted;
+    heartbeat_.beat(at_us);
+    wake_.sleep_until(at_us + kPause_us);
+    at_us = MonotonicClock::now_us();
+  }
+  now_.waited_us += at_us - now_us;
+}
+
+void MappingThread::say_submaps(std::int64_t now_us) noexcept {
+  const SubmapCounts& now = mapper_.submaps();
+  if (now.by_jump != now_.submaps.by_jump)
+    log_.say_change(LogLevel::kInfo, now_us,
+                    "poses are of another frame than before: submap % begins",
+                    mapper_.maps().number());
+  if (now.left_out != now_.submaps.left_out)
+    log_.say(LogLevel::kWarning, now_us,
+             "% scans left out, as poses jumped and no submap can begin yet",
+             static_cast<std::int64_t>(now.left_out));
+  now_.submaps = now;
 }
 
 void MappingThread::say_window(std::int64_t now_us) noexcept {
@@ -122,6 +166,13 @@ void MappingThread::say_window(std::int64_t now_us) noexcept {
   if (failed != 0)
     log_.say(LogLevel::kError, now_us,
              "% blocks could not be read from the archive; see [map] archive", failed);
+  const auto near = static_cast<std::int64_t>(window.near_evicted - now_.window.near_evicted);
+  if (near != 0)
+    log_.say(
+        LogLevel::kWarning, now_us,
+        "the map's memory is full: % blocks within the window went to the archive, it reaches % "
+        "edges of a block; see [map] memory",
+        near, static_cast<std::int64_t>(window.reach_blocks));
   now_.window = window;
 }
 

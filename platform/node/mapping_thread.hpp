@@ -3,7 +3,7 @@
 // The thread that maps: takes a scan as soon as it arrives, integrates it within its time budget,
 // and reports. Between its start and its end it makes no system calls except to sleep and to wake
 // (with an archive: and to read and write its file), allocates no memory, takes no lock, and waits
-// for no other thread.
+// for no other thread; but where it may wait, until blocks have left the map.
 #pragma once
 
 #include <algorithm>
@@ -39,10 +39,11 @@ struct MappingThreadState {
   ScanTotals scans{};        ///< Of their reports.
   std::uint64_t shed = 0;    ///< Scans with something left out.
   std::uint64_t bad_poses = 0;
-  std::uint64_t paused = 0;  ///< Scans that came while mapping paused, and were left out.
-  std::uint64_t missed = 0;  ///< Cycles that took longer than the period.
-  std::uint64_t late = 0;    ///< Scans that had waited for more than a period.
-  std::uint64_t clears = 0;  ///< Times that the map was cleared.
+  std::uint64_t paused = 0;    ///< Scans that came while mapping paused, and were left out.
+  std::uint64_t missed = 0;    ///< Cycles that took longer than the period.
+  std::uint64_t late = 0;      ///< Scans that had waited for more than a period.
+  std::uint64_t clears = 0;    ///< Times that the map was cleared.
+  std::int64_t waited_us = 0;  ///< For the archive, and for what is published, to make room.
   std::int64_t last_cycle_us = 0;
   std::int64_t worst_cycle_us = 0;
   std::int64_t worst_late_us = 0;         ///< From the arrival of a scan to the begin of its cycle.
@@ -51,12 +52,19 @@ struct MappingThreadState {
   std::int64_t end_us = 0;                ///< End of the last.
   std::uint32_t pause = 0;                ///< MappingPause.
   std::array<double, 12> T_map_sensor{};  ///< Of the last scan, row by row; all 0 before it.
+  std::array<double, 12> T_map_body{};    ///< The same; of a recording without a body, the sensor.
+  std::uint32_t submap = 0;               ///< That it was mapped into.
+  SubmapCounts submaps{};
+  SubmapNote submap_note{};        ///< Of that submap so far.
+  std::uint32_t map_revision = 0;  ///< LocalMap::revision of its map.
   MapUsage usage{};
   WindowReport window{};
 };
 
 struct MappingConfig {
   std::int64_t period_us = 100'000;
+  bool has_body = false;  ///< Scans have Scan::T_map_body.
+  bool may_wait = false;  ///< Before a scan, until the window has made room for it.
 };
 
 class MappingThread {
@@ -91,6 +99,13 @@ class MappingThread {
   void clear_map() noexcept {
     clears_asked_.fetch_add(1, std::memory_order_relaxed);
     pause(kPausedToKeep, true);
+  }
+  /// Poses are in another frame from now on: the next scan begins a submap. False: there are no
+  /// submaps, and nothing is done.
+  bool note_jump() noexcept {
+    if (!mapper_.maps().in_submaps()) return false;
+    mapper_.end_submap(SubmapEnd::kJump);
+    return true;
   }
   /// Number of calls of clear_map().
   [[nodiscard]] std::uint32_t clears_asked() const noexcept {
@@ -127,10 +142,12 @@ class MappingThread {
   void run() noexcept;
   void work() noexcept;
   void take(Scan& scan, std::int64_t now_us) noexcept;
+  void wait_for_room(const ScanView& view, std::int64_t now_us) noexcept;
   static constexpr std::uint64_t kReasons = 0xffff'ffffU;
   void note_pause(std::int64_t now_us) noexcept;
   void clear_if_permitted() noexcept;
   void say_window(std::int64_t now_us) noexcept;
+  void say_submaps(std::int64_t now_us) noexcept;
   void say_losses(const ScanReport& report, std::int64_t now_us) noexcept;
 
   Mapper& mapper_;

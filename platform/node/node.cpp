@@ -80,6 +80,7 @@ void Node::look_after(NodeRequests& requests, Progress& progress) {
   const std::span<LogQueue* const> queues = std::span(all).first(count);
   say_missing_rights();
   const std::uint64_t before = thread_heap_allocations().value_or(0);
+  say_restart(writer, queues);
   for (const std::string& name : run_.kept_maps) {
     say_kept(name);
     writer.write(queues);  // The next one overwrites its text.
@@ -88,9 +89,13 @@ void Node::look_after(NodeRequests& requests, Progress& progress) {
   while (true) {
     const std::int64_t now_us = MonotonicClock::now_us();
     keep_before_clear(now_us);
+    keep_submaps(now_us);
     look_for_sharing(now_us);
     look_for_others(now_us);
     writer.write(queues);
+    keep_durable(now_us);
+    look_for_earlier_submaps(now_us);
+    look_for_sessions(now_us);
     show(progress);
     run_.ended_by = ended_by_.load(std::memory_order_acquire);
     if (run_.ended_by == nullptr && requests.stop.load(std::memory_order_relaxed))
@@ -217,9 +222,11 @@ void Node::show(Progress& progress) const {
   SharingThreadState sharing;
   MappingThreadState mapping;
   if (!sharing_->state().get(sharing) || !mapping_->state().get(mapping)) return;
-  std::array<char, 48> suffix{};
-  static_cast<void>(std::snprintf(suffix.data(), suffix.size(), "%u of %u contributions complete",
-                                  sharing.exchange.complete, sharing.exchange.contributions));
+  std::array<char, 80> suffix{};
+  static_cast<void>(std::snprintf(suffix.data(), suffix.size(),
+                                  "%u of %u contributions complete, %u far",
+                                  sharing.exchange.complete, sharing.exchange.contributions,
+                                  sharing.exchange.far_contributions));
   progress.update(mapping.cycles, suffix.data());
 }
 

@@ -15,8 +15,11 @@
 #include "base/progress.hpp"
 #include "base/service_notice.hpp"
 #include "link/fleet_keys.hpp"
+#include "maps/kept_submaps.hpp"
 #include "maps/window_totals.hpp"
 #include "node/datagram_door.hpp"
+#include "node/durable_map.hpp"
+#include "node/earlier_submaps.hpp"
 #include "node/epoch_pace.hpp"
 #include "node/fleet_watch.hpp"
 #include "node/mapping_thread.hpp"
@@ -26,6 +29,7 @@
 #include "node/refusal_log.hpp"
 #include "node/robot_setup.hpp"
 #include "node/security_update.hpp"
+#include "node/session_loader.hpp"
 #include "node/sharing_thread.hpp"
 #include "node/thread_roles.hpp"
 #include "node/vehicle_thread.hpp"
@@ -57,7 +61,10 @@ struct NodeRun {
   std::uint64_t failed_snapshots = 0;
   /// Files of maps that were kept: of an earlier epoch, and from before the map was cleared.
   std::vector<std::string> kept_maps;
-  std::uint64_t failed_keeps = 0;  ///< Tries; the map is not cleared until one succeeds.
+  std::uint64_t failed_keeps = 0;   ///< Tries; the map is not cleared until one succeeds.
+  std::size_t restart_notes = 0;    ///< Lines about what was left out of an earlier start.
+  std::uint64_t failed_states = 0;  ///< Times that the map could not be made durable.
+  std::int64_t most_lost_us = 0;    ///< Of mapping that a crash could have cost, at any time.
   std::string not_locked;  ///< Why memory is not locked; empty: it is, or was not requested.
   MissingRights missing{};
   std::size_t start_resident_bytes = 0;  ///< When all threads run.
@@ -81,8 +88,7 @@ class Node {
   /// After a signal the global map is brought up to date for at most this time.
   static constexpr std::int64_t kMostFinish_us = 2'000'000;
 
-  /// Reads the configured files, counts the start, allocates all memory and opens the network.
-  /// Fails as each of these does.
+  /// Reads files, counts the start, allocates all memory, opens the network. Fails as each does.
   static Outcome<std::unique_ptr<Node>> make(const NodeConfig& config);
   /// Checks as make() does, but changes nothing: nothing is counted, opened or written.
   static Outcome<void> check(const NodeConfig& config);
@@ -94,8 +100,7 @@ class Node {
   /// kFailure iff the system gives no thread, a scan can no longer be read, or a map cannot be
   /// written.
   Outcome<void> run(NodeRequests& requests);
-  /// Writes the configured maps; brings the global map up to date first, after a signal for at most
-  /// kMostFinish_us.
+  /// Writes the configured maps; the global map is up to date first, or kMostFinish_us are over.
   Outcome<void> write_maps();
   [[nodiscard]] Json report() const;
 
@@ -112,7 +117,7 @@ class Node {
   [[nodiscard]] std::uint64_t failed_records() const { return failed_records_.load(); }
 
  private:
-  explicit Node(const NodeConfig& config) : config_(config) {}
+  explicit Node(const NodeConfig& config) : config_(config), sessions_(config.sessions) {}
   Outcome<void> open_inputs();
   Outcome<void> open_sensors();
   Outcome<void> make_sensing();
@@ -128,6 +133,12 @@ class Node {
   Outcome<void> read_keys();
   Outcome<void> begin_state();
   Outcome<void> open_archive();
+  Outcome<void> open_submaps();
+  [[nodiscard]] MapName map_name() const;
+  Outcome<void> find_earlier_map();
+  void set_earlier_files_aside();
+  [[nodiscard]] bool is_continued(const std::string& path) const;
+  Outcome<void> open_durable_map();
   Outcome<void> check_all();
   [[nodiscard]] Outcome<void> check_urls() const;
   [[nodiscard]] Outcome<void> check_sectors() const;
@@ -140,6 +151,7 @@ class Node {
 
   // In the sharing thread, after each tick.
   void after_tick(std::int64_t now_us);
+  void take_corrections(std::int64_t now_us);
   void apply_security();
   void set_excluded(std::span<const std::uint32_t> robots);
   void look_for_life(std::int64_t now_us);
@@ -164,6 +176,16 @@ class Node {
   void reload();
   Outcome<void> read_again();
   void keep_before_clear(std::int64_t now_us);
+  void keep_submaps(std::int64_t now_us);
+  void say_restart(LogWriter& writer, std::span<LogQueue* const> queues);
+  void keep_durable(std::int64_t now_us);
+  void look_for_earlier_submaps(std::int64_t now_us);
+  void look_for_sessions(std::int64_t now_us);
+  void note_durable(const Outcome<void>& kept, std::int64_t now_us);
+  void keep_at_end();
+  [[nodiscard]] Outcome<void> keep_ended();
+  [[nodiscard]] KeptSubmaps::CurrentSubmap current_submap() const;
+  [[nodiscard]] std::vector<KeptSubmaps::Frame> submap_frames() const;
   [[nodiscard]] Outcome<void> keep_map();
   [[nodiscard]] Outcome<MapSummary> save_paused_map(const std::string& path);
   [[nodiscard]] Outcome<void> save_while_mapping();
@@ -174,6 +196,8 @@ class Node {
   void show(Progress& progress) const;
   [[nodiscard]] Json mapping_json() const;
   [[nodiscard]] Json memory_json() const;
+  [[nodiscard]] Json submaps_json() const;
+  [[nodiscard]] Json state_json() const;
   [[nodiscard]] Json realtime_json() const;
   [[nodiscard]] Json sensors_json() const;
   [[nodiscard]] Json vehicle_json() const;
@@ -194,6 +218,13 @@ class Node {
   HeldRobot robot_;
   std::optional<HeldArchive> archive_;  ///< Of the mapping thread while that runs.
   WindowTotals window_;                 ///< After it.
+  std::unique_ptr<KeptSubmaps> kept_;   ///< Null if the map is not in submaps.
+  std::optional<FoundMap> found_;       ///< Until it is read.
+  std::vector<std::string> restart_notes_;
+  std::unique_ptr<EarlierSubmaps> earlier_;  ///< Null if there are none.
+  SessionLoader sessions_;
+  std::string session_text_;             ///< The last log text about one.
+  std::unique_ptr<DurableMap> durable_;  ///< Null if no start continues the map.
   SecurityUpdates updates_;
   std::optional<DatagramDoor> door_;  ///< Before the port, whose thread calls it.
   std::optional<FleetWatch> fleet_;
@@ -219,6 +250,8 @@ class Node {
   mutable std::atomic<std::uint64_t> failed_records_{0};
   std::atomic<bool> counting_{false};  ///< The number before allocations are counted.
   // Of the sharing thread.
+  std::vector<std::uint32_t> corrected_submaps_ =
+      std::vector<std::uint32_t>(CorrectionMessage::kMostPoses);  ///< Scratch.
   std::uint64_t scans_heard_ = 0;  ///< Scans that sensors sent, mapped or not.
   std::int64_t scan_heard_us_ = 0;
   std::int64_t scans_done_us_ = 0;
@@ -250,6 +283,13 @@ class Node {
   std::string keep_text_;          ///< The last log text about a kept map.
   std::uint32_t clears_kept_ = 0;  ///< MappingThread::clears_asked() that is saved.
   std::int64_t keep_due_us_ = 0;   ///< When to try again.
+  std::int64_t submaps_due_us_ = 0;
+  std::string submap_failure_;
+  std::int64_t durable_due_us_ = 0;
+  std::int64_t durable_us_ = 0;  ///< When the last time that all was made durable began.
+  bool durable_failed_ = false;  ///< The last try.
+  std::string durable_failure_;
+  bool has_stopped_ = false;  ///< No other thread runs any more.
   std::uint64_t global_digest_ = 0;
   std::optional<std::uint64_t> local_digest_;
 };

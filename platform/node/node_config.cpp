@@ -39,6 +39,7 @@ void read_tables(ConfigFile& file, NodeConfig& c) {
   file.read(kMapSettings, c.map);
   file.read(kDiffusionSettings, c.diffusion);
   file.read(kKeySettings, c.keys);
+  file.read_all(kSessionSettings, c.sessions);
   c.map.robot = c.robot;
   PoseGuardConfig& guard = c.vehicle.guard;
   guard.timeout_us = guard.max_age_us = static_cast<std::int64_t>(1e3 * c.vehicle.pose_timeout_ms);
@@ -51,6 +52,13 @@ Outcome<void> check_excluded(const NodeConfig& c) {
                    fmt::format(" takes at most {} robots", ExchangeConfig::kMostExcluded)};
   if (std::find(c.exclude.begin(), c.exclude.end(), c.robot) == c.exclude.end()) return {};
   return Failure{exclude + " names this robot itself; leave it out"};
+}
+
+/// Each takes a place for a contribution of this robot with everybody.
+Outcome<void> check_sessions(const NodeConfig& c) {
+  if (c.sessions.size() <= MapSession::kMostOfRobot) return {};
+  return Failure{fmt::format("{}: [[sessions]] is given {} times; give at most {}", c.places.path(),
+                             c.sessions.size(), MapSession::kMostOfRobot)};
 }
 
 /// The mission of the fleet's key file is checked when that is read.
@@ -78,6 +86,20 @@ Outcome<void> check_keys(const NodeConfig& c) {
   const bool has_secret = !c.keys.robot_secret.empty();
   return Failure{Message(has_secret ? secret : keys) + " signatures need both keys: name " +
                  (has_secret ? keys : secret) + " too"};
+}
+
+/// A recording begins with its first scan, which the map would then have twice.
+Outcome<void> check_restart(const NodeConfig& c) {
+  if (c.restart != Restart::kContinue) return {};
+  const Message restart(kNodeSettings["robot.restart"]);
+  if (!c.sensors.enabled)
+    return Failure{restart +
+                   " \"continue\" needs a table [sensors]: scans of a folder would be in "
+                   "the map twice; leave it out"};
+  if (c.map.window_m)
+    return Failure{restart + " \"continue\" and " + kMapSettings["--window"] +
+                   " do not go together yet; leave out one"};
+  return {};
 }
 
 /// The address, and whether other machines may reach it.
@@ -156,6 +178,8 @@ Outcome<void> check(const NodeConfig& c) {
   if (done.ok()) done = check_keys(c);
   if (done.ok()) done = check_mission(c);
   if (done.ok()) done = check_excluded(c);
+  if (done.ok()) done = check_sessions(c);
+  if (done.ok()) done = check_restart(c);
   if (done.ok()) done = check_view(c);
   if (done.ok()) done = check_source_of_scans(c);
   if (done.ok()) done = check_vehicle(c.vehicle);

@@ -19,6 +19,7 @@
 #include "scans/sensor_port.hpp"
 #include "settings/config_file.hpp"
 #include "settings/map_options.hpp"
+#include "settings/session_options.hpp"
 #include "settings/sharing_setup.hpp"
 #include "vehicle/bus_table.hpp"
 #include "vehicle/pose_guard.hpp"
@@ -70,6 +71,15 @@ struct SensorsConfig {
   double max_pose_gap_ms = 150.0;  ///< Between the two poses around a scan's stamp.
 };
 
+/// What a node does with the map of the start before.
+enum class Restart : std::uint8_t {
+  kContinue,  ///< Maps on in it.
+  kEmpty,     ///< Begins with an empty map.
+};
+constexpr const char* to_string(Restart restart) noexcept {
+  return restart == Restart::kEmpty ? "empty" : "continue";
+}
+
 /// [vehicle]: its CAN bus, and the limits of usable poses.
 struct VehicleConfig {
   std::string can;  ///< Interface; empty: none.
@@ -93,7 +103,10 @@ struct NodeConfig : SharingOptions {
   // [robot]
   std::string state;  ///< Folder of the robot's state, kept over restarts.
   EarlierEpochs earlier = EarlierEpochs::kKeep;
-  std::string T_global_map;  ///< File; empty: as in the dataset, else the identity.
+  std::optional<Restart> restart;        ///< Nothing: kContinue with sensors, else kEmpty.
+  double state_loss_s = 2.0;             ///< What a crash may cost.
+  std::string T_global_map;              ///< File; empty: as in the dataset, else the identity.
+  std::vector<SessionOptions> sessions;  ///< [[sessions]]
   // [replay], [map]; not all of MapOptions is for a node.
   MapOptions map;
   double rate_hz = 10.0;  ///< 0: as fast as possible.
@@ -137,6 +150,11 @@ struct NodeConfig : SharingOptions {
   double quiet_s = 3.0;
   double linger_s = 60.0;
   double duration_s = 0.0;  ///< 0: no limit.
+
+  [[nodiscard]] bool continues() const {
+    const bool can = sensors.enabled && !map.window_m;
+    return restart.value_or(can ? Restart::kContinue : Restart::kEmpty) == Restart::kContinue;
+  }
 
   Json values;  ///< All values, by table and key.
   ConfigPlaces places;

@@ -70,6 +70,8 @@ SensorPortConfig Node::sensor_config() const {
   port.link.url = sensors.url;
   port.link.interface = sensors.interface;
   port.clock = sensors.clock;
+  port.robot = config_.robot;
+  port.takes_corrections = true;
   MatcherConfig& matcher = port.matcher;
   matcher.max_wait_us = microseconds(1e-3 * sensors.max_wait_ms);
   matcher.max_pose_gap_us = microseconds(1e-3 * sensors.max_pose_gap_ms);

@@ -45,7 +45,7 @@ MapIdentity Node::identity_of(MapKind kind) const {
 Outcome<void> Node::keep_earlier_maps() {
   if (!config_.keep_maps) return {};
   for (const std::string& path : {config_.local_map, config_.global_map, config_.contribution}) {
-    if (path.empty()) continue;
+    if (path.empty() || (path == config_.local_map && is_continued(path))) continue;
     TESSERA_TRY_ASSIGN(const std::string kept, keep_earlier_map(path));
     if (!kept.empty()) run_.kept_maps.push_back(kept);
   }
@@ -74,6 +74,45 @@ void Node::save_local_map() {
   save_allocations_ += thread_heap_allocations().value_or(0) - before;
 }
 
+/// While there is no room for it, mapping continues in the current submap.
+void Node::keep_submaps(std::int64_t now_us) {
+  constexpr std::int64_t kTryAgain_us = 10'000'000;
+  if (!kept_ || now_us < submaps_due_us_ ||
+      !robot_->maps().ended(LocalMaps::User::kKeeping).has_value())
+    return;
+  const std::uint64_t before = thread_heap_allocations().value_or(0);
+  const Outcome<void> kept = keep_ended();
+  if (!kept.ok()) {
+    submaps_due_us_ = now_us + kTryAgain_us;
+    submap_failure_ = "a submap cannot be kept, so the current one continues: " +
+                      kept.failure().text(Speaker::kFile) + "; the next try is in 10 s";
+    log_.say_change(LogLevel::kError, now_us, submap_failure_.c_str());
+  }
+  save_allocations_ += thread_heap_allocations().value_or(0) - before;
+}
+
+Outcome<void> Node::keep_ended() {
+  return kept_->keep_ended(robot_->mapper().maps(), identity_of(MapKind::kLocal));
+}
+
+/// Mapping pauses or has ended.
+KeptSubmaps::CurrentSubmap Node::current_submap() const {
+  return {robot_->map(), robot_->maps().number(), (*robot_).mapper().submap_note()};
+}
+
+std::vector<KeptSubmaps::Frame> Node::submap_frames() const {
+  // The last correction may have come after the last tick.
+  if (has_stopped_) return KeptSubmaps::frames_of((*robot_).sharer().frames());
+  const auto state = std::make_unique<SubmapFramesState>();
+  std::vector<KeptSubmaps::Frame> frames;
+  if (!sharing_->frames().get(*state)) return frames;
+  for (std::uint32_t i = 0; i < state->count; ++i) {
+    const SubmapFrame& frame = state->frames[i];
+    frames.push_back({state->first + i, frame.frame, frame.revision});
+  }
+  return frames;
+}
+
 /// This thread owns the map while mapping pauses; the sharing thread continues to read it. With an
 /// archive mapping pauses only until what is in memory is copied.
 Outcome<void> Node::save_while_mapping() {
@@ -96,6 +135,10 @@ Outcome<void> Node::save_while_mapping() {
 Outcome<MapSummary> Node::save_paused_map(const std::string& path) {
   const LocalMap& map = robot_->map();
   const MapIdentity identity = identity_of(MapKind::kLocal);
+  if (kept_) {
+    TESSERA_TRY(keep_ended());
+    return kept_->save_as(path, current_submap(), submap_frames(), identity);
+  }
   if (archive_) return save_whole(map, **archive_, identity, path);
   std::vector<KeyedIndex> workspace = workspace_for(map);
   return save_map(map, identity, workspace, path);
@@ -127,7 +170,8 @@ void Node::keep_before_clear(std::int64_t now_us) {
 
 /// Writes next to the local map; if none is configured, into the folder of the robot's state.
 Outcome<void> Node::keep_map() {
-  const bool archived = archive_ && (*archive_)->blocks().index().size() > 0;
+  const bool archived =
+      (archive_ && (*archive_)->blocks().index().size() > 0) || (kept_ && !kept_->rows().empty());
   if (robot_->map().block_count() == 0 && !archived) return {};
   const std::string beside = config_.local_map.empty()
                                  ? fmt::format("{}/robot_{}.tsm", config_.state, config_.robot)
@@ -154,12 +198,18 @@ Outcome<void> Node::write_maps() {
   Outcome<void> written = write_what_is_named();
   // What it holds is written, or nobody wants it.
   if (written.ok() && archive_) (*archive_)->remove();
+  if (written.ok() && kept_ && !durable_) kept_->remove();
+  keep_at_end();
   run_.save_us = MonotonicClock::now_us() - start_us;
   return written;
 }
 
 Outcome<std::uint64_t> Node::local_digest() {
   if (archive_) return digest_of_whole(robot_->map(), **archive_);
+  if (kept_) {
+    TESSERA_TRY(keep_ended());
+    return kept_->digest_with(current_submap(), submap_frames());
+  }
   std::vector<KeyedIndex> workspace = workspace_for(robot_->map());
   return digest(robot_->map(), workspace);
 }

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// What a node reads again of its configuration while it runs: the exclude list and the public keys.
+// What a node reads again of its configuration while it runs: the exclude list, the public keys and
+// the maps of earlier days.
 #include <algorithm>
 #include <array>
 
@@ -12,10 +13,12 @@ namespace tessera {
 
 namespace {
 
-/// "[map] resolution_m, [run] tick_ms": keys other than exclude whose values differ.
+/// "[map] resolution_m, [run] tick_ms": keys whose values differ, other than those that are
+/// read again.
 std::string changed_keys(const Json& before, const Json& after) {
   std::string keys;
   for (const auto& [table, values] : after.items()) {
+    if (table == "sessions") continue;
     for (const auto& [name, value] : values.items()) {
       const std::string key = "[" + table + "] " + name;
       const Json& old = before.contains(table) ? before.at(table) : Json::object();
@@ -32,6 +35,7 @@ Outcome<void> Node::read_again() {
   TESSERA_TRY_ASSIGN(const NodeConfig next, read_node_config(config_.places.path()));
   TESSERA_TRY_ASSIGN(FleetKeys keys, FleetKeys::read(config_.keys, config_.robot));
   excluded_ = next.exclude;
+  sessions_.want(next.sessions);
   ignored_keys_ = changed_keys(config_.values, next.values);
   const std::string secrets = keys_->changed_secrets(config_.keys, keys);
   if (!secrets.empty()) ignored_keys_ += (ignored_keys_.empty() ? "" : ", ") + secrets;
@@ -48,9 +52,10 @@ void Node::reload() {
     reload_failure_ = "nothing was reloaded: " + read.failure().text(Speaker::kFile);
     log_.say_change(LogLevel::kError, now_us, reload_failure_.c_str());
   } else {
-    log_.say_change(LogLevel::kInfo, now_us,
-                    "[security] exclude and the public keys were reloaded; robots excluded: %",
-                    static_cast<std::int64_t>(excluded_.size()));
+    log_.say_change(
+        LogLevel::kInfo, now_us,
+        "[security] exclude, the public keys and [[sessions]] were reloaded; robots excluded: %",
+        static_cast<std::int64_t>(excluded_.size()));
     if (!ignored_keys_.empty()) {
       ignored_keys_ = "changes are ignored until the node is restarted: " + ignored_keys_;
       log_.say_change(LogLevel::kWarning, now_us, ignored_keys_.c_str());

@@ -58,11 +58,13 @@ Json contributions_json(const Robot& robot) {
   const Replicas& replicas = robot.global().replicas();
   Json json = Json::array();
   for (const ContributionState& state : states) {
-    Json one = {{"robot", state.id.robot},     {"epoch", state.id.epoch},
-                {"submap", state.id.submap},   {"own", state.own},
-                {"complete", state.complete},  {"latest_version", state.latest},
-                {"covered_to", state.covered}, {"digest", hex64(state.digest)}};
+    Json one = {{"robot", state.id.robot},        {"epoch", state.id.epoch},
+                {"submap", state.id.submap},      {"own", state.own},
+                {"complete", state.complete},     {"far", state.far},
+                {"latest_version", state.latest}, {"covered_to", state.covered},
+                {"digest", hex64(state.digest)}};
     const Result<Replicas::Slot> slot = replicas.find(state.id);
+    if (MapSession::is(state.id.submap)) one["session"] = to_json(state.session);
     one["parts"] = slot.ok() ? Json(replicas.contribution(*slot).blocks) : Json(0);
     json.push_back(std::move(one));
   }
@@ -136,6 +138,7 @@ Json Node::mapping_json() const {
           {"paused", m.paused},
           {"lost", run_.source.lost},
           {"clears", m.clears},
+          {"waited_ms", 1e-3 * static_cast<double>(m.waited_us)},
           {"saves", saves_.load()},
           {"failed_saves", failed_saves_.load()},
           {"failed_records", failed_records()},
@@ -159,6 +162,41 @@ Json Node::memory_json() const {
           {"global_map_used_bytes", robot.global().map().usage().used_bytes},
           {"replica_bytes", r.replicas.replica_bytes},
           {"sum_bytes", r.sum_bytes}};
+}
+
+Json Node::submaps_json() const {
+  const SubmapCounts& mapped = run_.mapping.submaps;
+  const SubmapReport& shared = (*robot_).sharer().submap();
+  Json rows = Json::array();
+  for (const SubmapRow& row : kept_->rows())
+    rows.push_back({{"number", row.number}, {"bytes", row.bytes}, {"length_m", row.length_m}});
+  return {{"number", robot_->maps().number()},
+          {"by_length", mapped.by_length},
+          {"by_jump", mapped.by_jump},
+          {"late", mapped.late},
+          {"left_out", mapped.left_out},
+          {"lost_blocks", shared.lost_blocks},
+          {"cut_short", shared.cut_short},
+          {"corrections", shared.corrections},
+          {"refused_corrections", shared.refused_corrections},
+          {"refused_frames", shared.refused_frames},
+          {"revision", shared.revision},
+          {"corrected_most_m", shared.corrected_most_m},
+          {"kept", std::move(rows)}};
+}
+
+Json Node::state_json() const {
+  return {{"map_epoch", state_->map_epoch()},
+          {"resumed_blocks", durable_->resumed_blocks()},
+          {"damaged_bytes", durable_->damaged_bytes()},
+          {"file_bytes", durable_->file_bytes()},
+          {"left_out_blocks", durable_->left_out_blocks()},
+          {"notes", run_.restart_notes},
+          {"published_again", earlier_ ? earlier_->published() : 0U},
+          {"failed_renewals", durable_->failed_renewals()},
+          {"written_bytes", durable_->written_bytes()},
+          {"failed", run_.failed_states},
+          {"most_lost_ms", ms_of(run_.most_lost_us)}};
 }
 
 Json Node::realtime_json() const {
@@ -212,6 +250,9 @@ Json Node::report() const {
   json["global_map"] = global_json(*robot_);
   json["memory"] = memory_json();
   if (archive_) json["window"] = to_json(window_);
+  if (kept_) json["submaps"] = submaps_json();
+  if (durable_) json["state"] = state_json();
+  json["sessions"] = sessions_.report();
   json["contributions"] = contributions_json(*robot_);
   json["peers"] = peers_json(*robot_, run_.end_us);
   json["exchange"] = counters_json(exchange);

@@ -8,6 +8,8 @@
 namespace tessera {
 
 template <>
+inline constexpr std::array kChoicesOf<Restart>{Restart::kContinue, Restart::kEmpty};
+template <>
 inline constexpr std::array kChoicesOf<EarlierEpochs>{EarlierEpochs::kKeep, EarlierEpochs::kDrop};
 
 inline constexpr Setting kNodeRows[] = {
@@ -17,6 +19,16 @@ inline constexpr Setting kNodeRows[] = {
                                  {.required = "a folder in which the node keeps its state"}),
     row<&NodeConfig::earlier>({.table = "robot", .key = "earlier"},
                               "what happens to data that the robot published before this start"),
+    row<&NodeConfig::restart>(
+        {.table = "robot", .key = "restart"},
+        "map of the start before, as a crash or an end has left it: map on in "
+        "it, or begin with an empty one",
+        {.otherwise = "`\"continue\"` with `[sensors]` and without `[map] "
+                      "window_m`, else `\"empty\"`"}),
+    row<&NodeConfig::state_loss_s>(
+        {.table = "robot", .key = "state_loss_s"},
+        "mapping that a crash may cost: the map is made durable twice in this time",
+        {.allowed = from_to(0.2, 3600.0, "seconds")}),
     path_row<&NodeConfig::T_global_map>(
         {.table = "robot", .key = "T_global_map"},
         "file of the map's frame, 4 x 4, row by row, metres",

@@ -135,9 +135,12 @@ Outcome<void> Node::read_keys() {
 /// Durable before anything is sent. Each start opens a new epoch, so that no version of an epoch is
 /// ever signed twice.
 Outcome<void> Node::begin_state() {
-  TESSERA_TRY_ASSIGN(RobotState state, RobotState::open(config_.state, config_.robot));
-  state_.emplace(std::move(state));
-  TESSERA_TRY(state_->begin(config_.earlier));
+  const StartMap continued =
+      setup_.robot.most_submaps != 0 ? StartMap::kSubmaps : StartMap::kContinued;
+  const StartMap empty =
+      setup_.robot.most_submaps != 0 ? StartMap::kEmptySubmaps : StartMap::kEmpty;
+  TESSERA_TRY(state_->begin(config_.earlier, found_ ? continued : empty));
+  set_earlier_files_aside();
   setup_.robot.epoch = state_->epoch();
   epoch_ = state_->epoch();
   setup_.robot.floor = state_->floor();
@@ -167,6 +170,14 @@ Outcome<void> Node::open_archive() {
   return {};
 }
 
+Outcome<void> Node::open_submaps() {
+  if (setup_.robot.most_submaps == 0) return {};
+  TESSERA_TRY_ASSIGN(kept_, KeptSubmaps::make(map_name().stem(), robot_->map()));
+  kept_->take_up(found_ ? found_->state.kept : std::vector<SubmapRow>(), state_->map_epoch());
+  robot_->mapper().maps().require(LocalMaps::User::kKeeping);
+  return {};
+}
+
 Outcome<void> Node::set_up() {
   // All checks are made before the start is counted.
   TESSERA_TRY(check_all());
@@ -186,18 +197,23 @@ Outcome<void> Node::set_up() {
   port_ = std::move(port);
   TESSERA_TRY_ASSIGN(FileDescriptor lock, lock_robot(config_.state, config_.robot));
   lock_ = std::move(lock);
+  TESSERA_TRY_ASSIGN(RobotState state, RobotState::open(config_.state, config_.robot));
+  state_.emplace(std::move(state));
+  TESSERA_TRY(find_earlier_map());
   TESSERA_TRY(keep_earlier_maps());
   TESSERA_TRY(begin_state());
   const Clock clock{nullptr, [](void*) { return MonotonicClock::now_us(); }};
   TESSERA_TRY_ASSIGN(HeldRobot robot, make_robot(setup_.robot, classes(), keys_->keys(), clock));
   robot_ = std::move(robot);
   TESSERA_TRY(open_archive());
+  TESSERA_TRY(open_submaps());
   for (const RobotFloor& heard : state_->floors())
     robot_->exchange().set_floor_of(heard.robot, heard.floor);
   excluded_ = config_.exclude;
   set_excluded(excluded_);
-  const Outcome<void> threads = make_threads();
-  if (!threads.ok() || !config_.lock_memory) return threads;
+  TESSERA_TRY(make_threads());
+  TESSERA_TRY(open_durable_map());
+  if (!config_.lock_memory) return {};
   prefault(robot_.memory());
   run_.not_locked = lock_memory(later_bytes(config_));
   return {};

@@ -35,6 +35,9 @@ std::int64_t wall_clock_us() {
 void Node::after_tick(std::int64_t now_us) {
   look_for_life(now_us);
   apply_security();
+  take_corrections(now_us);
+  if (earlier_) earlier_->tick(robot_->sharer(), now_us, robot_->exchange().report().records_taken);
+  sessions_.tick(robot_->sharer());
   say_status(now_us);
   hear_statuses(now_us);
   listen_for_scans(now_us);
@@ -51,6 +54,39 @@ void Node::after_tick(std::int64_t now_us) {
     }
   }
   if (const char* const reason = reason_to_end(now_us); *reason != '\0') end(reason);
+}
+
+/// At most one a tick: its cost is that of all submaps.
+void Node::take_corrections(std::int64_t now_us) {
+  const CorrectionMessage* const message = sensing_ ? sensing_->correction() : nullptr;
+  if (message == nullptr) return;
+  const CorrectionHeader& header = message->header;
+  const std::span<const double> transforms =
+      std::span(message->transforms).first(std::size_t{12} * header.count);
+  const std::span<const std::int64_t> keys = std::span(message->keys).first(header.count);
+  Sharer& sharer = robot_->sharer();
+  CorrectionReport report;
+  if (header.of_submaps) {
+    // A number that is none of a submap stays one.
+    std::transform(keys.begin(), keys.end(), corrected_submaps_.begin(), [](std::int64_t key) {
+      return key < 0 || key > UINT32_MAX ? UINT32_MAX : static_cast<std::uint32_t>(key);
+    });
+    report = sharer.correct(
+        CorrectedFrames{std::span(corrected_submaps_).first(header.count), transforms},
+        header.revision);
+  } else {
+    report = sharer.correct(CorrectedTrajectory{keys, transforms}, header.revision);
+  }
+  if (report.status == Status::kOk) {
+    sharing_log_.say_change(LogLevel::kInfo, now_us, "correction %: % submaps moved",
+                            header.revision, report.moved);
+  } else {
+    sharing_log_.say(LogLevel::kWarning, now_us,
+                     "correction % is refused: its revision is not above %, or its poses are none "
+                     "of this robot's",
+                     header.revision, report.revision);
+  }
+  sensing_->pop_correction();
 }
 
 /// Checked here, as this thread neither saves maps on request nor writes the log. The first thread
@@ -175,9 +211,9 @@ const char* Node::reason_to_end(std::int64_t now_us) {
   if (!sharing_->state().get(sharing)) return "";
   if (scans_done_us_ == 0) scans_done_us_ = now_us;
   const ExchangeReport& exchange = sharing.exchange;
-  const int patience = exchange.complete == exchange.contributions ? 1 : kIncompletePatience;
+  const int patience = exchange.holds_all() ? 1 : kIncompletePatience;
   const std::int64_t quiet_us = now_us - std::max(sharing.quiet_since_us, scans_done_us_);
-  if (sharing.matching >= config_.wait_for_peers &&
+  if (sharing.matching >= config_.wait_for_peers && sessions_.is_settled() &&
       quiet_us >= patience * microseconds(config_.quiet_s))
     return "quiet";
   return now_us - scans_done_us_ >= microseconds(config_.linger_s) ? "linger" : "";

@@ -37,12 +37,14 @@ Outcome<void> Node::make_threads() {
   }
   TESSERA_TRY(make_sensing());
   mapping_ = std::make_unique<MappingThread>(robot_->mapper(), source(), mapping_wake_,
-                                             MappingConfig{.period_us = 1000 * config_.period_ms},
+                                             MappingConfig{.period_us = 1000 * config_.period_ms,
+                                                           .has_body = config_.sensors.enabled,
+                                                           .may_wait = tessera::may_wait(config_)},
                                              *registrar_);
   const EachTick each_tick{
       this, [](void* self, std::int64_t now_us) { static_cast<Node*>(self)->after_tick(now_us); }};
-  sharing_ = std::make_unique<SharingThread>(robot_->sharer(), robot_->map(), *mapping_, *port_,
-                                             1000 * config_.tick_ms, each_tick);
+  sharing_ = std::make_unique<SharingThread>(robot_->sharer(), robot_->mapper().maps(), *mapping_,
+                                             *port_, 1000 * config_.tick_ms, each_tick);
   return make_services();
 }
 
@@ -55,7 +57,7 @@ Outcome<void> Node::make_services() {
                          {.robot = config_.robot,
                           .T_global_map = setup_.robot.T_global_map,
                           .period_us = 1000 * config_.period_ms,
-                          .local = &robot_->map(),
+                          .local = &robot_->maps(),
                           .global = &robot_->global(),
                           .mapping = mapping_.get(),
                           .sharing = sharing_.get(),
@@ -70,8 +72,9 @@ Outcome<void> Node::make_services() {
                          .interface = config_.query_interface,
                          .limits = {.requests_per_s = static_cast<int>(config_.queries_per_s)},
                          .thread = thread_roles(config_).query_link},
-                        {.local = &robot_->map(), .global = &robot_->global()}));
+                        {.local = MapReader(robot_->maps()), .global = &robot_->global()}));
   queries_ = std::move(queries);
+  sharing_->follow(queries_->asked());
   return {};
 }
 
@@ -83,7 +86,7 @@ Outcome<void> Node::make_vehicle(NodeRequests& requests) {
   config.period_us = 1000 * config_.period_ms;
   TESSERA_TRY_ASSIGN(
       std::unique_ptr<VehicleThread> made,
-      VehicleThread::make(config, robot_->map(), *vehicle_port_, *mapping_, *sharing_,
+      VehicleThread::make(config, robot_->maps(), *vehicle_port_, *mapping_, *sharing_,
                           sensing_.get(), {requests.save, saves_, failed_saves_}));
   vehicle_ = std::move(made);
   return {};
@@ -118,6 +121,7 @@ void Node::stop_threads() noexcept {
   if (vehicle_) vehicle_->say_stopping();
   if (sharing_) sharing_->stop();
   if (port_) port_->close();
+  has_stopped_ = true;
 }
 
 }  // namespace tessera

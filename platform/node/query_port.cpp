@@ -38,6 +38,7 @@ int QueryPort::serve(std::int64_t timeout_us, int max_queries) noexcept {
   report_.queries = service_.report();
   report_.queue_full = link_->report().queue_full;
   shared_report_.store(report_);
+  if (served != 0) asked_.set(service_.asked());
   return served;
 }
 

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <memory>
 
+#include "base/latest_value.hpp"
 #include "base/outcome.hpp"
 #include "base/shared_report.hpp"
 #include "link/datagram_link.hpp"
@@ -48,6 +49,7 @@ class QueryPort {
 
   /// For any thread.
   [[nodiscard]] QueryPortReport report() const noexcept { return shared_report_.load(); }
+  [[nodiscard]] const LatestValue<AskedPlaces>& asked() const noexcept { return asked_; }
 
  private:
   QueryPort(std::unique_ptr<DatagramLink> link, const ServedMaps& maps, const QueryLimits& limits)
@@ -58,6 +60,7 @@ class QueryPort {
   std::array<std::byte, kMaxMessageBytes> buffer_{};
   QueryPortReport report_{};
   SharedReport<QueryPortReport> shared_report_;
+  LatestValue<AskedPlaces> asked_;
 };
 
 }  // namespace tessera

@@ -53,10 +53,10 @@ std::uint64_t generation_of(const GlobalReader& reader) noexcept { return reader
 
 QueryService::QueryService(const ServedMaps& maps, const QueryLimits& limits)
     : limits_(within_ranges(limits)),
-      local_(maps.local),
-      global_(maps.global == nullptr ? nullptr : &maps.global->map()) {
+      global_(maps.global == nullptr ? nullptr : &maps.global->map()),
+      local_reader_(maps.local) {
   std::size_t bytes = 0;
-  if (local_ != nullptr) bytes = local_reader_.emplace(*local_).snapshot_bytes();
+  if (local_reader_) bytes = local_reader_->snapshot_bytes();
   if (global_ != nullptr)
     bytes = std::max(bytes, global_reader_.emplace(*maps.global).snapshot_bytes());
   workspace_ = ArenaMemory(bytes);
@@ -87,6 +87,7 @@ MapReply QueryService::answer(const MapQuery& query, std::int64_t now_us) noexce
     return reply;
   }
   if (reply.incomplete) ++report_.incomplete;
+  if (query.map == static_cast<std::int32_t>(QueryMap::kGlobal)) asked_.note(query, now_us);
   return reply;
 }
 
@@ -95,7 +96,7 @@ QueryError QueryService::answer_to(const MapQuery& query, MapReply& reply) noexc
   if (query.kind < 0 || query.kind > static_cast<std::int32_t>(QueryKind::kNearest))
     return QueryError::kBadKind;
   if (query.map == static_cast<std::int32_t>(QueryMap::kLocal) && local_reader_)
-    return answer_from(Served<MapReader>{*local_reader_, *local_}, query, reply);
+    return answer_from(Served<MapReader>{*local_reader_, local_reader_->map()}, query, reply);
   if (query.map == static_cast<std::int32_t>(QueryMap::kGlobal) && global_reader_)
     return answer_from(Served<GlobalReader>{*global_reader_, *global_}, query, reply);
   return QueryError::kNoMap;

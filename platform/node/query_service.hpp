@@ -14,6 +14,7 @@
 
 #include "base/arena_memory.hpp"
 #include "link/query_messages.hpp"
+#include "node/asked_places.hpp"
 #include "tessera/base/counters.hpp"
 #include "tessera/fusion/global_reader.hpp"
 #include "tessera/map/map_reader.hpp"
@@ -42,7 +43,7 @@ TESSERA_COUNTER_TABLE(QueryReport, TESSERA_QUERY_COUNTERS(TESSERA_COUNTER_ROW))
 
 /// The available maps; each may be missing, and must keep its address.
 struct ServedMaps {
-  const LocalMap* local = nullptr;
+  std::optional<MapReader> local{};
   const GlobalMap* global = nullptr;
 };
 
@@ -57,6 +58,8 @@ class QueryService {
   [[nodiscard]] MapReply answer(const MapQuery& query, std::int64_t now_us) noexcept;
 
   [[nodiscard]] const QueryReport& report() const noexcept { return report_; }
+  /// Of the global map, by questions that were answered.
+  [[nodiscard]] const AskedPlaces& asked() const noexcept { return asked_; }
 
  private:
   template <class Reader>
@@ -84,7 +87,6 @@ class QueryService {
                                    MapReply& reply) noexcept;
 
   const QueryLimits limits_;
-  const LocalMap* local_;
   const LocalMap* global_;
   std::optional<MapReader> local_reader_;
   std::optional<GlobalReader> global_reader_;
@@ -92,6 +94,7 @@ class QueryService {
   std::int64_t last_us_ = INT64_MIN;
   std::int64_t credit_us_ = 0;  ///< Requests that are allowed now, times their period.
   QueryReport report_;
+  AskedPlaces asked_;
 };
 
 }  // namespace tessera

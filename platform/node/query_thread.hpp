@@ -26,6 +26,7 @@ class QueryThread {
   void stop() noexcept;
   /// For any thread.
   [[nodiscard]] QueryPortReport report() const noexcept { return port_->report(); }
+  [[nodiscard]] const LatestValue<AskedPlaces>& asked() const noexcept { return port_->asked(); }
 
  private:
   static constexpr std::int64_t kTurn_us = 50'000;

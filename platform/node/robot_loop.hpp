@@ -22,7 +22,7 @@ struct LoopTimes {
   std::int64_t worst_late_us = 0;
 };
 
-/// For one thread; no heap. sharer, map and port must outlive it.
+/// For one thread; no heap. sharer, maps and port must outlive it.
 class RobotLoop {
  public:
   /// Datagrams that are taken at once, so that a flood does not delay ticks.
@@ -30,9 +30,9 @@ class RobotLoop {
   /// Nothing else is begun in this time before something is due.
   static constexpr std::int64_t kSpare_us = 3'000;
 
-  /// map: is published; another thread may write to it. period_us: above 0.
-  RobotLoop(Sharer& sharer, const LocalMap& map, NetworkPort& port, std::int64_t period_us) noexcept
-      : sharer_(&sharer), map_(&map), port_(&port), period_us_(period_us) {}
+  /// maps: are published; another thread may write to them. period_us: above 0.
+  RobotLoop(Sharer& sharer, LocalMaps& maps, NetworkPort& port, std::int64_t period_us) noexcept
+      : sharer_(&sharer), maps_(&maps), port_(&port), period_us_(period_us) {}
   /// Sets the time of the first tick.
   void begin(std::int64_t start_us) noexcept { due_us_ = start_us; }
 
@@ -56,7 +56,7 @@ class RobotLoop {
     times_.worst_late_us = std::max(times_.worst_late_us, late_us);
     if (late_us >= period_us_) ++times_.overruns;
     due_us_ += (late_us / period_us_ + 1) * period_us_;
-    static_cast<void>(sharer_->tick(*map_, now_us));
+    static_cast<void>(sharer_->tick(*maps_, now_us));
     send(now_us);
     const std::int64_t took_us = MonotonicClock::now_us() - now_us;
     times_.ticks.add(took_us);
@@ -88,7 +88,7 @@ class RobotLoop {
 
  private:
   Sharer* sharer_;
-  const LocalMap* map_;
+  LocalMaps* maps_;
   NetworkPort* port_;
   std::int64_t period_us_;
   std::int64_t due_us_ = 0;

@@ -8,6 +8,7 @@
 
 #include "maps/held_archive.hpp"
 #include "scans/transform_file.hpp"
+#include "settings/window_setup.hpp"
 
 namespace tessera {
 
@@ -38,6 +39,15 @@ Outcome<std::uint32_t> set_up_archive(const NodeConfig& config, int num_componen
   return static_cast<std::uint32_t>(blocks);
 }
 
+/// Submaps are themselves what is kept in memory of a map.
+Outcome<void> set_up_submaps(const NodeConfig& config, MapSetup& setup) {
+  setup.submap_length_m = config.map.submap_length_m.value_or(0.0);
+  if (!config.map.submap_length_m || !setup.window) return {};
+  return Failure{Message(kMapSettings["--submap-length"]) + " and " + kMapSettings["--window"] +
+                 " do not go together; leave out one, and " + kMapSettings["--archive"] +
+                 " if there is no window"};
+}
+
 }  // namespace
 
 ObstacleSectorsConfig sectors_of(const VehicleConfig& vehicle) noexcept {
@@ -49,6 +59,10 @@ ObstacleSectorsConfig sectors_of(const VehicleConfig& vehicle) noexcept {
   sectors.own_radius_m = vehicle.own_radius_m;
   sectors.ring_m = std::min(1.0, vehicle.sector_range_m);
   return sectors;
+}
+
+bool may_wait(const NodeConfig& config) {
+  return !config.sensors.enabled && !(config.rate_hz > 0.0) && !(config.map.deadline_ms > 0.0);
 }
 
 Outcome<HeldRobot> make_robot(const RobotConfig& config, const ClassTable& classes,
@@ -67,9 +81,11 @@ Outcome<RobotSetup> set_up_robot(const NodeConfig& config, const ScanSizes& scan
   TESSERA_TRY_ASSIGN(const MapSetup map, set_up(config.map));
   RobotSetup setup;
   setup.map = map;
+  TESSERA_TRY(set_up_submaps(config, setup.map));
   TESSERA_TRY_ASSIGN(const std::uint32_t archived,
                      set_up_archive(config, scans.num_components, setup.map));
   TESSERA_TRY_ASSIGN(const ScanCapacity capacity, split_budget(setup.map, scans.max_points));
+  let_near_blocks_leave(setup.map, may_wait(config));
   TESSERA_TRY_ASSIGN(const Matrix34d T_global_map, frame_of(config));
   TESSERA_TRY_ASSIGN(const RobotConfig robot,
                      set_up_sharing(config, setup.map, scans.num_components, epoch));
@@ -78,6 +94,7 @@ Outcome<RobotSetup> set_up_robot(const NodeConfig& config, const ScanSizes& scan
   setup.robot.archived_blocks = archived;
   setup.robot.scan = capacity;
   setup.robot.T_global_map = T_global_map;
+  setup.robot.keep_sessions = !config.sessions.empty();
   return setup;
 }
 

@@ -28,6 +28,9 @@ struct ScanSizes {
 Outcome<RobotSetup> set_up_robot(const NodeConfig& config, const ScanSizes& scans,
                                  std::uint32_t epoch);
 
+/// Scans are replayed as fast as they are mapped: rather than lose something, mapping waits.
+bool may_wait(const NodeConfig& config);
+
 /// Rings of a metre, or one for the whole range if that is less.
 ObstacleSectorsConfig sectors_of(const VehicleConfig& vehicle) noexcept;
 

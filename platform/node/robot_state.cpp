@@ -91,6 +91,7 @@ std::string RobotState::text_of(const Values& values) const {
   std::string text = "tessera-robot-state 1\n" + line_of("robot", robot_) +
                      line_of("starts", values.starts) + line_of("epoch", values.epoch) +
                      line_of("published", values.published) + line_of("floor", values.floor);
+  if (values.map_epoch != 0) text += line_of("map", values.map_epoch);
   for (const RobotFloor& heard : values.floors)
     text += line_of((fmt::format("heard {}", heard.robot)).c_str(), heard.floor);
   char check[16] = {};
@@ -111,6 +112,8 @@ Outcome<RobotState::Values> RobotState::parse(const std::string& text) const {
     return Failure{fmt::format("{} is of robot {}; each robot has its own file, so remove this one",
                                path(), robot)};
   }
+  if (begins && rest.starts_with("map ") && !take(rest, "map", values.map_epoch))
+    values.map_epoch = 0;
   RobotFloor heard;
   std::uint32_t* const numbers[] = {&heard.robot, &heard.floor};
   while (begins && values.floors.size() < kMostFloors && take(rest, "heard", numbers))
@@ -165,17 +168,21 @@ Outcome<void> RobotState::change(Values next) {
 
 /// Never decreases: dropped epochs have lost their places everywhere.
 std::uint32_t RobotState::floor_of(const Values& values) const noexcept {
+  if (start_ == StartMap::kEmptySubmaps) return std::max(values.floor, values.epoch);
+  if (start_ == StartMap::kSubmaps) return std::max(values.floor, values.map_epoch);
   const bool has_earlier = values.published != 0 && values.published < values.epoch;
   const bool keeps = earlier_ == EarlierEpochs::kKeep && has_earlier;
   return std::max(values.floor, keeps ? values.published : values.epoch);
 }
 
-Outcome<void> RobotState::begin(EarlierEpochs earlier) {
+Outcome<void> RobotState::begin(EarlierEpochs earlier, StartMap start) {
   if (now_.starts == kMost32 || now_.epoch == kMost32) return at_end(path());
   earlier_ = earlier;
+  start_ = start;
   Values next = now_;
   ++next.starts;
   ++next.epoch;
+  if (start == StartMap::kEmpty || start == StartMap::kEmptySubmaps) next.map_epoch = next.epoch;
   next.floor = floor_of(next);
   Outcome<void> changed = change(std::move(next));
   // The new file now has all of it.

@@ -21,12 +21,23 @@ Outcome<FileDescriptor> lock_robot(const std::string& folder, std::uint32_t robo
 
 /// What happens to a robot's earlier epochs when it starts.
 enum class EarlierEpochs : std::uint8_t {
-  kKeep,  ///< The newest one still counts where the new one has no evidence.
+  kKeep,  ///< The newest one still counts where the new one has no evidence; not in submaps.
   kDrop,  ///< None of them counts.
 };
 constexpr const char* to_string(EarlierEpochs earlier) noexcept {
   return earlier == EarlierEpochs::kDrop ? "drop" : "keep";
 }
+
+/// With which map a robot starts.
+enum class StartMap : std::uint8_t {
+  kEmpty,  ///< Whatever there was.
+  /// In submaps: a newer epoch takes the place of an older one submap by submap, so that a map
+  /// which was cut elsewhere would count beside it. Its own epoch is the lowest.
+  kEmptySubmaps,
+  kContinued,  ///< That of the start before, which is published again.
+  kSubmaps,    ///< The same in submaps: those that had ended stay as they were published, so
+               ///< all epochs since the map was begun count.
+};
 
 /// For the process that has the robot's lock, and for one of its threads. Calls that change
 /// something write the file and wait until it is durable, so not for a real-time thread. If that
@@ -41,8 +52,8 @@ class RobotState {
   static Outcome<RobotState> open(const std::string& folder, std::uint32_t robot);
 
   /// Counts a start: starts() and epoch() become higher than ever before, and floor() follows
-  /// earlier. Also fails with kFailure iff a count is at its maximum.
-  Outcome<void> begin(EarlierEpochs earlier);
+  /// earlier. start: of its map. Also fails with kFailure iff a count is at its maximum.
+  Outcome<void> begin(EarlierEpochs earlier, StartMap start = StartMap::kEmpty);
   /// Raises epoch() to at least at_least, if the fleet knows higher epochs of this robot than this
   /// file. The epoch below is assumed to have published something. Call it after begin(). Also
   /// fails with kFailure iff at_least is over 2^32 - 1.
@@ -59,6 +70,9 @@ class RobotState {
   [[nodiscard]] std::uint32_t starts() const noexcept { return now_.starts; }
   /// Of this start.
   [[nodiscard]] std::uint32_t epoch() const noexcept { return now_.epoch; }
+  /// The epoch in which the map of this robot was begun; before begin(): of the start before, 0 if
+  /// there was none.
+  [[nodiscard]] std::uint32_t map_epoch() const noexcept { return now_.map_epoch; }
   /// The newest epoch in which something was published; 0: none.
   [[nodiscard]] std::uint32_t published() const noexcept { return now_.published; }
   /// The lowest of this robot's epochs that counts.
@@ -74,6 +88,7 @@ class RobotState {
     std::uint32_t epoch = 0;
     std::uint32_t published = 0;
     std::uint32_t floor = 0;
+    std::uint32_t map_epoch = 0;
     std::vector<RobotFloor> floors{};
     friend bool operator==(const Values&, const Values&) = default;
   };
@@ -88,6 +103,7 @@ class RobotState {
   std::string stem_;
   std::uint32_t robot_ = 0;
   EarlierEpochs earlier_ = EarlierEpochs::kKeep;
+  StartMap start_ = StartMap::kEmpty;
   Values now_{};
   std::uint64_t floors_refused_ = 0;
 };

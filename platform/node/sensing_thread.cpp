@@ -3,9 +3,11 @@
 #include "node/sensing_thread.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "base/monotonic_clock.hpp"
+#include "tessera/base/rigid.hpp"
 
 namespace tessera {
 
@@ -165,19 +167,54 @@ void SensingThread::say_silence(const SensorReport& report, std::int64_t now_us)
            static_cast<std::int64_t>(not_whole));
 }
 
+void SensingThread::continue_from(const std::array<double, 12>& T_map_body,
+                                  std::int64_t stamp_us) noexcept {
+  last_.emplace();
+  last_->stamp_us = stamp_us;
+  std::copy(T_map_body.begin(), T_map_body.end(), last_->T_map_body.data());
+}
+
+/// In the time since then, if its clock still runs: after a restart of the machine it is not known,
+/// and a robot that stood still is the likely case.
+bool SensingThread::follows_last(const Matrix34d& T_map_body) const noexcept {
+  constexpr std::int64_t kMostTime_us = 600'000'000;
+  constexpr double kSlack_m = 1.0;
+  constexpr double kSlack_rad = 0.3;
+  // Farther it was hardly driven while nobody looked; a pose source that was restarted is likelier.
+  constexpr double kMost_m = 10.0;
+  constexpr double kMost_rad = 1.6;
+  const std::int64_t since_us = last_->stamp_us == 0 ? -1 : port_->stamp_now_us() - last_->stamp_us;
+  const double time_s =
+      since_us >= 0 && since_us <= kMostTime_us ? 1e-6 * static_cast<double>(since_us) : 0.0;
+  const Matrix34d moved = product(inverse(last_->T_map_body), T_map_body);
+  const double cosine = (moved(0, 0) + moved(1, 1) + moved(2, 2) - 1.0) / 2.0;
+  const double angle_rad = std::acos(std::clamp(cosine, -1.0, 1.0));
+  return norm(Point3d(moved.col(3))) <=
+             std::min(kSlack_m + limits_.max_speed_mps * time_s, kMost_m) &&
+         angle_rad <= std::min(kSlack_rad + limits_.max_yaw_rate_radps * time_s, kMost_rad);
+}
+
 void SensingThread::note(const StampedPose& pose) noexcept {
+  if (last_ && !follows_last(pose.T_map_body)) begin_frame();
+  last_.reset();
   ++now_.poses;
   now_.stamp_us = pose.stamp_us;
   std::copy_n(pose.T_map_body.data(), now_.T_map_body.size(), now_.T_map_body.begin());
 }
 
-/// Poses are in another frame now: scans mapped with them would not match the map. A vehicle
-/// decides what to do; without one the map is saved and cleared.
 void SensingThread::note_relocations(std::uint64_t relocations) noexcept {
   if (relocations == now_.relocations) return;
   now_.relocations = relocations;
+  begin_frame();
+}
+
+/// Poses are in another frame now: scans mapped with them would not match the map. They begin
+/// another submap; where there are none, a vehicle decides what to do, and without one the map is
+/// saved and cleared.
+void SensingThread::begin_frame() noexcept {
   // Otherwise a scan between the frames would get a pose half way between them.
   port_->forget_poses();
+  if (mapping_->note_jump()) return;
   const std::int64_t now_us = MonotonicClock::now_us();
   if (vehicle_ != nullptr) {
     log_.say_change(

@@ -50,9 +50,17 @@ class SensingThread final : public ScanSource {
   [[nodiscard]] bool ended() const noexcept override { return false; }
   [[nodiscard]] SourceCounters counters() const noexcept override;
 
+  /// As SensorPort::correction and pop_correction: for the sharing thread.
+  [[nodiscard]] const CorrectionMessage* correction() noexcept { return port_->correction(); }
+  void pop_correction() noexcept { port_->pop_correction(); }
+
   // For any thread.
   [[nodiscard]] const LatestValue<SensingThreadState>& state() const noexcept { return state_; }
   [[nodiscard]] SensorReport report() const noexcept { return port_->report(); }
+  /// The map continues one of an earlier start, whose last pose and stamp, of the sensors' clock,
+  /// or 0 of another clock, these were: a first pose that cannot follow is in another frame. Before
+  /// start().
+  void continue_from(const std::array<double, 12>& T_map_body, std::int64_t stamp_us) noexcept;
   [[nodiscard]] Heartbeat& heartbeat() noexcept { return heartbeat_; }
   [[nodiscard]] LogQueue& log() noexcept { return log_; }
   /// The current time of the sensors' clock.
@@ -70,6 +78,7 @@ class SensingThread final : public ScanSource {
                 bool poses_by_bus)
       : guard_(guard),
         vehicle_(vehicle),
+        limits_(guard),
         poses_by_bus_(poses_by_bus),
         most_between_poses_us_(std::min(
             {guard.timeout_us, config.matcher.max_pose_gap_us, config.matcher.max_wait_us})) {}
@@ -79,6 +88,8 @@ class SensingThread final : public ScanSource {
   void take_vehicle_poses() noexcept;
   void note(const StampedPose& pose) noexcept;
   void note_relocations(std::uint64_t relocations) noexcept;
+  [[nodiscard]] bool follows_last(const Matrix34d& T_map_body) const noexcept;
+  void begin_frame() noexcept;
   [[nodiscard]] bool poses_are_good() noexcept;
   void pause_or_go_on() noexcept;
   void watch_sensors(const SensorReport& report, std::int64_t now_us) noexcept;
@@ -89,6 +100,9 @@ class SensingThread final : public ScanSource {
   std::unique_ptr<SensorPort> port_;
   PoseGuard guard_;
   VehiclePort* vehicle_;
+  PoseGuardConfig limits_;
+  /// Pose and stamp of an earlier start, until the first pose of this one.
+  std::optional<StampedPose> last_;
   bool poses_by_bus_;
   MappingThread* mapping_ = nullptr;
   WakeUp* mapping_wake_ = nullptr;

@@ -39,8 +39,9 @@ void SharingThread::tick(std::int64_t now_us) noexcept {
   MappingThreadState mapping;
   if (mapping_.state().get(mapping) && mapping.cycles != scans_seen_) {
     scans_seen_ = mapping.cycles;
-    const auto& T = mapping.T_map_sensor;
-    sharer_.set_focus({T[3], T[7], T[11]});
+    Matrix34d T_map_body;
+    std::copy(mapping.T_map_body.begin(), mapping.T_map_body.end(), T_map_body.data());
+    sharer_.note_scan(maps_, mapping.submap, mapping.stamp_us, T_map_body);
   }
   if (const std::uint64_t asked = reopen_.exchange(0, std::memory_order_acquire); asked != 0) {
     // If it is refused, the exchange still reports that it is overtaken.
@@ -48,7 +49,40 @@ void SharingThread::tick(std::int64_t now_us) noexcept {
                                      static_cast<std::uint32_t>(asked)));
   }
   second_.add(loop_.tick(now_us));
+  note_frames(now_us);
+  note_asked(now_us);
   note_status(now_us);
+}
+
+/// Only where the robot itself is somewhere: else all matters alike.
+void SharingThread::note_asked(std::int64_t now_us) noexcept {
+  if (asked_ == nullptr || scans_seen_ == 0) return;
+  const std::uint64_t version = asked_->version();
+  const bool is_new = version != asked_seen_ && asked_->get(route_);
+  if (is_new) asked_seen_ = version;
+  if (!route_.forget_old(now_us) && !is_new) return;
+  const std::array<Point3d, Sharer::kMostRoute> places = route_.points();
+  sharer_.set_route(std::span(places).first(route_.count));
+}
+
+void SubmapFramesState::take(const SubmapFrames& all) noexcept {
+  first = all.first();
+  revision = all.revision();
+  count = std::min<std::uint32_t>(all.last() - all.first() + 1, kMost);
+  for (std::uint32_t i = 0; i < count; ++i) frames[i] = all.saved(first + i);
+}
+
+void SharingThread::note_frames(std::int64_t now_us) noexcept {
+  constexpr std::int64_t kPoses_us = 1'000'000;
+  const SubmapFrames& frames = sharer_.frames();
+  const std::uint32_t count = frames.last() - frames.first() + 1;
+  const std::uint32_t corrections = sharer_.submap().corrections;
+  if (count == frames_now_.count && corrections == corrections_seen_ && now_us < frames_due_us_)
+    return;
+  frames_due_us_ = now_us + kPoses_us;
+  corrections_seen_ = corrections;
+  frames_now_.take(frames);
+  frames_.set(frames_now_);
 }
 
 void SharingThread::note_status(std::int64_t now_us) noexcept {
@@ -64,6 +98,7 @@ void SharingThread::note_status(std::int64_t now_us) noexcept {
   }
   now_.agreeing = sharer_.exchange().peers_agreeing(now_us);
   now_.digest = sharer_.exchange().digest();
+  now_.submap = sharer_.submap();
   now_.waiting = sharer_.global().waiting();
   now_.global = sharer_.global().map().usage();
   now_.global_counts = sharer_.global().counters();

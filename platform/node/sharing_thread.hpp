@@ -8,9 +8,11 @@
 #include <atomic>
 #include <cstdint>
 
+#include "node/asked_places.hpp"
 #include "node/mapping_thread.hpp"
 #include "node/robot_loop.hpp"
 #include "node/team_alarm.hpp"
+#include "settings/map_options.hpp"
 
 namespace tessera {
 
@@ -25,7 +27,8 @@ struct SharingThreadState {
       0;  ///< Robots that were heard and have the same configuration, gone or not.
   std::uint32_t agreeing = 0;  ///< Exchange::peers_agreeing().
   std::uint64_t digest = 0;    ///< Exchange::digest().
-  std::uint32_t waiting = 0;   ///< Blocks of the global map that wait for work.
+  SubmapReport submap{};
+  std::uint32_t waiting = 0;  ///< Blocks of the global map that wait for work.
   MapUsage global{};
   std::uint64_t overtaken = 0;  ///< Exchange::overtaken() plus one; 0: none.
   std::uint64_t highest_session_heard = 0;
@@ -54,28 +57,45 @@ struct EachTick {
   void (*call)(void* context, std::int64_t now_us) = nullptr;
 };
 
+/// The frames of this robot's submaps, with their poses.
+struct SubmapFramesState {
+  static constexpr std::size_t kMost = kMostSubmapsInAll;
+  std::uint32_t first = 0;
+  std::uint32_t count = 0;
+  std::uint32_t revision = 0;  ///< Of the last correction.
+  std::array<SubmapFrame, kMost> frames{};
+
+  /// Of a sharer, as far as they fit.
+  void take(const SubmapFrames& all) noexcept;
+};
+
 class SharingThread {
  public:
   static constexpr std::int64_t kReach_us = 3'000'000;
 
-  /// All must outlive it. mapping: its map is shared.
-  SharingThread(Sharer& sharer, const LocalMap& map, const MappingThread& mapping,
-                NetworkPort& port, std::int64_t tick_us, const EachTick& each_tick) noexcept
+  /// All must outlive it. mapping: its maps are shared.
+  SharingThread(Sharer& sharer, LocalMaps& maps, const MappingThread& mapping, NetworkPort& port,
+                std::int64_t tick_us, const EachTick& each_tick) noexcept
       : sharer_(sharer),
+        maps_(maps),
         mapping_(mapping),
         each_tick_(each_tick),
-        loop_(sharer, map, port, tick_us) {}
+        loop_(sharer, maps, port, tick_us) {}
   SharingThread(const SharingThread&) = delete;
   SharingThread& operator=(const SharingThread&) = delete;
   ~SharingThread() { stop(); }
 
   Outcome<void> start(const ThreadRole& role, std::int64_t start_us);
+  /// Before start(): places that matter beside the robot's own. It must outlive the thread.
+  void follow(const LatestValue<AskedPlaces>& asked) noexcept { asked_ = &asked; }
   /// Announces that this robot leaves, and ends within a tick.
   void stop() noexcept;
 
   /// Must not be silent for long.
   [[nodiscard]] const Heartbeat& heartbeat() const noexcept { return heartbeat_; }
   [[nodiscard]] const LatestValue<SharingThreadState>& state() const noexcept { return state_; }
+  /// As of the last tick where frames have changed; poses within a second.
+  [[nodiscard]] const LatestValue<SubmapFramesState>& frames() const noexcept { return frames_; }
   /// Leaves the epoch with the next tick, as Sharer::reopen. For any thread.
   void ask_to_reopen(std::uint32_t epoch, std::uint32_t floor) noexcept {
     reopen_.store(std::uint64_t{epoch} << 32U | floor, std::memory_order_release);
@@ -97,17 +117,27 @@ class SharingThread {
   void run() noexcept;
   void tick(std::int64_t now_us) noexcept;
   void note_status(std::int64_t now_us) noexcept;
+  void note_frames(std::int64_t now_us) noexcept;
+  void note_asked(std::int64_t now_us) noexcept;
 
   Sharer& sharer_;
+  LocalMaps& maps_;
   const MappingThread& mapping_;
   const EachTick each_tick_;
   RobotLoop loop_;
   std::atomic<bool> stopping_{false};
   std::atomic<std::uint64_t> reopen_{0};  ///< The epoch, and the floor in the lower 32 bits.
   std::uint64_t scans_seen_ = 0;
+  const LatestValue<AskedPlaces>* asked_ = nullptr;
+  std::uint64_t asked_seen_ = 0;  ///< Its version.
+  AskedPlaces route_{};
   Activity activity_{};
   SharingThreadState now_{};
   LatestValue<SharingThreadState> state_;
+  SubmapFramesState frames_now_{};
+  std::uint32_t corrections_seen_ = 0;
+  std::int64_t frames_due_us_ = 0;  ///< For poses alone.
+  LatestValue<SubmapFramesState> frames_;
   /// Longer than for other threads, as it has no priority; shorter than the service manager's
   /// timeout.
   Heartbeat heartbeat_{"sharing", 3'000'000};

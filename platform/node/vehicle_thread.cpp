@@ -10,19 +10,17 @@
 
 namespace tessera {
 
-Outcome<std::unique_ptr<VehicleThread>> VehicleThread::make(const VehicleThreadConfig& config,
-                                                            const LocalMap& map, VehiclePort& port,
-                                                            MappingThread& mapping,
-                                                            const SharingThread& sharing,
-                                                            SensingThread* sensing,
-                                                            const SaveRequests& saves) {
+Outcome<std::unique_ptr<VehicleThread>> VehicleThread::make(
+    const VehicleThreadConfig& config, const LocalMaps& maps, VehiclePort& port,
+    MappingThread& mapping, const SharingThread& sharing, SensingThread* sensing,
+    const SaveRequests& saves) {
   std::unique_ptr<VehicleThread> made(
-      new VehicleThread(config, map, port, mapping, sharing, sensing, saves));
+      new VehicleThread(config, maps, port, mapping, sharing, sensing, saves));
   TESSERA_TRY_ASSIGN(ArenaMemory memory,
-                     ArenaMemory::allocate(ObstacleSectors::required_bytes(map)));
+                     ArenaMemory::allocate(ObstacleSectors::required_bytes(maps.map())));
   made->memory_ = std::move(memory);
   Arena arena(made->memory_.span());
-  Result<ObstacleSectors> sectors = ObstacleSectors::make(config.sectors, map, arena);
+  Result<ObstacleSectors> sectors = ObstacleSectors::make(config.sectors, maps.map(), arena);
   if (!sectors.ok()) {
     return Failure{std::string("the obstacle sectors cannot be set up: ") +
                    to_string(sectors.status()) + "; see [vehicle] sector_range_m and related keys"};
@@ -286,7 +284,7 @@ void VehicleThread::tell_team(const SharingThreadState& sharing) noexcept {
   told_.peers = sharing.in_reach;
   told_.contributions_known = exchange.contributions;
   told_.contributions_whole = exchange.complete;
-  const bool whole = exchange.complete == exchange.contributions;
+  const bool whole = exchange.holds_all();
   told_.peers_agreeing = whole ? std::min(sharing.agreeing, sharing.in_reach) : 0;
   told_.convergence = sharing.in_reach == 0                      ? Convergence::kAlone
                       : told_.peers_agreeing == sharing.in_reach ? Convergence::kAgree

@@ -53,7 +53,7 @@ class VehicleThread {
   /// sensing may be null, as in a replay. All must outlive it. Fails with kUsage iff a setting of
   /// the sectors is out of its range; kFailure iff the system does not give the memory.
   static Outcome<std::unique_ptr<VehicleThread>> make(const VehicleThreadConfig& config,
-                                                      const LocalMap& map, VehiclePort& port,
+                                                      const LocalMaps& maps, VehiclePort& port,
                                                       MappingThread& mapping,
                                                       const SharingThread& sharing,
                                                       SensingThread* sensing,
@@ -77,12 +77,12 @@ class VehicleThread {
   /// Sensors that are silent for longer are reported.
   static constexpr std::int64_t kSilentPeriods = 5;
 
-  VehicleThread(const VehicleThreadConfig& config, const LocalMap& map, VehiclePort& port,
+  VehicleThread(const VehicleThreadConfig& config, const LocalMaps& maps, VehiclePort& port,
                 MappingThread& mapping, const SharingThread& sharing, SensingThread* sensing,
                 const SaveRequests& saves)
       : config_(config),
-        reader_(map),
-        storage_bytes_(map.usage().capacity_bytes),
+        reader_(maps),
+        storage_bytes_(maps.map().usage().capacity_bytes),
         port_(port),
         mapping_(mapping),
         sharing_(sharing),

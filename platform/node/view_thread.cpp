@@ -21,7 +21,9 @@ namespace {
 class OwnMarks {
  public:
   explicit OwnMarks(const ViewedNode& node)
-      : local_(*node.local), reader_(*node.local), T_map_global_(inverse(node.T_global_map)) {}
+      : local_(node.local->map()),
+        reader_(*node.local),
+        T_map_global_(inverse(node.T_global_map)) {}
   /// 0: this robot has no label there; else it has, and whether that differs from the fused one.
   void mark(const BlockSnapshot& block, BlockMarks& marks) {
     const Lattice lattice = local_.lattice();
@@ -45,7 +47,7 @@ class OwnMarks {
   }
 
  private:
-  const LocalMap& local_;
+  const LocalMap& local_;  ///< For what never changes.
   MapReader reader_;
   Matrix34d T_map_global_;
 };
@@ -67,7 +69,16 @@ std::vector<std::unique_ptr<ViewMap>> maps_of(const ViewedNode& node) {
   global.marks = [own = std::make_shared<OwnMarks>(node)](
                      const BlockSnapshot& block, BlockMarks& marks) { own->mark(block, marks); };
   std::vector<std::unique_ptr<ViewMap>> maps;
-  maps.push_back(std::make_unique<ViewMap>(*node.local, std::move(local)));
+  // In submaps two maps take turns.
+  const std::uint32_t current = node.local->number();
+  if (node.local->in_submaps()) {
+    ViewMapInfo other = local;
+    other.name = "submap before or after it";
+    maps.push_back(std::make_unique<ViewMap>(node.local->of(current), std::move(local)));
+    maps.push_back(std::make_unique<ViewMap>(node.local->of(current + 1), std::move(other)));
+  } else {
+    maps.push_back(std::make_unique<ViewMap>(node.local->map(), std::move(local)));
+  }
   maps.push_back(std::make_unique<ViewMap>(*node.global, std::move(global)));
   return maps;
 }
@@ -99,7 +110,7 @@ Json network_json(const SharingThreadState& sharing, const NetworkPort& port) {
 
 Outcome<std::unique_ptr<ViewThread>> ViewThread::open(const ViewerConfig& config,
                                                       const ViewedNode& node) {
-  const double step_m = 2.0 * node.local->config().resolution_m;
+  const double step_m = 2.0 * node.local->map().config().resolution_m;
   std::unique_ptr<ViewThread> thread(new ViewThread(node, step_m));
   TESSERA_TRY_ASSIGN(
       std::unique_ptr<Viewer> viewer,

@@ -23,7 +23,7 @@ struct ViewedNode {
   std::uint32_t robot = 0;
   Matrix34d T_global_map = Matrix34d::Identity();
   std::int64_t period_us = 100'000;
-  const LocalMap* local = nullptr;
+  const LocalMaps* local = nullptr;
   const GlobalMap* global = nullptr;
   const MappingThread* mapping = nullptr;
   const SharingThread* sharing = nullptr;

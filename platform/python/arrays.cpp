@@ -146,6 +146,23 @@ Matrix34d pose_of(const std::optional<PoseArray>& array, const char* name) {
   return T;
 }
 
+StampedPoses stamped_poses_of(const StampArray& stamps_us, const PoseArray& poses) {
+  if (stamps_us.ndim() != 1) refuse_shape(stamps_us, "stamps_us", "(N,): microseconds");
+  const py::ssize_t count = stamps_us.shape(0);
+  const bool fits = poses.ndim() == 3 && poses.shape(0) == count &&
+                    (poses.shape(1) == 3 || poses.shape(1) == 4) && poses.shape(2) == 4;
+  if (!fits)
+    refuse_shape(poses, "T_world_sensor", "(N, 4, 4) or (N, 3, 4), as many as stamps: [R | t]");
+  StampedPoses result;
+  const auto stamps = stamps_us.unchecked<1>();
+  const auto at = poses.unchecked<3>();
+  for (py::ssize_t i = 0; i < count; ++i) {
+    result.stamps_us.push_back(stamps(i));
+    for (py::ssize_t k = 0; k < 12; ++k) result.transforms.push_back(at(i, k / 4, k % 4));
+  }
+  return result;
+}
+
 py::array_t<double> array_of(const Matrix34d& T) {
   py::array_t<double> array({4, 4});
   auto at = array.mutable_unchecked<2>();

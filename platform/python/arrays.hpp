@@ -48,10 +48,19 @@ struct LabelsView {
                                                 UnknownRawIds& unknown);
 
 /// Converts anything that is not an array of doubles.
+using StampArray = py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>;
 using PoseArray = py::array_t<double, py::array::c_style | py::array::forcecast>;
 /// (4, 4) or (3, 4); the identity if not given. Raises InputError iff the shape is another, or it
 /// is not a rigid transform.
 [[nodiscard]] Matrix34d pose_of(const std::optional<PoseArray>& array, const char* name);
+
+/// Stamps, and twelve numbers of each pose, rows first.
+struct StampedPoses {
+  std::vector<std::int64_t> stamps_us;
+  std::vector<double> transforms;
+};
+/// poses: (N, 4, 4) or (N, 3, 4). Raises InputError iff the shapes are others, or differ in N.
+[[nodiscard]] StampedPoses stamped_poses_of(const StampArray& stamps_us, const PoseArray& poses);
 /// (4, 4).
 [[nodiscard]] py::array_t<double> array_of(const Matrix34d& T);
 

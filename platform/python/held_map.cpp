@@ -49,13 +49,25 @@ void HeldMap::save(const std::string& path) const {
 HeldLocalMap::Parts HeldLocalMap::make_parts(const MapOptions& options, MapSetup setup,
                                              const Classes& classes, const MapIdentity& identity,
                                              std::size_t max_points) {
-  set_up_archive(options, classes.table.num_components(), setup);
+  const bool in_submaps = options.submap_length_m.has_value();
+  if (in_submaps && options.window_m)
+    throw InputError("submap_m and window_m do not go together; leave out one");
+  setup.submap_length_m = options.submap_length_m.value_or(0.0);
+  // Of submaps the archive is the folder of their files.
+  if (in_submaps) {
+    setup.window.reset();
+  } else {
+    set_up_archive(options, classes.table.num_components(), setup);
+  }
   const ScanCapacity capacity = value_of(split_budget(setup, max_points));
   MapFileHeader header{.config = setup.map, .classes = classes.table, .identity = identity};
   check(record_settings(settings_of(to_json(options, setup)), header.identity));
   HeldMapper mapper = value_of(make_mapper(setup, capacity, classes.table));
   std::optional<HeldArchive> archive;
-  if (!options.archive.empty()) {
+  std::unique_ptr<HeldSubmaps> submaps;
+  if (in_submaps) {
+    submaps = std::make_unique<HeldSubmaps>(*mapper, header.identity, options.archive);
+  } else if (!options.archive.empty()) {
     archive.emplace(
         value_of(HeldArchive::make(options.archive, setup, header.identity, nullptr, *mapper)));
   }
@@ -64,6 +76,7 @@ HeldLocalMap::Parts HeldLocalMap::make_parts(const MapOptions& options, MapSetup
   return {.mapper = std::move(mapper),
           .stored = std::move(stored),
           .archive = std::move(archive),
+          .submaps = std::move(submaps),
           .setup = setup,
           .classes = classes,
           .max_points = max_points};
@@ -109,8 +122,11 @@ std::shared_ptr<HeldLocalMap> HeldLocalMap::load(const std::string& path, MapOpt
   return std::shared_ptr<HeldLocalMap>(new HeldLocalMap(std::move(parts)));
 }
 
-IntegrationReport HeldLocalMap::integrate(ScanView scan, const LabelsView& labels) {
+IntegrationReport HeldLocalMap::integrate(ScanView scan, const LabelsView& labels,
+                                          std::optional<std::int64_t> stamp_us) {
   IntegrationReport report;
+  Outcome<void> kept;
+  std::uint32_t submap = 0;
   const py::gil_scoped_release released;
   {
     const std::unique_lock alone(gate().mutex);
@@ -122,13 +138,23 @@ IntegrationReport HeldLocalMap::integrate(ScanView scan, const LabelsView& label
           std::count_if(scan.components, scan.components + scan.count,
                         [highest](std::uint8_t component) { return component > highest; }));
     }
-    report.scan = parts_.mapper->integrate(scan, MonotonicClock::now_us());
+    const std::int64_t now_us = MonotonicClock::now_us();
+    if (!stamp_us) stamp_us = now_us;
+    report.scan = parts_.mapper->integrate(scan, now_us);
+    submap = parts_.mapper->maps().number();
+    if (parts_.submaps && report.scan.pose == Status::kOk)
+      kept = parts_.submaps->note(*stamp_us, scan.T_map_sensor);
   }
   if (report.scan.pose != Status::kOk) return report;
-  const std::scoped_lock lock(last_mutex_);
-  ++last_.number;
-  last_.p_map = scan.T_map_sensor.col(3);
-  totals_.add(report.scan);
+  {
+    const std::scoped_lock lock(last_mutex_);
+    ++last_.number;
+    last_.submap = submap;
+    last_.stamp_us = *stamp_us;
+    last_.T_map_sensor = scan.T_map_sensor;
+    totals_.add(report.scan);
+  }
+  report.kept = std::move(kept);
   return report;
 }
 
@@ -160,6 +186,11 @@ std::size_t HeldLocalMap::archive_blocks() const {
 }
 
 std::uint64_t HeldLocalMap::content_digest() const {
+  if (parts_.submaps) {
+    const py::gil_scoped_release released;
+    const std::unique_lock alone(gate().mutex);
+    return parts_.submaps->content_digest();
+  }
   if (!parts_.archive) return HeldMap::content_digest();
   return value_of([&] {
     const py::gil_scoped_release released;
@@ -169,6 +200,14 @@ std::uint64_t HeldLocalMap::content_digest() const {
 }
 
 void HeldLocalMap::save(const std::string& path) const {
+  if (parts_.submaps) {
+    static_cast<void>(value_of([&] {
+      const py::gil_scoped_release released;
+      const std::unique_lock alone(gate().mutex);
+      return parts_.submaps->save(path);
+    }()));
+    return;
+  }
   if (!parts_.archive) return HeldMap::save(path);
   static_cast<void>(value_of([&] {
     const py::gil_scoped_release released;

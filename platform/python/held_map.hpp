@@ -18,6 +18,7 @@
 
 #include "arrays.hpp"
 #include "class_table.hpp"
+#include "held_submaps.hpp"
 #include "maps/held_mapper.hpp"
 #include "maps/stored_map.hpp"
 #include "maps/window_totals.hpp"
@@ -72,11 +73,15 @@ class HeldMap {
     if (gate_->settle) {
       const std::unique_lock alone(gate_->mutex);
       gate_->settle();
-      return read(*map_);
+      return read(current());
     }
     const std::shared_lock together(gate_->mutex);
-    return read(*map_);
+    return read(current());
   }
+
+ protected:
+  /// The map that is read: of submaps another one after each that ends.
+  [[nodiscard]] virtual const LocalMap& current() const { return *map_; }
 
  private:
   std::shared_ptr<void> owner_;
@@ -91,16 +96,19 @@ struct IntegrationReport {
   ScanReport scan;
   UnknownRawIds unknown;
   std::size_t too_high = 0;  ///< Labels as components that no component has.
+  Outcome<void> kept{};      ///< Whether a submap that had ended could be written.
 };
 
 /// What a map warns of once, beside that nothing was mapped, for each reason.
 enum class LabelWarning { kUnknownIds, kHighLabels };
 using ScanWarning = std::variant<NothingMapped, LabelWarning>;
 
-/// Place of the last scan, for sharers of the map.
+/// The last scan, for sharers of the map.
 struct LastScan {
   std::uint64_t number = 0;  ///< Scans so far.
-  Point3d p_map = Point3d::Zero();
+  std::uint32_t submap = 0;  ///< That it was mapped into.
+  std::int64_t stamp_us = 0;
+  Matrix34d T_map_sensor = Matrix34d::Identity();
 };
 
 class HeldLocalMap final : public HeldMap {
@@ -125,7 +133,8 @@ class HeldLocalMap final : public HeldMap {
   HeldLocalMap& operator=(HeldLocalMap&&) = delete;
 
   /// weights: null, or one per point. The arrays must not be written to meanwhile.
-  IntegrationReport integrate(ScanView scan, const LabelsView& labels);
+  IntegrationReport integrate(ScanView scan, const LabelsView& labels,
+                              std::optional<std::int64_t> stamp_us);
   /// Of all scans since the map was made, loaded or cleared.
   [[nodiscard]] ScanTotals totals() const;
   /// True the first time. Needs the GIL.
@@ -146,10 +155,13 @@ class HeldLocalMap final : public HeldMap {
   void share_by(EvictionQueue* queue);
   /// Blocks that the archive may hold; 0: there is none.
   [[nodiscard]] std::size_t archive_blocks() const;
+  /// For who has the gate alone; null: the map is not in submaps.
+  [[nodiscard]] HeldSubmaps* submaps() { return parts_.submaps.get(); }
+  [[nodiscard]] bool in_submaps() const { return parts_.submaps != nullptr; }
 
   [[nodiscard]] std::uint64_t content_digest() const override;
   void save(const std::string& path) const override;
-  [[nodiscard]] bool is_whole() const override { return !parts_.setup.window; }
+  [[nodiscard]] bool is_whole() const override { return !parts_.setup.window && !in_submaps(); }
   /// Nothing without a window.
   [[nodiscard]] std::optional<WindowTotals> window() const;
   [[nodiscard]] Classes class_table() const override { return parts_.classes; }
@@ -164,11 +176,13 @@ class HeldLocalMap final : public HeldMap {
     HeldMapper mapper;
     std::shared_ptr<StoredMap> stored;  ///< The mapper's map.
     std::optional<HeldArchive> archive;
+    std::unique_ptr<HeldSubmaps> submaps;
     MapSetup setup;
     Classes classes;
     std::size_t max_points = 0;
   };
   explicit HeldLocalMap(Parts parts) : HeldMap(parts.stored), parts_(std::move(parts)) {}
+  [[nodiscard]] const LocalMap& current() const override { return parts_.mapper->map(); }
   static Parts make_parts(const MapOptions& options, MapSetup setup, const Classes& classes,
                           const MapIdentity& identity, std::size_t max_points);
 

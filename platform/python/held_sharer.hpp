@@ -40,6 +40,11 @@ class HeldSharer {
     const std::unique_lock alone(gate_->mutex);
     return change(*sharer_);
   }
+  /// The next scan is the first of another submap. Fails as Robot::new_submap; kUnsupported iff the
+  /// map is not in submaps.
+  Status new_submap(const std::optional<Matrix34d>& T_global_map);
+  /// As Sharer::correct, for the map's files too.
+  CorrectionReport correct(const CorrectedTrajectory& trajectory, std::uint32_t revision);
   /// The global map, for reading; keeps the sharer's memory alive.
   [[nodiscard]] const std::shared_ptr<HeldMap>& global() const { return global_; }
   [[nodiscard]] const RobotConfig& config() const { return config_; }
@@ -47,7 +52,8 @@ class HeldSharer {
  private:
   HeldSharer(std::shared_ptr<HeldLocalMap> map, RobotConfig config)
       : map_(std::move(map)), config_(std::move(config)) {}
-  void open_submap();
+  void note_frames();
+  void share_submaps();
   void share_window(Arena& arena);
 
   std::shared_ptr<HeldLocalMap> map_;
@@ -59,6 +65,9 @@ class HeldSharer {
   std::shared_ptr<Gate> gate_ = std::make_shared<Gate>();
   std::shared_ptr<HeldMap> global_;
   std::uint64_t scans_seen_ = 0;
+  std::uint32_t last_submap_ = 0;
+  std::uint32_t corrections_ = 0;
+  bool shares_submaps_ = false;
 };
 
 void add_sharer(py::module_& module);

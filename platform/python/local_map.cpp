@@ -11,6 +11,7 @@
 #include "base/number_text.hpp"
 #include "fusing.hpp"
 #include "held_map.hpp"
+#include "report.hpp"
 #include "scans/scan_losses.hpp"
 #include "settings.hpp"
 
@@ -50,7 +51,8 @@ void warn_of_losses(HeldLocalMap& map, const IntegrationReport& report) {
 IntegrationReport integrate(HeldLocalMap& map, const py::array& points,
                             const std::optional<py::array>& labels,
                             const std::optional<PoseArray>& T_map_sensor,
-                            const std::optional<py::array>& weights) {
+                            const std::optional<py::array>& weights,
+                            const std::optional<std::int64_t>& stamp_us) {
   const PointsView view = points_of(points, "points");
   ScanView scan;
   scan.points = view.points;
@@ -65,14 +67,54 @@ IntegrationReport integrate(HeldLocalMap& map, const py::array& points,
   if (weights) scan.weights = weights_of(*weights, view.count);
   scan.T_map_sensor = pose_of(T_map_sensor, "T_map_sensor");
   warn_of_sampling(view.count, map.max_points());
-  const IntegrationReport report = map.integrate(scan, given);
+  const IntegrationReport report = map.integrate(scan, given, stamp_us);
   if (report.scan.pose != Status::kOk) {
     throw InputError(
         "T_map_sensor puts the sensor outside of the grid, 2^23 voxels from its middle; "
         "nothing was integrated");
   }
   warn_of_losses(map, report);
+  if (!report.kept.ok()) raise(report.kept.failure());
   return report;
+}
+
+py::dict correct(HeldLocalMap& map, const StampArray& stamps_us, const PoseArray& T_world_sensor,
+                 std::int64_t revision) {
+  const StampedPoses poses = stamped_poses_of(stamps_us, T_world_sensor);
+  const auto number = in_range<std::uint32_t>(revision, "revision");
+  const CorrectionReport report = map.write([&](Mapper&) {
+    HeldSubmaps* const submaps = map.submaps();
+    return submaps == nullptr ? CorrectionReport{.status = Status::kUnsupported}
+                              : submaps->frames().correct(
+                                    CorrectedTrajectory{poses.stamps_us, poses.transforms}, number);
+  });
+  return correction_of(report);
+}
+
+py::list submaps_of(HeldLocalMap& map) {
+  struct One {
+    std::uint32_t number = 0;
+    std::uint32_t revision = 1;
+    Matrix34d T_world_map = Matrix34d::Identity();
+  };
+  const std::vector<One> all = map.write([&](Mapper&) {
+    std::vector<One> found;
+    HeldSubmaps* const submaps = map.submaps();
+    if (submaps == nullptr) return std::vector<One>(1);
+    const SubmapFrames& frames = submaps->frames();
+    for (std::uint32_t i = frames.first(); i <= frames.last(); ++i)
+      found.push_back({i, frames.revision_of(i), frames.frame(i)});
+    return found;
+  });
+  py::list list;
+  for (const One& one : all) {
+    py::dict d;
+    d["number"] = one.number;
+    d["revision"] = one.revision;
+    d["T_world_map"] = array_of(one.T_world_map);
+    list.append(d);
+  }
+  return list;
 }
 
 py::dict usage(const HeldLocalMap& map) {
@@ -110,15 +152,25 @@ constexpr const char* kIntegrate = R"(Adds one scan's evidence and returns a Sca
 points: (N, 3) or wider float32, x y z first, metres, sensor frame; not copied. labels: (N,) uint8
 components (1 .. C; anything else is unlabelled), or uint16 or uint32 raw ids (the lower 16 bits);
 None: all unlabelled. T_map_sensor: (4, 4) or (3, 4), sensor to map, metres; None: the identity.
-weights: (N,) float32, 0 .. 1e6; None: all 1.
+weights: (N,) float32, 0 .. 1e6; None: all 1. stamp_us: of the scan, for correct(); None: the time now,
+of a monotonic clock.
 
 Refused points are counted in the report; a scan of more than max_points is sampled, with a
 UserWarning. The first scan that has no points, or whose points are all beyond max_range_m or left
 out, or with labels in no class, gets a UserWarning too; it is integrated even where warnings are
 errors. Raises TypeError iff an array is of another type; InputError iff of another shape, the
 layout of points or weights is unusable, the pose is not rigid or outside of the grid, or raw ids are
-given and not known. The map is then unchanged.
+given and not known. The map is then unchanged. Raises Error iff a submap that has ended cannot be
+written; the scan is in the map, and the next one tries again.
 The GIL is released; the arrays must not be written to meanwhile.)";
+
+constexpr const char* kCorrect = R"(Moves the submaps to where a corrected trajectory has them.
+
+stamps_us: (N,) int64, ascending, of the clock of integrate()'s. T_world_sensor: (N, 4, 4) or (N, 3, 4).
+revision: above that of the last correction, from 1. Returns a dict: moved (submaps), most_m, residual_m
+and revision. A map that is shared is corrected by Sharer.correct, which moves both. Raises InputError
+iff the map is not in submaps, shapes are others, a pose is not rigid or over 524 km away, stamps do not
+ascend, or the revision is not above; nothing is changed then.)";
 
 /// Settings of Python alone: the command knows its scans before it makes the map.
 struct ScanOptions {
@@ -159,7 +211,10 @@ constexpr const char* kMake = R"(An empty map that never uses more than memory_b
 classes: None: SemanticKITTI's. max_points: of a scan; larger ones are sampled evenly. window_m: only
 the map within this distance of the robot is kept in memory. archive: a folder for blocks that leave
 it, until they come back or the map goes; with it alone window_m is max_range_m, and without it these
-blocks are lost. Queries see the window; digest() and save() the whole map. Raises InputError iff a
+blocks are lost. Queries see the window; digest() and save() the whole map. submap_m: the map is cut
+into submaps of this way, which correct() moves; two of them are in memory, the others in files of the
+folder archive, or of a temporary one, until the map goes. Queries see the current submap; digest() and
+save() all of them. Raises InputError iff a
 value is out of its range, the budget is too small for a map or the archive holds blocks already,
 Error iff the system does not give the memory.)";
 
@@ -208,7 +263,13 @@ has them all.)");
   }
   local_map
       .def("integrate", &integrate, py::arg("points"), py::arg("labels") = py::none(),
-           py::arg("T_map_sensor") = py::none(), py::arg("weights") = py::none(), kIntegrate)
+           py::arg("T_map_sensor") = py::none(), py::arg("weights") = py::none(), py::kw_only(),
+           py::arg("stamp_us") = py::none(), kIntegrate)
+      .def("correct", &correct, py::arg("stamps_us"), py::arg("T_world_sensor"),
+           py::arg("revision"), kCorrect)
+      .def(
+          "submaps", [](HeldLocalMap& map) { return submaps_of(map); },
+          "Of each submap a dict: number, revision and T_world_map (3, 4). Without submap_m one.")
       .def("clear", &HeldLocalMap::clear, "Clears the map, and what is archived of it.")
       .def(
           "window",

@@ -48,4 +48,21 @@ void add_scan_report(py::module_& module) {
       });
 }
 
+py::dict correction_of(const CorrectionReport& report) {
+  if (report.status == Status::kUnsupported)
+    throw InputError("the map is not in submaps; make it with submap_m");
+  if (report.status != Status::kOk) {
+    throw InputError(
+        "the correction is refused: stamps must ascend, each pose be rigid and within 524 km, and "
+        "revision be above " +
+        std::to_string(report.revision));
+  }
+  py::dict d;
+  d["moved"] = report.moved;
+  d["most_m"] = report.most_m;
+  d["residual_m"] = report.residual_m;
+  d["revision"] = report.revision;
+  return d;
+}
+
 }  // namespace tessera::python

@@ -24,4 +24,7 @@ py::dict counters_of(const Report& report) {
 
 void add_scan_report(py::module_& module);
 
+/// A report of a correction. Raises InputError iff it was refused.
+py::dict correction_of(const CorrectionReport& report);
+
 }  // namespace tessera::python

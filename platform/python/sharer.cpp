@@ -12,6 +12,7 @@
 #include "report.hpp"
 #include "settings.hpp"
 #include "settings/sharing_settings.hpp"
+#include "sharer_sessions.hpp"
 
 namespace tessera::python {
 
@@ -44,10 +45,23 @@ void receive(HeldSharer& sharer, const py::buffer& datagram, const Now& now_us) 
 void check_status(Status status, const char* argument) {
   if (status == Status::kOk) return;
   if (status == Status::kBusy)
-    throw WorkError("a new submap is pending; call tick until it is open");
+    throw WorkError("a new submap is pending; it begins with the next scan");
+  if (status == Status::kUnsupported)
+    throw InputError("the map is not in submaps; make it with submap_m");
   if (status == Status::kResourceExhausted)
     throw WorkError("there is no free place for another one");
   throw InputError(std::string(argument) + " is not allowed here");
+}
+
+std::vector<Point3d> places_of(const PoseArray& p_global) {
+  if (p_global.ndim() != 2 || p_global.shape(1) != 3)
+    throw InputError("p_global has another shape than (n, 3)");
+  std::vector<Point3d> places;
+  for (py::ssize_t i = 0; i < p_global.shape(0); ++i) {
+    places.emplace_back(p_global.at(i, 0), p_global.at(i, 1), p_global.at(i, 2));
+    if (!places.back().allFinite()) throw InputError("p_global has a number that is not finite");
+  }
+  return places;
 }
 
 py::dict report(const HeldSharer& sharer) {
@@ -67,6 +81,7 @@ py::dict report(const HeldSharer& sharer) {
   py::dict d = counters_of(all.exchange);
   d["waiting_blocks"] = all.waiting;
   d["submap"] = all.submap.submap;
+  d["revision"] = all.submap.revision;
   d["lost_blocks"] = all.submap.lost_blocks;
   py::list contributions;
   for (const ContributionState& c : all.contributions) {
@@ -76,6 +91,8 @@ py::dict report(const HeldSharer& sharer) {
     one["submap"] = c.id.submap;
     one["own"] = c.own;
     one["complete"] = c.complete;
+    one["far"] = c.far;
+    if (MapSession::is(c.id.submap)) one["session"] = session_dict(c.session);
     contributions.append(one);
   }
   d["contributions_by_id"] = contributions;
@@ -91,10 +108,7 @@ py::dict report(const HeldSharer& sharer) {
 }
 
 bool is_complete(const HeldSharer& sharer) {
-  return sharer.change([](const Sharer& s) {
-    const ExchangeReport r = s.exchange().report();
-    return r.complete == r.contributions;
-  });
+  return sharer.change([](const Sharer& s) { return s.exchange().report().holds_all(); });
 }
 
 std::shared_ptr<HeldSharer> make(std::shared_ptr<HeldLocalMap> map,
@@ -214,16 +228,34 @@ Raises InputError iff the submap does not exist or the frame is not a rigid tran
           [](HeldSharer& s, const std::optional<PoseArray>& T_global_map) {
             const std::optional<Matrix34d> T =
                 T_global_map ? std::optional(pose_of(T_global_map, "T_global_map")) : std::nullopt;
-            check_status(s.change([&](Sharer& sharer) {
-              return sharer.request_submap(T.value_or(sharer.frame()));
-            }),
-                         "T_global_map");
+            check_status(s.new_submap(T), "T_global_map");
           },
           py::arg("T_global_map") = py::none(),
-          R"(Ends the current submap and begins another: the LocalMap is cleared some ticks later.
+          R"(Begins another submap with the next scan; the current map is empty then.
 
-T_global_map: (4, 4) of the new one; None: as before. Raises InputError iff it is not a frame, Error iff
-one is pending.)")
+T_global_map: (4, 4) of the new one; None: as before. Raises InputError iff the map is not in submaps
+(submap_m) or it is not a frame, Error iff one that was asked for has not begun.)")
+      .def(
+          "correct",
+          [](HeldSharer& s, const StampArray& stamps_us, const PoseArray& T_world_sensor,
+             std::int64_t revision) {
+            const StampedPoses poses = stamped_poses_of(stamps_us, T_world_sensor);
+            return correction_of(s.correct({poses.stamps_us, poses.transforms},
+                                           in_range<std::uint32_t>(revision, "revision")));
+          },
+          py::arg("stamps_us"), py::arg("T_world_sensor"), py::arg("revision"),
+          R"(As LocalMap.correct, for the map and what was published of it; frames alone are sent again.)")
+      .def(
+          "set_route",
+          [](HeldSharer& s, const PoseArray& p_global) {
+            const std::vector<Point3d> places = places_of(p_global);
+            s.change([&](Sharer& sharer) { sharer.set_route(places); });
+          },
+          py::arg("p_global"),
+          R"(Places, (n, 3) in metres of the global frame, to which the robot is going: within reach_m of the first 15
+of them, what others have published is kept as what is near the robot is. Replaces those of before; (0, 3): none.
+
+Raises InputError iff the shape is another one or a number is not finite.)")
       .def(
           "leave",
           [](HeldSharer& s) { s.change([](Sharer& sharer) { sharer.exchange().leave(); }); },
@@ -240,6 +272,7 @@ one is pending.)")
           R"(Removes all data of a robot from the global map, and refuses its datagrams.
 
 Raises InputError iff it is this robot, Error iff 16 are excluded.)");
+  add_sharer_sessions(sharer_class);
 }
 
 }  // namespace tessera::python
