@@ -104,7 +104,7 @@ Outcome<Party> make_party(std::uint32_t number, const ClassTable& classes,
 template <class EachPass>
 void run(Party& party, std::int64_t tick_us, std::int64_t start_us, const Watch& watch,
          EachPass&& each_pass) {
-  RobotLoop loop(party.robot->sharer(), party.robot->map(), *party.port, tick_us);
+  RobotLoop loop(party.robot->sharer(), party.robot->mapper().maps(), *party.port, tick_us);
   loop.begin(start_us);
   while (!watch.done.load() && !watch.failed.load()) {
     const std::int64_t now_us = MonotonicClock::now_us();
