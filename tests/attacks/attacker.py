@@ -213,7 +213,7 @@ class Attacker:
 
     def end_signature(self, kind, sender, session, body, data):
         if kind == wire.CHUNK:
-            statement = data[32:52] + data[53:85] + struct.pack("<Q", session)
+            statement = data[32:52] + data[53:89] + struct.pack("<Q", session)
             leaves = [self.fleet.leaf_of_record(body["name"], record) for record in body["records"]]
             return self.root_signature(body["name"], [*leaves, self.fleet.leaf_of_statement(statement)])
         if kind == wire.FRAME:
@@ -252,7 +252,7 @@ class Attacker:
             replica.add(record, self.fleet.leaf_of_record(name, record))
         number, low, high = replica.fingerprint()
         return {"latest": max([record.version for record in records], default=0), "records": number, "fingerprint": (low, high),
-                "frame": frame, "floor": floor}
+                "frame": frame, "floor": floor, "session_floor": floor}
 
     # --- Sending -----------------------------------------------------------------------------------
 

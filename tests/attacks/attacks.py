@@ -165,6 +165,7 @@ def floors(a):
             for session in (None, 1000 << 32):
                 yield a.announcement(name[0], [(later, 1, 1, 7, 0)], epoch=epoch, session=session)
                 yield a.statement(name[0], later, {**known.stated, "floor": epoch}, session=session or a.sessions[name[0]])
+                yield a.statement(name[0], later, {**known.stated, "session_floor": epoch}, session=session or a.sessions[name[0]])
                 yield a.frame(name[0], later, 1, UNMOVED, session=session)
 
 

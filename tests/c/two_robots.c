@@ -155,18 +155,22 @@ static void test_submaps(tessera_robot* a, tessera_robot* b, int64_t* now_us) {
   tessera_submap_report submap = {.struct_bytes = sizeof(submap)};
   tessera_map_usage usage = {.struct_bytes = sizeof(usage)};
   integrate_street(a, 0.4, 0.0);
+  CHECK_STATUS(TESSERA_OK, tessera_map_usage_of(a, TESSERA_LOCAL_MAP, &usage));
+  const uint64_t blocks = usage.blocks;
   CHECK_STATUS(TESSERA_OK, tessera_new_submap(a, shifted));
   CHECK_STATUS(TESSERA_BUSY, tessera_new_submap(a, shifted));
   CHECK_STATUS(TESSERA_OK, tessera_submap(a, &submap));
-  CHECK(submap.ending == 1 && submap.submap == 0);
+  CHECK(submap.mapping == 0 && submap.submap == 0);
+  integrate_street(a, 0.0, 4.0);
+  CHECK_STATUS(TESSERA_OK, tessera_map_usage_of(a, TESSERA_LOCAL_MAP, &usage));
+  CHECK(usage.blocks != 0 && usage.blocks <= blocks);
+  CHECK_STATUS(TESSERA_OK, tessera_submap(a, &submap));
+  CHECK(submap.mapping == 1 && submap.submap == 0);
   CHECK(exchange_until_equal(a, b, now_us, 400, 0) <= 400);
   CHECK_STATUS(TESSERA_OK, tessera_submap(a, &submap));
   CHECK(submap.ending == 0 && submap.submap == 1 && submap.opened == 1);
   CHECK(submap.lost_blocks == 0 && submap.cut_short == 0 && submap.last == TESSERA_OK);
-  CHECK_STATUS(TESSERA_OK, tessera_map_usage_of(a, TESSERA_LOCAL_MAP, &usage));
-  CHECK(usage.blocks == 0);
 
-  integrate_street(a, 0.0, 4.0);
   CHECK(exchange_until_equal(a, b, now_us, 400, 7) <= 400);
   tessera_contribution contribution = {.struct_bytes = sizeof(contribution)};
   uint32_t of_a = 0;
@@ -190,10 +194,47 @@ static void test_submaps(tessera_robot* a, tessera_robot* b, int64_t* now_us) {
   CHECK(exchange_until_equal(a, b, now_us, 400, 0) <= 400);
   finish(b);
   CHECK(map_digest_of(b, TESSERA_GLOBAL_MAP) == before);
+
+  const int64_t no_stamp = 0;
+  const uint32_t unknown = 3;
+  double mirrored[12] = {-1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+  const tessera_status refused[] = {tessera_correct(a, 1, 0, &no_stamp, identity),
+                                    tessera_correct(a, 1, 1, NULL, identity),
+                                    tessera_correct(a, 1, 1, &no_stamp, NULL),
+                                    tessera_correct(a, 1, 1, &no_stamp, mirrored),
+                                    tessera_correct(a, 0, 1, &no_stamp, identity),
+                                    tessera_correct_frames(a, 1, 0, &unknown, identity),
+                                    tessera_correct_frames(a, 1, 1, NULL, identity),
+                                    tessera_correct_frames(a, 1, 1, &unknown, NULL),
+                                    tessera_correct_frames(a, 1, 1, &unknown, identity)};
+  for (size_t i = 0; i < sizeof(refused) / sizeof(refused[0]); ++i)
+    CHECK_STATUS(TESSERA_INVALID_ARGUMENT, refused[i]);
+
+  // The same by corrections: of frames, then of poses at the times of the scans.
+  const uint32_t first = 0;
+  const int64_t stamps_us[2] = {-1, INT64_C(1) << 59};
+  double poses[24];
+  for (int i = 0; i < 24; ++i) poses[i] = shifted[i % 12];
+  CHECK_STATUS(TESSERA_OK, tessera_correct_frames(a, 1, 1, &first, shifted));
+  CHECK_STATUS(TESSERA_INVALID_ARGUMENT, tessera_correct_frames(a, 1, 1, &first, shifted));
+  CHECK_STATUS(TESSERA_OK, tessera_correct_frames(a, 2, 1, &first, identity));
+  CHECK(exchange_until_equal(a, b, now_us, 400, 0) <= 400);
+  finish(b);
+  CHECK(map_digest_of(b, TESSERA_GLOBAL_MAP) == before);
+  CHECK_STATUS(TESSERA_INVALID_ARGUMENT, tessera_correct(a, 2, 2, stamps_us, poses));
+  CHECK_STATUS(TESSERA_OK, tessera_correct(a, 3, 2, stamps_us, poses));
+  CHECK(exchange_until_equal(a, b, now_us, 400, 0) <= 400);
+  finish(a);
+  finish(b);
+  CHECK(map_digest_of(b, TESSERA_GLOBAL_MAP) != before);
+  CHECK(map_digest_of(a, TESSERA_GLOBAL_MAP) == map_digest_of(b, TESSERA_GLOBAL_MAP));
+  CHECK_STATUS(TESSERA_OK, tessera_submap(a, &submap));
+  CHECK(submap.revision == 3 && submap.corrections == 3 && submap.refused_corrections == 5);
 }
 
 int main(void) {
-  const tessera_config config_a = small_config(1);
+  tessera_config config_a = small_config(1);
+  config_a.most_submaps = 3;
   const tessera_config config_b = small_config(2);
   tessera_robot* a = small_robot(0, &config_a, NULL);
   tessera_robot* b = small_robot(1, &config_b, NULL);

@@ -9,7 +9,7 @@ import unittest
 sys.path.append(str(pathlib.Path(__file__).resolve().parent.parent / "support"))
 import user_mode_linux
 
-LIMIT_S = 240
+LIMIT_S = 360
 
 
 class NodeOnBus(unittest.TestCase):

@@ -23,8 +23,8 @@ class Faults(command_case.CommandCase):
         self.closing.callback(sensors.close)
         return sensors
 
-    def node(self, name="node", robot=0, environment=None, **changes):
-        config = write_config(self.folder, name, sensing(name, robot), **changes)
+    def node(self, name="node", number=0, environment=None, **changes):
+        config = write_config(self.folder, name, sensing(name, number), **changes)
         node = RunningNode(self.folder, config, environment=environment)
         self.closing.callback(node.close)
         return node

@@ -2,8 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """What tests of tessera node share: a street for two robots, configurations, keys."""
 import json
+import subprocess
+import time
 
-from command_case import CommandCase
+from command_case import DONE, TIME_LIMIT_S, CommandCase, command_path
 
 SCANS = 4
 
@@ -44,3 +46,40 @@ class NodeCase(CommandCase):
         public = [(self.folder / f"keys/robot_{robot}.pub").read_text() for robot in range(robots)]
         (self.folder / "all.pub").write_text("".join(public))
         (self.folder / "fleet.pub").write_text("".join(public[:-1]))
+
+
+class PlayedCase(NodeCase):
+    """A node whose sensors are played: one robot in a street. In a network of the test's own."""
+    SCANS = 12
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.street = f"{cls.street}_{cls.SCANS}"
+        cls.simulate(cls.street, "--robots", 1, "--scans", cls.SCANS, "--seed", 5)
+        # liblcm asks the routes where to send.
+        subprocess.run(["ip", "route", "replace", "224.0.0.0/4", "dev", "lo"], check=True, timeout=TIME_LIMIT_S)
+
+    def sensing(self, **changes):
+        """As config(), of a node with sensors."""
+        tables = {"replay": {"dataset": None, "rate_hz": None}, "sensors": {"points": 150000}, "run": {"wait_for_peers": 0, "duration_s": 6},
+                  "map": {"deadline_ms": 1000}, "realtime": {"priority": 0}}
+        for table, keys in changes.items():
+            tables[table] = {**tables.get(table, {}), **keys}
+        return self.config(0, **tables)
+
+    def run_with_player(self, config, *options, meanwhile=lambda: None):
+        """The node's report, and what it said."""
+        node = subprocess.Popen([command_path(), "node", "--config", str(config)], cwd=self.folder, text=True, stdin=subprocess.DEVNULL,
+                                stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        try:
+            time.sleep(1)
+            self.done("play", "--dataset", f"{self.street}/robot_0", "--interface", "lo", "--rate", 10, *options)
+            meanwhile()
+            _, error = node.communicate(timeout=TIME_LIMIT_S)
+        finally:
+            if node.poll() is None:
+                node.kill()
+                node.communicate()
+        self.assertEqual(DONE, node.returncode, error)
+        return json.loads(config.with_suffix(".json").read_text()), error

@@ -78,6 +78,26 @@ class NodeWindow(NodeCase):
         self.assertGreater(window["archive_bytes"], 10_000)
         self.assertFalse(self.archive.exists())
 
+    def test_where_the_window_has_more_than_memory_holds_the_node_waits_and_loses_nothing(self):
+        _, whole = self.map_dataset(self.data, self.folder / "whole.tsm", "--resolution", 0.1)
+        bounded = self.run_node(map={**WINDOW, "window_m": 300, "memory": "4M"})
+        self.assert_same_map({"local_digest": whole["digest"]}, bounded)
+        window = bounded["window"]
+        self.assertGreater(window["near_evicted"], 300)
+        self.assertGreater(window["reloaded"], 100)
+        self.assertLess(window["reach_blocks"] * 0.8, 300)
+        self.assertEqual(0, bounded["scans"]["refused_memory"])
+
+    def test_with_a_rate_it_does_not_wait_and_says_what_has_left(self):
+        process = self.start(self.alone(map={**WINDOW, "window_m": 300, "memory": "4M"}, replay={"rate_hz": 30}, run={"tick_ms": 10}))
+        _, error = process.communicate(timeout=TIME_LIMIT_S)
+        self.assertEqual(DONE, process.returncode, error)
+        report = json.loads((self.folder / "robot_0.json").read_text())
+        self.assertEqual(0, report["mapping"]["waited_ms"])
+        self.assertGreater(report["window"]["near_evicted"], 100)
+        self.assertLessEqual(report["window"]["most_evicted"], 2 * 1024)
+        self.assertIn("within the window went to the archive", error)
+
     def test_an_archive_alone_has_the_window_that_scans_reach_within(self):
         report = self.run_node(map={"archive": "spill", "max_range_m": 8})
         self.assertEqual(8, report["window"]["radius_m"])
@@ -118,6 +138,7 @@ class NodeWindow(NodeCase):
 
     @unittest.skipUnless(DRIVE.is_dir(), "no kitti_raw_0013")
     def test_a_long_drive_in_64_mib(self):
+        # There and back, with voxels of 0.1 m: bench/node_window.py.
         drive = {"dataset": str(DRIVE), "labels": "none"}
         settings = {"resolution_m": 0.2, "memory": "512M"}
         # What is shared is no part of this: it may end while others lack something.

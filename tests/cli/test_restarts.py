@@ -19,12 +19,13 @@ class Restarts(Faults):
         """Neither its own map, nor the global one, nor what it published."""
         names = ("node", "global", "contribution")
         output = {"global_map": "global.tsm", "contribution": "contribution.tsm"}
-        node, sensors = self.mapping(output=output)
+        empty = {"output": output, "robot": {"restart": "empty"}}
+        node, sensors = self.mapping(**empty)
         time.sleep(0.5)
         node.end()
         first = {name: (self.folder / f"{name}.tsm").read_bytes() for name in names}
         # One that crashes before it has written anything, then one that writes.
-        crashed = self.node(output=output)
+        crashed = self.node(**empty)
         place = 0
         for name in names:
             place = crashed.says(f"{name}.epoch-1.tsm", place)
@@ -33,7 +34,7 @@ class Restarts(Faults):
         for name in names:
             self.assertEqual(first[name], (self.folder / f"{name}.tsm").read_bytes())
         sensors.position = [50.0, 0.0, 0.0]
-        last = self.node_that_maps(sensors, output=output)
+        last = self.node_that_maps(sensors, **empty)
         time.sleep(0.5)
         report = last.end()
         self.assertEqual(3, report["epoch"])
@@ -44,7 +45,7 @@ class Restarts(Faults):
         self.assertEqual(3, len([*self.folder.glob("*epoch*")]))
         self.assertEqual([("unknown", 0), ("occupied", WALL_CLASS)], self.states_at((5.1, 0.1, 0.1), (55.1, 0.1, 0.1)))
         # Whose it is the next start reads in each.
-        self.node(output=output).says("global.epoch-3.tsm")
+        self.node(**empty).says("global.epoch-3.tsm")
 
     def test_maps_may_be_overwritten_where_that_is_configured(self):
         output = {"global_map": "global.tsm", "keep_maps": False}

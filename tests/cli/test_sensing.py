@@ -5,53 +5,22 @@ import json
 import os
 import subprocess
 import sys
-import time
 import unittest
 
 import own_network
-from command_case import DONE, TIME_LIMIT_S, command_path
-from node_case import NodeCase
+from command_case import TIME_LIMIT_S
+from node_case import PlayedCase
 
 if not own_network.enter():
     print("skipped: no network namespaces permitted here (unshare -rn)", file=sys.stderr)
     raise unittest.SkipTest("no network namespaces")
 
-SCANS = 12
+SCANS = PlayedCase.SCANS
 # Good poses that it takes until the first is used.
 RECOVER_AFTER = 5
 
 
-class Sensing(NodeCase):
-    @classmethod
-    def setUpClass(cls):
-        super().setUpClass()
-        cls.street = f"{cls.street}_{SCANS}"
-        cls.simulate(cls.street, "--robots", 1, "--scans", SCANS, "--seed", 5)
-        # liblcm asks the routes where to send.
-        subprocess.run(["ip", "route", "replace", "224.0.0.0/4", "dev", "lo"], check=True, timeout=TIME_LIMIT_S)
-
-    def sensing(self, **changes):
-        tables = {"replay": {"dataset": None, "rate_hz": None}, "sensors": {"points": 150000}, "run": {"wait_for_peers": 0, "duration_s": 6},
-                  "map": {"deadline_ms": 1000}, "realtime": {"priority": 0}}
-        for table, keys in changes.items():
-            tables[table] = {**tables.get(table, {}), **keys}
-        return self.config(0, **tables)
-
-    def run_with_player(self, config, *options, meanwhile=lambda: None):
-        node = subprocess.Popen([command_path(), "node", "--config", str(config)], cwd=self.folder, text=True, stdin=subprocess.DEVNULL,
-                                stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-        try:
-            time.sleep(1)
-            self.done("play", "--dataset", f"{self.street}/robot_0", "--interface", "lo", "--rate", 10, *options)
-            meanwhile()
-            _, error = node.communicate(timeout=TIME_LIMIT_S)
-        finally:
-            if node.poll() is None:
-                node.kill()
-                node.communicate()
-        self.assertEqual(DONE, node.returncode, error)
-        return json.loads(config.with_suffix(".json").read_text()), error
-
+class Sensing(PlayedCase):
     def test_it_maps_what_sensors_send(self):
         report, error = self.run_with_player(self.sensing(output={"local_map": "local.tsm"}, map={"memory": "96M"}))
         sensors = report["sensors"]

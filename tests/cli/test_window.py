@@ -60,6 +60,15 @@ class Window(CommandCase):
         self.assertEqual(plain["digest"], report["digest"])
         self.assertEqual(expected, (self.folder / "map.tsm").read_bytes())
 
+    def test_a_window_with_more_than_memory_holds(self):
+        plain, expected = self.whole()
+        result, report = self.map_dataset(self.data, self.folder / "map.tsm", "--memory", "3M", "--window", 300, "--archive", "spill")
+        self.assert_not_warned(result)
+        self.assertEqual(0, report["totals"]["left_out"])
+        self.assertEqual(expected, (self.folder / "map.tsm").read_bytes())
+        self.assertGreater(report["window"]["near_evicted"], 300)
+        self.assertGreater(report["window"]["reloaded"], 100)
+
     def spilled(self, out, *options):
         """A run that keeps all, in memory that does not hold it."""
         return self.map_dataset(self.data, self.folder / out, "--max-range", 10, "--memory", "3M", *options)

@@ -159,7 +159,8 @@ void put_global() {
   };
   put("brick 0.2", brick(0.2F));
   put("brick 0.3", brick(0.3F));
-  put("share", RobotShare::required_bytes(kComponents) - BlockContent::required_bytes(kComponents));
+  put("share",
+      RobotShare::required_bytes(kComponents, 0) - BlockContent::required_bytes(kComponents));
   // What the page's formula has beside what it names.
   const GlobalMapConfig config{};
   put("global rest",
@@ -169,7 +170,9 @@ void put_global() {
           GlobalRecords::required_bytes(config.blocks) -
           FrameMoves::required_bytes(config.replicas.contributions) -
           DiffusionBrick::required_bytes(config.diffusion, config.map.resolution_m, kComponents) -
-          2 * BlockContent::required_bytes(kComponents) - most_packed_bytes(kComponents));
+          2 * BlockContent::required_bytes(kComponents) - most_packed_bytes(kComponents) -
+          (RobotShare::required_bytes(kComponents, config.replicas.contributions) -
+           RobotShare::required_bytes(kComponents, 0)));
   put("contributions", std::size_t{Replicas::kMostContributions});
 }
 

@@ -18,9 +18,12 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 COMMAND = os.environ["TESSERA_COMMAND"]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 
-# Blocks that are run, whole and in their order, in a folder of the page. Two nodes share by multicast: in a network of their own.
-RUN = ("README.md", "docs/tasks/map-my-data.md", "docs/tasks/slam-corrections.md", "docs/tasks/tune.md", "docs/tasks/on-my-robot.md")
-IN_OWN_NETWORK = "docs/tasks/two-robots.md"
+# Blocks that are run, whole and in their order, in a folder of the page. Nodes hear by multicast: in a network of their own.
+RUN = ("README.md", "docs/tasks/map-my-data.md", "docs/tasks/tune.md", "docs/tasks/on-my-robot.md", "docs/tasks/yesterdays-map.md")
+TWO_ROBOTS = "docs/tasks/two-robots.md"
+CORRECTIONS = "docs/tasks/slam-corrections.md"
+HOURS = "docs/tasks/hours.md"
+IN_OWN_NETWORK = (TWO_ROBOTS, CORRECTIONS, HOURS)
 # Lines that call tessera are run one by one, in blocks or set in by four.
 RUN_LINES = ("docs/reference/cli.md", "docs/reference/network.md", "docs/measured/choices.md", "docs/measured/timing.md")
 # What runs all that these show.
@@ -69,6 +72,8 @@ NOT_RUN = {
     "tessera view map.tsm": "until it is ended; view_http, view_browser",
     "tessera view global.tsm robot_0.tsm robot_1.tsm": "until it is ended; view_http, view_browser",
     "tessera node --config robot_0.toml": "until it is ended; cli_node, and two-robots runs nodes",
+    "tessera node --config sensors.toml": "until it is ended; cli_node_restart kills nodes and starts them again",
+    "tessera play --dataset drive/robot_0 --rate 5 --robot 1 --loop": "until it is ended; cli_play",
     "tessera node --config robot_0.toml --check": "cli_node_config",
     "tessera node --config robot_0.toml --reload": "needs a node that runs; cli_reload",
     "build/release/tests/laws/test_integration_property": "is a test",
@@ -176,10 +181,10 @@ class Commands(unittest.TestCase):
             lines = {without_comment(line) for block in blocks(page) for line in block.splitlines()}
             lines |= {"tessera " + without_comment(line) for line in shown(page)}
             seen |= lines
-            if name in (*RUN, IN_OWN_NETWORK):
+            if name in (*RUN, *IN_OWN_NETWORK):
                 outside = re.sub(r"^ *```.*?^ *```", "", page.read_text(), flags=re.M | re.S)
                 self.assertEqual([], re.findall(r"^    tessera .*", outside, re.M), f"{name}: only blocks are run")
-            if name in (*RUN, IN_OWN_NETWORK, *RUN_BY_OTHERS):
+            if name in (*RUN, *IN_OWN_NETWORK, *RUN_BY_OTHERS):
                 continue
             for line in sorted(lines - {""}):
                 with self.subTest(page=name, line=line):
@@ -206,12 +211,25 @@ class Commands(unittest.TestCase):
 
 
 class InOwnNetwork(unittest.TestCase):
-    def test_two_robots(self):
+    def output_of(self, page):
         own = [str(ROOT / "tests/in-own-network.sh")]
         if subprocess.run([*own, "true"], capture_output=True, check=False).returncode != 0:
             self.skipTest("skipped: no network namespaces")
         with folder_of_reader() as folder:
-            output = run_page(self, IN_OWN_NETWORK, folder, own)
+            return run_page(self, page, folder, own)
+
+    def test_corrections_of_a_node(self):
+        self.assertIn("submaps", self.output_of(CORRECTIONS))
+
+    def test_hours_and_kilometres(self):
+        output = self.output_of(HOURS)
+        digests = re.findall(r"^ +digest +(\w+)$", output, re.M)
+        # In ample memory, and as read from its file; with a window, of map and of what the node has saved.
+        self.assertEqual(4, len(digests), output)
+        self.assertEqual(1, len(set(digests)), output)
+
+    def test_two_robots(self):
+        output = self.output_of(TWO_ROBOTS)
         digests = re.findall(r"^ +digest +(\w+)$", output, re.M)
         self.assertEqual(2, len(digests))
         self.assertEqual(digests[0], digests[1])

@@ -18,7 +18,10 @@ namespace {
 ContributionId drawn_id(Input& input) {
   constexpr std::array<std::uint32_t, 4> kEpochs{1, 5, 2, 0};
   const unsigned which = input.u8();
-  return {which & 7U, kEpochs[(which >> 3U) & 3U], which >> 7U};
+  // Some are map sessions.
+  const bool is_session = (which & 7U) == 7U;
+  return {is_session ? 6U : which & 7U, kEpochs[(which >> 3U) & 3U],
+          (is_session ? MapSession::kFirst : 0U) + (which >> 7U)};
 }
 
 /// Mostly small, at times the highest.
@@ -40,6 +43,7 @@ void draw_frame(Input& input, ByteWriter& to) {
     const double shift = static_cast<std::int16_t>(input.u16());
     frame.T_global_map(axis, 3) = (how & 1U) != 0 ? shift * 10.0 : shift / 100.0;
   }
+  frame.session = {how & 3U, 0, static_cast<std::uint16_t>((how & 0xe0U) << 7U)};
   static_cast<void>(write_frame(to, frame));
 }
 
@@ -106,6 +110,7 @@ Statement drawn_statement(Input& input, const ContributionId& id, VersionRange r
           .fingerprint = {how & 4U, how & 8U},
           .frame_revision = 1U + (how >> 6U),
           .floor = std::min(id.epoch, how & 3U),
+          .session_floor = std::min(id.epoch, how >> 2U & 3U),
           .session = std::uint64_t{input.u8() & 1U} << 32U};
 }
 

@@ -56,7 +56,7 @@ class Signer {
     FrameBody frame;
     ByteReader from(body());
     if (!read_frame(from, frame)) return 0;
-    return sign_end(frame.id.robot, frame_message(header_.configuration, frame));
+    return sign_end(frame.id.robot, FrameMessage(header_.configuration, frame).bytes());
   }
 
   /// proof: bytes of the datagram.

@@ -93,6 +93,19 @@ void pose(Bytes bytes) {
   require(decode_pose(encode(read), again) == MessageFault::kNone, "written it is refused");
 }
 
+void correction(Bytes bytes) {
+  std::vector<std::int64_t> keys(kRoom);
+  std::vector<double> transforms(12 * kRoom);
+  CorrectionHeader header;
+  if (decode_correction(bytes, {keys, transforms}, header) != MessageFault::kNone) return;
+  require(header.count <= kRoom, "more poses than there is room for");
+  for (std::size_t i = 0; i < header.count; ++i) {
+    Matrix34d T;
+    for (int k = 0; k < 12; ++k) T(k / 4, k % 4) = transforms[12 * i + static_cast<std::size_t>(k)];
+    require(check_rigid(T) == Status::kOk, "a corrected pose that is not rigid");
+  }
+}
+
 void query(Bytes bytes) {
   MapQuery read;
   if (!decode_query(bytes, read)) return;
@@ -115,6 +128,7 @@ void sensors(Bytes bytes) {
     case 3:
       return images(input.rest());
     case 4:
+      correction(bytes.subspan(1));
       return pose(input.rest());
     default:
       return query(input.rest());

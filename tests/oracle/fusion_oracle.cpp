@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <set>
+#include <tuple>
 
 namespace tessera::oracle {
 
@@ -36,10 +38,15 @@ struct Sums {
   std::map<Voxel, std::set<std::uint32_t>> robots;  ///< By block.
 };
 
-/// What one epoch of a robot says of a voxel.
+/// What one submap of a robot says of a voxel.
 struct Said {
   OracleCounts counts;
   int observers = 0;
+  void add(const OracleCounts& more, int times) {
+    counts.resize(more.size());
+    for (std::size_t l = 0; l < more.size(); ++l) counts[l] += more[l];
+    observers += times;
+  }
 };
 
 /// No more than the cap, unless rounding can have made it so much: an eighth of it.
@@ -53,24 +60,32 @@ void hold(OracleCounts& counts, const OracleCap& cap) {
   if (counts[0] > passes + std::floor(passes / 8.0)) counts[0] = passes;
 }
 
-/// Of each robot what its newest epoch says that says anything of the voxel, held under the cap.
+/// Of each robot what says something of the voxel and has no newer epoch's submap of its number in
+/// its place; held under the cap.
 Sums add_up(const std::vector<OracleContribution>& contributions, double omega, double resolution_m,
             const OracleCap& cap) {
-  std::map<std::uint32_t, std::map<Voxel, std::map<std::uint32_t, Said>>> robots;
+  using OfSubmaps = std::map<std::pair<std::uint32_t, std::uint32_t>, Said>;  // epoch, submap
+  std::map<std::uint32_t, std::map<Voxel, OfSubmaps>> robots;
   for (const OracleContribution& contribution : contributions) {
+    if (MapSession::is(contribution.id.submap)) continue;
     for (const auto& [local, counts] : contribution.voxels) {
       for (const Voxel& voxel : phi(contribution.T_global_local, resolution_m, local)) {
-        Said& said = robots[contribution.id.robot][voxel][contribution.id.epoch];
-        said.counts.resize(counts.size());
-        for (std::size_t l = 0; l < counts.size(); ++l) said.counts[l] += counts[l];
-        ++said.observers;
+        robots[contribution.id.robot][voxel][{contribution.id.epoch, contribution.id.submap}].add(
+            counts, 1);
       }
     }
   }
   Sums sums;
   for (auto& [robot, voxels] : robots) {
-    for (auto& [voxel, epochs] : voxels) {
-      Said& said = epochs.rbegin()->second;
+    for (auto& [voxel, submaps] : voxels) {
+      Said said;
+      for (const auto& item : submaps) {
+        const auto& name = item.first;
+        const bool has_gone = std::any_of(submaps.begin(), submaps.end(), [&](const auto& other) {
+          return other.first.first > name.first && other.first.second == name.second;
+        });
+        if (!has_gone) said.add(item.second.counts, item.second.observers);
+      }
       hold(said.counts, cap);
       OracleCounts& here = sums.voxels[voxel];
       here.resize(said.counts.size());
@@ -80,6 +95,50 @@ Sums add_up(const std::vector<OracleContribution>& contributions, double omega, 
     }
   }
   return sums;
+}
+
+/// What one contribution to a session says of a voxel.
+using OfSession = std::map<std::tuple<std::uint64_t, std::uint32_t, std::int64_t, std::uint32_t>,
+                           std::pair<OracleCounts, double>>;
+
+/// Of each name the first that says something: of the lowest robot, its newest epoch, its lowest
+/// submap. All together are held to a quarter of the cap; no prior is counted for them.
+void add_sessions(const std::vector<OracleContribution>& contributions, double omega,
+                  double resolution_m, const OracleCap& cap, Sums& sums) {
+  std::map<Voxel, OfSession> voxels;
+  for (const OracleContribution& one : contributions) {
+    if (!MapSession::is(one.id.submap) || one.session.weight == 0) continue;
+    const double weight = one.session.weight / 32768.0;
+    for (const auto& [local, counts] : one.voxels) {
+      for (const Voxel& voxel : phi(one.T_global_local, resolution_m, local)) {
+        auto& [said, by] = voxels[voxel][{one.session.digest, one.id.robot,
+                                          -static_cast<std::int64_t>(one.id.epoch), one.id.submap}];
+        said.resize(counts.size());
+        by = weight;
+        for (std::size_t l = 1; l < counts.size(); ++l) said[l] += weight * counts[l];
+        if (counts[0] > 0.0) said[0] += std::max(1.0, std::floor(weight * counts[0]));
+      }
+    }
+  }
+  for (const auto& [voxel, all] : voxels) {
+    OracleCounts sum;
+    std::optional<std::uint64_t> name;
+    for (const auto& [key, said] : all) {
+      if (name == std::get<0>(key)) continue;
+      name = std::get<0>(key);
+      sum.resize(said.first.size());
+      for (std::size_t l = 0; l < sum.size(); ++l) sum[l] += said.first[l];
+    }
+    double evidence = cap.free_weight * sum[0];
+    for (std::size_t l = 1; l < sum.size(); ++l) evidence += sum[l];
+    const double scale = std::min(1.0, 0.25 * cap.max_evidence / evidence);
+    OracleCounts& here = sums.voxels[voxel];
+    here.resize(sum.size());
+    for (std::size_t l = 1; l < sum.size(); ++l) here[l] += omega * scale * sum[l];
+    here[0] += omega * std::floor(scale * sum[0] + 0x1p-10);
+    constexpr std::uint32_t kAllSessions = ~0U;  // as one more robot
+    if (has_class(sum)) sums.robots[block_of(voxel)].insert(kAllSessions);
+  }
 }
 
 double row_norm(const Matrix& m) {
@@ -134,6 +193,7 @@ OracleMap fuse(const std::vector<OracleContribution>& contributions, const Diffu
                double resolution_m, int num_classes, const OracleCap& cap) {
   const auto omega = static_cast<double>(config.omega);
   Sums sums = add_up(contributions, omega, resolution_m, cap);
+  add_sessions(contributions, omega, resolution_m, cap, sums);
   OracleMap result;
   result.voxels = sums.voxels;
   std::vector<Voxel> nodes;

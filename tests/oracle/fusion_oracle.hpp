@@ -23,6 +23,7 @@ struct OracleContribution {
   ContributionId id;
   Matrix34d T_global_local = Matrix34d::Identity();
   OracleVoxels voxels;
+  MapSession session{};  ///< If it is one.
 };
 
 /// A node of the graph: the edges' other ends are found by position.

@@ -80,7 +80,11 @@ std::vector<OracleContribution> restarted_team(Random& random) {
                                                              {4, 0, 0},
                                                              {4, 0, 1},
                                                              {5, 7, 0},
-                                                             {5, 8, 2}}) {
+                                                             {5, 7, 1},
+                                                             {5, 7, 2},
+                                                             {5, 8, 2},
+                                                             {5, 8, 3},
+                                                             {5, 9, 3}}) {
     OracleContribution contribution;
     contribution.id = id;
     contribution.voxels = random_voxels(random, 250, {-3, 2, 1});
@@ -95,7 +99,7 @@ std::vector<OracleContribution> restarted_team(Random& random) {
   return team;
 }
 
-TEST_CASE("fusion: of a robot's epochs the newest counts in each voxel, held under the cap") {
+TEST_CASE("fusion: in each voxel submaps of newer epochs replace older ones, held under the cap") {
   Random random(announce_seed(44));
   const auto mode =
       GENERATE(DiffusionMode::kNone, DiffusionMode::kPaper, DiffusionMode::kContractive);

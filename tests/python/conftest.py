@@ -48,6 +48,11 @@ def map_of(dataset, **arguments):
     return made, [made.integrate(scan.points, scan.components, scan.T_map_sensor) for scan in dataset]
 
 
+def sharer_of(robot, **arguments):
+    return tessera.Sharer(robot, **{"fusion_memory_bytes": 64 << 20, "bytes_per_s": 50_000_000, "burst_bytes": 10_000_000,
+                                    **arguments})
+
+
 @pytest.fixture(scope="session")
 def frame(street):
     return tessera.read_transform(street / "robot_0" / "T_global_map.txt")

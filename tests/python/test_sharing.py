@@ -5,7 +5,7 @@ import random
 
 import numpy as np
 import pytest
-from conftest import map_of
+from conftest import sharer_of
 
 import tessera
 
@@ -43,11 +43,6 @@ def robots(street, frame):
         one.integrate(dataset[robot].points, dataset[robot].components, np.linalg.inv(T) @ dataset[robot].T_map_sensor)
         made.append(one)
     return made
-
-
-def sharer_of(robot, **arguments):
-    return tessera.Sharer(robot, **{"fusion_memory_bytes": 64 << 20, "bytes_per_s": 50_000_000, "burst_bytes": 10_000_000,
-                                    **arguments})
 
 
 @pytest.mark.parametrize("mode", MODES)
@@ -238,22 +233,6 @@ def test_a_frame_moves_what_was_said(robots):
         moved[1].set_frame(np.zeros((4, 4)))
     with pytest.raises(tessera.InputError):
         moved[1].set_frame(there, submap=7)
-
-
-def test_submaps_begin_with_an_empty_map(street):
-    dataset = tessera.Dataset(street / "robot_0", first=0, last=0)
-    robot = map_of(dataset, max_range_m=8.0)[0]
-    sharer = sharer_of(robot)
-    voxels = len(robot.voxels())
-    sharer.new_submap()
-    with pytest.raises(tessera.Error, match="pending"):
-        sharer.new_submap()
-    for tick in range(200):
-        sharer.tick(TICK_US * (tick + 1))
-    assert sharer.report()["submap"] == 1 and sharer.report()["lost_blocks"] == 0
-    assert len(robot.voxels()) == 0 < voxels
-    sharer.finish()
-    assert len(sharer.global_map.voxels()) > 0
 
 
 def test_robots_that_leave_and_that_are_excluded(robots):

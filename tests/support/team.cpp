@@ -99,6 +99,8 @@ void Team::publish(const OracleContribution& contribution, std::uint32_t version
       GridTransform::make(contribution.T_global_local, global_.config().map.resolution_m);
   const Result<GlobalMap::Slot> slot = global_.open(contribution.id, *frame);
   if (!slot.ok()) throw std::runtime_error("no slot");
+  if (MapSession::is(contribution.id.submap))
+    static_cast<void>(global_.set_frame(*slot, *frame, version, contribution.session));
   for (const auto& [key, bytes] : pack_voxels(contribution.voxels)) {
     if (!global_.put(*slot, BlockKey{key}, version, bytes).ok())
       throw std::runtime_error("a block was refused");

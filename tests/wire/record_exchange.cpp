@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// record_exchange FILE none|key|signatures: what a small team says, and what each robot holds in
-// the end, as text that check_exchange.py holds its own decoder against. Every kind of datagram and
-// every type of request occurs.
+// record_exchange FILE none|key|signatures: what a small team says and holds in the end, as text
+// for the decoder of decode_datagram.py. Every kind of datagram and type of request occurs.
 #include <cinttypes>
 #include <cstdio>
 #include <filesystem>
@@ -14,6 +13,7 @@
 #include "link/key_maker.hpp"
 #include "network/held.hpp"
 #include "network/simulated_network.hpp"
+#include "record_sessions.hpp"
 #include "tessera/exchange/internal/fingerprint.hpp"
 
 namespace {
@@ -200,6 +200,9 @@ void drive(Team& team, oracle::Random& random) {
     publish(team.robot(0), {-1'000'000, step, 1'000'000}, random, step % 2 == 0 ? 2 : 0);
     team.run(kSecond / 5);
   }
+  exchange_tests::publish_sessions(team.robot(2).exchange(), random);
+  team.run(3 * kSecond);
+  exchange_tests::remove_session(team.robot(2).exchange());
   publish(team.robot(1), {1, 1, 1}, random, 0);
   publish(team.robot(1), {0, 1, 0}, random, 0);
   Matrix34d T_global_map = Matrix34d::Identity();
@@ -277,7 +280,6 @@ void record(const std::string& path, const std::string& mode) {
   // With nobody else there, robots 0 and 3 must compare what they hold.
   team.switch_off(2);
   teach_differently(team);
-  team.run(kSecond);
   team.settle();
   team.start(2, 4, 3);
   team.run(kSecond);

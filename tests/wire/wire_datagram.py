@@ -13,6 +13,7 @@ KINDS = "announcement", "request", "chunk", "frame", "leave", "statement", "desc
 TYPES = "gaps", "versions", "descriptions"
 GAPS, VERSIONS, DESCRIPTIONS = range(3)
 LAST_VERSION = 2**32 - 2
+FIRST_SESSION = 0xffff0000
 CODE = "code of a block"
 
 
@@ -121,7 +122,7 @@ class Decoder:
 
     def check_signature(self, out, data, end):
         if out.kind == CHUNK:
-            name, statement = out.body["name"], data[32:52] + data[53:85] + struct.pack("<Q", out.session)
+            name, statement = out.body["name"], data[32:52] + data[53:89] + struct.pack("<Q", out.session)
             leaves = [self.fleet.leaf_of_record(name, record) for record in out.body["records"]] + [self.fleet.leaf_of_statement(statement)]
             check(len(leaves) <= 16, "leaves")
             self.fleet.check_tree(name, len(leaves), self.fleet.root(leaves), out.signature)
@@ -165,9 +166,9 @@ class Decoder:
 
     @staticmethod
     def stated(name, r):
-        latest, records, low, high, frame, floor = r.take("IIQQII")
-        check(latest <= LAST_VERSION and frame >= 1 and floor <= name[1], "what is stated")
-        return {"latest": latest, "records": records, "fingerprint": (low, high), "frame": frame, "floor": floor}
+        latest, records, low, high, frame, floor, sessions = r.take("IIQQIII")
+        check(latest <= LAST_VERSION and frame >= 1 and max(floor, sessions) <= name[1], "what is stated")
+        return {"latest": latest, "records": records, "fingerprint": (low, high), "frame": frame, "floor": floor, "session_floor": sessions}
 
     def chunk(self, out, r):
         body = {"name": r.name(), "range": r.version_range(), "flags": r.u8(), "records": [], "taken": 0}
@@ -215,7 +216,12 @@ class Decoder:
                 raise Refused(CODE) from None
 
     def frame(self, out, r):
-        body = {"name": r.name(), "revision": r.take("I"), "T": r.take("12d")}
+        body = {"name": r.name(), "revision": r.take("I"), "T": r.take("12d"), "extent": r.take("6i")}
+        low, high = body["extent"][:3], body["extent"][3:]
+        check(body["extent"] == (0, 0, 0, -1, -1, -1) or all(-2**20 <= a <= b < 2**20 for a, b in zip(low, high)), "extent")
+        if body["name"][2] >= FIRST_SESSION:
+            body["session"] = r.take("QqH")
+            check(body["session"][2] <= 2**15, "weight of a map session")
         check(body["revision"] >= 1 and all(map(math.isfinite, body["T"])), "frame")
         columns = [body["T"][i::4] for i in range(3)]
         for i in range(3):

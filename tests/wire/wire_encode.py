@@ -24,7 +24,7 @@ def ascending(values):
 
 
 def stated_bytes(s):
-    return struct.pack("<IIQQII", s["latest"], s["records"], *s["fingerprint"], s["frame"], s["floor"])
+    return struct.pack("<IIQQIII", s["latest"], s["records"], *s["fingerprint"], s["frame"], s["floor"], s["session_floor"])
 
 
 def statement_bytes(name, versions, stated, session):
@@ -59,7 +59,7 @@ def body_bytes(kind, b):
             version, block = record.version, record.block
         return out
     if kind == FRAME:
-        return name + struct.pack("<I12d", b["revision"], *b["T"])
+        return name + struct.pack("<I12d6i", b["revision"], *b["T"], *b["extent"]) + (struct.pack("<QqH", *b["session"]) if "session" in b else b"")
     if kind == STATEMENT:
         return statement_bytes(b["name"], b["range"], b["stated"], b["session"]) + b["proof"]
     if kind == CONFLICT:

@@ -56,6 +56,19 @@ TEST_CASE("rigid code: who rounds what is rounded gets the same bits") {
   CHECK(digest.value() == kDigest);
 }
 
+TEST_CASE("rigid code: what is rounded stays, where parts are as large as each other") {
+  oracle::Random random(kSeed + 1);
+  for (int round = 0; round < 20'000; ++round) {
+    // Quarters of a turn, thirds about a diagonal, and what is next to them.
+    Quaternion q{1.0, 0.0, 0.0, 0.0};
+    for (std::size_t i = 1; i < 4; ++i) q[i] = random.uniform(0.0, 1.0) < 0.5 ? 1.0 : 0.0;
+    for (double& part : q) part += random.uniform(-2e-7, 2e-7);
+    normalise(q);
+    const Matrix34d T = *round_rigid(transform_of(q, {1.0, 2.0, 3.0}));
+    REQUIRE(*round_rigid(T) == T);
+  }
+}
+
 TEST_CASE("rigid code: whole turns, half turns and the identity") {
   CHECK(*round_rigid(Matrix34d::Identity()) == Matrix34d(Matrix34d::Identity()));
   for (int axis = 0; axis < 3; ++axis) {

@@ -14,24 +14,25 @@ namespace {
 using Claim = ContributionTable::Claim;
 
 constexpr ReplicasConfig kReplicas{
-    .segments = 64, .blocks = 64, .contributions = 8, .robot_segments = 64};
+    .segments = 64, .blocks = 64, .contributions = 30, .robot_segments = 64};
 
 struct OwnTable {
-  static ExchangeConfig config() {
+  static ExchangeConfig config(std::uint32_t of_one_robot = 2, std::uint32_t places = 5) {
     ExchangeConfig config;
     config.robot = 1;
-    config.contributions = 5;
-    config.contributions_per_robot = 2;
+    config.contributions = places;
+    config.contributions_per_robot = of_one_robot;
     config.own_contributions = 1;
     config.peers = 2;
     return config;
   }
-  explicit OwnTable(bool signs = false)
-      : memory(Replicas::required_bytes(kReplicas) + ContributionTable::required_bytes(config()) +
+  explicit OwnTable(bool signs = false, std::uint32_t of_one_robot = 2, std::uint32_t places = 5)
+      : memory(Replicas::required_bytes(kReplicas) +
+               ContributionTable::required_bytes(config(of_one_robot, places)) +
                EpochFloors::required_bytes(config())) {
     Arena arena = memory.arena();
     replicas = *Replicas::make(arena, kReplicas);
-    table = *ContributionTable::make(arena, config(), store_of(replicas));
+    table = *ContributionTable::make(arena, config(of_one_robot, places), store_of(replicas));
     floors = *EpochFloors::make(arena, config(), signs);
   }
   HeldContribution* add(const ContributionId& id, Claim claim, std::int64_t now_us = 1'000'000) {
@@ -69,6 +70,68 @@ TEST_CASE(
   CHECK(t.table.find({7, 1, 0}) == nullptr);
   CHECK(t.table.find({7, 1, 1}) != nullptr);
   CHECK_FALSE(t.replicas.find({7, 1, 0}).ok());  // and its slot is free
+}
+
+TEST_CASE("ContributionTable: map sessions have places of their own, and take nobody else's") {
+  OwnTable t(false, 2, 30);
+  const auto session = [](std::uint32_t epoch, std::uint32_t number) {
+    return ContributionId{7, epoch, MapSession::kFirst + number};
+  };
+  REQUIRE(t.add({7, 1, 0}, Claim::kFrame) != nullptr);
+  for (std::uint32_t i = 0; i < MapSession::kPlacesOfRobot; ++i)
+    REQUIRE(t.add(session(1, i), Claim::kFrame) != nullptr);
+  REQUIRE(t.add({7, 1, 1}, Claim::kFrame) != nullptr);
+  CHECK(t.counted.displaced_contributions == 0);
+  // One of a newer epoch takes the place of the lowest; an older one takes none.
+  CHECK(t.add(session(0, 9), Claim::kFrame) == nullptr);
+  CHECK(t.add(session(2, 0), Claim::kName) == nullptr);
+  CHECK(t.add(session(2, 0), Claim::kFrame) != nullptr);
+  CHECK(t.table.find(session(1, 0)) == nullptr);
+  CHECK(t.table.find({7, 1, 0}) != nullptr);
+  CHECK(t.table.find({7, 1, 1}) != nullptr);
+}
+
+TEST_CASE("EpochFloors: sessions have a floor of their own, which is at least that of all") {
+  OwnTable t(true);
+  CHECK(t.floors.of(ContributionId{7, 0, MapSession::kFirst}) == 0);
+  CHECK(t.floors.note_sessions(7, 5, false, t.table));
+  CHECK_FALSE(t.floors.note_sessions(7, 4, false, t.table));
+  CHECK(t.floors.of(ContributionId{7, 0, MapSession::kFirst}) == 5);
+  CHECK(t.floors.of(ContributionId{7, 0, 3}) == 0);
+  CHECK(t.floors.note(7, 8, false, t.table));
+  CHECK(t.floors.of_sessions(7) == 5);
+  CHECK(t.floors.of(ContributionId{7, 0, MapSession::kFirst}) == 8);
+  // This robot's own is what it says itself.
+  CHECK_FALSE(t.floors.note_sessions(1, 9, true, t.table));
+  t.floors.set_own_sessions(6);
+  CHECK(t.floors.of(ContributionId{1, 0, MapSession::kFirst}) == 6);
+}
+
+TEST_CASE(
+    "ContributionTable: a submap that a newer epoch has too gives way first, and stays away") {
+  OwnTable t(false, 3);
+  REQUIRE(t.add({7, 1, 0}, Claim::kFrame) != nullptr);
+  REQUIRE(t.add({7, 1, 1}, Claim::kFrame) != nullptr);
+  HeldContribution* const again = t.add({7, 2, 1}, Claim::kFrame);
+  REQUIRE(again != nullptr);
+  SECTION("once it is whole there") {
+    again->stated = true;
+    again->statement.frame_revision = 1;
+    REQUIRE(again->complete());
+    REQUIRE(t.add({7, 2, 2}, Claim::kFrame) != nullptr);
+    CHECK(t.table.find({7, 1, 1}) == nullptr);
+    CHECK(t.table.find({7, 1, 0}) != nullptr);
+    CHECK_FALSE(t.table.would_displace({7, 1, 1}));
+    CHECK(t.add({7, 1, 1}, Claim::kFrame) == nullptr);
+    CHECK(t.counted.displaced_contributions == 1);
+    REQUIRE(t.add({7, 2, 3}, Claim::kFrame) != nullptr);  // none is replaced: the lowest
+    CHECK(t.table.find({7, 1, 0}) == nullptr);
+  }
+  SECTION("not before") {
+    REQUIRE(t.add({7, 2, 2}, Claim::kFrame) != nullptr);
+    CHECK(t.table.find({7, 1, 0}) == nullptr);
+    CHECK(t.table.find({7, 1, 1}) != nullptr);
+  }
 }
 
 TEST_CASE(

@@ -66,8 +66,8 @@ struct RecordsRig {
   }
   [[nodiscard]] ChunkTaker::Taken take(HeldContribution& contribution, const ChunkHeader& header,
                                        std::span<const std::byte> body, bool awaited = false) {
-    return taker.take({table, records, conflicts, *scratch, counted}, contribution, 0, header, body,
-                      awaited);
+    return taker.take({table, records, conflicts, *scratch, counted}, contribution, {}, header,
+                      body, awaited);
   }
   /// The records of these versions, as this robot passes them on.
   [[nodiscard]] std::vector<std::byte> body_of(const HeldContribution& contribution,

@@ -93,9 +93,14 @@ TEST_CASE("wire: what is written is what is read, and what is cut is refused") {
         .fingerprint = {random.bits(), random.bits()},
         .frame_revision = 1 + any_number(random) / 2,
         .floor = id.epoch - static_cast<std::uint32_t>(random.below(2)) * (id.epoch / 2),
+        .session_floor = id.epoch - static_cast<std::uint32_t>(random.below(2)) * (id.epoch / 2),
         .session = random.bits()};
     REQUIRE(write_statement(body.to, statement));
     FrameBody frame{.id = id, .revision = 1 + any_number(random) / 2};
+    if (MapSession::is(frame.id.submap |= random.below(2) == 0 ? MapSession::kFirst : 0U)) {
+      frame.session = {random.bits(), static_cast<std::int64_t>(random.bits()),
+                       static_cast<std::uint16_t>(random.below(MapSession::kFullWeight + 1))};
+    }
     for (Eigen::Index i = 0; i < 12; ++i)
       frame.T_global_map(i / 4, i % 4) = random.uniform(-1e6, 1e6);
     REQUIRE(write_frame(body.to, frame));
@@ -111,15 +116,12 @@ TEST_CASE("wire: what is written is what is read, and what is cut is refused") {
     REQUIRE(read_statement(from, statement_read));
     REQUIRE(read_frame(from, frame_read));
     REQUIRE(from.remaining() == 0);
-    CHECK(announced_read.id == id);
-    CHECK(announced_read.latest == announced.latest);
-    CHECK(announced_read.complete == announced.complete);
-    CHECK(announced_read.digest == announced.digest);
-    CHECK(announced_read.stated == announced.stated);
-    CHECK(requested_read.type == requested.type);
-    CHECK(requested_read.stated == requested.stated);
-    CHECK(requested_read.latest == requested.latest);
-    CHECK(requested_read.target == requested.target);
+    CHECK((announced_read.id == id && announced_read.latest == announced.latest));
+    CHECK((announced_read.complete == announced.complete &&
+           announced_read.digest == announced.digest));
+    CHECK((announced_read.stated == announced.stated && requested_read.type == requested.type &&
+           requested_read.stated == requested.stated && requested_read.latest == requested.latest &&
+           requested_read.target == requested.target));
     REQUIRE(requested_read.count == requested.count);
     for (std::size_t i = 0; i < requested.count; ++i) {
       if (requested.type == RequestType::kGaps) CHECK(requested_read.gap[i] == requested.gap[i]);
@@ -128,15 +130,15 @@ TEST_CASE("wire: what is written is what is read, and what is cut is refused") {
       if (requested.type == RequestType::kDescribe)
         CHECK(requested_read.span[i] == requested.span[i]);
     }
-    CHECK(statement_read.id == id);
-    CHECK(statement_read.range == statement.range);
-    CHECK(statement_read.latest == statement.latest);
-    CHECK(statement_read.records == statement.records);
+    CHECK((statement_read.id == id && statement_read.range == statement.range));
+    CHECK(
+        (statement_read.latest == statement.latest && statement_read.records == statement.records));
     CHECK(statement_read.fingerprint == statement.fingerprint);
     CHECK(statement_read.frame_revision == statement.frame_revision);
-    CHECK(statement_read.floor == statement.floor);
+    CHECK((statement_read.floor == statement.floor &&
+           statement_read.session_floor == statement.session_floor));
     CHECK(statement_read.session == statement.session);
-    CHECK(frame_read.T_global_map == frame.T_global_map);
+    CHECK((frame_read.T_global_map == frame.T_global_map && frame_read.session == frame.session));
 
     const auto cut = static_cast<std::size_t>(random.below(static_cast<int>(size)));
     ByteReader shorter(std::span<const std::byte>(body.bytes).first(cut));

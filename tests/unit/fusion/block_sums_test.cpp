@@ -32,7 +32,8 @@ GlobalMapConfig config_with(float omega) {
 
 struct OwnSums {
   explicit OwnSums(const GlobalMapConfig& config)
-      : memory(Replicas::required_bytes(kReplicas) + BlockSums::required_bytes(kComponents) +
+      : memory(Replicas::required_bytes(kReplicas) +
+               BlockSums::required_bytes(config, kComponents) +
                FusedBlock::required_bytes(kComponents)),
         scratch(most_packed_bytes(kComponents)) {
     Arena arena = memory.arena();

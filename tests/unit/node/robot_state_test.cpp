@@ -4,6 +4,7 @@
 
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <limits>
@@ -56,6 +57,31 @@ TEST_CASE("RobotState: each start is one more than the last, of each robot by it
   CHECK(other.epoch() == 1);
 }
 
+TEST_CASE("RobotState: a map that is continued keeps its epoch; in submaps it is the floor") {
+  const bool in_submaps = GENERATE(false, true);
+  const StartMap empty = in_submaps ? StartMap::kEmptySubmaps : StartMap::kEmpty;
+  const StartMap continued = in_submaps ? StartMap::kSubmaps : StartMap::kContinued;
+  const test::TemporaryFolder folder;
+  CHECK(state_of(folder).map_epoch() == 0);
+  for (std::uint32_t start = 1; start <= 4; ++start) {
+    RobotState state = state_of(folder);
+    REQUIRE(state.begin(EarlierEpochs::kKeep, start < 3 ? empty : continued).ok());
+    REQUIRE(state.note_published(start).ok());
+    CHECK(state.map_epoch() == std::min(start, 2U));
+  }
+  CHECK(state_of(folder).floor() == (in_submaps ? 2 : 3));
+  RobotState state = state_of(folder);
+  // What is dropped are maps before the one that is continued.
+  REQUIRE(state.begin(EarlierEpochs::kDrop, continued).ok());
+  CHECK(state.floor() == (in_submaps ? 2 : 5));
+  CHECK(state_of(folder).map_epoch() == 2);
+  // In submaps nothing of another map counts beside a new one.
+  RobotState another = state_of(folder);
+  REQUIRE(another.begin(EarlierEpochs::kKeep, empty).ok());
+  CHECK(another.map_epoch() == 6);
+  CHECK(another.floor() == (in_submaps ? 6 : 5));
+}
+
 // By Python's crc32c of the lines before.
 TEST_CASE("RobotState: the file is text that people can read") {
   const test::TemporaryFolder folder;
@@ -63,9 +89,10 @@ TEST_CASE("RobotState: the file is text that people can read") {
   REQUIRE(state.note_published(1).ok());
   const std::vector<RobotFloor> heard = {{9, 4}, {1, 17}};
   REQUIRE(state.note_floors(heard).ok());
-  CHECK(folder.read("robot_3.state") ==
-        "tessera-robot-state 1\nrobot 3\nstarts 1\nepoch 1\npublished 1\nfloor 1\nheard 1 17\n"
-        "heard 9 4\ncheck d6ed05b2\n");
+  CHECK(
+      folder.read("robot_3.state") ==
+      "tessera-robot-state 1\nrobot 3\nstarts 1\nepoch 1\npublished 1\nfloor 1\nmap 1\nheard 1 17\n"
+      "heard 9 4\ncheck a7ba870a\n");
 }
 
 TEST_CASE("RobotState: all of it is there after a restart") {

@@ -69,9 +69,9 @@ TEST_CASE("Mapper and Sharer: apart they do what they do as one robot, byte by b
         if (now_us < 10 * kTick_us) {
           const StreetPart part(static_cast<int>(now_us / kTick_us));
           mapper.integrate(part.view(), now_us);
-          sharer.set_focus(part.view().T_map_sensor.col(3));
+          sharer.note_scan(mapper.maps(), 0, now_us, part.view().T_map_sensor);
         }
-        static_cast<void>(sharer.tick(mapper.map(), now_us));
+        static_cast<void>(sharer.tick(mapper.maps(), now_us));
       },
       [&](std::int64_t now_us, std::span<std::byte> into) { return sharer.send(now_us, into); });
   CHECK(together.size() > 10'000);
@@ -80,7 +80,9 @@ TEST_CASE("Mapper and Sharer: apart they do what they do as one robot, byte by b
 }
 
 TEST_CASE("Publisher: cleared, it publishes all anew, and lets go of nothing that was published") {
-  SmallRobotMemory one(small_robot_config(1));
+  RobotConfig config = small_robot_config(1);
+  config.most_submaps = 2;
+  SmallRobotMemory one(config);
   Robot& robot = *one.robot;
   std::int64_t now_us = 0;
   robot.integrate(StreetPart(1).view(), 0);
@@ -88,7 +90,10 @@ TEST_CASE("Publisher: cleared, it publishes all anew, and lets go of nothing tha
   const std::uint64_t first = robot.publisher().totals().published;
   const std::uint64_t before = digest_of(robot.global().map());
   REQUIRE(robot.new_submap(Matrix34d::Identity()) == Status::kOk);
+  const ScanView nothing;
+  robot.integrate(nothing, 0);
   REQUIRE(settle(robot, now_us) <= 1000);
+  REQUIRE(robot.sharer().submap().submap == 1);
   CHECK(robot.publisher().blocks() == 0);
   CHECK(robot.publisher().totals().published == first);
   CHECK(digest_of(robot.global().map()) == before);

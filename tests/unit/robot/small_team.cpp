@@ -44,10 +44,10 @@ Matrix34d shift_of(double x_m, double y_m) {
   return shift;
 }
 
-SmallRobotMemory::SmallRobotMemory(const RobotConfig& config)
+SmallRobotMemory::SmallRobotMemory(const RobotConfig& config, const RobotKeys& keys)
     : memory(Robot::required_bytes(config, small_robot_classes().num_components())) {
   Arena arena(memory.span());
-  const Result<Robot*> made = Robot::make(arena, config, small_robot_classes(), {}, {});
+  const Result<Robot*> made = Robot::make(arena, config, small_robot_classes(), keys, {});
   if (made.ok()) robot = *made;
 }
 

@@ -20,7 +20,7 @@ Matrix34d shift_of(double x_m, double y_m);
 
 /// A robot that owns its memory.
 struct SmallRobotMemory {
-  explicit SmallRobotMemory(const RobotConfig& config);
+  explicit SmallRobotMemory(const RobotConfig& config, const RobotKeys& keys = {});
   AlignedMemory memory;
   Robot* robot = nullptr;
 };

@@ -116,25 +116,42 @@ TEST_CASE("Robot: where memory is short blocks leave unpublished, counted, and n
   CHECK(digest_of(bounded.robot.map()) == digest_of(whole.robot.map()));
 }
 
+TEST_CASE("Robot: who may wait makes room before a scan, and is told when there is none") {
+  RobotConfig config = with_window(street_config());
+  config.window->radius_m = 1000.0;
+  config.window->evicts_near = true;
+  Driver bounded(config);
+  oracle::MemoryArchive archive(bounded.robot.map());
+  bounded.robot.mapper().set_archive(archive.interface());
+  bounded.drive(0, 10);
+  ScanView next = StreetPart(10).view();
+  CHECK(bounded.robot.mapper().make_room(next));
+  CHECK(bounded.robot.mapper().window().evicted == 0);
+
+  config.window->reserve = {1 << 20, 1, 1, 1};  // more than there is
+  Driver pressed(config);
+  oracle::MemoryArchive kept(pressed.robot.map());
+  pressed.robot.mapper().set_archive(kept.interface());
+  pressed.drive(0, 10, 0);
+  kept.full = true;
+  CHECK_FALSE(pressed.robot.mapper().make_room(next));
+  kept.full = false;
+  CHECK(pressed.robot.mapper().make_room(next));  // nothing is left that could leave
+  CHECK(pressed.robot.map().block_count() == 0);
+  // Of blocks without evidence nothing is kept.
+  CHECK(pressed.robot.mapper().window().near_evicted >= kept.keys().size());
+  CHECK(kept.keys().size() > 100);
+  // A scan that is refused moves nothing.
+  next.T_map_sensor.setZero();
+  CHECK(pressed.robot.mapper().make_room(next));
+}
+
 TEST_CASE("Robot: with a window and no archive blocks stay, as others have them") {
   Driver bounded(with_window(street_config()));
   bounded.drive(0, kScans);
   CHECK(bounded.robot.mapper().window().evicted == 0);
   CHECK(bounded.robot.mapper().window().evictions_refused > 0);
   CHECK(bounded.robot.mapper().window().lost_blocks == 0);
-}
-
-TEST_CASE("Robot: a new submap begins with an empty map and an empty archive") {
-  Driver bounded(with_window(street_config()));
-  oracle::MemoryArchive archive(bounded.robot.map());
-  bounded.robot.mapper().set_archive(archive.interface());
-  bounded.drive(0, kScans);
-  REQUIRE(bounded.robot.new_submap(shift_of(1.0, 0.0)) == Status::kOk);
-  REQUIRE(settle(bounded.robot, bounded.now_us) < 1000);
-  CHECK(bounded.robot.sharer().submap().opened == 1);
-  CHECK(archive.keys().empty());
-  CHECK(bounded.robot.map().block_count() == 0);
-  CHECK(bounded.robot.publisher().totals().emptied == 0);
 }
 
 /// Voxels that two maps do not say the same of, or one has alone.

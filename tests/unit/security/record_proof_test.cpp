@@ -71,11 +71,21 @@ TEST_CASE("record proof: leaves and the root are those of the page") {
                             .fingerprint = {0x1122334455667788U, 0x99aabbccddeeff00U},
                             .frame_revision = 6,
                             .floor = 2,
+                            .session_floor = 1,
                             .session = std::uint64_t{3} << 32U | 17U};
-  CHECK(hex_of(leaf_of(f.by, statement)) == "68358d5fb97dfa17373e94c58418985e");
-  const FrameBody frame{.id = kId, .revision = 6};
-  CHECK(hex_of(frame_message(kConfiguration, frame)).substr(0, 48) ==
+  CHECK(hex_of(leaf_of(f.by, statement)) == "896741279bf31135627f164555ada12f");
+  FrameBody frame{.id = kId, .revision = 6};
+  CHECK(hex_of(FrameMessage(kConfiguration, frame).bytes()).substr(0, 48) ==
         "545302040102030407000000020000000100000006000000");
+  // That of a session has its digest, date and weight behind the extent.
+  frame.id.submap = MapSession::kFirst + 1;
+  frame.session = {0x0123456789abcdefU, -2, 16384};
+  const std::string of_session = hex_of(FrameMessage(kConfiguration, frame).bytes());
+  CHECK(of_session.size() == 2 * (24 + 96 + 24 + 18));
+  CHECK(of_session.substr(2 * (24 + 96 + 24)) ==
+        "efcdab8967452301"
+        "feffffffffffffff"
+        "0040");
 }
 
 TEST_CASE("record proof: each record stands alone, as it was signed and not otherwise") {

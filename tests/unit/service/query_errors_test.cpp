@@ -13,7 +13,7 @@ namespace {
 
 TEST_CASE("QueryService: each error has its code, and leaves an empty reply") {
   const SmallMap sample = sample_map(1);
-  ServiceBench bench({.local = &sample.map});
+  ServiceBench bench({.local = MapReader(sample.map)});
   const auto error = [&](MapQuery query, auto change) {
     change(query);
     const MapReply reply = bench.ask(query);
@@ -57,7 +57,7 @@ TEST_CASE("QueryService: each error has its code, and leaves an empty reply") {
 
 TEST_CASE("QueryService: a fifth of a second's requests at once, then as many as the limit says") {
   const SmallMap sample = sample_map(1);
-  QueryService service({.local = &sample.map}, {.requests_per_s = 100});
+  QueryService service({.local = MapReader(sample.map)}, {.requests_per_s = 100});
   MapQuery query = query_of(QueryKind::kPoints);
   query.count = 1;
   const auto answered = [&](int asked, std::int64_t now_us) {
@@ -78,7 +78,8 @@ TEST_CASE("QueryService: 5,000 queries of anything end, each with an answer or a
   INFO("seed " << kSeed);
   std::mt19937 random(kSeed);
   const SmallMap sample = sample_map(1, 900, 12, 200);
-  ServiceBench bench({.local = &sample.map}, {.max_ray_voxels = 500, .max_nearest_work = 500});
+  ServiceBench bench({.local = MapReader(sample.map)},
+                     {.max_ray_voxels = 500, .max_nearest_work = 500});
   std::uint64_t answered = 0;
   for (int i = 0; i < 5'000; ++i) {
     const auto number = [&]() -> float {

@@ -18,7 +18,7 @@ namespace tessera {
 namespace {
 
 std::unique_ptr<QueryPort> open_port(const LocalMap& map) {
-  Outcome<std::unique_ptr<QueryPort>> port = QueryPort::open({}, {.local = &map});
+  Outcome<std::unique_ptr<QueryPort>> port = QueryPort::open({}, {.local = MapReader(map)});
   INFO(port.failure().text());
   REQUIRE(port.ok());
   return std::move(*port);

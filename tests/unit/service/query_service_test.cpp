@@ -37,7 +37,7 @@ std::uint8_t cell_by_hand(const LocalMap& map, VoxelCoord low, int edge) {
 
 TEST_CASE("QueryService: points are answered as the map answers") {
   const SmallMap sample = sample_map(3, 900, 8, 100);
-  ServiceBench bench({.local = &sample.map});
+  ServiceBench bench({.local = MapReader(sample.map)});
   MapQuery query = query_of(QueryKind::kPoints);
   query.count = 32;
   SampleRandom random(4);
@@ -63,7 +63,7 @@ TEST_CASE("QueryService: points are answered as the map answers") {
 
 TEST_CASE("QueryService: a region's pages together are the box, cell by cell") {
   const SmallMap sample = sample_map(5, 3000, 9, 200);
-  ServiceBench bench({.local = &sample.map});
+  ServiceBench bench({.local = MapReader(sample.map)});
   for (const std::int32_t edge : {1, 2, 4, 8, 16}) {
     INFO("cells of " << edge);
     MapQuery query = box(-0.85F, 0.75F, edge);
@@ -95,8 +95,8 @@ TEST_CASE("QueryService: a region's pages together are the box, cell by cell") {
 
 TEST_CASE("QueryService: a region stops where its work is used up, and goes on from there") {
   const SmallMap sample = sample_map(5, 3000, 9, 200);
-  ServiceBench tight({.local = &sample.map}, {.max_region_work = 8'192});
-  ServiceBench wide({.local = &sample.map}, {.max_region_work = 1 << 24});
+  ServiceBench tight({.local = MapReader(sample.map)}, {.max_region_work = 8'192});
+  ServiceBench wide({.local = MapReader(sample.map)}, {.max_region_work = 1 << 24});
   // Cells of 64: a cell is 512 blocks, of which one takes all that a request may.
   MapQuery query = box(-0.85F, 12.0F, 64);
   const MapReply all = wide.ask(query);
@@ -121,7 +121,7 @@ TEST_CASE("QueryService: a region stops where its work is used up, and goes on f
 TEST_CASE("QueryService: each row of a region's cells reads its blocks") {
   SmallMap sample(config_of_pages(64), kSampleClasses);
   observe(sample.map, {{{0, 0, 0}, 2, 1.0F}});
-  ServiceBench bench({.local = &sample.map});
+  ServiceBench bench({.local = MapReader(sample.map)});
   // 32 x 32 x 1 voxels, four blocks along each of the long axes.
   MapQuery query = box(0.05F, 0.05F, 1);
   query.points[1] = {3.15F, 3.15F, 0.05F};
@@ -137,7 +137,7 @@ TEST_CASE("QueryService: each row of a region's cells reads its blocks") {
 
 TEST_CASE("QueryService: rays are cast_ray's") {
   const SmallMap sample = sample_map(1, 900, 12, 200);
-  ServiceBench bench({.local = &sample.map});
+  ServiceBench bench({.local = MapReader(sample.map)});
   SampleRandom random(6);
   int hits = 0;
   for (int i = 0; i < 100; ++i) {
@@ -159,7 +159,7 @@ TEST_CASE("QueryService: rays are cast_ray's") {
     hits += reply.found ? 1 : 0;
   }
   CHECK(hits > 10);
-  ServiceBench tight({.local = &sample.map}, {.max_ray_voxels = 5});
+  ServiceBench tight({.local = MapReader(sample.map)}, {.max_ray_voxels = 5});
   MapQuery query = query_of(QueryKind::kRay);
   query.points[0] = {5.0F, 5.0F, 5.0F};
   query.points[1] = {1.0F, 0.0F, 0.0F};
@@ -173,7 +173,7 @@ TEST_CASE("QueryService: rays are cast_ray's") {
 TEST_CASE("QueryService: the nearest obstacle, of a class or of any, and an honest end") {
   SmallMap sample(config_of_pages(64), kSampleClasses);
   observe(sample.map, {{{10, 0, 0}, 2, 1.0F}, {{5, 0, 0}, 1, 1.0F}});
-  ServiceBench bench({.local = &sample.map});
+  ServiceBench bench({.local = MapReader(sample.map)});
   MapQuery query = query_of(QueryKind::kNearest);
   query.points[0] = {0.05F, 0.05F, 0.05F};
   query.length_m = 3.0;
@@ -191,7 +191,7 @@ TEST_CASE("QueryService: the nearest obstacle, of a class or of any, and an hone
   CHECK_FALSE(reply.found);
   CHECK_FALSE(reply.incomplete);
   CHECK(reply.searched_m == 3.0F);
-  ServiceBench tight({.local = &sample.map}, {.max_nearest_work = 40});
+  ServiceBench tight({.local = MapReader(sample.map)}, {.max_nearest_work = 40});
   reply = tight.ask(query);
   CHECK(reply.incomplete);
   CHECK(reply.searched_m < 3.0F);

@@ -91,6 +91,49 @@ TEST_CASE("ConfigPlaces: a failure is about the line of the setting that it name
   CHECK(worded("no route to the group") == "no route to the group");
 }
 
+TEST_CASE("ConfigFile: an array of tables gives options for each, and errors the line of theirs") {
+  struct Item {
+    std::string file;
+    double weight = 0.5;
+  };
+  static constexpr Setting kRows[] = {
+      path_row<&Item::file>({.table = "items", .key = "file"}, "", {.required = "a file"}),
+      row<&Item::weight>({.table = "items", .key = "weight"}, "", {.allowed = from_to(0.0, 1.0)}),
+  };
+  constexpr SettingTable<Item> kItems{kRows};
+  std::vector<Item> items;
+  const auto refused_items = [&](std::string_view text) {
+    ConfigFile file = parsed(text);
+    SampleOptions options;
+    items.clear();
+    file.read(kSample, options);
+    file.read_all(kItems, items);
+    CHECK(file.values()["items"].size() == items.size());
+    return said(file.finish());
+  };
+  CHECK(refused_items("[a]\nwhole = 3\n").empty());
+  CHECK(items.empty());
+  CHECK(refused_items("[[items]]\nfile = 'a.tsm'\n[a]\nwhole = 3\n[[items]]\nfile = '/b.tsm'\n"
+                      "weight = 0.25\n")
+            .empty());
+  REQUIRE(items.size() == 2);
+  CHECK(items[0].file == "folder/a.tsm");
+  CHECK(items[0].weight == 0.5);
+  CHECK(items[1].file == "/b.tsm");
+  CHECK(items[1].weight == 0.25);
+  CHECK(refused_items("[[items]]\nfile = 'a.tsm'\n[[items]]\nweight = 1\n") ==
+        "folder/node.toml, line 3: [items] file: is missing; give a file");
+  CHECK(refused_items("[[items]]\nfile = 'a'\n\n[[items]]\nfile = 'b'\nweight = 2\n") ==
+        "folder/node.toml, line 6: [items] weight: 2 is not allowed; give a number from 0 to 1");
+  CHECK(refused_items("[[items]]\nfile = 'a'\nwieght = 1\n") ==
+        "folder/node.toml, line 3: unknown key wieght in [items]; did you mean weight?");
+  CHECK(refused_items("[items]\nfile = 'a'\n") ==
+        "folder/node.toml, line 1: [items] is written as [[items]]");
+  CHECK(refused_items("[[a]]\nwhole = 3\n") == "folder/node.toml, line 1: [[a]] is written as [a]");
+  CHECK(refused_items("[[c]]\n") ==
+        "folder/node.toml, line 1: unknown table [c]; did you mean [a]?");
+}
+
 TEST_CASE("ConfigFile: text that is no such file is refused") {
   for (const char* const text : {"[a", "a = 1", "[a.b]\nc = 1", "[a]\nb = ['x']",
                                  "[a]\nb = 1979-05-27", "[a]\nb = 1\nb = 2"}) {

@@ -1,0 +1,64 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// What leaves gives its room back, and what found none takes it.
+#include <catch2/catch.hpp>
+
+#include "support/team.hpp"
+
+namespace tessera::oracle {
+namespace {
+
+TEST_CASE("fusion: what had no room is there once something elsewhere that left has made some") {
+  Random random(announce_seed(82));
+  GlobalMapConfig config = team_config();
+  OracleContribution first;
+  first.id = {1, 1, 0};
+  first.voxels = random_voxels(random, 1500, {0, 0, 0});
+  OracleContribution second;
+  second.id = {2, 1, 0};
+  second.voxels = random_voxels(random, 1500, {800, 800, 0});
+  Team alone(config);
+  alone.publish(second, 1);
+  alone.settle();
+  config.map.storage_bytes =
+      (alone.global().map().usage().used_bytes / SlabPool::kPageBytes + 8) * SlabPool::kPageBytes;
+  Team team(config);
+  team.publish(first, 1);
+  team.settle();
+  team.publish(second, 1);
+  team.settle();
+  REQUIRE(team.global().report().refused_outputs > 0);
+  REQUIRE(team.digest() != alone.digest());
+  team.global().remove(*team.global().replicas().find(first.id));
+  team.settle();
+  CHECK(team.digest() == alone.digest());
+}
+
+TEST_CASE("fusion: a contribution without blocks leaves at once, also while others move") {
+  Random random(announce_seed(83));
+  Team team(team_config());
+  OracleContribution other;
+  other.id = {1, 1, 0};
+  other.voxels = random_voxels(random, 200, {0, 0, 0});
+  team.publish(other, 1);
+  GlobalMap& global = team.global();
+  const ContributionId id{2, 1, 0};
+  const GlobalMap::Slot slot = *global.open(id, GridTransform());
+  const GridTransform moved = *GridTransform::make(random_transform(random, 10.0, 0.3), 0.1);
+  static_cast<void>(global.set_frame(*global.replicas().find(other.id), moved, 1));
+  static_cast<void>(global.set_frame(slot, moved, 1));
+  global.remove(slot);
+  CHECK_FALSE(global.replicas().find(id).ok());
+  team.settle();
+  // One whose move is under way leaves with it.
+  const GlobalMap::Slot again = *global.open(id, GridTransform());
+  static_cast<void>(global.set_frame(again, moved, 1));
+  static_cast<void>(global.step(1));
+  global.remove(again);
+  team.settle();
+  CHECK_FALSE(global.replicas().find(id).ok());
+  CHECK(global.replicas().in_order().size() == 1);
+}
+
+}  // namespace
+}  // namespace tessera::oracle

@@ -1,0 +1,81 @@
+# SPDX-FileCopyrightText: The tessera authors
+# SPDX-License-Identifier: Apache-2.0
+"""Maps of earlier days: loaded from files, shared beside today's, removed."""
+import numpy as np
+import pytest
+from conftest import sharer_of
+from test_sharing import exchange
+
+import tessera
+
+PLACE = np.array([[30.05, 0.05, 0.05]], dtype=np.float32)
+
+
+def wall_at(x_m, robot, **settings):
+    """A robot's map of a wall."""
+    one = tessera.LocalMap(tessera.ClassTable(["road", "wall"]), memory_bytes=32 << 20, max_points=4096, robot=robot, resolution_m=0.1,
+                           **settings)
+    y, z = np.meshgrid(np.arange(-1, 1, 0.1) + 0.05, np.arange(-1, 1, 0.1) + 0.05)
+    points = np.stack([np.full(y.size, x_m + 0.05), y.ravel(), z.ravel()], axis=1).astype(np.float32)
+    pose = np.eye(4)
+    pose[0, 3] = x_m - 5.0
+    for _ in range(20):
+        one.integrate(points - pose[:3, 3].astype(np.float32), np.full(y.size, 2, dtype=np.uint8), pose)
+    return one
+
+
+@pytest.fixture(scope="module")
+def yesterday(tmp_path_factory):
+    path = tmp_path_factory.mktemp("yesterday") / "yesterday.tsm"
+    one = wall_at(30.0, 7)
+    one.save(path)
+    return path, one.digest()
+
+
+def test_a_session_counts_once_and_can_be_removed(yesterday):
+    path, digest = yesterday
+    sharers = [sharer_of(wall_at(5.0, robot)) for robot in (0, 1)]
+    exchange(sharers)
+    without = sharers[0].global_map.digest()
+    numbers = [sharer.load_session(path, weight, date_s=1764115200) for sharer, weight in zip(sharers, (0.25, 1.0))]
+    assert numbers == [0, 0]
+    exchange(sharers)
+    loaded = sharers[0].global_map.digest()
+    assert loaded == sharers[1].global_map.digest() != without
+    assert sharers[1].sessions == [{"session": 0, "digest": digest, "date_s": 1764115200, "weight": 1.0,
+                                    "blocks": sharers[0].sessions[0]["blocks"], "refused_blocks": 0}]
+    heard = [c["session"] for c in sharers[1].report()["contributions_by_id"] if "session" in c]
+    assert [(one["digest"], one["weight"]) for one in heard] == [(digest, 0.25), (digest, 1.0)]
+    # The lowest number's counts: by a quarter.
+    weights = [sharers[1].global_map.query(PLACE).evidence[0]]
+    sharers[0].remove_session(0)
+    exchange(sharers)
+    weights.append(sharers[1].global_map.query(PLACE).evidence[0])
+    assert weights[1] == pytest.approx(4 * weights[0], rel=1e-4) or weights[1] == pytest.approx(25.0, rel=1e-4)
+    assert sharers[0].sessions == []
+    sharers[1].remove_session(0)
+    exchange(sharers)
+    assert [sharer.global_map.digest() for sharer in sharers] == [without] * 2
+    assert sharers[1].load_session(path) == 1
+
+
+def test_what_cannot_be_a_session(yesterday, tmp_path):
+    path, _ = yesterday
+    sharer = sharer_of(wall_at(5.0, 0))
+    cut = tmp_path / "cut.tsm"
+    cut.write_bytes(path.read_bytes()[:-50])
+    coarse = tmp_path / "coarse.tsm"
+    tessera.LocalMap(tessera.ClassTable(["road", "wall"]), memory_bytes=32 << 20, resolution_m=0.2).save(coarse)
+    far = np.eye(4)
+    far[0, 3] = 1e9
+    for arguments, words in (((tmp_path / "none.tsm",), "none.tsm"), ((cut,), "cut.tsm"), ((coarse,), "has resolution 0.2"),
+                             ((path, 0.0), "weight"), ((path, 1.5), "weight"), ((path, float("nan")), "weight"), ((path, 0.5, far), "outside of the grid")):
+        with pytest.raises(tessera.InputError, match=words):
+            sharer.load_session(*arguments)
+    assert sharer.sessions == []
+    sharer.load_session(path)
+    with pytest.raises(tessera.InputError, match="shared already"):
+        sharer.load_session(path)
+    for number in (1, 70000):
+        with pytest.raises(tessera.InputError, match=f"session {number} does not exist"):
+            sharer.remove_session(number)

@@ -1,0 +1,35 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// A robot that has loaded two maps of earlier days, and removes one of them again.
+#pragma once
+
+#include <stdexcept>
+
+#include "network/simulated_network.hpp"
+
+namespace tessera::exchange_tests {
+
+/// Of another digest and date each; one lies before 1970.
+inline void publish_sessions(Exchange& exchange, oracle::Random& random) {
+  AlignedMemory memory(BlockContent::required_bytes(network::kClasses + 2));
+  Arena arena(memory.span());
+  BlockContent content = *BlockContent::make(arena, network::kClasses + 2);
+  for (const std::uint32_t number : {0U, 1U}) {
+    const std::uint32_t submap = MapSession::kFirst + number;
+    const MapSession session{0x0123456789abcdefU + number, number == 0 ? 1'764'115'200 : -1, 16384};
+    bool done = exchange.open_session(submap, session, Matrix34d::Identity()) == Status::kOk;
+    for (std::int32_t x = 0; x < 5; ++x) {
+      content.clear();
+      network::add_random_voxels(content, random, 20);
+      done = done && exchange.publish_earlier(submap, *pack(BlockCoord{x, -7, 3}), content).ok();
+    }
+    if (!done) throw std::runtime_error("a session");
+  }
+}
+
+inline void remove_session(Exchange& exchange) {
+  if (exchange.end_session(MapSession::kFirst + 1) != Status::kOk)
+    throw std::runtime_error("the end of a session");
+}
+
+}  // namespace tessera::exchange_tests
