@@ -23,6 +23,7 @@ from signing import keys_of, sign
 GROUP = "239.255.76.67", 7667
 CHANNEL = b"TESSERA\0"
 NO_KEY, FLEET_KEY, MEMBER = DEGREES = "no key", "fleet's key", "member"
+NO_BLOCKS = (0, 0, 0, -1, -1, -1)  # A contribution's extent.
 CLONE_NEWNET = 0x40000000
 # Received datagrams that are kept; recordings of one test have some thousands.
 MOST_HEARD = 50_000
@@ -234,8 +235,8 @@ class Attacker:
         session = header.get("session") or self.sessions.get(sender, 1 << 32)
         return self.datagram(wire.STATEMENT, sender, {"name": name, "range": (1, 1), "stated": stated, "session": session}, **header)
 
-    def frame(self, sender, name, revision, T, **header):
-        return self.datagram(wire.FRAME, sender, {"name": name, "revision": revision, "T": T}, **header)
+    def frame(self, sender, name, revision, T, extent=NO_BLOCKS, **header):
+        return self.datagram(wire.FRAME, sender, {"name": name, "revision": revision, "T": T, "extent": extent}, **header)
 
     def conflict(self, sender, name, kind, sides, **header):
         """sides: the bytes of what is said, and the proof of it."""

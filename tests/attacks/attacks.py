@@ -3,9 +3,10 @@
 """What an attacker sends. Each attack is a function that gives datagrams, once through; its first line says what it does. All work
 for every degree of trust: what the attacker cannot tag or sign has tags and signatures that are made up."""
 import dataclasses
+import itertools
 import struct
 
-from attacker import MEMBER, wire, wire_encode
+from attacker import MEMBER, NO_BLOCKS, wire, wire_encode
 
 LAST = wire.LAST_VERSION
 HIGHEST = 2**32 - 1
@@ -146,7 +147,9 @@ def leaves(a):
 
 
 def frames(a):
-    """Frames of honest robots' contributions: later revisions, far away, upside down, and ones that are none."""
+    """Frames of honest robots' contributions: later revisions, far away, upside down, and ones that are none; extents of no block, of a place
+    where the contribution is not, of the whole world, and ones that are none."""
+    extents = itertools.cycle([NO_BLOCKS, (4000, 4000, 0, 4001, 4001, 1), (-2**20,) * 3 + (2**20 - 1,) * 3, (1, 0, 0, 0, 0, 0), (-2**31,) * 6])
     turned = (-1.0, 0.0, 0.0, 5.0, 0.0, -1.0, 0.0, -3.0, 0.0, 0.0, 1.0, 1.0)
     absurd = [(float("nan"), *UNMOVED[1:]), (*UNMOVED[:3], 1e308, *UNMOVED[4:]), (-1.0, *UNMOVED[1:]), (0.0,) * 12,
               (*UNMOVED[:3], 1e5, *UNMOVED[4:]), (*UNMOVED[:3], float("inf"), *UNMOVED[4:])]
@@ -154,7 +157,7 @@ def frames(a):
         revision = min(known.stated["frame"], HIGHEST - 3)
         for later, T in [(revision + 1, turned), (revision + 2, UNMOVED), (HIGHEST, turned), *((revision + 3, T) for T in absurd)]:
             for sender in senders(a, name):
-                yield a.frame(sender, name, later, T)
+                yield a.frame(sender, name, later, T, next(extents))
 
 
 def floors(a):

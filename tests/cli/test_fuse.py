@@ -204,7 +204,7 @@ class Fuse(CommandCase):
                 self.refused_fuse(*both, *words, saying=[saying])
 
     def test_refuses_more_maps_than_a_global_map_takes(self):
-        self.refused_fuse(*(f"{i}.tsm" for i in range(257)), saying=["257 maps", "at most 256"])
+        self.refused_fuse(*(f"{i}.tsm" for i in range(4097)), saying=["4097 maps", "at most 4096"])
         copies = []
         for i in range(65):
             copies.append(self.folder / f"copy_{i}.tsm")

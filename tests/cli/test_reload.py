@@ -71,7 +71,7 @@ class Reload(Faults):
         (self.folder / "a.pub").write_text(own + other)
         since = a.here()
         a.process.send_signal(signal.SIGHUP)
-        a.says("the public keys were reloaded", since)
+        a.says("the public keys and [[sessions]] were reloaded", since)
         a.says("robots in reach: 1, before: 0", since)
         # And one that is taken away again.
         (self.folder / "a.pub").write_text(own)
@@ -85,7 +85,7 @@ class Reload(Faults):
         a.says("no scan")
         since = a.here()
         self.reload()
-        since = a.says("the public keys were reloaded", since)
+        since = a.says("the public keys and [[sessions]] were reloaded", since)
         self.assertNotIn("changes are ignored", a.said)
         self.done("key", "mission", "--new", "--fleet", "keys/fleet.key")
         self.reload()
