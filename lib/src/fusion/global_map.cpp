@@ -154,8 +154,9 @@ std::uint64_t GlobalMap::work_on_moves(std::uint64_t budget) noexcept {
 
 /// However small the budget, the cursor goes on, or a block of each that leaves is dropped.
 std::uint64_t GlobalMap::merge(std::uint64_t budget) noexcept {
-  const TwoMaps::Merged merged = maps_.merge(fused_.content(), budget);
+  const TwoMaps::Merged merged = maps_.merge(fused_.content(), records_, budget);
   counted_.refused_outputs += merged.refused;
+  any_refused_ = any_refused_ || merged.refused != 0;
   if (!merged.complete) return merged.work;
   const std::size_t before = replicas_.in_order().size();
   const std::uint64_t work =

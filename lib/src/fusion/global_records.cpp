@@ -107,7 +107,11 @@ bool GlobalRecords::mark_sums(const BlockRange& range, UpdatePart part) noexcept
 
 void GlobalRecords::mark_refused() noexcept {
   for (std::uint32_t number = 1; number <= used_; ++number) {
-    if (at(number).key != kClosed && at(number).refused) mark(number, Agenda::kSums);
+    GlobalRecord& record = at(number);
+    if (record.key == kClosed || !record.refused) continue;
+    // Its sums may be as they were.
+    record.output_due = record.sums.any();
+    mark(number, Agenda::kSums);
   }
 }
 

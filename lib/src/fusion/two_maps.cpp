@@ -43,14 +43,19 @@ bool TwoMaps::replace(BlockCoord block, const BlockContent& content) noexcept {
   return all;
 }
 
-TwoMaps::Merged TwoMaps::merge(BlockContent& content, std::uint64_t budget) noexcept {
+TwoMaps::Merged TwoMaps::merge(BlockContent& content, const GlobalRecords& records,
+                               std::uint64_t budget) noexcept {
   Merged merged{.work = 1};
   while (staged_->block_count() != 0) {
     merged.work += staged_->visit_blocks(
         merged_, BlockIndex::kBucketSlots, [&](BlockKey key, SlabHandle handle) {
           content.clear();
           add_block(*staged_, staged_->block_at(handle), content);
-          merged.refused += replace(unpack(key), content) ? 0U : 1U;
+          if (!replace(unpack(key), content)) {
+            ++merged.refused;
+            if (const std::uint32_t number = records.find(unpack(key)); number != 0)
+              records.at(number).refused = true;
+          }
           staged_->remove_block(handle);
           merged.work += kBlockVoxels + kBlockVoxels * static_cast<std::uint64_t>(
                                                            count_ones(content.components()));

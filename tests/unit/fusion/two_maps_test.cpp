@@ -53,7 +53,8 @@ TEST_CASE("TwoMaps: what is staged hides the map, nothing hides it too, and merg
   CHECK(own.maps.generation() == 1);
   CHECK(own.maps.view() % 2 == 1);
   TwoMaps::Merged merged;
-  for (int i = 0; i < 100 && !merged.complete; ++i) merged = own.maps.merge(*own.content, 1);
+  for (int i = 0; i < 100 && !merged.complete; ++i)
+    merged = own.maps.merge(*own.content, GlobalRecords(), 1);
   CHECK(merged.complete);
   CHECK(merged.refused == 0);
   CHECK(own.maps.view() % 2 == 0);

@@ -6,6 +6,7 @@
 
 #include "tessera/base/internal/shared_words.hpp"
 #include "tessera/fusion/global_map_config.hpp"
+#include "tessera/fusion/internal/global_records.hpp"
 #include "tessera/map/local_map.hpp"
 
 namespace tessera {
@@ -48,8 +49,9 @@ class TwoMaps {
     bool complete = false;      ///< Nothing is staged any more.
   };
   /// Copies staged blocks into the map, until that is done or so much work is: a bucket of the
-  /// index at least. content: scratch.
-  [[nodiscard]] Merged merge(BlockContent& content, std::uint64_t budget) noexcept;
+  /// index at least. Records of refused blocks are marked as such. content: scratch.
+  [[nodiscard]] Merged merge(BlockContent& content, const GlobalRecords& records,
+                             std::uint64_t budget) noexcept;
 
   /// A voxel's estimate; staged_first: what is staged is shown.
   [[nodiscard]] Estimate query(VoxelCoord voxel, bool staged_first) const noexcept;
