@@ -85,6 +85,39 @@ TEST_CASE("near blocks: after a step there is room for the reserve, and what is 
   CHECK(pressed);
 }
 
+TEST_CASE("near blocks: a scan that fills most of the map finds room after the first of its kind") {
+  const int share = GENERATE(10, 30, 45, 60);
+  MapConfig map = uncapped_map(0.1);
+  map.storage_bytes = 64 * SlabPool::kPageBytes;
+  InferenceConfig inference = Twins::inference_of({InferenceMode::kCounting, {}, 0.0F});
+  inference.free_space.enabled = false;
+  WindowConfig config = wide_window();
+  config.reserve = {};
+  Mapper mapper(map, inference, 5, test_capacity());
+  MemoryArchive archive(mapper.map());
+  MovingWindow window = *MovingWindow::make(config, map.resolution_m);
+  Random random(announce_seed(7475));
+  // Octets side by side, so many that they take this share of the map.
+  std::uint32_t octets = 0;
+  while (mapper.map().fits({octets / 8, octets / 8, 0, octets})) octets += 8;
+  const int side = static_cast<int>(std::sqrt(octets / 100.0 * share));
+  Cloud cloud;
+  for (int a = 0; a < side; ++a) {
+    for (int b = 0; b < side; ++b)
+      cloud.add(0.2 * (a - side / 2) + 0.05, 0.2 * (b - side / 2) + 0.05, -0.55,
+                1 + random.below(5));
+  }
+  for (int i = 0; i < 5; ++i) {
+    Matrix34d T_map_sensor = Matrix34d::Identity();
+    T_map_sensor.col(3) = Point3d(0.0, 30.0 * i, 0.3);
+    const WindowStep step = window.step(mapper.map(), T_map_sensor.col(3), archive.interface());
+    REQUIRE(step.position == Status::kOk);
+    const auto left_out = mapper.integrate(cloud, T_map_sensor).left_out();
+    INFO("scan " << i << " of " << cloud.size() << " points");
+    if (i != 1) CHECK(left_out == 0);
+  }
+}
+
 TEST_CASE("near blocks: an archive that takes nothing keeps none of them waiting for ever") {
   Twins twins({InferenceMode::kCounting, TuplePolicy::kDense, 0.0F}, wide_window());
   Random random(announce_seed(7500));

@@ -65,6 +65,17 @@ bool SlabPool::fits(const Counts& wanted) const noexcept {
   return pages <= page_count() - pages_used_;
 }
 
+bool SlabPool::fits_empty(const Counts& wanted) const noexcept {
+  std::size_t pages = 0;
+  for (std::size_t i = 0; i < kMaxSizes; ++i) {
+    const std::uint32_t per_page = classes_[i].per_page;
+    if (wanted[i] == 0) continue;
+    if (per_page == 0) return false;
+    pages += (std::size_t{wanted[i]} + per_page - 1) / per_page;
+  }
+  return pages <= page_count();
+}
+
 void SlabPool::clear() noexcept {
   for (SizeClass& c : classes_) {
     c = SizeClass{.item_bytes = c.item_bytes, .per_page = c.per_page};

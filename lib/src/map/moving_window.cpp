@@ -106,15 +106,27 @@ WindowStep MovingWindow::step(LocalMap& map, const Point3d& p_map,
   return report;
 }
 
+/// As what the last scan added says, or as much of that as three quarters of the map hold: with
+/// more nothing would ever stay.
 void MovingWindow::learn(const LocalMap& map) noexcept {
   if (!left_) return;
   const SlabPool::Counts now = map.items();
-  for (std::size_t i = 0; i < now.size(); ++i) {
-    const std::uint64_t added = now[i] > (*left_)[i] ? now[i] - (*left_)[i] : 0;
-    const std::uint64_t wanted = std::min<std::uint64_t>(added + added / 2, UINT32_MAX / 2);
-    reserve_[i] = std::max(reserve_[i], static_cast<std::uint32_t>(wanted));
+  constexpr std::uint64_t kEighths = 8;
+  for (std::uint64_t part = kEighths; part != 0; --part) {
+    SlabPool::Counts learnt{};
+    SlabPool::Counts with_rest{};
+    for (std::size_t i = 0; i < now.size(); ++i) {
+      const std::uint64_t added = now[i] > (*left_)[i] ? now[i] - (*left_)[i] : 0;
+      const std::uint64_t wanted =
+          std::min<std::uint64_t>((added + added / 2) * part / kEighths, UINT32_MAX / 2);
+      learnt[i] = static_cast<std::uint32_t>(wanted);
+      with_rest[i] = learnt[i] + learnt[i] / 3;
+    }
+    if (!map.fits_empty(with_rest)) continue;
+    for (std::size_t i = 0; i < now.size(); ++i) reserve_[i] = std::max(reserve_[i], learnt[i]);
+    ample_ = ample_of(reserve_);
+    return;
   }
-  ample_ = ample_of(reserve_);
 }
 
 void MovingWindow::evict_far(LocalMap& map, const BlockArchive& archive,

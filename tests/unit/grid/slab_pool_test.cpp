@@ -129,6 +129,17 @@ TEST_CASE("SlabPool: clear forgets everything, the refusals too") {
   CHECK(allocate_all(owned.pool, 3) == 2 * kPerPage[3]);
 }
 
+TEST_CASE("SlabPool: what fits when it is empty does not depend on what is in use") {
+  OwnedPool owned(3);
+  allocate_all(owned.pool, 0);
+  CHECK_FALSE(owned.pool.fits({1, 0, 0, 0}));
+  CHECK(owned.pool.fits_empty({}));
+  CHECK(owned.pool.fits_empty({3 * kPerPage[0], 0, 0, 0}));
+  CHECK_FALSE(owned.pool.fits_empty({3 * kPerPage[0] + 1, 0, 0, 0}));
+  CHECK(owned.pool.fits_empty({1, 1, kPerPage[2], 0}));
+  CHECK_FALSE(owned.pool.fits_empty({1, 1, kPerPage[2], 1}));
+}
+
 TEST_CASE("SlabPool: fits without anything wanted, however full") {
   OwnedPool owned(1);
   allocate_all(owned.pool, 2);

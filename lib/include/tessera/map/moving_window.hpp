@@ -48,9 +48,9 @@ struct WindowConfig {
   /// Where the map has no room for reserve after that, near blocks leave too, the farthest first,
   /// until it has: the window reaches less far, and farther again where there is room for an eighth
   /// more than reserve. Blocks come back while there is. reserve is then at least three halves of
-  /// what the map was found to grow by from one step to the next. With keep_while_room all leave
-  /// that the archive takes, and from then on none comes back: what a scan adds is all that has to
-  /// fit.
+  /// what the map was found to grow by from one step to the next, up to three quarters of it. With
+  /// keep_while_room all leave that the archive takes, and from then on none comes back: what a
+  /// scan adds is all that has to fit.
   bool evicts_near = false;
 };
 

@@ -49,6 +49,8 @@ class SlabPool {
   void release(int size, SlabHandle handle) noexcept;
   /// True iff all of these items could be allocated now, together. O(kMaxSizes).
   [[nodiscard]] bool fits(const Counts& wanted) const noexcept;
+  /// The same if nothing were in use.
+  [[nodiscard]] bool fits_empty(const Counts& wanted) const noexcept;
   /// fits(), with a refusal counted where not.
   [[nodiscard]] bool fits_or_refuse(const Counts& wanted) noexcept {
     const bool fit = fits(wanted);

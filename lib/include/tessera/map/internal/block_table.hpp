@@ -99,6 +99,10 @@ class BlockTable {
   [[nodiscard]] bool fits(const SlabPool::Counts& wanted) const noexcept {
     return pool_.fits(wanted);
   }
+  /// The same of an empty map.
+  [[nodiscard]] bool fits_empty(const SlabPool::Counts& wanted) const noexcept {
+    return pool_.fits_empty(wanted);
+  }
   /// The same, with a refusal counted in MapUsage::storage_refused where not.
   [[nodiscard]] bool fits_or_refuse(const SlabPool::Counts& wanted) noexcept {
     return pool_.fits_or_refuse(wanted);
