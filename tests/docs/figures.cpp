@@ -181,9 +181,11 @@ void put_robot() {
   put("tessera_robot", arena_bytes<tessera_robot>(1));
   put("stored block", arena_bytes<std::uint64_t>(c_interface::workspace_words(kComponents)));
   put("exchange", Exchange::required_bytes({}, kComponents));
+  put("exchange of a node",
+      Exchange::required_bytes({.contributions = Replicas::kMostContributions}, kComponents));
   put("exchange contribution", slope([](std::size_t contributions) {
         ExchangeConfig config;
-        config.contributions = static_cast<std::uint32_t>(contributions);
+        config.contributions = 64 + static_cast<std::uint32_t>(contributions);
         return Exchange::required_bytes(config, kComponents);
       }));
   put("publisher", Publisher::required_bytes({}, kComponents));

@@ -190,13 +190,15 @@ class Memory(PageCase):
     def test_exchange(self):
         self.says("With the defaults and 19 classes they are {}, most of it for 64 contributions, and {}", self.is_["exchange"],
                   self.is_["publisher"])
+        self.says("beyond 64 takes {}, so `Exchange` has {} with the 4096 of a node", self.is_["exchange contribution"],
+                  self.is_["exchange of a node"])
 
 
 class ExchangePage(PageCase):
     page = "design/exchange.md"
 
     def test_memory(self):
-        self.says("buckets for each contribution, which takes {} in all", self.is_["exchange contribution"])
+        self.says("A place for a contribution takes {}, with its first 64 buckets", self.is_["exchange contribution"])
         self.says("two contents of a block: {} with the defaults and 19 classes", self.is_["publisher"])
 
 

@@ -78,7 +78,7 @@ void ChunkWriter::note_walk(Outgoing& out, std::uint32_t asker, std::size_t visi
 bool ChunkWriter::next_answer(Outgoing& out) noexcept {
   RecordBatch& batch = batches_[kAnswerBatch];
   const auto is_there = [&](std::uint32_t contribution, std::uint32_t generation) {
-    const Ledger::Contribution& place = out.ledger.places()[contribution];
+    const Ledger::Contribution& place = out.ledger.place(contribution);
     return place.used && place.open && place.generation == generation;
   };
   if (!batch.empty() && is_there(batch.contribution, batch.generation)) return true;
@@ -154,7 +154,7 @@ void ChunkWriter::finish_chunk(Outgoing& out, ByteWriter& again, ChunkHeader& he
 
 /// As much of the batch as fits.
 void ChunkWriter::write_batch(Outgoing& out, ByteWriter& to, RecordBatch& batch) noexcept {
-  const Ledger::Contribution& contribution = out.ledger.places()[batch.contribution];
+  const Ledger::Contribution& contribution = out.ledger.place(batch.contribution);
   // The range's end is known only when it is written.
   ByteWriter again = to;
   ChunkHeader header{.id = contribution.id, .range = batch.range, .relayed = !contribution.own};
@@ -186,7 +186,7 @@ void ChunkWriter::write_batch(Outgoing& out, ByteWriter& to, RecordBatch& batch)
 bool ChunkWriter::write_picks(Outgoing& out, ByteWriter& to) noexcept {
   auto& picks = answers_.picks();
   const auto records_of = [&](const Answers::Pick& pick) -> HeldRecords::OfVersion {
-    const Ledger::Contribution& place = out.ledger.places()[pick.contribution];
+    const Ledger::Contribution& place = out.ledger.place(pick.contribution);
     // What was asked for may be more than it looked like: many blocks of one version.
     if (!place.used || !place.open || place.generation != pick.generation ||
         !may_answer(out, pick.asker))
@@ -205,7 +205,7 @@ bool ChunkWriter::write_picks(Outgoing& out, ByteWriter& to) noexcept {
   }
   if (found.part == nullptr) return false;
   const Answers::Pick first = picks.front();
-  const Ledger::Contribution& contribution = out.ledger.places()[first.contribution];
+  const Ledger::Contribution& contribution = out.ledger.place(first.contribution);
   ByteWriter again = to;
   ChunkHeader header{.id = contribution.id,
                      .range = {first.version, first.version},
@@ -249,7 +249,7 @@ bool ChunkWriter::write_descriptions(Outgoing& out, ByteWriter& to) noexcept {
   Answers::Span first{};
   while (spans.count != 0) {
     const Answers::Span next = spans.front();
-    const Ledger::Contribution& contribution = out.ledger.places()[next.contribution];
+    const Ledger::Contribution& contribution = out.ledger.place(next.contribution);
     if (!contribution.used || contribution.generation != next.generation ||
         !may_answer(out, next.asker)) {
       spans.pop();

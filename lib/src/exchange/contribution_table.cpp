@@ -12,8 +12,6 @@ namespace {
 
 /// A name for which neither frame nor statement came gives its place back.
 constexpr Duration kNameTime{10'000'000};
-/// Without signatures, a robot that was not heard for so long may be one that does not exist.
-constexpr Duration kSilentTime{10'000'000};
 /// An announcement may have been overtaken by what it does not know of yet.
 constexpr Duration kDenialTime{500'000};
 
@@ -28,91 +26,29 @@ Result<ContributionTable> ContributionTable::make(Arena& arena, const ExchangeCo
   table.own_places_ = config.own_contributions;
   table.places_ = arena.take<HeldContribution>(config.contributions);
   table.names_ = arena.take<Name>(config.contributions);
+  table.of_robot_ = arena.take<std::uint32_t>(config.contributions);
+  const Result<PartPool<VersionBuckets>*> buckets =
+      PartPool<VersionBuckets>::make(arena, VersionIndex::kParts * large(config));
+  const Result<PartPool<Coverage::Part>*> ranges =
+      PartPool<Coverage::Part>::make(arena, large(config));
+  if (!buckets.ok() || !ranges.ok()) return Status::kResourceExhausted;
+  for (HeldContribution& place : table.places_) {
+    place.index.use(**buckets);
+    place.coverage.use(**ranges);
+  }
   Result<FarContributions> far =
       FarContributions::make(arena, config.far_contributions, config.session);
-  if (table.places_.empty() || table.names_.empty() || !far.ok()) return Status::kResourceExhausted;
+  if (table.places_.empty() || table.names_.empty() || table.of_robot_.empty() || !far.ok())
+    return Status::kResourceExhausted;
   table.far_ = *far;
   return table;
 }
 
 HeldContribution* ContributionTable::find(const ContributionId& id) noexcept {
-  for (std::size_t i = 0; i < names_.size(); ++i) {
+  for (std::size_t i = 0; i < top_; ++i) {
     if (names_[i].used && names_[i].id == id) return &places_[i];
   }
   return nullptr;
-}
-
-/// A place that nobody has, but for those that are kept for this robot's own.
-HeldContribution* ContributionTable::free_place(bool own) noexcept {
-  std::uint32_t kept = own ? 0 : own_places_ - std::min(opened_, own_places_);
-  for (HeldContribution& place : places_) {
-    if (place.used) continue;
-    if (kept == 0) return &place;
-    --kept;
-  }
-  return nullptr;
-}
-
-/// A newer epoch has the same submap, whole: this one counts nothing where that has evidence.
-bool ContributionTable::is_replaced(const ContributionId& id) const noexcept {
-  if (MapSession::is(id.submap)) return false;
-  return std::any_of(places_.begin(), places_.end(), [&](const HeldContribution& other) {
-    return other.used && other.open && other.complete() && other.id.robot == id.robot &&
-           other.id.submap == id.submap && other.id.epoch > id.epoch;
-  });
-}
-
-/// Where a robot has all of its places, the one that gives way: a name, one that is replaced, or
-/// the lowest. Sessions have places of their own. Null where it has fewer; refused where none gives
-/// way.
-HeldContribution* ContributionTable::displaced_of_robot(const ContributionId& id, bool proven,
-                                                        bool& refused) noexcept {
-  const bool of_sessions = MapSession::is(id.submap);
-  const std::uint32_t most = of_sessions ? MapSession::kPlacesOfRobot : per_robot_;
-  std::uint32_t count = 0;
-  HeldContribution* lowest = nullptr;
-  HeldContribution* replaced = nullptr;
-  for (HeldContribution& other : places_) {
-    if (!other.used || other.own || other.id.robot != id.robot ||
-        MapSession::is(other.id.submap) != of_sessions)
-      continue;
-    ++count;
-    const bool lower =
-        lowest == nullptr || (other.open == lowest->open ? other.id < lowest->id : !other.open);
-    if (lower) lowest = &other;
-    if (other.open && (replaced == nullptr || other.id < replaced->id) && is_replaced(other.id))
-      replaced = &other;
-  }
-  if (lowest == nullptr || count < most) return nullptr;
-  const bool is_least = is_replaced(id) ? replaced == nullptr || id < replaced->id
-                                        : replaced == nullptr && id < lowest->id;
-  refused = !proven || (lowest->open && is_least);
-  if (replaced != nullptr && lowest->open) return replaced;
-  return lowest;
-}
-
-bool ContributionTable::has_place_for_frame(const ContributionId& id) noexcept {
-  bool refused = false;
-  if (displaced_of_robot(id, true, refused) != nullptr) return !refused;
-  return free_place(false) != nullptr ||
-         std::any_of(places_.begin(), places_.end(),
-                     [](const HeldContribution& other) { return other.used && !other.open; });
-}
-
-bool ContributionTable::would_displace(const ContributionId& id) noexcept {
-  bool refused = false;
-  return displaced_of_robot(id, true, refused) != nullptr && !refused;
-}
-
-/// Where nobody signs, one can fill all places with robots that do not exist: of those that are not
-/// heard, the one with the fewest records.
-HeldContribution* ContributionTable::place_of_silent(Instant now) noexcept {
-  HeldContribution* least = nullptr;
-  for (HeldContribution& other : places_) {
-    if (!other.used || other.own || now - other.origin_at <= kSilentTime) continue;
-    if (least == nullptr || other.records < least->records) least = &other;
-  }
-  return least;
 }
 
 HeldContribution* ContributionTable::add(const ContributionId& id, Claim claim, Instant now,
@@ -128,7 +64,7 @@ HeldContribution* ContributionTable::add(const ContributionId& id, Claim claim, 
   HeldContribution* place = of_robot != nullptr ? of_robot : free_place(own);
   if (place == nullptr && proven) {
     // A name gives its place to what is there.
-    for (HeldContribution& other : places_) {
+    for (HeldContribution& other : places()) {
       if (other.used && !other.open) place = &other;
     }
   }
@@ -146,6 +82,7 @@ HeldContribution* ContributionTable::add(const ContributionId& id, Claim claim, 
 
 void ContributionTable::take_place(HeldContribution& place, const ContributionId& id,
                                    Instant now) noexcept {
+  used_ += place.used ? 0U : 1U;
   place.used = true;
   place.wanted_at = Instant::long_ago();
   place.away_m = 0.0;
@@ -153,6 +90,7 @@ void ContributionTable::take_place(HeldContribution& place, const ContributionId
   place.id = id;
   place.since = now;
   names_[number_of(place)] = {id, true};
+  top_ = std::max<std::size_t>(top_, number_of(place) + 1);
 }
 
 /// Empties a place. Its index is large: it is cleared where it is.
@@ -160,6 +98,8 @@ void ContributionTable::drop(HeldContribution& contribution) noexcept {
   if (contribution.used && contribution.open) store_.remove(store_.context, contribution.slot);
   if (publishing() == &contribution) publishing_ = kNobody;
   names_[number_of(contribution)].used = false;
+  while (top_ != 0 && !names_[top_ - 1].used) --top_;
+  used_ -= contribution.used ? 1U : 0U;
   contribution.used = contribution.own = contribution.open = contribution.moved = false;
   contribution.stated = contribution.full = contribution.frame_doubted = false;
   contribution.far = contribution.whole = false;
@@ -204,7 +144,8 @@ void ContributionTable::drop_empty_names(Instant now) noexcept {
 
 bool ContributionTable::has_any_of(std::uint32_t robot) const noexcept {
   const std::span<const FarContribution> far = far_.places();
-  return std::any_of(places_.begin(), places_.end(),
+  const std::span<const HeldContribution> held = places();
+  return std::any_of(held.begin(), held.end(),
                      [&](const HeldContribution& contribution) {
                        return contribution.used && contribution.id.robot == robot;
                      }) ||
@@ -259,7 +200,7 @@ std::uint64_t digest_of(const ContributionId& id, const Contribution& one,
 std::uint64_t ContributionTable::digest() const noexcept {
   // A sum: contributions came in any order. Of one that is far its origin's word counts.
   std::uint64_t sum = 0;
-  for (const HeldContribution& one : places_) {
+  for (const HeldContribution& one : places()) {
     if (!one.used || !one.open) continue;
     sum += digest_of(one.id, one, one.said());
   }

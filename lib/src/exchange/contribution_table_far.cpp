@@ -76,11 +76,11 @@ bool ContributionTable::put_far(HeldContribution& contribution, Instant now) noe
 
 bool ContributionTable::has_place_for(const FarContribution& one) const noexcept {
   const bool is_session = MapSession::is(one.id().submap);
-  const auto held =
-      std::count_if(places_.begin(), places_.end(), [&](const HeldContribution& other) {
-        return other.used && !other.own && other.id.robot == one.id().robot &&
-               MapSession::is(other.id.submap) == is_session;
-      });
+  const std::span<const HeldContribution> all = places();
+  const auto held = std::count_if(all.begin(), all.end(), [&](const HeldContribution& other) {
+    return other.used && !other.own && other.id.robot == one.id().robot &&
+           MapSession::is(other.id.submap) == is_session;
+  });
   return static_cast<std::uint32_t>(held) < (is_session ? MapSession::kPlacesOfRobot : per_robot_);
 }
 
@@ -109,16 +109,15 @@ HeldContribution* ContributionTable::recall(FarContribution& one, Instant now) n
 }
 
 std::uint32_t ContributionTable::free_places() const noexcept {
-  const auto free = static_cast<std::uint32_t>(std::count_if(
-      places_.begin(), places_.end(), [](const HeldContribution& one) { return !one.used; }));
+  const auto free = static_cast<std::uint32_t>(places_.size() - used_);
   const std::uint32_t kept = own_places_ - std::min(opened_, own_places_);
   return free - std::min(free, kept);
 }
 
 bool ContributionTable::is_removing() const noexcept {
-  const auto open = static_cast<std::size_t>(
-      std::count_if(places_.begin(), places_.end(),
-                    [](const HeldContribution& one) { return one.used && one.open; }));
+  const std::span<const HeldContribution> all = places();
+  const auto open = static_cast<std::size_t>(std::count_if(
+      all.begin(), all.end(), [](const HeldContribution& one) { return one.used && one.open; }));
   return store_.replicas->in_order().size() > open;
 }
 

@@ -30,34 +30,55 @@ std::uint32_t Coverage::lacking(VersionRange range) const noexcept {
   return lacking;
 }
 
+/// With room for one more range than there are, if the pool has it.
+std::span<VersionRange> Coverage::taken_places() noexcept {
+  if (part_ == 0 && count_ == kFewRanges && pool_ != nullptr) {
+    part_ = pool_->take();
+    if (part_ != 0) std::copy_n(few_.begin(), count_, pool_->at(part_).begin());
+  }
+  return places();
+}
+
+/// Does without a part of the pool if half of its own places are enough.
+void Coverage::give_back() noexcept {
+  if (part_ == 0 || count_ > kFewRanges / 2) return;
+  std::copy_n(pool_->at(part_).begin(), count_, few_.begin());
+  pool_->give(part_);
+  part_ = 0;
+}
+
 bool Coverage::add(VersionRange range) noexcept {
   TESSERA_ASSERT(range.first >= 1);
   if (contains(range)) return false;
+  const std::span<VersionRange> at = taken_places();
   // Those that it meets or touches become one with it. One before the first: no overflow at the
   // end.
   const auto touches = [](const VersionRange& before, const VersionRange& after) {
     return after.first - 1 <= before.last;
   };
   std::size_t from = 0;
-  while (from < count_ && !touches(ranges_[from], range)) ++from;
+  while (from < count_ && !touches(at[from], range)) ++from;
   std::size_t to = from;
-  for (; to < count_ && touches(range, ranges_[to]); ++to) {
-    range.first = std::min(range.first, ranges_[to].first);
-    range.last = std::max(range.last, ranges_[to].last);
+  for (; to < count_ && touches(range, at[to]); ++to) {
+    range.first = std::min(range.first, at[to].first);
+    range.last = std::max(range.last, at[to].last);
   }
   if (to == from) {
-    const std::span<VersionRange> moved = std::span(ranges_).subspan(from, count_ - from + 1);
+    const std::span<VersionRange> moved = at.subspan(from, count_ - from + 1);
     std::copy_backward(moved.begin(), moved.end() - 1, moved.end());
     ++count_;
   } else {
-    const std::span<VersionRange> all = std::span(ranges_).first(count_);
+    const std::span<VersionRange> all = at.first(count_);
     std::copy(all.begin() + static_cast<std::ptrdiff_t>(to), all.end(),
               all.begin() + static_cast<std::ptrdiff_t>(from) + 1);
     count_ -= to - from - 1;
   }
-  ranges_[from] = range;
-  if (count_ <= kMostRanges) return true;
-  const std::span<VersionRange> all = std::span(ranges_).first(count_);
+  at[from] = range;
+  if (count_ < at.size()) {
+    give_back();
+    return true;
+  }
+  const std::span<VersionRange> all = at.first(count_);
   const auto shortest =
       std::min_element(all.begin(), all.end(), [](const VersionRange& a, const VersionRange& b) {
         return a.last - a.first < b.last - b.first;
@@ -68,8 +89,10 @@ bool Coverage::add(VersionRange range) noexcept {
 }
 
 void Coverage::trim(std::uint32_t last) noexcept {
-  while (count_ != 0 && ranges_[count_ - 1].first > last) --count_;
-  if (count_ != 0) ranges_[count_ - 1].last = std::min(ranges_[count_ - 1].last, last);
+  const std::span<VersionRange> at = places();
+  while (count_ != 0 && at[count_ - 1].first > last) --count_;
+  if (count_ != 0) at[count_ - 1].last = std::min(at[count_ - 1].last, last);
+  give_back();
 }
 
 std::size_t Coverage::gaps(std::uint32_t last, std::span<VersionRange> into) const noexcept {

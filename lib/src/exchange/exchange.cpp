@@ -130,16 +130,17 @@ Result<std::uint32_t> Exchange::publish_earlier(std::uint32_t submap, BlockKey k
   return bytes;
 }
 
-std::uint32_t Exchange::move_earlier(std::uint32_t submap, const Matrix34d& T_global_map) noexcept {
+std::optional<std::uint32_t> Exchange::earlier_at(std::uint32_t place) const noexcept {
+  if (place >= places() || !ledger_.is_earlier(place)) return std::nullopt;
+  return ledger_.place(place).id.submap;
+}
+
+bool Exchange::move_earlier(std::uint32_t place, const Matrix34d& T_global_map) noexcept {
   const Result<RigidCode> code = encode_rigid(T_global_map);
-  if (!code.ok()) return 0;
-  std::uint32_t moved = 0;
-  for (std::uint32_t i = 0; i < ledger_.places().size(); ++i) {
-    if (!ledger_.move_earlier(i, submap, *code, T_global_map)) continue;
-    sender_.control().owe_frame(ledger_, ledger_.places()[i], Instant::long_ago());
-    ++moved;
-  }
-  return moved;
+  if (!code.ok() || place >= places() || !ledger_.move_earlier(place, *code, T_global_map))
+    return false;
+  sender_.control().owe_frame(ledger_, ledger_.place(place), Instant::long_ago());
+  return true;
 }
 
 Result<std::uint32_t> Exchange::publish(BlockKey key, const BlockContent& content) noexcept {

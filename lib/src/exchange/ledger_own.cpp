@@ -94,14 +94,17 @@ Status Ledger::move(std::uint32_t epoch, std::uint32_t submap,
                           contribution->session);
 }
 
+bool Ledger::is_earlier(std::uint32_t number) const noexcept {
+  const Contribution& one = table_.place(number);
+  return one.used && one.open && !one.own && one.id.robot == robot_ && !is_of_this_process(one.id);
+}
+
 /// No revision is signed twice: those of each start begin above those of the start before, even
 /// where that one's frames are not heard any more.
-bool Ledger::move_earlier(std::uint32_t number, std::uint32_t submap, const RigidCode& code,
+bool Ledger::move_earlier(std::uint32_t number, const RigidCode& code,
                           const Matrix34d& T_global_map) noexcept {
-  Contribution& one = table_.places()[number];
-  if (!one.used || !one.open || one.own || one.id.robot != robot_ || one.id.submap != submap ||
-      is_of_this_process(one.id))
-    return false;
+  Contribution& one = table_.place(number);
+  if (!is_earlier(number)) return false;
   const Result<RigidCode> held = encode_rigid(one.T_global_map);
   if (held.ok() && *held == code) return false;
   constexpr std::uint64_t kMostStarts = 0xffff;

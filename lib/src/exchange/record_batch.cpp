@@ -8,7 +8,7 @@ namespace tessera {
 
 std::size_t RecordBatch::collect(const Ledger& ledger) noexcept {
   count = next = 0;
-  const HeldContribution& place = ledger.places()[contribution];
+  const HeldContribution& place = ledger.place(contribution);
   const auto later = [](const Part& a, const Part& b) { return a.version < b.version; };
   // The first count parts, a heap with the latest on top.
   const auto heap = [this] { return std::span(parts).subspan(0, count); };
@@ -50,7 +50,7 @@ void FreshRecords::collect(const Ledger& ledger, RecordBatch& batch) noexcept {
   }
   batch.count = batch.next = 0;
   const Replicas& replicas = ledger.replicas();
-  const Replicas::Slot slot = ledger.places()[batch.contribution].slot;
+  const Replicas::Slot slot = ledger.place(batch.contribution).slot;
   while (count_ != 0 && batch.count < RecordBatch::kMostParts) {
     const Fresh& fresh = fresh_[first_];
     const Replicas::Replica* part = replicas.find(slot, fresh.key);

@@ -136,7 +136,7 @@ void Repair::consider_comparison(Ledger& ledger, const Ledger::Contribution& con
 
 void Repair::end_comparison(Ledger& ledger, PeerTable& peers, Instant now) noexcept {
   if (!comparison_.active()) return;
-  const Ledger::Contribution& contribution = ledger.places()[comparison_.number()];
+  const Ledger::Contribution& contribution = ledger.place(comparison_.number());
   const bool there = comparison_.is_of(comparison_.number(), contribution.generation);
   if (there && !comparison_.is_over(ledger, contribution, now)) return;
   comparison_.end();
@@ -232,7 +232,7 @@ void Repair::begin_request(const Ledger::Contribution& contribution) noexcept {
 
 bool Repair::write_comparison(Ledger& ledger, ByteWriter& to) noexcept {
   if (!comparison_.active()) return false;
-  const Ledger::Contribution& contribution = ledger.places()[comparison_.number()];
+  const Ledger::Contribution& contribution = ledger.place(comparison_.number());
   if (!comparison_.is_of(comparison_.number(), contribution.generation)) {
     comparison_.end();
     return false;

@@ -29,10 +29,12 @@ Status Sharer::restore_frames(std::span<const SubmapFrame> frames, std::uint32_t
 /// What earlier starts have published of the submaps arrives from others at any time, and lies
 /// where they had it.
 void Sharer::move_earlier() noexcept {
-  for (std::uint32_t submap = frames_.first(); submap <= frames_.last(); ++submap) {
-    const Matrix34d T_global_map = frame_of(submap);
+  for (std::uint32_t place = 0; place < exchange_.places(); ++place) {
+    const std::optional<std::uint32_t> submap = exchange_.earlier_at(place);
+    if (!submap || !frames_.has(*submap)) continue;
+    const Matrix34d T_global_map = frame_of(*submap);
     if (GridTransform::make(T_global_map, resolution_m_).ok())
-      static_cast<void>(exchange_.move_earlier(submap, T_global_map));
+      static_cast<void>(exchange_.move_earlier(place, T_global_map));
   }
 }
 

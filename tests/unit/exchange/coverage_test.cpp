@@ -6,11 +6,23 @@
 #include <set>
 #include <vector>
 
+#include "support/aligned_memory.hpp"
 #include "support/cloud.hpp"
 #include "support/random.hpp"
 
 namespace tessera {
 namespace {
+
+/// Parts for coverages.
+struct CoverageParts {
+  explicit CoverageParts(std::uint32_t parts)
+      : memory(PartPool<Coverage::Part>::required_bytes(parts)) {
+    Arena arena(memory.span());
+    pool = *PartPool<Coverage::Part>::make(arena, parts);
+  }
+  AlignedMemory memory;
+  PartPool<Coverage::Part>* pool;
+};
 
 std::set<std::uint32_t> versions_of(const Coverage& coverage) {
   std::set<std::uint32_t> versions;
@@ -54,7 +66,9 @@ TEST_CASE("coverage: is the union of what was added, in whatever order") {
 }
 
 TEST_CASE("coverage: what does not fit is forgotten, the shortest first, and never claimed") {
+  CoverageParts parts(1);
   Coverage coverage;
+  coverage.use(*parts.pool);
   for (std::uint32_t i = 0; i < Coverage::kMostRanges; ++i)
     CHECK(coverage.add({10 * i + 1, 10 * i + 5}));
   CHECK(coverage.ranges().size() == Coverage::kMostRanges);
@@ -69,6 +83,37 @@ TEST_CASE("coverage: what does not fit is forgotten, the shortest first, and nev
   for (std::uint32_t i = 0; i < Coverage::kMostRanges; ++i)
     whole += coverage.contains({10 * i + 1, 10 * i + 5}) ? 1U : 0U;
   CHECK(whole == Coverage::kMostRanges - 1);
+}
+
+TEST_CASE(
+    "coverage: has a part of the pool while it has many ranges, and few where there is none") {
+  CoverageParts parts(1);
+  Coverage first;
+  Coverage second;
+  first.use(*parts.pool);
+  second.use(*parts.pool);
+  const auto range = [](std::uint32_t i) { return VersionRange{10 * i + 1, 10 * i + 5}; };
+  constexpr std::uint32_t kFew = Coverage::kFewRanges;
+  for (std::uint32_t i = 0; i < kFew; ++i) CHECK(first.add(range(i)));
+  CHECK(parts.pool->free() == 1);
+  for (std::uint32_t i = kFew; i < 2 * kFew; ++i) CHECK(first.add(range(i)));
+  CHECK(parts.pool->free() == 0);
+  CHECK(first.ranges().size() == 2 * kFew);
+  for (std::uint32_t i = 0; i < 2 * kFew; ++i) second.add(range(i));
+  CHECK(second.ranges().size() == kFew);
+  // Few are left, and then the part is another's.
+  first.trim(10 * (kFew / 2));
+  CHECK(parts.pool->free() == 1);
+  CHECK(first.ranges().size() == kFew / 2);
+  for (std::uint32_t i = 0; i < kFew / 2; ++i) CHECK(first.contains(range(i)));
+  CHECK(second.add({10'001, 10'020}));
+  CHECK(second.ranges().size() == kFew + 1);
+  CHECK(parts.pool->free() == 0);
+  // One range in place of many.
+  CHECK(second.add({1, 10'000}));
+  CHECK(second.ranges().size() == 1);
+  CHECK(second.complete_to() == 10'020);
+  CHECK(parts.pool->free() == 1);
 }
 
 TEST_CASE("coverage: what a range lacks is its versions that no range has") {

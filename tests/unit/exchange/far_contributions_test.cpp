@@ -7,6 +7,7 @@
 #include <map>
 
 #include "support/aligned_memory.hpp"
+#include "support/cloud.hpp"
 #include "support/random.hpp"
 #include "tessera/base/rigid.hpp"
 #include "tessera/replica/grid_transform.hpp"

@@ -2,14 +2,27 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tessera/exchange/internal/version_index.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <memory>
 #include <vector>
 
+#include "support/aligned_memory.hpp"
 #include "support/cloud.hpp"
 
 namespace tessera {
 namespace {
+
+/// Parts for indices.
+struct BucketParts {
+  explicit BucketParts(std::uint32_t parts)
+      : memory(PartPool<VersionBuckets>::required_bytes(parts)) {
+    Arena arena(memory.span());
+    pool = *PartPool<VersionBuckets>::make(arena, parts);
+  }
+  AlignedMemory memory;
+  PartPool<VersionBuckets>* pool;
+};
 
 /// An index with its links, and the versions of its records beside it.
 struct Indexed {
@@ -49,6 +62,73 @@ TEST_CASE(
         width < bucket ? VersionSpan{bucket, span.index >> (bucket - width)} : span;
     REQUIRE(indexed.index->sum(span) == indexed.sum(whole));
   }
+}
+
+TEST_CASE("VersionIndex: with few parts or many it has the same records and sums") {
+  oracle::Random random(oracle::announce_seed(611));
+  const std::uint32_t parts = GENERATE(0U, 1U, 3U, 31U);
+  BucketParts shared(parts);
+  Indexed indexed;
+  indexed.index->use(*shared.pool);
+  for (int round = 0; round < 6; ++round) {
+    const int most = 100 << (3 * round);
+    for (int i = 0; i < 200; ++i) indexed.add(1 + static_cast<std::uint32_t>(random.below(most)));
+    // Some are taken out again.
+    for (int i = 0; i < 50; ++i) {
+      const auto record =
+          static_cast<std::uint32_t>(random.below(static_cast<int>(indexed.versions.size())));
+      std::uint32_t& version = indexed.versions[record];
+      if (version == 0) continue;
+      indexed.index->remove(indexed.links, record + 1, version, Indexed::sum_of(version));
+      version = 0;
+    }
+    const std::uint8_t bucket = indexed.index->width();
+    for (int i = 0; i < 100; ++i) {
+      const auto width = static_cast<std::uint8_t>(bucket + random.below(33 - bucket));
+      const VersionSpan span{width, width >= 24 ? 0U : static_cast<std::uint32_t>(random.below(8))};
+      REQUIRE(indexed.index->sum(span) == indexed.sum(span));
+    }
+    std::size_t visited = 0;
+    std::vector<bool> seen(indexed.versions.size());
+    indexed.index->visit(
+        indexed.links, {1, kLastVersion},
+        [&](std::uint32_t record) {
+          ++visited;
+          REQUIRE(indexed.versions[record - 1] != 0);
+          REQUIRE_FALSE(seen[record - 1]);
+          seen[record - 1] = true;
+        },
+        [](std::uint32_t) { return true; });
+    REQUIRE(visited == static_cast<std::size_t>(
+                           std::count_if(indexed.versions.begin(), indexed.versions.end(),
+                                         [](std::uint32_t version) { return version != 0; })));
+  }
+  CHECK(indexed.index->width() >= 11);
+  CHECK((parts == 31) == (indexed.index->width() <= 11));
+  indexed.index->clear();
+  CHECK(shared.pool->free() == parts);
+  CHECK(indexed.index->sum({32, 0}) == 0);
+}
+
+TEST_CASE("VersionIndex: an index that needs none leaves the parts to the others") {
+  BucketParts shared(2);
+  Indexed small;
+  Indexed large;
+  small.index->use(*shared.pool);
+  large.index->use(*shared.pool);
+  for (std::uint32_t version = 1; version <= VersionBuckets::kCount; ++version) small.add(version);
+  CHECK(shared.pool->free() == 2);
+  CHECK(small.index->width() == 0);
+  for (std::uint32_t version = 1; version <= 3 * VersionBuckets::kCount; ++version)
+    large.add(version);
+  CHECK(shared.pool->free() == 0);
+  CHECK(large.index->width() == 0);
+  small.add(VersionBuckets::kCount + 1);
+  CHECK(small.index->width() == 1);
+  // What two parts had is in one.
+  large.add(3 * VersionBuckets::kCount + 1);
+  CHECK(large.index->width() == 1);
+  CHECK(shared.pool->free() == 1);
 }
 
 TEST_CASE("VersionIndex: records of a range are counted, unless the walk would be long") {

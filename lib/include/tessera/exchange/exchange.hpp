@@ -72,10 +72,15 @@ class Exchange {
   /// States from now on that this robot's sessions of epochs below floor count no more: everybody
   /// removes them. Never lower than before, and at most the epoch of publish().
   void set_session_floor(std::uint32_t floor) noexcept;
-  /// Moves what earlier epochs of this robot have of a submap, as far as it is held: nobody else
-  /// does. Returns how many contributions are in another frame now; 0 also if T_global_map is no
-  /// frame. O(contributions).
-  std::uint32_t move_earlier(std::uint32_t submap, const Matrix34d& T_global_map) noexcept;
+  /// Places in which there may be a contribution, from 0. O(1).
+  [[nodiscard]] std::uint32_t places() const noexcept {
+    return static_cast<std::uint32_t>(ledger_.places().size());
+  }
+  /// The submap that an earlier epoch of this robot has in a place, as far as it is held. O(1).
+  [[nodiscard]] std::optional<std::uint32_t> earlier_at(std::uint32_t place) const noexcept;
+  /// Moves that: nobody else does. False: there is none, it is there already, or T_global_map is no
+  /// frame. O(1).
+  bool move_earlier(std::uint32_t place, const Matrix34d& T_global_map) noexcept;
   /// Publishes a block, quantised (block_codec.hpp), in as many parts as it takes: into this
   /// robot's own replicas, and to whom it may concern from the next send() on. Returns the bytes on
   /// the wire. Fails with kInvalidArgument iff no contribution was started; as ReplicaStore::put,

@@ -23,7 +23,10 @@ class ContributionTable {
 
   [[nodiscard]] static constexpr std::size_t required_bytes(const ExchangeConfig& config) noexcept {
     return arena_bytes<HeldContribution>(config.contributions) +
+           PartPool<VersionBuckets>::required_bytes(VersionIndex::kParts * large(config)) +
+           PartPool<Coverage::Part>::required_bytes(large(config)) +
            arena_bytes<Name>(config.contributions) +
+           arena_bytes<std::uint32_t>(config.contributions) +
            FarContributions::required_bytes(config.far_contributions);
   }
   /// Fails with kResourceExhausted iff the arena is too small.
@@ -53,7 +56,7 @@ class ContributionTable {
   template <class Is>
   std::uint32_t drop_if(Is&& is) noexcept {
     std::uint32_t dropped = 0;
-    for (HeldContribution& contribution : places_) {
+    for (HeldContribution& contribution : places()) {
       if (!contribution.used || !is(contribution)) continue;
       drop(contribution);
       ++dropped;
@@ -86,14 +89,22 @@ class ContributionTable {
   /// Gives a far one a place, with no records yet. Null iff its robot may have no more, or there is
   /// no free place, or slot in the store; nothing was changed then. O(contributions).
   [[nodiscard]] HeldContribution* recall(FarContribution& one, Instant now) noexcept;
-  /// Places that others' contributions may take, and that are free. O(contributions).
+  /// Places that others' contributions may take, and that are free. O(1).
   [[nodiscard]] std::uint32_t free_places() const noexcept;
   /// Contributions that have slots in the store and are none here: they are being removed. O(the
   /// same).
   [[nodiscard]] bool is_removing() const noexcept;
 
-  [[nodiscard]] std::span<HeldContribution> places() noexcept { return places_; }
-  [[nodiscard]] std::span<const HeldContribution> places() const noexcept { return places_; }
+  /// Up to the last one that is used; some before it may not be.
+  [[nodiscard]] std::span<HeldContribution> places() noexcept { return places_.first(top_); }
+  [[nodiscard]] std::span<const HeldContribution> places() const noexcept {
+    return places_.first(top_);
+  }
+  /// By its number, of whatever was there once: see its generation. O(1).
+  [[nodiscard]] HeldContribution& place(std::uint32_t number) noexcept { return places_[number]; }
+  [[nodiscard]] const HeldContribution& place(std::uint32_t number) const noexcept {
+    return places_[number];
+  }
   /// O(1).
   [[nodiscard]] std::uint32_t number_of(const HeldContribution& contribution) const noexcept {
     return static_cast<std::uint32_t>(&contribution - places_.data());
@@ -134,6 +145,11 @@ class ContributionTable {
   [[nodiscard]] std::uint64_t digest() const noexcept;
 
  private:
+  /// Contributions that may have thousands of records, or hundreds of gaps, at once and with no
+  /// wider buckets for that. Submaps that are settled have neither.
+  static constexpr std::uint32_t large(const ExchangeConfig& config) noexcept {
+    return config.contributions < 64 ? config.contributions : 64;
+  }
   static constexpr std::uint32_t kNobody = ~std::uint32_t{0};
   /// Of a place: it is looked for among these, which are near each other in memory.
   struct Name {
@@ -143,7 +159,11 @@ class ContributionTable {
   void take_place(HeldContribution& place, const ContributionId& id, Instant now) noexcept;
   [[nodiscard]] HeldContribution* free_place(bool own) noexcept;
   [[nodiscard]] HeldContribution* place_of_silent(Instant now) noexcept;
-  [[nodiscard]] bool is_replaced(const ContributionId& id) const noexcept;
+  struct Replaced {
+    HeldContribution* lowest = nullptr;
+    bool is_it = false;
+  };
+  [[nodiscard]] Replaced find_replaced(const ContributionId& id) noexcept;
   [[nodiscard]] HeldContribution* displaced_of_robot(const ContributionId& id, bool proven,
                                                      bool& refused) noexcept;
 
@@ -153,6 +173,9 @@ class ContributionTable {
   std::uint32_t own_places_ = 0;
   std::span<HeldContribution> places_;
   std::span<Name> names_;
+  std::span<std::uint32_t> of_robot_;  ///< Scratch: numbers of places.
+  std::size_t top_ = 0;                ///< One above the last place that is used.
+  std::uint32_t used_ = 0;             ///< Places.
   FarContributions far_{};
   std::uint32_t publishing_ = kNobody;
   std::uint32_t opened_ = 0;

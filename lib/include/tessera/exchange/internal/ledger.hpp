@@ -57,8 +57,10 @@ class Ledger {
   [[nodiscard]] Status move(std::uint32_t epoch, std::uint32_t submap,
                             const Matrix34d& T_global_map) noexcept;
   /// As Exchange::move_earlier. number: of a place.
-  [[nodiscard]] bool move_earlier(std::uint32_t number, std::uint32_t submap, const RigidCode& code,
+  [[nodiscard]] bool move_earlier(std::uint32_t number, const RigidCode& code,
                                   const Matrix34d& T_global_map) noexcept;
+  /// An earlier epoch of this robot has that place.
+  [[nodiscard]] bool is_earlier(std::uint32_t number) const noexcept;
   /// published: gets the versions that were given, of at most four parts; at least their number.
   [[nodiscard]] Result<std::uint32_t> publish(BlockKey key, const BlockContent& content,
                                               VersionRange& published,
@@ -135,6 +137,10 @@ class Ledger {
   /// As it is sent to others.
   [[nodiscard]] FrameBody frame_of(const Contribution& contribution) const noexcept;
   [[nodiscard]] std::span<Contribution> places() noexcept { return table_.places(); }
+  [[nodiscard]] Contribution& place(std::uint32_t number) noexcept { return table_.place(number); }
+  [[nodiscard]] const Contribution& place(std::uint32_t number) const noexcept {
+    return table_.place(number);
+  }
   [[nodiscard]] std::span<const Contribution> places() const noexcept { return table_.places(); }
   [[nodiscard]] std::uint32_t number_of(const Contribution& contribution) const noexcept {
     return table_.number_of(contribution);

@@ -6,13 +6,19 @@
 //
 // Invariants: a bucket's list holds each record of its versions once; its sum is that of
 // fingerprint_of() over the list. Lists go through links that all contributions share.
+//
+// The first buckets are in the index, the others in parts of a pool that all contributions share:
+// an index has those in which there was anything. Where the pool has none, buckets become wider
+// earlier, and all else holds.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <utility>
 
+#include "tessera/base/internal/part_pool.hpp"
 #include "tessera/exchange/wire.hpp"
 
 namespace tessera {
@@ -23,10 +29,21 @@ struct RecordLink {
   std::uint32_t previous = 0;
 };
 
+/// Buckets that follow each other.
+struct VersionBuckets {
+  static constexpr std::uint32_t kCount = 64;
+  std::array<std::uint64_t, kCount> sums{};
+  std::array<std::uint32_t, kCount> heads{};
+};
+
 class VersionIndex {
  public:
   static constexpr std::uint32_t kBuckets = 2048;
+  /// That an index has of the pool, at most.
+  static constexpr std::uint32_t kParts = kBuckets / VersionBuckets::kCount - 1;
 
+  /// The pool, before anything is added. It must outlive the index.
+  void use(PartPool<VersionBuckets>& pool) noexcept { pool_ = &pool; }
   /// Adds a record. version: from 1. O(1); where the width doubles O(records), which happens at
   /// most 21 times in the life of a contribution.
   void add(std::span<RecordLink> links, std::uint32_t record, std::uint32_t version,
@@ -34,11 +51,7 @@ class VersionIndex {
   /// Takes a record out that was added with the same version and sum. O(1).
   void remove(std::span<RecordLink> links, std::uint32_t record, std::uint32_t version,
               std::uint64_t sum) noexcept;
-  void clear() noexcept {
-    sums_.fill(0);
-    heads_.fill(0);
-    width_ = 0;
-  }
+  void clear() noexcept;
 
   /// A bucket holds 2^width() versions.
   [[nodiscard]] std::uint8_t width() const noexcept { return width_; }
@@ -54,8 +67,7 @@ class VersionIndex {
     const std::uint32_t last =
         bucket_of(range.last) < kBuckets ? bucket_of(range.last) : kBuckets - 1;
     for (std::uint32_t bucket = bucket_of(range.first); bucket <= last; ++bucket) {
-      for (std::uint32_t at = heads_[bucket]; at != 0; at = links[at - 1].next, ++visited)
-        visit(at);
+      for (std::uint32_t at = head(bucket); at != 0; at = links[at - 1].next, ++visited) visit(at);
       const std::uint64_t end = (std::uint64_t{bucket} + 1) << width_;
       if (!bucket_end(end < kLastVersion ? static_cast<std::uint32_t>(end) : kLastVersion)) break;
     }
@@ -72,7 +84,7 @@ class VersionIndex {
     const std::uint32_t last =
         bucket_of(range.last) < kBuckets ? bucket_of(range.last) : kBuckets - 1;
     for (std::uint32_t bucket = bucket_of(range.first); bucket <= last; ++bucket) {
-      for (std::uint32_t at = heads_[bucket]; at != 0; at = links[at - 1].next) {
+      for (std::uint32_t at = head(bucket); at != 0; at = links[at - 1].next) {
         if (most-- == 0) return std::nullopt;
         counted += is(at) ? 1U : 0U;
       }
@@ -87,7 +99,7 @@ class VersionIndex {
                      Is&& is) const noexcept {
     const std::uint32_t bucket = bucket_of(version);
     if (bucket >= kBuckets) return 0;
-    for (std::uint32_t at = heads_[bucket]; at != 0 && most > 0; at = links[at - 1].next, --most) {
+    for (std::uint32_t at = head(bucket); at != 0 && most > 0; at = links[at - 1].next, --most) {
       if (is(at)) return at;
     }
     return 0;
@@ -97,11 +109,27 @@ class VersionIndex {
   [[nodiscard]] std::uint32_t bucket_of(std::uint32_t version) const noexcept {
     return (version - 1) >> width_;
   }
+  /// Those that a bucket is among; null: there is none in any of them.
+  [[nodiscard]] const VersionBuckets* part_of(std::uint32_t bucket) const noexcept {
+    if (bucket < VersionBuckets::kCount) return &first_;
+    const std::uint16_t number = more_[bucket / VersionBuckets::kCount - 1];
+    return number == 0 ? nullptr : &pool_->at(number);
+  }
+  [[nodiscard]] VersionBuckets* part_of(std::uint32_t bucket) noexcept {
+    return const_cast<VersionBuckets*>(std::as_const(*this).part_of(bucket));
+  }
+  [[nodiscard]] std::uint32_t head(std::uint32_t bucket) const noexcept {
+    const VersionBuckets* const part = part_of(bucket);
+    return part == nullptr ? 0 : part->heads[bucket % VersionBuckets::kCount];
+  }
+  [[nodiscard]] VersionBuckets* taken_part_of(std::uint32_t bucket) noexcept;
+  void give_back(std::uint32_t part) noexcept;
   void widen(std::span<RecordLink> links) noexcept;
 
-  std::array<std::uint64_t, kBuckets> sums_{};
-  std::array<std::uint32_t, kBuckets> heads_{};
+  VersionBuckets first_{};
+  std::array<std::uint16_t, kParts> more_{};  ///< Numbers in the pool; 0: none.
   std::uint8_t width_ = 0;
+  PartPool<VersionBuckets>* pool_ = nullptr;
 };
 
 }  // namespace tessera

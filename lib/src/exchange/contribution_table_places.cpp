@@ -1,0 +1,119 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// Who gets a place, and who gives way.
+#include <algorithm>
+
+#include "tessera/exchange/internal/contribution_table.hpp"
+
+namespace tessera {
+
+namespace {
+
+/// Without signatures, a robot that was not heard for so long may be one that does not exist.
+constexpr Duration kSilentTime{10'000'000};
+
+}  // namespace
+
+/// A place that nobody has, but for those that are kept for this robot's own.
+HeldContribution* ContributionTable::free_place(bool own) noexcept {
+  const std::uint32_t kept = own ? 0 : own_places_ - std::min(opened_, own_places_);
+  if (places_.size() - used_ <= kept) return nullptr;
+  std::size_t first = 0;
+  while (first < top_ && names_[first].used) ++first;
+  return &places_[first];
+}
+
+/// The lowest of a robot that is replaced: a newer epoch has the same submap, whole, so it counts
+/// nothing where that has evidence. id: whether that one is. O(n log n) in those of the robot.
+ContributionTable::Replaced ContributionTable::find_replaced(const ContributionId& id) noexcept {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < top_; ++i) {
+    if (names_[i].used && names_[i].id.robot == id.robot && !MapSession::is(names_[i].id.submap))
+      of_robot_[count++] = static_cast<std::uint32_t>(i);
+  }
+  const std::span<std::uint32_t> all = of_robot_.first(count);
+  // Newer epochs of a submap first.
+  const auto before = [this](std::uint32_t a, std::uint32_t b) {
+    const ContributionId& left = names_[a].id;
+    const ContributionId& right = names_[b].id;
+    return left.submap != right.submap ? left.submap < right.submap : left.epoch > right.epoch;
+  };
+  std::make_heap(all.begin(), all.end(), before);
+  std::sort_heap(all.begin(), all.end(), before);
+  Replaced found;
+  std::uint32_t submap = 0;
+  bool is_whole = false;  // in a newer epoch
+  for (const std::uint32_t number : all) {
+    HeldContribution& one = places_[number];
+    if (number == all.front() || one.id.submap != submap) is_whole = false;
+    submap = one.id.submap;
+    if (is_whole && one.open && !one.own && (found.lowest == nullptr || one.id < found.lowest->id))
+      found.lowest = &one;
+    is_whole = is_whole || (one.open && one.complete());
+    if (is_whole && submap == id.submap && one.id.epoch > id.epoch) found.is_it = true;
+  }
+  return found;
+}
+
+/// Where a robot has all of its places, the one that gives way: a name, one that is replaced, or
+/// the lowest. Sessions have places of their own, and are not replaced. Null where it has fewer;
+/// refused where none gives way.
+HeldContribution* ContributionTable::displaced_of_robot(const ContributionId& id, bool proven,
+                                                        bool& refused) noexcept {
+  const bool of_sessions = MapSession::is(id.submap);
+  const std::uint32_t most = of_sessions ? MapSession::kPlacesOfRobot : per_robot_;
+  // As most have far fewer, by names alone; own ones count too.
+  std::uint32_t count = 0;
+  for (const Name& name : names_.first(top_)) {
+    if (name.used && name.id.robot == id.robot && MapSession::is(name.id.submap) == of_sessions)
+      ++count;
+  }
+  if (count < most) return nullptr;
+  count = 0;
+  HeldContribution* lowest = nullptr;
+  for (HeldContribution& other : places()) {
+    if (!other.used || other.own || other.id.robot != id.robot ||
+        MapSession::is(other.id.submap) != of_sessions)
+      continue;
+    ++count;
+    const bool lower =
+        lowest == nullptr || (other.open == lowest->open ? other.id < lowest->id : !other.open);
+    if (lower) lowest = &other;
+  }
+  if (lowest == nullptr || count < most) return nullptr;
+  refused = !proven;
+  if (refused) return lowest;
+  const Replaced replaced = of_sessions ? Replaced{} : find_replaced(id);
+  const bool is_least = replaced.is_it ? replaced.lowest == nullptr || id < replaced.lowest->id
+                                       : replaced.lowest == nullptr && id < lowest->id;
+  refused = lowest->open && is_least;
+  if (replaced.lowest != nullptr && lowest->open) return replaced.lowest;
+  return lowest;
+}
+
+bool ContributionTable::has_place_for_frame(const ContributionId& id) noexcept {
+  bool refused = false;
+  if (displaced_of_robot(id, true, refused) != nullptr) return !refused;
+  const std::span<const HeldContribution> all = places();
+  return free_place(false) != nullptr ||
+         std::any_of(all.begin(), all.end(),
+                     [](const HeldContribution& other) { return other.used && !other.open; });
+}
+
+bool ContributionTable::would_displace(const ContributionId& id) noexcept {
+  bool refused = false;
+  return displaced_of_robot(id, true, refused) != nullptr && !refused;
+}
+
+/// Where nobody signs, one can fill all places with robots that do not exist: of those that are not
+/// heard, the one with the fewest records.
+HeldContribution* ContributionTable::place_of_silent(Instant now) noexcept {
+  HeldContribution* least = nullptr;
+  for (HeldContribution& other : places()) {
+    if (!other.used || other.own || now - other.origin_at <= kSilentTime) continue;
+    if (least == nullptr || other.records < least->records) least = &other;
+  }
+  return least;
+}
+
+}  // namespace tessera

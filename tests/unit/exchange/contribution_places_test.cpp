@@ -1,0 +1,113 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// Places of the table under random use: which are used, which are free, and who gives way.
+#include <algorithm>
+#include <optional>
+#include <vector>
+
+#include "own_table.hpp"
+#include "support/cloud.hpp"
+#include "support/random.hpp"
+
+namespace tessera {
+namespace {
+
+/// What is held of all, by comparing each with each.
+std::optional<ContributionId> lowest_replaced(const std::vector<HeldContribution*>& all,
+                                              const ContributionId& id, bool& is_it) {
+  const auto is_replaced = [&](const ContributionId& one) {
+    return std::any_of(all.begin(), all.end(), [&](const HeldContribution* other) {
+      return other->open && other->complete() && other->id.robot == one.robot &&
+             other->id.submap == one.submap && other->id.epoch > one.epoch;
+    });
+  };
+  is_it = is_replaced(id);
+  std::optional<ContributionId> lowest;
+  for (const HeldContribution* one : all) {
+    const bool counts = one->open && !one->own && one->id.robot == id.robot;
+    if (counts && is_replaced(one->id) && (!lowest || one->id < *lowest)) lowest = one->id;
+  }
+  return lowest;
+}
+
+/// The one that gives way to id, if its robot has all of its places; refused: none does.
+std::optional<ContributionId> giving_way(const std::vector<HeldContribution*>& all,
+                                         const ContributionId& id, std::size_t most,
+                                         bool& refused) {
+  const HeldContribution* lowest = nullptr;
+  std::size_t count = 0;
+  for (const HeldContribution* one : all) {
+    if (one->own || one->id.robot != id.robot) continue;
+    ++count;
+    if (lowest == nullptr || (one->open == lowest->open ? one->id < lowest->id : !one->open))
+      lowest = one;
+  }
+  refused = false;
+  if (count < most) return std::nullopt;
+  bool is_it = false;
+  const std::optional<ContributionId> replaced = lowest_replaced(all, id, is_it);
+  refused = lowest->open && (is_it ? !replaced || id < *replaced : !replaced && id < lowest->id);
+  return replaced && lowest->open ? *replaced : lowest->id;
+}
+
+TEST_CASE("ContributionTable: places and who gives way are as counting and comparing all says") {
+  oracle::Random random(oracle::announce_seed(640));
+  constexpr std::uint32_t kPlaces = 24;
+  constexpr std::size_t kOfOne = 7;
+  OwnTable t(false, kOfOne, kPlaces);
+  const auto used = [&] {
+    std::vector<HeldContribution*> all;
+    for (HeldContribution& one : t.table.places())
+      if (one.used) all.push_back(&one);
+    return all;
+  };
+  int displaced = 0;
+  for (int round = 0; round < 4000; ++round) {
+    const auto pick = [&](int below) { return static_cast<std::uint32_t>(random.below(below)); };
+    const ContributionId id{1 + pick(4), 1 + pick(5), pick(6)};
+    std::vector<HeldContribution*> before = used();
+    REQUIRE((t.table.places().empty() || t.table.places().back().used));
+    const auto own =
+        std::count_if(before.begin(), before.end(), [](const auto* one) { return one->own; });
+    REQUIRE(t.table.free_places() ==
+            kPlaces - before.size() - std::min<std::size_t>(kPlaces - before.size(), own == 0));
+    if (HeldContribution* const known = t.table.find(id); known != nullptr) {
+      switch (random.below(4)) {
+        case 0:
+          if (!known->own) t.table.drop(*known);
+          break;
+        case 1:
+          known->stated = known->open;
+          break;
+        default:
+          known->statement.records = pick(2);
+          break;
+      }
+      continue;
+    }
+    if (own == 0 && id.robot == 1 && random.below(3) == 0) {
+      HeldContribution* const mine = t.add(id, Claim::kOwn);
+      REQUIRE(mine != nullptr);
+      t.table.publish_as(*mine);
+      continue;
+    }
+    bool refused = false;
+    const std::optional<ContributionId> gone = giving_way(before, id, kOfOne, refused);
+    REQUIRE(t.table.would_displace(id) == (gone && !refused));
+    const bool is_name = random.below(4) == 0;
+    const std::uint32_t free = t.table.free_places();
+    const HeldContribution* const place = t.add(id, is_name ? Claim::kName : Claim::kFrame);
+    if (gone) {
+      REQUIRE((place != nullptr) == (!refused && !is_name));
+      if (place != nullptr) CHECK(t.table.find(*gone) == nullptr);
+      displaced += place != nullptr ? 1 : 0;
+    } else if (free != 0) {
+      REQUIRE(place != nullptr);
+      REQUIRE(used().size() == before.size() + 1);
+    }
+  }
+  CHECK(displaced > 100);
+}
+
+}  // namespace
+}  // namespace tessera
