@@ -173,6 +173,7 @@ Json Node::submaps_json() const {
   return {{"number", robot_->maps().number()},
           {"by_length", mapped.by_length},
           {"by_jump", mapped.by_jump},
+          {"by_memory", mapped.by_memory},
           {"late", mapped.late},
           {"left_out", mapped.left_out},
           {"lost_blocks", shared.lost_blocks},

@@ -59,7 +59,7 @@ struct EachTick {
 
 /// The frames of this robot's submaps, with their poses.
 struct SubmapFramesState {
-  static constexpr std::size_t kMost = kMostSubmapsInAll;
+  static constexpr std::size_t kMost = kMostSubmapsOfRobot;
   std::uint32_t first = 0;
   std::uint32_t count = 0;
   std::uint32_t revision = 0;  ///< Of the last correction.

@@ -49,7 +49,7 @@ void HeldMap::save(const std::string& path) const {
 HeldLocalMap::Parts HeldLocalMap::make_parts(const MapOptions& options, MapSetup setup,
                                              const Classes& classes, const MapIdentity& identity,
                                              std::size_t max_points) {
-  const bool in_submaps = options.submap_length_m.has_value();
+  const bool in_submaps = options.in_submaps();
   if (in_submaps && options.window_m)
     throw InputError("submap_m and window_m do not go together; leave out one");
   setup.submap_length_m = options.submap_length_m.value_or(0.0);

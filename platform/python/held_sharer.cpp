@@ -24,10 +24,9 @@ std::shared_ptr<HeldSharer> HeldSharer::make(std::shared_ptr<HeldLocalMap> map,
   config.global.map.hash_seed = value_of(make_hash_seed());
   config.exchange.mission = fleet_keys.mission().number();
   if (map->in_submaps()) {
-    if (config.most_submaps < kMostSubmapsOfRobot)
-      throw InputError("contributions and contributions_per_robot are to be at least " +
-                       std::to_string(kMostSubmapsOfRobot) + " for a map in submaps");
     config.first_submap = map->write([](Mapper& mapper) { return mapper.maps().number(); });
+    // What it can publish from now on.
+    map->write([&](Mapper& mapper) { mapper.set_most_submaps(config.most_submaps); });
   }
   const std::shared_ptr<HeldSharer> held(new HeldSharer(std::move(map), config));
   held->keys_.emplace(std::move(fleet_keys));

@@ -53,13 +53,12 @@ inline constexpr Setting kSharingRows[] = {
                                 "most robots that are received", {.allowed = from_to(1.0, 1024.0)}),
     row<&SharingOptions::contributions>({.table = "network", .key = "contributions"},
                                         "most contributions that are known",
-                                        {.otherwise = "64; with `[map] submap_m` 256",
-                                         .allowed = from_to(1.0, Replicas::kMostContributions)}),
+                                        {.allowed = from_to(1.0, Replicas::kMostContributions)}),
     row<&SharingOptions::contributions_per_robot>(
         {.table = "network", .key = "contributions_per_robot"},
         "most contributions of one other robot, those with the highest epochs and submaps; and of "
         "this one: it begins no more submaps than that",
-        {.otherwise = "4; with `[map] submap_m` 64", .allowed = from_to(1.0, 65535.0)}),
+        {.allowed = from_to(1.0, 65535.0)}),
     row<&SharingOptions::reach_m>(
         {.table = "network", .key = "reach_m"},
         "what others published within this distance of the robot is kept first; the rest as far as "

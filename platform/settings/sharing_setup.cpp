@@ -20,18 +20,6 @@ PublisherBudget budget_of(const SharingOptions& config) {
   return budget;
 }
 
-/// Of contributions, how many there are places for.
-struct Places {
-  std::uint32_t all;
-  std::uint32_t of_one_robot;
-};
-
-Places places_of(const SharingOptions& config, bool in_submaps) {
-  return {.all = config.contributions.value_or(in_submaps ? 256 : 64),
-          .of_one_robot =
-              config.contributions_per_robot.value_or(in_submaps ? kMostSubmapsOfRobot : 4)};
-}
-
 ExchangeConfig exchange_of(const SharingOptions& config, const MapConfig& map,
                            std::uint32_t starts) {
   ExchangeConfig exchange;
@@ -111,18 +99,19 @@ Outcome<RobotConfig> set_up_sharing(const SharingOptions& options, const MapSetu
   robot.budget = budget_of(options);
   robot.exchange = exchange_of(options, robot.map, epoch);
   const bool in_submaps = map.submap_length_m > 0.0;
-  const Places places = places_of(options, in_submaps);
-  robot.exchange.contributions = places.all;
+  robot.exchange.contributions = options.contributions;
   robot.reach_m = options.reach_m;
   robot.exchange.far_contributions = options.reach_m > 0.0 ? options.far_contributions : 0;
-  robot.exchange.contributions_per_robot = places.of_one_robot;
+  robot.exchange.contributions_per_robot = options.contributions_per_robot;
   if (in_submaps) {
-    // Others hold no more of one robot, and a place is kept for each.
-    robot.most_submaps = std::min({places.all - 1, places.of_one_robot, kMostSubmapsInAll});
+    // Others hold no more of one robot. A place is kept for each, and there are three for
+    // others' beside it.
+    robot.most_submaps =
+        std::min({options.contributions / 4, options.contributions_per_robot, kMostSubmapsOfRobot});
     if (robot.most_submaps < 2)
       return Failure{Message(kMapSettings["--submap-length"]) + " needs " +
-                     kSharingSettings["network.contributions_per_robot"] + " and " +
-                     kSharingSettings["network.contributions"] + " of at least 3"};
+                     kSharingSettings["network.contributions_per_robot"] + " of at least 2 and " +
+                     kSharingSettings["network.contributions"] + " of at least 8"};
     robot.exchange.own_contributions = robot.most_submaps;
     robot.submap_cuts.length_m = map.submap_length_m;
   }
@@ -137,7 +126,7 @@ Outcome<RobotConfig> set_up_sharing(const SharingOptions& options, const MapSetu
   global.map.max_evidence = 0.0F;
   if (diffusion.mode == DiffusionMode::kPaper) global.map.prior = 0.0;
   global.map.tuple = options.counts;
-  global.replicas.contributions = places.all;
+  global.replicas.contributions = options.contributions;
   TESSERA_TRY_ASSIGN(
       const GlobalMapConfig fitted,
       fit_global_map(global, options.fusion_memory_bytes, options.robot_share, num_components));

@@ -31,8 +31,8 @@ struct SharingOptions {
   std::uint32_t bytes_per_s = 1'500'000;
   std::uint32_t burst_bytes = 128U << 10U;
   std::uint32_t peers = 64;
-  std::optional<std::uint32_t> contributions;            ///< Default: 64, with submaps 256.
-  std::optional<std::uint32_t> contributions_per_robot;  ///< Default: 4, with submaps 64.
+  std::uint32_t contributions = 4096;
+  std::uint32_t contributions_per_robot = kMostSubmapsOfRobot;
   ConflictPolicy conflicts = ConflictPolicy::kAlarm;
   double reach_m = 0.0;
   std::uint32_t far_contributions = 4096;

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tessera/robot/mapper.hpp"
 
+#include <algorithm>
+
 #include "tessera/base/internal/put_in_place.hpp"
 
 namespace tessera {
@@ -21,6 +23,11 @@ struct MapperArchive {
 };
 
 namespace {
+
+constexpr std::uint32_t kMostStretch = 1024;
+
+/// Of a robot's submaps, those that none but a jump or a request may begin.
+constexpr std::uint32_t kept_for_jumps(std::uint32_t most) noexcept { return most / 8; }
 
 bool is_valid(const RobotSettings& config) noexcept {
   const SubmapCuts& cuts = config.submap_cuts;
@@ -90,7 +97,7 @@ bool Mapper::take_place(const ScanView& scan, std::int64_t now_us) noexcept {
   if (check_rigid(scan.T_map_sensor) != Status::kOk) return true;
   if (has_window_) step_window(scan.T_map_sensor.col(3));
   if (most_submaps_ == 0) return true;
-  const std::optional<SubmapEnd> cut = cutter_.note(scan.T_map_sensor.col(3), now_us);
+  const std::optional<SubmapEnd> cut = cutter_.note(scan.T_map_sensor.col(3), now_us, allowance());
   // A jump is remembered until its submap has begun.
   if (cut == SubmapEnd::kJump) asked_.fetch_or(kJumped, std::memory_order_relaxed);
   const std::uint32_t asked = asked_.load(std::memory_order_relaxed);
@@ -112,20 +119,39 @@ bool Mapper::make_room(const ScanView& scan) noexcept {
   return window_.has_room(map()) || map().block_count() == 0;
 }
 
-bool Mapper::may_begin(bool asked) const noexcept {
+/// Submaps that may still begin.
+std::uint32_t Mapper::places_left() const noexcept {
   const std::uint64_t used = std::uint64_t{maps_.number()} - first_submap_ + 1;
-  const std::uint32_t kept_free = asked ? 0 : most_submaps_ / 8;
-  return used < most_submaps_ - kept_free && maps_.may_begin();
+  return static_cast<std::uint32_t>(most_submaps_ - std::min<std::uint64_t>(used, most_submaps_));
+}
+
+/// Each time that half of the places that are left is used up, submaps become twice as long: a
+/// robot comes to the end of its places after some five times the way that they are for.
+SubmapAllowance Mapper::allowance() const noexcept {
+  const std::uint32_t kept_free = kept_for_jumps(most_submaps_);
+  const std::uint32_t all = most_submaps_ - kept_free;
+  const std::uint32_t left = places_left() - std::min(places_left(), kept_free);
+  SubmapAllowance may;
+  while (may.stretch < kMostStretch && std::uint64_t{left} * may.stretch * 2 < all)
+    may.stretch *= 2;
+  const MapUsage usage = map().usage();
+  may.is_full = usage.used_bytes > usage.capacity_bytes / 4 * 3;
+  return may;
+}
+
+bool Mapper::may_begin(bool asked) const noexcept {
+  return places_left() > (asked ? 0 : kept_for_jumps(most_submaps_)) && maps_.may_begin();
 }
 
 void Mapper::begin_submap(std::optional<SubmapEnd> why, bool jumps) noexcept {
   maps_.begin(!jumps, submap_note());
   cutter_.begin();
   first_scan_ = scans_;
-  std::uint32_t& count = !why                      ? submaps_.by_request
-                         : why == SubmapEnd::kJump ? submaps_.by_jump
-                         : why == SubmapEnd::kTime ? submaps_.by_time
-                                                   : submaps_.by_length;
+  std::uint32_t& count = !why                        ? submaps_.by_request
+                         : why == SubmapEnd::kJump   ? submaps_.by_jump
+                         : why == SubmapEnd::kTime   ? submaps_.by_time
+                         : why == SubmapEnd::kMemory ? submaps_.by_memory
+                                                     : submaps_.by_length;
   ++count;
 }
 

@@ -204,7 +204,7 @@ class Sharer:
         edge: str = "confidence", whole_map: bool = False, tick_ms: int = ..., staleness_s: float = ...,
         free_staleness_s: float = ..., evidence_factor: float = ..., blocks: int = ..., label_bytes_per_s: int = ...,
         free_bytes_per_s: int = ..., bytes_per_s: int = ..., burst_bytes: int = ..., peers: int = ...,
-        contributions: int | None = None, contributions_per_robot: int | None = None, reach_m: float = ...,
+        contributions: int = ..., contributions_per_robot: int = ..., reach_m: float = ...,
         far_contributions: int = ..., conflicts: str = "alarm", fusion_memory_bytes: int = ..., counts: str = "compact",
         robot_share: float = ..., work_per_tick: int = ..., near_first: bool = False, fleet_key: _Path | None = None,
         robot_secret: _Path | None = None, robot_public_keys: _Path | None = None, mission: str | None = None) -> None: ...

@@ -61,6 +61,31 @@ TEST_CASE("SubmapCutter: a jump ends it, and is no way") {
   CHECK(cutter.way_m() == 1.0);
 }
 
+TEST_CASE("SubmapCutter: a full one ends early, but not at once; a stretched one late") {
+  const SubmapAllowance full{.is_full = true};
+  SubmapCutter cutter({.length_m = 8.0, .time_us = 80 * kSecond});
+  CHECK_FALSE(cutter.note({0.0, 0.0, 0.0}, 0, full));
+  CHECK_FALSE(cutter.note({1.9, 0.0, 0.0}, kSecond, full));
+  CHECK(cutter.note({2.1, 0.0, 0.0}, 2 * kSecond, full) == SubmapEnd::kMemory);
+  CHECK_FALSE(cutter.note({2.1, 0.0, 0.0}, 3 * kSecond));
+  CHECK(cutter.note({2.1, 0.0, 0.0}, 20 * kSecond, full) == SubmapEnd::kMemory);
+  cutter.begin();
+  const SubmapAllowance twice{.stretch = 2};
+  CHECK_FALSE(cutter.note({2.1, 15.9, 0.0}, 21 * kSecond, twice));
+  CHECK(cutter.note({2.1, 16.1, 0.0}, 22 * kSecond, twice) == SubmapEnd::kLength);
+  cutter.begin();
+  CHECK_FALSE(cutter.note({2.1, 16.1, 0.0}, 181 * kSecond, twice));
+  CHECK(cutter.note({2.1, 16.1, 0.0}, 182 * kSecond, twice) == SubmapEnd::kTime);
+  cutter.begin();
+  // However long it may be, one that is full has a quarter of what was asked for.
+  const SubmapAllowance both{.stretch = 64, .is_full = true};
+  CHECK_FALSE(cutter.note({2.1, 18.0, 0.0}, 183 * kSecond, both));
+  CHECK(cutter.note({2.1, 18.2, 0.0}, 184 * kSecond, both) == SubmapEnd::kMemory);
+  // What has no limit never ends, full or not.
+  SubmapCutter endless({.jump_m = 5.0});
+  for (int i = 0; i < 100; ++i) CHECK_FALSE(endless.note({1.0 * i, 0.0, 0.0}, i * kSecond, full));
+}
+
 TEST_CASE("SubmapCutter: without limits nothing ends") {
   SubmapCutter cutter;
   for (int i = 0; i < 100; ++i) CHECK_FALSE(cutter.note({1e5 * i, 0.0, 0.0}, i * 1000 * kSecond));

@@ -4,6 +4,8 @@
 // or the submaps that it is cut into. For the thread that has the scans.
 #pragma once
 
+#include <algorithm>
+
 #include "tessera/map/local_maps.hpp"
 #include "tessera/map/map_file.hpp"
 #include "tessera/robot/internal/eviction_queue.hpp"
@@ -15,6 +17,7 @@ namespace tessera {
 struct SubmapCounts {
   std::uint32_t by_length = 0;
   std::uint32_t by_time = 0;
+  std::uint32_t by_memory = 0;
   std::uint32_t by_jump = 0;
   std::uint32_t by_request = 0;
   /// Scans with which a submap should have ended, and went on: the one before it was still needed.
@@ -77,6 +80,13 @@ class Mapper {
   [[nodiscard]] bool ends_submap() const noexcept {
     return asked_.load(std::memory_order_relaxed) != 0;
   }
+  /// From the current submap on it begins fewer than it was made for: as whoever publishes them
+  /// has places for so many. Of no account if it is not in submaps. O(1).
+  void set_most_submaps(std::uint32_t most) noexcept {
+    const std::uint32_t before = maps_.number() - first_submap_;
+    if (most_submaps_ != 0 && most < most_submaps_ - std::min(before, most_submaps_))
+      most_submaps_ = before + most;
+  }
   [[nodiscard]] const SubmapCounts& submaps() const noexcept { return submaps_; }
   /// Of the current submap, so far.
   [[nodiscard]] SubmapNote submap_note() const noexcept {
@@ -130,6 +140,8 @@ class Mapper {
   ScanReport integrate_at(const ScanView& scan, std::int64_t now_us,
                           Integrate&& integrate) noexcept;
   [[nodiscard]] bool take_place(const ScanView& scan, std::int64_t now_us) noexcept;
+  [[nodiscard]] std::uint32_t places_left() const noexcept;
+  [[nodiscard]] SubmapAllowance allowance() const noexcept;
   [[nodiscard]] bool may_begin(bool asked) const noexcept;
   void begin_submap(std::optional<SubmapEnd> why, bool jumps) noexcept;
   void step_window(const Point3d& p_map) noexcept;

@@ -44,7 +44,9 @@ struct RobotSettings {
   /// most_submaps. At most first_submap.
   std::uint32_t submaps_before = 0;
   /// What ends a submap, beside a request. A jump ends it at once; the others once the submap
-  /// before it is published and kept, and while an eighth of most_submaps is left for jumps.
+  /// before it is published and kept, and while an eighth of most_submaps is left for jumps. A
+  /// submap whose map is three quarters full ends after a quarter of that way or time. Each time
+  /// that half of the submaps that are left have begun, way and time double, up to 1024 times.
   SubmapCuts submap_cuts{};
   /// Ticks that a submap which has ended has to be published whole; from 1.
   std::uint32_t submap_ticks = 100;

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// When a submap ends: after a way, after a time, or where the pose jumps.
+// When a submap ends: after a way, after a time, when its memory is nearly full, or where the pose
+// jumps.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +21,13 @@ struct SubmapCuts {
 };
 
 /// Why a submap ended.
-enum class SubmapEnd : std::uint8_t { kLength, kTime, kJump };
+enum class SubmapEnd : std::uint8_t { kLength, kTime, kJump, kMemory };
+
+/// What a submap may have.
+struct SubmapAllowance {
+  std::uint32_t stretch = 1;  ///< So many times the way and the time of SubmapCuts.
+  bool is_full = false;       ///< Its memory has little room left.
+};
 
 class SubmapCutter {
  public:
@@ -28,9 +35,10 @@ class SubmapCutter {
 
   /// To be called for each scan before it is integrated. A value: the submap ended with the scan
   /// before, and this one is the first of the next, if begin() is called then. p_map: of the
-  /// sensor, finite, metres; stamp_us: not below that of the scan before, else no time passed.
-  /// O(1).
-  [[nodiscard]] std::optional<SubmapEnd> note(const Point3d& p_map, std::int64_t stamp_us) noexcept;
+  /// sensor, finite, metres; stamp_us: not below that of the scan before, else no time passed. A
+  /// full one ends after a quarter of the way or time of SubmapCuts. O(1).
+  [[nodiscard]] std::optional<SubmapEnd> note(const Point3d& p_map, std::int64_t stamp_us,
+                                              const SubmapAllowance& may = {}) noexcept;
   /// A new submap begins with the scan that was noted last.
   void begin() noexcept {
     way_m_ = 0.0;
