@@ -168,7 +168,7 @@ Outcome<void> Member::keep(std::int64_t now_us) {
   if (now_us < keep_due_us_ && !durable_->is_behind(mapping_)) return {};
   keep_due_us_ = now_us + kKeep_us;
   frames_->take(robot().sharer().frames());
-  TESSERA_TRY(durable_->keep(mapping_, frames_.get(), kept_.get()));
+  TESSERA_TRY(durable_->keep(mapping_, frames_.get(), kept_.get(), now_us));
   if (earlier_) TESSERA_TRY(earlier_->look());
   TESSERA_TRY(keep_state());
   return leave_epoch();

@@ -168,7 +168,7 @@ Outcome<void> map_scans(const MapOptions& options, MapSetup& setup, const Record
   Json config = to_json(options, setup);
   config["robot"] = identity.robot;
   TESSERA_TRY(record_settings(settings_of(config), identity));
-  if (!options.submap_length_m) set_up_spilling(options, setup);
+  if (!options.in_submaps()) set_up_spilling(options, setup);
   if (setup.window && setup.deadline_us == 0) move_all_at_once(*setup.window);
   let_near_blocks_leave(setup, setup.deadline_us == 0);
   TESSERA_TRY_ASSIGN(HeldMapper held, make_mapper(setup, capacity, source.classes().table()));
@@ -195,7 +195,7 @@ Outcome<void> map_scans(const MapOptions& options, MapSetup& setup, const Record
   run.deadline_us = setup.deadline_us;
   run.scans.reserve(source.num_scans());
   std::unique_ptr<MapSubmaps> submaps;
-  if (options.submap_length_m) {
+  if (options.in_submaps()) {
     TESSERA_TRY_ASSIGN(submaps, MapSubmaps::make(options, identity, mapper.map()));
   }
   stop_by_signals(interrupted);

@@ -31,7 +31,7 @@ Point3d apply_to(const Matrix34d& T_world_map, const Placed& scan) {
 
 Outcome<void> check_submaps(const MapOptions& options) {
   const SettingName& length = kMapSettings["--submap-length"];
-  if (!options.submap_length_m) {
+  if (!options.in_submaps()) {
     if (options.corrections.empty()) return {};
     return Failure{Message("--corrections needs ") + Message(length) +
                    ": what is corrected are the frames of submaps"};

@@ -197,6 +197,11 @@ Outcome<void> run_play(PlayOptions options) {
   }
   TESSERA_TRY_ASSIGN(const std::unique_ptr<ScanPlayer> player,
                      ScanPlayer::open(options.player, *scans));
+  if (options.loop) {
+    std::printf("%s are sent forward and backward to %s, until interrupted\n",
+                counted(scans->num_scans(), "scan").c_str(), options.player.url.c_str());
+    std::fflush(stdout);
+  }
   do {
     TESSERA_TRY(player->play());
   } while (options.loop);

@@ -13,11 +13,11 @@ namespace tessera {
 
 namespace {
 
-// Magic, version, robot, epoch, boot, first, revision, frames, kept; the last note; each frame;
-// each row; CRC-32C of all before.
+// Magic, version, robot, epoch, in submaps, boot, first, revision, frames, kept; the last note;
+// each frame; each row; CRC-32C of all before.
 constexpr std::uint64_t kFramesMagic = 0x1a0a0d4d'52465354U;  // "TSFRM\r\n\x1a"
 constexpr std::uint32_t kFramesVersion = 1;
-constexpr std::size_t kFramesHeadBytes = 8 + 3 * 4 + 8 + 4 * 4 + kJournalNoteBytes;
+constexpr std::size_t kFramesHeadBytes = 8 + 4 * 4 + 8 + 4 * 4 + kJournalNoteBytes;
 constexpr std::size_t kCodeBytes = 6 * 4 + 1;
 constexpr std::size_t kPoseBytes = 8 + kCodeBytes;
 constexpr std::size_t kFrameBytes = kCodeBytes + 4 * 4 + 1 + SubmapFrame::kPoses * kPoseBytes;
@@ -95,6 +95,7 @@ std::vector<std::byte> bytes_of(const SubmapState& state) {
   to.u32(kFramesVersion);
   to.u32(state.robot);
   to.u32(state.epoch);
+  to.u32(state.in_submaps ? 1 : 0);
   to.u64(state.boot);
   to.u32(state.first);
   to.u32(state.revision);
@@ -124,6 +125,7 @@ Outcome<SubmapState> read_submap_state(const std::string& path) {
   SubmapState state;
   state.robot = from.u32();
   state.epoch = from.u32();
+  state.in_submaps = from.u32() != 0;
   state.boot = from.u64();
   state.first = from.u32();
   state.revision = from.u32();

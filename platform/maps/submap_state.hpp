@@ -17,6 +17,7 @@ namespace tessera {
 struct SubmapState {
   std::uint32_t robot = 0;
   std::uint32_t epoch = 0;            ///< In which the map was begun.
+  bool in_submaps = false;            ///< Else it is one map.
   std::uint64_t boot = 0;             ///< boot_id() when the last pose was noted.
   JournalNote last{};                 ///< Of the last scan that was mapped.
   std::uint32_t first = 0;            ///< Number of the first submap.

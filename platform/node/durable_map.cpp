@@ -148,7 +148,13 @@ Outcome<void> DurableMap::follow(std::uint32_t submap, const KeptSubmaps* kept) 
   return {};
 }
 
-Outcome<void> DurableMap::keep_frames(const SubmapFramesState& frames, const KeptSubmaps* kept) {
+Outcome<void> DurableMap::keep_frames(const SubmapFramesState& frames, const KeptSubmaps* kept,
+                                      std::int64_t now_us) {
+  const bool poses_alone = frames.count == state_.frames.size() &&
+                           frames.revision == state_.revision &&
+                           (kept == nullptr || kept->rows().size() == state_.kept.size());
+  if (poses_alone && now_us < poses_due_us_) return {};
+  state_.in_submaps = kept != nullptr;
   state_.first = frames.first;
   state_.revision = frames.revision;
   state_.frames.assign(frames.frames.begin(), frames.frames.begin() + frames.count);
@@ -157,13 +163,16 @@ Outcome<void> DurableMap::keep_frames(const SubmapFramesState& frames, const Kep
   state_.boot = boot_id();
   std::vector<std::byte> bytes = bytes_of(state_);
   if (bytes == state_bytes_) return {};
+  poses_due_us_ = 0;
   TESSERA_TRY(write_submap_state(bytes, name_.frames()));
   state_bytes_ = std::move(bytes);
+  const auto size = static_cast<std::int64_t>(state_bytes_.size());
+  if (now_us != kAtEnd) poses_due_us_ = now_us + size * 1'000'000 / kFrameBytes_per_s;
   return {};
 }
 
 Outcome<void> DurableMap::keep(const MappingThreadState& mapping, const SubmapFramesState* frames,
-                               const KeptSubmaps* kept) {
+                               const KeptSubmaps* kept, std::int64_t now_us) {
   if (mapping.cycles != 0) {
     TESSERA_TRY(follow(mapping.submap, kept));
     note_.has_scan = true;
@@ -173,7 +182,7 @@ Outcome<void> DurableMap::keep(const MappingThreadState& mapping, const SubmapFr
     note_.T_map_body = mapping.T_map_body;
     note_.continues = robot_.maps().before() != nullptr;
   }
-  if (frames != nullptr && frames->count != 0) TESSERA_TRY(keep_frames(*frames, kept));
+  if (frames != nullptr && frames->count != 0) TESSERA_TRY(keep_frames(*frames, kept, now_us));
   if (mapping.clears != clears_) {
     TESSERA_TRY(journal_->begin_anew(note_));
     clears_ = mapping.clears;

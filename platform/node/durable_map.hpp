@@ -36,9 +36,13 @@ class DurableMap {
 
   /// Makes durable what was mapped up to now. mapping: the last state, of a cycle that has ended;
   /// frames: the last that the sharing thread has set, or null. kept: of submaps that are in files,
-  /// null without submaps. Fails with kFailure iff the system does; the next call tries again.
+  /// null without submaps. now_us: of one clock; where poses alone are new, frames of hundreds of
+  /// submaps are written so seldom that it is kFrameBytes_per_s on average, and always at kAtEnd.
+  /// Fails with kFailure iff the system does; the next call tries again.
+  static constexpr std::int64_t kFrameBytes_per_s = 1 << 16;
+  static constexpr std::int64_t kAtEnd = INT64_MAX;
   Outcome<void> keep(const MappingThreadState& mapping, const SubmapFramesState* frames,
-                     const KeptSubmaps* kept);
+                     const KeptSubmaps* kept, std::int64_t now_us);
   /// False: something could not be read at the last call (MapJournal::is_whole).
   [[nodiscard]] bool is_whole() const noexcept { return journal_->is_whole(); }
   /// True if another submap is mapped into than at the last call, or the map was cleared.
@@ -60,7 +64,8 @@ class DurableMap {
   DurableMap(MapName name, Robot& robot, const MapIdentity& identity);
   Outcome<void> resume_journals(const FoundMap& found);
   Outcome<void> resume_frames(FoundMap& found, bool same_clock);
-  Outcome<void> keep_frames(const SubmapFramesState& frames, const KeptSubmaps* kept);
+  Outcome<void> keep_frames(const SubmapFramesState& frames, const KeptSubmaps* kept,
+                            std::int64_t now_us);
   Outcome<void> follow(std::uint32_t submap, const KeptSubmaps* kept);
 
   MapName name_;
@@ -74,6 +79,7 @@ class DurableMap {
   std::uint64_t clears_ = 0;  ///< Of the mapping thread, that are in the file.
   SubmapState state_{};
   std::vector<std::byte> state_bytes_{};  ///< As it is in the file.
+  std::int64_t poses_due_us_ = 0;         ///< When it is written though poses alone are new.
   std::optional<JournalNote> resumed_;
   std::uint64_t resumed_blocks_ = 0;
   std::uint64_t damaged_bytes_ = 0;

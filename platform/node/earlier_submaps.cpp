@@ -30,8 +30,10 @@ void EarlierSubmaps::tick(Sharer& sharer, std::int64_t now_us, std::uint64_t rec
   want_next(sharer);
 }
 
+/// A few at a time, in turn: each takes a walk over all contributions.
 void EarlierSubmaps::want_next(const Sharer& sharer) noexcept {
-  for (std::size_t at = 0; at < numbers_.size(); ++at) {
+  for (std::size_t i = 0; i < std::min(kLookedAt, numbers_.size()); ++i) {
+    const std::size_t at = next_++ % numbers_.size();
     if (done_[at].load(std::memory_order_acquire) || !sharer.is_missing(numbers_[at])) continue;
     return wanted_.store(at + 1, std::memory_order_release);
   }

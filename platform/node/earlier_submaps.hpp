@@ -23,6 +23,8 @@ class EarlierSubmaps {
   static constexpr std::int64_t kPatience_us = 20'000'000;
   static constexpr std::int64_t kQuiet_us = 5'000'000;
   static constexpr std::size_t kBlocksOfTick = 32;
+  /// In one look, a second after the one before.
+  static constexpr std::size_t kLookedAt = 32;
 
   /// stem: of their files (KeptSubmaps).
   EarlierSubmaps(std::string stem, std::span<const SubmapRow> rows);
@@ -63,6 +65,7 @@ class EarlierSubmaps {
   std::int64_t heard_us_ = 0;
   std::int64_t due_us_ = 0;
   std::uint64_t records_ = 0;
+  std::size_t next_ = 0;
 };
 
 }  // namespace tessera

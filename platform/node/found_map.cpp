@@ -226,6 +226,8 @@ Outcome<std::optional<FoundMap>> find_map(const MapName& name) {
 
 bool can_continue(const FoundMap& found, const MapConfig& config, const ClassTable& classes,
                   bool in_submaps) {
+  // One map has the memory of two submaps, and would lose what has no room in one.
+  if (found.has_frames && found.state.in_submaps != in_submaps) return false;
   if (!in_submaps && (!found.state.kept.empty() || found.journals.size() != 1 ||
                       found.state.first != found.first()))
     return false;

@@ -36,6 +36,10 @@ void read_tables(ConfigFile& file, NodeConfig& c) {
   // A replay must be reproducible; sensor data must be mapped in time.
   constexpr double kShare = 0.55;
   if (c.sensors.enabled) c.map.deadline_ms = kShare * static_cast<double>(c.period_ms);
+  // Its poses may be corrected, and it must not come to the end of its memory.
+  const bool has_window = c.places.is_given({.table = "map", .key = "window_m"}) ||
+                          c.places.is_given({.table = "map", .key = "archive"});
+  if (c.sensors.enabled && !has_window) c.map.submap_length_m = kSubmapOfNode_m;
   file.read(kMapSettings, c.map);
   file.read(kDiffusionSettings, c.diffusion);
   file.read(kKeySettings, c.keys);

@@ -140,7 +140,8 @@ void Node::keep_durable(std::int64_t now_us) {
   const auto frames = std::make_unique<SubmapFramesState>();
   // Before the first tick there are none.
   const bool has_frames = sharing_->frames().get(*frames) && frames->count != 0;
-  note_durable(durable_->keep(mapping, has_frames ? frames.get() : nullptr, kept_.get()), now_us);
+  note_durable(durable_->keep(mapping, has_frames ? frames.get() : nullptr, kept_.get(), now_us),
+               now_us);
   save_allocations_ += thread_heap_allocations().value_or(0) - before;
 }
 
@@ -164,7 +165,8 @@ void Node::keep_at_end() {
   if (!durable_) return;
   const auto all = std::make_unique<SubmapFramesState>();
   all->take((*robot_).sharer().frames());
-  note_durable(durable_->keep(run_.mapping, all.get(), kept_.get()), MonotonicClock::now_us());
+  note_durable(durable_->keep(run_.mapping, all.get(), kept_.get(), DurableMap::kAtEnd),
+               MonotonicClock::now_us());
 }
 
 }  // namespace tessera

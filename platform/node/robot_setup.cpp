@@ -42,7 +42,7 @@ Outcome<std::uint32_t> set_up_archive(const NodeConfig& config, int num_componen
 /// Submaps are themselves what is kept in memory of a map.
 Outcome<void> set_up_submaps(const NodeConfig& config, MapSetup& setup) {
   setup.submap_length_m = config.map.submap_length_m.value_or(0.0);
-  if (!config.map.submap_length_m || !setup.window) return {};
+  if (!config.map.in_submaps() || !setup.window) return {};
   return Failure{Message(kMapSettings["--submap-length"]) + " and " + kMapSettings["--window"] +
                  " do not go together; leave out one, and " + kMapSettings["--archive"] +
                  " if there is no window"};

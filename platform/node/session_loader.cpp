@@ -17,12 +17,11 @@ SessionLoader::SessionLoader(const std::vector<SessionOptions>& wanted) {
 void SessionLoader::tick(Sharer& sharer) noexcept {
   if (const std::uint32_t epochs = sharer.submap().reopened; epochs != epochs_.load()) {
     has_ended_earlier_ = false;
-    settled_.store(false, std::memory_order_relaxed);
     epochs_.store(epochs, std::memory_order_release);
   }
   if (Job* const job = handed_.load(std::memory_order_acquire); job != nullptr)
     return work_on(sharer, *job);
-  if (has_ended_earlier_ || !settled_.load(std::memory_order_acquire)) return;
+  if (has_ended_earlier_ || !is_loaded()) return;
   sharer.sessions().end_earlier();
   has_ended_earlier_ = true;
 }
@@ -82,8 +81,7 @@ SessionLoader::News SessionLoader::look(const MapConfig& map, const ClassTable& 
     }
     if (items_[i].state == State::kWaiting) return begin(i, map, classes);
   }
-  if (epochs_.load(std::memory_order_acquire) == epochs_seen_)
-    settled_.store(true, std::memory_order_release);
+  loaded_for_.store(std::uint64_t{epochs_seen_} + 1, std::memory_order_release);
   return {};
 }
 

@@ -31,8 +31,7 @@ class SessionLoader {
 
   /// For any thread: nothing is left to be loaded, removed or published.
   [[nodiscard]] bool is_settled() const noexcept {
-    return settled_.load(std::memory_order_acquire) &&
-           handed_.load(std::memory_order_acquire) == nullptr;
+    return is_loaded() && handed_.load(std::memory_order_acquire) == nullptr;
   }
 
   // --- In a thread that may wait for the disk and use the heap -----------------------------------
@@ -71,6 +70,10 @@ class SessionLoader {
     Status status = Status::kOk;
     MapSessions::Session done{};
   };
+  [[nodiscard]] bool is_loaded() const noexcept {
+    return loaded_for_.load(std::memory_order_acquire) ==
+           std::uint64_t{epochs_.load(std::memory_order_acquire)} + 1;
+  }
   [[nodiscard]] News begin(std::size_t item, const MapConfig& map, const ClassTable& classes);
   [[nodiscard]] News take_result();
   [[nodiscard]] News leave_out(Item& item, std::string why);
@@ -81,8 +84,9 @@ class SessionLoader {
   std::vector<Item> items_;
   std::unique_ptr<Job> job_;  ///< Of the thread that reads, but while it is handed over.
   std::atomic<Job*> handed_{nullptr};
-  std::atomic<bool> settled_{false};      ///< Nothing waits to be loaded.
   std::atomic<std::uint32_t> epochs_{0};  ///< Changes of the epoch: all is to be loaded again.
+  /// One more than the epochs_ for which nothing waits to be loaded: so it never is of another one.
+  std::atomic<std::uint64_t> loaded_for_{0};
   std::uint32_t epochs_seen_ = 0;
   bool has_ended_earlier_ = false;  ///< Of the sharing thread.
 };

@@ -23,7 +23,7 @@ struct MapOptions : SourceOptions {
   std::string continue_from;
   std::string prior_map;  ///< A .bt or .ot file; empty: none.
   std::optional<double> prior_map_weight;
-  std::optional<double> submap_length_m;  ///< Default: one map.
+  std::optional<double> submap_length_m;  ///< 0, the default: one map.
   std::vector<std::string> corrections;   ///< Files of corrected poses.
   std::optional<double> resolution_m;
   InferenceMode inference = InferenceMode::kMultiEntropy;
@@ -45,6 +45,7 @@ struct MapOptions : SourceOptions {
   std::optional<double> window_m;  ///< Default: the map keeps everything.
   std::string archive;             ///< Folder; empty: none.
 
+  [[nodiscard]] bool in_submaps() const noexcept { return submap_length_m.value_or(0.0) > 0.0; }
   [[nodiscard]] bool is_kernel() const noexcept { return inference == InferenceMode::kKernel; }
   /// With the default of each option that has none of its own: those that depend on others.
   [[nodiscard]] MapOptions complete() const;
@@ -136,8 +137,12 @@ inline constexpr Setting kMapRows[] = {
         {.value = "DIR"}),
     row<&MapOptions::submap_length_m>(
         {"--submap-length", "map", "submap_m"},
-        "Map in submaps, each of this way; they can be moved on their own, as by --corrections",
-        {.value = "M", .otherwise = "one map", .allowed = from_to(0.1, 1e6, "metres")}),
+        "Map in submaps, each of this way; they can be moved on their own, as by --corrections; 0: "
+        "one "
+        "map",
+        {.value = "M",
+         .otherwise = "one map; a node with sensors and no window: 20",
+         .allowed = {.least = 0.1, .most = 1e6, .what = "metres", .zero = "0"}}),
 };
 inline constexpr SettingTable<MapOptions> kMapSettings{kMapRows};
 
@@ -159,10 +164,10 @@ inline constexpr Setting kMapFileRows[] = {
 };
 inline constexpr SettingTable<MapOptions> kMapFileSettings{kMapFileRows};
 
-/// Submaps of a running robot, at most, where nothing else is said: others hold as many of one.
-inline constexpr std::uint32_t kMostSubmapsOfRobot = 64;
-/// Whatever [network] contributions_per_robot says.
-inline constexpr std::uint32_t kMostSubmapsInAll = 256;
+/// Of a node with sensors and without a window, by default.
+inline constexpr double kSubmapOfNode_m = 20.0;
+/// Submaps of a running robot, at most.
+inline constexpr std::uint32_t kMostSubmapsOfRobot = 1024;
 
 /// Configurations for mapping.
 struct MapSetup {

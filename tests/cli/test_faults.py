@@ -63,7 +63,7 @@ class OwnFaults(Faults):
         sensors = self.sensors()
         sensors.points = all_around(3000)
         settings = {"map": {"resolution_m": 0.1, "memory": "24M"}, "output": {"global_map": None}}
-        small = self.node("small", 0, fusion={"memory": "18M"}, **settings)
+        small = self.node("small", 0, fusion={"memory": "23M"}, **settings)
         large = self.node("large", 1, **settings)
         small.says("exchange records_refused")
         time.sleep(1)

@@ -76,7 +76,7 @@ class Drive(PlayedCase):
         # Nothing is left of their files.
         self.assertEqual([], list((self.folder / "state").glob("*.tsm")))
 
-        whole, _ = self.run_with_player(self.in_submaps(map={"submap_m": None}, output={"local_map": "whole.tsm"}))
+        whole, _ = self.run_with_player(self.in_submaps(map={"submap_m": 0}, output={"local_map": "whole.tsm"}))
         self.assertEqual(whole["scans"]["integrated"], report["scans"]["integrated"])
         together, one = (self.voxels(name) for name in ("local.tsm", "whole.tsm"))
         self.assertGreater(len(together & one), 0.95 * len(together | one))

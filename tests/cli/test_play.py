@@ -154,11 +154,13 @@ class Play(CommandCase):
         data = self.folder / "street" / "robot_0"
         live = self.hear("live", count=2 * SCANS + 1, cameras=3)
         player = subprocess.Popen([command_path(), "play", "--dataset", data, "--messages", "raw", "--rate", "9.9", "--loop"],
-                                  stdout=subprocess.DEVNULL)
+                                  stdout=subprocess.PIPE, text=True)
+        self.addCleanup(player.stdout.close)
         self.addCleanup(player.wait)
         self.addCleanup(player.kill)
         heard = self.heard(*live)
         self.assertIsNone(player.poll())
+        self.assertIn(f"{SCANS} scans are sent forward and backward", player.stdout.readline())
         stretch = 10 / 9.9
         order = [*range(SCANS), *reversed(range(SCANS)), 0]
         stamps = [int(heard[f"{i}.txt"].split()[0]) for i in range(len(order))]

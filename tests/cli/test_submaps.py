@@ -168,7 +168,7 @@ class Submaps(CommandCase):
         self.map_refused(self.data, "--corrections", self.write_poses("p.txt", self.poses), saying=("--corrections", "--submap-length"))
         for option in (("--window", 10), ("--archive", "spill"), ("--continue", "x.tsm")):
             self.map_refused(self.data, "--submap-length", 5, *option, saying=("--submap-length", option[0]))
-        for metres in (0, -1, 1e9):
+        for metres in (0.05, -1, 1e9):
             self.map_refused(self.data, "--submap-length", metres, saying=("--submap-length",))
         self.in_submaps("map.tsm")
         self.map_refused(self.data, "--continue", "map.tsm", saying=("map.tsm", "in submaps"))

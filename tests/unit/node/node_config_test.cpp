@@ -22,6 +22,22 @@ TEST_CASE("NodeConfig: with the least that is needed all else is as documented")
   CHECK(config->link.url == kDefaultUrl);
 }
 
+TEST_CASE("NodeConfig: a robot with sensors maps in submaps of 20 m, unless it is told otherwise") {
+  const auto submap_m = [](const std::string& lines) {
+    const Outcome<NodeConfig> config =
+        parse_node_config("[robot]\nid = 3\nstate = 'state'\n" + lines, "node.toml");
+    REQUIRE(config.ok());
+    return config->map.in_submaps() ? *config->map.submap_length_m : 0.0;
+  };
+  CHECK(submap_m("[sensors]\n") == 20.0);
+  CHECK(submap_m("[sensors]\n[map]\nmemory = '96M'\n") == 20.0);
+  CHECK(submap_m("[sensors]\n[map]\nsubmap_m = 7\n") == 7.0);
+  CHECK(submap_m("[sensors]\n[map]\nsubmap_m = 0\n") == 0.0);
+  CHECK(submap_m("[sensors]\n[map]\nwindow_m = 45\narchive = 'a'\n") == 0.0);
+  CHECK(submap_m("[sensors]\n[map]\narchive = 'a'\n") == 0.0);
+  CHECK(submap_m("[replay]\ndataset = 'street'\n") == 0.0);
+}
+
 TEST_CASE("NodeConfig: what settings say together is refused with the line of the first") {
   const auto refused = [](const std::string& lines) {
     const Outcome<NodeConfig> config = parse_node_config(kLeast + lines, "node.toml");
