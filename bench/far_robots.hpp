@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Robots of bench/far_team.cpp: seven that have published much, one of little memory, and a map of
-// all that the seven have published.
+// Robots of bench/far_team.cpp and many_submaps.cpp: some that have published much, one of little
+// memory, a map of all that the others have published, and one that holds everything.
 #pragma once
 
 #include <cstdio>
@@ -34,6 +34,12 @@ T made_or_end(Result<T> result) {
   std::exit(1);
 }
 
+/// The classes that all have.
+[[nodiscard]] ClassTable far_classes();
+/// A rough surface of two or three voxels, each with evidence of three classes.
+void fill_far(BlockContent& content, std::uint64_t seed);
+/// Where a robot's submap lies: on its road, turned a little, as odometry has it.
+[[nodiscard]] Matrix34d far_frame(std::uint32_t robot, std::uint32_t submap);
 /// On the middle of a submap of one of the others.
 [[nodiscard]] Point3d far_place(std::uint32_t robot, std::uint32_t submap);
 
@@ -49,6 +55,21 @@ struct FarOrigin {
 struct SmallRobot {
   explicit SmallRobot(const FarOptions& options);
   ArenaMemory memory;
+  GlobalMap map;
+  Exchange exchange;
+};
+
+/// One of a team in which everybody holds everything, and has a global map.
+struct FullRobot {
+  FullRobot(std::uint32_t robot, std::uint32_t robots, const FarOptions& options);
+  /// Publishes blocks of the submap that was opened last, from the one at `first` on.
+  void publish(std::uint32_t first, std::uint32_t count);
+  /// Opens its next submap.
+  void open();
+  std::uint32_t number = 0;
+  std::uint32_t submaps = 0;  ///< That it has opened.
+  ArenaMemory memory;
+  BlockContent content;
   GlobalMap map;
   Exchange exchange;
 };

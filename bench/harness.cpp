@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "harness.hpp"
 
-#include <time.h>
-
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
@@ -47,12 +45,6 @@ Json build_of_this_program() {
 void Times::append(const Times& more) {
   ms.insert(ms.end(), more.ms.begin(), more.ms.end());
   cpu_ms.insert(cpu_ms.end(), more.cpu_ms.begin(), more.cpu_ms.end());
-}
-
-double Times::thread_cpu_ms() {
-  timespec now{};
-  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) * 1e3 + static_cast<double>(now.tv_nsec) * 1e-6;
 }
 
 double quantile(const std::vector<double>& sorted, double q) {

@@ -12,6 +12,7 @@
 
 #include "base/monotonic_clock.hpp"
 #include "base/outcome.hpp"
+#include "thread_time.hpp"
 
 namespace tessera::bench {
 
@@ -49,9 +50,6 @@ struct Times {
     cpu_ms.push_back(thread_cpu_ms() - cpu_start_ms);
   }
   void append(const Times& more);
-
- private:
-  [[nodiscard]] static double thread_cpu_ms();
 };
 
 /// Of sorted values, nearest rank: the smallest that at least the part q of them does not exceed. 0

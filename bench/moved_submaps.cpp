@@ -3,8 +3,6 @@
 // What it costs to move all submaps of a robot at once, as a loop closure does: processor time of
 // the global map from the corrections to the map that they give, in the slices in which a robot
 // does it. Submaps lie in a row, and a quarter of each one's blocks overlaps with the next.
-#include <time.h>
-
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
@@ -16,6 +14,7 @@
 #include "tessera/base/rigid_code.hpp"
 #include "tessera/exchange/exchange.hpp"
 #include "tessera/fusion/global_map.hpp"
+#include "thread_time.hpp"
 
 namespace tessera::bench {
 
@@ -114,12 +113,6 @@ Matrix34d correction(std::uint32_t submap) {
   return *round_rigid(T);
 }
 
-double thread_cpu_s() {
-  timespec now{};
-  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
 struct Moved {
   double cpu_s = 0.0;
   std::uint64_t work = 0;
@@ -131,13 +124,13 @@ struct Moved {
 Moved work_off(GlobalMap& global, std::uint64_t slice) {
   Moved moved;
   while (global.busy()) {
-    const double before_s = thread_cpu_s();
+    const double before_ms = thread_cpu_ms();
     const std::uint64_t work = global.step(slice);
-    const double took_s = thread_cpu_s() - before_s;
-    moved.cpu_s += took_s;
+    const double took_ms = thread_cpu_ms() - before_ms;
+    moved.cpu_s += 1e-3 * took_ms;
     moved.work += work;
     moved.most_work = std::max(moved.most_work, work);
-    moved.worst_ms = std::max(moved.worst_ms, 1e3 * took_s);
+    moved.worst_ms = std::max(moved.worst_ms, took_ms);
     ++moved.slices;
   }
   return moved;

@@ -182,10 +182,10 @@ Outcome<void> measure(const Settings& settings) {
       ++done;
     }
     now_us += 1000 * settings.tick_ms;
-    const double start_ms = cpu_ms() - published.cpu_spent_ms();
+    const double start_ms = thread_cpu_ms() - published.cpu_spent_ms();
     const PublisherReport report =
         drive.publisher.tick(drive.map, now_us, settings.budget, published.interface());
-    tick_ms.push_back(cpu_ms() - published.cpu_spent_ms() - start_ms);
+    tick_ms.push_back(thread_cpu_ms() - published.cpu_spent_ms() - start_ms);
     wire_bytes += published.send(now_us);
     second.labels += report.bytes.labels;
     second.free += report.bytes.free;

@@ -4,22 +4,15 @@
 // counted, and heard by another one.
 #pragma once
 
-#include <ctime>
 #include <memory>
 #include <unordered_map>
 #include <vector>
 
 #include "tessera/exchange/exchange.hpp"
 #include "tessera/exchange/publisher.hpp"
+#include "thread_time.hpp"
 
 namespace tessera::bench {
-
-/// Of the calling thread.
-[[nodiscard]] inline double cpu_ms() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
-}
 
 /// Bytes aligned as an arena must be.
 class Memory {
@@ -92,9 +85,9 @@ class Published {
       timed([&] { size = exchange_.send(now_us, datagram_); });
       if (size == 0) return bytes;
       bytes += size + kBefore;
-      const double start_ms = cpu_ms();
+      const double start_ms = thread_cpu_ms();
       hearing_.receive(std::span(datagram_).first(size), now_us);
-      hearing_ms_ += cpu_ms() - start_ms;
+      hearing_ms_ += thread_cpu_ms() - start_ms;
     }
   }
   /// CPU time in all of this.
@@ -127,9 +120,9 @@ class Published {
   }
   template <class Work>
   void timed(Work&& work) {
-    const double start_ms = cpu_ms();
+    const double start_ms = thread_cpu_ms();
     work();
-    spent_ms_ += cpu_ms() - start_ms;
+    spent_ms_ += thread_cpu_ms() - start_ms;
   }
 
   Memory memory_;
