@@ -73,7 +73,7 @@ NOT_RUN = {
     "tessera view global.tsm robot_0.tsm robot_1.tsm": "until it is ended; view_http, view_browser",
     "tessera node --config robot_0.toml": "until it is ended; cli_node, and two-robots runs nodes",
     "tessera node --config sensors.toml": "until it is ended; cli_node_restart kills nodes and starts them again",
-    "tessera play --dataset drive/robot_0 --rate 5 --robot 1 --loop": "until it is ended; cli_play",
+    "tessera play --dataset drive/robot_0 --rate 10 --robot 1 --loop": "until it is ended; cli_play",
     "tessera node --config robot_0.toml --check": "cli_node_config",
     "tessera node --config robot_0.toml --reload": "needs a node that runs; cli_reload",
     "build/release/tests/laws/test_integration_property": "is a test",
