@@ -22,7 +22,7 @@ sys.path += [str(HERE.parent / folder) for folder in ("processes", "support", "w
 import decode_status
 import network_space
 from attacker import FLEET_KEY, MEMBER, NO_KEY, Attacker, inside, payloads, wire_trust
-from effects import wrong_names
+from effects import CONTRIBUTIONS_PER_ROBOT, wrong_names
 from running_node import RunningNode, until, write_config
 from scenario import ATTACKERS_HOST, CAPTURED, KEY_ALONE, NEWCOMER, ROBOTS, SIGNS, Scenario
 from signing import keys_of
@@ -135,7 +135,8 @@ class NodeScenario(Scenario):
             "replay": {"dataset": str(street() / f"robot_{host}"), "rate_hz": 0},
             "map": {"resolution_m": 0.5, "max_range_m": 20.0, "memory": "24M"},
             "publish": {"staleness_s": 0.2, "free_staleness_s": 0.4, **publish},
-            "network": {"url": "udpm://239.255.76.67:7667?ttl=1&recv_buf_size=400000", "interface": "eth0"},
+            "network": {"url": "udpm://239.255.76.67:7667?ttl=1&recv_buf_size=400000", "interface": "eth0",
+                        "contributions_per_robot": CONTRIBUTIONS_PER_ROBOT},
             "security": security, "fusion": {"memory": "32M"},
             "output": {"contribution": f"{name}.contribution.tsm", "keep_maps": False, "report": f"{name}.json"},
             # Until it is ended.
