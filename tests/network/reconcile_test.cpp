@@ -29,9 +29,13 @@ ExchangeConfig fast() {
 
 #if TESSERA_ASSERTS  // with sanitizers, which are slow
 constexpr std::uint32_t kRecords = 10'000;
+constexpr bool kIsSlow = true;
 #else
 constexpr std::uint32_t kRecords = 100'000;
+constexpr bool kIsSlow = false;
 #endif
+/// So many that they are compared, and not asked for as what nobody has claimed yet.
+constexpr std::uint32_t kSignedRecords = 100'000;
 
 enum class Kind : std::uint8_t { kMissing, kOther };
 
@@ -172,14 +176,15 @@ Outcome reconcile(Network& network, double most_s) {
 
 /// Draws what differs, lets both robots hear of it, and checks what it takes until they are equal.
 void check(bool is_signed, std::uint32_t k, bool in_one_run, Kind kind) {
+  const std::uint32_t records = is_signed ? kSignedRecords : kRecords;
   Network network(2, {.delay_us = 2'000, .jitter_us = 0}, oracle::announce_seed(700), large(),
                   is_signed ? ExchangeConfig{} : fast(), is_signed);
   network.run(2 * kSecond);
-  Difference difference = drawn(network.random(), kRecords, k, in_one_run, kind);
+  Difference difference = drawn(network.random(), records, k, in_one_run, kind);
   (is_signed ? teach_signed : teach)(network, difference);
   for (const int i : {0, 1}) {
     const Replicas& replicas = network.robot(i).replicas();
-    REQUIRE(replicas.contribution(*replicas.find({kOrigin, 1, 0})).blocks >= kRecords - k);
+    REQUIRE(replicas.contribution(*replicas.find({kOrigin, 1, 0})).blocks >= records - k);
   }
   REQUIRE_FALSE(network.agree());
   // What robots say of themselves and of other contributions at rest.
@@ -210,8 +215,9 @@ TEST_CASE("reconcile: what differs is what is sent") {
 }
 
 TEST_CASE("reconcile: with signatures what differs is what is sent and its proofs") {
-  const std::uint32_t k = GENERATE(1U, 10U, 1000U, kRecords / 2);
+  const std::uint32_t k = GENERATE(10U, 1U, 1000U, kSignedRecords / 2);
   const bool in_one_run = GENERATE(false, true);
+  if (kIsSlow && (k != 10 || in_one_run)) return;
   check(true, k, in_one_run, Kind::kMissing);
 }
 

@@ -128,7 +128,7 @@ void Reach::drop(Ledger& ledger, std::uint32_t fullness, const std::uint32_t* st
   if (ledger.table().is_removing()) return;
   // With room left, what finds none has used up its robot's share.
   const std::uint32_t* const robot = fullness < kShort ? starved : nullptr;
-  const std::uint64_t used = std::max(ledger.replicas().usage().segments, 1U);
+  const std::uint64_t used = std::max<std::uint32_t>(ledger.replicas().usage().segments, 1);
   std::uint64_t freed = 0;  // of the segments, and as much of all else
   for (std::uint32_t i = 0; i < kMostChanges; ++i) {
     const bool is_crowded = ledger.table().free_places() < spare_places();

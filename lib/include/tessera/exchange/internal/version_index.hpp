@@ -16,7 +16,6 @@
 #include <cstdint>
 #include <optional>
 #include <span>
-#include <utility>
 
 #include "tessera/base/internal/part_pool.hpp"
 #include "tessera/exchange/wire.hpp"
@@ -116,7 +115,9 @@ class VersionIndex {
     return number == 0 ? nullptr : &pool_->at(number);
   }
   [[nodiscard]] VersionBuckets* part_of(std::uint32_t bucket) noexcept {
-    return const_cast<VersionBuckets*>(std::as_const(*this).part_of(bucket));
+    if (bucket < VersionBuckets::kCount) return &first_;
+    const std::uint16_t number = more_[bucket / VersionBuckets::kCount - 1];
+    return number == 0 ? nullptr : &pool_->at(number);
   }
   [[nodiscard]] std::uint32_t head(std::uint32_t bucket) const noexcept {
     const VersionBuckets* const part = part_of(bucket);
