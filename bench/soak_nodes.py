@@ -78,18 +78,18 @@ class Soak:
             robot.start()
             robot.play()
         begin = time.monotonic()
-        todo, minute = planned(self.options, self.chance), 1
+        coming, minute = planned(self.options, self.chance), 1
         while (now_s := time.monotonic() - begin) < 60 * self.options.minutes:
-            if todo and todo[0][0] <= now_s:
-                todo += self.do(*todo.pop(0), now_s)
-                todo.sort()
+            if coming and coming[0][0] <= now_s:
+                coming += self.do(*coming.pop(0), now_s)
+                coming.sort()
                 continue
             if now_s >= 60 * minute:
                 self.print_minute(minute)
                 minute += 1
             self.look(now_s)
             time.sleep(0.05)
-        for event in todo:
+        for event in coming:
             if event[1] in ("start", "join"):
                 self.do(*event, now_s)
         self.print_minute(minute)
