@@ -20,7 +20,7 @@ import time
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 sys.path += [str(ROOT / "tests" / folder) for folder in ("support", "processes", "attacks", "wire")]
 import network_space  # noqa: E402  after the place of it
-from attacker import Attacker, inside, payloads  # noqa: E402
+from attacker import Attacker, end_listening, inside, payloads  # noqa: E402
 from running_node import RunningNode, until, write_config  # noqa: E402
 
 ROBOTS = 3
@@ -111,12 +111,7 @@ class Statuses:
                     for one in found) and len({one["digest"] for one in found}) == 1)
 
     def close(self):
-        try:
-            self.socket.shutdown(socket.SHUT_RDWR)
-        except OSError:
-            pass
-        self.listener.join(5)
-        self.socket.close()
+        end_listening(self.socket, self.listener)
 
 
 class Robot:

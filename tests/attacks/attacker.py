@@ -49,6 +49,16 @@ def inside(network, host, make):
     return made[0]
 
 
+def end_listening(opened, listener):
+    """Closes a socket that a thread waits for."""
+    try:
+        opened.shutdown(socket.SHUT_RDWR)
+    except OSError:
+        pass
+    listener.join(5)
+    opened.close()
+
+
 def payloads(opened, channel):
     """What comes on an LCM channel, until the socket is shut down."""
     while True:
@@ -119,13 +129,7 @@ class Attacker:
             self.heard.append(payload)
 
     def close(self):
-        # Wakes the thread that waits.
-        try:
-            self.socket.shutdown(socket.SHUT_RDWR)
-        except OSError:
-            pass
-        self.listener.join(5)
-        self.socket.close()
+        end_listening(self.socket, self.listener)
         self.raw.close()
 
     def learn(self, limit_s=10):

@@ -21,7 +21,7 @@ HERE = pathlib.Path(__file__).resolve().parent
 sys.path += [str(HERE.parent / folder) for folder in ("processes", "support", "wire")]
 import decode_status
 import network_space
-from attacker import FLEET_KEY, MEMBER, NO_KEY, Attacker, inside, payloads, wire_trust
+from attacker import FLEET_KEY, MEMBER, NO_KEY, Attacker, end_listening, inside, payloads, wire_trust
 from effects import CONTRIBUTIONS_PER_ROBOT, wrong_names
 from running_node import RunningNode, until, write_config
 from scenario import ATTACKERS_HOST, CAPTURED, KEY_ALONE, NEWCOMER, ROBOTS, SIGNS, Scenario
@@ -90,12 +90,7 @@ class Statuses:
                 and all(len(robots) <= one["whole"] <= one["contributions"] <= most_contributions for one in found))
 
     def close(self):
-        try:
-            self.socket.shutdown(socket.SHUT_RDWR)
-        except OSError:
-            pass
-        self.listener.join(5)
-        self.socket.close()
+        end_listening(self.socket, self.listener)
 
 
 class NodeScenario(Scenario):

@@ -9,35 +9,10 @@
 static uint64_t workspace[1u << 17];
 static uint8_t memory[8u << 20] __attribute__((aligned(TESSERA_ALIGNMENT)));
 
-/// A file in memory.
-static struct {
-  uint8_t bytes[4u << 20];
-  size_t written;
-  size_t read;
-  size_t room;
-} file = {.room = sizeof(file.bytes)};
-
-static int32_t write_file(void* context, const uint8_t* bytes, size_t count) {
-  CHECK(context == &file);
-  if (file.written + count > file.room) return 0;
-  memcpy(file.bytes + file.written, bytes, count);
-  file.written += count;
-  return 1;
-}
-
-static size_t read_file(void* context, uint8_t* into, size_t capacity) {
-  const size_t left = file.written - file.read;
-  const size_t count = left < capacity ? left : capacity;
-  CHECK(context == &file);
-  memcpy(into, file.bytes + file.read, count);
-  file.read += count;
-  return count;
-}
-
 static tessera_status open_session(tessera_robot* robot, uint64_t bytes, double weight,
                                    uint32_t* number) {
   file.read = 0;
-  return tessera_open_session(robot, read_file, &file, memory, bytes, weight, 1764115200, NULL,
+  return tessera_open_session(robot, read_from_file, &file, memory, bytes, weight, 1764115200, NULL,
                               number);
 }
 
@@ -71,7 +46,7 @@ static void test_sessions(void) {
   integrate_street(yesterday, 20.0, 0.0);
   const uint64_t digest = map_digest_of(yesterday, TESSERA_LOCAL_MAP);
   CHECK_STATUS(TESSERA_OK, tessera_save_map(yesterday, TESSERA_LOCAL_MAP, workspace,
-                                            sizeof(workspace), write_file, &file));
+                                            sizeof(workspace), write_to_file, &file));
   tessera_robot* robots[2];
   for (uint32_t i = 0; i < 2; ++i) {
     config = small_config(i + 1);
@@ -91,7 +66,7 @@ static void test_sessions(void) {
   uint64_t bytes = 0;
   uint32_t number = 0;
   file.read = 0;
-  CHECK_STATUS(TESSERA_OK, tessera_session_bytes(robots[0], read_file, &file, &bytes));
+  CHECK_STATUS(TESSERA_OK, tessera_session_bytes(robots[0], read_from_file, &file, &bytes));
   CHECK(bytes > 10000 && bytes <= sizeof(memory));
   CHECK_STATUS(TESSERA_RESOURCE_EXHAUSTED, open_session(robots[0], bytes - 1, 0.5, &number));
   CHECK_STATUS(TESSERA_INVALID_ARGUMENT, open_session(robots[0], bytes, 0.0, &number));
@@ -135,6 +110,7 @@ static void test_sessions(void) {
 }
 
 int main(void) {
+  file.room = sizeof(file.bytes);
   test_sessions();
   if (failures == 0) printf("PASS all\n");
   return failures == 0 ? 0 : 1;

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "support.h"
 
+#include <string.h>
+
 enum { kMostRobots = 6, kWidth = 48, kPoints = kWidth * kWidth + kWidth * 16 };
 
 int failures = 0;
@@ -140,4 +142,23 @@ int exchange_until_equal(tessera_robot* a, tessera_robot* b, int64_t* now_us, in
     if (a_idle == 1 && b_idle == 1 && digest_of(a) == digest_of(b)) return tick;
   }
   return most_ticks + 1;
+}
+
+struct memory_file file;
+
+int32_t write_to_file(void* context, const uint8_t* bytes, size_t count) {
+  CHECK(context == &file);
+  if (file.written + count > file.room) return 0;
+  memcpy(file.bytes + file.written, bytes, count);
+  file.written += count;
+  return 1;
+}
+
+size_t read_from_file(void* context, uint8_t* into, size_t capacity) {
+  const size_t left = file.written - file.read;
+  const size_t count = left < capacity ? left : capacity;
+  CHECK(context == &file);
+  memcpy(into, file.bytes + file.read, count);
+  file.read += count;
+  return count;
 }

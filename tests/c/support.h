@@ -33,3 +33,13 @@ int exchange_until_equal(tessera_robot* a, tessera_robot* b, int64_t* now_us, in
                          int drop);
 uint64_t digest_of(const tessera_robot* robot);
 uint64_t map_digest_of(const tessera_robot* robot, uint32_t map);
+
+/// A file in memory, for callbacks that get it as their context; room: bytes that it takes.
+extern struct memory_file {
+  uint8_t bytes[4u << 20];
+  size_t written;
+  size_t read;
+  size_t room;
+} file;
+int32_t write_to_file(void* context, const uint8_t* bytes, size_t count);
+size_t read_from_file(void* context, uint8_t* into, size_t capacity);

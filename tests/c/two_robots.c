@@ -10,31 +10,6 @@ static const double identity[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
 static const double shifted[12] = {1, 0, 0, 2.0, 0, 1, 0, 0, 0, 0, 1, 0};
 static uint64_t workspace[1u << 17];
 
-/// A file in memory.
-static struct {
-  uint8_t bytes[4u << 20];
-  size_t written;
-  size_t read;
-  size_t room;
-} file;
-
-static int32_t write_file(void* context, const uint8_t* bytes, size_t count) {
-  CHECK(context == &file);
-  if (file.written + count > file.room) return 0;
-  memcpy(file.bytes + file.written, bytes, count);
-  file.written += count;
-  return 1;
-}
-
-static size_t read_file(void* context, uint8_t* into, size_t capacity) {
-  const size_t left = file.written - file.read;
-  const size_t count = left < capacity ? left : capacity;
-  CHECK(context == &file);
-  memcpy(into, file.bytes + file.read, count);
-  file.read += count;
-  return count;
-}
-
 static void finish(tessera_robot* robot) {
   uint64_t done = 0;
   do {
@@ -124,31 +99,31 @@ static void test_files(tessera_robot* robot, const tessera_config* config) {
   CHECK(bytes > 0 && bytes <= sizeof(workspace));
   file.room = sizeof(file.bytes);
   CHECK_STATUS(TESSERA_OK, tessera_save_map(robot, TESSERA_LOCAL_MAP, workspace, sizeof(workspace),
-                                            write_file, &file));
+                                            write_to_file, &file));
   CHECK(file.written > 1000);
 
   tessera_robot* again = small_robot(5, config, NULL);
   file.read = 0;
-  CHECK_STATUS(TESSERA_OK, tessera_load_map(again, read_file, &file));
+  CHECK_STATUS(TESSERA_OK, tessera_load_map(again, read_from_file, &file));
   CHECK(map_digest_of(again, TESSERA_LOCAL_MAP) == map_digest_of(robot, TESSERA_LOCAL_MAP));
   file.read = 0;
-  CHECK_STATUS(TESSERA_MISMATCH, tessera_load_map(again, read_file, &file));
+  CHECK_STATUS(TESSERA_MISMATCH, tessera_load_map(again, read_from_file, &file));
 
   again = small_robot(5, config, NULL);
   file.bytes[file.written / 2] ^= 1;
   file.read = 0;
-  CHECK_STATUS(TESSERA_CORRUPT, tessera_load_map(again, read_file, &file));
+  CHECK_STATUS(TESSERA_CORRUPT, tessera_load_map(again, read_from_file, &file));
   file.bytes[file.written / 2] ^= 1;
   const size_t whole = file.written;
   file.written = whole / 2;
   file.read = 0;
-  CHECK_STATUS(TESSERA_TRUNCATED, tessera_load_map(again, read_file, &file));
+  CHECK_STATUS(TESSERA_TRUNCATED, tessera_load_map(again, read_from_file, &file));
   file.written = 0;
   file.room = 100;
   CHECK_STATUS(TESSERA_IO, tessera_save_map(robot, TESSERA_LOCAL_MAP, workspace, sizeof(workspace),
-                                            write_file, &file));
+                                            write_to_file, &file));
   CHECK_STATUS(TESSERA_RESOURCE_EXHAUSTED,
-               tessera_save_map(robot, TESSERA_LOCAL_MAP, workspace, 8, write_file, &file));
+               tessera_save_map(robot, TESSERA_LOCAL_MAP, workspace, 8, write_to_file, &file));
 }
 
 static void test_submaps(tessera_robot* a, tessera_robot* b, int64_t* now_us) {
