@@ -2,11 +2,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/contributors.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <filesystem>
+#include <set>
 #include <tuple>
 #include <utility>
 
+#include "base/number_text.hpp"
+#include "maps/fuse_sessions.hpp"
 #include "tessera/map/queries.hpp"
 
 namespace tessera {
@@ -71,9 +76,9 @@ int label_of(const std::vector<FuseInput>& inputs, std::span<const Hit> hits) {
   return estimate(sum, 0.0).label;
 }
 
-/// hits: of one robot, grouped by voxel.
-void add_robot(const std::vector<FuseInput>& inputs, const std::vector<Hit>& hits,
-               std::uint64_t robot_bit, Contributors& result) {
+/// hits: of one contributor, grouped by voxel.
+void add_hits_of_one(const std::vector<FuseInput>& inputs, const std::vector<Hit>& hits,
+                     std::uint64_t bit, Contributors& result) {
   for (std::size_t first = 0, next = 0; first < hits.size(); first = next) {
     next = first;
     while (next < hits.size() && hits[next].voxel == hits[first].voxel) {
@@ -82,10 +87,10 @@ void add_robot(const std::vector<FuseInput>& inputs, const std::vector<Hit>& hit
       ++next;
     }
     const int label = label_of(inputs, std::span(hits).subspan(first, next - first));
-    RobotLabels& voxel = result.voxels[hits[first].voxel];
-    if (voxel.robots == 0) voxel.label = static_cast<std::uint8_t>(label);
+    VoxelLabels& voxel = result.voxels[hits[first].voxel];
+    if (voxel.from == 0) voxel.label = static_cast<std::uint8_t>(label);
     voxel.differ = voxel.differ || label != voxel.label;
-    voxel.robots |= robot_bit;
+    voxel.from |= bit;
   }
 }
 
@@ -100,7 +105,34 @@ std::string name_of(const std::vector<FuseInput>& inputs, const FuseInput& input
   return ambiguous ? input.path : name(input);
 }
 
+/// Of maps that are of one contributor: a robot has one share, each session has its own.
+std::pair<std::uint32_t, std::uint32_t> share_of(const FuseInput& input) {
+  return {input.id.robot, input.session ? input.id.submap : 0};
+}
+
 }  // namespace
+
+Outcome<std::vector<FuseInput>> load_contributors(const std::vector<std::string>& paths,
+                                                  const std::vector<std::string>& sessions,
+                                                  std::vector<std::string> transforms,
+                                                  std::vector<Message>& warnings) {
+  TESSERA_TRY_ASSIGN(const std::vector<SessionOptions> earlier,
+                     parse_sessions(sessions, transforms));
+  TESSERA_TRY_ASSIGN(std::vector<FuseInput> inputs, load_inputs(paths, transforms, warnings));
+  TESSERA_TRY(add_sessions(earlier, inputs, warnings));
+  std::set<std::pair<std::uint32_t, std::uint32_t>> shares;
+  for (const FuseInput& input : inputs) shares.insert(share_of(input));
+  if (shares.size() <= Replicas::kMostRobots) return inputs;
+  return Failure{
+      fmt::format("the maps are of {}, sessions included, too many to tell apart; give "
+                  "maps of at most {}",
+                  counted(shares.size(), "robot"), Replicas::kMostRobots)};
+}
+
+std::string name_of_session(const std::string& name, const MapSession& session) {
+  constexpr std::size_t kDay = 10;
+  return name + " of " + date_text(session.date_s).substr(0, kDay);
+}
 
 Contributors find_contributors(const std::vector<FuseInput>& inputs,
                                const std::vector<VoxelCoord>& voxels) {
@@ -112,20 +144,24 @@ Contributors find_contributors(const std::vector<FuseInput>& inputs,
   for (std::size_t first = 0; first < inputs.size(); ++first) {
     if (done[first]) continue;
     std::vector<Hit> hits;
-    Contributors::Robot robot{inputs[first].id.robot, {}};
+    const FuseInput& input = inputs[first];
+    Contributors::One one{
+        input.session ? std::string("session") : fmt::format("robot {}", input.id.robot), {}};
+    if (input.session) result.noun = "robot or session";
     for (std::size_t i = first; i < inputs.size(); ++i) {
-      if (inputs[i].id.robot != robot.number) continue;
+      if (share_of(inputs[i]) != share_of(input)) continue;
       done[i] = true;
       // Submaps of one file follow each other.
       if (i == first || inputs[i].path != inputs[i - 1].path)
-        robot.maps += (robot.maps.empty() ? "" : " + ") + name_of(inputs, inputs[i]);
+        one.maps += (one.maps.empty() ? "" : " + ") + name_of(inputs, inputs[i]);
       add_hits(inputs[i], static_cast<std::uint32_t>(i), finder, hits);
     }
     std::sort(hits.begin(), hits.end(), [](const Hit& a, const Hit& b) {
       return std::tie(a.voxel, a.input) < std::tie(b.voxel, b.input);
     });
-    add_robot(inputs, hits, std::uint64_t{1} << result.robots.size(), result);
-    result.robots.push_back(std::move(robot));
+    if (input.session) one.maps = name_of_session(one.maps, *input.session);
+    add_hits_of_one(inputs, hits, std::uint64_t{1} << result.all.size(), result);
+    result.all.push_back(std::move(one));
   }
   return result;
 }

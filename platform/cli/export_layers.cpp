@@ -11,7 +11,7 @@
 #include "base/number_text.hpp"
 #include "cli/command.hpp"
 #include "cli/contributors.hpp"
-#include "maps/fuse_setup.hpp"
+#include "maps/session_file.hpp"
 
 namespace tessera {
 
@@ -122,10 +122,10 @@ Color color_of_robots(std::uint64_t robots) {
 
 std::vector<LegendEntry> color_by_contributors(const Contributors& contributors,
                                                std::vector<PlyVoxel>& voxels) {
-  std::vector<std::uint64_t> alone(contributors.robots.size());
+  std::vector<std::uint64_t> alone(contributors.all.size());
   std::array<std::uint64_t, 4> by_number{};
   for (std::size_t i = 0; i < voxels.size(); ++i) {
-    const std::uint64_t robots = contributors.voxels[i].robots;
+    const std::uint64_t robots = contributors.voxels[i].from;
     voxels[i].color = color_of_robots(robots);
     const auto number = static_cast<std::size_t>(std::popcount(robots));
     ++by_number[std::min<std::size_t>(number, 3)];
@@ -135,39 +135,39 @@ std::vector<LegendEntry> color_by_contributors(const Contributors& contributors,
   std::uint64_t others = 0;
   for (std::size_t i = 0; i < alone.size(); ++i) {
     if (i < kRobots.size()) {
-      tally.add("only " + contributors.robots[i].maps + ":", kRobots[i], alone[i]);
+      tally.add("only " + contributors.all[i].maps + ":", kRobots[i], alone[i]);
     } else {
       others += alone[i];
     }
   }
   tally.add("only one of the others:", kOtherRobots, others);
-  tally.add("two robots:", kTwoRobots, by_number[2]);
+  tally.add("two " + contributors.noun + "s:", kTwoRobots, by_number[2]);
   tally.add("three or more:", kMoreRobots, by_number[3]);
-  tally.add("label of no robot:", kNoLabel, by_number[0]);
+  tally.add("label of no " + contributors.noun + ":", kNoLabel, by_number[0]);
   return tally.take();
 }
 
 std::vector<LegendEntry> color_by_disagreement(const Contributors& contributors,
                                                std::vector<PlyVoxel>& voxels) {
   struct Kind {
-    const char* name = "";
+    std::string name;
     Color color{};
     std::uint64_t voxels = 0;
   };
-  std::array<Kind, 4> kinds{Kind{"robots agree:", kAgree}, Kind{"robots disagree:", kDisagree},
-                            Kind{"one robot only:", kOneRobot},
-                            Kind{"label of no robot:", kNobody}};
+  const std::string& noun = contributors.noun;
+  std::array<Kind, 4> kinds{Kind{noun + "s agree:", kAgree}, Kind{noun + "s disagree:", kDisagree},
+                            Kind{"one " + noun + " only:", kOneRobot},
+                            Kind{"label of no " + noun + ":", kNobody}};
   for (std::size_t i = 0; i < voxels.size(); ++i) {
-    const RobotLabels& labels = contributors.voxels[i];
-    const int robots = std::popcount(labels.robots);
+    const VoxelLabels& labels = contributors.voxels[i];
+    const int robots = std::popcount(labels.from);
     Kind& kind = kinds[robots == 0 ? 3U : (robots == 1 ? 2U : (labels.differ ? 1U : 0U))];
     voxels[i].color = kind.color;
     ++kind.voxels;
   }
   Tally tally(voxels.size());
   for (const Kind& kind : kinds)
-    tally.add(std::string(kind.name) + " " + counted(kind.voxels, "voxel") + ",", kind.color,
-              kind.voxels);
+    tally.add(kind.name + " " + counted(kind.voxels, "voxel") + ",", kind.color, kind.voxels);
   return tally.take();
 }
 
@@ -175,17 +175,22 @@ Json counts_of(const Contributors& contributors, const std::vector<FuseInput>& i
   Json json;
   json["contributors"] = Json::array();
   for (std::size_t i = 0; i < inputs.size(); ++i) {
-    json["contributors"].push_back({{"map", inputs[i].path},
-                                    {"robot", inputs[i].id.robot},
-                                    {"voxels", contributors.of_maps[i]}});
+    const FuseInput& input = inputs[i];
+    Json one = {{"map", input.path}, {"voxels", contributors.of_maps[i]}};
+    if (input.session) {
+      one["session"] = to_json(*input.session);
+    } else {
+      one["robot"] = input.id.robot;
+    }
+    json["contributors"].push_back(std::move(one));
   }
   std::uint64_t shared = 0;
   std::uint64_t disagreeing = 0;
   std::uint64_t unexplained = 0;
-  for (const RobotLabels& voxel : contributors.voxels) {
-    shared += std::popcount(voxel.robots) > 1 ? 1U : 0U;
+  for (const VoxelLabels& voxel : contributors.voxels) {
+    shared += std::popcount(voxel.from) > 1 ? 1U : 0U;
     disagreeing += voxel.differ ? 1U : 0U;
-    unexplained += voxel.robots == 0 ? 1U : 0U;
+    unexplained += voxel.from == 0 ? 1U : 0U;
   }
   json["shared_voxels"] = shared;
   json["disagreeing_voxels"] = disagreeing;
@@ -217,26 +222,25 @@ Outcome<void> check_alike(const StoredMap& global, const std::string& path,
 void warn_of_others(const Contributors& contributors, const std::vector<PlyVoxel>& voxels) {
   std::uint64_t unexplained = 0;
   for (std::size_t i = 0; i < voxels.size(); ++i)
-    unexplained += voxels[i].label != 0 && contributors.voxels[i].robots == 0 ? 1U : 0U;
+    unexplained += voxels[i].label != 0 && contributors.voxels[i].from == 0 ? 1U : 0U;
   if (unexplained == 0) return;
   warn(counted(unexplained, "voxel") +
        " with a label that none of the maps of --of has there; give all maps that the global map "
-       "was made of, and their transforms");
+       "was made of, its sessions, and their transforms");
 }
 
 Outcome<Layer> color_by_robots(const LayerOptions& options, const StoredMap& map,
                                const std::string& path, ExportedVoxels& exported) {
   std::vector<Message> warnings;
   const Outcome<std::vector<FuseInput>> inputs =
-      load_inputs(options.of, options.transforms, warnings);
+      load_contributors(options.of, options.sessions, options.transforms, warnings);
   for (const Message& warning : warnings) warn(warning);
   if (!inputs.ok()) return inputs.failure();
   TESSERA_TRY(check_alike(map, path, inputs->front()));
-  TESSERA_TRY(check_number_of_robots(*inputs));
   const Contributors contributors = find_contributors(*inputs, exported.places);
   for (std::size_t i = 0; i < exported.voxels.size(); ++i)
     exported.voxels[i].robots =
-        static_cast<std::uint8_t>(std::popcount(contributors.voxels[i].robots));
+        static_cast<std::uint8_t>(std::popcount(contributors.voxels[i].from));
   warn_of_others(contributors, exported.voxels);
   Layer layer;
   layer.legend = *options.show == "contributors"
@@ -268,8 +272,10 @@ Outcome<void> check_layer(const LayerOptions& options) {
                    " needs the local maps that the global map was made of; name them with --of"};
   }
   if (is_of_robots(options)) return {};
-  const char* const extra =
-      !options.of.empty() ? "--of" : (!options.transforms.empty() ? "--transform" : nullptr);
+  const char* const extra = !options.of.empty()           ? "--of"
+                            : !options.sessions.empty()   ? "--session"
+                            : !options.transforms.empty() ? "--transform"
+                                                          : nullptr;
   if (extra == nullptr) return {};
   return Failure{std::string(extra) +
                  " goes with --show contributors or disagreement only; choose one of these, or "

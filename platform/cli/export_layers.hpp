@@ -20,7 +20,8 @@ namespace tessera {
 struct LayerOptions {
   std::optional<std::string> show;      ///< Default: class; height if no voxel has a label.
   std::vector<std::string> of;          ///< Local maps.
-  std::vector<std::string> transforms;  ///< Their transforms, as for fuse.
+  std::vector<std::string> sessions;    ///< Maps of earlier days, as for fuse.
+  std::vector<std::string> transforms;  ///< Of both, as for fuse.
 
   [[nodiscard]] std::string show_or_class() const { return show.value_or("class"); }
 };
@@ -45,8 +46,8 @@ Outcome<void> check_layer(const LayerOptions& options);
 
 /// Colours voxels of a map, and counts the robots of each if the layer is about robots; then they
 /// must be all voxels. path: of the map, for messages. Warns about labels that none of the local
-/// maps has. Fails with kUsage iff the local maps cannot be loaded (load_inputs), or do not match
-/// the map.
+/// maps has. Fails with kUsage iff the local maps cannot be loaded (load_contributors), or do not
+/// match the map.
 Outcome<Layer> color_voxels(const LayerOptions& options, const Coloring& coloring,
                             const StoredMap& map, const std::string& path,
                             ExportedVoxels& exported);

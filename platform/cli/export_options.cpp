@@ -8,7 +8,7 @@
 #include "base/number_text.hpp"
 #include "base/outputs.hpp"
 #include "cli/setting_options.hpp"
-#include "maps/fuse_inputs.hpp"
+#include "maps/fuse_sessions.hpp"
 #include "maps/octree_writer.hpp"
 
 namespace tessera {
@@ -71,8 +71,13 @@ void declare_layer_options(CLI::App& command, LayerOptions& options) {
                   "disagreement")
       ->type_name("MAP.tsm");
   command
+      .add_option("--session", options.sessions,
+                  "A map of an earlier day that the global map was made of too, as given to fuse")
+      ->allow_extra_args(false)
+      ->type_name("MAP.tsm[:WEIGHT]");
+  command
       .add_option("--transform", options.transforms,
-                  "4x4 matrix T_global_map of a map of --of, as given to fuse "
+                  "4x4 matrix T_global_map of a map of --of or --session, as given to fuse "
                   "[stored in the map, else the identity]")
       ->allow_extra_args(false)
       ->type_name("MAP.tsm=T.txt");
@@ -142,6 +147,10 @@ Outcome<void> check_export(const ExportOptions& options) {
   TESSERA_TRY(check_layer(options.layer));
   std::vector<NamedFile> inputs = files_of(options.layer.of, options.layer.transforms, "--of");
   inputs.push_back({"--map", options.map});
+  std::vector<std::string> transforms = options.layer.transforms;
+  TESSERA_TRY_ASSIGN(const std::vector<SessionOptions> sessions,
+                     parse_sessions(options.layer.sessions, transforms));
+  for (const SessionOptions& session : sessions) inputs.push_back({kSession, session.file});
   return check_outputs({{"--out", options.out}, {"--report", options.report}}, inputs);
 }
 
@@ -159,6 +168,7 @@ Json to_json(const ExportOptions& options) {
           {"report", options.report},
           {"show", options.layer.show_or_class()},
           {"of", options.layer.of},
+          {"session", options.layer.sessions},
           {"transform", options.layer.transforms},
           {"view", options.view},
           {"width", options.width_px},

@@ -19,6 +19,7 @@ namespace {
 
 struct ViewOptions {
   std::vector<std::string> maps;
+  std::vector<std::string> sessions;
   std::vector<std::string> transforms;
   std::string listen = "127.0.0.1:8080";
   bool everywhere = false;
@@ -59,7 +60,8 @@ Outcome<ListenAddress> address_of(const ViewOptions& options) {
 
 Outcome<void> run_view(const ViewOptions& options) {
   TESSERA_TRY_ASSIGN(const ListenAddress address, address_of(options));
-  TESSERA_TRY_ASSIGN(const ViewedMaps viewed, load_viewed_maps(options.maps, options.transforms));
+  TESSERA_TRY_ASSIGN(const ViewedMaps viewed,
+                     load_viewed_maps(options.maps, options.sessions, options.transforms));
   stop_by_signal();
   TESSERA_TRY_ASSIGN(const std::unique_ptr<Viewer> viewer,
                      Viewer::open({.address = address}, view_maps_of(viewed), [] {
@@ -89,9 +91,15 @@ void add_view_command(CLI::App& app, int& exit_status) {
       ->type_name("MAP.tsm");
   declare_settings(*command, kViewSettings, *o);
   command
-      ->add_option("--transform", o->transforms,
-                   "4x4 matrix T_global_map of a local map shown with a global one, as for fuse "
-                   "[stored in the map, else the identity]")
+      ->add_option("--session", o->sessions,
+                   "A map of an earlier day that the global map was made of too, as given to fuse")
+      ->allow_extra_args(false)
+      ->type_name("MAP.tsm[:WEIGHT]");
+  command
+      ->add_option(
+          "--transform", o->transforms,
+          "4x4 matrix T_global_map of a map or session that a global one was made of, as for fuse "
+          "[stored in the map, else the identity]")
       ->allow_extra_args(false)
       ->type_name("MAP.tsm=T.txt");
   command->footer("Example: tessera view global.tsm robot_0.tsm robot_1.tsm");

@@ -12,7 +12,7 @@
 #include "base/number_text.hpp"
 #include "cli/command.hpp"
 #include "cli/contributors.hpp"
-#include "maps/fuse_setup.hpp"
+#include "maps/fuse_sessions.hpp"
 #include "maps/open_map.hpp"
 #include "tessera/map/queries.hpp"
 
@@ -22,13 +22,13 @@ namespace {
 
 using One = ViewedMaps::One;
 
-VoxelMark mark_of(const RobotLabels& labels) {
+VoxelMark mark_of(const VoxelLabels& labels) {
   VoxelMark mark;
   mark.disagreement = labels.differ;
-  const int robots = std::popcount(labels.robots);
-  if (robots == 1) mark.contributor = static_cast<std::uint8_t>(std::countr_zero(labels.robots));
-  if (robots == 2) mark.contributor = VoxelMark::kTwo;
-  if (robots > 2) mark.contributor = VoxelMark::kMore;
+  const int count = std::popcount(labels.from);
+  if (count == 1) mark.contributor = static_cast<std::uint8_t>(std::countr_zero(labels.from));
+  if (count == 2) mark.contributor = VoxelMark::kTwo;
+  if (count > 2) mark.contributor = VoxelMark::kMore;
   return mark;
 }
 
@@ -43,9 +43,9 @@ void mark_contributors(const std::vector<FuseInput>& inputs, One& global) {
     global.rows.push_back(static_cast<std::uint16_t>(row_order(voxel)));
   });
   const Contributors contributors = find_contributors(inputs, places);
-  for (const RobotLabels& labels : contributors.voxels) global.marks.push_back(mark_of(labels));
-  for (const Contributors::Robot& robot : contributors.robots)
-    global.contributors.push_back(fmt::format("robot {} ({})", robot.number, robot.maps));
+  for (const VoxelLabels& labels : contributors.voxels) global.marks.push_back(mark_of(labels));
+  for (const Contributors::One& one : contributors.all)
+    global.contributors.push_back(one.name + " (" + one.maps + ")");
 }
 
 Outcome<void> check_alike(const One& global, const FuseInput& input) {
@@ -73,6 +73,7 @@ Outcome<void> check_paths(const std::vector<std::string>& paths) {
 }  // namespace
 
 Outcome<ViewedMaps> load_viewed_maps(const std::vector<std::string>& paths,
+                                     const std::vector<std::string>& sessions,
                                      const std::vector<std::string>& transforms) {
   TESSERA_TRY(check_paths(paths));
   std::vector<std::shared_ptr<One>> all;
@@ -98,10 +99,14 @@ Outcome<ViewedMaps> load_viewed_maps(const std::vector<std::string>& paths,
   const bool together = globals == 1 && !locals.empty();
   if (!together && !transforms.empty())
     return Failure{"--transform needs a global map and the local ones that it was made of"};
+  if (!together && !sessions.empty())
+    return Failure{Message(kSession) +
+                   " needs a global map and the local ones that it was made of too"};
   std::vector<FuseInput> inputs;
   if (together) {
     std::vector<Message> warnings;
-    Outcome<std::vector<FuseInput>> loaded = load_inputs(locals, transforms, warnings);
+    Outcome<std::vector<FuseInput>> loaded =
+        load_contributors(locals, sessions, transforms, warnings);
     for (const Message& warning : warnings) warn(warning);
     if (!loaded.ok()) return loaded.failure();
     inputs = std::move(*loaded);
@@ -119,7 +124,6 @@ Outcome<ViewedMaps> load_viewed_maps(const std::vector<std::string>& paths,
   }
   if (together) {
     TESSERA_TRY(check_alike(*global, inputs.front()));
-    TESSERA_TRY(check_number_of_robots(inputs));
     mark_contributors(inputs, *global);
   }
   ViewedMaps viewed;

@@ -30,10 +30,12 @@ struct ViewedMaps {
   std::vector<std::shared_ptr<const One>> maps;
 };
 
-/// In the order of paths. A global map next to local ones is taken to be made of these. Fails with
-/// kUsage iff a file is missing, damaged or named twice, there are local maps and more than one
-/// global one, or the local maps do not match it (load_inputs, resolution and classes).
+/// In the order of paths. A global map next to local ones is taken to be made of these, and of the
+/// sessions, which are not shown themselves. Fails with kUsage iff a file is missing, damaged or
+/// named twice, there are local maps and more than one global one, sessions without both, or the
+/// local maps do not match it (load_contributors, resolution and classes).
 Outcome<ViewedMaps> load_viewed_maps(const std::vector<std::string>& paths,
+                                     const std::vector<std::string>& sessions,
                                      const std::vector<std::string>& transforms);
 
 /// The input of the viewer; it holds the maps.

@@ -9,7 +9,6 @@
 #include <optional>
 
 #include "base/number_text.hpp"
-#include "maps/session_file.hpp"
 
 namespace tessera {
 
@@ -43,9 +42,7 @@ Outcome<std::string> take_frame(const std::string& path, std::vector<std::string
 
 Outcome<std::vector<SessionOptions>> parse_sessions(const std::vector<std::string>& texts,
                                                     std::vector<std::string>& transforms) {
-  if (texts.size() > MapSession::kMostOfRobot)
-    return Failure{Message(kSession) + fmt::format(" is given {} times; give at most {}",
-                                                   texts.size(), MapSession::kMostOfRobot)};
+  TESSERA_TRY(check_number_of_sessions(texts.size()));
   std::vector<SessionOptions> sessions;
   for (const std::string& text : texts) {
     SessionOptions one;
@@ -67,34 +64,46 @@ Outcome<std::vector<SessionOptions>> parse_sessions(const std::vector<std::strin
   return sessions;
 }
 
+Outcome<void> check_number_of_sessions(std::size_t sessions) {
+  if (sessions <= MapSession::kMostOfRobot) return {};
+  return Failure{Message(kSession) + fmt::format(" is given {} times; give at most {}", sessions,
+                                                 MapSession::kMostOfRobot)};
+}
+
+Outcome<void> add_session(SessionFile file, std::vector<FuseInput>& inputs,
+                          std::vector<Message>& warnings) {
+  const ContributionId id = inputs.front().id;
+  const MapConfig& like = inputs.front().stored->map.config();
+  TESSERA_TRY(check_session(file, like, inputs.front().stored->map.classes()));
+  std::uint32_t number = 0;
+  for (const FuseInput& other : inputs) {
+    if (!other.session) continue;
+    ++number;
+    if (other.digest == file.session.digest)
+      return Failure{file.path + " has the same content as " + other.path + "; give one of them"};
+  }
+  FuseInput input;
+  input.path = file.path;
+  input.digest = file.session.digest;
+  input.id = {id.robot, id.epoch, MapSession::kFirst + number};
+  input.session = file.session;
+  input.placed = file.placed;
+  input.T_global_map = file.T_global_map;
+  input.frame = *GridTransform::make(file.T_global_map, like.resolution_m);
+  const bool any_placed =
+      std::any_of(inputs.begin(), inputs.end(), [](const FuseInput& one) { return one.placed; });
+  if (!input.placed && any_placed)
+    warnings.push_back(file.path + " has no T_global_map; its frame is taken for the global one");
+  input.stored = std::move(file.stored);
+  inputs.push_back(std::move(input));
+  return {};
+}
+
 Outcome<void> add_sessions(const std::vector<SessionOptions>& sessions,
                            std::vector<FuseInput>& inputs, std::vector<Message>& warnings) {
-  const ContributionId id = inputs.front().id;
-  const std::shared_ptr<const StoredMap> like = inputs.front().stored;
-  const std::size_t maps = inputs.size();
   for (const SessionOptions& options : sessions) {
     TESSERA_TRY_ASSIGN(SessionFile file, load_session(options));
-    TESSERA_TRY(check_session(file, like->map.config(), like->map.classes()));
-    FuseInput input;
-    input.path = options.file;
-    input.digest = file.session.digest;
-    for (std::size_t i = maps; i < inputs.size(); ++i)
-      if (inputs[i].digest == input.digest)
-        return Failure{options.file + " has the same content as " + inputs[i].path +
-                       "; give one of them"};
-    const auto number = static_cast<std::uint32_t>(inputs.size() - maps);
-    input.id = {id.robot, id.epoch, MapSession::kFirst + number};
-    input.session = file.session;
-    input.placed = file.placed;
-    input.T_global_map = file.T_global_map;
-    input.frame = *GridTransform::make(file.T_global_map, like->map.config().resolution_m);
-    const bool any_placed =
-        std::any_of(inputs.begin(), inputs.end(), [](const FuseInput& one) { return one.placed; });
-    if (!input.placed && any_placed)
-      warnings.push_back(options.file +
-                         " has no T_global_map; its frame is taken for the global one");
-    input.stored = std::move(file.stored);
-    inputs.push_back(std::move(input));
+    TESSERA_TRY(add_session(std::move(file), inputs, warnings));
   }
   return {};
 }

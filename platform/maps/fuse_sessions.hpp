@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "maps/fuse_inputs.hpp"
+#include "maps/session_file.hpp"
 #include "settings/session_options.hpp"
 
 namespace tessera {
@@ -20,8 +21,14 @@ inline constexpr SettingName kSession{.option = "--session", .argument = "sessio
 Outcome<std::vector<SessionOptions>> parse_sessions(const std::vector<std::string>& texts,
                                                     std::vector<std::string>& transforms);
 
-/// Loads sessions and adds them to the inputs, which are arranged. Adds warnings about them. Fails
-/// as load_session and check_session, and with kUsage iff two have one content.
+/// Fails with kUsage iff there are over MapSession::kMostOfRobot.
+Outcome<void> check_number_of_sessions(std::size_t sessions);
+
+/// Adds a session to the inputs, which are arranged, and not none. Adds warnings about it. Fails as
+/// check_session, and with kUsage iff one has its content already.
+Outcome<void> add_session(SessionFile file, std::vector<FuseInput>& inputs,
+                          std::vector<Message>& warnings);
+/// Loads sessions and adds them. Fails as load_session and add_session.
 Outcome<void> add_sessions(const std::vector<SessionOptions>& sessions,
                            std::vector<FuseInput>& inputs, std::vector<Message>& warnings);
 

@@ -65,7 +65,7 @@ std::vector<std::unique_ptr<ViewMap>> maps_of(const ViewedNode& node) {
   global.global = true;
   global.robot = node.robot;
   global.live = true;
-  global.contributors = {"only other robots", robot + ", alone or with others"};
+  global.contributors = {"only other robots or earlier days", robot + ", alone or with others"};
   global.marks = [own = std::make_shared<OwnMarks>(node)](
                      const BlockSnapshot& block, BlockMarks& marks) { own->mark(block, marks); };
   std::vector<std::unique_ptr<ViewMap>> maps;

@@ -13,9 +13,12 @@
 #include <variant>
 
 #include "arrays.hpp"
+#include "base/number_text.hpp"
 #include "held_map.hpp"
+#include "maps/fuse_sessions.hpp"
 #include "maps/fusion_run.hpp"
 #include "settings.hpp"
+#include "sharer_sessions.hpp"
 
 namespace tessera::python {
 
@@ -71,9 +74,21 @@ Inputs gather(const std::vector<Given>& maps) {
   return inputs;
 }
 
+using GivenSessions = std::vector<std::variant<std::filesystem::path, GivenSession>>;
+
+std::vector<GivenSession> sessions_in(const GivenSessions& given) {
+  std::vector<GivenSession> sessions;
+  for (const auto& one : given) {
+    const auto* const path = std::get_if<std::filesystem::path>(&one);
+    sessions.push_back(path != nullptr ? GivenSession{.path = *path} : std::get<GivenSession>(one));
+  }
+  return sessions;
+}
+
 /// Everything except warnings, which need the GIL.
 Outcome<std::shared_ptr<FusedMap>> run(const Inputs& given,
                                        const std::vector<std::optional<Matrix34d>>& transforms,
+                                       const std::vector<GivenSession>& sessions,
                                        const FuseOptions& options, std::vector<Message>& warnings) {
   std::vector<std::unique_lock<std::shared_mutex>> alone;
   for (Gate* const gate : given.gates) alone.emplace_back(gate->mutex);
@@ -87,12 +102,15 @@ Outcome<std::shared_ptr<FusedMap>> run(const Inputs& given,
     }
     gathered.push_back(std::move(input));
   }
-  TESSERA_TRY_ASSIGN(const std::vector<FuseInput> inputs,
-                     arrange_inputs(std::move(gathered), warnings));
+  TESSERA_TRY_ASSIGN(std::vector<FuseInput> inputs, arrange_inputs(std::move(gathered), warnings));
   TESSERA_TRY(check_number_of_robots(inputs));
   TESSERA_TRY_ASSIGN(const DiffusionConfig diffusion,
                      diffusion_of(options.diffusion, inputs.front().stored->map.config()));
   std::vector<PairAlignment> pairs = align_inputs(inputs, warnings);
+  for (const GivenSession& session : sessions) {
+    TESSERA_TRY_ASSIGN(SessionFile file, load_given(session));
+    TESSERA_TRY(add_session(std::move(file), inputs, warnings));
+  }
   TESSERA_TRY_ASSIGN(std::unique_ptr<FusionRun> prepared,
                      FusionRun::prepare(inputs, options, diffusion));
   warn_of_no_frame(inputs, warnings);
@@ -110,8 +128,10 @@ Outcome<std::shared_ptr<FusedMap>> run(const Inputs& given,
 
 std::shared_ptr<FusedMap> fuse(
     const std::vector<Given>& maps,
-    const std::optional<std::vector<std::optional<PoseArray>>>& transforms, py::dict settings) {
-  check(check_number_of_maps(maps.size()));
+    const std::optional<std::vector<std::optional<PoseArray>>>& transforms,
+    const std::vector<GivenSession>& sessions, py::dict settings) {
+  check(check_number_of_maps(maps.size(), maps.empty() ? 0 : sessions.size()));
+  check(check_number_of_sessions(sessions.size()));
   if (transforms && transforms->size() != maps.size())
     throw InputError(
         fmt::format("transforms has {} transforms for {} maps; give one for each, or None",
@@ -127,10 +147,12 @@ std::shared_ptr<FusedMap> fuse(
   }
   const Inputs inputs = gather(maps);
   options.maps = inputs.names;
+  for (const GivenSession& session : sessions)
+    options.sessions.push_back(session.path.string() + ":" + text_of(session.weight));
   std::vector<Message> warnings;
   Outcome<std::shared_ptr<FusedMap>> fused = [&] {
     const py::gil_scoped_release released;
-    return run(inputs, T_global_map, options, warnings);
+    return run(inputs, T_global_map, sessions, options, warnings);
   }();
   warn_of(warnings);
   return value_of(std::move(fused));
@@ -141,7 +163,8 @@ constexpr const char* kFuse =
 
 transforms: for each map T_global_map (4, 4), or None for that in the map, else the identity. None for
 iterations and diffusion_length_m: 8 and two voxels, in paper mode 2 and three. memory_bytes: None:
-what the maps need. Issues a UserWarning about doubtful inputs. Raises InputError iff a map is a global
+what the maps need. sessions: maps of earlier days that count less than the maps, each a Session or a
+file; one map and a session are enough. Issues a UserWarning about doubtful inputs. Raises InputError iff a map is a global
 one, named twice, or does not match the others, a file cannot be read, or a value is out of its range;
 TypeError iff one is of another type; Error iff the system does not give the memory, or the global map
 refuses a block. Other threads that read or write the maps wait meanwhile.)";
@@ -162,21 +185,37 @@ void warn_of(const std::vector<Message>& warnings, int frames) {
 void add_fusing(py::module_& module) {
   const FuseOptions by_default;
   const std::string text =
-      "fuse(maps: List[Union[Map, os.PathLike]], transforms: list | None = None, *, " +
+      "fuse(maps: List[Union[Map, os.PathLike]], transforms: list | None = None, *, sessions: "
+      "list | None = None, " +
       arguments_text(kDiffusionRows, &by_default.diffusion) + ", " +
       arguments_text(kFuseRows, &by_default) + ") -> FusedMap\n\n" + kFuse;
   py::class_<FusedMap, HeldMap, std::shared_ptr<FusedMap>>(module, "FusedMap",
                                                            "A global map that fuse() made.")
       .def_property_readonly("report", &FusedMap::report,
                              "The report of `tessera fuse`, as a dictionary.");
+  py::class_<GivenSession>(module, "Session",
+                           R"(A map of an earlier day, of any kind of map file, for fuse().
+
+Its evidence is multiplied by weight, above 0 and at most 1; of all sessions together no more than a
+quarter of max_evidence counts in a voxel. T_global_map: (4, 4); None: the file's own, or the identity.
+date_s: of the map, seconds since 1970; None: when the file was last written. Raises InputError iff the
+weight is out of its range, or T_global_map is no rigid transform.)")
+      .def(py::init(&given_session), py::arg("path"), py::arg("weight") = SessionOptions{}.weight,
+           py::arg("T_global_map") = py::none(), py::arg("date_s") = py::none())
+      .def_readonly("path", &GivenSession::path, "The file.")
+      .def_readonly("weight", &GivenSession::weight, "What its evidence is multiplied by.")
+      .def_readonly("date_s", &GivenSession::date_s, "As it was given.");
   py::options docstrings;
   docstrings.disable_function_signatures();
   module.def(
       "fuse",
       [](const std::vector<Given>& maps,
          const std::optional<std::vector<std::optional<PoseArray>>>& transforms,
-         const py::kwargs& settings) { return fuse(maps, transforms, settings); },
-      py::arg("maps"), py::arg("transforms") = py::none(), text.c_str());
+         const std::optional<GivenSessions>& sessions, const py::kwargs& settings) {
+        return fuse(maps, transforms, sessions_in(sessions.value_or(GivenSessions{})), settings);
+      },
+      py::arg("maps"), py::arg("transforms") = py::none(), py::kw_only(),
+      py::arg("sessions") = py::none(), text.c_str());
 }
 
 }  // namespace tessera::python

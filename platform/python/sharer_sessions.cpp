@@ -4,10 +4,6 @@
 #include "sharer_sessions.hpp"
 
 #include <pybind11/stl.h>
-#include <pybind11/stl/filesystem.h>
-
-#include "arrays.hpp"
-#include "maps/session_file.hpp"
 
 namespace tessera::python {
 
@@ -37,20 +33,14 @@ std::uint32_t share(HeldSharer& sharer, const SessionFile& file) {
 std::uint32_t load(HeldSharer& sharer, const std::filesystem::path& path, double weight,
                    const std::optional<PoseArray>& T_global_map,
                    const std::optional<std::int64_t>& date_s) {
-  if (!(weight >= kSessionWeights.least && weight <= kSessionWeights.most))
-    throw InputError("weight " + std::to_string(weight) +
-                     " is not allowed; give a number from 0.0001 to 1");
-  std::optional<Matrix34d> T;
-  if (T_global_map) T = pose_of(T_global_map, "T_global_map");
+  const GivenSession given = given_session(path, weight, T_global_map, date_s);
   const RobotConfig& config = sharer.config();
   const ClassTable classes =
       sharer.change([](const Sharer& s) { return s.global().map().classes(); });
   SessionFile file;
   {
     const py::gil_scoped_release released;
-    file = value_of(load_session({.file = path.string(), .weight = weight}));
-    if (T) file.T_global_map = *T;
-    if (date_s) file.session.date_s = *date_s;
+    file = value_of(load_given(given));
     check(check_session(file, config.map, classes));
   }
   return share(sharer, file);
@@ -67,6 +57,28 @@ void remove(HeldSharer& sharer, std::int64_t number) {
 }
 
 }  // namespace
+
+GivenSession given_session(const std::filesystem::path& path, double weight,
+                           const std::optional<PoseArray>& T_global_map,
+                           const std::optional<std::int64_t>& date_s) {
+  if (!(weight >= kSessionWeights.least && weight <= kSessionWeights.most))
+    throw InputError("weight " + std::to_string(weight) +
+                     " is not allowed; give a number from 0.0001 to 1");
+  GivenSession given{.path = path, .weight = weight, .date_s = date_s};
+  if (T_global_map) given.T_global_map = pose_of(T_global_map, "T_global_map");
+  return given;
+}
+
+Outcome<SessionFile> load_given(const GivenSession& given) {
+  TESSERA_TRY_ASSIGN(SessionFile file,
+                     load_session({.file = given.path.string(), .weight = given.weight}));
+  if (given.T_global_map) {
+    file.T_global_map = *given.T_global_map;
+    file.placed = true;
+  }
+  if (given.date_s) file.session.date_s = *given.date_s;
+  return file;
+}
 
 py::list sessions_of(const std::vector<MapSessions::Session>& sessions) {
   py::list list;

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """export --show: who contributed a global map's voxels, where robots disagree, how sure labels are."""
 import json
+import os
 import re
 import struct
 import unittest
@@ -46,6 +47,31 @@ class Layers(CommandCase):
         row = struct.Struct("<3f3BB3fB")
         self.assertEqual(row.size * int(re.search(rb"element vertex (\d+)", head).group(1)), len(body))
         return {tuple(round(v, 2) for v in p[:3]): (p[3:6], p[10]) for p in row.iter_unpack(body)}
+
+    def test_sessions_are_contributors_by_their_date(self):
+        os.utime(self.folder / self.b, (1764115200, 1764115200))
+        session = ("--session", f"{self.b}:0.25")
+        self.fuse(self.a, *session)
+        result, report = self.show("contributors", "--of", self.a, *session)
+        self.assert_not_warned(result)
+        of_map, of_session = report["contributors"]
+        self.assertEqual(("a.tsm", 0, 4), (of_map["map"], of_map["robot"], of_map["voxels"]))
+        self.assertEqual(("b.tsm", 5), (of_session["map"], of_session["voxels"]))
+        self.assertNotIn("robot", of_session)
+        self.assertEqual(("2025-11-26T00:00:00Z", 0.25), (of_session["session"]["date"], of_session["session"]["weight"]))
+        self.assertEqual((3, 2, 0), tuple(report[key] for key in ("shared_voxels", "disagreeing_voxels", "no_robot_voxels")))
+        self.assertEqual([f"{self.b}:0.25"], report["config"]["session"])
+        self.assertEqual({1, 2}, {number for _, number in self.points().values()})
+        # Without it what only the session has is of nobody.
+        result, report = self.show("contributors", "--of", self.a)
+        self.assert_warned(result, "2 voxels", "sessions")
+        self.refused_show("contributors", "--of", self.a, "--session", "none.tsm", saying=["none.tsm"])
+        self.refused_show("contributors", "--of", self.a, "--session", f"{self.b}:2", saying=["--session", "from 0.0001 to 1"])
+        self.refused_show("class", "--session", self.b, saying=["--session goes with --show contributors or disagreement only"])
+        self.refused("export", "--map", "g.tsm", "--out", self.b, "--format", "ply", "--show", "contributors", "--of", self.a, *session,
+                     saying=[self.b])
+        # A picture names it.
+        self.show("contributors", "--of", self.a, *session, form="png")
 
     def test_counts_by_hand(self):
         self.fuse(self.a, self.b)

@@ -79,3 +79,55 @@ def test_what_cannot_be_a_session(yesterday, tmp_path):
     for number in (1, 70000):
         with pytest.raises(tessera.InputError, match=f"session {number} does not exist"):
             sharer.remove_session(number)
+
+
+def test_fuse_takes_sessions(yesterday, tmp_path):
+    path, digest = yesterday
+    today = wall_at(5.0, 0)
+    alone = tessera.fuse([today, wall_at(5.0, 1)], diffusion="none")
+    fused = {weight: tessera.fuse([today], sessions=[tessera.Session(path, weight, date_s=1764115200)], diffusion="none")
+             for weight in (0.25, 1.0)}
+    evidence = [one.query(PLACE).evidence[0] for one in fused.values()]
+    assert evidence[1] == pytest.approx(4 * evidence[0], rel=1e-4) or evidence[1] == pytest.approx(25.0, rel=1e-4)
+    assert alone.query(PLACE).evidence[0] == 0
+    report = fused[0.25].report
+    (session,) = report["sessions"]
+    assert (session["digest"], session["date"], session["weight"]) == (digest, "2025-11-26T00:00:00Z", 0.25)
+    assert [one["robot"] for one in report["contributions"]] == [0]
+    assert report["config"]["session"] == [f"{path}:0.25"]
+    # As a sharer has it; the default weight; and where it is moved to.
+    sharer = sharer_of(today)
+    sharer.load_session(path, 0.25)
+    exchange([sharer])
+    assert sharer.global_map.query(PLACE).evidence[0] == pytest.approx(evidence[0], rel=0.11)  # rounded for the wire
+    assert tessera.fuse([today], sessions=[path], diffusion="none").report["sessions"][0]["weight"] == 0.5
+    moved = np.eye(4)
+    moved[1, 3] = 40.0
+    at = tessera.fuse([today], sessions=[tessera.Session(path, 0.25, moved)], diffusion="none")
+    assert at.query(PLACE).evidence[0] == 0
+    assert at.query(PLACE + np.float32([[0, 40, 0]])).evidence[0] == pytest.approx(evidence[0], rel=1e-6)
+    # The file has what it was made of, as that of the command.
+    fused[0.25].save(tmp_path / "global.tsm")
+    assert tessera.fuse([today], sessions=[tessera.Session(path, 0.25, date_s=1764115200)], diffusion="none").digest() == fused[0.25].digest()
+
+
+def test_what_fuse_does_not_take_as_a_session(yesterday, tmp_path):
+    path, _ = yesterday
+    today = wall_at(5.0, 0)
+    copy = tmp_path / "copy.tsm"
+    copy.write_bytes(path.read_bytes())
+    coarse = tmp_path / "coarse.tsm"
+    tessera.LocalMap(tessera.ClassTable(["road", "wall"]), memory_bytes=32 << 20, resolution_m=0.2).save(coarse)
+    for sessions, words in (([path, copy], "has the same content as"), ([coarse], "has resolution 0.2"), ([tmp_path / "none.tsm"], "none.tsm"),
+                            ([path] * 9, "sessions is given 9 times; give at most 8")):
+        with pytest.raises(tessera.InputError, match=words):
+            tessera.fuse([today], sessions=sessions)
+    with pytest.raises(tessera.InputError, match="at least two"):
+        tessera.fuse([], sessions=[path, copy])
+    for weight in (0.0, 1.5, float("nan")):
+        with pytest.raises(tessera.InputError, match="weight"):
+            tessera.Session(path, weight)
+    with pytest.raises(tessera.InputError, match="T_global_map"):
+        tessera.Session(path, 0.5, np.ones((4, 4)))
+    with pytest.raises(TypeError):
+        tessera.fuse([today], sessions=[7])

@@ -7,11 +7,12 @@ import os
 import pathlib
 import random
 import socket
+import subprocess
 import tempfile
 import unittest
 
 from serving import LIMIT_S, START, Server, ViewCase, command, make_street, read_all
-from command_case import DONE, FAILURE, CommandCase
+from command_case import DONE, FAILURE, USAGE, CommandCase
 
 
 class Http(ViewCase):
@@ -178,6 +179,27 @@ class Content(ViewCase):
                     self.assertAlmostEqual(1, 10 ** (-variance / 40) / float(expected["variance"]), delta=0.03)
                 told += 1
             self.assertGreaterEqual(told, 4)
+
+    def test_sessions_are_contributors_by_their_date(self):
+        os.utime(self.folder / "robot_1.tsm", (1764115200, 1764115200))
+        session = ("--session", "robot_1.tsm:1")
+        command("fuse", "robot_0.tsm", *session, "--out", "with_session.tsm", folder=self.folder)
+        server = Server(self.folder, "with_session.tsm", "robot_0.tsm", *session)
+        try:
+            maps = server.json("/maps")["maps"]
+            self.assertEqual([["robot 0 (robot_0.tsm)", "session (robot_1.tsm of 2025-11-26)"], ["robot 0"]],
+                             [m["contributors"] for m in maps])
+            _, blocks = read_all(server, 0)
+            contributors = [voxel[4] for block in blocks.values() for voxel in block["voxels"]]
+            for one in (0, 1, 254):
+                self.assertGreater(contributors.count(one), 100)
+        finally:
+            self.assertEqual((DONE, ""), server.close())
+        for words in (("robot_0.tsm", *session), ("with_session.tsm", *session)):
+            refused = subprocess.run([os.environ["TESSERA_COMMAND"], "view", *words, "--listen", "127.0.0.1:0"], cwd=self.folder,
+                                     capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=LIMIT_S)
+            self.assertEqual(USAGE, refused.returncode)
+            self.assertIn("--session needs a global map and the local ones", refused.stderr)
 
     def test_who_contributed(self):
         _, blocks = read_all(self.server, 0)

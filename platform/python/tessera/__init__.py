@@ -27,6 +27,7 @@ from ._tessera import Nearest as Nearest
 from ._tessera import Rays as Rays
 from ._tessera import Scan as Scan
 from ._tessera import ScanReport as ScanReport
+from ._tessera import Session as Session
 from ._tessera import Sharer as Sharer
 from ._tessera import Voxels as Voxels
 from ._tessera import __version__ as __version__
@@ -55,5 +56,5 @@ class RayEnd(enum.IntEnum):
 
 __all__ = [
     "ClassTable", "Clouds", "Dataset", "Error", "Estimates", "Evaluation", "FusedMap", "InputError", "LocalMap", "Map",
-    "Nearest", "RayEnd", "Rays", "Scan", "ScanReport", "Sharer", "State", "Voxels", "__version__", "fuse", "load",
-    "read_cloud", "read_transform"]
+    "Nearest", "RayEnd", "Rays", "Scan", "ScanReport", "Session", "Sharer", "State", "Voxels", "__version__", "fuse",
+    "load", "read_cloud", "read_transform"]

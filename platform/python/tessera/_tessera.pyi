@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # Types of the compiled module; its docstrings describe everything.
 import os
+import pathlib
 from collections.abc import Iterator, Sequence
 from typing import Any, Final
 
@@ -231,6 +232,16 @@ class Sharer:
     @property
     def sessions(self) -> list[dict[str, Any]]: ...
 
+class Session:
+    def __init__(
+        self, path: _Path, weight: float = 0.5, T_global_map: _Pose | None = None, date_s: int | None = None) -> None: ...
+    @property
+    def path(self) -> pathlib.Path: ...
+    @property
+    def weight(self) -> float: ...
+    @property
+    def date_s(self) -> int | None: ...
+
 class Evaluation:
     def __init__(self, map: Map, classes: ClassTable | None = None, max_range_m: float | None = None) -> None: ...
     def add(
@@ -282,7 +293,8 @@ class Clouds:
 
 def load(path: _Path) -> Map: ...
 def fuse(
-    maps: Sequence[Map | _Path], transforms: Sequence[_Pose | None] | None = None, *, diffusion: str = "contractive",
+    maps: Sequence[Map | _Path], transforms: Sequence[_Pose | None] | None = None, *,
+    sessions: Sequence[Session | _Path] | None = None, diffusion: str = "contractive",
     iterations: int | None = None, diffusion_length_m: float | None = None, alpha: float = ..., omega: float = 1.0,
     edge: str = "confidence", whole_map: bool = False, counts: str | None = None,
     memory_bytes: int | None = None) -> FusedMap: ...

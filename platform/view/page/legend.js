@@ -64,11 +64,11 @@ function parts(layer, map, store) {
     case "contributor":
       if (map.live && map.kind === "global") return [list([[map.contributors[0], robotColor(0)], [map.contributors[1], kTwoRobots]])];
       return [list([...map.contributors.map((name, i) => [map.contributors.length > 1 ? `only ${name}` : name, robotColor(i)]),
-        ...(map.kind === "global" ? [["two robots", kTwoRobots], ["three or more", kMoreRobots], ["none of these", kNoLabel]] : [])])];
+        ...(map.kind === "global" ? [["two of these", kTwoRobots], ["three or more", kMoreRobots], ["none of these", kNoLabel]] : [])])];
     case "disagreement":
       if (map.live)
-        return [list([["this robot’s own map agrees", kAgreement[0]], ["it names another class", kAgreement[1]], ["only other robots", kAgreement[2]]])];
-      return [list([["robots agree on the class", kAgreement[0]], ["robots disagree", kAgreement[1]], ["one robot only", kAgreement[2]], ["none of these robots", kAgreement[3]]])];
+        return [list([["this robot’s own map agrees", kAgreement[0]], ["it names another class", kAgreement[1]], [map.contributors[0], kAgreement[2]]])];
+      return [list([["they agree on the class", kAgreement[0]], ["they disagree", kAgreement[1]], ["only one of them", kAgreement[2]], ["none of these", kAgreement[3]]])];
     case "height": {
       const [low_m, high_m] = store.heightSpan().map((voxels) => voxels * map.resolution_m);
       return [bar("Height above the map’s origin", [0, 0.5, 1].map((t) => [t, `${(low_m + t * (high_m - low_m)).toFixed(1)} m`]), scaleColor)];
