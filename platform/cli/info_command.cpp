@@ -49,8 +49,13 @@ Outcome<Content> content_of_submaps(const std::string& path, const MapFileHeader
 /// A map that a node keeps while it maps has no summary: all is counted.
 Outcome<Content> content_of_journal(const std::string& path) {
   TESSERA_TRY_ASSIGN(const JournalContent found, read_journal(path, nullptr));
-  if (const std::uint64_t bytes = found.damaged_bytes + found.torn_bytes; bytes != 0)
-    warn(fmt::format("{}: {} bytes are damaged or not whole, and left out", path, bytes));
+  if (found.damaged_bytes != 0)
+    warn(fmt::format("{}: {} bytes are damaged, and left out", path, found.damaged_bytes));
+  if (found.torn_bytes != 0)
+    warn(
+        fmt::format("{}: the last append was not finished: {} bytes are left out, and all that was "
+                    "durable is there",
+                    path, found.torn_bytes));
   TESSERA_TRY_ASSIGN(const std::unique_ptr<StoredMap> stored, load_map(path));
   std::vector<KeyedIndex> workspace = workspace_for(stored->map);
   return Content{stored->header, summarize(stored->map, workspace), true};

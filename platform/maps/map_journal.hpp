@@ -43,9 +43,11 @@ struct JournalContent {
   std::uint64_t records = 0;        ///< Of blocks, including those that later ones replace.
   std::uint64_t left_out = 0;       ///< Of blocks that no map can have, though they are whole.
   bool has_header = true;           ///< False: it is damaged, and the map's settings were taken.
-  std::uint64_t damaged_bytes = 0;  ///< In front of whole records.
-  std::uint64_t torn_bytes = 0;     ///< After the last.
-  std::uint64_t whole_bytes = 0;    ///< Up to the end of the last whole record.
+  std::uint64_t damaged_bytes = 0;  ///< In front of the last note that is whole.
+  /// After it, and not whole: what is durable ends with a note, so these bytes are of an append
+  /// that was not finished, as where power is lost.
+  std::uint64_t torn_bytes = 0;
+  std::uint64_t whole_bytes = 0;  ///< Up to the end of the last whole record.
 };
 
 /// Whether a map with these settings and classes is one of the header's.

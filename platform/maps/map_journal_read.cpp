@@ -144,13 +144,16 @@ Outcome<JournalContent> read_journal(const std::string& path, LocalMap* map, boo
   content.whole_bytes = first;
   while (scan.next(record)) {
     if (is_block(record)) blocks.push_back({record.key, record.place});
-    if (is_note(record)) content.note = note_in(record.payload);
+    if (is_note(record)) {
+      content.note = note_in(record.payload);
+      content.damaged_bytes = scan.damaged_bytes();
+    }
     content.whole_bytes = scan.place();
   }
   if (scan.failed()) return system_failure("read", path, EIO, FailureKind::kFailure);
   content.records = blocks.size();
-  content.damaged_bytes = scan.damaged_bytes();
-  content.torn_bytes = file.size_bytes() - content.whole_bytes;
+  content.torn_bytes =
+      file.size_bytes() - content.whole_bytes + scan.damaged_bytes() - content.damaged_bytes;
   keep_last(blocks);
   content.blocks = blocks.size();
   if (map == nullptr) return content;

@@ -46,7 +46,8 @@ Outcome<void> DurableMap::resume_journals(const FoundMap& found) {
     TESSERA_TRY_ASSIGN(const JournalContent content,
                        read_journal(path, &robot_.mapper().map(), true));
     resumed_blocks_ += content.blocks;
-    damaged_bytes_ += content.damaged_bytes + content.torn_bytes;
+    damaged_bytes_ += content.damaged_bytes;
+    torn_bytes_ += content.torn_bytes;
     left_out_blocks_ += content.left_out;
     note_ = content.note.value_or(JournalNote{});
     return MapJournal::make(path, robot_.map(), identity_, &content);

@@ -54,6 +54,8 @@ class DurableMap {
   [[nodiscard]] const std::optional<JournalNote>& resumed() const noexcept { return resumed_; }
   [[nodiscard]] std::uint64_t resumed_blocks() const noexcept { return resumed_blocks_; }
   [[nodiscard]] std::uint64_t damaged_bytes() const noexcept { return damaged_bytes_; }
+  /// Of appends that were not finished (JournalContent).
+  [[nodiscard]] std::uint64_t torn_bytes() const noexcept { return torn_bytes_; }
   /// Whole, but of no map.
   [[nodiscard]] std::uint64_t left_out_blocks() const noexcept { return left_out_blocks_; }
   [[nodiscard]] std::uint64_t file_bytes() const noexcept;
@@ -83,6 +85,7 @@ class DurableMap {
   std::optional<JournalNote> resumed_;
   std::uint64_t resumed_blocks_ = 0;
   std::uint64_t damaged_bytes_ = 0;
+  std::uint64_t torn_bytes_ = 0;
   std::uint64_t left_out_blocks_ = 0;
   std::uint64_t written_before_ = 0;  ///< By journals that are gone.
 };

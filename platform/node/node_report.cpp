@@ -190,6 +190,7 @@ Json Node::state_json() const {
   return {{"map_epoch", state_->map_epoch()},
           {"resumed_blocks", durable_->resumed_blocks()},
           {"damaged_bytes", durable_->damaged_bytes()},
+          {"torn_bytes", durable_->torn_bytes()},
           {"file_bytes", durable_->file_bytes()},
           {"left_out_blocks", durable_->left_out_blocks()},
           {"notes", run_.restart_notes},

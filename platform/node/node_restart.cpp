@@ -123,6 +123,11 @@ void Node::say_restart(LogWriter& writer, std::span<LogQueue* const> queues) {
     log_.say_change(LogLevel::kWarning, run_.start_us,
                     "% bytes of the kept map were damaged and are left out",
                     static_cast<std::int64_t>(durable_->damaged_bytes()));
+  if (durable_->torn_bytes() != 0)
+    log_.say_change(LogLevel::kInfo, run_.start_us,
+                    "the last append to the kept map was not finished: % bytes are left out, "
+                    "and all that was durable is there",
+                    static_cast<std::int64_t>(durable_->torn_bytes()));
 }
 
 /// Twice in the time that may be lost, as it takes some time itself; and at once where a submap has

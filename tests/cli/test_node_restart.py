@@ -127,8 +127,10 @@ class Restart(Faults):
         journal.write_bytes(bytes(data) + b"torn")
         node = self.started_again(sensors)
         node.says("bytes of the kept map were damaged and are left out")
+        node.says("the last append to the kept map was not finished: 4 bytes are left out, and all that was durable is there")
         report = node.end()
         self.assertGreater(report["state"]["damaged_bytes"], 4)
+        self.assertEqual(4, report["state"]["torn_bytes"])
         self.assertGreater(report["state"]["resumed_blocks"], 1)
         # What it begins with says nothing that the settings do not say.
         blocks = report["state"]["resumed_blocks"]

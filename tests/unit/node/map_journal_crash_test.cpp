@@ -40,15 +40,18 @@ TEST_CASE("MapJournal: after power was lost each block is as it was at the last 
   const std::uint64_t seed = 3107;
   Random random(seed);
   int later = 0;
+  int torn = 0;
   for (int trace = 0; trace < kTraces; ++trace) {
     Driven driven(seed + static_cast<std::uint64_t>(trace));
     const auto journal = journal_of(driven, path);
     std::vector<Blocks> states;
+    std::vector<JournalNote> notes;
     std::vector<std::size_t> synced;
     for (int i = 0; i < kSteps; ++i) {
       for (int n = random.below(3); n != 0; --n) driven.drive();
       REQUIRE(journal->step(driven.note()).ok());
       states.push_back(blocks_of(driven.map));
+      notes.push_back(driven.note());
       synced.push_back(folder.read("kept.tsj").size());
     }
     const std::string whole = folder.read("kept.tsj");
@@ -57,6 +60,12 @@ TEST_CASE("MapJournal: after power was lost each block is as it was at the last 
       folder.write("crashed.tsj", crashed(whole.substr(0, synced[i + 1]), synced[i], random));
       const Read read(folder.file("crashed.tsj"));
       REQUIRE(read.content.note.has_value());
+      // What is not whole is of the append that was not finished, and no damage of what was
+      // durable.
+      if (read.content.note == notes[i] && notes[i] != notes[i + 1]) {
+        REQUIRE(read.content.damaged_bytes == 0);
+        torn += read.content.torn_bytes != 0 ? 1 : 0;
+      }
       for (const auto& [key, bytes] : read.blocks) {
         const auto before = states[i].find(key);
         const auto after = states[i + 1].find(key);
@@ -69,6 +78,7 @@ TEST_CASE("MapJournal: after power was lost each block is as it was at the last 
     }
   }
   CHECK(later > kTraces);  // Otherwise nothing was torn.
+  CHECK(torn > kTraces);
 }
 
 TEST_CASE("MapJournal: damage costs the blocks that it is in, and the rest can be continued") {
@@ -91,6 +101,9 @@ TEST_CASE("MapJournal: damage costs the blocks that it is in, and the rest can b
     damaged[at] = static_cast<char>(damaged[at] ^ (1 << random.below(8)));
     folder.write("kept.tsj", damaged);
     const Read read(path);
+    // Where it is the note that is damaged the append may as well not have been finished.
+    REQUIRE((read.content.damaged_bytes != 0) == read.content.note.has_value());
+    REQUIRE((read.content.torn_bytes != 0) == !read.content.note.has_value());
     int lost = 0;
     for (const auto& [key, bytes] : all) {
       const auto found = read.blocks.find(key);
