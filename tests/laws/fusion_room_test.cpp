@@ -34,84 +34,63 @@ TEST_CASE("fusion: what had no room is there once something elsewhere that left 
   CHECK(team.digest() == alone.digest());
 }
 
-TEST_CASE("fusion: what had no room after a move is there once something has left") {
-  Random random(announce_seed(84));
-  GlobalMapConfig config = team_config();
-  OracleContribution first;
-  first.id = {1, 1, 0};
-  first.voxels = random_voxels(random, 1500, {0, 0, 0});
-  OracleContribution second;
-  second.id = {2, 1, 0};
-  second.voxels = random_voxels(random, 1500, {800, 800, 0});
-  // Turned, it takes more blocks than before.
-  const GridTransform turned = *GridTransform::make(random_transform(random, 10.0, 0.3), 0.1);
+/// Contributions that are turned take more blocks than before. Another one far away has the room
+/// for these: once it has left, all is as if it had never been there.
+void check_room_after_move(GlobalMapConfig config, Random& random,
+                           const std::vector<OracleContribution>& turned) {
+  OracleContribution far;
+  far.id = {1, 1, 0};
+  far.voxels = random_voxels(random, 1500, {0, 0, 0});
+  const GridTransform frame = *GridTransform::make(random_transform(random, 10.0, 0.3), 0.1);
+  const auto publish = [&](Team& team, bool with_far) {
+    if (with_far) team.publish(far, 1);
+    for (const OracleContribution& one : turned) team.publish(one, 1);
+    team.settle();
+  };
   const auto turn = [&](Team& team) {
     GlobalMap& global = team.global();
-    static_cast<void>(global.set_frame(*global.replicas().find(second.id), turned, 1));
+    for (const OracleContribution& one : turned)
+      static_cast<void>(global.set_frame(*global.replicas().find(one.id), frame, 1));
     team.settle();
   };
   Team alone(config);
-  alone.publish(second, 1);
-  alone.settle();
+  publish(alone, false);
   turn(alone);
-  Team both(config);
-  both.publish(first, 1);
-  both.publish(second, 1);
-  both.settle();
+  Team ample(config);
+  publish(ample, true);
   config.map.storage_bytes =
-      (both.global().map().usage().used_bytes / SlabPool::kPageBytes + 1) * SlabPool::kPageBytes;
+      (ample.global().map().usage().used_bytes / SlabPool::kPageBytes + 1) * SlabPool::kPageBytes;
   Team team(config);
-  team.publish(first, 1);
-  team.publish(second, 1);
-  team.settle();
+  publish(team, true);
   REQUIRE(team.global().report().refused_outputs == 0);
   turn(team);
   REQUIRE(team.global().report().refused_outputs > 0);
   REQUIRE(team.global().report().torn_blocks == 0);
-  team.global().remove(*team.global().replicas().find(first.id));
+  REQUIRE(team.digest() != alone.digest());
+  team.global().remove(*team.global().replicas().find(far.id));
   team.settle();
   CHECK(team.digest() == alone.digest());
 }
 
+TEST_CASE("fusion: what had no room after a move is there once something has left") {
+  Random random(announce_seed(84));
+  OracleContribution one;
+  one.id = {2, 1, 0};
+  one.voxels = random_voxels(random, 1500, {800, 800, 0});
+  check_room_after_move(team_config(), random, {one});
+}
+
 TEST_CASE("fusion: so is what two robots see, and is diffused") {
   Random random(announce_seed(85));
-  GlobalMapConfig config = team_config();
+  const GlobalMapConfig config = team_config();
   REQUIRE(config.diffusion.mode == DiffusionMode::kContractive);
-  OracleContribution far;
-  far.id = {1, 1, 0};
-  far.voxels = random_voxels(random, 1500, {0, 0, 0});
   OracleContribution one;
   one.id = {2, 1, 0};
   one.voxels = random_voxels(random, 1200, {800, 800, 0});
   OracleContribution other;
   other.id = {3, 1, 0};
   other.voxels = random_voxels(random, 1200, {800, 800, 0});
-  const GridTransform turned = *GridTransform::make(random_transform(random, 10.0, 0.3), 0.1);
-  const auto turn = [&](Team& team) {
-    GlobalMap& global = team.global();
-    for (const OracleContribution* moved : {&one, &other})
-      static_cast<void>(global.set_frame(*global.replicas().find(moved->id), turned, 1));
-    team.settle();
-  };
-  const auto publish = [&](Team& team) {
-    for (const OracleContribution* each : {&far, &one, &other}) team.publish(*each, 1);
-    team.settle();
-  };
-  Team ample(config);
-  publish(ample);
-  config.map.storage_bytes =
-      (ample.global().map().usage().used_bytes / SlabPool::kPageBytes + 1) * SlabPool::kPageBytes;
-  turn(ample);
-  ample.global().remove(*ample.global().replicas().find(far.id));
-  ample.settle();
-  Team team(config);
-  publish(team);
-  turn(team);
-  REQUIRE(team.global().report().refused_outputs > 0);
-  REQUIRE(team.digest() != ample.digest());
-  team.global().remove(*team.global().replicas().find(far.id));
-  team.settle();
-  CHECK(team.digest() == ample.digest());
+  check_room_after_move(config, random, {one, other});
 }
 
 TEST_CASE("fusion: a contribution without blocks leaves at once, also while others move") {

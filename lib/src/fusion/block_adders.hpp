@@ -16,7 +16,7 @@ namespace tessera {
 /// the last answer is mostly the next.
 class BlockSums::RowTargets {
  public:
-  RowTargets(BlockSums& sums, const RobotShare::Mask& hidden, const GridTransform& T_global_local,
+  RowTargets(BlockSums& sums, const VoxelMask& hidden, const GridTransform& T_global_local,
              BlockCoord local, BlockCoord global) noexcept
       : sums_(sums),
         hidden_(hidden),
@@ -57,7 +57,7 @@ class BlockSums::RowTargets {
     std::int16_t taker = sums_.first_[static_cast<std::size_t>(row)];
     if (taker == kNone) return find_untaken(voxel_of_row(local_, row));  // mostly not even near
     for (; taker != kNone; taker = sums_.next_[static_cast<std::size_t>(taker)])
-      if (!hides(taker)) rows_[count_++] = taker;
+      if (!has_row(hidden_, taker)) rows_[count_++] = taker;
   }
   /// Nothing in this block takes it. If its centre is in another block it is none of this one's.
   void find_untaken(VoxelCoord local) noexcept {
@@ -72,15 +72,11 @@ class BlockSums::RowTargets {
   }
   void take(VoxelCoord to) noexcept {
     const int row = row_order(to);
-    if (block_of(to) == global_ && !hides(row)) rows_[count_++] = row;
-  }
-  [[nodiscard]] bool hides(int row) const noexcept {
-    return ((hidden_[static_cast<std::size_t>(row >> 6)] >> static_cast<unsigned>(row & 63)) &
-            1U) != 0;
+    if (block_of(to) == global_ && !has_row(hidden_, row)) rows_[count_++] = row;
   }
 
   BlockSums& sums_;
-  const RobotShare::Mask& hidden_;
+  const VoxelMask& hidden_;
   const GridTransform& frame_;
   BlockCoord local_;
   BlockCoord global_;
@@ -97,7 +93,7 @@ class BlockSums::ToRobot {
   ToRobot(BlockSums& sums, BlockContent& content) noexcept
       : sums_(sums), content_(content), omega_(sums.omega_), last_class_(sums.last_class_) {}
   void enter() noexcept { sums_.share_.enter(content_); }
-  [[nodiscard]] const RobotShare::Mask& hidden() const noexcept { return sums_.share_.hidden(); }
+  [[nodiscard]] const VoxelMask& hidden() const noexcept { return sums_.share_.hidden(); }
   void observe(int row) noexcept {
     sums_.share_.observe(row);
     std::uint8_t& count = sums_.observers_[static_cast<std::size_t>(row)];
@@ -132,7 +128,7 @@ class BlockSums::ToSessions {
  public:
   explicit ToSessions(SessionShare& share) noexcept : share_(share) {}
   static void enter() noexcept {}
-  [[nodiscard]] const RobotShare::Mask& hidden() const noexcept { return share_.hidden(); }
+  [[nodiscard]] const VoxelMask& hidden() const noexcept { return share_.hidden(); }
   void observe(int row) noexcept { share_.observe(row); }
   void add_labels(int row, int component, float count) noexcept {
     share_.add_labels(row, component, count);

@@ -41,10 +41,8 @@ std::uint64_t BlockSums::add_replica(const Source& source, const Replicas::Repli
   targets.set_layers(replica.live);
   VoxelMask observed{};
   const auto observe = [&](int row) {
-    std::uint64_t& slice = observed[static_cast<std::size_t>(row >> 6)];
-    const std::uint64_t bit = std::uint64_t{1} << static_cast<unsigned>(row & 63);
-    if ((slice & bit) != 0) return;
-    slice |= bit;
+    if (has_row(observed, row)) return;
+    add_row(observed, row);
     for (const int target : targets.of(row)) adder.observe(target);
   };
   return unpack_block(

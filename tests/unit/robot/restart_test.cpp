@@ -6,15 +6,13 @@
 #include <numeric>
 #include <vector>
 
-#include "network/toy_signatures.hpp"
+#include "member.hpp"
 #include "submap_course.hpp"
 #include "support/small_map.hpp"
 #include "tessera/map/stored_block.hpp"
 
 namespace tessera {
 namespace {
-
-using network::ToySignatures;
 
 RobotConfig config_in_submaps(std::uint32_t number) {
   RobotConfig config = config_at_first(8);
@@ -25,17 +23,6 @@ RobotConfig config_in_submaps(std::uint32_t number) {
   config.exchange.listen_us = 0;
   return config;
 }
-
-/// A robot with its keys.
-struct Member {
-  Member(const RobotConfig& config, bool signs)
-      : key(config.exchange.robot),
-        one(config, {.authenticator = crc_authenticator(),
-                     .signatures = signs ? key.signatures() : Signatures{}}) {}
-  [[nodiscard]] Robot& robot() const { return *one.robot; }
-  ToySignatures key;
-  SmallRobotMemory one;
-};
 
 /// Ticks of both, who hear each other.
 void exchange(Robot& a, Robot& b, std::int64_t& now_us, int ticks) {

@@ -10,8 +10,7 @@
 #include <optional>
 #include <vector>
 
-#include "network/toy_signatures.hpp"
-#include "small_team.hpp"
+#include "member.hpp"
 
 namespace tessera {
 
@@ -39,18 +38,6 @@ struct Yesterday {
   std::vector<KeyedIndex> workspace;
   std::span<const KeyedIndex> blocks;
   MapSession session;
-};
-
-/// A robot with its keys.
-struct Member {
-  Member(const RobotConfig& config, bool signs)
-      : key(config.exchange.robot),
-        one(config, {.authenticator = crc_authenticator(),
-                     .signatures = signs ? key.signatures() : Signatures{}}) {}
-  [[nodiscard]] Robot& robot() const { return *one.robot; }
-  [[nodiscard]] MapSessions& sessions() const { return one.robot->sharer().sessions(); }
-  network::ToySignatures key;
-  SmallRobotMemory one;
 };
 
 inline std::uint32_t load(MapSessions& sessions, const Yesterday& map) {

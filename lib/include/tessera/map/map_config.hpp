@@ -133,6 +133,15 @@ constexpr std::size_t row_in_layer(int row_order) noexcept {
 /// Bits of a block's 512 voxels: bit y * 8 + x of word z.
 using VoxelMask = std::array<std::uint64_t, kBlockEdge>;
 
+/// True iff the voxel at this row order is in the mask.
+constexpr bool has_row(const VoxelMask& mask, int row_order) noexcept {
+  return ((mask[static_cast<std::size_t>(row_order >> 6)] >> (row_order & 63)) & 1U) != 0;
+}
+/// Adds the voxel at this row order.
+constexpr void add_row(VoxelMask& mask, int row_order) noexcept {
+  mask[static_cast<std::size_t>(row_order >> 6)] |= std::uint64_t{1} << (row_order & 63);
+}
+
 /// The free pages that a pass through the voxels of mask takes beyond those that the block has.
 constexpr std::uint32_t free_pages_needed(const Block& block, const VoxelMask& mask) noexcept {
   std::uint32_t count = 0;

@@ -45,14 +45,12 @@ class RobotShare {
   std::uint64_t begin_submap(std::uint32_t submap) noexcept;
   /// After the last call of observe() for it; not needed in the robot's oldest epoch. O(1).
   void end_submap(std::uint32_t submap) noexcept;
-  /// Of the voxels of a block, a bit each by row order.
-  using Mask = std::array<std::uint64_t, kBlockVoxels / 64>;
   /// Voxels of which what takes the place of this submap has evidence, so that this one counts
   /// nothing there.
-  [[nodiscard]] const Mask& hidden() const noexcept { return voxels_->newer; }
+  [[nodiscard]] const VoxelMask& hidden() const noexcept { return voxels_->newer; }
   /// Notes that this submap has evidence of the voxel, of whatever kind. row: a voxel's row order,
   /// as below. O(1).
-  void observe(int row) noexcept { set(voxels_->observed, row); }
+  void observe(int row) noexcept { add_row(voxels_->observed, row); }
   /// Notes label evidence, of a class or of none, that was added to the sums. O(1).
   void add_labels(int row, float count) noexcept {
     voxels_->labels[static_cast<std::size_t>(row)] += count;
@@ -75,19 +73,16 @@ class RobotShare {
 
  private:
   struct Voxels {
-    Mask newer{};     ///< Of what takes the place of the submap at hand.
-    Mask observed{};  ///< Of this submap.
+    VoxelMask newer{};     ///< Of what takes the place of the submap at hand.
+    VoxelMask observed{};  ///< Of this submap.
     std::array<float, kBlockVoxels> labels{};
     std::array<std::uint32_t, kBlockVoxels> passes{};
   };
   /// Voxels of which a submap has evidence.
   struct Seen {
     std::uint32_t submap = 0;
-    Mask voxels{};
+    VoxelMask voxels{};
   };
-  static void set(Mask& mask, int row) noexcept {
-    mask[static_cast<std::size_t>(row >> 6)] |= std::uint64_t{1} << static_cast<unsigned>(row & 63);
-  }
   void take_over(const BlockContent& sums) noexcept;
   [[nodiscard]] bool any_too_full() const noexcept;
   std::uint64_t scale_labels(int row, BlockContent& sums) const noexcept;

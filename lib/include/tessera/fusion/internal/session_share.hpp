@@ -15,9 +15,6 @@ namespace tessera {
 
 class SessionShare {
  public:
-  /// Of the voxels of a block, a bit each by row order.
-  using Mask = std::array<std::uint64_t, kBlockVoxels / 64>;
-
   /// num_components: C + 2; contributions: at most.
   [[nodiscard]] static constexpr std::size_t required_bytes(int num_components,
                                                             std::uint32_t contributions) noexcept {
@@ -41,12 +38,9 @@ class SessionShare {
   /// does not. Returns the work: names in the block. The first call takes O(rows touched) too.
   std::uint64_t begin(const MapSession& session) noexcept;
   /// Voxels in which one before it counts.
-  [[nodiscard]] const Mask& hidden() const noexcept { return voxels_->hidden; }
+  [[nodiscard]] const VoxelMask& hidden() const noexcept { return voxels_->hidden; }
   /// Notes that it has evidence of the voxel, of whatever kind. row: a voxel's row order. O(1).
-  void observe(int row) noexcept {
-    voxels_->observed[static_cast<std::size_t>(row >> 6)] |= std::uint64_t{1}
-                                                             << static_cast<unsigned>(row & 63);
-  }
+  void observe(int row) noexcept { add_row(voxels_->observed, row); }
   /// Adds label evidence; component 0: a rest. O(1).
   void add_labels(int row, int component, float count) noexcept {
     const float weighted = count * weight_;
@@ -70,15 +64,15 @@ class SessionShare {
 
  private:
   struct Voxels {
-    Mask hidden{};
-    Mask observed{};  ///< Of this contribution.
-    Mask any{};       ///< Of all.
+    VoxelMask hidden{};
+    VoxelMask observed{};  ///< Of this contribution.
+    VoxelMask any{};       ///< Of all.
     std::array<float, kBlockVoxels> labels{};
   };
   /// Voxels of which contributions of this name have evidence.
   struct Seen {
     std::uint64_t digest = 0;
-    Mask voxels{};
+    VoxelMask voxels{};
   };
   [[nodiscard]] float scale_of(int row, unsigned passes) const noexcept;
 
