@@ -38,9 +38,13 @@ Result<ContributionTable> ContributionTable::make(Arena& arena, const ExchangeCo
   }
   Result<FarContributions> far =
       FarContributions::make(arena, config.far_contributions, config.session);
-  if (table.places_.empty() || table.names_.empty() || table.of_robot_.empty() || !far.ok())
+  const Result<PlacesOfRobots> of_robots =
+      PlacesOfRobots::make(arena, config.contributions, config.session);
+  if (table.places_.empty() || table.names_.empty() || table.of_robot_.empty() || !far.ok() ||
+      !of_robots.ok())
     return Status::kResourceExhausted;
   table.far_ = *far;
+  table.of_robots_ = *of_robots;
   return table;
 }
 
@@ -74,14 +78,18 @@ HeldContribution* ContributionTable::add(const ContributionId& id, Claim claim, 
     return nullptr;
   }
   if (place->used) ++counted.displaced_contributions;
-  if (!place->used || !put_far(*place, now)) drop(*place);
-  take_place(*place, id, now);
+  if (!place->used || !put_far(*place, counted)) drop(*place);
+  if (!take_place(*place, id, now)) {
+    ++counted.refused_contributions;
+    return nullptr;
+  }
   place->far = place->far && !own;
   return place;
 }
 
-void ContributionTable::take_place(HeldContribution& place, const ContributionId& id,
+bool ContributionTable::take_place(HeldContribution& place, const ContributionId& id,
                                    Instant now) noexcept {
+  if (!of_robots_.add(id)) return false;
   used_ += place.used ? 0U : 1U;
   place.used = true;
   place.wanted_at = Instant::long_ago();
@@ -91,11 +99,13 @@ void ContributionTable::take_place(HeldContribution& place, const ContributionId
   place.since = now;
   names_[number_of(place)] = {id, true};
   top_ = std::max<std::size_t>(top_, number_of(place) + 1);
+  return true;
 }
 
 /// Empties a place. Its index is large: it is cleared where it is.
 void ContributionTable::drop(HeldContribution& contribution) noexcept {
   if (contribution.used && contribution.open) store_.remove(store_.context, contribution.slot);
+  if (contribution.used && !contribution.own) of_robots_.remove(contribution.id);
   if (publishing() == &contribution) publishing_ = kNobody;
   names_[number_of(contribution)].used = false;
   while (top_ != 0 && !names_[top_ - 1].used) --top_;

@@ -39,25 +39,21 @@ BlockExtent ContributionTable::extent_of(const HeldContribution& contribution) c
   return extent;
 }
 
-bool ContributionTable::put_far(HeldContribution& contribution, Instant now) noexcept {
+bool ContributionTable::put_far(HeldContribution& contribution, ExchangeReport& counted) noexcept {
   const BlockExtent extent = extent_of(contribution);
   if (contribution.own || !contribution.open || !contribution.stated || !extent.any() ||
       contribution.frame_doubted)
     return false;
   // What earlier starts of this robot have published only this one moves and answers for.
   if (publishing() != nullptr && publishing()->id.robot == contribution.id.robot) return false;
-  if (!far_.has_room() && !far_.places().empty()) far_.remove(*one_of_most(far_));
+  if (!far_.has_room() && !far_.places().empty()) {
+    far_.remove(*one_of_most(far_));
+    ++counted.forgotten_far;
+  }
   FarContribution* const one = far_.add(contribution.id);
   if (one == nullptr) return false;
-  one->statement = contribution.statement;
-  one->proof = contribution.proof;
-  one->proof_bytes = contribution.proof_bytes;
-  one->frame_revision = contribution.frame_revision;
-  one->T_global_map = contribution.T_global_map;
-  one->session = contribution.session;
-  one->frame_signature = contribution.frame_signature;
+  one->known() = contribution.known();
   one->extent = extent;
-  one->signed_extent = contribution.signed_extent;
   one->box = world_box(extent, contribution.T_global_map, resolution_m_);
   // Of what was not held, as much as a record takes where they are small.
   constexpr std::uint32_t kSegmentsOfRecord = 4;
@@ -65,45 +61,26 @@ bool ContributionTable::put_far(HeldContribution& contribution, Instant now) noe
   const std::uint32_t lacking =
       contribution.statement.records - std::min(contribution.statement.records, held.blocks);
   one->segments = held.segments + kSegmentsOfRecord * lacking;
-  one->frame_at = contribution.frame_at;
-  one->origin_at = contribution.origin_at;
-  one->listed = contribution.listed;
-  one->denied = contribution.denied;
-  one->since = now;
   drop(contribution);
   return true;
 }
 
 bool ContributionTable::has_place_for(const FarContribution& one) const noexcept {
-  const bool is_session = MapSession::is(one.id().submap);
-  const std::span<const HeldContribution> all = places();
-  const auto held = std::count_if(all.begin(), all.end(), [&](const HeldContribution& other) {
-    return other.used && !other.own && other.id.robot == one.id().robot &&
-           MapSession::is(other.id.submap) == is_session;
-  });
-  return static_cast<std::uint32_t>(held) < (is_session ? MapSession::kPlacesOfRobot : per_robot_);
+  return of_robots_.count(one.id()) < most_of_robot(one.id());
 }
 
 HeldContribution* ContributionTable::recall(FarContribution& one, Instant now) noexcept {
   HeldContribution* const place = has_place_for(one) ? free_place(false) : nullptr;
   if (place == nullptr) return nullptr;
   drop(*place);
-  take_place(*place, one.id(), now);
+  if (!take_place(*place, one.id(), now)) return nullptr;
   if (set_frame(*place, one.T_global_map, one.frame_revision, one.session) != Status::kOk) {
     drop(*place);
     return nullptr;
   }
+  place->known() = one.known();
   place->stated = true;
-  place->statement = one.statement;
   place->latest = one.statement.latest;
-  place->proof = one.proof;
-  place->proof_bytes = one.proof_bytes;
-  place->frame_signature = one.frame_signature;
-  place->signed_extent = one.signed_extent;
-  place->frame_at = one.frame_at;
-  place->origin_at = one.origin_at;
-  place->listed = one.listed;
-  place->denied = one.denied;
   far_.remove(one);
   return place;
 }

@@ -61,26 +61,17 @@ ContributionTable::Replaced ContributionTable::find_replaced(const ContributionI
 HeldContribution* ContributionTable::displaced_of_robot(const ContributionId& id, bool proven,
                                                         bool& refused) noexcept {
   const bool of_sessions = MapSession::is(id.submap);
-  const std::uint32_t most = of_sessions ? MapSession::kPlacesOfRobot : per_robot_;
-  // As most have far fewer, by names alone; own ones count too.
-  std::uint32_t count = 0;
-  for (const Name& name : names_.first(top_)) {
-    if (name.used && name.id.robot == id.robot && MapSession::is(name.id.submap) == of_sessions)
-      ++count;
-  }
-  if (count < most) return nullptr;
-  count = 0;
+  if (of_robots_.count(id) < most_of_robot(id)) return nullptr;
   HeldContribution* lowest = nullptr;
   for (HeldContribution& other : places()) {
     if (!other.used || other.own || other.id.robot != id.robot ||
         MapSession::is(other.id.submap) != of_sessions)
       continue;
-    ++count;
     const bool lower =
         lowest == nullptr || (other.open == lowest->open ? other.id < lowest->id : !other.open);
     if (lower) lowest = &other;
   }
-  if (lowest == nullptr || count < most) return nullptr;
+  if (lowest == nullptr) return nullptr;
   refused = !proven;
   if (refused) return lowest;
   const Replaced replaced = of_sessions ? Replaced{} : find_replaced(id);

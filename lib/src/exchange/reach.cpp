@@ -104,14 +104,14 @@ void Reach::ask_again(Ledger& ledger, Repair& repair, Instant now) noexcept {
   }
 }
 
-void Reach::drop_empty(Ledger& ledger, Instant now, ExchangeReport& counted) const noexcept {
+void Reach::drop_empty(Ledger& ledger, ExchangeReport& counted) const noexcept {
   std::uint32_t free = ledger.table().free_places();
   std::uint32_t dropped = 0;
   for (HeldContribution& one : ledger.places()) {
     if (free >= spare_places() || dropped == kMostEmpty) return;
     if (!one.used || one.own || !one.open || !one.stated || one.records != 0 || one.away_m <= 0.0)
       continue;
-    if (!ledger.table().put_far(one, now)) {
+    if (!ledger.table().put_far(one, counted)) {
       ++counted.refused_far;
       return;
     }
@@ -123,7 +123,7 @@ void Reach::drop_empty(Ledger& ledger, Instant now, ExchangeReport& counted) con
 
 void Reach::drop(Ledger& ledger, std::uint32_t fullness, const std::uint32_t* starved, Instant now,
                  ExchangeReport& counted) noexcept {
-  drop_empty(ledger, now, counted);
+  drop_empty(ledger, counted);
   // What was dropped gives its room back with the next pieces of fusion.
   if (ledger.table().is_removing()) return;
   // With room left, what finds none has used up its robot's share.
@@ -138,7 +138,7 @@ void Reach::drop(Ledger& ledger, std::uint32_t fullness, const std::uint32_t* st
     HeldContribution* const one = farthest(ledger, starved != nullptr, robot, now);
     if (one == nullptr) return;
     freed += ledger.replicas().contribution(one->slot).segments;
-    if (!ledger.table().put_far(*one, now)) {
+    if (!ledger.table().put_far(*one, counted)) {
       ++counted.refused_far;
       return;
     }
@@ -161,31 +161,38 @@ FarContribution* Reach::nearest(Ledger& ledger, std::uint32_t most_segments,
   return found;
 }
 
-void Reach::recall(Ledger& ledger, std::uint32_t fullness, Instant now,
-                   ExchangeReport& counted) const noexcept {
+std::uint64_t Reach::recall(Ledger& ledger, std::uint32_t fullness, Instant now,
+                            ExchangeReport& counted) const noexcept {
   constexpr std::uint32_t kAny = ~std::uint32_t{0};
   const std::uint64_t segments = ledger.replicas().config().segments;
+  std::uint64_t looked = 0;
   for (std::uint32_t i = 0; i < kMostChanges && ledger.far().size() != 0; ++i) {
+    looked += ledger.far().places().size();
     FarContribution* one = nearest(ledger, kAny, 0.0);
     if (one == nullptr && i == 0 && fullness < kPlenty &&
-        ledger.table().free_places() > 2 * spare_places())
+        ledger.table().free_places() > 2 * spare_places()) {
+      looked += ledger.far().places().size();
       one = nearest(ledger, static_cast<std::uint32_t>(segments * (kSome - fullness) / 1024),
                     std::numeric_limits<double>::infinity());
-    if (one == nullptr || ledger.table().recall(*one, now) == nullptr) return;
+    }
+    if (one == nullptr || ledger.table().recall(*one, now) == nullptr) break;
     ++counted.made_near;
   }
+  return looked;
 }
 
-void Reach::tick(Ledger& ledger, Repair& repair, Instant now, ExchangeReport& counted) noexcept {
-  if (!is_on_ || now < due_) return;
+std::uint64_t Reach::tick(Ledger& ledger, Repair& repair, Instant now,
+                          ExchangeReport& counted) noexcept {
+  if (!is_on_ || now < due_) return 0;
   due_ = now + kTurn;
   const std::uint32_t fullness = ledger.records().fullness();
-  recall(ledger, fullness, now, counted);
+  const std::uint64_t looked = recall(ledger, fullness, now, counted);
   std::uint32_t starved = 0;
   const bool is_starved = measure(ledger, starved);
   want(ledger, repair, fullness, now);
   ask_again(ledger, repair, now);
   drop(ledger, fullness, is_starved ? &starved : nullptr, now, counted);
+  return looked;
 }
 
 }  // namespace tessera

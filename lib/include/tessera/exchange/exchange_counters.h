@@ -77,4 +77,6 @@
   ROW(COUNTER, uint64_t, made_far,                                                                 \
       "Times that all records of a contribution were dropped, as it is far.")                      \
   ROW(COUNTER, uint64_t, made_near, "Times that a far contribution was wanted again.")             \
-  ROW(COUNTER, uint64_t, refused_far, "Times that a contribution could not become a far one.")
+  ROW(COUNTER, uint64_t, refused_far, "Times that a contribution could not become a far one.")     \
+  ROW(COUNTER, uint64_t, forgotten_far,                                                            \
+      "Far contributions that were forgotten, as all places of far ones were taken.")

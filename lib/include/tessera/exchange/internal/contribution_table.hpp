@@ -11,6 +11,7 @@
 #include "tessera/base/arena.hpp"
 #include "tessera/exchange/exchange_config.hpp"
 #include "tessera/exchange/internal/far_contributions.hpp"
+#include "tessera/exchange/internal/places_of_robots.hpp"
 #include "tessera/replica/replica_store.hpp"
 
 namespace tessera {
@@ -27,7 +28,8 @@ class ContributionTable {
            PartPool<Coverage::Part>::required_bytes(large(config)) +
            arena_bytes<Name>(config.contributions) +
            arena_bytes<std::uint32_t>(config.contributions) +
-           FarContributions::required_bytes(config.far_contributions);
+           FarContributions::required_bytes(config.far_contributions) +
+           PlacesOfRobots::required_bytes(config.contributions);
   }
   /// Fails with kResourceExhausted iff the arena is too small.
   [[nodiscard]] static Result<ContributionTable> make(Arena& arena, const ExchangeConfig& config,
@@ -81,10 +83,10 @@ class ContributionTable {
   /// All blocks that it has, as far as is known; those that its origin published lately may not be.
   [[nodiscard]] BlockExtent extent_of(const HeldContribution& contribution) const noexcept;
   /// Drops all records of one and gives its place back: it is a far one from now on. Where there is
-  /// no room for it, another one of the robot that has most is forgotten. False iff it is of this
-  /// robot, or its frame, extent or statement is not known. O(its index + far ones).
-  [[nodiscard]] bool put_far(HeldContribution& contribution, Instant now) noexcept;
-  /// Its robot has fewer contributions here than it may have. O(contributions).
+  /// no room for it, another one of the robot that has most is forgotten: counted. False iff it is
+  /// of this robot, or its frame, extent or statement is not known. O(its index + far ones).
+  [[nodiscard]] bool put_far(HeldContribution& contribution, ExchangeReport& counted) noexcept;
+  /// Its robot has fewer contributions here than it may have. O(1).
   [[nodiscard]] bool has_place_for(const FarContribution& one) const noexcept;
   /// Gives a far one a place, with no records yet. Null iff its robot may have no more, or there is
   /// no free place, or slot in the store; nothing was changed then. O(contributions).
@@ -118,6 +120,7 @@ class ContributionTable {
   }
   /// The same beside the one that it publishes. No place is kept for a session. O(1).
   void own_as(HeldContribution& contribution) noexcept {
+    if (!contribution.own) of_robots_.remove(contribution.id);
     contribution.own = true;
     opened_ += MapSession::is(contribution.id.submap) ? 0U : 1U;
   }
@@ -156,7 +159,13 @@ class ContributionTable {
     ContributionId id;
     bool used = false;
   };
-  void take_place(HeldContribution& place, const ContributionId& id, Instant now) noexcept;
+  /// Places that others' contributions of a robot may have: sessions have places of their own.
+  [[nodiscard]] std::uint32_t most_of_robot(const ContributionId& id) const noexcept {
+    return MapSession::is(id.submap) ? MapSession::kPlacesOfRobot : per_robot_;
+  }
+  /// False, with nothing changed, iff its robot finds no room in of_robots_.
+  [[nodiscard]] bool take_place(HeldContribution& place, const ContributionId& id,
+                                Instant now) noexcept;
   [[nodiscard]] HeldContribution* free_place(bool own) noexcept;
   [[nodiscard]] HeldContribution* place_of_silent(Instant now) noexcept;
   struct Replaced {
@@ -177,6 +186,7 @@ class ContributionTable {
   std::size_t top_ = 0;                ///< One above the last place that is used.
   std::uint32_t used_ = 0;             ///< Places.
   FarContributions far_{};
+  PlacesOfRobots of_robots_{};  ///< But for own ones.
   std::uint32_t publishing_ = kNobody;
   std::uint32_t opened_ = 0;
   std::uint64_t held_bytes_ = 0;

@@ -12,25 +12,12 @@
 
 namespace tessera {
 
-/// One of them. All that is in it was signed by its origin, in a fleet that signs.
-struct FarContribution {
-  Statement statement{};
-  std::array<std::byte, kMostProofBytes> proof{};  ///< Of the statement.
-  std::uint8_t proof_bytes = 0;
+/// One of them.
+struct FarContribution : KnownContribution {
   bool used = false;
-  std::uint32_t frame_revision = 0;
-  Matrix34d T_global_map = Matrix34d::Identity();
-  MapSession session{};  ///< As with this frame, if it is one.
-  Signature frame_signature{};
-  BlockExtent extent;          ///< Of the frame's message, and of all that was held of it.
-  BlockExtent signed_extent;   ///< Of the frame's message.
-  WorldBox box;                ///< Of the extent, in the global frame.
   std::uint32_t segments = 0;  ///< That its records took when it was held, or may take.
-  Instant since;               ///< When it became one.
-  Instant frame_at;            ///< When the revision was taken.
-  Instant origin_at;           ///< When its origin was last heard of it.
-  Instant listed;              ///< As HeldContribution; so is the next one.
-  Instant denied;
+  BlockExtent extent;          ///< Of the frame's message, and of all that was held of it.
+  WorldBox box;                ///< Of the extent, in the global frame.
 
   [[nodiscard]] const ContributionId& id() const noexcept { return statement.id; }
   /// Somebody announces more than is known of it.

@@ -22,8 +22,28 @@ namespace tessera {
   return false;
 }
 
+/// What is known of a contribution of which records may be held or not. All but the moments was
+/// signed by its origin, in a fleet that signs.
+struct KnownContribution {
+  std::uint8_t proof_bytes = 0;
+  std::uint32_t frame_revision = 0;
+  Statement statement{};
+  std::array<std::byte, kMostProofBytes> proof{};  ///< Of the statement.
+  Matrix34d T_global_map = Matrix34d::Identity();
+  MapSession session{};  ///< As with this frame, if it is one.
+  Signature frame_signature{};
+  BlockExtent signed_extent;  ///< Of the frame's message; of an own one, of the last that was sent.
+  Instant frame_at;           ///< When the revision was taken.
+  Instant origin_at;          ///< When the process that publishes it was last heard of it.
+  Instant listed;             ///< When its robot last announced it.
+  Instant denied;             ///< When its robot first left it out, since it last announced it.
+
+  [[nodiscard]] KnownContribution& known() noexcept { return *this; }
+  [[nodiscard]] const KnownContribution& known() const noexcept { return *this; }
+};
+
 /// What is held of one contribution, and what is known of it.
-struct HeldContribution {
+struct HeldContribution : KnownContribution {
   ContributionId id;
   bool used = false;    ///< The place is taken.
   bool own = false;     ///< Started by open(): nobody else has more of it.
@@ -33,11 +53,9 @@ struct HeldContribution {
   bool full = false;    ///< What came last was refused for lack of room.
   bool whole = false;   ///< It was complete once: what is missing is new.
   bool far = false;     ///< Its records are not asked for, nor taken: not yet, or as it is far.
-  std::uint8_t proof_bytes = 0;
   Replicas::Slot slot = 0;
   std::uint32_t generation = 0;  ///< Of the place: higher with each contribution that has it.
   std::uint32_t latest = 0;      ///< The highest version that was heard of.
-  std::uint32_t frame_revision = 0;
   /// Without signatures: its origin announced a lower revision. The frame is asked for anew.
   bool frame_doubted = false;
   /// The revision to ask for: one more than is held if somebody says that there is a later one.
@@ -46,20 +64,10 @@ struct HeldContribution {
   std::uint32_t records = 0;
   std::uint64_t record_bytes = 0;  ///< Codes and proofs of these records.
   Fingerprint held{};
-  Statement statement{};
-  std::array<std::byte, kMostProofBytes> proof{};  ///< Of the statement.
-  Matrix34d T_global_map = Matrix34d::Identity();
-  MapSession session{};  ///< As with this frame, if it is one.
-  Signature frame_signature{};
-  BlockExtent signed_extent;  ///< Of the frame's message; of an own one, of the last that was sent.
-  Instant frame_at;           ///< When the revision was taken.
-  double away_m = 0.0;        ///< From places that matter, as Reach found it; 0 or less: near.
-  Instant wanted_at;          ///< When far changed last.
-  Instant elsewhere;          ///< When another robot last announced that it has all of it.
-  Instant since;              ///< When its name was first heard.
-  Instant origin_at;          ///< When the process that publishes it was last heard of it.
-  Instant listed;             ///< When its robot last announced it.
-  Instant denied;             ///< When its robot first left it out, since it last announced it.
+  double away_m = 0.0;  ///< From places that matter, as Reach found it; 0 or less: near.
+  Instant wanted_at;    ///< When far changed last.
+  Instant elsewhere;    ///< When another robot last announced that it has all of it.
+  Instant since;        ///< When its name was first heard.
   /// Versions that need not be asked for: it has them, or a robot that sent others of the range
   /// said that there are no more. A hint: nothing is complete by it.
   Coverage coverage;

@@ -24,13 +24,16 @@ class Reach {
   }
   /// Decides again, if it is time to: at most kMostChanges contributions are dropped, kMostEmpty of
   /// which nothing is held give their places back, and kMostChanges are wanted again. Cost: for
-  /// each contribution and each far one a distance to each place, and kMostChanges walks over the
-  /// contributions.
-  void tick(Ledger& ledger, Repair& repair, Instant now, ExchangeReport& counted) noexcept;
+  /// each contribution a distance to each place, and kMostChanges walks over the contributions.
+  /// Returns at how many far ones it looked, each for a distance to each place and one look-up: at
+  /// most kMostWalks times all there are.
+  std::uint64_t tick(Ledger& ledger, Repair& repair, Instant now, ExchangeReport& counted) noexcept;
+  static constexpr std::uint32_t kMostWalks = 9;  ///< kMostChanges, and one where nothing is near.
 
  private:
   static constexpr Duration kTurn{100'000};
   static constexpr std::uint32_t kMostChanges = 8;
+  static_assert(kMostWalks == kMostChanges + 1);
   static constexpr std::uint32_t kMostEmpty = 64;
   /// Contributions of one robot that are asked for at once, so that what is nearest is there first.
   static constexpr std::uint32_t kAtOnce = 2;
@@ -67,10 +70,12 @@ class Reach {
   /// starved: the robot of something within reach that found no room, or null.
   void drop(Ledger& ledger, std::uint32_t fullness, const std::uint32_t* starved, Instant now,
             ExchangeReport& counted) noexcept;
-  void drop_empty(Ledger& ledger, Instant now, ExchangeReport& counted) const noexcept;
+  void drop_empty(Ledger& ledger, ExchangeReport& counted) const noexcept;
   void ask_again(Ledger& ledger, Repair& repair, Instant now) noexcept;
-  void recall(Ledger& ledger, std::uint32_t fullness, Instant now,
-              ExchangeReport& counted) const noexcept;
+  /// Returns at how many far ones it looked.
+  std::uint64_t recall(Ledger& ledger, std::uint32_t fullness, Instant now,
+                       ExchangeReport& counted) const noexcept;
+  /// O(far ones).
   [[nodiscard]] FarContribution* nearest(Ledger& ledger, std::uint32_t most_segments,
                                          double most_m) const noexcept;
 
