@@ -29,12 +29,20 @@ bool valid(const ExchangeConfig& config) noexcept {
 Result<Exchange> Exchange::make(Arena& arena, const ExchangeConfig& config,
                                 const ReplicaStore& store, const Authenticator& authenticator,
                                 const ClassTable& classes, const Signatures& signatures) noexcept {
+  Result<Exchange> made = Exchange();
+  const Status status = made->set_up(arena, config, store, authenticator, classes, signatures);
+  if (status != Status::kOk) made = status;
+  return made;
+}
+
+Status Exchange::set_up(Arena& arena, const ExchangeConfig& config, const ReplicaStore& store,
+                        const Authenticator& authenticator, const ClassTable& classes,
+                        const Signatures& signatures) noexcept {
   if (!valid(config) || config.records < store.replicas->config().blocks)
     return Status::kInvalidArgument;
-  Exchange exchange;
-  exchange.robot_ = config.robot;
-  exchange.listen_ = {config.listen_us};
-  exchange.reach_ = Reach(config);
+  robot_ = config.robot;
+  listen_ = {config.listen_us};
+  reach_ = Reach(config);
   const ConfigurationDetails details{.resolution_m = config.resolution_m,
                                      .prior = config.prior,
                                      .free_weight = config.free_weight,
@@ -42,21 +50,19 @@ Result<Exchange> Exchange::make(Arena& arena, const ExchangeConfig& config,
                                      .class_table = class_table_checksum(classes),
                                      .max_evidence = config.max_evidence,
                                      .conflicts = config.conflicts};
-  Status status = put_in_place(exchange.gate_, [&] {
-    return Gate::make(arena, config, details, authenticator, signatures);
-  });
+  Status status = put_in_place(
+      gate_, [&] { return Gate::make(arena, config, details, authenticator, signatures); });
   if (status == Status::kOk)
-    status = put_in_place(exchange.ledger_, [&] {
-      return Ledger::make(arena, config, store, exchange.gate_, classes.num_components());
+    status = put_in_place(ledger_, [&] {
+      return Ledger::make(arena, config, store, gate_, classes.num_components());
     });
   if (status == Status::kOk)
-    status = put_in_place(exchange.repair_, [&] { return Repair::make(arena, config); });
+    status = put_in_place(repair_, [&] { return Repair::make(arena, config); });
   if (status == Status::kOk)
-    status = put_in_place(exchange.sender_, [&] { return Sender::make(arena, config); });
+    status = put_in_place(sender_, [&] { return Sender::make(arena, config); });
   if (status == Status::kOk)
-    status = put_in_place(exchange.messages_, [&] { return MessageTaker::make(arena, config); });
-  if (status != Status::kOk) return status;
-  return exchange;
+    status = put_in_place(messages_, [&] { return MessageTaker::make(arena, config); });
+  return status;
 }
 
 Status Exchange::open(std::uint32_t epoch, std::uint32_t submap,
@@ -189,7 +195,7 @@ std::size_t Exchange::send(std::int64_t now_us, std::span<std::byte> into) noexc
   const Instant now = Instant::at_us(now_us);
   if (is_listening(now)) return 0;
   repair_.end_comparison(ledger_, gate_.peers(), now);
-  reach_.tick(ledger_, repair_, now, counted_);
+  static_cast<void>(reach_.tick(ledger_, repair_, now, counted_));
   return sender_.send(gate_, ledger_, repair_, now, into, counted_);
 }
 

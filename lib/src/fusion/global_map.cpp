@@ -27,35 +27,33 @@ int halo_of(const GlobalMapConfig& config) noexcept {
 
 Result<GlobalMap> GlobalMap::make(Arena& arena, const GlobalMapConfig& config,
                                   const ClassTable& classes) noexcept {
+  Result<GlobalMap> made = GlobalMap();
+  const Status status = made->set_up(arena, config, classes);
+  if (status != Status::kOk) made = status;
+  return made;
+}
+
+Status GlobalMap::set_up(Arena& arena, const GlobalMapConfig& config,
+                         const ClassTable& classes) noexcept {
   const bool capped = config.max_evidence >= 0.0F && config.max_evidence <= 1e6F;
   if (!in_range(config.diffusion) || !tessera::in_range(config.map) || !capped ||
       halo_of(config) > DiffusionConfig::kMostHalo)
     return Status::kInvalidArgument;
-  TwoMaps maps;
-  const Status status = put_in_place(maps, [&] { return TwoMaps::make(arena, config, classes); });
-  if (status != Status::kOk) return status;
-  return around(arena, config, maps, classes.num_components());
-}
-
-Result<GlobalMap> GlobalMap::around(Arena& arena, const GlobalMapConfig& config,
-                                    const TwoMaps& maps, int components) noexcept {
-  GlobalMap global;
-  global.maps_ = maps;
-  const Status status = global.set_up(arena, config, components);
-  if (status != Status::kOk) return status;
-  return global;
-}
-
-Status GlobalMap::set_up(Arena& arena, const GlobalMapConfig& config, int components) noexcept {
   config_ = config;
+  const Status status = put_in_place(maps_, [&] { return TwoMaps::make(arena, config, classes); });
+  return status == Status::kOk ? set_up_replicas(arena, classes.num_components()) : status;
+}
+
+Status GlobalMap::set_up_replicas(Arena& arena, int components) noexcept {
   Status status = put_in_place(
-      replicas_, [&] { return Replicas::make(arena, config.replicas, config.map.hash_seed); });
+      replicas_, [&] { return Replicas::make(arena, config_.replicas, config_.map.hash_seed); });
   if (status == Status::kOk)
     status = put_in_place(moves_,
-                          [&] { return FrameMoves::make(arena, config.replicas.contributions); });
+                          [&] { return FrameMoves::make(arena, config_.replicas.contributions); });
   if (status == Status::kOk)
-    status = put_in_place(
-        records_, [&] { return GlobalRecords::make(arena, config.blocks, config.map.hash_seed); });
+    status = put_in_place(records_, [&] {
+      return GlobalRecords::make(arena, config_.blocks, config_.map.hash_seed);
+    });
   return status == Status::kOk ? set_up_fusion(arena, components) : status;
 }
 

@@ -14,15 +14,10 @@ Status Sharer::set_up(Arena& arena, const RobotConfig& config, const ClassTable&
   const int components = classes.num_components();
   Status status = put_in_place(
       publisher_, [&] { return Publisher::make(arena, config.publisher, config.map, components); });
-  if (status == Status::kOk) {
-    status = put_in_place(global_, [&] { return GlobalMap::make(arena, config.global, classes); });
-  }
-  if (status == Status::kOk) {
-    status = put_in_place(exchange_, [&] {
-      return Exchange::make(arena, config.exchange, store_of(global_), keys.authenticator, classes,
-                            keys.signatures);
-    });
-  }
+  if (status == Status::kOk) status = global_.set_up(arena, config.global, classes);
+  if (status == Status::kOk)
+    status = exchange_.set_up(arena, config.exchange, store_of(global_), keys.authenticator,
+                              classes, keys.signatures);
   if (status != Status::kOk) return status;
   if (config.floor != 0) exchange_.set_floor(config.floor);
   Result<SubmapFrames> frames = SubmapFrames::make(arena, most_frames(config), config.first_submap);

@@ -34,7 +34,14 @@ class Exchange {
                                              const Authenticator& authenticator,
                                              const ClassTable& classes,
                                              const Signatures& signatures = {}) noexcept;
-  /// Unusable until one from make() is move-assigned.
+  /// make() where it is to be, without a copy of it on the stack: for one that is unusable yet, and
+  /// stays so where this fails.
+  [[nodiscard, gnu::noinline]] Status set_up(Arena& arena, const ExchangeConfig& config,
+                                             const ReplicaStore& store,
+                                             const Authenticator& authenticator,
+                                             const ClassTable& classes,
+                                             const Signatures& signatures) noexcept;
+  /// Unusable until one from make() is move-assigned, or set_up().
   Exchange() noexcept = default;
 
   // --- What this robot says ----------------------------------------------------------------------

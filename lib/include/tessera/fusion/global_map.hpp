@@ -30,7 +30,11 @@ class GlobalMap {
   /// arena is too small.
   [[nodiscard]] static Result<GlobalMap> make(Arena& arena, const GlobalMapConfig& config,
                                               const ClassTable& classes) noexcept;
-  /// Unusable until one from make() is move-assigned.
+  /// make() where it is to be, without a copy of it on the stack: for one that is unusable yet, and
+  /// stays so where this fails.
+  [[nodiscard, gnu::noinline]] Status set_up(Arena& arena, const GlobalMapConfig& config,
+                                             const ClassTable& classes) noexcept;
+  /// Unusable until one from make() is move-assigned, or set_up().
   GlobalMap() noexcept = default;
 
   // --- What arrives ------------------------------------------------------------------------------
@@ -124,11 +128,8 @@ class GlobalMap {
   /// The part of required_bytes that does not grow with the map, nor with its maps' config.
   [[nodiscard]] static constexpr std::size_t scratch_bytes(const GlobalMapConfig& config,
                                                            int num_components) noexcept;
-  /// The rest of make(): on its own, so that the stack of one part is gone before the next.
-  [[gnu::noinline]] static Result<GlobalMap> around(Arena& arena, const GlobalMapConfig& config,
-                                                    const TwoMaps& maps, int components) noexcept;
-  [[gnu::noinline]] Status set_up(Arena& arena, const GlobalMapConfig& config,
-                                  int components) noexcept;
+  /// The rest of set_up(): on its own, so that the stack of one part is gone before the next.
+  [[gnu::noinline]] Status set_up_replicas(Arena& arena, int components) noexcept;
   [[gnu::noinline]] Status set_up_fusion(Arena& arena, int components) noexcept;
   std::uint64_t work_on_moves(std::uint64_t budget) noexcept;
   std::uint64_t merge(std::uint64_t budget) noexcept;
