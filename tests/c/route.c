@@ -29,8 +29,8 @@ static int known_stations(const tessera_robot* robot) {
   return known;
 }
 
-/// One robot has been to all stations, each a submap; the other is at the first, and has places for
-/// four of them.
+/// One robot has been to all stations, each a submap; the other is at the first, and has fewer
+/// places.
 static void test_route(void) {
   tessera_config config = small_config(1);
   config.contributions = 16;
@@ -38,7 +38,7 @@ static void test_route(void) {
   config.submap_jump_m = 10.0;
   tessera_robot* const driver = small_robot(0, &config, NULL);
   config = small_config(2);
-  config.contributions = 6;
+  config.contributions = config.contributions_per_robot = 6;
   config.own_contributions = 1;
   config.reach_m = 10.0;
   config.far_contributions = 16;

@@ -68,7 +68,7 @@ NOT_RUN = {
     "sudo sysctl -w net.core.rmem_max=8388608": "needs root",
     "sudo systemctl enable --now tessera-node@scout": "needs root; cli_service_unit reads the unit",
     "journalctl -u tessera-node@scout -f": "needs the unit",
-    "tessera view MAP.tsm [...] [--listen 127.0.0.1:8080] [--everywhere] [--transform MAP.tsm=T.txt]": "a synopsis; view_http",
+    "tessera view MAP.tsm [...] [--listen 127.0.0.1:8080] [--everywhere] [--session MAP.tsm] [--transform MAP.tsm=T.txt]": "a synopsis; view_http",
     "tessera view map.tsm": "until it is ended; view_http, view_browser",
     "tessera view global.tsm robot_0.tsm robot_1.tsm": "until it is ended; view_http, view_browser",
     "tessera node --config robot_0.toml": "until it is ended; cli_node, and two-robots runs nodes",
