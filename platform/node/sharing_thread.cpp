@@ -85,6 +85,21 @@ void SharingThread::note_frames(std::int64_t now_us) noexcept {
   frames_.set(frames_now_);
 }
 
+void SharingThread::note_sessions() noexcept {
+  now_.session_count = 0;
+  const Replicas& replicas = sharer_.global().replicas();
+  for (const Replicas::Slot slot : replicas.in_order()) {
+    const Replicas::Contribution& one = replicas.contribution(slot);
+    if (!MapSession::is(one.id.submap) || one.session.weight == 0) continue;
+    const std::span<const MapSession> known = std::span(now_.sessions).first(now_.session_count);
+    const bool is_known = std::any_of(known.begin(), known.end(), [&](const MapSession& other) {
+      return other.digest == one.session.digest;
+    });
+    if (!is_known && now_.session_count < now_.sessions.size())
+      now_.sessions[now_.session_count++] = one.session;
+  }
+}
+
 void SharingThread::note_status(std::int64_t now_us) noexcept {
   const ExchangeReport exchange = sharer_.exchange().report();
   const Activity activity{exchange.records_taken, exchange.published_parts,
@@ -102,6 +117,7 @@ void SharingThread::note_status(std::int64_t now_us) noexcept {
   now_.waiting = sharer_.global().waiting();
   now_.global = sharer_.global().map().usage();
   now_.global_counts = sharer_.global().counters();
+  note_sessions();
   const std::optional<std::uint32_t> overtaken = sharer_.exchange().overtaken();
   now_.overtaken = overtaken ? std::uint64_t{*overtaken} + 1 : 0;
   now_.highest_session_heard = sharer_.exchange().epochs().highest_session();

@@ -38,6 +38,9 @@ struct SharingThreadState {
   /// Contributions with proofs of conflicts, in the order of their arrival.
   std::array<ContributionId, Conflicts::kMost> conflicts{};
   std::uint32_t conflict_count = 0;
+  /// Maps of earlier days in the global map, each once, as far as they fit.
+  std::array<MapSession, 2 * MapSession::kMostOfRobot> sessions{};
+  std::uint32_t session_count = 0;
   GlobalMapReport global_counts{};  ///< GlobalMap::counters().
   bool idle = false;                ///< Nothing waits to be published or fused.
   std::int64_t quiet_since_us = 0;  ///< Time since which nothing was published, heard or answered.
@@ -117,6 +120,7 @@ class SharingThread {
   void run() noexcept;
   void tick(std::int64_t now_us) noexcept;
   void note_status(std::int64_t now_us) noexcept;
+  void note_sessions() noexcept;
   void note_frames(std::int64_t now_us) noexcept;
   void note_asked(std::int64_t now_us) noexcept;
 

@@ -10,6 +10,7 @@
 #include <cmath>
 
 #include "base/allocation_counter.hpp"
+#include "maps/session_file.hpp"
 #include "tessera/base/rigid.hpp"
 
 namespace tessera {
@@ -195,6 +196,9 @@ Json ViewThread::status() const {
                     {"ticks", sharing.ticks},
                     {"buckets", std::move(buckets)}};
   json["network"] = network_json(sharing, *node_.port);
+  Json& sessions = json["network"]["sessions"] = Json::array();
+  for (std::uint32_t i = 0; i < sharing.session_count; ++i)
+    sessions.push_back(to_json(sharing.sessions[i]));
   json["network"]["exclude_differs"] = node_.fleet->view().differ();
   return json;
 }

@@ -24,10 +24,11 @@ URL = re.compile(r"http://127\.0\.0\.1:(\d+)/")
 
 
 class ViewNode(NodeCase):
-    def start(self, **service):
+    def start(self, text="", **service):
         config = self.config(0, replay={"rate_hz": 5, "loop": True}, service={**SERVICE, **service},
                              run={"wait_for_peers": None, "quiet_s": None, "linger_s": None},
                              output={"global_map": None, "contribution": None})
+        config.write_text(config.read_text() + text)
         node = RunningNode(self.folder, config)
         self.addCleanup(node.close)
         node.says("the maps are shown at")
@@ -81,6 +82,15 @@ class ViewNode(NodeCase):
         self.assertEqual(12, len(told["robots"][0]["T_map_sensor"]))
         self.assertGreater(told["network"]["sent"], 0)
         self.assertEqual(0, told["network"]["missing"])
+
+    def test_maps_of_earlier_days_are_named_by_their_date(self):
+        yesterday = self.folder / "yesterday.tsm"
+        self.done("map", "--dataset", f"{self.street}/robot_1", "--resolution", "0.4", "--max-range", "60", "--out", yesterday)
+        os.utime(yesterday, (1764115200, 1764115200))
+        self.start(text=f'[[sessions]]\nfile = "{yesterday}"\nweight = 0.25\n')
+        (session,) = until(lambda: self.json("/status")["network"]["sessions"], "the session")
+        self.assertEqual(("2025-11-26T00:00:00Z", 0.25), (session["date"], session["weight"]))
+        self.assertEqual("only other robots or earlier days", self.json("/maps")["maps"][1]["contributors"][0])
 
     def test_so_many_voxels_a_second_and_no_more(self):
         node = self.start(view_voxels_per_s=1000)
