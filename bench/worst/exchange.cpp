@@ -8,6 +8,7 @@
 #include "meter.hpp"
 #include "published.hpp"
 #include "tessera/exchange/internal/block_codec.hpp"
+#include "tessera/exchange/internal/frames.hpp"
 
 namespace tessera::bench {
 
@@ -216,10 +217,13 @@ void measure_request(Meter& meter) {
   };
   for (std::uint32_t other = 1; other <= kOthers; ++other) {
     const ContributionId id{other, 1, 0};
-    robot->exchange.receive(
-        say(DatagramKind::kFrame,
-            [&](ByteWriter& to) { write_frame(to, {.id = id, .revision = 1}); }),
-        0);
+    robot->exchange.receive(say(DatagramKind::kFrame,
+                                [&](ByteWriter& to) {
+                                  write_frames_header(to, {.robot = other, .relayed = true});
+                                  if (!FrameWriter(to).write({.id = id, .revision = 1}))
+                                    std::abort();
+                                }),
+                            0);
     for (std::uint32_t v = 1; v <= 2 * Coverage::kMostRanges; v += 2) {
       robot->exchange.receive(
           say(DatagramKind::kChunk,

@@ -9,7 +9,7 @@
 #include "network/simulated_network.hpp"
 #include "tessera/exchange/conflicts.hpp"
 #include "tessera/exchange/internal/block_codec.hpp"
-#include "tessera/exchange/internal/hash_tree.hpp"
+#include "tessera/exchange/internal/frames.hpp"
 
 namespace tessera::fuzz {
 
@@ -34,17 +34,6 @@ VersionRange drawn_range(Input& input) {
   const std::uint32_t first = std::max(drawn_version(input), std::uint32_t{1});
   const std::uint32_t more = input.u8();
   return {first, more < ~std::uint32_t{0} - 1 - first ? first + more : first};
-}
-
-void draw_frame(Input& input, ByteWriter& to) {
-  FrameBody frame{.id = drawn_id(input), .revision = 1U + input.u8()};
-  const unsigned how = input.u8();
-  for (Eigen::Index axis = 0; axis < 3; ++axis) {
-    const double shift = static_cast<std::int16_t>(input.u16());
-    frame.T_global_map(axis, 3) = (how & 1U) != 0 ? shift * 10.0 : shift / 100.0;
-  }
-  frame.session = {how & 3U, 0, static_cast<std::uint16_t>((how & 0xe0U) << 7U)};
-  static_cast<void>(write_frame(to, frame));
 }
 
 void draw_announcement(Input& input, ByteWriter& to) {
@@ -121,6 +110,32 @@ Datagram unsigned_proof(unsigned which) {
   Datagram proof(1 + HashTree::path_length(leaf, leaves) * kHashBytes + kSignatureBytes);
   proof[0] = static_cast<std::byte>(leaf | (leaves - 1) << 4U);
   return proof;
+}
+
+/// True iff the body ends with a signature.
+bool draw_frames(Input& input, ByteWriter& to, bool is_signed) {
+  const unsigned flags = input.u8();
+  FramesHeader header{.robot = drawn_id(input).robot, .relayed = (flags & 1U) != 0};
+  const bool at_end = is_signed && !header.relayed;
+  if (at_end) to.keep_free(kSignatureBytes);
+  write_frames_header(to, header);
+  FrameWriter writer(to);
+  Datagram proof;
+  for (int n = 1 + input.below(18); n > 0; --n) {
+    FrameBody frame{.id = drawn_id(input), .revision = 1U + input.u8()};
+    const unsigned how = input.u8();
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      const double shift = static_cast<std::int16_t>(input.u16());
+      // Of those in steps of 2^-12 there is a short code.
+      frame.T_global_map(axis, 3) =
+          (how & 1U) != 0 ? shift * 10.0 : shift / ((how & 2U) != 0 ? 128.0 : 100.0);
+    }
+    if ((how & 4U) != 0) frame.extent.include(BlockCoord{static_cast<std::int32_t>(how), -3, 2});
+    frame.session = {how & 3U, 0, static_cast<std::uint16_t>((how & 0xe0U) << 7U)};
+    if (is_signed && header.relayed) proof = unsigned_proof(how);
+    if (!writer.write(frame, proof)) break;
+  }
+  return at_end;
 }
 
 void draw_statement(Input& input, ByteWriter& to, bool is_signed) {
@@ -215,11 +230,11 @@ bool draw_chunk(Input& input, ByteWriter& to, bool is_signed) {
 /// True iff the body ends with a signature, which there is room for.
 bool draw(Input& input, DatagramKind kind, bool is_signed, ByteWriter& to) {
   if (kind == DatagramKind::kChunk) return draw_chunk(input, to, is_signed);
-  const bool at_end = is_signed && (is_control(kind) || kind == DatagramKind::kFrame);
+  if (kind == DatagramKind::kFrame) return draw_frames(input, to, is_signed);
+  const bool at_end = is_signed && is_control(kind);
   if (at_end) to.keep_free(kSignatureBytes);
   if (kind == DatagramKind::kAnnounce) draw_announcement(input, to);
   if (kind == DatagramKind::kRequest) draw_request(input, to);
-  if (kind == DatagramKind::kFrame) draw_frame(input, to);
   if (kind == DatagramKind::kStatement) draw_statement(input, to, is_signed);
   if (kind == DatagramKind::kDescription) draw_description(input, to);
   if (kind == DatagramKind::kConflict) draw_conflict(input, to);

@@ -22,7 +22,7 @@ class Signer {
     if (is_control(header_.kind)) return sign_end(header_.sender, but_signature());
     switch (header_.kind) {
       case DatagramKind::kFrame:
-        return sign_frame();
+        return sign_frames();
       case DatagramKind::kChunk:
         return sign_chunk();
       case DatagramKind::kConflict:
@@ -52,15 +52,33 @@ class Signer {
     return has_room() ? put(robot, message, message_.last(kSignatureBytes)) : 0;
   }
 
-  int sign_frame() const {
+  int sign_frames() const {
+    FramesHeader header;
+    ByteReader whole(body());
+    if (!read_frames_header(whole, header)) return 0;
+    std::size_t frames = whole.remaining();
+    if (!header.relayed && frames < kSignatureBytes) return 0;
+    if (!header.relayed) frames -= kSignatureBytes;
+    ByteReader from(whole.bytes(frames));
+    FrameReader reader(from, header.robot, header.relayed);
     FrameBody frame;
-    ByteReader from(body());
-    if (!read_frame(from, frame)) return 0;
-    return sign_end(frame.id.robot, FrameMessage(header_.configuration, frame).bytes());
+    Bytes proof;
+    HashTree tree;
+    int right = 0;
+    while (from.remaining() != 0 && reader.read(frame, proof)) {
+      const Hash leaf = leaf_of(hashing(), frame);
+      if (header.relayed) {
+        right += sign_leaf(TreeOf::frames(header.robot), leaf, proof);
+      } else {
+        tree.add(leaf);
+      }
+    }
+    if (header.relayed || tree.count() == 0) return right;
+    return sign_root(TreeOf::frames(header.robot), tree);
   }
 
   /// proof: bytes of the datagram.
-  int sign_leaf(const ContributionId& id, const Hash& leaf, Bytes proof) const {
+  int sign_leaf(const TreeOf& of, const Hash& leaf, Bytes proof) const {
     ByteReader from(proof);
     const unsigned place = from.u8();
     const std::uint32_t index = place & 0xfU;
@@ -75,8 +93,13 @@ class Signer {
     if (!from.ok() || from.remaining() != kSignatureBytes) return 0;
     const Hash root = HashTree::climb(hashing(), leaf, index, leaves, way);
     const auto at = static_cast<std::size_t>(proof.data() - all_.data());
-    return put(id.robot, root_message(header_.configuration, id, leaves, root),
+    return put(of.id.robot, root_message(header_.configuration, of, leaves, root),
                all_.subspan(at + proof.size() - kSignatureBytes, kSignatureBytes));
+  }
+
+  int sign_root(const TreeOf& of, HashTree& tree) const {
+    const Hash root = tree.root(hashing());
+    return sign_end(of.id.robot, root_message(header_.configuration, of, tree.count(), root));
   }
 
   int sign_statement() const {
@@ -123,9 +146,7 @@ class Signer {
     }
     if (chunk.relayed) return right;
     tree.add(leaf_of(hashing(), chunk.statement));
-    const Hash root = tree.root(hashing());
-    return sign_end(chunk.id.robot,
-                    root_message(header_.configuration, chunk.id, tree.count(), root));
+    return sign_root(chunk.id, tree);
   }
 
   static const Signatures& hashing() {

@@ -108,12 +108,23 @@ void chunk(Echo& echo) {
   }
 }
 
-void frame(Echo& echo) {
-  FrameBody frame;
-  if (!read_frame(echo.from, frame)) return;
-  require(frame.revision >= 1, "a revision of none");
-  require(write_frame(echo.to, frame), "read and not written");
+void frames(Echo& echo) {
+  FramesHeader header;
+  if (!read_frames_header(echo.from, header)) return;
+  write_frames_header(echo.to, header);
   echo.check();
+  FrameReader reader(echo.from, header.robot, header.relayed);
+  FrameWriter writer(echo.to);
+  FrameBody frame;
+  std::span<const std::byte> proof;
+  while (echo.from.remaining() != 0 && reader.read(frame, proof)) {
+    require(frame.revision >= 1, "a revision of none");
+    require(frame.id.robot == header.robot, "of another robot");
+    require(!frame.extent.any() || (in_grid(frame.extent.low) && in_grid(frame.extent.high)),
+            "an extent that is not in the grid");
+    require(writer.write(frame, proof), "read and not written");
+    echo.check();
+  }
 }
 
 void conflict(Echo& echo) {
@@ -146,7 +157,7 @@ void wire(Bytes bytes) {
     case 6:
       return conflict(echo);
     default:
-      return frame(echo);
+      return frames(echo);
   }
 }
 

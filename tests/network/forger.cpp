@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "network/simulated_network.hpp"
+#include "tessera/exchange/internal/frames.hpp"
 
 namespace tessera::network {
 
@@ -27,8 +28,10 @@ std::vector<std::byte> Forger::announcement(std::initializer_list<AnnouncedContr
 }
 
 std::vector<std::byte> Forger::frame(const ContributionId& id, std::uint32_t revision) {
-  return datagram(DatagramKind::kFrame,
-                  [&](ByteWriter& to) { write_frame(to, {.id = id, .revision = revision}); });
+  return datagram(DatagramKind::kFrame, [&](ByteWriter& to) {
+    write_frames_header(to, {.robot = id.robot, .relayed = id.robot != robot_});
+    if (!FrameWriter(to).write({.id = id, .revision = revision})) throw std::runtime_error("frame");
+  });
 }
 
 std::vector<std::byte> Forger::chunk(const ContributionId& id, VersionRange range, BlockCoord block,

@@ -14,6 +14,7 @@ import sys
 import decode_block
 import wire_datagram as wire
 import wire_encode
+import wire_frames
 from wire_trust import Fleet, Refused, crc32c, mix, M64
 
 
@@ -136,8 +137,13 @@ class Recording:
             seen += [what for record in body["records"] for what in
                      ["record"] + ["later part"] * (record.part > 0) + ["empty record"] * (not record.code)]
             seen += ["proof"] * sum(len(record.proof) > 0 for record in body["records"])
-        if datagram.kind in (wire.FRAME, wire.STATEMENT) and datagram.sender != body["name"][0]:
-            seen.append(f"relayed {kind}")
+        if datagram.kind == wire.STATEMENT and datagram.sender != body["name"][0]:
+            seen.append("relayed statement")
+        if datagram.kind == wire.FRAME:
+            seen += ["relayed frame"] if body["flags"] & 1 else []
+            seen += ["frame beside another"] if len(body["frames"]) > 1 else []
+            seen += ["matrix" if wire_frames.code_of(one["T"]) is None else "short code" for one in body["frames"]]
+            seen += ["proof of a frame"] * sum(len(one["proof"]) > 0 for one in body["frames"])
         self.seen.update(seen)
         return frozenset(seen)
 
@@ -191,12 +197,13 @@ class Recording:
             floors[body["name"][0]] = max(floors.get(body["name"][0], 0), body["stated"]["floor"])
         for name in [name for name in held if name[1] < floors.get(name[0], 0)]:
             del held[name]
-        if datagram.kind not in (wire.CHUNK, wire.FRAME) or body["name"][1] < floors.get(body["name"][0], 0):
+        for one in body.get("frames", []):
+            if one["name"][1] >= floors.get(one["name"][0], 0):
+                replica = held.setdefault(one["name"], Replica())
+                replica.frame = max(replica.frame, one["revision"])
+        if datagram.kind != wire.CHUNK or body["name"][1] < floors.get(body["name"][0], 0):
             return
         replica = held.setdefault(body["name"], Replica())
-        if datagram.kind == wire.FRAME:
-            replica.frame = max(replica.frame, body["revision"])
-            return
         for record in body["records"][:body["taken"]]:
             replica.add(record, self.fleet.leaf_of_record(body["name"], record))
 
@@ -248,9 +255,10 @@ class Recording:
 
 
 NEEDED = [*wire.KINDS, *(f"request of {name}" for name in wire.TYPES), "question", "answer", "list", "parts", "relayed chunk", "partial chunk",
-          "record", "later part", "empty record", "relayed frame", "relayed statement", "announced contribution"]
+          "record", "later part", "empty record", "relayed frame", "frame beside another", "matrix", "short code", "relayed statement",
+          "announced contribution"]
 NEEDED.remove("conflict")
-SIGNED = ["proof", "conflict"]
+SIGNED = ["proof", "proof of a frame", "conflict"]
 
 
 def main():

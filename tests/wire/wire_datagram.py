@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Datagrams of docs/reference/wire-format.md, decoded, from that page alone. Refused is raised for what it does not allow."""
 import dataclasses
-import math
 import struct
 
 import decode_block
+import wire_frames
 from wire_trust import Refused, check, crc32c
 
 ANNOUNCEMENT, REQUEST, CHUNK, FRAME, LEAVE, STATEMENT, DESCRIPTION, CONFLICT = range(1, 9)
@@ -107,7 +107,8 @@ class Decoder:
         check(configuration == crc32c(self.fleet.configuration), "configuration")
         check(sent[2] >= 1, "sequence")
         out = Datagram(kind & 127, configuration, *sent, {})
-        relayed = out.kind == CHUNK and len(data) > 52 and data[52] & 1
+        flags_at = {CHUNK: 52, FRAME: 32}.get(out.kind)
+        relayed = flags_at and len(data) > flags_at and data[flags_at] & 1
         signed = self.fleet.signs and out.kind not in (STATEMENT, CONFLICT) and not relayed
         end = len(data) - 16 - (64 if signed else 0)
         check(end >= 32, "no signature")
@@ -125,9 +126,9 @@ class Decoder:
             name, statement = out.body["name"], data[32:52] + data[53:89] + struct.pack("<Q", out.session)
             leaves = [self.fleet.leaf_of_record(name, record) for record in out.body["records"]] + [self.fleet.leaf_of_statement(statement)]
             check(len(leaves) <= 16, "leaves")
-            self.fleet.check_tree(name, len(leaves), self.fleet.root(leaves), out.signature)
+            self.fleet.check_tree(CHUNK, name, leaves, out.signature)
         elif out.kind == FRAME:
-            self.fleet.check_signature(out.body["name"][0], b"TS\2\4" + data[8:12] + data[32:end], out.signature)
+            self.fleet.check_tree(FRAME, (out.sender, 0, 0), [leaf for _, leaf in out.body["leaves"]], out.signature)
         else:
             self.fleet.check_signature(out.sender, data[:end], out.signature)
 
@@ -204,7 +205,7 @@ class Decoder:
         check(all(-2**20 <= c < 2**20 for c in block), "block")
         record = Record(version, layers >> 4, layers & 15, block, r.bytes(r.varint(1171)))
         if body["flags"] & 1 and self.fleet.signs:
-            record.proof = self.fleet.check_proof(body["name"], self.fleet.leaf_of_record(body["name"], record), r)
+            record.proof = self.fleet.check_proof(CHUNK, body["name"], self.fleet.leaf_of_record(body["name"], record), r)
         return record
 
     def check_code(self, record):
@@ -216,22 +217,45 @@ class Decoder:
                 raise Refused(CODE) from None
 
     def frame(self, out, r):
-        body = {"name": r.name(), "revision": r.take("I"), "T": r.take("12d"), "extent": r.take("6i")}
-        low, high = body["extent"][:3], body["extent"][3:]
-        check(body["extent"] == (0, 0, 0, -1, -1, -1) or all(-2**20 <= a <= b < 2**20 for a, b in zip(low, high)), "extent")
-        if body["name"][2] >= FIRST_SESSION:
-            body["session"] = r.take("QqH")
-            check(body["session"][2] <= 2**15, "weight of a map session")
-        check(body["revision"] >= 1 and all(map(math.isfinite, body["T"])), "frame")
-        columns = [body["T"][i::4] for i in range(3)]
-        for i in range(3):
-            for j in range(3):
-                check(abs(sum(a * b for a, b in zip(columns[i], columns[j])) - (i == j)) <= 1e-3, "rotation")
-        a, b, c = columns
-        check(sum(a[i] * (b[i - 2] * c[i - 1] - b[i - 1] * c[i - 2]) for i in range(3)) > 0, "mirrored")
-        resolution_m = struct.unpack_from("<d", self.fleet.configuration)[0]
-        check(all(abs(t) <= 2**20 * resolution_m for t in body["T"][3::4]), "shift")
+        body = {"flags": r.u8(), "robot": r.take("I"), "frames": [], "leaves": []}
+        check(body["flags"] <= 1, "flags of frames")
+        check(body["flags"] or out.sender == body["robot"], "frames of another robot")
+        before = 0, 0, 0
+        while r.more():
+            check(len(body["frames"]) < 16, "frames")
+            one = self.one_frame(body["robot"], before, r)
+            before = *one["name"][1:], one["revision"]
+            leaf = self.fleet.leaf_of_frame(wire_frames.alone(one))
+            one["proof"] = self.fleet.check_proof(FRAME, (body["robot"], 0, 0), leaf, r) if body["flags"] and self.fleet.signs else b""
+            body["frames"].append(one)
+            body["leaves"].append((one["name"], leaf))
+        check(body["frames"], "no frame")
         return body
+
+    def one_frame(self, robot, before, r):
+        flags = r.u8()
+        check(flags <= 3, "flags of a frame")
+        epoch, submap, revision = ((number + r.zigzag()) % 2**32 for number in before)
+        one = {"name": (robot, epoch, submap), "revision": revision, "extent": None, "session": None}
+        check(revision >= 1, "revision")
+        if flags & 1:
+            one["T"] = r.take("12d")
+            check(wire_frames.code_of(one["T"]) is None, "a matrix of which there is a short code")
+        else:
+            code = wire_frames.read_code(r)
+            one["T"] = wire_frames.transform_of(code)
+            check(one["T"] is not None and wire_frames.code_of(one["T"]) == code, "short code")
+        if not flags & 2:
+            low = [r.zigzag() for _ in range(3)]
+            one["extent"] = (*low, *(a + r.varint() for a in low))
+            check(all(-2**20 <= a < 2**20 for a in one["extent"]), "extent")
+        if submap >= FIRST_SESSION:
+            one["session"] = r.take("QqH")
+            check(one["session"][2] <= 2**15, "weight of a map session")
+        check(wire_frames.is_rigid(one["T"], 1e-3), "frame")
+        resolution_m = struct.unpack_from("<d", self.fleet.configuration)[0]
+        check(all(abs(t) <= 2**20 * resolution_m for t in one["T"][3::4]), "shift")
+        return one
 
     def statement(self, out, r):
         begin = r.at
@@ -239,7 +263,7 @@ class Decoder:
         body["stated"] = self.stated(body["name"], r)
         body["session"] = r.take("Q")
         leaf = self.fleet.leaf_of_statement(r.data[begin:r.at])
-        body["proof"] = self.fleet.check_proof(body["name"], leaf, r) if self.fleet.signs else b""
+        body["proof"] = self.fleet.check_proof(CHUNK, body["name"], leaf, r) if self.fleet.signs else b""
         return body
 
     def conflict(self, out, r):
@@ -256,7 +280,7 @@ class Decoder:
             else:
                 what = r.take("2IB3i"), r.bytes(16)
                 leaf = self.fleet.leaf_of_facts(body["name"], r.data[begin:r.at])
-            body["sides"].append((r.data[begin:r.at], what, self.fleet.check_proof(body["name"], leaf, r)))
+            body["sides"].append((r.data[begin:r.at], what, self.fleet.check_proof(CHUNK, body["name"], leaf, r)))
         a, b = (what for _, what, _ in body["sides"])
         if body["kind"]:
             check(a[0]["latest"] == b[0]["latest"], "statements of two moments")

@@ -4,19 +4,9 @@
 import copy
 import struct
 
+import wire_frames
+from wire_frames import varint, zigzag
 from wire_datagram import ANNOUNCEMENT, CHUNK, CONFLICT, DESCRIPTION, DESCRIPTIONS, FRAME, GAPS, REQUEST, STATEMENT, VERSIONS
-
-
-def varint(value):
-    out = b""
-    while value >= 128:
-        out += bytes([value & 127 | 128])
-        value >>= 7
-    return out + bytes([value])
-
-
-def zigzag(value):
-    return varint(2 * value if value >= 0 else -2 * value - 1)
 
 
 def ascending(values):
@@ -59,7 +49,7 @@ def body_bytes(kind, b):
             version, block = record.version, record.block
         return out
     if kind == FRAME:
-        return name + struct.pack("<I12d6i", b["revision"], *b["T"], *b["extent"]) + (struct.pack("<QqH", *b["session"]) if "session" in b else b"")
+        return wire_frames.body_bytes(b)
     if kind == STATEMENT:
         return statement_bytes(b["name"], b["range"], b["stated"], b["session"]) + b["proof"]
     if kind == CONFLICT:
@@ -135,10 +125,17 @@ def bad_bodies(good):
             changes["long code"] = of_record(code=bytes(1172))
             changes["code"] = of_record(code=b"\xff\xff\xff\xff")
     if good.kind == FRAME:
-        changes["revision"] = lambda b: b.update(revision=0)
+        one = body["frames"][0]
+        changes["flags"] = lambda b: b.update(flags=b["flags"] | 2)
+        changes["revision"] = of_first("frames", revision=0)
+        changes["no frame"] = lambda b: b.update(frames=[])
+        changes["17 frames"] = lambda b: b.update(frames=b["frames"][:1] * 17)
+        changes["extent"] = of_first("frames", extent=(0, 0, 0, 0, 0, 2**20))
         for what, at, value in (("no number", 3, float("nan")), ("scale", 0, 1.001), ("shear", 2, 0.01), ("far", 3, 2.0**20)):
-            changes[what] = lambda b, at=at, value=value: b.update(T=(*b["T"][:at], value, *b["T"][at + 1:]))
-        changes["mirrored"] = lambda b: b.update(T=(-1.0, *b["T"][1:]))
+            changes[what] = of_first("frames", T=(*one["T"][:at], value, *one["T"][at + 1:]))
+        changes["mirrored"] = of_first("frames", T=(-1.0, *one["T"][1:]))
+        if not body["flags"]:
+            changes["another robot's"] = lambda b: b.update(robot=b["robot"] + 1)
     if "stated" in body:
         changes["floor"] = of_stated(floor=body["name"][1] + 1)
         changes["no frame"] = of_stated(frame=0)

@@ -148,6 +148,9 @@ class Fleet:
     def leaf_of_statement(self, statement):
         return self.hash(b"\2" + statement)
 
+    def leaf_of_frame(self, alone):
+        return self.hash(b"\3" + alone)
+
     def node(self, left, right):
         return self.hash(b"\1" + left + right)
 
@@ -161,12 +164,15 @@ class Fleet:
         check(robot in self.public_keys, "a robot without a key")
         check(is_signature(self.public_keys[robot], self.mission_value + message, signature), "signature")
 
-    def check_tree(self, name, num_leaves, root, signature):
-        crc = struct.pack("<I", crc32c(self.configuration))
-        self.check_signature(name[0], b"TS\2\3" + crc + struct.pack("<3IB", *name, num_leaves) + root, signature)
+    def check_tree(self, kind, name, leaves, signature):
+        self.check_root(kind, name, len(leaves), self.root(leaves), signature)
 
-    def check_proof(self, name, leaf, reader):
-        """Reads a proof of this leaf; returns its bytes."""
+    def check_root(self, kind, name, num_leaves, root, signature):
+        crc = struct.pack("<I", crc32c(self.configuration))
+        self.check_signature(name[0], b"TS\2" + bytes([kind]) + crc + struct.pack("<3IB", *name, num_leaves) + root, signature)
+
+    def check_proof(self, kind, name, leaf, reader):
+        """Reads a proof of this leaf of a tree of that kind; returns its bytes."""
         begin = reader.at
         i, n = reader.u8() % 16, reader.data[begin] // 16 + 1
         check(i < n, "proof of a leaf that is none")
@@ -176,5 +182,5 @@ class Fleet:
                 beside = reader.bytes(16)
                 leaf = self.node(beside, leaf) if i & 1 else self.node(leaf, beside)
             i, n = i // 2, (n + 1) // 2
-        self.check_tree(name, num_leaves, leaf, reader.bytes(64))
+        self.check_root(kind, name, num_leaves, leaf, reader.bytes(64))
         return reader.data[begin:reader.at]

@@ -114,7 +114,8 @@ void ContributionTable::drop(HeldContribution& contribution) noexcept {
   contribution.stated = contribution.full = contribution.frame_doubted = false;
   contribution.far = contribution.whole = false;
   contribution.signed_extent = {};
-  contribution.proof_bytes = 0;
+  contribution.proof.keep({});
+  contribution.frame_proof.keep({});
   ++contribution.generation;
   contribution.latest = contribution.announced_frame = contribution.frame_revision = 0;
   held_bytes_ -= contribution.record_bytes;

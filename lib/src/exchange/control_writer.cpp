@@ -170,24 +170,45 @@ bool ControlWriter::write_announcement(Outgoing& out, ByteWriter& to) noexcept {
   return true;
 }
 
+/// Frames that are due and go well together: of one robot, all signed by this one or none, and for
+/// the same asker, who pays for what it made due and for nothing else. What does not fit is next.
 bool ControlWriter::write_due_frame(Outgoing& out, ByteWriter& to) noexcept {
+  const Signatures& signatures = out.gate.signatures();
+  FrameWriter writer(to);
+  FramesHeader header;
+  std::optional<std::uint32_t> asker;
+  bool any = false;
   for (Ledger::Contribution& contribution : out.ledger.places()) {
     if (!contribution.used || !contribution.open) continue;
     Owed& owed = due_of(out.ledger, contribution).frame;
     if (out.now < owed.due) continue;
+    const bool relayed = !contribution.own && !contribution.moved;
+    if (!any) {
+      header = {.robot = contribution.id.robot, .relayed = relayed};
+      asker = owed.asker;
+      write_frames_header(to, header);
+      out.tree.clear();
+    } else if (contribution.id.robot != header.robot || relayed != header.relayed ||
+               owed.asker != asker) {
+      continue;
+    }
+    const FrameBody frame = out.ledger.frame_of(contribution);
+    if (!writer.write(frame,
+                      relayed ? contribution.frame_proof.bytes() : std::span<const std::byte>{})) {
+      TESSERA_ASSERT(any);  // one always fits
+      break;
+    }
+    if (signatures.on() && !relayed) out.tree.add(leaf_of(signatures, frame));
+    if (contribution.own) contribution.signed_extent = frame.extent;
     settle(owed, out);
     ++out.counted.frames;
-    out.kind = DatagramKind::kFrame;
-    const FrameBody frame = out.ledger.frame_of(contribution);
-    if (contribution.own) contribution.signed_extent = frame.extent;
-    out.signature = contribution.frame_signature;
-    const Signatures& signatures = out.gate.signatures();
-    if (signatures.on() && (contribution.own || contribution.moved))
-      signatures.sign(signatures.context, FrameMessage(out.gate.configuration(), frame).bytes(),
-                      out.signature);
-    return write_frame(to, frame);
+    any = true;
   }
-  return false;
+  if (!any) return false;
+  out.kind = DatagramKind::kFrame;
+  out.needs_signature = signatures.on() && !header.relayed;
+  if (out.needs_signature) out.sign_root(TreeOf::frames(header.robot));
+  return true;
 }
 
 /// The origin signs a tree of the statement alone; a relay sends the proof that it got.
@@ -202,7 +223,7 @@ bool ControlWriter::write_due_statement(Outgoing& out, ByteWriter& to) noexcept 
     out.needs_signature = false;  // it is in the proof
     if (!contribution.own) {
       const bool written = write_statement(to, contribution.statement);
-      to.bytes(std::span(contribution.proof).first(contribution.proof_bytes));
+      to.bytes(contribution.proof.bytes());
       return written && to.ok();
     }
     const Statement statement = out.ledger.statement_of(contribution, {1, 1});

@@ -79,8 +79,8 @@ Status Exchange::move(std::uint32_t epoch, std::uint32_t submap,
   const Status status = ledger_.move(epoch, submap, T_global_map);
   if (status != Status::kOk) return status;
   const Ledger::Contribution& moved = *ledger_.find({robot_, epoch, submap});
+  // Announcements say that there is a later frame; the statement that does has its turn.
   sender_.control().owe_frame(ledger_, moved, Instant::long_ago());
-  sender_.control().owe_statement(ledger_, moved, Instant::long_ago());
   return status;
 }
 

@@ -154,9 +154,7 @@ void Ledger::keep_statement(Contribution& contribution, const Statement& stateme
                             std::span<const std::byte> proof, ExchangeReport& counted) noexcept {
   const bool contradicts = contribution.stated && !contribution.statement.agrees_with(statement);
   if (contradicts)
-    note_conflict(contribution.statement,
-                  std::span(contribution.proof).first(contribution.proof_bytes), statement, proof,
-                  counted);
+    note_conflict(contribution.statement, contribution.proof.bytes(), statement, proof, counted);
   if (contribution.stated && !replaces && !statement.is_newer_than(contribution.statement)) return;
   if (contradicts && !signatures_.on()) ++counted.conflicts;
   contribution.stated = true;
@@ -165,8 +163,7 @@ void Ledger::keep_statement(Contribution& contribution, const Statement& stateme
   if (!contribution.own) contribution.coverage.trim(statement.latest);
   contribution.latest =
       replaces ? statement.latest : std::max(contribution.latest, statement.latest);
-  contribution.proof_bytes = static_cast<std::uint8_t>(proof.size());
-  std::copy(proof.begin(), proof.end(), contribution.proof.begin());
+  contribution.proof.keep(proof);
 }
 
 void Ledger::note_conflict(const Statement& before, std::span<const std::byte> proof_before,
@@ -179,11 +176,10 @@ void Ledger::note_conflict(const Statement& before, std::span<const std::byte> p
   conflicts_.note(conflict, Instant::long_ago(), counted);
 }
 
-bool Ledger::is_signed(const FrameBody& frame,
-                       std::span<const std::byte> signature) const noexcept {
-  return signatures_.check(signatures_.context, frame.id.robot,
-                           FrameMessage(configuration_, frame).bytes(),
-                           signature.first<kSignatureBytes>());
+bool Ledger::is_signed(const FrameBody& frame, std::span<const std::byte> proof) noexcept {
+  return !signatures_.on() ||
+         chunks_.proofs().check(signatures_, configuration_, TreeOf::frames(frame.id.robot),
+                                leaf_of(signatures_, frame), proof);
 }
 
 namespace {
@@ -202,10 +198,10 @@ bool is_early(HeldContribution& known, const FrameBody& frame, Instant now, Dura
 }  // namespace
 
 /// At most one revision a frame_pause_: each moves all of the contribution in the global map.
-bool Ledger::take_frame(const FrameBody& frame, std::span<const std::byte> signature, bool is_last,
+bool Ledger::take_frame(const FrameBody& frame, std::span<const std::byte> proof, bool is_last,
                         Instant now, ExchangeReport& counted) noexcept {
   if (FarContribution* const far = table_.far().find(frame.id); far != nullptr)
-    return take_far_frame(*far, frame, signature, is_last, now, counted);
+    return take_far_frame(*far, frame, proof, is_last, now, counted);
   Contribution* known = find(frame.id);
   if (frame.id.epoch < floors_.of(frame.id)) {
     ++counted.refused_epochs;
@@ -221,16 +217,12 @@ bool Ledger::take_frame(const FrameBody& frame, std::span<const std::byte> signa
       known == nullptr || known->gives_way_to(frame, signatures_.on()) || known->has_grown(frame);
   if ((!gives_way && !replaces) || (known != nullptr && known->own)) return true;
   if (known != nullptr && is_early(*known, frame, now, frame_pause_, counted)) return true;
-  if (!GridTransform::make(frame.T_global_map, resolution_m_).ok()) return false;
   // What would find no place is not worth the check of a signature.
   if (signatures_.on() && known == nullptr && !table_.has_place_for_frame(frame.id)) {
     ++counted.refused_contributions;
     return true;
   }
-  if (signatures_.on() && !is_signed(frame, signature)) {
-    ++counted.refused_signature;
-    return true;
-  }
+  if (!is_signed(frame, proof)) return false;
   using Claim = ContributionTable::Claim;
   if (known == nullptr)
     known = table_.add(frame.id, present ? Claim::kPresent : Claim::kFrame, now, counted);
@@ -245,7 +237,7 @@ bool Ledger::take_frame(const FrameBody& frame, std::span<const std::byte> signa
   }
   known->frame_at = now;
   if (replaces) known->announced_frame = frame.revision;
-  std::copy(signature.begin(), signature.end(), known->frame_signature.begin());
+  known->frame_proof.keep(proof);
   return true;
 }
 

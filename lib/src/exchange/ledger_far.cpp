@@ -26,13 +26,10 @@ bool Ledger::take_far_statement(FarContribution& far, const Statement& statement
   if (signatures_.on() && !chunks_.proofs().check(signatures_, configuration_, statement.id,
                                                   leaf_of(signatures_, statement), proof))
     return false;
-  if (contradicts)
-    note_conflict(far.statement, std::span(far.proof).first(far.proof_bytes), statement, proof,
-                  counted);
+  if (contradicts) note_conflict(far.statement, far.proof.bytes(), statement, proof, counted);
   if (replaces || statement.is_newer_than(far.statement)) {
     far.statement = statement;
-    far.proof_bytes = static_cast<std::uint8_t>(proof.size());
-    std::copy(proof.begin(), proof.end(), far.proof.begin());
+    far.proof.keep(proof);
   }
   // May remove it.
   note_floor(statement.id.robot, statement.floor, replaces, counted);
@@ -41,7 +38,7 @@ bool Ledger::take_far_statement(FarContribution& far, const Statement& statement
 }
 
 bool Ledger::take_far_frame(FarContribution& far, const FrameBody& frame,
-                            std::span<const std::byte> signature, bool is_last, Instant now,
+                            std::span<const std::byte> proof, bool is_last, Instant now,
                             ExchangeReport& counted) noexcept {
   const bool same = frame.revision == far.frame_revision;
   const bool is_where =
@@ -58,11 +55,7 @@ bool Ledger::take_far_frame(FarContribution& far, const FrameBody& frame,
     counted.frames_early += has_grown ? 0U : 1U;
     return true;
   }
-  if (!GridTransform::make(frame.T_global_map, resolution_m_).ok()) return false;
-  if (signatures_.on() && !is_signed(frame, signature)) {
-    ++counted.refused_signature;
-    return true;
-  }
+  if (!is_signed(frame, proof)) return false;
   far.frame_revision = frame.revision;
   far.T_global_map = frame.T_global_map;
   far.session = frame.session;
@@ -70,7 +63,7 @@ bool Ledger::take_far_frame(FarContribution& far, const FrameBody& frame,
   far.signed_extent = frame.extent;
   far.extent.include(frame.extent);
   far.box = world_box(far.extent, far.T_global_map, resolution_m_);
-  std::copy(signature.begin(), signature.end(), far.frame_signature.begin());
+  far.frame_proof.keep(proof);
   return true;
 }
 

@@ -14,7 +14,9 @@ Result<MessageTaker> MessageTaker::make(Arena& arena, const ExchangeConfig& conf
   made.announcements_ = AnnouncementTaker(config);
   made.requested_ = arena.take<RequestedContribution>(1).data();
   made.description_ = arena.take<Description>(1).data();
-  if (made.requested_ == nullptr || made.description_ == nullptr) return Status::kResourceExhausted;
+  made.frames_ = arena.take<HashTree>(1).data();
+  if (made.requested_ == nullptr || made.description_ == nullptr || made.frames_ == nullptr)
+    return Status::kResourceExhausted;
   return made;
 }
 
@@ -28,7 +30,7 @@ bool MessageTaker::hear_kind(const ExchangeParts& parts, const Heard& heard) noe
     case DatagramKind::kChunk:
       return hear_chunk(parts, heard);
     case DatagramKind::kFrame:
-      return hear_frame(parts, heard);
+      return hear_frames(parts, heard);
     case DatagramKind::kStatement:
       return hear_statement(parts, heard);
     case DatagramKind::kDescription:
@@ -43,16 +45,23 @@ bool MessageTaker::hear_kind(const ExchangeParts& parts, const Heard& heard) noe
   return false;
 }
 
-Duration MessageTaker::answer_delay(const ExchangeParts& parts,
-                                    const HeldContribution& contribution) const noexcept {
-  if (contribution.own) return parts.repair.random({answer_.us / 8 + 1});
+Duration MessageTaker::answer_delay(const ExchangeParts& parts, bool own) const noexcept {
+  if (own) return parts.repair.random({answer_.us / 8 + 1});
   return answer_ / 4 + parts.repair.random(answer_);
+}
+
+/// Frames that are asked for together go out together.
+Instant MessageTaker::frames_at(const ExchangeParts& parts, Instant now, bool own) noexcept {
+  std::optional<Instant>& at = frames_at_[own ? 1 : 0];
+  if (!at) at = now + answer_delay(parts, own);
+  return *at;
 }
 
 bool MessageTaker::hear_request(const ExchangeParts& parts, const Heard& heard) noexcept {
   for (ByteReader all(heard.body); all.remaining() != 0;) {
     if (!read_requested(all, *requested_)) return false;
   }
+  frames_at_ = {};
   for (ByteReader body(heard.body); body.remaining() != 0 && read_requested(body, *requested_);)
     hear_requested(parts, heard);
   return true;
@@ -64,10 +73,11 @@ void MessageTaker::hear_requested(const ExchangeParts& parts, const Heard& heard
   // Who has used up what it is answered still learns what there is, at little cost.
   const ControlWriter::Asker asker{
       heard.header.sender, parts.sender.answers().may_ask(*heard.peer, parts.ledger, heard.now)};
-  const auto at = [&] { return heard.now + answer_delay(parts, *contribution); };
+  const auto at = [&] { return heard.now + answer_delay(parts, contribution->own); };
   ControlWriter& control = parts.sender.control();
   if (requested_->frame_revision < contribution->frame_revision)
-    control.owe_frame(parts.ledger, *contribution, at(), asker);
+    control.owe_frame(parts.ledger, *contribution, frames_at(parts, heard.now, contribution->own),
+                      asker);
   const bool newer =
       contribution->own
           ? !requested_->stated || requested_->latest < contribution->latest
@@ -95,7 +105,7 @@ void MessageTaker::hear_gaps(const ExchangeParts& parts, const Heard& heard,
       const Answers::Range range{parts.ledger.number_of(contribution),
                                  contribution.generation,
                                  both,
-                                 heard.now + answer_delay(parts, contribution),
+                                 heard.now + answer_delay(parts, contribution.own),
                                  heard.header.sender,
                                  contribution.records};
       if (!parts.sender.answers().add(range, parts.counted)) return;
@@ -137,31 +147,6 @@ void MessageTaker::hear_targeted(const ExchangeParts& parts, const Heard& heard,
 }
 
 // --- What comes of contributions -----------------------------------------------------------------
-
-bool MessageTaker::hear_frame(const ExchangeParts& parts, const Heard& heard) const noexcept {
-  FrameBody frame;
-  ByteReader body(heard.body);
-  if (!read_frame(body, frame)) return false;
-  const std::span<const std::byte> signature = body.bytes(body.remaining());
-  if (signature.size() != (parts.gate.signatures().on() ? kSignatureBytes : 0)) return false;
-  if (parts.ledger.is_of_this_process(frame.id)) {
-    const bool is_known = parts.ledger.find(frame.id) != nullptr || parts.gate.signatures().on();
-    parts.counted.impostors += is_known ? 0U : 1U;
-    return true;
-  }
-  if (parts.is_refused(frame.id, heard, announce_)) return true;
-  const HeldContribution* const before = parts.ledger.find(frame.id);
-  if (before != nullptr && heard.is_new && before->has(frame))
-    parts.sender.control().drop_frame(parts.ledger, *before);
-  if (before != nullptr && before->open && parts.origin_speaks(*before, heard, announce_))
-    return true;
-  if (parts.far_origin_speaks(frame.id, heard, announce_)) return true;
-  const bool is_last = heard.is_last && frame.id.robot == heard.header.sender;
-  if (!parts.ledger.take_frame(frame, signature, is_last, heard.now, parts.counted)) return false;
-  HeldContribution* const contribution = parts.ledger.find(frame.id);
-  if (contribution != nullptr) parts.repair.note_lack(parts.ledger, *contribution, heard.now);
-  return true;
-}
 
 bool MessageTaker::hear_statement(const ExchangeParts& parts, const Heard& heard) const noexcept {
   Statement statement;

@@ -10,9 +10,11 @@ namespace {
 
 constexpr std::size_t kRecordLeafBytes = 1 + 12 + RecordFacts::kBytes;
 constexpr std::size_t kStatementLeafBytes = 1 + 12 + 8 + 36 + 8;
+constexpr std::size_t kFrameLeafBytes = 1 + FramesHeader::kBytes + kMostFrameBytes;
 /// The first byte of what is hashed, so that no leaf and no node can pass for another kind.
 constexpr std::uint8_t kRecordLeaf = 0;
 constexpr std::uint8_t kStatementLeaf = 2;
+constexpr std::uint8_t kFrameLeaf = 3;
 
 /// As the header of a datagram of that kind begins, so that nothing is signed for two uses.
 void write_use(ByteWriter& to, DatagramKind kind, std::uint32_t configuration) noexcept {
@@ -84,6 +86,16 @@ Hash leaf_of(const Signatures& by, const Statement& statement) noexcept {
   return hash_of(by, to.written());
 }
 
+Hash leaf_of(const Signatures& by, const FrameBody& frame) noexcept {
+  std::array<std::byte, kFrameLeafBytes> message{};
+  ByteWriter to(message);
+  to.u8(kFrameLeaf);
+  const bool written = write_frame(to, frame);
+  TESSERA_ASSERT(written);
+  static_cast<void>(written);
+  return hash_of(by, to.written());
+}
+
 RecordHash record_hash(const Hash& leaf) noexcept {
   ByteReader from(leaf);
   RecordHash hash;
@@ -100,24 +112,16 @@ Hash leaf_of(const RecordHash& hash) noexcept {
   return leaf;
 }
 
-std::array<std::byte, kRootMessageBytes> root_message(std::uint32_t configuration,
-                                                      const ContributionId& id,
+std::array<std::byte, kRootMessageBytes> root_message(std::uint32_t configuration, const TreeOf& of,
                                                       std::uint32_t leaves,
                                                       const Hash& root) noexcept {
   std::array<std::byte, kRootMessageBytes> message{};
   ByteWriter to(message);
-  write_use(to, DatagramKind::kChunk, configuration);
-  write_id(to, id);
+  write_use(to, of.kind, configuration);
+  write_id(to, of.id);
   to.u8(static_cast<std::uint8_t>(leaves));
   to.bytes(root);
   return message;
-}
-
-FrameMessage::FrameMessage(std::uint32_t configuration, const FrameBody& frame) noexcept {
-  ByteWriter to(bytes_);
-  write_use(to, DatagramKind::kFrame, configuration);
-  write_frame(to, frame);
-  size_ = to.size();
 }
 
 std::size_t write_proof(const HashTree& tree, std::uint32_t leaf, const Signature& signature,
@@ -142,7 +146,7 @@ std::span<const std::byte> read_proof(ByteReader& from) noexcept {
   return from.bytes(1 + hashes * kHashBytes + kSignatureBytes);
 }
 
-bool ProofCheck::check(const Signatures& by, std::uint32_t configuration, const ContributionId& id,
+bool ProofCheck::check(const Signatures& by, std::uint32_t configuration, const TreeOf& of,
                        const Hash& leaf, std::span<const std::byte> proof) noexcept {
   ByteReader from(proof);
   const std::uint8_t place = from.u8();
@@ -157,11 +161,11 @@ bool ProofCheck::check(const Signatures& by, std::uint32_t configuration, const 
   const std::span<const std::byte> given = from.bytes(kSignatureBytes);
   if (!from.ok() || index >= leaves) return false;
   const Hash root = HashTree::climb(by, leaf, index, leaves, way);
-  const auto message = root_message(configuration, id, leaves, root);
+  const auto message = root_message(configuration, of, leaves, root);
   if (known_ && std::equal(message.begin(), message.end(), message_.begin()) &&
       std::equal(given.begin(), given.end(), signature_.begin()))
     return true;
-  if (!by.check(by.context, id.robot, message, given.first<kSignatureBytes>())) return false;
+  if (!by.check(by.context, of.id.robot, message, given.first<kSignatureBytes>())) return false;
   message_ = message;
   std::copy(given.begin(), given.end(), signature_.begin());
   known_ = true;

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Headers, announcements and frames.
+// Headers and announcements.
 #include "tessera/exchange/wire.hpp"
 
 #include "tessera/base/internal/crc32.hpp"
@@ -21,34 +21,6 @@ constexpr std::uint8_t kIsStated = 4;
 constexpr std::uint8_t kIsDisputed = 8;
 /// Flag beside the kind.
 constexpr std::uint8_t kIsSigned = 0x80;
-
-constexpr std::size_t frame_bytes(const ContributionId& id) noexcept {
-  return kIdBytes + 4 + 12 * sizeof(double) + 6 * sizeof(std::int32_t) +
-         (MapSession::is(id.submap) ? 8 + 8 + 2 : 0);
-}
-
-/// Of no blocks there is one code, as of others.
-void write_extent(ByteWriter& to, const BlockExtent& extent) noexcept {
-  const BlockExtent none{{0, 0, 0}, {-1, -1, -1}};
-  for (const BlockCoord& corner :
-       {extent.any() ? extent.low : none.low, extent.any() ? extent.high : none.high}) {
-    for (const std::int32_t part : {corner.x, corner.y, corner.z})
-      to.u32(static_cast<std::uint32_t>(part));
-  }
-}
-
-bool read_extent(ByteReader& from, BlockExtent& extent) noexcept {
-  for (BlockCoord* const corner : {&extent.low, &extent.high}) {
-    for (std::int32_t* const part : {&corner->x, &corner->y, &corner->z})
-      *part = static_cast<std::int32_t>(from.u32());
-  }
-  if (!from.ok()) return false;
-  if (extent == BlockExtent{{0, 0, 0}, {-1, -1, -1}}) {
-    extent = {};
-    return true;
-  }
-  return extent.any() && in_grid(extent.low) && in_grid(extent.high);
-}
 
 }  // namespace
 
@@ -198,40 +170,6 @@ bool read_announced(ByteReader& from, AnnouncedContribution& announced) noexcept
   announced.digest = from.u64();
   return from.ok() && flags <= (kIsComplete | kIsOrigin | kIsStated | kIsDisputed) &&
          announced.latest <= kLastVersion;
-}
-
-bool write_frame(ByteWriter& to, const FrameBody& frame) noexcept {
-  if (to.room() < frame_bytes(frame.id)) return false;
-  write_id(to, frame.id);
-  to.u32(frame.revision);
-  for (Eigen::Index row = 0; row < 3; ++row) {
-    for (Eigen::Index column = 0; column < 4; ++column) to.f64(frame.T_global_map(row, column));
-  }
-  write_extent(to, frame.extent);
-  if (MapSession::is(frame.id.submap)) {
-    to.u64(frame.session.digest);
-    to.u64(static_cast<std::uint64_t>(frame.session.date_s));
-    to.u16(frame.session.weight);
-  }
-  return true;
-}
-
-bool read_frame(ByteReader& from, FrameBody& frame) noexcept {
-  read_id(from, frame.id);
-  frame.revision = from.u32();
-  for (Eigen::Index row = 0; row < 3; ++row) {
-    for (Eigen::Index column = 0; column < 4; ++column)
-      frame.T_global_map(row, column) = from.f64();
-  }
-  const bool has_extent = read_extent(from, frame.extent);
-  frame.session = {};
-  if (MapSession::is(frame.id.submap)) {
-    frame.session.digest = from.u64();
-    frame.session.date_s = static_cast<std::int64_t>(from.u64());
-    frame.session.weight = from.u16();
-  }
-  return has_extent && from.ok() && frame.revision >= 1 &&
-         frame.session.weight <= MapSession::kFullWeight;
 }
 
 bool Statement::is_newer_than(const Statement& other) const noexcept {

@@ -5,6 +5,7 @@
 #include "tessera/base/internal/byte_io.hpp"
 #include "tessera/base/internal/crc32.hpp"
 #include "tessera/base/internal/digest.hpp"
+#include "tessera/base/internal/rigid_code_io.hpp"
 
 namespace tessera {
 
@@ -13,33 +14,11 @@ namespace {
 constexpr std::uint32_t kTableMark = 0x53424d54U;
 constexpr double kMostLength_m = 1e9;
 
-void put(const RigidCode& code, ByteWriter& to) noexcept {
-  for (const std::int32_t part : code.translation) to.u32(static_cast<std::uint32_t>(part));
-  // A part of a rotation takes 24 bits.
-  for (const std::int32_t part : code.rotation) {
-    to.u16(static_cast<std::uint16_t>(static_cast<std::uint32_t>(part) & 0xffffU));
-    to.u8(static_cast<std::uint8_t>(static_cast<std::uint32_t>(part) >> 16U & 0xffU));
-  }
-  to.u8(code.largest);
-}
-
-RigidCode read_code(ByteReader& from) noexcept {
-  RigidCode code;
-  for (std::int32_t& part : code.translation) part = static_cast<std::int32_t>(from.u32());
-  for (std::int32_t& part : code.rotation) {
-    const std::uint32_t low = from.u16();
-    const std::uint32_t high = from.u8();
-    part = static_cast<std::int32_t>((high << 24U | low << 8U)) >> 8;
-  }
-  code.largest = from.u8();
-  return code;
-}
-
 void put(const SubmapRow& row, ByteWriter& to) noexcept {
   for (const std::uint32_t word : {row.number, row.revision, row.first_scan, row.last_scan})
     to.u32(word);
   to.f64(row.length_m);
-  put(row.T_map_submap, to);
+  write_rigid_code(to, row.T_map_submap);
   for (const std::uint64_t word :
        {row.offset_bytes, row.bytes, row.digest, row.label_voxels, row.free_voxels, row.occupied})
     to.u64(word);
@@ -50,7 +29,7 @@ bool read(ByteReader& from, SubmapRow& row) noexcept {
   for (std::uint32_t* const word : {&row.number, &row.revision, &row.first_scan, &row.last_scan})
     *word = from.u32();
   row.length_m = from.f64();
-  row.T_map_submap = read_code(from);
+  row.T_map_submap = read_rigid_code(from);
   for (std::uint64_t* const word : {&row.offset_bytes, &row.bytes, &row.digest, &row.label_voxels,
                                     &row.free_voxels, &row.occupied})
     *word = from.u64();

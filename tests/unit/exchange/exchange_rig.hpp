@@ -104,6 +104,18 @@ struct ExchangeRig {
 
 inline constexpr Instant at_ms(std::int64_t ms) { return Instant::at_us(1'000 * ms); }
 
+/// The frames of a body without proofs and signature, if all of it is well formed.
+inline std::vector<FrameBody> frames_of(std::span<const std::byte> body) {
+  ByteReader from(body);
+  FramesHeader header;
+  REQUIRE(read_frames_header(from, header));
+  FrameReader reader(from, header.robot, false);
+  std::vector<FrameBody> frames;
+  std::span<const std::byte> proof;
+  while (from.remaining() != 0) REQUIRE(reader.read(frames.emplace_back(), proof));
+  return frames;
+}
+
 /// A body in as many bytes as it takes.
 template <class Write>
 std::vector<std::byte> written_by(Write&& write) {

@@ -96,25 +96,15 @@ TEST_CASE("wire: what is written is what is read, and what is cut is refused") {
         .session_floor = id.epoch - static_cast<std::uint32_t>(random.below(2)) * (id.epoch / 2),
         .session = random.bits()};
     REQUIRE(write_statement(body.to, statement));
-    FrameBody frame{.id = id, .revision = 1 + any_number(random) / 2};
-    if (MapSession::is(frame.id.submap |= random.below(2) == 0 ? MapSession::kFirst : 0U)) {
-      frame.session = {random.bits(), static_cast<std::int64_t>(random.bits()),
-                       static_cast<std::uint16_t>(random.below(MapSession::kFullWeight + 1))};
-    }
-    for (Eigen::Index i = 0; i < 12; ++i)
-      frame.T_global_map(i / 4, i % 4) = random.uniform(-1e6, 1e6);
-    REQUIRE(write_frame(body.to, frame));
     const std::size_t size = body.to.size();
 
     ByteReader from = body.reader();
     AnnouncedContribution announced_read;
     RequestedContribution requested_read;
-    FrameBody frame_read;
     Statement statement_read;
     REQUIRE(read_announced(from, announced_read));
     REQUIRE(read_requested(from, requested_read));
     REQUIRE(read_statement(from, statement_read));
-    REQUIRE(read_frame(from, frame_read));
     REQUIRE(from.remaining() == 0);
     CHECK((announced_read.id == id && announced_read.latest == announced.latest));
     CHECK((announced_read.complete == announced.complete &&
@@ -138,13 +128,12 @@ TEST_CASE("wire: what is written is what is read, and what is cut is refused") {
     CHECK((statement_read.floor == statement.floor &&
            statement_read.session_floor == statement.session_floor));
     CHECK(statement_read.session == statement.session);
-    CHECK((frame_read.T_global_map == frame.T_global_map && frame_read.session == frame.session));
 
     const auto cut = static_cast<std::size_t>(random.below(static_cast<int>(size)));
     ByteReader shorter(std::span<const std::byte>(body.bytes).first(cut));
     CHECK_FALSE((read_announced(shorter, announced_read) &&
                  read_requested(shorter, requested_read) &&
-                 read_statement(shorter, statement_read) && read_frame(shorter, frame_read)));
+                 read_statement(shorter, statement_read)));
   }
 }
 

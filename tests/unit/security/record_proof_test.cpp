@@ -24,6 +24,14 @@ bool is_proved(const Signatures& by, std::uint32_t configuration, const Contribu
   return ProofCheck().check(by, configuration, id, leaf_of(by, id, record), record.proof);
 }
 
+/// As its robot sends it alone, in hexadecimal digits.
+std::string body_of(const FrameBody& frame) {
+  std::array<std::byte, FramesHeader::kBytes + kMostFrameBytes> bytes{};
+  ByteWriter to(bytes);
+  REQUIRE(write_frame(to, frame));
+  return hex_of(to.written());
+}
+
 struct Fixture {
   Fixture() {
     const KeyFolder folder;
@@ -74,18 +82,24 @@ TEST_CASE("record proof: leaves and the root are those of the page") {
                             .session_floor = 1,
                             .session = std::uint64_t{3} << 32U | 17U};
   CHECK(hex_of(leaf_of(f.by, statement)) == "896741279bf31135627f164555ada12f");
-  FrameBody frame{.id = kId, .revision = 6};
-  CHECK(hex_of(FrameMessage(kConfiguration, frame).bytes()).substr(0, 48) ==
-        "545302040102030407000000020000000100000006000000");
-  // That of a session has its digest, date and weight behind the extent.
-  frame.id.submap = MapSession::kFirst + 1;
-  frame.session = {0x0123456789abcdefU, -2, 16384};
-  const std::string of_session = hex_of(FrameMessage(kConfiguration, frame).bytes());
-  CHECK(of_session.size() == 2 * (24 + 96 + 24 + 18));
-  CHECK(of_session.substr(2 * (24 + 96 + 24)) ==
-        "efcdab8967452301"
-        "feffffffffffffff"
-        "0040");
+  const FrameBody frame{.id = kId, .revision = 6};
+  CHECK(body_of(frame) == "00070000000204020c" + std::string(44, '0'));
+  CHECK(hex_of(leaf_of(f.by, frame)) == "087800c61180206f3bc8b3c0e446aac1");
+  // Of one that no short code stands for, with blocks, and of a session.
+  FrameBody other{.id = {7, 2, MapSession::kFirst + 1}, .revision = 6};
+  other.T_global_map(0, 3) = 0.1;
+  other.T_global_map(1, 3) = -2.0;
+  other.extent = {{-3, 0, 200}, {1, 0, 330}};
+  other.session = {0x0123456789abcdefU, -2, 16384};
+  const std::string body = body_of(other);
+  CHECK(body.substr(0, 22) == "00070000000104fdff070c");
+  CHECK(body.substr(22 + 2 * 96) == "0500900304008201efcdab8967452301feffffffffffffff0040");
+  CHECK(hex_of(leaf_of(f.by, other)) == "01fc39af3b5d456f43afc1843bfcf3d8");
+  HashTree frames;
+  for (const FrameBody& one : {frame, other}) frames.add(leaf_of(f.by, one));
+  const Hash root = frames.root(f.by);
+  CHECK(hex_of(root_message(kConfiguration, TreeOf::frames(7), 2, root)) ==
+        "545302040102030407000000000000000000000002a687e9cf01414cc98674650ae9354903");
 }
 
 TEST_CASE("record proof: each record stands alone, as it was signed and not otherwise") {

@@ -8,7 +8,6 @@
 #include <cstdint>
 #include <span>
 
-#include "tessera/base/geometry.hpp"
 #include "tessera/base/internal/byte_io.hpp"
 #include "tessera/exchange/authenticator.hpp"
 #include "tessera/exchange/internal/fingerprint.hpp"
@@ -28,7 +27,7 @@ enum class DatagramKind : std::uint8_t {
   kAnnounce = 1,     ///< What its sender has.
   kRequest = 2,      ///< What its sender asks for.
   kChunk = 3,        ///< Records of a contribution.
-  kFrame = 4,        ///< Where a contribution is.
+  kFrame = 4,        ///< Where contributions are (frames.hpp).
   kLeave = 5,        ///< Its sender sends no more.
   kStatement = 6,    ///< What the origin of a contribution states about it.
   kDescription = 7,  ///< What its sender holds of a range of versions.
@@ -197,15 +196,6 @@ struct ChunkRecord {
   std::span<const std::byte> proof{};  ///< record_proof.hpp; none: the chunk's signature is.
 };
 
-/// Where a contribution lies: the higher revision holds.
-struct FrameBody {
-  ContributionId id;
-  std::uint32_t revision = 0;
-  Matrix34d T_global_map = Matrix34d::Identity();
-  BlockExtent extent{};  ///< Of its blocks; it may grow within a revision.
-  MapSession session{};  ///< Of a contribution that is one (MapSession::is).
-};
-
 /// Of which contribution, and for whom, the descriptions of a datagram are.
 struct DescriptionHeader {
   ContributionId id;
@@ -230,7 +220,7 @@ struct Description {
   std::array<Mark, kMostRecords> record{};
 };
 
-/// A record's proof: which leaf of how many, their path, and the signature.
+/// A proof: which leaf of how many, their path, and the signature.
 inline constexpr std::size_t kMostProofBytes = 1 + 4 * kHashBytes + kSignatureBytes;
 /// Bytes of a record's own, beside what is coded, at most.
 inline constexpr std::size_t kMostRecordHeaderBytes = 1 + 5 + 3 * 5 + 2;
@@ -249,7 +239,6 @@ void write_announcement_header(ByteWriter& to, const AnnouncementHeader& header)
 bool write_announced(ByteWriter& to, const AnnouncedContribution& announced) noexcept;
 bool write_requested(ByteWriter& to, const RequestedContribution& requested) noexcept;
 void write_chunk_header(ByteWriter& to, const ChunkHeader& header) noexcept;
-bool write_frame(ByteWriter& to, const FrameBody& frame) noexcept;
 bool write_statement(ByteWriter& to, const Statement& statement) noexcept;
 void write_description_header(ByteWriter& to, const DescriptionHeader& header) noexcept;
 bool write_description(ByteWriter& to, const Description& description) noexcept;
@@ -276,7 +265,6 @@ bool read_announced(ByteReader& from, AnnouncedContribution& announced) noexcept
 bool read_requested(ByteReader& from, RequestedContribution& requested) noexcept;
 /// session: of the datagram.
 bool read_chunk_header(ByteReader& from, std::uint64_t session, ChunkHeader& header) noexcept;
-bool read_frame(ByteReader& from, FrameBody& frame) noexcept;
 bool read_statement(ByteReader& from, Statement& statement) noexcept;
 bool read_description_header(ByteReader& from, DescriptionHeader& header) noexcept;
 bool read_description(ByteReader& from, Description& description) noexcept;

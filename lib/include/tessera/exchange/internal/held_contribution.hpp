@@ -25,14 +25,13 @@ namespace tessera {
 /// What is known of a contribution of which records may be held or not. All but the moments was
 /// signed by its origin, in a fleet that signs.
 struct KnownContribution {
-  std::uint8_t proof_bytes = 0;
   std::uint32_t frame_revision = 0;
   Statement statement{};
-  std::array<std::byte, kMostProofBytes> proof{};  ///< Of the statement.
+  KeptProof proof{};  ///< Of the statement.
   Matrix34d T_global_map = Matrix34d::Identity();
   MapSession session{};  ///< As with this frame, if it is one.
-  Signature frame_signature{};
-  BlockExtent signed_extent;  ///< Of the frame's message; of an own one, of the last that was sent.
+  KeptProof frame_proof{};
+  BlockExtent signed_extent;  ///< As with this frame; of an own one, of the last that was sent.
   Instant frame_at;           ///< When the revision was taken.
   Instant origin_at;          ///< When the process that publishes it was last heard of it.
   Instant listed;             ///< When its robot last announced it.

@@ -95,9 +95,13 @@ class Ledger {
   /// Takes the statement of a chunk that was taken: its signature was checked with that.
   void take_chunk_statement(Contribution& contribution, const Statement& statement, bool is_last,
                             ExchangeReport& counted) noexcept;
-  /// Takes a frame. is_last: it came from the contribution's robot, and is the last that did:
-  /// without signatures it replaces any other. False: it is none, or forged.
-  [[nodiscard]] bool take_frame(const FrameBody& frame, std::span<const std::byte> signature,
+  /// True iff a map can be there.
+  [[nodiscard]] bool is_valid(const FrameBody& frame) const noexcept {
+    return GridTransform::make(frame.T_global_map, resolution_m_).ok();
+  }
+  /// Takes a valid frame, with its proof. is_last: it came from the contribution's robot, and is
+  /// the last that did: without signatures it replaces any other. False: it is forged.
+  [[nodiscard]] bool take_frame(const FrameBody& frame, std::span<const std::byte> proof,
                                 bool is_last, Instant now, ExchangeReport& counted) noexcept;
   /// What a robot says of its own epochs. may_fall: it may also be lower than before.
   void note_floor(std::uint32_t robot, std::uint32_t floor, bool may_fall,
@@ -183,10 +187,9 @@ class Ledger {
                                         std::span<const std::byte> proof, bool is_last,
                                         ExchangeReport& counted) noexcept;
   [[nodiscard]] bool take_far_frame(FarContribution& far, const FrameBody& frame,
-                                    std::span<const std::byte> signature, bool is_last, Instant now,
+                                    std::span<const std::byte> proof, bool is_last, Instant now,
                                     ExchangeReport& counted) noexcept;
-  [[nodiscard]] bool is_signed(const FrameBody& frame,
-                               std::span<const std::byte> signature) const noexcept;
+  [[nodiscard]] bool is_signed(const FrameBody& frame, std::span<const std::byte> proof) noexcept;
 
   std::uint32_t robot_ = 0;
   std::uint64_t session_ = 0;

@@ -12,20 +12,20 @@ struct Outgoing {
   Ledger& ledger;
   Repair& repair;
   Instant now;
-  HashTree& tree;  ///< Scratch: of the records of a chunk, and a statement.
+  HashTree& tree;  ///< Scratch: of the records of a chunk and a statement, or of frames.
   ExchangeReport& counted;
   std::uint64_t data_sequence = 0;  ///< Of the last datagram with data.
   DatagramKind kind = DatagramKind::kAnnounce;
   std::uint32_t asker = 0;  ///< Who it is for, if for_asker.
   bool for_asker = false;
   bool needs_signature = false;  ///< Behind its body.
-  Signature signature{};         ///< Of the chunk, frame or statement.
+  Signature signature{};         ///< Of the tree.
 
   /// Signs the tree.
-  void sign_root(const ContributionId& id) noexcept {
+  void sign_root(const TreeOf& of) noexcept {
     const Signatures& signatures = gate.signatures();
     signatures.sign(signatures.context,
-                    root_message(gate.configuration(), id, tree.count(), tree.root(signatures)),
+                    root_message(gate.configuration(), of, tree.count(), tree.root(signatures)),
                     signature);
   }
 };

@@ -1,12 +1,14 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// What an origin signs, so that no robot can speak for another: of records the root of a tree with
-// a leaf for each, of a frame itself (docs/reference/wire-format.md). A record that is passed on
-// carries its proof: its place in the tree, the path to the root, and the signature.
+// What an origin signs, so that no robot can speak for another: the root of a tree with a leaf for
+// each of the records of a chunk, or of the frames of a datagram (docs/reference/wire-format.md).
+// What is passed on carries its proof: its place in the tree, the path to the root, and the
+// signature.
 #pragma once
 
-#include "tessera/exchange/internal/hash_tree.hpp"
-#include "tessera/exchange/wire.hpp"
+#include <algorithm>
+
+#include "tessera/exchange/internal/frames.hpp"
 
 namespace tessera {
 
@@ -36,31 +38,32 @@ void write_facts(ByteWriter& to, const RecordFacts& facts) noexcept;
                            const RecordFacts& facts) noexcept;
 /// The same of a statement, the last leaf of the tree of its chunk.
 [[nodiscard]] Hash leaf_of(const Signatures& by, const Statement& statement) noexcept;
+/// The same of a frame.
+[[nodiscard]] Hash leaf_of(const Signatures& by, const FrameBody& frame) noexcept;
 [[nodiscard]] RecordHash record_hash(const Hash& leaf) noexcept;
 /// The leaf that such a hash is of.
 [[nodiscard]] Hash leaf_of(const RecordHash& hash) noexcept;
+
+/// What the leaves of a tree are of.
+struct TreeOf {
+  /// Records of a contribution, and a statement.
+  TreeOf(const ContributionId& contribution) noexcept : id(contribution) {}
+  [[nodiscard]] static TreeOf frames(std::uint32_t robot) noexcept {
+    TreeOf of{ContributionId{robot, 0, 0}};
+    of.kind = DatagramKind::kFrame;
+    return of;
+  }
+  ContributionId id;
+  DatagramKind kind = DatagramKind::kChunk;
+};
 
 /// What is signed of a tree. configuration: as in a datagram's header; evidence means nothing
 /// without.
 inline constexpr std::size_t kRootMessageBytes = 4 + 4 + 12 + 1 + kHashBytes;
 [[nodiscard]] std::array<std::byte, kRootMessageBytes> root_message(std::uint32_t configuration,
-                                                                    const ContributionId& id,
+                                                                    const TreeOf& of,
                                                                     std::uint32_t leaves,
                                                                     const Hash& root) noexcept;
-/// What is signed of a frame. That of a session is longer.
-class FrameMessage {
- public:
-  FrameMessage(std::uint32_t configuration, const FrameBody& frame) noexcept;
-  [[nodiscard]] std::span<const std::byte> bytes() const noexcept {
-    return std::span(bytes_).first(size_);
-  }
-
- private:
-  std::array<std::byte, 4 + 4 + 12 + 4 + 12 * sizeof(double) + 6 * sizeof(std::int32_t) + 18>
-      bytes_{};
-  std::size_t size_ = 0;
-};
-
 /// The proof of a leaf of a tree whose root was signed, in into. Returns its size.
 [[nodiscard]] std::size_t write_proof(const HashTree& tree, std::uint32_t leaf,
                                       const Signature& signature,
@@ -68,15 +71,32 @@ class FrameMessage {
 /// The bytes of a proof; none iff there is none, and then from is not ok any more.
 [[nodiscard]] std::span<const std::byte> read_proof(ByteReader& from) noexcept;
 
+/// A proof that is kept.
+class KeptProof {
+ public:
+  void keep(std::span<const std::byte> proof) noexcept {
+    TESSERA_ASSERT(proof.size() <= kMostProofBytes);
+    size_ = static_cast<std::uint8_t>(proof.size());
+    std::copy(proof.begin(), proof.end(), bytes_.begin());
+  }
+  /// None: none was kept.
+  [[nodiscard]] std::span<const std::byte> bytes() const noexcept {
+    return std::span(bytes_).first(size_);
+  }
+
+ private:
+  std::array<std::byte, kMostProofBytes> bytes_{};
+  std::uint8_t size_ = 0;
+};
+
 /// Checks leaves by their proofs. Those that were signed together are mostly sent together, and
 /// then one check of a signature does for all.
 class ProofCheck {
  public:
-  /// True iff the contribution's robot signed a tree with this leaf. proof: as read_proof() gives
-  /// it. At most four hashes and one check of a signature.
-  [[nodiscard]] bool check(const Signatures& by, std::uint32_t configuration,
-                           const ContributionId& id, const Hash& leaf,
-                           std::span<const std::byte> proof) noexcept;
+  /// True iff the robot of what the tree is of signed one with this leaf. proof: as read_proof()
+  /// gives it. At most four hashes and one check of a signature.
+  [[nodiscard]] bool check(const Signatures& by, std::uint32_t configuration, const TreeOf& of,
+                           const Hash& leaf, std::span<const std::byte> proof) noexcept;
 
  private:
   std::array<std::byte, kRootMessageBytes> message_{};
