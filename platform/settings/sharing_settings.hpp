@@ -66,7 +66,7 @@ inline constexpr Setting kSharingRows[] = {
         {.allowed = from_to(0.0, 1e6, "metres")}),
     row<&SharingOptions::far_contributions>(
         {.table = "network", .key = "far_contributions"},
-        "with `reach_m`: most contributions of which only a description is kept, of some 550 bytes",
+        "with `reach_m`: most contributions of which only a description is kept, of some 630 bytes",
         {.allowed = from_to(1.0, 65536.0)}),
     row<&SharingOptions::conflicts>(
         {.table = "security", .key = "conflicts"},

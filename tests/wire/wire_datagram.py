@@ -13,7 +13,6 @@ KINDS = "announcement", "request", "chunk", "frame", "leave", "statement", "desc
 TYPES = "gaps", "versions", "descriptions"
 GAPS, VERSIONS, DESCRIPTIONS = range(3)
 LAST_VERSION = 2**32 - 2
-FIRST_SESSION = 0xffff0000
 CODE = "code of a block"
 
 
@@ -223,7 +222,7 @@ class Decoder:
         before = 0, 0, 0
         while r.more():
             check(len(body["frames"]) < 16, "frames")
-            one = self.one_frame(body["robot"], before, r)
+            one = wire_frames.read(body["robot"], before, r, struct.unpack_from("<d", self.fleet.configuration)[0])
             before = *one["name"][1:], one["revision"]
             leaf = self.fleet.leaf_of_frame(wire_frames.alone(one))
             one["proof"] = self.fleet.check_proof(FRAME, (body["robot"], 0, 0), leaf, r) if body["flags"] and self.fleet.signs else b""
@@ -231,31 +230,6 @@ class Decoder:
             body["leaves"].append((one["name"], leaf))
         check(body["frames"], "no frame")
         return body
-
-    def one_frame(self, robot, before, r):
-        flags = r.u8()
-        check(flags <= 3, "flags of a frame")
-        epoch, submap, revision = ((number + r.zigzag()) % 2**32 for number in before)
-        one = {"name": (robot, epoch, submap), "revision": revision, "extent": None, "session": None}
-        check(revision >= 1, "revision")
-        if flags & 1:
-            one["T"] = r.take("12d")
-            check(wire_frames.code_of(one["T"]) is None, "a matrix of which there is a short code")
-        else:
-            code = wire_frames.read_code(r)
-            one["T"] = wire_frames.transform_of(code)
-            check(one["T"] is not None and wire_frames.code_of(one["T"]) == code, "short code")
-        if not flags & 2:
-            low = [r.zigzag() for _ in range(3)]
-            one["extent"] = (*low, *(a + r.varint() for a in low))
-            check(all(-2**20 <= a < 2**20 for a in one["extent"]), "extent")
-        if submap >= FIRST_SESSION:
-            one["session"] = r.take("QqH")
-            check(one["session"][2] <= 2**15, "weight of a map session")
-        check(wire_frames.is_rigid(one["T"], 1e-3), "frame")
-        resolution_m = struct.unpack_from("<d", self.fleet.configuration)[0]
-        check(all(abs(t) <= 2**20 * resolution_m for t in one["T"][3::4]), "shift")
-        return one
 
     def statement(self, out, r):
         begin = r.at

@@ -4,6 +4,9 @@
 import math
 import struct
 
+from wire_trust import check
+
+FIRST_SESSION = 0xffff0000
 STEPS, STEPS_PER_M = 2**23, 2**12
 MOST_PART, MOST_SHIFT = 5_931_642, 524_287 * STEPS_PER_M
 
@@ -93,6 +96,32 @@ def code_of(T):
         if transform_of(code) == tuple(T):  # 0 and -0 are equal here
             return code if struct.pack("<12d", *transform_of(code)) == struct.pack("<12d", *T) else None
     return None
+
+
+def read(robot, before, r, resolution_m):
+    """A frame without its proof, after one with these numbers: epoch, submap and revision."""
+    flags = r.u8()
+    check(flags <= 3, "flags of a frame")
+    epoch, submap, revision = ((number + r.zigzag()) % 2**32 for number in before)
+    one = {"name": (robot, epoch, submap), "revision": revision, "extent": None, "session": None}
+    check(revision >= 1, "revision")
+    if flags & 1:
+        one["T"] = r.take("12d")
+        check(code_of(one["T"]) is None, "a matrix of which there is a short code")
+    else:
+        code = read_code(r)
+        one["T"] = transform_of(code)
+        check(one["T"] is not None and code_of(one["T"]) == code, "short code")
+    if not flags & 2:
+        low = [r.zigzag() for _ in range(3)]
+        one["extent"] = (*low, *(a + r.varint() for a in low))
+        check(all(-2**20 <= a < 2**20 for a in one["extent"]), "extent")
+    if submap >= FIRST_SESSION:
+        one["session"] = r.take("QqH")
+        check(one["session"][2] <= 2**15, "weight of a map session")
+    check(is_rigid(one["T"], 1e-3), "frame")
+    check(all(abs(t) <= 2**20 * resolution_m for t in one["T"][3::4]), "shift")
+    return one
 
 
 def one_bytes(one, before):

@@ -3,6 +3,7 @@
 // What is sent beside evidence, and when: announcements, frames and statements.
 #include "tessera/exchange/internal/control_writer.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <map>
 #include <optional>
@@ -30,6 +31,8 @@ struct Bench {
     Outgoing out = rig.outgoing(at_ms(kStart_ms + ms));
     if (!control.write(out, to)) return std::nullopt;
     body.resize(to.size());
+    asker.reset();
+    if (out.for_asker) asker = out.asker;
     return out.kind;
   }
   /// Writes until nothing is due; how many of a kind there were.
@@ -44,6 +47,51 @@ struct Bench {
   ControlWriter control;
   const HeldContribution* own = nullptr;
   std::vector<std::byte> body;
+  std::optional<std::uint32_t> asker;  ///< Who pays for it.
+};
+
+/// A robot with so many submaps, and what it has heard of two others.
+struct ManyFrames : Bench {
+  explicit ManyFrames(std::uint32_t submaps) : Bench(config_of(submaps)) {
+    ExchangeReport& counted = rig.counted;
+    for (std::uint32_t submap = 1; submap < submaps; ++submap)
+      REQUIRE(rig.ledger.open(1, submap, Matrix34d::Identity(), counted) == Status::kOk);
+    for (const std::uint32_t robot : {7U, 8U}) {
+      for (std::uint32_t submap = 0; submap < 3; ++submap)
+        REQUIRE(rig.ledger.take_frame({.id = {robot, 1, submap}, .revision = 1}, {}, true,
+                                      at_ms(kStart_ms), counted));
+    }
+    count(DatagramKind::kFrame, 0);
+  }
+  static ExchangeConfig config_of(std::uint32_t submaps) {
+    ExchangeConfig config = ExchangeRig::config_of(1);
+    config.contributions = submaps + 10;
+    config.own_contributions = submaps;
+    return config;
+  }
+  void owe(const ContributionId& id, std::int64_t ms,
+           const std::optional<ControlWriter::Asker>& by = {}) {
+    control.owe_frame(rig.ledger, *rig.ledger.find(id), at_ms(kStart_ms + ms), by);
+  }
+  /// Of each frame's datagram that is due its robot, how many it has, and who pays.
+  struct Sent {
+    std::uint32_t robot;
+    bool relayed;
+    std::size_t frames;
+    std::optional<std::uint32_t> asker;
+    friend bool operator==(const Sent&, const Sent&) = default;
+  };
+  std::vector<Sent> sent(std::int64_t ms) {
+    std::vector<Sent> all;
+    while (const std::optional<DatagramKind> next = write(ms)) {
+      if (*next != DatagramKind::kFrame) continue;
+      ByteReader from(body);
+      FramesHeader header;
+      REQUIRE(read_frames_header(from, header));
+      all.push_back({header.robot, header.relayed, frames_of(body).size(), asker});
+    }
+    return all;
+  }
 };
 
 TEST_CASE("ControlWriter: a new contribution's frame goes first, then its statement, then names") {
@@ -129,6 +177,43 @@ TEST_CASE(
   const std::int64_t pause_ms = seldom ? 8'000 : 500;
   CHECK(bench.count(DatagramKind::kStatement, 10'000 + pause_ms - 1) == 0);
   CHECK(bench.count(DatagramKind::kStatement, 10'000 + pause_ms) == 1);
+}
+
+TEST_CASE("ControlWriter: frames that are due go out together, 16 of one robot at a time") {
+  ManyFrames bench(20);
+  const std::uint64_t before = bench.rig.counted.frames;
+  for (std::uint32_t submap = 0; submap < 20; ++submap) bench.owe({1, 1, submap}, 1'500);
+  for (const std::uint32_t robot : {8U, 7U}) {
+    for (std::uint32_t submap = 0; submap < 3; ++submap) bench.owe({robot, 1, submap}, 1'500);
+  }
+  // Not due yet.
+  bench.owe({7, 1, 1}, 9'000);
+  std::vector<ManyFrames::Sent> sent = bench.sent(1'500);
+  std::stable_sort(sent.begin(), sent.end(),
+                   [](const auto& a, const auto& b) { return a.robot < b.robot; });
+  CHECK(sent == std::vector<ManyFrames::Sent>{
+                    {1, false, 16, {}}, {1, false, 4, {}}, {7, true, 3, {}}, {8, true, 3, {}}});
+  CHECK(bench.rig.counted.frames - before == 26);
+}
+
+TEST_CASE("ControlWriter: who asks for frames pays for these, and for no others") {
+  ManyFrames bench(8);
+  const auto asks = [&](std::uint32_t robot, std::uint32_t submap, bool may_ask = true) {
+    bench.owe({1, 1, submap}, 9'500, ControlWriter::Asker{robot, may_ask});
+  };
+  for (const std::uint32_t submap : {0U, 3U}) asks(7, submap);
+  for (const std::uint32_t submap : {1U, 2U, 4U}) asks(8, submap);
+  bench.owe({1, 1, 5}, 9'500);
+  asks(9, 6, false);
+  std::vector<ManyFrames::Sent> sent = bench.sent(9'500);
+  std::stable_sort(sent.begin(), sent.end(),
+                   [](const auto& a, const auto& b) { return a.asker < b.asker; });
+  // Nobody pays for two, nor for what the announcement brings.
+  REQUIRE(sent.size() >= 3);
+  CHECK(sent[0] == ManyFrames::Sent{1, false, 2, {}});
+  CHECK(sent[sent.size() - 3].asker == std::nullopt);
+  CHECK(sent[sent.size() - 2] == ManyFrames::Sent{1, false, 2, 7});
+  CHECK(sent[sent.size() - 1] == ManyFrames::Sent{1, false, 3, 8});
 }
 
 TEST_CASE("ControlWriter: what another robot has sent is not sent") {
