@@ -13,25 +13,6 @@ static_assert(kBlockEdge == kRowVoxels && KernelStrip::kTiles == kStripTiles);
 
 namespace {
 
-/// Whether this machine has AVX2 and its system keeps the registers.
-bool has_avx2() noexcept {
-#if defined(__x86_64__)
-  const auto cpuid = [](std::uint32_t leaf) {
-    std::array<std::uint32_t, 4> r{};
-    __asm__ volatile("cpuid" : "=a"(r[0]), "=b"(r[1]), "=c"(r[2]), "=d"(r[3]) : "a"(leaf), "c"(0));
-    return r;
-  };
-  constexpr std::uint32_t kSavesAndAvx = (1U << 27U) | (1U << 28U);
-  if (cpuid(0)[0] < 7 || (cpuid(1)[2] & kSavesAndAvx) != kSavesAndAvx) return false;
-  std::uint32_t low = 0;
-  std::uint32_t high = 0;
-  __asm__ volatile("xgetbv" : "=a"(low), "=d"(high) : "c"(0));
-  return (low & 6U) == 6U && (cpuid(7)[1] & (1U << 5U)) != 0;
-#else
-  return false;
-#endif
-}
-
 /// The octets that rows y + 8 z go through.
 std::uint64_t octets_of_rows(std::uint64_t rows) noexcept {
   rows |= rows >> 1U;  // pairs along y, then along z
@@ -49,12 +30,12 @@ bool KernelStrip::has_wide_lanes() noexcept {
   return has_avx2() && kernel_rows_of_eight() != nullptr;
 }
 
-Result<KernelStrip> KernelStrip::make(Arena& arena, KernelLanes lanes) noexcept {
+Result<KernelStrip> KernelStrip::make(Arena& arena, LaneWidth lanes) noexcept {
   KernelStrip strip;
   const std::span<Planes> planes = arena.take<Planes>(1);
   if (planes.empty()) return Status::kResourceExhausted;
   strip.planes_ = planes.data();
-  const bool wide = lanes == KernelLanes::kWidest && has_wide_lanes();
+  const bool wide = lanes == LaneWidth::kWidest && has_wide_lanes();
   strip.add_rows_ = wide ? kernel_rows_of_eight() : kernel_rows_of_four();
   return strip;
 }

@@ -41,7 +41,7 @@ struct Case {
 
 class StripSums {
  public:
-  explicit StripSums(KernelLanes lanes) : memory_(KernelStrip::required_bytes()) {
+  explicit StripSums(LaneWidth lanes) : memory_(KernelStrip::required_bytes()) {
     Arena arena = memory_.arena();
     strip_ = *KernelStrip::make(arena, lanes);
   }
@@ -155,9 +155,9 @@ TEST_CASE("kernel strip: the same bits in four and in eight lanes and in any str
       GENERATE(Case{0.4F, 0.0F, 1.0F}, Case{1.0F, 0.0F, 1.0F}, Case{3.0F, 0.0F, 1.0F},
                Case{3.0F, 1.0F / 4096.0F, 0.97F}, Case{3.7F, 1e-6F, 1.0F}, Case{11.0F, 0.0F, 1.0F});
   Random random(19);
-  StripSums four(KernelLanes::kFour);
-  StripSums widest(KernelLanes::kWidest);
-  StripSums alone(KernelLanes::kWidest);
+  StripSums four(LaneWidth::kFour);
+  StripSums widest(LaneWidth::kWidest);
+  StripSums alone(LaneWidth::kWidest);
   for (int round = 0; round < 12; ++round) {
     INFO(given.length << " " << round);
     const std::vector<TilePoints> scan = random_scan(random, given.radius());

@@ -10,18 +10,13 @@
 #include <span>
 
 #include "tessera/base/arena.hpp"
+#include "tessera/base/internal/lane_width.hpp"
 #include "tessera/inference/internal/tile_evidence.hpp"
 
 namespace tessera {
 
 struct KernelRows;
 struct KernelRowsDone;
-
-/// How many voxels the kernel is evaluated for at a time. The sums are the same to the last bit.
-enum class KernelLanes : std::uint8_t {
-  kWidest = 0,  ///< Eight where the machine has AVX2 and the library was built with it, else four.
-  kFour = 1,
-};
 
 class KernelStrip {
  public:
@@ -33,7 +28,7 @@ class KernelStrip {
   }
   /// Fails with kResourceExhausted iff the arena is too small.
   [[nodiscard]] static Result<KernelStrip> make(Arena& arena,
-                                                KernelLanes lanes = KernelLanes::kWidest) noexcept;
+                                                LaneWidth lanes = LaneWidth::kWidest) noexcept;
   /// Whether kWidest is more than four here.
   [[nodiscard]] static bool has_wide_lanes() noexcept;
   KernelStrip() noexcept = default;
