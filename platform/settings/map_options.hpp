@@ -34,6 +34,7 @@ struct MapOptions : SourceOptions {
   std::optional<double> downsample_m;  ///< 0: off.
   std::optional<ThinningWeight> thinning_weight;
   bool free_space = true;
+  Carving carving = Carving::kRays;
   std::size_t memory_bytes = std::size_t{512} << 20U;
   std::optional<TuplePolicy> counts;
   std::optional<std::uint32_t> robot;
@@ -54,6 +55,8 @@ struct MapOptions : SourceOptions {
 template <>
 inline constexpr std::array kChoicesOf<InferenceMode>{
     InferenceMode::kMultiEntropy, InferenceMode::kKernel, InferenceMode::kCounting};
+template <>
+inline constexpr std::array kChoicesOf<Carving>{Carving::kRays, Carving::kImage};
 template <>
 inline constexpr std::array kChoicesOf<ThinningWeight>{ThinningWeight::kMean, ThinningWeight::kSum};
 template <>
@@ -94,6 +97,8 @@ inline constexpr Setting kMapRows[] = {
                                       {.otherwise = "kernel: sum, else mean"}),
     row<&MapOptions::free_space>({"--free-space", "map", "free_space"},
                                  "Map free space along rays"),
+    row<&MapOptions::carving>({"--carving", "map", "carving"},
+                              "How free space is found: along rays, or by the image of the scan"),
     bytes_row<&MapOptions::memory_bytes>({"--memory", "map", "memory", "memory_bytes"},
                                          "Memory for the map and for the work on a scan",
                                          {.value = "BYTES", .allowed = {.most = 1e15}}),

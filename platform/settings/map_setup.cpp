@@ -56,6 +56,7 @@ Outcome<void> set_up_ranges(const MapOptions& o, InferenceConfig& inference) {
   inference.min_range_m = static_cast<float>(o.min_range_m);
   inference.max_range_m = static_cast<float>(o.max_range_m);
   inference.free_space.enabled = o.free_space;
+  inference.free_space.carving = o.carving;
   inference.work_budget = o.work_budget;
   return {};
 }

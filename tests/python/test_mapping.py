@@ -36,6 +36,7 @@ def test_the_counters_are_the_commands(street, files):
 
 
 @pytest.mark.parametrize("arguments, options", [
+    ({"inference": "counting", "carving": "image"}, ("--inference", "counting", "--carving", "image")),
     ({"inference": "counting", "free_space": False}, ("--inference", "counting", "--free-space", "off")),
     ({"inference": "kernel", "kernel_length_m": 0.4}, ("--inference", "kernel", "--kernel-length", "0.4")),
     ({"downsample_m": 0, "max_range_m": 15.0, "counts": "dense"},
@@ -58,7 +59,7 @@ def test_defaults_are_the_commands(command, street, tmp_path):
     made.integrate(scan.points, scan.components, scan.T_map_sensor)
     assert made.digest() == report["digest"]
     config = report["config"]
-    for name in ("resolution", "prior", "max_range", "min_range", "downsample", "thinning_weight", "inference", "free_space",
+    for name in ("resolution", "prior", "max_range", "min_range", "downsample", "thinning_weight", "inference", "free_space", "carving",
                  "memory", "counts", "min_weight", "max_evidence", "free_weight", "work_budget", "deadline", "robot"):
         assert made.settings.get(name, config[name]) == config[name], name
     assert made.usage()["budget_bytes"] == config["memory"]

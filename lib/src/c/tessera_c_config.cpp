@@ -35,6 +35,8 @@ void for_fields_of_inference(tessera_config& c, RobotConfig& core, Visit&& visit
   visit(c.max_range_m, inference.max_range_m);
   visit(c.thinning_weight, inference.thinning_weight);
   visit(c.free_space, inference.free_space.enabled);
+  visit(c.carving, inference.free_space.carving);
+  visit(c.neighbour_pixels, inference.free_space.neighbour_pixels);
   visit(c.neighbour_angle_rad, inference.free_space.neighbour_angle_rad);
   visit(c.margin_voxels, inference.free_space.margin_voxels);
   visit(c.kernel_length_m, inference.kernel_length_m);
@@ -132,7 +134,8 @@ bool are_kinds(const tessera_config& c) noexcept {
   return c.local_tuple <= TESSERA_COMPACT && c.global_tuple <= TESSERA_COMPACT &&
          c.mode <= TESSERA_MULTI_ENTROPY && c.thinning_weight <= TESSERA_THINNING_SUM &&
          c.diffusion <= TESSERA_NO_DIFFUSION && c.edge <= TESSERA_EDGE_CONFIDENCE &&
-         c.free_space <= 1 && c.fill_one_label <= 1 && c.near_first <= 1 && c.whole_map <= 1 &&
+         c.carving <= TESSERA_CARVING_IMAGE &&
+         c.neighbour_pixels <= CarveImage::kMostNeighbours && c.free_space <= 1 && c.fill_one_label <= 1 && c.near_first <= 1 && c.whole_map <= 1 &&
          c.fill_neighbours <= 7 && c.block_edge <= 4 && c.conflicts <= 1 && c.reserved == 0 &&
          c.reserved_2 == 0 && c.reserved_3 == 0 && c.reserved_4 == 0;
 }

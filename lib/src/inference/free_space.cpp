@@ -58,14 +58,17 @@ void RayBlock::turn(int axis) noexcept {
   words_along = static_cast<std::uint8_t>(axis);
 }
 
-Result<FreeSpace> FreeSpace::make(Arena& arena, const ScanCapacity& capacity) noexcept {
-  if (arena.remaining_bytes() < required_bytes(capacity)) return Status::kResourceExhausted;
+Result<FreeSpace> FreeSpace::make(Arena& arena, const ScanCapacity& capacity,
+                                  Carving carving) noexcept {
+  if (arena.remaining_bytes() < required_bytes(capacity, carving))
+    return Status::kResourceExhausted;
   FreeSpace result;
   const Result<KeyIndex> index = KeyIndex::make(arena, capacity.ray_blocks);
   if (!index.ok()) return index.status();
   result.index_ = *index;
   result.blocks_ = arena.take<RayBlock>(capacity.ray_blocks);
   result.recent_ = arena.take<std::uint32_t>(kRecent);
+  if (carving != Carving::kRays) return result;
   result.crossed_ = arena.take<std::uint32_t>(capacity.ray_blocks + std::size_t{1});
   const Result<RangeImage> image = RangeImage::make(arena);
   if (!image.ok()) return image.status();
@@ -133,9 +136,26 @@ std::uint64_t FreeSpace::most_steps(const Point3f& end_map) const noexcept {
 Status FreeSpace::mark_hit(const VoxelCoord& voxel) noexcept {
   RayBlock* const block = entry(block_of(voxel));
   if (block == nullptr) return Status::kResourceExhausted;
-  block->hit[static_cast<std::size_t>(voxel.z & 7)] |=
-      std::uint64_t{1} << static_cast<unsigned>((voxel.y & 7) * 8 + (voxel.x & 7));
+  mark_hit(*block, voxel);
   return Status::kOk;
+}
+
+void FreeSpace::mark_hit(RayBlock& block, const VoxelCoord& voxel) noexcept {
+  block.hit[static_cast<std::size_t>(voxel.z & 7)] |=
+      std::uint64_t{1} << static_cast<unsigned>((voxel.y & 7) * 8 + (voxel.x & 7));
+}
+
+void FreeSpace::mark_hits(std::span<const ScanPoint> returns) noexcept {
+  for (const ScanPoint& point : returns) {
+    const BlockCoord coord = block_of(point.voxel);
+    const std::uint32_t recent = recent_[recent_slot(coord)];
+    if (recent < count_ && blocks_[recent].coord == coord) {
+      mark_hit(blocks_[recent], point.voxel);
+    } else if (const std::optional<std::uint32_t> found = index_.find(pack_in_grid(coord))) {
+      recent_[recent_slot(coord)] = *found;
+      mark_hit(blocks_[*found], point.voxel);
+    }
+  }
 }
 
 void FreeSpace::truncate(std::size_t count) noexcept {
@@ -155,12 +175,8 @@ Status FreeSpace::trace(const Point3f& end_map, bool is_return) noexcept {
   // A part of the whole ray's walk: what it marks is among what cross() visits, to the bit.
   const SlabWalk walk = walk_to(end_map, carve_m / length_m);
   steps_ += walk.voxels();
-  const bool all = walk.walk<false>([this, &walk](BlockCoord coord) -> std::uint64_t* {
-    RayBlock* const block = entry(coord);
-    if (block == nullptr) return nullptr;
-    if (block->words_along != walk.axis()) block->turn(walk.axis());
-    return block->passed.data();
-  });
+  const bool all = walk.walk<false>(
+      [this, &walk](BlockCoord coord) -> std::uint64_t* { return words_of(coord, walk.axis()); });
   return all ? Status::kOk : Status::kResourceExhausted;
 }
 

@@ -31,7 +31,9 @@ bool valid(const InferenceConfig& config) noexcept {
                       within(config.min_weight, 0.0F, 1.0F);
   const bool carving =
       within(config.free_space.neighbour_angle_rad, 0.0F, RangeImage::kMaxAngle_rad) &&
-      within(config.free_space.margin_voxels, 0.0F, 64.0F);
+      within(config.free_space.margin_voxels, 0.0F, 64.0F) &&
+      config.free_space.carving <= Carving::kImage &&
+      config.free_space.neighbour_pixels <= CarveImage::kMostNeighbours;
   return entropy && ranges && kernel && carving;
 }
 
@@ -55,9 +57,15 @@ Result<Integrator> Integrator::make(Arena& arena, const InferenceConfig& config,
   if (!labels.ok()) return labels.status();
   result.labels_ = *labels;
   if (config.free_space.enabled) {
-    const Result<FreeSpace> free_space = FreeSpace::make(arena, capacity);
+    const Result<FreeSpace> free_space =
+        FreeSpace::make(arena, capacity, config.free_space.carving);
     if (!free_space.ok()) return free_space.status();
     result.scratch_.free_space = *free_space;
+  }
+  if (config.free_space.uses_image()) {
+    const Result<ImageCarver> carver = ImageCarver::make(arena);
+    if (!carver.ok()) return carver.status();
+    result.carver_ = *carver;
   }
   return result;
 }
@@ -94,7 +102,7 @@ ScanReport Integrator::integrate_scan(LocalMap& map, const ScanView& scan,
   map.begin_revision();
   if (!register_scan(map, scan, report)) return report;
   begin_scratch(map);
-  open_failed_ = false;
+  open_failed_ = image_made_ = carving_cut_ = false;
   const bool all_fit = admit(map, report);
   if (work_.cut()) {
     leave_out_all(report);
@@ -132,13 +140,18 @@ bool Integrator::admit(LocalMap& map, ScanReport& report) noexcept {
     report.ray_steps = scratch_.free_space.steps();  // on trial
     if (tried) begin_scratch(map);
     admit_one_by_one(map, report);
-    if (!(work_.in_time() && fill_scratch(map) && open_blocks(map)) && !work_.cut())
-      refuse_all(map, report);
+    const bool filled = work_.in_time() && fill_scratch(map);
+    if (filled && config_.free_space.uses_image()) drop_what_does_not_fit(map, report);
+    if (!(filled && open_blocks(map)) && !work_.cut()) refuse_all(map, report);
   }
-  memory_was_short_ = report.refused_memory() + report.rays_refused_memory > 0;
+  memory_was_short_ =
+      report.refused_memory() + report.rays_refused_memory + report.free_blocks_refused > 0;
+  report.carving_cut = carving_cut_ ? 1 : 0;
   report.tiles = static_cast<std::uint32_t>(scratch_.tiles.tiles().size());
   report.ray_blocks = static_cast<std::uint32_t>(scratch_.free_space.blocks().size());
   report.ray_steps += scratch_.free_space.steps();
+  report.ray_steps += carver_.steps();
+  if (report.work_limit != 0) report.work_predicted += carver_.steps();
   return all_fit;
 }
 
@@ -146,6 +159,7 @@ void Integrator::admit_one_by_one(LocalMap& map, ScanReport& report) noexcept {
   PointAdmission admission(map, points_, scratch_, config_, reach_);
   admission.admit(work_, over_limit_, report);
   rays_predicted_ = admission.rays_predicted();
+  reserved_ = admission.reserved();
   open_failed_ = open_failed_ || admission.index_refused();
   scratch_.tiles.forget_points();
   scratch_.free_space.forget_marks();
@@ -174,7 +188,7 @@ bool Integrator::within_limit(ScanReport& report) noexcept {
   over_limit_ = false;
   rays_predicted_ = 0;
   if (!work_.has_limit()) return true;
-  if (config_.free_space.enabled) {
+  if (config_.free_space.walks_rays()) {
     for (const std::span<const ScanPoint> ends : {admitted(), admitted_rays()}) {
       for (const ScanPoint& end : ends)
         rays_predicted_ += scratch_.free_space.most_steps(end.p_map);
@@ -195,12 +209,41 @@ void Integrator::begin_scratch(const LocalMap& map) noexcept {
 
 bool Integrator::fill_scratch(const LocalMap& map) noexcept {
   tracer_.forget_cut();
+  const auto find_free = [&] {
+    if (config_.free_space.uses_image()) carve(map);
+    return !config_.free_space.walks_rays() || tracer_.trace(points_, scratch_.free_space, work_);
+  };
   return scratch_.tiles.build(admitted(), map.lattice(), points_.scratch()) == Status::kOk &&
          work_.in_time() &&
          want_units(scratch_.tiles, config_, reach_, map.classes().num_classes()) &&
-         work_.in_time() &&
-         (!config_.free_space.enabled || tracer_.trace(points_, scratch_.free_space, work_)) &&
-         work_.in_time();
+         work_.in_time() && find_free() && work_.in_time();
+}
+
+/// What the labels may take of a work budget comes first.
+void Integrator::carve(const LocalMap& map) noexcept {
+  if (!image_made_) carver_.see(points_, config_);
+  image_made_ = true;
+  const std::uint64_t labels = admitted().size() * work_.most_per_point();
+  const std::uint64_t limit = config_.work_budget == 0 ? ~std::uint64_t{0} : config_.work_budget;
+  const std::uint64_t left = limit > labels ? limit - labels : 0;
+  carving_cut_ =
+      !carver_.carve(map.lattice(), config_.free_space, scratch_.free_space, work_, left);
+  scratch_.free_space.mark_hits(admitted());
+  scratch_.free_space.finish();
+}
+
+void Integrator::drop_what_does_not_fit(const LocalMap& map, ScanReport& report) noexcept {
+  SlabPool::Counts wanted = reserved_;
+  visit_by_rings(scratch_.free_space.blocks(), block_of(points_.origin_voxel()),
+                 [&](RayBlock& ray_block) {
+                   if (!ray_block.carves()) return;
+                   const SlabPool::Counts before = wanted;
+                   count_ray_block(map, ray_block, wanted);
+                   if (map.fits(wanted)) return;
+                   wanted = before;
+                   ray_block.passed = {};
+                   ++report.free_blocks_refused;
+                 });
 }
 
 /// Asked before blocks are opened: one opened in vain would keep its page from other uses.
@@ -269,6 +312,11 @@ void Integrator::write_free_space(LocalMap& map, ScanReport& report) noexcept {
   };
   const std::span<const RayBlock> blocks = scratch_.free_space.blocks();
   write_in_time(blocks, block_of(points_.origin_voxel()), kBlockBatch, work_, write, leave);
+  if (config_.free_space.uses_image()) {
+    report.rays =
+        static_cast<std::uint32_t>(points_.returns().size() + points_.returns_beyond().size());
+    return;
+  }
   report.rays_cut = static_cast<std::uint32_t>(tracer_.rays_cut());
   report.rays =
       static_cast<std::uint32_t>(admitted().size() + admitted_rays().size() - tracer_.rays_cut());

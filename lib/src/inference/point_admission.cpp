@@ -100,14 +100,15 @@ PointAdmission::Refusal PointAdmission::plan_point(const ScanPoint& point, const
     if (!plan_units(*new_unit, plan)) return Refusal::kTiles;
     if (!map_.fits_or_refuse(plan.wanted)) return Refusal::kStorage;  // before the ray is walked
   }
-  return config_.free_space.enabled ? plan_ray(point, plan) : Refusal::kNone;
+  return config_.free_space.walks_rays() ? plan_ray(point, plan) : Refusal::kNone;
 }
 
 /// Opens the plan's blocks and marks as reserved what it holds. Storage has room for all of it; the
 /// map's index may refuse a block: what was opened until then is taken back after the scan.
 bool PointAdmission::open_plan(const NewUnit* new_unit, const PointPlan& plan) noexcept {
-  const std::span<const std::uint32_t> crossed =
-      config_.free_space.enabled ? scratch_.free_space.crossed() : std::span<const std::uint32_t>{};
+  const std::span<const std::uint32_t> crossed = config_.free_space.walks_rays()
+                                                     ? scratch_.free_space.crossed()
+                                                     : std::span<const std::uint32_t>{};
   bool opened = true;
   for (const std::uint32_t number : crossed) {
     RayBlock& ray_block = scratch_.free_space.blocks()[number];
@@ -162,7 +163,7 @@ PointAdmission::Refusal PointAdmission::reserve(const ScanPoint& point, bool is_
 }
 
 void PointAdmission::admit(ScanWork& limit, bool spread, ScanReport& report) noexcept {
-  const bool carving = config_.free_space.enabled;
+  const bool carving = config_.free_space.walks_rays();
   std::uint64_t work = report.ray_steps;  // on trial
   std::uint64_t to_write = 0;             // of the work, what comes after admission
   bool spent = false;
@@ -170,7 +171,7 @@ void PointAdmission::admit(ScanWork& limit, bool spread, ScanReport& report) noe
   const std::size_t count = points_.admitted().size();
   // A second point in a unit takes work and no storage, so only where work runs out is it better to
   // have the first of more units.
-  for (const KeyedIndex& item : points_.in_order(unit_edge_of(config_), true, spread)) {
+  for (const KeyedIndex& item : points_.in_order(unit_edge_of(config_), carving, spread)) {
     const bool is_point = item.index < count;
     const ScanPoint& point = points_.end_of_ray(item.index);
     const std::uint64_t steps = carving ? scratch_.free_space.most_steps(point.p_map) : 0;

@@ -34,6 +34,7 @@ typedef enum tessera_status {
 /// Settings of enumerated kinds; fields are uint32_t, so that their size is the same everywhere.
 enum { TESSERA_COUNTING = 0, TESSERA_KERNEL = 1, TESSERA_MULTI_ENTROPY = 2 };   ///< mode
 enum { TESSERA_DENSE = 0, TESSERA_COMPACT = 1 };                                ///< tuple
+enum { TESSERA_CARVING_RAYS = 0, TESSERA_CARVING_IMAGE = 1 };                   ///< carving
 enum { TESSERA_THINNING_MEAN = 0, TESSERA_THINNING_SUM = 1 };                   ///< weight
 enum { TESSERA_CONTRACTIVE = 0, TESSERA_PAPER = 1, TESSERA_NO_DIFFUSION = 2 };  ///< diffusion
 enum {
@@ -178,7 +179,12 @@ typedef struct tessera_config {
   /// description alone. 0: of all, what there is room for [RobotSettings, ExchangeConfig].
   double reach_m;
   uint32_t far_contributions;
-  uint32_t reserved_4;  ///< 0
+
+  /// How free space is found [FreeSpaceConfig]: TESSERA_CARVING_RAYS or TESSERA_CARVING_IMAGE. With
+  /// the image, neighbour_pixels is what neighbour_angle_rad is with rays.
+  uint32_t carving;
+  uint32_t neighbour_pixels;  ///< 0 .. 8
+  uint32_t reserved_4;        ///< 0
 } tessera_config;
 
 /// The least struct_bytes that is taken, up to and with the inference's settings: fields beyond

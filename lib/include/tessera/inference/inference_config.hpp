@@ -52,16 +52,36 @@ struct EntropyConfig {
   int block_edge = 2;          ///< 1, 2 or 4 voxels; with 1 the grid ends at half its limit.
 };
 
-/// How rays give free evidence.
+/// How a scan's free space is found.
+enum class Carving : std::uint8_t {
+  kRays = 0,   ///< Each ray is walked through its voxels.
+  kImage = 1,  ///< Voxels are compared with the image of the scan.
+};
+constexpr const char* to_string(Carving carving) noexcept {
+  return carving == Carving::kImage ? "image" : "rays";
+}
+
+/// How a scan gives free evidence.
 struct FreeSpaceConfig {
   bool enabled = true;
-  /// A ray is carved up to the nearest return in directions within this angle of its own (radians,
-  /// 0 .. 0.05), so that rays that graze a surface or pass an edge closely free nothing of it. No
-  /// return within the angle is missed; returns up to 0.0148 rad beyond it may count, as directions
-  /// are kept in pixels. 0: its own return only.
+  Carving carving = Carving::kRays;
+  /// With kImage: pixels (0.15 to 0.18 degrees) on each side of a voxel's direction in which no
+  /// return may be nearer than it, 0 .. 8; so what is close to an edge or a grazed surface stays.
+  std::uint8_t neighbour_pixels = 3;
+  /// With kRays: a ray is carved up to the nearest return in directions within this angle of its
+  /// own (radians, 0 .. 0.05), so that rays that graze a surface or pass an edge closely free
+  /// nothing of it. No return within the angle is missed; returns up to 0.0148 rad beyond it may
+  /// count, as directions are kept in pixels. 0: its own return only.
   float neighbour_angle_rad = 0.015F;
-  /// Carving ends this many voxels before that return.
+  /// Carving ends this many voxels before that return; with kImage, along the axis of the map that
+  /// is nearest to its direction.
   float margin_voxels = 2.0F;
+  [[nodiscard]] constexpr bool walks_rays() const noexcept {
+    return enabled && carving == Carving::kRays;
+  }
+  [[nodiscard]] constexpr bool uses_image() const noexcept {
+    return enabled && carving == Carving::kImage;
+  }
 };
 
 struct InferenceConfig {

@@ -10,6 +10,7 @@
 #include "tessera/base/arena.hpp"
 #include "tessera/inference/deadline.hpp"
 #include "tessera/inference/inference_config.hpp"
+#include "tessera/inference/internal/image_carver.hpp"
 #include "tessera/inference/internal/label_writer.hpp"
 #include "tessera/inference/internal/ray_tracer.hpp"
 #include "tessera/inference/internal/scan_points.hpp"
@@ -27,7 +28,10 @@ class Integrator {
       const ScanCapacity& capacity, const InferenceConfig& config) noexcept {
     return ScanPoints::required_bytes(capacity.points) + ScanTiles::required_bytes(capacity) +
            LabelWriter::required_bytes(config.mode) +
-           (config.free_space.enabled ? FreeSpace::required_bytes(capacity) : 0);
+           (config.free_space.enabled
+                ? FreeSpace::required_bytes(capacity, config.free_space.carving)
+                : 0) +
+           (config.free_space.uses_image() ? ImageCarver::required_bytes() : 0);
   }
 
   /// An integrator with scratch memory from the arena. Fails with kInvalidArgument iff a value of
@@ -120,6 +124,10 @@ class Integrator {
   /// Fills tiles and ray blocks for the admitted points. False: one of them does not fit, or the
   /// deadline came.
   bool fill_scratch(const LocalMap& map) noexcept;
+  /// Carving by the image: marks what the scan saw to be free.
+  void carve(const LocalMap& map) noexcept;
+  /// Forgets marks in blocks that the map has no room for beside what is reserved, nearest first.
+  void drop_what_does_not_fit(const LocalMap& map, ScanReport& report) noexcept;
   /// True iff the map has room for all that the scratch wants.
   bool fits_whole(const LocalMap& map) noexcept;
   /// Opens the map's blocks that the scratch wants. False: the map's index refused one.
@@ -136,9 +144,13 @@ class Integrator {
   ScanPoints points_{};
   ScanScratch scratch_{};
   RayTracer tracer_{};
+  ImageCarver carver_{};
   LabelWriter labels_{};
   ScanWork work_{};
   KernelReach reach_{};               ///< Of the current scan.
+  SlabPool::Counts reserved_{};       ///< Of the map, for labels admitted one by one.
+  bool image_made_ = false;           ///< Of the current scan.
+  bool carving_cut_ = false;          ///< Some of the current scan's free space was left out.
   std::uint64_t rays_predicted_ = 0;  ///< Ray steps of all admitted, at most.
   bool over_limit_ = false;           ///< The scan as a whole takes more than the limit of work.
   bool open_failed_ = false;  ///< The map's index refused a block: some may be open in vain.

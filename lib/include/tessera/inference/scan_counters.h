@@ -27,7 +27,9 @@
   ROW(COUNTER, uint32_t, refused_work, "Thinned points left out: the work budget.")                \
   ROW(COUNTER, uint32_t, refused_deadline,                                                         \
       "Thinned points left out: the deadline, as it was foreseen.")                                \
-  ROW(COUNTER, uint32_t, rays, "Rays traced: of admitted points, and beyond the range limit.")     \
+  ROW(COUNTER, uint32_t, rays,                                                                     \
+      "Rays traced: of admitted points, and beyond the range limit. "                              \
+      "Carving by the image: returns in it.")                                                      \
   ROW(COUNTER, uint32_t, rays_refused_memory, "Rays beyond the range limit left out: memory.")     \
   ROW(COUNTER, uint32_t, rays_refused_work,                                                        \
       "Rays beyond the range limit left out: the work budget.")                                    \
@@ -61,6 +63,12 @@
       "Voxels stepped through by rays: once, or twice where the scan did not fit as a whole and "  \
       "the one before it did; and blocks on rays admitted one by one.")                            \
   ROW(COUNTER, uint32_t, strips, "Kernel mode: runs of tiles that were summed together.")          \
+  ROW(COUNTER, uint32_t, free_blocks_refused,                                                      \
+      "Carving by the image: blocks left out, as there was no room in the map or the scratch.")    \
+  ROW(COUNTER, uint32_t, carving_cut,                                                              \
+      "Carving by the image: scans whose free space was left out in part: no room in the "         \
+      "scratch, "                                                                                  \
+      "the deadline or the work budget.")                                                          \
   ROW(TOTAL, uint32_t, refused_memory, "Thinned points left out because map or scratch was full.") \
   ROW(TOTAL, uint32_t, rays_refused, "Rays beyond the range limit left out.")                      \
   ROW(TOTAL, uint32_t, left_out_deadline,                                                          \

@@ -15,6 +15,7 @@ namespace tessera {
 using Float4 = float __attribute__((vector_size(16)));
 using Int4 = std::int32_t __attribute__((vector_size(16)));
 using Double2 = double __attribute__((vector_size(16)));
+using Short8 = std::int16_t __attribute__((vector_size(16)));
 using Long2 = std::int64_t __attribute__((vector_size(16)));
 
 [[nodiscard]] inline Float4 all_lanes(float value) noexcept {
@@ -87,6 +88,19 @@ inline void store4(float* p, Float4 lanes) noexcept { std::memcpy(p, &lanes, siz
 [[nodiscard]] inline unsigned bits_above(const float* p, float limit) noexcept {
   const Float4 limits = all_lanes(limit);
   return bits_of(load4(p) > limits) | (bits_of(load4(p + 4) > limits) << 4U);
+}
+/// Which of eight numbers are above limit, a bit each.
+[[nodiscard]] inline unsigned bits_above(Short8 v, std::int16_t limit) noexcept {
+  const Short8 above = v > Short8{limit, limit, limit, limit, limit, limit, limit, limit};
+#if defined(__SSE2__)
+  using Char16 = char __attribute__((vector_size(16)));
+  const Char16 bytes = __builtin_ia32_packsswb128(above, Short8{});
+  return static_cast<unsigned>(__builtin_ia32_pmovmskb128(bytes));
+#else
+  unsigned bits = 0;
+  for (unsigned i = 0; i < 8; ++i) bits |= (above[i] != 0 ? 1U : 0U) << i;
+  return bits;
+#endif
 }
 [[nodiscard]] inline std::int32_t sum_of(Int4 v) noexcept { return (v[0] + v[1]) + (v[2] + v[3]); }
 

@@ -42,13 +42,17 @@ struct RayBlock {
 
 class FreeSpace {
  public:
-  [[nodiscard]] static constexpr std::size_t required_bytes(const ScanCapacity& capacity) noexcept {
+  [[nodiscard]] static constexpr std::size_t required_bytes(
+      const ScanCapacity& capacity, Carving carving = Carving::kRays) noexcept {
     return KeyIndex::required_bytes(capacity.ray_blocks) +
-           arena_bytes<RayBlock>(capacity.ray_blocks) +
-           arena_bytes<std::uint32_t>(std::size_t{capacity.ray_blocks} + 1) +
-           arena_bytes<std::uint32_t>(kRecent) + RangeImage::required_bytes();
+           arena_bytes<RayBlock>(capacity.ray_blocks) + arena_bytes<std::uint32_t>(kRecent) +
+           (carving == Carving::kRays
+                ? arena_bytes<std::uint32_t>(std::size_t{capacity.ray_blocks} + 1) +
+                      RangeImage::required_bytes()
+                : 0);
   }
-  [[nodiscard]] static Result<FreeSpace> make(Arena& arena, const ScanCapacity& capacity) noexcept;
+  [[nodiscard]] static Result<FreeSpace> make(Arena& arena, const ScanCapacity& capacity,
+                                              Carving carving = Carving::kRays) noexcept;
   FreeSpace() noexcept = default;
 
   /// Starts a scan seen from origin_map (metres). O(capacity).
@@ -66,6 +70,16 @@ class FreeSpace {
   /// kResourceExhausted iff the ray blocks are full, with some of the voxels marked. O(voxels
   /// crossed).
   Status trace(const Point3f& end_map, bool is_return) noexcept;
+  /// Without rays: RayBlock::passed of a block, its words along axis, to mark voxels in. Null iff
+  /// the ray blocks are full. O(1).
+  [[nodiscard]] std::uint64_t* words_of(BlockCoord coord, int axis) noexcept {
+    RayBlock* const block = entry(coord);
+    if (block == nullptr) return nullptr;
+    if (block->words_along != axis) block->turn(axis);
+    return block->passed.data();
+  }
+  /// Without rays: marks the voxels of returns as hit where there are blocks. O(returns).
+  void mark_hits(std::span<const ScanPoint> returns) noexcept;
   /// After the last trace: all of RayBlock::passed along z. O(ray blocks).
   void finish() noexcept;
   /// Makes an entry for each block that trace could mark on the ray to a point, and for that of the
@@ -112,6 +126,7 @@ class FreeSpace {
   [[nodiscard]] static std::size_t recent_slot(BlockCoord coord) noexcept {
     return static_cast<std::size_t>((coord.x & 31) | ((coord.y & 31) << 5) | ((coord.z & 3) << 10));
   }
+  static void mark_hit(RayBlock& block, const VoxelCoord& voxel) noexcept;
   [[nodiscard]] RayBlock* find_entry(BlockCoord coord) noexcept;
   [[nodiscard]] RayBlock* new_entry(BlockCoord coord) noexcept;
 

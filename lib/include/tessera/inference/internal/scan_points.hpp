@@ -39,6 +39,14 @@ class ScanPoints {
   void thin(const Lattice& lattice, const InferenceConfig& config,
             std::uint8_t unlabelled) noexcept;
 
+  /// All returns within the range limit, before thinning.
+  [[nodiscard]] std::span<const ScanPoint> returns() const noexcept {
+    return registered_.first(registered_count_);
+  }
+  /// Those beyond the range limit, moved to that limit.
+  [[nodiscard]] std::span<const ScanPoint> returns_beyond() const noexcept {
+    return registered_.last(far_count_);
+  }
   /// In the order in which they are added to the map.
   [[nodiscard]] std::span<const ScanPoint> admitted() const noexcept {
     return thinned_.first(admitted_count_);

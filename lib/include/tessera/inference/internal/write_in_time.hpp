@@ -22,6 +22,19 @@ inline unsigned ring_of(const BlockCoord& at, const BlockCoord& centre) noexcept
       std::bit_width(apart(at.x, centre.x) | apart(at.y, centre.y) | apart(at.z, centre.z)));
 }
 
+/// Calls visit(item) for all items, by rings around the coordinates centre. O(items) a ring.
+template <class Item, class Visit>
+void visit_by_rings(std::span<Item> items, const BlockCoord& centre, Visit&& visit) noexcept {
+  std::uint32_t rings = 0;
+  for (const Item& item : items) rings |= std::uint32_t{1} << ring_of(item.coord, centre);
+  for (; rings != 0; rings &= rings - 1) {
+    const auto ring = static_cast<unsigned>(std::countr_zero(rings));
+    for (Item& item : items) {
+      if (ring_of(item.coord, centre) == ring) visit(item);
+    }
+  }
+}
+
 /// Calls write(item), or leave(item) for those that the deadline leaves out: in the order of items,
 /// or with a deadline by rings around the coordinates centre, the clock read every batch items.
 template <class Item, class Write, class Leave>
@@ -31,21 +44,15 @@ void write_in_time(std::span<const Item> items, const BlockCoord& centre, std::s
     for (const Item& item : items) write(item);
     return;
   }
-  std::uint32_t rings = 0;
-  for (const Item& item : items) rings |= std::uint32_t{1} << ring_of(item.coord, centre);
   std::size_t visited = 0;
-  for (; rings != 0; rings &= rings - 1) {
-    const auto ring = static_cast<unsigned>(std::countr_zero(rings));
-    for (const Item& item : items) {
-      if (ring_of(item.coord, centre) != ring) continue;
-      if (visited++ % batch == 0) static_cast<void>(work.in_time());
-      if (work.cut()) {
-        leave(item);
-      } else {
-        write(item);
-      }
+  visit_by_rings(items, centre, [&](const Item& item) {
+    if (visited++ % batch == 0) static_cast<void>(work.in_time());
+    if (work.cut()) {
+      leave(item);
+    } else {
+      write(item);
     }
-  }
+  });
 }
 
 }  // namespace tessera

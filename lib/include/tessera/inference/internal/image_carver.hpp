@@ -1,0 +1,84 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// Carving by the image of a scan: blocks are compared with what the scan saw, from coarse to fine,
+// and voxels in front of it are free (docs/design/theory.md, Carving by the image of the scan).
+#pragma once
+
+#include "tessera/base/internal/lane_width.hpp"
+#include "tessera/inference/internal/carve_image.hpp"
+#include "tessera/inference/internal/free_space.hpp"
+#include "tessera/inference/internal/scan_points.hpp"
+
+namespace tessera {
+
+struct CarveSlabs;
+
+class ImageCarver {
+ public:
+  /// Work of one block whose voxels are compared, in ray steps.
+  static constexpr std::uint64_t kBlockSteps = 32;
+  /// Blocks compared from one reading of the clock to the next.
+  static constexpr std::uint32_t kBlockBatch = 32;
+
+  [[nodiscard]] static constexpr std::size_t required_bytes() noexcept {
+    return CarveImage::required_bytes();
+  }
+  /// Fails with kResourceExhausted iff the arena is too small.
+  [[nodiscard]] static Result<ImageCarver> make(Arena& arena,
+                                                LaneWidth lanes = LaneWidth::kWidest) noexcept;
+  ImageCarver() noexcept = default;
+
+  /// Makes the image of a scan's returns. O(returns + pixels).
+  void see(const ScanPoints& points, const InferenceConfig& config) noexcept;
+  /// Marks what is free in the image, nearest first in rings of doubling distance. Ends where the
+  /// ray blocks are full, the time is up, or most_steps are done. True: all of it is marked.
+  /// O(blocks on the surface of free space + free blocks).
+  bool carve(const Lattice& lattice, const FreeSpaceConfig& config, FreeSpace& free_space,
+             ScanWork& work, std::uint64_t most_steps) noexcept;
+  /// Steps of the last carve().
+  [[nodiscard]] std::uint64_t steps() const noexcept { return steps_; }
+
+ private:
+  /// 2^level blocks a side; block (x, y, z) 2^level is its lowest.
+  struct Node {
+    BlockCoord at;
+    int level = 0;
+  };
+  /// From the sensor to the nearest and the farthest corner, metres.
+  struct Box {
+    Point3d low;
+    Point3d high;
+  };
+  /// Blocks whose nearest voxel is so far from the sensor.
+  struct Shell {
+    double inner_m = 0.0;
+    double outer_m = 0.0;
+  };
+
+  [[nodiscard]] Box box_of(const Node& node) const noexcept;
+  /// False: nothing in the box is free on that face, or of the shell.
+  [[nodiscard]] bool may_be_free(int face, const Box& box, const Shell& shell) const noexcept;
+  bool carve_face(int face, const Shell& shell, FreeSpace& free_space, ScanWork& work,
+                  std::uint64_t most_steps) noexcept;
+  bool carve_node(int face, const Node& root, const Shell& shell, FreeSpace& free_space,
+                  ScanWork& work, std::uint64_t most_steps) noexcept;
+  /// False: the ray blocks are full.
+  bool carve_block(int face, BlockCoord block, FreeSpace& free_space) noexcept;
+
+  /// Takes out of a face's words what is beyond the range limit. first_m: the lowest voxel's
+  /// centre.
+  void keep_in_range(const Point3d& first_m, int axis,
+                     std::array<std::uint64_t, kBlockEdge>& words) const noexcept;
+
+  CarveImage image_{};
+  void (*compare_)(const CarveSlabs& slabs) noexcept = nullptr;
+  Point3d origin_map_ = Point3d::Zero();
+  double range_m_ = 0.0;
+  double resolution_m_ = 1.0;
+  double margin_m_ = 0.0;
+  std::uint64_t steps_ = 0;
+  std::uint32_t compared_ = 0;  ///< Blocks of the last carve().
+  int first_face_ = 0;          ///< That the next carve() begins with.
+};
+
+}  // namespace tessera

@@ -1,0 +1,230 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tessera/inference/internal/carve_image.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tessera {
+
+namespace {
+
+using Value = std::int16_t;
+
+/// Rows that are made beyond those with returns: no window reaches farther, on any level.
+constexpr int kMargin = 24;
+constexpr int kCoarsest = 8;
+
+/// One image of a face, or rows of it.
+struct Rectangle {
+  Value* values = nullptr;
+  int edge = 0;
+  int first = 0;
+  int last = 0;
+  [[nodiscard]] Value* row(int r) const noexcept {
+    return values + static_cast<std::size_t>(r) * static_cast<std::size_t>(edge);
+  }
+};
+
+void take_less(Value* into, const Value* other, int count) noexcept {
+  for (int i = 0; i < count; ++i) into[i] = std::min(into[i], other[i]);
+}
+
+void take_more(Value* into, const Value* other, int count) noexcept {
+  for (int i = 0; i < count; ++i) into[i] = std::max(into[i], other[i]);
+}
+
+/// Each value becomes the least of the square that begins with it and is 2 radius + 1 wide, so the
+/// one around a pixel is found radius rows and columns before it. Cut off at the last row.
+void least_of_squares(const Rectangle& image, int radius) noexcept {
+  const int width = 2 * radius + 1;
+  const auto widen = [&](int step) {
+    for (int r = image.first; r <= image.last; ++r) {
+      Value* const row = image.row(r);
+      take_less(row, row + step, image.edge - step);
+    }
+    for (int r = image.first; r + step <= image.last; ++r)
+      take_less(image.row(r), image.row(r + step), image.edge);
+  };
+  int covered = 1;
+  for (; 2 * covered <= width; covered *= 2) widen(covered);
+  if (covered < width) widen(width - covered);
+}
+
+void copy(const Rectangle& from, const Rectangle& to) noexcept {
+  std::copy(from.row(from.first), from.row(from.last + 1), to.row(from.first));
+}
+
+/// What of two by two values is least.
+void halve(const Rectangle& from, const Rectangle& to) noexcept {
+  for (int r = to.first; r <= to.last; ++r) {
+    const Value* const upper = from.row(2 * r);
+    const Value* const lower = from.row(2 * r + 1);
+    Value* const into = to.row(r);
+    for (int i = 0; i < to.edge; ++i)
+      into[i] = std::min(std::min(upper[2 * i], lower[2 * i]),
+                         std::min(upper[2 * i + 1], lower[2 * i + 1]));
+  }
+}
+
+}  // namespace
+
+Result<CarveImage> CarveImage::make(Arena& arena) noexcept {
+  if (arena.remaining_bytes() < required_bytes()) return Status::kResourceExhausted;
+  CarveImage made;
+  made.image_ = arena.take<Value>(kImage);
+  made.nearest_ = arena.take<Value>(kFace);
+  made.seen_ = arena.take<Value>(kFace);
+  made.farthest_ = arena.take<Value>(kFarthest);
+  std::ranges::fill(made.image_.first(CubeFace::kCount * kFace), kNone);
+  return made;
+}
+
+void CarveImage::begin(double range_m, int neighbours) noexcept {
+  per_m_ = static_cast<double>(kMostDepth) / range_m;
+  neighbours_ = neighbours;
+  for (int face = 0; face < CubeFace::kCount; ++face) {
+    Rows& rows = rows_[static_cast<std::size_t>(face)];
+    if (rows.any()) {
+      Value* const values = level_of_face(face, 0);
+      std::fill(values + rows.first * kEdge, values + (rows.last + 1) * kEdge, kNone);
+    }
+    rows = {};
+  }
+}
+
+void CarveImage::add(const Point3d& d, bool is_hit) noexcept {
+  // Of a face beside the main one, what its padding shows.
+  constexpr double kWidest = 1.09;
+  static_assert(pixel(kWidest) > kEdge && pixel(-kWidest) < 0.0);
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::array<int, 2> across = axes_across(axis);
+    const double depth_m = std::abs(d[axis]);
+    const double widest_m = kWidest * depth_m;
+    if (!(std::abs(d[across[0]]) < widest_m && std::abs(d[across[1]]) < widest_m)) continue;
+    const double inverse = 1.0 / depth_m;
+    const double column = pixel(d[across[0]] * inverse);
+    const double row = pixel(d[across[1]] * inverse);
+    if (std::min(column, row) < 0.0 || std::max(column, row) >= kEdge) continue;
+    const int face = 2 * axis + (d[axis] < 0.0 ? 1 : 0);
+    const auto depth = static_cast<std::int32_t>(std::min<double>(depth_m * per_m_, kMostDepth));
+    const auto value = is_hit ? static_cast<Value>(depth - kDepths) : kBeyond;
+    const int r = static_cast<int>(row);
+    Value& at = level_of_face(face, 0)[r * kEdge + static_cast<int>(column)];
+    at = std::min(at, value);
+    Rows& rows = rows_[static_cast<std::size_t>(face)];
+    rows.first = std::min(rows.first, r);
+    rows.last = std::max(rows.last, r);
+  }
+}
+
+void CarveImage::finish() noexcept {
+  for (int face = 0; face < CubeFace::kCount; ++face) {
+    Rows& rows = rows_[static_cast<std::size_t>(face)];
+    if (!rows.any()) continue;
+    rows.first = std::max(rows.first - kMargin, 0) / kCoarsest * kCoarsest;
+    rows.last = std::min(rows.last + kMargin, kEdge - 1) / kCoarsest * kCoarsest + kCoarsest - 1;
+    make_levels(face);
+    for (int i = 0; i < kLevels; ++i) make_farthest(face, i);
+  }
+}
+
+void CarveImage::make_farthest(int face, int level) noexcept {
+  const Rows& rows = rows_[static_cast<std::size_t>(face)];
+  const int shift = CarveLayout::shift_of(level);
+  const int edge = CarveLayout::edge_of(level);
+  const auto row_of = [&](int step, int r) {
+    return farthest_.data() + far_begin(face, level, step) +
+           r * CarveLayout::far_edge_of(level, step);
+  };
+  int far_edge = CarveLayout::far_edge_of(level, 0);
+  std::fill_n(row_of(0, 0), far_edge * far_edge, kUnseen);
+  std::array<Value, kEdge> most;
+  for (int four = (rows.first >> shift) / 4; four <= (rows.last >> shift) / 4; ++four) {
+    most.fill(kUnseen);
+    for (int r = 4 * four; r < 4 * four + 4; ++r) {
+      if (r < rows.first >> shift || r > rows.last >> shift) continue;
+      take_more(most.data(), this->level(face, level) + r * edge, edge);
+    }
+    for (int i = 0; i < edge; ++i) {
+      Value& at = row_of(0, four)[i / 4];
+      at = std::max(at, most[static_cast<std::size_t>(i)]);
+    }
+  }
+  for (int step = 1; step < CarveLayout::kFarSteps; ++step) {
+    const int edge_before = far_edge;
+    far_edge = CarveLayout::far_edge_of(level, step);
+    std::fill_n(row_of(step, 0), far_edge * far_edge, kUnseen);
+    for (int r = 0; r < edge_before; ++r) {
+      const Value* const from = row_of(step - 1, r);
+      Value* const into = row_of(step, r / 2);
+      for (int c = 0; c < edge_before; ++c) into[c / 2] = std::max(into[c / 2], from[c]);
+    }
+  }
+}
+
+void CarveImage::make_levels(int face) noexcept {
+  const Rows& rows = rows_[static_cast<std::size_t>(face)];
+  const auto rectangle = [&](Value* values, int shift) {
+    return Rectangle{values, kEdge >> shift, rows.first >> shift, rows.last >> shift};
+  };
+  const Rectangle finest = rectangle(level_of_face(face, 0), 0);
+  for (int i = 2; i < kLevels; ++i) {
+    const Rectangle from =
+        i == 2 ? finest : rectangle(level_of_face(face, i - 1), CarveLayout::shift_of(i - 1));
+    halve(from, rectangle(level_of_face(face, i), CarveLayout::shift_of(i)));
+  }
+  // The finest comes last: level 1 is made from its returns too.
+  for (int i = kLevels - 1; i >= 0; --i) {
+    const int shift = CarveLayout::shift_of(i);
+    const int seen_radius = i == 0 ? 0 : 1;
+    const int radius = std::max(seen_radius, (neighbours_ + (1 << shift) - 1) >> shift);
+    const Rectangle into = rectangle(level_of_face(face, i), shift);
+    const Rectangle from = i == 1 ? finest : into;
+    const Rectangle nearest = rectangle(nearest_.data(), shift);
+    const Rectangle seen = rectangle(seen_.data(), shift);
+    // The finest two have one radius, but for 0.
+    if (i != 0 || radius == 0) {
+      copy(from, nearest);
+      least_of_squares(nearest, radius);
+    }
+    copy(from, seen);
+    least_of_squares(seen, seen_radius);
+    for (int r = into.first + radius; r <= into.last; ++r) {
+      const Value* const nearest_row = nearest.row(r - radius);
+      const Value* const seen_row = seen.row(r - seen_radius) + (radius - seen_radius);
+      Value* const row = into.row(r) + radius;
+      for (int c = 0; c < into.edge - radius; ++c)
+        row[c] = seen_row[c] == kNone ? kUnseen : nearest_row[c];
+    }
+    for (int r = into.first; r < into.first + radius; ++r)
+      std::fill_n(into.row(r), into.edge, kUnseen);
+  }
+}
+
+std::int32_t CarveImage::farthest(int face, int level, std::array<int, 2> columns,
+                                  std::array<int, 2> rows) const noexcept {
+  for (std::array<int, 2>* const side : {&columns, &rows}) {
+    (*side)[0] = std::clamp((*side)[0], 0, kEdge - 1);
+    (*side)[1] = std::clamp((*side)[1], 0, kEdge - 1);
+  }
+  int step = 0;
+  int shift = CarveLayout::shift_of(level) + 2;
+  const auto span = [&](const std::array<int, 2>& side) {
+    return (side[1] >> shift) - (side[0] >> shift);
+  };
+  while (step + 1 < CarveLayout::kFarSteps && (span(columns) > 3 || span(rows) > 3)) {
+    ++step;
+    ++shift;
+  }
+  const int edge = CarveLayout::far_edge_of(level, step);
+  const Value* const values = farthest_.data() + far_begin(face, level, step);
+  std::int32_t most = kUnseen;
+  for (int r = rows[0] >> shift; r <= rows[1] >> shift; ++r) {
+    for (int c = columns[0] >> shift; c <= columns[1] >> shift; ++c)
+      most = std::max<std::int32_t>(most, values[r * edge + c]);
+  }
+  return most;
+}
+
+}  // namespace tessera

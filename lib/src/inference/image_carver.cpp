@@ -1,0 +1,235 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "tessera/inference/internal/image_carver.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "carve_slabs.hpp"
+
+namespace tessera {
+
+namespace {
+
+/// Voxels whose centres are nearer along a face's axis are left.
+constexpr double kNearest_voxels = 0.01;
+/// Shells around the sensor, each twice as far as the one before.
+constexpr int kShells = 5;
+constexpr int kMostLevels = 20;
+/// Nodes of one path from a root to a block, and those beside it.
+constexpr std::size_t kMostNodes = 7 * kMostLevels + 1;
+
+/// Tangents of a box that lies between two depths, on one axis.
+struct Tangents {
+  double low = 0.0;
+  double high = 0.0;
+};
+Tangents tangents_of(double low, double high, double nearest, double farthest) noexcept {
+  return {low / (low < 0.0 ? nearest : farthest), high / (high > 0.0 ? nearest : farthest)};
+}
+
+template <class Box>
+Point3d farthest_corner(const Box& box) noexcept {
+  return box.low.cwiseAbs().cwiseMax(box.high.cwiseAbs());
+}
+
+}  // namespace
+
+Result<ImageCarver> ImageCarver::make(Arena& arena, LaneWidth lanes) noexcept {
+  const Result<CarveImage> image = CarveImage::make(arena);
+  if (!image.ok()) return image.status();
+  ImageCarver made;
+  made.image_ = *image;
+  const CompareSlabs eights =
+      lanes == LaneWidth::kWidest && has_avx2() ? compare_slabs_by_eights() : nullptr;
+  made.compare_ = eights == nullptr ? compare_slabs_by_fours() : eights;
+  return made;
+}
+
+void ImageCarver::see(const ScanPoints& points, const InferenceConfig& config) noexcept {
+  origin_map_ = points.origin_map();
+  const auto from_sensor = [this](const ScanPoint& point) -> Point3d {
+    return point.p_map.cast<double>() - origin_map_;
+  };
+  range_m_ = static_cast<double>(config.max_range_m);
+  if (range_m_ == 0.0) {
+    for (const ScanPoint& point : points.returns())
+      range_m_ = std::max(range_m_, norm(from_sensor(point)));
+  }
+  image_.begin(std::max(range_m_, 1e-3), config.free_space.neighbour_pixels);
+  for (const ScanPoint& point : points.returns()) image_.add(from_sensor(point), true);
+  for (const ScanPoint& point : points.returns_beyond()) image_.add(from_sensor(point), false);
+  image_.finish();
+}
+
+bool ImageCarver::carve(const Lattice& lattice, const FreeSpaceConfig& config,
+                        FreeSpace& free_space, ScanWork& work, std::uint64_t most_steps) noexcept {
+  resolution_m_ = lattice.resolution_m();
+  margin_m_ = static_cast<double>(config.margin_voxels) * resolution_m_;
+  steps_ = 0;
+  compared_ = 0;
+  // Near shells first. Where scans are cut off, faces take turns.
+  double inner_m = 0.0;
+  for (int shell = kShells - 1; shell >= 0; --shell) {
+    const double outer_m = std::ldexp(range_m_, -shell);
+    for (int i = 0; i < CubeFace::kCount; ++i) {
+      const int face = (first_face_ + i) % CubeFace::kCount;
+      if (carve_face(face, {inner_m, outer_m}, free_space, work, most_steps)) continue;
+      first_face_ = (face + 1) % CubeFace::kCount;
+      return false;
+    }
+    inner_m = outer_m;
+  }
+  return true;
+}
+
+bool ImageCarver::carve_face(int face, const Shell& shell, FreeSpace& free_space, ScanWork& work,
+                             std::uint64_t most_steps) noexcept {
+  if (!image_.rows(face).any()) return true;
+  const double block_m = kBlockEdge * resolution_m_;
+  int level = 0;
+  while (std::ldexp(block_m, level) < shell.outer_m && level < kMostLevels) ++level;
+  const double node_m = std::ldexp(block_m, level);
+  const auto node_of = [&](const Point3d& p) {
+    return BlockCoord{floor_to_int(p.x() / node_m), floor_to_int(p.y() / node_m),
+                      floor_to_int(p.z() / node_m)};
+  };
+  const Point3d reach_m = Point3d(1.0, 1.0, 1.0) * shell.outer_m;
+  const BlockCoord low = node_of(origin_map_ - reach_m);
+  const BlockCoord high = node_of(origin_map_ + reach_m);
+  for (std::int32_t z = low.z; z <= high.z; ++z) {
+    for (std::int32_t y = low.y; y <= high.y; ++y) {
+      for (std::int32_t x = low.x; x <= high.x; ++x) {
+        if (!carve_node(face, {{x, y, z}, level}, shell, free_space, work, most_steps))
+          return false;
+      }
+    }
+  }
+  return true;
+}
+
+bool ImageCarver::carve_node(int face, const Node& root, const Shell& shell, FreeSpace& free_space,
+                             ScanWork& work, std::uint64_t most_steps) noexcept {
+  std::array<Node, kMostNodes> nodes;
+  std::size_t count = 0;
+  nodes[count++] = root;
+  while (count > 0) {
+    const Node node = nodes[--count];
+    if (steps_ >= most_steps) return false;
+    ++steps_;
+    if (!may_be_free(face, box_of(node), shell)) continue;
+    if (node.level > 0) {
+      for (unsigned child = 0; child < 8; ++child)
+        nodes[count++] = {{2 * node.at.x + static_cast<std::int32_t>(child & 1U),
+                           2 * node.at.y + static_cast<std::int32_t>(child >> 1U & 1U),
+                           2 * node.at.z + static_cast<std::int32_t>(child >> 2U)},
+                          node.level - 1};
+      continue;
+    }
+    if (!in_grid(node.at)) continue;
+    if (compared_++ % kBlockBatch == 0 && !work.in_time()) return false;
+    if (steps_ + kBlockSteps > most_steps) return false;
+    steps_ += kBlockSteps;
+    if (!carve_block(face, node.at, free_space)) return false;
+  }
+  return true;
+}
+
+ImageCarver::Box ImageCarver::box_of(const Node& node) const noexcept {
+  const double edge_m = std::ldexp(kBlockEdge * resolution_m_, node.level);
+  const Point3d low = Point3d(node.at.x, node.at.y, node.at.z) * edge_m - origin_map_;
+  return {low, low + Point3d(edge_m, edge_m, edge_m)};
+}
+
+/// Centres of voxels are half a voxel within the box.
+bool ImageCarver::may_be_free(int face, const Box& box, const Shell& shell) const noexcept {
+  const CubeFace cube = CubeFace::of(face);
+  const double half_m = 0.5 * resolution_m_;
+  const double near_m = (cube.negative ? -box.high[cube.axis] : box.low[cube.axis]) + half_m;
+  const double far_m = (cube.negative ? -box.low[cube.axis] : box.high[cube.axis]) - half_m;
+  if (far_m <= 0.0) return false;
+  const Point3d outside =
+      (box.low.cwiseMax(-box.high) + Point3d(half_m, half_m, half_m)).cwiseMax(Point3d::Zero());
+  const double square_m2 = squared_norm(outside);
+  if (square_m2 >= shell.outer_m * shell.outer_m) return false;
+  // A block is of the shell that its nearest voxel is in.
+  const bool is_block = box.high.x() - box.low.x() < 1.5 * kBlockEdge * resolution_m_;
+  const double inner_m2 = shell.inner_m * shell.inner_m;
+  if ((is_block ? square_m2 : squared_norm(farthest_corner(box))) < inner_m2) return false;
+  const double nearest_m = std::max(near_m, kNearest_voxels * resolution_m_);
+  const std::array<int, 2> across = axes_across(cube.axis);
+  std::array<std::array<int, 2>, 2> pixels{};
+  for (std::size_t k = 0; k < 2; ++k) {
+    const Tangents tangents =
+        tangents_of(box.low[across[k]] + half_m, box.high[across[k]] - half_m, nearest_m, far_m);
+    if (tangents.low > 1.0 || tangents.high < -1.0) return false;
+    // A pixel more: centres are computed as floats.
+    pixels[k] = {static_cast<int>(CarveImage::pixel(std::max(tangents.low, -1.0))) - 1,
+                 static_cast<int>(CarveImage::pixel(std::min(tangents.high, 1.0))) + 1};
+  }
+  const std::int32_t least = image_.threshold(nearest_m + margin_m_);
+  const int widest = CarveImage::level_of(nearest_m / resolution_m_);
+  for (int level = CarveImage::level_of(far_m / resolution_m_); level <= widest; ++level) {
+    if (image_.farthest(face, level, pixels[0], pixels[1]) >= least) return true;
+  }
+  return false;
+}
+
+bool ImageCarver::carve_block(int face, BlockCoord block, FreeSpace& free_space) noexcept {
+  const CubeFace cube = CubeFace::of(face);
+  const std::array<int, 2> across = axes_across(cube.axis);
+  const Box box = box_of({block, 0});
+  const Point3d first_m = box.low + Point3d(0.5, 0.5, 0.5) * resolution_m_;
+  std::array<std::uint64_t, kBlockEdge> words{};
+  CarveSlabs slabs;
+  for (int i = 0; i < kBlockEdge; ++i) {
+    slabs.at_column[i] = static_cast<float>(first_m[across[0]] + i * resolution_m_);
+    slabs.at_row[i] = static_cast<float>(first_m[across[1]] + i * resolution_m_);
+    const double depth_m = cube.depth(first_m[cube.axis] + i * resolution_m_);
+    if (!(depth_m > kNearest_voxels * resolution_m_)) continue;
+    const int level = CarveImage::level_of(depth_m / resolution_m_);
+    slabs.slab[i] = {.values = image_.level(face, level),
+                     .shift = CarveLayout::shift_of(level),
+                     .edge = CarveLayout::edge_of(level),
+                     .inverse_depth = static_cast<float>(1.0 / depth_m),
+                     .least = static_cast<std::int16_t>(image_.threshold(depth_m + margin_m_) - 1)};
+  }
+  slabs.first_row = image_.rows(face).first;
+  slabs.last_row = image_.rows(face).last;
+  slabs.slope = CarveImage::kSlope;
+  slabs.bend = CarveImage::kBend;
+  slabs.middle = CarveImage::kMiddle;
+  slabs.words = words.data();
+  compare_(slabs);
+  if (squared_norm(farthest_corner(box)) > range_m_ * range_m_)
+    keep_in_range(first_m, cube.axis, words);
+  std::uint64_t any = 0;
+  for (const std::uint64_t word : words) any |= word;
+  if (any == 0) return true;
+  std::uint64_t* const passed = free_space.words_of(block, cube.axis);
+  if (passed == nullptr) return false;
+  for (std::size_t slab = 0; slab < kBlockEdge; ++slab) passed[slab] |= words[slab];
+  return true;
+}
+
+void ImageCarver::keep_in_range(const Point3d& first_m, int axis,
+                                std::array<std::uint64_t, kBlockEdge>& words) const noexcept {
+  const std::array<int, 2> across = axes_across(axis);
+  const auto square = [&](int at_axis, int i) {
+    const double at_m = first_m[at_axis] + i * resolution_m_;
+    return at_m * at_m;
+  };
+  for (int slab = 0; slab < kBlockEdge; ++slab) {
+    std::uint64_t& word = words[static_cast<std::size_t>(slab)];
+    std::uint64_t bits = word;
+    for (; bits != 0; bits &= bits - 1) {
+      const int bit = std::countr_zero(bits);
+      const double square_m2 =
+          square(axis, slab) + square(across[0], bit & 7) + square(across[1], bit >> 3);
+      if (square_m2 > range_m_ * range_m_) word &= ~(std::uint64_t{1} << bit);
+    }
+  }
+}
+
+}  // namespace tessera

@@ -1,0 +1,292 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// Carving by the image of the scan: which voxels it frees, by brute force, and what it must leave.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <functional>
+#include <numbers>
+
+#include "oracle/carve_image_oracle.hpp"
+#include "support/mapper.hpp"
+
+namespace tessera::oracle {
+namespace {
+
+constexpr double kRadians = std::numbers::pi / 180.0;
+
+InferenceConfig by_image(double max_range_m) {
+  InferenceConfig config;
+  config.mode = InferenceMode::kCounting;
+  config.free_space.carving = Carving::kImage;
+  config.min_range_m = 0.05F;
+  config.max_range_m = static_cast<float>(max_range_m);
+  config.thinning_m = 0.0;
+  return config;
+}
+
+Matrix34d pose_at(const Vector& p) {
+  Matrix34d T = Matrix34d::Identity();
+  T.col(3) = Eigen::Vector3d(p[0], p[1], p[2]);
+  return T;
+}
+
+std::vector<Vector> ends_of(std::span<const ScanPoint> points) {
+  std::vector<Vector> ends;
+  for (const ScanPoint& point : points)
+    ends.push_back({static_cast<double>(point.p_map.x()), static_cast<double>(point.p_map.y()),
+                    static_cast<double>(point.p_map.z())});
+  return ends;
+}
+
+/// Range of a return in a direction, metres; 0: none.
+using Scene = std::function<double(double azimuth_rad, double elevation_rad)>;
+
+/// A sensor that looks around from low to high in rows step_deg apart.
+Cloud scan_of(const Scene& scene, double low_deg, double high_deg, double row_deg,
+              double column_deg) {
+  Cloud cloud;
+  for (double e = low_deg; e <= high_deg; e += row_deg) {
+    for (double a = -180.0; a < 180.0; a += column_deg) {
+      const double range_m = scene(a * kRadians, e * kRadians);
+      if (range_m <= 0.0) continue;
+      const double level_m = range_m * std::cos(e * kRadians);
+      cloud.add(level_m * std::cos(a * kRadians), level_m * std::sin(a * kRadians),
+                range_m * std::sin(e * kRadians), 1);
+    }
+  }
+  return cloud;
+}
+
+/// Steps of depth in all directions, and gaps.
+double broken_room(double azimuth_rad, double elevation_rad) {
+  const double wave = std::sin(7.0 * azimuth_rad) + std::sin(9.0 * elevation_rad + azimuth_rad);
+  if (wave > 1.7) return 0.0;
+  return wave < -0.9 ? 1.1 : wave < 0.0 ? 2.3 : wave < 0.8 ? 2.9 + 0.3 * wave : 5.0;
+}
+
+bool is_free(const Mapper& mapper, const Vector& p) {
+  return mapper.map().evidence(Point3d(p[0], p[1], p[2]).cast<float>()).sigma[0] > 0.0F;
+}
+
+}  // namespace
+
+TEST_CASE("carving by the image: what is freed is what brute force frees") {
+  struct Case {
+    double resolution_m;
+    double row_deg;
+    double column_deg;
+    int neighbours;
+    float margin_voxels;
+  };
+  const Case drawn = GENERATE(Case{0.1, 1.0, 0.7, 3, 2.0F}, Case{0.02, 2.0, 0.5, 3, 2.0F},
+                              Case{0.013, 0.9, 0.9, 0, 0.0F}, Case{0.05, 3.0, 1.1, 8, 1.5F});
+  CAPTURE(drawn.resolution_m, drawn.row_deg, drawn.neighbours, drawn.margin_voxels);
+  const double range_m = 3.4;
+  InferenceConfig config = by_image(range_m);
+  config.free_space.neighbour_pixels = static_cast<std::uint8_t>(drawn.neighbours);
+  config.free_space.margin_voxels = drawn.margin_voxels;
+  MapConfig map = uncapped_map(drawn.resolution_m);
+  map.storage_bytes = std::size_t{256} << 20U;
+  const ScanCapacity capacity{.points = 90000, .tiles = 90000, .ray_blocks = 300000};
+  Mapper mapper(map, config, 5, capacity);
+  const Vector origin{0.213, -0.127, 0.341};
+  const ScanReport report = mapper.integrate(
+      scan_of(broken_room, -88.0, 89.0, drawn.row_deg, drawn.column_deg), pose_at(origin));
+  REQUIRE(report.left_out() == 0);
+  REQUIRE(report.free_blocks_refused + report.carving_cut == 0);
+  REQUIRE(report.beyond_range > 500);
+  const std::vector<Vector> returns = ends_of(mapper.integrator().admitted());
+  const std::vector<Vector> beyond = ends_of(mapper.integrator().admitted_rays());
+  const CarveImageOracle oracle(
+      {drawn.resolution_m, range_m, static_cast<double>(drawn.margin_voxels), drawn.neighbours},
+      origin, returns, beyond);
+  std::set<Voxel> hits;
+  for (const Vector& end : returns) hits.insert(cell_of(end, drawn.resolution_m));
+  Random random(announce_seed(221));
+  int freed = 0;
+  int left = 0;
+  int either = 0;
+  int wrong = 0;
+  for (int i = 0; i < 40000; ++i) {
+    // As many near the sensor as far from it.
+    const double reach_m = range_m * 1.02 * random.uniform(0.02, 1.0);
+    Vector at{};
+    for (std::size_t k = 0; k < 3; ++k) at[k] = origin[k] + random.uniform(-reach_m, reach_m);
+    const Voxel voxel = cell_of(at, drawn.resolution_m);
+    Vector centre{};
+    for (std::size_t k = 0; k < 3; ++k)
+      centre[k] = (static_cast<double>(voxel[k]) + 0.5) * drawn.resolution_m;
+    const bool is = is_free(mapper, centre);
+    if (hits.count(voxel) != 0) {
+      wrong += is ? 1 : 0;
+      continue;
+    }
+    switch (oracle.judge(centre)) {
+      case Freed::kYes:
+        ++freed;
+        wrong += is ? 0 : 1;
+        break;
+      case Freed::kNo:
+        ++left;
+        wrong += is ? 1 : 0;
+        break;
+      case Freed::kEither:
+        ++either;
+        break;
+    }
+  }
+  CAPTURE(freed, left, either);
+  CHECK(wrong == 0);
+  CHECK(freed > 2000);
+  CHECK(left > 2000);
+  CHECK(either < 1500);
+}
+
+TEST_CASE("carving by the image: far from the sensor nothing between two rows of beams is freed") {
+  // Rows 3 degrees apart; at 20 m, 1 m lies between two of them.
+  Mapper mapper(uncapped_map(0.1), by_image(25.0), 5,
+                {.points = 20000, .tiles = 8192, .ray_blocks = 60000});
+  static_cast<void>(
+      mapper.integrate(scan_of([](double, double) { return 24.0; }, -3.0, 3.1, 3.0, 0.15),
+                       pose_at({0.05, 0.05, 0.05})));
+  CHECK(is_free(mapper, {20.05, 0.05, 0.05}));
+  for (const double off_m : {0.25, 0.45, 0.55, 0.75})
+    CHECK_FALSE(is_free(mapper, {20.05, 0.05, off_m + 0.05}));
+  // Near it, a voxel is wider than the way between them.
+  CHECK(is_free(mapper, {0.85, 0.05, 0.05}));
+}
+
+TEST_CASE("carving by the image: nothing is freed behind a wall, nor close before it") {
+  Mapper mapper(uncapped_map(0.1), by_image(25.0), 5,
+                {.points = 60000, .tiles = 8192, .ray_blocks = 60000});
+  const auto wall = [](double azimuth_rad, double elevation_rad) {
+    const double cosine = std::cos(azimuth_rad) * std::cos(elevation_rad);
+    return cosine > 0.5 ? 8.0 / cosine : 0.0;
+  };
+  static_cast<void>(
+      mapper.integrate(scan_of(wall, -20.0, 20.0, 0.4, 0.4), pose_at({0.05, 0.05, 0.05})));
+  int behind = 0;
+  int close = 0;
+  int before = 0;
+  for (const auto& [voxel, evidence] : observed_voxels(mapper.map())) {
+    if (!(evidence.sigma[0] > 0.0F)) continue;
+    behind += voxel[0] >= 80 ? 1 : 0;
+    // Where the wall is seen from its face.
+    const bool straight = std::abs(voxel[1]) < voxel[0] && std::abs(voxel[2]) < voxel[0];
+    close += straight && voxel[0] > 77 ? 1 : 0;
+    before += voxel[0] <= 77 ? 1 : 0;
+  }
+  CHECK(behind == 0);
+  CHECK(close == 0);
+  CHECK(before > 30000);
+  CHECK(is_free(mapper, {7.75, 0.05, 0.05}));
+}
+
+TEST_CASE("carving by the image: a bar thinner than the way between beams stays") {
+  // A bar of 2 cm at 12 m is as wide as half of the way between two beams: two scans of three miss
+  // most of its voxels.
+  Mapper mapper(uncapped_map(0.1), by_image(25.0), 5,
+                {.points = 90000, .tiles = 8192, .ray_blocks = 60000});
+  const auto bar = [](double turned_rad) {
+    return [turned_rad](double azimuth_rad, double) {
+      return std::fabs(12.0 * std::tan(azimuth_rad + turned_rad)) < 0.01 &&
+                     std::cos(azimuth_rad) > 0.0
+                 ? 12.0
+                 : 20.0;
+    };
+  };
+  const auto bars = [&] {
+    int standing = 0;
+    for (const auto& [voxel, evidence] : observed_voxels(mapper.map()))
+      standing += voxel[0] == 120 && evidence.sigma[1] > evidence.sigma[0] ? 1 : 0;
+    return standing;
+  };
+  static_cast<void>(
+      mapper.integrate(scan_of(bar(0.0), -6.0, 6.0, 0.4, 0.05), pose_at({0.05, 0.05, 0.05})));
+  const int standing = bars();
+  REQUIRE(standing > 8);
+  for (int i = 1; i <= 12; ++i) {
+    const double turned_rad = 0.0001 * i;
+    static_cast<void>(mapper.integrate(scan_of(bar(0.0), -6.0 + 0.03 * i, 6.0, 0.4, 0.1),
+                                       pose_at({0.05, 0.05 + 1e-3 * turned_rad, 0.05})));
+  }
+  CHECK(bars() >= standing);
+}
+
+TEST_CASE("carving by the image: where memory is short, what is near is freed first") {
+  MapConfig map = uncapped_map(0.1);
+  map.storage_bytes = std::size_t{4} << 20U;
+  Mapper mapper(map, by_image(25.0), 5, {.points = 60000, .tiles = 8192, .ray_blocks = 60000});
+  const Cloud scan = scan_of([](double, double) { return 24.0; }, -10.0, 10.0, 1.0, 0.4);
+  const ScanReport first = mapper.integrate(scan, pose_at({0.05, 0.05, 0.05}));
+  const ScanReport again = mapper.integrate(scan, pose_at({0.05, 0.05, 0.05}));
+  CHECK(first.free_blocks_refused > 0);
+  CHECK(again.free_blocks_refused > 0);
+  CHECK(first.write_faults + again.write_faults == 0);
+  double farthest = 0.0;
+  for (const auto& [voxel, evidence] : observed_voxels(mapper.map())) {
+    if (evidence.sigma[0] > 0.0F)
+      farthest = std::max(
+          farthest, 0.1 * std::hypot(static_cast<double>(voxel[0]), static_cast<double>(voxel[1]),
+                                     static_cast<double>(voxel[2])));
+  }
+  CHECK(is_free(mapper, {2.05, 0.05, 0.05}));
+  CHECK(farthest < 20.0);
+}
+
+TEST_CASE("carving by the image: the budget of work and the scratch end it, and it is counted") {
+  const bool by_work = GENERATE(true, false);
+  InferenceConfig config = by_image(25.0);
+  const Cloud scan = scan_of([](double, double) { return 24.0; }, -10.0, 10.0, 1.0, 0.4);
+  config.work_budget = by_work ? 100'000 : 0;
+  Mapper mapper(uncapped_map(0.1), config, 5,
+                {.points = 60000, .tiles = 60000, .ray_blocks = by_work ? 60000U : 700U});
+  const ScanReport report = mapper.integrate(scan, pose_at({0.05, 0.05, 0.05}));
+  CHECK(report.carving_cut == 1);
+  CHECK(report.admitted == report.thinned);
+  if (by_work) CHECK(report.work_spent() <= report.work_predicted);
+  if (by_work) CHECK(report.work_predicted <= config.work_budget);
+  CHECK(report.free_blocks > 100);
+  // Faces take turns, so that in the end each is freed.
+  for (int i = 0; i < 8; ++i)
+    static_cast<void>(mapper.integrate(scan, pose_at({0.05, 0.05, 0.05})));
+  for (const auto& [x, y] : {std::pair{2.05, 0.05}, {-2.05, 0.05}, {0.05, 2.05}, {0.05, -2.05}})
+    CHECK(is_free(mapper, {x, y, 0.05}));
+}
+
+TEST_CASE("carving by the image: the bits are the same by fours and by eights, and again") {
+  const Cloud scan = scan_of(broken_room, -60.0, 60.0, 1.0, 1.0);
+  const auto words = [&](LaneWidth lanes) {
+    const ScanCapacity capacity{.points = 90000, .tiles = 1, .ray_blocks = 60000};
+    AlignedMemory memory(FreeSpace::required_bytes(capacity, Carving::kImage) +
+                         ImageCarver::required_bytes() + ScanPoints::required_bytes(90000));
+    Arena arena(memory.span());
+    FreeSpace free_space = *FreeSpace::make(arena, capacity, Carving::kImage);
+    ImageCarver carver = *ImageCarver::make(arena, lanes);
+    ScanPoints points = ScanPoints::make(arena, 90000);
+    const Lattice lattice(0.05);
+    const InferenceConfig config = by_image(3.4);
+    ScanWork work;
+    ScanReport report;
+    work.begin(nullptr);
+    REQUIRE(points.begin(lattice, Point3d(0.213, -0.127, 0.341)));
+    points.register_returns(lattice, scan.view(pose_at({0.213, -0.127, 0.341})), config, 6, work,
+                            report);
+    std::vector<std::uint64_t> all;
+    for (int i = 0; i < 2; ++i) {
+      free_space.begin(config.free_space, lattice, points.origin_map());
+      carver.see(points, config);
+      CHECK(carver.carve(lattice, config.free_space, free_space, work, ~std::uint64_t{0}));
+      free_space.finish();
+      for (const RayBlock& block : free_space.blocks())
+        all.insert(all.end(), block.passed.begin(), block.passed.end());
+    }
+    REQUIRE(all.size() > 8000);
+    CHECK(std::equal(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2),
+                     all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2), all.end()));
+    return all;
+  };
+  CHECK(words(LaneWidth::kWidest) == words(LaneWidth::kFour));
+}
+
+}  // namespace tessera::oracle
