@@ -14,7 +14,7 @@ MAX_LINES = 300
 MAX_COLUMNS = 160  # Of Markdown: a line, and a cell of a table, whose rows may be longer.
 # Files that may be longer, each with its number of lines and the reason why splitting it would make it worse.
 LONGER = {
-    "lib/CMakeLists.txt": 390,  # One list of headers and sources; worst cases are counted with units in its order.
+    "lib/CMakeLists.txt": 400,  # One list of headers and sources; worst cases are counted with units in its order.
     "tests/laws/scan_cases.cpp": 428,  # One generator: each part draws from what the others drew.
     "tests/laws/scan_laws.cpp": 315,  # One list of laws, read from top to bottom.
 }

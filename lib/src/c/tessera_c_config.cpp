@@ -134,8 +134,8 @@ bool are_kinds(const tessera_config& c) noexcept {
   return c.local_tuple <= TESSERA_COMPACT && c.global_tuple <= TESSERA_COMPACT &&
          c.mode <= TESSERA_MULTI_ENTROPY && c.thinning_weight <= TESSERA_THINNING_SUM &&
          c.diffusion <= TESSERA_NO_DIFFUSION && c.edge <= TESSERA_EDGE_CONFIDENCE &&
-         c.carving <= TESSERA_CARVING_IMAGE &&
-         c.neighbour_pixels <= CarveImage::kMostNeighbours && c.free_space <= 1 && c.fill_one_label <= 1 && c.near_first <= 1 && c.whole_map <= 1 &&
+         c.carving <= TESSERA_CARVING_IMAGE && c.neighbour_pixels <= CarveImage::kMostNeighbours &&
+         c.free_space <= 1 && c.fill_one_label <= 1 && c.near_first <= 1 && c.whole_map <= 1 &&
          c.fill_neighbours <= 7 && c.block_edge <= 4 && c.conflicts <= 1 && c.reserved == 0 &&
          c.reserved_2 == 0 && c.reserved_3 == 0 && c.reserved_4 == 0;
 }

@@ -1,0 +1,84 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// What an integrator does with the free space of a scan.
+#include "tessera/inference/integrator.hpp"
+#include "tessera/inference/internal/storage_needs.hpp"
+#include "tessera/inference/internal/write_in_time.hpp"
+
+namespace tessera {
+
+/// What the labels may take of a work budget comes first.
+void Integrator::carve(const LocalMap& map) noexcept {
+  if (!image_made_) carver_.see(points_, config_);
+  image_made_ = true;
+  const std::uint64_t labels = admitted().size() * work_.most_per_point();
+  const std::uint64_t limit = config_.work_budget == 0 ? ~std::uint64_t{0} : config_.work_budget;
+  const std::uint64_t left = limit > labels ? limit - labels : 0;
+  carving_cut_ =
+      !carver_.carve(map.lattice(), config_.free_space, scratch_.free_space, work_, left);
+  scratch_.free_space.mark_hits(admitted());
+  scratch_.free_space.finish();
+}
+
+void Integrator::drop_what_does_not_fit(const LocalMap& map, ScanReport& report) noexcept {
+  SlabPool::Counts wanted = reserved_;
+  visit_by_rings(scratch_.free_space.blocks(), block_of(points_.origin_voxel()),
+                 [&](RayBlock& ray_block) {
+                   if (!ray_block.carves()) return;
+                   const SlabPool::Counts before = wanted;
+                   count_ray_block(map, ray_block, wanted);
+                   if (map.fits(wanted)) return;
+                   wanted = before;
+                   ray_block.passed = {};
+                   ++report.free_blocks_refused;
+                 });
+}
+
+void Integrator::write_free_space(LocalMap& map, ScanReport& report) noexcept {
+  const auto write = [&](const RayBlock& ray_block) {
+    if (ray_block.block == 0) return;
+    VoxelMask carved;
+    for (std::size_t z = 0; z < carved.size(); ++z)
+      carved[z] = ray_block.passed[z] & ~ray_block.hit[z];
+    const Status status = map.add_free_pass(ray_block.block, carved);
+    TESSERA_ASSERT(status == Status::kOk);
+    ++(status == Status::kOk ? report.free_blocks : report.write_faults);
+  };
+  const auto leave = [&](const RayBlock& ray_block) {
+    report.ray_blocks_cut += ray_block.block == 0 ? 0U : 1U;
+  };
+  const std::span<const RayBlock> blocks = scratch_.free_space.blocks();
+  write_in_time(blocks, block_of(points_.origin_voxel()), kBlockBatch, work_, write, leave);
+  if (config_.free_space.uses_image()) {
+    report.rays =
+        static_cast<std::uint32_t>(points_.returns().size() + points_.returns_beyond().size());
+    return;
+  }
+  report.rays_cut = static_cast<std::uint32_t>(tracer_.rays_cut());
+  report.rays =
+      static_cast<std::uint32_t>(admitted().size() + admitted_rays().size() - tracer_.rays_cut());
+}
+
+/// Blocks were opened by a bound; those that nothing was written to are taken back.
+void Integrator::close_unwritten_blocks(LocalMap& map, bool all_written) noexcept {
+  if (open_failed_) return map.close_empty_blocks();
+  // Tiles and rays share blocks, and each must be closed once.
+  const auto close = [&map](const BlockCoord& coord) {
+    if (map.find(coord) != nullptr) map.close_if_empty(*map.open_block(coord));
+  };
+  const int edge = scratch_.tiles.unit_edge();
+  for (const Tile& tile : scratch_.tiles.tiles()) {
+    for (int i = 0; i < blocks_of_tile(edge); ++i) {
+      const SlabHandle block = tile.blocks[static_cast<std::size_t>(i)];
+      if (!all_written || (block != 0 && edge == 1)) {
+        close(block_of_tile(tile.coord, edge, i));
+      } else if (((unsigned{tile.opened} >> static_cast<unsigned>(i)) & 1U) != 0) {
+        map.close_if_empty(block);
+      }
+    }
+  }
+  if (all_written || !config_.free_space.enabled) return;
+  for (const RayBlock& ray_block : scratch_.free_space.blocks()) close(ray_block.coord);
+}
+
+}  // namespace tessera
