@@ -3,6 +3,7 @@
 // Places of contributions that are far and come near, without a network.
 #include "tessera/exchange/internal/reach.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <map>
 
@@ -49,8 +50,11 @@ HeldContribution& known(ExchangeRig& rig, const ContributionId& id, double x_m) 
 TEST_CASE("ContributionTable: what is known of a contribution is the same after it was far") {
   ExchangeRig rig(config_with_far());
   HeldContribution& before = known(rig, {2, 7, 3}, 12.0);
-  before.proof_bytes = 5;
-  before.proof[4] = std::byte{77};
+  const std::array<std::byte, 5> proof{std::byte{1}, std::byte{2}, std::byte{3}, std::byte{4},
+                                       std::byte{77}};
+  const std::array<std::byte, 3> frame_proof{std::byte{8}, std::byte{9}, std::byte{10}};
+  before.proof.keep(proof);
+  before.frame_proof.keep(frame_proof);
   before.session = {.digest = 5, .date_s = 6, .weight = 7};
   before.frame_at = Instant::at_us(1);
   before.origin_at = Instant::at_us(2);
@@ -66,8 +70,8 @@ TEST_CASE("ContributionTable: what is known of a contribution is the same after 
   REQUIRE(after != nullptr);
   CHECK(table.far().size() == 0);
   CHECK((after->open && after->stated && after->latest == 13));
-  CHECK(after->proof_bytes == expected.proof_bytes);
-  CHECK(after->proof == expected.proof);
+  CHECK(std::ranges::equal(after->proof.bytes(), proof));
+  CHECK(std::ranges::equal(after->frame_proof.bytes(), frame_proof));
   CHECK(after->frame_revision == 4);
   CHECK(after->T_global_map == expected.T_global_map);
   CHECK(after->session == expected.session);
