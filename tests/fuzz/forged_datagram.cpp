@@ -243,6 +243,21 @@ bool draw(Input& input, DatagramKind kind, bool is_signed, ByteWriter& to) {
 
 }  // namespace
 
+Datagram relayed_frame(Bytes body, bool is_signed) {
+  ByteReader from(body);
+  ContributionId id;
+  id.robot = from.u32();
+  id.epoch = from.u32();
+  id.submap = from.u32();
+  Datagram frame(kMostBodyBytes);
+  ByteWriter to(frame);
+  write_frames_header(to, {.robot = id.robot, .relayed = true});
+  const Datagram proof = is_signed ? unsigned_proof(0) : Datagram{};
+  static_cast<void>(FrameWriter(to).write({.id = id, .revision = 1}, proof));
+  frame.resize(to.size());
+  return frame;
+}
+
 Datagram drawn_body(Input& input, DatagramKind kind, bool is_signed) {
   Datagram body(kMostBodyBytes);
   ByteWriter to(body);

@@ -28,6 +28,8 @@ Datagram forged(const DatagramHeader& header, Bytes body);
 /// them contradicts what is said elsewhere. is_signed: it has room for the signatures of its kind.
 /// Of a kind that is not known here: any bytes.
 Datagram drawn_body(Input& input, DatagramKind kind, bool is_signed);
+/// A body with the first frame of the contribution that a body begins with, relayed.
+Datagram relayed_frame(Bytes body, bool is_signed);
 
 /// Of all that can become of a datagram but being heard.
 std::uint64_t refusals(const ExchangeReport& report);

@@ -16,7 +16,6 @@
 #include "network/simulated_network.hpp"
 #include "support/sample_content.hpp"
 #include "tessera/exchange/internal/block_codec.hpp"
-#include "tessera/exchange/internal/frames.hpp"
 #include "tessera/map/internal/packed_block.hpp"
 #include "tessera/map/stored_block.hpp"
 
@@ -112,23 +111,6 @@ std::vector<Datagram> spoken(bool with_signatures) {
   return said;
 }
 
-/// A body with the first frame of the contribution that a body begins with, as robot 7 relays it.
-Datagram frame_of(Bytes body, bool with_proof) {
-  ByteReader from(body);
-  ContributionId id;
-  id.robot = from.u32();
-  id.epoch = from.u32();
-  id.submap = from.u32();
-  // Of the only leaf of a tree; whoever forges it signs it.
-  const Datagram proof(with_proof ? 1 + kSignatureBytes : 0);
-  Datagram frame(FramesHeader::kBytes + kMostFrameBytes + proof.size());
-  ByteWriter to(frame);
-  write_frames_header(to, {.robot = id.robot, .relayed = true});
-  static_cast<void>(FrameWriter(to).write({.id = id, .revision = 1}, proof));
-  frame.resize(to.size());
-  return frame;
-}
-
 void datagrams(Corpus& corpus, bool with_signatures) {
   // Of each kind its part in the body "wire".
   constexpr std::array<unsigned, 9> kParts{0, 1, 2, 3, 7, 0, 4, 5, 6};
@@ -147,7 +129,7 @@ void datagrams(Corpus& corpus, bool with_signatures) {
     heard.u8((kind & 1U) + (with_signatures ? 2U : 0U));
     heard.u8(0).u16(datagram.size()).all(datagram);
     heard.u8(1).u8(kind).u8(7).u8(1).u16(body.size()).all(body);
-    const Datagram frame = frame_of(body, with_signatures);
+    const Datagram frame = relayed_frame(body, with_signatures);
     heard.u8(1).u8(4).u8(7).u8(1).u16(frame.size()).all(frame);
     heard.u8(1).u8(kind).u8(7).u8(1).u16(body.size()).all(body).u8(4).u8(0);
     corpus.add("exchange", heard);

@@ -14,7 +14,6 @@
 #include "network/held.hpp"
 #include "network/simulated_network.hpp"
 #include "record_sessions.hpp"
-#include "tessera/base/rigid_code.hpp"
 #include "tessera/exchange/internal/fingerprint.hpp"
 
 namespace {
@@ -186,17 +185,6 @@ void publish(Robot& robot, const BlockCoord& block, oracle::Random& random, int 
   if (!robot.publish(*pack(block), random, voxels).ok()) throw std::runtime_error("publish");
 }
 
-/// Two submaps at once: of one transform there is a short code, of the other none.
-void move_submaps(Exchange& exchange) {
-  Matrix34d tilted = Matrix34d::Identity();
-  tilted << 0.36, 0.48, -0.8, -2.5, -0.8, 0.6, 0.0, 17.3, 0.48, 0.64, 0.6, 0.2;
-  Matrix34d shifted = Matrix34d::Identity();
-  shifted(1, 3) = 0.1;
-  if (exchange.open(2, 1, *round_rigid(tilted)) != Status::kOk ||
-      exchange.move(2, 0, shifted) != Status::kOk)
-    throw std::runtime_error("moves");
-}
-
 /// Three robots publish; some chunks are lost, blocks are published again, come in parts, and get
 /// empty, and a frame moves.
 void drive(Team& team, oracle::Random& random) {
@@ -218,7 +206,7 @@ void drive(Team& team, oracle::Random& random) {
   publish(team.robot(1), {1, 1, 1}, random, 0);
   publish(team.robot(1), {0, 1, 0}, random, 0);
   team.run(2 * kSecond);
-  move_submaps(team.robot(1).exchange());
+  exchange_tests::move_submaps(team.robot(1).exchange());
   team.run(2 * kSecond);
   team.arrives = nullptr;
   team.settle();

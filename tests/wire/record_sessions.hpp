@@ -1,11 +1,13 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// A robot that has loaded two maps of earlier days, and removes one of them again.
+// A robot that has loaded two maps of earlier days, and removes one of them again; and one whose
+// submaps are moved.
 #pragma once
 
 #include <stdexcept>
 
 #include "network/simulated_network.hpp"
+#include "tessera/base/rigid_code.hpp"
 
 namespace tessera::exchange_tests {
 
@@ -30,6 +32,17 @@ inline void publish_sessions(Exchange& exchange, oracle::Random& random) {
 inline void remove_session(Exchange& exchange) {
   if (exchange.end_session(MapSession::kFirst + 1) != Status::kOk)
     throw std::runtime_error("the end of a session");
+}
+
+/// Two submaps at once: of one transform there is a short code, of the other none.
+inline void move_submaps(Exchange& exchange) {
+  Matrix34d tilted = Matrix34d::Identity();
+  tilted << 0.36, 0.48, -0.8, -2.5, -0.8, 0.6, 0.0, 17.3, 0.48, 0.64, 0.6, 0.2;
+  Matrix34d shifted = Matrix34d::Identity();
+  shifted(1, 3) = 0.1;
+  if (exchange.open(2, 1, *round_rigid(tilted)) != Status::kOk ||
+      exchange.move(2, 0, shifted) != Status::kOk)
+    throw std::runtime_error("moves");
 }
 
 }  // namespace tessera::exchange_tests

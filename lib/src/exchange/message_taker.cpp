@@ -14,8 +14,10 @@ Result<MessageTaker> MessageTaker::make(Arena& arena, const ExchangeConfig& conf
   made.announcements_ = AnnouncementTaker(config);
   made.requested_ = arena.take<RequestedContribution>(1).data();
   made.description_ = arena.take<Description>(1).data();
+  made.chunk_ = arena.take<ChunkHeader>(1).data();
   made.frames_ = arena.take<HashTree>(1).data();
-  if (made.requested_ == nullptr || made.description_ == nullptr || made.frames_ == nullptr)
+  if (made.requested_ == nullptr || made.description_ == nullptr || made.chunk_ == nullptr ||
+      made.frames_ == nullptr)
     return Status::kResourceExhausted;
   return made;
 }

@@ -7,6 +7,7 @@
 #include <catch2/catch.hpp>
 #include <map>
 #include <optional>
+#include <tuple>
 
 #include "exchange_rig.hpp"
 
@@ -73,7 +74,7 @@ struct ManyFrames : Bench {
            const std::optional<ControlWriter::Asker>& by = {}) {
     control.owe_frame(rig.ledger, *rig.ledger.find(id), at_ms(kStart_ms + ms), by);
   }
-  /// Of each frame's datagram that is due its robot, how many it has, and who pays.
+  /// A datagram of frames: whose, how many, and who pays.
   struct Sent {
     std::uint32_t robot;
     bool relayed;
@@ -90,6 +91,9 @@ struct ManyFrames : Bench {
       REQUIRE(read_frames_header(from, header));
       all.push_back({header.robot, header.relayed, frames_of(body).size(), asker});
     }
+    std::stable_sort(all.begin(), all.end(), [](const Sent& a, const Sent& b) {
+      return std::tie(a.robot, a.relayed, a.asker) < std::tie(b.robot, b.relayed, b.asker);
+    });
     return all;
   }
 };
@@ -186,14 +190,19 @@ TEST_CASE("ControlWriter: frames that are due go out together, 16 of one robot a
   for (const std::uint32_t robot : {8U, 7U}) {
     for (std::uint32_t submap = 0; submap < 3; ++submap) bench.owe({robot, 1, submap}, 1'500);
   }
+  // Of an earlier start of this robot, whose frame it cannot sign anew.
+  REQUIRE(bench.rig.ledger.take_frame({.id = {1, 0, 5}, .revision = 1}, {}, true, at_ms(kStart_ms),
+                                      bench.rig.counted));
+  bench.owe({1, 0, 5}, 1'500);
   // Not due yet.
   bench.owe({7, 1, 1}, 9'000);
-  std::vector<ManyFrames::Sent> sent = bench.sent(1'500);
-  std::stable_sort(sent.begin(), sent.end(),
-                   [](const auto& a, const auto& b) { return a.robot < b.robot; });
-  CHECK(sent == std::vector<ManyFrames::Sent>{
-                    {1, false, 16, {}}, {1, false, 4, {}}, {7, true, 3, {}}, {8, true, 3, {}}});
-  CHECK(bench.rig.counted.frames - before == 26);
+  const std::vector<ManyFrames::Sent> sent = bench.sent(1'500);
+  CHECK(sent == std::vector<ManyFrames::Sent>{{1, false, 16, {}},
+                                              {1, false, 4, {}},
+                                              {1, true, 1, {}},
+                                              {7, true, 3, {}},
+                                              {8, true, 3, {}}});
+  CHECK(bench.rig.counted.frames - before == 27);
 }
 
 TEST_CASE("ControlWriter: who asks for frames pays for these, and for no others") {
@@ -205,9 +214,7 @@ TEST_CASE("ControlWriter: who asks for frames pays for these, and for no others"
   for (const std::uint32_t submap : {1U, 2U, 4U}) asks(8, submap);
   bench.owe({1, 1, 5}, 9'500);
   asks(9, 6, false);
-  std::vector<ManyFrames::Sent> sent = bench.sent(9'500);
-  std::stable_sort(sent.begin(), sent.end(),
-                   [](const auto& a, const auto& b) { return a.asker < b.asker; });
+  const std::vector<ManyFrames::Sent> sent = bench.sent(9'500);
   // Nobody pays for two, nor for what the announcement brings.
   REQUIRE(sent.size() >= 3);
   CHECK(sent[0] == ManyFrames::Sent{1, false, 2, {}});

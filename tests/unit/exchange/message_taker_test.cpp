@@ -138,6 +138,27 @@ TEST_CASE("MessageTaker: a request for a frame that is older here owes one") {
   CHECK(frames_at(kNow + Duration{bench.rig.config.answer_us}) == 1);
 }
 
+TEST_CASE("MessageTaker: frames that are asked for together go out in one datagram") {
+  Bench bench;
+  std::vector<std::byte> request(kMostBodyBytes);
+  ByteWriter to(request);
+  for (std::uint32_t submap = 0; submap < 3; ++submap) {
+    const ContributionId id{kTheirs.robot, 1, submap};
+    bench.hear(DatagramKind::kFrame, frame_of(id));
+    REQUIRE(write_requested(to, {.id = id, .stated = true}));
+  }
+  bench.hear(DatagramKind::kRequest, to.written(), 8);
+  std::vector<std::size_t> sent;
+  for (std::int64_t ms = 1; ms <= 2 * bench.rig.config.answer_us / 1'000; ++ms) {
+    std::vector<std::byte> body(kMostBodyBytes);
+    ByteWriter answer(body);
+    Outgoing out = bench.rig.outgoing(kNow + Duration{1'000 * ms});
+    if (!bench.rig.sender.control().write(out, answer)) continue;
+    if (out.kind == DatagramKind::kFrame) sent.push_back(frames_of(answer.written()).size());
+  }
+  CHECK(sent == std::vector<std::size_t>{3});
+}
+
 TEST_CASE("MessageTaker: gaps that this robot can fill wait to be answered, others do not") {
   Bench bench;
   bench.hear(DatagramKind::kFrame, frame_of(kTheirs));

@@ -36,7 +36,7 @@ void write_frames_header(ByteWriter& to, const FramesHeader& header) noexcept;
 /// False iff the bytes are none.
 [[nodiscard]] bool read_frames_header(ByteReader& from, FramesHeader& header) noexcept;
 
-/// The numbers that the next frame's are told from.
+/// The numbers that the next frame's differ from.
 struct FrameBefore {
   std::uint32_t epoch = 0;
   std::uint32_t submap = 0;

@@ -11,7 +11,7 @@ class MessageTaker {
  public:
   [[nodiscard]] static constexpr std::size_t required_bytes() noexcept {
     return arena_bytes<RequestedContribution>(1) + arena_bytes<Description>(1) +
-           arena_bytes<HashTree>(1);
+           arena_bytes<ChunkHeader>(1) + arena_bytes<HashTree>(1);
   }
   /// Fails with kResourceExhausted iff the arena is too small.
   [[nodiscard]] static Result<MessageTaker> make(Arena& arena,
@@ -40,7 +40,7 @@ class MessageTaker {
   /// True if somebody waits for versions of the chunk.
   [[nodiscard]] bool is_awaited(const ExchangeParts& parts,
                                 const HeldContribution& contribution) const noexcept {
-    return parts.sender.answers().touches(parts.ledger.number_of(contribution), chunk_.range);
+    return parts.sender.answers().touches(parts.ledger.number_of(contribution), chunk_->range);
   }
   void drop_answers(const ExchangeParts& parts, const Heard& heard,
                     const HeldContribution& contribution, std::uint32_t held) const noexcept;
@@ -61,7 +61,7 @@ class MessageTaker {
   AnnouncementTaker announcements_{};
   RequestedContribution* requested_ = nullptr;  ///< Scratch: the one that is heard.
   Description* description_ = nullptr;          ///< Likewise.
-  ChunkHeader chunk_{};                         ///< Likewise.
+  ChunkHeader* chunk_ = nullptr;                ///< Likewise.
   HashTree* frames_ = nullptr;                  ///< Likewise: of the frames that are heard.
   /// When frames that a request asks for are due: of others and of this robot.
   std::array<std::optional<Instant>, 2> frames_at_{};
