@@ -194,8 +194,7 @@ TEST_CASE("ControlWriter: frames that are due go out together, 16 of one robot a
   REQUIRE(bench.rig.ledger.take_frame({.id = {1, 0, 5}, .revision = 1}, {}, true, at_ms(kStart_ms),
                                       bench.rig.counted));
   bench.owe({1, 0, 5}, 1'500);
-  // Not due yet.
-  bench.owe({7, 1, 1}, 9'000);
+  bench.owe({7, 1, 1}, 9'000);  // not due yet
   const std::vector<ManyFrames::Sent> sent = bench.sent(1'500);
   CHECK(sent == std::vector<ManyFrames::Sent>{{1, false, 16, {}},
                                               {1, false, 4, {}},
