@@ -18,7 +18,7 @@ MEMORY_KEYS = {"budget_bytes", "used_bytes", "peak_bytes", "scratch_bytes", "lab
 # Every option that says how a map is made, as the report's "config" names it.
 CONFIG_KEYS = {"dataset", "out", "first", "last", "labels", "resolution", "inference", "kernel_length", "prior",
                "max_range", "downsample", "free_space", "memory", "counts", "robot", "min_weight", "max_evidence",
-               "continue", "window", "archive", "report", "min_range", "thinning_weight", "free_weight", "work_budget",
+               "continue", "carving", "window", "archive", "report", "min_range", "thinning_weight", "free_weight", "work_budget",
                "deadline", "deskew"}
 
 

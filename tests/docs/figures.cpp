@@ -214,7 +214,7 @@ void put_defaults() {
   put("EntropyConfig::block_edge", static_cast<double>(entropy.block_edge));
   const FreeSpaceConfig& free_space = inference.free_space;
   put("FreeSpaceConfig::neighbour_angle_rad", static_cast<double>(free_space.neighbour_angle_rad));
-  put("FreeSpaceConfig::neighbour_pixels", double{free_space.neighbour_pixels});
+  put("FreeSpaceConfig::neighbour_pixels", static_cast<double>(free_space.neighbour_pixels));
   put("FreeSpaceConfig::margin_voxels", static_cast<double>(free_space.margin_voxels));
 }
 

@@ -5,58 +5,72 @@
 
 #if defined(__AVX2__)
 
-#include <immintrin.h>
-
 namespace tessera {
 
 namespace {
 
-__m256 size_of(__m256 v) noexcept {
-  return _mm256_and_ps(v, _mm256_castsi256_ps(_mm256_set1_epi32(0x7fffffff)));
+using Float8 = float __attribute__((vector_size(32)));
+using Int8 = std::int32_t __attribute__((vector_size(32)));
+
+Float8 load8(const float* p) noexcept {
+  Float8 lanes;
+  __builtin_memcpy(&lanes, p, sizeof(lanes));
+  return lanes;
+}
+
+Int8 bits_in(Float8 v) noexcept {
+  Int8 bits;
+  __builtin_memcpy(&bits, &v, sizeof(bits));
+  return bits;
+}
+
+Float8 size_of(Float8 v) noexcept {
+  const Int8 bits = bits_in(v) & 0x7fffffff;
+  __builtin_memcpy(&v, &bits, sizeof(v));
+  return v;
+}
+
+unsigned bits_of(Int8 mask) noexcept {
+  Float8 signs;
+  __builtin_memcpy(&signs, &mask, sizeof(signs));
+  return static_cast<unsigned>(__builtin_ia32_movmskps256(signs));
+}
+
+/// Four bytes from each of eight numbers of a row on.
+Int8 gather(const std::int16_t* row, Int8 columns) noexcept {
+  const Int8 all = Int8{} - 1;
+#if defined(__clang__)
+  return __builtin_ia32_gatherd_d256(Int8{}, reinterpret_cast<const int*>(row), columns, all, 2);
+#else
+  return __builtin_ia32_gathersiv8si(Int8{}, reinterpret_cast<const int*>(row), columns, all, 2);
+#endif
 }
 
 /// Pixels of eight tangents, 0 beyond the face; sets on_face to all ones where they are on it.
-__m256i pixels_of(const CarveSlabs& slabs, __m256 tangents, __m256i& on_face) noexcept {
-  const __m256 size = size_of(tangents);
-  const __m256 within = _mm256_cmp_ps(size, _mm256_set1_ps(1.0F), _CMP_LE_OQ);
-  on_face = _mm256_castps_si256(within);
-  const __m256 slope =
-      _mm256_sub_ps(_mm256_set1_ps(slabs.slope), _mm256_mul_ps(_mm256_set1_ps(slabs.bend), size));
-  const __m256 pixel = _mm256_add_ps(_mm256_mul_ps(tangents, slope), _mm256_set1_ps(slabs.middle));
-  return _mm256_and_si256(_mm256_cvttps_epi32(pixel), on_face);
-}
-
-unsigned bits_of(__m256i mask) noexcept {
-  return static_cast<unsigned>(_mm256_movemask_ps(_mm256_castsi256_ps(mask)));
+Int8 pixels_of(const CarveSlabs& slabs, Float8 tangents, Int8& on_face) noexcept {
+  const Float8 size = size_of(tangents);
+  on_face = size <= 1.0F;
+  const Float8 pixel = tangents * (slabs.slope - slabs.bend * size) + slabs.middle;
+  return __builtin_convertvector(pixel, Int8) & on_face;
 }
 
 std::uint64_t compare_slab(const CarveSlabs& slabs, const CarveSlabs::Slab& slab) noexcept {
-  const __m256 inverse = _mm256_set1_ps(slab.inverse_depth);
-  const __m128i shift = _mm_cvtsi32_si128(slab.shift);
-  __m256i columns_on_face;
-  __m256i rows_on_face;
-  const __m256i columns = _mm256_srl_epi32(
-      pixels_of(slabs, _mm256_mul_ps(_mm256_loadu_ps(slabs.at_column), inverse), columns_on_face),
-      shift);
-  const __m256i rows =
-      pixels_of(slabs, _mm256_mul_ps(_mm256_loadu_ps(slabs.at_row), inverse), rows_on_face);
-  const __m256i beside =
-      _mm256_or_si256(_mm256_cmpgt_epi32(_mm256_set1_epi32(slabs.first_row), rows),
-                      _mm256_cmpgt_epi32(rows, _mm256_set1_epi32(slabs.last_row)));
-  alignas(32) std::int32_t offset[CarveSlabs::kEdge];
-  _mm256_store_si256(
-      reinterpret_cast<__m256i*>(offset),
-      _mm256_mullo_epi32(_mm256_srl_epi32(rows, shift), _mm256_set1_epi32(slab.edge)));
-  // Of each four bytes the upper two are of the pixel.
-  const __m256i least = _mm256_set1_epi32(slab.least * 65536);
+  Int8 columns_on_face;
+  Int8 rows_on_face;
+  const Int8 columns =
+      pixels_of(slabs, load8(slabs.at_column) * slab.inverse_depth, columns_on_face) >> slab.shift;
+  const Int8 rows = pixels_of(slabs, load8(slabs.at_row) * slab.inverse_depth, rows_on_face);
+  const Int8 begins = (rows >> slab.shift) * slab.edge;
+  alignas(32) std::int32_t begin[CarveSlabs::kEdge];
+  __builtin_memcpy(begin, &begins, sizeof(begin));
+  // Of each four bytes the lower two are of the pixel.
+  const Int8 least = Int8{} + slab.least * 65536;
   std::uint64_t word = 0;
-  for (unsigned left = bits_of(_mm256_andnot_si256(beside, rows_on_face)); left != 0;
-       left &= left - 1) {
+  for (unsigned left = bits_of(rows_on_face & (rows >= slabs.first_row) & (rows <= slabs.last_row));
+       left != 0; left &= left - 1) {
     const auto row = static_cast<unsigned>(__builtin_ctz(left));
-    const __m256i both =
-        _mm256_i32gather_epi32(reinterpret_cast<const int*>(slab.values + offset[row]), columns, 2);
-    const __m256i free = _mm256_cmpgt_epi32(_mm256_slli_epi32(both, 16), least);
-    word |= std::uint64_t{bits_of(_mm256_and_si256(free, columns_on_face))} << (8 * row);
+    const Int8 free = (gather(slab.values + begin[row], columns) << 16) > least;
+    word |= std::uint64_t{bits_of(free & columns_on_face)} << (8 * row);
   }
   return word;
 }

@@ -72,7 +72,7 @@ bool ImageCarver::carve(const Lattice& lattice, const FreeSpaceConfig& config,
   // Near shells first. Where scans are cut off, faces take turns.
   double inner_m = 0.0;
   for (int shell = kShells - 1; shell >= 0; --shell) {
-    const double outer_m = std::ldexp(range_m_, -shell);
+    const double outer_m = range_m_ / std::int32_t{1 << shell};
     for (int i = 0; i < CubeFace::kCount; ++i) {
       const int face = (first_face_ + i) % CubeFace::kCount;
       if (carve_face(face, {inner_m, outer_m}, free_space, work, most_steps)) continue;
@@ -89,8 +89,8 @@ bool ImageCarver::carve_face(int face, const Shell& shell, FreeSpace& free_space
   if (!image_.rows(face).any()) return true;
   const double block_m = kBlockEdge * resolution_m_;
   int level = 0;
-  while (std::ldexp(block_m, level) < shell.outer_m && level < kMostLevels) ++level;
-  const double node_m = std::ldexp(block_m, level);
+  while (block_m * (1 << level) < shell.outer_m && level < kMostLevels) ++level;
+  const double node_m = block_m * (1 << level);
   const auto node_of = [&](const Point3d& p) {
     return BlockCoord{floor_to_int(p.x() / node_m), floor_to_int(p.y() / node_m),
                       floor_to_int(p.z() / node_m)};
@@ -137,7 +137,7 @@ bool ImageCarver::carve_node(int face, const Node& root, const Shell& shell, Fre
 }
 
 ImageCarver::Box ImageCarver::box_of(const Node& node) const noexcept {
-  const double edge_m = std::ldexp(kBlockEdge * resolution_m_, node.level);
+  const double edge_m = kBlockEdge * resolution_m_ * (1 << node.level);
   const Point3d low = Point3d(node.at.x, node.at.y, node.at.z) * edge_m - origin_map_;
   return {low, low + Point3d(edge_m, edge_m, edge_m)};
 }

@@ -89,6 +89,8 @@ class ScanReport:
     evaluations: Final[int]
     ray_steps: Final[int]
     strips: Final[int]
+    free_blocks_refused: Final[int]
+    carving_cut: Final[int]
     refused_memory: Final[int]
     rays_refused: Final[int]
     left_out_deadline: Final[int]

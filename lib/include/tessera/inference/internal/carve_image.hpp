@@ -124,6 +124,7 @@ class CarveImage {
   [[nodiscard]] const std::int16_t* level(int face, int level) const noexcept {
     return image_.data() + kBegin[static_cast<std::size_t>(face * kLevels + level)];
   }
+  /// First and last of some rows.
   struct Rows {
     int first = kEdge;
     int last = -1;
