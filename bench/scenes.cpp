@@ -15,6 +15,7 @@ InferenceConfig inference_of(const Mode& mode, double resolution_m) {
   config.mode = mode.inference;
   config.kernel_length_m = static_cast<float>(3.0 * resolution_m);
   config.free_space.enabled = mode.free_space;
+  config.free_space.carving = mode.carving;
   config.max_range_m = mode.max_range_m;
   config.thinning_m = resolution_m;
   if (mode.inference == InferenceMode::kKernel) config.thinning_weight = ThinningWeight::kSum;

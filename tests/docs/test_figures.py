@@ -207,7 +207,7 @@ class Theory(PageCase):
 
     def test_defaults(self):
         table = [row for row in rows(self.text, "| constant | default |") if row[2].strip("`") in self.is_]
-        self.assertEqual(19, len(table))
+        self.assertEqual(20, len(table))
         for constant, default, member, _ in table:
             with self.subTest(constant):
                 power = re.match(r"2\^(-\d+)$", default)
