@@ -15,15 +15,19 @@ using Value = std::int16_t;
 constexpr int kMargin = 24;
 constexpr int kCoarsest = 8;
 
+/// Row r of an image so wide.
+template <class V>
+V* row_of(V* values, int edge, int r) noexcept {
+  return values + std::ptrdiff_t{r} * edge;
+}
+
 /// One image of a face, or rows of it.
 struct Rectangle {
   Value* values = nullptr;
   int edge = 0;
   int first = 0;
   int last = 0;
-  [[nodiscard]] Value* row(int r) const noexcept {
-    return values + static_cast<std::size_t>(r) * static_cast<std::size_t>(edge);
-  }
+  [[nodiscard]] Value* row(int r) const noexcept { return row_of(values, edge, r); }
 };
 
 void take_less(Value* into, const Value* other, int count) noexcept {
@@ -61,7 +65,7 @@ void halve(const Rectangle& from, const Rectangle& to) noexcept {
     const Value* const upper = from.row(2 * r);
     const Value* const lower = from.row(2 * r + 1);
     Value* const into = to.row(r);
-    for (int i = 0; i < to.edge; ++i)
+    for (std::ptrdiff_t i = 0; i < to.edge; ++i)
       into[i] = std::min(std::min(upper[2 * i], lower[2 * i]),
                          std::min(upper[2 * i + 1], lower[2 * i + 1]));
   }
@@ -87,7 +91,7 @@ void CarveImage::begin(double range_m, int neighbours) noexcept {
     Rows& rows = rows_[static_cast<std::size_t>(face)];
     if (rows.any()) {
       Value* const values = level_of_face(face, 0);
-      std::fill(values + rows.first * kEdge, values + (rows.last + 1) * kEdge, kNone);
+      std::fill(row_of(values, kEdge, rows.first), row_of(values, kEdge, rows.last + 1), kNone);
     }
     rows = {};
   }
@@ -110,7 +114,7 @@ void CarveImage::add(const Point3d& d, bool is_hit) noexcept {
     const auto depth = static_cast<std::int32_t>(std::min<double>(depth_m * per_m_, kMostDepth));
     const auto value = is_hit ? static_cast<Value>(depth - kDepths) : kBeyond;
     const int r = static_cast<int>(row);
-    Value& at = level_of_face(face, 0)[r * kEdge + static_cast<int>(column)];
+    Value& at = row_of(level_of_face(face, 0), kEdge, r)[static_cast<int>(column)];
     at = std::min(at, value);
     Rows& rows = rows_[static_cast<std::size_t>(face)];
     rows.first = std::min(rows.first, r);
@@ -133,31 +137,31 @@ void CarveImage::make_farthest(int face, int level) noexcept {
   const Rows& rows = rows_[static_cast<std::size_t>(face)];
   const int shift = CarveLayout::shift_of(level);
   const int edge = CarveLayout::edge_of(level);
-  const auto row_of = [&](int step, int r) {
-    return farthest_.data() + far_begin(face, level, step) +
-           r * CarveLayout::far_edge_of(level, step);
+  const auto far_row = [&](int step, int r) {
+    return row_of(farthest_.data() + far_begin(face, level, step),
+                  CarveLayout::far_edge_of(level, step), r);
   };
   int far_edge = CarveLayout::far_edge_of(level, 0);
-  std::fill_n(row_of(0, 0), far_edge * far_edge, kUnseen);
-  std::array<Value, kEdge> most;
+  std::fill_n(far_row(0, 0), far_edge * far_edge, kUnseen);
+  std::array<Value, kEdge> most{};
   for (int four = (rows.first >> shift) / 4; four <= (rows.last >> shift) / 4; ++four) {
     most.fill(kUnseen);
     for (int r = 4 * four; r < 4 * four + 4; ++r) {
       if (r < rows.first >> shift || r > rows.last >> shift) continue;
-      take_more(most.data(), this->level(face, level) + r * edge, edge);
+      take_more(most.data(), row_of(this->level(face, level), edge, r), edge);
     }
     for (int i = 0; i < edge; ++i) {
-      Value& at = row_of(0, four)[i / 4];
+      Value& at = far_row(0, four)[i / 4];
       at = std::max(at, most[static_cast<std::size_t>(i)]);
     }
   }
   for (int step = 1; step < CarveLayout::kFarSteps; ++step) {
     const int edge_before = far_edge;
     far_edge = CarveLayout::far_edge_of(level, step);
-    std::fill_n(row_of(step, 0), far_edge * far_edge, kUnseen);
+    std::fill_n(far_row(step, 0), far_edge * far_edge, kUnseen);
     for (int r = 0; r < edge_before; ++r) {
-      const Value* const from = row_of(step - 1, r);
-      Value* const into = row_of(step, r / 2);
+      const Value* const from = far_row(step - 1, r);
+      Value* const into = far_row(step, r / 2);
       for (int c = 0; c < edge_before; ++c) into[c / 2] = std::max(into[c / 2], from[c]);
     }
   }
@@ -222,7 +226,7 @@ std::int32_t CarveImage::farthest(int face, int level, std::array<int, 2> column
   std::int32_t most = kUnseen;
   for (int r = rows[0] >> shift; r <= rows[1] >> shift; ++r) {
     for (int c = columns[0] >> shift; c <= columns[1] >> shift; ++c)
-      most = std::max<std::int32_t>(most, values[r * edge + c]);
+      most = std::max<std::int32_t>(most, row_of(values, edge, r)[c]);
   }
   return most;
 }

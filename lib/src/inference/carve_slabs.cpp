@@ -3,6 +3,7 @@
 #include "carve_slabs.hpp"
 
 #include <array>
+#include <cstddef>
 
 #include "tessera/base/internal/lanes.hpp"
 
@@ -39,7 +40,7 @@ std::uint64_t compare_slab(const CarveSlabs& slabs, const CarveSlabs::Slab& slab
     const std::int32_t pixel = rows.at[i / 4][i % 4];
     if ((rows.on_face >> i & 1U) == 0 || pixel < slabs.first_row || pixel > slabs.last_row)
       continue;
-    const std::int16_t* const row = slab.values + (pixel >> slab.shift) * slab.edge;
+    const std::int16_t* const row = slab.values + std::ptrdiff_t{pixel >> slab.shift} * slab.edge;
     const Int4& low = columns.at[0];
     const Int4& high = columns.at[1];
     const Short8 values{row[low[0]],  row[low[1]],  row[low[2]],  row[low[3]],

@@ -61,6 +61,7 @@ std::uint64_t compare_slab(const CarveSlabs& slabs, const CarveSlabs::Slab& slab
       pixels_of(slabs, load8(slabs.at_column) * slab.inverse_depth, columns_on_face) >> slab.shift;
   const Int8 rows = pixels_of(slabs, load8(slabs.at_row) * slab.inverse_depth, rows_on_face);
   const Int8 begins = (rows >> slab.shift) * slab.edge;
+  // NOLINTNEXTLINE(cppcoreguidelines-avoid-c-arrays): as in carve_slabs.hpp
   alignas(32) std::int32_t begin[CarveSlabs::kEdge];
   __builtin_memcpy(begin, &begins, sizeof(begin));
   // Of each four bytes the lower two are of the pixel.
