@@ -16,6 +16,7 @@ import time
 sys.path.append(str(pathlib.Path(__file__).resolve().parent.parent / "wire"))
 import wire_datagram as wire
 import wire_encode
+import wire_frames
 import wire_trust
 from decode_datagram import Replica
 from signing import keys_of, sign
@@ -23,7 +24,6 @@ from signing import keys_of, sign
 GROUP = "239.255.76.67", 7667
 CHANNEL = b"TESSERA\0"
 NO_KEY, FLEET_KEY, MEMBER = DEGREES = "no key", "fleet's key", "member"
-NO_BLOCKS = (0, 0, 0, -1, -1, -1)  # A contribution's extent.
 CLONE_NEWNET = 0x40000000
 # Received datagrams that are kept; recordings of one test have some thousands.
 MOST_HEARD = 50_000
@@ -167,13 +167,13 @@ class Attacker:
     def note(self, datagram):
         body = datagram.body
         self.sessions[datagram.sender] = max(datagram.session, self.sessions.get(datagram.sender, 0))
+        for one in body.get("frames", []):
+            self.known.setdefault(one["name"], Contribution()).frame = one
         if "name" not in body:
             return
         known = self.known.setdefault(body["name"], Contribution())
         for record in body.get("records", []):
             known.records[record.version] = record
-        if datagram.kind == wire.FRAME:
-            known.frame = body
         if "stated" in body and (known.stated is None or body["stated"]["latest"] >= known.stated["latest"]):
             known.stated = body["stated"]
 
@@ -188,13 +188,13 @@ class Attacker:
             return sign(self.secret, self.fleet.mission_value + message)
         return self.random.randbytes(64)
 
-    def root_signature(self, name, leaves):
+    def root_signature(self, name, leaves, kind=wire.CHUNK):
         crc = struct.pack("<I", wire_trust.crc32c(self.fleet.configuration))
-        return self.signature(name[0], b"TS\2\3" + crc + struct.pack("<3IB", *name, len(leaves)) + self.fleet.root(leaves))
+        return self.signature(name[0], b"TS\2" + bytes([kind]) + crc + struct.pack("<3IB", *name, len(leaves)) + self.fleet.root(leaves))
 
-    def prove(self, name, leaf):
+    def prove(self, name, leaf, kind=wire.CHUNK):
         """A proof of a leaf that is alone in its tree."""
-        return b"\0" + self.root_signature(name, [leaf]) if self.fleet.signs else b""
+        return b"\0" + self.root_signature(name, [leaf], kind) if self.fleet.signs else b""
 
     def proven(self, name, record):
         record.proof = self.prove(name, self.fleet.leaf_of_record(name, record))
@@ -205,7 +205,7 @@ class Attacker:
         self.sequence += 1
         sequence = self.sequence + 2**33 if sequence is None else sequence
         session = self.sessions.get(sender, 1 << 32) if session is None else session
-        relayed = kind == wire.CHUNK and body["flags"] & 1
+        relayed = kind in (wire.CHUNK, wire.FRAME) and body["flags"] & 1
         if kind == wire.STATEMENT:
             statement = wire_encode.body_bytes(kind, {**body, "proof": b""})
             body = {**body, "proof": self.prove(body["name"], self.fleet.leaf_of_statement(statement))}
@@ -222,7 +222,8 @@ class Attacker:
             leaves = [self.fleet.leaf_of_record(body["name"], record) for record in body["records"]]
             return self.root_signature(body["name"], [*leaves, self.fleet.leaf_of_statement(statement)])
         if kind == wire.FRAME:
-            return self.signature(body["name"][0], b"TS\2\4" + data[8:12] + data[32:])
+            leaves = [self.fleet.leaf_of_frame(wire_frames.alone(one)) for one in body["frames"]]
+            return self.root_signature((body["robot"], 0, 0), leaves, kind)
         return self.signature(sender, data)
 
     def announcement(self, sender, held=(), epoch=0, data=0, challenges=(), **header):
@@ -239,8 +240,12 @@ class Attacker:
         session = header.get("session") or self.sessions.get(sender, 1 << 32)
         return self.datagram(wire.STATEMENT, sender, {"name": name, "range": (1, 1), "stated": stated, "session": session}, **header)
 
-    def frame(self, sender, name, revision, T, extent=NO_BLOCKS, **header):
-        return self.datagram(wire.FRAME, sender, {"name": name, "revision": revision, "T": T, "extent": extent}, **header)
+    def frame(self, sender, name, revision, T, extent=None, **header):
+        one = {"name": name, "revision": revision, "T": T, "extent": extent, "session": None, "proof": b""}
+        relayed = sender != name[0]
+        if relayed:
+            one["proof"] = self.prove((name[0], 0, 0), self.fleet.leaf_of_frame(wire_frames.alone(one)), wire.FRAME)
+        return self.datagram(wire.FRAME, sender, {"flags": int(relayed), "robot": name[0], "frames": [one]}, **header)
 
     def conflict(self, sender, name, kind, sides, **header):
         """sides: the bytes of what is said, and the proof of it."""

@@ -6,7 +6,7 @@ import dataclasses
 import itertools
 import struct
 
-from attacker import MEMBER, NO_BLOCKS, wire, wire_encode
+from attacker import MEMBER, wire, wire_encode
 
 LAST = wire.LAST_VERSION
 HIGHEST = 2**32 - 1
@@ -149,7 +149,7 @@ def leaves(a):
 def frames(a):
     """Frames of honest robots' contributions: later revisions, far away, upside down, and ones that are none; extents of no block, of a place
     where the contribution is not, of the whole world, and ones that are none."""
-    extents = itertools.cycle([NO_BLOCKS, (4000, 4000, 0, 4001, 4001, 1), (-2**20,) * 3 + (2**20 - 1,) * 3, (1, 0, 0, 0, 0, 0), (-2**31,) * 6])
+    extents = itertools.cycle([None, (4000, 4000, 0, 4001, 4001, 1), (-2**20,) * 3 + (2**20 - 1,) * 3, (0,) * 3 + (2**32 - 1, 0, 0), (-2**31,) * 6])
     turned = (-1.0, 0.0, 0.0, 5.0, 0.0, -1.0, 0.0, -3.0, 0.0, 0.0, 1.0, 1.0)
     absurd = [(float("nan"), *UNMOVED[1:]), (*UNMOVED[:3], 1e308, *UNMOVED[4:]), (-1.0, *UNMOVED[1:]), (0.0,) * 12,
               (*UNMOVED[:3], 1e5, *UNMOVED[4:]), (*UNMOVED[:3], float("inf"), *UNMOVED[4:])]
