@@ -147,7 +147,10 @@ Contributors find_contributors(const std::vector<FuseInput>& inputs,
     const FuseInput& input = inputs[first];
     Contributors::One one{
         input.session ? std::string("session") : fmt::format("robot {}", input.id.robot), {}};
-    if (input.session) result.noun = "robot or session";
+    if (input.session) {
+      result.noun = "robot or session";
+      result.plural = "robots or sessions";
+    }
     for (std::size_t i = first; i < inputs.size(); ++i) {
       if (share_of(inputs[i]) != share_of(input)) continue;
       done[i] = true;

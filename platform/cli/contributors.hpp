@@ -26,7 +26,9 @@ struct Contributors {
     std::string maps;  ///< File names of its maps; of a session with its date.
   };
   std::vector<One> all;
-  std::string noun = "robot";          ///< What they are; with sessions "robot or session".
+  /// What they are; with sessions "robot or session".
+  std::string noun = "robot";
+  std::string plural = "robots";
   std::vector<VoxelLabels> voxels;     ///< By index of the requested voxels.
   std::vector<std::uint64_t> of_maps;  ///< By input: of these voxels, those where it has a label.
 };

@@ -141,7 +141,7 @@ std::vector<LegendEntry> color_by_contributors(const Contributors& contributors,
     }
   }
   tally.add("only one of the others:", kOtherRobots, others);
-  tally.add("two " + contributors.noun + "s:", kTwoRobots, by_number[2]);
+  tally.add("two " + contributors.plural + ":", kTwoRobots, by_number[2]);
   tally.add("three or more:", kMoreRobots, by_number[3]);
   tally.add("label of no " + contributors.noun + ":", kNoLabel, by_number[0]);
   return tally.take();
@@ -155,7 +155,8 @@ std::vector<LegendEntry> color_by_disagreement(const Contributors& contributors,
     std::uint64_t voxels = 0;
   };
   const std::string& noun = contributors.noun;
-  std::array<Kind, 4> kinds{Kind{noun + "s agree:", kAgree}, Kind{noun + "s disagree:", kDisagree},
+  std::array<Kind, 4> kinds{Kind{contributors.plural + " agree:", kAgree},
+                            Kind{contributors.plural + " disagree:", kDisagree},
                             Kind{"one " + noun + " only:", kOneRobot},
                             Kind{"label of no " + noun + ":", kNobody}};
   for (std::size_t i = 0; i < voxels.size(); ++i) {

@@ -52,10 +52,8 @@ Outcome<Content> content_of_journal(const std::string& path) {
   if (found.damaged_bytes != 0)
     warn(fmt::format("{}: {} bytes are damaged, and left out", path, found.damaged_bytes));
   if (found.torn_bytes != 0)
-    warn(
-        fmt::format("{}: the last append was not finished: {} bytes are left out, and all that was "
-                    "durable is there",
-                    path, found.torn_bytes));
+    warn(fmt::format("{}: the last append was not finished: {} bytes are left out", path,
+                     found.torn_bytes));
   TESSERA_TRY_ASSIGN(const std::unique_ptr<StoredMap> stored, load_map(path));
   std::vector<KeyedIndex> workspace = workspace_for(stored->map);
   return Content{stored->header, summarize(stored->map, workspace), true};

@@ -125,8 +125,7 @@ void Node::say_restart(LogWriter& writer, std::span<LogQueue* const> queues) {
                     static_cast<std::int64_t>(durable_->damaged_bytes()));
   if (durable_->torn_bytes() != 0)
     log_.say_change(LogLevel::kInfo, run_.start_us,
-                    "the last append to the kept map was not finished: % bytes are left out, "
-                    "and all that was durable is there",
+                    "the last append to the kept map was not finished: % bytes are left out",
                     static_cast<std::int64_t>(durable_->torn_bytes()));
 }
 

@@ -96,7 +96,7 @@ inline constexpr Setting kMapRows[] = {
                                       "Weight of a thinned point, from the points with its label",
                                       {.otherwise = "kernel: sum, else mean"}),
     row<&MapOptions::free_space>({"--free-space", "map", "free_space"},
-                                 "Map free space along rays"),
+                                 "Map the space that the sensor saw to be free"),
     row<&MapOptions::carving>({"--carving", "map", "carving"},
                               "How free space is found: along rays, or by the image of the scan"),
     bytes_row<&MapOptions::memory_bytes>({"--memory", "map", "memory", "memory_bytes"},

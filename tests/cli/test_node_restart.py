@@ -127,7 +127,7 @@ class Restart(Faults):
         journal.write_bytes(bytes(data) + b"torn")
         node = self.started_again(sensors)
         node.says("bytes of the kept map were damaged and are left out")
-        node.says("the last append to the kept map was not finished: 4 bytes are left out, and all that was durable is there")
+        node.says("the last append to the kept map was not finished: 4 bytes are left out")
         report = node.end()
         self.assertGreater(report["state"]["damaged_bytes"], 4)
         self.assertEqual(4, report["state"]["torn_bytes"])

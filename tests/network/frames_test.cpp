@@ -63,9 +63,10 @@ TEST_CASE("frames: a correction of 100 submaps adds at most 6,400 bytes to what 
   correct(*corrected, 1.0);
   const auto now = said(*corrected, kBegin, kTickUs);
   const auto after = said(*corrected, kBegin + kTickUs, 2 * kSecond);
-  for (const auto* const all : {&now, &after}) {
-    for (const auto& datagram : *all) hearer->exchange().receive(datagram, kBegin);
-  }
+  for (const auto& datagram : now) hearer->exchange().receive(datagram, kBegin);
+  // An eighth may have been sent just before, and waits.
+  CHECK(held_at(*hearer, 1.0) >= kSubmaps / 8 * 7);
+  for (const auto& datagram : after) hearer->exchange().receive(datagram, kBegin + kTickUs);
   CHECK(held_at(*hearer, 1.0) == kSubmaps);
   const std::size_t usual = bytes_on_the_wire(said(*same, kBegin, kTickUs + 2 * kSecond));
   const std::size_t bytes = bytes_on_the_wire(now) + bytes_on_the_wire(after) - usual;
@@ -74,8 +75,6 @@ TEST_CASE("frames: a correction of 100 submaps adds at most 6,400 bytes to what 
   CHECK(bytes <= 6'400);
   CHECK(bytes_on_the_wire(now) <= 6'400);
   CHECK(frame_datagrams(now) <= 7);
-  // What goes out at once are the frames of seven eighths at least: the others were just said.
-  CHECK(held_at(*hearer, 1.0) == kSubmaps);
 }
 
 TEST_CASE("frames: of each datagram of a correction one signature is checked") {

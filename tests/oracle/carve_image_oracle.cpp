@@ -97,7 +97,7 @@ Freed CarveImageOracle::judge(const Vector& centre) const {
   }
   if (!any) return Freed::kNo;
   // On an edge of the cube it is freed by either face.
-  return all && faces == 1 && range_m <= rule_.range_m * (1.0 - 1e-9) ? Freed::kYes
+  return all && faces >= 1 && range_m <= rule_.range_m * (1.0 - 1e-9) ? Freed::kYes
                                                                       : Freed::kEither;
 }
 

@@ -38,8 +38,7 @@ Result<ContributionTable> ContributionTable::make(Arena& arena, const ExchangeCo
   }
   Result<FarContributions> far =
       FarContributions::make(arena, config.far_contributions, config.session);
-  const Result<PlacesOfRobots> of_robots =
-      PlacesOfRobots::make(arena, config.contributions, config.session);
+  const Result<PlacesOfRobots> of_robots = PlacesOfRobots::make(arena, config.contributions);
   if (table.places_.empty() || table.names_.empty() || table.of_robot_.empty() || !far.ok() ||
       !of_robots.ok())
     return Status::kResourceExhausted;
@@ -79,17 +78,14 @@ HeldContribution* ContributionTable::add(const ContributionId& id, Claim claim, 
   }
   if (place->used) ++counted.displaced_contributions;
   if (!place->used || !put_far(*place, counted)) drop(*place);
-  if (!take_place(*place, id, now)) {
-    ++counted.refused_contributions;
-    return nullptr;
-  }
+  take_place(*place, id, now);
   place->far = place->far && !own;
   return place;
 }
 
-bool ContributionTable::take_place(HeldContribution& place, const ContributionId& id,
+void ContributionTable::take_place(HeldContribution& place, const ContributionId& id,
                                    Instant now) noexcept {
-  if (!of_robots_.add(id)) return false;
+  of_robots_.add(id);
   used_ += place.used ? 0U : 1U;
   place.used = true;
   place.wanted_at = Instant::long_ago();
@@ -99,7 +95,6 @@ bool ContributionTable::take_place(HeldContribution& place, const ContributionId
   place.since = now;
   names_[number_of(place)] = {id, true};
   top_ = std::max<std::size_t>(top_, number_of(place) + 1);
-  return true;
 }
 
 /// Empties a place. Its index is large: it is cleared where it is.

@@ -41,8 +41,9 @@ BlockExtent ContributionTable::extent_of(const HeldContribution& contribution) c
 
 bool ContributionTable::put_far(HeldContribution& contribution, ExchangeReport& counted) noexcept {
   const BlockExtent extent = extent_of(contribution);
-  if (contribution.own || !contribution.open || !contribution.stated || !extent.any() ||
-      contribution.frame_doubted)
+  // Of one that this process has moved nobody else has signed the frame.
+  if (contribution.own || contribution.moved || !contribution.open || !contribution.stated ||
+      !extent.any() || contribution.frame_doubted)
     return false;
   // What earlier starts of this robot have published only this one moves and answers for.
   if (publishing() != nullptr && publishing()->id.robot == contribution.id.robot) return false;
@@ -73,7 +74,7 @@ HeldContribution* ContributionTable::recall(FarContribution& one, Instant now) n
   HeldContribution* const place = has_place_for(one) ? free_place(false) : nullptr;
   if (place == nullptr) return nullptr;
   drop(*place);
-  if (!take_place(*place, one.id(), now)) return nullptr;
+  take_place(*place, one.id(), now);
   if (set_frame(*place, one.T_global_map, one.frame_revision, one.session) != Status::kOk) {
     drop(*place);
     return nullptr;

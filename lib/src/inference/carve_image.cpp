@@ -106,10 +106,10 @@ void CarveImage::add(const Point3d& d, bool is_hit) noexcept {
     const double depth_m = std::abs(d[axis]);
     const double widest_m = kWidest * depth_m;
     if (!(std::abs(d[across[0]]) < widest_m && std::abs(d[across[1]]) < widest_m)) continue;
-    const double inverse = 1.0 / depth_m;
-    const double column = pixel(d[across[0]] * inverse);
-    const double row = pixel(d[across[1]] * inverse);
-    if (std::min(column, row) < 0.0 || std::max(column, row) >= kEdge) continue;
+    const double column = pixel(d[across[0]] / depth_m);
+    const double row = pixel(d[across[1]] / depth_m);
+    const auto is_inside = [](double p) { return p >= 0.0 && p < kEdge; };
+    if (!is_inside(column) || !is_inside(row)) continue;
     const int face = 2 * axis + (d[axis] < 0.0 ? 1 : 0);
     const auto depth = static_cast<std::int32_t>(std::min<double>(depth_m * per_m_, kMostDepth));
     const auto value = is_hit ? static_cast<Value>(depth - kDepths) : kBeyond;
@@ -197,6 +197,7 @@ void CarveImage::make_levels(int face) noexcept {
     for (int r = into.first + radius; r <= into.last; ++r) {
       const Value* const nearest_row = nearest.row(r - radius);
       const Value* const seen_row = seen.row(r - seen_radius) + (radius - seen_radius);
+      std::fill_n(into.row(r), radius, kUnseen);
       Value* const row = into.row(r) + radius;
       for (int c = 0; c < into.edge - radius; ++c)
         row[c] = seen_row[c] == kNone ? kUnseen : nearest_row[c];

@@ -23,7 +23,7 @@ Pixels pixels_of(const CarveSlabs& slabs, const float* at_m, float inverse_depth
   for (std::size_t half = 0; half < 2; ++half) {
     const Float4 tangent = load4(at_m + 4 * half) * inverse_depth;
     const Float4 size = keep(Int4{0x7fffffff, 0x7fffffff, 0x7fffffff, 0x7fffffff}, tangent);
-    const Int4 on_face = size <= 1.0F;
+    const Int4 on_face = size <= CarveSlabs::kWidest;
     const Float4 pixel = tangent * (slabs.slope - slabs.bend * size) + slabs.middle;
     pixels.at[half] = __builtin_convertvector(keep(on_face, pixel), Int4);
     pixels.on_face |= bits_of(on_face) << (4 * half);

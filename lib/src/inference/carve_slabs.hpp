@@ -12,6 +12,8 @@ namespace tessera {
 /// metres.
 struct CarveSlabs {
   static constexpr int kEdge = 8;
+  /// A tangent on a face's edge may be rounded up.
+  static constexpr float kWidest = 1.0F + 0x1p-22F;
   // NOLINTBEGIN(cppcoreguidelines-avoid-c-arrays): nothing inline is called here
   struct Slab {
     const std::int16_t* values = nullptr;  ///< Of the face's level; null: nothing is free.

@@ -49,7 +49,7 @@ Int8 gather(const std::int16_t* row, Int8 columns) noexcept {
 /// Pixels of eight tangents, 0 beyond the face; sets on_face to all ones where they are on it.
 Int8 pixels_of(const CarveSlabs& slabs, Float8 tangents, Int8& on_face) noexcept {
   const Float8 size = size_of(tangents);
-  on_face = size <= 1.0F;
+  on_face = size <= CarveSlabs::kWidest;
   const Float8 pixel = tangents * (slabs.slope - slabs.bend * size) + slabs.middle;
   return __builtin_convertvector(pixel, Int8) & on_face;
 }

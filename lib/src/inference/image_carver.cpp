@@ -52,10 +52,10 @@ void ImageCarver::see(const ScanPoints& points, const InferenceConfig& config) n
   const auto from_sensor = [this](const ScanPoint& point) -> Point3d {
     return point.p_map.cast<double>() - origin_map_;
   };
-  range_m_ = static_cast<double>(config.max_range_m);
-  if (range_m_ == 0.0) {
-    for (const ScanPoint& point : points.returns())
-      range_m_ = std::max(range_m_, norm(from_sensor(point)));
+  // Those beyond the range limit lie at it.
+  range_m_ = 0.0;
+  for (const std::span<const ScanPoint> all : {points.returns(), points.returns_beyond()}) {
+    for (const ScanPoint& point : all) range_m_ = std::max(range_m_, norm(from_sensor(point)));
   }
   image_.begin(std::max(range_m_, 1e-3), config.free_space.neighbour_pixels);
   for (const ScanPoint& point : points.returns()) image_.add(from_sensor(point), true);
@@ -64,19 +64,20 @@ void ImageCarver::see(const ScanPoints& points, const InferenceConfig& config) n
 }
 
 bool ImageCarver::carve(const Lattice& lattice, const FreeSpaceConfig& config,
-                        FreeSpace& free_space, ScanWork& work, std::uint64_t most_steps) noexcept {
+                        FreeSpace& free_space, ScanWork& work, std::uint64_t to_write,
+                        std::uint64_t most_steps) noexcept {
   resolution_m_ = lattice.resolution_m();
   margin_m_ = static_cast<double>(config.margin_voxels) * resolution_m_;
   steps_ = 0;
-  compared_ = 0;
-  // Near shells first. Where scans are cut off, faces take turns.
+  asked_ = 0;
+  // Near shells first. Where scans are cut off, faces and the sides of cubes take turns.
   double inner_m = 0.0;
   for (int shell = kShells - 1; shell >= 0; --shell) {
     const double outer_m = range_m_ / std::int32_t{1 << shell};
     for (int i = 0; i < CubeFace::kCount; ++i) {
-      const int face = (first_face_ + i) % CubeFace::kCount;
-      if (carve_face(face, {inner_m, outer_m}, free_space, work, most_steps)) continue;
-      first_face_ = (face + 1) % CubeFace::kCount;
+      const int face = static_cast<int>((turn_ + static_cast<unsigned>(i)) % CubeFace::kCount);
+      if (carve_face(face, {inner_m, outer_m}, free_space, work, to_write, most_steps)) continue;
+      ++turn_;
       return false;
     }
     inner_m = outer_m;
@@ -85,7 +86,7 @@ bool ImageCarver::carve(const Lattice& lattice, const FreeSpaceConfig& config,
 }
 
 bool ImageCarver::carve_face(int face, const Shell& shell, FreeSpace& free_space, ScanWork& work,
-                             std::uint64_t most_steps) noexcept {
+                             std::uint64_t to_write, std::uint64_t most_steps) noexcept {
   if (!image_.rows(face).any()) return true;
   const double block_m = kBlockEdge * resolution_m_;
   int level = 0;
@@ -98,37 +99,54 @@ bool ImageCarver::carve_face(int face, const Shell& shell, FreeSpace& free_space
   const Point3d reach_m = Point3d(1.0, 1.0, 1.0) * shell.outer_m;
   const BlockCoord low = node_of(origin_map_ - reach_m);
   const BlockCoord high = node_of(origin_map_ + reach_m);
-  for (std::int32_t z = low.z; z <= high.z; ++z) {
-    for (std::int32_t y = low.y; y <= high.y; ++y) {
-      for (std::int32_t x = low.x; x <= high.x; ++x) {
-        if (!carve_node(face, {{x, y, z}, level}, shell, free_space, work, most_steps))
-          return false;
+  const auto part = [&](std::int32_t from, std::int32_t to, std::int32_t i, unsigned bit) {
+    return (turn_ >> bit & 1U) != 0 ? to - i : from + i;
+  };
+  for (std::int32_t k = 0; k <= high.z - low.z; ++k) {
+    for (std::int32_t j = 0; j <= high.y - low.y; ++j) {
+      for (std::int32_t i = 0; i <= high.x - low.x; ++i) {
+        const Node root{
+            {part(low.x, high.x, i, 0), part(low.y, high.y, j, 1), part(low.z, high.z, k, 2)},
+            level};
+        if (!carve_node(face, root, shell, free_space, work, to_write, most_steps)) return false;
       }
     }
   }
   return true;
 }
 
+bool ImageCarver::meets_grid(const Node& node) noexcept {
+  const auto meets = [&node](std::int32_t at) {
+    const std::int64_t low = std::int64_t{at} * (std::int64_t{1} << node.level);
+    return low < kBlockLimit && low + (std::int64_t{1} << node.level) > -kBlockLimit;
+  };
+  return meets(node.at.x) && meets(node.at.y) && meets(node.at.z);
+}
+
 bool ImageCarver::carve_node(int face, const Node& root, const Shell& shell, FreeSpace& free_space,
-                             ScanWork& work, std::uint64_t most_steps) noexcept {
+                             ScanWork& work, std::uint64_t to_write,
+                             std::uint64_t most_steps) noexcept {
   std::array<Node, kMostNodes> nodes;
   std::size_t count = 0;
   nodes[count++] = root;
   while (count > 0) {
     const Node node = nodes[--count];
     if (steps_ >= most_steps) return false;
-    ++steps_;
-    if (!may_be_free(face, box_of(node), shell)) continue;
+    if (++steps_ - asked_ >= kStepBatch) {
+      asked_ = steps_;
+      if (!work.in_time(to_write + ScanWork::kBlockWork * free_space.blocks().size())) return false;
+    }
+    if (!meets_grid(node) || !may_be_free(face, box_of(node), shell)) continue;
     if (node.level > 0) {
-      for (unsigned child = 0; child < 8; ++child)
+      for (unsigned i = 0; i < 8; ++i) {
+        const unsigned child = i ^ (turn_ & 7U);
         nodes[count++] = {{2 * node.at.x + static_cast<std::int32_t>(child & 1U),
                            2 * node.at.y + static_cast<std::int32_t>(child >> 1U & 1U),
                            2 * node.at.z + static_cast<std::int32_t>(child >> 2U)},
                           node.level - 1};
+      }
       continue;
     }
-    if (!in_grid(node.at)) continue;
-    if (compared_++ % kBlockBatch == 0 && !work.in_time()) return false;
     if (steps_ + kBlockSteps > most_steps) return false;
     steps_ += kBlockSteps;
     if (!carve_block(face, node.at, free_space)) return false;

@@ -103,6 +103,7 @@ ScanReport Integrator::integrate_scan(LocalMap& map, const ScanView& scan,
   if (!register_scan(map, scan, report)) return report;
   begin_scratch(map);
   open_failed_ = image_made_ = carving_cut_ = false;
+  carve_steps_ = 0;
   const bool all_fit = admit(map, report);
   if (work_.cut()) {
     leave_out_all(report);
@@ -150,8 +151,8 @@ bool Integrator::admit(LocalMap& map, ScanReport& report) noexcept {
   report.tiles = static_cast<std::uint32_t>(scratch_.tiles.tiles().size());
   report.ray_blocks = static_cast<std::uint32_t>(scratch_.free_space.blocks().size());
   report.ray_steps += scratch_.free_space.steps();
-  report.ray_steps += carver_.steps();
-  if (report.work_limit != 0) report.work_predicted += carver_.steps();
+  report.ray_steps += carve_steps_;
+  if (report.work_limit != 0) report.work_predicted += carve_steps_;
   return all_fit;
 }
 

@@ -13,21 +13,33 @@ void Integrator::carve(const LocalMap& map) noexcept {
   image_made_ = true;
   const std::uint64_t labels = admitted().size() * work_.most_per_point();
   const std::uint64_t limit = config_.work_budget == 0 ? ~std::uint64_t{0} : config_.work_budget;
-  const std::uint64_t left = limit > labels ? limit - labels : 0;
+  const std::uint64_t spent = labels + carve_steps_;
+  const std::uint64_t left = limit > spent ? limit - spent : 0;
+  const std::uint64_t to_write = admitted().size() * work_.foreseen_per_point();
   carving_cut_ =
-      !carver_.carve(map.lattice(), config_.free_space, scratch_.free_space, work_, left);
-  scratch_.free_space.mark_hits(admitted());
+      !carver_.carve(map.lattice(), config_.free_space, scratch_.free_space, work_, to_write, left);
+  carve_steps_ += carver_.steps();
+  scratch_.free_space.mark_hits(points_.returns());
   scratch_.free_space.finish();
 }
 
-void Integrator::drop_what_does_not_fit(const LocalMap& map, ScanReport& report) noexcept {
+/// What is kept is opened at once, so that opening cannot fail later.
+void Integrator::drop_what_does_not_fit(LocalMap& map, ScanReport& report) noexcept {
   SlabPool::Counts wanted = reserved_;
   visit_by_rings(scratch_.free_space.blocks(), block_of(points_.origin_voxel()),
                  [&](RayBlock& ray_block) {
                    if (!ray_block.carves()) return;
                    const SlabPool::Counts before = wanted;
                    count_ray_block(map, ray_block, wanted);
-                   if (map.fits(wanted)) return;
+                   if (map.fits(wanted)) {
+                     const Result<SlabHandle> block = map.open_block(ray_block.coord);
+                     if (block.ok()) {
+                       ray_block.block = *block;
+                       wanted[kBlockSlab] = before[kBlockSlab];  // taken by now
+                       return;
+                     }
+                     open_failed_ = true;
+                   }
                    wanted = before;
                    ray_block.passed = {};
                    ++report.free_blocks_refused;

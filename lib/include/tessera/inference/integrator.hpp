@@ -64,6 +64,8 @@ class Integrator {
   /// memory refuses some, else once; a step for each block on a ray; for each unit of points a
   /// look-up of its tile and of the blocks of up to 4 tiles (kernel: (D / 8 + 2)^3 tiles, three
   /// times); and always O(scratch tables), as they are cleared.
+  /// With Carving::kImage no ray is walked: what all returns in range show, admitted or not, is
+  /// freed. Steps are ImageCarver's, and one more quantum is its image: O(returns + pixels).
   ScanReport integrate(LocalMap& map, const ScanView& scan) noexcept;
   /// The same, to be done at due_us on the policy's clock. With time enough the map is the same to
   /// the bit; ScanReport::evaluations may differ in the kernel mode, which writes tile by tile
@@ -127,7 +129,7 @@ class Integrator {
   /// Carving by the image: marks what the scan saw to be free.
   void carve(const LocalMap& map) noexcept;
   /// Forgets marks in blocks that the map has no room for beside what is reserved, nearest first.
-  void drop_what_does_not_fit(const LocalMap& map, ScanReport& report) noexcept;
+  void drop_what_does_not_fit(LocalMap& map, ScanReport& report) noexcept;
   /// True iff the map has room for all that the scratch wants.
   bool fits_whole(const LocalMap& map) noexcept;
   /// Opens the map's blocks that the scratch wants. False: the map's index refused one.
@@ -149,6 +151,7 @@ class Integrator {
   ScanWork work_{};
   KernelReach reach_{};               ///< Of the current scan.
   SlabPool::Counts reserved_{};       ///< Of the map, for labels admitted one by one.
+  std::uint64_t carve_steps_ = 0;     ///< Of the current scan.
   bool image_made_ = false;           ///< Of the current scan.
   bool carving_cut_ = false;          ///< Some of the current scan's free space was left out.
   std::uint64_t rays_predicted_ = 0;  ///< Ray steps of all admitted, at most.

@@ -64,7 +64,7 @@
       "the one before it did; and blocks on rays admitted one by one.")                            \
   ROW(COUNTER, uint32_t, strips, "Kernel mode: runs of tiles that were summed together.")          \
   ROW(COUNTER, uint32_t, free_blocks_refused,                                                      \
-      "Carving by the image: blocks left out, as there was no room in the map or the scratch.")    \
+      "Carving by the image: blocks left out, as there was no room in the map.")                   \
   ROW(COUNTER, uint32_t, carving_cut,                                                              \
       "Carving by the image: scans whose free space was left out in part: no room in the "         \
       "scratch, "                                                                                  \

@@ -7,7 +7,7 @@
 
 namespace tessera {
 
-/// How many voxels the kernel is evaluated for at a time. The sums are the same to the last bit.
+/// How many voxels are computed at a time. The results are the same to the last bit.
 enum class LaneWidth : std::uint8_t {
   kWidest = 0,  ///< Eight where the machine has AVX2 and the library was built with it, else four.
   kFour = 1,

@@ -163,9 +163,7 @@ class ContributionTable {
   [[nodiscard]] std::uint32_t most_of_robot(const ContributionId& id) const noexcept {
     return MapSession::is(id.submap) ? MapSession::kPlacesOfRobot : per_robot_;
   }
-  /// False, with nothing changed, iff its robot finds no room in of_robots_.
-  [[nodiscard]] bool take_place(HeldContribution& place, const ContributionId& id,
-                                Instant now) noexcept;
+  void take_place(HeldContribution& place, const ContributionId& id, Instant now) noexcept;
   [[nodiscard]] HeldContribution* free_place(bool own) noexcept;
   [[nodiscard]] HeldContribution* place_of_silent(Instant now) noexcept;
   struct Replaced {

@@ -3,59 +3,81 @@
 // How many places the contributions of each robot have, those of sessions apart.
 #pragma once
 
+#include <algorithm>
+
+#include "tessera/base/arena.hpp"
 #include "tessera/base/assert.hpp"
-#include "tessera/grid/internal/key_index.hpp"
+#include "tessera/base/status.hpp"
 #include "tessera/replica/map_session.hpp"
 #include "tessera/replica/replicas.hpp"
 
 namespace tessera {
 
+/// A sorted list and no hash table: whoever chooses the robots' numbers, there is room for each
+/// that has a place.
 class PlacesOfRobots {
  public:
   [[nodiscard]] static constexpr std::size_t required_bytes(std::uint32_t places) noexcept {
-    return KeyIndex::required_bytes(places);
+    return arena_bytes<Count>(places);
   }
   /// places: how many there are in all. Fails with kResourceExhausted iff the arena is too small.
   /// O(places).
-  [[nodiscard]] static Result<PlacesOfRobots> make(Arena& arena, std::uint32_t places,
-                                                   std::uint64_t hash_seed) noexcept {
-    const Result<KeyIndex> index = KeyIndex::make(arena, places, hash_seed);
-    if (!index.ok()) return index.status();
+  [[nodiscard]] static Result<PlacesOfRobots> make(Arena& arena, std::uint32_t places) noexcept {
+    if (arena.remaining_bytes() < required_bytes(places)) return Status::kResourceExhausted;
     PlacesOfRobots made;
-    made.counts_ = *index;
+    made.counts_ = arena.take<Count>(places);
     return made;
   }
   PlacesOfRobots() noexcept = default;
 
-  /// Those of the robot of id: of its sessions if id is one, of all else if it is none. O(1).
+  /// Those of the robot of id: of its sessions if id is one, of all else if it is none. O(log
+  /// places).
   [[nodiscard]] std::uint32_t count(const ContributionId& id) const noexcept {
-    return counts_.find(key_of(id)).value_or(0);
+    const std::size_t at = find(key_of(id));
+    return at < size_ && counts_[at].key == key_of(id) ? counts_[at].places : 0;
   }
-  /// Counts one more. False iff the robot is a new one for whose number there is no room in the
-  /// index; nothing was changed then. O(1).
-  [[nodiscard]] bool add(const ContributionId& id) noexcept {
-    const std::uint32_t before = count(id);
-    if (before == 0) return counts_.insert(key_of(id), 1) == Status::kOk;
-    counts_.assign(key_of(id), before + 1);
-    return true;
-  }
-  /// Counts one less of those that were added. O(1).
-  void remove(const ContributionId& id) noexcept {
-    const std::uint32_t before = count(id);
-    TESSERA_ASSERT(before != 0);
-    if (before == 1) {
-      static_cast<void>(counts_.erase(key_of(id)));
-    } else {
-      counts_.assign(key_of(id), before - 1);
+  /// Counts one more, of no more in all than there are places. O(robots).
+  void add(const ContributionId& id) noexcept {
+    const std::size_t at = find(key_of(id));
+    if (at == size_ || counts_[at].key != key_of(id)) {
+      TESSERA_ASSERT(size_ < counts_.size());
+      const auto from = counts_.begin() + static_cast<std::ptrdiff_t>(at);
+      const auto end = counts_.begin() + static_cast<std::ptrdiff_t>(size_);
+      std::copy_backward(from, end, end + 1);
+      counts_[at] = {key_of(id), 0};
+      ++size_;
     }
+    ++counts_[at].places;
+  }
+  /// Counts one less of those that were added. O(robots).
+  void remove(const ContributionId& id) noexcept {
+    const std::size_t at = find(key_of(id));
+    TESSERA_ASSERT(at < size_ && counts_[at].key == key_of(id));
+    if (--counts_[at].places != 0) return;
+    const auto from = counts_.begin() + static_cast<std::ptrdiff_t>(at);
+    std::copy(from + 1, counts_.begin() + static_cast<std::ptrdiff_t>(size_), from);
+    --size_;
   }
 
  private:
-  [[nodiscard]] static BlockKey key_of(const ContributionId& id) noexcept {
-    return {std::uint64_t{id.robot} << 1U | (MapSession::is(id.submap) ? 1U : 0U)};
+  struct Count {
+    std::uint64_t key = 0;
+    std::uint32_t places = 0;
+  };
+  [[nodiscard]] static std::uint64_t key_of(const ContributionId& id) noexcept {
+    return std::uint64_t{id.robot} << 1U | (MapSession::is(id.submap) ? 1U : 0U);
+  }
+  /// Where the key is, or would be.
+  [[nodiscard]] std::size_t find(std::uint64_t key) const noexcept {
+    const auto counts = counts_.first(size_);
+    const auto found =
+        std::lower_bound(counts.begin(), counts.end(), key,
+                         [](const Count& one, std::uint64_t k) { return one.key < k; });
+    return static_cast<std::size_t>(found - counts.begin());
   }
 
-  KeyIndex counts_{};  ///< Robots that have none are not in it.
+  std::span<Count> counts_;  ///< The first size_, by key; robots that have none are not in it.
+  std::size_t size_ = 0;
 };
 
 }  // namespace tessera

@@ -37,8 +37,7 @@ struct CarveLayout {
   static constexpr int kPad = 16;
   static constexpr int kEdge = kFacePixels + 2 * kPad;
   static constexpr int kLevels = 5;
-  /// Of each level the largest values of squares of 4 pixels, then of twice that on each further
-  /// step.
+  /// Maxima of each level over squares of 4 pixels; each further step doubles the square.
   static constexpr int kFarSteps = 8;
 
   /// Pixels of a level are 2^shift_of(level) pixels wide.

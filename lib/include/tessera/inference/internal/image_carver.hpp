@@ -17,8 +17,8 @@ class ImageCarver {
  public:
   /// Work of one block whose voxels are compared, in ray steps.
   static constexpr std::uint64_t kBlockSteps = 32;
-  /// Blocks compared from one reading of the clock to the next.
-  static constexpr std::uint32_t kBlockBatch = 32;
+  /// Steps from one reading of the clock to the next.
+  static constexpr std::uint64_t kStepBatch = 1024;
 
   [[nodiscard]] static constexpr std::size_t required_bytes() noexcept {
     return CarveImage::required_bytes();
@@ -31,10 +31,12 @@ class ImageCarver {
   /// Makes the image of a scan's returns. O(returns + pixels).
   void see(const ScanPoints& points, const InferenceConfig& config) noexcept;
   /// Marks what is free in the image, nearest first in rings of doubling distance. Ends where the
-  /// ray blocks are full, the time is up, or most_steps are done. True: all of it is marked.
-  /// O(blocks on the surface of free space + free blocks).
+  /// ray blocks are full, most_steps are done, or the time that to_write and what is marked take is
+  /// all that is left. True: all of it is marked. Whatever is cut off one scan comes sooner in the
+  /// next, so then marks depend on the scans before. O(blocks on the surface of free space + free
+  /// blocks).
   bool carve(const Lattice& lattice, const FreeSpaceConfig& config, FreeSpace& free_space,
-             ScanWork& work, std::uint64_t most_steps) noexcept;
+             ScanWork& work, std::uint64_t to_write, std::uint64_t most_steps) noexcept;
   /// Steps of the last carve().
   [[nodiscard]] std::uint64_t steps() const noexcept { return steps_; }
 
@@ -56,12 +58,13 @@ class ImageCarver {
   };
 
   [[nodiscard]] Box box_of(const Node& node) const noexcept;
+  [[nodiscard]] static bool meets_grid(const Node& node) noexcept;
   /// False: nothing in the box is free on that face, or of the shell.
   [[nodiscard]] bool may_be_free(int face, const Box& box, const Shell& shell) const noexcept;
   bool carve_face(int face, const Shell& shell, FreeSpace& free_space, ScanWork& work,
-                  std::uint64_t most_steps) noexcept;
+                  std::uint64_t to_write, std::uint64_t most_steps) noexcept;
   bool carve_node(int face, const Node& root, const Shell& shell, FreeSpace& free_space,
-                  ScanWork& work, std::uint64_t most_steps) noexcept;
+                  ScanWork& work, std::uint64_t to_write, std::uint64_t most_steps) noexcept;
   /// False: the ray blocks are full.
   bool carve_block(int face, BlockCoord block, FreeSpace& free_space) noexcept;
 
@@ -77,8 +80,8 @@ class ImageCarver {
   double resolution_m_ = 1.0;
   double margin_m_ = 0.0;
   std::uint64_t steps_ = 0;
-  std::uint32_t compared_ = 0;  ///< Blocks of the last carve().
-  int first_face_ = 0;          ///< That the next carve() begins with.
+  std::uint64_t asked_ = 0;  ///< Steps at the last reading of the clock.
+  unsigned turn_ = 0;        ///< How often a carve() was cut off: another face, and side, is first.
 };
 
 }  // namespace tessera

@@ -29,9 +29,9 @@ class PointAdmission {
   /// tile and of the blocks of up to 4 tiles (kernel: of all tiles in reach, three times).
   void admit(ScanWork& limit, bool spread, ScanReport& report) noexcept;
   /// A bound on the ray steps of what was admitted.
+  [[nodiscard]] std::uint64_t rays_predicted() const noexcept { return rays_predicted_; }
   /// What the admitted ones need of the map beside blocks, which are open.
   [[nodiscard]] const SlabPool::Counts& reserved() const noexcept { return reserved_; }
-  [[nodiscard]] std::uint64_t rays_predicted() const noexcept { return rays_predicted_; }
   /// True: the map's index refused a block, and some may be open for nothing.
   [[nodiscard]] bool index_refused() const noexcept { return index_refused_; }
 
