@@ -3,59 +3,17 @@
 // Carving by the image of the scan: which voxels it frees, by brute force, and what it must leave.
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <functional>
-#include <numbers>
 
-#include "laws/moved_clocks.hpp"
+#include "laws/image_scenes.hpp"
 #include "oracle/carve_image_oracle.hpp"
-#include "support/mapper.hpp"
 
 namespace tessera::oracle {
 namespace {
 
-constexpr double kRadians = std::numbers::pi / 180.0;
-
-InferenceConfig by_image(double max_range_m) {
-  InferenceConfig config;
-  config.mode = InferenceMode::kCounting;
-  config.free_space.carving = Carving::kImage;
-  config.min_range_m = 0.05F;
-  config.max_range_m = static_cast<float>(max_range_m);
-  config.thinning_m = 0.0;
-  return config;
-}
-
-Matrix34d pose_at(const Vector& p) {
-  Matrix34d T = Matrix34d::Identity();
-  T.col(3) = Eigen::Vector3d(p[0], p[1], p[2]);
-  return T;
-}
-
 std::vector<Vector> ends_of(std::span<const ScanPoint> points) {
   std::vector<Vector> ends;
-  for (const ScanPoint& point : points)
-    ends.push_back({static_cast<double>(point.p_map.x()), static_cast<double>(point.p_map.y()),
-                    static_cast<double>(point.p_map.z())});
+  for (const ScanPoint& point : points) ends.push_back(vector_of(point.p_map));
   return ends;
-}
-
-/// Range of a return in a direction, metres; 0: none.
-using Scene = std::function<double(double azimuth_rad, double elevation_rad)>;
-
-/// A sensor that looks around from low to high in rows step_deg apart.
-Cloud scan_of(const Scene& scene, double low_deg, double high_deg, double row_deg,
-              double column_deg) {
-  Cloud cloud;
-  for (double e = low_deg; e <= high_deg; e += row_deg) {
-    for (double a = -180.0; a < 180.0; a += column_deg) {
-      const double range_m = scene(a * kRadians, e * kRadians);
-      if (range_m <= 0.0) continue;
-      const double level_m = range_m * std::cos(e * kRadians);
-      cloud.add(level_m * std::cos(a * kRadians), level_m * std::sin(a * kRadians),
-                range_m * std::sin(e * kRadians), 1);
-    }
-  }
-  return cloud;
 }
 
 /// Steps of depth in all directions, and gaps.
@@ -63,10 +21,6 @@ double broken_room(double azimuth_rad, double elevation_rad) {
   const double wave = std::sin(7.0 * azimuth_rad) + std::sin(9.0 * elevation_rad + azimuth_rad);
   if (wave > 1.7) return 0.0;
   return wave < -0.9 ? 1.1 : wave < 0.0 ? 2.3 : wave < 0.8 ? 2.9 + 0.3 * wave : 5.0;
-}
-
-bool is_free(const Mapper& mapper, const Vector& p) {
-  return mapper.map().evidence(Point3d(p[0], p[1], p[2]).cast<float>()).sigma[0] > 0.0F;
 }
 
 }  // namespace
@@ -224,60 +178,6 @@ TEST_CASE("carving by the image: directions that are no numbers are left out") {
   cloud.add(3.0, 0.0, 0.0, 1);
   static_cast<void>(mapper.integrate(cloud, pose_at({1e-320, 0.0, 0.0})));
   CHECK(mapper.map().block_count() > 0);
-}
-
-TEST_CASE("carving by the image: a deadline cuts free space before labels") {
-  const Cloud scan = scan_of([](double, double) { return 24.0; }, -10.0, 10.0, 1.0, 0.4);
-  Mapper mapper(uncapped_map(0.1), by_image(25.0), 5,
-                {.points = 60000, .tiles = 60000, .ray_blocks = 60000});
-  StepClock clock{.step_us = 20};
-  Deadline deadline(clock.clock(), 30.0);
-  const ScanReport report = mapper.integrator().integrate(
-      mapper.map(), scan.view(pose_at({0.05, 0.05, 0.05})), deadline, 8000);
-  CHECK(report.admitted == report.thinned);
-  CHECK(report.points_kept() > 0);
-  CHECK(report.carving_cut == 1);
-}
-
-TEST_CASE("carving by the image: where memory is short, what is near is freed first") {
-  MapConfig map = uncapped_map(0.1);
-  map.storage_bytes = std::size_t{4} << 20U;
-  Mapper mapper(map, by_image(25.0), 5, {.points = 60000, .tiles = 8192, .ray_blocks = 60000});
-  const Cloud scan = scan_of([](double, double) { return 24.0; }, -10.0, 10.0, 1.0, 0.4);
-  const ScanReport first = mapper.integrate(scan, pose_at({0.05, 0.05, 0.05}));
-  const ScanReport again = mapper.integrate(scan, pose_at({0.05, 0.05, 0.05}));
-  CHECK(first.free_blocks_refused > 0);
-  CHECK(again.free_blocks_refused > 0);
-  CHECK(first.write_faults + again.write_faults == 0);
-  double farthest = 0.0;
-  for (const auto& [voxel, evidence] : observed_voxels(mapper.map())) {
-    if (evidence.sigma[0] > 0.0F)
-      farthest = std::max(
-          farthest, 0.1 * std::hypot(static_cast<double>(voxel[0]), static_cast<double>(voxel[1]),
-                                     static_cast<double>(voxel[2])));
-  }
-  CHECK(is_free(mapper, {2.05, 0.05, 0.05}));
-  CHECK(farthest < 20.0);
-}
-
-TEST_CASE("carving by the image: the budget of work and the scratch end it, and it is counted") {
-  const bool by_work = GENERATE(true, false);
-  InferenceConfig config = by_image(25.0);
-  const Cloud scan = scan_of([](double, double) { return 24.0; }, -10.0, 10.0, 1.0, 0.4);
-  config.work_budget = by_work ? 100'000 : 0;
-  Mapper mapper(uncapped_map(0.1), config, 5,
-                {.points = 60000, .tiles = 60000, .ray_blocks = by_work ? 60000U : 700U});
-  const ScanReport report = mapper.integrate(scan, pose_at({0.05, 0.05, 0.05}));
-  CHECK(report.carving_cut == 1);
-  CHECK(report.admitted == report.thinned);
-  if (by_work) CHECK(report.work_spent() <= report.work_predicted);
-  if (by_work) CHECK(report.work_predicted <= config.work_budget);
-  CHECK(report.free_blocks > 100);
-  // Faces take turns, so that in the end each is freed.
-  for (int i = 0; i < 48; ++i)
-    static_cast<void>(mapper.integrate(scan, pose_at({0.05, 0.05, 0.05})));
-  for (const auto& [x, y] : {std::pair{2.05, 0.05}, {-2.05, 0.05}, {0.05, 2.05}, {0.05, -2.05}})
-    CHECK(is_free(mapper, {x, y, 0.05}));
 }
 
 TEST_CASE("carving by the image: the bits are the same by fours and by eights, and again") {

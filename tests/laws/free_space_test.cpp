@@ -24,16 +24,6 @@ InferenceConfig bare_carving() {
   return config;
 }
 
-Matrix34d pose_at(const Vector& p) {
-  Matrix34d T = Matrix34d::Identity();
-  T.col(3) = Eigen::Vector3d(p[0], p[1], p[2]);
-  return T;
-}
-
-Vector vector_of(const Point3f& p) {
-  return {static_cast<double>(p.x()), static_cast<double>(p.y()), static_cast<double>(p.z())};
-}
-
 struct FreeVoxels {
   std::set<Voxel> voxels;
   float least = 1e9F;

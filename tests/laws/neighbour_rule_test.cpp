@@ -22,16 +22,6 @@ InferenceConfig counting(const FreeSpaceConfig& free_space) {
   return config;
 }
 
-Matrix34d pose_at(double x, double y, double z) {
-  Matrix34d T = Matrix34d::Identity();
-  T.col(3) = Eigen::Vector3d(x, y, z);
-  return T;
-}
-
-Vector vector_of(const Point3f& p) {
-  return {static_cast<double>(p.x()), static_cast<double>(p.y()), static_cast<double>(p.z())};
-}
-
 bool freed(const Mapper& mapper, double x, double y, double z) {
   return mapper.map().evidence(Point3d(x, y, z).cast<float>()).sigma[0] > 0.0F;
 }
@@ -58,7 +48,8 @@ TEST_CASE(
   Mapper mapper(
       uncapped_map(kResolution_m),
       counting({.enabled = true, .neighbour_angle_rad = angle_rad, .margin_voxels = 2.0F}), 5);
-  static_cast<void>(mapper.integrate(ray_past_pole(off_rad, roll_rad), pose_at(0.05, 0.05, 0.05)));
+  static_cast<void>(
+      mapper.integrate(ray_past_pole(off_rad, roll_rad), pose_at({0.05, 0.05, 0.05})));
   int freed_beyond = 0;
   for (const auto& [voxel, evidence] : observed_voxels(mapper.map())) {
     freed_beyond += voxel[0] >= 39 && evidence.sigma[0] > 0.0F ? 1 : 0;
@@ -74,7 +65,7 @@ TEST_CASE("neighbour rule: a ray that passes a pole farther off is freed up to i
   const double off_rad =
       with_rule ? static_cast<double>(defaults.neighbour_angle_rad) + 0.0149 : 0.001;
   Mapper mapper(uncapped_map(kResolution_m), counting(with_rule ? defaults : own_only), 5);
-  static_cast<void>(mapper.integrate(ray_past_pole(off_rad, 0.4), pose_at(0.05, 0.05, 0.05)));
+  static_cast<void>(mapper.integrate(ray_past_pole(off_rad, 0.4), pose_at({0.05, 0.05, 0.05})));
   int freed_beyond = 0;
   for (const auto& [voxel, evidence] : observed_voxels(mapper.map())) {
     freed_beyond += voxel[0] >= 50 && evidence.sigma[0] > 0.0F ? 1 : 0;
@@ -94,8 +85,8 @@ TEST_CASE(
   Random random(announce_seed(44));
   Mapper mapper(uncapped_map(kResolution_m), config, 5);
   const Vector origin{0.213, -0.127, 0.341};
-  static_cast<void>(mapper.integrate(random_cloud(random, {.points = 150, .reach_m = 4.0}),
-                                     pose_at(origin[0], origin[1], origin[2])));
+  static_cast<void>(
+      mapper.integrate(random_cloud(random, {.points = 150, .reach_m = 4.0}), pose_at(origin)));
   std::vector<Vector> returns;
   std::set<Voxel> hits;
   for (const ScanPoint& point : mapper.integrator().admitted()) {

@@ -8,10 +8,21 @@
 #include <span>
 
 #include "oracle/label_oracle.hpp"
+#include "tessera/base/geometry.hpp"
 
 namespace tessera::oracle {
 
 using Vector = std::array<double, 3>;
+
+[[nodiscard]] inline Vector vector_of(const Point3f& p) {
+  return {static_cast<double>(p.x()), static_cast<double>(p.y()), static_cast<double>(p.z())};
+}
+/// A sensor there, turned as the map is.
+[[nodiscard]] inline Matrix34d pose_at(const Vector& p) {
+  Matrix34d T = Matrix34d::Identity();
+  T.col(3) = Eigen::Vector3d(p[0], p[1], p[2]);
+  return T;
+}
 
 /// What a set of segments pierces. Voxels of possible but not of certain are touched within 1e-9 of
 /// an edge or corner.
