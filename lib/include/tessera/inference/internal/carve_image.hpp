@@ -105,7 +105,8 @@ class CarveImage {
   static constexpr float kMiddle = kFacePixels / 2 + kPad;
   [[nodiscard]] static constexpr double pixel(double tangent) noexcept {
     const double size = tangent < 0.0 ? -tangent : tangent;
-    return tangent * (double{kSlope} - double{kBend} * size) + double{kMiddle};
+    return tangent * (static_cast<double>(kSlope) - static_cast<double>(kBend) * size) +
+           static_cast<double>(kMiddle);
   }
   [[nodiscard]] static constexpr int level_of(double depth_voxels) noexcept {
     int level = 0;
