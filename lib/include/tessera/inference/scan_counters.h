@@ -28,8 +28,9 @@
   ROW(COUNTER, uint32_t, refused_deadline,                                                         \
       "Thinned points left out: the deadline, as it was foreseen.")                                \
   ROW(COUNTER, uint32_t, rays,                                                                     \
-      "Rays traced: of admitted points, and beyond the range limit. "                              \
-      "Carving by the image: returns in it.")                                                      \
+      "Rays traced: of admitted points, and beyond the range limit. Carving by the image: "        \
+      "returns "                                                                                   \
+      "in it.")                                                                                    \
   ROW(COUNTER, uint32_t, rays_refused_memory, "Rays beyond the range limit left out: memory.")     \
   ROW(COUNTER, uint32_t, rays_refused_work,                                                        \
       "Rays beyond the range limit left out: the work budget.")                                    \
@@ -61,14 +62,14 @@
   ROW(COUNTER, uint64_t, evaluations, "Voxels for which kernels were evaluated, in reach or not.") \
   ROW(COUNTER, uint64_t, ray_steps,                                                                \
       "Voxels stepped through by rays: once, or twice where the scan did not fit as a whole and "  \
-      "the one before it did; and blocks on rays admitted one by one.")                            \
+      "the one before it did; and blocks on rays admitted one by one. Carving by the image: "      \
+      "cubes compared, and 32 for each block.")                                                    \
   ROW(COUNTER, uint32_t, strips, "Kernel mode: runs of tiles that were summed together.")          \
   ROW(COUNTER, uint32_t, free_blocks_refused,                                                      \
       "Carving by the image: blocks left out, as there was no room in the map.")                   \
   ROW(COUNTER, uint32_t, carving_cut,                                                              \
-      "Carving by the image: scans whose free space was left out in part: no room in the "         \
-      "scratch, "                                                                                  \
-      "the deadline or the work budget.")                                                          \
+      "Carving by the image: scans whose free space was left out in part, for lack of scratch, "   \
+      "time or work budget.")                                                                      \
   ROW(TOTAL, uint32_t, refused_memory, "Thinned points left out because map or scratch was full.") \
   ROW(TOTAL, uint32_t, rays_refused, "Rays beyond the range limit left out.")                      \
   ROW(TOTAL, uint32_t, left_out_deadline,                                                          \

@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
+// How wide the vectors are that hot loops use on the machine that they run on.
 #pragma once
 
 #include <array>
