@@ -61,9 +61,8 @@
   ROW(LEVEL, uint32_t, ray_blocks, "Ray blocks of scratch used.")                                  \
   ROW(COUNTER, uint64_t, evaluations, "Voxels for which kernels were evaluated, in reach or not.") \
   ROW(COUNTER, uint64_t, ray_steps,                                                                \
-      "Voxels stepped through by rays: once, or twice where the scan did not fit as a whole and "  \
-      "the one before it did; and blocks on rays admitted one by one. Carving by the image: "      \
-      "cubes compared, and 32 for each block.")                                                    \
+      "Voxels stepped through by rays, twice where a scan did not fit at first; blocks on rays "   \
+      "admitted singly; of an image, cubes, and 32 a block.")                                      \
   ROW(COUNTER, uint32_t, strips, "Kernel mode: runs of tiles that were summed together.")          \
   ROW(COUNTER, uint32_t, free_blocks_refused,                                                      \
       "Carving by the image: blocks left out, as there was no room in the map.")                   \
