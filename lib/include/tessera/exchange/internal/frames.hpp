@@ -28,7 +28,8 @@ struct FramesHeader {
 
 /// In a datagram, at most: each is a leaf of a tree.
 inline constexpr std::uint32_t kMostFrames = HashTree::kMostLeaves;
-inline constexpr std::size_t kMostFrameBytes = 1 + 3 * 5 + 12 * sizeof(double) + 6 * 3 + 18;
+/// What is there, three numbers, a transform as it is, an extent, a session.
+inline constexpr std::size_t kMostFrameBytes = 1 + 15 + 12 * sizeof(double) + 18 + 18;
 static_assert(FramesHeader::kBytes + kMostFrameBytes + kMostProofBytes <= kMostBodyBytes);
 
 /// Writes all or nothing.

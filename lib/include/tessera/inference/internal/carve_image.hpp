@@ -102,7 +102,7 @@ class CarveImage {
   /// tangent * (kSlope - kBend * |tangent|) + kMiddle, so that pixels are nearly equal angles.
   static constexpr float kSlope = 1.25F * kFacePixels / 2;
   static constexpr float kBend = 0.25F * kFacePixels / 2;
-  static constexpr float kMiddle = kFacePixels / 2 + kPad;
+  static constexpr float kMiddle = 0.5F * kFacePixels + kPad;
   [[nodiscard]] static constexpr double pixel(double tangent) noexcept {
     const double size = tangent < 0.0 ? -tangent : tangent;
     return tangent * (static_cast<double>(kSlope) - static_cast<double>(kBend) * size) +
