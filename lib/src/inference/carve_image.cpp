@@ -79,7 +79,8 @@ Result<CarveImage> CarveImage::make(Arena& arena) noexcept {
   made.image_ = arena.take<Value>(kImage);
   made.nearest_ = arena.take<Value>(kFace);
   made.seen_ = arena.take<Value>(kFace);
-  made.farthest_ = arena.take<Value>(kFarthest);
+  for (SeenImage& seen : made.seen_images_) seen = SeenImage::make(arena, kEdge);
+  made.farthest_ = arena.take<Value>(kFarthest);  // Last: of an image, a read goes beyond its end.
   std::ranges::fill(made.image_.first(CubeFace::kCount * kFace), kNone);
   return made;
 }
@@ -128,6 +129,10 @@ void CarveImage::finish() noexcept {
     if (!rows.any()) continue;
     rows.first = std::max(rows.first - kMargin, 0) / kCoarsest * kCoarsest;
     rows.last = std::min(rows.last + kMargin, kEdge - 1) / kCoarsest * kCoarsest + kCoarsest - 1;
+    // On faces beside the sensor, rows go upwards.
+    seen_images_[static_cast<std::size_t>(face)].set(level(face, 0), rows.first, rows.last,
+                                                     CubeFace::of(face).axis != 2, kNone, kUnseen,
+                                                     nearest_.data());
     make_levels(face);
     for (int i = 0; i < kLevels; ++i) make_farthest(face, i);
   }

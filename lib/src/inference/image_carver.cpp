@@ -194,24 +194,20 @@ bool ImageCarver::may_be_free(int face, const Box& box, const Shell& shell) cons
   return false;
 }
 
-bool ImageCarver::carve_block(int face, BlockCoord block, FreeSpace& free_space) noexcept {
+template <class Choose>
+void ImageCarver::compare(int face, const Box& box, Choose&& choose,
+                          std::array<std::uint64_t, kBlockEdge>& words) const noexcept {
   const CubeFace cube = CubeFace::of(face);
   const std::array<int, 2> across = axes_across(cube.axis);
-  const Box box = box_of({block, 0});
   const Point3d first_m = box.low + Point3d(0.5, 0.5, 0.5) * resolution_m_;
-  std::array<std::uint64_t, kBlockEdge> words{};
   CarveSlabs slabs;
   for (int i = 0; i < kBlockEdge; ++i) {
     slabs.at_column[i] = static_cast<float>(first_m[across[0]] + i * resolution_m_);
     slabs.at_row[i] = static_cast<float>(first_m[across[1]] + i * resolution_m_);
     const double depth_m = cube.depth(first_m[cube.axis] + i * resolution_m_);
     if (!(depth_m > kNearest_voxels * resolution_m_)) continue;
-    const int level = CarveImage::level_of(depth_m / resolution_m_);
-    slabs.slab[i] = {.values = image_.level(face, level),
-                     .shift = CarveLayout::shift_of(level),
-                     .edge = CarveLayout::edge_of(level),
-                     .inverse_depth = static_cast<float>(1.0 / depth_m),
-                     .least = static_cast<std::int16_t>(image_.threshold(depth_m + margin_m_) - 1)};
+    slabs.slab[i] = choose(depth_m);
+    slabs.slab[i].inverse_depth = static_cast<float>(1.0 / depth_m);
   }
   slabs.first_row = image_.rows(face).first;
   slabs.last_row = image_.rows(face).last;
@@ -222,13 +218,60 @@ bool ImageCarver::carve_block(int face, BlockCoord block, FreeSpace& free_space)
   compare_(slabs);
   if (squared_norm(farthest_corner(box)) > range_m_ * range_m_)
     keep_in_range(first_m, cube.axis, words);
+}
+
+bool ImageCarver::carve_block(int face, BlockCoord block, FreeSpace& free_space) noexcept {
+  std::array<std::uint64_t, kBlockEdge> words{};
+  const auto choose = [&](double depth_m) {
+    const int level = CarveImage::level_of(depth_m / resolution_m_);
+    return CarveSlabs::Slab{
+        .values = image_.level(face, level),
+        .shift = CarveLayout::shift_of(level),
+        .edge = CarveLayout::edge_of(level),
+        .least = static_cast<std::int16_t>(image_.threshold(depth_m + margin_m_) - 1)};
+  };
+  compare(face, box_of({block, 0}), choose, words);
   std::uint64_t any = 0;
   for (const std::uint64_t word : words) any |= word;
   if (any == 0) return true;
-  std::uint64_t* const passed = free_space.words_of(block, cube.axis);
+  const int axis = CubeFace::of(face).axis;
+  std::uint64_t* const passed = free_space.words_of(block, axis);
   if (passed == nullptr) return false;
   for (std::size_t slab = 0; slab < kBlockEdge; ++slab) passed[slab] |= words[slab];
   return true;
+}
+
+bool ImageCarver::in_reach(BlockCoord block) const noexcept {
+  const Box box = box_of({block, 0});
+  const double reach_m = range_m_ + kBlockEdge * resolution_m_;
+  return squared_norm(0.5 * (box.low + box.high)) <= reach_m * reach_m;
+}
+
+VoxelMask ImageCarver::seen_through(BlockCoord block, SeenBy by,
+                                    float margin_voxels) const noexcept {
+  const Box box = box_of({block, 0});
+  const double margin_m = static_cast<double>(margin_voxels) * resolution_m_;
+  RayBlock seen;
+  for (int face = 0; face < CubeFace::kCount; ++face) {
+    const CubeFace cube = CubeFace::of(face);
+    const double far_m = cube.negative ? -box.low[cube.axis] : box.high[cube.axis];
+    const std::array<int, 2> across = axes_across(cube.axis);
+    const auto beside = [&](int axis) { return box.low[axis] > far_m || box.high[axis] < -far_m; };
+    if (far_m <= 0.0 || !image_.rows(face).any() || beside(across[0]) || beside(across[1]))
+      continue;
+    std::array<std::uint64_t, kBlockEdge> words{};
+    const auto choose = [&](double depth_m) {
+      return CarveSlabs::Slab{
+          .values = image_.seen(face, by),
+          .edge = CarveImage::kEdge,
+          .least = static_cast<std::int16_t>(image_.threshold(depth_m + margin_m) - 1)};
+    };
+    compare(face, box, choose, words);
+    seen.turn(cube.axis);
+    for (std::size_t slab = 0; slab < kBlockEdge; ++slab) seen.passed[slab] |= words[slab];
+  }
+  seen.turn(2);
+  return seen.passed;
 }
 
 void ImageCarver::keep_in_range(const Point3d& first_m, int axis,

@@ -19,6 +19,7 @@ void Integrator::carve(const LocalMap& map) noexcept {
   carving_cut_ =
       !carver_.carve(map.lattice(), config_.free_space, scratch_.free_space, work_, to_write, left);
   carve_steps_ += carver_.steps();
+  look_at_moving(map, limit > labels ? limit - labels : 0);
   scratch_.free_space.mark_hits(points_.returns());
   scratch_.free_space.finish();
 }
@@ -48,10 +49,16 @@ void Integrator::drop_what_does_not_fit(LocalMap& map, ScanReport& report) noexc
 
 void Integrator::write_free_space(LocalMap& map, ScanReport& report) noexcept {
   const auto write = [&](const RayBlock& ray_block) {
-    if (ray_block.block == 0) return;
     VoxelMask carved;
     for (std::size_t z = 0; z < carved.size(); ++z)
       carved[z] = ray_block.passed[z] & ~ray_block.hit[z];
+    if (config_.free_space.uses_image()) {
+      const SlabHandle block =
+          ray_block.block != 0 ? ray_block.block : map.find_handle(ray_block.coord);
+      if (block != 0 && map.block_at(block).has_labels())
+        carved = contradict(map, block, ray_block, carved, report);
+    }
+    if (ray_block.block == 0) return;
     const Status status = map.add_free_pass(ray_block.block, carved);
     TESSERA_ASSERT(status == Status::kOk);
     ++(status == Status::kOk ? report.free_blocks : report.write_faults);

@@ -83,6 +83,9 @@ void BlockEditor::set_labels(int octet, int voxel, const VoxelEvidence& evidence
   const bool observed =
       ((unsigned{table_.observed_labels(block_, octet)} >> static_cast<unsigned>(voxel)) & 1U) != 0;
   std::byte* const at = tuples(octet);
+  for (int l = 1; l < evidence.num_components; ++l) {
+    if (evidence.sigma[static_cast<std::size_t>(l)] > 0.0F) note_components(std::uint64_t{1} << l);
+  }
   if (observed) table_.tuples_.scale(at, voxel, 0.0F);
   table_.tuples_.restore(at, voxel, evidence);
   TupleStore::Plane sums = table_.tuples_.label_sums(at);
@@ -102,6 +105,7 @@ void BlockEditor::fill_octet(int octet, const BlockContent& content) noexcept {
   const Status status = ensure_octet(octet);
   TESSERA_ASSERT(status == Status::kOk);
   static_cast<void>(status);
+  note_components(components);
   std::byte* const at = tuples(octet);
   TupleStore::Plane sums = table_.tuples_.add(at, OctetOfBlock(labels, octet, components));
   if (any_rest) {
@@ -171,6 +175,61 @@ bool BlockEditor::give_way_to_free(BlockTable& table, int octet, int voxel) noex
   return true;
 }
 
+namespace {
+
+/// An octet's eight bits of two slices of a layer: two of a row, of two rows, of each slice.
+unsigned of_octet(const BlockEditor::Slices& slices, std::size_t octet_in_layer) noexcept {
+  const auto corner = static_cast<unsigned>(2 * (octet_in_layer & 3U) + 16 * (octet_in_layer >> 2U));
+  const auto of_slice = [corner](std::uint64_t slice) {
+    const auto rows = static_cast<unsigned>(slice >> corner);
+    return (rows & 3U) | ((rows >> 6U) & 12U);
+  };
+  return of_slice(slices[0]) | (of_slice(slices[1]) << 4U);
+}
+
+}  // namespace
+
+void BlockEditor::drop_labels(int octet, int voxel) noexcept {
+  std::byte* const at = tuples(octet);
+  table_.tuples_.scale(at, voxel, 0.0F);
+  update_observed(octet, table_.tuples_.label_sums(at));
+}
+
+bool BlockEditor::doubt(int octet, int voxel) noexcept {
+  // A pass and a quarter, so that against one pass it is occupied; by less than half of that more,
+  // which is no hit, it is doubted still.
+  const float doubted = 1.25F * table_.config_.free_weight;
+  std::byte* const at = tuples(octet);
+  const float labels = table_.tuples_.label_sums(at)[static_cast<std::size_t>(voxel)];
+  if (labels <= 1.5F * doubted) {
+    drop_labels(octet, voxel);
+    return false;
+  }
+  table_.tuples_.scale(at, voxel, doubted / labels);
+  return true;
+}
+
+void BlockEditor::contradict(std::size_t layer, const Slices& doubted, const Slices& gone,
+                             Contradicted& counts) noexcept {
+  for (std::size_t i = 0; i < kLayerOctets; ++i) {
+    const int octet = static_cast<int>(layer * kLayerOctets + i);
+    const unsigned observed = table_.observed_labels(block_, octet);
+    if (observed == 0) continue;
+    const unsigned going = of_octet(gone, i);
+    for (unsigned left = observed & (of_octet(doubted, i) | going); left != 0; left &= left - 1) {
+      const int voxel = std::countr_zero(left);
+      if (((going >> static_cast<unsigned>(voxel)) & 1U) != 0) {
+        drop_labels(octet, voxel);
+      } else if (doubt(octet, voxel)) {
+        ++counts.doubted;
+        continue;
+      }
+      ++counts.cleared;
+      add_row(counts.free, row_order(octet, voxel));
+    }
+  }
+}
+
 bool BlockEditor::give_way(std::size_t layer, const Slices& slices) noexcept {
   BlockTable& table = table_;
   bool changed = false;
@@ -178,14 +237,7 @@ bool BlockEditor::give_way(std::size_t layer, const Slices& slices) noexcept {
     const int octet = static_cast<int>(layer * kLayerOctets + i);
     const unsigned observed = table.observed_labels(block_, octet);
     if (observed == 0) continue;
-    // The octet's eight bits: two of a row, of two rows, of two slices.
-    const auto corner = static_cast<unsigned>(2 * (i & 3U) + 16 * (i >> 2U));
-    const auto of_slice = [corner](std::uint64_t slice) {
-      const auto rows = static_cast<unsigned>(slice >> corner);
-      return (rows & 3U) | ((rows >> 6U) & 12U);
-    };
-    unsigned carved = observed & (of_slice(slices[0]) | (of_slice(slices[1]) << 4U));
-    for (; carved != 0; carved &= carved - 1)
+    for (unsigned carved = observed & of_octet(slices, i); carved != 0; carved &= carved - 1)
       changed = give_way_to_free(table, octet, std::countr_zero(carved)) || changed;
   }
   return changed;
@@ -221,6 +273,7 @@ void BlockEditor::close() noexcept {
   open_ = false;
   table_.index_.erase(BlockKey{block_.key}, [this](SlabHandle item) { return item == handle_; });
   clear();
+  table_.leave_moving(handle_);
   table_.pool_.release(kBlockSlab, handle_);
 }
 

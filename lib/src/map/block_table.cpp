@@ -153,6 +153,25 @@ void BlockTable::close_empty_blocks() noexcept {
   index_.for_each([this](SlabHandle handle) { close_if_empty(handle); });
 }
 
+void BlockTable::join_moving(SlabHandle handle) noexcept {
+  if (may_move(handle)) return;
+  Block& block = mutable_block(handle);
+  block.moving_before = moving_last_;
+  (moving_last_ == 0 ? moving_first_ : mutable_block(moving_last_).moving_next) = handle;
+  moving_last_ = handle;
+}
+
+void BlockTable::leave_moving(SlabHandle handle) noexcept {
+  if (!may_move(handle)) return;
+  Block& block = mutable_block(handle);
+  (block.moving_before == 0 ? moving_first_ : mutable_block(block.moving_before).moving_next) =
+      block.moving_next;
+  (block.moving_next == 0 ? moving_last_ : mutable_block(block.moving_next).moving_before) =
+      block.moving_before;
+  block.moving_before = 0;
+  block.moving_next = 0;
+}
+
 void BlockTable::remove_block(SlabHandle handle) noexcept { BlockEditor(*this, handle).close(); }
 
 void BlockTable::clear() noexcept {
@@ -160,6 +179,8 @@ void BlockTable::clear() noexcept {
   std::atomic_thread_fence(std::memory_order_release);
   index_.clear();
   pool_.clear();
+  moving_first_ = 0;
+  moving_last_ = 0;
   store_shared(clear_stamp_, clear_stamp_ + 1, std::memory_order_release);
   revision_ = 0;
   label_voxels_ = 0;

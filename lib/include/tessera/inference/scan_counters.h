@@ -69,6 +69,10 @@
   ROW(COUNTER, uint32_t, carving_cut,                                                              \
       "Carving by the image: scans whose free space was left out in part, for lack of scratch, "   \
       "time or work budget.")                                                                      \
+  ROW(COUNTER, uint32_t, voxels_doubted,                                                           \
+      "Carving by the image: labelled voxels that were seen through and keep some evidence.")      \
+  ROW(COUNTER, uint32_t, voxels_cleared,                                                           \
+      "Carving by the image: those that have no label evidence any more.")                         \
   ROW(TOTAL, uint32_t, refused_memory, "Thinned points left out because map or scratch was full.") \
   ROW(TOTAL, uint32_t, rays_refused, "Rays beyond the range limit left out.")                      \
   ROW(TOTAL, uint32_t, left_out_deadline,                                                          \

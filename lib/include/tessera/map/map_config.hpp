@@ -92,7 +92,9 @@ struct Block {
   std::uint32_t label_voxels = 0;  ///< Voxels with evidence in 1 .. C + 1.
   Layers labels{};                 ///< LabelPage of each layer, or none.
   Layers free_passes{};            ///< FreePage of each layer, or none.
-  std::uint64_t reserved = 0;
+  /// Neighbours in the list of blocks that may hold what moves; not for other threads.
+  SlabHandle moving_before = 0;
+  SlabHandle moving_next = 0;
 
   [[nodiscard]] bool has_labels() const noexcept { return any(labels); }
   [[nodiscard]] bool has_free_passes() const noexcept { return any(free_passes); }
@@ -141,6 +143,13 @@ constexpr bool has_row(const VoxelMask& mask, int row_order) noexcept {
 constexpr void add_row(VoxelMask& mask, int row_order) noexcept {
   mask[static_cast<std::size_t>(row_order >> 6)] |= std::uint64_t{1} << (row_order & 63);
 }
+
+/// What a scan's see-through did to a block's labels.
+struct Contradicted {
+  std::uint32_t doubted = 0;  ///< Voxels that keep some label evidence.
+  std::uint32_t cleared = 0;  ///< Those that have none any more.
+  VoxelMask free{};           ///< These.
+};
 
 /// The free pages that a pass through the voxels of mask takes beyond those that the block has.
 constexpr std::uint32_t free_pages_needed(const Block& block, const VoxelMask& mask) noexcept {

@@ -46,30 +46,58 @@ struct SemanticClass {
   friend constexpr bool operator==(const SemanticClass&, const SemanticClass&) = default;
 };
 
+/// True iff a class of this name moves unless its table says otherwise: vehicles, people, animals.
+/// Names of common data sets, in small letters. O(names).
+[[nodiscard]] constexpr bool moves_by_name(std::string_view name) noexcept {
+  constexpr std::array<std::string_view, 37> kNames{
+      "animal",     "bicycle",    "bicyclist", "bird",   "boat",    "bus",          "car",
+      "cat",        "cow",        "cyclist",   "dog",    "forklift", "horse",       "human",
+      "motorcycle", "motorcyclist", "moving-object", "on-rails", "other-vehicle", "pedestrian",
+      "people",     "person",     "rider",     "robot",  "scooter", "sheep",        "ship",
+      "stroller",   "tractor",    "trailer",   "train",  "tram",    "truck",        "van",
+      "vehicle",    "wheelchair", "worker"};
+  for (const std::string_view known : kNames) {
+    if (name == known) return true;
+  }
+  return false;
+}
+
 /// The table of classes 1 .. C. Plain data, about 2.2 kB; no heap.
 class ClassTable {
  public:
   constexpr ClassTable() noexcept = default;
 
-  /// Appends the next class. Fails with kResourceExhausted iff there are kMaxClasses already.
-  constexpr Status add(std::string_view name, Color color) noexcept {
+  /// Appends the next class. moves: whether things of this class may move. Fails with
+  /// kResourceExhausted iff there are kMaxClasses already.
+  constexpr Status add(std::string_view name, Color color, bool moves) noexcept {
     if (count_ == kMaxClasses) return Status::kResourceExhausted;
     classes_[static_cast<std::size_t>(count_++)] = SemanticClass::make(name, color);
+    if (moves) moving_ |= std::uint64_t{1} << static_cast<unsigned>(count_);
     return Status::kOk;
+  }
+  /// The same for a class that moves if its name says so.
+  constexpr Status add(std::string_view name, Color color) noexcept {
+    return add(name, color, moves_by_name(name));
   }
   [[nodiscard]] constexpr int num_classes() const noexcept { return count_; }
   [[nodiscard]] constexpr int num_components() const noexcept { return count_ + 2; }
   /// The component of returns whose class is not known, C + 1.
   [[nodiscard]] constexpr int unlabelled() const noexcept { return count_ + 1; }
+  /// The components of classes that may move, a bit each.
+  [[nodiscard]] constexpr std::uint64_t moving() const noexcept { return moving_; }
   /// label in 1 .. C.
   [[nodiscard]] constexpr const SemanticClass& operator[](int label) const noexcept {
     TESSERA_ASSERT(label >= 1 && label <= count_);
     return classes_[static_cast<std::size_t>(label - 1)];
   }
-  friend constexpr bool operator==(const ClassTable&, const ClassTable&) = default;
+  /// The same classes. What moves is how a map is made, not what it says.
+  friend constexpr bool operator==(const ClassTable& a, const ClassTable& b) noexcept {
+    return a.count_ == b.count_ && a.classes_ == b.classes_;
+  }
 
  private:
   std::array<SemanticClass, kMaxClasses> classes_{};
+  std::uint64_t moving_ = 0;
   int count_ = 0;
 };
 

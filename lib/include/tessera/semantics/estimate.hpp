@@ -66,6 +66,8 @@ class CountSummary {
       label_ = component;
     }
   }
+  /// The label so far; 0 if none.
+  [[nodiscard]] constexpr int label() const noexcept { return label_; }
   constexpr void add_rest(float rest) noexcept { total_ += static_cast<double>(rest); }
 
   /// State, label and certainty. prior: sigma_0 of every component, >= 0. O(1).

@@ -9,6 +9,7 @@
 
 #include "tessera/base/arena.hpp"
 #include "tessera/base/geometry.hpp"
+#include "tessera/inference/internal/seen_image.hpp"
 #include "tessera/inference/internal/slab_walk.hpp"
 
 namespace tessera {
@@ -83,7 +84,8 @@ class CarveImage {
 
   [[nodiscard]] static constexpr std::size_t required_bytes() noexcept {
     return arena_bytes<std::int16_t>(kImage) + 2 * arena_bytes<std::int16_t>(kFace) +
-           arena_bytes<std::int16_t>(kFarthest);
+           arena_bytes<std::int16_t>(kFarthest) +
+           CubeFace::kCount * SeenImage::required_bytes(kEdge);
   }
   /// Fails with kResourceExhausted iff the arena is too small.
   [[nodiscard]] static Result<CarveImage> make(Arena& arena) noexcept;
@@ -123,6 +125,10 @@ class CarveImage {
   /// The values of a level of a face: CarveLayout::edge_of(level) a row. Only rows() are set.
   [[nodiscard]] const std::int16_t* level(int face, int level) const noexcept {
     return image_.data() + kBegin[static_cast<std::size_t>(face * kLevels + level)];
+  }
+  /// The same of a face's finest pixels, as evidence is contradicted.
+  [[nodiscard]] const std::int16_t* seen(int face, SeenBy by) const noexcept {
+    return seen_images_[static_cast<std::size_t>(face)].values(by);
   }
   /// First and last of some rows.
   struct Rows {
@@ -178,6 +184,7 @@ class CarveImage {
   std::span<std::int16_t> nearest_;
   std::span<std::int16_t> seen_;
   std::span<std::int16_t> farthest_;
+  std::array<SeenImage, CubeFace::kCount> seen_images_{};
   std::array<Rows, CubeFace::kCount> rows_{};
   double per_m_ = 1.0;
   int neighbours_ = 0;

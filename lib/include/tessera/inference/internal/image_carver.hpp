@@ -37,6 +37,12 @@ class ImageCarver {
   /// blocks).
   bool carve(const Lattice& lattice, const FreeSpaceConfig& config, FreeSpace& free_space,
              ScanWork& work, std::uint64_t to_write, std::uint64_t most_steps) noexcept;
+  /// The voxels of a block, of the lattice of the last carve(), that the scan saw through: farther
+  /// than the voxel by margin_voxels along the face's axis. O(512).
+  [[nodiscard]] VoxelMask seen_through(BlockCoord block, SeenBy by,
+                                       float margin_voxels) const noexcept;
+  /// From the sensor to the block's centre there is no more than the farthest return and a block.
+  [[nodiscard]] bool in_reach(BlockCoord block) const noexcept;
   /// Steps of the last carve().
   [[nodiscard]] std::uint64_t steps() const noexcept { return steps_; }
 
@@ -68,6 +74,10 @@ class ImageCarver {
   /// False: the ray blocks are full.
   bool carve_block(int face, BlockCoord block, FreeSpace& free_space) noexcept;
 
+  /// What a slab's voxels are compared with: their depth in metres -> the values.
+  template <class Choose>
+  void compare(int face, const Box& box, Choose&& choose,
+               std::array<std::uint64_t, kBlockEdge>& words) const noexcept;
   /// Takes out of a face's words what is beyond the range limit. first_m: the lowest voxel's
   /// centre.
   void keep_in_range(const Point3d& first_m, int axis,

@@ -58,6 +58,10 @@ class BlockEditor {
   [[nodiscard]] bool count_passes(std::size_t layer, const Slices& slices) noexcept;
   /// Labels of these voxels give way where the cap is reached. Returns whether anything changed.
   [[nodiscard]] bool give_way(std::size_t layer, const Slices& slices) noexcept;
+  /// Label evidence of the voxels in gone goes; the others' in doubted is doubted, or goes if it was
+  /// (LocalMap::see_through).
+  void contradict(std::size_t layer, const Slices& doubted, const Slices& gone,
+                  Contradicted& counts) noexcept;
   /// The page must be there; what is over max_passes() is not counted.
   void set_passes(int octet, int voxel, unsigned passes) noexcept {
     const std::uint8_t most = table_.max_passes_;
@@ -81,7 +85,14 @@ class BlockEditor {
   [[nodiscard]] FreePage& free_page(std::size_t layer) noexcept {
     return *reinterpret_cast<FreePage*>(table_.pool_.at(block_.free_passes[layer]));
   }
+  /// Label evidence of these components came.
+  void note_components(std::uint64_t components) noexcept {
+    if ((components & table_.classes_.moving()) != 0) table_.join_moving(handle_);
+  }
   void hold_cap(int octet, unsigned voxels, TupleStore::Plane& sums) noexcept;
+  /// Whether the voxel keeps some label evidence.
+  [[nodiscard]] bool doubt(int octet, int voxel) noexcept;
+  void drop_labels(int octet, int voxel) noexcept;
   [[nodiscard]] bool give_way_to_free(BlockTable& table, int octet, int voxel) noexcept;
   void update_observed(int octet, const TupleStore::Plane& sums) noexcept;
 
@@ -95,6 +106,7 @@ class BlockEditor {
 template <class Evidence>
 void BlockEditor::add_labels(int octet, const Evidence& added) noexcept {
   const float cap = table_.config_.max_evidence;
+  note_components(added.components());
   TupleStore::Plane sums = table_.tuples_.add(tuples(octet), added);
   if (cap > 0.0F &&
       (block_.free_passes[layer_of_octet(octet)] != 0 || bits_above(sums.data(), cap) != 0))

@@ -95,6 +95,16 @@ class BlockTable {
   /// Free passes at which the free layer saturates: floor(max_evidence / free_weight), 255 without
   /// a cap.
   [[nodiscard]] std::uint8_t max_passes() const noexcept { return max_passes_; }
+  /// Calls visit(SlabHandle) for each block that got label evidence of what may move since it was
+  /// opened, in that order, unless it left the list. visit changes nothing. O(such blocks).
+  template <class Visit>
+  void visit_moving(Visit&& visit) const noexcept {
+    for (SlabHandle at = moving_first_; at != 0; at = block_at(at).moving_next) visit(at);
+  }
+  /// Whether visit_moving() visits a block. O(1).
+  [[nodiscard]] bool may_move(SlabHandle handle) const noexcept {
+    return block_at(handle).moving_before != 0 || moving_first_ == handle;
+  }
   /// True iff these many more items of each size could be given now, together.
   [[nodiscard]] bool fits(const SlabPool::Counts& wanted) const noexcept {
     return pool_.fits(wanted);
@@ -159,6 +169,8 @@ class BlockTable {
   /// Takes memory, once. Fails as LocalMap::make.
   [[nodiscard]] Status set_up(Arena& arena, const MapConfig& config,
                               const ClassTable& classes) noexcept;
+  /// Takes a block out of the list of those that may hold what moves; it need not be there. O(1).
+  void leave_moving(SlabHandle handle) noexcept;
 
  private:
   friend class BlockEditor;
@@ -171,6 +183,8 @@ class BlockTable {
     return *reinterpret_cast<Block*>(pool_.at(at));
   }
   void note_usage() noexcept;
+  /// Puts a block at the end of the list of those that may hold what moves; it may be there. O(1).
+  void join_moving(SlabHandle handle) noexcept;
 
   std::uint64_t clear_stamp_ = 0;  ///< Beside what never changes.
   MapConfig config_{};
@@ -179,6 +193,8 @@ class BlockTable {
   SlabPool pool_{};
   TupleStore tuples_{};
   std::uint32_t revision_ = 0;
+  SlabHandle moving_first_ = 0;
+  SlabHandle moving_last_ = 0;
   std::uint8_t max_passes_ = 255;
   std::uint64_t label_voxels_ = 0;
   std::uint64_t blocks_refused_ = 0;

@@ -1,0 +1,57 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// What a scan saw through, at the finest pixels: where evidence that something is there is
+// contradicted (docs/design/theory.md, Evidence that can be contradicted).
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "tessera/base/arena.hpp"
+
+namespace tessera {
+
+/// By what a voxel counts as seen through.
+enum class SeenBy : std::uint8_t {
+  /// What was met in the pixel of its centre, or where that is empty in one of the eight around it,
+  /// is farther.
+  kPixel = 0,
+  /// All that was met in these nine, and in as wide three rows below them, is farther. Rays that
+  /// pass closely over a surface have others below them, which meet it nearer.
+  kWindow = 1,
+};
+
+/// An image for each of these, of one face of a CarveImage at its finest level.
+class SeenImage {
+ public:
+  static constexpr int kWays = 2;
+  /// Rows of kWindow below a pixel's.
+  static constexpr int kRowsBelow = 4;
+
+  [[nodiscard]] static constexpr std::size_t required_bytes(int edge) noexcept {
+    return kWays * arena_bytes<std::int16_t>(pixels(edge));
+  }
+  /// The arena must have required_bytes() left.
+  [[nodiscard]] static SeenImage make(Arena& arena, int edge) noexcept;
+  SeenImage() noexcept = default;
+
+  /// Rows first .. last, from a face's nearest depths of returns; none: where there was none;
+  /// unseen: the value where nothing was met. below: the face's rows go upwards. scratch: a face's
+  /// size. O(pixels of the rows).
+  void set(const std::int16_t* nearest, int first, int last, bool below, std::int16_t none,
+           std::int16_t unseen, std::int16_t* scratch) noexcept;
+  /// Only rows that were set.
+  [[nodiscard]] const std::int16_t* values(SeenBy by) const noexcept {
+    return images_.data() + static_cast<std::size_t>(by) * pixels(edge_);
+  }
+
+ private:
+  [[nodiscard]] static constexpr std::size_t pixels(int edge) noexcept {
+    return static_cast<std::size_t>(edge) * static_cast<std::size_t>(edge);
+  }
+
+  std::span<std::int16_t> images_;
+  int edge_ = 0;
+};
+
+}  // namespace tessera

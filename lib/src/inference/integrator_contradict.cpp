@@ -1,0 +1,88 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// What an integrator does where a scan sees through what is in the map (docs/design/theory.md,
+// Evidence that can be contradicted).
+#include "tessera/inference/integrator.hpp"
+
+namespace tessera {
+
+namespace {
+
+/// A thing's voxels are within so many of one that is known to be of a class that may move.
+constexpr int kBesideMoving = 2;
+/// How many voxels farther what was met must be.
+constexpr float kPixelMargin_voxels = 3.0F;
+constexpr float kWindowMargin_voxels = 1.0F;
+
+template <class Combine>
+VoxelMask combine(const VoxelMask& a, const VoxelMask& b, Combine&& combine) noexcept {
+  VoxelMask result;
+  for (std::size_t z = 0; z < result.size(); ++z) result[z] = combine(a[z], b[z]);
+  return result;
+}
+VoxelMask either(const VoxelMask& a, const VoxelMask& b) noexcept {
+  return combine(a, b, [](std::uint64_t x, std::uint64_t y) { return x | y; });
+}
+VoxelMask both(const VoxelMask& a, const VoxelMask& b) noexcept {
+  return combine(a, b, [](std::uint64_t x, std::uint64_t y) { return x & y; });
+}
+VoxelMask without(const VoxelMask& a, const VoxelMask& b) noexcept {
+  return combine(a, b, [](std::uint64_t x, std::uint64_t y) { return x & ~y; });
+}
+
+/// The voxels of a block that are at most one beside those in the mask, on each axis.
+VoxelMask widened(const VoxelMask& mask) noexcept {
+  VoxelMask flat;
+  for (std::size_t z = 0; z < mask.size(); ++z) {
+    const std::uint64_t word = mask[z];
+    const std::uint64_t rows = word | ((word << 1U) & 0xfefefefefefefefeU) |
+                               ((word >> 1U) & 0x7f7f7f7f7f7f7f7fU);
+    flat[z] = rows | (rows << 8U) | (rows >> 8U);
+  }
+  VoxelMask result = flat;
+  for (std::size_t z = 0; z + 1 < mask.size(); ++z) {
+    result[z] |= flat[z + 1];
+    result[z + 1] |= flat[z];
+  }
+  return result;
+}
+
+}  // namespace
+
+/// So that blocks in which nothing is free by the wider windows of carving are looked at too.
+void Integrator::look_at_moving(const LocalMap& map, std::uint64_t most_steps) noexcept {
+  map.visit_moving([&](SlabHandle handle) {
+    const BlockCoord coord = unpack(BlockKey{map.block_at(handle).key});
+    if (carving_cut_ || !carver_.in_reach(coord)) return;
+    carving_cut_ = most_steps < carve_steps_ + ImageCarver::kBlockSteps ||
+                   scratch_.free_space.words_of(coord, 2) == nullptr;
+    carve_steps_ += carving_cut_ ? 0 : ImageCarver::kBlockSteps;
+  });
+}
+
+VoxelMask Integrator::contradict(LocalMap& map, SlabHandle handle, const RayBlock& seen,
+                                 const VoxelMask& carved, ScanReport& report) noexcept {
+  const LocalMap::Labelled labelled = map.labelled(handle);
+  const VoxelMask all = without(labelled.all, seen.hit);
+  VoxelMask doubted =
+      either(carver_.seen_through(seen.coord, SeenBy::kWindow, kWindowMargin_voxels), carved);
+  VoxelMask gone{};
+  if (labelled.any_moving) {
+    VoxelMask beside = labelled.moving;
+    for (int i = 0; i < kBesideMoving; ++i) beside = widened(beside);
+    const VoxelMask through =
+        carver_.seen_through(seen.coord, SeenBy::kPixel, kPixelMargin_voxels);
+    gone = both(all, either(both(through, labelled.moving), both(doubted, beside)));
+  }
+  doubted = without(both(doubted, all), gone);
+  std::uint64_t any = 0;
+  for (std::size_t z = 0; z < doubted.size(); ++z) any |= doubted[z] | gone[z];
+  if (any != 0) {
+    const Contradicted done = map.contradict(handle, doubted, gone);
+    report.voxels_doubted += done.doubted;
+    report.voxels_cleared += done.cleared;
+  }
+  return without(carved, labelled.all);
+}
+
+}  // namespace tessera
