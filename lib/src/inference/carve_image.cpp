@@ -212,8 +212,8 @@ void CarveImage::make_levels(int face) noexcept {
   }
 }
 
-std::int32_t CarveImage::farthest(int face, int level, std::array<int, 2> columns,
-                                  std::array<int, 2> rows) const noexcept {
+bool CarveImage::may_reach(int face, int level, std::int32_t least, std::array<int, 2> columns,
+                           std::array<int, 2> rows) const noexcept {
   for (std::array<int, 2>* const side : {&columns, &rows}) {
     (*side)[0] = std::clamp((*side)[0], 0, kEdge - 1);
     (*side)[1] = std::clamp((*side)[1], 0, kEdge - 1);
@@ -229,12 +229,12 @@ std::int32_t CarveImage::farthest(int face, int level, std::array<int, 2> column
   }
   const int edge = CarveLayout::far_edge_of(level, step);
   const Value* const values = farthest_.data() + far_begin(face, level, step);
-  std::int32_t most = kUnseen;
   for (int r = rows[0] >> shift; r <= rows[1] >> shift; ++r) {
-    for (int c = columns[0] >> shift; c <= columns[1] >> shift; ++c)
-      most = std::max<std::int32_t>(most, row_of(values, edge, r)[c]);
+    for (int c = columns[0] >> shift; c <= columns[1] >> shift; ++c) {
+      if (row_of(values, edge, r)[c] >= least) return true;
+    }
   }
-  return most;
+  return false;
 }
 
 }  // namespace tessera

@@ -160,28 +160,34 @@ ImageCarver::Box ImageCarver::box_of(const Node& node) const noexcept {
   return {low, low + Point3d(edge_m, edge_m, edge_m)};
 }
 
-/// Centres of voxels are half a voxel within the box.
+/// Centres of voxels are half a voxel within the box. What is asked first costs least.
 bool ImageCarver::may_be_free(int face, const Box& box, const Shell& shell) const noexcept {
   const CubeFace cube = CubeFace::of(face);
   const double half_m = 0.5 * resolution_m_;
   const double near_m = (cube.negative ? -box.high[cube.axis] : box.low[cube.axis]) + half_m;
   const double far_m = (cube.negative ? -box.low[cube.axis] : box.high[cube.axis]) - half_m;
   if (far_m <= 0.0) return false;
-  const Point3d outside =
-      (box.low.cwiseMax(-box.high) + Point3d(half_m, half_m, half_m)).cwiseMax(Point3d::Zero());
-  const double square_m2 = squared_norm(outside);
-  if (square_m2 >= shell.outer_m * shell.outer_m) return false;
-  // A block is of the shell that its nearest voxel is in.
-  const bool is_block = box.high.x() - box.low.x() < 1.5 * kBlockEdge * resolution_m_;
-  const double inner_m2 = shell.inner_m * shell.inner_m;
-  if ((is_block ? square_m2 : squared_norm(farthest_corner(box))) < inner_m2) return false;
-  const double nearest_m = std::max(near_m, kNearest_voxels * resolution_m_);
   const std::array<int, 2> across = axes_across(cube.axis);
+  for (const int axis : across) {
+    if (box.low[axis] + half_m > far_m || box.high[axis] - half_m < -far_m) return false;
+  }
+  // A block is of the shell that its nearest voxel is in.
+  double square_m2 = 0.0;
+  double farthest_m2 = 0.0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double outside = std::max(std::max(box.low[axis], -box.high[axis]) + half_m, 0.0);
+    const double farthest = std::max(-box.low[axis], box.high[axis]);
+    square_m2 += outside * outside;
+    farthest_m2 += farthest * farthest;
+  }
+  if (square_m2 >= shell.outer_m * shell.outer_m) return false;
+  const bool is_block = box.high.x() - box.low.x() < 1.5 * kBlockEdge * resolution_m_;
+  if ((is_block ? square_m2 : farthest_m2) < shell.inner_m * shell.inner_m) return false;
+  const double nearest_m = std::max(near_m, kNearest_voxels * resolution_m_);
   std::array<std::array<int, 2>, 2> pixels{};
   for (std::size_t k = 0; k < 2; ++k) {
     const Tangents tangents =
         tangents_of(box.low[across[k]] + half_m, box.high[across[k]] - half_m, nearest_m, far_m);
-    if (tangents.low > 1.0 || tangents.high < -1.0) return false;
     // A pixel more: centres are computed as floats.
     pixels[k] = {static_cast<int>(CarveImage::pixel(std::max(tangents.low, -1.0))) - 1,
                  static_cast<int>(CarveImage::pixel(std::min(tangents.high, 1.0))) + 1};
@@ -189,7 +195,7 @@ bool ImageCarver::may_be_free(int face, const Box& box, const Shell& shell) cons
   const std::int32_t least = image_.threshold(nearest_m + margin_m_);
   const int widest = CarveImage::level_of(nearest_m / resolution_m_);
   for (int level = CarveImage::level_of(far_m / resolution_m_); level <= widest; ++level) {
-    if (image_.farthest(face, level, pixels[0], pixels[1]) >= least) return true;
+    if (image_.may_reach(face, level, least, pixels[0], pixels[1])) return true;
   }
   return false;
 }

@@ -125,38 +125,35 @@ void BlockEditor::ensure_free_page(std::size_t layer) noexcept {
   table_.note_usage();
 }
 
-namespace {
-
-/// Adds one to the bytes of eight passes whose bit is set in row, but not to those at `most`.
-/// Returns the bytes that were added to, a one each.
-std::uint64_t add_to_row(std::uint64_t& passes, std::uint64_t row, std::uint8_t most) noexcept {
-  constexpr std::uint64_t kOnes = 0x0101010101010101U;
-  constexpr std::uint64_t kLow = 0x7f7f7f7f7f7f7f7fU;
-  // Bit i of the row to byte i: there as its own bit, then as the byte's top bit, then as a one.
-  const std::uint64_t spread = (row * kOnes) & 0x8040201008040201U;
-  const std::uint64_t wanted = ((spread + kLow) >> 7U) & kOnes;
-  const std::uint64_t below = passes ^ (kOnes * most);  // zero bytes: full
-  const std::uint64_t open = ((((below & kLow) + kLow) | below) >> 7U) & kOnes;
-  passes += wanted & open;
-  return wanted & open;
-}
-
-}  // namespace
-
 bool BlockEditor::count_passes(std::size_t layer, const Slices& slices) noexcept {
+  using Bytes = std::uint8_t __attribute__((vector_size(16)));
+  constexpr Bytes kBits{1, 2, 4, 8, 16, 32, 64, 128, 1, 2, 4, 8, 16, 32, 64, 128};
+  constexpr std::uint64_t kOnes = 0x0101010101010101U;
   FreePage& page = free_page(layer);
-  const std::uint8_t most = table_.max_passes_;
-  std::uint64_t added = 0;
-  for (std::size_t row = 0; row < std::size_t{2} * kBlockEdge; ++row) {
-    const std::uint64_t bits = (slices[row / 8] >> (8 * (row % 8))) & 0xffU;
+  const Bytes most = Bytes{} + table_.max_passes_;
+  Bytes added{};
+  for (std::size_t rows = 0; rows < std::size_t{2} * kBlockEdge; rows += 2) {
+    const std::uint64_t bits = (slices[rows / 8] >> (8 * (rows % 8))) & 0xffffU;
     if (bits == 0) continue;
-    std::uint8_t* const at = &page.passes[8 * row];
-    std::uint64_t passes = 0;
-    std::memcpy(&passes, at, 8);
-    added |= add_to_row(passes, bits, most);
-    store_shared_words(at, &passes, 8);
+    // A row's bits in each of its eight bytes.
+    const std::array<std::uint64_t, 2> of_rows{(bits & 0xffU) * kOnes, (bits >> 8U) * kOnes};
+    Bytes wanted;
+    Bytes passes;
+    std::memcpy(&wanted, of_rows.data(), sizeof(wanted));
+    std::uint8_t* const at = &page.passes[8 * rows];
+    std::memcpy(&passes, at, sizeof(passes));
+    // All ones where there is one more.
+    const auto more = __builtin_convertvector(
+        ((wanted & kBits) == kBits) & (passes != most), Bytes);
+    added |= more;
+    passes -= more;
+    std::array<std::uint64_t, 2> words{};
+    std::memcpy(words.data(), &passes, sizeof(words));
+    store_shared_words(at, words.data(), sizeof(words));
   }
-  return added != 0;
+  std::array<std::uint64_t, 2> any{};
+  std::memcpy(any.data(), &added, sizeof(any));
+  return (any[0] | any[1]) != 0;
 }
 
 bool BlockEditor::give_way_to_free(BlockTable& table, int octet, int voxel) noexcept {
@@ -189,24 +186,29 @@ unsigned of_octet(const BlockEditor::Slices& slices, std::size_t octet_in_layer)
 
 }  // namespace
 
-void BlockEditor::drop_labels(int octet, int voxel) noexcept {
-  std::byte* const at = tuples(octet);
-  table_.tuples_.scale(at, voxel, 0.0F);
-  update_observed(octet, table_.tuples_.label_sums(at));
-}
-
-bool BlockEditor::doubt(int octet, int voxel) noexcept {
+void BlockEditor::contradict(int octet, unsigned voxels, unsigned going,
+                             Contradicted& counts) noexcept {
   // A pass and a quarter, so that against one pass it is occupied; by less than half of that more,
   // which is no hit, it is doubted still.
   const float doubted = 1.25F * table_.config_.free_weight;
   std::byte* const at = tuples(octet);
-  const float labels = table_.tuples_.label_sums(at)[static_cast<std::size_t>(voxel)];
-  if (labels <= 1.5F * doubted) {
-    drop_labels(octet, voxel);
-    return false;
+  TupleStore::Plane sums = table_.tuples_.label_sums(at);
+  bool any_cleared = false;
+  for (; voxels != 0; voxels &= voxels - 1) {
+    const int voxel = std::countr_zero(voxels);
+    float& labels = sums[static_cast<std::size_t>(voxel)];
+    if (((going >> static_cast<unsigned>(voxel)) & 1U) == 0 && labels > 1.5F * doubted) {
+      table_.tuples_.scale(at, voxel, doubted / labels);
+      ++counts.doubted;
+      continue;
+    }
+    table_.tuples_.scale(at, voxel, 0.0F);
+    labels = 0.0F;
+    any_cleared = true;
+    ++counts.cleared;
+    add_row(counts.free, row_order(octet, voxel));
   }
-  table_.tuples_.scale(at, voxel, doubted / labels);
-  return true;
+  if (any_cleared) update_observed(octet, sums);
 }
 
 void BlockEditor::contradict(std::size_t layer, const Slices& doubted, const Slices& gone,
@@ -216,17 +218,8 @@ void BlockEditor::contradict(std::size_t layer, const Slices& doubted, const Sli
     const unsigned observed = table_.observed_labels(block_, octet);
     if (observed == 0) continue;
     const unsigned going = of_octet(gone, i);
-    for (unsigned left = observed & (of_octet(doubted, i) | going); left != 0; left &= left - 1) {
-      const int voxel = std::countr_zero(left);
-      if (((going >> static_cast<unsigned>(voxel)) & 1U) != 0) {
-        drop_labels(octet, voxel);
-      } else if (doubt(octet, voxel)) {
-        ++counts.doubted;
-        continue;
-      }
-      ++counts.cleared;
-      add_row(counts.free, row_order(octet, voxel));
-    }
+    const unsigned voxels = observed & (of_octet(doubted, i) | going);
+    if (voxels != 0) contradict(octet, voxels, going, counts);
   }
 }
 

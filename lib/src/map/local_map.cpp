@@ -184,20 +184,27 @@ LocalMap::Labelled LocalMap::labelled(SlabHandle handle) noexcept {
   const Block& block = block_at(handle);
   const std::uint64_t moving = may_move(handle) ? classes().moving() : 0;
   Labelled result;
+  const auto add = [](VoxelMask& mask, int octet, unsigned voxels) {
+    // Two of a row, of two rows, of two slices.
+    const auto corner = static_cast<unsigned>(row_order_corner(octet));
+    const auto slice = [](unsigned four) { return std::uint64_t{(four & 3U) | (four & 12U) << 6U}; };
+    mask[corner / 64] |= slice(voxels & 15U) << (corner % 64);
+    mask[corner / 64 + 1] |= slice(voxels >> 4U) << (corner % 64);
+  };
   for (std::uint64_t octets = octets_of(block); octets != 0; octets &= octets - 1) {
     const int octet = std::countr_zero(octets);
+    const unsigned observed = observed_labels(block, octet);
+    add(result.all, octet, observed);
+    if (moving == 0) continue;
     const std::byte* const at = pool().at(octet_handle(block, octet));
-    for (unsigned left = observed_labels(block, octet); left != 0; left &= left - 1) {
-      const int voxel = std::countr_zero(left);
-      const int row = row_order(octet, voxel);
-      add_row(result.all, row);
-      if (moving == 0) continue;
+    unsigned mobile = 0;
+    for (unsigned left = observed; left != 0; left &= left - 1) {
       CountSummary counts(num_components(), 0.0F);
-      tuples().summarize(at, voxel, counts);
-      if ((moving >> static_cast<unsigned>(counts.label()) & 1U) == 0) continue;
-      add_row(result.moving, row);
-      result.any_moving = true;
+      tuples().summarize(at, std::countr_zero(left), counts);
+      if ((moving >> static_cast<unsigned>(counts.label()) & 1U) != 0) mobile |= left & (~left + 1);
     }
+    add(result.moving, octet, mobile);
+    result.any_moving = result.any_moving || mobile != 0;
   }
   if (moving != 0 && !result.any_moving) leave_moving(handle);
   return result;

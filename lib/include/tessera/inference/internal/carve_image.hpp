@@ -140,10 +140,10 @@ class CarveImage {
   [[nodiscard]] const Rows& rows(int face) const noexcept {
     return rows_[static_cast<std::size_t>(face)];
   }
-  /// No value of the level is above this within pixels first .. last of columns and rows, which are
-  /// clamped to the image. At most 16 reads.
-  [[nodiscard]] std::int32_t farthest(int face, int level, std::array<int, 2> columns,
-                                      std::array<int, 2> rows) const noexcept;
+  /// False: no value of the level is as much as least within pixels first .. last of columns and
+  /// rows, which are clamped to the image. At most 16 reads.
+  [[nodiscard]] bool may_reach(int face, int level, std::int32_t least, std::array<int, 2> columns,
+                               std::array<int, 2> rows) const noexcept;
 
  private:
   /// Depths are whole numbers from -kDepths on.

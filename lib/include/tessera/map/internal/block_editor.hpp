@@ -90,9 +90,7 @@ class BlockEditor {
     if ((components & table_.classes_.moving()) != 0) table_.join_moving(handle_);
   }
   void hold_cap(int octet, unsigned voxels, TupleStore::Plane& sums) noexcept;
-  /// Whether the voxel keeps some label evidence.
-  [[nodiscard]] bool doubt(int octet, int voxel) noexcept;
-  void drop_labels(int octet, int voxel) noexcept;
+  void contradict(int octet, unsigned voxels, unsigned going, Contradicted& counts) noexcept;
   [[nodiscard]] bool give_way_to_free(BlockTable& table, int octet, int voxel) noexcept;
   void update_observed(int octet, const TupleStore::Plane& sums) noexcept;
 
