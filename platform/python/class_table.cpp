@@ -31,7 +31,8 @@ Color color_of(int label) {
 
 using ColorArray = py::array_t<std::uint8_t, py::array::c_style>;
 
-Classes make(const std::vector<std::string>& names, const std::optional<ColorArray>& colors) {
+Classes make(const std::vector<std::string>& names, const std::optional<ColorArray>& colors,
+             const std::optional<std::vector<bool>>& moves) {
   if (names.empty() || names.size() > static_cast<std::size_t>(kMaxClasses)) {
     throw InputError(fmt::format("{} names are not a table of classes; give 1 to {}", names.size(),
                                  kMaxClasses));
@@ -40,6 +41,8 @@ Classes make(const std::vector<std::string>& names, const std::optional<ColorArr
                                static_cast<std::size_t>(colors->shape(0)) == names.size());
   if (!fit)
     throw InputError("colors is not one row of red, green, blue for each name: give (C, 3)");
+  if (moves && moves->size() != names.size())
+    throw InputError("moves is not a truth value for each name: give as many");
   ClassTable table;
   int label = 0;
   for (const std::string& name : names) {
@@ -53,7 +56,9 @@ Classes make(const std::vector<std::string>& names, const std::optional<ColorArr
     }
     Color color = color_of(label);
     if (colors) color = {colors->at(label, 0), colors->at(label, 1), colors->at(label, 2)};
-    static_cast<void>(table.add(name, color));
+    const bool may_move =
+        moves ? (*moves)[static_cast<std::size_t>(label)] : moves_by_name(name);
+    static_cast<void>(table.add(name, color, may_move));
     ++label;
   }
   return classes_of(DatasetClasses::numbered(table));
@@ -76,6 +81,13 @@ py::array_t<std::uint8_t> colors_of(const Classes& classes) {
     at(label - 1, 2) = color.b;
   }
   return colors;
+}
+
+std::vector<bool> moves_of(const Classes& classes) {
+  std::vector<bool> moves;
+  for (int label = 1; label <= classes.table.num_classes(); ++label)
+    moves.push_back(classes.table.moves(label));
+  return moves;
 }
 
 py::array_t<std::uint8_t> components(const Classes& classes, const py::array& raw_ids) {
@@ -107,10 +119,12 @@ Component 0 is free, C + 1 is occupied of unknown class. A table also maps the r
 to its classes, unless it is from a map file.)")
       .def(
           py::init(&make), py::arg("names"), py::kw_only(), py::arg("colors") = py::none(),
+          py::arg("moves") = py::none(),
           R"(Classes with these names, at most 31 bytes each; label and raw id of a class are its position, from 1.
 
-colors: (C, 3) uint8, red green blue; None: distinct colours. Raises InputError iff there are not 1 to
-62 names, a name is empty, too long or a duplicate, or colors has another shape.)")
+colors: (C, 3) uint8, red green blue; None: distinct colours. moves: whether things of a class may
+move, for each; None: by its name, as vehicles, people and animals do. Raises InputError iff there are not 1 to
+62 names, a name is empty, too long or a duplicate, colors has another shape, or moves another length.)")
       .def_static(
           "semantic_kitti", [] { return classes_of(DatasetClasses::semantic_kitti()); },
           "The 19 classes of SemanticKITTI, with its raw ids: 1 car .. 19 traffic-sign.")
@@ -132,6 +146,8 @@ colors: (C, 3) uint8, red green blue; None: distinct colours. Raises InputError 
       .def_property_readonly("names", &names_of, "Names of classes 1 .. C, in this order.")
       .def_property_readonly("colors", &colors_of,
                              "(C, 3) uint8: red green blue of classes 1 .. C.")
+      .def_property_readonly("moves", &moves_of,
+                             "Whether things of class 1 .. C may move, a truth value each.")
       .def_property_readonly(
           "num_classes", [](const Classes& c) { return c.table.num_classes(); }, "C.")
       .def_property_readonly(

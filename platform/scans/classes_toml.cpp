@@ -27,6 +27,7 @@ struct ParsedClass {
   std::string name;
   Color color;
   std::vector<std::uint16_t> raw_ids;
+  bool moves = false;
   std::size_t line = 0;
 };
 
@@ -89,6 +90,12 @@ class ClassesReader {
     parsed.color = color;
     TESSERA_TRY_ASSIGN(std::vector<std::uint16_t> raw_ids, read_raw_ids(*entry.get("raw")));
     parsed.raw_ids = std::move(raw_ids);
+    parsed.moves = moves_by_name(parsed.name);
+    if (const toml::node* moves = entry.get("moves")) {
+      if (!moves->is_boolean())
+        return refusal(*moves, "moves is not true or false", "write moves = true, or leave it out");
+      parsed.moves = moves->as_boolean()->get();
+    }
     return parsed;
   }
 
@@ -190,7 +197,9 @@ Outcome<DatasetClasses> DatasetClasses::parse(std::string_view text, const std::
   try {
     TESSERA_TRY_ASSIGN(const ParsedClasses parsed, ClassesReader(path).read(toml::parse(text)));
     ClassTable table;
-    for (const ParsedClass& one : parsed.classes) static_cast<void>(table.add(one.name, one.color));
+    for (const ParsedClass& one : parsed.classes) {
+      static_cast<void>(table.add(one.name, one.color, one.moves));
+    }
     DatasetClasses classes(table);
     for (const ParsedClass& one : parsed.classes) classes.assign(one.raw_ids, one.id);
     classes.assign(parsed.unlabelled, classes.unlabelled());

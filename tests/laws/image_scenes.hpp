@@ -43,6 +43,13 @@ inline Cloud scan_of(const Scene& scene, double low_deg, double high_deg, double
   return cloud;
 }
 
+/// Steps of depth in all directions, and gaps.
+inline double broken_room(double azimuth_rad, double elevation_rad) {
+  const double wave = std::sin(7.0 * azimuth_rad) + std::sin(9.0 * elevation_rad + azimuth_rad);
+  if (wave > 1.7) return 0.0;
+  return wave < -0.9 ? 1.1 : wave < 0.0 ? 2.3 : wave < 0.8 ? 2.9 + 0.3 * wave : 5.0;
+}
+
 inline bool is_free(const Mapper& mapper, const Vector& p) {
   return mapper.map().evidence(Point3d(p[0], p[1], p[2]).cast<float>()).sigma[0] > 0.0F;
 }

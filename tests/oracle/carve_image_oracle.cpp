@@ -157,4 +157,70 @@ Freed CarveImageOracle::judge_texel(int face, int level, int column, int row,
   return is_maybe_near ? Freed::kEither : Freed::kYes;
 }
 
+Freed CarveImageOracle::judge_seen(const Vector& centre, bool by_window,
+                                   double margin_voxels) const {
+  const Vector d = minus(centre, origin_);
+  const double range_m = std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+  if (range_m > rule_.range_m * (1.0 + 1e-9)) return Freed::kNo;
+  const double longest = std::max({std::fabs(d[0]), std::fabs(d[1]), std::fabs(d[2])});
+  bool yes = false;
+  bool no = range_m > rule_.range_m * (1.0 - 1e-9);
+  for (int axis = 0; axis < 3; ++axis) {
+    const double along = d[static_cast<std::size_t>(axis)];
+    const double depth_m = std::fabs(along);
+    if (depth_m < longest * (1.0 - 1e-6)) continue;
+    if (depth_m < 0.011 * rule_.resolution_m) return Freed::kEither;
+    const int face = 2 * axis + (along < 0.0 ? 1 : 0);
+    const double column = pixel_of(d[static_cast<std::size_t>(across(axis)[0])] / depth_m);
+    const double row = pixel_of(d[static_cast<std::size_t>(across(axis)[1])] / depth_m);
+    for (const int c : texels_of(column, 0)) {
+      for (const int r : texels_of(row, 0)) {
+        const Freed seen = judge_pixel(face, c, r, depth_m + margin_voxels * rule_.resolution_m,
+                                       by_window);
+        yes = yes || seen != Freed::kNo;
+        no = no || seen != Freed::kYes;
+      }
+    }
+  }
+  return yes && no ? Freed::kEither : yes ? Freed::kYes : Freed::kNo;
+}
+
+Freed CarveImageOracle::judge_pixel(int face, int column, int row, double least_m,
+                                    bool by_window) const {
+  const double quantum_m = 1.001 * rule_.range_m / 65000.0;
+  const int below = by_window && face < 4 ? 4 : 1;
+  // By pixel from the centre's, the nearest of what was met there.
+  std::map<std::array<int, 2>, double> nearest_m;
+  for (int y = square_of(row - below); y <= square_of(row + 1); ++y) {
+    for (int x = square_of(column - 1); x <= square_of(column + 1); ++x) {
+      const auto square = seen_.find({face, x, y});
+      if (square == seen_.end()) continue;
+      for (const Seen& one : square->second) {
+        const std::array<int, 2> off{texel_of(one.column, 0) - column, texel_of(one.row, 0) - row};
+        if (std::abs(off[0]) > 1 || off[1] > 1 || off[1] < -below) continue;
+        const double depth_m = one.is_hit ? one.depth_m : 1e9;
+        const auto [at, is_new] = nearest_m.try_emplace(off, depth_m);
+        if (!is_new) at->second = std::min(at->second, depth_m);
+      }
+    }
+  }
+  double judged_m = 1e9;
+  if (by_window) {
+    bool is_seen = false;
+    for (const auto& [off, depth_m] : nearest_m) {
+      is_seen = is_seen || off[1] >= -1;
+      judged_m = std::min(judged_m, depth_m);
+    }
+    if (!is_seen) return Freed::kNo;
+  } else {
+    const auto here = nearest_m.find({0, 0});
+    if (nearest_m.empty()) return Freed::kNo;
+    judged_m = 0.0;
+    for (const auto& [off, depth_m] : nearest_m) judged_m = std::max(judged_m, depth_m);
+    if (here != nearest_m.end()) judged_m = here->second;
+  }
+  if (judged_m < least_m - quantum_m) return Freed::kNo;
+  return judged_m < least_m + quantum_m ? Freed::kEither : Freed::kYes;
+}
+
 }  // namespace tessera::oracle

@@ -207,6 +207,10 @@ def test_class_tables(small):
     assert table.colors.tolist() == [[1, 2, 3], [4, 5, 6]]
     assert table.components(np.array([0, 1, 2, 3, 65536 + 1], np.uint32)).tolist() == [3, 1, 2, 3, 1]
     assert table != small.classes and table != 1 and small.classes == tessera.ClassTable(["road", "wall"], colors=small.classes.colors)
+    assert tessera.ClassTable(["car", "wall"]).moves == [True, False]
+    assert tessera.ClassTable(["car", "wall"], moves=[False, True]).moves == [False, True]
+    with pytest.raises(tessera.InputError, match="moves is not a truth value for each name"):
+        tessera.ClassTable(["car", "wall"], moves=[True])
     many = tessera.ClassTable([f"c{i}" for i in range(62)])
     assert len({tuple(color) for color in many.colors}) == 62
     assert len(tessera.ClassTable.semantic_kitti()) == 19

@@ -39,8 +39,10 @@ Status read_classes(const tessera_class* from, std::uint32_t count, ClassTable& 
   for (std::uint32_t i = 0; i < count; ++i) {
     std::size_t length = 0;
     while (length < sizeof(from[i].name) && from[i].name[length] != '\0') ++length;
-    const Status status = into.add(std::string_view(from[i].name, length),
-                                   {from[i].red, from[i].green, from[i].blue});
+    const std::string_view name(from[i].name, length);
+    if (from[i].moves > 2) return Status::kInvalidArgument;
+    const bool moves = from[i].moves == 0 ? moves_by_name(name) : from[i].moves == 1;
+    const Status status = into.add(name, {from[i].red, from[i].green, from[i].blue}, moves);
     if (status != Status::kOk) return status;
   }
   return Status::kOk;

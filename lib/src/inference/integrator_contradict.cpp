@@ -12,7 +12,7 @@ namespace {
 constexpr int kBesideMoving = 2;
 /// How many voxels farther what was met must be.
 constexpr float kPixelMargin_voxels = 3.0F;
-constexpr float kWindowMargin_voxels = 1.0F;
+constexpr float kWindowMargin_voxels = 0.5F;  // behind the voxel
 
 template <class Combine>
 VoxelMask combine(const VoxelMask& a, const VoxelMask& b, Combine&& combine) noexcept {
@@ -72,9 +72,11 @@ VoxelMask Integrator::contradict(LocalMap& map, SlabHandle handle, const RayBloc
     for (int i = 0; i < kBesideMoving; ++i) beside = widened(beside);
     const VoxelMask through =
         carver_.seen_through(seen.coord, SeenBy::kPixel, kPixelMargin_voxels);
-    gone = both(all, either(both(through, labelled.moving), both(doubted, beside)));
+    gone = both(all, either(both(through, labelled.moving),
+                            both(doubted, without(beside, labelled.moving))));
   }
-  doubted = without(both(doubted, all), gone);
+  // Of a thing that is met beside the voxel, some rays miss this part.
+  doubted = without(without(both(doubted, all), gone), widened(seen.hit));
   std::uint64_t any = 0;
   for (std::size_t z = 0; z < doubted.size(); ++z) any |= doubted[z] | gone[z];
   if (any != 0) {

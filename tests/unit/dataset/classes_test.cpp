@@ -46,6 +46,27 @@ TEST_CASE("semantic_kitti: moving things belong to the class of their kind") {
   CHECK(classes.component(81) == 19);
 }
 
+TEST_CASE("classes: what may move is known by its name, or said") {
+  const ClassTable table = DatasetClasses::semantic_kitti().table();
+  for (int label = 1; label <= 19; ++label) CHECK(table.moves(label) == (label <= 8));
+  CHECK(table.moving() == 0x1feU);
+  const Outcome<DatasetClasses> said = DatasetClasses::parse(
+      entry("1", "car", "[1]") + entry("2", "car-park", "[2]") +
+          entry("3", "van", "[3]") + "moves = false\n" + entry("4", "door", "[4]") +
+          "moves = true\n",
+      "classes.toml");
+  REQUIRE(said.ok());
+  CHECK(said->table().moving() == 0b10010U);
+  CHECK_THAT(refusal(entry("1", "car", "[1]") + "moves = 1\n"),
+             Contains("moves is not true or false"));
+  // What moves is no part of what a map says: maps of both can be fused.
+  const Outcome<DatasetClasses> other =
+      DatasetClasses::parse(entry("1", "car", "[1]") + "moves = false\n", "classes.toml");
+  const Outcome<DatasetClasses> same = DatasetClasses::parse(entry("1", "car", "[1]"), "");
+  REQUIRE((other.ok() && same.ok()));
+  CHECK(other->table() == same->table());
+}
+
 TEST_CASE("semantic_kitti: 34 raw ids are known, four of them as unlabelled") {
   const DatasetClasses classes = DatasetClasses::semantic_kitti();
   std::set<int> unlabelled;

@@ -197,7 +197,7 @@ typedef struct tessera_class {
   uint8_t red;
   uint8_t green;
   uint8_t blue;
-  uint8_t reserved;  ///< 0
+  uint8_t moves;  ///< such things may move: 1 yes, 2 no, 0 by the name (vehicles, people, animals)
 } tessera_class;
 
 /// Functions of the program. All are called with context, only from calls of the program's, on

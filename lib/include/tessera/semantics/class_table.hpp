@@ -85,6 +85,10 @@ class ClassTable {
   [[nodiscard]] constexpr int unlabelled() const noexcept { return count_ + 1; }
   /// The components of classes that may move, a bit each.
   [[nodiscard]] constexpr std::uint64_t moving() const noexcept { return moving_; }
+  /// Whether things of that class may move. label in 1 .. C.
+  [[nodiscard]] constexpr bool moves(int label) const noexcept {
+    return (moving_ >> static_cast<unsigned>(label) & 1U) != 0;
+  }
   /// label in 1 .. C.
   [[nodiscard]] constexpr const SemanticClass& operator[](int label) const noexcept {
     TESSERA_ASSERT(label >= 1 && label <= count_);
