@@ -56,8 +56,7 @@ Classes make(const std::vector<std::string>& names, const std::optional<ColorArr
     }
     Color color = color_of(label);
     if (colors) color = {colors->at(label, 0), colors->at(label, 1), colors->at(label, 2)};
-    const bool may_move =
-        moves ? (*moves)[static_cast<std::size_t>(label)] : moves_by_name(name);
+    const bool may_move = moves ? (*moves)[static_cast<std::size_t>(label)] : moves_by_name(name);
     static_cast<void>(table.add(name, color, may_move));
     ++label;
   }

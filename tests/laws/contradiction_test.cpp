@@ -58,8 +58,8 @@ Cloud wall_with(int label, double low_m = -0.5, double high_m = 0.5) {
     for (double a = -8.0; a <= 8.0; a += 0.1) {
       const double y = std::tan(a * kRadians);
       const double z = std::tan(e * kRadians) / std::cos(a * kRadians);
-      const bool is_box = label != 0 && 8.0 * y > low_m && 8.0 * y < high_m &&
-                          std::fabs(8.0 * z) < 0.5;
+      const bool is_box =
+          label != 0 && 8.0 * y > low_m && 8.0 * y < high_m && std::fabs(8.0 * z) < 0.5;
       const double x = is_box ? 8.0 : 12.0;
       cloud.add(x, x * y, x * z, is_box ? label : kWall);
     }
@@ -88,7 +88,8 @@ TEST_CASE("contradiction: what stands goes by the second scan that sees through 
   CHECK(twice.voxels_cleared == once.voxels_doubted);
   // Nothing of the box is left, and the wall behind it is whole.
   for (double y = -0.35; y < 0.4; y += 0.1) {
-    for (double z = -0.35; z < 0.4; z += 0.1) CHECK(street.state({8.05, y, z}) == VoxelState::kFree);
+    for (double z = -0.35; z < 0.4; z += 0.1)
+      CHECK(street.state({8.05, y, z}) == VoxelState::kFree);
     CHECK(street.state({12.05, y + 0.05, 0.05}) == VoxelState::kOccupied);
   }
 }
@@ -128,7 +129,9 @@ TEST_CASE("contradiction: what is beside a thing that may move goes with it") {
         const bool is_box = std::fabs(8.0 * y - 0.4) < 0.3;
         const double x = is_box ? 8.0 : 12.0;
         cloud.add(x, x * y, x * std::tan(e * kRadians),
-                  !is_box ? kWall : 8.0 * y < 0.3 ? label_of_left : kCar);
+                  !is_box         ? kWall
+                  : 8.0 * y < 0.3 ? label_of_left
+                                  : kCar);
       }
     }
     return cloud;
@@ -144,7 +147,8 @@ TEST_CASE("contradiction: what is beside a thing that may move goes with it") {
   CHECK(alone.state({8.05, 0.25, 0.05}) == VoxelState::kOccupied);
 }
 
-TEST_CASE("contradiction: what lies hidden, or out of sight, or in the last few centimetres stays") {
+TEST_CASE(
+    "contradiction: what lies hidden, or out of sight, or in the last few centimetres stays") {
   Street street;
   for (int i = 0; i < 3; ++i) street.look(wall_with(kCar));
   // A wall before it, one just behind its front, and one that leaves it out of sight.

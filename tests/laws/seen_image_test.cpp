@@ -15,15 +15,14 @@ TEST_CASE("seen through: by the pixel and by the window, it is what brute force 
     double column_deg;
     float margin_voxels;
   };
-  const Case drawn = GENERATE(Case{0.1, 0.5, 0.17, 1.0F}, Case{0.05, 0.4, 0.3, 3.0F},
-                              Case{0.03, 1.2, 0.11, 0.0F});
+  const Case drawn =
+      GENERATE(Case{0.1, 0.5, 0.17, 1.0F}, Case{0.05, 0.4, 0.3, 3.0F}, Case{0.03, 1.2, 0.11, 0.0F});
   const bool by_window = GENERATE(false, true);
   CAPTURE(drawn.resolution_m, by_window);
   const double range_m = 3.4;
   const ScanCapacity capacity{.points = 800000, .tiles = 1, .ray_blocks = 60000};
   AlignedMemory memory(FreeSpace::required_bytes(capacity, Carving::kImage) +
-                       ImageCarver::required_bytes() +
-                       ScanPoints::required_bytes(capacity.points));
+                       ImageCarver::required_bytes() + ScanPoints::required_bytes(capacity.points));
   Arena arena(memory.span());
   FreeSpace free_space = *FreeSpace::make(arena, capacity, Carving::kImage);
   ImageCarver carver = *ImageCarver::make(arena);

@@ -175,8 +175,8 @@ Freed CarveImageOracle::judge_seen(const Vector& centre, bool by_window,
     const double row = pixel_of(d[static_cast<std::size_t>(across(axis)[1])] / depth_m);
     for (const int c : texels_of(column, 0)) {
       for (const int r : texels_of(row, 0)) {
-        const Freed seen = judge_pixel(face, c, r, depth_m + margin_voxels * rule_.resolution_m,
-                                       by_window);
+        const Freed seen =
+            judge_pixel(face, c, r, depth_m + margin_voxels * rule_.resolution_m, by_window);
         yes = yes || seen != Freed::kNo;
         no = no || seen != Freed::kYes;
       }

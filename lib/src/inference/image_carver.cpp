@@ -29,11 +29,6 @@ Tangents tangents_of(double low, double high, double nearest, double farthest) n
   return {low / (low < 0.0 ? nearest : farthest), high / (high > 0.0 ? nearest : farthest)};
 }
 
-template <class Box>
-Point3d farthest_corner(const Box& box) noexcept {
-  return box.low.cwiseAbs().cwiseMax(box.high.cwiseAbs());
-}
-
 }  // namespace
 
 Result<ImageCarver> ImageCarver::make(Arena& arena, LaneWidth lanes) noexcept {
@@ -222,7 +217,7 @@ void ImageCarver::compare(int face, const Box& box, Choose&& choose,
   slabs.middle = CarveImage::kMiddle;
   slabs.words = words.data();
   compare_(slabs);
-  if (squared_norm(farthest_corner(box)) > range_m_ * range_m_)
+  if (squared_norm(box.low.cwiseAbs().cwiseMax(box.high.cwiseAbs())) > range_m_ * range_m_)
     keep_in_range(first_m, cube.axis, words);
 }
 

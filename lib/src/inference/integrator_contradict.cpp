@@ -35,8 +35,8 @@ VoxelMask widened(const VoxelMask& mask) noexcept {
   VoxelMask flat;
   for (std::size_t z = 0; z < mask.size(); ++z) {
     const std::uint64_t word = mask[z];
-    const std::uint64_t rows = word | ((word << 1U) & 0xfefefefefefefefeU) |
-                               ((word >> 1U) & 0x7f7f7f7f7f7f7f7fU);
+    const std::uint64_t rows =
+        word | ((word << 1U) & 0xfefefefefefefefeU) | ((word >> 1U) & 0x7f7f7f7f7f7f7f7fU);
     flat[z] = rows | (rows << 8U) | (rows >> 8U);
   }
   VoxelMask result = flat;
@@ -70,8 +70,7 @@ VoxelMask Integrator::contradict(LocalMap& map, SlabHandle handle, const RayBloc
   if (labelled.any_moving) {
     VoxelMask beside = labelled.moving;
     for (int i = 0; i < kBesideMoving; ++i) beside = widened(beside);
-    const VoxelMask through =
-        carver_.seen_through(seen.coord, SeenBy::kPixel, kPixelMargin_voxels);
+    const VoxelMask through = carver_.seen_through(seen.coord, SeenBy::kPixel, kPixelMargin_voxels);
     gone = both(all, either(both(through, labelled.moving),
                             both(doubted, without(beside, labelled.moving))));
   }

@@ -143,8 +143,8 @@ bool BlockEditor::count_passes(std::size_t layer, const Slices& slices) noexcept
     std::uint8_t* const at = &page.passes[8 * rows];
     std::memcpy(&passes, at, sizeof(passes));
     // All ones where there is one more.
-    const auto more = __builtin_convertvector(
-        ((wanted & kBits) == kBits) & (passes != most), Bytes);
+    const auto more =
+        __builtin_convertvector(((wanted & kBits) == kBits) & (passes != most), Bytes);
     added |= more;
     passes -= more;
     std::array<std::uint64_t, 2> words{};
@@ -176,7 +176,8 @@ namespace {
 
 /// An octet's eight bits of two slices of a layer: two of a row, of two rows, of each slice.
 unsigned of_octet(const BlockEditor::Slices& slices, std::size_t octet_in_layer) noexcept {
-  const auto corner = static_cast<unsigned>(2 * (octet_in_layer & 3U) + 16 * (octet_in_layer >> 2U));
+  const auto corner =
+      static_cast<unsigned>(2 * (octet_in_layer & 3U) + 16 * (octet_in_layer >> 2U));
   const auto of_slice = [corner](std::uint64_t slice) {
     const auto rows = static_cast<unsigned>(slice >> corner);
     return (rows & 3U) | ((rows >> 6U) & 12U);

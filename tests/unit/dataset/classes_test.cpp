@@ -51,9 +51,8 @@ TEST_CASE("classes: what may move is known by its name, or said") {
   for (int label = 1; label <= 19; ++label) CHECK(table.moves(label) == (label <= 8));
   CHECK(table.moving() == 0x1feU);
   const Outcome<DatasetClasses> said = DatasetClasses::parse(
-      entry("1", "car", "[1]") + entry("2", "car-park", "[2]") +
-          entry("3", "van", "[3]") + "moves = false\n" + entry("4", "door", "[4]") +
-          "moves = true\n",
+      entry("1", "car", "[1]") + entry("2", "car-park", "[2]") + entry("3", "van", "[3]") +
+          "moves = false\n" + entry("4", "door", "[4]") + "moves = true\n",
       "classes.toml");
   REQUIRE(said.ok());
   CHECK(said->table().moving() == 0b10010U);

@@ -35,9 +35,8 @@ struct Rig {
   }
   [[nodiscard]] std::vector<BlockCoord> moving() const {
     std::vector<BlockCoord> found;
-    map.visit_moving([&](SlabHandle handle) {
-      found.push_back(unpack(BlockKey{map.block_at(handle).key}));
-    });
+    map.visit_moving(
+        [&](SlabHandle handle) { found.push_back(unpack(BlockKey{map.block_at(handle).key})); });
     return found;
   }
   MapConfig config;
@@ -68,7 +67,8 @@ TEST_CASE("contradict: doubted labels are reduced to a pass and a quarter, in pr
   CHECK(rig.map.usage().label_voxels == 0);
 }
 
-TEST_CASE("contradict: one hit makes of a doubted voxel one that is not; what spreads to it does not") {
+TEST_CASE(
+    "contradict: one hit makes of a doubted voxel one that is not; what spreads to it does not") {
   Rig rig;
   const VoxelCoord hit_again{1, 1, 1};
   const VoxelCoord spread_to{4, 4, 4};

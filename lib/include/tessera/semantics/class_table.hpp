@@ -50,12 +50,13 @@ struct SemanticClass {
 /// Names of common data sets, in small letters. O(names).
 [[nodiscard]] constexpr bool moves_by_name(std::string_view name) noexcept {
   constexpr std::array<std::string_view, 37> kNames{
-      "animal",     "bicycle",    "bicyclist", "bird",   "boat",    "bus",          "car",
-      "cat",        "cow",        "cyclist",   "dog",    "forklift", "horse",       "human",
-      "motorcycle", "motorcyclist", "moving-object", "on-rails", "other-vehicle", "pedestrian",
-      "people",     "person",     "rider",     "robot",  "scooter", "sheep",        "ship",
-      "stroller",   "tractor",    "trailer",   "train",  "tram",    "truck",        "van",
-      "vehicle",    "wheelchair", "worker"};
+      "animal",        "bicycle",    "bicyclist",  "bird",         "boat",          "bus",
+      "car",           "cat",        "cow",        "cyclist",      "dog",           "forklift",
+      "horse",         "human",      "motorcycle", "motorcyclist", "moving-object", "on-rails",
+      "other-vehicle", "pedestrian", "people",     "person",       "rider",         "robot",
+      "scooter",       "sheep",      "ship",       "stroller",     "tractor",       "trailer",
+      "train",         "tram",       "truck",      "van",          "vehicle",       "wheelchair",
+      "worker"};
   for (const std::string_view known : kNames) {
     if (name == known) return true;
   }

@@ -58,8 +58,8 @@ class BlockEditor {
   [[nodiscard]] bool count_passes(std::size_t layer, const Slices& slices) noexcept;
   /// Labels of these voxels give way where the cap is reached. Returns whether anything changed.
   [[nodiscard]] bool give_way(std::size_t layer, const Slices& slices) noexcept;
-  /// Label evidence of the voxels in gone goes; the others' in doubted is doubted, or goes if it was
-  /// (LocalMap::see_through).
+  /// Label evidence of the voxels in gone goes; the others' in doubted is doubted, or goes if it
+  /// was (LocalMap::see_through).
   void contradict(std::size_t layer, const Slices& doubted, const Slices& gone,
                   Contradicted& counts) noexcept;
   /// The page must be there; what is over max_passes() is not counted.
