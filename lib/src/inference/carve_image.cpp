@@ -129,9 +129,12 @@ void CarveImage::finish() noexcept {
     if (!rows.any()) continue;
     rows.first = std::max(rows.first - kMargin, 0) / kCoarsest * kCoarsest;
     rows.last = std::min(rows.last + kMargin, kEdge - 1) / kCoarsest * kCoarsest + kCoarsest - 1;
-    // On faces beside the sensor, rows go upwards.
-    seen_images_[static_cast<std::size_t>(face)].set(level(face, 0), rows.first, rows.last,
-                                                     CubeFace::of(face).axis != 2, kNone, kUnseen,
+    seen_images_[static_cast<std::size_t>(face)].set({.nearest = level(face, 0),
+                                                      .first = rows.first,
+                                                      .last = rows.last,
+                                                      .goes_up = CubeFace::of(face).axis != 2,
+                                                      .none = kNone,
+                                                      .unseen = kUnseen},
                                                      nearest_.data());
     make_levels(face);
     for (int i = 0; i < kLevels; ++i) make_farthest(face, i);

@@ -3,6 +3,7 @@
 #include "tessera/inference/internal/seen_image.hpp"
 
 #include <algorithm>
+#include <array>
 
 namespace tessera {
 
@@ -10,16 +11,31 @@ namespace {
 
 using Value = std::int16_t;
 
-/// of three neighbours in a row, for all but its first and last, which become `outside`.
-template <class Choose>
-void of_three(const Value* row, Value* into, int edge, Value outside, Choose&& choose) noexcept {
+/// The least of two or, where farther is asked for, the greater one.
+template <bool kFarther>
+Value one_of(Value a, Value b) noexcept {
+  return kFarther ? std::max(a, b) : std::min(a, b);
+}
+
+/// One of three neighbours in a row, for all but its first and last, which become `outside`.
+template <bool kFarther>
+void of_three_columns(const Value* row, Value* into, int edge, Value outside) noexcept {
   into[0] = outside;
-  for (int c = 1; c < edge - 1; ++c) into[c] = choose(choose(row[c - 1], row[c]), row[c + 1]);
+  for (int c = 1; c < edge - 1; ++c)
+    into[c] = one_of<kFarther>(one_of<kFarther>(row[c - 1], row[c]), row[c + 1]);
   into[edge - 1] = outside;
 }
 
-Value lesser(Value a, Value b) noexcept { return std::min(a, b); }
-Value greater(Value a, Value b) noexcept { return std::max(a, b); }
+/// One of each column of three rows.
+template <bool kFarther>
+void of_three_rows(const std::array<const Value*, 3>& rows, Value* into, int edge) noexcept {
+  for (int i = 0; i < edge; ++i)
+    into[i] = one_of<kFarther>(one_of<kFarther>(rows[0][i], rows[1][i]), rows[2][i]);
+}
+
+void replace(Value* row, int edge, Value what, Value by) noexcept {
+  for (int i = 0; i < edge; ++i) row[i] = row[i] == what ? by : row[i];
+}
 
 }  // namespace
 
@@ -30,46 +46,48 @@ SeenImage SeenImage::make(Arena& arena, int edge) noexcept {
   return made;
 }
 
-void SeenImage::set(const Value* nearest, int first, int last, bool below, Value none, Value unseen,
-                    Value* scratch) noexcept {
-  const int edge = edge_;
-  const auto at = [edge](auto* values, int r) { return values + std::ptrdiff_t{r} * edge; };
-  Value* const pixel = images_.data();
-  Value* const window = images_.data() + pixels(edge);
-  // The least of three columns, and where there was a return the farthest of them: of a row and
-  // those beside it, what follows needs both.
-  for (int r = first; r <= last; ++r) {
-    of_three(at(nearest, r), at(scratch, r), edge, none, lesser);
-    Value* const seen = at(pixel, r);
-    const Value* const row = at(nearest, r);
-    for (int c = 0; c < edge; ++c) seen[c] = row[c] == none ? unseen : row[c];
-  }
-  for (int r = last; r >= first; --r) {
-    const int up = std::min(r + 1, last);
-    const int down = std::max(r - 1, first);
-    const int lowest = below ? std::max(r - kRowsBelow, first) : down;
-    Value* const into = at(window, r);
-    const Value* const a = at(scratch, down);
-    const Value* const b = at(scratch, r);
-    const Value* const c = at(scratch, up);
-    for (int i = 0; i < edge; ++i) into[i] = std::min(std::min(a[i], b[i]), c[i]);
-    for (int i = 0; i < edge; ++i) into[i] = into[i] == none ? unseen : into[i];
-    for (int other = lowest; other < down; ++other) {
-      const Value* const row = at(scratch, other);
-      for (int i = 0; i < edge; ++i) into[i] = std::min(into[i], row[i]);
+void SeenImage::set(const Face& face, Value* scratch) noexcept {
+  set_window(face, scratch);
+  set_pixel(face, scratch);
+}
+
+void SeenImage::set_window(const Face& face, Value* scratch) noexcept {
+  const auto row_at = [this](auto* values, int r) { return values + std::ptrdiff_t{r} * edge_; };
+  for (int r = face.first; r <= face.last; ++r)
+    of_three_columns<false>(row_at(face.nearest, r), row_at(scratch, r), edge_, face.none);
+  for (int r = face.first; r <= face.last; ++r) {
+    const int down = std::max(r - 1, face.first);
+    const int up = std::min(r + 1, face.last);
+    Value* const into = row_at(images_.data() + pixels(edge_), r);
+    of_three_rows<false>({row_at(scratch, down), row_at(scratch, r), row_at(scratch, up)}, into,
+                         edge_);
+    replace(into, edge_, face.none, face.unseen);
+    const int lowest = face.goes_up ? std::max(r - kRowsBelow, face.first) : down;
+    for (int below = lowest; below < down; ++below) {
+      const Value* const row = row_at(scratch, below);
+      for (int i = 0; i < edge_; ++i) into[i] = std::min(into[i], row[i]);
     }
   }
-  // Nothing reads scratch any more: the farthest of three columns.
-  for (int r = first; r <= last; ++r)
-    of_three(at(pixel, r), at(scratch, r), edge, unseen, greater);
-  for (int r = first; r <= last; ++r) {
-    const Value* const a = at(scratch, std::max(r - 1, first));
-    const Value* const b = at(scratch, r);
-    const Value* const c = at(scratch, std::min(r + 1, last));
-    Value* const into = at(pixel, r);
-    for (int i = 0; i < edge; ++i) {
-      const Value most = std::max(std::max(a[i], b[i]), c[i]);
-      into[i] = into[i] == unseen ? most : into[i];
+}
+
+void SeenImage::set_pixel(const Face& face, Value* scratch) noexcept {
+  const auto row_at = [this](auto* values, int r) { return values + std::ptrdiff_t{r} * edge_; };
+  Value* const image = images_.data();
+  for (int r = face.first; r <= face.last; ++r) {
+    Value* const own = row_at(image, r);
+    std::copy_n(row_at(face.nearest, r), edge_, own);
+    replace(own, edge_, face.none, face.unseen);
+    of_three_columns<true>(own, row_at(scratch, r), edge_, face.unseen);
+  }
+  for (int r = face.first; r <= face.last; ++r) {
+    std::array<const Value*, 3> rows{};
+    for (int i = 0; i < 3; ++i)
+      rows[static_cast<std::size_t>(i)] =
+          row_at(scratch, std::clamp(r - 1 + i, face.first, face.last));
+    Value* const own = row_at(image, r);
+    for (int i = 0; i < edge_; ++i) {
+      const Value most = std::max(std::max(rows[0][i], rows[1][i]), rows[2][i]);
+      own[i] = own[i] == face.unseen ? most : own[i];
     }
   }
 }

@@ -35,11 +35,17 @@ class SeenImage {
   [[nodiscard]] static SeenImage make(Arena& arena, int edge) noexcept;
   SeenImage() noexcept = default;
 
-  /// Rows first .. last, from a face's nearest depths of returns; none: where there was none;
-  /// unseen: the value where nothing was met. below: the face's rows go upwards. scratch: a face's
-  /// size. O(pixels of the rows).
-  void set(const std::int16_t* nearest, int first, int last, bool below, std::int16_t none,
-           std::int16_t unseen, std::int16_t* scratch) noexcept;
+  /// A face's nearest depths of returns, in rows first .. last.
+  struct Face {
+    const std::int16_t* nearest = nullptr;
+    int first = 0;
+    int last = -1;
+    bool goes_up = false;     ///< Its rows follow the map's z.
+    std::int16_t none = 0;    ///< Where there was no return: more than any depth.
+    std::int16_t unseen = 0;  ///< Less than any depth.
+  };
+  /// scratch: a face's size. O(pixels of the rows).
+  void set(const Face& face, std::int16_t* scratch) noexcept;
   /// Only rows that were set.
   [[nodiscard]] const std::int16_t* values(SeenBy by) const noexcept {
     return images_.data() + static_cast<std::size_t>(by) * pixels(edge_);
@@ -49,6 +55,9 @@ class SeenImage {
   [[nodiscard]] static constexpr std::size_t pixels(int edge) noexcept {
     return static_cast<std::size_t>(edge) * static_cast<std::size_t>(edge);
   }
+
+  void set_window(const Face& face, std::int16_t* scratch) noexcept;
+  void set_pixel(const Face& face, std::int16_t* scratch) noexcept;
 
   std::span<std::int16_t> images_;
   int edge_ = 0;
