@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 
 #include "carve_slabs.hpp"
 
@@ -27,6 +28,15 @@ struct Tangents {
 };
 Tangents tangents_of(double low, double high, double nearest, double farthest) noexcept {
   return {low / (low < 0.0 ? nearest : farthest), high / (high > 0.0 ? nearest : farthest)};
+}
+
+/// Rays without a return that are shorter than this end before the range limit, and nothing is
+/// known behind them; 0: none does. Others than those lie at the limit, where there is one.
+double ends_of_no_return_before(const InferenceConfig& config) noexcept {
+  const auto no_return_m = static_cast<double>(config.no_return_range_m);
+  const auto max_m = static_cast<double>(config.max_range_m);
+  if (!(max_m > 0.0)) return std::numeric_limits<double>::infinity();
+  return no_return_m > 0.0 && no_return_m < max_m ? 0.5 * (no_return_m + max_m) : 0.0;
 }
 
 template <class Box>
@@ -59,7 +69,11 @@ void ImageCarver::see(const ScanPoints& points, const InferenceConfig& config) n
   }
   image_.begin(std::max(range_m_, 1e-3), config.free_space.neighbour_pixels);
   for (const ScanPoint& point : points.returns()) image_.add(from_sensor(point), true);
-  for (const ScanPoint& point : points.returns_beyond()) image_.add(from_sensor(point), false);
+  const double ends_before_m = ends_of_no_return_before(config);
+  for (const ScanPoint& point : points.returns_beyond()) {
+    const Point3d d = from_sensor(point);
+    image_.add(d, norm(d) < ends_before_m);
+  }
   image_.finish();
 }
 
