@@ -160,8 +160,9 @@ Outcome<void> map_scans(const MapOptions& options, MapSetup& setup, const Record
         setup.map, source.classes().table().num_components(),
         archive_blocks(setup, earlier.archive ? &*earlier.archive : nullptr));
   }
-  TESSERA_TRY_ASSIGN(const std::unique_ptr<Registrar> registrar,
-                     Registrar::make(source.registration()));
+  RegistrarConfig registration = source.registration();
+  registration.body = setup.inference.body;
+  TESSERA_TRY_ASSIGN(const std::unique_ptr<Registrar> registrar, Registrar::make(registration));
   TESSERA_TRY_ASSIGN(const ScanCapacity capacity, split_budget(setup, source.max_points()));
   TESSERA_TRY_ASSIGN(MapIdentity own, identity_of(options));
   MapIdentity identity = earlier.header ? earlier.header->identity : own;
@@ -246,6 +247,7 @@ Outcome<void> run_map(MapOptions& options) {
   TESSERA_TRY_ASSIGN(const bool spilled, find_spilled(options));
   Outcome<MapSetup> setup = set_up(options);
   if (!setup.ok()) return setup.failure();
+  TESSERA_TRY(check_body(setup->inference.body, Matrix34d::Identity(), "the sensor"));
   // Before the work, so that an unwritable output is reported at once.
   TESSERA_TRY(check_places(options));
   TESSERA_TRY_ASSIGN(const std::unique_ptr<RecordedScans> source, open_source(options));

@@ -27,6 +27,16 @@ Outcome<DatasetClasses> classes_of(const SensorsConfig& sensors) {
   return DatasetClasses::parse(text, sensors.classes);
 }
 
+/// None of the sensors is in a box of the body.
+Outcome<void> check_beside(const std::vector<MountedSensor>& sensors, const RobotBody& body) {
+  for (const MountedSensor& sensor : sensors) {
+    const bool is_camera = sensor.kind == MountedKind::kDepthCamera;
+    TESSERA_TRY(check_body(body, sensor.T_body_sensor,
+                           is_camera ? "the depth camera" : "the lidar of [sensors]"));
+  }
+  return {};
+}
+
 }  // namespace
 
 Outcome<void> Node::open_inputs() {
@@ -138,6 +148,10 @@ Outcome<void> Node::make_registrar() {
   } else {
     registrar = recorded_.scans->registration();
   }
+  const RobotBody& body = setup_.map.inference.body;
+  TESSERA_TRY(config_.sensors.enabled ? check_beside(sensor_config().matcher.sensors, body)
+                                      : check_body(body, Matrix34d::Identity(), "the sensor"));
+  registrar.body = body;
   TESSERA_TRY_ASSIGN(std::unique_ptr<Registrar> made, Registrar::make(registrar));
   registrar_ = std::move(made);
   return {};

@@ -81,6 +81,17 @@ const float* weights_of(const py::array& array, std::size_t count) {
   return static_cast<const float*>(array.data());
 }
 
+const std::uint8_t* flags_of(const py::array& array, const char* name, std::size_t count) {
+  const std::string n(name);
+  if (!is_of<bool>(array) && !is_of<std::uint8_t>(array))
+    raise_type(n + " is of " + type_of(array) + "; give bool: " + n + ".astype(bool)");
+  if (array.ndim() != 1 || static_cast<std::size_t>(array.shape(0)) != count)
+    refuse_shape(array, name, fmt::format("one for each of the {} points", count));
+  if (count > 1 && array.strides(0) != 1)
+    throw InputError(n + " has gaps; give numpy.ascontiguousarray(" + n + ")");
+  return count == 0 ? nullptr : static_cast<const std::uint8_t*>(array.data());
+}
+
 LabelsView labels_of(const std::optional<py::array>& array, std::size_t count, const char* name) {
   LabelsView labels;
   labels.count = count;

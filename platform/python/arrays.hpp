@@ -27,6 +27,10 @@ namespace tessera::python {
 /// (N,), float32, without gaps. Raises as points_of, and iff N is not count.
 [[nodiscard]] const float* weights_of(const py::array& array, std::size_t count);
 
+/// (N,), bool or uint8, without gaps; not 0: true. Raises as weights_of.
+[[nodiscard]] const std::uint8_t* flags_of(const py::array& array, const char* name,
+                                           std::size_t count);
+
 /// Labels of count points, not yet converted: uint8 are components, uint16 and uint32 raw ids, of
 /// which the lower 16 bits are used.
 struct LabelsView {

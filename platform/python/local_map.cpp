@@ -52,7 +52,9 @@ IntegrationReport integrate(HeldLocalMap& map, const py::array& points,
                             const std::optional<py::array>& labels,
                             const std::optional<PoseArray>& T_map_sensor,
                             const std::optional<py::array>& weights,
-                            const std::optional<std::int64_t>& stamp_us) {
+                            const std::optional<std::int64_t>& stamp_us,
+                            const std::optional<PoseArray>& T_body_sensor,
+                            const std::optional<py::array>& no_return) {
   const PointsView view = points_of(points, "points");
   ScanView scan;
   scan.points = view.points;
@@ -65,7 +67,10 @@ IntegrationReport integrate(HeldLocalMap& map, const py::array& points,
         "map with the data set's classes");
   }
   if (weights) scan.weights = weights_of(*weights, view.count);
+  if (no_return) scan.no_return = flags_of(*no_return, "no_return", view.count);
   scan.T_map_sensor = pose_of(T_map_sensor, "T_map_sensor");
+  scan.T_body_sensor = pose_of(T_body_sensor, "T_body_sensor");
+  check(check_body(map.setup().inference.body, scan.T_body_sensor, "the sensor"));
   warn_of_sampling(view.count, map.max_points());
   const IntegrationReport report = map.integrate(scan, given, stamp_us);
   if (report.scan.pose != Status::kOk) {
@@ -153,14 +158,15 @@ points: (N, 3) or wider float32, x y z first, metres, sensor frame; not copied. 
 components (1 .. C; anything else is unlabelled), or uint16 or uint32 raw ids (the lower 16 bits);
 None: all unlabelled. T_map_sensor: (4, 4) or (3, 4), sensor to map, metres; None: the identity.
 weights: (N,) float32, 0 .. 1e6; None: all 1. stamp_us: of the scan, for correct(); None: the time now,
-of a monotonic clock.
+of a monotonic clock. T_body_sensor: (4, 4) or (3, 4), for the boxes of body; None: the identity.
+no_return: (N,) bool, true where nothing came back from the direction of a point; None: all did.
 
 Refused points are counted in the report; a scan of more than max_points is sampled, with a
 UserWarning. The first scan that has no points, or whose points are all beyond max_range_m or left
 out, or with labels in no class, gets a UserWarning too; it is integrated even where warnings are
 errors. Raises TypeError iff an array is of another type; InputError iff of another shape, the
-layout of points or weights is unusable, the pose is not rigid or outside of the grid, or raw ids are
-given and not known. The map is then unchanged. Raises Error iff a submap that has ended cannot be
+layout of points or weights is unusable, the pose is not rigid or outside of the grid, a box of body
+holds the sensor, or raw ids are given and not known. The map is then unchanged. Raises Error iff a submap that has ended cannot be
 written; the scan is in the map, and the next one tries again.
 The GIL is released; the arrays must not be written to meanwhile.)";
 
@@ -264,7 +270,8 @@ has them all.)");
   local_map
       .def("integrate", &integrate, py::arg("points"), py::arg("labels") = py::none(),
            py::arg("T_map_sensor") = py::none(), py::arg("weights") = py::none(), py::kw_only(),
-           py::arg("stamp_us") = py::none(), kIntegrate)
+           py::arg("stamp_us") = py::none(), py::arg("T_body_sensor") = py::none(),
+           py::arg("no_return") = py::none(), kIntegrate)
       .def("correct", &correct, py::arg("stamps_us"), py::arg("T_world_sensor"),
            py::arg("revision"), kCorrect)
       .def(

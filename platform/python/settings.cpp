@@ -5,6 +5,7 @@
 #include <pybind11/stl/filesystem.h>
 
 #include <filesystem>
+#include <vector>
 
 namespace tessera::python {
 
@@ -43,6 +44,8 @@ TypeNames type_of(SettingKind kind) {
       return {"str", "text"};
     case SettingKind::kPath:
       return {"str", "a path"};
+    case SettingKind::kReals:
+      return {"list", "a list of numbers"};
     case SettingKind::kNumbers:
       break;
   }
@@ -72,6 +75,18 @@ SettingValue whole_of(const Setting& setting, const py::handle& value) {
   return whole;
 }
 
+std::vector<double> reals_of(const Setting& setting, const py::handle& value) {
+  std::vector<double> reals;
+  if (value.is_none()) return reals;
+  if (py::isinstance<py::str>(value) || PySequence_Check(value.ptr()) == 0)
+    raise_wrong_type(setting, value);
+  for (const py::handle item : py::reinterpret_borrow<py::sequence>(value)) {
+    if (!is_number(item)) raise_wrong_type(setting, value);
+    reals.push_back(item.cast<double>());
+  }
+  return reals;
+}
+
 SettingValue value_from(const Setting& setting, const py::handle& value) {
   if (value.is_none() && setting.member.optional) return std::monostate();
   const SettingKind kind = setting.kind;
@@ -80,6 +95,7 @@ SettingValue value_from(const Setting& setting, const py::handle& value) {
   const bool counts = kind == SettingKind::kWhole || kind == SettingKind::kBytes;
   if (counts && is_number(value) && PyIndex_Check(value.ptr()) != 0)
     return whole_of(setting, value);
+  if (kind == SettingKind::kReals) return reals_of(setting, value);
   const bool is_text = py::isinstance<py::str>(value);
   if (kind == SettingKind::kChoice && is_text) return value.cast<std::string>();
   const bool is_path = kind == SettingKind::kPath && py::hasattr(value, "__fspath__");

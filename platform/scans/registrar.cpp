@@ -148,7 +148,8 @@ void Registrar::take_out_motion(Scan& scan, const PoseTrack& track) noexcept {
   const Sweep sweep{.points = scan.points_view(),
                     .times_s = scan.times_s().data(),
                     .stamp_us = scan.stamp_us,
-                    .T_body_sensor = scan.T_body_sensor};
+                    .T_body_sensor = scan.T_body_sensor,
+                    .body = config_.body};
   last_.deskew = deskew(track, sweep, config_.deskew, scan.points());
 }
 
@@ -220,7 +221,8 @@ bool Registrar::take_depths(Scan& scan, ScanView& into) noexcept {
                   .points = depth_points_.data(),
                   .stride_floats = 3,
                   .count = report.points,
-                  .components = depth_components_.data()};
+                  .components = depth_components_.data(),
+                  .T_body_sensor = scan.T_body_sensor};
   return true;
 }
 

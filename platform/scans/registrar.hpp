@@ -29,6 +29,7 @@ struct RegistrarConfig {
   /// Number of the camera that depth images come from; -1: none.
   int depth_camera = -1;
   Matrix34d T_body_lidar = Matrix34d::Identity();
+  RobotBody body{};  ///< Its points keep their places where motion is taken out.
 };
 
 /// What was done to a scan.

@@ -141,7 +141,8 @@ class Scan {
             .stride_floats = limits_.floats_per_point,
             .count = count,
             .components = has_components ? components_.get() : nullptr,
-            .weights = has_weights ? weights_.get() : nullptr};
+            .weights = has_weights ? weights_.get() : nullptr,
+            .T_body_sensor = T_body_sensor};
   }
   [[nodiscard]] const ScanLimits& limits() const noexcept { return limits_; }
 

@@ -33,8 +33,10 @@ struct Reason {
 
 /// That of most points which are not in range.
 Reason main_reason(const ScanTotals& t, std::uint64_t of_bad_poses) noexcept {
-  const std::array<Reason, 5> reasons{{{NothingMapped::kBeyondRange, t.beyond_range},
+  const std::array<Reason, 7> reasons{{{NothingMapped::kBeyondRange, t.beyond_range},
                                        {NothingMapped::kTooNear, t.too_near},
+                                       {NothingMapped::kOnBody, t.on_body},
+                                       {NothingMapped::kNoReturn, t.no_return},
                                        {NothingMapped::kBadPose, of_bad_poses},
                                        {NothingMapped::kNotFinite, t.non_finite},
                                        {NothingMapped::kOutOfGrid, t.out_of_grid}}};
@@ -50,6 +52,10 @@ Message text_of(NothingMapped why) {
     case NothingMapped::kTooNear:
       return "nearer to the sensor than " + Message(kMapSettings["--min-range"]) +
              "; give a smaller one, or points in metres";
+    case NothingMapped::kOnBody:
+      return "on the robot's own body; check " + Message(kMapSettings["--body"]);
+    case NothingMapped::kNoReturn:
+      return "of directions from which nothing came back; check the input";
     case NothingMapped::kBadPose:
       return "of scans whose pose is refused; check the poses";
     case NothingMapped::kNotFinite:

@@ -23,6 +23,8 @@ enum class NothingMapped {
   kNoPoints,
   kBeyondRange,
   kTooNear,
+  kOnBody,
+  kNoReturn,
   kBadPose,
   kNotFinite,
   kOutOfGrid,

@@ -148,6 +148,13 @@ Outcome<SettingValue> ConfigFile::value_of(const Setting& setting, const Entry& 
         return wrong("not a list of whole numbers; write [1, 2]");
       return SettingValue(std::vector<std::uint32_t>(given->begin(), given->end()));
     }
+    case SettingKind::kReals: {
+      if (const auto* const reals = std::get_if<std::vector<double>>(&entry.value))
+        return SettingValue(*reals);
+      const auto* const wholes = std::get_if<std::vector<std::int64_t>>(&entry.value);
+      if (wholes == nullptr) return wrong("not a list of numbers; write [0.5, 1]");
+      return SettingValue(std::vector<double>(wholes->begin(), wholes->end()));
+    }
     case SettingKind::kChoice:
     case SettingKind::kText:
     case SettingKind::kPath:

@@ -84,7 +84,8 @@ class ConfigFile {
   [[nodiscard]] const Json& values() const { return values_; }
 
  private:
-  using Value = std::variant<bool, std::int64_t, double, std::string, std::vector<std::int64_t>>;
+  using Value = std::variant<bool, std::int64_t, double, std::string, std::vector<std::int64_t>,
+                             std::vector<double>>;
   struct Entry {
     std::string table;
     std::string name;

@@ -32,12 +32,14 @@ Outcome<ConfigFile> ConfigFile::parse(std::string_view text, std::string path) {
     if (const auto* const one = node.as_string()) return Value(one->get());
     const toml::array* const list = node.as_array();
     if (list == nullptr) return std::nullopt;
-    std::vector<std::int64_t> numbers;
+    std::vector<std::int64_t> wholes;
+    std::vector<double> reals;
     for (const toml::node& item : *list) {
-      if (!item.is_integer()) return std::nullopt;
-      numbers.push_back(item.as_integer()->get());
+      if (!item.is_number()) return std::nullopt;
+      reals.push_back(*item.value<double>());
+      if (item.is_integer()) wholes.push_back(item.as_integer()->get());
     }
-    return Value(std::move(numbers));
+    return wholes.size() == reals.size() ? Value(std::move(wholes)) : Value(std::move(reals));
   };
   TESSERA_TRY(check_nesting(text, file.places_.path()));
   try {
@@ -51,8 +53,7 @@ Outcome<ConfigFile> ConfigFile::parse(std::string_view text, std::string path) {
         if (!taken) {
           std::string what = "[";
           what.append(table_name).append("] ").append(key_name).append(" has an unsupported type");
-          return refused(value, what,
-                         "give text, a number, true or false, or a list of whole numbers");
+          return refused(value, what, "give text, a number, true or false, or a list of numbers");
         }
         file.entries_.push_back({table_name, key_name, line_of(value), std::move(*taken), item});
       }

@@ -33,6 +33,8 @@ Json to_json(const MapOptions& options, const MapSetup& setup) {
                                 "prior_map", "prior_map_weight", "submap_length"}) {
     if (json[key].is_null() || json[key] == "") json.erase(key);
   }
+  if (o.body.empty()) json.erase("body");
+  if (!(o.no_return_range_m > 0.0)) json.erase("no_return_range");
   if (!o.corrections.empty()) json["corrections"] = o.corrections;
   return json;
 }

@@ -31,6 +31,8 @@ struct MapOptions : SourceOptions {
   std::optional<double> prior;
   double max_range_m = 40.0;
   double min_range_m = 0.5;
+  double no_return_range_m = 0.0;      ///< 0: off.
+  std::vector<double> body;            ///< Six numbers a box; empty: none.
   std::optional<double> downsample_m;  ///< 0: off.
   std::optional<ThinningWeight> thinning_weight;
   bool free_space = true;
@@ -87,6 +89,16 @@ inline constexpr Setting kMapRows[] = {
     row<&MapOptions::min_range_m>({"--min-range", "map", "min_range_m"},
                                   "Nearer returns are refused",
                                   {.value = "M", .allowed = from_to(0.0, 1e6, "metres")}),
+    row<&MapOptions::no_return_range_m>(
+        {"--no-return-range", "map", "no_return_range_m"},
+        "Directions from which nothing came back free space up to here, for sensors that are "
+        "reliable in that; 0: they free nothing",
+        {.value = "M", .allowed = from_to(0.0, 1e6, "metres")}),
+    row<&MapOptions::body>({"--body", "robot", "body"},
+                           "Boxes of the robot's own body, whose returns are left out: x, y, z of "
+                           "the low corner, then "
+                           "of the high one, metres, body's frame; at most 8",
+                           {.value = "X,Y,Z,X,Y,Z", .otherwise = "none"}),
     row<&MapOptions::downsample_m>(
         {"--downsample", "map", "downsample_m"}, "Cell of which one point is taken",
         {.value = "M|off",
@@ -188,6 +200,11 @@ struct MapSetup {
 
 /// Fails with kUsage iff options contradict each other; each by itself is in its range.
 Outcome<MapSetup> set_up(const MapOptions& options);
+
+/// Fails with kUsage iff a box of the body holds the sensor, which would map nothing near it.
+/// sensor: in words, for the message.
+Outcome<void> check_body(const RobotBody& body, const Matrix34d& T_body_sensor,
+                         const std::string& sensor);
 
 /// Blocks that a window reaches at most.
 inline constexpr double kMostWindowBlocks = 4000.0;

@@ -52,12 +52,46 @@ Outcome<void> set_up_ranges(const MapOptions& o, InferenceConfig& inference) {
     return refused(kMapSettings["--min-range"], o.min_range_m,
                    "metres, under " + Message(kMapSettings["--max-range"]));
   }
+  if (o.no_return_range_m > 0.0 && o.no_return_range_m < o.min_range_m) {
+    return refused(kMapSettings["--no-return-range"], o.no_return_range_m,
+                   "metres from " + Message(kMapSettings["--min-range"]) + ", or 0");
+  }
+  inference.no_return_range_m = static_cast<float>(o.no_return_range_m);
   inference.min_weight = static_cast<float>(o.min_weight);
   inference.min_range_m = static_cast<float>(o.min_range_m);
   inference.max_range_m = static_cast<float>(o.max_range_m);
   inference.free_space.enabled = o.free_space;
   inference.free_space.carving = o.carving;
   inference.work_budget = o.work_budget;
+  return {};
+}
+
+Outcome<void> set_up_body(const MapOptions& o, RobotBody& body) {
+  constexpr std::size_t kOfBox = 6;
+  const auto wrong = [](const Message& what) {
+    return Failure{Message(kMapSettings["--body"]) + " " + what};
+  };
+  const std::size_t boxes = o.body.size() / kOfBox;
+  if (o.body.size() % kOfBox != 0 || boxes > RobotBody::kMostBoxes)
+    return wrong("has " + counted(o.body.size(), "number") +
+                 "; give six for each box, and at most 8 boxes");
+  RobotBody read;
+  read.count = static_cast<std::uint32_t>(boxes);
+  for (std::size_t i = 0; i < o.body.size(); ++i) {
+    const auto number = static_cast<float>(std::clamp(o.body[i], -1e6, 1e6));
+    BodyBox& box = read.boxes[i / kOfBox];
+    (i % kOfBox < 3 ? box.low : box.high)[i % 3] = number;
+  }
+  for (std::uint32_t i = 0; i < read.count; ++i) {
+    RobotBody one;
+    one.boxes[0] = read.boxes[i];
+    one.count = 1;
+    if (one.is_valid()) continue;
+    return wrong("has a box " + std::to_string(i + 1) +
+                 " that is empty or too large; give its low corner and then its high one, each "
+                 "coordinate from -100 to 100");
+  }
+  body = read;
   return {};
 }
 
@@ -96,6 +130,13 @@ Outcome<void> set_up_window(const MapOptions& o, MapSetup& setup) {
 
 }  // namespace
 
+Outcome<void> check_body(const RobotBody& body, const Matrix34d& T_body_sensor,
+                         const std::string& sensor) {
+  if (body.allows(T_body_sensor)) return {};
+  return Failure{Message(kMapSettings["--body"]) + " has a box around " + sensor +
+                 ", which would see nothing near it; give boxes beside the sensor"};
+}
+
 double reach_m(const MapOptions& o) {
   if (o.max_range_m <= 0.0) return 0.0;
   return o.max_range_m + (o.is_kernel() ? *o.complete().kernel_length_m : 0.0);
@@ -107,6 +148,7 @@ Outcome<MapSetup> set_up(const MapOptions& options) {
   Outcome<void> done = set_up_map(o, setup.map);
   if (done.ok()) done = check_prior_map(o);
   if (done.ok()) done = set_up_ranges(o, setup.inference);
+  if (done.ok()) done = set_up_body(o, setup.inference.body);
   if (done.ok()) done = set_up_mode(o, setup.inference);
   if (done.ok()) done = set_up_window(o, setup);
   if (!done.ok()) return done.failure();

@@ -8,6 +8,7 @@
 #include <charconv>
 #include <limits>
 #include <system_error>
+#include <utility>
 
 #include "base/number_text.hpp"
 
@@ -22,6 +23,20 @@ std::optional<Number> parse(const std::string& text) {
   const auto [stopped, error] = std::from_chars(text.data(), end, value);
   if (error != std::errc{} || stopped != end) return std::nullopt;
   return value;
+}
+
+/// "0.5,-1": as many as there are.
+std::optional<std::vector<double>> parse_reals(const std::string& text) {
+  std::vector<double> reals;
+  const char* at = text.data();
+  const char* const end = at + text.size();
+  while (true) {
+    const auto [stopped, error] = std::from_chars(at, end, reals.emplace_back());
+    if (error != std::errc{} || (stopped != end && *stopped != ',')) return std::nullopt;
+    if (stopped == end) break;
+    at = stopped + 1;
+  }
+  return reals;
 }
 
 struct Limits {
@@ -102,6 +117,8 @@ bool is_of_kind(SettingKind kind, const SettingValue& value) {
     case SettingKind::kText:
     case SettingKind::kPath:
       return std::holds_alternative<std::string>(value);
+    case SettingKind::kReals:
+      return std::holds_alternative<std::vector<double>>(value);
     case SettingKind::kNumbers:
       break;
   }
@@ -141,6 +158,8 @@ Message allowed_text(const Setting& setting) {
       return "a path";
     case SettingKind::kNumbers:
       return "a list of whole numbers, such as [1, 2]";
+    case SettingKind::kReals:
+      return {"numbers with commas between them", "a list of numbers"};
     case SettingKind::kReal:
     case SettingKind::kWhole:
       break;
@@ -203,6 +222,9 @@ Outcome<SettingValue> parse_value(const Setting& setting, const std::string& tex
     case SettingKind::kPath:
       value = text;
       break;
+    case SettingKind::kReals:
+      if (std::optional<std::vector<double>> reals = parse_reals(text)) value = std::move(*reals);
+      break;
     case SettingKind::kNumbers:
       break;
   }
@@ -222,6 +244,12 @@ std::string text_of(const Setting& setting, const SettingValue& value) {
   if (const auto* const real = std::get_if<double>(&value))
     return has_word_for(setting, *real) ? std::string(setting.allowed.zero) : text_of(*real);
   if (const auto* const text = std::get_if<std::string>(&value)) return *text;
+  if (const auto* const reals = std::get_if<std::vector<double>>(&value)) {
+    std::string text;
+    for (const double real : *reals)
+      text += fmt::format("{}{}", text.empty() ? "" : ",", text_of(real));
+    return text;
+  }
   const auto* const numbers = std::get_if<std::vector<std::uint32_t>>(&value);
   if (numbers == nullptr) return "";
   std::string text = "[";

@@ -20,7 +20,7 @@ namespace tessera {
 /// The value of a setting; std::monostate: not given. Of an unsigned member of 64 bits the whole
 /// number has the bits (SettingMember::wide).
 using SettingValue = std::variant<std::monostate, bool, std::int64_t, double, std::string,
-                                  std::vector<std::uint32_t>>;
+                                  std::vector<std::uint32_t>, std::vector<double>>;
 
 enum class SettingKind {
   kSwitch,   ///< On or off: true or false.
@@ -31,6 +31,7 @@ enum class SettingKind {
   kText,     ///< Any text.
   kPath,     ///< A file or folder; in a configuration file relative to the folder of that.
   kNumbers,  ///< A list of whole numbers.
+  kReals,    ///< A list of numbers.
 };
 
 /// The values of an enumeration that a setting may have, in the order of messages; to_string names
@@ -87,6 +88,8 @@ constexpr SettingKind kind_of() {
     return SettingKind::kChoice;
   } else if constexpr (std::is_same_v<T, std::string>) {
     return SettingKind::kText;
+  } else if constexpr (std::is_same_v<T, std::vector<double>>) {
+    return SettingKind::kReals;
   } else {
     static_assert(std::is_same_v<T, std::vector<std::uint32_t>>);
     return SettingKind::kNumbers;

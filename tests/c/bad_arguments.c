@@ -114,7 +114,7 @@ static void test_scans(tessera_robot* robot) {
   CHECK(report.pose == TESSERA_INVALID_ARGUMENT);
   REFUSED(tessera_integrate(robot, NULL, &report));
   tessera_scan bad = scan;
-  bad.struct_bytes = sizeof(bad) - 8;
+  bad.struct_bytes = TESSERA_SCAN_LEAST_BYTES - 8;
   REFUSED(tessera_integrate(robot, &bad, NULL));
   bad.struct_bytes = sizeof(bad) + 8;
   CHECK_STATUS(TESSERA_UNSUPPORTED, tessera_integrate(robot, &bad, NULL));

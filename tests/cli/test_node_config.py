@@ -38,7 +38,7 @@ class BadConfiguration(NodeCase):
                  fusion={"diffusion": "strong"})
         self.bad("[fusion] alpha", fusion={"alpha": 1})
         self.bad("[fusion] memory", "give at least", fusion={"memory": "1M"})
-        self.bad("[security] exclude", "list of whole numbers", security={"exclude": ["x"]})
+        self.bad("[security] exclude", "list of numbers", security={"exclude": ["x"]})
         self.bad("[security] exclude: is not a list of whole numbers", security={"exclude": [-1]})
         self.bad("[security] exclude: names this robot itself", security={"exclude": [3, 0]})
         self.bad("[security] exclude: takes at most 16 robots", security={"exclude": list(range(1, 18))})

@@ -43,6 +43,7 @@ def test_the_counters_are_the_commands(street, files):
      ("--downsample", "off", "--max-range", "15", "--counts", "dense")),
     ({"prior": 0.01, "min_weight": 0.01, "max_evidence": 50.0, "free_weight": 0.5, "thinning_weight": "sum"},
      ("--prior", "0.01", "--min-weight", "0.01", "--max-evidence", "50", "--free-weight", "0.5", "--thinning-weight", "sum")),
+    ({"body": [2.0, -4.0, -3.0, 8.0, 4.0, 1.0], "no_return_range_m": 30}, ("--body=2,-4,-3,8,4,1", "--no-return-range", "30")),
     ({"work_budget": 200_000, "min_range_m": 2.0}, ("--work-budget", "200000", "--min-range", "2"))])
 def test_every_option_is_the_commands(command, street, tmp_path, arguments, options):
     folder = street / "robot_0"

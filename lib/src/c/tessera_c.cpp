@@ -133,7 +133,9 @@ tessera_status tessera_integrate(tessera_robot* robot, const tessera_scan* scan,
                       .stride_floats = given.stride_floats,
                       .count = size_of(given.count),
                       .components = given.components,
-                      .weights = given.weights};
+                      .weights = given.weights,
+                      .T_body_sensor = matrix_or_identity(given.T_body_sensor),
+                      .no_return = given.no_return};
   Robot& core = *robot->robot;
   const ScanReport from = given.due_us == 0
                               ? core.integrate(view, given.now_us)

@@ -115,6 +115,13 @@ inline Matrix34d matrix_of(const double* rows) noexcept {
   for (int i = 0; i < 12; ++i) matrix(i / 4, i % 4) = rows[i];
   return matrix;
 }
+/// Of twelve zeros the identity.
+inline Matrix34d matrix_or_identity(const double* rows) noexcept {
+  for (int i = 0; i < 12; ++i) {
+    if (rows[i] != 0.0) return matrix_of(rows);
+  }
+  return Matrix34d::Identity();
+}
 
 inline tessera_estimate estimate_of(const Estimate& from) noexcept {
   return {.probability = from.probability,

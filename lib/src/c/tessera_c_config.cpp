@@ -33,6 +33,7 @@ void for_fields_of_inference(tessera_config& c, RobotConfig& core, Visit&& visit
   visit(c.thinning_m, inference.thinning_m);
   visit(c.min_range_m, inference.min_range_m);
   visit(c.max_range_m, inference.max_range_m);
+  visit(c.no_return_range_m, inference.no_return_range_m);
   visit(c.thinning_weight, inference.thinning_weight);
   visit(c.free_space, inference.free_space.enabled);
   visit(c.carving, inference.free_space.carving);
@@ -51,6 +52,19 @@ void for_fields_of_inference(tessera_config& c, RobotConfig& core, Visit&& visit
   visit(c.block_edge, inference.entropy.block_edge);
   visit(c.work_budget, inference.work_budget);
   visit(c.deadline_us, core.deadline_us);
+}
+
+template <class Visit>
+void for_fields_of_body(tessera_config& c, RobotConfig& core, Visit&& visit) noexcept {
+  RobotBody& body = core.inference.body;
+  static_assert(RobotBody::kMostBoxes == TESSERA_MOST_BODY_BOXES);
+  visit(c.body_boxes, body.count);
+  for (std::size_t i = 0; i < RobotBody::kMostBoxes; ++i) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      visit(c.body[i][k], body.boxes[i].low[k]);
+      visit(c.body[i][3 + k], body.boxes[i].high[k]);
+    }
+  }
 }
 
 template <class Visit>
@@ -125,6 +139,7 @@ void for_fields(tessera_config& c, RobotConfig& core, Visit&& visit) noexcept {
   visit(c.epoch, core.epoch);
   for_fields_of_map(c, core, visit);
   for_fields_of_inference(c, core, visit);
+  for_fields_of_body(c, core, visit);
   for_fields_of_sharing(c, core, visit);
   for_fields_of_global(c, core, visit);
 }
@@ -137,7 +152,8 @@ bool are_kinds(const tessera_config& c) noexcept {
          c.carving <= TESSERA_CARVING_IMAGE && c.neighbour_pixels <= CarveImage::kMostNeighbours &&
          c.free_space <= 1 && c.fill_one_label <= 1 && c.near_first <= 1 && c.whole_map <= 1 &&
          c.fill_neighbours <= 7 && c.block_edge <= 4 && c.conflicts <= 1 && c.reserved == 0 &&
-         c.reserved_2 == 0 && c.reserved_3 == 0 && c.reserved_4 == 0;
+         c.body_boxes <= TESSERA_MOST_BODY_BOXES && c.reserved_2 == 0 && c.reserved_3 == 0 &&
+         c.reserved_4 == 0;
 }
 
 /// What required_bytes can compute with.

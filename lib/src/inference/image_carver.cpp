@@ -42,22 +42,6 @@ Result<ImageCarver> ImageCarver::make(Arena& arena, LaneWidth lanes) noexcept {
   return made;
 }
 
-void ImageCarver::see(const ScanPoints& points, const InferenceConfig& config) noexcept {
-  origin_map_ = points.origin_map();
-  const auto from_sensor = [this](const ScanPoint& point) -> Point3d {
-    return point.p_map.cast<double>() - origin_map_;
-  };
-  // Those beyond the range limit lie at it.
-  range_m_ = 0.0;
-  for (const std::span<const ScanPoint> all : {points.returns(), points.returns_beyond()}) {
-    for (const ScanPoint& point : all) range_m_ = std::max(range_m_, norm(from_sensor(point)));
-  }
-  image_.begin(std::max(range_m_, 1e-3), config.free_space.neighbour_pixels);
-  for (const ScanPoint& point : points.returns()) image_.add(from_sensor(point), true);
-  for (const ScanPoint& point : points.returns_beyond()) image_.add(from_sensor(point), false);
-  image_.finish();
-}
-
 bool ImageCarver::carve(const Lattice& lattice, const FreeSpaceConfig& config,
                         FreeSpace& free_space, ScanWork& work, std::uint64_t to_write,
                         std::uint64_t most_steps) noexcept {

@@ -25,6 +25,8 @@ bool valid(const InferenceConfig& config) noexcept {
   const bool ranges =
       within(config.min_range_m, 0.0F, 1e6F) && within(config.max_range_m, 0.0F, 1e6F) &&
       (config.max_range_m == 0.0F || config.max_range_m > config.min_range_m) &&
+      (config.no_return_range_m == 0.0F ||
+       within(config.no_return_range_m, config.min_range_m, 1e6F)) &&
       (config.thinning_m == 0.0 || (config.thinning_m >= 1e-3 && config.thinning_m <= 1e3));
   const bool kernel = within(config.kernel_length_m, 1e-3F, 1e3F) &&
                       within(config.kernel_scale, 1e-6F, 1e6F) &&
@@ -34,7 +36,7 @@ bool valid(const InferenceConfig& config) noexcept {
       within(config.free_space.margin_voxels, 0.0F, 64.0F) &&
       config.free_space.carving <= Carving::kImage &&
       config.free_space.neighbour_pixels <= CarveImage::kMostNeighbours;
-  return entropy && ranges && kernel && carving;
+  return entropy && ranges && kernel && carving && config.body.is_valid();
 }
 
 }  // namespace
@@ -95,7 +97,8 @@ ScanReport Integrator::integrate_scan(LocalMap& map, const ScanView& scan,
     points_.drop_all();
     return report;
   }
-  if (!points_.begin(map.lattice(), scan.T_map_sensor.col(3))) {
+  if (!points_.begin(map.lattice(), scan.T_map_sensor.col(3)) ||
+      !config_.body.allows(scan.T_body_sensor)) {
     report.pose = Status::kInvalidArgument;
     return report;
   }

@@ -2,8 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tessera/inference/internal/scan_points.hpp"
 
+#include <algorithm>
 #include <cmath>
 
+#include "tessera/base/rigid.hpp"
 #include "tessera/inference/internal/admission_order.hpp"
 #include "tessera/inference/internal/kernel_reach.hpp"
 #include "tessera/inference/internal/thinning.hpp"
@@ -12,7 +14,15 @@ namespace tessera {
 
 namespace {
 
-enum class Fate : std::uint8_t { kNonFinite, kTooNear, kOutOfGrid, kInRange, kBeyondRange };
+enum class Fate : std::uint8_t {
+  kNonFinite,
+  kTooNear,
+  kOnBody,
+  kNoReturn,
+  kOutOfGrid,
+  kInRange,
+  kBeyondRange
+};
 
 /// The limits that every return of a scan is compared with.
 class Limits {
@@ -21,8 +31,10 @@ class Limits {
   /// FLT_MAX for "no return". What is nearer is a finite float after a pose in the grid.
   static constexpr double kFarthest_m = 1e7;
 
-  Limits(const InferenceConfig& config, const Lattice& lattice, const Point3d& origin_map) noexcept
+  Limits(const InferenceConfig& config, const Lattice& lattice, const Point3d& origin_map,
+         const Matrix34d& T_body_sensor) noexcept
       : lattice_(lattice),
+        body_(config.body, T_body_sensor),
         origin_map_(origin_map),
         min_square_(squared(static_cast<double>(config.min_range_m))),
         max_m_(static_cast<double>(config.max_range_m)),
@@ -36,19 +48,24 @@ class Limits {
     const bool clamps = max_m_ > 0.0 && max_m_ <= reach_m;
     max_square_ = squared(clamps ? max_m_ : reach_m);
     farthest_square_ = squared(clamps ? kFarthest_m : reach_m);
+    const auto no_return_m = static_cast<double>(config.no_return_range_m);
+    no_return_m_ = std::min(no_return_m, clamps ? max_m_ : reach_m);
   }
 
   /// Classifies return i and, if it is in range or beyond it, sets point; a return beyond the range
   /// limit is moved to that limit. Leaves component as it is.
   [[nodiscard]] Fate place(const ScanView& scan, std::size_t i, ScanPoint& point) const noexcept {
     const float* const p_sensor = scan.points + i * scan.stride_floats;
-    const double square =
-        squared_norm(static_cast<double>(p_sensor[0]), static_cast<double>(p_sensor[1]),
-                     static_cast<double>(p_sensor[2]));
+    const Point3d p{static_cast<double>(p_sensor[0]), static_cast<double>(p_sensor[1]),
+                    static_cast<double>(p_sensor[2])};
+    const double square = squared_norm(p);
+    if (scan.no_return != nullptr && scan.no_return[i] != 0)
+      return place_no_return(scan.T_map_sensor, p, square, point);
     const float weight = scan.weights == nullptr ? 1.0F : scan.weights[i];
     // The square of a finite float does not overflow a double. Both conditions fail for NaN.
     if (!(square < 1e300) || !(weight >= 0.0F && weight <= kMaxWeight)) return Fate::kNonFinite;
     if (square < min_square_) return Fate::kTooNear;
+    if (body_.holds(p, square)) return Fate::kOnBody;
     if (square > farthest_square_) return Fate::kOutOfGrid;
     const Point3f p_map = transform(scan.T_map_sensor, p_sensor);
     const bool beyond = square > max_square_;
@@ -58,7 +75,21 @@ class Limits {
     return beyond ? Fate::kBeyondRange : Fate::kInRange;
   }
 
+  /// Directions from which nothing came back are rays.
+  [[nodiscard]] bool traces_no_return() const noexcept { return no_return_m_ > 0.0; }
+
  private:
+  /// Sets point, if there is a range for it, to the end of the ray.
+  [[nodiscard]] Fate place_no_return(const Matrix34d& T_map_sensor, const Point3d& p, double square,
+                                     ScanPoint& point) const noexcept {
+    if (!(square > 0.0 && square < 1e300)) return Fate::kNonFinite;
+    if (!traces_no_return()) return Fate::kNoReturn;
+    const Point3f end = round_to_float(apply(T_map_sensor, p * (no_return_m_ / std::sqrt(square))));
+    const Result<ScanPoint> placed = place_point(lattice_, end);
+    if (!placed.ok() || !is_within(voxel_limit_, placed->voxel)) return Fate::kOutOfGrid;
+    point = *placed;
+    return Fate::kNoReturn;
+  }
   static constexpr double squared(double v) noexcept { return v * v; }
   /// The end at the range limit of the ray through p_map. Not finite if p_map is the origin.
   [[nodiscard]] Point3f clamped(const Point3f& p_map) const noexcept {
@@ -67,11 +98,13 @@ class Limits {
   }
 
   Lattice lattice_;
+  BodyView body_;
   Point3d origin_map_;
   double min_square_;
   double max_m_;
   double max_square_ = 0.0;       ///< Beyond it a return frees space and is no hit.
   double farthest_square_ = 0.0;  ///< Beyond it a return is refused.
+  double no_return_m_ = 0.0;      ///< 0: what did not come back frees nothing.
   std::int32_t voxel_limit_;
 };
 
@@ -82,6 +115,12 @@ void count_fate(Fate fate, ScanReport& report) noexcept {
       return;
     case Fate::kTooNear:
       ++report.too_near;
+      return;
+    case Fate::kOnBody:
+      ++report.on_body;
+      return;
+    case Fate::kNoReturn:
+      ++report.no_return;
       return;
     case Fate::kOutOfGrid:
       ++report.out_of_grid;
@@ -122,7 +161,7 @@ void ScanPoints::register_returns(const Lattice& lattice, const ScanView& scan,
                                   ScanWork& work, ScanReport& report) noexcept {
   const std::uint64_t kept = scan.count < registered_.size() ? scan.count : registered_.size();
   report.over_capacity = static_cast<std::uint32_t>(scan.count - kept);
-  const Limits limits(config, lattice, origin_map_);
+  const Limits limits(config, lattice, origin_map_, scan.T_body_sensor);
   for (std::uint64_t k = 0; k < kept; ++k) {
     if (k % kReturnBatch == 0 && !work.in_time()) {
       report = {.points = report.points,
@@ -135,8 +174,9 @@ void ScanPoints::register_returns(const Lattice& lattice, const ScanView& scan,
     ScanPoint point;
     const Fate fate = limits.place(scan, i, point);
     count_fate(fate, report);
-    if (fate == Fate::kBeyondRange && config.free_space.enabled)
-      registered_[registered_.size() - ++far_count_] = point;
+    const bool is_ray =
+        fate == Fate::kBeyondRange || (fate == Fate::kNoReturn && limits.traces_no_return());
+    if (is_ray && config.free_space.enabled) registered_[registered_.size() - ++far_count_] = point;
     if (fate != Fate::kInRange) continue;
     const std::uint8_t component =
         scan.components == nullptr ? std::uint8_t{0} : scan.components[i];

@@ -108,18 +108,21 @@ bool valid(const Sweep& sweep, const DeskewConfig& config, std::span<float> out)
   return config.knots >= 2 && config.knots <= DeskewConfig::kMostKnots && config.most_s >= 0.0 &&
          config.most_s <= 10.0 && config.max_gap_us >= 0 && sweep.stamp_us <= kMostStamp_us &&
          sweep.stamp_us >= -kMostStamp_us && points.stride_floats >= 3 &&
-         check_rigid(sweep.T_body_sensor) == Status::kOk &&
+         check_rigid(sweep.T_body_sensor) == Status::kOk && sweep.body.is_valid() &&
+         sweep.body.allows(sweep.T_body_sensor) &&
          (points.count == 0 || sweep.times_s != nullptr) &&
          out.size() / points.stride_floats >= points.count;
 }
 
-enum class Fate : std::uint8_t { kMoved, kNonFinite, kBadTime, kWithoutPose };
+enum class Fate : std::uint8_t { kMoved, kNonFinite, kBadTime, kWithoutPose, kOnBody };
 
-Fate move_point(const Sweep& sweep, const DeskewConfig& config, const Knots& knots, std::size_t i,
-                Point3d& p_stamp) noexcept {
+Fate move_point(const Sweep& sweep, const BodyView& body, const DeskewConfig& config,
+                const Knots& knots, std::size_t i, Point3d& p_stamp) noexcept {
   const float* const p = sweep.points.points + i * sweep.points.stride_floats;
   p_stamp = {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])};
-  if (!(squared_norm(p_stamp) < 1e300)) return Fate::kNonFinite;
+  const double square_m2 = squared_norm(p_stamp);
+  if (!(square_m2 < 1e300)) return Fate::kNonFinite;
+  if (body.holds(p_stamp, square_m2)) return Fate::kOnBody;
   const double time_us = static_cast<double>(sweep.times_s[i]) * kMicroseconds;
   if (!in_sweep(time_us, config)) return Fate::kBadTime;
   const Point3d p_sensor = p_stamp;
@@ -142,14 +145,16 @@ DeskewReport deskew(const PoseTrack& track, const Sweep& sweep, const DeskewConf
   }
   const Matrix34d T_stamp_map = inverse(product(*T_map_body, sweep.T_body_sensor));
   const Knots knots(track, sweep, config, T_stamp_map, range_of(sweep, config), report);
+  const BodyView body(sweep.body, sweep.T_body_sensor);
   for (std::size_t i = 0; i < sweep.points.count; ++i) {
     Point3d p_stamp;
-    const Fate fate = move_point(sweep, config, knots, i, p_stamp);
+    const Fate fate = move_point(sweep, body, config, knots, i, p_stamp);
     report.moved += fate == Fate::kMoved ? 1U : 0U;
     report.non_finite += fate == Fate::kNonFinite ? 1U : 0U;
     report.bad_time += fate == Fate::kBadTime ? 1U : 0U;
     report.without_pose += fate == Fate::kWithoutPose ? 1U : 0U;
-    const bool refused = config.refuse_unplaced && fate != Fate::kMoved;
+    report.on_body += fate == Fate::kOnBody ? 1U : 0U;
+    const bool refused = config.refuse_unplaced && fate != Fate::kMoved && fate != Fate::kOnBody;
     for (int axis = 0; axis < 3; ++axis) {
       out[i * sweep.points.stride_floats + static_cast<std::size_t>(axis)] =
           refused ? std::numeric_limits<float>::quiet_NaN() : round_to_float(p_stamp[axis]);

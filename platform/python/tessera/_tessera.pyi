@@ -98,6 +98,10 @@ class ScanReport:
     left_out_deadline: Final[int]
     points_kept: Final[int]
     rays_wanted: Final[int]
+    on_body: Final[int]
+    no_return: Final[int]
+    voxels_doubted: Final[int]
+    voxels_cleared: Final[int]
     unknown_ids: Final[int]
     @property
     def unknown_id_examples(self) -> list[int]: ...
@@ -177,6 +181,7 @@ class LocalMap(Map):
     def __init__(
         self, classes: ClassTable | None = None, *, resolution_m: float | None = None, inference: str = "multi-entropy",
         kernel_length_m: float | None = None, prior: float | None = None, max_range_m: float = ..., min_range_m: float = ...,
+        no_return_range_m: float = 0.0, body: Sequence[float] | None = None,
         downsample_m: float | None = None, thinning_weight: str | None = None, free_space: bool = True, carving: str = "rays",
         memory_bytes: int = ...,
         counts: str | None = None, robot: int | None = None, min_weight: float = ..., max_evidence: float | None = None,
@@ -187,13 +192,15 @@ class LocalMap(Map):
     def load(
         path: _Path, classes: ClassTable | None = None, *, inference: str = "multi-entropy",
         kernel_length_m: float | None = None, max_range_m: float = ..., min_range_m: float = ...,
+        no_return_range_m: float = 0.0, body: Sequence[float] | None = None,
         downsample_m: float | None = None, thinning_weight: str | None = None, free_space: bool = True, carving: str = "rays",
         memory_bytes: int = ...,
         min_weight: float = ..., work_budget: int = 0, deadline_ms: float = 0.0, window_m: float | None = None,
         archive: _Path | None = None, submap_m: float | None = None, max_points: int = ...) -> LocalMap: ...
     def integrate(
         self, points: _F32, labels: _Labels | None = None, T_map_sensor: _Pose | None = None,
-        weights: _F32 | None = None, *, stamp_us: int | None = None) -> ScanReport: ...
+        weights: _F32 | None = None, *, stamp_us: int | None = None, T_body_sensor: _Pose | None = None,
+        no_return: npt.NDArray[np.bool_ | np.uint8] | None = None) -> ScanReport: ...
     def correct(self, stamps_us: npt.ArrayLike, T_world_sensor: npt.ArrayLike, revision: int) -> dict[str, Any]: ...
     def submaps(self) -> list[dict[str, Any]]: ...
     def clear(self) -> None: ...

@@ -56,6 +56,15 @@ TEST_CASE("NodeConfig: what settings say together is refused with the line of th
         "too");
 }
 
+TEST_CASE("NodeConfig: the robot's body is in its table") {
+  const std::string table =
+      "[robot]\nid = 3\nstate = 'state'\nbody = [-1, -1, -0.5,\n  1, 1, 0.5]\n"
+      "[replay]\ndataset = 'street'\n";
+  const Outcome<NodeConfig> config = parse_node_config(table, "node.toml");
+  REQUIRE(config.ok());
+  CHECK(config->map.body == std::vector<double>{-1, -1, -0.5, 1, 1, 0.5});
+}
+
 TEST_CASE("fit_global_map: what is made never takes more than it was given, and uses most of it") {
   constexpr int kComponents = 21;
   constexpr std::size_t kMiB = std::size_t{1} << 20U;

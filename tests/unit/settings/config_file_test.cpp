@@ -30,7 +30,7 @@ std::string refused(std::string_view text) {
 TEST_CASE("ConfigFile: a key that is given replaces the default, one that is not leaves it") {
   ConfigFile file = parsed(
       "[a]\nwhole = 3\nreal_m = 2\non = true\ncell_m = 'off'\n"
-      "[b]\ntext = 'x'\nlist = [1, 2]\nside = 'right'\nbytes = '1M'\n");
+      "[b]\ntext = 'x'\nlist = [1, 2]\nreals = [1, 0.5]\nside = 'right'\nbytes = '1M'\n");
   SampleOptions options;
   file.read(kSample, options);
   REQUIRE(said(file.finish()).empty());
@@ -40,6 +40,7 @@ TEST_CASE("ConfigFile: a key that is given replaces the default, one that is not
   CHECK(options.cell_m == Approx(0.0));
   CHECK(options.text == "x");
   CHECK(options.list == std::vector<std::uint32_t>{1, 2});
+  CHECK(options.reals == std::vector<double>{1.0, 0.5});
   CHECK(options.side == Side::kRight);
   CHECK(options.bytes == 1U << 20U);
   CHECK(options.way == "near");
@@ -68,7 +69,8 @@ TEST_CASE("ConfigFile: a value of another type or out of its range is refused wi
   }
   for (const char* const text :
        {"side = 'up'", "side = 1", "way = 'up'", "bytes = 'many'", "bytes = -1", "bytes = 1.5",
-        "list = 3", "list = [-1]", "list = [4294967296]", "text = 3", "path = true", "deep = -1"}) {
+        "list = 3", "list = [-1]", "list = [4294967296]", "list = [0.5]", "reals = 1",
+        "reals = '1'", "text = 3", "path = true", "deep = -1"}) {
     INFO(text);
     CHECK_THAT(refused("[b]\n" + std::string(text)),
                Catch::StartsWith("folder/node.toml, line 2: [b] "));

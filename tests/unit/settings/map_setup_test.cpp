@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 #include <catch2/catch.hpp>
+#include <limits>
 
 #include "settings/map_options.hpp"
 
@@ -63,6 +64,56 @@ TEST_CASE("set_up: options that contradict each other are refused, each with the
   options.prior_map_weight = 200.0;
   CHECK(refused(options) ==
         "--prior-map-weight 200 is not allowed; give evidence from 0.001 to --max-evidence");
+}
+
+TEST_CASE("set_up: boxes of the body are six numbers each, and no box is refused silently") {
+  MapOptions options;
+  options.body = {-1, -2, -3, 4, 5, 6, 0.5, 0.25, 0.125, 1, 1, 1};
+  const Outcome<MapSetup> setup = set_up(options);
+  REQUIRE(setup.ok());
+  const RobotBody& body = setup->inference.body;
+  REQUIRE(body.count == 2);
+  CHECK(body.boxes[0] == BodyBox{{-1, -2, -3}, {4, 5, 6}});
+  CHECK(body.boxes[1] == BodyBox{{0.5, 0.25, 0.125}, {1, 1, 1}});
+  CHECK(to_json(options, *setup)["body"] == Json(options.body));
+  CHECK_FALSE(to_json({}, *setup).contains("body"));
+  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  for (const std::vector<double>& bad :
+       std::vector<std::vector<double>>{{0, 0, 0, 1, 1, kNaN},
+                                        {kNaN, 0, 0, 1, 1, 1},
+                                        {0, 0, 0, 0, 1, 1},
+                                        {1, 1, 1, 0, 0, 0},
+                                        {0, 0, 0, 1, 1, 101},
+                                        {-kInfinity, 0, 0, 1, 1, 1},
+                                        {0, 0, 0, 1, 1, 1e300}}) {
+    options.body = {1, 1, 1, 2, 2, 2};
+    options.body.insert(options.body.end(), bad.begin(), bad.end());
+    CHECK(refused(options) ==
+          "--body has a box 2 that is empty or too large; give its low corner and then its high "
+          "one, each coordinate from -100 to 100");
+  }
+  for (const std::size_t numbers : {std::size_t{5}, std::size_t{7}, std::size_t{54}}) {
+    options.body.assign(numbers, 1.0);
+    CHECK(refused(options) == "--body has " + std::to_string(numbers) +
+                                  " numbers; give six for each box, and at most 8 boxes");
+  }
+  const Matrix34d beside = (Matrix34d() << 1, 0, 0, 7, 0, 1, 0, 0, 0, 0, 1, 0).finished();
+  CHECK(check_body(body, beside, "the sensor").ok());
+  CHECK(check_body(body, Matrix34d::Identity(), "the lidar").failure().text() ==
+        "--body has a box around the lidar, which would see nothing near it; give boxes beside "
+        "the sensor");
+  CHECK(check_body({}, Matrix34d::Zero(), "the sensor").ok());
+}
+
+TEST_CASE("set_up: what did not come back frees nothing, or from the least range on") {
+  MapOptions options;
+  CHECK(set_up(options)->inference.no_return_range_m == 0.0F);
+  options.no_return_range_m = 0.5;
+  CHECK(set_up(options)->inference.no_return_range_m == 0.5F);
+  options.no_return_range_m = 0.4;
+  CHECK(refused(options) ==
+        "--no-return-range 0.4 is not allowed; give metres from --min-range, or 0");
 }
 
 TEST_CASE("split_budget: what is too little for a map is refused with what is enough") {

@@ -24,6 +24,7 @@ struct SampleOptions {
   std::string text;
   std::string path;
   std::vector<std::uint32_t> list;
+  std::vector<double> reals;
   struct Inner {
     std::uint64_t deep = 7;
   } inner;
@@ -47,6 +48,7 @@ inline constexpr Setting kSampleRows[] = {
     row<&SampleOptions::text>({"--text", "b", "text"}, ""),
     path_row<&SampleOptions::path>({"--path", "b", "path"}, ""),
     row<&SampleOptions::list>({.table = "b", .key = "list"}, ""),
+    row<&SampleOptions::reals>({"--reals", "b", "reals"}, ""),
     row<&SampleOptions::inner, &SampleOptions::Inner::deep>({"--deep", "b", "deep"}, ""),
 };
 inline constexpr SettingTable<SampleOptions> kSample{kSampleRows};

@@ -31,6 +31,7 @@ TEST_CASE("Setting: a value that is given as text reaches its member in its own 
                                      {"--way", "far"},
                                      {"--text", "any thing"},
                                      {"--path", "folder/file"},
+                                     {"--reals", "-0.5,1e2,3"},
                                      {"--deep", "12"}}) {
     INFO(option);
     CHECK(given(options, option, text).empty());
@@ -45,7 +46,23 @@ TEST_CASE("Setting: a value that is given as text reaches its member in its own 
   CHECK(options.way == "far");
   CHECK(options.text == "any thing");
   CHECK(options.path == "folder/file");
+  CHECK(options.reals == std::vector<double>{-0.5, 100.0, 3.0});
   CHECK(options.inner.deep == 12);
+}
+
+TEST_CASE("Setting: a list of numbers has a comma between each two, and no other character") {
+  SampleOptions options;
+  for (const char* const text : {"", ",", "1,", ",1", "1,,2", "1 2", "1, 2", "1;2", "x", "1,2x"}) {
+    INFO(text);
+    CHECK_THAT(given(options, "--reals", text),
+               Catch::EndsWith("is not allowed; give numbers with commas between them"));
+  }
+  CHECK(options.reals.empty());
+  const Setting& row = sample_row("--reals");
+  REQUIRE(assign(row, &options, std::vector<double>{0.25, -4.0}).ok());
+  CHECK(text_of(row, row.member.get(&options)) == "0.25,-4");
+  CHECK(json_of(row, &options) == Json({0.25, -4.0}));
+  CHECK_FALSE(assign(row, &options, 3.0).ok());
 }
 
 TEST_CASE("Setting: what is not allowed is refused with the setting, the value and the range") {

@@ -11,6 +11,7 @@
 /// The most bytes that a datagram has.
 #define TESSERA_MOST_DATAGRAM_BYTES 1392
 #define TESSERA_MOST_CLASSES 62
+#define TESSERA_MOST_BODY_BOXES 8
 #define TESSERA_TAG_BYTES 16
 #define TESSERA_SIGNATURE_BYTES 64
 #define TESSERA_HASH_BYTES 16
@@ -184,7 +185,14 @@ typedef struct tessera_config {
   /// the image, neighbour_pixels is what neighbour_angle_rad is with rays.
   uint32_t carving;
   uint32_t neighbour_pixels;  ///< 0 .. 8
-  uint32_t reserved_4;        ///< 0
+  /// Of the boxes of the robot's own body that follow, those that count. A scan of a sensor in one
+  /// of them is refused, as with a bad pose [RobotBody].
+  uint32_t body_boxes;                     ///< 0 .. TESSERA_MOST_BODY_BOXES
+  float body[TESSERA_MOST_BODY_BOXES][6];  ///< low x y z, high x y z, metres, body's frame
+  /// How far directions from which nothing came back free space; 0: they free nothing
+  /// [InferenceConfig].
+  float no_return_range_m;
+  uint32_t reserved_4;  ///< 0
 } tessera_config;
 
 /// The least struct_bytes that is taken, up to and with the inference's settings: fields beyond

@@ -39,6 +39,10 @@ typedef struct tessera_scan {
   double T_map_sensor[12];    ///< [R | t], rows first, metres: sensor to map coordinates
   int64_t now_us;             ///< of the clock
   int64_t due_us;             ///< of the clock: to be done by then; 0: as configured
+
+  double
+      T_body_sensor[12];  ///< sensor to body coordinates, for tessera_config.body; all 0: the same
+  const uint8_t* no_return;  ///< not 0: nothing came back from the point's direction; NULL: all did
 } tessera_scan;
 
 /// The least struct_bytes that is taken: what programs of version 1 have.

@@ -6,6 +6,8 @@
 
 #include <cstdint>
 
+#include "tessera/registration/robot_body.hpp"
+
 namespace tessera {
 
 /// How a point gives evidence to voxels.
@@ -97,11 +99,19 @@ struct InferenceConfig {
   float min_range_m = 0.5F;
   /// Farther returns add no hit and carve up to here; above min_range_m, to 1e6. 0: no limit.
   float max_range_m = 40.0F;
+  /// Directions from which nothing came back (ScanView::no_return) free space up to here, or to
+  /// max_range_m if that is nearer; from min_range_m to 1e6. 0: they free nothing. For sensors
+  /// that report nothing only where there is nothing: of black, wet or slanted surfaces and of
+  /// glass most get no return, and would be seen through.
+  float no_return_range_m = 0.0F;
   double thinning_m = 0.1;  ///< Cell of the thinning grid, 0.001 .. 1000; 0: off.
   ThinningWeight thinning_weight = ThinningWeight::kMean;
   /// A scan's kernel evaluations plus ray steps never exceed it; 0: no limit. Where a scan does not
   /// fit the memory, its rays are walked up to twice, all of it within the budget.
   std::uint64_t work_budget = 0;
+  /// Returns in it are refused: they add nothing and are no rays. Costs a return one comparison,
+  /// and one that is no farther than the body a transform and six comparisons a box.
+  RobotBody body{};
 };
 
 /// Capacities of an integrator's scratch memory. What goes beyond them is left out and counted.

@@ -8,7 +8,8 @@
 #define TESSERA_SCAN_COUNTERS(ROW)                                                                 \
   ROW(COUNTER, uint32_t, points, "Returns given.")                                                 \
   ROW(COUNTER, uint32_t, non_finite,                                                               \
-      "Returns refused: NaN or infinite coordinates, or a weight that is not in 0 .. 1e6.")        \
+      "Returns refused: NaN or infinite coordinates, a weight that is not in 0 .. 1e6, or no "     \
+      "return from a direction that is none.")                                                     \
   ROW(COUNTER, uint32_t, too_near, "Returns refused: nearer than min_range_m.")                    \
   ROW(COUNTER, uint32_t, beyond_range, "Returns farther than max_range_m: they only free space.")  \
   ROW(COUNTER, uint32_t, out_of_grid,                                                              \
@@ -69,10 +70,6 @@
   ROW(COUNTER, uint32_t, carving_cut,                                                              \
       "Carving by the image: scans whose free space was left out in part, for lack of scratch, "   \
       "time or work budget.")                                                                      \
-  ROW(COUNTER, uint32_t, voxels_doubted,                                                           \
-      "Carving by the image: labelled voxels that were seen through and keep some evidence.")      \
-  ROW(COUNTER, uint32_t, voxels_cleared,                                                           \
-      "Carving by the image: those that have no label evidence any more.")                         \
   ROW(TOTAL, uint32_t, refused_memory, "Thinned points left out because map or scratch was full.") \
   ROW(TOTAL, uint32_t, rays_refused, "Rays beyond the range limit left out.")                      \
   ROW(TOTAL, uint32_t, left_out_deadline,                                                          \
@@ -80,4 +77,10 @@
   ROW(TOTAL, uint32_t, points_kept, "Thinned points whose evidence is in the map.")                \
   ROW(TOTAL, uint32_t, rays_wanted,                                                                \
       "Rays of all thinned points, and of all thinned directions beyond the range limit; 0 "       \
-      "without free space.")
+      "without free space.")                                                                       \
+  ROW(COUNTER, uint32_t, on_body, "Returns refused: on the robot's own body.")                     \
+  ROW(COUNTER, uint32_t, no_return, "Directions from which nothing came back.")                    \
+  ROW(COUNTER, uint32_t, voxels_doubted,                                                           \
+      "Carving by the image: labelled voxels that were seen through and keep some evidence.")      \
+  ROW(COUNTER, uint32_t, voxels_cleared,                                                           \
+      "Carving by the image: those that have no label evidence any more.")

@@ -12,11 +12,12 @@
 namespace tessera {
 
 /// Every return is in one counter, and so is every thinned point. Where pose is kOk,
-/// points = non_finite + too_near + out_of_grid + over_capacity + beyond_range + in_range +
-/// returns_cut; thinned = admitted + refused_memory() + refused_work + refused_deadline.
+/// points = non_finite + too_near + on_body + no_return + out_of_grid + over_capacity +
+/// beyond_range + in_range + returns_cut; thinned = admitted + refused_memory() + refused_work +
+/// refused_deadline.
 struct ScanReport {
-  /// kOk, or kInvalidArgument iff the pose is not rigid or its origin is out of the grid: then
-  /// nothing else was done.
+  /// kOk, or kInvalidArgument iff the pose is not rigid or its origin is out of the grid, or
+  /// InferenceConfig::body does not allow T_body_sensor: then nothing else was done.
   Status pose = Status::kOk;
   TESSERA_SCAN_COUNTERS(TESSERA_COUNTER_MEMBER)
 

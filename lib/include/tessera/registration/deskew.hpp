@@ -12,6 +12,7 @@
 #include "tessera/base/counters.hpp"
 #include "tessera/registration/points_view.hpp"
 #include "tessera/registration/pose_track.hpp"
+#include "tessera/registration/robot_body.hpp"
 
 namespace tessera {
 
@@ -33,9 +34,11 @@ struct Sweep {
   const float* times_s = nullptr;  ///< Of each point, seconds after the stamp; may be negative.
   std::int64_t stamp_us = 0;
   Matrix34d T_body_sensor = Matrix34d::Identity();
+  /// Points on it move with the sensor and stay as they are, for the integrator to refuse.
+  RobotBody body{};
 };
 
-/// Each point is in one of the last four.
+/// Each point is in one of the last five.
 #define TESSERA_DESKEW_COUNTERS(ROW)                                                       \
   ROW(LEVEL, int32_t, knots, "Poses looked up in the track.")                              \
   ROW(LEVEL, int32_t, knots_without_pose, "Of these, those that the track does not have.") \
@@ -44,14 +47,15 @@ struct Sweep {
   ROW(COUNTER, uint32_t, bad_time,                                                         \
       "Points not placed: the time is NaN or over the limit from the stamp.")              \
   ROW(COUNTER, uint32_t, without_pose,                                                     \
-      "Points not placed: the track has no pose for that part of the sweep.")
+      "Points not placed: the track has no pose for that part of the sweep.")              \
+  ROW(COUNTER, uint32_t, on_body, "Points on the robot's own body, which are not moved.")
 
 /// What was done.
 struct DeskewReport {
   /// kOk; else nothing was written: kOutOfRange iff the track has no pose at the stamp;
   /// kInvalidArgument iff a configured number is out of its range, T_body_sensor is not rigid,
-  /// there are points but no times, a stride is under 3, the output is too small, or the stamp is
-  /// within 20 s of the numbers' end.
+  /// body does not allow T_body_sensor, there are points but no times, a stride is under 3, the
+  /// output is too small, or the stamp is within 20 s of the numbers' end.
   Status status = Status::kOk;
   TESSERA_DESKEW_COUNTERS(TESSERA_COUNTER_MEMBER)
 };

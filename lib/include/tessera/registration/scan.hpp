@@ -28,6 +28,11 @@ struct ScanView {
       nullptr;  ///< Component of point i: 1 .. C, or C + 1 if unlabelled; null: all unlabelled.
   const float* weights = nullptr;  ///< Weight of point i, 0 .. kMaxWeight; null: all 1. What
                                    ///< a point gives a voxel counts from kLeastCount on.
+  /// Where the sensor is on the robot; of use with InferenceConfig::body alone.
+  Matrix34d T_body_sensor = Matrix34d::Identity();
+  /// Not 0: nothing came back from the direction of point i, whose length and weight do not count;
+  /// null: all are returns. They free space as InferenceConfig::no_return_range_m says.
+  const std::uint8_t* no_return = nullptr;
 };
 
 /// The largest weight of a point, so that no sum of a scan comes near a float's limit.

@@ -43,7 +43,7 @@ class ScanPoints {
   [[nodiscard]] std::span<const ScanPoint> returns() const noexcept {
     return registered_.first(registered_count_);
   }
-  /// Those beyond the range limit, moved to that limit.
+  /// Those beyond the range limit, moved to that limit, and the ends of what did not come back.
   [[nodiscard]] std::span<const ScanPoint> returns_beyond() const noexcept {
     return registered_.last(far_count_);
   }
