@@ -82,6 +82,27 @@ Cloud diagonals(int count, float range_m) {
   return cloud;
 }
 
+/// All around, squares of directions with a return near by turn with squares without any up to
+/// beyond the range: every cube has some far direction before it, and is divided.
+Cloud checkerboard(float near_m, float beyond_m) {
+  constexpr double kStep_rad = 0.0122;
+  constexpr int kSquare = 4;
+  constexpr int kRows = 257;
+  Cloud cloud;
+  for (int row = 0; row < kRows; ++row) {
+    const double elevation_rad = (row - kRows / 2) * kStep_rad;
+    for (int column = 0; column < 2 * kRows; ++column) {
+      const double azimuth_rad = column * kStep_rad;
+      const bool is_near = (row / kSquare + column / kSquare) % 2 == 0;
+      const double range_m = static_cast<double>(is_near ? near_m : beyond_m);
+      cloud.add(static_cast<float>(range_m * std::cos(elevation_rad) * std::cos(azimuth_rad)),
+                static_cast<float>(range_m * std::cos(elevation_rad) * std::sin(azimuth_rad)),
+                static_cast<float>(range_m * std::sin(elevation_rad)), 1);
+    }
+  }
+  return cloud;
+}
+
 /// A point in each of so many blocks that the index of tiles has few places for.
 Cloud colliding(std::size_t count, std::uint32_t tiles) {
   const std::uint64_t buckets = tiles / 4 + 2;  // as KeyIndex has them
@@ -197,6 +218,19 @@ void measure_integrate(Meter& meter) {
                {"integrate_rays_full_map", kCall, "the same rays, and a map that is exactly full",
                 "3 n (range sqrt(3) + 4) ray steps"},
                rays, diagonal, 3.0 * steps, ray_steps, true);
+  Setting image = setting_of(InferenceMode::kMultiEntropy, true);
+  image.inference.free_space.carving = Carving::kImage;
+  image.inference.max_range_m = 20.0F;
+  image.capacity = {.points = 1U << 18U, .tiles = 1U << 16U, .ray_blocks = 1U << 17U};
+  const Cloud board = checkerboard(3.0F, 25.0F);
+  const double blocks = std::pow(
+      2.0 * static_cast<double>(image.inference.max_range_m) / (kBlockEdge * kResolution_m) + 2.0,
+      3.0);
+  measure_scan(meter,
+               {"integrate_image", kCall,
+                "carving by the image: a checkerboard of 3 m and nothing, all around, to 20 m",
+                "100 (range / (4 r) + 2)^3 steps"},
+               image, board, 100.0 * blocks, ray_steps);
   Setting crowd = counting;
   crowd.capacity.tiles = 1024;
   const Cloud collide = colliding(200, crowd.capacity.tiles);
