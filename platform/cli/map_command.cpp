@@ -250,7 +250,8 @@ Outcome<void> run_map(MapOptions& options) {
   TESSERA_TRY(check_body(setup->inference.body, Matrix34d::Identity(), "the sensor"));
   // Before the work, so that an unwritable output is reported at once.
   TESSERA_TRY(check_places(options));
-  TESSERA_TRY_ASSIGN(const std::unique_ptr<RecordedScans> source, open_source(options));
+  TESSERA_TRY_ASSIGN(const std::unique_ptr<RecordedScans> source,
+                     open_source(options, {.no_returns = true}));
   Earlier earlier;
   earlier.spilled = spilled;
   TESSERA_TRY_ASSIGN(std::optional<ArchiveContent> archive, find_archive(options.archive));

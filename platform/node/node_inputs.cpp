@@ -42,7 +42,7 @@ Outcome<void> check_beside(const std::vector<MountedSensor>& sensors, const Robo
 Outcome<void> Node::open_inputs() {
   if (config_.sensors.enabled) return open_sensors();
   TESSERA_TRY(check_source(config_.map));
-  TESSERA_TRY_ASSIGN(OpenedScans opened, open_scans(config_.map));
+  TESSERA_TRY_ASSIGN(OpenedScans opened, open_scans(config_.map, {.no_returns = true}));
   recorded_ = std::move(opened);
   classes_ = recorded_.scans->classes();
   return {};

@@ -19,7 +19,7 @@ inline constexpr std::uint64_t kMostCloudPoints = std::uint64_t{1} << 24U;
 inline constexpr std::uint64_t kMostCloudFileBytes = std::uint64_t{2} << 30U;
 /// Bytes of a point that is read: in Cloud, and in the Scan that it is copied to, without
 /// times.
-inline constexpr std::uint64_t kScanPointBytes = 24 + 17;
+inline constexpr std::uint64_t kScanPointBytes = 25 + 18;
 /// Most bytes of the text before the points.
 inline constexpr std::size_t kMostCloudHeaderBytes = std::size_t{1} << 16U;
 /// After the header of a compressed PCD file, two sizes: of the points as stored, and unpacked.
@@ -29,14 +29,17 @@ inline constexpr std::size_t kPcdSizesBytes = 8;
 /// hold are refused before memory is allocated for them.
 struct CloudSummary {
   std::size_t points = 0;
-  bool has_labels = false;     ///< A field label, class or semantic.
-  bool has_viewpoint = false;  ///< Other than the identity (PCD).
+  bool has_labels = false;        ///< A field label, class or semantic.
+  bool has_viewpoint = false;     ///< Other than the identity (PCD).
+  bool keeps_no_returns = false;  ///< A field no_return, which is asked for.
 };
 
 /// The points of a file. Reused for each file, so that its memory is kept.
 struct Cloud {
   std::vector<float> points_xyzi;     ///< Metres, sensor frame, as stored; intensity 0 without one.
   std::vector<std::int64_t> raw_ids;  ///< One per point, or empty.
+  /// One per point, or empty. Not 0: nothing came back from the direction of the point.
+  std::vector<std::uint8_t> no_return;
 
   [[nodiscard]] std::size_t num_points() const noexcept {
     return points_xyzi.size() / kFloatsPerPoint;
@@ -47,7 +50,8 @@ struct Cloud {
 struct CloudBytes {
   std::string_view path;
   std::string_view bytes;
-  bool with_labels = true;  ///< If false, label fields are ignored, even invalid ones.
+  bool with_labels = true;       ///< If false, label fields are ignored, even invalid ones.
+  bool with_no_returns = false;  ///< If false, points of which no_return is not 0 are left out.
 };
 
 /// Text of a file for a message: at most 32 bytes, with '?' for what is not printable ASCII, as a

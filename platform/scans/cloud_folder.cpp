@@ -129,7 +129,8 @@ RegistrarConfig CloudFolder::registration() const {
                    .cameras = 0,
                    .image_pixels = 0,
                    .floats_per_point = kFloatsPerPoint,
-                   .weights = false};
+                   .weights = false,
+                   .no_returns = options_.with_no_returns};
   return config;
 }
 
@@ -138,7 +139,9 @@ Outcome<void> CloudFolder::read(std::size_t i, Scan& into) const {
   const Outcome<std::string> bytes = read_cloud_bytes(entry.file.path);
   if (!bytes.ok()) return Failure{bytes.failure().message, FailureKind::kFailure};
   Cloud cloud;
-  TESSERA_TRY(read_cloud(options_.format, {entry.file.path, *bytes, options_.with_labels}, cloud));
+  TESSERA_TRY(read_cloud(options_.format,
+                         {entry.file.path, *bytes, options_.with_labels, options_.with_no_returns},
+                         cloud));
   if (cloud.num_points() > max_points_) {
     Failure changed =
         cloud_failure(entry.file.path, "it has more points than when the folder was opened",
@@ -154,6 +157,8 @@ Outcome<void> CloudFolder::read(std::size_t i, Scan& into) const {
   into.T_map_body = into.T_map_sensor = entry.file.T_map_sensor;
   std::copy(cloud.points_xyzi.begin(), cloud.points_xyzi.end(), into.points().begin());
   into.has_components = true;
+  into.has_no_return = !cloud.no_return.empty();
+  std::copy(cloud.no_return.begin(), cloud.no_return.end(), into.no_return().begin());
   into.unknown = label(cloud, into.components().first(into.count));
   return {};
 }

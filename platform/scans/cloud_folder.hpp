@@ -33,11 +33,12 @@ Outcome<std::vector<std::string>> list_by_number(const std::string& folder,
 
 struct CloudOptions {
   CloudFormat format = CloudFormat::kPcd;
-  std::string poses;         ///< File for read_pose_rows(), a row for each cloud.
-  std::optional<int> first;  ///< Scan number: the clouds in their order, from 0.
-  std::optional<int> last;   ///< Inclusive.
-  bool with_motion = false;  ///< Also motion(), if the poses have stamps.
-  bool with_labels = true;   ///< If false, all points are unlabelled.
+  std::string poses;             ///< File for read_pose_rows(), a row for each cloud.
+  std::optional<int> first;      ///< Scan number: the clouds in their order, from 0.
+  std::optional<int> last;       ///< Inclusive.
+  bool with_motion = false;      ///< Also motion(), if the poses have stamps.
+  bool with_labels = true;       ///< If false, all points are unlabelled.
+  bool with_no_returns = false;  ///< Keeps points of which the field no_return is not 0.
 };
 
 class CloudFolder final : public RecordedScans {

@@ -66,7 +66,8 @@ Outcome<OpenedScans> open_clouds(const SourceOptions& options, const ExtraConten
                                            .first = options.first,
                                            .last = options.last,
                                            .with_motion = extra.motion,
-                                           .with_labels = options.labels != kNoLabels}));
+                                           .with_labels = options.labels != kNoLabels,
+                                           .with_no_returns = extra.no_returns}));
   OpenedScans opened;
   warn_of_numbers(options, clouds, opened);
   if (options.labels != kNoLabels && clouds.num_labelled() < clouds.num_scans()) {

@@ -28,9 +28,10 @@ Outcome<std::vector<NamedFile>> cloud_files(const SourceOptions& options);
 
 /// What is read beyond what mapping needs.
 struct ExtraContent {
-  bool motion = false;  ///< DatasetOptions::with_motion.
-  bool times = false;   ///< DatasetOptions::with_times.
-  bool images = false;  ///< DatasetOptions::with_images.
+  bool motion = false;      ///< DatasetOptions::with_motion.
+  bool times = false;       ///< DatasetOptions::with_times.
+  bool images = false;      ///< DatasetOptions::with_images.
+  bool no_returns = false;  ///< CloudOptions::with_no_returns.
 };
 
 struct OpenedScans {

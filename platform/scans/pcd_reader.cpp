@@ -129,7 +129,9 @@ Outcome<CloudSummary> inspect_pcd(const CloudBytes& head, std::uint64_t file_byt
 
 Outcome<void> read_pcd(const CloudBytes& file, Cloud& cloud) {
   TESSERA_TRY_ASSIGN(const PcdHeader header, parse_pcd_header(file, file.bytes.size()));
-  PointAppender points(cloud, header.summary(), header.is_organised);
+  CloudSummary summary = header.summary();
+  summary.keeps_no_returns = file.with_no_returns && header.chosen.has(kPartNoReturn);
+  PointAppender points(cloud, summary, header.is_organised);
   if (header.data == PcdData::kAscii) return read_ascii(file, header, points);
   const Outcome<void> read = header.data == PcdData::kBinary
                                  ? read_binary(file, header, points)

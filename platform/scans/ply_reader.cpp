@@ -142,7 +142,9 @@ Outcome<CloudSummary> inspect_ply(const CloudBytes& head, std::uint64_t file_byt
 
 Outcome<void> read_ply(const CloudBytes& file, Cloud& cloud) {
   TESSERA_TRY_ASSIGN(const PlyHeader header, parse_ply_header(file, file.bytes.size()));
-  PointAppender points(cloud, header.summary(), false);
+  CloudSummary summary = header.summary();
+  summary.keeps_no_returns = file.with_no_returns && header.chosen.has(kPartNoReturn);
+  PointAppender points(cloud, summary, false);
   if (header.is_ascii) return read_ascii(file, header, points);
   const Outcome<void> read = BinaryReader(file, header).read(points);
   if (!read.ok()) return read;

@@ -15,7 +15,7 @@ namespace {
 
 /// Field names of each part; the first that exists is used.
 constexpr std::array<std::array<std::string_view, 3>, kNumParts> kNames{
-    {{"x"}, {"y"}, {"z"}, {"intensity"}, {"label", "class", "semantic"}}};
+    {{"x"}, {"y"}, {"z"}, {"intensity"}, {"no_return"}, {"label", "class", "semantic"}}};
 
 bool parse_label(std::string_view word, std::int64_t& raw_id) {
   const char* const end = word.data() + word.size();
@@ -63,17 +63,27 @@ std::size_t PointFields::part_of(std::size_t field) const noexcept {
 PointAppender::PointAppender(Cloud& cloud, const CloudSummary& summary, bool leaves_out_no_returns)
     : cloud_(cloud),
       has_labels_(summary.has_labels),
+      keeps_no_returns_(summary.keeps_no_returns),
       leaves_out_no_returns_(leaves_out_no_returns) {
   cloud_.points_xyzi.clear();
   cloud_.raw_ids.clear();
+  cloud_.no_return.clear();
   cloud_.points_xyzi.reserve(summary.points * kFloatsPerPoint);
   if (has_labels_) cloud_.raw_ids.reserve(summary.points);
+  if (keeps_no_returns_) cloud_.no_return.reserve(summary.points);
 }
 
 void PointAppender::append(const std::array<double, kNumParts>& parts, std::int64_t raw_id) {
   for (std::size_t part = 0; part < kFloatsPerPoint; ++part)
     cloud_.points_xyzi.push_back(static_cast<float>(parts[part]));
   if (has_labels_) cloud_.raw_ids.push_back(raw_id);
+  if (keeps_no_returns_) cloud_.no_return.push_back(parts[kPartNoReturn] != 0.0 ? 1 : 0);
+}
+
+bool PointAppender::is_left_out(const std::array<double, kNumParts>& parts) const noexcept {
+  if (!keeps_no_returns_ && parts[kPartNoReturn] != 0.0) return true;
+  return leaves_out_no_returns_ && std::isnan(parts[kPartX]) && std::isnan(parts[kPartY]) &&
+         std::isnan(parts[kPartZ]);
 }
 
 bool PointAppender::append(const Places& places) {
@@ -84,9 +94,7 @@ bool PointAppender::append(const Places& places) {
     parts[part] = place.number.load(place.from);
     if (part <= kPartZ) byte_order_.add(place.number, place.from);
   }
-  if (leaves_out_no_returns_ && std::isnan(parts[kPartX]) && std::isnan(parts[kPartY]) &&
-      std::isnan(parts[kPartZ]))
-    return true;
+  if (is_left_out(parts)) return true;
   std::int64_t raw_id = 0;
   const Place& label = places[kPartLabel];
   if (label.from != nullptr && !label.number.load_whole(label.from, raw_id)) return false;
@@ -101,9 +109,7 @@ Outcome<void> PointAppender::append(const Words& words, const TextPlace& place) 
       return not_a_number(place, printable(words[part]),
                           "write the numbers of each point in one row");
   }
-  if (leaves_out_no_returns_ && std::isnan(parts[kPartX]) && std::isnan(parts[kPartY]) &&
-      std::isnan(parts[kPartZ]))
-    return {};
+  if (is_left_out(parts)) return {};
   std::int64_t raw_id = 0;
   if (has_labels_ && !parse_label(words[kPartLabel], raw_id)) {
     return text_failure(place, "the label is not a whole number",

@@ -17,15 +17,23 @@
 namespace tessera {
 
 /// The parts of a point that are read. A label is a raw class id.
-enum PointPart : std::size_t { kPartX, kPartY, kPartZ, kPartIntensity, kPartLabel, kNumParts };
+enum PointPart : std::size_t {
+  kPartX,
+  kPartY,
+  kPartZ,
+  kPartIntensity,
+  kPartNoReturn,
+  kPartLabel,
+  kNumParts
+};
 
 /// For each part the index of its field.
 class PointFields {
  public:
   static constexpr std::size_t kAbsent = static_cast<std::size_t>(-1);
 
-  /// Chooses by name: x, y, z; intensity; with labels label, or else class, or else semantic. Fails
-  /// with kUsage iff x, y or z is missing, or one that is used is a duplicate.
+  /// Chooses by name: x, y, z; intensity; no_return; with labels label, or else class, or else
+  /// semantic. Fails with kUsage iff x, y or z is missing, or one that is used is a duplicate.
   static Outcome<PointFields> choose(const CloudBytes& head, const std::vector<std::string>& names);
 
   [[nodiscard]] bool has(PointPart part) const noexcept { return index_[part] != kAbsent; }
@@ -34,7 +42,7 @@ class PointFields {
   [[nodiscard]] std::size_t part_of(std::size_t field) const noexcept;
 
  private:
-  std::array<std::size_t, kNumParts> index_{kAbsent, kAbsent, kAbsent, kAbsent, kAbsent};
+  std::array<std::size_t, kNumParts> index_{kAbsent, kAbsent, kAbsent, kAbsent, kAbsent, kAbsent};
 };
 
 /// Checks that coordinates are stored in the byte order that their file says.
@@ -76,10 +84,13 @@ class PointAppender {
   Outcome<void> check_byte_order(std::string_view path) const { return byte_order_.check(path); }
 
  private:
+  /// Of a point that is no return and is not to be kept.
+  [[nodiscard]] bool is_left_out(const std::array<double, kNumParts>& parts) const noexcept;
   void append(const std::array<double, kNumParts>& parts, std::int64_t raw_id);
 
   Cloud& cloud_;
   bool has_labels_;
+  bool keeps_no_returns_;
   bool leaves_out_no_returns_;
   ByteOrderVote byte_order_;
 };

@@ -27,6 +27,7 @@ void Scan::allocate_points() {
   if (limits_.weights) weights_ = std::make_unique<float[]>(limits_.points);
   times_s_ = std::make_unique<float[]>(limits_.points);
   components_ = std::make_unique<std::uint8_t[]>(limits_.points);
+  if (limits_.no_returns) no_return_ = std::make_unique<std::uint8_t[]>(limits_.points);
 }
 
 void Scan::reserve(std::size_t points) {
@@ -35,6 +36,7 @@ void Scan::reserve(std::size_t points) {
   points_.reset();  // So that old and new memory are not held at the same time.
   times_s_.reset();
   components_.reset();
+  no_return_.reset();
   allocate_points();
 }
 
@@ -43,7 +45,7 @@ void Scan::become_cloud(const ScanView& view) {
   kind = ScanKind::kCloud;
   count = static_cast<std::uint32_t>(view.count);
   has_components = view.components != nullptr;
-  has_weights = has_times = false;
+  has_weights = has_times = has_no_return = false;
   num_images = 0;
   for (std::size_t i = 0; i < view.count; ++i)
     std::copy_n(view.points + i * view.stride_floats, 3,
@@ -57,7 +59,7 @@ void Scan::clear() noexcept {
   stamp_us = taken_us = 0;
   count = 0;
   width_px = height_px = 0;
-  has_components = has_weights = has_times = images_missing = false;
+  has_components = has_weights = has_times = has_no_return = images_missing = false;
   first_us = last_us = 0;
   T_body_sensor = T_map_body = T_map_sensor = Matrix34d::Identity();
   num_images = num_poses = 0;

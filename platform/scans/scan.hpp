@@ -26,6 +26,7 @@ struct ScanLimits {
   std::size_t image_pixels = 1'228'800;  ///< Of each label image: 1280 x 960.
   std::size_t floats_per_point = 3;      ///< 3: x y z; 4: and an intensity.
   bool weights = true;                   ///< Whether points may have weights.
+  bool no_returns = false;               ///< Whether points may be directions without a return.
 
   friend constexpr bool operator==(const ScanLimits&, const ScanLimits&) = default;
 };
@@ -68,7 +69,9 @@ class Scan {
   /// Bytes that a scan allocates on the heap.
   [[nodiscard]] static constexpr std::size_t required_bytes(const ScanLimits& limits) noexcept {
     const std::size_t floats = limits.floats_per_point + 1 + (limits.weights ? 1U : 0U);
-    return limits.points * (floats * sizeof(float) + 1) + limits.cameras * limits.image_pixels;
+    const std::size_t flags = limits.no_returns ? 1 : 0;
+    return limits.points * (floats * sizeof(float) + 1 + flags) +
+           limits.cameras * limits.image_pixels;
   }
   /// Grows if it holds fewer points, whose values are lost then; never shrinks. For recorded scans
   /// only: a live source uses no heap after its start.
@@ -86,6 +89,7 @@ class Scan {
   bool has_components = false;  ///< If false, components() are invalid: label points by the images.
   bool has_weights = false;
   bool has_times = false;
+  bool has_no_return = false;   ///< Some points may be directions: no_return() is not 0.
   bool images_missing = false;  ///< A required camera has no image here.
   std::int32_t first_us = 0;    ///< Of the points' times, relative to the stamp.
   std::int32_t last_us = 0;
@@ -122,6 +126,9 @@ class Scan {
   [[nodiscard]] std::span<float> weights() noexcept {
     return {weights_.get(), limits_.weights ? limits_.points : 0};
   }
+  [[nodiscard]] std::span<std::uint8_t> no_return() noexcept {
+    return {no_return_.get(), limits_.no_returns ? limits_.points : 0};
+  }
   [[nodiscard]] std::span<float> times_s() noexcept { return {times_s_.get(), limits_.points}; }
   [[nodiscard]] std::span<const float> times_s() const noexcept {
     return {times_s_.get(), limits_.points};
@@ -142,7 +149,8 @@ class Scan {
             .count = count,
             .components = has_components ? components_.get() : nullptr,
             .weights = has_weights ? weights_.get() : nullptr,
-            .T_body_sensor = T_body_sensor};
+            .T_body_sensor = T_body_sensor,
+            .no_return = has_no_return ? no_return_.get() : nullptr};
   }
   [[nodiscard]] const ScanLimits& limits() const noexcept { return limits_; }
 
@@ -154,6 +162,7 @@ class Scan {
   std::unique_ptr<float[]> weights_;
   std::unique_ptr<float[]> times_s_;
   std::unique_ptr<std::uint8_t[]> components_;
+  std::unique_ptr<std::uint8_t[]> no_return_;
   std::unique_ptr<std::uint8_t[]> images_;
 };
 

@@ -57,6 +57,34 @@ class Body(CommandCase):
         self.assertEqual(30, report["config"]["no_return_range"])
         self.assertEqual([0] * 3, [scan["no_return"] for scan in report["scans"]])
 
+    def test_clouds_say_what_did_not_come_back(self):
+        """A wall to the front, and nothing to the back: the latter is free up to the range, for map and no other command."""
+        rows = [(5, 0.05 * y, 0.05 * z, 0) for y in range(-40, 41) for z in range(-10, 11)]
+        away = [(-1, 0.01 * y, 0.01 * z, 1) for y in range(-20, 21) for z in range(-5, 6)]
+        header = ("ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\n"
+                  "property uchar no_return\nend_header\n")
+        for name, points in (("all", rows + away), ("hits", rows)):
+            (self.folder / name).mkdir()
+            lines = "".join(" ".join(map(str, p)) + "\n" for p in points)
+            (self.folder / name / "0.ply").write_text(header.format(len(points)) + lines)
+        (self.folder / "poses.txt").write_text("1 0 0 0.05 0 1 0 0.05 0 0 1 0.05\n")
+
+        def mapped(name, *options):
+            out = self.folder / f"{name}.tsm"
+            self.done("map", "--ply", name, "--poses", "poses.txt", "--out", out, "--report", "map.json", *options)
+            report = json.loads((self.folder / "map.json").read_text())
+            _, found = self.query_rows(out, "x,y,z\n-3.95,0.05,0.05\n-7.95,0.05,0.05\n-0.95,0.05,0.05\n5.05,0.05,0.05\n")
+            return report["scans"][0], report["digest"], [row["state"] for row in found]
+
+        scan, off, states = mapped("all")
+        self.assertEqual((len(rows), len(away)), (scan["in_range"], scan["no_return"]))
+        self.assertEqual(["unknown"] * 3 + ["occupied"], states)
+        self.assertEqual(off, mapped("hits")[1])
+        for carving in ("rays", "image"):
+            scan, _, states = mapped("all", "--no-return-range", "6", "--carving", carving)
+            self.assertEqual((len(rows), len(away)), (scan["in_range"], scan["no_return"]))
+            self.assertEqual(["free", "unknown", "free", "occupied"], states)
+
 
 class OfNode(NodeCase):
     AHEAD = (2.0, -4.0, -3.0, 8.0, 4.0, 1.0)
