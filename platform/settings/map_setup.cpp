@@ -169,18 +169,22 @@ Outcome<ScanCapacity> split_budget(MapSetup& setup, std::size_t max_points) {
   capacity.tiles = 131072;
   capacity.ray_blocks = 131072;
   const auto scratch = [&] { return Integrator::required_bytes(capacity, setup.inference); };
+  // Half of what is left beside the images of a scan, which do not shrink.
+  const std::size_t images =
+      setup.inference.free_space.uses_image() ? ImageCarver::required_bytes() : 0;
+  const std::size_t most = (budget_bytes + images) / 2;
   // Tables shrink first, as most scans do not fill them; then the points a scan may have.
-  while (scratch() > budget_bytes / 2 && capacity.tiles > 1024) {
+  while (scratch() > most && capacity.tiles > 1024) {
     capacity.tiles /= 2;
     capacity.ray_blocks /= 2;
   }
-  if (scratch() > budget_bytes / 2) {
+  if (scratch() > most) {
     // The most that fit; at least 64.
     std::uint32_t fits = 64;
     std::uint32_t too_many = capacity.points;
     while (fits + 1 < too_many) {
       capacity.points = fits + (too_many - fits) / 2;
-      (scratch() > budget_bytes / 2 ? too_many : fits) = capacity.points;
+      (scratch() > most ? too_many : fits) = capacity.points;
     }
     capacity.points = fits;
   }
