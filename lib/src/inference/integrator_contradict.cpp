@@ -62,17 +62,17 @@ void Integrator::look_at_moving(const LocalMap& map, std::uint64_t most_steps) n
 
 VoxelMask Integrator::contradict(LocalMap& map, SlabHandle handle, const RayBlock& seen,
                                  const VoxelMask& carved, ScanReport& report) noexcept {
-  const LocalMap::Labelled labelled = map.labelled(handle);
-  const VoxelMask all = without(labelled.all, seen.hit);
+  const LocalMap::Occupied occupied = map.occupied(handle);
+  const VoxelMask all = without(occupied.all, seen.hit);
   VoxelMask doubted =
       either(carver_.seen_through(seen.coord, SeenBy::kWindow, kWindowMargin_voxels), carved);
   VoxelMask gone{};
-  if (labelled.any_moving) {
-    VoxelMask beside = labelled.moving;
+  if (occupied.any_moving) {
+    VoxelMask beside = occupied.moving;
     for (int i = 0; i < kBesideMoving; ++i) beside = widened(beside);
     const VoxelMask through = carver_.seen_through(seen.coord, SeenBy::kPixel, kPixelMargin_voxels);
-    gone = both(all, either(both(through, labelled.moving),
-                            both(doubted, without(beside, labelled.moving))));
+    gone = both(all, either(both(through, occupied.moving),
+                            both(doubted, without(beside, occupied.moving))));
   }
   // Of a thing that is met beside the voxel, some rays miss this part.
   doubted = without(without(both(doubted, all), gone), widened(seen.hit));
@@ -83,7 +83,7 @@ VoxelMask Integrator::contradict(LocalMap& map, SlabHandle handle, const RayBloc
     report.voxels_doubted += done.doubted;
     report.voxels_cleared += done.cleared;
   }
-  return without(carved, labelled.all);
+  return without(carved, occupied.all);
 }
 
 }  // namespace tessera

@@ -174,6 +174,9 @@ bool BlockEditor::give_way_to_free(BlockTable& table, int octet, int voxel) noex
 
 namespace {
 
+/// Of a voxel whose label evidence was contradicted: under what a hit brings.
+constexpr unsigned kPassesOfCleared = 2;
+
 /// An octet's eight bits of two slices of a layer: two of a row, of two rows, of each slice.
 unsigned of_octet(const BlockEditor::Slices& slices, std::size_t octet_in_layer) noexcept {
   const auto corner =
@@ -187,40 +190,40 @@ unsigned of_octet(const BlockEditor::Slices& slices, std::size_t octet_in_layer)
 
 }  // namespace
 
-void BlockEditor::contradict(int octet, unsigned voxels, unsigned going,
-                             Contradicted& counts) noexcept {
+unsigned BlockEditor::contradict(int octet, unsigned voxels, unsigned going, float left) noexcept {
   // A pass and a quarter, so that against one pass it is occupied; by less than half of that more,
   // which is no hit, it is doubted still.
   const float doubted = 1.25F * table_.config_.free_weight;
   std::byte* const at = tuples(octet);
-  TupleStore::Plane sums = table_.tuples_.label_sums(at);
-  bool any_cleared = false;
-  for (; voxels != 0; voxels &= voxels - 1) {
-    const int voxel = std::countr_zero(voxels);
-    float& labels = sums[static_cast<std::size_t>(voxel)];
-    if (((going >> static_cast<unsigned>(voxel)) & 1U) == 0 && labels > 1.5F * doubted) {
-      table_.tuples_.scale(at, voxel, doubted / labels);
-      ++counts.doubted;
-      continue;
-    }
-    table_.tuples_.scale(at, voxel, 0.0F);
-    labels = 0.0F;
-    any_cleared = true;
-    ++counts.cleared;
-    add_row(counts.free, row_order(octet, voxel));
+  const TupleStore::Plane sums = table_.tuples_.label_sums(at);
+  for (unsigned rest = voxels; rest != 0; rest &= rest - 1) {
+    const int voxel = std::countr_zero(rest);
+    const float labels = sums[static_cast<std::size_t>(voxel)];
+    if (labels <= 1.5F * doubted) going |= rest & (~rest + 1);
+    const float most = ((going >> static_cast<unsigned>(voxel)) & 1U) != 0 ? left : doubted;
+    if (labels <= most) continue;
+    table_.tuples_.scale(at, voxel, most / labels);
   }
-  if (any_cleared) update_observed(octet, sums);
+  if ((going & voxels) != 0) update_observed(octet, table_.tuples_.label_sums(at));
+  return going & voxels;
 }
 
 void BlockEditor::contradict(std::size_t layer, const Slices& doubted, const Slices& gone,
-                             Contradicted& counts) noexcept {
+                             bool with_passes, Contradicted& counts) noexcept {
+  const float left = with_passes ? 0.25F * table_.config_.free_weight : 0.0F;
   for (std::size_t i = 0; i < kLayerOctets; ++i) {
     const int octet = static_cast<int>(layer * kLayerOctets + i);
-    const unsigned observed = table_.observed_labels(block_, octet);
-    if (observed == 0) continue;
     const unsigned going = of_octet(gone, i);
-    const unsigned voxels = observed & (of_octet(doubted, i) | going);
-    if (voxels != 0) contradict(octet, voxels, going, counts);
+    const unsigned voxels = table_.observed_labels(block_, octet) & (of_octet(doubted, i) | going);
+    if (voxels == 0) continue;
+    const unsigned went = contradict(octet, voxels, going, left);
+    counts.cleared += static_cast<std::uint32_t>(count_ones(went));
+    counts.doubted += static_cast<std::uint32_t>(count_ones(voxels & ~went));
+    if (!with_passes) continue;
+    for (unsigned rest = went; rest != 0; rest &= rest - 1) {
+      const int voxel = std::countr_zero(rest);
+      set_passes(octet, voxel, table_.free_passes(block_, octet, voxel) + kPassesOfCleared);
+    }
   }
 }
 

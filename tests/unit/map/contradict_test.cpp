@@ -61,10 +61,13 @@ TEST_CASE("contradict: doubted labels are reduced to a pass and a quarter, in pr
   CHECK(evidence.sigma[0] == 0.0F);
   const Contradicted twice = rig.doubt(voxel);
   CHECK(twice.cleared == 1);
-  CHECK(has_row(twice.free, row_order(voxel)));
+  CHECK(twice.doubted == 0);
   CHECK(rig.map.evidence(voxel).sigma[0] == 2.0F * rig.config.free_weight);
-  CHECK(label_evidence(rig.map, voxel) == 0.0);
-  CHECK(rig.map.usage().label_voxels == 0);
+  // What was there is known still.
+  CHECK(label_evidence(rig.map, voxel) == Approx(0.1).margin(1e-4));
+  const Estimate left = rig.map.query(voxel);
+  CHECK(left.state == VoxelState::kFree);
+  CHECK(left.label == 1);
 }
 
 TEST_CASE(
@@ -106,6 +109,7 @@ TEST_CASE("contradict: with no room for a page of passes, labels go even so") {
   REQUIRE_FALSE(rig.map.fits({0, 0, 1, 0}));
   CHECK(rig.clear({0, 0, 0}).cleared == 1);
   CHECK(rig.map.query(VoxelCoord{0, 0, 0}).state == VoxelState::kUnknown);
+  CHECK(rig.map.usage().label_voxels == 0);
 }
 
 TEST_CASE("blocks that may hold what moves: listed from the first such label on, once, in order") {
@@ -129,10 +133,10 @@ TEST_CASE("blocks that may hold what moves: listed from the first such label on,
   }
   SECTION("so does one in which nothing that moves is left, once it is looked at") {
     const SlabHandle handle = rig.map.find_handle(BlockCoord{1, 0, 0});
-    CHECK(rig.map.labelled(handle).any_moving);
+    CHECK(rig.map.occupied(handle).any_moving);
     rig.clear({8, 0, 0});
     CHECK(rig.moving().size() == 3);
-    const LocalMap::Labelled left = rig.map.labelled(handle);
+    const LocalMap::Occupied left = rig.map.occupied(handle);
     CHECK_FALSE(left.any_moving);
     CHECK(left.all == mask_of({9, 0, 0}));
     CHECK(rig.moving() == std::vector<BlockCoord>{{3, 0, 0}, {2, 0, 0}});
@@ -151,7 +155,8 @@ TEST_CASE("blocks that may hold what moves: listed from the first such label on,
   }
 }
 
-TEST_CASE("labelled: every voxel with labels, and those whose largest count is of what moves") {
+TEST_CASE(
+    "occupied: every voxel that labels occupy, and those whose largest count is of what moves") {
   Rig rig;
   VoxelMask all{};
   VoxelMask moving{};
@@ -163,12 +168,15 @@ TEST_CASE("labelled: every voxel with labels, and those whose largest count is o
         const bool moves = ++n % 2 == 0;
         REQUIRE(hit(rig.map, voxel, kMoves, moves ? 2.0F : 0.5F) == Status::kOk);
         REQUIRE(hit(rig.map, voxel, kStands, 1.0F) == Status::kOk);
+        // Of every fifth, the passes weigh more.
+        for (int i = 0; n % 5 == 0 && i < 8; ++i) REQUIRE(carve(rig.map, voxel) == Status::kOk);
+        if (n % 5 == 0) continue;
         add_row(all, row_order(voxel));
         if (moves) add_row(moving, row_order(voxel));
       }
     }
   }
-  const LocalMap::Labelled found = rig.map.labelled(rig.map.find_handle(BlockCoord{0, 0, 0}));
+  const LocalMap::Occupied found = rig.map.occupied(rig.map.find_handle(BlockCoord{0, 0, 0}));
   CHECK(found.all == all);
   CHECK(found.moving == moving);
 }

@@ -130,7 +130,8 @@ class Integrator {
   void carve(const LocalMap& map) noexcept;
   /// Marks the map's blocks that may hold what moves to be looked at, with none of it free.
   void look_at_moving(const LocalMap& map, std::uint64_t most_steps) noexcept;
-  /// Takes back labels of a block that the scan saw through; returns what of carved had none.
+  /// Contradicts labels of a block that the scan saw through; returns what of carved they did not
+  /// occupy.
   [[nodiscard]] VoxelMask contradict(LocalMap& map, SlabHandle handle, const RayBlock& seen,
                                      const VoxelMask& carved, ScanReport& report) noexcept;
   /// Forgets marks in blocks that the map has no room for beside what is reserved, nearest first.

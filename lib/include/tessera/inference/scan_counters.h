@@ -81,6 +81,7 @@
   ROW(COUNTER, uint32_t, on_body, "Returns refused: on the robot's own body.")                     \
   ROW(COUNTER, uint32_t, no_return, "Directions from which nothing came back.")                    \
   ROW(COUNTER, uint32_t, voxels_doubted,                                                           \
-      "Carving by the image: labelled voxels that were seen through and keep some evidence.")      \
+      "Carving by the image: occupied voxels that were seen through and whose labels were "        \
+      "reduced.")                                                                                  \
   ROW(COUNTER, uint32_t, voxels_cleared,                                                           \
-      "Carving by the image: those that have no label evidence any more.")
+      "Carving by the image: occupied voxels that were seen through and are free now.")

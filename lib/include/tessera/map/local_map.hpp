@@ -79,21 +79,23 @@ class LocalMap : public BlockTable {
   /// tuple that has none left is taken back. Fails with kResourceExhausted iff a free page is
   /// needed and does not fit: counted, unchanged.
   Status add_free_pass(SlabHandle handle, const VoxelMask& mask) noexcept;
-  /// One scan saw through voxels with label evidence. Of those in gone it goes; of those in doubted
-  /// it is reduced to 1.25 free_weight, classes in proportion, or goes where it is up to half more
-  /// than that: so by the second of two scans between which there was no hit. Where it goes the
-  /// voxel counts two passes, as what spreads from voxels beside it is no hit, if storage has room.
-  /// O(64 + voxels in the masks).
+  /// One scan saw through voxels that labels occupy (occupied()). Of those in gone label evidence
+  /// is reduced to a quarter of free_weight, classes in proportion, so that it is known what was
+  /// there; of those in doubted to 1.25 free_weight, or as in gone where it is up to half more than
+  /// that: so by the second of two scans between which there was no hit. What is in gone, or went
+  /// as if, counts two passes more, as what spreads from voxels beside it is no hit; where storage
+  /// has no room for them all labels go. O(64 + voxels in the masks).
   Contradicted contradict(SlabHandle handle, const VoxelMask& doubted,
                           const VoxelMask& gone) noexcept;
-  /// Voxels of a block with label evidence, and those of them whose label is of a class that may
-  /// move; if there are none, visit_moving() visits it no more. O(512 components present).
-  struct Labelled {
+  /// Voxels of a block whose label evidence is more than their passes weigh, and those of them
+  /// whose label is of a class that may move; if there are none of these, visit_moving() visits the
+  /// block no more. O(512 components present).
+  struct Occupied {
     VoxelMask all{};
     VoxelMask moving{};
     bool any_moving = false;
   };
-  [[nodiscard]] Labelled labelled(SlabHandle handle) noexcept;
+  [[nodiscard]] Occupied occupied(SlabHandle handle) noexcept;
   /// Sets a voxel that was never observed: what the map file restores. Fails with
   /// kResourceExhausted as the two above, kInvalidArgument iff passes exceed the cap or no tuple
   /// can hold the counts.

@@ -146,9 +146,8 @@ constexpr void add_row(VoxelMask& mask, int row_order) noexcept {
 
 /// What a scan's see-through did to a block's labels.
 struct Contradicted {
-  std::uint32_t doubted = 0;  ///< Voxels that keep some label evidence.
-  std::uint32_t cleared = 0;  ///< Those that have none any more.
-  VoxelMask free{};           ///< These.
+  std::uint32_t doubted = 0;  ///< Voxels whose labels were reduced.
+  std::uint32_t cleared = 0;  ///< Those that are free now.
 };
 
 /// The free pages that a pass through the voxels of mask takes beyond those that the block has.

@@ -57,10 +57,9 @@ struct SemanticClass {
       "scooter",       "sheep",      "ship",       "stroller",     "tractor",       "trailer",
       "train",         "tram",       "truck",      "van",          "vehicle",       "wheelchair",
       "worker"};
-  for (const std::string_view known : kNames) {
-    if (name == known) return true;
-  }
-  return false;
+  bool moves = false;
+  for (const std::string_view known : kNames) moves = moves || name == known;
+  return moves;
 }
 
 /// The table of classes 1 .. C. Plain data, about 2.2 kB; no heap.

@@ -58,9 +58,9 @@ class BlockEditor {
   [[nodiscard]] bool count_passes(std::size_t layer, const Slices& slices) noexcept;
   /// Labels of these voxels give way where the cap is reached. Returns whether anything changed.
   [[nodiscard]] bool give_way(std::size_t layer, const Slices& slices) noexcept;
-  /// Label evidence of the voxels in gone goes; the others' in doubted is doubted, or goes if it
-  /// was (LocalMap::see_through).
-  void contradict(std::size_t layer, const Slices& doubted, const Slices& gone,
+  /// LocalMap::contradict() of a layer's voxels, whose free page must be there if with_passes is
+  /// true; else all labels of what goes are taken.
+  void contradict(std::size_t layer, const Slices& doubted, const Slices& gone, bool with_passes,
                   Contradicted& counts) noexcept;
   /// The page must be there; what is over max_passes() is not counted.
   void set_passes(int octet, int voxel, unsigned passes) noexcept {
@@ -90,7 +90,8 @@ class BlockEditor {
     if ((components & table_.classes_.moving()) != 0) table_.join_moving(handle_);
   }
   void hold_cap(int octet, unsigned voxels, TupleStore::Plane& sums) noexcept;
-  void contradict(int octet, unsigned voxels, unsigned going, Contradicted& counts) noexcept;
+  /// Returns those that went.
+  unsigned contradict(int octet, unsigned voxels, unsigned going, float left) noexcept;
   [[nodiscard]] bool give_way_to_free(BlockTable& table, int octet, int voxel) noexcept;
   void update_observed(int octet, const TupleStore::Plane& sums) noexcept;
 
