@@ -36,8 +36,10 @@ Outcome<ConfigFile> ConfigFile::parse(std::string_view text, std::string path) {
     std::vector<double> reals;
     for (const toml::node& item : *list) {
       if (!item.is_number()) return std::nullopt;
-      reals.push_back(*item.value<double>());
+      // value<double>() has none for whole numbers beyond 2^53.
       if (item.is_integer()) wholes.push_back(item.as_integer()->get());
+      reals.push_back(item.is_integer() ? static_cast<double>(wholes.back())
+                                        : item.as_floating_point()->get());
     }
     return wholes.size() == reals.size() ? Value(std::move(wholes)) : Value(std::move(reals));
   };
