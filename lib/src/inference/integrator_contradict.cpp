@@ -60,8 +60,8 @@ void Integrator::look_at_moving(const LocalMap& map, std::uint64_t most_steps) n
   });
 }
 
-VoxelMask Integrator::contradict(LocalMap& map, SlabHandle handle, const RayBlock& seen,
-                                 const VoxelMask& carved, ScanReport& report) noexcept {
+void Integrator::contradict(LocalMap& map, SlabHandle handle, const RayBlock& seen,
+                            const VoxelMask& carved, ScanReport& report) noexcept {
   const LocalMap::Occupied occupied = map.occupied(handle);
   const VoxelMask all = without(occupied.all, seen.hit);
   VoxelMask doubted =
@@ -76,6 +76,12 @@ VoxelMask Integrator::contradict(LocalMap& map, SlabHandle handle, const RayBloc
   }
   // Of a thing that is met beside the voxel, some rays miss this part.
   doubted = without(without(both(doubted, all), gone), widened(seen.hit));
+  // Before labels go, as the pages of passes are those that were planned for.
+  if (seen.block != 0) {
+    const Status status = map.add_free_pass(handle, without(carved, occupied.all));
+    TESSERA_ASSERT(status == Status::kOk);
+    ++(status == Status::kOk ? report.free_blocks : report.write_faults);
+  }
   std::uint64_t any = 0;
   for (std::size_t z = 0; z < doubted.size(); ++z) any |= doubted[z] | gone[z];
   if (any != 0) {
@@ -83,7 +89,6 @@ VoxelMask Integrator::contradict(LocalMap& map, SlabHandle handle, const RayBloc
     report.voxels_doubted += done.doubted;
     report.voxels_cleared += done.cleared;
   }
-  return without(carved, occupied.all);
 }
 
 }  // namespace tessera

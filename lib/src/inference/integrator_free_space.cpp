@@ -56,7 +56,7 @@ void Integrator::write_free_space(LocalMap& map, ScanReport& report) noexcept {
       const SlabHandle block =
           ray_block.block != 0 ? ray_block.block : map.find_handle(ray_block.coord);
       if (block != 0 && map.block_at(block).has_labels())
-        carved = contradict(map, block, ray_block, carved, report);
+        return contradict(map, block, ray_block, carved, report);
     }
     if (ray_block.block == 0) return;
     const Status status = map.add_free_pass(ray_block.block, carved);

@@ -17,9 +17,7 @@ Contradicted LocalMap::contradict(SlabHandle handle, const VoxelMask& doubted,
     const BlockEditor::Slices doubts{doubted[2 * layer], doubted[2 * layer + 1]};
     const BlockEditor::Slices goes{gone[2 * layer], gone[2 * layer + 1]};
     if (block.labels[layer] == 0 || (doubts[0] | doubts[1] | goes[0] | goes[1]) == 0) continue;
-    const bool with_passes = block.free_passes[layer] != 0 || fits_or_refuse({0, 0, 1, 0});
-    if (with_passes) editor.ensure_free_page(layer);
-    editor.contradict(layer, doubts, goes, with_passes, done);
+    editor.contradict(layer, doubts, goes, block.free_passes[layer] != 0, done);
   }
   if (done.doubted + done.cleared > 0) editor.note_revision();
   return done;

@@ -52,6 +52,7 @@ TEST_CASE("contradict: doubted labels are reduced to a pass and a quarter, in pr
   const VoxelCoord voxel{3, 5, 6};
   REQUIRE(hit(rig.map, voxel, 1, 6.0F) == Status::kOk);
   REQUIRE(hit(rig.map, voxel, 3, 2.0F) == Status::kOk);
+  REQUIRE(carve(rig.map, {0, 0, 6}) == Status::kOk);  // The layer has a page.
   const Contradicted once = rig.doubt(voxel);
   CHECK(once.doubted == 1);
   CHECK(once.cleared == 0);
@@ -77,6 +78,7 @@ TEST_CASE(
   const VoxelCoord spread_to{4, 4, 4};
   for (const VoxelCoord& voxel : {hit_again, spread_to}) {
     REQUIRE(hit(rig.map, voxel, kStands, 9.0F) == Status::kOk);
+    REQUIRE(carve(rig.map, {0, 0, voxel.z}) == Status::kOk);
     rig.doubt(voxel);
   }
   REQUIRE(hit(rig.map, hit_again, kStands, 1.0F) == Status::kOk);
@@ -92,6 +94,7 @@ TEST_CASE("contradict: voxels that are not named stay as they are, and ones with
   Rig rig;
   REQUIRE(hit(rig.map, {0, 0, 0}, kStands, 3.0F) == Status::kOk);
   REQUIRE(hit(rig.map, {1, 0, 0}, kStands, 3.0F) == Status::kOk);
+  REQUIRE(carve(rig.map, {7, 0, 0}) == Status::kOk);
   const Content before = content_of(rig.map);
   CHECK(rig.clear({7, 7, 7}).cleared == 0);
   CHECK(rig.doubt({2, 0, 0}).cleared == 0);
@@ -101,15 +104,14 @@ TEST_CASE("contradict: voxels that are not named stay as they are, and ones with
   CHECK(rig.map.query(VoxelCoord{1, 0, 0}).state == VoxelState::kFree);
 }
 
-TEST_CASE("contradict: with no room for a page of passes, labels go even so") {
-  Rig rig(4);
+TEST_CASE("contradict: it takes no page for passes; where there is none all labels go") {
+  Rig rig;
   REQUIRE(hit(rig.map, {0, 0, 0}, kStands, 3.0F) == Status::kOk);
-  for (std::int32_t x = 8; rig.map.fits({1, 0, 1, 0}); x += 8)
-    REQUIRE(carve(rig.map, {x, 0, 0}) == Status::kOk);
-  REQUIRE_FALSE(rig.map.fits({0, 0, 1, 0}));
+  const std::uint32_t pages = rig.map.items()[kFreeSlab];
   CHECK(rig.clear({0, 0, 0}).cleared == 1);
   CHECK(rig.map.query(VoxelCoord{0, 0, 0}).state == VoxelState::kUnknown);
   CHECK(rig.map.usage().label_voxels == 0);
+  CHECK(rig.map.items()[kFreeSlab] == pages);
 }
 
 TEST_CASE("blocks that may hold what moves: listed from the first such label on, once, in order") {

@@ -69,8 +69,8 @@ TEST_CASE("ConfigFile: a value of another type or out of its range is refused wi
   }
   for (const char* const text :
        {"side = 'up'", "side = 1", "way = 'up'", "bytes = 'many'", "bytes = -1", "bytes = 1.5",
-        "list = 3", "list = [-1]", "list = [9007199254740993]", "list = [4294967296]", "list = [0.5]", "reals = 1",
-        "reals = '1'", "text = 3", "path = true", "deep = -1"}) {
+        "list = 3", "list = [-1]", "list = [9007199254740993]", "list = [4294967296]",
+        "list = [0.5]", "reals = 1", "reals = '1'", "text = 3", "path = true", "deep = -1"}) {
     INFO(text);
     CHECK_THAT(refused("[b]\n" + std::string(text)),
                Catch::StartsWith("folder/node.toml, line 2: [b] "));

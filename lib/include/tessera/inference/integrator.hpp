@@ -130,10 +130,10 @@ class Integrator {
   void carve(const LocalMap& map) noexcept;
   /// Marks the map's blocks that may hold what moves to be looked at, with none of it free.
   void look_at_moving(const LocalMap& map, std::uint64_t most_steps) noexcept;
-  /// Contradicts labels of a block that the scan saw through; returns what of carved they did not
-  /// occupy.
-  [[nodiscard]] VoxelMask contradict(LocalMap& map, SlabHandle handle, const RayBlock& seen,
-                                     const VoxelMask& carved, ScanReport& report) noexcept;
+  /// Contradicts labels of a block that the scan saw through, and counts passes of what of carved
+  /// they did not occupy.
+  void contradict(LocalMap& map, SlabHandle handle, const RayBlock& seen, const VoxelMask& carved,
+                  ScanReport& report) noexcept;
   /// Forgets marks in blocks that the map has no room for beside what is reserved, nearest first.
   void drop_what_does_not_fit(LocalMap& map, ScanReport& report) noexcept;
   /// True iff the map has room for all that the scratch wants.

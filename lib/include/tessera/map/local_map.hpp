@@ -83,8 +83,8 @@ class LocalMap : public BlockTable {
   /// is reduced to a quarter of free_weight, classes in proportion, so that it is known what was
   /// there; of those in doubted to 1.25 free_weight, or as in gone where it is up to half more than
   /// that: so by the second of two scans between which there was no hit. What is in gone, or went
-  /// as if, counts two passes more, as what spreads from voxels beside it is no hit; where storage
-  /// has no room for them all labels go. O(64 + voxels in the masks).
+  /// as if, counts two passes more, as what spreads from voxels beside it is no hit; where its
+  /// layer has no page for them all labels go. Takes no storage. O(64 + voxels in the masks).
   Contradicted contradict(SlabHandle handle, const VoxelMask& doubted,
                           const VoxelMask& gone) noexcept;
   /// Voxels of a block whose label evidence is more than their passes weigh, and those of them
