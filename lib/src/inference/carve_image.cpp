@@ -80,7 +80,7 @@ Result<CarveImage> CarveImage::make(Arena& arena) noexcept {
   made.nearest_ = arena.take<Value>(kFace);
   made.seen_ = arena.take<Value>(kFace);
   for (SeenImage& seen : made.seen_images_) seen = SeenImage::make(arena, kEdge);
-  made.farthest_ = arena.take<Value>(kFarthest);  // Last: of an image, a read goes beyond its end.
+  made.farthest_ = arena.take<Value>(kFarthest);
   std::ranges::fill(made.image_.first(CubeFace::kCount * kFace), kNone);
   return made;
 }

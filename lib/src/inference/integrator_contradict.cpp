@@ -10,6 +10,8 @@ namespace {
 
 /// A thing's voxels are within so many of one that is known to be of a class that may move.
 constexpr int kBesideMoving = 2;
+/// Of blocks that may hold what moves, from one reading of the clock to the next.
+constexpr std::size_t kMovingBatch = 64;
 /// How many voxels farther what was met must be.
 constexpr float kPixelMargin_voxels = 3.0F;
 constexpr float kWindowMargin_voxels = 0.5F;  // behind the voxel
@@ -50,19 +52,31 @@ VoxelMask widened(const VoxelMask& mask) noexcept {
 }  // namespace
 
 /// So that blocks in which nothing is free by the wider windows of carving are looked at too.
-void Integrator::look_at_moving(const LocalMap& map, std::uint64_t most_steps) noexcept {
+void Integrator::look_at_moving(const LocalMap& map, std::uint64_t to_write,
+                                std::uint64_t most_steps) noexcept {
+  FreeSpace& free_space = scratch_.free_space;
+  std::size_t visited = 0;
   map.visit_moving([&](SlabHandle handle) {
+    if (visited++ % kMovingBatch == 0 &&
+        !work_.in_time(to_write + ScanWork::kBlockWork * free_space.blocks().size())) {
+      carving_cut_ = true;
+      return false;
+    }
     const BlockCoord coord = unpack(BlockKey{map.block_at(handle).key});
-    if (carving_cut_ || !carver_.in_reach(coord)) return;
-    carving_cut_ = most_steps < carve_steps_ + ImageCarver::kBlockSteps ||
-                   scratch_.free_space.words_of(coord, 2) == nullptr;
-    carve_steps_ += carving_cut_ ? 0 : ImageCarver::kBlockSteps;
+    if (!carver_.in_reach(coord)) return true;
+    const bool fits = carve_steps_ + ImageCarver::kBlockSteps <= most_steps &&
+                      free_space.words_of(coord, 2) != nullptr;
+    carve_steps_ += fits ? ImageCarver::kBlockSteps : 0;
+    carving_cut_ = carving_cut_ || !fits;
+    return fits;
   });
 }
 
 void Integrator::contradict(LocalMap& map, SlabHandle handle, const RayBlock& seen,
                             const VoxelMask& carved, ScanReport& report) noexcept {
   const LocalMap::Occupied occupied = map.occupied(handle);
+  // What was only looked at for what moves must not depend on whether the block was listed.
+  if (seen.block == 0 && !occupied.any_moving) return;
   const VoxelMask all = without(occupied.all, seen.hit);
   VoxelMask doubted =
       either(carver_.seen_through(seen.coord, SeenBy::kWindow, kWindowMargin_voxels), carved);

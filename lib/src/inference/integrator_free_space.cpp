@@ -19,7 +19,7 @@ void Integrator::carve(const LocalMap& map) noexcept {
   carving_cut_ =
       !carver_.carve(map.lattice(), config_.free_space, scratch_.free_space, work_, to_write, left);
   carve_steps_ += carver_.steps();
-  look_at_moving(map, limit > labels ? limit - labels : 0);
+  look_at_moving(map, to_write, limit > labels ? limit - labels : 0);
   scratch_.free_space.mark_hits(points_.returns());
   scratch_.free_space.finish();
 }
@@ -55,7 +55,7 @@ void Integrator::write_free_space(LocalMap& map, ScanReport& report) noexcept {
     if (config_.free_space.uses_image()) {
       const SlabHandle block =
           ray_block.block != 0 ? ray_block.block : map.find_handle(ray_block.coord);
-      if (block != 0 && map.block_at(block).has_labels())
+      if (block != 0 && (map.block_at(block).has_labels() || map.may_move(block)))
         return contradict(map, block, ray_block, carved, report);
     }
     if (ray_block.block == 0) return;
@@ -64,7 +64,10 @@ void Integrator::write_free_space(LocalMap& map, ScanReport& report) noexcept {
     ++(status == Status::kOk ? report.free_blocks : report.write_faults);
   };
   const auto leave = [&](const RayBlock& ray_block) {
-    report.ray_blocks_cut += ray_block.block == 0 ? 0U : 1U;
+    // One that is only to be looked at is open in the map, too.
+    const bool is_left = ray_block.block != 0 ||
+                         (config_.free_space.uses_image() && map.find_handle(ray_block.coord) != 0);
+    report.ray_blocks_cut += is_left ? 1U : 0U;
   };
   const std::span<const RayBlock> blocks = scratch_.free_space.blocks();
   write_in_time(blocks, block_of(points_.origin_voxel()), kBlockBatch, work_, write, leave);

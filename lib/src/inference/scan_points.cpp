@@ -84,6 +84,8 @@ class Limits {
                                      ScanPoint& point) const noexcept {
     if (!(square > 0.0 && square < 1e300)) return Fate::kNonFinite;
     if (!traces_no_return()) return Fate::kNoReturn;
+    // Of black parts of the body, and of those nearer than the sensor measures, nothing comes back.
+    if (body_.is_met_by(p)) return Fate::kOnBody;
     const Point3f end = round_to_float(apply(T_map_sensor, p * (no_return_m_ / std::sqrt(square))));
     const Result<ScanPoint> placed = place_point(lattice_, end);
     if (!placed.ok() || !is_within(voxel_limit_, placed->voxel)) return Fate::kOutOfGrid;

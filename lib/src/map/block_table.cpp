@@ -155,21 +155,32 @@ void BlockTable::close_empty_blocks() noexcept {
 
 void BlockTable::join_moving(SlabHandle handle) noexcept {
   if (may_move(handle)) return;
-  Block& block = mutable_block(handle);
-  block.moving_before = moving_last_;
-  (moving_last_ == 0 ? moving_first_ : mutable_block(moving_last_).moving_next) = handle;
+  store_shared(mutable_block(handle).moving_before, moving_last_);
+  if (moving_last_ == 0) {
+    moving_first_ = handle;
+  } else {
+    store_shared(mutable_block(moving_last_).moving_next, handle);
+  }
   moving_last_ = handle;
 }
 
 void BlockTable::leave_moving(SlabHandle handle) noexcept {
   if (!may_move(handle)) return;
   Block& block = mutable_block(handle);
-  (block.moving_before == 0 ? moving_first_ : mutable_block(block.moving_before).moving_next) =
-      block.moving_next;
-  (block.moving_next == 0 ? moving_last_ : mutable_block(block.moving_next).moving_before) =
-      block.moving_before;
-  block.moving_before = 0;
-  block.moving_next = 0;
+  const SlabHandle before = block.moving_before;
+  const SlabHandle next = block.moving_next;
+  if (before == 0) {
+    moving_first_ = next;
+  } else {
+    store_shared(mutable_block(before).moving_next, next);
+  }
+  if (next == 0) {
+    moving_last_ = before;
+  } else {
+    store_shared(mutable_block(next).moving_before, before);
+  }
+  store_shared(block.moving_before, SlabHandle{0});
+  store_shared(block.moving_next, SlabHandle{0});
 }
 
 void BlockTable::remove_block(SlabHandle handle) noexcept { BlockEditor(*this, handle).close(); }

@@ -58,6 +58,10 @@ TEST_CASE("classes: what may move is known by its name, or said") {
   CHECK(said->table().moving() == 0b10010U);
   CHECK_THAT(refusal(entry("1", "car", "[1]") + "moves = 1\n"),
              Contains("moves is not true or false"));
+  CHECK(moves_by_name("Car"));
+  CHECK(moves_by_name("PEDESTRIAN"));
+  CHECK_FALSE(moves_by_name("carpet"));
+  CHECK_FALSE(moves_by_name(""));
   // What moves is no part of what a map says: maps of both can be fused.
   const Outcome<DatasetClasses> other =
       DatasetClasses::parse(entry("1", "car", "[1]") + "moves = false\n", "classes.toml");

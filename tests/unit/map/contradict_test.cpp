@@ -35,8 +35,10 @@ struct Rig {
   }
   [[nodiscard]] std::vector<BlockCoord> moving() const {
     std::vector<BlockCoord> found;
-    map.visit_moving(
-        [&](SlabHandle handle) { found.push_back(unpack(BlockKey{map.block_at(handle).key})); });
+    map.visit_moving([&](SlabHandle handle) {
+      found.push_back(unpack(BlockKey{map.block_at(handle).key}));
+      return true;
+    });
     return found;
   }
   MapConfig config;

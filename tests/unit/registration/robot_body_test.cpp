@@ -66,6 +66,32 @@ TEST_CASE("BodyView: no body holds anything, and no box holds what is no number"
   }
 }
 
+TEST_CASE("RobotBody: a ray meets a box iff some point of it is in the box") {
+  oracle::Random random(43);
+  const auto drawn = [&](double reach) { return random.uniform(-reach, reach); };
+  const RobotBody body = body_of({{1, -1, -0.5F}, {2, 1, 0.5F}});
+  int met = 0;
+  for (int i = 0; i < 4000; ++i) {
+    const Point3d from{drawn(3.0), drawn(3.0), i % 4 == 0 ? 0.25 : drawn(3.0)};
+    const Point3d direction{drawn(1.0), drawn(1.0), i % 4 == 0 ? 0.0 : drawn(1.0)};
+    if (body.holds(from)) continue;
+    bool is_met = false;
+    bool is_close = false;
+    for (int k = 1; k < 4000; ++k) {
+      const Point3d p = from + direction * (0.01 * k);
+      is_met = is_met || body.holds(p);
+      is_close = is_close || body_of({{0.97F, -1.03F, -0.53F}, {2.03F, 1.03F, 0.53F}}).holds(p);
+    }
+    const bool found = body.is_met_by(from, direction);
+    if (is_met) CHECK(found);
+    if (found) CHECK(is_close);
+    met += found ? 1 : 0;
+  }
+  CHECK(met > 100);
+  CHECK_FALSE(body.is_met_by({0, 0, 0}, {-1, 0, 0}));
+  CHECK_FALSE(RobotBody{}.is_met_by({0, 0, 0}, {1, 0, 0}));
+}
+
 TEST_CASE("deskew: what is on the body keeps its place, as it moves with the sensor") {
   constexpr std::int64_t kStamp_us = 50'000'000;
   AlignedMemory memory(PoseTrack::required_bytes(8));

@@ -40,8 +40,7 @@ typedef struct tessera_scan {
   int64_t now_us;             ///< of the clock
   int64_t due_us;             ///< of the clock: to be done by then; 0: as configured
 
-  double
-      T_body_sensor[12];  ///< sensor to body coordinates, for tessera_config.body; all 0: the same
+  double T_body_sensor[12];  ///< sensor to body, for tessera_config.body; all 0: the same
   const uint8_t* no_return;  ///< not 0: nothing came back from the point's direction; NULL: all did
 } tessera_scan;
 

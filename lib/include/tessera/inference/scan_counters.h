@@ -78,7 +78,8 @@
   ROW(TOTAL, uint32_t, rays_wanted,                                                                \
       "Rays of all thinned points, and of all thinned directions beyond the range limit; 0 "       \
       "without free space.")                                                                       \
-  ROW(COUNTER, uint32_t, on_body, "Returns refused: on the robot's own body.")                     \
+  ROW(COUNTER, uint32_t, on_body,                                                                  \
+      "Returns, and directions to be cleared, refused: on the robot's own body.")                  \
   ROW(COUNTER, uint32_t, no_return, "Directions from which nothing came back.")                    \
   ROW(COUNTER, uint32_t, voxels_doubted,                                                           \
       "Carving by the image: occupied voxels that were seen through and whose labels were "        \

@@ -3,8 +3,12 @@
 // The robot's own body, as boxes: returns in them are of the robot, and not of what it maps.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 
 #include "tessera/base/geometry.hpp"
@@ -55,6 +59,28 @@ struct RobotBody {
     }
     return false;
   }
+  /// The ray from a point outside along a direction, both finite, meets a box, however far.
+  /// O(boxes).
+  [[nodiscard]] bool is_met_by(const Point3d& from_body, const Point3d& direction) const noexcept {
+    for (const BodyBox& box : used()) {
+      double enters = 0.0;
+      double leaves = std::numeric_limits<double>::infinity();
+      for (std::size_t i = 0; i < 3; ++i) {
+        const auto axis = static_cast<Eigen::Index>(i);
+        const double low = static_cast<double>(box.low[i]) - from_body[axis];
+        const double high = static_cast<double>(box.high[i]) - from_body[axis];
+        const double d = direction[axis];
+        if (d == 0.0) {
+          if (low > 0.0 || high < 0.0) leaves = -1.0;
+          continue;
+        }
+        enters = std::max(enters, (d > 0.0 ? low : high) / d);
+        leaves = std::min(leaves, (d > 0.0 ? high : low) / d);
+      }
+      if (enters <= leaves) return true;
+    }
+    return false;
+  }
   /// A sensor can be there: T_body_sensor is rigid, and no box holds it, which would take all near
   /// returns. Without boxes any can.
   [[nodiscard]] bool allows(const Matrix34d& T_body_sensor) const noexcept {
@@ -90,6 +116,11 @@ class BodyView {
   /// a transform and six comparisons a box.
   [[nodiscard]] bool holds(const Point3d& p_sensor, double square_m2) const noexcept {
     return square_m2 <= farthest_square_m2_ && body_.holds(apply(T_body_sensor_, p_sensor));
+  }
+  /// The ray from the sensor along p_sensor meets the body. O(boxes).
+  [[nodiscard]] bool is_met_by(const Point3d& p_sensor) const noexcept {
+    return body_.count > 0 &&
+           body_.is_met_by(T_body_sensor_.col(3), T_body_sensor_.leftCols<3>() * p_sensor);
   }
 
  private:

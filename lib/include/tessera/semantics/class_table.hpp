@@ -47,7 +47,7 @@ struct SemanticClass {
 };
 
 /// True iff a class of this name moves unless its table says otherwise: vehicles, people, animals.
-/// Names of common data sets, in small letters. O(names).
+/// Names of common data sets; capital letters count as small ones. O(names).
 [[nodiscard]] constexpr bool moves_by_name(std::string_view name) noexcept {
   constexpr std::array<std::string_view, 37> kNames{
       "animal",        "bicycle",    "bicyclist",  "bird",         "boat",          "bus",
@@ -57,8 +57,16 @@ struct SemanticClass {
       "scooter",       "sheep",      "ship",       "stroller",     "tractor",       "trailer",
       "train",         "tram",       "truck",      "van",          "vehicle",       "wheelchair",
       "worker"};
+  const auto is_same = [name](std::string_view known) {
+    bool same = name.size() == known.size();
+    for (std::size_t i = 0; same && i < known.size(); ++i) {
+      const char c = name[i];
+      same = (c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c) == known[i];
+    }
+    return same;
+  };
   bool moves = false;
-  for (const std::string_view known : kNames) moves = moves || name == known;
+  for (const std::string_view known : kNames) moves = moves || is_same(known);
   return moves;
 }
 

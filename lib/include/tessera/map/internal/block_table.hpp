@@ -96,10 +96,12 @@ class BlockTable {
   /// a cap.
   [[nodiscard]] std::uint8_t max_passes() const noexcept { return max_passes_; }
   /// Calls visit(SlabHandle) for each block that got label evidence of what may move since it was
-  /// opened, in that order, unless it left the list. visit changes nothing. O(such blocks).
+  /// opened, in that order, unless it left the list; ends where visit returns false. visit changes
+  /// nothing. O(such blocks).
   template <class Visit>
   void visit_moving(Visit&& visit) const noexcept {
-    for (SlabHandle at = moving_first_; at != 0; at = block_at(at).moving_next) visit(at);
+    SlabHandle at = moving_first_;
+    while (at != 0 && visit(at)) at = block_at(at).moving_next;
   }
   /// Whether visit_moving() visits a block. O(1).
   [[nodiscard]] bool may_move(SlabHandle handle) const noexcept {
