@@ -8,7 +8,7 @@
 #include "oracle/carve_image_oracle.hpp"
 
 namespace tessera::oracle {
-TEST_CASE("seen through: by the pixel and by the window, it is what brute force says") {
+TEST_CASE("seen through: in some pixel and in all of the window, it is what brute force says") {
   struct Case {
     double resolution_m;
     double row_deg;
@@ -17,8 +17,8 @@ TEST_CASE("seen through: by the pixel and by the window, it is what brute force 
   };
   const Case drawn =
       GENERATE(Case{0.1, 0.5, 0.17, 1.0F}, Case{0.05, 0.4, 0.3, 3.0F}, Case{0.03, 1.2, 0.11, 0.0F});
-  const bool by_window = GENERATE(false, true);
-  CAPTURE(drawn.resolution_m, by_window);
+  const bool in_all = GENERATE(false, true);
+  CAPTURE(drawn.resolution_m, in_all);
   const double range_m = 3.4;
   const ScanCapacity capacity{.points = 800000, .tiles = 1, .ray_blocks = 60000};
   AlignedMemory memory(FreeSpace::required_bytes(capacity, Carving::kImage) +
@@ -61,11 +61,10 @@ TEST_CASE("seen through: by the pixel and by the window, it is what brute force 
     for (std::size_t k = 0; k < 3; ++k)
       centre[k] = (static_cast<double>(cell[k]) + 0.5) * drawn.resolution_m;
     const bool is =
-        has_row(carver.seen_through(block_of(voxel), by_window ? SeenBy::kWindow : SeenBy::kPixel,
+        has_row(carver.seen_through(block_of(voxel), in_all ? SeenBy::kAll : SeenBy::kSome,
                                     drawn.margin_voxels),
                 row_order(voxel));
-    const Freed seen =
-        oracle.judge_seen(centre, by_window, static_cast<double>(drawn.margin_voxels));
+    const Freed seen = oracle.judge_seen(centre, in_all, static_cast<double>(drawn.margin_voxels));
     ++judged[seen];
     wrong += (is && seen == Freed::kNo) || (!is && seen == Freed::kYes) ? 1 : 0;
   }

@@ -157,8 +157,7 @@ Freed CarveImageOracle::judge_texel(int face, int level, int column, int row,
   return is_maybe_near ? Freed::kEither : Freed::kYes;
 }
 
-Freed CarveImageOracle::judge_seen(const Vector& centre, bool by_window,
-                                   double margin_voxels) const {
+Freed CarveImageOracle::judge_seen(const Vector& centre, bool in_all, double margin_voxels) const {
   const Vector d = minus(centre, origin_);
   const double range_m = std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
   if (range_m > rule_.range_m * (1.0 + 1e-9)) return Freed::kNo;
@@ -176,7 +175,7 @@ Freed CarveImageOracle::judge_seen(const Vector& centre, bool by_window,
     for (const int c : texels_of(column, 0)) {
       for (const int r : texels_of(row, 0)) {
         const Freed seen =
-            judge_pixel(face, c, r, depth_m + margin_voxels * rule_.resolution_m, by_window);
+            judge_pixel(face, c, r, depth_m + margin_voxels * rule_.resolution_m, in_all);
         yes = yes || seen != Freed::kNo;
         no = no || seen != Freed::kYes;
       }
@@ -186,9 +185,9 @@ Freed CarveImageOracle::judge_seen(const Vector& centre, bool by_window,
 }
 
 Freed CarveImageOracle::judge_pixel(int face, int column, int row, double least_m,
-                                    bool by_window) const {
+                                    bool in_all) const {
   const double quantum_m = 1.001 * rule_.range_m / 65000.0;
-  const int below = by_window && face < 4 ? 4 : 1;
+  const int below = in_all && face < 4 ? 4 : 1;
   // By pixel from the centre's, the nearest of what was met there.
   std::map<std::array<int, 2>, double> nearest_m;
   for (int y = square_of(row - below); y <= square_of(row + 1); ++y) {
@@ -205,7 +204,7 @@ Freed CarveImageOracle::judge_pixel(int face, int column, int row, double least_
     }
   }
   double judged_m = 1e9;
-  if (by_window) {
+  if (in_all) {
     bool is_seen = false;
     for (const auto& [off, depth_m] : nearest_m) {
       is_seen = is_seen || off[1] >= -1;
@@ -213,11 +212,9 @@ Freed CarveImageOracle::judge_pixel(int face, int column, int row, double least_
     }
     if (!is_seen) return Freed::kNo;
   } else {
-    const auto here = nearest_m.find({0, 0});
     if (nearest_m.empty()) return Freed::kNo;
     judged_m = 0.0;
     for (const auto& [off, depth_m] : nearest_m) judged_m = std::max(judged_m, depth_m);
-    if (here != nearest_m.end()) judged_m = here->second;
   }
   if (judged_m < least_m - quantum_m) return Freed::kNo;
   return judged_m < least_m + quantum_m ? Freed::kEither : Freed::kYes;

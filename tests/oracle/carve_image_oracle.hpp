@@ -28,8 +28,9 @@ class CarveImageOracle {
                    std::span<const Vector> beyond);
   /// Of the voxel whose centre is there; hits of the scan in it are not looked at.
   [[nodiscard]] Freed judge(const Vector& centre) const;
-  /// Whether the scan saw through a voxel: by the pixel of its centre, or by the window around it.
-  [[nodiscard]] Freed judge_seen(const Vector& centre, bool by_window, double margin_voxels) const;
+  /// Whether the scan saw through a voxel: in some pixel around its centre, or in all of the
+  /// window.
+  [[nodiscard]] Freed judge_seen(const Vector& centre, bool in_all, double margin_voxels) const;
 
  private:
   struct Seen {
@@ -40,8 +41,7 @@ class CarveImageOracle {
   };
   void add(const Vector& end, bool is_hit);
   [[nodiscard]] Freed judge_on_face(int axis, const Vector& d) const;
-  [[nodiscard]] Freed judge_pixel(int face, int column, int row, double least_m,
-                                  bool by_window) const;
+  [[nodiscard]] Freed judge_pixel(int face, int column, int row, double least_m, bool in_all) const;
   [[nodiscard]] Freed judge_texel(int face, int level, int column, int row, double least_m) const;
 
   ImageRule rule_;

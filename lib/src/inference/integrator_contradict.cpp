@@ -13,8 +13,8 @@ constexpr int kBesideMoving = 2;
 /// Of blocks that may hold what moves, from one reading of the clock to the next.
 constexpr std::size_t kMovingBatch = 64;
 /// How many voxels farther what was met must be.
-constexpr float kPixelMargin_voxels = 3.0F;
-constexpr float kWindowMargin_voxels = 0.5F;  // behind the voxel
+constexpr float kSomeMargin_voxels = 3.0F;
+constexpr float kAllMargin_voxels = 0.5F;  // behind the voxel
 
 template <class Combine>
 VoxelMask combine(const VoxelMask& a, const VoxelMask& b, Combine&& combine) noexcept {
@@ -77,19 +77,24 @@ void Integrator::contradict(LocalMap& map, SlabHandle handle, const RayBlock& se
   const LocalMap::Occupied occupied = map.occupied(handle);
   // What was only looked at for what moves must not depend on whether the block was listed.
   if (seen.block == 0 && !occupied.any_moving) return;
-  const VoxelMask all = without(occupied.all, seen.hit);
-  VoxelMask doubted =
-      either(carver_.seen_through(seen.coord, SeenBy::kWindow, kWindowMargin_voxels), carved);
+  const VoxelMask in_all = carver_.seen_through(seen.coord, SeenBy::kAll, kAllMargin_voxels);
+  // Of a thing that is met beside the voxel, some rays miss this part.
+  const VoxelMask beside_hit = widened(seen.hit);
+  const VoxelMask either_way = either(in_all, carved);
+  const VoxelMask both_ways = without(both(in_all, carved), beside_hit);
+  const VoxelMask here = without(occupied.all, seen.hit);
   VoxelMask gone{};
   if (occupied.any_moving) {
-    VoxelMask beside = occupied.moving;
-    for (int i = 0; i < kBesideMoving; ++i) beside = widened(beside);
-    const VoxelMask through = carver_.seen_through(seen.coord, SeenBy::kPixel, kPixelMargin_voxels);
-    gone = both(all, either(both(through, occupied.moving),
-                            both(doubted, without(beside, occupied.moving))));
+    VoxelMask near_moving = occupied.moving;
+    for (int i = 0; i < kBesideMoving; ++i) near_moving = widened(near_moving);
+    const VoxelMask in_some = carver_.seen_through(seen.coord, SeenBy::kSome, kSomeMargin_voxels);
+    const VoxelMask likely = either(both(in_some, occupied.moving),
+                                    both(either_way, without(near_moving, occupied.moving)));
+    const VoxelMask surely = both(both(in_some, both_ways), near_moving);
+    gone = both(here, either(both(likely, occupied.faint), surely));
   }
-  // Of a thing that is met beside the voxel, some rays miss this part.
-  doubted = without(without(both(doubted, all), gone), widened(seen.hit));
+  const VoxelMask doubted = without(
+      both(here, either(both_ways, without(both(either_way, occupied.faint), beside_hit))), gone);
   // Before labels go, as the pages of passes are those that were planned for.
   if (seen.block != 0) {
     const Status status = map.add_free_pass(handle, without(carved, occupied.all));

@@ -47,11 +47,11 @@ SeenImage SeenImage::make(Arena& arena, int edge) noexcept {
 }
 
 void SeenImage::set(const Face& face, Value* scratch) noexcept {
-  set_window(face, scratch);
-  set_pixel(face, scratch);
+  set_all(face, scratch);
+  set_some(face, scratch);
 }
 
-void SeenImage::set_window(const Face& face, Value* scratch) noexcept {
+void SeenImage::set_all(const Face& face, Value* scratch) noexcept {
   const auto row_at = [this](auto* values, int r) { return values + std::ptrdiff_t{r} * edge_; };
   for (int r = face.first; r <= face.last; ++r)
     of_three_columns<false>(row_at(face.nearest, r), row_at(scratch, r), edge_, face.none);
@@ -70,7 +70,7 @@ void SeenImage::set_window(const Face& face, Value* scratch) noexcept {
   }
 }
 
-void SeenImage::set_pixel(const Face& face, Value* scratch) noexcept {
+void SeenImage::set_some(const Face& face, Value* scratch) noexcept {
   const auto row_at = [this](auto* values, int r) { return values + std::ptrdiff_t{r} * edge_; };
   Value* const image = images_.data();
   for (int r = face.first; r <= face.last; ++r) {
@@ -80,15 +80,10 @@ void SeenImage::set_pixel(const Face& face, Value* scratch) noexcept {
     of_three_columns<true>(own, row_at(scratch, r), edge_, face.unseen);
   }
   for (int r = face.first; r <= face.last; ++r) {
-    std::array<const Value*, 3> rows{};
-    for (int i = 0; i < 3; ++i)
-      rows[static_cast<std::size_t>(i)] =
-          row_at(scratch, std::clamp(r - 1 + i, face.first, face.last));
-    Value* const own = row_at(image, r);
-    for (int i = 0; i < edge_; ++i) {
-      const Value most = std::max(std::max(rows[0][i], rows[1][i]), rows[2][i]);
-      own[i] = own[i] == face.unseen ? most : own[i];
-    }
+    const int down = std::max(r - 1, face.first);
+    const int up = std::min(r + 1, face.last);
+    of_three_rows<true>({row_at(scratch, down), row_at(scratch, r), row_at(scratch, up)},
+                        row_at(image, r), edge_);
   }
 }
 

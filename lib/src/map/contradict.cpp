@@ -25,20 +25,27 @@ Contradicted LocalMap::contradict(SlabHandle handle, const VoxelMask& doubted,
 
 namespace {
 
+struct OccupiedInOctet {
+  unsigned all = 0;
+  unsigned faint = 0;
+};
 /// Those of an octet's voxels with labels whose labels are more than their passes weigh.
-unsigned occupied_of(const LocalMap& map, const Block& block, int octet) noexcept {
+OccupiedInOctet occupied_of(const LocalMap& map, const Block& block, int octet) noexcept {
   const unsigned observed = map.observed_labels(block, octet);
-  if (block.free_passes[layer_of_octet(octet)] == 0) return observed;
+  const bool has_passes = block.free_passes[layer_of_octet(octet)] != 0;
   const TupleStore::Plane sums =
       map.tuples().label_sums(map.pool().at(map.octet_handle(block, octet)));
-  unsigned occupied = 0;
+  OccupiedInOctet result;
   for (unsigned left = observed; left != 0; left &= left - 1) {
     const int voxel = std::countr_zero(left);
-    const float free =
-        static_cast<float>(map.free_passes(block, octet, voxel)) * map.config().free_weight;
-    if (sums[static_cast<std::size_t>(voxel)] > free) occupied |= left & (~left + 1);
+    const unsigned bit = left & (~left + 1);
+    const float labels = sums[static_cast<std::size_t>(voxel)];
+    const int passes = has_passes ? map.free_passes(block, octet, voxel) : 0;
+    const bool is_occupied = labels > static_cast<float>(passes) * map.config().free_weight;
+    result.all |= is_occupied ? bit : 0U;
+    result.faint |= is_occupied && labels <= LocalMap::Occupied::kFaint ? bit : 0U;
   }
-  return occupied;
+  return result;
 }
 
 /// Adds an octet's voxels: two of a row, of two rows, of two slices.
@@ -57,12 +64,13 @@ LocalMap::Occupied LocalMap::occupied(SlabHandle handle) noexcept {
   Occupied result;
   for (std::uint64_t octets = octets_of(block); octets != 0; octets &= octets - 1) {
     const int octet = std::countr_zero(octets);
-    const unsigned occupied = occupied_of(*this, block, octet);
-    add_octet(result.all, octet, occupied);
+    const OccupiedInOctet occupied = occupied_of(*this, block, octet);
+    add_octet(result.all, octet, occupied.all);
+    add_octet(result.faint, octet, occupied.faint);
     if (moving == 0) continue;
     const std::byte* const at = pool().at(octet_handle(block, octet));
     unsigned mobile = 0;
-    for (unsigned left = occupied; left != 0; left &= left - 1) {
+    for (unsigned left = occupied.all; left != 0; left &= left - 1) {
       CountSummary counts(num_components(), 0.0F);
       tuples().summarize(at, std::countr_zero(left), counts);
       if ((moving >> static_cast<unsigned>(counts.label()) & 1U) != 0) mobile |= left & (~left + 1);

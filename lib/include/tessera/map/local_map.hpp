@@ -87,11 +87,13 @@ class LocalMap : public BlockTable {
   /// layer has no page for them all labels go. Takes no storage. O(64 + voxels in the masks).
   Contradicted contradict(SlabHandle handle, const VoxelMask& doubted,
                           const VoxelMask& gone) noexcept;
-  /// Voxels of a block whose label evidence is more than their passes weigh, and those of them
-  /// whose label is of a class that may move; if there are none of these, visit_moving() visits the
-  /// block no more. O(512 components present).
+  /// Voxels of a block whose label evidence is more than their passes weigh; those of them where it
+  /// is at most kFaint; and those whose label is of a class that may move. If there are none of
+  /// these, visit_moving() visits the block no more. O(512 components present).
   struct Occupied {
+    static constexpr float kFaint = 8.0F;  ///< So many points.
     VoxelMask all{};
+    VoxelMask faint{};
     VoxelMask moving{};
     bool any_moving = false;
   };

@@ -13,19 +13,18 @@ namespace tessera {
 
 /// By what a voxel counts as seen through.
 enum class SeenBy : std::uint8_t {
-  /// What was met in the pixel of its centre, or where that is empty in one of the eight around it,
-  /// is farther.
-  kPixel = 0,
+  /// The nearest that was met in one of the nine pixels around its centre is farther.
+  kSome = 0,
   /// All that was met in these nine, and in as wide three rows below them, is farther. Rays that
   /// pass closely over a surface have others below them, which meet it nearer.
-  kWindow = 1,
+  kAll = 1,
 };
 
 /// An image for each of these, of one face of a CarveImage at its finest level.
 class SeenImage {
  public:
   static constexpr int kWays = 2;
-  /// Rows of kWindow below a pixel's.
+  /// Rows of kAll below a pixel's.
   static constexpr int kRowsBelow = 4;
 
   [[nodiscard]] static constexpr std::size_t required_bytes(int edge) noexcept {
@@ -56,8 +55,8 @@ class SeenImage {
     return static_cast<std::size_t>(edge) * static_cast<std::size_t>(edge);
   }
 
-  void set_window(const Face& face, std::int16_t* scratch) noexcept;
-  void set_pixel(const Face& face, std::int16_t* scratch) noexcept;
+  void set_all(const Face& face, std::int16_t* scratch) noexcept;
+  void set_some(const Face& face, std::int16_t* scratch) noexcept;
 
   std::span<std::int16_t> images_;
   int edge_ = 0;
