@@ -16,7 +16,8 @@ from PIL import Image
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 # The page, the picture that its commands leave, and what it is called here.
-PICTURES = (("tasks/map-my-data", "street.png", "tasks/map-my-data.png"), ("tasks/two-robots", "both.png", "tasks/two-robots.png"))
+PICTURES = (("tasks/map-my-data", "street.png", "tasks/map-my-data.png"), ("tasks/two-robots", "both.png", "tasks/two-robots.png"),
+            ("tasks/moving-things", "rays.png", "tasks/moving-rays.png"), ("tasks/moving-things", "moved.png", "tasks/moving-moved.png"))
 WIDTH_PX = 1200
 
 

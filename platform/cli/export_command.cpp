@@ -56,6 +56,11 @@ void warn_of_losses(const ExportOptions& options, std::size_t voxels, const Writ
   }
 }
 
+const char* kind_of(const ExportOptions& options) {
+  if (options.voxels == "observed") return "observed voxel";
+  return options.layer.shows_moved() ? "voxel" : "occupied voxel";
+}
+
 Json report_of(const ExportOptions& options, const WriteReport& written, const Json& counts) {
   Json json = {{"voxels", written.voxels},
                {"left_out", written.left_out},
@@ -84,7 +89,7 @@ Outcome<void> export_collected(ExportOptions& options, const StoredMap& stored) 
                          ? write_picture(resolution_m, voxels, layer, options)
                          : write_ply(voxels, static_cast<float>(resolution_m), options.out, form,
                                      label_names(map.classes())));
-  std::printf("%s into %s\n", counted(written.voxels, "occupied voxel").c_str(),
+  std::printf("%s into %s\n", counted(written.voxels, kind_of(options)).c_str(),
               options.out.c_str());
   warn_of_losses(options, voxels.size(), written);
   return write_report(report_of(options, written, layer.counts), options.report);
@@ -94,9 +99,7 @@ Outcome<void> export_table(ExportOptions& options, const StoredMap& stored) {
   const Selection selection = select_voxels(options, stored.map);
   options.layer.show = selection.coloring.show;
   TESSERA_TRY_ASSIGN(const Json counts, write_table(options, selection, stored));
-  const bool all = options.voxels == "observed";
-  std::printf("%s into %s\n",
-              counted(selection.voxels, all ? "observed voxel" : "occupied voxel").c_str(),
+  std::printf("%s into %s\n", counted(selection.voxels, kind_of(options)).c_str(),
               options.out.c_str());
   warn_of_losses(options, selection.voxels, {});
   return write_report(report_of(options, {.voxels = selection.voxels}, counts), options.report);
@@ -122,6 +125,7 @@ Outcome<void> run_export(ExportOptions options) {
   choose_format(options);
   TESSERA_TRY(check_export(options));
   TESSERA_TRY_ASSIGN(const std::unique_ptr<StoredMap> stored, open_map(options.map));
+  options.layer.moving = stored->map.classes().moving();
   if (options.is_octree()) return export_octree(options, *stored);
   return options.is_table() ? export_table(options, *stored) : export_collected(options, *stored);
 }

@@ -11,6 +11,7 @@
 #include "base/number_text.hpp"
 #include "cli/command.hpp"
 #include "cli/contributors.hpp"
+#include "cli/moved_layer.hpp"
 #include "maps/session_file.hpp"
 
 namespace tessera {
@@ -264,7 +265,8 @@ void ExportedVoxels::add(const Lattice& lattice, const VoxelCoord& place,
                     .label = static_cast<std::uint8_t>(estimate.label),
                     .probability = static_cast<float>(estimate.probability),
                     .variance = static_cast<float>(estimate.variance),
-                    .evidence = static_cast<float>(estimate.evidence)});
+                    .evidence = static_cast<float>(estimate.evidence),
+                    .is_free = estimate.state == VoxelState::kFree});
 }
 
 Outcome<void> check_layer(const LayerOptions& options) {
@@ -290,6 +292,7 @@ Outcome<Layer> color_voxels(const LayerOptions& options, const Coloring& colorin
   if (coloring.show == "height")
     return Layer{color_by_height(coloring.heights, exported.voxels), Json::object()};
   if (coloring.show == "class") return color_by_class(map.map.classes(), exported.voxels);
+  if (coloring.show == "moved") return color_by_what_moved(map.map.classes(), exported.voxels);
   return color_by_certainty(coloring.show == "variance" ? kVariance : kProbability,
                             exported.voxels);
 }

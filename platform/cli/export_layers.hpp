@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // What the colours of exported voxels show: their class, who contributed them, where robots
-// disagree, or how certain their label is.
+// disagree, how certain their label is, or what was there and went.
 #pragma once
 
 #include <optional>
@@ -24,6 +24,13 @@ struct LayerOptions {
   std::vector<std::string> transforms;  ///< Of both, as for fuse.
 
   [[nodiscard]] std::string show_or_class() const { return show.value_or("class"); }
+  std::uint64_t moving = 0;  ///< Labels that may move, a bit each: of the map.
+
+  [[nodiscard]] bool shows_moved() const { return show == "moved"; }
+  /// Of a voxel that is free by now.
+  [[nodiscard]] bool shows_as_moved(int label) const {
+    return shows_moved() && label != 0 && (moving >> static_cast<unsigned>(label) & 1U) != 0;
+  }
 };
 
 /// Exported voxels, and their places in the grid: by the same index, in the order of blocks, octets

@@ -54,8 +54,8 @@ constexpr Setting kShapeRows[] = {
 };
 constexpr SettingTable<ExportOptions> kShapeSettings{kShapeRows};
 
-constexpr std::array<std::string_view, 6> kShown{"class",    "contributors", "disagreement",
-                                                 "variance", "probability",  "height"};
+constexpr std::array<std::string_view, 7> kShown{
+    "class", "contributors", "disagreement", "variance", "probability", "height", "moved"};
 constexpr Setting kLayerRows[] = {
     row<&LayerOptions::show>(
         {"--show"}, "What colours show",

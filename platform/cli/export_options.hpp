@@ -44,7 +44,8 @@ struct ExportOptions {
     if (estimate.label != 0 && estimate.probability < min_probability) return false;
     if (is_uncertain(estimate, max_variance)) return false;
     return estimate.state == VoxelState::kOccupied ||
-           (estimate.state == VoxelState::kFree && voxels == "observed");
+           (estimate.state == VoxelState::kFree &&
+            (voxels == "observed" || layer.shows_as_moved(estimate.label)));
   }
 };
 

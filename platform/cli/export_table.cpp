@@ -28,7 +28,9 @@ class Chunk {
         coloring_(coloring),
         stored_(stored),
         of_robots_(!options.layer.of.empty()),
-        most_(of_robots_ ? std::numeric_limits<std::size_t>::max() : kChunk) {}
+        // What a layer counts, it counts over all voxels.
+        most_(of_robots_ || options.layer.shows_moved() ? std::numeric_limits<std::size_t>::max()
+                                                        : kChunk) {}
 
   [[nodiscard]] bool of_robots() const { return of_robots_; }
   [[nodiscard]] bool is_full() const { return voxels_.places.size() >= most_; }

@@ -24,6 +24,7 @@ struct PlyVoxel {
   float variance = 0.0F;     ///< Of the label.
   float evidence = 0.0F;     ///< The sum over all components.
   std::uint8_t robots = 0;   ///< Robots with a label there; 0: none, or not known.
+  bool is_free = false;      ///< By now; not written.
 };
 
 /// False iff a coordinate of its centre is NaN or infinite: such a voxel is left out.

@@ -149,7 +149,8 @@ void Registrar::take_out_motion(Scan& scan, const PoseTrack& track) noexcept {
                     .times_s = scan.times_s().data(),
                     .stamp_us = scan.stamp_us,
                     .T_body_sensor = scan.T_body_sensor,
-                    .body = config_.body};
+                    .body = config_.body,
+                    .no_return = scan.has_no_return ? scan.no_return().data() : nullptr};
   last_.deskew = deskew(track, sweep, config_.deskew, scan.points());
 }
 

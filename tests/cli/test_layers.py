@@ -156,6 +156,32 @@ class Layers(CommandCase):
             pictures.add((self.folder / "g.png").read_bytes())
         self.assertEqual(6, len(pictures))
 
+    def test_what_moved(self):
+        """A car 8 m ahead, then the wall 12 m ahead that it hid: the car's voxels are free, and known to have been a car's."""
+        rays = [(1.0, 0.004 * i + 0.002, 0.004 * j + 0.002) for i in range(-25, 25) for j in range(-25, 25)]
+        car, wall = ([tuple(x * c for c in ray) for ray in rays] for x in (8.05, 12.05))
+        folder = kitti.write_dataset(self.folder / "street", [kitti.Scan(car, [kitti.CAR] * len(rays)),
+                                                              kitti.Scan(wall, [kitti.BUILDING] * len(rays))])
+        self.map_dataset(folder, self.folder / "street.tsm", "--inference", "counting", "--downsample", "off", "--carving", "image", "--max-range", 30)
+        shown = ("export", "--map", "street.tsm", "--show", "moved", "--report", "m.json")
+        result = self.done(*shown, "--format", "ply", "--out", "m.ply")
+        report = json.loads((self.folder / "m.json").read_text())
+        self.assertGreater(report["moved_voxels"], 50)
+        self.assertEqual({"car": report["moved_voxels"]}, report["moved"])
+        self.assertIn(f"{report['voxels']:,} voxels into m.ply".replace(",", ""), result.stdout.replace(",", ""))
+        _, _, body = (self.folder / "m.ply").read_bytes().partition(b"end_header\n")
+        colours = {}
+        for row in struct.Struct("<3f3BB3f").iter_unpack(body):
+            colours.setdefault(row[0] > 10, set()).add(row[3:6])
+        self.assertEqual([1, 1], [len(colours[far]) for far in (False, True)])
+        self.assertNotEqual(colours[False], colours[True])
+        for form in ("npy", "pcd", "png"):
+            self.done(*shown, "--format", form, "--out", f"m.{form}")
+            again = json.loads((self.folder / "m.json").read_text())
+            self.assertEqual([report[key] for key in ("voxels", "moved")], [again[key] for key in ("voxels", "moved")])
+        self.done("export", "--map", "street.tsm", "--format", "ply", "--report", "m.json", "--out", "m.ply")
+        self.assertEqual(report["voxels"] - report["moved_voxels"], json.loads((self.folder / "m.json").read_text())["voxels"])
+
     def test_certainty_of_a_local_map(self):
         for layer in ("variance", "probability"):
             self.done("export", "--map", self.a, "--format", "png", "--show", layer, "--out", "a.png")

@@ -19,7 +19,8 @@ COMMAND = os.environ["TESSERA_COMMAND"]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 
 # Blocks that are run, whole and in their order, in a folder of the page. Nodes hear by multicast: in a network of their own.
-RUN = ("README.md", "docs/tasks/map-my-data.md", "docs/tasks/tune.md", "docs/tasks/on-my-robot.md", "docs/tasks/yesterdays-map.md")
+RUN = ("README.md", "docs/tasks/map-my-data.md", "docs/tasks/moving-things.md", "docs/tasks/tune.md", "docs/tasks/on-my-robot.md",
+       "docs/tasks/yesterdays-map.md")
 TWO_ROBOTS = "docs/tasks/two-robots.md"
 CORRECTIONS = "docs/tasks/slam-corrections.md"
 HOURS = "docs/tasks/hours.md"

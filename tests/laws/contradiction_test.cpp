@@ -107,6 +107,28 @@ TEST_CASE("contradiction: what may move goes by the first scan that sees through
   CHECK(street.state(kInBox) == VoxelState::kOccupied);
 }
 
+TEST_CASE("contradiction: what moves and was met often is not cleared by rays close beside it") {
+  // Above the horizon a wall behind the box is met, below it something before the box: of the
+  // pixels around a voxel at the horizon some are farther, not all.
+  Cloud beside;
+  for (double e = -5.0; e <= 5.0; e += 0.4) {
+    for (double a = -8.0; a <= 8.0; a += 0.1) {
+      const double y = std::tan(a * kRadians);
+      const double x = e > 0.0 ? 12.0 : 7.0;
+      beside.add(x, x * y, x * std::tan(e * kRadians), kWall);
+    }
+  }
+  const int label = GENERATE(kWall, kCar);
+  const bool often = GENERATE(false, true);
+  CAPTURE(label, often);
+  Street street;
+  for (int i = 0; i < (often ? 40 : 2); ++i) street.look(wall_with(label));
+  REQUIRE(street.state(kInBox) == VoxelState::kOccupied);
+  for (int i = 0; i < 5; ++i) street.look(beside);
+  const bool goes = label == kCar && !often;
+  CHECK(street.state(kInBox) == (goes ? VoxelState::kFree : VoxelState::kOccupied));
+}
+
 TEST_CASE("contradiction: a hit between two scans that see through begins it anew") {
   Street street;
   for (int i = 0; i < 3; ++i) street.look(wall_with(kWall));

@@ -28,10 +28,12 @@ void ImageCarver::see(const ScanPoints& points, const InferenceConfig& config) n
     return point.p_map.cast<double>() - origin_map_;
   };
   // Those beyond the range limit lie at it.
-  range_m_ = 0.0;
+  double square_m2 = 0.0;
   for (const std::span<const ScanPoint> all : {points.returns(), points.returns_beyond()}) {
-    for (const ScanPoint& point : all) range_m_ = std::max(range_m_, norm(from_sensor(point)));
+    for (const ScanPoint& point : all)
+      square_m2 = std::max(square_m2, squared_norm(from_sensor(point)));
   }
+  range_m_ = std::sqrt(square_m2);
   image_.begin(std::max(range_m_, 1e-3), config.free_space.neighbour_pixels);
   for (const ScanPoint& point : points.returns()) image_.add(from_sensor(point), true);
   const double ends_before_m = ends_of_no_return_before(config);

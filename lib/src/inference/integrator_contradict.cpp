@@ -74,13 +74,13 @@ void Integrator::look_at_moving(const LocalMap& map, std::uint64_t to_write,
 
 void Integrator::contradict(LocalMap& map, SlabHandle handle, const RayBlock& seen,
                             const VoxelMask& carved, ScanReport& report) noexcept {
-  const LocalMap::Occupied occupied = map.occupied(handle);
+  const VoxelMask in_all = carver_.seen_through(seen.coord, SeenBy::kAll, kAllMargin_voxels);
+  const VoxelMask either_way = either(in_all, carved);
+  const LocalMap::Occupied occupied = map.occupied(handle, either_way);
   // What was only looked at for what moves must not depend on whether the block was listed.
   if (seen.block == 0 && !occupied.any_moving) return;
-  const VoxelMask in_all = carver_.seen_through(seen.coord, SeenBy::kAll, kAllMargin_voxels);
   // Of a thing that is met beside the voxel, some rays miss this part.
   const VoxelMask beside_hit = widened(seen.hit);
-  const VoxelMask either_way = either(in_all, carved);
   const VoxelMask both_ways = without(both(in_all, carved), beside_hit);
   const VoxelMask here = without(occupied.all, seen.hit);
   VoxelMask gone{};

@@ -48,6 +48,16 @@ OccupiedInOctet occupied_of(const LocalMap& map, const Block& block, int octet) 
   return result;
 }
 
+/// An octet's voxels in a mask.
+unsigned octet_of(const VoxelMask& mask, int octet) noexcept {
+  const auto corner = static_cast<unsigned>(row_order_corner(octet));
+  const auto four = [](std::uint64_t rows) {
+    return static_cast<unsigned>((rows & 3U) | (rows >> 6U & 12U));
+  };
+  return four(mask[corner / 64] >> (corner % 64)) | four(mask[corner / 64 + 1] >> (corner % 64))
+                                                        << 4U;
+}
+
 /// Adds an octet's voxels: two of a row, of two rows, of two slices.
 void add_octet(VoxelMask& mask, int octet, unsigned voxels) noexcept {
   const auto corner = static_cast<unsigned>(row_order_corner(octet));
@@ -58,12 +68,13 @@ void add_octet(VoxelMask& mask, int octet, unsigned voxels) noexcept {
 
 }  // namespace
 
-LocalMap::Occupied LocalMap::occupied(SlabHandle handle) noexcept {
+LocalMap::Occupied LocalMap::occupied(SlabHandle handle, const VoxelMask& asked) noexcept {
   const Block& block = block_at(handle);
   const std::uint64_t moving = may_move(handle) ? classes().moving() : 0;
   Occupied result;
   for (std::uint64_t octets = octets_of(block); octets != 0; octets &= octets - 1) {
     const int octet = std::countr_zero(octets);
+    if (moving == 0 && octet_of(asked, octet) == 0) continue;
     const OccupiedInOctet occupied = occupied_of(*this, block, octet);
     add_octet(result.all, octet, occupied.all);
     add_octet(result.faint, octet, occupied.faint);

@@ -122,11 +122,18 @@ Fate move_point(const Sweep& sweep, const BodyView& body, const DeskewConfig& co
   p_stamp = {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])};
   const double square_m2 = squared_norm(p_stamp);
   if (!(square_m2 < 1e300)) return Fate::kNonFinite;
-  if (body.holds(p_stamp, square_m2)) return Fate::kOnBody;
+  const bool is_direction = sweep.no_return != nullptr && sweep.no_return[i] != 0;
+  if (!is_direction && body.holds(p_stamp, square_m2)) return Fate::kOnBody;
   const double time_us = static_cast<double>(sweep.times_s[i]) * kMicroseconds;
   if (!in_sweep(time_us, config)) return Fate::kBadTime;
   const Point3d p_sensor = p_stamp;
-  return knots.place(p_sensor, time_us, p_stamp) ? Fate::kMoved : Fate::kWithoutPose;
+  if (!knots.place(p_sensor, time_us, p_stamp)) return Fate::kWithoutPose;
+  if (is_direction) {
+    Point3d sensor;
+    static_cast<void>(knots.place(Point3d::Zero(), time_us, sensor));
+    p_stamp = p_stamp - sensor;
+  }
+  return Fate::kMoved;
 }
 
 }  // namespace

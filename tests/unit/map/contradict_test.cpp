@@ -11,6 +11,12 @@ namespace {
 constexpr int kStands = 1;
 constexpr int kMoves = 2;
 
+constexpr VoxelMask kAll = [] {
+  VoxelMask mask{};
+  for (std::uint64_t& word : mask) word = ~std::uint64_t{0};
+  return mask;
+}();
+
 /// Class 2 moves.
 struct Rig {
   explicit Rig(std::size_t pages = 64, TuplePolicy tuple = TuplePolicy::kDense)
@@ -47,6 +53,29 @@ struct Rig {
 };
 
 }  // namespace
+
+TEST_CASE("occupied: faint is what at most eight points say, and only what is asked is looked at") {
+  const TuplePolicy tuple = GENERATE(TuplePolicy::kDense, TuplePolicy::kCompact);
+  Rig rig(64, tuple);
+  const VoxelCoord faint{1, 2, 3};
+  const VoxelCoord strong{4, 5, 6};
+  REQUIRE(hit(rig.map, faint, kStands, 8.0F) == Status::kOk);
+  REQUIRE(hit(rig.map, strong, kStands, 8.5F) == Status::kOk);
+  const SlabHandle block = *rig.map.open_block({0, 0, 0});
+  const LocalMap::Occupied all = rig.map.occupied(block, kAll);
+  CHECK(all.all[3] == mask_of(faint)[3]);
+  CHECK(all.all[6] == mask_of(strong)[6]);
+  CHECK(all.faint == mask_of(faint));
+  CHECK_FALSE(all.any_moving);
+  CHECK(rig.map.occupied(block, mask_of(strong)).all == mask_of(strong));
+  CHECK(rig.map.occupied(block, VoxelMask{}).all == VoxelMask{});
+  // What moves is found beside what is asked, too.
+  REQUIRE(hit(rig.map, {7, 7, 7}, kMoves, 1.0F) == Status::kOk);
+  CHECK(rig.map.occupied(block, VoxelMask{}).moving == mask_of({7, 7, 7}));
+  // Where passes weigh more, nothing is occupied.
+  for (int i = 0; i < 21; ++i) REQUIRE(carve(rig.map, faint) == Status::kOk);
+  CHECK(rig.map.occupied(block, kAll).faint[3] == 0);
+}
 
 TEST_CASE("contradict: doubted labels are reduced to a pass and a quarter, in proportion") {
   const TuplePolicy tuple = GENERATE(TuplePolicy::kDense, TuplePolicy::kCompact);
@@ -137,10 +166,10 @@ TEST_CASE("blocks that may hold what moves: listed from the first such label on,
   }
   SECTION("so does one in which nothing that moves is left, once it is looked at") {
     const SlabHandle handle = rig.map.find_handle(BlockCoord{1, 0, 0});
-    CHECK(rig.map.occupied(handle).any_moving);
+    CHECK(rig.map.occupied(handle, kAll).any_moving);
     rig.clear({8, 0, 0});
     CHECK(rig.moving().size() == 3);
-    const LocalMap::Occupied left = rig.map.occupied(handle);
+    const LocalMap::Occupied left = rig.map.occupied(handle, kAll);
     CHECK_FALSE(left.any_moving);
     CHECK(left.all == mask_of({9, 0, 0}));
     CHECK(rig.moving() == std::vector<BlockCoord>{{3, 0, 0}, {2, 0, 0}});
@@ -180,7 +209,7 @@ TEST_CASE(
       }
     }
   }
-  const LocalMap::Occupied found = rig.map.occupied(rig.map.find_handle(BlockCoord{0, 0, 0}));
+  const LocalMap::Occupied found = rig.map.occupied(rig.map.find_handle(BlockCoord{0, 0, 0}), kAll);
   CHECK(found.all == all);
   CHECK(found.moving == moving);
 }

@@ -89,7 +89,8 @@ class LocalMap : public BlockTable {
                           const VoxelMask& gone) noexcept;
   /// Voxels of a block whose label evidence is more than their passes weigh; those of them where it
   /// is at most kFaint; and those whose label is of a class that may move. If there are none of
-  /// these, visit_moving() visits the block no more. O(512 components present).
+  /// these, visit_moving() visits the block no more. asked: of a block that visit_moving() does not
+  /// visit, only octets with some of these voxels are looked at. O(512 components present).
   struct Occupied {
     static constexpr float kFaint = 8.0F;  ///< So many points.
     VoxelMask all{};
@@ -97,7 +98,7 @@ class LocalMap : public BlockTable {
     VoxelMask moving{};
     bool any_moving = false;
   };
-  [[nodiscard]] Occupied occupied(SlabHandle handle) noexcept;
+  [[nodiscard]] Occupied occupied(SlabHandle handle, const VoxelMask& asked) noexcept;
   /// Sets a voxel that was never observed: what the map file restores. Fails with
   /// kResourceExhausted as the two above, kInvalidArgument iff passes exceed the cap or no tuple
   /// can hold the counts.

@@ -36,6 +36,9 @@ struct Sweep {
   Matrix34d T_body_sensor = Matrix34d::Identity();
   /// Points on it move with the sensor and stay as they are, for the integrator to refuse.
   RobotBody body{};
+  /// Of each point as ScanView::no_return, or null. Where it is not 0, x y z is a direction from
+  /// the sensor, of any length: it is turned as the sensor turned, and not shifted.
+  const std::uint8_t* no_return = nullptr;
 };
 
 /// Each point is in one of the last five.
