@@ -129,7 +129,7 @@ Fate move_point(const Sweep& sweep, const BodyView& body, const DeskewConfig& co
   const Point3d p_sensor = p_stamp;
   if (!knots.place(p_sensor, time_us, p_stamp)) return Fate::kWithoutPose;
   if (is_direction) {
-    Point3d sensor;
+    Point3d sensor = Point3d::Zero();
     static_cast<void>(knots.place(Point3d::Zero(), time_us, sensor));
     p_stamp = p_stamp - sensor;
   }

@@ -10,73 +10,21 @@
 #include <limits>
 #include <vector>
 
-#include "support/aligned_memory.hpp"
 #include "support/random.hpp"
+#include "unit/registration/swept_drive.hpp"
 #include "tessera/base/internal/digest.hpp"
 #include "tessera/base/rigid.hpp"
 
 namespace tessera {
 namespace {
 
-constexpr std::int64_t kStamp_us = 1'700'000'000'000'000;
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 
-/// A drive of 12 m/s on a curve of 1.5 rad/s with some pitch: the true pose at a time.
-Matrix34d driven(double time_s) {
-  Matrix34d T;
-  const Eigen::Matrix3d R =
-      (Eigen::AngleAxisd(0.4 + 1.5 * time_s, Eigen::Vector3d::UnitZ()) *
-       Eigen::AngleAxisd(0.03 * std::sin(9.0 * time_s), Eigen::Vector3d::UnitY()))
-          .toRotationMatrix();
-  const double heading = 0.4 + 1.5 * time_s;
-  T << R, Eigen::Vector3d(8.0 * (std::sin(heading) - std::sin(0.4)),
-                          8.0 * (std::cos(0.4) - std::cos(heading)), 0.1 * time_s);
-  return T;
-}
-
-struct Track {
-  explicit Track(std::size_t capacity = 256)
-      : memory(PoseTrack::required_bytes(capacity)), arena(memory.arena()) {
-    track = *PoseTrack::make(capacity, arena);
-  }
-  /// Every step_us from first_us to last_us after the stamp.
-  Track& drive(std::int64_t first_us, std::int64_t last_us, std::int64_t step_us) {
-    for (std::int64_t at = first_us; at <= last_us; at += step_us) {
-      REQUIRE(track.add({kStamp_us + at, driven(static_cast<double>(at) * 1e-6)}) == Status::kOk);
-    }
-    return *this;
-  }
-  AlignedMemory memory;
-  Arena arena;
-  PoseTrack track;
-};
-
-Matrix34d mounted() {
-  Matrix34d T = Matrix34d::Identity();
-  T.leftCols<3>() =
-      Eigen::AngleAxisd(0.2, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix();
-  T.col(3) = Eigen::Vector3d(1.2, -0.1, 1.6);
-  return T;
-}
-
-struct Cloud {
-  std::vector<float> points;  ///< x y z intensity
-  std::vector<float> times_s;
-  [[nodiscard]] Sweep sweep() const {
-    Sweep sweep;
-    sweep.points = {points.data(), 4, times_s.size()};
-    sweep.times_s = times_s.data();
-    sweep.stamp_us = kStamp_us;
-    sweep.T_body_sensor = mounted();
-    return sweep;
-  }
-};
-
 /// Places fixed in the map, as the moving sensor sees each at its time.
-Cloud drawn_sweep(std::uint64_t seed, int count, double first_s, double last_s,
-                  std::vector<Eigen::Vector3d>* at_stamp = nullptr) {
+SweptCloud drawn_sweep(std::uint64_t seed, int count, double first_s, double last_s,
+                       std::vector<Eigen::Vector3d>* at_stamp = nullptr) {
   oracle::Random random(seed);
-  Cloud cloud;
+  SweptCloud cloud;
   const Matrix34d T_map_stamp = product(driven(0.0), mounted());
   for (int i = 0; i < count; ++i) {
     const double x = random.uniform(-40, 40);
@@ -95,8 +43,8 @@ Cloud drawn_sweep(std::uint64_t seed, int count, double first_s, double last_s,
 
 TEST_CASE("deskew: what stands still comes out where the sensor sees it at the stamp") {
   std::vector<Eigen::Vector3d> expected;
-  const Cloud cloud = drawn_sweep(91, 5000, -0.05, 0.05, &expected);
-  Track t;
+  const SweptCloud cloud = drawn_sweep(91, 5000, -0.05, 0.05, &expected);
+  DrivenTrack t;
   t.drive(-60'000, 60'000, 10'000);
   std::vector<float> out(cloud.points.size(), 0.0F);
   const DeskewReport report = deskew(t.track, cloud.sweep(), {}, out);
@@ -118,49 +66,9 @@ TEST_CASE("deskew: what stands still comes out where the sensor sees it at the s
   CHECK(worst_m < 0.003);
 }
 
-TEST_CASE("deskew: a direction without a return is turned, not shifted") {
-  oracle::Random random(93);
-  Cloud cloud;
-  std::vector<std::uint8_t> no_return;
-  std::vector<Eigen::Vector3d> expected;
-  const auto turn_of = [](double time_s) {
-    return Eigen::Matrix3d(product(driven(time_s), mounted()).leftCols<3>());
-  };
-  for (int i = 0; i < 500; ++i) {
-    const Eigen::Vector3d d_map(random.uniform(-1, 1), random.uniform(-1, 1),
-                                random.uniform(-1, 1));
-    const auto time_s = static_cast<float>(-0.05 + 0.0002 * i);
-    const Eigen::Vector3d d = turn_of(static_cast<double>(time_s)).transpose() * d_map;
-    for (int axis = 0; axis < 3; ++axis) cloud.points.push_back(static_cast<float>(d[axis]));
-    cloud.points.push_back(0.0F);
-    cloud.times_s.push_back(time_s);
-    no_return.push_back(i % 5 == 0 ? 0 : 1);
-    expected.emplace_back(turn_of(0.0).transpose() * d_map);
-  }
-  Track t;
-  t.drive(-60'000, 60'000, 10'000);
-  Sweep sweep = cloud.sweep();
-  sweep.no_return = no_return.data();
-  std::vector<float> out(cloud.points.size(), 0.0F);
-  REQUIRE(deskew(t.track, sweep, {}, out).moved == 500);
-  double worst = 0.0;
-  double least_shift_m = 1.0;
-  for (std::size_t i = 0; i < expected.size(); ++i) {
-    const Eigen::Vector3f got(out[4 * i], out[4 * i + 1], out[4 * i + 2]);
-    const double off = (got.cast<double>() - expected[i]).norm();
-    if (no_return[i] != 0) {
-      worst = std::max(worst, off);
-    } else if (std::fabs(cloud.times_s[i]) > 0.03F) {
-      least_shift_m = std::min(least_shift_m, off);
-    }
-  }
-  CHECK(worst < 1e-4);
-  CHECK(least_shift_m > 0.05);
-}
-
 TEST_CASE("deskew: knots cost at most range * turn^2 / 8, against a pose for every point") {
-  const Cloud cloud = drawn_sweep(92, 4000, -0.1, 0.0);
-  Track t;
+  const SweptCloud cloud = drawn_sweep(92, 4000, -0.1, 0.0);
+  DrivenTrack t;
   t.drive(-100'000, 0, 1'000);
   const Sweep sweep = cloud.sweep();
   for (const int knots : {2, 8, 32, 64}) {
@@ -189,8 +97,8 @@ TEST_CASE("deskew: knots cost at most range * turn^2 / 8, against a pose for eve
 }
 
 TEST_CASE("deskew: in place gives the same, and leaves what follows the coordinates") {
-  Cloud cloud = drawn_sweep(93, 300, -0.05, 0.05);
-  Track t;
+  SweptCloud cloud = drawn_sweep(93, 300, -0.05, 0.05);
+  DrivenTrack t;
   t.drive(-60'000, 60'000, 10'000);
   std::vector<float> out(cloud.points.size(), 7.0F);
   REQUIRE(deskew(t.track, cloud.sweep(), {}, out).moved == 300);
@@ -204,20 +112,20 @@ TEST_CASE("deskew: in place gives the same, and leaves what follows the coordina
 }
 
 TEST_CASE("deskew: a robot that stands moves nothing by more than rounding") {
-  const Cloud cloud = drawn_sweep(94, 300, 0.0, 0.0);
-  Track t;
+  const SweptCloud cloud = drawn_sweep(94, 300, 0.0, 0.0);
+  DrivenTrack t;
   REQUIRE(t.track.add({kStamp_us - 100'000, driven(0.0)}) == Status::kOk);
   REQUIRE(t.track.add({kStamp_us, driven(0.0)}) == Status::kOk);
   std::vector<float> out(cloud.points.size());
-  Cloud spread = cloud;
+  SweptCloud spread = cloud;
   for (std::size_t i = 0; i < 300; ++i) spread.times_s[i] = -0.0003F * static_cast<float>(i);
   REQUIRE(deskew(t.track, spread.sweep(), {}, out).moved == 300);
   for (std::size_t i = 0; i < 300; ++i) REQUIRE(std::abs(out[4 * i] - cloud.points[4 * i]) < 1e-5F);
 }
 
 TEST_CASE("deskew: points without a usable time, or that are not finite, are counted apart") {
-  Cloud cloud = drawn_sweep(95, 6, -0.05, 0.05);
-  Track t;
+  SweptCloud cloud = drawn_sweep(95, 6, -0.05, 0.05);
+  DrivenTrack t;
   t.drive(-60'000, 60'000, 10'000);
   cloud.times_s[1] = kNaN;
   cloud.times_s[2] = 0.51F;
@@ -239,8 +147,8 @@ TEST_CASE("deskew: points without a usable time, or that are not finite, are cou
 }
 
 TEST_CASE("deskew: a part of the sweep without poses stays, the rest is moved") {
-  const Cloud cloud = drawn_sweep(96, 1000, -0.1, 0.1);
-  Track t;
+  const SweptCloud cloud = drawn_sweep(96, 1000, -0.1, 0.1);
+  DrivenTrack t;
   t.drive(-110'000, 40'000, 10'000);  // the latest poses are not there yet
   std::vector<float> out(cloud.points.size());
   const DeskewReport report = deskew(t.track, cloud.sweep(), {}, out);
@@ -252,8 +160,8 @@ TEST_CASE("deskew: a part of the sweep without poses stays, the rest is moved") 
 }
 
 TEST_CASE("deskew: a gap in the poses is not bridged") {
-  const Cloud cloud = drawn_sweep(97, 1000, -0.1, 0.0);
-  Track t;
+  const SweptCloud cloud = drawn_sweep(97, 1000, -0.1, 0.0);
+  DrivenTrack t;
   t.drive(-110'000, -90'000, 10'000).drive(-20'000, 0, 10'000);
   DeskewConfig config;
   config.max_gap_us = 50'000;
@@ -264,8 +172,8 @@ TEST_CASE("deskew: a gap in the poses is not bridged") {
 }
 
 TEST_CASE("deskew: without a pose at the stamp nothing is written") {
-  const Cloud cloud = drawn_sweep(98, 10, -0.1, 0.0);
-  Track t;
+  const SweptCloud cloud = drawn_sweep(98, 10, -0.1, 0.0);
+  DrivenTrack t;
   std::vector<float> out(cloud.points.size(), 5.0F);
   CHECK(deskew(t.track, cloud.sweep(), {}, out).status == Status::kOutOfRange);
   t.drive(-110'000, -10'000, 10'000);
@@ -274,13 +182,13 @@ TEST_CASE("deskew: without a pose at the stamp nothing is written") {
 }
 
 TEST_CASE("deskew: no points, and arguments out of range") {
-  Track t;
+  DrivenTrack t;
   t.drive(-60'000, 60'000, 10'000);
   std::vector<float> out(400);
   Sweep none;
   none.stamp_us = kStamp_us;
   CHECK(deskew(t.track, none, {}, out).status == Status::kOk);
-  const Cloud cloud = drawn_sweep(99, 100, -0.05, 0.05);
+  const SweptCloud cloud = drawn_sweep(99, 100, -0.05, 0.05);
   const auto refused = [&](auto change) {
     Sweep sweep = cloud.sweep();
     DeskewConfig config;
@@ -305,7 +213,7 @@ TEST_CASE("deskew: no points, and arguments out of range") {
 
 TEST_CASE("golden digest: a deskewed sweep is the same to the bit on every machine") {
   oracle::Random random(100);
-  Track t(16);
+  DrivenTrack t(16);
   for (int i = 0; i <= 10; ++i) {
     // Turns by multiples of the 3-4-5 triangle's angle, without libm.
     Matrix34d T = Matrix34d::Identity();
@@ -314,7 +222,7 @@ TEST_CASE("golden digest: a deskewed sweep is the same to the bit on every machi
     for (int n = 0; n < i; ++n) T = product(turn, T);
     REQUIRE(t.track.add({kStamp_us + 10'000 * i, T}) == Status::kOk);
   }
-  Cloud cloud;
+  SweptCloud cloud;
   for (int i = 0; i < 3000; ++i) {
     for (int axis = 0; axis < 4; ++axis)
       cloud.points.push_back(static_cast<float>(random.uniform(-50, 50)));
