@@ -4,8 +4,8 @@
 #include <catch2/catch.hpp>
 
 #include "support/random.hpp"
-#include "unit/registration/swept_drive.hpp"
 #include "tessera/base/rigid.hpp"
+#include "unit/registration/swept_drive.hpp"
 
 namespace tessera {
 

@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "support/random.hpp"
-#include "unit/registration/swept_drive.hpp"
 #include "tessera/base/internal/digest.hpp"
 #include "tessera/base/rigid.hpp"
+#include "unit/registration/swept_drive.hpp"
 
 namespace tessera {
 namespace {
