@@ -34,6 +34,8 @@ struct Reasons {
   std::size_t seen_once = 0;
   std::size_t others = 0;
   std::size_t label_moves = 0;  ///< Of all of them: the point's label may move.
+  std::size_t twice = 0;        ///< Of all of them: seen through by two scans or more.
+  std::size_t twice_met = 0;    ///< Of these: the voxel was met again.
 };
 
 void print_holes(const std::map<std::uint32_t, Count>& by_id) {
@@ -50,9 +52,10 @@ void print_ghosts(const std::map<std::uint32_t, Count>& by_id,
     const Count& count = by_id.at(id);
     std::printf(
         "    still there, %u: %zu of %zu (voxel met again %zu, else one beside it %zu, else seen "
-        "through once %zu, others %zu); %zu of them with a label that may move\n",
+        "through once %zu, others %zu); %zu of them with a label that may move; %zu seen through "
+        "twice, of these %zu met again\n",
         id, count.occupied, count.all, why.met_again, why.met_beside, why.seen_once, why.others,
-        why.label_moves);
+        why.label_moves, why.twice, why.twice_met);
   }
 }
 
@@ -127,6 +130,10 @@ class Judge {
   void add_reason(const Judged& point, Reasons& reasons) const {
     const int last = point.judged_after;
     reasons.label_moves += point.label_may_move ? 1 : 0;
+    if (point.seen_through >= 2) {
+      ++reasons.twice;
+      if (met_again(point)) ++reasons.twice_met;
+    }
     if (met_again(point)) {
       ++reasons.met_again;
     } else if (truth_.met_beside(voxel_of(point), point.first_seen, last)) {

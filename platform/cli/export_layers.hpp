@@ -4,6 +4,7 @@
 // disagree, how certain their label is, or what was there and went.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -22,10 +23,9 @@ struct LayerOptions {
   std::vector<std::string> of;          ///< Local maps.
   std::vector<std::string> sessions;    ///< Maps of earlier days, as for fuse.
   std::vector<std::string> transforms;  ///< Of both, as for fuse.
+  std::uint64_t moving = 0;             ///< Labels that may move, a bit each: of the map.
 
   [[nodiscard]] std::string show_or_class() const { return show.value_or("class"); }
-  std::uint64_t moving = 0;  ///< Labels that may move, a bit each: of the map.
-
   [[nodiscard]] bool shows_moved() const { return show == "moved"; }
   /// Of a voxel that is free by now.
   [[nodiscard]] bool shows_as_moved(int label) const {

@@ -177,8 +177,9 @@ namespace {
 /// Of a voxel whose label evidence was contradicted: under what a hit brings.
 constexpr unsigned kPassesOfCleared = 2;
 
-/// An octet's eight bits of two slices of a layer: two of a row, of two rows, of each slice.
-unsigned of_octet(const BlockEditor::Slices& slices, std::size_t octet_in_layer) noexcept {
+}  // namespace
+
+unsigned BlockEditor::of_octet(const Slices& slices, std::size_t octet_in_layer) noexcept {
   const auto corner =
       static_cast<unsigned>(2 * (octet_in_layer & 3U) + 16 * (octet_in_layer >> 2U));
   const auto of_slice = [corner](std::uint64_t slice) {
@@ -187,8 +188,6 @@ unsigned of_octet(const BlockEditor::Slices& slices, std::size_t octet_in_layer)
   };
   return of_slice(slices[0]) | (of_slice(slices[1]) << 4U);
 }
-
-}  // namespace
 
 unsigned BlockEditor::contradict(int octet, unsigned voxels, unsigned going, float left) noexcept {
   // A pass and a quarter, so that against one pass it is occupied; by less than half of that more,

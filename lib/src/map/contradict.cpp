@@ -48,16 +48,6 @@ OccupiedInOctet occupied_of(const LocalMap& map, const Block& block, int octet) 
   return result;
 }
 
-/// An octet's voxels in a mask.
-unsigned octet_of(const VoxelMask& mask, int octet) noexcept {
-  const auto corner = static_cast<unsigned>(row_order_corner(octet));
-  const auto four = [](std::uint64_t rows) {
-    return static_cast<unsigned>((rows & 3U) | (rows >> 6U & 12U));
-  };
-  return four(mask[corner / 64] >> (corner % 64)) | four(mask[corner / 64 + 1] >> (corner % 64))
-                                                        << 4U;
-}
-
 /// Adds an octet's voxels: two of a row, of two rows, of two slices.
 void add_octet(VoxelMask& mask, int octet, unsigned voxels) noexcept {
   const auto corner = static_cast<unsigned>(row_order_corner(octet));
@@ -74,7 +64,10 @@ LocalMap::Occupied LocalMap::occupied(SlabHandle handle, const VoxelMask& asked)
   Occupied result;
   for (std::uint64_t octets = octets_of(block); octets != 0; octets &= octets - 1) {
     const int octet = std::countr_zero(octets);
-    if (moving == 0 && octet_of(asked, octet) == 0) continue;
+    const std::size_t layer = layer_of_octet(octet);
+    const BlockEditor::Slices slices{asked[2 * layer], asked[2 * layer + 1]};
+    const std::size_t in_layer = static_cast<std::size_t>(octet) % kLayerOctets;
+    if (moving == 0 && BlockEditor::of_octet(slices, in_layer) == 0) continue;
     const OccupiedInOctet occupied = occupied_of(*this, block, octet);
     add_octet(result.all, octet, occupied.all);
     add_octet(result.faint, octet, occupied.faint);

@@ -68,9 +68,14 @@ class Knots {
   }
 
   /// Sets p_stamp to the place, seen from the stamp, of what was at p_sensor at a time of the
-  /// range; false iff there is no pose around it.
-  [[nodiscard]] bool place(const Point3d& p_sensor, double time_us,
+  /// range, or to the direction there of what was in that direction; false iff there is no pose
+  /// around it.
+  [[nodiscard]] bool place(const Point3d& p_sensor, double time_us, bool is_direction,
                            Point3d& p_stamp) const noexcept {
+    const auto place_by = [&](const Matrix34d& T_stamp_knot) -> Point3d {
+      const Point3d placed = apply(T_stamp_knot, p_sensor);
+      return is_direction ? Point3d(placed - T_stamp_knot.col(3)) : placed;
+    };
     int i = static_cast<int>((time_us - static_cast<double>(first_us_)) /
                              static_cast<double>(step_us_));
     if (i > count_ - 2) i = count_ - 2;  // The first and the last time may be rounded inwards.
@@ -80,9 +85,9 @@ class Knots {
         span_us > 0.0 ? std::clamp((time_us - times_us_[k]) / span_us, 0.0, 1.0) : 0.0;
     const bool needs_next = share > 0.0;
     if (!known_[k] || (needs_next && !known_[k + 1])) return false;
-    p_stamp = apply(poses_stamp_[k], p_sensor);
+    p_stamp = place_by(poses_stamp_[k]);
     if (!needs_next) return true;
-    const Point3d next = apply(poses_stamp_[k + 1], p_sensor);
+    const Point3d next = place_by(poses_stamp_[k + 1]);
     for (int axis = 0; axis < 3; ++axis) p_stamp[axis] += share * (next[axis] - p_stamp[axis]);
     return true;
   }
@@ -127,13 +132,7 @@ Fate move_point(const Sweep& sweep, const BodyView& body, const DeskewConfig& co
   const double time_us = static_cast<double>(sweep.times_s[i]) * kMicroseconds;
   if (!in_sweep(time_us, config)) return Fate::kBadTime;
   const Point3d p_sensor = p_stamp;
-  if (!knots.place(p_sensor, time_us, p_stamp)) return Fate::kWithoutPose;
-  if (is_direction) {
-    Point3d sensor = Point3d::Zero();
-    static_cast<void>(knots.place(Point3d::Zero(), time_us, sensor));
-    p_stamp = p_stamp - sensor;
-  }
-  return Fate::kMoved;
+  return knots.place(p_sensor, time_us, is_direction, p_stamp) ? Fate::kMoved : Fate::kWithoutPose;
 }
 
 }  // namespace

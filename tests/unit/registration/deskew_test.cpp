@@ -76,13 +76,13 @@ TEST_CASE("deskew: knots cost at most range * turn^2 / 8, against a pose for eve
     DeskewConfig config;
     config.knots = knots;
     REQUIRE(deskew(t.track, sweep, config, out).moved == 4000);
-    const Matrix34d T_stamp_map = inverse(product(*t.track.at(kStamp_us, 5000), mounted()));
+    const Matrix34d T_stamp_map = inverse(product(*t.track.at(kSweepStamp_us, 5000), mounted()));
     const double turn = 0.15 / (knots - 1) * 1.2;
     for (std::size_t i = 0; i < cloud.times_s.size(); ++i) {
       const auto at =
           static_cast<std::int64_t>(std::lround(static_cast<double>(cloud.times_s[i]) * 1e6));
       const Matrix34d T =
-          product(T_stamp_map, product(*t.track.at(kStamp_us + at, 5000), mounted()));
+          product(T_stamp_map, product(*t.track.at(kSweepStamp_us + at, 5000), mounted()));
       const Eigen::Vector3d p(static_cast<double>(cloud.points[4 * i]),
                               static_cast<double>(cloud.points[4 * i + 1]),
                               static_cast<double>(cloud.points[4 * i + 2]));
@@ -114,8 +114,8 @@ TEST_CASE("deskew: in place gives the same, and leaves what follows the coordina
 TEST_CASE("deskew: a robot that stands moves nothing by more than rounding") {
   const SweptCloud cloud = drawn_sweep(94, 300, 0.0, 0.0);
   DrivenTrack t;
-  REQUIRE(t.track.add({kStamp_us - 100'000, driven(0.0)}) == Status::kOk);
-  REQUIRE(t.track.add({kStamp_us, driven(0.0)}) == Status::kOk);
+  REQUIRE(t.track.add({kSweepStamp_us - 100'000, driven(0.0)}) == Status::kOk);
+  REQUIRE(t.track.add({kSweepStamp_us, driven(0.0)}) == Status::kOk);
   std::vector<float> out(cloud.points.size());
   SweptCloud spread = cloud;
   for (std::size_t i = 0; i < 300; ++i) spread.times_s[i] = -0.0003F * static_cast<float>(i);
@@ -186,7 +186,7 @@ TEST_CASE("deskew: no points, and arguments out of range") {
   t.drive(-60'000, 60'000, 10'000);
   std::vector<float> out(400);
   Sweep none;
-  none.stamp_us = kStamp_us;
+  none.stamp_us = kSweepStamp_us;
   CHECK(deskew(t.track, none, {}, out).status == Status::kOk);
   const SweptCloud cloud = drawn_sweep(99, 100, -0.05, 0.05);
   const auto refused = [&](auto change) {
@@ -220,7 +220,7 @@ TEST_CASE("golden digest: a deskewed sweep is the same to the bit on every machi
     Matrix34d turn;
     turn << 0.8, -0.6, 0, 0.3, 0.6, 0.8, 0, 0.1, 0, 0, 1, 0.01;
     for (int n = 0; n < i; ++n) T = product(turn, T);
-    REQUIRE(t.track.add({kStamp_us + 10'000 * i, T}) == Status::kOk);
+    REQUIRE(t.track.add({kSweepStamp_us + 10'000 * i, T}) == Status::kOk);
   }
   SweptCloud cloud;
   for (int i = 0; i < 3000; ++i) {

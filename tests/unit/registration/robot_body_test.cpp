@@ -93,19 +93,18 @@ TEST_CASE("RobotBody: a ray meets a box iff some point of it is in the box") {
 }
 
 TEST_CASE("deskew: what is on the body keeps its place, as it moves with the sensor") {
-  constexpr std::int64_t kBodyStamp_us = 50'000'000;
+  constexpr std::int64_t kStamp_us = 50'000'000;
   AlignedMemory memory(PoseTrack::required_bytes(8));
   Arena arena = memory.arena();
   PoseTrack track = *PoseTrack::make(8, arena);
   Matrix34d T = Matrix34d::Identity();
   for (const std::int64_t at_us : {-100'000, 0}) {
     T(0, 3) = 20.0e-6 * static_cast<double>(at_us);  // 20 m/s ahead
-    REQUIRE(track.add({kBodyStamp_us + at_us, T}) == Status::kOk);
+    REQUIRE(track.add({kStamp_us + at_us, T}) == Status::kOk);
   }
   const std::vector<float> points{-1.5F, 0, 0, 7, 0, 0, -1.5F, 0, 0};
   const std::vector<float> times_s{-0.1F, -0.1F, std::numeric_limits<float>::quiet_NaN()};
-  Sweep sweep{
-      .points = {points.data(), 3, 3}, .times_s = times_s.data(), .stamp_us = kBodyStamp_us};
+  Sweep sweep{.points = {points.data(), 3, 3}, .times_s = times_s.data(), .stamp_us = kStamp_us};
   std::vector<float> out(points.size());
   DeskewConfig config;
   config.refuse_unplaced = true;

@@ -12,7 +12,7 @@
 
 namespace tessera {
 
-inline constexpr std::int64_t kStamp_us = 1'700'000'000'000'000;
+inline constexpr std::int64_t kSweepStamp_us = 1'700'000'000'000'000;
 
 /// A drive of 12 m/s on a curve of 1.5 rad/s with some pitch: the true pose at a time.
 inline Matrix34d driven(double time_s) {
@@ -35,7 +35,8 @@ struct DrivenTrack {
   /// Every step_us from first_us to last_us after the stamp.
   DrivenTrack& drive(std::int64_t first_us, std::int64_t last_us, std::int64_t step_us) {
     for (std::int64_t at = first_us; at <= last_us; at += step_us) {
-      REQUIRE(track.add({kStamp_us + at, driven(static_cast<double>(at) * 1e-6)}) == Status::kOk);
+      REQUIRE(track.add({kSweepStamp_us + at, driven(static_cast<double>(at) * 1e-6)}) ==
+              Status::kOk);
     }
     return *this;
   }
@@ -59,7 +60,7 @@ struct SweptCloud {
     Sweep sweep;
     sweep.points = {points.data(), 4, times_s.size()};
     sweep.times_s = times_s.data();
-    sweep.stamp_us = kStamp_us;
+    sweep.stamp_us = kSweepStamp_us;
     sweep.T_body_sensor = mounted();
     return sweep;
   }

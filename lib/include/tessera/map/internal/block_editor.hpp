@@ -14,6 +14,8 @@ namespace tessera {
 class BlockEditor {
  public:
   using Slices = std::array<std::uint64_t, 2>;
+  /// An octet's eight bits of two slices of its layer: two of a row, of two rows, of each slice.
+  [[nodiscard]] static unsigned of_octet(const Slices& slices, std::size_t octet_in_layer) noexcept;
 
   BlockEditor(BlockTable& table, SlabHandle handle) noexcept
       : table_(table), block_(table.mutable_block(handle)), handle_(handle) {
