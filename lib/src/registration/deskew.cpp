@@ -72,10 +72,6 @@ class Knots {
   /// around it.
   [[nodiscard]] bool place(const Point3d& p_sensor, double time_us, bool is_direction,
                            Point3d& p_stamp) const noexcept {
-    const auto place_by = [&](const Matrix34d& T_stamp_knot) -> Point3d {
-      const Point3d placed = apply(T_stamp_knot, p_sensor);
-      return is_direction ? Point3d(placed - T_stamp_knot.col(3)) : placed;
-    };
     int i = static_cast<int>((time_us - static_cast<double>(first_us_)) /
                              static_cast<double>(step_us_));
     if (i > count_ - 2) i = count_ - 2;  // The first and the last time may be rounded inwards.
@@ -85,9 +81,11 @@ class Knots {
         span_us > 0.0 ? std::clamp((time_us - times_us_[k]) / span_us, 0.0, 1.0) : 0.0;
     const bool needs_next = share > 0.0;
     if (!known_[k] || (needs_next && !known_[k + 1])) return false;
-    p_stamp = place_by(poses_stamp_[k]);
+    p_stamp = apply(poses_stamp_[k], p_sensor);
+    if (is_direction) p_stamp -= poses_stamp_[k].col(3);
     if (!needs_next) return true;
-    const Point3d next = place_by(poses_stamp_[k + 1]);
+    Point3d next = apply(poses_stamp_[k + 1], p_sensor);
+    if (is_direction) next -= poses_stamp_[k + 1].col(3);
     for (int axis = 0; axis < 3; ++axis) p_stamp[axis] += share * (next[axis] - p_stamp[axis]);
     return true;
   }
