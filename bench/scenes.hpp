@@ -48,7 +48,7 @@ struct Mode {
   TuplePolicy tuple = TuplePolicy::kCompact;
   std::size_t storage_bytes = std::size_t{256} << 20U;
   float max_range_m = 0.0F;  ///< 0: no limit.
-  Carving carving = Carving::kRays;
+  Carving carving = Carving::kImage;
 };
 
 inline constexpr Mode kKernelMode{"kernel", "kernel, D = 3 voxels", InferenceMode::kKernel,

@@ -22,6 +22,7 @@ int main(void) {
   config.thinning_m = 0.2;
   config.local_bytes = config.global_bytes = 4u << 20;
   config.staged_bytes = 1u << 20;
+  config.carving = TESSERA_CARVING_RAYS;  // the default, by images of a scan, takes 16 MB more
   config.scan_points = 2048;
   config.scan_tiles = config.scan_ray_blocks = 1024;
   config.publisher_blocks = config.global_blocks = config.sum_segments = 4096;

@@ -15,7 +15,10 @@ namespace {
 constexpr MapConfig kMap{.resolution_m = 0.2, .storage_bytes = std::size_t{4} << 20U};
 constexpr RobotSettings kSettings{
     .map = kMap,
-    .inference = {.max_range_m = 20.0F, .thinning_m = 0.2},
+    // Along rays: the images of a scan, by which the default carves, would take 16 MB.
+    .inference = {.free_space = {.carving = Carving::kRays},
+                  .max_range_m = 20.0F,
+                  .thinning_m = 0.2},
     .scan = {.points = 2048, .tiles = 1024, .ray_blocks = 1024},
     .publisher = {.blocks = 4096, .candidates = 1024},
     .exchange = {.robot = 1, .resolution_m = 0.2, .contributions = 8, .peers = 4, .fresh = 256},

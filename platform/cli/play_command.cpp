@@ -181,9 +181,10 @@ Outcome<void> run_play(PlayOptions options) {
   options.player.loop = options.loop;
   options.player.can_base_id = options.can_base.value_or(kDefaultBaseId);
   const bool semantic = options.player.semantic;
-  TESSERA_TRY_ASSIGN(const std::unique_ptr<RecordedScans> scans,
-                     open_source(semantic ? options.source : as_measured(options.source),
-                                 {.motion = true, .times = !semantic, .images = !semantic}));
+  TESSERA_TRY_ASSIGN(
+      const std::unique_ptr<RecordedScans> scans,
+      open_source(semantic ? options.source : as_measured(options.source),
+                  {.motion = true, .times = !semantic, .images = !semantic, .no_returns = true}));
   TESSERA_TRY_ASSIGN(options.player.corrections,
                      read_corrections(options.corrections, options.source));
   for (const CorrectionFile& file : options.player.corrections) {

@@ -45,6 +45,7 @@ Outcome<std::vector<std::byte>> cloud_message(Scan& scan, const ScanToSend& how)
     times_us.push_back(static_cast<std::int32_t>(std::lround(us)));
   }
   cloud.times_us = times_us;
+  if (scan.has_no_return) cloud.no_return = scan.no_return().first(scan.count);
   if (is_semantic(scan, how)) cloud.components = scan.components().first(scan.count);
   return encode(cloud);
 }

@@ -68,6 +68,7 @@ std::vector<std::byte> encode(const CloudToSend& cloud) {
     message.count = points;
     message.coordinates = copy(cloud.xyz, message.xyz);
     message.times = copy(cloud.times_us, message.time_us);
+    message.no_returns = copy(cloud.no_return, message.no_return);
   };
   if (cloud.components.empty()) {
     tessera_cloud message;

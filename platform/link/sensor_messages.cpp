@@ -36,21 +36,24 @@ struct CloudCounts {
   std::int64_t components = 0;
   std::int64_t weights = 0;
   std::int64_t times = 0;
+  std::int64_t no_returns = 0;
 };
 
 MessageFault check_counts(const CloudCounts& c, std::size_t bytes_left, const CloudMemory& memory) {
   const auto is_optional = [&](std::int64_t n) { return n == 0 || n == c.count; };
   const bool agree = c.count >= 0 && c.coordinates == 3 * c.count && is_optional(c.weights) &&
-                     is_optional(c.times);
+                     is_optional(c.times) && is_optional(c.no_returns);
   if (!agree) return MessageFault::kCounts;
-  const std::int64_t bytes = 4 * (c.coordinates + c.weights + c.times) + c.components;
+  const std::int64_t bytes =
+      4 * (c.coordinates + c.weights + c.times) + c.components + c.no_returns;
   if (bytes != static_cast<std::int64_t>(bytes_left)) return MessageFault::kCounts;
   const auto fits = [](std::int64_t n, std::size_t room) {
     return n <= static_cast<std::int64_t>(room);
   };
   const bool all_fit =
       fits(c.coordinates, memory.xyz.size()) && fits(c.components, memory.components.size()) &&
-      fits(c.weights, memory.weights.size()) && fits(c.times, memory.times_s.size());
+      fits(c.weights, memory.weights.size()) && fits(c.times, memory.times_s.size()) &&
+      fits(c.no_returns, memory.no_return.size());
   return all_fit ? MessageFault::kNone : MessageFault::kTooLarge;
 }
 
@@ -76,7 +79,7 @@ MessageFault decode_any_cloud(std::span<const std::byte> message, const CloudMem
                               CloudHeader& header) {
   constexpr bool kLabelled = std::is_same_v<Message, tessera_semantic_cloud>;
   BigEndianReader reader(message);
-  const MessageFault type = check_type<Message>(reader, 8 + 4 * (kLabelled ? 5 : 4));
+  const MessageFault type = check_type<Message>(reader, 8 + 4 * (kLabelled ? 6 : 5));
   if (type != MessageFault::kNone) return type;
   CloudHeader read;
   read.stamp_us = reader.i64();
@@ -86,6 +89,7 @@ MessageFault decode_any_cloud(std::span<const std::byte> message, const CloudMem
   counts.coordinates = reader.i32();
   if (kLabelled) counts.weights = reader.i32();
   counts.times = reader.i32();
+  counts.no_returns = reader.i32();
   if (kLabelled) counts.components = counts.count;
   const MessageFault fault = check_counts(counts, reader.left(), memory);
   if (fault != MessageFault::kNone) return fault;
@@ -96,10 +100,12 @@ MessageFault decode_any_cloud(std::span<const std::byte> message, const CloudMem
   reader.bytes(first(memory.components, counts.components));
   reader.floats(first(memory.weights, counts.weights));
   if (!read_times(reader, first(memory.times_s, counts.times), read)) return MessageFault::kValue;
+  reader.bytes(first(memory.no_return, counts.no_returns));
   read.count = static_cast<std::uint32_t>(counts.count);
   read.has_components = kLabelled;
   read.has_weights = counts.weights > 0;
   read.has_times = counts.times > 0;
+  read.has_no_return = counts.no_returns > 0;
   header = read;
   return MessageFault::kNone;
 }

@@ -34,6 +34,7 @@ struct CloudMemory {
   std::span<std::uint8_t> components;
   std::span<float> weights;
   std::span<float> times_s;
+  std::span<std::uint8_t> no_return{};
 };
 
 struct CloudHeader {
@@ -43,6 +44,7 @@ struct CloudHeader {
   bool has_components = false;
   bool has_weights = false;
   bool has_times = false;
+  bool has_no_return = false;
   std::int32_t first_us = 0;  ///< Of the points' times, from the stamp; 0 without times.
   std::int32_t last_us = 0;
 };

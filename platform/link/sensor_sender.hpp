@@ -28,8 +28,9 @@ struct CloudToSend {
   std::span<const float> xyz;  ///< Three per point.
   /// A byte per point for a tessera_semantic_cloud; empty for a tessera_cloud.
   std::span<const std::uint8_t> components{};
-  std::span<const float> weights{};          ///< One per point or none; only with components.
-  std::span<const std::int32_t> times_us{};  ///< One per point or none, from the stamp.
+  std::span<const float> weights{};           ///< One per point or none; only with components.
+  std::span<const std::int32_t> times_us{};   ///< One per point or none, from the stamp.
+  std::span<const std::uint8_t> no_return{};  ///< One per point or none.
 };
 struct ImageToSend {
   ImageHeader header{};

@@ -92,6 +92,7 @@ SensorPortConfig Node::sensor_config() const {
   matcher.max_image_offset_us = microseconds(1e-3 * sensors.max_image_offset_ms);
   matcher.missing_images = sensors.missing_images;
   matcher.slot.points = scan_sizes().max_points;
+  matcher.slot.no_returns = true;
   matcher.slot.image_pixels = 1;
   for (const CameraDescription& camera : cameras_)
     matcher.slot.image_pixels = std::max(matcher.slot.image_pixels, pixels_of(camera));

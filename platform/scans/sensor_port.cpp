@@ -161,7 +161,8 @@ void SensorPort::take(std::string_view channel, std::span<const std::byte> paylo
 
 void SensorPort::take_cloud(std::span<const std::byte> payload, bool semantic) noexcept {
   Scan& slot = matcher_.next_scan();
-  const CloudMemory memory{slot.points(), slot.components(), slot.weights(), slot.times_s()};
+  const CloudMemory memory{slot.points(), slot.components(), slot.weights(), slot.times_s(),
+                           slot.no_return()};
   CloudHeader header;
   const MessageFault fault = semantic ? decode_semantic_cloud(payload, memory, header)
                                       : decode_cloud(payload, memory, header);
@@ -174,6 +175,7 @@ void SensorPort::take_cloud(std::span<const std::byte> payload, bool semantic) n
   slot.has_components = header.has_components;
   slot.has_weights = header.has_weights;
   slot.has_times = header.has_times;
+  slot.has_no_return = header.has_no_return;
   slot.first_us = header.first_us;
   slot.last_us = header.last_us;
   matcher_.add_scan(time());
@@ -200,7 +202,7 @@ void SensorPort::take_depth_image(std::span<const std::byte> payload) noexcept {
   slot.count = 0;
   slot.width_px = header.width_px;
   slot.height_px = header.height_px;
-  slot.has_components = slot.has_weights = slot.has_times = false;
+  slot.has_components = slot.has_weights = slot.has_times = slot.has_no_return = false;
   slot.first_us = slot.last_us = 0;
   matcher_.add_scan(time());
 }

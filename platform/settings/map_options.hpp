@@ -36,7 +36,7 @@ struct MapOptions : SourceOptions {
   std::optional<double> downsample_m;  ///< 0: off.
   std::optional<ThinningWeight> thinning_weight;
   bool free_space = true;
-  Carving carving = Carving::kRays;
+  Carving carving = Carving::kImage;
   std::size_t memory_bytes = std::size_t{512} << 20U;
   std::optional<TuplePolicy> counts;
   std::optional<std::uint32_t> robot;
@@ -58,7 +58,7 @@ template <>
 inline constexpr std::array kChoicesOf<InferenceMode>{
     InferenceMode::kMultiEntropy, InferenceMode::kKernel, InferenceMode::kCounting};
 template <>
-inline constexpr std::array kChoicesOf<Carving>{Carving::kRays, Carving::kImage};
+inline constexpr std::array kChoicesOf<Carving>{Carving::kImage, Carving::kRays};
 template <>
 inline constexpr std::array kChoicesOf<ThinningWeight>{ThinningWeight::kMean, ThinningWeight::kSum};
 template <>
@@ -109,8 +109,9 @@ inline constexpr Setting kMapRows[] = {
                                       {.otherwise = "kernel: sum, else mean"}),
     row<&MapOptions::free_space>({"--free-space", "map", "free_space"},
                                  "Map the space that the sensor saw to be free"),
-    row<&MapOptions::carving>({"--carving", "map", "carving"},
-                              "How free space is found: along rays, or by the image of the scan"),
+    row<&MapOptions::carving>(
+        {"--carving", "map", "carving"},
+        "How free space is found: by the image of the scan, or along each ray"),
     bytes_row<&MapOptions::memory_bytes>({"--memory", "map", "memory", "memory_bytes"},
                                          "Memory for the map and for the work on a scan",
                                          {.value = "BYTES", .allowed = {.most = 1e15}}),

@@ -193,9 +193,14 @@ Outcome<ScanCapacity> split_budget(MapSetup& setup, std::size_t max_points) {
   if (taken < budget_bytes) setup.map = fit_to_budget(setup.map, (budget_bytes - taken) / maps);
   if (taken >= budget_bytes || setup.map.storage_bytes < 4 * SlabPool::kPageBytes) {
     constexpr std::size_t kMiB = std::size_t{1} << 20U;
-    const std::size_t enough = ((2 * taken + setup.archive_bytes) / kMiB + 1) * kMiB;
-    return Failure{Message(kMapSettings["--memory"]) + " " + bytes_text(setup.budget_bytes) +
-                   " is too little for a map; give at least " + bytes_text(enough)};
+    const std::size_t enough = ((2 * taken - images + setup.archive_bytes) / kMiB + 1) * kMiB;
+    Message what = Message(kMapSettings["--memory"]) + " " + bytes_text(setup.budget_bytes) +
+                   " is too little for a map; ";
+    if (images > 0)
+      what += Message("take ") + kMapSettings["--carving"] + " rays, which needs " +
+              bytes_text(images / kMiB * kMiB) + " less, or ";
+    what += Message("give at least ") + bytes_text(enough);
+    return Failure{std::move(what)};
   }
   return capacity;
 }

@@ -128,7 +128,7 @@ class NodeScenario(Scenario):
         config = write_config(self.folder, name, {
             "robot": {"id": host, "state": mission or "state", "earlier": "drop"},
             "replay": {"dataset": str(street() / f"robot_{host}"), "rate_hz": 0},
-            "map": {"resolution_m": 0.5, "max_range_m": 20.0, "memory": "24M"},
+            "map": {"resolution_m": 0.5, "max_range_m": 20.0, "memory": "40M"},
             "publish": {"staleness_s": 0.2, "free_staleness_s": 0.4, **publish},
             "network": {"url": "udpm://239.255.76.67:7667?ttl=1&recv_buf_size=400000", "interface": "eth0",
                         "contributions_per_robot": CONTRIBUTIONS_PER_ROBOT},

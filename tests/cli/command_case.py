@@ -12,7 +12,7 @@ import unittest
 DONE, USAGE, FAILURE = 0, 1, 2
 TIME_LIMIT_S = 120
 # Enough for every scene of these tests, and quick to set up.
-MEMORY = ("--memory", "32M")
+MEMORY = ("--memory", "48M")
 
 
 def command_path():

@@ -23,7 +23,7 @@ class NodeCase(CommandCase):
         tables = {
             "robot": {"id": number, "state": "state"},
             "replay": {"dataset": f"{self.street}/robot_{number}", "rate_hz": 0},
-            "map": {"resolution_m": 0.4, "max_range_m": 60.0, "memory": "24M"},
+            "map": {"resolution_m": 0.4, "max_range_m": 60.0, "memory": "40M"},
             "publish": {"staleness_s": 0.2, "free_staleness_s": 0.4},
             "network": {"url": f"udpm://239.255.76.67:7667?ttl=0&recv_buf_size=400000", "interface": "lo"},
             "fusion": {"memory": "32M"},
@@ -68,13 +68,13 @@ class PlayedCase(NodeCase):
             tables[table] = {**tables.get(table, {}), **keys}
         return self.config(0, **tables)
 
-    def run_with_player(self, config, *options, meanwhile=lambda: None):
-        """The node's report, and what it said."""
+    def run_with_player(self, config, *options, source=None, meanwhile=lambda: None):
+        """The node's report, and what it said. source: options that name what is played; the street if None."""
         node = subprocess.Popen([command_path(), "node", "--config", str(config)], cwd=self.folder, text=True, stdin=subprocess.DEVNULL,
                                 stdout=subprocess.PIPE, stderr=subprocess.PIPE)
         try:
             time.sleep(1)
-            self.done("play", "--dataset", f"{self.street}/robot_0", "--interface", "lo", "--rate", 10, *options)
+            self.done("play", *(source or ("--dataset", f"{self.street}/robot_0")), "--interface", "lo", "--rate", 10, *options)
             meanwhile()
             _, error = node.communicate(timeout=TIME_LIMIT_S)
         finally:

@@ -45,7 +45,7 @@ class OwnFaults(Faults):
         sensors = self.sensors()
         sensors.points = all_around(1800)
         # Too little for the whole of a scan too.
-        node = self.node(map={"resolution_m": 0.05, "memory": "2M", "downsample_m": "off"})
+        node = self.node(map={"resolution_m": 0.05, "memory": "2M", "carving": "rays", "downsample_m": "off"})
         node.says("memory is full")
         before = node.here()
         node.says("memory is full", before)
@@ -62,7 +62,7 @@ class OwnFaults(Faults):
         """Of one of two; the other has all."""
         sensors = self.sensors()
         sensors.points = all_around(3000)
-        settings = {"map": {"resolution_m": 0.1, "memory": "24M"}, "output": {"global_map": None}}
+        settings = {"map": {"resolution_m": 0.1, "memory": "40M"}, "output": {"global_map": None}}
         small = self.node("small", 0, fusion={"memory": "23M"}, **settings)
         large = self.node("large", 1, **settings)
         small.says("exchange records_refused")

@@ -13,7 +13,7 @@ from command_case import FAILURE, TIME_LIMIT_S, CommandCase, command_path
 
 SCANS = 150
 MEMORY = ("--memory", "256M")
-SMALL = ("--memory", "20M")
+SMALL = ("--memory", "36M")
 
 
 class Interrupt(CommandCase):

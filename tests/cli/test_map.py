@@ -91,7 +91,7 @@ class Memory(MapCase):
     def test_too_small_for_a_scan_maps_what_fits_and_fails(self):
         data = kitti.write_dataset(self.folder / "scattered", [kitti.scattered_scan(i) for i in range(4)])
         made = self.folder / "map.json"
-        result = self.run_command("map", "--dataset", data, "--out", self.out, "--report", made, "--memory", "2M")
+        result = self.run_command("map", "--dataset", data, "--out", self.out, "--report", made, "--memory", "2M", "--carving", "rays")
         self.assertEqual(2, result.returncode)
         report = json.loads(made.read_text())
         self.assert_warned(result, "lack of memory", "--memory")
@@ -110,6 +110,10 @@ class Memory(MapCase):
     def test_the_size_that_a_refusal_names_is_enough(self):
         message = self.map_refused(self.data, "--memory", "1K")
         self.map_dataset(self.data, self.out, "--memory", message.split()[-1])
+        self.assertIn("take --carving rays, which needs 16M less, or give", message)
+        message = self.map_refused(self.data, "--memory", "1K", "--carving", "rays")
+        self.assertNotIn("--carving", message)
+        self.map_dataset(self.data, self.out, "--memory", message.split()[-1], "--carving", "rays")
 
     @unittest.skipIf(os.environ.get("TESSERA_SANITIZE"), "the sanitizer reports such an allocation itself")
     def test_more_than_the_machine_has(self):
@@ -218,9 +222,10 @@ class Continue(MapCase):
     def test_in_memory_too_small_for_the_map(self):
         data = kitti.write_dataset(self.folder / "scattered", [kitti.scattered_scan(i) for i in range(8)])
         _, whole = self.map_dataset(data, self.out, "--memory", "64M")
-        message = self.map_refused(data, "--memory", "3M", "--continue", self.out, saying=("--memory 3M", "map.tsm"))
+        rays = ("--carving", "rays")
+        message = self.map_refused(data, "--memory", "3M", *rays, "--continue", self.out, saying=("--memory 3M", "map.tsm"))
         enough = message.split()[-1]
-        _, more = self.map_dataset(data, self.folder / "more.tsm", "--memory", enough, "--continue", self.out)
+        _, more = self.map_dataset(data, self.folder / "more.tsm", "--memory", enough, *rays, "--continue", self.out)
         self.assertGreaterEqual(more["memory"]["label_voxels"], whole["memory"]["label_voxels"])
 
 

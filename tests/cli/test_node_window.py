@@ -34,7 +34,7 @@ class NodeWindow(NodeCase):
 
     def alone(self, **changes):
         """The configuration of a robot that is alone."""
-        tables = {"replay": {"dataset": str(self.data)}, "map": {"memory": "24M", "max_range_m": 40.0, "resolution_m": 0.1},
+        tables = {"replay": {"dataset": str(self.data)}, "map": {"memory": "40M", "max_range_m": 40.0, "resolution_m": 0.1},
                   "output": {"local_map": "local.tsm", "global_map": None, "contribution": None},
                   "run": {"wait_for_peers": 0, "quiet_s": 0.5}}
         for table, keys in changes.items():
@@ -79,8 +79,8 @@ class NodeWindow(NodeCase):
         self.assertFalse(self.archive.exists())
 
     def test_where_the_window_has_more_than_memory_holds_the_node_waits_and_loses_nothing(self):
-        _, whole = self.map_dataset(self.data, self.folder / "whole.tsm", "--resolution", 0.1)
-        bounded = self.run_node(map={**WINDOW, "window_m": 300, "memory": "4M"})
+        _, whole = self.map_dataset(self.data, self.folder / "whole.tsm", "--resolution", 0.1, "--carving", "rays")
+        bounded = self.run_node(map={**WINDOW, "window_m": 300, "memory": "4M", "carving": "rays"})
         self.assert_same_map({"local_digest": whole["digest"]}, bounded)
         window = bounded["window"]
         self.assertGreater(window["near_evicted"], 300)
@@ -89,7 +89,7 @@ class NodeWindow(NodeCase):
         self.assertEqual(0, bounded["scans"]["refused_memory"])
 
     def test_with_a_rate_it_does_not_wait_and_says_what_has_left(self):
-        process = self.start(self.alone(map={**WINDOW, "window_m": 300, "memory": "4M"}, replay={"rate_hz": 30}, run={"tick_ms": 10}))
+        process = self.start(self.alone(map={**WINDOW, "window_m": 300, "memory": "4M", "carving": "rays"}, replay={"rate_hz": 30}, run={"tick_ms": 10}))
         _, error = process.communicate(timeout=TIME_LIMIT_S)
         self.assertEqual(DONE, process.returncode, error)
         report = json.loads((self.folder / "robot_0.json").read_text())

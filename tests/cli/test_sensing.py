@@ -36,6 +36,24 @@ class Sensing(PlayedCase):
         voxels = [self.label_voxels(name) for name in ("local.tsm", "files.tsm")]
         self.assertLess(abs(voxels[0] - voxels[1]), 0.01 * voxels[1])
 
+    def test_directions_without_a_return_clear_as_far_as_it_is_told(self):
+        wall = [(5, 0.2 * y, 0.2 * z, 0) for y in range(-10, 11) for z in range(-5, 6)]
+        away = [(-1, 0.01 * y, 0.01 * z, 1) for y in range(-20, 21) for z in range(-5, 6)]
+        header = ("ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\n"
+                  "property uchar no_return\nproperty uchar label\nend_header\n").format(len(wall + away))
+        (self.folder / "clouds").mkdir()
+        for i in range(SCANS):
+            (self.folder / "clouds" / f"{i}.ply").write_text(header + "".join("{} {} {} {} 50\n".format(*p) for p in wall + away))
+        (self.folder / "poses.txt").write_text("1 0 0 0.05 0 1 0 0.05 0 0 1 0.05\n" * SCANS)
+        for range_m, states in ((0, ["unknown", "unknown"]), (6, ["free", "unknown"])):
+            config = self.sensing(map={"no_return_range_m": range_m, "memory": "96M", "resolution_m": 0.1}, output={"local_map": "local.tsm"})
+            report, _ = self.run_with_player(config, source=("--ply", "clouds", "--poses", "poses.txt"))
+            scans = report["scans"]
+            self.assertGreater(scans["integrated"], 0)
+            self.assertEqual(scans["integrated"] * len(away), scans["no_return"])
+            _, found = self.query_rows("local.tsm", "x,y,z\n-3.95,0.05,0.05\n-7.95,0.05,0.05\n")
+            self.assertEqual(states, [row["state"] for row in found])
+
     def label_voxels(self, map_file):
         self.done("info", map_file, "--report", "info.json")
         return json.loads((self.folder / "info.json").read_text())["label_voxels"]

@@ -70,13 +70,16 @@ void put_scratch() {
     const ScanCapacity scan{row.points, row.tiles, row.ray_blocks};
     const std::string name = "scratch " + std::to_string(row.points) + " ";
     InferenceConfig inference;
-    put(name + "with", Integrator::required_bytes(scan, inference));
+    put(name + "image", Integrator::required_bytes(scan, inference));
+    inference.free_space.carving = Carving::kRays;
+    put(name + "rays", Integrator::required_bytes(scan, inference));
     inference.free_space.enabled = false;
     put(name + "without", Integrator::required_bytes(scan, inference));
     inference.mode = InferenceMode::kKernel;
     put(name + "kernel", Integrator::required_bytes(scan, inference));
   }
   const ScanCapacity scan{};
+  put("images", ImageCarver::required_bytes());
   put("scratch default", std::size_t{scan.points});
   put("scratch default tiles", std::size_t{scan.tiles});
   put("scratch default rays", std::size_t{scan.ray_blocks});

@@ -127,19 +127,23 @@ class Memory(PageCase):
     def test_scratch(self):
         table = rows(self.text, "| P, T, R | without")
         self.assertEqual(4, len(table))
-        for capacity, without, with_free in table:
+        images = self.is_["images"]
+        for capacity, without, by_image, by_rays in table:
             with self.subTest(capacity):
                 p, t, r = (int(n) for n in re.findall("[0-9]+", capacity))
                 name = f"scratch {p} "
                 self.check(without, self.is_[name + "without"])
-                self.check(with_free, self.is_[name + "with"])
+                self.check(by_image, self.is_[name + "image"])
+                self.check(by_rays, self.is_[name + "rays"])
                 # The formula above it.
                 labels = 3 * rounded_up(32 * p) + 64 * (t // 4 + 2) + rounded_up(104 * t) + rounded_up(20 * p) + rounded_up(16 * p) + 2112
-                rays = 64 * (r // 4 + 2) + rounded_up(152 * r) + rounded_up(4 * (r + 1)) + 16384 + 884736
+                blocks = 64 * (r // 4 + 2) + rounded_up(152 * r) + 16384
+                rays = rounded_up(4 * (r + 1)) + 884736
                 self.assertEqual(self.is_[name + "without"], labels)
-                self.assertEqual(self.is_[name + "with"], labels + rays)
+                self.assertEqual(self.is_[name + "image"], labels + blocks + images)
+                self.assertEqual(self.is_[name + "rays"], labels + blocks + rays)
                 self.assertEqual(self.is_[name + "kernel"], labels + 657408)
-        for number in ("2112", "657408", "884736"):
+        for number in ("2112", "657408", "884736", f"{images:.0f}"):
             self.assertIn(number, self.text)
         self.assertIn(f"{self.is_['scratch default']:.0f}, {self.is_['scratch default tiles']:.0f}, "
                       f"{self.is_['scratch default rays']:.0f} (the default)", self.text)

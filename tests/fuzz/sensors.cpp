@@ -45,8 +45,9 @@ void cloud(Bytes bytes, bool semantic) {
   std::vector<float> weights(kRoom);
   std::vector<float> times_s(kRoom);
   std::vector<std::uint8_t> components(kRoom);
+  std::vector<std::uint8_t> no_return(kRoom);
   CloudHeader header;
-  const CloudMemory memory{xyz, components, weights, times_s};
+  const CloudMemory memory{xyz, components, weights, times_s, no_return};
   const MessageFault fault =
       semantic ? decode_semantic_cloud(bytes, memory, header) : decode_cloud(bytes, memory, header);
   if (fault != MessageFault::kNone) return;
@@ -59,7 +60,8 @@ void cloud(Bytes bytes, bool semantic) {
       .sensor = header.sensor,
       .xyz = std::span(xyz).first(3 * std::size_t{header.count}),
       .components = std::span(components).first(semantic ? header.count : 0),
-      .weights = std::span(weights).first(header.has_weights ? header.count : 0)};
+      .weights = std::span(weights).first(header.has_weights ? header.count : 0),
+      .no_return = std::span(no_return).first(header.has_no_return ? header.count : 0)};
   const std::vector<std::byte> written = encode(again);
   require(std::equal(written.begin(), written.end(), bytes.begin(), bytes.end()),
           "written otherwise");

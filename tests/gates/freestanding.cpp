@@ -9,9 +9,9 @@ namespace {
 
 constexpr tessera::MapConfig kMap{.storage_bytes = 1U << 20U};
 constexpr tessera::ScanCapacity kCapacity{.points = 256, .tiles = 512, .ray_blocks = 2048};
+constexpr tessera::InferenceConfig kInference{.free_space = {.carving = tessera::Carving::kRays}};
 constexpr std::size_t kBytes =
-    tessera::required_bytes(kMap) +
-    tessera::Integrator::required_bytes(kCapacity, tessera::InferenceConfig{});
+    tessera::required_bytes(kMap) + tessera::Integrator::required_bytes(kCapacity, kInference);
 static_assert(kBytes < (4U << 20U), "the whole of it fits 4 MiB");
 
 alignas(tessera::kArenaAlignment) std::byte memory[kBytes];
@@ -28,7 +28,8 @@ int main() {
   tessera::Result<tessera::LocalMap> made = tessera::LocalMap::make(arena, kMap, classes);
   if (!made.ok()) return 2;
   map = std::move(*made);
-  tessera::Result<tessera::Integrator> inference = tessera::Integrator::make(arena, {}, kCapacity);
+  tessera::Result<tessera::Integrator> inference =
+      tessera::Integrator::make(arena, kInference, kCapacity);
   if (!inference.ok()) return 3;
   integrator = std::move(*inference);
   const float point[3] = {5.05F, 0.05F, 0.05F};

@@ -57,6 +57,7 @@ InferenceConfig config_of(InferenceMode mode, int edge, bool free_space) {
   config.mode = mode;
   config.entropy.block_edge = edge;
   config.free_space.enabled = free_space;
+  config.free_space.carving = Carving::kRays;
   config.kernel_length_m = 0.27F;
   config.min_range_m = 0.05F;
   config.thinning_m = 0.0;

@@ -43,6 +43,7 @@ InferenceConfig config_of(InferenceMode mode, bool free_space) {
   config.kernel_length_m = 0.05F;
   config.thinning_m = 0.0;
   config.free_space.enabled = free_space;
+  config.free_space.carving = Carving::kRays;
   return config;
 }
 
@@ -82,7 +83,8 @@ TEST_CASE("scratch: with blocks that collide in its tables, every admitted point
 TEST_CASE("scratch: with too few ray blocks, every admitted ray is carved whole") {
   constexpr ScanCapacity kCapacity{.points = 4000, .tiles = 4096, .ray_blocks = 700};
   InferenceConfig config = config_of(InferenceMode::kCounting, true);
-  config.free_space = {.enabled = true, .neighbour_angle_rad = 0.0F, .margin_voxels = 0.0F};
+  config.free_space = {
+      .carving = Carving::kRays, .neighbour_angle_rad = 0.0F, .margin_voxels = 0.0F};
   config.min_range_m = 0.0F;
   Random random(announce_seed(7200));
   std::uint64_t refused = 0;

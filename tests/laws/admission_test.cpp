@@ -30,6 +30,7 @@ InferenceConfig config_of(const Setting& setting, bool free_space) {
   config.mode = setting.mode;
   config.entropy.block_edge = setting.edge;
   config.free_space.enabled = free_space;
+  config.free_space.carving = Carving::kRays;
   config.kernel_length_m = 0.27F;
   config.min_range_m = 0.05F;
   config.max_range_m = kRange_m;

@@ -19,6 +19,7 @@ constexpr std::int64_t kTime_us = 385;
 
 InferenceConfig around_the_sensor() {
   InferenceConfig config;
+  config.free_space.carving = Carving::kRays;
   config.min_range_m = 0.05F;
   config.max_range_m = 6.0F;
   config.thinning_m = 0.0;

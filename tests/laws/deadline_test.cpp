@@ -34,6 +34,7 @@ InferenceConfig config_of(const Setting& setting) {
   InferenceConfig config;
   config.mode = setting.mode;
   config.free_space.enabled = setting.free_space;
+  config.free_space.carving = Carving::kRays;
   config.kernel_length_m = 0.27F;
   config.min_range_m = 0.05F;
   config.max_range_m = kRange_m;

@@ -18,7 +18,8 @@ constexpr double kResolution_m = 0.1;
 InferenceConfig bare_carving() {
   InferenceConfig config;
   config.mode = InferenceMode::kCounting;
-  config.free_space = {.enabled = true, .neighbour_angle_rad = 0.0F, .margin_voxels = 0.0F};
+  config.free_space = {
+      .carving = Carving::kRays, .neighbour_angle_rad = 0.0F, .margin_voxels = 0.0F};
   config.min_range_m = 0.05F;
   config.thinning_m = 0.0;
   return config;

@@ -111,7 +111,8 @@ Row row_of(std::uint64_t i, const std::vector<Row>& rows, std::uint64_t seed) {
   return row;
 }
 
-Outcome run_share(int share, std::uint64_t cases, std::uint64_t seed) {
+Outcome run_share(int share, std::uint64_t cases, std::uint64_t seed,
+                  Carving carving = Carving::kRays) {
   const std::vector<Row> rows = covering_rows();
   Digest digest;
   Outcome outcome;
@@ -120,7 +121,8 @@ Outcome run_share(int share, std::uint64_t cases, std::uint64_t seed) {
   __sanitizer_set_death_callback(print_case_at_hand);
 #endif
   for (std::uint64_t i = static_cast<std::uint64_t>(share); i < cases; i += kShares) {
-    const ScanCase scan_case = make_case(row_of(i, rows, seed), mix64(seed + (i << 32U)));
+    ScanCase scan_case = make_case(row_of(i, rows, seed), mix64(seed + (i << 32U)));
+    scan_case.inference.free_space.carving = carving;
     case_at_hand = &scan_case;
     const std::optional<std::string> broken = broken_law(scan_case, digest, outcome.tally);
     case_at_hand = nullptr;
@@ -168,6 +170,17 @@ TEMPLATE_TEST_CASE_SIG("property: scans with special floats and scarce means kee
   CHECK(outcome.tally.left_out > 300);
   CHECK(outcome.tally.cut > 30);
   CHECK(outcome.digest == kGolden[static_cast<std::size_t>(share)]);
+}
+
+TEST_CASE("property: the same by the image of the scan, but for what returns left out free") {
+  const std::uint64_t cases = number_from("TESSERA_PROPERTY_CASES", kDefaultCases) / 4;
+  const std::uint64_t seed = announce_seed(number_from("TESSERA_PROPERTY_SEED", kDefaultSeed));
+  const Outcome outcome = run_share(0, cases, seed, Carving::kImage);
+  std::cout << cases / kShares << " cases by the image: left out something in "
+            << outcome.tally.left_out << " scans, cut " << outcome.tally.cut << ", voxels freed "
+            << outcome.tally.freed_voxels << '\n';
+  CHECK(outcome.failed == 0);
+  CHECK(outcome.tally.freed_voxels > 0);
 }
 
 }  // namespace tessera::oracle

@@ -85,9 +85,11 @@ TEST_CASE(
   roomy.entries_per_step = 1U << 20U;
   roomy.evictions_per_step = roomy.pressed_evictions_per_step = 1U << 20U;
   roomy.regions_per_step = roomy.reloads_per_step = 1U << 20U;
-  for (const Setting setting : {Setting{InferenceMode::kMultiEntropy, TuplePolicy::kDense, 10.0F},
-                                Setting{InferenceMode::kMultiEntropy, TuplePolicy::kCompact, 10.0F},
-                                Setting{InferenceMode::kCounting, TuplePolicy::kCompact, 0.0F}}) {
+  for (const Setting setting :
+       {Setting{InferenceMode::kMultiEntropy, TuplePolicy::kDense, 10.0F},
+        Setting{InferenceMode::kMultiEntropy, TuplePolicy::kCompact, 10.0F},
+        Setting{InferenceMode::kCounting, TuplePolicy::kCompact, 0.0F},
+        Setting{InferenceMode::kMultiEntropy, TuplePolicy::kCompact, 10.0F, Carving::kImage}}) {
     Twins twins(setting, roomy);
     Random random(announce_seed(7410));
     std::uint32_t reloaded = 0;

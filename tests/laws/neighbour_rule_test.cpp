@@ -17,6 +17,7 @@ InferenceConfig counting(const FreeSpaceConfig& free_space) {
   InferenceConfig config;
   config.mode = InferenceMode::kCounting;
   config.free_space = free_space;
+  config.free_space.carving = Carving::kRays;
   config.min_range_m = 0.05F;
   config.thinning_m = 0.0;
   return config;

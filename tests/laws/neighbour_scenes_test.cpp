@@ -78,6 +78,7 @@ Mapper street_mapper(const FreeSpaceConfig& free_space) {
   InferenceConfig config;
   config.mode = InferenceMode::kCounting;
   config.free_space = free_space;
+  config.free_space.carving = Carving::kRays;
   return Mapper(map_config, config, 5, {.points = 40000, .tiles = 40000, .ray_blocks = 131072});
 }
 

@@ -113,8 +113,9 @@ Broken check_thinned(const Seen& seen, const Registration& registered) {
   const std::size_t refused = r.rays_refused_memory + r.rays_refused_work + r.rays_refused_deadline;
   if (r.returns_cut == 0 && r.over_capacity == 0 && rays + refused != registered.rays.size())
     return "directions beyond the range are not rays admitted and refused by each reason";
-  const bool carving = seen.scan_case.inference.free_space.enabled;
-  if (r.rays + r.rays_cut != (carving ? r.admitted + rays : 0))
+  const FreeSpaceConfig& free_space = seen.scan_case.inference.free_space;
+  if (!free_space.uses_image() &&
+      r.rays + r.rays_cut != (free_space.enabled ? r.admitted + rays : 0))
     return "rays and rays_cut are not the rays of what was admitted";
   const bool timed = has_deadline(seen.scan_case);
   if (!timed && r.left_out_deadline() + r.tiles_cut + r.ray_blocks_cut > 0)
@@ -122,7 +123,8 @@ Broken check_thinned(const Seen& seen, const Registration& registered) {
   return {};
 }
 
-/// No voxel is freed but those that a ray to an admitted point crosses, none that holds a hit.
+/// No voxel is freed but those that a ray to an admitted point crosses, none that holds a hit. By
+/// the image other returns free voxels too (carve_image_test.cpp has which).
 Broken check_freed(const Seen& seen, CaseTally& tally) {
   const double voxel_m = seen.scan_case.map.resolution_m;
   CrossedVoxels crossed(seen.scan_case.T_map_sensor.col(3), voxel_m);
@@ -136,9 +138,11 @@ Broken check_freed(const Seen& seen, CaseTally& tally) {
       if (block.passes[at] <= was) continue;
       ++tally.freed_voxels;
       const VoxelCoord voxel = voxel_at(block.at, i / kOctetVoxels, i % kOctetVoxels);
-      const char* const wrong = crossed.is_hit(voxel)       ? "holds a hit"
-                                : crossed.is_crossed(voxel) ? nullptr
-                                                            : "is crossed by no ray";
+      const bool may_be_free =
+          seen.scan_case.inference.free_space.uses_image() || crossed.is_crossed(voxel);
+      const char* const wrong = crossed.is_hit(voxel) ? "holds a hit"
+                                : may_be_free         ? nullptr
+                                                      : "is crossed by no ray";
       if (wrong == nullptr) continue;
       std::ostringstream out;
       out << "voxel " << voxel.x << ' ' << voxel.y << ' ' << voxel.z << " is freed and " << wrong;
@@ -229,7 +233,8 @@ Broken check_parts(const Seen& seen, const MapContent& whole) {
 }
 
 /// What is kept is exactly what is in the map: the returns behind the kept points and rays, alone
-/// in a map where nothing is scarce, give the same points, rays and map.
+/// in a map where nothing is scarce, give the same points, rays and map. By the image, returns that
+/// are not kept free space too.
 Broken check_kept(const Seen& seen, Registration& registered, Mapper& roomy) {
   std::vector<bool> chosen(seen.returns.size(), false);
   if (!choose_returns(registered.points, seen.integrator.admitted(), chosen) ||
@@ -261,7 +266,8 @@ Broken check_scan(const Seen& seen, Registration& registered, Mapper& roomy, Cas
   if (!broken) broken = check_thinned(seen, registered);
   if (!broken) broken = check_freed(seen, tally);
   if (!broken) broken = check_counted(seen);
-  if (!broken) broken = check_kept(seen, registered, roomy);
+  if (!broken && !seen.scan_case.inference.free_space.uses_image())
+    broken = check_kept(seen, registered, roomy);
   tally.kept_points += static_cast<int>(seen.report.points_kept());
   tally.left_out += seen.report.left_out() > 0 ? 1 : 0;
   tally.cut += seen.report.tiles_cut + seen.report.rays_cut + seen.report.ray_blocks_cut > 0;

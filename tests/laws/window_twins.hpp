@@ -15,6 +15,8 @@ struct Setting {
   InferenceMode mode;
   TuplePolicy tuple;
   float max_evidence;
+  /// By the image, what is archived is not contradicted, so the order of scans matters.
+  Carving carving = Carving::kRays;
 };
 
 /// A map with a window over an archive, and one without, that see the same scans.
@@ -38,6 +40,7 @@ struct Twins {
   static InferenceConfig inference_of(const Setting& setting) {
     InferenceConfig config;
     config.mode = setting.mode;
+    config.free_space.carving = setting.carving;
     config.max_range_m = 3.5F;
     config.thinning_m = 0.1;
     return config;

@@ -162,7 +162,7 @@ def test_poses_of_other_types_and_shapes(small, wall):
     ({"inference": "kernel", "kernel_length_m": 99}, "kernel_length_m 99"), ({"max_range_m": -1}, "max_range_m -1"),
     ({"min_range_m": -1}, "min_range_m"), ({"downsample_m": -2}, "downsample_m -2"), ({"counts": "many"}, "counts many"),
     ({"thinning_weight": "some"}, "thinning_weight some"), ({"min_weight": 2}, "min_weight"),
-    ({"max_evidence": 1e9}, "max_evidence"), ({"free_weight": 0}, "free_weight 0"), ({"memory_bytes": 4096}, r"memory_bytes 4096 bytes is too little for a map; give at least [0-9]+ bytes$"),
+    ({"max_evidence": 1e9}, "max_evidence"), ({"free_weight": 0}, "free_weight 0"), ({"memory_bytes": 4096}, r"memory_bytes 4096 bytes is too little for a map; take carving rays, which needs 16777216 bytes less, or give at least [0-9]+ bytes$"),
     ({"memory_bytes": 1 << 51}, r"memory_bytes.*give bytes, at most 10\^15$"), ({"downsample_m": -1}, "or 0 for none$"),
     ({"deadline_ms": -1}, "deadline_ms"), ({"max_points": 0}, "max_points 0"), ({"max_points": 1 << 30}, "max_points"),
     ({"T_global_map": np.zeros((4, 4))}, "T_global_map")])

@@ -39,7 +39,7 @@ def write_config(folder, name, tables, /, **changes):
 def sensing(name="node", robot=0):
     """Tables of a node with sensors and one map, small enough for any machine."""
     return {"robot": {"id": robot, "state": "state"}, "sensors": {"points": 4000},
-            "map": {"resolution_m": 0.2, "max_range_m": 20.0, "memory": "16M", "submap_m": 0},
+            "map": {"resolution_m": 0.2, "max_range_m": 20.0, "memory": "32M", "submap_m": 0},
             "network": {"url": "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=400000", "interface": "lo"},
             "publish": {"staleness_s": 0.2, "free_staleness_s": 0.4, "blocks": 4096}, "fusion": {"memory": "32M"},
             "realtime": {"priority": 0, "lock_memory": False}, "service": {"queries": False},

@@ -10,8 +10,8 @@ import time
 GROUP = ("239.255.76.68", 7668)
 # As lcm-gen makes them of lcmtypes/: the hash of a type without other types in it, turned left by one bit.
 FINGERPRINTS = {name: (base << 1 | base >> 63) & (1 << 64) - 1
-                for name, base in (("TESSERA_SEMANTIC_CLOUD", 0x453ECEB50347FE08), ("TESSERA_POSE", 0x97DC84AD85C7227D),
-                                   ("TESSERA_CLOUD", 0x7C170A90F8B7925F), ("TESSERA_LABEL_IMAGE", 0x7F5B86036D7B100D))}
+                for name, base in (("TESSERA_SEMANTIC_CLOUD", 0x189FB50937169A34), ("TESSERA_POSE", 0x97DC84AD85C7227D),
+                                   ("TESSERA_CLOUD", 0xB94E99DCCF6D86E6), ("TESSERA_LABEL_IMAGE", 0x7F5B86036D7B100D))}
 WALL_AT_M, WALL_CLASS = 5.1, 13
 IDENTITY = (1.0, 0.0, 0.0, 0.0)
 
@@ -61,9 +61,9 @@ class Sensors(threading.Thread):
         stamp_us = self.stamp_us() if stamp_us is None else stamp_us
         self.clouds += 1
         if component is None:
-            self.send("TESSERA_CLOUD", struct.pack(f">qiiii{3 * count}f", stamp_us, 0, count, 3 * count, 0, *flat))
+            self.send("TESSERA_CLOUD", struct.pack(f">qiiiii{3 * count}f", stamp_us, 0, count, 3 * count, 0, 0, *flat))
         else:
-            self.send("TESSERA_SEMANTIC_CLOUD", struct.pack(f">qiiiii{3 * count}f", stamp_us, 0, count, 3 * count, 0, 0, *flat) +
+            self.send("TESSERA_SEMANTIC_CLOUD", struct.pack(f">qiiiiii{3 * count}f", stamp_us, 0, count, 3 * count, 0, 0, 0, *flat) +
                       bytes([component]) * count)
         return stamp_us
 

@@ -18,7 +18,7 @@ struct CarveSlabs {
   struct Slab {
     const std::int16_t* values = nullptr;  ///< Of the face's level; null: nothing is free.
     std::int32_t shift = 0;                ///< From pixels to those of the level.
-    std::int32_t edge = 0;                 ///< Of the level.
+    std::int32_t edge = 0;                 ///< Of the level; at least 32.
     float inverse_depth = 0.0F;
     std::int16_t least = 0;  ///< Free is what is above it.
   };

@@ -182,7 +182,7 @@ class LocalMap(Map):
         self, classes: ClassTable | None = None, *, resolution_m: float | None = None, inference: str = "multi-entropy",
         kernel_length_m: float | None = None, prior: float | None = None, max_range_m: float = ..., min_range_m: float = ...,
         no_return_range_m: float = 0.0, body: Sequence[float] | None = None,
-        downsample_m: float | None = None, thinning_weight: str | None = None, free_space: bool = True, carving: str = "rays",
+        downsample_m: float | None = None, thinning_weight: str | None = None, free_space: bool = True, carving: str = "image",
         memory_bytes: int = ...,
         counts: str | None = None, robot: int | None = None, min_weight: float = ..., max_evidence: float | None = None,
         free_weight: float | None = None, work_budget: int = 0, deadline_ms: float = 0.0, window_m: float | None = None,
@@ -193,7 +193,7 @@ class LocalMap(Map):
         path: _Path, classes: ClassTable | None = None, *, inference: str = "multi-entropy",
         kernel_length_m: float | None = None, max_range_m: float = ..., min_range_m: float = ...,
         no_return_range_m: float = 0.0, body: Sequence[float] | None = None,
-        downsample_m: float | None = None, thinning_weight: str | None = None, free_space: bool = True, carving: str = "rays",
+        downsample_m: float | None = None, thinning_weight: str | None = None, free_space: bool = True, carving: str = "image",
         memory_bytes: int = ...,
         min_weight: float = ..., work_budget: int = 0, deadline_ms: float = 0.0, window_m: float | None = None,
         archive: _Path | None = None, submap_m: float | None = None, max_points: int = ...) -> LocalMap: ...

@@ -60,6 +60,7 @@ inline InferenceConfig config_without_thinning() {
   config.thinning_m = 0.0;
   config.min_range_m = 0.0F;
   config.max_range_m = 0.0F;
+  config.free_space.carving = Carving::kRays;
   return config;
 }
 

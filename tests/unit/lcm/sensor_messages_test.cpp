@@ -24,25 +24,28 @@ struct Room {
       : xyz(3 * points + 1, kMark),
         weights(points + 1, kMark),
         times_s(points + 1, kMark),
-        components(points + 1, 77) {}
+        components(points + 1, 77),
+        no_return(points + 1, 77) {}
   static constexpr float kMark = -12345.0F;
   std::vector<float> xyz, weights, times_s;
-  std::vector<std::uint8_t> components;
+  std::vector<std::uint8_t> components, no_return;
 
   CloudMemory memory() {
     const auto but_last = [](auto& list) { return std::span(list).first(list.size() - 1); };
-    return {but_last(xyz), but_last(components), but_last(weights), but_last(times_s)};
+    return {but_last(xyz), but_last(components), but_last(weights), but_last(times_s),
+            but_last(no_return)};
   }
   [[nodiscard]] bool is_untouched() const {
     const auto all = [](const std::vector<float>& list) {
       return std::all_of(list.begin(), list.end(), [](float f) { return f == kMark; });
     };
     return all(xyz) && all(weights) && all(times_s) &&
-           std::all_of(components.begin(), components.end(), [](int c) { return c == 77; });
+           std::all_of(components.begin(), components.end(), [](int c) { return c == 77; }) &&
+           std::all_of(no_return.begin(), no_return.end(), [](int n) { return n == 77; });
   }
   [[nodiscard]] bool has_marks() const {
     return xyz.back() == kMark && weights.back() == kMark && times_s.back() == kMark &&
-           components.back() == 77;
+           components.back() == 77 && no_return.back() == 77;
   }
 };
 
@@ -54,12 +57,14 @@ tessera_semantic_cloud sample_cloud(std::int32_t points, bool weights, bool time
   cloud.coordinates = 3 * points;
   cloud.weights = weights ? points : 0;
   cloud.times = times ? points : 0;
+  cloud.no_returns = weights ? points : 0;  // whatever has one has the other
   for (std::int32_t i = 0; i < points; ++i) {
     for (int axis = 0; axis < 3; ++axis)
       cloud.xyz.push_back(0.1F * static_cast<float>(i) - static_cast<float>(axis));
     cloud.component.push_back(static_cast<std::uint8_t>(i % 256));
     if (weights) cloud.weight.push_back(0.5F + static_cast<float>(i));
     if (times) cloud.time_us.push_back(100 * i - 5'000);
+    if (weights) cloud.no_return.push_back(static_cast<std::uint8_t>(i % 2));
   }
   return cloud;
 }
@@ -81,6 +86,9 @@ TEST_CASE("decode_semantic_cloud: what LCM's generated code wrote, number by num
       CHECK(std::equal(cloud.component.begin(), cloud.component.end(), room.components.begin()));
       if (weights)
         CHECK(std::equal(cloud.weight.begin(), cloud.weight.end(), room.weights.begin()));
+      CHECK(header.has_no_return == weights);
+      if (weights)
+        CHECK(std::equal(cloud.no_return.begin(), cloud.no_return.end(), room.no_return.begin()));
       CHECK(header.first_us == (times ? -5'000 : 0));
       CHECK(header.last_us == (times ? 100 * 299 - 5'000 : 0));
       if (times) CHECK(room.times_s[1] == Approx(-4'900e-6));
@@ -118,8 +126,8 @@ TEST_CASE("decode_semantic_cloud: one point more than there is room for is refus
 
 TEST_CASE("decode_semantic_cloud: counts that disagree, or lie about the length, write nothing") {
   const Bytes good = encoded(sample_cloud(4, true, true));
-  // Behind fingerprint, stamp and sensor: count, coordinates, weights, times.
-  for (std::size_t at = 20; at < 36; at += 4) {
+  // Behind fingerprint, stamp and sensor: count, coordinates, weights, times, no_returns.
+  for (std::size_t at = 20; at < 40; at += 4) {
     for (const std::uint32_t lie : {0xffffffffU, 0x80000000U, 0x7fffffffU, 3U, 5U, 1U << 28U}) {
       INFO("count at " << at << " is " << lie);
       Bytes bad = good;
@@ -139,7 +147,7 @@ TEST_CASE("decode_semantic_cloud: shorter by any number of bytes, or longer, wri
     Room room(100);
     const Bytes cut(good.begin(), good.begin() + static_cast<std::ptrdiff_t>(bytes));
     const MessageFault fault = decode_semantic_cloud(cut, room.memory(), header);
-    CHECK(fault == (bytes < 36 ? MessageFault::kTooShort : MessageFault::kCounts));
+    CHECK(fault == (bytes < 40 ? MessageFault::kTooShort : MessageFault::kCounts));
     CHECK(room.is_untouched());
   }
   Bytes longer = good;
@@ -182,9 +190,11 @@ TEST_CASE("decode_cloud: points without components, with their times") {
   cloud.stamp_us = 5;
   cloud.sensor = 1;
   cloud.count = cloud.times = 2;
+  cloud.no_returns = 2;
   cloud.coordinates = 6;
   cloud.xyz = {1, 2, 3, 4, 5, 6};
   cloud.time_us = {-1, 7};
+  cloud.no_return = {0, 1};
   Room room(2);
   CloudHeader header;
   REQUIRE(decode_cloud(encoded(cloud), room.memory(), header) == MessageFault::kNone);
@@ -192,6 +202,12 @@ TEST_CASE("decode_cloud: points without components, with their times") {
   CHECK(header.first_us == -1);
   CHECK(header.last_us == 7);
   CHECK(room.xyz[5] == 6.0F);
+  CHECK(header.has_no_return);
+  CHECK(room.no_return[1] == 1);
+  // A receiver without room for them refuses what has some.
+  CloudMemory without = room.memory();
+  without.no_return = {};
+  CHECK(decode_cloud(encoded(cloud), without, header) == MessageFault::kTooLarge);
 }
 
 TEST_CASE("decode: 20,000 changed messages stay within their memory, in every decoder") {

@@ -66,7 +66,7 @@ constexpr const char* to_string(Carving carving) noexcept {
 /// How a scan gives free evidence.
 struct FreeSpaceConfig {
   bool enabled = true;
-  Carving carving = Carving::kRays;
+  Carving carving = Carving::kImage;
   /// With kImage: pixels (0.15 to 0.18 degrees) on each side of a voxel's direction in which no
   /// return may be nearer than it, 0 .. 8; so what is close to an edge or a grazed surface stays.
   std::uint8_t neighbour_pixels = 3;
