@@ -112,6 +112,22 @@ TEST_CASE("contradiction: what may move goes by the first scan that sees through
   CHECK(street.state(kInBox) == VoxelState::kOccupied);
 }
 
+TEST_CASE("contradiction: a block of which nothing is left is closed by the same scan") {
+  Street street;
+  Cloud thing;
+  thing.add(8.0, 0.0, 0.0, kCar);
+  street.look(thing);
+  REQUIRE(street.state(kInBox) == VoxelState::kOccupied);
+  // A return close beside the ray that sees through it, so that nothing there is carved.
+  Cloud wall;
+  wall.add(12.0, 0.0, 0.0, kWall);
+  wall.add(5.0, 0.0, 5.0 * std::tan(0.5 * kRadians), kWall);
+  const ScanReport report = street.look(wall);
+  CHECK(report.voxels_cleared == 1);
+  CHECK(street.map().find(BlockCoord{10, 0, 0}) == nullptr);
+  CHECK(empty_blocks(street.map()) == 0);
+}
+
 TEST_CASE("contradiction: what moves and was met often is not cleared by rays close beside it") {
   // Above the horizon a wall behind the box is met, below it something before the box: of the
   // pixels around a voxel at the horizon some are farther, not all.

@@ -105,7 +105,7 @@ ScanReport Integrator::integrate_scan(LocalMap& map, const ScanView& scan,
   map.begin_revision();
   if (!register_scan(map, scan, report)) return report;
   begin_scratch(map);
-  open_failed_ = image_made_ = carving_cut_ = false;
+  open_failed_ = image_made_ = carving_cut_ = emptied_ = false;
   carve_steps_ = 0;
   const bool all_fit = admit(map, report);
   if (work_.cut()) {

@@ -107,6 +107,8 @@ void Integrator::contradict(LocalMap& map, SlabHandle handle, const RayBlock& se
     const Contradicted done = map.contradict(handle, doubted, gone);
     report.voxels_doubted += done.doubted;
     report.voxels_cleared += done.cleared;
+    const Block& block = map.block_at(handle);
+    emptied_ = emptied_ || (!block.has_labels() && !block.has_free_passes());
   }
 }
 

@@ -99,7 +99,7 @@ void Integrator::close_unwritten_blocks(LocalMap& map, bool all_written) noexcep
       }
     }
   }
-  if (all_written || !config_.free_space.enabled) return;
+  if ((all_written && !emptied_) || !config_.free_space.enabled) return;
   for (const RayBlock& ray_block : scratch_.free_space.blocks()) close(ray_block.coord);
 }
 

@@ -162,6 +162,7 @@ class Integrator {
   std::uint64_t carve_steps_ = 0;     ///< Of the current scan.
   bool image_made_ = false;           ///< Of the current scan.
   bool carving_cut_ = false;          ///< Some of the current scan's free space was left out.
+  bool emptied_ = false;              ///< Of a block all labels went, and there were no passes.
   std::uint64_t rays_predicted_ = 0;  ///< Ray steps of all admitted, at most.
   bool over_limit_ = false;           ///< The scan as a whole takes more than the limit of work.
   bool open_failed_ = false;  ///< The map's index refused a block: some may be open in vain.
