@@ -54,8 +54,8 @@ bool ViewMap::put_block(const BlockNote& note, Message& message) noexcept {
   message.header.deferred = !block.ok();
   if (!block.ok()) return false;
   if (info_.marks) info_.marks(*block, *marks_);
-  const EncodedBlock put = put_view_block(*block, map_->config().prior, marks_.get(),
-                                          message.into.subspan(message.bytes));
+  const EncodedBlock put = put_view_block(*block, map_->config().prior, map_->classes().moving(),
+                                          marks_.get(), message.into.subspan(message.bytes));
   message.budget.take_voxels(put.voxels);
   message.bytes += put.bytes;
   ++message.header.blocks;

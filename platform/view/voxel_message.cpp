@@ -72,17 +72,19 @@ std::uint8_t probability_code(double probability) noexcept {
   return static_cast<std::uint8_t>(std::round(255.0 * std::clamp(probability, 0.0, 1.0)));
 }
 
-EncodedBlock put_view_block(const BlockSnapshot& block, double prior, const BlockMarks* marks,
-                            std::span<std::byte> into) noexcept {
+EncodedBlock put_view_block(const BlockSnapshot& block, double prior, std::uint64_t moving,
+                            const BlockMarks* marks, std::span<std::byte> into) noexcept {
   VoxelMask occupied{};
+  VoxelMask moved{};
   std::array<CodedVoxel, kBlockVoxels> coded;
   for (int octet = 0; octet < kBlockOctets; ++octet) {
     for (unsigned left = block.observed_labels(octet); left != 0; left &= left - 1) {
       const int voxel = std::countr_zero(left);
       const Estimate e = estimate(block.evidence(octet, voxel), prior);
-      if (e.state != VoxelState::kOccupied) continue;
+      const bool is_occupied = e.state == VoxelState::kOccupied;
+      if (!is_occupied && (moving >> static_cast<unsigned>(e.label) & 1U) == 0) continue;
       const auto row = static_cast<std::size_t>(row_order(octet, voxel));
-      occupied[row / 64] |= std::uint64_t{1} << (row % 64);
+      (is_occupied ? occupied : moved)[row / 64] |= std::uint64_t{1} << (row % 64);
       coded[row] = {static_cast<std::uint8_t>(e.label), probability_code(e.probability),
                     variance_code(e.variance)};
     }
@@ -90,7 +92,8 @@ EncodedBlock put_view_block(const BlockSnapshot& block, double prior, const Bloc
   EncodedBlock result;
   std::byte* at = into.data() + kViewBlockBytes;
   for (std::size_t z = 0; z < occupied.size(); ++z) {
-    for (std::uint64_t left = occupied[z] & ~hidden(occupied, z); left != 0; left &= left - 1) {
+    for (std::uint64_t left = (occupied[z] & ~hidden(occupied, z)) | moved[z]; left != 0;
+         left &= left - 1) {
       const std::size_t row = 64 * z + static_cast<std::size_t>(std::countr_zero(left));
       const VoxelMark mark = marks == nullptr ? VoxelMark{} : (*marks)[row];
       put(at, static_cast<std::uint16_t>(row));
@@ -98,7 +101,8 @@ EncodedBlock put_view_block(const BlockSnapshot& block, double prior, const Bloc
       put(at, coded[row].probability);
       put(at, coded[row].variance);
       put(at, mark.contributor);
-      put(at, static_cast<std::uint8_t>(mark.disagreement ? 1 : 0));
+      put(at, static_cast<std::uint8_t>((mark.disagreement ? kViewDisagreement : 0) |
+                                        (has_row(moved, static_cast<int>(row)) ? kViewMoved : 0)));
       put(at, std::uint8_t{0});
       ++result.voxels;
     }

@@ -40,6 +40,10 @@ struct VoxelMark {
 /// Marks of a block's voxels in row order.
 using BlockMarks = std::array<VoxelMark, kBlockVoxels>;
 
+/// Flags of a voxel in a message.
+inline constexpr std::uint8_t kViewDisagreement = 1;
+inline constexpr std::uint8_t kViewMoved = 2;
+
 inline constexpr std::size_t kViewHeaderBytes = 64;
 inline constexpr std::size_t kViewBlockBytes = 20;
 inline constexpr std::size_t kViewVoxelBytes = 8;
@@ -71,9 +75,10 @@ struct EncodedBlock {
 };
 
 /// Writes occupied voxels with label evidence that have an exposed face, which no occupied voxel of
-/// this block hides. into: at least kMostViewBlockBytes. marks: may be null. O(512 + label
+/// this block hides, and those that moved: free voxels with a label of moving (bit l: class l, as
+/// ClassTable::moving()). into: at least kMostViewBlockBytes. marks: may be null. O(512 + label
 /// voxels * C), 2 KiB of stack.
-EncodedBlock put_view_block(const BlockSnapshot& block, double prior, const BlockMarks* marks,
-                            std::span<std::byte> into) noexcept;
+EncodedBlock put_view_block(const BlockSnapshot& block, double prior, std::uint64_t moving,
+                            const BlockMarks* marks, std::span<std::byte> into) noexcept;
 
 }  // namespace tessera

@@ -11,7 +11,7 @@ from PIL import ImageChops
 from selenium.webdriver.common.keys import Keys
 from serving import Server, ViewCase, read_all
 
-LAYERS = ("class", "probability", "variance", "contributor", "disagreement", "age", "height")
+LAYERS = ("class", "probability", "variance", "contributor", "disagreement", "age", "height", "moved")
 
 
 def colors(picture):

@@ -74,7 +74,7 @@ export function listen(canvas, camera, on) {
     else if (event.key === "t" || event.key === "T") return on.top();
     else if (event.key === "Escape") return on.clear();
     else if (event.key === "Enter" || event.key === " ") on.pick(0, 0);
-    else if (event.key >= "1" && event.key <= "7") return on.layer(Number(event.key) - 1);
+    else if (event.key >= "1" && event.key <= "8") return on.layer(Number(event.key) - 1);
     else return;
     event.preventDefault();
     on.moved();

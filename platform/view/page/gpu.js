@@ -23,6 +23,7 @@ flat out vec3 center;
 flat out vec3 color;
 flat out float size;
 ivec2 place() {
+  if (layer == 7) return (more & 2u) != 0u ? ivec2(int(told.x), 0) : ivec2(2, 3);
   if (layer == 0) return ivec2(int(told.x), 0);
   if (layer == 3) return ivec2(int(told.w), 1);
   if (layer == 4) return ivec2(told.w == 255u ? 3 : told.w < 253u ? 2 : int(more & 1u), 3);
@@ -35,7 +36,8 @@ ivec2 place() {
 void main() {
   center = vec3(voxel - origin) + 0.5;
   gl_Position = clip * vec4(center, 1.0);
-  if (told.x == 255u || gl_Position.w < near) {
+  bool gone = (more & 2u) != 0u && layer != 7;
+  if (told.x == 255u || gone || gl_Position.w < near) {
     gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
     gl_PointSize = 1.0;
     return;

@@ -10,6 +10,7 @@ export const kLayers = [
   { name: "disagreement", title: "Disagreement" },
   { name: "age", title: "Age" },
   { name: "height", title: "Height" },
+  { name: "moved", title: "Moved" },
 ];
 
 export const kNoLabel = [128, 128, 128];
@@ -22,6 +23,10 @@ export const kTwoRobots = [110, 100, 165];
 export const kMoreRobots = [72, 64, 120];
 /// By disagreement: agree, disagree, one robot only, label of no robot.
 export const kAgreement = [[0, 114, 178], [213, 94, 0], [158, 162, 170], [240, 228, 66]];
+/// Of the other voxels, where those that moved are shown.
+export const kStands = kAgreement[2];
+/// A voxel's flag: free by now, with a label that may move.
+export const kMovedFlag = 2;
 /// VoxelMark's numbers.
 export const kNobody = 255;
 export const kTwo = 254;

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-import { kAgreement, kLayers, kMoreRobots, kNoLabel, kTwoRobots, robotColor, scaleColor, whyNot } from "/layers.js";
+import { kAgreement, kLayers, kMoreRobots, kNoLabel, kStands, kTwoRobots, robotColor, scaleColor, whyNot } from "/layers.js";
 
 const css = (color) => `rgb(${color.join(" ")})`;
 
@@ -72,6 +72,11 @@ function parts(layer, map, store) {
     case "height": {
       const [low_m, high_m] = store.heightSpan().map((voxels) => voxels * map.resolution_m);
       return [bar("Height above the map’s origin", [0, 0.5, 1].map((t) => [t, `${(low_m + t * (high_m - low_m)).toFixed(1)} m`]), scaleColor)];
+    }
+    case "moved": {
+      const gone = map.classes.map((c, i) => [`was ${c.name}`, c.color, String(store.moved[i + 1])]).filter((entry) => entry[2] !== "0");
+      const hint = gone.length > 0 ? "Voxels that are free by now, by the class that they were of." : "Nothing of a class that may move has gone.";
+      return [list([...gone, ["occupied", kStands]]), element("p", { class: "hint" }, hint)];
     }
     default:
       return [bar(`Age of the block in ${unit}`, [[0, "newest"], [0.5, String(Math.round(store.ageSpan() / 2))], [1, `${store.ageSpan()}`]], (t) => scaleColor(1 - t)),

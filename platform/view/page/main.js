@@ -152,7 +152,7 @@ async function showPicked(voxel, again = false) {
 }
 
 function pickAt(x, y) {
-  const found = pick(store, camera, x, y, canvas.clientWidth, canvas.clientHeight);
+  const found = pick(store, camera, x, y, canvas.clientWidth, canvas.clientHeight, state.layer === "moved");
   if (!found) return clearPick();
   document.getElementById("voxel-panel").open = true;
   return showPicked(found);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // Finds the first voxel on a ray, and shows its values.
-import { kNoLabel } from "/layers.js";
+import { kMovedFlag, kNoLabel } from "/layers.js";
 import { element } from "/legend.js";
 
 const kWords = 5;
@@ -21,19 +21,19 @@ function enters(ray, x, y, z, edge) {
 }
 
 /// The first voxel on the ray of x, y (-1 .. 1, y up), or of some pixels next to it, as fingers are wide. Its three numbers,
-/// or null.
-export function pick(store, camera, x, y, width, height) {
+/// or null. moved: those that moved are seen too.
+export function pick(store, camera, x, y, width, height, moved) {
   for (const pixels of [0, 3, 6, 10]) {
     for (let turn = 0; turn < (pixels === 0 ? 1 : 8); ++turn) {
       const [dx, dy] = [pixels * Math.cos((turn * Math.PI) / 4), pixels * Math.sin((turn * Math.PI) / 4)];
-      const found = first(store, camera.ray(x + (2 * dx) / width, y + (2 * dy) / height, width / height));
+      const found = first(store, camera.ray(x + (2 * dx) / width, y + (2 * dy) / height, width / height), moved);
       if (found) return found;
     }
   }
   return null;
 }
 
-function first(store, ray) {
+function first(store, ray, moved) {
   const met = [];
   for (const block of store.blocks.values()) {
     const t = enters(ray, 8 * block.x, 8 * block.y, 8 * block.z, 8);
@@ -46,6 +46,7 @@ function first(store, ray) {
     if (t > best) break;
     for (let i = 0; i < block.count; ++i) {
       const at = (block.first + i) * kWords;
+      if (!moved && (store.words[at + 4] & kMovedFlag) !== 0) continue;
       const voxel = [store.words[at], store.words[at + 1], store.words[at + 2]];
       const here = enters(ray, ...voxel, 1);
       if (here < best) [best, found] = [here, voxel];

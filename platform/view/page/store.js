@@ -3,6 +3,8 @@
 // The voxels of a map in the page: one run of vertices per block, in one piece of memory that is copied to the graphics
 // card. docs/reference/view.md has the format of messages.
 
+import { kMovedFlag } from "/layers.js";
+
 export const kVertexBytes = 20;
 const kWords = kVertexBytes / 4;
 const kHead = 64;
@@ -41,9 +43,10 @@ export class Store {
     this.blocks = new Map(); // Key to { first, room, count, x, y, z, revision }.
     this.free = new Map(); // First places by room.
     this.end = 0;
-    this.voxels = 0;
+    this.voxels = 0; // Those that are there; of those that moved, see moved.
     this.received = 0;
     this.labels = new Uint32Array(256);
+    this.moved = new Uint32Array(256); // By the class that they were of.
     this.newest = 0;
     this.oldest = 0xffffffff;
     this.dirtyFrom = 0;
@@ -59,7 +62,7 @@ export class Store {
     if (this.voxels === 0 || Math.abs(this.voxels - this.measured) <= 0.1 * this.measured) return this.heights;
     this.measured = this.voxels;
     const counts = new Map(); // Voxels by the height of their block.
-    for (const block of this.blocks.values()) counts.set(block.z, (counts.get(block.z) ?? 0) + block.count);
+    for (const block of this.blocks.values()) counts.set(block.z, (counts.get(block.z) ?? 0) + block.count - block.gone);
     const levels = [...counts].sort((a, b) => a[0] - b[0]);
     const at = (share) => {
       let below = 0;
@@ -104,14 +107,14 @@ export class Store {
     if (block) this.forget(block);
     else {
       const room = Math.ceil(Math.max(1, count) / kRound) * kRound;
-      block = { first: this.allot(room), room, count: 0, x, y, z, revision };
+      block = { first: this.allot(room), room, count: 0, gone: 0, x, y, z, revision };
       this.blocks.set(key, block);
     }
     block.count = count;
+    block.gone = 0;
     block.revision = revision;
     this.newest = Math.max(this.newest, revision);
     this.oldest = Math.min(this.oldest, revision); // Until it is measured.
-    this.voxels += count;
     this.received += count;
     const bytes = new Uint8Array(this.words.buffer);
     let word = block.first * kWords;
@@ -125,19 +128,25 @@ export class Store {
       this.words[word] = 8 * x + (row & 7);
       this.words[word + 1] = 8 * y + ((row >> 3) & 7);
       this.words[word + 2] = 8 * z + (row >> 6);
-      // Label, probability, variance, contributor; then the revision above a byte of disagreement.
+      // Label, probability, variance, contributor; then the revision above a byte of flags.
       this.words[word + 3] = view.getInt32(at + 2, true);
       this.words[word + 4] = ((revision & 0xffffff) << 8) | view.getUint8(at + 6);
-      ++this.labels[label];
+      const moved = (view.getUint8(at + 6) & kMovedFlag) !== 0;
+      ++(moved ? this.moved : this.labels)[label];
+      block.gone += moved ? 1 : 0;
     }
+    this.voxels += count - block.gone;
     this.touch(block);
   }
 
   /// Removes the counts of a block that is replaced.
   forget(block) {
     const bytes = new Uint8Array(this.words.buffer);
-    for (let i = 0; i < block.count; ++i) --this.labels[bytes[4 * (block.first + i) * kWords + 12]];
-    this.voxels -= block.count;
+    for (let i = 0; i < block.count; ++i) {
+      const at = (block.first + i) * kWords;
+      --((this.words[at + 4] & kMovedFlag) !== 0 ? this.moved : this.labels)[bytes[4 * at + 12]];
+    }
+    this.voxels -= block.count - block.gone;
   }
 
   remove(key) {

@@ -10,14 +10,15 @@ using namespace tessera;
 
 namespace {
 
-ReadBlock encoded(const LocalMap& map, BlockCoord coord, const BlockMarks* marks = nullptr) {
+ReadBlock encoded(const LocalMap& map, BlockCoord coord, const BlockMarks* marks = nullptr,
+                  std::uint64_t moving = 0) {
   MapReader reader(map);
   std::vector<std::uint64_t> workspace(reader.snapshot_bytes() / 8 + 1);
   const Result<BlockSnapshot> block =
       reader.snapshot(coord, std::as_writable_bytes(std::span(workspace)));
   REQUIRE(block.ok());
   std::vector<std::byte> bytes(kMostViewBlockBytes);
-  const EncodedBlock put = put_view_block(*block, map.config().prior, marks, bytes);
+  const EncodedBlock put = put_view_block(*block, map.config().prior, moving, marks, bytes);
   std::size_t at = 0;
   const ReadBlock read = read_block(bytes, at);
   CHECK(at == put.bytes);
@@ -116,6 +117,24 @@ TEST_CASE("put_view_block: marks go with their voxels") {
   CHECK(block.voxels[0].flags == 0);
   CHECK(block.voxels[1].contributor == VoxelMark::kTwo);
   CHECK(block.voxels[1].flags == 1);
+}
+
+TEST_CASE("put_view_block: a free voxel whose label may move is marked as one that moved") {
+  SmallMap small(config_of_pages(64));
+  for (const VoxelCoord voxel : {VoxelCoord{3, 3, 3}, VoxelCoord{5, 3, 3}}) {
+    for (int i = 0; i < 20; ++i) REQUIRE(carve(small.map, voxel) == Status::kOk);
+    REQUIRE(hit(small.map, voxel, voxel.x == 3 ? 1 : 2, 0.1F) == Status::kOk);
+  }
+  REQUIRE(hit(small.map, {6, 6, 6}, 2, 1.0F) == Status::kOk);
+  BlockMarks marks{};
+  marks[static_cast<std::size_t>(row_order(VoxelCoord{5, 3, 3}))].disagreement = true;
+  const ReadBlock block = encoded(small.map, {0, 0, 0}, &marks, 1U << 2U);
+  REQUIRE(block.voxels.size() == 2);
+  CHECK(block.voxels[0].row == row_order(VoxelCoord{5, 3, 3}));
+  CHECK(block.voxels[0].label == 2);
+  CHECK(block.voxels[0].flags == (kViewMoved | kViewDisagreement));
+  CHECK(block.voxels[1].row == row_order(VoxelCoord{6, 6, 6}));
+  CHECK(block.voxels[1].flags == 0);
 }
 
 TEST_CASE("put_view_block: a block that is not there has no voxels") {
