@@ -145,17 +145,26 @@ void FreeSpace::mark_hit(RayBlock& block, const VoxelCoord& voxel) noexcept {
       std::uint64_t{1} << static_cast<unsigned>((voxel.y & 7) * 8 + (voxel.x & 7));
 }
 
+/// Points of a block mostly follow each other.
 void FreeSpace::mark_hits(std::span<const ScanPoint> returns) noexcept {
+  if (returns.empty()) return;
+  BlockCoord last = block_of(returns.front().voxel);
+  RayBlock* block = held(last);
   for (const ScanPoint& point : returns) {
     const BlockCoord coord = block_of(point.voxel);
-    const std::uint32_t recent = recent_[recent_slot(coord)];
-    if (recent < count_ && blocks_[recent].coord == coord) {
-      mark_hit(blocks_[recent], point.voxel);
-    } else if (const std::optional<std::uint32_t> found = index_.find(pack_in_grid(coord))) {
-      recent_[recent_slot(coord)] = *found;
-      mark_hit(blocks_[*found], point.voxel);
-    }
+    if (!(coord == last)) block = held(coord);
+    last = coord;
+    if (block != nullptr) mark_hit(*block, point.voxel);
   }
+}
+
+RayBlock* FreeSpace::held(BlockCoord coord) noexcept {
+  std::uint32_t& recent = recent_[recent_slot(coord)];
+  if (recent < count_ && blocks_[recent].coord == coord) return &blocks_[recent];
+  const std::optional<std::uint32_t> found = index_.find(pack_in_grid(coord));
+  if (!found) return nullptr;
+  recent = *found;
+  return &blocks_[*found];
 }
 
 void FreeSpace::truncate(std::size_t count) noexcept {

@@ -128,6 +128,8 @@ class FreeSpace {
   }
   static void mark_hit(RayBlock& block, const VoxelCoord& voxel) noexcept;
   [[nodiscard]] RayBlock* find_entry(BlockCoord coord) noexcept;
+  /// Null: there is none.
+  [[nodiscard]] RayBlock* held(BlockCoord coord) noexcept;
   [[nodiscard]] RayBlock* new_entry(BlockCoord coord) noexcept;
 
   KeyIndex index_{};
