@@ -113,7 +113,7 @@ std::vector<Datagram> spoken(bool with_signatures) {
 
 void datagrams(Corpus& corpus, bool with_signatures) {
   // Of each kind its part in the body "wire".
-  constexpr std::array<unsigned, 9> kParts{0, 1, 2, 3, 7, 0, 4, 5, 6};
+  constexpr std::array<unsigned, 10> kParts{0, 1, 2, 3, 7, 0, 4, 5, 6, 8};
   std::array<int, 128> of_kind{};
   for (const Datagram& datagram : spoken(with_signatures)) {
     const unsigned kind = std::to_integer<unsigned>(datagram[3]) & 0x7fU;

@@ -4,6 +4,7 @@
 
 #include "fuzz/forged_datagram.hpp"
 #include "tessera/exchange/conflicts.hpp"
+#include "tessera/exchange/presence.hpp"
 
 namespace tessera::fuzz {
 
@@ -127,6 +128,26 @@ void frames(Echo& echo) {
   }
 }
 
+void presence(Echo& echo) {
+  Presence presence;
+  if (!read_presence(echo.from, presence)) return;
+  require(check_rigid(presence.T_global_body) == Status::kOk, "a place that is none");
+  require(presence.T_global_body.cwiseAbs().maxCoeff() <= Presence::kMostMetres + 2.0, "far away");
+  if (!Presence::is_sendable(presence.box)) return;
+  // Rounded once more, the place may be another one beside it, and the box one step larger.
+  std::array<std::byte, Presence::kBytes> bytes{};
+  ByteWriter to(bytes);
+  Presence again;
+  if (!write_presence(to, presence)) return;
+  ByteReader from(bytes);
+  require(read_presence(from, again), "written and not read");
+  require((again.T_global_body - presence.T_global_body).cwiseAbs().maxCoeff() < 0.002,
+          "written elsewhere");
+  require(again.stamp_ms == presence.stamp_ms && again.age_ms == presence.age_ms &&
+              again.speed_m_per_s == presence.speed_m_per_s,
+          "written otherwise");
+}
+
 void conflict(Echo& echo) {
   ConflictBody conflict;
   if (!read_conflict(echo.from, conflict)) return;
@@ -139,7 +160,7 @@ void conflict(Echo& echo) {
 
 void wire(Bytes bytes) {
   Input input(bytes);
-  const int kind = input.below(8);
+  const int kind = input.below(9);
   Echo echo(input.bytes(kMostDatagramBytes));
   switch (kind) {
     case 0:
@@ -156,6 +177,8 @@ void wire(Bytes bytes) {
       return description(echo);
     case 6:
       return conflict(echo);
+    case 8:
+      return presence(echo);
     default:
       return frames(echo);
   }

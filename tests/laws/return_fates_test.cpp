@@ -36,9 +36,9 @@ Cloud far_returns(int beams, int turn) {
 }
 
 std::uint32_t returns_counted(const ScanReport& report) {
-  return report.non_finite + report.too_near + report.on_body + report.no_return +
-         report.beyond_range + report.out_of_grid + report.over_capacity + report.in_range +
-         report.returns_cut;
+  return report.non_finite + report.too_near + report.on_body + report.on_teammate +
+         report.no_return + report.beyond_range + report.out_of_grid + report.over_capacity +
+         report.in_range + report.returns_cut;
 }
 
 std::uint32_t points_counted(const ScanReport& report) {

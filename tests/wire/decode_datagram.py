@@ -119,7 +119,7 @@ class Recording:
             self.take(robot, datagram)
 
     def check_sequence(self, datagram):
-        control = datagram.kind in (wire.ANNOUNCEMENT, wire.REQUEST, wire.LEAVE, wire.DESCRIPTION)
+        control = datagram.kind in (wire.ANNOUNCEMENT, wire.REQUEST, wire.LEAVE, wire.DESCRIPTION, wire.PRESENCE)
         stream = datagram.sender, datagram.session, control
         if datagram.sequence != self.latest.get(stream, 0) + 1:
             self.fail(f"sequence {datagram.sequence} after {self.latest.get(stream, 0)}")
@@ -131,6 +131,7 @@ class Recording:
         seen += [f"request of {wire.TYPES[one['type']]}" for one in body.get("wanted", [])]
         seen += ["answer" if kind else "question" for kind, _, _ in body.get("challenges", [])]
         seen += ["list" if span["kind"] == 128 else "parts" for span in body.get("spans", [])]
+        seen += ["presence with an announcement"] if datagram.kind == wire.PRESENCE and "held" in body else []
         if datagram.kind == wire.CHUNK:
             seen += ["relayed chunk"] if body["flags"] & 1 else []
             seen += ["partial chunk"] if body["flags"] & 2 else []
@@ -256,7 +257,7 @@ class Recording:
 
 NEEDED = [*wire.KINDS, *(f"request of {name}" for name in wire.TYPES), "question", "answer", "list", "parts", "relayed chunk", "partial chunk",
           "record", "later part", "empty record", "relayed frame", "frame beside another", "matrix", "short code", "relayed statement",
-          "announced contribution"]
+          "announced contribution", "presence with an announcement"]
 NEEDED.remove("conflict")
 SIGNED = ["proof", "proof of a frame", "conflict"]
 

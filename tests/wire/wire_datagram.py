@@ -8,8 +8,8 @@ import decode_block
 import wire_frames
 from wire_trust import Refused, check, crc32c
 
-ANNOUNCEMENT, REQUEST, CHUNK, FRAME, LEAVE, STATEMENT, DESCRIPTION, CONFLICT = range(1, 9)
-KINDS = "announcement", "request", "chunk", "frame", "leave", "statement", "description", "conflict"
+ANNOUNCEMENT, REQUEST, CHUNK, FRAME, LEAVE, STATEMENT, DESCRIPTION, CONFLICT, PRESENCE = range(1, 10)
+KINDS = "announcement", "request", "chunk", "frame", "leave", "statement", "description", "conflict", "presence"
 TYPES = "gaps", "versions", "descriptions"
 GAPS, VERSIONS, DESCRIPTIONS = range(3)
 LAST_VERSION = 2**32 - 2
@@ -93,7 +93,7 @@ class Decoder:
     def __init__(self, fleet, table):
         self.fleet, self.table, self.codes = fleet, table, {}
         self.bodies = (None, self.announcement, self.request, self.chunk, self.frame, lambda _, r: {}, self.statement, self.description,
-                       self.conflict)
+                       self.conflict, self.presence)
 
     def decode(self, data):
         check(48 <= len(data) <= 1392, "size")
@@ -102,7 +102,7 @@ class Decoder:
         check(letters == b"TS" and version == 2, "format")
         check(mission == (self.fleet.mission_value[:4]), "mission")
         check(bool(kind & 128) == self.fleet.signs, "signatures or none")
-        check(1 <= kind & 127 <= 8, "kind")
+        check(1 <= kind & 127 <= 9, "kind")
         check(configuration == crc32c(self.fleet.configuration), "configuration")
         check(sent[2] >= 1, "sequence")
         out = Datagram(kind & 127, configuration, *sent, {})
@@ -143,6 +143,14 @@ class Decoder:
             body["held"].append((r.name(), *r.take("IIBQ")))
             check(body["held"][-1][3] <= 15, "flags of a contribution")
         return body
+
+    def presence(self, out, r):
+        place = dict(zip(("flags", "age", "low_stamp", "high_stamp", "x", "y", "z"), r.take("BBIH3i")))
+        place["rotation"], place["box"] = r.take("3H"), r.take("6b")
+        parts = [(word & 32767) - 32768 * (word >> 14 & 1) for word in place["rotation"]]
+        check(place["rotation"][2] < 32768 and all(abs(part) <= 11586 for part in parts), "rotation of a presence")
+        check(1 - sum(part * part for part in parts) / 2**28 >= 0.2499, "rotation of a presence")
+        return {"place": place, **(self.announcement(out, r) if r.more() else {})}
 
     def request(self, out, r):
         wanted = []

@@ -6,7 +6,7 @@ import struct
 
 import wire_frames
 from wire_frames import varint, zigzag
-from wire_datagram import ANNOUNCEMENT, CHUNK, CONFLICT, DESCRIPTION, DESCRIPTIONS, FRAME, GAPS, REQUEST, STATEMENT, VERSIONS
+from wire_datagram import ANNOUNCEMENT, CHUNK, CONFLICT, DESCRIPTION, DESCRIPTIONS, FRAME, GAPS, PRESENCE, REQUEST, STATEMENT, VERSIONS
 
 
 def ascending(values):
@@ -23,6 +23,11 @@ def statement_bytes(name, versions, stated, session):
 
 def body_bytes(kind, b):
     name = struct.pack("<3I", *b["name"]) if "name" in b else b""
+    if kind == PRESENCE:
+        place = b["place"]
+        scalars = [place[key] for key in ("flags", "age", "low_stamp", "high_stamp", "x", "y", "z")]
+        out = struct.pack("<BBIH3i3H6b", *scalars, *place["rotation"], *place["box"])
+        return out + (body_bytes(ANNOUNCEMENT, b) if "held" in b else b"")
     if kind == ANNOUNCEMENT:
         return b"".join([b["configuration"], struct.pack("<IQB", b["epoch"], b["data"], len(b["challenges"])),
                          *(struct.pack("<BIQ", *challenge) for challenge in b["challenges"]),
@@ -89,7 +94,10 @@ def bad_bodies(good):
         return lambda body: body["stated"].update(values)
 
     body, changes = good.body, {}
-    if good.kind == ANNOUNCEMENT:
+    if good.kind == PRESENCE:
+        for what, rotation in {"part": (11587, 0, 0), "fifth part": (0, 0, 32768), "length": (11586, 11586, 0)}.items():
+            changes["rotation: " + what] = lambda b, rotation=rotation: b["place"].update(rotation=rotation)
+    if good.kind == ANNOUNCEMENT or "held" in body:
         changes["configuration"] = lambda b: b.update(configuration=bytes(31))
         changes["kind of challenge"] = lambda b: b.update(challenges=[(2, 1, 1)])
         changes["five challenges"] = lambda b: b.update(challenges=[(0, 1, 1)] * 5)

@@ -210,6 +210,10 @@ tessera_status tessera_submap(const tessera_robot* robot, tessera_submap_report*
 tessera_status tessera_window(const tessera_robot* robot, tessera_window_report* report);
 tessera_status tessera_global(const tessera_robot* robot, tessera_global_report* report);
 tessera_status tessera_exchange(const tessera_robot* robot, tessera_exchange_report* report);
+/// The robot of that place, from 0, among those that said lately where they are. Scans leave out
+/// what they met of it. TESSERA_OUT_OF_RANGE iff there are not so many.
+tessera_status tessera_teammate_at(const tessera_robot* robot, uint32_t index, int64_t now_us,
+                                   tessera_teammate* teammate);
 /// The contribution of that place, from 0. TESSERA_OUT_OF_RANGE iff there are not so many.
 tessera_status tessera_contribution_at(const tessera_robot* robot, uint32_t index,
                                        tessera_contribution* contribution);

@@ -95,6 +95,24 @@ tessera_status tessera_exchange(const tessera_robot* robot, tessera_exchange_rep
   return TESSERA_OK;
 }
 
+tessera_status tessera_teammate_at(const tessera_robot* robot, uint32_t index, int64_t now_us,
+                                   tessera_teammate* teammate) {
+  if (!is_robot(robot) || !is_time(now_us) || !can_fill(teammate)) return TESSERA_INVALID_ARGUMENT;
+  const Result<TeammatePlace> from = robot->robot->sharer().teammate_at(index, now_us);
+  if (!from.ok()) return status_of(from.status());
+  tessera_teammate filled{};
+  filled.robot = from->robot;
+  std::copy_n(from->T_map_body.data(), 12, filled.T_global_body);
+  std::copy_n(from->box.low.begin(), 3, filled.low);
+  std::copy_n(from->box.high.begin(), 3, filled.high);
+  std::copy_n(from->velocity.data(), 3, filled.velocity);
+  filled.margin_m = from->margin_m;
+  filled.speed_m_per_s = static_cast<double>(from->speed_m_per_s);
+  filled.until_us = from->until.us();
+  fill(filled, teammate);
+  return TESSERA_OK;
+}
+
 tessera_status tessera_contribution_at(const tessera_robot* robot, uint32_t index,
                                        tessera_contribution* contribution) {
   if (!is_robot(robot) || !can_fill(contribution)) return TESSERA_INVALID_ARGUMENT;

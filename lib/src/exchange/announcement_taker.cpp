@@ -81,9 +81,9 @@ bool AnnouncementTaker::hear(const ExchangeParts& parts, const Heard& heard) noe
     if (own && announced.origin) epoch = std::max(epoch.value_or(0), announced.id.epoch);
     ends_in_own = own;
   }
-  const bool is_whole = !ends_in_own || heard.body.size() + AnnouncementHeader::kMostBytes +
-                                                AnnouncedContribution::kBytes <
-                                            kMostBodyBytes;
+  const std::size_t taken = AnnouncementHeader::kMostBytes + AnnouncedContribution::kBytes +
+                            (heard.presence ? Presence::kBytes : 0);
+  const bool is_whole = !ends_in_own || heard.body.size() + taken < kMostBodyBytes;
   parts.ledger.drop_empty_names(heard.now);
   // Of control messages that overtook each other the last one counts.
   if (heard.is_last) {

@@ -146,7 +146,7 @@ void ControlWriter::announce_floors(const Outgoing& out, ByteWriter& to) const n
 
 /// This robot's first, and where they leave no room, the others first every other time.
 bool ControlWriter::write_announcement(Outgoing& out, ByteWriter& to) noexcept {
-  if (out.now < announce_due_) return false;
+  if (!announces(out.now)) return false;
   out.kind = DatagramKind::kAnnounce;
   announce_due_ =
       out.now + Duration{announce_.us - announce_.us / 10} + out.repair.random(announce_ / 5);

@@ -21,7 +21,7 @@ bool valid(const ExchangeConfig& config) noexcept {
          config.request_most_us >= config.request_us &&
          config.request_idle_us >= config.request_most_us && config.bytes_per_s > 0 &&
          config.answer_us > 0 && config.frame_us >= 0 && config.listen_us >= 0 &&
-         config.max_evidence >= 0.0F;
+         config.max_evidence >= 0.0F && config.teammates <= Teammates::kMost;
 }
 
 }  // namespace
@@ -62,6 +62,8 @@ Status Exchange::set_up(Arena& arena, const ExchangeConfig& config, const Replic
     status = put_in_place(sender_, [&] { return Sender::make(arena, config); });
   if (status == Status::kOk)
     status = put_in_place(messages_, [&] { return MessageTaker::make(arena, config); });
+  if (status == Status::kOk)
+    status = put_in_place(teammates_, [&] { return Teammates::make(arena, config.teammates); });
   return status;
 }
 
@@ -172,7 +174,10 @@ void Exchange::set_floor_of(std::uint32_t robot, std::uint32_t floor) noexcept {
 Status Exchange::exclude(std::uint32_t robot) noexcept {
   if (robot == robot_) return Status::kInvalidArgument;
   const Status status = gate_.exclude(robot);
-  if (status == Status::kOk) ledger_.remove_robot(robot);
+  if (status == Status::kOk) {
+    ledger_.remove_robot(robot);
+    teammates_.forget(robot);
+  }
   return status;
 }
 
@@ -187,8 +192,19 @@ void Exchange::receive(std::span<const std::byte> datagram, std::int64_t now_us)
   const Instant now = Instant::at_us(now_us);
   static_cast<void>(is_listening(now));
   heard.describing = repair_.comparison().describing();
-  if (gate_.accept(datagram, now, heard, counted_))
-    messages_.hear({gate_, ledger_, repair_, sender_, counted_}, heard);
+  if (!gate_.accept(datagram, now, heard, counted_)) return;
+  hear_presence(heard);
+  messages_.hear({gate_, ledger_, repair_, sender_, counted_}, heard);
+}
+
+/// Of datagrams that overtook each other the last one counts.
+void Exchange::hear_presence(const Heard& heard) noexcept {
+  const DatagramHeader& header = heard.header;
+  if (!heard.is_last) return;
+  if (header.kind == DatagramKind::kLeave) teammates_.forget(header.sender);
+  if (!heard.presence) return;
+  const bool is_taken = teammates_.hear(header.sender, header.session, *heard.presence, heard.now);
+  ++(is_taken ? counted_.presences_taken : counted_.refused_presences);
 }
 
 std::size_t Exchange::send(std::int64_t now_us, std::span<std::byte> into) noexcept {

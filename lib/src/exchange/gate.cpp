@@ -63,6 +63,7 @@ bool Gate::accept(std::span<const std::byte> datagram, Instant now, Heard& heard
   if (!check_number(message, heard, counted)) return false;
   heard.body = message.subspan(kHeaderBytes);
   if (heard.header.is_signed != signatures_.on()) return refuse(counted.refused_signature);
+  if (!split_presence(heard)) return refuse(counted.refused_body);
   if (is_control(heard.header.kind)) {
     if (!read_control(message, heard, counted) || !note_control(heard, now, counted)) return false;
   } else {
@@ -106,6 +107,19 @@ bool Gate::is_for_others(const Heard& heard) const noexcept {
          description.target != robot_;
 }
 
+/// An announcement may follow, which is heard as any other. False: that is none.
+bool Gate::split_presence(Heard& heard) const noexcept {
+  if (heard.header.kind != DatagramKind::kPresence) return true;
+  ByteReader reader(heard.body);
+  Presence presence;
+  if (!read_presence(reader, presence)) return false;
+  heard.presence = presence;
+  heard.body = heard.body.last(reader.remaining());
+  if (heard.body.size() > (signatures_.on() ? kSignatureBytes : 0))
+    heard.header.kind = DatagramKind::kAnnounce;
+  return true;
+}
+
 /// Requests are what a robot can be made to work by; announcements and descriptions have limits of
 /// their own, so that none keeps another out.
 bool Gate::check_rate(const Heard& heard, Instant now) noexcept {
@@ -116,6 +130,8 @@ bool Gate::check_rate(const Heard& heard, Instant now) noexcept {
     return heard.peer->other_sessions.pass(kChecksPerSecond, now);
   if (heard.header.kind == DatagramKind::kDescription)
     return descriptions_.pass(kDescriptionsPerSecond, now, kDescriptionsAtOnce);
+  if (heard.header.kind == DatagramKind::kPresence)
+    return heard.peer->presences.pass(kPresencesPerSecond, now);
   const bool is_announcement =
       heard.header.kind == DatagramKind::kAnnounce || heard.header.kind == DatagramKind::kLeave;
   return (is_announcement ? heard.peer->announcements : heard.peer->checks)

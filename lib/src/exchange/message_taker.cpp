@@ -39,6 +39,8 @@ bool MessageTaker::hear_kind(const ExchangeParts& parts, const Heard& heard) noe
       return hear_description(parts, heard);
     case DatagramKind::kConflict:
       return AnnouncementTaker::hear_conflict(parts, heard);
+    case DatagramKind::kPresence:
+      return heard.body.empty();
     case DatagramKind::kLeave:
       if (!heard.body.empty()) return false;
       heard.peer->left = heard.peer->left || heard.is_last;

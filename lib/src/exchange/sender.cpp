@@ -13,6 +13,7 @@ Result<Sender> Sender::make(Arena& arena, const ExchangeConfig& config) noexcept
   sender.mission_ = config.mission;
   sender.bytes_per_s_ = config.bytes_per_s;
   sender.burst_bytes_ = config.burst_bytes;
+  sender.presence_ = PresenceSender(config);
   const Result<ControlWriter> control = ControlWriter::make(arena, config);
   const Result<ChunkWriter> chunks = ChunkWriter::make(arena, config);
   sender.tree_ = arena.take<HashTree>(1).data();
@@ -95,6 +96,16 @@ std::size_t Sender::append_signature(Outgoing& out, std::span<std::byte> into,
   return size + kSignatureBytes;
 }
 
+/// With the announcement, if that is due as well.
+bool Sender::write_presence(Outgoing& out, ByteWriter& to) noexcept {
+  const bool announces = control_.announces(out.now);
+  if (!presence_.is_due(out.now, announces) || !presence_.write(to, out.now)) return false;
+  if (announces) static_cast<void>(control_.write_announcement(out, to));
+  out.kind = DatagramKind::kPresence;
+  ++out.counted.presences;
+  return true;
+}
+
 bool Sender::write_body(Outgoing& out, ByteWriter& to) noexcept {
   if (leave_due_) {
     leave_due_ = false;
@@ -105,10 +116,11 @@ bool Sender::write_body(Outgoing& out, ByteWriter& to) noexcept {
   announce_soon_ = false;
   ByteWriter before_signature = to;
   if (out.needs_signature) before_signature.keep_free(kSignatureBytes);
-  const bool any = control_.write(out, before_signature) || [&] {
-    out.kind = DatagramKind::kRequest;
-    return out.repair.write(out.ledger, before_signature, out.now, out.counted);
-  }();
+  const bool any =
+      write_presence(out, before_signature) || control_.write(out, before_signature) || [&] {
+        out.kind = DatagramKind::kRequest;
+        return out.repair.write(out.ledger, before_signature, out.now, out.counted);
+      }();
   if (any) {
     to = before_signature;
     return true;

@@ -93,7 +93,7 @@ bool read_header(ByteReader& from, DatagramHeader& header) noexcept {
   header.sender = from.u32();
   header.session = from.u64();
   header.sequence = from.u64();
-  return known && from.ok() && kind >= 1 && kind <= 8;
+  return known && from.ok() && kind >= 1 && kind <= 9;
 }
 
 void write_details(ByteWriter& to, const ConfigurationDetails& details) noexcept {

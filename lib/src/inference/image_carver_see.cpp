@@ -39,7 +39,7 @@ void ImageCarver::see(const ScanPoints& points, const InferenceConfig& config) n
   const double ends_before_m = ends_of_no_return_before(config);
   for (const ScanPoint& point : points.returns_beyond()) {
     const Point3d d = from_sensor(point);
-    image_.add(d, norm(d) < ends_before_m);
+    image_.add(d, point.component == kSightEnds || norm(d) < ends_before_m);
   }
   image_.finish();
 }

@@ -8,6 +8,7 @@
 #include "tessera/base/rigid.hpp"
 #include "tessera/inference/internal/admission_order.hpp"
 #include "tessera/inference/internal/kernel_reach.hpp"
+#include "tessera/inference/internal/teammate_filter.hpp"
 #include "tessera/inference/internal/thinning.hpp"
 
 namespace tessera {
@@ -18,6 +19,7 @@ enum class Fate : std::uint8_t {
   kNonFinite,
   kTooNear,
   kOnBody,
+  kOnTeammate,
   kNoReturn,
   kOutOfGrid,
   kInRange,
@@ -32,9 +34,10 @@ class Limits {
   static constexpr double kFarthest_m = 1e7;
 
   Limits(const InferenceConfig& config, const Lattice& lattice, const Point3d& origin_map,
-         const Matrix34d& T_body_sensor) noexcept
+         const ScanView& scan) noexcept
       : lattice_(lattice),
-        body_(config.body, T_body_sensor),
+        body_(config.body, scan.T_body_sensor),
+        teammates_(scan.teammates, origin_map),
         origin_map_(origin_map),
         min_square_(squared(static_cast<double>(config.min_range_m))),
         max_m_(static_cast<double>(config.max_range_m)),
@@ -53,7 +56,8 @@ class Limits {
   }
 
   /// Classifies return i and, if it is in range or beyond it, sets point; a return beyond the range
-  /// limit is moved to that limit. Leaves component as it is.
+  /// limit is moved to that limit, one on a teammate to where its ray comes to it. Its component is
+  /// kSightEnds there, and else as it is.
   [[nodiscard]] Fate place(const ScanView& scan, std::size_t i, ScanPoint& point) const noexcept {
     const float* const p_sensor = scan.points + i * scan.stride_floats;
     const Point3d p{static_cast<double>(p_sensor[0]), static_cast<double>(p_sensor[1]),
@@ -68,6 +72,10 @@ class Limits {
     if (body_.holds(p, square)) return Fate::kOnBody;
     if (square > farthest_square_) return Fate::kOutOfGrid;
     const Point3f p_map = transform(scan.T_map_sensor, p_sensor);
+    if (teammates_.any()) {
+      if (const std::optional<double> share = teammates_.share_before(p_map))
+        return place_end(p_map.cast<double>() - origin_map_, *share, weight, point);
+    }
     const bool beyond = square > max_square_;
     const Result<ScanPoint> placed = place_point(lattice_, beyond ? clamped(p_map) : p_map, weight);
     if (!placed.ok() || !is_within(voxel_limit_, placed->voxel)) return Fate::kOutOfGrid;
@@ -75,6 +83,7 @@ class Limits {
     return beyond ? Fate::kBeyondRange : Fate::kInRange;
   }
 
+  [[nodiscard]] std::uint32_t teammates() const noexcept { return teammates_.count(); }
   /// Directions from which nothing came back are rays.
   [[nodiscard]] bool traces_no_return() const noexcept { return no_return_m_ > 0.0; }
 
@@ -86,11 +95,28 @@ class Limits {
     if (!traces_no_return()) return Fate::kNoReturn;
     // Of black parts of the body, and of those nearer than the sensor measures, nothing comes back.
     if (body_.is_met_by(p)) return Fate::kOnBody;
-    const Point3f end = round_to_float(apply(T_map_sensor, p * (no_return_m_ / std::sqrt(square))));
-    const Result<ScanPoint> placed = place_point(lattice_, end);
+    const Point3d end = apply(T_map_sensor, p * (no_return_m_ / std::sqrt(square)));
+    // Nor is what came back from a teammate missed.
+    if (teammates_.any()) {
+      if (const double share = teammates_.share_clear(end); share < 1.0) {
+        static_cast<void>(place_end(end - origin_map_, share, 1.0F, point));
+        return Fate::kNoReturn;
+      }
+    }
+    const Result<ScanPoint> placed = place_point(lattice_, round_to_float(end));
     if (!placed.ok() || !is_within(voxel_limit_, placed->voxel)) return Fate::kOutOfGrid;
     point = *placed;
     return Fate::kNoReturn;
+  }
+  /// Sets point to that share of the ray, or to the range limit; if it is in the grid.
+  [[nodiscard]] Fate place_end(const Point3d& ray, double share, float weight,
+                               ScanPoint& point) const noexcept {
+    const double length_m = share * norm(ray);
+    const bool clamps = max_m_ > 0.0 && length_m > max_m_;
+    const Point3d end = origin_map_ + ray * (clamps ? share * max_m_ / length_m : share);
+    const Result<ScanPoint> placed = place_point(lattice_, round_to_float(end), weight, kSightEnds);
+    if (placed.ok() && is_within(voxel_limit_, placed->voxel)) point = *placed;
+    return Fate::kOnTeammate;
   }
   static constexpr double squared(double v) noexcept { return v * v; }
   /// The end at the range limit of the ray through p_map. Not finite if p_map is the origin.
@@ -101,6 +127,7 @@ class Limits {
 
   Lattice lattice_;
   BodyView body_;
+  TeammateFilter teammates_;
   Point3d origin_map_;
   double min_square_;
   double max_m_;
@@ -120,6 +147,9 @@ void count_fate(Fate fate, ScanReport& report) noexcept {
       return;
     case Fate::kOnBody:
       ++report.on_body;
+      return;
+    case Fate::kOnTeammate:
+      ++report.on_teammate;
       return;
     case Fate::kNoReturn:
       ++report.no_return;
@@ -163,12 +193,14 @@ void ScanPoints::register_returns(const Lattice& lattice, const ScanView& scan,
                                   ScanWork& work, ScanReport& report) noexcept {
   const std::uint64_t kept = scan.count < registered_.size() ? scan.count : registered_.size();
   report.over_capacity = static_cast<std::uint32_t>(scan.count - kept);
-  const Limits limits(config, lattice, origin_map_, scan.T_body_sensor);
+  const Limits limits(config, lattice, origin_map_, scan);
+  report.teammates = limits.teammates();
   for (std::uint64_t k = 0; k < kept; ++k) {
     if (k % kReturnBatch == 0 && !work.in_time()) {
       report = {.points = report.points,
                 .over_capacity = report.over_capacity,
-                .returns_cut = static_cast<std::uint32_t>(kept)};
+                .returns_cut = static_cast<std::uint32_t>(kept),
+                .teammates = report.teammates};
       registered_count_ = far_count_ = 0;
       return;
     }
@@ -176,8 +208,9 @@ void ScanPoints::register_returns(const Lattice& lattice, const ScanView& scan,
     ScanPoint point;
     const Fate fate = limits.place(scan, i, point);
     count_fate(fate, report);
-    const bool is_ray =
-        fate == Fate::kBeyondRange || (fate == Fate::kNoReturn && limits.traces_no_return());
+    const bool is_ray = fate == Fate::kBeyondRange ||
+                        (fate == Fate::kNoReturn && limits.traces_no_return()) ||
+                        (fate == Fate::kOnTeammate && point.component == kSightEnds);
     if (is_ray && config.free_space.enabled) registered_[registered_.size() - ++far_count_] = point;
     if (fate != Fate::kInRange) continue;
     const std::uint8_t component =

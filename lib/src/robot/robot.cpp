@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tessera/robot/robot.hpp"
 
+#include "tessera/base/rigid.hpp"
+
 namespace tessera {
 
 Result<Robot*> Robot::make(Arena& arena, const RobotConfig& config, const ClassTable& classes,
@@ -21,16 +23,30 @@ Result<Robot*> Robot::make(Arena& arena, const RobotConfig& config, const ClassT
     (*sharer)->set_eviction_queue(*evictions);
   }
   (*mapper)->maps().require(LocalMaps::User::kPublishing);
+  robot.boxes_ = arena.take<PlacedBox>(config.exchange.teammates);
+  if (robot.boxes_.size() != config.exchange.teammates) return Status::kResourceExhausted;
   robot.config_ = config;
   robot.mapper_ = *mapper;
   robot.sharer_ = *sharer;
   return &robot;
 }
 
+ScanView Robot::with_teammates(const ScanView& scan, std::int64_t now_us) noexcept {
+  ScanView view = scan;
+  if (!view.teammates.empty()) return view;
+  const std::size_t count = sharer_->place_teammates(mapper_->maps().number(), now_us, boxes_);
+  view.teammates = boxes_.first(count);
+  return view;
+}
+
 ScanReport Robot::noted(const ScanView& scan, std::int64_t stamp_us,
                         const ScanReport& report) noexcept {
-  if (report.pose == Status::kOk)
-    sharer_->note_scan(mapper_->maps(), mapper_->maps().number(), stamp_us, scan.T_map_sensor);
+  if (report.pose != Status::kOk) return report;
+  const std::uint32_t submap = mapper_->maps().number();
+  sharer_->note_scan(mapper_->maps(), submap, stamp_us, scan.T_map_sensor);
+  if (sharer_->tells_place())
+    sharer_->note_place(submap, stamp_us, product(scan.T_map_sensor, inverse(scan.T_body_sensor)),
+                        stamp_us);
   return report;
 }
 

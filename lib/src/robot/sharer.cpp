@@ -20,6 +20,8 @@ Status Sharer::set_up(Arena& arena, const RobotConfig& config, const ClassTable&
                               classes, keys.signatures);
   if (status != Status::kOk) return status;
   if (config.floor != 0) exchange_.set_floor(config.floor);
+  const std::optional<BodyBox> body = config.inference.body.hull();
+  tells_place_ = body && exchange_.set_body(body) == Status::kOk;
   Result<SubmapFrames> frames = SubmapFrames::make(arena, most_frames(config), config.first_submap);
   if (!frames.ok()) return frames.status();
   frames_ = *frames;
@@ -45,6 +47,7 @@ Result<Sharer*> Sharer::make(Arena& arena, const RobotConfig& config, const Clas
   if (place.empty()) return Status::kResourceExhausted;
   Sharer& sharer = place.front();
   if (config.submap_ticks == 0 || !(config.reach_m >= 0.0) ||
+      !(config.teammate_margin_m >= 0.0 && config.teammate_margin_m <= 2.0) ||
       (config.reach_m > 0.0 && config.exchange.far_contributions == 0))
     return Status::kInvalidArgument;
   const Status status = sharer.set_up(arena, config, classes, keys);
@@ -55,6 +58,7 @@ Result<Sharer*> Sharer::make(Arena& arena, const RobotConfig& config, const Clas
   sharer.work_per_tick_ = config.work_per_tick;
   sharer.near_first_ = config.near_first;
   sharer.reach_m_ = config.reach_m;
+  sharer.teammate_margin_m_ = config.teammate_margin_m;
   sharer.submap_ticks_ = config.submap_ticks;
   sharer.submaps_before_ = config.submaps_before;
   sharer.submap_.epoch = config.epoch;

@@ -26,9 +26,10 @@ TEST_CASE("Robot: takes just the memory that it says, and no less will do") {
 
 TEST_CASE("Robot: its size is known when it is compiled") {
   constexpr RobotSettings kSettings;
-  static_assert(Robot::required_bytes(kSettings, 21) == arena_bytes<Robot>(1) +
-                                                            Mapper::required_bytes(kSettings) +
-                                                            Sharer::required_bytes(kSettings, 21));
+  static_assert(Robot::required_bytes(kSettings, 21) ==
+                arena_bytes<Robot>(1) + Mapper::required_bytes(kSettings) +
+                    Sharer::required_bytes(kSettings, 21) +
+                    arena_bytes<PlacedBox>(kSettings.exchange.teammates));
   CHECK(Robot::required_bytes(kSettings, 21) > required_bytes(kSettings.map));
 }
 

@@ -110,6 +110,19 @@ typedef struct tessera_nearest {
   uint32_t reserved;
 } tessera_nearest;
 
+/// Another robot that says where it is [TeammatePlace].
+typedef struct tessera_teammate {
+  uint32_t struct_bytes;
+  uint32_t robot;
+  double T_global_body[12];  ///< [R | t], rows first, metres: where it is now
+  float low[3];              ///< corners of its box in its body's frame, metres
+  float high[3];
+  double velocity[3];    ///< metres a second, global frame
+  double margin_m;       ///< by how much it may be elsewhere
+  double speed_m_per_s;  ///< that it said, rounded up; 0: it stands
+  int64_t until_us;  ///< of the clock: then it is no teammate any more, if nothing else is heard
+} tessera_teammate;
+
 /// What a tick did and left [PublisherReport].
 typedef struct tessera_tick_report {
   uint32_t struct_bytes;

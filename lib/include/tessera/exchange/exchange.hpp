@@ -14,6 +14,7 @@
 #include "tessera/exchange/internal/message_taker.hpp"
 #include "tessera/exchange/internal/reach.hpp"
 #include "tessera/exchange/publication.hpp"
+#include "tessera/exchange/teammates.hpp"
 
 namespace tessera {
 
@@ -23,7 +24,7 @@ class Exchange {
                                                             int num_components) noexcept {
     return Gate::required_bytes(config) + Ledger::required_bytes(config, num_components) +
            Repair::required_bytes(config) + Sender::required_bytes(config) +
-           MessageTaker::required_bytes();
+           MessageTaker::required_bytes() + Teammates::required_bytes(config.teammates);
   }
   /// Fails with kInvalidArgument iff a setting is out of its range, or config.records below the
   /// store's blocks; kResourceExhausted iff the arena is too small. What store, authenticator and
@@ -139,6 +140,24 @@ class Exchange {
     return gate_.excluded();
   }
 
+  // --- Where robots are --------------------------------------------------------------------------
+
+  /// How large this robot is, in its body's frame; nothing: it does not say where it is, as at
+  /// first. Fails with kOutOfRange iff others would not take it (Presence::is_sendable): then it
+  /// says nothing.
+  [[nodiscard]] Status set_body(const std::optional<BodyBox>& box) noexcept {
+    return sender_.presence().set_body(box);
+  }
+  /// Where this robot was at now_us, on the clock of send(): sent ten times a second while it
+  /// moves, once while it stands, and no more where nothing newer was noted for a second.
+  /// stamp_us: the same on the clock of its poses, from 0. O(1).
+  void note_place(const Matrix34d& T_global_body, std::int64_t stamp_us,
+                  std::int64_t now_us) noexcept {
+    sender_.presence().note(T_global_body, stamp_us, Instant::at_us(now_us));
+  }
+  /// What the others say of theirs.
+  [[nodiscard]] const Teammates& teammates() const noexcept { return teammates_; }
+
   // --- What is held ------------------------------------------------------------------------------
 
   /// Around which places what others publish is to be held, in the global frame; at most
@@ -185,6 +204,7 @@ class Exchange {
  private:
   [[nodiscard]] bool is_listening(Instant now) noexcept;
   void owe_own(std::uint32_t submap) noexcept;
+  void hear_presence(const Heard& heard) noexcept;
 
   std::uint32_t robot_ = 0;
   Duration listen_{};
@@ -195,6 +215,7 @@ class Exchange {
   Reach reach_{};
   Sender sender_{};
   MessageTaker messages_{};
+  Teammates teammates_{};
   ExchangeReport counted_{};
 };
 

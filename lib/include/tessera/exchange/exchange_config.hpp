@@ -41,6 +41,7 @@ struct ExchangeConfig {
   std::uint32_t own_contributions = 1;
   std::uint32_t records = 1U << 15U;  ///< As ReplicasConfig::blocks.
   std::uint32_t peers = 64;           ///< Robots that are heard, at most.
+  std::uint32_t teammates = 16;       ///< Robots whose places are known, at most 64 (Teammates).
   std::uint32_t answers = 256;        ///< Ranges of versions that others wait for, at most.
   std::uint32_t picks = 8192;         ///< Single records that others wait for, at most.
   /// Parts that were published and have not gone out, which are found without a search; of more the

@@ -79,4 +79,9 @@
   ROW(COUNTER, uint64_t, made_near, "Times that a far contribution was wanted again.")             \
   ROW(COUNTER, uint64_t, refused_far, "Times that a contribution could not become a far one.")     \
   ROW(COUNTER, uint64_t, forgotten_far,                                                            \
-      "Far contributions that were forgotten, as all places of far ones were taken.")
+      "Far contributions that were forgotten, as all places of far ones were taken.")              \
+  ROW(COUNTER, uint64_t, presences, "Times that this robot's place was sent.")                     \
+  ROW(COUNTER, uint64_t, presences_taken, "Places of other robots that were taken.")               \
+  ROW(COUNTER, uint64_t, refused_presences,                                                        \
+      "Places of others that were not: too large a body, a stamp before the one before, or more "  \
+      "robots than there is room for.")

@@ -58,6 +58,7 @@ struct Peer {
   Instant differed;  ///< When it last announced something that is other here.
   RateLimit checks;  ///< Of signatures of its requests.
   RateLimit announcements;
+  RateLimit presences;       ///< Of those without an announcement.
   RateLimit other_sessions;  ///< Of all that names another session than the one at work.
   /// Not 0: the nonce by which it is to prove that its session is the one at work.
   std::uint64_t nonce = 0;

@@ -32,12 +32,14 @@ enum class DatagramKind : std::uint8_t {
   kStatement = 6,    ///< What the origin of a contribution states about it.
   kDescription = 7,  ///< What its sender holds of a range of versions.
   kConflict = 8,     ///< Proof that a robot signed two contents of one version.
+  kPresence = 9,     ///< Where its sender is (presence.hpp), and after it an announcement or not.
 };
 
 /// True for messages that only their sender may send, once. Others carry data of an origin's.
 [[nodiscard]] constexpr bool is_control(DatagramKind kind) noexcept {
   return kind == DatagramKind::kAnnounce || kind == DatagramKind::kRequest ||
-         kind == DatagramKind::kLeave || kind == DatagramKind::kDescription;
+         kind == DatagramKind::kLeave || kind == DatagramKind::kDescription ||
+         kind == DatagramKind::kPresence;
 }
 
 /// What every datagram begins with, after the letters and the format.

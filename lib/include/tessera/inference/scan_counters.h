@@ -85,4 +85,6 @@
       "Carving by the image: occupied voxels that were seen through and whose labels were "        \
       "reduced.")                                                                                  \
   ROW(COUNTER, uint32_t, voxels_cleared,                                                           \
-      "Carving by the image: occupied voxels that were seen through and are free now.")
+      "Carving by the image: occupied voxels that were seen through and are free now.")            \
+  ROW(COUNTER, uint32_t, on_teammate, "Returns refused: on another robot that says where it is.")  \
+  ROW(LEVEL, uint32_t, teammates, "Places of other robots that returns were compared with.")

@@ -12,8 +12,8 @@
 namespace tessera {
 
 /// Every return is in one counter, and so is every thinned point. Where pose is kOk,
-/// points = non_finite + too_near + on_body + no_return + out_of_grid + over_capacity +
-/// beyond_range + in_range + returns_cut; thinned = admitted + refused_memory() + refused_work +
+/// points = non_finite + too_near + on_body + on_teammate + no_return + out_of_grid + over_capacity
+/// + beyond_range + in_range + returns_cut; thinned = admitted + refused_memory() + refused_work +
 /// refused_deadline.
 struct ScanReport {
   /// kOk, or kInvalidArgument iff the pose is not rigid or its origin is out of the grid, or

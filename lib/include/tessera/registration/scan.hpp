@@ -10,6 +10,7 @@
 
 #include "tessera/base/geometry.hpp"
 #include "tessera/base/internal/lanes.hpp"
+#include "tessera/base/robot_body.hpp"
 #include "tessera/base/status.hpp"
 #include "tessera/grid/lattice.hpp"
 
@@ -33,6 +34,10 @@ struct ScanView {
   /// Not 0: nothing came back from the direction of point i, whose length and weight do not count;
   /// null: all are returns. They free space as InferenceConfig::no_return_range_m says.
   const std::uint8_t* no_return = nullptr;
+  /// Where other robots are, with what they may be off by: a return in a box is no hit, and its ray
+  /// frees space up to where it comes to the box. The first TeammateFilter::kMost, but for those
+  /// that are no boxes (RobotBody::is_valid, check_rigid) and those that the sensor is in.
+  std::span<const PlacedBox> teammates{};
 };
 
 /// The largest weight of a point, so that no sum of a scan comes near a float's limit.
@@ -76,6 +81,8 @@ struct PointBounds {
   }
   return {{low[0], low[1], low[2]}, {high[0], high[1], high[2]}};
 }
+/// In place of a component: a ray ends there, though not at a hit, and what is behind is not known.
+inline constexpr std::uint8_t kSightEnds = 1;
 /// Not a component: marks a point that was not admitted.
 inline constexpr std::uint8_t kRefused = 255;
 

@@ -16,7 +16,8 @@ class Robot {
                                                             int num_components) noexcept {
     return arena_bytes<Robot>(1) + Mapper::required_bytes(config) +
            Sharer::required_bytes(config, num_components) +
-           (config.window ? EvictionQueue::required_bytes(config.archived_blocks) : 0);
+           (config.window ? EvictionQueue::required_bytes(config.archived_blocks) : 0) +
+           arena_bytes<PlacedBox>(config.exchange.teammates);
   }
   /// A robot in the arena, of use as long as its memory is. clock: for deadlines. What keys name
   /// must outlive it. Fails with kInvalidArgument iff a setting is out of its range;
@@ -33,14 +34,16 @@ class Robot {
   Robot& operator=(Robot&&) = delete;
   ~Robot() = default;
 
-  /// As Mapper::integrate and Sharer::note_scan; now_us is the scan's stamp too.
+  /// As Mapper::integrate, Sharer::note_scan and Sharer::note_place; now_us is the scan's stamp
+  /// too. Other robots that say where they are are left out, if the scan names none itself.
   ScanReport integrate(const ScanView& scan, std::int64_t now_us) noexcept {
-    return noted(scan, now_us, mapper_->integrate(scan, now_us));
+    return noted(scan, now_us, mapper_->integrate(with_teammates(scan, now_us), now_us));
   }
-  /// The same as Mapper::integrate_until. stamp_us: of the scan, for corrections.
+  /// The same as Mapper::integrate_until. stamp_us: of the scan, for corrections, and of the clock
+  /// of receive().
   ScanReport integrate_until(const ScanView& scan, std::int64_t due_us,
                              std::int64_t stamp_us) noexcept {
-    return noted(scan, stamp_us, mapper_->integrate_until(scan, due_us));
+    return noted(scan, stamp_us, mapper_->integrate_until(with_teammates(scan, stamp_us), due_us));
   }
   // The rest as Sharer's functions of the same names.
   void receive(std::span<const std::byte> datagram, std::int64_t now_us) noexcept {
@@ -93,11 +96,13 @@ class Robot {
   }
 
  private:
+  [[nodiscard]] ScanView with_teammates(const ScanView& scan, std::int64_t now_us) noexcept;
   ScanReport noted(const ScanView& scan, std::int64_t stamp_us, const ScanReport& report) noexcept;
 
   RobotConfig config_{};
   Mapper* mapper_ = nullptr;
   Sharer* sharer_ = nullptr;
+  std::span<PlacedBox> boxes_;  ///< Scratch: of teammates.
 };
 
 }  // namespace tessera

@@ -49,6 +49,13 @@ class Sharer {
   /// O(1).
   void note_scan(const LocalMaps& maps, std::uint32_t submap, std::int64_t stamp_us,
                  const Matrix34d& T_map_sensor) noexcept;
+  /// Where the robot's body was at now_us, which the others receive with its size: the hull of
+  /// InferenceConfig::body. Of no account where there is none, or tells_place() is false.
+  /// stamp_us: the same on the clock of scans. As Exchange::note_place.
+  void note_place(std::uint32_t submap, std::int64_t stamp_us, const Matrix34d& T_map_body,
+                  std::int64_t now_us) noexcept;
+  /// False: there is no body, or it is larger than others take (Presence::is_sendable).
+  [[nodiscard]] bool tells_place() const noexcept { return tells_place_; }
   /// What arrived, from anybody, as Exchange::receive.
   void receive(std::span<const std::byte> datagram, std::int64_t now_us) noexcept {
     exchange_.receive(datagram, now_us);
@@ -117,6 +124,26 @@ class Sharer {
   /// robot is. From the next send() on; the route of before is forgotten. O(1).
   static constexpr std::size_t kMostRoute = PlacesOfInterest::kMost - 1;
   void set_route(std::span<const Point3d> p_global) noexcept;
+
+  // --- Other robots ------------------------------------------------------------------------------
+
+  /// Robots that said lately where they are. O(ExchangeConfig::teammates).
+  [[nodiscard]] std::size_t teammates(std::int64_t now_us) const noexcept {
+    return exchange_.teammates().count(Instant::at_us(now_us));
+  }
+  /// The one at this place of them, by ascending numbers: where it is now in the global frame. It
+  /// is no obstacle to be mapped, but one for whoever plans a way. Fails with kOutOfRange iff there
+  /// are not so many. O(ExchangeConfig::teammates).
+  [[nodiscard]] Result<TeammatePlace> teammate_at(std::size_t index,
+                                                  std::int64_t now_us) const noexcept {
+    return exchange_.teammates().at(index, teammate_margin_m_, Instant::at_us(now_us));
+  }
+  /// Coordinates of the global frame to those of a submap, or of the one that is published.
+  [[nodiscard]] Matrix34d T_map_global(std::uint32_t submap) const noexcept;
+  /// Their boxes in a submap for a scan of that time, as far as into goes: for
+  /// ScanView::teammates. Returns how many. O(ExchangeConfig::teammates^2).
+  [[nodiscard]] std::size_t place_teammates(std::uint32_t submap, std::int64_t now_us,
+                                            std::span<PlacedBox> into) const noexcept;
 
   // --- The global map ----------------------------------------------------------------------------
 
@@ -200,6 +227,8 @@ class Sharer {
   std::uint32_t ticks_since_scan_ = 0;
   bool near_first_ = false;
   double reach_m_ = 0.0;
+  double teammate_margin_m_ = 0.0;
+  bool tells_place_ = false;
   /// The robot's own place, if it is known, then those of its route.
   std::array<Point3d, PlacesOfInterest::kMost> places_{};
   std::size_t route_ = 0;

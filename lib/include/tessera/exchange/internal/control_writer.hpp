@@ -20,6 +20,9 @@ class ControlWriter {
 
   /// Writes what is due next, if anything is. O(contributions).
   [[nodiscard]] bool write(Outgoing& out, ByteWriter& to) noexcept;
+  /// Writes the announcement, if it is due. O(contributions).
+  [[nodiscard]] bool write_announcement(Outgoing& out, ByteWriter& to) noexcept;
+  [[nodiscard]] bool announces(Instant now) const noexcept { return now >= announce_due_; }
   /// Another contribution of this robot's is published from now on.
   void begin_own(const Ledger& ledger) noexcept;
   /// An announcement is due soon, if none is sooner. O(1).
@@ -68,7 +71,6 @@ class ControlWriter {
   [[nodiscard]] static bool announce(const Outgoing& out, ByteWriter& to, bool own,
                                      std::uint32_t& next) noexcept;
   void announce_floors(const Outgoing& out, ByteWriter& to) const noexcept;
-  [[nodiscard]] bool write_announcement(Outgoing& out, ByteWriter& to) noexcept;
   [[nodiscard]] bool write_due_frame(Outgoing& out, ByteWriter& to) noexcept;
   [[nodiscard]] bool write_due_statement(Outgoing& out, ByteWriter& to) noexcept;
   [[nodiscard]] static bool write_due_conflict(Outgoing& out, ByteWriter& to) noexcept;

@@ -1,11 +1,12 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// What is sent next, under a budget of bytes: control messages, requests and chunks, each signed
-// and tagged.
+// What is sent next, under a budget of bytes: where the robot is, control messages, requests and
+// chunks, each signed and tagged.
 #pragma once
 
 #include "tessera/exchange/internal/chunk_writer.hpp"
 #include "tessera/exchange/internal/control_writer.hpp"
+#include "tessera/exchange/internal/presence_sender.hpp"
 
 namespace tessera {
 
@@ -32,7 +33,12 @@ class Sender {
     chunks_.begin_own();
     control_.begin_own(ledger);
   }
-  void leave() noexcept { leave_due_ = true; }
+  void leave() noexcept {
+    leave_due_ = true;
+    presence_.forget_place();
+  }
+  [[nodiscard]] PresenceSender& presence() noexcept { return presence_; }
+  [[nodiscard]] const PresenceSender& presence() const noexcept { return presence_; }
   [[nodiscard]] ControlWriter& control() noexcept { return control_; }
   [[nodiscard]] Answers& answers() noexcept { return chunks_.answers(); }
   [[nodiscard]] const Answers& answers() const noexcept { return chunks_.answers(); }
@@ -40,6 +46,7 @@ class Sender {
  private:
   void earn(Instant now) noexcept;
   [[nodiscard]] bool write_body(Outgoing& out, ByteWriter& to) noexcept;
+  [[nodiscard]] bool write_presence(Outgoing& out, ByteWriter& to) noexcept;
   [[nodiscard]] static std::size_t append_signature(Outgoing& out, std::span<std::byte> into,
                                                     std::size_t size) noexcept;
 
@@ -52,6 +59,7 @@ class Sender {
   Instant budget_at_;
   ControlWriter control_{};
   ChunkWriter chunks_{};
+  PresenceSender presence_{};
   HashTree* tree_ = nullptr;  ///< Scratch.
   bool announce_soon_ = false;
   bool leave_due_ = false;
