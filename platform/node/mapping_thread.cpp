@@ -90,6 +90,8 @@ void MappingThread::take(Scan& scan, std::int64_t now_us) noexcept {
   if (late_us > config_.period_us) ++now_.late;
   ScanView view;
   if (!registrar_.view(scan, view)) return;
+  if (teammates_ != nullptr && teammates_->get(teammates_now_))
+    view.teammates = std::span(boxes_).first(teammates_now_.place(scan.taken_us, boxes_));
   if (config_.may_wait) wait_for_room(view, now_us);
   const ScanReport report = mapper_.integrate(view, now_us);
   const std::int64_t end_us = MonotonicClock::now_us();
@@ -114,6 +116,7 @@ void MappingThread::take(Scan& scan, std::int64_t now_us) noexcept {
              config_.period_us);
   }
   now_.stamp_us = scan.stamp_us;
+  now_.taken_us = scan.taken_us;
   if (now_.first_us == 0) now_.first_us = end_us;
   now_.end_us = end_us;
   const Matrix34d& T_map_body = config_.has_body ? scan.T_map_body : view.T_map_sensor;

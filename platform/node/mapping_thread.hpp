@@ -18,6 +18,7 @@
 #include "base/memory_lock.hpp"
 #include "base/thread.hpp"
 #include "base/wake_up.hpp"
+#include "node/teammates_state.hpp"
 #include "scans/registrar.hpp"
 #include "scans/scan_source.hpp"
 #include "tessera/robot/mapper.hpp"
@@ -48,6 +49,7 @@ struct MappingThreadState {
   std::int64_t worst_cycle_us = 0;
   std::int64_t worst_late_us = 0;         ///< From the arrival of a scan to the begin of its cycle.
   std::int64_t stamp_us = 0;              ///< Of the last scan that was integrated.
+  std::int64_t taken_us = 0;              ///< When it arrived.
   std::int64_t first_us = 0;              ///< End of the first; 0 before it.
   std::int64_t end_us = 0;                ///< End of the last.
   std::uint32_t pause = 0;                ///< MappingPause.
@@ -79,6 +81,8 @@ class MappingThread {
   ~MappingThread() { stop(); }
 
   Outcome<void> start(const ThreadRole& role);
+  /// Before start(): where other robots are; it must outlive the thread.
+  void follow(const LatestValue<TeammatesState>& teammates) noexcept { teammates_ = &teammates; }
   void stop() noexcept;
 
   // --- For other threads -------------------------------------------------------------------------
@@ -155,6 +159,9 @@ class MappingThread {
   WakeUp& wake_;
   const MappingConfig config_;
   Registrar& registrar_;
+  const LatestValue<TeammatesState>* teammates_ = nullptr;
+  TeammatesState teammates_now_{};
+  std::array<PlacedBox, TeammatesState::kMost> boxes_{};
   std::atomic<bool> stopping_{false};
   /// Reasons, and in the upper bits the number of calls of pause(): requested, and in effect.
   std::atomic<std::uint64_t> pause_{0};

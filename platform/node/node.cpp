@@ -78,7 +78,7 @@ void Node::look_after(NodeRequests& requests, Progress& progress) {
   if (sensing_) all[count++] = &sensing_->log();
   if (vehicle_) all[count++] = &vehicle_->log();
   const std::span<LogQueue* const> queues = std::span(all).first(count);
-  say_missing_rights();
+  say_what_is_missing();
   const std::uint64_t before = thread_heap_allocations().value_or(0);
   say_restart(writer, queues);
   for (const std::string& name : run_.kept_maps) {
@@ -110,7 +110,7 @@ void Node::look_after(NodeRequests& requests, Progress& progress) {
   writer.write(queues);
 }
 
-void Node::say_missing_rights() {
+void Node::say_what_is_missing() {
   if (!run_.not_locked.empty())
     log_.say(LogLevel::kWarning, run_.start_us, "memory is not locked; see the report");
   if (run_.missing.priority != 0)
@@ -119,6 +119,11 @@ void Node::say_missing_rights() {
   if (run_.missing.cpus)
     log_.say(LogLevel::kWarning, run_.start_us,
              "processors of mapping_cpus or other_cpus are not permitted or do not exist");
+  // Else it would go unnoticed until others have mapped the robot.
+  if (setup_.map.inference.body.count != 0 && !robot_->sharer().tells_place())
+    log_.say(LogLevel::kWarning, run_.start_us,
+             "[robot] body is too large to be sent: over 16 m along an axis, or over 10.16 m from "
+             "the body's origin; other robots do not learn where this one is, and map it");
 }
 
 /// Checked here, as the sharing thread checks the others.

@@ -165,7 +165,7 @@ class Node {
 
   // In the thread of run().
   void look_after(NodeRequests& requests, Progress& progress);
-  void say_missing_rights();
+  void say_what_is_missing();
   void look_for_sharing(std::int64_t now_us);
   void look_for_others(std::int64_t now_us);
   void look_for_twins(const SharingThreadState& sharing, std::int64_t now_us);

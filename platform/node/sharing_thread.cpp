@@ -37,7 +37,9 @@ void SharingThread::run() noexcept {
 
 void SharingThread::tick(std::int64_t now_us) noexcept {
   MappingThreadState mapping;
-  if (mapping_.state().get(mapping) && mapping.cycles != scans_seen_) {
+  const bool knows_mapping = mapping_.state().get(mapping);
+  if (knows_mapping) note_place(mapping);
+  if (knows_mapping && mapping.cycles != scans_seen_) {
     scans_seen_ = mapping.cycles;
     Matrix34d T_map_body;
     std::copy(mapping.T_map_body.begin(), mapping.T_map_body.end(), T_map_body.data());
@@ -49,9 +51,33 @@ void SharingThread::tick(std::int64_t now_us) noexcept {
                                      static_cast<std::uint32_t>(asked)));
   }
   second_.add(loop_.tick(now_us));
+  if (knows_mapping) note_teammates(mapping, now_us);
   note_frames(now_us);
   note_asked(now_us);
   note_status(now_us);
+}
+
+/// By poses, also while nothing is mapped; of a recording there are those of scans alone.
+void SharingThread::note_place(const MappingThreadState& mapping) noexcept {
+  if (!sharer_.tells_place()) return;
+  Matrix34d T_map_body;
+  if (sensing_ != nullptr) {
+    SensingThreadState sensing;
+    if (!sensing_->get(sensing) || sensing.poses == poses_seen_) return;
+    poses_seen_ = sensing.poses;
+    std::copy(sensing.T_map_body.begin(), sensing.T_map_body.end(), T_map_body.data());
+    sharer_.note_place(mapping.submap, sensing.stamp_us, T_map_body, sensing.stamp_us);
+  } else if (mapping.cycles != scans_seen_) {
+    std::copy(mapping.T_map_body.begin(), mapping.T_map_body.end(), T_map_body.data());
+    sharer_.note_place(mapping.submap, mapping.taken_us, T_map_body, mapping.taken_us);
+  }
+}
+
+void SharingThread::note_teammates(const MappingThreadState& mapping,
+                                   std::int64_t now_us) noexcept {
+  const std::uint32_t before = teammates_now_.count;
+  teammates_now_.take(sharer_, mapping.submap, now_us);
+  if (before + teammates_now_.count != 0) teammates_.set(teammates_now_);
 }
 
 /// Only where the robot itself is somewhere: else all matters alike.
@@ -111,6 +137,7 @@ void SharingThread::note_status(std::int64_t now_us) noexcept {
     now_.in_reach += !peer.left && (Instant::at_us(now_us) - peer.heard).us <= kReach_us ? 1U : 0U;
     now_.matching += peer.mismatch ? 0U : 1U;
   }
+  now_.teammates = static_cast<std::uint32_t>(sharer_.teammates(now_us));
   now_.agreeing = sharer_.exchange().peers_agreeing(now_us);
   now_.digest = sharer_.exchange().digest();
   now_.submap = sharer_.submap();

@@ -11,6 +11,7 @@
 #include "node/asked_places.hpp"
 #include "node/mapping_thread.hpp"
 #include "node/robot_loop.hpp"
+#include "node/sensing_thread.hpp"
 #include "node/team_alarm.hpp"
 #include "settings/map_options.hpp"
 
@@ -25,8 +26,9 @@ struct SharingThreadState {
   std::uint32_t in_reach = 0;  ///< Robots that were heard within kReach_us and have not left.
   std::uint32_t matching =
       0;  ///< Robots that were heard and have the same configuration, gone or not.
-  std::uint32_t agreeing = 0;  ///< Exchange::peers_agreeing().
-  std::uint64_t digest = 0;    ///< Exchange::digest().
+  std::uint32_t agreeing = 0;   ///< Exchange::peers_agreeing().
+  std::uint32_t teammates = 0;  ///< Sharer::teammates().
+  std::uint64_t digest = 0;     ///< Exchange::digest().
   SubmapReport submap{};
   std::uint32_t waiting = 0;  ///< Blocks of the global map that wait for work.
   MapUsage global{};
@@ -91,6 +93,8 @@ class SharingThread {
   Outcome<void> start(const ThreadRole& role, std::int64_t start_us);
   /// Before start(): places that matter beside the robot's own. It must outlive the thread.
   void follow(const LatestValue<AskedPlaces>& asked) noexcept { asked_ = &asked; }
+  /// The same: where the robot's body is, as often as it is known; else it is known from scans.
+  void follow(const LatestValue<SensingThreadState>& sensing) noexcept { sensing_ = &sensing; }
   /// Announces that this robot leaves, and ends within a tick.
   void stop() noexcept;
 
@@ -99,6 +103,8 @@ class SharingThread {
   [[nodiscard]] const LatestValue<SharingThreadState>& state() const noexcept { return state_; }
   /// As of the last tick where frames have changed; poses within a second.
   [[nodiscard]] const LatestValue<SubmapFramesState>& frames() const noexcept { return frames_; }
+  /// The other robots, as of the last tick.
+  [[nodiscard]] const LatestValue<TeammatesState>& teammates() const noexcept { return teammates_; }
   /// Leaves the epoch with the next tick, as Sharer::reopen. For any thread.
   void ask_to_reopen(std::uint32_t epoch, std::uint32_t floor) noexcept {
     reopen_.store(std::uint64_t{epoch} << 32U | floor, std::memory_order_release);
@@ -123,6 +129,8 @@ class SharingThread {
   void note_sessions() noexcept;
   void note_frames(std::int64_t now_us) noexcept;
   void note_asked(std::int64_t now_us) noexcept;
+  void note_place(const MappingThreadState& mapping) noexcept;
+  void note_teammates(const MappingThreadState& mapping, std::int64_t now_us) noexcept;
 
   Sharer& sharer_;
   LocalMaps& maps_;
@@ -135,6 +143,10 @@ class SharingThread {
   const LatestValue<AskedPlaces>* asked_ = nullptr;
   std::uint64_t asked_seen_ = 0;  ///< Its version.
   AskedPlaces route_{};
+  const LatestValue<SensingThreadState>* sensing_ = nullptr;
+  std::uint64_t poses_seen_ = 0;
+  TeammatesState teammates_now_{};
+  LatestValue<TeammatesState> teammates_;
   Activity activity_{};
   SharingThreadState now_{};
   LatestValue<SharingThreadState> state_;

@@ -189,6 +189,9 @@ void VehicleThread::tell_sectors() noexcept {
                                 .occupancy = static_cast<float>(from.occupancy),
                                 .free_up_to_m = static_cast<float>(from.free_up_to_m)};
   }
+  TeammatesState teammates;
+  if (sharing_.teammates().get(teammates))
+    teammates.add_to(told_.sectors, summary.T_map_body, config_.sectors, MonotonicClock::now_us());
 }
 
 void VehicleThread::tell_state(std::int64_t now_us) noexcept {

@@ -10,6 +10,7 @@
 #include "fusing.hpp"
 #include "maps/fixed_settings.hpp"
 #include "maps/whole_map_file.hpp"
+#include "tessera/base/rigid.hpp"
 #include "tessera/map/queries.hpp"
 
 namespace tessera::python {
@@ -152,6 +153,7 @@ IntegrationReport HeldLocalMap::integrate(ScanView scan, const LabelsView& label
     last_.submap = submap;
     last_.stamp_us = *stamp_us;
     last_.T_map_sensor = scan.T_map_sensor;
+    last_.T_map_body = product(scan.T_map_sensor, inverse(scan.T_body_sensor));
     totals_.add(report.scan);
   }
   report.kept = std::move(kept);

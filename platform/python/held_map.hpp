@@ -109,6 +109,7 @@ struct LastScan {
   std::uint32_t submap = 0;  ///< That it was mapped into.
   std::int64_t stamp_us = 0;
   Matrix34d T_map_sensor = Matrix34d::Identity();
+  Matrix34d T_map_body = Matrix34d::Identity();
 };
 
 class HeldLocalMap final : public HeldMap {

@@ -124,6 +124,7 @@ std::vector<std::string> HeldSharer::tick(std::int64_t now_us) {
   if (const LastScan last = map_->last_scan(); last.number != scans_seen_) {
     scans_seen_ = last.number;
     sharer_->note_scan(map_->mapper().maps(), last.submap, last.stamp_us, last.T_map_sensor);
+    sharer_->note_place(last.submap, last.stamp_us, last.T_map_body, now_us);
   }
   // The map may be written to meanwhile: this reads it as a MapReader.
   static_cast<void>(sharer_->tick(map_->mapper().maps(), now_us));

@@ -14,6 +14,7 @@
 #include "report.hpp"
 #include "scans/scan_losses.hpp"
 #include "settings.hpp"
+#include "teammates.hpp"
 
 namespace tessera::python {
 
@@ -48,13 +49,11 @@ void warn_of_losses(HeldLocalMap& map, const IntegrationReport& report) {
   warn_of(warnings);
 }
 
-IntegrationReport integrate(HeldLocalMap& map, const py::array& points,
-                            const std::optional<py::array>& labels,
-                            const std::optional<PoseArray>& T_map_sensor,
-                            const std::optional<py::array>& weights,
-                            const std::optional<std::int64_t>& stamp_us,
-                            const std::optional<PoseArray>& T_body_sensor,
-                            const std::optional<py::array>& no_return) {
+IntegrationReport integrate(
+    HeldLocalMap& map, const py::array& points, const std::optional<py::array>& labels,
+    const std::optional<PoseArray>& T_map_sensor, const std::optional<py::array>& weights,
+    const std::optional<std::int64_t>& stamp_us, const std::optional<PoseArray>& T_body_sensor,
+    const std::optional<py::array>& no_return, const std::optional<py::list>& teammates) {
   const PointsView view = points_of(points, "points");
   ScanView scan;
   scan.points = view.points;
@@ -71,6 +70,8 @@ IntegrationReport integrate(HeldLocalMap& map, const py::array& points,
   scan.T_map_sensor = pose_of(T_map_sensor, "T_map_sensor");
   scan.T_body_sensor = pose_of(T_body_sensor, "T_body_sensor");
   check(check_body(map.setup().inference.body, scan.T_body_sensor, "the sensor"));
+  const std::vector<PlacedBox> boxes = boxes_of(teammates);
+  scan.teammates = boxes;
   warn_of_sampling(view.count, map.max_points());
   const IntegrationReport report = map.integrate(scan, given, stamp_us);
   if (report.scan.pose != Status::kOk) {
@@ -160,6 +161,7 @@ None: all unlabelled. T_map_sensor: (4, 4) or (3, 4), sensor to map, metres; Non
 weights: (N,) float32, 0 .. 1e6; None: all 1. stamp_us: of the scan, for correct(); None: the time now,
 of a monotonic clock. T_body_sensor: (4, 4) or (3, 4), for the boxes of body; None: the identity.
 no_return: (N,) bool, true where nothing came back from the direction of a point; None: all did.
+teammates: of Sharer.teammates(); returns on these robots are left out.
 
 Refused points are counted in the report; a scan of more than max_points is sampled, with a
 UserWarning. The first scan that has no points, or whose points are all beyond max_range_m or left
@@ -271,7 +273,7 @@ has them all.)");
       .def("integrate", &integrate, py::arg("points"), py::arg("labels") = py::none(),
            py::arg("T_map_sensor") = py::none(), py::arg("weights") = py::none(), py::kw_only(),
            py::arg("stamp_us") = py::none(), py::arg("T_body_sensor") = py::none(),
-           py::arg("no_return") = py::none(), kIntegrate)
+           py::arg("no_return") = py::none(), py::arg("teammates") = py::none(), kIntegrate)
       .def("correct", &correct, py::arg("stamps_us"), py::arg("T_world_sensor"),
            py::arg("revision"), kCorrect)
       .def(

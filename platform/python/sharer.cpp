@@ -13,6 +13,7 @@
 #include "settings.hpp"
 #include "settings/sharing_settings.hpp"
 #include "sharer_sessions.hpp"
+#include "teammates.hpp"
 
 namespace tessera::python {
 
@@ -273,6 +274,7 @@ Raises InputError iff the shape is another one or a number is not finite.)")
 
 Raises InputError iff it is this robot, Error iff 16 are excluded.)");
   add_sharer_sessions(sharer_class);
+  add_sharer_teammates(sharer_class);
 }
 
 }  // namespace tessera::python

@@ -10,7 +10,6 @@
 #include "tessera/exchange/conflicts.hpp"
 #include "tessera/exchange/internal/block_codec.hpp"
 #include "tessera/exchange/internal/frames.hpp"
-#include "tessera/exchange/presence.hpp"
 
 namespace tessera::fuzz {
 
@@ -228,34 +227,19 @@ bool draw_chunk(Input& input, ByteWriter& to, bool is_signed) {
   return at_end;
 }
 
-/// A place that can be written, or bytes that may be none; and after it an announcement or not.
-void draw_presence(Input& input, ByteWriter& to) {
-  const unsigned how = input.u8();
-  Presence presence;
-  presence.box = {{-1, -1, -1}, {1, 1, 1}};
-  presence.stamp_ms = static_cast<std::int64_t>(how) * 16;
-  presence.speed_m_per_s = static_cast<std::uint8_t>(how & 1U);
-  presence.T_global_body(0, 3) = static_cast<double>(how);
-  if ((how & 2U) != 0) {
-    static_cast<void>(write_presence(to, presence));
-  } else {
-    for (std::size_t i = 0; i < Presence::kBytes; ++i) to.u8(static_cast<std::uint8_t>(input.u8()));
-  }
-  if ((how & 4U) != 0) draw_announcement(input, to);
-}
-
 /// True iff the body ends with a signature, which there is room for.
 bool draw(Input& input, DatagramKind kind, bool is_signed, ByteWriter& to) {
   if (kind == DatagramKind::kChunk) return draw_chunk(input, to, is_signed);
   if (kind == DatagramKind::kFrame) return draw_frames(input, to, is_signed);
   const bool at_end = is_signed && is_control(kind);
   if (at_end) to.keep_free(kSignatureBytes);
-  if (kind == DatagramKind::kAnnounce) draw_announcement(input, to);
+  if (kind == DatagramKind::kPresence) to.bytes(input.bytes(Presence::kBytes));
+  if (kind == DatagramKind::kAnnounce || (kind == DatagramKind::kPresence && input.below(2) == 1))
+    draw_announcement(input, to);
   if (kind == DatagramKind::kRequest) draw_request(input, to);
   if (kind == DatagramKind::kStatement) draw_statement(input, to, is_signed);
   if (kind == DatagramKind::kDescription) draw_description(input, to);
   if (kind == DatagramKind::kConflict) draw_conflict(input, to);
-  if (kind == DatagramKind::kPresence) draw_presence(input, to);
   return at_end;
 }
 

@@ -95,13 +95,7 @@ class Team {
     robots_[number] = keys_.robot(number, session, floor);
     std::fprintf(file_, "start %u\n", number);
   }
-  /// Where a robot is, as it drives along x.
-  void note_place(std::uint32_t number) {
-    Matrix34d T = Matrix34d::Identity();
-    T(0, 3) = 1e-6 * static_cast<double>(now_us_);
-    const std::int64_t clock_us = Network::clock_us(static_cast<int>(number), now_us_);
-    robots_[number]->exchange().note_place(T, clock_us, clock_us);
-  }
+  [[nodiscard]] std::int64_t now_us() const { return now_us_; }
   void switch_off(std::uint32_t number) { robots_[number].reset(); }
   [[nodiscard]] Robot& robot(std::uint32_t number) { return *robots_[number]; }
   /// Whether a datagram arrives; all of them do unless this is set.
@@ -199,10 +193,8 @@ void drive(Team& team, oracle::Random& random) {
   team.arrives = [&](std::uint32_t /*from*/, std::uint32_t /*to*/, DatagramKind kind) {
     return kind != DatagramKind::kChunk || ++chunks % 4 != 0;
   };
-  if (team.robot(0).exchange().set_body(BodyBox{{-1, -0.5F, 0}, {1, 0.5F, 3}}) != Status::kOk)
-    throw std::runtime_error("body");
   for (std::int32_t step = 0; step < 20; ++step) {
-    team.note_place(0);
+    exchange_tests::note_place(team.robot(0).exchange(), team.now_us());
     for (std::uint32_t robot = 0; robot < 3; ++robot) {
       const BlockCoord block{step % 7 - 3, static_cast<std::int32_t>(robot), step % 3 - 1};
       publish(team.robot(robot), block, random, step % 10 == 3 ? 4000 : 15);

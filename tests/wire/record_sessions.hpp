@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // A robot that has loaded two maps of earlier days, and removes one of them again; and one whose
-// submaps are moved.
+// submaps are moved; and one that says where it is.
 #pragma once
 
 #include <stdexcept>
@@ -10,6 +10,16 @@
 #include "tessera/base/rigid_code.hpp"
 
 namespace tessera::exchange_tests {
+
+/// A robot drives along x, and says so.
+inline void note_place(Exchange& exchange, std::int64_t now_us) {
+  if (exchange.report().presences == 0 &&
+      exchange.set_body(BodyBox{{-1, -0.5F, 0}, {1, 0.5F, 3}}) != Status::kOk)
+    throw std::runtime_error("a body");
+  Matrix34d T = Matrix34d::Identity();
+  T(0, 3) = 1e-6 * static_cast<double>(now_us);
+  exchange.note_place(T, now_us, now_us);
+}
 
 /// Of another digest and date each; one lies before 1970.
 inline void publish_sessions(Exchange& exchange, oracle::Random& random) {

@@ -27,7 +27,7 @@ TeammateFilter::TeammateFilter(std::span<const PlacedBox> boxes, const Point3d& 
   for (std::size_t i = 0; i < boxes_.size(); ++i) {
     if (!is_of_use(boxes_[i], origin_map)) continue;
     used_ |= std::uint64_t{1} << i;
-    mark(boxes_[i]);
+    mark(i);
   }
 }
 
@@ -38,7 +38,8 @@ void TeammateFilter::for_used(Visit&& visit) const noexcept {
 }
 
 /// All cells that its corners are between, and one more for what is rounded.
-void TeammateFilter::mark(const PlacedBox& one) noexcept {
+void TeammateFilter::mark(std::size_t number) noexcept {
+  const PlacedBox& one = boxes_[number];
   const Matrix34d T_map_box = inverse(one.T_box_map);
   const Point3d some = apply(T_map_box, Point3d::Zero());
   std::array<double, 2> low{some.x(), some.y()};
@@ -54,6 +55,12 @@ void TeammateFilter::mark(const PlacedBox& one) noexcept {
       high[i] = corner == 0 ? value : std::max(high[i], value);
     }
   }
+  // A little more, so that no rounding loses a return on a face.
+  const auto outwards = [](double at, double by) { return static_cast<float>(at + by); };
+  const double slack_x = 1e-3 + 1e-6 * std::max(std::abs(low[0]), std::abs(high[0]));
+  const double slack_y = 1e-3 + 1e-6 * std::max(std::abs(low[1]), std::abs(high[1]));
+  areas_[number] = {outwards(low[0], -slack_x), outwards(high[0], slack_x),
+                    outwards(low[1], -slack_y), outwards(high[1], slack_y)};
   std::uint64_t columns = 0;
   const auto visit = [&](std::size_t axis, auto&& use) {
     const double first = std::floor(low[axis] / kCell_m) - 1.0;
@@ -73,12 +80,18 @@ std::uint32_t TeammateFilter::count() const noexcept {
 std::optional<double> TeammateFilter::share_in_boxes(const Point3f& p_map) const noexcept {
   const Point3d p = p_map.cast<double>();
   std::optional<double> share;
-  for_used([&](const PlacedBox& one) {
+  for (std::uint64_t rest = used_; rest != 0; rest &= rest - 1) {
+    const auto number = static_cast<std::size_t>(std::countr_zero(rest));
+    const Area& area = areas_[number];
+    if (p_map.x() < area.low_x || p_map.x() > area.high_x || p_map.y() < area.low_y ||
+        p_map.y() > area.high_y)
+      continue;
+    const PlacedBox& one = boxes_[number];
     const Point3d p_box = apply(one.T_box_map, p);
-    if (!one.box.holds(p_box)) return;
+    if (!one.box.holds(p_box)) continue;
     const Point3d from_box = apply(one.T_box_map, origin_map_);
     share = std::min(share.value_or(1.0), one.box.met_after(from_box, p_box - from_box));
-  });
+  }
   return share;
 }
 

@@ -50,7 +50,14 @@ class TeammateFilter {
     const auto floor = static_cast<std::int32_t>(at_m) - (at_m < 0.0F ? 1 : 0);
     return static_cast<std::size_t>(floor) % kCells;
   }
-  void mark(const PlacedBox& one) noexcept;
+  /// Where a box is, seen from above.
+  struct Area {
+    float low_x = 0.0F;
+    float high_x = 0.0F;
+    float low_y = 0.0F;
+    float high_y = 0.0F;
+  };
+  void mark(std::size_t number) noexcept;
   [[nodiscard]] std::optional<double> share_in_boxes(const Point3f& p_map) const noexcept;
   template <class Visit>
   void for_used(Visit&& visit) const noexcept;
@@ -59,6 +66,7 @@ class TeammateFilter {
   Point3d origin_map_ = Point3d::Zero();
   std::uint64_t used_ = 0;  ///< Bit i: box i is.
   std::array<std::uint64_t, kCells> cells_{};
+  std::array<Area, kMost> areas_;  ///< Of those that are used.
 };
 
 }  // namespace tessera
