@@ -137,7 +137,6 @@ void SharingThread::note_status(std::int64_t now_us) noexcept {
     now_.in_reach += !peer.left && (Instant::at_us(now_us) - peer.heard).us <= kReach_us ? 1U : 0U;
     now_.matching += peer.mismatch ? 0U : 1U;
   }
-  now_.teammates = static_cast<std::uint32_t>(sharer_.teammates(now_us));
   now_.agreeing = sharer_.exchange().peers_agreeing(now_us);
   now_.digest = sharer_.exchange().digest();
   now_.submap = sharer_.submap();

@@ -26,9 +26,8 @@ struct SharingThreadState {
   std::uint32_t in_reach = 0;  ///< Robots that were heard within kReach_us and have not left.
   std::uint32_t matching =
       0;  ///< Robots that were heard and have the same configuration, gone or not.
-  std::uint32_t agreeing = 0;   ///< Exchange::peers_agreeing().
-  std::uint32_t teammates = 0;  ///< Sharer::teammates().
-  std::uint64_t digest = 0;     ///< Exchange::digest().
+  std::uint32_t agreeing = 0;  ///< Exchange::peers_agreeing().
+  std::uint64_t digest = 0;    ///< Exchange::digest().
   SubmapReport submap{};
   std::uint32_t waiting = 0;  ///< Blocks of the global map that wait for work.
   MapUsage global{};
