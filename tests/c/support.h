@@ -9,7 +9,7 @@
 #include "tessera/tessera.h"
 
 /// Memory of one robot of small_config().
-#define ROBOT_BYTES (34u << 20)
+#define ROBOT_BYTES (50u << 20)
 
 extern int failures;
 
