@@ -232,21 +232,21 @@ def test_clear_forgets_all(small, wall):
 
 def test_the_budget_holds(wall):
     points, labels = wall
-    tight = tessera.LocalMap(tessera.ClassTable(["road", "wall"]), memory_bytes=8 << 20, max_points=64)
+    tight = tessera.LocalMap(tessera.ClassTable(["road", "wall"]), memory_bytes=26 << 20, max_points=64)
     with pytest.warns(UserWarning, match=f"{len(points)} points are more than max_points 64"):
         report = tight.integrate(points, labels)
     assert report.over_capacity == report.left_out == len(points) - 64
     usage = tight.usage()
     assert usage["refused"] == len(points) - 64
-    assert usage["used_bytes"] + usage["scratch_bytes"] <= usage["budget_bytes"] == 8 << 20
+    assert usage["used_bytes"] + usage["scratch_bytes"] <= usage["budget_bytes"] == 26 << 20
 
 
 def test_refused_is_what_the_command_counts(command, street, tmp_path):
     folder = street / "robot_0"
     memory = command("map", "--dataset", folder, "--first", 0, "--last", 0, "--out", tmp_path / "a.tsm", "--resolution", "0.05",
-                     "--memory", 6 << 20, "--window", 100, report=tmp_path / "a.json")["memory"]
+                     "--memory", 24 << 20, "--window", 100, report=tmp_path / "a.json")["memory"]
     dataset = tessera.Dataset(folder, first=0, last=0)
-    made, reports = map_of(dataset, resolution_m=0.05, memory_bytes=6 << 20, max_points=max(len(scan.points) for scan in dataset))
+    made, reports = map_of(dataset, resolution_m=0.05, memory_bytes=24 << 20, max_points=max(len(scan.points) for scan in dataset))
     usage = made.usage()
     assert usage["refused"] == memory["refused"] == sum(r.over_capacity + r.refused_memory + r.rays_refused_memory for r in reports)
     assert usage["refused"] > usage["blocks_refused"] + usage["storage_refused"]

@@ -67,7 +67,7 @@ def test_a_corrected_trajectory_moves_submaps_in_files_and_at_others(street, tmp
     with pytest.raises(tessera.InputError, match="one shares it at a time"):
         sharer_of(robot)
     with pytest.raises(tessera.InputError, match="submap_m"):
-        tessera.LocalMap(memory_bytes=16 << 20).correct(stamps, moved, 1)
+        tessera.LocalMap(memory_bytes=32 << 20).correct(stamps, moved, 1)
 
 
 def test_a_map_in_submaps_without_a_sharer(street, tmp_path):

@@ -4,6 +4,8 @@
 
 #include <bit>
 
+#include "tessera/base/internal/digest.hpp"
+
 namespace tessera {
 
 namespace {
@@ -16,13 +18,14 @@ struct Tally {
   std::uint32_t agreed = 0;
 };
 
-/// Calls visit(voxel, label) for every n-th label voxel of a map.
+/// Calls visit(voxel, label) for one in `stride` label voxels of a map. Which of a block's these
+/// are follows from its key, so that it is no matter in what order blocks came.
 template <class Visit>
 void for_samples(const LocalMap& map, std::uint32_t stride, Visit&& visit) noexcept {
-  std::uint32_t place = 0;
   SweepCursor cursor;
   map.visit_blocks(cursor, ~std::size_t{0} / 2, [&](BlockKey key, SlabHandle handle) {
     const Block& block = map.block_at(handle);
+    std::uint64_t place = mix64(key.bits) >> 1U;
     for (std::uint64_t octets = map.octets_of(block); octets != 0; octets &= octets - 1) {
       const int octet = std::countr_zero(octets);
       for (unsigned v = map.observed_labels(block, octet); v != 0; v &= v - 1) {

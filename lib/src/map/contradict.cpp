@@ -26,6 +26,7 @@ Contradicted LocalMap::contradict(SlabHandle handle, const VoxelMask& doubted,
 namespace {
 
 struct OccupiedInOctet {
+  unsigned observed = 0;  ///< With labels.
   unsigned all = 0;
   unsigned faint = 0;
 };
@@ -35,7 +36,7 @@ OccupiedInOctet occupied_of(const LocalMap& map, const Block& block, int octet) 
   const bool has_passes = block.free_passes[layer_of_octet(octet)] != 0;
   const TupleStore::Plane sums =
       map.tuples().label_sums(map.pool().at(map.octet_handle(block, octet)));
-  OccupiedInOctet result;
+  OccupiedInOctet result{.observed = observed};
   for (unsigned left = observed; left != 0; left &= left - 1) {
     const int voxel = std::countr_zero(left);
     const unsigned bit = left & (~left + 1);
@@ -46,6 +47,21 @@ OccupiedInOctet occupied_of(const LocalMap& map, const Block& block, int octet) 
     result.faint |= is_occupied && labels <= LocalMap::Occupied::kFaint ? bit : 0U;
   }
   return result;
+}
+
+/// Whether any of an octet's voxels has evidence of a class that may move.
+bool holds_moving(const LocalMap& map, const std::byte* octet, unsigned observed,
+                  std::uint64_t moving) noexcept {
+  bool found = false;
+  for (unsigned left = observed; left != 0 && !found; left &= left - 1) {
+    map.tuples().visit(
+        octet, std::countr_zero(left),
+        [&](int component, float count) {
+          found = found || (count > 0.0F && (moving >> static_cast<unsigned>(component) & 1U) != 0);
+        },
+        [](float) {});
+  }
+  return found;
 }
 
 /// Adds an octet's voxels: two of a row, of two rows, of two slices.
@@ -62,6 +78,7 @@ LocalMap::Occupied LocalMap::occupied(SlabHandle handle, const VoxelMask& asked)
   const Block& block = block_at(handle);
   const std::uint64_t moving = may_move(handle) ? classes().moving() : 0;
   Occupied result;
+  bool holds = false;
   for (std::uint64_t octets = octets_of(block); octets != 0; octets &= octets - 1) {
     const int octet = std::countr_zero(octets);
     const std::size_t layer = layer_of_octet(octet);
@@ -81,8 +98,10 @@ LocalMap::Occupied LocalMap::occupied(SlabHandle handle, const VoxelMask& asked)
     }
     add_octet(result.moving, octet, mobile);
     result.any_moving = result.any_moving || mobile != 0;
+    holds = holds || mobile != 0 || holds_moving(*this, at, occupied.observed, moving);
   }
-  if (moving != 0 && !result.any_moving) leave_moving(handle);
+  // By what it holds, as it joins, so that a map that was loaded goes on as the one in memory.
+  if (moving != 0 && !holds) leave_moving(handle);
   return result;
 }
 

@@ -124,7 +124,8 @@ TEST_CASE("split_budget: what is too little for a map is refused with what is en
   const Outcome<ScanCapacity> none = split_budget(*setup, 100'000);
   REQUIRE_FALSE(none.ok());
   CHECK_THAT(none.failure().text(),
-             Catch::StartsWith("--memory 1M is too little for a map; give at least "));
+             Catch::StartsWith("--memory 1M is too little for a map; take --carving rays, which "
+                               "needs 16M less, or give at least "));
   CHECK_THAT(none.failure().text(Speaker::kPython),
              Catch::StartsWith("memory_bytes 1048576 bytes is too little"));
 }

@@ -88,9 +88,10 @@ class LocalMap : public BlockTable {
   Contradicted contradict(SlabHandle handle, const VoxelMask& doubted,
                           const VoxelMask& gone) noexcept;
   /// Voxels of a block whose label evidence is more than their passes weigh; those of them where it
-  /// is at most kFaint; and those whose label is of a class that may move. If there are none of
-  /// these, visit_moving() visits the block no more. asked: of a block that visit_moving() does not
-  /// visit, only octets with some of these voxels are looked at. O(512 components present).
+  /// is at most kFaint; and those whose label is of a class that may move. If no voxel has evidence
+  /// of such a class, visit_moving() visits the block no more. asked: of a block that
+  /// visit_moving() does not visit, only octets with some of these voxels are looked at. O(512
+  /// components present).
   struct Occupied {
     static constexpr float kFaint = 8.0F;  ///< So many points.
     VoxelMask all{};
