@@ -134,6 +134,7 @@ Setting setting_of(InferenceMode mode, bool free_space) {
   setting.inference.min_range_m = 0.0F;
   setting.inference.max_range_m = free_space ? 40.0F : 0.0F;
   setting.inference.free_space.enabled = free_space;
+  setting.inference.free_space.carving = Carving::kRays;
   setting.map =
       config_of(mode == InferenceMode::kKernel ? TuplePolicy::kDense : TuplePolicy::kCompact, 192);
   return setting;

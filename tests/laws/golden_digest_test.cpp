@@ -19,6 +19,7 @@ struct Golden {
   bool free_space;
   std::uint64_t digest;
   std::uint64_t by_rows;
+  Carving carving = Carving::kRays;
 };
 
 struct Digests {
@@ -33,6 +34,7 @@ Digests digests_of_scans(const Golden& golden, std::uint64_t hash_seed) {
   config.mode = golden.mode;
   config.thinning_weight = golden.weight;
   config.free_space.enabled = golden.free_space;
+  config.free_space.carving = golden.carving;
   config.kernel_length_m = 0.35F;
   config.max_range_m = 12.0F;
   MapConfig map = uncapped_map(0.1);
@@ -68,7 +70,7 @@ Digests digests_of_scans(const Golden& golden, std::uint64_t hash_seed) {
   return {digest(mapper.map(), workspace), digest_by_rows(mapper.map())};
 }
 
-constexpr std::array<Golden, 7> kGolden{{
+constexpr std::array<Golden, 11> kGolden{{
     {InferenceMode::kCounting, ThinningWeight::kMean, false, 0xe9b734e1786f7a51U,
      0xed39d1d483ad2b32U},
     {InferenceMode::kCounting, ThinningWeight::kMean, true, 0xce4a872f13734755U,
@@ -82,6 +84,14 @@ constexpr std::array<Golden, 7> kGolden{{
      0x9f49d65105d014e5U},
     {InferenceMode::kMultiEntropy, ThinningWeight::kSum, true, 0x9d01a36691e741b0U,
      0xbd259ab494e40389U},
+    {InferenceMode::kCounting, ThinningWeight::kMean, true, 0x780ef063aa570a53U,
+     0x407f62849988b93aU, Carving::kImage},
+    {InferenceMode::kKernel, ThinningWeight::kSum, true, 0xa9c9066e981d8b26U, 0x226d3bc53bb18f33U,
+     Carving::kImage},
+    {InferenceMode::kMultiEntropy, ThinningWeight::kMean, true, 0x7a1c8c857c2d2be4U,
+     0x52a958e2530441cfU, Carving::kImage},
+    {InferenceMode::kMultiEntropy, ThinningWeight::kSum, true, 0x0d71c3ba48434b5bU,
+     0xfaa6fd6552b7e251U, Carving::kImage},
 }};
 
 }  // namespace
