@@ -108,7 +108,7 @@ class AnyColumns {
 
  private:
   // NOLINTNEXTLINE(cppcoreguidelines-avoid-c-arrays): as in carve_slabs.hpp
-  alignas(32) std::int32_t column_[CarveSlabs::kEdge];
+  alignas(32) std::int32_t column_[CarveSlabs::kEdge] = {};
   Short8 least_;
 };
 
