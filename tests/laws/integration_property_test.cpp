@@ -173,7 +173,7 @@ TEMPLATE_TEST_CASE_SIG("property: scans with special floats and scarce means kee
 }
 
 TEST_CASE("property: the same by the image of the scan, but for what returns left out free") {
-  const std::uint64_t cases = number_from("TESSERA_PROPERTY_CASES", kDefaultCases) / 4;
+  const std::uint64_t cases = number_from("TESSERA_PROPERTY_CASES", kDefaultCases) / 16;
   const std::uint64_t seed = announce_seed(number_from("TESSERA_PROPERTY_SEED", kDefaultSeed));
   const Outcome outcome = run_share(0, cases, seed, Carving::kImage);
   std::cout << cases / kShares << " cases by the image: left out something in "
