@@ -174,6 +174,13 @@ TEST_CASE("blocks that may hold what moves: listed from the first such label on,
     CHECK(left.all == mask_of({9, 0, 0}));
     CHECK(rig.moving() == std::vector<BlockCoord>{{3, 0, 0}, {2, 0, 0}});
   }
+  SECTION(
+      "one with some evidence of what moves stays, whatever its label: so a loaded map has it") {
+    const VoxelCoord voxel{8, 0, 0};
+    REQUIRE(hit(rig.map, voxel, kStands, 5.0F) == Status::kOk);
+    CHECK_FALSE(rig.map.occupied(rig.map.find_handle(BlockCoord{1, 0, 0}), kAll).any_moving);
+    CHECK(rig.moving().size() == 3);
+  }
   SECTION("a map that is emptied has none") {
     rig.map.clear();
     CHECK(rig.moving().empty());

@@ -17,7 +17,7 @@ namespace {
 RobotConfig config_in_submaps(std::uint32_t number) {
   RobotConfig config = config_at_first(8);
   config.submap_cuts.length_m = 8.0;
-  // What is seen through is doubted once a scan, whichever submap has it: sums would differ.
+  // By the image, what a scan contradicts depends on which submap has it, and so would the sums.
   config.inference.free_space.carving = Carving::kRays;
   config.exchange.robot = number;
   config.exchange.contributions = config.global.replicas.contributions = 24;
