@@ -115,6 +115,13 @@ class AnyColumns {
 // Columns that lie within so many values: all of these are compared, and the bytes of what is not
 // free are picked from the results. A place that is negative picks none.
 
+/// The highest bits of the bytes at places of each half, of one half or the other.
+unsigned picked(Char32 bytes, Char32 places) noexcept {
+  const auto bits =
+      static_cast<unsigned>(__builtin_ia32_pmovmskb256(__builtin_ia32_pshufb256(bytes, places)));
+  return bits | bits >> 16U;
+}
+
 /// Two rows at once. Packing puts of both the first eight values into the lower half.
 class ColumnsIn16 {
  public:
@@ -140,9 +147,7 @@ class ColumnsIn16 {
   [[nodiscard]] unsigned two(const std::int16_t* a, const std::int16_t* b) const noexcept {
     const Char32 bytes = __builtin_ia32_packsswb256(free_ > load<Short16>(a + first_),
                                                     free_ > load<Short16>(b + first_));
-    const auto bits =
-        static_cast<unsigned>(__builtin_ia32_pmovmskb256(__builtin_ia32_pshufb256(bytes, places_)));
-    return (bits | bits >> 16U) & 0xffffU;
+    return picked(bytes, places_) & 0xffffU;
   }
 
   Short16 free_;  ///< From it on.
@@ -174,9 +179,7 @@ class ColumnsIn32 {
   [[nodiscard]] unsigned one(const std::int16_t* from) const noexcept {
     const Char32 bytes =
         __builtin_ia32_packsswb256(free_ > load<Short16>(from), free_ > load<Short16>(from + 16));
-    const auto bits =
-        static_cast<unsigned>(__builtin_ia32_pmovmskb256(__builtin_ia32_pshufb256(bytes, places_)));
-    return (bits | bits >> 16U) & 0xffU;
+    return picked(bytes, places_) & 0xffU;
   }
 
   Short16 free_;  ///< From it on.

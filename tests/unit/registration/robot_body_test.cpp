@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // The robot's body as a sensor sees it, and where motion is taken out of a sweep.
-#include "tessera/registration/robot_body.hpp"
+#include "tessera/base/robot_body.hpp"
 
 #include <catch2/catch.hpp>
 #include <limits>

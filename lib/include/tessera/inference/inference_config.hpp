@@ -6,7 +6,7 @@
 
 #include <cstdint>
 
-#include "tessera/registration/robot_body.hpp"
+#include "tessera/base/robot_body.hpp"
 
 namespace tessera {
 

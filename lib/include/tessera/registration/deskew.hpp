@@ -10,9 +10,9 @@
 #include <span>
 
 #include "tessera/base/counters.hpp"
+#include "tessera/base/robot_body.hpp"
 #include "tessera/registration/points_view.hpp"
 #include "tessera/registration/pose_track.hpp"
-#include "tessera/registration/robot_body.hpp"
 
 namespace tessera {
 
