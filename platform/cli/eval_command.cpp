@@ -24,6 +24,7 @@ struct EvalOptions {
   std::optional<bool> deskew;
   std::string transform;
   std::vector<std::string> overlap_of;
+  std::vector<std::uint16_t> without;
   std::optional<int> first;
   std::optional<int> last;
   std::optional<double> max_range_m;
@@ -135,6 +136,7 @@ Json report_of(const EvalOptions& options, const Evaluation& run) {
                                                  : "off"},
                     {"max_range", json_of(options.max_range_m)},
                     {"overlap_of", options.overlap_of},
+                    {"without", options.without},
                     {"transform", options.transform}};
   return json;
 }
@@ -145,7 +147,8 @@ Outcome<void> run_eval(const EvalOptions& options) {
   TESSERA_TRY_ASSIGN(const Dataset dataset, open_dataset(options, stored->map.classes()));
   TESSERA_TRY_ASSIGN(const std::vector<OverlapMap> overlap,
                      load_overlap(options.overlap_of, *stored, options.map));
-  Evaluation run(dataset, stored->map, overlap, options.truth, options.input);
+  const DatasetClasses truth_classes = dataset.classes().without(options.without);
+  Evaluation run(dataset, stored->map, overlap, options.truth, truth_classes, options.input);
   const Json range_m = recorded_setting(stored->header, "max_range");
   run.max_range_m = options.max_range_m.value_or(range_m.is_number() ? range_m.get<double>() : 0.0);
   if (!options.transform.empty()) {
@@ -171,6 +174,12 @@ void add_eval_command(CLI::App& app, int& exit_status) {
           "Only points where both of these maps have a label, each queried in its own frame")
       ->expected(2)
       ->type_name("MAP.tsm");
+  command
+      ->add_option("--without", o->without,
+                   "Raw ids of the truth whose points do not count; what was seen to move in "
+                   "SemanticKITTI: 252,253,254,255,256,257,258,259")
+      ->delimiter(',')
+      ->type_name("ID");
   command->footer(
       "Example: tessera eval --map map.tsm --dataset semantickitti_08 --last 5 --report eval.json");
   command->callback([o, &exit_status] {

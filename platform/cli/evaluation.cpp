@@ -17,12 +17,13 @@ namespace {
 
 /// Reads the labels of a scan from the folder; kNoLabels returns unlabelled ones.
 Outcome<void> read_labels(const Dataset& dataset, std::size_t i, const std::string& folder,
-                          std::span<std::uint8_t> out, UnknownIdCount& unknown) {
+                          const DatasetClasses& classes, std::span<std::uint8_t> out,
+                          UnknownIdCount& unknown) {
   if (folder == kNoLabels) {
     std::fill(out.begin(), out.end(), dataset.classes().unlabelled());
     return {};
   }
-  TESSERA_TRY_ASSIGN(const UnknownRawIds ids, dataset.read_labels(i, folder, out));
+  TESSERA_TRY_ASSIGN(const UnknownRawIds ids, dataset.read_labels(i, folder, classes, out));
   unknown.add(dataset.scan_number(i), ids);
   return {};
 }
@@ -38,11 +39,13 @@ Outcome<void> score_all(Evaluation& run) {
   for (std::size_t i = 0; i < dataset.num_scans(); ++i) {
     TESSERA_TRY_ASSIGN(const ScanView scan, reader.read(i));
     const std::size_t n = scan.count;
-    TESSERA_TRY(read_labels(dataset, i, run.truth, std::span(truth).first(n), run.unknown_truth));
+    TESSERA_TRY(read_labels(dataset, i, run.truth, run.truth_classes, std::span(truth).first(n),
+                            run.unknown_truth));
     if (run.input == kCameraLabels) {
       std::copy_n(scan.components, n, input.begin());
     } else {
-      TESSERA_TRY(read_labels(dataset, i, run.input, std::span(input).first(n), run.unknown_input));
+      TESSERA_TRY(read_labels(dataset, i, run.input, dataset.classes(), std::span(input).first(n),
+                              run.unknown_input));
     }
     if (check_rigid(scan.T_map_sensor) == Status::kOk) {
       ScanView view = scan;

@@ -15,13 +15,15 @@ namespace tessera {
 
 struct Evaluation {
   /// truth, input: folders of labels; input may be kNoLabels. All arguments must outlive this.
+  /// classes: of the true labels.
   Evaluation(const Dataset& the_dataset, const LocalMap& the_map,
              const std::vector<OverlapMap>& the_overlap, const std::string& the_truth,
-             const std::string& the_input)
+             const DatasetClasses& the_classes, const std::string& the_input)
       : dataset(the_dataset),
         map(the_map),
         overlap(the_overlap),
         truth(the_truth),
+        truth_classes(the_classes),
         input(the_input),
         unknown_truth(the_truth),
         unknown_input(the_input) {}
@@ -30,6 +32,7 @@ struct Evaluation {
   const LocalMap& map;
   const std::vector<OverlapMap>& overlap;
   const std::string& truth;
+  const DatasetClasses& truth_classes;
   const std::string& input;
   Matrix34d T_map_dataset = Matrix34d::Identity();
   double max_range_m = 0.0;  ///< 0: no limit.

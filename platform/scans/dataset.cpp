@@ -99,6 +99,7 @@ Outcome<void> Dataset::read_components(std::size_t i, Scan& scan) const {
 }
 
 Outcome<UnknownRawIds> Dataset::read_labels(std::size_t i, std::string_view folder,
+                                            const DatasetClasses& classes,
                                             std::span<std::uint8_t> out) const {
   TESSERA_ASSERT(out.size() == scans_[i].points);
   const ScanFilePath path(dir_, folder, scans_[i].number, ".label");
@@ -113,8 +114,8 @@ Outcome<UnknownRawIds> Dataset::read_labels(std::size_t i, std::string_view fold
     for (const std::uint32_t label : labels) {
       const auto raw_id =
           static_cast<std::uint16_t>(label & 0xFFFFU);  // The upper bits are the instance.
-      if (!classes_.is_known(raw_id)) unknown.add(raw_id);
-      out[done++] = classes_.component(raw_id);
+      if (!classes.is_known(raw_id)) unknown.add(raw_id);
+      out[done++] = classes.component(raw_id);
     }
   }
   return unknown;

@@ -95,6 +95,12 @@ class Dataset final : public RecordedScans {
   /// Reads the labels of scan i from that folder as components; out.size() must be num_points(i).
   /// No heap unless it fails, as read() does.
   Outcome<UnknownRawIds> read_labels(std::size_t i, std::string_view folder,
+                                     std::span<std::uint8_t> out) const {
+    return read_labels(i, folder, classes_, out);
+  }
+  /// The same, by other classes of the same table.
+  Outcome<UnknownRawIds> read_labels(std::size_t i, std::string_view folder,
+                                     const DatasetClasses& classes,
                                      std::span<std::uint8_t> out) const;
 
  private:

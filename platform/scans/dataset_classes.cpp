@@ -72,6 +72,12 @@ Outcome<DatasetClasses> DatasetClasses::load(const std::string& folder) {
   return parse(text, path);
 }
 
+DatasetClasses DatasetClasses::without(std::span<const std::uint16_t> raw_ids) const {
+  DatasetClasses classes = *this;
+  classes.assign(raw_ids, unlabelled());
+  return classes;
+}
+
 void DatasetClasses::assign(std::span<const std::uint16_t> raw_ids, int component) {
   for (const std::uint16_t raw_id : raw_ids) {
     components_[raw_id] = static_cast<std::uint8_t>(component);

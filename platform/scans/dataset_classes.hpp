@@ -28,6 +28,9 @@ class DatasetClasses {
   /// read_text_file() do.
   static Outcome<DatasetClasses> load(const std::string& folder);
 
+  /// The same, but these ids are known to be unlabelled.
+  [[nodiscard]] DatasetClasses without(std::span<const std::uint16_t> raw_ids) const;
+
   [[nodiscard]] const ClassTable& table() const noexcept { return table_; }
   /// 1 .. C, or C + 1 if the id is unlabelled or unknown. O(1).
   [[nodiscard]] std::uint8_t component(std::uint16_t raw_id) const noexcept {

@@ -50,6 +50,14 @@ class Eval(CommandCase):
         self.assertAlmostEqual(0.0, report["iou"]["building"])
         self.assertAlmostEqual(0.5 / 3, report["mean_iou"])
 
+    def test_points_of_raw_ids_that_do_not_count(self):
+        """What the truth has in these ids is left out, whatever the map says there."""
+        _, report = self.evaluate("--without", f"{kitti.BUILDING},{kitti.CAR}")
+        self.assertEqual({"road"}, report["iou"].keys())
+        self.assertEqual([kitti.BUILDING, kitti.CAR], report["config"]["without"])
+        self.assertEqual(self.evaluate()[1]["counts"]["road"]["true_positives"], report["counts"]["road"]["true_positives"])
+        self.refused("eval", "--map", self.map_file, "--dataset", self.data, "--without", "car", saying=("--without",))
+
     def test_scores_that_are_worth_little_are_warned_about(self):
         self.assert_not_warned(self.evaluate()[0])
         elsewhere = kitti.write_dataset(self.folder / "elsewhere", [kitti.Scan([self.A[0], self.E, self.E], [kitti.ROAD] * 3)])
@@ -174,7 +182,7 @@ class Eval(CommandCase):
         _, report = self.evaluate("--first", "0", "--max-range", "20")
         self.assertEqual({"map": str(self.map_file), "dataset": str(self.data), "truth": "labels", "input": "predictions",
                           "report": str(self.folder / "eval.json"), "first": 0, "last": None, "max_range": 20.0,
-                          "overlap_of": [], "deskew": "where timed", "transform": ""}, report["config"])
+                          "overlap_of": [], "without": [], "deskew": "where timed", "transform": ""}, report["config"])
 
     def test_a_transform_is_sixteen_numbers(self):
         T = self.folder / "T.txt"

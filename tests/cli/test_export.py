@@ -196,10 +196,11 @@ class Octrees(ExportCase):
         self.map_dataset(wall, self.folder / "wall.tsm")
         self.export("bt", source="wall.tsm", name="wall")
         seen = kitti.write_dataset(self.folder / "seen", [kitti.Scan([(20.05, 0.05, 0.05)], [kitti.CAR])] * 8)
-        for weight, state in (("0.5", "free"), ("50", "occupied")):
-            self.map_dataset(seen, self.folder / "seen.tsm", "--prior-map", "wall.bt", "--prior-map-weight", weight)
+        # Carved by the image, a voxel through which scans see again and again is free whatever it weighed.
+        for carving, weight, state in (("rays", "0.5", "free"), ("rays", "50", "occupied"), ("image", "50", "free")):
+            self.map_dataset(seen, self.folder / "seen.tsm", "--prior-map", "wall.bt", "--prior-map-weight", weight, "--carving", carving)
             _, rows = self.query_rows("seen.tsm", "x,y,z\n10.05,0.05,0.05\n")
-            self.assertEqual(state, rows[0]["state"])
+            self.assertEqual(state, rows[0]["state"], (carving, weight))
 
 
 if __name__ == "__main__":
