@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "image_rows.hpp"
+
 namespace tessera {
 
 namespace {
@@ -30,25 +32,17 @@ struct Rectangle {
   [[nodiscard]] Value* row(int r) const noexcept { return row_of(values, edge, r); }
 };
 
-void take_less(Value* into, const Value* other, int count) noexcept {
-  for (int i = 0; i < count; ++i) into[i] = std::min(into[i], other[i]);
-}
-
-void take_more(Value* into, const Value* other, int count) noexcept {
-  for (int i = 0; i < count; ++i) into[i] = std::max(into[i], other[i]);
-}
-
 /// Each value becomes the least of the square that begins with it and is 2 radius + 1 wide, so the
 /// one around a pixel is found radius rows and columns before it. Cut off at the last row.
-void least_of_squares(const Rectangle& image, int radius) noexcept {
+void least_of_squares(const ImageRows& rows, const Rectangle& image, int radius) noexcept {
   const int width = 2 * radius + 1;
   const auto widen = [&](int step) {
     for (int r = image.first; r <= image.last; ++r) {
       Value* const row = image.row(r);
-      take_less(row, row + step, image.edge - step);
+      rows.take_less(row, row + step, image.edge - step);
     }
     for (int r = image.first; r + step <= image.last; ++r)
-      take_less(image.row(r), image.row(r + step), image.edge);
+      rows.take_less(image.row(r), image.row(r + step), image.edge);
   };
   int covered = 1;
   for (; 2 * covered <= width; covered *= 2) widen(covered);
@@ -60,26 +54,22 @@ void copy(const Rectangle& from, const Rectangle& to) noexcept {
 }
 
 /// What of two by two values is least.
-void halve(const Rectangle& from, const Rectangle& to) noexcept {
-  for (int r = to.first; r <= to.last; ++r) {
-    const Value* const upper = from.row(2 * r);
-    const Value* const lower = from.row(2 * r + 1);
-    Value* const into = to.row(r);
-    for (std::ptrdiff_t i = 0; i < to.edge; ++i)
-      into[i] = std::min(std::min(upper[2 * i], lower[2 * i]),
-                         std::min(upper[2 * i + 1], lower[2 * i + 1]));
-  }
+void halve(const ImageRows& rows, const Rectangle& from, const Rectangle& to) noexcept {
+  for (int r = to.first; r <= to.last; ++r)
+    rows.halve(from.row(2 * r), from.row(2 * r + 1), to.row(r), to.edge);
 }
 
 }  // namespace
 
-Result<CarveImage> CarveImage::make(Arena& arena) noexcept {
+Result<CarveImage> CarveImage::make(Arena& arena, LaneWidth lanes) noexcept {
   if (arena.remaining_bytes() < required_bytes()) return Status::kResourceExhausted;
   CarveImage made;
+  made.row_functions_ = &image_rows(lanes);
   made.image_ = arena.take<Value>(kImage);
   made.nearest_ = arena.take<Value>(kFace);
   made.seen_ = arena.take<Value>(kFace);
-  for (SeenImage& seen : made.seen_images_) seen = SeenImage::make(arena, kEdge);
+  for (SeenImage& seen : made.seen_images_)
+    seen = SeenImage::make(arena, kEdge, *made.row_functions_);
   made.farthest_ = arena.take<Value>(kFarthest);
   std::ranges::fill(made.image_.first(CubeFace::kCount * kFace), kNone);
   return made;
@@ -151,16 +141,17 @@ void CarveImage::make_farthest(int face, int level) noexcept {
   };
   int far_edge = CarveLayout::far_edge_of(level, 0);
   std::fill_n(far_row(0, 0), far_edge * far_edge, kUnseen);
-  std::array<Value, kEdge> most{};
+  std::array<Value, kEdge + 4> most{};  // the last four of a row may be fewer
   for (int four = (rows.first >> shift) / 4; four <= (rows.last >> shift) / 4; ++four) {
     most.fill(kUnseen);
     for (int r = 4 * four; r < 4 * four + 4; ++r) {
       if (r < rows.first >> shift || r > rows.last >> shift) continue;
-      take_more(most.data(), row_of(this->level(face, level), edge, r), edge);
+      row_functions_->take_more(most.data(), row_of(this->level(face, level), edge, r), edge);
     }
-    for (int i = 0; i < edge; ++i) {
-      Value& at = far_row(0, four)[i / 4];
-      at = std::max(at, most[static_cast<std::size_t>(i)]);
+    Value* const into = far_row(0, four);
+    for (std::ptrdiff_t i = 0; i < far_edge; ++i) {
+      const Value* const of_four = most.data() + 4 * i;
+      into[i] = std::max(std::max(of_four[0], of_four[1]), std::max(of_four[2], of_four[3]));
     }
   }
   for (int step = 1; step < CarveLayout::kFarSteps; ++step) {
@@ -170,7 +161,10 @@ void CarveImage::make_farthest(int face, int level) noexcept {
     for (int r = 0; r < edge_before; ++r) {
       const Value* const from = far_row(step - 1, r);
       Value* const into = far_row(step, r / 2);
-      for (int c = 0; c < edge_before; ++c) into[c / 2] = std::max(into[c / 2], from[c]);
+      for (std::ptrdiff_t c = 0; c < edge_before / 2; ++c)
+        into[c] = std::max(into[c], std::max(from[2 * c], from[2 * c + 1]));
+      if (edge_before % 2 != 0)
+        into[far_edge - 1] = std::max(into[far_edge - 1], from[edge_before - 1]);
     }
   }
 }
@@ -184,7 +178,7 @@ void CarveImage::make_levels(int face) noexcept {
   for (int i = 2; i < kLevels; ++i) {
     const Rectangle from =
         i == 2 ? finest : rectangle(level_of_face(face, i - 1), CarveLayout::shift_of(i - 1));
-    halve(from, rectangle(level_of_face(face, i), CarveLayout::shift_of(i)));
+    halve(*row_functions_, from, rectangle(level_of_face(face, i), CarveLayout::shift_of(i)));
   }
   // The finest comes last: level 1 is made from its returns too.
   for (int i = kLevels - 1; i >= 0; --i) {
@@ -198,17 +192,16 @@ void CarveImage::make_levels(int face) noexcept {
     // The finest two have one radius, but for 0.
     if (i != 0 || radius == 0) {
       copy(from, nearest);
-      least_of_squares(nearest, radius);
+      least_of_squares(*row_functions_, nearest, radius);
     }
     copy(from, seen);
-    least_of_squares(seen, seen_radius);
+    least_of_squares(*row_functions_, seen, seen_radius);
     for (int r = into.first + radius; r <= into.last; ++r) {
       const Value* const nearest_row = nearest.row(r - radius);
       const Value* const seen_row = seen.row(r - seen_radius) + (radius - seen_radius);
       std::fill_n(into.row(r), radius, kUnseen);
-      Value* const row = into.row(r) + radius;
-      for (int c = 0; c < into.edge - radius; ++c)
-        row[c] = seen_row[c] == kNone ? kUnseen : nearest_row[c];
+      row_functions_->choose(seen_row, kNone, nearest_row, kUnseen, into.row(r) + radius,
+                             into.edge - radius);
     }
     for (int r = into.first; r < into.first + radius; ++r)
       std::fill_n(into.row(r), into.edge, kUnseen);

@@ -31,7 +31,7 @@ Pixels pixels_of(const CarveSlabs& slabs, const float* at_m, float inverse_depth
   return pixels;
 }
 
-std::uint64_t compare_slab(const CarveSlabs& slabs, const CarveSlabs::Slab& slab) noexcept {
+std::uint64_t compare_slab(const CarveSlabs& slabs, const CarveSlab& slab) noexcept {
   Pixels columns = pixels_of(slabs, slabs.at_column, slab.inverse_depth);
   for (Int4& half : columns.at) half >>= slab.shift;
   const Pixels rows = pixels_of(slabs, slabs.at_row, slab.inverse_depth);
@@ -52,7 +52,7 @@ std::uint64_t compare_slab(const CarveSlabs& slabs, const CarveSlabs::Slab& slab
 
 void compare_by_fours(const CarveSlabs& slabs) noexcept {
   for (int i = 0; i < CarveSlabs::kEdge; ++i) {
-    const CarveSlabs::Slab& slab = slabs.slab[i];
+    const CarveSlab& slab = slabs.slab[i];
     slabs.words[i] = slab.values == nullptr ? 0 : compare_slab(slabs, slab);
   }
 }

@@ -8,6 +8,15 @@
 
 namespace tessera {
 
+/// What the voxels of a slab are compared with.
+struct CarveSlab {
+  const std::int16_t* values = nullptr;  ///< Of the face's level; null: nothing is free.
+  std::int32_t shift = 0;                ///< From pixels to those of the level.
+  std::int32_t edge = 0;                 ///< Of the level; at least 32.
+  float inverse_depth = 0.0F;
+  std::int16_t least = 0;  ///< Free is what is above it.
+};
+
 /// The eight slabs of a block across a face's axis, and what they are compared with. Lengths in
 /// metres.
 struct CarveSlabs {
@@ -15,14 +24,7 @@ struct CarveSlabs {
   /// A tangent on a face's edge may be rounded up.
   static constexpr float kWidest = 1.0F + 0x1p-22F;
   // NOLINTBEGIN(cppcoreguidelines-avoid-c-arrays): nothing inline is called here
-  struct Slab {
-    const std::int16_t* values = nullptr;  ///< Of the face's level; null: nothing is free.
-    std::int32_t shift = 0;                ///< From pixels to those of the level.
-    std::int32_t edge = 0;                 ///< Of the level; at least 32.
-    float inverse_depth = 0.0F;
-    std::int16_t least = 0;  ///< Free is what is above it.
-  };
-  Slab slab[kEdge];
+  const CarveSlab* slab = nullptr;  ///< kEdge of them.
   /// Of the voxels' centres, on the face's columns and rows.
   float at_column[kEdge] = {};
   float at_row[kEdge] = {};

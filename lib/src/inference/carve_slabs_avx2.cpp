@@ -194,7 +194,7 @@ std::uint64_t rows_of(unsigned bits) noexcept {
   return (one_in_each >> 7U & kOnes) * 0xffU;
 }
 
-std::uint64_t compare_slab(const Face& face, const CarveSlabs::Slab& slab) noexcept {
+std::uint64_t compare_slab(const Face& face, const CarveSlab& slab) noexcept {
   Int8 columns_on_face;
   Int8 rows_on_face;
   const Int8 columns =
@@ -232,7 +232,7 @@ std::uint64_t compare_slab(const Face& face, const CarveSlabs::Slab& slab) noexc
 void compare_by_eights(const CarveSlabs& slabs) noexcept {
   const Face face(slabs);
   for (int i = 0; i < CarveSlabs::kEdge; ++i) {
-    const CarveSlabs::Slab& slab = slabs.slab[i];
+    const CarveSlab& slab = slabs.slab[i];
     slabs.words[i] = slab.values == nullptr ? 0 : compare_slab(face, slab);
   }
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <memory>
 
 #include "carve_slabs.hpp"
 
@@ -31,11 +32,22 @@ Tangents tangents_of(double low, double high, double nearest, double farthest) n
 
 }  // namespace
 
+struct ImageCarver::KeptSlabs {
+  std::int32_t at = 0;
+  int face = -1;  ///< None.
+  std::array<CarveSlab, kBlockEdge> slabs{};
+};
+
 Result<ImageCarver> ImageCarver::make(Arena& arena, LaneWidth lanes) noexcept {
-  const Result<CarveImage> image = CarveImage::make(arena);
+  const Result<CarveImage> image = CarveImage::make(arena, lanes);
   if (!image.ok()) return image.status();
   ImageCarver made;
   made.image_ = *image;
+  static_assert(sizeof(KeptSlabs) * kKept <= kKeptBytes);
+  const std::span<std::byte> kept = arena.take<std::byte>(kKeptBytes);
+  if (kept.empty()) return Status::kResourceExhausted;
+  made.kept_ = reinterpret_cast<KeptSlabs*>(kept.data());
+  std::uninitialized_default_construct_n(made.kept_, kKept);
   const CompareSlabs eights =
       lanes == LaneWidth::kWidest && has_avx2() ? compare_slabs_by_eights() : nullptr;
   made.compare_ = eights == nullptr ? compare_slabs_by_fours() : eights;
@@ -49,6 +61,7 @@ bool ImageCarver::carve(const Lattice& lattice, const FreeSpaceConfig& config,
   margin_m_ = static_cast<double>(config.margin_voxels) * resolution_m_;
   steps_ = 0;
   asked_ = 0;
+  for (std::size_t i = 0; i < kKept; ++i) kept_[i].face = -1;
   // Near shells first. Where scans are cut off, faces and the sides of cubes take turns.
   double inner_m = 0.0;
   for (int shell = kShells - 1; shell >= 0; --shell) {
@@ -180,19 +193,26 @@ bool ImageCarver::may_be_free(int face, const Box& box, const Shell& shell) cons
 }
 
 template <class Choose>
-void ImageCarver::compare(int face, const Box& box, Choose&& choose,
-                          std::array<std::uint64_t, kBlockEdge>& words) const noexcept {
+void ImageCarver::choose_slabs(int face, const Box& box, Choose&& choose,
+                               CarveSlab* slabs) const noexcept {
   const CubeFace cube = CubeFace::of(face);
-  const std::array<int, 2> across = axes_across(cube.axis);
+  const double first_m = box.low[cube.axis] + 0.5 * resolution_m_;
+  for (int i = 0; i < kBlockEdge; ++i) {
+    const double depth_m = cube.depth(first_m + i * resolution_m_);
+    if (!(depth_m > kNearest_voxels * resolution_m_)) continue;
+    slabs[i] = choose(depth_m);
+    slabs[i].inverse_depth = static_cast<float>(1.0 / depth_m);
+  }
+}
+
+void ImageCarver::compare(int face, const Box& box, CarveSlabs& slabs,
+                          std::array<std::uint64_t, kBlockEdge>& words) const noexcept {
+  const int axis = CubeFace::of(face).axis;
+  const std::array<int, 2> across = axes_across(axis);
   const Point3d first_m = box.low + Point3d(0.5, 0.5, 0.5) * resolution_m_;
-  CarveSlabs slabs;
   for (int i = 0; i < kBlockEdge; ++i) {
     slabs.at_column[i] = static_cast<float>(first_m[across[0]] + i * resolution_m_);
     slabs.at_row[i] = static_cast<float>(first_m[across[1]] + i * resolution_m_);
-    const double depth_m = cube.depth(first_m[cube.axis] + i * resolution_m_);
-    if (!(depth_m > kNearest_voxels * resolution_m_)) continue;
-    slabs.slab[i] = choose(depth_m);
-    slabs.slab[i].inverse_depth = static_cast<float>(1.0 / depth_m);
   }
   slabs.first_row = image_.rows(face).first;
   slabs.last_row = image_.rows(face).last;
@@ -202,20 +222,34 @@ void ImageCarver::compare(int face, const Box& box, Choose&& choose,
   slabs.words = words.data();
   compare_(slabs);
   if (squared_norm(box.low.cwiseAbs().cwiseMax(box.high.cwiseAbs())) > range_m_ * range_m_)
-    keep_in_range(first_m, cube.axis, words);
+    keep_in_range(first_m, axis, words);
+}
+
+const ImageCarver::KeptSlabs& ImageCarver::slabs_of(int face, std::int32_t at,
+                                                    const Box& box) noexcept {
+  KeptSlabs& kept = kept_[static_cast<std::uint32_t>(at) % kKept];
+  if (kept.face == face && kept.at == at) return kept;
+  kept = {.at = at, .face = face};
+  const auto choose = [&](double depth_m) {
+    const int level = CarveImage::level_of(depth_m / resolution_m_);
+    return CarveSlab{.values = image_.level(face, level),
+                     .shift = CarveLayout::shift_of(level),
+                     .edge = CarveLayout::edge_of(level),
+                     .least = static_cast<std::int16_t>(image_.threshold(depth_m + margin_m_) - 1)};
+  };
+  choose_slabs(face, box, choose, kept.slabs.data());
+  return kept;
 }
 
 bool ImageCarver::carve_block(int face, BlockCoord block, FreeSpace& free_space) noexcept {
   std::array<std::uint64_t, kBlockEdge> words{};
-  const auto choose = [&](double depth_m) {
-    const int level = CarveImage::level_of(depth_m / resolution_m_);
-    return CarveSlabs::Slab{
-        .values = image_.level(face, level),
-        .shift = CarveLayout::shift_of(level),
-        .edge = CarveLayout::edge_of(level),
-        .least = static_cast<std::int16_t>(image_.threshold(depth_m + margin_m_) - 1)};
-  };
-  compare(face, box_of({block, 0}), choose, words);
+  const Box box = box_of({block, 0});
+  const std::array<std::int32_t, 3> at{block.x, block.y, block.z};
+  CarveSlabs slabs;
+  const auto axis_at = static_cast<std::size_t>(CubeFace::of(face).axis);
+  const KeptSlabs& kept = slabs_of(face, at[axis_at], box);
+  slabs.slab = kept.slabs.data();
+  compare(face, box, slabs, words);
   std::uint64_t any = 0;
   for (const std::uint64_t word : words) any |= word;
   if (any == 0) return true;
@@ -224,12 +258,6 @@ bool ImageCarver::carve_block(int face, BlockCoord block, FreeSpace& free_space)
   if (passed == nullptr) return false;
   for (std::size_t slab = 0; slab < kBlockEdge; ++slab) passed[slab] |= words[slab];
   return true;
-}
-
-bool ImageCarver::in_reach(BlockCoord block) const noexcept {
-  const Box box = box_of({block, 0});
-  const double reach_m = range_m_ + kBlockEdge * resolution_m_;
-  return squared_norm(0.5 * (box.low + box.high)) <= reach_m * reach_m;
 }
 
 VoxelMask ImageCarver::seen_through(BlockCoord block, SeenBy by,
@@ -246,36 +274,21 @@ VoxelMask ImageCarver::seen_through(BlockCoord block, SeenBy by,
       continue;
     std::array<std::uint64_t, kBlockEdge> words{};
     const auto choose = [&](double depth_m) {
-      return CarveSlabs::Slab{
+      return CarveSlab{
           .values = image_.seen(face, by),
           .edge = CarveImage::kEdge,
           .least = static_cast<std::int16_t>(image_.threshold(depth_m + margin_m) - 1)};
     };
-    compare(face, box, choose, words);
+    std::array<CarveSlab, kBlockEdge> chosen;
+    choose_slabs(face, box, choose, chosen.data());
+    CarveSlabs slabs;
+    slabs.slab = chosen.data();
+    compare(face, box, slabs, words);
     seen.turn(cube.axis);
     for (std::size_t slab = 0; slab < kBlockEdge; ++slab) seen.passed[slab] |= words[slab];
   }
   seen.turn(2);
   return seen.passed;
-}
-
-void ImageCarver::keep_in_range(const Point3d& first_m, int axis,
-                                std::array<std::uint64_t, kBlockEdge>& words) const noexcept {
-  const std::array<int, 2> across = axes_across(axis);
-  const auto square = [&](int at_axis, int i) {
-    const double at_m = first_m[at_axis] + i * resolution_m_;
-    return at_m * at_m;
-  };
-  for (int slab = 0; slab < kBlockEdge; ++slab) {
-    std::uint64_t& word = words[static_cast<std::size_t>(slab)];
-    std::uint64_t bits = word;
-    for (; bits != 0; bits &= bits - 1) {
-      const int bit = std::countr_zero(bits);
-      const double square_m2 =
-          square(axis, slab) + square(across[0], bit & 7) + square(across[1], bit >> 3);
-      if (square_m2 > range_m_ * range_m_) word &= ~(std::uint64_t{1} << bit);
-    }
-  }
 }
 
 }  // namespace tessera

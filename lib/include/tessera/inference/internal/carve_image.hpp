@@ -9,6 +9,7 @@
 
 #include "tessera/base/arena.hpp"
 #include "tessera/base/geometry.hpp"
+#include "tessera/base/internal/lane_width.hpp"
 #include "tessera/inference/internal/seen_image.hpp"
 #include "tessera/inference/internal/slab_walk.hpp"
 
@@ -88,7 +89,8 @@ class CarveImage {
            CubeFace::kCount * SeenImage::required_bytes(kEdge);
   }
   /// Fails with kResourceExhausted iff the arena is too small.
-  [[nodiscard]] static Result<CarveImage> make(Arena& arena) noexcept;
+  [[nodiscard]] static Result<CarveImage> make(Arena& arena,
+                                               LaneWidth lanes = LaneWidth::kWidest) noexcept;
   CarveImage() noexcept = default;
 
   /// An image without returns, for depths up to range_m. neighbours: 0 .. kMostNeighbours pixels.
@@ -180,6 +182,7 @@ class CarveImage {
   void make_farthest(int face, int level) noexcept;
   void make_levels(int face) noexcept;
 
+  const ImageRows* row_functions_ = nullptr;
   std::span<std::int16_t> image_;
   std::span<std::int16_t> nearest_;
   std::span<std::int16_t> seen_;

@@ -11,6 +11,8 @@
 
 namespace tessera {
 
+struct ImageRows;
+
 /// By what a voxel counts as seen through.
 enum class SeenBy : std::uint8_t {
   /// The nearest that was met in one of the nine pixels around its centre is farther.
@@ -31,7 +33,7 @@ class SeenImage {
     return kWays * arena_bytes<std::int16_t>(pixels(edge));
   }
   /// The arena must have required_bytes() left.
-  [[nodiscard]] static SeenImage make(Arena& arena, int edge) noexcept;
+  [[nodiscard]] static SeenImage make(Arena& arena, int edge, const ImageRows& rows) noexcept;
   SeenImage() noexcept = default;
 
   /// A face's nearest depths of returns, in rows first .. last.
@@ -58,6 +60,7 @@ class SeenImage {
   void set_all(const Face& face, std::int16_t* scratch) noexcept;
   void set_some(const Face& face, std::int16_t* scratch) noexcept;
 
+  const ImageRows* row_functions_ = nullptr;
   std::span<std::int16_t> images_;
   int edge_ = 0;
 };
