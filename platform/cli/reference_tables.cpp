@@ -143,6 +143,7 @@ std::string reference_tables(const CLI::App& app) {
   add_counters_table<WindowReport>(text, "window");
   add_counters_table<PublisherReport>(text, "publisher");
   add_counters_table<ExchangeReport>(text, "exchange");
+  add_counters_table<ObjectionsReport>(text, "objections");
   add_counters_table<GlobalMapReport>(text, "global_map");
   add_counters_table<ReplicasUsage>(text, "replicas");
   add_counters_table<LinkReport>(text, "link");

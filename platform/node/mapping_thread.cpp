@@ -92,6 +92,7 @@ void MappingThread::take(Scan& scan, std::int64_t now_us) noexcept {
   if (!registrar_.view(scan, view)) return;
   if (teammates_ != nullptr && teammates_->get(teammates_now_))
     view.teammates = std::span(boxes_).first(teammates_now_.place(scan.taken_us, boxes_));
+  if (watched_ != nullptr && watched_->get(watched_now_)) view.watched = watched_now_.all();
   if (config_.may_wait) wait_for_room(view, now_us);
   const ScanReport report = mapper_.integrate(view, now_us);
   const std::int64_t end_us = MonotonicClock::now_us();
@@ -99,6 +100,7 @@ void MappingThread::take(Scan& scan, std::int64_t now_us) noexcept {
     say_submaps(end_us);
     return state_.set(now_);
   }
+  if (!view.watched.empty()) seen_.set(watched_now_);
   cycles_.add(end_us - now_us);
   now_.last_cycle_us = end_us - now_us;
   now_.worst_cycle_us = std::max(now_.worst_cycle_us, now_.last_cycle_us);

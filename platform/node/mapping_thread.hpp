@@ -19,6 +19,7 @@
 #include "base/thread.hpp"
 #include "base/wake_up.hpp"
 #include "node/teammates_state.hpp"
+#include "node/watched_state.hpp"
 #include "scans/registrar.hpp"
 #include "scans/scan_source.hpp"
 #include "tessera/robot/mapper.hpp"
@@ -81,8 +82,12 @@ class MappingThread {
   ~MappingThread() { stop(); }
 
   Outcome<void> start(const ThreadRole& role);
-  /// Before start(): where other robots are; it must outlive the thread.
-  void follow(const LatestValue<TeammatesState>& teammates) noexcept { teammates_ = &teammates; }
+  /// Before start(): where other robots are, and what they have; they must outlive the thread.
+  void follow(const LatestValue<TeammatesState>& teammates,
+              const LatestValue<WatchedState>& watched) noexcept {
+    teammates_ = &teammates;
+    watched_ = &watched;
+  }
   void stop() noexcept;
 
   // --- For other threads -------------------------------------------------------------------------
@@ -122,6 +127,8 @@ class MappingThread {
     if (clears_asked() == clears) pause(kPausedToKeep, false);
   }
   [[nodiscard]] const LatestValue<MappingThreadState>& state() const noexcept { return state_; }
+  /// What the last scan told of what was watched.
+  [[nodiscard]] const LatestValue<WatchedState>& seen() const noexcept { return seen_; }
   [[nodiscard]] Heartbeat& heartbeat() noexcept { return heartbeat_; }
   [[nodiscard]] LogQueue& log() noexcept { return log_; }
   /// True if all scans are processed and no more will come.
@@ -161,6 +168,9 @@ class MappingThread {
   Registrar& registrar_;
   const LatestValue<TeammatesState>* teammates_ = nullptr;
   TeammatesState teammates_now_{};
+  const LatestValue<WatchedState>* watched_ = nullptr;
+  WatchedState watched_now_{};
+  LatestValue<WatchedState> seen_;
   std::array<PlacedBox, TeammatesState::kMost> boxes_{};
   std::atomic<bool> stopping_{false};
   /// Reasons, and in the upper bits the number of calls of pause(): requested, and in effect.

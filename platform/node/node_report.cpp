@@ -65,6 +65,7 @@ Json contributions_json(const Robot& robot) {
                 {"digest", hex64(state.digest)}};
     const Result<Replicas::Slot> slot = replicas.find(state.id);
     if (MapSession::is(state.id.submap)) one["session"] = to_json(state.session);
+    if (Objection::is(state.id.submap)) one["objections"] = true;
     one["parts"] = slot.ok() ? Json(replicas.contribution(*slot).blocks) : Json(0);
     json.push_back(std::move(one));
   }
@@ -256,6 +257,7 @@ Json Node::report() const {
   if (durable_) json["state"] = state_json();
   json["sessions"] = sessions_.report();
   json["contributions"] = contributions_json(*robot_);
+  json["objections"] = counters_json(robot_->sharer().objections());
   json["peers"] = peers_json(*robot_, run_.end_us);
   json["exchange"] = counters_json(exchange);
   json["publisher"] = publisher_json(robot_->publisher());

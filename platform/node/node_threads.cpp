@@ -45,7 +45,7 @@ Outcome<void> Node::make_threads() {
       this, [](void* self, std::int64_t now_us) { static_cast<Node*>(self)->after_tick(now_us); }};
   sharing_ = std::make_unique<SharingThread>(robot_->sharer(), robot_->mapper().maps(), *mapping_,
                                              *port_, 1000 * config_.tick_ms, each_tick);
-  mapping_->follow(sharing_->teammates());
+  mapping_->follow(sharing_->teammates(), sharing_->watched());
   if (sensing_) sharing_->follow(sensing_->state());
   return make_services();
 }

@@ -50,8 +50,10 @@ void SharingThread::tick(std::int64_t now_us) noexcept {
     static_cast<void>(sharer_.reopen(static_cast<std::uint32_t>(asked >> 32U),
                                      static_cast<std::uint32_t>(asked)));
   }
+  note_seen();
   second_.add(loop_.tick(now_us));
   if (knows_mapping) note_teammates(mapping, now_us);
+  if (knows_mapping) ask_of_next(mapping);
   note_frames(now_us);
   note_asked(now_us);
   note_status(now_us);
@@ -78,6 +80,21 @@ void SharingThread::note_teammates(const MappingThreadState& mapping,
   const std::uint32_t before = teammates_now_.count;
   teammates_now_.take(sharer_, mapping.submap, now_us);
   if (before + teammates_now_.count != 0) teammates_.set(teammates_now_);
+}
+
+/// Each scan's answer once.
+void SharingThread::note_seen() noexcept {
+  const std::uint64_t version = mapping_.seen().version();
+  if (version == watched_seen_ || !mapping_.seen().get(watched_now_)) return;
+  watched_seen_ = version;
+  sharer_.note_watched(watched_now_.all());
+}
+
+void SharingThread::ask_of_next(const MappingThreadState& mapping) noexcept {
+  const std::uint32_t before = watched_now_.count;
+  watched_now_.count =
+      static_cast<std::uint32_t>(sharer_.place_watched(mapping.submap, watched_now_.points));
+  if (before + watched_now_.count != 0) watched_.set(watched_now_);
 }
 
 /// Only where the robot itself is somewhere: else all matters alike.

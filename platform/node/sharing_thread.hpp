@@ -104,6 +104,8 @@ class SharingThread {
   [[nodiscard]] const LatestValue<SubmapFramesState>& frames() const noexcept { return frames_; }
   /// The other robots, as of the last tick.
   [[nodiscard]] const LatestValue<TeammatesState>& teammates() const noexcept { return teammates_; }
+  /// What the next scan is to tell of, as of the last tick.
+  [[nodiscard]] const LatestValue<WatchedState>& watched() const noexcept { return watched_; }
   /// Leaves the epoch with the next tick, as Sharer::reopen. For any thread.
   void ask_to_reopen(std::uint32_t epoch, std::uint32_t floor) noexcept {
     reopen_.store(std::uint64_t{epoch} << 32U | floor, std::memory_order_release);
@@ -130,6 +132,8 @@ class SharingThread {
   void note_asked(std::int64_t now_us) noexcept;
   void note_place(const MappingThreadState& mapping) noexcept;
   void note_teammates(const MappingThreadState& mapping, std::int64_t now_us) noexcept;
+  void note_seen() noexcept;
+  void ask_of_next(const MappingThreadState& mapping) noexcept;
 
   Sharer& sharer_;
   LocalMaps& maps_;
@@ -146,6 +150,9 @@ class SharingThread {
   std::uint64_t poses_seen_ = 0;
   TeammatesState teammates_now_{};
   LatestValue<TeammatesState> teammates_;
+  std::uint64_t watched_seen_ = 0;  ///< Version of what the last scan told.
+  WatchedState watched_now_{};
+  LatestValue<WatchedState> watched_;
   Activity activity_{};
   SharingThreadState now_{};
   LatestValue<SharingThreadState> state_;

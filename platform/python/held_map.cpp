@@ -141,6 +141,11 @@ IntegrationReport HeldLocalMap::integrate(ScanView scan, const LabelsView& label
     }
     const std::int64_t now_us = MonotonicClock::now_us();
     if (!stamp_us) stamp_us = now_us;
+    {
+      const std::scoped_lock lock(last_mutex_);
+      watched_ = to_watch_;
+    }
+    scan.watched = watched_;
     report.scan = parts_.mapper->integrate(scan, now_us);
     submap = parts_.mapper->maps().number();
     if (parts_.submaps && report.scan.pose == Status::kOk)
@@ -153,6 +158,7 @@ IntegrationReport HeldLocalMap::integrate(ScanView scan, const LabelsView& label
     last_.submap = submap;
     last_.stamp_us = *stamp_us;
     last_.T_map_sensor = scan.T_map_sensor;
+    last_.watched.assign(scan.watched.begin(), scan.watched.end());
     last_.T_map_body = product(scan.T_map_sensor, inverse(scan.T_body_sensor));
     totals_.add(report.scan);
   }
@@ -229,6 +235,11 @@ std::optional<WindowTotals> HeldLocalMap::window() const {
 ScanTotals HeldLocalMap::totals() const {
   const std::scoped_lock lock(last_mutex_);
   return totals_;
+}
+
+void HeldLocalMap::watch(std::span<const WatchedPoint> points) {
+  const std::scoped_lock lock(last_mutex_);
+  to_watch_.assign(points.begin(), points.end());
 }
 
 LastScan HeldLocalMap::last_scan() const {

@@ -110,6 +110,7 @@ struct LastScan {
   std::int64_t stamp_us = 0;
   Matrix34d T_map_sensor = Matrix34d::Identity();
   Matrix34d T_map_body = Matrix34d::Identity();
+  std::vector<WatchedPoint> watched;  ///< What it told of them.
 };
 
 class HeldLocalMap final : public HeldMap {
@@ -171,6 +172,8 @@ class HeldLocalMap final : public HeldMap {
   /// Most points of a scan; of a larger one a part is left out.
   [[nodiscard]] std::size_t max_points() const { return parts_.max_points; }
   [[nodiscard]] LastScan last_scan() const;
+  /// What scans are to tell of from now on.
+  void watch(std::span<const WatchedPoint> points);
 
  private:
   struct Parts {
@@ -190,7 +193,9 @@ class HeldLocalMap final : public HeldMap {
   Parts parts_;
   bool is_shared_ = false;                ///< By a queue.
   std::vector<std::uint8_t> components_;  ///< Scratch of integrate.
-  mutable std::mutex last_mutex_;         ///< Of both members below.
+  std::vector<WatchedPoint> watched_;     ///< By the scan that is being integrated.
+  mutable std::mutex last_mutex_;         ///< Of the members below.
+  std::vector<WatchedPoint> to_watch_;
   LastScan last_;
   ScanTotals totals_;
   std::set<ScanWarning> warned_;

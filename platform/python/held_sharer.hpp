@@ -65,6 +65,7 @@ class HeldSharer {
   std::shared_ptr<Gate> gate_ = std::make_shared<Gate>();
   std::shared_ptr<HeldMap> global_;
   std::uint64_t scans_seen_ = 0;
+  std::vector<WatchedPoint> watched_;  ///< Scratch.
   std::uint32_t last_submap_ = 0;
   std::uint32_t corrections_ = 0;
   bool shares_submaps_ = false;

@@ -72,9 +72,11 @@ py::dict report(const HeldSharer& sharer) {
     SubmapReport submap;
     std::vector<ContributionState> contributions;
     std::size_t waiting;
+    ObjectionsReport objections;
   };
   const All all = sharer.change([](const Sharer& s) {
-    All a{s.exchange().report(), s.global().report(), s.submap(), {}, s.publisher().waiting()};
+    All a{s.exchange().report(),   s.global().report(), s.submap(), {},
+          s.publisher().waiting(), s.objections()};
     a.contributions.resize(a.exchange.contributions);
     static_cast<void>(s.exchange().contributions(a.contributions));
     return a;
@@ -94,9 +96,11 @@ py::dict report(const HeldSharer& sharer) {
     one["complete"] = c.complete;
     one["far"] = c.far;
     if (MapSession::is(c.id.submap)) one["session"] = session_dict(c.session);
+    if (Objection::is(c.id.submap)) one["objections"] = true;
     contributions.append(one);
   }
   d["contributions_by_id"] = contributions;
+  d["objections"] = counters_of(all.objections);
   const GlobalMapReport& g = all.global;
   py::dict global = counters_of(g);
   global["overlap_voxels"] = g.nodes;

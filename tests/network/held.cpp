@@ -9,6 +9,7 @@
 #include "tessera/base/internal/crc32.hpp"
 #include "tessera/base/internal/digest.hpp"
 #include "tessera/map/internal/packed_block.hpp"
+#include "tessera/replica/objection.hpp"
 
 namespace tessera::network {
 
@@ -40,14 +41,15 @@ std::vector<Held> held(const Replicas& replicas, int num_components) {
       const auto is_live = [live = part->live](int row) {
         return ((unsigned{live} >> layer_of_row(row)) & 1U) != 0;
       };
-      unpack_block(
-          packed,
-          [&](int row, int /*component*/, float count) {
-            if (is_live(row)) here.label_evidence += static_cast<double>(count);
-          },
-          [&](int row, unsigned passes) {
-            if (is_live(row)) here.passes += passes;
-          });
+      if (!Objection::is(contribution.id.submap))
+        unpack_block(
+            packed,
+            [&](int row, int /*component*/, float count) {
+              if (is_live(row)) here.label_evidence += static_cast<double>(count);
+            },
+            [&](int row, unsigned passes) {
+              if (is_live(row)) here.passes += passes;
+            });
       keys.insert(name.first);
       digest.add(name.first);
       digest.add(name.second);

@@ -21,7 +21,21 @@ inline void note_place(Exchange& exchange, std::int64_t now_us) {
   exchange.note_place(T, now_us, now_us);
 }
 
-/// Of another digest and date each; one lies before 1970.
+/// Against blocks that others have, and against one that nobody has; one of them is said anew.
+inline void publish_objections(Exchange& exchange, oracle::Random& random) {
+  for (std::int32_t i = 0; i < 7; ++i) {
+    Objection one{.against = {1, 2, 0},
+                  .key = *pack(BlockCoord{i % 6 - 3, 1, -i}),
+                  .version = static_cast<std::uint32_t>(i)};
+    for (int voxels = 1 + 40 * i; voxels > 0; --voxels)
+      add_row(one.voxels, random.below(kBlockVoxels));
+    if (!exchange.object(one).ok()) throw std::runtime_error("an objection");
+    one.version += 1000;
+    if (i == 3 && !exchange.object(one).ok()) throw std::runtime_error("an objection");
+  }
+}
+
+/// Of another digest and date each; one lies before 1970. Objections too.
 inline void publish_sessions(Exchange& exchange, oracle::Random& random) {
   AlignedMemory memory(BlockContent::required_bytes(network::kClasses + 2));
   Arena arena(memory.span());
@@ -37,6 +51,7 @@ inline void publish_sessions(Exchange& exchange, oracle::Random& random) {
     }
     if (!done) throw std::runtime_error("a session");
   }
+  publish_objections(exchange, random);
 }
 
 inline void remove_session(Exchange& exchange) {

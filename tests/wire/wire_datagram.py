@@ -6,6 +6,7 @@ import struct
 
 import decode_block
 import wire_frames
+import wire_objection
 from wire_trust import Refused, check, crc32c
 
 ANNOUNCEMENT, REQUEST, CHUNK, FRAME, LEAVE, STATEMENT, DESCRIPTION, CONFLICT, PRESENCE = range(1, 10)
@@ -191,7 +192,7 @@ class Decoder:
             try:
                 record = self.record(body, before, r)
                 before = record.version, record.block
-                self.check_code(record)
+                self.check_code(body["name"], record)
             except Refused as why:
                 # The tree of a chunk that is signed as a whole has all of its records.
                 check(not self.fleet.signs or relayed or why.args[0] == CODE, why.args[0])
@@ -215,9 +216,11 @@ class Decoder:
             record.proof = self.fleet.check_proof(CHUNK, body["name"], self.fleet.leaf_of_record(body["name"], record), r)
         return record
 
-    def check_code(self, record):
+    def check_code(self, name, record):
         key = record.layers, record.code
-        if record.code and key not in self.codes:
+        if name[2] == wire_objection.SUBMAP:
+            self.codes[key] = wire_objection.Objection(record, CODE)
+        elif record.code and key not in self.codes:
             try:
                 self.codes[key] = decode_block.Block(record.code, record.layers, self.fleet.num_classes + 2, self.table)
             except decode_block.Corrupt:

@@ -73,6 +73,13 @@ std::span<const std::byte> ChunkTaker::statement_proof() noexcept {
   return std::span(proof_).first(write_proof(*tree_, tree_->count() - 1, signature_, proof_));
 }
 
+bool ChunkTaker::is_objection(const ChunkRecord& record, BlockKey place) noexcept {
+  Objection objection;
+  return record.version.layers == kAllLayers && record.version.first == record.version.number &&
+         objection.read(record.coded) &&
+         Objection::place_of(objection.against, objection.key) == place;
+}
+
 ChunkTaker::Fate ChunkTaker::take_record(const Into& into, HeldContribution& contribution,
                                          const ChunkHeader& header, std::uint32_t leaf_number,
                                          ChunkRecord& record) noexcept {
@@ -83,10 +90,12 @@ ChunkTaker::Fate ChunkTaker::take_record(const Into& into, HeldContribution& con
   const Replicas::Replica* other = into.records.contradicted(contribution, *key, record.version);
   const bool news = into.records.is_news(contribution, *key, record.version);
   if (!news && other == nullptr) return Fate::kStale;
+  const bool objects = Objection::is(contribution.id.submap);
   into.scratch.clear();
-  if (decode_block(record.coded, record.version.layers, num_components_, into.scratch) !=
-      Status::kOk)
-    return Fate::kMalformed;
+  const bool is_good = objects ? is_objection(record, *key)
+                               : decode_block(record.coded, record.version.layers, num_components_,
+                                              into.scratch) == Status::kOk;
+  if (!is_good) return Fate::kMalformed;
   if (signatures_.on() && header.relayed &&
       !proof_check_.check(signatures_, configuration_, contribution.id, leaf, record.proof))
     return Fate::kForged;
@@ -97,8 +106,11 @@ ChunkTaker::Fate ChunkTaker::take_record(const Into& into, HeldContribution& con
   if (other != nullptr && news && !signatures_.on()) ++into.counted.conflicts;
   note_conflict(into, contribution, record, other);
   if (!news) return Fate::kStale;
-  const Result<Replicas::Change> put = into.records.put(
-      into.table, contribution, *key, record.version, into.scratch, record.coded, record.proof);
+  const Result<Replicas::Change> put =
+      objects ? into.records.put_packed(into.table, contribution, *key, record.version,
+                                        record.coded, record.coded, record.proof)
+              : into.records.put(into.table, contribution, *key, record.version, into.scratch,
+                                 record.coded, record.proof);
   return put.ok() ? Fate::kTaken : Fate::kNoRoom;
 }
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// An exchange as a Publisher sees it.
+// An exchange as a Publisher sees it, and what it says against others.
 #include <algorithm>
 
 #include "tessera/base/internal/bits.hpp"
@@ -40,6 +40,16 @@ Publication publication_of(Exchange& exchange) noexcept {
           .quantise = ExchangePublication::quantise,
           .read = ExchangePublication::read,
           .publish = ExchangePublication::publish};
+}
+
+Result<std::uint32_t> Exchange::object(const Objection& objection) noexcept {
+  const Result<std::uint32_t> bytes = ledger_.object(objection, counted_);
+  if (!bytes.ok()) return bytes;
+  const std::uint32_t epoch = ledger_.publishing()->id.epoch;
+  const Ledger::Contribution& own = *ledger_.find({robot_, epoch, Objection::kNumber});
+  if (own.latest == 1) sender_.control().owe_frame(ledger_, own, Instant::long_ago());
+  sender_.control().owe_statement(ledger_, own, Instant::long_ago());
+  return bytes;
 }
 
 }  // namespace tessera

@@ -47,10 +47,19 @@ Result<Replicas::Change> HeldRecords::put(ContributionTable& table, HeldContribu
                                           std::span<const std::byte> coded,
                                           std::span<const std::byte> proof) noexcept {
   const std::size_t packed = pack_block(content, packed_);
+  return put_packed(table, contribution, key, version, packed_.first(packed), coded, proof);
+}
+
+Result<Replicas::Change> HeldRecords::put_packed(ContributionTable& table,
+                                                 HeldContribution& contribution, BlockKey key,
+                                                 const PartVersion& version,
+                                                 std::span<const std::byte> packed,
+                                                 std::span<const std::byte> coded,
+                                                 std::span<const std::byte> proof) noexcept {
   const std::span<const std::byte> kept = to_keep(coded, proof);
   list_block(table, contribution, key, false);
   const Result<Replicas::Change> change =
-      store_.put(store_.context, contribution.slot, key, version, packed_.first(packed), kept);
+      store_.put(store_.context, contribution.slot, key, version, packed, kept);
   list_block(table, contribution, key, true);
   if (change.ok()) taken_bytes_ += kept.size();
   return change;

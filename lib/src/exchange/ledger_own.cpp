@@ -9,7 +9,7 @@ namespace tessera {
 
 Status Ledger::open(std::uint32_t epoch, std::uint32_t submap, const Matrix34d& T_global_map,
                     ExchangeReport& counted) noexcept {
-  if (MapSession::is(submap)) return Status::kInvalidArgument;
+  if (submap >= Objection::kNumber) return Status::kInvalidArgument;
   const Result<Contribution*> opened = open_own({robot_, epoch, submap}, T_global_map, {}, counted);
   if (!opened.ok()) return opened.status();
   table_.publish_as(**opened);
@@ -84,6 +84,20 @@ Result<std::uint32_t> Ledger::publish_earlier(std::uint32_t submap, BlockKey key
   if (own == nullptr || !own->own) return Status::kInvalidArgument;
   VersionRange published;
   return maker_.publish({table_, records_, content_, counted}, *own, key, content, published);
+}
+
+Result<std::uint32_t> Ledger::object(const Objection& objection, ExchangeReport& counted) noexcept {
+  const Contribution* const now = table_.publishing();
+  if (now == nullptr) return Status::kInvalidArgument;
+  const ContributionId id{robot_, now->id.epoch, Objection::kNumber};
+  Contribution* own = find(id);
+  if (own == nullptr || !own->own) {
+    const Result<Contribution*> opened = open_own(id, Matrix34d::Identity(), {}, counted);
+    if (!opened.ok()) return opened.status();
+    own = *opened;
+    table_.own_as(*own);
+  }
+  return maker_.publish_objection({table_, records_, content_, counted}, *own, objection);
 }
 
 Status Ledger::move(std::uint32_t epoch, std::uint32_t submap,

@@ -73,6 +73,28 @@ unsigned RecordMaker::parts_of(const BlockContent& content, std::size_t whole_by
   return parts;
 }
 
+Result<std::uint32_t> RecordMaker::publish_objection(const Into& into, HeldContribution& own,
+                                                     const Objection& objection) noexcept {
+  if (own.latest >= kLastVersion) return Status::kResourceExhausted;
+  const std::uint32_t number = own.latest + 1;
+  const BlockKey place = Objection::place_of(objection.against, objection.key);
+  const std::size_t bytes = objection.write(coded_);
+  ChunkRecord record{.block = unpack(place),
+                     .version = {.number = number, .first = number},
+                     .coded = coded_.first(bytes)};
+  record.version.hash = record_hash(leaf_of(signatures_, own.id, record));
+  const Result<Replicas::Change> change = into.records.put_packed(
+      into.table, own, place, record.version, record.coded, record.coded, {});
+  if (!change.ok()) {
+    ++into.counted.refused_parts;
+    return change.status();
+  }
+  own.latest = number;
+  own.coverage.add({1, own.latest});
+  ++into.counted.published_parts;
+  return static_cast<std::uint32_t>(bytes) + 8;
+}
+
 Result<std::uint32_t> RecordMaker::publish(const Into& into, HeldContribution& own, BlockKey key,
                                            const BlockContent& content,
                                            VersionRange& published) noexcept {

@@ -123,6 +123,29 @@ class BlockSums::ToRobot {
   bool labelled_ = false;
 };
 
+/// How much more labels than passes weigh in each voxel.
+class BlockSums::ToHolders {
+ public:
+  ToHolders(BlockSums& sums, VoxelMask& any) noexcept : sums_(sums), any_(any) {}
+  static void enter() noexcept {}
+  [[nodiscard]] const VoxelMask& hidden() const noexcept { return none_; }
+  static void observe(int /*row*/) noexcept {}
+  void add_labels(int row, int /*component*/, float count) noexcept { add(row, count); }
+  void add_passes(int row, unsigned passes) noexcept {
+    add(row, -sums_.free_weight_ * static_cast<float>(passes));
+  }
+
+ private:
+  void add(int row, float evidence) noexcept {
+    float& weight = sums_.weights_[static_cast<std::size_t>(row)];
+    weight = (has_row(any_, row) ? weight : 0.0F) + evidence;
+    add_row(any_, row);
+  }
+  BlockSums& sums_;
+  VoxelMask& any_;
+  VoxelMask none_{};
+};
+
 /// Sessions are added up first: what of them counts depends on all of them.
 class BlockSums::ToSessions {
  public:

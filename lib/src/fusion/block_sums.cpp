@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tessera/fusion/internal/block_sums.hpp"
 
+#include <algorithm>
 #include <bit>
 #include <cstring>
 
@@ -31,14 +32,64 @@ Result<BlockSums> BlockSums::make(Arena& arena, const GlobalMapConfig& config, i
   made.taken_ = arena.take<VoxelCoord>(kBlockVoxels);
   made.next_ = arena.take<std::int16_t>(kBlockVoxels);
   made.first_ = arena.take<std::int16_t>(kBlockVoxels);
-  if (made.first_.empty()) return Status::kResourceExhausted;
+  made.free_weight_ = config.map.free_weight;
+  made.holders_ = arena.take<std::uint8_t>(kBlockVoxels);
+  made.weights_ = arena.take<float>(kBlockVoxels);
+  made.objectors_ = arena.take<std::uint8_t>(kBlockVoxels);
+  if (made.objectors_.empty()) return Status::kResourceExhausted;
   return made;
+}
+
+namespace {
+
+std::uint16_t count_voxels(const VoxelMask& mask) noexcept {
+  int count = 0;
+  for (const std::uint64_t slice : mask) count += count_ones(slice);
+  return static_cast<std::uint16_t>(count);
+}
+
+template <class Visit>
+void for_rows(const VoxelMask& mask, Visit&& visit) noexcept {
+  for (int z = 0; z < kBlockEdge; ++z)
+    for (std::uint64_t left = mask[static_cast<std::size_t>(z)]; left != 0; left &= left - 1)
+      visit(static_cast<std::size_t>(64 * z + std::countr_zero(left)));
+}
+
+}  // namespace
+
+/// Each robot once, whatever its earlier starts have said.
+void BlockSums::count_objectors(const Source& source, const Replicas::Replica& replica) noexcept {
+  std::fill(objectors_.begin(), objectors_.end(), std::uint8_t{0});
+  VoxelMask of_robot{};
+  const std::span<const Slot> all = source.replicas.objections();
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const Replicas::Contribution& one = source.replicas.contribution(all[i]);
+    Objection objection;
+    const bool objects = !one.leaving &&
+                         find_objection(source.replicas, all[i], source.contribution.id,
+                                        BlockKey{replica.key}, objection) &&
+                         replica.version - replica.part == objection.version;
+    for (std::size_t z = 0; objects && z < of_robot.size(); ++z) of_robot[z] |= objection.voxels[z];
+    if (i + 1 < all.size() && source.replicas.contribution(all[i + 1]).id.robot == one.id.robot)
+      continue;
+    for_rows(of_robot, [this](std::size_t row) { ++objectors_[row]; });
+    of_robot = {};
+  }
+}
+
+bool BlockSums::is_objected(int row, int target) noexcept {
+  const std::uint8_t objectors = objectors_[static_cast<std::size_t>(row)];
+  if (objectors == 0) return false;
+  const bool is_objected = objectors >= holders_[static_cast<std::size_t>(target)];
+  add_row(is_objected ? objected_ : disputed_, target);
+  return is_objected;
 }
 
 template <class Adder>
 std::uint64_t BlockSums::add_replica(const Source& source, const Replicas::Replica& replica,
                                      RowTargets& targets, Adder& adder) noexcept {
   targets.set_layers(replica.live);
+  if (any_objections_) count_objectors(source, replica);
   VoxelMask observed{};
   const auto observe = [&](int row) {
     if (has_row(observed, row)) return;
@@ -49,7 +100,9 @@ std::uint64_t BlockSums::add_replica(const Source& source, const Replicas::Repli
       source.replicas.read(replica, scratch_),
       [&](int row, int component, float count) {
         observe(row);
-        for (const int target : targets.of(row)) adder.add_labels(target, component, count);
+        for (const int target : targets.of(row))
+          if (!any_objections_ || !is_objected(row, target))
+            adder.add_labels(target, component, count);
       },
       [&](int row, unsigned passes) {
         observe(row);
@@ -96,6 +149,53 @@ std::uint64_t BlockSums::add_contribution(const Source& source, Slot slot, Adder
   return work;
 }
 
+std::uint64_t BlockSums::look_for_objections(const Source& source, bool& any) const noexcept {
+  const Replicas::Contribution& one = source.contribution;
+  if (any || one.leaving || Objection::is(one.id.submap)) return 0;
+  const GridTransform::BlockRange range = one.T_global_local.local_blocks(source.block);
+  if (!one.may_have(range)) return 0;
+  std::uint64_t work = 0;
+  Objection objection;
+  for (std::int32_t z = range.first.z; z <= range.last.z; ++z)
+    for (std::int32_t y = range.first.y; y <= range.last.y; ++y)
+      for (std::int32_t x = range.first.x; x <= range.last.x; ++x) {
+        const Result<BlockKey> key = pack({x, y, z});
+        for (const Slot slot : source.replicas.objections()) {
+          ++work;
+          any = any || (key.ok() && find_objection(source.replicas, slot, one.id, *key, objection));
+        }
+      }
+  return work;
+}
+
+/// Robots that have each voxel occupied; all map sessions together are one.
+void BlockSums::count_holders(const Replicas& replicas, BlockCoord block, Added& added) noexcept {
+  std::fill(holders_.begin(), holders_.end(), std::uint8_t{0});
+  objected_ = disputed_ = {};
+  any_objections_ = false;  // what they have, whoever objects
+  const std::span<const Slot> all = replicas.in_order();
+  const auto count = [&](std::span<const Slot> contributions, bool of_sessions) {
+    VoxelMask any{};
+    ToHolders adder(*this, any);
+    for (const Slot slot : contributions) {
+      const Replicas::Contribution& one = replicas.contribution(slot);
+      const bool is_session = MapSession::is(one.id.submap) && one.session.weight != 0;
+      if (of_sessions ? is_session : one.id.submap < Objection::kNumber)
+        added.work += add_contribution({replicas, one, block}, slot, adder);
+    }
+    for_rows(any, [this](std::size_t row) {
+      if (weights_[row] > 0.0F) ++holders_[row];
+    });
+  };
+  for (std::size_t first = 0, next = 0; first < all.size(); first = next) {
+    const std::uint32_t robot = replicas.contribution(all[first]).id.robot;
+    while (next < all.size() && replicas.contribution(all[next]).id.robot == robot) ++next;
+    count(all.subspan(first, next - first), false);
+  }
+  count(all, true);
+  any_objections_ = true;
+}
+
 /// Calls use(slot, is_oldest) for all of one robot, given by ascending id: its newest epoch first.
 /// Before each epoch begin(); is_oldest: it is of the last one.
 template <class Begin, class Use>
@@ -124,7 +224,7 @@ std::uint64_t BlockSums::add_robot(const Replicas& replicas, std::span<const Slo
       replicas, contributions, [&] { share_.begin_epoch(); },
       [&](Slot slot, bool is_oldest) {
         const Replicas::Contribution& one = replicas.contribution(slot);
-        if (MapSession::is(one.id.submap)) return;
+        if (one.id.submap >= Objection::kNumber) return;
         work += share_.begin_submap(one.id.submap);
         work += add_contribution({replicas, one, block}, slot, adder);
         if (!is_oldest) share_.end_submap(one.id.submap);
@@ -156,6 +256,13 @@ BlockSums::Added BlockSums::add_up(const Replicas& replicas, BlockCoord block,
   std::memset(observers_.data(), 0, observers_.size());
   const std::span<const Slot> all = replicas.in_order();
   Added added;
+  any_objections_ = false;
+  if (!replicas.objections().empty()) {
+    for (const Slot slot : all)
+      added.work +=
+          look_for_objections({replicas, replicas.contribution(slot), block}, any_objections_);
+    if (any_objections_) count_holders(replicas, block, added);
+  }
   sessions_.begin_block();
   for (std::size_t first = 0, next = 0; first < all.size(); first = next) {
     const std::uint32_t robot = replicas.contribution(all[first]).id.robot;
@@ -169,6 +276,10 @@ BlockSums::Added BlockSums::add_up(const Replicas& replicas, BlockCoord block,
   bool labelled = false;
   added.work += sessions_.end_block(content, omega_, last_class_, labelled);
   if (labelled) added.robots |= added.robots + 1;
+  if (any_objections_) {
+    added.objected = count_voxels(objected_);
+    added.disputed = count_voxels(disputed_);
+  }
   return added;
 }
 

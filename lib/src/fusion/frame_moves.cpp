@@ -92,10 +92,14 @@ std::uint64_t FrameMoves::mark(Replicas& replicas, GlobalRecords& records,
     const Replicas::Replica& replica = replicas.record(marked_record_);
     const BlockCoord local = unpack(BlockKey{replica.key});
     // Where there is no place for a block, that was counted, and what has a place goes on.
-    static_cast<void>(
-        records.mark_sums(contribution.T_global_local.global_blocks(local), UpdatePart::kMove));
-    if (!move.leaves)
-      static_cast<void>(records.mark_sums(move.to.global_blocks(local), UpdatePart::kMove));
+    if (Objection::is(contribution.id.submap)) {
+      mark_objection(replicas, records, replica);
+    } else {
+      static_cast<void>(
+          records.mark_sums(contribution.T_global_local.global_blocks(local), UpdatePart::kMove));
+      if (!move.leaves)
+        static_cast<void>(records.mark_sums(move.to.global_blocks(local), UpdatePart::kMove));
+    }
     marked_record_ = replica.next;
     if (marked_record_ == 0) ++marked_slot_;
     marking_slot_ = marked_record_ != 0;
@@ -113,6 +117,21 @@ std::uint64_t FrameMoves::mark(Replicas& replicas, GlobalRecords& records,
   }
   phase_ = Phase::kStaging;
   return work;
+}
+
+/// What it is against, wherever that is and wherever it will be.
+void FrameMoves::mark_objection(const Replicas& replicas, GlobalRecords& records,
+                                const Replicas::Replica& record) const noexcept {
+  Objection objection;
+  if (!read_objection(replicas, &record, objection)) return;
+  const Result<Slot> against = replicas.find(objection.against);
+  if (!against.ok()) return;
+  const BlockCoord local = unpack(objection.key);
+  const GridTransform& frame = replicas.contribution(*against).T_global_local;
+  static_cast<void>(records.mark_sums(frame.global_blocks(local), UpdatePart::kMove));
+  const Move& move = moves_[*against];
+  if (move.under_way)
+    static_cast<void>(records.mark_sums(move.to.global_blocks(local), UpdatePart::kMove));
 }
 
 void FrameMoves::begin_merging() noexcept {

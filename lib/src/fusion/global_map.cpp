@@ -87,6 +87,8 @@ Result<GlobalMap::Slot> GlobalMap::open(const ContributionId& id,
 Result<Replicas::Change> GlobalMap::put(Slot slot, BlockKey key, const PartVersion& version,
                                         std::span<const std::byte> packed,
                                         std::span<const std::byte> wire) noexcept {
+  if (Objection::is(replicas_.contribution(slot).id.submap))
+    return put_objection(slot, key, version, packed, wire);
   if (!packed.empty() && check_packed(packed, maps_.map().num_components()) != Status::kOk)
     return Status::kCorrupt;
   const Replicas::Contribution& contribution = replicas_.contribution(slot);
@@ -96,6 +98,33 @@ Result<Replicas::Change> GlobalMap::put(Slot slot, BlockKey key, const PartVersi
       !moves_.mark_change(replicas_, records_, slot, key))
     return Status::kResourceExhausted;
   return replicas_.put(slot, key, version, packed, wire);
+}
+
+/// What is in the place is marked, and what was. Where a block has no place in the global grid
+/// there is nothing to object to.
+Result<Replicas::Change> GlobalMap::put_objection(Slot slot, BlockKey place,
+                                                  const PartVersion& version,
+                                                  std::span<const std::byte> packed,
+                                                  std::span<const std::byte> wire) noexcept {
+  Objection objection;
+  if (!objection.read(packed) || Objection::place_of(objection.against, objection.key) != place)
+    return Status::kCorrupt;
+  const Replicas::Contribution& contribution = replicas_.contribution(slot);
+  if (!contribution.present) return Status::kInvalidArgument;
+  if (contribution.leaving || moves_.leaving(slot)) return Status::kBusy;
+  if (replicas_.news(slot, place, version) == 0)
+    return replicas_.put(slot, place, version, packed, wire);
+  Objection before;
+  const bool had_one = read_objection(replicas_, replicas_.find(slot, place), before);
+  const Result<Replicas::Change> change = replicas_.put(slot, place, version, packed, wire);
+  if (!change.ok()) return change;
+  const auto mark = [this](const Objection& one) {
+    const Result<Slot> against = replicas_.find(one.against);
+    if (against.ok()) static_cast<void>(moves_.mark_change(replicas_, records_, *against, one.key));
+  };
+  if (had_one) mark(before);
+  mark(objection);
+  return change;
 }
 
 void GlobalMap::remove(Slot slot) noexcept {
@@ -189,6 +218,8 @@ std::uint64_t GlobalMap::update_sums(std::uint32_t number) noexcept {
   content.clear();
   const BlockSums::Added added = adder_.add_up(replicas_, block, content);
   record.robots = added.robots;
+  record.objected = added.objected;
+  record.disputed = added.disputed;
   const bool graph = belongs_to_graph(record.robots);
   if (graph && config_.diffusion.mode != DiffusionMode::kNone && keep_sums(number, block))
     return added.work + 1;

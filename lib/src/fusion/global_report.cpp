@@ -36,6 +36,8 @@ GlobalMapReport GlobalMap::report() const noexcept {
                       report.replicas.replica_bytes + report.sum_bytes + records_.used_bytes();
   NodeStatistics all;
   records_.for_each([&](const GlobalRecord& record) {
+    report.objected_voxels += record.objected;
+    report.disputed_voxels += record.disputed;
     if (record.statistics.nodes == 0) return;
     ++report.overlap_blocks;
     all.add(record.statistics);

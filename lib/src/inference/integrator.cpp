@@ -115,6 +115,7 @@ ScanReport Integrator::integrate_scan(LocalMap& map, const ScanView& scan,
     if (config_.free_space.enabled) write_free_space(map, report);
   }
   close_unwritten_blocks(map, all_fit && !work_.cut());
+  if (image_made_) look_at_watched(map.lattice(), scan.watched);
   report.admitted = static_cast<std::uint32_t>(admitted().size());
   return report;
 }

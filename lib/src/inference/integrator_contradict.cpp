@@ -72,6 +72,17 @@ void Integrator::look_at_moving(const LocalMap& map, std::uint64_t to_write,
   });
 }
 
+/// A voxel behind the point and half of one that others' frames are off by.
+void Integrator::look_at_watched(const Lattice& lattice, std::span<WatchedPoint> watched) noexcept {
+  constexpr float kMargin_voxels = 1.5F;
+  for (WatchedPoint& point : watched) {
+    const Point3f p_map(point.p_map[0], point.p_map[1], point.p_map[2]);
+    const Result<VoxelCoord> voxel = lattice.voxel_of(p_map);
+    point.is_seen_through = carver_.sees_through(p_map, kMargin_voxels);
+    point.is_hit = voxel.ok() && scratch_.free_space.is_hit(*voxel);
+  }
+}
+
 void Integrator::contradict(LocalMap& map, SlabHandle handle, const RayBlock& seen,
                             const VoxelMask& carved, ScanReport& report) noexcept {
   const VoxelMask in_all = carver_.seen_through(seen.coord, SeenBy::kAll, kAllMargin_voxels);

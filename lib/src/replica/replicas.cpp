@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "tessera/replica/objection.hpp"
+
 namespace tessera {
 
 Result<Replicas> Replicas::make(Arena& arena, const ReplicasConfig& config,
@@ -57,7 +59,16 @@ Result<Replicas::Slot> Replicas::open(const ContributionId& id) noexcept {
   for (; place > 0 && id < contributions_[order_[place - 1]].id; --place)
     order_[place] = order_[place - 1];
   order_[place] = slot;
+  note_objections();
   return slot;
+}
+
+void Replicas::note_objections() noexcept {
+  objection_count_ = 0;
+  for (const Slot slot : in_order()) {
+    if (Objection::is(contributions_[slot].id.submap) && objection_count_ < objections_.size())
+      objections_[objection_count_++] = slot;
+  }
 }
 
 void Replicas::close(Slot slot) noexcept {
@@ -68,6 +79,7 @@ void Replicas::close(Slot slot) noexcept {
   std::copy(std::find(order.begin(), order.end(), slot) + 1, order.end(),
             std::find(order.begin(), order.end(), slot));
   --present_;
+  note_objections();
 }
 
 std::uint32_t Replicas::find_record(Slot slot, BlockKey key) const noexcept {

@@ -25,23 +25,28 @@ Result<Robot*> Robot::make(Arena& arena, const RobotConfig& config, const ClassT
   (*mapper)->maps().require(LocalMaps::User::kPublishing);
   robot.boxes_ = arena.take<PlacedBox>(config.exchange.teammates);
   if (robot.boxes_.size() != config.exchange.teammates) return Status::kResourceExhausted;
+  robot.watched_ = arena.take<WatchedPoint>(watched_points(config));
+  if (robot.watched_.size() != watched_points(config)) return Status::kResourceExhausted;
   robot.config_ = config;
   robot.mapper_ = *mapper;
   robot.sharer_ = *sharer;
   return &robot;
 }
 
-ScanView Robot::with_teammates(const ScanView& scan, std::int64_t now_us) noexcept {
+/// What the others say of places, if the scan does not.
+ScanView Robot::with_others(const ScanView& scan, std::int64_t now_us) noexcept {
   ScanView view = scan;
-  if (!view.teammates.empty()) return view;
-  const std::size_t count = sharer_->place_teammates(mapper_->maps().number(), now_us, boxes_);
-  view.teammates = boxes_.first(count);
+  const std::uint32_t submap = mapper_->maps().number();
+  if (view.teammates.empty())
+    view.teammates = boxes_.first(sharer_->place_teammates(submap, now_us, boxes_));
+  if (view.watched.empty()) view.watched = watched_.first(sharer_->place_watched(submap, watched_));
   return view;
 }
 
 ScanReport Robot::noted(const ScanView& scan, std::int64_t stamp_us,
                         const ScanReport& report) noexcept {
   if (report.pose != Status::kOk) return report;
+  sharer_->note_watched(scan.watched);
   const std::uint32_t submap = mapper_->maps().number();
   sharer_->note_scan(mapper_->maps(), submap, stamp_us, scan.T_map_sensor);
   if (sharer_->tells_place())

@@ -37,6 +37,10 @@ Status Sharer::set_up(Arena& arena, const RobotConfig& config, const ClassTable&
   if (!sessions.ok()) return sessions.status();
   sessions_ = *sessions;
   if (!config.keep_sessions) sessions_.end_earlier();
+  const Result<Objections> objections =
+      Objections::make(arena, config.objections, exchange_, global_);
+  if (!objections.ok()) return objections.status();
+  objections_ = *objections;
   return status;
 }
 
@@ -67,7 +71,8 @@ Result<Sharer*> Sharer::make(Arena& arena, const RobotConfig& config, const Clas
   const int components = classes.num_components();
   sharer.scratch_bytes_ = Publisher::required_bytes(config.publisher, components) +
                           Exchange::required_bytes(config.exchange, components) +
-                          SubmapFrames::required_bytes(most_frames(config));
+                          SubmapFrames::required_bytes(most_frames(config)) +
+                          Objections::required_bytes(config.objections, components);
   return &sharer;
 }
 
@@ -128,6 +133,7 @@ PublisherReport Sharer::tick(LocalMaps& maps, std::int64_t now_us) noexcept {
     ticks_left_ -= ticks_left_ != 0 ? 1U : 0U;
     if (ticks_left_ == 0 || is_published(map)) open_next(maps);
   }
+  object(maps);
   fuse();
   return report;
 }
@@ -187,6 +193,7 @@ Status Sharer::reopen(std::uint32_t epoch, std::uint32_t floor) noexcept {
   ++submap_.reopened;
   publisher_.clear();
   sessions_.begin_epoch();
+  objections_.begin_epoch();
   if (evictions_ != nullptr) evictions_->begin_epoch();
   return status;
 }

@@ -30,4 +30,10 @@ std::size_t Sharer::place_teammates(std::uint32_t submap, std::int64_t now_us,
   return count;
 }
 
+void Sharer::object(LocalMaps& maps) noexcept {
+  if (!has_place_) return;
+  const std::optional<ContributionId> own = exchange_.publishing();
+  if (own) objections_.tick({maps.of(submap_.submap), *own, frame_, places_.front()});
+}
+
 }  // namespace tessera

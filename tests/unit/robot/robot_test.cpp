@@ -29,7 +29,8 @@ TEST_CASE("Robot: its size is known when it is compiled") {
   static_assert(Robot::required_bytes(kSettings, 21) ==
                 arena_bytes<Robot>(1) + Mapper::required_bytes(kSettings) +
                     Sharer::required_bytes(kSettings, 21) +
-                    arena_bytes<PlacedBox>(kSettings.exchange.teammates));
+                    arena_bytes<PlacedBox>(kSettings.exchange.teammates) +
+                    arena_bytes<WatchedPoint>(Objections::kMostPoints));
   CHECK(Robot::required_bytes(kSettings, 21) > required_bytes(kSettings.map));
 }
 

@@ -77,6 +77,10 @@ class Exchange {
   /// A session of this epoch counts no more: its weight is 0 from now on. Its blocks stay where
   /// they are until they are published empty. Fails with kInvalidArgument iff there is none.
   [[nodiscard]] Status end_session(std::uint32_t submap) noexcept;
+  /// Publishes an objection, in place of what was in its place. Others ask for it: it is not fresh.
+  /// Returns the bytes on the wire. Fails with kInvalidArgument iff nothing is published yet; as
+  /// open(), with the first; as publish(). O(1).
+  [[nodiscard]] Result<std::uint32_t> object(const Objection& objection) noexcept;
   /// States from now on that this robot's sessions of epochs below floor count no more: everybody
   /// removes them. Never lower than before, and at most the epoch of publish().
   void set_session_floor(std::uint32_t floor) noexcept;

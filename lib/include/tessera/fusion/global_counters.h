@@ -26,7 +26,11 @@
       "Blocks of a move that were shown early: no room to stage them.")
 
 /// Behind all others in C: append 64-bit ones here.
-#define TESSERA_GLOBAL_COUNTERS_LATER(ROW)                                            \
-  ROW(COUNTER, uint64_t, saturated_voxels, "Times that a voxel had over 255 passes.") \
-  ROW(LEVEL, uint64_t, sum_bytes, "Of used_bytes: undiffused sums.")                  \
-  ROW(FIGURE, double, mean_variance_undiffused, "The same mean variance before diffusion.")
+#define TESSERA_GLOBAL_COUNTERS_LATER(ROW)                                                  \
+  ROW(COUNTER, uint64_t, saturated_voxels, "Times that a voxel had over 255 passes.")       \
+  ROW(LEVEL, uint64_t, sum_bytes, "Of used_bytes: undiffused sums.")                        \
+  ROW(FIGURE, double, mean_variance_undiffused, "The same mean variance before diffusion.") \
+  ROW(LEVEL, uint64_t, objected_voxels,                                                     \
+      "Voxels without evidence through which other robots have seen since.")                \
+  ROW(LEVEL, uint64_t, disputed_voxels,                                                     \
+      "Voxels that keep such evidence, as more robots have it than saw through.")

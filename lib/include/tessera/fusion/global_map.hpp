@@ -47,7 +47,8 @@ class GlobalMap {
   /// kInvalidArgument iff the slot is empty; kBusy iff it is being removed; kCorrupt iff packed is
   /// not empty and no packed block; kResourceExhausted as put(), and iff the global grid has no
   /// place for a block: counted, unchanged. O(bytes + contributions + 27 blocks, 54 while its move
-  /// is being marked).
+  /// is being marked). What a robot objects to (Objection) is put in the same way, and marks what
+  /// it is against.
   [[nodiscard]] Result<Replicas::Change> put(Slot slot, BlockKey key, const PartVersion& version,
                                              std::span<const std::byte> packed,
                                              std::span<const std::byte> wire = {}) noexcept;
@@ -125,6 +126,10 @@ class GlobalMap {
 
  private:
   using Phase = FrameMoves::Phase;
+  [[nodiscard]] Result<Replicas::Change> put_objection(Slot slot, BlockKey place,
+                                                       const PartVersion& version,
+                                                       std::span<const std::byte> packed,
+                                                       std::span<const std::byte> wire) noexcept;
   /// The part of required_bytes that does not grow with the map, nor with its maps' config.
   [[nodiscard]] static constexpr std::size_t scratch_bytes(const GlobalMapConfig& config,
                                                            int num_components) noexcept;

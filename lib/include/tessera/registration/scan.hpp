@@ -4,6 +4,7 @@
 // frame, refused or placed in the grid once, and labelled.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -15,6 +16,16 @@
 #include "tessera/grid/lattice.hpp"
 
 namespace tessera {
+
+/// A place that somebody says is occupied and the robot's own map says is free.
+struct WatchedPoint {
+  std::array<float, 3> p_map{};  ///< Metres, map frame.
+  std::uint32_t watch = 0;       ///< By which the asker knows it.
+  std::uint16_t row = 0;
+  // Set by the scan.
+  bool is_seen_through = false;
+  bool is_hit = false;  ///< A return is in its voxel.
+};
 
 /// Labelled range data in the sensor frame. A view: the arrays stay the caller's and must outlive
 /// the call.
@@ -38,6 +49,9 @@ struct ScanView {
   /// frees space up to where it comes to the box. The first TeammateFilter::kMost, but for those
   /// that are no boxes (RobotBody::is_valid, check_rigid) and those that the sensor is in.
   std::span<const PlacedBox> teammates{};
+  /// Points of which integrating tells whether the scan surely saw through them, or met something
+  /// there. With Carving::kImage alone.
+  std::span<WatchedPoint> watched{};
 };
 
 /// The largest weight of a point, so that no sum of a scan comes near a float's limit.

@@ -3,7 +3,7 @@
 // How the exchange reaches replicas: these alone, or those of a global map that follows them.
 #pragma once
 
-#include "tessera/replica/replicas.hpp"
+#include "tessera/replica/objection.hpp"
 
 namespace tessera {
 

@@ -189,6 +189,10 @@ class Replicas {
   [[nodiscard]] const Contribution& contribution(Slot slot) const noexcept {
     return contributions_[slot];
   }
+  /// Of these, robots' objections (objection.hpp), the first kMostRobots.
+  [[nodiscard]] std::span<const Slot> objections() const noexcept {
+    return std::span(objections_).first(objection_count_);
+  }
   [[nodiscard]] const Replica& record(std::uint32_t number) const noexcept {
     return records_[number - 1];
   }
@@ -224,6 +228,7 @@ class Replicas {
   [[nodiscard]] bool has_room(Slot slot, std::uint32_t wanted, std::uint32_t held) noexcept;
   [[nodiscard]] Result<std::uint32_t> add_record(Slot slot, BlockKey key,
                                                  std::uint32_t first) noexcept;
+  void note_objections() noexcept;
   void retire(std::uint32_t first, std::uint8_t news) noexcept;
   void empty(Replica& replica) noexcept;
   void release(std::uint32_t number) noexcept;
@@ -246,6 +251,8 @@ class Replicas {
   std::span<Contribution> contributions_;
   std::span<Slot> order_;
   std::uint32_t present_ = 0;
+  std::array<Slot, kMostRobots> objections_{};  ///< By ascending id.
+  std::uint32_t objection_count_ = 0;
   std::uint32_t records_used_ = 0;  ///< Records that were ever taken.
   std::uint32_t free_records_ = 0;  ///< A list by Replica::next, as first_block.
   std::uint32_t blocks_ = 0;

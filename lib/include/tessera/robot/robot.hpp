@@ -17,7 +17,8 @@ class Robot {
     return arena_bytes<Robot>(1) + Mapper::required_bytes(config) +
            Sharer::required_bytes(config, num_components) +
            (config.window ? EvictionQueue::required_bytes(config.archived_blocks) : 0) +
-           arena_bytes<PlacedBox>(config.exchange.teammates);
+           arena_bytes<PlacedBox>(config.exchange.teammates) +
+           arena_bytes<WatchedPoint>(watched_points(config));
   }
   /// A robot in the arena, of use as long as its memory is. clock: for deadlines. What keys name
   /// must outlive it. Fails with kInvalidArgument iff a setting is out of its range;
@@ -37,13 +38,15 @@ class Robot {
   /// As Mapper::integrate, Sharer::note_scan and Sharer::note_place; now_us is the scan's stamp
   /// too. Other robots that say where they are are left out, if the scan names none itself.
   ScanReport integrate(const ScanView& scan, std::int64_t now_us) noexcept {
-    return noted(scan, now_us, mapper_->integrate(with_teammates(scan, now_us), now_us));
+    const ScanView view = with_others(scan, now_us);
+    return noted(view, now_us, mapper_->integrate(view, now_us));
   }
   /// The same as Mapper::integrate_until. stamp_us: of the scan, for corrections, and of the clock
   /// of receive().
   ScanReport integrate_until(const ScanView& scan, std::int64_t due_us,
                              std::int64_t stamp_us) noexcept {
-    return noted(scan, stamp_us, mapper_->integrate_until(with_teammates(scan, stamp_us), due_us));
+    const ScanView view = with_others(scan, stamp_us);
+    return noted(view, stamp_us, mapper_->integrate_until(view, due_us));
   }
   // The rest as Sharer's functions of the same names.
   void receive(std::span<const std::byte> datagram, std::int64_t now_us) noexcept {
@@ -96,13 +99,17 @@ class Robot {
   }
 
  private:
-  [[nodiscard]] ScanView with_teammates(const ScanView& scan, std::int64_t now_us) noexcept;
+  static constexpr std::size_t watched_points(const RobotSettings& config) noexcept {
+    return config.objections == 0 ? 0 : Objections::kMostPoints;
+  }
+  [[nodiscard]] ScanView with_others(const ScanView& scan, std::int64_t now_us) noexcept;
   ScanReport noted(const ScanView& scan, std::int64_t stamp_us, const ScanReport& report) noexcept;
 
   RobotConfig config_{};
   Mapper* mapper_ = nullptr;
   Sharer* sharer_ = nullptr;
   std::span<PlacedBox> boxes_;  ///< Scratch: of teammates.
+  std::span<WatchedPoint> watched_;
 };
 
 }  // namespace tessera

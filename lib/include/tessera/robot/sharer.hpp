@@ -10,6 +10,7 @@
 #include "tessera/map/local_maps.hpp"
 #include "tessera/robot/internal/eviction_queue.hpp"
 #include "tessera/robot/map_sessions.hpp"
+#include "tessera/robot/objections.hpp"
 #include "tessera/robot/robot_config.hpp"
 #include "tessera/submap/submap_frames.hpp"
 
@@ -26,6 +27,7 @@ class Sharer {
            Exchange::required_bytes(config.exchange, num_components) +
            SubmapFrames::required_bytes(most_frames(config)) +
            MapSessions::required_bytes(num_components) +
+           Objections::required_bytes(config.objections, num_components) +
            (config.submaps_before != 0 ? BlockContent::required_bytes(num_components) : 0);
   }
   /// A sharer in the arena, of use as long as its memory is, with the robot's first contribution
@@ -145,6 +147,19 @@ class Sharer {
   [[nodiscard]] std::size_t place_teammates(std::uint32_t submap, std::int64_t now_us,
                                             std::span<PlacedBox> into) const noexcept;
 
+  // --- What others have, and this robot sees through --------------------------------------------
+
+  /// Places of which the next scan should tell whether it sees through them, in a submap's frame:
+  /// for ScanView::watched. Returns how many. O(into).
+  [[nodiscard]] std::size_t place_watched(std::uint32_t submap,
+                                          std::span<WatchedPoint> into) noexcept {
+    return objections_.place(T_map_global(submap), into);
+  }
+  /// What that scan told of them. A scan counts from the second one on after it was asked of a
+  /// block, as the first may have been taken before. O(points).
+  void note_watched(std::span<const WatchedPoint> watched) noexcept { objections_.note(watched); }
+  [[nodiscard]] const ObjectionsReport& objections() const noexcept { return objections_.report(); }
+
   // --- The global map ----------------------------------------------------------------------------
 
   /// Goes on with the global map, as far as this tick's work is not spent: what has arrived is seen
@@ -192,6 +207,7 @@ class Sharer {
   }
   PublisherReport publish(const LocalMap& map, std::int64_t now_us) noexcept;
   void follow(const LocalMaps& maps) noexcept;
+  void object(LocalMaps& maps) noexcept;
   [[nodiscard]] bool is_published(const LocalMap& map) noexcept;
   void set_reach() noexcept;
   void open_next(LocalMaps& maps) noexcept;
@@ -209,6 +225,7 @@ class Sharer {
   Matrix34d frame_ = Matrix34d::Identity();
   SubmapFrames frames_{};
   MapSessions sessions_{};
+  Objections objections_{};
   BlockContent earlier_{};  ///< Scratch: a block of a submap of an earlier start.
   std::optional<Matrix34d> T_world_map_next_{};  ///< That was asked for.
   SubmapReport submap_{};

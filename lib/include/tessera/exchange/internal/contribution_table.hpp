@@ -118,11 +118,11 @@ class ContributionTable {
     own_as(contribution);
     publishing_ = number_of(contribution);
   }
-  /// The same beside the one that it publishes. No place is kept for a session. O(1).
+  /// The same beside the one that it publishes. No place is kept for what is no submap. O(1).
   void own_as(HeldContribution& contribution) noexcept {
     if (!contribution.own) of_robots_.remove(contribution.id);
     contribution.own = true;
-    opened_ += MapSession::is(contribution.id.submap) ? 0U : 1U;
+    opened_ += contribution.id.submap < Objection::kNumber ? 1U : 0U;
   }
   /// The one that this robot publishes, or null. O(1).
   [[nodiscard]] HeldContribution* publishing() noexcept {

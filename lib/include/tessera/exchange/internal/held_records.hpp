@@ -34,6 +34,13 @@ class HeldRecords {
                                              const BlockContent& content,
                                              std::span<const std::byte> coded,
                                              std::span<const std::byte> proof) noexcept;
+  /// The same where it is packed. packed: not of this one's scratch.
+  [[nodiscard]] Result<Replicas::Change> put_packed(ContributionTable& table,
+                                                    HeldContribution& contribution, BlockKey key,
+                                                    const PartVersion& version,
+                                                    std::span<const std::byte> packed,
+                                                    std::span<const std::byte> coded,
+                                                    std::span<const std::byte> proof) noexcept;
   /// The record with its code, and its proof if it has one. part: live. Into a scratch that lasts
   /// until the next call.
   [[nodiscard]] ChunkRecord read(const Replicas::Replica& part) noexcept;

@@ -49,6 +49,9 @@ class Ledger {
   [[nodiscard]] Result<std::uint32_t> publish_earlier(std::uint32_t submap, BlockKey key,
                                                       const BlockContent& content,
                                                       ExchangeReport& counted) noexcept;
+  /// As Exchange::object. Without a contribution of objections it opens one.
+  [[nodiscard]] Result<std::uint32_t> object(const Objection& objection,
+                                             ExchangeReport& counted) noexcept;
   [[nodiscard]] Status open_session(std::uint32_t submap, const MapSession& session,
                                     const Matrix34d& T_global_map,
                                     ExchangeReport& counted) noexcept;

@@ -33,6 +33,10 @@ class RecordMaker {
                                               const BlockContent& content,
                                               VersionRange& published) noexcept;
 
+  /// The same of a robot's objections. O(1).
+  [[nodiscard]] Result<std::uint32_t> publish_objection(const Into& into, HeldContribution& own,
+                                                        const Objection& objection) noexcept;
+
  private:
   static constexpr std::size_t kMostCoded = most_coded_bytes(kBlockLayers);
   [[nodiscard]] unsigned parts_of(const BlockContent& content, std::size_t whole_bytes) noexcept;

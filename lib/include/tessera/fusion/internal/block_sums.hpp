@@ -11,6 +11,7 @@
 #include "tessera/fusion/internal/robot_share.hpp"
 #include "tessera/fusion/internal/session_share.hpp"
 #include "tessera/map/internal/packed_block.hpp"
+#include "tessera/replica/objection.hpp"
 
 namespace tessera {
 
@@ -22,6 +23,8 @@ class BlockSums {
     std::uint64_t work = 0;  ///< Entries read and places looked up.
     /// With label evidence, a bit each; sessions together have the lowest that no robot has.
     std::uint64_t robots = 0;
+    std::uint16_t objected = 0;  ///< Voxels, as GlobalRecord has them.
+    std::uint16_t disputed = 0;
   };
 
   /// Without scratch.
@@ -30,6 +33,7 @@ class BlockSums {
     return RobotShare::required_bytes(num_components, config.replicas.contributions) +
            SessionShare::required_bytes(num_components, config.replicas.contributions) +
            arena_bytes<std::uint8_t>(kBlockVoxels) + arena_bytes<VoxelCoord>(kBlockVoxels) +
+           2 * arena_bytes<std::uint8_t>(kBlockVoxels) + arena_bytes<float>(kBlockVoxels) +
            2 * arena_bytes<std::int16_t>(kBlockVoxels);
   }
   /// num_components: C + 2; scratch: for one packed block. Fails with kResourceExhausted iff the
@@ -40,7 +44,9 @@ class BlockSums {
   BlockSums() noexcept = default;
 
   /// Adds up all contributions to a block of the global grid. content: cleared before.
-  /// O(contributions * (27 look-ups + entries)).
+  /// A voxel of a contribution to which at least as many robots object (objection.hpp) as have
+  /// label evidence where it goes keeps its passes alone. O(contributions * 27 * (1 + robots that
+  /// object) look-ups + entries); twice the entries where there is an objection.
   [[nodiscard]] Added add_up(const Replicas& replicas, BlockCoord block,
                              BlockContent& content) noexcept;
   /// Eq. (10): S_i lambda_i of every local voxel counts the prior too. To be called after add_up,
@@ -57,6 +63,7 @@ class BlockSums {
   class RowTargets;
   class ToRobot;
   class ToSessions;
+  class ToHolders;
   template <class Adder>
   std::uint64_t add_contribution(const Source& source, Slot slot, Adder& adder) noexcept;
   template <class Adder>
@@ -65,6 +72,11 @@ class BlockSums {
   template <class Adder>
   std::uint64_t add_replica(const Source& source, const Replicas::Replica& replica,
                             RowTargets& targets, Adder& adder) noexcept;
+  /// Whether any robot objects to what a contribution has in the block.
+  std::uint64_t look_for_objections(const Source& source, bool& any) const noexcept;
+  void count_holders(const Replicas& replicas, BlockCoord block, Added& added) noexcept;
+  void count_objectors(const Source& source, const Replicas::Replica& replica) noexcept;
+  [[nodiscard]] bool is_objected(int row, int target) noexcept;
   std::uint64_t add_robot(const Replicas& replicas, std::span<const Slot> contributions,
                           BlockCoord block, BlockContent& content, std::uint64_t& robots) noexcept;
   std::uint64_t add_sessions(const Replicas& replicas, std::span<const Slot> contributions,
@@ -79,6 +91,13 @@ class BlockSums {
   RobotShare share_{};
   SessionShare sessions_{};
   std::span<std::uint8_t> observers_;  ///< Local voxels that went to each voxel.
+  bool any_objections_ = false;        ///< To what goes to the block that is added up.
+  float free_weight_ = 0.0F;
+  std::span<float> weights_;           ///< Of one robot, by voxels.
+  std::span<std::uint8_t> holders_;    ///< Robots that have each voxel occupied.
+  std::span<std::uint8_t> objectors_;  ///< To each voxel of a replica.
+  VoxelMask objected_{};
+  VoxelMask disputed_{};
   // Of the current contribution, and of its local block: by rows of the block that is added up.
   std::span<VoxelCoord> taken_;    ///< The local voxel that each voxel takes.
   std::span<std::int16_t> next_;   ///< The next voxel that takes the same one; -1: none.

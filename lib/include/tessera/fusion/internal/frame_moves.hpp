@@ -9,7 +9,7 @@
 
 #include "tessera/base/arena.hpp"
 #include "tessera/fusion/internal/global_records.hpp"
-#include "tessera/replica/replicas.hpp"
+#include "tessera/replica/objection.hpp"
 
 namespace tessera {
 
@@ -72,6 +72,8 @@ class FrameMoves {
     waiting_ += move.waits ? 0U : 1U;
     move.waits = true;
   }
+  void mark_objection(const Replicas& replicas, GlobalRecords& records,
+                      const Replicas::Replica& record) const noexcept;
   std::uint64_t drop_replicas(Replicas& replicas, Slot slot, std::uint64_t budget) noexcept;
 
   std::span<Move> moves_;  ///< By slot.

@@ -23,12 +23,14 @@ enum class UpdatePart : std::uint8_t { kUpdate, kMove, kMovedUpdate };
 /// What is known of one block.
 struct GlobalRecord {
   std::uint64_t key = 0;
-  std::uint64_t robots = 0;  ///< With label evidence here.
-  StoredSums sums{};         ///< Where it is part of the graph.
-  bool output_due = false;   ///< Though what is due first are sums.
-  bool moving = false;       ///< What a move that is under way makes of it is not staged yet.
-  bool hidden = false;       ///< What it gives while a move is under way is staged.
-  bool refused = false;      ///< There was no room for its sums or its content.
+  std::uint64_t robots = 0;    ///< With label evidence here.
+  StoredSums sums{};           ///< Where it is part of the graph.
+  bool output_due = false;     ///< Though what is due first are sums.
+  bool moving = false;         ///< What a move that is under way makes of it is not staged yet.
+  bool hidden = false;         ///< What it gives while a move is under way is staged.
+  bool refused = false;        ///< There was no room for its sums or its content.
+  std::uint16_t objected = 0;  ///< Voxels without what a robot objects to.
+  std::uint16_t disputed = 0;  ///< Voxels with it, as more robots have it than object.
   AgendaLink link{};
   NodeStatistics statistics{};
 

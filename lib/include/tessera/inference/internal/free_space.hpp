@@ -80,6 +80,11 @@ class FreeSpace {
   }
   /// Without rays: marks the voxels of returns as hit where there are blocks. O(returns).
   void mark_hits(std::span<const ScanPoint> returns) noexcept;
+  /// Whether a return is in the voxel, if it is in a block that anything was marked in. O(1).
+  [[nodiscard]] bool is_hit(const VoxelCoord& voxel) noexcept {
+    const RayBlock* const block = held(block_of(voxel));
+    return block != nullptr && has_row(block->hit, row_order(voxel));
+  }
   /// After the last trace: all of RayBlock::passed along z. O(ray blocks).
   void finish() noexcept;
   /// Makes an entry for each block that trace could mark on the ray to a point, and for that of the

@@ -11,6 +11,7 @@
 
 namespace tessera {
 
+struct CarveSlab;
 struct CarveSlabs;
 
 class ImageCarver {
@@ -21,7 +22,7 @@ class ImageCarver {
   static constexpr std::uint64_t kStepBatch = 1024;
 
   [[nodiscard]] static constexpr std::size_t required_bytes() noexcept {
-    return CarveImage::required_bytes();
+    return CarveImage::required_bytes() + arena_bytes<std::byte>(kKeptBytes);
   }
   /// Fails with kResourceExhausted iff the arena is too small.
   [[nodiscard]] static Result<ImageCarver> make(Arena& arena,
@@ -41,12 +42,19 @@ class ImageCarver {
   /// than the voxel by margin_voxels along the face's axis. O(512).
   [[nodiscard]] VoxelMask seen_through(BlockCoord block, SeenBy by,
                                        float margin_voxels) const noexcept;
+  /// The same by kAll of one point, for the lattice of the last carve(). O(1).
+  [[nodiscard]] bool sees_through(const Point3f& p_map, float margin_voxels) const noexcept;
   /// From the sensor to the block's centre there is no more than the farthest return and a block.
   [[nodiscard]] bool in_reach(BlockCoord block) const noexcept;
   /// Steps of the last carve().
   [[nodiscard]] std::uint64_t steps() const noexcept { return steps_; }
 
  private:
+  /// What the slabs of a block are compared with: it depends on the face, and on where the block is
+  /// along the face's axis, alone.
+  struct KeptSlabs;
+  static constexpr std::size_t kKept = 64;
+  static constexpr std::size_t kKeptBytes = kKept * 200;
   /// 2^level blocks a side; block (x, y, z) 2^level is its lowest.
   struct Node {
     BlockCoord at;
@@ -73,10 +81,13 @@ class ImageCarver {
                   ScanWork& work, std::uint64_t to_write, std::uint64_t most_steps) noexcept;
   /// False: the ray blocks are full.
   bool carve_block(int face, BlockCoord block, FreeSpace& free_space) noexcept;
+  [[nodiscard]] const KeptSlabs& slabs_of(int face, std::int32_t at, const Box& box) noexcept;
 
-  /// What a slab's voxels are compared with: their depth in metres -> the values.
+  /// What the slabs' voxels are compared with: their depth in metres -> the values.
   template <class Choose>
-  void compare(int face, const Box& box, Choose&& choose,
+  void choose_slabs(int face, const Box& box, Choose&& choose, CarveSlab* slabs) const noexcept;
+  /// slabs: of a block, where they are chosen.
+  void compare(int face, const Box& box, CarveSlabs& slabs,
                std::array<std::uint64_t, kBlockEdge>& words) const noexcept;
   /// Takes out of a face's words what is beyond the range limit. first_m: the lowest voxel's
   /// centre.
@@ -84,6 +95,7 @@ class ImageCarver {
                      std::array<std::uint64_t, kBlockEdge>& words) const noexcept;
 
   CarveImage image_{};
+  KeptSlabs* kept_ = nullptr;  ///< kKept of them, by the lower bits of the place.
   void (*compare_)(const CarveSlabs& slabs) noexcept = nullptr;
   Point3d origin_map_ = Point3d::Zero();
   double range_m_ = 0.0;
