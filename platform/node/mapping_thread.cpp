@@ -100,7 +100,10 @@ void MappingThread::take(Scan& scan, std::int64_t now_us) noexcept {
     say_submaps(end_us);
     return state_.set(now_);
   }
-  if (!view.watched.empty()) seen_.set(watched_now_);
+  if (!view.watched.empty() && watched_now_.submap == mapper_.maps().number()) {
+    watched_now_.taken_us = scan.taken_us;
+    seen_.set(watched_now_);
+  }
   cycles_.add(end_us - now_us);
   now_.last_cycle_us = end_us - now_us;
   now_.worst_cycle_us = std::max(now_.worst_cycle_us, now_.last_cycle_us);

@@ -53,7 +53,7 @@ void SharingThread::tick(std::int64_t now_us) noexcept {
   note_seen();
   second_.add(loop_.tick(now_us));
   if (knows_mapping) note_teammates(mapping, now_us);
-  if (knows_mapping) ask_of_next(mapping);
+  if (knows_mapping) ask_of_next(mapping, now_us);
   note_frames(now_us);
   note_asked(now_us);
   note_status(now_us);
@@ -87,13 +87,14 @@ void SharingThread::note_seen() noexcept {
   const std::uint64_t version = mapping_.seen().version();
   if (version == watched_seen_ || !mapping_.seen().get(watched_now_)) return;
   watched_seen_ = version;
-  sharer_.note_watched(watched_now_.all());
+  sharer_.note_watched(watched_now_.all(), watched_now_.taken_us);
 }
 
-void SharingThread::ask_of_next(const MappingThreadState& mapping) noexcept {
+void SharingThread::ask_of_next(const MappingThreadState& mapping, std::int64_t now_us) noexcept {
   const std::uint32_t before = watched_now_.count;
-  watched_now_.count =
-      static_cast<std::uint32_t>(sharer_.place_watched(mapping.submap, watched_now_.points));
+  watched_now_.submap = mapping.submap;
+  watched_now_.count = static_cast<std::uint32_t>(
+      sharer_.place_watched(mapping.submap, now_us, watched_now_.points));
   if (before + watched_now_.count != 0) watched_.set(watched_now_);
 }
 

@@ -133,7 +133,7 @@ class SharingThread {
   void note_place(const MappingThreadState& mapping) noexcept;
   void note_teammates(const MappingThreadState& mapping, std::int64_t now_us) noexcept;
   void note_seen() noexcept;
-  void ask_of_next(const MappingThreadState& mapping) noexcept;
+  void ask_of_next(const MappingThreadState& mapping, std::int64_t now_us) noexcept;
 
   Sharer& sharer_;
   LocalMaps& maps_;

@@ -158,7 +158,8 @@ IntegrationReport HeldLocalMap::integrate(ScanView scan, const LabelsView& label
     last_.submap = submap;
     last_.stamp_us = *stamp_us;
     last_.T_map_sensor = scan.T_map_sensor;
-    last_.watched.assign(scan.watched.begin(), scan.watched.end());
+    last_.watched.clear();
+    if (submap == watched_in_) last_.watched.assign(scan.watched.begin(), scan.watched.end());
     last_.T_map_body = product(scan.T_map_sensor, inverse(scan.T_body_sensor));
     totals_.add(report.scan);
   }
@@ -237,9 +238,10 @@ ScanTotals HeldLocalMap::totals() const {
   return totals_;
 }
 
-void HeldLocalMap::watch(std::span<const WatchedPoint> points) {
+void HeldLocalMap::watch(std::span<const WatchedPoint> points, std::uint32_t submap) {
   const std::scoped_lock lock(last_mutex_);
   to_watch_.assign(points.begin(), points.end());
+  watched_in_ = submap;
 }
 
 LastScan HeldLocalMap::last_scan() const {

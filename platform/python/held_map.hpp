@@ -172,8 +172,8 @@ class HeldLocalMap final : public HeldMap {
   /// Most points of a scan; of a larger one a part is left out.
   [[nodiscard]] std::size_t max_points() const { return parts_.max_points; }
   [[nodiscard]] LastScan last_scan() const;
-  /// What scans are to tell of from now on.
-  void watch(std::span<const WatchedPoint> points);
+  /// What scans are to tell of from now on, in the frame of a submap.
+  void watch(std::span<const WatchedPoint> points, std::uint32_t submap);
 
  private:
   struct Parts {
@@ -196,6 +196,7 @@ class HeldLocalMap final : public HeldMap {
   std::vector<WatchedPoint> watched_;     ///< By the scan that is being integrated.
   mutable std::mutex last_mutex_;         ///< Of the members below.
   std::vector<WatchedPoint> to_watch_;
+  std::uint32_t watched_in_ = 0;
   LastScan last_;
   ScanTotals totals_;
   std::set<ScanWarning> warned_;

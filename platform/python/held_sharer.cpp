@@ -123,7 +123,7 @@ std::vector<std::string> HeldSharer::tick(std::int64_t now_us) {
   const std::unique_lock alone(gate_->mutex);
   if (const LastScan last = map_->last_scan(); last.number != scans_seen_) {
     scans_seen_ = last.number;
-    sharer_->note_watched(last.watched);
+    sharer_->note_watched(last.watched, static_cast<std::int64_t>(last.number));
     sharer_->note_scan(map_->mapper().maps(), last.submap, last.stamp_us, last.T_map_sensor);
     sharer_->note_place(last.submap, last.stamp_us, last.T_map_body, now_us);
   }
@@ -131,8 +131,10 @@ std::vector<std::string> HeldSharer::tick(std::int64_t now_us) {
   static_cast<void>(sharer_->tick(map_->mapper().maps(), now_us));
   if (map_->in_submaps()) note_frames();
   watched_.resize(Objections::kMostPoints);
-  const std::uint32_t submap = map_->last_scan().submap;
-  map_->watch(std::span(watched_).first(sharer_->place_watched(submap, watched_)));
+  const LastScan last = map_->last_scan();
+  map_->watch(std::span(watched_).first(sharer_->place_watched(
+                  last.submap, static_cast<std::int64_t>(last.number), watched_)),
+              last.submap);
   std::array<std::byte, kMostDatagramBytes> datagram;
   while (const std::size_t size = sharer_->send(now_us, datagram))
     datagrams.emplace_back(reinterpret_cast<const char*>(datagram.data()), size);

@@ -64,7 +64,8 @@ HeldContribution* ContributionTable::add(const ContributionId& id, Claim claim, 
     ++counted.refused_contributions;
     return nullptr;
   }
-  HeldContribution* place = of_robot != nullptr ? of_robot : free_place(own);
+  HeldContribution* place =
+      of_robot != nullptr ? of_robot : free_place(own && !Objection::is(id.submap));
   if (place == nullptr && proven) {
     // A name gives its place to what is there.
     for (HeldContribution& other : places()) {

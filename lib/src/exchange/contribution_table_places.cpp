@@ -28,7 +28,8 @@ HeldContribution* ContributionTable::free_place(bool own) noexcept {
 ContributionTable::Replaced ContributionTable::find_replaced(const ContributionId& id) noexcept {
   std::size_t count = 0;
   for (std::size_t i = 0; i < top_; ++i) {
-    if (names_[i].used && names_[i].id.robot == id.robot && !MapSession::is(names_[i].id.submap))
+    if (names_[i].used && names_[i].id.robot == id.robot &&
+        PlacesOfRobots::kind_of(names_[i].id) == PlacesOfRobots::Kind::kMap)
       of_robot_[count++] = static_cast<std::uint32_t>(i);
   }
   const std::span<std::uint32_t> all = of_robot_.first(count);
@@ -56,16 +57,16 @@ ContributionTable::Replaced ContributionTable::find_replaced(const ContributionI
 }
 
 /// Where a robot has all of its places, the one that gives way: a name, one that is replaced, or
-/// the lowest. Sessions have places of their own, and are not replaced. Null where it has fewer;
+/// the lowest. What is no map has places of its own, and is not replaced. Null where it has fewer;
 /// refused where none gives way.
 HeldContribution* ContributionTable::displaced_of_robot(const ContributionId& id, bool proven,
                                                         bool& refused) noexcept {
-  const bool of_sessions = MapSession::is(id.submap);
+  const PlacesOfRobots::Kind kind = PlacesOfRobots::kind_of(id);
   if (of_robots_.count(id) < most_of_robot(id)) return nullptr;
   HeldContribution* lowest = nullptr;
   for (HeldContribution& other : places()) {
     if (!other.used || other.own || other.id.robot != id.robot ||
-        MapSession::is(other.id.submap) != of_sessions)
+        PlacesOfRobots::kind_of(other.id) != kind)
       continue;
     const bool lower =
         lowest == nullptr || (other.open == lowest->open ? other.id < lowest->id : !other.open);
@@ -74,7 +75,8 @@ HeldContribution* ContributionTable::displaced_of_robot(const ContributionId& id
   if (lowest == nullptr) return nullptr;
   refused = !proven;
   if (refused) return lowest;
-  const Replaced replaced = of_sessions ? Replaced{} : find_replaced(id);
+  const bool is_map = kind == PlacesOfRobots::Kind::kMap;
+  const Replaced replaced = is_map ? find_replaced(id) : Replaced{};
   const bool is_least = replaced.is_it ? replaced.lowest == nullptr || id < replaced.lowest->id
                                        : replaced.lowest == nullptr && id < lowest->id;
   refused = lowest->open && is_least;

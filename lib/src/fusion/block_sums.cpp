@@ -96,18 +96,19 @@ std::uint64_t BlockSums::add_replica(const Source& source, const Replicas::Repli
     add_row(observed, row);
     for (const int target : targets.of(row)) adder.observe(target);
   };
-  return unpack_block(
-      source.replicas.read(replica, scratch_),
-      [&](int row, int component, float count) {
-        observe(row);
-        for (const int target : targets.of(row))
-          if (!any_objections_ || !is_objected(row, target))
-            adder.add_labels(target, component, count);
-      },
-      [&](int row, unsigned passes) {
-        observe(row);
-        for (const int target : targets.of(row)) adder.add_passes(target, passes);
-      });
+  const std::uint64_t looked = any_objections_ ? source.replicas.objections().size() : 0;
+  return looked + unpack_block(
+                      source.replicas.read(replica, scratch_),
+                      [&](int row, int component, float count) {
+                        observe(row);
+                        for (const int target : targets.of(row))
+                          if (!any_objections_ || !is_objected(row, target))
+                            adder.add_labels(target, component, count);
+                      },
+                      [&](int row, unsigned passes) {
+                        observe(row);
+                        for (const int target : targets.of(row)) adder.add_passes(target, passes);
+                      });
 }
 
 /// Parts in the order of their lowest layers, which is no matter of when they came.
@@ -149,7 +150,7 @@ std::uint64_t BlockSums::add_contribution(const Source& source, Slot slot, Adder
   return work;
 }
 
-std::uint64_t BlockSums::look_for_objections(const Source& source, bool& any) const noexcept {
+std::uint64_t BlockSums::look_for_objections(const Source& source, Slot slot, bool& any) noexcept {
   const Replicas::Contribution& one = source.contribution;
   if (any || one.leaving || Objection::is(one.id.submap)) return 0;
   const GridTransform::BlockRange range = one.T_global_local.local_blocks(source.block);
@@ -160,9 +161,11 @@ std::uint64_t BlockSums::look_for_objections(const Source& source, bool& any) co
     for (std::int32_t y = range.first.y; y <= range.last.y; ++y)
       for (std::int32_t x = range.first.x; x <= range.last.x; ++x) {
         const Result<BlockKey> key = pack({x, y, z});
-        for (const Slot slot : source.replicas.objections()) {
+        ++work;
+        if (any || !key.ok() || source.replicas.find(slot, *key) == nullptr) continue;
+        for (const Slot objections : source.replicas.objections()) {
           ++work;
-          any = any || (key.ok() && find_objection(source.replicas, slot, one.id, *key, objection));
+          any = any || find_objection(source.replicas, objections, one.id, *key, objection);
         }
       }
   return work;
@@ -259,8 +262,8 @@ BlockSums::Added BlockSums::add_up(const Replicas& replicas, BlockCoord block,
   any_objections_ = false;
   if (!replicas.objections().empty()) {
     for (const Slot slot : all)
-      added.work +=
-          look_for_objections({replicas, replicas.contribution(slot), block}, any_objections_);
+      added.work += look_for_objections({replicas, replicas.contribution(slot), block}, slot,
+                                        any_objections_);
     if (any_objections_) count_holders(replicas, block, added);
   }
   sessions_.begin_block();

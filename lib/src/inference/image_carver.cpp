@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <memory>
 
 #include "carve_slabs.hpp"
 
@@ -44,10 +43,9 @@ Result<ImageCarver> ImageCarver::make(Arena& arena, LaneWidth lanes) noexcept {
   ImageCarver made;
   made.image_ = *image;
   static_assert(sizeof(KeptSlabs) * kKept <= kKeptBytes);
-  const std::span<std::byte> kept = arena.take<std::byte>(kKeptBytes);
+  const std::span<KeptSlabs> kept = arena.take<KeptSlabs>(kKept);
   if (kept.empty()) return Status::kResourceExhausted;
-  made.kept_ = reinterpret_cast<KeptSlabs*>(kept.data());
-  std::uninitialized_default_construct_n(made.kept_, kKept);
+  made.kept_ = kept.data();
   const CompareSlabs eights =
       lanes == LaneWidth::kWidest && has_avx2() ? compare_slabs_by_eights() : nullptr;
   made.compare_ = eights == nullptr ? compare_slabs_by_fours() : eights;
@@ -61,7 +59,8 @@ bool ImageCarver::carve(const Lattice& lattice, const FreeSpaceConfig& config,
   margin_m_ = static_cast<double>(config.margin_voxels) * resolution_m_;
   steps_ = 0;
   asked_ = 0;
-  for (std::size_t i = 0; i < kKept; ++i) kept_[i].face = -1;
+  // One that was never made has none.
+  for (std::size_t i = 0; kept_ != nullptr && i < kKept; ++i) kept_[i].face = -1;
   // Near shells first. Where scans are cut off, faces and the sides of cubes take turns.
   double inner_m = 0.0;
   for (int shell = kShells - 1; shell >= 0; --shell) {

@@ -60,6 +60,7 @@ using Value = ImageRows::Value;
 }
 
 // A width: functions that are compiled for it, and their table.
+// NOLINTBEGIN(bugprone-macro-parentheses): an attribute
 #define TESSERA_WIDTH(name, target)                                                                \
   struct name {                                                                                    \
     target static void take_less(Value* into, const Value* other, int count) noexcept {            \
@@ -95,6 +96,7 @@ TESSERA_WIDTH(AnyMachine, )
 #if defined(__x86_64__)
 TESSERA_WIDTH(WithAvx2, [[gnu::target("avx2")]])
 #endif
+// NOLINTEND(bugprone-macro-parentheses)
 
 }  // namespace
 

@@ -63,7 +63,7 @@ bool Objection::read(std::span<const std::byte> from) noexcept {
 
 bool read_objection(const Replicas& replicas, const Replicas::Replica* record,
                     Objection& into) noexcept {
-  std::array<std::byte, Objection::kMostBytes> bytes;
+  std::array<std::byte, Objection::kMostBytes> bytes{};
   return record != nullptr && record->bytes != 0 && record->bytes <= bytes.size() &&
          into.read(replicas.read(*record, bytes));
 }

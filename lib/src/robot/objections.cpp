@@ -37,7 +37,8 @@ void Objections::begin_epoch() noexcept {
 
 void Objections::tick(const Here& here) noexcept {
   if (made_.empty()) return;
-  follow_watches();
+  forget_frames(here);
+  follow_watches(here);
   follow_made();
   hear_objections(here);
   look(here);
@@ -45,7 +46,18 @@ void Objections::tick(const Here& here) noexcept {
 
 // --- What is watched ---
 
-void Objections::follow_watches() noexcept {
+/// What was seen in another frame of this robot's was seen elsewhere.
+void Objections::forget_frames(const Here& here) noexcept {
+  if (has_frame_ && here.T_global_map != T_global_map_) {
+    for (Watch& one : watches_) one.number = 0;
+    for (Made& one : made_)
+      if (one.used && one.holds) withdraw(one);
+  }
+  has_frame_ = true;
+  T_global_map_ = here.T_global_map;
+}
+
+void Objections::follow_watches(const Here& here) noexcept {
   report_.watched_blocks = 0;
   bool has_answered = false;
   for (Watch& one : watches_) {
@@ -53,8 +65,10 @@ void Objections::follow_watches() noexcept {
     const Result<Slot> slot = global_->replicas().find(one.heard.id);
     const Replicas::Replica* const record =
         slot.ok() ? global_->replicas().find(*slot, one.heard.key) : nullptr;
-    const bool is_as_heard = record != nullptr && record->newest == one.heard.version;
-    if (!is_as_heard || ++one.ticks > kMostTicks) {
+    const bool is_as_heard =
+        record != nullptr && record->newest == one.heard.version &&
+        global_->replicas().contribution(*slot).frame_revision == one.frame_revision;
+    if (!is_as_heard || one.answers != (one.heard.id == here.own) || ++one.ticks > kMostTicks) {
       one.number = 0;
       continue;
     }
@@ -72,13 +86,15 @@ void Objections::follow_watches() noexcept {
   }
 }
 
-std::size_t Objections::place(const Matrix34d& T_map_global,
+std::size_t Objections::place(const Matrix34d& T_map_global, std::int64_t moment,
                               std::span<WatchedPoint> into) noexcept {
   std::size_t count = 0;
   const double resolution_m = global_ == nullptr ? 1.0 : global_->config().map.resolution_m;
   for (std::uint32_t i = 0; i < watches_.size(); ++i) {
-    const Watch& one = watches_[(next_place_ + i) % kWatched];
-    if (one.number == 0) continue;
+    Watch& one = watches_[(next_place_ + i) % kWatched];
+    if (one.number == 0 || count == into.size()) continue;
+    if (!one.is_asked) one.asked_at = moment;
+    one.is_asked = true;
     for_rows(one.asked, [&](int row) {
       if (count == into.size()) return;
       const VoxelCoord voxel = voxel_of_row(unpack(one.heard.key), row);
@@ -93,16 +109,13 @@ std::size_t Objections::place(const Matrix34d& T_map_global,
   return count;
 }
 
-void Objections::note(std::span<const WatchedPoint> watched) noexcept {
-  std::uint32_t last = 0;
+void Objections::note(std::span<const WatchedPoint> watched, std::int64_t taken) noexcept {
   for (const WatchedPoint& point : watched) {
     if (watches_.empty() || point.watch == 0 || point.row >= kBlockVoxels) return;
     Watch& one = watches_[point.watch % kWatched];
     if (one.number != point.watch) continue;  // it is of a version before, or is done with
-    one.scans += point.watch != last ? 1U : 0U;
-    last = point.watch;
     const int row = point.row;
-    if (one.scans < 2 || !has_row(one.asked, row)) continue;
+    if (!one.is_asked || taken <= one.asked_at || !has_row(one.asked, row)) continue;
     one.is_hit = one.is_hit || point.is_hit;
     if (one.answers || !point.is_seen_through) continue;
     one.ticks = 0;
@@ -122,11 +135,31 @@ Objections::Made* Objections::made_against(const ContributionId& id, BlockKey ke
   return found == made_.end() ? nullptr : &*found;
 }
 
+/// What this robot has published against a block as it was heard.
+bool Objections::find_own(const Heard& heard, Objection& into) const noexcept {
+  const std::optional<ContributionId> own = exchange_->publishing();
+  if (!own) return false;
+  const Result<Slot> slot = global_->replicas().find({own->robot, own->epoch, Objection::kNumber});
+  return slot.ok() && find_objection(global_->replicas(), *slot, heard.id, heard.key, into) &&
+         into.version == heard.version;
+}
+
+/// Says the same of no version that there is.
+void Objections::withdraw(Made& made) noexcept {
+  Objection said;
+  if (find_own(made.heard, said)) {
+    said.version = 0;
+    if (!exchange_->object(said).ok()) ++report_.refused_objections;
+  }
+  made.holds = false;
+  --report_.objections;
+}
+
 void Objections::object(Watch& watch) noexcept {
   Made* made = made_against(watch.heard.id, watch.heard.key);
   VoxelMask voxels = watch.seen;
-  if (made != nullptr && made->heard == watch.heard)
-    for (std::size_t z = 0; z < voxels.size(); ++z) voxels[z] |= made->voxels[z];
+  if (Objection said; find_own(watch.heard, said))
+    for (std::size_t z = 0; z < voxels.size(); ++z) voxels[z] |= said.voxels[z];
   const Objection objection{.against = watch.heard.id,
                             .key = watch.heard.key,
                             .version = watch.heard.version,
@@ -144,7 +177,7 @@ void Objections::object(Watch& watch) noexcept {
   report_.objections += made->holds ? 0U : 1U;
   for_rows(watch.seen, [&](int) { ++report_.objected_voxels; });
   made->heard = watch.heard;
-  made->voxels = voxels;
+  made->frame_revision = watch.frame_revision;
   made->used = made->holds = true;
   watch.seen = {};
   watch.gathering = 0;
@@ -159,7 +192,13 @@ void Objections::follow_made() noexcept {
     const Result<Slot> slot = global_->replicas().find(one.heard.id);
     const Replicas::Replica* const record =
         slot.ok() ? global_->replicas().find(*slot, one.heard.key) : nullptr;
-    if (record != nullptr && record->newest == one.heard.version) continue;
+    Objection said;
+    if (record != nullptr && record->newest == one.heard.version && find_own(one.heard, said)) {
+      // What was seen through lay elsewhere.
+      if (global_->replicas().contribution(*slot).frame_revision != one.frame_revision)
+        withdraw(one);
+      continue;
+    }
     one.holds = false;
     one.lapses = static_cast<std::uint8_t>(one.lapses + (one.lapses < kMostLapses ? 1 : 0));
     --report_.objections;

@@ -9,6 +9,32 @@
 
 namespace tessera {
 
+namespace {
+
+/// This robot's map has the voxel free, and nothing beside it that the other may have a little
+/// elsewhere: frames are not exact, and of what does not move it is worth more to keep both.
+bool is_contested(MapReader& reader, VoxelCoord voxel, bool moves) noexcept {
+  const auto state = [&](const VoxelCoord& at) {
+    const Result<Estimate> estimate = reader.query(at);
+    return estimate.ok() ? estimate->state : VoxelState::kUnknown;
+  };
+  // What may move is asked of scans wherever they have met nothing yet.
+  const VoxelState own = state(voxel);
+  if (own == VoxelState::kOccupied || (own != VoxelState::kFree && !moves)) return false;
+  const std::int32_t most = moves ? 1 : 3;
+  for (std::int32_t d = 1; d <= most; ++d) {
+    for (const VoxelCoord& beside :
+         {VoxelCoord{voxel.x - d, voxel.y, voxel.z}, VoxelCoord{voxel.x + d, voxel.y, voxel.z},
+          VoxelCoord{voxel.x, voxel.y - d, voxel.z}, VoxelCoord{voxel.x, voxel.y + d, voxel.z},
+          VoxelCoord{voxel.x, voxel.y, voxel.z - d}, VoxelCoord{voxel.x, voxel.y, voxel.z + d}}) {
+      if (state(beside) == VoxelState::kOccupied) return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
 /// What the block's newest version holds as far as it is heard, in voxels_. False: no label
 /// evidence.
 bool Objections::hear(Slot slot, BlockKey key, Heard& heard) noexcept {
@@ -124,7 +150,48 @@ Objections::Watch* Objections::new_watch(const Heard& heard, Slot slot) noexcept
   one->heard = heard;
   one->number = ++numbers_ * kWatched + place;
   one->T_global_local = global_->replicas().contribution(slot).T_global_local;
+  one->frame_revision = global_->replicas().contribution(slot).frame_revision;
   return one;
+}
+
+/// Watches what this robot has occupied of what another one objects to.
+void Objections::answer(Slot own, const Objection& objection) noexcept {
+  const auto answering = std::count_if(watches_.begin(), watches_.end(), [](const Watch& one) {
+    return one.number != 0 && one.answers;
+  });
+  const Replicas::Replica* const block = global_->replicas().find(own, objection.key);
+  Heard heard;
+  if (answering >= kMostAnswers || block == nullptr || block->newest != objection.version ||
+      !hear(own, objection.key, heard))
+    return;
+  VoxelMask asked{};
+  const float free_weight = global_->config().map.free_weight;
+  for_rows(objection.voxels, [&](int row) {
+    const auto at = static_cast<std::size_t>(row);
+    if (voxels_->labels[at] > free_weight * static_cast<float>(voxels_->passes[at]))
+      add_row(asked, row);
+  });
+  Watch* const one = any_of(asked) ? new_watch(heard, own) : nullptr;
+  if (one == nullptr) return;
+  one->answers = true;
+  for (std::size_t z = 0; z < asked.size(); ++z) one->asked[z] |= asked[z];
+}
+
+bool Objections::hear_objections_of(Slot slot, const Here& here, Slot own,
+                                    std::uint32_t& looks) noexcept {
+  const Replicas& replicas = global_->replicas();
+  const Replicas::Replica* record = next_answer_ ? replicas.find(slot, *next_answer_) : nullptr;
+  if (record == nullptr) record = &replicas.record(replicas.contribution(slot).first_block);
+  for (;; record = &replicas.record(record->next)) {
+    if (looks++ == kAnswers) {
+      next_answer_ = BlockKey{record->key};
+      return false;
+    }
+    Objection objection;
+    if (read_objection(replicas, record, objection) && objection.against == here.own)
+      answer(own, objection);
+    if (record->next == 0) return true;
+  }
 }
 
 /// Of others, to what this robot publishes.
@@ -146,28 +213,7 @@ void Objections::hear_objections(const Here& here) noexcept {
     if (one.id != answering_) next_answer_.reset();
     answering_ = one.id;
     if (one.leaving || one.id.robot == here.own.robot || one.first_block == 0) continue;
-    const Replicas::Replica* record =
-        next_answer_ ? replicas.find(all[at], *next_answer_) : nullptr;
-    if (record == nullptr) record = &replicas.record(one.first_block);
-    for (;; record = &replicas.record(record->next)) {
-      if (looks++ == kAnswers) {
-        next_answer_ = BlockKey{record->key};
-        return;
-      }
-      Objection objection;
-      if (read_objection(replicas, record, objection) && objection.against == here.own) {
-        const Replicas::Replica* const block = replicas.find(*own, objection.key);
-        Watch* const answer = block != nullptr && block->newest == objection.version
-                                  ? new_watch({here.own, objection.key, objection.version}, *own)
-                                  : nullptr;
-        if (answer != nullptr) {
-          answer->answers = true;
-          for (std::size_t z = 0; z < objection.voxels.size(); ++z)
-            answer->asked[z] |= objection.voxels[z];
-        }
-      }
-      if (record->next == 0) break;
-    }
+    if (!hear_objections_of(all[at], here, *own, looks)) return;
     next_answer_.reset();
   }
 }
@@ -179,6 +225,8 @@ void Objections::watch(const Here& here, Slot slot, const Heard& heard) noexcept
   const float free_weight = global_->config().map.free_weight;
   const Matrix34d T_map_global = inverse(here.T_global_map);
   const Made* const made = made_against(heard.id, heard.key);
+  Objection said;
+  const bool has_said = find_own(heard, said);
   MapReader reader(here.map);
   VoxelMask asked{};
   VoxelMask moving{};
@@ -186,7 +234,7 @@ void Objections::watch(const Here& here, Slot slot, const Heard& heard) noexcept
     const auto at = static_cast<std::size_t>(row);
     const float labels = voxels_->labels[at];
     if (!(labels > free_weight * static_cast<float>(voxels_->passes[at]))) continue;
-    if (made != nullptr && made->heard == heard && has_row(made->voxels, row)) continue;
+    if (has_said && has_row(said.voxels, row)) continue;
     const VoxelCoord voxel = voxel_of_row(unpack(heard.key), row);
     const Point3d p_map =
         apply(T_map_global, metres(T_global_local.to_global(voxel), resolution_m));
@@ -204,28 +252,6 @@ void Objections::watch(const Here& here, Slot slot, const Heard& heard) noexcept
     one->asked[z] |= asked[z] & ~one->seen[z];
     one->moving[z] |= moving[z];
   }
-}
-
-/// This robot's map has the voxel free, and nothing beside it that the other may have a little
-/// elsewhere: frames are not exact, and of what does not move it is worth more to keep both.
-bool Objections::is_contested(MapReader& reader, VoxelCoord voxel, bool moves) const noexcept {
-  const auto state = [&](const VoxelCoord& at) {
-    const Result<Estimate> estimate = reader.query(at);
-    return estimate.ok() ? estimate->state : VoxelState::kUnknown;
-  };
-  // What may move is asked of scans wherever they have met nothing yet.
-  const VoxelState own = state(voxel);
-  if (own == VoxelState::kOccupied || (own != VoxelState::kFree && !moves)) return false;
-  const std::int32_t most = moves ? 1 : 3;
-  for (std::int32_t d = 1; d <= most; ++d) {
-    for (const VoxelCoord& beside :
-         {VoxelCoord{voxel.x - d, voxel.y, voxel.z}, VoxelCoord{voxel.x + d, voxel.y, voxel.z},
-          VoxelCoord{voxel.x, voxel.y - d, voxel.z}, VoxelCoord{voxel.x, voxel.y + d, voxel.z},
-          VoxelCoord{voxel.x, voxel.y, voxel.z - d}, VoxelCoord{voxel.x, voxel.y, voxel.z + d}}) {
-      if (state(beside) == VoxelState::kOccupied) return false;
-    }
-  }
-  return true;
 }
 
 }  // namespace tessera

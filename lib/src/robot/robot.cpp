@@ -39,15 +39,18 @@ ScanView Robot::with_others(const ScanView& scan, std::int64_t now_us) noexcept 
   const std::uint32_t submap = mapper_->maps().number();
   if (view.teammates.empty())
     view.teammates = boxes_.first(sharer_->place_teammates(submap, now_us, boxes_));
-  if (view.watched.empty()) view.watched = watched_.first(sharer_->place_watched(submap, watched_));
+  if (view.watched.empty()) {
+    view.watched = watched_.first(sharer_->place_watched(submap, now_us, watched_));
+    watched_in_ = submap;
+  }
   return view;
 }
 
 ScanReport Robot::noted(const ScanView& scan, std::int64_t stamp_us,
                         const ScanReport& report) noexcept {
   if (report.pose != Status::kOk) return report;
-  sharer_->note_watched(scan.watched);
   const std::uint32_t submap = mapper_->maps().number();
+  if (submap == watched_in_) sharer_->note_watched(scan.watched, stamp_us);
   sharer_->note_scan(mapper_->maps(), submap, stamp_us, scan.T_map_sensor);
   if (sharer_->tells_place())
     sharer_->note_place(submap, stamp_us, product(scan.T_map_sensor, inverse(scan.T_body_sensor)),

@@ -109,5 +109,27 @@ TEST_CASE("ContributionTable: places and who gives way are as counting and compa
   CHECK(displaced > 100);
 }
 
+TEST_CASE("ContributionTable: a robot's objections take no place of its maps, here or there") {
+  constexpr std::uint32_t kPlaces = 8;
+  constexpr std::size_t kOfOne = 3;
+  OwnTable t(false, kOfOne, kPlaces);
+  for (std::uint32_t submap = 0; submap < kOfOne; ++submap)
+    REQUIRE(t.add({7, 1, submap}, Claim::kFrame) != nullptr);
+  for (const std::uint32_t epoch : {1U, 2U, 3U, 4U}) {
+    REQUIRE(t.add({7, epoch, Objection::kNumber}, Claim::kFrame) != nullptr);
+    for (std::uint32_t submap = 0; submap < kOfOne; ++submap)
+      CHECK(t.table.find({7, 1, submap}) != nullptr);
+  }
+  // Those of the newest epochs.
+  CHECK(t.table.find({7, 2, Objection::kNumber}) == nullptr);
+  CHECK(t.table.find({7, 3, Objection::kNumber}) != nullptr);
+  CHECK(t.table.find({7, 4, Objection::kNumber}) != nullptr);
+  // The place that is kept for this robot's own map is not theirs.
+  for (std::uint32_t robot = 20; t.table.free_places() != 0; ++robot)
+    REQUIRE(t.add({robot, 1, 0}, Claim::kFrame) != nullptr);
+  CHECK(t.add({1, 1, Objection::kNumber}, Claim::kOwn) == nullptr);
+  CHECK(t.add({1, 1, 0}, Claim::kOwn) != nullptr);
+}
+
 }  // namespace
 }  // namespace tessera

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tessera/exchange/internal/places_of_robots.hpp"
 
+#include <array>
 #include <catch2/catch.hpp>
 #include <map>
 
@@ -18,30 +19,31 @@ PlacesOfRobots made_in(AlignedMemory& memory, std::uint32_t places) {
 
 }  // namespace
 
-TEST_CASE("PlacesOfRobots: counts as a map of robots does, sessions apart") {
+TEST_CASE("PlacesOfRobots: counts as a map of robots does, sessions and objections apart") {
   constexpr std::uint32_t kPlaces = 40;
   AlignedMemory memory(PlacesOfRobots::required_bytes(kPlaces));
   PlacesOfRobots places = made_in(memory, kPlaces);
   oracle::Random random(7);
-  std::map<std::pair<std::uint32_t, bool>, std::uint32_t> expected;
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> expected;
+  constexpr std::array<std::uint32_t, 4> kSubmaps{5, 5, Objection::kNumber, MapSession::kFirst};
   std::vector<ContributionId> taken;
   for (int i = 0; i < 4000; ++i) {
     const bool adds = taken.empty() || (taken.size() < kPlaces && random.below(2) == 0);
     if (adds) {
       const auto robot = static_cast<std::uint32_t>(random.below(60));
-      const std::uint32_t submap = random.below(3) == 0 ? MapSession::kFirst : 5;
+      const std::uint32_t submap = kSubmaps[static_cast<std::size_t>(random.below(4))];
       taken.push_back({robot, 1, submap});
       places.add(taken.back());
-      ++expected[{robot, submap != 5}];
+      ++expected[{robot, submap}];
     } else {
       const auto at = static_cast<std::size_t>(random.below(static_cast<int>(taken.size())));
       places.remove(taken[at]);
-      --expected[{taken[at].robot, taken[at].submap != 5}];
+      --expected[{taken[at].robot, taken[at].submap}];
       taken[at] = taken.back();
       taken.pop_back();
     }
     for (const auto& [key, count] : expected)
-      REQUIRE(places.count({key.first, 9, key.second ? MapSession::kFirst : 0U}) == count);
+      REQUIRE(places.count({key.first, 9, key.second}) == count);
   }
 }
 

@@ -193,6 +193,30 @@ TEST_CASE("team clears: what a robot sees again is back, however much evidence t
   CHECK(team.agree());
 }
 
+TEST_CASE("team clears: what was seen through in a frame that was wrong is taken back") {
+  Watchers team(2);
+  for (int i = 0; i < 4; ++i) team.scan(0, true);
+  team.talk(60);
+  team.scan_and_talk(1, false, 30);
+  team.talk(60);
+  REQUIRE(team.box_voxels(0) == 0);
+  Matrix34d moved = team.robot(1).config().T_global_map;
+  moved(1, 3) += 2.0;
+  const bool is_own = GENERATE(true, false);
+  if (is_own) {
+    REQUIRE(team.robot(1).set_frame(0, moved) == Status::kOk);
+  } else {
+    moved = team.robot(0).config().T_global_map;
+    moved(1, 3) += 0.2;
+    REQUIRE(team.robot(0).set_frame(0, moved) == Status::kOk);
+  }
+  team.talk(100);
+  CHECK(team.box_voxels(0) > 10);
+  CHECK(team.box_voxels(1) > 10);
+  CHECK(team.robot(1).sharer().objections().objections == 0);
+  CHECK(team.agree());
+}
+
 TEST_CASE("team clears: where one sees a thing all the time and another never, it is there") {
   Watchers team(2);
   team.scan_and_talk(0, true, 4);

@@ -19,6 +19,8 @@ struct Objection {
   [[nodiscard]] static constexpr bool is(std::uint32_t submap) noexcept {
     return submap == kNumber;
   }
+  /// Contributions of objections that others hold of one robot: of its newest epochs.
+  static constexpr std::uint32_t kPlacesOfRobot = 2;
   /// Places of one robot: of two objections of one place the later one counts.
   static constexpr std::uint32_t kPlaces = 1U << 14U;
   static constexpr std::size_t kMostBytes = 3 * 4 + 8 + 4 + 8 + kBlockVoxels / 8;

@@ -68,11 +68,12 @@ class Objections {
   void tick(const Here& here) noexcept;
   /// Voxels' centres to be asked of the next scan (ScanView::watched), in the frame of a submap; as
   /// far as into goes. Returns how many. O(into).
-  [[nodiscard]] std::size_t place(const Matrix34d& T_map_global,
+  /// moment: now, by whatever clock or count the scans have; never less than before.
+  [[nodiscard]] std::size_t place(const Matrix34d& T_map_global, std::int64_t moment,
                                   std::span<WatchedPoint> into) noexcept;
-  /// What a scan told of them. A scan that may have been taken before it was asked does not count:
-  /// of each block the first. O(points).
-  void note(std::span<const WatchedPoint> watched) noexcept;
+  /// What a scan told of them. taken: its moment. Of a block it counts only if that is after the
+  /// block was first asked about, hence heard. O(points).
+  void note(std::span<const WatchedPoint> watched, std::int64_t taken) noexcept;
   /// The epoch was left, and with it what was said in it. O(most).
   void begin_epoch() noexcept;
 
@@ -84,6 +85,7 @@ class Objections {
   static constexpr std::uint32_t kReads = 48;
   static constexpr std::uint32_t kAnswers = 64;  ///< Objections of others that a tick looks at.
   static constexpr std::uint32_t kFollowed = 16;
+  static constexpr std::ptrdiff_t kMostAnswers = 64;  ///< Blocks watched for that.
   static constexpr std::uint8_t kMostLapses = 5;
   static constexpr double kReach_m = 40.0;
   static constexpr std::uint32_t kMostTicks = 200;  ///< Without being seen through.
@@ -98,8 +100,10 @@ class Objections {
   };
   struct Watch {
     Heard heard{};
-    std::uint32_t number = 0;     ///< 0: none. Of this watch; kWatched apart in one place.
-    std::uint32_t scans = 0;      ///< That were asked.
+    std::uint32_t number = 0;          ///< 0: none. Of this watch; kWatched apart in one place.
+    std::uint32_t frame_revision = 0;  ///< Of its contribution.
+    bool is_asked = false;
+    std::int64_t asked_at = 0;    ///< When first.
     std::uint32_t ticks = 0;      ///< Since it began, or a voxel was seen through.
     std::uint32_t gathering = 0;  ///< Ticks, from the first one on.
     bool answers = false;         ///< It is of what this robot publishes, and others object to.
@@ -113,9 +117,9 @@ class Objections {
   };
   struct Made {
     Heard heard{};
-    VoxelMask voxels{};
     bool used = false;
-    bool holds = false;       ///< It is of the version that is heard.
+    bool holds = false;  ///< It is of the version that is heard.
+    std::uint32_t frame_revision = 0;
     std::uint8_t lapses = 0;  ///< Each time more scans are needed.
   };
   /// A block's content: evidence that it is occupied, and how much of it may move.
@@ -130,13 +134,19 @@ class Objections {
   void look_at(const Here& here, Slot slot, const Replicas::Replica& record) noexcept;
   [[nodiscard]] bool hear(Slot slot, BlockKey key, Heard& heard) noexcept;
   void watch(const Here& here, Slot slot, const Heard& heard) noexcept;
-  [[nodiscard]] bool is_contested(MapReader& reader, VoxelCoord voxel, bool moves) const noexcept;
   [[nodiscard]] Watch* watch_of(const Heard& heard) noexcept;
-  void follow_watches() noexcept;
+  void follow_watches(const Here& here) noexcept;
+  void forget_frames(const Here& here) noexcept;
+  void withdraw(Made& made) noexcept;
+  [[nodiscard]] bool find_own(const Heard& heard, Objection& into) const noexcept;
   void object(Watch& watch) noexcept;
   [[nodiscard]] Made* made_against(const ContributionId& id, BlockKey key) noexcept;
   void follow_made() noexcept;
   void hear_objections(const Here& here) noexcept;
+  /// False: there is more of it, but not in this tick.
+  [[nodiscard]] bool hear_objections_of(Slot slot, const Here& here, Slot own,
+                                        std::uint32_t& looks) noexcept;
+  void answer(Slot own, const Objection& objection) noexcept;
   [[nodiscard]] Watch* new_watch(const Heard& heard, Slot slot) noexcept;
   void publish_again(const Heard& heard) noexcept;
 
@@ -153,6 +163,8 @@ class Objections {
   std::optional<BlockKey> next_key_{};  ///< Of that contribution; none: its first.
   std::uint32_t next_made_ = 0;
   std::uint32_t next_followed_ = 0;
+  bool has_frame_ = false;
+  Matrix34d T_global_map_ = Matrix34d::Identity();  ///< At the last tick.
   ContributionId answering_{};
   std::optional<BlockKey> next_answer_{};
   std::uint32_t next_place_ = 0;

@@ -110,6 +110,7 @@ class Robot {
   Sharer* sharer_ = nullptr;
   std::span<PlacedBox> boxes_;  ///< Scratch: of teammates.
   std::span<WatchedPoint> watched_;
+  std::uint32_t watched_in_ = 0;  ///< The submap in whose frame they are.
 };
 
 }  // namespace tessera

@@ -150,14 +150,17 @@ class Sharer {
   // --- What others have, and this robot sees through --------------------------------------------
 
   /// Places of which the next scan should tell whether it sees through them, in a submap's frame:
-  /// for ScanView::watched. Returns how many. O(into).
-  [[nodiscard]] std::size_t place_watched(std::uint32_t submap,
+  /// for ScanView::watched. Returns how many. moment: now, by whatever clock or count the scans
+  /// have. O(into).
+  [[nodiscard]] std::size_t place_watched(std::uint32_t submap, std::int64_t moment,
                                           std::span<WatchedPoint> into) noexcept {
-    return objections_.place(T_map_global(submap), into);
+    return objections_.place(T_map_global(submap), moment, into);
   }
-  /// What that scan told of them. A scan counts from the second one on after it was asked of a
-  /// block, as the first may have been taken before. O(points).
-  void note_watched(std::span<const WatchedPoint> watched) noexcept { objections_.note(watched); }
+  /// What that scan told of them, if it was mapped into that submap. taken: its moment; of a block
+  /// it counts if that is after the block was first asked about. O(points).
+  void note_watched(std::span<const WatchedPoint> watched, std::int64_t taken) noexcept {
+    objections_.note(watched, taken);
+  }
   [[nodiscard]] const ObjectionsReport& objections() const noexcept { return objections_.report(); }
 
   // --- The global map ----------------------------------------------------------------------------

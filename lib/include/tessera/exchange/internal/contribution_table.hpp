@@ -159,9 +159,17 @@ class ContributionTable {
     ContributionId id;
     bool used = false;
   };
-  /// Places that others' contributions of a robot may have: sessions have places of their own.
+  /// Places that others' contributions of a robot may have of this one's kind.
   [[nodiscard]] std::uint32_t most_of_robot(const ContributionId& id) const noexcept {
-    return MapSession::is(id.submap) ? MapSession::kPlacesOfRobot : per_robot_;
+    switch (PlacesOfRobots::kind_of(id)) {
+      case PlacesOfRobots::Kind::kSession:
+        return MapSession::kPlacesOfRobot;
+      case PlacesOfRobots::Kind::kObjections:
+        return Objection::kPlacesOfRobot;
+      case PlacesOfRobots::Kind::kMap:
+        break;
+    }
+    return per_robot_;
   }
   void take_place(HeldContribution& place, const ContributionId& id, Instant now) noexcept;
   [[nodiscard]] HeldContribution* free_place(bool own) noexcept;
@@ -176,7 +184,7 @@ class ContributionTable {
 
   ReplicaStore store_{};
   double resolution_m_ = 0.0;
-  std::uint32_t per_robot_ = 0;  ///< But for sessions.
+  std::uint32_t per_robot_ = 0;  ///< Of maps.
   std::uint32_t own_places_ = 0;
   std::span<HeldContribution> places_;
   std::span<Name> names_;

@@ -9,7 +9,7 @@
 #include "tessera/base/assert.hpp"
 #include "tessera/base/status.hpp"
 #include "tessera/replica/map_session.hpp"
-#include "tessera/replica/replicas.hpp"
+#include "tessera/replica/objection.hpp"
 
 namespace tessera {
 
@@ -59,13 +59,20 @@ class PlacesOfRobots {
     --size_;
   }
 
+  /// Contributions of each kind have places of their own.
+  enum class Kind : std::uint8_t { kMap, kSession, kObjections };
+  [[nodiscard]] static Kind kind_of(const ContributionId& id) noexcept {
+    if (MapSession::is(id.submap)) return Kind::kSession;
+    return Objection::is(id.submap) ? Kind::kObjections : Kind::kMap;
+  }
+
  private:
   struct Count {
     std::uint64_t key = 0;
     std::uint32_t places = 0;
   };
   [[nodiscard]] static std::uint64_t key_of(const ContributionId& id) noexcept {
-    return std::uint64_t{id.robot} << 1U | (MapSession::is(id.submap) ? 1U : 0U);
+    return std::uint64_t{id.robot} << 2U | static_cast<std::uint64_t>(kind_of(id));
   }
   /// Where the key is, or would be.
   [[nodiscard]] std::size_t find(std::uint64_t key) const noexcept {

@@ -73,7 +73,7 @@ class BlockSums {
   std::uint64_t add_replica(const Source& source, const Replicas::Replica& replica,
                             RowTargets& targets, Adder& adder) noexcept;
   /// Whether any robot objects to what a contribution has in the block.
-  std::uint64_t look_for_objections(const Source& source, bool& any) const noexcept;
+  static std::uint64_t look_for_objections(const Source& source, Slot slot, bool& any) noexcept;
   void count_holders(const Replicas& replicas, BlockCoord block, Added& added) noexcept;
   void count_objectors(const Source& source, const Replicas::Replica& replica) noexcept;
   [[nodiscard]] bool is_objected(int row, int target) noexcept;
