@@ -150,7 +150,7 @@ Outcome<void> check_export(const ExportOptions& options) {
   std::vector<std::string> transforms = options.layer.transforms;
   TESSERA_TRY_ASSIGN(const std::vector<SessionOptions> sessions,
                      parse_sessions(options.layer.sessions, transforms));
-  for (const SessionOptions& session : sessions) inputs.push_back({kSession, session.file});
+  for (const SessionOptions& session : sessions) inputs.push_back({kSessionSetting, session.file});
   return check_outputs({{"--out", options.out}, {"--report", options.report}}, inputs);
 }
 

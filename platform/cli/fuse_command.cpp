@@ -82,7 +82,7 @@ Outcome<void> run_fuse(const FuseOptions& options) {
   TESSERA_TRY_ASSIGN(const std::vector<SessionOptions> sessions,
                      parse_sessions(options.sessions, transforms));
   std::vector<NamedFile> files = files_of(options.maps, options.transforms, "FILE");
-  for (const SessionOptions& session : sessions) files.push_back({kSession, session.file});
+  for (const SessionOptions& session : sessions) files.push_back({kSessionSetting, session.file});
   TESSERA_TRY(check_outputs({{"--out", options.out}, {"--report", options.report}}, files));
   std::vector<Message> warnings;
   TESSERA_TRY_ASSIGN(std::vector<FuseInput> inputs,

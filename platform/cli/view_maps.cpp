@@ -100,7 +100,7 @@ Outcome<ViewedMaps> load_viewed_maps(const std::vector<std::string>& paths,
   if (!together && !transforms.empty())
     return Failure{"--transform needs a global map and the local ones that it was made of"};
   if (!together && !sessions.empty())
-    return Failure{Message(kSession) +
+    return Failure{Message(kSessionSetting) +
                    " needs a global map and the local ones that it was made of too"};
   std::vector<FuseInput> inputs;
   if (together) {

@@ -52,12 +52,12 @@ Outcome<std::vector<SessionOptions>> parse_sessions(const std::vector<std::strin
     one.weight = weight.value_or(one.weight);
     if (!(one.weight >= kSessionWeights.least && one.weight <= kSessionWeights.most))
       return not_allowed(
-          kSession, text,
+          kSessionSetting, text,
           fmt::format("a weight from {} to {} behind the colon", text_of(kSessionWeights.least),
                       text_of(kSessionWeights.most)));
     const auto is_same = [&](const SessionOptions& other) { return other.file == one.file; };
     if (std::any_of(sessions.begin(), sessions.end(), is_same))
-      return Failure{Message(kSession) + " " + one.file + " is given twice"};
+      return Failure{Message(kSessionSetting) + " " + one.file + " is given twice"};
     TESSERA_TRY_ASSIGN(one.frame, take_frame(one.file, transforms));
     sessions.push_back(std::move(one));
   }
@@ -66,8 +66,8 @@ Outcome<std::vector<SessionOptions>> parse_sessions(const std::vector<std::strin
 
 Outcome<void> check_number_of_sessions(std::size_t sessions) {
   if (sessions <= MapSession::kMostOfRobot) return {};
-  return Failure{Message(kSession) + fmt::format(" is given {} times; give at most {}", sessions,
-                                                 MapSession::kMostOfRobot)};
+  return Failure{Message(kSessionSetting) + fmt::format(" is given {} times; give at most {}",
+                                                        sessions, MapSession::kMostOfRobot)};
 }
 
 Outcome<void> add_session(SessionFile file, std::vector<FuseInput>& inputs,

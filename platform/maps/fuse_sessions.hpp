@@ -13,7 +13,7 @@
 namespace tessera {
 
 /// The option of maps of earlier days.
-inline constexpr SettingName kSession{.option = "--session", .argument = "sessions"};
+inline constexpr SettingName kSessionSetting{.option = "--session", .argument = "sessions"};
 
 /// Sessions as typed, FILE.tsm or FILE.tsm:WEIGHT. transforms: as typed, FILE.tsm=T.txt; those of
 /// sessions are taken out. Fails with kUsage iff there are over MapSession::kMostOfRobot, one is
