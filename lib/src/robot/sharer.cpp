@@ -37,11 +37,8 @@ Status Sharer::set_up(Arena& arena, const RobotConfig& config, const ClassTable&
   if (!sessions.ok()) return sessions.status();
   sessions_ = *sessions;
   if (!config.keep_sessions) sessions_.end_earlier();
-  const Result<Objections> objections =
-      Objections::make(arena, config.objections, exchange_, global_);
-  if (!objections.ok()) return objections.status();
-  objections_ = *objections;
-  return status;
+  return put_in_place(
+      objections_, [&] { return Objections::make(arena, config.objections, exchange_, global_); });
 }
 
 Result<Sharer*> Sharer::make(Arena& arena, const RobotConfig& config, const ClassTable& classes,
