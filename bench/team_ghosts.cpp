@@ -1,18 +1,18 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // What the team clears together: one robot maps the first half of a sequence and looks no more, a
-// second one the other half in the same frame. Of the points on moving things in the first half
-// through which scans of the second look, how many are occupied in the global map; and of all other
-// points, how many still are. With and without objections.
+// second one the other half in the same frame, there and back. Of the points on moving things in
+// the first half through which scans of the second look, and which they do not meet again, how many
+// are free in the global map; and of all other points, how many are occupied. With and without
+// objections.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <cstdio>
 #include <memory>
 
-#include "base/arena_memory.hpp"
 #include "ghost_truth.hpp"
-#include "tessera/robot/robot.hpp"
+#include "one_robot.hpp"
 #include "thread_time.hpp"
 
 namespace tessera::bench {
@@ -58,29 +58,13 @@ RobotConfig config_of(std::uint32_t number, const Scene& scene, double resolutio
   return config;
 }
 
-struct OneRobot {
-  OneRobot(const RobotConfig& config, const ClassTable& classes)
-      : memory(std::move(
-            *ArenaMemory::allocate(Robot::required_bytes(config, classes.num_components())))) {
-    Arena arena(memory.span());
-    const Result<Robot*> made = Robot::make(arena, config, classes, {}, {});
-    if (!made.ok()) {
-      std::fprintf(stderr, "a robot: %s\n", to_string(made.status()));
-      std::exit(1);
-    }
-    robot = *made;
-  }
-  ArenaMemory memory;
-  Robot* robot = nullptr;
-};
-
 class Pair {
  public:
   Pair(const Scene& scene, const TeamGhostOptions& options, std::uint32_t objections) {
     for (std::uint32_t i = 0; i < 2; ++i) {
       RobotConfig config = config_of(i, scene, options.resolution_m, objections);
       config.T_global_map(0, 3) = i * options.frame_error_m;
-      robots_[i] = std::make_unique<OneRobot>(config, scene.classes);
+      robots_[i] = std::make_unique<OneRobot>(config, scene.classes, RobotKeys{});
     }
   }
   [[nodiscard]] Robot& robot(std::size_t i) const { return *robots_[i]->robot; }
@@ -114,15 +98,14 @@ class Pair {
   std::int64_t now_us_ = 1'000'000;
 };
 
-double occupied_part(const Robot& robot, const std::vector<Judged>& points, int least) {
-  std::size_t all = 0;
+double occupied_part(const Robot& robot, const std::vector<Judged>& points) {
   std::size_t occupied = 0;
   for (const Judged& point : points) {
-    if (point.seen_through < least) continue;
-    ++all;
     occupied += robot.global().map().query(point.p_map).state == VoxelState::kOccupied ? 1U : 0U;
   }
-  return all == 0 ? 0.0 : 100.0 * static_cast<double>(occupied) / static_cast<double>(all);
+  return points.empty()
+             ? 0.0
+             : 100.0 * static_cast<double>(occupied) / static_cast<double>(points.size());
 }
 
 /// What is on moving things in the first half, and seen through by scans of the second.
@@ -160,8 +143,8 @@ Outcome<void> answer(const TeamGhostOptions& options) {
     for (int i = 0; i < 5; ++i) pair.talk();
     std::printf("| %s | %.1f | %.2f | %llu | %llu | %.2f, %.2f |\n",
                 objections == 0 ? "none" : "made",
-                100.0 - occupied_part(pair.robot(0), truth.moving, 0),
-                occupied_part(pair.robot(0), truth.standing, 0),
+                100.0 - occupied_part(pair.robot(0), truth.moving),
+                occupied_part(pair.robot(0), truth.standing),
                 static_cast<unsigned long long>(pair.robot(0).global().report().objected_voxels),
                 static_cast<unsigned long long>(pair.bytes / 1000), median(pair.tick_ms),
                 *std::max_element(pair.tick_ms.begin(), pair.tick_ms.end()));

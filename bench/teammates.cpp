@@ -11,10 +11,10 @@
 #include <random>
 #include <set>
 
-#include "base/arena_memory.hpp"
 #include "harness.hpp"
 #include "link/fleet_keys.hpp"
 #include "link/key_maker.hpp"
+#include "one_robot.hpp"
 #include "simulator/street_simulator.hpp"
 #include "teammate_scenes.hpp"
 #include "tessera/base/rigid.hpp"
@@ -40,24 +40,6 @@ struct Way {
   double frame_error_m = 0.0;
 };
 
-template <class T>
-T made_or_end(Result<T> result) {
-  if (result.ok()) return std::move(*result);
-  std::fprintf(stderr, "%s\n", to_string(result.status()));
-  std::exit(1);
-}
-
-struct OneRobot {
-  OneRobot(const RobotConfig& config, const RobotKeys& keys)
-      : memory(std::move(*ArenaMemory::allocate(
-            Robot::required_bytes(config, street_classes().num_components())))) {
-    Arena arena(memory.span());
-    robot = made_or_end(Robot::make(arena, config, street_classes(), keys, {}));
-  }
-  ArenaMemory memory;
-  Robot* robot = nullptr;
-};
-
 /// Drives all robots through their scans. Returns the voxels that were mapped of other robots.
 std::size_t drive(const std::vector<RobotScans>& all, const Way& way, std::uint64_t seed) {
   std::vector<std::unique_ptr<OneRobot>> robots;
@@ -71,7 +53,7 @@ std::size_t drive(const std::vector<RobotScans>& all, const Way& way, std::uint6
     const double angle = 6.28 * share(random);
     config.T_global_map(0, 3) += way.frame_error_m * std::cos(angle);
     config.T_global_map(1, 3) += way.frame_error_m * std::sin(angle);
-    robots.push_back(std::make_unique<OneRobot>(config, RobotKeys{}));
+    robots.push_back(std::make_unique<OneRobot>(config, street_classes(), RobotKeys{}));
   }
   std::array<std::byte, kMostDatagramBytes> datagram;
   const auto exchange_all = [&](std::int64_t now_us) {
@@ -137,7 +119,7 @@ Outcome<void> measure_costs(const std::vector<RobotScans>& all) {
     keys.push_back(std::make_unique<FleetKeys>(std::move(read)));
     RobotConfig config = street_robot(i, true);
     config.exchange.mission = keys.back()->mission().number();
-    robots.push_back(std::make_unique<OneRobot>(config, keys.back()->keys()));
+    robots.push_back(std::make_unique<OneRobot>(config, street_classes(), keys.back()->keys()));
   }
   std::filesystem::remove_all(folder);
   double hear_ms = 0.0;

@@ -78,6 +78,7 @@ void HeldSharer::share_submaps() {
 }
 
 HeldSharer::~HeldSharer() {
+  map_->watch({}, 0);
   if (shares_submaps_)
     map_->write([](Mapper& mapper) { mapper.maps().dismiss(LocalMaps::User::kPublishing); });
   if (queue_ != nullptr) map_->share_by(nullptr);

@@ -48,13 +48,6 @@ std::uint16_t count_voxels(const VoxelMask& mask) noexcept {
   return static_cast<std::uint16_t>(count);
 }
 
-template <class Visit>
-void for_rows(const VoxelMask& mask, Visit&& visit) noexcept {
-  for (int z = 0; z < kBlockEdge; ++z)
-    for (std::uint64_t left = mask[static_cast<std::size_t>(z)]; left != 0; left &= left - 1)
-      visit(static_cast<std::size_t>(64 * z + std::countr_zero(left)));
-}
-
 }  // namespace
 
 /// Each robot once, whatever its earlier starts have said.
@@ -72,7 +65,7 @@ void BlockSums::count_objectors(const Source& source, const Replicas::Replica& r
     for (std::size_t z = 0; objects && z < of_robot.size(); ++z) of_robot[z] |= objection.voxels[z];
     if (i + 1 < all.size() && source.replicas.contribution(all[i + 1]).id.robot == one.id.robot)
       continue;
-    for_rows(of_robot, [this](std::size_t row) { ++objectors_[row]; });
+    for_rows(of_robot, [this](int row) { ++objectors_[static_cast<std::size_t>(row)]; });
     of_robot = {};
   }
 }
@@ -186,8 +179,9 @@ void BlockSums::count_holders(const Replicas& replicas, BlockCoord block, Added&
       if (of_sessions ? is_session : one.id.submap < Objection::kNumber)
         added.work += add_contribution({replicas, one, block}, slot, adder);
     }
-    for_rows(any, [this](std::size_t row) {
-      if (weights_[row] > 0.0F) ++holders_[row];
+    for_rows(any, [this](int row) {
+      const auto at = static_cast<std::size_t>(row);
+      if (weights_[at] > 0.0F) ++holders_[at];
     });
   };
   for (std::size_t first = 0, next = 0; first < all.size(); first = next) {

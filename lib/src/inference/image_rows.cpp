@@ -4,8 +4,9 @@
 
 #include <cstddef>
 
-// The compiler makes vectors of these loops, as wide as a function's target has them. Where rows
-// overlap, only values that are read before they are written lie ahead of the others.
+// The compiler makes vectors of these loops, as wide as a function's target has them. The pragma
+// says that it may: a row that overlaps the one that is written lies ahead of it, so each value is
+// read before it is written.
 #if defined(__clang__)
 #define TESSERA_ROWS _Pragma("clang loop vectorize(assume_safety)")
 #else

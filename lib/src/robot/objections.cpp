@@ -4,7 +4,6 @@
 
 #include <algorithm>
 
-#include "objection_rows.hpp"
 #include "tessera/base/rigid.hpp"
 
 namespace tessera {
@@ -80,16 +79,22 @@ void Objections::follow_watches(const Here& here) noexcept {
       continue;
     }
     ++report_.watched_blocks;
-    if (!any_of(one.seen)) continue;
-    if (any_of(one.asked) && ++one.gathering < kGatherTicks) continue;
+    if (!any_row(one.seen)) continue;
+    if (any_row(one.asked) && ++one.gathering < kGatherTicks) continue;
     object(one);
   }
+}
+
+/// Of a local voxel, in the global frame, metres.
+Point3d Objections::centre_of(const GridTransform& T_global_local,
+                              const VoxelCoord& voxel) const noexcept {
+  const std::array<double, 3> voxels = T_global_local.to_global(voxel);
+  return Point3d(voxels[0], voxels[1], voxels[2]) * global_->config().map.resolution_m;
 }
 
 std::size_t Objections::place(const Matrix34d& T_map_global, std::int64_t moment,
                               std::span<WatchedPoint> into) noexcept {
   std::size_t count = 0;
-  const double resolution_m = global_ == nullptr ? 1.0 : global_->config().map.resolution_m;
   for (std::uint32_t i = 0; i < watches_.size(); ++i) {
     Watch& one = watches_[(next_place_ + i) % kWatched];
     if (one.number == 0 || count == into.size()) continue;
@@ -98,7 +103,7 @@ std::size_t Objections::place(const Matrix34d& T_map_global, std::int64_t moment
     for_rows(one.asked, [&](int row) {
       if (count == into.size()) return;
       const VoxelCoord voxel = voxel_of_row(unpack(one.heard.key), row);
-      const Point3d p_global = metres(one.T_global_local.to_global(voxel), resolution_m);
+      const Point3d p_global = centre_of(one.T_global_local, voxel);
       const Point3f p_map = round_to_float(apply(T_map_global, p_global));
       into[count++] = {.p_map = {p_map.x(), p_map.y(), p_map.z()},
                        .watch = one.number,
@@ -181,7 +186,7 @@ void Objections::object(Watch& watch) noexcept {
   made->used = made->holds = true;
   watch.seen = {};
   watch.gathering = 0;
-  if (!any_of(watch.asked)) watch.number = 0;
+  if (!any_row(watch.asked)) watch.number = 0;
 }
 
 /// Whatever a block says later is not objected to.

@@ -3,7 +3,6 @@
 // What others say is occupied and this robot's map says is free.
 #include <algorithm>
 
-#include "objection_rows.hpp"
 #include "tessera/base/rigid.hpp"
 #include "tessera/robot/objections.hpp"
 
@@ -109,8 +108,7 @@ void Objections::look(const Here& here) noexcept {
       }
       ++looks;
       const VoxelCoord middle = voxel_of_row(unpack(BlockKey{record->key}), kBlockVoxels / 2 + 36);
-      const double resolution_m = global_->config().map.resolution_m;
-      const Point3d p = metres(one.T_global_local.to_global(middle), resolution_m);
+      const Point3d p = centre_of(one.T_global_local, middle);
       if (record->bytes != 0 && squared_norm(p - here.p_global) < kReach_m * kReach_m &&
           replicas.find(slot, BlockKey{record->key}) == record) {
         ++reads;
@@ -134,7 +132,7 @@ Objections::Watch* Objections::watch_of(const Heard& heard) noexcept {
   for (Watch& one : watches_) {
     if (one.number != 0 && one.heard == heard) return &one;
     const bool is_free = one.number == 0;
-    if (!is_free && (one.ticks <= kMostTicks / 4 || any_of(one.seen))) continue;
+    if (!is_free && (one.ticks <= kMostTicks / 4 || any_row(one.seen))) continue;
     if (found == nullptr || (found->number != 0 && (is_free || one.ticks > found->ticks)))
       found = &one;
   }
@@ -171,7 +169,7 @@ void Objections::answer(Slot own, const Objection& objection) noexcept {
     if (voxels_->labels[at] > free_weight * static_cast<float>(voxels_->passes[at]))
       add_row(asked, row);
   });
-  Watch* const one = any_of(asked) ? new_watch(heard, own) : nullptr;
+  Watch* const one = any_row(asked) ? new_watch(heard, own) : nullptr;
   if (one == nullptr) return;
   one->answers = true;
   for (std::size_t z = 0; z < asked.size(); ++z) one->asked[z] |= asked[z];
@@ -221,7 +219,6 @@ void Objections::hear_objections(const Here& here) noexcept {
 /// Watches what its contribution has occupied and this robot's map has free.
 void Objections::watch(const Here& here, Slot slot, const Heard& heard) noexcept {
   const GridTransform& T_global_local = global_->replicas().contribution(slot).T_global_local;
-  const double resolution_m = global_->config().map.resolution_m;
   const float free_weight = global_->config().map.free_weight;
   const Matrix34d T_map_global = inverse(here.T_global_map);
   const Made* const made = made_against(heard.id, heard.key);
@@ -236,15 +233,14 @@ void Objections::watch(const Here& here, Slot slot, const Heard& heard) noexcept
     if (!(labels > free_weight * static_cast<float>(voxels_->passes[at]))) continue;
     if (has_said && has_row(said.voxels, row)) continue;
     const VoxelCoord voxel = voxel_of_row(unpack(heard.key), row);
-    const Point3d p_map =
-        apply(T_map_global, metres(T_global_local.to_global(voxel), resolution_m));
+    const Point3d p_map = apply(T_map_global, centre_of(T_global_local, voxel));
     const Result<VoxelCoord> own = here.map.lattice().voxel_of(round_to_float(p_map));
     const bool moves = voxels_->moving[at] > 0.5F * labels;
     if (!own.ok() || !is_contested(reader, *own, moves)) continue;
     add_row(asked, row);
     if (moves) add_row(moving, row);
   }
-  if (!any_of(asked)) return;
+  if (!any_row(asked)) return;
   Watch* const one = new_watch(heard, slot);
   if (one == nullptr) return;
   one->lapses = made == nullptr ? std::uint8_t{0} : made->lapses;

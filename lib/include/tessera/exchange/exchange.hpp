@@ -50,8 +50,8 @@ class Exchange {
   /// Starts a contribution of this robot's: what publish() is of from now on. The first one before
   /// anything is received: from then on nobody else says anything of that epoch. Fails with
   /// kInvalidArgument iff T_global_map is no frame (GridTransform::make), the epoch is below the
-  /// robot's floor, or there is such a contribution; kResourceExhausted iff there is no place for
-  /// it.
+  /// robot's floor, the submap is no map's (from Objection::kNumber on), or there is such a
+  /// contribution; kResourceExhausted iff there is no place for it.
   [[nodiscard]] Status open(std::uint32_t epoch, std::uint32_t submap,
                             const Matrix34d& T_global_map) noexcept;
   /// Moves a contribution that open() started. Fails with kInvalidArgument iff there

@@ -45,10 +45,10 @@ class GlobalMap {
                                   const GridTransform& T_global_local) noexcept;
   /// Takes a version of a part of a block (Replicas::put) and marks what depends on it. Fails with
   /// kInvalidArgument iff the slot is empty; kBusy iff it is being removed; kCorrupt iff packed is
-  /// not empty and no packed block; kResourceExhausted as put(), and iff the global grid has no
-  /// place for a block: counted, unchanged. O(bytes + contributions + 27 blocks, 54 while its move
-  /// is being marked). What a robot objects to (Objection) is put in the same way, and marks what
-  /// it is against.
+  /// not empty and no packed block, or of objections no Objection; kResourceExhausted as put(), and
+  /// iff the global grid has no place for a block: counted, unchanged. O(bytes + contributions + 27
+  /// blocks, 54 while its move is being marked). What a robot objects to (Objection) is put in the
+  /// same way, and marks what it is against.
   [[nodiscard]] Result<Replicas::Change> put(Slot slot, BlockKey key, const PartVersion& version,
                                              std::span<const std::byte> packed,
                                              std::span<const std::byte> wire = {}) noexcept;

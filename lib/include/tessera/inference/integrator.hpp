@@ -130,9 +130,10 @@ class Integrator {
   void carve(const LocalMap& map) noexcept;
   /// Marks the map's blocks that may hold what moves to be looked at, with none of it free; ends
   /// where carving by the image would. O(blocks that the map lists).
-  void look_at_watched(const Lattice& lattice, std::span<WatchedPoint> watched) noexcept;
   void look_at_moving(const LocalMap& map, std::uint64_t to_write,
                       std::uint64_t most_steps) noexcept;
+  /// Tells of points whether the scan saw through them, or met something there. O(points).
+  void look_at_watched(const Lattice& lattice, std::span<WatchedPoint> watched) noexcept;
   /// Contradicts labels of a block that the scan saw through, and counts passes of what of carved
   /// they did not occupy.
   void contradict(LocalMap& map, SlabHandle handle, const RayBlock& seen, const VoxelMask& carved,

@@ -4,6 +4,7 @@
 // at compile time.
 #pragma once
 
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -142,6 +143,23 @@ constexpr bool has_row(const VoxelMask& mask, int row_order) noexcept {
 /// Adds the voxel at this row order.
 constexpr void add_row(VoxelMask& mask, int row_order) noexcept {
   mask[static_cast<std::size_t>(row_order >> 6)] |= std::uint64_t{1} << (row_order & 63);
+}
+/// Takes the voxel at this row order out.
+constexpr void take_row(VoxelMask& mask, int row_order) noexcept {
+  mask[static_cast<std::size_t>(row_order >> 6)] &= ~(std::uint64_t{1} << (row_order & 63));
+}
+/// True iff any voxel is in the mask.
+constexpr bool any_row(const VoxelMask& mask) noexcept {
+  std::uint64_t any = 0;
+  for (const std::uint64_t slice : mask) any |= slice;
+  return any != 0;
+}
+/// Calls visit(row order) for each voxel in the mask, in ascending order.
+template <class Visit>
+constexpr void for_rows(const VoxelMask& mask, Visit&& visit) noexcept {
+  for (int z = 0; z < kBlockEdge; ++z)
+    for (std::uint64_t left = mask[static_cast<std::size_t>(z)]; left != 0; left &= left - 1)
+      visit(64 * z + std::countr_zero(left));
 }
 
 /// What a scan's see-through did to a block's labels.

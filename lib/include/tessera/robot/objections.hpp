@@ -38,8 +38,7 @@ class Objections {
   static constexpr std::uint8_t kScansMoving = 2;
   static constexpr std::uint8_t kScans = 5;
 
-  /// most: objections that are kept up to date; 0: none are made.
-  /// num_components: C + 2.
+  /// most: objections that are followed; 0: none are made. num_components: C + 2.
   [[nodiscard]] static constexpr std::size_t required_bytes(std::uint32_t most,
                                                             int num_components) noexcept {
     return most == 0 ? 0
@@ -63,18 +62,18 @@ class Objections {
   };
   /// Goes on looking for blocks that others say are occupied, objects to what was seen through, and
   /// publishes again what others object to and its own scans meet. The map may be written to
-  /// meanwhile. O(kLooks records +
-  /// kReads blocks of 512 voxels, each with at most 19 look-ups in the map).
+  /// meanwhile. O(contributions + most + kLooks records + kReads blocks of 512 voxels, each with at
+  /// most 19 look-ups in the map + kAnswers objections of others, each with a block).
   void tick(const Here& here) noexcept;
   /// Voxels' centres to be asked of the next scan (ScanView::watched), in the frame of a submap; as
-  /// far as into goes. Returns how many. O(into).
-  /// moment: now, by whatever clock or count the scans have; never less than before.
+  /// far as into goes. moment: now, by whatever clock or count the scans have. Returns how many.
+  /// O(into + kWatched).
   [[nodiscard]] std::size_t place(const Matrix34d& T_map_global, std::int64_t moment,
                                   std::span<WatchedPoint> into) noexcept;
   /// What a scan told of them. taken: its moment. Of a block it counts only if that is after the
   /// block was first asked about, hence heard. O(points).
   void note(std::span<const WatchedPoint> watched, std::int64_t taken) noexcept;
-  /// The epoch was left, and with it what was said in it. O(most).
+  /// The epoch was left: what was said in it is not followed any more. O(most).
   void begin_epoch() noexcept;
 
   [[nodiscard]] const ObjectionsReport& report() const noexcept { return report_; }
@@ -133,6 +132,8 @@ class Objections {
   [[nodiscard]] bool is_near(const Here& here, const Replicas::Contribution& one) const noexcept;
   void look_at(const Here& here, Slot slot, const Replicas::Replica& record) noexcept;
   [[nodiscard]] bool hear(Slot slot, BlockKey key, Heard& heard) noexcept;
+  [[nodiscard]] Point3d centre_of(const GridTransform& T_global_local,
+                                  const VoxelCoord& voxel) const noexcept;
   void watch(const Here& here, Slot slot, const Heard& heard) noexcept;
   [[nodiscard]] Watch* watch_of(const Heard& heard) noexcept;
   void follow_watches(const Here& here) noexcept;

@@ -45,8 +45,8 @@ class BlockSums {
 
   /// Adds up all contributions to a block of the global grid. content: cleared before.
   /// A voxel of a contribution to which at least as many robots object (objection.hpp) as have
-  /// label evidence where it goes keeps its passes alone. O(contributions * 27 * (1 + robots that
-  /// object) look-ups + entries); twice the entries where there is an objection.
+  /// occupied the voxel to which it goes keeps its passes alone. O(contributions * 27 * (1 + robots
+  /// that object) look-ups + entries); twice the entries where there is an objection.
   [[nodiscard]] Added add_up(const Replicas& replicas, BlockCoord block,
                              BlockContent& content) noexcept;
   /// Eq. (10): S_i lambda_i of every local voxel counts the prior too. To be called after add_up,
