@@ -165,12 +165,22 @@ class Soak:
             print(f"node {robot.number}: {figures[2] / 1024:.2f} MiB resident at the end, {self.grown[robot.number]:+} KiB since minute "
                   f"{self.reference_min:g}")
 
+    @staticmethod
+    def differing(reports):
+        """Contributions that not all have alike: a line each."""
+        held = [{tuple(c[key] for key in ("robot", "epoch", "submap")): (c["digest"], c["covered_to"]) for c in report["contributions"]}
+                for report in reports]
+        ids = sorted(set().union(*held))
+        return [f"(robot, epoch, submap) {id}, digest and version: {[one.get(id) for one in held]}" for id in ids
+                if len({one.get(id) for one in held}) > 1]
+
     def check_reports(self, reports):
         for what in ("exchange_digest", "digest"):
             # The global map may need more than the time that it has after SIGTERM.
             found = {report[what] for report in reports if what != "digest" or not report["realtime"]["map_is_behind"]}
             if len(found) > 1:
                 self.faults.append(f"{what} differs: {found}")
+        self.faults += self.differing(reports)
         for report in reports:
             here = f"node {report['robot']}"
             if report["heap_allocations_after_start"] not in (0, None):

@@ -3,6 +3,7 @@
 #include "soak/recount.hpp"
 
 #include <algorithm>
+#include <set>
 #include <tuple>
 
 #include "tessera/map/internal/packed_block.hpp"
@@ -12,9 +13,22 @@ namespace tessera::soak {
 Recount::Recount(const Robot& robot)
     : replicas_(robot.global().replicas()),
       cap_(static_cast<double>(robot.global().config().max_evidence)),
+      free_weight_(robot.global().config().map.free_weight),
       packed_(most_packed_bytes(robot.map().num_components())) {
   for (const Replicas::Slot slot : replicas_.in_order()) {
-    if (!replicas_.contribution(slot).leaving) slots_.push_back(slot);
+    const Replicas::Contribution& one = replicas_.contribution(slot);
+    if (one.leaving) continue;
+    if (!Objection::is(one.id.submap)) {
+      slots_.push_back(slot);
+      continue;
+    }
+    for (std::uint32_t number = one.first_block; number != 0;) {
+      const Replicas::Replica& record = replicas_.record(number);
+      number = record.next;
+      Objection objection;
+      if (read_objection(replicas_, &record, objection))
+        objections_[{objection.against, objection.key.bits}].push_back({one.id.robot, objection});
+    }
   }
   const auto order = [this](Replicas::Slot slot) {
     const ContributionId& id = replicas_.contribution(slot).id;
@@ -22,6 +36,14 @@ Recount::Recount(const Robot& robot)
   };
   std::sort(slots_.begin(), slots_.end(),
             [&](Replicas::Slot a, Replicas::Slot b) { return order(a) < order(b); });
+}
+
+bool Recount::BlockOrder::operator()(const Block& a, const Block& b) const noexcept {
+  const auto order = [](const Block& block) {
+    const ContributionId& id = block.first;
+    return std::tuple(id.robot, id.epoch, id.submap, block.second);
+  };
+  return order(a) < order(b);
 }
 
 void Recount::read(Replicas::Slot slot, BlockCoord block, Content& content) {
@@ -37,17 +59,35 @@ void Recount::read(Replicas::Slot slot, BlockCoord block, Content& content) {
         replicas_.read(*part, packed_),
         [&](int row, int, float count) {
           if (!is_live(row)) return;
-          content.labels[static_cast<std::size_t>(row)] += count;
-          content.observed[static_cast<std::size_t>(row)] = true;
+          const auto at = static_cast<std::size_t>(row);
+          content.labels[at] += count;
+          content.observed[at] = true;
+          content.first[at] = part->version - part->part;
         },
-        [&](int row, unsigned) {
-          if (is_live(row)) content.observed[static_cast<std::size_t>(row)] = true;
+        [&](int row, unsigned passes) {
+          if (!is_live(row)) return;
+          const auto at = static_cast<std::size_t>(row);
+          content.passes[at] += static_cast<float>(passes);
+          content.observed[at] = true;
         });
   }
 }
 
+/// Robots that object to a voxel of a block as content_ has it.
+int Recount::objectors(const ContributionId& id, BlockCoord block, int row) const {
+  const auto found = objections_.find({id, pack(block)->bits});
+  if (found == objections_.end()) return 0;
+  std::set<std::uint32_t> robots;
+  for (const Objected& one : found->second) {
+    if (one.objection.version == content_.first[static_cast<std::size_t>(row)] &&
+        has_row(one.objection.voxels, row))
+      robots.insert(one.robot);
+  }
+  return static_cast<int>(robots.size());
+}
+
 /// Of the local voxels around the one that the global voxel's centre is in, those that go to it.
-Recount::Share Recount::share_of(Replicas::Slot slot, VoxelCoord global) {
+Recount::Share Recount::share_of(Replicas::Slot slot, VoxelCoord global, int holders) {
   const Replicas::Contribution& contribution = replicas_.contribution(slot);
   const GridTransform& T_global_local = contribution.T_global_local;
   if (!contribution.may_have(T_global_local.local_blocks(block_of(global)))) return {};
@@ -66,8 +106,11 @@ Recount::Share Recount::share_of(Replicas::Slot slot, VoxelCoord global) {
           read(slot, *read_block, content_);
         }
         const auto row = static_cast<std::size_t>(row_order(local));
-        share.labels += static_cast<double>(content_.labels[row]);
+        const float labels = content_.labels[row];
+        share.evidence += static_cast<double>(labels - free_weight_ * content_.passes[row]);
         share.observed = share.observed || content_.observed[row];
+        const int objecting = objectors(contribution.id, *read_block, row_order(local));
+        if (objecting == 0 || objecting < holders) share.labels += static_cast<double>(labels);
       }
     }
   }
@@ -79,7 +122,18 @@ double Recount::capped(double labels) const {
   return labels > 1.125 * cap_ + 0x1p-10 ? cap_ : labels;
 }
 
+/// Robots that have the voxel occupied, by all that they have said of it.
+int Recount::holders(VoxelCoord global) {
+  std::map<std::uint32_t, double> evidence;
+  for (const Replicas::Slot slot : slots_)
+    evidence[replicas_.contribution(slot).id.robot] += share_of(slot, global, 0).evidence;
+  return static_cast<int>(std::count_if(evidence.begin(), evidence.end(), [](const auto& of_robot) {
+    return of_robot.second > 0.0;
+  }));
+}
+
 double Recount::labels(VoxelCoord global) {
+  const int holding = objections_.empty() ? 0 : holders(global);
   double sum = 0.0;
   double of_robot = 0.0;
   const ContributionId* last = nullptr;
@@ -93,7 +147,7 @@ double Recount::labels(VoxelCoord global) {
     if (last == nullptr || last->robot != id.robot || last->submap != id.submap) is_hidden = false;
     last = &id;
     if (is_hidden) continue;
-    const Share share = share_of(slot, global);
+    const Share share = share_of(slot, global, holding);
     of_robot += share.labels;
     is_hidden = share.observed;
   }

@@ -80,7 +80,7 @@ class Ear(wire.Decoder):
         self.fleet.check_signature = lambda *_: None
         return super().decode(data)
 
-    def check_code(self, record):
+    def check_code(self, name, record):
         pass
 
 

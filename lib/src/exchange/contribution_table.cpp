@@ -59,7 +59,8 @@ HeldContribution* ContributionTable::add(const ContributionId& id, Claim claim, 
   const bool own = claim == Claim::kOwn;
   const bool proven = claim != Claim::kName;
   bool refused = false;
-  HeldContribution* const of_robot = own ? nullptr : displaced_of_robot(id, proven, refused);
+  const bool is_bounded = !own || Objection::is(id.submap);
+  HeldContribution* const of_robot = is_bounded ? displaced_of_robot(id, proven, refused) : nullptr;
   if (refused) {
     ++counted.refused_contributions;
     return nullptr;
@@ -101,7 +102,7 @@ void ContributionTable::take_place(HeldContribution& place, const ContributionId
 /// Empties a place. Its index is large: it is cleared where it is.
 void ContributionTable::drop(HeldContribution& contribution) noexcept {
   if (contribution.used && contribution.open) store_.remove(store_.context, contribution.slot);
-  if (contribution.used && !contribution.own) of_robots_.remove(contribution.id);
+  if (is_counted(contribution)) of_robots_.remove(contribution.id);
   if (publishing() == &contribution) publishing_ = kNobody;
   names_[number_of(contribution)].used = false;
   while (top_ != 0 && !names_[top_ - 1].used) --top_;

@@ -131,5 +131,38 @@ TEST_CASE("ContributionTable: a robot's objections take no place of its maps, he
   CHECK(t.add({1, 1, 0}, Claim::kOwn) != nullptr);
 }
 
+TEST_CASE("ContributionTable: a robot holds those of its own objections that others hold") {
+  OwnTable mine(false, 3, 12);
+  OwnTable theirs(false, 3, 12);
+  const auto id = [](std::uint32_t epoch) { return ContributionId{1, epoch, Objection::kNumber}; };
+  const auto own = [&](std::uint32_t epoch) {
+    HeldContribution* const added = mine.add(id(epoch), Claim::kOwn);
+    REQUIRE(added != nullptr);
+    REQUIRE(mine.table.set_frame(*added, Matrix34d::Identity(), 1) == Status::kOk);
+    mine.table.own_as(*added);
+  };
+  const auto are_alike = [&] {
+    for (std::uint32_t epoch = 1; epoch <= 5; ++epoch) {
+      CAPTURE(epoch);
+      CHECK((mine.table.find(id(epoch)) != nullptr) == (theirs.table.find(id(epoch)) != nullptr));
+    }
+  };
+  for (const std::uint32_t epoch : {1U, 2U, 3U, 4U}) theirs.add(id(epoch), Claim::kFrame);
+  SECTION("of earlier starts that it hears first") {
+    for (const std::uint32_t epoch : {1U, 2U, 3U}) mine.add(id(epoch), Claim::kFrame);
+    own(4);
+    are_alike();
+  }
+  SECTION("of earlier starts that it hears later, in any order") {
+    own(4);
+    for (const std::uint32_t epoch : {1U, 3U, 2U}) mine.add(id(epoch), Claim::kFrame);
+    are_alike();
+    // Once its own are gone there is room again.
+    mine.table.drop(*mine.table.find(id(4)));
+    CHECK(mine.add(id(2), Claim::kFrame) != nullptr);
+    CHECK(mine.table.find(id(3)) != nullptr);
+  }
+}
+
 }  // namespace
 }  // namespace tessera

@@ -120,8 +120,9 @@ class ContributionTable {
   }
   /// The same beside the one that it publishes. No place is kept for what is no submap. O(1).
   void own_as(HeldContribution& contribution) noexcept {
-    if (!contribution.own) of_robots_.remove(contribution.id);
+    const bool was_counted = is_counted(contribution);
     contribution.own = true;
+    if (was_counted && !is_counted(contribution)) of_robots_.remove(contribution.id);
     opened_ += contribution.id.submap < Objection::kNumber ? 1U : 0U;
   }
   /// The one that this robot publishes, or null. O(1).
@@ -171,6 +172,11 @@ class ContributionTable {
     }
     return per_robot_;
   }
+  /// This robot has as many as it wants of its own maps. Of its objections it has those that others
+  /// have, of its newest epochs.
+  [[nodiscard]] static bool is_counted(const HeldContribution& one) noexcept {
+    return one.used && (!one.own || Objection::is(one.id.submap));
+  }
   void take_place(HeldContribution& place, const ContributionId& id, Instant now) noexcept;
   [[nodiscard]] HeldContribution* free_place(bool own) noexcept;
   [[nodiscard]] HeldContribution* place_of_silent(Instant now) noexcept;
@@ -192,7 +198,7 @@ class ContributionTable {
   std::size_t top_ = 0;                ///< One above the last place that is used.
   std::uint32_t used_ = 0;             ///< Places.
   FarContributions far_{};
-  PlacesOfRobots of_robots_{};  ///< But for own ones.
+  PlacesOfRobots of_robots_{};  ///< Of those that is_counted().
   std::uint32_t publishing_ = kNobody;
   std::uint32_t opened_ = 0;
   std::uint64_t held_bytes_ = 0;
