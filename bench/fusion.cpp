@@ -200,7 +200,7 @@ Outcome<Json> measure(const Options& options, Records& records) {
   TESSERA_TRY_ASSIGN(const Scene scene, load_scene(options));
   if (scene.scans.size() < 2) return Failure{"give at least two scans: two robots share them"};
   TESSERA_TRY_ASSIGN(const Team team, map_team(scene, options.resolution_m, kMaxRange_m));
-  const GlobalMapConfig config = config_for(team);
+  const GlobalMapConfig config = config_for(team.map, team.robots);
   TESSERA_TRY_ASSIGN(OwnedGlobalMap owned, OwnedGlobalMap::make(config, team.classes));
   const Result<GridTransform> away = GridTransform::make(turned(), options.resolution_m);
   if (!away.ok()) return Failure{"the second robot is out of the grid", FailureKind::kFailure};

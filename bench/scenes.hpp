@@ -63,6 +63,8 @@ inline constexpr std::array<Mode, 4> kModes{kKernelMode, kMultiEntropyMode, kFre
 /// A mapper in memory of its own.
 class Mapper {
  public:
+  /// None.
+  Mapper() = default;
   static Outcome<Mapper> make(const Mode& mode, const Scene& scene, double resolution_m);
 
   [[nodiscard]] LocalMap& map() { return mapper_->map(); }

@@ -28,6 +28,8 @@ Scene part_of(const Scene& scene, std::size_t from, std::size_t to, float max_ra
   return part;
 }
 
+}  // namespace
+
 Contribution contribution_of(Mapper& mapper) {
   const LocalMap& map = mapper.map();
   const int components = map.num_components();
@@ -48,8 +50,6 @@ Contribution contribution_of(Mapper& mapper) {
   return contribution;
 }
 
-}  // namespace
-
 Outcome<Team> map_team(const Scene& scene, double resolution_m, float max_range_m) {
   Team team;
   team.classes = scene.classes;
@@ -65,16 +65,16 @@ Outcome<Team> map_team(const Scene& scene, double resolution_m, float max_range_
   return team;
 }
 
-GlobalMapConfig config_for(const Team& team) {
+GlobalMapConfig config_for(const MapConfig& map, std::span<const Contribution> contributions) {
   std::uint32_t segments = 1;
   std::uint32_t blocks = 1;
-  for (const Contribution& robot : team.robots) {
-    blocks += static_cast<std::uint32_t>(robot.blocks.size());
-    for (const PublishedBlock& block : robot.blocks)
+  for (const Contribution& one : contributions) {
+    blocks += static_cast<std::uint32_t>(one.blocks.size());
+    for (const PublishedBlock& block : one.blocks)
       segments += SegmentStore::segments_of(block.bytes.size());
   }
   GlobalMapConfig config;
-  config.map = team.map;
+  config.map = map;
   config.map.max_evidence = 0.0F;
   config.replicas = {.segments = 2 * segments,
                      .blocks = 2 * blocks,
@@ -83,8 +83,8 @@ GlobalMapConfig config_for(const Team& team) {
   config.blocks = 8 * blocks;
   config.sum_segments = 8 * segments;
   config.staged_bytes = config.map.storage_bytes;
-  config.diffusion.length_m = static_cast<float>(2.0 * team.map.resolution_m);
-  config.diffusion.prior = static_cast<float>(team.map.prior);
+  config.diffusion.length_m = static_cast<float>(2.0 * map.resolution_m);
+  config.diffusion.prior = static_cast<float>(map.prior);
   return config;
 }
 

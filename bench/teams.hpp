@@ -1,9 +1,10 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Two robots of a scene, as packed blocks, and a global map for them in memory of its own.
+// Maps as packed blocks, two of a scene, and a global map for them in memory of its own.
 #pragma once
 
 #include <array>
+#include <span>
 #include <vector>
 
 #include "scenes.hpp"
@@ -27,12 +28,17 @@ struct Team {
   ClassTable classes;
 };
 
+/// All that a map has.
+Contribution contribution_of(Mapper& mapper);
+
 /// The first half of the scans is one robot, the rest the other; points farther from their sensor
 /// than max_range_m are left out, and free space.
 Outcome<Team> map_team(const Scene& scene, double resolution_m, float max_range_m);
 
-/// Room for a team wherever its robots are, with a move of any of them.
-[[nodiscard]] GlobalMapConfig config_for(const Team& team);
+/// Room for contributions wherever they are, with a move of any of them. map: what they were made
+/// with.
+[[nodiscard]] GlobalMapConfig config_for(const MapConfig& map,
+                                         std::span<const Contribution> contributions);
 
 class OwnedGlobalMap {
  public:
