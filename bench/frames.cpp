@@ -33,8 +33,8 @@ struct FrameOptions {
 
 using Voxels = std::unordered_set<std::uint64_t>;
 
-/// What a map says of a voxel of the grid in which it is judged.
-using Ask = std::function<Estimate(const VoxelCoord&)>;
+/// What a map has in a voxel of the grid in which it is judged.
+using Ask = std::function<VoxelEvidence(const VoxelCoord&)>;
 
 /// What one way has lost, over all frames.
 struct Losses {
@@ -68,7 +68,7 @@ class Judge {
       judge.ways_ = ways_to_resample(*judge.means_);
     }
     const Matrix34d T = Matrix34d::Identity();
-    const auto own = [&](const VoxelCoord& voxel) { return judge.mapper_.map().query(voxel); };
+    const auto own = [&](const VoxelCoord& voxel) { return judge.mapper_.map().evidence(voxel); };
     judge.own_ = judge.scores(own, T);
     judge.note_free();
     judge.print_own();
@@ -85,13 +85,11 @@ class Judge {
     const Matrix34d T = transform_of(frame, resolution_m_);
     TESSERA_TRY_ASSIGN(OwnedGlobalMap global, fused(T));
     print_row(frame, "the library", T,
-              [&](const VoxelCoord& voxel) { return global->map().query(voxel); });
+              [&](const VoxelCoord& voxel) { return global->map().evidence(voxel); });
     const NewGrid grid(T, resolution_m_);
-    const double prior = mapper_.map().config().prior;
     for (const Way& way : ways_)
-      print_row(frame, way.name.c_str(), T, [&](const VoxelCoord& voxel) {
-        return estimate(way.evidence(mapper_.map(), grid, voxel), prior);
-      });
+      print_row(frame, way.name.c_str(), T,
+                [&](const VoxelCoord& voxel) { return way.evidence(mapper_.map(), grid, voxel); });
     return {};
   }
 
@@ -110,6 +108,7 @@ class Judge {
   }
 
  private:
+  [[nodiscard]] double prior() const { return mapper_.map().config().prior; }
   [[nodiscard]] double miou(const Scores& scores) const {
     return scores.map().mean_iou(scene_.classes.num_classes());
   }
@@ -140,7 +139,7 @@ class Judge {
   [[nodiscard]] Scores scores(const Ask& ask, const Matrix34d& T) const {
     const Lattice lattice(resolution_m_);
     const double most = max_range_m_ > 0.0 ? max_range_m_ * max_range_m_ : 1e18;
-    std::unordered_map<std::uint64_t, Estimate> known;
+    std::unordered_map<std::uint64_t, VoxelEvidence> known;
     Scores scores;
     for (std::size_t s = 0; s < scene_.scans.size(); ++s) {
       const Scan& scan = scene_.scans[s];
@@ -155,7 +154,7 @@ class Judge {
           continue;
         const auto [at, is_new] = known.try_emplace(key_of(*voxel));
         if (is_new) at->second = ask(*voxel);
-        scores.add(truth[i], at->second, scan.components[i]);
+        scores.add(truth[i], at->second, prior(), scan.components[i]);
       }
     }
     return scores;
@@ -186,7 +185,8 @@ class Judge {
     }
   }
 
-  /// Of the new grid's voxels whose centre is in a free voxel, and that no return is in.
+  /// Of the new grid's voxels whose centre is in a free voxel, and that no return is in. Of many
+  /// free voxels every so many are looked at.
   [[nodiscard]] double occupied_part(const Ask& ask, const Matrix34d& T) const {
     const Lattice lattice(resolution_m_);
     const Matrix34d back = inverse(T);
@@ -194,14 +194,17 @@ class Judge {
     Voxels seen;
     std::size_t occupied = 0;
     std::size_t all = 0;
-    for (const VoxelCoord& voxel : free_) {
+    constexpr std::size_t kMost = 500'000;
+    const std::size_t step = 1 + free_.size() / kMost;
+    for (std::size_t i = 0; i < free_.size(); i += step) {
+      const VoxelCoord& voxel = free_[i];
       const VoxelCoord there = *lattice.voxel_of(apply(T, lattice.center_of(voxel)));
       const VoxelCoord taken = *lattice.voxel_of(apply(back, lattice.center_of(there)));
       if (is_free_.count(key_of(taken)) == 0 || found.count(key_of(there)) != 0 ||
           !seen.insert(key_of(there)).second)
         continue;
       ++all;
-      occupied += ask(there).state == VoxelState::kOccupied ? 1U : 0U;
+      occupied += estimate(ask(there), prior()).state == VoxelState::kOccupied ? 1U : 0U;
     }
     return static_cast<double>(occupied) / static_cast<double>(std::max<std::size_t>(all, 1));
   }

@@ -68,6 +68,7 @@ class Mapper {
   static Outcome<Mapper> make(const Mode& mode, const Scene& scene, double resolution_m);
 
   [[nodiscard]] LocalMap& map() { return mapper_->map(); }
+  [[nodiscard]] const LocalMap& map() const { return mapper_->map(); }
   [[nodiscard]] const Integrator& integrator() const { return mapper_->integrator(); }
   ScanReport integrate(const Scan& scan) { return mapper_->integrate(scan.view(), 0); }
   /// All scans of a scene. Fails with kFailure iff anything was left out.

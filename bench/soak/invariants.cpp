@@ -152,10 +152,11 @@ Truth check_truth(const Robot& robot, const Logbook& logbook, const street::Stre
       return;
     ++truth.occupied;
     if (truth.occupied % Truth::kRecountOneIn == 0) {
-      ++truth.recounted;
-      const double again = recount.labels(voxel);
-      truth.most_miscounted =
-          std::max(truth.most_miscounted, std::abs(labels - again) / std::max(again, 1.0));
+      if (const std::optional<double> again = recount.labels(voxel)) {
+        ++truth.recounted;
+        truth.most_miscounted =
+            std::max(truth.most_miscounted, std::abs(labels - *again) / std::max(*again, 1.0));
+      }
     }
     const Eigen::Vector3d p =
         resolution_m * Eigen::Vector3d(voxel.x + 0.5, voxel.y + 0.5, voxel.z + 0.5);

@@ -3,6 +3,7 @@
 #include "soak/recount.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 #include <tuple>
 
@@ -122,18 +123,24 @@ double Recount::capped(double labels) const {
   return labels > 1.125 * cap_ + 0x1p-10 ? cap_ : labels;
 }
 
-/// Robots that have the voxel occupied, by all that they have said of it.
-int Recount::holders(VoxelCoord global) {
+/// Robots that have the voxel occupied, by all that they have said of it; nothing where rounding
+/// decides.
+std::optional<int> Recount::holders(VoxelCoord global) {
+  constexpr double kRounding = 1e-4;
   std::map<std::uint32_t, double> evidence;
   for (const Replicas::Slot slot : slots_)
     evidence[replicas_.contribution(slot).id.robot] += share_of(slot, global, 0).evidence;
-  return static_cast<int>(std::count_if(evidence.begin(), evidence.end(), [](const auto& of_robot) {
-    return of_robot.second > 0.0;
-  }));
+  int count = 0;
+  for (const auto& [robot, sum] : evidence) {
+    if (sum != 0.0 && std::abs(sum) < kRounding) return std::nullopt;
+    count += sum > 0.0 ? 1 : 0;
+  }
+  return count;
 }
 
-double Recount::labels(VoxelCoord global) {
-  const int holding = objections_.empty() ? 0 : holders(global);
+std::optional<double> Recount::labels(VoxelCoord global) {
+  const std::optional<int> holding = objections_.empty() ? 0 : holders(global);
+  if (!holding) return std::nullopt;
   double sum = 0.0;
   double of_robot = 0.0;
   const ContributionId* last = nullptr;
@@ -147,7 +154,7 @@ double Recount::labels(VoxelCoord global) {
     if (last == nullptr || last->robot != id.robot || last->submap != id.submap) is_hidden = false;
     last = &id;
     if (is_hidden) continue;
-    const Share share = share_of(slot, global, holding);
+    const Share share = share_of(slot, global, *holding);
     of_robot += share.labels;
     is_hidden = share.observed;
   }

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <map>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -21,8 +22,9 @@ class Recount {
   explicit Recount(const Robot& robot);
   /// Label evidence of a voxel of the global map. Of a submap the newest epoch that has anything
   /// there counts, of a robot no more than the cap of the robots' maps, and nothing of what as many
-  /// robots object to as have the voxel occupied. O(contributions).
-  [[nodiscard]] double labels(VoxelCoord global);
+  /// robots object to as have the voxel occupied. Nothing where rounding decides that.
+  /// O(contributions).
+  [[nodiscard]] std::optional<double> labels(VoxelCoord global);
 
  private:
   /// A local block, as its parts say.
@@ -49,7 +51,7 @@ class Recount {
   };
   /// holders: robots that have the voxel occupied.
   [[nodiscard]] Share share_of(Replicas::Slot slot, VoxelCoord global, int holders);
-  [[nodiscard]] int holders(VoxelCoord global);
+  [[nodiscard]] std::optional<int> holders(VoxelCoord global);
   [[nodiscard]] int objectors(const ContributionId& id, BlockCoord block, int row) const;
   void read(Replicas::Slot slot, BlockCoord block, Content& content);
   [[nodiscard]] double capped(double labels) const;

@@ -71,7 +71,10 @@ void print_scores(const Scores& scores, const ClassTable& classes, bool has_inpu
               static_cast<unsigned long long>(scores.points()));
   std::printf(
       "  accuracy %.4f, coverage %.5f, in any occupied voxel %.5f, calibration error %.4f\n",
-      scores.accuracy(), scores.coverage(), scores.coverage_any(), scores.calibration_error());
+      scores.accuracy(), scores.coverage(), scores.coverage_any(),
+      scores.reliability().calibration_error());
+  std::printf("  Brier score %.4f, area under the risk-coverage curve %.4f\n",
+              scores.reliability().brier_score(), scores.reliability().risk_coverage_area());
   std::printf("  %-16s %8s %8s %8s\n", "IoU", "input", "map", "gain");
   print_row("mean", scores.input().mean_iou(C), scores.map().mean_iou(C), has_input);
   for (int label = 1; label <= C; ++label) {

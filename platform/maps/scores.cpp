@@ -63,7 +63,77 @@ Json Confusion::counts(const ClassTable& classes) const {
   return json;
 }
 
-void Scores::add(int truth, const Estimate& estimate, int input) {
+void Reliability::add(bool correct, double probability, double square) {
+  const auto part_of = [probability](std::size_t parts) {
+    const auto at = static_cast<std::size_t>(probability * static_cast<double>(parts));
+    return at < parts ? at : parts - 1;
+  };
+  Bin& bin = bins_[part_of(kBins)];
+  ++bin.points;
+  bin.correct += correct ? 1U : 0U;
+  bin.probability += probability;
+  if (ranks_.empty()) ranks_.resize(kRanks);
+  Rank& rank = ranks_[part_of(kRanks)];
+  ++rank.points;
+  rank.wrong += correct ? 0U : 1U;
+  ++points_;
+  squares_ += square;
+}
+
+double Reliability::calibration_error() const {
+  double error = 0.0;
+  for (const Bin& bin : bins_)
+    error += std::abs(static_cast<double>(bin.correct) - bin.probability);
+  return points_ == 0 ? 0.0 : error / static_cast<double>(points_);
+}
+
+double Reliability::brier_score() const {
+  return points_ == 0 ? 0.0 : squares_ / static_cast<double>(points_);
+}
+
+double Reliability::risk_coverage_area() const {
+  double area = 0.0;
+  double before = 0.0;  // points with more probable labels
+  double wrong = 0.0;
+  for (std::size_t i = ranks_.size(); i-- > 0;) {
+    const Rank& rank = ranks_[i];
+    if (rank.points == 0) continue;
+    const double share = static_cast<double>(rank.wrong) / static_cast<double>(rank.points);
+    for (std::uint64_t n = 1; n <= rank.points; ++n) {
+      const auto more = static_cast<double>(n);
+      area += (wrong + share * more) / (before + more);
+    }
+    before += static_cast<double>(rank.points);
+    wrong += static_cast<double>(rank.wrong);
+  }
+  return points_ == 0 ? 0.0 : area / static_cast<double>(points_);
+}
+
+Json Reliability::json() const {
+  return {{"points", points()},
+          {"calibration_error", calibration_error()},
+          {"brier_score", brier_score()},
+          {"risk_coverage_area", risk_coverage_area()}};
+}
+
+namespace {
+
+/// Reliability::add's square.
+double square_off(const VoxelEvidence& evidence, double prior, int truth) {
+  const double rest =
+      static_cast<double>(evidence.rest) / (evidence.num_components * prior + evidence.total());
+  double sum = rest * rest;
+  for (int l = 0; l < evidence.num_components; ++l) {
+    const double off = probability_of(evidence, l, prior) - (l == truth ? 1.0 : 0.0);
+    sum += off * off;
+  }
+  return sum;
+}
+
+}  // namespace
+
+void Scores::add(int truth, const VoxelEvidence& evidence, double prior, int input) {
+  const Estimate estimate = tessera::estimate(evidence, prior);
   ++points_;
   const bool occupied = estimate.state == VoxelState::kOccupied;
   const int label = occupied ? estimate.label : 0;
@@ -71,20 +141,10 @@ void Scores::add(int truth, const Estimate& estimate, int input) {
   input_.add(truth, input);
   if (occupied) ++occupied_;
   if (label == 0) return;
-  ++covered_;
   if (label == truth) ++correct_;
-  const auto bin = static_cast<std::size_t>(estimate.probability * static_cast<double>(kBins));
-  Bin& b = bins_[bin < kBins ? bin : kBins - 1];
-  ++b.points;
-  b.correct += label == truth ? 1U : 0U;
-  b.probability += estimate.probability;
-}
-
-double Scores::calibration_error() const {
-  double error = 0.0;
-  for (const Bin& bin : bins_)
-    error += std::abs(static_cast<double>(bin.correct) - bin.probability);
-  return covered_ == 0 ? 0.0 : error / static_cast<double>(covered_);
+  const double square = square_off(evidence, prior, truth);
+  for (Reliability* const of : {&reliability_, &by_label_[static_cast<std::size_t>(label)]})
+    of->add(label == truth, estimate.probability, square);
 }
 
 Json Scores::json(const ClassTable& classes, bool has_input) const {
@@ -102,8 +162,15 @@ Json Scores::json(const ClassTable& classes, bool has_input) const {
   json["coverage"] = coverage();
   json["coverage_any"] = coverage_any();
   json["accuracy"] = accuracy();
-  json["calibration_error"] = calibration_error();
+  json["calibration_error"] = reliability_.calibration_error();
+  json["brier_score"] = reliability_.brier_score();
+  json["risk_coverage_area"] = reliability_.risk_coverage_area();
   json["points"] = points();
+  json["by_label"] = Json::object();
+  for (int label = 1; label <= classes.num_classes(); ++label) {
+    const Reliability& of = by_label_[static_cast<std::size_t>(label)];
+    if (of.points() > 0) json["by_label"][std::string(classes[label].name_view())] = of.json();
+  }
   json["counts"] = map_.counts(classes);
   json["input_counts"] = has_input ? input_.counts(classes) : Json();
   return json;

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// The measures of "eval": IoU, coverage, accuracy, calibration.
+// The measures of "eval": IoU, coverage, accuracy, and how far probabilities can be relied on.
 #pragma once
 
 #include <array>
@@ -42,38 +42,68 @@ class Confusion {
   Counts false_negative_{};
 };
 
-class Scores {
+/// How far the probabilities of labels can be relied on: of points in voxels with a label.
+class Reliability {
  public:
-  /// Adds a point with labelled truth: the map's estimate of its voxel, and the given label (0:
-  /// unlabelled).
-  void add(int truth, const Estimate& estimate, int input);
+  /// probability: of the label, in [0, 1]. square: sum over the components of the square of what
+  /// their probability is off from the truth's, which is 1 for the true class and 0 for all else.
+  void add(bool correct, double probability, double square);
   [[nodiscard]] std::uint64_t points() const { return points_; }
-  [[nodiscard]] const Confusion& map() const { return map_; }
-  [[nodiscard]] const Confusion& input() const { return input_; }
-  [[nodiscard]] double coverage() const { return share(covered_); }
-  [[nodiscard]] double coverage_any() const { return share(occupied_); }
-  [[nodiscard]] double accuracy() const { return share(correct_); }
-  /// Expected calibration error over 15 equal bins of the label's probability, covered points.
+  /// Expected calibration error over 15 equal bins of the probability.
   [[nodiscard]] double calibration_error() const;
-  /// has_input: if false, values of the input are null.
-  [[nodiscard]] Json json(const ClassTable& classes, bool has_input) const;
+  /// Mean of the squares: 0 to 2 (Brier, Monthly Weather Review 78, 1950).
+  [[nodiscard]] double brier_score() const;
+  /// Area under the risk-coverage curve: the share of wrong labels among the n points with the most
+  /// probable ones, its mean over n (Geifman and El-Yaniv, NIPS 2017). Probabilities that are
+  /// equal to 12 bits are taken as equal, and such points as equally wrong. O(points).
+  [[nodiscard]] double risk_coverage_area() const;
+  /// All of this.
+  [[nodiscard]] Json json() const;
 
  private:
   static constexpr std::size_t kBins = 15;
+  static constexpr std::size_t kRanks = 4096;
   struct Bin {
     std::uint64_t points = 0;
     std::uint64_t correct = 0;
     double probability = 0.0;
   };
+  struct Rank {
+    std::uint64_t points = 0;
+    std::uint64_t wrong = 0;
+  };
+  std::array<Bin, kBins> bins_{};
+  std::vector<Rank> ranks_;  ///< By probability; none without a point.
+  std::uint64_t points_ = 0;
+  double squares_ = 0.0;
+};
+
+class Scores {
+ public:
+  /// Adds a point with labelled truth: what the map has in its voxel, and the given label (0:
+  /// unlabelled). prior: the map's.
+  void add(int truth, const VoxelEvidence& evidence, double prior, int input);
+  [[nodiscard]] std::uint64_t points() const { return points_; }
+  [[nodiscard]] const Confusion& map() const { return map_; }
+  [[nodiscard]] const Confusion& input() const { return input_; }
+  [[nodiscard]] double coverage() const { return share(reliability_.points()); }
+  [[nodiscard]] double coverage_any() const { return share(occupied_); }
+  [[nodiscard]] double accuracy() const { return share(correct_); }
+  /// Of covered points.
+  [[nodiscard]] const Reliability& reliability() const { return reliability_; }
+  /// has_input: if false, values of the input are null.
+  [[nodiscard]] Json json(const ClassTable& classes, bool has_input) const;
+
+ private:
   [[nodiscard]] double share(std::uint64_t count) const {
     return points_ == 0 ? 0.0 : static_cast<double>(count) / static_cast<double>(points_);
   }
   Confusion map_;
   Confusion input_;
-  std::array<Bin, kBins> bins_{};
+  Reliability reliability_;
+  std::array<Reliability, kMaxComponents> by_label_;  ///< By what the map says.
   std::uint64_t points_ = 0;
   std::uint64_t occupied_ = 0;
-  std::uint64_t covered_ = 0;
   std::uint64_t correct_ = 0;
 };
 

@@ -172,9 +172,23 @@ range, a map without labels, points of which most are not in the map.)")
       .def_property_readonly(
           "calibration_error",
           [](Evaluation& e) {
-            return e.value([](const Scores& s, int) { return s.calibration_error(); });
+            return e.value(
+                [](const Scores& s, int) { return s.reliability().calibration_error(); });
           },
-          "Expected calibration error of the label's probability, over 15 equal bins.");
+          "Expected calibration error of the label's probability, over 15 equal bins.")
+      .def_property_readonly(
+          "brier_score",
+          [](Evaluation& e) {
+            return e.value([](const Scores& s, int) { return s.reliability().brier_score(); });
+          },
+          "Mean over the points of the squares of what the probabilities are off, 0 to 2.")
+      .def_property_readonly(
+          "risk_coverage_area",
+          [](Evaluation& e) {
+            return e.value(
+                [](const Scores& s, int) { return s.reliability().risk_coverage_area(); });
+          },
+          "Share of wrong labels among the n points with the most probable ones, its mean over n.");
 }
 
 }  // namespace tessera::python

@@ -68,6 +68,16 @@ inline constexpr Setting kSharingRows[] = {
         {.table = "network", .key = "far_contributions"},
         "with `reach_m`: most contributions of which only a description is kept, of some 630 bytes",
         {.allowed = from_to(1.0, 65536.0)}),
+    row<&SharingOptions::teammate_margin_m>(
+        {.table = "network", .key = "teammate_margin_m"},
+        "how much larger than they say other robots are taken to be, as frames and places are not "
+        "exact",
+        {.allowed = from_to(0.0, 2.0, "metres")}),
+    row<&SharingOptions::objections>(
+        {.table = "network", .key = "objections"},
+        "most [objections](../design/theory.md) that are followed; older ones stay; 0: the robot "
+        "makes and answers none",
+        {.allowed = from_to(0.0, Objection::kPlaces)}),
     row<&SharingOptions::conflicts>(
         {.table = "security", .key = "conflicts"},
         "policy for [conflicts](../design/exchange.md#conflicts); the same on every robot"),

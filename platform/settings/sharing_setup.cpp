@@ -103,6 +103,8 @@ Outcome<RobotConfig> set_up_sharing(const SharingOptions& options, const MapSetu
   robot.reach_m = options.reach_m;
   robot.exchange.far_contributions = options.reach_m > 0.0 ? options.far_contributions : 0;
   robot.exchange.contributions_per_robot = options.contributions_per_robot;
+  robot.teammate_margin_m = options.teammate_margin_m;
+  robot.objections = options.objections;
   if (in_submaps) {
     // Others hold no more of one robot. A place is kept for each, and there are three for
     // others' beside it.

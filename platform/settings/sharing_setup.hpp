@@ -36,6 +36,8 @@ struct SharingOptions {
   ConflictPolicy conflicts = ConflictPolicy::kAlarm;
   double reach_m = 0.0;
   std::uint32_t far_contributions = 4096;
+  double teammate_margin_m = RobotSettings{}.teammate_margin_m;
+  std::uint32_t objections = RobotSettings{}.objections;
   // Global map.
   std::size_t fusion_memory_bytes = std::size_t{256} << 20U;
   DiffusionOptions diffusion;

@@ -8,11 +8,12 @@
 
 static int64_t now_us = 1000000;
 
-static tessera_robot* robot_with_body(uint32_t number, float length) {
+static tessera_robot* robot_with_body(uint32_t number, float length, double margin_m) {
   const float box[6] = {-0.5F * length, -0.5F, -0.4F, 0.5F * length, 0.5F, -0.1F};
   tessera_config config = small_config(number);
   config.body_boxes = 1;
   memcpy(config.body[0], box, sizeof(box));
+  config.teammate_margin_m = margin_m;
   return small_robot(number, &config, NULL);
 }
 
@@ -43,8 +44,8 @@ static tessera_scan_report scan_from(tessera_robot* robot, double x_m) {
 }
 
 static void test_meeting(void) {
-  tessera_robot* const zero = robot_with_body(0, 1.0F);
-  tessera_robot* const one = robot_with_body(1, 1.0F);
+  tessera_robot* const zero = robot_with_body(0, 1.0F, 0.5);
+  tessera_robot* const one = robot_with_body(1, 1.0F, 0.2);
   tessera_teammate other = {.struct_bytes = sizeof(other)};
   CHECK_STATUS(TESSERA_OUT_OF_RANGE, tessera_teammate_at(zero, 0, now_us, &other));
   for (int i = 0; i < 10; ++i, now_us += 100000) {
@@ -56,7 +57,7 @@ static void test_meeting(void) {
   CHECK_STATUS(TESSERA_OK, tessera_teammate_at(zero, 0, now_us, &other));
   CHECK(other.robot == 1 && other.speed_m_per_s == 0.0 && other.velocity[0] == 0.0);
   CHECK(other.T_global_body[3] > 4.99 && other.T_global_body[3] < 5.01);
-  CHECK(other.low[0] == -0.5F && other.high[0] == 0.5F && other.margin_m > 0.19);
+  CHECK(other.low[0] == -0.5F && other.high[0] == 0.5F && other.margin_m > 0.49);
   CHECK(other.until_us > now_us && other.until_us <= now_us + 3000000);
   CHECK_STATUS(TESSERA_OUT_OF_RANGE, tessera_teammate_at(zero, 1, now_us, &other));
   CHECK_STATUS(TESSERA_INVALID_ARGUMENT, tessera_teammate_at(zero, 0, now_us, NULL));
@@ -75,8 +76,8 @@ static void test_meeting(void) {
 
 /// One that is too large to be sent says nothing.
 static void test_too_large(void) {
-  tessera_robot* const zero = robot_with_body(0, 1.0F);
-  tessera_robot* const one = robot_with_body(1, 30.0F);
+  tessera_robot* const zero = robot_with_body(0, 1.0F, 0.2);
+  tessera_robot* const one = robot_with_body(1, 30.0F, 0.2);
   tessera_teammate other = {.struct_bytes = sizeof(other)};
   for (int i = 0; i < 10; ++i, now_us += 100000) {
     (void)scan_from(one, 5.0);

@@ -11,7 +11,7 @@ from command_case import CommandCase, crc32c
 from counting import COUNTING, probability
 
 EVAL_KEYS = {"mean_iou", "iou", "input_mean_iou", "input_iou", "coverage", "coverage_any", "accuracy",
-             "calibration_error", "points"}
+             "calibration_error", "brier_score", "risk_coverage_area", "by_label", "points"}
 
 
 class Eval(CommandCase):
@@ -88,6 +88,27 @@ class Eval(CommandCase):
         a, b = probability(2, 3), probability(1, 1)
         self.assertNotEqual(int(a * 15), int(b * 15))
         self.assertAlmostEqual((abs(2 - 3 * a) + abs(0 - b)) / 4, self.evaluate()[1]["calibration_error"])
+
+    def test_hand_computed_brier_score(self):
+        """Three points in A, of which two are road, and B, which is a building."""
+        # Of 21 components, those that have evidence and one that has none.
+        parts = [probability(2, 3), probability(1, 3), probability(0, 3)], [probability(1, 1), probability(0, 1)]
+        road = (1 - parts[0][0]) ** 2 + parts[0][1] ** 2 + 19 * parts[0][2] ** 2
+        car = parts[0][0] ** 2 + (1 - parts[0][1]) ** 2 + 19 * parts[0][2] ** 2
+        building = parts[1][0] ** 2 + (1 - parts[1][1]) ** 2 + 19 * parts[1][1] ** 2
+        report = self.evaluate()[1]
+        self.assertAlmostEqual((2 * road + car + building) / 4, report["brier_score"])
+        self.assertAlmostEqual((2 * road + car) / 3, report["by_label"]["road"]["brier_score"])
+        self.assertAlmostEqual(building, report["by_label"]["car"]["brier_score"])
+
+    def test_hand_computed_risk_and_coverage(self):
+        """B's label is the most probable one, and wrong; of the three points in A one is, and none of them before the others."""
+        report = self.evaluate()[1]
+        self.assertAlmostEqual((1 / 1 + (4 / 3) / 2 + (5 / 3) / 3 + 2 / 4) / 4, report["risk_coverage_area"])
+        self.assertEqual({"road", "car"}, report["by_label"].keys())
+        self.assertAlmostEqual(1 / 3, report["by_label"]["road"]["risk_coverage_area"])
+        self.assertAlmostEqual(1.0, report["by_label"]["car"]["risk_coverage_area"])
+        self.assertEqual([3, 1], [report["by_label"][name]["points"] for name in ("road", "car")])
 
     def test_range(self):
         _, report = self.evaluate("--max-range", "3.5")

@@ -25,9 +25,9 @@ def test_the_figures_are_the_commands(maps, street, expected, raw):
         evaluation.add(scan.points, truth, scan.T_map_sensor, given)
     report = evaluation.report()
     for key in ("mean_iou", "iou", "input_mean_iou", "input_iou", "coverage", "coverage_any", "accuracy", "calibration_error",
-                "points", "max_range", "non_finite", "counts"):
+                "brier_score", "risk_coverage_area", "by_label", "points", "max_range", "non_finite", "counts"):
         assert report[key] == expected[key], key
-    for name in ("mean_iou", "coverage", "accuracy", "calibration_error"):
+    for name in ("mean_iou", "coverage", "accuracy", "calibration_error", "brier_score", "risk_coverage_area"):
         assert getattr(evaluation, name) == expected[name] > 0
 
 

@@ -209,6 +209,7 @@ tessera_status tessera_submap(const tessera_robot* robot, tessera_submap_report*
 /// Zeros without a window.
 tessera_status tessera_window(const tessera_robot* robot, tessera_window_report* report);
 tessera_status tessera_global(const tessera_robot* robot, tessera_global_report* report);
+tessera_status tessera_objections(const tessera_robot* robot, tessera_objections_report* report);
 tessera_status tessera_exchange(const tessera_robot* robot, tessera_exchange_report* report);
 /// The robot of that place, from 0, among those that said lately where they are. Scans leave out
 /// what they met of it. TESSERA_OUT_OF_RANGE iff there are not so many.

@@ -89,6 +89,8 @@ void for_fields_of_sharing(tessera_config& c, RobotConfig& core, Visit&& visit) 
   visit(c.submap_time_us, core.submap_cuts.time_us);
   visit(c.submap_jump_m, core.submap_cuts.jump_m);
   visit(c.reach_m, core.reach_m);
+  visit(c.objections, core.objections);
+  visit(c.teammate_margin_m, core.teammate_margin_m);
   visit(c.far_contributions, core.exchange.far_contributions);
   visit(c.contributions, core.exchange.contributions);
   visit(c.own_contributions, core.exchange.own_contributions);
@@ -152,8 +154,7 @@ bool are_kinds(const tessera_config& c) noexcept {
          c.carving <= TESSERA_CARVING_IMAGE && c.neighbour_pixels <= CarveImage::kMostNeighbours &&
          c.free_space <= 1 && c.fill_one_label <= 1 && c.near_first <= 1 && c.whole_map <= 1 &&
          c.fill_neighbours <= 7 && c.block_edge <= 4 && c.conflicts <= 1 && c.reserved == 0 &&
-         c.body_boxes <= TESSERA_MOST_BODY_BOXES && c.reserved_2 == 0 && c.reserved_3 == 0 &&
-         c.reserved_4 == 0;
+         c.body_boxes <= TESSERA_MOST_BODY_BOXES && c.reserved_2 == 0 && c.reserved_3 == 0;
 }
 
 /// What required_bytes can compute with.
@@ -167,9 +168,11 @@ bool are_sizes(const RobotConfig& config) noexcept {
          is_storage(config.global.staged_bytes) && config.scan.points >= 1 &&
          config.scan.points <= ScanCapacity::kMaxPoints && config.scan.tiles >= 1 &&
          config.scan.ray_blocks >= 1 && config.publisher.blocks >= 1 &&
-         config.publisher.blocks <= (1U << 28U) && diffusion.iterations >= 0 &&
-         diffusion.iterations <= DiffusionConfig::kMostHalo && diffusion.length_m > 0.0F &&
-         diffusion.length_m <= 1e6F && config.deadline_us >= 0 && is_time(config.deadline_us);
+         config.objections <= Objection::kPlaces && config.teammate_margin_m >= 0.0 &&
+         config.teammate_margin_m <= 2.0 && config.publisher.blocks <= (1U << 28U) &&
+         diffusion.iterations >= 0 && diffusion.iterations <= DiffusionConfig::kMostHalo &&
+         diffusion.length_m > 0.0F && diffusion.length_m <= 1e6F && config.deadline_us >= 0 &&
+         is_time(config.deadline_us);
 }
 
 /// False: it is out of its range.

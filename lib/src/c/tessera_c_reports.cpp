@@ -50,6 +50,15 @@ tessera_status tessera_window(const tessera_robot* robot, tessera_window_report*
   return TESSERA_OK;
 }
 
+tessera_status tessera_objections(const tessera_robot* robot, tessera_objections_report* report) {
+  if (!is_robot(robot) || !can_fill(report)) return TESSERA_INVALID_ARGUMENT;
+  const ObjectionsReport& from = robot->robot->sharer().objections();
+  tessera_objections_report filled{};
+  TESSERA_OBJECTION_COUNTERS(TESSERA_FILL)
+  fill(filled, report);
+  return TESSERA_OK;
+}
+
 tessera_status tessera_map_usage_of(const tessera_robot* robot, uint32_t map,
                                     tessera_map_usage* usage) {
   if (!is_robot(robot) || !is_map(map) || !can_fill(usage)) return TESSERA_INVALID_ARGUMENT;

@@ -49,6 +49,7 @@ Result<Sharer*> Sharer::make(Arena& arena, const RobotConfig& config, const Clas
   Sharer& sharer = place.front();
   if (config.submap_ticks == 0 || !(config.reach_m >= 0.0) ||
       !(config.teammate_margin_m >= 0.0 && config.teammate_margin_m <= 2.0) ||
+      config.objections > Objection::kPlaces ||
       (config.reach_m > 0.0 && config.exchange.far_contributions == 0))
     return Status::kInvalidArgument;
   const Status status = sharer.set_up(arena, config, classes, keys);

@@ -162,6 +162,10 @@ TEST_CASE("ContributionTable: a robot holds those of its own objections that oth
     CHECK(mine.add(id(2), Claim::kFrame) != nullptr);
     CHECK(mine.table.find(id(3)) != nullptr);
   }
+  SECTION("of epochs of the same process") {
+    for (const std::uint32_t epoch : {1U, 2U, 3U, 4U}) own(epoch);
+    are_alike();
+  }
 }
 
 }  // namespace

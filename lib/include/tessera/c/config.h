@@ -192,7 +192,11 @@ typedef struct tessera_config {
   /// How far directions from which nothing came back free space; 0: they free nothing
   /// [InferenceConfig].
   float no_return_range_m;
-  uint32_t reserved_4;  ///< 0
+  /// Objections to what others have and this robot has seen through that are followed, at most
+  /// 16384; 0: it makes none, and answers none [RobotSettings, Objections].
+  uint32_t objections;
+  /// How much larger than they say other robots are taken to be, 0 .. 2 [RobotSettings].
+  double teammate_margin_m;
 } tessera_config;
 
 /// The least struct_bytes that is taken, up to and with the inference's settings: fields beyond

@@ -12,6 +12,7 @@
 #include "tessera/inference/scan_counters.h"
 #include "tessera/map/window_counters.h"
 #include "tessera/replica/replica_counters.h"
+#include "tessera/robot/objection_counters.h"
 
 /// The lists of counters have their members and what each means.
 #define TESSERA_C_MEMBER(kind, type, name, sentence) type name;
@@ -181,6 +182,12 @@ typedef struct tessera_global_report {
   TESSERA_REPLICA_COUNTERS(TESSERA_C_MEMBER)
   TESSERA_GLOBAL_COUNTERS_LATER(TESSERA_C_MEMBER)
 } tessera_global_report;
+
+/// What the robot objects to of what others have [ObjectionsReport]. Counters never decrease.
+typedef struct tessera_objections_report {
+  uint32_t struct_bytes;
+  TESSERA_OBJECTION_COUNTERS(TESSERA_C_MEMBER)
+} tessera_objections_report;
 
 /// What came, what went, and how it stands [ExchangeReport]. Counters never decrease.
 typedef struct tessera_exchange_report {

@@ -7,6 +7,7 @@
 #define TESSERA_OBJECTION_COUNTERS(ROW)                                                          \
   ROW(LEVEL, uint32_t, watched_blocks, "Blocks whose voxels others have and this map has free.") \
   ROW(LEVEL, uint32_t, objections, "Blocks that this robot objects to voxels of.")               \
+  ROW(RESERVED, uint32_t, reserved, "")                                                          \
   ROW(COUNTER, uint64_t, objected_voxels, "Voxels that it has objected to.")                     \
   ROW(COUNTER, uint64_t, lapsed_objections, "Times that such a block was published anew.")       \
   ROW(COUNTER, uint64_t, answered_objections,                                                    \

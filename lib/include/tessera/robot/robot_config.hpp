@@ -36,7 +36,8 @@ struct RobotSettings {
   /// How much larger than they say other robots are taken to be, 0 .. 2: as frames and places are
   /// not exact. Of those that move more is added for what they may do between two messages.
   double teammate_margin_m = 0.2;
-  /// Objections that are followed (Objections); 0: the robot makes none.
+  /// Objections that are followed (Objections), at most Objection::kPlaces: older ones stay, and
+  /// are not taken back. 0: the robot makes none, and answers none.
   std::uint32_t objections = 256;
   std::int64_t deadline_us = 0;  ///< For a scan; 0: none.
   bool near_first = false;       ///< The global map is brought up to date around the robot first.

@@ -32,8 +32,8 @@ class Sharer {
   }
   /// A sharer in the arena, of use as long as its memory is, with the robot's first contribution
   /// opened. What keys name must outlive it. Fails with kInvalidArgument iff submap_ticks is 0, or
-  /// reach_m negative or without far_contributions; as Publisher::make, GlobalMap::make,
-  /// Exchange::make and Exchange::open.
+  /// reach_m negative or without far_contributions, or teammate_margin_m or objections out of
+  /// range; as Publisher::make, GlobalMap::make, Exchange::make and Exchange::open.
   [[nodiscard]] static Result<Sharer*> make(Arena& arena, const RobotConfig& config,
                                             const ClassTable& classes,
                                             const RobotKeys& keys) noexcept;
