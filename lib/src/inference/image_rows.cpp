@@ -101,7 +101,7 @@ TESSERA_WIDTH(WithAvx2, [[gnu::target("avx2")]])
 
 }  // namespace
 
-const ImageRows& image_rows(LaneWidth lanes) noexcept {
+const ImageRows& image_rows([[maybe_unused]] LaneWidth lanes) noexcept {
 #if defined(__x86_64__)
   if (lanes == LaneWidth::kWidest && has_avx2()) return WithAvx2::kTable;
 #endif
