@@ -18,7 +18,7 @@ constexpr double kScan_s = 0.05;
 
 void TeammatesState::take(const Sharer& sharer, std::uint32_t submap,
                           std::int64_t now_us) noexcept {
-  const Matrix34d T_map_global = sharer.T_map_global(submap);
+  const Matrix34d T_map_global = sharer.map_from_global(submap);
   count = 0;
   while (count < kMost) {
     const Result<TeammatePlace> place = sharer.teammate_at(count, now_us);

@@ -33,7 +33,7 @@ py::list teammates(const HeldSharer& held, std::optional<std::int64_t> now_us) {
   Matrix34d T_map_global;
   std::vector<TeammatePlace> places;
   held.change([&](Sharer& sharer) {
-    T_map_global = sharer.T_map_global(sharer.frames().last());
+    T_map_global = sharer.map_from_global(sharer.frames().last());
     for (std::size_t i = 0;; ++i) {
       const Result<TeammatePlace> place = sharer.teammate_at(i, at_us);
       if (!place.ok()) return;

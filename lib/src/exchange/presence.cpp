@@ -112,7 +112,7 @@ bool write_presence(ByteWriter& to, const Presence& presence) noexcept {
   }
   unsigned width = 0;
   while (!fits(presence.box, width)) ++width;
-  const unsigned speed = std::min(presence.speed_m_per_s, Presence::kMostSpeed_m_per_s);
+  const unsigned speed = std::min(presence.speed_m_per_s, Presence::kMostSpeed_mps);
   to.u8(static_cast<std::uint8_t>(width | speed << 2U));
   to.u8(static_cast<std::uint8_t>(std::min(presence.age_ms, Presence::kMostAge_ms) / kAgeStep_ms));
   const auto stamp = static_cast<std::uint64_t>(presence.stamp_ms);

@@ -70,7 +70,7 @@ void PresenceSender::note(const Matrix34d& T_global_body, std::int64_t stamp_us,
     speed_m_per_s_ = speed < kStanding
                          ? std::uint8_t{0}
                          : static_cast<std::uint8_t>(std::ceil(
-                               std::min(speed, static_cast<double>(Presence::kMostSpeed_m_per_s))));
+                               std::min(speed, static_cast<double>(Presence::kMostSpeed_mps))));
     before_ = place;
   }
   place_ = place;

@@ -13,14 +13,14 @@ void Sharer::note_place(std::uint32_t submap, std::int64_t stamp_us, const Matri
   exchange_.note_place(product(T_global_map, T_map_body), stamp_us, now_us);
 }
 
-Matrix34d Sharer::T_map_global(std::uint32_t submap) const noexcept {
+Matrix34d Sharer::map_from_global(std::uint32_t submap) const noexcept {
   return inverse(frames_.has(submap) ? frame_of(submap) : frame_);
 }
 
 std::size_t Sharer::place_teammates(std::uint32_t submap, std::int64_t now_us,
                                     std::span<PlacedBox> into) const noexcept {
   std::size_t count = 0;
-  const Matrix34d T = T_map_global(submap);
+  const Matrix34d T = map_from_global(submap);
   while (count < into.size()) {
     Result<TeammatePlace> one = teammate_at(count, now_us);
     if (!one.ok()) break;

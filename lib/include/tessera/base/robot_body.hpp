@@ -51,7 +51,8 @@ struct BodyBox {
       enters = std::max(enters, (d > 0.0 ? to_low : to_high) / d);
       leaves = std::min(leaves, (d > 0.0 ? to_high : to_low) / d);
     }
-    return enters <= leaves ? enters : kNever;
+    if (!(enters <= leaves)) return kNever;
+    return enters;
   }
   friend constexpr bool operator==(const BodyBox&, const BodyBox&) = default;
 };

@@ -17,7 +17,7 @@ struct Presence {
   static constexpr double kMostEdge_m = 16.0;
   /// Of a corner from the body's origin, on each axis.
   static constexpr double kFarthest_m = 10.16;
-  static constexpr std::uint8_t kMostSpeed_m_per_s = 63;
+  static constexpr std::uint8_t kMostSpeed_mps = 63;
   static constexpr std::uint32_t kMostAge_ms = 1'020;
   /// Of a translation, on each axis.
   static constexpr double kMostMetres = 2'097'151.0;

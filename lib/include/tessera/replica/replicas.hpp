@@ -252,7 +252,7 @@ class Replicas {
   std::span<Contribution> contributions_;
   std::span<Slot> order_;
   std::uint32_t present_ = 0;
-  std::array<Slot, 2 * kMostRobots> objections_{};  ///< By ascending id.
+  std::array<Slot, std::size_t{2} * kMostRobots> objections_{};  ///< By ascending id.
   std::uint32_t objection_count_ = 0;
   std::uint32_t records_used_ = 0;  ///< Records that were ever taken.
   std::uint32_t free_records_ = 0;  ///< A list by Replica::next, as first_block.

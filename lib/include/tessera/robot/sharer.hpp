@@ -141,7 +141,7 @@ class Sharer {
     return exchange_.teammates().at(index, teammate_margin_m_, Instant::at_us(now_us));
   }
   /// Coordinates of the global frame to those of a submap, or of the one that is published.
-  [[nodiscard]] Matrix34d T_map_global(std::uint32_t submap) const noexcept;
+  [[nodiscard]] Matrix34d map_from_global(std::uint32_t submap) const noexcept;
   /// Their boxes in a submap for a scan of that time, as far as into goes: for
   /// ScanView::teammates. Returns how many. O(ExchangeConfig::teammates^2).
   [[nodiscard]] std::size_t place_teammates(std::uint32_t submap, std::int64_t now_us,
@@ -154,7 +154,7 @@ class Sharer {
   /// have. O(into).
   [[nodiscard]] std::size_t place_watched(std::uint32_t submap, std::int64_t moment,
                                           std::span<WatchedPoint> into) noexcept {
-    return objections_.place(T_map_global(submap), moment, into);
+    return objections_.place(map_from_global(submap), moment, into);
   }
   /// What that scan told of them, if it was mapped into that submap. taken: its moment; of a block
   /// it counts if that is after the block was first asked about. O(points).
