@@ -8,6 +8,9 @@
 // says that it may: a row that overlaps the one that is written lies ahead of it, so each value is
 // read before it is written.
 #if defined(__clang__)
+// With what sanitizers add to them they cannot be vectors, which is no error.
+#pragma clang diagnostic push
+#pragma clang diagnostic ignored "-Wpass-failed"
 #define TESSERA_ROWS _Pragma("clang loop vectorize(assume_safety)")
 #else
 #define TESSERA_ROWS _Pragma("GCC ivdep")
@@ -109,3 +112,7 @@ const ImageRows& image_rows([[maybe_unused]] LaneWidth lanes) noexcept {
 }
 
 }  // namespace tessera
+
+#if defined(__clang__)
+#pragma clang diagnostic pop
+#endif
