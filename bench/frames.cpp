@@ -194,7 +194,7 @@ class Judge {
     Voxels seen;
     std::size_t occupied = 0;
     std::size_t all = 0;
-    constexpr std::size_t kMost = 500'000;
+    constexpr std::size_t kMost = 1'000'000;
     const std::size_t step = 1 + free_.size() / kMost;
     for (std::size_t i = 0; i < free_.size(); i += step) {
       const VoxelCoord& voxel = free_[i];

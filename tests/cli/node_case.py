@@ -40,6 +40,22 @@ class NodeCase(CommandCase):
         path.write_text("\n".join(lines) + "\n")
         return path
 
+    def begin_node(self, config):
+        return subprocess.Popen([command_path(), "node", "--config", str(config)], cwd=self.folder, text=True, stdin=subprocess.DEVNULL,
+                                stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+
+    def end_of_node(self, config, node, meanwhile=lambda: None):
+        """Its report, and what it said; it ends by itself, and well."""
+        try:
+            meanwhile()
+            _, error = node.communicate(timeout=TIME_LIMIT_S)
+        finally:
+            if node.poll() is None:
+                node.kill()
+                node.communicate()
+        self.assertEqual(DONE, node.returncode, error)
+        return json.loads(config.with_suffix(".json").read_text()), error
+
     def fleet_keys(self, robots):
         """Secrets in keys/, all public keys in all.pub, and all but the last robot's in fleet.pub."""
         self.done("key", "new", "--robots", robots, "--dir", "keys")
@@ -70,16 +86,9 @@ class PlayedCase(NodeCase):
 
     def run_with_player(self, config, *options, source=None, meanwhile=lambda: None):
         """The node's report, and what it said. source: options that name what is played; the street if None."""
-        node = subprocess.Popen([command_path(), "node", "--config", str(config)], cwd=self.folder, text=True, stdin=subprocess.DEVNULL,
-                                stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-        try:
+        def play():
             time.sleep(1)
             self.done("play", *(source or ("--dataset", f"{self.street}/robot_0")), "--interface", "lo", "--rate", 10, *options)
             meanwhile()
-            _, error = node.communicate(timeout=TIME_LIMIT_S)
-        finally:
-            if node.poll() is None:
-                node.kill()
-                node.communicate()
-        self.assertEqual(DONE, node.returncode, error)
-        return json.loads(config.with_suffix(".json").read_text()), error
+
+        return self.end_of_node(config, self.begin_node(config), play)

@@ -1,14 +1,13 @@
 # SPDX-FileCopyrightText: The tessera authors
 # SPDX-License-Identifier: Apache-2.0
 """The team clears together: two nodes, of which one has a car in its map that is gone when the other one comes by."""
-import json
 import math
 import subprocess
 import sys
 import unittest
 
 import own_network
-from command_case import DONE, TIME_LIMIT_S, CommandCase, command_path
+from command_case import TIME_LIMIT_S
 from kitti_folder import BUILDING, CAR, Scan, write_dataset
 from node_case import NodeCase
 
@@ -38,7 +37,7 @@ class Objections(NodeCase):
 
     @classmethod
     def setUpClass(cls):
-        CommandCase.setUpClass.__func__(cls)
+        super(NodeCase, cls).setUpClass()
 
     def setUp(self):
         super().setUp()
@@ -50,23 +49,12 @@ class Objections(NodeCase):
     def node(self, number, dataset, **changes):
         config = self.config(number, replay={"dataset": str(self.folder / dataset), **changes.pop("replay")}, map={"resolution_m": 0.2, "inference": "counting", "downsample_m": "off"},
                              fusion={"diffusion": "none"}, run={"wait_for_peers": 1, "quiet_s": 8, "linger_s": 60}, **changes)
-        return config, subprocess.Popen([command_path(), "node", "--config", str(config)], cwd=self.folder, text=True,
-                                        stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        return config, self.begin_node(config)
 
     def run_both(self, **changes):
         """One maps the car at once; the other one comes three seconds later. Their reports."""
         nodes = [self.node(0, "before", replay={"rate_hz": 10}), self.node(1, "after", replay={"rate_hz": 8, "start_delay_s": 3}, **changes)]
-        reports = []
-        for config, node in nodes:
-            try:
-                _, error = node.communicate(timeout=TIME_LIMIT_S)
-            finally:
-                if node.poll() is None:
-                    node.kill()
-                    node.communicate()
-            self.assertEqual(DONE, node.returncode, error)
-            reports.append(json.loads(config.with_suffix(".json").read_text()))
-        return reports
+        return [self.end_of_node(*node)[0] for node in nodes]
 
     def states(self, number):
         """Of the car's place and the wall's, in a robot's global map."""

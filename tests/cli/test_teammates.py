@@ -1,13 +1,12 @@
 # SPDX-FileCopyrightText: The tessera authors
 # SPDX-License-Identifier: Apache-2.0
 """Two nodes that drive towards each other: each says where it is, and leaves the other one out of its map."""
-import json
 import subprocess
 import sys
 import unittest
 
 import own_network
-from command_case import DONE, TIME_LIMIT_S, command_path
+from command_case import TIME_LIMIT_S
 from node_case import NodeCase
 
 SCANS = 16
@@ -34,20 +33,8 @@ class Teammates(NodeCase):
         for number in (0, 1):
             config = self.config(number, robot={"id": number, "state": "state", **robot},
                                  replay={"rate_hz": 4, "start_delay_s": 1}, run={"wait_for_peers": 1, "quiet_s": 1, "linger_s": 20})
-            nodes.append((config, subprocess.Popen([command_path(), "node", "--config", str(config)], cwd=self.folder, text=True,
-                                                   stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE)))
-        reports, said = [], []
-        for config, node in nodes:
-            try:
-                _, error = node.communicate(timeout=TIME_LIMIT_S)
-            finally:
-                if node.poll() is None:
-                    node.kill()
-                    node.communicate()
-            self.assertEqual(DONE, node.returncode, error)
-            reports.append(json.loads(config.with_suffix(".json").read_text()))
-            said.append(error)
-        return reports, said
+            nodes.append((config, self.begin_node(config)))
+        return zip(*(self.end_of_node(*node) for node in nodes), strict=True)
 
     def test_each_leaves_the_other_out(self):
         reports, said = self.drive(body=BODY)

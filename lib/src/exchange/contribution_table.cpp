@@ -61,9 +61,9 @@ HeldContribution* ContributionTable::add(const ContributionId& id, Claim claim, 
   bool refused = false;
   const bool is_bounded = !own || Objection::is(id.submap);
   // What it objected to in earlier epochs is as what it has heard: nothing is said of it any more.
-  for (HeldContribution& other : places()) {
-    if (own && is_bounded && other.id.robot == id.robot && Objection::is(other.id.submap))
-      other.own = false;
+  if (own && is_bounded) {
+    for (HeldContribution& other : places())
+      if (other.id.robot == id.robot && Objection::is(other.id.submap)) other.own = false;
   }
   HeldContribution* const of_robot = is_bounded ? displaced_of_robot(id, proven, refused) : nullptr;
   if (refused) {
