@@ -24,8 +24,10 @@ struct Seen {
   std::uint64_t usable = 0;
   std::uint64_t bridged = 0;
   std::uint64_t unusable = 0;
-  double longest_step_m = 0.0;  ///< Between poses that were used.
-  double last_x_m = 0.0;
+  /// How far poses that were used are from one that drives along x at 1 m/s through the first one.
+  double off_track_m = 0.0;
+  double first_x_m = 0.0;
+  std::int64_t first_stamp_us = 0;
   std::int64_t last_stamp_us = 0;
   std::int64_t oldest_us = 0;  ///< When it came, of those that were used.
   std::uint64_t backwards = 0;
@@ -40,13 +42,16 @@ void look_at(Seen& seen, const JudgedPose& pose) {
   }
   const StampedPose& stamped = pose.observation.pose;
   const double x_m = stamped.T_map_body(0, 3);
-  if (seen.usable > 0 && pose.relocations == seen.relocations)
-    seen.longest_step_m = std::max(seen.longest_step_m, std::abs(x_m - seen.last_x_m));
+  if (seen.usable == 0 || pose.relocations != seen.relocations) {
+    seen.first_x_m = x_m;
+    seen.first_stamp_us = stamped.stamp_us;
+  }
+  const double driven_m = 1e-6 * static_cast<double>(stamped.stamp_us - seen.first_stamp_us);
+  seen.off_track_m = std::max(seen.off_track_m, std::abs(x_m - seen.first_x_m - driven_m));
   if (seen.usable > 0 && pose.source == PoseSource::kPose && stamped.stamp_us <= seen.last_stamp_us)
     ++seen.backwards;
   if (pose.source == PoseSource::kOdometry) ++seen.bridged;
   ++seen.usable;
-  seen.last_x_m = x_m;
   seen.last_stamp_us = stamped.stamp_us;
   seen.relocations = pose.relocations;
   seen.oldest_us = std::max(seen.oldest_us, pose.observation.received_us - stamped.stamp_us);
@@ -128,9 +133,9 @@ json as_json(const VehiclePort& port, const Seen& seen) {
                    {"incomplete", in.incomplete_poses},
                    {"commands", in.commands}};
   all["seen"] = {{"usable", seen.usable},       {"bridged", seen.bridged},
-                 {"unusable", seen.unusable},   {"longest_step_m", seen.longest_step_m},
+                 {"unusable", seen.unusable},   {"off_track_m", seen.off_track_m},
                  {"oldest_us", seen.oldest_us}, {"backwards", seen.backwards},
-                 {"last_x_m", seen.last_x_m},   {"commands", seen.commands}};
+                 {"commands", seen.commands}};
   return all;
 }
 
