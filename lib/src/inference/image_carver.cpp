@@ -125,7 +125,7 @@ bool ImageCarver::carve_node(int face, const Node& root, const Shell& shell, Fre
     if (steps_ >= most_steps) return false;
     if (++steps_ - asked_ >= kStepBatch) {
       asked_ = steps_;
-      if (!work.in_time(to_write + ScanWork::kBlockWork * free_space.blocks().size())) return false;
+      if (!work.in_time(to_write + work.to_write(free_space.blocks().size()))) return false;
     }
     if (!meets_grid(node) || !may_be_free(face, box_of(node), shell)) continue;
     if (node.level > 0) {

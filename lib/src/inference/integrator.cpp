@@ -90,7 +90,7 @@ ScanReport Integrator::integrate_scan(LocalMap& map, const ScanView& scan,
                                       Deadline* deadline) noexcept {
   ScanReport report;
   report.points = static_cast<std::uint32_t>(scan.count);
-  work_.begin(deadline);
+  work_.begin(deadline, config_.free_space.uses_image());
   tracer_.forget_cut();
   report.pose = check_rigid(scan.T_map_sensor);
   if (report.pose != Status::kOk) {

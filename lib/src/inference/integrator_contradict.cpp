@@ -58,7 +58,7 @@ void Integrator::look_at_moving(const LocalMap& map, std::uint64_t to_write,
   std::size_t visited = 0;
   map.visit_moving([&](SlabHandle handle) {
     if (visited++ % kMovingBatch == 0 &&
-        !work_.in_time(to_write + ScanWork::kBlockWork * free_space.blocks().size())) {
+        !work_.in_time(to_write + work_.to_write(free_space.blocks().size()))) {
       carving_cut_ = true;
       return false;
     }

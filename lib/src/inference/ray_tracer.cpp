@@ -21,7 +21,7 @@ bool RayTracer::trace(const ScanPoints& points, FreeSpace& free_space, ScanWork&
         const Point3f& end_map = points.end_of_ray(i).p_map;
         if (free_space.axis_of(end_map) != axis) continue;
         if (traced % kRayBatch == 0 &&
-            !work.in_time(to_write + ScanWork::kBlockWork * free_space.blocks().size())) {
+            !work.in_time(to_write + work.to_write(free_space.blocks().size()))) {
           rays_cut_ = rays - traced;
           first_sweep_ = sweep;
           break;

@@ -39,11 +39,14 @@ std::uint32_t& ScanWork::refusals(ScanReport& report, bool is_point) const noexc
 /// done.
 std::uint64_t ScanWork::done(const ScanReport& report, std::size_t admitted,
                              std::uint64_t rays_predicted) const noexcept {
-  if (cut_ || report.tiles_cut + report.ray_blocks_cut > 0) return report.work_spent();
+  const std::uint64_t slower =
+      by_image_ ? (kImageStepWork - 1) * report.ray_steps + kImageReturnWork * report.rays : 0;
+  if (cut_ || report.tiles_cut + report.ray_blocks_cut > 0)
+    return report.work_spent() + slower + to_write(report.free_blocks);
   if (report.work_predicted == 0) return 0;
   const std::uint64_t never = most_per_point_ - foreseen_per_point();
   const std::uint64_t done =
-      report.work_predicted - admitted * never + kBlockWork * report.ray_blocks;
+      report.work_predicted - admitted * never + slower + to_write(report.ray_blocks);
   if (report.rays_cut == 0) return done;
   const double cut = static_cast<double>(report.rays_cut) /
                      static_cast<double>(std::uint64_t{report.rays} + report.rays_cut);

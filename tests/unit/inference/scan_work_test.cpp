@@ -127,4 +127,22 @@ TEST_CASE("ScanWork: what was done is what was foreseen, less the rays that were
   CHECK(work.done(report, 5, 100) == 57);
 }
 
+TEST_CASE("ScanWork: by the image steps and returns take longer, and blocks half") {
+  ScanWork work;
+  CHECK(work.to_write(2) == 256);
+  work.begin(nullptr, true);
+  CHECK(work.to_write(2) == 128);
+  work.set_most_per_point(10);
+  ScanReport report;
+  report.evaluations = 50;
+  report.ray_steps = 7;
+  report.rays = 3;
+  report.work_predicted = 5 * 10 + 7;
+  report.ray_blocks = 2;
+  CHECK(work.done(report, 5, 0) == 50 + 2 * 7 + 5 * 3 + 128);
+  report.ray_blocks_cut = 1;
+  report.free_blocks = 1;
+  CHECK(work.done(report, 5, 0) == 50 + 2 * 7 + 5 * 3 + 64);
+}
+
 }  // namespace tessera

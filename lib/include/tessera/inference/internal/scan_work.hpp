@@ -14,15 +14,21 @@ namespace tessera {
 
 class ScanWork {
  public:
-  /// Steps that opening and carving a ray block takes as long as, about.
+  /// Steps that opening and carving a block of rays takes as long as, about.
   static constexpr std::uint64_t kBlockWork = 128;
+  /// By the image, evaluations that take as long as one step, as bringing one return into the
+  /// image, and as opening and writing a block.
+  static constexpr std::uint64_t kImageStepWork = 2;
+  static constexpr std::uint64_t kImageReturnWork = 5;
+  static constexpr std::uint64_t kImageBlockWork = 64;
   /// Calls of is_spent() from one reading of the clock to the next.
   static constexpr std::size_t kPointBatch = 64;
 
   /// Begins a scan; deadline: null without one, else it has begun. No reading.
-  void begin(Deadline* deadline) noexcept {
+  void begin(Deadline* deadline, bool by_image = false) noexcept {
     deadline_ = deadline;
     cut_ = false;
+    by_image_ = by_image;
   }
   /// Sets the bound on the evaluations for a point of this scan.
   void set_most_per_point(std::uint64_t evaluations) noexcept { most_per_point_ = evaluations; }
@@ -42,6 +48,10 @@ class ScanWork {
   /// True if so much work is over the limit, or the time is up but for what is to be written. Every
   /// kPointBatch calls read the clock once; asked counts them.
   bool is_spent(std::uint64_t work, std::uint64_t to_write, std::size_t& asked) noexcept;
+  /// What time is kept for while so many blocks wait to be written, beside labels.
+  [[nodiscard]] std::uint64_t to_write(std::size_t blocks) const noexcept {
+    return (by_image_ ? kImageBlockWork : kBlockWork) * blocks;
+  }
   /// Counts what the limit leaves out: the budget's or the deadline's.
   [[nodiscard]] std::uint32_t& refusals(ScanReport& report, bool is_point) const noexcept;
 
@@ -63,6 +73,7 @@ class ScanWork {
 
   Deadline* deadline_ = nullptr;
   bool cut_ = false;
+  bool by_image_ = false;
   bool limit_is_deadline_ = false;
   std::uint64_t limit_ = kNoLimit;
   std::uint64_t most_per_point_ = 0;
