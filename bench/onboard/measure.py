@@ -126,7 +126,7 @@ def main():
         print(f"recording two peers for {arguments.seconds} s", file=sys.stderr)
         log = bench.record()
         runs = {}
-        for name, changes in (("55 ms", {}), ("half of it", {"map": {"deadline_ms": 27.5}})):
+        for name, changes in (("55 ms", {}), ("half of it", {"map": {"deadline_ms": 27.5}}), ("none", {"map": {"deadline_ms": 0}})):
             print(f"measuring with a deadline of {name} for {arguments.seconds} s", file=sys.stderr)
             runs[name] = bench.measure(log, name.replace(" ", "_"), **changes)
     finally:

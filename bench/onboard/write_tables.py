@@ -23,17 +23,24 @@ def mib(size):
     return f"{size / 2**20:.0f}"
 
 
+def freed(report):
+    """Blocks for each scan."""
+    return report["scans"]["free_blocks"] / max(report["mapping"]["cycles"], 1)
+
+
 def onboard(found):
+    # Without a deadline it is for comparison only.
+    runs = {name: report for name, report in found["runs"].items() if name != "none"}
     rows = {name: [] for name in (
         "cycles, missed, lost", "mapping cycle, ms: median, p99, max", "sensor to map, ms: median, p99, max",
-        "of the thinned points, in the map", "of the rays, traced", "wire to global map, ms: median, p99, max", "sharing tick of 50 ms, ms: median, p99, max",
+        "of the thinned points, in the map", "of the space that a scan frees without it, freed", "wire to global map, ms: median, p99, max", "sharing tick of 50 ms, ms: median, p99, max",
         "ticks a period late or more", "minor and major page faults of the mapping thread", "heap allocations after the start",
         "resident memory after 1 min, at the end, MiB", "start to the first scan in the map, ms", "processors busy", "MB/s heard, said", "contributions, whole")}
-    for report in found["runs"].values():
+    for report in runs.values():
         mapping, scans, seconds = report["mapping"], report["scans"], report["seconds"]
         resident = report["resident_bytes_each_10_s"]
         cells = (f"{mapping['cycles']}, {mapping['missed']}, {mapping['lost']}", spread(mapping["cycle_times"]), spread(mapping["latencies"]),
-                 share(scans["points_kept"], scans["thinned"]), share(scans["rays"], scans["rays_wanted"]), spread(report["receive_times"]),
+                 share(scans["points_kept"], scans["thinned"]), share(freed(report), freed(found["runs"]["none"])), spread(report["receive_times"]),
                  spread(report["ticks"]), f"{report['ticks']['overruns']} of {report['ticks']['count']}",
                  f"{mapping['minor_page_faults']}, {mapping['major_page_faults']}", str(report["heap_allocations_after_start"]),
                  f"{mib(resident[min(5, len(resident) - 1)])}, {mib(resident[-1])}", f"{report['realtime']['first_scan_ms']:.0f}",
@@ -41,7 +48,7 @@ def onboard(found):
                  f"{report['exchange']['contributions']}, {report['exchange']['complete']}")
         for row, cell in zip(rows.values(), cells):
             row.append(cell)
-    return table(("", *(f"deadline of {name}" for name in found["runs"])), [(name, *cells) for name, cells in rows.items()])
+    return table(("", *(f"deadline of {name}" for name in runs)), [(name, *cells) for name, cells in rows.items()])
 
 
 def reactions(found):
