@@ -58,6 +58,9 @@ void Recount::read(Replicas::Slot slot, BlockCoord block, Content& content) {
     };
     unpack_block(
         replicas_.read(*part, packed_),
+        [&](int row, Centroid centroid) {
+          if (is_live(row)) content.centroids[static_cast<std::size_t>(row)] = centroid;
+        },
         [&](int row, int, float count) {
           if (!is_live(row)) return;
           const auto at = static_cast<std::size_t>(row);
@@ -87,34 +90,55 @@ int Recount::objectors(const ContributionId& id, BlockCoord block, int row) cons
   return static_cast<int>(robots.size());
 }
 
-/// Of the local voxels around the one that the global voxel's centre is in, those that go to it.
+/// Of the local voxels around the one that the global voxel's centre is in, those that go to it, in
+/// whole or in part.
 Recount::Share Recount::share_of(Replicas::Slot slot, VoxelCoord global, int holders) {
   const Replicas::Contribution& contribution = replicas_.contribution(slot);
   const GridTransform& T_global_local = contribution.T_global_local;
   if (!contribution.may_have(T_global_local.local_blocks(block_of(global)))) return {};
   const VoxelCoord middle = T_global_local.to_local(global);
   Share share;
+  double passes = 0.0;
+  double boxes = 0.0;
+  double of_surface = 0.0;
   std::optional<BlockCoord> read_block;
   for (std::int32_t z = middle.z - 1; z <= middle.z + 1; ++z) {
     for (std::int32_t y = middle.y - 1; y <= middle.y + 1; ++y) {
       for (std::int32_t x = middle.x - 1; x <= middle.x + 1; ++x) {
         const VoxelCoord local{x, y, z};
-        bool goes = false;
-        T_global_local.for_targets(local, [&](VoxelCoord to) { goes = goes || to == global; });
-        if (!goes) continue;
         if (!read_block || !(*read_block == block_of(local))) {
           read_block = block_of(local);
           read(slot, *read_block, content_);
         }
         const auto row = static_cast<std::size_t>(row_order(local));
-        const float labels = content_.labels[row];
-        share.evidence += static_cast<double>(labels - free_weight_ * content_.passes[row]);
+        double part = 0.0;
+        const Centroid centroid = content_.centroids[row];
+        if (centroid.known() && !T_global_local.shift_only()) {
+          bool takes = false;
+          T_global_local.for_targets(local, [&](VoxelCoord to) { takes = takes || to == global; });
+          T_global_local.for_box_corners(
+              local, centroid, [&](VoxelCoord to) { part += to == global ? 0.125 : 0.0; });
+          boxes += part;
+          of_surface += part * static_cast<double>(content_.passes[row]);
+          if (takes) passes += static_cast<double>(content_.passes[row]);
+          part += local == middle ? 0.125 : 0.0;
+          if (part == 0.0 && takes) share.observed = share.observed || content_.passes[row] > 0.0F;
+        } else {
+          T_global_local.for_targets(local,
+                                     [&](VoxelCoord to) { part += to == global ? 1.0 : 0.0; });
+          passes += part * static_cast<double>(content_.passes[row]);
+        }
+        if (part == 0.0) continue;
+        const double labels = part * static_cast<double>(content_.labels[row]);
+        share.evidence += labels;
         share.observed = share.observed || content_.observed[row];
         const int objecting = objectors(contribution.id, *read_block, row_order(local));
-        if (objecting == 0 || objecting < holders) share.labels += static_cast<double>(labels);
+        if (objecting == 0 || objecting < holders) share.labels += labels;
       }
     }
   }
+  if (boxes >= 0.3) passes = std::min(passes, std::floor(of_surface + 0.5));
+  share.evidence -= static_cast<double>(free_weight_) * passes;
   return share;
 }
 

@@ -32,6 +32,7 @@ class Recount {
     std::array<float, kBlockVoxels> labels{};
     std::array<float, kBlockVoxels> passes{};
     std::array<bool, kBlockVoxels> observed{};
+    std::array<Centroid, kBlockVoxels> centroids{};
     std::array<std::uint32_t, kBlockVoxels>
         first{};  ///< Version of what each voxel's part began as.
   };

@@ -58,10 +58,17 @@ void add_hits(const FuseInput& input, std::uint32_t number, const Finder& finder
   std::vector<KeyedIndex> workspace = workspace_for(map);
   for_each_observed(map, workspace, [&](const VoxelCoord& local, const VoxelEvidence& evidence) {
     if (estimate(evidence, map.config().prior).label == 0) return;
-    input.frame.for_targets(local, [&](VoxelCoord target) {
+    const std::size_t first = hits.size();
+    const auto hit = [&](VoxelCoord target) {
       const std::size_t voxel = finder.find(target);
-      if (voxel < finder.size()) hits.push_back({static_cast<std::uint32_t>(voxel), number, local});
-    });
+      const bool is_known = std::any_of(hits.begin() + static_cast<std::ptrdiff_t>(first),
+                                        hits.end(), [&](const Hit& h) { return h.voxel == voxel; });
+      if (voxel < finder.size() && !is_known)
+        hits.push_back({static_cast<std::uint32_t>(voxel), number, local});
+    };
+    input.frame.for_targets(local, hit);
+    if (evidence.centroid.known() && !input.frame.shift_only())
+      input.frame.for_box_corners(local, evidence.centroid, hit);
   });
 }
 

@@ -12,7 +12,7 @@ namespace tessera::archive_format {
 using Magic = std::array<char, 8>;
 inline constexpr Magic kArchiveMagic{'T', 'S', 'A', 'R', 'C', '\r', '\n', '\x1a'};
 inline constexpr Magic kJournalMagic{'T', 'S', 'J', 'R', 'N', '\r', '\n', '\x1a'};
-inline constexpr std::uint16_t kMajor = 1;
+inline constexpr std::uint16_t kMajor = 2;
 inline constexpr std::uint16_t kMinor = 0;
 /// Magic, versions, bytes of the empty map file that follows, checksum of these.
 inline constexpr std::size_t kPreambleBytes = 8 + 2 + 2 + 4 + 4;

@@ -7,7 +7,7 @@ import struct
 
 MASK = 2**64 - 1
 SALT = 0x9E3779B97F4A7C15
-REST = 64
+REST, CENTROID = 64, 65
 
 
 def crc_table():
@@ -98,8 +98,8 @@ class MapFile:
     def read_header(self):
         take = self.bytes.take
         require(take("8s") == b"TSMAP\r\n\x1a", "the magic")
-        major, self.minor = take("HH")
-        require(major == 1, "the major version")
+        major, _ = take("HH")
+        require(major == 2, "the major version")
         body = take("I")
         require(body <= 6144, "the body's length")
         self.kind, self.tuple, self.classes, self.has_frame = take("BBBB")
@@ -111,7 +111,7 @@ class MapFile:
         self.table = [(take("32s"), take("BBB")) for _ in range(self.classes)]
         self.settings = take(f"{take('I')}s")
         self.summary = None
-        if self.minor >= 1 and take("B"):
+        if take("B"):
             self.summary = Summary(take("Q"), list(take("QQQQ")), list(take("3i")), list(take("3i")), list(take(f"{self.classes + 2}Q")))
         require(self.bytes.at <= 16 + body, "the body's length")
         self.bytes.at = 16 + body
@@ -136,6 +136,7 @@ class MapFile:
         self.content = [a + b for a, b in zip(self.content, (1, mask != 0, free, mask.bit_count()))]
         passes = take("512s") if free else bytes(512)
         require(any(passes) == bool(free), "passes")
+        self.centroids = {}
         voxels = {n: {} for n, passed in enumerate(passes) if passed}
         for octet in range(64):
             if mask >> octet & 1:
@@ -149,11 +150,14 @@ class MapFile:
         require(observed, "an octet's mask")
         for voxel in range(8):
             if observed >> voxel & 1:
-                counts = [take("Bf") for _ in range(take("B"))]
+                number, centroid = take("BB")
+                require(centroid <= 216, "a centroid")
+                counts = [take("Bf") for _ in range(number)]
                 components = [c for c, _ in counts]
                 require(counts and components == sorted(set(components)) and components[-1] <= self.classes + 1, "components")
                 require(all(2.0**-60 <= count <= 2.0**30 for _, count in counts), "a count")
                 voxels[octet * 8 + voxel] = dict(counts)
+                self.centroids[octet * 8 + voxel] = centroid
 
     def add_block(self, key, voxels, passes):
         corner = [8 * ((key >> shift & (2**21 - 1)) - 2**20) for shift in (0, 21, 42)]
@@ -162,7 +166,9 @@ class MapFile:
             octet, voxel = divmod(number, 8)
             x, y, z = (2 * (octet >> 2 * axis & 3) + (voxel >> axis & 1) for axis in range(3))
             free = struct.unpack("<f", struct.pack("<f", passes[number] * self.free_weight))[0]
-            for component, count in ([(0, free)] if passes[number] else []) + [(c or REST, n) for c, n in counts.items()]:
+            hashed = ([(0, free)] if passes[number] else []) + [(c or REST, n) for c, n in counts.items()]
+            hashed += [(CENTROID, self.centroids[number])] if self.centroids.get(number) else []
+            for component, count in hashed:
                 bits = int.from_bytes(struct.pack("<f", count), "little")
                 total += mix(((x + 8 * y + 64 * z << 40 | component << 32 | bits) + SALT) & MASK)
             require(not self.cap or free + sum(counts.values()) <= self.cap * 1.001, "the cap")

@@ -9,7 +9,7 @@ import subprocess
 import tempfile
 import unittest
 
-from map_file import MapFile, crc32c
+from map_file import MapFile
 
 
 def tessera(*arguments):
@@ -43,7 +43,7 @@ class Files(unittest.TestCase):
 
     def test_compact_with_free_space(self):
         read = self.check(self.mapped(0))
-        self.assertEqual((1, 1, 0), (read.minor, read.tuple, read.kind))
+        self.assertEqual((1, 0), (read.tuple, read.kind))
         self.assertGreater(read.computed.voxels[1], 100)
         self.assertIn(b'"resolution"', read.settings)
 
@@ -54,19 +54,6 @@ class Files(unittest.TestCase):
     def test_a_global_map(self):
         tessera("fuse", self.mapped(0), self.mapped(1), "--out", self.folder / "global.tsm")
         self.assertEqual(1, self.check(self.folder / "global.tsm").kind)
-
-    def test_version_1_0_has_no_summary(self):
-        data = self.mapped(0).read_bytes()
-        read = MapFile(data)
-        body = struct.unpack_from("<I", data, 12)[0]
-        short = body - (1 + 8 + 4 * 8 + 6 * 4 + 8 * (read.classes + 2))
-        header = data[:10] + struct.pack("<HI", 0, short) + data[16:16 + short]
-        old = self.folder / "old.tsm"
-        old.write_bytes(header + struct.pack("<I", crc32c(header)) + data[16 + body + 4:])
-        before = MapFile(old.read_bytes())
-        self.assertIsNone(before.summary)
-        self.assertEqual(before.computed, read.summary)
-        tessera("info", old, "--verify")
 
     def test_a_flipped_bit_is_noticed(self):
         data = bytearray(self.mapped(0).read_bytes())

@@ -43,7 +43,7 @@ class Mender {
     if (free) skip(kBlockVoxels);
     for (std::uint64_t octets = reader.u64(); octets != 0 && more(); octets &= octets - 1) {
       for (unsigned voxels = u8(); voxels != 0 && more(); voxels &= voxels - 1)
-        skip(std::size_t{5} * u8());
+        skip(std::size_t{5} * u8() + 1);
     }
     checksum();
   }

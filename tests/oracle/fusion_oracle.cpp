@@ -14,12 +14,6 @@ namespace {
 
 using Matrix = Eigen::MatrixXd;
 
-std::array<double, 3> center_of(const Voxel& v, double resolution_m) {
-  return {(static_cast<double>(v[0]) + 0.5) * resolution_m,
-          (static_cast<double>(v[1]) + 0.5) * resolution_m,
-          (static_cast<double>(v[2]) + 0.5) * resolution_m};
-}
-
 Voxel block_of(const Voxel& v) {
   const auto floor8 = [](std::int64_t x) { return x >= 0 ? x / 8 : -((7 - x) / 8); };
   return {floor8(v[0]), floor8(v[1]), floor8(v[2])};
@@ -68,11 +62,9 @@ Sums add_up(const std::vector<OracleContribution>& contributions, double omega, 
   std::map<std::uint32_t, std::map<Voxel, OfSubmaps>> robots;
   for (const OracleContribution& contribution : contributions) {
     if (MapSession::is(contribution.id.submap)) continue;
-    for (const auto& [local, counts] : contribution.voxels) {
-      for (const Voxel& voxel : phi(contribution.T_global_local, resolution_m, local)) {
-        robots[contribution.id.robot][voxel][{contribution.id.epoch, contribution.id.submap}].add(
-            counts, 1);
-      }
+    for (const auto& [voxel, given] : resampled(contribution, resolution_m)) {
+      robots[contribution.id.robot][voxel][{contribution.id.epoch, contribution.id.submap}].add(
+          given.counts, given.observers);
     }
   }
   Sums sums;
@@ -109,15 +101,14 @@ void add_sessions(const std::vector<OracleContribution>& contributions, double o
   for (const OracleContribution& one : contributions) {
     if (!MapSession::is(one.id.submap) || one.session.weight == 0) continue;
     const double weight = one.session.weight / 32768.0;
-    for (const auto& [local, counts] : one.voxels) {
-      for (const Voxel& voxel : phi(one.T_global_local, resolution_m, local)) {
-        auto& [said, by] = voxels[voxel][{one.session.digest, one.id.robot,
-                                          -static_cast<std::int64_t>(one.id.epoch), one.id.submap}];
-        said.resize(counts.size());
-        by = weight;
-        for (std::size_t l = 1; l < counts.size(); ++l) said[l] += weight * counts[l];
-        if (counts[0] > 0.0) said[0] += std::max(1.0, std::floor(weight * counts[0]));
-      }
+    for (const auto& [voxel, given] : resampled(one, resolution_m)) {
+      const OracleCounts& counts = given.counts;
+      auto& [said, by] = voxels[voxel][{one.session.digest, one.id.robot,
+                                        -static_cast<std::int64_t>(one.id.epoch), one.id.submap}];
+      said.resize(counts.size());
+      by = weight;
+      for (std::size_t l = 1; l < counts.size(); ++l) said[l] += weight * counts[l];
+      if (counts[0] > 0.0) said[0] += std::max(1.0, std::floor(weight * counts[0]));
     }
   }
   for (const auto& [voxel, all] : voxels) {
@@ -167,27 +158,6 @@ Matrix kernel_of(const std::vector<Voxel>& nodes, double length_m, double resolu
 }
 
 }  // namespace
-
-std::vector<Voxel> phi(const Matrix34d& T_global_local, double resolution_m, const Voxel& local) {
-  const Eigen::Matrix3d R = T_global_local.leftCols<3>();
-  const Eigen::Vector3d t = T_global_local.col(3);
-  const std::array<double, 3> c = center_of(local, resolution_m);
-  const Eigen::Vector3d image = R * Eigen::Vector3d(c[0], c[1], c[2]) + t;
-  const Voxel nearest = cell_of({image.x(), image.y(), image.z()}, resolution_m);
-  std::vector<Voxel> takers;
-  for (std::int64_t dz = -2; dz <= 2; ++dz) {
-    for (std::int64_t dy = -2; dy <= 2; ++dy) {
-      for (std::int64_t dx = -2; dx <= 2; ++dx) {
-        const Voxel g{nearest[0] + dx, nearest[1] + dy, nearest[2] + dz};
-        const std::array<double, 3> gc = center_of(g, resolution_m);
-        const Eigen::Vector3d back = R.transpose() * (Eigen::Vector3d(gc[0], gc[1], gc[2]) - t);
-        if (cell_of({back.x(), back.y(), back.z()}, resolution_m) == local) takers.push_back(g);
-      }
-    }
-  }
-  if (takers.empty()) takers.push_back(nearest);
-  return takers;
-}
 
 OracleMap fuse(const std::vector<OracleContribution>& contributions, const DiffusionConfig& config,
                double resolution_m, int num_classes, const OracleCap& cap) {

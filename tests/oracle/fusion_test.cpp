@@ -16,6 +16,7 @@ std::vector<OracleContribution> random_team(Random& random, int robots, double d
     OracleContribution contribution;
     contribution.id = {static_cast<std::uint32_t>(10 + i), 0, 0};
     contribution.voxels = random_voxels(random, 400, {-3, 2, 1});
+    contribution.centroids = random_centroids(random, contribution.voxels);
     if (degrees > 0.0) contribution.T_global_local = random_transform(random, degrees, 0.6);
     team.push_back(std::move(contribution));
   }
@@ -93,6 +94,7 @@ std::vector<OracleContribution> restarted_team(Random& random) {
       if (kind == 0) counts[static_cast<std::size_t>(1 + random.below(6))] = 786432.0;
       if (kind == 1) counts[0] = 224.0;
     }
+    contribution.centroids = random_centroids(random, contribution.voxels);
     if (random.below(4) != 0) contribution.T_global_local = random_transform(random, 20.0, 0.3);
     team.push_back(std::move(contribution));
   }
@@ -146,10 +148,14 @@ TEST_CASE("fusion: no voxel appears that nobody observed, and none is lost") {
   for (const OracleContribution& contribution : team) {
     fused.publish(contribution, 1);
     for (const auto& [voxel, counts] : contribution.voxels) {
+      // By a centroid, all of it to where that is, and an eighth to each voxel that takes it.
       const std::size_t targets = phi(contribution.T_global_local, 0.1, voxel).size();
+      const std::size_t takers = takers_of(contribution.T_global_local, 0.1, voxel).size();
+      const double times = contribution.centroids.contains(voxel)
+                               ? 1.0 + 0.125 * static_cast<double>(takers)
+                               : static_cast<double>(targets);
       CHECK(targets >= 1);
-      for (std::size_t l = 1; l < counts.size(); ++l)
-        given += counts[l] * static_cast<double>(targets);
+      for (std::size_t l = 1; l < counts.size(); ++l) given += counts[l] * times;
     }
   }
   fused.settle();

@@ -11,6 +11,15 @@ OwnContent::OwnContent(int num_components) : memory_(BlockContent::required_byte
   content_ = *BlockContent::make(arena, num_components);
 }
 
+namespace {
+
+/// Of a place in the row order; no draw.
+Centroid some_centroid(int row) {
+  return Centroid::of_levels({row % 6, row / 5 % 6, row / 64 % 6});
+}
+
+}  // namespace
+
 void fill_smoothly(BlockContent& content, oracle::Random& random, int num_components) {
   const double slope_x = random.uniform(-0.7, 0.7);
   const double slope_y = random.uniform(-0.7, 0.7);
@@ -23,6 +32,7 @@ void fill_smoothly(BlockContent& content, oracle::Random& random, int num_compon
     const double count = random.uniform(2.7, 3.3) / (1.0 + distance * distance);
     if (std::fabs(distance) < 2.0) {
       content.add(v.x < 4 ? below : above, row, static_cast<float>(count));
+      if (std::fabs(distance) < 0.5) content.set_centroid(row, some_centroid(row));
       if (v.x == 4) content.add(below, row, static_cast<float>(0.3 * count));
       if (random.below(20) == 0) content.add_passes(row, 1);
     } else if (distance > 2.0) {
@@ -41,6 +51,7 @@ void fill_at_random(BlockContent& content, oracle::Random& random, int num_compo
       const int exponent = random.below(34) - 14;
       content.set(component, row,
                   static_cast<float>(std::ldexp(random.uniform(1.0, 2.0), exponent)));
+      if (row % 3 == 0) content.set_centroid(row, some_centroid(row));
     }
     if (random.below(2) == 0)
       content.add_rest(row, static_cast<float>(random.uniform(1e-4, 100.0)));
@@ -62,6 +73,7 @@ std::vector<float> picture_of(const BlockContent& content, int num_components, u
     for (int l = 1; l < num_components; ++l) picture.push_back(content.count(l, row));
     picture.push_back(content.rest(row));
     picture.push_back(static_cast<float>(content.passes(row)));
+    picture.push_back(static_cast<float>(content.centroid(row).code()));
   }
   return picture;
 }

@@ -38,7 +38,8 @@ using CodedBytes = std::vector<std::byte>;
 /// The code in exactly as much memory as it takes.
 CodedBytes coded(const BlockContent& content, unsigned layers = kAllLayers);
 
-/// All that a content says of the voxels of these layers: counts by component, rest, passes.
+/// All that a content says of the voxels of these layers: counts by component, rest, passes,
+/// centroid.
 std::vector<float> picture_of(const BlockContent& content, int num_components,
                               unsigned layers = kAllLayers);
 

@@ -24,7 +24,7 @@ GlobalMapConfig team_config(TuplePolicy tuple) {
   return config;
 }
 
-PackedBlocks pack_voxels(const OracleVoxels& voxels) {
+PackedBlocks pack_voxels(const OracleVoxels& voxels, const OracleCentroids& centroids) {
   AlignedMemory memory(BlockContent::required_bytes(kTeamClasses + 2));
   std::map<std::uint64_t, std::vector<std::pair<VoxelCoord, const OracleCounts*>>> blocks;
   for (const auto& [voxel, counts] : voxels) {
@@ -45,6 +45,9 @@ PackedBlocks pack_voxels(const OracleVoxels& voxels) {
       }
       if ((*counts)[0] > 0.0)
         content.add_passes(row_order(at), static_cast<unsigned>((*counts)[0]));
+      const auto centroid = centroids.find({at.x, at.y, at.z});
+      if (centroid != centroids.end())
+        content.set_centroid(row_order(at), Centroid::of_levels(centroid->second));
     }
     const std::size_t size = pack_block(content, bytes);
     packed[key].assign(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size));
@@ -74,6 +77,18 @@ OracleVoxels random_voxels(Random& random, int count, const Voxel& around) {
   return voxels;
 }
 
+OracleCentroids random_centroids(Random& random, const OracleVoxels& voxels) {
+  OracleCentroids centroids;
+  for (const auto& [voxel, counts] : voxels) {
+    bool labelled = false;
+    for (std::size_t l = 1; l < counts.size(); ++l) labelled = labelled || counts[l] > 0.0;
+    if (!labelled || random.below(3) == 0) continue;
+    std::array<int, 3>& levels = centroids[voxel];
+    for (int& level : levels) level = random.below(6);
+  }
+  return centroids;
+}
+
 Matrix34d random_transform(Random& random, double degrees, double shift_m) {
   const double azimuth = random.uniform(0.0, 6.28);
   const double height = random.uniform(-1.0, 1.0);
@@ -101,7 +116,7 @@ void Team::publish(const OracleContribution& contribution, std::uint32_t version
   if (!slot.ok()) throw std::runtime_error("no slot");
   if (MapSession::is(contribution.id.submap))
     static_cast<void>(global_.set_frame(*slot, *frame, version, contribution.session));
-  for (const auto& [key, bytes] : pack_voxels(contribution.voxels)) {
+  for (const auto& [key, bytes] : pack_voxels(contribution.voxels, contribution.centroids)) {
     if (!global_.put(*slot, BlockKey{key}, version, bytes).ok())
       throw std::runtime_error("a block was refused");
   }

@@ -21,11 +21,15 @@ inline constexpr int kTeamClasses = 5;
 
 /// Packed blocks of a contribution, by key.
 using PackedBlocks = std::map<std::uint64_t, std::vector<std::byte>>;
-[[nodiscard]] PackedBlocks pack_voxels(const OracleVoxels& voxels);
+[[nodiscard]] PackedBlocks pack_voxels(const OracleVoxels& voxels,
+                                       const OracleCentroids& centroids = {});
 
 /// Voxels in a few clusters within reach_m of a place; counts are multiples of 2^-6, which packing
 /// keeps. Some are free only, some occupied by what has no label.
 [[nodiscard]] OracleVoxels random_voxels(Random& random, int count, const Voxel& around);
+
+/// Centroids of two thirds of the voxels with labels.
+[[nodiscard]] OracleCentroids random_centroids(Random& random, const OracleVoxels& voxels);
 
 /// A turn about a random axis and a shift of up to shift_m on each.
 [[nodiscard]] Matrix34d random_transform(Random& random, double degrees, double shift_m);

@@ -9,23 +9,17 @@ import pathlib
 import re
 import sys
 
+from decode_bits import Bits, Corrupt, check
+
 LABELS, PASSES, LABELLED, FULL, VOXEL, SAME, REST, MORE, COMPONENT = 0, 1, 2, 10, 11, 27, 29, 30, 33
-PASSED, VOXEL_PASSED, FREED, ALL_FREED, VOXEL_FREED, NUMBER = 97, 105, 108, 135, 162, 170
-
-
-class Corrupt(Exception):
-    pass
-
-
-def check(condition):
-    if not condition:
-        raise Corrupt
+PASSED, VOXEL_PASSED, FREED, ALL_FREED, VOXEL_FREED = 97, 105, 108, 135, 162
+CENTROID, CENTROID_LEVEL = 278, 296
 
 
 def table_of(page):
     text = re.search(r"```table\n(.*?)```", page, re.DOTALL)[1]
     numbers = [int(word) for word in re.findall(r"\d+", text)]
-    assert len(numbers) == 278
+    assert len(numbers) == 401
     return numbers
 
 
@@ -35,71 +29,6 @@ def count_of(level):
 
 def passes_of(level):
     return level if level <= 8 else (4 + level % 4) << (level // 4 - 1)
-
-
-class Bits:
-    def __init__(self, code, table):
-        self.code, self.read = code, 0
-        self.range, self.low, self.offset = 2**32 - 1, 0, 0
-        for _ in range(4):
-            self.offset = self.offset * 256 + self.next_byte()
-        check(self.offset < self.range)
-        self.learnt = [256 * initial for initial in table]
-        self.plain = self.bit_of(1)
-
-    def next_byte(self):
-        self.read += 1
-        return self.code[self.read - 1] if self.read <= len(self.code) else 0
-
-    def bit_of(self, p):
-        bound = (self.range >> 12) * p
-        bit = self.offset < bound
-        if bit:
-            self.range = bound
-        else:
-            self.range -= bound
-            self.offset -= bound
-            self.low = (self.low + bound) % 2**32
-        while self.range < 2**24:
-            self.range *= 256
-            self.low = self.low * 256 % 2**32
-            self.offset = self.offset * 256 + self.next_byte()
-        return bit
-
-    def even(self):
-        return self.bit_of(2048)
-
-    def bit(self, k):
-        if self.plain:
-            return self.even()
-        q = self.learnt[k]
-        bit = self.bit_of(max(q // 16, 1))
-        self.learnt[k] = q + (65536 - q) // 16 if bit else q - q // 16
-        return bit
-
-    def check_end(self):
-        n = (2**32 - self.low) % 2**32
-        check(self.offset == (n if n < self.range else (2**24 - self.low) % 2**24))
-        check(1 <= len(self.code) <= self.read and (len(self.code) == 1 or self.code[-1] != 0))
-
-    def number(self, group, expected, most):
-        k = NUMBER + 9 * group
-        if not self.bit(k):
-            value = 0
-            for _ in range(most.bit_length()):
-                value = 2 * value + self.even()
-            check(abs(value - expected) >= 16)
-        else:
-            digits = 0
-            while digits < 4 and self.bit(k + 1 + digits):
-                digits += 1
-            size = min(digits, 1)
-            negative = digits > 0 and self.bit(k + 5)
-            for i in range(1, digits):
-                size = 2 * size + (self.bit(k + 4 + digits) if i == 1 else self.even())
-            value = expected - size if negative else expected + size
-        check(1 <= value <= most)
-        return value
 
 
 class Octet:
@@ -114,12 +43,13 @@ def clamp(level):
 
 
 class Block:
-    """labels: {(octet, voxel): ((components), {slot: level})}; passes: {(octet, voxel): passes}."""
+    """labels: {(octet, voxel): ((components), {slot: level})}; passes and centroids: {(octet, voxel): passes, or levels}."""
 
     def __init__(self, code, layers, num_components, table):
         self.bits, self.num_components = Bits(code, table), num_components
         self.octets = [Octet() for _ in range(64)]
-        self.labels, self.passes = {}, {}
+        self.labels, self.passes, self.centroids = {}, {}, {}
+        self.last_had_centroid, self.last_centroid = 2, [0, 0, 0]
         self.last_set, self.steps, self.last_passes = ((), False), [0, -4, -4, -4], 1
         has_labels, has_passes = self.bits.bit(LABELS), self.bits.bit(PASSES)
         check(has_labels or has_passes)
@@ -161,6 +91,8 @@ class Block:
             found = self.read_levels(v, slots, levels, used, before)
             if octet.labelled[v]:
                 self.labels[o, v] = (components, found)
+                if slots != [0, 1, 2, 3]:
+                    self.read_centroid(o, v, found[slots[0]])
         octet.levels = levels[0]
 
     def read_components(self, first):
@@ -180,6 +112,22 @@ class Block:
             components.append(node - 64)
         check((tuple(components), rest) != self.last_set)
         self.last_set = (tuple(components), rest)
+
+    def read_centroid(self, o, v, level):
+        amount = 0 if level < 37 else min((level - 37) // 4 + 1, 5)
+        self.last_had_centroid = int(self.bits.bit(CENTROID + 6 * self.last_had_centroid + amount))
+        if not self.last_had_centroid:
+            return
+        found = []
+        for axis in range(3):
+            k = CENTROID_LEVEL + 5 * (7 * axis + self.last_centroid[axis])
+            if self.bits.bit(k):
+                found.append(4 + self.bits.bit(k + 1))
+            else:
+                upper = self.bits.bit(k + 2)
+                found.append(2 * upper + self.bits.bit(k + 3 + upper))
+        self.last_centroid = [1 + one for one in found]
+        self.centroids[o, v] = found
 
     def read_levels(self, v, slots, levels, used, before):
         found = {}
@@ -258,6 +206,7 @@ class Block:
                 words = [f"{c}:{count_of(levels[s]):.9g}" for s, c in enumerate(components)]
                 words += [f"rest:{count_of(levels[3]):.9g}"] if 3 in levels else []
                 words += [f"passes:{self.passes[o, v]}"] if (o, v) in self.passes else []
+                words += ["centroid:" + ",".join(map(str, self.centroids[o, v]))] if (o, v) in self.centroids else []
                 if words:
                     yield f"{o} {v} " + " ".join(words)
 

@@ -55,6 +55,10 @@ class Writer {
     if (found_->rest(row) > 0.0F)
       std::fprintf(file_, " rest:%.9g", static_cast<double>(found_->rest(row)));
     if (found_->passes(row) > 0) std::fprintf(file_, " passes:%u", found_->passes(row));
+    if (found_->centroid(row).known()) {
+      const std::array<int, 3> levels = found_->centroid(row).levels();
+      std::fprintf(file_, " centroid:%d,%d,%d", levels[0], levels[1], levels[2]);
+    }
     std::fprintf(file_, "\n");
   }
 

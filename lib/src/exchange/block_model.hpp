@@ -5,31 +5,10 @@
 // docs/reference/wire-format.md says the same in words.
 #pragma once
 
+#include "centroid_model.hpp"
 #include "level_planes.hpp"
 
 namespace tessera::detail {
-
-/// The first of each group of probabilities, in the order of kInitialProbabilities.
-enum Context : unsigned {
-  kLabels = 0,
-  kPasses = 1,
-  kLabelled = 2,  ///< By which of the three octets before are.
-  kFull = kLabelled + 8,
-  kVoxel = kFull + 1,  ///< By the voxels before it in the octet, and how many of them are.
-  kSame = kVoxel + 16,
-  kRest = kSame + 2,
-  kMore = kRest + 1,          ///< By the classes so far.
-  kComponent = kMore + 3,     ///< A tree of six bits.
-  kPassed = kComponent + 64,  ///< By which of the three octets before are.
-  kVoxelPassed = kPassed + 8,
-  kFreed = kVoxelPassed + 3,  ///< By what the three octets before are.
-  kAllFreed = kFreed + 27,
-  kVoxelFreed = kAllFreed + 27,  ///< By which of the three voxels before are.
-  kDifference = kVoxelFreed + 8,
-  kDifferenceGroups = 12,
-  kDifferenceContexts = 9,
-  kContexts = kDifference + kDifferenceGroups * kDifferenceContexts,
-};
 
 /// Coder: bool bit(unsigned context, bool answer) and bool even(bool answer) give the answer that
 /// counts.
@@ -37,7 +16,7 @@ template <class Coder>
 class BlockModel {
  public:
   BlockModel(Coder& coder, bool labels, bool passes) noexcept
-      : coder_(coder), labels_(labels), passes_(passes) {}
+      : coder_(coder), labels_(labels), passes_(passes), centroids_(coder) {}
 
   /// Whether there are labels and passes at all; before all octets. False, as all that follows, iff
   /// answers contradict each other or are not the shortest for what they say.
@@ -93,6 +72,7 @@ class BlockModel {
       VoxelCode& voxel = code.voxels[v];
       if (there && !code_set(first, voxel.set)) return false;
       if (!code_levels(v, there, voxel)) return false;
+      if (there && !voxel.set.full()) centroids_.code(voxel);
       first = first && !there;
     }
     seen.levels = planes_.first_plane();
@@ -281,6 +261,7 @@ class BlockModel {
   Coder& coder_;
   bool labels_;
   bool passes_;
+  CentroidModel<Coder> centroids_;
   ComponentSet last_set_{};
   LevelPlanes planes_;
   int last_passes_ = 1;

@@ -103,6 +103,9 @@ bool HeldRecords::read_block(const HeldContribution& contribution, BlockKey key,
     any = any || part->bytes != 0;
     unpack_block(
         store_.replicas->read(*part, packed_),
+        [&](int row, Centroid centroid) {
+          if (is_live(row) && centroid.known()) content.set_centroid(row, centroid);
+        },
         [&](int row, int component, float count) {
           if (!is_live(row)) return;
           component == 0 ? content.add_rest(row, count) : content.add(component, row, count);

@@ -22,6 +22,8 @@ bool read_labels(const BlockContent& content, int row, VoxelCode& voxel) noexcep
   voxel.set.rest = content.any_rest() && content.rest(row) > 0.0F;
   if (voxel.set.rest)
     voxel.levels[kRestSlot] = static_cast<std::uint8_t>(level_of(content.rest(row)));
+  voxel.centroid = content.centroid(row);
+  TESSERA_ASSERT(!voxel.set.full() || !voxel.centroid.known());
   return voxel.set.any();
 }
 
@@ -57,6 +59,7 @@ void add_octet(const OctetCode& code, int octet, BlockContent& content) noexcept
     for (std::size_t slot = 0; slot < voxel.set.classes; ++slot)
       content.add(voxel.set.components[slot], row, count_of_level(voxel.levels[slot]));
     if (voxel.set.rest) content.add_rest(row, count_of_level(voxel.levels[kRestSlot]));
+    if (voxel.centroid.known()) content.set_centroid(row, voxel.centroid);
     if (voxel.passes != 0) content.add_passes(row, passes_of_level(voxel.passes));
   }
 }

@@ -27,12 +27,15 @@ struct ComponentSet {
     return slot == kRestSlot ? rest : slot < classes;
   }
   [[nodiscard]] bool any() const noexcept { return rest || classes != 0; }
+  /// A voxel with all of these has no centroid, so that no code is longer for it.
+  [[nodiscard]] bool full() const noexcept { return rest && classes == kCodedClasses; }
   friend bool operator==(const ComponentSet&, const ComponentSet&) = default;
 };
 
 struct VoxelCode {
   ComponentSet set;
   std::array<std::uint8_t, kSlots> levels{};
+  Centroid centroid{};
   std::uint8_t passes = 0;  ///< A level, as the next.
 };
 

@@ -10,8 +10,7 @@ namespace tessera {
 
 namespace {
 
-/// Of a turned voxel that is taken, the centre is in it; one that would be lost goes to where its
-/// centre is. So nothing goes further than a voxel.
+/// A voxel goes to those that have a point of it in them, and so no further than a voxel.
 constexpr double kSpreadVoxels = 1.0;
 
 }  // namespace

@@ -57,6 +57,7 @@ bool quantise_labels(BlockContent& content, int row) noexcept {
   const int most = level_of(largest.counts[0].count);
   const int least = most > kFaintLevels ? most - kFaintLevels : 1;
   Count last;
+  int classes = 0;
   int last_level = kMostLevel + 1;
   for (const Count& count : largest.counts) {
     int level = level_of(count.count);
@@ -67,10 +68,14 @@ bool quantise_labels(BlockContent& content, int row) noexcept {
       continue;
     }
     content.set(count.component, row, count_of_level(level));
+    classes += level != 0 ? 1 : 0;
     last = count;
     last_level = level;
   }
-  return quantise_rest(content, row, rest, most) != 0 || most != 0;
+  const bool has_rest = quantise_rest(content, row, rest, most) != 0;
+  if (has_rest && classes == kCodedClasses && content.centroid(row).known())
+    content.set_centroid(row, {});
+  return has_rest || most != 0;
 }
 
 void quantise_octet(BlockContent& content, int octet) noexcept {

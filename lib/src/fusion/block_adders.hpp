@@ -12,10 +12,17 @@ namespace tessera {
 
 /// The voxels of one block that a voxel of a local block goes to, without hidden ones. In a turned
 /// frame each voxel of the block takes one local voxel, which is looked up once for all; what no
-/// voxel takes goes to the one that contains its centre. Entries of a voxel follow each other, so
-/// the last answer is mostly the next.
+/// voxel takes goes to the one that contains its centre. What has a centroid goes to where the
+/// corners of its box are, and a little to those that take it, so that no hole is left.
 class BlockSums::RowTargets {
  public:
+  struct Target {
+    int row = 0;
+    float part = 1.0F;   ///< Of the labels.
+    float share = 0.0F;  ///< Of the box.
+    bool takes = true;   ///< Free passes go to it.
+  };
+
   RowTargets(BlockSums& sums, const VoxelMask& hidden, const GridTransform& T_global_local,
              BlockCoord local, BlockCoord global) noexcept
       : sums_(sums),
@@ -35,44 +42,61 @@ class BlockSums::RowTargets {
     }
   }
   /// layers: others have no targets from now on.
-  void set_layers(unsigned layers) noexcept {
-    layers_ = layers;
-    row_ = kNone;
-  }
-  [[nodiscard]] std::span<const int> of(int row) noexcept {
-    if (row != row_) {
-      row_ = row;
-      count_ = 0;
-      if (((layers_ >> layer_of_row(row)) & 1U) != 0) find(row);
-    }
-    return std::span(rows_).first(count_);
+  void set_layers(unsigned layers) noexcept { layers_ = layers; }
+  [[nodiscard]] std::span<const Target> of(int row, Centroid centroid) noexcept {
+    count_ = 0;
+    if (((layers_ >> layer_of_row(row)) & 1U) != 0) find(row, centroid);
+    return std::span(targets_).first(count_);
   }
 
  private:
   static constexpr std::int16_t kNone = -1;
+  static constexpr float kOfCorner = 1.0F / GridTransform::kBoxCorners;
+  /// Of the labels, to each voxel whose centre is in one with a centroid.
+  static constexpr float kToTakers = 0.125F;
 
-  void find(int row) noexcept {
-    if (frame_.shift_only())
-      return frame_.for_targets(voxel_of_row(local_, row), [this](VoxelCoord to) { take(to); });
-    std::int16_t taker = sums_.first_[static_cast<std::size_t>(row)];
-    if (taker == kNone) return find_untaken(voxel_of_row(local_, row));  // mostly not even near
-    for (; taker != kNone; taker = sums_.next_[static_cast<std::size_t>(taker)])
-      if (!has_row(hidden_, taker)) rows_[count_++] = taker;
+  void find(int row, Centroid centroid) noexcept {
+    const VoxelCoord local = voxel_of_row(local_, row);
+    if (frame_.shift_only()) return frame_.for_targets(local, [this](VoxelCoord to) { take(to); });
+    for (std::int16_t taker = sums_.first_[static_cast<std::size_t>(row)]; taker != kNone;
+         taker = sums_.next_[static_cast<std::size_t>(taker)])
+      add(taker);
+    const bool is_taken = count_ != 0;
+    if (!is_near(local)) return;
+    if (!is_taken) find_untaken(local);
+    if (!centroid.known()) return;
+    for (std::size_t i = 0; i < count_; ++i) targets_[i].part = is_taken ? kToTakers : 0.0F;
+    frame_.for_box_corners(local, centroid, [this](VoxelCoord to) { add_corner(to); });
+  }
+  /// Mostly it is not.
+  [[nodiscard]] bool is_near(VoxelCoord local) const noexcept {
+    return local.x >= box_.first.x && local.x <= box_.last.x && local.y >= box_.first.y &&
+           local.y <= box_.last.y && local.z >= box_.first.z && local.z <= box_.last.z;
   }
   /// Nothing in this block takes it. If its centre is in another block it is none of this one's.
   void find_untaken(VoxelCoord local) noexcept {
-    const bool is_near = local.x >= box_.first.x && local.x <= box_.last.x &&
-                         local.y >= box_.first.y && local.y <= box_.last.y &&
-                         local.z >= box_.first.z && local.z <= box_.last.z;
-    if (!is_near) return;
     const std::array<double, 3> center = frame_.to_global(local);
     const VoxelCoord own{floor_to_int(center[0]), floor_to_int(center[1]), floor_to_int(center[2])};
     if (block_of(own) != global_) return;
     frame_.for_targets(local, center, [this](VoxelCoord to) { take(to); });
   }
   void take(VoxelCoord to) noexcept {
+    if (block_of(to) == global_) add(row_order(to));
+  }
+  void add(int row) noexcept {
+    if (!has_row(hidden_, row)) targets_[count_++] = {.row = row};
+  }
+  void add_corner(VoxelCoord to) noexcept {
+    if (block_of(to) != global_) return;
     const int row = row_order(to);
-    if (block_of(to) == global_ && !has_row(hidden_, row)) rows_[count_++] = row;
+    std::size_t at = 0;
+    while (at < count_ && targets_[at].row != row) ++at;
+    if (at == count_) {
+      if (has_row(hidden_, row)) return;
+      targets_[count_++] = {.row = row, .part = 0.0F, .share = 0.0F, .takes = false};
+    }
+    targets_[at].part += kOfCorner;
+    targets_[at].share += kOfCorner;
   }
 
   BlockSums& sums_;
@@ -82,9 +106,48 @@ class BlockSums::RowTargets {
   BlockCoord global_;
   GridTransform::VoxelBox box_;
   unsigned layers_ = 0;
-  int row_ = kNone;
   std::size_t count_ = 0;
-  std::array<int, 8> rows_{};
+  std::array<Target, 8 + GridTransform::kBoxCorners> targets_{};
+};
+
+/// The free passes of one contribution in a turned frame. A voxel that enough of a surface goes to
+/// has no more of them than the voxels that the surface comes from.
+class BlockSums::TurnedPasses {
+ public:
+  explicit TurnedPasses(BlockSums& sums) noexcept : sums_(sums) {}
+
+  /// surface: what goes there counts.
+  void add(const RowTargets::Target& target, unsigned passes, bool surface) noexcept {
+    Passes& here = at(target.row);
+    if (target.takes) here.taken += passes;
+    if (surface) here.of_surface += target.share * static_cast<float>(passes);
+  }
+  void add_surface(const RowTargets::Target& target) noexcept {
+    if (target.share > 0.0F) at(target.row).share += target.share;
+  }
+  template <class Adder>
+  void give(Adder& adder) const noexcept {
+    for_rows(any_, [&](int row) {
+      const Passes& here = sums_.turned_->passes[static_cast<std::size_t>(row)];
+      unsigned passes = here.taken;
+      const auto of_surface = static_cast<unsigned>(here.of_surface + 0.5F);
+      if (here.share >= kLeastShare && of_surface < passes) passes = of_surface;
+      if (passes != 0) adder.add_passes(row, passes);
+    });
+  }
+
+ private:
+  static constexpr float kLeastShare = 0.3F;
+
+  [[nodiscard]] Passes& at(int row) noexcept {
+    Passes& here = sums_.turned_->passes[static_cast<std::size_t>(row)];
+    if (!has_row(any_, row)) here = {};
+    add_row(any_, row);
+    return here;
+  }
+
+  BlockSums& sums_;
+  VoxelMask any_{};
 };
 
 /// What a robot says today goes to the sums at once.

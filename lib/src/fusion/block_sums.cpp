@@ -36,7 +36,9 @@ Result<BlockSums> BlockSums::make(Arena& arena, const GlobalMapConfig& config, i
   made.holders_ = arena.take<std::uint8_t>(kBlockVoxels);
   made.weights_ = arena.take<float>(kBlockVoxels);
   made.objectors_ = arena.take<std::uint8_t>(kBlockVoxels);
-  if (made.objectors_.empty()) return Status::kResourceExhausted;
+  const std::span<Turned> turned = arena.take<Turned>(1);
+  if (turned.empty()) return Status::kResourceExhausted;
+  made.turned_ = turned.data();
   return made;
 }
 
@@ -50,64 +52,51 @@ std::uint16_t count_voxels(const VoxelMask& mask) noexcept {
 
 }  // namespace
 
-/// Each robot once, whatever its earlier starts have said.
-void BlockSums::count_objectors(const Source& source, const Replicas::Replica& replica) noexcept {
-  std::fill(objectors_.begin(), objectors_.end(), std::uint8_t{0});
-  VoxelMask of_robot{};
-  const std::span<const Slot> all = source.replicas.objections();
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    const Replicas::Contribution& one = source.replicas.contribution(all[i]);
-    Objection objection;
-    const bool objects = !one.leaving &&
-                         find_objection(source.replicas, all[i], source.contribution.id,
-                                        BlockKey{replica.key}, objection) &&
-                         replica.version - replica.part == objection.version;
-    for (std::size_t z = 0; objects && z < of_robot.size(); ++z) of_robot[z] |= objection.voxels[z];
-    if (i + 1 < all.size() && source.replicas.contribution(all[i + 1]).id.robot == one.id.robot)
-      continue;
-    for_rows(of_robot, [this](int row) { ++objectors_[static_cast<std::size_t>(row)]; });
-    of_robot = {};
-  }
-}
-
-bool BlockSums::is_objected(int row, int target) noexcept {
-  const std::uint8_t objectors = objectors_[static_cast<std::size_t>(row)];
-  if (objectors == 0) return false;
-  const bool is_objected = objectors >= holders_[static_cast<std::size_t>(target)];
-  add_row(is_objected ? objected_ : disputed_, target);
-  return is_objected;
-}
-
+/// passes: in a turned frame.
 template <class Adder>
 std::uint64_t BlockSums::add_replica(const Source& source, const Replicas::Replica& replica,
-                                     RowTargets& targets, Adder& adder) noexcept {
+                                     RowTargets& targets, Adder& adder,
+                                     TurnedPasses* passes) noexcept {
   targets.set_layers(replica.live);
   if (any_objections_) count_objectors(source, replica);
-  VoxelMask observed{};
-  const auto observe = [&](int row) {
-    if (has_row(observed, row)) return;
-    add_row(observed, row);
-    for (const int target : targets.of(row)) adder.observe(target);
+  turned_->centroids.fill({});
+  VoxelMask labelled{};
+  std::span<const RowTargets::Target> of_voxel;
+  const auto counts = [this](int row, int target) {
+    return !any_objections_ || !is_objected(row, target);
+  };
+  const auto begin_voxel = [&](int row, Centroid centroid) {
+    add_row(labelled, row);
+    turned_->centroids[static_cast<std::size_t>(row)] = centroid;
+    of_voxel = targets.of(row, centroid);
+    for (const RowTargets::Target& target : of_voxel) {
+      if (target.part > 0.0F) adder.observe(target.row);
+      if (passes != nullptr && counts(row, target.row)) passes->add_surface(target);
+    }
+  };
+  const auto add_labels = [&](int row, int component, float count) {
+    for (const RowTargets::Target& target : of_voxel)
+      if (target.part > 0.0F && counts(row, target.row))
+        adder.add_labels(target.row, component, target.part * count);
+  };
+  const auto add_passes = [&](int row, unsigned count) {
+    const bool is_new = !has_row(labelled, row);
+    for (const RowTargets::Target& target :
+         targets.of(row, turned_->centroids[static_cast<std::size_t>(row)])) {
+      if (is_new || !(target.part > 0.0F)) adder.observe(target.row);
+      passes != nullptr ? passes->add(target, count, counts(row, target.row))
+                        : adder.add_passes(target.row, count);
+    }
   };
   const std::uint64_t looked = any_objections_ ? source.replicas.objections().size() : 0;
-  return looked + unpack_block(
-                      source.replicas.read(replica, scratch_),
-                      [&](int row, int component, float count) {
-                        observe(row);
-                        for (const int target : targets.of(row))
-                          if (!any_objections_ || !is_objected(row, target))
-                            adder.add_labels(target, component, count);
-                      },
-                      [&](int row, unsigned passes) {
-                        observe(row);
-                        for (const int target : targets.of(row)) adder.add_passes(target, passes);
-                      });
+  return looked +
+         unpack_block(source.replicas.read(replica, scratch_), begin_voxel, add_labels, add_passes);
 }
 
 /// Parts in the order of their lowest layers, which is no matter of when they came.
 template <class Adder>
 std::uint64_t BlockSums::add_local_block(const Source& source, Slot slot, BlockCoord local,
-                                         Adder& adder) noexcept {
+                                         Adder& adder, TurnedPasses* passes) noexcept {
   std::uint64_t work = 1;
   const Result<BlockKey> key = pack(local);
   const Replicas::Replica* const first = key.ok() ? source.replicas.find(slot, *key) : nullptr;
@@ -119,48 +108,38 @@ std::uint64_t BlockSums::add_local_block(const Source& source, Slot slot, BlockC
     for (const Replicas::Replica* part = first; part != nullptr;
          part = source.replicas.next_part(*part))
       if (part->bytes != 0 && std::countr_zero(part->live) == layer)
-        work += add_replica(source, *part, targets, adder);
+        work += add_replica(source, *part, targets, adder, passes);
   }
   return work;
 }
 
 template <class Adder>
-std::uint64_t BlockSums::add_contribution(const Source& source, Slot slot, Adder& adder) noexcept {
-  std::uint64_t work = 0;
-  if (source.contribution.leaving) return work;
+std::uint64_t BlockSums::add_blocks(const Source& source, Slot slot, Adder& adder,
+                                    TurnedPasses* passes) noexcept {
   const GridTransform::BlockRange range =
       source.contribution.T_global_local.local_blocks(source.block);
   if (!source.contribution.may_have(range)) return 1;
-  if (!source.contribution.T_global_local.shift_only()) {
+  if (passes != nullptr) {
     for (int row = 0; row < kBlockVoxels; ++row)
       taken_[static_cast<std::size_t>(row)] =
           source.contribution.T_global_local.to_local(voxel_of_row(source.block, row));
   }
+  std::uint64_t work = 0;
   for (std::int32_t z = range.first.z; z <= range.last.z; ++z)
     for (std::int32_t y = range.first.y; y <= range.last.y; ++y)
       for (std::int32_t x = range.first.x; x <= range.last.x; ++x)
-        work += add_local_block(source, slot, {x, y, z}, adder);
+        work += add_local_block(source, slot, {x, y, z}, adder, passes);
   return work;
 }
 
-std::uint64_t BlockSums::look_for_objections(const Source& source, Slot slot, bool& any) noexcept {
-  const Replicas::Contribution& one = source.contribution;
-  if (any || one.leaving || Objection::is(one.id.submap)) return 0;
-  const GridTransform::BlockRange range = one.T_global_local.local_blocks(source.block);
-  if (!one.may_have(range)) return 0;
-  std::uint64_t work = 0;
-  Objection objection;
-  for (std::int32_t z = range.first.z; z <= range.last.z; ++z)
-    for (std::int32_t y = range.first.y; y <= range.last.y; ++y)
-      for (std::int32_t x = range.first.x; x <= range.last.x; ++x) {
-        const Result<BlockKey> key = pack({x, y, z});
-        ++work;
-        if (any || !key.ok() || source.replicas.find(slot, *key) == nullptr) continue;
-        for (const Slot objections : source.replicas.objections()) {
-          ++work;
-          any = any || find_objection(source.replicas, objections, one.id, *key, objection);
-        }
-      }
+template <class Adder>
+std::uint64_t BlockSums::add_contribution(const Source& source, Slot slot, Adder& adder) noexcept {
+  if (source.contribution.leaving) return 0;
+  if (source.contribution.T_global_local.shift_only())
+    return add_blocks(source, slot, adder, nullptr);
+  TurnedPasses passes(*this);
+  const std::uint64_t work = add_blocks(source, slot, adder, &passes);
+  passes.give(adder);
   return work;
 }
 

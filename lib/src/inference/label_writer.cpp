@@ -129,6 +129,8 @@ void LabelWriter::write_units(LocalMap& map, const ScanTiles& tiles, const Tile&
                    sums, work);
       }
       if (sums.components() == 0) continue;
+      if (around.own != nullptr)
+        sums.set_centroids(centroids_of(points_of(tiles, around.own), octet));
       const BlockOctet at = locate(tile, octet, tiles.unit_edge());
       write_octet(map, tile.blocks[static_cast<std::size_t>(at.block)], at.octet, report);
     }

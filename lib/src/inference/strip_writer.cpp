@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tessera/inference/internal/strip_writer.hpp"
 
+#include <bit>
+
 namespace tessera {
 
 namespace {
@@ -60,6 +62,25 @@ Result<StripWriter> StripWriter::make(Arena& arena) noexcept {
   writer.strip_ = *strip;
   return writer;
 }
+
+namespace {
+
+/// Of a block that is a tile; by row order.
+void find_centroids(const ScanTiles& tiles, const Tile& tile,
+                    std::array<Centroid, kBlockVoxels>& into) noexcept {
+  constexpr int kUnitEdge = 2;  // a unit is an octet
+  for (std::uint64_t units = tile.occupied; units != 0; units &= units - 1) {
+    const int unit = std::countr_zero(units);
+    const UnitSample& sample = tiles.sample(tile, unit);
+    const OctetCentroids found =
+        centroids_of(tiles.points().subspan(sample.begin, sample.end - sample.begin),
+                     octets_of_unit(unit, kUnitEdge).place[0]);
+    for (int v = 0; v < kOctetVoxels; ++v)
+      into[static_cast<std::size_t>(row_order(unit, v))] = found[static_cast<std::size_t>(v)];
+  }
+}
+
+}  // namespace
 
 /// From each tile that is still to be written, all of its run along x.
 void StripWriter::write_all(LocalMap& map, ScanTiles& tiles, EvidenceWork& work,
@@ -172,8 +193,12 @@ void StripWriter::write(LocalMap& map, const ScanTiles& tiles, std::span<const T
     const int tile = static_cast<int>(i);
     const std::uint64_t octets = strip[i]->wanted & strip_.touched(tile);
     if (octets == 0 || block == 0) continue;
+    std::array<Centroid, kBlockVoxels> centroids{};
+    find_centroids(tiles, *strip[i], centroids);
+    BlockEvidence sums = strip_.sums(tile);
+    sums.centroids = centroids.data();
     // Room was reserved before anything was written, so this does not fail.
-    const Result<int> written = map.add_labels(block, octets, strip_.sums(tile));
+    const Result<int> written = map.add_labels(block, octets, sums);
     TESSERA_ASSERT(written.ok());
     if (written.ok()) {
       report.label_octets += static_cast<std::uint32_t>(*written);

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tessera/inference/internal/tile_evidence.hpp"
 
+#include <bit>
 #include <cstddef>
 
 #include "tessera/base/internal/bits.hpp"
@@ -42,7 +43,41 @@ Int4 lanes_of(unsigned voxels) noexcept {
   return Int4{lane(0), lane(1), lane(2), lane(3)};
 }
 
+/// Which voxel of an octet a point of the octet is in.
+std::size_t voxel_of(const TilePoint& point, const OctetPlace& octet) noexcept {
+  const auto side = [](float coordinate, int corner) {
+    return coordinate >= static_cast<float>(corner + 1) ? std::size_t{1} : std::size_t{0};
+  };
+  return side(point.x, octet.corner[0]) | (side(point.y, octet.corner[1]) << 1U) |
+         (side(point.z, octet.corner[2]) << 2U);
+}
+
 }  // namespace
+
+OctetCentroids centroids_of(std::span<const TilePoint> points, const OctetPlace& octet) noexcept {
+  std::array<Float4, kOctetVoxels> sums{};  // x, y, z and how many
+  const Float4 corner{static_cast<float>(octet.corner[0]), static_cast<float>(octet.corner[1]),
+                      static_cast<float>(octet.corner[2]), 0.0F};
+  unsigned with_points = 0;
+  for (const TilePoint& point : points) {
+    const Float4 place = Float4{point.x, point.y, point.z, 1.0F} - corner;
+    const std::size_t v = voxel_of(point, octet);
+    const bool inside = place[0] >= 0.0F && place[0] < 2.0F && place[1] >= 0.0F &&
+                        place[1] < 2.0F && place[2] >= 0.0F && place[2] < 2.0F;
+    if (!inside) continue;
+    sums[v] += place;
+    with_points |= 1U << v;
+  }
+  OctetCentroids found{};
+  for (with_points &= octet.voxels; with_points != 0; with_points &= with_points - 1) {
+    const auto v = static_cast<std::size_t>(std::countr_zero(with_points));
+    const Float4 mean = sums[v] / sums[v][3];
+    found[v] = Centroid::at(mean[0] - static_cast<float>(v & 1U),
+                            mean[1] - static_cast<float>((v >> 1U) & 1U),
+                            mean[2] - static_cast<float>(v >> 2U));
+  }
+  return found;
+}
 
 void add_points(std::span<const TilePoint> points, const Point3f& shift, const OctetPlace& octet,
                 const KernelShape& kernel, OctetEvidence& into, EvidenceWork& work) noexcept {
@@ -81,11 +116,7 @@ void add_points(std::span<const TilePoint> points, const Point3f& shift, const O
 void count_points(std::span<const TilePoint> points, const OctetPlace& octet, float min_weight,
                   OctetEvidence& into, EvidenceWork& work) noexcept {
   for (const TilePoint& point : points) {
-    const auto side = [](float coordinate, int corner) {
-      return coordinate >= static_cast<float>(corner + 1) ? std::size_t{1} : std::size_t{0};
-    };
-    const std::size_t v = side(point.x, octet.corner[0]) | (side(point.y, octet.corner[1]) << 1U) |
-                          (side(point.z, octet.corner[2]) << 2U);
+    const std::size_t v = voxel_of(point, octet);
     ++work.evaluations;
     if (((octet.voxels >> v) & 1U) == 0 || !(point.weight >= least_counted(min_weight))) continue;
     into.plane(point.component)[v] += point.weight;

@@ -27,8 +27,8 @@ inline MapFileStatus check(CheckedSource& source, const char* bad) noexcept {
 
 /// Bytes of a buffer that a block's head and free passes are kept in.
 inline constexpr std::size_t kPieceBytes = 1024;
-/// Bytes of one octet at most: its mask, and for each voxel a number and the counts.
-inline constexpr std::size_t kOctetPieceBytes = 1 + kOctetVoxels * (1 + 5 * kMaxComponents);
+/// Bytes of one octet at most: its mask, and for each voxel a number, a centroid and the counts.
+inline constexpr std::size_t kOctetPieceBytes = 1 + kOctetVoxels * (2 + 5 * kMaxComponents);
 
 /// What stands before a block's content.
 struct BlockHead {

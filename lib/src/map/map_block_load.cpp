@@ -18,10 +18,13 @@ constexpr const char* kEndsInBlock = "the file ends inside a block";
 
 /// The counts of one voxel with label evidence.
 MapFileStatus load_counts(CheckedSource& source, VoxelEvidence& evidence) noexcept {
-  std::array<std::byte, 1> one{};
-  if (!source.get(one)) return failed(source, Status::kTruncated, kEndsInBlock);
-  const int count = std::to_integer<int>(one[0]);
+  std::array<std::byte, 2> head{};
+  if (!source.get(head)) return failed(source, Status::kTruncated, kEndsInBlock);
+  const int count = std::to_integer<int>(head[0]);
   if (count == 0) return failed(source, Status::kCorrupt, "an observed voxel has no count");
+  const auto centroid = std::to_integer<std::uint8_t>(head[1]);
+  if (centroid >= Centroid::kCodes) return failed(source, Status::kCorrupt, "returns are nowhere");
+  evidence.centroid = Centroid::of_code(centroid);
   int last = -1;  // 0 stands for the rest
   for (int i = 0; i < count; ++i) {
     std::array<std::byte, 5> bytes{};

@@ -98,6 +98,7 @@ void put_octet(const Stored& block, int octet, std::span<std::byte> buffer,
     const VoxelEvidence evidence = block.evidence(octet, voxel);
     const std::uint64_t present = present_counts(evidence);
     out.u8(static_cast<std::uint8_t>(std::popcount(present)));
+    out.u8(evidence.centroid.code());
     for (std::uint64_t rest = present; rest != 0; rest &= rest - 1) {
       const int l = std::countr_zero(rest);
       out.u8(static_cast<std::uint8_t>(l));

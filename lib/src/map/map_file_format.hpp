@@ -15,9 +15,8 @@ namespace tessera::detail {
 
 /// The carriage return and line feed catch transfers that rewrite text.
 inline constexpr std::array<char, 8> kMapMagic{'T', 'S', 'M', 'A', 'P', '\r', '\n', '\x1a'};
-inline constexpr std::uint16_t kMapMajor = 1;
-/// 1 appended the summary to the header.
-inline constexpr std::uint16_t kMapMinor = 1;
+inline constexpr std::uint16_t kMapMajor = 2;
+inline constexpr std::uint16_t kMapMinor = 0;
 inline constexpr std::size_t kPreambleBytes = 8 + 2 + 2 + 4;
 inline constexpr std::uint32_t kEndMark = 0x454e4421U;
 

@@ -58,7 +58,7 @@ bool parse_summary(ByteReader& in, MapFileHeader& header) noexcept {
          summary.observed() == summary.occupied + summary.free && labelled == summary.occupied;
 }
 
-Status parse_body(ByteReader& in, std::uint16_t minor, MapFileHeader& header) noexcept {
+Status parse_body(ByteReader& in, MapFileHeader& header) noexcept {
   const std::uint8_t kind = in.u8();
   const std::uint8_t tuple = in.u8();
   const std::uint8_t classes = in.u8();
@@ -104,7 +104,7 @@ Status parse_body(ByteReader& in, std::uint16_t minor, MapFileHeader& header) no
   const bool rigid =
       !header.identity.has_T_global_map || check_rigid(header.identity.T_global_map) == Status::kOk;
   if (!in.ok() || !fits || !rigid || !in_range(header.config)) return Status::kCorrupt;
-  const std::uint8_t has_summary = minor >= 1 ? in.u8() : 0;
+  const std::uint8_t has_summary = in.u8();
   if (!in.ok() || has_summary > 1 || (has_summary == 1 && !parse_summary(in, header)))
     return Status::kCorrupt;
   const std::uint32_t octet_bytes =
@@ -186,7 +186,7 @@ MapFileStatus load_header(const ByteSource& byte_source, MapFileBuffer& buffer,
       return failed(source, Status::kCorrupt, "this is not a map file");
   }
   const std::uint16_t major = in.u16();
-  const std::uint16_t minor = in.u16();  // any one of a major version that is known
+  static_cast<void>(in.u16());  // any minor version of a major one that is known
   const std::uint32_t body_bytes = in.u32();
   if (major != detail::kMapMajor)
     return failed(source, Status::kUnsupported, "the file has another major version");
@@ -199,7 +199,7 @@ MapFileStatus load_header(const ByteSource& byte_source, MapFileBuffer& buffer,
   const MapFileStatus checksum = check(source, "the header's checksum does not match");
   if (!checksum.ok()) return checksum;
   ByteReader reader(body);
-  const Status status = parse_body(reader, minor, header);
+  const Status status = parse_body(reader, header);
   if (status == Status::kUnsupported)
     return failed(source, status, "the header names a kind of map that is not known");
   if (status != Status::kOk) return failed(source, status, "the header has a value out of range");

@@ -26,6 +26,7 @@ void add_settings(const LocalMap& map, Digest& digest) noexcept {
 }
 
 constexpr unsigned kRest = kMaxComponents;  ///< The rest's component.
+constexpr unsigned kCentroid = kRest + 1;   ///< The centroid's, whose code counts.
 
 /// A count: the row order of its voxel, its component and its bits, no two of a block alike.
 std::uint64_t hash_of(int row, unsigned component, float count) noexcept {
@@ -41,9 +42,12 @@ std::uint64_t hash_of(const LocalMap& map, const Block& block) noexcept {
   std::uint64_t sum = 0;
   for (std::uint64_t octets = map.octets_of(block); octets != 0; octets &= octets - 1) {
     const int octet = std::countr_zero(octets);
+    const OctetCentroids centroids = map.centroids(block, octet);
     for (unsigned voxels = map.observed_labels(block, octet); voxels != 0; voxels &= voxels - 1) {
       const int voxel = std::countr_zero(voxels);
       const int row = row_order(octet, voxel);
+      const Centroid centroid = centroids[static_cast<std::size_t>(voxel)];
+      if (centroid.known()) sum += hash_of(row, kCentroid, static_cast<float>(centroid.code()));
       map.visit_labels(
           block, octet, voxel,
           [&](int component, float count) {

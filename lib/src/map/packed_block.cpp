@@ -43,12 +43,23 @@ std::uint32_t entries_of(const BlockContent& content, int row,
 
 unsigned pack_octet(const BlockContent& content, int corner, Packer& packer) noexcept {
   unsigned voxels = 0;
+  std::uint8_t known = 0;
+  const std::size_t at = packer.size;
+  packer.put(known);
   std::array<std::uint32_t, kMaxComponents> entries{};
   for (int v = 0; v < kOctetVoxels; ++v) {
-    const std::uint32_t count = entries_of(content, corner + row_order(0, v), entries);
-    if (count != 0) voxels |= 1U << static_cast<unsigned>(v);
+    const int row = corner + row_order(0, v);
+    const std::uint32_t count = entries_of(content, row, entries);
+    if (count == 0) continue;
+    voxels |= 1U << static_cast<unsigned>(v);
+    if (content.centroid(row).known()) {
+      known |= static_cast<std::uint8_t>(1U << static_cast<unsigned>(v));
+      packer.put(content.centroid(row).code());
+    }
     for (std::uint32_t i = 0; i < count; ++i) packer.put(entries[i]);
   }
+  if (packer.ok) packer.into[at] = std::byte{known};
+  if (voxels == 0 && packer.ok) packer.size = at;
   return voxels;
 }
 
@@ -104,15 +115,26 @@ std::size_t pack_block(const BlockContent& content, std::span<std::byte> into) n
   return packer.ok && (labelled | passed) != 0 ? packer.size : 0;
 }
 
+namespace {
+
+/// Of two maps' that are added up, the first one known.
+void add_centroid(Centroid centroid, int row, BlockContent& content) noexcept {
+  if (centroid.known() && !content.centroid(row).known()) content.set_centroid(row, centroid);
+}
+
+}  // namespace
+
 void add_block(const LocalMap& map, const Block& block, BlockContent& content) noexcept {
   for (std::uint64_t octets = map.octets_of(block); octets != 0; octets &= octets - 1) {
     const int octet = std::countr_zero(octets);
+    const OctetCentroids centroids = map.centroids(block, octet);
     for (unsigned voxels = map.observed_labels(block, octet); voxels != 0; voxels &= voxels - 1) {
       const int v = std::countr_zero(voxels);
       const int row = row_order(octet, v);
       map.visit_labels(
           block, octet, v, [&](int component, float count) { content.add(component, row, count); },
           [&](float rest) { content.add_rest(row, rest); });
+      add_centroid(centroids[static_cast<std::size_t>(v)], row, content);
     }
   }
   if (!block.has_free_passes()) return;
@@ -126,12 +148,14 @@ void add_block(const LocalMap& map, const Block& block, BlockContent& content) n
 
 void add_block(const BlockSnapshot& block, BlockContent& content) noexcept {
   for (int octet = 0; octet < kBlockOctets; ++octet) {
+    const OctetCentroids centroids = block.centroids(octet);
     for (unsigned voxels = block.observed_labels(octet); voxels != 0; voxels &= voxels - 1) {
       const int v = std::countr_zero(voxels);
       const int row = row_order(octet, v);
       block.visit_labels(
           octet, v, [&](int component, float count) { content.add(component, row, count); },
           [&](float rest) { content.add_rest(row, rest); });
+      add_centroid(centroids[static_cast<std::size_t>(v)], row, content);
     }
     for (int v = 0; v < kOctetVoxels; ++v) {
       const unsigned count = block.free_passes(octet, v);
@@ -143,8 +167,13 @@ void add_block(const BlockSnapshot& block, BlockContent& content) noexcept {
 namespace {
 
 /// Where the entries of a voxel end, or nullptr: they do not, or are no entries.
-const std::byte* end_of_voxel(const std::byte* at, const std::byte* end,
+const std::byte* end_of_voxel(const std::byte* at, const std::byte* end, bool has_centroid,
                               int num_components) noexcept {
+  if (has_centroid) {
+    if (at == end || *at == std::byte{0} || std::to_integer<int>(*at) >= Centroid::kCodes)
+      return nullptr;
+    ++at;
+  }
   // Components ascend; the rest, as 0, comes last.
   std::uint32_t least = 1;
   for (bool more = true; more; at += 4) {
@@ -198,9 +227,12 @@ Status check_packed(std::span<const std::byte> bytes, int num_components) noexce
   const std::byte* const end = bytes.data() + bytes.size();
   for (std::size_t i = 0; i < octets; ++i) {
     auto voxels = std::to_integer<unsigned>(bytes[16 + i]);
-    if (voxels == 0) return Status::kCorrupt;
+    if (voxels == 0 || at == end) return Status::kCorrupt;
+    const auto known = std::to_integer<unsigned>(*at++);
+    if ((known & ~voxels) != 0) return Status::kCorrupt;
     for (; voxels != 0; voxels &= voxels - 1) {
-      at = end_of_voxel(at, end, num_components);
+      const bool has_centroid = (known & voxels & (~voxels + 1)) != 0;
+      at = end_of_voxel(at, end, has_centroid, num_components);
       if (at == nullptr) return Status::kCorrupt;
     }
   }

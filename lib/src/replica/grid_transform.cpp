@@ -16,14 +16,17 @@ void scale_to_unit(Row& row) noexcept {
   for (double& x : row) x /= length;
 }
 
-/// Half of a turned block's extent on an axis. Voxels are where their centres are, those that take
-/// and those that are taken, so only rounding needs to be allowed for.
-double half_extent(double a, double b, double c) noexcept {
-  constexpr double kHalf = kBlockEdge / 2.0;
-  constexpr double kSlack = 1e-3;
+/// Half of a turned block's extent on an axis, with what rounding needs.
+double half_extent(double a, double b, double c, double half) noexcept {
+  constexpr double kSlack = 1e-6;
   const double edge = (a < 0 ? -a : a) + (b < 0 ? -b : b) + (c < 0 ? -c : c);
-  return kHalf * edge + kSlack;
+  return half * edge + kSlack;
 }
+
+constexpr double kHalfBlock = kBlockEdge / 2.0;
+/// No corner of a box, and no centre, is nearer to the faces of its voxel, so that frames that are
+/// turned about one axis alone need no neighbours on it.
+constexpr double kInset = 0.0009;
 
 }  // namespace
 
@@ -60,16 +63,13 @@ Result<GridTransform> GridTransform::make(const Matrix34d& T_global_local,
   return result;
 }
 
-/// A voxel whose centre is in a turned cube, or that has in it the centre of one which is all in
-/// the cube, is no nearer to the cube's end than this.
 GridTransform::VoxelBox GridTransform::around(const std::array<double, 3>& center,
                                               const std::array<double, 3>& half) noexcept {
-  constexpr double kInset = 0.5;
   std::array<std::int32_t, 3> first{};
   std::array<std::int32_t, 3> last{};
   for (std::size_t i = 0; i < 3; ++i) {
-    first[i] = floor_to_int(center[i] - half[i] + kInset);
-    last[i] = floor_to_int(center[i] + half[i] - kInset);
+    first[i] = floor_to_int(center[i] - half[i]);
+    last[i] = floor_to_int(center[i] + half[i]);
   }
   return {{first[0], first[1], first[2]}, {last[0], last[1], last[2]}};
 }
@@ -80,14 +80,15 @@ GridTransform::VoxelBox GridTransform::local_box(BlockCoord global) const noexce
     const VoxelCoord first = corner - shift_;
     return {first, {first.x + 7, first.y + 7, first.z + 7}};
   }
-  constexpr double kHalf = kBlockEdge / 2.0;
-  const double x = corner.x + kHalf - t_[0];
-  const double y = corner.y + kHalf - t_[1];
-  const double z = corner.z + kHalf - t_[2];
+  const double x = corner.x + kHalfBlock - t_[0];
+  const double y = corner.y + kHalfBlock - t_[1];
+  const double z = corner.z + kHalfBlock - t_[2];
+  const auto half = [](double a, double b, double c) {
+    return half_extent(a, b, c, kHalfBlock) - kInset;
+  };
   return around({r_[0] * x + r_[3] * y + r_[6] * z, r_[1] * x + r_[4] * y + r_[7] * z,
                  r_[2] * x + r_[5] * y + r_[8] * z},
-                {half_extent(r_[0], r_[3], r_[6]), half_extent(r_[1], r_[4], r_[7]),
-                 half_extent(r_[2], r_[5], r_[8])});
+                {half(r_[0], r_[3], r_[6]), half(r_[1], r_[4], r_[7]), half(r_[2], r_[5], r_[8])});
 }
 
 GridTransform::VoxelBox GridTransform::global_box(BlockCoord local) const noexcept {
@@ -102,7 +103,7 @@ GridTransform::VoxelBox GridTransform::global_box(BlockCoord local) const noexce
   std::array<double, 3> half{};
   for (std::size_t i = 0; i < 3; ++i) {
     center[i] = five[i] - 0.5 * (r_[3 * i] + r_[3 * i + 1] + r_[3 * i + 2]);
-    half[i] = half_extent(r_[3 * i], r_[3 * i + 1], r_[3 * i + 2]);
+    half[i] = half_extent(r_[3 * i], r_[3 * i + 1], r_[3 * i + 2], kHalfBlock - kInset);
   }
   return around(center, half);
 }

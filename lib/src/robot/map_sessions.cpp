@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "tessera/exchange/internal/block_codec.hpp"
 #include "tessera/map/internal/packed_block.hpp"
 
 namespace tessera {
@@ -57,6 +58,7 @@ Result<std::size_t> MapSessions::publish(std::uint32_t submap, const LocalMap& m
     content_.clear();
     add_block(map, map.block_at(item.index), content_);
     if (!content_.any()) continue;
+    quantise(content_);
     if (exchange_->publish_earlier(submap, BlockKey{item.key}, content_).ok()) {
       ++session->blocks;
     } else {

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "tessera/base/rigid.hpp"
+#include "tessera/exchange/internal/block_codec.hpp"
 #include "tessera/map/internal/packed_block.hpp"
 #include "tessera/robot/sharer.hpp"
 
@@ -55,6 +56,7 @@ Result<std::size_t> Sharer::publish_earlier(std::uint32_t submap, const LocalMap
   for (const KeyedIndex& item : left.first(most)) {
     earlier_.clear();
     add_block(map, map.block_at(item.index), earlier_);
+    quantise(earlier_);
     // What finds no room is counted by the exchange.
     if (earlier_.any())
       static_cast<void>(exchange_.publish_earlier(submap, BlockKey{item.key}, earlier_));

@@ -14,7 +14,8 @@ namespace tessera {
 
 void CompactTuple::add_to_rest(Octet& octet, std::size_t voxel, std::uint32_t count) noexcept {
   std::uint32_t& rest = octet.words[kRest][voxel];
-  rest = count < kMostCount - rest ? rest + count : kMostCount;
+  const std::uint32_t room = kMostCount - (rest & kMostCount);
+  rest += count < room ? count : room;
 }
 
 void CompactTuple::find_slot(Octet& octet, std::size_t voxel, std::uint32_t component,
@@ -75,8 +76,16 @@ CompactTuple::Plane CompactTuple::add_planes(std::byte* octet_bytes,
     const int component = std::countr_zero(rest);
     add_plane(octet, static_cast<std::uint32_t>(component), added.read(component));
   }
+  const Plane sums = sums_of(octet);
+  const OctetCentroids seen = added.centroids();
+  for (std::size_t v = 0; v < kOctetVoxels; ++v) {
+    std::uint32_t& rest = octet.words[kRest][v];
+    if (!seen[v].known() || !(sums[v] > 0.0F)) continue;
+    const Centroid here = Centroid::of_code(static_cast<std::uint8_t>(rest >> kCountBits));
+    rest = std::uint32_t{here.moved_toward(seen[v]).code()} << kCountBits | (rest & kMostCount);
+  }
   store_shared_words(octet_bytes, &octet, sizeof(octet));
-  return sums_of(octet);
+  return sums;
 }
 template CompactTuple::Plane CompactTuple::add_planes(std::byte*,
                                                       const OctetEvidence&) const noexcept;
@@ -86,8 +95,8 @@ template CompactTuple::Plane CompactTuple::add_planes(std::byte*,
 CompactTuple::Plane CompactTuple::sums_of(const Octet& octet) const noexcept {
   Plane sums{};
   for (std::size_t v = 0; v < kOctetVoxels; ++v) {
-    std::uint32_t sum = octet.words[kRest][v];
-    for (std::size_t s = 0; s < kSlots; ++s) sum += octet.words[s][v] & kMostCount;
+    std::uint32_t sum = 0;
+    for (std::size_t s = 0; s <= kRest; ++s) sum += octet.words[s][v] & kMostCount;
     sums[v] = static_cast<float>(static_cast<std::int32_t>(sum)) * quantum_;
   }
   return sums;
@@ -113,10 +122,13 @@ CompactTuple::Plane CompactTuple::label_sums(const std::byte* octet_bytes) const
 void CompactTuple::scale(std::byte* octet_bytes, int voxel, float factor) noexcept {
   Octet octet{};
   std::memcpy(&octet, octet_bytes, sizeof(octet));
+  std::uint32_t left = 0;
   for (Words& words : octet.words) {
     std::uint32_t& word = words[static_cast<std::size_t>(voxel)];
     const auto count = static_cast<std::uint32_t>(static_cast<float>(word & kMostCount) * factor);
-    word = count == 0 ? 0 : (word & ~kMostCount) | count;
+    left |= count;
+    const bool is_centroid = &words == &octet.words[kRest] && left != 0;
+    word = count == 0 && !is_centroid ? 0 : (word & ~kMostCount) | count;
   }
   store_shared_words(octet_bytes, &octet, sizeof(octet));
 }
@@ -131,7 +143,9 @@ void CompactTuple::read(const std::byte* octet_bytes, int voxel,
     if (word == 0) continue;
     into.sigma[word >> kCountBits] = static_cast<float>(word & kMostCount) * quantum_;
   }
-  into.rest = static_cast<float>(octet.words[kRest][v]) * quantum_;
+  const std::uint32_t rest = octet.words[kRest][v];
+  into.rest = static_cast<float>(rest & kMostCount) * quantum_;
+  into.centroid = Centroid::of_code(static_cast<std::uint8_t>(rest >> kCountBits));
 }
 
 std::array<std::uint32_t, CompactTuple::kSlots + 1> CompactTuple::words_of(
@@ -151,7 +165,19 @@ std::array<std::uint32_t, CompactTuple::kSlots + 1> CompactTuple::words_of(
     words[taken++] = static_cast<std::uint32_t>(l) << kCountBits | count;
   }
   words[kRest] = whole_quanta(evidence.rest);
-  return words[kRest] == kNotHeld ? std::array<std::uint32_t, kSlots + 1>{kNotHeld} : words;
+  if (words[kRest] == kNotHeld) return {kNotHeld};
+  if (taken != 0 || words[kRest] != 0)
+    words[kRest] |= std::uint32_t{evidence.centroid.code()} << kCountBits;
+  return words;
+}
+
+OctetCentroids CompactTuple::centroids(const std::byte* octet_bytes) noexcept {
+  Words rests{};
+  std::memcpy(&rests, octet_bytes + kRest * sizeof(Words), sizeof(rests));
+  OctetCentroids found{};
+  for (std::size_t v = 0; v < kOctetVoxels; ++v)
+    found[v] = Centroid::of_code(static_cast<std::uint8_t>(rests[v] >> kCountBits));
+  return found;
 }
 
 void CompactTuple::condense(VoxelEvidence& evidence) const noexcept {

@@ -89,13 +89,16 @@ TEST_CASE("world_box: wherever resampling takes a voxel, it is within the box of
       const VoxelCoord local{on_axis(first.x, first.x + extent.high.x - extent.low.x),
                              on_axis(first.y, first.y + extent.high.y - extent.low.y),
                              on_axis(first.z, first.z + extent.high.z - extent.low.z)};
-      frame.for_targets(local, [&](VoxelCoord target) {
+      const auto is_within = [&](VoxelCoord target) {
         const std::array<int, 3> of{target.x, target.y, target.z};
         for (std::size_t axis = 0; axis < 3; ++axis) {
           REQUIRE(kResolution_m * of[axis] >= box.low[axis] - 1e-9);
           REQUIRE(kResolution_m * (of[axis] + 1) <= box.high[axis] + 1e-9);
         }
-      });
+      };
+      frame.for_targets(local, is_within);
+      const std::array<int, 3> levels{random.below(6), random.below(6), random.below(6)};
+      if (!frame.shift_only()) frame.for_box_corners(local, Centroid::of_levels(levels), is_within);
     }
   }
 }

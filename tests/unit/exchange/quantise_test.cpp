@@ -47,6 +47,9 @@ TEST_CASE("quantise: twice is once, and packing what is quantised loses nothing"
   OwnContent unpacked(components);
   unpack_block(
       packed,
+      [&](int row, Centroid centroid) {
+        if (centroid.known()) unpacked->set_centroid(row, centroid);
+      },
       [&](int row, int component, float count) {
         component == 0 ? unpacked->add_rest(row, count) : unpacked->add(component, row, count);
       },

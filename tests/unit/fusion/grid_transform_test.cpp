@@ -43,6 +43,13 @@ TEST_CASE(
           REQUIRE(within(frame.global_blocks(block_of(local)), block_of(target)));
           REQUIRE(within(frame.local_blocks(block_of(target)), block_of(local)));
         });
+        if (!frame.shift_only()) {
+          const Centroid centroid = Centroid::of_levels({x % 6, y % 6, z % 6});
+          frame.for_box_corners(local, centroid, [&](VoxelCoord target) {
+            REQUIRE(within(frame.global_blocks(block_of(local)), block_of(target)));
+            REQUIRE(within(frame.local_blocks(block_of(target)), block_of(local)));
+          });
+        }
         lost += targets == 0 ? 1 : 0;
         REQUIRE(targets <= 8);
       }

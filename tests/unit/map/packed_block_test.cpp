@@ -37,7 +37,10 @@ void fill(BlockContent& content, Random& random, int voxels) {
     for (int n = random.below(4); n > 0; --n)
       content.add(1 + random.below(kClasses + 1), row,
                   static_cast<float>(random.uniform(0.0002, 90.0)));
-    if (random.below(5) == 0) content.add_rest(row, static_cast<float>(random.uniform(0.01, 2.0)));
+    if (random.below(5) == 0) {
+      content.add_rest(row, static_cast<float>(random.uniform(0.01, 2.0)));
+      content.set_centroid(row, Centroid::of_code(static_cast<std::uint8_t>(1 + row % 216)));
+    }
     if (random.below(3) == 0)
       content.add_passes(row, 1U + static_cast<unsigned>(random.below(255)));
   }
@@ -55,6 +58,9 @@ std::vector<std::byte> packed(const BlockContent& content) {
 void unpack_into(std::span<const std::byte> bytes, BlockContent& content) {
   unpack_block(
       bytes,
+      [&](int row, Centroid centroid) {
+        if (centroid.known()) content.set_centroid(row, centroid);
+      },
       [&](int row, int component, float count) {
         component == 0 ? content.add_rest(row, count) : content.add(component, row, count);
       },
@@ -69,6 +75,7 @@ TEST_CASE("packed block: what goes in comes out, to 2^-18 of each count, passes 
   OwnContent found;
   unpack_into(bytes, found.content);
   for (int row = 0; row < kBlockVoxels; ++row) {
+    REQUIRE(found.content.centroid(row) == given.content.centroid(row));
     for (int l = 1; l < kComponents; ++l) {
       const float count = given.content.count(l, row);
       REQUIRE(std::fabs(found.content.count(l, row) - count) <= count * 0x1p-18F);
@@ -86,10 +93,12 @@ TEST_CASE("packed block: nothing takes no bytes, and too little room gives none"
   OwnContent own;
   CHECK(packed(own.content).empty());
   own.content.add(1, 17, 2.0F);
+  own.content.set_centroid(17, Centroid::of_code(216));
   own.content.add_passes(300, 3);
   const std::vector<std::byte> bytes = packed(own.content);
-  // Two masks, one octet's voxels and an entry, the uniform octets and one with eight passes.
-  CHECK(bytes.size() == 16 + 1 + 4 + 8 + 8);
+  // Two masks, one octet's voxels, which centroids are known, one of these and an entry, the
+  // uniform octets and one with eight passes.
+  CHECK(bytes.size() == 16 + 1 + 1 + 1 + 4 + 8 + 8);
   std::vector<std::byte> less(bytes.size());
   for (std::size_t size = 0; size < bytes.size(); ++size)
     CHECK(pack_block(own.content, std::span(less).first(size)) == 0);
@@ -120,14 +129,32 @@ TEST_CASE("packed block: a block of which all counts are under the floor is none
   CHECK(packed(own.content).empty());
 }
 
+TEST_CASE("packed block: a centroid that is none, or of a voxel without labels, is refused") {
+  OwnContent own;
+  own.content.add(1, 0, 1.0F);
+  own.content.set_centroid(0, Centroid::of_code(1));
+  const std::vector<std::byte> good = packed(own.content);
+  REQUIRE(good.size() == 16 + 1 + 1 + 1 + 4);
+  const auto status_with = [&](std::size_t at, unsigned value) {
+    std::vector<std::byte> bytes = good;
+    bytes[at] = static_cast<std::byte>(value);
+    return check_packed(bytes, kComponents);
+  };
+  CHECK(status_with(18, 216) == Status::kOk);
+  CHECK(status_with(18, 0) == Status::kCorrupt);
+  CHECK(status_with(18, 217) == Status::kCorrupt);
+  CHECK(status_with(17, 3) == Status::kCorrupt);
+  CHECK(status_with(17, 0) == Status::kCorrupt);  // then its byte is no count
+}
+
 TEST_CASE("packed block: bytes with a count outside of floor and ceiling are refused") {
   OwnContent own;
   own.content.add(1, 0, 1.0F);
   std::vector<std::byte> bytes = packed(own.content);
-  REQUIRE(bytes.size() == 16 + 1 + 4);
+  REQUIRE(bytes.size() == 16 + 1 + 1 + 4);
   const auto status_with = [&](std::uint32_t bits) {
     const std::uint32_t entry = std::uint32_t{1} << 31U | std::uint32_t{1} << 25U | bits;
-    std::memcpy(&bytes[17], &entry, sizeof(entry));
+    std::memcpy(&bytes[18], &entry, sizeof(entry));
     return check_packed(bytes, kComponents);
   };
   const std::uint32_t least = std::bit_cast<std::uint32_t>(kLeastCount) >> 6U;

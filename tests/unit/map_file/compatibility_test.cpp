@@ -33,9 +33,10 @@ Status header_status(const StoredBytes& bytes) {
 
 }  // namespace
 
-TEST_CASE("a newer major version is refused as not supported") {
+TEST_CASE("another major version is refused as not supported") {
   const StoredBytes bytes = stored(sample_map(1).map);
-  CHECK(header_status(with_byte(bytes, kMajor, 2)) == Status::kUnsupported);
+  CHECK(header_status(with_byte(bytes, kMajor, 1)) == Status::kUnsupported);
+  CHECK(header_status(with_byte(bytes, kMajor, 3)) == Status::kUnsupported);
   CHECK(header_status(with_byte(bytes, kMajor + 1, 1)) == Status::kUnsupported);
 }
 

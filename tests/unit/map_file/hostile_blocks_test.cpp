@@ -92,15 +92,15 @@ TEST_CASE("more content than the header says is refused before it takes storage"
 
 TEST_CASE("a free layer without a pass is refused") {
   const StoredBytes bytes = two_blocks();
-  // header, first block (head; 1 + 1 + 5 bytes of labels; checksum), second block's head
-  const std::size_t passes = header_bytes(bytes) + kHeadBytes + 7 + 4 + kHeadBytes;
+  // header, first block (head; 1 + 2 + 5 bytes of labels; checksum), second block's head
+  const std::size_t passes = header_bytes(bytes) + kHeadBytes + 8 + 4 + kHeadBytes;
   CHECK(status_of(with_part(bytes, passes, kBlockVoxels, StoredBytes(kBlockVoxels))).status ==
         Status::kCorrupt);
 }
 
 TEST_CASE("more passes than the cap allows are refused, in a voxel without labels too") {
   const StoredBytes bytes = two_blocks();
-  const std::size_t passes = header_bytes(bytes) + kHeadBytes + 7 + 4 + kHeadBytes;
+  const std::size_t passes = header_bytes(bytes) + kHeadBytes + 8 + 4 + kHeadBytes;
   StoredBytes most(kBlockVoxels);
   most[3] = std::byte{250};
   CHECK(status_of(with_part(bytes, passes, kBlockVoxels, most)).ok());
@@ -115,10 +115,11 @@ TEST_CASE("a count outside of floor and ceiling is refused") {
     std::memset(&b[kMaxEvidence], 0, sizeof(float));  // no cap
   });
   const auto status_with = [&](float count) {
-    StoredBytes labels(7);
-    labels[0] = labels[1] = labels[2] = std::byte{1};  // voxel 0, one count, component 1
-    std::memcpy(&labels[3], &count, sizeof(count));
-    return status_of(with_part(bytes, header_bytes(bytes) + kHeadBytes, 7, labels)).status;
+    StoredBytes labels(8);
+    // Voxel 0, one count, a centroid, component 1.
+    labels[0] = labels[1] = labels[2] = labels[3] = std::byte{1};
+    std::memcpy(&labels[4], &count, sizeof(count));
+    return status_of(with_part(bytes, header_bytes(bytes) + kHeadBytes, 8, labels)).status;
   };
   CHECK(status_with(kLeastCount) == Status::kOk);
   CHECK(status_with(kLargestCount) == Status::kOk);
@@ -127,17 +128,30 @@ TEST_CASE("a count outside of floor and ceiling is refused") {
   CHECK(status_with(1e-39F) == Status::kCorrupt);
 }
 
+TEST_CASE("a centroid that is none is refused") {
+  const StoredBytes bytes = two_blocks();
+  const auto status_with = [&](unsigned centroid) {
+    StoredBytes labels(8);
+    labels[0] = labels[1] = labels[3] = std::byte{1};
+    labels[2] = static_cast<std::byte>(centroid);
+    labels[7] = std::byte{0x3f};  // 0.5
+    return status_of(with_part(bytes, header_bytes(bytes) + kHeadBytes, 8, labels)).status;
+  };
+  CHECK(status_with(216) == Status::kOk);
+  CHECK(status_with(217) == Status::kCorrupt);
+}
+
 TEST_CASE("an octet without an observed voxel is refused") {
   const StoredBytes bytes = two_blocks();
-  CHECK(status_of(with_part(bytes, header_bytes(bytes) + kHeadBytes, 7, StoredBytes(1))).status ==
+  CHECK(status_of(with_part(bytes, header_bytes(bytes) + kHeadBytes, 8, StoredBytes(1))).status ==
         Status::kCorrupt);
 }
 
 TEST_CASE("damage in a block's labels is told at that block's end") {
   StoredBytes bytes = two_blocks();
   const std::size_t labels = header_bytes(bytes) + kHeadBytes;
-  bytes[labels + 3] ^= std::byte{1};  // the count's lowest bit: a value as good as another
-  CHECK(status_of(bytes).offset_bytes == labels + 7 + 4);
+  bytes[labels + 4] ^= std::byte{1};  // the count's lowest bit: a value as good as another
+  CHECK(status_of(bytes).offset_bytes == labels + 8 + 4);
 }
 
 TEST_CASE("damage is told at its place in the file") {

@@ -84,19 +84,6 @@ TEST_CASE(
   CHECK_FALSE(header.summary);
 }
 
-TEST_CASE("a file of the first minor version has no summary and is read") {
-  const SmallMap sample = sample_map(5);
-  const StoredBytes first = with_header(stored(sample.map), [](StoredBytes& bytes) {
-    constexpr std::size_t kMinor = 10;
-    bytes[kMinor] = std::byte{0};
-    bytes.pop_back();
-  });
-  MapFileHeader header;
-  REQUIRE(read_header(first, header).ok());
-  CHECK_FALSE(header.summary);
-  CHECK(digest_of(loaded(first)->map) == digest_of(sample.map));
-}
-
 TEST_CASE("a summary that no map can have is refused") {
   const SmallMap sample = sample_map(6, 200);
   const MapSummary good = summary_of(sample.map);

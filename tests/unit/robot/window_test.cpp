@@ -179,7 +179,9 @@ TEST_CASE(
   REQUIRE(settle(bounded.robot, bounded.now_us) < 1000);
   CHECK(bounded.robot.mapper().window().reloaded > 600);
   CHECK(bounded.robot.publisher().totals().emptied == 0);
-  CHECK(digest_of(bounded.robot.global().map()) == digest_of(whole.robot.global().map()));
+  // Centroids began anew where blocks had left, so that a little goes elsewhere in the turned
+  // frame.
+  CHECK(keys_of(bounded.robot.global().map()) == keys_of(whole.robot.global().map()));
   CHECK(differing(whole.robot.global().map(), bounded.robot.global().map()) <= 20);
 }
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // What one block's voxels hold, outside of any map: sums of label evidence by component, evidence
-// of no known class, and free passes. Filled voxel by voxel, read as a whole.
+// of no known class, free passes, and where returns were. Filled voxel by voxel, read as a whole.
 #pragma once
 
 #include <array>
@@ -46,7 +46,9 @@ class BlockContent {
       std::memset(&common_->rest[8 * first_of(rows)], 0, 8 * sizeof(float));
     for (std::uint64_t rows = common_->pass_rows; rows != 0; rows &= rows - 1)
       std::memset(&common_->passes[8 * first_of(rows)], 0, 8 * sizeof(std::uint16_t));
-    common_->components = common_->rest_rows = common_->pass_rows = 0;
+    for (std::uint64_t rows = common_->centroid_rows; rows != 0; rows &= rows - 1)
+      std::memset(static_cast<void*>(&common_->centroids[8 * first_of(rows)]), 0, 8);
+    common_->components = common_->rest_rows = common_->pass_rows = common_->centroid_rows = 0;
   }
 
   /// Takes what another holds, which is for as many components. O(rows touched by either).
@@ -81,6 +83,11 @@ class BlockContent {
     const unsigned sum = here + passes;
     here = static_cast<std::uint16_t>(sum < 0xffffU ? sum : 0xffffU);
   }
+  /// Of a voxel with label evidence.
+  void set_centroid(int row, Centroid centroid) noexcept {
+    common_->centroid_rows |= row_bit(row);
+    common_->centroids[static_cast<std::size_t>(row)] = centroid;
+  }
   /// Sets a count.
   void set(int component, int row, float count) noexcept {
     const auto c = static_cast<std::size_t>(component);
@@ -107,6 +114,9 @@ class BlockContent {
   }
   [[nodiscard]] unsigned passes(int row) const noexcept {
     return common_->passes[static_cast<std::size_t>(row)];
+  }
+  [[nodiscard]] Centroid centroid(int row) const noexcept {
+    return common_->centroids[static_cast<std::size_t>(row)];
   }
   /// Whether there is any evidence.
   [[nodiscard]] bool any() const noexcept { return (label_octets() | pass_octets()) != 0; }
@@ -136,7 +146,8 @@ class BlockContent {
             .component = kBlockVoxels,
             .components = common_->components,
             .touched = common_->touched.data(),
-            .touched_stride = 1};
+            .touched_stride = 1,
+            .centroids = common_->centroids.data()};
   }
 
  private:
@@ -144,9 +155,11 @@ class BlockContent {
     std::uint64_t components = 0;
     std::uint64_t rest_rows = 0;
     std::uint64_t pass_rows = 0;
+    std::uint64_t centroid_rows = 0;
     std::array<std::uint64_t, kMaxComponents> touched{};
     std::array<float, kBlockVoxels> rest{};
     std::array<std::uint16_t, kBlockVoxels> passes{};
+    std::array<Centroid, kBlockVoxels> centroids{};
   };
   [[nodiscard]] static std::size_t first_of(std::uint64_t bits) noexcept {
     return static_cast<std::size_t>(std::countr_zero(bits));

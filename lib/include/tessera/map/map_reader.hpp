@@ -42,6 +42,11 @@ class BlockSnapshot {
     if (place == 0) return;
     tuples_.visit(octets_.subspan((place - 1) * octet_bytes_).data(), voxel, label, rest);
   }
+  [[nodiscard]] OctetCentroids centroids(int octet) const noexcept {
+    const std::size_t place = place_[static_cast<std::size_t>(octet)];
+    if (place == 0) return {};
+    return tuples_.centroids(octets_.subspan((place - 1) * octet_bytes_).data());
+  }
   /// The free passes of all 512 voxels in row order, a byte each; nothing of an empty one.
   [[nodiscard]] std::span<const std::byte> free_rows() const noexcept { return free_passes_; }
 

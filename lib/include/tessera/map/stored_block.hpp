@@ -15,7 +15,7 @@ namespace tessera {
 /// The most bytes of a block in a map with num_components = C + 2 components.
 constexpr std::size_t most_block_bytes(int num_components) noexcept {
   const std::size_t counts = 5 * static_cast<std::size_t>(num_components);
-  return 21 + 4 + kBlockVoxels + kBlockOctets * (1 + kOctetVoxels * (1 + counts)) + 4;
+  return 21 + 4 + kBlockVoxels + kBlockOctets * (1 + kOctetVoxels * (2 + counts)) + 4;
 }
 
 /// Storage that a map needs to hold any one block, its own and no other, in whole pages.

@@ -3,12 +3,14 @@
 // Phi: where a contribution's voxels are in the global grid, and back. Both grids have the same
 // resolution, so all is in units of voxels. A global voxel takes the local voxel that contains its
 // centre, so a rotation leaves no holes; a local voxel that no global voxel takes goes to the one
-// that contains its own centre, so nothing is lost. Sums are written out, not Eigen's, and nothing
-// of libm is used but the square root, so every machine rounds alike.
+// that contains its own centre, so nothing is lost. Where the returns of a local voxel were is kept
+// (Centroid): then its labels go to where a box around them is. Sums are written out, not Eigen's,
+// and nothing of libm is used but the square root, so every machine rounds alike.
 #pragma once
 
 #include <array>
 
+#include "tessera/grid/centroid.hpp"
 #include "tessera/grid/lattice.hpp"
 
 namespace tessera {
@@ -67,6 +69,38 @@ class GridTransform {
       visit(VoxelCoord{floor_to_int(center[0]), floor_to_int(center[1]), floor_to_int(center[2])});
   }
 
+  /// The corners of a box around a voxel's returns are what stands for them, each for an eighth.
+  static constexpr int kBoxCorners = 8;
+  /// Of the box's edge, before it is cut off at the voxel's faces; voxels.
+  static constexpr float kHalfBox = 0.1F;
+  /// Calls visit(VoxelCoord) for the global voxel that contains each corner, where shift_only() is
+  /// false. centroid: known.
+  template <class Visit>
+  void for_box_corners(VoxelCoord local, Centroid centroid, Visit&& visit) const noexcept {
+    using Ends = std::array<double, 2>;
+    const std::array<int, 3> levels = centroid.levels();
+    const auto ends_of = [](std::int32_t voxel, int level) {
+      constexpr float kFace = 0.001F;
+      const float middle = Centroid::middle_of(level);
+      const float low = middle - kHalfBox;
+      const float high = middle + kHalfBox;
+      return Ends{voxel + static_cast<double>(low < kFace ? kFace : low),
+                  voxel + static_cast<double>(high > 1.0F - kFace ? 1.0F - kFace : high)};
+    };
+    const Ends x = ends_of(local.x, levels[0]);
+    const Ends y = ends_of(local.y, levels[1]);
+    const Ends z = ends_of(local.z, levels[2]);
+    for (std::size_t k = 0; k < 2; ++k) {
+      for (std::size_t j = 0; j < 2; ++j) {
+        for (std::size_t i = 0; i < 2; ++i) {
+          visit(VoxelCoord{floor_to_int(r_[0] * x[i] + r_[1] * y[j] + r_[2] * z[k] + t_[0]),
+                           floor_to_int(r_[3] * x[i] + r_[4] * y[j] + r_[5] * z[k] + t_[1]),
+                           floor_to_int(r_[6] * x[i] + r_[7] * y[j] + r_[8] * z[k] + t_[2])});
+        }
+      }
+    }
+  }
+
   /// The centre of a local voxel, in units of global voxels.
   [[nodiscard]] std::array<double, 3> to_global(VoxelCoord local) const noexcept {
     const double x = local.x + 0.5;
@@ -106,7 +140,7 @@ class GridTransform {
   [[nodiscard]] static BlockRange blocks_of(const VoxelBox& box) noexcept {
     return {block_of(box.first), block_of(box.last)};
   }
-  /// Voxels of a turned cube with this centre and half extent.
+  /// Voxels that a turned cube with this centre and half extent may be in.
   [[nodiscard]] static VoxelBox around(const std::array<double, 3>& center,
                                        const std::array<double, 3>& half) noexcept;
 

@@ -11,6 +11,7 @@
 #include <cstring>
 
 #include "tessera/base/internal/lanes.hpp"
+#include "tessera/grid/centroid.hpp"
 #include "tessera/grid/lattice.hpp"
 #include "tessera/semantics/class_table.hpp"
 
@@ -34,6 +35,7 @@ struct VoxelEvidence {
   /// occupancy, of no class. 0 from a dense map.
   float rest = 0.0F;
   std::array<float, kMaxComponents> sigma{};
+  Centroid centroid{};  ///< Where its returns were; with label evidence alone.
 
   /// Sum of all counts, in component order, then the rest.
   [[nodiscard]] double total() const noexcept {
@@ -68,12 +70,19 @@ class OctetEvidence {
     return planes_[static_cast<std::size_t>(component)];
   }
   [[nodiscard]] std::uint64_t components() const noexcept { return components_; }
+  /// Where this scan's returns in the voxels are.
+  [[nodiscard]] const OctetCentroids& centroids() const noexcept { return centroids_; }
+  void set_centroids(const OctetCentroids& centroids) noexcept { centroids_ = centroids; }
 
   /// Back to nothing touched. O(1).
-  void clear() noexcept { components_ = 0; }
+  void clear() noexcept {
+    components_ = 0;
+    centroids_ = {};
+  }
 
  private:
   std::uint64_t components_ = 0;
+  OctetCentroids centroids_{};
   alignas(32) std::array<Plane, kMaxComponents> planes_{};
 };
 
@@ -98,6 +107,8 @@ struct BlockEvidence {
   /// Of each component, the rows that may hold anything, a bit each; stride from one to the next.
   const std::uint64_t* touched = nullptr;
   std::size_t touched_stride = 1;
+  /// Where returns are in the voxels, in row order; null: not known of any.
+  const Centroid* centroids = nullptr;
 
   [[nodiscard]] OctetEvidence::Plane read(int octet, int of_component) const noexcept {
     const float* const from = sums + first_row(octet) * row +
@@ -123,6 +134,12 @@ struct BlockEvidence {
     }
     return found;
   }
+  [[nodiscard]] OctetCentroids centroids_of(int octet) const noexcept {
+    OctetCentroids found{};
+    for (int v = 0; centroids != nullptr && v < kOctetVoxels; ++v)
+      found[static_cast<std::size_t>(v)] = centroids[row_order(octet, v)];
+    return found;
+  }
 
  private:
   [[nodiscard]] static constexpr unsigned first_row(int octet) noexcept {
@@ -140,6 +157,7 @@ class OctetOfBlock {
   [[nodiscard]] OctetEvidence::Plane read(int component) const noexcept {
     return block_.read(octet_, component);
   }
+  [[nodiscard]] OctetCentroids centroids() const noexcept { return block_.centroids_of(octet_); }
 
  private:
   const BlockEvidence& block_;

@@ -35,7 +35,7 @@ namespace tessera {
 /// ones 1.5 * 2^19. Where two counts have one level and the lower component the smaller count, that
 /// one is a level lower, so that their order stays, and with it the label: it changes only where
 /// component C + 1 has over 32 times its evidence. A rest under 1/32 of the largest count is left
-/// out.
+/// out. A voxel that keeps three components and a rest loses its centroid.
 ///
 /// Passes: of a voxel with label evidence at most 1/8 off, over 224 as 224. The voxels of an octet
 /// that have passes and no label evidence share the rounded mean of theirs, as such a level.

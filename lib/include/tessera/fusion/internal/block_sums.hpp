@@ -34,7 +34,7 @@ class BlockSums {
            SessionShare::required_bytes(num_components, config.replicas.contributions) +
            arena_bytes<std::uint8_t>(kBlockVoxels) + arena_bytes<VoxelCoord>(kBlockVoxels) +
            2 * arena_bytes<std::uint8_t>(kBlockVoxels) + arena_bytes<float>(kBlockVoxels) +
-           2 * arena_bytes<std::int16_t>(kBlockVoxels);
+           2 * arena_bytes<std::int16_t>(kBlockVoxels) + arena_bytes<Turned>(1);
   }
   /// num_components: C + 2; scratch: for one packed block. Fails with kResourceExhausted iff the
   /// arena is too small.
@@ -60,18 +60,33 @@ class BlockSums {
     const Replicas::Contribution& contribution;
     BlockCoord block;
   };
+  /// Of a voxel that is added up, from one contribution in a turned frame.
+  struct Passes {
+    unsigned taken = 0;       ///< Of the local voxels that it takes.
+    float share = 0.0F;       ///< Boxes around returns that are in it.
+    float of_surface = 0.0F;  ///< Passes of the voxels that these come from, by their share.
+  };
+  /// Of the contribution, and the replica of it, that is added up.
+  struct Turned {
+    std::array<Passes, kBlockVoxels> passes{};
+    std::array<Centroid, kBlockVoxels> centroids{};
+  };
   class RowTargets;
+  class TurnedPasses;
   class ToRobot;
   class ToSessions;
   class ToHolders;
   template <class Adder>
+  std::uint64_t add_blocks(const Source& source, Slot slot, Adder& adder,
+                           TurnedPasses* passes) noexcept;
+  template <class Adder>
   std::uint64_t add_contribution(const Source& source, Slot slot, Adder& adder) noexcept;
   template <class Adder>
-  std::uint64_t add_local_block(const Source& source, Slot slot, BlockCoord local,
-                                Adder& adder) noexcept;
+  std::uint64_t add_local_block(const Source& source, Slot slot, BlockCoord local, Adder& adder,
+                                TurnedPasses* passes) noexcept;
   template <class Adder>
   std::uint64_t add_replica(const Source& source, const Replicas::Replica& replica,
-                            RowTargets& targets, Adder& adder) noexcept;
+                            RowTargets& targets, Adder& adder, TurnedPasses* passes) noexcept;
   /// Whether any robot objects to what a contribution has in the block.
   static std::uint64_t look_for_objections(const Source& source, Slot slot, bool& any) noexcept;
   void count_holders(const Replicas& replicas, BlockCoord block, Added& added) noexcept;
@@ -102,6 +117,7 @@ class BlockSums {
   std::span<VoxelCoord> taken_;    ///< The local voxel that each voxel takes.
   std::span<std::int16_t> next_;   ///< The next voxel that takes the same one; -1: none.
   std::span<std::int16_t> first_;  ///< By rows of the local block: the first that takes it.
+  Turned* turned_ = nullptr;
   std::span<std::byte> scratch_;
 };
 

@@ -145,6 +145,10 @@ bool for_units_across(const BlockCoord& tile, int unit, Visit&& visit) noexcept 
 void add_points(std::span<const TilePoint> points, const Point3f& shift, const OctetPlace& octet,
                 const KernelShape& kernel, OctetEvidence& into, EvidenceWork& work) noexcept;
 
+/// The means of the points in each voxel of the octet. O(points).
+[[nodiscard]] OctetCentroids centroids_of(std::span<const TilePoint> points,
+                                          const OctetPlace& octet) noexcept;
+
 /// Adds each point's weight to its own voxel, unless it is under min_weight.
 void count_points(std::span<const TilePoint> points, const OctetPlace& octet, float min_weight,
                   OctetEvidence& into, EvidenceWork& work) noexcept;

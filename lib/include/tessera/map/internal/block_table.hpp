@@ -69,6 +69,10 @@ class BlockTable {
                     Rest&& rest) const noexcept {
     tuples_.visit(pool_.at(octet_handle(block, octet)), voxel, label, rest);
   }
+  /// Where the returns in an octet's voxels were; the octet has label evidence.
+  [[nodiscard]] OctetCentroids centroids(const Block& block, int octet) const noexcept {
+    return tuples_.centroids(pool_.at(octet_handle(block, octet)));
+  }
   /// Voxels of an octet with label evidence, a bit each.
   [[nodiscard]] std::uint8_t observed_labels(const Block& block, int octet) const noexcept {
     const LabelPage* const page = label_page(block, octet);

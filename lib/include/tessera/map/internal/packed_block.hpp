@@ -5,12 +5,13 @@
 // what was unpacked gives the same bytes.
 //
 // Little-endian. 8 bytes: octets with label evidence, a bit each. 8 bytes: octets with free passes.
-// A byte for each octet of the first: its voxels with label evidence. Then for each of these voxels
-// one or more entries of four bytes: bit 31 ends the voxel, bits 25 .. 30 the component (0:
-// evidence of no known class, which comes last), bits 0 .. 24 the upper bits of the count as a
-// float without its sign: from 2^-60 to 2^30. 8 bytes: octets whose eight voxels have the same
-// passes. Then for each octet of the second one byte of passes if it is among these, else eight.
-// The last two parts are left out where there are no passes.
+// A byte for each octet of the first: its voxels with label evidence. Then for each of these octets
+// a byte: those of them whose centroid is known. For each voxel, its Centroid's code if so, in a
+// byte, and one or more entries of four bytes: bit 31 ends the voxel, bits
+// 25 .. 30 the component (0: evidence of no known class, which comes last), bits 0 .. 24 the upper
+// bits of the count as a float without its sign: from 2^-60 to 2^30. 8 bytes: octets whose eight
+// voxels have the same passes. Then for each octet of the second one byte of passes if it is among
+// these, else eight. The last two parts are left out where there are no passes.
 #pragma once
 
 #include <bit>
@@ -27,7 +28,8 @@ namespace tessera {
 /// The most bytes that a packed block can have.
 constexpr std::size_t most_packed_bytes(int num_components) noexcept {
   const auto entries = static_cast<std::size_t>(num_components);  // label components and the rest
-  return 16 + kBlockOctets + std::size_t{4} * kBlockVoxels * entries + 8 + kBlockVoxels;
+  return 16 + 2 * kBlockOctets + kBlockVoxels + std::size_t{4} * kBlockVoxels * entries + 8 +
+         kBlockVoxels;
 }
 
 /// Packs content; passes over 255 count as 255. Returns the bytes written: 0 iff there is no
@@ -69,11 +71,12 @@ template <class Word>
 
 }  // namespace detail
 
-/// Calls label(row, component, count) for every label entry, component 0 being the rest, and
-/// passes(row, count) for every voxel with passes, by octets; row: row order. bytes: empty, or
-/// accepted by check_packed. Returns the entries and passes visited. O(bytes).
-template <class Label, class Passes>
-std::uint32_t unpack_block(std::span<const std::byte> bytes, Label&& label,
+/// For every voxel with label evidence, calls voxel(row, centroid), then label(row, component,
+/// count) for each of its entries, component 0 being the rest; then passes(row, count) for every
+/// voxel with passes. By octets; row: row order. bytes: empty, or accepted by check_packed. Returns
+/// the entries and passes visited. O(bytes).
+template <class Voxel, class Label, class Passes>
+std::uint32_t unpack_block(std::span<const std::byte> bytes, Voxel&& voxel, Label&& label,
                            Passes&& passes) noexcept {
   if (bytes.empty()) return 0;
   std::uint32_t visited = 0;
@@ -83,8 +86,12 @@ std::uint32_t unpack_block(std::span<const std::byte> bytes, Label&& label,
   const std::byte* at = masks + count_ones(labelled);
   for (std::uint64_t octets = labelled; octets != 0; octets &= octets - 1) {
     const int corner = row_order_corner(std::countr_zero(octets));
+    const auto known = std::to_integer<unsigned>(*at++);
     for (auto voxels = std::to_integer<unsigned>(*masks++); voxels != 0; voxels &= voxels - 1) {
       const int row = corner + row_order(0, std::countr_zero(voxels));
+      const bool has_centroid = (known & voxels & (~voxels + 1)) != 0;
+      voxel(row,
+            has_centroid ? Centroid::of_code(std::to_integer<std::uint8_t>(*at++)) : Centroid());
       for (bool more = true; more; at += 4, ++visited) {
         const auto entry = detail::load_word<std::uint32_t>(at);
         label(row, static_cast<int>((entry >> 25U) & 63U), detail::long_float(entry));
@@ -108,6 +115,14 @@ std::uint32_t unpack_block(std::span<const std::byte> bytes, Label&& label,
     at += same ? 1 : kOctetVoxels;
   }
   return visited;
+}
+
+/// The same without centroids.
+template <class Label, class Passes>
+std::uint32_t unpack_block(std::span<const std::byte> bytes, Label&& label,
+                           Passes&& passes) noexcept {
+  return unpack_block(
+      bytes, [](int, Centroid) {}, label, passes);
 }
 
 }  // namespace tessera

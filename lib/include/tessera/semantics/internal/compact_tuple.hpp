@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // The compact count tuple: 16 bytes a voxel, whatever the number of classes. Three slots of a class
-// and its count, and a rest, the evidence of all classes that are not in a slot.
+// and its count, and a rest, the evidence of all classes that are not in a slot; and beside the
+// rest, where in the voxel its returns are (Centroid).
 //
 // Counts are whole multiples of a quantum, a power of two that follows from the map's cap, so that
 // every count and its float are the same number. Where a class has no slot and all are taken, the
@@ -45,7 +46,8 @@ class CompactTuple {
       : quanta_(quanta), quantum_(1.0F / quanta) {}
 
   /// Adds evidence, component by component, each rounded to the nearest quantum. Component 0 of
-  /// added is ignored. Returns what label_sums is then. O(components in added).
+  /// added is ignored. The centroids of voxels that have evidence then move a level toward the
+  /// added ones. Returns what label_sums is then. O(components in added).
   Plane add(std::byte* octet, const OctetEvidence& added) const noexcept {
     return add_planes(octet, added);
   }
@@ -89,11 +91,12 @@ class CompactTuple {
     for (std::size_t s = 0; s <= kRest; ++s) {
       std::uint32_t word = 0;
       std::memcpy(&word, words + s * sizeof(Words), sizeof(word));
-      if (word == 0) continue;
+      if ((word & kMostCount) == 0) continue;
       s == kRest ? rest(count_of(word) * quantum_)
                  : label(static_cast<int>(word >> kCountBits), count_of(word) * quantum_);
     }
   }
+  [[nodiscard]] static OctetCentroids centroids(const std::byte* octet) noexcept;
   /// Adds to the rests of an octet, as add().
   void add_rest(std::byte* octet, const Plane& counts) const noexcept;
   /// Whether a tuple can have these counts: of three classes at most, in whole quanta.
@@ -111,7 +114,7 @@ class CompactTuple {
   static constexpr unsigned kCountBits = 24;
   static constexpr std::uint32_t kMostCount = (std::uint32_t{1} << kCountBits) - 1;
   static constexpr std::size_t kRest = kSlots;
-  /// A slot's word is class << 24 | count; 0 if empty. The rest's word is its count.
+  /// A slot's word is class << 24 | count; 0 if empty. The rest's word is centroid << 24 | count.
   using Words = std::array<std::uint32_t, kOctetVoxels>;
   struct Octet {
     std::array<Words, kSlots + 1> words;

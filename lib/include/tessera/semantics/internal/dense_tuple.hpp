@@ -40,7 +40,8 @@ class DenseTuple {
   [[nodiscard]] static constexpr std::uint32_t zeroed_bytes() noexcept { return kHeaderBytes; }
 
   /// Adds evidence, plane by plane, and returns what label_sums is then. Component 0 of added is
-  /// ignored. Evidence: OctetEvidence or OctetOfBlock. O(components in added or present).
+  /// ignored. The centroids of voxels that have evidence then move a level toward the added ones.
+  /// Evidence: OctetEvidence or OctetOfBlock. O(components in added or present).
   template <class Evidence>
   static Plane add(std::byte* octet, const Evidence& added) noexcept {
     const std::uint64_t labels = added.components() & ~std::uint64_t{1};
@@ -60,7 +61,11 @@ class DenseTuple {
       }
       for (std::size_t v = 0; v < kOctetVoxels; ++v) sums[v] += counts[v];
     }
-    if ((labels & ~present) != 0) set_header(octet, {present | labels, header.first});
+    Header now{present | labels, header.first, header.centroids};
+    const OctetCentroids seen = added.centroids();
+    for (std::size_t v = 0; v < kOctetVoxels; ++v)
+      if (sums[v] > 0.0F) now.centroids[v] = now.centroids[v].moved_toward(seen[v]);
+    if (now != header) set_header(octet, now);
     return sums;
   }
 
@@ -83,12 +88,18 @@ class DenseTuple {
 
   /// Multiplies one voxel's counts by factor in [0, 1]. What is then under kLeastCount becomes 0.
   static void scale(std::byte* octet, int voxel, float factor) noexcept {
-    const Header header = header_of(octet);
+    Header header = header_of(octet);
+    bool any = false;
     for (std::uint64_t rest = header.components; rest != 0; rest &= rest - 1) {
       std::byte* const plane = octet + header.offset(std::countr_zero(rest));
       const float scaled = count_at(plane, voxel) * factor;
       set_count(plane, voxel, scaled >= kLeastCount ? scaled : 0.0F);
+      any = any || scaled >= kLeastCount;
     }
+    Centroid& centroid = header.centroids[static_cast<std::size_t>(voxel)];
+    if (any || !centroid.known()) return;
+    centroid = {};
+    set_header(octet, header);
   }
 
   /// Whether a tuple can have these: all are counts (is_count), and there is no rest.
@@ -111,6 +122,7 @@ class DenseTuple {
       if ((header.components & bit) == 0) clear_shared_words(plane, sizeof(Plane));
       set_count(plane, voxel, count < kLargestCount ? count : kLargestCount);
       header.components |= bit;
+      header.centroids[static_cast<std::size_t>(voxel)] = evidence.centroid;
     }
     set_header(octet, header);
   }
@@ -138,6 +150,10 @@ class DenseTuple {
     for_planes(octet, [&](int component, const std::byte* plane) {
       into.sigma[static_cast<std::size_t>(component)] = count_at(plane, voxel);
     });
+    into.centroid = centroids(octet)[static_cast<std::size_t>(voxel)];
+  }
+  [[nodiscard]] static OctetCentroids centroids(const std::byte* octet) noexcept {
+    return header_of(octet).centroids;
   }
 
   /// Calls label(component, count) for each component that a voxel has. O(components present).
@@ -163,12 +179,14 @@ class DenseTuple {
   struct Header {
     std::uint64_t components = 0;  ///< Those that any voxel of the octet has, a bit each.
     std::uint64_t first = 0;       ///< The one that came first; 0 while there is none.
+    OctetCentroids centroids{};
 
     [[nodiscard]] std::size_t offset(int component) const noexcept {
       const auto l = static_cast<std::uint64_t>(component);
       const std::uint64_t place = l == first ? 0 : l + (l < first ? 1 : 0) - 1;
       return kHeaderBytes + static_cast<std::size_t>(place) * sizeof(Plane);
     }
+    bool operator==(const Header&) const noexcept = default;
   };
 
   [[nodiscard]] static Header header_of(const std::byte* octet) noexcept {

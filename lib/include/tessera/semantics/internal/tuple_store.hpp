@@ -57,6 +57,9 @@ class TupleStore {
   [[nodiscard]] Plane label_sums(const std::byte* octet) const noexcept {
     return dense() ? DenseTuple::label_sums(octet) : compact_.label_sums(octet);
   }
+  [[nodiscard]] OctetCentroids centroids(const std::byte* octet) const noexcept {
+    return dense() ? DenseTuple::centroids(octet) : CompactTuple::centroids(octet);
+  }
   void scale(std::byte* octet, int voxel, float factor) const noexcept {
     dense() ? DenseTuple::scale(octet, voxel, factor) : CompactTuple::scale(octet, voxel, factor);
   }
