@@ -110,8 +110,9 @@ class BlockSums::RowTargets {
   std::array<Target, 8 + GridTransform::kBoxCorners> targets_{};
 };
 
-/// The free passes of one contribution in a turned frame. A voxel that enough of a surface goes to
-/// has no more of them than the voxels that the surface comes from.
+/// The free passes of one contribution, given when all of it is known. In a turned frame a voxel
+/// that enough of a surface goes to has no more of them than the voxels that the surface comes
+/// from.
 class BlockSums::TurnedPasses {
  public:
   explicit TurnedPasses(BlockSums& sums) noexcept : sums_(sums) {}

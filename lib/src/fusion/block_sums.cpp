@@ -52,7 +52,6 @@ std::uint16_t count_voxels(const VoxelMask& mask) noexcept {
 
 }  // namespace
 
-/// passes: in a turned frame.
 template <class Adder>
 std::uint64_t BlockSums::add_replica(const Source& source, const Replicas::Replica& replica,
                                      RowTargets& targets, Adder& adder,
@@ -71,7 +70,7 @@ std::uint64_t BlockSums::add_replica(const Source& source, const Replicas::Repli
     of_voxel = targets.of(row, centroid);
     for (const RowTargets::Target& target : of_voxel) {
       if (target.part > 0.0F) adder.observe(target.row);
-      if (passes != nullptr && counts(row, target.row)) passes->add_surface(target);
+      if (counts(row, target.row)) passes->add_surface(target);
     }
   };
   const auto add_labels = [&](int row, int component, float count) {
@@ -84,8 +83,7 @@ std::uint64_t BlockSums::add_replica(const Source& source, const Replicas::Repli
     for (const RowTargets::Target& target :
          targets.of(row, turned_->centroids[static_cast<std::size_t>(row)])) {
       if (is_new || !(target.part > 0.0F)) adder.observe(target.row);
-      passes != nullptr ? passes->add(target, count, counts(row, target.row))
-                        : adder.add_passes(target.row, count);
+      passes->add(target, count, counts(row, target.row));
     }
   };
   const std::uint64_t looked = any_objections_ ? source.replicas.objections().size() : 0;
@@ -119,7 +117,7 @@ std::uint64_t BlockSums::add_blocks(const Source& source, Slot slot, Adder& adde
   const GridTransform::BlockRange range =
       source.contribution.T_global_local.local_blocks(source.block);
   if (!source.contribution.may_have(range)) return 1;
-  if (passes != nullptr) {
+  if (!source.contribution.T_global_local.shift_only()) {
     for (int row = 0; row < kBlockVoxels; ++row)
       taken_[static_cast<std::size_t>(row)] =
           source.contribution.T_global_local.to_local(voxel_of_row(source.block, row));
@@ -135,8 +133,6 @@ std::uint64_t BlockSums::add_blocks(const Source& source, Slot slot, Adder& adde
 template <class Adder>
 std::uint64_t BlockSums::add_contribution(const Source& source, Slot slot, Adder& adder) noexcept {
   if (source.contribution.leaving) return 0;
-  if (source.contribution.T_global_local.shift_only())
-    return add_blocks(source, slot, adder, nullptr);
   TurnedPasses passes(*this);
   const std::uint64_t work = add_blocks(source, slot, adder, &passes);
   passes.give(adder);
