@@ -54,27 +54,37 @@ std::size_t voxel_of(const TilePoint& point, const OctetPlace& octet) noexcept {
 
 }  // namespace
 
+/// Mostly a voxel has one point, and needs no sum.
 OctetCentroids centroids_of(std::span<const TilePoint> points, const OctetPlace& octet) noexcept {
-  std::array<Float4, kOctetVoxels> sums{};  // x, y, z and how many
-  const Float4 corner{static_cast<float>(octet.corner[0]), static_cast<float>(octet.corner[1]),
-                      static_cast<float>(octet.corner[2]), 0.0F};
+  struct Sum {
+    float x;
+    float y;
+    float z;
+    float count;
+  };
+  // NOLINTNEXTLINE(cppcoreguidelines-pro-type-member-init): written before it is read
+  std::array<Sum, kOctetVoxels> sums;
   unsigned with_points = 0;
   for (const TilePoint& point : points) {
-    const Float4 place = Float4{point.x, point.y, point.z, 1.0F} - corner;
     const std::size_t v = voxel_of(point, octet);
-    const bool inside = place[0] >= 0.0F && place[0] < 2.0F && place[1] >= 0.0F &&
-                        place[1] < 2.0F && place[2] >= 0.0F && place[2] < 2.0F;
-    if (!inside) continue;
-    sums[v] += place;
-    with_points |= 1U << v;
+    const unsigned bit = (1U << v) & octet.voxels;
+    const Sum place{
+        point.x - static_cast<float>(octet.corner[0] + static_cast<int>(v & 1U)),
+        point.y - static_cast<float>(octet.corner[1] + static_cast<int>((v >> 1U) & 1U)),
+        point.z - static_cast<float>(octet.corner[2] + static_cast<int>(v >> 2U)), 1.0F};
+    const auto inside = [](float coordinate) { return coordinate >= 0.0F && coordinate < 1.0F; };
+    if (bit == 0 || !inside(place.x) || !inside(place.y) || !inside(place.z)) continue;
+    Sum& sum = sums[v];
+    sum = (with_points & bit) == 0
+              ? place
+              : Sum{sum.x + place.x, sum.y + place.y, sum.z + place.z, sum.count + 1.0F};
+    with_points |= bit;
   }
   OctetCentroids found{};
-  for (with_points &= octet.voxels; with_points != 0; with_points &= with_points - 1) {
+  for (; with_points != 0; with_points &= with_points - 1) {
     const auto v = static_cast<std::size_t>(std::countr_zero(with_points));
-    const Float4 mean = sums[v] / sums[v][3];
-    found[v] = Centroid::at(mean[0] - static_cast<float>(v & 1U),
-                            mean[1] - static_cast<float>((v >> 1U) & 1U),
-                            mean[2] - static_cast<float>(v >> 2U));
+    const Sum& sum = sums[v];
+    found[v] = Centroid::at(sum.x / sum.count, sum.y / sum.count, sum.z / sum.count);
   }
   return found;
 }

@@ -77,10 +77,13 @@ CompactTuple::Plane CompactTuple::add_planes(std::byte* octet_bytes,
     add_plane(octet, static_cast<std::uint32_t>(component), added.read(component));
   }
   const Plane sums = sums_of(octet);
+  // Few of them are known: each is a byte that is not zero.
   const OctetCentroids seen = added.centroids();
-  for (std::size_t v = 0; v < kOctetVoxels; ++v) {
+  for (auto left = std::bit_cast<std::uint64_t>(seen); left != 0;) {
+    const auto v = static_cast<std::size_t>(std::countr_zero(left)) / 8;
+    left &= ~(std::uint64_t{0xff} << (8 * v));
+    if (!(sums[v] > 0.0F)) continue;
     std::uint32_t& rest = octet.words[kRest][v];
-    if (!seen[v].known() || !(sums[v] > 0.0F)) continue;
     const Centroid here = Centroid::of_code(static_cast<std::uint8_t>(rest >> kCountBits));
     rest = std::uint32_t{here.moved_toward(seen[v]).code()} << kCountBits | (rest & kMostCount);
   }
