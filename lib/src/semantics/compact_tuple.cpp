@@ -80,8 +80,9 @@ CompactTuple::Plane CompactTuple::add_planes(std::byte* octet_bytes,
   // Few of them are known: each is a byte that is not zero.
   const OctetCentroids seen = added.centroids();
   for (auto left = std::bit_cast<std::uint64_t>(seen); left != 0;) {
-    const auto v = static_cast<std::size_t>(std::countr_zero(left)) / 8;
-    left &= ~(std::uint64_t{0xff} << (8 * v));
+    const unsigned first_bit = static_cast<unsigned>(std::countr_zero(left)) & 56U;
+    left &= ~(std::uint64_t{0xff} << first_bit);
+    const std::size_t v = first_bit / 8;
     if (!(sums[v] > 0.0F)) continue;
     std::uint32_t& rest = octet.words[kRest][v];
     const Centroid here = Centroid::of_code(static_cast<std::uint8_t>(rest >> kCountBits));
