@@ -99,7 +99,7 @@ class Damage(CommandCase):
         self.assertEqual(self.bytes, self.with_header(lambda body: None))
 
     def test_a_newer_major_version_is_refused(self):
-        self.info_refuses(self.with_header(lambda body: struct.pack_into("<H", body, 8, 2)), saying=("version",))
+        self.info_refuses(self.with_header(lambda body: struct.pack_into("<H", body, 8, 3)), saying=("version",))
 
     def test_a_header_that_claims_more_than_the_file_holds_takes_no_memory(self):
         counts = PREAMBLE_BYTES + 4 + 16 + 8 + 12 + 96  # blocks, label pages, free pages, octets

@@ -239,7 +239,7 @@ class Window(CommandCase):
         self.archived("map.tsm")
         sound = self.archive.read_bytes()
         middle = bytearray(sound)
-        middle[5000] ^= 1
+        middle[sound.index(b"BLCK", 5000) + 24] ^= 1  # of a block's payload; zeros between records are not checked
         newer = bytearray(sound)
         newer[8] = 9
         for data in (b"", b"ply\n" * 100, bytes(5000), sound[:50], bytes(newer), bytes(middle)):

@@ -32,7 +32,7 @@ bool is_shift(const Matrix34d& T, double resolution_m) {
   return true;
 }
 
-/// The voxels that the corners of a box of 0.2 voxels around the returns are in, an eighth each;
+/// The voxels that the corners of a box of 0.36 voxels around the returns are in, an eighth each;
 /// what would be beyond the voxel's faces is just within them.
 std::map<Voxel, double> boxes(const OracleContribution& one, double resolution_m,
                               const Voxel& local) {
@@ -42,7 +42,7 @@ std::map<Voxel, double> boxes(const OracleContribution& one, double resolution_m
     Eigen::Vector3d place;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const double middle = (levels[axis] + 0.5) / 6.0;
-      const double end = ((corner >> axis) & 1) != 0 ? middle + 0.1 : middle - 0.1;
+      const double end = ((corner >> axis) & 1) != 0 ? middle + 0.18 : middle - 0.18;
       place(static_cast<Eigen::Index>(axis)) =
           (static_cast<double>(local[axis]) + std::clamp(end, 0.001, 0.999)) * resolution_m;
     }
@@ -97,7 +97,7 @@ std::map<Voxel, OracleGiven> resampled(const OracleContribution& one, double res
     // Passes as without a centroid.
     const std::vector<Voxel> takers = phi(one.T_global_local, resolution_m, local);
     const bool is_taken = !takers_of(one.T_global_local, resolution_m, local).empty();
-    for (const Voxel& voxel : takers) parts[voxel] += is_taken ? 0.125 : 0.0;
+    for (const Voxel& voxel : takers) parts.try_emplace(voxel, is_taken ? 0.125 : 0.0);
     for (const auto& [voxel, part] : parts) {
       if (part == 0.0 && counts[0] == 0.0) continue;
       const bool takes = std::find(takers.begin(), takers.end(), voxel) != takers.end();

@@ -52,7 +52,8 @@ class BlockSums::RowTargets {
  private:
   static constexpr std::int16_t kNone = -1;
   static constexpr float kOfCorner = 1.0F / GridTransform::kBoxCorners;
-  /// Of the labels, to each voxel whose centre is in one with a centroid.
+  /// Of the labels, to each voxel whose centre is in one with a centroid, and that no corner of
+  /// its box is in.
   static constexpr float kToTakers = 0.125F;
 
   void find(int row, Centroid centroid) noexcept {
@@ -65,8 +66,11 @@ class BlockSums::RowTargets {
     if (!is_near(local)) return;
     if (!is_taken) find_untaken(local);
     if (!centroid.known()) return;
-    for (std::size_t i = 0; i < count_; ++i) targets_[i].part = is_taken ? kToTakers : 0.0F;
+    for (std::size_t i = 0; i < count_; ++i) targets_[i].part = 0.0F;
     frame_.for_box_corners(local, centroid, [this](VoxelCoord to) { add_corner(to); });
+    for (std::size_t i = 0; is_taken && i < count_; ++i) {
+      if (targets_[i].part == 0.0F) targets_[i].part = kToTakers;
+    }
   }
   /// Mostly it is not.
   [[nodiscard]] bool is_near(VoxelCoord local) const noexcept {

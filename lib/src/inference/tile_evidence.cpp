@@ -54,37 +54,16 @@ std::size_t voxel_of(const TilePoint& point, const OctetPlace& octet) noexcept {
 
 }  // namespace
 
-/// Mostly a voxel has one point, and needs no sum.
 OctetCentroids centroids_of(std::span<const TilePoint> points, const OctetPlace& octet) noexcept {
-  struct Sum {
-    float x;
-    float y;
-    float z;
-    float count;
-  };
-  // NOLINTNEXTLINE(cppcoreguidelines-pro-type-member-init): written before it is read
-  std::array<Sum, kOctetVoxels> sums;
-  unsigned with_points = 0;
+  OctetCentroids found{};
   for (const TilePoint& point : points) {
     const std::size_t v = voxel_of(point, octet);
-    const unsigned bit = (1U << v) & octet.voxels;
-    const Sum place{
-        point.x - static_cast<float>(octet.corner[0] + static_cast<int>(v & 1U)),
-        point.y - static_cast<float>(octet.corner[1] + static_cast<int>((v >> 1U) & 1U)),
-        point.z - static_cast<float>(octet.corner[2] + static_cast<int>(v >> 2U)), 1.0F};
+    const float x = point.x - static_cast<float>(octet.corner[0] + static_cast<int>(v & 1U));
+    const float y = point.y - static_cast<float>(octet.corner[1] + static_cast<int>((v >> 1U) & 1U));
+    const float z = point.z - static_cast<float>(octet.corner[2] + static_cast<int>(v >> 2U));
     const auto inside = [](float coordinate) { return coordinate >= 0.0F && coordinate < 1.0F; };
-    if (bit == 0 || !inside(place.x) || !inside(place.y) || !inside(place.z)) continue;
-    Sum& sum = sums[v];
-    sum = (with_points & bit) == 0
-              ? place
-              : Sum{sum.x + place.x, sum.y + place.y, sum.z + place.z, sum.count + 1.0F};
-    with_points |= bit;
-  }
-  OctetCentroids found{};
-  for (; with_points != 0; with_points &= with_points - 1) {
-    const auto v = static_cast<std::size_t>(std::countr_zero(with_points));
-    const Sum& sum = sums[v];
-    found[v] = Centroid::at(sum.x / sum.count, sum.y / sum.count, sum.z / sum.count);
+    if (((octet.voxels >> v) & 1U) != 0 && inside(x) && inside(y) && inside(z))
+      found[v] = found[v].nearer(Centroid::at(x, y, z));
   }
   return found;
 }

@@ -107,8 +107,8 @@ void BlockEditor::fill_octet(int octet, const BlockContent& content) noexcept {
   static_cast<void>(status);
   note_components(components);
   std::byte* const at = tuples(octet);
-  // Before the others, so that a voxel with nothing else keeps its centroid.
-  if (any_rest) table_.tuples_.add_rest(at, rest, table_.num_components());
+  if (any_rest)
+    table_.tuples_.add_rest(at, rest, labels.centroids_of(octet), table_.num_components());
   update_observed(octet, table_.tuples_.add(at, OctetOfBlock(labels, octet, components)));
 }
 

@@ -204,13 +204,7 @@ Status LocalMap::merge(SlabHandle handle, int octet, int voxel, const VoxelEvide
   for (std::size_t l = 1; l < static_cast<std::size_t>(num_components()); ++l)
     sum.sigma[l] += added.sigma[l];
   sum.rest += added.rest;
-  // That of more evidence: one that came back to where a few new returns are is known better.
-  const auto labels = [](const VoxelEvidence& e) {
-    return e.total() - static_cast<double>(e.sigma[0]);
-  };
-  const bool is_better = labels(added) > labels(here);
-  if (added.centroid.known() && (is_better || !here.centroid.known()))
-    sum.centroid = added.centroid;
+  sum.centroid = here.centroid.nearer(added.centroid);
   const bool labelled = labels_here || has_labels(added);
   if (!fits_or_refuse(room_for(*this, block, octet, labelled, passes > 0)))
     return Status::kResourceExhausted;

@@ -115,15 +115,6 @@ std::size_t pack_block(const BlockContent& content, std::span<std::byte> into) n
   return packer.ok && (labelled | passed) != 0 ? packer.size : 0;
 }
 
-namespace {
-
-/// Of two maps' that are added up, the first one known.
-void add_centroid(Centroid centroid, int row, BlockContent& content) noexcept {
-  if (centroid.known() && !content.centroid(row).known()) content.set_centroid(row, centroid);
-}
-
-}  // namespace
-
 void add_block(const LocalMap& map, const Block& block, BlockContent& content) noexcept {
   for (std::uint64_t octets = map.octets_of(block); octets != 0; octets &= octets - 1) {
     const int octet = std::countr_zero(octets);
@@ -134,7 +125,7 @@ void add_block(const LocalMap& map, const Block& block, BlockContent& content) n
       map.visit_labels(
           block, octet, v, [&](int component, float count) { content.add(component, row, count); },
           [&](float rest) { content.add_rest(row, rest); });
-      add_centroid(centroids[static_cast<std::size_t>(v)], row, content);
+      content.add_centroid(row, centroids[static_cast<std::size_t>(v)]);
     }
   }
   if (!block.has_free_passes()) return;
@@ -155,7 +146,7 @@ void add_block(const BlockSnapshot& block, BlockContent& content) noexcept {
       block.visit_labels(
           octet, v, [&](int component, float count) { content.add(component, row, count); },
           [&](float rest) { content.add_rest(row, rest); });
-      add_centroid(centroids[static_cast<std::size_t>(v)], row, content);
+      content.add_centroid(row, centroids[static_cast<std::size_t>(v)]);
     }
     for (int v = 0; v < kOctetVoxels; ++v) {
       const unsigned count = block.free_passes(octet, v);

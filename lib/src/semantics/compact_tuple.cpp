@@ -43,13 +43,14 @@ void CompactTuple::find_slot(Octet& octet, std::size_t voxel, std::uint32_t comp
 }
 
 // Loops over eight voxels without a branch, for the compiler's vectors.
-void CompactTuple::add_plane(Octet& octet, std::uint32_t component,
-                             const Plane& plane) const noexcept {
+void CompactTuple::add_plane(Octet& octet, std::uint32_t component, const Plane& plane,
+                             Words& added) const noexcept {
   constexpr auto kMost = static_cast<float>(kMostCount);
   std::array<std::uint32_t, kOctetVoxels> count{};
   for (std::size_t v = 0; v < kOctetVoxels; ++v) {
     const float exact = plane[v] * quanta_ + 0.5F;
     count[v] = static_cast<std::uint32_t>(static_cast<std::int32_t>(exact < kMost ? exact : kMost));
+    added[v] |= count[v];
   }
   for (std::size_t s = 0; s < kSlots; ++s) {
     Words& words = octet.words[s];
@@ -67,29 +68,33 @@ void CompactTuple::add_plane(Octet& octet, std::uint32_t component,
   }
 }
 
+// Few of them are known: each is a byte that is not zero.
+void CompactTuple::join_centroids(Octet& octet, const OctetCentroids& seen,
+                                  const Words& added) noexcept {
+  for (auto left = std::bit_cast<std::uint64_t>(seen); left != 0;) {
+    const unsigned first_bit = static_cast<unsigned>(std::countr_zero(left)) & 56U;
+    left &= ~(std::uint64_t{0xff} << first_bit);
+    const std::size_t v = first_bit / 8;
+    if (added[v] == 0) continue;
+    std::uint32_t& rest = octet.words[kRest][v];
+    const Centroid here = Centroid::of_code(static_cast<std::uint8_t>(rest >> kCountBits));
+    rest = std::uint32_t{here.nearer(seen[v]).code()} << kCountBits | (rest & kMostCount);
+  }
+}
+
 template <class Evidence>
 CompactTuple::Plane CompactTuple::add_planes(std::byte* octet_bytes,
                                              const Evidence& added) const noexcept {
   Octet octet{};
   std::memcpy(&octet, octet_bytes, sizeof(octet));
+  Words given{};
   for (std::uint64_t rest = added.components() & ~std::uint64_t{1}; rest != 0; rest &= rest - 1) {
     const int component = std::countr_zero(rest);
-    add_plane(octet, static_cast<std::uint32_t>(component), added.read(component));
+    add_plane(octet, static_cast<std::uint32_t>(component), added.read(component), given);
   }
-  const Plane sums = sums_of(octet);
-  // Few of them are known: each is a byte that is not zero.
-  const OctetCentroids seen = added.centroids();
-  for (auto left = std::bit_cast<std::uint64_t>(seen); left != 0;) {
-    const unsigned first_bit = static_cast<unsigned>(std::countr_zero(left)) & 56U;
-    left &= ~(std::uint64_t{0xff} << first_bit);
-    const std::size_t v = first_bit / 8;
-    if (!(sums[v] > 0.0F)) continue;
-    std::uint32_t& rest = octet.words[kRest][v];
-    const Centroid here = Centroid::of_code(static_cast<std::uint8_t>(rest >> kCountBits));
-    rest = std::uint32_t{here.moved_toward(seen[v]).code()} << kCountBits | (rest & kMostCount);
-  }
+  join_centroids(octet, added.centroids(), given);
   store_shared_words(octet_bytes, &octet, sizeof(octet));
-  return sums;
+  return sums_of(octet);
 }
 template CompactTuple::Plane CompactTuple::add_planes(std::byte*,
                                                       const OctetEvidence&) const noexcept;
@@ -106,14 +111,18 @@ CompactTuple::Plane CompactTuple::sums_of(const Octet& octet) const noexcept {
   return sums;
 }
 
-void CompactTuple::add_rest(std::byte* octet_bytes, const Plane& counts) const noexcept {
+void CompactTuple::add_rest(std::byte* octet_bytes, const Plane& counts,
+                            const OctetCentroids& centroids) const noexcept {
   constexpr auto kMost = static_cast<float>(kMostCount);
   Octet octet{};
   std::memcpy(&octet, octet_bytes, sizeof(octet));
+  Words given{};
   for (std::size_t v = 0; v < kOctetVoxels; ++v) {
     const float exact = counts[v] * quanta_ + 0.5F;
-    add_to_rest(octet, v, static_cast<std::uint32_t>(exact < kMost ? exact : kMost));
+    given[v] = static_cast<std::uint32_t>(exact < kMost ? exact : kMost);
+    add_to_rest(octet, v, given[v]);
   }
+  join_centroids(octet, centroids, given);
   store_shared_words(octet_bytes, &octet, sizeof(octet));
 }
 

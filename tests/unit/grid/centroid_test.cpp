@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tessera/grid/centroid.hpp"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <set>
 
@@ -38,12 +39,36 @@ TEST_CASE(
         std::array<int, 3>{5, 5, 0});
 }
 
-TEST_CASE("Centroid: with each scan it moves one level on each axis toward what was seen") {
-  const Centroid here = Centroid::of_levels({0, 3, 5});
-  CHECK(here.moved_toward(Centroid()) == here);
-  CHECK(Centroid().moved_toward(here) == here);
-  CHECK(here.moved_toward(Centroid::of_levels({5, 3, 0})) == Centroid::of_levels({1, 3, 4}));
-  CHECK(here.moved_toward(here) == here);
+/// In twelfths of the voxel.
+int square_from_middle(Centroid centroid) {
+  int sum = 0;
+  for (const int level : centroid.levels()) {
+    const int twelfths = 2 * level + 1;
+    sum += (twelfths - 6) * (twelfths - 6);
+  }
+  return sum;
+}
+
+TEST_CASE("Centroid: of two the one nearer to the middle stays, whatever their order") {
+  const Centroid far = Centroid::of_levels({0, 3, 5});
+  const Centroid near = Centroid::of_levels({4, 2, 2});
+  CHECK(far.nearer(near) == near);
+  CHECK(Centroid().nearer(far) == far);
+  CHECK(far.nearer(Centroid()) == far);
+  CHECK_FALSE(Centroid().nearer(Centroid()).known());
+  for (int a = 1; a < Centroid::kCodes; ++a) {
+    for (int b = 1; b < Centroid::kCodes; ++b) {
+      const Centroid one = Centroid::of_code(static_cast<std::uint8_t>(a));
+      const Centroid other = Centroid::of_code(static_cast<std::uint8_t>(b));
+      const Centroid joined = one.nearer(other);
+      REQUIRE(joined == other.nearer(one));
+      REQUIRE((joined == one || joined == other));
+      REQUIRE(square_from_middle(joined) ==
+              std::min(square_from_middle(one), square_from_middle(other)));
+      const Centroid third = Centroid::of_code(static_cast<std::uint8_t>(1 + (a * 7 + b) % 216));
+      REQUIRE(joined.nearer(third) == one.nearer(other.nearer(third)));
+    }
+  }
 }
 
 }  // namespace

@@ -34,20 +34,27 @@ struct OwnOctet {
 
 constexpr Centroid kLow = Centroid::of_levels({0, 1, 2});
 constexpr Centroid kHigh = Centroid::of_levels({5, 4, 3});
+constexpr Centroid kMiddle = Centroid::of_levels({2, 3, 2});
 
-TEST_CASE("tuples: a voxel with evidence has the first centroid, then moves toward the others") {
+TEST_CASE("tuples: of the centroids of what is added to a voxel the nearest to the middle stays") {
   const auto policy = GENERATE(TuplePolicy::kDense, TuplePolicy::kCompact);
   OwnOctet octet(policy);
   octet.add(3, {1, 0, 0, 2}, {kLow, kLow, {}, {}});
   CHECK(octet.store.centroids(octet.bytes.data()) == OctetCentroids{kLow});
   octet.add(4, {1, 1, 1, 1}, {kHigh, kHigh, {}, kHigh});
   CHECK(octet.store.centroids(octet.bytes.data()) ==
-        OctetCentroids{kLow.moved_toward(kHigh), kHigh, {}, kHigh});
-  CHECK(octet.read(0).centroid == kLow.moved_toward(kHigh));
+        OctetCentroids{kLow.nearer(kHigh), kHigh, {}, kHigh});
+  CHECK(octet.read(0).centroid == kLow.nearer(kHigh));
+  octet.add(5, {0, 1}, {kMiddle, {}});
+  CHECK(octet.read(0).centroid == kLow.nearer(kHigh));  // nothing was added to it
+  octet.add(5, {1, 1}, {kMiddle, {}});
+  CHECK(octet.read(0).centroid == kMiddle);
+  CHECK(octet.read(1).centroid == kHigh);
   CHECK(octet.read(0).sigma[3] == 1.0F);
   CHECK(octet.read(0).sigma[4] == 1.0F);
+  CHECK(octet.read(0).sigma[5] == 1.0F);
   CHECK(octet.read(0).rest == 0.0F);
-  CHECK(octet.store.label_sums(octet.bytes.data()) == TupleStore::Plane{2, 1, 1, 3});
+  CHECK(octet.store.label_sums(octet.bytes.data()) == TupleStore::Plane{3, 3, 1, 3});
 }
 
 TEST_CASE(
@@ -66,10 +73,10 @@ TEST_CASE(
 
 TEST_CASE("tuples: evidence of no class has a centroid beside it, and neither changes the other") {
   OwnOctet octet(TuplePolicy::kCompact);
-  octet.store.add_rest(octet.bytes.data(), {0.5F}, kOwnComponents);
-  octet.add(2, {}, {kHigh});
+  octet.store.add_rest(octet.bytes.data(), {0.5F}, {kHigh, kLow}, kOwnComponents);
+  CHECK_FALSE(octet.read(1).centroid.known());
   CHECK(octet.read(0).centroid == kHigh);
-  octet.store.add_rest(octet.bytes.data(), {200.0F}, kOwnComponents);
+  octet.store.add_rest(octet.bytes.data(), {200.0F}, {}, kOwnComponents);
   CHECK(octet.read(0).centroid == kHigh);
   CHECK(octet.read(0).rest == Approx(128.0F).epsilon(1e-6));  // all that a count can be
   int rests = 0;

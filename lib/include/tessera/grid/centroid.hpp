@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Where in a voxel its returns are: their mean, to a sixth of the voxel on each axis, in a byte. A
-// voxel alone does not say where in it the surface is, and whoever turns a map must know.
+// Where in a voxel its returns are, to a sixth of the voxel on each axis, in a byte: of the means
+// that scans had there, the one nearest to the voxel's middle. A voxel alone does not say where in
+// it the surface is, and whoever turns a map must know.
 #pragma once
 
 #include <array>
@@ -48,15 +49,14 @@ class Centroid {
     return (static_cast<float>(level) + 0.5F) / kLevels;
   }
 
-  /// One level on each axis nearer to what another scan saw; the other itself if none was known.
-  [[nodiscard]] constexpr Centroid moved_toward(Centroid seen) const noexcept {
-    if (!seen.known() || code_ == seen.code_) return *this;
-    if (!known()) return seen;
-    std::array<int, 3> here = levels();
-    const std::array<int, 3> there = seen.levels();
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      here[axis] += (there[axis] > here[axis] ? 1 : 0) - (there[axis] < here[axis] ? 1 : 0);
-    return of_levels(here);
+  /// Of two, the one nearer to the voxel's middle, of equally near ones that of the lower code; one
+  /// that is known before one that is not. So what is known of a voxel does not depend on the order
+  /// of scans and maps.
+  [[nodiscard]] constexpr Centroid nearer(Centroid other) const noexcept {
+    if (!known() || !other.known()) return known() ? *this : other;
+    const int here = square_from_middle();
+    const int there = other.square_from_middle();
+    return there < here || (there == here && other.code_ < code_) ? other : *this;
   }
 
   friend constexpr bool operator==(Centroid, Centroid) noexcept = default;
@@ -66,6 +66,13 @@ class Centroid {
     const float level = place * kLevels;
     if (!(level > 0.0F)) return 0;
     return level < static_cast<float>(kLevels) ? static_cast<int>(level) : kLevels - 1;
+  }
+
+  /// In half levels.
+  [[nodiscard]] constexpr int square_from_middle() const noexcept {
+    int sum = 0;
+    for (const int level : levels()) sum += (2 * level + 1 - kLevels) * (2 * level + 1 - kLevels);
+    return sum;
   }
 
   std::uint8_t code_ = 0;

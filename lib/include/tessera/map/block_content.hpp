@@ -88,6 +88,10 @@ class BlockContent {
     common_->centroid_rows |= row_bit(row);
     common_->centroids[static_cast<std::size_t>(row)] = centroid;
   }
+  /// Of a voxel with label evidence: the nearer one stays.
+  void add_centroid(int row, Centroid centroid) noexcept {
+    if (centroid.known()) set_centroid(row, this->centroid(row).nearer(centroid));
+  }
   /// Sets a count.
   void set(int component, int row, float count) noexcept {
     const auto c = static_cast<std::size_t>(component);

@@ -72,7 +72,7 @@ class GridTransform {
   /// The corners of a box around a voxel's returns are what stands for them, each for an eighth.
   static constexpr int kBoxCorners = 8;
   /// Of the box's edge, before it is cut off at the voxel's faces; voxels.
-  static constexpr float kHalfBox = 0.1F;
+  static constexpr float kHalfBox = 0.18F;
   /// Calls visit(VoxelCoord) for the global voxel that contains each corner, where shift_only() is
   /// false. centroid: known.
   template <class Visit>

@@ -46,8 +46,7 @@ class CompactTuple {
       : quanta_(quanta), quantum_(1.0F / quanta) {}
 
   /// Adds evidence, component by component, each rounded to the nearest quantum. Component 0 of
-  /// added is ignored. The centroids of voxels that have evidence then move a level toward the
-  /// added ones. Returns what label_sums is then. O(components in added).
+  /// added is ignored. Voxels that it adds to have the nearer centroid then. Returns what label_sums is then. O(components in added).
   Plane add(std::byte* octet, const OctetEvidence& added) const noexcept {
     return add_planes(octet, added);
   }
@@ -98,7 +97,8 @@ class CompactTuple {
   }
   [[nodiscard]] static OctetCentroids centroids(const std::byte* octet) noexcept;
   /// Adds to the rests of an octet, as add().
-  void add_rest(std::byte* octet, const Plane& counts) const noexcept;
+  void add_rest(std::byte* octet, const Plane& counts,
+                const OctetCentroids& centroids) const noexcept;
   /// Whether a tuple can have these counts: of three classes at most, in whole quanta.
   [[nodiscard]] bool holds(const VoxelEvidence& evidence) const noexcept {
     return words_of(evidence)[0] != kNotHeld;
@@ -133,7 +133,12 @@ class CompactTuple {
   template <class Evidence>
   Plane add_planes(std::byte* octet, const Evidence& added) const noexcept;
   [[nodiscard]] Plane sums_of(const Octet& octet) const noexcept;
-  void add_plane(Octet& octet, std::uint32_t component, const Plane& plane) const noexcept;
+  /// added: counts that are not zero get bits.
+  void add_plane(Octet& octet, std::uint32_t component, const Plane& plane,
+                 Words& added) const noexcept;
+  /// Where added has bits.
+  static void join_centroids(Octet& octet, const OctetCentroids& seen,
+                             const Words& added) noexcept;
   static void add_to_rest(Octet& octet, std::size_t voxel, std::uint32_t count) noexcept;
   static void find_slot(Octet& octet, std::size_t voxel, std::uint32_t component,
                         std::uint32_t count) noexcept;

@@ -40,14 +40,14 @@ class DenseTuple {
   [[nodiscard]] static constexpr std::uint32_t zeroed_bytes() noexcept { return kHeaderBytes; }
 
   /// Adds evidence, plane by plane, and returns what label_sums is then. Component 0 of added is
-  /// ignored. The centroids of voxels that have evidence then move a level toward the added ones.
-  /// Evidence: OctetEvidence or OctetOfBlock. O(components in added or present).
+  /// ignored. Voxels that it adds to have the nearer centroid then. Evidence: OctetEvidence or OctetOfBlock. O(components in added or present).
   template <class Evidence>
   static Plane add(std::byte* octet, const Evidence& added) noexcept {
     const std::uint64_t labels = added.components() & ~std::uint64_t{1};
     const Header header = header_for(octet, labels);
     const std::uint64_t present = header.components;
     Plane sums{};
+    unsigned given = 0;
     for (std::uint64_t rest = labels | present; rest != 0; rest &= rest - 1) {
       const std::uint64_t bit = rest & (~rest + 1);
       std::byte* const plane = octet + header.offset(std::countr_zero(rest));
@@ -55,6 +55,7 @@ class DenseTuple {
       if ((present & bit) != 0) std::memcpy(&counts, plane, sizeof(counts));
       if ((labels & bit) != 0) {
         const Plane& more = added.read(std::countr_zero(rest));
+        given |= bits_above(more.data(), 0.0F);
         for (std::size_t v = 0; v < kOctetVoxels; ++v)
           counts[v] = counts[v] + more[v] < kLargestCount ? counts[v] + more[v] : kLargestCount;
         store_shared_words(plane, &counts, sizeof(counts));
@@ -64,7 +65,7 @@ class DenseTuple {
     Header now{present | labels, header.first, header.centroids};
     const OctetCentroids seen = added.centroids();
     for (std::size_t v = 0; v < kOctetVoxels; ++v)
-      if (sums[v] > 0.0F) now.centroids[v] = now.centroids[v].moved_toward(seen[v]);
+      if (((given >> v) & 1U) != 0) now.centroids[v] = now.centroids[v].nearer(seen[v]);
     if (now != header) set_header(octet, now);
     return sums;
   }

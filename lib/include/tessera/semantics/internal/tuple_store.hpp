@@ -48,10 +48,12 @@ class TupleStore {
   }
   /// Adds evidence of no known class: a dense tuple, which has no rest, counts it as component C
   /// + 1.
-  void add_rest(std::byte* octet, const Plane& counts, int num_components) const noexcept {
-    if (!dense()) return compact_.add_rest(octet, counts);
+  void add_rest(std::byte* octet, const Plane& counts, const OctetCentroids& centroids,
+                int num_components) const noexcept {
+    if (!dense()) return compact_.add_rest(octet, counts, centroids);
     OctetEvidence evidence;
     evidence.assign(num_components - 1, counts);
+    evidence.set_centroids(centroids);
     static_cast<void>(DenseTuple::add(octet, evidence));
   }
   [[nodiscard]] Plane label_sums(const std::byte* octet) const noexcept {
