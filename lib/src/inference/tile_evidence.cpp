@@ -59,7 +59,8 @@ OctetCentroids centroids_of(std::span<const TilePoint> points, const OctetPlace&
   for (const TilePoint& point : points) {
     const std::size_t v = voxel_of(point, octet);
     const float x = point.x - static_cast<float>(octet.corner[0] + static_cast<int>(v & 1U));
-    const float y = point.y - static_cast<float>(octet.corner[1] + static_cast<int>((v >> 1U) & 1U));
+    const float y =
+        point.y - static_cast<float>(octet.corner[1] + static_cast<int>((v >> 1U) & 1U));
     const float z = point.z - static_cast<float>(octet.corner[2] + static_cast<int>(v >> 2U));
     const auto inside = [](float coordinate) { return coordinate >= 0.0F && coordinate < 1.0F; };
     if (((octet.voxels >> v) & 1U) != 0 && inside(x) && inside(y) && inside(z))

@@ -46,7 +46,8 @@ class CompactTuple {
       : quanta_(quanta), quantum_(1.0F / quanta) {}
 
   /// Adds evidence, component by component, each rounded to the nearest quantum. Component 0 of
-  /// added is ignored. Voxels that it adds to have the nearer centroid then. Returns what label_sums is then. O(components in added).
+  /// added is ignored. Voxels that it adds to have the nearer centroid then. Returns what
+  /// label_sums is then. O(components in added).
   Plane add(std::byte* octet, const OctetEvidence& added) const noexcept {
     return add_planes(octet, added);
   }
@@ -137,8 +138,7 @@ class CompactTuple {
   void add_plane(Octet& octet, std::uint32_t component, const Plane& plane,
                  Words& added) const noexcept;
   /// Where added has bits.
-  static void join_centroids(Octet& octet, const OctetCentroids& seen,
-                             const Words& added) noexcept;
+  static void join_centroids(Octet& octet, const OctetCentroids& seen, const Words& added) noexcept;
   static void add_to_rest(Octet& octet, std::size_t voxel, std::uint32_t count) noexcept;
   static void find_slot(Octet& octet, std::size_t voxel, std::uint32_t component,
                         std::uint32_t count) noexcept;

@@ -40,7 +40,8 @@ class DenseTuple {
   [[nodiscard]] static constexpr std::uint32_t zeroed_bytes() noexcept { return kHeaderBytes; }
 
   /// Adds evidence, plane by plane, and returns what label_sums is then. Component 0 of added is
-  /// ignored. Voxels that it adds to have the nearer centroid then. Evidence: OctetEvidence or OctetOfBlock. O(components in added or present).
+  /// ignored. Voxels that it adds to have the nearer centroid then. Evidence: OctetEvidence or
+  /// OctetOfBlock. O(components in added or present).
   template <class Evidence>
   static Plane add(std::byte* octet, const Evidence& added) noexcept {
     const std::uint64_t labels = added.components() & ~std::uint64_t{1};
