@@ -121,7 +121,7 @@ Recount::Share Recount::share_of(Replicas::Slot slot, VoxelCoord global, int hol
           boxes += part;
           of_surface += part * static_cast<double>(content_.passes[row]);
           if (takes) passes += static_cast<double>(content_.passes[row]);
-          part += local == middle ? 0.125 : 0.0;
+          if (part == 0.0 && local == middle) part = 0.125;
           if (part == 0.0 && takes) share.observed = share.observed || content_.passes[row] > 0.0F;
         } else {
           T_global_local.for_targets(local,

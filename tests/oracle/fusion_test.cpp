@@ -144,18 +144,22 @@ TEST_CASE("fusion: no voxel appears that nobody observed, and none is lost") {
   const GlobalMapConfig config = team_config();
   const std::vector<OracleContribution> team = random_team(random, 4, 30.0);
   Team fused(config);
-  double given = 0.0;
+  double least = 0.0;
+  double most = 0.0;
   for (const OracleContribution& contribution : team) {
     fused.publish(contribution, 1);
     for (const auto& [voxel, counts] : contribution.voxels) {
-      // By a centroid, all of it to where that is, and an eighth to each voxel that takes it.
+      // By a centroid, all of it to where that is, and an eighth to those of the voxels that take
+      // it where none of that is; all voxels are compared above.
       const std::size_t targets = phi(contribution.T_global_local, 0.1, voxel).size();
       const std::size_t takers = takers_of(contribution.T_global_local, 0.1, voxel).size();
-      const double times = contribution.centroids.contains(voxel)
-                               ? 1.0 + 0.125 * static_cast<double>(takers)
-                               : static_cast<double>(targets);
+      const bool by_centroid = contribution.centroids.contains(voxel);
       CHECK(targets >= 1);
-      for (std::size_t l = 1; l < counts.size(); ++l) given += counts[l] * times;
+      double labels = 0.0;
+      for (std::size_t l = 1; l < counts.size(); ++l) labels += counts[l];
+      least += by_centroid ? labels : labels * static_cast<double>(targets);
+      most += labels * (by_centroid ? 1.0 + 0.125 * static_cast<double>(takers)
+                                    : static_cast<double>(targets));
     }
   }
   fused.settle();
@@ -163,7 +167,8 @@ TEST_CASE("fusion: no voxel appears that nobody observed, and none is lost") {
   for (const auto& [voxel, counts] : voxels_of(fused.global().map())) {
     for (std::size_t l = 1; l < counts.size(); ++l) found += counts[l];
   }
-  CHECK(found == Approx(given).epsilon(1e-5));
+  CHECK(found > least * (1.0 - 1e-5));
+  CHECK(found < most);
 }
 
 }  // namespace
