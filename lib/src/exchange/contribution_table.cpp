@@ -54,17 +54,29 @@ HeldContribution* ContributionTable::find(const ContributionId& id) noexcept {
   return nullptr;
 }
 
+/// What a robot objected to in earlier epochs is as what it has heard: nothing is said of it any
+/// more.
+void ContributionTable::disown_objections(std::uint32_t robot) noexcept {
+  for (HeldContribution& other : places())
+    if (other.id.robot == robot && Objection::is(other.id.submap)) other.own = false;
+}
+
+/// A name gives its place to what is there: the last one that no more is known of, or nullptr.
+HeldContribution* ContributionTable::place_of_name() noexcept {
+  HeldContribution* place = nullptr;
+  for (HeldContribution& other : places()) {
+    if (other.used && !other.open) place = &other;
+  }
+  return place;
+}
+
 HeldContribution* ContributionTable::add(const ContributionId& id, Claim claim, Instant now,
                                          ExchangeReport& counted) noexcept {
   const bool own = claim == Claim::kOwn;
   const bool proven = claim != Claim::kName;
   bool refused = false;
   const bool is_bounded = !own || Objection::is(id.submap);
-  // What it objected to in earlier epochs is as what it has heard: nothing is said of it any more.
-  if (own && is_bounded) {
-    for (HeldContribution& other : places())
-      if (other.id.robot == id.robot && Objection::is(other.id.submap)) other.own = false;
-  }
+  if (own && is_bounded) disown_objections(id.robot);
   HeldContribution* const of_robot = is_bounded ? displaced_of_robot(id, proven, refused) : nullptr;
   if (refused) {
     ++counted.refused_contributions;
@@ -72,12 +84,7 @@ HeldContribution* ContributionTable::add(const ContributionId& id, Claim claim, 
   }
   HeldContribution* place =
       of_robot != nullptr ? of_robot : free_place(own && !Objection::is(id.submap));
-  if (place == nullptr && proven) {
-    // A name gives its place to what is there.
-    for (HeldContribution& other : places()) {
-      if (other.used && !other.open) place = &other;
-    }
-  }
+  if (place == nullptr && proven) place = place_of_name();
   if (place == nullptr && claim == Claim::kPresent) place = place_of_silent(now);
   if (place == nullptr) {
     ++counted.refused_contributions;

@@ -135,7 +135,8 @@ class BlockSums::TurnedPasses {
     for_rows(any_, [&](int row) {
       const Passes& here = sums_.turned_->passes[static_cast<std::size_t>(row)];
       unsigned passes = here.taken;
-      const auto of_surface = static_cast<unsigned>(here.of_surface + 0.5F);
+      const auto of_surface =
+          static_cast<unsigned>(floor_to_int(static_cast<double>(here.of_surface) + 0.5));
       if (here.share >= kLeastShare && of_surface < passes) passes = of_surface;
       if (passes != 0) adder.add_passes(row, passes);
     });

@@ -180,6 +180,8 @@ class ContributionTable {
   void take_place(HeldContribution& place, const ContributionId& id, Instant now) noexcept;
   [[nodiscard]] HeldContribution* free_place(bool own) noexcept;
   [[nodiscard]] HeldContribution* place_of_silent(Instant now) noexcept;
+  [[nodiscard]] HeldContribution* place_of_name() noexcept;
+  void disown_objections(std::uint32_t robot) noexcept;
   struct Replaced {
     HeldContribution* lowest = nullptr;
     bool is_it = false;
