@@ -72,8 +72,8 @@ struct OracleGiven {
 };
 
 /// In a turned frame a voxel whose returns are known gives its labels to where they are, and an
-/// eighth of them to those that take it; where surfaces are three tenths or more of a voxel, it has
-/// no more passes than these bring.
+/// eighth of them to those that take it and are not there; where surfaces are three tenths or more
+/// of a voxel, it has no more passes than these bring.
 [[nodiscard]] std::map<Voxel, OracleGiven> resampled(const OracleContribution& one,
                                                      double resolution_m);
 

@@ -144,31 +144,32 @@ TEST_CASE("fusion: no voxel appears that nobody observed, and none is lost") {
   const GlobalMapConfig config = team_config();
   const std::vector<OracleContribution> team = random_team(random, 4, 30.0);
   Team fused(config);
-  double least = 0.0;
-  double most = 0.0;
+  double given = 0.0;
   for (const OracleContribution& contribution : team) {
     fused.publish(contribution, 1);
+    double least = 0.0;
     for (const auto& [voxel, counts] : contribution.voxels) {
-      // By a centroid, all of it to where that is, and an eighth to those of the voxels that take
-      // it where none of that is; all voxels are compared above.
       const std::size_t targets = phi(contribution.T_global_local, 0.1, voxel).size();
-      const std::size_t takers = takers_of(contribution.T_global_local, 0.1, voxel).size();
       const bool by_centroid = contribution.centroids.contains(voxel);
       CHECK(targets >= 1);
       double labels = 0.0;
       for (std::size_t l = 1; l < counts.size(); ++l) labels += counts[l];
       least += by_centroid ? labels : labels * static_cast<double>(targets);
-      most += labels * (by_centroid ? 1.0 + 0.125 * static_cast<double>(takers)
-                                    : static_cast<double>(targets));
     }
+    // By a centroid, all of it to where that is, and an eighth to those of the voxels that take it
+    // where none of that is.
+    double of_one = 0.0;
+    for (const auto& [voxel, here] : resampled(contribution, 0.1))
+      for (std::size_t l = 1; l < here.counts.size(); ++l) of_one += here.counts[l];
+    CHECK(of_one > least * (1.0 - 1e-9));
+    given += of_one;
   }
   fused.settle();
   double found = 0.0;
   for (const auto& [voxel, counts] : voxels_of(fused.global().map())) {
     for (std::size_t l = 1; l < counts.size(); ++l) found += counts[l];
   }
-  CHECK(found > least * (1.0 - 1e-5));
-  CHECK(found < most);
+  CHECK(found == Approx(given).epsilon(1e-5));
 }
 
 }  // namespace

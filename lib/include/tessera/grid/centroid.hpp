@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Where in a voxel its returns are, to a sixth of the voxel on each axis, in a byte: of the means
-// that scans had there, the one nearest to the voxel's middle. A voxel alone does not say where in
-// it the surface is, and whoever turns a map must know.
+// Where in a voxel its returns are, to a sixth of the voxel on each axis, in a byte: of the thinned
+// points in it, the one nearest to the voxel's middle. A voxel alone does not say where in it the
+// surface is, and whoever turns a map must know.
 #pragma once
 
 #include <array>
