@@ -174,13 +174,19 @@ class Soak:
         return [f"(robot, epoch, submap) {id}, digest and version: {[one.get(id) for one in held]}" for id in ids
                 if len({one.get(id) for one in held}) > 1]
 
+    @staticmethod
+    def lacking(reports):
+        """Contributions of which not all is held that their origin stated: a line each."""
+        return [f"node {report['robot']} lacks parts of {c}" for report in reports for c in report["contributions"]
+                if not c["complete"] and not c["far"]]
+
     def check_reports(self, reports):
         for what in ("exchange_digest", "digest"):
             # The global map may need more than the time that it has after SIGTERM.
             found = {report[what] for report in reports if what != "digest" or not report["realtime"]["map_is_behind"]}
             if len(found) > 1:
                 self.faults.append(f"{what} differs: {found}")
-        self.faults += self.differing(reports)
+        self.faults += self.differing(reports) + self.lacking(reports)
         for report in reports:
             here = f"node {report['robot']}"
             if report["heap_allocations_after_start"] not in (0, None):

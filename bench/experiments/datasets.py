@@ -67,6 +67,73 @@ def join(folder, parts):
     return folder
 
 
+def subset(folder, dataset, scans):
+    """A dataset of some scans of another, in its frame."""
+    shutil.rmtree(folder, ignore_errors=True)
+    for name in FOLDERS:
+        (folder / name).mkdir(parents=True)
+    lines = (dataset / "poses.txt").read_text().splitlines()
+    for number, scan in enumerate(scans):
+        for name, suffix in FOLDERS.items():
+            if (dataset / name).exists():
+                os.symlink((dataset / name / name_of(scan, suffix)).resolve(), folder / name / name_of(number, suffix))
+    (folder / "poses.txt").write_text("\n".join(lines[scan] for scan in scans) + "\n")
+    if (dataset / "calib.txt").exists():
+        os.symlink((dataset / "calib.txt").resolve(), folder / "calib.txt")
+    return folder
+
+
+def read_ids(path):
+    return array.array("I", path.read_bytes())
+
+
+def confusion(dataset):
+    """What the predictions of a dataset take each true id for: a list of ids by id, one for each point."""
+    taken = {}
+    for path in sorted((dataset / "labels").glob("*.label")):
+        for truth, found in zip(read_ids(path), read_ids(dataset / "predictions" / path.name)):
+            taken.setdefault(truth & 0xFFFF, []).append(found)
+    return taken
+
+
+def confuse(folder, dataset, taken, seed, cell_m=0.4, run=4, single=0.1):
+    """The dataset, of a sensor that stands, with predictions drawn from a confusion: one draw for each cell, class and run of
+    scans, and for that share of the points a draw of their own."""
+    subset(folder, dataset, range(len((dataset / "poses.txt").read_text().splitlines())))
+    for path in sorted((dataset / "labels").glob("*.label")):
+        scan = int(path.stem)
+        points, draw = array.array("f", (dataset / "velodyne" / f"{path.stem}.bin").read_bytes()), random.Random(f"{seed} {scan}")
+        drawn, ids = {}, array.array("I")
+        for i, truth in enumerate(read_ids(path)):
+            known = taken.get(truth & 0xFFFF)
+            if known is None:
+                ids.append(truth & 0xFFFF)
+            elif draw.random() < single:
+                ids.append(draw.choice(known))
+            else:
+                key = (*(math.floor(x / cell_m) for x in points[4 * i:4 * i + 3]), truth & 0xFFFF, scan // run)
+                if key not in drawn:
+                    drawn[key] = random.Random(f"{seed} {key}").choice(known)
+                ids.append(drawn[key])
+        (folder / "predictions" / path.name).write_bytes(ids.tobytes())
+    return folder
+
+
+def thin(folder, dataset, raw_ids, share, seed):
+    """The dataset with that share of the points alone that truly are of some ids."""
+    subset(folder, dataset, range(len((dataset / "poses.txt").read_text().splitlines())))
+    for path in sorted((dataset / "labels").glob("*.label")):
+        draw = random.Random(f"{seed} {path.stem}")
+        kept = [truth & 0xFFFF not in raw_ids or draw.random() < share for truth in read_ids(path)]
+        for name, suffix in FOLDERS.items():
+            size = 16 if suffix == ".bin" else 4
+            held = (dataset / name / (path.stem + suffix)).read_bytes()
+            written = folder / name / (path.stem + suffix)
+            written.unlink()
+            written.write_bytes(b"".join(held[size * i:size * (i + 1)] for i, keep in enumerate(kept) if keep))
+    return folder
+
+
 def relabel(folder, dataset, scans, change):
     """The dataset with predictions[i] = change(prediction); files that do not change are links. Made once."""
     if (folder / "complete").exists():

@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: The tessera authors
 # SPDX-License-Identifier: Apache-2.0
 """The experiments still run, on a few scans, keep what they made, and fill the page."""
+import array
 import math
 import os
 import pathlib
@@ -42,6 +43,55 @@ class Frames(unittest.TestCase):
         same = sum(change(252) == 252 for _ in range(4000))
         self.assertTrue(2900 < same < 3100, same)  # 252 is none of the classes drawn
         self.assertEqual([70, 10, 48, 40, 50], [datasets.swap(raw) for raw in (252, 70, 40, 48, 50)])
+
+
+class Parts(unittest.TestCase):
+    """Datasets made of a small one: two points of a pole and two of a road in each of three scans."""
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.out = pathlib.Path(folder.name)
+        self.whole = self.out / "whole"
+        for name in datasets.FOLDERS:
+            (self.whole / name).mkdir(parents=True)
+        for scan in range(3):
+            x = [0.1, 0.2, 5.0, 9.0]
+            points = array.array("f", (value for i in range(4) for value in (x[i], 0.0, scan, 1.0)))
+            (self.whole / "velodyne" / f"{scan:06d}.bin").write_bytes(points.tobytes())
+            for name, ids in (("labels", [80, 80, 40, 40]), ("predictions", [80, 71, 40, 48])):
+                (self.whole / name / f"{scan:06d}.label").write_bytes(array.array("I", ids).tobytes())
+        (self.whole / "poses.txt").write_text("".join(f"1 0 0 {scan} 0 1 0 0 0 0 1 0\n" for scan in range(3)))
+        (self.whole / "calib.txt").write_text("Tr: 1 0 0 0 0 1 0 0 0 0 1 0\n")
+
+    def ids(self, folder, name):
+        return [list(datasets.read_ids(path)) for path in sorted((folder / name).glob("*.label"))]
+
+    def test_some_scans_keep_their_poses(self):
+        part = datasets.subset(self.out / "part", self.whole, (2, 0))
+        self.assertEqual([2.0, 0.0], [pose[0][3] for pose in datasets.read_poses(part)])
+        self.assertEqual((self.whole / "velodyne/000002.bin").read_bytes(), (part / "velodyne/000000.bin").read_bytes())
+        self.assertTrue((part / "calib.txt").exists())
+
+    def test_labels_drawn_from_a_confusion_are_the_same_within_a_cell_and_a_run(self):
+        taken = datasets.confusion(self.whole)
+        self.assertEqual({80: [80, 71] * 3, 40: [40, 48] * 3}, taken)
+        drawn = [self.ids(datasets.confuse(self.out / f"drawn_{seed}", self.whole, taken, seed, cell_m=10.0, single=0.0), "predictions")
+                 for seed in range(20)]
+        for scans in drawn:
+            for scan in scans:
+                self.assertEqual((scan[0], scan[2]), (scan[1], scan[3]))
+        self.assertEqual({(a, b) for a in (80, 71) for b in (40, 48)}, {(scan[0], scan[2]) for scans in drawn for scan in scans})
+        again = self.ids(datasets.confuse(self.out / "again", self.whole, taken, 3, cell_m=10.0, single=0.0), "predictions")
+        self.assertEqual(drawn[3], again)
+
+    def test_thinning_takes_points_of_these_ids_alone(self):
+        kept = [self.ids(datasets.thin(self.out / f"few_{seed}", self.whole, {80}, 0.25, seed), "labels") for seed in range(20)]
+        self.assertTrue(all(scan.count(40) == 2 for scans in kept for scan in scans))
+        poles = sum(scan.count(80) for scans in kept for scan in scans)
+        self.assertTrue(15 < poles < 45, poles)  # of 120
+        scan = self.out / "few_0"
+        self.assertEqual(16 * len(kept[0][0]), len((scan / "velodyne/000000.bin").read_bytes()))
+        self.assertEqual([len(scan) for scan in kept[0]], [len(scan) for scan in self.ids(scan, "predictions")])
 
 
 class Teams(unittest.TestCase):

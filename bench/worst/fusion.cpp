@@ -195,6 +195,7 @@ void measure_diffusion(Meter& meter, const FullBlock& full) {
   // here.
   constexpr double kFit = 7500.0;
   constexpr double kAll = 512.0 * (kMostClasses + 2);
+  constexpr double kWitnesses = 512.0 * 485.0;
   constexpr int kBefore = 50;
   const auto prepare = [&] {
     owned.empty();
@@ -212,8 +213,9 @@ void measure_diffusion(Meter& meter, const FullBlock& full) {
       {"step_iterate", "GlobalMap::step", "the first iteration over it", "27 nodes that fit"},
       kBefore + 2, 27.0 * kFit, prepare);
   quantum.measure(
-      {"step_write", "GlobalMap::step", "a block of it is written", "512 (C + 2) entries"},
-      kBefore + 6, kAll, prepare);
+      {"step_write", "GlobalMap::step", "a block of it is written, with other labels than before",
+       "512 (C + 2) entries + 512 x 485 witnesses"},
+      kBefore + 6, kAll + kWitnesses, prepare);
 }
 
 void measure_moves(Meter& meter, const FullBlock& full) {

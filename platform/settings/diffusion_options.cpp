@@ -28,7 +28,7 @@ Outcome<DiffusionConfig> diffusion_of(const DiffusionOptions& options, const Map
     return not_allowed(iterations, "0", fmt::format("1 to {}", DiffusionConfig::kMostHalo));
   const DiffusionStencil stencil(static_cast<double>(config.length_m) / map.resolution_m);
   if (static_cast<double>(config.length_m) > 9.0 * map.resolution_m ||
-      DiffusionBrick::halo_of(config, stencil.reach()) > DiffusionConfig::kMostHalo) {
+      DiffusionBrick::halo_of(config, stencil) > DiffusionConfig::kMostHalo) {
     return Failure{Message(kDiffusionSettings["--diffusion-length"]) + " times " + iterations +
                    " reaches over 16 voxels; give less of one"};
   }

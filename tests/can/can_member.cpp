@@ -28,8 +28,8 @@ struct Seen {
   double off_track_m = 0.0;
   double first_x_m = 0.0;
   std::int64_t first_stamp_us = 0;
-  std::int64_t last_stamp_us = 0;
-  std::int64_t oldest_us = 0;  ///< When it came, of those that were used.
+  std::int64_t last_pose_stamp_us = 0;  ///< Bridging may be ahead of the next pose by its age.
+  std::int64_t oldest_us = 0;           ///< When it came, of those that were used.
   std::uint64_t backwards = 0;
   std::uint64_t relocations = 0;
   json commands = json::array();
@@ -48,11 +48,13 @@ void look_at(Seen& seen, const JudgedPose& pose) {
   }
   const double driven_m = 1e-6 * static_cast<double>(stamped.stamp_us - seen.first_stamp_us);
   seen.off_track_m = std::max(seen.off_track_m, std::abs(x_m - seen.first_x_m - driven_m));
-  if (seen.usable > 0 && pose.source == PoseSource::kPose && stamped.stamp_us <= seen.last_stamp_us)
-    ++seen.backwards;
-  if (pose.source == PoseSource::kOdometry) ++seen.bridged;
   ++seen.usable;
-  seen.last_stamp_us = stamped.stamp_us;
+  if (pose.source == PoseSource::kOdometry) {
+    ++seen.bridged;
+  } else {
+    if (stamped.stamp_us <= seen.last_pose_stamp_us) ++seen.backwards;
+    seen.last_pose_stamp_us = stamped.stamp_us;
+  }
   seen.relocations = pose.relocations;
   seen.oldest_us = std::max(seen.oldest_us, pose.observation.received_us - stamped.stamp_us);
 }

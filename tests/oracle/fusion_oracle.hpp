@@ -38,7 +38,8 @@ struct OracleNode {
 struct OracleMap {
   OracleVoxels voxels;
   std::map<Voxel, OracleNode> nodes;
-  double residual = 0.0;  ///< |Z_n - Z_{n-1}| / |B|
+  double residual = 0.0;        ///< |Z_n - Z_{n-1}| / |B|
+  std::size_t kept_labels = 0;  ///< Nodes where Z had another label than B, and the rule kept it.
 };
 
 /// The cap of the robots' maps.

@@ -109,4 +109,14 @@ HeldContribution* ContributionTable::place_of_silent(Instant now) noexcept {
   return least;
 }
 
+bool ContributionTable::lacks_nothing(const HeldContribution& contribution) const noexcept {
+  if (contribution.complete() || !Objection::is(contribution.id.submap))
+    return contribution.complete();
+  const std::span<const HeldContribution> all = places();
+  return std::any_of(all.begin(), all.end(), [&](const HeldContribution& other) {
+    return other.used && other.open && other.id.robot == contribution.id.robot &&
+           other.id.epoch > contribution.id.epoch;
+  });
+}
+
 }  // namespace tessera

@@ -220,8 +220,9 @@ ExchangeReport Exchange::report() const noexcept {
   for (const Ledger::Contribution& contribution : ledger_.places()) {
     if (!contribution.used) continue;
     ++report.contributions;
-    report.complete += contribution.complete() ? 1U : 0U;
-    report.far_contributions += contribution.is_far() && !contribution.complete() ? 1U : 0U;
+    const bool complete = ledger_.lacks_nothing(contribution);
+    report.complete += complete ? 1U : 0U;
+    report.far_contributions += contribution.is_far() && !complete ? 1U : 0U;
   }
   report.contributions += ledger_.far().size();
   report.far_contributions += ledger_.far().size();
@@ -238,10 +239,11 @@ std::uint32_t Exchange::peers_agreeing(std::int64_t now_us) const noexcept {
 
 namespace {
 
-ContributionState state_of(const Ledger::Contribution& contribution) noexcept {
+ContributionState state_of(const Ledger& ledger,
+                           const Ledger::Contribution& contribution) noexcept {
   return {.id = contribution.id,
           .own = contribution.own,
-          .complete = contribution.complete(),
+          .complete = ledger.lacks_nothing(contribution),
           .far = contribution.is_far(),
           .latest = contribution.own ? contribution.latest : contribution.statement.latest,
           .covered = contribution.coverage.complete_to(),
@@ -250,7 +252,7 @@ ContributionState state_of(const Ledger::Contribution& contribution) noexcept {
           .session = contribution.session};
 }
 
-ContributionState state_of(const FarContribution& far) noexcept {
+ContributionState state_of(const Ledger& /*ledger*/, const FarContribution& far) noexcept {
   return {.id = far.id(),
           .far = true,
           .latest = far.statement.latest,
@@ -274,7 +276,7 @@ void for_contributions(const Ledger& ledger, Visit&& visit) noexcept {
 std::size_t Exchange::contributions(std::span<ContributionState> into) const noexcept {
   std::size_t count = 0;
   for_contributions(ledger_, [&](const auto& one) {
-    if (count < into.size()) into[count] = state_of(one);
+    if (count < into.size()) into[count] = state_of(ledger_, one);
     ++count;
     return true;
   });
@@ -284,7 +286,7 @@ std::size_t Exchange::contributions(std::span<ContributionState> into) const noe
 Result<ContributionState> Exchange::contribution_at(std::size_t index) const noexcept {
   Result<ContributionState> found = Status::kOutOfRange;
   for_contributions(ledger_, [&](const auto& one) {
-    if (index == 0) found = state_of(one);
+    if (index == 0) found = state_of(ledger_, one);
     return index-- != 0;
   });
   return found;

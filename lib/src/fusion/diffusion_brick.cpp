@@ -31,12 +31,13 @@ Result<DiffusionBrick> DiffusionBrick::make(Arena& arena, const DiffusionConfig&
   DiffusionBrick brick;
   brick.config_ = config;
   brick.stencil_ = DiffusionStencil(static_cast<double>(config.length_m) / resolution_m);
-  brick.halo_ = halo_of(config, brick.stencil_.reach());
+  brick.halo_ = halo_of(config, brick.stencil_);
   if (brick.halo_ > DiffusionConfig::kMostHalo) return Status::kInvalidArgument;
   const Capacity capacity = capacity_of(config, brick.stencil_, num_components);
   brick.rows_ = arena.take<Row>(kRows);
   brick.first_ = arena.take<std::uint32_t>(kRows);
   brick.offsets_ = arena.take<Offset>(capacity.offsets);
+  brick.witnesses_ = arena.take<WitnessRow>(capacity.witnesses);
   const auto take = [&arena]<class T>(std::span<T>& span, std::size_t count) {
     const std::span<std::byte> bytes = arena.take_untouched(arena_bytes<T>(count));
     if (!bytes.empty()) span = {reinterpret_cast<T*>(bytes.data()), count};
@@ -45,7 +46,8 @@ Result<DiffusionBrick> DiffusionBrick::make(Arena& arena, const DiffusionConfig&
   const bool fits = take(brick.node_of_cell_, capacity.cells) &&
                     take(brick.floats_, capacity.floats) && take(brick.nodes_, capacity.nodes) &&
                     take(brick.voices_, capacity.nodes) && take(brick.edges_, capacity.edges);
-  if (!fits || brick.rows_.empty() || brick.first_.empty() || brick.offsets_.empty())
+  if (!fits || brick.rows_.empty() || brick.first_.empty() || brick.offsets_.empty() ||
+      brick.witnesses_.empty())
     return Status::kResourceExhausted;
   std::size_t count = 0;
   brick.stencil_.for_edges([&](int dx, int dy, int dz, float weight) {
@@ -53,6 +55,13 @@ Result<DiffusionBrick> DiffusionBrick::make(Arena& arena, const DiffusionConfig&
                                static_cast<std::int8_t>(dz), weight, 0};
   });
   brick.offsets_ = brick.offsets_.first(count);
+  count = 0;
+  brick.stencil_.for_witnesses([&](int dy, int dz, int width) {
+    brick.witnesses_[count++] = {static_cast<std::int8_t>(dy), static_cast<std::int8_t>(dz),
+                                 static_cast<std::uint8_t>(width), 0};
+    brick.witness_count_ += 2 * static_cast<std::uint64_t>(width) + 1;
+  });
+  brick.witnesses_ = brick.witnesses_.first(count);
   return brick;
 }
 
@@ -63,6 +72,8 @@ void DiffusionBrick::begin(const BlockBox& box, std::uint64_t classes) noexcept 
   std::memset(rows_.data(), 0, static_cast<std::size_t>(edge_[1] * edge_[2]) * sizeof(rows_[0]));
   for (Offset& offset : offsets_)
     offset.cells = (offset.dz * edge_[1] + offset.dy) * edge_[0] + offset.dx;
+  for (WitnessRow& row : witnesses_)
+    row.cells = (row.dz * edge_[1] + row.dy) * edge_[0] - row.width;
   node_count_ = 0;
   lanes_ = 0;
   for (std::uint64_t rest = classes; rest != 0; rest &= rest - 1) {
@@ -250,11 +261,6 @@ bool DiffusionBrick::iterate(std::uint64_t& work) noexcept {
   if (iterated_ < iterations()) return true;
   note_changes(before, result_, halo_);
   return false;
-}
-
-DiffusionBrick::NodeResult DiffusionBrick::result(VoxelCoord node) const noexcept {
-  const std::size_t at = node_at(node);
-  return {result_ + at * stride_, nodes_[at].sum, nodes_[at].change};
 }
 
 }  // namespace tessera

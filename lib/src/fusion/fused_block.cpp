@@ -60,21 +60,21 @@ NodeStatistics FusedBlock::measure() const noexcept {
   return statistics;
 }
 
-NodeStatistics FusedBlock::diffuse(BlockCoord block, const DiffusionBrick& brick) noexcept {
+NodeStatistics FusedBlock::diffuse(BlockCoord block, DiffusionBrick& brick,
+                                   std::uint64_t& work) noexcept {
   NodeStatistics statistics;
   for_nodes([&](int row) {
     ++statistics.nodes;
     statistics.variance_undiffused += variance_at(row);
-    diffuse_node(voxel_of_row(block, row), row, brick, statistics);
+    diffuse_node(row, brick.result(voxel_of_row(block, row), work), brick.lanes(), statistics);
     statistics.variance += variance_at(row);
   });
   return statistics;
 }
 
-void FusedBlock::diffuse_node(VoxelCoord node, int row, const DiffusionBrick& brick,
+void FusedBlock::diffuse_node(int row, const DiffusionBrick::NodeResult& result,
+                              std::span<const std::uint8_t> lanes,
                               NodeStatistics& statistics) noexcept {
-  const DiffusionBrick::NodeResult result = brick.result(node);
-  const std::span<const std::uint8_t> lanes = brick.lanes();
   float total = 0.0F;
   for (std::size_t lane = 0; lane < lanes.size(); ++lane) total += result.z[lane];
   const float scale = keeps_evidence_ ? result.sum / total : 1.0F;

@@ -20,7 +20,7 @@ bool in_range(const DiffusionConfig& config) noexcept {
 int halo_of(const GlobalMapConfig& config) noexcept {
   const DiffusionStencil stencil(static_cast<double>(config.diffusion.length_m) /
                                  config.map.resolution_m);
-  return DiffusionBrick::halo_of(config.diffusion, stencil.reach());
+  return DiffusionBrick::halo_of(config.diffusion, stencil);
 }
 
 }  // namespace
@@ -267,12 +267,12 @@ std::uint64_t GlobalMap::work_on_job() noexcept {
   // block for which something always arrives must be seen.
   GlobalRecord& record = records_.at(job_.next());
   const BlockCoord block = records_.block_of(job_.next());
-  const std::uint32_t entries = fused_.take(sums_.read(record.sums));
-  record.statistics = fused_.diffuse(block, job_.brick());
+  std::uint64_t work = fused_.take(sums_.read(record.sums));
+  record.statistics = fused_.diffuse(block, job_.brick(), work);
   write_content(record, block);
   records_.set_moved(record);
   job_.done();
-  return entries;
+  return work;
 }
 
 void GlobalMap::write_content(GlobalRecord& record, BlockCoord block) noexcept {

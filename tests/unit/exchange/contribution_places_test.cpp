@@ -168,5 +168,25 @@ TEST_CASE("ContributionTable: a robot holds those of its own objections that oth
   }
 }
 
+TEST_CASE("ContributionTable: of objections whose process is gone nobody lacks what nobody has") {
+  OwnTable t(false, 3, 12);
+  const auto opened = [&](const ContributionId& id) -> HeldContribution& {
+    HeldContribution* const added = t.add(id, Claim::kFrame);
+    REQUIRE(added != nullptr);
+    return *added;
+  };
+  // Its statement never came, or says more than was ever received.
+  HeldContribution& objections = opened({7, 2, Objection::kNumber});
+  HeldContribution& map = opened({7, 2, 0});
+  CHECK_FALSE(t.table.lacks_nothing(objections));
+  opened({8, 3, 0});  // another robot's
+  opened({7, 1, 0});  // an earlier epoch
+  REQUIRE(t.add({7, 3, 1}, Claim::kName) != nullptr);
+  CHECK_FALSE(t.table.lacks_nothing(objections));
+  opened({7, 3, 0});
+  CHECK(t.table.lacks_nothing(objections));
+  CHECK_FALSE(t.table.lacks_nothing(map));
+}
+
 }  // namespace
 }  // namespace tessera

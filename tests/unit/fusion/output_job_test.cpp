@@ -58,10 +58,11 @@ struct Bench {
     }
   }
   /// Evidence of a block's nodes after the last iteration, by row.
-  std::map<int, std::vector<float>> results(BlockCoord block) const {
+  std::map<int, std::vector<float>> results(BlockCoord block) {
     std::map<int, std::vector<float>> all;
+    std::uint64_t work = 0;
     for (int row = 0; row < kBlockVoxels; row += 37) {
-      const auto result = job.brick().result(voxel_of_row(block, row));
+      const auto result = job.brick().result(voxel_of_row(block, row), work);
       all[row] = std::vector<float>(result.z, result.z + job.brick().lanes().size());
     }
     return all;

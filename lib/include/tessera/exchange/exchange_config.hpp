@@ -75,7 +75,9 @@ struct RobotFloor {
 struct ContributionState {
   ContributionId id;
   bool own = false;
-  bool complete = false;      ///< It holds what the origin's newest statement says that there is.
+  /// It holds what the origin's newest statement says that there is. Objections of an epoch that
+  /// their robot has left are complete with what robots have of them.
+  bool complete = false;
   bool far = false;           ///< It asks for no records of it: they are far.
   std::uint32_t latest = 0;   ///< Of that statement.
   std::uint32_t covered = 0;  ///< Versions up to here are not asked for one by one.
@@ -88,7 +90,7 @@ struct ContributionState {
 struct ExchangeReport {
   TESSERA_EXCHANGE_COUNTERS(TESSERA_COUNTER_MEMBER)
   TESSERA_EXCHANGE_STATE(TESSERA_COUNTER_MEMBER)
-  /// Of each contribution that is known this robot holds what its origin states, but of far ones.
+  /// Each contribution that is known is complete here, but for far ones.
   [[nodiscard]] bool holds_all() const noexcept {
     return complete + far_contributions == contributions;
   }

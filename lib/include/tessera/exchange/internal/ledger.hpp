@@ -149,6 +149,10 @@ class Ledger {
     return table_.place(number);
   }
   [[nodiscard]] std::span<const Contribution> places() const noexcept { return table_.places(); }
+  /// As ContributionTable::lacks_nothing.
+  [[nodiscard]] bool lacks_nothing(const Contribution& contribution) const noexcept {
+    return table_.lacks_nothing(contribution);
+  }
   [[nodiscard]] std::uint32_t number_of(const Contribution& contribution) const noexcept {
     return table_.number_of(contribution);
   }

@@ -45,7 +45,8 @@ class DiffusionBrick {
   DiffusionBrick() noexcept = default;
 
   /// How far a voxel's dependencies reach, in voxels.
-  [[nodiscard]] static constexpr int halo_of(const DiffusionConfig& config, int reach) noexcept;
+  [[nodiscard]] static constexpr int halo_of(const DiffusionConfig& config,
+                                             const DiffusionStencil& stencil) noexcept;
   [[nodiscard]] int halo() const noexcept { return halo_; }
 
   /// Starts with a box of blocks, 1 .. kMostBlocks on an axis; classes: of its nodes, a bit each.
@@ -91,7 +92,10 @@ class DiffusionBrick {
     float sum = 0.0F;          ///< |B|
     float change = 0.0F;       ///< |Z_n - Z_{n-1}|
   };
-  [[nodiscard]] NodeResult result(VoxelCoord node) const noexcept;
+  /// In the contractive mode its label is that of B, unless two thirds of its witnesses' evidence
+  /// are of other classes. O(classes), or O(witnesses + classes^2) where Z has another label. work:
+  /// witnesses that were heard are added.
+  [[nodiscard]] NodeResult result(VoxelCoord node, std::uint64_t& work) noexcept;
   /// Classes of the lanes, ascending.
   [[nodiscard]] std::span<const std::uint8_t> lanes() const noexcept {
     return std::span(components_).first(lanes_);
@@ -124,6 +128,13 @@ class DiffusionBrick {
     std::uint32_t node;
     float weight;
   };
+  /// Voxels along x around a node's row, by their distance in the grid of nodes.
+  struct WitnessRow {
+    std::int8_t dy = 0;
+    std::int8_t dz = 0;
+    std::uint8_t width = 0;
+    std::int32_t cells = 0;  ///< Of the first.
+  };
   /// Nodes of a row along x, a bit each.
   using Row = std::array<std::uint64_t, (kMostEdge + 63) / 64>;
   static constexpr std::size_t kRows = std::size_t{kMostEdge} * kMostEdge;
@@ -133,6 +144,7 @@ class DiffusionBrick {
     std::size_t floats = 0;
     std::size_t edges = 0;
     std::size_t offsets = 0;
+    std::size_t witnesses = 0;  ///< Rows.
   };
   static constexpr std::uint32_t kNoNode = ~std::uint32_t{0};
   [[nodiscard]] static constexpr Capacity capacity_of(const DiffusionConfig& config,
@@ -160,6 +172,8 @@ class DiffusionBrick {
   std::uint64_t step(const float* from, float* to, int margin) noexcept;
   template <std::size_t kVectors>
   std::uint64_t step_with(const float* from, float* to, int margin) noexcept;
+  [[nodiscard]] std::uint64_t keep_label(std::size_t at, std::size_t cell) noexcept;
+  [[nodiscard]] bool is_outvoted(std::size_t cell, std::size_t lane) const noexcept;
   void note_changes(const float* before, const float* after, int margin) noexcept;
 
   DiffusionConfig config_{};
@@ -168,6 +182,8 @@ class DiffusionBrick {
   std::span<Row> rows_;
   std::span<std::uint32_t> node_of_cell_;
   std::span<Offset> offsets_;
+  std::span<WitnessRow> witnesses_;
+  std::uint64_t witness_count_ = 0;  ///< Voxels of these rows.
   std::span<Voice> voices_;
   std::span<std::uint32_t> first_;  ///< Nodes before the row.
   std::span<float> floats_;
@@ -178,7 +194,7 @@ class DiffusionBrick {
   float* sums_ = nullptr;  ///< B, then the two Z in turn: by node and lane.
   float* z_ = nullptr;
   float* other_z_ = nullptr;
-  const float* result_ = nullptr;
+  float* result_ = nullptr;
   int iterated_ = 0;
   std::size_t stride_ = 4;
   std::size_t lanes_ = 0;
@@ -188,22 +204,17 @@ class DiffusionBrick {
   std::array<std::uint8_t, kMaxComponents> components_{};
 };
 
-constexpr int DiffusionBrick::halo_of(const DiffusionConfig& config, int reach) noexcept {
-  switch (config.mode) {
-    case DiffusionMode::kNone:
-      return 0;
-    case DiffusionMode::kPaper:
-      return (config.iterations - 1) * reach;
-    case DiffusionMode::kContractive:
-      return config.iterations * reach;
-  }
-  return 0;
+constexpr int DiffusionBrick::halo_of(const DiffusionConfig& config,
+                                      const DiffusionStencil& stencil) noexcept {
+  if (config.mode == DiffusionMode::kNone || config.iterations == 0) return 0;
+  if (config.mode == DiffusionMode::kPaper) return (config.iterations - 1) * stencil.reach();
+  return std::max(config.iterations * stencil.reach(), stencil.witness_reach());
 }
 
 constexpr DiffusionBrick::Capacity DiffusionBrick::capacity_of(const DiffusionConfig& config,
                                                                const DiffusionStencil& stencil,
                                                                int num_components) noexcept {
-  const int halo = halo_of(config, stencil.reach());
+  const int halo = halo_of(config, stencil);
   const auto edge = static_cast<std::size_t>(kBlockEdge + 2 * halo);
   Capacity capacity;
   // A block alone always fits; what is mostly there, surfaces with few classes, in larger boxes.
@@ -218,6 +229,8 @@ constexpr DiffusionBrick::Capacity DiffusionBrick::capacity_of(const DiffusionCo
   capacity.nodes = std::max(cube, kNodes);
   capacity.floats = 3 * std::max(cube * lanes, kNodes * std::min(lanes, kLanes));
   capacity.offsets = static_cast<std::size_t>(stencil.edges()) + 1;
+  capacity.witnesses = 1;
+  stencil.for_witnesses([&](int, int, int) { ++capacity.witnesses; });
   capacity.edges =
       std::max(cube * most_edges, kNodes * std::min(most_edges, kEdges)) + capacity.offsets + 1;
   return capacity;
@@ -230,8 +243,9 @@ constexpr std::size_t DiffusionBrick::required_bytes(const DiffusionConfig& conf
   const Capacity capacity = capacity_of(config, stencil, num_components);
   return arena_bytes<Row>(kRows) + arena_bytes<std::uint32_t>(kRows) +
          arena_bytes<std::uint32_t>(capacity.cells) + arena_bytes<Offset>(capacity.offsets) +
-         arena_bytes<float>(capacity.floats) + arena_bytes<Node>(capacity.nodes) +
-         arena_bytes<Voice>(capacity.nodes) + arena_bytes<Edge>(capacity.edges);
+         arena_bytes<WitnessRow>(capacity.witnesses) + arena_bytes<float>(capacity.floats) +
+         arena_bytes<Node>(capacity.nodes) + arena_bytes<Voice>(capacity.nodes) +
+         arena_bytes<Edge>(capacity.edges);
 }
 
 }  // namespace tessera

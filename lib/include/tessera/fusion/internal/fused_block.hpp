@@ -26,8 +26,9 @@ class FusedBlock {
   std::uint32_t take(std::span<const std::byte> sums) noexcept;
   /// Of its nodes, as they are.
   [[nodiscard]] NodeStatistics measure() const noexcept;
-  /// Gives its nodes what the diffusion made of them. Statistics are of before and after.
-  NodeStatistics diffuse(BlockCoord block, const DiffusionBrick& brick) noexcept;
+  /// Gives its nodes what the diffusion made of them. Statistics are of before and after. work: as
+  /// of DiffusionBrick::result.
+  NodeStatistics diffuse(BlockCoord block, DiffusionBrick& brick, std::uint64_t& work) noexcept;
   /// Passes are kept in a byte: where there are more, all of the voxel's evidence gives way in
   /// proportion, as at a local map's cap. Returns the voxels where that was so.
   std::uint64_t scale_to_passes() noexcept;
@@ -35,8 +36,8 @@ class FusedBlock {
  private:
   template <class Visit>
   void for_nodes(Visit&& visit) const noexcept;
-  void diffuse_node(VoxelCoord node, int row, const DiffusionBrick& brick,
-                    NodeStatistics& statistics) noexcept;
+  void diffuse_node(int row, const DiffusionBrick::NodeResult& result,
+                    std::span<const std::uint8_t> lanes, NodeStatistics& statistics) noexcept;
   void scale(int row, float factor) noexcept;
   [[nodiscard]] std::uint64_t variance_at(int row) const noexcept;
 

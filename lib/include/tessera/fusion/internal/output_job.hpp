@@ -41,6 +41,7 @@ class OutputJob {
   /// Whether the results are there: of next(), until done() is called.
   [[nodiscard]] bool finishing() const noexcept { return stage_ == Stage::kFinishing; }
   [[nodiscard]] std::uint32_t next() const noexcept { return blocks_[first_]; }
+  [[nodiscard]] DiffusionBrick& brick() noexcept { return brick_; }
   [[nodiscard]] const DiffusionBrick& brick() const noexcept { return brick_; }
   void done() noexcept;
   /// Blocks that depend on this one's sums.

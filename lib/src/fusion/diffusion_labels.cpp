@@ -1,0 +1,78 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// Which label a node has after the diffusion.
+#include "tessera/fusion/internal/diffusion_brick.hpp"
+
+namespace tessera {
+
+namespace {
+
+/// What the classes behind lack of the one that is kept.
+constexpr float kBehind = 1.0F / 16.0F;
+
+/// Of equal ones the first is the label.
+bool is_ahead(const float* z, std::size_t lane, std::size_t of) noexcept {
+  return z[lane] > z[of] || (z[lane] == z[of] && lane < of);
+}
+
+/// Puts one class before all others: what is above a level goes to that class, which is then at
+/// this level, too, and a bit higher. The sum stays.
+void put_first(float* z, std::size_t first, std::size_t lanes) noexcept {
+  float level = z[first];
+  float count = 1.0F;
+  // The level rises, and each round leaves out one class at least.
+  for (float before = 0.0F; before != count;) {
+    before = count;
+    float sum = z[first];
+    count = 1.0F;
+    for (std::size_t lane = 0; lane < lanes; ++lane) {
+      if (lane == first || z[lane] < level) continue;
+      sum += z[lane];
+      count += 1.0F;
+    }
+    level = sum / count;
+  }
+  z[first] = level * (1.0F + (count - 1.0F) * kBehind);
+  for (std::size_t lane = 0; lane < lanes; ++lane) {
+    if (lane != first && z[lane] >= level) z[lane] = level * (1.0F - kBehind);
+  }
+}
+
+}  // namespace
+
+/// Whether two thirds of the evidence around a node are of other classes than the one of a lane.
+bool DiffusionBrick::is_outvoted(std::size_t cell, std::size_t lane) const noexcept {
+  float same = 0.0F;
+  float all = 0.0F;
+  for (const WitnessRow& row : witnesses_) {
+    const std::uint32_t* const first = &node_of_cell_[cell] + row.cells;
+    for (const std::uint32_t* at = first; at <= first + 2 * row.width; ++at) {
+      if (*at == kNoNode) continue;
+      same += sums_[*at * stride_ + lane];
+      all += nodes_[*at].sum;
+    }
+  }
+  return 3.0F * same <= all;
+}
+
+/// Returns how many witnesses it has heard.
+std::uint64_t DiffusionBrick::keep_label(std::size_t at, std::size_t cell) noexcept {
+  float* const z = result_ + at * stride_;
+  const std::size_t own = voices_[at].label;
+  bool changes = false;
+  for (std::size_t lane = 0; lane < lanes_ && !changes; ++lane) changes = is_ahead(z, lane, own);
+  if (!changes) return 0;
+  if (!is_outvoted(cell, own)) put_first(z, own, lanes_);
+  return witness_count_;
+}
+
+DiffusionBrick::NodeResult DiffusionBrick::result(VoxelCoord node, std::uint64_t& work) noexcept {
+  const VoxelCoord v = node - origin_;
+  const std::size_t cell = cell_at(v.x, v.y, v.z);
+  const std::size_t at = node_of_cell_[cell];
+  if (config_.mode == DiffusionMode::kContractive && iterations() != 0)
+    work += keep_label(at, cell);
+  return {result_ + at * stride_, nodes_[at].sum, nodes_[at].change};
+}
+
+}  // namespace tessera

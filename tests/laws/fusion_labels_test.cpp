@@ -1,0 +1,114 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+// Diffusion changes the label of a voxel only where two thirds of the evidence around disagree.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <numeric>
+
+#include "support/random.hpp"
+#include "support/team.hpp"
+
+namespace tessera {
+namespace {
+
+using oracle::OracleContribution;
+using oracle::OracleCounts;
+using oracle::OracleVoxels;
+using oracle::Random;
+using oracle::Team;
+using oracle::Voxel;
+
+constexpr std::size_t kClasses = oracle::kTeamClasses;
+
+std::size_t label_of(const OracleCounts& counts) {
+  const auto first = counts.begin() + 1;
+  return static_cast<std::size_t>(std::max_element(first, first + kClasses) - counts.begin());
+}
+
+OracleCounts only(std::size_t label, double evidence) {
+  OracleCounts counts(kClasses + 2);
+  counts[label] = evidence;
+  return counts;
+}
+
+/// The map of two robots that have the same voxels.
+OracleVoxels fused(const OracleVoxels& voxels, DiffusionMode mode) {
+  GlobalMapConfig config = oracle::team_config(TuplePolicy::kDense);
+  config.diffusion = {.mode = mode};
+  Team team(config);
+  for (std::uint32_t robot = 0; robot < 2; ++robot)
+    team.publish({.id = {robot, 0, 0}, .voxels = voxels}, 1);
+  team.settle();
+  return oracle::voxels_of(team.global().map());
+}
+
+TEST_CASE("fusion: a voxel has another label than its own evidence only by two thirds around it") {
+  Random random(oracle::announce_seed(90));
+  const int classes = GENERATE(2, 3, 5);
+  CAPTURE(classes);
+  OracleVoxels voxels;
+  for (std::int64_t x = 0; x < 14; ++x) {
+    for (std::int64_t y = 0; y < 14; ++y) {
+      for (std::int64_t z = 0; z < 3; ++z) {
+        if (random.below(5) == 0) continue;
+        // Halves of one class each, with noise.
+        const int side = x < 7 ? 0 : 1;
+        const int drawn = random.below(3) == 0 ? random.below(classes) : side;
+        voxels[Voxel{x, y, z}] =
+            only(static_cast<std::size_t>(1 + drawn), 0.25 * (1 + random.below(40)));
+      }
+    }
+  }
+  const OracleVoxels summed = fused(voxels, DiffusionMode::kNone);
+  const OracleVoxels diffused = fused(voxels, DiffusionMode::kContractive);
+  int changed = 0;
+  int kept = 0;
+  for (const auto& [voxel, counts] : summed) {
+    const std::size_t own = label_of(counts);
+    double same = 0.0;
+    double all = 0.0;
+    for (const auto& [other, there] : summed) {
+      std::int64_t squared = 0;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const std::int64_t d = voxel[axis] - other[axis];
+        squared += d * d;
+      }
+      if (squared >= 25) continue;  // nearer than 2.5 D, with D of 2 voxels
+      same += there[own];
+      all = std::accumulate(there.begin() + 1, there.begin() + 1 + kClasses, all);
+    }
+    const bool outvoted = 3.0 * same <= all;
+    const bool changes = label_of(diffused.at(voxel)) != own;
+    CAPTURE(voxel[0], voxel[1], voxel[2], same, all);
+    REQUIRE((!changes || outvoted));
+    changed += changes ? 1 : 0;
+    kept += !outvoted ? 1 : 0;
+    // What is kept has as much evidence as before.
+    const auto evidence = [](const OracleCounts& c) {
+      return std::accumulate(c.begin(), c.end(), 0.0);
+    };
+    REQUIRE(evidence(diffused.at(voxel)) == Approx(evidence(counts)).epsilon(1e-5));
+  }
+  CHECK(changed > 10);
+  CHECK(kept > 100);
+}
+
+TEST_CASE("fusion: a small thing beside a large one stays, and a single wrong voxel does not") {
+  // A post of 2 x 2 voxels in a floor, and a wrong voxel in the middle of a floor.
+  OracleVoxels voxels;
+  for (std::int64_t x = 0; x < 32; ++x)
+    for (std::int64_t y = 0; y < 16; ++y) voxels[Voxel{x, y, 0}] = only(1, 4.0);
+  for (std::int64_t z = 0; z < 12; ++z)
+    for (const std::int64_t x : {7, 8})
+      for (const std::int64_t y : {7, 8}) voxels[Voxel{x, y, z}] = only(2, 4.0);
+  voxels[Voxel{24, 8, 0}] = only(3, 4.0);
+  const OracleVoxels diffused = fused(voxels, DiffusionMode::kContractive);
+  for (std::int64_t z = 2; z < 12; ++z) CHECK(label_of(diffused.at(Voxel{7, 8, z})) == 2);
+  CHECK(label_of(diffused.at(Voxel{24, 8, 0})) == 1);
+  for (std::int64_t x = 0; x < 32; ++x) {
+    if (x < 6 || x > 9) CHECK(label_of(diffused.at(Voxel{x, 3, 0})) == 1);
+  }
+}
+
+}  // namespace
+}  // namespace tessera
