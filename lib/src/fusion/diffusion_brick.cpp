@@ -57,8 +57,10 @@ Result<DiffusionBrick> DiffusionBrick::make(Arena& arena, const DiffusionConfig&
   brick.offsets_ = brick.offsets_.first(count);
   count = 0;
   brick.stencil_.for_witnesses([&](int dy, int dz, int width) {
-    brick.witnesses_[count++] = {static_cast<std::int8_t>(dy), static_cast<std::int8_t>(dz),
-                                 static_cast<std::uint8_t>(width), 0};
+    brick.witnesses_[count++] = {
+        static_cast<std::int8_t>(dy), static_cast<std::int8_t>(dz),
+        static_cast<std::uint8_t>(width), 0,
+        (std::uint64_t{1} << (2U * static_cast<unsigned>(width) + 1U)) - 1};
     brick.witness_count_ += 2 * static_cast<std::uint64_t>(width) + 1;
   });
   brick.witnesses_ = brick.witnesses_.first(count);
@@ -72,8 +74,7 @@ void DiffusionBrick::begin(const BlockBox& box, std::uint64_t classes) noexcept 
   std::memset(rows_.data(), 0, static_cast<std::size_t>(edge_[1] * edge_[2]) * sizeof(rows_[0]));
   for (Offset& offset : offsets_)
     offset.cells = (offset.dz * edge_[1] + offset.dy) * edge_[0] + offset.dx;
-  for (WitnessRow& row : witnesses_)
-    row.cells = (row.dz * edge_[1] + row.dy) * edge_[0] - row.width;
+  for (WitnessRow& row : witnesses_) row.rows = row.dz * edge_[1] + row.dy;
   node_count_ = 0;
   lanes_ = 0;
   for (std::uint64_t rest = classes; rest != 0; rest &= rest - 1) {

@@ -1,6 +1,9 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // Which label a node has after the diffusion.
+#include <bit>
+
+#include "tessera/base/internal/bits.hpp"
 #include "tessera/fusion/internal/diffusion_brick.hpp"
 
 namespace tessera {
@@ -40,38 +43,50 @@ void put_first(float* z, std::size_t first, std::size_t lanes) noexcept {
 
 }  // namespace
 
+/// The nodes of a row from x on, a bit each; at most 64.
+std::uint64_t DiffusionBrick::nodes_from(const Row& row, std::int32_t x) noexcept {
+  const auto word = static_cast<std::size_t>(x) / 64;
+  const auto shift = static_cast<unsigned>(x) % 64;
+  const std::uint64_t here = row[word] >> shift;
+  return shift == 0 || word + 1 == row.size() ? here : here | row[word + 1] << (64 - shift);
+}
+
 /// Whether two thirds of the evidence around a node are of other classes than the one of a lane.
-bool DiffusionBrick::is_outvoted(std::size_t cell, std::size_t lane) const noexcept {
+bool DiffusionBrick::is_outvoted(VoxelCoord v, std::size_t lane) const noexcept {
+  const std::size_t own_row = row_at(v.y, v.z);
   float same = 0.0F;
   float all = 0.0F;
   for (const WitnessRow& row : witnesses_) {
-    const std::uint32_t* const first = &node_of_cell_[cell] + row.cells;
-    for (const std::uint32_t* at = first; at <= first + 2 * row.width; ++at) {
-      if (*at == kNoNode) continue;
-      same += sums_[*at * stride_ + lane];
-      all += nodes_[*at].sum;
+    const std::size_t at = own_row + static_cast<std::size_t>(row.rows);
+    const std::int32_t x = v.x - row.width;
+    const std::uint64_t nodes = nodes_from(rows_[at], x) & row.mask;
+    if (nodes == 0) continue;
+    const std::size_t first = at * static_cast<std::size_t>(edge_[0]) + static_cast<std::size_t>(x);
+    // Nodes of a row are numbered one after the other.
+    std::size_t node = node_of_cell_[first + static_cast<std::size_t>(std::countr_zero(nodes))];
+    for (int count = count_ones(nodes); count != 0; --count, ++node) {
+      same += sums_[node * stride_ + lane];
+      all += nodes_[node].sum;
     }
   }
   return 3.0F * same <= all;
 }
 
 /// Returns how many witnesses it has heard.
-std::uint64_t DiffusionBrick::keep_label(std::size_t at, std::size_t cell) noexcept {
+std::uint64_t DiffusionBrick::keep_label(std::size_t at, VoxelCoord v) noexcept {
   float* const z = result_ + at * stride_;
   const std::size_t own = voices_[at].label;
   bool changes = false;
   for (std::size_t lane = 0; lane < lanes_ && !changes; ++lane) changes = is_ahead(z, lane, own);
   if (!changes) return 0;
-  if (!is_outvoted(cell, own)) put_first(z, own, lanes_);
+  if (!is_outvoted(v, own)) put_first(z, own, lanes_);
   return witness_count_;
 }
 
 DiffusionBrick::NodeResult DiffusionBrick::result(VoxelCoord node, std::uint64_t& work) noexcept {
   const VoxelCoord v = node - origin_;
-  const std::size_t cell = cell_at(v.x, v.y, v.z);
-  const std::size_t at = node_of_cell_[cell];
-  if (config_.mode == DiffusionMode::kContractive && iterations() != 0)
-    work += keep_label(at, cell);
+  const std::size_t at = node_of_cell_[cell_at(v.x, v.y, v.z)];
+  if (config_.mode == DiffusionMode::kContractive && iterations() != 0) work += keep_label(at, v);
   return {result_ + at * stride_, nodes_[at].sum, nodes_[at].change};
 }
 

@@ -128,12 +128,13 @@ class DiffusionBrick {
     std::uint32_t node;
     float weight;
   };
-  /// Voxels along x around a node's row, by their distance in the grid of nodes.
+  /// Voxels along x around a node.
   struct WitnessRow {
     std::int8_t dy = 0;
     std::int8_t dz = 0;
     std::uint8_t width = 0;
-    std::int32_t cells = 0;  ///< Of the first.
+    std::int32_t rows = 0;   ///< From the node's own row.
+    std::uint64_t mask = 0;  ///< 2 width + 1 bits.
   };
   /// Nodes of a row along x, a bit each.
   using Row = std::array<std::uint64_t, (kMostEdge + 63) / 64>;
@@ -172,8 +173,9 @@ class DiffusionBrick {
   std::uint64_t step(const float* from, float* to, int margin) noexcept;
   template <std::size_t kVectors>
   std::uint64_t step_with(const float* from, float* to, int margin) noexcept;
-  [[nodiscard]] std::uint64_t keep_label(std::size_t at, std::size_t cell) noexcept;
-  [[nodiscard]] bool is_outvoted(std::size_t cell, std::size_t lane) const noexcept;
+  [[nodiscard]] static std::uint64_t nodes_from(const Row& row, std::int32_t x) noexcept;
+  [[nodiscard]] std::uint64_t keep_label(std::size_t at, VoxelCoord v) noexcept;
+  [[nodiscard]] bool is_outvoted(VoxelCoord v, std::size_t lane) const noexcept;
   void note_changes(const float* before, const float* after, int margin) noexcept;
 
   DiffusionConfig config_{};
