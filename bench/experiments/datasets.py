@@ -115,7 +115,9 @@ def confuse(folder, dataset, taken, seed, cell_m=0.4, run=4, single=0.1):
                 if key not in drawn:
                     drawn[key] = random.Random(f"{seed} {key}").choice(known)
                 ids.append(drawn[key])
-        (folder / "predictions" / path.name).write_bytes(ids.tobytes())
+        target = folder / "predictions" / path.name
+        target.unlink(missing_ok=True)  # a link to those of the dataset
+        target.write_bytes(ids.tobytes())
     return folder
 
 

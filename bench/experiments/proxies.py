@@ -69,13 +69,13 @@ class Proxies:
     def thinned(self, dataset):
         for label, ids in SMALL.items():
             for share in (0.25, 0.1):
-                name = f"real_{label}_{share:g}"
+                name = f"real_{label}_{share:g}_seed_{SEED}"
                 few = datasets.thin(self.workshop.out / name, dataset, ids, share, SEED)
                 self.halves(name, few, ((0, 1, 2), (3, 4, 5)), **REAL)
 
     def standing(self, dataset, real):
-        confused = datasets.confuse(self.workshop.out / "standing", dataset, datasets.confusion(real), SEED)
-        self.halves("standing_0_11_12_22", confused, (range(12), range(12, 23)), resolution=0.1)
+        confused = datasets.confuse(self.workshop.out / f"standing_seed_{SEED}", dataset, datasets.confusion(real), SEED)
+        self.halves(f"standing_seed_{SEED}_0_11_12_22", confused, (range(12), range(12, 23)), resolution=0.1)
 
     def streets(self):
         for seed, scans in STREETS:

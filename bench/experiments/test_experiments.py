@@ -83,6 +83,7 @@ class Parts(unittest.TestCase):
         self.assertEqual({(a, b) for a in (80, 71) for b in (40, 48)}, {(scan[0], scan[2]) for scans in drawn for scan in scans})
         again = self.ids(datasets.confuse(self.out / "again", self.whole, taken, 3, cell_m=10.0, single=0.0), "predictions")
         self.assertEqual(drawn[3], again)
+        self.assertEqual([[80, 71, 40, 48]] * 3, self.ids(self.whole, "predictions"))
 
     def test_thinning_takes_points_of_these_ids_alone(self):
         kept = [self.ids(datasets.thin(self.out / f"few_{seed}", self.whole, {80}, 0.25, seed), "labels") for seed in range(20)]

@@ -45,7 +45,9 @@ OracleVoxels fused(const OracleVoxels& voxels, DiffusionMode mode) {
 TEST_CASE("fusion: a voxel has another label than its own evidence only by two thirds around it") {
   Random random(oracle::announce_seed(90));
   const int classes = GENERATE(2, 3, 5);
-  CAPTURE(classes);
+  // As good as all evidence of all classes is the same: levels that rounding alone sets apart.
+  const bool alike = GENERATE(false, true);
+  CAPTURE(classes, alike);
   OracleVoxels voxels;
   for (std::int64_t x = 0; x < 14; ++x) {
     for (std::int64_t y = 0; y < 14; ++y) {
@@ -54,8 +56,10 @@ TEST_CASE("fusion: a voxel has another label than its own evidence only by two t
         // Halves of one class each, with noise.
         const int side = x < 7 ? 0 : 1;
         const int drawn = random.below(3) == 0 ? random.below(classes) : side;
-        voxels[Voxel{x, y, z}] =
-            only(static_cast<std::size_t>(1 + drawn), 0.25 * (1 + random.below(40)));
+        OracleCounts& counts = voxels[Voxel{x, y, z}] =
+            only(static_cast<std::size_t>(1 + drawn), 0.25 * (1 + random.below(alike ? 2 : 40)));
+        if (!alike) continue;
+        for (int l = 0; l < classes; ++l) counts[static_cast<std::size_t>(1 + l)] += 7.0;
       }
     }
   }
@@ -89,8 +93,9 @@ TEST_CASE("fusion: a voxel has another label than its own evidence only by two t
     };
     REQUIRE(evidence(diffused.at(voxel)) == Approx(evidence(counts)).epsilon(1e-5));
   }
-  CHECK(changed > 10);
-  CHECK(kept > 100);
+  CHECK(changed + kept > 100);
+  if (!alike) CHECK(changed > 10);
+  if (!alike) CHECK(kept > 100);
 }
 
 TEST_CASE("fusion: a small thing beside a large one stays, and a single wrong voxel does not") {

@@ -199,7 +199,7 @@ void put_first(Matrix& Z, Eigen::Index node, Eigen::Index kept) {
     (cut > level - Z(node, kept) ? low : high) = level;
   }
   for (Eigen::Index l = 0; l < Z.cols(); ++l)
-    if (l != kept && Z(node, l) >= low) Z(node, l) = low * 15.0 / 16.0;
+    if (l != kept && Z(node, l) > low * (1.0 + 1e-9)) Z(node, l) = low * 15.0 / 16.0;
   Z(node, kept) += sum - Z.row(node).sum();
 }
 

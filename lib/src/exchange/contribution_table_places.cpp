@@ -112,11 +112,18 @@ HeldContribution* ContributionTable::place_of_silent(Instant now) noexcept {
 bool ContributionTable::lacks_nothing(const HeldContribution& contribution) const noexcept {
   if (contribution.complete() || !Objection::is(contribution.id.submap))
     return contribution.complete();
+  const auto is_newer = [&](const ContributionId& id) {
+    return id.robot == contribution.id.robot && id.epoch > contribution.id.epoch;
+  };
   const std::span<const HeldContribution> all = places();
-  return std::any_of(all.begin(), all.end(), [&](const HeldContribution& other) {
-    return other.used && other.open && other.id.robot == contribution.id.robot &&
-           other.id.epoch > contribution.id.epoch;
-  });
+  const std::span<const FarContribution> far = far_.places();
+  return std::any_of(all.begin(), all.end(),
+                     [&](const HeldContribution& other) {
+                       return other.used && other.open && is_newer(other.id);
+                     }) ||
+         std::any_of(far.begin(), far.end(), [&](const FarContribution& other) {
+           return other.used && is_newer(other.id());
+         });
 }
 
 }  // namespace tessera

@@ -19,26 +19,28 @@ bool is_ahead(const float* z, std::size_t lane, std::size_t of) noexcept {
 }
 
 /// Puts one class before all others: what is above a level goes to that class, which is then at
-/// this level, too, and a bit higher. The sum stays.
+/// this level, too, and a bit higher. The sum stays. At least one class is ahead of it.
+/// O(lanes * classes above the level).
 void put_first(float* z, std::size_t first, std::size_t lanes) noexcept {
-  float level = z[first];
-  float count = 1.0F;
-  // The level rises, and each round leaves out one class at least.
-  for (float before = 0.0F; before != count;) {
-    before = count;
-    float sum = z[first];
-    count = 1.0F;
+  std::uint64_t above = 0;
+  float count = 0.0F;
+  float sum = z[first];
+  float level = sum;
+  // The largest first: whatever rounding does to the level, each is taken once.
+  for (;;) {
+    std::size_t most = first;
     for (std::size_t lane = 0; lane < lanes; ++lane) {
-      if (lane == first || z[lane] < level) continue;
-      sum += z[lane];
-      count += 1.0F;
+      const bool is_left = lane != first && (above >> lane & 1U) == 0;
+      if (is_left && (most == first || z[lane] > z[most])) most = lane;
     }
-    level = sum / count;
+    if (most == first || (count > 0.0F && z[most] <= level)) break;
+    above |= std::uint64_t{1} << most;
+    count += 1.0F;
+    sum += z[most];
+    level = sum / (count + 1.0F);
   }
-  z[first] = level * (1.0F + (count - 1.0F) * kBehind);
-  for (std::size_t lane = 0; lane < lanes; ++lane) {
-    if (lane != first && z[lane] >= level) z[lane] = level * (1.0F - kBehind);
-  }
+  z[first] = level * (1.0F + count * kBehind);
+  for (; above != 0; above &= above - 1) z[std::countr_zero(above)] = level * (1.0F - kBehind);
 }
 
 }  // namespace

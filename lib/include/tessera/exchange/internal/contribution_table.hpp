@@ -93,8 +93,8 @@ class ContributionTable {
   [[nodiscard]] HeldContribution* recall(FarContribution& one, Instant now) noexcept;
   /// Places that others' contributions may take, and that are free. O(1).
   [[nodiscard]] std::uint32_t free_places() const noexcept;
-  /// Nothing of it is missing that can be had. Of objections that a robot made in an epoch that it
-  /// has left, nobody may have all: only the process that is gone did. O(contributions).
+  /// Nothing of it is missing that one should wait for. Objections of an epoch that a robot has
+  /// left do not count: only the process that is gone may have had all. O(contributions).
   [[nodiscard]] bool lacks_nothing(const HeldContribution& contribution) const noexcept;
   /// Contributions that have slots in the store and are none here: they are being removed. O(the
   /// same).

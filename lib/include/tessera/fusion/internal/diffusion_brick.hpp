@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
 // Label diffusion over the nodes of a box of blocks and of as much around it as they depend on. A
-// node's result is a pure function of the sums B within iterations * reach of it, always computed
-// in the same order: it is the same whichever brick it is computed in.
+// node's result is a pure function of the sums B within its halo, always computed in the same
+// order: it is the same whichever brick it is computed in.
 #pragma once
 
 #include <algorithm>
