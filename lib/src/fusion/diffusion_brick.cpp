@@ -30,10 +30,11 @@ Result<DiffusionBrick> DiffusionBrick::make(Arena& arena, const DiffusionConfig&
                                             double resolution_m, int num_components) noexcept {
   DiffusionBrick brick;
   brick.config_ = config;
-  brick.stencil_ = DiffusionStencil(static_cast<double>(config.length_m) / resolution_m);
-  brick.halo_ = halo_of(config, brick.stencil_);
+  const DiffusionStencil stencil(static_cast<double>(config.length_m) / resolution_m);
+  brick.halo_ = halo_of(config, stencil);
+  brick.reach_ = stencil.reach();
   if (brick.halo_ > DiffusionConfig::kMostHalo) return Status::kInvalidArgument;
-  const Capacity capacity = capacity_of(config, brick.stencil_, num_components);
+  const Capacity capacity = capacity_of(config, stencil, num_components);
   brick.rows_ = arena.take<Row>(kRows);
   brick.first_ = arena.take<std::uint32_t>(kRows);
   brick.offsets_ = arena.take<Offset>(capacity.offsets);
@@ -50,18 +51,17 @@ Result<DiffusionBrick> DiffusionBrick::make(Arena& arena, const DiffusionConfig&
       brick.witnesses_.empty())
     return Status::kResourceExhausted;
   std::size_t count = 0;
-  brick.stencil_.for_edges([&](int dx, int dy, int dz, float weight) {
+  stencil.for_edges([&](int dx, int dy, int dz, float weight) {
     brick.offsets_[count++] = {static_cast<std::int8_t>(dx), static_cast<std::int8_t>(dy),
                                static_cast<std::int8_t>(dz), weight, 0};
   });
   brick.offsets_ = brick.offsets_.first(count);
   count = 0;
-  brick.stencil_.for_witnesses([&](int dy, int dz, int width) {
+  stencil.for_witnesses([&](int dy, int dz, int width) {
     brick.witnesses_[count++] = {
         static_cast<std::int8_t>(dy), static_cast<std::int8_t>(dz),
         static_cast<std::uint8_t>(width), 0,
         (std::uint64_t{1} << (2U * static_cast<unsigned>(width) + 1U)) - 1};
-    brick.witness_count_ += 2 * static_cast<std::uint64_t>(width) + 1;
   });
   brick.witnesses_ = brick.witnesses_.first(count);
   return brick;
@@ -177,7 +177,7 @@ void DiffusionBrick::for_nodes(int margin, Visit&& visit) const noexcept {
 bool DiffusionBrick::link_nodes() noexcept {
   edge_count_ = 0;
   bool fits = true;
-  for_nodes(stencil_.reach(), [&](std::size_t node, int x, int y, int z) {
+  for_nodes(reach_, [&](std::size_t node, int x, int y, int z) {
     fits = link(node, cell_at(x, y, z));
     return fits;
   });
@@ -256,7 +256,7 @@ bool DiffusionBrick::iterate(std::uint64_t& work) noexcept {
   ++iterated_;
   work += static_cast<std::uint64_t>(edge_[1] * edge_[2]) / 16;  // rows without nodes
   const float* const before = result_;
-  work += step(before, z_, iterated_ * stencil_.reach());
+  work += step(before, z_, iterated_ * reach_);
   result_ = z_;
   std::swap(z_, other_z_);
   if (iterated_ < iterations()) return true;

@@ -54,11 +54,14 @@ std::uint64_t DiffusionBrick::nodes_from(const Row& row, std::int32_t x) noexcep
 }
 
 /// Whether two thirds of the evidence around a node are of other classes than the one of a lane.
-bool DiffusionBrick::is_outvoted(VoxelCoord v, std::size_t lane) const noexcept {
+/// work: the voxels that were looked at are added.
+bool DiffusionBrick::is_outvoted(VoxelCoord v, std::size_t lane,
+                                 std::uint64_t& work) const noexcept {
   const std::size_t own_row = row_at(v.y, v.z);
   float same = 0.0F;
   float all = 0.0F;
   for (const WitnessRow& row : witnesses_) {
+    work += 2 * std::uint64_t{row.width} + 1;
     const std::size_t at = own_row + static_cast<std::size_t>(row.rows);
     const std::int32_t x = v.x - row.width;
     const std::uint64_t nodes = nodes_from(rows_[at], x) & row.mask;
@@ -74,21 +77,18 @@ bool DiffusionBrick::is_outvoted(VoxelCoord v, std::size_t lane) const noexcept 
   return 3.0F * same <= all;
 }
 
-/// Returns how many witnesses it has heard.
-std::uint64_t DiffusionBrick::keep_label(std::size_t at, VoxelCoord v) noexcept {
+void DiffusionBrick::keep_label(std::size_t at, VoxelCoord v, std::uint64_t& work) noexcept {
   float* const z = result_ + at * stride_;
   const std::size_t own = voices_[at].label;
   bool changes = false;
   for (std::size_t lane = 0; lane < lanes_ && !changes; ++lane) changes = is_ahead(z, lane, own);
-  if (!changes) return 0;
-  if (!is_outvoted(v, own)) put_first(z, own, lanes_);
-  return witness_count_;
+  if (changes && !is_outvoted(v, own, work)) put_first(z, own, lanes_);
 }
 
 DiffusionBrick::NodeResult DiffusionBrick::result(VoxelCoord node, std::uint64_t& work) noexcept {
   const VoxelCoord v = node - origin_;
   const std::size_t at = node_of_cell_[cell_at(v.x, v.y, v.z)];
-  if (config_.mode == DiffusionMode::kContractive && iterations() != 0) work += keep_label(at, v);
+  if (config_.mode == DiffusionMode::kContractive && iterations() != 0) keep_label(at, v, work);
   return {result_ + at * stride_, nodes_[at].sum, nodes_[at].change};
 }
 

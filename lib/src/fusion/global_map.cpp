@@ -17,10 +17,13 @@ bool in_range(const DiffusionConfig& config) noexcept {
          config.prior >= 0.0F && config.prior <= 1e6F;
 }
 
-int halo_of(const GlobalMapConfig& config) noexcept {
+/// Not in the frame of set_up(), below which all others are.
+[[gnu::noinline]] bool can_be_made(const GlobalMapConfig& config) noexcept {
+  const bool capped = config.max_evidence >= 0.0F && config.max_evidence <= 1e6F;
+  if (!in_range(config.diffusion) || !tessera::in_range(config.map) || !capped) return false;
   const DiffusionStencil stencil(static_cast<double>(config.diffusion.length_m) /
                                  config.map.resolution_m);
-  return DiffusionBrick::halo_of(config.diffusion, stencil);
+  return DiffusionBrick::halo_of(config.diffusion, stencil) <= DiffusionConfig::kMostHalo;
 }
 
 }  // namespace
@@ -35,13 +38,10 @@ Result<GlobalMap> GlobalMap::make(Arena& arena, const GlobalMapConfig& config,
 
 Status GlobalMap::set_up(Arena& arena, const GlobalMapConfig& config,
                          const ClassTable& classes) noexcept {
-  const bool capped = config.max_evidence >= 0.0F && config.max_evidence <= 1e6F;
-  if (!in_range(config.diffusion) || !tessera::in_range(config.map) || !capped ||
-      halo_of(config) > DiffusionConfig::kMostHalo)
-    return Status::kInvalidArgument;
   config_ = config;
-  const Status status = put_in_place(maps_, [&] { return TwoMaps::make(arena, config, classes); });
-  return status == Status::kOk ? set_up_replicas(arena, classes.num_components()) : status;
+  if (!can_be_made(config_)) return Status::kInvalidArgument;
+  const Status status = put_in_place(maps_, [&] { return TwoMaps::make(arena, config_, classes); });
+  return status == Status::kOk ? set_up_replicas(arena, maps_.map().num_components()) : status;
 }
 
 Status GlobalMap::set_up_replicas(Arena& arena, int components) noexcept {

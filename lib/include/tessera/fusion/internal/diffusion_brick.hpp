@@ -174,18 +174,18 @@ class DiffusionBrick {
   template <std::size_t kVectors>
   std::uint64_t step_with(const float* from, float* to, int margin) noexcept;
   [[nodiscard]] static std::uint64_t nodes_from(const Row& row, std::int32_t x) noexcept;
-  [[nodiscard]] std::uint64_t keep_label(std::size_t at, VoxelCoord v) noexcept;
-  [[nodiscard]] bool is_outvoted(VoxelCoord v, std::size_t lane) const noexcept;
+  void keep_label(std::size_t at, VoxelCoord v, std::uint64_t& work) noexcept;
+  [[nodiscard]] bool is_outvoted(VoxelCoord v, std::size_t lane,
+                                 std::uint64_t& work) const noexcept;
   void note_changes(const float* before, const float* after, int margin) noexcept;
 
   DiffusionConfig config_{};
-  DiffusionStencil stencil_{};
   int halo_ = 0;
+  int reach_ = 0;  ///< Of an iteration.
   std::span<Row> rows_;
   std::span<std::uint32_t> node_of_cell_;
   std::span<Offset> offsets_;
   std::span<WitnessRow> witnesses_;
-  std::uint64_t witness_count_ = 0;  ///< Voxels of these rows.
   std::span<Voice> voices_;
   std::span<std::uint32_t> first_;  ///< Nodes before the row.
   std::span<float> floats_;
