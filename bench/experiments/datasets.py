@@ -151,7 +151,7 @@ def relabel(folder, dataset, scans, change):
         if int(path.stem) not in scans:
             os.symlink(path.resolve(), target)
             continue
-        ids = array.array("I", path.read_bytes())
+        ids = read_ids(path)
         target.write_bytes(array.array("I", map(change, ids)).tobytes())
     (folder / "complete").touch()
     return folder

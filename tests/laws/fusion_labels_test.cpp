@@ -11,7 +11,6 @@
 namespace tessera {
 namespace {
 
-using oracle::OracleContribution;
 using oracle::OracleCounts;
 using oracle::OracleVoxels;
 using oracle::Random;

@@ -79,12 +79,12 @@ class GlobalMap {
 
   // --- Work --------------------------------------------------------------------------------------
 
-  /// Brings blocks up to date until none waits or so much work is done: entries read, edges
-  /// and witnesses visited, places looked up. Over it by a quantum (docs/measured/timing.md): sums
-  /// of a block, the nodes of a brick gathered or linked, an iteration over them, a block written,
-  /// a block of a move marked, up to 8 copied, a block of each contribution that leaves dropped.
-  /// Not counted: the look-ups of a block's halo, (2 ceil(halo / 8) + 1)^3, at most 125 for each
-  /// block whose sums change. Returns the work done.
+  /// Brings blocks up to date until none waits or so much work is done: entries read, edges and
+  /// witnesses visited, places looked up. Over it by one quantum at most (docs/measured/timing.md):
+  /// the sums of a block, the nodes of a brick gathered or linked, an iteration over them, a block
+  /// written, a block of a move marked, up to 8 copied, a block of each contribution that leaves
+  /// dropped. Not counted: the look-ups of a block's halo, (2 ceil(halo / 8) + 1)^3, at most 125
+  /// for each block whose sums change. Returns the work done.
   std::uint64_t step(std::uint64_t budget) noexcept;
   /// Blocks that are behind.
   [[nodiscard]] std::uint32_t waiting() const noexcept {
