@@ -78,8 +78,10 @@ TEST_CASE("presence: what is written is read, places to a millimetre and boxes o
     CHECK(Presence::is_plausible(heard.box));
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const double unit = size > 5.08 ? 0.08 : size > 2.54 ? 0.04 : size > 1.27 ? 0.02 : 0.01;
-      const double low = double{said.box.low[axis]} - double{heard.box.low[axis]};
-      const double high = double{heard.box.high[axis]} - double{said.box.high[axis]};
+      const double low =
+          static_cast<double>(said.box.low[axis]) - static_cast<double>(heard.box.low[axis]);
+      const double high =
+          static_cast<double>(heard.box.high[axis]) - static_cast<double>(said.box.high[axis]);
       CHECK((low >= -1e-6 && low <= unit + 1e-6));
       CHECK((high >= -1e-6 && high <= unit + 1e-6));
     }
