@@ -130,12 +130,12 @@ TEST_CASE("teammates: a return beyond the range, and a direction without one, en
 }
 
 TEST_CASE("teammates: boxes that are none, and those that the sensor is in, hide nothing") {
-  constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
-  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  const float infinity = std::numeric_limits<float>::infinity();
   std::vector<PlacedBox> boxes;
   boxes.push_back(box_at({-1, -1, -1}, {7, 1, 1}));
   for (const auto& [low, high] :
-       {std::pair{kNaN, 9.0F}, {1.0F, kNaN}, {9.0F, 1.0F}, {1.0F, 1.0F}, {-kInfinity, kInfinity}}) {
+       {std::pair{nan, 9.0F}, {1.0F, nan}, {9.0F, 1.0F}, {1.0F, 1.0F}, {-infinity, infinity}}) {
     boxes.push_back(kRobot);
     boxes.back().box.low[0] = low;
     boxes.back().box.high[0] = high;
