@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "support/sample_content.hpp"
 
+#include <bit>
 #include <cmath>
 
 namespace tessera {
@@ -41,6 +42,17 @@ void fill_smoothly(BlockContent& content, oracle::Random& random, int num_compon
   }
 }
 
+namespace {
+
+int classes_of(const BlockContent& content, int row) {
+  int classes = 0;
+  for (std::uint64_t rest = content.components(); rest != 0; rest &= rest - 1)
+    if (content.count(std::countr_zero(rest), row) > 0.0F) ++classes;
+  return classes;
+}
+
+}  // namespace
+
 void fill_at_random(BlockContent& content, oracle::Random& random, int num_components,
                     int most_components, double part) {
   for (int row = 0; row < kBlockVoxels; ++row) {
@@ -53,8 +65,11 @@ void fill_at_random(BlockContent& content, oracle::Random& random, int num_compo
                   static_cast<float>(std::ldexp(random.uniform(1.0, 2.0), exponent)));
       if (row % 3 == 0) content.set_centroid(row, some_centroid(row));
     }
-    if (random.below(2) == 0)
+    if (random.below(2) == 0) {
       content.add_rest(row, static_cast<float>(random.uniform(1e-4, 100.0)));
+      // A code of three classes and a rest has no room for a centroid.
+      if (classes_of(content, row) == 3) content.set_centroid(row, {});
+    }
     if (random.below(2) == 0) content.add_passes(row, static_cast<unsigned>(random.below(256)));
   }
 }
