@@ -154,7 +154,7 @@ class Judge {
           continue;
         const auto [at, is_new] = known.try_emplace(key_of(*voxel));
         if (is_new) at->second = ask(*voxel);
-        scores.add(truth[i], at->second, prior(), scan.components[i]);
+        scores.add(truth[i], at->second, mapper_.map().reading(), scan.components[i]);
       }
     }
     return scores;

@@ -53,7 +53,7 @@ void ask_ray(const LocalMap& map) {
 void ask_nearest(const LocalMap& map) {
   MapReader reader(map);  // one for each thread; the map may be written to meanwhile
   alignas(8) std::byte block[MapReader::most_snapshot_bytes(kComponents)];
-  const auto nearest = nearest_occupied(reader, map.lattice(), map.config().prior,
+  const auto nearest = nearest_occupied(reader, map.lattice(), map.reading(),
                                         {.p_map = kRobot, .radius_m = 10.0}, block);
   if (!nearest.ok()) return;
   std::printf("nearest obstacle: %s, %.1f m; certain within %.1f m\n",

@@ -51,7 +51,7 @@ class Planner {
   std::optional<NearestOccupied> nearest(const Point3f& p, double reach_m) {
     const NearestQuery query{.p_map = p, .radius_m = reach_m, .max_work = 4096};
     const auto found =
-        nearest_occupied(global_, map_.lattice(), map_.config().prior, query,
+        nearest_occupied(global_, map_.lattice(), map_.reading(), query,
                          std::as_writable_bytes(std::span<std::uint64_t>(workspace_)));
     return found.ok() && found->complete ? std::optional(*found) : std::nullopt;
   }

@@ -19,7 +19,7 @@ ExportedVoxels exported_voxels(const LocalMap& map, const ExportOptions& options
   ExportedVoxels exported;
   std::vector<KeyedIndex> workspace = workspace_for(map);
   for_each_observed(map, workspace, [&](const VoxelCoord& voxel, const VoxelEvidence& evidence) {
-    const Estimate e = estimate(evidence, map.config().prior);
+    const Estimate e = estimate(evidence, map.reading());
     if (options.is_exported(e)) exported.add(map.lattice(), voxel, e);
   });
   return exported;

@@ -49,7 +49,7 @@ constexpr Setting kShapeRows[] = {
                                          "Leave out voxels whose label is less probable",
                                          {.value = "P", .allowed = from_to(0.0, 1.0)}),
     row<&ExportOptions::max_variance>({"--max-variance"},
-                                      "Leave out voxels whose label has a larger variance (eq. 17)",
+                                      "Leave out voxels whose label has a larger variance",
                                       {.value = "V", .allowed = from_to(0.0, 0.25)}),
 };
 constexpr SettingTable<ExportOptions> kShapeSettings{kShapeRows};

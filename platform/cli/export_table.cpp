@@ -46,7 +46,7 @@ class Chunk {
     for (std::size_t i = 0; i < voxels_.places.size(); ++i) {
       const VoxelEvidence evidence = map.evidence(voxels_.places[i]);
       table.put({.p_map = map.lattice().center_of(voxels_.places[i]),
-                 .estimate = estimate(evidence, map.config().prior),
+                 .estimate = estimate(evidence, map.reading()),
                  .evidence = &evidence,
                  .color = voxels_.voxels[i].color,
                  .robots = voxels_.voxels[i].robots});
@@ -79,7 +79,7 @@ Selection select_voxels(const ExportOptions& options, const LocalMap& map) {
   ColoringChoice choice(options.layer.show);
   std::vector<KeyedIndex> workspace = workspace_for(map);
   for_each_observed(map, workspace, [&](const VoxelCoord& voxel, const VoxelEvidence& evidence) {
-    const Estimate e = estimate(evidence, map.config().prior);
+    const Estimate e = estimate(evidence, map.reading());
     if (!options.is_exported(e)) return;
     ++selection.voxels;
     if (options.has_colors())
@@ -98,7 +98,6 @@ Outcome<Json> write_table(const ExportOptions& options, const Selection& selecti
   const LocalMap& map = stored.map;
   std::vector<KeyedIndex> workspace = workspace_for(map);
   const std::span<const KeyedIndex> blocks = map.blocks_in_order(workspace);
-  const double prior = map.config().prior;
   Chunk chunk(options, selection.coloring, stored);
   Json counts = Json::object();
   const std::vector<std::string> names = label_names(map.classes());
@@ -113,7 +112,7 @@ Outcome<Json> write_table(const ExportOptions& options, const Selection& selecti
   for (const KeyedIndex& item : blocks) {
     for_each_observed(map, map.block_at(item.index),
                       [&](const VoxelCoord& voxel, const VoxelEvidence& evidence) {
-                        const Estimate e = estimate(evidence, prior);
+                        const Estimate e = estimate(evidence, map.reading());
                         if (options.is_exported(e)) chunk.add(voxel, e);
                       });
     ++done;

@@ -90,6 +90,7 @@ Json to_json(const Content& content, std::uint64_t file_bytes) {
                {"revision", header.revision},
                {"resolution", header.config.resolution_m},
                {"prior", header.config.prior},
+               {"probabilities", to_string(header.config.probabilities)},
                {"counts", to_string(header.config.tuple)},
                {"max_evidence", decimal_of(header.config.max_evidence)},
                {"free_weight", decimal_of(header.config.free_weight)},

@@ -135,6 +135,7 @@ Outcome<void> take_up(const MapOptions& options, const Earlier& earlier, const M
 Outcome<void> write_map(const MapOptions& options, const MapIdentity& identity, MapWindow* window,
                         MapSubmaps* submaps, Mapper& mapper, MapRun& run) {
   LocalMap& map = mapper.map();
+  run.calibration = calibration_of(map);
   if (submaps != nullptr) {
     TESSERA_TRY_ASSIGN(run.file, submaps->finish(mapper));
     run.usage = submaps->largest();

@@ -148,6 +148,21 @@ Timing timing_of(const std::vector<ScanRecord>& scans) {
   return {median, rank(0.99), ms.back()};
 }
 
+Json calibration_of(const LocalMap& map) {
+  const Reading& reading = map.reading();
+  const bool effective = reading.is_effective();
+  Json json = {
+      {"probabilities", to_string(effective ? Probabilities::kEffective : Probabilities::kShares)}};
+  if (!effective) return json;
+  json["gain"] = Reading::kGain;
+  json["correlation"] = Reading::kCorrelation;
+  json["prior_weight"] = Reading::kPriorWeight;
+  json["worth"] = Json::object();
+  for (int label = 1; label <= map.classes().num_classes(); ++label)
+    json["worth"][std::string(map.classes()[label].name_view())] = reading.worth(label);
+  return json;
+}
+
 Json to_json(const MapRun& run, const Json& config) {
   Json json;
   json["interrupted"] = run.interrupted;
@@ -183,6 +198,9 @@ Json to_json(const MapRun& run, const Json& config) {
                     {"storage_refused", usage.storage_refused}};
   if (run.window) json["window"] = to_json(*run.window);
   if (run.prior_map) json["prior_map"] = prior_map_json(*run.prior_map);
+  json["contradicted"] = {{"voxels_doubted", t.voxels_doubted},
+                          {"voxels_cleared", t.voxels_cleared}};
+  json["calibration"] = run.calibration;
   json["heap_allocations_after_init"] = run.heap_allocations ? Json(*run.heap_allocations) : Json();
   json["config"] = config;
   json["file"] = {{"label_voxels", run.file.label_voxels},

@@ -49,7 +49,11 @@ struct MapRun {
   std::uint64_t free_voxels = 0;
   std::optional<WindowTotals> window;
   std::optional<PriorMapReport> prior_map;
+  Json calibration;  ///< How the map's probabilities are computed: calibration_of.
 };
+
+/// How far its counts are taken to be worth something: the constants, and the worth of each class.
+Json calibration_of(const LocalMap& map);
 
 /// median, p99, max of the scans' milliseconds; zeros without scans.
 struct Timing {

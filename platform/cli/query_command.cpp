@@ -71,7 +71,7 @@ void put_row(AtomicFile& file, const LocalMap& map, std::string_view point_text,
   VoxelEvidence evidence;
   evidence.num_components = map.num_components();
   if (voxel.ok()) evidence = map.evidence(*voxel);
-  const Estimate e = estimate(evidence, map.config().prior);
+  const Estimate e = estimate(evidence, map.reading());
   put(file, point_text);
   put(file, ",");
   put(file, to_string(e.state));

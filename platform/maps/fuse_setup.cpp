@@ -56,6 +56,10 @@ GlobalMapConfig ample_config(const std::vector<FuseInput>& inputs, const FuseOpt
   config.max_evidence = cap_of(inputs);
   const bool paper = diffusion.mode == DiffusionMode::kPaper;
   if (paper) config.map.prior = 0.0;
+  if (std::any_of(inputs.begin(), inputs.end(), [](const FuseInput& input) {
+        return input.stored->map.config().probabilities == Probabilities::kShares;
+      }))
+    config.map.probabilities = Probabilities::kShares;
   const bool all_dense = std::all_of(inputs.begin(), inputs.end(), [](const FuseInput& input) {
     return input.stored->map.config().tuple == TuplePolicy::kDense;
   });

@@ -39,7 +39,7 @@ std::uint64_t score_scan(const LocalMap& map, const ScanView& scan, const std::u
     const Point3f p_map = transform(scan.T_map_sensor, p_sensor);
     if (!is_wanted(p_map)) continue;
     const int input = scan.components == nullptr ? 0 : label_of(scan.components[i]);
-    scores.add(truth[i], map.evidence(p_map), map.config().prior, input);
+    scores.add(truth[i], map.evidence(p_map), map.reading(), input);
   }
   return non_finite;
 }

@@ -4,7 +4,9 @@
 
 #include <fmt/core.h>
 
+#include <array>
 #include <cmath>
+#include <span>
 
 #include "base/number_text.hpp"
 #include "maps/stored_map.hpp"
@@ -119,21 +121,26 @@ Json Reliability::json() const {
 namespace {
 
 /// Reliability::add's square.
-double square_off(const VoxelEvidence& evidence, double prior, int truth) {
-  const double rest =
-      static_cast<double>(evidence.rest) / (evidence.num_components * prior + evidence.total());
-  double sum = rest * rest;
-  for (int l = 0; l < evidence.num_components; ++l) {
-    const double off = probability_of(evidence, l, prior) - (l == truth ? 1.0 : 0.0);
+double square_off(const CountSummary& counts, int components, const Reading& reading, int truth) {
+  std::array<double, kMaxComponents> probability;
+  const std::span<double> known =
+      std::span(probability).first(static_cast<std::size_t>(components));
+  counts.distribution(reading, known);
+  double sum = 0.0;
+  double rest = 1.0;
+  for (std::size_t l = 0; l < known.size(); ++l) {
+    const double off = known[l] - (static_cast<int>(l) == truth ? 1.0 : 0.0);
     sum += off * off;
+    rest -= known[l];
   }
-  return sum;
+  return sum + rest * rest;
 }
 
 }  // namespace
 
-void Scores::add(int truth, const VoxelEvidence& evidence, double prior, int input) {
-  const Estimate estimate = tessera::estimate(evidence, prior);
+void Scores::add(int truth, const VoxelEvidence& evidence, const Reading& reading, int input) {
+  const CountSummary counts = summary_of(evidence);
+  const Estimate estimate = counts.estimate(reading);
   ++points_;
   const bool occupied = estimate.state == VoxelState::kOccupied;
   const int label = occupied ? estimate.label : 0;
@@ -142,7 +149,7 @@ void Scores::add(int truth, const VoxelEvidence& evidence, double prior, int inp
   if (occupied) ++occupied_;
   if (label == 0) return;
   if (label == truth) ++correct_;
-  const double square = square_off(evidence, prior, truth);
+  const double square = square_off(counts, evidence.num_components, reading, truth);
   for (Reliability* const of : {&reliability_, &by_label_[static_cast<std::size_t>(label)]})
     of->add(label == truth, estimate.probability, square);
 }

@@ -81,8 +81,8 @@ class Reliability {
 class Scores {
  public:
   /// Adds a point with labelled truth: what the map has in its voxel, and the given label (0:
-  /// unlabelled). prior: the map's.
-  void add(int truth, const VoxelEvidence& evidence, double prior, int input);
+  /// unlabelled). reading: the map's.
+  void add(int truth, const VoxelEvidence& evidence, const Reading& reading, int input);
   [[nodiscard]] std::uint64_t points() const { return points_; }
   [[nodiscard]] const Confusion& map() const { return map_; }
   [[nodiscard]] const Confusion& input() const { return input_; }

@@ -232,7 +232,7 @@ QueryError QueryService::nearest(const Served<Reader>& from, const MapQuery& que
                            .classes = query.class_mask,
                            .max_work = limits_.max_nearest_work};
   const Result<NearestOccupied> found = nearest_occupied(
-      from.reader, from.map.lattice(), from.map.config().prior, asked, workspace_.span());
+      from.reader, from.map.lattice(), from.map.reading(), asked, workspace_.span());
   if (!found.ok()) {
     return found.status() == Status::kOutOfRange ? QueryError::kOutOfGrid
                                                  : QueryError::kBadArgument;

@@ -129,10 +129,9 @@ Voxels voxels(const HeldMap& map, const std::optional<std::array<double, 3>>& lo
   VoxelColumns columns;
   map.read([&](const LocalMap& m) {
     std::vector<KeyedIndex> workspace = workspace_for(m);
-    const double prior = m.config().prior;
     for_each_in_box(m, corner(m, from), corner(m, to), workspace,
                     [&](const VoxelCoord& voxel, const VoxelEvidence& evidence) {
-                      const Estimate e = estimate(evidence, prior);
+                      const Estimate e = estimate(evidence, m.reading());
                       if (occupied_only && e.state != VoxelState::kOccupied) return;
                       columns.add(voxel, evidence, e, sigma);
                     });

@@ -122,9 +122,8 @@ Nearest nearest(const HeldMap& map, const py::array& points, double radius_m,
                                .classes = classes,
                                .max_work = work};
       // Nothing is known near a point outside of the grid.
-      const Result<NearestOccupied> one =
-          nearest_occupied(reader, m.lattice(), m.config().prior, query,
-                           std::as_writable_bytes(std::span(workspace)));
+      const Result<NearestOccupied> one = nearest_occupied(
+          reader, m.lattice(), m.reading(), query, std::as_writable_bytes(std::span(workspace)));
       const NearestOccupied answer = one.ok() ? *one : NearestOccupied{};
       found[i] = answer.found;
       complete[i] = answer.complete;

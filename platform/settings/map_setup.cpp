@@ -25,6 +25,8 @@ Outcome<void> set_up_map(const MapOptions& o, MapConfig& map) {
   map.tuple = *o.counts;
   map.resolution_m = *o.resolution_m;
   map.prior = *o.prior;
+  map.probabilities =
+      o.inference == InferenceMode::kCounting ? Probabilities::kShares : Probabilities::kEffective;
   map.max_evidence = static_cast<float>(most);
   map.free_weight = static_cast<float>(*o.free_weight);
   return {};

@@ -3,6 +3,7 @@
 #include "view/view_map.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <utility>
 
@@ -54,7 +55,7 @@ bool ViewMap::put_block(const BlockNote& note, Message& message) noexcept {
   message.header.deferred = !block.ok();
   if (!block.ok()) return false;
   if (info_.marks) info_.marks(*block, *marks_);
-  const EncodedBlock put = put_view_block(*block, map_->config().prior, map_->classes().moving(),
+  const EncodedBlock put = put_view_block(*block, map_->reading(), map_->classes().moving(),
                                           marks_.get(), message.into.subspan(message.bytes));
   message.budget.take_voxels(put.voxels);
   message.bytes += put.bytes;
@@ -138,7 +139,8 @@ Json ViewMap::voxel(const Point3d& p_map) {
     if (!read.ok()) return {};
     counts = *read;
   }
-  const Estimate e = estimate(counts, map_->config().prior);
+  const CountSummary summary = summary_of(counts);
+  const Estimate e = summary.estimate(map_->reading());
   Json json = {{"state", to_string(e.state)},
                {"label", e.label},
                {"probability", nine_digits(e.probability)},
@@ -146,11 +148,14 @@ Json ViewMap::voxel(const Point3d& p_map) {
                {"evidence", nine_digits(e.evidence)},
                {"rest", nine_digits(static_cast<double>(counts.rest))},
                {"prior", nine_digits(map_->config().prior)}};
+  std::array<double, kMaxComponents> probabilities;
+  const auto components = static_cast<std::size_t>(counts.num_components);
+  summary.distribution(map_->reading(), std::span(probabilities).first(components));
   Json sigma = Json::array();
   Json share = Json::array();
-  for (int l = 0; l < counts.num_components; ++l) {
-    sigma.push_back(nine_digits(static_cast<double>(counts.sigma[static_cast<std::size_t>(l)])));
-    share.push_back(nine_digits(probability_of(counts, l, map_->config().prior)));
+  for (std::size_t l = 0; l < components; ++l) {
+    sigma.push_back(nine_digits(static_cast<double>(counts.sigma[l])));
+    share.push_back(nine_digits(probabilities[l]));
   }
   json["sigma"] = std::move(sigma);
   json["share"] = std::move(share);

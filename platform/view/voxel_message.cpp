@@ -72,15 +72,16 @@ std::uint8_t probability_code(double probability) noexcept {
   return static_cast<std::uint8_t>(std::round(255.0 * std::clamp(probability, 0.0, 1.0)));
 }
 
-EncodedBlock put_view_block(const BlockSnapshot& block, double prior, std::uint64_t moving,
-                            const BlockMarks* marks, std::span<std::byte> into) noexcept {
+EncodedBlock put_view_block(const BlockSnapshot& block, const Reading& reading,
+                            std::uint64_t moving, const BlockMarks* marks,
+                            std::span<std::byte> into) noexcept {
   VoxelMask occupied{};
   VoxelMask moved{};
   std::array<CodedVoxel, kBlockVoxels> coded;
   for (int octet = 0; octet < kBlockOctets; ++octet) {
     for (unsigned left = block.observed_labels(octet); left != 0; left &= left - 1) {
       const int voxel = std::countr_zero(left);
-      const Estimate e = estimate(block.evidence(octet, voxel), prior);
+      const Estimate e = estimate(block.evidence(octet, voxel), reading);
       const bool is_occupied = e.state == VoxelState::kOccupied;
       if (!is_occupied && (moving >> static_cast<unsigned>(e.label) & 1U) == 0) continue;
       const auto row = static_cast<std::size_t>(row_order(octet, voxel));

@@ -78,7 +78,8 @@ struct EncodedBlock {
 /// this block hides, and those that moved: free voxels with a label of moving (bit l: class l, as
 /// ClassTable::moving()). into: at least kMostViewBlockBytes. marks: may be null. O(512 + label
 /// voxels * C), 2 KiB of stack.
-EncodedBlock put_view_block(const BlockSnapshot& block, double prior, std::uint64_t moving,
-                            const BlockMarks* marks, std::span<std::byte> into) noexcept;
+EncodedBlock put_view_block(const BlockSnapshot& block, const Reading& reading,
+                            std::uint64_t moving, const BlockMarks* marks,
+                            std::span<std::byte> into) noexcept;
 
 }  // namespace tessera

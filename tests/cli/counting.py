@@ -12,6 +12,19 @@ def probability(count, evidence):
     return (PRIOR + count) / (COMPONENTS * PRIOR + evidence)
 
 
+def effective_number(sigma):
+    """Of independent observations, at 0.1 m: docs/design/theory.md, Probabilities."""
+    d = sum(sigma) ** 0.75
+    return 4.2 * d / (1 + 0.28 * d)
+
+
+def effective_probability(label, sigma, worth):
+    """Of counts that have no rest. worth: of each component."""
+    each = effective_number(sigma) / sum(sigma)
+    weights = [78 * PRIOR + (1 + each * h * count / 8) ** 8 - 1 for h, count in zip(worth, sigma, strict=True)]
+    return weights[label] / sum(weights)
+
+
 def variance(p, evidence):
     """Paper eq. 17."""
     return p * (1 - p) / (COMPONENTS * PRIOR + evidence + 1)

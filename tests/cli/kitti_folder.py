@@ -6,7 +6,7 @@ import struct
 
 IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
 # Raw ids of SemanticKITTI.
-CAR, ROAD, BUILDING, UNLABELLED = 10, 40, 50, 0
+CAR, ROAD, BUILDING, POLE, UNLABELLED = 10, 40, 50, 80, 0
 # The same as labels of the map, 1 .. 19; 20 is the occupied but unlabelled component.
 CAR_LABEL, ROAD_LABEL, BUILDING_LABEL, UNLABELLED_COMPONENT = 1, 9, 13, 20
 

@@ -166,6 +166,24 @@ class Fuse(CommandCase):
             self.done("export", "--map", self.out, "--format", form, "--out", self.folder / f"g.{form}")
         self.done("eval", "--map", self.out, "--dataset", self.folder / "data_b")
 
+    def test_probabilities_are_shares_where_the_paper_has_them(self):
+        """In none and paper, and where a map of counting takes part."""
+        kernels = []
+        for robot, name in enumerate("ab"):
+            kernels.append(self.folder / f"kernels_{name}.tsm")
+            self.map_dataset(self.folder / f"data_{name}", kernels[-1], "--robot", robot, "--free-space", "off")
+        for maps, mode, expected in ((kernels, "contractive", "effective"), (kernels, "none", "shares"), (kernels, "paper", "shares"),
+                                     ((self.a, self.b), "contractive", "shares"), ((kernels[0], self.b), "contractive", "shares")):
+            self.fuse(*maps, "--diffusion", mode)
+            self.done("info", self.out, "--report", "info.json")
+            self.assertEqual(expected, json.loads((self.folder / "info.json").read_text())["probabilities"], (mode, expected))
+            row = self.row(self.SHARED)
+            share = (0.001 + float(row[ROAD])) / (0.021 + float(row["evidence"]))
+            if mode == "none":
+                self.assertAlmostEqual(share, float(row["probability"]), places=6)
+            elif expected == "effective":
+                self.assertNotAlmostEqual(share, float(row["probability"]), places=2)
+
     def refused_fuse(self, *words, saying):
         self.refused("fuse", *words, "--out", self.out, saying=saying)
         self.assertFalse(self.out.exists())

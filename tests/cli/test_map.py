@@ -242,6 +242,7 @@ class Report(MapCase):
         self.assertEqual(str(self.folder / "map.json"), report["config"]["report"])
         self.assertIn("heap_allocations_after_init", report)
         self.assertRegex(report["digest"], r"^[0-9a-f]{16}$")
+        self.assertEqual({key: report["totals"][key] for key in ("voxels_doubted", "voxels_cleared")}, report["contradicted"])
 
     def test_figures_agree_with_each_other(self):
         _, report = self.map_dataset(self.data, self.out)

@@ -5,7 +5,7 @@ import unittest
 
 import kitti_folder as kitti
 from command_case import CommandCase
-from counting import COMPONENTS, COUNTING, PRIOR, probability, variance
+from counting import COMPONENTS, COUNTING, PRIOR, effective_number, effective_probability, probability, variance
 
 
 class Query(CommandCase):
@@ -55,6 +55,31 @@ class Query(CommandCase):
         self.map_scan(kitti.Scan([(2.05, 0.05, 0.05)], [kitti.UNLABELLED]))
         _, rows = self.query_rows(self.map_file, "x,y,z\n2.05,0.05,0.05\n")
         self.assert_row(rows[0], "occupied", 0, {kitti.UNLABELLED_COMPONENT: 1.0})
+
+    def test_probabilities_of_a_map_of_kernels(self):
+        """Road and pole beside each other; the map comes from its file."""
+        data = kitti.write_dataset(self.folder / "data", [kitti.Scan([(2.05, 0.05, 0.05), (2.15, 0.05, 0.05)], [kitti.ROAD, kitti.POLE])])
+        _, report = self.map_dataset(data, self.map_file, "--counts", "dense")
+        worth = [1.0, *report["calibration"]["worth"].values(), 0.75]
+        _, rows = self.query_rows(self.map_file, "x,y,z\n2.05,0.05,0.05\n2.15,0.05,0.05\n")
+        for row in rows:
+            sigma = [float(row[f"sigma_{i}"]) for i in range(COMPONENTS)]
+            p = effective_probability(int(row["label"]), sigma, worth)
+            self.assertAlmostEqual(p, float(row["probability"]), places=6)
+            self.assertAlmostEqual(variance(p, effective_number(sigma)), float(row["variance"]), places=6)
+            self.assertNotAlmostEqual(probability(max(sigma), sum(sigma)), p, places=2)
+
+    def test_says_how_probabilities_come_about(self):
+        data = kitti.write_dataset(self.folder / "data", [kitti.Scan([(2.05, 0.05, 0.05)], [kitti.ROAD])])
+        _, report = self.map_dataset(data, self.map_file)
+        self.assertEqual("effective", report["calibration"]["probabilities"])
+        worth = report["calibration"]["worth"]
+        self.assertEqual(19, len(worth))
+        self.assertGreater(worth["road"], worth["terrain"])
+        self.assertGreater(worth["terrain"], worth["pole"])
+        for options in (("--inference", "counting"), ("--prior", "0")):
+            _, report = self.map_dataset(data, self.map_file, *options)
+            self.assertEqual({"probabilities": "shares"}, report["calibration"])
 
     def test_a_ray_frees_what_it_passes(self):
         self.map_scan(kitti.Scan([(2.05, 0.05, 0.05)], [kitti.ROAD]), "--inference", "counting", "--free-space", "on",

@@ -102,7 +102,8 @@ class MapFile:
         require(major == 2, "the major version")
         body = take("I")
         require(body <= 6144, "the body's length")
-        self.kind, self.tuple, self.classes, self.has_frame = take("BBBB")
+        self.kind, tuple_byte, self.classes, self.has_frame = take("BBBB")
+        self.tuple, self.has_shares = tuple_byte & 127, tuple_byte > 127
         self.resolution, self.prior = take("dd")
         self.cap, self.free_weight = take("ff")
         self.robot, self.epoch, self.revision = take("III")

@@ -163,7 +163,7 @@ TEST_CASE("global reader: a block is what its voxels are, also in the middle of 
       const Estimate of_block =
           block->empty() ? Estimate{}
                          : estimate(block->evidence(octet_in_block(at), voxel_in_octet(at)),
-                                    global.map().config().prior);
+                                    global.map().reading());
       const Result<Estimate> of_voxel = reader.query(at);
       REQUIRE(of_voxel.ok());
       CHECK(of_block.state == of_voxel->state);

@@ -87,8 +87,8 @@ tessera_status tessera_nearest_occupied(const tessera_robot* robot, uint32_t map
   MapReader reader(of);
   const NearestQuery query{
       .p_map = point_of(p), .radius_m = radius_m, .max_work = static_cast<int>(max_work)};
-  const Result<NearestOccupied> found = nearest_occupied(
-      reader, of.lattice(), of.config().prior, query, std::as_writable_bytes(robot->workspace));
+  const Result<NearestOccupied> found = nearest_occupied(reader, of.lattice(), of.reading(), query,
+                                                         std::as_writable_bytes(robot->workspace));
   if (!found.ok()) return status_of(found.status());
   *nearest = {.distance_m = found->distance_m,
               .x = found->voxel.x,

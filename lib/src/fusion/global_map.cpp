@@ -40,6 +40,9 @@ Status GlobalMap::set_up(Arena& arena, const GlobalMapConfig& config,
                          const ClassTable& classes) noexcept {
   config_ = config;
   if (!can_be_made(config_)) return Status::kInvalidArgument;
+  // `none` and `paper` are the paper's, to the letter.
+  if (config_.diffusion.mode != DiffusionMode::kContractive)
+    config_.map.probabilities = Probabilities::kShares;
   const Status status = put_in_place(maps_, [&] { return TwoMaps::make(arena, config_, classes); });
   return status == Status::kOk ? set_up_replicas(arena, maps_.map().num_components()) : status;
 }

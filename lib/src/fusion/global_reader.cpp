@@ -33,7 +33,7 @@ bool GlobalReader::read_one_generation(Read&& read) noexcept {
 }
 
 Estimate GlobalReader::estimate_of(const VoxelEvidence& evidence) const noexcept {
-  return estimate(evidence, maps_->map().config().prior);
+  return estimate(evidence, maps_->map().reading());
 }
 
 Result<VoxelEvidence> GlobalReader::evidence(VoxelCoord voxel) noexcept {

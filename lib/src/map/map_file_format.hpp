@@ -17,6 +17,8 @@ namespace tessera::detail {
 inline constexpr std::array<char, 8> kMapMagic{'T', 'S', 'M', 'A', 'P', '\r', '\n', '\x1a'};
 inline constexpr std::uint16_t kMapMajor = 2;
 inline constexpr std::uint16_t kMapMinor = 0;
+/// In the byte of the tuple policy: probabilities are shares of the counts.
+inline constexpr unsigned kSharesBit = 0x80;
 inline constexpr std::size_t kPreambleBytes = 8 + 2 + 2 + 4;
 inline constexpr std::uint32_t kEndMark = 0x454e4421U;
 

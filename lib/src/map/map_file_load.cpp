@@ -60,7 +60,8 @@ bool parse_summary(ByteReader& in, MapFileHeader& header) noexcept {
 
 Status parse_body(ByteReader& in, MapFileHeader& header) noexcept {
   const std::uint8_t kind = in.u8();
-  const std::uint8_t tuple = in.u8();
+  const unsigned tuple_byte = in.u8();
+  const unsigned tuple = tuple_byte & ~detail::kSharesBit;
   const std::uint8_t classes = in.u8();
   const std::uint8_t has_T_global_map = in.u8();
   header.config.resolution_m = in.f64();
@@ -77,11 +78,13 @@ Status parse_body(ByteReader& in, MapFileHeader& header) noexcept {
   content = {
       .blocks = in.u64(), .label_pages = in.u64(), .free_pages = in.u64(), .octets = in.u64()};
   if (kind > static_cast<std::uint8_t>(MapKind::kSubmaps)) return Status::kUnsupported;
-  if (tuple > static_cast<std::uint8_t>(TuplePolicy::kCompact)) return Status::kUnsupported;
+  if (tuple > static_cast<unsigned>(TuplePolicy::kCompact)) return Status::kUnsupported;
   if (classes < 1 || classes > kMaxClasses || has_T_global_map > 1) return Status::kCorrupt;
   header.identity.has_T_global_map = has_T_global_map == 1;
   header.identity.kind = static_cast<MapKind>(kind);
   header.config.tuple = static_cast<TuplePolicy>(tuple);
+  header.config.probabilities =
+      tuple == tuple_byte ? Probabilities::kEffective : Probabilities::kShares;
   for (int label = 0; label < classes; ++label) {
     std::array<char, SemanticClass::kNameBytes> name{};
     for (char& letter : name) letter = static_cast<char>(in.u8());

@@ -141,13 +141,13 @@ Result<VoxelEvidence> MapReader::evidence(const Point3f& p_map) noexcept {
 Result<Estimate> MapReader::query(VoxelCoord voxel) noexcept {
   const Result<VoxelEvidence> found = evidence(voxel);
   if (!found.ok()) return found.status();
-  return estimate(*found, map_->config().prior);
+  return estimate(*found, map_->reading());
 }
 
 Result<Estimate> MapReader::query(const Point3f& p_map) noexcept {
   const Result<VoxelEvidence> found = evidence(p_map);
   if (!found.ok()) return found.status();
-  return estimate(*found, map_->config().prior);
+  return estimate(*found, map_->reading());
 }
 
 bool MapReader::copy_passes(const Block& block, std::size_t layer, std::byte* to) const noexcept {

@@ -40,7 +40,7 @@ Result<ObstacleSectors> ObstacleSectors::make(const ObstacleSectorsConfig& confi
   ObstacleSectors made;
   made.config_ = config;
   made.lattice_ = map.lattice();
-  made.prior_ = map.config().prior;
+  made.reading_ = map.reading();
   made.only_labels_occupy_ = map.only_labels_occupy();
   made.make_directions();
   made.shares_ = arena.take<Share>(kShares);

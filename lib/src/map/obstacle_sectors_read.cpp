@@ -91,7 +91,7 @@ void ObstacleSectors::read_voxel(const BlockSnapshot& block, VoxelCoord voxel) n
   if (!nearer) return;
   ++current().voxels_read;
   const Estimate found =
-      estimate(block.evidence(octet_in_block(voxel), voxel_in_octet(voxel)), prior_);
+      estimate(block.evidence(octet_in_block(voxel), voxel_in_octet(voxel)), reading_);
   if (found.state != VoxelState::kOccupied) return;
   const auto place = [](VoxelCoord v) { return std::array{v.z, v.y, v.x}; };
   for (int i = 0; i < touched.count; ++i) {

@@ -105,7 +105,8 @@ TEST_CASE("LocalMap: the prior is no evidence, it only enters the estimate") {
   SmallMap small(config);
   REQUIRE(hit(small.map, {0, 0, 0}, 1, 1.0F) == Status::kOk);
   CHECK(small.map.evidence(VoxelCoord{0, 0, 0}).total() == 1.0);
-  CHECK(small.map.query(VoxelCoord{0, 0, 0}).probability == Approx(3.0 / 11.0));
+  CHECK(estimate(small.map.evidence(VoxelCoord{0, 0, 0}), config.prior).probability ==
+        Approx(3.0 / 11.0));
 }
 
 TEST_CASE("LocalMap: query, cursor and state say what the evidence says, to the last bit") {
@@ -133,7 +134,7 @@ TEST_CASE("LocalMap: query, cursor and state say what the evidence says, to the 
       int free_only = 0;
       for (int i = 0; i < 3000; ++i) {
         const VoxelCoord v = i % 50 == 0 ? VoxelCoord{kVoxelLimit, i, 0} : anywhere();
-        const Estimate expected = estimate(small.map.evidence(v), prior);
+        const Estimate expected = estimate(small.map.evidence(v), small.map.reading());
         for (const Estimate& given : {small.map.query(v), cursor.query(v)}) {
           REQUIRE(given.state == expected.state);
           REQUIRE(given.label == expected.label);

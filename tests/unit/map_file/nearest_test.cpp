@@ -58,7 +58,7 @@ NearestOccupied nearest(const LocalMap& map, const NearestQuery& query) {
   MapReader reader(map);
   Workspace workspace(reader);
   const Result<NearestOccupied> found =
-      nearest_occupied(reader, map.lattice(), map.config().prior, query, workspace.bytes());
+      nearest_occupied(reader, map.lattice(), map.reading(), query, workspace.bytes());
   REQUIRE(found.ok());
   return *found;
 }
@@ -181,7 +181,8 @@ TEST_CASE("the nearest obstacle: each refusal") {
   MapReader reader(sample.map);
   Workspace workspace(reader);
   const auto status = [&](const NearestQuery& query, std::span<std::byte> memory) {
-    return nearest_occupied(reader, sample.map.lattice(), 0.001, query, memory).status();
+    return nearest_occupied(reader, sample.map.lattice(), sample.map.reading(), query, memory)
+        .status();
   };
   constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
   CHECK(status({.radius_m = 1.0}, workspace.bytes()) == Status::kOk);

@@ -84,7 +84,7 @@ SmallMap row() {
 const Point3f kOrigin{0.05F, 0.05F, 0.05F};
 
 Estimate estimate_of(const LocalMap& map, VoxelCoord voxel) {
-  return estimate(map.evidence(voxel), map.config().prior);
+  return estimate(map.evidence(voxel), map.reading());
 }
 
 /// cast_ray as its definition has it: every voxel of the walk, one by one.

@@ -74,6 +74,26 @@ TEST_CASE("settings of the map come back bit by bit") {
   CHECK(header.config.tuple == config.tuple);
 }
 
+TEST_CASE("what probabilities are of comes back, and is no part of the digest") {
+  for (const TuplePolicy tuple : {TuplePolicy::kDense, TuplePolicy::kCompact}) {
+    MapConfig config = config_of_pages(8);
+    config.tuple = tuple;
+    std::vector<std::uint64_t> digests;
+    for (const Probabilities of : {Probabilities::kEffective, Probabilities::kShares}) {
+      config.probabilities = of;
+      SmallMap sample(config, 2);
+      REQUIRE(hit(sample.map, {0, 0, 0}, 1, 2.0F) == Status::kOk);
+      CHECK(sample.map.reading().is_effective() == (of == Probabilities::kEffective));
+      MapFileHeader header;
+      REQUIRE(read_header(stored(sample.map), header).ok());
+      CHECK(header.config.probabilities == of);
+      CHECK(header.config.tuple == tuple);
+      digests.push_back(digest_of(sample.map));
+    }
+    CHECK(digests[0] == digests[1]);
+  }
+}
+
 TEST_CASE("classes keep their order, names and colours") {
   ClassTable classes;
   REQUIRE(classes.add("road", {255, 0, 1}) == Status::kOk);

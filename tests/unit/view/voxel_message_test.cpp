@@ -18,7 +18,7 @@ ReadBlock encoded(const LocalMap& map, BlockCoord coord, const BlockMarks* marks
       reader.snapshot(coord, std::as_writable_bytes(std::span(workspace)));
   REQUIRE(block.ok());
   std::vector<std::byte> bytes(kMostViewBlockBytes);
-  const EncodedBlock put = put_view_block(*block, map.config().prior, moving, marks, bytes);
+  const EncodedBlock put = put_view_block(*block, map.reading(), moving, marks, bytes);
   std::size_t at = 0;
   const ReadBlock read = read_block(bytes, at);
   CHECK(at == put.bytes);

@@ -14,7 +14,7 @@
 #define TESSERA_GLOBAL_FIGURES(ROW)                                               \
   ROW(FIGURE, double, residual, "max |Z_n - Z_(n-1)| / max |B|, over the nodes.") \
   ROW(FIGURE, double, mean_variance,                                              \
-      "Mean variance of the label over the nodes, as the map gives it.")
+      "Mean variance of the label over the nodes, by eq. 17 on the counts.")
 
 #define TESSERA_GLOBAL_COUNTERS(ROW)                                                            \
   ROW(LEVEL, uint64_t, used_bytes, "Bytes of its memory that hold something, and scratch.")     \

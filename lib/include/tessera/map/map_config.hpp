@@ -13,6 +13,7 @@
 #include "tessera/grid/internal/block_index.hpp"
 #include "tessera/grid/internal/slab_pool.hpp"
 #include "tessera/semantics/internal/tuple_store.hpp"
+#include "tessera/semantics/reading.hpp"
 
 namespace tessera {
 
@@ -34,6 +35,8 @@ struct MapConfig {
   float free_weight = 0.4F;
   /// kDense is exact, at a float for each class and voxel.
   TuplePolicy tuple = TuplePolicy::kCompact;
+  /// What its probabilities are of. No count and no digest depends on it.
+  Probabilities probabilities = Probabilities::kEffective;
   /// Bytes for blocks, tuples and the free layer together, in use or not; at least four pages of
   /// 4 KiB, and at most kMaxStorageBytes.
   std::size_t storage_bytes = std::size_t{384} << 20U;

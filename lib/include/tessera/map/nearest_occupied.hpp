@@ -56,11 +56,11 @@ inline double squared_distance(const Point3d& p, const VoxelCoord& low, int edge
 template <class Reader>
 class NearestSearch {
  public:
-  NearestSearch(Reader& reader, const NearestQuery& query, const Lattice& lattice, double prior,
-                std::span<std::byte> workspace) noexcept
+  NearestSearch(Reader& reader, const NearestQuery& query, const Lattice& lattice,
+                const Reading& reading, std::span<std::byte> workspace) noexcept
       : reader_(reader),
         query_(query),
-        prior_(prior),
+        reading_(reading),
         workspace_(workspace),
         at_(query.p_map.cast<double>() / lattice.resolution_m()),
         center_(block_of({floor_to_int(at_.x()), floor_to_int(at_.y()), floor_to_int(at_.z())})),
@@ -135,7 +135,7 @@ class NearestSearch {
       const double squared = squared_distance(at_, at, 1);
       if (squared > best_squared_) continue;
       if (found_.found && squared == best_squared_ && !precedes(at, found_.voxel)) continue;
-      const Estimate estimate = tessera::estimate(content.evidence(octet, voxel), prior_);
+      const Estimate estimate = tessera::estimate(content.evidence(octet, voxel), reading_);
       if (estimate.state != VoxelState::kOccupied || !is_wanted(estimate.label)) continue;
       best_squared_ = squared;
       found_.found = true;
@@ -154,7 +154,7 @@ class NearestSearch {
 
   Reader& reader_;
   const NearestQuery& query_;
-  double prior_;
+  const Reading& reading_;
   std::span<std::byte> workspace_;
   Point3d at_;
   BlockCoord center_;
@@ -175,7 +175,8 @@ class NearestSearch {
 /// kNearestBlockWork the copy of a block and a look at its 512 voxels. Exact if complete.
 template <class Reader>
 [[nodiscard]] Result<NearestOccupied> nearest_occupied(Reader& reader, const Lattice& lattice,
-                                                       double prior, const NearestQuery& query,
+                                                       const Reading& reading,
+                                                       const NearestQuery& query,
                                                        std::span<std::byte> workspace) noexcept {
   const double voxels = query.radius_m / lattice.resolution_m();
   if (!(voxels > 0.0) || !(voxels <= static_cast<double>(1 << 20)) ||
@@ -185,7 +186,7 @@ template <class Reader>
       reinterpret_cast<std::uintptr_t>(workspace.data()) % alignof(std::uint64_t) != 0)
     return Status::kInvalidArgument;
   if (!lattice.voxel_of(query.p_map).ok()) return Status::kOutOfRange;
-  detail::NearestSearch<Reader> search(reader, query, lattice, prior, workspace);
+  detail::NearestSearch<Reader> search(reader, query, lattice, reading, workspace);
   return search.run(lattice.resolution_m());
 }
 

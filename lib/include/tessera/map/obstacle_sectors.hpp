@@ -142,7 +142,7 @@ class ObstacleSectors {
 
   ObstacleSectorsConfig config_{};
   Lattice lattice_{1.0};
-  double prior_ = 0.0;
+  Reading reading_;
   bool only_labels_occupy_ = false;
   std::array<Direction, ObstacleSummary::kMostSectors / 4> borders_{};  ///< Of the first quadrant.
   Direction half_{};                                                    ///< Half a sector.

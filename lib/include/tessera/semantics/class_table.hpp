@@ -46,8 +46,31 @@ struct SemanticClass {
   friend constexpr bool operator==(const SemanticClass&, const SemanticClass&) = default;
 };
 
+namespace detail {
+
+/// Whether a name is one of these; of the name, capital letters count as small ones, "_" and
+/// spaces as "-". O(names).
+template <std::size_t N>
+[[nodiscard]] constexpr bool is_one_of(std::string_view name,
+                                       const std::array<std::string_view, N>& names) noexcept {
+  const auto is_same = [name](std::string_view known) {
+    bool same = name.size() == known.size();
+    for (std::size_t i = 0; same && i < known.size(); ++i) {
+      const char c = name[i];
+      const char plain = c == '_' || c == ' ' ? '-' : c;
+      same = (c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : plain) == known[i];
+    }
+    return same;
+  };
+  bool found = false;
+  for (const std::string_view known : names) found = found || is_same(known);
+  return found;
+}
+
+}  // namespace detail
+
 /// True iff a class of this name moves unless its table says otherwise: vehicles, people, animals.
-/// Names of common data sets; capital letters count as small ones. O(names).
+/// Names of common data sets. O(names).
 [[nodiscard]] constexpr bool moves_by_name(std::string_view name) noexcept {
   constexpr std::array<std::string_view, 37> kNames{
       "animal",        "bicycle",    "bicyclist",  "bird",         "boat",          "bus",
@@ -57,17 +80,7 @@ struct SemanticClass {
       "scooter",       "sheep",      "ship",       "stroller",     "tractor",       "trailer",
       "train",         "tram",       "truck",      "van",          "vehicle",       "wheelchair",
       "worker"};
-  const auto is_same = [name](std::string_view known) {
-    bool same = name.size() == known.size();
-    for (std::size_t i = 0; same && i < known.size(); ++i) {
-      const char c = name[i];
-      same = (c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c) == known[i];
-    }
-    return same;
-  };
-  bool moves = false;
-  for (const std::string_view known : kNames) moves = moves || is_same(known);
-  return moves;
+  return detail::is_one_of(name, kNames);
 }
 
 /// The table of classes 1 .. C. Plain data, about 2.2 kB; no heap.

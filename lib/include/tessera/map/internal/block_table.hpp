@@ -29,6 +29,8 @@ class BlockTable {
 
   [[nodiscard]] const MapConfig& config() const noexcept { return config_; }
   [[nodiscard]] const ClassTable& classes() const noexcept { return classes_; }
+  /// How its counts are read.
+  [[nodiscard]] const Reading& reading() const noexcept { return reading_; }
   [[nodiscard]] Lattice lattice() const noexcept { return Lattice(config_.resolution_m); }
   [[nodiscard]] int num_components() const noexcept { return classes_.num_components(); }
 
@@ -194,6 +196,7 @@ class BlockTable {
 
   std::uint64_t clear_stamp_ = 0;  ///< Beside what never changes.
   MapConfig config_{};
+  Reading reading_;
   ClassTable classes_{};
   BlockIndex index_{};
   SlabPool pool_{};
