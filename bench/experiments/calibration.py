@@ -5,23 +5,22 @@
 probabilities can be relied on, of two local maps and the global one, on their overlap.
 
 Scenes are halves of the real scans, the standing scanner with labels drawn from their confusion, and streets of 20 and 40 scans. A row for each map:
-calibration error, Brier score, area under the risk-coverage curve, and what exceeds a bound. What was learned on is marked with *; four of the first scene's six scans were, too."""
-import argparse
+calibration error, Brier score, area under the risk-coverage curve, and what exceeds a bound. What was learned on is marked with *;
+four of the first scene's six scans were, too."""
 import pathlib
 import sys
 
 HERE = pathlib.Path(__file__).resolve().parent
 sys.path.append(str(HERE.parent))
 
-import datasets  # noqa: E402  these need the path above
+import halves  # noqa: E402  these need the path above
 import markdown  # noqa: E402
 import street  # noqa: E402
 from workshop import Workshop  # noqa: E402
 
-SEED = 23  # of the labels that are drawn
 MOST, MOST_OVER_LOCALS = 0.05, 0.005
 LEARNED_SEEDS = (1, 2, 3, 4)
-REAL = {"(0, 1, 2 and 3, 4, 5)": ((0, 1, 2), (3, 4, 5)), "(0 and 1) *": ((0,), (1,)), "(4 and 5) *": ((4,), (5,)),
+REAL = {"(0, 1, 2 and 3, 4, 5)": halves.SCANS_012_345, "(0 and 1) *": ((0,), (1,)), "(4 and 5) *": ((4,), (5,)),
         "(2 and 3)": ((2,), (3,)), "(0, 1 and 4, 5) *": ((0, 1), (4, 5))}
 MAPS = ("A", "B", "global")
 
@@ -42,48 +41,33 @@ class Calibration:
                               f"{of['risk_coverage_area']:.4f}", ", ".join(excess) or "-"))
         print(f"{scene}: " + ", ".join(f"{error:.3f}" for error in errors), flush=True)
 
-    def halves(self, scene, name, dataset, halves, **options):
-        maps = []
-        for robot, scans in enumerate(halves):
-            part = datasets.subset(self.workshop.out / f"{name}_{robot}", dataset, scans)
-            maps.append(self.workshop.map(f"{name}_{robot}", part, robot=robot, **options)[0])
-        both = datasets.subset(self.workshop.out / f"{name}_both", dataset, sorted([*halves[0], *halves[1]]))
-        asked = {"overlap_of": maps}
-        judged = [self.workshop.judge(f"{name}_{robot}", path, both, **asked) for robot, path in enumerate(maps)]
-        self.add(scene, [*judged, self.workshop.fuse_and_judge(f"{name}_global", maps, both, judge=asked)["eval"]])
+    def judge(self, scene, pair):
+        """Of maps in the frame in which they are fused."""
+        judged = [self.workshop.judge(f"{pair.name}_{robot}", path, pair.all_scans, **pair.asked) for robot, path in enumerate(pair.maps)]
+        fused = self.workshop.fuse_and_judge(f"{pair.name}_global", pair.maps, pair.all_scans, judge=pair.asked)
+        self.add(scene, [*judged, fused["eval"]])
 
     def real(self, dataset):
-        for scans, halves in REAL.items():
-            name = "real_" + "_".join("".join(map(str, half)) for half in halves)
-            self.halves(f"real scans {scans}", name, dataset, halves, resolution=0.1, max_range=40)
+        for scans, parts in REAL.items():
+            self.judge(f"real scans {scans}", halves.of_real(self.workshop, dataset, parts))
 
     def standing(self, dataset, real):
-        confused = datasets.confuse(self.workshop.out / f"standing_seed_{SEED}", dataset, datasets.confusion(real), SEED)
-        self.halves("standing scanner", f"standing_seed_{SEED}_0_11_12_22", confused, (range(12), range(12, 23)), resolution=0.1)
+        self.judge("standing scanner", halves.of_standing(self.workshop, dataset, real))
 
     def streets(self, seeds):
         for seed in seeds:
             for scans in (20, 40):
                 pair = street.Pair(self.workshop, seed, scans)
-                judged = []
-                for robot, path in enumerate(pair.maps):
-                    T = datasets.write_transform(self.workshop.out / f"{pair.name}_T_map_global_{robot}.txt",
-                                                 datasets.inverse(pair.places[robot]))
-                    judged.append(self.workshop.judge(f"{pair.name}_{robot}", path, pair.all_scans, transform=T, **pair.asked))
-                fused = self.workshop.fuse_and_judge(f"{pair.name}_global", pair.maps, pair.all_scans, judge=pair.asked)
-                self.add(f"street {seed}, {scans} scans" + (" *" if seed in LEARNED_SEEDS else ""), [*judged, fused["eval"]])
+                judged = [pair.judge_local(0), pair.judge_local(1), pair.judge_global("global")]
+                self.add(f"street {seed}, {scans} scans" + (" *" if seed in LEARNED_SEEDS else ""), judged)
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--tessera", required=True, type=pathlib.Path, help="the command")
-    parser.add_argument("--out", required=True, type=pathlib.Path)
-    parser.add_argument("--dataset", type=pathlib.Path, help="folder of semantickitti_08")
-    parser.add_argument("--standing", type=pathlib.Path, help="folder of scanner_standing; its labels are drawn from the confusion of --dataset")
+    parser = halves.parser_of(__doc__)
     parser.add_argument("--seeds", nargs="*", type=int, default=list(range(1, 9)), help="streets; 1 to 8 unless given")
     options = parser.parse_args()
     found = Calibration(Workshop(options.tessera.resolve(), options.out.resolve()))
-    print(f"seed of drawn labels {SEED}")
+    print(f"seed of drawn labels {halves.SEED}")
     if options.dataset is not None:
         found.real(options.dataset.resolve())
         if options.standing is not None:

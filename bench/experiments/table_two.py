@@ -21,7 +21,8 @@ def local_maps(workshop, dataset, prefix, halves=HALVES, resolution_m=RESOLUTION
 
 def kept(judged):
     """What the tables need of a report of eval."""
-    keys = ("mean_iou", "iou", "input_mean_iou", "input_iou", "accuracy", "coverage", "calibration_error", "points")
+    keys = ("mean_iou", "iou", "input_mean_iou", "input_iou", "accuracy", "coverage", "calibration_error", "brier_score",
+            "risk_coverage_area", "points")
     return {key: judged[key] for key in keys}
 
 

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// Probabilities of what counts are worth, against the formula in double precision with e itself.
+// Probabilities of what counts are worth, against the formula of docs/design/theory.md,
+// Probabilities, with pow in place of roots and products.
 #include "tessera/semantics/reading.hpp"
 
 #include <catch2/catch.hpp>
