@@ -76,6 +76,7 @@ class CountSummary {
     if (count > most_ && component + 1 < num_components_) {
       most_ = count;
       label_ = component;
+      label_at_ = size_ - 1;
     }
   }
   /// The label so far; 0 if none.
@@ -108,12 +109,10 @@ class CountSummary {
     if (result.label == 0 || !reading.is_effective()) return result;
     // NOLINTNEXTLINE(cppcoreguidelines-pro-type-member-init): written before they are read
     std::array<double, kMaxComponents> weights;
-    const double sum = weigh(reading, weights);
-    std::size_t at = 0;
-    while (components_[at] != result.label) ++at;
-    result.probability = (reading.prior_weight() + weights[at]) / sum;
-    const double concentration =
-        num_components_ * reading.prior() + reading.effective_number(total_);
+    const double number = reading.effective_number(total_);
+    const double sum = weigh(reading, number, weights);
+    result.probability = (reading.prior_weight() + weights[label_at_]) / sum;
+    const double concentration = num_components_ * reading.prior() + number;
     result.variance =
         result.probability * (1.0 - result.probability) / (concentration + 1.0);  // eq. (17)
     return result;
@@ -125,7 +124,8 @@ class CountSummary {
     const bool is_effective = reading.is_effective() && total_ > 0.0;
     // NOLINTNEXTLINE(cppcoreguidelines-pro-type-member-init): written before they are read
     std::array<double, kMaxComponents> weights;
-    const double sum = is_effective ? weigh(reading, weights) : concentration;
+    const double sum =
+        is_effective ? weigh(reading, reading.effective_number(total_), weights) : concentration;
     const double unseen = is_effective ? reading.prior_weight() : reading.prior();
     for (double& probability : into) probability = sum > 0.0 ? unseen / sum : 0.0;
     for (std::size_t i = 0; i < size_ && sum > 0.0; ++i)
@@ -134,9 +134,11 @@ class CountSummary {
   }
 
  private:
-  /// Of each that was added; their sum, with that of the rest and of all that was not observed.
-  double weigh(const Reading& reading, std::array<double, kMaxComponents>& weights) const noexcept {
-    const double worth = reading.effective_number(total_) / total_;
+  /// weights: of each that was added. Returns their sum, with that of the rest and of all that was
+  /// not observed. number: the effective one of all counts.
+  double weigh(const Reading& reading, double number,
+               std::array<double, kMaxComponents>& weights) const noexcept {
+    const double worth = number / total_;
     const auto weight_of = [worth](float count, double of_class) {
       return Reading::weight_of(static_cast<double>(count) * worth * of_class);
     };
@@ -156,6 +158,7 @@ class CountSummary {
   double total_;
   // Of the components with evidence, the first one free space; what lies beyond is not set.
   std::size_t size_ = 1;
+  std::size_t label_at_ = 0;  ///< Of the label.
   std::array<float, kMaxComponents> counts_;
   std::array<std::uint8_t, kMaxComponents> components_;
 };
