@@ -20,6 +20,8 @@ Outcome<DiffusionConfig> diffusion_of(const DiffusionOptions& options, const Map
   config.omega = static_cast<float>(options.omega);
   config.prior = static_cast<float>(map.prior);
   config.whole_map = options.whole_map;
+  config.weigh_robots = options.reliability;
+  config.reliability_alarm = static_cast<float>(options.reliability_alarm);
   if (!(config.alpha > 0.0F && config.alpha < 1.0F))  // as a float
     return not_allowed(kDiffusionSettings["--alpha"], text_of(options.alpha),
                        "a number between 0 and 1");

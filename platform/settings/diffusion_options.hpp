@@ -21,6 +21,8 @@ struct DiffusionOptions {
   double alpha = decimal_of(DiffusionConfig{}.alpha);
   double omega = 1.0;
   bool whole_map = false;
+  bool reliability = DiffusionConfig{}.weigh_robots;
+  double reliability_alarm = decimal_of(DiffusionConfig{}.reliability_alarm);
 };
 
 template <>
@@ -51,6 +53,13 @@ inline constexpr Setting kDiffusionRows[] = {
     row<&DiffusionOptions::whole_map>(
         {"--whole-map", "fusion", "whole_map"},
         "Diffuse wherever there are labels, not only where robots overlap", {.flag = true}),
+    row<&DiffusionOptions::reliability>(
+        {"--reliability", "fusion", "reliability"},
+        "A robot's labels count by how reliable they are (contractive)"),
+    row<&DiffusionOptions::reliability_alarm>(
+        {"--reliability-alarm", "fusion", "reliability_alarm"},
+        "Robots and classes that are less reliable are named",
+        {.value = "R", .allowed = from_to(0.0, 1.0)}),
 };
 inline constexpr SettingTable<DiffusionOptions> kDiffusionSettings{kDiffusionRows};
 

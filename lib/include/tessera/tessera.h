@@ -210,6 +210,11 @@ tessera_status tessera_submap(const tessera_robot* robot, tessera_submap_report*
 tessera_status tessera_window(const tessera_robot* robot, tessera_window_report* report);
 tessera_status tessera_global(const tessera_robot* robot, tessera_global_report* report);
 tessera_status tessera_objections(const tessera_robot* robot, tessera_objections_report* report);
+/// What the others say of the labels of a robot, of all of them or, with a label 1 .. C, of one
+/// class; complete once the global map is not busy. TESSERA_OUT_OF_RANGE iff nothing of that robot
+/// is there, or there is no such class.
+tessera_status tessera_reliability(const tessera_robot* robot, uint32_t of_robot, uint32_t label,
+                                   tessera_reliability_report* report);
 tessera_status tessera_exchange(const tessera_robot* robot, tessera_exchange_report* report);
 /// The robot of that place, from 0, among those that said lately where they are. Scans leave out
 /// what they met of it. TESSERA_OUT_OF_RANGE iff there are not so many.

@@ -133,6 +133,8 @@ void for_fields_of_global(tessera_config& c, RobotConfig& core, Visit&& visit) n
   visit(c.omega, global.diffusion.omega);
   visit(c.diffusion_prior, global.diffusion.prior);
   visit(c.whole_map, global.diffusion.whole_map);
+  visit(c.weigh_robots, global.diffusion.weigh_robots);
+  visit(c.reliability_alarm, global.diffusion.reliability_alarm);
 }
 
 template <class Visit>
@@ -153,8 +155,9 @@ bool are_kinds(const tessera_config& c) noexcept {
          c.diffusion <= TESSERA_NO_DIFFUSION && c.edge <= TESSERA_EDGE_CONFIDENCE &&
          c.carving <= TESSERA_CARVING_IMAGE && c.neighbour_pixels <= CarveImage::kMostNeighbours &&
          c.free_space <= 1 && c.fill_one_label <= 1 && c.near_first <= 1 && c.whole_map <= 1 &&
-         c.fill_neighbours <= 7 && c.block_edge <= 4 && c.conflicts <= 1 && c.reserved == 0 &&
-         c.body_boxes <= TESSERA_MOST_BODY_BOXES && c.reserved_2 == 0 && c.reserved_3 == 0;
+         c.weigh_robots <= 1 && c.fill_neighbours <= 7 && c.block_edge <= 4 && c.conflicts <= 1 &&
+         c.reserved == 0 && c.body_boxes <= TESSERA_MOST_BODY_BOXES && c.reserved_2 == 0 &&
+         c.reserved_3 == 0;
 }
 
 /// What required_bytes can compute with.
@@ -171,8 +174,9 @@ bool are_sizes(const RobotConfig& config) noexcept {
          config.objections <= Objection::kPlaces && config.teammate_margin_m >= 0.0 &&
          config.teammate_margin_m <= 2.0 && config.publisher.blocks <= (1U << 28U) &&
          diffusion.iterations >= 0 && diffusion.iterations <= DiffusionConfig::kMostHalo &&
-         diffusion.length_m > 0.0F && diffusion.length_m <= 1e6F && config.deadline_us >= 0 &&
-         is_time(config.deadline_us);
+         diffusion.length_m > 0.0F && diffusion.length_m <= 1e6F &&
+         diffusion.reliability_alarm >= 0.0F && diffusion.reliability_alarm <= 1.0F &&
+         config.deadline_us >= 0 && is_time(config.deadline_us);
 }
 
 /// False: it is out of its range.

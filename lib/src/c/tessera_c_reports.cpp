@@ -75,6 +75,32 @@ tessera_status tessera_map_usage_of(const tessera_robot* robot, uint32_t map,
   return TESSERA_OK;
 }
 
+tessera_status tessera_reliability(const tessera_robot* robot, uint32_t of_robot, uint32_t label,
+                                   tessera_reliability_report* report) {
+  if (!is_robot(robot) || !can_fill(report)) return TESSERA_INVALID_ARGUMENT;
+  const GlobalMap& global = robot->robot->global();
+  const Result<RobotReliability> whole = global.reliability(of_robot);
+  if (!whole.ok() || label > static_cast<std::uint32_t>(kMaxClasses)) return TESSERA_OUT_OF_RANGE;
+  tessera_reliability_report filled{};
+  filled.reliability = whole->reliability;
+  filled.agreement = whole->agreement;
+  filled.judged = whole->judged;
+  filled.named = whole->named;
+  if (label == 0) {
+    filled.shared = whole->shared;
+    filled.differing = whole->differing;
+  } else {
+    const Result<ClassReliability> one = global.reliability(of_robot, static_cast<int>(label));
+    if (!one.ok()) return TESSERA_OUT_OF_RANGE;
+    filled.reliability = one->reliability;
+    filled.agreement = one->agreement;
+    filled.judged = one->judged;
+    filled.named &= std::uint64_t{1} << label;
+  }
+  fill(filled, report);
+  return TESSERA_OK;
+}
+
 tessera_status tessera_global(const tessera_robot* robot, tessera_global_report* report) {
   if (!is_robot(robot) || !can_fill(report)) return TESSERA_INVALID_ARGUMENT;
   const GlobalMap& global = robot->robot->global();

@@ -156,12 +156,11 @@ class BlockSums::TurnedPasses {
   VoxelMask any_{};
 };
 
-/// What a robot says today goes to the sums at once.
+/// What a robot says today, until all of it is known.
 class BlockSums::ToRobot {
  public:
-  ToRobot(BlockSums& sums, BlockContent& content) noexcept
-      : sums_(sums), content_(content), omega_(sums.omega_), last_class_(sums.last_class_) {}
-  void enter() noexcept { sums_.share_.enter(content_); }
+  explicit ToRobot(BlockSums& sums) noexcept : sums_(sums) {}
+  void enter() noexcept { sums_.share_.enter(); }
   [[nodiscard]] const VoxelMask& hidden() const noexcept { return sums_.share_.hidden(); }
   void observe(int row) noexcept {
     sums_.share_.observe(row);
@@ -169,26 +168,15 @@ class BlockSums::ToRobot {
     count = static_cast<std::uint8_t>(count + (count < 255 ? 1 : 0));
   }
   void add_labels(int row, int component, float count) noexcept {
-    sums_.share_.add_labels(row, count);
-    if (component == 0) {
-      content_.add_rest(row, omega_ * count);
-    } else {
-      content_.add(component, row, omega_ * count);
-      labelled_ = labelled_ || component <= last_class_;
-    }
+    sums_.share_.add_labels(row, component, count);
+    labelled_ = labelled_ || (component != 0 && component <= sums_.last_class_);
   }
-  void add_passes(int row, unsigned passes) noexcept {
-    sums_.share_.add_passes(row, passes);
-    content_.add_passes(row, passes);
-  }
+  void add_passes(int row, unsigned passes) noexcept { sums_.share_.add_passes(row, passes); }
   /// Whether a class has evidence.
   [[nodiscard]] bool labelled() const noexcept { return labelled_; }
 
  private:
   BlockSums& sums_;
-  BlockContent& content_;
-  float omega_;
-  int last_class_;
   bool labelled_ = false;
 };
 

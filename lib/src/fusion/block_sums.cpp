@@ -23,7 +23,14 @@ Result<BlockSums> BlockSums::make(Arena& arena, const GlobalMapConfig& config, i
       return SessionShare::make(arena, num_components, config.replicas.contributions,
                                 config.max_evidence, config.map.free_weight);
     });
+  if (status == Status::kOk)
+    status = put_in_place(made.opinions_, [&] {
+      return Opinions::make(arena, most_robots(config.replicas), num_components,
+                            config.map.free_weight);
+    });
   if (status != Status::kOk) return status;
+  made.factors_ = arena.take<float>(static_cast<std::size_t>(num_components));
+  made.doubted_ = arena.take<float>(kBlockVoxels);
   made.omega_ = config.diffusion.omega;
   made.prior_ = config.diffusion.prior;
   made.last_class_ = num_components - 2;
@@ -185,12 +192,11 @@ void BlockSums::by_epochs(const Replicas& replicas, std::span<const Slot> contri
   }
 }
 
-/// contributions: all of one robot, by ascending id.
-std::uint64_t BlockSums::add_robot(const Replicas& replicas, std::span<const Slot> contributions,
-                                   BlockCoord block, BlockContent& content,
-                                   std::uint64_t& robots) noexcept {
+/// What one robot has. contributions: all of it, by ascending id.
+std::uint64_t BlockSums::gather_robot(const Replicas& replicas, std::span<const Slot> contributions,
+                                      BlockCoord block, std::uint64_t& robots) noexcept {
   std::uint64_t work = 0;
-  ToRobot adder(*this, content);
+  ToRobot adder(*this);
   share_.begin_robot();
   by_epochs(
       replicas, contributions, [&] { share_.begin_epoch(); },
@@ -203,7 +209,7 @@ std::uint64_t BlockSums::add_robot(const Replicas& replicas, std::span<const Slo
       });
   const unsigned bit = replicas.contribution(contributions.front()).robot_bit;
   robots |= std::uint64_t{adder.labelled() ? 1U : 0U} << bit;
-  return work + share_.end_robot(content);
+  return work + share_.end_robot();
 }
 
 /// Of one robot, as above: that of a newer epoch counts before what an earlier start had of it.
@@ -223,8 +229,8 @@ std::uint64_t BlockSums::add_sessions(const Replicas& replicas, std::span<const 
   return work;
 }
 
-BlockSums::Added BlockSums::add_up(const Replicas& replicas, BlockCoord block,
-                                   BlockContent& content) noexcept {
+BlockSums::Added BlockSums::add_up(const Replicas& replicas, const RobotWeights& weights,
+                                   BlockCoord block, BlockContent& content) noexcept {
   std::memset(observers_.data(), 0, observers_.size());
   const std::span<const Slot> all = replicas.in_order();
   Added added;
@@ -236,18 +242,24 @@ BlockSums::Added BlockSums::add_up(const Replicas& replicas, BlockCoord block,
     if (any_objections_) count_holders(replicas, block, added);
   }
   sessions_.begin_block();
+  opinions_.begin_block();
+  any_doubted_ = false;
   for (std::size_t first = 0, next = 0; first < all.size(); first = next) {
     const std::uint32_t robot = replicas.contribution(all[first]).id.robot;
     bool has_sessions = false;
     for (; next < all.size() && replicas.contribution(all[next]).id.robot == robot; ++next)
       has_sessions = has_sessions || MapSession::is(replicas.contribution(all[next]).id.submap);
     const std::span<const Slot> of_robot = all.subspan(first, next - first);
-    added.work += add_robot(replicas, of_robot, block, content, added.robots);
+    added.work += gather_robot(replicas, of_robot, block, added.robots);
+    add_robot(weights, replicas.contribution(of_robot.front()).robot_bit, content);
     if (has_sessions) added.work += add_sessions(replicas, of_robot, block);
   }
   bool labelled = false;
   added.work += sessions_.end_block(content, omega_, last_class_, labelled);
   if (labelled) added.robots |= added.robots + 1;
+  if (any_doubted_) add_doubted(content);
+  added.tallies = opinions_.tally();
+  added.work += added.tallies.size();
   if (any_objections_) {
     added.objected = count_voxels(objected_);
     added.disputed = count_voxels(disputed_);

@@ -14,7 +14,8 @@ bool in_range(const DiffusionConfig& config) noexcept {
          config.iterations >= least && config.iterations <= DiffusionConfig::kMostHalo &&
          config.length_m > 0.0F && config.length_m <= 1e6F && config.alpha > 0.0F &&
          config.alpha < 1.0F && config.omega >= 1e-6F && config.omega <= 1000.0F &&
-         config.prior >= 0.0F && config.prior <= 1e6F;
+         config.prior >= 0.0F && config.prior <= 1e6F && config.reliability_alarm >= 0.0F &&
+         config.reliability_alarm <= 1.0F;
 }
 
 /// Not in the frame of set_up(), below which all others are.
@@ -74,6 +75,11 @@ Status GlobalMap::set_up_fusion(Arena& arena, int components) noexcept {
     });
   if (status == Status::kOk)
     status = put_in_place(fused_, [&] { return FusedBlock::make(arena, config_, components); });
+  if (status == Status::kOk)
+    status = put_in_place(weights_, [&] {
+      return RobotWeights::make(arena, most_robots(config_.replicas), components,
+                                config_.diffusion);
+    });
   return status;
 }
 
@@ -163,6 +169,9 @@ std::uint64_t GlobalMap::step(std::uint64_t budget) noexcept {
     work += work_on_moves(budget - work);
     // Marks are complete before anything is brought up to date by them.
     if (moves_.phase() == Phase::kMarking || work >= budget) continue;
+    if (records_.waiting_for_sums() == 0 || reweighed_ != 0 || weights_.overdue())
+      work += weigh_robots(budget - work);
+    if (work >= budget) continue;
     work += update_first();
     const bool complete = records_.moving() == 0 && !job_.busy();
     if (moves_.phase() == Phase::kStaging && complete) {
@@ -199,98 +208,6 @@ std::uint64_t GlobalMap::merge(std::uint64_t budget) noexcept {
 void GlobalMap::try_refused_again() noexcept {
   any_refused_ = false;
   records_.mark_refused();
-}
-
-std::uint64_t GlobalMap::update_first() noexcept {
-  const std::uint32_t number = records_.first();
-  if (number == 0) return 0;
-  if (records_.work_of(number) == Agenda::kSums) return update_sums(number);
-  if (records_.waits_for_output(number)) return job_.begin(records_, sums_, number);
-  // It has left the graph since.
-  records_.take_off(number);
-  records_.set_moved(records_.at(number));
-  return 1;
-}
-
-std::uint64_t GlobalMap::update_sums(std::uint32_t number) noexcept {
-  GlobalRecord& record = records_.at(number);
-  records_.take_off(number);
-  record.refused = false;
-  const BlockCoord block = records_.block_of(number);
-  BlockContent& content = fused_.content();
-  content.clear();
-  const BlockSums::Added added = adder_.add_up(replicas_, block, content);
-  record.robots = added.robots;
-  record.objected = added.objected;
-  record.disputed = added.disputed;
-  const bool graph = belongs_to_graph(record.robots);
-  if (graph && config_.diffusion.mode != DiffusionMode::kNone && keep_sums(number, block))
-    return added.work + 1;
-  record.output_due = false;
-  const bool left_graph = record.sums.any();
-  sums_.drop(record.sums);
-  record.statistics = {};
-  if (left_graph) records_.mark_outputs(job_.around(block), record.part());
-  if (graph && config_.diffusion.mode == DiffusionMode::kNone) record.statistics = fused_.measure();
-  const bool empty = !content.any();
-  write_content(record, block);
-  records_.set_moved(record);
-  if (empty) records_.close(number);
-  return added.work + 1 + kBlockOctets;
-}
-
-/// Of a block that is diffused. False iff there is no room: counted, and it is undiffused then.
-bool GlobalMap::keep_sums(std::uint32_t number, BlockCoord block) noexcept {
-  GlobalRecord& record = records_.at(number);
-  if (config_.diffusion.mode == DiffusionMode::kPaper) adder_.add_priors(fused_.content());
-  const std::uint64_t classes =
-      (std::uint64_t{1} << static_cast<unsigned>(maps_.map().num_components() - 1)) - 2;
-  record.sums.classes = fused_.content().components() & classes;
-  const SumStore::Kept kept = sums_.keep(record.sums, fused_.content());
-  if (kept == SumStore::Kept::kAnew) records_.mark_outputs(job_.around(block), record.part());
-  if (kept == SumStore::Kept::kAsBefore) {
-    record.output_due ? records_.mark(number, Agenda::kOutput) : records_.set_moved(record);
-  }
-  record.output_due = false;
-  if (kept == SumStore::Kept::kNoRoom) {
-    ++counted_.refused_sums;
-    record.refused = any_refused_ = true;
-  }
-  return kept != SumStore::Kept::kNoRoom;
-}
-
-/// A block that only one robot has labels of is as it says; all others, or all of the map, diffuse.
-bool GlobalMap::belongs_to_graph(std::uint64_t robots) const noexcept {
-  return config_.diffusion.whole_map ? robots != 0 : (robots & (robots - 1)) != 0;
-}
-
-std::uint64_t GlobalMap::work_on_job() noexcept {
-  if (!job_.finishing()) return job_.work_on(records_, sums_);
-  // Also if something arrived for it meanwhile: it is behind then, and will be due again, but a
-  // block for which something always arrives must be seen.
-  GlobalRecord& record = records_.at(job_.next());
-  const BlockCoord block = records_.block_of(job_.next());
-  std::uint64_t work = fused_.take(sums_.read(record.sums));
-  record.statistics = fused_.diffuse(block, job_.brick(), work);
-  write_content(record, block);
-  records_.set_moved(record);
-  job_.done();
-  return work;
-}
-
-void GlobalMap::write_content(GlobalRecord& record, BlockCoord block) noexcept {
-  counted_.saturated_voxels += fused_.scale_to_passes();
-  const Phase phase = moves_.phase();
-  if (phase != Phase::kStaging && phase != Phase::kMarking) record.hidden = false;
-  if (phase == Phase::kStaging && (record.hidden || maps_.is_staged(block))) {
-    if (maps_.stage(block, fused_.content())) return;
-    ++counted_.torn_blocks;
-  }
-  if (!maps_.replace(block, fused_.content())) {
-    ++counted_.refused_outputs;
-    record.refused = any_refused_ = true;
-  }
-  if (phase == Phase::kMerging) maps_.unstage(block);
 }
 
 }  // namespace tessera

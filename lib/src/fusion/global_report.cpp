@@ -19,6 +19,29 @@ std::uint32_t GlobalMap::fullness() const noexcept {
                    share_in_1024(with_waiting(map.used_bytes), map.capacity_bytes)});
 }
 
+Result<std::uint8_t> GlobalMap::bit_of(std::uint32_t robot) const noexcept {
+  for (const Slot slot : replicas_.in_order()) {
+    const Replicas::Contribution& one = replicas_.contribution(slot);
+    if (one.id.robot == robot && one.id.submap < Objection::kNumber) return one.robot_bit;
+  }
+  return Status::kOutOfRange;
+}
+
+Result<RobotReliability> GlobalMap::reliability(std::uint32_t robot) const noexcept {
+  const Result<std::uint8_t> bit = bit_of(robot);
+  if (!bit.ok()) return bit.status();
+  RobotReliability report = weights_.report(*bit);
+  report.robot = robot;
+  return report;
+}
+
+Result<ClassReliability> GlobalMap::reliability(std::uint32_t robot, int label) const noexcept {
+  const Result<std::uint8_t> bit = bit_of(robot);
+  if (!bit.ok()) return bit.status();
+  if (label < 1 || label > maps_.map().num_components() - 2) return Status::kOutOfRange;
+  return weights_.report(*bit, label);
+}
+
 GlobalMapReport GlobalMap::counters() const noexcept {
   GlobalMapReport report = counted_;
   report.refused_blocks = records_.refused();

@@ -7,11 +7,11 @@ namespace tessera {
 Result<RobotShare> RobotShare::make(Arena& arena, int num_components, std::uint32_t contributions,
                                     float max_evidence, float free_weight) noexcept {
   RobotShare share;
-  const Result<BlockContent> before = BlockContent::make(arena, num_components);
+  const Result<BlockContent> content = BlockContent::make(arena, num_components);
   const std::span<Voxels> voxels = arena.take<Voxels>(1);
   share.seen_ = arena.take<Seen>(contributions);
-  if (!before.ok() || voxels.empty() || share.seen_.empty()) return Status::kResourceExhausted;
-  share.before_ = *before;
+  if (!content.ok() || voxels.empty() || share.seen_.empty()) return Status::kResourceExhausted;
+  share.content_ = *content;
   share.voxels_ = voxels.data();
   share.cap_ = max_evidence > 0.0F ? max_evidence : kEvidenceWithoutCap;
   // Without a cap a map's own bound is what a byte holds, and the weight of a pass may be anything.
@@ -20,12 +20,11 @@ Result<RobotShare> RobotShare::make(Arena& arena, int num_components, std::uint3
   return share;
 }
 
-void RobotShare::take_over(const BlockContent& sums) noexcept {
-  before_.assign(sums);
+void RobotShare::clear() noexcept {
+  content_.clear();
   voxels_->newer.fill(0);
   voxels_->observed.fill(0);
   voxels_->labels.fill(0.0F);
-  voxels_->passes.fill(0);
   entered_ = true;
 }
 
@@ -53,35 +52,31 @@ bool RobotShare::any_too_full() const noexcept {
   const unsigned passes = most_passes();
   unsigned found = 0;
   for (const float sum : voxels_->labels) found |= sum > labels ? 1U : 0U;
-  for (const std::uint32_t sum : voxels_->passes) found |= sum > passes ? 1U : 0U;
+  for (int row = 0; row < kBlockVoxels; ++row) found |= content_.passes(row) > passes ? 1U : 0U;
   return found != 0;
 }
 
 /// As a local map's cap: all components in proportion.
-std::uint64_t RobotShare::scale_labels(int row, BlockContent& sums) const noexcept {
+std::uint64_t RobotShare::scale_labels(int row) noexcept {
   const float scale = cap_ / voxels_->labels[static_cast<std::size_t>(row)];
   std::uint64_t work = 0;
-  const auto scaled = [&](float with, float without) { return without + (with - without) * scale; };
-  for (std::uint64_t rest = sums.components(); rest != 0; rest &= rest - 1, ++work) {
+  for (std::uint64_t rest = content_.components(); rest != 0; rest &= rest - 1, ++work) {
     const int component = std::countr_zero(rest);
-    const float with = sums.count(component, row);
-    if (with > 0.0F) sums.set(component, row, scaled(with, before_.count(component, row)));
+    const float count = content_.count(component, row);
+    if (count > 0.0F) content_.set(component, row, count * scale);
   }
-  if (sums.any_rest()) sums.set_rest(row, scaled(sums.rest(row), before_.rest(row)));
+  if (content_.any_rest()) content_.set_rest(row, content_.rest(row) * scale);
   return work;
 }
 
-std::uint64_t RobotShare::end_robot(BlockContent& sums) noexcept {
+std::uint64_t RobotShare::end_robot() noexcept {
   if (!entered_) return 0;
   std::uint64_t work = 1;
   if (!any_too_full()) return work;
   for (int row = 0; row < kBlockVoxels; ++row) {
-    const auto at = static_cast<std::size_t>(row);
-    if (voxels_->labels[at] > most_labels()) work += scale_labels(row, sums);
-    if (voxels_->passes[at] > most_passes()) {
-      sums.set_passes(row, static_cast<std::uint16_t>(before_.passes(row)));
-      sums.add_passes(row, passes_);
-    }
+    if (voxels_->labels[static_cast<std::size_t>(row)] > most_labels()) work += scale_labels(row);
+    if (content_.passes(row) > most_passes())
+      content_.set_passes(row, static_cast<std::uint16_t>(passes_));
   }
   return work;
 }

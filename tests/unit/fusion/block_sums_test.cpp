@@ -34,12 +34,18 @@ struct OwnSums {
   explicit OwnSums(const GlobalMapConfig& config)
       : memory(Replicas::required_bytes(kReplicas) +
                BlockSums::required_bytes(config, kComponents) +
-               FusedBlock::required_bytes(kComponents)),
+               FusedBlock::required_bytes(kComponents) +
+               RobotWeights::required_bytes(kReplicas.contributions, kComponents)),
         scratch(most_packed_bytes(kComponents)) {
     Arena arena = memory.arena();
     replicas = *Replicas::make(arena, kReplicas);
     sums = *BlockSums::make(arena, config, kComponents, scratch);
     fused = *FusedBlock::make(arena, config, kComponents);
+    weights = *RobotWeights::make(arena, kReplicas.contributions, kComponents, config.diffusion);
+  }
+  BlockSums::Added add_up(BlockContent& content) {
+    content.clear();
+    return sums.add_up(replicas, weights, {0, 0, 0}, content);
   }
   void put(const ContributionId& id, const GridTransform& frame, BlockCoord block,
            const BlockContent& content) {
@@ -55,6 +61,7 @@ struct OwnSums {
   Replicas replicas;
   BlockSums sums;
   FusedBlock fused;
+  RobotWeights weights;
 };
 
 }  // namespace
@@ -88,8 +95,7 @@ TEST_CASE("BlockSums: every voxel is the sum over robots of what their frames br
     }
   }
   BlockContent& content = own.fused.content();
-  content.clear();
-  const BlockSums::Added added = own.sums.add_up(own.replicas, {0, 0, 0}, content);
+  const BlockSums::Added added = own.add_up(content);
   CHECK(added.robots != 0);
   for (int row = 0; row < kBlockVoxels; ++row) {
     for (int c = 1; c < kComponents; ++c)
@@ -110,8 +116,7 @@ TEST_CASE("BlockSums: robots with labels are told apart from those that only saw
   own.put({1, 1, 0}, shift_by(0, 0, 0), {0, 0, 0}, *labels);
   own.put({2, 1, 0}, shift_by(0, 0, 0), {0, 0, 0}, *free);
   own.put({3, 1, 0}, shift_by(0, 0, 0), {0, 0, 0}, *unlabelled);
-  own.fused.content().clear();
-  const BlockSums::Added added = own.sums.add_up(own.replicas, {0, 0, 0}, own.fused.content());
+  const BlockSums::Added added = own.add_up(own.fused.content());
   const unsigned bit = own.replicas.contribution(*own.replicas.find({1, 1, 0})).robot_bit;
   CHECK(added.robots == std::uint64_t{1} << bit);
 }

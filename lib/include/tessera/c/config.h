@@ -197,6 +197,10 @@ typedef struct tessera_config {
   uint32_t objections;
   /// How much larger than they say other robots are taken to be, 0 .. 2 [RobotSettings].
   double teammate_margin_m;
+  /// 1: a robot's labels count by how reliable they are; and under which reliability, from 0 to 1,
+  /// a robot and its classes are named [DiffusionConfig].
+  uint32_t weigh_robots;
+  float reliability_alarm;
 } tessera_config;
 
 /// The least struct_bytes that is taken, up to and with the inference's settings: fields beyond

@@ -60,6 +60,10 @@ struct DiffusionConfig {
   float omega = 1.0F;      ///< Weight of all evidence, 1e-6 .. 1000.
   float prior = 0.001F;    ///< Of the contributions, >= 0: eq. (10) counts it; paper mode only.
   bool whole_map = false;  ///< Nodes wherever there are labels, not only where robots overlap.
+  /// A robot's labels count by how reliable they are (reliability.hpp); contractive mode only.
+  bool weigh_robots = true;
+  /// A robot and its classes that are less reliable are named, 0 .. 1.
+  float reliability_alarm = 0.7F;
 };
 
 }  // namespace tessera

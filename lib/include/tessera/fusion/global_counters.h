@@ -33,4 +33,6 @@
   ROW(LEVEL, uint64_t, objected_voxels,                                                     \
       "Voxels without evidence through which other robots have seen since.")                \
   ROW(LEVEL, uint64_t, disputed_voxels,                                                     \
-      "Voxels that keep such evidence, as more robots have it than saw through.")
+      "Voxels that keep such evidence, as more robots have it than saw through.")           \
+  ROW(COUNTER, uint64_t, refused_tallies,                                                   \
+      "Times that there was no place for what a block says of the robots' labels.")

@@ -14,6 +14,7 @@
 #include "tessera/fusion/internal/fused_block.hpp"
 #include "tessera/fusion/internal/global_records.hpp"
 #include "tessera/fusion/internal/output_job.hpp"
+#include "tessera/fusion/internal/robot_weights.hpp"
 #include "tessera/fusion/internal/sum_store.hpp"
 #include "tessera/fusion/internal/two_maps.hpp"
 #include "tessera/replica/replica_store.hpp"
@@ -83,15 +84,17 @@ class GlobalMap {
   /// witnesses visited, places looked up. Over it by one quantum at most (docs/measured/timing.md):
   /// the sums of a block, the nodes of a brick gathered or linked, an iteration over them, a block
   /// written, a block of a move marked, up to 8 copied, a block of each contribution that leaves
-  /// dropped. Not counted: the look-ups of a block's halo, (2 ceil(halo / 8) + 1)^3, at most 125
-  /// for each block whose sums change. Returns the work done.
+  /// dropped, all robots weighed. Not counted: the look-ups of a block's halo, (2 ceil(halo / 8) +
+  /// 1)^3, at most 125 for each block whose sums change. Returns the work done.
   std::uint64_t step(std::uint64_t budget) noexcept;
   /// Blocks that are behind.
   [[nodiscard]] std::uint32_t waiting() const noexcept {
     return records_.waiting() + job_.waiting();
   }
   /// Whether the map is behind what has arrived, or a move is under way.
-  [[nodiscard]] bool busy() const noexcept { return waiting() != 0 || moves_.busy(); }
+  [[nodiscard]] bool busy() const noexcept {
+    return waiting() != 0 || moves_.busy() || weights_.changed() || reweighed_ != 0;
+  }
 
   // --- What is there -----------------------------------------------------------------------------
 
@@ -118,6 +121,11 @@ class GlobalMap {
   /// storage, whichever is fullest: in 1024 of all. Blocks that wait count as if they were new and
   /// as large as those that are there, at most twice what is there. O(1).
   [[nodiscard]] std::uint32_t fullness() const noexcept;
+  /// What the others say of a robot's labels; complete once the map is not busy(). Fails with
+  /// kOutOfRange iff nothing of the robot is there. O(contributions + C).
+  [[nodiscard]] Result<RobotReliability> reliability(std::uint32_t robot) const noexcept;
+  /// And of those of one class, 1 .. C. Fails in the same way, and iff there is no such class.
+  [[nodiscard]] Result<ClassReliability> reliability(std::uint32_t robot, int label) const noexcept;
   /// O(blocks).
   [[nodiscard]] GlobalMapReport report() const noexcept;
   /// Those of the report that only grow (refused_..., torn_blocks, saturated_voxels); what it
@@ -145,6 +153,9 @@ class GlobalMap {
   [[nodiscard]] bool belongs_to_graph(std::uint64_t robots) const noexcept;
   void write_content(GlobalRecord& record, BlockCoord block) noexcept;
   void try_refused_again() noexcept;
+  void keep_tallies(GlobalRecord& record, std::span<const LabelTally> tallies) noexcept;
+  std::uint64_t weigh_robots(std::uint64_t budget) noexcept;
+  [[nodiscard]] Result<std::uint8_t> bit_of(std::uint32_t robot) const noexcept;
 
   GlobalMapConfig config_{};
   TwoMaps maps_{};
@@ -157,6 +168,9 @@ class GlobalMap {
   FusedBlock fused_{};  ///< Scratch.
   GlobalMapReport counted_{};
   bool any_refused_ = false;  ///< Blocks that had no room wait for some.
+  RobotWeights weights_{};
+  std::uint64_t reweighed_ = 0;       ///< Robots whose blocks are still to be marked, a bit each.
+  std::uint32_t next_reweighed_ = 1;  ///< The record that is next.
 };
 
 constexpr std::size_t GlobalMap::required_bytes(const GlobalMapConfig& config,
@@ -173,6 +187,7 @@ constexpr std::size_t GlobalMap::scratch_bytes(const GlobalMapConfig& config,
          OutputJob::required_bytes(config.diffusion, config.map.resolution_m, num_components) +
          FusedBlock::required_bytes(num_components) +
          BlockSums::required_bytes(config, num_components) +
+         RobotWeights::required_bytes(most_robots(config.replicas), num_components) +
          arena_bytes<std::byte>(most_packed_bytes(num_components));
 }
 

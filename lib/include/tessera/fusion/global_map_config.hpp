@@ -21,7 +21,7 @@ struct GlobalMapConfig {
   ReplicasConfig replicas{};
   DiffusionConfig diffusion{};
   std::uint32_t blocks = 1U << 15U;        ///< Blocks of the global grid.
-  std::uint32_t sum_segments = 1U << 16U;  ///< Undiffused sums, 128 bytes each.
+  std::uint32_t sum_segments = 1U << 16U;  ///< Undiffused sums and tallies, 128 bytes each.
   /// Storage for blocks that a move of contributions changes, until all of them are there.
   std::size_t staged_bytes = std::size_t{16} << 20U;
 };

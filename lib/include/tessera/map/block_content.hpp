@@ -51,18 +51,29 @@ class BlockContent {
     common_->components = common_->rest_rows = common_->pass_rows = common_->centroid_rows = 0;
   }
 
-  /// Takes what another holds, which is for as many components. O(rows touched by either).
-  void assign(const BlockContent& other) noexcept {
-    clear();
+  /// Adds what another holds, which is for as many components: labels of a component times its
+  /// factor, from 0, a rest times that of component 0, passes as they are. O(rows touched by the
+  /// other).
+  void add(const BlockContent& other, std::span<const float> factors) noexcept {
     for (std::uint64_t rest = other.common_->components; rest != 0; rest &= rest - 1) {
       const std::size_t c = first_of(rest);
+      if (!(factors[c] > 0.0F)) continue;
+      common_->components |= std::uint64_t{1} << c;
+      common_->touched[c] |= other.common_->touched[c];
       for (std::uint64_t rows = other.common_->touched[c]; rows != 0; rows &= rows - 1) {
-        const std::size_t at = c * kBlockVoxels + 8 * first_of(rows);
-        std::memcpy(&sums_[at], &other.sums_[at], 8 * sizeof(float));
+        const std::size_t first = c * kBlockVoxels + 8 * first_of(rows);
+        for (std::size_t at = first; at < first + 8; ++at)
+          sums_[at] += factors[c] * other.sums_[at];
       }
     }
-    // Few bytes, and no result depends on which rows were touched.
-    std::memcpy(common_, other.common_, sizeof(Common));
+    for (std::uint64_t rows = other.common_->rest_rows; rows != 0; rows &= rows - 1) {
+      const int first = static_cast<int>(8 * first_of(rows));
+      for (int row = first; row < first + 8; ++row) add_rest(row, factors[0] * other.rest(row));
+    }
+    for (std::uint64_t rows = other.common_->pass_rows; rows != 0; rows &= rows - 1) {
+      const int first = static_cast<int>(8 * first_of(rows));
+      for (int row = first; row < first + 8; ++row) add_passes(row, other.passes(row));
+    }
   }
 
   /// component: 1 .. C + 1; row: a voxel's row order.

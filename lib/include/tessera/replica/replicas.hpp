@@ -67,6 +67,12 @@ struct ReplicasConfig {
   std::uint32_t robot_blocks = ~std::uint32_t{0};
 };
 
+/// Robots that they can be of.
+[[nodiscard]] constexpr std::uint32_t most_robots(const ReplicasConfig& config) noexcept {
+  constexpr std::uint32_t kMost = 64;  // Replicas::kMostRobots
+  return config.contributions < kMost ? config.contributions : kMost;
+}
+
 /// How full they are. Counters of refusals never decrease.
 struct ReplicasUsage {
   TESSERA_REPLICA_COUNTERS(TESSERA_COUNTER_MEMBER)

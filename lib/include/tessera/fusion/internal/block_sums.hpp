@@ -8,7 +8,9 @@
 
 #include "tessera/base/arena.hpp"
 #include "tessera/fusion/global_map_config.hpp"
+#include "tessera/fusion/internal/opinions.hpp"
 #include "tessera/fusion/internal/robot_share.hpp"
+#include "tessera/fusion/internal/robot_weights.hpp"
 #include "tessera/fusion/internal/session_share.hpp"
 #include "tessera/map/internal/packed_block.hpp"
 #include "tessera/replica/objection.hpp"
@@ -25,6 +27,8 @@ class BlockSums {
     std::uint64_t robots = 0;
     std::uint16_t objected = 0;  ///< Voxels, as GlobalRecord has them.
     std::uint16_t disputed = 0;
+    /// What the block says of the robots' labels, until the next one.
+    std::span<const LabelTally> tallies;
   };
 
   /// Without scratch.
@@ -33,8 +37,10 @@ class BlockSums {
     return RobotShare::required_bytes(num_components, config.replicas.contributions) +
            SessionShare::required_bytes(num_components, config.replicas.contributions) +
            arena_bytes<std::uint8_t>(kBlockVoxels) + arena_bytes<VoxelCoord>(kBlockVoxels) +
-           2 * arena_bytes<std::uint8_t>(kBlockVoxels) + arena_bytes<float>(kBlockVoxels) +
-           2 * arena_bytes<std::int16_t>(kBlockVoxels) + arena_bytes<Turned>(1);
+           2 * arena_bytes<std::uint8_t>(kBlockVoxels) + 2 * arena_bytes<float>(kBlockVoxels) +
+           2 * arena_bytes<std::int16_t>(kBlockVoxels) + arena_bytes<Turned>(1) +
+           arena_bytes<float>(static_cast<std::size_t>(num_components)) +
+           Opinions::required_bytes(most_robots(config.replicas), num_components);
   }
   /// num_components: C + 2; scratch: for one packed block. Fails with kResourceExhausted iff the
   /// arena is too small.
@@ -47,8 +53,10 @@ class BlockSums {
   /// A voxel of a contribution to which at least as many robots object (objection.hpp) as have
   /// occupied the voxel to which it goes keeps its passes alone. O(contributions * 27 * (1 + robots
   /// that object) look-ups + entries); twice the entries where there is an objection.
-  [[nodiscard]] Added add_up(const Replicas& replicas, BlockCoord block,
-                             BlockContent& content) noexcept;
+  /// A robot's labels count by their weights. What of them does not is evidence that something is
+  /// there, of no known class, as far as it is more than the classes have.
+  [[nodiscard]] Added add_up(const Replicas& replicas, const RobotWeights& weights,
+                             BlockCoord block, BlockContent& content) noexcept;
   /// Eq. (10): S_i lambda_i of every local voxel counts the prior too. To be called after add_up,
   /// with what it gave. O(512 C).
   void add_priors(BlockContent& content) const noexcept;
@@ -92,8 +100,10 @@ class BlockSums {
   void count_holders(const Replicas& replicas, BlockCoord block, Added& added) noexcept;
   void count_objectors(const Source& source, const Replicas::Replica& replica) noexcept;
   [[nodiscard]] bool is_objected(int row, int target) noexcept;
-  std::uint64_t add_robot(const Replicas& replicas, std::span<const Slot> contributions,
-                          BlockCoord block, BlockContent& content, std::uint64_t& robots) noexcept;
+  std::uint64_t gather_robot(const Replicas& replicas, std::span<const Slot> contributions,
+                             BlockCoord block, std::uint64_t& robots) noexcept;
+  void add_robot(const RobotWeights& weights, unsigned robot_bit, BlockContent& content) noexcept;
+  void add_doubted(BlockContent& content) const noexcept;
   std::uint64_t add_sessions(const Replicas& replicas, std::span<const Slot> contributions,
                              BlockCoord block) noexcept;
   template <class Begin, class Use>
@@ -105,6 +115,10 @@ class BlockSums {
   int last_class_ = 0;
   RobotShare share_{};
   SessionShare sessions_{};
+  Opinions opinions_{};
+  std::span<float> factors_;  ///< Of the robot at hand, by components.
+  std::span<float> doubted_;  ///< Label evidence, by voxels, that does not count as its class.
+  bool any_doubted_ = false;
   std::span<std::uint8_t> observers_;  ///< Local voxels that went to each voxel.
   bool any_objections_ = false;        ///< To what goes to the block that is added up.
   float free_weight_ = 0.0F;

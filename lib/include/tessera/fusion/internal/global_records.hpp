@@ -25,6 +25,7 @@ struct GlobalRecord {
   std::uint64_t key = 0;
   std::uint64_t robots = 0;    ///< With label evidence here.
   StoredSums sums{};           ///< Where it is part of the graph.
+  StoredBytes tallies{};       ///< What it says of the robots' labels.
   bool output_due = false;     ///< Though what is due first are sums.
   bool moving = false;         ///< What a move that is under way makes of it is not staged yet.
   bool hidden = false;         ///< What it gives while a move is under way is staged.
@@ -76,6 +77,11 @@ class GlobalRecords {
   /// Takes it off the agenda and forgets it; its sums must be released. Expected O(1).
   void close(std::uint32_t number) noexcept;
   [[nodiscard]] std::uint32_t size() const noexcept { return size_; }
+  /// The highest number that a record ever had.
+  [[nodiscard]] std::uint32_t last() const noexcept { return used_; }
+  [[nodiscard]] bool is_open(std::uint32_t number) const noexcept {
+    return at(number).key != kClosed;
+  }
   /// Blocks without a record since there was no place for one.
   [[nodiscard]] std::uint64_t refused() const noexcept { return refused_; }
   /// Memory of records that were ever taken, and the index's share of those in use.
@@ -117,6 +123,9 @@ class GlobalRecords {
            Agenda::work_of(record.link) == Agenda::kOutput;
   }
   [[nodiscard]] std::uint32_t waiting() const noexcept { return agenda_.waiting(); }
+  [[nodiscard]] std::uint32_t waiting_for_sums() const noexcept {
+    return agenda_.waiting(Agenda::kSums);
+  }
   /// For Agenda.
   [[nodiscard]] AgendaLink& link(std::uint32_t number) const noexcept { return at(number).link; }
 

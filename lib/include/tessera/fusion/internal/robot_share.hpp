@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: The tessera authors
 // SPDX-License-Identifier: Apache-2.0
-// What one robot adds to the sums of a block. In each voxel a submap of a newer epoch takes the
+// What one robot has of a block. In each voxel a submap of a newer epoch takes the
 // place of those of older epochs that have its number, and what the robot says of a voxel is held
 // to the cap that the robots' maps have.
 #pragma once
@@ -33,11 +33,13 @@ class RobotShare {
     entered_ = false;
     seen_count_ = newer_count_ = 0;
   }
-  /// To be called before any of it is added; sums: those of the robots before it. The first call
-  /// for a robot takes O(512 + rows touched * components), the others O(1).
-  void enter(const BlockContent& sums) noexcept {
-    if (!entered_) take_over(sums);
+  /// To be called before any of it is added. The first call for a robot takes O(512 + rows touched
+  /// by the one before it * components), the others O(1).
+  void enter() noexcept {
+    if (!entered_) clear();
   }
+  /// Whether it has anything.
+  [[nodiscard]] bool entered() const noexcept { return entered_; }
   /// Begins with an epoch, an older one than those before it. O(1).
   void begin_epoch() noexcept { newer_count_ = seen_count_; }
   /// Begins with a submap of it. Returns the work: submaps of newer epochs that have evidence in
@@ -51,18 +53,22 @@ class RobotShare {
   /// Notes that this submap has evidence of the voxel, of whatever kind. row: a voxel's row order,
   /// as below. O(1).
   void observe(int row) noexcept { add_row(voxels_->observed, row); }
-  /// Notes label evidence, of a class or of none, that was added to the sums. O(1).
-  void add_labels(int row, float count) noexcept {
+  /// Adds label evidence; component 0: a rest. O(1).
+  void add_labels(int row, int component, float count) noexcept {
     voxels_->labels[static_cast<std::size_t>(row)] += count;
+    if (component == 0) {
+      content_.add_rest(row, count);
+    } else {
+      content_.add(component, row, count);
+    }
   }
-  /// Notes free passes that were added to the sums. O(1).
-  void add_passes(int row, unsigned passes) noexcept {
-    voxels_->passes[static_cast<std::size_t>(row)] += passes;
-  }
-  /// Scales what the robot added to sums where that is too much: all label evidence of a voxel in
-  /// proportion, to the cap; passes to those of the cap. Returns the components of voxels that were
-  /// too full, and one: at most 512 (C + 1) + 1. O(512 + that).
-  std::uint64_t end_robot(BlockContent& sums) noexcept;
+  void add_passes(int row, unsigned passes) noexcept { content_.add_passes(row, passes); }
+  /// Scales what the robot has where that is too much: all label evidence of a voxel in proportion,
+  /// to the cap; passes to those of the cap. Returns the components of voxels that were too full,
+  /// and one: at most 512 (C + 1) + 1. O(512 + that).
+  std::uint64_t end_robot() noexcept;
+  /// What it has of the block, once it has entered.
+  [[nodiscard]] const BlockContent& content() const noexcept { return content_; }
 
   /// The most label evidence of a voxel that is left as it is: the cap, an eighth of it and 2^-10.
   /// Rounding to the wire's levels makes of a sum at the cap at most 10 / 9 of it, and of counts
@@ -76,18 +82,17 @@ class RobotShare {
     VoxelMask newer{};     ///< Of what takes the place of the submap at hand.
     VoxelMask observed{};  ///< Of this submap.
     std::array<float, kBlockVoxels> labels{};
-    std::array<std::uint32_t, kBlockVoxels> passes{};
   };
   /// Voxels of which a submap has evidence.
   struct Seen {
     std::uint32_t submap = 0;
     VoxelMask voxels{};
   };
-  void take_over(const BlockContent& sums) noexcept;
+  void clear() noexcept;
   [[nodiscard]] bool any_too_full() const noexcept;
-  std::uint64_t scale_labels(int row, BlockContent& sums) const noexcept;
+  std::uint64_t scale_labels(int row) noexcept;
 
-  BlockContent before_{};  ///< The sums without this robot.
+  BlockContent content_{};
   Voxels* voxels_ = nullptr;
   std::span<Seen> seen_;  ///< Of the robot's submaps with evidence in the block, newest first.
   std::size_t seen_count_ = 0;

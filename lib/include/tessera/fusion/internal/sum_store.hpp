@@ -12,12 +12,15 @@
 
 namespace tessera {
 
-/// Names the sums of one block.
-struct StoredSums {
+/// Names what is stored of one block.
+struct StoredBytes {
   SegmentStore::Chain chain = 0;
   std::uint32_t bytes = 0;
-  std::uint64_t classes = 0;  ///< With evidence, a bit each.
   [[nodiscard]] bool any() const noexcept { return chain != 0; }
+};
+/// The sums of one.
+struct StoredSums : StoredBytes {
+  std::uint64_t classes = 0;  ///< With evidence, a bit each.
 };
 
 class SumStore {
@@ -39,25 +42,36 @@ class SumStore {
 
   /// Replaces a block's sums; kNoRoom leaves them as they were. O(bytes).
   [[nodiscard]] Kept keep(StoredSums& sums, const BlockContent& content) noexcept {
-    const std::span<const std::byte> bytes = scratch_.first(pack_block(content, scratch_));
-    if (sums.any() && sums.bytes == bytes.size() && segments_.equals(sums.chain, bytes))
-      return Kept::kAsBefore;
-    const std::uint32_t held = SegmentStore::segments_of(sums.bytes);
+    return keep(sums, scratch_.first(pack_block(content, scratch_)));
+  }
+  /// The same for any bytes, not none.
+  [[nodiscard]] Kept keep(StoredBytes& stored, std::span<const std::byte> bytes) noexcept {
+    if (is(stored, bytes)) return Kept::kAsBefore;
+    const std::uint32_t held = SegmentStore::segments_of(stored.bytes);
     if (SegmentStore::segments_of(bytes.size()) > held + segments_.free_segments())
       return Kept::kNoRoom;
-    segments_.release(sums.chain);
-    sums.chain = *segments_.write(bytes);
-    sums.bytes = static_cast<std::uint32_t>(bytes.size());
+    segments_.release(stored.chain);
+    stored.chain = *segments_.write(bytes);
+    stored.bytes = static_cast<std::uint32_t>(bytes.size());
     return Kept::kAnew;
   }
+  /// Whether these bytes are stored. O(bytes).
+  [[nodiscard]] bool is(const StoredBytes& stored,
+                        std::span<const std::byte> bytes) const noexcept {
+    return stored.any() && stored.bytes == bytes.size() && segments_.equals(stored.chain, bytes);
+  }
   void drop(StoredSums& sums) noexcept {
-    segments_.release(sums.chain);
-    sums = {};
+    drop(static_cast<StoredBytes&>(sums));
+    sums.classes = 0;
+  }
+  void drop(StoredBytes& stored) noexcept {
+    segments_.release(stored.chain);
+    stored = {};
   }
   /// Packed, until the next call. O(bytes).
-  [[nodiscard]] std::span<const std::byte> read(const StoredSums& sums) noexcept {
-    const std::span<std::byte> bytes = scratch_.first(sums.bytes);
-    segments_.read(sums.chain, bytes);
+  [[nodiscard]] std::span<const std::byte> read(const StoredBytes& stored) noexcept {
+    const std::span<std::byte> bytes = scratch_.first(stored.bytes);
+    segments_.read(stored.chain, bytes);
     return bytes;
   }
   [[nodiscard]] std::size_t used_bytes() const noexcept {
