@@ -51,6 +51,12 @@ void print_summary(const FuseRun& run, const std::vector<FuseInput>& inputs,
       std::printf("  session %s of %s, weight %g\n", input.path.c_str(),
                   date_text(input.session->date_s).c_str(), weight_of(*input.session));
   }
+  for (const JudgedRobot& robot : run.robots) {
+    if (robot.whole.judged != 0)
+      std::printf("  robot %u has the label of most others at %.1f %% of %llu voxels\n",
+                  robot.whole.robot, 100.0 * static_cast<double>(robot.whole.agreement),
+                  count(robot.whole.judged));
+  }
   for (const PairAlignment& pair : run.pairs) {
     std::printf("  %s and %s: the same class at %.1f %% of common voxels\n",
                 inputs[pair.first].path.c_str(), inputs[pair.second].path.c_str(),
@@ -112,6 +118,7 @@ Outcome<void> run_fuse(const FuseOptions& options) {
                      save_map(fusion->map(), identity, workspace, options.out));
   fusion->measure(file.digest);
   warn_of(losses_of(run));
+  warn_of(doubts_of(run, inputs.front().stored->map.classes()));
   print_summary(run, inputs, options.out);
   return write_report(to_json(run, inputs, config_json), options.report);
 }

@@ -72,6 +72,12 @@ Json sessions_json(const std::vector<FuseInput>& inputs) {
   return json;
 }
 
+Json reliability_json(const FuseRun& run, const ClassTable& classes) {
+  Json json = Json::array();
+  for (const JudgedRobot& robot : run.robots) json.push_back(to_json(robot, classes));
+  return json;
+}
+
 /// Blocks, or parts of them, that are not in the map for lack of room.
 std::uint64_t refused_blocks(const GlobalMapReport& report) {
   return report.refused_blocks + report.refused_outputs + report.replicas.replicas_refused_storage +
@@ -97,6 +103,8 @@ Json to_json(const FuseOptions& options, const GlobalMapConfig& config) {
           {"alpha", decimal_of(config.diffusion.alpha)},
           {"omega", decimal_of(config.diffusion.omega)},
           {"whole_map", config.diffusion.whole_map},
+          {"reliability", config.diffusion.weigh_robots},
+          {"reliability_alarm", decimal_of(config.diffusion.reliability_alarm)},
           {"counts", to_string(config.map.tuple)},
           {"memory", options.memory_bytes ? Json(*options.memory_bytes) : Json()}};
 }
@@ -119,6 +127,7 @@ Json to_json(const FuseRun& run, const std::vector<FuseInput>& inputs, const Jso
                {"mean_variance_undiffused", report.mean_variance_undiffused},
                {"alignment", alignment ? Json(*alignment) : Json()},
                {"alignments", alignments_json(run, inputs)},
+               {"reliability", reliability_json(run, inputs.front().stored->map.classes())},
                {"contributions", contributions_json(inputs)},
                {"sessions", sessions_json(inputs)}};
   json["memory"] = {
@@ -136,6 +145,13 @@ Json to_json(const FuseRun& run, const std::vector<FuseInput>& inputs, const Jso
   json["heap_allocations_after_init"] = run.heap_allocations ? Json(*run.heap_allocations) : Json();
   json["config"] = config;
   return json;
+}
+
+std::vector<Message> doubts_of(const FuseRun& run, const ClassTable& classes) {
+  std::vector<Message> doubts;
+  for (const JudgedRobot& robot : run.robots)
+    if (robot.is_named()) doubts.emplace_back(doubt_of(robot, classes));
+  return doubts;
 }
 
 std::vector<Message> losses_of(const FuseRun& run) {

@@ -9,6 +9,7 @@
 
 #include "base/json.hpp"
 #include "maps/fuse_setup.hpp"
+#include "maps/judged_robot.hpp"
 #include "tessera/fusion/global_map.hpp"
 
 namespace tessera {
@@ -18,6 +19,7 @@ struct FuseRun {
   GlobalMapReport report;
   MapUsage usage;
   std::vector<PairAlignment> pairs;
+  std::vector<JudgedRobot> robots;  ///< By ascending number.
   std::uint64_t free_voxels = 0;
   std::uint64_t digest = 0;
   std::uint64_t work = 0;
@@ -30,6 +32,8 @@ struct FuseRun {
 
 Json to_json(const FuseOptions& options, const GlobalMapConfig& config);
 Json to_json(const FuseRun& run, const std::vector<FuseInput>& inputs, const Json& config);
+/// Robots that are named, and what of them is.
+std::vector<Message> doubts_of(const FuseRun& run, const ClassTable& classes);
 /// Text of what did not fit.
 std::vector<Message> losses_of(const FuseRun& run);
 /// The record in the map for eval and others: how it was made, and the range that all maps were

@@ -115,6 +115,7 @@ Outcome<void> FusionRun::fuse(const std::vector<FuseInput>& inputs, const FusePr
 
 void FusionRun::measure(std::optional<std::uint64_t> digest) {
   run_.report = global_.report();
+  run_.robots = judge_robots(global_);
   run_.usage = global_.map().usage();
   run_.free_voxels = global_.map().count_free_voxels();
   std::vector<KeyedIndex> workspace = workspace_for(global_.map());

@@ -119,6 +119,8 @@ Outcome<std::shared_ptr<FusedMap>> run(const Inputs& given,
   fusion->measure();
   fusion->run().pairs = std::move(pairs);
   for (Message& loss : losses_of(fusion->run())) warnings.push_back(std::move(loss));
+  for (Message& doubt : doubts_of(fusion->run(), fusion->map().classes()))
+    warnings.push_back(std::move(doubt));
   const Json config = to_json(options, fusion->run().config);
   MapIdentity identity{.kind = MapKind::kGlobal};
   TESSERA_TRY(record_settings(record_of(inputs, config), identity));

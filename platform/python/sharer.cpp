@@ -9,6 +9,7 @@
 #include "fusing.hpp"
 #include "held_sharer.hpp"
 #include "link/key_settings.hpp"
+#include "maps/judged_robot.hpp"
 #include "report.hpp"
 #include "settings.hpp"
 #include "settings/sharing_settings.hpp"
@@ -73,10 +74,11 @@ py::dict report(const HeldSharer& sharer) {
     std::vector<ContributionState> contributions;
     std::size_t waiting;
     ObjectionsReport objections;
+    std::vector<JudgedRobot> robots;
   };
   const All all = sharer.change([](const Sharer& s) {
-    All a{s.exchange().report(),   s.global().report(), s.submap(), {},
-          s.publisher().waiting(), s.objections()};
+    All a{s.exchange().report(), s.global().report(),     s.submap(), {}, s.publisher().waiting(),
+          s.objections(),        judge_robots(s.global())};
     a.contributions.resize(a.exchange.contributions);
     static_cast<void>(s.exchange().contributions(a.contributions));
     return a;
@@ -100,6 +102,10 @@ py::dict report(const HeldSharer& sharer) {
     contributions.append(one);
   }
   d["contributions_by_id"] = contributions;
+  Json reliability = Json::array();
+  for (const JudgedRobot& robot : all.robots)
+    reliability.push_back(to_json(robot, sharer.global()->classes()));
+  d["reliability"] = dict_of(reliability);
   d["objections"] = counters_of(all.objections);
   const GlobalMapReport& g = all.global;
   py::dict global = counters_of(g);

@@ -218,7 +218,8 @@ class Sharer:
     def __init__(
         self, map: LocalMap, *, T_global_map: _Pose | None = None, epoch: int = 1, diffusion: str = "contractive",
         iterations: int | None = None, diffusion_length_m: float | None = None, alpha: float = ..., omega: float = 1.0,
-        edge: str = "confidence", whole_map: bool = False, tick_ms: int = ..., staleness_s: float = ...,
+        edge: str = "confidence", whole_map: bool = False, reliability: bool = True, reliability_alarm: float = 0.7,
+        tick_ms: int = ..., staleness_s: float = ...,
         free_staleness_s: float = ..., evidence_factor: float = ..., blocks: int = ..., label_bytes_per_s: int = ...,
         free_bytes_per_s: int = ..., bytes_per_s: int = ..., burst_bytes: int = ..., peers: int = ...,
         contributions: int = ..., contributions_per_robot: int = ..., reach_m: float = ...,
@@ -318,7 +319,8 @@ def fuse(
     maps: Sequence[Map | _Path], transforms: Sequence[_Pose | None] | None = None, *,
     sessions: Sequence[Session | _Path] | None = None, diffusion: str = "contractive",
     iterations: int | None = None, diffusion_length_m: float | None = None, alpha: float = ..., omega: float = 1.0,
-    edge: str = "confidence", whole_map: bool = False, counts: str | None = None,
+    edge: str = "confidence", whole_map: bool = False, reliability: bool = True,
+    reliability_alarm: float = 0.7, counts: str | None = None,
     memory_bytes: int | None = None) -> FusedMap: ...
 def read_cloud(path: _Path) -> tuple[_F32, _I64 | None]: ...
 def read_transform(path: _Path) -> _F64: ...

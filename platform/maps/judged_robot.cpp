@@ -1,0 +1,69 @@
+// SPDX-FileCopyrightText: The tessera authors
+// SPDX-License-Identifier: Apache-2.0
+#include "maps/judged_robot.hpp"
+
+#include <fmt/core.h>
+
+#include "base/number_text.hpp"
+
+namespace tessera {
+
+namespace {
+
+bool is_named(const JudgedRobot& robot, int label) {
+  return ((robot.whole.named >> static_cast<unsigned>(label)) & 1U) != 0;
+}
+
+}  // namespace
+
+std::vector<JudgedRobot> judge_robots(const GlobalMap& global) {
+  std::vector<JudgedRobot> robots;
+  const Replicas& replicas = global.replicas();
+  for (const GlobalMap::Slot slot : replicas.in_order()) {
+    const std::uint32_t number = replicas.contribution(slot).id.robot;
+    if (!robots.empty() && robots.back().whole.robot == number) continue;
+    const Result<RobotReliability> whole = global.reliability(number);
+    if (!whole.ok()) continue;
+    JudgedRobot& robot = robots.emplace_back();
+    robot.whole = *whole;
+    for (int label = 1; label <= global.map().num_components() - 2; ++label)
+      robot.classes.push_back(*global.reliability(number, label));
+  }
+  return robots;
+}
+
+Json to_json(const JudgedRobot& robot, const ClassTable& classes) {
+  const RobotReliability& whole = robot.whole;
+  Json named = Json::array();
+  Json by_class = Json::object();
+  for (int label = 1; label <= classes.num_classes(); ++label) {
+    const ClassReliability& one = robot.classes[static_cast<std::size_t>(label - 1)];
+    const std::string name(classes[label].name_view());
+    if (is_named(robot, label)) named.push_back(name);
+    if (one.judged == 0 && !is_named(robot, label)) continue;
+    by_class[name] = {{"reliability", decimal_of(one.reliability)},
+                      {"agreement", decimal_of(one.agreement)},
+                      {"judged", one.judged}};
+  }
+  return {{"robot", whole.robot},
+          {"reliability", decimal_of(whole.reliability)},
+          {"agreement", decimal_of(whole.agreement)},
+          {"judged", whole.judged},
+          {"shared", whole.shared},
+          {"differing", whole.differing},
+          {"named", std::move(named)},
+          {"classes", std::move(by_class)}};
+}
+
+std::string doubt_of(const JudgedRobot& robot, const ClassTable& classes) {
+  std::string names;
+  int count = 0;
+  for (int label = 1; label <= classes.num_classes(); ++label) {
+    if (!is_named(robot, label)) continue;
+    names += (count++ == 0 ? "" : ", ") + std::string(classes[label].name_view());
+  }
+  return fmt::format("robot {}'s labels differ from those of most others, and count less: {}",
+                     robot.whole.robot, names);
+}
+
+}  // namespace tessera
