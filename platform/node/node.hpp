@@ -18,6 +18,7 @@
 #include "maps/kept_submaps.hpp"
 #include "maps/window_totals.hpp"
 #include "node/datagram_door.hpp"
+#include "node/doubt_watch.hpp"
 #include "node/durable_map.hpp"
 #include "node/earlier_submaps.hpp"
 #include "node/epoch_pace.hpp"
@@ -228,6 +229,7 @@ class Node {
   SecurityUpdates updates_;
   std::optional<DatagramDoor> door_;  ///< Before the port, whose thread calls it.
   std::optional<FleetWatch> fleet_;
+  DoubtWatch doubts_;
   std::unique_ptr<NetworkPort> port_;
   WakeUp mapping_wake_;  ///< Before its users.
   // Each may be null, except mapping and sharing.
@@ -250,9 +252,8 @@ class Node {
   mutable std::atomic<std::uint64_t> failed_records_{0};
   std::atomic<bool> counting_{false};  ///< The number before allocations are counted.
   // Of the sharing thread.
-  std::vector<std::uint32_t> corrected_submaps_ =
-      std::vector<std::uint32_t>(CorrectionMessage::kMostPoses);  ///< Scratch.
-  std::uint64_t scans_heard_ = 0;  ///< Scans that sensors sent, mapped or not.
+  std::vector<std::uint32_t> corrected_submaps_;  ///< Scratch.
+  std::uint64_t scans_heard_ = 0;                 ///< Scans that sensors sent, mapped or not.
   std::int64_t scan_heard_us_ = 0;
   std::int64_t scans_done_us_ = 0;
   std::int64_t status_due_us_ = 0;
@@ -277,12 +278,11 @@ class Node {
   std::int64_t twins_due_us_ = 0;
   std::uint32_t conflicts_told_ = 0;
   EpochPace reopening_{true};
-  /// The epoch of state_, for all threads, as state_ belongs to the first.
-  std::atomic<std::uint32_t> epoch_{0};
-  std::string save_failure_;       ///< Why the last failed save failed.
-  std::string keep_text_;          ///< The last log text about a kept map.
-  std::uint32_t clears_kept_ = 0;  ///< MappingThread::clears_asked() that is saved.
-  std::int64_t keep_due_us_ = 0;   ///< When to try again.
+  std::atomic<std::uint32_t> epoch_{0};  ///< Of state_, which belongs to one thread.
+  std::string save_failure_;             ///< Why the last failed save failed.
+  std::string keep_text_;                ///< The last log text about a kept map.
+  std::uint32_t clears_kept_ = 0;        ///< MappingThread::clears_asked() that is saved.
+  std::int64_t keep_due_us_ = 0;         ///< When to try again.
   std::int64_t submaps_due_us_ = 0;
   std::string submap_failure_;
   std::int64_t durable_due_us_ = 0;

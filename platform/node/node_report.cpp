@@ -6,6 +6,7 @@
 #include "base/counters_json.hpp"
 #include "base/monotonic_clock.hpp"
 #include "base/number_text.hpp"
+#include "maps/judged_robot.hpp"
 #include "node/node.hpp"
 #include "scans/scan_losses.hpp"
 
@@ -85,6 +86,13 @@ Json peers_json(const Robot& robot, std::int64_t now_us) {
          {"left", peer.left},
          {"mismatch", mismatch}});
   }
+  return json;
+}
+
+Json reliability_json(const Robot& robot) {
+  Json json = Json::array();
+  for (const JudgedRobot& one : judge_robots(robot.global()))
+    json.push_back(to_json(one, robot.global().map().classes()));
   return json;
 }
 
@@ -251,6 +259,7 @@ Json Node::report() const {
   json["heap_allocations_after_start"] =
       run_.heap_allocations ? Json(*run_.heap_allocations) : Json();
   json["global_map"] = global_json(*robot_);
+  json["reliability"] = reliability_json(*robot_);
   json["memory"] = memory_json();
   if (archive_) json["window"] = to_json(window_);
   if (kept_) json["submaps"] = submaps_json();

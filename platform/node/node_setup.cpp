@@ -189,6 +189,7 @@ Outcome<void> Node::set_up() {
   const StatusKeys status{keys_->status_authenticator(), keys_->keys().signatures};
   door_.emplace(keys_->keys().authenticator, status, keys_->mission().number());
   fleet_.emplace(status, config_.robot);
+  corrected_submaps_.resize(CorrectionMessage::kMostPoses);
   link.check = door_->check();
   link.side = {.channel = kStatusChannel, .check = door_->status_check()};
   TESSERA_TRY_ASSIGN(

@@ -161,6 +161,7 @@ void Node::hear_statuses(std::int64_t now_us) {
   if (now_us < fleet_due_us_) return;
   fleet_due_us_ = now_us + kFleetPeriod_us;
   fleet_->look(exclude_digest_, now_us, sharing_log_);
+  doubts_.look(robot_->global(), now_us, sharing_log_);
 }
 
 Outcome<void> Node::take_snapshot(std::int64_t now_us) {

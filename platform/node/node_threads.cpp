@@ -64,7 +64,8 @@ Outcome<void> Node::make_services() {
                           .mapping = mapping_.get(),
                           .sharing = sharing_.get(),
                           .port = port_.get(),
-                          .fleet = &*fleet_}));
+                          .fleet = &*fleet_,
+                          .doubts = &doubts_}));
     view_ = std::move(view);
   }
   if (!config_.queries) return {};

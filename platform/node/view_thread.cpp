@@ -10,6 +10,7 @@
 #include <cmath>
 
 #include "base/allocation_counter.hpp"
+#include "base/number_text.hpp"
 #include "maps/session_file.hpp"
 #include "tessera/base/rigid.hpp"
 
@@ -173,6 +174,21 @@ void ViewThread::note_place(const std::array<double, 12>& T_map_sensor) noexcept
   track_[places_++] = place;
 }
 
+Json ViewThread::doubted_json() const {
+  const ClassTable& classes = node_.global->map().classes();
+  Json json = Json::array();
+  for (const DoubtedRobots::Robot& one : node_.doubts->view().all()) {
+    Json names = Json::array();
+    for (int label = 1; label <= classes.num_classes(); ++label)
+      if (((one.classes >> static_cast<unsigned>(label)) & 1U) != 0)
+        names.push_back(classes[label].name_view());
+    json.push_back({{"robot", one.robot},
+                    {"reliability", decimal_of(one.reliability)},
+                    {"classes", std::move(names)}});
+  }
+  return json;
+}
+
 Json ViewThread::status() const {
   Json robot = {{"robot", node_.robot}, {"track", Json::array()}, {"T_map_sensor", Json()}};
   robot["T_global_map"] =
@@ -200,6 +216,7 @@ Json ViewThread::status() const {
   for (std::uint32_t i = 0; i < sharing.session_count; ++i)
     sessions.push_back(to_json(sharing.sessions[i]));
   json["network"]["exclude_differs"] = node_.fleet->view().differ();
+  json["network"]["doubted"] = doubted_json();
   return json;
 }
 

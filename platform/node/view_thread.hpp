@@ -11,6 +11,7 @@
 
 #include "base/duration_histogram.hpp"
 #include "base/thread.hpp"
+#include "node/doubt_watch.hpp"
 #include "node/fleet_watch.hpp"
 #include "node/mapping_thread.hpp"
 #include "node/sharing_thread.hpp"
@@ -29,6 +30,7 @@ struct ViewedNode {
   const SharingThread* sharing = nullptr;
   const NetworkPort* port = nullptr;
   const FleetWatch* fleet = nullptr;
+  const DoubtWatch* doubts = nullptr;
 };
 
 class ViewThread {
@@ -65,6 +67,7 @@ class ViewThread {
   void look() noexcept;
   void note_place(const std::array<double, 12>& T_map_sensor) noexcept;
   [[nodiscard]] Json status() const;
+  [[nodiscard]] Json doubted_json() const;
 
   const ViewedNode node_;
   const double step_m_;  ///< Least time between two positions of the track.

@@ -42,6 +42,7 @@ export function showNode(told) {
     fill("network", [["robots in reach", whole(n.in_reach)], ["contributions", `${n.complete} of ${n.contributions} complete`], ["sent", `${whole(n.sent)} · ${bytes(n.sent_bytes)}`], ["received", `${whole(n.received)} · ${bytes(n.received_bytes)}`],
       ["lost on the network", whole(n.missing), n.missing > 0], ["lost here", whole(n.lost_here), n.lost_here > 0], ["refused", whole(n.refused), n.refused > 0],
       ...(n.sessions?.length > 0 ? [["maps of earlier days", n.sessions.map((s) => s.date.slice(0, 10)).join(", ")]] : []),
-      ...(n.exclude_differs?.length > 0 ? [["exclude other robots", `robots ${n.exclude_differs.join(", ")}`, true]] : [])]);
+      ...(n.exclude_differs?.length > 0 ? [["exclude other robots", `robots ${n.exclude_differs.join(", ")}`, true]] : []),
+      ...(n.doubted ?? []).map((d) => [`robot ${d.robot} differs from most`, d.classes.join(", "), true])]);
   }
 }
