@@ -163,6 +163,22 @@ def noise(share, seed):
     return lambda raw: draw.choice(RAW_IDS) if draw.random() < share else raw
 
 
+# Of things that move, those of what they are.
+STANDING_IDS = {252: 10, 253: 31, 254: 30, 255: 32, 256: 18, 257: 18, 258: 18, 259: 20}
+
+
+def permute(raw):
+    """Each class taken for another one, no two for the same."""
+    known = STANDING_IDS.get(raw & 0xFFFF, raw & 0xFFFF)
+    return RAW_IDS[(RAW_IDS.index(known) + 7) % len(RAW_IDS)] if known in RAW_IDS else raw
+
+
+def half_permuted(seed):
+    """Half of the labels as permute() has them."""
+    draw = random.Random(seed)
+    return lambda raw: permute(raw) if draw.random() < 0.5 else raw
+
+
 # Both ways: moving ones too.
 SWAPPED = {10: 70, 252: 70, 70: 10, 40: 48, 48: 40}
 
